@@ -1,0 +1,351 @@
+//! The seam between the world and the GPU: the plain structs that shaders read, what of them changed, and the batches.
+//!
+//! The systems write a [`DrawList`] each frame; the renderer reads it and nothing else of the world. `shaders/types.wgsl`
+//! mirrors the `…Record` structs; `tests/shader_layout.rs` compares every offset of the two.
+//!
+//! ```text
+//! instances[slot]  one record per drawn object; an object keeps its slot while it lives
+//! slots[i]         slots grouped by batch: batch b draws slots[b.first .. b.first + b.count]
+//! batches[b]       one instanced draw: pipeline, material class, mesh
+//! transparent[i]   slots that are sorted per view and drawn after the batches
+//! ```
+
+use crate::components::Environment;
+use crate::library::{AlphaMode, MeshId, Shading, Technique};
+use bevy_ecs::prelude::*;
+use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
+use std::ops::Range;
+
+/// An unused light slot of an instance.
+pub const NO_LIGHT: u32 = u32::MAX;
+
+/// One drawn object. Mirrors `Instance`.
+#[repr(C)]
+#[derive(Clone, Copy, PartialEq, Debug, Default, Pod, Zeroable)]
+pub struct InstanceRecord {
+    /// Rows of the 3×4 matrix from object to world space.
+    pub world_from_object: [[f32; 4]; 3],
+    /// Slots in the light table; [`NO_LIGHT`] where fewer than three lights reach the object.
+    pub lights: [u32; 3],
+    /// Slot in the material table.
+    pub material: u32,
+    /// Selection weight of each light, 0..1.
+    pub weights: [f32; 3],
+    /// The entity's index: picking and segmentation.
+    pub entity: u32,
+    /// Irradiance of what the three lights leave out, linear RGB.
+    pub remainder_ambient: [f32; 3],
+    /// Room for 16-byte alignment.
+    pub pad0: u32,
+    /// The same, times its luminance-weighted direction (world space).
+    pub remainder_direction: [f32; 3],
+    /// Room for 16-byte alignment.
+    pub pad1: u32,
+}
+
+/// One light. Mirrors `Light`.
+#[repr(C)]
+#[derive(Clone, Copy, PartialEq, Debug, Default, Pod, Zeroable)]
+pub struct LightRecord {
+    /// World space, metres.
+    pub position: [f32; 3],
+    /// 0 point, 1 spot with exponent, 2 spot with inner cone, 3 directional; [`LightRecord::OFF`] for an empty slot.
+    pub kind: u32,
+    /// World space, unit: the way the light shines.
+    pub direction: [f32; 3],
+    /// 1 / range², 0 where the light has no range.
+    pub inverse_range_squared: f32,
+    /// Colour times intensity, linear RGB.
+    pub color: [f32; 3],
+    /// Exponent of the classic spot.
+    pub exponent: f32,
+    /// Constant, linear, quadratic.
+    pub attenuation: [f32; 3],
+    /// Cosine of the outer half angle.
+    pub cos_outer: f32,
+    /// Ambient colour, linear RGB.
+    pub ambient: [f32; 3],
+    /// Cosine of the inner half angle.
+    pub cos_inner: f32,
+}
+
+impl LightRecord {
+    /// Kind of a point light.
+    pub const POINT: u32 = 0;
+    /// Kind of a spot with the classic exponent.
+    pub const SPOT_EXPONENT: u32 = 1;
+    /// Kind of a spot with inner and outer cone.
+    pub const SPOT_CONE: u32 = 2;
+    /// Kind of a directional light.
+    pub const DIRECTIONAL: u32 = 3;
+    /// Kind of an empty slot.
+    pub const OFF: u32 = 4;
+}
+
+/// The maps of a material, in the order of its bindings.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[repr(usize)]
+pub enum MapSlot {
+    /// Base colour.
+    Base,
+    /// Tangent-space normals.
+    Normal,
+    /// Specular.
+    Specular,
+    /// Metallic (b) and roughness (g).
+    MetallicRoughness,
+    /// Ambient occlusion (r).
+    Occlusion,
+    /// Emissive colour.
+    Emissive,
+    /// Height (r).
+    Height,
+}
+
+/// Number of [`MapSlot`]s.
+pub const MAP_COUNT: usize = 7;
+
+/// Where one map of a material is. Mirrors `MapRef`.
+#[repr(C)]
+#[derive(Clone, Copy, PartialEq, Debug, Default, Pod, Zeroable)]
+pub struct MapRecord {
+    /// Columns of the 2×2 matrix from mesh UV to image UV.
+    pub image_from_mesh_uv: [f32; 4],
+    /// Its translation.
+    pub offset: [f32; 2],
+    /// Layer of the class's texture array.
+    pub layer: u32,
+    /// 0 or 1.
+    pub uv_set: u32,
+}
+
+/// One material. Mirrors `Material`; the fields are [`crate::library::Material`]'s.
+#[repr(C)]
+#[derive(Clone, Copy, PartialEq, Debug, Default, Pod, Zeroable)]
+pub struct MaterialRecord {
+    /// Linear RGBA.
+    pub base_factor: [f32; 4],
+    /// Linear RGB.
+    pub specular_factor: [f32; 3],
+    /// Phong and Blinn exponent.
+    pub shininess: f32,
+    /// Linear RGB.
+    pub emissive_factor: [f32; 3],
+    /// Times the normal map's xy.
+    pub normal_scale: f32,
+    /// 0..1.
+    pub metallic: f32,
+    /// 0..1.
+    pub roughness: f32,
+    /// 0..1.
+    pub occlusion_strength: f32,
+    /// 0..1.
+    pub alpha_cutoff: f32,
+    /// 0..1.
+    pub glossiness: f32,
+    /// 0..1.
+    pub specular_strength: f32,
+    /// UV units.
+    pub height_scale_uv: f32,
+    /// Room for 16-byte alignment.
+    pub pad0: u32,
+    /// One per [`MapSlot`].
+    pub maps: [MapRecord; MAP_COUNT],
+}
+
+/// What is the same for every pixel of a view. Mirrors `View`.
+#[repr(C)]
+#[derive(Clone, Copy, PartialEq, Debug, Default, Pod, Zeroable)]
+pub struct ViewRecord {
+    /// Column-major; reversed depth: 1 at the near plane, 0 at the far plane or infinity.
+    pub clip_from_world: [[f32; 4]; 4],
+    /// The inverse, for the sky's directions.
+    pub world_from_clip: [[f32; 4]; 4],
+    /// Of the eye, world space.
+    pub eye: [f32; 3],
+    /// Slots in the light table, used and empty.
+    pub light_count: u32,
+    /// Unit vector from the scene towards the eye where the projection is parallel.
+    pub toward_eye: [f32; 3],
+    /// 1 where the projection is parallel, else 0.
+    pub parallel: u32,
+    /// Linear RGB.
+    pub ambient: [f32; 3],
+    /// Times every pixel.
+    pub exposure: f32,
+    /// Linear RGB.
+    pub zenith: [f32; 3],
+    /// Entity under the pointer, for debug views; `u32::MAX` for none.
+    pub picked_entity: u32,
+    /// Linear RGB.
+    pub horizon: [f32; 3],
+    /// Room for 16-byte alignment.
+    pub pad0: u32,
+    /// Linear RGB.
+    pub ground: [f32; 3],
+    /// Room for 16-byte alignment.
+    pub pad1: u32,
+}
+
+/// The fixed choices of a pipeline that objects bring with them.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
+pub struct PipelineKey {
+    /// Opaque before mask before blend.
+    pub alpha: AlphaMode,
+    /// Lighting model.
+    pub shading: Shading,
+    /// Bump technique.
+    pub technique: Technique,
+    /// Back faces are drawn.
+    pub double_sided: bool,
+    /// The transform mirrors, so front faces are clockwise.
+    pub mirrored: bool,
+}
+
+/// Names a tuple of texture arrays and samplers; see [`crate::materials`].
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
+pub struct ClassId(pub u32);
+
+/// What the instances of one draw have in common; batches are sorted by it.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub struct BatchKey {
+    /// Pipeline.
+    pub pipeline: PipelineKey,
+    /// Texture arrays and samplers.
+    pub class: ClassId,
+    /// Mesh.
+    pub mesh: MeshId,
+}
+
+/// One instanced draw.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Batch {
+    /// What its instances share.
+    pub key: BatchKey,
+    /// First element of `slots`.
+    pub first: u32,
+    /// Number of instances.
+    pub count: u32,
+}
+
+/// An object that is blended, sorted per view.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Transparent {
+    /// Instance slot.
+    pub slot: u32,
+    /// What it is drawn with.
+    pub key: BatchKey,
+    /// Centre of its bounds, world space.
+    pub center: Vec3,
+}
+
+/// A set of slots of a table that changed, read out as few ranges.
+#[derive(Clone, Debug, Default)]
+pub struct DirtySlots {
+    words: Vec<u64>,
+    low: usize,
+    high: usize,
+}
+
+impl DirtySlots {
+    /// Marks one slot.
+    pub fn mark(&mut self, slot: u32) {
+        let word = slot as usize / 64;
+        if word >= self.words.len() {
+            self.words.resize(word + 1, 0);
+        }
+        if self.is_empty() {
+            (self.low, self.high) = (word, word + 1);
+        } else {
+            self.low = self.low.min(word);
+            self.high = self.high.max(word + 1);
+        }
+        self.words[word] |= 1 << (slot % 64);
+    }
+
+    /// Whether no slot is marked.
+    pub fn is_empty(&self) -> bool {
+        self.low >= self.high
+    }
+
+    /// Unmarks all; costs as much as the span that was marked.
+    pub fn clear(&mut self) {
+        if !self.is_empty() {
+            self.words[self.low..self.high].fill(0);
+        }
+        (self.low, self.high) = (0, 0);
+    }
+
+    /// The marked slots as ranges in ascending order. Ranges with fewer than `gap` clean slots between them become
+    /// one: a write call costs more than a few unchanged records.
+    pub fn ranges(&self, gap: u32) -> Vec<Range<u32>> {
+        let mut ranges: Vec<Range<u32>> = Vec::new();
+        for word_index in self.low..self.high {
+            let mut word = self.words[word_index];
+            while word != 0 {
+                let first = word.trailing_zeros();
+                let run = (word >> first).trailing_ones();
+                let start = word_index as u32 * 64 + first;
+                match ranges.last_mut() {
+                    Some(last) if start - last.end <= gap => last.end = start + run,
+                    _ => ranges.push(start..start + run),
+                }
+                word = if first + run == 64 { 0 } else { word & (!0u64 << (first + run)) };
+            }
+        }
+        ranges
+    }
+}
+
+/// A table of records that live in the slots of a GPU buffer, with what changed since the last frame.
+#[derive(Clone, Debug)]
+pub struct Table<T> {
+    /// One per slot.
+    pub records: Vec<T>,
+    /// Slots written since the frame before this one.
+    pub dirty: DirtySlots,
+}
+
+impl<T> Default for Table<T> {
+    fn default() -> Self {
+        Self { records: Vec::new(), dirty: DirtySlots::default() }
+    }
+}
+
+impl<T: Copy + PartialEq + Default> Table<T> {
+    /// Writes a record, growing the table as needed; marks it only if it differs from what is there.
+    pub fn write(&mut self, slot: u32, record: T) {
+        let index = slot as usize;
+        if index >= self.records.len() {
+            self.records.resize(index + 1, T::default());
+        } else if self.records[index] == record {
+            return;
+        }
+        self.records[index] = record;
+        self.dirty.mark(slot);
+    }
+}
+
+/// Everything a frame draws. Made by the frame schedule, read by the renderer.
+#[derive(Resource, Clone, Debug, Default)]
+pub struct DrawList {
+    /// Counts frames. Dirty slots are relative to the frame before: a reader that missed one uploads everything.
+    pub frame: u64,
+    /// One per drawn object.
+    pub instances: Table<InstanceRecord>,
+    /// One per light.
+    pub lights: Table<LightRecord>,
+    /// One per material of the library.
+    pub materials: Table<MaterialRecord>,
+    /// Instance slots of opaque and masked objects, grouped by batch.
+    pub slots: Vec<u32>,
+    /// In drawing order.
+    pub batches: Vec<Batch>,
+    /// Changes whenever `slots` and `batches` did.
+    pub batches_version: u64,
+    /// Blended objects, in slot order.
+    pub transparent: Vec<Transparent>,
+    /// Ambient light, sky and tone map.
+    pub environment: Environment,
+}

@@ -1,0 +1,409 @@
+//! What many entities share: meshes, materials and images on the CPU, each behind a small copyable id.
+//!
+//! An item is added once and its id never changes. Two of the ids are components: an entity with a [`MeshId`] is
+//! drawn, with its [`MaterialId`] (the neutral [`MaterialId::DEFAULT`] where it has none). Nothing here knows the GPU;
+//! the renderer uploads what it has not seen yet, in id order.
+
+use crate::bounds::{Aabb, Sphere, WorldBounds};
+use crate::images::{Image, ImageKind};
+use crate::instances::{self, InstanceSlot};
+use crate::lights::Selection;
+use bevy_ecs::prelude::*;
+use bevy_transform::components::Transform;
+use glam::{Affine2, Vec2, Vec3, Vec4};
+
+/// Names a [`Mesh`] of the [`Library`]. As a component: this entity is drawn with that mesh.
+#[derive(Component, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+#[require(Transform, MaterialId, WorldBounds, Selection, InstanceSlot)]
+#[component(on_remove = instances::free_slot)]
+pub struct MeshId(pub u32);
+
+/// Names a [`Material`] of the [`Library`]. As a component: the material of a drawn entity.
+#[derive(Component, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub struct MaterialId(pub u32);
+
+impl MaterialId {
+    /// The neutral grey material that every library starts with.
+    pub const DEFAULT: Self = Self(0);
+}
+
+impl Default for MaterialId {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// Names an [`Image`] of the [`Library`].
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub struct ImageId(pub u32);
+
+impl ImageId {
+    /// 1×1 white colour: stands in for a missing base or emissive map.
+    pub const WHITE_COLOR: Self = Self(0);
+    /// 1×1 white data: stands in for a missing specular, metallic-roughness or occlusion map.
+    pub const WHITE_DATA: Self = Self(1);
+    /// 1×1 flat normal (0.5, 0.5, 1): stands in for a missing normal map.
+    pub const FLAT_NORMAL: Self = Self(2);
+    /// 1×1 black data: stands in for a missing height map.
+    pub const BLACK_DATA: Self = Self(3);
+}
+
+/// A triangle list. All filled attribute arrays have one element per vertex.
+#[derive(Clone, Debug, Default)]
+pub struct Mesh {
+    /// For people: panels, warnings, GPU labels.
+    pub name: String,
+    /// Object space, metres.
+    pub positions: Vec<Vec3>,
+    /// Object space, unit length.
+    pub normals: Vec<Vec3>,
+    /// Object space xyz and handedness w = ±1. Empty: the tangents system fills it.
+    pub tangents: Vec<Vec4>,
+    /// Two sets of texture coordinates, origin at the top left. The first may be empty (no UVs at all), the second
+    /// empty (the same as the first).
+    pub uvs: [Vec<Vec2>; 2],
+    /// Linear RGBA, multiplied with the base colour. Empty: white.
+    pub colors: Vec<Vec4>,
+    /// Three per triangle, counter-clockwise seen from the front.
+    pub indices: Vec<u32>,
+}
+
+impl Mesh {
+    /// The axis-aligned box around all positions, object space; empty at the origin where there are none.
+    pub fn aabb(&self) -> Aabb {
+        Aabb::around(&self.positions)
+    }
+
+    /// Triangles in the mesh.
+    pub fn triangle_count(&self) -> usize {
+        self.indices.len() / 3
+    }
+}
+
+/// How a texture coordinate outside 0..1 is read.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
+pub enum Wrap {
+    /// The image repeats.
+    #[default]
+    Repeat,
+    /// Every second copy is mirrored.
+    Mirror,
+    /// The edge texel continues.
+    Clamp,
+}
+
+/// How texels are filtered.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
+pub enum Filter {
+    /// The nearest texel.
+    Nearest,
+    /// Bilinear.
+    #[default]
+    Linear,
+}
+
+/// How mip levels are chosen.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
+pub enum MipFilter {
+    /// Only the full-size level.
+    None,
+    /// The nearest level.
+    Nearest,
+    /// Blend of the two nearest levels.
+    #[default]
+    Linear,
+}
+
+/// How a map is sampled; the default repeats with trilinear filtering.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
+pub struct Sampler {
+    /// Along u.
+    pub wrap_u: Wrap,
+    /// Along v.
+    pub wrap_v: Wrap,
+    /// Where a texel covers more than a pixel.
+    pub mag: Filter,
+    /// Where a pixel covers more than a texel.
+    pub min: Filter,
+    /// Between mip levels.
+    pub mip: MipFilter,
+}
+
+/// An image as a material uses it.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Map {
+    /// The image; its [`ImageKind`] must suit the map (colour for base and emissive, normal for normal maps, data else).
+    pub image: ImageId,
+    /// Wrapping and filtering.
+    pub sampler: Sampler,
+    /// 0 or 1: which of the mesh's UV sets.
+    pub uv_set: u32,
+    /// Applied to the mesh's UVs before sampling.
+    pub image_from_mesh_uv: Affine2,
+}
+
+impl Map {
+    /// The whole image over the first UV set, repeating, trilinear.
+    pub fn new(image: ImageId) -> Self {
+        Self { image, sampler: Sampler::default(), uv_set: 0, image_from_mesh_uv: Affine2::IDENTITY }
+    }
+}
+
+/// The lighting model of a material; the formulas are in `shaders/lighting.wgsl`.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
+pub enum Shading {
+    /// Diffuse plus Phong's reflected vector: base, specular map and shininess.
+    #[default]
+    Phong,
+    /// As `Phong`, with Blinn's half vector.
+    Blinn,
+    /// glTF 2.0 metallic-roughness, GGX.
+    MetallicRoughness,
+    /// KHR_materials_pbrSpecularGlossiness, GGX: diffuse (base), specular (rgb) and glossiness (specular map's alpha).
+    SpecularGlossiness,
+    /// Base colour only, no light.
+    Unlit,
+}
+
+/// A way to bump a surface. A choice of pipeline, not a branch in a shader.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
+pub enum Technique {
+    /// The interpolated vertex normal.
+    Off,
+    /// Tangent-space normal map.
+    #[default]
+    Normal,
+    /// Blinn 1978: the normal perturbed by the height map's slope, from screen-space derivatives; needs no tangents.
+    PerturbedNormal,
+}
+
+impl Technique {
+    /// All techniques with the names that scene files and the command line use.
+    pub const ALL: [(&'static str, Self); 3] =
+        [("off", Self::Off), ("normal", Self::Normal), ("perturbed_normal", Self::PerturbedNormal)];
+}
+
+/// What base alpha means.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
+pub enum AlphaMode {
+    /// Alpha is ignored.
+    #[default]
+    Opaque,
+    /// Drawn where alpha is at least the material's cut-off.
+    Mask,
+    /// Blended over what lies behind, sorted back to front.
+    Blend,
+}
+
+/// A surface. Which fields count depends on `shading`; a missing map stands for the constant 1 (normal: flat).
+#[derive(Clone, PartialEq, Debug)]
+pub struct Material {
+    /// For people.
+    pub name: String,
+    /// The lighting model.
+    pub shading: Shading,
+    /// The bump technique.
+    pub technique: Technique,
+    /// Opaque, mask or blend.
+    pub alpha: AlphaMode,
+    /// Mask only: drawn where alpha is at least this.
+    pub alpha_cutoff: f32,
+    /// Back faces are drawn too, with the normal turned to the eye.
+    pub double_sided: bool,
+    /// Linear RGBA, times `base_map`, times the vertex colour.
+    pub base_factor: Vec4,
+    /// sRGB colour, alpha linear.
+    pub base_map: Option<Map>,
+    /// Scales the x and y of `normal_map` before normalising.
+    pub normal_scale: f32,
+    /// Tangent space, green up.
+    pub normal_map: Option<Map>,
+    /// Phong, Blinn: how much is reflected. SpecularGlossiness: the specular colour. MetallicRoughness:
+    /// KHR_materials_specular's specularColorFactor.
+    pub specular_factor: Vec3,
+    /// Times `specular_factor` (rgb). Alpha: glossiness, or KHR_materials_specular's strength.
+    pub specular_map: Option<Map>,
+    /// MetallicRoughness: KHR_materials_specular's specularFactor.
+    pub specular_strength: f32,
+    /// Phong, Blinn: the exponent.
+    pub shininess: f32,
+    /// SpecularGlossiness: times the specular map's alpha.
+    pub glossiness: f32,
+    /// MetallicRoughness: times the blue of `metallic_roughness_map`.
+    pub metallic: f32,
+    /// MetallicRoughness: times the green of `metallic_roughness_map`.
+    pub roughness: f32,
+    /// Blue: metallic; green: roughness.
+    pub metallic_roughness_map: Option<Map>,
+    /// 0..1: how much of `occlusion_map` is applied to ambient light.
+    pub occlusion_strength: f32,
+    /// Red: how much ambient light reaches the texel.
+    pub occlusion_map: Option<Map>,
+    /// Linear RGB, may exceed 1; times `emissive_map`.
+    pub emissive_factor: Vec3,
+    /// sRGB colour.
+    pub emissive_map: Option<Map>,
+    /// Depth of the height map from black to white, in units of the UV square's width.
+    pub height_scale_uv: f32,
+    /// 0 deepest, 1 highest.
+    pub height_map: Option<Map>,
+}
+
+impl Default for Material {
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            shading: Shading::Phong,
+            technique: Technique::Normal,
+            alpha: AlphaMode::Opaque,
+            alpha_cutoff: 0.5,
+            double_sided: false,
+            base_factor: Vec4::ONE,
+            base_map: None,
+            normal_scale: 1.0,
+            normal_map: None,
+            specular_factor: Vec3::splat(0.25),
+            specular_map: None,
+            specular_strength: 1.0,
+            shininess: 32.0,
+            glossiness: 1.0,
+            metallic: 1.0,
+            roughness: 1.0,
+            metallic_roughness_map: None,
+            occlusion_strength: 1.0,
+            occlusion_map: None,
+            emissive_factor: Vec3::ZERO,
+            emissive_map: None,
+            height_scale_uv: 0.02,
+            height_map: None,
+        }
+    }
+}
+
+impl Material {
+    /// The maps in the order of [`crate::draw_list::MapSlot`].
+    pub fn maps(&self) -> [Option<Map>; 7] {
+        [
+            self.base_map,
+            self.normal_map,
+            self.specular_map,
+            self.metallic_roughness_map,
+            self.occlusion_map,
+            self.emissive_map,
+            self.height_map,
+        ]
+    }
+}
+
+/// A mesh with what is derived from it when it is added.
+#[derive(Clone, Debug)]
+pub struct MeshEntry {
+    /// The mesh; once `tangents_ready`, with tangents.
+    pub mesh: Mesh,
+    /// Encloses all positions, object space.
+    pub bounds: Sphere,
+    /// Set by the tangents system; the renderer draws only meshes that are ready.
+    pub tangents_ready: bool,
+}
+
+/// All meshes, materials and images of a world.
+#[derive(Resource, Debug)]
+pub struct Library {
+    meshes: Vec<MeshEntry>,
+    materials: Vec<Material>,
+    images: Vec<Image>,
+    /// Materials edited since the materials system last looked.
+    edited_materials: Vec<MaterialId>,
+}
+
+impl Default for Library {
+    fn default() -> Self {
+        let one = |name: &str, kind, rgba: [u8; 4]| Image::rgba8(name, 1, 1, kind, rgba.to_vec());
+        Self {
+            meshes: Vec::new(),
+            materials: vec![Material {
+                name: "default".into(),
+                base_factor: Vec4::new(0.5, 0.5, 0.5, 1.0),
+                ..Material::default()
+            }],
+            images: vec![
+                one("white colour", ImageKind::Color, [255; 4]),
+                one("white data", ImageKind::Data, [255; 4]),
+                one("flat normal", ImageKind::Normal, [128, 128, 255, 255]),
+                one("black data", ImageKind::Data, [0, 0, 0, 255]),
+            ],
+            edited_materials: Vec::new(),
+        }
+    }
+}
+
+impl Library {
+    /// Adds a mesh. Its tangents are computed in the next frame where it brings none.
+    pub fn add_mesh(&mut self, mesh: Mesh) -> MeshId {
+        let bounds = Sphere::around(&mesh.positions);
+        self.meshes.push(MeshEntry { mesh, bounds, tangents_ready: false });
+        MeshId(self.meshes.len() as u32 - 1)
+    }
+
+    /// Adds a material.
+    pub fn add_material(&mut self, material: Material) -> MaterialId {
+        self.materials.push(material);
+        MaterialId(self.materials.len() as u32 - 1)
+    }
+
+    /// Adds an image.
+    pub fn add_image(&mut self, image: Image) -> ImageId {
+        self.images.push(image);
+        ImageId(self.images.len() as u32 - 1)
+    }
+
+    /// The mesh of an id; `None` for an id of another library.
+    pub fn mesh(&self, id: MeshId) -> Option<&MeshEntry> {
+        self.meshes.get(id.0 as usize)
+    }
+
+    /// The material of an id.
+    pub fn material(&self, id: MaterialId) -> Option<&Material> {
+        self.materials.get(id.0 as usize)
+    }
+
+    /// The image of an id.
+    pub fn image(&self, id: ImageId) -> Option<&Image> {
+        self.images.get(id.0 as usize)
+    }
+
+    /// Changes a material; what uses it is drawn anew from the next frame on. `false`: no such material.
+    pub fn edit_material(&mut self, id: MaterialId, edit: impl FnOnce(&mut Material)) -> bool {
+        let Some(material) = self.materials.get_mut(id.0 as usize) else { return false };
+        edit(material);
+        self.edited_materials.push(id);
+        true
+    }
+
+    /// All meshes in id order.
+    pub fn meshes(&self) -> &[MeshEntry] {
+        &self.meshes
+    }
+
+    /// All materials in id order.
+    pub fn materials(&self) -> &[Material] {
+        &self.materials
+    }
+
+    /// All images in id order; the first four are the stand-ins for missing maps.
+    pub fn images(&self) -> &[Image] {
+        &self.images
+    }
+
+    pub(crate) fn meshes_mut(&mut self) -> &mut [MeshEntry] {
+        &mut self.meshes
+    }
+
+    pub(crate) fn has_edited_materials(&self) -> bool {
+        !self.edited_materials.is_empty()
+    }
+
+    pub(crate) fn take_edited_materials(&mut self) -> Vec<MaterialId> {
+        std::mem::take(&mut self.edited_materials)
+    }
+}
