@@ -1,1 +1,2 @@
-//! x
+//! Relief: a data-oriented ECS simulation renderer.
+pub mod renderer;

@@ -11,7 +11,8 @@
 //! ```
 
 use crate::components::Environment;
-use crate::library::{AlphaMode, MeshId, Shading, Technique};
+use crate::images::Texels;
+use crate::library::{AlphaMode, ImageId, MeshId, Sampler, Shading, Technique};
 use bevy_ecs::prelude::*;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
@@ -203,7 +204,38 @@ pub struct PipelineKey {
     pub mirrored: bool,
 }
 
-/// Names a tuple of texture arrays and samplers; see [`crate::materials`].
+/// Images of one size and format, each a layer of one texture. Only grows.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct TextureArray {
+    /// Texels.
+    pub width: u32,
+    /// Texels.
+    pub height: u32,
+    /// Decoded from sRGB when sampled.
+    pub srgb: bool,
+    /// Storage.
+    pub texels: Texels,
+    /// The image of each layer.
+    pub layers: Vec<ImageId>,
+}
+
+impl TextureArray {
+    /// Whether a layer of one could be a layer of the other.
+    pub fn same_format(&self, other: &Self) -> bool {
+        (self.width, self.height, self.srgb, self.texels) == (other.width, other.height, other.srgb, other.texels)
+    }
+}
+
+/// What a draw binds for its materials: per [`MapSlot`] an index into [`DrawList::texture_arrays`] and a sampler.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
+pub struct MaterialClass {
+    /// Texture arrays.
+    pub arrays: [u32; MAP_COUNT],
+    /// Samplers.
+    pub samplers: [Sampler; MAP_COUNT],
+}
+
+/// Names a [`MaterialClass`]; see [`crate::materials`].
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
 pub struct ClassId(pub u32);
 
@@ -338,6 +370,10 @@ pub struct DrawList {
     pub lights: Table<LightRecord>,
     /// One per material of the library.
     pub materials: Table<MaterialRecord>,
+    /// The textures that maps are layers of.
+    pub texture_arrays: Vec<TextureArray>,
+    /// Indexed by [`ClassId`].
+    pub classes: Vec<MaterialClass>,
     /// Instance slots of opaque and masked objects, grouped by batch.
     pub slots: Vec<u32>,
     /// In drawing order.

@@ -1,9 +1,162 @@
-//! placeholder
-use bevy_ecs::prelude::*;
+//! The instance table: one stable slot per drawn object.
+//!
+//! A slot is taken when an object first appears in a frame, kept while it lives, and reused, lowest first, after it is
+//! gone. So an object that moves rewrites its own record and nothing else. The records are in the [`DrawList`]; this
+//! module keeps beside each slot what the batches need to know of it.
+
+use crate::bounds::WorldBounds;
+use crate::draw_list::{BatchKey, DrawList, InstanceRecord};
+use crate::library::{AlphaMode, Library, MaterialId, MeshId};
+use crate::lights::Selection;
+use crate::materials::MaterialTable;
 use bevy_ecs::lifecycle::HookContext;
+use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
+use bevy_transform::components::GlobalTransform;
+use glam::{Affine3A, Vec3};
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
 /// The slot of a drawn entity in the instance table. Derived.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug)]
-pub struct InstanceSlot(pub u32);
-impl Default for InstanceSlot { fn default() -> Self { Self(u32::MAX) } }
-pub(crate) fn free_slot(_world: DeferredWorld, _context: HookContext) {}
+pub struct InstanceSlot(u32);
+
+impl InstanceSlot {
+    const NONE: Self = Self(u32::MAX);
+
+    /// The slot; `None` before the first frame.
+    pub fn get(self) -> Option<u32> {
+        (self != Self::NONE).then_some(self.0)
+    }
+}
+
+impl Default for InstanceSlot {
+    fn default() -> Self {
+        Self::NONE
+    }
+}
+
+/// What is known of a slot in use.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) struct Occupant {
+    pub key: BatchKey,
+    /// Centre of the bounds, world space; for sorting blended objects.
+    pub center: Vec3,
+}
+
+/// Which slots are in use, and by what kind of object.
+#[derive(Resource, Debug, Default)]
+pub struct InstanceTable {
+    pub(crate) occupants: Vec<Option<Occupant>>,
+    /// Given back since the last frame.
+    freed: Vec<u32>,
+    free: BinaryHeap<Reverse<u32>>,
+    /// Some slot was taken, given back, or changed its key.
+    pub(crate) regroup: bool,
+    /// A blended object moved.
+    pub(crate) transparent_moved: bool,
+}
+
+impl InstanceTable {
+    fn take(&mut self) -> u32 {
+        self.free.pop().map_or_else(
+            || {
+                self.occupants.push(None);
+                self.occupants.len() as u32 - 1
+            },
+            |Reverse(slot)| slot,
+        )
+    }
+
+    fn occupy(&mut self, slot: u32, occupant: Occupant) {
+        let place = &mut self.occupants[slot as usize];
+        self.regroup |= place.is_none_or(|old| old.key != occupant.key);
+        self.transparent_moved |= occupant.key.pipeline.alpha == AlphaMode::Blend && *place != Some(occupant);
+        *place = Some(occupant);
+    }
+}
+
+/// Runs when an entity loses its mesh, by itself or with its life.
+pub(crate) fn free_slot(mut world: DeferredWorld, context: HookContext) {
+    let Some(mut component) = world.get_mut::<InstanceSlot>(context.entity) else { return };
+    let Some(slot) = std::mem::take(&mut *component).get() else { return };
+    if let Some(mut table) = world.get_resource_mut::<InstanceTable>() {
+        table.freed.push(slot);
+    }
+}
+
+type Drawn<'a> = (
+    Entity,
+    &'a GlobalTransform,
+    &'a MeshId,
+    &'a MaterialId,
+    &'a WorldBounds,
+    &'a Selection,
+    &'a mut InstanceSlot,
+);
+type DrawnChanged = Or<(Changed<GlobalTransform>, Changed<MeshId>, Changed<MaterialId>, Changed<Selection>)>;
+
+/// Writes the records of objects that are new, moved, or changed their mesh, material or lights.
+pub fn update_instances(
+    mut queries: ParamSet<(Query<Drawn, DrawnChanged>, Query<Drawn>)>,
+    library: Res<Library>,
+    materials: Res<MaterialTable>,
+    mut table: ResMut<InstanceTable>,
+    mut list: ResMut<DrawList>,
+) {
+    let (table, list) = (table.bypass_change_detection(), list.bypass_change_detection());
+    (table.regroup, table.transparent_moved) = (false, false);
+    for slot in std::mem::take(&mut table.freed) {
+        table.occupants[slot as usize] = None;
+        table.free.push(Reverse(slot));
+        table.regroup = true;
+    }
+    let mut update = |drawn| update_instance(drawn, &library, &materials, table, list);
+    if materials.regroup {
+        queries.p1().iter_mut().for_each(&mut update);
+    } else {
+        queries.p0().iter_mut().for_each(&mut update);
+    }
+}
+
+fn update_instance(
+    (entity, transform, &mesh, &material, bounds, selection, mut slot): <Drawn as bevy_ecs::query::QueryData>::Item<
+        '_,
+        '_,
+    >,
+    library: &Library,
+    materials: &MaterialTable,
+    table: &mut InstanceTable,
+    list: &mut DrawList,
+) {
+    if library.mesh(mesh).is_none_or(|entry| entry.mesh.indices.is_empty()) {
+        return;
+    }
+    let index = slot.get().unwrap_or_else(|| {
+        let taken = table.take();
+        *slot = InstanceSlot(taken);
+        taken
+    });
+    let world_from_object = transform.affine();
+    let material = if library.material(material).is_some() { material } else { MaterialId::DEFAULT };
+    let (class, mut pipeline) = materials.placed(material);
+    pipeline.mirrored = world_from_object.matrix3.determinant() < 0.0;
+    table.occupy(index, Occupant { key: BatchKey { pipeline, class, mesh }, center: bounds.0.center });
+    list.instances.write(index, record(entity, &world_from_object, material, selection));
+}
+
+fn record(entity: Entity, world_from_object: &Affine3A, material: MaterialId, selection: &Selection) -> InstanceRecord {
+    let (m, t) = (world_from_object.matrix3.transpose(), world_from_object.translation);
+    let row = |axis: glam::Vec3A, translation: f32| [axis.x, axis.y, axis.z, translation];
+    InstanceRecord {
+        world_from_object: [row(m.x_axis, t.x), row(m.y_axis, t.y), row(m.z_axis, t.z)],
+        lights: selection.lights,
+        material: material.0,
+        weights: selection.weights,
+        entity: entity.index().index(),
+        remainder_ambient: selection.remainder_ambient.to_array(),
+        pad0: 0,
+        remainder_direction: selection.remainder_direction.to_array(),
+        pad1: 0,
+    }
+}

@@ -16,18 +16,20 @@ pub mod library;
 pub mod lights;
 pub mod materials;
 pub mod motion;
+pub mod relevance;
 pub mod shapes;
 pub mod stats;
 pub mod tangents;
 pub mod view;
 
 use bevy_ecs::prelude::*;
-use bevy_ecs::schedule::{ExecutorKind, LogLevel, ScheduleBuildSettings};
+use bevy_ecs::schedule::{LogLevel, ScheduleBuildSettings, SingleThreadedExecutor};
 use bevy_tasks::{ComputeTaskPool, TaskPoolBuilder};
 use bevy_transform::systems as transforms;
+use stats::{Stage, lap};
 
-/// Sets the number of worker threads of this process; `None`: one per core. Only the first call counts, and a
-/// [`Simulation`] made before makes it. Results are the same for any number.
+/// Sets the number of worker threads of this process; `None`: one per core. Only the first call counts, and the first
+/// [`Simulation`] makes it if nobody did. Results are the same for any number.
 pub fn set_threads(threads: Option<usize>) {
     ComputeTaskPool::get_or_init(|| {
         let builder = TaskPoolBuilder::new().thread_name("relief".into());
@@ -36,4 +38,138 @@ pub fn set_threads(threads: Option<usize>) {
             None => builder.build(),
         }
     });
+}
+
+/// A world with its schedules.
+///
+/// ```
+/// use systems::{Simulation, components::Light, library::Library, shapes};
+/// let mut simulation = Simulation::new();
+/// let cube = simulation.world.resource_mut::<Library>().add_mesh(shapes::cube(glam::Vec3::ONE));
+/// simulation.world.spawn(cube);
+/// simulation.world.spawn(Light::point(1.0, 10.0));
+/// simulation.frame();
+/// assert_eq!(simulation.draw_list().batches.len(), 1);
+/// ```
+pub struct Simulation {
+    /// Entities and resources: [`library::Library`], [`components::Environment`], [`clock::Clock`],
+    /// [`lights::LightPolicy`], [`draw_list::DrawList`], [`stats::FrameStats`].
+    pub world: World,
+    /// What happens in a step; systems of your own are added here.
+    pub step_schedule: Schedule,
+    frame_schedule: Schedule,
+}
+
+impl Default for Simulation {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Simulation {
+    /// An empty world.
+    pub fn new() -> Self {
+        set_threads(None);
+        let mut world = World::new();
+        world.init_resource::<transforms::StaticTransformOptimizations>();
+        world.init_resource::<library::Library>();
+        world.init_resource::<clock::Clock>();
+        world.init_resource::<stats::FrameStats>();
+        world.init_resource::<materials::MaterialTable>();
+        world.init_resource::<lights::LightTable>();
+        world.init_resource::<lights::LightPolicy>();
+        world.init_resource::<instances::InstanceTable>();
+        world.init_resource::<draw_list::DrawList>();
+        world.insert_resource(components::Environment::default());
+        Self { world, step_schedule: step_schedule(), frame_schedule: frame_schedule() }
+    }
+
+    /// Moves the world one fixed time step on.
+    pub fn step(&mut self) {
+        self.step_schedule.run(&mut self.world);
+    }
+
+    /// Brings the draw list up to date.
+    pub fn frame(&mut self) {
+        self.frame_schedule.run(&mut self.world);
+    }
+
+    /// What the last frame drew.
+    pub fn draw_list(&self) -> &draw_list::DrawList {
+        self.world.resource()
+    }
+
+    /// Meshes, materials and images.
+    pub fn library(&self) -> &library::Library {
+        self.world.resource()
+    }
+}
+
+/// One fixed step of simulated time, in order.
+pub fn step_schedule() -> Schedule {
+    let mut schedule = in_fixed_order();
+    schedule.add_systems(
+        (
+            clock::tick,  // the time of this step, before anyone reads it
+            motion::spin, // what moves by itself
+        )
+            .chain(),
+    );
+    schedule
+}
+
+/// The CPU half of a frame, in order. Each system looks only at what changed.
+pub fn frame_schedule() -> Schedule {
+    let mut schedule = in_fixed_order();
+    schedule.add_systems(
+        (
+            // A new frame: what was dirty has been uploaded by now.
+            (stats::begin, begin_frame).chain(),
+            // Where everything is, parents before children.
+            (
+                transforms::mark_dirty_trees,
+                transforms::propagate_parent_transforms,
+                transforms::sync_simple_transforms,
+                lap(Stage::Transforms),
+            )
+                .chain(),
+            // How far it reaches, for the choice of lights.
+            (bounds::update_bounds, lap(Stage::Bounds)).chain(),
+            // Once per mesh, before anything draws it.
+            (tangents::update_tangents, lap(Stage::Tangents)).chain(),
+            // Maps into texture arrays; decides the class and pipeline of a material, which batches sort by.
+            (materials::update_materials, lap(Stage::Materials)).chain(),
+            // The light table first: the choice reads it.
+            (lights::update_light_table, lights::select_lights, lap(Stage::Lights)).chain(),
+            // Everything an object's record holds is known now.
+            (instances::update_instances, lap(Stage::Instances)).chain(),
+            // Slots are final: group them into draws.
+            (batches::update_batches, lap(Stage::Batches), stats::count).chain(),
+        )
+            .chain(),
+    );
+    schedule
+}
+
+/// A schedule that runs its systems one after another and refuses any pair whose order matters and is not said.
+/// Parallel work is inside the systems that have much of it, where the order of results is fixed.
+fn in_fixed_order() -> Schedule {
+    let mut schedule = Schedule::default();
+    schedule.set_executor(SingleThreadedExecutor::new());
+    schedule.set_build_settings(ScheduleBuildSettings {
+        ambiguity_detection: LogLevel::Error,
+        ..ScheduleBuildSettings::default()
+    });
+    schedule
+}
+
+fn begin_frame(mut list: ResMut<draw_list::DrawList>, environment: Res<components::Environment>) {
+    let list = list.bypass_change_detection();
+    list.frame += 1;
+    list.instances.dirty.clear();
+    list.lights.dirty.clear();
+    list.materials.dirty.clear();
+    if list.environment != *environment {
+        list.environment = environment.clone();
+    }
 }

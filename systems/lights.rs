@@ -1,29 +1,305 @@
 //! The light table, and the three most relevant lights of each object.
-//! SKELETON: types and signatures the others rely on; to be filled in.
-use crate::bounds::Sphere;
-use crate::draw_list::LightRecord;
+//!
+//! [`update_light_table`] gives every [`Light`] entity a slot and writes its [`LightRecord`] (what shaders read) and its
+//! [`ScoredLight`] (what the search reads). [`select_lights`] then asks [`select`] for the lights of the objects whose
+//! bounds changed, or of all objects when a light did.
+//!
+//! Relevance is [`score`]: no point of the object's bounding sphere receives more irradiance (luminance, unshadowed,
+//! facing the light) from the light. The three highest scores win; of equal scores, the lower slot. So that nothing pops
+//! when the three change, a light's weight is 1 − (s₄/s)⁴, s₄ the fourth highest score: a light comes and goes at
+//! weight 0. What the weights leave out goes into the remainder, a four-coefficient spherical harmonic of the
+//! [`irradiance`] at the object's centre; shading adds max(0, amb/4 + amb/luminance(amb) · dot(dir, n)/2).
+
+use crate::bounds::{Sphere, WorldBounds};
+use crate::components::Light;
+use crate::draw_list::{DrawList, LightRecord, NO_LIGHT, Table};
+use crate::library::MeshId;
+pub use crate::relevance::{ScoredLight, irradiance, light_record, score};
+use crate::relevance::{LUMINANCE, falloff};
 use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
+use bevy_tasks::{ComputeTaskPool, TaskPool};
+use bevy_transform::components::GlobalTransform;
 use glam::Vec3;
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+/// Objects per task.
+const CHUNK: usize = 256;
+
+/// Whether shading uses the three selected lights or all of them.
+#[derive(Resource, Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
+pub enum LightPolicy {
+    /// Three lights with smooth weights, the rest in the remainder.
+    #[default]
+    Three,
+    /// Three lights at full weight and nothing else: lights pop. To compare with.
+    Hard,
+    /// Every light: what the others are measured against. The selection is that of `Three`.
+    All,
+}
+
+impl LightPolicy {
+    /// All policies with the names that the command line uses.
+    pub const ALL: [(&'static str, Self); 3] = [("three", Self::Three), ("hard", Self::Hard), ("all", Self::All)];
+}
 
 /// The slot of a light in the light table; stable while the light lives. Derived.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug)]
 pub struct LightSlot(pub u32);
-impl Default for LightSlot { fn default() -> Self { Self(u32::MAX) } }
+
+impl Default for LightSlot {
+    fn default() -> Self {
+        Self(NO_LIGHT)
+    }
+}
 
 /// The lights of an object. Derived; written by [`select_lights`].
 #[derive(Component, Clone, Copy, PartialEq, Debug)]
 pub struct Selection {
-    /// Slots in the light table, most relevant first; [`crate::draw_list::NO_LIGHT`] where there are fewer.
+    /// Slots in the light table, most relevant first; [`NO_LIGHT`] where there are fewer.
     pub lights: [u32; 3],
     /// Selection weights, 0..1.
     pub weights: [f32; 3],
-    /// Irradiance of what the three leave out, linear RGB.
+    /// Irradiance of what the three leave out, linear RGB; a light's ambient counts four times, because shading takes
+    /// a quarter of this for every side.
     pub remainder_ambient: Vec3,
-    /// The same, times its luminance-weighted direction (world space).
+    /// Its luminance times the direction it comes from (world space), summed.
     pub remainder_direction: Vec3,
 }
-impl Default for Selection { fn default() -> Self { Self { lights: [u32::MAX; 3], weights: [0.0; 3], remainder_ambient: Vec3::ZERO, remainder_direction: Vec3::ZERO } } }
 
-pub(crate) fn free_slot(_world: DeferredWorld, _context: HookContext) {}
+impl Default for Selection {
+    fn default() -> Self {
+        Self {
+            lights: [NO_LIGHT; 3],
+            weights: [0.0; 3],
+            remainder_ambient: Vec3::ZERO,
+            remainder_direction: Vec3::ZERO,
+        }
+    }
+}
+
+/// Slots of lights, and the lights as the search reads them.
+#[derive(Resource, Clone, Debug, Default)]
+pub struct LightTable {
+    scored: Vec<ScoredLight>,
+    free: BinaryHeap<Reverse<u32>>,
+    version: u64,
+}
+
+impl LightTable {
+    /// One per slot, [`ScoredLight::OFF`] where the slot is empty or its light off.
+    pub fn scored(&self) -> &[ScoredLight] {
+        &self.scored
+    }
+
+    /// Differs whenever any light does.
+    pub fn version(&self) -> u64 {
+        self.version
+    }
+
+    /// The lowest free slot.
+    fn claim(&mut self) -> u32 {
+        self.free.pop().map_or_else(
+            || {
+                self.scored.push(ScoredLight::OFF);
+                self.scored.len() as u32 - 1
+            },
+            |Reverse(slot)| slot,
+        )
+    }
+
+    /// Writes a light into a claimed slot, here and in the draw list.
+    fn write(&mut self, records: &mut Table<LightRecord>, slot: u32, record: LightRecord) {
+        if records.records.get(slot as usize) == Some(&record) {
+            return;
+        }
+        records.write(slot, record);
+        if let Some(scored) = self.scored.get_mut(slot as usize) {
+            *scored = ScoredLight::new(&record);
+        }
+        self.version += 1;
+    }
+}
+
+/// Empties the slot of a light that is removed or despawned.
+pub(crate) fn free_slot(mut world: DeferredWorld, context: HookContext) {
+    let Some(mut component) = world.get_mut::<LightSlot>(context.entity) else { return };
+    // Reset too: the component stays where only the light is removed, and another light may come.
+    let LightSlot(slot) = std::mem::take(&mut *component);
+    if slot == NO_LIGHT {
+        return;
+    }
+    let off = LightRecord { kind: LightRecord::OFF, ..LightRecord::default() };
+    if let Some(mut draw_list) = world.get_resource_mut::<DrawList>() {
+        draw_list.lights.write(slot, off);
+    }
+    if let Some(mut table) = world.get_resource_mut::<LightTable>() {
+        table.scored[slot as usize] = ScoredLight::OFF;
+        table.free.push(Reverse(slot));
+        table.version += 1;
+    }
+}
+
+/// Writes the lights that changed or moved into the table, in slots that are theirs while they live.
+#[allow(clippy::type_complexity)]
+pub fn update_light_table(
+    mut table: ResMut<LightTable>,
+    mut draw_list: ResMut<DrawList>,
+    mut changed: Query<(&Light, &GlobalTransform, &mut LightSlot), Or<(Changed<Light>, Changed<GlobalTransform>)>>,
+) {
+    for (light, transform, mut slot) in &mut changed {
+        if slot.0 == NO_LIGHT {
+            slot.0 = table.claim();
+        }
+        table.write(&mut draw_list.lights, slot.0, light_record(light, transform));
+    }
+}
+
+/// Chooses the lights of each sphere; `scored` and `records` are indexed by slot. A sphere that is not finite has none.
+///
+/// The plain exact search: every sphere against every light. Sums run in slot order, so the result depends on nothing
+/// but the sphere and the lights.
+pub fn select(
+    scored: &[ScoredLight],
+    records: &[LightRecord],
+    policy: LightPolicy,
+    spheres: &[Sphere],
+    out: &mut [Selection],
+) {
+    let mut reaching = Vec::new();
+    for (&sphere, out) in spheres.iter().zip(out) {
+        let top = top_four(scored, sphere, &mut reaching);
+        *out = top.selection(policy);
+        if policy != LightPolicy::Hard && top.scores[3] > 0.0 {
+            add_remainder(records, sphere.center, &reaching, out);
+        }
+    }
+}
+
+/// [`select`] with the spheres shared out over the threads of a pool.
+pub fn select_parallel(
+    pool: &TaskPool,
+    scored: &[ScoredLight],
+    records: &[LightRecord],
+    policy: LightPolicy,
+    spheres: &[Sphere],
+    out: &mut [Selection],
+) {
+    if spheres.len() <= CHUNK {
+        return select(scored, records, policy, spheres, out);
+    }
+    pool.scope(|scope| {
+        for (spheres, out) in spheres.chunks(CHUNK).zip(out.chunks_mut(CHUNK)) {
+            scope.spawn(async move { select(scored, records, policy, spheres, out) });
+        }
+    });
+}
+
+/// The four best lights so far, best first.
+struct Top {
+    scores: [f32; 4],
+    slots: [u32; 4],
+}
+
+impl Top {
+    /// Takes a light in. Slots come in ascending order, so of equal scores the first stays ahead.
+    fn offer(&mut self, score: f32, slot: u32) {
+        let place = self.scores.iter().position(|&other| score > other);
+        if let Some(place) = place {
+            self.scores[place..].rotate_right(1);
+            self.slots[place..].rotate_right(1);
+            (self.scores[place], self.slots[place]) = (score, slot);
+        }
+    }
+
+    /// The first three with their weights, no remainder yet.
+    fn selection(&self, policy: LightPolicy) -> Selection {
+        let [lights @ .., _] = self.slots;
+        let [scores @ .., fourth] = self.scores;
+        let weights = scores.map(|score| match policy {
+            _ if score <= 0.0 => 0.0,
+            LightPolicy::Hard => 1.0,
+            LightPolicy::Three | LightPolicy::All => 1.0 - (fourth / score).powi(4),
+        });
+        Selection { lights, weights, ..Selection::default() }
+    }
+}
+
+/// Scores every light; `reaching` receives the slots of those with a score above 0.
+fn top_four(scored: &[ScoredLight], sphere: Sphere, reaching: &mut Vec<u32>) -> Top {
+    let mut top = Top { scores: [0.0; 4], slots: [NO_LIGHT; 4] };
+    reaching.clear();
+    if !sphere.center.is_finite() || !sphere.radius.is_finite() {
+        return top;
+    }
+    for (slot, light) in scored.iter().enumerate() {
+        if light.is_out_of_range(sphere) {
+            continue;
+        }
+        let score = score(light, sphere);
+        if score > 0.0 {
+            top.offer(score, slot as u32);
+            reaching.push(slot as u32);
+        }
+    }
+    top
+}
+
+/// Adds up what the weights leave out of the lights that reach the object.
+fn add_remainder(records: &[LightRecord], center: Vec3, reaching: &[u32], selection: &mut Selection) {
+    for &slot in reaching {
+        let chosen = selection.lights.iter().position(|&light| light == slot);
+        let left_out = 1.0 - chosen.map_or(0.0, |i| selection.weights[i]);
+        let Some(record) = records.get(slot as usize) else { continue };
+        let (falloff, toward) = falloff(record, center);
+        let part = left_out * falloff;
+        let color = Vec3::from(record.color);
+        selection.remainder_ambient += part * (color + 4.0 * Vec3::from(record.ambient));
+        selection.remainder_direction += part * color.dot(LUMINANCE) * toward;
+    }
+}
+
+/// What [`select_lights`] keeps from frame to frame.
+#[derive(Default)]
+pub struct SelectScratch {
+    seen: Option<(u64, LightPolicy)>,
+    spheres: Vec<Sphere>,
+    selections: Vec<Selection>,
+}
+
+/// Selects the lights of the objects whose bounds changed; of all objects where a light or the policy did.
+#[allow(clippy::type_complexity)]
+pub fn select_lights(
+    table: Res<LightTable>,
+    draw_list: Res<DrawList>,
+    policy: Res<LightPolicy>,
+    mut scratch: Local<SelectScratch>,
+    mut objects: ParamSet<(
+        Query<(&WorldBounds, &mut Selection), With<MeshId>>,
+        Query<(&WorldBounds, &mut Selection), (With<MeshId>, Changed<WorldBounds>)>,
+    )>,
+) {
+    let seen = Some((table.version, *policy));
+    let SelectScratch { seen: last_seen, spheres, selections } = &mut *scratch;
+    let mut search = |spheres: &[Sphere]| {
+        selections.clear();
+        selections.resize(spheres.len(), Selection::default());
+        let records = &draw_list.lights.records;
+        select_parallel(ComputeTaskPool::get(), &table.scored, records, *policy, spheres, selections);
+    };
+    spheres.clear();
+    // The two passes of a query meet its entities in the same order.
+    if std::mem::replace(last_seen, seen) == seen {
+        let mut moved = objects.p1();
+        spheres.extend(moved.iter().map(|(bounds, _)| bounds.0));
+        search(spheres);
+        moved.iter_mut().zip(&*selections).for_each(|((_, mut old), &new)| drop(old.set_if_neq(new)));
+    } else {
+        let mut all = objects.p0();
+        spheres.extend(all.iter().map(|(bounds, _)| bounds.0));
+        search(spheres);
+        all.iter_mut().zip(&*selections).for_each(|((_, mut old), &new)| drop(old.set_if_neq(new)));
+    }
+}

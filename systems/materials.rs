@@ -1,0 +1,214 @@
+//! Materials as the GPU reads them: a record each, their maps as layers of texture arrays.
+//!
+//! Images of the same size and format share a texture array, so that objects with different materials can be drawn
+//! together: only the layer index differs, and that is in the record. What a draw must bind (one array and one sampler
+//! per map) is the material's *class*; materials with equal ones share it. A missing map is the layer of a stand-in.
+
+use crate::draw_list::{ClassId, DrawList, MAP_COUNT, MapRecord, MaterialClass, MaterialRecord, PipelineKey, TextureArray};
+use crate::images::ImageKind;
+use crate::library::{ImageId, Library, Map, Material, MaterialId};
+use bevy_ecs::prelude::*;
+use std::collections::BTreeMap;
+
+/// Layers that every adapter offers (WebGPU's default limit); a fuller array is followed by another.
+pub const MOST_LAYERS: usize = 256;
+
+/// Stand-ins for missing maps, in the order of [`crate::draw_list::MapSlot`].
+const STAND_INS: [ImageId; MAP_COUNT] = [
+    ImageId::WHITE_COLOR,
+    ImageId::FLAT_NORMAL,
+    ImageId::WHITE_DATA,
+    ImageId::WHITE_DATA,
+    ImageId::WHITE_DATA,
+    ImageId::WHITE_COLOR,
+    ImageId::BLACK_DATA,
+];
+
+/// Where materials and images went.
+#[derive(Resource, Debug, Default)]
+pub struct MaterialTable {
+    placed: Vec<(ClassId, PipelineKey)>,
+    layer_of_image: BTreeMap<ImageId, (u32, u32)>,
+    id_of_class: BTreeMap<MaterialClass, ClassId>,
+    /// The class or pipeline of a material that may be in use changed: objects must be grouped anew.
+    pub(crate) regroup: bool,
+}
+
+impl MaterialTable {
+    /// The class and the pipeline (not mirrored) of a material; those of the default for an unknown one.
+    pub fn placed(&self, material: MaterialId) -> (ClassId, PipelineKey) {
+        self.placed.get(material.0 as usize).or(self.placed.first()).copied().unwrap_or_default()
+    }
+
+    fn layer(&mut self, image: ImageId, library: &Library, arrays: &mut Vec<TextureArray>) -> (u32, u32) {
+        if let Some(&place) = self.layer_of_image.get(&image) {
+            return place;
+        }
+        let Some(source) = library.image(image) else {
+            return self.layer(ImageId::WHITE_DATA, library, arrays);
+        };
+        let wanted = TextureArray {
+            width: source.width,
+            height: source.height,
+            srgb: source.kind == ImageKind::Color && source.texels == crate::images::Texels::Rgba8,
+            texels: source.texels,
+            layers: Vec::new(),
+        };
+        let index = arrays.iter().position(|a| a.same_format(&wanted) && a.layers.len() < MOST_LAYERS);
+        let index = index.unwrap_or_else(|| {
+            arrays.push(wanted);
+            arrays.len() - 1
+        });
+        arrays[index].layers.push(image);
+        let place = (index as u32, arrays[index].layers.len() as u32 - 1);
+        self.layer_of_image.insert(image, place);
+        place
+    }
+
+    fn place(&mut self, material: &Material, library: &Library, list: &mut DrawList) -> (ClassId, MaterialRecord) {
+        let mut class = MaterialClass::default();
+        let mut maps = [MapRecord::default(); MAP_COUNT];
+        for (slot, map) in material.maps().into_iter().enumerate() {
+            let map = map.unwrap_or_else(|| Map::new(STAND_INS[slot]));
+            let (array, layer) = self.layer(map.image, library, &mut list.texture_arrays);
+            class.arrays[slot] = array;
+            class.samplers[slot] = map.sampler;
+            let uv = map.image_from_mesh_uv;
+            maps[slot] = MapRecord {
+                image_from_mesh_uv: uv.matrix2.to_cols_array(),
+                offset: uv.translation.to_array(),
+                layer,
+                uv_set: map.uv_set.min(1),
+            };
+        }
+        let id = *self.id_of_class.entry(class).or_insert_with(|| {
+            list.classes.push(class);
+            ClassId(list.classes.len() as u32 - 1)
+        });
+        (id, record(material, maps))
+    }
+}
+
+fn record(material: &Material, maps: [MapRecord; MAP_COUNT]) -> MaterialRecord {
+    MaterialRecord {
+        base_factor: material.base_factor.to_array(),
+        specular_factor: material.specular_factor.to_array(),
+        shininess: material.shininess,
+        emissive_factor: material.emissive_factor.to_array(),
+        normal_scale: material.normal_scale,
+        metallic: material.metallic,
+        roughness: material.roughness,
+        occlusion_strength: material.occlusion_strength,
+        alpha_cutoff: material.alpha_cutoff,
+        glossiness: material.glossiness,
+        specular_strength: material.specular_strength,
+        height_scale_uv: material.height_scale_uv,
+        pad0: 0,
+        maps,
+    }
+}
+
+fn pipeline(material: &Material) -> PipelineKey {
+    PipelineKey {
+        alpha: material.alpha,
+        shading: material.shading,
+        technique: material.technique,
+        double_sided: material.double_sided,
+        mirrored: false,
+    }
+}
+
+/// Writes the records of new and edited materials.
+pub fn update_materials(mut library: ResMut<Library>, mut table: ResMut<MaterialTable>, mut list: ResMut<DrawList>) {
+    let (table, list) = (table.bypass_change_detection(), list.bypass_change_detection());
+    table.regroup = false;
+    let known = table.placed.len();
+    let mut pending: Vec<usize> = (known..library.materials().len()).collect();
+    if library.has_edited_materials() {
+        pending.extend(library.take_edited_materials().into_iter().map(|id| id.0 as usize).filter(|&id| id < known));
+    }
+    for index in pending {
+        let material = &library.materials()[index];
+        let (class, record) = table.place(material, &library, list);
+        list.materials.write(index as u32, record);
+        let placed = (class, pipeline(material));
+        if index >= table.placed.len() {
+            table.placed.push(placed);
+        } else if table.placed[index] != placed {
+            table.placed[index] = placed;
+            table.regroup = true;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Simulation;
+    use crate::images::Image;
+    use crate::library::{Sampler, Shading, Wrap};
+
+    fn image(side: u32, kind: ImageKind) -> Image {
+        Image::rgba8("i", side, side, kind, vec![128; (side * side * 4) as usize])
+    }
+
+    #[test]
+    fn equal_sizes_share_arrays_and_classes_and_other_sizes_do_not() {
+        let mut simulation = Simulation::new();
+        let mut library = simulation.world.resource_mut::<Library>();
+        let maps: Vec<_> = [4, 4, 8].map(|side| library.add_image(image(side, ImageKind::Color))).into();
+        let ids: Vec<_> = maps
+            .iter()
+            .map(|&i| library.add_material(Material { base_map: Some(Map::new(i)), ..Material::default() }))
+            .collect();
+        simulation.frame();
+        let table = simulation.world.resource::<MaterialTable>();
+        let classes: Vec<_> = ids.iter().map(|&id| table.placed(id).0).collect();
+        assert_eq!(classes[0], classes[1]);
+        assert_ne!(classes[0], classes[2]);
+        let list = simulation.draw_list();
+        let layers: Vec<_> = ids.iter().map(|id| list.materials.records[id.0 as usize].maps[0].layer).collect();
+        assert_eq!(layers, [0, 1, 0]);
+    }
+
+    #[test]
+    fn another_sampler_is_another_class() {
+        let mut simulation = Simulation::new();
+        let mut library = simulation.world.resource_mut::<Library>();
+        let map = Map::new(library.add_image(image(4, ImageKind::Color)));
+        let clamped = Map { sampler: Sampler { wrap_u: Wrap::Clamp, ..Sampler::default() }, ..map };
+        let a = library.add_material(Material { base_map: Some(map), ..Material::default() });
+        let b = library.add_material(Material { base_map: Some(clamped), ..Material::default() });
+        simulation.frame();
+        let table = simulation.world.resource::<MaterialTable>();
+        assert_ne!(table.placed(a).0, table.placed(b).0);
+    }
+
+    #[test]
+    fn a_full_array_is_followed_by_another() {
+        let mut simulation = Simulation::new();
+        let mut library = simulation.world.resource_mut::<Library>();
+        for _ in 0..=MOST_LAYERS {
+            let map = Map::new(library.add_image(image(2, ImageKind::Color)));
+            library.add_material(Material { base_map: Some(map), ..Material::default() });
+        }
+        simulation.frame();
+        let two = simulation.draw_list().texture_arrays.iter().filter(|a| a.width == 2).map(|a| a.layers.len());
+        assert_eq!(two.collect::<Vec<_>>(), [MOST_LAYERS, 1]);
+    }
+
+    #[test]
+    fn an_edited_material_is_written_again_and_only_that_one() {
+        let mut simulation = Simulation::new();
+        let mut library = simulation.world.resource_mut::<Library>();
+        let ids = [(); 3].map(|()| library.add_material(Material::default()));
+        simulation.frame();
+        simulation.frame();
+        assert!(simulation.draw_list().materials.dirty.is_empty());
+        simulation.world.resource_mut::<Library>().edit_material(ids[1], |m| m.shading = Shading::Unlit);
+        simulation.world.resource_mut::<Library>().edit_material(ids[1], |m| m.shininess = 3.0);
+        simulation.frame();
+        assert_eq!(simulation.draw_list().materials.dirty.ranges(0), [2..3]);
+        assert_eq!(simulation.world.resource::<MaterialTable>().placed(ids[1]).1.shading, Shading::Unlit);
+    }
+}

@@ -1,0 +1,93 @@
+//! Counts and stage times of a frame: one value that the panel, the benchmark and the tests read.
+
+use crate::draw_list::DrawList;
+use bevy_ecs::prelude::*;
+use std::time::Instant;
+
+/// A part of the frame schedule.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Stage {
+    /// World transforms.
+    Transforms,
+    /// World bounds.
+    Bounds,
+    /// Tangents of new meshes.
+    Tangents,
+    /// Material records, texture arrays and classes.
+    Materials,
+    /// Light table and light selection.
+    Lights,
+    /// Instance records.
+    Instances,
+    /// Batches.
+    Batches,
+}
+
+impl Stage {
+    /// All stages in the order they run, with their names.
+    pub const ALL: [(&'static str, Self); 7] = [
+        ("transforms", Self::Transforms),
+        ("bounds", Self::Bounds),
+        ("tangents", Self::Tangents),
+        ("materials", Self::Materials),
+        ("lights", Self::Lights),
+        ("instances", Self::Instances),
+        ("batches", Self::Batches),
+    ];
+}
+
+/// What the last frame did on the CPU. Times come from the wall clock and are for people only: nothing reads them back.
+#[derive(Resource, Clone, Debug)]
+pub struct FrameStats {
+    /// Milliseconds of each [`Stage`].
+    pub stage_ms: [f64; Stage::ALL.len()],
+    /// Drawn objects.
+    pub objects: usize,
+    /// Instance records written in this frame.
+    pub instances_written: usize,
+    /// Instanced draws, before blended objects.
+    pub batches: usize,
+    /// Blended objects.
+    pub transparent: usize,
+    lap_started: Instant,
+}
+
+impl Default for FrameStats {
+    fn default() -> Self {
+        Self {
+            stage_ms: Default::default(),
+            objects: 0,
+            instances_written: 0,
+            batches: 0,
+            transparent: 0,
+            lap_started: Instant::now(),
+        }
+    }
+}
+
+impl FrameStats {
+    /// Milliseconds of all stages together.
+    pub fn cpu_ms(&self) -> f64 {
+        self.stage_ms.iter().sum()
+    }
+}
+
+pub(crate) fn begin(mut stats: ResMut<FrameStats>) {
+    stats.lap_started = Instant::now();
+}
+
+/// A system that books the time since the last lap on a stage.
+pub(crate) fn lap(stage: Stage) -> impl FnMut(ResMut<FrameStats>) {
+    move |mut stats| {
+        let now = Instant::now();
+        stats.stage_ms[stage as usize] = (now - stats.lap_started).as_secs_f64() * 1e3;
+        stats.lap_started = now;
+    }
+}
+
+pub(crate) fn count(mut stats: ResMut<FrameStats>, list: Res<DrawList>) {
+    stats.objects = list.slots.len() + list.transparent.len();
+    stats.instances_written = list.instances.dirty.ranges(0).iter().map(ExactSizeIterator::len).sum();
+    stats.batches = list.batches.len();
+    stats.transparent = list.transparent.len();
+}

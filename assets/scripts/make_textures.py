@@ -38,8 +38,8 @@ def brick():
     ex, ey = np.abs(qx) - hx + rad, np.abs(qy) - hy + rad
     sdf = np.hypot(np.maximum(ex, 0), np.maximum(ey, 0)) + np.minimum(np.maximum(ex, ey), 0) - rad
     # chipped edges: a thresholded noise eats into the outline
-    chip = np.maximum(noise(n, 20, 1.2, 10, 90) - 0.75, 0) * 0.0055
-    chip += np.maximum(noise(n, 21, 0.8, 40, 200) - 1.1, 0) * 0.0022
+    chip = np.maximum(noise(n, 20, 1.2, 10, 90) - 0.75, 0) * 0.0036
+    chip += np.maximum(noise(n, 21, 0.8, 40, 200) - 1.1, 0) * 0.0016
     sdf = sdf + chip
     face = smooth(0.0008, -0.0042, sdf)
     # face relief: drag marks, pits, a slight dishing and tilt
@@ -84,10 +84,10 @@ def brick():
 
 
 def cobble():
-    n, size, depth = 1024, 2.0, 0.035
-    rows = 18
+    n, size, depth = 512, 1.44, 0.032
+    rows = 13
     u, v = coords(n)
-    wx = noise(n, 101, 1.8, 1, 8) * 0.0045 + noise(n, 102, 1.0, 20, 90) * 0.0008
+    wx = noise(n, 101, 1.8, 1, 8) * 0.0045 + noise(n, 102, 1.0, 14, 70) * 0.0008
     wy = noise(n, 103, 1.8, 1, 8) * 0.0060 + noise(n, 104, 1.0, 20, 90) * 0.0008
     y = ((v + wy) % 1.0) * rows
     row = np.floor(y).astype(int) % rows
@@ -97,7 +97,7 @@ def cobble():
     left = np.zeros((n, n)); right = np.ones((n, n)); ident = np.zeros((n, n), int)
     g = rng(105)
     for k in range(rows):
-        count = int(g.integers(13, 17))
+        count = int(g.integers(9, 12))
         w = 0.75 + 0.6 * g.random(count)
         edge = np.concatenate([[0], np.cumsum(w / w.sum())])
         off = g.random()
@@ -114,8 +114,8 @@ def cobble():
     py = (fy - 0.5) * size / rows
     ang = (r(110) - 0.5) * 0.16
     qx, qy = px * np.cos(ang) - py * np.sin(ang), px * np.sin(ang) + py * np.cos(ang)
-    ax = hx - 0.006 - 0.004 * r(111)
-    ay = hy - 0.005 - 0.004 * r(112)
+    ax = hx - 0.0025 - 0.003 * r(111)
+    ay = hy - 0.002 - 0.003 * r(112)
     rad = 0.020 + 0.012 * r(113)
     ex, ey = np.abs(qx) - ax + rad, np.abs(qy) - ay + rad
     sdf = np.hypot(np.maximum(ex, 0), np.maximum(ey, 0)) + np.minimum(np.maximum(ex, ey), 0) - rad
@@ -125,26 +125,26 @@ def cobble():
     dome = np.sqrt(np.clip(1 - (1 - t) ** 2.2, 0, 1))
     stone = smooth(-0.001, -0.006, sdf)
     mid = noise(n, 115, 1.2, 10, 70)
-    fine = noise(n, 116, 0.8, 50, 330)
+    fine = noise(n, 116, 0.8, 36, 230)
     tilt = (r(117) - 0.5) * qx / 0.12 + (r(118) - 0.5) * qy / 0.1
     hs = 0.24 + 0.60 * dome + 0.14 * (r(119) - 0.5) + 0.10 * tilt + 0.017 * mid + 0.0065 * fine
     chipped = smooth(0.9, 1.8, noise(n, 120, 1.0, 18, 100))
     hs = hs - 0.045 * chipped
     dirt = noise(n, 121, 1.0, 12, 140)
-    grit = noise(n, 122, 0.5, 90, 400)
+    grit = noise(n, 122, 0.5, 60, 240)
     hj = 0.16 + 0.035 * dirt + 0.020 * grit
     moss = smooth(-0.1, 1.1, noise(n, 123, 1.4, 2, 24)) * smooth(0.004, -0.011, -(-sdf) - 0.004)
-    moss_tuft = noise(n, 124, 0.6, 60, 300)
+    moss_tuft = noise(n, 124, 0.6, 40, 230)
     hj = hj + 0.07 * moss * (1 + 0.35 * moss_tuft)
     h = np.maximum(hs * stone + (1 - stone) * 0, hj)
     joint = smooth(0.03, -0.03, hs * stone - hj)
 
-    pal = np.array([rgb(c) for c in ('6f6b68', '7d7771', '5f5e60', '837a6d', '696f73', '8b8580', '575250', '7a6a60')])
+    pal = np.array([rgb(c) for c in ('6f6b68', '7d7771', '626061', '837a6d', '6b6e70', '8b8580', '575250', '7a6a60')])
     pick = (r(130) * len(pal)).astype(int) % len(pal)
     col = pal[pick] * (0.84 + 0.34 * r(131))[..., None]
     col = col * (1 + 0.07 * noise(n, 132, 1.2, 6, 60) + 0.06 * fine)[..., None]
-    white = smooth(1.2, 2.0, noise(n, 133, 0.3, 110, 420))
-    black = smooth(1.1, 1.9, noise(n, 134, 0.3, 110, 420))
+    white = smooth(1.2, 2.0, noise(n, 133, 0.3, 80, 250))
+    black = smooth(1.1, 1.9, noise(n, 134, 0.3, 80, 250))
     col = mix(col, rgb('b9b4ad'), white * 0.42)
     col = mix(col, rgb('312f30'), black * 0.5)
     rust = smooth(0.9, 2.2, noise(n, 135, 1.4, 3, 30))
@@ -166,7 +166,7 @@ def cobble():
 
 def metal():
     """Painted sheet panels, rivets along the seams, scratches to bare metal, rust."""
-    n, size, depth = 512, 1.0, 0.006
+    n, size, depth = 512, 1.0, 0.009
     u, v = coords(n)
     nx, ny = 2, 2
     wob = noise(n, 201, 1.5, 2, 10) * 0.0004
@@ -188,8 +188,8 @@ def metal():
         d = np.hypot(s * step, np.abs(b) - 0.226)
         keep = np.abs(a) < 0.235
         d = np.where(keep, d, 1.0)
-        rivet = np.maximum(rivet, np.sqrt(np.clip(1 - (d / 0.0078) ** 2, 0, 1)))
-        ring = np.maximum(ring, smooth(0.016, 0.006, d))
+        rivet = np.maximum(rivet, np.sqrt(np.clip(1 - (d / 0.0100) ** 2, 0, 1)))
+        ring = np.maximum(ring, smooth(0.019, 0.009, d))
     dents = noise(n, 202, 2.2, 1, 8)
     peel = noise(n, 203, 0.7, 40, 160)
     # rust grows from seams, rivets and scratches, and runs down a little
@@ -209,9 +209,9 @@ def metal():
         s, t = dx * np.cos(a) + dy * np.sin(a), -dx * np.sin(a) + dy * np.cos(a) + 0.06 * (dx * np.cos(a)) ** 2
         scr = np.maximum(scr, smooth(w * 1.6, w * 0.3, np.abs(t)) * smooth(ln, ln * 0.7, np.abs(s)) * (0.4 + 0.6 * g.random()))
     scr *= smooth(-0.8, 0.4, noise(n, 207, 0.8, 10, 120))
-    chips = smooth(1.25, 1.55, noise(n, 208, 0.9, 14, 110) + 0.7 * smooth(0.02, 0, edge) + 0.3 * ring)
+    chips = smooth(2.35, 2.6, noise(n, 208, 1.0, 10, 110) + 1.0 * smooth(0.015, 0, edge) + 0.5 * ring)
     bare = np.clip(np.maximum(scr, chips), 0, 1) * (1 - rust)
-    h = 0.55 + 0.20 * swage - 0.5 * gap + 0.38 * rivet + 0.012 * dents + 0.0035 * peel
+    h = 0.47 + 0.22 * swage - 0.45 * gap + 0.30 * rivet + 0.010 * dents + 0.0035 * peel
     h = h - 0.045 * bare + rust * (0.035 * noise(n, 209, 0.7, 30, 200) - 0.01)
     paint = mix(rgb('5f7a80'), rgb('54696d'), uniform_noise(n, 210, beta=1.5, lo=2, hi=30))
     paint = paint * (0.94 + 0.10 * hash01(ix, iy, 12))[..., None]
@@ -302,13 +302,6 @@ def plaster():
     return base, spec, h, size, depth
 
 
-def wood_grain(n, seed, ident, along, across):
-    """Grain that follows the boards: `along`/`across` in metres, per-board offsets."""
-    r = lambda s: hash01(ident, 1, seed + s)
-    warp = noise(n, seed + 1, 1.8, 1, 10, ax=2.5, ay=0.5)
-    return r, warp
-
-
 def planks():
     """Five weathered boards running vertically, nail heads, knots."""
     n, size, depth = 512, 0.8, 0.008
@@ -374,40 +367,6 @@ def planks():
     return base, spec, h, size, depth
 
 
-def asphalt():
-    n, size, depth = 512, 1.0, 0.008
-    h = np.zeros((n, n)); col = np.zeros((n, n, 3)); top = np.full((n, n), -1.0)
-    pal = np.array([rgb(c) for c in ('6a6866', '58575a', '77716a', '4c4b4d', '8a857d', '615b55')])
-    for cells, seed, hh in ((110, 501, 0.50), (64, 502, 0.62), (40, 503, 0.70)):
-        f1, f2, ident = worley(n, cells, seed, 0.95)
-        on = hash01(ident, 0, seed + 20) < (0.95 if cells > 100 else 0.42 if cells > 50 else 0.30)
-        e = (f2 - f1) + 0.12 * noise(n, seed + 30, 0.8, 40, 200)
-        dome = np.sqrt(np.clip(1 - (1 - np.clip(e * 1.9, 0, 1)) ** 2, 0, 1))
-        z = np.where(on, dome * hh * (0.75 + 0.35 * hash01(ident, 1, seed)), -1)
-        c = pal[(hash01(ident, 2, seed) * 6).astype(int) % 6] * (0.75 + 0.4 * hash01(ident, 3, seed))[..., None]
-        up = z > top
-        top = np.where(up, z, top)
-        col = np.where(up[..., None], c, col)
-    tar_level = 0.30 + 0.06 * noise(n, 504, 1.4, 2, 40)
-    tar = smooth(0.06, -0.06, top - tar_level)
-    h = np.maximum(top, tar_level) + 0.008 * noise(n, 505, 0.6, 60, 220)
-    wx, wy = noise(n, 506, 1.4, 4, 80) * 8, noise(n, 507, 1.4, 4, 80) * 8
-    f1, f2, _ = worley(n, 3, 508, 1.0)
-    u, v = coords(n)
-    e = sample(f2 - f1, u * n - 0.5 + wx, v * n - 0.5 + wy)
-    crack = smooth(0.022, 0.006, e) * smooth(0.0, 0.8, noise(n, 509, 1.4, 1, 10))
-    h = h * (1 - crack) + 0.05 * crack
-    tarc = rgb('2f2f31') * (1 + 0.08 * noise(n, 510, 0.7, 30, 220))[..., None]
-    base = mix(col, tarc, tar)
-    dust = uniform_noise(n, 511, beta=1.6, lo=1, hi=30)
-    base = mix(base, rgb('7c756b'), 0.16 * dust)
-    oil = smooth(1.0, 2.2, noise(n, 512, 1.8, 1, 12))
-    base = base * (1 - 0.35 * oil)[..., None]
-    base = mix(base, rgb('1e1d1c'), 0.8 * crack) * cavity(h, 4, 0.35)
-    spec = 0.10 + 0.10 * tar + 0.35 * oil + 0.10 * hash01((top * 90).astype(int), 1, 513) * (1 - tar)
-    return base, spec, h, size, depth
-
-
 def concrete():
     """Cast concrete: board marks, pin holes, stains."""
     n, size, depth = 512, 1.5, 0.008
@@ -432,7 +391,7 @@ def concrete():
 
 
 ALL = dict(brick=brick, cobble=cobble, metal=metal, corrugated=corrugated,
-           plaster=plaster, planks=planks, asphalt=asphalt, concrete=concrete)
+           plaster=plaster, planks=planks, concrete=concrete)
 
 
 def main(out, names=None, preview=None):
@@ -441,7 +400,8 @@ def main(out, names=None, preview=None):
     index = json.load(open(index_path)) if os.path.exists(index_path) else {}
     for name in names or ALL:
         base, spec, h, size, depth = ALL[name]()
-        index[name] = save_set(out, name, base, spec, h, size, depth)
+        index[name] = save_set(out, name, base, spec, h, size, depth,
+                               1 if name in ('metal', 'corrugated') else 2)
         print('texture', name, 'height %.2f..%.2f' % (h.min(), h.max()))
         if preview:
             nrm = normal_from_height(np.clip(h, 0, 1), size, depth)

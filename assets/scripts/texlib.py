@@ -24,10 +24,10 @@ def _freq(n):
 
 def noise(n, seed, beta=1.0, lo=1.0, hi=None, ax=1.0, ay=1.0):
     """Periodic spectral noise, mean 0, deviation 1. Amplitude falls as f^-beta
-    between `lo` and `hi` cycles per tile; ax, ay > 1 squeeze frequencies along
-    an axis (features become longer along it)."""
+    between `lo` and `hi` cycles per tile; ax, ay scale the frequency seen along
+    each axis: ay well below ax gives features drawn out vertically."""
     fx, fy = _freq(n)
-    f = np.hypot(fx * ax, fy * ay)
+    f = np.hypot(fx * ay, fy * ax)
     hi = n / 2 if hi is None else hi
     amp = np.zeros_like(f)
     m = f >= lo * 0.999
@@ -134,9 +134,15 @@ def normal_from_height(h, size_m, depth_m, wrap=True):
     return nrm / np.linalg.norm(nrm, axis=-1, keepdims=True)
 
 
-def encode_normal(nrm):
-    """Flat encodes as exactly (128, 128, 255)."""
-    q = np.floor(nrm * 127.5 + 128.0)
+def encode_normal(nrm, step=1):
+    """Flat encodes as exactly (128, 128, 255). A step of 2 rounds x and y to
+    every second level (0.4 degrees): invisible on rough surfaces, and a third
+    smaller as PNG."""
+    n = np.array(nrm, float)
+    if step > 1:
+        n[..., :2] = np.round(n[..., :2] * 127.5 / step) * step / 127.5
+        n[..., 2] = np.round(np.sqrt(np.clip(1 - (n[..., :2] ** 2).sum(-1), 0, 1)) * 127.5 / step) * step / 127.5
+    q = np.floor(n * 127.5 + 128.0)
     return np.clip(q, 0, 255).astype(np.uint8)
 
 
@@ -153,18 +159,18 @@ def save_png(path, a):
     Image.fromarray(a).save(path, optimize=True)
 
 
-def save_set(folder, name, base, spec, height, size_m, depth_m):
+def save_set(folder, name, base, spec, height, size_m, depth_m, step=2):
     """Write the four maps of one material; returns the record for textures.json."""
     height = np.clip(height, 0, 1)
     save_jpg(os.path.join(folder, name + '_base.jpg'), np.clip(base, 0, 1))
     hq = to8(height)
     # The normal map is taken from the height before it is rounded to 8 bits.
     save_png(os.path.join(folder, name + '_normal.png'),
-             encode_normal(normal_from_height(height, size_m, depth_m)))
+             encode_normal(normal_from_height(height, size_m, depth_m), step))
     if spec.ndim == 2:
         spec = np.repeat(spec[..., None], 3, -1)
-    # 64 grey levels are plenty for a reflectance and halve the file.
-    save_png(os.path.join(folder, name + '_specular.png'), to8(np.round(np.clip(spec, 0, 1) * 63) / 63))
+    # 32 grey levels are plenty for a reflectance and halve the file.
+    save_png(os.path.join(folder, name + '_specular.png'), to8(np.round(np.clip(spec, 0, 1) * 31) / 31))
     save_png(os.path.join(folder, name + '_height.png'), hq)
     return {'size_m': size_m, 'depth_m': depth_m, 'pixels': int(height.shape[0])}
 

@@ -1,0 +1,43 @@
+// The bump techniques: each turns the interpolated frame and the maps into the shading normal. A technique is chosen
+// when a pipeline is made (override TECHNIQUE), so the others cost nothing.
+
+const TECHNIQUE_OFF = 0u;
+const TECHNIQUE_NORMAL = 1u;
+const TECHNIQUE_PERTURBED_NORMAL = 2u;
+
+struct Frame {
+    // World space, unit, orthogonal; bitangent toward image-up.
+    tangent: vec3f,
+    bitangent: vec3f,
+    normal: vec3f,
+}
+
+// glTF 2.0, 3.7.2.1: B = cross(N, T) · w, after making T orthogonal to the interpolated N.
+fn tangent_frame(normal: vec3f, tangent: vec4f) -> Frame {
+    let n = normalize(normal);
+    let t = normalize(tangent.xyz - n * dot(n, tangent.xyz));
+    return Frame(t, cross(n, t) * tangent.w, n);
+}
+
+fn tangent_space_normal(texel: vec3f, scale: f32) -> vec3f {
+    var n = texel * 2.0 - 1.0;
+    n = vec3f(n.xy * scale, n.z);
+    return normalize(n);
+}
+
+fn normal_mapped(frame: Frame, texel: vec3f, scale: f32) -> vec3f {
+    let n = tangent_space_normal(texel, scale);
+    return normalize(frame.tangent * n.x + frame.bitangent * n.y + frame.normal * n.z);
+}
+
+// Blinn 1978 in Mikkelsen's form ("Bump Mapping Unparametrized Surfaces on the GPU", 2010): the surface gradient of a
+// height, from screen-space derivatives, so no tangents are needed. dp_*: position; dh_*: height in metres, per pixel.
+fn perturbed_normal(normal: vec3f, dp_dx: vec3f, dp_dy: vec3f, dh_dx: f32, dh_dy: f32) -> vec3f {
+    let n = normalize(normal);
+    let r1 = cross(dp_dy, n);
+    let r2 = cross(n, dp_dx);
+    let determinant = dot(dp_dx, r1);
+    let gradient = sign(determinant) * (dh_dx * r1 + dh_dy * r2);
+    let bumped = abs(determinant) * n - gradient;
+    return select(n, normalize(bumped), dot(bumped, bumped) > 0.0);
+}

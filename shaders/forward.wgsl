@@ -1,0 +1,282 @@
+// The forward pass: objects in batches, each pixel lit by its object's three lights.
+//
+// The overrides are set when a pipeline is made; see src/renderer/pipelines.rs.
+
+override TECHNIQUE: u32 = 1u;
+override SHADING: u32 = 0u;
+override ALPHA: u32 = 0u;
+override LIGHTS: u32 = 0u;
+override DEBUG: u32 = 0u;
+
+const ALPHA_OPAQUE = 0u;
+const ALPHA_MASK = 1u;
+const ALPHA_BLEND = 2u;
+
+const LIGHTS_SELECTED = 0u;
+const LIGHTS_ALL = 1u;
+
+const DEBUG_BASE = 1u;
+const DEBUG_NORMAL = 2u;
+const DEBUG_TANGENT = 3u;
+const DEBUG_LIGHT_COUNT = 4u;
+const DEBUG_THREE_LIGHTS = 5u;
+
+@group(1) @binding(0) var base_maps: texture_2d_array<f32>;
+@group(1) @binding(1) var normal_maps: texture_2d_array<f32>;
+@group(1) @binding(2) var specular_maps: texture_2d_array<f32>;
+@group(1) @binding(3) var metallic_roughness_maps: texture_2d_array<f32>;
+@group(1) @binding(4) var occlusion_maps: texture_2d_array<f32>;
+@group(1) @binding(5) var emissive_maps: texture_2d_array<f32>;
+@group(1) @binding(6) var height_maps: texture_2d_array<f32>;
+@group(1) @binding(7) var base_sampler: sampler;
+@group(1) @binding(8) var normal_sampler: sampler;
+@group(1) @binding(9) var specular_sampler: sampler;
+@group(1) @binding(10) var metallic_roughness_sampler: sampler;
+@group(1) @binding(11) var occlusion_sampler: sampler;
+@group(1) @binding(12) var emissive_sampler: sampler;
+@group(1) @binding(13) var height_sampler: sampler;
+
+struct VertexIn {
+    @location(0) position: vec3f,
+    @location(1) normal: vec3f,
+    @location(2) tangent: vec4f,
+    // Both UV sets.
+    @location(3) uvs: vec4f,
+    @location(4) color: vec4f,
+}
+
+struct VertexOut {
+    @builtin(position) clip_position: vec4f,
+    @location(0) position: vec3f,
+    @location(1) normal: vec3f,
+    @location(2) tangent: vec4f,
+    @location(3) uvs: vec4f,
+    @location(4) color: vec4f,
+    @location(5) @interpolate(flat) slot: u32,
+}
+
+@vertex
+fn vs_main(in: VertexIn, @builtin(instance_index) instance_index: u32) -> VertexOut {
+    let slot = slots[instance_index];
+    let rows = instances[slot].world_from_object;
+    let object = vec4f(in.position, 1.0);
+    let position = vec3f(dot(rows[0], object), dot(rows[1], object), dot(rows[2], object));
+    // Normals go by the cofactor matrix: det · inverse transpose, its columns cross products of the rows' columns.
+    let x = vec3f(rows[0].x, rows[1].x, rows[2].x);
+    let y = vec3f(rows[0].y, rows[1].y, rows[2].y);
+    let z = vec3f(rows[0].z, rows[1].z, rows[2].z);
+    let y_z = cross(y, z);
+    let handedness = sign(dot(x, y_z));
+    let normal = handedness * (y_z * in.normal.x + cross(z, x) * in.normal.y + cross(x, y) * in.normal.z);
+    let tangent = x * in.tangent.x + y * in.tangent.y + z * in.tangent.z;
+    var out: VertexOut;
+    out.clip_position = view.clip_from_world * vec4f(position, 1.0);
+    out.position = position;
+    out.normal = normalize(normal);
+    out.tangent = vec4f(normalize(tangent), in.tangent.w * handedness);
+    out.uvs = in.uvs;
+    out.color = in.color;
+    out.slot = slot;
+    return out;
+}
+
+fn image_uv(map: MapRef, uvs: vec4f) -> vec2f {
+    let uv = select(uvs.xy, uvs.zw, map.uv_set == 1u);
+    return mat2x2f(map.image_from_mesh_uv.xy, map.image_from_mesh_uv.zw) * uv + map.offset;
+}
+
+fn base_color(material: u32, in: VertexOut) -> vec4f {
+    let map = materials[material].maps[MAP_BASE];
+    let texel = textureSample(base_maps, base_sampler, image_uv(map, in.uvs), map.layer);
+    return texel * materials[material].base_factor * in.color;
+}
+
+fn height(map: MapRef, uv: vec2f, duv_dx: vec2f, duv_dy: vec2f) -> f32 {
+    return textureSampleGrad(height_maps, height_sampler, uv, map.layer, duv_dx, duv_dy).r;
+}
+
+fn shading_normal(material: u32, in: VertexOut, front: bool) -> vec3f {
+    var normal = normalize(in.normal);
+    if TECHNIQUE == TECHNIQUE_NORMAL {
+        let map = materials[material].maps[MAP_NORMAL];
+        let texel = textureSample(normal_maps, normal_sampler, image_uv(map, in.uvs), map.layer).xyz;
+        normal = normal_mapped(tangent_frame(in.normal, in.tangent), texel, materials[material].normal_scale);
+    } else if TECHNIQUE == TECHNIQUE_PERTURBED_NORMAL {
+        let map = materials[material].maps[MAP_HEIGHT];
+        let uv = image_uv(map, in.uvs);
+        let duv_dx = dpdx(uv);
+        let duv_dy = dpdy(uv);
+        let dp_dx = dpdx(in.position);
+        let dp_dy = dpdy(in.position);
+        // Heights are given in UV units; this many metres are in one.
+        let area_uv = abs(duv_dx.x * duv_dy.y - duv_dx.y * duv_dy.x);
+        let metres = sqrt(length(cross(dp_dx, dp_dy)) / max(area_uv, 1e-12));
+        let scale = materials[material].height_scale_uv * metres;
+        let here = height(map, uv, duv_dx, duv_dy);
+        let dh_dx = scale * (height(map, uv + duv_dx, duv_dx, duv_dy) - here);
+        let dh_dy = scale * (height(map, uv + duv_dy, duv_dx, duv_dy) - here);
+        normal = perturbed_normal(in.normal, dp_dx, dp_dy, dh_dx, dh_dy);
+    }
+    return select(-normal, normal, front);
+}
+
+// The material's maps and factors at this pixel; colours only, the caller adds place and direction.
+fn surface_at(material: u32, base: vec3f, in: VertexOut) -> Surface {
+    var surface: Surface;
+    surface.diffuse = base;
+    if SHADING == SHADING_UNLIT {
+        return surface;
+    }
+    let map = materials[material].maps[MAP_SPECULAR];
+    let texel = textureSample(specular_maps, specular_sampler, image_uv(map, in.uvs), map.layer);
+    let specular = texel.rgb * materials[material].specular_factor;
+    surface.specular = specular;
+    surface.specular_90 = vec3f(1.0);
+    surface.gloss = materials[material].shininess;
+    if SHADING == SHADING_SPECULAR_GLOSSINESS {
+        // KHR_materials_pbrSpecularGlossiness.
+        surface.diffuse = base * (1.0 - max(specular.r, max(specular.g, specular.b)));
+        let roughness = 1.0 - saturate(texel.a * materials[material].glossiness);
+        surface.gloss = max(roughness * roughness, 1e-3);
+    } else if SHADING == SHADING_METALLIC_ROUGHNESS {
+        // glTF 2.0, appendix B.3.5, with KHR_materials_specular.
+        let mr = materials[material].maps[MAP_METALLIC_ROUGHNESS];
+        let metal_rough = textureSample(metallic_roughness_maps, metallic_roughness_sampler, image_uv(mr, in.uvs), mr.layer);
+        let metallic = saturate(metal_rough.b * materials[material].metallic);
+        let roughness = saturate(metal_rough.g * materials[material].roughness);
+        let strength = texel.a * materials[material].specular_strength;
+        let dielectric = min(0.04 * specular, vec3f(1.0)) * strength;
+        surface.diffuse = base * (1.0 - metallic);
+        surface.specular = mix(dielectric, base, metallic);
+        surface.specular_90 = mix(vec3f(strength), vec3f(1.0), metallic);
+        surface.gloss = max(roughness * roughness, 1e-3);
+    }
+    return surface;
+}
+
+fn is_ggx() -> bool {
+    return SHADING == SHADING_METALLIC_ROUGHNESS || SHADING == SHADING_SPECULAR_GLOSSINESS;
+}
+
+fn reflected(surface: Surface, light: Light) -> vec3f {
+    let arriving = arriving(light, surface.position);
+    var reflection: vec3f;
+    if is_ggx() {
+        reflection = ggx_reflection(surface, arriving.toward);
+    } else {
+        reflection = classic_reflection(surface, arriving.toward, SHADING == SHADING_BLINN);
+    }
+    return arriving.color * reflection + arriving.ambient * surface.diffuse;
+}
+
+// All light on the surface that comes from lights, the scene's ambient and the sky; not its own emission.
+fn lit(surface: Surface, slot: u32, occlusion: f32) -> vec3f {
+    var color = surface.diffuse * view.ambient * occlusion;
+    var around = vec3f(0.0);
+    if LIGHTS == LIGHTS_ALL {
+        for (var i = 0u; i < view.light_count; i++) {
+            color += reflected(surface, lights[i]);
+        }
+    } else {
+        for (var i = 0u; i < 3u; i++) {
+            let light = instances[slot].lights[i];
+            if light == NO_LIGHT {
+                break;
+            }
+            color += instances[slot].weights[i] * reflected(surface, lights[light]);
+        }
+        let ambient = instances[slot].remainder_ambient;
+        let direction = instances[slot].remainder_direction;
+        color += surface.diffuse * remainder(ambient, direction, surface.normal);
+        around = ambient * 0.25;
+    }
+    if is_ggx() {
+        let mirror = reflect(-surface.toward_eye, surface.normal);
+        around += sky_blurred(mirror, sqrt(surface.gloss));
+        color += mirrored_share(surface) * around * occlusion;
+    }
+    return color;
+}
+
+fn debug_color(surface: Surface, base: vec3f, slot: u32, in: VertexOut) -> vec3f {
+    if DEBUG == DEBUG_BASE {
+        return base;
+    } else if DEBUG == DEBUG_NORMAL {
+        return surface.normal * 0.5 + 0.5;
+    } else if DEBUG == DEBUG_TANGENT {
+        return normalize(in.tangent.xyz) * 0.5 + 0.5;
+    }
+    let headlight = 0.25 + 0.75 * abs(dot(surface.normal, surface.toward_eye));
+    if DEBUG == DEBUG_THREE_LIGHTS {
+        // Red, green and blue: how much each of the three gives here.
+        var given = vec3f(0.02);
+        for (var i = 0u; i < 3u; i++) {
+            let light = instances[slot].lights[i];
+            if light != NO_LIGHT {
+                let here = arriving(lights[light], surface.position);
+                let n_l = max(dot(surface.normal, here.toward), 0.0);
+                given[i] += instances[slot].weights[i] * luminance(here.color) * n_l;
+            }
+        }
+        let picked = select(0.5, 1.0, instances[slot].entity == view.picked_entity);
+        return given * picked;
+    }
+    // Light count: how many reach the pixel, 0 blue to 8 and more red.
+    var count = 0.0;
+    for (var i = 0u; i < view.light_count; i++) {
+        let here = arriving(lights[i], surface.position);
+        count += select(0.0, 1.0, luminance(abs(here.color)) > 1e-4);
+    }
+    let heat = saturate(count / 8.0);
+    return headlight * saturate(vec3f(2.0 * heat, 2.0 - abs(4.0 * heat - 2.0), 1.5 - 3.0 * heat));
+}
+
+@fragment
+fn fs_main(in: VertexOut, @builtin(front_facing) front: bool) -> @location(0) vec4f {
+    let material = instances[in.slot].material;
+    let base = base_color(material, in);
+    let normal = shading_normal(material, in, front);
+    var surface = surface_at(material, base.rgb, in);
+    let occlusion_map = materials[material].maps[MAP_OCCLUSION];
+    var occlusion = 1.0;
+    if SHADING != SHADING_UNLIT {
+        let texel = textureSample(occlusion_maps, occlusion_sampler, image_uv(occlusion_map, in.uvs), occlusion_map.layer);
+        occlusion = 1.0 + materials[material].occlusion_strength * (texel.r - 1.0);
+    }
+    let emissive_map = materials[material].maps[MAP_EMISSIVE];
+    let emissive = textureSample(emissive_maps, emissive_sampler, image_uv(emissive_map, in.uvs), emissive_map.layer).rgb
+        * materials[material].emissive_factor;
+    if ALPHA == ALPHA_MASK && base.a < materials[material].alpha_cutoff {
+        discard;
+    }
+    surface.position = in.position;
+    surface.normal = normal;
+    surface.toward_eye = select(normalize(view.eye - in.position), view.toward_eye, view.parallel == 1u);
+    var color = surface.diffuse;
+    if DEBUG != 0u {
+        color = debug_color(surface, base.rgb, in.slot, in);
+    } else if SHADING != SHADING_UNLIT {
+        color = lit(surface, in.slot, occlusion) + emissive;
+    }
+    return vec4f(color, select(1.0, base.a, ALPHA == ALPHA_BLEND));
+}
+
+struct Outputs {
+    // Shading normal, world space; w 1.
+    @location(0) normal: vec4f,
+    // Entity index + 1; 0 where there is nothing.
+    @location(1) id: u32,
+}
+
+@fragment
+fn fs_outputs(in: VertexOut, @builtin(front_facing) front: bool) -> Outputs {
+    let material = instances[in.slot].material;
+    let alpha = base_color(material, in).a;
+    let normal = shading_normal(material, in, front);
+    // A blended surface counts where it hides more than half of what is behind it.
+    let cutoff = select(materials[material].alpha_cutoff, 0.5, ALPHA == ALPHA_BLEND);
+    if ALPHA != ALPHA_OPAQUE && alpha < cutoff {
+        discard;
+    }
+    return Outputs(vec4f(normal, 1.0), instances[in.slot].entity + 1u);
+}

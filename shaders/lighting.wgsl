@@ -1,0 +1,115 @@
+// Light on one point of a surface. Light units: see systems/components.rs, Light.
+
+const SHADING_PHONG = 0u;
+const SHADING_BLINN = 1u;
+const SHADING_METALLIC_ROUGHNESS = 2u;
+const SHADING_SPECULAR_GLOSSINESS = 3u;
+const SHADING_UNLIT = 4u;
+
+// A light as it arrives at a point.
+struct Arriving {
+    // Unit, from the point to the light.
+    toward: vec3f,
+    // Colour · intensity · attenuation · spot factor.
+    color: vec3f,
+    // The light's ambient colour, attenuated.
+    ambient: vec3f,
+}
+
+// The window that takes a light to exactly 0 at its range: (max(1 − (d²/R²)², 0))².
+fn range_window(distance_squared: f32, inverse_range_squared: f32) -> f32 {
+    let x = distance_squared * inverse_range_squared;
+    let w = max(1.0 - x * x, 0.0);
+    return w * w;
+}
+
+// systems/lights.rs has the twin of this function.
+fn arriving(light: Light, position: vec3f) -> Arriving {
+    if light.kind == LIGHT_DIRECTIONAL {
+        return Arriving(-light.direction, light.color, light.ambient);
+    }
+    let offset = light.position - position;
+    let distance_squared = dot(offset, offset);
+    let d = sqrt(distance_squared);
+    let toward = offset / max(d, 1e-6);
+    let k = light.attenuation;
+    var attenuation = range_window(distance_squared, light.inverse_range_squared)
+        / max(k.x + d * (k.y + d * k.z), 1e-4);
+    let c = dot(light.direction, -toward);
+    if light.kind == LIGHT_SPOT_EXPONENT {
+        attenuation *= select(0.0, pow(max(c, 1e-6), light.exponent), c > light.cos_outer);
+    } else if light.kind == LIGHT_SPOT_CONE {
+        // KHR_lights_punctual, "Inner and Outer Cone Angles".
+        let s = saturate((c - light.cos_outer) / max(light.cos_inner - light.cos_outer, 1e-4));
+        attenuation *= s * s;
+    } else if light.kind == LIGHT_OFF {
+        attenuation = 0.0;
+    }
+    return Arriving(toward, light.color * attenuation, light.ambient * attenuation);
+}
+
+// A surface point, for all shading models.
+struct Surface {
+    position: vec3f,
+    normal: vec3f,
+    // Unit, to the eye.
+    toward_eye: vec3f,
+    // Diffuse colour.
+    diffuse: vec3f,
+    // Phong, Blinn: reflectance; GGX: reflectance at normal incidence.
+    specular: vec3f,
+    // GGX: reflectance at grazing incidence.
+    specular_90: vec3f,
+    // Phong, Blinn: the exponent; GGX: roughness α = perceptual roughness squared.
+    gloss: f32,
+}
+
+// Phong's and Blinn's models: diffuse · max(n·l, 0) + specular · S, S = max(r·v, 0)^shininess or max(n·h, 0)^shininess,
+// nothing where the light is behind the surface.
+fn classic_reflection(surface: Surface, toward: vec3f, blinn: bool) -> vec3f {
+    let n_l = dot(surface.normal, toward);
+    if n_l <= 0.0 {
+        return vec3f(0.0);
+    }
+    let reflected = 2.0 * n_l * surface.normal - toward;
+    let halfway = normalize(toward + surface.toward_eye);
+    let cosine = select(dot(reflected, surface.toward_eye), dot(surface.normal, halfway), blinn);
+    let highlight = select(0.0, pow(max(cosine, 1e-10), surface.gloss), cosine > 0.0 || surface.gloss == 0.0);
+    return surface.diffuse * n_l + surface.specular * highlight;
+}
+
+// glTF 2.0, appendix B.3: GGX distribution, height-correlated Smith visibility, Schlick's Fresnel. Times π, so that a
+// light of intensity 1 means the same to every shading model; times n·l.
+fn ggx_reflection(surface: Surface, toward: vec3f) -> vec3f {
+    let n_l = saturate(dot(surface.normal, toward));
+    if n_l <= 0.0 {
+        return vec3f(0.0);
+    }
+    let halfway = normalize(toward + surface.toward_eye);
+    let n_v = max(dot(surface.normal, surface.toward_eye), 1e-4);
+    let n_h = saturate(dot(surface.normal, halfway));
+    let v_h = saturate(dot(surface.toward_eye, halfway));
+    let a2 = surface.gloss * surface.gloss;
+    let f = n_h * n_h * (a2 - 1.0) + 1.0;
+    let distribution_times_pi = a2 / (f * f);
+    let visibility = 0.5 / (n_l * sqrt(n_v * n_v * (1.0 - a2) + a2) + n_v * sqrt(n_l * n_l * (1.0 - a2) + a2));
+    let fresnel = surface.specular + (surface.specular_90 - surface.specular) * pow(1.0 - v_h, 5.0);
+    return ((1.0 - fresnel) * surface.diffuse + fresnel * visibility * distribution_times_pi) * n_l;
+}
+
+// Share of surrounding light that a GGX surface mirrors: Karis' fit for mobile ("Physically Based Shading on Mobile",
+// 2014) to the split-sum environment BRDF.
+fn mirrored_share(surface: Surface) -> vec3f {
+    let roughness = sqrt(surface.gloss);
+    let n_v = saturate(dot(surface.normal, surface.toward_eye));
+    let r = roughness * vec4f(-1.0, -0.0275, -0.572, 0.022) + vec4f(1.0, 0.0425, 1.04, -0.04);
+    let a = min(r.x * r.x, exp2(-9.28 * n_v)) * r.x + r.y;
+    let ab = vec2f(-1.04, 1.04) * a + r.zw;
+    return surface.specular * ab.x + surface.specular_90 * ab.y;
+}
+
+// What an object's three lights leave out: an even part and a part from one side (first-order spherical harmonics).
+fn remainder(ambient: vec3f, direction: vec3f, normal: vec3f) -> vec3f {
+    let total = max(luminance(ambient), 1e-6);
+    return max(vec3f(0.0), ambient * (0.25 + 0.5 * dot(direction, normal) / total));
+}

@@ -1,0 +1,125 @@
+//! Image files and embedded images, with limits that a damaged header cannot exceed.
+
+use super::ImportError;
+use super::gltf::read_file;
+use glam::{Vec3, Vec4};
+use image::{DynamicImage, ImageFormat, ImageReader, Limits};
+use std::io::Cursor;
+use std::path::Path;
+use systems::images::{Image, ImageKind, linear_from_srgb};
+
+/// Texels along one side.
+const MAX_SIDE: u32 = 16384;
+/// Texels in all: making mip levels takes some 30 bytes for each.
+const MAX_TEXELS: u64 = 8192 * 8192;
+/// Bytes that a decoder may take.
+const MAX_ALLOC: u64 = 512 << 20;
+
+/// Formats that are read; TGA last, for it has no signature and is known by its extension alone.
+const FORMATS: [ImageFormat; 6] = [
+    ImageFormat::Png,
+    ImageFormat::Jpeg,
+    ImageFormat::Bmp,
+    ImageFormat::WebP,
+    ImageFormat::Dds,
+    ImageFormat::Tga,
+];
+
+/// Why bytes are no image.
+#[derive(Debug)]
+pub enum Unfit {
+    /// Not one of the known formats.
+    UnknownFormat,
+    /// Damaged or too large.
+    Damaged(String),
+}
+
+impl std::fmt::Display for Unfit {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        match self {
+            Self::UnknownFormat => f.write_str("expected a PNG, JPEG, TGA, BMP, WebP or DDS image"),
+            Self::Damaged(message) => f.write_str(message),
+        }
+    }
+}
+
+/// Reads an image file.
+pub fn load(path: &Path, kind: ImageKind) -> Result<Image, ImportError> {
+    let bytes = read_file(path).map_err(|error| ImportError::Unreadable {
+        path: path.to_owned(),
+        place: "file".into(),
+        message: error.to_string(),
+    })?;
+    let name = path.file_stem().unwrap_or_default().to_string_lossy();
+    let by_name = ImageFormat::from_path(path).ok();
+    decode(&bytes, by_name).map(|pixels| with_levels(&name, kind, pixels)).map_err(|unfit| ImportError::Invalid {
+        path: path.to_owned(),
+        place: guess(&bytes, by_name).map_or("byte 0".into(), |format| format!("{format:?} data")),
+        message: unfit.to_string(),
+    })
+}
+
+/// The format by content, else by what the name or media type says.
+fn guess(bytes: &[u8], by_name: Option<ImageFormat>) -> Option<ImageFormat> {
+    let by_content = image::guess_format(bytes).ok();
+    by_content.or(by_name.filter(|&f| f == ImageFormat::Tga)).filter(|f| FORMATS.contains(f))
+}
+
+fn reader(bytes: &[u8], by_name: Option<ImageFormat>) -> Result<ImageReader<Cursor<&[u8]>>, Unfit> {
+    let format = guess(bytes, by_name).ok_or(Unfit::UnknownFormat)?;
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+    let mut limits = Limits::no_limits();
+    limits.max_image_width = Some(MAX_SIDE);
+    limits.max_image_height = Some(MAX_SIDE);
+    limits.max_alloc = Some(MAX_ALLOC);
+    reader.limits(limits);
+    Ok(reader)
+}
+
+/// Looks at the header only.
+pub fn size(bytes: &[u8], by_name: Option<ImageFormat>) -> Result<(u32, u32), Unfit> {
+    let (width, height) =
+        reader(bytes, by_name)?.into_dimensions().map_err(|error| Unfit::Damaged(error.to_string()))?;
+    if width == 0 || height == 0 {
+        return Err(Unfit::Damaged(format!("expected at least one texel, the size is {width}×{height}")));
+    }
+    if width > MAX_SIDE || height > MAX_SIDE || u64::from(width) * u64::from(height) > MAX_TEXELS {
+        return Err(Unfit::Damaged(format!(
+            "{width}×{height} is too large: at most {MAX_SIDE} along a side and {MAX_TEXELS} texels are read"
+        )));
+    }
+    Ok((width, height))
+}
+
+/// Decodes all of it.
+pub fn decode(bytes: &[u8], by_name: Option<ImageFormat>) -> Result<DynamicImage, Unfit> {
+    size(bytes, by_name)?;
+    let pixels = reader(bytes, by_name)?.decode().map_err(|error| Unfit::Damaged(error.to_string()))?;
+    if pixels.width() == 0 || pixels.height() == 0 {
+        return Err(Unfit::Damaged("the image has no texels".into()));
+    }
+    Ok(pixels)
+}
+
+/// Eight bits stay eight bits; what has more becomes linear half floats.
+pub fn with_levels(name: &str, kind: ImageKind, pixels: DynamicImage) -> Image {
+    let (width, height) = (pixels.width(), pixels.height());
+    match pixels {
+        DynamicImage::ImageLuma8(_)
+        | DynamicImage::ImageLumaA8(_)
+        | DynamicImage::ImageRgb8(_)
+        | DynamicImage::ImageRgba8(_) => Image::rgba8(name, width, height, kind, pixels.into_rgba8().into_raw()),
+        deep => {
+            let linear = |v: f32| if kind == ImageKind::Color { linear_from_srgb(v) } else { v };
+            let texels: Vec<Vec4> = deep
+                .into_rgba16()
+                .pixels()
+                .map(|p| {
+                    let [r, g, b, a] = p.0.map(|v| f32::from(v) / 65535.0);
+                    Vec3::new(linear(r), linear(g), linear(b)).extend(a)
+                })
+                .collect();
+            Image::rgba16(name, width, height, kind, &texels)
+        }
+    }
+}

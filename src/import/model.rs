@@ -1,0 +1,131 @@
+//! A model as its file describes it, and the entities it becomes.
+
+use super::Warning;
+use bevy_ecs::name::Name;
+use bevy_ecs::prelude::*;
+use bevy_transform::components::Transform;
+use glam::Affine3A;
+use systems::bounds::Aabb;
+use systems::components::{Camera, Light};
+use systems::library::{Library, MaterialId, MeshId};
+
+/// A model: a forest of nodes over items of a [`Library`].
+#[derive(Clone, Debug, Default)]
+pub struct Model {
+    /// The file's name without its extension, or the scene's name.
+    pub name: String,
+    /// All nodes of the file.
+    pub nodes: Vec<Node>,
+    /// Indices of the default scene's root nodes.
+    pub roots: Vec<usize>,
+    /// What was left out or corrected.
+    pub warnings: Vec<Warning>,
+}
+
+/// One node of a [`Model`].
+#[derive(Clone, Debug, Default)]
+pub struct Node {
+    /// As in the file; `node 3` where it has none.
+    pub name: String,
+    /// `parent_from_node`.
+    pub transform: Transform,
+    /// Indices of its children.
+    pub children: Vec<usize>,
+    /// What is drawn here.
+    pub parts: Vec<(MeshId, MaterialId)>,
+    /// The light here, along −Z.
+    pub light: Option<Light>,
+    /// The camera here, along −Z.
+    pub camera: Option<Camera>,
+    /// Where `parts` are drawn relative to the node (EXT_mesh_gpu_instancing); empty: once, at the node itself.
+    pub instances: Vec<Transform>,
+}
+
+impl Model {
+    /// Spawns the model under one root entity at `at` and returns that; every node becomes an entity with its name.
+    pub fn spawn(&self, world: &mut World, at: Transform) -> Entity {
+        let root = world.spawn((Name::new(self.name.clone()), at)).id();
+        // A stack, not recursion: a file may nest its nodes as deep as it likes.
+        let mut open: Vec<(usize, Entity)> = self.roots.iter().rev().map(|&node| (node, root)).collect();
+        while let Some((index, parent)) = open.pop() {
+            let Some(node) = self.nodes.get(index) else { continue };
+            let entity = node.spawn(world, parent);
+            open.extend(node.children.iter().rev().map(|&child| (child, entity)));
+        }
+        root
+    }
+
+    /// The nodes of the default scene, each once, parents first, with `model_from_node`.
+    pub fn placed(&self) -> Vec<(usize, Affine3A)> {
+        let mut open: Vec<(usize, Affine3A)> = self.roots.iter().rev().map(|&node| (node, Affine3A::IDENTITY)).collect();
+        let mut placed = Vec::with_capacity(self.nodes.len());
+        while let Some((index, model_from_parent)) = open.pop() {
+            let Some(node) = self.nodes.get(index) else { continue };
+            let model_from_node = model_from_parent * node.transform.compute_affine();
+            open.extend(node.children.iter().rev().map(|&child| (child, model_from_node)));
+            placed.push((index, model_from_node));
+        }
+        placed
+    }
+
+    /// Whether the default scene brings light of its own.
+    pub fn has_lights(&self) -> bool {
+        self.placed().iter().any(|&(node, _)| self.nodes[node].light.is_some())
+    }
+
+    /// The default scene's cameras: name, camera, `model_from_camera`.
+    pub fn cameras(&self) -> Vec<(&str, &Camera, Affine3A)> {
+        let nodes = self.placed().into_iter();
+        nodes
+            .filter_map(|(i, place)| self.nodes[i].camera.as_ref().map(|c| (self.nodes[i].name.as_str(), c, place)))
+            .collect()
+    }
+
+    /// The box around everything that the default scene draws, model space; a point at the origin where that is
+    /// nothing.
+    pub fn bounds(&self, library: &Library) -> Aabb {
+        let mut bounds: Option<Aabb> = None;
+        for (index, model_from_node) in self.placed() {
+            let node = &self.nodes[index];
+            for part_from in node.part_transforms() {
+                for &(mesh, _) in &node.parts {
+                    let Some(entry) = library.mesh(mesh) else { continue };
+                    let part = entry.mesh.aabb().transformed(&(model_from_node * part_from.compute_affine()));
+                    bounds = Some(bounds.map_or(part, |b| b.union(part)));
+                }
+            }
+        }
+        bounds.unwrap_or_default()
+    }
+}
+
+impl Node {
+    /// Where the parts are drawn, relative to the node.
+    fn part_transforms(&self) -> &[Transform] {
+        const ONCE: &[Transform] = &[Transform::IDENTITY];
+        if self.instances.is_empty() { ONCE } else { &self.instances }
+    }
+
+    fn spawn(&self, world: &mut World, parent: Entity) -> Entity {
+        let mut entity = world.spawn((Name::new(self.name.clone()), self.transform, ChildOf(parent)));
+        if let Some(light) = &self.light {
+            entity.insert(light.clone());
+        }
+        if let Some(camera) = &self.camera {
+            entity.insert(camera.clone());
+        }
+        // The common case, one part at the node itself, needs no further entity.
+        if let ([part], true) = (self.parts.as_slice(), self.instances.is_empty()) {
+            entity.insert(*part);
+            return entity.id();
+        }
+        let entity = entity.id();
+        for (i, &at) in self.part_transforms().iter().enumerate() {
+            for (p, &part) in self.parts.iter().enumerate() {
+                let number = i * self.parts.len() + p;
+                world.spawn((Name::new(format!("{} part {number}", self.name)), at, ChildOf(entity), part));
+            }
+        }
+        entity
+    }
+}

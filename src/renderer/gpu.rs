@@ -1,0 +1,145 @@
+//! The adapter and its device: one place that asks for them, whether for a window or for none.
+
+use std::fmt::Write;
+
+/// No adapter, or none that gives a device. The binary exits with 3 on it.
+#[derive(Debug, thiserror::Error)]
+pub enum GpuError {
+    /// No adapter at all.
+    #[error(
+        "no graphics adapter found ({0})\n\
+         Install a graphics driver, or Mesa's software Vulkan driver:\n  \
+         Debian, Ubuntu: apt-get install mesa-vulkan-drivers\n  \
+         Fedora: dnf install mesa-vulkan-drivers\n  \
+         Arch: pacman -S vulkan-swrast"
+    )]
+    NoAdapter(String),
+    /// There is an adapter, but it does not do what is needed.
+    #[error("the graphics adapter {adapter} cannot be used: {reason}")]
+    NoDevice {
+        /// Its name.
+        adapter: String,
+        /// What the driver says.
+        reason: String,
+    },
+    /// The window system refuses a surface.
+    #[error("cannot draw to the window: {0}")]
+    NoSurface(String),
+}
+
+/// An open device.
+#[derive(Clone, Debug)]
+pub struct Gpu {
+    /// Where adapters and surfaces come from.
+    pub instance: wgpu::Instance,
+    /// The adapter in use.
+    pub adapter: wgpu::Adapter,
+    /// The open device.
+    pub device: wgpu::Device,
+    /// Where work is handed in.
+    pub queue: wgpu::Queue,
+}
+
+impl Gpu {
+    /// Opens the best adapter without a window. `WGPU_BACKEND` and `WGPU_ADAPTER_NAME` choose another.
+    ///
+    /// # Errors
+    /// [`GpuError`] where there is no adapter or it refuses a device.
+    pub fn headless() -> Result<Self, GpuError> {
+        Self::open(wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env()), None)
+    }
+
+    /// Opens an adapter that can present to the surface made by `surface`.
+    ///
+    /// # Errors
+    /// [`GpuError`] where there is no adapter or surface.
+    pub fn for_surface(
+        instance: wgpu::Instance,
+        surface: &wgpu::Surface<'_>,
+    ) -> Result<Self, GpuError> {
+        Self::open(instance, Some(surface))
+    }
+
+    fn open(instance: wgpu::Instance, surface: Option<&wgpu::Surface<'_>>) -> Result<Self, GpuError> {
+        let adapter = choose_adapter(&instance, surface)?;
+        let info = adapter.get_info();
+        let offered = adapter.limits();
+        let required_limits = wgpu::Limits {
+            // Scenes grow past the portable defaults in these; everything else stays portable.
+            max_buffer_size: offered.max_buffer_size,
+            max_storage_buffer_binding_size: offered.max_storage_buffer_binding_size,
+            max_texture_dimension_2d: offered.max_texture_dimension_2d,
+            ..wgpu::Limits::default()
+        };
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("relief device"),
+            required_features: wgpu::Features::empty(),
+            required_limits,
+            ..wgpu::DeviceDescriptor::default()
+        };
+        let opened = pollster::block_on(adapter.request_device(&descriptor));
+        let (device, queue) =
+            opened.map_err(|e| GpuError::NoDevice { adapter: info.name.clone(), reason: e.to_string() })?;
+        Ok(Self { instance, adapter, device, queue })
+    }
+
+    /// Name, kind and backend of the adapter in one line.
+    pub fn name(&self) -> String {
+        let info = self.adapter.get_info();
+        format!("{} ({:?}, {:?})", info.name, info.device_type, info.backend)
+    }
+
+    /// What `relief info` prints: adapter, driver, features used, limits.
+    pub fn describe(&self) -> String {
+        let (info, limits) = (self.adapter.get_info(), self.device.limits());
+        let mut text = String::new();
+        let rows: [(&str, String); 9] = [
+            ("adapter", info.name),
+            ("kind", format!("{:?}", info.device_type)),
+            ("backend", format!("{:?}", info.backend)),
+            ("driver", format!("{} {}", info.driver, info.driver_info).trim().to_owned()),
+            ("features used", "none beyond WebGPU's core".to_owned()),
+            ("largest texture", format!("{0} x {0}", limits.max_texture_dimension_2d)),
+            ("texture layers", limits.max_texture_array_layers.to_string()),
+            ("largest buffer", format!("{} MiB", limits.max_buffer_size >> 20)),
+            ("largest storage binding", format!("{} MiB", limits.max_storage_buffer_binding_size >> 20)),
+        ];
+        for (name, value) in rows {
+            let _ = writeln!(text, "{name:24} {value}");
+        }
+        text
+    }
+}
+
+/// Vulkan first: it is what the pictures are tested with. Then whatever else there is.
+fn choose_adapter(
+    instance: &wgpu::Instance,
+    surface: Option<&wgpu::Surface<'_>>,
+) -> Result<wgpu::Adapter, GpuError> {
+    let wanted = std::env::var("WGPU_ADAPTER_NAME").ok().map(|name| name.to_lowercase());
+    let usable = |adapter: &wgpu::Adapter| {
+        surface.is_none_or(|s| adapter.is_surface_supported(s))
+            && wanted.as_ref().is_none_or(|name| adapter.get_info().name.to_lowercase().contains(name))
+    };
+    let rank = |adapter: &wgpu::Adapter| {
+        let info = adapter.get_info();
+        let kind = match info.device_type {
+            wgpu::DeviceType::DiscreteGpu => 0,
+            wgpu::DeviceType::IntegratedGpu => 1,
+            wgpu::DeviceType::VirtualGpu => 2,
+            wgpu::DeviceType::Other => 3,
+            wgpu::DeviceType::Cpu => 4,
+        };
+        (kind, info.backend != wgpu::Backend::Vulkan)
+    };
+    for backends in [wgpu::Backends::VULKAN, wgpu::Backends::all()] {
+        let found = pollster::block_on(instance.enumerate_adapters(backends));
+        if let Some(adapter) = found.into_iter().filter(usable).min_by_key(rank) {
+            return Ok(adapter);
+        }
+    }
+    Err(GpuError::NoAdapter(match wanted {
+        Some(name) => format!("none with \"{name}\" in its name"),
+        None => "neither Vulkan nor another interface offers one".to_owned(),
+    }))
+}

@@ -1,0 +1,35 @@
+//! Textures back to the CPU.
+
+use super::Gpu;
+
+/// The texels of a texture's first level, rows tightly packed. Waits for the GPU.
+///
+/// # Panics
+/// If the device is lost meanwhile.
+pub fn read_texture(gpu: &Gpu, texture: &wgpu::Texture, aspect: wgpu::TextureAspect) -> Vec<u8> {
+    let size = texture.size();
+    let texel = texture.format().block_copy_size(Some(aspect)).unwrap_or(4);
+    let row = size.width * texel;
+    let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+    let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("read back"),
+        size: u64::from(padded) * u64::from(size.height),
+        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+        mapped_at_creation: false,
+    });
+    let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("read back") });
+    encoder.copy_texture_to_buffer(
+        wgpu::TexelCopyTextureInfo { texture, mip_level: 0, origin: wgpu::Origin3d::ZERO, aspect },
+        wgpu::TexelCopyBufferInfo {
+            buffer: &buffer,
+            layout: wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(padded), rows_per_image: None },
+        },
+        size,
+    );
+    gpu.queue.submit([encoder.finish()]);
+    let slice = buffer.slice(..);
+    slice.map_async(wgpu::MapMode::Read, |_| {});
+    gpu.device.poll(wgpu::PollType::wait_indefinitely()).expect("the device is alive");
+    let mapped = slice.get_mapped_range().expect("mapped by the wait above");
+    mapped.chunks_exact(padded as usize).flat_map(|padded_row| &padded_row[..row as usize]).copied().collect()
+}

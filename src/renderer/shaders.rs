@@ -1,0 +1,17 @@
+//! The shader sources, joined. WGSL has no imports; each module is types, then what it needs, in one string.
+
+macro_rules! shader {
+    ($($file:literal),+) => { concat!($(include_str!(concat!("../../shaders/", $file)), "\n"),+) };
+}
+
+/// Objects: colour, and the outputs beside it.
+pub const FORWARD: &str = shader!("types.wgsl", "sky.wgsl", "bump.wgsl", "lighting.wgsl", "forward.wgsl");
+
+/// The sky behind everything.
+pub const SKY: &str = shader!("types.wgsl", "sky.wgsl", "sky_pass.wgsl");
+
+/// HDR to screen.
+pub const TONE_MAP: &str = shader!("types.wgsl", "tonemap.wgsl");
+
+/// Every module with its name, for the tests that validate them.
+pub const ALL: [(&str, &str); 3] = [("forward", FORWARD), ("sky", SKY), ("tonemap", TONE_MAP)];

@@ -1,0 +1,175 @@
+//! Texture arrays, samplers, and the bind group of each material class.
+
+use super::Gpu;
+use std::collections::BTreeMap;
+use systems::draw_list::{ClassId, DrawList, MAP_COUNT, TextureArray};
+use systems::images::{Texels, level_count, level_size};
+use systems::library::{Filter, Library, MipFilter, Sampler, Wrap};
+
+#[derive(Debug)]
+struct ArrayTexture {
+    texture: wgpu::Texture,
+    view: wgpu::TextureView,
+    uploaded: usize,
+}
+
+/// What materials bind.
+#[derive(Debug)]
+pub(super) struct Textures {
+    pub layout: wgpu::BindGroupLayout,
+    arrays: Vec<ArrayTexture>,
+    samplers: BTreeMap<Sampler, wgpu::Sampler>,
+    classes: Vec<wgpu::BindGroup>,
+}
+
+impl Textures {
+    pub fn new(device: &wgpu::Device) -> Self {
+        let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::FRAGMENT,
+            ty,
+            count: None,
+        };
+        let texture = wgpu::BindingType::Texture {
+            sample_type: wgpu::TextureSampleType::Float { filterable: true },
+            view_dimension: wgpu::TextureViewDimension::D2Array,
+            multisampled: false,
+        };
+        let sampler = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
+        let maps = MAP_COUNT as u32;
+        let entries: Vec<_> =
+            (0..maps).map(|i| entry(i, texture)).chain((maps..2 * maps).map(|i| entry(i, sampler))).collect();
+        let descriptor = wgpu::BindGroupLayoutDescriptor { label: Some("material class"), entries: &entries };
+        Self {
+            layout: device.create_bind_group_layout(&descriptor),
+            arrays: Vec::new(),
+            samplers: BTreeMap::new(),
+            classes: Vec::new(),
+        }
+    }
+
+    pub fn class(&self, class: ClassId) -> Option<&wgpu::BindGroup> {
+        self.classes.get(class.0 as usize)
+    }
+
+    /// Uploads layers that are new; binds classes that are new or whose arrays grew. Returns the bytes written.
+    pub fn upload(&mut self, gpu: &Gpu, list: &DrawList, library: &Library) -> u64 {
+        let mut written = 0;
+        for (index, wanted) in list.texture_arrays.iter().enumerate() {
+            let room = self.arrays.get(index).map(|a| a.texture.depth_or_array_layers() as usize);
+            if room.is_none_or(|room| room < wanted.layers.len()) {
+                let array = make_array(&gpu.device, wanted);
+                if index < self.arrays.len() {
+                    self.arrays[index] = array;
+                    // Any class may hold a view of the old texture.
+                    self.classes.clear();
+                } else {
+                    self.arrays.push(array);
+                }
+            }
+            let array = &mut self.arrays[index];
+            for layer in array.uploaded..wanted.layers.len() {
+                if let Some(image) = library.image(wanted.layers[layer]) {
+                    written += write_layer(&gpu.queue, &array.texture, layer as u32, image);
+                }
+            }
+            array.uploaded = wanted.layers.len();
+        }
+        for class in list.classes.iter().skip(self.classes.len()) {
+            for sampler in class.samplers {
+                self.samplers.entry(sampler).or_insert_with(|| make_sampler(&gpu.device, sampler));
+            }
+            let views = class.arrays.iter().map(|&a| wgpu::BindingResource::TextureView(&self.arrays[a as usize].view));
+            let samplers = class.samplers.iter().map(|s| wgpu::BindingResource::Sampler(&self.samplers[s]));
+            let entries: Vec<_> = views
+                .chain(samplers)
+                .enumerate()
+                .map(|(binding, resource)| wgpu::BindGroupEntry { binding: binding as u32, resource })
+                .collect();
+            self.classes.push(gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("material class"),
+                layout: &self.layout,
+                entries: &entries,
+            }));
+        }
+        written
+    }
+}
+
+fn make_array(device: &wgpu::Device, wanted: &TextureArray) -> ArrayTexture {
+    let format = match (wanted.texels, wanted.srgb) {
+        (Texels::Rgba8, true) => wgpu::TextureFormat::Rgba8UnormSrgb,
+        (Texels::Rgba8, false) => wgpu::TextureFormat::Rgba8Unorm,
+        (Texels::Rgba16Float, _) => wgpu::TextureFormat::Rgba16Float,
+    };
+    let label = format!("maps {}x{} {format:?}", wanted.width, wanted.height);
+    let texture = device.create_texture(&wgpu::TextureDescriptor {
+        label: Some(&label),
+        size: wgpu::Extent3d {
+            width: wanted.width,
+            height: wanted.height,
+            depth_or_array_layers: wanted.layers.len() as u32,
+        },
+        mip_level_count: level_count(wanted.width, wanted.height),
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    });
+    let view = texture.create_view(&wgpu::TextureViewDescriptor {
+        label: Some(&label),
+        dimension: Some(wgpu::TextureViewDimension::D2Array),
+        ..wgpu::TextureViewDescriptor::default()
+    });
+    ArrayTexture { texture, view, uploaded: 0 }
+}
+
+fn write_layer(queue: &wgpu::Queue, texture: &wgpu::Texture, layer: u32, image: &systems::images::Image) -> u64 {
+    let mut written = 0;
+    for (level, bytes) in image.levels.iter().enumerate() {
+        let (width, height) = level_size(image.width, image.height, level as u32);
+        queue.write_texture(
+            wgpu::TexelCopyTextureInfo {
+                texture,
+                mip_level: level as u32,
+                origin: wgpu::Origin3d { x: 0, y: 0, z: layer },
+                aspect: wgpu::TextureAspect::All,
+            },
+            bytes,
+            wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(width * image.texels.bytes() as u32),
+                rows_per_image: None,
+            },
+            wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        );
+        written += bytes.len() as u64;
+    }
+    written
+}
+
+fn make_sampler(device: &wgpu::Device, sampler: Sampler) -> wgpu::Sampler {
+    let wrap = |wrap| match wrap {
+        Wrap::Repeat => wgpu::AddressMode::Repeat,
+        Wrap::Mirror => wgpu::AddressMode::MirrorRepeat,
+        Wrap::Clamp => wgpu::AddressMode::ClampToEdge,
+    };
+    let filter = |filter| match filter {
+        Filter::Nearest => wgpu::FilterMode::Nearest,
+        Filter::Linear => wgpu::FilterMode::Linear,
+    };
+    device.create_sampler(&wgpu::SamplerDescriptor {
+        label: Some("material map"),
+        address_mode_u: wrap(sampler.wrap_u),
+        address_mode_v: wrap(sampler.wrap_v),
+        mag_filter: filter(sampler.mag),
+        min_filter: filter(sampler.min),
+        mipmap_filter: match sampler.mip {
+            MipFilter::Linear => wgpu::MipmapFilterMode::Linear,
+            MipFilter::Nearest | MipFilter::None => wgpu::MipmapFilterMode::Nearest,
+        },
+        lod_max_clamp: if sampler.mip == MipFilter::None { 0.0 } else { 32.0 },
+        ..wgpu::SamplerDescriptor::default()
+    })
+}

@@ -1,0 +1,550 @@
+//! Everything about a scene that its types cannot say: names that must be known, numbers that must make sense.
+//!
+//! One walk over the whole file collects every fault with its place, so that `relief check` shows all at once. The
+//! limits are wide: they keep arithmetic finite and memory bounded, not scenes tasteful.
+
+use super::files::Files;
+use super::format::{
+    Camera, Entity, Generator, Grid, Light, Material, MeshSource, Place, Region, Sampler, Scatter, Scene, Transform, Uv,
+};
+use super::places::Step;
+use super::values::{Color, Scale};
+use glam::Vec3;
+use std::fmt::Display;
+
+/// A fault, and the steps to the value that has it.
+pub struct Fault {
+    pub steps: Vec<Step>,
+    /// The steps for people: `entities[3].light.range`.
+    pub place: String,
+    pub message: String,
+}
+
+/// Metres from the origin.
+const FARTHEST: f32 = 1e7;
+/// Metres; also factors of scale.
+const SIZES: (f32, f32) = (1e-5, 1e6);
+const BRIGHTEST: f32 = 1e9;
+/// Segments of a procedural mesh in one direction.
+const MOST_SEGMENTS: u32 = 2048;
+/// Entities of a scene.
+const MOST_ENTITIES: u64 = 4_000_000;
+
+/// All faults of a scene whose files have been read.
+pub fn faults(scene: &Scene, files: &Files) -> Vec<Fault> {
+    let mut check = Check { scene, files, at: Path::default(), faults: Vec::new() };
+    check.scene();
+    check.faults
+}
+
+/// A place in the scene while walking it.
+#[derive(Default, Clone)]
+pub struct Path {
+    steps: Vec<Step>,
+    place: String,
+}
+
+impl Path {
+    /// The same place, one step further in; `key` is the name of a map's entry.
+    pub fn enter(&self, step: Step, key: &str) -> Self {
+        let mut path = self.clone();
+        match step {
+            Step::Field(name) if path.place.is_empty() => path.place.push_str(name),
+            Step::Field(name) => path.place.push_str(&format!(".{name}")),
+            Step::Index(i) => path.place.push_str(&format!("[{i}]")),
+            Step::Entry(_) => path.place.push_str(&format!("[{key:?}]")),
+        }
+        path.steps.push(step);
+        path
+    }
+
+    pub fn field(&self, name: &'static str) -> Self {
+        self.enter(Step::Field(name), "")
+    }
+
+    pub fn fault(&self, message: impl Display) -> Fault {
+        Fault { steps: self.steps.clone(), place: self.place.clone(), message: message.to_string() }
+    }
+}
+
+struct Check<'a> {
+    scene: &'a Scene,
+    files: &'a Files,
+    at: Path,
+    faults: Vec<Fault>,
+}
+
+impl<'a> Check<'a> {
+    fn fault(&mut self, message: impl Display) {
+        self.faults.push(self.at.fault(message));
+    }
+
+    fn inside(&mut self, step: Step, key: &str, check: impl FnOnce(&mut Self)) {
+        let inner = self.at.enter(step, key);
+        let outer = std::mem::replace(&mut self.at, inner);
+        check(self);
+        self.at = outer;
+    }
+
+    fn field(&mut self, name: &'static str, check: impl FnOnce(&mut Self)) {
+        self.inside(Step::Field(name), "", check);
+    }
+
+    fn each<T>(&mut self, name: &'static str, items: &'a [T], mut check: impl FnMut(&mut Self, &'a T)) {
+        self.field(name, |c| {
+            for (i, item) in items.iter().enumerate() {
+                c.inside(Step::Index(i), "", |c| check(c, item));
+            }
+        });
+    }
+
+    fn number(&mut self, name: &'static str, value: f32, min: f32, max: f32) {
+        self.field(name, |c| c.in_range(value, min, max));
+    }
+
+    fn in_range(&mut self, value: f32, min: f32, max: f32) {
+        if !(min..=max).contains(&value) {
+            self.fault(format_args!("expected a number from {min} to {max}, found {value}"));
+        }
+    }
+
+    fn numbers(&mut self, name: &'static str, values: &[f32], min: f32, max: f32) {
+        self.field(name, |c| {
+            for (i, &value) in values.iter().enumerate() {
+                c.inside(Step::Index(i), "", |c| c.in_range(value, min, max));
+            }
+        });
+    }
+
+    fn position(&mut self, name: &'static str, value: &[f32; 3]) {
+        self.numbers(name, value, -FARTHEST, FARTHEST);
+    }
+
+    fn count(&mut self, name: &'static str, value: u32, min: u32, max: u32) {
+        if !(min..=max).contains(&value) {
+            self.field(name, |c| c.fault(format_args!("expected a count from {min} to {max}, found {value}")));
+        }
+    }
+
+    fn color(&mut self, name: &'static str, color: Color, max: f32) {
+        match color.0 {
+            Ok(rgb) => self.numbers(name, &rgb.to_array(), 0.0, max),
+            Err(bad) => self.field(name, |c| c.fault(bad)),
+        }
+    }
+
+    fn scale(&mut self, name: &'static str, scale: Scale, mirrored_too: bool) {
+        let (min, max) = SIZES;
+        let check = |c: &mut Self, s: f32| {
+            if mirrored_too && s < 0.0 {
+                c.in_range(s, -max, -min);
+            } else {
+                c.in_range(s, min, max);
+            }
+        };
+        self.field(name, |c| match scale {
+            Scale::Uniform(s) => check(c, s),
+            Scale::PerAxis(axes) => {
+                for (i, s) in axes.into_iter().enumerate() {
+                    c.inside(Step::Index(i), "", |c| check(c, s));
+                }
+            }
+        });
+    }
+
+    fn known_material(&mut self, name: &str) {
+        if self.scene.materials.get(name).is_none() {
+            let message = unknown("material", name, self.scene.materials.names());
+            self.fault(message);
+        }
+    }
+
+    fn known_mesh(&mut self, name: &str) {
+        if self.scene.meshes.get(name).is_none() {
+            let message = unknown("mesh", name, self.scene.meshes.names());
+            self.fault(message);
+        }
+    }
+
+    fn scene(&mut self) {
+        let scene = self.scene;
+        self.field("environment", |c| {
+            let e = &scene.environment;
+            c.color("ambient", e.ambient, BRIGHTEST);
+            c.color("zenith", e.zenith, BRIGHTEST);
+            c.color("horizon", e.horizon, BRIGHTEST);
+            c.color("ground", e.ground, BRIGHTEST);
+            c.number("exposure", e.exposure, 0.0, 1e6);
+        });
+        self.field("clock", |c| {
+            c.number("step_seconds", scene.clock.step_seconds as f32, 1e-6, 1e3);
+            c.number("speed", scene.clock.speed as f32, 0.0, 1e3);
+        });
+        self.field("materials", |c| {
+            c.entries(&scene.materials.0, Self::material);
+        });
+        self.field("meshes", |c| {
+            c.entries(&scene.meshes.0, Self::mesh);
+        });
+        let mut entities = 0u64;
+        self.each("entities", &scene.entities, |c, e| entities = entities.saturating_add(c.entity(e, &[], false)));
+        self.each("generators", &scene.generators, |c, g| entities = entities.saturating_add(c.generator(g)));
+        if entities > MOST_ENTITIES {
+            let message = format!("the scene has {entities} entities; at most {MOST_ENTITIES} are possible");
+            self.field("generators", |c| c.fault(message));
+        }
+    }
+
+    fn entries<T>(&mut self, entries: &'a [(String, T)], mut check: impl FnMut(&mut Self, &'a T)) {
+        for (i, (name, value)) in entries.iter().enumerate() {
+            self.inside(Step::Entry(i), name, |c| {
+                if entries[..i].iter().any(|(earlier, _)| earlier == name) {
+                    c.fault(format_args!("the name {name:?} is taken: it stands twice"));
+                }
+                check(c, value);
+            });
+        }
+    }
+
+    fn material(&mut self, m: &'a Material) {
+        self.sampler(m.sampler);
+        self.uv(m.uv);
+        self.color("base_factor", m.base_factor, BRIGHTEST);
+        self.color("specular_factor", m.specular_factor, BRIGHTEST);
+        self.color("emissive_factor", m.emissive_factor, BRIGHTEST);
+        self.number("normal_scale", m.normal_scale, -100.0, 100.0);
+        self.number("shininess", m.shininess, 0.0, 1e5);
+        self.number("height_scale_uv", m.height_scale_uv, 0.0, 10.0);
+        for (name, value) in [
+            ("alpha_cutoff", m.alpha_cutoff),
+            ("base_alpha", m.base_alpha),
+            ("specular_strength", m.specular_strength),
+            ("glossiness", m.glossiness),
+            ("metallic", m.metallic),
+            ("roughness", m.roughness),
+            ("occlusion_strength", m.occlusion_strength),
+        ] {
+            self.number(name, value, 0.0, 1.0);
+        }
+        for (name, map) in m.maps() {
+            let Some(map) = map else { continue };
+            self.field(name, |c| {
+                c.sampler(map.sampler.unwrap_or_default());
+                c.uv(map.uv.unwrap_or_default());
+            });
+        }
+    }
+
+    fn sampler(&mut self, s: Sampler) {
+        if s.wrap.is_some() && (s.wrap_u.is_some() || s.wrap_v.is_some()) {
+            self.field("sampler", |c| c.fault("expected either wrap, or wrap_u and wrap_v"));
+        }
+    }
+
+    fn uv(&mut self, uv: Uv) {
+        self.field("uv", |c| {
+            c.numbers("scale", &uv.scale, -1e4, 1e4);
+            c.numbers("offset", &uv.offset, -1e4, 1e4);
+            c.number("rotation_degrees", uv.rotation_degrees, -1e6, 1e6);
+            c.count("set", uv.set, 0, 1);
+        });
+    }
+
+    fn mesh(&mut self, mesh: &'a MeshSource) {
+        let size = |c: &mut Self, name, value| c.number(name, value, SIZES.0, SIZES.1);
+        match mesh {
+            MeshSource::Plane(m) => {
+                self.numbers("size", &m.size, SIZES.0, SIZES.1);
+                if m.segments.iter().any(|s| !(1..=MOST_SEGMENTS).contains(s)) {
+                    let message = format!("expected counts from 1 to {MOST_SEGMENTS}, found {:?}", m.segments);
+                    self.field("segments", |c| c.fault(message));
+                }
+                self.tiling(m.uv_scale, m.tile_metres);
+            }
+            MeshSource::Cube(m) => {
+                self.scale("size", m.size, false);
+                self.tiling(m.uv_scale, m.tile_metres);
+            }
+            MeshSource::Sphere(m) => {
+                size(self, "radius", m.radius);
+                self.count("segments", m.segments, 3, MOST_SEGMENTS);
+                self.count("rings", m.rings, 2, MOST_SEGMENTS);
+                self.tiling(m.uv_scale, None);
+            }
+            MeshSource::Torus(m) => {
+                size(self, "major", m.major);
+                size(self, "minor", m.minor);
+                self.count("segments", m.segments, 3, MOST_SEGMENTS);
+                self.count("sides", m.sides, 3, MOST_SEGMENTS);
+                self.tiling(m.uv_scale, None);
+            }
+            MeshSource::Cylinder(m) => {
+                size(self, "radius", m.radius);
+                size(self, "height", m.height);
+                self.count("segments", m.segments, 3, MOST_SEGMENTS);
+                self.tiling(m.uv_scale, None);
+            }
+            MeshSource::Model(m) => {
+                let (Some(node), Some(model)) = (&m.node, self.files.model(&m.file)) else { return };
+                if !model.nodes.iter().any(|n| n.name == *node) {
+                    let message = unknown("node", node, model.nodes.iter().map(|n| n.name.as_str()));
+                    self.field("node", |c| c.fault(message));
+                }
+            }
+        }
+    }
+
+    fn tiling(&mut self, uv_scale: [f32; 2], tile_metres: Option<f32>) {
+        self.numbers("uv_scale", &uv_scale, -1e4, 1e4);
+        if let Some(metres) = tile_metres {
+            self.number("tile_metres", metres, 1e-3, 1e6);
+        }
+    }
+
+    /// Returns how many entities it becomes. `alternatives`: the meshes that a generator may give it.
+    fn entity(&mut self, e: &'a Entity, alternatives: &'a [String], attached: bool) -> u64 {
+        if let (Some(_), false) = (&e.node, attached) {
+            self.field("node", |c| c.fault("only what stands in `attach` is at a node"));
+        }
+        self.field("transform", |c| c.transform(&e.transform));
+        let meshes: Vec<&str> = e.mesh.iter().chain(alternatives).map(String::as_str).collect();
+        if let Some(mesh) = &e.mesh {
+            self.field("mesh", |c| c.known_mesh(mesh));
+        }
+        if let Some(material) = &e.material {
+            self.field("material", |c| c.known_material(material));
+        }
+        if let Some(light) = &e.light {
+            self.field("light", |c| c.light(light));
+        }
+        if let Some(camera) = &e.camera {
+            self.field("camera", |c| c.camera(camera));
+        }
+        if let Some(spin) = &e.spin {
+            self.field("spin", |c| {
+                c.direction("axis", spin.axis);
+                c.number("degrees_per_second", spin.degrees_per_second, -1e6, 1e6);
+            });
+        }
+        if !e.figure.is_empty() && !meshes.is_empty() {
+            self.field("figure", |c| c.fault("expected either a mesh or a figure"));
+        }
+        self.each("figure", &e.figure, |c, mesh| c.figure(mesh));
+        let nodes = meshes.iter().filter_map(|m| self.model_of(m)).map(|m| m.entity_count()).max().unwrap_or(0);
+        let mut entities = 1 + nodes as u64;
+        self.each("attach", &e.attach, |c, item| {
+            c.attached(item, &meshes);
+            entities = entities.saturating_add(c.entity(item, &[], true));
+        });
+        self.each("children", &e.children, |c, child| {
+            entities = entities.saturating_add(c.entity(child, &[], false));
+        });
+        entities
+    }
+
+    fn model_of(&self, mesh: &str) -> Option<&'a crate::import::Model> {
+        match self.scene.meshes.get(mesh)? {
+            MeshSource::Model(source) => self.files.model(&source.file),
+            _ => None,
+        }
+    }
+
+    fn attached(&mut self, item: &'a Entity, meshes: &[&str]) {
+        let Some(node) = &item.node else {
+            return self.fault("expected a `node`: the model's node that this is attached to");
+        };
+        if meshes.is_empty() {
+            return self.fault("expected `mesh` to be a model beside `attach`");
+        }
+        for mesh in meshes {
+            match self.scene.meshes.get(mesh) {
+                Some(MeshSource::Model(source)) => {
+                    // A file that cannot be read has been complained about already.
+                    let Some(model) = self.files.model(&source.file) else { continue };
+                    let names = super::files::subtree(model, source.node.as_deref());
+                    if !names.clone().any(|name| name == node) {
+                        let message = unknown("node", node, names);
+                        self.field("node", |c| c.fault(message));
+                    }
+                }
+                Some(_) => self.fault(format_args!("mesh {mesh:?} is no model, so it has no nodes")),
+                None => {}
+            }
+        }
+    }
+
+    fn figure(&mut self, mesh: &'a str) {
+        self.known_mesh(mesh);
+        let Some(MeshSource::Model(source)) = self.scene.meshes.get(mesh) else { return };
+        let Some(model) = self.files.model(&source.file) else { return };
+        let parts = super::files::parts(model, source.node.as_deref()).count();
+        if parts != 1 {
+            self.fault(format_args!("a figure's model has one mesh; {mesh:?} has {parts}"));
+        }
+    }
+
+    fn transform(&mut self, t: &Transform) {
+        self.position("translation", &t.translation);
+        self.scale("scale", t.scale, true);
+        let given = [t.rotation_degrees.is_some(), t.quaternion.is_some(), t.look_at.is_some()];
+        if given.into_iter().filter(|&given| given).count() > 1 {
+            self.fault("expected one of rotation_degrees, quaternion and look_at");
+        }
+        if let Some(degrees) = &t.rotation_degrees {
+            self.numbers("rotation_degrees", degrees, -1e6, 1e6);
+        }
+        if let Some(q) = &t.quaternion {
+            let length = q.iter().map(|c| c * c).sum::<f32>().sqrt();
+            self.field("quaternion", |c| {
+                if !(0.5..=2.0).contains(&length) {
+                    c.fault(format_args!("expected a unit quaternion (x, y, z, w), found one of length {length}"));
+                }
+            });
+        }
+        if let Some(target) = &t.look_at {
+            self.position("look_at", target);
+            if Vec3::from_array(*target).distance(Vec3::from_array(t.translation)) < 1e-6 {
+                self.field("look_at", |c| c.fault("expected another point than the translation"));
+            }
+        }
+    }
+
+    fn direction(&mut self, name: &'static str, value: [f32; 3]) {
+        let length = Vec3::from_array(value).length();
+        if !(1e-6..=1e6).contains(&length) {
+            self.field(name, |c| c.fault(format_args!("expected a direction, found one of length {length}")));
+        }
+    }
+
+    fn light(&mut self, light: &Light) {
+        let local = |c: &mut Self, range: Option<f32>, attenuation: [f32; 3]| {
+            if let Some(range) = range {
+                c.number("range", range, 1e-3, FARTHEST);
+            }
+            c.numbers("attenuation", &attenuation, 0.0, 1e6);
+            if attenuation.iter().sum::<f32>() <= 0.0 {
+                c.field("attenuation", |c| c.fault("expected at least one of the three to be more than 0"));
+            }
+        };
+        let (color, intensity, ambient) = match light {
+            Light::Point(l) => (l.color, l.intensity, l.ambient),
+            Light::Spot(l) => (l.color, l.intensity, l.ambient),
+            Light::Directional(l) => (l.color, l.intensity, l.ambient),
+        };
+        self.color("color", color, BRIGHTEST);
+        self.color("ambient", ambient, BRIGHTEST);
+        self.number("intensity", intensity, 0.0, BRIGHTEST);
+        match light {
+            Light::Point(l) => local(self, l.range, l.attenuation),
+            Light::Spot(l) => {
+                local(self, l.range, l.attenuation);
+                let classic = l.cutoff_degrees.is_some() || l.exponent.is_some();
+                let cone = l.outer_degrees.is_some() || l.inner_degrees.is_some();
+                if classic == cone || (classic && l.cutoff_degrees.is_none()) || (cone && l.outer_degrees.is_none()) {
+                    self.fault("expected either cutoff_degrees (and exponent) or outer_degrees (and inner_degrees)");
+                }
+                if let Some(cutoff) = l.cutoff_degrees {
+                    self.number("cutoff_degrees", cutoff, 0.1, 85.0);
+                }
+                if let Some(exponent) = l.exponent {
+                    self.number("exponent", exponent, 0.0, 1e4);
+                }
+                if let Some(outer) = l.outer_degrees {
+                    self.number("outer_degrees", outer, 0.1, 85.0);
+                    self.number("inner_degrees", l.inner_degrees.unwrap_or(0.0), 0.0, outer);
+                }
+            }
+            Light::Directional(_) => {}
+        }
+    }
+
+    fn camera(&mut self, camera: &Camera) {
+        if let Some(fov) = camera.fov_y_degrees {
+            self.number("fov_y_degrees", fov, 0.1, 170.0);
+        }
+        if let Some(aspect) = camera.aspect {
+            self.number("aspect", aspect, 1e-3, 1e3);
+        }
+        if let Some(half_height) = camera.orthographic_half_height {
+            self.number("orthographic_half_height", half_height, SIZES.0, SIZES.1);
+            if camera.fov_y_degrees.is_some() || camera.aspect.is_some() {
+                self.fault("expected either fov_y_degrees (and aspect) or orthographic_half_height");
+            }
+        }
+        self.number("near", camera.near, SIZES.0, SIZES.1);
+        if let Some(far) = camera.far {
+            self.number("far", far, camera.near.max(SIZES.0) * 1.001, FARTHEST);
+        }
+    }
+
+    fn generator(&mut self, g: &'a Generator) -> u64 {
+        let mut copies = 0;
+        self.field("place", |c| match &g.place {
+            Place::Grid(grid) => copies = c.grid(grid),
+            Place::Scatter(scatter) => copies = c.scatter(scatter),
+        });
+        let mut each = 0;
+        self.field("entity", |c| {
+            each = c.entity(&g.entity, &g.meshes, false);
+            if g.entity.camera.is_some() {
+                c.field("camera", |c| c.fault("a camera cannot be generated"));
+            }
+        });
+        self.each("meshes", &g.meshes, |c, mesh| c.known_mesh(mesh));
+        self.each("materials", &g.materials, |c, material| c.known_material(material));
+        self.each("lights", &g.lights, Self::light);
+        self.numbers("random_scale", &g.random_scale, SIZES.0, SIZES.1);
+        copies.saturating_mul(each)
+    }
+
+    fn grid(&mut self, grid: &Grid) -> u64 {
+        let copies = grid.counts.iter().fold(1u64, |product, &n| product.saturating_mul(n.into()));
+        if copies == 0 || copies > MOST_ENTITIES {
+            let message = format!("expected from 1 to {MOST_ENTITIES} copies in all, found {copies}");
+            self.field("counts", |c| c.fault(message));
+        }
+        self.position("spacing", &grid.spacing);
+        self.position("center", &grid.center);
+        self.numbers("jitter", &grid.jitter, 0.0, FARTHEST);
+        copies
+    }
+
+    fn scatter(&mut self, scatter: &Scatter) -> u64 {
+        self.count("count", scatter.count, 1, MOST_ENTITIES as u32);
+        self.number("min_distance", scatter.min_distance, 0.0, FARTHEST);
+        self.field("region", |c| match &scatter.region {
+            Region::Box { min, max } => {
+                c.position("min", min);
+                c.position("max", max);
+                if min.iter().zip(max).any(|(min, max)| min > max) {
+                    c.fault(format_args!("expected min to be at most max on every axis, found {min:?} and {max:?}"));
+                }
+            }
+            Region::Disc { center, radius } => {
+                c.position("center", center);
+                c.number("radius", *radius, SIZES.0, FARTHEST);
+            }
+        });
+        scatter.count.into()
+    }
+}
+
+/// "no material "brik"; did you mean "brick"?", or the names there are where none is near.
+fn unknown<'n>(kind: &str, name: &str, known: impl Iterator<Item = &'n str>) -> String {
+    let known: Vec<&str> = known.collect();
+    format!("no {kind} {name:?}{}", suggestion(name, &known))
+}
+
+/// The end of a message about an unknown name.
+pub fn suggestion(name: &str, known: &[&str]) -> String {
+    let near = known.iter().map(|k| (strsim::damerau_levenshtein(name, k), k)).min_by_key(|(distance, _)| *distance);
+    match near {
+        Some((distance, near)) if distance <= 1 + name.chars().count() / 3 => format!("; did you mean {near:?}?"),
+        None => "; there are none".into(),
+        _ => {
+            let shown: Vec<String> = known.iter().take(12).map(|k| format!("{k:?}")).collect();
+            let more = if known.len() > shown.len() { ", …" } else { "" };
+            format!("; there are {}{more}", shown.join(", "))
+        }
+    }
+}

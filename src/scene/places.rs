@@ -1,0 +1,216 @@
+//! Where in a scene file's text a value stands, so that a check of the finished structs can name line and column.
+//!
+//! A second, lenient reader of RON that keeps places only. It runs on text that `ron` has already accepted, and only
+//! when something is wrong.
+
+/// One step from a value to one inside it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Step {
+    /// A field of a struct.
+    Field(&'static str),
+    /// An element of a list or tuple.
+    Index(usize),
+    /// An entry of a map, by its position.
+    Entry(usize),
+}
+
+/// Line and column, both from 1, of the value that the steps lead to, or of the nearest value around it that is there.
+pub fn find(text: &str, steps: &[Step]) -> (usize, usize) {
+    let mut node = &Reader { text, at: 0 }.value();
+    for step in steps {
+        // `Some(value)`, and the one value of a newtype variant, are as good as the value itself.
+        while let (Parts::Items(items), Step::Field(_)) = (&node.parts, step) {
+            let [only] = items.as_slice() else { break };
+            node = only;
+        }
+        let next = match (&node.parts, step) {
+            (Parts::Fields(fields), Step::Field(name)) => fields.iter().find(|(n, _)| n == name).map(|(_, node)| node),
+            (Parts::Items(items), Step::Index(i) | Step::Entry(i)) => items.get(*i),
+            _ => None,
+        };
+        let Some(next) = next else { break };
+        node = next;
+    }
+    line_column(text, node.at)
+}
+
+fn line_column(text: &str, at: usize) -> (usize, usize) {
+    let before = &text[..at];
+    let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
+    (1 + before.matches('\n').count(), 1 + before[line_start..].chars().count())
+}
+
+struct Node<'a> {
+    /// Byte offset of its first character.
+    at: usize,
+    parts: Parts<'a>,
+}
+
+enum Parts<'a> {
+    None,
+    Fields(Vec<(&'a str, Node<'a>)>),
+    Items(Vec<Node<'a>>),
+}
+
+struct Reader<'a> {
+    text: &'a str,
+    at: usize,
+}
+
+impl<'a> Reader<'a> {
+    fn rest(&self) -> &'a str {
+        &self.text[self.at..]
+    }
+
+    fn take(&mut self, token: &str) -> bool {
+        let found = self.rest().starts_with(token);
+        if found {
+            self.at += token.len();
+        }
+        found
+    }
+
+    /// Moves on past the next `end`, or to the end of the text.
+    fn skip_past(&mut self, end: &str) {
+        self.at += self.rest().find(end).map_or(self.rest().len(), |i| i + end.len());
+    }
+
+    /// Blanks, comments (block comments nest) and `#![enable(…)]`.
+    fn skip_space(&mut self) {
+        loop {
+            let rest = self.rest();
+            self.at += rest.len() - rest.trim_start().len();
+            if self.take("//") {
+                self.skip_past("\n");
+            } else if self.take("/*") {
+                let mut depth = 1;
+                while depth > 0 && !self.rest().is_empty() {
+                    match self.rest() {
+                        rest if rest.starts_with("/*") => (depth, self.at) = (depth + 1, self.at + 2),
+                        rest if rest.starts_with("*/") => (depth, self.at) = (depth - 1, self.at + 2),
+                        rest => self.at += rest.chars().next().map_or(0, char::len_utf8),
+                    }
+                }
+            } else if self.take("#!") {
+                self.skip_past("]");
+            } else {
+                return;
+            }
+        }
+    }
+
+    fn word(&mut self) -> &'a str {
+        let rest = self.rest();
+        let end = rest.find(|c: char| !(c.is_alphanumeric() || "_.+-#".contains(c))).unwrap_or(rest.len());
+        self.at += end;
+        &rest[..end]
+    }
+
+    fn value(&mut self) -> Node<'a> {
+        self.skip_space();
+        let at = self.at;
+        let word = self.word();
+        if self.rest().starts_with('"') {
+            self.string(word);
+            return Node { at, parts: Parts::None };
+        }
+        if self.take("'") {
+            self.take("\\");
+            self.at += self.rest().chars().next().map_or(0, char::len_utf8);
+            self.skip_past("'");
+            return Node { at, parts: Parts::None };
+        }
+        let end_of_word = self.at;
+        self.skip_space();
+        let parts = if self.take("(") {
+            self.list(')')
+        } else if word.is_empty() && self.take("[") {
+            self.list(']')
+        } else if word.is_empty() && self.take("{") {
+            self.list('}')
+        } else {
+            self.at = end_of_word;
+            Parts::None
+        };
+        Node { at, parts }
+    }
+
+    /// A string behind its prefix: `r#` and the like for raw ones, which have no escapes.
+    fn string(&mut self, prefix: &str) {
+        self.at += 1;
+        if prefix.contains('r') {
+            return self.skip_past(&format!("\"{}", "#".repeat(prefix.matches('#').count())));
+        }
+        while let Some(c) = self.rest().chars().next() {
+            self.at += c.len_utf8();
+            match c {
+                '"' => return,
+                '\\' => self.at += self.rest().chars().next().map_or(0, char::len_utf8),
+                _ => {}
+            }
+        }
+    }
+
+    /// What stands between brackets. An entry of a map counts as its value; so does a field, with its name.
+    fn list(&mut self, end: char) -> Parts<'a> {
+        let (mut fields, mut items) = (Vec::new(), Vec::new());
+        loop {
+            self.skip_space();
+            if self.rest().is_empty() || self.take(end.encode_utf8(&mut [0; 4])) {
+                break;
+            }
+            let before = self.at;
+            let mut node = self.value();
+            let key = self.text[node.at..self.at].trim_start_matches("r#");
+            self.skip_space();
+            if self.take(":") {
+                node = self.value();
+                if end == ')' {
+                    fields.push((key, node));
+                } else {
+                    items.push(node);
+                }
+                self.skip_space();
+            } else {
+                items.push(node);
+            }
+            // The text was accepted before; should the two readers ever disagree, this one still moves on.
+            if !self.take(",") && self.at == before {
+                self.at += self.rest().chars().next().map_or(0, char::len_utf8);
+            }
+        }
+        if fields.is_empty() { Parts::Items(items) } else { Parts::Fields(fields) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use Step::{Entry, Field, Index};
+
+    #[test]
+    fn values_are_found_past_comments_strings_and_wrappers() {
+        let text = r##"#![enable(implicit_some)]
+// a ( comment
+Scene(
+    a: "text with ) and \" in it", /* block /* nested */ ( */
+    b: r#"raw " string"#, c: '"',
+    list: [1, (x: -2.5e3, y: Some(spot(range: 7)))],
+    map: { "é": (1), "two": kind (deep: [[], [5]]) },
+)"##;
+        let at = |steps: &[Step]| find(text, steps);
+        assert_eq!(at(&[]), (3, 1));
+        assert_eq!(at(&[Field("c")]), (5, 31));
+        assert_eq!(at(&[Field("list"), Index(1), Field("x")]), (6, 19));
+        assert_eq!(at(&[Field("list"), Index(1), Field("y"), Field("range")]), (6, 47));
+        assert_eq!(at(&[Field("map"), Entry(1), Field("deep"), Index(1), Index(0)]), (7, 44));
+        assert_eq!(at(&[Field("list"), Index(1), Field("absent"), Index(3)]), (6, 15));
+    }
+
+    #[test]
+    fn unfinished_text_ends() {
+        for text in ["(a: [", "\"abc", "/* x", "((((", "r#\"", "'", ")", "(a:::)", "{,,}"] {
+            find(text, &[Field("a"), Index(0)]);
+        }
+    }
+}

@@ -1,0 +1,247 @@
+//! Values with more than one way of writing: colours, scales, maps, and lists of named things.
+
+use super::format::{Sampler, Uv};
+use glam::Vec3;
+use serde::Deserialize;
+use serde::de::{Deserializer, MapAccess, Visitor, value::MapAccessDeserializer};
+use std::fmt;
+use std::marker::PhantomData;
+use systems::images::linear_from_srgb;
+
+/// `{ "name": value, … }` in the order of the file; the same name twice is kept for the check to find.
+#[derive(Debug)]
+pub struct Named<T>(pub Vec<(String, T)>);
+
+impl<T> Default for Named<T> {
+    fn default() -> Self {
+        Self(Vec::new())
+    }
+}
+
+impl<T> Named<T> {
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.0.iter().map(|(name, _)| name.as_str())
+    }
+
+    pub fn get(&self, name: &str) -> Option<&T> {
+        self.0.iter().find(|(known, _)| known == name).map(|(_, value)| value)
+    }
+}
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for Named<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Entries<T>(PhantomData<T>);
+        impl<'de, T: Deserialize<'de>> Visitor<'de> for Entries<T> {
+            type Value = Named<T>;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("named entries: { \"name\": … }")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
+                let mut entries = Vec::new();
+                while let Some(entry) = map.next_entry()? {
+                    entries.push(entry);
+                }
+                Ok(Named(entries))
+            }
+        }
+        deserializer.deserialize_map(Entries(PhantomData))
+    }
+}
+
+/// A linear RGB colour, written in one of three ways.
+#[derive(Deserialize, Clone, Copy, Debug, PartialEq)]
+#[serde(from = "ColorText")]
+pub struct Color(pub Result<Vec3, BadColor>);
+
+/// What is wrong with a colour; kept as a value so that the check can report it beside everything else.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum BadColor {
+    /// Not #rgb or #rrggbb.
+    Hex,
+    /// Outside of what [`linear_from_kelvin`] knows.
+    Kelvin,
+}
+
+impl fmt::Display for BadColor {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(match self {
+            Self::Hex => "expected a colour like srgb(\"#ffcc88\") or srgb(\"#fc8\")",
+            Self::Kelvin => "expected a temperature from 1667 to 25000 kelvin",
+        })
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "expected a colour: (red, green, blue), srgb(\"#ffcc88\") or kelvin(2700)")]
+enum ColorText {
+    Linear([f32; 3]),
+    Other(OtherColor),
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum OtherColor {
+    Srgb(String),
+    Kelvin(f32),
+}
+
+impl From<ColorText> for Color {
+    fn from(text: ColorText) -> Self {
+        Self(match text {
+            ColorText::Linear(rgb) => Ok(Vec3::from_array(rgb)),
+            ColorText::Other(OtherColor::Srgb(hex)) => linear_from_hex(&hex).ok_or(BadColor::Hex),
+            ColorText::Other(OtherColor::Kelvin(kelvin)) => linear_from_kelvin(kelvin).ok_or(BadColor::Kelvin),
+        })
+    }
+}
+
+impl Color {
+    pub fn linear(rgb: Vec3) -> Self {
+        Self(Ok(rgb))
+    }
+
+    /// The colour; black where it is bad, which the check has refused by then.
+    pub fn rgb(self) -> Vec3 {
+        self.0.unwrap_or(Vec3::ZERO)
+    }
+}
+
+fn linear_from_hex(text: &str) -> Option<Vec3> {
+    let hex = text.strip_prefix('#').filter(|hex| hex.bytes().all(|b| b.is_ascii_hexdigit()))?;
+    let value = u32::from_str_radix(hex, 16).ok()?;
+    let bytes = match hex.len() {
+        3 => [8, 4, 0].map(|shift| (value >> shift & 15) * 17),
+        6 => [16, 8, 0].map(|shift| value >> shift & 255),
+        _ => return None,
+    };
+    Some(Vec3::from_array(bytes.map(|b| linear_from_srgb(b as f32 / 255.0))))
+}
+
+/// The colour of a black body, linear RGB, the largest component 1; `None` outside 1667..25000 K.
+///
+/// Chromaticity: the cubic splines of Kim et al., "Design of Advanced Color Temperature Control System for HDTV
+/// Applications", J. Korean Phys. Soc. 41 (2002); then XYZ to linear sRGB by the matrix of IEC 61966-2-1. Warm colours
+/// lie outside of sRGB; their negative blue is cut.
+pub fn linear_from_kelvin(kelvin: f32) -> Option<Vec3> {
+    if !(1667.0..=25000.0).contains(&kelvin) {
+        return None;
+    }
+    let t = 1000.0 / kelvin;
+    let x = if kelvin <= 4000.0 {
+        ((-0.266_123_9 * t - 0.234_358_9) * t + 0.877_695_6) * t + 0.179_910
+    } else {
+        ((-3.025_846_9 * t + 2.107_037_9) * t + 0.222_634_7) * t + 0.240_390
+    };
+    let y = if kelvin <= 2222.0 {
+        ((-1.106_381_4 * x - 1.348_110_2) * x + 2.185_558_3) * x - 0.202_196_83
+    } else if kelvin <= 4000.0 {
+        ((-0.954_947_6 * x - 1.374_185_9) * x + 2.091_370_2) * x - 0.167_488_67
+    } else {
+        ((3.081_758 * x - 5.873_387) * x + 3.751_13) * x - 0.370_014_83
+    };
+    let xyz = Vec3::new(x / y, 1.0, (1.0 - x - y) / y);
+    let rgb = Vec3::new(
+        xyz.dot(Vec3::new(3.240_97, -1.537_383_2, -0.498_610_76)),
+        xyz.dot(Vec3::new(-0.969_243_65, 1.875_967_5, 0.041_555_06)),
+        xyz.dot(Vec3::new(0.055_630_08, -0.203_976_96, 1.056_971_5)),
+    );
+    Some(rgb.max(Vec3::ZERO) / rgb.max_element())
+}
+
+/// One number for all three axes, or one for each.
+#[derive(Deserialize, Clone, Copy, Debug)]
+#[serde(untagged, expecting = "expected a number or (x, y, z)")]
+pub enum Scale {
+    Uniform(f32),
+    PerAxis([f32; 3]),
+}
+
+impl Default for Scale {
+    fn default() -> Self {
+        Self::Uniform(1.0)
+    }
+}
+
+impl Scale {
+    pub fn vec3(self) -> Vec3 {
+        match self {
+            Self::Uniform(s) => Vec3::splat(s),
+            Self::PerAxis(s) => Vec3::from_array(s),
+        }
+    }
+}
+
+/// A map: a path, or a path with what differs from the material's `sampler` and `uv`.
+#[derive(Debug, PartialEq)]
+pub struct MapSource {
+    pub file: String,
+    pub sampler: Option<Sampler>,
+    pub uv: Option<Uv>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MapFields {
+    file: String,
+    #[serde(default)]
+    sampler: Option<Sampler>,
+    #[serde(default)]
+    uv: Option<Uv>,
+}
+
+/// By hand and not `untagged`, which would lose the place and the nearest name of an unknown field.
+impl<'de> Deserialize<'de> for MapSource {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct PathOrFields;
+        impl<'de> Visitor<'de> for PathOrFields {
+            type Value = MapSource;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("the path of an image or (file: \"path\", …)")
+            }
+
+            fn visit_str<E>(self, file: &str) -> Result<MapSource, E> {
+                Ok(MapSource { file: file.into(), sampler: None, uv: None })
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<MapSource, A::Error> {
+                let MapFields { file, sampler, uv } = MapFields::deserialize(MapAccessDeserializer::new(map))?;
+                Ok(MapSource { file, sampler, uv })
+            }
+        }
+        deserializer.deserialize_any(PathOrFields)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hex_colours_are_decoded_from_srgb() {
+        assert_eq!(linear_from_hex("#fff"), Some(Vec3::ONE));
+        assert_eq!(linear_from_hex("#f80"), linear_from_hex("#ff8800"));
+        let grey = linear_from_hex("#bcbcbc").expect("a colour");
+        assert!((grey - 0.502_886).abs().max_element() < 1e-5, "{grey}");
+        for bad in ["fff", "#ff", "#fffff", "#gggggg", "#+12345", "", "#"] {
+            assert_eq!(linear_from_hex(bad), None, "{bad}");
+        }
+    }
+
+    /// Chromaticities of the Planckian locus, CIE 15 (to the approximation's accuracy).
+    #[test]
+    fn temperatures_lie_on_the_planckian_locus() {
+        for (kelvin, x, y) in [(2000.0, 0.5267, 0.4133), (2856.0, 0.4476, 0.4074), (6500.0, 0.3135, 0.3237)] {
+            let rgb = linear_from_kelvin(kelvin).expect("in range");
+            let xyz = Vec3::new(0.412_391, 0.212_639, 0.019_331) * rgb.x
+                + Vec3::new(0.357_584, 0.715_169, 0.119_195) * rgb.y
+                + Vec3::new(0.180_481, 0.072_192, 0.950_532) * rgb.z;
+            let found = (xyz.x / xyz.element_sum(), xyz.y / xyz.element_sum());
+            assert!((found.0 - x).abs() < 0.002 && (found.1 - y).abs() < 0.002, "{kelvin}: {found:?}");
+            assert_eq!(rgb.max_element(), 1.0);
+        }
+        assert_eq!((linear_from_kelvin(1000.0), linear_from_kelvin(f32::NAN)), (None, None));
+    }
+}
