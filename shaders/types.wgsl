@@ -57,13 +57,13 @@ struct MapRef {
     uv_set: u32,
 }
 
-const MAP_BASE = 0;
-const MAP_NORMAL = 1;
-const MAP_SPECULAR = 2;
-const MAP_METALLIC_ROUGHNESS = 3;
-const MAP_OCCLUSION = 4;
-const MAP_EMISSIVE = 5;
-const MAP_HEIGHT = 6;
+const MAP_BASE = 0u;
+const MAP_NORMAL = 1u;
+const MAP_SPECULAR = 2u;
+const MAP_METALLIC_ROUGHNESS = 3u;
+const MAP_OCCLUSION = 4u;
+const MAP_EMISSIVE = 5u;
+const MAP_HEIGHT = 6u;
 
 struct Material {
     base_factor: vec4f,

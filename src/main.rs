@@ -1,2 +1,288 @@
-//! x
-fn main(){}
+//! The command line: `relief run, render, check, info`.
+//!
+//! Exit codes: 0 done, 2 bad input or usage, 3 no usable graphics adapter, 1 anything else.
+
+use clap::{Args, Parser, Subcommand};
+use indicatif::{ProgressBar, ProgressStyle};
+use relief::app::{self, AppError};
+use relief::frames::{self, FrameError, FrameJob, OutputKind};
+use relief::renderer::{DebugView, Gpu, Settings};
+use relief::{check, demo};
+use std::io::{IsTerminal, Write};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use systems::library::Technique;
+use systems::lights::LightPolicy;
+
+/// A simulation renderer for scenes of many bump-mapped objects, each lit by its three most relevant lights.
+///
+/// Without a subcommand: `relief run`.
+#[derive(Parser)]
+#[command(version, args_conflicts_with_subcommands = true, after_help = EXAMPLES)]
+struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    run: RunArgs,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  relief                                          the demo, in a window
+  relief model.glb                                a model, with its own lights and cameras
+  relief render scene.ron -o frames --frames 60   frames/color_00000.png … color_00059.png
+  relief check scene.ron model.glb                everything that is wrong with the files
+
+Exit codes: 0 done, 2 bad input or usage, 3 no usable graphics adapter, 1 anything else.";
+
+#[derive(Subcommand)]
+enum Command {
+    /// Show a scene in a window; without a display, render pictures instead
+    Run(RunArgs),
+    /// Render frames to PNG files, without a window
+    Render(RenderArgs),
+    /// Say everything that is wrong with scenes, models and images; exit code 2 if anything is
+    Check {
+        /// Scenes (.ron), models (.gltf, .glb), images
+        #[arg(required = true, value_name = "FILE")]
+        files: Vec<PathBuf>,
+    },
+    /// Print the graphics adapter, its driver and limits
+    Info,
+}
+
+#[derive(Args)]
+struct RunArgs {
+    /// Scene (.ron) or model (.gltf, .glb); the demo scene if left out
+    scene: Option<PathBuf>,
+    #[command(flatten)]
+    view: ViewArgs,
+    /// Start with the clock stopped
+    #[arg(long)]
+    paused: bool,
+    /// Start with the panel hidden (Tab shows it)
+    #[arg(long)]
+    no_panel: bool,
+}
+
+#[derive(Args)]
+struct RenderArgs {
+    /// Scene (.ron) or model (.gltf, .glb)
+    scene: PathBuf,
+    /// Folder for the pictures; made if missing
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// How many frames, or a range of frame numbers A..B (B not included)
+    #[arg(long, default_value = "1", value_name = "N | A..B", value_parser = parse_frames)]
+    frames: Range<u64>,
+    /// Kinds of pictures, separated by commas
+    #[arg(long, value_enum, value_delimiter = ',', default_value = "color")]
+    outputs: Vec<OutputKind>,
+    /// Go on after an interruption: leave frames alone whose pictures are there
+    #[arg(long)]
+    resume: bool,
+    #[command(flatten)]
+    view: ViewArgs,
+}
+
+#[derive(Args, Clone)]
+struct ViewArgs {
+    /// Pixels
+    #[arg(long, default_value = "1280x720", value_name = "WxH", value_parser = parse_size)]
+    size: (u32, u32),
+    /// Camera of the scene, by name; its first if left out
+    #[arg(long, value_name = "NAME")]
+    camera: Option<String>,
+    /// How objects are lit. three: by their three most relevant lights, which fade as they change, and a remainder
+    /// for the others; hard: by the three alone; all: every pixel by every light, slow, the reference
+    #[arg(long, value_name = "POLICY", default_value = "three", value_parser = parse_lights)]
+    lights: LightPolicy,
+    /// Draw every material with this bump technique: off, normal, perturbed_normal
+    #[arg(long, value_name = "NAME", value_parser = parse_technique)]
+    technique: Option<Technique>,
+    /// Show something else than light: base, normal, tangent, light_count, three_lights
+    #[arg(long, value_name = "VIEW", default_value = "off", value_parser = parse_debug)]
+    debug: DebugView,
+    /// Worker threads; pictures are the same for any number [default: one per core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
+    threads: Option<u16>,
+}
+
+impl ViewArgs {
+    fn settings(&self) -> Settings {
+        Settings { technique: self.technique, debug: self.debug, ..Settings::default() }
+    }
+}
+
+fn parse_size(text: &str) -> Result<(u32, u32), String> {
+    let parse = |side: &str| side.parse::<u32>().ok().filter(|side| (1..=16384).contains(side));
+    let sides = text.split_once(['x', 'X', '×']).and_then(|(w, h)| Some((parse(w)?, parse(h)?)));
+    sides.ok_or_else(|| "expected WIDTHxHEIGHT, each 1 to 16384, like 1280x720".to_owned())
+}
+
+fn parse_frames(text: &str) -> Result<Range<u64>, String> {
+    let range = match text.split_once("..") {
+        Some((first, end)) => first.parse().ok().zip(end.parse().ok()).map(|(first, end)| first..end),
+        None => text.parse().ok().map(|count| 0..count),
+    };
+    let most = 1_000_000_000;
+    range
+        .filter(|r| r.start < r.end && r.end <= most)
+        .ok_or_else(|| format!("expected a count like 60, or a range like 30..60, ending at {most} at the most"))
+}
+
+fn parse_lights(text: &str) -> Result<LightPolicy, String> {
+    relief::name::find("light policy", &LightPolicy::ALL, text)
+}
+
+fn parse_technique(text: &str) -> Result<Technique, String> {
+    relief::name::find("technique", &Technique::ALL, text)
+}
+
+fn parse_debug(text: &str) -> Result<DebugView, String> {
+    relief::name::find("debug view", &DebugView::ALL, text)
+}
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    tracing_subscriber::fmt()
+        .with_writer(std::io::stderr)
+        .without_time()
+        .with_target(false)
+        .with_env_filter(
+            tracing_subscriber::EnvFilter::try_from_default_env()
+                .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new("warn")),
+        )
+        .init();
+    let done = match cli.command.unwrap_or(Command::Run(cli.run)) {
+        Command::Run(args) => run(&args),
+        Command::Render(args) => {
+            systems::set_threads(args.view.threads.map(usize::from));
+            render(&job(&args.scene, &args.output, &args))
+        }
+        Command::Check { files } => return check_files(&files),
+        Command::Info => Gpu::headless().map(|gpu| print!("{}", gpu.describe())).map_err(FrameError::from),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(exit_code(&error))
+        }
+    }
+}
+
+fn exit_code(error: &FrameError) -> u8 {
+    match error {
+        FrameError::Scene(_) | FrameError::NoCamera { .. } | FrameError::Render(_) => 2,
+        FrameError::Gpu(_) => 3,
+        FrameError::Output(_) => 1,
+    }
+}
+
+fn job(scene: &Path, folder: &Path, args: &RenderArgs) -> FrameJob {
+    FrameJob {
+        scene: scene.to_owned(),
+        folder: folder.to_owned(),
+        frames: args.frames.clone(),
+        size: args.view.size,
+        camera: args.view.camera.clone(),
+        outputs: args.outputs.clone(),
+        settings: args.view.settings(),
+        lights: args.view.lights,
+        resume: args.resume,
+    }
+}
+
+fn render(job: &FrameJob) -> Result<(), FrameError> {
+    let bar = if std::io::stderr().is_terminal() {
+        let style = ProgressStyle::with_template("{bar:40} frame {pos}/{len}  {per_sec}  {eta} left");
+        ProgressBar::new(job.frames.end - job.frames.start)
+            .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+    } else {
+        ProgressBar::hidden()
+    };
+    let written = frames::render_frames(job, |_| bar.inc(1))?;
+    bar.finish_and_clear();
+    match written.as_slice() {
+        [] => println!("nothing to do: all pictures are in {}", job.folder.display()),
+        [one] => println!("{}", one.display()),
+        [first, .., last] => println!("{} files: {} … {}", written.len(), first.display(), last.display()),
+    }
+    Ok(())
+}
+
+fn run(args: &RunArgs) -> Result<(), FrameError> {
+    systems::set_threads(args.view.threads.map(usize::from));
+    let scene = args.scene.clone().unwrap_or_else(demo::scene_path);
+    let mut stage = frames::load_stage(&scene, args.view.camera.as_deref())?;
+    stage.simulation.world.insert_resource(args.view.lights);
+    let options = app::Options {
+        simulation: stage.simulation,
+        title: stage.scene.name,
+        cameras: stage.scene.cameras,
+        camera: stage.camera,
+        size: args.view.size,
+        settings: args.view.settings(),
+        paused: args.paused,
+        panel: !args.no_panel,
+    };
+    match app::run(options) {
+        Ok(()) => Ok(()),
+        Err(AppError::NoDisplay(reason)) => {
+            eprintln!("no window: {reason}\nrendering a picture instead");
+            let args = RenderArgs {
+                scene: scene.clone(),
+                output: PathBuf::from("relief-frames"),
+                frames: 0..1,
+                outputs: vec![OutputKind::Color],
+                resume: false,
+                view: args.view.clone(),
+            };
+            render(&job(&scene, &args.output, &args))
+        }
+        Err(AppError::Gpu(error)) => Err(error.into()),
+        Err(AppError::Render(error)) => Err(error.into()),
+    }
+}
+
+fn check_files(files: &[PathBuf]) -> ExitCode {
+    let mut errors = 0;
+    let mut out = std::io::stdout().lock();
+    for file in files {
+        let problems = check::check(file);
+        errors += problems.iter().filter(|p| p.is_error()).count();
+        for problem in &problems {
+            let _ = writeln!(out, "{problem}");
+        }
+        if problems.is_empty() {
+            let _ = writeln!(out, "{}: ok", file.display());
+        }
+    }
+    if errors == 0 { ExitCode::SUCCESS } else { ExitCode::from(2) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        use clap::CommandFactory;
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn frames_and_sizes_are_read_strictly() {
+        assert_eq!(parse_frames("60"), Ok(0..60));
+        assert_eq!(parse_frames("30..60"), Ok(30..60));
+        for bad in ["", "0", "5..5", "6..5", "-1", "a..b", "99999999999"] {
+            assert!(parse_frames(bad).is_err(), "{bad}");
+        }
+        assert_eq!(parse_size("64x36"), Ok((64, 36)));
+        for bad in ["64", "0x5", "x", "64x", "99999x2"] {
+            assert!(parse_size(bad).is_err(), "{bad}");
+        }
+    }
+}

@@ -382,6 +382,8 @@ pub struct DrawList {
     pub batches_version: u64,
     /// Blended objects, in slot order.
     pub transparent: Vec<Transparent>,
+    /// Every light shades every pixel: the reference for the choice of three.
+    pub all_lights: bool,
     /// Ambient light, sky and tone map.
     pub environment: Environment,
 }

@@ -163,12 +163,17 @@ fn in_fixed_order() -> Schedule {
     schedule
 }
 
-fn begin_frame(mut list: ResMut<draw_list::DrawList>, environment: Res<components::Environment>) {
+fn begin_frame(
+    mut list: ResMut<draw_list::DrawList>,
+    environment: Res<components::Environment>,
+    policy: Res<lights::LightPolicy>,
+) {
     let list = list.bypass_change_detection();
     list.frame += 1;
     list.instances.dirty.clear();
     list.lights.dirty.clear();
     list.materials.dirty.clear();
+    list.all_lights = *policy == lights::LightPolicy::All;
     if list.environment != *environment {
         list.environment = environment.clone();
     }

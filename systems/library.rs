@@ -357,6 +357,19 @@ impl Library {
         ImageId(self.images.len() as u32 - 1)
     }
 
+    /// How many meshes, materials and images there are.
+    pub fn sizes(&self) -> [usize; 3] {
+        [self.meshes.len(), self.materials.len(), self.images.len()]
+    }
+
+    /// Takes back everything added since [`Library::sizes`] was `sizes`: for a loader that fails half-way, before
+    /// anyone has seen the new ids.
+    pub fn truncate(&mut self, [meshes, materials, images]: [usize; 3]) {
+        self.meshes.truncate(meshes);
+        self.materials.truncate(materials);
+        self.images.truncate(images);
+    }
+
     /// The mesh of an id; `None` for an id of another library.
     pub fn mesh(&self, id: MeshId) -> Option<&MeshEntry> {
         self.meshes.get(id.0 as usize)

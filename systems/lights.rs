@@ -14,8 +14,8 @@ use crate::bounds::{Sphere, WorldBounds};
 use crate::components::Light;
 use crate::draw_list::{DrawList, LightRecord, NO_LIGHT, Table};
 use crate::library::MeshId;
-pub use crate::relevance::{ScoredLight, irradiance, light_record, score};
 use crate::relevance::{LUMINANCE, falloff};
+pub use crate::relevance::{ScoredLight, irradiance, light_record, score};
 use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
@@ -136,9 +136,11 @@ pub(crate) fn free_slot(mut world: DeferredWorld, context: HookContext) {
         draw_list.lights.write(slot, off);
     }
     if let Some(mut table) = world.get_resource_mut::<LightTable>() {
-        table.scored[slot as usize] = ScoredLight::OFF;
-        table.free.push(Reverse(slot));
-        table.version += 1;
+        if let Some(scored) = table.scored.get_mut(slot as usize) {
+            *scored = ScoredLight::OFF;
+            table.free.push(Reverse(slot));
+            table.version += 1;
+        }
     }
 }
 
@@ -278,7 +280,7 @@ pub fn select_lights(
     mut scratch: Local<SelectScratch>,
     mut objects: ParamSet<(
         Query<(&WorldBounds, &mut Selection), With<MeshId>>,
-        Query<(&WorldBounds, &mut Selection), (With<MeshId>, Changed<WorldBounds>)>,
+        Query<(&WorldBounds, &mut Selection), (With<MeshId>, Or<(Changed<WorldBounds>, Added<MeshId>)>)>,
     )>,
 ) {
     let seen = Some((table.version, *policy));
@@ -295,11 +297,15 @@ pub fn select_lights(
         let mut moved = objects.p1();
         spheres.extend(moved.iter().map(|(bounds, _)| bounds.0));
         search(spheres);
-        moved.iter_mut().zip(&*selections).for_each(|((_, mut old), &new)| drop(old.set_if_neq(new)));
+        for ((_, mut selection), &new) in moved.iter_mut().zip(&*selections) {
+            selection.set_if_neq(new);
+        }
     } else {
         let mut all = objects.p0();
         spheres.extend(all.iter().map(|(bounds, _)| bounds.0));
         search(spheres);
-        all.iter_mut().zip(&*selections).for_each(|((_, mut old), &new)| drop(old.set_if_neq(new)));
+        for ((_, mut selection), &new) in all.iter_mut().zip(&*selections) {
+            selection.set_if_neq(new);
+        }
     }
 }

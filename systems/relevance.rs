@@ -72,6 +72,7 @@ impl ScoredLight {
         if record.kind == LightRecord::OFF || !is_bright || !record.inverse_range_squared.is_finite() {
             return Self::OFF;
         }
+        let is_parallel = record.kind == LightRecord::DIRECTIONAL;
         let cos_squared = f64::from(record.cos_outer).powi(2).max(1e-9);
         let tan_squared = (1.0 / cos_squared - 1.0).max(1e-9);
         // For e ≥ 2, (1 + x)^(e/2) ≥ 1 + x·e/2 (Bernoulli); below, the function is concave and lies above its chord.
@@ -79,7 +80,7 @@ impl ScoredLight {
         let chord = ((1.0 + tan_squared).powf(half_exponent) - 1.0) / tan_squared * 0.9999;
         Self {
             position: record.position.into(),
-            range: record.inverse_range_squared.sqrt().recip(),
+            range: if is_parallel { f32::INFINITY } else { record.inverse_range_squared.sqrt().recip() },
             denominator,
             axis: record.direction.into(),
             inverse_range_squared: record.inverse_range_squared,
@@ -94,7 +95,7 @@ impl ScoredLight {
 
     /// A cheap test that implies score 0: the sphere lies beyond the range, with a margin for rounding.
     pub(crate) fn is_out_of_range(&self, sphere: Sphere) -> bool {
-        let reach = (self.range + sphere.radius) * 1.00001;
+        let reach = (self.range + sphere.radius.max(0.0)) * 1.00001;
         sphere.center.distance_squared(self.position) > reach * reach
     }
 }
@@ -108,6 +109,7 @@ pub fn light_record(light: &Light, world_from_light: &GlobalTransform) -> LightR
     let color = light.color * light.intensity;
     let position = world_from_light.translation();
     let direction = Vec3::from(-world_from_light.affine().matrix3.z_axis).normalize_or_zero();
+    // Negative colours count by magnitude, a negative intensity is no light.
     let luminance = color.abs().dot(LUMINANCE) * light.intensity.signum();
     let is_finite = [color, position, direction, light.ambient, light.attenuation].iter().all(|v| v.is_finite());
     let is_lit = luminance > 0.0 && light.range > 0.0 && light.ambient.abs().max_element() < MAX_LUMINANCE;
@@ -156,10 +158,13 @@ pub fn score(light: &ScoredLight, sphere: Sphere) -> f32 {
     }
     let v = sphere.center - light.position;
     let distance = v.length();
+    // Too far to square, 10¹⁹ m.
+    if !distance.is_finite() {
+        return 0.0;
+    }
     let r = sphere.radius.max(0.0) + distance * ROUNDING;
     let d = (distance - r).max(0.0);
     let window = range_window(d * d, light.inverse_range_squared);
-    // A far sphere may overflow the denominator to NaN; it is out of range then, or too far to receive anything.
     let [constant, linear, quadratic, least] = light.denominator.to_array();
     let irradiance = window / (constant + d * (linear + d * quadratic)).max(least);
     if light.kind == LightRecord::POINT || window == 0.0 {

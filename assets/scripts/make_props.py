@@ -25,13 +25,13 @@ def spline(pts, n):
     return 0.5 * (2 * b + (c - a) * f + (2 * a - 5 * b + 4 * c - d) * f ** 2 + (3 * b - a - 3 * c + d) * f ** 3)
 
 
-def load(name, size, box=None):
+def load(name, size):
     im = Image.open(os.path.join(TEX, name)).convert('RGB')
     return np.asarray(im.resize((size, size), Image.BOX) if im.width != size else im)
 
 
 def load_normal(name, size):
-    a = load(name + '_normal.png', 0 or Image.open(os.path.join(TEX, name + '_normal.png')).width) / 127.5 - 128 / 127.5
+    a = load(name + '_normal.png', Image.open(os.path.join(TEX, name + '_normal.png')).width) / 127.5 - 128 / 127.5
     k = a.shape[0] // size
     a = a.reshape(size, k, size, k, 3).mean((1, 3))
     a /= np.linalg.norm(a, axis=-1, keepdims=True)
@@ -42,8 +42,8 @@ def iron(g, color='2a332f', seed=600, n=256, chips=1.0, name='iron'):
     """Painted cast iron, chipped and rusting: base, normal, roughness-metallic."""
     mid, hi, lo = tx.noise(n, seed, 1.1, 6, 60), tx.noise(n, seed + 1, 0.6, 30, 120), tx.noise(n, seed + 2, 1.7, 1, 8)
     paint = rgb(color) * (1 + 0.10 * lo + 0.05 * mid)[..., None]
-    chip = smooth(1.75, 1.95, tx.noise(n, seed + 3, 1.0, 4, 90) + 0.25 * hi) * chips
-    rust = smooth(1.45, 1.9, tx.noise(n, seed + 4, 1.2, 3, 90) + 0.3 * hi) * chips
+    chip = smooth(2.0, 2.2, tx.noise(n, seed + 3, 1.0, 4, 90) + 0.25 * hi) * chips
+    rust = smooth(1.65, 2.1, tx.noise(n, seed + 4, 1.4, 2, 60) + 0.25 * hi) * chips
     ru = mix(rgb('7a4324'), rgb('4b2c1e'), tx.uniform_noise(n, seed + 5, beta=0.8, lo=6, hi=100))
     base = mix(paint, rgb('5d4030'), np.clip(tx.blur(rust, 3), 0, 1) * 0.5)
     base = mix(mix(base, ru, rust), rgb('9a9a96'), chip * (1 - rust))
@@ -262,10 +262,9 @@ def barrel():
     hoop = sum(smooth(0.020, 0.0, np.abs(v - c)) for c in (0.41, 0.60, 0.80, 0.985))
     base, h, rough, met = painted(g, n, '2f5d86', 630, 'drum', drips=np.clip(hoop, 0, 1) * 0.9)
     wall = v > 0.40
-    # a stencilled band and a hazard square
+    # a stencilled band
     band = smooth(0.004, 0.0, np.abs(v - 0.70) - 0.035) * wall
     base = mix(base, mix(rgb('d8cfb8'), base, 0.25), band * 0.8 * smooth(-1.6, 0.2, tx.noise(n, 640, 1.0, 8, 120)))
-    du, dv = np.abs((u * 2) % 1 - 0.5) / 2 * 1.83, np.abs(v - 0.70) * 1.47
     # lids: discs at (0.2, 0.2) and (0.6, 0.2)
     for cx in (0.20, 0.60):
         r = np.hypot(u - cx, v - 0.20)
@@ -276,7 +275,7 @@ def barrel():
         base = mix(base, rgb('8a8984'), smooth(br, br - 0.003, r))
     seam = smooth(0.004, 0.001, np.abs(u - 0.5)) * wall
     h = h + 0.002 * seam
-    m = embed(g, 'drum', base, h, rough, met, (1.83, 1.47), 88, 'png')
+    m = embed(g, 'drum', base, h, rough, met, (1.83, 1.47), 86)
     R, H = 0.286, 0.88
     prof = [(R - 0.010, 0.004), (R + 0.006, 0.0), (R + 0.010, 0.010), (R + 0.004, 0.022), (R, 0.030)]
     for c in (0.30, 0.58):
@@ -296,7 +295,6 @@ def barrel():
 
 def planks_material(g, size=512):
     base = load('planks_base.jpg', size)
-    spec = np.asarray(Image.open(os.path.join(TEX, 'planks_specular.png')).convert('L').resize((128, 128), Image.BOX)) / 255.0
     tb = g.image(base, 'jpg', 80, 'planks_base')
     tn = g.image(load_normal('planks', size), 'jpg', 85, 'planks_normal')
     return g.material('planks', tb, tn, None, metallic=0, roughness=0.8)
@@ -326,15 +324,17 @@ def crate():
         face = []
         for i in range(5):
             c = (i - 2) * (S - 2 * t) / 5
-            face.append(board(S - 2 * t, w, t, k, 'y').move(c, 0, S / 2 - 1.5 * t)); k += 1
-        # frame on top of the slats
+            face.append(board(S - 2.2 * t, w, t, k, 'y').move(c, 0, S / 2 - 1.5 * t)); k += 1
+        # the frame lies on the slats; two opposite sides cover the corners, the
+        # others fit between them, so that no two faces share a plane
+        span = S if side in (0, 2) else S - 2 * t
+        tall = S if side < 4 else S - 2 * t
         for y in (-1, 1):
-            face.append(board(S, 0.085, t, k, 'x').move(0, y * (S / 2 - 0.0425), S / 2 - t / 2)); k += 1
+            face.append(board(span, 0.085, t, k, 'x').move(0, y * (tall / 2 - 0.0425), S / 2 - t / 2)); k += 1
+        for x in (-1, 1):
+            face.append(board(tall - 0.17, 0.085, t, k, 'y').move(x * (span / 2 - 0.0425), 0, S / 2 - t / 2)); k += 1
         if side < 4:
-            for x in (-1, 1):
-                face.append(board(S - 0.17, 0.085, t, k, 'y').move(x * (S / 2 - 0.0425), 0, S / 2 - t / 2)); k += 1
-            d = board(0.86, 0.085, t * 0.9, k, 'y').rot('z', 45 if side % 2 else -45).move(0, 0, S / 2 - t * 0.56); k += 1
-            face.append(d)
+            face.append(board(0.84, 0.085, t * 0.86, k, 'y').rot('z', 45 if side % 2 else -45).move(0, 0, S / 2 - t * 0.58)); k += 1
         f = merge(face)
         parts.append(f.rot('y', 90 * side) if side < 4 else f.rot('x', 90 if side == 4 else -90))
     p = merge(parts).move(0, S / 2, 0)
@@ -411,8 +411,8 @@ def container():
 def gate():
     """A double-leaf steel gate, 4 m between its posts, facing +Z."""
     g = Glb()
-    m = iron(g, '2e3b45', 670, chips=1.2)
-    s = 2.0
+    m = iron(g, '2e3b45', 670, chips=0.6)
+    s = 1.0
     leaf = []
     Wl, Hh = 1.94, 2.30
     for x in (0.03, Wl - 0.03):
@@ -421,8 +421,8 @@ def gate():
         leaf.append(box(Wl - 0.10, 0.06, 0.045, 0.008, s).move(Wl / 2, y, 0))
     sheet = box(Wl - 0.10, 0.80, 0.008, 0.002, s).move(Wl / 2, 0.53, 0)
     leaf.append(sheet)
-    leaf.append(box(0.05, 1.12, 0.012, 0.003, s).rot('z', 64).move(Wl / 2 - 0.42, 0.53, 0.012))
-    leaf.append(box(0.05, 1.12, 0.012, 0.003, s).rot('z', -64).move(Wl / 2 + 0.42, 0.53, 0.012))
+    leaf.append(box(0.055, 1.10, 0.024, 0.006, s).rot('z', 52).move(Wl / 2 - 0.45, 0.53, 0.012))
+    leaf.append(box(0.055, 1.10, 0.024, 0.006, s).rot('z', -52).move(Wl / 2 + 0.45, 0.53, 0.012))
     nb = 13
     for k in range(1, nb):
         x = 0.03 + k * (Wl - 0.06) / nb
@@ -648,7 +648,7 @@ def facade():
         iron_p.append(box(0.15, 0.05, 0.13, 0.01, 2.0).move(x, y, 0.075))
     # a sign board bracket and wall anchors
     for xx in (-5.3, -3.1, -0.5, 2.1, 4.9):
-        iron_p.append(box(0.04, 0.42, 0.02, 0.006, 2.0).rot('z', 45).move(xx, 3.66, 0.012) if False else box(0.045, 0.40, 0.022, 0.008, 2.0).rot('z', 35).move(xx, 3.72, 0.012))
+        iron_p.append(box(0.045, 0.40, 0.022, 0.008, 2.0).rot('z', 35).move(xx, 3.72, 0.012))
         iron_p.append(box(0.045, 0.40, 0.022, 0.008, 2.0).rot('z', -35).move(xx, 3.72, 0.016))
     prims = [(merge(brick), m_brick), (merge(con), m_con), (merge(frame), m_frame), (merge(SH), m_sh), (merge(WOOD), m_wood), (merge(iron_p), m_iron), (merge(LIT), m_lit), (merge(DARK), m_dark)]
     root = g.node('facade', g.mesh('facade', prims))

@@ -43,13 +43,13 @@ def brick():
     sdf = sdf + chip
     face = smooth(0.0008, -0.0042, sdf)
     # face relief: drag marks, pits, a slight dishing and tilt
-    fine = noise(n, 22, 0.7, 60, 330)
+    fine = noise(n, 22, 0.8, 50, 220)
     mid = noise(n, 23, 1.1, 14, 90)
-    drag = noise(n, 24, 0.8, 30, 300, ax=0.25, ay=1.2)
-    pits = smooth(1.3, 2.4, noise(n, 25, 0.5, 50, 220))
+    drag = noise(n, 24, 0.8, 30, 200, ax=0.25, ay=1.2)
+    pits = smooth(1.3, 2.4, noise(n, 25, 0.5, 50, 150))
     tilt = (r(16) - 0.5) * 2 * qx / bw + (r(17) - 0.5) * 1.2 * qy / bh
     hb = 0.88 + 0.10 * (r(18) - 0.5) + 0.05 * tilt + 0.016 * mid + 0.011 * fine + 0.010 * drag - 0.14 * pits
-    sand = noise(n, 26, 0.4, 90, 420)
+    sand = noise(n, 26, 0.5, 70, 230)
     trowel = noise(n, 27, 1.3, 6, 60)
     hm = 0.25 + 0.035 * trowel + 0.022 * sand - 0.10 * smooth(0.004, 0.0, np.abs(sdf - 0.0015) * 1.0)
     h = hm * (1 - face) + hb * face
@@ -64,9 +64,9 @@ def brick():
     colr = colr * (1 + 0.075 * cloud)[..., None]
     burnt = smooth(0.55, 1.6, noise(n, 33, 1.2, 6, 40) + (r(34) - 0.5) * 2.2)
     colr = mix(colr, colr * np.array([0.60, 0.58, 0.64]), burnt * 0.75)
-    speck = smooth(1.3, 2.2, noise(n, 35, 0.3, 120, 420))
+    speck = smooth(1.3, 2.2, noise(n, 35, 0.3, 90, 260))
     colr = mix(colr, rgb('c79a77'), speck * 0.35)
-    dark = smooth(1.4, 2.4, noise(n, 36, 0.3, 100, 400))
+    dark = smooth(1.4, 2.4, noise(n, 36, 0.3, 80, 260))
     colr = mix(colr, rgb('3a2a28'), dark * 0.5)
     colr = colr * (1 + 0.06 * fine)[..., None]
     mort = mix(rgb('9b9184'), rgb('7c7266'), uniform_noise(n, 37, beta=1.2, lo=3, hi=80))
@@ -401,7 +401,7 @@ def main(out, names=None, preview=None):
     for name in names or ALL:
         base, spec, h, size, depth = ALL[name]()
         index[name] = save_set(out, name, base, spec, h, size, depth,
-                               1 if name in ('metal', 'corrugated') else 2)
+                               {'metal': 1, 'corrugated': 1, 'brick': 3}.get(name, 2))
         print('texture', name, 'height %.2f..%.2f' % (h.min(), h.max()))
         if preview:
             nrm = normal_from_height(np.clip(h, 0, 1), size, depth)

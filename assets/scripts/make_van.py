@@ -609,7 +609,7 @@ def arches():
 
 def wheel_well(az, sx):
     """Dark inner arch for one wheel, and the flange round its opening."""
-    a = np.radians(np.linspace(-12, 192, 19))
+    a = np.radians(np.linspace(-12, 192, 16))
     zc, yc = az + ARCH_R * np.cos(a), HUB_Y + ARCH_R * np.sin(a)
     yq = np.maximum(yc, 0.345)
     pa, pb = invert('side', np.stack([zc, yq], 1))
@@ -741,11 +741,11 @@ def build(out, preview=None):
     lamps = []
     glass_head, glass_tail, glass_ind = [], [], []
     names = {1: 'left', -1: 'right'}
-    bezel = lathe([(0.152, -0.06), (0.150, 0.010), (0.143, 0.026), (0.130, 0.032), (0.119, 0.026), (0.113, 0.006)], 24, 40)
-    dome = lathe([(0.115, 0.010), (0.104, 0.020), (0.078, 0.032), (0.042, 0.040), (0.001, 0.043)], 20, 80)
+    bezel = lathe([(0.152, -0.06), (0.150, 0.010), (0.143, 0.026), (0.130, 0.032), (0.119, 0.026), (0.113, 0.006)], 20, 40)
+    dome = lathe([(0.115, 0.010), (0.104, 0.020), (0.078, 0.032), (0.042, 0.040), (0.0, 0.043)], 20, 80)
     dome = lens_uv(dome, 0.115)
-    small_b = lathe([(0.060, -0.04), (0.058, 0.008), (0.050, 0.014), (0.044, 0.008)], 16, 40)
-    small_g = lathe([(0.045, 0.006), (0.038, 0.020), (0.022, 0.030), (0.001, 0.033)], 14, 80)
+    small_b = lathe([(0.060, -0.04), (0.058, 0.008), (0.050, 0.014), (0.044, 0.008)], 14, 40)
+    small_g = lathe([(0.045, 0.006), (0.038, 0.020), (0.022, 0.030), (0.0, 0.033)], 12, 80)
     for sx in (1, -1):
         side = names[sx]
         p, n = at('front', sx * 0.625, 0.80)
@@ -785,9 +785,9 @@ def build(out, preview=None):
         # mirrors on bent arms
         p, n = at('side', 1.315, 1.165)
         arm = [p + n * -0.01, p + n * 0.07 + (0, 0.02, 0.01), p + n * 0.115 + (0, 0.10, 0.01), p + n * 0.12 + (0, 0.20, 0.0)]
-        arm = tube(arm, 0.010, 7).swatch(*SW['chrome'])
-        head = lathe([(0.001, -0.030), (0.055, -0.022), (0.085, -0.004), (0.092, 0.012), (0.086, 0.016)], 18, 50)
-        glass = lathe([(0.087, 0.014), (0.001, 0.014)], 18, 50)
+        arm = tube(arm, 0.010, 6).swatch(*SW['chrome'])
+        head = lathe([(0.0, -0.030), (0.055, -0.022), (0.085, -0.004), (0.092, 0.012), (0.086, 0.016)], 14, 50)
+        glass = lathe([(0.087, 0.014), (0.0, 0.014)], 14, 50)
         head = head.scale(0.85, 1, 1.35); glass = glass.scale(0.85, 1, 1.35)
         mp = p + n * 0.145 + np.array([0, 0.27, 0.005])
         dirn = np.array([-0.22, 0, -1.0])
@@ -806,14 +806,14 @@ def build(out, preview=None):
     pl = box(0.44, 0.105, 0.016, 0.004)
     x, y = SW_PX['plate']
     def plate_uv(sign):
-        return lambda P, UV: np.stack([(x + 96 + sign * P[:, 0] / 0.44 * 188) / SIZE, (y + 22 - P[:, 1] / 0.105 * 42) / SIZE], 1)
+        return lambda P, UV: np.stack([(x + 96 + sign * (P[:, 0] + 0.15 * P[:, 2]) / 0.445 * 188) / SIZE, (y + 22 - (P[:, 1] + 0.1 * P[:, 2]) / 0.107 * 42) / SIZE], 1)
     body.append(pl.uvmap(plate_uv(1)).move(0, 0.425, 2.262))
     p, n = at('rear', 0.30, 0.585)
     body.append(pl.uvmap(plate_uv(-1)).move(-0.30, 0.585, p[2] - 0.006))
     # rear door handle, exhaust, roof rails with cross bars
     p, n = at('rear', 0.07, 1.16)
     body.append(box(0.03, 0.16, 0.03, 0.010).move(0.06, 1.14, p[2] - 0.02).swatch(*SW['chrome']))
-    body.append(tube([(0.45, 0.30, -1.5), (0.45, 0.29, -2.0), (0.45, 0.28, -2.17)], 0.028, 10).swatch(*SW['steel']))
+    body.append(tube([(0.45, 0.30, -1.5), (0.45, 0.29, -2.0), (0.45, 0.28, -2.17)], 0.028, 8).swatch(*SW['steel']))
     zz = np.linspace(-1.55, 0.75, 9)
     rail_y = None
     for sx in (1, -1):
@@ -823,7 +823,7 @@ def build(out, preview=None):
             pts.append(q + np.array([0, 0.085, 0]))
         pts = np.array(pts)
         ends = [at('roof', zz[0] - 0.05, sx * 0.60)[0] - (0, 0.01, 0)], [at('roof', zz[-1] + 0.05, sx * 0.60)[0] - (0, 0.01, 0)]
-        rail = tube(np.concatenate([ends[0], pts, ends[1]]), 0.016, 8)
+        rail = tube(np.concatenate([ends[0], pts, ends[1]]), 0.016, 6)
         body.append(rail.swatch(*SW['steel']))
         rail_y = pts
         for k in (2, 4, 6):
@@ -832,7 +832,7 @@ def build(out, preview=None):
     for k in (1, 3, 5, 7):
         a, b = rail_y[k].copy(), rail_y[k].copy()
         a[0], b[0] = -0.60, 0.60
-        body.append(tube([a, b], 0.013, 7).swatch(*SW['steel']))
+        body.append(tube([a, b], 0.013, 6, caps=False).swatch(*SW['steel']))
     # a ladder tied on the rack
     ly = rail_y[:, 1].max() + 0.035
     for x in (0.08, 0.42):
@@ -871,7 +871,8 @@ def planar(part, name):
     """Cover a lamp box with its lens swatch, seen along Z."""
     x, y = SW_PX[name]
     def f(P, UV):
-        q = P[:, :2] - P[:, :2].min(0)
+        q = P[:, :2] + P[:, 2:] * (0.35, 0.21)
+        q = q - q.min(0)
         q = q / max(q.max(), 1e-9)
         return np.stack([(x + 3 + q[:, 0] * 42) / SIZE, (y + 45 - q[:, 1] * 42) / SIZE], 1)
     return part.uvmap(f)
@@ -904,10 +905,9 @@ def wheel(g):
     m_tyre = g.material('tyre', tb, tn, None, metallic=0, roughness=0.86)
     # section from the inner bead over the tread to the outer bead, (radius, axis)
     w = 0.0975
-    sec = [(0.205, -w + 0.020), (0.222, -w + 0.004), (0.260, -w - 0.004), (0.298, -w + 0.004), (0.322, -w + 0.020), (0.333, -w + 0.040),
-           (0.335, -0.02), (0.335, 0.02), (0.333, w - 0.040), (0.322, w - 0.020), (0.298, w - 0.004), (0.260, w + 0.004), (0.222, w - 0.004), (0.205, w - 0.020)]
-    tyre = lathe(sec, 36, 60, u_repeat=16)
-    # the v of the lathe follows arc length; the tile expects the tread at 0.315..0.685
+    sec = [(0.205, -w + 0.020), (0.224, -w + 0.002), (0.282, -w - 0.002), (0.322, -w + 0.020), (0.3345, -w + 0.042),
+           (0.3345, w - 0.042), (0.322, w - 0.020), (0.298, w - 0.004), (0.260, w + 0.004), (0.224, w - 0.002), (0.205, w - 0.020)]
+    tyre = lathe(sec, 28, 60, u_repeat=16)
     # rim
     s = 256
     X, Y = np.meshgrid((np.arange(s) + 0.5) / s * 2 - 1, 1 - (np.arange(s) + 0.5) / s * 2)
@@ -936,11 +936,11 @@ def wheel(g):
     rn = g.image(tx.encode_normal(tx.normal_from_height(hh, 0.45, 1.0, wrap=False)), 'png', name='rim_normal')
     ro_t = g.image(tx.to8(np.stack([np.ones_like(r), np.clip(ro, 0, 1), np.clip(met, 0, 1)], -1)), 'jpg', 88, 'rim_roughness_metallic')
     m_rim = g.material('rim', rb, rn, ro_t)
-    rim_p = [(0.205, 0.055), (0.212, 0.080), (0.208, 0.086), (0.198, 0.078), (0.190, 0.052), (0.176, 0.040), (0.160, 0.044), (0.125, 0.052), (0.095, 0.048),
-             (0.072, 0.046), (0.068, 0.066), (0.055, 0.086), (0.030, 0.096), (0.001, 0.099)]
-    rim = lathe(rim_p, 28, 38)
+    rim_p = [(0.205, 0.055), (0.212, 0.082), (0.200, 0.080), (0.190, 0.052), (0.172, 0.040), (0.125, 0.052),
+             (0.072, 0.046), (0.066, 0.070), (0.045, 0.092), (0.0, 0.099)]
+    rim = lathe(rim_p, 22, 38)
     rim = rim.uvmap(lambda P, UV: np.stack([0.5 + P[:, 0] / 0.45, 0.5 + P[:, 2] / 0.45], 1))
-    back = lathe([(0.001, -0.02), (0.20, -0.02), (0.205, -w + 0.02)][::1], 16, 30)
+    back = lathe([(0.0, -0.02), (0.20, -0.02), (0.205, -w + 0.02)], 14, 30)
     back = back.flip() if back.N[np.argmin(np.abs(back.P[:, 1] + 0.02) + np.hypot(back.P[:, 0], back.P[:, 2]))][1] > 0 else back
     back = back.uvmap(lambda P, UV: np.stack([0.5 + (0.139 + 0.002 * UV[:, 0]) / 0.45, 0.5 + 0.002 * UV[:, 1] + 0 * P[:, 0]], 1))
     # axis +Y -> +X; image up stays up

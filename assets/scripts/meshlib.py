@@ -45,9 +45,10 @@ class Part:
         """Put every UV on one spot of an atlas, keeping a tiny spread so that
         tangents stay defined."""
         p = self.copy()
-        w = p.UV - p.UV.min(0)
-        s = max(w.max(), 1e-9)
-        p.UV = np.array([u, v]) + (w / s - 0.5) * 0.008
+        # an oblique projection: no face of a simple shape is seen edge-on
+        w = p.P @ np.array([[0.83, 0.21], [0.37, -0.79], [0.41, 0.58]])
+        w = w - w.min(0)
+        p.UV = np.array([u, v]) + (w / max(w.max(), 1e-9) - 0.5) * 0.008
         return p
 
     def uvmap(self, f):
@@ -229,7 +230,7 @@ def box(sx, sy, sz, bevel=0.0, uv_scale=1.0):
                 ids.append(len(P))
                 signs = [0, 0, 0]; signs[ax], signs[e1], signs[e2] = sg, s1, s2
                 corner[(ax, tuple(signs))] = len(P)
-                P.append(p); N.append(n); UV.append((uv[0] * uv_scale, uv[1] * uv_scale))
+                P.append(p); N.append(n); UV.append(((uv[0] + 0.0137 * ax) * uv_scale, (uv[1] + 0.0071 * ax * sg) * uv_scale))
             q = ids if sg > 0 else ids[::-1]
             F += [(q[0], q[1], q[2]), (q[0], q[2], q[3])]
     if b > 0:

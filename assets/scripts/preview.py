@@ -40,7 +40,8 @@ def main(path, out, az=35.0, el=12.0, dist=6.5, ty=0.95, w=720, h=405, samples=2
     e[1].position, e[1].color = 0.52, (0.75, 0.72, 0.70, 1)
     x = e.new(0.9); x.color = (0.18, 0.28, 0.5, 1)
     bg.inputs[1].default_value = 0.9
-    bpy.ops.mesh.primitive_plane_add(size=60)
+    low = min((o.matrix_world @ Vector(c)).z for o in sc.objects if o.type == 'MESH' for c in o.bound_box)
+    bpy.ops.mesh.primitive_plane_add(size=60, location=(0, 0, low))
     pm = bpy.data.materials.new('g'); pm.use_nodes = True
     pm.node_tree.nodes['Principled BSDF'].inputs['Base Color'].default_value = (0.12, 0.12, 0.12, 1)
     bpy.context.object.data.materials.append(pm)

@@ -17,48 +17,21 @@ use systems::images::{Image, ImageKind};
 use systems::library::Library;
 
 /// Why a file is refused.
-#[derive(Debug, thiserror::Error)]
+///
+/// `place` is where in the file: a JSON path like `meshes[0].primitives[1].attributes.POSITION`, a line, or a byte
+/// offset. `message` says what was expected there.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[allow(missing_docs)]
 pub enum ImportError {
     /// The file, or one that it names, cannot be read.
-    #[error("{}: {place}: {source}", path.display())]
-    Unreadable {
-        /// The file that was being imported.
-        path: PathBuf,
-        /// Where in it the unreadable file is named; the unreadable path itself where it is the same.
-        place: String,
-        /// What the operating system says.
-        source: std::io::Error,
-    },
-    /// An image that is no image of a known kind, is damaged, or is too large.
     #[error("{}: {place}: {message}", path.display())]
-    Image {
-        /// The file.
-        path: PathBuf,
-        /// Where in it.
-        place: String,
-        /// What was expected.
-        message: String,
-    },
+    Unreadable { path: PathBuf, place: String, message: String },
     /// The file breaks its format's rules in a way that touches what we read.
     #[error("{}: {place}: {message}", path.display())]
-    Invalid {
-        /// The file.
-        path: PathBuf,
-        /// Where in it: a JSON path like `meshes[0].primitives[1].attributes.POSITION`, a line, or a byte offset.
-        place: String,
-        /// What was expected.
-        message: String,
-    },
-    /// The file is sound but needs something that Relief does not have.
+    Invalid { path: PathBuf, place: String, message: String },
+    /// The file may be sound, but needs something that Relief does not have.
     #[error("{}: {place}: {message}", path.display())]
-    Unsupported {
-        /// The file.
-        path: PathBuf,
-        /// Where in it.
-        place: String,
-        /// What it needs.
-        message: String,
-    },
+    Unsupported { path: PathBuf, place: String, message: String },
 }
 
 /// Something about a file that a person should know, though it loads.
@@ -110,6 +83,21 @@ impl fmt::Display for Problem {
     }
 }
 
+impl From<ImportError> for Problem {
+    fn from(error: ImportError) -> Self {
+        let (ImportError::Unreadable { path, place, message }
+        | ImportError::Invalid { path, place, message }
+        | ImportError::Unsupported { path, place, message }) = error;
+        Self { severity: Severity::Error, path, place, message }
+    }
+}
+
+impl From<Warning> for Problem {
+    fn from(Warning { path, place, message }: Warning) -> Self {
+        Self { severity: Severity::Warning, path, place, message }
+    }
+}
+
 /// Reads an image file with its mip levels.
 pub fn load_image(path: &Path, kind: ImageKind) -> Result<Image, ImportError> {
     image::load(path, kind)
@@ -125,7 +113,17 @@ pub fn load_images(requests: &[(PathBuf, ImageKind)]) -> Vec<Result<Image, Impor
     })
 }
 
-/// Reads a glTF file; its meshes, materials and images join the library.
+/// Reads a glTF file (`.gltf` or `.glb`); its meshes, materials and images join the library, or nothing does.
 pub fn load_model(path: &Path, library: &mut Library) -> Result<Model, ImportError> {
     gltf::load(path, library)
+}
+
+/// Everything wrong with a glTF file, errors first.
+pub fn check_model(path: &Path) -> Vec<Problem> {
+    gltf::check(path)
+}
+
+/// What is wrong with an image file, if anything is.
+pub fn check_image(path: &Path) -> Vec<Problem> {
+    load_image(path, ImageKind::Data).err().map(Problem::from).into_iter().collect()
 }

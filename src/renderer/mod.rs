@@ -89,8 +89,6 @@ impl DebugView {
 pub struct Settings {
     /// Draws every material with this technique.
     pub technique: Option<Technique>,
-    /// Shades every pixel with every light: the reference for the choice of three.
-    pub all_lights: bool,
     /// Shows something else than light.
     pub debug: DebugView,
     /// Samples per pixel: 4, or 1 for comparing single samples.
@@ -101,7 +99,7 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { technique: None, all_lights: false, debug: DebugView::Off, samples: 4, picked_entity: None }
+        Self { technique: None, debug: DebugView::Off, samples: 4, picked_entity: None }
     }
 }
 
@@ -264,7 +262,7 @@ impl Renderer {
         self.bind_frame();
 
         self.pass =
-            Pass::Color { all_lights: settings.all_lights, debug: settings.debug, samples: settings.samples };
+            Pass::Color { all_lights: list.all_lights, debug: settings.debug, samples: settings.samples };
         self.tone_map =
             if settings.debug == DebugView::Off { list.environment.tone_map } else { ToneMap::Clamp };
         self.take_batches(list, settings.technique);
@@ -454,14 +452,15 @@ impl Renderer {
         stats
     }
 
-    /// Draws what was prepared and reads the picture back: 8-bit sRGB RGBA, rows from the top.
-    pub fn draw_picture(&mut self) -> Option<image::RgbaImage> {
-        let size = self.targets.as_ref().map(|t| (t.width, t.height))?;
+    /// Draws what was prepared and reads the picture back: 8-bit sRGB RGBA, rows from the top. Empty if nothing was
+    /// prepared.
+    pub fn draw_picture(&mut self) -> image::RgbaImage {
+        let Some(size) = self.targets.as_ref().map(|t| (t.width, t.height)) else { return image::RgbaImage::default() };
         let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
         let texture = targets::texture(&self.gpu.device, "picture", size, PICTURE_FORMAT, 1, usage);
         self.draw(&texture.create_view(&wgpu::TextureViewDescriptor::default()), PICTURE_FORMAT);
         let bytes = read_texture(&self.gpu, &texture, wgpu::TextureAspect::All);
-        image::RgbaImage::from_raw(size.0, size.1, bytes)
+        image::RgbaImage::from_raw(size.0, size.1, bytes).unwrap_or_default()
     }
 
     /// The linear HDR colours of the last draw, before the tone map: RGBA, rows from the top.

@@ -3,12 +3,12 @@
 //! One walk over the whole file collects every fault with its place, so that `relief check` shows all at once. The
 //! limits are wide: they keep arithmetic finite and memory bounded, not scenes tasteful.
 
-use super::files::Files;
+use super::files::{self, Files};
 use super::format::{
     Camera, Entity, Generator, Grid, Light, Material, MeshSource, Place, Region, Sampler, Scatter, Scene, Transform, Uv,
 };
 use super::places::Step;
-use super::values::{Color, Scale};
+use super::values::{Color, Named, Scale};
 use glam::Vec3;
 use std::fmt::Display;
 
@@ -26,7 +26,7 @@ const FARTHEST: f32 = 1e7;
 const SIZES: (f32, f32) = (1e-5, 1e6);
 const BRIGHTEST: f32 = 1e9;
 /// Segments of a procedural mesh in one direction.
-const MOST_SEGMENTS: u32 = 2048;
+const MOST_SEGMENTS: u32 = 1024;
 /// Entities of a scene.
 const MOST_ENTITIES: u64 = 4_000_000;
 
@@ -181,10 +181,10 @@ impl<'a> Check<'a> {
             c.number("speed", scene.clock.speed as f32, 0.0, 1e3);
         });
         self.field("materials", |c| {
-            c.entries(&scene.materials.0, Self::material);
+            c.entries(&scene.materials, Self::material);
         });
         self.field("meshes", |c| {
-            c.entries(&scene.meshes.0, Self::mesh);
+            c.entries(&scene.meshes, Self::mesh);
         });
         let mut entities = 0u64;
         self.each("entities", &scene.entities, |c, e| entities = entities.saturating_add(c.entity(e, &[], false)));
@@ -195,10 +195,10 @@ impl<'a> Check<'a> {
         }
     }
 
-    fn entries<T>(&mut self, entries: &'a [(String, T)], mut check: impl FnMut(&mut Self, &'a T)) {
-        for (i, (name, value)) in entries.iter().enumerate() {
+    fn entries<T>(&mut self, named: &'a Named<T>, mut check: impl FnMut(&mut Self, &'a T)) {
+        for (i, (name, value)) in named.entries().iter().enumerate() {
             self.inside(Step::Entry(i), name, |c| {
-                if entries[..i].iter().any(|(earlier, _)| earlier == name) {
+                if named.position(name) != Some(i) {
                     c.fault(format_args!("the name {name:?} is taken: it stands twice"));
                 }
                 check(c, value);
@@ -330,8 +330,7 @@ impl<'a> Check<'a> {
             self.field("figure", |c| c.fault("expected either a mesh or a figure"));
         }
         self.each("figure", &e.figure, |c, mesh| c.figure(mesh));
-        let nodes = meshes.iter().filter_map(|m| self.model_of(m)).map(|m| m.entity_count()).max().unwrap_or(0);
-        let mut entities = 1 + nodes as u64;
+        let mut entities = meshes.iter().map(|mesh| self.entities_of(mesh)).max().unwrap_or(1);
         self.each("attach", &e.attach, |c, item| {
             c.attached(item, &meshes);
             entities = entities.saturating_add(c.entity(item, &[], true));
@@ -342,11 +341,12 @@ impl<'a> Check<'a> {
         entities
     }
 
-    fn model_of(&self, mesh: &str) -> Option<&'a crate::import::Model> {
-        match self.scene.meshes.get(mesh)? {
-            MeshSource::Model(source) => self.files.model(&source.file),
-            _ => None,
-        }
+    /// How many entities something with that mesh is: a model has one for each node and instance.
+    fn entities_of(&self, mesh: &str) -> u64 {
+        let Some(MeshSource::Model(source)) = self.scene.meshes.get(mesh) else { return 1 };
+        let Some(model) = self.files.model(&source.file) else { return 1 };
+        let nodes = files::nodes(model, source.node.as_deref());
+        1 + nodes.map(|n| (1 + n.parts.len() * n.instances.len().max(1)) as u64).sum::<u64>()
     }
 
     fn attached(&mut self, item: &'a Entity, meshes: &[&str]) {
@@ -361,9 +361,10 @@ impl<'a> Check<'a> {
                 Some(MeshSource::Model(source)) => {
                     // A file that cannot be read has been complained about already.
                     let Some(model) = self.files.model(&source.file) else { continue };
-                    let names = super::files::subtree(model, source.node.as_deref());
-                    if !names.clone().any(|name| name == node) {
-                        let message = unknown("node", node, names);
+                    let mut nodes = files::nodes(model, source.node.as_deref());
+                    if !nodes.any(|n| n.name == *node) {
+                        let nodes = files::nodes(model, source.node.as_deref());
+                        let message = unknown("node", node, nodes.map(|n| n.name.as_str()));
                         self.field("node", |c| c.fault(message));
                     }
                 }
@@ -377,7 +378,7 @@ impl<'a> Check<'a> {
         self.known_mesh(mesh);
         let Some(MeshSource::Model(source)) = self.scene.meshes.get(mesh) else { return };
         let Some(model) = self.files.model(&source.file) else { return };
-        let parts = super::files::parts(model, source.node.as_deref()).count();
+        let parts: usize = files::nodes(model, source.node.as_deref()).map(|n| n.parts.len()).sum();
         if parts != 1 {
             self.fault(format_args!("a figure's model has one mesh; {mesh:?} has {parts}"));
         }
@@ -537,14 +538,15 @@ fn unknown<'n>(kind: &str, name: &str, known: impl Iterator<Item = &'n str>) -> 
 
 /// The end of a message about an unknown name.
 pub fn suggestion(name: &str, known: &[&str]) -> String {
-    let near = known.iter().map(|k| (strsim::damerau_levenshtein(name, k), k)).min_by_key(|(distance, _)| *distance);
-    match near {
-        Some((distance, near)) if distance <= 1 + name.chars().count() / 3 => format!("; did you mean {near:?}?"),
-        None => "; there are none".into(),
-        _ => {
-            let shown: Vec<String> = known.iter().take(12).map(|k| format!("{k:?}")).collect();
-            let more = if known.len() > shown.len() { ", …" } else { "" };
-            format!("; there are {}{more}", shown.join(", "))
-        }
+    // Comparing costs the product of the lengths; nobody meant a name of a thousand letters.
+    let comparable: Vec<&str> = known.iter().copied().filter(|k| k.len() + name.len() < 200).collect();
+    if let Some(near) = crate::name::nearest(&comparable, name) {
+        return format!("; did you mean {near:?}?");
     }
+    if known.is_empty() {
+        return "; there are none".into();
+    }
+    let shown: Vec<String> = known.iter().take(12).map(|k| format!("{k:?}")).collect();
+    let more = if known.len() > shown.len() { ", …" } else { "" };
+    format!("; there are {}{more}", shown.join(", "))
 }

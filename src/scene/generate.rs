@@ -95,12 +95,9 @@ pub fn copies(generator: &Generator, scene_seed: u64) -> Vec<Copy> {
                 material: i / meshes.max(1) % materials.max(1),
                 light: i % lights.max(1),
             },
-            Choose::Random => Copy {
-                at,
-                mesh: random.index(meshes),
-                material: random.index(materials),
-                light: random.index(lights),
-            },
+            Choose::Random => {
+                Copy { at, mesh: random.index(meshes), material: random.index(materials), light: random.index(lights) }
+            }
         }
     };
     places.into_iter().enumerate().map(finish).collect()

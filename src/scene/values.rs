@@ -4,27 +4,41 @@ use super::format::{Sampler, Uv};
 use glam::Vec3;
 use serde::Deserialize;
 use serde::de::{Deserializer, MapAccess, Visitor, value::MapAccessDeserializer};
+use std::collections::HashMap;
 use std::fmt;
 use std::marker::PhantomData;
 use systems::images::linear_from_srgb;
 
 /// `{ "name": value, … }` in the order of the file; the same name twice is kept for the check to find.
 #[derive(Debug)]
-pub struct Named<T>(pub Vec<(String, T)>);
+pub struct Named<T> {
+    entries: Vec<(String, T)>,
+    /// The first entry of each name.
+    index: HashMap<String, usize>,
+}
 
 impl<T> Default for Named<T> {
     fn default() -> Self {
-        Self(Vec::new())
+        Self { entries: Vec::new(), index: HashMap::new() }
     }
 }
 
 impl<T> Named<T> {
+    pub fn entries(&self) -> &[(String, T)] {
+        &self.entries
+    }
+
     pub fn names(&self) -> impl Iterator<Item = &str> {
-        self.0.iter().map(|(name, _)| name.as_str())
+        self.entries.iter().map(|(name, _)| name.as_str())
+    }
+
+    /// Position of the first entry of that name.
+    pub fn position(&self, name: &str) -> Option<usize> {
+        self.index.get(name).copied()
     }
 
     pub fn get(&self, name: &str) -> Option<&T> {
-        self.0.iter().find(|(known, _)| known == name).map(|(_, value)| value)
+        self.position(name).and_then(|i| self.entries.get(i)).map(|(_, value)| value)
     }
 }
 
@@ -39,11 +53,12 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for Named<T> {
             }
 
             fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
-                let mut entries = Vec::new();
-                while let Some(entry) = map.next_entry()? {
-                    entries.push(entry);
+                let mut named = Named::default();
+                while let Some((name, value)) = map.next_entry::<String, T>()? {
+                    named.index.entry(name.clone()).or_insert(named.entries.len());
+                    named.entries.push((name, value));
                 }
-                Ok(Named(entries))
+                Ok(named)
             }
         }
         deserializer.deserialize_map(Entries(PhantomData))
@@ -174,7 +189,7 @@ impl Scale {
 }
 
 /// A map: a path, or a path with what differs from the material's `sampler` and `uv`.
-#[derive(Debug, PartialEq)]
+#[derive(Debug)]
 pub struct MapSource {
     pub file: String,
     pub sampler: Option<Sampler>,

@@ -24,3 +24,19 @@ pub fn test_data() -> Option<PathBuf> {
     eprintln!("skipped: no test data");
     None
 }
+
+/// An open device; `None`, said aloud, where there is no adapter.
+///
+/// # Panics
+/// In strict mode, where there is none.
+#[allow(dead_code)]
+pub fn gpu() -> Option<relief::renderer::Gpu> {
+    match relief::renderer::Gpu::headless() {
+        Ok(gpu) => Some(gpu),
+        Err(error) => {
+            assert!(!strict(), "{error}");
+            eprintln!("skipped: no graphics adapter");
+            None
+        }
+    }
+}

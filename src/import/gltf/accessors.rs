@@ -93,7 +93,7 @@ impl<'a> Accessor<'a> {
 
     /// All elements, converted component by component; `N` must be the accessor's width.
     pub fn elements<const N: usize, T: Copy + Default>(&self, convert: impl Fn(f64) -> T) -> Read<Vec<[T; N]>> {
-        if self.width != N {
+        if self.width != N || (self.matrix && N == 4) {
             let message = format!("expected {}, is {}", type_name(N), type_name(self.width));
             return Err(Fault::invalid(format!("{}.type", self.place), message));
         }
@@ -216,6 +216,10 @@ impl<'a> Accessor<'a> {
         self.sparse(|index, bytes| replaced.push((index, bytes[..self.element_size()].to_vec())))?;
         if min.is_none() && max.is_none() {
             return Ok(());
+        }
+        if range.is_some() {
+            let bytes = self.count.saturating_mul(self.element_size());
+            self.document.spend(bytes, &format!("{}.count", self.place))?;
         }
         replaced.sort_by_key(|(index, _)| *index);
         let mut see = |bytes: &[u8]| {

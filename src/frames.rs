@@ -1,0 +1,269 @@
+//! Frames to files: `relief render`.
+//!
+//! Frame n is the world after n steps of its clock. The range asked for is reached by stepping, drawn frame by frame,
+//! and each picture is written whole, so that an interrupted run can be resumed by what is there.
+
+use crate::output::{self, OutputError};
+use crate::renderer::{Gpu, GpuError, RenderError, Renderer, Settings};
+use crate::scene::{self, SceneError};
+use bevy_ecs::prelude::*;
+use bevy_ecs::name::Name;
+use bevy_transform::components::GlobalTransform;
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use systems::Simulation;
+use systems::components::Camera;
+use systems::view::View;
+
+/// A kind of picture that is written for each frame.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, clap::ValueEnum)]
+pub enum OutputKind {
+    /// The tone-mapped picture, 8-bit sRGB.
+    Color,
+    /// Distance along the viewing direction: 16-bit grey, 1/256 m per step, 0 where there is nothing or it is farther
+    /// than 255.99 m (the convention of the KITTI data set).
+    Depth,
+    /// World-space shading normal, 8 bits: 0.5 + 0.5·n.
+    Normal,
+    /// Entity ids as 24-bit colour (red lowest byte), 0 for nothing; `ids.json` names them.
+    Id,
+}
+
+impl OutputKind {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Color => "color",
+            Self::Depth => "depth",
+            Self::Normal => "normal",
+            Self::Id => "id",
+        }
+    }
+}
+
+/// What to render.
+#[derive(Clone, Debug)]
+pub struct FrameJob {
+    /// Scene file or model.
+    pub scene: PathBuf,
+    /// Where the pictures go; made if missing.
+    pub folder: PathBuf,
+    /// Frame numbers.
+    pub frames: Range<u64>,
+    /// Pixels.
+    pub size: (u32, u32),
+    /// The name of the camera; `None`: the scene's first.
+    pub camera: Option<String>,
+    /// Kinds of pictures.
+    pub outputs: Vec<OutputKind>,
+    /// How to draw.
+    pub settings: Settings,
+    /// How lights are chosen.
+    pub lights: systems::lights::LightPolicy,
+    /// Leaves frames alone whose pictures are all there.
+    pub resume: bool,
+}
+
+/// What stops a job.
+#[derive(Debug, thiserror::Error)]
+pub enum FrameError {
+    /// The scene.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// No camera of that name.
+    #[error("{}: no camera named \"{wanted}\"; there are: {}", scene.display(), known.join(", "))]
+    NoCamera {
+        /// The scene.
+        scene: PathBuf,
+        /// The name asked for.
+        wanted: String,
+        /// The names there are.
+        known: Vec<String>,
+    },
+    /// No adapter.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+    /// Too large for the adapter.
+    #[error(transparent)]
+    Render(#[from] RenderError),
+    /// A picture could not be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+}
+
+/// A scene that is loaded, with the camera it is seen from.
+pub struct Stage {
+    /// The world.
+    pub simulation: Simulation,
+    /// What the loader said of it.
+    pub scene: scene::LoadedScene,
+    /// The chosen camera.
+    pub camera: Entity,
+}
+
+/// Loads a scene and finds its camera; warnings are logged.
+///
+/// # Errors
+/// [`FrameError::Scene`], [`FrameError::NoCamera`].
+pub fn load_stage(path: &Path, camera: Option<&str>) -> Result<Stage, FrameError> {
+    let mut simulation = Simulation::new();
+    let scene = scene::load(path, &mut simulation)?;
+    for warning in &scene.warnings {
+        tracing::warn!("{warning}");
+    }
+    let wanted = camera.unwrap_or_default();
+    let found = match camera {
+        None => scene.cameras.first(),
+        Some(_) => scene.cameras.iter().find(|(name, _)| name == wanted),
+    };
+    let Some(&(_, camera)) = found else {
+        let known = scene.cameras.iter().map(|(name, _)| name.clone()).collect();
+        return Err(FrameError::NoCamera { scene: path.to_owned(), wanted: wanted.to_owned(), known });
+    };
+    Ok(Stage { simulation, scene, camera })
+}
+
+/// The view of a camera entity, as of the last frame.
+pub fn view_of(world: &World, camera: Entity, (width, height): (u32, u32)) -> View {
+    let transform = world.get::<GlobalTransform>(camera).copied().unwrap_or_default();
+    let camera = world.get::<Camera>(camera).cloned().unwrap_or_default();
+    View::new(&transform.affine(), &camera, width, height)
+}
+
+/// A renderer without a window, for a few pictures of a world in hand.
+pub struct Headless {
+    /// Draws.
+    pub renderer: Renderer,
+    /// How to draw.
+    pub settings: Settings,
+}
+
+impl Headless {
+    /// Opens the best adapter.
+    ///
+    /// # Errors
+    /// [`FrameError::Gpu`].
+    pub fn new() -> Result<Self, FrameError> {
+        Ok(Self { renderer: Renderer::new(&Gpu::headless()?), settings: Settings::default() })
+    }
+
+    /// Brings the world's draw list up to date and draws it as the camera sees it, in 8-bit sRGB.
+    ///
+    /// # Errors
+    /// [`FrameError::Render`].
+    pub fn draw(
+        &mut self,
+        simulation: &mut Simulation,
+        camera: Entity,
+        size: (u32, u32),
+    ) -> Result<image::RgbaImage, FrameError> {
+        simulation.frame();
+        let view = view_of(&simulation.world, camera, size);
+        self.renderer.prepare(simulation.draw_list(), simulation.library(), &view, &self.settings)?;
+        Ok(self.renderer.draw_picture())
+    }
+}
+
+/// Renders a job; `progress` is called after each frame with its number. Returns the pictures written.
+///
+/// # Errors
+/// [`FrameError`]; pictures written before stay.
+pub fn render_frames(job: &FrameJob, mut progress: impl FnMut(u64)) -> Result<Vec<PathBuf>, FrameError> {
+    let path = |kind: OutputKind, frame| job.folder.join(format!("{}_{frame:05}.png", kind.name()));
+    // The driver takes its time to start; the scene loads meanwhile.
+    let opening = std::thread::spawn(Gpu::headless);
+    let stage = load_stage(&job.scene, job.camera.as_deref());
+    let gpu = opening.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+    let mut stage = stage?;
+    let gpu = gpu?;
+    output::make_folder(&job.folder)?;
+    stage.simulation.world.insert_resource(job.lights);
+    let mut renderer = Renderer::new(&gpu);
+    for _ in 0..job.frames.start {
+        stage.simulation.step();
+    }
+    let mut written = Vec::new();
+    for frame in job.frames.clone() {
+        let missing: Vec<_> =
+            job.outputs.iter().filter(|&&kind| !job.resume || !path(kind, frame).exists()).copied().collect();
+        if !missing.is_empty() {
+            stage.simulation.frame();
+            let view = view_of(&stage.simulation.world, stage.camera, job.size);
+            renderer.prepare(stage.simulation.draw_list(), stage.simulation.library(), &view, &job.settings)?;
+            for (kind, picture) in pictures(&mut renderer, &view, &missing) {
+                output::write_png(&path(kind, frame), &picture)?;
+                written.push(path(kind, frame));
+            }
+        }
+        progress(frame);
+        stage.simulation.step();
+    }
+    if job.outputs.contains(&OutputKind::Id) {
+        let names = job.folder.join("ids.json");
+        output::write_whole(&names, names_of_ids(&mut stage.simulation.world).as_bytes())?;
+        written.push(names);
+    }
+    Ok(written)
+}
+
+fn pictures(renderer: &mut Renderer, view: &View, kinds: &[OutputKind]) -> Vec<(OutputKind, image::DynamicImage)> {
+    let mut pictures = Vec::new();
+    if kinds.contains(&OutputKind::Color) {
+        let rgb = image::DynamicImage::from(renderer.draw_picture()).into_rgb8();
+        pictures.push((OutputKind::Color, rgb.into()));
+    }
+    if kinds.iter().all(|&kind| kind == OutputKind::Color) {
+        return pictures;
+    }
+    let Some(outputs) = renderer.draw_outputs() else { return pictures };
+    let (gpu, width, height) = (renderer.gpu(), outputs.width, outputs.height);
+    for &kind in kinds {
+        let picture: Option<image::DynamicImage> = match kind {
+            OutputKind::Color => continue,
+            OutputKind::Depth => {
+                let step = |metres: f32| if metres < 255.99 { (metres * 256.0).round() as u16 } else { 0 };
+                let depths = outputs.depths(gpu, view).into_iter().map(step).collect();
+                image::ImageBuffer::<image::Luma<u16>, _>::from_raw(width, height, depths).map(Into::into)
+            }
+            OutputKind::Normal => {
+                let byte = |v: f32| ((v * 0.5 + 0.5) * 255.0).round() as u8;
+                let rgb = |n: [f32; 3]| if n == [0.0; 3] { [0; 3] } else { n.map(byte) };
+                let normals = outputs.normals(gpu).into_iter().flat_map(rgb).collect();
+                image::RgbImage::from_raw(width, height, normals).map(Into::into)
+            }
+            OutputKind::Id => {
+                let rgb = |id: Option<u32>| {
+                    let [r, g, b, _] = id.map_or(0, |id| id + 1).to_le_bytes();
+                    [r, g, b]
+                };
+                let ids = outputs.entities(gpu).into_iter().flat_map(rgb).collect();
+                image::RgbImage::from_raw(width, height, ids).map(Into::into)
+            }
+        };
+        pictures.extend(picture.map(|picture| (kind, picture)));
+    }
+    pictures
+}
+
+/// JSON: the id in the picture → the entity's name, its parent's where it has none.
+fn names_of_ids(world: &mut World) -> String {
+    let mut drawn = world.query_filtered::<Entity, With<systems::library::MeshId>>();
+    let entities: Vec<Entity> = drawn.iter(world).collect();
+    let names: BTreeMap<u32, String> =
+        entities.into_iter().map(|entity| (entity.index().index() + 1, name_of(world, entity))).collect();
+    let quoted: Vec<String> =
+        names.iter().map(|(id, name)| format!("  \"{id}\": {}", serde_json::Value::from(name.as_str()))).collect();
+    format!("{{\n{}\n}}\n", quoted.join(",\n"))
+}
+
+/// An entity's name for people: its own, else its nearest named ancestor's, else its id.
+pub fn name_of(world: &World, entity: Entity) -> String {
+    let mut next = Some(entity);
+    while let Some(current) = next {
+        if let Some(name) = world.get::<Name>(current) {
+            return name.as_str().to_owned();
+        }
+        next = world.get::<ChildOf>(current).map(ChildOf::parent);
+    }
+    format!("entity {}", entity.index())
+}

@@ -1,0 +1,430 @@
+//! Primitives into meshes: triangle lists with only the vertices that they use, normals always there.
+
+use super::accessors::{Accessor, Component};
+use super::document::{Document, id_of};
+use super::pose::{Pose, Posed};
+use super::report::{Fault, Read, Report};
+use super::schema::{declared, whole};
+use glam::{Vec2, Vec3, Vec4};
+use serde_json::Value;
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::rc::Rc;
+use systems::library::Mesh;
+
+/// How far a normal's length may be from 1: what the reference validator allows.
+const UNIT_TOLERANCE: f32 = 0.00674;
+/// Memory of a vertex and of a triangle while it is made, for the file's budget.
+const VERTEX_BYTES: usize = 80;
+const TRIANGLE_BYTES: usize = 24;
+
+type Floats = (usize, Rc<Vec<f32>>);
+
+/// Reads primitives; accessors that several of them share are decoded once.
+pub struct Meshes<'a> {
+    pub document: &'a Document,
+    decoded: RefCell<HashMap<usize, Floats>>,
+}
+
+/// One primitive while it is read.
+struct Primitive<'a> {
+    meshes: &'a Meshes<'a>,
+    json: &'a Value,
+    place: String,
+    vertices: usize,
+}
+
+impl<'a> Meshes<'a> {
+    pub fn new(document: &'a Document) -> Self {
+        Self { document, decoded: RefCell::default() }
+    }
+
+    /// The primitives of a mesh in a pose, each with its material; `None` for one that draws nothing.
+    pub fn read(&self, id: usize, pose: &Pose, report: &mut Report) -> Vec<Read<Option<Mesh>>> {
+        let json = &self.document.root["meshes"][id];
+        let name = super::document::name_or(json, || format!("mesh {id}"));
+        let primitives = super::document::items(&json["primitives"]);
+        let read = |(p, json)| {
+            let place = format!("meshes[{id}].primitives[{p}]");
+            let name = if primitives.len() > 1 { format!("{name} {p}") } else { name.clone() };
+            Primitive { meshes: self, json, place, vertices: 0 }.read(name, pose, report)
+        };
+        primitives.iter().enumerate().map(read).collect()
+    }
+
+    /// All components of an accessor with its width.
+    fn floats(&self, id: usize) -> Read<Floats> {
+        if let Some(known) = self.decoded.borrow().get(&id) {
+            return Ok(known.clone());
+        }
+        let accessor = Accessor::new(self.document, id)?;
+        let flat = match accessor.width {
+            1 => accessor.elements::<1, f32>(|v| v as f32)?.into_flattened(),
+            2 => accessor.elements::<2, f32>(|v| v as f32)?.into_flattened(),
+            3 => accessor.elements::<3, f32>(|v| v as f32)?.into_flattened(),
+            4 => accessor.elements::<4, f32>(|v| v as f32)?.into_flattened(),
+            _ => return Err(Fault::invalid(format!("{}.type", accessor.place), "expected SCALAR to VEC4")),
+        };
+        let floats = (accessor.width, Rc::new(flat));
+        self.decoded.borrow_mut().insert(id, floats.clone());
+        Ok(floats)
+    }
+}
+
+impl Primitive<'_> {
+    fn read(mut self, name: String, pose: &Pose, report: &mut Report) -> Read<Option<Mesh>> {
+        let mode = whole(&self.json["mode"]).unwrap_or(4);
+        if !(4..=6).contains(&mode) {
+            report.warn(&*self.place, "points and lines are not drawn");
+            return Ok(None);
+        }
+        self.check_names(report);
+        let Some(positions) = self.attribute::<3>("POSITION", report)? else {
+            report.warn(format!("{}.attributes.POSITION", self.place), "missing: nothing is drawn");
+            return Ok(None);
+        };
+        self.vertices = positions.len();
+        let indices = self.indices()?;
+        let triangles = triangles(mode, indices.as_deref(), self.vertices, &self.place, report);
+        if triangles.is_empty() {
+            report.warn(self.place, "has no triangles: nothing is drawn");
+            return Ok(None);
+        }
+        self.meshes.document.spend(triangles.len() / 3 * TRIANGLE_BYTES, &self.place)?;
+        self.finite(&positions, "POSITION")?;
+        let (used, indices) = compact(&triangles, self.vertices);
+        self.meshes.document.spend(used.len() * VERTEX_BYTES, &self.place)?;
+        let mut mesh = Mesh { name, indices, ..Mesh::default() };
+        let mut posed = Posed {
+            positions: pick(&positions, &used, Vec3::from_array),
+            normals: self.picked::<3, _>("NORMAL", &used, Vec3::from_array, report)?,
+            tangents: self.picked::<4, _>("TANGENT", &used, Vec4::from_array, report)?,
+        };
+        self.morph(pose, &used, &mut posed, report)?;
+        self.skin(pose, &used, &mut posed, report)?;
+        if let Some(i) = posed.positions.iter().position(|p| !p.is_finite()) {
+            let message = format!("element {} is not finite in its rest pose", used[i]);
+            return Err(Fault::invalid(format!("{}.attributes.POSITION", self.place), message));
+        }
+        (mesh.positions, mesh.normals, mesh.tangents) = (posed.positions, posed.normals, posed.tangents);
+        mesh.uvs = self.uvs(&used, report)?;
+        mesh.colors = self.colors(&used, report)?;
+        self.shading_frame(&mut mesh, report)?;
+        Ok(Some(mesh))
+    }
+
+    /// Makes normals and tangents unit, or computes what is missing or unusable.
+    fn shading_frame(&self, mesh: &mut Mesh, report: &mut Report) -> Read<()> {
+        if mesh.normals.is_empty() {
+            self.meshes.document.spend(mesh.indices.len() * VERTEX_BYTES, &self.place)?;
+            if !mesh.tangents.is_empty() {
+                report.warn(format!("{}.attributes.TANGENT", self.place), "ignored: tangents need normals");
+            }
+            flat_normals(mesh);
+            return Ok(());
+        }
+        let off = |v: Vec3| !((v.length() - 1.0).abs() <= UNIT_TOLERANCE);
+        if let Some(i) = mesh.normals.iter().position(|&n| off(n)) {
+            let message = format!("expected unit length, a normal of vertex {i} has {}", mesh.normals[i].length());
+            report.warn(format!("{}.attributes.NORMAL", self.place), message);
+        }
+        unit_normals(mesh);
+        if let Some(i) = mesh.tangents.iter().position(|t| off(t.truncate()) || t.w.abs() != 1.0) {
+            let message = format!("expected unit length and w = ±1, vertex {i} has {}", mesh.tangents[i]);
+            report.warn(format!("{}.attributes.TANGENT", self.place), message);
+        }
+        let unit = |t: &Vec4| Some(t.truncate().try_normalize()?.extend(if t.w < 0.0 { -1.0 } else { 1.0 }));
+        // A single unusable tangent: better all computed than one lacking.
+        mesh.tangents = mesh.tangents.iter().map(unit).collect::<Option<_>>().unwrap_or_default();
+        Ok(())
+    }
+
+    fn uvs(&self, used: &[u32], report: &mut Report) -> Read<[Vec<Vec2>; 2]> {
+        let [mut first, mut second] = [Vec::new(), Vec::new()];
+        for (name, uvs) in [("TEXCOORD_0", &mut first), ("TEXCOORD_1", &mut second)] {
+            *uvs = self.picked::<2, _>(name, used, Vec2::from_array, report)?;
+            if uvs.iter().any(|uv| !uv.is_finite()) {
+                report.warn(format!("{}.attributes.{name}", self.place), "expected finite numbers: some read as 0");
+                uvs.iter_mut().filter(|uv| !uv.is_finite()).for_each(|uv| *uv = Vec2::ZERO);
+            }
+        }
+        if first.is_empty() {
+            first.clone_from(&second);
+        }
+        Ok([first, second])
+    }
+
+    fn colors(&self, used: &[u32], report: &mut Report) -> Read<Vec<Vec4>> {
+        let Some(id) = id_of(&self.json["attributes"], "COLOR_0") else { return Ok(Vec::new()) };
+        let colors: Vec<Vec4> = if self.meshes.floats(id)?.0 == 3 {
+            self.picked::<3, _>("COLOR_0", used, |c| Vec3::from_array(c).extend(1.0), report)?
+        } else {
+            self.picked::<4, _>("COLOR_0", used, Vec4::from_array, report)?
+        };
+        let inside = |c: &Vec4| c.cmpge(Vec4::ZERO).all() && c.cmple(Vec4::ONE).all();
+        if !colors.iter().all(inside) {
+            report.warn(format!("{}.attributes.COLOR_0", self.place), "expected 0 to 1: clamped");
+        }
+        // `max` first: it turns NaN into 0.
+        Ok(colors.into_iter().map(|c| c.max(Vec4::ZERO).min(Vec4::ONE)).collect())
+    }
+
+    /// Default or node weights times the morph targets' deltas.
+    fn morph(&self, pose: &Pose, used: &[u32], posed: &mut Posed, report: &mut Report) -> Read<()> {
+        let targets = super::document::items(&self.json["targets"]);
+        if !pose.weights.is_empty() && pose.weights.len() != targets.len() {
+            let message = format!("expected one weight for each of {} targets, found {}", targets.len(), pose.weights.len());
+            report.warn(format!("{}.targets", self.place), message);
+        }
+        for (t, target) in targets.iter().enumerate() {
+            let weight = pose.weights.get(t).copied().unwrap_or(0.0);
+            for name in ["POSITION", "NORMAL", "TANGENT"] {
+                let Some(id) = id_of(target, name) else { continue };
+                let place = format!("{}.targets[{t}].{name}", self.place);
+                if self.json["attributes"].get(name).is_none() {
+                    report.warn(&*place, "ignored: the primitive has no such attribute itself");
+                    continue;
+                }
+                let accessor = Accessor::new(self.meshes.document, id)?;
+                self.expect_count(accessor.count, &place)?;
+                if weight == 0.0 {
+                    continue;
+                }
+                let (3, deltas) = self.meshes.floats(id)? else {
+                    return Err(Fault::invalid(place, "expected VEC3"));
+                };
+                posed.add(name, weight, used.iter().map(|&v| vec3_at(&deltas, v)));
+            }
+        }
+        Ok(())
+    }
+
+    fn skin(&self, pose: &Pose, used: &[u32], posed: &mut Posed, report: &mut Report) -> Read<()> {
+        let Some(joints) = &pose.node_from_bind else { return Ok(()) };
+        let mut sets = Vec::new();
+        for set in 0.. {
+            let (joints_name, weights_name) = (format!("JOINTS_{set}"), format!("WEIGHTS_{set}"));
+            let (Some(joints), Some(weights)) =
+                (self.attribute::<4>(&joints_name, report)?, self.attribute::<4>(&weights_name, report)?)
+            else {
+                break;
+            };
+            sets.push((joints, weights));
+        }
+        if sets.is_empty() {
+            report.warn(format!("{}.attributes", self.place), "has no joints and weights for its skin");
+        }
+        let influences = |v: u32| {
+            let of = move |floats: &Rc<Vec<f32>>| floats.as_chunks::<4>().0.get(v as usize).copied().unwrap_or_default();
+            sets.iter().flat_map(move |(joints, weights)| {
+                let (joints, weights) = (of(&joints.0), of(&weights.0));
+                (0..4).map(move |i| (joints[i] as usize, weights[i]))
+            })
+        };
+        let mut faults = (None, None);
+        for (i, &v) in used.iter().enumerate() {
+            if let Some((joint, _)) = influences(v).find(|&(joint, _)| joint >= joints.len()) {
+                faults.0 = faults.0.or(Some((v, joint)));
+            }
+            if influences(v).any(|(_, w)| !(w >= 0.0 && w.is_finite())) {
+                faults.1 = faults.1.or(Some(v));
+            }
+            posed.skin(i, influences(v).filter_map(|(j, w)| Some((*joints.get(j)?, w))));
+        }
+        if let Some((v, joint)) = faults.0 {
+            let message = format!("vertex {v} names joint {joint} of {}: ignored", joints.len());
+            report.warn(format!("{}.attributes.JOINTS_0", self.place), message);
+        }
+        if let Some(v) = faults.1 {
+            report.warn(format!("{}.attributes.WEIGHTS_0", self.place), format!("vertex {v} has a weight below 0"));
+        }
+        Ok(())
+    }
+
+    /// Validated indices; `None`: the vertices in order.
+    fn indices(&self) -> Read<Option<Vec<u32>>> {
+        let Some(id) = id_of(self.json, "indices") else { return Ok(None) };
+        let place = format!("{}.indices", self.place);
+        let accessor = Accessor::new(self.meshes.document, id)?;
+        if !matches!(accessor.component, Component::U8 | Component::U16 | Component::U32) || accessor.normalized {
+            return Err(Fault::invalid(place, format!("expected unsigned integers, accessors[{id}] is not")));
+        }
+        let indices = accessor.elements::<1, u32>(|v| v as u32)?.into_flattened();
+        match indices.iter().position(|&i| i as usize >= self.vertices) {
+            None => Ok(Some(indices)),
+            Some(i) => {
+                let message = format!("element {i} is {}, there are {} vertices", indices[i], self.vertices);
+                Err(Fault::invalid(place, message))
+            }
+        }
+    }
+
+    /// All elements of an attribute; `None` where the primitive lacks it.
+    fn attribute<const N: usize>(&self, name: &str, report: &mut Report) -> Read<Option<Chunks<N>>> {
+        let Some(id) = id_of(&self.json["attributes"], name) else { return Ok(None) };
+        let place = format!("{}.attributes.{name}", self.place);
+        let accessor = Accessor::new(self.meshes.document, id)?;
+        if !name.starts_with("POSITION") {
+            self.expect_count(accessor.count, &place)?;
+        }
+        self.check_format(name, &accessor, &place, report);
+        let (width, floats) = self.meshes.floats(id)?;
+        if width != N {
+            return Err(Fault::invalid(place, format!("expected {N} components, accessors[{id}] has {width}")));
+        }
+        Ok(Some(Chunks(floats)))
+    }
+
+    fn picked<const N: usize, T>(
+        &self,
+        name: &str,
+        used: &[u32],
+        make: impl Fn([f32; N]) -> T,
+        report: &mut Report,
+    ) -> Read<Vec<T>> {
+        Ok(self.attribute::<N>(name, report)?.map_or(Vec::new(), |elements| pick(&elements, used, make)))
+    }
+
+    fn expect_count(&self, count: usize, place: &str) -> Read<()> {
+        if count == self.vertices {
+            return Ok(());
+        }
+        Err(Fault::invalid(place, format!("expected {} elements as POSITION has, has {count}", self.vertices)))
+    }
+
+    fn finite(&self, positions: &Chunks<3>, name: &str) -> Read<()> {
+        let Some(i) = positions.get().iter().position(|p| p.iter().any(|v| !v.is_finite())) else { return Ok(()) };
+        let message = format!("expected finite numbers, element {i} is {:?}", positions.get()[i]);
+        Err(Fault::invalid(format!("{}.attributes.{name}", self.place), message))
+    }
+
+    /// Warns of component types that glTF does not allow there; they are read all the same.
+    fn check_format(&self, name: &str, accessor: &Accessor, place: &str, report: &mut Report) {
+        let quantized = declared(&self.meshes.document.root, "extensionsUsed", "KHR_mesh_quantization");
+        let (component, normalized) = (accessor.component, accessor.normalized);
+        let unsigned = matches!(component, Component::U8 | Component::U16);
+        let signed = matches!(component, Component::I8 | Component::I16);
+        let semantic = name.split('_').next().unwrap_or(name);
+        let allowed = match semantic {
+            "POSITION" => quantized && (signed || unsigned),
+            "NORMAL" | "TANGENT" => quantized && signed && normalized,
+            "TEXCOORD" => unsigned && normalized || quantized && (signed || unsigned),
+            "COLOR" | "WEIGHTS" => unsigned && normalized,
+            _ => unsigned && !normalized,
+        };
+        if !allowed && (component != Component::F32 || semantic == "JOINTS") {
+            report.warn(place, format!("glTF does not allow {component:?} here (normalized: {normalized})"));
+        }
+    }
+
+    fn check_names(&self, report: &mut Report) {
+        let Some(attributes) = self.json["attributes"].as_object() else { return };
+        for name in attributes.keys().filter(|n| !n.starts_with('_')) {
+            let place = format!("{}.attributes.{name}", self.place);
+            let (semantic, set) = name.split_once('_').unwrap_or((name, ""));
+            let known = match semantic {
+                "POSITION" | "NORMAL" | "TANGENT" => set.is_empty(),
+                "TEXCOORD" | "COLOR" | "JOINTS" | "WEIGHTS" => set.parse::<u32>().is_ok_and(|s| s.to_string() == set),
+                _ => false,
+            };
+            match set.parse::<u32>() {
+                _ if !known => report.warn(place, "ignored: no such attribute in glTF 2.0"),
+                Ok(set @ 1..) if !attributes.contains_key(&format!("{semantic}_{}", set - 1)) => {
+                    report.warn(place, format!("without {semantic}_{}", set - 1))
+                }
+                _ => {}
+            }
+        }
+    }
+}
+
+/// The elements of an accessor, `N` components each.
+struct Chunks<const N: usize>(Rc<Vec<f32>>);
+
+impl<const N: usize> Chunks<N> {
+    fn get(&self) -> &[[f32; N]] {
+        self.0.as_chunks::<N>().0
+    }
+
+    fn len(&self) -> usize {
+        self.get().len()
+    }
+}
+
+fn pick<const N: usize, T>(elements: &Chunks<N>, used: &[u32], make: impl Fn([f32; N]) -> T) -> Vec<T> {
+    let elements = elements.get();
+    used.iter().filter_map(|&v| elements.get(v as usize)).map(|&e| make(e)).collect()
+}
+
+fn vec3_at(floats: &[f32], vertex: u32) -> Vec3 {
+    floats.as_chunks::<3>().0.get(vertex as usize).map_or(Vec3::ZERO, |&v| Vec3::from_array(v))
+}
+
+/// Three indices per triangle from a list, strip or fan (glTF 2.0, section 3.7.2.1).
+fn triangles(mode: u64, indices: Option<&[u32]>, vertices: usize, place: &str, report: &mut Report) -> Vec<u32> {
+    let count = indices.map_or(vertices, <[u32]>::len);
+    let at = |i: usize| indices.map_or(i as u32, |indices| indices[i]);
+    let corners = |i: usize| match mode {
+        5 => [i, i + 1 + i % 2, i + 2 - i % 2],
+        6 => [i + 1, i + 2, 0],
+        _ => [3 * i, 3 * i + 1, 3 * i + 2],
+    };
+    let strip = matches!(mode, 5 | 6);
+    if !strip && count % 3 != 0 {
+        report.warn(place, format!("{count} corners make no whole number of triangles: the last are left out"));
+    }
+    let number = if strip { count.saturating_sub(2) } else { count / 3 };
+    let triangles = (0..number).map(|i| corners(i).map(at));
+    // Strips are stitched together with triangles of no area.
+    let degenerate = |[a, b, c]: &[u32; 3]| a == b || b == c || c == a;
+    triangles.filter(|t| !strip || !degenerate(t)).flatten().collect()
+}
+
+/// The vertices in use, in order, and the indices into them.
+fn compact(triangles: &[u32], vertices: usize) -> (Vec<u32>, Vec<u32>) {
+    let mut new_from_old = vec![u32::MAX; vertices];
+    triangles.iter().for_each(|&v| new_from_old[v as usize] = 0);
+    let mut used = Vec::new();
+    for (old, new) in new_from_old.iter_mut().enumerate().filter(|(_, new)| **new == 0) {
+        *new = used.len() as u32;
+        used.push(old as u32);
+    }
+    let indices = triangles.iter().map(|&v| new_from_old[v as usize]).collect();
+    (used, indices)
+}
+
+/// One normal per face, so no vertex is shared any more (glTF 2.0, section 3.7.2.1).
+fn flat_normals(mesh: &mut Mesh) {
+    fn unweld<T: Copy>(values: &mut Vec<T>, indices: &[u32]) {
+        if !values.is_empty() {
+            *values = indices.iter().map(|&i| values[i as usize]).collect();
+        }
+    }
+    unweld(&mut mesh.positions, &mesh.indices);
+    unweld(&mut mesh.uvs[0], &mesh.indices);
+    unweld(&mut mesh.uvs[1], &mesh.indices);
+    unweld(&mut mesh.colors, &mesh.indices);
+    mesh.tangents.clear();
+    mesh.indices = (0..mesh.positions.len() as u32).collect();
+    let faces = mesh.positions.as_chunks::<3>().0;
+    mesh.normals = faces.iter().flat_map(|&face| [face_normal(face).try_normalize().unwrap_or(Vec3::Z); 3]).collect();
+}
+
+fn face_normal([a, b, c]: [Vec3; 3]) -> Vec3 {
+    (b - a).cross(c - a)
+}
+
+/// Unit length; where a normal has no direction, that of the faces around the vertex.
+fn unit_normals(mesh: &mut Mesh) {
+    let unit: Vec<Option<Vec3>> = mesh.normals.iter().map(|n| n.try_normalize()).collect();
+    let mut around = Vec::new();
+    if unit.contains(&None) {
+        around = vec![Vec3::ZERO; mesh.positions.len()];
+        for corners in mesh.indices.as_chunks::<3>().0 {
+            let normal = face_normal(corners.map(|i| mesh.positions[i as usize]));
+            corners.iter().for_each(|&i| around[i as usize] += normal);
+        }
+    }
+    let normals = unit.into_iter().enumerate();
+    mesh.normals = normals.map(|(i, n)| n.or_else(|| around[i].try_normalize()).unwrap_or(Vec3::Z)).collect();
+}

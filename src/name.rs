@@ -1,0 +1,34 @@
+//! Names that people type: looked up in a table, and when unknown answered with the nearest that is known.
+
+/// The value of a name; else a message that names the nearest.
+///
+/// # Errors
+/// One line: what was expected.
+pub fn find<T: Copy>(what: &str, table: &[(&str, T)], wanted: &str) -> Result<T, String> {
+    if let Some((_, value)) = table.iter().find(|(name, _)| *name == wanted) {
+        return Ok(*value);
+    }
+    let names: Vec<&str> = table.iter().map(|(name, _)| *name).collect();
+    let hint = nearest(&names, wanted).map_or(String::new(), |name| format!("; did you mean \"{name}\"?"));
+    Err(format!("no {what} \"{wanted}\"{hint} There are: {}", names.join(", ")))
+}
+
+/// The known name most like the wanted one, if any is near.
+pub fn nearest<'a>(known: &[&'a str], wanted: &str) -> Option<&'a str> {
+    let scored = known.iter().map(|name| (strsim::jaro_winkler(name, wanted), *name));
+    scored.filter(|(score, _)| *score > 0.7).max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, name)| name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_unknown_name_is_answered_with_the_nearest() {
+        let table = [("off", 1), ("normal", 2)];
+        assert_eq!(find("technique", &table, "normal"), Ok(2));
+        let message = find("technique", &table, "nomral").unwrap_err();
+        assert_eq!(message, "no technique \"nomral\"; did you mean \"normal\"? There are: off, normal");
+        assert!(!find("technique", &table, "zzz").unwrap_err().contains("did you mean"));
+    }
+}

@@ -1,0 +1,77 @@
+//! Files that are written whole or not at all.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// An output that could not be written.
+#[derive(Debug, thiserror::Error)]
+pub enum OutputError {
+    /// The folder or the file.
+    #[error("cannot write {}: {source}", path.display())]
+    Io {
+        /// What was to be written.
+        path: PathBuf,
+        /// What the operating system says.
+        source: std::io::Error,
+    },
+    /// The picture could not be encoded.
+    #[error("cannot encode {}: {source}", path.display())]
+    Encode {
+        /// What was to be written.
+        path: PathBuf,
+        /// What the encoder says.
+        source: image::ImageError,
+    },
+}
+
+/// Writes a file under a temporary name beside it, then renames: whoever sees the name sees the whole file.
+///
+/// # Errors
+/// [`OutputError::Io`]; the temporary file is removed.
+pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(format!(".{}.part", std::process::id()));
+    let temporary = path.with_file_name(name);
+    let written = fs::write(&temporary, bytes).and_then(|()| fs::rename(&temporary, path));
+    written.map_err(|source| {
+        let _ = fs::remove_file(&temporary);
+        OutputError::Io { path: path.to_owned(), source }
+    })
+}
+
+/// Encodes a picture as PNG and writes it whole.
+///
+/// # Errors
+/// [`OutputError`].
+pub fn write_png(path: &Path, picture: &image::DynamicImage) -> Result<(), OutputError> {
+    use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+    let mut bytes = Vec::new();
+    let encoder = PngEncoder::new_with_quality(&mut bytes, CompressionType::Fast, FilterType::Adaptive);
+    let encoded = picture.write_with_encoder(encoder);
+    encoded.map_err(|source| OutputError::Encode { path: path.to_owned(), source })?;
+    write_whole(path, &bytes)
+}
+
+/// Makes a folder with all its parents.
+///
+/// # Errors
+/// [`OutputError::Io`].
+pub fn make_folder(path: &Path) -> Result<(), OutputError> {
+    fs::create_dir_all(path).map_err(|source| OutputError::Io { path: path.to_owned(), source })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_failed_write_leaves_nothing_behind() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let taken = folder.path().join("taken");
+        fs::create_dir(&taken).expect("a folder");
+        fs::write(taken.join("inside"), b"x").expect("a file");
+        assert!(write_whole(&taken, b"data").is_err(), "a folder cannot be replaced by a file");
+        let names: Vec<_> = fs::read_dir(folder.path()).expect("readable").flatten().map(|e| e.file_name()).collect();
+        assert_eq!(names, ["taken"]);
+    }
+}

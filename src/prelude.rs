@@ -1,0 +1,11 @@
+//! What most programs need: `use relief::prelude::*;`.
+
+pub use crate::frames::Headless;
+pub use crate::import::load_model;
+pub use bevy_ecs::prelude::*;
+pub use bevy_transform::components::Transform;
+pub use glam::{Quat, UVec2, Vec2, Vec3, Vec4};
+pub use systems::Simulation;
+pub use systems::components::{Camera, Environment, Light, LightKind, Projection, Spin, ToneMap};
+pub use systems::library::{Library, Map, Material, MaterialId, MeshId, Shading, Technique};
+pub use systems::shapes;

@@ -1,0 +1,278 @@
+//! The files a scene names, each read once; and what materials and meshes become in the library.
+
+use super::check::{Fault, Path as Place};
+use super::format::{self, MeshSource, Sampler, Scene, Uv};
+use super::places::Step;
+use super::values::MapSource;
+use crate::import::{self, Model, Node};
+use bevy_transform::components::Transform;
+use glam::{Affine2, Mat2, UVec2, Vec2};
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use systems::bounds::Aabb;
+use systems::images::ImageKind;
+use systems::library::{ImageId, Library, Map, Material, MaterialId, Mesh, MeshId};
+use systems::shapes;
+
+/// What the files of a scene contained. A file that failed has a [`Fault`] and is absent.
+#[derive(Default)]
+pub struct Files {
+    images: HashMap<(String, ImageKind), ImageId>,
+    models: HashMap<String, Model>,
+}
+
+impl Files {
+    pub fn model(&self, file: &str) -> Option<&Model> {
+        self.models.get(file)
+    }
+
+    /// What of the models was left out or corrected, in the order of the file.
+    pub fn warnings(&self, scene: &Scene) -> Vec<String> {
+        let mut files: Vec<&str> = scene.meshes.entries().iter().filter_map(|(_, mesh)| model_file(mesh)).collect();
+        files.dedup();
+        files.iter().filter_map(|file| self.model(file)).flat_map(|m| &m.warnings).map(ToString::to_string).collect()
+    }
+}
+
+fn model_file(mesh: &MeshSource) -> Option<&str> {
+    match mesh {
+        MeshSource::Model(source) => Some(&source.file),
+        _ => None,
+    }
+}
+
+/// What the texels of a map mean, by the material's field.
+fn image_kind(field: &str) -> ImageKind {
+    match field {
+        "base_map" | "emissive_map" => ImageKind::Color,
+        "normal_map" => ImageKind::Normal,
+        _ => ImageKind::Data,
+    }
+}
+
+/// Reads all images (in parallel) and models that the scene names, relative to `folder`.
+pub fn read(scene: &Scene, folder: &Path, library: &mut Library) -> (Files, Vec<Fault>) {
+    let (mut files, mut faults) = (Files::default(), Vec::new());
+    let mut wanted: Vec<(String, ImageKind)> = Vec::new();
+    let mut places: HashMap<(String, ImageKind), Place> = HashMap::new();
+    for (i, (name, material)) in scene.materials.entries().iter().enumerate() {
+        let at = Place::default().field("materials").enter(Step::Entry(i), name);
+        for (field, map) in material.maps() {
+            let Some(map) = map else { continue };
+            let key = (map.file.clone(), image_kind(field));
+            places.entry(key.clone()).or_insert_with(|| {
+                wanted.push(key);
+                at.field(field)
+            });
+        }
+    }
+    let paths: Vec<(PathBuf, ImageKind)> = wanted.iter().map(|(file, kind)| (folder.join(file), *kind)).collect();
+    for (key, image) in wanted.into_iter().zip(import::load_images(&paths)) {
+        match image {
+            Ok(image) => _ = files.images.insert(key, library.add_image(image)),
+            Err(error) => faults.extend(places.get(&key).map(|at| at.fault(error))),
+        }
+    }
+    let mut failed = Vec::new();
+    for (i, (name, mesh)) in scene.meshes.entries().iter().enumerate() {
+        let Some(file) = model_file(mesh) else { continue };
+        if files.models.contains_key(file) || failed.contains(&file) {
+            continue;
+        }
+        match import::load_model(&folder.join(file), library) {
+            Ok(model) => _ = files.models.insert(file.into(), model),
+            Err(error) => {
+                failed.push(file);
+                let at = Place::default().field("meshes").enter(Step::Entry(i), name).field("file");
+                faults.push(at.fault(error));
+            }
+        }
+    }
+    (files, faults)
+}
+
+/// What a mesh of the scene is once it is in the library.
+pub enum Shape {
+    /// A procedural mesh.
+    Mesh(MeshId, Aabb),
+    /// A model, or a part of one; and the box around it.
+    Model(Model, Aabb),
+}
+
+/// The scene's materials and meshes by name.
+pub struct Items {
+    materials: HashMap<String, MaterialId>,
+    shapes: HashMap<String, Shape>,
+}
+
+impl Items {
+    /// Adds a checked scene's materials and procedural meshes to the library.
+    pub fn new(scene: &Scene, files: &Files, library: &mut Library) -> Self {
+        let materials = scene.materials.entries().iter().map(|(name, source)| {
+            let material = material(name, source, &files.images);
+            (name.clone(), library.add_material(material))
+        });
+        let materials = materials.collect();
+        let mut shapes = HashMap::new();
+        for (name, source) in scene.meshes.entries() {
+            let shape = match source {
+                MeshSource::Model(source) => {
+                    let Some(model) = files.model(&source.file) else { continue };
+                    let part = part_of(model, source.node.as_deref());
+                    let bounds = part.bounds(library);
+                    Shape::Model(part, bounds)
+                }
+                _ => {
+                    let Some(mesh) = procedural(source) else { continue };
+                    let mesh = Mesh { name: name.clone(), ..mesh };
+                    let aabb = mesh.aabb();
+                    Shape::Mesh(library.add_mesh(mesh), aabb)
+                }
+            };
+            shapes.insert(name.clone(), shape);
+        }
+        Self { materials, shapes }
+    }
+
+    pub fn material(&self, name: Option<&str>) -> Option<MaterialId> {
+        self.materials.get(name?).copied()
+    }
+
+    pub fn shape(&self, name: &str) -> Option<&Shape> {
+        self.shapes.get(name)
+    }
+
+    /// The one mesh of a figure's shape, with its own material where it is a model.
+    pub fn single_mesh(&self, name: &str) -> Option<(MeshId, MaterialId)> {
+        match self.shape(name)? {
+            Shape::Mesh(mesh, _) => Some((*mesh, MaterialId::DEFAULT)),
+            Shape::Model(model, _) => nodes(model, None).find_map(|node| node.parts.first().copied()),
+        }
+    }
+}
+
+/// The nodes that a model, or the part of it below a named node, puts into the world.
+pub fn nodes<'m>(model: &'m Model, name: Option<&str>) -> impl Iterator<Item = &'m Node> {
+    let mut open: Vec<usize> = match name {
+        None => model.roots.clone(),
+        Some(name) => model.nodes.iter().position(|n| n.name == name).into_iter().collect(),
+    };
+    // A file's nodes form a forest (the import refuses cycles), so this ends.
+    std::iter::from_fn(move || {
+        let node = model.nodes.get(open.pop()?)?;
+        open.extend(node.children.iter().rev());
+        Some(node)
+    })
+}
+
+/// The whole model, or the part below a node: it keeps the size and rotation it has within the model, and is moved to
+/// the origin.
+fn part_of(model: &Model, name: Option<&str>) -> Model {
+    let mut part = model.clone();
+    let Some(name) = name else { return part };
+    let Some(index) = model.nodes.iter().position(|n| n.name == name) else { return part };
+    let placed = model.placed().into_iter().find(|(node, _)| *node == index);
+    let model_from_node = placed.map_or(model.nodes[index].transform.compute_affine(), |(_, affine)| affine);
+    let (scale, rotation, _) = model_from_node.to_scale_rotation_translation();
+    part.nodes[index].transform = Transform { scale, rotation, ..Transform::IDENTITY };
+    part.roots = vec![index];
+    part.name = name.into();
+    part
+}
+
+fn procedural(source: &MeshSource) -> Option<Mesh> {
+    let repeat = |mesh: Mesh, uv_scale: [f32; 2], tile_metres: Option<f32>| {
+        let mesh = shapes::with_uv_scale(mesh, Vec2::from_array(uv_scale));
+        if let Some(metres) = tile_metres { shapes::tiled(mesh, metres) } else { mesh }
+    };
+    Some(match source {
+        MeshSource::Plane(m) => {
+            let mesh = shapes::plane(Vec2::from_array(m.size), UVec2::from_array(m.segments));
+            repeat(mesh, m.uv_scale, m.tile_metres)
+        }
+        MeshSource::Cube(m) => repeat(shapes::cube(m.size.vec3()), m.uv_scale, m.tile_metres),
+        MeshSource::Sphere(m) => repeat(shapes::sphere(m.radius, m.segments, m.rings), m.uv_scale, None),
+        MeshSource::Torus(m) => repeat(shapes::torus(m.major, m.minor, m.segments, m.sides), m.uv_scale, None),
+        MeshSource::Cylinder(m) => repeat(shapes::cylinder(m.radius, m.height, m.segments), m.uv_scale, None),
+        MeshSource::Model(_) => return None,
+    })
+}
+
+fn material(name: &str, m: &format::Material, images: &HashMap<(String, ImageKind), ImageId>) -> Material {
+    let maps = m.maps().map(|(field, source)| {
+        let source = source?;
+        let image = images.get(&(source.file.clone(), image_kind(field)))?;
+        Some(map(*image, source, m))
+    });
+    let [base_map, normal_map, specular_map, metallic_roughness_map, occlusion_map, emissive_map, height_map] = maps;
+    Material {
+        name: name.into(),
+        shading: m.shading.into(),
+        technique: m.technique.into(),
+        alpha: m.alpha_mode.into(),
+        alpha_cutoff: m.alpha_cutoff,
+        double_sided: m.double_sided,
+        base_factor: m.base_factor.rgb().extend(m.base_alpha),
+        base_map,
+        normal_scale: m.normal_scale,
+        normal_map,
+        specular_factor: m.specular_factor.rgb(),
+        specular_map,
+        specular_strength: m.specular_strength,
+        shininess: m.shininess,
+        glossiness: m.glossiness,
+        metallic: m.metallic,
+        roughness: m.roughness,
+        metallic_roughness_map,
+        occlusion_strength: m.occlusion_strength,
+        occlusion_map,
+        emissive_factor: m.emissive_factor.rgb(),
+        emissive_map,
+        height_scale_uv: m.height_scale_uv,
+        height_map,
+    }
+}
+
+fn map(image: ImageId, source: &MapSource, material: &format::Material) -> Map {
+    let uv = source.uv.unwrap_or(material.uv);
+    Map {
+        image,
+        sampler: sampler(source.sampler.unwrap_or(material.sampler)),
+        uv_set: uv.set,
+        image_from_mesh_uv: image_from_mesh_uv(uv),
+    }
+}
+
+fn sampler(s: Sampler) -> systems::library::Sampler {
+    let default = systems::library::Sampler::default();
+    let wrap = |own: Option<format::Wrap>, otherwise| own.or(s.wrap).map_or(otherwise, Into::into);
+    systems::library::Sampler {
+        wrap_u: wrap(s.wrap_u, default.wrap_u),
+        wrap_v: wrap(s.wrap_v, default.wrap_v),
+        mag: s.mag.map_or(default.mag, Into::into),
+        min: s.min.map_or(default.min, Into::into),
+        mip: s.mip.map_or(default.mip, Into::into),
+    }
+}
+
+/// Scale, then rotation, then offset, as KHR_texture_transform: a positive angle turns the image clockwise on the
+/// surface.
+fn image_from_mesh_uv(uv: Uv) -> Affine2 {
+    let (sin, cos) = uv.rotation_degrees.to_radians().sin_cos();
+    let rotation = Mat2::from_cols(Vec2::new(cos, -sin), Vec2::new(sin, cos));
+    let matrix2 = rotation * Mat2::from_diagonal(Vec2::from_array(uv.scale));
+    Affine2 { matrix2, translation: Vec2::from_array(uv.offset) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn uv_is_scaled_then_turned_then_moved() {
+        let uv = Uv { scale: [2.0, 1.0], offset: [10.0, 20.0], rotation_degrees: 90.0, set: 0 };
+        let at = image_from_mesh_uv(uv).transform_point2(Vec2::new(1.0, 3.0));
+        // Scaled (2, 3); a quarter turn takes +U to −V and +V to +U; moved.
+        assert!(at.distance(Vec2::new(13.0, 18.0)) < 1e-5, "{at}");
+    }
+}

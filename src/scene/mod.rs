@@ -1,0 +1,283 @@
+//! Scene files: text into entities.
+//!
+//! ```text
+//! format, values   the file as serde reads it (RON; docs/scenes.md)
+//! files            the images and models it names, each read once; materials and meshes into the library
+//! check            names and numbers: every fault at once, with `places` for line and column
+//! spawn, generate  entities, and generators' copies of them
+//! rig              light and a camera for what brings none; a glTF file is a scene as well
+//! ```
+//!
+//! Nothing is spawned before everything has been read and checked, so that a scene that fails leaves the world as it
+//! was.
+
+mod check;
+mod files;
+mod format;
+mod generate;
+mod places;
+mod rig;
+mod spawn;
+mod values;
+
+use crate::import::{self, ImportError, Severity};
+use bevy_ecs::prelude::*;
+use files::Items;
+use ron::extensions::Extensions;
+use spawn::Spawned;
+use std::fmt;
+use std::path::{Path, PathBuf};
+use systems::Simulation;
+use systems::clock::Clock;
+use systems::components::Environment;
+use systems::library::Library;
+
+/// Bytes; a scene of a million written-out entities fits.
+const LARGEST_FILE: u64 = 256 << 20;
+
+/// What is known of a scene once it is in the world.
+#[derive(Clone, Debug, Default)]
+pub struct LoadedScene {
+    /// The file's name without its extension.
+    pub name: String,
+    /// Names and entities of the cameras; the first is the one to look through. There is always one.
+    pub cameras: Vec<(String, Entity)>,
+    /// What a person should know though the scene loaded.
+    pub warnings: Vec<String>,
+}
+
+/// One thing wrong with a scene file. Its text names the place: `path:line:column: field: what was expected`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Problem {
+    /// Whether the scene is refused for it.
+    pub severity: Severity,
+    /// The file.
+    pub path: PathBuf,
+    /// Line and column, both from 1; `None` where the whole file is meant, or the file has no lines.
+    pub line_column: Option<(usize, usize)>,
+    /// The field, like `entities[3].light.range`; empty where there is none.
+    pub place: String,
+    /// What is the matter, and what was expected.
+    pub message: String,
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "{}", self.path.display())?;
+        if let Some((line, column)) = self.line_column {
+            write!(f, ":{line}:{column}")?;
+        }
+        if self.severity == Severity::Warning {
+            write!(f, ": warning")?;
+        }
+        if !self.place.is_empty() {
+            write!(f, ": {}", self.place)?;
+        }
+        write!(f, ": {}", self.message)
+    }
+}
+
+/// Why a scene is refused: the problems, at least one. Its text is the first and how many more there are.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SceneError {
+    /// In the order of the file.
+    pub problems: Vec<Problem>,
+}
+
+impl fmt::Display for SceneError {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let Some((first, others)) = self.problems.split_first() else { return f.write_str("the scene is refused") };
+        match others.len() {
+            0 => write!(f, "{first}"),
+            1 => write!(f, "{first} (and 1 more problem)"),
+            n => write!(f, "{first} (and {n} more problems)"),
+        }
+    }
+}
+
+impl std::error::Error for SceneError {}
+
+impl From<Problem> for SceneError {
+    fn from(problem: Problem) -> Self {
+        Self { problems: vec![problem] }
+    }
+}
+
+/// Loads a scene file (`.ron`), or a glTF file (`.gltf`, `.glb`) as a whole scene, into the world.
+///
+/// The scene's environment and clock replace the world's. A glTF file without lights gets a neutral rig. A scene
+/// without a camera gets one that sees everything.
+pub fn load(path: &Path, simulation: &mut Simulation) -> Result<LoadedScene, SceneError> {
+    let world = &mut simulation.world;
+    let prepared = world.resource_scope(|_, mut library: Mut<Library>| {
+        let before = library.sizes();
+        prepare(path, &mut library).inspect_err(|_| library.truncate(before))
+    })?;
+    Ok(prepared.spawn(path, world))
+}
+
+/// Everything wrong with a scene file, without loading it into a world. Empty: nothing is.
+pub fn check(path: &Path) -> Vec<Problem> {
+    match prepare(path, &mut Library::default()) {
+        Ok(prepared) => prepared.warnings.into_iter().map(|message| warning(path, message)).collect(),
+        Err(error) => error.problems,
+    }
+}
+
+/// A scene whose files are in the library and which has been checked: spawning it cannot fail.
+struct Prepared {
+    content: Content,
+    warnings: Vec<String>,
+}
+
+enum Content {
+    Scene(Box<format::Scene>, Items),
+    Model(import::Model),
+}
+
+fn prepare(path: &Path, library: &mut Library) -> Result<Prepared, SceneError> {
+    let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
+    match extension.as_deref() {
+        Some("ron") => prepare_scene(path, library),
+        Some("gltf" | "glb") => {
+            let model = import::load_model(path, library).map_err(|error| import_problem(path, error))?;
+            let warnings = model.warnings.iter().map(ToString::to_string).collect();
+            Ok(Prepared { content: Content::Model(model), warnings })
+        }
+        _ => Err(problem(path, None, "expected a scene (.ron) or a model (.gltf, .glb)").into()),
+    }
+}
+
+fn prepare_scene(path: &Path, library: &mut Library) -> Result<Prepared, SceneError> {
+    let text = read_text(path)?;
+    let scene = parse::<format::Scene>(&text).map_err(|(at, message)| problem(path, Some(at), message))?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let (files, mut faults) = files::read(&scene, folder, library);
+    faults.extend(check::faults(&scene, &files));
+    if !faults.is_empty() {
+        let mut problems: Vec<Problem> = faults
+            .into_iter()
+            .map(|fault| Problem {
+                place: fault.place,
+                ..problem(path, Some(places::find(&text, &fault.steps)), fault.message)
+            })
+            .collect();
+        problems.sort_by_key(|p| p.line_column);
+        return Err(SceneError { problems });
+    }
+    let warnings = files.warnings(&scene);
+    let items = Items::new(&scene, &files, library);
+    Ok(Prepared { content: Content::Scene(Box::new(scene), items), warnings })
+}
+
+fn read_text(path: &Path) -> Result<String, Problem> {
+    let metadata = std::fs::metadata(path).map_err(|e| problem(path, None, e))?;
+    if !metadata.is_file() {
+        return Err(problem(path, None, "expected a file"));
+    }
+    if metadata.len() > LARGEST_FILE {
+        let size = metadata.len();
+        return Err(problem(path, None, format_args!("{size} bytes; a scene has at most {LARGEST_FILE}")));
+    }
+    let bytes = std::fs::read(path).map_err(|e| problem(path, None, e))?;
+    String::from_utf8(bytes).map_err(|e| {
+        let valid = e.utf8_error().valid_up_to();
+        problem(path, None, format_args!("expected UTF-8 text; byte {valid} is none"))
+    })
+}
+
+/// Reads RON as all of this module's text is read; the error is its line and column and what was expected.
+fn parse<T: serde::de::DeserializeOwned>(text: &str) -> Result<T, ((usize, usize), String)> {
+    let extensions = Extensions::IMPLICIT_SOME | Extensions::UNWRAP_NEWTYPES | Extensions::UNWRAP_VARIANT_NEWTYPES;
+    ron::Options::default().with_default_extension(extensions).from_str(text).map_err(|error| {
+        let start = error.span.start;
+        ((start.line, start.col), describe(error.code))
+    })
+}
+
+/// `ron`'s message; where a name is unknown, ours with the nearest known one.
+fn describe(error: ron::Error) -> String {
+    let unknown = |kind: &str, found: &str, known: &[&str]| {
+        format!("unknown {kind} {found:?}{}", check::suggestion(found, known))
+    };
+    match &error {
+        ron::Error::NoSuchStructField { expected, found, .. } => unknown("field", found, expected),
+        ron::Error::NoSuchEnumVariant { expected, found, .. } => unknown("choice", found, expected),
+        ron::Error::MissingStructField { field, .. } => format!("the field {field:?} is missing"),
+        ron::Error::DuplicateStructField { field, .. } => format!("the field {field:?} stands twice"),
+        ron::Error::ExceededRecursionLimit => "nested too deeply".into(),
+        _ => {
+            let text = error.to_string();
+            let mut letters = text.chars();
+            letters.next().map_or_else(String::new, |first| first.to_lowercase().chain(letters).collect())
+        }
+    }
+}
+
+impl Prepared {
+    fn spawn(self, path: &Path, world: &mut World) -> LoadedScene {
+        let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+        let mut warnings = self.warnings;
+        let spawned = match self.content {
+            Content::Scene(scene, items) => {
+                world.insert_resource(environment(&scene.environment));
+                world.insert_resource(clock(&scene.clock));
+                spawn::spawn(&scene, &items, world)
+            }
+            Content::Model(model) => {
+                let bounds = model.bounds(world.resource::<Library>());
+                let spawned = spawn::spawn_model(&model, bounds, world);
+                let environment = if spawned.has_lights { Environment::default() } else { rig::light(world) };
+                world.insert_resource(environment);
+                world.insert_resource(Clock::default());
+                spawned
+            }
+        };
+        let Spawned { mut cameras, bounds, warnings: more, .. } = spawned;
+        warnings.extend(more);
+        if cameras.is_empty() {
+            cameras.push(rig::frame(bounds, world));
+        }
+        LoadedScene { name, cameras, warnings }
+    }
+}
+
+fn environment(e: &format::Environment) -> Environment {
+    Environment {
+        ambient: e.ambient.rgb(),
+        zenith: e.zenith.rgb(),
+        horizon: e.horizon.rgb(),
+        ground: e.ground.rgb(),
+        exposure: e.exposure,
+        tone_map: e.tone_map.into(),
+    }
+}
+
+fn clock(c: &format::Clock) -> Clock {
+    let mut clock = Clock::default();
+    (clock.step_seconds, clock.speed, clock.paused) = (c.step_seconds, c.speed, c.paused);
+    clock
+}
+
+fn problem(path: &Path, line_column: Option<(usize, usize)>, message: impl fmt::Display) -> Problem {
+    Problem {
+        severity: Severity::Error,
+        path: path.into(),
+        line_column,
+        place: String::new(),
+        message: message.to_string(),
+    }
+}
+
+fn warning(path: &Path, message: String) -> Problem {
+    Problem { severity: Severity::Warning, ..problem(path, None, message) }
+}
+
+/// The import's error as a problem of the same file.
+fn import_problem(path: &Path, error: ImportError) -> Problem {
+    let (ImportError::Unreadable { path: file, place, message }
+    | ImportError::Invalid { path: file, place, message }
+    | ImportError::Unsupported { path: file, place, message }) = error;
+    let place = if file == path { place } else { format!("{}: {place}", file.display()) };
+    Problem { place, ..problem(path, None, message) }
+}

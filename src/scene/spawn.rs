@@ -1,0 +1,292 @@
+//! A checked scene becomes entities.
+
+use super::files::{Items, Shape};
+use super::format::{self, Entity as Source, Scene};
+use super::generate;
+use crate::import::Model;
+use bevy_ecs::name::Name;
+use bevy_ecs::prelude::*;
+use bevy_transform::components::Transform;
+use glam::{Affine3A, EulerRot, Quat, Vec3};
+use systems::bounds::Aabb;
+use systems::components::{Camera, Figure, Light, LightKind, Projection, Spin};
+use systems::library::{Library, MaterialId, MeshId};
+
+/// What spawning found out about the scene.
+#[derive(Default)]
+pub struct Spawned {
+    /// Name and entity of every camera: the file's own first, in its order, then those within models.
+    pub cameras: Vec<(String, Entity)>,
+    /// Around everything that is drawn, world space.
+    pub bounds: Option<Aabb>,
+    /// Whether anything shines.
+    pub has_lights: bool,
+    /// What did not come out as asked.
+    pub warnings: Vec<String>,
+}
+
+/// Spawns the whole scene.
+pub fn spawn(scene: &Scene, items: &Items, world: &mut World) -> Spawned {
+    let mut spawner = Spawner { items, world, model_cameras: Vec::new(), found: Spawned::default() };
+    for entity in &scene.entities {
+        spawner.entity(entity, &Placement::of(entity), None);
+    }
+    let mut seeds = generate::Random::new(scene.seed);
+    for (i, generator) in scene.generators.iter().enumerate() {
+        spawner.generator(i, generator, seeds.bits());
+    }
+    let Spawner { model_cameras, mut found, .. } = spawner;
+    found.cameras.extend(model_cameras);
+    found
+}
+
+/// Spawns a model as a whole scene.
+pub fn spawn_model(model: &Model, bounds: Aabb, world: &mut World) -> Spawned {
+    let root = model.spawn(world, Transform::IDENTITY);
+    let cameras = cameras_below(world, root);
+    let bounds = (bounds != Aabb::default()).then_some(bounds);
+    Spawned { cameras, bounds, has_lights: model.has_lights(), warnings: Vec::new() }
+}
+
+struct Spawner<'a> {
+    items: &'a Items,
+    world: &'a mut World,
+    model_cameras: Vec<(String, Entity)>,
+    found: Spawned,
+}
+
+/// Where an entity goes and what it looks like; a generator's copies differ from the file's entity in these.
+struct Placement<'a> {
+    name: Option<String>,
+    parent_from_entity: Transform,
+    world_from_parent: Affine3A,
+    mesh: Option<&'a str>,
+    material: Option<&'a str>,
+    light: Option<&'a format::Light>,
+}
+
+impl<'a> Placement<'a> {
+    fn of(source: &'a Source) -> Self {
+        Self {
+            name: source.name.clone(),
+            parent_from_entity: transform(&source.transform),
+            world_from_parent: Affine3A::IDENTITY,
+            mesh: source.mesh.as_deref(),
+            material: source.material.as_deref(),
+            light: source.light.as_ref(),
+        }
+    }
+}
+
+impl Spawner<'_> {
+    fn entity(&mut self, source: &Source, placement: &Placement, parent: Option<Entity>) {
+        let at = placement.parent_from_entity;
+        let world_from_entity = placement.world_from_parent * at.compute_affine();
+        let material = self.items.material(placement.material);
+        let entity = match placement.mesh.and_then(|mesh| self.items.shape(mesh)) {
+            Some(Shape::Mesh(mesh, aabb)) => {
+                self.enclose(aabb.transformed(&world_from_entity));
+                self.world.spawn((at, *mesh, material.unwrap_or_default())).id()
+            }
+            Some(Shape::Model(model, bounds)) => {
+                if *bounds != Aabb::default() {
+                    self.enclose(bounds.transformed(&world_from_entity));
+                }
+                self.model(model, at, material)
+            }
+            None => self.world.spawn(at).id(),
+        };
+        if let Some(parent) = parent {
+            self.world.entity_mut(entity).insert(ChildOf(parent));
+        }
+        if let Some(name) = &placement.name {
+            self.world.entity_mut(entity).insert(Name::new(name.clone()));
+        }
+        if let Some(source) = placement.light {
+            self.found.has_lights = true;
+            self.world.entity_mut(entity).insert(light(source));
+        }
+        if let Some(spin) = &source.spin {
+            self.world.entity_mut(entity).insert(Spin {
+                axis: Vec3::from_array(spin.axis).normalize(),
+                rate: spin.degrees_per_second.to_radians(),
+                start: at.rotation,
+            });
+        }
+        if let Some(source) = &source.camera {
+            let name = placement.name.clone().unwrap_or_else(|| format!("camera {}", self.found.cameras.len() + 1));
+            self.world.entity_mut(entity).insert((camera(source), Name::new(name.clone())));
+            self.found.cameras.push((name, entity));
+        }
+        self.figure(source, material, entity, &world_from_entity);
+        for child in &source.children {
+            let placement = Placement { world_from_parent: world_from_entity, ..Placement::of(child) };
+            self.entity(child, &placement, Some(entity));
+        }
+        for item in &source.attach {
+            // The check has seen to it that the node is there.
+            let Some((node, root_from_node)) = self.node(entity, item.node.as_deref()) else { continue };
+            let world_from_parent = world_from_entity * root_from_node;
+            self.entity(item, &Placement { world_from_parent, ..Placement::of(item) }, Some(node));
+        }
+    }
+
+    fn enclose(&mut self, aabb: Aabb) {
+        self.found.bounds = Some(self.found.bounds.map_or(aabb, |bounds| bounds.union(aabb)));
+    }
+
+    fn model(&mut self, model: &Model, at: Transform, material: Option<MaterialId>) -> Entity {
+        let root = model.spawn(self.world, at);
+        self.found.has_lights |= model.has_lights();
+        self.model_cameras.extend(cameras_below(self.world, root));
+        if let Some(material) = material {
+            let mut drawn = descendants(self.world, root);
+            drawn.retain(|&entity| self.world.get::<MeshId>(entity).is_some());
+            drawn.into_iter().for_each(|entity| _ = self.world.entity_mut(entity).insert(material));
+        }
+        root
+    }
+
+    fn figure(&mut self, source: &Source, material: Option<MaterialId>, entity: Entity, world_from_entity: &Affine3A) {
+        let meshes: Vec<_> = source.figure.iter().filter_map(|name| self.items.single_mesh(name)).collect();
+        let Some(&(first, own_material)) = meshes.first() else { return };
+        let meshes: Vec<MeshId> = meshes.into_iter().map(|(mesh, _)| mesh).collect();
+        for &mesh in &meshes {
+            let aabb = self.world.resource::<Library>().mesh(mesh).map(|entry| entry.mesh.aabb());
+            aabb.into_iter().for_each(|aabb| self.enclose(aabb.transformed(world_from_entity)));
+        }
+        let figure = Figure { meshes, shown: 0 };
+        self.world.entity_mut(entity).insert((first, material.unwrap_or(own_material), figure));
+    }
+
+    /// The entity of a model's node below the model's root, and its `root_from_node`.
+    fn node(&self, root: Entity, name: Option<&str>) -> Option<(Entity, Affine3A)> {
+        let named = |&entity: &Entity| self.world.get::<Name>(entity).map(Name::as_str) == name;
+        let node = descendants(self.world, root).into_iter().find(named)?;
+        let (mut root_from_node, mut at) = (Affine3A::IDENTITY, node);
+        while at != root {
+            root_from_node = self.world.get::<Transform>(at)?.compute_affine() * root_from_node;
+            at = self.world.get::<ChildOf>(at)?.parent();
+        }
+        Some((node, root_from_node))
+    }
+
+    fn generator(&mut self, index: usize, generator: &format::Generator, scene_seed: u64) {
+        let copies = generate::copies(generator, scene_seed);
+        let name = generator.name.clone().unwrap_or_else(|| format!("generator {}", index + 1));
+        if let format::Place::Scatter(scatter) = &generator.place {
+            if copies.len() < scatter.count as usize {
+                let (placed, asked) = (copies.len(), scatter.count);
+                self.found.warnings.push(format!("{name}: {placed} of {asked} placed: min_distance leaves no room"));
+            }
+        }
+        for (i, copy) in copies.iter().enumerate() {
+            let own = Placement::of(&generator.entity);
+            let placement = Placement {
+                name: Some(format!("{name} {i}")),
+                parent_from_entity: copy.at.mul_transform(own.parent_from_entity),
+                mesh: generator.meshes.get(copy.mesh).map(String::as_str).or(own.mesh),
+                material: generator.materials.get(copy.material).map(String::as_str).or(own.material),
+                light: generator.lights.get(copy.light).or(own.light),
+                ..own
+            };
+            self.entity(&generator.entity, &placement, None);
+        }
+    }
+}
+
+fn cameras_below(world: &World, root: Entity) -> Vec<(String, Entity)> {
+    let name = |entity| world.get::<Name>(entity).map_or_else(String::new, ToString::to_string);
+    let below = descendants(world, root).into_iter();
+    below.filter(|&entity| world.get::<Camera>(entity).is_some()).map(|entity| (name(entity), entity)).collect()
+}
+
+/// Everything below an entity, each parent before its children.
+fn descendants(world: &World, root: Entity) -> Vec<Entity> {
+    let (mut open, mut found) = (vec![root], Vec::new());
+    while let Some(entity) = open.pop() {
+        if let Some(children) = world.get::<Children>(entity) {
+            found.extend(children.iter());
+            open.extend(children.iter().rev());
+        }
+    }
+    found
+}
+
+/// The transform of a checked scene.
+pub fn transform(source: &format::Transform) -> Transform {
+    let translation = Vec3::from_array(source.translation);
+    let unrotated = Transform { translation, scale: source.scale.vec3(), ..Transform::IDENTITY };
+    if let Some([x, y, z]) = source.rotation_degrees.map(|degrees| degrees.map(f32::to_radians)) {
+        // Roll about the entity's own Z, then pitch, then yaw: what one expects of a camera.
+        unrotated.with_rotation(Quat::from_euler(EulerRot::YXZ, y, x, z))
+    } else if let Some(quaternion) = source.quaternion {
+        unrotated.with_rotation(Quat::from_array(quaternion).normalize())
+    } else if let Some(target) = source.look_at {
+        unrotated.looking_at(Vec3::from_array(target), Vec3::Y)
+    } else {
+        unrotated
+    }
+}
+
+/// The light of a checked scene.
+pub fn light(source: &format::Light) -> Light {
+    let range = |range: Option<f32>| range.unwrap_or(f32::INFINITY);
+    match source {
+        format::Light::Point(l) => Light {
+            kind: LightKind::Point,
+            color: l.color.rgb(),
+            intensity: l.intensity,
+            ambient: l.ambient.rgb(),
+            range: range(l.range),
+            attenuation: Vec3::from_array(l.attenuation),
+            enabled: l.on,
+        },
+        format::Light::Spot(l) => Light {
+            kind: cone(l),
+            color: l.color.rgb(),
+            intensity: l.intensity,
+            ambient: l.ambient.rgb(),
+            range: range(l.range),
+            attenuation: Vec3::from_array(l.attenuation),
+            enabled: l.on,
+        },
+        format::Light::Directional(l) => Light {
+            ambient: l.ambient.rgb(),
+            enabled: l.on,
+            ..Light::directional(l.intensity).with_color(l.color.rgb())
+        },
+    }
+}
+
+fn cone(l: &format::SpotLight) -> LightKind {
+    match (l.cutoff_degrees, l.outer_degrees) {
+        (None, Some(outer)) => LightKind::Spot {
+            outer: outer.to_radians(),
+            inner: Some(l.inner_degrees.unwrap_or(outer * 0.8).to_radians()),
+            exponent: 0.0,
+        },
+        (cutoff, _) => LightKind::Spot {
+            outer: cutoff.unwrap_or(45.0).to_radians(),
+            inner: None,
+            exponent: l.exponent.unwrap_or(0.0),
+        },
+    }
+}
+
+fn camera(source: &format::Camera) -> Camera {
+    let default = Camera::default();
+    match (source.orthographic_half_height, source.fov_y_degrees) {
+        (Some(half_height), _) => Camera {
+            projection: Projection::Orthographic { half_height },
+            near: source.near,
+            // A parallel projection has to end somewhere.
+            far: source.far.unwrap_or(source.near + 1000.0),
+        },
+        (None, fov_y) => Camera {
+            projection: Projection::Perspective { fov_y: fov_y.unwrap_or(45.0).to_radians(), aspect: source.aspect },
+            near: source.near,
+            far: source.far.unwrap_or(default.far),
+        },
+    }
+}

@@ -1,0 +1,534 @@
+//! The light table, the score's promises, and the selection against a brute force of its own.
+
+use bevy_ecs::change_detection::DetectChanges;
+use bevy_ecs::prelude::*;
+use bevy_tasks::TaskPoolBuilder;
+use bevy_transform::components::{GlobalTransform, Transform};
+use glam::{DVec3, Quat, Vec3};
+use proptest::prelude::*;
+use proptest::sample::Index;
+use std::collections::BTreeMap;
+use systems::Simulation;
+use systems::bounds::{Sphere, WorldBounds};
+use systems::components::{Light, LightKind};
+use systems::draw_list::{LightRecord, NO_LIGHT};
+use systems::library::MeshId;
+use systems::lights::{
+    LightPolicy, LightSlot, LightTable, ScoredLight, Selection, irradiance, light_record, score, select,
+    select_parallel,
+};
+
+const LUMINANCE: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
+
+fn any_direction() -> impl Strategy<Value = Vec3> {
+    [-1.0f32..1.0, -1.0f32..1.0, -1.0f32..1.0].prop_map(|v| Vec3::from(v).try_normalize().unwrap_or(Vec3::Y))
+}
+
+fn any_place(extent: f32) -> impl Strategy<Value = Vec3> {
+    [-extent..extent, -extent..extent, -extent..extent].prop_map(Vec3::from)
+}
+
+fn any_kind() -> impl Strategy<Value = LightKind> {
+    prop_oneof![
+        2 => Just(LightKind::Point),
+        1 => Just(LightKind::Directional),
+        2 => (0.03f32..1.6, prop::option::of(0.0f32..1.0), 0.0f32..40.0).prop_map(|(outer, inner, exponent)| {
+            LightKind::Spot { outer, inner: inner.map(|part| outer * part), exponent }
+        }),
+    ]
+}
+
+prop_compose! {
+    fn any_light()(
+        kind in any_kind(),
+        color in [0.0f32..1.0, 0.0f32..1.0, 0.01f32..1.0],
+        intensity in 0.1f32..100.0,
+        ambient in prop_oneof![3 => Just(0.0f32), 1 => 0.0f32..0.1],
+        range in prop_oneof![4 => 1.0f32..60.0, 1 => Just(f32::INFINITY), 1 => Just(1e6)],
+        attenuation in (prop_oneof![Just(0.0f32), Just(1.0)], prop_oneof![Just(0.0f32), 0.0f32..1.0], 0.0f32..1.0),
+    ) -> Light {
+        let (color, attenuation) = (Vec3::from(color), Vec3::from(attenuation));
+        Light { kind, color, intensity, ambient: Vec3::splat(ambient), range, attenuation, enabled: true }
+    }
+}
+
+/// A light, or one with a value that makes it none, or makes it dark.
+fn any_odd_light() -> impl Strategy<Value = Light> {
+    let odd = prop::sample::select(vec![f32::NAN, f32::INFINITY, -f32::INFINITY, -1.0, 0.0, 1e-42, 1e38]);
+    (any_light(), 0..20usize, odd).prop_map(|(mut light, field, value)| {
+        match field {
+            0 => light.color.x = value,
+            1 => light.intensity = value,
+            2 => light.range = value,
+            3 => light.attenuation.y = value,
+            4 => light.enabled = false,
+            5 => light.ambient.z = value,
+            6 => light.kind = LightKind::Spot { outer: value, inner: None, exponent: 1.0 },
+            7 => light.kind = LightKind::Spot { outer: 0.5, inner: Some(value), exponent: 1.0 },
+            8 => light.kind = LightKind::Spot { outer: 0.5, inner: None, exponent: value },
+            _ => {}
+        }
+        light
+    })
+}
+
+fn placed(position: Vec3, direction: Vec3) -> GlobalTransform {
+    let rotation = Quat::from_rotation_arc(Vec3::NEG_Z, direction);
+    Transform { translation: position, rotation, scale: Vec3::ONE }.into()
+}
+
+#[derive(Clone, Debug)]
+struct Scene {
+    records: Vec<LightRecord>,
+    scored: Vec<ScoredLight>,
+    spheres: Vec<Sphere>,
+}
+
+fn scene(records: Vec<LightRecord>, spheres: Vec<Sphere>) -> Scene {
+    Scene { scored: records.iter().map(ScoredLight::new).collect(), records, spheres }
+}
+
+impl Scene {
+    fn select(&self, policy: LightPolicy) -> Vec<Selection> {
+        let mut out = vec![Selection::default(); self.spheres.len()];
+        select(&self.scored, &self.records, policy, &self.spheres, &mut out);
+        out
+    }
+}
+
+prop_compose! {
+    /// Lights (some of them twice and more, so that scores tie) and objects, around the origin or 10 km off.
+    fn any_scene()(
+        offset in prop::sample::select(vec![Vec3::ZERO, Vec3::new(1e4, 0.0, -1e4)]),
+        lights in prop::collection::vec((any_odd_light(), any_place(20.0), any_direction()), 1..12),
+        copies in prop::collection::vec(any::<Index>(), 0..40),
+        spheres in prop::collection::vec((any_place(25.0), prop_oneof![
+            4 => 0.0f32..3.0, 1 => Just(0.0f32), 1 => Just(50.0f32), 1 => Just(1e6f32)]), 0..20),
+        places in prop::collection::vec(any::<Index>(), 0..3),
+    ) -> Scene {
+        let records: Vec<LightRecord> = copies.iter().map(|copy| copy.get(&lights))
+            .map(|(light, place, direction)| light_record(light, &placed(*place + offset, *direction))).collect();
+        let at_lights = places.iter().map(|place| Sphere { center: place.get(&lights).1 + offset, radius: 0.5 });
+        let spheres = spheres.iter().map(|&(center, radius)| Sphere { center: center + offset, radius });
+        let spheres = spheres.chain(at_lights).chain([Sphere { center: Vec3::NAN, radius: 1.0 },
+            Sphere { center: Vec3::ZERO, radius: f32::INFINITY }]).collect();
+        scene(records, spheres)
+    }
+}
+
+/// Attenuation · spot · window in double precision, from the formulas of the lighting model.
+fn true_falloff(light: &LightRecord, point: DVec3) -> f64 {
+    if light.kind >= LightRecord::DIRECTIONAL {
+        return f64::from(u8::from(light.kind == LightRecord::DIRECTIONAL));
+    }
+    let v = point - Vec3::from(light.position).as_dvec3();
+    let d = v.length();
+    let [kc, kl, kq] = light.attenuation.map(f64::from);
+    let x = d * d * f64::from(light.inverse_range_squared);
+    let reach = (1.0 - x * x).max(0.0).powi(2) / (kc + kl * d + kq * d * d).max(1e-4);
+    let cos = Vec3::from(light.direction).as_dvec3().normalize_or_zero().dot(v.normalize_or_zero());
+    let (outer, inner) = (f64::from(light.cos_outer), f64::from(light.cos_inner));
+    match light.kind {
+        LightRecord::SPOT_EXPONENT if cos <= outer => 0.0,
+        LightRecord::SPOT_EXPONENT => reach * cos.powf(f64::from(light.exponent)),
+        LightRecord::SPOT_CONE => reach * ((cos - outer) / (inner - outer)).clamp(0.0, 1.0).powi(2),
+        _ => reach,
+    }
+}
+
+/// The answer by sorting all scores; weights and remainder straight from their definition.
+fn brute_force(scene: &Scene, sphere: Sphere, policy: LightPolicy) -> (Selection, f64) {
+    let mut scores: Vec<(f32, u32)> =
+        scene.scored.iter().zip(0..).map(|(light, slot)| (score(light, sphere), slot)).filter(|s| s.0 > 0.0).collect();
+    scores.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    if !sphere.center.is_finite() || !sphere.radius.is_finite() {
+        scores.clear();
+    }
+    let fourth = scores.get(3).map_or(0.0, |s| s.0);
+    let mut selection = Selection::default();
+    for (i, &(score, slot)) in scores.iter().take(3).enumerate() {
+        selection.lights[i] = slot;
+        selection.weights[i] = if policy == LightPolicy::Hard { 1.0 } else { 1.0 - (fourth / score).powi(4) };
+    }
+    let (mut ambient, mut direction, mut magnitude) = (DVec3::ZERO, DVec3::ZERO, 0.0);
+    let mut add = |slot: u32, weight: f64| {
+        let record = &scene.records[slot as usize];
+        let color = Vec3::from(record.color).as_dvec3();
+        let part = weight * true_falloff(record, sphere.center.as_dvec3());
+        ambient += part * (color + 4.0 * Vec3::from(record.ambient).as_dvec3());
+        let toward = match record.kind {
+            LightRecord::DIRECTIONAL => -Vec3::from(record.direction),
+            _ => (Vec3::from(record.position) - sphere.center).normalize_or_zero(),
+        };
+        direction += part * color.dot(LUMINANCE) * toward.as_dvec3();
+        magnitude += part.abs() * (color.abs().element_sum() + 4.0 * f64::from(record.ambient[2]).abs());
+    };
+    if policy != LightPolicy::Hard {
+        scores.iter().for_each(|&(_, slot)| add(slot, 1.0));
+        (0..3).filter(|&i| i < scores.len()).for_each(|i| add(selection.lights[i], -f64::from(selection.weights[i])));
+    }
+    selection.remainder_ambient = ambient.as_vec3();
+    selection.remainder_direction = direction.as_vec3();
+    (selection, magnitude)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(1000))]
+
+    #[test]
+    fn selection_equals_brute_force(scene in any_scene(), policy in prop::sample::select(LightPolicy::ALL.to_vec())) {
+        for (&sphere, found) in scene.spheres.iter().zip(scene.select(policy.1)) {
+            let (expected, magnitude) = brute_force(&scene, sphere, policy.1);
+            prop_assert_eq!(found.lights, expected.lights, "{:?}", sphere);
+            prop_assert_eq!(found.weights, expected.weights);
+            // The edge of a narrow cone is worth a few thousandths in single precision.
+            let tolerance = 5e-3 * magnitude as f32 + 1e-30;
+            prop_assert!((found.remainder_ambient - expected.remainder_ambient).abs().max_element() <= tolerance,
+                "{found:?} {expected:?}");
+            prop_assert!((found.remainder_direction - expected.remainder_direction).abs().max_element() <= tolerance,
+                "{found:?} {expected:?}");
+        }
+    }
+
+    #[test]
+    fn selection_is_the_same_for_any_division_of_the_work(scene in any_scene(), size in 1usize..9) {
+        // More objects than one task takes.
+        let spheres: Vec<Sphere> = scene.spheres.iter().copied().cycle().take(700).collect();
+        let whole = Scene { spheres, ..scene }.clone();
+        let expected = whole.select(LightPolicy::Three);
+        let pieces = whole.spheres.chunks(size).flat_map(|spheres| {
+            Scene { spheres: spheres.to_vec(), ..whole.clone() }.select(LightPolicy::Three)
+        });
+        prop_assert!(pieces.eq(expected.iter().copied()));
+        let pool = TaskPoolBuilder::new().num_threads(size % 4 + 1).build();
+        let mut out = vec![Selection::default(); whole.spheres.len()];
+        select_parallel(&pool, &whole.scored, &whole.records, LightPolicy::Three, &whole.spheres, &mut out);
+        prop_assert_eq!(out, expected);
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(20_000))]
+
+    #[test]
+    fn the_score_bounds_the_irradiance_everywhere_in_the_sphere(
+        light in any_light(),
+        (place, direction) in (any_place(20.0), any_direction()),
+        (center, radius) in (any_place(40.0), prop_oneof![Just(0.0f32), 0.0f32..5.0, 0.0f32..100.0]),
+        (toward, part) in (any_direction(), prop_oneof![Just(1.0f64), 0.0f64..1.0]),
+        offset in prop::sample::select(vec![0.0f32, 1e4, -3e4]),
+        aim in prop_oneof![2 => Just(0.0f32), 1 => 0.0f32..2.0],
+    ) {
+        let (place, center) = (place + offset, center + offset);
+        // Many of the random spots are turned towards the sphere, so that there is something to bound.
+        let aimed = (center - place).normalize_or_zero() + direction * aim;
+        let record = light_record(&light, &placed(place, aimed.try_normalize().unwrap_or(direction)));
+        prop_assert_ne!(record.kind, LightRecord::OFF);
+        let bound = f64::from(score(&ScoredLight::new(&record), Sphere { center, radius }));
+        let point = center.as_dvec3() + toward.as_dvec3().normalize() * (part * f64::from(radius));
+        let luminance = Vec3::from(record.color).as_dvec3().dot(LUMINANCE);
+        let truth = true_falloff(&record, point) * luminance;
+        prop_assert!(truth <= bound * (1.0 + 1e-4), "{truth} > {bound}");
+
+        // Tight: at a point it is the irradiance itself; the exponent's bound is only no more than the full light.
+        let at_center = true_falloff(&record, center.as_dvec3()) * luminance;
+        let at_point = f64::from(score(&ScoredLight::new(&record), Sphere { center, radius: 0.0 }));
+        let full = true_falloff(&LightRecord { kind: LightRecord::POINT, ..record }, center.as_dvec3());
+        if matches!(record.kind, LightRecord::POINT | LightRecord::SPOT_CONE) {
+            prop_assert!(at_point - at_center <= (full * 0.02).max(1e-6) * luminance, "{at_point} for {at_center}");
+        } else if record.kind == LightRecord::SPOT_EXPONENT {
+            prop_assert!(at_point <= full * luminance * 1.001 + 1e-6);
+        }
+        // The shader's formula in single precision.
+        let single = f64::from(irradiance(&record, center).dot(LUMINANCE.as_vec3()));
+        let narrow = record.kind != LightRecord::POINT && record.cos_outer > 0.99;
+        prop_assert!((single - at_center).abs() <= 1e-2 * full.max(1.0) * luminance || narrow, "{single} {at_center}");
+    }
+
+    #[test]
+    fn a_larger_sphere_never_scores_lower(
+        light in any_light(),
+        (place, direction) in (any_place(20.0), any_direction()),
+        (center, radius) in (any_place(40.0), 0.0f32..5.0),
+        (away, more) in (any_direction(), 0.0f32..20.0),
+    ) {
+        let scored = ScoredLight::new(&light_record(&light, &placed(place, direction)));
+        let inner = score(&scored, Sphere { center, radius });
+        let around = Sphere { center: center + away * more * 0.999, radius: radius + more };
+        prop_assert!(score(&scored, around) >= inner * 0.99999 - 1e-9);
+    }
+
+    #[test]
+    fn no_light_however_odd_gives_a_score_that_is_no_number(
+        light in any_odd_light(),
+        (place, direction) in (any_place(20.0), any_direction()),
+        (center, size) in (any_place(1.0), prop::sample::select(vec![0.0f32, 1e-30, 1.0, 1e6, 1e15, 1e25, 3e38])),
+        radius in prop::sample::select(vec![0.0f32, 1e-30, 1.0, 1e6, 1e15, 1e25, 3e38]),
+    ) {
+        let record = light_record(&light, &placed(place, direction));
+        let value = score(&ScoredLight::new(&record), Sphere { center: center * size, radius });
+        prop_assert!(value.is_finite() && value >= 0.0, "{value}");
+        prop_assert!(irradiance(&record, center * size).is_finite());
+    }
+}
+
+/// A spot with exponent: the cone is cut hard at the outer angle.
+#[test]
+fn outside_of_range_and_cone_the_score_is_zero() {
+    let origin = placed(Vec3::ZERO, Vec3::NEG_Z);
+    let spot = |inner| LightKind::Spot { outer: 0.5, inner, exponent: 4.0 };
+    for kind in [spot(None), spot(Some(0.3)), LightKind::Point] {
+        let light = Light { kind, ..Light::point(1.0, 10.0) };
+        let scored = ScoredLight::new(&light_record(&light, &origin));
+        let at = |center: Vec3, radius| score(&scored, Sphere { center, radius });
+        assert!(at(Vec3::new(0.0, 0.0, -5.0), 0.0) > 0.0);
+        assert_eq!(at(Vec3::new(0.0, 0.0, -11.1), 1.0), 0.0);
+        assert!(at(Vec3::new(0.0, 0.0, -10.9), 1.0) > 0.0);
+        if kind != LightKind::Point {
+            assert_eq!(at(Vec3::new(0.0, 0.0, 5.0), 4.0), 0.0);
+            assert_eq!(at(Vec3::new(0.51f32.sin(), 0.0, -0.51f32.cos()), 0.0), 0.0);
+            assert!(at(Vec3::new(0.49f32.sin(), 0.0, -0.49f32.cos()), 0.0) > 0.0);
+        }
+    }
+}
+
+#[test]
+fn the_irradiance_of_known_lights() {
+    let origin = placed(Vec3::ZERO, Vec3::NEG_Z);
+    let at = |light: &Light, point: Vec3| irradiance(&light_record(light, &origin), point);
+    let point = Light { range: f32::INFINITY, ..Light::point(8.0, 1.0) };
+    assert_eq!(at(&point, Vec3::X), Vec3::splat(4.0));
+    // Half the range: (1 − 1/16)².
+    let windowed = Light { range: 2.0, ..point.clone() };
+    assert!((at(&windowed, Vec3::X).x - 4.0 * (15.0f32 / 16.0).powi(2)).abs() < 1e-5);
+    assert_eq!(at(&windowed, Vec3::X * 2.0), Vec3::ZERO);
+    let angle = |a: f32| Vec3::new(a.sin(), 0.0, -a.cos());
+    let classic = Light { kind: LightKind::Spot { outer: 0.6, inner: None, exponent: 3.0 }, ..point.clone() };
+    assert!((at(&classic, angle(0.5)).x - 4.0 * 0.5f32.cos().powi(3)).abs() < 1e-5);
+    assert_eq!(at(&classic, angle(0.61)), Vec3::ZERO);
+    let cone = Light { kind: LightKind::Spot { outer: 0.6, inner: Some(0.4), exponent: 3.0 }, ..point };
+    assert!((at(&cone, angle(0.39)).x - 4.0).abs() < 1e-5);
+    let middle = ((0.5f32.cos() - 0.6f32.cos()) / (0.4f32.cos() - 0.6f32.cos())).powi(2);
+    assert!((at(&cone, angle(0.5)).x - 4.0 * middle).abs() < 1e-4);
+    assert_eq!(at(&cone, angle(0.61)), Vec3::ZERO);
+    assert_eq!(at(&Light::directional(3.0), Vec3::splat(1e9)), Vec3::splat(3.0));
+}
+
+#[test]
+fn equal_lights_go_by_slot_and_all_into_the_remainder() {
+    let lamp = Light::point(10.0, 50.0);
+    let record = light_record(&lamp, &placed(Vec3::Y, Vec3::NEG_Z));
+    let sphere = Sphere { center: Vec3::ZERO, radius: 0.5 };
+    let four = scene(vec![record; 6], vec![sphere]).select(LightPolicy::Three)[0];
+    assert_eq!((four.lights, four.weights), ([0, 1, 2], [0.0; 3]));
+    let each = irradiance(&record, Vec3::ZERO);
+    assert!((four.remainder_ambient - 6.0 * each).length() < 1e-4);
+    assert!((four.remainder_direction - Vec3::Y * 6.0 * each.x).length() < 1e-4);
+
+    let three = scene(vec![record; 3], vec![sphere]).select(LightPolicy::Three)[0];
+    assert_eq!((three.lights, three.weights), ([0, 1, 2], [1.0; 3]));
+    assert_eq!((three.remainder_ambient, three.remainder_direction), (Vec3::ZERO, Vec3::ZERO));
+
+    let hard = scene(vec![record; 6], vec![sphere]).select(LightPolicy::Hard)[0];
+    assert_eq!((hard.weights, hard.remainder_ambient), ([1.0; 3], Vec3::ZERO));
+
+    let none = scene(vec![], vec![sphere]).select(LightPolicy::Three)[0];
+    assert_eq!(none, Selection::default());
+}
+
+/// The largest change of any light's weight, and of the remainder, between two of many steps of an object along a row of
+/// lamps.
+fn largest_jump(policy: LightPolicy, steps: usize) -> (f32, f32) {
+    let lamps = (0..12).map(|i| {
+        let place = placed(Vec3::new(i as f32 * 5.0, 4.0, (i % 3) as f32), Vec3::NEG_Y);
+        let spot = LightKind::Spot { outer: 1.2, inner: Some(0.7), exponent: 0.0 };
+        let kind = if i % 2 == 0 { spot } else { LightKind::Point };
+        light_record(&Light { kind, ..Light::point(5.0 + (i % 5) as f32, 18.0) }, &place)
+    });
+    let spheres = (0..steps).map(|i| Sphere { center: Vec3::X * (i as f32 * 50.0 / steps as f32), radius: 1.0 });
+    let weights = |s: &Selection| s.lights.into_iter().zip(s.weights).collect::<BTreeMap<u32, f32>>();
+    let path = scene(lamps.collect(), spheres.collect()).select(policy);
+    let (mut weight_jump, mut remainder_jump) = (0.0f32, 0.0f32);
+    for pair in path.windows(2) {
+        let (a, b) = (weights(&pair[0]), weights(&pair[1]));
+        for slot in a.keys().chain(b.keys()).filter(|&&slot| slot != NO_LIGHT) {
+            weight_jump = weight_jump.max((a.get(slot).unwrap_or(&0.0) - b.get(slot).unwrap_or(&0.0)).abs());
+        }
+        remainder_jump = remainder_jump.max((pair[0].remainder_ambient - pair[1].remainder_ambient).length());
+    }
+    (weight_jump, remainder_jump)
+}
+
+#[test]
+fn weights_and_remainder_change_smoothly_where_lights_pass_each_other() {
+    let (weight, remainder) = largest_jump(LightPolicy::Three, 5_000);
+    let (weight_finer, remainder_finer) = largest_jump(LightPolicy::Three, 50_000);
+    assert!(weight < 0.05 && remainder < 0.05, "{weight} {remainder}");
+    assert!(weight_finer < weight * 0.2 && remainder_finer < remainder * 0.2, "{weight_finer} {remainder_finer}");
+    assert_eq!(largest_jump(LightPolicy::Hard, 50_000).0, 1.0);
+}
+
+#[test]
+fn lights_that_are_none_are_never_selected() {
+    let lamp = Light::point(1.0, 10.0);
+    let spot = |outer, inner, exponent| LightKind::Spot { outer, inner, exponent };
+    let none = [
+        Light { enabled: false, ..lamp.clone() },
+        Light { intensity: 0.0, ..lamp.clone() },
+        Light { intensity: -1.0, ..lamp.clone() },
+        Light { intensity: f32::NAN, ..lamp.clone() },
+        Light { intensity: 1e38, ..lamp.clone() },
+        Light { color: Vec3::ZERO, ..lamp.clone() },
+        Light { color: Vec3::new(1.0, f32::INFINITY, 1.0), ..lamp.clone() },
+        Light { range: 0.0, ..lamp.clone() },
+        Light { range: -5.0, ..lamp.clone() },
+        Light { range: f32::NAN, ..lamp.clone() },
+        Light { attenuation: Vec3::NAN, ..lamp.clone() },
+        Light { ambient: Vec3::NAN, ..lamp.clone() },
+        Light { kind: spot(f32::NAN, None, 1.0), ..lamp.clone() },
+        Light { kind: spot(0.0, None, 1.0), ..lamp.clone() },
+        Light { kind: spot(0.5, Some(f32::NAN), 1.0), ..lamp.clone() },
+        Light { kind: spot(0.5, None, f32::INFINITY), ..lamp.clone() },
+    ];
+    let mut simulation = Simulation::new();
+    let world = &mut simulation.world;
+    none.into_iter().for_each(|light| drop(world.spawn(light)));
+    world.spawn((lamp.clone(), Transform::from_translation(Vec3::NAN)));
+    world.spawn((Light::spot(1.0, 10.0, 0.5), Transform::from_scale(Vec3::ZERO)));
+    let object = spawn_object(world, Vec3::ZERO);
+    simulation.frame();
+    let records = &simulation.draw_list().lights.records;
+    assert_eq!(records.len(), 18);
+    for (slot, record) in records.iter().enumerate() {
+        assert_eq!(record.kind, LightRecord::OFF, "slot {slot}");
+    }
+    assert_eq!(*simulation.world.get::<Selection>(object).unwrap(), Selection::default());
+    // Negative colours count by magnitude, negative attenuation as none.
+    let dark = Light { color: Vec3::new(-1.0, 0.0, 0.0), attenuation: Vec3::new(1.0, -1.0, 0.0), ..lamp };
+    let slot = spawn_light(&mut simulation, dark);
+    assert_eq!(simulation.world.get::<Selection>(object).unwrap().lights, [slot, NO_LIGHT, NO_LIGHT]);
+}
+
+/// An object that no mesh stands behind, so that nothing but the test moves its bounds.
+fn spawn_object(world: &mut World, center: Vec3) -> Entity {
+    world.spawn((MeshId(u32::MAX), WorldBounds(Sphere { center, radius: 0.5 }))).id()
+}
+
+fn spawn_light(simulation: &mut Simulation, light: Light) -> u32 {
+    let entity = simulation.world.spawn(light).id();
+    simulation.frame();
+    slot_of(simulation, entity)
+}
+
+fn slot_of(simulation: &Simulation, light: Entity) -> u32 {
+    simulation.world.get::<LightSlot>(light).unwrap().0
+}
+
+#[test]
+fn slots_stay_while_lights_come_and_go() {
+    let mut simulation = Simulation::new();
+    let lights: Vec<Entity> = (0..5).map(|i| simulation.world.spawn(Light::point(1.0 + i as f32, 10.0)).id()).collect();
+    simulation.frame();
+    let slots = |simulation: &Simulation, lights: &[Entity]| -> Vec<u32> {
+        lights.iter().map(|&light| slot_of(simulation, light)).collect()
+    };
+    assert_eq!(slots(&simulation, &lights), [0, 1, 2, 3, 4]);
+
+    simulation.world.despawn(lights[3]);
+    simulation.world.despawn(lights[1]);
+    simulation.frame();
+    let kinds: Vec<u32> = simulation.draw_list().lights.records.iter().map(|record| record.kind).collect();
+    let (on, off) = (LightRecord::POINT, LightRecord::OFF);
+    assert_eq!(kinds, [on, off, on, off, on]);
+    assert_eq!(simulation.world.resource::<LightTable>().scored()[3], ScoredLight::OFF);
+
+    // The lowest free slot first, whichever was freed first; then new ones.
+    let later: Vec<u32> = (0..3).map(|_| spawn_light(&mut simulation, Light::point(9.0, 10.0))).collect();
+    assert_eq!(later, [1, 3, 5]);
+    assert_eq!(slots(&simulation, &[lights[0], lights[2], lights[4]]), [0, 2, 4]);
+
+    // Freed and taken again within one frame; a light taken off its entity and put back claims anew.
+    simulation.world.despawn(lights[0]);
+    simulation.world.entity_mut(lights[2]).remove::<Light>();
+    assert_eq!(spawn_light(&mut simulation, Light::point(7.0, 10.0)), 0);
+    assert_eq!(simulation.draw_list().lights.records[2].kind, off);
+    assert_eq!(spawn_light(&mut simulation, Light::point(7.0, 10.0)), 2);
+    simulation.world.entity_mut(lights[2]).insert(Light::point(3.0, 10.0));
+    simulation.frame();
+    assert_eq!(slot_of(&simulation, lights[2]), 6);
+
+    // An exchange of the component keeps the slot.
+    simulation.world.entity_mut(lights[4]).insert(Light::directional(1.0));
+    simulation.frame();
+    assert_eq!(slot_of(&simulation, lights[4]), 4);
+    assert_eq!(simulation.draw_list().lights.records[4].kind, LightRecord::DIRECTIONAL);
+}
+
+/// Runs a frame; which of the objects had their selection touched, which light slots were written.
+fn frame(simulation: &mut Simulation, objects: &[Entity]) -> (Vec<usize>, Vec<u32>) {
+    let ticks = |simulation: &Simulation| -> Vec<_> {
+        let tick = |&object: &Entity| simulation.world.entity(object).get_ref::<Selection>().unwrap().last_changed();
+        objects.iter().map(tick).collect()
+    };
+    let before = ticks(simulation);
+    simulation.frame();
+    let after = ticks(simulation);
+    let touched = (0..objects.len()).filter(|&i| before[i] != after[i]).collect();
+    (touched, simulation.draw_list().lights.dirty.ranges(0).into_iter().flatten().collect())
+}
+
+#[test]
+fn only_what_changed_is_selected_and_written() {
+    let mut simulation = Simulation::new();
+    let place = |i: usize| Vec3::X * (i as f32 * 20.0);
+    let lamp = |i| (Light::point(1.0, 8.0), Transform::from_translation(place(i) + Vec3::Y));
+    let lights: Vec<Entity> = (0..3).map(|i| simulation.world.spawn(lamp(i)).id()).collect();
+    let objects: Vec<Entity> = (0..3).map(|i| spawn_object(&mut simulation.world, place(i))).collect();
+    let lights_of = |simulation: &Simulation, i: usize| simulation.world.get::<Selection>(objects[i]).unwrap().lights;
+    assert_eq!(frame(&mut simulation, &objects), (vec![0, 1, 2], vec![0, 1, 2]));
+    assert_eq!([0, 1, 2].map(|i| lights_of(&simulation, i)[0]), [0, 1, 2]);
+    let version = simulation.world.resource::<LightTable>().version();
+
+    assert_eq!(frame(&mut simulation, &objects), (vec![], vec![]));
+    assert_eq!(simulation.world.resource::<LightTable>().version(), version);
+
+    // An object moves to where another light is.
+    simulation.world.get_mut::<WorldBounds>(objects[1]).unwrap().0.center = place(2);
+    assert_eq!(frame(&mut simulation, &objects), (vec![1], vec![]));
+    assert_eq!(lights_of(&simulation, 1)[0], 2);
+
+    // A light leaves; the objects that it lit hear of it, the others do not.
+    simulation.world.get_mut::<Transform>(lights[2]).unwrap().translation.y = 1e3;
+    assert_eq!(frame(&mut simulation, &objects), (vec![1, 2], vec![2]));
+    assert_eq!(lights_of(&simulation, 1), [NO_LIGHT; 3]);
+
+    // A light is written as it was: nothing changed.
+    simulation.world.get_mut::<Light>(lights[0]).unwrap().set_changed();
+    assert_eq!(frame(&mut simulation, &objects), (vec![], vec![]));
+
+    simulation.world.despawn(lights[0]);
+    simulation.frame();
+    assert_eq!(lights_of(&simulation, 0), [NO_LIGHT; 3]);
+
+    // Four equal lights: the policy decides between weights 0 and 1.
+    (0..4).for_each(|_| drop(simulation.world.spawn(lamp(0))));
+    simulation.frame();
+    let weights = |simulation: &Simulation| simulation.world.get::<Selection>(objects[0]).unwrap().weights;
+    assert_eq!(weights(&simulation), [0.0; 3]);
+    simulation.world.insert_resource(LightPolicy::Hard);
+    assert_eq!(frame(&mut simulation, &objects), (vec![0], vec![]));
+    assert_eq!(weights(&simulation), [1.0; 3]);
+}
+
+#[test]
+fn a_light_shines_along_the_minus_z_of_its_parent_chain() {
+    let mut simulation = Simulation::new();
+    let turn = Quat::from_rotation_y(std::f32::consts::FRAC_PI_2);
+    let parent = simulation.world.spawn(Transform::from_xyz(0.0, 2.0, 0.0).with_rotation(turn)).id();
+    let local = Transform::from_xyz(0.0, 0.0, -1.0).with_scale(Vec3::splat(3.0));
+    simulation.world.spawn((Light::spot(1.0, 10.0, 0.5), local, ChildOf(parent)));
+    simulation.frame();
+    let record = simulation.draw_list().lights.records[0];
+    assert!(Vec3::from(record.position).distance(Vec3::new(-1.0, 2.0, 0.0)) < 1e-5);
+    assert!(Vec3::from(record.direction).distance(Vec3::NEG_X) < 1e-6);
+}

@@ -1,0 +1,159 @@
+//! Broken and hostile files: what the manifest calls valid loads; the rest is refused by name and place, or loads with a
+//! warning. Nothing panics, hangs or fills the memory.
+
+mod common;
+
+use relief::import::{ImportError, Problem, check_model, load_image, load_model};
+use std::path::Path;
+use std::time::{Duration, Instant};
+use systems::images::ImageKind;
+use systems::library::Library;
+
+const TIME_LIMIT: Duration = Duration::from_secs(5);
+const MEMORY_LIMIT_KB: u64 = 1 << 20;
+
+struct Row {
+    file: String,
+    /// Errors that the reference validator finds; `None` where the manifest tells in words what to expect.
+    errors: Option<u32>,
+    expectation: String,
+}
+
+/// The manifest is CSV with quotes around fields that hold commas.
+fn manifest(folder: &Path) -> Vec<Row> {
+    let text = std::fs::read_to_string(folder.join("MANIFEST.csv")).unwrap();
+    let rows: Vec<Row> = text
+        .lines()
+        .skip(1)
+        .map(|line| {
+            let mut fields = vec![String::new()];
+            let mut quoted = false;
+            for c in line.chars() {
+                match c {
+                    '"' => quoted = !quoted,
+                    ',' if !quoted => fields.push(String::new()),
+                    c => fields.last_mut().unwrap().push(c),
+                }
+            }
+            Row { file: fields[0].clone(), errors: fields[2].parse().ok(), expectation: fields[3].clone() }
+        })
+        .collect();
+    assert!(rows.len() > 300, "the manifest is not whole");
+    rows
+}
+
+enum Outcome {
+    Refused(ImportError),
+    Warned(Vec<String>),
+    Clean,
+}
+
+fn load(path: &Path) -> Outcome {
+    let is_model = path.extension().is_some_and(|e| e == "gltf" || e == "glb");
+    if !is_model {
+        return load_image(path, ImageKind::Color).map_or_else(Outcome::Refused, |_| Outcome::Clean);
+    }
+    let mut library = Library::default();
+    let before = library.images().len() + library.materials().len() + library.meshes().len();
+    match load_model(path, &mut library) {
+        Err(error) => {
+            let after = library.images().len() + library.materials().len() + library.meshes().len();
+            assert_eq!(before, after, "{}: refused, yet something joined the library", path.display());
+            Outcome::Refused(error)
+        }
+        Ok(model) => {
+            assert_sane(&model, &library, path);
+            if model.warnings.is_empty() { Outcome::Clean } else { Outcome::Warned(model.warnings.iter().map(ToString::to_string).collect()) }
+        }
+    }
+}
+
+/// What has been loaded can be drawn without another look at it.
+fn assert_sane(model: &relief::import::Model, library: &Library, path: &Path) {
+    for (_, place) in model.placed() {
+        assert!(place.is_finite(), "{}: a node's place is not finite", path.display());
+    }
+    for entry in library.meshes() {
+        let mesh = &entry.mesh;
+        let count = mesh.positions.len();
+        assert!(mesh.indices.len() % 3 == 0 && mesh.indices.iter().all(|&i| (i as usize) < count), "{}", path.display());
+        assert!(mesh.positions.iter().all(|p| p.is_finite()), "{}", path.display());
+        assert!(mesh.normals.len() == count && mesh.normals.iter().all(|n| n.is_normalized()), "{}", path.display());
+        for length in [mesh.tangents.len(), mesh.uvs[0].len(), mesh.uvs[1].len(), mesh.colors.len()] {
+            assert!(length == 0 || length == count, "{}: {length} of {count}", path.display());
+        }
+    }
+}
+
+fn peak_memory_kb() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?.trim().trim_end_matches(" kB").parse().ok()
+}
+
+#[test]
+fn every_bad_input_is_refused_by_place_or_loads_sanely() {
+    let Some(data) = common::test_data() else { return };
+    let folder = data.join("bad-inputs");
+    let verbose = std::env::var_os("RELIEF_VERBOSE").is_some();
+    let (mut refused, mut warned, mut clean, mut valid) = (0, 0, 0, 0);
+    let mut failures = Vec::new();
+    for Row { file, errors, expectation } in manifest(&folder) {
+        let path = folder.join(&file);
+        let start = Instant::now();
+        let Ok(outcome) = std::panic::catch_unwind(|| load(&path)) else {
+            failures.push(format!("{file}: panicked"));
+            continue;
+        };
+        let took = start.elapsed();
+        if took > TIME_LIMIT {
+            failures.push(format!("{file}: took {took:?}"));
+        }
+        if verbose {
+            match &outcome {
+                Outcome::Refused(error) => println!("refused  {errors:?} {error}"),
+                Outcome::Warned(warnings) => warnings.iter().for_each(|w| println!("warned   {errors:?} {w}")),
+                Outcome::Clean => println!("clean    {errors:?} {file} ({expectation})"),
+            }
+        }
+        match (errors, &outcome) {
+            (Some(0), Outcome::Refused(error)) => failures.push(format!("valid, but refused: {error}")),
+            (Some(0), _) => valid += 1,
+            (_, Outcome::Refused(error)) => {
+                refused += 1;
+                if !error.to_string().contains(&file) {
+                    failures.push(format!("{file}: the error does not name the file: {error}"));
+                }
+            }
+            (_, Outcome::Warned(_)) => warned += 1,
+            (Some(_), Outcome::Clean) => failures.push(format!("{file}: {expectation} went unnoticed")),
+            (None, Outcome::Clean) => {
+                clean += 1;
+                if expectation.contains("must be reported as an error") {
+                    failures.push(format!("{file}: loads"));
+                }
+            }
+        }
+    }
+    println!("valid and loaded: {valid}; broken: {refused} refused, {warned} loaded with warnings, {clean} loaded");
+    assert!(failures.is_empty(), "{} failures:\n{}", failures.len(), failures.join("\n"));
+    assert!(valid > 50 && refused > 100 && warned > 20, "the manifest has changed");
+    if let Some(peak) = peak_memory_kb() {
+        println!("peak memory: {} MB", peak >> 10);
+        assert!(peak < MEMORY_LIMIT_KB, "peak memory {peak} kB");
+    }
+}
+
+#[test]
+fn checking_agrees_with_loading_and_names_every_place() {
+    let Some(data) = common::test_data() else { return };
+    let folder = data.join("bad-inputs");
+    for row in manifest(&folder).into_iter().filter(|r| r.file.ends_with(".gltf") || r.file.ends_with(".glb")) {
+        let path = folder.join(&row.file);
+        let problems = check_model(&path);
+        let is_error = |p: &&Problem| p.severity == relief::import::Severity::Error;
+        let first = problems.iter().find(is_error).map(ToString::to_string);
+        let refused = load_model(&path, &mut Library::default()).err().map(|e| format!("error: {e}"));
+        assert_eq!(first, refused, "{}", row.file);
+        assert!(problems.iter().all(|p| !p.place.is_empty() && !p.message.is_empty()), "{}: {problems:?}", row.file);
+    }
+}
