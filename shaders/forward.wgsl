@@ -80,55 +80,75 @@ fn vs_main(in: VertexIn, @builtin(instance_index) instance_index: u32) -> Vertex
     return out;
 }
 
-fn image_uv(map: MapRef, uvs: vec4f) -> vec2f {
-    let uv = select(uvs.xy, uvs.zw, map.uv_set == 1u);
-    return mat2x2f(map.image_from_mesh_uv.xy, map.image_from_mesh_uv.zw) * uv + map.offset;
+// The mesh's UVs at a pixel with their change to the next pixel. Taken from the interpolated UVs before anything is
+// read from a buffer: in the helper pixels at triangle edges some drivers read zeros from buffers, and a difference
+// with those would choose the smallest mip level.
+struct Uvs {
+    at: vec4f,
+    dx: vec4f,
+    dy: vec4f,
 }
 
-fn base_color(material: u32, in: VertexOut) -> vec4f {
-    let map = materials[material].maps[MAP_BASE];
-    let texel = textureSample(base_maps, base_sampler, image_uv(map, in.uvs), map.layer);
-    return texel * materials[material].base_factor * in.color;
+struct ImageUv {
+    at: vec2f,
+    dx: vec2f,
+    dy: vec2f,
 }
 
-fn height(map: MapRef, uv: vec2f, duv_dx: vec2f, duv_dy: vec2f) -> f32 {
-    return textureSampleGrad(height_maps, height_sampler, uv, map.layer, duv_dx, duv_dy).r;
+fn image_uv(map: MapRef, uvs: Uvs) -> ImageUv {
+    let image_from_mesh = mat2x2f(map.image_from_mesh_uv.xy, map.image_from_mesh_uv.zw);
+    let second = map.uv_set == 1u;
+    return ImageUv(
+        image_from_mesh * select(uvs.at.xy, uvs.at.zw, second) + map.offset,
+        image_from_mesh * select(uvs.dx.xy, uvs.dx.zw, second),
+        image_from_mesh * select(uvs.dy.xy, uvs.dy.zw, second),
+    );
 }
 
-fn shading_normal(material: u32, in: VertexOut, front: bool) -> vec3f {
+fn sample(maps: texture_2d_array<f32>, map_sampler: sampler, map: MapRef, uvs: Uvs) -> vec4f {
+    let uv = image_uv(map, uvs);
+    return textureSampleGrad(maps, map_sampler, uv.at, map.layer, uv.dx, uv.dy);
+}
+
+fn base_color(material: u32, uvs: Uvs, vertex_color: vec4f) -> vec4f {
+    let texel = sample(base_maps, base_sampler, materials[material].maps[MAP_BASE], uvs);
+    return texel * materials[material].base_factor * vertex_color;
+}
+
+fn height(layer: u32, uv: vec2f, dx: vec2f, dy: vec2f) -> f32 {
+    return textureSampleGrad(height_maps, height_sampler, uv, layer, dx, dy).r;
+}
+
+fn shading_normal(material: u32, in: VertexOut, uvs: Uvs, front: bool) -> vec3f {
     var normal = normalize(in.normal);
     if TECHNIQUE == TECHNIQUE_NORMAL {
-        let map = materials[material].maps[MAP_NORMAL];
-        let texel = textureSample(normal_maps, normal_sampler, image_uv(map, in.uvs), map.layer).xyz;
+        let texel = sample(normal_maps, normal_sampler, materials[material].maps[MAP_NORMAL], uvs).xyz;
         normal = normal_mapped(tangent_frame(in.normal, in.tangent), texel, materials[material].normal_scale);
     } else if TECHNIQUE == TECHNIQUE_PERTURBED_NORMAL {
-        let map = materials[material].maps[MAP_HEIGHT];
-        let uv = image_uv(map, in.uvs);
-        let duv_dx = dpdx(uv);
-        let duv_dy = dpdy(uv);
+        let layer = materials[material].maps[MAP_HEIGHT].layer;
+        let uv = image_uv(materials[material].maps[MAP_HEIGHT], uvs);
         let dp_dx = dpdx(in.position);
         let dp_dy = dpdy(in.position);
         // Heights are given in UV units; this many metres are in one.
-        let area_uv = abs(duv_dx.x * duv_dy.y - duv_dx.y * duv_dy.x);
+        let area_uv = abs(uv.dx.x * uv.dy.y - uv.dx.y * uv.dy.x);
         let metres = sqrt(length(cross(dp_dx, dp_dy)) / max(area_uv, 1e-12));
         let scale = materials[material].height_scale_uv * metres;
-        let here = height(map, uv, duv_dx, duv_dy);
-        let dh_dx = scale * (height(map, uv + duv_dx, duv_dx, duv_dy) - here);
-        let dh_dy = scale * (height(map, uv + duv_dy, duv_dx, duv_dy) - here);
+        let here = height(layer, uv.at, uv.dx, uv.dy);
+        let dh_dx = scale * (height(layer, uv.at + uv.dx, uv.dx, uv.dy) - here);
+        let dh_dy = scale * (height(layer, uv.at + uv.dy, uv.dx, uv.dy) - here);
         normal = perturbed_normal(in.normal, dp_dx, dp_dy, dh_dx, dh_dy);
     }
     return select(-normal, normal, front);
 }
 
 // The material's maps and factors at this pixel; colours only, the caller adds place and direction.
-fn surface_at(material: u32, base: vec3f, in: VertexOut) -> Surface {
+fn surface_at(material: u32, base: vec3f, uvs: Uvs) -> Surface {
     var surface: Surface;
     surface.diffuse = base;
     if SHADING == SHADING_UNLIT {
         return surface;
     }
-    let map = materials[material].maps[MAP_SPECULAR];
-    let texel = textureSample(specular_maps, specular_sampler, image_uv(map, in.uvs), map.layer);
+    let texel = sample(specular_maps, specular_sampler, materials[material].maps[MAP_SPECULAR], uvs);
     let specular = texel.rgb * materials[material].specular_factor;
     surface.specular = specular;
     surface.specular_90 = vec3f(1.0);
@@ -140,8 +160,8 @@ fn surface_at(material: u32, base: vec3f, in: VertexOut) -> Surface {
         surface.gloss = max(roughness * roughness, 1e-3);
     } else if SHADING == SHADING_METALLIC_ROUGHNESS {
         // glTF 2.0, appendix B.3.5, with KHR_materials_specular.
-        let mr = materials[material].maps[MAP_METALLIC_ROUGHNESS];
-        let metal_rough = textureSample(metallic_roughness_maps, metallic_roughness_sampler, image_uv(mr, in.uvs), mr.layer);
+        let map = materials[material].maps[MAP_METALLIC_ROUGHNESS];
+        let metal_rough = sample(metallic_roughness_maps, metallic_roughness_sampler, map, uvs);
         let metallic = saturate(metal_rough.b * materials[material].metallic);
         let roughness = saturate(metal_rough.g * materials[material].roughness);
         let strength = texel.a * materials[material].specular_strength;
@@ -233,22 +253,14 @@ fn debug_color(surface: Surface, base: vec3f, slot: u32, in: VertexOut) -> vec3f
 
 @fragment
 fn fs_main(in: VertexOut, @builtin(front_facing) front: bool) -> @location(0) vec4f {
+    let uvs = Uvs(in.uvs, dpdx(in.uvs), dpdy(in.uvs));
     let material = instances[in.slot].material;
-    let base = base_color(material, in);
-    let normal = shading_normal(material, in, front);
-    var surface = surface_at(material, base.rgb, in);
-    let occlusion_map = materials[material].maps[MAP_OCCLUSION];
-    var occlusion = 1.0;
-    if SHADING != SHADING_UNLIT {
-        let texel = textureSample(occlusion_maps, occlusion_sampler, image_uv(occlusion_map, in.uvs), occlusion_map.layer);
-        occlusion = 1.0 + materials[material].occlusion_strength * (texel.r - 1.0);
-    }
-    let emissive_map = materials[material].maps[MAP_EMISSIVE];
-    let emissive = textureSample(emissive_maps, emissive_sampler, image_uv(emissive_map, in.uvs), emissive_map.layer).rgb
-        * materials[material].emissive_factor;
+    let base = base_color(material, uvs, in.color);
+    let normal = shading_normal(material, in, uvs, front);
     if ALPHA == ALPHA_MASK && base.a < materials[material].alpha_cutoff {
         discard;
     }
+    var surface = surface_at(material, base.rgb, uvs);
     surface.position = in.position;
     surface.normal = normal;
     surface.toward_eye = select(normalize(view.eye - in.position), view.toward_eye, view.parallel == 1u);
@@ -256,7 +268,10 @@ fn fs_main(in: VertexOut, @builtin(front_facing) front: bool) -> @location(0) ve
     if DEBUG != 0u {
         color = debug_color(surface, base.rgb, in.slot, in);
     } else if SHADING != SHADING_UNLIT {
-        color = lit(surface, in.slot, occlusion) + emissive;
+        let open = sample(occlusion_maps, occlusion_sampler, materials[material].maps[MAP_OCCLUSION], uvs).r;
+        let occlusion = 1.0 + materials[material].occlusion_strength * (open - 1.0);
+        let emissive = sample(emissive_maps, emissive_sampler, materials[material].maps[MAP_EMISSIVE], uvs).rgb;
+        color = lit(surface, in.slot, occlusion) + emissive * materials[material].emissive_factor;
     }
     return vec4f(color, select(1.0, base.a, ALPHA == ALPHA_BLEND));
 }
@@ -270,9 +285,10 @@ struct Outputs {
 
 @fragment
 fn fs_outputs(in: VertexOut, @builtin(front_facing) front: bool) -> Outputs {
+    let uvs = Uvs(in.uvs, dpdx(in.uvs), dpdy(in.uvs));
     let material = instances[in.slot].material;
-    let alpha = base_color(material, in).a;
-    let normal = shading_normal(material, in, front);
+    let alpha = base_color(material, uvs, in.color).a;
+    let normal = shading_normal(material, in, uvs, front);
     // A blended surface counts where it hides more than half of what is behind it.
     let cutoff = select(materials[material].alpha_cutoff, 0.5, ALPHA == ALPHA_BLEND);
     if ALPHA != ALPHA_OPAQUE && alpha < cutoff {

@@ -1,7 +1,7 @@
 // One triangle over the whole target, at infinity.
 
 struct SkyVertex {
-    @builtin(position) clip_position: vec4f,
+    @invariant @builtin(position) clip_position: vec4f,
     @location(0) ndc: vec2f,
 }
 

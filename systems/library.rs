@@ -329,7 +329,8 @@ impl Default for Library {
             images: vec![
                 one("white colour", ImageKind::Color, [255; 4]),
                 one("white data", ImageKind::Data, [255; 4]),
-                one("flat normal", ImageKind::Normal, [128, 128, 255, 255]),
+                // In half floats, because no byte is exactly 0.5.
+                Image::rgba16("flat normal", 1, 1, ImageKind::Normal, &[Vec4::new(0.5, 0.5, 1.0, 1.0)]),
                 one("black data", ImageKind::Data, [0, 0, 0, 255]),
             ],
             edited_materials: Vec::new(),

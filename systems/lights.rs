@@ -84,6 +84,8 @@ impl Default for Selection {
 #[derive(Resource, Clone, Debug, Default)]
 pub struct LightTable {
     scored: Vec<ScoredLight>,
+    /// Given back since the last frame.
+    freed: Vec<u32>,
     free: BinaryHeap<Reverse<u32>>,
     version: u64,
 }
@@ -123,7 +125,7 @@ impl LightTable {
     }
 }
 
-/// Empties the slot of a light that is removed or despawned.
+/// Notes the slot of a light that is removed or despawned; the next frame empties it.
 pub(crate) fn free_slot(mut world: DeferredWorld, context: HookContext) {
     let Some(mut component) = world.get_mut::<LightSlot>(context.entity) else { return };
     // Reset too: the component stays where only the light is removed, and another light may come.
@@ -131,16 +133,9 @@ pub(crate) fn free_slot(mut world: DeferredWorld, context: HookContext) {
     if slot == NO_LIGHT {
         return;
     }
-    let off = LightRecord { kind: LightRecord::OFF, ..LightRecord::default() };
-    if let Some(mut draw_list) = world.get_resource_mut::<DrawList>() {
-        draw_list.lights.write(slot, off);
-    }
+    // Emptied by the next frame: what is written between frames would not count as changed in any.
     if let Some(mut table) = world.get_resource_mut::<LightTable>() {
-        if let Some(scored) = table.scored.get_mut(slot as usize) {
-            *scored = ScoredLight::OFF;
-            table.free.push(Reverse(slot));
-            table.version += 1;
-        }
+        table.freed.push(slot);
     }
 }
 
@@ -151,6 +146,10 @@ pub fn update_light_table(
     mut draw_list: ResMut<DrawList>,
     mut changed: Query<(&Light, &GlobalTransform, &mut LightSlot), Or<(Changed<Light>, Changed<GlobalTransform>)>>,
 ) {
+    for slot in std::mem::take(&mut table.freed) {
+        table.write(&mut draw_list.lights, slot, LightRecord { kind: LightRecord::OFF, ..LightRecord::default() });
+        table.free.push(Reverse(slot));
+    }
     for (light, transform, mut slot) in &mut changed {
         if slot.0 == NO_LIGHT {
             slot.0 = table.claim();

@@ -1,8 +1,8 @@
 //! Tangents of meshes: MikkTSpace where there are UVs, a frame from the normal alone where there are none.
 //!
 //! [`update_tangents`] runs [`compute_tangents`] once per mesh, the meshes of a frame in parallel. A mesh that brings
-//! tangents keeps them. For the others [`corner_tangents`] gives every triangle corner its own tangent, as MikkTSpace
-//! defines it, and [`split_vertices`] makes vertices of them: a vertex on a mirror seam of the UVs becomes two.
+//! tangents keeps them. For the others `corner_tangents` gives every triangle corner its own tangent, as MikkTSpace
+//! defines it, and `split_vertices` makes vertices of them: a vertex on a mirror seam of the UVs becomes two.
 //!
 //! The first UV set counts, always. T.w is glTF's sign, B = cross(N, T)·w toward image-up: the negative of the sign of
 //! the reference implementation, whose V axis points the other way.
@@ -144,7 +144,7 @@ fn corner_tangents(mesh: &Mesh) -> Vec<Vec4> {
     tangents
 }
 
-/// For each vertex whether more than [`MAX_CORNERS_AT_A_POINT`] corners lie where it lies.
+/// For each vertex whether more than `MAX_CORNERS_AT_A_POINT` corners lie where it lies.
 fn crowded_vertices(mesh: &Mesh) -> Vec<bool> {
     let mut corners = vec![0u32; mesh.positions.len()];
     mesh.indices.iter().for_each(|&index| corners[index as usize] += 1);

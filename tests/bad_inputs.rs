@@ -63,7 +63,10 @@ fn load(path: &Path) -> Outcome {
         }
         Ok(model) => {
             assert_sane(&model, &library, path);
-            if model.warnings.is_empty() { Outcome::Clean } else { Outcome::Warned(model.warnings.iter().map(ToString::to_string).collect()) }
+            let warnings: Vec<String> = model.warnings.iter().map(ToString::to_string).collect();
+            // This comes with sound files too, and says nothing about what is broken.
+            let telling = warnings.into_iter().filter(|w| !w.ends_with("nothing is drawn")).collect::<Vec<_>>();
+            if telling.is_empty() { Outcome::Clean } else { Outcome::Warned(telling) }
         }
     }
 }
@@ -76,7 +79,11 @@ fn assert_sane(model: &relief::import::Model, library: &Library, path: &Path) {
     for entry in library.meshes() {
         let mesh = &entry.mesh;
         let count = mesh.positions.len();
-        assert!(mesh.indices.len() % 3 == 0 && mesh.indices.iter().all(|&i| (i as usize) < count), "{}", path.display());
+        assert!(
+            mesh.indices.len() % 3 == 0 && mesh.indices.iter().all(|&i| (i as usize) < count),
+            "{}",
+            path.display()
+        );
         assert!(mesh.positions.iter().all(|p| p.is_finite()), "{}", path.display());
         assert!(mesh.normals.len() == count && mesh.normals.iter().all(|n| n.is_normalized()), "{}", path.display());
         for length in [mesh.tangents.len(), mesh.uvs[0].len(), mesh.uvs[1].len(), mesh.colors.len()] {
@@ -115,6 +122,8 @@ fn every_bad_input_is_refused_by_place_or_loads_sanely() {
                 Outcome::Clean => println!("clean    {errors:?} {file} ({expectation})"),
             }
         }
+        let sound = expectation.starts_with("loads") || expectation.starts_with("spec-legal");
+        let errors = if sound { Some(0) } else { errors };
         match (errors, &outcome) {
             (Some(0), Outcome::Refused(error)) => failures.push(format!("valid, but refused: {error}")),
             (Some(0), _) => valid += 1,

@@ -1,20 +1,105 @@
-//! placeholder until the window is here
+//! The window: the only place that knows there is one.
+//!
+//! ```text
+//! window    events in, frames out: step → systems → panel → prepare → draw → present
+//! input     keys and pointer become commands and gestures; the table of keys
+//! viewer    what is looked at and how: the world, settings, selection; commands change it
+//! camera    the free camera: orbit, pan, zoom, look, fly
+//! picking   what is under the pointer
+//! surface   the window's textures
+//! gui       egui on winit and wgpu
+//! timing    how long frames take
+//! panel, entities, details, overlay   what egui shows
+//! ```
+//!
+//! The scene fills the whole window and the panel floats over it, so the window shows the pixels that rendering the
+//! same scene, camera and size to a file gives. While the clock runs or somebody moves, frames follow one another;
+//! otherwise nothing is drawn until an event comes.
+
+mod camera;
+mod details;
+mod entities;
+mod gui;
+mod input;
+mod overlay;
+mod panel;
+mod picking;
+mod surface;
+mod timing;
+mod viewer;
+mod window;
+
+pub use input::{KEYS, KeyBinding, POINTER};
+
 use crate::renderer::{GpuError, RenderError, Settings};
-use bevy_ecs::prelude::Entity;
-/// o
-pub struct Options { /// s
- pub simulation: systems::Simulation, /// s
- pub title: String, /// s
- pub cameras: Vec<(String, Entity)>, /// s
- pub camera: Entity, /// s
- pub size: (u32, u32), /// s
- pub settings: Settings, /// s
- pub paused: bool, /// s
- pub panel: bool }
-/// e
-pub enum AppError { /// s
- NoDisplay(String), /// s
- Gpu(GpuError), /// s
- Render(RenderError) }
-/// r
-pub fn run(_: Options) -> Result<(), AppError> { Err(AppError::NoDisplay("none yet".into())) }
+use bevy_ecs::prelude::*;
+use std::panic::{self, AssertUnwindSafe};
+use systems::Simulation;
+use systems::clock::Clock;
+use winit::event_loop::EventLoop;
+
+/// What the window shows, and how it starts.
+pub struct Options {
+    /// A loaded world.
+    pub simulation: Simulation,
+    /// The scene's name, for the title bar.
+    pub title: String,
+    /// Names and entities of the scene's cameras, for switching between them.
+    pub cameras: Vec<(String, Entity)>,
+    /// The camera to start with.
+    pub camera: Entity,
+    /// Pixels.
+    pub size: (u32, u32),
+    /// How to draw at first.
+    pub settings: Settings,
+    /// Starts with the clock stopped.
+    pub paused: bool,
+    /// Starts with the panel shown.
+    pub panel: bool,
+}
+
+/// Why there is no window, or none any more.
+#[derive(Debug, thiserror::Error)]
+pub enum AppError {
+    /// No display, or no window on it.
+    #[error("{0}")]
+    NoDisplay(String),
+    /// No graphics adapter for the window.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+    /// The scene is too large for the adapter.
+    #[error(transparent)]
+    Render(#[from] RenderError),
+}
+
+/// Shows a world in a window until it is closed.
+///
+/// # Errors
+/// [`AppError`]. [`AppError::NoDisplay`] comes before anything is drawn, so that the caller can do something else.
+pub fn run(mut options: Options) -> Result<(), AppError> {
+    if options.paused {
+        options.simulation.world.resource_mut::<Clock>().paused = true;
+    }
+    let event_loop = open_event_loop()?;
+    let mut app = window::App::new(options);
+    event_loop.run_app(&mut app).map_err(|error| AppError::NoDisplay(error.to_string()))?;
+    app.result()
+}
+
+/// winit returns an error where there is no display, but panics where a library is missing that it opens late, or the
+/// X server lacks an extension. Both mean the same to a person: no window here.
+fn open_event_loop() -> Result<EventLoop<()>, AppError> {
+    let hook = panic::take_hook();
+    panic::set_hook(Box::new(|_| {}));
+    let opened = panic::catch_unwind(AssertUnwindSafe(EventLoop::new));
+    panic::set_hook(hook);
+    match opened {
+        Ok(Ok(event_loop)) => Ok(event_loop),
+        Ok(Err(error)) => Err(AppError::NoDisplay(error.to_string())),
+        Err(payload) => {
+            let text = payload.downcast_ref::<String>().map(String::as_str);
+            let text = text.or_else(|| payload.downcast_ref::<&str>().copied());
+            Err(AppError::NoDisplay(text.unwrap_or("the window system cannot be used").to_owned()))
+        }
+    }
+}

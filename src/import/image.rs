@@ -16,14 +16,8 @@ const MAX_TEXELS: u64 = 8192 * 8192;
 const MAX_ALLOC: u64 = 512 << 20;
 
 /// Formats that are read; TGA last, for it has no signature and is known by its extension alone.
-const FORMATS: [ImageFormat; 6] = [
-    ImageFormat::Png,
-    ImageFormat::Jpeg,
-    ImageFormat::Bmp,
-    ImageFormat::WebP,
-    ImageFormat::Dds,
-    ImageFormat::Tga,
-];
+const FORMATS: [ImageFormat; 6] =
+    [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::Bmp, ImageFormat::WebP, ImageFormat::Dds, ImageFormat::Tga];
 
 /// Why bytes are no image.
 #[derive(Debug)]
@@ -60,7 +54,7 @@ pub fn load(path: &Path, kind: ImageKind) -> Result<Image, ImportError> {
 }
 
 /// The format by content, else by what the name or media type says.
-fn guess(bytes: &[u8], by_name: Option<ImageFormat>) -> Option<ImageFormat> {
+pub fn guess(bytes: &[u8], by_name: Option<ImageFormat>) -> Option<ImageFormat> {
     let by_content = image::guess_format(bytes).ok();
     by_content.or(by_name.filter(|&f| f == ImageFormat::Tga)).filter(|f| FORMATS.contains(f))
 }

@@ -57,7 +57,8 @@ impl Model {
 
     /// The nodes of the default scene, each once, parents first, with `model_from_node`.
     pub fn placed(&self) -> Vec<(usize, Affine3A)> {
-        let mut open: Vec<(usize, Affine3A)> = self.roots.iter().rev().map(|&node| (node, Affine3A::IDENTITY)).collect();
+        let mut open: Vec<(usize, Affine3A)> =
+            self.roots.iter().rev().map(|&node| (node, Affine3A::IDENTITY)).collect();
         let mut placed = Vec::with_capacity(self.nodes.len());
         while let Some((index, model_from_parent)) = open.pop() {
             let Some(node) = self.nodes.get(index) else { continue };

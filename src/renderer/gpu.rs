@@ -46,7 +46,14 @@ impl Gpu {
     /// # Errors
     /// [`GpuError`] where there is no adapter or it refuses a device.
     pub fn headless() -> Result<Self, GpuError> {
-        Self::open(wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env()), None)
+        let mut refused = None;
+        for backends in BACKENDS {
+            match Self::open(instance(backends), None) {
+                Ok(gpu) => return Ok(gpu),
+                Err(error) => refused = refused.or(Some(error)),
+            }
+        }
+        Err(refused.unwrap_or_else(|| GpuError::NoAdapter(String::new())))
     }
 
     /// Opens an adapter that can present to the surface made by `surface`.
@@ -111,7 +118,16 @@ impl Gpu {
     }
 }
 
-/// Vulkan first: it is what the pictures are tested with. Then whatever else there is.
+/// Vulkan first: it is what the pictures are tested with, and asking the others has side effects (GL libraries print
+/// to stderr when there is no display). Then whatever else there is.
+pub(crate) const BACKENDS: [wgpu::Backends; 2] = [wgpu::Backends::VULKAN, wgpu::Backends::all()];
+
+/// An instance of those backends, or of what `WGPU_BACKEND` says.
+fn instance(backends: wgpu::Backends) -> wgpu::Instance {
+    let descriptor = wgpu::InstanceDescriptor { backends, ..wgpu::InstanceDescriptor::new_without_display_handle() };
+    wgpu::Instance::new(descriptor.with_env())
+}
+
 fn choose_adapter(
     instance: &wgpu::Instance,
     surface: Option<&wgpu::Surface<'_>>,
@@ -132,14 +148,11 @@ fn choose_adapter(
         };
         (kind, info.backend != wgpu::Backend::Vulkan)
     };
-    for backends in [wgpu::Backends::VULKAN, wgpu::Backends::all()] {
-        let found = pollster::block_on(instance.enumerate_adapters(backends));
-        if let Some(adapter) = found.into_iter().filter(usable).min_by_key(rank) {
-            return Ok(adapter);
-        }
-    }
-    Err(GpuError::NoAdapter(match wanted {
-        Some(name) => format!("none with \"{name}\" in its name"),
-        None => "neither Vulkan nor another interface offers one".to_owned(),
-    }))
+    let found = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
+    found.into_iter().filter(usable).min_by_key(rank).ok_or_else(|| {
+        GpuError::NoAdapter(match &wanted {
+            Some(name) => format!("none with \"{name}\" in its name"),
+            None => "neither Vulkan nor another interface offers one".to_owned(),
+        })
+    })
 }

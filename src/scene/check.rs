@@ -3,74 +3,35 @@
 //! One walk over the whole file collects every fault with its place, so that `relief check` shows all at once. The
 //! limits are wide: they keep arithmetic finite and memory bounded, not scenes tasteful.
 
+mod surfaces;
+
+use super::faults::{Fault, Trail, unknown};
 use super::files::{self, Files};
-use super::format::{
-    Camera, Entity, Generator, Grid, Light, Material, MeshSource, Place, Region, Sampler, Scatter, Scene, Transform, Uv,
-};
+use super::format::{Camera, Entity, Generator, Grid, Light, MeshSource, Place, Region, Scatter, Scene, Transform};
 use super::places::Step;
 use super::values::{Color, Named, Scale};
 use glam::Vec3;
 use std::fmt::Display;
-
-/// A fault, and the steps to the value that has it.
-pub struct Fault {
-    pub steps: Vec<Step>,
-    /// The steps for people: `entities[3].light.range`.
-    pub place: String,
-    pub message: String,
-}
 
 /// Metres from the origin.
 const FARTHEST: f32 = 1e7;
 /// Metres; also factors of scale.
 const SIZES: (f32, f32) = (1e-5, 1e6);
 const BRIGHTEST: f32 = 1e9;
-/// Segments of a procedural mesh in one direction.
-const MOST_SEGMENTS: u32 = 1024;
 /// Entities of a scene.
 const MOST_ENTITIES: u64 = 4_000_000;
 
 /// All faults of a scene whose files have been read.
 pub fn faults(scene: &Scene, files: &Files) -> Vec<Fault> {
-    let mut check = Check { scene, files, at: Path::default(), faults: Vec::new() };
+    let mut check = Check { scene, files, at: Trail::default(), faults: Vec::new() };
     check.scene();
     check.faults
-}
-
-/// A place in the scene while walking it.
-#[derive(Default, Clone)]
-pub struct Path {
-    steps: Vec<Step>,
-    place: String,
-}
-
-impl Path {
-    /// The same place, one step further in; `key` is the name of a map's entry.
-    pub fn enter(&self, step: Step, key: &str) -> Self {
-        let mut path = self.clone();
-        match step {
-            Step::Field(name) if path.place.is_empty() => path.place.push_str(name),
-            Step::Field(name) => path.place.push_str(&format!(".{name}")),
-            Step::Index(i) => path.place.push_str(&format!("[{i}]")),
-            Step::Entry(_) => path.place.push_str(&format!("[{key:?}]")),
-        }
-        path.steps.push(step);
-        path
-    }
-
-    pub fn field(&self, name: &'static str) -> Self {
-        self.enter(Step::Field(name), "")
-    }
-
-    pub fn fault(&self, message: impl Display) -> Fault {
-        Fault { steps: self.steps.clone(), place: self.place.clone(), message: message.to_string() }
-    }
 }
 
 struct Check<'a> {
     scene: &'a Scene,
     files: &'a Files,
-    at: Path,
+    at: Trail,
     faults: Vec<Fault>,
 }
 
@@ -189,7 +150,8 @@ impl<'a> Check<'a> {
         let mut entities = 0u64;
         self.each("entities", &scene.entities, |c, e| entities = entities.saturating_add(c.entity(e, &[], false)));
         self.each("generators", &scene.generators, |c, g| entities = entities.saturating_add(c.generator(g)));
-        if entities > MOST_ENTITIES {
+        // A count that is refused by itself need not be refused twice.
+        if entities > MOST_ENTITIES && self.faults.is_empty() {
             let message = format!("the scene has {entities} entities; at most {MOST_ENTITIES} are possible");
             self.field("generators", |c| c.fault(message));
         }
@@ -203,101 +165,6 @@ impl<'a> Check<'a> {
                 }
                 check(c, value);
             });
-        }
-    }
-
-    fn material(&mut self, m: &'a Material) {
-        self.sampler(m.sampler);
-        self.uv(m.uv);
-        self.color("base_factor", m.base_factor, BRIGHTEST);
-        self.color("specular_factor", m.specular_factor, BRIGHTEST);
-        self.color("emissive_factor", m.emissive_factor, BRIGHTEST);
-        self.number("normal_scale", m.normal_scale, -100.0, 100.0);
-        self.number("shininess", m.shininess, 0.0, 1e5);
-        self.number("height_scale_uv", m.height_scale_uv, 0.0, 10.0);
-        for (name, value) in [
-            ("alpha_cutoff", m.alpha_cutoff),
-            ("base_alpha", m.base_alpha),
-            ("specular_strength", m.specular_strength),
-            ("glossiness", m.glossiness),
-            ("metallic", m.metallic),
-            ("roughness", m.roughness),
-            ("occlusion_strength", m.occlusion_strength),
-        ] {
-            self.number(name, value, 0.0, 1.0);
-        }
-        for (name, map) in m.maps() {
-            let Some(map) = map else { continue };
-            self.field(name, |c| {
-                c.sampler(map.sampler.unwrap_or_default());
-                c.uv(map.uv.unwrap_or_default());
-            });
-        }
-    }
-
-    fn sampler(&mut self, s: Sampler) {
-        if s.wrap.is_some() && (s.wrap_u.is_some() || s.wrap_v.is_some()) {
-            self.field("sampler", |c| c.fault("expected either wrap, or wrap_u and wrap_v"));
-        }
-    }
-
-    fn uv(&mut self, uv: Uv) {
-        self.field("uv", |c| {
-            c.numbers("scale", &uv.scale, -1e4, 1e4);
-            c.numbers("offset", &uv.offset, -1e4, 1e4);
-            c.number("rotation_degrees", uv.rotation_degrees, -1e6, 1e6);
-            c.count("set", uv.set, 0, 1);
-        });
-    }
-
-    fn mesh(&mut self, mesh: &'a MeshSource) {
-        let size = |c: &mut Self, name, value| c.number(name, value, SIZES.0, SIZES.1);
-        match mesh {
-            MeshSource::Plane(m) => {
-                self.numbers("size", &m.size, SIZES.0, SIZES.1);
-                if m.segments.iter().any(|s| !(1..=MOST_SEGMENTS).contains(s)) {
-                    let message = format!("expected counts from 1 to {MOST_SEGMENTS}, found {:?}", m.segments);
-                    self.field("segments", |c| c.fault(message));
-                }
-                self.tiling(m.uv_scale, m.tile_metres);
-            }
-            MeshSource::Cube(m) => {
-                self.scale("size", m.size, false);
-                self.tiling(m.uv_scale, m.tile_metres);
-            }
-            MeshSource::Sphere(m) => {
-                size(self, "radius", m.radius);
-                self.count("segments", m.segments, 3, MOST_SEGMENTS);
-                self.count("rings", m.rings, 2, MOST_SEGMENTS);
-                self.tiling(m.uv_scale, None);
-            }
-            MeshSource::Torus(m) => {
-                size(self, "major", m.major);
-                size(self, "minor", m.minor);
-                self.count("segments", m.segments, 3, MOST_SEGMENTS);
-                self.count("sides", m.sides, 3, MOST_SEGMENTS);
-                self.tiling(m.uv_scale, None);
-            }
-            MeshSource::Cylinder(m) => {
-                size(self, "radius", m.radius);
-                size(self, "height", m.height);
-                self.count("segments", m.segments, 3, MOST_SEGMENTS);
-                self.tiling(m.uv_scale, None);
-            }
-            MeshSource::Model(m) => {
-                let (Some(node), Some(model)) = (&m.node, self.files.model(&m.file)) else { return };
-                if !model.nodes.iter().any(|n| n.name == *node) {
-                    let message = unknown("node", node, model.nodes.iter().map(|n| n.name.as_str()));
-                    self.field("node", |c| c.fault(message));
-                }
-            }
-        }
-    }
-
-    fn tiling(&mut self, uv_scale: [f32; 2], tile_metres: Option<f32>) {
-        self.numbers("uv_scale", &uv_scale, -1e4, 1e4);
-        if let Some(metres) = tile_metres {
-            self.number("tile_metres", metres, 1e-3, 1e6);
         }
     }
 
@@ -528,25 +395,4 @@ impl<'a> Check<'a> {
         });
         scatter.count.into()
     }
-}
-
-/// "no material "brik"; did you mean "brick"?", or the names there are where none is near.
-fn unknown<'n>(kind: &str, name: &str, known: impl Iterator<Item = &'n str>) -> String {
-    let known: Vec<&str> = known.collect();
-    format!("no {kind} {name:?}{}", suggestion(name, &known))
-}
-
-/// The end of a message about an unknown name.
-pub fn suggestion(name: &str, known: &[&str]) -> String {
-    // Comparing costs the product of the lengths; nobody meant a name of a thousand letters.
-    let comparable: Vec<&str> = known.iter().copied().filter(|k| k.len() + name.len() < 200).collect();
-    if let Some(near) = crate::name::nearest(&comparable, name) {
-        return format!("; did you mean {near:?}?");
-    }
-    if known.is_empty() {
-        return "; there are none".into();
-    }
-    let shown: Vec<String> = known.iter().take(12).map(|k| format!("{k:?}")).collect();
-    let more = if known.len() > shown.len() { ", …" } else { "" };
-    format!("; there are {}{more}", shown.join(", "))
 }

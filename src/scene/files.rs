@@ -1,6 +1,6 @@
 //! The files a scene names, each read once; and what materials and meshes become in the library.
 
-use super::check::{Fault, Path as Place};
+use super::faults::{Fault, Trail};
 use super::format::{self, MeshSource, Sampler, Scene, Uv};
 use super::places::Step;
 use super::values::MapSource;
@@ -54,9 +54,9 @@ fn image_kind(field: &str) -> ImageKind {
 pub fn read(scene: &Scene, folder: &Path, library: &mut Library) -> (Files, Vec<Fault>) {
     let (mut files, mut faults) = (Files::default(), Vec::new());
     let mut wanted: Vec<(String, ImageKind)> = Vec::new();
-    let mut places: HashMap<(String, ImageKind), Place> = HashMap::new();
+    let mut places: HashMap<(String, ImageKind), Trail> = HashMap::new();
     for (i, (name, material)) in scene.materials.entries().iter().enumerate() {
-        let at = Place::default().field("materials").enter(Step::Entry(i), name);
+        let at = Trail::default().field("materials").enter(Step::Entry(i), name);
         for (field, map) in material.maps() {
             let Some(map) = map else { continue };
             let key = (map.file.clone(), image_kind(field));
@@ -83,7 +83,7 @@ pub fn read(scene: &Scene, folder: &Path, library: &mut Library) -> (Files, Vec<
             Ok(model) => _ = files.models.insert(file.into(), model),
             Err(error) => {
                 failed.push(file);
-                let at = Place::default().field("meshes").enter(Step::Entry(i), name).field("file");
+                let at = Trail::default().field("meshes").enter(Step::Entry(i), name).field("file");
                 faults.push(at.fault(error));
             }
         }

@@ -1,26 +1,30 @@
 //! Scene files: text into entities.
 //!
 //! ```text
-//! format, values   the file as serde reads it (RON; docs/scenes.md)
-//! files            the images and models it names, each read once; materials and meshes into the library
-//! check            names and numbers: every fault at once, with `places` for line and column
-//! spawn, generate  entities, and generators' copies of them
-//! rig              light and a camera for what brings none; a glTF file is a scene as well
+//! format, surfaces, values  the file as serde reads it (RON; docs/scenes.md)
+//! files                     the images and models it names, each read once; materials and meshes into the library
+//! check, faults, places     names and numbers: every fault at once, with line and column
+//! spawn, generate           entities, and generators' copies of them
+//! rig                       light and a camera for what brings none; a glTF file is a scene as well
 //! ```
 //!
 //! Nothing is spawned before everything has been read and checked, so that a scene that fails leaves the world as it
 //! was.
 
 mod check;
+#[cfg(test)]
+mod docs_test;
+mod faults;
 mod files;
 mod format;
 mod generate;
 mod places;
 mod rig;
 mod spawn;
+mod surfaces;
 mod values;
 
-use crate::import::{self, ImportError, Severity};
+use crate::import::{self, Severity};
 use bevy_ecs::prelude::*;
 use files::Items;
 use ron::extensions::Extensions;
@@ -116,12 +120,19 @@ pub fn load(path: &Path, simulation: &mut Simulation) -> Result<LoadedScene, Sce
     Ok(prepared.spawn(path, world))
 }
 
-/// Everything wrong with a scene file, without loading it into a world. Empty: nothing is.
+/// Everything wrong with a scene file (or a glTF file as one), without loading it into a world. Empty: nothing is.
 pub fn check(path: &Path) -> Vec<Problem> {
+    if is_model(path) {
+        return import::check_model(path).into_iter().map(|p| import_problem(path, p)).collect();
+    }
     match prepare(path, &mut Library::default()) {
         Ok(prepared) => prepared.warnings.into_iter().map(|message| warning(path, message)).collect(),
         Err(error) => error.problems,
     }
+}
+
+fn is_model(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gltf") || e.eq_ignore_ascii_case("glb"))
 }
 
 /// A scene whose files are in the library and which has been checked: spawning it cannot fail.
@@ -136,16 +147,15 @@ enum Content {
 }
 
 fn prepare(path: &Path, library: &mut Library) -> Result<Prepared, SceneError> {
-    let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
-    match extension.as_deref() {
-        Some("ron") => prepare_scene(path, library),
-        Some("gltf" | "glb") => {
-            let model = import::load_model(path, library).map_err(|error| import_problem(path, error))?;
-            let warnings = model.warnings.iter().map(ToString::to_string).collect();
-            Ok(Prepared { content: Content::Model(model), warnings })
-        }
-        _ => Err(problem(path, None, "expected a scene (.ron) or a model (.gltf, .glb)").into()),
+    if is_model(path) {
+        let model = import::load_model(path, library).map_err(|error| import_problem(path, error.into()))?;
+        let warnings = model.warnings.iter().map(ToString::to_string).collect();
+        return Ok(Prepared { content: Content::Model(model), warnings });
     }
+    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ron")) {
+        return prepare_scene(path, library);
+    }
+    Err(problem(path, None, "expected a scene (.ron) or a model (.gltf, .glb)").into())
 }
 
 fn prepare_scene(path: &Path, library: &mut Library) -> Result<Prepared, SceneError> {
@@ -191,14 +201,14 @@ fn parse<T: serde::de::DeserializeOwned>(text: &str) -> Result<T, ((usize, usize
     let extensions = Extensions::IMPLICIT_SOME | Extensions::UNWRAP_NEWTYPES | Extensions::UNWRAP_VARIANT_NEWTYPES;
     ron::Options::default().with_default_extension(extensions).from_str(text).map_err(|error| {
         let start = error.span.start;
-        ((start.line, start.col), describe(error.code))
+        (places::next_token(text, (start.line, start.col)), describe(error.code))
     })
 }
 
 /// `ron`'s message; where a name is unknown, ours with the nearest known one.
 fn describe(error: ron::Error) -> String {
     let unknown = |kind: &str, found: &str, known: &[&str]| {
-        format!("unknown {kind} {found:?}{}", check::suggestion(found, known))
+        format!("unknown {kind} {found:?}{}", faults::suggestion(found, known))
     };
     match &error {
         ron::Error::NoSuchStructField { expected, found, .. } => unknown("field", found, expected),
@@ -273,11 +283,9 @@ fn warning(path: &Path, message: String) -> Problem {
     Problem { severity: Severity::Warning, ..problem(path, None, message) }
 }
 
-/// The import's error as a problem of the same file.
-fn import_problem(path: &Path, error: ImportError) -> Problem {
-    let (ImportError::Unreadable { path: file, place, message }
-    | ImportError::Invalid { path: file, place, message }
-    | ImportError::Unsupported { path: file, place, message }) = error;
+/// The import's problem with a model as the scene's.
+fn import_problem(path: &Path, problem: import::Problem) -> Problem {
+    let import::Problem { severity, path: file, place, message } = problem;
     let place = if file == path { place } else { format!("{}: {place}", file.display()) };
-    Problem { place, ..problem(path, None, message) }
+    Problem { severity, path: path.into(), line_column: None, place, message }
 }

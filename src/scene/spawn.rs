@@ -174,11 +174,11 @@ impl Spawner<'_> {
     fn generator(&mut self, index: usize, generator: &format::Generator, scene_seed: u64) {
         let copies = generate::copies(generator, scene_seed);
         let name = generator.name.clone().unwrap_or_else(|| format!("generator {}", index + 1));
-        if let format::Place::Scatter(scatter) = &generator.place {
-            if copies.len() < scatter.count as usize {
-                let (placed, asked) = (copies.len(), scatter.count);
-                self.found.warnings.push(format!("{name}: {placed} of {asked} placed: min_distance leaves no room"));
-            }
+        if let format::Place::Scatter(scatter) = &generator.place
+            && copies.len() < scatter.count as usize
+        {
+            let (placed, asked) = (copies.len(), scatter.count);
+            self.found.warnings.push(format!("{name}: {placed} of {asked} placed: min_distance leaves no room"));
         }
         for (i, copy) in copies.iter().enumerate() {
             let own = Placement::of(&generator.entity);

@@ -245,6 +245,26 @@ proptest! {
         prop_assert!((single - at_center).abs() <= 1e-2 * full.max(1.0) * luminance || narrow, "{single} {at_center}");
     }
 
+    /// Where a hair decides between light and none: at the edge of a hard cone, far from the origin.
+    #[test]
+    fn rounding_takes_nothing_from_the_bound(
+        (place, direction) in (any_place(3e4), any_direction()),
+        (outer, distance) in (0.05f32..1.4, 1.0f32..1e4),
+        (side, hair, radius) in (any_direction(), 0.0f32..3e-7, prop_oneof![Just(0.0f32), 0.0f32..0.5]),
+    ) {
+        let kind = LightKind::Spot { outer, inner: None, exponent: 0.0 };
+        let light = Light { kind, range: f32::INFINITY, ..Light::point(1.0, 1.0) };
+        let record = light_record(&light, &placed(place, direction));
+        let axis = Vec3::from(record.direction);
+        let across = axis.cross(side).try_normalize().unwrap_or(axis.any_orthonormal_vector());
+        let (sin, cos) = (outer - hair).sin_cos();
+        let center = place + (axis * cos + across * sin) * distance + (across * cos - axis * sin) * radius;
+        let bound = f64::from(score(&ScoredLight::new(&record), Sphere { center, radius }));
+        let inward = (axis * sin - across * cos).as_dvec3().normalize();
+        let truth = true_falloff(&record, center.as_dvec3() + inward * f64::from(radius));
+        prop_assert!(truth <= bound * (1.0 + 1e-4), "{truth} > {bound}");
+    }
+
     #[test]
     fn a_larger_sphere_never_scores_lower(
         light in any_light(),
@@ -392,7 +412,7 @@ fn lights_that_are_none_are_never_selected() {
     ];
     let mut simulation = Simulation::new();
     let world = &mut simulation.world;
-    none.into_iter().for_each(|light| drop(world.spawn(light)));
+    world.spawn_batch(none);
     world.spawn((lamp.clone(), Transform::from_translation(Vec3::NAN)));
     world.spawn((Light::spot(1.0, 10.0, 0.5), Transform::from_scale(Vec3::ZERO)));
     let object = spawn_object(world, Vec3::ZERO);
@@ -407,6 +427,7 @@ fn lights_that_are_none_are_never_selected() {
     let dark = Light { color: Vec3::new(-1.0, 0.0, 0.0), attenuation: Vec3::new(1.0, -1.0, 0.0), ..lamp };
     let slot = spawn_light(&mut simulation, dark);
     assert_eq!(simulation.world.get::<Selection>(object).unwrap().lights, [slot, NO_LIGHT, NO_LIGHT]);
+    assert_eq!(simulation.draw_list().lights.records[slot as usize].attenuation, [1.0, 0.0, 0.0]);
 }
 
 /// An object that no mesh stands behind, so that nothing but the test moves its bounds.
@@ -503,15 +524,17 @@ fn only_what_changed_is_selected_and_written() {
     assert_eq!(lights_of(&simulation, 1), [NO_LIGHT; 3]);
 
     // A light is written as it was: nothing changed.
+    let version = simulation.world.resource::<LightTable>().version();
     simulation.world.get_mut::<Light>(lights[0]).unwrap().set_changed();
     assert_eq!(frame(&mut simulation, &objects), (vec![], vec![]));
+    assert_eq!(simulation.world.resource::<LightTable>().version(), version);
 
     simulation.world.despawn(lights[0]);
     simulation.frame();
     assert_eq!(lights_of(&simulation, 0), [NO_LIGHT; 3]);
 
     // Four equal lights: the policy decides between weights 0 and 1.
-    (0..4).for_each(|_| drop(simulation.world.spawn(lamp(0))));
+    simulation.world.spawn_batch((0..4).map(|_| lamp(0)));
     simulation.frame();
     let weights = |simulation: &Simulation| simulation.world.get::<Selection>(objects[0]).unwrap().weights;
     assert_eq!(weights(&simulation), [0.0; 3]);

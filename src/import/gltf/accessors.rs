@@ -5,7 +5,7 @@
 
 use super::document::{Document, id_of, items, uint};
 use super::report::{Fault, Read, Report};
-use super::schema::whole;
+use super::shape::whole;
 use serde_json::Value;
 
 /// How a component is stored.
@@ -85,7 +85,8 @@ impl<'a> Accessor<'a> {
         let component = Component::from_gl(&json["componentType"]);
         let component = component
             .ok_or_else(|| Fault::invalid(format!("{place}.componentType"), "expected 5120 to 5126 but not 5124"))?;
-        let width = width(&json["type"]).ok_or_else(|| Fault::invalid(format!("{place}.type"), "expected SCALAR to MAT4"))?;
+        let width =
+            width(&json["type"]).ok_or_else(|| Fault::invalid(format!("{place}.type"), "expected SCALAR to MAT4"))?;
         let (count, normalized) = (uint(json, "count"), json["normalized"].as_bool().unwrap_or(false));
         let matrix = json["type"].as_str().is_some_and(|name| name.starts_with("MAT"));
         Ok(Self { place, count, component, normalized, width, matrix, json, document })
@@ -138,14 +139,15 @@ impl<'a> Accessor<'a> {
         let end = last.and_then(|last| last.checked_add(self.element_size())?.checked_add(offset));
         if end.is_none_or(|end| end > view.len()) {
             let (count, length) = (self.count, view.len());
-            let message = format!("{count} elements from byte {offset} run past bufferViews[{view_id}] of {length} bytes");
+            let message =
+                format!("{count} elements from byte {offset} run past bufferViews[{view_id}] of {length} bytes");
             return Err(Fault::invalid(&*self.place, message));
         }
         Ok(Some((&view[offset..], stride)))
     }
 
     /// Calls `replace` with the index and bytes of each substituted element.
-    fn sparse(&self, mut replace: impl FnMut(usize, &[u8])) -> Read<()> {
+    fn sparse(&self, mut replace: impl FnMut(usize, &'a [u8])) -> Read<()> {
         let sparse = &self.json["sparse"];
         if sparse.is_null() {
             return Ok(());
@@ -158,7 +160,10 @@ impl<'a> Accessor<'a> {
             let part = &sparse[key];
             let bytes = self.document.view(uint(part, "bufferView"))?.get(uint(part, "byteOffset")..).unwrap_or(&[]);
             if count.checked_mul(size).is_none_or(|needed| needed > bytes.len()) {
-                return Err(Fault::invalid(format!("{place}.{key}"), format!("{count} elements run past the buffer view")));
+                return Err(Fault::invalid(
+                    format!("{place}.{key}"),
+                    format!("{count} elements run past the buffer view"),
+                ));
             }
             Ok(bytes)
         };
@@ -181,71 +186,83 @@ impl<'a> Accessor<'a> {
         let view_id = id_of(self.json, "bufferView");
         let view = view_id.map_or(&Value::Null, |id| &self.document.root["bufferViews"][id]);
         let offset = uint(self.json, "byteOffset");
-        if offset % size != 0 || (uint(view, "byteOffset") + offset) % size != 0 {
+        if !offset.is_multiple_of(size) || !uint(view, "byteOffset").saturating_add(offset).is_multiple_of(size) {
             report.warn(format!("{}.byteOffset", self.place), format!("expected a multiple of {size} bytes"));
         }
         if let Some(stride) = id_of(view, "byteStride") {
             let place = format!("bufferViews[{}].byteStride", view_id.unwrap_or(0));
-            if stride % size.max(4) != 0 {
-                report.warn(place, "expected a multiple of 4 bytes");
-            } else if stride < self.element_size() {
+            if stride < self.element_size() {
                 report.warn(place, format!("{stride} is less than an element of {} takes", self.place));
             }
         }
-        for key in ["min", "max"] {
-            let bounds = items(&self.json[key]);
-            if !bounds.is_empty() && bounds.len() != self.width {
-                report.warn(format!("{}.{key}", self.place), format!("expected {} numbers", self.width));
-            }
+        if self.normalized && matches!(self.component, Component::U32 | Component::F32) {
+            report.warn(format!("{}.normalized", self.place), "has no meaning for this component type");
         }
-        if let Err(fault) = self.check_bounds(report) {
+        if uint(&self.json["sparse"], "count") > self.count {
+            report.warn(format!("{}.sparse.count", self.place), format!("more than {} elements", self.count));
+        }
+        if let Err(fault) = self.check_values(report) {
             report.fault(false, fault);
         }
     }
 
     /// `min` and `max` are stated for the stored values, before normalization.
-    fn check_bounds(&self, report: &mut Report) -> Read<()> {
-        let stated = |key: &str| -> Option<Vec<f64>> {
-            let bounds: Vec<f64> = items(&self.json[key]).iter().filter_map(Value::as_f64).collect();
-            (bounds.len() == self.width).then_some(bounds)
-        };
-        let (min, max) = (stated("min"), stated("max"));
+    fn check_values(&self, report: &mut Report) -> Read<()> {
         let range = self.range()?;
-        let (mut lowest, mut highest) = ([f64::INFINITY; 16], [f64::NEG_INFINITY; 16]);
-        let mut replaced = Vec::new();
-        self.sparse(|index, bytes| replaced.push((index, bytes[..self.element_size()].to_vec())))?;
-        if min.is_none() && max.is_none() {
+        let mut replaced: Vec<(usize, &[u8])> = Vec::new();
+        self.sparse(|index, bytes| replaced.push((index, bytes)))?;
+        if !replaced.is_sorted_by(|a, b| a.0 < b.0) {
+            report.warn(format!("{}.sparse.indices", self.place), "expected strictly increasing indices");
+            replaced.sort_by_key(|(index, _)| *index);
+        }
+        if range.is_none() && replaced.is_empty() {
             return Ok(());
         }
-        if range.is_some() {
-            let bytes = self.count.saturating_mul(self.element_size());
-            self.document.spend(bytes, &format!("{}.count", self.place))?;
-        }
-        replaced.sort_by_key(|(index, _)| *index);
-        let mut see = |bytes: &[u8]| {
+        let (mut lowest, mut highest) = ([f64::INFINITY; 16], [f64::NEG_INFINITY; 16]);
+        let mut not_finite = None;
+        let mut see = |index: usize, bytes: &[u8]| {
             for i in 0..self.width {
                 let value = self.component.read(bytes.get(self.offset_in_element(i)..).unwrap_or(&[]));
                 (lowest[i], highest[i]) = (lowest[i].min(value), highest[i].max(value));
+                if !value.is_finite() {
+                    not_finite = not_finite.or(Some(index));
+                }
             }
         };
-        match range {
-            Some((bytes, stride)) => (0..self.count)
+        if let Some((bytes, stride)) = range {
+            let size = self.count.saturating_mul(self.element_size());
+            self.document.spend(size, &format!("{}.count", self.place))?;
+            (0..self.count)
                 .filter(|i| replaced.binary_search_by_key(i, |(index, _)| *index).is_err())
-                .for_each(|i| see(&bytes[i * stride..])),
-            None if replaced.len() < self.count => see(&[]),
-            None => {}
+                .for_each(|i| see(i, &bytes[i * stride..]));
+        } else if replaced.len() < self.count {
+            see(0, &[]);
         }
-        replaced.iter().for_each(|(_, bytes)| see(bytes));
-        for (key, stated, found) in [("min", min, lowest), ("max", max, highest)] {
-            let Some(stated) = stated else { continue };
-            // Exporters write bounds in decimal: the nearest float must agree, nothing closer.
-            let differs = |a: f64, b: f64| if self.component == Component::F32 { a as f32 != b as f32 } else { a != b };
-            if let Some(i) = (0..self.width).find(|&i| differs(stated[i], found[i])) {
-                let message = format!("component {i} is stated as {}, found {}", stated[i], found[i]);
-                report.warn(format!("{}.{key}", self.place), message);
+        replaced.iter().for_each(|&(index, bytes)| see(index, bytes));
+        if let Some(index) = not_finite {
+            report.warn(&*self.place, format!("expected finite numbers, element {index} is not"));
+        }
+        self.check_bound("min", &lowest, report);
+        self.check_bound("max", &highest, report);
+        Ok(())
+    }
+
+    fn check_bound(&self, key: &str, found: &[f64; 16], report: &mut Report) {
+        let stated = items(&self.json[key]);
+        if stated.is_empty() {
+            return;
+        }
+        let place = format!("{}.{key}", self.place);
+        if stated.len() != self.width {
+            return report.warn(place, format!("expected {} numbers", self.width));
+        }
+        // Exporters write bounds in decimal: the nearest float must agree, nothing closer.
+        let differs = |a: f64, b: f64| if self.component == Component::F32 { a as f32 != b as f32 } else { a != b };
+        for (i, (stated, &found)) in stated.iter().filter_map(Value::as_f64).zip(found).enumerate() {
+            if differs(stated, found) {
+                return report.warn(place, format!("component {i} is stated as {stated}, found {found}"));
             }
         }
-        Ok(())
     }
 }
 

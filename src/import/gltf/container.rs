@@ -27,7 +27,8 @@ fn parse(json: &[u8]) -> Read<Value> {
 
 fn word(bytes: &[u8], offset: usize) -> Read<u32> {
     let word = bytes.get(offset..).and_then(|rest| rest.first_chunk::<4>());
-    word.map(|w| u32::from_le_bytes(*w)).ok_or_else(|| Fault::invalid(format!("byte {offset}"), "the file ends too early"))
+    word.map(|w| u32::from_le_bytes(*w))
+        .ok_or_else(|| Fault::invalid(format!("byte {offset}"), "the file ends too early"))
 }
 
 fn chunks<'a>(bytes: &'a [u8], report: &mut Report) -> Read<(&'a [u8], Option<&'a [u8]>)> {
@@ -51,7 +52,7 @@ fn chunks<'a>(bytes: &'a [u8], report: &mut Report) -> Read<(&'a [u8], Option<&'
         let end = (offset + 8).checked_add(size).filter(|&end| end <= length);
         let end = end.ok_or_else(|| Fault::invalid(&*place, format!("a chunk of {size} bytes runs past the end")))?;
         let chunk = &bytes[offset + 8..end];
-        if size % 4 != 0 {
+        if !size.is_multiple_of(4) {
             report.warn(&*place, format!("a chunk's length must be a multiple of 4, is {size}"));
         }
         match (number, kind) {

@@ -1,7 +1,7 @@
 //! The JSON with what its buffers hold: everything the other readers read from.
 
-use super::report::{Fault, Read, Report};
-use super::schema::whole;
+use super::report::{Fault, FaultKind, Read, Report};
+use super::shape::whole;
 use super::uri;
 use glam::{Vec2, Vec3, Vec4};
 use serde_json::Value;
@@ -20,7 +20,7 @@ pub struct Document {
     folder: PathBuf,
     bin: Option<Vec<u8>>,
     /// Read when first needed: a faulty buffer that nothing uses does no harm.
-    buffers: Vec<OnceCell<Option<Vec<u8>>>>,
+    buffers: Vec<OnceCell<Read<Vec<u8>>>>,
     budget: Cell<usize>,
 }
 
@@ -47,19 +47,16 @@ impl Document {
     pub fn buffer(&self, id: usize) -> Read<&[u8]> {
         let place = format!("buffers[{id}]");
         let Some(cell) = self.buffers.get(id) else { return Err(Fault::invalid(place, "does not exist")) };
-        if let Some(read) = cell.get() {
-            return read.as_deref().ok_or_else(|| Fault::invalid(place, "cannot be read"));
+        let mut first = false;
+        let read = cell.get_or_init(|| {
+            first = true;
+            self.read_buffer(id, &place)
+        });
+        let bytes = read.as_ref().map_err(Fault::clone)?;
+        if first {
+            self.budget.set(self.budget.get().saturating_add(bytes.len().saturating_mul(BYTES_PER_BYTE)));
         }
-        match self.read_buffer(id, &place) {
-            Ok(bytes) => {
-                self.budget.set(self.budget.get().saturating_add(bytes.len().saturating_mul(BYTES_PER_BYTE)));
-                Ok(cell.get_or_init(|| Some(bytes)).as_deref().unwrap_or_default())
-            }
-            Err(fault) => {
-                cell.get_or_init(|| None);
-                Err(fault)
-            }
-        }
+        Ok(bytes)
     }
 
     fn read_buffer(&self, id: usize, place: &str) -> Read<Vec<u8>> {
@@ -67,7 +64,10 @@ impl Document {
         let bytes = match (buffer["uri"].as_str(), &self.bin) {
             (Some(uri), _) => uri::fetch(uri, &self.folder, &format!("{place}.uri"))?,
             (None, Some(bin)) if id == 0 => bin.clone(),
-            (None, _) => return Err(Fault::invalid(place, "has no uri, and the file no binary chunk for it")),
+            (None, _) => {
+                let fault = Fault::invalid(place, "has neither uri nor binary chunk: what needs it is left out");
+                return Err(Fault { kind: FaultKind::NoData, ..fault });
+            }
         };
         let length = uint(buffer, "byteLength");
         if bytes.len() < length {

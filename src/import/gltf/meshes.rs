@@ -2,9 +2,10 @@
 
 use super::accessors::{Accessor, Component};
 use super::document::{Document, id_of};
+use super::geometry::{compact, flat_normals, triangles, unit_normals};
 use super::pose::{Pose, Posed};
 use super::report::{Fault, Read, Report};
-use super::schema::{declared, whole};
+use super::shape::{declared, whole};
 use glam::{Vec2, Vec3, Vec4};
 use serde_json::Value;
 use std::cell::RefCell;
@@ -123,7 +124,7 @@ impl Primitive<'_> {
             flat_normals(mesh);
             return Ok(());
         }
-        let off = |v: Vec3| !((v.length() - 1.0).abs() <= UNIT_TOLERANCE);
+        let off = |v: Vec3| v.is_nan() || (v.length() - 1.0).abs() > UNIT_TOLERANCE;
         if let Some(i) = mesh.normals.iter().position(|&n| off(n)) {
             let message = format!("expected unit length, a normal of vertex {i} has {}", mesh.normals[i].length());
             report.warn(format!("{}.attributes.NORMAL", self.place), message);
@@ -173,7 +174,8 @@ impl Primitive<'_> {
     fn morph(&self, pose: &Pose, used: &[u32], posed: &mut Posed, report: &mut Report) -> Read<()> {
         let targets = super::document::items(&self.json["targets"]);
         if !pose.weights.is_empty() && pose.weights.len() != targets.len() {
-            let message = format!("expected one weight for each of {} targets, found {}", targets.len(), pose.weights.len());
+            let message =
+                format!("expected one weight for each of {} targets, found {}", targets.len(), pose.weights.len());
             report.warn(format!("{}.targets", self.place), message);
         }
         for (t, target) in targets.iter().enumerate() {
@@ -212,10 +214,11 @@ impl Primitive<'_> {
             sets.push((joints, weights));
         }
         if sets.is_empty() {
-            report.warn(format!("{}.attributes", self.place), "has no joints and weights for its skin");
+            return Ok(());
         }
         let influences = |v: u32| {
-            let of = move |floats: &Rc<Vec<f32>>| floats.as_chunks::<4>().0.get(v as usize).copied().unwrap_or_default();
+            let of =
+                move |floats: &Rc<Vec<f32>>| floats.as_chunks::<4>().0.get(v as usize).copied().unwrap_or_default();
             sets.iter().flat_map(move |(joints, weights)| {
                 let (joints, weights) = (of(&joints.0), of(&weights.0));
                 (0..4).map(move |i| (joints[i] as usize, weights[i]))
@@ -358,73 +361,4 @@ fn pick<const N: usize, T>(elements: &Chunks<N>, used: &[u32], make: impl Fn([f3
 
 fn vec3_at(floats: &[f32], vertex: u32) -> Vec3 {
     floats.as_chunks::<3>().0.get(vertex as usize).map_or(Vec3::ZERO, |&v| Vec3::from_array(v))
-}
-
-/// Three indices per triangle from a list, strip or fan (glTF 2.0, section 3.7.2.1).
-fn triangles(mode: u64, indices: Option<&[u32]>, vertices: usize, place: &str, report: &mut Report) -> Vec<u32> {
-    let count = indices.map_or(vertices, <[u32]>::len);
-    let at = |i: usize| indices.map_or(i as u32, |indices| indices[i]);
-    let corners = |i: usize| match mode {
-        5 => [i, i + 1 + i % 2, i + 2 - i % 2],
-        6 => [i + 1, i + 2, 0],
-        _ => [3 * i, 3 * i + 1, 3 * i + 2],
-    };
-    let strip = matches!(mode, 5 | 6);
-    if !strip && count % 3 != 0 {
-        report.warn(place, format!("{count} corners make no whole number of triangles: the last are left out"));
-    }
-    let number = if strip { count.saturating_sub(2) } else { count / 3 };
-    let triangles = (0..number).map(|i| corners(i).map(at));
-    // Strips are stitched together with triangles of no area.
-    let degenerate = |[a, b, c]: &[u32; 3]| a == b || b == c || c == a;
-    triangles.filter(|t| !strip || !degenerate(t)).flatten().collect()
-}
-
-/// The vertices in use, in order, and the indices into them.
-fn compact(triangles: &[u32], vertices: usize) -> (Vec<u32>, Vec<u32>) {
-    let mut new_from_old = vec![u32::MAX; vertices];
-    triangles.iter().for_each(|&v| new_from_old[v as usize] = 0);
-    let mut used = Vec::new();
-    for (old, new) in new_from_old.iter_mut().enumerate().filter(|(_, new)| **new == 0) {
-        *new = used.len() as u32;
-        used.push(old as u32);
-    }
-    let indices = triangles.iter().map(|&v| new_from_old[v as usize]).collect();
-    (used, indices)
-}
-
-/// One normal per face, so no vertex is shared any more (glTF 2.0, section 3.7.2.1).
-fn flat_normals(mesh: &mut Mesh) {
-    fn unweld<T: Copy>(values: &mut Vec<T>, indices: &[u32]) {
-        if !values.is_empty() {
-            *values = indices.iter().map(|&i| values[i as usize]).collect();
-        }
-    }
-    unweld(&mut mesh.positions, &mesh.indices);
-    unweld(&mut mesh.uvs[0], &mesh.indices);
-    unweld(&mut mesh.uvs[1], &mesh.indices);
-    unweld(&mut mesh.colors, &mesh.indices);
-    mesh.tangents.clear();
-    mesh.indices = (0..mesh.positions.len() as u32).collect();
-    let faces = mesh.positions.as_chunks::<3>().0;
-    mesh.normals = faces.iter().flat_map(|&face| [face_normal(face).try_normalize().unwrap_or(Vec3::Z); 3]).collect();
-}
-
-fn face_normal([a, b, c]: [Vec3; 3]) -> Vec3 {
-    (b - a).cross(c - a)
-}
-
-/// Unit length; where a normal has no direction, that of the faces around the vertex.
-fn unit_normals(mesh: &mut Mesh) {
-    let unit: Vec<Option<Vec3>> = mesh.normals.iter().map(|n| n.try_normalize()).collect();
-    let mut around = Vec::new();
-    if unit.contains(&None) {
-        around = vec![Vec3::ZERO; mesh.positions.len()];
-        for corners in mesh.indices.as_chunks::<3>().0 {
-            let normal = face_normal(corners.map(|i| mesh.positions[i as usize]));
-            corners.iter().for_each(|&i| around[i as usize] += normal);
-        }
-    }
-    let normals = unit.into_iter().enumerate();
-    mesh.normals = normals.map(|(i, n)| n.or_else(|| around[i].try_normalize()).unwrap_or(Vec3::Z)).collect();
 }

@@ -3,7 +3,7 @@
 use super::accessors::Accessor;
 use super::document::{Document, id_of, items, real, uint, vec3, vec4};
 use super::report::{Fault, Read, Report};
-use super::schema::whole;
+use super::shape::whole;
 use crate::import::Node;
 use bevy_transform::components::Transform;
 use glam::{Mat3, Mat4, Quat, Vec3, Vec4};
@@ -29,6 +29,10 @@ pub struct Hierarchy {
 pub fn read(document: &Document, report: &mut Report) -> Read<Hierarchy> {
     let json = document.array("nodes");
     let order = parents_first(json)?;
+    let cameras: Vec<Option<Camera>> =
+        (0..document.array("cameras").len()).map(|id| camera(document, id, report)).collect();
+    let lights = items(&document.root["extensions"]["KHR_lights_punctual"]["lights"]);
+    let lights: Vec<Light> = lights.iter().enumerate().map(|(id, json)| light(json, id, report)).collect();
     let mut nodes = Vec::with_capacity(json.len());
     let mut parent_from_node = Vec::with_capacity(json.len());
     for (i, node) in json.iter().enumerate() {
@@ -39,11 +43,10 @@ pub fn read(document: &Document, report: &mut Report) -> Read<Hierarchy> {
             name: super::document::name_or(node, || format!("node {i}")),
             transform,
             children: children(node).collect(),
-            camera: id_of(node, "camera").and_then(|id| camera(document, id, report)),
-            light: id_of(&node["extensions"]["KHR_lights_punctual"], "light").map(|id| light(document, id, report)),
+            camera: id_of(node, "camera").and_then(|id| cameras.get(id)?.clone()),
+            light: id_of(&node["extensions"]["KHR_lights_punctual"], "light").and_then(|id| lights.get(id).cloned()),
             ..Node::default()
         });
-        check_skin(node, &place, report);
     }
     let mut model_from_node = parent_from_node;
     for &(parent, node) in &order {
@@ -148,7 +151,8 @@ fn placement(node: &Value, place: &str, report: &mut Report) -> (Transform, Mat4
     let given = vec4(node, "rotation", Vec4::W);
     let rotation = Quat::from_vec4(given);
     if (given.length() - 1.0).abs() > UNIT_TOLERANCE {
-        report.warn(format!("{place}.rotation"), format!("expected a unit quaternion, its length is {}", given.length()));
+        report
+            .warn(format!("{place}.rotation"), format!("expected a unit quaternion, its length is {}", given.length()));
     }
     let rotation = if given.length() > 1e-6 { rotation.normalize() } else { Quat::IDENTITY };
     let transform = Transform {
@@ -174,17 +178,8 @@ fn decompose(matrix: Mat4) -> Transform {
     Transform { translation: matrix.w_axis.truncate(), rotation, scale }
 }
 
-fn check_skin(node: &Value, place: &str, report: &mut Report) {
-    for key in ["skin", "weights"] {
-        if node.get(key).is_some() && node.get("mesh").is_none() {
-            report.warn(format!("{place}.{key}"), "has no meaning without a mesh");
-        }
-    }
-}
-
 /// KHR_lights_punctual. Its candela and lux light a white diffuse surface to 1/π of what ours do.
-fn light(document: &Document, id: usize, report: &mut Report) -> Light {
-    let json = &document.root["extensions"]["KHR_lights_punctual"]["lights"][id];
+fn light(json: &Value, id: usize, report: &mut Report) -> Light {
     let place = format!("extensions.KHR_lights_punctual.lights[{id}]");
     let intensity = real(json, "intensity", 1.0) / PI;
     let range = real(json, "range", f32::INFINITY);
@@ -192,6 +187,9 @@ fn light(document: &Document, id: usize, report: &mut Report) -> Light {
         Some("directional") => Light::directional(intensity),
         Some("spot") => {
             let spot = &json["spot"];
+            if spot.is_null() {
+                report.warn(format!("{place}.spot"), "expected for a spot light: the default cone");
+            }
             let mut outer = real(spot, "outerConeAngle", FRAC_PI_4);
             let mut inner = real(spot, "innerConeAngle", 0.0);
             if inner >= outer {

@@ -3,7 +3,7 @@
 use super::accessors::Accessor;
 use super::document::{Document, id_of, items};
 use super::report::{Fault, Read};
-use super::schema::whole;
+use super::shape::whole;
 use glam::{Mat3, Mat4, Vec3, Vec4};
 
 /// How a mesh stands at a node.
@@ -22,7 +22,8 @@ impl Pose {
         let weights = node_json.get("weights").unwrap_or(&document.root["meshes"][mesh]["weights"]);
         let weights = items(weights).iter().map(|w| w.as_f64().unwrap_or(0.0) as f32).collect();
         let skin = id_of(node_json, "skin").zip(node);
-        let node_from_bind = skin.map(|(skin, node)| node_from_bind(document, skin, node, model_from_node)).transpose()?;
+        let node_from_bind =
+            skin.map(|(skin, node)| node_from_bind(document, skin, node, model_from_node)).transpose()?;
         Ok(Self { weights, node_from_bind })
     }
 }
@@ -44,8 +45,8 @@ fn node_from_bind(document: &Document, skin: usize, node: usize, model_from_node
     }
     let place = format!("nodes[{node}].skin");
     let node_from_model = model_from_node[node].try_inverse();
-    let node_from_model =
-        node_from_model.ok_or_else(|| Fault::unsupported(place, "the node's matrix cannot be inverted for its skin"))?;
+    let node_from_model = node_from_model
+        .ok_or_else(|| Fault::unsupported(place, "the node's matrix cannot be inverted for its skin"))?;
     let posed = joints.iter().zip(inverse_bind);
     Ok(posed.map(|(&joint, bind)| node_from_model * model_from_node[joint] * bind).collect())
 }

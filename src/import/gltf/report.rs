@@ -14,7 +14,7 @@ pub struct Report {
 }
 
 /// One reason why something cannot be read; becomes an error or, where nothing depends on it, a warning.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Fault {
     pub kind: FaultKind,
     pub place: String,
@@ -26,6 +26,8 @@ pub enum FaultKind {
     Unreadable,
     Invalid,
     Unsupported,
+    /// glTF allows a buffer without data: what needs it is left out, and the rest still drawn.
+    NoData,
 }
 
 pub type Read<T> = Result<T, Fault>;
@@ -48,7 +50,7 @@ impl Fault {
         let path = path.to_owned();
         match kind {
             FaultKind::Unreadable => ImportError::Unreadable { path, place, message },
-            FaultKind::Invalid => ImportError::Invalid { path, place, message },
+            FaultKind::Invalid | FaultKind::NoData => ImportError::Invalid { path, place, message },
             FaultKind::Unsupported => ImportError::Unsupported { path, place, message },
         }
     }
@@ -60,7 +62,9 @@ impl Report {
     }
 
     pub fn error(&mut self, fault: Fault) {
-        if self.errors.len() < MOST {
+        if matches!(fault.kind, FaultKind::NoData) {
+            self.warn(fault.place, fault.message);
+        } else if self.errors.len() < MOST {
             self.errors.push(fault.into_error(&self.path));
         }
     }

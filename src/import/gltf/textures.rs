@@ -5,7 +5,7 @@
 
 use super::document::{Document, id_of, uint, vec2};
 use super::report::{Fault, Read, Report};
-use super::schema::whole;
+use super::shape::{declared, whole};
 use crate::import::image::{self as decoder, Unfit};
 use bevy_tasks::ComputeTaskPool;
 use glam::{Affine2, Vec2};
@@ -48,7 +48,8 @@ pub fn texture(document: &Document, holder: &Value, key: &str, place: &str, repo
     let id = uint(info, "index");
     let texture = &document.root["textures"][id];
     let extension = |name: &str| id_of(&texture["extensions"][name], "source");
-    let source = extension("EXT_texture_webp").or_else(|| extension("MSFT_texture_dds")).or_else(|| id_of(texture, "source"));
+    let source =
+        extension("EXT_texture_webp").or_else(|| extension("MSFT_texture_dds")).or_else(|| id_of(texture, "source"));
     let Some(image) = source else {
         report.warn(format!("textures[{id}]"), "names no image that can be read: drawn without it");
         return None;
@@ -122,7 +123,10 @@ impl Images {
                 scope.spawn(async { request.decode(&encoded) });
             }
         });
-        decoded.into_iter().map(|image| image.map_err(|(id, unfit)| complain(id, &unfit, &encoded, report)).ok()).collect()
+        decoded
+            .into_iter()
+            .map(|image| image.map_err(|(id, unfit)| complain(id, &unfit, &encoded, report)).ok())
+            .collect()
     }
 }
 
@@ -136,22 +140,43 @@ fn complain(id: usize, unfit: &Unfit, encoded: &BTreeMap<usize, Encoded>, report
     }
 }
 
-/// Reads the headers of images that nothing draws, so that their faults are at least named.
-pub fn check_unused(document: &Document, images: &Images, report: &mut Report) {
+/// Checks all images against glTF's rules, and the headers of those that nothing draws.
+pub fn check(document: &Document, images: &Images, report: &mut Report) {
     for id in 0..document.array("images").len() {
         let view = id_of(&document.root["images"][id], "bufferView");
         if view.is_some_and(|v| document.root["bufferViews"][v].get("byteStride").is_some()) {
             report.warn(format!("images[{id}].bufferView"), "the view of an image may have no byteStride");
         }
-        if images.requests.iter().flat_map(|r| r.images()).any(|used| used == id) {
-            continue;
+        let used = images.requests.iter().flat_map(|r| r.images()).any(|used| used == id);
+        match Encoded::new(document, id) {
+            Err(fault) if !used => report.fault(false, fault),
+            Err(_) => {}
+            Ok(encoded) => {
+                check_format(document, &encoded, report);
+                if let (false, Err(unfit)) = (used, decoder::size(&encoded.bytes, encoded.format)) {
+                    report.fault(false, Fault::invalid(encoded.place, unfit.to_string()));
+                }
+            }
         }
-        let size = Encoded::new(document, id).and_then(|e| {
-            decoder::size(&e.bytes, e.format).map_err(|unfit| Fault::invalid(&*e.place, unfit.to_string()))
-        });
-        if let Err(fault) = size {
-            report.fault(false, fault);
-        }
+    }
+}
+
+/// glTF itself knows PNG and JPEG; extensions add WebP and DDS.
+fn check_format(document: &Document, encoded: &Encoded, report: &mut Report) {
+    let Some(format) = decoder::guess(&encoded.bytes, encoded.format) else { return };
+    let allowed = match format {
+        ImageFormat::Png | ImageFormat::Jpeg => true,
+        ImageFormat::WebP => declared(&document.root, "extensionsUsed", "EXT_texture_webp"),
+        ImageFormat::Dds => declared(&document.root, "extensionsUsed", "MSFT_texture_dds"),
+        _ => false,
+    };
+    if !allowed {
+        report.warn(
+            &*encoded.place,
+            format!("{format:?} is read, though glTF allows PNG and JPEG alone without an extension"),
+        );
+    } else if encoded.format.is_some_and(|stated| stated != format) {
+        report.warn(&*encoded.place, format!("its media type or name says otherwise, it is {format:?}"));
     }
 }
 

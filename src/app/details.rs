@@ -1,0 +1,155 @@
+//! What is known of one entity, and the lights of an object.
+
+use super::panel;
+use crate::frames;
+use bevy_ecs::prelude::*;
+use bevy_transform::components::{GlobalTransform, Transform};
+use egui::{Color32, Grid, RichText};
+use glam::{EulerRot, Vec3};
+use systems::bounds::{Sphere, WorldBounds};
+use systems::components::{Camera, Figure, Light, LightKind, Projection};
+use systems::library::{Library, MaterialId, MeshId};
+use systems::lights::{LightSlot, Selection};
+
+/// The colours of an object's three lights, most relevant first: those of the debug view.
+pub const LIGHT_COLORS: [Color32; 3] =
+    [Color32::from_rgb(245, 90, 80), Color32::from_rgb(95, 210, 95), Color32::from_rgb(95, 155, 255)];
+
+/// One of an object's three lights.
+#[derive(Clone, PartialEq, Debug)]
+pub struct ObjectLight {
+    /// The light.
+    pub entity: Entity,
+    /// Its selection weight, 0..1.
+    pub weight: f32,
+    /// Where it is, or towards it where it is infinitely far away; world space.
+    pub place: Vec3,
+}
+
+/// An object's place and its lights, most relevant first.
+#[derive(Clone, PartialEq, Debug)]
+pub struct ObjectLights {
+    /// Around the object, world space.
+    pub bounds: Sphere,
+    /// Up to three; `None` where there are fewer.
+    pub lights: [Option<ObjectLight>; 3],
+}
+
+/// The lights of a drawn entity; `None` for others.
+pub fn object_lights(world: &mut World, object: Entity) -> Option<ObjectLights> {
+    let bounds = world.get::<WorldBounds>(object)?.0;
+    let selection = *world.get::<Selection>(object)?;
+    let mut found = ObjectLights { bounds, lights: [None, None, None] };
+    let mut lights = world.query::<(Entity, &LightSlot, &Light, &GlobalTransform)>();
+    for (entity, slot, light, transform) in lights.iter(world) {
+        let Some(rank) = selection.lights.iter().position(|chosen| *chosen == slot.0) else { continue };
+        let place = match light.kind {
+            LightKind::Directional => bounds.center + Vec3::from(transform.back()) * bounds.radius * 2.0,
+            LightKind::Point | LightKind::Spot { .. } => transform.translation(),
+        };
+        found.lights[rank] = Some(ObjectLight { entity, weight: selection.weights[rank], place });
+    }
+    Some(found)
+}
+
+/// Shows everything about an entity.
+pub fn show(ui: &mut egui::Ui, world: &mut World, entity: Entity) {
+    ui.label(RichText::new(frames::name_of(world, entity)).strong());
+    Grid::new("details").num_columns(2).striped(true).min_col_width(70.0).show(ui, |ui| {
+        let mut row = |name: &str, value: String| panel::row(ui, name, &value);
+        row("entity", entity.index().to_string());
+        if let Some(global) = world.get::<GlobalTransform>(entity) {
+            row("position", meters(global.translation()));
+        }
+        if let Some(local) = world.get::<Transform>(entity) {
+            let (y, x, z) = local.rotation.to_euler(EulerRot::YXZ);
+            row("turned", format!("{}°", triple(Vec3::new(x, y, z).map(f32::to_degrees), 1)));
+            row("scale", triple(local.scale, 2));
+        }
+        let library = world.resource::<Library>();
+        if let Some(mesh) = world.get::<MeshId>(entity).and_then(|id| library.mesh(*id)) {
+            row("mesh", format!("{} ({} triangles)", named(&mesh.mesh.name), mesh.mesh.triangle_count()));
+            row("radius", format!("{:.2} m", world.get::<WorldBounds>(entity).map_or(0.0, |b| b.0.radius)));
+        }
+        if let Some(material) = world.get::<MaterialId>(entity).and_then(|id| library.material(*id)) {
+            row("material", named(&material.name).to_owned());
+            row("shading", format!("{:?}, {:?}", material.shading, material.technique));
+        }
+        if let Some(figure) = world.get::<Figure>(entity) {
+            row("figure", format!("{} of {}", figure.shown + 1, figure.meshes.len()));
+        }
+        if let Some(light) = world.get::<Light>(entity) {
+            row("light", light_kind(light));
+            row("intensity", format!("{:.2} × ({})", light.intensity, triple(light.color, 2)));
+            row("range", if light.range.is_finite() { format!("{:.1} m", light.range) } else { "no end".into() });
+        }
+        if let Some(camera) = world.get::<Camera>(entity) {
+            row("camera", projection(camera));
+        }
+    });
+}
+
+/// Shows the names and weights of an object's lights.
+pub fn show_lights(ui: &mut egui::Ui, world: &World, lights: &ObjectLights) {
+    if lights.lights.iter().all(Option::is_none) {
+        ui.weak("No light reaches it.");
+    }
+    for (light, color) in lights.lights.iter().zip(LIGHT_COLORS) {
+        let Some(light) = light else { continue };
+        ui.horizontal(|ui| {
+            let (space, _) = ui.allocate_exact_size(egui::Vec2::splat(10.0), egui::Sense::hover());
+            ui.painter().circle_filled(space.center(), 4.0, color);
+            ui.label(format!("{:.3}", light.weight));
+            ui.add(egui::Label::new(frames::name_of(world, light.entity)).truncate());
+        });
+    }
+}
+
+fn light_kind(light: &Light) -> String {
+    let kind = match light.kind {
+        LightKind::Point => "point".to_owned(),
+        LightKind::Spot { outer, .. } => format!("spot, {:.0}° to its edge", outer.to_degrees()),
+        LightKind::Directional => "directional".to_owned(),
+    };
+    if light.enabled { kind } else { format!("{kind}, off") }
+}
+
+fn projection(camera: &Camera) -> String {
+    match camera.projection {
+        Projection::Perspective { fov_y, .. } => format!("{:.1}° high", fov_y.to_degrees()),
+        Projection::Orthographic { half_height } => format!("parallel, {:.2} m high", half_height * 2.0),
+    }
+}
+
+fn named(name: &str) -> &str {
+    if name.is_empty() { "(no name)" } else { name }
+}
+
+fn triple(v: Vec3, digits: usize) -> String {
+    format!("{:.digits$}, {:.digits$}, {:.digits$}", v.x, v.y, v.z)
+}
+
+/// A place, metres.
+pub fn meters(v: Vec3) -> String {
+    format!("{} m", triple(v, 2))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use systems::{Simulation, shapes};
+
+    #[test]
+    fn an_objects_lights_are_found_in_order_with_their_places() {
+        let mut simulation = Simulation::new();
+        let cube = simulation.world.resource_mut::<Library>().add_mesh(shapes::cube(Vec3::ONE));
+        let object = simulation.world.spawn(cube).id();
+        let mut light = |x: f32| simulation.world.spawn((Light::point(1.0, 50.0), Transform::from_xyz(x, 0.0, 0.0))).id();
+        let (far, near) = (light(9.0), light(-3.0));
+        simulation.frame();
+        let found = object_lights(&mut simulation.world, object).expect("a drawn object");
+        let order: Vec<_> = found.lights.iter().flatten().map(|light| (light.entity, light.place.x)).collect();
+        assert_eq!(order, [(near, -3.0), (far, 9.0)]);
+        assert_eq!(object_lights(&mut simulation.world, near), None, "a light is no object");
+    }
+}

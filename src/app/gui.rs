@@ -1,0 +1,129 @@
+//! egui on winit and wgpu: events in, triangles over the scene out.
+
+use crate::renderer::Gpu;
+use egui::epaint::{ClippedPrimitive, Shadow};
+use egui::{Color32, FontFamily, FontId, Stroke, TextStyle, TexturesDelta, ViewportId};
+use std::time::Duration;
+use winit::event::WindowEvent;
+use winit::window::Window;
+
+/// The user interface of a window.
+pub struct Gui {
+    /// What widgets remember.
+    pub context: egui::Context,
+    state: egui_winit::State,
+    renderer: egui_wgpu::Renderer,
+    triangles: Vec<ClippedPrimitive>,
+    textures: TexturesDelta,
+    pixels_per_point: f32,
+}
+
+impl Gui {
+    /// For a window whose panel view has that format.
+    pub fn new(gpu: &Gpu, format: wgpu::TextureFormat, window: &Window) -> Self {
+        let context = egui::Context::default();
+        context.set_theme(egui::Theme::Dark);
+        context.all_styles_mut(set_style);
+        let largest = gpu.device.limits().max_texture_dimension_2d as usize;
+        let scale = window.scale_factor() as f32;
+        let state =
+            egui_winit::State::new(context.clone(), ViewportId::ROOT, window, Some(scale), None, Some(largest));
+        // Dithering would add noise to pixels that nothing is painted on.
+        let options = egui_wgpu::RendererOptions { dithering: false, ..Default::default() };
+        Self {
+            context,
+            state,
+            renderer: egui_wgpu::Renderer::new(&gpu.device, format, options),
+            triangles: Vec::new(),
+            textures: TexturesDelta::default(),
+            pixels_per_point: scale,
+        }
+    }
+
+    /// Hands an event to the widgets; `true` if it was theirs.
+    pub fn on_event(&mut self, window: &Window, event: &WindowEvent) -> bool {
+        self.state.on_window_event(window, event).consumed
+    }
+
+    /// Whether somebody types into a field.
+    pub fn is_typing(&self) -> bool {
+        self.context.text_edit_focused()
+    }
+
+    /// Whether the pointer is on the panel.
+    pub fn has_pointer(&self) -> bool {
+        self.context.egui_wants_pointer_input()
+    }
+
+    /// Lays the widgets out; returns how long they stay as they are.
+    pub fn run(&mut self, window: &Window, widgets: impl FnMut(&mut egui::Ui)) -> Duration {
+        let input = self.state.take_egui_input(window);
+        let output = self.context.run_ui(input, widgets);
+        self.state.handle_platform_output(window, output.platform_output);
+        self.pixels_per_point = output.pixels_per_point;
+        self.triangles = self.context.tessellate(output.shapes, output.pixels_per_point);
+        self.textures.append(output.textures_delta);
+        output.viewport_output.get(&ViewportId::ROOT).map_or(Duration::MAX, |viewport| viewport.repaint_delay)
+    }
+
+    /// Paints the widgets over what is in the view; pixels that no widget covers stay as they are.
+    pub fn paint(&mut self, gpu: &Gpu, view: &wgpu::TextureView, (width, height): (u32, u32)) {
+        let mut textures = std::mem::take(&mut self.textures);
+        for (id, delta) in textures.set.drain().flat_map(|(id, deltas)| deltas.into_iter().map(move |d| (id, d))) {
+            self.renderer.update_texture(&gpu.device, &gpu.queue, id, &delta);
+        }
+        if !self.triangles.is_empty() {
+            let screen = egui_wgpu::ScreenDescriptor {
+                size_in_pixels: [width, height],
+                pixels_per_point: self.pixels_per_point,
+            };
+            let label = wgpu::CommandEncoderDescriptor { label: Some("panel") };
+            let mut encoder = gpu.device.create_command_encoder(&label);
+            self.renderer.update_buffers(&gpu.device, &gpu.queue, &mut encoder, &self.triangles, &screen);
+            let ops = wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store };
+            let mut pass = encoder
+                .begin_render_pass(&wgpu::RenderPassDescriptor {
+                    label: Some("panel"),
+                    color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                        view,
+                        depth_slice: None,
+                        resolve_target: None,
+                        ops,
+                    })],
+                    ..Default::default()
+                })
+                .forget_lifetime();
+            self.renderer.render(&mut pass, &self.triangles, &screen);
+            drop(pass);
+            gpu.queue.submit([encoder.finish()]);
+        }
+        for id in textures.free.drain() {
+            self.renderer.free_texture(&id);
+        }
+    }
+}
+
+/// Small and dark; nothing casts a shadow, which would darken the scene beside the panel.
+fn set_style(style: &mut egui::Style) {
+    let font = |size| FontId::new(size, FontFamily::Proportional);
+    style.text_styles = [
+        (TextStyle::Small, font(10.5)),
+        (TextStyle::Body, font(12.5)),
+        (TextStyle::Button, font(12.5)),
+        (TextStyle::Heading, font(15.0)),
+        (TextStyle::Monospace, FontId::new(11.5, FontFamily::Monospace)),
+    ]
+    .into();
+    style.spacing.item_spacing = egui::vec2(6.0, 3.0);
+    style.spacing.button_padding = egui::vec2(6.0, 1.5);
+    style.spacing.interact_size.y = 18.0;
+    style.interaction.selectable_labels = false;
+    let visuals = &mut style.visuals;
+    visuals.window_shadow = Shadow::NONE;
+    visuals.popup_shadow = Shadow::NONE;
+    visuals.panel_fill = Color32::from_rgba_unmultiplied(18, 20, 24, 236);
+    visuals.widgets.noninteractive.fg_stroke = Stroke::new(1.0, Color32::from_gray(205));
+    visuals.widgets.noninteractive.bg_stroke = Stroke::new(1.0, Color32::from_gray(52));
+    visuals.selection.bg_fill = Color32::from_rgb(36, 92, 140);
+    visuals.selection.stroke = Stroke::new(1.0, Color32::from_gray(245));
+}

@@ -1,0 +1,67 @@
+//! Lines from an object to its three lights, painted over the scene.
+
+use super::details::{LIGHT_COLORS, ObjectLights};
+use egui::{Align2, Color32, FontId, Painter, Pos2, Stroke};
+use glam::{Mat4, Vec2, Vec3, Vec4, Vec4Swizzles};
+use systems::view::View;
+
+/// Points between a weight and the edge.
+const MARGIN: Vec2 = Vec2::splat(8.0);
+
+/// Paints a line to each light with its weight beside it; nothing covers the scene left of `room`, in points.
+pub fn paint(painter: &Painter, view: &View, lights: &ObjectLights, room: f32) {
+    let size = Vec2::new(view.width as f32, view.height as f32) / painter.pixels_per_point();
+    let clip_from_world = view.clip_from_world();
+    let point = |p: Vec2| Pos2::new(p.x, p.y);
+    for (light, color) in lights.lights.iter().zip(LIGHT_COLORS) {
+        let Some(light) = light else { continue };
+        let Some((from, to)) = on_screen(&clip_from_world, lights.bounds.center, light.place, size) else { continue };
+        painter.line_segment([point(from), point(to)], Stroke::new(3.0, Color32::from_black_alpha(150)));
+        painter.line_segment([point(from), point(to)], Stroke::new(1.5, color));
+        painter.circle_filled(point(to), 4.0, color);
+        // Beside the light, or where the line leaves the picture.
+        let last = Vec2::new(room - MARGIN.x - 28.0, size.y - MARGIN.y).max(MARGIN);
+        let beside = to.clamp(MARGIN, last) + Vec2::new(8.0, 0.0);
+        let (text, font) = (format!("{:.2}", light.weight), FontId::proportional(12.0));
+        painter.text(point(beside) + egui::vec2(1.0, 1.0), Align2::LEFT_CENTER, &text, font.clone(), Color32::BLACK);
+        painter.text(point(beside), Align2::LEFT_CENTER, text, font, color);
+    }
+}
+
+/// The ends of a segment in a picture of some size, origin at the top left; `None` where all of it is behind the eye.
+fn on_screen(clip_from_world: &Mat4, from: Vec3, to: Vec3, size: Vec2) -> Option<(Vec2, Vec2)> {
+    let (a, b) = (*clip_from_world * from.extend(1.0), *clip_from_world * to.extend(1.0));
+    // The near plane is z = w (depth is reversed); what lies in front of it has z < w.
+    let (inside_a, inside_b) = (a.w - a.z, b.w - b.z);
+    let cut = |inside: f32, outside: f32| inside / (inside - outside);
+    let (a, b) = match (inside_a >= 0.0, inside_b >= 0.0) {
+        (true, true) => (a, b),
+        (true, false) => (a, a.lerp(b, cut(inside_a, inside_b))),
+        (false, true) => (b.lerp(a, cut(inside_b, inside_a)), b),
+        (false, false) => return None,
+    };
+    let pixel = |clip: Vec4| (clip.xy() / clip.w * Vec2::new(0.5, -0.5) + 0.5) * size;
+    let ends = (pixel(a), pixel(b));
+    (ends.0.is_finite() && ends.1.is_finite()).then_some(ends)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Affine3A;
+    use systems::components::Camera;
+
+    #[test]
+    fn a_line_that_goes_behind_the_eye_is_cut_at_the_near_plane() {
+        let camera = Camera { near: 0.5, ..Camera::default() };
+        let view = View::new(&Affine3A::IDENTITY, &camera, 200, 100);
+        let clip = view.clip_from_world();
+        let ends = |to| on_screen(&clip, Vec3::new(0.0, 0.0, -2.0), to, Vec2::new(200.0, 100.0));
+        let (from, to) = ends(Vec3::new(1.0, 0.0, -4.0)).expect("in sight");
+        assert!(from.distance(Vec2::new(100.0, 50.0)) < 1e-3 && to.x > 100.0 && (to.y - 50.0).abs() < 1e-3);
+        // To a light behind the eye on the right: the line goes off to the right, not to the left.
+        let (_, to) = ends(Vec3::new(1.0, 0.0, 4.0)).expect("its first half is in sight");
+        assert!(to.x > 100.0, "{to}");
+        assert_eq!(on_screen(&clip, Vec3::Z, Vec3::Z * 2.0, Vec2::ONE), None);
+    }
+}

@@ -1,0 +1,262 @@
+//! The panel: what the last frame did, and the switches of the view.
+
+use super::details;
+use super::entities::EntityList;
+use super::input::{Command, KEYS, POINTER};
+use super::timing::Timing;
+use super::viewer::Viewer;
+use crate::renderer::{DebugView, RenderStats};
+use bevy_ecs::prelude::*;
+use egui::{CollapsingHeader, Color32, ComboBox, Frame, Grid, Margin, Panel, RichText, ScrollArea, Slider, Ui};
+use systems::clock::Clock;
+use systems::components::{Environment, ToneMap};
+use systems::draw_list::LightRecord;
+use systems::library::Technique;
+use systems::lights::LightPolicy;
+use systems::stats::{FrameStats, Stage};
+use systems::view::View;
+
+/// Points.
+pub const WIDTH: f32 = 292.0;
+
+/// What the panel tells of the last frame.
+pub struct FrameInfo<'a> {
+    /// The adapter's name and kind.
+    pub adapter: &'a str,
+    /// What was drawn and uploaded.
+    pub stats: RenderStats,
+    /// How long it took.
+    pub timing: Timing,
+    /// What it was drawn for.
+    pub view: &'a View,
+}
+
+/// The panel, with what it remembers from frame to frame.
+#[derive(Default)]
+pub struct SidePanel {
+    entities: EntityList,
+}
+
+impl SidePanel {
+    /// Shows the panel; returns what a button asks for.
+    pub fn show(&mut self, ui: &mut Ui, viewer: &mut Viewer, info: &FrameInfo) -> Option<Command> {
+        let mut command = None;
+        let frame = Frame::new().fill(ui.visuals().panel_fill).inner_margin(Margin::symmetric(10, 8));
+        let panel = Panel::right("panel").resizable(false).exact_size(WIDTH).frame(frame).show_separator_line(false);
+        panel.show(ui, |ui| {
+            ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
+                ui.add(egui::Label::new(RichText::new(&viewer.title).heading().strong()).truncate());
+                headline(ui, viewer, info);
+                if !viewer.notice.is_empty() {
+                    ui.add(egui::Label::new(RichText::new(&viewer.notice).color(Color32::from_rgb(255, 205, 110))));
+                }
+                if viewer.help {
+                    section(ui, "Keys", true, help);
+                }
+                section(ui, "Clock", true, |ui| command = clock(ui, viewer));
+                section(ui, "Picture", true, |ui| picture(ui, viewer));
+                section(ui, "Camera", true, |ui| camera(ui, viewer, info.view));
+                if let Some(shown) = viewer.pointed_out() {
+                    let title = if viewer.hovered.is_some() { "Under the pointer" } else { "Selected" };
+                    section(ui, title, true, |ui| selected(ui, viewer, shown, info.view));
+                }
+                section(ui, "Statistics", true, |ui| statistics(ui, viewer, info));
+                section(ui, "Entities", true, |ui| {
+                    let clicked = self.entities.show(ui, &mut viewer.simulation.world, viewer.selected);
+                    viewer.selected = clicked.or(viewer.selected);
+                });
+            });
+        });
+        command
+    }
+}
+
+fn section<R>(ui: &mut Ui, title: &str, open: bool, contents: impl FnOnce(&mut Ui) -> R) {
+    ui.add_space(3.0);
+    ui.separator();
+    CollapsingHeader::new(RichText::new(title).strong()).default_open(open).show_unindented(ui, contents);
+}
+
+/// A name and its value in a grid.
+pub fn row(ui: &mut Ui, name: &str, value: &str) {
+    ui.weak(name);
+    ui.add(egui::Label::new(value).truncate());
+    ui.end_row();
+}
+
+fn headline(ui: &mut Ui, viewer: &mut Viewer, info: &FrameInfo) {
+    let timing = info.timing;
+    let text = match viewer.clock().paused {
+        true => format!("paused · {:.1} ms of work per frame", timing.work_ms),
+        false => format!("{:.1} ms · {:.0} frames/s · {:.1} ms of work", timing.frame_ms, timing.rate(), timing.work_ms),
+    };
+    ui.weak(text);
+}
+
+fn clock(ui: &mut Ui, viewer: &mut Viewer) -> Option<Command> {
+    let mut command = None;
+    let mut clock = viewer.clock();
+    let Clock { paused, step, speed, .. } = *clock;
+    let seconds = clock.seconds();
+    ui.horizontal(|ui| {
+        if ui.button(if paused { "go on" } else { "pause" }).clicked() {
+            command = Some(Command::Pause);
+        }
+        if ui.add_enabled(paused, egui::Button::new("step")).clicked() {
+            command = Some(Command::Step);
+        }
+        ui.weak(format!("{seconds:.2} s, step {step}"));
+    });
+    let mut changed = speed;
+    let slider = Slider::new(&mut changed, 1.0 / 16.0..=16.0).logarithmic(true).suffix("×").text("speed");
+    if ui.add(slider).changed() {
+        clock.speed = changed;
+    }
+    command
+}
+
+fn picture(ui: &mut Ui, viewer: &mut Viewer) {
+    let settings = &mut viewer.settings;
+    choice(ui, "bump mapping", |ui| {
+        ui.selectable_value(&mut settings.technique, None, "as the material");
+        for (name, technique) in Technique::ALL {
+            ui.selectable_value(&mut settings.technique, Some(technique), words(name));
+        }
+    });
+    let world = &mut viewer.simulation.world;
+    let mut policy = world.resource_mut::<LightPolicy>();
+    let mut wanted = *policy;
+    choice(ui, "lights", |ui| {
+        for (name, choice) in LightPolicy::ALL {
+            ui.selectable_value(&mut wanted, choice, name);
+        }
+    });
+    policy.set_if_neq(wanted);
+    choice(ui, "shown", |ui| {
+        for (name, view) in DebugView::ALL {
+            let name = if view == DebugView::Off { "light".to_owned() } else { words(name) };
+            ui.selectable_value(&mut settings.debug, view, name);
+        }
+    });
+    let mut environment = world.resource_mut::<Environment>();
+    let (mut tone_map, mut exposure) = (environment.tone_map, environment.exposure);
+    choice(ui, "tone map", |ui| {
+        for (name, curve) in ToneMap::ALL {
+            ui.selectable_value(&mut tone_map, curve, name);
+        }
+    });
+    ui.add(Slider::new(&mut exposure, 0.01..=100.0).logarithmic(true).text("exposure"));
+    if (tone_map, exposure) != (environment.tone_map, environment.exposure) {
+        (environment.tone_map, environment.exposure) = (tone_map, exposure);
+    }
+}
+
+/// A name, and its choices in a line that wraps.
+fn choice(ui: &mut Ui, name: &str, choices: impl FnOnce(&mut Ui)) {
+    ui.horizontal_wrapped(|ui| {
+        ui.spacing_mut().item_spacing.x = 3.0;
+        ui.weak(name);
+        choices(ui);
+    });
+}
+
+fn words(name: &str) -> String {
+    name.replace('_', " ")
+}
+
+fn camera(ui: &mut Ui, viewer: &mut Viewer, view: &View) {
+    let name_of = |camera| viewer.cameras.iter().find(|(_, known)| *known == camera).map(|(name, _)| name.as_str());
+    let (before, mut chosen) = (viewer.camera, viewer.camera);
+    let shown = name_of(before).unwrap_or("(no name)").to_owned();
+    ui.horizontal(|ui| {
+        ComboBox::from_id_salt("camera").selected_text(shown).width(150.0).truncate().show_ui(ui, |ui| {
+            for (name, camera) in &viewer.cameras {
+                ui.selectable_value(&mut chosen, *camera, name);
+            }
+        });
+        let moved = viewer.controller.pose().is_some();
+        if ui.add_enabled(moved, egui::Button::new("back to it")).clicked() || chosen != before {
+            viewer.controller.reset();
+        }
+    });
+    viewer.camera = chosen;
+    ui.weak(format!("at {}", details::meters(view.eye())));
+}
+
+fn statistics(ui: &mut Ui, viewer: &mut Viewer, info: &FrameInfo) {
+    let (stats, world) = (info.stats, &viewer.simulation.world);
+    let frame = world.resource::<FrameStats>();
+    let lights = &viewer.simulation.draw_list().lights.records;
+    let lights = lights.iter().filter(|light| light.kind != LightRecord::OFF).count();
+    Grid::new("statistics").num_columns(2).striped(true).min_col_width(70.0).show(ui, |ui| {
+        row(ui, "adapter", info.adapter);
+        row(ui, "picture", &format!("{} × {}", info.view.width, info.view.height));
+        row(ui, "objects", &format!("{}, {} drawn", count(frame.objects as u64), count(stats.instances.into())));
+        row(ui, "draws", &format!("{} ({} blended)", stats.draws, frame.transparent));
+        row(ui, "triangles", &count(stats.triangles));
+        row(ui, "lights", &count(lights as u64));
+        row(ui, "uploaded", &format!("{} bytes", count(stats.uploaded_bytes())));
+        row(ui, "changed", &format!("{} objects", count(frame.instances_written as u64)));
+        row(ui, "systems", &format!("{:.2} ms", frame.cpu_ms()));
+    });
+    CollapsingHeader::new("stages").default_open(false).show(ui, |ui| {
+        Grid::new("stages").num_columns(2).striped(true).min_col_width(70.0).show(ui, |ui| {
+            for (name, stage) in Stage::ALL {
+                row(ui, name, &format!("{:.3} ms", frame.stage_ms[stage as usize]));
+            }
+        });
+    });
+}
+
+/// Digits in groups of three.
+fn count(number: u64) -> String {
+    let digits = number.to_string();
+    let groups: Vec<&str> = digits.as_bytes().rchunks(3).rev().filter_map(|g| std::str::from_utf8(g).ok()).collect();
+    groups.join("\u{2009}")
+}
+
+fn selected(ui: &mut Ui, viewer: &mut Viewer, entity: Entity, view: &View) {
+    let world = &mut viewer.simulation.world;
+    details::show(ui, world, entity);
+    let lights = details::object_lights(world, entity);
+    if let Some(lights) = &lights {
+        ui.weak("its lights, with their weights");
+        details::show_lights(ui, world, lights);
+    }
+    ui.horizontal(|ui| {
+        if let Some(lights) = lights.filter(|_| ui.button("go to it").clicked()) {
+            viewer.controller.grab(view, lights.bounds.center).go_to(lights.bounds);
+        }
+        if viewer.selected == Some(entity) && ui.button("let go").clicked() {
+            viewer.selected = None;
+        }
+    });
+}
+
+fn help(ui: &mut Ui) {
+    Grid::new("keys").num_columns(2).striped(true).show(ui, |ui| {
+        for binding in &KEYS {
+            ui.label(binding.keys.join("  "));
+            ui.weak(binding.help);
+            ui.end_row();
+        }
+    });
+    for (what, does) in POINTER {
+        ui.horizontal_wrapped(|ui| {
+            ui.label(what);
+            ui.weak(does);
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn large_numbers_are_grouped() {
+        assert_eq!(count(0), "0");
+        assert_eq!(count(999), "999");
+        assert_eq!(count(1_234_567), "1\u{2009}234\u{2009}567");
+    }
+}

@@ -1,0 +1,57 @@
+//! What is under the pointer, from the ids and depths of the last frame.
+
+use crate::renderer::Renderer;
+use glam::{Vec2, Vec3};
+use systems::components::Projection;
+use systems::view::View;
+
+/// A point of the scene.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Hit {
+    /// The entity's index.
+    pub entity: u32,
+    /// World space.
+    pub point: Vec3,
+}
+
+/// What the last frame shows at a pixel. Draws the ids once more and waits for them: for clicks, not for every frame.
+pub fn pick(renderer: &mut Renderer, view: &View, at: Vec2) -> Option<Hit> {
+    let outputs = renderer.draw_outputs()?;
+    let inside = at.cmpge(Vec2::ZERO).all() && at.x < outputs.width as f32 && at.y < outputs.height as f32;
+    let index = inside.then_some(at.y as usize * outputs.width as usize + at.x as usize)?;
+    let entity = *outputs.entities(renderer.gpu()).get(index)?;
+    let depth = *outputs.depths(renderer.gpu(), view).get(index)?;
+    Some(Hit { entity: entity?, point: point_at(view, at.floor() + 0.5, depth) })
+}
+
+/// The point seen at a pixel, at a distance along the viewing direction; world space.
+fn point_at(view: &View, pixel: Vec2, depth: f32) -> Vec3 {
+    let size = Vec2::new(view.width as f32, view.height as f32);
+    let clip = (pixel / size * 2.0 - 1.0) * Vec2::new(1.0, -1.0);
+    let clip_from_view = view.clip_from_view();
+    let across = clip / Vec2::new(clip_from_view.x_axis.x, clip_from_view.y_axis.y);
+    let across = match view.camera.projection {
+        Projection::Perspective { .. } => across * depth,
+        Projection::Orthographic { .. } => across,
+    };
+    view.world_from_view.transform_point3(across.extend(-depth))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{Affine3A, Quat, Vec4Swizzles};
+    use systems::components::Camera;
+
+    #[test]
+    fn a_point_is_found_again_from_its_pixel_and_depth() {
+        let at = Affine3A::from_rotation_translation(Quat::from_rotation_y(0.4), Vec3::new(1.0, 2.0, 3.0));
+        let point = at.transform_point3(Vec3::new(0.6, -0.2, -4.0));
+        for projection in [Camera::default().projection, Projection::Orthographic { half_height: 2.0 }] {
+            let view = View::new(&at, &Camera { projection, ..Camera::default() }, 320, 180);
+            let clip = view.clip_from_world() * point.extend(1.0);
+            let pixel = (clip.xy() / clip.w * Vec2::new(0.5, -0.5) + 0.5) * Vec2::new(320.0, 180.0);
+            assert!(point_at(&view, pixel, 4.0).distance(point) < 1e-4);
+        }
+    }
+}

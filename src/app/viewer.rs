@@ -1,0 +1,301 @@
+//! What is looked at and how: the world, the view's settings, the selection. No window and no GPU here.
+
+use super::Options;
+use super::camera::Controller;
+use super::input::Command;
+use crate::frames;
+use crate::renderer::{DebugView, Settings};
+use bevy_ecs::prelude::*;
+use glam::Vec3;
+use systems::Simulation;
+use systems::bounds::{Aabb, WorldBounds};
+use systems::clock::Clock;
+use systems::components::Figure;
+use systems::library::{MeshId, Technique};
+use systems::view::View;
+
+/// Simulated seconds per real second: as far as the keys go.
+const SPEEDS: std::ops::RangeInclusive<f64> = 1.0 / 16.0..=16.0;
+
+/// Metres: nearer than this nothing is turned about.
+const NEAREST_PIVOT: f32 = 0.05;
+
+/// Everything that a command can change.
+pub struct Viewer {
+    /// The world.
+    pub simulation: Simulation,
+    /// The scene's name.
+    pub title: String,
+    /// Names and entities of the scene's cameras.
+    pub cameras: Vec<(String, Entity)>,
+    /// The scene's camera that is looked through, or was until somebody moved.
+    pub camera: Entity,
+    /// The free camera.
+    pub controller: Controller,
+    /// How to draw; the picked entity is filled in by [`Self::drawn_settings`].
+    pub settings: Settings,
+    /// Whether the panel is shown.
+    pub panel: bool,
+    /// Whether the keys are listed in it.
+    pub help: bool,
+    /// Chosen with a click, in the scene or the list.
+    pub selected: Option<Entity>,
+    /// Under the pointer; kept up only where a debug view points it out.
+    pub hovered: Option<Entity>,
+    /// What there is to say: a picture saved, or why not.
+    pub notice: String,
+    /// What B goes back to.
+    technique_before_off: Option<Technique>,
+}
+
+/// What a command needs the window for.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Effect {
+    /// Write a picture of the next frame.
+    SavePicture,
+    /// Close the window.
+    Quit,
+}
+
+impl Viewer {
+    /// The start.
+    pub fn new(options: Options) -> Self {
+        Self {
+            simulation: options.simulation,
+            title: options.title,
+            cameras: options.cameras,
+            camera: options.camera,
+            controller: Controller::default(),
+            settings: options.settings,
+            panel: options.panel,
+            help: false,
+            selected: None,
+            hovered: None,
+            notice: String::new(),
+            technique_before_off: None,
+        }
+    }
+
+    /// The clock.
+    pub fn clock(&mut self) -> Mut<'_, Clock> {
+        self.simulation.world.resource_mut::<Clock>()
+    }
+
+    /// Does what a key asks for; returns what only the window can do.
+    pub fn apply(&mut self, command: Command) -> Option<Effect> {
+        match command {
+            Command::Pause => {
+                let mut clock = self.clock();
+                clock.paused = !clock.paused;
+            }
+            Command::Step if self.clock().paused => self.simulation.step(),
+            Command::Step => {}
+            Command::Faster => self.change_speed(2.0),
+            Command::Slower => self.change_speed(0.5),
+            Command::ToggleBump => self.toggle_bump(),
+            Command::NextFigure => self.next_figure(),
+            Command::NextDebugView => self.settings.debug = after(&DebugView::ALL, self.settings.debug),
+            Command::NextCamera => self.next_camera(),
+            Command::ResetCamera => self.controller.reset(),
+            Command::TogglePanel => self.panel = !self.panel,
+            Command::ToggleHelp => {
+                self.help = !(self.help && self.panel);
+                self.panel |= self.help;
+            }
+            Command::SavePicture => return Some(Effect::SavePicture),
+            Command::Quit => return Some(Effect::Quit),
+        }
+        None
+    }
+
+    fn change_speed(&mut self, factor: f64) {
+        let mut clock = self.clock();
+        clock.speed = (clock.speed * factor).clamp(*SPEEDS.start(), *SPEEDS.end());
+    }
+
+    fn toggle_bump(&mut self) {
+        if self.settings.technique == Some(Technique::Off) {
+            self.settings.technique = self.technique_before_off.take();
+        } else {
+            self.technique_before_off = self.settings.technique.replace(Technique::Off);
+        }
+    }
+
+    fn next_figure(&mut self) {
+        let mut figures = self.simulation.world.query::<(&mut Figure, &mut MeshId)>();
+        for (mut figure, mut mesh) in figures.iter_mut(&mut self.simulation.world) {
+            figure.shown = (figure.shown + 1) % figure.meshes.len().max(1);
+            if let Some(&shown) = figure.meshes.get(figure.shown) {
+                *mesh = shown;
+            }
+        }
+    }
+
+    fn next_camera(&mut self) {
+        let now = self.cameras.iter().position(|(_, camera)| *camera == self.camera);
+        let next = now.map_or(0, |now| (now + 1) % self.cameras.len());
+        if let Some((_, camera)) = self.cameras.get(next) {
+            self.camera = *camera;
+        }
+        self.controller.reset();
+    }
+
+    /// Lets real time go by: the steps that are due. Returns how many.
+    pub fn advance(&mut self, seconds: f64) -> u64 {
+        let due = self.clock().advance(seconds);
+        for _ in 0..due {
+            self.simulation.step();
+        }
+        due
+    }
+
+    /// What to draw for.
+    pub fn view(&self, size: (u32, u32)) -> View {
+        self.controller.view(&frames::view_of(&self.simulation.world, self.camera, size))
+    }
+
+    /// The object that is pointed out: under the pointer, else selected.
+    pub fn pointed_out(&self) -> Option<Entity> {
+        self.hovered.or(self.selected)
+    }
+
+    /// The settings for the renderer.
+    pub fn drawn_settings(&self) -> Settings {
+        Settings { picked_entity: self.pointed_out().map(Entity::index_u32), ..self.settings }
+    }
+
+    /// Whether the object under the pointer matters all the time.
+    pub fn follows_pointer(&self) -> bool {
+        self.settings.debug == DebugView::ThreeLights
+    }
+
+    /// The middle and the radius of everything drawn.
+    pub fn scene_extent(&mut self) -> (Vec3, f32) {
+        let mut drawn = self.simulation.world.query_filtered::<&WorldBounds, With<MeshId>>();
+        let spheres = drawn.iter(&self.simulation.world).map(|bounds| bounds.0);
+        let boxes = spheres.filter(|s| s.center.is_finite() && s.radius.is_finite()).map(|s| {
+            let half = Vec3::splat(s.radius);
+            Aabb { min: s.center - half, max: s.center + half }
+        });
+        let all = boxes.reduce(Aabb::union).unwrap_or(Aabb { min: Vec3::NEG_ONE, max: Vec3::ONE });
+        (all.center(), all.center().distance(all.max))
+    }
+
+    /// What to turn about where the pointer is on nothing: straight ahead, as far away as the scene's middle.
+    pub fn pivot_ahead(&mut self, view: &View) -> Vec3 {
+        let (center, _) = self.scene_extent();
+        let depth = (center - view.eye()).dot(view.direction()).max(NEAREST_PIVOT);
+        view.eye() + view.direction() * depth
+    }
+
+    /// The entity of an index that was drawn, while it lives.
+    pub fn entity(&self, index: u32) -> Option<Entity> {
+        let index = bevy_ecs::entity::EntityIndex::from_raw_u32(index)?;
+        let entity = self.simulation.world.entities().resolve_from_index(index);
+        self.simulation.world.get_entity(entity).is_ok().then_some(entity)
+    }
+}
+
+/// The choice after this one, in the order of a table.
+fn after<T: Copy + PartialEq>(table: &[(&str, T)], now: T) -> T {
+    let index = table.iter().position(|(_, choice)| *choice == now).map_or(0, |index| (index + 1) % table.len());
+    table.get(index).map_or(now, |(_, choice)| *choice)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bevy_transform::components::Transform;
+    use glam::Vec2;
+    use systems::components::Camera;
+    use systems::library::Library;
+    use systems::shapes;
+
+    fn viewer() -> Viewer {
+        let mut simulation = Simulation::new();
+        let mut library = simulation.world.resource_mut::<Library>();
+        let meshes = vec![
+            library.add_mesh(shapes::cube(Vec3::ONE)),
+            library.add_mesh(shapes::cube(Vec3::splat(2.0))),
+        ];
+        simulation.world.spawn((meshes[0], Figure { meshes, shown: 0 }));
+        let mut camera = |z| simulation.world.spawn((Camera::default(), Transform::from_xyz(0.0, 0.0, z))).id();
+        let cameras = vec![("near".to_owned(), camera(5.0)), ("far".to_owned(), camera(9.0))];
+        simulation.frame();
+        let settings = Settings { technique: Some(Technique::PerturbedNormal), ..Settings::default() };
+        Viewer::new(Options {
+            simulation,
+            title: "test".into(),
+            camera: cameras[0].1,
+            cameras,
+            size: (64, 36),
+            settings,
+            paused: false,
+            panel: true,
+        })
+    }
+
+    #[test]
+    fn bump_mapping_goes_off_and_comes_back_as_it_was() {
+        let mut viewer = viewer();
+        viewer.apply(Command::ToggleBump);
+        assert_eq!(viewer.settings.technique, Some(Technique::Off));
+        viewer.apply(Command::ToggleBump);
+        assert_eq!(viewer.settings.technique, Some(Technique::PerturbedNormal));
+        viewer.settings.technique = Some(Technique::Off);
+        viewer.apply(Command::ToggleBump);
+        assert_eq!(viewer.settings.technique, None, "started without: the materials' own");
+    }
+
+    #[test]
+    fn figures_go_round_and_cameras_too() {
+        let mut viewer = viewer();
+        let shown = |viewer: &mut Viewer| {
+            let world = &mut viewer.simulation.world;
+            world.query::<&MeshId>().iter(world).map(|mesh| mesh.0).collect::<Vec<_>>()
+        };
+        let first = shown(&mut viewer);
+        viewer.apply(Command::NextFigure);
+        assert_ne!(shown(&mut viewer), first);
+        viewer.apply(Command::NextFigure);
+        assert_eq!(shown(&mut viewer), first);
+
+        let at = |viewer: &Viewer| viewer.view((64, 36)).eye().z;
+        let view = viewer.view((64, 36));
+        viewer.controller.grab(&view, Vec3::ZERO).orbit(Vec2::new(50.0, 0.0));
+        viewer.apply(Command::NextCamera);
+        assert_eq!(at(&viewer), 9.0, "a scene's camera, not the free one");
+        viewer.apply(Command::NextCamera);
+        assert_eq!(at(&viewer), 5.0);
+    }
+
+    #[test]
+    fn a_step_is_taken_only_while_paused() {
+        let mut viewer = viewer();
+        viewer.apply(Command::Step);
+        assert_eq!(viewer.clock().step, 0);
+        viewer.apply(Command::Pause);
+        viewer.apply(Command::Step);
+        assert_eq!((viewer.clock().step, viewer.advance(1.0)), (1, 0));
+        viewer.apply(Command::Pause);
+        assert_eq!(viewer.advance(0.05), 3);
+        assert_eq!(viewer.clock().step, 4);
+    }
+
+    #[test]
+    fn an_index_that_is_gone_names_no_entity() {
+        let mut viewer = viewer();
+        let entity = viewer.camera;
+        assert_eq!(viewer.entity(entity.index_u32()), Some(entity));
+        viewer.simulation.world.despawn(entity);
+        assert_eq!(viewer.entity(entity.index_u32()), None);
+        assert_eq!(viewer.entity(u32::MAX), None);
+    }
+
+    #[test]
+    fn what_is_turned_about_is_ahead_at_the_scenes_depth() {
+        let mut viewer = viewer();
+        let view = viewer.view((64, 36));
+        assert!(viewer.pivot_ahead(&view).distance(Vec3::ZERO) < 1e-5);
+    }
+}

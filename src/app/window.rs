@@ -1,0 +1,365 @@
+//! Events in, frames out.
+
+use super::gui::Gui;
+use super::input::{self, Gesture, Pointer};
+use super::panel::{FrameInfo, SidePanel};
+use super::picking::{self, Hit};
+use super::surface::Screen;
+use super::timing::Timing;
+use super::viewer::{Effect, Viewer};
+use super::{AppError, Options, details, overlay, panel};
+use crate::output;
+use crate::renderer::{Gpu, RenderStats, Renderer};
+use glam::{Vec2, Vec3};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use systems::view::View;
+use winit::application::ApplicationHandler;
+use winit::dpi::PhysicalSize;
+use winit::event::{ElementState, MouseButton, MouseScrollDelta, StartCause, WindowEvent};
+use winit::event_loop::{ActiveEventLoop, ControlFlow};
+use winit::keyboard::ModifiersState;
+use winit::window::{Window, WindowId};
+
+/// Pixels of a touchpad that count as a notch of a wheel.
+const NOTCH_PIXELS: f64 = 40.0;
+
+/// Flying crosses the scene in about so many seconds.
+const FLIGHT_SECONDS: f32 = 10.0;
+
+/// The application: waits for the event loop, then has a window.
+pub struct App {
+    options: Option<Options>,
+    open: Option<Open>,
+    failed: Option<AppError>,
+}
+
+impl App {
+    /// Not open yet.
+    pub fn new(options: Options) -> Self {
+        Self { options: Some(options), open: None, failed: None }
+    }
+
+    /// How it ended.
+    pub fn result(self) -> Result<(), AppError> {
+        self.failed.map_or(Ok(()), Err)
+    }
+
+    /// Does something with the open window; an error ends the loop.
+    fn with_open(&mut self, event_loop: &ActiveEventLoop, act: impl FnOnce(&mut Open) -> Result<bool, AppError>) {
+        let Some(open) = &mut self.open else { return };
+        match act(open) {
+            Ok(true) => {}
+            Ok(false) => event_loop.exit(),
+            Err(error) => {
+                self.failed = Some(error);
+                event_loop.exit();
+            }
+        }
+    }
+}
+
+impl ApplicationHandler for App {
+    fn resumed(&mut self, event_loop: &ActiveEventLoop) {
+        let Some(options) = self.options.take() else { return };
+        match Open::new(event_loop, options) {
+            Ok(open) => self.open = Some(open),
+            Err(error) => {
+                self.failed = Some(error);
+                event_loop.exit();
+            }
+        }
+    }
+
+    fn new_events(&mut self, _: &ActiveEventLoop, cause: StartCause) {
+        if let (StartCause::ResumeTimeReached { .. }, Some(open)) = (cause, &self.open) {
+            open.window.request_redraw();
+        }
+    }
+
+    fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        self.with_open(event_loop, |open| match event {
+            WindowEvent::CloseRequested => Ok(false),
+            WindowEvent::RedrawRequested => {
+                event_loop.set_control_flow(open.redraw()?);
+                Ok(true)
+            }
+            event => Ok(open.on_event(&event)),
+        });
+    }
+
+    fn exiting(&mut self, _: &ActiveEventLoop) {
+        // The surface goes before the event loop's connection to the display does.
+        self.open = None;
+    }
+}
+
+/// An open window. Fields are dropped in order: what draws before what is drawn to.
+struct Open {
+    viewer: Viewer,
+    side_panel: SidePanel,
+    pointer: Pointer,
+    modifiers: ModifiersState,
+    /// Where the wheel last looked for something to zoom to.
+    wheel_at: Option<Vec2>,
+    /// What was under the pointer when the drag began.
+    pressed_on: Option<Hit>,
+    timing: Timing,
+    stats: RenderStats,
+    adapter: String,
+    /// What the last frame was drawn for.
+    view: Option<View>,
+    picture_wanted: bool,
+    gui: Gui,
+    renderer: Renderer,
+    screen: Screen,
+    gpu: Gpu,
+    window: Arc<Window>,
+}
+
+impl Open {
+    fn new(event_loop: &ActiveEventLoop, options: Options) -> Result<Self, AppError> {
+        let attributes = Window::default_attributes()
+            .with_title(format!("Relief — {}", options.title))
+            .with_inner_size(PhysicalSize::new(options.size.0, options.size.1));
+        let no_display = |error: winit::error::OsError| AppError::NoDisplay(error.to_string());
+        let window = Arc::new(event_loop.create_window(attributes).map_err(no_display)?);
+        let display = Box::new(event_loop.owned_display_handle());
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_with_display_handle_from_env(display));
+        let (gpu, screen) = Screen::open(&window, instance)?;
+        window.request_redraw();
+        Ok(Self {
+            viewer: Viewer::new(options),
+            side_panel: SidePanel::default(),
+            pointer: Pointer::default(),
+            modifiers: ModifiersState::empty(),
+            wheel_at: None,
+            pressed_on: None,
+            timing: Timing::default(),
+            stats: RenderStats::default(),
+            adapter: gpu.name(),
+            view: None,
+            picture_wanted: false,
+            gui: Gui::new(&gpu, screen.panel_format, &window),
+            renderer: Renderer::new(&gpu),
+            screen,
+            gpu,
+            window,
+        })
+    }
+
+    /// Takes note of an event; `false`: close the window.
+    fn on_event(&mut self, event: &WindowEvent) -> bool {
+        self.window.request_redraw();
+        match event {
+            WindowEvent::ModifiersChanged(modifiers) => self.modifiers = modifiers.state(),
+            WindowEvent::Focused(false) => self.pointer.let_go(),
+            WindowEvent::CursorLeft { .. } if self.pointer.drag.is_none() => self.pointer.at = None,
+            WindowEvent::KeyboardInput { event: key, is_synthetic, .. } if !self.gui.is_typing() => {
+                let pressed = key.state == ElementState::Pressed && !is_synthetic;
+                if self.pointer.fly_key(key.physical_key, pressed) {
+                    return true;
+                }
+                if let Some(command) = input::command_of(key, self.modifiers) {
+                    return !pressed || self.apply(command);
+                }
+            }
+            _ => {}
+        }
+        let taken = self.gui.on_event(&self.window, event);
+        match event {
+            WindowEvent::CursorMoved { position, .. } => self.on_moved(Vec2::new(position.x as f32, position.y as f32)),
+            WindowEvent::MouseInput { state: ElementState::Pressed, button, .. } if !taken => self.on_press(*button),
+            WindowEvent::MouseInput { state: ElementState::Released, button, .. } => self.on_release(*button),
+            WindowEvent::MouseWheel { delta, .. } if !taken => self.on_wheel(delta),
+            _ => {}
+        }
+        true
+    }
+
+    /// `false`: close the window.
+    fn apply(&mut self, command: input::Command) -> bool {
+        match self.viewer.apply(command) {
+            Some(Effect::Quit) => return false,
+            Some(Effect::SavePicture) => self.picture_wanted = true,
+            None => {}
+        }
+        true
+    }
+
+    fn pick(&mut self, at: Vec2) -> Option<Hit> {
+        picking::pick(&mut self.renderer, self.view.as_ref()?, at)
+    }
+
+    fn on_press(&mut self, button: MouseButton) {
+        let Some(gesture) = self.pointer.press(button, self.modifiers.shift_key()) else { return };
+        let Some(at) = self.pointer.at else { return };
+        self.pressed_on = if gesture == Gesture::Look { None } else { self.pick(at) };
+    }
+
+    fn on_release(&mut self, button: MouseButton) {
+        if let Some((Gesture::Orbit, true)) = self.pointer.release(button) {
+            self.viewer.selected = self.pressed_on.and_then(|hit| self.viewer.entity(hit.entity));
+        }
+    }
+
+    fn on_moved(&mut self, to: Vec2) {
+        let Some((gesture, by)) = self.pointer.moved(to) else { return };
+        let Some(view) = &self.view else { return };
+        let pivot = self.pressed_on.map_or_else(|| self.viewer.pivot_ahead(view), |hit| hit.point);
+        let pose = self.viewer.controller.grab(view, pivot);
+        match gesture {
+            Gesture::Orbit => {
+                pose.pivot = pivot;
+                pose.orbit(by);
+            }
+            Gesture::Pan => {
+                pose.pivot = pivot;
+                pose.pan(by, view);
+            }
+            Gesture::Look => pose.look(by),
+        }
+    }
+
+    fn on_wheel(&mut self, delta: &MouseScrollDelta) {
+        let notches = match delta {
+            MouseScrollDelta::LineDelta(_, y) => *y,
+            MouseScrollDelta::PixelDelta(by) => (by.y / NOTCH_PIXELS) as f32,
+        };
+        let Some(at) = self.pointer.at else { return };
+        // What is under the pointer stays there while zooming: it need not be looked for again.
+        let aim = if self.wheel_at == Some(at) { None } else { self.pick(at).map(|hit| hit.point) };
+        self.wheel_at = Some(at);
+        let Some(view) = &self.view else { return };
+        let ahead = self.viewer.pivot_ahead(view);
+        let pose = self.viewer.controller.grab(view, ahead);
+        pose.pivot = aim.unwrap_or(pose.pivot);
+        pose.zoom(notches, &view.camera);
+    }
+
+    /// Draws a frame; returns how long to wait for the next.
+    fn redraw(&mut self) -> Result<ControlFlow, AppError> {
+        let size = self.screen.size();
+        let acquired = size.map(|size| self.screen.acquire(&self.gpu, size)).transpose()?.flatten();
+        let Some((size, frame)) = size.zip(acquired) else {
+            // Minimised or hidden. An event will tell when it is not; a texture that fails asks again by itself.
+            self.timing.rest();
+            return Ok(ControlFlow::Wait);
+        };
+        let began = Instant::now();
+        let seconds = self.timing.begin(began);
+        self.viewer.advance(seconds);
+        self.fly(seconds as f32);
+        self.viewer.simulation.frame();
+
+        let view = self.viewer.view(size);
+        let (still_for, command) = self.run_gui(&view);
+        if let Some(command) = command {
+            self.apply(command);
+        }
+        let simulation = &self.viewer.simulation;
+        let settings = self.viewer.drawn_settings();
+        self.renderer.prepare(simulation.draw_list(), simulation.library(), &view, &settings)?;
+        self.renderer.draw(&frame.scene, self.screen.scene_format);
+        self.stats = self.renderer.stats();
+        self.gui.paint(&self.gpu, &frame.panel, size);
+        self.screen.present(&self.gpu, frame);
+        self.view = Some(view);
+        if std::mem::take(&mut self.picture_wanted) {
+            self.save_picture();
+        }
+        self.follow_pointer();
+        self.timing.worked(began.elapsed());
+        Ok(self.rest(still_for))
+    }
+
+    fn fly(&mut self, seconds: f32) {
+        let direction = self.pointer.fly_direction();
+        let Some(view) = self.view.as_ref().filter(|_| direction != Vec3::ZERO) else { return };
+        let (_, radius) = self.viewer.scene_extent();
+        let ahead = self.viewer.pivot_ahead(view);
+        let speed = radius * 2.0 / FLIGHT_SECONDS;
+        self.viewer.controller.grab(view, ahead).fly(direction, self.modifiers.shift_key(), speed, seconds);
+    }
+
+    fn run_gui(&mut self, view: &View) -> (Duration, Option<input::Command>) {
+        let Self { viewer, side_panel, stats, timing, adapter, gui, window, .. } = self;
+        let info = FrameInfo { adapter, stats: *stats, timing: *timing, view };
+        let mut command = None;
+        let still_for = gui.run(window, |ui| {
+            // Painted first, so that the panel is above the lines.
+            if let Some(object) = viewer.pointed_out().filter(|_| viewer.panel || viewer.follows_pointer())
+                && let Some(lights) = details::object_lights(&mut viewer.simulation.world, object)
+            {
+                let room = ui.max_rect().width() - if viewer.panel { panel::WIDTH } else { 0.0 };
+                overlay::paint(ui.painter(), view, &lights, room);
+            }
+            if viewer.panel {
+                command = side_panel.show(ui, viewer, &info).or(command);
+            }
+        });
+        (still_for, command)
+    }
+
+    /// Where a debug view points out the object under the pointer, finds it; a change shows in the next frame.
+    fn follow_pointer(&mut self) {
+        let at = self.pointer.at.filter(|_| self.viewer.follows_pointer() && !self.gui.has_pointer());
+        let hit = at.and_then(|at| self.pick(at));
+        let hovered = hit.and_then(|hit| self.viewer.entity(hit.entity));
+        if std::mem::replace(&mut self.viewer.hovered, hovered) != hovered {
+            self.window.request_redraw();
+        }
+    }
+
+    /// Asks for the next frame while something moves; else waits for an event, or as long as the widgets stay still.
+    fn rest(&mut self, still_for: Duration) -> ControlFlow {
+        let moving = !self.viewer.clock().paused || self.pointer.fly_direction() != Vec3::ZERO;
+        if moving || still_for.is_zero() {
+            self.window.request_redraw();
+            return ControlFlow::Wait;
+        }
+        self.timing.rest();
+        Instant::now().checked_add(still_for).map_or(ControlFlow::Wait, ControlFlow::WaitUntil)
+    }
+
+    /// Writes the scene as it is seen, without the panel, into the working directory.
+    fn save_picture(&mut self) {
+        let picture = self.renderer.draw_picture();
+        let step = self.viewer.clock().step;
+        let path = free_name(&self.viewer.title, step);
+        let picture = image::DynamicImage::from(picture).into_rgb8().into();
+        self.viewer.notice = match output::write_png(&path, &picture) {
+            Ok(()) => {
+                println!("{}", path.display());
+                format!("saved {}", path.display())
+            }
+            Err(error) => {
+                eprintln!("error: {error}");
+                error.to_string()
+            }
+        };
+        self.window.request_redraw();
+    }
+}
+
+/// A name for a picture that no file has: the scene's name and the step, and a number from the second on.
+fn free_name(title: &str, step: u64) -> PathBuf {
+    let safe = |c: char| if c.is_alphanumeric() || "-_ .".contains(c) { c } else { '_' };
+    let title: String = title.chars().map(safe).collect();
+    let title = title.trim_start_matches('.');
+    let first = PathBuf::from(format!("{title}_{step:05}.png"));
+    let others = (2..).map(|n| PathBuf::from(format!("{title}_{step:05}_{n}.png")));
+    std::iter::once(first.clone()).chain(others).find(|path| !path.exists()).unwrap_or(first)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_title_names_a_file_in_the_working_directory() {
+        assert_eq!(free_name("yard at dusk", 7), PathBuf::from("yard at dusk_00007.png"));
+        assert_eq!(free_name("../a:b", 0), PathBuf::from("_a_b_00000.png"));
+    }
+}

@@ -1,0 +1,222 @@
+//! Walks a document along the tables of [`super::schema`] and reports everything that does not fit, so that the readers
+//! beside this module may take a property's type, range and target for granted and only handle its absence.
+
+use super::report::Report;
+use super::schema::{Field, Kind, MAX, ROOT, SUPPORTED, Schema};
+use serde_json::{Map, Value};
+use std::collections::BTreeSet;
+
+/// Reports everything in the document that does not fit the tables.
+pub fn check(root: &Value, report: &mut Report) {
+    let mut check = Check { root, report, lenient: false, ignored: BTreeSet::new() };
+    check.object(root, &ROOT, "");
+    let ignored = std::mem::take(&mut check.ignored);
+    check.declarations(&ignored);
+    for name in ignored {
+        report.warn("extensionsUsed", format!("ignored: {name}"));
+    }
+}
+
+/// A JSON number without a fraction, however it is written.
+pub fn whole(value: &Value) -> Option<u64> {
+    value.as_u64().or_else(|| value.as_f64().filter(|f| f.fract() == 0.0 && (0.0..=9e15).contains(f)).map(|f| f as u64))
+}
+
+struct Check<'a> {
+    root: &'a Value,
+    report: &'a mut Report,
+    /// Within what we do not read: faults do not refuse the file.
+    lenient: bool,
+    /// Extensions met that we do not read.
+    ignored: BTreeSet<String>,
+}
+
+impl Check<'_> {
+    fn fault(&mut self, place: &str, message: impl Into<String>) {
+        if self.lenient {
+            self.report.warn(place, message);
+        } else {
+            self.report.invalid(place, message);
+        }
+    }
+
+    fn object(&mut self, value: &Value, schema: &Schema, place: &str) {
+        let Some(object) = value.as_object() else { return self.fault(or_document(place), "expected an object") };
+        for field in schema.fields {
+            let place = join(place, field.name);
+            match object.get(field.name) {
+                Some(value) => self.field(value, field, &place),
+                None if field.required => self.fault(&place, "required, and missing"),
+                None => {}
+            }
+        }
+        for name in object.keys().filter(|n| !schema.fields.iter().any(|f| f.name == **n)) {
+            match name.as_str() {
+                "extras" => {}
+                "extensions" => self.extensions(&object[name], schema, &join(place, name)),
+                _ => self.report.warn(join(place, name), "ignored: no such property in glTF 2.0"),
+            }
+        }
+    }
+
+    fn field(&mut self, value: &Value, field: &Field, place: &str) {
+        let outer = self.lenient;
+        self.lenient |= place == "animations";
+        self.value(value, field.kind, place);
+        self.lenient = outer;
+    }
+
+    fn value(&mut self, value: &Value, kind: Kind, place: &str) {
+        match kind {
+            Kind::Bool => self.expect(value.is_boolean(), place, "expected true or false"),
+            Kind::Text => self.expect(value.is_string(), place, "expected a string"),
+            Kind::Texts => self.each(value, Kind::Text, place),
+            Kind::Whole(min, max) => match whole(value) {
+                Some(n) => {
+                    self.expect((min..=max).contains(&n), place, format_args!("expected {min} to {max}, is {n}"))
+                }
+                None => self.fault(place, format!("expected a whole number of at least {min}")),
+            },
+            Kind::Real(min, max) => self.real(value, place, |n| n >= min && n <= max, || in_words(min, max)),
+            Kind::Above(min) => self.real(value, place, |n| n > min && n <= MAX, || format!("a number above {min}")),
+            Kind::Reals(count, min, max) => {
+                let length = value.as_array().map_or(0, Vec::len);
+                if count > 0 && value.is_array() && length != count {
+                    return self.fault(place, format!("expected {count} numbers, has {length}"));
+                }
+                self.each(value, Kind::Real(min, max), place);
+            }
+            Kind::TextOf(list) => match value.as_str() {
+                Some(text) if !list.contains(&text) => {
+                    self.report.warn(place, format!("unknown: {text:?}; known are {}", list.join(", ")))
+                }
+                text => self.expect(text.is_some(), place, "expected a string"),
+            },
+            Kind::WholeOf(list) => match whole(value) {
+                Some(n) if !list.contains(&n) => self.report.warn(place, format!("unknown: {n}; known are {list:?}")),
+                n => self.expect(n.is_some(), place, "expected a whole number"),
+            },
+            Kind::Id(array) => self.reference(value, array, place),
+            Kind::Ids(array) => self.each(value, Kind::Id(array), place),
+            Kind::IdMap(array) => match value.as_object() {
+                Some(map) => self.id_map(map, array, place),
+                None => self.fault(place, "expected an object"),
+            },
+            Kind::IdMaps(array) => self.each(value, Kind::IdMap(array), place),
+            Kind::Object(schema) => self.object(value, schema, place),
+            Kind::Objects(schema) => self.each(value, Kind::Object(schema), place),
+        }
+    }
+
+    fn expect(&mut self, holds: bool, place: &str, message: impl std::fmt::Display) {
+        if !holds {
+            self.fault(place, message.to_string());
+        }
+    }
+
+    fn real(&mut self, value: &Value, place: &str, fits: impl Fn(f64) -> bool, expected: impl Fn() -> String) {
+        match value.as_f64() {
+            Some(n) => self.expect(fits(n), place, format_args!("expected {}, is {n}", expected())),
+            None => self.fault(place, "expected a number"),
+        }
+    }
+
+    fn each(&mut self, value: &Value, kind: Kind, place: &str) {
+        let Some(array) = value.as_array() else { return self.fault(place, "expected an array") };
+        if array.is_empty() {
+            self.report.warn(place, "empty, which glTF does not allow: treated as absent");
+        }
+        for (i, value) in array.iter().enumerate() {
+            self.value(value, kind, &format!("{place}[{i}]"));
+        }
+    }
+
+    fn id_map(&mut self, map: &Map<String, Value>, array: &'static str, place: &str) {
+        if map.is_empty() {
+            self.report.warn(place, "empty, which glTF does not allow");
+        }
+        for (name, value) in map {
+            self.reference(value, array, &join(place, name));
+        }
+    }
+
+    fn reference(&mut self, value: &Value, array: &'static str, place: &str) {
+        let target = match array {
+            "lights" => &self.root["extensions"]["KHR_lights_punctual"]["lights"],
+            array => &self.root[array],
+        };
+        let length = target.as_array().map_or(0, Vec::len) as u64;
+        match whole(value) {
+            // Nothing to choose from: the file is empty rather than wrong.
+            Some(_) if array == "scenes" && length == 0 => self.report.warn(place, "there are no scenes"),
+            Some(id) => self.expect(
+                id < length,
+                place,
+                format_args!("{array}[{id}] does not exist, there are {length} {array}"),
+            ),
+            None => self.fault(place, format!("expected an index into {array}")),
+        }
+    }
+
+    fn extensions(&mut self, value: &Value, schema: &Schema, place: &str) {
+        let Some(extensions) = value.as_object() else { return self.fault(place, "expected an object") };
+        for (name, extension) in extensions {
+            let place = join(place, name);
+            if !declared(self.root, "extensionsUsed", name) {
+                self.report.warn(&*place, "not declared in extensionsUsed");
+            }
+            if let Some((_, schema)) = schema.extensions.iter().find(|(n, _)| n == name) {
+                self.object(extension, schema, &place);
+            } else if SUPPORTED.contains(&name.as_str()) {
+                self.report.warn(place, "ignored: this extension has no meaning here");
+            } else {
+                if !extension.is_object() {
+                    self.report.warn(place, "expected an object");
+                }
+                self.ignored.insert(name.clone());
+            }
+        }
+    }
+
+    /// The lists of extensions against each other and against what we have.
+    fn declarations(&mut self, ignored: &BTreeSet<String>) {
+        let texts = |key: &str| self.root[key].as_array().into_iter().flatten().filter_map(Value::as_str).enumerate();
+        for (key, i, name) in
+            ["extensionsUsed", "extensionsRequired"].iter().flat_map(|k| texts(k).map(|(i, n)| (*k, i, n)))
+        {
+            let place = format!("{key}[{i}]");
+            let supported = SUPPORTED.contains(&name);
+            if texts(key).any(|(j, n)| j < i && n == name) {
+                self.report.warn(&*place, format!("{name} is listed twice"));
+            }
+            if key == "extensionsRequired" && !supported {
+                self.report.unsupported(place, format!("this file requires {name}, which is not supported"));
+            } else if key == "extensionsRequired" && !declared(self.root, "extensionsUsed", name) {
+                self.report.warn(place, format!("{name} is not listed in extensionsUsed"));
+            } else if key == "extensionsUsed" && !supported && !ignored.contains(name) {
+                self.report.warn(place, format!("ignored: {name}"));
+            }
+        }
+    }
+}
+
+/// Whether a root list of extensions holds the name.
+pub fn declared(root: &Value, list: &str, name: &str) -> bool {
+    root[list].as_array().is_some_and(|names| names.iter().any(|n| n == name))
+}
+
+fn join(place: &str, name: &str) -> String {
+    if place.is_empty() { name.to_owned() } else { format!("{place}.{name}") }
+}
+
+fn or_document(place: &str) -> &str {
+    if place.is_empty() { "document" } else { place }
+}
+
+fn in_words(min: f64, max: f64) -> String {
+    match (min <= -MAX, max >= MAX) {
+        (true, true) => "a finite 32-bit number".into(),
+        (false, true) => format!("a number of at least {min}"),
+        _ => format!("a number from {min} to {max}"),
+    }
+}

@@ -1,0 +1,131 @@
+//! Keeps `docs/scenes.md` true: its examples parse, its tables have every field and the right defaults.
+
+use super::{format, parse, values};
+use serde::de::DeserializeOwned;
+use std::collections::HashMap;
+use std::fmt::Debug;
+
+const DOCS: &str = include_str!("../../docs/scenes.md");
+
+#[test]
+fn every_example_parses_as_what_it_says_it_is() {
+    let mut counts: HashMap<&str, u32> = HashMap::new();
+    let mut blocks = DOCS.split("```").skip(1).step_by(2);
+    blocks
+        .try_for_each(|block| {
+            let (info, text) = block.split_once('\n').ok_or("an empty block")?;
+            if info == "text" {
+                return Ok(());
+            }
+            let parses = match info.strip_prefix("ron ").unwrap_or_default() {
+                "scene" => parse::<format::Scene>(text).map(drop),
+                "environment" => parse::<format::Environment>(text).map(drop),
+                "clock" => parse::<format::Clock>(text).map(drop),
+                "material" => parse::<format::Material>(text).map(drop),
+                "map" => parse::<values::MapSource>(text).map(drop),
+                "uv" => parse::<format::Uv>(text).map(drop),
+                "sampler" => parse::<format::Sampler>(text).map(drop),
+                "mesh" => parse::<format::MeshSource>(text).map(drop),
+                "entity" => parse::<format::Entity>(text).map(drop),
+                "transform" => parse::<format::Transform>(text).map(drop),
+                "light" => parse::<format::Light>(text).map(drop),
+                "camera" => parse::<format::Camera>(text).map(drop),
+                "spin" => parse::<format::Spin>(text).map(drop),
+                "generator" => parse::<format::Generator>(text).map(drop),
+                "place" => parse::<format::Place>(text).map(drop),
+                _ => return Err(format!("what is a block of {info:?}?")),
+            };
+            *counts.entry(info).or_default() += 1;
+            parses.map_err(|((line, column), message)| format!("{info}: {line}:{column}: {message}\n{text}"))
+        })
+        .unwrap_or_else(|e: String| panic!("{e}"));
+    assert_eq!(counts.len(), 15, "an example of each kind: {counts:?}");
+}
+
+/// The rows of the table below a heading: field and default.
+fn table(heading: &str) -> Vec<(&'static str, &'static str)> {
+    let title = |line: &str| line.trim_start_matches('#').trim().replace(' ', "").to_lowercase();
+    let mut lines = DOCS.lines().skip_while(|line| !line.starts_with('#') || title(line) != heading);
+    assert!(lines.next().is_some(), "no heading for {heading}");
+    let rows = lines.take_while(|line| !line.starts_with('#')).filter_map(|line| line.strip_prefix("| `"));
+    rows.map(|row| {
+        let (field, rest) = row.split_once('`').expect("a field in backticks");
+        (field, rest.split('|').nth(2).unwrap_or_default().trim())
+    })
+    .collect()
+}
+
+#[test]
+fn every_field_has_its_row() {
+    let maps = include_str!("values.rs").replace("struct MapFields", "pub struct Map");
+    let sources = [include_str!("format.rs"), include_str!("surfaces.rs"), &maps];
+    let mut checked = 0;
+    for source in sources {
+        let structs = source.split("\npub struct ").skip(1).filter(|s| s.contains("\n}"));
+        for text in structs {
+            let (name, body) = text.split_once(|c: char| !c.is_alphanumeric()).expect("a name");
+            let body = body.split("\n}").next().unwrap_or_default();
+            let fields = body.lines().filter_map(|l| l.trim().strip_prefix("pub ").or(l.strip_prefix("    ")));
+            let fields: Vec<&str> = fields.filter_map(|l| l.split_once(": ")).map(|(f, _)| f.trim()).collect();
+            let heading = name.to_lowercase().replace("source", "");
+            if ["named", "color"].contains(&heading.as_str()) || (name == "MapSource") {
+                continue;
+            }
+            let rows = table(&heading);
+            for field in fields {
+                assert!(rows.iter().any(|(row, _)| *row == field), "{name}.{field} is not in docs/scenes.md");
+                checked += 1;
+            }
+        }
+    }
+    assert!(checked > 100, "found only {checked} fields");
+}
+
+/// Writing a field's documented default changes nothing.
+fn assert_defaults<T: DeserializeOwned + Debug>(heading: &str, required: &str) {
+    let parsed = |text: String| match parse::<T>(&text) {
+        Ok(value) => format!("{value:?}"),
+        Err(error) => panic!("{heading}: {text}: {error:?}"),
+    };
+    let plain = parsed(format!("({required})"));
+    for (field, default) in table(heading) {
+        if let Some(default) = default.strip_prefix('`').and_then(|d| d.strip_suffix('`')) {
+            assert_eq!(parsed(format!("({required} {field}: {default})")), plain, "{heading}.{field}");
+        }
+    }
+}
+
+#[test]
+fn documented_defaults_are_the_defaults() {
+    assert_defaults::<format::Scene>("scene", "");
+    assert_defaults::<format::Environment>("environment", "");
+    assert_defaults::<format::Clock>("clock", "");
+    assert_defaults::<format::Material>("material", "");
+    assert_defaults::<format::Uv>("uv", "");
+    assert_defaults::<format::Plane>("plane", "");
+    assert_defaults::<format::Cube>("cube", "");
+    assert_defaults::<format::Sphere>("sphere", "");
+    assert_defaults::<format::Torus>("torus", "");
+    assert_defaults::<format::Cylinder>("cylinder", "");
+    assert_defaults::<format::Entity>("entity", "");
+    assert_defaults::<format::Transform>("transform", "");
+    assert_defaults::<format::PointLight>("pointlight", "");
+    assert_defaults::<format::SpotLight>("spotlight", "");
+    assert_defaults::<format::DirectionalLight>("directionallight", "");
+    assert_defaults::<format::Camera>("camera", "");
+    assert_defaults::<format::Spin>("spin", "");
+    assert_defaults::<format::Generator>("generator", "place: grid(counts: (1, 1, 1)),");
+    assert_defaults::<format::Grid>("grid", "counts: (1, 1, 1),");
+    assert_defaults::<format::Scatter>("scatter", "count: 1, region: disc(center: (0, 0, 0), radius: 1),");
+}
+
+/// The names of the command line and those of scene files are the same.
+#[test]
+fn choices_have_the_same_names_everywhere() {
+    for (name, technique) in systems::library::Technique::ALL {
+        assert_eq!(parse::<format::Technique>(name).map(Into::into), Ok(technique));
+    }
+    for (name, tone_map) in systems::components::ToneMap::ALL {
+        assert_eq!(parse::<format::ToneMap>(name).map(Into::into), Ok(tone_map));
+    }
+}

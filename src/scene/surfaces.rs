@@ -1,0 +1,231 @@
+//! The part of the scene file's format that says what surfaces look like: materials and meshes.
+
+use super::values::{Color, MapSource, Scale};
+use serde::Deserialize;
+use systems::library as lib;
+
+/// Enums of the other crate under the names that scene files use.
+macro_rules! named_choices {
+    ($($name:ident => $target:ty { $($variant:ident),* })*) => {$(
+        #[derive(Deserialize, Clone, Copy, Debug, PartialEq)]
+        #[serde(rename_all = "snake_case")]
+        pub enum $name { $($variant),* }
+
+        impl From<$name> for $target {
+            fn from(choice: $name) -> Self {
+                match choice { $($name::$variant => <$target>::$variant),* }
+            }
+        }
+    )*};
+}
+
+named_choices! {
+    ToneMap => systems::components::ToneMap { Clamp, Aces, Agx }
+    Shading => lib::Shading { Phong, Blinn, MetallicRoughness, SpecularGlossiness, Unlit }
+    Technique => lib::Technique { Off, Normal, PerturbedNormal }
+    AlphaMode => lib::AlphaMode { Opaque, Mask, Blend }
+    Wrap => lib::Wrap { Repeat, Mirror, Clamp }
+    Filter => lib::Filter { Nearest, Linear }
+    MipFilter => lib::MipFilter { None, Nearest, Linear }
+}
+
+#[derive(Deserialize, Debug)]
+#[serde(default, deny_unknown_fields)]
+pub struct Material {
+    pub shading: Shading,
+    pub technique: Technique,
+    pub alpha_mode: AlphaMode,
+    pub alpha_cutoff: f32,
+    pub double_sided: bool,
+    pub sampler: Sampler,
+    pub uv: Uv,
+    pub base_factor: Color,
+    pub base_alpha: f32,
+    pub base_map: Option<MapSource>,
+    pub normal_scale: f32,
+    pub normal_map: Option<MapSource>,
+    pub specular_factor: Color,
+    pub specular_strength: f32,
+    pub specular_map: Option<MapSource>,
+    pub shininess: f32,
+    pub glossiness: f32,
+    pub metallic: f32,
+    pub roughness: f32,
+    pub metallic_roughness_map: Option<MapSource>,
+    pub occlusion_strength: f32,
+    pub occlusion_map: Option<MapSource>,
+    pub emissive_factor: Color,
+    pub emissive_map: Option<MapSource>,
+    pub height_scale_uv: f32,
+    pub height_map: Option<MapSource>,
+}
+
+impl Default for Material {
+    fn default() -> Self {
+        let m = lib::Material::default();
+        Self {
+            shading: Shading::Phong,
+            technique: Technique::Normal,
+            alpha_mode: AlphaMode::Opaque,
+            alpha_cutoff: m.alpha_cutoff,
+            double_sided: m.double_sided,
+            sampler: Sampler::default(),
+            uv: Uv::default(),
+            base_factor: Color::linear(m.base_factor.truncate()),
+            base_alpha: m.base_factor.w,
+            base_map: None,
+            normal_scale: m.normal_scale,
+            normal_map: None,
+            specular_factor: Color::linear(m.specular_factor),
+            specular_strength: m.specular_strength,
+            specular_map: None,
+            shininess: m.shininess,
+            glossiness: m.glossiness,
+            metallic: m.metallic,
+            roughness: m.roughness,
+            metallic_roughness_map: None,
+            occlusion_strength: m.occlusion_strength,
+            occlusion_map: None,
+            emissive_factor: Color::linear(m.emissive_factor),
+            emissive_map: None,
+            height_scale_uv: m.height_scale_uv,
+            height_map: None,
+        }
+    }
+}
+
+impl Material {
+    /// The maps with their field names.
+    pub fn maps(&self) -> [(&'static str, Option<&MapSource>); 7] {
+        [
+            ("base_map", self.base_map.as_ref()),
+            ("normal_map", self.normal_map.as_ref()),
+            ("specular_map", self.specular_map.as_ref()),
+            ("metallic_roughness_map", self.metallic_roughness_map.as_ref()),
+            ("occlusion_map", self.occlusion_map.as_ref()),
+            ("emissive_map", self.emissive_map.as_ref()),
+            ("height_map", self.height_map.as_ref()),
+        ]
+    }
+}
+
+/// `wrap` is both directions at once.
+#[derive(Deserialize, Clone, Copy, Debug, Default)]
+#[serde(default, deny_unknown_fields)]
+pub struct Sampler {
+    pub wrap: Option<Wrap>,
+    pub wrap_u: Option<Wrap>,
+    pub wrap_v: Option<Wrap>,
+    pub mag: Option<Filter>,
+    pub min: Option<Filter>,
+    pub mip: Option<MipFilter>,
+}
+
+#[derive(Deserialize, Clone, Copy, Debug)]
+#[serde(default, deny_unknown_fields)]
+pub struct Uv {
+    pub scale: [f32; 2],
+    pub offset: [f32; 2],
+    pub rotation_degrees: f32,
+    pub set: u32,
+}
+
+impl Default for Uv {
+    fn default() -> Self {
+        Self { scale: [1.0; 2], offset: [0.0; 2], rotation_degrees: 0.0, set: 0 }
+    }
+}
+
+#[derive(Deserialize, Debug)]
+#[serde(rename_all = "snake_case")]
+pub enum MeshSource {
+    Plane(Plane),
+    Cube(Cube),
+    Sphere(Sphere),
+    Torus(Torus),
+    Cylinder(Cylinder),
+    Model(ModelSource),
+}
+
+#[derive(Deserialize, Debug)]
+#[serde(default, deny_unknown_fields)]
+pub struct Plane {
+    pub size: [f32; 2],
+    pub segments: [u32; 2],
+    pub uv_scale: [f32; 2],
+    pub tile_metres: Option<f32>,
+}
+
+impl Default for Plane {
+    fn default() -> Self {
+        Self { size: [1.0; 2], segments: [1; 2], uv_scale: [1.0; 2], tile_metres: None }
+    }
+}
+
+#[derive(Deserialize, Debug)]
+#[serde(default, deny_unknown_fields)]
+pub struct Cube {
+    pub size: Scale,
+    pub uv_scale: [f32; 2],
+    pub tile_metres: Option<f32>,
+}
+
+impl Default for Cube {
+    fn default() -> Self {
+        Self { size: Scale::default(), uv_scale: [1.0; 2], tile_metres: None }
+    }
+}
+
+#[derive(Deserialize, Debug)]
+#[serde(default, deny_unknown_fields)]
+pub struct Sphere {
+    pub radius: f32,
+    pub segments: u32,
+    pub rings: u32,
+    pub uv_scale: [f32; 2],
+}
+
+impl Default for Sphere {
+    fn default() -> Self {
+        Self { radius: 0.5, segments: 48, rings: 24, uv_scale: [1.0; 2] }
+    }
+}
+
+#[derive(Deserialize, Debug)]
+#[serde(default, deny_unknown_fields)]
+pub struct Torus {
+    pub major: f32,
+    pub minor: f32,
+    pub segments: u32,
+    pub sides: u32,
+    pub uv_scale: [f32; 2],
+}
+
+impl Default for Torus {
+    fn default() -> Self {
+        Self { major: 0.5, minor: 0.2, segments: 64, sides: 32, uv_scale: [1.0; 2] }
+    }
+}
+
+#[derive(Deserialize, Debug)]
+#[serde(default, deny_unknown_fields)]
+pub struct Cylinder {
+    pub radius: f32,
+    pub height: f32,
+    pub segments: u32,
+    pub uv_scale: [f32; 2],
+}
+
+impl Default for Cylinder {
+    fn default() -> Self {
+        Self { radius: 0.5, height: 1.0, segments: 48, uv_scale: [1.0; 2] }
+    }
+}
+
+#[derive(Deserialize, Debug)]
+#[serde(deny_unknown_fields)]
+pub struct ModelSource {
+    pub file: String,
+    #[serde(default)]
+    pub node: Option<String>,
+}

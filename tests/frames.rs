@@ -1,0 +1,128 @@
+//! What frames cost: draws, and bytes uploaded, for generated scenes.
+
+mod common;
+
+use bevy_ecs::prelude::*;
+use bevy_transform::components::Transform;
+use glam::{UVec2, Vec2, Vec3};
+use relief::frames::Headless;
+use relief::renderer::{Renderer, Settings};
+use systems::Simulation;
+use systems::components::{Camera, Light};
+use systems::draw_list::{InstanceRecord, LightRecord};
+use systems::images::{Image, ImageKind};
+use systems::library::{AlphaMode, Library, Map, Material};
+use systems::shapes;
+
+const SIZE: (u32, u32) = (32, 18);
+
+struct Field {
+    simulation: Simulation,
+    headless: Headless,
+    camera: Entity,
+    objects: Vec<Entity>,
+}
+
+impl Field {
+    /// Objects on a grid with 4 meshes and 16 materials in turn, each with maps of its own.
+    fn new(count: u32) -> Option<Self> {
+        let gpu = common::gpu()?;
+        let mut simulation = Simulation::new();
+        let mut library = simulation.world.resource_mut::<Library>();
+        let meshes = [
+            library.add_mesh(shapes::cube(Vec3::ONE)),
+            library.add_mesh(shapes::sphere(0.5, 6, 4)),
+            library.add_mesh(shapes::plane(Vec2::ONE, UVec2::ONE)),
+            library.add_mesh(shapes::cylinder(0.5, 1.0, 6)),
+        ];
+        let mut image = |kind, value| library.add_image(Image::rgba8("map", 8, 8, kind, vec![value; 256]));
+        let maps: Vec<_> =
+            (0..16).map(|i| (Map::new(image(ImageKind::Color, i)), Map::new(image(ImageKind::Normal, 128)))).collect();
+        let materials: Vec<_> = maps
+            .into_iter()
+            .map(|(base, normal)| {
+                let (base_map, normal_map) = (Some(base), Some(normal));
+                library.add_material(Material { base_map, normal_map, ..Material::default() })
+            })
+            .collect();
+        let place = |i: u32| Transform::from_xyz((i % 100) as f32 * 2.0, 0.0, (i / 100) as f32 * -2.0);
+        let objects = (0..count)
+            .map(|i| simulation.world.spawn((meshes[i as usize % 4], materials[i as usize / 4 % 16], place(i))).id())
+            .collect();
+        let eye = Transform::from_xyz(100.0, 60.0, 40.0).looking_at(Vec3::new(100.0, 0.0, -60.0), Vec3::Y);
+        let camera = simulation.world.spawn((Camera::default(), eye)).id();
+        let headless = Headless { renderer: Renderer::new(&gpu), settings: Settings::default() };
+        Some(Self { simulation, headless, camera, objects })
+    }
+
+    fn draw(&mut self) -> (relief::renderer::RenderStats, image::RgbaImage) {
+        let picture = self.headless.draw(&mut self.simulation, self.camera, SIZE).expect("a picture");
+        (self.headless.renderer.stats(), picture)
+    }
+}
+
+#[test]
+fn ten_thousand_objects_draw_in_few_calls_and_a_still_frame_uploads_nothing() {
+    let Some(mut field) = Field::new(10_000) else { return };
+    let (first, _) = field.draw();
+    assert_eq!(first.instances, 10_000);
+    assert!(first.draws <= 64, "{} draws", first.draws);
+    assert_eq!(first.draws, 4, "one per mesh: all materials share a class and a pipeline");
+    assert_eq!(first.instance_bytes, 10_000 * size_of::<InstanceRecord>() as u64);
+    let (still, _) = field.draw();
+    assert_eq!((still.uploaded_bytes(), still.draws), (0, 4));
+}
+
+#[test]
+fn what_moves_is_uploaded_and_nothing_else() {
+    let Some(mut field) = Field::new(2_000) else { return };
+    field.draw();
+    let record = size_of::<InstanceRecord>() as u64;
+    for object in [7, 900, 1_999] {
+        field.simulation.world.get_mut::<Transform>(field.objects[object]).expect("a place").translation.y = 1.0;
+    }
+    let (moved, _) = field.draw();
+    assert_eq!((moved.instance_bytes, moved.slot_bytes, moved.asset_bytes), (3 * record, 0, 0));
+    let lamp = field.simulation.world.spawn((Light::point(1.0, 0.5), Transform::from_xyz(-50.0, 0.0, 0.0))).id();
+    let (lit, _) = field.draw();
+    assert_eq!((lit.light_bytes, lit.instance_bytes), (size_of::<LightRecord>() as u64, 0), "it reaches nobody");
+    field.simulation.world.despawn(lamp);
+    field.simulation.world.despawn(field.objects[5]);
+    let (gone, _) = field.draw();
+    assert_eq!((gone.light_bytes, gone.instances), (size_of::<LightRecord>() as u64, 1_999));
+}
+
+#[test]
+fn a_renderer_that_missed_frames_shows_the_same_as_one_that_saw_all() {
+    let (Some(mut field), Some(gpu)) = (Field::new(300), common::gpu()) else { return };
+    let mut late = Renderer::new(&gpu);
+    for frame in 0..5 {
+        for (i, &object) in field.objects.iter().enumerate().skip(frame).step_by(3) {
+            field.simulation.world.get_mut::<Transform>(object).expect("a place").translation.y = i as f32 * 0.1;
+        }
+        let (_, seen) = field.draw();
+        if frame == 1 || frame == 4 {
+            std::mem::swap(&mut late, &mut field.headless.renderer);
+            let view = relief::frames::view_of(&field.simulation.world, field.camera, SIZE);
+            let (list, library) = (field.simulation.draw_list(), field.simulation.library());
+            field.headless.renderer.prepare(list, library, &view, &Settings::default()).expect("it fits");
+            assert!(field.headless.renderer.draw_picture() == seen, "frame {frame}");
+            std::mem::swap(&mut late, &mut field.headless.renderer);
+        }
+    }
+}
+
+#[test]
+fn meshes_and_materials_that_come_later_are_drawn() {
+    let Some(mut field) = Field::new(50) else { return };
+    let (before, picture) = field.draw();
+    let mut library = field.simulation.world.resource_mut::<Library>();
+    let big = library.add_mesh(shapes::sphere(30.0, 12, 8));
+    let image = Image::rgba8("late", 16, 16, ImageKind::Color, vec![200; 1024]);
+    let base_map = Some(Map::new(library.add_image(image)));
+    let material = library.add_material(Material { base_map, alpha: AlphaMode::Blend, ..Material::default() });
+    field.simulation.world.spawn((big, material, Transform::from_xyz(100.0, 0.0, -40.0)));
+    let (after, changed) = field.draw();
+    assert_eq!((after.instances, after.draws), (before.instances + 1, before.draws + 1));
+    assert!(after.asset_bytes > 0 && changed != picture);
+}

@@ -1,0 +1,581 @@
+//! Scene files from text to entities: what loads, what is refused and in which words.
+
+use bevy_ecs::name::Name;
+use bevy_ecs::prelude::*;
+use bevy_transform::components::{GlobalTransform, Transform};
+use glam::{Quat, Vec3};
+use proptest::prelude::*;
+use relief::scene::{self, LoadedScene};
+use std::path::{Path, PathBuf};
+use systems::Simulation;
+use systems::clock::Clock;
+use systems::components::{Camera, Environment, Figure, Light, LightKind, Projection, Spin, ToneMap};
+use systems::images::ImageKind;
+use systems::library::{Library, MaterialId, MeshId, Shading, Technique, Wrap};
+
+/// A 1×1 m quad (`panel`), and below the rotated, doubled node `arm` a node `lamp`, 1 m up.
+const MODEL: &str = r#"{
+    "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0, 1]}],
+    "nodes": [
+        {"name": "panel", "mesh": 0, "translation": [0, 0, 3]},
+        {"name": "arm", "children": [2], "scale": [2, 2, 2], "rotation": [0, 0.70710678, 0, 0.70710678]},
+        {"name": "lamp", "translation": [0, 1, 0], "mesh": 0}
+    ],
+    "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+    "accessors": [
+        {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "min": [-0.5, -0.5, 0], "max": [0.5, 0.5, 0]},
+        {"bufferView": 1, "componentType": 5123, "count": 6, "type": "SCALAR"}
+    ],
+    "bufferViews": [{"buffer": 0, "byteLength": 48}, {"buffer": 0, "byteOffset": 48, "byteLength": 12}],
+    "buffers": [{"byteLength": 60, "uri": "data:application/octet-stream;base64,AAAAvwAAAL8AAAAAAAAAPwAAAL8AAAAAAAAAPwAAAD8AAAAAAAAAvwAAAD8AAAAAAAABAAIAAAACAAMA"}]
+}"#;
+
+/// A folder with a scene in it, and the model beside it.
+struct Folder(tempfile::TempDir);
+
+impl Folder {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        std::fs::write(folder.path().join("model.gltf"), MODEL).expect("written");
+        Self(folder)
+    }
+
+    fn file(&self, name: &str, content: impl AsRef<[u8]>) -> PathBuf {
+        let path = self.0.path().join(name);
+        std::fs::write(&path, content).expect("written");
+        path
+    }
+
+    fn load(&self, text: &str) -> (Simulation, LoadedScene) {
+        let mut simulation = Simulation::new();
+        let scene = scene::load(&self.file("scene.ron", text), &mut simulation).unwrap_or_else(|e| panic!("{e}"));
+        simulation.frame();
+        (simulation, scene)
+    }
+
+    /// Everything wrong with a scene, without the path.
+    fn problems(&self, text: &str) -> Vec<String> {
+        let path = self.file("scene.ron", text);
+        let start = format!("{}:", path.display());
+        let folder = format!("{}/", self.0.path().display());
+        let texts = scene::check(&path).into_iter().map(|p| p.to_string());
+        texts.map(|t| t.strip_prefix(&start).expect("starts with the path").trim().replace(&folder, "")).collect()
+    }
+}
+
+fn load(text: &str) -> (Simulation, LoadedScene) {
+    Folder::new().load(text)
+}
+
+fn named(world: &mut World, name: &str) -> Entity {
+    let mut entities = world.query::<(Entity, &Name)>();
+    let found = entities.iter(world).find(|(_, n)| n.as_str() == name).map(|(entity, _)| entity);
+    found.unwrap_or_else(|| panic!("no entity {name:?}"))
+}
+
+fn all<C: Component + Clone>(world: &mut World) -> Vec<C> {
+    world.query::<&C>().iter(world).cloned().collect()
+}
+
+fn generated(simulation: &mut Simulation, prefix: &str) -> Vec<(String, Transform, MeshId, MaterialId)> {
+    let world = &mut simulation.world;
+    let mut query = world.query::<(&Name, &Transform, &MeshId, &MaterialId)>();
+    let found = query.iter(world).filter(|(name, ..)| name.starts_with(prefix));
+    found.map(|(name, transform, mesh, material)| (name.to_string(), *transform, *mesh, *material)).collect()
+}
+
+#[test]
+fn wrong_names_and_types_are_told_with_place_and_nearest_name() {
+    let folder = Folder::new();
+    for (text, expected) in [
+        (
+            "(\n  entities: [\n    (name: \"x\", trasform: (scale: 2)),\n  ],\n)",
+            "3:17: unknown field \"trasform\"; did you mean \"transform\"?",
+        ),
+        ("(entities: [(light: pont())])", "1:21: unknown choice \"pont\"; did you mean \"point\"?"),
+        ("(entities: [(light: spot(rang: 2))])", "1:26: unknown field \"rang\"; did you mean \"range\"?"),
+        ("(entities: [(light: point(range: \"2\"))])", "1:34: expected float"),
+        ("(materials: {\"m\": (base_map: (fil: \"a.png\"))})", "1:31: unknown field \"fil\"; did you mean \"file\"?"),
+        (
+            "(environment: (ambient: red))",
+            "1:28: expected a colour: (red, green, blue), srgb(\"#ffcc88\") or kelvin(2700)",
+        ),
+        ("(entities: [(transform: (scale: \"big\"))])", "1:34: expected a number or (x, y, z)"),
+        ("(entities: [(name: \"a\" mesh: \"b\")])", "1:24: expected comma"),
+        ("(seed: 1, seed: 2)", "1:11: the field \"seed\" stands twice"),
+        ("(generators: [()])", "1:15: the field \"place\" is missing"),
+        ("(seed: -1)", "1:8: integer is out of bounds"),
+        ("", "1:1: expected opening `(` for struct `Scene`"),
+    ] {
+        assert_eq!(folder.problems(text), [expected], "{text}");
+    }
+}
+
+#[test]
+fn every_fault_is_told_with_its_place() {
+    let text = r#"(
+    clock: (step_seconds: 0),
+    materials: {
+        "brick": (base_map: "absent.png", shininess: NaN, base_factor: kelvin(10)),
+    },
+    meshes: {
+        "wall": cube(size: (1, 0, 1)),
+        "wall": plane(segments: (0, 1)),
+        "van": model(file: "absent.glb"),
+    },
+    entities: [
+        (mesh: "wal", material: "brik"),
+        (light: spot(range: -2, outer_degrees: 86, attenuation: (0, 0, 0))),
+        (light: spot(cutoff_degrees: 30, inner_degrees: 3)),
+        (transform: (rotation_degrees: (0, 0, 0), look_at: (0, 0, 0), scale: 0)),
+        (camera: (near: 1, far: 0.5), spin: (axis: (0, 0, 0)), node: "lamp"),
+    ],
+    generators: [
+        (place: scatter(region: box(min: (1, 0, 0), max: (0, 0, 0)), count: 0), random_scale: (1, inf)),
+    ],
+)"#;
+    let expected = [
+        "2:27: clock.step_seconds: expected a number from 0.000001 to 1000, found 0",
+        "4:29: materials[\"brick\"].base_map: absent.png: file: No such file or directory (os error 2)",
+        "4:54: materials[\"brick\"].shininess: expected a number from 0 to 100000, found NaN",
+        "4:72: materials[\"brick\"].base_factor: expected a temperature from 1667 to 25000 kelvin",
+        "7:32: meshes[\"wall\"].size[1]: expected a number from 0.00001 to 1000000, found 0",
+        "8:17: meshes[\"wall\"]: the name \"wall\" is taken: it stands twice",
+        "8:33: meshes[\"wall\"].segments: expected counts from 1 to 1024, found [0, 1]",
+        "9:28: meshes[\"van\"].file: absent.glb: file: No such file or directory (os error 2)",
+        "12:16: entities[0].mesh: no mesh \"wal\"; did you mean \"wall\"?",
+        "12:33: entities[0].material: no material \"brik\"; did you mean \"brick\"?",
+        "13:29: entities[1].light.range: expected a number from 0.001 to 10000000, found -2",
+        "13:48: entities[1].light.outer_degrees: expected a number from 0.1 to 85, found 86",
+        "13:65: entities[1].light.attenuation: expected at least one of the three to be more than 0",
+        "14:17: entities[2].light: expected either cutoff_degrees (and exponent) or outer_degrees (and inner_degrees)",
+        "15:21: entities[3].transform: expected one of rotation_degrees, quaternion and look_at",
+        "15:60: entities[3].transform.look_at: expected another point than the translation",
+        "15:78: entities[3].transform.scale: expected a number from 0.00001 to 1000000, found 0",
+        "16:33: entities[4].camera.far: expected a number from 1.001 to 10000000, found 0.5",
+        "16:52: entities[4].spin.axis: expected a direction, found one of length 0",
+        "16:70: entities[4].node: only what stands in `attach` is at a node",
+        "19:33: generators[0].place.region: expected min to be at most max on every axis, found [1.0, 0.0, 0.0] and [0.0, 0.0, 0.0]",
+        "19:77: generators[0].place.count: expected a count from 1 to 4000000, found 0",
+        "19:99: generators[0].random_scale[1]: expected a number from 0.00001 to 1000000, found inf",
+    ];
+    let problems = Folder::new().problems(text);
+    for (problem, expected) in problems.iter().zip(expected) {
+        assert_eq!(problem, expected);
+    }
+    assert_eq!(problems.len(), expected.len());
+    let error = scene::load(&Folder::new().file("a.ron", text), &mut Simulation::new()).expect_err("refused");
+    assert!(error.to_string().ends_with("found 0 (and 22 more problems)"), "{error}");
+}
+
+#[test]
+fn hostile_files_are_refused_quickly() {
+    let folder = Folder::new();
+    let start = std::time::Instant::now();
+    let crowd = "(place: grid(counts: (1000, 1000, 1000)))";
+    let problems = folder.problems(&format!("(generators: [{crowd}])"));
+    let most = "expected from 1 to 4000000 copies in all, found 1000000000";
+    assert_eq!(problems, [format!("1:36: generators[0].place.counts: {most}")]);
+    let crowds = "(place: grid(counts: (1000, 1, 1000))),".repeat(5);
+    let too_many = "1:14: generators: the scene has 5000000 entities; at most 4000000 are possible";
+    assert_eq!(folder.problems(&format!("(generators: [{crowds}])")), [too_many]);
+    let deep = format!("(entities: [{}{}])", "(children: [".repeat(100_000), "])".repeat(100_000));
+    assert!(folder.problems(&deep)[0].ends_with("nested too deeply"), "{:?}", folder.problems(&deep));
+    let name = "x".repeat(1 << 20);
+    assert_eq!(folder.problems(&format!("(meshes: {{\"{name}\": cube()}}, entities: [(mesh: \"{name}y\")])")).len(), 1);
+    let broken = folder.file("broken.ron", b"(\xff)");
+    assert!(scene::check(&broken)[0].to_string().ends_with("expected UTF-8 text; byte 1 is none"));
+    std::fs::create_dir(folder.0.path().join("folder.ron")).expect("made");
+    assert!(scene::check(&folder.0.path().join("folder.ron"))[0].to_string().ends_with(": expected a file"));
+    assert!(scene::check(Path::new("absent.ron"))[0].to_string().starts_with("absent.ron: No such file"));
+    let other = scene::check(Path::new("scene.txt"))[0].to_string();
+    assert_eq!(other, "scene.txt: expected a scene (.ron) or a model (.gltf, .glb)");
+    assert!(start.elapsed().as_secs() < 5);
+}
+
+#[test]
+fn a_scene_that_fails_leaves_the_world_as_it_was() {
+    let folder = Folder::new();
+    let mut simulation = Simulation::new();
+    simulation.world.insert_resource(Environment { exposure: 7.0, ..Environment::default() });
+    simulation.world.spawn(Light::point(1.0, 1.0));
+    let before = (simulation.library().sizes(), all::<Light>(&mut simulation.world));
+    let text = "(environment: (exposure: 2), materials: {\"m\": ()},
+        meshes: {\"model\": model(file: \"model.gltf\"), \"cube\": cube()},
+        entities: [(mesh: \"model\", light: point()), (mesh: \"absent\")])";
+    assert!(scene::load(&folder.file("scene.ron", text), &mut simulation).is_err());
+    assert_eq!((simulation.library().sizes(), all::<Light>(&mut simulation.world)), before);
+    assert_eq!(simulation.world.resource::<Environment>().exposure, 7.0);
+    let fine = text.replace("absent", "cube");
+    assert!(scene::load(&folder.file("scene.ron", fine), &mut simulation).is_ok());
+    assert_eq!(all::<Light>(&mut simulation.world).len(), 2);
+}
+
+#[test]
+fn an_empty_scene_has_all_defaults_and_a_camera() {
+    let (mut simulation, scene) = load("()");
+    assert_eq!((scene.name.as_str(), scene.cameras.len(), scene.warnings.len()), ("scene", 1, 0));
+    assert_eq!(*simulation.world.resource::<Environment>(), Environment::default());
+    assert_eq!(*simulation.world.resource::<Clock>(), Clock::default());
+    assert!(all::<Light>(&mut simulation.world).is_empty());
+}
+
+#[test]
+fn values_reach_their_components() {
+    let (mut simulation, scene) = load(
+        r##"(
+        environment: (ambient: srgb("#fff"), exposure: 2, tone_map: clamp),
+        clock: (step_seconds: 0.5, speed: 3, paused: true),
+        entities: [
+            (name: "a", light: point()),
+            (name: "b", light: spot(cutoff_degrees: 30, exponent: 4, range: 9, on: false)),
+            (name: "c", light: spot(outer_degrees: 30, ambient: (1, 2, 3), attenuation: (1, 2, 3))),
+            (name: "d", light: directional(color: (1, 0, 0), intensity: 2)),
+            (name: "e", camera: (orthographic_half_height: 3, near: 1)),
+            (name: "f", camera: (fov_y_degrees: 90, far: 50, aspect: 2), transform: (look_at: (5, 0, 0))),
+            (name: "g", transform: (rotation_degrees: (0, 90, 0), translation: (1, 2, 3), scale: (1, -2, 3)),
+             spin: (axis: (0, 0, 9), degrees_per_second: 180)),
+        ])"##,
+    );
+    let world = &mut simulation.world;
+    let environment = world.resource::<Environment>();
+    assert_eq!((environment.ambient, environment.exposure), (Vec3::ONE, 2.0));
+    assert_eq!(environment.tone_map, ToneMap::Clamp);
+    let clock = world.resource::<Clock>();
+    assert_eq!((clock.step_seconds, clock.speed, clock.paused), (0.5, 3.0, true));
+    let a = named(world, "a");
+    assert_eq!(world.get::<Light>(a), Some(&Light::point(1.0, f32::INFINITY)));
+    let light = |world: &mut World, name| {
+        let entity = named(world, name);
+        world.get::<Light>(entity).expect("a light").clone()
+    };
+    let b = light(world, "b");
+    let classic = LightKind::Spot { outer: 30f32.to_radians(), inner: None, exponent: 4.0 };
+    assert_eq!((b.kind, b.range, b.enabled), (classic, 9.0, false));
+    let c = light(world, "c");
+    let cone = LightKind::Spot { outer: 30f32.to_radians(), inner: Some(24f32.to_radians()), exponent: 0.0 };
+    assert_eq!((c.kind, c.ambient, c.attenuation), (cone, Vec3::new(1.0, 2.0, 3.0), Vec3::new(1.0, 2.0, 3.0)));
+    assert_eq!(light(world, "d"), Light::directional(2.0).with_color(Vec3::X));
+    let cameras: Vec<&str> = scene.cameras.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(cameras, ["e", "f"]);
+    let parallel = Camera { projection: Projection::Orthographic { half_height: 3.0 }, near: 1.0, far: 1001.0 };
+    assert_eq!(world.get::<Camera>(scene.cameras[0].1), Some(&parallel));
+    let projection = Projection::Perspective { fov_y: 90f32.to_radians(), aspect: Some(2.0) };
+    assert_eq!(world.get::<Camera>(scene.cameras[1].1), Some(&Camera { projection, near: 0.1, far: 50.0 }));
+    let looking = world.get::<Transform>(scene.cameras[1].1).expect("placed");
+    assert!((looking.rotation * Vec3::NEG_Z).distance(Vec3::X) < 1e-6);
+    let g = named(world, "g");
+    let at = *world.get::<Transform>(g).expect("placed");
+    assert_eq!((at.translation, at.scale), (Vec3::new(1.0, 2.0, 3.0), Vec3::new(1.0, -2.0, 3.0)));
+    assert!((at.rotation * Vec3::Z).distance(Vec3::X) < 1e-6);
+    let spin = world.get::<Spin>(g).expect("spins");
+    assert_eq!((spin.axis, spin.rate, spin.start), (Vec3::Z, std::f32::consts::PI, at.rotation));
+}
+
+/// Roll, then pitch, then yaw, as a camera on a tripod is turned.
+#[test]
+fn angles_are_applied_z_then_x_then_y() {
+    let (mut simulation, _) = load("(entities: [(name: \"a\", transform: (rotation_degrees: (20, 30, 40)))])");
+    let a = named(&mut simulation.world, "a");
+    let [x, y, z] = [20f32, 30.0, 40.0].map(f32::to_radians);
+    let expected = Quat::from_rotation_y(y) * Quat::from_rotation_x(x) * Quat::from_rotation_z(z);
+    let found = simulation.world.get::<Transform>(a).expect("placed").rotation;
+    assert!(found.angle_between(expected) < 1e-3, "{found}");
+}
+
+#[test]
+fn materials_and_their_maps_arrive() {
+    let textures = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/textures");
+    let map = |name: &str| format!("{:?}", textures.join(name).display().to_string());
+    let (base, normal, height) = (map("brick_base.jpg"), map("brick_normal.png"), map("brick_height.png"));
+    let (simulation, _) = load(&format!(
+        "(materials: {{
+            \"a\": (base_map: {base}, normal_map: {normal}, height_map: (file: {height}, uv: (set: 1, scale: (2, 3))),
+                uv: (offset: (0.5, 0)), sampler: (wrap: clamp, wrap_u: None), shading: blinn,
+                technique: perturbed_normal, base_factor: (1, 2, 3), base_alpha: 0.5, height_scale_uv: 0.1),
+            \"b\": (base_map: {base}, emissive_map: {base}, specular_map: {base}),
+        }})"
+    ));
+    let library = simulation.library();
+    let [a, b] = [1, 2].map(|id| library.material(MaterialId(id)).expect("in file order"));
+    assert_eq!((a.name.as_str(), a.shading, a.technique), ("a", Shading::Blinn, Technique::PerturbedNormal));
+    assert_eq!((a.base_factor, a.height_scale_uv), (glam::Vec4::new(1.0, 2.0, 3.0, 0.5), 0.1));
+    let (base_map, height_map) = (a.base_map.expect("has it"), a.height_map.expect("has it"));
+    assert_eq!(base_map.image_from_mesh_uv.translation, glam::Vec2::new(0.5, 0.0));
+    assert_eq!((base_map.sampler.wrap_u, base_map.sampler.wrap_v), (Wrap::Clamp, Wrap::Clamp));
+    assert_eq!((height_map.uv_set, height_map.image_from_mesh_uv.translation), (1, glam::Vec2::ZERO));
+    assert_eq!(height_map.image_from_mesh_uv.matrix2.col(1), glam::Vec2::new(0.0, 3.0));
+    let kind = |map: systems::library::Map| library.image(map.image).expect("in the library").kind;
+    assert_eq!(kind(base_map), ImageKind::Color);
+    assert_eq!(a.normal_map.map(kind), Some(ImageKind::Normal));
+    assert_eq!(kind(height_map), ImageKind::Data);
+    // Once as colour and once as data, however many materials and fields name it.
+    assert_eq!(b.base_map.map(|m| m.image), Some(base_map.image));
+    assert_eq!(b.emissive_map.map(|m| m.image), Some(base_map.image));
+    assert_eq!(library.images().len(), 4 + 4);
+}
+
+#[test]
+fn models_are_placed_overridden_and_picked_apart() {
+    let (mut simulation, _) = load(
+        r#"(materials: {"red": (base_factor: (1, 0, 0))},
+        meshes: {"whole": model(file: "model.gltf"), "part": model(file: "model.gltf", node: "lamp"), "cube": cube()},
+        entities: [
+            (name: "whole", mesh: "whole", transform: (translation: (10, 0, 0))),
+            (name: "red", mesh: "whole", material: "red"),
+            (name: "part", mesh: "part", transform: (translation: (5, 0, 0))),
+            (name: "figure", figure: ["cube", "part"], material: "red"),
+        ])"#,
+    );
+    let library_meshes = simulation.library().meshes().len();
+    assert_eq!(library_meshes, 2, "the model's mesh once, and the cube");
+    let world = &mut simulation.world;
+    assert_eq!(all::<MeshId>(world).len(), 2 + 2 + 1 + 1);
+    let below = |world: &World, root: Entity| -> Vec<Entity> {
+        world.get::<Children>(root).map(|children| children.iter().collect()).unwrap_or_default()
+    };
+    let red = named(world, "red");
+    assert!(below(world, red).iter().filter_map(|&e| world.get::<MaterialId>(e)).all(|m| *m == MaterialId(2)));
+    let whole = named(world, "whole");
+    let panel = below(world, whole)[0];
+    assert_eq!(world.get::<GlobalTransform>(panel).expect("placed").translation(), Vec3::new(10.0, 0.0, 3.0));
+    let part = named(world, "part");
+    let lamp = world.get::<GlobalTransform>(below(world, part)[0]).expect("placed").affine();
+    assert!((lamp.translation - glam::Vec3A::new(5.0, 0.0, 0.0)).length() < 1e-5, "moved to the entity");
+    let expected = Vec3::new(0.0, 0.0, -2.0);
+    assert!(lamp.transform_vector3(Vec3::X).distance(expected) < 1e-5, "turned and doubled as in the model");
+    let figure = named(world, "figure");
+    let meshes = world.get::<Figure>(figure).expect("a figure").meshes.clone();
+    assert_eq!((meshes.len(), world.get::<MeshId>(figure)), (2, Some(&meshes[0])));
+}
+
+#[test]
+fn things_are_attached_to_nodes_of_models() {
+    let scene = r#"(meshes: {"model": model(file: "model.gltf"), "cube": cube()}, entities: [
+    (mesh: "model", transform: (translation: (10, 0, 0)), attach: [
+        (node: "lamp", name: "head light", transform: (translation: (0, 0, 1)), light: point()),
+    ]),
+])"#;
+    let (mut simulation, _) = load(scene);
+    let light = named(&mut simulation.world, "head light");
+    let at = simulation.world.get::<GlobalTransform>(light).expect("placed").translation();
+    // Up 1 m and out 1 m, doubled; `arm` turns +Z to +X.
+    assert!(at.distance(Vec3::new(12.0, 2.0, 0.0)) < 1e-5, "{at}");
+    let folder = Folder::new();
+    let wrong = folder.problems(&scene.replace("\"lamp\"", "\"lampe\""));
+    assert_eq!(wrong, ["3:16: entities[0].attach[0].node: no node \"lampe\"; did you mean \"lamp\"?"]);
+    let cube = folder.problems(&scene.replace("(mesh: \"model\"", "(mesh: \"cube\""));
+    assert_eq!(cube, ["3:9: entities[0].attach[0]: mesh \"cube\" is no model, so it has no nodes"]);
+}
+
+#[test]
+fn grids_have_their_counts_and_every_pair_of_alternatives() {
+    let scene = r#"(materials: {"a": (), "b": (), "c": (), "d": ()}, meshes: {"x": cube(), "y": sphere()}, generators: [(
+        name: "thing", place: grid(counts: (4, 2, 3), spacing: (2, 3, 4), center: (100, 0, 0)),
+        entity: (transform: (translation: (0, 1, 0)), mesh: "x"), meshes: ["x", "y"], materials: ["a", "b", "c", "d"],
+    )])"#;
+    let (mut simulation, _) = load(scene);
+    let things = generated(&mut simulation, "thing");
+    assert_eq!(things.len(), 24);
+    let place = |i: usize| things[i].1.translation;
+    assert_eq!(place(0), Vec3::new(97.0, -0.5, -4.0));
+    assert_eq!(place(1) - place(0), Vec3::new(2.0, 0.0, 0.0));
+    assert_eq!(place(4) - place(0), Vec3::new(0.0, 0.0, 4.0));
+    assert_eq!(place(12) - place(0), Vec3::new(0.0, 3.0, 0.0));
+    for mesh in [MeshId(0), MeshId(1)] {
+        for material in [1, 2, 3, 4] {
+            let count = things.iter().filter(|t| t.2 == mesh && t.3 == MaterialId(material)).count();
+            assert_eq!(count, 3, "{mesh:?} with material {material}");
+        }
+    }
+}
+
+#[test]
+fn the_seed_alone_decides_what_is_generated() {
+    let scene = |seed: u32| {
+        format!(
+            r#"(seed: {seed}, materials: {{"a": (), "b": ()}}, meshes: {{"x": cube(), "y": sphere()}}, generators: [
+            (name: "grid", place: grid(counts: (5, 1, 5), spacing: (3, 3, 3), jitter: (1, 0, 1)), meshes: ["x", "y"],
+             materials: ["a", "b"], choose: random, random_yaw: true, random_scale: (0.5, 2)),
+            (name: "own", place: scatter(region: box(min: (-1, -2, -3), max: (1, 2, 3)), count: 50),
+             entity: (mesh: "x"), seed: 9),
+        ])"#
+        )
+    };
+    let things = |seed, name: &str| generated(&mut load(&scene(seed)).0, name);
+    let (first, again, other) = (things(1, "grid"), things(1, "grid"), things(2, "grid"));
+    assert_eq!(first, again);
+    assert!(first != other);
+    assert_eq!(things(1, "own"), things(2, "own"), "a seed of its own");
+    for (i, (_, at, ..)) in first.iter().enumerate() {
+        let cell = Vec3::new((i % 5) as f32, 0.0, (i / 5) as f32) * 3.0 - Vec3::new(6.0, 0.0, 6.0);
+        assert!((at.translation - cell).abs().max_element() <= 1.0 && at.translation.y == 0.0);
+        assert!((0.5..=2.0).contains(&at.scale.x) && at.scale == Vec3::splat(at.scale.x));
+    }
+    assert!(first.iter().any(|t| t.1.rotation.y.abs() > 0.5) && first.iter().any(|t| t.2 != first[0].2));
+    let inside = |t: &Transform| t.translation.abs().cmple(Vec3::new(1.0, 2.0, 3.0)).all();
+    assert!(things(1, "own").iter().all(|t| inside(&t.1)));
+    // The same on every platform: SplitMix64's first three numbers from 9, computed by another program.
+    let place = things(1, "own")[0].1.translation.to_array().map(f32::to_bits);
+    assert_eq!(place, PINNED_PLACE);
+}
+
+const PINNED_PLACE: [u32; 3] = [1_052_425_544, 1_065_376_532, 3_216_259_967];
+
+#[test]
+fn scattered_things_keep_their_distance_and_say_when_there_is_no_room() {
+    let scene = |count: u32| {
+        format!(
+            "(generators: [(name: \"lamp\", place: scatter(region: disc(center: (5, 1, 0), radius: 4), count: {count},
+                min_distance: 1), lights: [point(intensity: 1), point(intensity: 2)])])"
+        )
+    };
+    let (mut simulation, scene_10) = load(&scene(10));
+    let lights: Vec<f32> = all::<Light>(&mut simulation.world).iter().map(|l| l.intensity).collect();
+    assert_eq!(lights, [1.0, 2.0].repeat(5));
+    let mut places = simulation.world.query_filtered::<&Transform, With<Light>>();
+    let places: Vec<Vec3> = places.iter(&simulation.world).map(|t| t.translation).collect();
+    for (i, a) in places.iter().enumerate() {
+        assert!(a.distance(Vec3::new(5.0, 1.0, 0.0)) <= 4.0 && a.y == 1.0);
+        assert!(places[..i].iter().all(|b| a.distance(*b) >= 1.0));
+    }
+    assert!(scene_10.warnings.is_empty());
+    let (mut simulation, crowded) = load(&scene(1000));
+    let placed = all::<Light>(&mut simulation.world).len();
+    assert!((20..64).contains(&placed), "{placed}");
+    assert_eq!(crowded.warnings, [format!("lamp: {placed} of 1000 placed: min_distance leaves no room")]);
+}
+
+#[test]
+fn a_bare_model_gets_a_neutral_rig_and_a_camera_that_sees_all_of_it() {
+    let folder = Folder::new();
+    let mut simulation = Simulation::new();
+    let path = folder.0.path().join("model.gltf");
+    let scene = scene::load(&path, &mut simulation).unwrap_or_else(|e| panic!("{e}"));
+    simulation.frame();
+    let world = &mut simulation.world;
+    assert_eq!((scene.name.as_str(), scene.cameras.len()), ("model", 1));
+    let lights = all::<Light>(world);
+    assert_eq!(lights.len(), 2);
+    assert!(lights.iter().all(|l| l.kind == LightKind::Directional && l.intensity > 0.0));
+    assert!(world.resource::<Environment>().ambient.min_element() > 0.05);
+    let eye = scene.cameras[0].1;
+    let camera_from_world = world.get::<GlobalTransform>(eye).expect("placed").affine().inverse();
+    let Some(&Camera { projection: Projection::Perspective { fov_y, .. }, near, .. }) = world.get(eye) else {
+        panic!("a perspective camera")
+    };
+    let library = world.resource::<Library>();
+    let mut sizes = Vec::new();
+    let mut drawn = world.try_query::<(&GlobalTransform, &MeshId)>().expect("all registered");
+    for (transform, mesh) in drawn.iter(world) {
+        for point in &library.mesh(*mesh).expect("in the library").mesh.positions {
+            let seen = camera_from_world.transform_point3(transform.transform_point(*point));
+            assert!(seen.z < -near, "before the near plane: {seen}");
+            sizes.push(seen.truncate().abs().max_element() / -seen.z / (fov_y * 0.5).tan());
+        }
+    }
+    let largest = sizes.iter().copied().fold(0.0, f32::max);
+    assert!((0.4..=1.0).contains(&largest), "fills {largest} of the picture");
+    let at = world.get::<Transform>(eye).expect("placed").translation;
+    assert!(at.x > 0.0 && at.y > 0.0 && at.z > at.x, "from the front right and above: {at}");
+}
+
+#[test]
+fn a_model_with_light_and_camera_keeps_its_own() {
+    let folder = Folder::new();
+    let text = MODEL
+        .replace("\"scene\": 0", "\"extensionsUsed\": [\"KHR_lights_punctual\"], \"scene\": 0, \"extensions\": {\"KHR_lights_punctual\": {\"lights\": [{\"type\": \"point\"}]}}, \"cameras\": [{\"type\": \"perspective\", \"perspective\": {\"yfov\": 1, \"znear\": 0.1}}]")
+        .replace("\"name\": \"panel\"", "\"name\": \"panel\", \"camera\": 0")
+        .replace("\"name\": \"lamp\"", "\"name\": \"lamp\", \"extensions\": {\"KHR_lights_punctual\": {\"light\": 0}}");
+    let mut simulation = Simulation::new();
+    let scene = scene::load(&folder.file("own.gltf", text), &mut simulation).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(all::<Light>(&mut simulation.world).len(), 1);
+    assert_eq!(scene.cameras.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>(), ["panel"]);
+    assert_eq!(*simulation.world.resource::<Environment>(), Environment::default());
+}
+
+#[test]
+fn a_broken_model_is_refused_with_file_and_place() {
+    let folder = Folder::new();
+    let path = folder.file("broken.gltf", MODEL.replace("\"count\": 4", "\"count\": 4000"));
+    let error = scene::load(&path, &mut Simulation::new()).expect_err("refused").to_string();
+    assert!(error.contains("broken.gltf: ") && error.contains("accessors[0]"), "{error}");
+    let text = "(meshes: {\"m\": model(file: \"broken.gltf\")})";
+    let problems = folder.problems(text);
+    assert!(problems[0].starts_with("1:28: meshes[\"m\"].file: broken.gltf: "), "{problems:?}");
+}
+
+#[test]
+fn the_example_scenes_load_without_a_warning() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes");
+    for name in ["shapes", "lights"] {
+        let mut simulation = Simulation::new();
+        let path = folder.join(name).with_extension("ron");
+        let scene = scene::load(&path, &mut simulation).unwrap_or_else(|e| panic!("{e}"));
+        simulation.frame();
+        assert_eq!(scene.warnings, Vec::<String>::new());
+        assert!(!simulation.draw_list().batches.is_empty());
+    }
+}
+
+#[test]
+fn the_whole_scenes_of_the_documentation_load() {
+    let docs = include_str!("../docs/scenes.md");
+    let folder = Folder::new();
+    let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets").display().to_string();
+    let scenes: Vec<&str> = docs.split("```ron scene\n").skip(1).filter_map(|s| s.split("```").next()).collect();
+    assert!(!scenes.is_empty());
+    for text in scenes {
+        let (_, scene) = folder.load(&text.replace("\"../", &format!("\"{assets}/")));
+        assert!(scene.warnings.is_empty());
+    }
+}
+
+/// Mostly sane, so that many scenes load and some of them nearly did not.
+fn any_number() -> impl Strategy<Value = f32> {
+    prop_oneof![
+        60 => 0.01f32..10.0,
+        1 => any::<f32>(),
+        1 => proptest::sample::select(vec![0.0, -1.0, 1e6, 1e7, f32::MAX, f32::MIN_POSITIVE, f32::NAN, f32::INFINITY]),
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn no_number_in_a_transform_panics(n in proptest::array::uniform32(any_number()), way in 0..4) {
+        let vector = |i: usize| format!("({:?}, {:?}, {:?})", n[i], n[i + 1], n[i + 2]);
+        let rotation = match way {
+            0 => format!("rotation_degrees: {}", vector(0)),
+            1 => format!("quaternion: ({:?}, {:?}, {:?}, {:?})", n[0], n[1], n[2], n[3]),
+            2 => format!("look_at: {}", vector(0)),
+            _ => String::new(),
+        };
+        let transform = format!("(translation: {}, scale: {}, {rotation})", vector(4), vector(7));
+        let spin = format!("(axis: {}, degrees_per_second: {:?})", vector(10), n[13]);
+        let text = format!(
+            "(meshes: {{\"m\": cube(size: {})}}, entities: [(mesh: \"m\", transform: {transform}, spin: {spin},
+                children: [(mesh: \"m\", transform: {transform}, light: point(range: {:?}), camera: (near: {:?}))])],
+              generators: [(place: grid(counts: (2, 1, 2), spacing: {}, jitter: {}), entity: (mesh: \"m\"))])",
+            vector(14), n[17], n[18], vector(19), vector(22),
+        );
+        let folder = Folder::new();
+        let mut simulation = Simulation::new();
+        if scene::load(&folder.file("scene.ron", text), &mut simulation).is_ok() {
+            simulation.step();
+            simulation.frame();
+            let transforms = all::<GlobalTransform>(&mut simulation.world);
+            prop_assert!(transforms.iter().all(|t| t.affine().is_finite()));
+        }
+    }
+
+    #[test]
+    fn no_damage_to_a_scene_panics(cut in 0usize..4000, length in 0usize..40, byte in any::<char>()) {
+        let text = include_str!("../assets/scenes/lights.ron");
+        let end = |i: usize| (0..=i.min(text.len())).rev().find(|&i| text.is_char_boundary(i)).unwrap_or(0);
+        let damaged = format!("{}{byte}{}", &text[..end(cut)], &text[end(cut + length)..]);
+        let folder = Folder::new();
+        scene::check(&folder.file("scene.ron", damaged));
+    }
+}
