@@ -264,6 +264,20 @@ mod tests {
     }
 
     #[test]
+    fn the_image_is_not_sheared_at_the_poles() {
+        let mesh = sphere(1.0, 8, 4);
+        let at_pole = |i: usize| mesh.normals[i].y.abs() > 0.999;
+        let mut poles = 0;
+        for corners in triangles(&mesh) {
+            let Some(&pole) = corners.iter().find(|&&i| at_pole(i)) else { continue };
+            let across: f32 = corners.iter().filter(|&&i| i != pole).map(|&i| mesh.uvs[0][i].x).sum();
+            assert!((mesh.uvs[0][pole].x - across / 2.0).abs() < 1e-6);
+            poles += 1;
+        }
+        assert_eq!(poles, 16);
+    }
+
+    #[test]
     fn tiles_have_the_same_size_on_every_face() {
         let mesh = tiled(cube(Vec3::new(4.0, 2.0, 1.0)), 2.0);
         for [a, b, c] in triangles(&mesh) {

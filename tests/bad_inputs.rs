@@ -166,3 +166,46 @@ fn checking_agrees_with_loading_and_names_every_place() {
         assert!(problems.iter().all(|p| !p.place.is_empty() && !p.message.is_empty()), "{}: {problems:?}", row.file);
     }
 }
+
+/// Small files with a few bytes changed at random, thousands of times: whatever comes of it, it is no panic.
+#[test]
+fn damaged_copies_of_sound_files_never_panic() {
+    let Some(data) = common::test_data() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let originals = [
+        "models/GltfPrimitives/gltf_primitives.glb",
+        "models/box_sparse/box_sparse.glb",
+        "models/Lights/Lights.glb",
+        "models/BoxTextured-Embedded/BoxTextured.gltf",
+        "models/SimpleSkin/SimpleSkin.gltf",
+        "models/SimpleInstancing/simple-instancing.glb",
+        "models/TwoQuads/TwoQuads.gltf",
+    ];
+    let mut random = 0x2545_F491_4F6C_DD1Du64;
+    let mut next = move |below: usize| {
+        random ^= random << 13;
+        random ^= random >> 7;
+        random ^= random << 17;
+        (random % below as u64) as usize
+    };
+    for original in originals {
+        let bytes = std::fs::read(data.join(original)).unwrap();
+        let path = folder.path().join(Path::new(original).file_name().unwrap());
+        // JSON alone makes the interesting half: digits into other digits.
+        let digits: Vec<usize> = (0..bytes.len().min(8000)).filter(|&i| bytes[i].is_ascii_digit()).collect();
+        for round in 0..300 {
+            let mut damaged = bytes.clone();
+            for _ in 0..=next(3) {
+                if round % 2 == 0 {
+                    damaged[digits[next(digits.len())]] = b'0' + next(10) as u8;
+                } else {
+                    damaged[next(bytes.len())] = next(256) as u8;
+                }
+            }
+            std::fs::write(&path, &damaged).unwrap();
+            let start = Instant::now();
+            let survived = std::panic::catch_unwind(|| load(&path)).is_ok();
+            assert!(survived && start.elapsed() < TIME_LIMIT, "{original}, round {round}");
+        }
+    }
+}

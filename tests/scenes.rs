@@ -103,8 +103,8 @@ fn wrong_names_and_types_are_told_with_place_and_nearest_name() {
         ("(entities: [(transform: (scale: \"big\"))])", "1:34: expected a number or (x, y, z)"),
         ("(entities: [(name: \"a\" mesh: \"b\")])", "1:24: expected comma"),
         ("(seed: 1, seed: 2)", "1:11: the field \"seed\" stands twice"),
-        ("(generators: [()])", "1:15: the field \"place\" is missing"),
-        ("(seed: -1)", "1:8: integer is out of bounds"),
+        ("(generators: [()])", "1:16: the field \"place\" is missing"),
+        ("(seed: -1)", "1:9: integer is out of bounds"),
         ("", "1:1: expected opening `(` for struct `Scene`"),
     ] {
         assert_eq!(folder.problems(text), [expected], "{text}");

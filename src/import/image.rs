@@ -3,7 +3,7 @@
 use super::ImportError;
 use super::gltf::read_file;
 use glam::{Vec3, Vec4};
-use image::{DynamicImage, ImageFormat, ImageReader, Limits};
+use image::{DynamicImage, ImageError, ImageFormat, ImageReader, Limits};
 use std::io::Cursor;
 use std::path::Path;
 use systems::images::{Image, ImageKind, linear_from_srgb};
@@ -70,17 +70,27 @@ fn reader(bytes: &[u8], by_name: Option<ImageFormat>) -> Result<ImageReader<Curs
     Ok(reader)
 }
 
+fn damaged(error: ImageError) -> Unfit {
+    match error {
+        ImageError::Limits(_) => too_large("it"),
+        error => Unfit::Damaged(error.to_string()),
+    }
+}
+
+fn too_large(what: &str) -> Unfit {
+    Unfit::Damaged(format!(
+        "{what} is too large: at most {MAX_SIDE} texels along a side and {MAX_TEXELS} in all are read"
+    ))
+}
+
 /// Looks at the header only.
 pub fn size(bytes: &[u8], by_name: Option<ImageFormat>) -> Result<(u32, u32), Unfit> {
-    let (width, height) =
-        reader(bytes, by_name)?.into_dimensions().map_err(|error| Unfit::Damaged(error.to_string()))?;
+    let (width, height) = reader(bytes, by_name)?.into_dimensions().map_err(damaged)?;
     if width == 0 || height == 0 {
         return Err(Unfit::Damaged(format!("expected at least one texel, the size is {width}×{height}")));
     }
     if width > MAX_SIDE || height > MAX_SIDE || u64::from(width) * u64::from(height) > MAX_TEXELS {
-        return Err(Unfit::Damaged(format!(
-            "{width}×{height} is too large: at most {MAX_SIDE} along a side and {MAX_TEXELS} texels are read"
-        )));
+        return Err(too_large(&format!("{width}×{height}")));
     }
     Ok((width, height))
 }
@@ -88,7 +98,7 @@ pub fn size(bytes: &[u8], by_name: Option<ImageFormat>) -> Result<(u32, u32), Un
 /// Decodes all of it.
 pub fn decode(bytes: &[u8], by_name: Option<ImageFormat>) -> Result<DynamicImage, Unfit> {
     size(bytes, by_name)?;
-    let pixels = reader(bytes, by_name)?.decode().map_err(|error| Unfit::Damaged(error.to_string()))?;
+    let pixels = reader(bytes, by_name)?.decode().map_err(damaged)?;
     if pixels.width() == 0 || pixels.height() == 0 {
         return Err(Unfit::Damaged("the image has no texels".into()));
     }

@@ -1,11 +1,12 @@
 //! The JSON with what its buffers hold: everything the other readers read from.
 
 use super::report::{Fault, FaultKind, Read, Report};
-use super::shape::whole;
+use super::shape::{declared, whole};
 use super::uri;
 use glam::{Vec2, Vec3, Vec4};
 use serde_json::Value;
 use std::cell::{Cell, OnceCell};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 /// Bytes of decoded elements that any file may make, however small.
@@ -22,13 +23,21 @@ pub struct Document {
     /// Read when first needed: a faulty buffer that nothing uses does no harm.
     buffers: Vec<OnceCell<Read<Vec<u8>>>>,
     budget: Cell<usize>,
+    /// Whether KHR_mesh_quantization widens the allowed vertex formats.
+    pub quantized: bool,
+    first_images: Vec<usize>,
 }
 
 impl Document {
     pub fn new(root: Value, folder: PathBuf, bin: Option<Vec<u8>>, file_bytes: usize) -> Self {
         let count = root["buffers"].as_array().map_or(0, Vec::len);
         let budget = Cell::new(FREE_BYTES.saturating_add(file_bytes.saturating_mul(BYTES_PER_BYTE)));
-        Self { root, folder, bin, buffers: vec![OnceCell::new(); count], budget }
+        let mut first = BTreeMap::new();
+        let images = items(&root["images"]).iter().enumerate();
+        let first_images =
+            images.map(|(id, i)| *first.entry((i["uri"].as_str(), id_of(i, "bufferView"))).or_insert(id)).collect();
+        let quantized = declared(&root, "extensionsUsed", "KHR_mesh_quantization");
+        Self { root, folder, bin, buffers: vec![OnceCell::new(); count], budget, quantized, first_images }
     }
 
     /// A root array; empty where there is none.
@@ -102,13 +111,22 @@ impl Document {
         })
     }
 
+    /// The first image that names the same bytes: some exporters list an image once for every texture.
+    pub fn first_alike(&self, image: usize) -> usize {
+        self.first_images.get(image).copied().unwrap_or(image)
+    }
+
     /// The bytes of an image, still encoded.
     pub fn image_bytes(&self, id: usize) -> Read<Vec<u8>> {
         let image = &self.root["images"][id];
         let place = format!("images[{id}]");
         match (image["uri"].as_str(), id_of(image, "bufferView")) {
             (Some(uri), None) => uri::fetch(uri, &self.folder, &format!("{place}.uri")),
-            (None, Some(view)) => Ok(self.view(view)?.to_vec()),
+            (None, Some(view)) => {
+                let bytes = self.view(view)?;
+                self.spend(bytes.len(), &place)?;
+                Ok(bytes.to_vec())
+            }
             _ => Err(Fault::invalid(place, "expected either uri or bufferView")),
         }
     }

@@ -5,7 +5,7 @@ use super::document::{Document, id_of};
 use super::geometry::{compact, flat_normals, triangles, unit_normals};
 use super::pose::{Pose, Posed};
 use super::report::{Fault, Read, Report};
-use super::shape::{declared, whole};
+use super::shape::whole;
 use glam::{Vec2, Vec3, Vec4};
 use serde_json::Value;
 use std::cell::RefCell;
@@ -303,7 +303,7 @@ impl Primitive<'_> {
 
     /// Warns of component types that glTF does not allow there; they are read all the same.
     fn check_format(&self, name: &str, accessor: &Accessor, place: &str, report: &mut Report) {
-        let quantized = declared(&self.meshes.document.root, "extensionsUsed", "KHR_mesh_quantization");
+        let quantized = self.meshes.document.quantized;
         let (component, normalized) = (accessor.component, accessor.normalized);
         let unsigned = matches!(component, Component::U8 | Component::U16);
         let signed = matches!(component, Component::I8 | Component::I16);

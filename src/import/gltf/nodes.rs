@@ -8,6 +8,7 @@ use crate::import::Node;
 use bevy_transform::components::Transform;
 use glam::{Mat3, Mat4, Quat, Vec3, Vec4};
 use serde_json::Value;
+use std::collections::BTreeSet;
 use std::f32::consts::{FRAC_PI_4, PI};
 use systems::components::{Camera, Light, LightKind, Projection};
 
@@ -105,11 +106,12 @@ pub fn scene<'a>(document: &'a Document, report: &mut Report) -> (Vec<usize>, Op
     let mut shown = (Vec::new(), None);
     for (s, scene) in document.array("scenes").iter().enumerate() {
         let mut roots = Vec::new();
+        let mut listed = BTreeSet::new();
         for (i, root) in items(&scene["nodes"]).iter().filter_map(whole).map(|n| n as usize).enumerate() {
             let place = format!("scenes[{s}].nodes[{i}]");
             if has_parent[root] {
                 report.fault(s == id, Fault::invalid(place, format!("nodes[{root}] is not a root: it has a parent")));
-            } else if roots.contains(&root) {
+            } else if !listed.insert(root) {
                 report.warn(place, format!("nodes[{root}] is listed twice"));
             } else {
                 roots.push(root);

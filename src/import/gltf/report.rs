@@ -1,6 +1,7 @@
 //! What is found wrong with a file while it is read.
 
 use crate::import::{ImportError, Warning};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// A file made of nothing but mistakes is not listed to its end.
@@ -11,6 +12,8 @@ pub struct Report {
     pub path: PathBuf,
     pub errors: Vec<ImportError>,
     pub warnings: Vec<Warning>,
+    /// Places and messages of the warnings: each is given once.
+    given: BTreeSet<(String, String)>,
 }
 
 /// One reason why something cannot be read; becomes an error or, where nothing depends on it, a warning.
@@ -58,7 +61,7 @@ impl Fault {
 
 impl Report {
     pub fn new(path: &Path) -> Self {
-        Self { path: path.to_owned(), errors: Vec::new(), warnings: Vec::new() }
+        Self { path: path.to_owned(), errors: Vec::new(), warnings: Vec::new(), given: BTreeSet::new() }
     }
 
     pub fn error(&mut self, fault: Fault) {
@@ -78,11 +81,9 @@ impl Report {
     }
 
     pub fn warn(&mut self, place: impl Into<String>, message: impl Into<String>) {
-        if self.warnings.len() < MOST {
-            let warning = Warning { path: self.path.clone(), place: place.into(), message: message.into() };
-            if !self.warnings.contains(&warning) {
-                self.warnings.push(warning);
-            }
+        let (place, message) = (place.into(), message.into());
+        if self.warnings.len() < MOST && self.given.insert((place.clone(), message.clone())) {
+            self.warnings.push(Warning { path: self.path.clone(), place, message });
         }
     }
 

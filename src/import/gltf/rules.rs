@@ -8,7 +8,7 @@ use super::document::{Document, id_of, items, uint};
 use super::report::Report;
 use super::shape::declared;
 use serde_json::Value;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 const VERTEX_TARGET: usize = 34962;
 const INDEX_TARGET: usize = 34963;
@@ -16,6 +16,7 @@ const INDEX_TARGET: usize = 34963;
 /// Warns of all of them.
 pub fn check(document: &Document, report: &mut Report) {
     views_and_accessors(document, report);
+    let uv_sets: Vec<BTreeSet<String>> = document.array("materials").iter().map(uv_sets).collect();
     for (m, mesh) in document.array("meshes").iter().enumerate() {
         let primitives = items(&mesh["primitives"]);
         let targets = |p: &Value| items(&p["targets"]).len();
@@ -26,7 +27,12 @@ pub fn check(document: &Document, report: &mut Report) {
             let place = format!("meshes[{m}].primitives[{p}]");
             indices(document, primitive, &place, report);
             attributes(document, primitive, &place, report);
-            uv_sets(document, primitive, &place, report);
+            let material = id_of(primitive, "material");
+            for name in material.and_then(|id| uv_sets.get(id)).into_iter().flatten() {
+                if primitive["attributes"].get(name).is_none() {
+                    report.warn(format!("{place}.attributes"), format!("its material needs {name}"));
+                }
+            }
         }
     }
     shared_views(document, report);
@@ -104,24 +110,18 @@ fn attributes(document: &Document, primitive: &Value, place: &str, report: &mut 
     }
 }
 
-/// Every UV set that the material's textures name must be there.
-fn uv_sets(document: &Document, primitive: &Value, place: &str, report: &mut Report) {
-    let Some(id) = id_of(primitive, "material") else { return };
-    let mut open = vec![&document.root["materials"][id]];
-    let mut missing = Vec::new();
+/// The attributes that a material's textures are placed by.
+fn uv_sets(material: &Value) -> BTreeSet<String> {
+    let mut open = vec![material];
+    let mut names = BTreeSet::new();
     while let Some(value) = open.pop() {
         if value.get("index").is_some() {
             let transform = id_of(&value["extensions"]["KHR_texture_transform"], "texCoord");
-            let name = format!("TEXCOORD_{}", transform.unwrap_or(uint(value, "texCoord")));
-            if primitive["attributes"].get(&name).is_none() && !missing.contains(&name) {
-                missing.push(name);
-            }
+            names.insert(format!("TEXCOORD_{}", transform.unwrap_or(uint(value, "texCoord"))));
         }
         open.extend(value.as_object().into_iter().flat_map(|o| o.values()).filter(|v| v.is_object()));
     }
-    for name in missing {
-        report.warn(format!("{place}.attributes"), format!("materials[{id}] needs {name}"));
-    }
+    names
 }
 
 /// Vertex attributes that share a view must say how far apart their elements are.

@@ -8,7 +8,8 @@ use std::collections::BTreeSet;
 
 /// Reports everything in the document that does not fit the tables.
 pub fn check(root: &Value, report: &mut Report) {
-    let mut check = Check { root, report, lenient: false, ignored: BTreeSet::new() };
+    let used = root["extensionsUsed"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
+    let mut check = Check { root, report, lenient: false, used, ignored: BTreeSet::new() };
     check.object(root, &ROOT, "");
     let ignored = std::mem::take(&mut check.ignored);
     check.declarations(&ignored);
@@ -27,6 +28,8 @@ struct Check<'a> {
     report: &'a mut Report,
     /// Within what we do not read: faults do not refuse the file.
     lenient: bool,
+    /// Extensions that the file declares.
+    used: BTreeSet<&'a str>,
     /// Extensions met that we do not read.
     ignored: BTreeSet<String>,
 }
@@ -162,7 +165,7 @@ impl Check<'_> {
         let Some(extensions) = value.as_object() else { return self.fault(place, "expected an object") };
         for (name, extension) in extensions {
             let place = join(place, name);
-            if !declared(self.root, "extensionsUsed", name) {
+            if !self.used.contains(name.as_str()) {
                 self.report.warn(&*place, "not declared in extensionsUsed");
             }
             if let Some((_, schema)) = schema.extensions.iter().find(|(n, _)| n == name) {
@@ -180,21 +183,24 @@ impl Check<'_> {
 
     /// The lists of extensions against each other and against what we have.
     fn declarations(&mut self, ignored: &BTreeSet<String>) {
-        let texts = |key: &str| self.root[key].as_array().into_iter().flatten().filter_map(Value::as_str).enumerate();
-        for (key, i, name) in
-            ["extensionsUsed", "extensionsRequired"].iter().flat_map(|k| texts(k).map(|(i, n)| (*k, i, n)))
-        {
-            let place = format!("{key}[{i}]");
-            let supported = SUPPORTED.contains(&name);
-            if texts(key).any(|(j, n)| j < i && n == name) {
-                self.report.warn(&*place, format!("{name} is listed twice"));
-            }
-            if key == "extensionsRequired" && !supported {
-                self.report.unsupported(place, format!("this file requires {name}, which is not supported"));
-            } else if key == "extensionsRequired" && !declared(self.root, "extensionsUsed", name) {
-                self.report.warn(place, format!("{name} is not listed in extensionsUsed"));
-            } else if key == "extensionsUsed" && !supported && !ignored.contains(name) {
-                self.report.warn(place, format!("ignored: {name}"));
+        for list in ["extensionsUsed", "extensionsRequired"] {
+            let names = self.root[list].as_array().into_iter().flatten().filter_map(Value::as_str);
+            let mut seen = BTreeSet::new();
+            for (i, name) in names.enumerate() {
+                let place = format!("{list}[{i}]");
+                let supported = SUPPORTED.contains(&name);
+                if !seen.insert(name) {
+                    self.report.warn(&*place, format!("{name} is listed twice"));
+                }
+                if list == "extensionsUsed" {
+                    if !supported && !ignored.contains(name) {
+                        self.report.warn(place, format!("ignored: {name}"));
+                    }
+                } else if !supported {
+                    self.report.unsupported(place, format!("this file requires {name}, which is not supported"));
+                } else if !self.used.contains(name) {
+                    self.report.warn(place, format!("{name} is not listed in extensionsUsed"));
+                }
             }
         }
     }

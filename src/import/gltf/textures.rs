@@ -12,13 +12,13 @@ use glam::{Affine2, Vec2};
 use image::imageops::{self, FilterType};
 use image::{DynamicImage, ImageFormat, RgbaImage};
 use serde_json::Value;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use systems::images::{Image, ImageKind};
 use systems::library::{Filter, ImageId, Map, MipFilter, Sampler, Wrap};
 
 /// What an image of the library is made of.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Source {
     /// An image of the file, read as that kind.
     Plain(usize, ImageKind),
@@ -54,6 +54,7 @@ pub fn texture(document: &Document, holder: &Value, key: &str, place: &str, repo
         report.warn(format!("textures[{id}]"), "names no image that can be read: drawn without it");
         return None;
     };
+    let image = document.first_alike(image);
     let transform = &info["extensions"]["KHR_texture_transform"];
     let mut uv_set = id_of(transform, "texCoord").unwrap_or(uint(info, "texCoord"));
     if uv_set > 1 {
@@ -93,16 +94,18 @@ fn sampler(json: &Value) -> Sampler {
 #[derive(Default)]
 pub struct Images {
     requests: Vec<Source>,
+    known: BTreeMap<Source, usize>,
 }
 
 impl Images {
     /// The request's number as the id that stands for the image until it is in a library.
     pub fn request(&mut self, source: Source) -> ImageId {
-        let known = self.requests.iter().position(|&r| r == source);
-        ImageId(known.unwrap_or_else(|| {
+        let next = self.requests.len();
+        let id = *self.known.entry(source).or_insert(next);
+        if id == next {
             self.requests.push(source);
-            self.requests.len() - 1
-        }) as u32)
+        }
+        ImageId(id as u32)
     }
 
     /// Decodes all requests in parallel, in their order. `None` for an image of a format that we do not know, as glTF
@@ -142,12 +145,13 @@ fn complain(id: usize, unfit: &Unfit, encoded: &BTreeMap<usize, Encoded>, report
 
 /// Checks all images against glTF's rules, and the headers of those that nothing draws.
 pub fn check(document: &Document, images: &Images, report: &mut Report) {
+    let used: BTreeSet<usize> = images.requests.iter().flat_map(|r| r.images()).collect();
     for id in 0..document.array("images").len() {
         let view = id_of(&document.root["images"][id], "bufferView");
         if view.is_some_and(|v| document.root["bufferViews"][v].get("byteStride").is_some()) {
             report.warn(format!("images[{id}].bufferView"), "the view of an image may have no byteStride");
         }
-        let used = images.requests.iter().flat_map(|r| r.images()).any(|used| used == id);
+        let used = used.contains(&id);
         match Encoded::new(document, id) {
             Err(fault) if !used => report.fault(false, fault),
             Err(_) => {}

@@ -1,0 +1,198 @@
+//! The binary as a user meets it: exit codes, messages, files, and the same frames every time.
+
+mod common;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+const SCENE: &str = r#"(
+    materials: { "red": (base_factor: (0.8, 0.1, 0.1)), "glass": (base_factor: (0.2, 0.5, 0.9), base_alpha: 0.4, alpha_mode: blend) },
+    meshes: { "ball": sphere(radius: 0.5, segments: 24, rings: 12), "floor": plane(size: (8, 8)) },
+    entities: [
+        (name: "floor", mesh: "floor"),
+        (name: "ball", mesh: "ball", material: "red", transform: (translation: (0, 0.5, 0))),
+        (name: "turning", spin: (axis: (0, 1, 0), degrees_per_second: 360), children: [
+            (name: "moon", mesh: "ball", material: "glass", transform: (translation: (1.5, 0.8, 0), scale: 0.6)),
+            (name: "lamp", light: point(intensity: 3, range: 9), transform: (translation: (-1, 1.6, 1))),
+        ]),
+        (name: "front", camera: (fov_y_degrees: 45), transform: (translation: (0, 2, 5), look_at: (0, 0.5, 0))),
+        (name: "above", camera: (fov_y_degrees: 45), transform: (translation: (0.1, 7, 0.1), look_at: (0, 0, 0))),
+    ],
+    generators: [
+        (name: "sparks", place: scatter(region: disc(center: (0, 1, 0), radius: 3), count: 40),
+         lights: [point(color: (0.9, 0.5, 0.2), intensity: 0.3, range: 2)], entity: ()),
+    ],
+)"#;
+
+fn relief(args: &[&str], folder: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_relief"))
+        .args(args)
+        .current_dir(folder)
+        .env_remove("DISPLAY")
+        .env_remove("WAYLAND_DISPLAY")
+        .output()
+        .expect("the binary runs")
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+#[track_caller]
+fn assert_fails(output: &Output, code: i32, needles: &[&str]) {
+    let error = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{error}");
+    for needle in needles {
+        assert!(error.contains(needle), "\"{needle}\" is not in: {error}");
+    }
+}
+
+fn scene_folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    fs::write(folder.path().join("scene.ron"), SCENE).expect("a scene");
+    folder
+}
+
+/// Name and contents of every file in a folder.
+fn contents(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+    let mut files: Vec<_> = fs::read_dir(folder)
+        .expect("a folder")
+        .flatten()
+        .map(|entry| (PathBuf::from(entry.file_name()), fs::read(entry.path()).expect("a file")))
+        .collect();
+    files.sort();
+    files
+}
+
+#[test]
+fn the_same_frames_bit_for_bit_on_two_runs_and_with_one_or_two_threads() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let folder = scene_folder();
+    let render = |out: &str, threads: &str| {
+        let args = ["render", "scene.ron", "-o", out, "--frames", "8..11", "--size", "96x54", "--threads", threads];
+        let all = ["--outputs", "color,depth,normal,id"];
+        let output = relief(&[&args[..], &all].concat(), folder.path());
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        contents(&folder.path().join(out))
+    };
+    let first = render("a", "1");
+    assert_eq!(first.len(), 13, "three frames of four kinds, and the names");
+    assert!(first == render("b", "1"), "another run");
+    assert!(first == render("c", "2"), "two threads");
+    assert!(first[0].1 != first[1].1, "frames differ: something moves");
+}
+
+#[test]
+fn a_resumed_run_ends_with_what_an_unbroken_one_gives() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let folder = scene_folder();
+    let base = ["render", "scene.ron", "--frames", "4", "--size", "64x36", "-o"];
+    assert!(relief(&[&base[..], &["whole"]].concat(), folder.path()).status.success());
+    assert!(relief(&[&base[..], &["part"]].concat(), folder.path()).status.success());
+    let part = folder.path().join("part");
+    fs::remove_file(part.join("color_00002.png")).expect("it was there");
+    let kept = fs::metadata(part.join("color_00001.png")).expect("a frame").modified().expect("a time");
+    let output = relief(&[&base[..], &["part", "--resume"]].concat(), folder.path());
+    assert!(output.status.success());
+    assert_eq!(contents(&part), contents(&folder.path().join("whole")));
+    assert_eq!(fs::metadata(part.join("color_00001.png")).expect("a frame").modified().expect("a time"), kept);
+}
+
+#[test]
+fn cameras_lights_and_techniques_change_the_picture() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let folder = scene_folder();
+    let picture = |args: &[&str]| {
+        let output = relief(&[&["render", "scene.ron", "-o", "out", "--size", "64x36"], args].concat(), folder.path());
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        fs::read(folder.path().join("out/color_00000.png")).expect("a picture")
+    };
+    let plain = picture(&[]);
+    assert!(plain == picture(&["--camera", "front", "--lights", "three"]), "the defaults");
+    for other in [&["--camera", "above"][..], &["--lights", "hard"], &["--lights", "all"], &["--debug", "normal"]] {
+        assert!(plain != picture(other), "{other:?}");
+    }
+}
+
+#[test]
+fn no_display_renders_pictures_instead_and_says_so() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let folder = scene_folder();
+    let output = relief(&["scene.ron", "--size", "64x36"], folder.path());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert!(text(&output.stderr).contains("no window"), "{}", text(&output.stderr));
+    assert!(folder.path().join("relief-frames/color_00000.png").exists());
+}
+
+#[test]
+fn bad_usage_exits_with_2_and_says_what_was_expected() {
+    let folder = scene_folder();
+    let run = |args: &[&str]| relief(args, folder.path());
+    assert_fails(&run(&["render", "scene.ron"]), 2, &["--output"]);
+    assert_fails(&run(&["render", "scene.ron", "-o", "o", "--size", "64"]), 2, &["WIDTHxHEIGHT"]);
+    assert_fails(&run(&["render", "scene.ron", "-o", "o", "--frames", "9..3"]), 2, &["30..60"]);
+    let near = ["no technique \"nomral\"", "did you mean \"normal\"?"];
+    assert_fails(&run(&["render", "scene.ron", "-o", "o", "--technique", "nomral"]), 2, &near);
+    assert_fails(&run(&["render", "scene.ron", "-o", "o", "--camera", "back"]), 2, &["no camera named \"back\"", "front, above"]);
+    assert_fails(&run(&["render", "missing.ron", "-o", "o"]), 2, &["missing.ron"]);
+    assert!(!folder.path().join("o").exists(), "nothing is half-written");
+}
+
+#[test]
+fn bad_scenes_exit_with_2_and_name_file_line_and_column() {
+    let folder = scene_folder();
+    fs::write(folder.path().join("bad.ron"), "(\n  entities: [\n    (naem: \"x\"),\n  ],\n)").expect("a file");
+    let needles = ["bad.ron:3:", "naem", "name"];
+    assert_fails(&relief(&["render", "bad.ron", "-o", "o"], folder.path()), 2, &needles);
+    assert!(!folder.path().join("o").exists());
+    let checked = relief(&["check", "bad.ron", "scene.ron", "nowhere.glb"], folder.path());
+    let report = text(&checked.stdout);
+    assert_eq!(checked.status.code(), Some(2));
+    for needle in ["bad.ron:3:", "scene.ron: ok", "nowhere.glb"] {
+        assert!(report.contains(needle), "{report}");
+    }
+    assert!(relief(&["check", "scene.ron"], folder.path()).status.success());
+}
+
+#[test]
+fn a_folder_that_cannot_be_written_is_one_clear_error() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let folder = scene_folder();
+    fs::write(folder.path().join("taken"), "a file").expect("a file");
+    assert_fails(&relief(&["render", "scene.ron", "-o", "taken"], folder.path()), 1, &["cannot write taken"]);
+}
+
+#[test]
+fn no_adapter_exits_with_3_and_says_what_to_install() {
+    let none = |args: &[&str]| {
+        let folder = scene_folder();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_relief"));
+        command.args(args).current_dir(folder.path()).env("WGPU_ADAPTER_NAME", "no such adapter");
+        command.output().expect("the binary runs")
+    };
+    assert_fails(&none(&["info"]), 3, &["no graphics adapter", "mesa-vulkan-drivers"]);
+    assert_fails(&none(&["render", "scene.ron", "-o", "o"]), 3, &["mesa-vulkan-drivers"]);
+}
+
+#[test]
+fn info_names_the_adapter() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let output = relief(&["info"], Path::new("."));
+    assert!(output.status.success());
+    for needle in ["adapter", "driver", "largest texture"] {
+        assert!(text(&output.stdout).contains(needle));
+    }
+}

@@ -1,0 +1,94 @@
+//! Every model of the test data, drawn: no warning from the graphics stack, and something to see.
+//!
+//! With `RELIEF_CONTACT_SHEET=FILE.png` the pictures are also put on one sheet, to look at.
+
+mod common;
+
+use relief::frames::{Headless, load_stage};
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+/// What the graphics stack logged as warning or error.
+struct Heard(Mutex<Vec<String>>);
+
+static HEARD: Heard = Heard(Mutex::new(Vec::new()));
+
+impl log::Log for Heard {
+    fn enabled(&self, metadata: &log::Metadata) -> bool {
+        metadata.level() <= log::Level::Warn
+    }
+
+    fn log(&self, record: &log::Record) {
+        let text = format!("{}: {}", record.target(), record.args());
+        // Machines without Vulkan's validation layer check with wgpu's own validation only.
+        if self.enabled(record.metadata()) && !text.contains("VK_LAYER_KHRONOS_validation") {
+            self.0.lock().expect("no panic while logging").push(text);
+        }
+    }
+
+    fn flush(&self) {}
+}
+
+/// All `.gltf` and `.glb` files below a folder, sorted.
+fn models_below(folder: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    let mut folders = vec![folder.to_owned()];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(&folder).expect("a folder").flatten() {
+            let path = entry.path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|e| e == "gltf" || e == "glb") {
+                found.push(path);
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
+#[test]
+fn every_model_draws_without_a_warning_or_is_refused_for_a_named_reason() {
+    let (Some(gpu), Some(data)) = (common::gpu(), common::test_data()) else { return };
+    log::set_logger(&HEARD).expect("the only logger");
+    log::set_max_level(log::LevelFilter::Warn);
+    drop(gpu);
+    let mut headless = Headless::new().expect("an adapter");
+    let (side, mut refused, mut drawn) = (96, Vec::new(), Vec::new());
+    let files = [models_below(&data.join("models")), models_below(&data.join("asset-generator"))].concat();
+    for file in &files {
+        let name = file.strip_prefix(&data).expect("below").display().to_string();
+        let mut stage = match load_stage(file, None) {
+            Ok(stage) => stage,
+            Err(error) => {
+                refused.push(format!("{name}: {error}"));
+                continue;
+            }
+        };
+        headless.renderer = relief::renderer::Renderer::new(&headless.renderer.gpu().clone());
+        let picture = headless.draw(&mut stage.simulation, stage.camera, (side, side)).expect("a picture");
+        assert!(headless.renderer.stats().instances > 0 || name.contains("Lights"), "{name}: nothing drawn");
+        drawn.push((name, picture));
+    }
+    println!("{} drawn, {} refused", drawn.len(), refused.len());
+    refused.iter().for_each(|line| println!("refused: {line}"));
+    if let Some(sheet) = std::env::var_os("RELIEF_CONTACT_SHEET") {
+        contact_sheet(&drawn, side).save(sheet).expect("a writable sheet");
+    }
+    let heard = HEARD.0.lock().expect("no panic while logging");
+    assert!(heard.is_empty(), "{}", heard.join("\n"));
+    let meshopt: Vec<_> = refused.iter().filter(|line| !line.contains("EXT_meshopt_compression")).collect();
+    assert!(meshopt.is_empty(), "refused without a known reason: {meshopt:?}");
+    assert!(drawn.len() > 120);
+}
+
+fn contact_sheet(drawn: &[(String, image::RgbaImage)], side: u32) -> image::RgbaImage {
+    let columns = 16;
+    let mut sheet = image::RgbaImage::new(columns * side, (drawn.len() as u32).div_ceil(columns) * side);
+    for (i, (name, picture)) in drawn.iter().enumerate() {
+        let (x, y) = (i as u32 % columns * side, i as u32 / columns * side);
+        image::imageops::replace(&mut sheet, picture, x.into(), y.into());
+        println!("{:3} row {} column {}: {name}", i, i as u32 / columns, i as u32 % columns);
+    }
+    sheet
+}
