@@ -6,6 +6,7 @@
 use crate::output::{self, OutputError};
 use crate::renderer::{Gpu, GpuError, RenderError, Renderer, Settings};
 use crate::scene::{self, SceneError};
+use crate::video::{self, VideoError};
 use bevy_ecs::prelude::*;
 use bevy_ecs::name::Name;
 use bevy_transform::components::GlobalTransform;
@@ -13,6 +14,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use systems::Simulation;
+use systems::clock::Clock;
 use systems::components::Camera;
 use systems::view::View;
 
@@ -62,6 +64,8 @@ pub struct FrameJob {
     pub lights: systems::lights::LightPolicy,
     /// Leaves frames alone whose pictures are all there.
     pub resume: bool,
+    /// A film of the colour frames, made when they are all there; its rate is that of the scene's clock.
+    pub video: Option<PathBuf>,
 }
 
 /// What stops a job.
@@ -89,6 +93,9 @@ pub enum FrameError {
     /// A picture could not be written.
     #[error(transparent)]
     Output(#[from] OutputError),
+    /// The film could not be made.
+    #[error(transparent)]
+    Video(#[from] VideoError),
 }
 
 /// A scene that is loaded, with the camera it is seen from.
@@ -170,6 +177,9 @@ impl Headless {
 /// [`FrameError`]; pictures written before stay.
 pub fn render_frames(job: &FrameJob, mut progress: impl FnMut(u64)) -> Result<Vec<PathBuf>, FrameError> {
     let path = |kind: OutputKind, frame| job.folder.join(format!("{}_{frame:05}.png", kind.name()));
+    if let Some(film) = &job.video {
+        video::check_encoder(film, &job.folder)?;
+    }
     // The driver takes its time to start; the scene loads meanwhile.
     let opening = std::thread::spawn(Gpu::headless);
     let stage = load_stage(&job.scene, job.camera.as_deref());
@@ -202,6 +212,11 @@ pub fn render_frames(job: &FrameJob, mut progress: impl FnMut(u64)) -> Result<Ve
         let names = job.folder.join("ids.json");
         output::write_whole(&names, names_of_ids(&mut stage.simulation.world).as_bytes())?;
         written.push(names);
+    }
+    if let Some(film) = &job.video {
+        let rate = 1.0 / stage.simulation.world.resource::<Clock>().step_seconds;
+        video::encode(film, &job.folder, job.frames.clone(), rate)?;
+        written.push(film.clone());
     }
     Ok(written)
 }

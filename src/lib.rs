@@ -10,3 +10,4 @@ pub mod output;
 pub mod prelude;
 pub mod renderer;
 pub mod scene;
+pub mod video;

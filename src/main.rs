@@ -10,7 +10,7 @@ use relief::renderer::{DebugView, Gpu, Settings};
 use relief::{check, demo};
 use std::io::{IsTerminal, Write};
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use systems::library::Technique;
 use systems::lights::LightPolicy;
@@ -79,6 +79,9 @@ struct RenderArgs {
     /// Kinds of pictures, separated by commas
     #[arg(long, value_enum, value_delimiter = ',', default_value = "color")]
     outputs: Vec<OutputKind>,
+    /// Also make a film of the colour frames, with ffmpeg; one frame per step of the scene's clock
+    #[arg(long, value_name = "FILE.mp4")]
+    video: Option<PathBuf>,
     /// Go on after an interruption: leave frames alone whose pictures are there
     #[arg(long)]
     resume: bool,
@@ -159,7 +162,7 @@ fn main() -> ExitCode {
         Command::Run(args) => run(&args),
         Command::Render(args) => {
             systems::set_threads(args.view.threads.map(usize::from));
-            render(&job(&args.scene, &args.output, &args))
+            render(&job(&args))
         }
         Command::Check { files } => return check_files(&files),
         Command::Info => Gpu::headless().map(|gpu| print!("{}", gpu.describe())).map_err(FrameError::from),
@@ -177,21 +180,26 @@ fn exit_code(error: &FrameError) -> u8 {
     match error {
         FrameError::Scene(_) | FrameError::NoCamera { .. } | FrameError::Render(_) => 2,
         FrameError::Gpu(_) => 3,
-        FrameError::Output(_) => 1,
+        FrameError::Output(_) | FrameError::Video(_) => 1,
     }
 }
 
-fn job(scene: &Path, folder: &Path, args: &RenderArgs) -> FrameJob {
+fn job(args: &RenderArgs) -> FrameJob {
+    let mut outputs = args.outputs.clone();
+    if args.video.is_some() && !outputs.contains(&OutputKind::Color) {
+        outputs.push(OutputKind::Color);
+    }
     FrameJob {
-        scene: scene.to_owned(),
-        folder: folder.to_owned(),
+        scene: args.scene.clone(),
+        folder: args.output.clone(),
         frames: args.frames.clone(),
         size: args.view.size,
         camera: args.view.camera.clone(),
-        outputs: args.outputs.clone(),
+        outputs,
         settings: args.view.settings(),
         lights: args.view.lights,
         resume: args.resume,
+        video: args.video.clone(),
     }
 }
 
@@ -233,14 +241,15 @@ fn run(args: &RunArgs) -> Result<(), FrameError> {
         Err(AppError::NoDisplay(reason)) => {
             eprintln!("no window: {reason}\nrendering a picture instead");
             let args = RenderArgs {
-                scene: scene.clone(),
+                scene,
                 output: PathBuf::from("relief-frames"),
                 frames: 0..1,
                 outputs: vec![OutputKind::Color],
                 resume: false,
+                video: None,
                 view: args.view.clone(),
             };
-            render(&job(&scene, &args.output, &args))
+            render(&job(&args))
         }
         Err(AppError::Gpu(error)) => Err(error.into()),
         Err(AppError::Render(error)) => Err(error.into()),

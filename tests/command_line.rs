@@ -59,6 +59,7 @@ fn contents(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     let mut files: Vec<_> = fs::read_dir(folder)
         .expect("a folder")
         .flatten()
+        .filter(|entry| entry.path().is_file())
         .map(|entry| (PathBuf::from(entry.file_name()), fs::read(entry.path()).expect("a file")))
         .collect();
     files.sort();
@@ -171,6 +172,29 @@ fn a_folder_that_cannot_be_written_is_one_clear_error() {
     let folder = scene_folder();
     fs::write(folder.path().join("taken"), "a file").expect("a file");
     assert_fails(&relief(&["render", "scene.ron", "-o", "taken"], folder.path()), 1, &["cannot write taken"]);
+}
+
+#[test]
+fn a_film_is_made_with_ffmpeg_and_its_absence_is_said_before_rendering() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let folder = scene_folder();
+    let args = ["render", "scene.ron", "-o", "out", "--frames", "3", "--size", "65x37", "--video", "film.mp4"];
+    let mut without = Command::new(env!("CARGO_BIN_EXE_relief"));
+    let output = without.args(args).current_dir(folder.path()).env("PATH", "").output().expect("the binary runs");
+    assert_fails(&output, 1, &["film.mp4", "install"]);
+    assert!(!folder.path().join("out").exists());
+    if Command::new("ffmpeg").arg("-version").output().is_err() {
+        eprintln!("skipped: no ffmpeg");
+        return;
+    }
+    let output = relief(&args, folder.path());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let film = fs::read(folder.path().join("film.mp4")).expect("a film");
+    assert_eq!(&film[4..8], b"ftyp");
+    let left: Vec<_> = contents(folder.path()).into_iter().filter(|(name, _)| name.to_string_lossy().contains("part")).collect();
+    assert!(left.is_empty(), "{left:?}");
 }
 
 #[test]

@@ -81,7 +81,7 @@ fn lights_keep_kind_colour_and_cone() {
     let point = light("Light_Orientation");
     assert_eq!((point.kind, point.color, point.attenuation), (LightKind::Point, Vec3::X, Vec3::Z));
     assert_eq!((point.intensity, point.range), (5.0 / PI, f32::INFINITY));
-    let spot = LightKind::Spot { outer: 0.3926991, inner: Some(0.33379424), exponent: 0.0 };
+    let spot = LightKind::Spot { outer: PI / 8.0, inner: Some(0.33379424), exponent: 0.0 };
     assert_eq!(light("Spot_Orientation").kind, spot);
     assert_eq!(light("Sun_Orientation").kind, LightKind::Directional);
 }

@@ -95,16 +95,17 @@ def kettle():
                    (0.112, 0.725), (0.070, 0.775), (0.0, 0.79)], 61)
     body[:, 0] = np.maximum(body[:, 0], 0)
     body[0, 0] = body[-1, 0] = 0
-    parts = [lathe(body, 48, 60, u_repeat=3)]
+    # UVs: one image covers about 1.4 units everywhere, so that relief has one grain
+    parts = [lathe(body, 48, 60, u_repeat=3).uvmap(lambda P, UV: UV * (1, 1.8))]
     path = spline([(0.50, -0.30, 0), (0.72, -0.24, 0), (0.875, -0.05, 0), (0.945, 0.17, 0), (1.055, 0.335, 0)], 22)
     rad = np.interp(np.linspace(0, 1, 22), [0, 0.25, 0.6, 0.9, 1], [0.21, 0.165, 0.105, 0.082, 0.095])
     # the mouth turns in, so the spout is closed and shows a hollow
     d = path[-1] - path[-2]; d /= np.linalg.norm(d)
     path = np.concatenate([path, [path[-1] + d * 0.012, path[-1] + d * 0.008, path[-1] - d * 0.05, path[-1] - d * 0.10]])
     rad = np.concatenate([rad, [0.090, 0.078, 0.066, 0.060]])
-    parts.append(sweep_open(path, rad, 20))
+    parts.append(sweep_open(path, rad, 20).uvmap(lambda P, UV: UV * (0.6, 0.75)))
     hp = spline([(-0.48, 0.27, 0), (-0.66, 0.36, 0), (-0.88, 0.36, 0), (-1.03, 0.20, 0), (-1.02, -0.04, 0), (-0.88, -0.24, 0), (-0.60, -0.33, 0)], 34)
-    parts.append(tube(hp, np.interp(np.linspace(0, 1, 34), [0, 0.15, 0.5, 0.85, 1], [0.085, 0.062, 0.058, 0.062, 0.080]), 14, 70, squash=1.35))
+    parts.append(tube(hp, np.interp(np.linspace(0, 1, 34), [0, 0.15, 0.5, 0.85, 1], [0.085, 0.062, 0.058, 0.062, 0.080]), 14, 70, squash=1.35).uvmap(lambda P, UV: UV * (0.32, 1.6)))
     k = merge(parts)
     c = np.array([0, (k.P[:, 1].max() + k.P[:, 1].min()) / 2, 0])
     k.P -= c
@@ -404,7 +405,8 @@ def container():
             steel.append(box(0.34, 0.030, 0.018, 0.006).move(x + sx * 0.13, 1.12 if bxx < 0.5 else 1.05, D / 2 + 0.040))
         for yy in (0.35, 0.95, 1.6, 2.25):
             steel.append(box(0.10, 0.10, 0.05, 0.012).move(sx * (W / 2 - 0.16), yy, D / 2 - 0.012))
-    g.node('container', g.mesh('container', [(merge(parts), m), (merge(steel), md)]))
+    root = g.node('container')
+    g.piece_nodes('part', [(merge(parts), m), (merge(steel), md)], {0: (0.0,), 2: (-1.0, 1.0)}, root)
     g.save(os.path.join(OUT, 'container.glb'))
 
 
@@ -651,7 +653,8 @@ def facade():
         iron_p.append(box(0.045, 0.40, 0.022, 0.008, 2.0).rot('z', 35).move(xx, 3.72, 0.012))
         iron_p.append(box(0.045, 0.40, 0.022, 0.008, 2.0).rot('z', -35).move(xx, 3.72, 0.016))
     prims = [(merge(brick), m_brick), (merge(con), m_con), (merge(frame), m_frame), (merge(SH), m_sh), (merge(WOOD), m_wood), (merge(iron_p), m_iron), (merge(LIT), m_lit), (merge(DARK), m_dark)]
-    root = g.node('facade', g.mesh('facade', prims))
+    root = g.node('facade')
+    g.piece_nodes('front', prims, {0: (-4.0, -2.0, 0.0, 2.0, 4.0), 1: (1.7, 3.45, 5.0)}, root)
     g.node('lamp_window_ground', None, (2.7, 1.9, 0.35), aim((0, -0.35, 1)), root)
     g.node('mount_shutter', None, (-3.1, 3.42, 0.08), None, root)
     g.node('mount_door', None, (1.35, 2.75, 0.0), None, root)

@@ -12,6 +12,11 @@ def cavity(h, sigma, gain):
     return np.clip(1.0 + (h - blur(h, sigma)) * gain, 0.35, 1.25)[..., None]
 
 
+def halved(a):
+    """Every 2 × 2 pixels as one."""
+    return a.reshape(a.shape[0] // 2, 2, a.shape[1] // 2, 2, *a.shape[2:]).mean((1, 3))
+
+
 def brick():
     n, size, depth = 1024, 1.8, 0.014
     rows, cols = 24, 8
@@ -80,7 +85,8 @@ def brick():
     base = base * (1 - 0.28 * soot)[..., None]
     base = base * cavity(h, 7, 0.55)
     spec = 0.05 + face * (0.07 + 0.05 * burnt + 0.02 * fine + 0.05 * r(42)) - 0.05 * pits
-    return base, spec, h, size, depth
+    # drawn at twice the size it is kept at: chipped edges stay crisp
+    return halved(base), halved(spec), halved(h), size, depth
 
 
 def cobble():
@@ -390,7 +396,27 @@ def concrete():
     return base, spec, h, size, depth
 
 
-ALL = dict(brick=brick, cobble=cobble, metal=metal, corrugated=corrugated,
+def copper():
+    """Hammered copper: shallow round dents that meet in soft ridges, dark in the hollows
+    and polished on the ridges, with a little verdigris."""
+    n, size, depth = 512, 1.4, 0.012
+    f1, f2, ident = worley(n, 22, 701, 0.75)
+    deep = 0.75 + 0.25 * hash01(ident, 0, 702)
+    dent = np.clip(f1 / 0.72, 0, 1) ** 2 * deep
+    ridge = smooth(0.16, 0.0, f2 - f1)
+    h = blur(0.30 + 0.62 * dent, 1.1) + 0.012 * noise(n, 703, 1.2, 6, 90)
+    tone = uniform_noise(n, 704, beta=1.5, lo=1, hi=30)
+    base = mix(rgb('d98a60'), rgb('c46f48'), tone) * (0.94 + 0.08 * hash01(ident, 1, 705))[..., None]
+    base = mix(base, rgb('f0b48c'), 0.45 * ridge)
+    aged = smooth(0.9, 2.2, noise(n, 706, 1.3, 2, 60) + 0.6 * (1 - ridge))
+    base = mix(base, rgb('5b3526'), 0.6 * aged)
+    green = smooth(1.75, 2.5, noise(n, 707, 1.2, 3, 120)) * (1 - ridge)
+    base = mix(base, rgb('6fa090'), 0.7 * green)
+    spec = np.clip(0.85 + 0.15 * ridge - 0.35 * aged - 0.6 * green, 0, 1)
+    return base, spec, h, size, depth
+
+
+ALL = dict(brick=brick, copper=copper, cobble=cobble, metal=metal, corrugated=corrugated,
            plaster=plaster, planks=planks, concrete=concrete)
 
 
@@ -401,7 +427,7 @@ def main(out, names=None, preview=None):
     for name in names or ALL:
         base, spec, h, size, depth = ALL[name]()
         index[name] = save_set(out, name, base, spec, h, size, depth,
-                               {'metal': 1, 'corrugated': 1, 'brick': 3}.get(name, 2))
+                               {'metal': 1, 'corrugated': 1, 'copper': 1, 'brick': 3}.get(name, 2))
         print('texture', name, 'height %.2f..%.2f' % (h.min(), h.max()))
         if preview:
             nrm = normal_from_height(np.clip(h, 0, 1), size, depth)

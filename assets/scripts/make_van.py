@@ -850,9 +850,9 @@ def build(out, preview=None):
     m_tail = g.material('lamp_tail', tb, tn, to, emissive=(0.75, 0.12, 0.08), emissive_tex=tb)
     m_ind = g.material('lamp_indicator', tb, tn, to)
     body = merge(body)
-    mesh = g.mesh('body', [(body, m_body), (merge(glass_head), m_head), (merge(glass_tail), m_tail), (merge(glass_ind), m_ind)])
+    prims = [(body, m_body), (merge(glass_head), m_head), (merge(glass_tail), m_tail), (merge(glass_ind), m_ind)]
     root = g.node('van')
-    g.node('body', mesh, parent=root)
+    g.piece_nodes('body', prims, {0: (0.0,), 2: (-1.2, 0.0, 1.2)}, g.node('body', parent=root))
     # wheels: +X outward; the right-hand ones turn half round the vertical
     mats, parts = wheel(g)
     wm = g.mesh('wheel', list(zip(parts, mats)))

@@ -94,6 +94,67 @@ def clean(part):
     return part
 
 
+def cut(part, axis, at):
+    """The two halves of a part below and above a plane across an axis. What the plane
+    crosses is cut there; places, normals and UVs are interpolated, so nothing shows."""
+    P, N, UV = (list(a) for a in (part.P, part.N, part.UV))
+    d = part.P[:, axis] - at
+    d[np.abs(d) < 1e-6] = 0.0
+    made = {}
+
+    def between(a, b):
+        a, b = min(a, b), max(a, b)
+        if (a, b) not in made:
+            t = d[a] / (d[a] - d[b])
+            n = N[a] + (N[b] - N[a]) * t
+            made[(a, b)] = len(P)
+            P.append(P[a] + (P[b] - P[a]) * t)
+            N.append(n / np.linalg.norm(n))
+            UV.append(UV[a] + (UV[b] - UV[a]) * t)
+        return made[(a, b)]
+
+    halves = ([], [])
+    for tri in part.F:
+        for faces, side in zip(halves, (-1, 1)):
+            s = d[tri] * side
+            if s.min() >= 0:
+                if s.max() > 0 or side < 0:      # what lies in the plane goes below
+                    faces.append(tuple(tri))
+                continue
+            if s.max() <= 0:
+                continue
+            ring = []
+            for a, b in zip(tri, np.roll(tri, -1)):
+                if d[a] * side >= 0:
+                    ring.append(a)
+                if d[a] * d[b] < 0:
+                    ring.append(between(a, b))
+            faces.extend((ring[0], ring[i], ring[i + 1]) for i in range(1, len(ring) - 1))
+    return [Part(P, N, UV, faces) for faces in halves]
+
+
+def slabs(prims, axis, places):
+    """A mesh, a list of (Part, material), cut across an axis."""
+    out, rest = [], prims
+    for at in sorted(places):
+        halves = [(cut(part, axis, at), material) for part, material in rest]
+        out.append([(below, material) for (below, _), material in halves])
+        rest = [(above, material) for (_, above), material in halves]
+    return out + [rest]
+
+
+def pieces(prims, planes):
+    """A mesh cut at planes {axis: [places]}: a list of meshes, one for each block that
+    holds something. The renderer lights a mesh by its three most relevant lights, so what
+    is larger than a pool of light has to come in pieces."""
+    blocks = [prims]
+    for axis, places in planes.items():
+        blocks = [slab for block in blocks for slab in slabs(block, axis, places)]
+    blocks = [[(clean(part), material) for part, material in block] for block in blocks]
+    blocks = [[(part, material) for part, material in block if len(part.F)] for block in blocks]
+    return [block for block in blocks if block]
+
+
 def creased(P, UV, F, angle=35.0):
     """Normals from the faces (weighted by area and corner angle), smooth below
     the crease angle. P, UV, F index the same vertices; vertices at one place
@@ -365,6 +426,11 @@ class Glb:
         else:
             self.j['nodes'][parent].setdefault('children', []).append(i)
         return i
+
+    def piece_nodes(self, name, prims, planes, parent):
+        """A mesh in pieces (see `pieces`), as nodes NAME_0, NAME_1, … below a parent."""
+        for i, block in enumerate(pieces(prims, planes)):
+            self.node('%s_%d' % (name, i), self.mesh('%s_%d' % (name, i), block), parent=parent)
 
     def save(self, path):
         while len(self.bin) % 4:

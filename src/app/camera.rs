@@ -135,11 +135,12 @@ impl Pose {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::{Mat4, Vec4Swizzles};
+    use bevy_transform::components::Transform;
+    use glam::Vec4Swizzles;
 
     fn view() -> View {
-        let at = Mat4::look_at_rh(Vec3::new(3.0, 2.0, 5.0), Vec3::new(0.0, 1.0, 0.0), Vec3::Y).inverse();
-        View::new(&Affine3A::from_mat4(at), &Camera::default(), 320, 180)
+        let at = Transform::from_xyz(3.0, 2.0, 5.0).looking_at(Vec3::Y, Vec3::Y);
+        View::new(&at.compute_affine(), &Camera::default(), 320, 180)
     }
 
     fn pose() -> Pose {

@@ -4,7 +4,7 @@ use super::panel;
 use crate::frames;
 use bevy_ecs::prelude::*;
 use bevy_transform::components::{GlobalTransform, Transform};
-use egui::{Color32, Grid, RichText};
+use egui::{Color32, Grid};
 use glam::{EulerRot, Vec3};
 use systems::bounds::{Sphere, WorldBounds};
 use systems::components::{Camera, Figure, Light, LightKind, Projection};
@@ -52,9 +52,8 @@ pub fn object_lights(world: &mut World, object: Entity) -> Option<ObjectLights> 
     Some(found)
 }
 
-/// Shows everything about an entity.
-pub fn show(ui: &mut egui::Ui, world: &mut World, entity: Entity) {
-    ui.label(RichText::new(frames::name_of(world, entity)).strong());
+/// Shows everything about an entity but its name.
+pub fn show(ui: &mut egui::Ui, world: &World, entity: Entity) {
     Grid::new("details").num_columns(2).striped(true).min_col_width(70.0).show(ui, |ui| {
         let mut row = |name: &str, value: String| panel::row(ui, name, &value);
         row("entity", entity.index().to_string());
@@ -99,7 +98,7 @@ pub fn show_lights(ui: &mut egui::Ui, world: &World, lights: &ObjectLights) {
         ui.horizontal(|ui| {
             let (space, _) = ui.allocate_exact_size(egui::Vec2::splat(10.0), egui::Sense::hover());
             ui.painter().circle_filled(space.center(), 4.0, color);
-            ui.label(format!("{:.3}", light.weight));
+            ui.weak(format!("{:.3}", light.weight));
             ui.add(egui::Label::new(frames::name_of(world, light.entity)).truncate());
         });
     }

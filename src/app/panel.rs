@@ -5,6 +5,7 @@ use super::entities::EntityList;
 use super::input::{Command, KEYS, POINTER};
 use super::timing::Timing;
 use super::viewer::Viewer;
+use crate::frames;
 use crate::renderer::{DebugView, RenderStats};
 use bevy_ecs::prelude::*;
 use egui::{CollapsingHeader, Color32, ComboBox, Frame, Grid, Margin, Panel, RichText, ScrollArea, Slider, Ui};
@@ -217,12 +218,12 @@ fn count(number: u64) -> String {
 
 fn selected(ui: &mut Ui, viewer: &mut Viewer, entity: Entity, view: &View) {
     let world = &mut viewer.simulation.world;
-    details::show(ui, world, entity);
+    ui.label(RichText::new(frames::name_of(world, entity)).strong());
     let lights = details::object_lights(world, entity);
     if let Some(lights) = &lights {
-        ui.weak("its lights, with their weights");
         details::show_lights(ui, world, lights);
     }
+    details::show(ui, world, entity);
     ui.horizontal(|ui| {
         if let Some(lights) = lights.filter(|_| ui.button("go to it").clicked()) {
             viewer.controller.grab(view, lights.bounds.center).go_to(lights.bounds);

@@ -1,0 +1,380 @@
+//! The window under a display of its own, with real key presses: what is seen is compared with what `relief render`
+//! writes, pixel for pixel.
+//!
+//! Xvfb keeps its screen in a file, so a look at the screen takes no further tool; xdotool presses the keys.
+
+mod common;
+
+use image::{Rgb, RgbImage};
+use std::fs;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::{Duration, Instant};
+use tempfile::TempDir;
+
+const RELIEF: &str = env!("CARGO_BIN_EXE_relief");
+const SIZE: (u32, u32) = (480, 270);
+/// The panel's part of a window of that size; the scene stays as it is left of it.
+const PANEL_WIDTH: u32 = 292;
+/// Software rendering on a busy machine.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+const SCENE: &str = r#"(
+    materials: {
+        "bumpy": (base_factor: (0.7, 0.6, 0.5), normal_map: "bumps.png", uv: (scale: (4, 2))),
+        "floor": (base_factor: (0.4, 0.45, 0.5), normal_map: "bumps.png", uv: (scale: (8, 8))),
+    },
+    meshes: {
+        "floor": plane(size: (8, 8)),
+        "torus": torus(major: 1, minor: 0.4),
+        "ball": sphere(radius: 1.2),
+    },
+    entities: [
+        (name: "floor", mesh: "floor", material: "floor"),
+        (name: "figure", figure: ["torus", "ball"], material: "bumpy",
+         transform: (translation: (0, 1.3, 0), rotation_degrees: (60, 0, 0))),
+        (name: "carousel", spin: (degrees_per_second: 180), children: [
+            (name: "lamp", transform: (translation: (2.5, 2.5, 0)), light: point(intensity: 10, range: 12)),
+        ]),
+        (name: "sky", transform: (translation: (2, 5, 4), look_at: (0, 0, 0)), light: directional(intensity: 0.4)),
+        (name: "front", transform: (translation: (0, 3, 6), look_at: (0, 1, 0)), camera: ()),
+        (name: "above", transform: (translation: (1, 7, 3), look_at: (0, 0, 0)), camera: ()),
+    ],
+)"#;
+
+/// A folder with the scene, its texture and whatever the program writes.
+struct Place(TempDir);
+
+impl Place {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        fs::write(folder.path().join("test.ron"), SCENE).expect("a scene file");
+        let bumps = RgbImage::from_fn(32, 32, |x, y| {
+            let slope = |at: u32| ((at as f32 / 32.0 * std::f32::consts::TAU).sin() * 60.0 + 127.5) as u8;
+            Rgb([slope(x), slope(y), 230])
+        });
+        bumps.save(folder.path().join("bumps.png")).expect("a texture");
+        Self(folder)
+    }
+
+    fn path(&self) -> &Path {
+        self.0.path()
+    }
+
+    fn relief(&self) -> Command {
+        let mut command = Command::new(RELIEF);
+        command.current_dir(self.path()).env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
+        command.env_remove("DISPLAY").env("WINIT_X11_SCALE_FACTOR", "1");
+        command
+    }
+
+    /// The picture of a frame, as `relief render` writes it.
+    fn rendered(&self, frame: u64, options: &[&str]) -> RgbImage {
+        let folder = tempfile::tempdir_in(self.path()).expect("a temporary folder");
+        let frames = format!("{frame}..{}", frame + 1);
+        let mut command = self.relief();
+        command.args(["render", "test.ron", "--size", &size(), "--frames", &frames, "-o"]).arg(folder.path());
+        let output = command.args(options).output().expect("relief starts");
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let picture = folder.path().join(format!("color_{frame:05}.png"));
+        image::open(picture).expect("a picture").into_rgb8()
+    }
+}
+
+fn size() -> String {
+    format!("{}x{}", SIZE.0, SIZE.1)
+}
+
+/// Ends a process with the test, however the test ends.
+struct Running(Child);
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// Waits until there is an answer.
+fn wait_for<T>(what: &str, mut answer: impl FnMut() -> Option<T>) -> T {
+    let end = Instant::now() + PATIENCE;
+    loop {
+        if let Some(answer) = answer() {
+            return answer;
+        }
+        assert!(Instant::now() < end, "waited {PATIENCE:?} for {what}");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+/// A display without a screen. No window manager: windows are at the top left.
+struct Display {
+    name: String,
+    screen: PathBuf,
+    _server: Running,
+}
+
+impl Display {
+    /// `None`, said aloud, where something is missing to test with.
+    fn start(place: &Place) -> Option<Self> {
+        let missing = missing();
+        if !missing.is_empty() {
+            assert!(!common::strict(), "missing: {}", missing.join(", "));
+            eprintln!("skipped: missing: {}", missing.join(", "));
+            return None;
+        }
+        let folder = place.path().join("display");
+        fs::create_dir(&folder).expect("a folder");
+        let mut server = Command::new("Xvfb");
+        // Larger than the window, so that the pointer, in the middle, is outside of it.
+        server.args(["-displayfd", "1", "-nolisten", "tcp", "-screen", "0", "1024x600x24", "-fbdir"]).arg(&folder);
+        let server = server.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().expect("Xvfb starts");
+        let mut server = Running(server);
+        let mut number = String::new();
+        let output = server.0.stdout.take().expect("piped");
+        BufReader::new(output).read_line(&mut number).expect("the number of the display");
+        let name = format!(":{}", number.trim());
+        Some(Self { name, screen: folder.join("Xvfb_screen0"), _server: server })
+    }
+
+    fn xdotool(&self, arguments: &[&str]) -> Option<String> {
+        let output = Command::new("xdotool").args(arguments).env("DISPLAY", &self.name).output();
+        let output = output.expect("xdotool starts");
+        output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
+    }
+
+    /// The top left of the screen. The file is an X window dump: a header of big-endian words, colours, pixels.
+    fn look(&self) -> Option<RgbImage> {
+        let dump = fs::read(&self.screen).ok()?;
+        let word = |index: usize| {
+            let bytes = dump.get(index * 4..index * 4 + 4)?;
+            Some(u32::from_be_bytes(bytes.try_into().ok()?) as usize)
+        };
+        let (header, line, colors) = (word(0)?, word(12)?, word(19)?);
+        let little_endian = word(7)? == 0;
+        let pixels = dump.get(header + colors * 12..)?;
+        let mut picture = RgbImage::new(SIZE.0, SIZE.1);
+        for (x, y, pixel) in picture.enumerate_pixels_mut() {
+            let at = y as usize * line + x as usize * 4;
+            let bytes: [u8; 4] = pixels.get(at..at + 4)?.try_into().ok()?;
+            let value = if little_endian { u32::from_le_bytes(bytes) } else { u32::from_be_bytes(bytes) };
+            let [blue, green, red, _] = value.to_le_bytes();
+            *pixel = Rgb([red, green, blue]);
+        }
+        Some(picture)
+    }
+}
+
+fn missing() -> Vec<&'static str> {
+    let lacks = |program: &&str| Command::new(program).arg("-help").output().is_err();
+    let mut missing: Vec<&str> = ["Xvfb", "xdotool"].into_iter().filter(lacks).collect();
+    let adapter = Command::new(RELIEF).arg("info").output().is_ok_and(|output| output.status.success());
+    missing.extend((!adapter).then_some("a graphics adapter"));
+    missing
+}
+
+/// The program with its window open.
+struct App<'a> {
+    display: &'a Display,
+    process: Running,
+    lines: Receiver<String>,
+}
+
+impl<'a> App<'a> {
+    fn start(place: &Place, display: &'a Display, options: &[&str]) -> Self {
+        let mut command = place.relief();
+        command.args(["run", "test.ron", "--size", &size()]).args(options).env("DISPLAY", &display.name);
+        let mut process = Running(command.stdout(Stdio::piped()).spawn().expect("relief starts"));
+        let (sender, lines) = channel();
+        let output = BufReader::new(process.0.stdout.take().expect("piped"));
+        std::thread::spawn(move || output.lines().map_while(Result::ok).try_for_each(|line| sender.send(line)));
+        let window = wait_for("the window", || display.xdotool(&["search", "--onlyvisible", "--name", "^Relief . test$"]));
+        wait_for("the focus", || display.xdotool(&["windowfocus", "--sync", &window]));
+        Self { display, process, lines }
+    }
+
+    fn press(&self, keys: &[&str]) {
+        let mut arguments = vec!["key"];
+        arguments.extend(keys);
+        self.display.xdotool(&arguments).expect("xdotool presses keys");
+    }
+
+    fn shows(&self, what: &str, wanted: &RgbImage) {
+        self.wait_for_picture(what, |seen| seen == wanted);
+    }
+
+    /// Waits for a picture, and leaves the last one in the system's folder for temporary files where it does not come.
+    fn wait_for_picture(&self, what: &str, wanted: impl Fn(&RgbImage) -> bool) -> RgbImage {
+        let end = Instant::now() + PATIENCE;
+        loop {
+            let seen = self.display.look().expect("a look at the screen");
+            if wanted(&seen) {
+                return seen;
+            }
+            if Instant::now() > end {
+                let path = std::env::temp_dir().join("relief-window-test.png");
+                let _ = seen.save(&path);
+                panic!("waited {PATIENCE:?} for the window to show {what}; the last picture is {}", path.display());
+            }
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    }
+
+    fn line(&self) -> String {
+        self.lines.recv_timeout(PATIENCE).expect("a line of output")
+    }
+
+    fn ends(mut self) -> ExitStatus {
+        wait_for("the end of the program", || self.process.0.try_wait().expect("a process"))
+    }
+}
+
+#[test]
+fn the_window_shows_what_render_writes_and_keys_change_it() {
+    let place = Place::new();
+    let Some(display) = Display::start(&place) else { return };
+    let app = App::start(&place, &display, &["--paused", "--no-panel"]);
+    let plain = place.rendered(0, &[]);
+    app.shows("the picture of frame 0", &plain);
+
+    let off = place.rendered(0, &["--technique", "off"]);
+    assert_ne!(plain, off);
+    app.press(&["b"]);
+    app.shows("the scene without bump mapping", &off);
+    app.press(&["b"]);
+    app.shows("the scene with bump mapping again", &plain);
+
+    app.press(&["f"]);
+    app.wait_for_picture("another figure", |seen| *seen != plain && *seen != off);
+    app.press(&["f"]);
+    app.shows("the first figure again", &plain);
+
+    app.press(&["v"]);
+    app.shows("base colours", &place.rendered(0, &["--debug", "base"]));
+    app.press(&["v", "v"]);
+    app.shows("tangents", &place.rendered(0, &["--debug", "tangent"]));
+    app.press(&["v", "v", "v"]);
+    app.shows("light again", &plain);
+
+    app.press(&["c"]);
+    app.shows("the other camera", &place.rendered(0, &["--camera", "above"]));
+    app.press(&["c"]);
+    app.shows("the first camera again", &plain);
+
+    app.press(&["Escape"]);
+    assert_eq!(app.ends().code(), Some(0));
+}
+
+#[test]
+fn the_clock_stops_steps_and_goes_on() {
+    let place = Place::new();
+    let Some(display) = Display::start(&place) else { return };
+    let app = App::start(&place, &display, &["--paused", "--no-panel"]);
+    app.press(&["period", "n", "period"]);
+    let third = place.rendered(3, &[]);
+    app.shows("the picture of frame 3", &third);
+
+    app.press(&["space"]);
+    app.wait_for_picture("the lamp moving", |seen| *seen != third);
+    app.press(&["space", "p"]);
+    let saved = app.line();
+    let step = saved.strip_prefix("test_").and_then(|name| name.strip_suffix(".png")).expect("test_NNNNN.png");
+    let step: u64 = step.parse().expect("the number of the step");
+    assert!(step > 3, "{saved}");
+    let now = place.rendered(step, &[]);
+    app.shows("the picture of the step it stopped at", &now);
+    assert_eq!(image::open(place.path().join(saved)).expect("the saved picture").into_rgb8(), now);
+}
+
+#[test]
+fn the_panel_floats_over_the_scene_and_leaves_the_rest_alone() {
+    let place = Place::new();
+    let Some(display) = Display::start(&place) else { return };
+    let app = App::start(&place, &display, &["--paused"]);
+    let plain = place.rendered(0, &[]);
+    let scene = |picture: &RgbImage| image::imageops::crop_imm(picture, 0, 0, SIZE.0 - PANEL_WIDTH, SIZE.1).to_image();
+    let covered = |seen: &RgbImage| {
+        let panel = (SIZE.0 - PANEL_WIDTH..SIZE.0).flat_map(|x| (0..SIZE.1).map(move |y| (x, y)));
+        panel.filter(|&(x, y)| seen.get_pixel(x, y) != plain.get_pixel(x, y)).count()
+    };
+    let most = (PANEL_WIDTH * SIZE.1) as usize * 9 / 10;
+    let with_panel = |seen: &RgbImage| covered(seen) > most && scene(seen) == scene(&plain);
+    app.wait_for_picture("the panel", with_panel);
+    app.press(&["Tab"]);
+    app.shows("the scene alone", &plain);
+    app.press(&["Tab"]);
+    let panel = app.wait_for_picture("the panel again", with_panel);
+    app.press(&["h"]);
+    app.wait_for_picture("the keys in the panel", |seen| with_panel(seen) && *seen != panel);
+}
+
+#[test]
+fn the_mouse_moves_the_camera_and_a_key_puts_it_back() {
+    let place = Place::new();
+    let Some(display) = Display::start(&place) else { return };
+    let app = App::start(&place, &display, &["--paused", "--no-panel"]);
+    let plain = place.rendered(0, &[]);
+    app.shows("the picture of frame 0", &plain);
+    // The pointer ends outside the window, where it hides nothing.
+    let drag = |button: &'static str| {
+        ["mousemove", "200", "100", "mousedown", button, "mousemove", "300", "120", "mousemove", "700", "500", "mouseup", button]
+    };
+    let mut before = plain.clone();
+    for (what, arguments) in [
+        ("a turn", drag("1").to_vec()),
+        ("a move sideways", drag("2").to_vec()),
+        ("a look around", drag("3").to_vec()),
+        ("a zoom", vec!["mousemove", "200", "100", "click", "4", "click", "4", "mousemove", "700", "500"]),
+    ] {
+        display.xdotool(&arguments).expect("xdotool moves the mouse");
+        // Still, so that a frame in between does not pass for the next change.
+        let mut last = before.clone();
+        before = wait_for(what, || {
+            std::thread::sleep(Duration::from_millis(300));
+            let seen = display.look()?;
+            let still = seen == last && seen != before;
+            last = seen;
+            still.then(|| last.clone())
+        });
+        assert_ne!(before, plain);
+    }
+    app.press(&["r"]);
+    app.shows("the scene's camera again", &plain);
+}
+
+#[test]
+fn without_a_display_a_picture_is_rendered_and_said_so() {
+    let place = Place::new();
+    let missing = missing();
+    if missing.contains(&"a graphics adapter") {
+        assert!(!common::strict(), "no graphics adapter");
+        eprintln!("skipped: no graphics adapter");
+        return;
+    }
+    let expect_picture = |mut command: Command| {
+        let output = command.args(["run", "test.ron", "--size", &size()]).output().expect("relief starts");
+        let errors = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(0), "{errors}");
+        assert!(errors.contains("no window") && !errors.contains("panicked"), "{errors}");
+        let folder = place.path().join("relief-frames");
+        assert!(folder.join("color_00000.png").exists());
+        fs::remove_dir_all(folder).expect("a folder");
+    };
+    expect_picture(place.relief());
+    let mut nobody_there = place.relief();
+    nobody_there.env("DISPLAY", ":9999");
+    expect_picture(nobody_there);
+
+    // A library that is opened only when the window is: a file that is none stands in for one that is missing.
+    let Some(display) = Display::start(&place).filter(|_| cfg!(target_os = "linux")) else { return };
+    let libraries = place.path().join("libraries");
+    fs::create_dir(&libraries).expect("a folder");
+    for name in ["libxkbcommon-x11.so.0", "libxkbcommon-x11.so"] {
+        fs::write(libraries.join(name), b"").expect("a file");
+    }
+    let mut no_library = place.relief();
+    no_library.env("DISPLAY", &display.name).env("LD_LIBRARY_PATH", &libraries);
+    expect_picture(no_library);
+}
