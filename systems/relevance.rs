@@ -10,7 +10,7 @@ use bevy_transform::components::GlobalTransform;
 use glam::{Vec3, Vec4};
 
 /// Rec. 709 luminance of linear RGB.
-pub(crate) const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
+pub const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
 /// The attenuation's denominator is at least this, here and in the shader.
 const MIN_DENOMINATOR: f32 = 1e-4;
 /// Light beyond this is no light: sums of a hundred million such lights at the least denominator stay finite.

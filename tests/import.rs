@@ -404,8 +404,10 @@ fn nesting_is_limited_and_the_limit_can_be_spawned_and_despawned() {
     let root = model.spawn(&mut world, Transform::IDENTITY);
     world.despawn(root);
     assert_eq!(world.query::<&bevy_ecs::name::Name>().iter(&world).count(), 0);
-    let error = nested(100_000).unwrap_err().to_string();
-    assert!(error.contains("nested deeper"), "{error}");
+    for deeper in [513, 100_000] {
+        let error = nested(deeper).unwrap_err().to_string();
+        assert!(error.contains("nested deeper"), "{error}");
+    }
 }
 
 #[test]
@@ -433,6 +435,13 @@ fn refusals_name_the_place() {
         |d| d["buffers"][0] = buffer(&floats(&[0.0, 0.0, f32::NAN, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])),
         "meshes[0].primitives[0].attributes.POSITION: expected finite numbers, element 0",
     );
+    let sparse = |d: &mut Value| {
+        let index = push_accessor(d, &[3], json!({ "componentType": 5121, "count": 1, "type": "SCALAR" }));
+        let view = &d["accessors"][index]["bufferView"];
+        d["accessors"][0]["sparse"] = json!({ "count": 1,
+            "indices": { "bufferView": view, "componentType": 5121 }, "values": { "bufferView": 0 } });
+    };
+    expect(sparse, "accessors[0].sparse.indices: element 0 replaces element 3 of 3");
     // Legal, but nothing in the file justifies the size.
     expect(
         |d| d["accessors"][0] = json!({ "componentType": 5126, "count": 1u64 << 40, "type": "VEC3" }),

@@ -20,8 +20,10 @@ impl log::Log for Heard {
 
     fn log(&self, record: &log::Record) {
         let text = format!("{}: {}", record.target(), record.args());
-        // Machines without Vulkan's validation layer check with wgpu's own validation only.
-        if self.enabled(record.metadata()) && !text.contains("VK_LAYER_KHRONOS_validation") {
+        // Machines without Vulkan's validation layer check with wgpu's own validation only. Layers older than 2023 do
+        // not know WGSL as a source language (operand 10), and name the device as the object.
+        let known = ["VK_LAYER_KHRONOS_validation", "Invalid source language operand: 10", "objects: (type: DEVICE"];
+        if self.enabled(record.metadata()) && !known.iter().any(|known| text.contains(known)) {
             self.0.lock().expect("no panic while logging").push(text);
         }
     }
@@ -67,7 +69,11 @@ fn every_model_draws_without_a_warning_or_is_refused_for_a_named_reason() {
         };
         headless.renderer = relief::renderer::Renderer::new(&headless.renderer.gpu().clone());
         let picture = headless.draw(&mut stage.simulation, stage.camera, (side, side)).expect("a picture");
-        assert!(headless.renderer.stats().instances > 0 || name.contains("Lights"), "{name}: nothing drawn");
+        // Points and lines are left out with a warning; some files hold nothing but lights.
+        let explained = !stage.scene.warnings.is_empty() || name.contains("Lights");
+        assert!(headless.renderer.stats().instances > 0 || explained, "{name}: nothing drawn");
+        let burnt = picture.pixels().filter(|p| p.0.iter().all(|&c| c > 250)).count();
+        assert!(burnt < (side * side / 2) as usize, "{name}: {burnt} pixels are white");
         drawn.push((name, picture));
     }
     println!("{} drawn, {} refused", drawn.len(), refused.len());
@@ -77,8 +83,9 @@ fn every_model_draws_without_a_warning_or_is_refused_for_a_named_reason() {
     }
     let heard = HEARD.0.lock().expect("no panic while logging");
     assert!(heard.is_empty(), "{}", heard.join("\n"));
-    let meshopt: Vec<_> = refused.iter().filter(|line| !line.contains("EXT_meshopt_compression")).collect();
-    assert!(meshopt.is_empty(), "refused without a known reason: {meshopt:?}");
+    let reasons = ["requires EXT_meshopt_compression", "requires FAKE_materials_quantumRendering", "needs glTF 2.1"];
+    refused.retain(|line| !reasons.iter().any(|reason| line.contains(reason)));
+    assert!(refused.is_empty(), "refused for another reason: {refused:?}");
     assert!(drawn.len() > 120);
 }
 

@@ -18,6 +18,8 @@ const RELIEF: &str = env!("CARGO_BIN_EXE_relief");
 const SIZE: (u32, u32) = (480, 270);
 /// The panel's part of a window of that size; the scene stays as it is left of it.
 const PANEL_WIDTH: u32 = 292;
+/// The pointer goes where it hides nothing of the window.
+const AWAY: [&str; 3] = ["mousemove", "700", "500"];
 /// Software rendering on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(60);
 
@@ -66,7 +68,7 @@ impl Place {
     fn relief(&self) -> Command {
         let mut command = Command::new(RELIEF);
         command.current_dir(self.path()).env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
-        command.env_remove("DISPLAY").env("WINIT_X11_SCALE_FACTOR", "1");
+        command.env_remove("DISPLAY").env("WINIT_X11_SCALE_FACTOR", "1").env("RUST_LOG", "error");
         command
     }
 
@@ -190,7 +192,7 @@ impl<'a> App<'a> {
         let (sender, lines) = channel();
         let output = BufReader::new(process.0.stdout.take().expect("piped"));
         std::thread::spawn(move || output.lines().map_while(Result::ok).try_for_each(|line| sender.send(line)));
-        let window = wait_for("the window", || display.xdotool(&["search", "--onlyvisible", "--name", "^Relief . test$"]));
+        let window = wait_for("the window", || display.xdotool(&["search", "--onlyvisible", "--name", "^Relief .* test$"]));
         wait_for("the focus", || display.xdotool(&["windowfocus", "--sync", &window]));
         Self { display, process, lines }
     }
@@ -317,16 +319,16 @@ fn the_mouse_moves_the_camera_and_a_key_puts_it_back() {
     let app = App::start(&place, &display, &["--paused", "--no-panel"]);
     let plain = place.rendered(0, &[]);
     app.shows("the picture of frame 0", &plain);
-    // The pointer ends outside the window, where it hides nothing.
     let drag = |button: &'static str| {
-        ["mousemove", "200", "100", "mousedown", button, "mousemove", "300", "120", "mousemove", "700", "500", "mouseup", button]
+        let along = ["mousemove", "200", "100", "mousedown", button, "mousemove", "240", "110", "mouseup", button];
+        [&along[..], &AWAY].concat()
     };
     let mut before = plain.clone();
     for (what, arguments) in [
-        ("a turn", drag("1").to_vec()),
-        ("a move sideways", drag("2").to_vec()),
-        ("a look around", drag("3").to_vec()),
-        ("a zoom", vec!["mousemove", "200", "100", "click", "4", "click", "4", "mousemove", "700", "500"]),
+        ("a turn", drag("1")),
+        ("a move sideways", drag("2")),
+        ("a look around", drag("3")),
+        ("a zoom", [&["mousemove", "200", "100", "click", "4"][..], &AWAY].concat()),
     ] {
         display.xdotool(&arguments).expect("xdotool moves the mouse");
         // Still, so that a frame in between does not pass for the next change.

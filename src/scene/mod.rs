@@ -117,7 +117,12 @@ pub fn load(path: &Path, simulation: &mut Simulation) -> Result<LoadedScene, Sce
         let before = library.sizes();
         prepare(path, &mut library).inspect_err(|_| library.truncate(before))
     })?;
-    Ok(prepared.spawn(path, world))
+    let bright = matches!(&prepared.content, Content::Model(model) if model.has_lights());
+    let loaded = prepared.spawn(path, world);
+    if bright {
+        rig::expose(simulation);
+    }
+    Ok(loaded)
 }
 
 /// Everything wrong with a scene file (or a glTF file as one), without loading it into a world. Empty: nothing is.

@@ -4,8 +4,12 @@ use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
 use bevy_transform::components::Transform;
 use glam::Vec3;
-use systems::bounds::Aabb;
+use systems::Simulation;
+use systems::bounds::{Aabb, WorldBounds};
 use systems::components::{Camera, Environment, Light, Projection};
+use systems::library::MeshId;
+use systems::lights::irradiance;
+use systems::relevance::LUMINANCE;
 
 /// Vertical field of view of the framing camera.
 const FOV_Y: f32 = 35.0;
@@ -42,4 +46,19 @@ pub fn light(world: &mut World) -> Environment {
         world.spawn((Name::new(name), Transform::default().looking_to(-toward, Vec3::Y), light));
     }
     Environment { ambient: Vec3::splat(0.15), ..Environment::default() }
+}
+
+/// Sets the exposure for a file's own lights. glTF's are physical: candela and lux, thousands as soon as one is meant as
+/// daylight. The object in the middle of all objects by irradiance comes out as if lit by 1; dim files stay as they are.
+pub fn expose(simulation: &mut Simulation) {
+    simulation.frame();
+    let lights = simulation.draw_list().lights.records.clone();
+    let mut objects = simulation.world.query_filtered::<&WorldBounds, With<MeshId>>();
+    let at = |bounds: &WorldBounds| lights.iter().map(|l| irradiance(l, bounds.0.center).dot(LUMINANCE)).sum::<f32>();
+    let mut received: Vec<f32> = objects.iter(&simulation.world).map(at).filter(|e| *e > 0.0).collect();
+    received.sort_by(f32::total_cmp);
+    let Some(&middle) = received.get(received.len() / 2) else { return };
+    if let Some(mut environment) = simulation.world.get_resource_mut::<Environment>() {
+        environment.exposure = (1.0 / middle).clamp(1e-6, 1.0);
+    }
 }
