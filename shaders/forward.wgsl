@@ -178,7 +178,7 @@ fn is_ggx() -> bool {
     return SHADING == SHADING_METALLIC_ROUGHNESS || SHADING == SHADING_SPECULAR_GLOSSINESS;
 }
 
-fn reflected(surface: Surface, light: Light) -> vec3f {
+fn reflected(surface: Surface, light: u32) -> vec3f {
     let arriving = arriving(light, surface.position);
     var reflection: vec3f;
     if is_ggx() {
@@ -195,7 +195,7 @@ fn lit(surface: Surface, slot: u32, occlusion: f32) -> vec3f {
     var around = vec3f(0.0);
     if LIGHTS == LIGHTS_ALL {
         for (var i = 0u; i < view.light_count; i++) {
-            color += reflected(surface, lights[i]);
+            color += reflected(surface, i);
         }
     } else {
         for (var i = 0u; i < 3u; i++) {
@@ -203,7 +203,7 @@ fn lit(surface: Surface, slot: u32, occlusion: f32) -> vec3f {
             if light == NO_LIGHT {
                 break;
             }
-            color += instances[slot].weights[i] * reflected(surface, lights[light]);
+            color += instances[slot].weights[i] * reflected(surface, light);
         }
         let ambient = instances[slot].remainder_ambient;
         let direction = instances[slot].remainder_direction;
@@ -233,7 +233,7 @@ fn debug_color(surface: Surface, base: vec3f, slot: u32, in: VertexOut) -> vec3f
         for (var i = 0u; i < 3u; i++) {
             let light = instances[slot].lights[i];
             if light != NO_LIGHT {
-                let here = arriving(lights[light], surface.position);
+                let here = arriving(light, surface.position);
                 let n_l = max(dot(surface.normal, here.toward), 0.0);
                 given[i] += instances[slot].weights[i] * luminance(here.color) * n_l;
             }
@@ -244,7 +244,7 @@ fn debug_color(surface: Surface, base: vec3f, slot: u32, in: VertexOut) -> vec3f
     // Light count: how many reach the pixel, 0 blue to 8 and more red.
     var count = 0.0;
     for (var i = 0u; i < view.light_count; i++) {
-        let here = arriving(lights[i], surface.position);
+        let here = arriving(i, surface.position);
         count += select(0.0, 1.0, luminance(abs(here.color)) > 1e-4);
     }
     let heat = saturate(count / 8.0);
@@ -268,10 +268,17 @@ fn fs_main(in: VertexOut, @builtin(front_facing) front: bool) -> @location(0) ve
     if DEBUG != 0u {
         color = debug_color(surface, base.rgb, in.slot, in);
     } else if SHADING != SHADING_UNLIT {
-        let open = sample(occlusion_maps, occlusion_sampler, materials[material].maps[MAP_OCCLUSION], uvs).r;
-        let occlusion = 1.0 + materials[material].occlusion_strength * (open - 1.0);
-        let emissive = sample(emissive_maps, emissive_sampler, materials[material].maps[MAP_EMISSIVE], uvs).rgb;
-        color = lit(surface, in.slot, occlusion) + emissive * materials[material].emissive_factor;
+        var occlusion = 1.0;
+        var emission = sample(emissive_maps, emissive_sampler, materials[material].maps[MAP_EMISSIVE], uvs).rgb
+            * materials[material].emissive_factor;
+        if is_ggx() {
+            let open = sample(occlusion_maps, occlusion_sampler, materials[material].maps[MAP_OCCLUSION], uvs).r;
+            occlusion = 1.0 + materials[material].occlusion_strength * (open - 1.0);
+        } else {
+            // The classic model's emission is one more light on the base colour.
+            emission *= base.rgb;
+        }
+        color = lit(surface, in.slot, occlusion) + emission;
     }
     return vec4f(color, select(1.0, base.a, ALPHA == ALPHA_BLEND));
 }

@@ -76,28 +76,80 @@ impl Image {
     /// # Panics
     /// If a side is 0 or `pixels` has another length than `width · height`.
     pub fn rgba16(name: impl Into<String>, width: u32, height: u32, kind: ImageKind, pixels: &[Vec4]) -> Self {
-        let bytes = pixels.iter().flat_map(|p| encode(Texels::Rgba16Float, kind, *p)).collect();
+        let mut bytes = Vec::with_capacity(pixels.len() * Rgba16Float::BYTES);
+        pixels.iter().for_each(|&pixel| Rgba16Float.encode(pixel, &mut bytes));
         Self::with_levels(name.into(), width, height, kind, Texels::Rgba16Float, bytes)
-    }
-
-    /// Reads one texel of level 0 as linear RGBA; outside coordinates are clamped.
-    pub fn texel(&self, x: u32, y: u32) -> Vec4 {
-        let index = (y.min(self.height - 1) * self.width + x.min(self.width - 1)) as usize;
-        decode(self.texels, self.kind, &self.levels[0][index * self.texels.bytes()..][..self.texels.bytes()])
     }
 
     fn with_levels(name: String, width: u32, height: u32, kind: ImageKind, texels: Texels, pixels: Vec<u8>) -> Self {
         assert!(width > 0 && height > 0, "an image has at least one texel");
         assert_eq!(pixels.len(), width as usize * height as usize * texels.bytes(), "one element per texel");
-        let mut linear: Vec<Vec4> = pixels.chunks_exact(texels.bytes()).map(|t| decode(texels, kind, t)).collect();
         let mut levels = vec![pixels];
         for level in 1..level_count(width, height) {
-            linear = halve(&linear, level_size(width, height, level - 1), level_size(width, height, level), kind);
-            let mut bytes = Vec::with_capacity(linear.len() * texels.bytes());
-            linear.iter().for_each(|&t| bytes.extend(encode(texels, kind, t)));
-            levels.push(bytes);
+            let (from, to) = (level_size(width, height, level - 1), level_size(width, height, level));
+            let above = &levels[level as usize - 1];
+            levels.push(match texels {
+                Texels::Rgba8 => halve(&Rgba8::new(kind), above, from, to, kind),
+                Texels::Rgba16Float => halve(&Rgba16Float, above, from, to, kind),
+            });
         }
         Self { name, width, height, kind, texels, levels }
+    }
+}
+
+/// How a texel is stored; a type rather than a value, so that the filter's inner loop has no branch.
+trait Store {
+    const BYTES: usize;
+    fn decode(&self, bytes: &[u8]) -> Vec4;
+    fn encode(&self, linear: Vec4, bytes: &mut Vec<u8>);
+}
+
+struct Rgba8 {
+    /// By channel: stored byte to linear value.
+    linear: [&'static [f32; 256]; 4],
+    /// Linear colour in `SRGB_STEPS` to byte; none for linear storage.
+    srgb: Option<&'static [u8]>,
+}
+
+impl Rgba8 {
+    fn new(kind: ImageKind) -> Self {
+        let color = kind == ImageKind::Color;
+        let channel: &'static [f32; 256] = if color { &LINEAR_FROM_SRGB8 } else { &LINEAR_FROM_UNORM8 };
+        Self { linear: [channel, channel, channel, &LINEAR_FROM_UNORM8], srgb: color.then(|| SRGB8_FROM_LINEAR.as_slice()) }
+    }
+}
+
+impl Store for Rgba8 {
+    const BYTES: usize = 4;
+
+    fn decode(&self, bytes: &[u8]) -> Vec4 {
+        Vec4::from_array(std::array::from_fn(|channel| self.linear[channel][bytes[channel] as usize]))
+    }
+
+    fn encode(&self, linear: Vec4, bytes: &mut Vec<u8>) {
+        let scaled = linear.clamp(Vec4::ZERO, Vec4::ONE);
+        let [r, g, b, a] = (scaled * 255.0 + 0.5).to_array().map(|v| v as u8);
+        bytes.extend(match self.srgb {
+            None => [r, g, b, a],
+            Some(table) => {
+                let [r, g, b, _] = (scaled * SRGB_STEPS as f32 + 0.5).to_array().map(|v| table[v as usize]);
+                [r, g, b, a]
+            }
+        });
+    }
+}
+
+struct Rgba16Float;
+
+impl Store for Rgba16Float {
+    const BYTES: usize = 8;
+
+    fn decode(&self, bytes: &[u8]) -> Vec4 {
+        Vec4::from_array(std::array::from_fn(|i| half::f16::from_le_bytes([bytes[2 * i], bytes[2 * i + 1]]).to_f32()))
+    }
+
+    fn encode(&self, linear: Vec4, bytes: &mut Vec<u8>) {
+        linear.to_array().into_iter().for_each(|v| bytes.extend(half::f16::from_f32(v).to_le_bytes()));
     }
 }
 
@@ -118,62 +170,34 @@ fn axis_weights(source: u32, target: u32) -> Vec<(usize, [f32; 3])> {
         .collect()
 }
 
-fn halve(source: &[Vec4], (sw, sh): (u32, u32), (tw, th): (u32, u32), kind: ImageKind) -> Vec<Vec4> {
+/// The level below: from stored texels to stored texels, without a copy of the image in floats between.
+fn halve<S: Store>(
+    store: &S,
+    source: &[u8],
+    (sw, sh): (u32, u32),
+    (tw, th): (u32, u32),
+    kind: ImageKind,
+) -> Vec<u8> {
     let (columns, rows) = (axis_weights(sw, tw), axis_weights(sh, th));
-    let (last_x, last_y) = (sw as usize - 1, sh as usize - 1);
-    let mut target = Vec::with_capacity((tw * th) as usize);
+    let stride = sw as usize * S::BYTES;
+    let mut target = Vec::with_capacity((tw * th) as usize * S::BYTES);
     for &(y0, wy) in &rows {
         for &(x0, wx) in &columns {
             let mut sum = Vec4::ZERO;
-            for (ky, &wy) in wy.iter().enumerate() {
-                for (kx, &wx) in wx.iter().enumerate() {
-                    if wx * wy > 0.0 {
-                        sum += source[(y0 + ky).min(last_y) * sw as usize + (x0 + kx).min(last_x)] * (wx * wy);
-                    }
+            for (ky, &wy) in wy.iter().enumerate().filter(|(_, w)| **w > 0.0) {
+                let row = &source[(y0 + ky) * stride..][..stride];
+                for (kx, &wx) in wx.iter().enumerate().filter(|(_, w)| **w > 0.0) {
+                    sum += store.decode(&row[(x0 + kx) * S::BYTES..][..S::BYTES]) * (wx * wy);
                 }
             }
             if kind == ImageKind::Normal {
                 let normal = (sum.truncate() * 2.0 - 1.0).try_normalize().unwrap_or(glam::Vec3::Z);
                 sum = (normal * 0.5 + 0.5).extend(sum.w);
             }
-            target.push(sum);
+            store.encode(sum, &mut target);
         }
     }
     target
-}
-
-fn decode(texels: Texels, kind: ImageKind, bytes: &[u8]) -> Vec4 {
-    match texels {
-        Texels::Rgba8 => {
-            let alpha = f32::from(bytes[3]) / 255.0;
-            if kind == ImageKind::Color {
-                let table = &*LINEAR_FROM_SRGB8;
-                Vec4::new(table[bytes[0] as usize], table[bytes[1] as usize], table[bytes[2] as usize], alpha)
-            } else {
-                Vec4::new(bytes[0].into(), bytes[1].into(), bytes[2].into(), bytes[3].into()) / 255.0
-            }
-        }
-        Texels::Rgba16Float => Vec4::from_array(std::array::from_fn(|i| {
-            half::f16::from_le_bytes([bytes[2 * i], bytes[2 * i + 1]]).to_f32()
-        })),
-    }
-}
-
-fn encode(texels: Texels, kind: ImageKind, linear: Vec4) -> impl Iterator<Item = u8> {
-    let mut bytes = [0u8; 8];
-    match texels {
-        Texels::Rgba8 => {
-            let byte = |v: f32| (v.clamp(0.0, 1.0) * 255.0).round() as u8;
-            let color = |v: f32| if kind == ImageKind::Color { srgb8_from_linear(v) } else { byte(v) };
-            bytes[..4].copy_from_slice(&[color(linear.x), color(linear.y), color(linear.z), byte(linear.w)]);
-        }
-        Texels::Rgba16Float => {
-            for (i, value) in linear.to_array().into_iter().enumerate() {
-                bytes[2 * i..2 * i + 2].copy_from_slice(&half::f16::from_f32(value).to_le_bytes());
-            }
-        }
-    }
-    bytes.into_iter().take(texels.bytes())
 }
 
 /// The sRGB transfer function, IEC 61966-2-1: encoded value to linear light, both 0..1.
@@ -181,23 +205,19 @@ pub fn linear_from_srgb(encoded: f32) -> f32 {
     if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
 
+static LINEAR_FROM_UNORM8: std::sync::LazyLock<[f32; 256]> =
+    std::sync::LazyLock::new(|| std::array::from_fn(|i| i as f32 / 255.0));
+
 static LINEAR_FROM_SRGB8: std::sync::LazyLock<[f32; 256]> =
     std::sync::LazyLock::new(|| std::array::from_fn(|i| linear_from_srgb(i as f32 / 255.0)));
 
-/// The byte whose linear value is nearest in the encoded domain, by way of a table: mip levels need millions.
-fn srgb8_from_linear(linear: f32) -> u8 {
-    static TABLE: std::sync::LazyLock<Vec<u8>> = std::sync::LazyLock::new(|| {
-        (0..=SRGB_STEPS)
-            .map(|i| {
-                let l = i as f32 / SRGB_STEPS as f32;
-                let e = if l <= 0.003_130_8 { l * 12.92 } else { 1.055 * l.powf(1.0 / 2.4) - 0.055 };
-                (e * 255.0).round() as u8
-            })
-            .collect()
-    });
-    const SRGB_STEPS: usize = 1 << 14;
-    TABLE[(linear.clamp(0.0, 1.0) * SRGB_STEPS as f32).round() as usize]
-}
+/// Steps of the table from linear light to sRGB bytes: fine enough that every byte survives the round trip.
+const SRGB_STEPS: usize = 1 << 14;
+
+static SRGB8_FROM_LINEAR: std::sync::LazyLock<Vec<u8>> = std::sync::LazyLock::new(|| {
+    let encoded = |l: f32| if l <= 0.003_130_8 { l * 12.92 } else { 1.055 * l.powf(1.0 / 2.4) - 0.055 };
+    (0..=SRGB_STEPS).map(|i| (encoded(i as f32 / SRGB_STEPS as f32) * 255.0).round() as u8).collect()
+});
 
 #[cfg(test)]
 mod tests {
@@ -205,9 +225,11 @@ mod tests {
 
     #[test]
     fn srgb_bytes_survive_the_round_trip() {
+        let store = Rgba8::new(ImageKind::Color);
         for byte in 0..=255u8 {
-            let linear = LINEAR_FROM_SRGB8[byte as usize];
-            assert_eq!(srgb8_from_linear(linear), byte);
+            let mut bytes = Vec::new();
+            store.encode(store.decode(&[byte; 4]), &mut bytes);
+            assert_eq!(bytes, [byte; 4]);
         }
     }
 

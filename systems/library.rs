@@ -237,9 +237,9 @@ pub struct Material {
     pub metallic_roughness_map: Option<Map>,
     /// 0..1: how much of `occlusion_map` is applied to ambient light.
     pub occlusion_strength: f32,
-    /// Red: how much ambient light reaches the texel.
+    /// Red: how much ambient light reaches the texel. Not for Phong and Blinn.
     pub occlusion_map: Option<Map>,
-    /// Linear RGB, may exceed 1; times `emissive_map`.
+    /// Linear RGB, may exceed 1; times `emissive_map`; Phong and Blinn: times the base colour too.
     pub emissive_factor: Vec3,
     /// sRGB colour.
     pub emissive_map: Option<Map>,

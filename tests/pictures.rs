@@ -221,6 +221,9 @@ fn unlit_emission_exposure_and_tone_map() {
         m.shading = Shading::Phong;
         m.emissive_factor = Vec3::new(0.25, 3.0, 0.0);
     });
+    // The classic model: base · emission; glTF's: emission as it is.
+    assert_near(square.middle(), Vec3::new(0.125, 3.0, 0.0));
+    square.edit(|m| m.shading = Shading::MetallicRoughness);
     assert_near(square.middle(), Vec3::new(0.25, 3.0, 0.0));
     square.simulation.world.resource_mut::<Environment>().exposure = 2.0;
     square.assert_byte_near([188, 255, 0, 255]);

@@ -130,8 +130,10 @@ impl Display {
         let folder = place.path().join("display");
         fs::create_dir(&folder).expect("a folder");
         let mut server = Command::new("Xvfb");
-        // Larger than the window, so that the pointer, in the middle, is outside of it.
-        server.args(["-displayfd", "1", "-nolisten", "tcp", "-screen", "0", "1024x600x24", "-fbdir"]).arg(&folder);
+        // Larger than the window, so that the pointer, in the middle, is outside of it. Without `-noreset`, the server
+        // would start anew whenever its last client goes: xdotool, while the program is about to connect.
+        let screen = ["-noreset", "-nolisten", "tcp", "-screen", "0", "1024x600x24"];
+        server.args(screen).args(["-displayfd", "1", "-fbdir"]).arg(&folder);
         let server = server.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().expect("Xvfb starts");
         let mut server = Running(server);
         let mut number = String::new();

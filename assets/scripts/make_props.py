@@ -527,7 +527,7 @@ def facade():
     nb = load_normal('brick', 512)
     tb = g.image(load('brick_base.jpg', 512), 'jpg', 85, 'brick_base')
     tn = g.image(nb, 'jpg', 86, 'brick_normal')
-    m_brick = g.material('brick', tb, tn, None, metallic=0, roughness=0.88)
+    m_brick = g.material('brick', tb, tn, None, metallic=0, roughness=0.80, normal_scale=1.6)
     cb = g.image(load('concrete_base.jpg', 256), 'jpg', 82, 'concrete_base')
     cn = g.image(load_normal('concrete', 256), 'jpg', 86, 'concrete_normal')
     m_con = g.material('concrete', cb, cn, None, metallic=0, roughness=0.85)

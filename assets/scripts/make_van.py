@@ -482,14 +482,14 @@ def paint_atlas():
     c.fill(m * smooth(0.45, 0.62, slat), rgb('c9c9c4'), 1.0, 0.28)
     for xx in (-0.2, 0.0, 0.2):
         c.fill(m * smooth(0.012, 0.008, np.abs(X - xx)), rgb('b5b5b0'), 1.0, 0.3)
-    # emblem
+    # emblem: a bar across a disc
     e = np.hypot(X, Y - 0.735) - 0.072
     c.fill(smooth(0.002, -0.002, e), CREAM, 0, 0.3)
     c.fill(smooth(0.007, 0.004, np.abs(e)), rgb('d8d8d4'), 1, 0.2)
     c.raise_(e, 0.014, 0.006)
-    peak = np.maximum(np.abs(X) * 1.05 + (Y - 0.735) - 0.030, 0.735 - 0.032 - Y)
-    c.fill(smooth(0.002, -0.002, peak), TEAL * 0.9, 0, 0.3)
-    c.raise_(peak, 0.005, 0.004)
+    bar = np.maximum(np.abs(X) - 0.058, np.abs(Y - 0.735) - 0.016)
+    c.fill(smooth(0.002, -0.002, bar), TEAL * 0.9, 0, 0.3)
+    c.raise_(bar, 0.005, 0.004)
     # sockets of the lamps
     for sx in (-1, 1):
         c.line(np.hypot(X - sx * 0.625, Y - 0.80) - 0.145, 0.007, 0.004)
@@ -844,7 +844,9 @@ def build(out, preview=None):
     base = tx.to8(atlas['base'])
     tb = g.image(base, 'jpg', 91, 'van_base')
     tn = g.image(tx.encode_normal(atlas['nrm']), 'png', name='van_normal')
-    to = g.image(tx.to8(atlas['orm']), 'jpg', 88, 'van_occlusion_roughness_metallic')
+    # at half size: it changes slowly
+    orm = atlas['orm'].reshape(SIZE // 2, 2, SIZE // 2, 2, 3).mean((1, 3))
+    to = g.image(tx.to8(orm), 'jpg', 88, 'van_occlusion_roughness_metallic')
     m_body = g.material('body', tb, tn, to, occlusion=True)
     m_head = g.material('lamp_head', tb, tn, to, emissive=(1.0, 0.90, 0.70), emissive_tex=tb)
     m_tail = g.material('lamp_tail', tb, tn, to, emissive=(0.75, 0.12, 0.08), emissive_tex=tb)
@@ -852,7 +854,7 @@ def build(out, preview=None):
     body = merge(body)
     prims = [(body, m_body), (merge(glass_head), m_head), (merge(glass_tail), m_tail), (merge(glass_ind), m_ind)]
     root = g.node('van')
-    g.piece_nodes('body', prims, {0: (0.0,), 2: (-1.2, 0.0, 1.2)}, g.node('body', parent=root))
+    g.piece_nodes('body', prims, {1: (0.95,), 2: (-1.2, 0.0, 1.2)}, g.node('body', parent=root))
     # wheels: +X outward; the right-hand ones turn half round the vertical
     mats, parts = wheel(g)
     wm = g.mesh('wheel', list(zip(parts, mats)))

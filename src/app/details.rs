@@ -125,6 +125,8 @@ fn named(name: &str) -> &str {
 }
 
 fn triple(v: Vec3, digits: usize) -> String {
+    // No −0.
+    let v = v + Vec3::ZERO;
     format!("{:.digits$}, {:.digits$}, {:.digits$}", v.x, v.y, v.z)
 }
 

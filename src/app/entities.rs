@@ -8,6 +8,9 @@ use egui::{Align, Layout, RichText, ScrollArea, TextEdit, TextStyle};
 use systems::components::{Camera, Light};
 use systems::library::MeshId;
 
+/// Points.
+const HEIGHT: f32 = 220.0;
+
 /// What an entity is, first of all.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Kind {
@@ -59,7 +62,7 @@ impl EntityList {
         self.find();
         let mut clicked = None;
         let row_height = ui.text_style_height(&TextStyle::Button).max(ui.spacing().interact_size.y);
-        let list = ScrollArea::vertical().max_height(180.0).auto_shrink([false, true]);
+        let list = ScrollArea::vertical().max_height(HEIGHT).min_scrolled_height(HEIGHT).auto_shrink([false, true]);
         list.show_rows(ui, row_height, self.found.len(), |ui, range| {
             ui.with_layout(Layout::top_down_justified(Align::LEFT), |ui| {
                 for row in self.found.get(range).unwrap_or_default().iter().filter_map(|&index| self.rows.get(index)) {

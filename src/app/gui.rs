@@ -2,6 +2,7 @@
 
 use crate::renderer::Gpu;
 use egui::epaint::{ClippedPrimitive, Shadow};
+use glam::Vec2;
 use egui::{Color32, FontFamily, FontId, Stroke, TextStyle, TexturesDelta, ViewportId};
 use std::time::Duration;
 use winit::event::WindowEvent;
@@ -16,6 +17,8 @@ pub struct Gui {
     triangles: Vec<ClippedPrimitive>,
     textures: TexturesDelta,
     pixels_per_point: f32,
+    /// What the panel leaves of the window, points.
+    scene: egui::Rect,
 }
 
 impl Gui {
@@ -37,12 +40,13 @@ impl Gui {
             triangles: Vec::new(),
             textures: TexturesDelta::default(),
             pixels_per_point: scale,
+            scene: egui::Rect::EVERYTHING,
         }
     }
 
-    /// Hands an event to the widgets; `true` if it was theirs.
-    pub fn on_event(&mut self, window: &Window, event: &WindowEvent) -> bool {
-        self.state.on_window_event(window, event).consumed
+    /// Hands an event to the widgets.
+    pub fn on_event(&mut self, window: &Window, event: &WindowEvent) {
+        let _ = self.state.on_window_event(window, event);
     }
 
     /// Whether somebody types into a field.
@@ -50,15 +54,22 @@ impl Gui {
         self.context.text_edit_focused()
     }
 
-    /// Whether the pointer is on the panel.
-    pub fn has_pointer(&self) -> bool {
-        self.context.egui_wants_pointer_input()
+    /// Whether a pixel is the widgets'. egui's own answer would be about where the pointer was in the last frame, and
+    /// a click may follow a movement at once.
+    pub fn covers(&self, at: Vec2) -> bool {
+        let at = egui::pos2(at.x, at.y) / self.pixels_per_point;
+        let floats = self.context.layer_id_at(at).is_some_and(|layer| layer.order != egui::Order::Background);
+        floats || !self.scene.contains(at)
     }
 
     /// Lays the widgets out; returns how long they stay as they are.
-    pub fn run(&mut self, window: &Window, widgets: impl FnMut(&mut egui::Ui)) -> Duration {
+    pub fn run(&mut self, window: &Window, mut widgets: impl FnMut(&mut egui::Ui)) -> Duration {
         let input = self.state.take_egui_input(window);
-        let output = self.context.run_ui(input, widgets);
+        let scene = &mut self.scene;
+        let output = self.context.run_ui(input, |ui| {
+            widgets(ui);
+            *scene = ui.available_rect_before_wrap();
+        });
         self.state.handle_platform_output(window, output.platform_output);
         self.pixels_per_point = output.pixels_per_point;
         self.triangles = self.context.tessellate(output.shapes, output.pixels_per_point);

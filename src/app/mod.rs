@@ -82,7 +82,7 @@ pub fn run(mut options: Options) -> Result<(), AppError> {
     }
     let event_loop = open_event_loop()?;
     let mut app = window::App::new(options);
-    event_loop.run_app(&mut app).map_err(|error| AppError::NoDisplay(error.to_string()))?;
+    event_loop.run_app(&mut app).map_err(|error| no_display(&error))?;
     app.result()
 }
 
@@ -95,11 +95,30 @@ fn open_event_loop() -> Result<EventLoop<()>, AppError> {
     panic::set_hook(hook);
     match opened {
         Ok(Ok(event_loop)) => Ok(event_loop),
-        Ok(Err(error)) => Err(AppError::NoDisplay(error.to_string())),
+        Ok(Err(error)) => Err(no_display(&error)),
         Err(payload) => {
             let text = payload.downcast_ref::<String>().map(String::as_str);
             let text = text.or_else(|| payload.downcast_ref::<&str>().copied());
             Err(AppError::NoDisplay(text.unwrap_or("the window system cannot be used").to_owned()))
         }
+    }
+}
+
+/// winit's errors begin with the place in its source.
+fn no_display(error: &dyn std::error::Error) -> AppError {
+    let text = error.to_string();
+    let reason = text.strip_prefix("os error at ").and_then(|rest| rest.split_once(": "));
+    AppError::NoDisplay(reason.map_or(text.as_str(), |(_, reason)| reason).to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_reason_for_no_window_is_for_people() {
+        let error = std::io::Error::other("os error at winit/mod.rs:788: neither DISPLAY nor: that");
+        assert_eq!(no_display(&error).to_string(), "neither DISPLAY nor: that");
+        assert_eq!(no_display(&std::io::Error::other("plain: text")).to_string(), "plain: text");
     }
 }

@@ -7,6 +7,7 @@ use systems::view::View;
 
 /// Points between a weight and the edge.
 const MARGIN: Vec2 = Vec2::splat(8.0);
+const WEIGHT_WIDTH: f32 = 28.0;
 
 /// Paints a line to each light with its weight beside it; nothing covers the scene left of `room`, in points.
 pub fn paint(painter: &Painter, view: &View, lights: &ObjectLights, room: f32) {
@@ -19,9 +20,8 @@ pub fn paint(painter: &Painter, view: &View, lights: &ObjectLights, room: f32) {
         painter.line_segment([point(from), point(to)], Stroke::new(3.0, Color32::from_black_alpha(150)));
         painter.line_segment([point(from), point(to)], Stroke::new(1.5, color));
         painter.circle_filled(point(to), 4.0, color);
-        // Beside the light, or where the line leaves the picture.
-        let last = Vec2::new(room - MARGIN.x - 28.0, size.y - MARGIN.y).max(MARGIN);
-        let beside = to.clamp(MARGIN, last) + Vec2::new(8.0, 0.0);
+        let last = Vec2::new(room - MARGIN.x - WEIGHT_WIDTH, size.y - MARGIN.y).max(MARGIN);
+        let beside = last_inside(from, to, MARGIN, last) + Vec2::new(8.0, 0.0);
         let (text, font) = (format!("{:.2}", light.weight), FontId::proportional(12.0));
         painter.text(point(beside) + egui::vec2(1.0, 1.0), Align2::LEFT_CENTER, &text, font.clone(), Color32::BLACK);
         painter.text(point(beside), Align2::LEFT_CENTER, text, font, color);
@@ -45,11 +45,29 @@ fn on_screen(clip_from_world: &Mat4, from: Vec3, to: Vec3, size: Vec2) -> Option
     (ends.0.is_finite() && ends.1.is_finite()).then_some(ends)
 }
 
+/// The end of a line, or where it leaves a rectangle; a corner where the whole line is elsewhere.
+fn last_inside(from: Vec2, to: Vec2, low: Vec2, high: Vec2) -> Vec2 {
+    let step = to - from;
+    let bound = Vec2::select(step.cmplt(Vec2::ZERO), low, high);
+    // Along an axis that the line keeps to, 0/0 or x/0: both leave it whole.
+    let part = ((bound - from) / step).abs().min_element().min(1.0);
+    (from + step * part).clamp(low, high)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use glam::Affine3A;
     use systems::components::Camera;
+
+    #[test]
+    fn a_weight_is_beside_its_light_or_where_the_line_leaves_the_picture() {
+        let beside = |to| last_inside(Vec2::new(50.0, 50.0), to, Vec2::ZERO, Vec2::splat(100.0));
+        assert_eq!(beside(Vec2::new(70.0, 50.0)), Vec2::new(70.0, 50.0));
+        assert_eq!(beside(Vec2::new(-50.0, 0.0)), Vec2::new(0.0, 25.0));
+        assert_eq!(beside(Vec2::new(50.0, 900.0)), Vec2::new(50.0, 100.0));
+        assert_eq!(beside(Vec2::new(50.0, 50.0)), Vec2::new(50.0, 50.0));
+    }
 
     #[test]
     fn a_line_that_goes_behind_the_eye_is_cut_at_the_near_plane() {

@@ -1,4 +1,4 @@
-//! The panel: what the last frame did, and the switches of the view.
+//! The panel: what the last frame did, and the switches of the view. In the other corner, a card about one object.
 
 use super::details;
 use super::entities::EntityList;
@@ -8,7 +8,8 @@ use super::viewer::Viewer;
 use crate::frames;
 use crate::renderer::{DebugView, RenderStats};
 use bevy_ecs::prelude::*;
-use egui::{CollapsingHeader, Color32, ComboBox, Frame, Grid, Margin, Panel, RichText, ScrollArea, Slider, Ui};
+use egui::{Align2, Area, CollapsingHeader, Color32, ComboBox, Frame, Grid, Id, Margin, Panel, RichText, ScrollArea};
+use egui::{Slider, Ui};
 use systems::clock::Clock;
 use systems::components::{Environment, ToneMap};
 use systems::draw_list::LightRecord;
@@ -19,6 +20,7 @@ use systems::view::View;
 
 /// Points.
 pub const WIDTH: f32 = 292.0;
+const CARD_WIDTH: f32 = 230.0;
 
 /// What the panel tells of the last frame.
 pub struct FrameInfo<'a> {
@@ -57,10 +59,6 @@ impl SidePanel {
                 section(ui, "Clock", true, |ui| command = clock(ui, viewer));
                 section(ui, "Picture", true, |ui| picture(ui, viewer));
                 section(ui, "Camera", true, |ui| camera(ui, viewer, info.view));
-                if let Some(shown) = viewer.pointed_out() {
-                    let title = if viewer.hovered.is_some() { "Under the pointer" } else { "Selected" };
-                    section(ui, title, true, |ui| selected(ui, viewer, shown, info.view));
-                }
                 section(ui, "Statistics", true, |ui| statistics(ui, viewer, info));
                 section(ui, "Entities", true, |ui| {
                     let clicked = self.entities.show(ui, &mut viewer.simulation.world, viewer.selected);
@@ -68,6 +66,9 @@ impl SidePanel {
                 });
             });
         });
+        if let Some(object) = viewer.pointed_out() {
+            card(ui, viewer, object, info.view);
+        }
         command
     }
 }
@@ -216,21 +217,34 @@ fn count(number: u64) -> String {
     groups.join("\u{2009}")
 }
 
-fn selected(ui: &mut Ui, viewer: &mut Viewer, entity: Entity, view: &View) {
-    let world = &mut viewer.simulation.world;
-    ui.label(RichText::new(frames::name_of(world, entity)).strong());
-    let lights = details::object_lights(world, entity);
-    if let Some(lights) = &lights {
-        details::show_lights(ui, world, lights);
-    }
-    details::show(ui, world, entity);
-    ui.horizontal(|ui| {
-        if let Some(lights) = lights.filter(|_| ui.button("go to it").clicked()) {
-            viewer.controller.grab(view, lights.bounds.center).go_to(lights.bounds);
-        }
-        if viewer.selected == Some(entity) && ui.button("let go").clicked() {
-            viewer.selected = None;
-        }
+/// What is known of the object that is pointed out, in the other corner.
+fn card(ui: &mut Ui, viewer: &mut Viewer, object: Entity, view: &View) {
+    // A card about what is under the pointer must not be under the pointer itself: it would come and go.
+    let selected = viewer.hovered.is_none();
+    let area = Area::new(Id::unique("card")).anchor(Align2::LEFT_TOP, [8.0, 8.0]).interactable(selected);
+    let frame = Frame::new().fill(ui.visuals().panel_fill).inner_margin(Margin::same(8)).corner_radius(4);
+    area.show(ui.ctx(), |ui| {
+        frame.show(ui, |ui| {
+            ui.set_width(CARD_WIDTH);
+            let world = &mut viewer.simulation.world;
+            ui.label(RichText::new(frames::name_of(world, object)).strong());
+            let lights = details::object_lights(world, object);
+            if let Some(lights) = &lights {
+                details::show_lights(ui, world, lights);
+            }
+            details::show(ui, world, object);
+            if !selected {
+                return;
+            }
+            ui.horizontal(|ui| {
+                if let Some(lights) = lights.filter(|_| ui.button("go to it").clicked()) {
+                    viewer.controller.grab(view, lights.bounds.center).go_to(lights.bounds);
+                }
+                if ui.button("let go").clicked() {
+                    viewer.selected = None;
+                }
+            });
+        });
     });
 }
 

@@ -123,8 +123,8 @@ impl Open {
         let attributes = Window::default_attributes()
             .with_title(format!("Relief — {}", options.title))
             .with_inner_size(PhysicalSize::new(options.size.0, options.size.1));
-        let no_display = |error: winit::error::OsError| AppError::NoDisplay(error.to_string());
-        let window = Arc::new(event_loop.create_window(attributes).map_err(no_display)?);
+        let window = event_loop.create_window(attributes).map_err(|error| super::no_display(&error))?;
+        let window = Arc::new(window);
         let display = Box::new(event_loop.owned_display_handle());
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_with_display_handle_from_env(display));
         let (gpu, screen) = Screen::open(&window, instance)?;
@@ -167,12 +167,12 @@ impl Open {
             }
             _ => {}
         }
-        let taken = self.gui.on_event(&self.window, event);
+        self.gui.on_event(&self.window, event);
         match event {
             WindowEvent::CursorMoved { position, .. } => self.on_moved(Vec2::new(position.x as f32, position.y as f32)),
-            WindowEvent::MouseInput { state: ElementState::Pressed, button, .. } if !taken => self.on_press(*button),
+            WindowEvent::MouseInput { state: ElementState::Pressed, button, .. } => self.on_press(*button),
             WindowEvent::MouseInput { state: ElementState::Released, button, .. } => self.on_release(*button),
-            WindowEvent::MouseWheel { delta, .. } if !taken => self.on_wheel(delta),
+            WindowEvent::MouseWheel { delta, .. } => self.on_wheel(delta),
             _ => {}
         }
         true
@@ -192,9 +192,14 @@ impl Open {
         picking::pick(&mut self.renderer, self.view.as_ref()?, at)
     }
 
+    /// Where the pointer is, if on the scene.
+    fn on_scene(&self) -> Option<Vec2> {
+        self.pointer.at.filter(|at| !self.gui.covers(*at))
+    }
+
     fn on_press(&mut self, button: MouseButton) {
+        let Some(at) = self.on_scene() else { return };
         let Some(gesture) = self.pointer.press(button, self.modifiers.shift_key()) else { return };
-        let Some(at) = self.pointer.at else { return };
         self.pressed_on = if gesture == Gesture::Look { None } else { self.pick(at) };
     }
 
@@ -227,7 +232,7 @@ impl Open {
             MouseScrollDelta::LineDelta(_, y) => *y,
             MouseScrollDelta::PixelDelta(by) => (by.y / NOTCH_PIXELS) as f32,
         };
-        let Some(at) = self.pointer.at else { return };
+        let Some(at) = self.on_scene() else { return };
         // What is under the pointer stays there while zooming: it need not be looked for again.
         let aim = if self.wheel_at == Some(at) { None } else { self.pick(at).map(|hit| hit.point) };
         self.wheel_at = Some(at);
@@ -304,7 +309,7 @@ impl Open {
 
     /// Where a debug view points out the object under the pointer, finds it; a change shows in the next frame.
     fn follow_pointer(&mut self) {
-        let at = self.pointer.at.filter(|_| self.viewer.follows_pointer() && !self.gui.has_pointer());
+        let at = self.on_scene().filter(|_| self.viewer.follows_pointer());
         let hit = at.and_then(|at| self.pick(at));
         let hovered = hit.and_then(|hit| self.viewer.entity(hit.entity));
         if std::mem::replace(&mut self.viewer.hovered, hovered) != hovered {

@@ -1,4 +1,4 @@
-//! Files into library items: images ([`image`]) and glTF models ([`gltf`]).
+//! Files into library items: images (`image.rs`) and glTF models (`gltf/`).
 //!
 //! Everything is checked here, strictly, so that a frame has nothing left to refuse. A fault that touches what we
 //! read is an [`ImportError`] that names the file, the place in it and what was expected; one that does not is a

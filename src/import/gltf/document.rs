@@ -1,10 +1,8 @@
-//! The JSON with what its buffers hold: everything the other readers read from.
+//! The document with what its buffers hold: everything the other readers read from.
 
 use super::report::{Fault, FaultKind, Read, Report};
-use super::shape::{declared, whole};
 use super::uri;
-use glam::{Vec2, Vec3, Vec4};
-use serde_json::Value;
+use gltf::json::{Index, Root};
 use std::cell::{Cell, OnceCell};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -15,9 +13,9 @@ const FREE_BYTES: usize = 32 << 20;
 /// the same bytes again and again cannot fill the memory.
 const BYTES_PER_BYTE: usize = 100;
 
-/// A glTF document that has passed the schema.
+/// A glTF document that has passed the schema: every index in it is in range.
 pub struct Document {
-    pub root: Value,
+    pub gltf: gltf::Document,
     folder: PathBuf,
     bin: Option<Vec<u8>>,
     /// Read when first needed: a faulty buffer that nothing uses does no harm.
@@ -29,20 +27,20 @@ pub struct Document {
 }
 
 impl Document {
-    pub fn new(root: Value, folder: PathBuf, bin: Option<Vec<u8>>, file_bytes: usize) -> Self {
-        let count = root["buffers"].as_array().map_or(0, Vec::len);
+    pub fn new(gltf: gltf::Document, folder: PathBuf, bin: Option<Vec<u8>>, file_bytes: usize) -> Self {
+        let buffers = vec![OnceCell::new(); gltf.buffers().len()];
         let budget = Cell::new(FREE_BYTES.saturating_add(file_bytes.saturating_mul(BYTES_PER_BYTE)));
         let mut first = BTreeMap::new();
-        let images = items(&root["images"]).iter().enumerate();
+        let images = gltf.as_json().images.iter().enumerate();
         let first_images =
-            images.map(|(id, i)| *first.entry((i["uri"].as_str(), id_of(i, "bufferView"))).or_insert(id)).collect();
-        let quantized = declared(&root, "extensionsUsed", "KHR_mesh_quantization");
-        Self { root, folder, bin, buffers: vec![OnceCell::new(); count], budget, quantized, first_images }
+            images.map(|(id, i)| *first.entry((i.uri.as_deref(), id_of(i.buffer_view))).or_insert(id)).collect();
+        let quantized = gltf.extensions_used().any(|name| name == "KHR_mesh_quantization");
+        Self { gltf, folder, bin, buffers, budget, quantized, first_images }
     }
 
-    /// A root array; empty where there is none.
-    pub fn array(&self, name: &str) -> &[Value] {
-        items(&self.root[name])
+    /// The plain structures, for what the crate's accessors over them would panic on.
+    pub fn json(&self) -> &Root {
+        self.gltf.as_json()
     }
 
     /// Takes decoded bytes from what this file may make.
@@ -53,7 +51,7 @@ impl Document {
     }
 
     /// The bytes of a buffer, at least as many as its `byteLength`.
-    pub fn buffer(&self, id: usize) -> Read<&[u8]> {
+    fn buffer(&self, id: usize) -> Read<&[u8]> {
         let place = format!("buffers[{id}]");
         let Some(cell) = self.buffers.get(id) else { return Err(Fault::invalid(place, "does not exist")) };
         let mut first = false;
@@ -69,8 +67,8 @@ impl Document {
     }
 
     fn read_buffer(&self, id: usize, place: &str) -> Read<Vec<u8>> {
-        let buffer = &self.root["buffers"][id];
-        let bytes = match (buffer["uri"].as_str(), &self.bin) {
+        let buffer = &self.json().buffers[id];
+        let bytes = match (&buffer.uri, &self.bin) {
             (Some(uri), _) => uri::fetch(uri, &self.folder, &format!("{place}.uri"))?,
             (None, Some(bin)) if id == 0 => bin.clone(),
             (None, _) => {
@@ -78,8 +76,8 @@ impl Document {
                 return Err(Fault { kind: FaultKind::NoData, ..fault });
             }
         };
-        let length = uint(buffer, "byteLength");
-        if bytes.len() < length {
+        let length = buffer.byte_length.0;
+        if (bytes.len() as u64) < length {
             let message = format!("{length} bytes promised, {} found", bytes.len());
             return Err(Fault::invalid(format!("{place}.byteLength"), message));
         }
@@ -99,16 +97,21 @@ impl Document {
 
     /// The bytes of a buffer view.
     pub fn view(&self, id: usize) -> Read<&[u8]> {
-        let view = &self.root["bufferViews"][id];
-        let buffer_id = uint(view, "buffer");
+        let view = &self.json().buffer_views[id];
+        let buffer_id = view.buffer.value();
         let buffer = self.buffer(buffer_id)?;
-        let (offset, length) = (uint(view, "byteOffset"), uint(view, "byteLength"));
-        let limit = uint(&self.root["buffers"][buffer_id], "byteLength").min(buffer.len());
+        let (offset, length) = (view.byte_offset.unwrap_or_default().0, view.byte_length.0);
+        let limit = self.json().buffers[buffer_id].byte_length.0.min(buffer.len() as u64);
         let end = offset.checked_add(length).filter(|&end| end <= limit);
-        end.and_then(|end| buffer.get(offset..end)).ok_or_else(|| {
+        end.and_then(|end| buffer.get(offset as usize..end as usize)).ok_or_else(|| {
             let message = format!("bytes {offset}+{length} run past buffers[{buffer_id}], which has {limit}");
             Fault::invalid(format!("bufferViews[{id}].byteLength"), message)
         })
+    }
+
+    /// The distance between a view's elements, where it is stated.
+    pub fn stride(&self, view: usize) -> Option<usize> {
+        self.json().buffer_views[view].byte_stride.map(|stride| stride.0)
     }
 
     /// The first image that names the same bytes: some exporters list an image once for every texture.
@@ -118,9 +121,9 @@ impl Document {
 
     /// The bytes of an image, still encoded.
     pub fn image_bytes(&self, id: usize) -> Read<Vec<u8>> {
-        let image = &self.root["images"][id];
+        let image = &self.json().images[id];
         let place = format!("images[{id}]");
-        match (image["uri"].as_str(), id_of(image, "bufferView")) {
+        match (&image.uri, id_of(image.buffer_view)) {
             (Some(uri), None) => uri::fetch(uri, &self.folder, &format!("{place}.uri")),
             (None, Some(view)) => {
                 let bytes = self.view(view)?;
@@ -132,52 +135,12 @@ impl Document {
     }
 }
 
-/// The elements of an array; none where it is none.
-pub fn items(value: &Value) -> &[Value] {
-    value.as_array().map_or(&[], Vec::as_slice)
+/// The number behind an index.
+pub fn id_of<T>(index: Option<Index<T>>) -> Option<usize> {
+    index.map(|index| index.value())
 }
 
-/// An index; the schema has checked that it is in range.
-pub fn id_of(value: &Value, key: &str) -> Option<usize> {
-    whole(&value[key]).and_then(|id| usize::try_from(id).ok())
-}
-
-/// A whole number, 0 where it is missing.
-pub fn uint(value: &Value, key: &str) -> usize {
-    id_of(value, key).unwrap_or(0)
-}
-
-/// A number or the given default.
-pub fn real(value: &Value, key: &str, default: f32) -> f32 {
-    value[key].as_f64().map_or(default, |f| f as f32)
-}
-
-/// So many numbers, if they are there.
-pub fn reals<const N: usize>(value: &Value, key: &str) -> Option<[f32; N]> {
-    let array = value[key].as_array().filter(|a| a.len() == N)?;
-    let mut numbers = [0.0; N];
-    for (number, value) in numbers.iter_mut().zip(array) {
-        *number = value.as_f64()? as f32;
-    }
-    Some(numbers)
-}
-
-/// Two numbers or the given default.
-pub fn vec2(value: &Value, key: &str, default: Vec2) -> Vec2 {
-    reals(value, key).map_or(default, Vec2::from_array)
-}
-
-/// Three numbers or the given default.
-pub fn vec3(value: &Value, key: &str, default: Vec3) -> Vec3 {
-    reals(value, key).map_or(default, Vec3::from_array)
-}
-
-/// Four numbers or the given default.
-pub fn vec4(value: &Value, key: &str, default: Vec4) -> Vec4 {
-    reals(value, key).map_or(default, Vec4::from_array)
-}
-
-/// The object's name or `otherwise`.
-pub fn name_or(value: &Value, otherwise: impl Fn() -> String) -> String {
-    value["name"].as_str().filter(|n| !n.is_empty()).map_or_else(otherwise, str::to_owned)
+/// The name or `otherwise`.
+pub fn name_or(name: Option<&str>, otherwise: impl Fn() -> String) -> String {
+    name.filter(|name| !name.is_empty()).map_or_else(otherwise, str::to_owned)
 }

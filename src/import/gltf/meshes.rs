@@ -40,7 +40,7 @@ impl<'a> Meshes<'a> {
         Self { document, decoded: RefCell::default() }
     }
 
-    /// The primitives of a mesh in a pose, each with its material; `None` for one that draws nothing.
+    /// The primitives of a mesh in a pose; `None` for one that draws nothing.
     pub fn read(&self, id: usize, pose: &Pose, report: &mut Report) -> Vec<Read<Option<Mesh>>> {
         let json = &self.document.root["meshes"][id];
         let name = super::document::name_or(json, || format!("mesh {id}"));

@@ -23,6 +23,8 @@ pub enum Kind {
     Ids(&'static str),
     /// Names to indices.
     IdMap(&'static str),
+    /// The attributes of a primitive, by name; their accessors.
+    Attributes,
     IdMaps(&'static str),
     Object(&'static Schema),
     Objects(&'static Schema),
@@ -257,7 +259,7 @@ static MESH: Schema =
     plain(&[NAME, must("primitives", Kind::Objects(&PRIMITIVE)), may("weights", Kind::Reals(0, -MAX, MAX))]);
 
 static PRIMITIVE: Schema = plain(&[
-    must("attributes", Kind::IdMap("accessors")),
+    must("attributes", Kind::Attributes),
     may("indices", Kind::Id("accessors")),
     may("material", Kind::Id("materials")),
     may("mode", Kind::WholeOf(&[0, 1, 2, 3, 4, 5, 6])),

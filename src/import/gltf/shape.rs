@@ -23,6 +23,16 @@ pub fn whole(value: &Value) -> Option<u64> {
     value.as_u64().or_else(|| value.as_f64().filter(|f| f.fract() == 0.0 && (0.0..=9e15).contains(f)).map(|f| f as u64))
 }
 
+/// Whether glTF 2.0 knows the vertex attribute.
+pub fn is_attribute(name: &str) -> bool {
+    let (semantic, set) = name.split_once('_').unwrap_or((name, ""));
+    match semantic {
+        "POSITION" | "NORMAL" | "TANGENT" => name == semantic,
+        "TEXCOORD" | "COLOR" | "JOINTS" | "WEIGHTS" => set.parse::<u32>().is_ok_and(|s| s.to_string() == set),
+        _ => false,
+    }
+}
+
 struct Check<'a> {
     root: &'a Value,
     report: &'a mut Report,
@@ -105,6 +115,13 @@ impl Check<'_> {
                 Some(map) => self.id_map(map, array, place),
                 None => self.fault(place, "expected an object"),
             },
+            Kind::Attributes => {
+                self.value(value, Kind::IdMap("accessors"), place);
+                let names = value.as_object().into_iter().flat_map(|map| map.keys());
+                for name in names.filter(|name| !name.starts_with('_') && !is_attribute(name)) {
+                    self.report.warn(join(place, name), "ignored: no such attribute in glTF 2.0");
+                }
+            }
             Kind::IdMaps(array) => self.each(value, Kind::IdMap(array), place),
             Kind::Object(schema) => self.object(value, schema, place),
             Kind::Objects(schema) => self.each(value, Kind::Object(schema), place),
@@ -204,11 +221,6 @@ impl Check<'_> {
             }
         }
     }
-}
-
-/// Whether a root list of extensions holds the name.
-pub fn declared(root: &Value, list: &str, name: &str) -> bool {
-    root[list].as_array().is_some_and(|names| names.iter().any(|n| n == name))
 }
 
 fn join(place: &str, name: &str) -> String {
