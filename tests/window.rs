@@ -306,6 +306,9 @@ fn the_panel_floats_over_the_scene_and_leaves_the_rest_alone() {
     let most = (PANEL_WIDTH * SIZE.1) as usize * 9 / 10;
     let with_panel = |seen: &RgbImage| covered(seen) > most && scene(seen) == scene(&plain);
     app.wait_for_picture("the panel", with_panel);
+    // The panel's wheel is not the scene's, even where no frame was drawn since the pointer came there.
+    let wheel = [&["mousemove", "400", "200", "click", "5"][..], &AWAY].concat();
+    display.xdotool(&wheel).expect("xdotool moves the mouse");
     app.press(&["Tab"]);
     app.shows("the scene alone", &plain);
     app.press(&["Tab"]);
