@@ -20,18 +20,28 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .map(|(entity, _)| entity)
         .collect();
     for lamp in lamps {
-        let beam = Light::spot(60.0, 25.0, 0.5).with_color(Vec3::new(1.0, 0.9, 0.7));
+        let beam = Light::spot(8.0, 20.0, 0.5).with_color(Vec3::new(1.0, 0.9, 0.7));
         simulation.world.spawn((beam, ChildOf(lamp)));
     }
 
     let mut library = simulation.world.resource_mut::<Library>();
     let ground = library.add_mesh(shapes::plane(Vec2::splat(4.0), UVec2::splat(4)));
-    for tile in 0..36 {
-        let place = Vec3::new((tile % 6) as f32 - 2.0, 0.0, (tile / 6) as f32 - 2.0) * 4.0;
+    for tile in 0..100 {
+        let place = Vec3::new((tile % 10) as f32 - 4.5, 0.0, (tile / 10) as f32 - 4.5) * 4.0;
         simulation.world.spawn((ground, Transform::from_translation(place)));
     }
-    simulation.world.spawn((Light::directional(0.35), Transform::default().looking_to(Vec3::new(-1.0, -1.5, -1.0), Vec3::Y)));
-    let eye = Transform::from_xyz(6.0, 3.0, 7.5).looking_at(Vec3::new(0.5, 0.8, 0.5), Vec3::Y);
+    // Evening, so that lamps show.
+    let evening = Environment {
+        ambient: Vec3::splat(0.03),
+        zenith: Vec3::new(0.02, 0.03, 0.08),
+        horizon: Vec3::new(0.10, 0.10, 0.14),
+        ground: Vec3::splat(0.02),
+        ..Environment::default()
+    };
+    simulation.world.insert_resource(evening);
+    let moon = Light::directional(0.15).with_color(Vec3::new(0.6, 0.7, 1.0));
+    simulation.world.spawn((moon, Transform::default().looking_to(Vec3::new(-1.0, -1.5, -1.0), Vec3::Y)));
+    let eye = Transform::from_xyz(8.0, 2.6, -2.6).looking_at(Vec3::new(2.4, 0.6, 1.9), Vec3::Y);
     let camera = simulation.world.spawn((Camera::default(), eye)).id();
 
     let mut headless = Headless::new()?;

@@ -39,14 +39,20 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .collect();
 
     let place = |i: u32| Vec3::new((i % side) as f32 - side as f32 / 2.0, 0.0, -((i / side) as f32)) * 1.6;
-    simulation.world.spawn_batch((0..count).map(move |i| {
-        (meshes[i as usize % 4], materials[i as usize / 4 % 16], Transform::from_translation(place(i)))
-    }));
+    simulation.world.spawn_batch(
+        (0..count).map(move |i| {
+            (meshes[i as usize % 4], materials[i as usize / 4 % 16], Transform::from_translation(place(i)))
+        }),
+    );
     simulation.world.spawn_batch((0..100).map(move |i| {
-        let above = place(i * (count / 100).max(1) + i % side.max(2)) + Vec3::Y * 2.0;
-        (Light::point(6.0, 10.0), Transform::from_translation(above))
+        // A large prime spreads them over the field.
+        let above = place((i * 7919) % count.max(1)) + Vec3::Y * 2.0;
+        (Light::point(6.0, 12.0), Transform::from_translation(above))
     }));
-    let eye = Transform::from_xyz(0.0, 8.0, 10.0).looking_at(Vec3::new(0.0, 0.0, -12.0), Vec3::Y);
+    simulation
+        .world
+        .spawn((Light::directional(0.25), Transform::default().looking_to(Vec3::new(1.0, -2.0, -1.0), Vec3::Y)));
+    let eye = Transform::from_xyz(0.0, 14.0, 12.0).looking_at(Vec3::new(0.0, 0.0, -16.0), Vec3::Y);
     let camera = simulation.world.spawn((Camera::default(), eye)).id();
 
     let mut headless = Headless::new()?;

@@ -5,6 +5,7 @@
 override TECHNIQUE: u32 = 1u;
 override SHADING: u32 = 0u;
 override ALPHA: u32 = 0u;
+override TRANSFORMED_UVS: bool = true;
 override LIGHTS: u32 = 0u;
 override DEBUG: u32 = 0u;
 
@@ -96,6 +97,9 @@ struct ImageUv {
 }
 
 fn image_uv(map: MapRef, uvs: Uvs) -> ImageUv {
+    if !TRANSFORMED_UVS {
+        return ImageUv(uvs.at.xy, uvs.dx.xy, uvs.dy.xy);
+    }
     let image_from_mesh = mat2x2f(map.image_from_mesh_uv.xy, map.image_from_mesh_uv.zw);
     let second = map.uv_set == 1u;
     return ImageUv(

@@ -198,6 +198,9 @@ pub struct PipelineKey {
     pub shading: Shading,
     /// Bump technique.
     pub technique: Technique,
+    /// Some map has a UV transform or the second UV set; else every map is sampled at the first set as it is, and the
+    /// shader reads nothing of that.
+    pub transformed_uvs: bool,
     /// Back faces are drawn.
     pub double_sided: bool,
     /// The transform mirrors, so front faces are clockwise.

@@ -115,7 +115,10 @@ impl Rgba8 {
     fn new(kind: ImageKind) -> Self {
         let color = kind == ImageKind::Color;
         let channel: &'static [f32; 256] = if color { &LINEAR_FROM_SRGB8 } else { &LINEAR_FROM_UNORM8 };
-        Self { linear: [channel, channel, channel, &LINEAR_FROM_UNORM8], srgb: color.then(|| SRGB8_FROM_LINEAR.as_slice()) }
+        Self {
+            linear: [channel, channel, channel, &LINEAR_FROM_UNORM8],
+            srgb: color.then(|| SRGB8_FROM_LINEAR.as_slice()),
+        }
     }
 }
 
@@ -171,13 +174,7 @@ fn axis_weights(source: u32, target: u32) -> Vec<(usize, [f32; 3])> {
 }
 
 /// The level below: from stored texels to stored texels, without a copy of the image in floats between.
-fn halve<S: Store>(
-    store: &S,
-    source: &[u8],
-    (sw, sh): (u32, u32),
-    (tw, th): (u32, u32),
-    kind: ImageKind,
-) -> Vec<u8> {
+fn halve<S: Store>(store: &S, source: &[u8], (sw, sh): (u32, u32), (tw, th): (u32, u32), kind: ImageKind) -> Vec<u8> {
     let (columns, rows) = (axis_weights(sw, tw), axis_weights(sh, th));
     let stride = sw as usize * S::BYTES;
     let mut target = Vec::with_capacity((tw * th) as usize * S::BYTES);

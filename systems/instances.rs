@@ -85,15 +85,8 @@ pub(crate) fn free_slot(mut world: DeferredWorld, context: HookContext) {
     }
 }
 
-type Drawn<'a> = (
-    Entity,
-    &'a GlobalTransform,
-    &'a MeshId,
-    &'a MaterialId,
-    &'a WorldBounds,
-    &'a Selection,
-    &'a mut InstanceSlot,
-);
+type Drawn<'a> =
+    (Entity, &'a GlobalTransform, &'a MeshId, &'a MaterialId, &'a WorldBounds, &'a Selection, &'a mut InstanceSlot);
 type DrawnChanged = Or<(Changed<GlobalTransform>, Changed<MeshId>, Changed<MaterialId>, Changed<Selection>)>;
 
 /// Writes the records of objects that are new, moved, or changed their mesh, material or lights.

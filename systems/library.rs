@@ -147,6 +147,11 @@ impl Map {
     pub fn new(image: ImageId) -> Self {
         Self { image, sampler: Sampler::default(), uv_set: 0, image_from_mesh_uv: Affine2::IDENTITY }
     }
+
+    /// Whether it is read elsewhere than at the first UV set as it is.
+    pub fn is_transformed(&self) -> bool {
+        self.uv_set != 0 || self.image_from_mesh_uv != Affine2::IDENTITY
+    }
 }
 
 /// The lighting model of a material; the formulas are in `shaders/lighting.wgsl`.
@@ -262,7 +267,7 @@ impl Default for Material {
             base_map: None,
             normal_scale: 1.0,
             normal_map: None,
-            specular_factor: Vec3::splat(0.25),
+            specular_factor: default_specular(Shading::Phong),
             specular_map: None,
             specular_strength: 1.0,
             shininess: 32.0,
@@ -280,7 +285,20 @@ impl Default for Material {
     }
 }
 
+/// What a surface reflects where nothing is said: a quarter in the classic models; in glTF's the factors are white.
+pub fn default_specular(shading: Shading) -> Vec3 {
+    match shading {
+        Shading::Phong | Shading::Blinn | Shading::Unlit => Vec3::splat(0.25),
+        Shading::MetallicRoughness | Shading::SpecularGlossiness => Vec3::ONE,
+    }
+}
+
 impl Material {
+    /// The defaults of a shading model; [`Material::default`] is Phong's.
+    pub fn new(shading: Shading) -> Self {
+        Self { shading, specular_factor: default_specular(shading), ..Self::default() }
+    }
+
     /// The maps in the order of [`crate::draw_list::MapSlot`].
     pub fn maps(&self) -> [Option<Map>; 7] {
         [

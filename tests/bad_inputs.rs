@@ -4,6 +4,7 @@
 mod common;
 
 use relief::import::{ImportError, Problem, check_model, load_image, load_model};
+use serde_json::{Value, json};
 use std::path::Path;
 use std::time::{Duration, Instant};
 use systems::images::ImageKind;
@@ -167,6 +168,27 @@ fn checking_agrees_with_loading_and_names_every_place() {
     }
 }
 
+/// Numbers below the one given, the same in every run (xorshift64).
+fn random() -> impl FnMut(usize) -> usize {
+    let mut state = 0x2545_F491_4F6C_DD1Du64;
+    move |below| {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state % below as u64) as usize
+    }
+}
+
+/// The JSON pointers of all values within.
+fn pointers(value: &Value, here: String, found: &mut Vec<String>) {
+    match value {
+        Value::Object(members) => members.iter().for_each(|(k, v)| pointers(v, format!("{here}/{k}"), found)),
+        Value::Array(items) => items.iter().enumerate().for_each(|(i, v)| pointers(v, format!("{here}/{i}"), found)),
+        _ => {}
+    }
+    found.push(here);
+}
+
 /// Small files with a few bytes changed at random, thousands of times: whatever comes of it, it is no panic.
 #[test]
 fn damaged_copies_of_sound_files_never_panic() {
@@ -181,13 +203,7 @@ fn damaged_copies_of_sound_files_never_panic() {
         "models/SimpleInstancing/simple-instancing.glb",
         "models/TwoQuads/TwoQuads.gltf",
     ];
-    let mut random = 0x2545_F491_4F6C_DD1Du64;
-    let mut next = move |below: usize| {
-        random ^= random << 13;
-        random ^= random >> 7;
-        random ^= random << 17;
-        (random % below as u64) as usize
-    };
+    let mut next = random();
     for original in originals {
         let bytes = std::fs::read(data.join(original)).unwrap();
         let path = folder.path().join(Path::new(original).file_name().unwrap());
@@ -206,6 +222,47 @@ fn damaged_copies_of_sound_files_never_panic() {
             let start = Instant::now();
             let survived = std::panic::catch_unwind(|| load(&path)).is_ok();
             assert!(survived && start.elapsed() < TIME_LIMIT, "{original}, round {round}");
+        }
+    }
+}
+
+/// One property at a time replaced by something odd, in documents that use most of glTF: whatever passes the check
+/// must suit the readers and the types they read from.
+#[test]
+fn documents_with_odd_values_never_panic() {
+    let Some(data) = common::test_data() else { return };
+    let odd =
+        json!([null, true, -1, 0, 1, 2, 1.0, 0.5, 1e30, 5124, 5126, 4294967300u64, "", "odd", [], [0], [1, 1], {}]);
+    let odd = odd.as_array().unwrap();
+    let originals = [
+        "models/SimpleSkin/SimpleSkin.gltf",
+        "models/TextureTransformTest/TextureTransformTest.gltf",
+        "models/BoxTextured-SpecGloss/BoxTextured.gltf",
+        "models/Cameras/Cameras.gltf",
+        "asset-generator/Buffer_Interleaved/Buffer_Interleaved_00.gltf",
+        "bad-inputs/gltf-validator/base/material/alpha_modes.gltf",
+    ];
+    let mut next = random();
+    for original in originals {
+        let original = data.join(original);
+        let root: Value = serde_json::from_slice(&std::fs::read(&original).unwrap()).unwrap();
+        let mut places = Vec::new();
+        pointers(&root, String::new(), &mut places);
+        // Beside the original, for the files that it names.
+        let folder = tempfile::tempdir().unwrap();
+        for entry in std::fs::read_dir(original.parent().unwrap()).unwrap().flatten() {
+            if entry.path().is_file() {
+                std::fs::copy(entry.path(), folder.path().join(entry.file_name())).unwrap();
+            }
+        }
+        let path = folder.path().join("odd.gltf");
+        for _ in 0..300 {
+            let mut changed = root.clone();
+            let (place, value) = (&places[next(places.len())], &odd[next(odd.len())]);
+            *changed.pointer_mut(place).unwrap() = value.clone();
+            std::fs::write(&path, changed.to_string()).unwrap();
+            let survived = std::panic::catch_unwind(|| load(&path)).is_ok();
+            assert!(survived, "{}: {place} = {value}", original.display());
         }
     }
 }

@@ -143,7 +143,11 @@ fn bad_usage_exits_with_2_and_says_what_was_expected() {
     assert_fails(&run(&["render", "scene.ron", "-o", "o", "--frames", "9..3"]), 2, &["30..60"]);
     let near = ["no technique \"nomral\"", "did you mean \"normal\"?"];
     assert_fails(&run(&["render", "scene.ron", "-o", "o", "--technique", "nomral"]), 2, &near);
-    assert_fails(&run(&["render", "scene.ron", "-o", "o", "--camera", "back"]), 2, &["no camera named \"back\"", "front, above"]);
+    assert_fails(
+        &run(&["render", "scene.ron", "-o", "o", "--camera", "back"]),
+        2,
+        &["no camera named \"back\"", "front, above"],
+    );
     assert_fails(&run(&["render", "missing.ron", "-o", "o"]), 2, &["missing.ron"]);
     assert!(!folder.path().join("o").exists(), "nothing is half-written");
 }
@@ -193,7 +197,8 @@ fn a_film_is_made_with_ffmpeg_and_its_absence_is_said_before_rendering() {
     assert!(output.status.success(), "{}", text(&output.stderr));
     let film = fs::read(folder.path().join("film.mp4")).expect("a film");
     assert_eq!(&film[4..8], b"ftyp");
-    let left: Vec<_> = contents(folder.path()).into_iter().filter(|(name, _)| name.to_string_lossy().contains("part")).collect();
+    let left: Vec<_> =
+        contents(folder.path()).into_iter().filter(|(name, _)| name.to_string_lossy().contains("part")).collect();
     assert!(left.is_empty(), "{left:?}");
 }
 

@@ -113,6 +113,36 @@ fn a_renderer_that_missed_frames_shows_the_same_as_one_that_saw_all() {
 }
 
 #[test]
+fn a_picture_that_cannot_differ_is_shown_again_and_any_change_is_noticed() {
+    let Some(mut field) = Field::new(40) else { return };
+    let (_, drawn) = field.draw();
+    let prepare = |field: &mut Field, settings: &Settings| {
+        field.simulation.frame();
+        let view = relief::frames::view_of(&field.simulation.world, field.camera, SIZE);
+        let (list, library) = (field.simulation.draw_list(), field.simulation.library());
+        field.headless.renderer.prepare(list, library, &view, settings).expect("it fits")
+    };
+    let still = Settings::default();
+    assert!(!prepare(&mut field, &still), "nothing changed");
+    assert!(field.headless.renderer.draw_picture() == drawn);
+    assert!(!prepare(&mut field, &still));
+    let technique = Some(systems::library::Technique::Off);
+    assert!(prepare(&mut field, &Settings { technique, ..still }), "another technique");
+    assert!(prepare(&mut field, &still), "and back");
+    field.simulation.world.get_mut::<Transform>(field.objects[3]).expect("a place").translation.y = 0.5;
+    assert!(prepare(&mut field, &still), "an object moved");
+    field.simulation.world.get_mut::<Transform>(field.camera).expect("a place").translation.y += 1.0;
+    assert!(prepare(&mut field, &still), "the camera moved");
+    field.simulation.world.resource_mut::<systems::components::Environment>().ambient = Vec3::ONE;
+    assert!(prepare(&mut field, &still), "the environment changed");
+    field.simulation.world.insert_resource(systems::lights::LightPolicy::All);
+    assert!(prepare(&mut field, &still), "the lights' policy changed");
+    field.simulation.world.despawn(field.objects[0]);
+    assert!(prepare(&mut field, &still), "an object went");
+    assert!(!prepare(&mut field, &still));
+}
+
+#[test]
 fn meshes_and_materials_that_come_later_are_drawn() {
     let Some(mut field) = Field::new(50) else { return };
     let (before, picture) = field.draw();

@@ -449,6 +449,91 @@ fn refusals_name_the_place() {
     );
 }
 
+#[test]
+fn what_gltf_allows_loads_however_it_is_written() {
+    let (model, library) = with_triangle(|d| {
+        d["scene"] = json!(1.0);
+        // Neither `nodes` here nor `source` in a texture are required; `extras` may be anything.
+        d["scenes"] = json!([{ "extras": "text" }, { "nodes": [0.0, 1] }]);
+        d["nodes"] = json!([{ "mesh": 0.0, "extras": [1, "two"], "extensions": { "VENDOR_a": { "b": 1 } } },
+            { "extensions": { "KHR_lights_punctual": { "light": 0 } } }]);
+        d["extensionsUsed"] = json!(["KHR_lights_punctual", "VENDOR_a"]);
+        let lights = json!([{ "type": "point", "extensions": { "VENDOR_a": {} }, "extras": 7 }]);
+        d["extensions"] = json!({ "KHR_lights_punctual": { "lights": lights }, "VENDOR_a": { "c": [] } });
+        d["textures"] = json!([{ "extensions": { "VENDOR_a": { "source": 9 } } }]);
+        d["materials"] = json!([{ "normalTexture": { "index": 0 }, "extras": null }]);
+        let feature = push_accessor(d, &[7, 8, 9], json!({ "componentType": 5121, "count": 3, "type": "SCALAR" }));
+        let primitive = &mut d["meshes"][0]["primitives"][0];
+        (primitive["material"], primitive["attributes"]["_FEATURE"]) = (json!(0), json!(feature));
+        // Pointers name no node.
+        let channel = json!({ "sampler": 0, "target": { "path": "pointer" } });
+        let sampler = json!({ "input": feature, "output": feature });
+        d["animations"] = json!([{ "channels": [channel], "samplers": [sampler] }]);
+    })
+    .unwrap();
+    assert_eq!((model.roots.as_slice(), model.nodes[0].parts.len()), ([0, 1].as_slice(), 1));
+    assert!(model.has_lights() && first_mesh(&library).positions.len() == 3);
+    assert_eq!(material(&library, "material 0").normal_map, None);
+}
+
+#[test]
+fn unknown_values_read_as_the_default_with_a_warning() {
+    let (model, library) = with_triangle(|d| {
+        d["samplers"] = json!([{ "wrapS": 5, "wrapT": 33071, "minFilter": 6, "magFilter": 7 }]);
+        d["images"] = json!([{ "bufferView": 0, "mimeType": "image/x-new" }]);
+        d["textures"] = json!([{ "sampler": 0, "source": 0 }]);
+        let base = json!({ "baseColorTexture": { "index": 0 } });
+        d["materials"] = json!([{ "alphaMode": "DITHER", "pbrMetallicRoughness": base }]);
+        let mut other = d["meshes"][0]["primitives"][0].clone();
+        // As many bits lower it would be a triangle list.
+        other["mode"] = json!((1u64 << 32) + 4);
+        d["meshes"][0]["primitives"][0]["material"] = json!(0);
+        d["meshes"][0]["primitives"].as_array_mut().unwrap().push(other);
+        d["bufferViews"][0]["target"] = json!(8);
+        d["accessors"].as_array_mut().unwrap().push(json!({ "componentType": 5124, "count": 1, "type": "VEC9" }));
+        d["extensionsUsed"] = json!(["KHR_lights_punctual"]);
+        d["extensions"] = json!({ "KHR_lights_punctual": { "lights": [{ "type": "area" }, { "type": "spot" }] } });
+        d["nodes"][0]["extensions"] = json!({ "KHR_lights_punctual": { "light": 0 } });
+    })
+    .unwrap();
+    let light = model.nodes[0].light.as_ref().unwrap();
+    assert_eq!((light.kind, model.nodes[0].parts.len()), (LightKind::Point, 1));
+    assert_eq!(material(&library, "material 0").alpha, AlphaMode::Opaque);
+    let places: Vec<&str> = model.warnings.iter().map(|w| w.place.as_str()).collect();
+    for place in [
+        "samplers[0].wrapS",
+        "samplers[0].minFilter",
+        "images[0].mimeType",
+        "materials[0].alphaMode",
+        "meshes[0].primitives[1].mode",
+        "bufferViews[0].target",
+        "accessors[1].componentType",
+        "accessors[1].type",
+        "extensions.KHR_lights_punctual.lights[0].type",
+        "extensions.KHR_lights_punctual.lights[1].spot",
+    ] {
+        assert!(places.contains(&place), "{place} is not among {places:#?}");
+    }
+}
+
+#[test]
+fn small_files_that_would_fill_the_memory_are_refused() {
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    image::GrayImage::new(8192, 4100).write_to(&mut bytes, image::ImageFormat::Png).unwrap();
+    let data = base64::engine::general_purpose::STANDARD.encode(bytes.into_inner());
+    let error = with_triangle(|d| {
+        d["images"] = json!([{ "uri": format!("data:image/png;base64,{data}") }]);
+        d["textures"] = json!([{ "source": 0 }]);
+        d["materials"] = json!([{ "emissiveTexture": { "index": 0 }, "normalTexture": { "index": 0 } }]);
+        d["meshes"][0]["primitives"][0]["material"] = json!(0);
+    });
+    let error = error.unwrap_err().to_string();
+    assert!(error.contains("images[0]: too many texels in all"), "{error}");
+    let objects = with_triangle(|d| d["extras"] = vec![json!({ "a": 1 }); 1 << 19].into());
+    let error = objects.unwrap_err().to_string();
+    assert!(error.contains("made.gltf: JSON: "), "{error}");
+}
+
 // ---- Images ----
 
 #[test]
@@ -490,9 +575,14 @@ fn sixteen_bits_are_linear_light_for_colour_and_as_they_are_for_data() {
     image::ImageBuffer::<image::Rgba<u16>, _>::from_pixel(1, 1, image::Rgba([32768u16, 0, 65535, 16384]))
         .save(&path)
         .unwrap();
-    let data = load_image(&path, ImageKind::Data).unwrap().texel(0, 0);
+    let texel = |kind| {
+        let image = load_image(&path, kind).unwrap();
+        let halves = image.levels[0].as_chunks::<2>().0.iter().map(|&b| half::f16::from_le_bytes(b).to_f32());
+        Vec4::from_slice(&halves.collect::<Vec<_>>())
+    };
+    let data = texel(ImageKind::Data);
     assert!(data.abs_diff_eq(Vec4::new(0.5, 0.0, 1.0, 0.25), 1e-3), "{data}");
-    let color = load_image(&path, ImageKind::Color).unwrap().texel(0, 0);
+    let color = texel(ImageKind::Color);
     assert!(color.abs_diff_eq(Vec4::new(0.2140, 0.0, 1.0, 0.25), 1e-3), "{color}");
 }
 

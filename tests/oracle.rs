@@ -115,8 +115,11 @@ fn render(gpu: &Gpu, case: &Value, folder: &Path) -> Vec<[f32; 4]> {
 
     let c = &case["camera"];
     let fov_y = number(&c["fovy_deg"]).to_radians();
-    let camera =
-        Camera { projection: Projection::Perspective { fov_y, aspect: None }, near: number(&c["near"]), far: f32::INFINITY };
+    let camera = Camera {
+        projection: Projection::Perspective { fov_y, aspect: None },
+        near: number(&c["near"]),
+        far: f32::INFINITY,
+    };
     let eye = Transform::from_translation(vec3(&c["position"])).looking_at(vec3(&c["target"]), vec3(&c["up"]));
     let (width, height) = (number(&case["resolution"][0]) as u32, number(&case["resolution"][1]) as u32);
     let view = View::new(&eye.compute_affine(), &camera, width, height);

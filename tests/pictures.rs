@@ -193,7 +193,8 @@ fn metallic_roughness_follows_the_gltf_formula() {
 #[test]
 fn specular_glossiness_is_a_dielectric_or_metal_by_its_colours() {
     let shading = Shading::SpecularGlossiness;
-    let dielectric = Material { shading, specular_factor: Vec3::splat(0.04), glossiness: 0.4, ..matte(Vec3::splat(0.5)) };
+    let dielectric =
+        Material { shading, specular_factor: Vec3::splat(0.04), glossiness: 0.4, ..matte(Vec3::splat(0.5)) };
     let Some(mut square) = Square::new(dielectric) else { return };
     square.light(Light::directional(1.0), Transform::from_rotation(Quat::from_rotation_y(0.5)));
     assert_near(square.middle(), ggx(Vec3::splat(0.5 * 0.96), 0.0, 0.6, 0.5));

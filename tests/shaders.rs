@@ -48,21 +48,78 @@ macro_rules! assert_mirrored {
 #[test]
 fn shader_structs_mirror_the_draw_list() {
     let module = parse(shaders::FORWARD);
-    assert_mirrored!(&module, "View", ViewRecord {
-        clip_from_world, world_from_clip, eye, light_count, toward_eye, parallel, ambient, exposure, zenith,
-        picked_entity, horizon, pad0, ground, pad1,
-    });
-    assert_mirrored!(&module, "Instance", InstanceRecord {
-        world_from_object, lights, material, weights, entity, remainder_ambient, pad0, remainder_direction, pad1,
-    });
-    assert_mirrored!(&module, "Light", LightRecord {
-        position, kind, direction, inverse_range_squared, color, exponent, attenuation, cos_outer, ambient, cos_inner,
-    });
+    assert_mirrored!(
+        &module,
+        "View",
+        ViewRecord {
+            clip_from_world,
+            world_from_clip,
+            eye,
+            light_count,
+            toward_eye,
+            parallel,
+            ambient,
+            exposure,
+            zenith,
+            picked_entity,
+            horizon,
+            pad0,
+            ground,
+            pad1,
+        }
+    );
+    assert_mirrored!(
+        &module,
+        "Instance",
+        InstanceRecord {
+            world_from_object,
+            lights,
+            material,
+            weights,
+            entity,
+            remainder_ambient,
+            pad0,
+            remainder_direction,
+            pad1,
+        }
+    );
+    assert_mirrored!(
+        &module,
+        "Light",
+        LightRecord {
+            position,
+            kind,
+            direction,
+            inverse_range_squared,
+            color,
+            exponent,
+            attenuation,
+            cos_outer,
+            ambient,
+            cos_inner,
+        }
+    );
     assert_mirrored!(&module, "MapRef", MapRecord { image_from_mesh_uv, offset, layer, uv_set });
-    assert_mirrored!(&module, "Material", MaterialRecord {
-        base_factor, specular_factor, shininess, emissive_factor, normal_scale, metallic, roughness,
-        occlusion_strength, alpha_cutoff, glossiness, specular_strength, height_scale_uv, pad0, maps,
-    });
+    assert_mirrored!(
+        &module,
+        "Material",
+        MaterialRecord {
+            base_factor,
+            specular_factor,
+            shininess,
+            emissive_factor,
+            normal_scale,
+            metallic,
+            roughness,
+            occlusion_strength,
+            alpha_cutoff,
+            glossiness,
+            specular_strength,
+            height_scale_uv,
+            pad0,
+            maps,
+        }
+    );
 }
 
 /// Constants that stand for the same on both sides.

@@ -194,7 +194,8 @@ impl<'a> App<'a> {
         let (sender, lines) = channel();
         let output = BufReader::new(process.0.stdout.take().expect("piped"));
         std::thread::spawn(move || output.lines().map_while(Result::ok).try_for_each(|line| sender.send(line)));
-        let window = wait_for("the window", || display.xdotool(&["search", "--onlyvisible", "--name", "^Relief .* test$"]));
+        let window =
+            wait_for("the window", || display.xdotool(&["search", "--onlyvisible", "--name", "^Relief .* test$"]));
         wait_for("the focus", || display.xdotool(&["windowfocus", "--sync", &window]));
         Self { display, process, lines }
     }

@@ -145,7 +145,8 @@ mod tests {
         let mut simulation = Simulation::new();
         let cube = simulation.world.resource_mut::<Library>().add_mesh(shapes::cube(Vec3::ONE));
         let object = simulation.world.spawn(cube).id();
-        let mut light = |x: f32| simulation.world.spawn((Light::point(1.0, 50.0), Transform::from_xyz(x, 0.0, 0.0))).id();
+        let mut light =
+            |x: f32| simulation.world.spawn((Light::point(1.0, 50.0), Transform::from_xyz(x, 0.0, 0.0))).id();
         let (far, near) = (light(9.0), light(-3.0));
         simulation.frame();
         let found = object_lights(&mut simulation.world, object).expect("a drawn object");

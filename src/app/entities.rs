@@ -89,7 +89,8 @@ impl EntityList {
         }
         self.gathered = gathered;
         self.searched = None;
-        let mut placed = world.query_filtered::<(Entity, Has<MeshId>, Has<Light>, Has<Camera>), With<GlobalTransform>>();
+        let mut placed =
+            world.query_filtered::<(Entity, Has<MeshId>, Has<Light>, Has<Camera>), With<GlobalTransform>>();
         let kind = |(entity, drawn, light, camera)| match (drawn, light, camera) {
             (_, true, _) => (entity, Kind::Light),
             (true, ..) => (entity, Kind::Object),
@@ -108,7 +109,8 @@ impl EntityList {
         }
         let wanted = self.search.trim().to_lowercase();
         let rows = self.rows.iter().enumerate();
-        self.found = rows.filter(|(_, row)| row.name.to_lowercase().contains(&wanted)).map(|(index, _)| index).collect();
+        self.found =
+            rows.filter(|(_, row)| row.name.to_lowercase().contains(&wanted)).map(|(index, _)| index).collect();
         self.searched = Some(self.search.clone());
     }
 }

@@ -2,8 +2,8 @@
 
 use crate::renderer::Gpu;
 use egui::epaint::{ClippedPrimitive, Shadow};
-use glam::Vec2;
 use egui::{Color32, FontFamily, FontId, Stroke, TextStyle, TexturesDelta, ViewportId};
+use glam::Vec2;
 use std::time::Duration;
 use winit::event::WindowEvent;
 use winit::window::Window;
@@ -29,8 +29,7 @@ impl Gui {
         context.all_styles_mut(set_style);
         let largest = gpu.device.limits().max_texture_dimension_2d as usize;
         let scale = window.scale_factor() as f32;
-        let state =
-            egui_winit::State::new(context.clone(), ViewportId::ROOT, window, Some(scale), None, Some(largest));
+        let state = egui_winit::State::new(context.clone(), ViewportId::ROOT, window, Some(scale), None, Some(largest));
         // Dithering would add noise to pixels that nothing is painted on.
         let options = egui_wgpu::RendererOptions { dithering: false, ..Default::default() };
         Self {

@@ -86,7 +86,8 @@ pub fn command_of(event: &KeyEvent, modifiers: ModifiersState) -> Option<Command
     }
     let bound = |name: String| KEYS.iter().find(|binding| binding.keys.contains(&name.as_str()));
     // By the letter on the key; where a layout has no Latin letters, by its place on an English keyboard.
-    let binding = logical_name(&event.logical_key).and_then(bound).or_else(|| latin(event.physical_key).and_then(bound))?;
+    let binding =
+        logical_name(&event.logical_key).and_then(bound).or_else(|| latin(event.physical_key).and_then(bound))?;
     let repeats = matches!(binding.command, Command::Step | Command::Faster | Command::Slower);
     (repeats || !event.repeat).then_some(binding.command)
 }

@@ -90,7 +90,9 @@ fn headline(ui: &mut Ui, viewer: &mut Viewer, info: &FrameInfo) {
     let timing = info.timing;
     let text = match viewer.clock().paused {
         true => format!("paused · {:.1} ms of work per frame", timing.work_ms),
-        false => format!("{:.1} ms · {:.0} frames/s · {:.1} ms of work", timing.frame_ms, timing.rate(), timing.work_ms),
+        false => {
+            format!("{:.1} ms · {:.0} frames/s · {:.1} ms of work", timing.frame_ms, timing.rate(), timing.work_ms)
+        }
     };
     ui.weak(text);
 }

@@ -214,10 +214,7 @@ mod tests {
     fn viewer() -> Viewer {
         let mut simulation = Simulation::new();
         let mut library = simulation.world.resource_mut::<Library>();
-        let meshes = vec![
-            library.add_mesh(shapes::cube(Vec3::ONE)),
-            library.add_mesh(shapes::cube(Vec3::splat(2.0))),
-        ];
+        let meshes = vec![library.add_mesh(shapes::cube(Vec3::ONE)), library.add_mesh(shapes::cube(Vec3::splat(2.0)))];
         simulation.world.spawn((meshes[0], Figure { meshes, shown: 0 }));
         let mut camera = |z| simulation.world.spawn((Camera::default(), Transform::from_xyz(0.0, 0.0, z))).id();
         let cameras = vec![("near".to_owned(), camera(5.0)), ("far".to_owned(), camera(9.0))];

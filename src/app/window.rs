@@ -265,9 +265,13 @@ impl Open {
         }
         let simulation = &self.viewer.simulation;
         let settings = self.viewer.drawn_settings();
-        self.renderer.prepare(simulation.draw_list(), simulation.library(), &view, &settings)?;
-        self.renderer.draw(&frame.scene, self.screen.scene_format);
-        self.stats = self.renderer.stats();
+        // Where only the panel changes, the scene is not drawn again; the panel goes on telling what it took.
+        if self.renderer.prepare(simulation.draw_list(), simulation.library(), &view, &settings)? {
+            self.renderer.draw(&frame.scene, self.screen.scene_format);
+            self.stats = self.renderer.stats();
+        } else {
+            self.renderer.show_again(&frame.scene, self.screen.scene_format);
+        }
         self.gui.paint(&self.gpu, &frame.panel, size);
         self.screen.present(&self.gpu, frame);
         self.view = Some(view);

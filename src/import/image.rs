@@ -3,15 +3,16 @@
 use super::ImportError;
 use super::gltf::read_file;
 use glam::{Vec3, Vec4};
-use image::{DynamicImage, ImageError, ImageFormat, ImageReader, Limits};
+use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits};
 use std::io::Cursor;
 use std::path::Path;
 use systems::images::{Image, ImageKind, linear_from_srgb};
 
 /// Texels along one side.
 const MAX_SIDE: u32 = 16384;
-/// Texels in all: making mip levels takes some 30 bytes for each.
-const MAX_TEXELS: u64 = 8192 * 8192;
+/// Texels of one image. Decoding takes some 10 bytes for each; those of more than eight bits count twice, and take 14
+/// for each count.
+pub const MAX_TEXELS: u64 = 8192 * 8192;
 /// Bytes that a decoder may take.
 const MAX_ALLOC: u64 = 512 << 20;
 
@@ -79,25 +80,29 @@ fn damaged(error: ImageError) -> Unfit {
 
 fn too_large(what: &str) -> Unfit {
     Unfit::Damaged(format!(
-        "{what} is too large: at most {MAX_SIDE} texels along a side and {MAX_TEXELS} in all are read"
+        "{what} is too large: at most {MAX_SIDE} texels along a side and {MAX_TEXELS} in all are read, half of that \
+         where they have more than 8 bits"
     ))
 }
 
-/// Looks at the header only.
-pub fn size(bytes: &[u8], by_name: Option<ImageFormat>) -> Result<(u32, u32), Unfit> {
-    let (width, height) = reader(bytes, by_name)?.into_dimensions().map_err(damaged)?;
+/// Looks at the header only. Returns the number of texels, twice that where they have more than eight bits.
+pub fn texels(bytes: &[u8], by_name: Option<ImageFormat>) -> Result<u64, Unfit> {
+    let decoder = reader(bytes, by_name)?.into_decoder().map_err(damaged)?;
+    let ((width, height), color) = (decoder.dimensions(), decoder.color_type());
     if width == 0 || height == 0 {
         return Err(Unfit::Damaged(format!("expected at least one texel, the size is {width}×{height}")));
     }
-    if width > MAX_SIDE || height > MAX_SIDE || u64::from(width) * u64::from(height) > MAX_TEXELS {
+    let deep = color.bytes_per_pixel() > color.channel_count();
+    let texels = u64::from(width) * u64::from(height) * if deep { 2 } else { 1 };
+    if width > MAX_SIDE || height > MAX_SIDE || texels > MAX_TEXELS {
         return Err(too_large(&format!("{width}×{height}")));
     }
-    Ok((width, height))
+    Ok(texels)
 }
 
 /// Decodes all of it.
 pub fn decode(bytes: &[u8], by_name: Option<ImageFormat>) -> Result<DynamicImage, Unfit> {
-    size(bytes, by_name)?;
+    texels(bytes, by_name)?;
     let pixels = reader(bytes, by_name)?.decode().map_err(damaged)?;
     if pixels.width() == 0 || pixels.height() == 0 {
         return Err(Unfit::Damaged("the image has no texels".into()));

@@ -60,10 +60,7 @@ impl Gpu {
     ///
     /// # Errors
     /// [`GpuError`] where there is no adapter or surface.
-    pub fn for_surface(
-        instance: wgpu::Instance,
-        surface: &wgpu::Surface<'_>,
-    ) -> Result<Self, GpuError> {
+    pub fn for_surface(instance: wgpu::Instance, surface: &wgpu::Surface<'_>) -> Result<Self, GpuError> {
         Self::open(instance, Some(surface))
     }
 
@@ -128,10 +125,7 @@ fn instance(backends: wgpu::Backends) -> wgpu::Instance {
     wgpu::Instance::new(descriptor.with_env())
 }
 
-fn choose_adapter(
-    instance: &wgpu::Instance,
-    surface: Option<&wgpu::Surface<'_>>,
-) -> Result<wgpu::Adapter, GpuError> {
+fn choose_adapter(instance: &wgpu::Instance, surface: Option<&wgpu::Surface<'_>>) -> Result<wgpu::Adapter, GpuError> {
     let wanted = std::env::var("WGPU_ADAPTER_NAME").ok().map(|name| name.to_lowercase());
     let usable = |adapter: &wgpu::Adapter| {
         surface.is_none_or(|s| adapter.is_surface_supported(s))

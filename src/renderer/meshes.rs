@@ -70,11 +70,7 @@ impl Meshes {
         for entry in new {
             let mesh = &entry.mesh;
             let packed = pack(mesh);
-            gpu.queue.write_buffer(
-                self.vertices.buffer(),
-                self.vertex_count * stride,
-                bytemuck::cast_slice(&packed),
-            );
+            gpu.queue.write_buffer(self.vertices.buffer(), self.vertex_count * stride, bytemuck::cast_slice(&packed));
             let bytes: &[u8] = bytemuck::cast_slice(&mesh.indices);
             gpu.queue.write_buffer(self.indices.buffer(), self.index_count * index, bytes);
             self.ranges.push(MeshRange {

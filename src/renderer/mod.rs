@@ -193,6 +193,8 @@ pub struct Renderer {
     transparent: Vec<Batch>,
     pass: Pass,
     tone_map: ToneMap,
+    /// What the HDR target shows: view, pass, technique. `None`: nothing yet.
+    shown: Option<(ViewRecord, Pass, Option<Technique>)>,
     stats: RenderStats,
 }
 
@@ -226,6 +228,7 @@ impl Renderer {
             transparent: Vec::new(),
             pass: Pass::Outputs,
             tone_map: ToneMap::default(),
+            shown: None,
             stats: RenderStats::default(),
             gpu: gpu.clone(),
         }
@@ -241,7 +244,8 @@ impl Renderer {
         self.stats
     }
 
-    /// Uploads what changed in the draw list and makes what is missing, so that [`Self::draw`] only records.
+    /// Uploads what changed in the draw list and makes what is missing, so that [`Self::draw`] only records. Returns
+    /// whether the picture can differ from the one last drawn; if not, [`Self::show_again`] gives it for less.
     ///
     /// # Errors
     /// [`RenderError::TooLarge`].
@@ -251,7 +255,7 @@ impl Renderer {
         library: &Library,
         view: &View,
         settings: &Settings,
-    ) -> Result<(), RenderError> {
+    ) -> Result<bool, RenderError> {
         self.stats = RenderStats::default();
         self.stats.asset_bytes = self.meshes.upload(&self.gpu, library)?;
         self.stats.asset_bytes += self.textures.upload(&self.gpu, list, library);
@@ -261,10 +265,8 @@ impl Renderer {
         self.gpu.queue.write_buffer(&self.view_buffer, 0, bytemuck::bytes_of(&record));
         self.bind_frame();
 
-        self.pass =
-            Pass::Color { all_lights: list.all_lights, debug: settings.debug, samples: settings.samples };
-        self.tone_map =
-            if settings.debug == DebugView::Off { list.environment.tone_map } else { ToneMap::Clamp };
+        self.pass = Pass::Color { all_lights: list.all_lights, debug: settings.debug, samples: settings.samples };
+        self.tone_map = if settings.debug == DebugView::Off { list.environment.tone_map } else { ToneMap::Clamp };
         self.take_batches(list, settings.technique);
         self.make_pipelines(self.pass);
         self.pipelines.make_sky(&self.gpu.device, settings.samples);
@@ -272,8 +274,12 @@ impl Renderer {
         if self.targets.as_ref().is_none_or(|t| (t.width, t.height, t.samples) != (size.0, size.1, settings.samples)) {
             let layout = &self.pipelines.tone_map_layout;
             self.targets = Some(Targets::new(&self.gpu.device, layout, size, settings.samples));
+            self.shown = None;
         }
-        Ok(())
+        let showing = Some((record, self.pass, settings.technique));
+        let changed = self.shown != showing || self.stats.uploaded_bytes() > 0;
+        self.shown = showing;
+        Ok(changed)
     }
 
     fn upload_tables(&mut self, list: &DrawList) -> Result<(), RenderError> {
@@ -325,11 +331,8 @@ impl Renderer {
                 resource: buffer.as_entire_binding(),
             })
             .collect();
-        let descriptor = wgpu::BindGroupDescriptor {
-            label: Some("frame"),
-            layout: &self.pipelines.frame_layout,
-            entries: &entries,
-        };
+        let descriptor =
+            wgpu::BindGroupDescriptor { label: Some("frame"), layout: &self.pipelines.frame_layout, entries: &entries };
         self.frame_group = Some((version, self.gpu.device.create_bind_group(&descriptor)));
     }
 
@@ -351,50 +354,71 @@ impl Renderer {
     /// Draws what was prepared into `target`, a view of a texture of that format and the prepared view's size. An
     /// sRGB format encodes; others receive linear values.
     pub fn draw(&mut self, target: &wgpu::TextureView, format: wgpu::TextureFormat) {
-        let Some(targets) = &self.targets else { return };
-        let Some((_, frame_group)) = &self.frame_group else { return };
         let label = wgpu::CommandEncoderDescriptor { label: Some("frame") };
         let mut encoder = self.gpu.device.create_command_encoder(&label);
-        {
-            let resolve_target = (targets.samples > 1).then_some(&targets.hdr);
-            let keep = if resolve_target.is_some() { wgpu::StoreOp::Discard } else { wgpu::StoreOp::Store };
-            let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-                label: Some("forward"),
-                color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                    view: &targets.color,
-                    depth_slice: None,
-                    resolve_target,
-                    ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), store: keep },
-                })],
-                depth_stencil_attachment: Some(depth_attachment(&targets.depth, wgpu::StoreOp::Discard)),
-                ..wgpu::RenderPassDescriptor::default()
-            });
-            pass.set_bind_group(0, frame_group, &[]);
-            pass.push_debug_group("objects");
-            self.stats = add(self.stats, self.draw_batches(&mut pass, self.pass, &self.opaque));
-            pass.pop_debug_group();
-            if let Some(sky) = self.pipelines.sky(targets.samples) {
-                pass.set_pipeline(sky);
-                pass.draw(0..3, 0..1);
-            }
-            pass.push_debug_group("blended objects");
-            self.stats = add(self.stats, self.draw_batches(&mut pass, self.pass, &self.transparent));
-            pass.pop_debug_group();
-        }
-        let exposed = !matches!(self.pass, Pass::Color { debug, .. } if debug != DebugView::Off);
-        let tone_map = self.pipelines.tone_map(&self.gpu.device, format, self.tone_map, exposed);
-        {
-            let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-                label: Some("tone map"),
-                color_attachments: &[Some(color_attachment(target))],
-                ..wgpu::RenderPassDescriptor::default()
-            });
-            pass.set_pipeline(tone_map);
-            pass.set_bind_group(0, frame_group, &[]);
-            pass.set_bind_group(1, &targets.tone_map_source, &[]);
+        let drawn = self.record_forward(&mut encoder);
+        self.stats = add(self.stats, drawn);
+        self.record_tone_map(&mut encoder, target, format);
+        self.gpu.queue.submit([encoder.finish()]);
+    }
+
+    /// What was drawn last, once more: only the tone map. For a window whose panel changes above a still scene.
+    pub fn show_again(&mut self, target: &wgpu::TextureView, format: wgpu::TextureFormat) {
+        let label = wgpu::CommandEncoderDescriptor { label: Some("frame again") };
+        let mut encoder = self.gpu.device.create_command_encoder(&label);
+        self.record_tone_map(&mut encoder, target, format);
+        self.gpu.queue.submit([encoder.finish()]);
+    }
+
+    fn record_forward(&self, encoder: &mut wgpu::CommandEncoder) -> RenderStats {
+        let (Some(targets), Some((_, frame_group))) = (&self.targets, &self.frame_group) else {
+            return RenderStats::default();
+        };
+        let resolve_target = (targets.samples > 1).then_some(&targets.hdr);
+        let keep = if resolve_target.is_some() { wgpu::StoreOp::Discard } else { wgpu::StoreOp::Store };
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("forward"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &targets.color,
+                depth_slice: None,
+                resolve_target,
+                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), store: keep },
+            })],
+            depth_stencil_attachment: Some(depth_attachment(&targets.depth, wgpu::StoreOp::Discard)),
+            ..wgpu::RenderPassDescriptor::default()
+        });
+        pass.set_bind_group(0, frame_group, &[]);
+        pass.push_debug_group("objects");
+        let objects = self.draw_batches(&mut pass, self.pass, &self.opaque);
+        pass.pop_debug_group();
+        if let Some(sky) = self.pipelines.sky(targets.samples) {
+            pass.set_pipeline(sky);
             pass.draw(0..3, 0..1);
         }
-        self.gpu.queue.submit([encoder.finish()]);
+        pass.push_debug_group("blended objects");
+        let blended = self.draw_batches(&mut pass, self.pass, &self.transparent);
+        pass.pop_debug_group();
+        add(objects, blended)
+    }
+
+    fn record_tone_map(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        target: &wgpu::TextureView,
+        format: wgpu::TextureFormat,
+    ) {
+        let (Some(targets), Some((_, frame_group))) = (&self.targets, &self.frame_group) else { return };
+        let exposed = !matches!(self.pass, Pass::Color { debug, .. } if debug != DebugView::Off);
+        let tone_map = self.pipelines.tone_map(&self.gpu.device, format, self.tone_map, exposed);
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("tone map"),
+            color_attachments: &[Some(color_attachment(target))],
+            ..wgpu::RenderPassDescriptor::default()
+        });
+        pass.set_pipeline(tone_map);
+        pass.set_bind_group(0, frame_group, &[]);
+        pass.set_bind_group(1, &targets.tone_map_source, &[]);
+        pass.draw(0..3, 0..1);
     }
 
     /// Draws the prepared objects once more, one sample per pixel, for their normals, ids and depths.

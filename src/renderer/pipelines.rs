@@ -110,6 +110,7 @@ impl Pipelines {
             ("TECHNIQUE", f64::from(key.technique as u32)),
             ("SHADING", f64::from(key.shading as u32)),
             ("ALPHA", f64::from(key.alpha as u32)),
+            ("TRANSFORMED_UVS", f64::from(u32::from(key.transformed_uvs))),
             ("LIGHTS", f64::from(u32::from(all_lights))),
             ("DEBUG", f64::from(debug as u32)),
         ];
@@ -120,7 +121,8 @@ impl Pipelines {
             blend: blend.then_some(wgpu::BlendState::ALPHA_BLENDING),
             write_mask: write,
         });
-        let outputs = OUTPUT_FORMATS.map(|format| Some(wgpu::ColorTargetState { format, blend: None, write_mask: write }));
+        let outputs =
+            OUTPUT_FORMATS.map(|format| Some(wgpu::ColorTargetState { format, blend: None, write_mask: write }));
         let color = [color];
         let (entry_point, targets): (_, &[_]) =
             if pass == Pass::Outputs { ("fs_outputs", &outputs) } else { ("fs_main", &color) };

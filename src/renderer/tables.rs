@@ -56,7 +56,8 @@ impl GrowingBuffer {
     pub fn extend(&mut self, gpu: &super::Gpu, used: u64, bytes: u64) -> Result<(), RenderError> {
         let old = self.buffer.clone();
         if self.reserve(&gpu.device, bytes)? && used > 0 {
-            let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("grow") });
+            let mut encoder =
+                gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("grow") });
             encoder.copy_buffer_to_buffer(&old, 0, &self.buffer, 0, used);
             gpu.queue.submit([encoder.finish()]);
         }
@@ -74,11 +75,7 @@ impl GrowingBuffer {
     ) -> Result<u64, RenderError> {
         let size = size_of::<T>();
         let lost = self.reserve(&gpu.device, (records.len() * size) as u64)?;
-        let ranges = if lost || everything {
-            vec![0..records.len() as u32]
-        } else {
-            dirty.ranges(gap(size))
-        };
+        let ranges = if lost || everything { vec![0..records.len() as u32] } else { dirty.ranges(gap(size)) };
         let mut written = 0;
         for range in ranges {
             let bytes: &[u8] = bytemuck::cast_slice(&records[range.start as usize..range.end as usize]);

@@ -11,7 +11,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use systems::bounds::Aabb;
 use systems::images::ImageKind;
-use systems::library::{ImageId, Library, Map, Material, MaterialId, Mesh, MeshId};
+use systems::library::{ImageId, Library, Map, Material, MaterialId, Mesh, MeshId, default_specular};
 use systems::shapes;
 
 /// What the files of a scene contained. A file that failed has a [`Fault`] and is absent.
@@ -216,7 +216,7 @@ fn material(name: &str, m: &format::Material, images: &HashMap<(String, ImageKin
         base_map,
         normal_scale: m.normal_scale,
         normal_map,
-        specular_factor: m.specular_factor.rgb(),
+        specular_factor: m.specular_factor.map_or(default_specular(m.shading.into()), |color| color.rgb()),
         specular_map,
         specular_strength: m.specular_strength,
         shininess: m.shininess,

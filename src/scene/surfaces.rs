@@ -44,7 +44,8 @@ pub struct Material {
     pub base_map: Option<MapSource>,
     pub normal_scale: f32,
     pub normal_map: Option<MapSource>,
-    pub specular_factor: Color,
+    /// None: what the shading model reflects by default.
+    pub specular_factor: Option<Color>,
     pub specular_strength: f32,
     pub specular_map: Option<MapSource>,
     pub shininess: f32,
@@ -76,7 +77,7 @@ impl Default for Material {
             base_map: None,
             normal_scale: m.normal_scale,
             normal_map: None,
-            specular_factor: Color::linear(m.specular_factor),
+            specular_factor: None,
             specular_strength: m.specular_strength,
             specular_map: None,
             shininess: m.shininess,

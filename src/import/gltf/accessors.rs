@@ -3,107 +3,77 @@
 //! Every range is checked before a byte is read. All components come out as `f64`, which holds each of glTF's types
 //! exactly.
 
-use super::document::{Document, id_of, items, uint};
+use super::document::{Document, id_of};
 use super::report::{Fault, Read, Report};
-use super::shape::whole;
+use gltf::accessor::{DataType, Dimensions};
+use gltf::json;
+use gltf::json::accessor::{GenericComponentType, IndexComponentType};
+use gltf::json::validation::Checked;
 use serde_json::Value;
 
-/// How a component is stored.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Component {
-    I8,
-    U8,
-    I16,
-    U16,
-    U32,
-    F32,
-}
-
-impl Component {
-    fn from_gl(value: &Value) -> Option<Self> {
-        Some(match whole(value)? {
-            5120 => Self::I8,
-            5121 => Self::U8,
-            5122 => Self::I16,
-            5123 => Self::U16,
-            5125 => Self::U32,
-            5126 => Self::F32,
-            _ => return None,
-        })
-    }
-
-    fn size(self) -> usize {
-        match self {
-            Self::I8 | Self::U8 => 1,
-            Self::I16 | Self::U16 => 2,
-            Self::U32 | Self::F32 => 4,
-        }
-    }
-
-    /// `bytes` holds at least one component.
-    fn read(self, bytes: &[u8]) -> f64 {
-        match (self, bytes) {
-            (Self::I8, &[a, ..]) => f64::from(a as i8),
-            (Self::U8, &[a, ..]) => f64::from(a),
-            (Self::I16, &[a, b, ..]) => f64::from(i16::from_le_bytes([a, b])),
-            (Self::U16, &[a, b, ..]) => f64::from(u16::from_le_bytes([a, b])),
-            (Self::U32, &[a, b, c, d, ..]) => f64::from(u32::from_le_bytes([a, b, c, d])),
-            (Self::F32, &[a, b, c, d, ..]) => f64::from(f32::from_le_bytes([a, b, c, d])),
-            _ => 0.0,
-        }
-    }
-
-    /// glTF 2.0, section 3.11: integers as fractions of their range.
-    fn normalize(self, value: f64) -> f64 {
-        match self {
-            Self::I8 => (value / 127.0).max(-1.0),
-            Self::U8 => value / 255.0,
-            Self::I16 => (value / 32767.0).max(-1.0),
-            Self::U16 => value / 65535.0,
-            Self::U32 | Self::F32 => value,
-        }
+/// `bytes` holds at least one component.
+fn component(kind: DataType, bytes: &[u8]) -> f64 {
+    match (kind, bytes) {
+        (DataType::I8, &[a, ..]) => f64::from(a as i8),
+        (DataType::U8, &[a, ..]) => f64::from(a),
+        (DataType::I16, &[a, b, ..]) => f64::from(i16::from_le_bytes([a, b])),
+        (DataType::U16, &[a, b, ..]) => f64::from(u16::from_le_bytes([a, b])),
+        (DataType::U32, &[a, b, c, d, ..]) => f64::from(u32::from_le_bytes([a, b, c, d])),
+        (DataType::F32, &[a, b, c, d, ..]) => f64::from(f32::from_le_bytes([a, b, c, d])),
+        _ => 0.0,
     }
 }
 
-/// What an accessor's JSON says.
+/// glTF 2.0, section 3.11: integers as fractions of their range.
+fn normalize(kind: DataType, value: f64) -> f64 {
+    match kind {
+        DataType::I8 => (value / 127.0).max(-1.0),
+        DataType::U8 => value / 255.0,
+        DataType::I16 => (value / 32767.0).max(-1.0),
+        DataType::U16 => value / 65535.0,
+        DataType::U32 | DataType::F32 => value,
+    }
+}
+
+/// An accessor whose types are known.
 pub struct Accessor<'a> {
     pub place: String,
     pub count: usize,
-    pub component: Component,
+    pub component: DataType,
     pub normalized: bool,
     /// Components of an element, row by row: 1 to 16.
     pub width: usize,
-    matrix: bool,
-    json: &'a Value,
+    dimensions: Dimensions,
+    json: &'a json::Accessor,
     document: &'a Document,
 }
 
 impl<'a> Accessor<'a> {
     pub fn new(document: &'a Document, id: usize) -> Read<Self> {
         let place = format!("accessors[{id}]");
-        let json = &document.root["accessors"][id];
-        let component = Component::from_gl(&json["componentType"]);
-        let component = component
-            .ok_or_else(|| Fault::invalid(format!("{place}.componentType"), "expected 5120 to 5126 but not 5124"))?;
-        let width =
-            width(&json["type"]).ok_or_else(|| Fault::invalid(format!("{place}.type"), "expected SCALAR to MAT4"))?;
-        let (count, normalized) = (uint(json, "count"), json["normalized"].as_bool().unwrap_or(false));
-        let matrix = json["type"].as_str().is_some_and(|name| name.starts_with("MAT"));
-        Ok(Self { place, count, component, normalized, width, matrix, json, document })
+        let json = &document.json().accessors[id];
+        let Checked::Valid(GenericComponentType(component)) = json.component_type else {
+            return Err(Fault::invalid(format!("{place}.componentType"), "expected 5120 to 5126 but not 5124"));
+        };
+        let Checked::Valid(dimensions) = json.type_ else {
+            return Err(Fault::invalid(format!("{place}.type"), "expected SCALAR to MAT4"));
+        };
+        let (count, width) = (json.count.0 as usize, dimensions.multiplicity());
+        Ok(Self { place, count, component, normalized: json.normalized, width, dimensions, json, document })
     }
 
     /// All elements, converted component by component; `N` must be the accessor's width.
     pub fn elements<const N: usize, T: Copy + Default>(&self, convert: impl Fn(f64) -> T) -> Read<Vec<[T; N]>> {
-        if self.width != N || (self.matrix && N == 4) {
-            let message = format!("expected {}, is {}", type_name(N), type_name(self.width));
+        if self.width != N || self.dimensions == Dimensions::Mat2 {
+            let message = format!("expected {N} components, is {:?}", self.dimensions);
             return Err(Fault::invalid(format!("{}.type", self.place), message));
         }
         let range = self.range()?;
         let bytes = self.count.saturating_mul(N * size_of::<T>());
         self.document.spend(bytes, &format!("{}.count", self.place))?;
         let value = |bytes: &[u8]| {
-            let value = self.component.read(bytes);
-            convert(if self.normalized { self.component.normalize(value) } else { value })
+            let value = component(self.component, bytes);
+            convert(if self.normalized { normalize(self.component, value) } else { value })
         };
         let read = |bytes: &[u8]| std::array::from_fn(|i| value(&bytes[self.offset_in_element(i)..]));
         let mut elements = match range {
@@ -121,20 +91,20 @@ impl<'a> Accessor<'a> {
 
     fn offset_in_element(&self, i: usize) -> usize {
         let size = self.component.size();
-        match (self.width, size) {
-            (9, 1) => i / 3 * 4 + i % 3,
-            (9, 2) => i / 3 * 8 + i % 3 * 2,
-            (4, 1) if self.matrix => i / 2 * 4 + i % 2,
+        match (self.dimensions, size) {
+            (Dimensions::Mat3, 1) => i / 3 * 4 + i % 3,
+            (Dimensions::Mat3, 2) => i / 3 * 8 + i % 3 * 2,
+            (Dimensions::Mat2, 1) => i / 2 * 4 + i % 2,
             _ => i * size,
         }
     }
 
     /// The bytes from the first element on and the distance between elements; `None`: all zero.
     fn range(&self) -> Read<Option<(&'a [u8], usize)>> {
-        let Some(view_id) = id_of(self.json, "bufferView") else { return Ok(None) };
+        let Some(view_id) = id_of(self.json.buffer_view) else { return Ok(None) };
         let view = self.document.view(view_id)?;
-        let stride = id_of(&self.document.root["bufferViews"][view_id], "byteStride").unwrap_or(self.element_size());
-        let offset = uint(self.json, "byteOffset");
+        let stride = self.document.stride(view_id).unwrap_or(self.element_size());
+        let offset = self.offset();
         let last = self.count.checked_sub(1).and_then(|n| n.checked_mul(stride));
         let end = last.and_then(|last| last.checked_add(self.element_size())?.checked_add(offset));
         if end.is_none_or(|end| end > view.len()) {
@@ -146,31 +116,32 @@ impl<'a> Accessor<'a> {
         Ok(Some((&view[offset..], stride)))
     }
 
+    fn offset(&self) -> usize {
+        self.json.byte_offset.unwrap_or_default().0 as usize
+    }
+
     /// Calls `replace` with the index and bytes of each substituted element.
     fn sparse(&self, mut replace: impl FnMut(usize, &'a [u8])) -> Read<()> {
-        let sparse = &self.json["sparse"];
-        if sparse.is_null() {
-            return Ok(());
-        }
+        let Some(sparse) = &self.json.sparse else { return Ok(()) };
         let place = format!("{}.sparse", self.place);
-        let component = Component::from_gl(&sparse["indices"]["componentType"]);
-        let component = component.ok_or_else(|| Fault::invalid(&*place, "indices need a component type"))?;
-        let count = uint(sparse, "count");
-        let part = |key: &str, size: usize| {
-            let part = &sparse[key];
-            let bytes = self.document.view(uint(part, "bufferView"))?.get(uint(part, "byteOffset")..).unwrap_or(&[]);
+        let Checked::Valid(IndexComponentType(kind)) = sparse.indices.component_type else {
+            return Err(Fault::invalid(place, "indices need a component type"));
+        };
+        let count = sparse.count.0 as usize;
+        let part = |key: &str, view: usize, offset: u64, size: usize| {
+            let bytes = self.document.view(view)?.get(offset as usize..).unwrap_or(&[]);
             if count.checked_mul(size).is_none_or(|needed| needed > bytes.len()) {
-                return Err(Fault::invalid(
-                    format!("{place}.{key}"),
-                    format!("{count} elements run past the buffer view"),
-                ));
+                let message = format!("{count} elements run past the buffer view");
+                return Err(Fault::invalid(format!("{place}.{key}"), message));
             }
             Ok(bytes)
         };
         let size = self.element_size();
-        let (indices, values) = (part("indices", component.size())?, part("values", size)?);
+        let (indices, values) = (&sparse.indices, &sparse.values);
+        let indices = part("indices", indices.buffer_view.value(), indices.byte_offset.0, kind.size())?;
+        let values = part("values", values.buffer_view.value(), values.byte_offset.0, size)?;
         for i in 0..count {
-            let index = component.read(&indices[i * component.size()..]) as usize;
+            let index = component(kind, &indices[i * kind.size()..]) as usize;
             if index >= self.count {
                 let message = format!("element {i} replaces element {index} of {}", self.count);
                 return Err(Fault::invalid(format!("{place}.indices"), message));
@@ -183,22 +154,22 @@ impl<'a> Accessor<'a> {
     /// Warns where the accessor breaks rules that reading it does not depend on: alignment, and `min` and `max`.
     pub fn check(&self, report: &mut Report) {
         let size = self.component.size();
-        let view_id = id_of(self.json, "bufferView");
-        let view = view_id.map_or(&Value::Null, |id| &self.document.root["bufferViews"][id]);
-        let offset = uint(self.json, "byteOffset");
-        if !offset.is_multiple_of(size) || !uint(view, "byteOffset").saturating_add(offset).is_multiple_of(size) {
+        let view = id_of(self.json.buffer_view).map(|id| (id, &self.document.json().buffer_views[id]));
+        let (offset, view_offset) =
+            (self.offset(), view.and_then(|(_, v)| v.byte_offset).unwrap_or_default().0 as usize);
+        if !offset.is_multiple_of(size) || !view_offset.saturating_add(offset).is_multiple_of(size) {
             report.warn(format!("{}.byteOffset", self.place), format!("expected a multiple of {size} bytes"));
         }
-        if let Some(stride) = id_of(view, "byteStride") {
-            let place = format!("bufferViews[{}].byteStride", view_id.unwrap_or(0));
-            if stride < self.element_size() {
-                report.warn(place, format!("{stride} is less than an element of {} takes", self.place));
-            }
+        if let Some((id, stride)) = view.and_then(|(id, v)| Some((id, v.byte_stride?.0)))
+            && stride < self.element_size()
+        {
+            let message = format!("{stride} is less than an element of {} takes", self.place);
+            report.warn(format!("bufferViews[{id}].byteStride"), message);
         }
-        if self.normalized && matches!(self.component, Component::U32 | Component::F32) {
+        if self.normalized && matches!(self.component, DataType::U32 | DataType::F32) {
             report.warn(format!("{}.normalized", self.place), "has no meaning for this component type");
         }
-        if uint(&self.json["sparse"], "count") > self.count {
+        if self.json.sparse.as_ref().is_some_and(|sparse| sparse.count.0 as usize > self.count) {
             report.warn(format!("{}.sparse.count", self.place), format!("more than {} elements", self.count));
         }
         if let Err(fault) = self.check_values(report) {
@@ -222,7 +193,7 @@ impl<'a> Accessor<'a> {
         let mut not_finite = None;
         let mut see = |index: usize, bytes: &[u8]| {
             for i in 0..self.width {
-                let value = self.component.read(bytes.get(self.offset_in_element(i)..).unwrap_or(&[]));
+                let value = component(self.component, bytes.get(self.offset_in_element(i)..).unwrap_or(&[]));
                 (lowest[i], highest[i]) = (lowest[i].min(value), highest[i].max(value));
                 if !value.is_finite() {
                     not_finite = not_finite.or(Some(index));
@@ -242,49 +213,23 @@ impl<'a> Accessor<'a> {
         if let Some(index) = not_finite {
             report.warn(&*self.place, format!("expected finite numbers, element {index} is not"));
         }
-        self.check_bound("min", &lowest, report);
-        self.check_bound("max", &highest, report);
+        self.check_bound("min", &self.json.min, &lowest, report);
+        self.check_bound("max", &self.json.max, &highest, report);
         Ok(())
     }
 
-    fn check_bound(&self, key: &str, found: &[f64; 16], report: &mut Report) {
-        let stated = items(&self.json[key]);
-        if stated.is_empty() {
-            return;
-        }
+    fn check_bound(&self, key: &str, stated: &Option<Value>, found: &[f64; 16], report: &mut Report) {
+        let Some(stated) = stated.as_ref().and_then(Value::as_array).filter(|s| !s.is_empty()) else { return };
         let place = format!("{}.{key}", self.place);
         if stated.len() != self.width {
             return report.warn(place, format!("expected {} numbers", self.width));
         }
         // Exporters write bounds in decimal: the nearest float must agree, nothing closer.
-        let differs = |a: f64, b: f64| if self.component == Component::F32 { a as f32 != b as f32 } else { a != b };
+        let differs = |a: f64, b: f64| if self.component == DataType::F32 { a as f32 != b as f32 } else { a != b };
         for (i, (stated, &found)) in stated.iter().filter_map(Value::as_f64).zip(found).enumerate() {
             if differs(stated, found) {
                 return report.warn(place, format!("component {i} is stated as {stated}, found {found}"));
             }
         }
-    }
-}
-
-fn width(type_name: &Value) -> Option<usize> {
-    Some(match type_name.as_str()? {
-        "SCALAR" => 1,
-        "VEC2" => 2,
-        "VEC3" => 3,
-        "VEC4" | "MAT2" => 4,
-        "MAT3" => 9,
-        "MAT4" => 16,
-        _ => return None,
-    })
-}
-
-fn type_name(width: usize) -> &'static str {
-    match width {
-        1 => "SCALAR",
-        2 => "VEC2",
-        3 => "VEC3",
-        4 => "VEC4",
-        9 => "MAT3",
-        _ => "MAT4",
     }
 }

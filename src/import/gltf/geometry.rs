@@ -2,18 +2,19 @@
 
 use super::report::Report;
 use glam::Vec3;
+use gltf::mesh::Mode;
 use systems::library::Mesh;
 
-/// Three indices per triangle from a list, strip or fan (glTF 2.0, section 3.7.2.1).
-pub fn triangles(mode: u64, indices: Option<&[u32]>, vertices: usize, place: &str, report: &mut Report) -> Vec<u32> {
+/// Three indices per triangle from a triangle list, strip or fan (glTF 2.0, section 3.7.2.1).
+pub fn triangles(mode: Mode, indices: Option<&[u32]>, vertices: usize, place: &str, report: &mut Report) -> Vec<u32> {
     let count = indices.map_or(vertices, <[u32]>::len);
     let at = |i: usize| indices.map_or(i as u32, |indices| indices[i]);
     let corners = |i: usize| match mode {
-        5 => [i, i + 1 + i % 2, i + 2 - i % 2],
-        6 => [i + 1, i + 2, 0],
+        Mode::TriangleStrip => [i, i + 1 + i % 2, i + 2 - i % 2],
+        Mode::TriangleFan => [i + 1, i + 2, 0],
         _ => [3 * i, 3 * i + 1, 3 * i + 2],
     };
-    let strip = matches!(mode, 5 | 6);
+    let strip = mode != Mode::Triangles;
     if !strip && !count.is_multiple_of(3) {
         report.warn(place, format!("{count} corners make no whole number of triangles: the last are left out"));
     }

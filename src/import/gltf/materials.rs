@@ -1,10 +1,10 @@
 //! glTF materials: metallic-roughness, specular-glossiness and unlit.
 
-use super::document::{Document, name_or, real, vec3, vec4};
+use super::document::{Document, name_or};
 use super::report::Report;
-use super::textures::{Images, Source, texture};
+use super::textures::{Images, Info, Source, Texture, texture};
 use glam::{Vec3, Vec4};
-use serde_json::Value;
+use gltf::json::validation::Checked;
 use systems::images::ImageKind;
 use systems::library::{AlphaMode, Map, Material, Shading};
 
@@ -18,42 +18,56 @@ pub fn default_material() -> Material {
     }
 }
 
+/// The textures that a material names, whether it is drawn with them or not.
+pub fn textures<'a>(material: &gltf::Material<'a>) -> Vec<Info<'a>> {
+    let metallic_roughness = material.pbr_metallic_roughness();
+    let mut infos = vec![
+        material.normal_texture().map(Info::from),
+        material.occlusion_texture().map(Info::from),
+        material.emissive_texture().map(Info::from),
+        metallic_roughness.base_color_texture().map(Info::from),
+        metallic_roughness.metallic_roughness_texture().map(Info::from),
+    ];
+    if let Some(extension) = material.pbr_specular_glossiness() {
+        infos.push(extension.diffuse_texture().map(Info::from));
+        infos.push(extension.specular_glossiness_texture().map(Info::from));
+    }
+    if let Some(extension) = material.specular() {
+        infos.push(extension.specular_texture().map(Info::from));
+        infos.push(extension.specular_color_texture().map(Info::from));
+    }
+    infos.into_iter().flatten().collect()
+}
+
 /// Reads a material; the images of its maps are requests.
-pub fn read(document: &Document, id: usize, images: &mut Images, report: &mut Report) -> Material {
-    let place = format!("materials[{id}]");
-    let json = &document.root["materials"][id];
-    let extension = |name: &str| json["extensions"].get(name);
-    let mut reader = Reader { document, images, report, place };
+pub fn read(document: &Document, gltf: &gltf::Material, images: &mut Images, report: &mut Report) -> Material {
+    let Some(id) = gltf.index() else { return default_material() };
+    let mut reader = Reader { document, images, report, place: format!("materials[{id}]") };
     let mut material = Material {
-        name: name_or(json, || format!("material {id}")),
-        alpha: match json["alphaMode"].as_str() {
-            Some("MASK") => AlphaMode::Mask,
-            Some("BLEND") => AlphaMode::Blend,
+        name: name_or(gltf.name(), || format!("material {id}")),
+        alpha: match document.json().materials[id].alpha_mode {
+            Checked::Valid(gltf::material::AlphaMode::Mask) => AlphaMode::Mask,
+            Checked::Valid(gltf::material::AlphaMode::Blend) => AlphaMode::Blend,
             _ => AlphaMode::Opaque,
         },
-        alpha_cutoff: real(json, "alphaCutoff", 0.5),
-        double_sided: json["doubleSided"].as_bool().unwrap_or(false),
-        normal_scale: real(&json["normalTexture"], "scale", 1.0),
-        normal_map: reader.map(json, "normalTexture", ImageKind::Normal),
-        occlusion_strength: real(&json["occlusionTexture"], "strength", 1.0),
-        occlusion_map: reader.map(json, "occlusionTexture", ImageKind::Data),
-        emissive_factor: vec3(json, "emissiveFactor", Vec3::ZERO)
-            * extension("KHR_materials_emissive_strength").map_or(1.0, |e| real(e, "emissiveStrength", 1.0)),
-        emissive_map: reader.map(json, "emissiveTexture", ImageKind::Color),
+        alpha_cutoff: gltf.alpha_cutoff().unwrap_or(0.5),
+        double_sided: gltf.double_sided(),
+        normal_scale: gltf.normal_texture().map_or(1.0, |texture| texture.scale()),
+        normal_map: reader.map(gltf.normal_texture(), "normalTexture", ImageKind::Normal),
+        occlusion_strength: gltf.occlusion_texture().map_or(1.0, |texture| texture.strength()),
+        occlusion_map: reader.map(gltf.occlusion_texture(), "occlusionTexture", ImageKind::Data),
+        emissive_factor: Vec3::from_array(gltf.emissive_factor()) * gltf.emissive_strength().unwrap_or(1.0),
+        emissive_map: reader.map(gltf.emissive_texture(), "emissiveTexture", ImageKind::Color),
         ..default_material()
     };
-    match extension("KHR_materials_pbrSpecularGlossiness") {
-        Some(extension) if json["extensions"].get("KHR_materials_unlit").is_none() => {
-            reader.specular_glossiness(extension, &mut material);
-        }
-        _ => reader.metallic_roughness(&json["pbrMetallicRoughness"], &mut material),
+    match gltf.pbr_specular_glossiness() {
+        Some(extension) if !gltf.unlit() => reader.specular_glossiness(&extension, &mut material),
+        _ => reader.metallic_roughness(&gltf.pbr_metallic_roughness(), &mut material),
     }
-    if extension("KHR_materials_unlit").is_some() {
+    if gltf.unlit() {
         material.shading = Shading::Unlit;
-    } else if let (Shading::MetallicRoughness, Some(extension)) =
-        (material.shading, extension("KHR_materials_specular"))
-    {
-        reader.specular(extension, &mut material);
+    } else if let (Shading::MetallicRoughness, Some(extension)) = (material.shading, gltf.specular()) {
+        reader.specular(&extension, &mut material);
     }
     material
 }
@@ -66,39 +80,46 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    fn map(&mut self, holder: &Value, key: &str, kind: ImageKind) -> Option<Map> {
-        let texture = texture(self.document, holder, key, &self.place, self.report)?;
+    fn texture<'b>(&mut self, info: Option<impl Into<Info<'b>>>, key: &str) -> Option<Texture> {
+        texture(self.document, info?.into(), &format!("{}.{key}", self.place), self.report)
+    }
+
+    fn map<'b>(&mut self, info: Option<impl Into<Info<'b>>>, key: &str, kind: ImageKind) -> Option<Map> {
+        let texture = self.texture(info, key)?;
         Some(texture.map(self.images.request(Source::Plain(texture.image, kind))))
     }
 
-    fn metallic_roughness(&mut self, json: &Value, material: &mut Material) {
-        material.base_factor = vec4(json, "baseColorFactor", Vec4::ONE);
-        material.base_map = self.map(json, "baseColorTexture", ImageKind::Color);
-        material.metallic = real(json, "metallicFactor", 1.0);
-        material.roughness = real(json, "roughnessFactor", 1.0);
-        material.metallic_roughness_map = self.map(json, "metallicRoughnessTexture", ImageKind::Data);
+    fn metallic_roughness(&mut self, gltf: &gltf::material::PbrMetallicRoughness, material: &mut Material) {
+        material.base_factor = Vec4::from_array(gltf.base_color_factor());
+        material.base_map = self.map(gltf.base_color_texture(), "baseColorTexture", ImageKind::Color);
+        material.metallic = gltf.metallic_factor();
+        material.roughness = gltf.roughness_factor();
+        let texture = gltf.metallic_roughness_texture();
+        material.metallic_roughness_map = self.map(texture, "metallicRoughnessTexture", ImageKind::Data);
     }
 
     /// KHR_materials_pbrSpecularGlossiness: one image holds sRGB specular colour and linear glossiness.
-    fn specular_glossiness(&mut self, json: &Value, material: &mut Material) {
+    fn specular_glossiness(&mut self, gltf: &gltf::material::PbrSpecularGlossiness, material: &mut Material) {
         material.shading = Shading::SpecularGlossiness;
-        material.base_factor = vec4(json, "diffuseFactor", Vec4::ONE);
-        material.base_map = self.map(json, "diffuseTexture", ImageKind::Color);
-        material.specular_factor = vec3(json, "specularFactor", Vec3::ONE);
-        material.glossiness = real(json, "glossinessFactor", 1.0);
-        material.specular_map = self.map(json, "specularGlossinessTexture", ImageKind::Color);
+        material.base_factor = Vec4::from_array(gltf.diffuse_factor());
+        material.base_map = self.map(gltf.diffuse_texture(), "diffuseTexture", ImageKind::Color);
+        material.specular_factor = Vec3::from_array(gltf.specular_factor());
+        material.glossiness = gltf.glossiness_factor();
+        let texture = gltf.specular_glossiness_texture();
+        material.specular_map = self.map(texture, "specularGlossinessTexture", ImageKind::Color);
     }
 
     /// KHR_materials_specular: strength in the alpha of one texture, colour in another; together they are one map.
-    fn specular(&mut self, json: &Value, material: &mut Material) {
-        material.specular_strength = real(json, "specularFactor", 1.0);
-        material.specular_factor = vec3(json, "specularColorFactor", Vec3::ONE);
-        let place = format!("{}.extensions.KHR_materials_specular", self.place);
-        let color = texture(self.document, json, "specularColorTexture", &place, self.report);
-        let strength = texture(self.document, json, "specularTexture", &place, self.report);
+    fn specular(&mut self, gltf: &gltf::material::Specular, material: &mut Material) {
+        material.specular_strength = gltf.specular_factor();
+        material.specular_factor = Vec3::from_array(gltf.specular_color_factor());
+        self.place += ".extensions.KHR_materials_specular";
+        let color = self.texture(gltf.specular_color_texture(), "specularColorTexture");
+        let strength = self.texture(gltf.specular_texture(), "specularTexture");
         let Some(shown) = color.or(strength) else { return };
         if strength.is_some_and(|s| (s.uv_set, s.image_from_mesh_uv) != (shown.uv_set, shown.image_from_mesh_uv)) {
-            self.report.warn(format!("{place}.specularTexture"), "drawn with the UVs of specularColorTexture");
+            let place = format!("{}.specularTexture", self.place);
+            self.report.warn(place, "drawn with the UVs of specularColorTexture");
         }
         let (color, strength) = (color.map(|t| t.image), strength.map(|t| t.image));
         let source = match (color, strength) {

@@ -1,13 +1,14 @@
 //! Primitives into meshes: triangle lists with only the vertices that they use, normals always there.
 
-use super::accessors::{Accessor, Component};
-use super::document::{Document, id_of};
+use super::accessors::Accessor;
+use super::document::{Document, name_or};
 use super::geometry::{compact, flat_normals, triangles, unit_normals};
 use super::pose::{Pose, Posed};
 use super::report::{Fault, Read, Report};
-use super::shape::whole;
 use glam::{Vec2, Vec3, Vec4};
-use serde_json::Value;
+use gltf::accessor::DataType;
+use gltf::json::validation::Checked;
+use gltf::mesh::{Mode, Semantic};
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::rc::Rc;
@@ -30,7 +31,7 @@ pub struct Meshes<'a> {
 /// One primitive while it is read.
 struct Primitive<'a> {
     meshes: &'a Meshes<'a>,
-    json: &'a Value,
+    gltf: gltf::Primitive<'a>,
     place: String,
     vertices: usize,
 }
@@ -41,16 +42,19 @@ impl<'a> Meshes<'a> {
     }
 
     /// The primitives of a mesh in a pose; `None` for one that draws nothing.
-    pub fn read(&self, id: usize, pose: &Pose, report: &mut Report) -> Vec<Read<Option<Mesh>>> {
-        let json = &self.document.root["meshes"][id];
-        let name = super::document::name_or(json, || format!("mesh {id}"));
-        let primitives = super::document::items(&json["primitives"]);
-        let read = |(p, json)| {
+    pub fn read(&self, mesh: &gltf::Mesh, pose: &Pose, report: &mut Report) -> Vec<Read<Option<Mesh>>> {
+        let id = mesh.index();
+        let name = name_or(mesh.name(), || format!("mesh {id}"));
+        let count = mesh.primitives().len();
+        let read = |gltf: gltf::Primitive| {
+            let p = gltf.index();
             let place = format!("meshes[{id}].primitives[{p}]");
-            let name = if primitives.len() > 1 { format!("{name} {p}") } else { name.clone() };
-            Primitive { meshes: self, json, place, vertices: 0 }.read(name, pose, report)
+            let name = if count > 1 { format!("{name} {p}") } else { name.clone() };
+            // The crate's own `mode` panics on one that it does not know.
+            let mode = self.document.json().meshes[id].primitives[p].mode;
+            Primitive { meshes: self, gltf, place, vertices: 0 }.read(mode, name, pose, report)
         };
-        primitives.iter().enumerate().map(read).collect()
+        mesh.primitives().map(read).collect()
     }
 
     /// All components of an accessor with its width.
@@ -73,14 +77,12 @@ impl<'a> Meshes<'a> {
 }
 
 impl Primitive<'_> {
-    fn read(mut self, name: String, pose: &Pose, report: &mut Report) -> Read<Option<Mesh>> {
-        let mode = whole(&self.json["mode"]).unwrap_or(4);
-        if !(4..=6).contains(&mode) {
+    fn read(mut self, mode: Checked<Mode>, name: String, pose: &Pose, report: &mut Report) -> Read<Option<Mesh>> {
+        let Checked::Valid(mode @ (Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan)) = mode else {
             report.warn(&*self.place, "points and lines are not drawn");
             return Ok(None);
-        }
-        self.check_names(report);
-        let Some(positions) = self.attribute::<3>("POSITION", report)? else {
+        };
+        let Some(positions) = self.attribute::<3>(Semantic::Positions, report)? else {
             report.warn(format!("{}.attributes.POSITION", self.place), "missing: nothing is drawn");
             return Ok(None);
         };
@@ -92,14 +94,14 @@ impl Primitive<'_> {
             return Ok(None);
         }
         self.meshes.document.spend(triangles.len() / 3 * TRIANGLE_BYTES, &self.place)?;
-        self.finite(&positions, "POSITION")?;
+        self.finite(&positions)?;
         let (used, indices) = compact(&triangles, self.vertices);
         self.meshes.document.spend(used.len() * VERTEX_BYTES, &self.place)?;
         let mut mesh = Mesh { name, indices, ..Mesh::default() };
         let mut posed = Posed {
             positions: pick(&positions, &used, Vec3::from_array),
-            normals: self.picked::<3, _>("NORMAL", &used, Vec3::from_array, report)?,
-            tangents: self.picked::<4, _>("TANGENT", &used, Vec4::from_array, report)?,
+            normals: self.picked::<3, _>(Semantic::Normals, &used, Vec3::from_array, report)?,
+            tangents: self.picked::<4, _>(Semantic::Tangents, &used, Vec4::from_array, report)?,
         };
         self.morph(pose, &used, &mut posed, report)?;
         self.skin(pose, &used, &mut posed, report)?;
@@ -142,10 +144,13 @@ impl Primitive<'_> {
 
     fn uvs(&self, used: &[u32], report: &mut Report) -> Read<[Vec<Vec2>; 2]> {
         let [mut first, mut second] = [Vec::new(), Vec::new()];
-        for (name, uvs) in [("TEXCOORD_0", &mut first), ("TEXCOORD_1", &mut second)] {
-            *uvs = self.picked::<2, _>(name, used, Vec2::from_array, report)?;
+        for (set, uvs) in [(0, &mut first), (1, &mut second)] {
+            *uvs = self.picked::<2, _>(Semantic::TexCoords(set), used, Vec2::from_array, report)?;
             if uvs.iter().any(|uv| !uv.is_finite()) {
-                report.warn(format!("{}.attributes.{name}", self.place), "expected finite numbers: some read as 0");
+                report.warn(
+                    format!("{}.attributes.TEXCOORD_{set}", self.place),
+                    "expected finite numbers: some read as 0",
+                );
                 uvs.iter_mut().filter(|uv| !uv.is_finite()).for_each(|uv| *uv = Vec2::ZERO);
             }
         }
@@ -156,11 +161,12 @@ impl Primitive<'_> {
     }
 
     fn colors(&self, used: &[u32], report: &mut Report) -> Read<Vec<Vec4>> {
-        let Some(id) = id_of(&self.json["attributes"], "COLOR_0") else { return Ok(Vec::new()) };
-        let colors: Vec<Vec4> = if self.meshes.floats(id)?.0 == 3 {
-            self.picked::<3, _>("COLOR_0", used, |c| Vec3::from_array(c).extend(1.0), report)?
+        let semantic = Semantic::Colors(0);
+        let Some(accessor) = self.gltf.get(&semantic) else { return Ok(Vec::new()) };
+        let colors: Vec<Vec4> = if self.meshes.floats(accessor.index())?.0 == 3 {
+            self.picked::<3, _>(semantic, used, |c| Vec3::from_array(c).extend(1.0), report)?
         } else {
-            self.picked::<4, _>("COLOR_0", used, Vec4::from_array, report)?
+            self.picked::<4, _>(semantic, used, Vec4::from_array, report)?
         };
         let inside = |c: &Vec4| c.cmpge(Vec4::ZERO).all() && c.cmple(Vec4::ONE).all();
         if !colors.iter().all(inside) {
@@ -172,18 +178,21 @@ impl Primitive<'_> {
 
     /// Default or node weights times the morph targets' deltas.
     fn morph(&self, pose: &Pose, used: &[u32], posed: &mut Posed, report: &mut Report) -> Read<()> {
-        let targets = super::document::items(&self.json["targets"]);
-        if !pose.weights.is_empty() && pose.weights.len() != targets.len() {
-            let message =
-                format!("expected one weight for each of {} targets, found {}", targets.len(), pose.weights.len());
+        let count = self.gltf.morph_targets().len();
+        if !pose.weights.is_empty() && pose.weights.len() != count {
+            let message = format!("expected one weight for each of {count} targets, found {}", pose.weights.len());
             report.warn(format!("{}.targets", self.place), message);
         }
-        for (t, target) in targets.iter().enumerate() {
+        for (t, target) in self.gltf.morph_targets().enumerate() {
             let weight = pose.weights.get(t).copied().unwrap_or(0.0);
-            for name in ["POSITION", "NORMAL", "TANGENT"] {
-                let Some(id) = id_of(target, name) else { continue };
-                let place = format!("{}.targets[{t}].{name}", self.place);
-                if self.json["attributes"].get(name).is_none() {
+            for (semantic, accessor) in [
+                (Semantic::Positions, target.positions()),
+                (Semantic::Normals, target.normals()),
+                (Semantic::Tangents, target.tangents()),
+            ] {
+                let Some(id) = accessor.map(|accessor| accessor.index()) else { continue };
+                let place = format!("{}.targets[{t}].{}", self.place, semantic.to_string());
+                if self.gltf.get(&semantic).is_none() {
                     report.warn(&*place, "ignored: the primitive has no such attribute itself");
                     continue;
                 }
@@ -195,7 +204,7 @@ impl Primitive<'_> {
                 let (3, deltas) = self.meshes.floats(id)? else {
                     return Err(Fault::invalid(place, "expected VEC3"));
                 };
-                posed.add(name, weight, used.iter().map(|&v| vec3_at(&deltas, v)));
+                posed.add(&semantic, weight, used.iter().map(|&v| vec3_at(&deltas, v)));
             }
         }
         Ok(())
@@ -205,10 +214,8 @@ impl Primitive<'_> {
         let Some(joints) = &pose.node_from_bind else { return Ok(()) };
         let mut sets = Vec::new();
         for set in 0.. {
-            let (joints_name, weights_name) = (format!("JOINTS_{set}"), format!("WEIGHTS_{set}"));
-            let (Some(joints), Some(weights)) =
-                (self.attribute::<4>(&joints_name, report)?, self.attribute::<4>(&weights_name, report)?)
-            else {
+            let joints = self.attribute::<4>(Semantic::Joints(set), report)?;
+            let (Some(joints), Some(weights)) = (joints, self.attribute::<4>(Semantic::Weights(set), report)?) else {
                 break;
             };
             sets.push((joints, weights));
@@ -246,10 +253,10 @@ impl Primitive<'_> {
 
     /// Validated indices; `None`: the vertices in order.
     fn indices(&self) -> Read<Option<Vec<u32>>> {
-        let Some(id) = id_of(self.json, "indices") else { return Ok(None) };
+        let Some(id) = self.gltf.indices().map(|accessor| accessor.index()) else { return Ok(None) };
         let place = format!("{}.indices", self.place);
         let accessor = Accessor::new(self.meshes.document, id)?;
-        if !matches!(accessor.component, Component::U8 | Component::U16 | Component::U32) || accessor.normalized {
+        if !matches!(accessor.component, DataType::U8 | DataType::U16 | DataType::U32) || accessor.normalized {
             return Err(Fault::invalid(place, format!("expected unsigned integers, accessors[{id}] is not")));
         }
         let indices = accessor.elements::<1, u32>(|v| v as u32)?.into_flattened();
@@ -263,14 +270,14 @@ impl Primitive<'_> {
     }
 
     /// All elements of an attribute; `None` where the primitive lacks it.
-    fn attribute<const N: usize>(&self, name: &str, report: &mut Report) -> Read<Option<Chunks<N>>> {
-        let Some(id) = id_of(&self.json["attributes"], name) else { return Ok(None) };
-        let place = format!("{}.attributes.{name}", self.place);
+    fn attribute<const N: usize>(&self, semantic: Semantic, report: &mut Report) -> Read<Option<Chunks<N>>> {
+        let Some(id) = self.gltf.get(&semantic).map(|accessor| accessor.index()) else { return Ok(None) };
+        let place = format!("{}.attributes.{}", self.place, semantic.to_string());
         let accessor = Accessor::new(self.meshes.document, id)?;
-        if !name.starts_with("POSITION") {
+        if semantic != Semantic::Positions {
             self.expect_count(accessor.count, &place)?;
         }
-        self.check_format(name, &accessor, &place, report);
+        self.check_format(semantic, &accessor, &place, report);
         let (width, floats) = self.meshes.floats(id)?;
         if width != N {
             return Err(Fault::invalid(place, format!("expected {N} components, accessors[{id}] has {width}")));
@@ -280,12 +287,12 @@ impl Primitive<'_> {
 
     fn picked<const N: usize, T>(
         &self,
-        name: &str,
+        semantic: Semantic,
         used: &[u32],
         make: impl Fn([f32; N]) -> T,
         report: &mut Report,
     ) -> Read<Vec<T>> {
-        Ok(self.attribute::<N>(name, report)?.map_or(Vec::new(), |elements| pick(&elements, used, make)))
+        Ok(self.attribute::<N>(semantic, report)?.map_or(Vec::new(), |elements| pick(&elements, used, make)))
     }
 
     fn expect_count(&self, count: usize, place: &str) -> Read<()> {
@@ -295,48 +302,28 @@ impl Primitive<'_> {
         Err(Fault::invalid(place, format!("expected {} elements as POSITION has, has {count}", self.vertices)))
     }
 
-    fn finite(&self, positions: &Chunks<3>, name: &str) -> Read<()> {
+    fn finite(&self, positions: &Chunks<3>) -> Read<()> {
         let Some(i) = positions.get().iter().position(|p| p.iter().any(|v| !v.is_finite())) else { return Ok(()) };
         let message = format!("expected finite numbers, element {i} is {:?}", positions.get()[i]);
-        Err(Fault::invalid(format!("{}.attributes.{name}", self.place), message))
+        Err(Fault::invalid(format!("{}.attributes.POSITION", self.place), message))
     }
 
     /// Warns of component types that glTF does not allow there; they are read all the same.
-    fn check_format(&self, name: &str, accessor: &Accessor, place: &str, report: &mut Report) {
+    fn check_format(&self, semantic: Semantic, accessor: &Accessor, place: &str, report: &mut Report) {
         let quantized = self.meshes.document.quantized;
         let (component, normalized) = (accessor.component, accessor.normalized);
-        let unsigned = matches!(component, Component::U8 | Component::U16);
-        let signed = matches!(component, Component::I8 | Component::I16);
-        let semantic = name.split('_').next().unwrap_or(name);
+        let unsigned = matches!(component, DataType::U8 | DataType::U16);
+        let signed = matches!(component, DataType::I8 | DataType::I16);
+        let float = component == DataType::F32;
         let allowed = match semantic {
-            "POSITION" => quantized && (signed || unsigned),
-            "NORMAL" | "TANGENT" => quantized && signed && normalized,
-            "TEXCOORD" => unsigned && normalized || quantized && (signed || unsigned),
-            "COLOR" | "WEIGHTS" => unsigned && normalized,
-            _ => unsigned && !normalized,
+            Semantic::Positions => float || quantized && (signed || unsigned),
+            Semantic::Normals | Semantic::Tangents => float || quantized && signed && normalized,
+            Semantic::TexCoords(_) => float || unsigned && normalized || quantized && (signed || unsigned),
+            Semantic::Colors(_) | Semantic::Weights(_) => float || unsigned && normalized,
+            Semantic::Joints(_) => unsigned && !normalized,
         };
-        if !allowed && (component != Component::F32 || semantic == "JOINTS") {
+        if !allowed {
             report.warn(place, format!("glTF does not allow {component:?} here (normalized: {normalized})"));
-        }
-    }
-
-    fn check_names(&self, report: &mut Report) {
-        let Some(attributes) = self.json["attributes"].as_object() else { return };
-        for name in attributes.keys().filter(|n| !n.starts_with('_')) {
-            let place = format!("{}.attributes.{name}", self.place);
-            let (semantic, set) = name.split_once('_').unwrap_or((name, ""));
-            let known = match semantic {
-                "POSITION" | "NORMAL" | "TANGENT" => set.is_empty(),
-                "TEXCOORD" | "COLOR" | "JOINTS" | "WEIGHTS" => set.parse::<u32>().is_ok_and(|s| s.to_string() == set),
-                _ => false,
-            };
-            match set.parse::<u32>() {
-                _ if !known => report.warn(place, "ignored: no such attribute in glTF 2.0"),
-                Ok(set @ 1..) if !attributes.contains_key(&format!("{semantic}_{}", set - 1)) => {
-                    report.warn(place, format!("without {semantic}_{}", set - 1))
-                }
-                _ => {}
-            }
         }
     }
 }

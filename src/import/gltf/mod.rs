@@ -22,12 +22,13 @@ mod rules;
 mod schema;
 mod shape;
 mod textures;
+mod typed;
 mod uri;
 
 pub use uri::read_file;
 
 use super::{ImportError, Model, Problem};
-use document::{Document, items};
+use document::Document;
 use report::{Fault, Read, Report};
 use serde_json::Value;
 use std::path::Path;
@@ -79,7 +80,8 @@ fn read(path: &Path, report: &mut Report) -> Read<Option<Draft>> {
         return Ok(None);
     }
     let folder = path.parent().unwrap_or(Path::new("")).to_owned();
-    let document = Document::new(root, folder, bin, file_bytes);
+    let animated = root["animations"].as_array().is_some_and(|animations| !animations.is_empty());
+    let document = Document::new(typed::document(root)?, folder, bin, file_bytes);
     rules::check(&document, report);
     let mut hierarchy = nodes::read(&document, report)?;
     let (roots, scene_name) = nodes::scene(&document, report);
@@ -87,15 +89,15 @@ fn read(path: &Path, report: &mut Report) -> Read<Option<Draft>> {
     let name = scene_name.filter(|n| !n.is_empty()).map_or_else(|| stem.into_owned(), str::to_owned);
     let (meshes, used_materials) = parts::read(&document, &mut hierarchy, &roots, report);
     let mut images = Images::default();
-    let materials = used_materials.iter().map(|material| match material {
-        Some(id) => materials::read(&document, *id, &mut images, report),
-        None => materials::default_material(),
+    let materials = used_materials.iter().map(|id| {
+        let gltf = id.and_then(|id| document.gltf.materials().nth(id));
+        gltf.map_or_else(materials::default_material, |gltf| materials::read(&document, &gltf, &mut images, report))
     });
     let materials: Vec<Material> = materials.collect();
     let decoded = images.decode(&document, report);
     textures::check(&document, &images, report);
     document.check_unused_buffers(report);
-    note_what_rests(&document, report);
+    note_what_rests(&document, animated, report);
     let model = Model { name, nodes: hierarchy.nodes, roots, warnings: Vec::new() };
     Ok(Some(Draft { model, meshes, materials, images: decoded }))
 }
@@ -118,16 +120,14 @@ fn check_version(root: &Value, report: &mut Report) -> Read<()> {
     Ok(())
 }
 
-fn note_what_rests(document: &Document, report: &mut Report) {
-    let morphs = document.array("meshes").iter().flat_map(|m| items(&m["primitives"]));
-    let morphs = morphs.filter(|p| p.get("targets").is_some()).count();
-    for (place, count) in [
-        ("animations", document.array("animations").len()),
-        ("skins", document.array("skins").len()),
-        ("meshes", morphs),
-    ] {
-        let what = if place == "meshes" { "morph targets" } else { place };
-        if count > 0 {
+fn note_what_rests(document: &Document, animated: bool, report: &mut Report) {
+    let mut primitives = document.gltf.meshes().flat_map(|mesh| mesh.primitives());
+    let morphs = primitives.any(|primitive| primitive.morph_targets().len() > 0);
+    let skins = document.gltf.skins().len() > 0;
+    for (place, what, rests) in
+        [("animations", "animations", animated), ("skins", "skins", skins), ("meshes", "morph targets", morphs)]
+    {
+        if rests {
             report.warn(place, format!("{what} are not played: shown in the rest pose"));
         }
     }

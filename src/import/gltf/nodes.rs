@@ -1,13 +1,14 @@
 //! The node hierarchy: a forest, checked as one, with transforms, lights, cameras and instances.
 
 use super::accessors::Accessor;
-use super::document::{Document, id_of, items, real, uint, vec3, vec4};
+use super::document::{Document, id_of, name_or};
 use super::report::{Fault, Read, Report};
-use super::shape::whole;
 use crate::import::Node;
 use bevy_transform::components::Transform;
 use glam::{Mat3, Mat4, Quat, Vec3, Vec4};
-use serde_json::Value;
+use gltf::json::camera::Type as Lens;
+use gltf::json::extensions::scene::khr_lights_punctual as punctual;
+use gltf::json::validation::Checked;
 use std::collections::BTreeSet;
 use std::f32::consts::{FRAC_PI_4, PI};
 use systems::components::{Camera, Light, LightKind, Projection};
@@ -28,24 +29,24 @@ pub struct Hierarchy {
 
 /// Reads the hierarchy; meshes come later.
 pub fn read(document: &Document, report: &mut Report) -> Read<Hierarchy> {
-    let json = document.array("nodes");
-    let order = parents_first(json)?;
-    let cameras: Vec<Option<Camera>> =
-        (0..document.array("cameras").len()).map(|id| camera(document, id, report)).collect();
-    let lights = items(&document.root["extensions"]["KHR_lights_punctual"]["lights"]);
-    let lights: Vec<Light> = lights.iter().enumerate().map(|(id, json)| light(json, id, report)).collect();
-    let mut nodes = Vec::with_capacity(json.len());
-    let mut parent_from_node = Vec::with_capacity(json.len());
-    for (i, node) in json.iter().enumerate() {
-        let place = format!("nodes[{i}]");
-        let (transform, matrix) = placement(node, &place, report);
+    let children: Vec<Vec<usize>> =
+        document.gltf.nodes().map(|node| node.children().map(|child| child.index()).collect()).collect();
+    let order = parents_first(&children)?;
+    let cameras = document.json().cameras.iter().enumerate();
+    let cameras: Vec<Option<Camera>> = cameras.map(|(id, json)| camera(json, id, report)).collect();
+    let lights = document.json().extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
+    let lights = lights.into_iter().flat_map(|extension| &extension.lights).enumerate();
+    let lights: Vec<Light> = lights.map(|(id, json)| light(json, id, report)).collect();
+    let (mut nodes, mut parent_from_node) = (Vec::new(), Vec::new());
+    for (node, children) in document.gltf.nodes().zip(children) {
+        let (transform, matrix) = placement(document, &node, report);
         parent_from_node.push(matrix);
         nodes.push(Node {
-            name: super::document::name_or(node, || format!("node {i}")),
+            name: name_or(node.name(), || format!("node {}", node.index())),
             transform,
-            children: children(node).collect(),
-            camera: id_of(node, "camera").and_then(|id| cameras.get(id)?.clone()),
-            light: id_of(&node["extensions"]["KHR_lights_punctual"], "light").and_then(|id| lights.get(id).cloned()),
+            children,
+            camera: node.camera().and_then(|camera| cameras[camera.index()].clone()),
+            light: node.light().map(|light| lights[light.index()].clone()),
             ..Node::default()
         });
     }
@@ -61,15 +62,12 @@ pub fn read(document: &Document, report: &mut Report) -> Read<Hierarchy> {
     Ok(Hierarchy { nodes, model_from_node })
 }
 
-fn children(node: &Value) -> impl Iterator<Item = usize> {
-    items(&node["children"]).iter().filter_map(whole).map(|id| id as usize)
-}
-
 /// All nodes with their parents, parents before children. Refuses what is not a forest.
-fn parents_first(nodes: &[Value]) -> Read<Vec<(Option<usize>, usize)>> {
-    let mut parents: Vec<Option<usize>> = vec![None; nodes.len()];
-    for (i, node) in nodes.iter().enumerate() {
-        for (c, child) in children(node).enumerate() {
+fn parents_first(children: &[Vec<usize>]) -> Read<Vec<(Option<usize>, usize)>> {
+    let count = children.len();
+    let mut parents: Vec<Option<usize>> = vec![None; count];
+    for (i, children) in children.iter().enumerate() {
+        for (c, &child) in children.iter().enumerate() {
             let place = format!("nodes[{i}].children[{c}]");
             if child == i {
                 return Err(Fault::invalid(place, "a node cannot be its own child"));
@@ -79,18 +77,18 @@ fn parents_first(nodes: &[Value]) -> Read<Vec<(Option<usize>, usize)>> {
             }
         }
     }
-    let mut order = Vec::with_capacity(nodes.len());
-    let mut open: Vec<(usize, usize)> = (0..nodes.len()).filter(|&i| parents[i].is_none()).map(|i| (i, 1)).collect();
+    let mut order = Vec::with_capacity(count);
+    let mut open: Vec<(usize, usize)> = (0..count).filter(|&i| parents[i].is_none()).map(|i| (i, 1)).collect();
     while let Some((node, depth)) = open.pop() {
         if depth > MAX_DEPTH {
             let message = format!("nested deeper than {MAX_DEPTH} nodes");
             return Err(Fault::unsupported(format!("nodes[{node}]"), message));
         }
         order.push((parents[node], node));
-        open.extend(children(&nodes[node]).map(|child| (child, depth + 1)));
+        open.extend(children[node].iter().map(|&child| (child, depth + 1)));
     }
-    if order.len() < nodes.len() {
-        let mut reached = vec![false; nodes.len()];
+    if order.len() < count {
+        let mut reached = vec![false; count];
         order.iter().for_each(|&(_, node)| reached[node] = true);
         let first = reached.iter().position(|r| !r).unwrap_or(0);
         return Err(Fault::invalid(format!("nodes[{first}]"), "is its own ancestor: the nodes form a cycle"));
@@ -100,69 +98,71 @@ fn parents_first(nodes: &[Value]) -> Read<Vec<(Option<usize>, usize)>> {
 
 /// The root nodes of the default scene, or of the first where none is named, and the scene's name.
 pub fn scene<'a>(document: &'a Document, report: &mut Report) -> (Vec<usize>, Option<&'a str>) {
-    let id = uint(&document.root, "scene");
-    let mut has_parent = vec![false; document.array("nodes").len()];
-    document.array("nodes").iter().flat_map(children).for_each(|child| has_parent[child] = true);
+    let shown_id = id_of(document.json().scene).unwrap_or(0);
+    let mut has_parent = vec![false; document.gltf.nodes().len()];
+    document.gltf.nodes().flat_map(|node| node.children()).for_each(|child| has_parent[child.index()] = true);
     let mut shown = (Vec::new(), None);
-    for (s, scene) in document.array("scenes").iter().enumerate() {
+    for scene in document.gltf.scenes() {
+        let id = scene.index();
         let mut roots = Vec::new();
         let mut listed = BTreeSet::new();
-        for (i, root) in items(&scene["nodes"]).iter().filter_map(whole).map(|n| n as usize).enumerate() {
-            let place = format!("scenes[{s}].nodes[{i}]");
+        for (i, root) in scene.nodes().map(|node| node.index()).enumerate() {
+            let place = format!("scenes[{id}].nodes[{i}]");
             if has_parent[root] {
-                report.fault(s == id, Fault::invalid(place, format!("nodes[{root}] is not a root: it has a parent")));
+                let fault = Fault::invalid(place, format!("nodes[{root}] is not a root: it has a parent"));
+                report.fault(id == shown_id, fault);
             } else if !listed.insert(root) {
                 report.warn(place, format!("nodes[{root}] is listed twice"));
             } else {
                 roots.push(root);
             }
         }
-        if s == id {
-            shown = (roots, scene["name"].as_str());
+        if id == shown_id {
+            shown = (roots, scene.name());
         }
     }
-    if document.array("scenes").is_empty() {
+    if document.gltf.scenes().len() == 0 {
         report.warn("scenes", "the file has no scene: nothing is drawn");
     }
     shown
 }
 
-fn placement(node: &Value, place: &str, report: &mut Report) -> (Transform, Mat4) {
-    if let Some(columns) = super::document::reals::<16>(node, "matrix") {
-        if ["translation", "rotation", "scale"].iter().any(|k| node.get(k).is_some()) {
-            report.warn(format!("{place}.matrix"), "translation, rotation and scale beside a matrix are ignored");
+fn placement(document: &Document, node: &gltf::Node, report: &mut Report) -> (Transform, Mat4) {
+    let place = format!("nodes[{}]", node.index());
+    let (translation, rotation, scale) = match node.transform() {
+        gltf::scene::Transform::Matrix { matrix } => {
+            let json = &document.json().nodes[node.index()];
+            if json.translation.is_some() || json.rotation.is_some() || json.scale.is_some() {
+                let message = "translation, rotation and scale beside a matrix are ignored";
+                report.warn(format!("{place}.matrix"), message);
+            }
+            return matrix_placement(Mat4::from_cols_array_2d(&matrix), &place, report);
         }
-        let matrix = Mat4::from_cols_array(&columns);
-        if columns[3] != 0.0 || columns[7] != 0.0 || columns[11] != 0.0 || columns[15] != 1.0 {
-            report.warn(format!("{place}.matrix"), "expected a last row of 0, 0, 0, 1: treated as such");
-        }
-        let affine = Mat4::from_cols(
-            matrix.x_axis.truncate().extend(0.0),
-            matrix.y_axis.truncate().extend(0.0),
-            matrix.z_axis.truncate().extend(0.0),
-            matrix.w_axis.truncate().extend(1.0),
-        );
-        let transform = decompose(affine);
-        let largest = affine.to_cols_array().into_iter().fold(0.0f32, |m, v| m.max(v.abs()));
-        if !transform.to_matrix().abs_diff_eq(affine, 1e-4 * largest) {
-            let message = "shears, which translation, rotation and scale cannot express: drawn without the shear";
-            report.warn(format!("{place}.matrix"), message);
-        }
-        return (transform, affine);
-    }
-    let given = vec4(node, "rotation", Vec4::W);
-    let rotation = Quat::from_vec4(given);
-    if (given.length() - 1.0).abs() > UNIT_TOLERANCE {
-        report
-            .warn(format!("{place}.rotation"), format!("expected a unit quaternion, its length is {}", given.length()));
-    }
-    let rotation = if given.length() > 1e-6 { rotation.normalize() } else { Quat::IDENTITY };
-    let transform = Transform {
-        translation: vec3(node, "translation", Vec3::ZERO),
-        rotation,
-        scale: vec3(node, "scale", Vec3::ONE),
+        gltf::scene::Transform::Decomposed { translation, rotation, scale } => (translation, rotation, scale),
     };
+    let length = Vec4::from_array(rotation).length();
+    if (length - 1.0).abs() > UNIT_TOLERANCE {
+        report.warn(format!("{place}.rotation"), format!("expected a unit quaternion, its length is {length}"));
+    }
+    let rotation = if length > 1e-6 { Quat::from_array(rotation).normalize() } else { Quat::IDENTITY };
+    let (translation, scale) = (Vec3::from_array(translation), Vec3::from_array(scale));
+    let transform = Transform { translation, rotation, scale };
     (transform, transform.to_matrix())
+}
+
+fn matrix_placement(matrix: Mat4, place: &str, report: &mut Report) -> (Transform, Mat4) {
+    if matrix.row(3) != Vec4::W {
+        report.warn(format!("{place}.matrix"), "expected a last row of 0, 0, 0, 1: treated as such");
+    }
+    let mut affine = matrix;
+    (affine.x_axis.w, affine.y_axis.w, affine.z_axis.w, affine.w_axis.w) = (0.0, 0.0, 0.0, 1.0);
+    let transform = decompose(affine);
+    let largest = affine.to_cols_array().into_iter().fold(0.0f32, |m, v| m.max(v.abs()));
+    if !transform.to_matrix().abs_diff_eq(affine, 1e-4 * largest) {
+        let message = "shears, which translation, rotation and scale cannot express: drawn without the shear";
+        report.warn(format!("{place}.matrix"), message);
+    }
+    (transform, affine)
 }
 
 /// Translation, rotation and scale of an affine matrix; a mirror becomes a negative x scale, shear is lost, and an axis
@@ -181,82 +181,77 @@ fn decompose(matrix: Mat4) -> Transform {
 }
 
 /// KHR_lights_punctual. Its candela and lux light a white diffuse surface to 1/π of what ours do.
-fn light(json: &Value, id: usize, report: &mut Report) -> Light {
+fn light(json: &punctual::Light, id: usize, report: &mut Report) -> Light {
     let place = format!("extensions.KHR_lights_punctual.lights[{id}]");
-    let intensity = real(json, "intensity", 1.0) / PI;
-    let range = real(json, "range", f32::INFINITY);
-    let light = match json["type"].as_str() {
-        Some("directional") => Light::directional(intensity),
-        Some("spot") => {
-            let spot = &json["spot"];
-            if spot.is_null() {
-                report.warn(format!("{place}.spot"), "expected for a spot light: the default cone");
-            }
-            let mut outer = real(spot, "outerConeAngle", FRAC_PI_4);
-            let mut inner = real(spot, "innerConeAngle", 0.0);
-            if inner >= outer {
-                report.warn(format!("{place}.spot"), "expected innerConeAngle to be less than outerConeAngle");
-            }
-            if outer > MAX_CONE {
-                report.warn(format!("{place}.spot.outerConeAngle"), "wider than 85°: drawn as 85°");
-                outer = MAX_CONE;
-            }
-            outer = outer.max(1e-3);
-            inner = inner.min(outer * 0.999);
-            Light {
-                kind: LightKind::Spot { outer, inner: Some(inner), exponent: 0.0 },
-                attenuation: Vec3::Z,
-                ..Light::point(intensity, range)
-            }
-        }
-        kind => {
-            if kind != Some("point") {
-                report.warn(format!("{place}.type"), "unknown: drawn as a point light");
-            }
-            Light { attenuation: Vec3::Z, ..Light::point(intensity, range) }
+    let (intensity, range) = (json.intensity / PI, json.range.unwrap_or(f32::INFINITY));
+    let point = Light { attenuation: Vec3::Z, ..Light::point(intensity, range) };
+    let light = match json.type_ {
+        Checked::Valid(punctual::Type::Directional) => Light::directional(intensity),
+        Checked::Valid(punctual::Type::Spot) => Light { kind: cone(json.spot.as_ref(), &place, report), ..point },
+        Checked::Valid(punctual::Type::Point) => point,
+        Checked::Invalid => {
+            report.warn(format!("{place}.type"), "unknown: drawn as a point light");
+            point
         }
     };
-    light.with_color(vec3(json, "color", Vec3::ONE))
+    light.with_color(Vec3::from_array(json.color))
 }
 
-fn camera(document: &Document, id: usize, report: &mut Report) -> Option<Camera> {
-    let json = &document.root["cameras"][id];
+fn cone(spot: Option<&punctual::Spot>, place: &str, report: &mut Report) -> LightKind {
+    if spot.is_none() {
+        report.warn(format!("{place}.spot"), "expected for a spot light: the default cone");
+    }
+    let (inner, outer) = spot.map_or((0.0, FRAC_PI_4), |spot| (spot.inner_cone_angle, spot.outer_cone_angle));
+    if inner >= outer {
+        report.warn(format!("{place}.spot"), "expected innerConeAngle to be less than outerConeAngle");
+    }
+    if outer > MAX_CONE {
+        report.warn(format!("{place}.spot.outerConeAngle"), "wider than 85°: drawn as 85°");
+    }
+    let outer = outer.clamp(1e-3, MAX_CONE);
+    LightKind::Spot { outer, inner: Some(inner.min(outer * 0.999)), exponent: 0.0 }
+}
+
+fn camera(json: &gltf::json::Camera, id: usize, report: &mut Report) -> Option<Camera> {
     let place = format!("cameras[{id}]");
-    let kind = json["type"].as_str().unwrap_or_default();
-    let Some(lens) = json.get(kind).filter(|_| ["perspective", "orthographic"].contains(&kind)) else {
-        report.invalid(place, format!("expected the property {kind:?} that its type names"));
-        return None;
+    let camera = match (json.type_, &json.perspective, &json.orthographic) {
+        (Checked::Valid(Lens::Perspective), Some(lens), _) => {
+            if lens.yfov >= PI {
+                report.invalid(format!("{place}.perspective.yfov"), "expected an angle below π");
+            }
+            let projection = Projection::Perspective { fov_y: lens.yfov, aspect: lens.aspect_ratio };
+            Camera { projection, near: lens.znear, far: lens.zfar.unwrap_or(f32::INFINITY) }
+        }
+        (Checked::Valid(Lens::Orthographic), _, Some(lens)) => {
+            if lens.ymag == 0.0 || lens.xmag == 0.0 {
+                report.invalid(format!("{place}.orthographic.ymag"), "expected xmag and ymag other than 0");
+            }
+            let projection = Projection::Orthographic { half_height: lens.ymag.abs() };
+            Camera { projection, near: lens.znear, far: lens.zfar }
+        }
+        _ => {
+            report.invalid(place, "expected the property that its type names, perspective or orthographic");
+            return None;
+        }
     };
-    if json.get("perspective").is_some() && json.get("orthographic").is_some() {
-        report.warn(&*place, format!("only its type, {kind}, is read"));
+    let kind = if matches!(camera.projection, Projection::Perspective { .. }) { "perspective" } else { "orthographic" };
+    if camera.far <= camera.near {
+        report.invalid(format!("{place}.{kind}.zfar"), format!("expected more than znear, {}", camera.near));
     }
-    let (near, far) = (real(lens, "znear", 0.1), real(lens, "zfar", f32::INFINITY));
-    let magnification = real(lens, "ymag", 1.0).abs();
-    let angle = real(lens, "yfov", FRAC_PI_4);
-    if far <= near {
-        report.invalid(format!("{place}.{kind}.zfar"), format!("expected more than znear, {near}"));
+    if json.perspective.is_some() && json.orthographic.is_some() {
+        report.warn(place, format!("only its type, {kind}, is read"));
     }
-    if kind == "orthographic" && (magnification == 0.0 || real(lens, "xmag", 1.0) == 0.0) {
-        report.invalid(format!("{place}.{kind}.ymag"), "expected xmag and ymag other than 0");
-    }
-    if angle >= PI {
-        report.invalid(format!("{place}.{kind}.yfov"), "expected an angle below π");
-    }
-    let projection = match kind {
-        "orthographic" => Projection::Orthographic { half_height: magnification },
-        _ => Projection::Perspective { fov_y: angle, aspect: lens["aspectRatio"].as_f64().map(|a| a as f32) },
-    };
-    Some(Camera { projection, near, far })
+    Some(camera)
 }
 
 /// EXT_mesh_gpu_instancing: where the node's mesh is drawn, relative to the node.
-pub fn instances(document: &Document, node: usize, report: &mut Report) -> Read<Vec<Transform>> {
-    let place = format!("nodes[{node}].extensions.EXT_mesh_gpu_instancing.attributes");
-    let attributes = &document.root["nodes"][node]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"];
+pub fn instances(document: &Document, node: &gltf::Node, report: &mut Report) -> Read<Vec<Transform>> {
+    let Some(extension) = node.extension_value("EXT_mesh_gpu_instancing") else { return Ok(Vec::new()) };
+    let place = format!("nodes[{}].extensions.EXT_mesh_gpu_instancing.attributes", node.index());
     let mut instances: Vec<Transform> = Vec::new();
     for key in ["TRANSLATION", "ROTATION", "SCALE"] {
-        let Some(id) = id_of(attributes, key) else { continue };
-        let accessor = Accessor::new(document, id)?;
+        let Some(id) = extension["attributes"][key].as_u64() else { continue };
+        let accessor = Accessor::new(document, id as usize)?;
         let place = format!("{place}.{key}");
         if instances.is_empty() {
             document.spend(accessor.count.saturating_mul(size_of::<Transform>()), &place)?;
@@ -283,7 +278,7 @@ pub fn instances(document: &Document, node: usize, report: &mut Report) -> Read<
             }
         }
     }
-    if instances.is_empty() && !attributes.is_null() {
+    if instances.is_empty() {
         report.warn(place, "expected TRANSLATION, ROTATION or SCALE: drawn once");
     }
     Ok(instances)

@@ -1,11 +1,11 @@
 //! What the nodes draw: meshes and materials, each once, however often the file repeats them.
 
-use super::document::{Document, id_of, items};
+use super::document::Document;
 use super::meshes::Meshes;
 use super::nodes::{self, Hierarchy};
 use super::pose::Pose;
 use super::report::Report;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use systems::library::{MaterialId, Mesh, MeshId};
 
@@ -18,31 +18,30 @@ pub fn read(
     report: &mut Report,
 ) -> (Vec<Mesh>, Vec<Option<usize>>) {
     let mut reader = Reader {
-        document,
         primitives: Meshes::new(document),
         meshes: Vec::new(),
         by_hash: HashMap::new(),
         materials: Vec::new(),
     };
     let mut known = BTreeMap::new();
-    let mut shown = vec![false; document.array("meshes").len()];
-    for node in shown_nodes(hierarchy, roots) {
-        let json = &document.root["nodes"][node];
-        let Some(mesh) = id_of(json, "mesh") else { continue };
-        shown[mesh] = true;
+    let mut shown = BTreeSet::new();
+    let nodes = shown_nodes(hierarchy, roots).into_iter().filter_map(|id| document.gltf.nodes().nth(id));
+    for (node, mesh) in nodes.filter_map(|node| Some((node.clone(), node.mesh()?))) {
+        let id = node.index();
+        shown.insert(mesh.index());
         // Nodes share a mesh, but for those that pose it in their own way.
-        let own_pose = json.get("skin").is_some() || json.get("weights").is_some();
-        let parts = known.entry((mesh, own_pose.then_some(node)));
+        let own_pose = node.skin().is_some() || node.weights().is_some();
+        let parts = known.entry((mesh.index(), own_pose.then_some(id)));
         let parts = parts.or_insert_with(|| {
-            let pose = Pose::new(document, mesh, Some(node), &hierarchy.model_from_node);
-            reader.parts(mesh, &pose.unwrap_or_else(|fault| refuse(fault, report)), report)
+            let pose = Pose::new(document, &mesh, &node, &hierarchy.model_from_node);
+            reader.parts(&mesh, &pose.unwrap_or_else(|fault| refuse(fault, report)), report)
         });
-        hierarchy.nodes[node].parts.clone_from(parts);
-        let instances = nodes::instances(document, node, report);
-        hierarchy.nodes[node].instances = instances.unwrap_or_else(|fault| refuse(fault, report));
+        hierarchy.nodes[id].parts.clone_from(parts);
+        let instances = nodes::instances(document, &node, report);
+        hierarchy.nodes[id].instances = instances.unwrap_or_else(|fault| refuse(fault, report));
     }
-    for mesh in (0..shown.len()).filter(|&mesh| !shown[mesh]) {
-        for fault in reader.primitives.read(mesh, &Pose::default(), report).into_iter().filter_map(Result::err) {
+    for mesh in document.gltf.meshes().filter(|mesh| !shown.contains(&mesh.index())) {
+        for fault in reader.primitives.read(&mesh, &Pose::default(), report).into_iter().filter_map(Result::err) {
             report.fault(false, fault);
         }
     }
@@ -65,7 +64,6 @@ fn shown_nodes(hierarchy: &Hierarchy, roots: &[usize]) -> Vec<usize> {
 }
 
 struct Reader<'a> {
-    document: &'a Document,
     primitives: Meshes<'a>,
     meshes: Vec<Mesh>,
     by_hash: HashMap<u64, Vec<usize>>,
@@ -73,13 +71,12 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    fn parts(&mut self, mesh: usize, pose: &Pose, report: &mut Report) -> Vec<(MeshId, MaterialId)> {
+    fn parts(&mut self, mesh: &gltf::Mesh, pose: &Pose, report: &mut Report) -> Vec<(MeshId, MaterialId)> {
         let mut parts = Vec::new();
-        let primitives = items(&self.document.root["meshes"][mesh]["primitives"]);
-        for (read, primitive) in self.primitives.read(mesh, pose, report).into_iter().zip(primitives) {
+        for (read, primitive) in self.primitives.read(mesh, pose, report).into_iter().zip(mesh.primitives()) {
             match read {
                 Ok(None) => {}
-                Ok(Some(mesh)) => parts.push((self.mesh(mesh), self.material(id_of(primitive, "material")))),
+                Ok(Some(mesh)) => parts.push((self.mesh(mesh), self.material(primitive.material().index()))),
                 Err(fault) => report.error(fault),
             }
         }

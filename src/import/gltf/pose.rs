@@ -1,10 +1,10 @@
 //! The rest pose: morph targets at their default weights, skins at their joints' places in the file.
 
 use super::accessors::Accessor;
-use super::document::{Document, id_of, items};
+use super::document::Document;
 use super::report::{Fault, Read};
-use super::shape::whole;
 use glam::{Mat3, Mat4, Vec3, Vec4};
+use gltf::Semantic;
 
 /// How a mesh stands at a node.
 #[derive(Default)]
@@ -16,28 +16,25 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// The pose of a mesh at a node, or of the mesh alone.
-    pub fn new(document: &Document, mesh: usize, node: Option<usize>, model_from_node: &[Mat4]) -> Read<Self> {
-        let node_json = node.map_or(&serde_json::Value::Null, |n| &document.root["nodes"][n]);
-        let weights = node_json.get("weights").unwrap_or(&document.root["meshes"][mesh]["weights"]);
-        let weights = items(weights).iter().map(|w| w.as_f64().unwrap_or(0.0) as f32).collect();
-        let skin = id_of(node_json, "skin").zip(node);
+    /// The pose of a mesh at a node.
+    pub fn new(document: &Document, mesh: &gltf::Mesh, node: &gltf::Node, model_from_node: &[Mat4]) -> Read<Self> {
+        let weights = node.weights().or(mesh.weights()).unwrap_or_default().to_vec();
+        let skin = node.skin();
         let node_from_bind =
-            skin.map(|(skin, node)| node_from_bind(document, skin, node, model_from_node)).transpose()?;
+            skin.map(|skin| node_from_bind(document, &skin, node.index(), model_from_node)).transpose()?;
         Ok(Self { weights, node_from_bind })
     }
 }
 
 /// A skinned mesh ignores its node's place (glTF 2.0, section 3.7.3.3), so that is divided out again.
-fn node_from_bind(document: &Document, skin: usize, node: usize, model_from_node: &[Mat4]) -> Read<Vec<Mat4>> {
-    let json = &document.root["skins"][skin];
-    let joints: Vec<usize> = items(&json["joints"]).iter().filter_map(whole).map(|n| n as usize).collect();
+fn node_from_bind(document: &Document, skin: &gltf::Skin, node: usize, model_from_node: &[Mat4]) -> Read<Vec<Mat4>> {
+    let joints: Vec<usize> = skin.joints().map(|joint| joint.index()).collect();
     let mut inverse_bind = vec![Mat4::IDENTITY; joints.len()];
-    if let Some(id) = id_of(json, "inverseBindMatrices") {
-        let matrices = Accessor::new(document, id)?.elements::<16, f32>(|v| v as f32)?;
+    if let Some(accessor) = skin.inverse_bind_matrices() {
+        let matrices = Accessor::new(document, accessor.index())?.elements::<16, f32>(|v| v as f32)?;
         if matrices.len() < joints.len() {
             let message = format!("expected a matrix for each of {} joints, has {}", joints.len(), matrices.len());
-            return Err(Fault::invalid(format!("skins[{skin}].inverseBindMatrices"), message));
+            return Err(Fault::invalid(format!("skins[{}].inverseBindMatrices", skin.index()), message));
         }
         for (target, matrix) in inverse_bind.iter_mut().zip(&matrices) {
             *target = Mat4::from_cols_array(matrix);
@@ -59,11 +56,11 @@ pub struct Posed {
 }
 
 impl Posed {
-    /// Adds a morph target's deltas to the attribute of that name.
-    pub fn add(&mut self, attribute: &str, weight: f32, deltas: impl Iterator<Item = Vec3>) {
+    /// Adds a morph target's deltas to the attribute.
+    pub fn add(&mut self, attribute: &Semantic, weight: f32, deltas: impl Iterator<Item = Vec3>) {
         match attribute {
-            "POSITION" => self.positions.iter_mut().zip(deltas).for_each(|(p, d)| *p += d * weight),
-            "NORMAL" => self.normals.iter_mut().zip(deltas).for_each(|(n, d)| *n += d * weight),
+            Semantic::Positions => self.positions.iter_mut().zip(deltas).for_each(|(p, d)| *p += d * weight),
+            Semantic::Normals => self.normals.iter_mut().zip(deltas).for_each(|(n, d)| *n += d * weight),
             _ => self.tangents.iter_mut().zip(deltas).for_each(|(t, d)| *t += (d * weight).extend(0.0)),
         }
     }

@@ -3,64 +3,55 @@
 //! What reading does depend on is checked where it is read. Here are also the faults of views and accessors that
 //! nothing may use.
 
-use super::accessors::{Accessor, Component};
-use super::document::{Document, id_of, items, uint};
+use super::accessors::Accessor;
+use super::document::{Document, id_of};
+use super::materials;
 use super::report::Report;
-use super::shape::declared;
+use gltf::buffer::Target;
+use gltf::json::validation::Checked;
+use gltf::mesh::Semantic;
 use serde_json::Value;
-use std::collections::{BTreeMap, BTreeSet};
-
-const VERTEX_TARGET: usize = 34962;
-const INDEX_TARGET: usize = 34963;
+use std::collections::BTreeMap;
 
 /// Warns of all of them.
 pub fn check(document: &Document, report: &mut Report) {
     views_and_accessors(document, report);
-    let uv_sets: Vec<BTreeSet<String>> = document.array("materials").iter().map(uv_sets).collect();
-    for (m, mesh) in document.array("meshes").iter().enumerate() {
-        let primitives = items(&mesh["primitives"]);
-        let targets = |p: &Value| items(&p["targets"]).len();
-        if primitives.windows(2).any(|pair| targets(&pair[0]) != targets(&pair[1])) {
-            report.warn(format!("meshes[{m}].primitives"), "expected as many morph targets in each");
+    for mesh in document.gltf.meshes() {
+        let place = format!("meshes[{}].primitives", mesh.index());
+        let targets: Vec<usize> = mesh.primitives().map(|primitive| primitive.morph_targets().len()).collect();
+        if targets.windows(2).any(|pair| pair[0] != pair[1]) {
+            report.warn(&*place, "expected as many morph targets in each");
         }
-        for (p, primitive) in primitives.iter().enumerate() {
-            let place = format!("meshes[{m}].primitives[{p}]");
-            indices(document, primitive, &place, report);
-            attributes(document, primitive, &place, report);
-            let material = id_of(primitive, "material");
-            for name in material.and_then(|id| uv_sets.get(id)).into_iter().flatten() {
-                if primitive["attributes"].get(name).is_none() {
-                    report.warn(format!("{place}.attributes"), format!("its material needs {name}"));
-                }
-            }
+        for primitive in mesh.primitives() {
+            let place = format!("{place}[{}]", primitive.index());
+            indices(document, &primitive, &place, report);
+            attributes(document, &primitive, &format!("{place}.attributes"), report);
         }
     }
     shared_views(document, report);
-    for (n, node) in document.array("nodes").iter().enumerate() {
-        node_and_mesh(document, node, &format!("nodes[{n}]"), report);
-    }
-    for (s, skin) in document.array("skins").iter().enumerate() {
-        if id_of(skin, "inverseBindMatrices").is_some_and(|id| stride(document, id).is_some()) {
-            report.warn(format!("skins[{s}].inverseBindMatrices"), "its buffer view may have no byteStride");
+    document.gltf.nodes().for_each(|node| node_and_mesh(&node, report));
+    for skin in document.gltf.skins() {
+        if skin.inverse_bind_matrices().is_some_and(|accessor| has_stride(document, accessor.index())) {
+            let place = format!("skins[{}].inverseBindMatrices", skin.index());
+            report.warn(place, "its buffer view may have no byteStride");
         }
     }
-    if declared(&document.root, "extensionsUsed", "KHR_mesh_quantization")
-        && !declared(&document.root, "extensionsRequired", "KHR_mesh_quantization")
-    {
+    let required = document.gltf.extensions_required().any(|name| name == "KHR_mesh_quantization");
+    if document.quantized && !required {
         report.warn("extensionsUsed", "KHR_mesh_quantization must be listed in extensionsRequired too");
     }
 }
 
 fn views_and_accessors(document: &Document, report: &mut Report) {
-    for (id, view) in document.array("bufferViews").iter().enumerate() {
-        if !uint(view, "byteStride").is_multiple_of(4) {
+    for id in 0..document.gltf.views().len() {
+        if document.stride(id).is_some_and(|stride| !stride.is_multiple_of(4)) {
             report.warn(format!("bufferViews[{id}].byteStride"), "expected a multiple of 4 bytes");
         }
         if let Err(fault) = document.view(id) {
             report.fault(false, fault);
         }
     }
-    for id in 0..document.array("accessors").len() {
+    for id in 0..document.gltf.accessors().len() {
         match Accessor::new(document, id) {
             Ok(accessor) => accessor.check(report),
             Err(fault) => report.fault(false, fault),
@@ -68,96 +59,103 @@ fn views_and_accessors(document: &Document, report: &mut Report) {
     }
 }
 
-fn view(document: &Document, accessor: usize) -> &Value {
-    let view = id_of(&document.root["accessors"][accessor], "bufferView");
-    view.map_or(&Value::Null, |view| &document.root["bufferViews"][view])
+fn view_of(document: &Document, accessor: usize) -> Option<usize> {
+    id_of(document.json().accessors[accessor].buffer_view)
 }
 
-fn stride(document: &Document, accessor: usize) -> Option<usize> {
-    id_of(view(document, accessor), "byteStride")
+fn has_stride(document: &Document, accessor: usize) -> bool {
+    view_of(document, accessor).is_some_and(|view| document.stride(view).is_some())
 }
 
-fn indices(document: &Document, primitive: &Value, place: &str, report: &mut Report) {
-    let Some(id) = id_of(primitive, "indices") else { return };
-    if stride(document, id).is_some() {
+/// Whether the view behind an accessor is declared for that use.
+fn is_for(document: &Document, accessor: usize, target: Target) -> bool {
+    let view = view_of(document, accessor).map(|view| &document.json().buffer_views[view]);
+    view.is_some_and(|view| view.target == Some(Checked::Valid(target)))
+}
+
+fn indices(document: &Document, primitive: &gltf::Primitive, place: &str, report: &mut Report) {
+    let Some(id) = primitive.indices().map(|accessor| accessor.index()) else { return };
+    if has_stride(document, id) {
         report.warn(format!("{place}.indices"), "its buffer view may have no byteStride");
     }
-    if uint(view(document, id), "target") == VERTEX_TARGET {
+    if is_for(document, id, Target::ArrayBuffer) {
         report.warn(format!("{place}.indices"), "its buffer view is declared for vertices");
     }
 }
 
-fn attributes(document: &Document, primitive: &Value, place: &str, report: &mut Report) {
-    let Some(attributes) = primitive["attributes"].as_object() else { return };
-    let sets = |semantic: &str| attributes.keys().filter(|name| name.starts_with(semantic)).count();
-    if sets("JOINTS_") != sets("WEIGHTS_") {
-        report.warn(format!("{place}.attributes"), "expected as many sets of joints as of weights");
-    }
-    for name in attributes.keys() {
-        let Some(id) = id_of(&primitive["attributes"], name) else { continue };
-        let place = format!("{place}.attributes.{name}");
-        if uint(view(document, id), "target") == INDEX_TARGET {
+fn attributes(document: &Document, primitive: &gltf::Primitive, place: &str, report: &mut Report) {
+    let (mut joints, mut weights) = (0, 0);
+    for (semantic, accessor) in primitive.attributes() {
+        let (id, place) = (accessor.index(), format!("{place}.{}", semantic.to_string()));
+        let before = match semantic {
+            Semantic::TexCoords(set) => set.checked_sub(1).map(Semantic::TexCoords),
+            Semantic::Colors(set) => set.checked_sub(1).map(Semantic::Colors),
+            Semantic::Joints(set) => {
+                joints += 1;
+                set.checked_sub(1).map(Semantic::Joints)
+            }
+            Semantic::Weights(set) => {
+                weights += 1;
+                set.checked_sub(1).map(Semantic::Weights)
+            }
+            _ => None,
+        };
+        if let Some(before) = before.filter(|before| primitive.get(before).is_none()) {
+            report.warn(&*place, format!("without {}", before.to_string()));
+        }
+        if is_for(document, id, Target::ElementArrayBuffer) {
             report.warn(&*place, "its buffer view is declared for indices");
         }
-        let Ok(accessor) = Accessor::new(document, id) else { continue };
-        if accessor.component == Component::U32 {
-            report.warn(&*place, "glTF does not allow 32-bit integers in attributes");
-        }
-        let json = &document.root["accessors"][id];
-        if name == "POSITION" && (items(&json["min"]).is_empty() || items(&json["max"]).is_empty()) {
+        let json = &document.json().accessors[id];
+        let stated = |bound: &Option<Value>| bound.as_ref().and_then(Value::as_array).is_some_and(|b| !b.is_empty());
+        if semantic == Semantic::Positions && !(stated(&json.min) && stated(&json.max)) {
             report.warn(place, "expected min and max");
         }
     }
-}
-
-/// The attributes that a material's textures are placed by.
-fn uv_sets(material: &Value) -> BTreeSet<String> {
-    let mut open = vec![material];
-    let mut names = BTreeSet::new();
-    while let Some(value) = open.pop() {
-        if value.get("index").is_some() {
-            let transform = id_of(&value["extensions"]["KHR_texture_transform"], "texCoord");
-            names.insert(format!("TEXCOORD_{}", transform.unwrap_or(uint(value, "texCoord"))));
-        }
-        open.extend(value.as_object().into_iter().flat_map(|o| o.values()).filter(|v| v.is_object()));
+    if joints != weights {
+        report.warn(place, "expected as many sets of joints as of weights");
     }
-    names
+    for info in materials::textures(&primitive.material()) {
+        let semantic = Semantic::TexCoords(info.uv_set);
+        if primitive.get(&semantic).is_none() {
+            report.warn(place, format!("its material needs {}", semantic.to_string()));
+        }
+    }
 }
 
 /// Vertex attributes that share a view must say how far apart their elements are.
 fn shared_views(document: &Document, report: &mut Report) {
     let mut users: BTreeMap<usize, usize> = BTreeMap::new();
-    for primitive in document.array("meshes").iter().flat_map(|mesh| items(&mesh["primitives"])) {
-        let targets = items(&primitive["targets"]).iter().chain([&primitive["attributes"]]);
-        for attributes in targets {
-            for name in attributes.as_object().into_iter().flat_map(|a| a.keys()) {
-                let Some(id) = id_of(attributes, name) else { continue };
-                let Some(view) = id_of(&document.root["accessors"][id], "bufferView") else { continue };
-                let known = *users.entry(view).or_insert(id);
-                if known != id && document.root["bufferViews"][view].get("byteStride").is_none() {
-                    let message = format!("expected, since accessors[{known}] and accessors[{id}] share the view");
-                    report.warn(format!("bufferViews[{view}].byteStride"), message);
-                }
+    for primitive in document.gltf.meshes().flat_map(|mesh| mesh.primitives()) {
+        let targets = primitive.morph_targets().flat_map(|t| [t.positions(), t.normals(), t.tangents()]).flatten();
+        for accessor in targets.chain(primitive.attributes().map(|(_, accessor)| accessor)) {
+            let id = accessor.index();
+            let Some(view) = view_of(document, id) else { continue };
+            let known = *users.entry(view).or_insert(id);
+            if known != id && document.stride(view).is_none() {
+                let message = format!("expected, since accessors[{known}] and accessors[{id}] share the view");
+                report.warn(format!("bufferViews[{view}].byteStride"), message);
             }
         }
     }
 }
 
-fn node_and_mesh(document: &Document, node: &Value, place: &str, report: &mut Report) {
-    let Some(mesh) = id_of(node, "mesh") else {
-        for key in ["skin", "weights"].into_iter().filter(|key| node.get(key).is_some()) {
-            report.warn(format!("{place}.{key}"), "has no meaning without a mesh");
+fn node_and_mesh(node: &gltf::Node, report: &mut Report) {
+    let place = format!("nodes[{}]", node.index());
+    let Some(mesh) = node.mesh() else {
+        for (key, given) in [("skin", node.skin().is_some()), ("weights", node.weights().is_some())] {
+            if given {
+                report.warn(format!("{place}.{key}"), "has no meaning without a mesh");
+            }
         }
         return;
     };
-    let primitives = items(&document.root["meshes"][mesh]["primitives"]);
-    let targets = primitives.first().map_or(0, |p| items(&p["targets"]).len());
-    let weights = items(&node["weights"]).len();
-    if node.get("weights").is_some() && weights != targets {
-        report
-            .warn(format!("{place}.weights"), format!("expected {targets}, one for each morph target, has {weights}"));
+    let targets = mesh.primitives().next().map_or(0, |primitive| primitive.morph_targets().len());
+    if let Some(weights) = node.weights().filter(|weights| weights.len() != targets) {
+        let message = format!("expected {targets}, one for each morph target, has {}", weights.len());
+        report.warn(format!("{place}.weights"), message);
     }
-    if node.get("skin").is_some() && primitives.iter().any(|p| p["attributes"].get("JOINTS_0").is_none()) {
-        report.warn(format!("{place}.skin"), format!("meshes[{mesh}] has no joints: drawn at its node"));
+    if node.skin().is_some() && mesh.primitives().any(|primitive| primitive.get(&Semantic::Joints(0)).is_none()) {
+        report.warn(format!("{place}.skin"), format!("meshes[{}] has no joints: drawn at its node", mesh.index()));
     }
 }

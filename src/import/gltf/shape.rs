@@ -117,10 +117,7 @@ impl Check<'_> {
             },
             Kind::Attributes => {
                 self.value(value, Kind::IdMap("accessors"), place);
-                let names = value.as_object().into_iter().flat_map(|map| map.keys());
-                for name in names.filter(|name| !name.starts_with('_') && !is_attribute(name)) {
-                    self.report.warn(join(place, name), "ignored: no such attribute in glTF 2.0");
-                }
+                value.as_object().into_iter().flatten().for_each(|(name, id)| self.attribute(name, id, place));
             }
             Kind::IdMaps(array) => self.each(value, Kind::IdMap(array), place),
             Kind::Object(schema) => self.object(value, schema, place),
@@ -157,6 +154,17 @@ impl Check<'_> {
         }
         for (name, value) in map {
             self.reference(value, array, &join(place, name));
+        }
+    }
+
+    /// What is only known here: the gltf crate drops names that it does not know, also those that glTF allows.
+    fn attribute(&mut self, name: &str, id: &Value, place: &str) {
+        if !name.starts_with('_') && !is_attribute(name) {
+            self.report.warn(join(place, name), "ignored: no such attribute in glTF 2.0");
+        }
+        let accessor = whole(id).and_then(|id| self.root["accessors"].get(usize::try_from(id).ok()?));
+        if accessor.is_some_and(|accessor| whole(&accessor["componentType"]) == Some(5125)) {
+            self.report.warn(join(place, name), "glTF does not allow 32-bit integers in attributes");
         }
     }
 

@@ -3,19 +3,29 @@
 //! Materials request images while they are read; all requests are then decoded in parallel, each once. Until the
 //! model joins a library, a map's `ImageId` is the number of its request.
 
-use super::document::{Document, id_of, uint, vec2};
+use super::document::{Document, id_of};
 use super::report::{Fault, Read, Report};
-use super::shape::{declared, whole};
 use crate::import::image::{self as decoder, Unfit};
 use bevy_tasks::ComputeTaskPool;
-use glam::{Affine2, Vec2};
+use glam::Affine2;
+use gltf::json::extensions::texture::TextureTransform;
+use gltf::json::validation::Checked;
+use gltf::texture::{MagFilter, MinFilter, WrappingMode};
 use image::imageops::{self, FilterType};
 use image::{DynamicImage, ImageFormat, RgbaImage};
+use serde::Deserialize;
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use systems::images::{Image, ImageKind};
 use systems::library::{Filter, ImageId, Map, MipFilter, Sampler, Wrap};
+
+/// Texels that the images of any model may have, however small it is.
+const FREE_TEXELS: u64 = decoder::MAX_TEXELS;
+/// Texels per byte of encoded images, beyond that: a few kilobytes of nothing but black do not fill the memory.
+const TEXELS_PER_BYTE: u64 = 64;
+/// Texels that the images of a model may have, however large it is: 1.4 GB with their levels.
+const MAX_TEXELS: u64 = 256 << 20;
 
 /// What an image of the library is made of.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -42,52 +52,87 @@ impl Texture {
     }
 }
 
-/// The texture of a `textureInfo` property; `None` where there is none that we can read.
-pub fn texture(document: &Document, holder: &Value, key: &str, place: &str, report: &mut Report) -> Option<Texture> {
-    let info = holder.get(key)?;
-    let id = uint(info, "index");
-    let texture = &document.root["textures"][id];
-    let extension = |name: &str| id_of(&texture["extensions"][name], "source");
-    let source =
-        extension("EXT_texture_webp").or_else(|| extension("MSFT_texture_dds")).or_else(|| id_of(texture, "source"));
-    let Some(image) = source else {
-        report.warn(format!("textures[{id}]"), "names no image that can be read: drawn without it");
-        return None;
-    };
-    let image = document.first_alike(image);
-    let transform = &info["extensions"]["KHR_texture_transform"];
-    let mut uv_set = id_of(transform, "texCoord").unwrap_or(uint(info, "texCoord"));
-    if uv_set > 1 {
-        report.warn(format!("{place}.{key}.texCoord"), format!("only the first two UV sets are read, not {uv_set}"));
-        uv_set = 0;
-    }
-    let rotation = transform["rotation"].as_f64().unwrap_or(0.0) as f32;
-    // Counter-clockwise as seen, with v pointing down: the negative angle in (u, v).
-    let image_from_mesh_uv = Affine2::from_scale_angle_translation(
-        vec2(transform, "scale", Vec2::ONE),
-        -rotation,
-        vec2(transform, "offset", Vec2::ZERO),
-    );
-    let sampler = id_of(texture, "sampler").map_or(Sampler::default(), |s| sampler(&document.root["samplers"][s]));
-    Some(Texture { image, sampler, uv_set: uv_set as u32, image_from_mesh_uv })
+/// A `textureInfo` property: a texture and how it is placed.
+pub struct Info<'a> {
+    texture: gltf::Texture<'a>,
+    pub uv_set: u32,
+    image_from_mesh_uv: Affine2,
 }
 
-fn sampler(json: &Value) -> Sampler {
-    let wrap = |key: &str| match whole(&json[key]) {
-        Some(33071) => Wrap::Clamp,
-        Some(33648) => Wrap::Mirror,
+impl<'a> From<gltf::texture::Info<'a>> for Info<'a> {
+    fn from(info: gltf::texture::Info<'a>) -> Self {
+        let (texture, uv_set) = (info.texture(), info.tex_coord());
+        let Some(transform) = info.texture_transform() else {
+            return Self { texture, uv_set, image_from_mesh_uv: Affine2::IDENTITY };
+        };
+        let image_from_mesh_uv = placement(transform.offset(), transform.rotation(), transform.scale());
+        Self { texture, uv_set: transform.tex_coord().unwrap_or(uv_set), image_from_mesh_uv }
+    }
+}
+
+impl<'a> From<gltf::material::NormalTexture<'a>> for Info<'a> {
+    fn from(info: gltf::material::NormalTexture<'a>) -> Self {
+        Self::untyped(info.texture(), info.tex_coord(), info.extension_value("KHR_texture_transform"))
+    }
+}
+
+impl<'a> From<gltf::material::OcclusionTexture<'a>> for Info<'a> {
+    fn from(info: gltf::material::OcclusionTexture<'a>) -> Self {
+        Self::untyped(info.texture(), info.tex_coord(), info.extension_value("KHR_texture_transform"))
+    }
+}
+
+impl<'a> Info<'a> {
+    /// The crate knows the extension in plain texture infos alone.
+    fn untyped(texture: gltf::Texture<'a>, uv_set: u32, transform: Option<&Value>) -> Self {
+        let transform = transform.and_then(|value| TextureTransform::deserialize(value).ok()).unwrap_or_default();
+        let image_from_mesh_uv = placement(transform.offset.0, transform.rotation.0, transform.scale.0);
+        Self { texture, uv_set: transform.tex_coord.unwrap_or(uv_set), image_from_mesh_uv }
+    }
+}
+
+/// KHR_texture_transform turns counter-clockwise as seen; with v pointing down that is the negative angle in (u, v).
+fn placement(offset: [f32; 2], rotation: f32, scale: [f32; 2]) -> Affine2 {
+    Affine2::from_scale_angle_translation(scale.into(), -rotation, offset.into())
+}
+
+/// The texture that a property names; `None` where there is none that we can read.
+pub fn texture(document: &Document, info: Info, place: &str, report: &mut Report) -> Option<Texture> {
+    let Info { texture, mut uv_set, image_from_mesh_uv } = info;
+    let json = &document.json().textures[texture.index()];
+    let other = |name: &str| texture.extension_value(name)?["source"].as_u64().map(|id| id as usize);
+    let source = other("EXT_texture_webp").or_else(|| other("MSFT_texture_dds")).unwrap_or(json.source.value());
+    // The crate gives an absent source the greatest index.
+    if source >= document.gltf.images().len() {
+        let place = format!("textures[{}]", texture.index());
+        report.warn(place, "names no image that can be read: drawn without it");
+        return None;
+    }
+    if uv_set > 1 {
+        report.warn(format!("{place}.texCoord"), format!("only the first two UV sets are read, not {uv_set}"));
+        uv_set = 0;
+    }
+    let sampler = id_of(json.sampler).map(|id| sampler(&document.json().samplers[id])).unwrap_or_default();
+    Some(Texture { image: document.first_alike(source), sampler, uv_set, image_from_mesh_uv })
+}
+
+fn sampler(json: &gltf::json::texture::Sampler) -> Sampler {
+    let wrap = |mode| match mode {
+        Checked::Valid(WrappingMode::ClampToEdge) => Wrap::Clamp,
+        Checked::Valid(WrappingMode::MirroredRepeat) => Wrap::Mirror,
         _ => Wrap::Repeat,
     };
-    let mag = if whole(&json["magFilter"]) == Some(9728) { Filter::Nearest } else { Filter::Linear };
-    let (min, mip) = match whole(&json["minFilter"]) {
-        Some(9728) => (Filter::Nearest, MipFilter::None),
-        Some(9729) => (Filter::Linear, MipFilter::None),
-        Some(9984) => (Filter::Nearest, MipFilter::Nearest),
-        Some(9985) => (Filter::Linear, MipFilter::Nearest),
-        Some(9986) => (Filter::Nearest, MipFilter::Linear),
+    let nearest = json.mag_filter == Some(Checked::Valid(MagFilter::Nearest));
+    let (min, mip) = match json.min_filter {
+        Some(Checked::Valid(MinFilter::Nearest)) => (Filter::Nearest, MipFilter::None),
+        Some(Checked::Valid(MinFilter::Linear)) => (Filter::Linear, MipFilter::None),
+        Some(Checked::Valid(MinFilter::NearestMipmapNearest)) => (Filter::Nearest, MipFilter::Nearest),
+        Some(Checked::Valid(MinFilter::LinearMipmapNearest)) => (Filter::Linear, MipFilter::Nearest),
+        Some(Checked::Valid(MinFilter::NearestMipmapLinear)) => (Filter::Nearest, MipFilter::Linear),
         _ => (Filter::Linear, MipFilter::Linear),
     };
-    Sampler { wrap_u: wrap("wrapS"), wrap_v: wrap("wrapT"), mag, min, mip }
+    let mag = if nearest { Filter::Nearest } else { Filter::Linear };
+    Sampler { wrap_u: wrap(json.wrap_s), wrap_v: wrap(json.wrap_t), mag, min, mip }
 }
 
 /// The images that the materials of a model need.
@@ -113,23 +158,61 @@ impl Images {
     pub fn decode(&self, document: &Document, report: &mut Report) -> Vec<Option<Image>> {
         let mut encoded = BTreeMap::new();
         for id in self.requests.iter().flat_map(|r| r.images()) {
-            let bytes = encoded.entry(id).or_insert_with(|| Encoded::new(document, id));
-            if let Err(fault) = bytes {
-                report.error(std::mem::replace(fault, Fault::invalid("", "")));
-                *bytes = Ok(Encoded::default());
-            }
+            encoded.entry(id).or_insert_with(|| {
+                Encoded::new(document, id).unwrap_or_else(|fault| {
+                    report.error(fault);
+                    Encoded::default()
+                })
+            });
         }
-        let encoded: BTreeMap<usize, Encoded> = encoded.into_iter().filter_map(|(id, e)| Some((id, e.ok()?))).collect();
-        systems::set_threads(None);
-        let decoded = ComputeTaskPool::get().scope(|scope| {
-            for request in &self.requests {
-                scope.spawn(async { request.decode(&encoded) });
+        let texels = match self.texels(&encoded) {
+            Ok(texels) => texels,
+            Err(fault) => {
+                report.error(fault);
+                return Vec::new();
             }
-        });
+        };
+        systems::set_threads(None);
+        let (mut decoded, mut start) = (Vec::new(), 0);
+        while start < self.requests.len() {
+            // At once what takes no more memory than a single image may: at least one.
+            let mut sum = 0;
+            let fit = texels[start..].iter().take_while(|&&texels| {
+                sum += texels;
+                sum <= decoder::MAX_TEXELS
+            });
+            let end = start + fit.count().max(1);
+            decoded.extend(ComputeTaskPool::get().scope(|scope| {
+                for request in &self.requests[start..end] {
+                    scope.spawn(async { request.decode(&encoded) });
+                }
+            }));
+            start = end;
+        }
         decoded
             .into_iter()
             .map(|image| image.map_err(|(id, unfit)| complain(id, &unfit, &encoded, report)).ok())
             .collect()
+    }
+
+    /// Texels of each request by the images' headers; an error where they are too many for one model.
+    fn texels(&self, encoded: &BTreeMap<usize, Encoded>) -> Read<Vec<u64>> {
+        let bytes: u64 = encoded.values().map(|e| e.bytes.len() as u64).sum();
+        let most = (FREE_TEXELS + bytes.saturating_mul(TEXELS_PER_BYTE)).min(MAX_TEXELS);
+        let mut total = 0;
+        let mut texels = vec![0; self.requests.len()];
+        for (texels, request) in texels.iter_mut().zip(&self.requests) {
+            for encoded in request.images().filter_map(|id| encoded.get(&id)) {
+                // What cannot be read is said when it is decoded.
+                *texels += decoder::texels(&encoded.bytes, encoded.format).unwrap_or(0);
+                if total + *texels > most {
+                    let message = format!("too many texels in all: of this model's images, {most} are read");
+                    return Err(Fault::unsupported(&*encoded.place, message));
+                }
+            }
+            total += *texels;
+        }
+        Ok(texels)
     }
 }
 
@@ -146,9 +229,8 @@ fn complain(id: usize, unfit: &Unfit, encoded: &BTreeMap<usize, Encoded>, report
 /// Checks all images against glTF's rules, and the headers of those that nothing draws.
 pub fn check(document: &Document, images: &Images, report: &mut Report) {
     let used: BTreeSet<usize> = images.requests.iter().flat_map(|r| r.images()).collect();
-    for id in 0..document.array("images").len() {
-        let view = id_of(&document.root["images"][id], "bufferView");
-        if view.is_some_and(|v| document.root["bufferViews"][v].get("byteStride").is_some()) {
+    for (id, json) in document.json().images.iter().enumerate() {
+        if id_of(json.buffer_view).is_some_and(|view| document.stride(view).is_some()) {
             report.warn(format!("images[{id}].bufferView"), "the view of an image may have no byteStride");
         }
         let used = used.contains(&id);
@@ -157,7 +239,7 @@ pub fn check(document: &Document, images: &Images, report: &mut Report) {
             Err(_) => {}
             Ok(encoded) => {
                 check_format(document, &encoded, report);
-                if let (false, Err(unfit)) = (used, decoder::size(&encoded.bytes, encoded.format)) {
+                if let (false, Err(unfit)) = (used, decoder::texels(&encoded.bytes, encoded.format)) {
                     report.fault(false, Fault::invalid(encoded.place, unfit.to_string()));
                 }
             }
@@ -168,10 +250,11 @@ pub fn check(document: &Document, images: &Images, report: &mut Report) {
 /// glTF itself knows PNG and JPEG; extensions add WebP and DDS.
 fn check_format(document: &Document, encoded: &Encoded, report: &mut Report) {
     let Some(format) = decoder::guess(&encoded.bytes, encoded.format) else { return };
+    let declared = |extension: &str| document.gltf.extensions_used().any(|name| name == extension);
     let allowed = match format {
         ImageFormat::Png | ImageFormat::Jpeg => true,
-        ImageFormat::WebP => declared(&document.root, "extensionsUsed", "EXT_texture_webp"),
-        ImageFormat::Dds => declared(&document.root, "extensionsUsed", "MSFT_texture_dds"),
+        ImageFormat::WebP => declared("EXT_texture_webp"),
+        ImageFormat::Dds => declared("MSFT_texture_dds"),
         _ => false,
     };
     if !allowed {
@@ -196,11 +279,11 @@ struct Encoded {
 
 impl Encoded {
     fn new(document: &Document, id: usize) -> Read<Self> {
-        let json = &document.root["images"][id];
-        let uri = json["uri"].as_str().filter(|uri| !uri.starts_with("data:"));
-        let by_type = json["mimeType"].as_str().and_then(ImageFormat::from_mime_type);
+        let json = &document.json().images[id];
+        let uri = json.uri.as_deref().filter(|uri| !uri.starts_with("data:"));
+        let by_type = json.mime_type.as_ref().and_then(|kind| ImageFormat::from_mime_type(&kind.0));
         let stem = uri.and_then(|uri| Path::new(uri).file_stem()).map(|stem| stem.to_string_lossy().into_owned());
-        let name = json["name"].as_str().map(str::to_owned).or(stem).unwrap_or_else(|| format!("image {id}"));
+        let name = json.name.clone().or(stem).unwrap_or_else(|| format!("image {id}"));
         let place = match uri {
             Some(uri) => format!("images[{id}] ({uri})"),
             None => format!("images[{id}]"),

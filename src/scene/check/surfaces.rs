@@ -12,7 +12,9 @@ impl<'a> Check<'a> {
         self.sampler(m.sampler);
         self.uv(m.uv);
         self.color("base_factor", m.base_factor, BRIGHTEST);
-        self.color("specular_factor", m.specular_factor, BRIGHTEST);
+        if let Some(color) = m.specular_factor {
+            self.color("specular_factor", color, BRIGHTEST);
+        }
         self.color("emissive_factor", m.emissive_factor, BRIGHTEST);
         self.number("normal_scale", m.normal_scale, -100.0, 100.0);
         self.number("shininess", m.shininess, 0.0, 1e5);
