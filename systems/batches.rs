@@ -155,7 +155,7 @@ mod tests {
         assert!(simulation.draw_list().instances.dirty.is_empty());
         simulation.world.get_mut::<Transform>(entities[12]).unwrap().translation.y = 1.0;
         simulation.frame();
-        assert!(simulation.draw_list().instances.dirty.ranges(0).into_iter().eq([12..13]));
+        assert_eq!(format!("{:?}", simulation.draw_list().instances.dirty.ranges(0)), "[12..13]");
         assert_eq!(simulation.draw_list().batches_version, version);
     }
 

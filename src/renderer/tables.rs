@@ -74,10 +74,11 @@ impl GrowingBuffer {
         everything: bool,
     ) -> Result<u64, RenderError> {
         let size = size_of::<T>();
-        let lost = self.reserve(&gpu.device, (records.len() * size) as u64)?;
-        let ranges = if lost || everything { vec![0..records.len() as u32] } else { dirty.ranges(gap(size)) };
+        let lost = self.reserve(&gpu.device, size_of_val(records) as u64)?;
+        let all = 0..records.len() as u32;
+        let (all, some) = if lost || everything { (Some(all), Vec::new()) } else { (None, dirty.ranges(gap(size))) };
         let mut written = 0;
-        for range in ranges {
+        for range in all.into_iter().chain(some) {
             let bytes: &[u8] = bytemuck::cast_slice(&records[range.start as usize..range.end as usize]);
             if !bytes.is_empty() {
                 gpu.queue.write_buffer(&self.buffer, u64::from(range.start) * size as u64, bytes);
