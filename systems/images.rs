@@ -36,7 +36,7 @@ impl Texels {
 }
 
 /// An image with all its mip levels, top left first, rows tightly packed.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, PartialEq)]
 pub struct Image {
     /// For people.
     pub name: String,
@@ -50,6 +50,14 @@ pub struct Image {
     pub texels: Texels,
     /// Level 0 is the image itself, the last is 1×1.
     pub levels: Vec<Vec<u8>>,
+}
+
+/// Without the texels, which would be millions of numbers.
+impl std::fmt::Debug for Image {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        let Self { name, width, height, kind, texels, .. } = self;
+        write!(f, "Image {{ {name:?}, {width}x{height}, {kind:?}, {texels:?} }}")
+    }
 }
 
 /// Mip levels of an image of that size, down to 1×1.

@@ -491,7 +491,9 @@ fn a_model_with_light_and_camera_keeps_its_own() {
     let scene = scene::load(&folder.file("own.gltf", text), &mut simulation).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(all::<Light>(&mut simulation.world).len(), 1);
     assert_eq!(scene.cameras.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>(), ["panel"]);
-    assert_eq!(*simulation.world.resource::<Environment>(), Environment::default());
+    let environment = simulation.world.resource::<Environment>();
+    assert_eq!(*environment, Environment { exposure: environment.exposure, ..Environment::default() });
+    assert!((0.05..=1.0).contains(&environment.exposure), "{}", environment.exposure);
 }
 
 #[test]

@@ -7,6 +7,7 @@ use glam::Vec3;
 use systems::Simulation;
 use systems::bounds::{Aabb, WorldBounds};
 use systems::components::{Camera, Environment, Light, Projection};
+use systems::draw_list::LightRecord;
 use systems::library::MeshId;
 use systems::lights::irradiance;
 use systems::relevance::LUMINANCE;
@@ -54,7 +55,14 @@ pub fn expose(simulation: &mut Simulation) {
     simulation.frame();
     let lights = simulation.draw_list().lights.records.clone();
     let mut objects = simulation.world.query_filtered::<&WorldBounds, With<MeshId>>();
-    let at = |bounds: &WorldBounds| lights.iter().map(|l| irradiance(l, bounds.0.center).dot(LUMINANCE)).sum::<f32>();
+    let at = |bounds: &WorldBounds| {
+        // Not nearer to the light than the object's radius: a lamp within its own shade would outshine the sun.
+        let point = |light: &LightRecord| {
+            let offset = bounds.0.center - Vec3::from(light.position);
+            Vec3::from(light.position) + offset.normalize_or(Vec3::Y) * offset.length().max(bounds.0.radius)
+        };
+        lights.iter().map(|light| irradiance(light, point(light)).dot(LUMINANCE)).sum::<f32>()
+    };
     let mut received: Vec<f32> = objects.iter(&simulation.world).map(at).filter(|e| *e > 0.0).collect();
     received.sort_by(f32::total_cmp);
     let Some(&middle) = received.get(received.len() / 2) else { return };

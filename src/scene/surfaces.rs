@@ -44,7 +44,6 @@ pub struct Material {
     pub base_map: Option<MapSource>,
     pub normal_scale: f32,
     pub normal_map: Option<MapSource>,
-    /// None: what the shading model reflects by default.
     pub specular_factor: Option<Color>,
     pub specular_strength: f32,
     pub specular_map: Option<MapSource>,
