@@ -7,7 +7,6 @@ override SHADING: u32 = 0u;
 override ALPHA: u32 = 0u;
 override TRANSFORMED_UVS: bool = true;
 override LIGHTS: u32 = 0u;
-override DEBUG: u32 = 0u;
 
 const ALPHA_OPAQUE = 0u;
 const ALPHA_MASK = 1u;
@@ -15,12 +14,6 @@ const ALPHA_BLEND = 2u;
 
 const LIGHTS_SELECTED = 0u;
 const LIGHTS_ALL = 1u;
-
-const DEBUG_BASE = 1u;
-const DEBUG_NORMAL = 2u;
-const DEBUG_TANGENT = 3u;
-const DEBUG_LIGHT_COUNT = 4u;
-const DEBUG_THREE_LIGHTS = 5u;
 
 @group(1) @binding(0) var base_maps: texture_2d_array<f32>;
 @group(1) @binding(1) var normal_maps: texture_2d_array<f32>;
@@ -222,39 +215,6 @@ fn lit(surface: Surface, slot: u32, occlusion: f32) -> vec3f {
     return color;
 }
 
-fn debug_color(surface: Surface, base: vec3f, slot: u32, in: VertexOut) -> vec3f {
-    if DEBUG == DEBUG_BASE {
-        return base;
-    } else if DEBUG == DEBUG_NORMAL {
-        return surface.normal * 0.5 + 0.5;
-    } else if DEBUG == DEBUG_TANGENT {
-        return normalize(in.tangent.xyz) * 0.5 + 0.5;
-    }
-    let headlight = 0.25 + 0.75 * abs(dot(surface.normal, surface.toward_eye));
-    if DEBUG == DEBUG_THREE_LIGHTS {
-        // Red, green and blue: how much each of the three gives here.
-        var given = vec3f(0.02);
-        for (var i = 0u; i < 3u; i++) {
-            let light = instances[slot].lights[i];
-            if light != NO_LIGHT {
-                let here = arriving(light, surface.position);
-                let n_l = max(dot(surface.normal, here.toward), 0.0);
-                given[i] += instances[slot].weights[i] * luminance(here.color) * n_l;
-            }
-        }
-        let picked = select(0.5, 1.0, instances[slot].entity == view.picked_entity);
-        return given * picked;
-    }
-    // Light count: how many reach the pixel, 0 blue to 8 and more red.
-    var count = 0.0;
-    for (var i = 0u; i < view.light_count; i++) {
-        let here = arriving(i, surface.position);
-        count += select(0.0, 1.0, luminance(abs(here.color)) > 1e-4);
-    }
-    let heat = saturate(count / 8.0);
-    return headlight * saturate(vec3f(2.0 * heat, 2.0 - abs(4.0 * heat - 2.0), 1.5 - 3.0 * heat));
-}
-
 @fragment
 fn fs_main(in: VertexOut, @builtin(front_facing) front: bool) -> @location(0) vec4f {
     let uvs = Uvs(in.uvs, dpdx(in.uvs), dpdy(in.uvs));
@@ -270,7 +230,7 @@ fn fs_main(in: VertexOut, @builtin(front_facing) front: bool) -> @location(0) ve
     surface.toward_eye = select(normalize(view.eye - in.position), view.toward_eye, view.parallel == 1u);
     var color = surface.diffuse;
     if DEBUG != 0u {
-        color = debug_color(surface, base.rgb, in.slot, in);
+        color = debug_color(surface, base.rgb, in.slot, in.tangent.xyz);
     } else if SHADING != SHADING_UNLIT {
         var occlusion = 1.0;
         var emission = sample(emissive_maps, emissive_sampler, materials[material].maps[MAP_EMISSIVE], uvs).rgb

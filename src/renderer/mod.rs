@@ -15,15 +15,19 @@
 
 mod gpu;
 mod meshes;
+mod outputs;
 mod pipelines;
 mod readback;
+mod settings;
 pub mod shaders;
 mod tables;
 mod targets;
 mod textures;
 
 pub use gpu::{Gpu, GpuError};
+pub use outputs::Outputs;
 pub use readback::read_texture;
+pub use settings::{DebugView, Settings};
 
 use meshes::Meshes;
 use pipelines::{OUTPUT_FORMATS, Pass, Pipelines};
@@ -54,55 +58,6 @@ pub enum RenderError {
     },
 }
 
-/// What to look at instead of the lit picture.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
-pub enum DebugView {
-    /// The lit picture.
-    #[default]
-    Off,
-    /// Base colour.
-    Base,
-    /// Shading normal, world space, 0..1.
-    Normal,
-    /// Vertex tangent, world space, 0..1.
-    Tangent,
-    /// How many lights reach each pixel.
-    LightCount,
-    /// What each of the object's three lights gives, as red, green and blue; the picked object brighter.
-    ThreeLights,
-}
-
-impl DebugView {
-    /// All views with their names.
-    pub const ALL: [(&'static str, Self); 6] = [
-        ("off", Self::Off),
-        ("base", Self::Base),
-        ("normal", Self::Normal),
-        ("tangent", Self::Tangent),
-        ("light_count", Self::LightCount),
-        ("three_lights", Self::ThreeLights),
-    ];
-}
-
-/// Choices for a whole view.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Settings {
-    /// Draws every material with this technique.
-    pub technique: Option<Technique>,
-    /// Shows something else than light.
-    pub debug: DebugView,
-    /// Samples per pixel: 4, or 1 for comparing single samples.
-    pub samples: u32,
-    /// The entity (its index) that debug views point out.
-    pub picked_entity: Option<u32>,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self { technique: None, debug: DebugView::Off, samples: 4, picked_entity: None }
-    }
-}
-
 /// What the last prepare and draw did.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct RenderStats {
@@ -128,44 +83,6 @@ impl RenderStats {
     /// All bytes uploaded.
     pub fn uploaded_bytes(&self) -> u64 {
         self.instance_bytes + self.light_bytes + self.material_bytes + self.slot_bytes + self.asset_bytes
-    }
-}
-
-/// Normal, id and depth of a view, for pictures other than colour and for picking.
-#[derive(Debug)]
-pub struct Outputs {
-    /// Pixels.
-    pub width: u32,
-    /// Pixels.
-    pub height: u32,
-    normal: wgpu::Texture,
-    id: wgpu::Texture,
-    depth: wgpu::Texture,
-}
-
-impl Outputs {
-    /// World-space shading normals, one per pixel; zero where there is nothing.
-    pub fn normals(&self, gpu: &Gpu) -> Vec<[f32; 3]> {
-        let bytes = read_texture(gpu, &self.normal, wgpu::TextureAspect::All);
-        let half = |b: &[u8]| half::f16::from_le_bytes([b[0], b[1]]).to_f32();
-        bytes.chunks_exact(8).map(|t| [half(&t[0..]), half(&t[2..]), half(&t[4..])]).collect()
-    }
-
-    /// Entity index of each pixel; `None` where there is nothing.
-    pub fn entities(&self, gpu: &Gpu) -> Vec<Option<u32>> {
-        let bytes = read_texture(gpu, &self.id, wgpu::TextureAspect::All);
-        bytes.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]).checked_sub(1)).collect()
-    }
-
-    /// Distance along the viewing direction in metres, one per pixel; infinite where there is nothing.
-    pub fn depths(&self, gpu: &Gpu, view: &View) -> Vec<f32> {
-        let bytes = read_texture(gpu, &self.depth, wgpu::TextureAspect::DepthOnly);
-        let view_from_clip = view.clip_from_view().inverse();
-        let metres = |depth: f32| {
-            let p = view_from_clip * glam::Vec4::new(0.0, 0.0, depth, 1.0);
-            if depth == 0.0 { f32::INFINITY } else { -p.z / p.w }
-        };
-        bytes.chunks_exact(4).map(|b| metres(f32::from_le_bytes([b[0], b[1], b[2], b[3]]))).collect()
     }
 }
 

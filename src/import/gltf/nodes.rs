@@ -40,6 +40,9 @@ pub fn read(document: &Document, report: &mut Report) -> Read<Hierarchy> {
     let (mut nodes, mut parent_from_node) = (Vec::new(), Vec::new());
     for (node, children) in document.gltf.nodes().zip(children) {
         let (transform, matrix) = placement(document, &node, report);
+        if !transform.is_finite() {
+            return Err(Fault::invalid(format!("nodes[{}]", node.index()), "its place in the scene is not finite"));
+        }
         parent_from_node.push(matrix);
         nodes.push(Node {
             name: name_or(node.name(), || format!("node {}", node.index())),
