@@ -1,12 +1,14 @@
 //! glTF 2.0 into a [`Model`].
 //!
-//! [`container`] yields the JSON, [`shape`] checks every property and reference in it against [`schema`], [`document`] and [`accessors`]
-//! give bounds-checked access to the data; on these stand [`nodes`], [`parts`], [`meshes`], [`materials`] and
-//! [`textures`]; [`rules`] are what nothing else depends on. All report to one [`report::Report`] and go on, so that loading and checking are the same reading.
-//! Nothing joins the library before the whole file has been found sound.
+//! [`container`] yields the JSON, [`shape`] checks every property and reference in it against [`schema`], and [`typed`]
+//! turns it into the types of the gltf crate. [`document`] and [`accessors`] give bounds-checked access to the data; on
+//! these stand [`nodes`], [`parts`], [`meshes`], [`materials`] and [`textures`]; [`rules`] are what nothing else depends
+//! on. All report to one [`report::Report`] and go on, so that loading and checking are the same reading. Nothing joins
+//! the library before the whole file has been found sound.
 //!
-//! The JSON is read as plain values rather than through the types of a glTF crate: those stop at the first fault
-//! without saying where, or refuse files that the specification allows.
+//! Of the gltf crate the types and their links are used. Its validation is not: it stops at the first fault of a type
+//! without saying where, refuses files that the specification allows, and panics on an index out of range. Nor are its
+//! readers of buffers and chunks, which trust every offset.
 
 mod accessors;
 mod container;
