@@ -8,6 +8,7 @@ pub mod import;
 pub mod name;
 pub mod output;
 pub mod prelude;
+pub mod problem;
 pub mod renderer;
 pub mod scene;
 pub mod video;

@@ -3,7 +3,8 @@
 
 mod common;
 
-use relief::import::{ImportError, Problem, check_model, load_image, load_model};
+use relief::import::{ImportError, check_model, load_image, load_model};
+use relief::problem::{Problem, Severity};
 use serde_json::{Value, json};
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -160,9 +161,9 @@ fn checking_agrees_with_loading_and_names_every_place() {
     for row in manifest(&folder).into_iter().filter(|r| r.file.ends_with(".gltf") || r.file.ends_with(".glb")) {
         let path = folder.join(&row.file);
         let problems = check_model(&path);
-        let is_error = |p: &&Problem| p.severity == relief::import::Severity::Error;
+        let is_error = |p: &&Problem| p.severity == Severity::Error;
         let first = problems.iter().find(is_error).map(ToString::to_string);
-        let refused = load_model(&path, &mut Library::default()).err().map(|e| format!("error: {e}"));
+        let refused = load_model(&path, &mut Library::default()).err().map(|e| e.to_string());
         assert_eq!(first, refused, "{}", row.file);
         assert!(problems.iter().all(|p| !p.place.is_empty() && !p.message.is_empty()), "{}: {problems:?}", row.file);
     }

@@ -10,6 +10,7 @@ mod model;
 
 pub use model::{Model, Node};
 
+use crate::problem::Problem;
 use bevy_tasks::ComputeTaskPool;
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -51,50 +52,18 @@ impl fmt::Display for Warning {
     }
 }
 
-/// How bad a [`Problem`] is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Severity {
-    /// The file loads, and something in it is left out or corrected.
-    Warning,
-    /// The file is refused.
-    Error,
-}
-
-/// One thing wrong with a file, as `relief check` lists it.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Problem {
-    /// Whether the file is refused for it.
-    pub severity: Severity,
-    /// The file.
-    pub path: PathBuf,
-    /// Where in it, as in [`ImportError`].
-    pub place: String,
-    /// What was expected, or what is the matter.
-    pub message: String,
-}
-
-impl fmt::Display for Problem {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let severity = match self.severity {
-            Severity::Warning => "warning",
-            Severity::Error => "error",
-        };
-        write!(f, "{severity}: {}: {}: {}", self.path.display(), self.place, self.message)
-    }
-}
-
 impl From<ImportError> for Problem {
     fn from(error: ImportError) -> Self {
         let (ImportError::Unreadable { path, place, message }
         | ImportError::Invalid { path, place, message }
         | ImportError::Unsupported { path, place, message }) = error;
-        Self { severity: Severity::Error, path, place, message }
+        Self { place, ..Self::error(&path, message) }
     }
 }
 
 impl From<Warning> for Problem {
     fn from(Warning { path, place, message }: Warning) -> Self {
-        Self { severity: Severity::Warning, path, place, message }
+        Self { place, ..Self::warning(&path, message) }
     }
 }
 

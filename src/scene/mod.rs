@@ -24,13 +24,14 @@ mod spawn;
 mod surfaces;
 mod values;
 
-use crate::import::{self, Severity};
+use crate::import;
+use crate::problem::Problem;
 use bevy_ecs::prelude::*;
 use files::Items;
 use ron::extensions::Extensions;
 use spawn::Spawned;
 use std::fmt;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use systems::Simulation;
 use systems::clock::Clock;
 use systems::components::Environment;
@@ -48,37 +49,6 @@ pub struct LoadedScene {
     pub cameras: Vec<(String, Entity)>,
     /// What a person should know though the scene loaded.
     pub warnings: Vec<String>,
-}
-
-/// One thing wrong with a scene file. Its text names the place: `path:line:column: field: what was expected`.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Problem {
-    /// Whether the scene is refused for it.
-    pub severity: Severity,
-    /// The file.
-    pub path: PathBuf,
-    /// Line and column, both from 1; `None` where the whole file is meant, or the file has no lines.
-    pub line_column: Option<(usize, usize)>,
-    /// The field, like `entities[3].light.range`; empty where there is none.
-    pub place: String,
-    /// What is the matter, and what was expected.
-    pub message: String,
-}
-
-impl fmt::Display for Problem {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        write!(f, "{}", self.path.display())?;
-        if let Some((line, column)) = self.line_column {
-            write!(f, ":{line}:{column}")?;
-        }
-        if self.severity == Severity::Warning {
-            write!(f, ": warning")?;
-        }
-        if !self.place.is_empty() {
-            write!(f, ": {}", self.place)?;
-        }
-        write!(f, ": {}", self.message)
-    }
 }
 
 /// Why a scene is refused: the problems, at least one. Its text is the first and how many more there are.
@@ -131,7 +101,7 @@ pub fn check(path: &Path) -> Vec<Problem> {
         return import::check_model(path).into_iter().map(|p| import_problem(path, p)).collect();
     }
     match prepare(path, &mut Library::default()) {
-        Ok(prepared) => prepared.warnings.into_iter().map(|message| warning(path, message)).collect(),
+        Ok(prepared) => prepared.warnings.into_iter().map(|message| Problem::warning(path, message)).collect(),
         Err(error) => error.problems,
     }
 }
@@ -275,22 +245,14 @@ fn clock(c: &format::Clock) -> Clock {
 }
 
 fn problem(path: &Path, line_column: Option<(usize, usize)>, message: impl fmt::Display) -> Problem {
-    Problem {
-        severity: Severity::Error,
-        path: path.into(),
-        line_column,
-        place: String::new(),
-        message: message.to_string(),
-    }
-}
-
-fn warning(path: &Path, message: String) -> Problem {
-    Problem { severity: Severity::Warning, ..problem(path, None, message) }
+    Problem { line_column, ..Problem::error(path, message) }
 }
 
 /// The import's problem with a model as the scene's.
-fn import_problem(path: &Path, problem: import::Problem) -> Problem {
-    let import::Problem { severity, path: file, place, message } = problem;
-    let place = if file == path { place } else { format!("{}: {place}", file.display()) };
-    Problem { severity, path: path.into(), line_column: None, place, message }
+fn import_problem(path: &Path, problem: Problem) -> Problem {
+    if problem.path == path {
+        return problem;
+    }
+    let place = format!("{}: {}", problem.path.display(), problem.place);
+    Problem { path: path.into(), place, ..problem }
 }

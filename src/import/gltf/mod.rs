@@ -29,7 +29,8 @@ mod uri;
 
 pub use uri::read_file;
 
-use super::{ImportError, Model, Problem};
+use super::{ImportError, Model};
+use crate::problem::Problem;
 use document::Document;
 use report::{Fault, Read, Report};
 use serde_json::Value;
