@@ -178,3 +178,30 @@ fn begin_frame(
         list.environment = environment.clone();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::components::Spin;
+    use bevy_transform::components::Transform;
+
+    #[test]
+    fn the_order_of_systems_is_unambiguous() {
+        let mut world = Simulation::new().world;
+        assert!(frame_schedule().initialize(&mut world).is_ok());
+        assert!(step_schedule().initialize(&mut world).is_ok());
+    }
+
+    #[test]
+    fn a_system_whose_order_matters_and_is_not_said_is_refused() {
+        fn shake(mut moving: Query<&mut Transform, With<Spin>>) {
+            moving.iter_mut().for_each(|mut transform| transform.translation.y += 1.0);
+        }
+        let mut simulation = Simulation::new();
+        simulation.step_schedule.add_systems(shake);
+        assert!(simulation.step_schedule.initialize(&mut simulation.world).is_err());
+        let mut ordered = Simulation::new();
+        ordered.step_schedule.add_systems(shake.after(motion::spin));
+        assert!(ordered.step_schedule.initialize(&mut ordered.world).is_ok());
+    }
+}

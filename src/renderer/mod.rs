@@ -37,7 +37,7 @@ use systems::draw_list::{Batch, DirtySlots, DrawList, ViewRecord};
 use systems::library::{Library, Technique};
 use systems::view::View;
 use tables::GrowingBuffer;
-use targets::{DEPTH_FORMAT, Targets};
+use targets::{DEPTH_FORMAT, Targets, whole_view};
 use textures::Textures;
 
 /// The format of pictures that are written or compared; a window's surface has the like.
@@ -347,8 +347,7 @@ impl Renderer {
         let make = |label, format| targets::texture(&self.gpu.device, label, size, format, 1, usage);
         let (normal, id) = (make("normals", OUTPUT_FORMATS[0]), make("ids", OUTPUT_FORMATS[1]));
         let depth = make("output depth", DEPTH_FORMAT);
-        let view = |texture: &wgpu::Texture| texture.create_view(&wgpu::TextureViewDescriptor::default());
-        let views = [view(&normal), view(&id), view(&depth)];
+        let views = [whole_view(&normal, "normals"), whole_view(&id, "ids"), whole_view(&depth, "output depth")];
         let label = wgpu::CommandEncoderDescriptor { label: Some("outputs") };
         let mut encoder = self.gpu.device.create_command_encoder(&label);
         {
@@ -399,7 +398,7 @@ impl Renderer {
         let Some(size) = self.targets.as_ref().map(|t| (t.width, t.height)) else { return image::RgbaImage::default() };
         let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
         let texture = targets::texture(&self.gpu.device, "picture", size, PICTURE_FORMAT, 1, usage);
-        self.draw(&texture.create_view(&wgpu::TextureViewDescriptor::default()), PICTURE_FORMAT);
+        self.draw(&whole_view(&texture, "picture"), PICTURE_FORMAT);
         let bytes = read_texture(&self.gpu, &texture, wgpu::TextureAspect::All);
         image::RgbaImage::from_raw(size.0, size.1, bytes).unwrap_or_default()
     }

@@ -32,10 +32,10 @@ impl Targets {
         let readable = attachment | wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_SRC;
         let size = (width, height);
         let hdr_texture = texture(device, "hdr", size, HDR_FORMAT, 1, readable);
-        let hdr = hdr_texture.create_view(&wgpu::TextureViewDescriptor::default());
+        let hdr = whole_view(&hdr_texture, "hdr");
         let color = if samples > 1 {
             let multisampled = texture(device, "hdr multisampled", size, HDR_FORMAT, samples, attachment);
-            multisampled.create_view(&wgpu::TextureViewDescriptor::default())
+            whole_view(&multisampled, "hdr multisampled")
         } else {
             hdr.clone()
         };
@@ -45,7 +45,7 @@ impl Targets {
             layout: tone_map_layout,
             entries: &[wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(&hdr) }],
         });
-        let depth = depth.create_view(&wgpu::TextureViewDescriptor::default());
+        let depth = whole_view(&depth, "depth");
         Self { width, height, samples, color, hdr, hdr_texture, depth, tone_map_source }
     }
 }
@@ -69,4 +69,9 @@ pub(super) fn texture(
         usage,
         view_formats: &[],
     })
+}
+
+/// A view of all of a texture.
+pub(super) fn whole_view(texture: &wgpu::Texture, label: &str) -> wgpu::TextureView {
+    texture.create_view(&wgpu::TextureViewDescriptor { label: Some(label), ..wgpu::TextureViewDescriptor::default() })
 }
