@@ -32,6 +32,7 @@ lacks() {
         x11:Linux) ! has_libraries libX11.so.6 libX11-xcb.so.1 libXcursor.so.1 libXi.so.6 libxkbcommon-x11.so.0 ;;
         wayland:Linux) ! has_libraries libwayland-client.so.0 libxkbcommon.so.0 ;;
         xvfb:Linux) ! { has Xvfb && has xdotool; } ;;
+        validation:Linux) [ ! -e /usr/share/vulkan/explicit_layer.d/VkLayer_khronos_validation.json ] ;;
         *) return 1 ;;
     esac
 }
@@ -57,6 +58,7 @@ describe() {
         driver) say 'a Vulkan driver' ;;
         x11 | wayland) say 'the libraries that open a window' ;;
         xvfb) say 'Xvfb and xdotool (for the tests of the window)' ;;
+        validation) say 'the Vulkan validation layer (for the tests of the renderer)' ;;
     esac
 }
 
@@ -67,16 +69,19 @@ packages_for() {
         apt-get:x11) say libx11-6 libx11-xcb1 libxcursor1 libxi6 libxkbcommon-x11-0 ;;
         apt-get:wayland) say libwayland-client0 libxkbcommon0 ;;
         apt-get:xvfb) say xvfb xdotool ;;
+        apt-get:validation) say vulkan-validationlayers ;;
         dnf:compiler) say gcc ;;
         dnf:driver) say vulkan-loader mesa-vulkan-drivers ;;
         dnf:x11) say libX11 libX11-xcb libXcursor libXi libxkbcommon-x11 ;;
         dnf:wayland) say libwayland-client libxkbcommon ;;
         dnf:xvfb) say xorg-x11-server-Xvfb xdotool ;;
+        dnf:validation) say vulkan-validation-layers ;;
         pacman:compiler) say gcc ;;
         pacman:driver) say vulkan-icd-loader vulkan-swrast ;;
         pacman:x11) say libx11 libxcursor libxi libxkbcommon-x11 ;;
         pacman:wayland) say wayland libxkbcommon ;;
         pacman:xvfb) say xorg-server-xvfb xdotool ;;
+        pacman:validation) say vulkan-validation-layers ;;
     esac
 }
 

@@ -19,6 +19,18 @@ fn tangent_frame(normal: vec3f, tangent: vec4f) -> Frame {
     return Frame(t, cross(n, t) * tangent.w, n);
 }
 
+// The frame along the axes of the image where a UV transform turns or mirrors it. T lies along the mesh's +u and B along
+// its −v, so the image's axes are the columns of the inverse of the transform, taken in that frame. Lengths do not
+// count: a texture that repeats twice as often is as steep.
+fn turned_frame(frame: Frame, image_from_mesh_uv: vec4f) -> Frame {
+    let m = image_from_mesh_uv; // columns (m.x, m.y), (m.z, m.w)
+    let side = select(1.0, -1.0, m.x * m.w - m.z * m.y < 0.0);
+    let t = side * (frame.tangent * m.w + frame.bitangent * m.y);
+    let b = side * (frame.tangent * m.z + frame.bitangent * m.x);
+    return Frame(normalize(t), normalize(b), frame.normal);
+}
+
+// A texel of the normal map as a unit vector: 2·rgb − 1, its xy scaled.
 fn tangent_space_normal(texel: vec3f, scale: f32) -> vec3f {
     var n = texel * 2.0 - 1.0;
     n = vec3f(n.xy * scale, n.z);

@@ -49,6 +49,11 @@ struct VertexOut {
     @location(5) @interpolate(flat) slot: u32,
 }
 
+fn unit_or(v: vec3f, otherwise: vec3f) -> vec3f {
+    let squared = dot(v, v);
+    return select(otherwise, v * inverseSqrt(max(squared, 1e-38)), squared > 1e-38);
+}
+
 @vertex
 fn vs_main(in: VertexIn, @builtin(instance_index) instance_index: u32) -> VertexOut {
     let slot = slots[instance_index];
@@ -60,14 +65,15 @@ fn vs_main(in: VertexIn, @builtin(instance_index) instance_index: u32) -> Vertex
     let y = vec3f(rows[0].y, rows[1].y, rows[2].y);
     let z = vec3f(rows[0].z, rows[1].z, rows[2].z);
     let y_z = cross(y, z);
-    let handedness = sign(dot(x, y_z));
+    // Not sign(): an object flattened to nothing in one direction still has a front.
+    let handedness = select(1.0, -1.0, dot(x, y_z) < 0.0);
     let normal = handedness * (y_z * in.normal.x + cross(z, x) * in.normal.y + cross(x, y) * in.normal.z);
     let tangent = x * in.tangent.x + y * in.tangent.y + z * in.tangent.z;
     var out: VertexOut;
     out.clip_position = view.clip_from_world * vec4f(position, 1.0);
     out.position = position;
-    out.normal = normalize(normal);
-    out.tangent = vec4f(normalize(tangent), in.tangent.w * handedness);
+    out.normal = unit_or(normal, vec3f(0.0, 1.0, 0.0));
+    out.tangent = vec4f(unit_or(tangent, vec3f(1.0, 0.0, 0.0)), in.tangent.w * handedness);
     out.uvs = in.uvs;
     out.color = in.color;
     out.slot = slot;
@@ -120,7 +126,11 @@ fn shading_normal(material: u32, in: VertexOut, uvs: Uvs, front: bool) -> vec3f 
     var normal = normalize(in.normal);
     if TECHNIQUE == TECHNIQUE_NORMAL {
         let texel = sample(normal_maps, normal_sampler, materials[material].maps[MAP_NORMAL], uvs).xyz;
-        normal = normal_mapped(tangent_frame(in.normal, in.tangent), texel, materials[material].normal_scale);
+        var frame = tangent_frame(in.normal, in.tangent);
+        if TRANSFORMED_UVS {
+            frame = turned_frame(frame, materials[material].maps[MAP_NORMAL].image_from_mesh_uv);
+        }
+        normal = normal_mapped(frame, texel, materials[material].normal_scale);
     } else if TECHNIQUE == TECHNIQUE_PERTURBED_NORMAL {
         let layer = materials[material].maps[MAP_HEIGHT].layer;
         let uv = image_uv(materials[material].maps[MAP_HEIGHT], uvs);
@@ -243,6 +253,9 @@ fn fs_main(in: VertexOut, @builtin(front_facing) front: bool) -> @location(0) ve
             emission *= base.rgb;
         }
         color = lit(surface, in.slot, occlusion) + emission;
+    }
+    if DEBUG == 0u {
+        color = exposed(color);
     }
     return vec4f(color, select(1.0, base.a, ALPHA == ALPHA_BLEND));
 }

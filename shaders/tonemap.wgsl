@@ -1,7 +1,6 @@
-// From the HDR target to the screen: exposure, then a tone curve to 0..1 linear. The target's format encodes to sRGB.
+// From the HDR target, which is exposed already, to the screen: a tone curve to 0..1 linear. The target's format encodes to sRGB.
 
 override TONE_MAP: u32 = 0u;
-override EXPOSED: bool = true;
 
 const TONE_MAP_CLAMP = 0u;
 const TONE_MAP_ACES = 1u;
@@ -44,9 +43,6 @@ fn agx(color: vec3f) -> vec3f {
 @fragment
 fn fs_tonemap(@builtin(position) position: vec4f) -> @location(0) vec4f {
     var color = max(textureLoad(hdr, vec2i(position.xy), 0).rgb, vec3f(0.0));
-    if EXPOSED {
-        color *= view.exposure;
-    }
     if TONE_MAP == TONE_MAP_ACES {
         color = aces(color);
     } else if TONE_MAP == TONE_MAP_AGX {

@@ -1,5 +1,5 @@
 // What the shaders read. Each struct mirrors the one of the same purpose in systems/draw_list.rs (…Record);
-// tests/shader_layout.rs compares every offset.
+// tests/shaders.rs compares every offset.
 
 struct View {
     clip_from_world: mat4x4f,
@@ -89,6 +89,11 @@ struct Material {
 @group(0) @binding(4) var<storage, read> materials: array<Material>;
 
 const PI = 3.14159265;
+
+// As the HDR target holds it: exposed before it is stored, since half floats end at 65504.
+fn exposed(color: vec3f) -> vec3f {
+    return min(color * view.exposure, vec3f(65504.0));
+}
 
 fn luminance(color: vec3f) -> f32 {
     return dot(color, vec3f(0.2126, 0.7152, 0.0722));

@@ -178,7 +178,7 @@ impl Headless {
 pub fn render_frames(job: &FrameJob, mut progress: impl FnMut(u64)) -> Result<Vec<PathBuf>, FrameError> {
     let path = |kind: OutputKind, frame| job.folder.join(format!("{}_{frame:05}.png", kind.name()));
     if let Some(film) = &job.video {
-        video::check_encoder(film, &job.folder)?;
+        video::check(film, &job.folder)?;
     }
     // The driver takes its time to start; the scene loads meanwhile.
     let opening = std::thread::spawn(Gpu::headless);
@@ -195,7 +195,7 @@ pub fn render_frames(job: &FrameJob, mut progress: impl FnMut(u64)) -> Result<Ve
     let mut written = Vec::new();
     for frame in job.frames.clone() {
         let missing: Vec<_> =
-            job.outputs.iter().filter(|&&kind| !job.resume || !path(kind, frame).exists()).copied().collect();
+            job.outputs.iter().filter(|&&kind| !job.resume || !is_written(&path(kind, frame))).copied().collect();
         if !missing.is_empty() {
             stage.simulation.frame();
             let view = view_of(&stage.simulation.world, stage.camera, job.size);
@@ -219,6 +219,11 @@ pub fn render_frames(job: &FrameJob, mut progress: impl FnMut(u64)) -> Result<Ve
         written.push(film.clone());
     }
     Ok(written)
+}
+
+/// Whether a picture is there: pictures are written whole, so a file that holds anything holds all.
+fn is_written(path: &Path) -> bool {
+    path.metadata().is_ok_and(|data| data.is_file() && data.len() > 0)
 }
 
 fn pictures(renderer: &mut Renderer, view: &View, kinds: &[OutputKind]) -> Vec<(OutputKind, image::DynamicImage)> {

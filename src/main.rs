@@ -151,11 +151,12 @@ fn main() -> ExitCode {
     let cli = Cli::parse();
     tracing_subscriber::fmt()
         .with_writer(std::io::stderr)
+        .with_ansi(std::io::stderr().is_terminal())
         .without_time()
         .with_target(false)
         .with_env_filter(
             tracing_subscriber::EnvFilter::try_from_default_env()
-                .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new("warn")),
+                .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new("warn,winit=error")),
         )
         .init();
     let done = match cli.command.unwrap_or(Command::Run(cli.run)) {
@@ -165,7 +166,7 @@ fn main() -> ExitCode {
             render(&job(&args))
         }
         Command::Check { files } => return check_files(&files),
-        Command::Info => Gpu::headless().map(|gpu| print!("{}", gpu.describe())).map_err(FrameError::from),
+        Command::Info => Gpu::headless().map(|gpu| say(gpu.describe().trim_end())).map_err(FrameError::from),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
@@ -174,6 +175,11 @@ fn main() -> ExitCode {
             ExitCode::from(exit_code(&error))
         }
     }
+}
+
+/// Prints a line. Whoever reads standard output may have stopped reading; the work is done all the same.
+fn say(text: &str) {
+    let _ = writeln!(std::io::stdout(), "{text}");
 }
 
 fn exit_code(error: &FrameError) -> u8 {
@@ -214,9 +220,9 @@ fn render(job: &FrameJob) -> Result<(), FrameError> {
     let written = frames::render_frames(job, |_| bar.inc(1))?;
     bar.finish_and_clear();
     match written.as_slice() {
-        [] => println!("nothing to do: all pictures are in {}", job.folder.display()),
-        [one] => println!("{}", one.display()),
-        [first, .., last] => println!("{} files: {} … {}", written.len(), first.display(), last.display()),
+        [] => say(&format!("nothing to do: all pictures are in {}", job.folder.display())),
+        [one] => say(&one.display().to_string()),
+        [first, .., last] => say(&format!("{} files: {} … {}", written.len(), first.display(), last.display())),
     }
     Ok(())
 }

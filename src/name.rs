@@ -9,7 +9,7 @@ pub fn find<T: Copy>(what: &str, table: &[(&str, T)], wanted: &str) -> Result<T,
         return Ok(*value);
     }
     let names: Vec<&str> = table.iter().map(|(name, _)| *name).collect();
-    let hint = nearest(&names, wanted).map_or(String::new(), |name| format!("; did you mean \"{name}\"?"));
+    let hint = nearest(&names, wanted).map_or(".".to_owned(), |name| format!("; did you mean \"{name}\"?"));
     Err(format!("no {what} \"{wanted}\"{hint} There are: {}", names.join(", ")))
 }
 

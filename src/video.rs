@@ -31,11 +31,13 @@ pub enum VideoError {
     Output(#[from] OutputError),
 }
 
-/// Whether ffmpeg can be run, asked before hours of rendering.
+/// Whether ffmpeg can be run and the film's folder is there, asked before hours of rendering.
 ///
 /// # Errors
-/// [`VideoError::NoEncoder`].
-pub fn check_encoder(path: &Path, frames: &Path) -> Result<(), VideoError> {
+/// [`VideoError::NoEncoder`], [`VideoError::Output`].
+pub fn check(path: &Path, frames: &Path) -> Result<(), VideoError> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    folder.metadata().map_err(|source| OutputError::Io { path: path.to_owned(), source })?;
     let asked = Command::new("ffmpeg").arg("-version").stdout(Stdio::null()).stderr(Stdio::null()).status();
     let no_encoder = |reason| VideoError::NoEncoder { path: path.to_owned(), frames: frames.to_owned(), reason };
     asked.map(drop).map_err(no_encoder)
@@ -48,15 +50,18 @@ pub fn check_encoder(path: &Path, frames: &Path) -> Result<(), VideoError> {
 pub fn encode(path: &Path, folder: &Path, frames: Range<u64>, frames_per_second: f64) -> Result<(), VideoError> {
     let mut name = std::ffi::OsString::from(format!(".part-{}-", std::process::id()));
     name.push(path.file_name().unwrap_or_default());
-    let temporary = path.with_file_name(name);
+    // ffmpeg runs in the frames' folder: a % in its name would count as a part of the pattern.
+    let temporary = std::path::absolute(path.with_file_name(name));
+    let temporary = temporary.map_err(|source| OutputError::Io { path: path.to_owned(), source })?;
     let output = Command::new("ffmpeg")
         .args(["-y", "-loglevel", "error", "-framerate", &frames_per_second.to_string()])
         .args(["-start_number", &frames.start.to_string(), "-i"])
-        .arg(folder.join("color_%05d.png"))
+        .arg("color_%05d.png")
         .args(["-frames:v", &(frames.end - frames.start).to_string()])
         // Most players want 4:2:0 with even sides.
         .args(["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p"])
         .arg(&temporary)
+        .current_dir(folder)
         .stdin(Stdio::null())
         .output()
         .map_err(|reason| VideoError::NoEncoder { path: path.to_owned(), frames: folder.to_owned(), reason })?;

@@ -1,7 +1,7 @@
 //! The seam between the world and the GPU: the plain structs that shaders read, what of them changed, and the batches.
 //!
 //! The systems write a [`DrawList`] each frame; the renderer reads it and nothing else of the world. `shaders/types.wgsl`
-//! mirrors the `…Record` structs; `tests/shader_layout.rs` compares every offset of the two.
+//! mirrors the `…Record` structs; `tests/shaders.rs` compares every offset of the two.
 //!
 //! ```text
 //! instances[slot]  one record per drawn object; an object keeps its slot while it lives
@@ -17,6 +17,7 @@ use bevy_ecs::prelude::*;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use std::ops::Range;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// An unused light slot of an instance.
 pub const NO_LIGHT: u32 = u32::MAX;
@@ -312,7 +313,7 @@ impl DirtySlots {
         (self.low, self.high) = (0, 0);
     }
 
-    /// The marked slots as ranges in ascending order. Ranges with fewer than `gap` clean slots between them become
+    /// The marked slots as ranges in ascending order. Ranges with at most `gap` clean slots between them become
     /// one: a write call costs more than a few unchanged records.
     pub fn ranges(&self, gap: u32) -> Vec<Range<u32>> {
         let mut ranges: Vec<Range<u32>> = Vec::new();
@@ -363,8 +364,10 @@ impl<T: Copy + PartialEq + Default> Table<T> {
 }
 
 /// Everything a frame draws. Made by the frame schedule, read by the renderer.
-#[derive(Resource, Clone, Debug, Default)]
+#[derive(Resource, Debug)]
 pub struct DrawList {
+    /// Tells the draw list of one world from that of another in the same process.
+    pub world: u64,
     /// Counts frames. Dirty slots are relative to the frame before: a reader that missed one uploads everything.
     pub frame: u64,
     /// One per drawn object.
@@ -389,4 +392,25 @@ pub struct DrawList {
     pub all_lights: bool,
     /// Ambient light, sky and tone map.
     pub environment: Environment,
+}
+
+impl Default for DrawList {
+    fn default() -> Self {
+        static WORLDS: AtomicU64 = AtomicU64::new(1);
+        Self {
+            world: WORLDS.fetch_add(1, Ordering::Relaxed),
+            frame: 0,
+            instances: Table::default(),
+            lights: Table::default(),
+            materials: Table::default(),
+            texture_arrays: Vec::new(),
+            classes: Vec::new(),
+            slots: Vec::new(),
+            batches: Vec::new(),
+            batches_version: 0,
+            transparent: Vec::new(),
+            all_lights: false,
+            environment: Environment::default(),
+        }
+    }
 }

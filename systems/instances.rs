@@ -68,6 +68,12 @@ impl InstanceTable {
         )
     }
 
+    fn release(&mut self, slot: u32) {
+        self.occupants[slot as usize] = None;
+        self.free.push(Reverse(slot));
+        self.regroup = true;
+    }
+
     fn occupy(&mut self, slot: u32, occupant: Occupant) {
         let place = &mut self.occupants[slot as usize];
         self.regroup |= place.is_none_or(|old| old.key != occupant.key);
@@ -100,9 +106,7 @@ pub fn update_instances(
     let (table, list) = (table.bypass_change_detection(), list.bypass_change_detection());
     (table.regroup, table.transparent_moved) = (false, false);
     for slot in std::mem::take(&mut table.freed) {
-        table.occupants[slot as usize] = None;
-        table.free.push(Reverse(slot));
-        table.regroup = true;
+        table.release(slot);
     }
     let mut update = |drawn| update_instance(drawn, &library, &materials, table, list);
     if materials.regroup {
@@ -123,6 +127,9 @@ fn update_instance(
     list: &mut DrawList,
 ) {
     if library.mesh(mesh).is_none_or(|entry| entry.mesh.indices.is_empty()) {
+        if let Some(taken) = std::mem::take(&mut *slot).get() {
+            table.release(taken);
+        }
         return;
     }
     let index = slot.get().unwrap_or_else(|| {

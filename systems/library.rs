@@ -62,6 +62,8 @@ pub struct Mesh {
     /// Two sets of texture coordinates, origin at the top left. The first may be empty (no UVs at all), the second
     /// empty (the same as the first).
     pub uvs: [Vec<Vec2>; 2],
+    /// Which UV set computed tangents follow: the one that the normal map is placed by. 0 or 1.
+    pub tangent_uv_set: usize,
     /// Linear RGBA, multiplied with the base colour. Empty: white.
     pub colors: Vec<Vec4>,
     /// Three per triangle, counter-clockwise seen from the front.
@@ -72,6 +74,12 @@ impl Mesh {
     /// The axis-aligned box around all positions, object space; empty at the origin where there are none.
     pub fn aabb(&self) -> Aabb {
         Aabb::around(&self.positions)
+    }
+
+    /// The UVs that tangents follow; the first set where the second is empty.
+    pub fn tangent_uvs(&self) -> &[Vec2] {
+        let second = self.tangent_uv_set == 1 && !self.uvs[1].is_empty();
+        &self.uvs[usize::from(second)]
     }
 
     /// Triangles in the mesh.

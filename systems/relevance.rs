@@ -36,7 +36,7 @@ pub struct ScoredLight {
     pub inverse_range_squared: f32,
     /// As in [`LightRecord`].
     pub kind: u32,
-    /// Luminance of the colour's magnitude.
+    /// Luminance of the magnitude of its colour or of its ambient colour, whichever is larger.
     pub luminance: f32,
     /// Tangent of the outer half angle (spot with exponent).
     pub tan_outer: f32,
@@ -66,7 +66,9 @@ impl ScoredLight {
 
     /// Folds a record; [`Self::OFF`] where it gives no light that can be computed with.
     pub fn new(record: &LightRecord) -> Self {
-        let luminance = Vec3::from(record.color).abs().dot(LUMINANCE);
+        // The ambient part reaches as far as the rest and may be the larger one.
+        let brightness = |rgb: [f32; 3]| Vec3::from(rgb).abs().dot(LUMINANCE);
+        let luminance = brightness(record.color).max(brightness(record.ambient));
         let denominator = Vec3::from(record.attenuation).extend(MIN_DENOMINATOR) / luminance;
         let is_bright = luminance > 0.0 && luminance < MAX_LUMINANCE && denominator.is_finite();
         if record.kind == LightRecord::OFF || !is_bright || !record.inverse_range_squared.is_finite() {
@@ -110,7 +112,7 @@ pub fn light_record(light: &Light, world_from_light: &GlobalTransform) -> LightR
     let position = world_from_light.translation();
     let direction = Vec3::from(-world_from_light.affine().matrix3.z_axis).normalize_or_zero();
     // Negative colours count by magnitude, a negative intensity is no light.
-    let luminance = color.abs().dot(LUMINANCE) * light.intensity.signum();
+    let luminance = (color.abs() + light.ambient.abs()).dot(LUMINANCE) * light.intensity.signum();
     let is_finite = [color, position, direction, light.ambient, light.attenuation].iter().all(|v| v.is_finite());
     let is_lit = luminance > 0.0 && light.range > 0.0 && light.ambient.abs().max_element() < MAX_LUMINANCE;
     let points_somewhere = light.kind == LightKind::Point || direction != Vec3::ZERO;

@@ -4,7 +4,7 @@
 //! tangents keeps them. For the others `corner_tangents` gives every triangle corner its own tangent, as MikkTSpace
 //! defines it, and `split_vertices` makes vertices of them: a vertex on a mirror seam of the UVs becomes two.
 //!
-//! The first UV set counts, always. T.w is glTF's sign, B = cross(N, T)·w toward image-up: the negative of the sign of
+//! The UV set that the normal map is placed by counts ([`Mesh::tangent_uv_set`]). T.w is glTF's sign, B = cross(N, T)·w toward image-up: the negative of the sign of
 //! the reference implementation, whose V axis points the other way.
 
 use crate::library::{Library, Mesh};
@@ -54,7 +54,7 @@ pub fn compute_tangents(mesh: &mut Mesh) -> TangentReport {
     mend_arrays(mesh);
     mend_normals(mesh);
     let supplied = !mesh.tangents.is_empty();
-    if supplied || mesh.uvs[0].is_empty() || mesh.indices.is_empty() {
+    if supplied || mesh.tangent_uvs().is_empty() || mesh.indices.is_empty() {
         mesh.tangents.resize(mesh.positions.len(), Vec4::ZERO);
     } else {
         let corners = corner_tangents(mesh);
@@ -132,7 +132,7 @@ fn corner_tangents(mesh: &Mesh) -> Vec<Vec4> {
     let is_sound = |triangle: &[u32; 3]| {
         let p = triangle.map(|index| mesh.positions[index as usize]);
         let has_area = p[0] != p[1] && p[1] != p[2] && p[2] != p[0];
-        let is_finite = |&i: &u32| mesh.positions[i as usize].is_finite() && mesh.uvs[0][i as usize].is_finite();
+        let is_finite = |&i: &u32| mesh.positions[i as usize].is_finite() && mesh.tangent_uvs()[i as usize].is_finite();
         has_area && triangle.iter().all(|i| is_finite(i) && !crowded[*i as usize])
     };
     let (sound, degenerate): (Vec<usize>, Vec<usize>) = (0..triangles.len()).partition(|&t| is_sound(&triangles[t]));
@@ -163,7 +163,7 @@ fn borrow_tangents(mesh: &Mesh, sound: &[usize], degenerate: &[usize], tangents:
     }
     let key = |corner: usize| {
         let vertex = mesh.indices[corner] as usize;
-        (bits(mesh.positions[vertex]), bits(mesh.normals[vertex]), bits(mesh.uvs[0][vertex].extend(0.0)))
+        (bits(mesh.positions[vertex]), bits(mesh.normals[vertex]), bits(mesh.tangent_uvs()[vertex].extend(0.0)))
     };
     let corners_of = |triangles: &[usize]| triangles.iter().flat_map(|t| [t * 3, t * 3 + 1, t * 3 + 2]).collect();
     let (sound, degenerate): (Vec<usize>, Vec<usize>) = (corners_of(sound), corners_of(degenerate));
@@ -216,7 +216,7 @@ impl Geometry for SoundTriangles<'_> {
     }
 
     fn tex_coord(&self, face: usize, vert: usize) -> [f32; 2] {
-        self.mesh.uvs[0][self.vertex(face, vert)].to_array()
+        self.mesh.tangent_uvs()[self.vertex(face, vert)].to_array()
     }
 
     fn set_tangent(&mut self, space: Option<TangentSpace>, face: usize, vert: usize) {

@@ -97,6 +97,7 @@ fn a_resumed_run_ends_with_what_an_unbroken_one_gives() {
     assert!(relief(&[&base[..], &["part"]].concat(), folder.path()).status.success());
     let part = folder.path().join("part");
     fs::remove_file(part.join("color_00002.png")).expect("it was there");
+    fs::write(part.join("color_00000.png"), b"").expect("an empty file");
     let kept = fs::metadata(part.join("color_00001.png")).expect("a frame").modified().expect("a time");
     let output = relief(&[&base[..], &["part", "--resume"]].concat(), folder.path());
     assert!(output.status.success());
@@ -184,10 +185,23 @@ fn a_film_is_made_with_ffmpeg_and_its_absence_is_said_before_rendering() {
         return;
     }
     let folder = scene_folder();
-    let args = ["render", "scene.ron", "-o", "out", "--frames", "3", "--size", "65x37", "--video", "film.mp4"];
+    let args = [
+        "render",
+        "scene.ron",
+        "-o",
+        "out",
+        "--frames",
+        "3",
+        "--size",
+        "65x37",
+        "--lights=three",
+        "--video",
+        "film.mp4",
+    ];
     let mut without = Command::new(env!("CARGO_BIN_EXE_relief"));
     let output = without.args(args).current_dir(folder.path()).env("PATH", "").output().expect("the binary runs");
     assert_fails(&output, 1, &["film.mp4", "install"]);
+    assert_fails(&relief(&[&args[..9], &["--video", "no/film.mp4"]].concat(), folder.path()), 1, &["no/film.mp4"]);
     assert!(!folder.path().join("out").exists());
     if Command::new("ffmpeg").arg("-version").output().is_err() {
         eprintln!("skipped: no ffmpeg");

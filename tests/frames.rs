@@ -140,6 +140,23 @@ fn a_picture_that_cannot_differ_is_shown_again_and_any_change_is_noticed() {
     field.simulation.world.despawn(field.objects[0]);
     assert!(prepare(&mut field, &still), "an object went");
     assert!(!prepare(&mut field, &still));
+    for object in field.objects.split_off(1) {
+        field.simulation.world.despawn(object);
+    }
+    assert!(prepare(&mut field, &still), "the last object went");
+}
+
+#[test]
+fn an_entity_whose_mesh_becomes_an_empty_one_is_gone() {
+    let Some(mut field) = Field::new(9) else { return };
+    field.draw();
+    let empty = field.simulation.world.resource_mut::<Library>().add_mesh(systems::library::Mesh::default());
+    field.simulation.world.entity_mut(field.objects[4]).insert(empty);
+    let (stats, _) = field.draw();
+    assert_eq!(stats.instances, 8);
+    let back = *field.simulation.world.get::<systems::library::MeshId>(field.objects[0]).expect("a mesh");
+    field.simulation.world.entity_mut(field.objects[4]).insert(back);
+    assert_eq!(field.draw().0.instances, 9);
 }
 
 #[test]

@@ -67,7 +67,6 @@ fn every_model_draws_without_a_warning_or_is_refused_for_a_named_reason() {
                 continue;
             }
         };
-        headless.renderer = relief::renderer::Renderer::new(&headless.renderer.gpu().clone());
         let picture = headless.draw(&mut stage.simulation, stage.camera, (side, side)).expect("a picture");
         // Points and lines are left out with a warning; some files hold nothing but lights.
         let explained = !stage.scene.warnings.is_empty() || name.contains("Lights");

@@ -4,7 +4,7 @@ mod common;
 
 use bevy_ecs::prelude::*;
 use bevy_transform::components::Transform;
-use glam::{Quat, UVec2, Vec2, Vec3, Vec4};
+use glam::{Affine2, Quat, UVec2, Vec2, Vec3, Vec4};
 use relief::frames::Headless;
 use relief::renderer::{DebugView, Gpu, Renderer, Settings};
 use systems::Simulation;
@@ -287,6 +287,76 @@ fn a_mirrored_object_still_shows_its_front_and_its_relief() {
     near(square.middle(), (light - lean).cos());
     square.headless.settings.technique = Some(Technique::Off);
     near(square.middle(), light.cos());
+}
+
+#[test]
+fn relief_turns_with_its_uv_transform_and_follows_its_uv_set() {
+    let Some(mut square) = Square::new(matte(Vec3::ONE)) else { return };
+    let (lean, light) = (30f32.to_radians(), 45f32.to_radians());
+    let byte = |v: f32| (v * 127.5 + 127.5).round() as u8;
+    let texel = vec![byte(lean.sin()), 128, byte(lean.cos()), 255];
+    let map = square.add_image(Image::rgba8("leaning", 1, 1, ImageKind::Normal, texel));
+    square.light(Light::directional(1.0), Transform::from_rotation(Quat::from_rotation_y(light)));
+    let near = |got: Vec4, wanted: f32, what: &str| assert!((got.x - wanted).abs() < 0.012, "{what}: {got} {wanted}");
+    let (toward, away, across) = ((light - lean).cos(), (light + lean).cos(), light.cos() * lean.cos());
+    let turned = |angle: f32| Affine2::from_angle(angle);
+    let cases = [
+        ("as it is", Affine2::IDENTITY, toward),
+        ("repeated", Affine2::from_scale(Vec2::new(3.0, 2.0)), toward),
+        ("turned half", turned(std::f32::consts::PI), away),
+        ("turned a quarter", turned(std::f32::consts::FRAC_PI_2), across),
+        ("mirrored in u", Affine2::from_scale(Vec2::new(-1.0, 1.0)), away),
+        ("mirrored in v", Affine2::from_scale(Vec2::new(1.0, -1.0)), toward),
+    ];
+    for (what, image_from_mesh_uv, wanted) in cases {
+        square.edit(|m| m.normal_map = Some(Map { image_from_mesh_uv, ..map }));
+        near(square.middle(), wanted, what);
+    }
+    // The second set runs the other way, and the mesh says that its normal map is placed by it.
+    let mut mesh = shapes::plane(Vec2::splat(2.0), UVec2::ONE);
+    mesh.uvs[1] = mesh.uvs[0].iter().map(|uv| 1.0 - *uv).collect();
+    mesh.tangent_uv_set = 1;
+    let mesh = square.simulation.world.resource_mut::<Library>().add_mesh(mesh);
+    square.simulation.world.entity_mut(square.square).insert(mesh);
+    square.edit(|m| m.normal_map = Some(Map { uv_set: 1, ..map }));
+    near(square.middle(), away, "second set");
+}
+
+#[test]
+fn an_object_flattened_to_nothing_is_still_lit() {
+    let Some(mut square) = Square::new(matte(Vec3::ONE)) else { return };
+    square.light(Light::directional(1.0), Transform::default());
+    square.simulation.world.get_mut::<Transform>(square.square).expect("a place").scale.y = 0.0;
+    assert_near(square.middle(), Vec3::ONE);
+}
+
+#[test]
+fn bright_light_and_low_exposure_do_not_overflow() {
+    let Some(mut square) = Square::new(matte(Vec3::new(0.25, 0.5, 1.0))) else { return };
+    square.light(Light::directional(4e6), Transform::default());
+    square.simulation.world.resource_mut::<Environment>().exposure = 1e-7;
+    assert_near(square.middle(), Vec3::new(0.1, 0.2, 0.4));
+}
+
+#[test]
+fn a_light_may_be_ambient_alone() {
+    let Some(mut square) = Square::new(matte(Vec3::ONE)) else { return };
+    let glow = Light { ambient: Vec3::new(0.1, 0.2, 0.3), attenuation: Vec3::X, ..Light::point(1.0, f32::INFINITY) };
+    square.light(glow.with_color(Vec3::ZERO), head_on());
+    assert_near(square.middle(), Vec3::new(0.1, 0.2, 0.3));
+}
+
+#[test]
+fn one_renderer_draws_two_worlds_in_turn() {
+    let (Some(mut red), Some(mut blue)) = (Square::new(matte(Vec3::X)), Square::new(matte(Vec3::Z))) else { return };
+    for square in [&mut red, &mut blue] {
+        square.simulation.world.resource_mut::<Environment>().ambient = Vec3::ONE;
+    }
+    assert_near(red.middle(), Vec3::X);
+    std::mem::swap(&mut red.headless, &mut blue.headless);
+    assert_near(blue.middle(), Vec3::Z);
+    std::mem::swap(&mut red.headless, &mut blue.headless);
+    assert_near(red.middle(), Vec3::X);
 }
 
 #[test]

@@ -9,7 +9,7 @@ use crate::frames;
 use crate::renderer::{DebugView, RenderStats};
 use bevy_ecs::prelude::*;
 use egui::{Align2, Area, CollapsingHeader, Color32, ComboBox, Frame, Grid, Id, Margin, Panel, RichText, ScrollArea};
-use egui::{Slider, Ui};
+use egui::{Slider, SliderClamping, Ui};
 use systems::clock::Clock;
 use systems::components::{Environment, ToneMap};
 use systems::draw_list::LightRecord;
@@ -112,7 +112,11 @@ fn clock(ui: &mut Ui, viewer: &mut Viewer) -> Option<Command> {
         ui.weak(format!("{seconds:.2} s, step {step}"));
     });
     let mut changed = speed;
-    let slider = Slider::new(&mut changed, 1.0 / 16.0..=16.0).logarithmic(true).suffix("×").text("speed");
+    let slider = Slider::new(&mut changed, 1.0 / 16.0..=16.0)
+        .logarithmic(true)
+        .clamping(SliderClamping::Edits)
+        .suffix("×")
+        .text("speed");
     if ui.add(slider).changed() {
         clock.speed = changed;
     }
@@ -149,7 +153,8 @@ fn picture(ui: &mut Ui, viewer: &mut Viewer) {
             ui.selectable_value(&mut tone_map, curve, name);
         }
     });
-    ui.add(Slider::new(&mut exposure, 0.01..=100.0).logarithmic(true).text("exposure"));
+    let slider = Slider::new(&mut exposure, 0.01..=100.0).logarithmic(true).clamping(SliderClamping::Edits);
+    ui.add(slider.text("exposure"));
     if (tone_map, exposure) != (environment.tone_map, environment.exposure) {
         (environment.tone_map, environment.exposure) = (tone_map, exposure);
     }

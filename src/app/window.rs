@@ -11,6 +11,7 @@ use super::{AppError, Options, details, overlay, panel};
 use crate::output;
 use crate::renderer::{Gpu, RenderStats, Renderer};
 use glam::{Vec2, Vec3};
+use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -340,7 +341,7 @@ impl Open {
         let picture = image::DynamicImage::from(picture).into_rgb8().into();
         self.viewer.notice = match output::write_png(&path, &picture) {
             Ok(()) => {
-                println!("{}", path.display());
+                let _ = writeln!(std::io::stdout(), "{}", path.display());
                 format!("saved {}", path.display())
             }
             Err(error) => {

@@ -46,14 +46,16 @@ pub const PICTURE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormS
 /// A scene that the device cannot hold.
 #[derive(Debug, thiserror::Error)]
 pub enum RenderError {
-    /// A buffer would be larger than the device allows.
-    #[error("the scene is too large for this graphics adapter: {what} need {needed} bytes, it allows {limit}")]
+    /// A buffer or picture would be larger than the device allows.
+    #[error("too large for this graphics adapter: {what}: {needed} {unit}, it allows {limit}")]
     TooLarge {
-        /// Which buffer.
+        /// Which buffer, or the picture.
         what: &'static str,
-        /// Bytes.
+        /// What is counted.
+        unit: &'static str,
+        /// Needed.
         needed: u64,
-        /// Bytes.
+        /// Allowed.
         limit: u64,
     },
 }
@@ -100,6 +102,8 @@ pub struct Renderer {
     materials: GrowingBuffer,
     frame_group: Option<(u32, wgpu::BindGroup)>,
     targets: Option<Targets>,
+    /// The world whose meshes, textures and tables are uploaded.
+    world: u64,
     /// The frame of the draw list whose tables are uploaded.
     uploaded_frame: u64,
     uploaded_batches: u64,
@@ -110,8 +114,8 @@ pub struct Renderer {
     transparent: Vec<Batch>,
     pass: Pass,
     tone_map: ToneMap,
-    /// What the HDR target shows: view, pass, technique. `None`: nothing yet.
-    shown: Option<(ViewRecord, Pass, Option<Technique>)>,
+    /// What the HDR target shows: view, pass, technique, batches. `None`: nothing yet.
+    shown: Option<(ViewRecord, Pass, Option<Technique>, u64)>,
     stats: RenderStats,
 }
 
@@ -137,6 +141,7 @@ impl Renderer {
             materials: storage("materials"),
             frame_group: None,
             targets: None,
+            world: 0,
             uploaded_frame: 0,
             uploaded_batches: 0,
             opaque_slots: 0,
@@ -173,6 +178,16 @@ impl Renderer {
         view: &View,
         settings: &Settings,
     ) -> Result<bool, RenderError> {
+        if list.world != self.world {
+            // What is on the device belongs to another world.
+            *self = Self { world: list.world, ..Self::new(&self.gpu) };
+        }
+        let limit = self.gpu.device.limits().max_texture_dimension_2d;
+        let longest = view.width.max(view.height);
+        if longest > limit {
+            let (needed, limit) = (longest.into(), limit.into());
+            return Err(RenderError::TooLarge { what: "the picture", unit: "pixels along a side", needed, limit });
+        }
         self.stats = RenderStats::default();
         self.stats.asset_bytes = self.meshes.upload(&self.gpu, library)?;
         self.stats.asset_bytes += self.textures.upload(&self.gpu, list, library);
@@ -193,7 +208,7 @@ impl Renderer {
             self.targets = Some(Targets::new(&self.gpu.device, layout, size, settings.samples));
             self.shown = None;
         }
-        let showing = Some((record, self.pass, settings.technique));
+        let showing = Some((record, self.pass, settings.technique, list.batches_version));
         let changed = self.shown != showing || self.stats.uploaded_bytes() > 0;
         self.shown = showing;
         Ok(changed)
@@ -325,8 +340,7 @@ impl Renderer {
         format: wgpu::TextureFormat,
     ) {
         let (Some(targets), Some((_, frame_group))) = (&self.targets, &self.frame_group) else { return };
-        let exposed = !matches!(self.pass, Pass::Color { debug, .. } if debug != DebugView::Off);
-        let tone_map = self.pipelines.tone_map(&self.gpu.device, format, self.tone_map, exposed);
+        let tone_map = self.pipelines.tone_map(&self.gpu.device, format, self.tone_map);
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("tone map"),
             color_attachments: &[Some(color_attachment(target))],
@@ -403,7 +417,7 @@ impl Renderer {
         image::RgbaImage::from_raw(size.0, size.1, bytes).unwrap_or_default()
     }
 
-    /// The linear HDR colours of the last draw, before the tone map: RGBA, rows from the top.
+    /// The linear HDR colours of the last draw, exposed, before the tone map: RGBA, rows from the top.
     pub fn read_linear(&self) -> Option<Vec<[f32; 4]>> {
         let bytes = read_texture(&self.gpu, &self.targets.as_ref()?.hdr_texture, wgpu::TextureAspect::All);
         let half = |b: &[u8]| half::f16::from_le_bytes([b[0], b[1]]).to_f32();

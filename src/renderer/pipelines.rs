@@ -41,8 +41,8 @@ pub(super) struct Pipelines {
     tone_map_pipeline_layout: wgpu::PipelineLayout,
     objects: BTreeMap<(Pass, PipelineKey), wgpu::RenderPipeline>,
     skies: BTreeMap<u32, wgpu::RenderPipeline>,
-    /// Few: by target format, curve, and whether the exposure counts.
-    tone_maps: Vec<((wgpu::TextureFormat, ToneMap, bool), wgpu::RenderPipeline)>,
+    /// Few: by target format and curve.
+    tone_maps: Vec<((wgpu::TextureFormat, ToneMap), wgpu::RenderPipeline)>,
 }
 
 impl Pipelines {
@@ -174,11 +174,10 @@ impl Pipelines {
         device: &wgpu::Device,
         format: wgpu::TextureFormat,
         curve: ToneMap,
-        exposed: bool,
     ) -> &wgpu::RenderPipeline {
-        let key = (format, curve, exposed);
+        let key = (format, curve);
         let index = self.tone_maps.iter().position(|(k, _)| *k == key).unwrap_or_else(|| {
-            let constants = [("TONE_MAP", f64::from(curve as u32)), ("EXPOSED", f64::from(u32::from(exposed)))];
+            let constants = [("TONE_MAP", f64::from(curve as u32))];
             let shader = (&self.tone_map, "vs_tonemap", "fs_tonemap");
             let target = Some(wgpu::ColorTargetState::from(format));
             let layout = &self.tone_map_pipeline_layout;

@@ -45,7 +45,7 @@ impl GrowingBuffer {
             limits.max_buffer_size
         };
         if bytes > limit {
-            return Err(RenderError::TooLarge { what: self.label, needed: bytes, limit });
+            return Err(RenderError::TooLarge { what: self.label, unit: "bytes", needed: bytes, limit });
         }
         self.buffer = make(device, self.label, self.usage, grown(bytes, limit));
         self.version += 1;

@@ -18,7 +18,7 @@ const FOV_Y: f32 = 35.0;
 /// From the front (+Z, where glTF models face), a little from the right and from above.
 const TOWARD_EYE: Vec3 = Vec3::new(0.55, 0.4, 0.75);
 
-/// Spawns a camera that sees the whole sphere around the bounds, in any picture at least as wide as it is high.
+/// Spawns a camera that sees the whole sphere around the bounds, whatever the shape of the picture.
 pub fn frame(bounds: Option<Aabb>, world: &mut World) -> (String, Entity) {
     let bounds = bounds.unwrap_or(Aabb { min: Vec3::splat(-0.5), max: Vec3::splat(0.5) });
     let radius = (bounds.center().distance(bounds.max)).max(1e-4);
@@ -26,7 +26,7 @@ pub fn frame(bounds: Option<Aabb>, world: &mut World) -> (String, Entity) {
     let distance = radius / (fov_y * 0.5).sin();
     let eye = bounds.center() + TOWARD_EYE.normalize() * distance;
     let camera = Camera {
-        projection: Projection::Perspective { fov_y, aspect: None },
+        projection: Projection::Perspective { fov_y, aspect: Some(1.0) },
         near: (distance - radius) * 0.05,
         ..Camera::default()
     };

@@ -5,6 +5,7 @@ use super::meshes::Meshes;
 use super::nodes::{self, Hierarchy};
 use super::pose::Pose;
 use super::report::Report;
+use super::textures::Info;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use systems::library::{MaterialId, Mesh, MeshId};
@@ -76,7 +77,11 @@ impl Reader<'_> {
         for (read, primitive) in self.primitives.read(mesh, pose, report).into_iter().zip(mesh.primitives()) {
             match read {
                 Ok(None) => {}
-                Ok(Some(mesh)) => parts.push((self.mesh(mesh), self.material(primitive.material().index()))),
+                Ok(Some(mut mesh)) => {
+                    let normal_texture = primitive.material().normal_texture().map(Info::from);
+                    mesh.tangent_uv_set = normal_texture.map_or(0, |info| info.uv_set as usize);
+                    parts.push((self.mesh(mesh), self.material(primitive.material().index())));
+                }
                 Err(fault) => report.error(fault),
             }
         }
@@ -118,5 +123,6 @@ fn same_but_for_name(a: &Mesh, b: &Mesh) -> bool {
         && a.normals == b.normals
         && a.tangents == b.tangents
         && a.uvs == b.uvs
+        && a.tangent_uv_set == b.tangent_uv_set
         && a.colors == b.colors
 }
