@@ -1,4 +1,23 @@
-//! Relief: a data-oriented ECS simulation renderer.
+//! Relief: a data-oriented ECS simulation renderer. The world is plain data in an ECS ([`systems`]); systems turn what
+//! changed in it into a draw list; [`renderer`] draws that, in a window ([`app`]) or without one ([`frames`]).
+//!
+//! A frame, whoever asks for it:
+//!
+//! ```text
+//! simulation.step()                      0..n fixed steps: what moves by itself, moves
+//! simulation.frame()                     transforms → bounds → tangents → materials → lights → instances → batches
+//! renderer.prepare(list, library, …)     what is new or dirty goes to the GPU; missing pipelines are made
+//! renderer.draw(target)                  batches, sky, blended objects → HDR → tone map → any texture view
+//! ```
+//!
+//! ```text
+//! scene     scene files (and glTF files as scenes) into entities     import   glTF and images into library items
+//! frames    pictures to files; Headless for programs of one's own    app      the window, its keys and panel
+//! renderer  the only place that knows wgpu                           check    everything wrong with a file
+//! problem, name, output, video, demo                                 what several of these share
+//! ```
+//!
+//! Programs begin with [`prelude`]; `examples/` has three.
 
 pub mod app;
 pub mod check;
@@ -12,3 +31,8 @@ pub mod problem;
 pub mod renderer;
 pub mod scene;
 pub mod video;
+
+/// The README's program, compiled with the documentation's tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
