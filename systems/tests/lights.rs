@@ -181,8 +181,10 @@ proptest! {
             let (expected, magnitude) = brute_force(&scene, sphere, policy.1);
             prop_assert_eq!(found.lights, expected.lights, "{:?}", sphere);
             prop_assert_eq!(found.weights, expected.weights);
-            // The edge of a narrow cone is worth a few thousandths in single precision.
-            let tolerance = 5e-3 * magnitude as f32 + 1e-30;
+            // The edge of a narrow cone is worth a few thousandths in single precision; at the very range of a light,
+            // where the window ends, rounding decides between nothing and next to nothing.
+            let colors = scene.records.iter().map(|record| Vec3::from(record.color).abs().max_element());
+            let tolerance = 5e-3 * magnitude as f32 + 1e-8 * colors.fold(0.0, f32::max) + 1e-30;
             prop_assert!((found.remainder_ambient - expected.remainder_ambient).abs().max_element() <= tolerance,
                 "{found:?} {expected:?}");
             prop_assert!((found.remainder_direction - expected.remainder_direction).abs().max_element() <= tolerance,
@@ -226,7 +228,9 @@ proptest! {
         prop_assert_ne!(record.kind, LightRecord::OFF);
         let bound = f64::from(score(&ScoredLight::new(&record), Sphere { center, radius }));
         let point = center.as_dvec3() + toward.as_dvec3().normalize() * (part * f64::from(radius));
-        let luminance = Vec3::from(record.color).as_dvec3().dot(LUMINANCE);
+        // A light counts by its colour or its ambient colour, whichever is brighter.
+        let brightness = |rgb: [f32; 3]| Vec3::from(rgb).as_dvec3().dot(LUMINANCE);
+        let luminance = brightness(record.color).max(brightness(record.ambient));
         let truth = true_falloff(&record, point) * luminance;
         prop_assert!(truth <= bound * (1.0 + 1e-4), "{truth} > {bound}");
 
@@ -242,7 +246,8 @@ proptest! {
         // The shader's formula in single precision.
         let single = f64::from(irradiance(&record, center).dot(LUMINANCE.as_vec3()));
         let narrow = record.kind != LightRecord::POINT && record.cos_outer > 0.99;
-        prop_assert!((single - at_center).abs() <= 1e-2 * full.max(1.0) * luminance || narrow, "{single} {at_center}");
+        let exact = true_falloff(&record, center.as_dvec3()) * brightness(record.color);
+        prop_assert!((single - exact).abs() <= 1e-2 * full.max(1.0) * luminance || narrow, "{single} {exact}");
     }
 
     /// Where a hair decides between light and none: at the edge of a hard cone, far from the origin.
