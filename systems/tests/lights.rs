@@ -7,6 +7,7 @@ use bevy_transform::components::{GlobalTransform, Transform};
 use glam::{DVec3, Quat, Vec3};
 use proptest::prelude::*;
 use proptest::sample::Index;
+use proptest::test_runner::FileFailurePersistence;
 use std::collections::BTreeMap;
 use systems::Simulation;
 use systems::bounds::{Sphere, WorldBounds};
@@ -172,8 +173,14 @@ fn brute_force(scene: &Scene, sphere: Sphere, policy: LightPolicy) -> (Selection
     (selection, magnitude)
 }
 
+/// Failing inputs are kept beside this file, and tried first from then on.
+fn cases(cases: u32) -> ProptestConfig {
+    let persistence = FileFailurePersistence::WithSource("regressions");
+    ProptestConfig { failure_persistence: Some(Box::new(persistence)), ..ProptestConfig::with_cases(cases) }
+}
+
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(1000))]
+    #![proptest_config(cases(1000))]
 
     #[test]
     fn selection_equals_brute_force(scene in any_scene(), policy in prop::sample::select(LightPolicy::ALL.to_vec())) {
@@ -210,7 +217,7 @@ proptest! {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(20_000))]
+    #![proptest_config(cases(20_000))]
 
     #[test]
     fn the_score_bounds_the_irradiance_everywhere_in_the_sphere(
