@@ -25,9 +25,11 @@ struct Instance {
     weights: array<f32, 3>,
     entity: u32,
     remainder_ambient: vec3f,
-    pad0: u32,
+    // How many lights reach the object.
+    reaching: u32,
     remainder_direction: vec3f,
-    pad1: u32,
+    // Sum of the scores of the lights that are not among the three.
+    dropped: f32,
 }
 
 struct Light {

@@ -38,12 +38,12 @@ pub struct InstanceRecord {
     pub entity: u32,
     /// Irradiance of what the three lights leave out, linear RGB.
     pub remainder_ambient: [f32; 3],
-    /// Room for 16-byte alignment.
-    pub pad0: u32,
+    /// How many lights reach the object.
+    pub reaching: u32,
     /// The same, times its luminance-weighted direction (world space).
     pub remainder_direction: [f32; 3],
-    /// Room for 16-byte alignment.
-    pub pad1: u32,
+    /// Sum of the scores of the lights that are not among the three: no point of the object misses more luminance.
+    pub dropped: f32,
 }
 
 /// One light. Mirrors `Light`.

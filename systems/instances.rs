@@ -155,8 +155,8 @@ fn record(entity: Entity, world_from_object: &Affine3A, material: MaterialId, se
         weights: selection.weights,
         entity: entity.index().index(),
         remainder_ambient: selection.remainder_ambient.to_array(),
-        pad0: 0,
+        reaching: selection.reaching,
         remainder_direction: selection.remainder_direction.to_array(),
-        pad1: 0,
+        dropped: selection.dropped,
     }
 }

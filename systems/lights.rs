@@ -67,6 +67,10 @@ pub struct Selection {
     pub remainder_ambient: Vec3,
     /// Its luminance times the direction it comes from (world space), summed.
     pub remainder_direction: Vec3,
+    /// How many lights reach the object (score above 0).
+    pub reaching: u32,
+    /// Sum of the scores of the lights that are not among the three: no point of the object misses more luminance.
+    pub dropped: f32,
 }
 
 impl Default for Selection {
@@ -76,6 +80,8 @@ impl Default for Selection {
             weights: [0.0; 3],
             remainder_ambient: Vec3::ZERO,
             remainder_direction: Vec3::ZERO,
+            reaching: 0,
+            dropped: 0.0,
         }
     }
 }
@@ -173,6 +179,12 @@ pub fn select(
     for (&sphere, out) in spheres.iter().zip(out) {
         let top = top_four(scored, sphere, &mut reaching);
         *out = top.selection(policy);
+        out.reaching = reaching.len() as u32;
+        for &slot in &reaching {
+            if !out.lights.contains(&slot) {
+                out.dropped += score(&scored[slot as usize], sphere);
+            }
+        }
         if policy != LightPolicy::Hard && top.scores[3] > 0.0 {
             add_remainder(records, sphere.center, &reaching, out);
         }

@@ -78,9 +78,9 @@ fn shader_structs_mirror_the_draw_list() {
             weights,
             entity,
             remainder_ambient,
-            pad0,
+            reaching,
             remainder_direction,
-            pad1,
+            dropped,
         }
     );
     assert_mirrored!(
