@@ -7,12 +7,15 @@
 
 pub mod batches;
 pub mod bounds;
+pub mod brute_force;
 pub mod clock;
 pub mod components;
 pub mod draw_list;
 pub mod images;
 pub mod instances;
 pub mod library;
+pub mod light_search;
+pub mod light_tree;
 pub mod lights;
 pub mod materials;
 pub mod motion;

@@ -13,8 +13,9 @@
 use crate::bounds::{Sphere, WorldBounds};
 use crate::components::Light;
 use crate::draw_list::{DrawList, LightRecord, NO_LIGHT, Table};
+use crate::light_search::{self, Level, Scratch};
+use crate::light_tree::LightTree;
 use crate::library::MeshId;
-use crate::relevance::{LUMINANCE, falloff};
 pub use crate::relevance::{ScoredLight, irradiance, light_record, score};
 use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
@@ -26,7 +27,7 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 /// Objects per task.
-const CHUNK: usize = 256;
+const CHUNK: usize = 2048;
 
 /// Whether shading uses the three selected lights or all of them.
 #[derive(Resource, Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
@@ -164,114 +165,26 @@ pub fn update_light_table(
     }
 }
 
-/// Chooses the lights of each sphere; `scored` and `records` are indexed by slot. A sphere that is not finite has none.
-///
-/// The plain exact search: every sphere against every light. Sums run in slot order, so the result depends on nothing
-/// but the sphere and the lights.
-pub fn select(
-    scored: &[ScoredLight],
-    records: &[LightRecord],
-    policy: LightPolicy,
-    spheres: &[Sphere],
-    out: &mut [Selection],
-) {
-    let mut reaching = Vec::new();
-    for (&sphere, out) in spheres.iter().zip(out) {
-        let top = top_four(scored, sphere, &mut reaching);
-        *out = top.selection(policy);
-        out.reaching = reaching.len() as u32;
-        for &slot in &reaching {
-            if !out.lights.contains(&slot) {
-                out.dropped += score(&scored[slot as usize], sphere);
-            }
-        }
-        if policy != LightPolicy::Hard && top.scores[3] > 0.0 {
-            add_remainder(records, sphere.center, &reaching, out);
-        }
-    }
-}
-
-/// [`select`] with the spheres shared out over the threads of a pool.
+/// [`light_search::select`] with the spheres shared out over the threads of a pool.
 pub fn select_parallel(
     pool: &TaskPool,
+    tree: &LightTree,
     scored: &[ScoredLight],
-    records: &[LightRecord],
     policy: LightPolicy,
     spheres: &[Sphere],
     out: &mut [Selection],
 ) {
+    let level = Level::new();
     if spheres.len() <= CHUNK {
-        return select(scored, records, policy, spheres, out);
+        return light_search::select(level, tree, scored, policy, (spheres, out), &mut Scratch::default());
     }
     pool.scope(|scope| {
-        for (spheres, out) in spheres.chunks(CHUNK).zip(out.chunks_mut(CHUNK)) {
-            scope.spawn(async move { select(scored, records, policy, spheres, out) });
+        for work in spheres.chunks(CHUNK).zip(out.chunks_mut(CHUNK)) {
+            scope.spawn(async move {
+                light_search::select(level, tree, scored, policy, work, &mut Scratch::default());
+            });
         }
     });
-}
-
-/// The four best lights so far, best first.
-struct Top {
-    scores: [f32; 4],
-    slots: [u32; 4],
-}
-
-impl Top {
-    /// Takes a light in. Slots come in ascending order, so of equal scores the first stays ahead.
-    fn offer(&mut self, score: f32, slot: u32) {
-        let place = self.scores.iter().position(|&other| score > other);
-        if let Some(place) = place {
-            self.scores[place..].rotate_right(1);
-            self.slots[place..].rotate_right(1);
-            (self.scores[place], self.slots[place]) = (score, slot);
-        }
-    }
-
-    /// The first three with their weights, no remainder yet.
-    fn selection(&self, policy: LightPolicy) -> Selection {
-        let [lights @ .., _] = self.slots;
-        let [scores @ .., fourth] = self.scores;
-        let weights = scores.map(|score| match policy {
-            _ if score <= 0.0 => 0.0,
-            LightPolicy::Hard => 1.0,
-            LightPolicy::Three | LightPolicy::All => 1.0 - (fourth / score).powi(4),
-        });
-        Selection { lights, weights, ..Selection::default() }
-    }
-}
-
-/// Scores every light; `reaching` receives the slots of those with a score above 0.
-fn top_four(scored: &[ScoredLight], sphere: Sphere, reaching: &mut Vec<u32>) -> Top {
-    let mut top = Top { scores: [0.0; 4], slots: [NO_LIGHT; 4] };
-    reaching.clear();
-    if !sphere.center.is_finite() || !sphere.radius.is_finite() {
-        return top;
-    }
-    for (slot, light) in scored.iter().enumerate() {
-        if light.is_out_of_range(sphere) {
-            continue;
-        }
-        let score = score(light, sphere);
-        if score > 0.0 {
-            top.offer(score, slot as u32);
-            reaching.push(slot as u32);
-        }
-    }
-    top
-}
-
-/// Adds up what the weights leave out of the lights that reach the object.
-fn add_remainder(records: &[LightRecord], center: Vec3, reaching: &[u32], selection: &mut Selection) {
-    for &slot in reaching {
-        let chosen = selection.lights.iter().position(|&light| light == slot);
-        let left_out = 1.0 - chosen.map_or(0.0, |i| selection.weights[i]);
-        let Some(record) = records.get(slot as usize) else { continue };
-        let (falloff, toward) = falloff(record, center);
-        let part = left_out * falloff;
-        let color = Vec3::from(record.color);
-        selection.remainder_ambient += part * (color + 4.0 * Vec3::from(record.ambient));
-        selection.remainder_direction += part * color.dot(LUMINANCE) * toward;
-    }
 }
 
 /// What [`select_lights`] keeps from frame to frame.
@@ -286,7 +199,6 @@ pub struct SelectScratch {
 #[allow(clippy::type_complexity)]
 pub fn select_lights(
     table: Res<LightTable>,
-    draw_list: Res<DrawList>,
     policy: Res<LightPolicy>,
     mut scratch: Local<SelectScratch>,
     mut objects: ParamSet<(
@@ -299,8 +211,8 @@ pub fn select_lights(
     let mut search = |spheres: &[Sphere]| {
         selections.clear();
         selections.resize(spheres.len(), Selection::default());
-        let records = &draw_list.lights.records;
-        select_parallel(ComputeTaskPool::get(), &table.scored, records, *policy, spheres, selections);
+        let tree = LightTree::new(&table.scored);
+        select_parallel(ComputeTaskPool::get(), &tree, &table.scored, *policy, spheres, selections);
     };
     spheres.clear();
     // The two passes of a query meet its entities in the same order.

@@ -18,88 +18,107 @@ const MAX_LUMINANCE: f32 = 1e26;
 /// Difference of the cosines of inner and outer cone, at least; the shader divides by it.
 const MIN_CONE_STEP: f32 = 1e-4;
 /// The sphere grows by this part of its distance, so that what rounding takes from the score is less than this gives.
-const ROUNDING: f32 = 1e-6;
+pub(crate) const ROUNDING: f32 = 1e-6;
+/// Steepness of a cone's edge that is as good as a step.
+const HARD_EDGE: f32 = 1e30;
 
-/// A light as [`score`] reads it: one per slot, folded from its [`LightRecord`].
+/// A light as the search reads it: one per slot, folded from its [`LightRecord`]. Two cache lines: the first is all that
+/// [`score`] reads.
 #[derive(Clone, Copy, PartialEq, Debug)]
+#[repr(C, align(64))]
 pub struct ScoredLight {
     /// World space, metres.
     pub position: Vec3,
-    /// Metres; infinite where the light has no end, 0 for an empty slot.
-    pub range: f32,
+    /// 1 / range², 0 where the light has no range.
+    pub inverse_range_squared: f32,
     /// Denominator of the attenuation over luminance, as a polynomial in the distance: constant, linear, quadratic and,
     /// last, its least value.
     pub denominator: Vec4,
     /// World space, unit: the way the light shines.
     pub axis: Vec3,
-    /// 1 / range², 0 where the light has no range.
-    pub inverse_range_squared: f32,
+    /// Cosine of the outer half angle, rounded down.
+    pub cos_outer: f32,
+    /// 1 / (cos inner − cos outer); [`HARD_EDGE`] for a spot with exponent.
+    pub inverse_cone: f32,
+    /// h of the bound 1 / (1 + h·tan²) ≥ cos^exponent; 0 for a spot with inner cone.
+    pub falloff: f32,
     /// As in [`LightRecord`].
     pub kind: u32,
     /// Luminance of the magnitude of its colour or of its ambient colour, whichever is larger.
     pub luminance: f32,
-    /// Tangent of the outer half angle (spot with exponent).
-    pub tan_outer: f32,
-    /// h of the bound 1 / (1 + h·tan²) ≥ cos^exponent (spot with exponent).
-    pub falloff: f32,
-    /// Cosine of the outer half angle, rounded down (spot with inner cone).
-    pub cos_outer: f32,
-    /// 1 / (cos inner − cos outer) (spot with inner cone).
-    pub inverse_cone: f32,
+    /// What an irradiance of luminance 1 adds to the remainder's ambient: colour and four times the ambient colour, over
+    /// luminance.
+    pub tint: Vec3,
+    /// What it adds to the remainder's direction: luminance of the (signed) colour over luminance.
+    pub directed: f32,
+    /// Exponent of the classic spot.
+    pub exponent: f32,
+    /// Metres; infinite where the light has no end, 0 for an empty slot.
+    pub range: f32,
 }
 
 impl ScoredLight {
     /// An empty slot: reaches nothing.
     pub const OFF: Self = Self {
         position: Vec3::ZERO,
-        range: 0.0,
+        inverse_range_squared: 0.0,
         denominator: Vec4::ONE,
         axis: Vec3::NEG_Z,
-        inverse_range_squared: 0.0,
-        kind: LightRecord::OFF,
-        luminance: 0.0,
-        tan_outer: 0.0,
-        falloff: 0.0,
         cos_outer: 0.0,
         inverse_cone: 0.0,
+        falloff: 0.0,
+        kind: LightRecord::OFF,
+        luminance: 0.0,
+        tint: Vec3::ZERO,
+        directed: 0.0,
+        exponent: 0.0,
+        range: 0.0,
     };
 
     /// Folds a record; [`Self::OFF`] where it gives no light that can be computed with.
     pub fn new(record: &LightRecord) -> Self {
+        let (color, ambient) = (Vec3::from(record.color), Vec3::from(record.ambient));
         // The ambient part reaches as far as the rest and may be the larger one.
-        let brightness = |rgb: [f32; 3]| Vec3::from(rgb).abs().dot(LUMINANCE);
-        let luminance = brightness(record.color).max(brightness(record.ambient));
+        let luminance = color.abs().dot(LUMINANCE).max(ambient.abs().dot(LUMINANCE));
         let denominator = Vec3::from(record.attenuation).extend(MIN_DENOMINATOR) / luminance;
         let is_bright = luminance > 0.0 && luminance < MAX_LUMINANCE && denominator.is_finite();
         if record.kind == LightRecord::OFF || !is_bright || !record.inverse_range_squared.is_finite() {
             return Self::OFF;
         }
         let is_parallel = record.kind == LightRecord::DIRECTIONAL;
-        let cos_squared = f64::from(record.cos_outer).powi(2).max(1e-9);
-        let tan_squared = (1.0 / cos_squared - 1.0).max(1e-9);
-        // For e ≥ 2, (1 + x)^(e/2) ≥ 1 + x·e/2 (Bernoulli); below, the function is concave and lies above its chord.
-        let half_exponent = f64::from(record.exponent) * 0.5;
-        let chord = ((1.0 + tan_squared).powf(half_exponent) - 1.0) / tan_squared * 0.9999;
+        let has_exponent = record.kind == LightRecord::SPOT_EXPONENT;
         Self {
             position: record.position.into(),
-            range: if is_parallel { f32::INFINITY } else { record.inverse_range_squared.sqrt().recip() },
+            inverse_range_squared: record.inverse_range_squared,
             denominator,
             axis: record.direction.into(),
-            inverse_range_squared: record.inverse_range_squared,
+            cos_outer: record.cos_outer - ROUNDING,
+            inverse_cone: if has_exponent {
+                HARD_EDGE
+            } else {
+                1.0 / (record.cos_inner - record.cos_outer).max(MIN_CONE_STEP)
+            },
+            falloff: if has_exponent { exponent_bound(record) } else { 0.0 },
             kind: record.kind,
             luminance,
-            tan_outer: tan_squared.sqrt() as f32 * (1.0 + ROUNDING),
-            falloff: if half_exponent >= 1.0 { half_exponent } else { chord } as f32,
-            cos_outer: record.cos_outer - ROUNDING,
-            inverse_cone: 1.0 / (record.cos_inner - record.cos_outer).max(MIN_CONE_STEP),
+            tint: (color + 4.0 * ambient) / luminance,
+            directed: color.dot(LUMINANCE) / luminance,
+            exponent: record.exponent,
+            range: if is_parallel { f32::INFINITY } else { record.inverse_range_squared.sqrt().recip() },
         }
     }
+}
 
-    /// A cheap test that implies score 0: the sphere lies beyond the range, with a margin for rounding.
-    pub(crate) fn is_out_of_range(&self, sphere: Sphere) -> bool {
-        let reach = (self.range + sphere.radius.max(0.0)) * 1.00001;
-        sphere.center.distance_squared(self.position) > reach * reach
+/// Least h with 1 / (1 + h·tan²) ≥ cos^exponent within the cone. For e ≥ 2, (1 + x)^(e/2) ≥ 1 + x·e/2 (Bernoulli);
+/// below, the function is concave and lies above its chord.
+fn exponent_bound(record: &LightRecord) -> f32 {
+    let half = f64::from(record.exponent) * 0.5;
+    if half >= 1.0 {
+        return half as f32;
     }
+    let cos_squared = f64::from(record.cos_outer).powi(2).max(1e-9);
+    let tan_squared = (1.0 / cos_squared - 1.0).max(1e-9);
+    (((1.0 + tan_squared).powf(half) - 1.0) / tan_squared * 0.9999) as f32
 }
 
 /// The record of a light; kind [`LightRecord::OFF`] where it is disabled, has no colour, range or cone, or is not finite.
@@ -158,33 +177,29 @@ pub fn score(light: &ScoredLight, sphere: Sphere) -> f32 {
         LightRecord::DIRECTIONAL => return light.luminance,
         _ => {}
     }
+    // The order of operations is the vector search's (light_search.rs): the two give the same bits.
     let v = sphere.center - light.position;
-    let distance = v.length();
-    // Too far to square, 10¹⁹ m.
-    if !distance.is_finite() {
-        return 0.0;
-    }
-    let r = sphere.radius.max(0.0) + distance * ROUNDING;
-    let d = (distance - r).max(0.0);
+    let distance = v.dot(v).sqrt();
+    let radius = sphere.radius.max(0.0);
+    let r = radius + distance * ROUNDING;
+    let d = (distance * (1.0 - ROUNDING) - radius).max(0.0);
     let window = range_window(d * d, light.inverse_range_squared);
     let [constant, linear, quadratic, least] = light.denominator.to_array();
-    let irradiance = window / (constant + d * (linear + d * quadratic)).max(least);
-    if light.kind == LightRecord::POINT || window == 0.0 {
-        return irradiance;
-    }
-    let t = v.dot(light.axis);
-    let q = (v - light.axis * t).length();
-    let along = t + r;
-    if along <= 0.0 {
-        return 0.0;
-    }
-    let tan = (q - r).max(0.0) / along;
-    irradiance
-        * match light.kind {
-            LightRecord::SPOT_EXPONENT if tan > light.tan_outer => 0.0,
-            LightRecord::SPOT_EXPONENT => 1.0 / (1.0 + light.falloff * (tan * tan)),
-            _ => cone_step(1.0 / (1.0 + tan * tan).sqrt(), light.cos_outer, light.inverse_cone),
-        }
+    let denominator = (constant + d * (linear + d * quadratic)).max(least);
+    let score = if light.kind == LightRecord::POINT {
+        window / denominator
+    } else {
+        let t = v.dot(light.axis);
+        let off_axis = v - light.axis * t;
+        let along = t + r;
+        let tan = (off_axis.dot(off_axis).sqrt() - r).max(0.0) / along;
+        let tan_squared = tan * tan;
+        let cos = 1.0 / (1.0 + tan_squared).sqrt();
+        let cone = window * cone_step(cos, light.cos_outer, light.inverse_cone);
+        if along > 0.0 { cone / (denominator * (1.0 + light.falloff * tan_squared)) } else { 0.0 }
+    };
+    // Not a number where something is too far away to be squared, 10¹⁹ m.
+    if score > 0.0 { score } else { 0.0 }
 }
 
 /// 1 at the light, exactly 0 from the range on, smooth at both: (1 − d⁴/R⁴)².
@@ -206,8 +221,60 @@ pub fn irradiance(light: &LightRecord, point: Vec3) -> Vec3 {
     Vec3::from(light.color) * falloff(light, point).0
 }
 
+/// What the remainder takes from a light at an object's centre: the irradiance (luminance), and the vector whose product
+/// with it points to the light, 1 long.
+pub(crate) fn at_center(light: &ScoredLight, center: Vec3) -> (f32, Vec3) {
+    match light.kind {
+        LightRecord::OFF => return (0.0, Vec3::ZERO),
+        LightRecord::DIRECTIONAL => return (light.luminance, -light.axis),
+        _ => {}
+    }
+    // In the order of the vector search, as in `score`.
+    let v = center - light.position;
+    let squared = v.dot(v);
+    let d = squared.sqrt();
+    let inverse_distance = if d > 0.0 { 1.0 / d } else { 0.0 };
+    let window = range_window(squared, light.inverse_range_squared);
+    let [constant, linear, quadratic, least] = light.denominator.to_array();
+    let irradiance = window / (constant + d * (linear + d * quadratic)).max(least);
+    let spot = if light.kind == LightRecord::POINT {
+        1.0
+    } else {
+        let cos = v.dot(light.axis) * inverse_distance;
+        let edge = light.cos_outer + ROUNDING;
+        if light.kind == LightRecord::SPOT_CONE {
+            cone_step(cos, edge, light.inverse_cone)
+        } else if cos > edge {
+            power(cos, light.exponent)
+        } else {
+            0.0
+        }
+    };
+    (irradiance * spot, v * -inverse_distance)
+}
+
+/// Squarings of [`power`].
+pub(crate) const SQUARINGS: u32 = 8;
+
+/// x^e for x in 0.08..=1 and e ≥ 0 from basic operations only, which round alike everywhere: within 1e-4 where the result
+/// is above 1e-4.
+///
+/// ln x = 4 ln x^¼ by the series of the inverse hyperbolic tangent, exp by its own and eight squarings.
+fn power(x: f32, e: f32) -> f32 {
+    let root = x.sqrt().sqrt();
+    let z = (root - 1.0) / (root + 1.0);
+    let z2 = z * z;
+    let series = 1.0 + z2 * (1.0 / 3.0 + z2 * (1.0 / 5.0 + z2 * (1.0 / 7.0)));
+    let exponent = (8.0 * e * (z * series)).max(-80.0) * (1.0 / (1 << SQUARINGS) as f32);
+    let mut result = 1.0 + exponent * (1.0 + exponent * (0.5 + exponent * (1.0 / 6.0)));
+    for _ in 0..SQUARINGS {
+        result *= result;
+    }
+    result
+}
+
 /// Attenuation · spot · window at a point, and the unit vector towards the light (zero at the light itself).
-pub(crate) fn falloff(light: &LightRecord, point: Vec3) -> (f32, Vec3) {
+fn falloff(light: &LightRecord, point: Vec3) -> (f32, Vec3) {
     let direction = Vec3::from(light.direction);
     match light.kind {
         LightRecord::OFF => return (0.0, Vec3::ZERO),
@@ -228,4 +295,21 @@ pub(crate) fn falloff(light: &LightRecord, point: Vec3) -> (f32, Vec3) {
         _ => cone_step(cos, light.cos_outer, 1.0 / (light.cos_inner - light.cos_outer)),
     };
     (attenuation * window * spot, toward)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn power_is_close_to_the_real_one() {
+        for i in 0..=1000 {
+            let x = 0.085 + 0.915 * i as f32 / 1000.0;
+            for e in [0.0, 0.3, 1.0, 2.0, 8.0, 40.0, 128.0] {
+                let truth = f64::from(x).powf(f64::from(e));
+                let error = (f64::from(power(x, e)) - truth).abs();
+                assert!(error <= 1e-4 * truth + 1e-6, "{x}^{e}: {} for {truth}", power(x, e));
+            }
+        }
+    }
 }

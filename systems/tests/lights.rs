@@ -9,14 +9,15 @@ use proptest::prelude::*;
 use proptest::sample::Index;
 use proptest::test_runner::FileFailurePersistence;
 use std::collections::BTreeMap;
-use systems::Simulation;
+use systems::{Simulation, brute_force};
 use systems::bounds::{Sphere, WorldBounds};
 use systems::components::{Light, LightKind};
 use systems::draw_list::{LightRecord, NO_LIGHT};
 use systems::library::MeshId;
+use systems::light_search::{self, Level, Scratch};
+use systems::light_tree::LightTree;
 use systems::lights::{
-    LightPolicy, LightSlot, LightTable, ScoredLight, Selection, irradiance, light_record, score, select,
-    select_parallel,
+    LightPolicy, LightSlot, LightTable, ScoredLight, Selection, irradiance, light_record, score, select_parallel,
 };
 
 const LUMINANCE: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
@@ -92,7 +93,15 @@ fn scene(records: Vec<LightRecord>, spheres: Vec<Sphere>) -> Scene {
 impl Scene {
     fn select(&self, policy: LightPolicy) -> Vec<Selection> {
         let mut out = vec![Selection::default(); self.spheres.len()];
-        select(&self.scored, &self.records, policy, &self.spheres, &mut out);
+        brute_force::select(&self.scored, policy, &self.spheres, &mut out);
+        out
+    }
+
+    fn search(&self, level: Level, policy: LightPolicy) -> Vec<Selection> {
+        let mut out = vec![Selection::default(); self.spheres.len()];
+        let tree = LightTree::new(&self.scored);
+        let work = (&self.spheres[..], &mut out[..]);
+        light_search::select(level, &tree, &self.scored, policy, work, &mut Scratch::default());
         out
     }
 }
@@ -145,8 +154,10 @@ fn brute_force(scene: &Scene, sphere: Sphere, policy: LightPolicy) -> (Selection
     if !sphere.center.is_finite() || !sphere.radius.is_finite() {
         scores.clear();
     }
+    // (The sum's order is the search's own; the sum is compared with a tolerance.)
+    let dropped = scores.iter().skip(3).map(|s| f64::from(s.0)).sum::<f64>() as f32;
     let fourth = scores.get(3).map_or(0.0, |s| s.0);
-    let mut selection = Selection::default();
+    let mut selection = Selection { reaching: scores.len() as u32, dropped, ..Selection::default() };
     for (i, &(score, slot)) in scores.iter().take(3).enumerate() {
         selection.lights[i] = slot;
         selection.weights[i] = if policy == LightPolicy::Hard { 1.0 } else { 1.0 - (fourth / score).powi(4) };
@@ -187,7 +198,9 @@ proptest! {
         for (&sphere, found) in scene.spheres.iter().zip(scene.select(policy.1)) {
             let (expected, magnitude) = brute_force(&scene, sphere, policy.1);
             prop_assert_eq!(found.lights, expected.lights, "{:?}", sphere);
-            prop_assert_eq!(found.weights, expected.weights);
+            prop_assert!(found.weights.iter().zip(expected.weights).all(|(a, b)| (a - b).abs() < 1e-6));
+            prop_assert_eq!(found.reaching, expected.reaching);
+            prop_assert!((found.dropped - expected.dropped).abs() <= 1e-4 * expected.dropped);
             // The edge of a narrow cone is worth a few thousandths in single precision; at the very range of a light,
             // where the window ends, rounding decides between nothing and next to nothing.
             let colors = scene.records.iter().map(|record| Vec3::from(record.color).abs().max_element());
@@ -206,13 +219,89 @@ proptest! {
         let whole = Scene { spheres, ..scene }.clone();
         let expected = whole.select(LightPolicy::Three);
         let pieces = whole.spheres.chunks(size).flat_map(|spheres| {
-            Scene { spheres: spheres.to_vec(), ..whole.clone() }.select(LightPolicy::Three)
+            Scene { spheres: spheres.to_vec(), ..whole.clone() }.search(Level::new(), LightPolicy::Three)
         });
         prop_assert!(pieces.eq(expected.iter().copied()));
         let pool = TaskPoolBuilder::new().num_threads(size % 4 + 1).build();
         let mut out = vec![Selection::default(); whole.spheres.len()];
-        select_parallel(&pool, &whole.scored, &whole.records, LightPolicy::Three, &whole.spheres, &mut out);
+        let tree = LightTree::new(&whole.scored);
+        select_parallel(&pool, &tree, &whole.scored, LightPolicy::Three, &whole.spheres, &mut out);
         prop_assert_eq!(out, expected);
+    }
+}
+
+/// Every instruction set that this processor has.
+fn levels() -> Vec<Level> {
+    let level = Level::new();
+    #[allow(unused_mut)]
+    let mut levels = vec![level];
+    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    {
+        levels.extend(level.as_avx2().map(Level::Avx2));
+        levels.extend(level.as_sse4_2().map(Level::Sse4_2));
+    }
+    levels.push(Level::baseline());
+    levels.push(Level::fallback());
+    levels
+}
+
+/// A light and its place in a scene of the given extent.
+fn any_placed_light(extent: f32) -> impl Strategy<Value = LightRecord> {
+    let place = (any_place(extent), any_direction(), prop::sample::select(vec![0.0f32, 1.0, 8.0]));
+    (any_odd_light(), place, 0.02f32..2.0).prop_map(move |(mut light, (place, direction, grid), reach)| {
+        // Some on a grid, so that many are the same distance away.
+        let place = if grid > 0.0 { (place / extent * grid).round() * extent / grid } else { place };
+        if light.range.is_finite() && light.range < 1e5 {
+            light.range *= reach * extent / 30.0;
+        }
+        light_record(&light, &placed(place, direction))
+    })
+}
+
+prop_compose! {
+    /// Hundreds of lights, some many times over, and hundreds of objects, in order of place or not.
+    fn any_large_scene()(
+        extent in prop::sample::select(vec![2.0f32, 50.0, 1000.0, 20_000.0]),
+    )(
+        lights in prop::collection::vec(any_placed_light(extent), 0..200),
+        copies in prop::collection::vec(any::<Index>(), 0..200),
+        offset in prop::sample::select(vec![Vec3::ZERO, Vec3::new(1e4, 0.0, -1e4)]),
+        mut spheres in prop::collection::vec((any_place(extent * 1.1), prop_oneof![
+            6 => 0.0f32..0.02, 1 => Just(0.0f32), 1 => 0.0f32..2.0, 1 => Just(1e6f32), 1 => Just(f32::NAN),
+            1 => Just(-1.0f32)]), 0..400),
+        sorted in any::<bool>(),
+        extent in Just(extent),
+    ) -> Scene {
+        let copies = copies.iter().filter(|_| !lights.is_empty()).map(|copy| *copy.get(&lights));
+        let mut records: Vec<LightRecord> = lights.iter().copied().chain(copies).collect();
+        for record in &mut records {
+            record.position = (Vec3::from(record.position) + offset).into();
+        }
+        if sorted {
+            spheres.sort_by(|a, b| a.0.x.total_cmp(&b.0.x));
+        }
+        let spheres = spheres.iter().map(|&(center, radius)| Sphere { center: center + offset, radius: radius * extent });
+        let mut spheres: Vec<Sphere> = spheres.collect();
+        spheres.extend(records.first().map(|light| Sphere { center: light.position.into(), radius: 0.0 }));
+        scene(records, spheres)
+    }
+}
+
+proptest! {
+    #![proptest_config(cases(200))]
+
+    /// Bit for bit, on every instruction set. `PROPTEST_CASES=50000` compares ten million objects.
+    #[test]
+    fn the_fast_search_equals_the_plain_one(
+        scene in any_large_scene(),
+        policy in prop::sample::select(LightPolicy::ALL.to_vec()),
+    ) {
+        let expected = scene.select(policy.1);
+        for level in levels() {
+            for (i, (found, expected)) in scene.search(level, policy.1).iter().zip(&expected).enumerate() {
+                prop_assert!(found == expected, "{:?} {level:?}\n{found:?}\n{expected:?}", scene.spheres[i]);
+            }
+        }
     }
 }
 
