@@ -20,6 +20,7 @@
 //! Programs begin with [`prelude`]; `examples/` has three.
 
 pub mod app;
+pub mod bench;
 pub mod check;
 pub mod demo;
 pub mod frames;

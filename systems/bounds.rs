@@ -3,6 +3,7 @@
 use crate::library::{Library, MeshId};
 use bevy_ecs::prelude::*;
 use bevy_transform::components::GlobalTransform;
+use bytemuck::{Pod, Zeroable};
 use glam::{Affine3A, Vec3};
 
 /// An axis-aligned box.
@@ -41,8 +42,9 @@ impl Aabb {
     }
 }
 
-/// A sphere.
-#[derive(Clone, Copy, PartialEq, Debug, Default)]
+/// A sphere: four numbers.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Pod, Zeroable)]
+#[repr(C)]
 pub struct Sphere {
     /// Its centre.
     pub center: Vec3,

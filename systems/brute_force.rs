@@ -8,7 +8,6 @@ use crate::draw_list::NO_LIGHT;
 use crate::light_tree::search_order;
 use crate::lights::{LightPolicy, Selection};
 use crate::relevance::{ScoredLight, at_center, score};
-use glam::Vec3;
 
 /// Chooses the lights of each sphere; `scored` is indexed by slot. A sphere that is not finite has none.
 pub fn select(scored: &[ScoredLight], policy: LightPolicy, spheres: &[Sphere], out: &mut [Selection]) {
@@ -19,7 +18,7 @@ pub fn select(scored: &[ScoredLight], policy: LightPolicy, spheres: &[Sphere], o
         *out = top.selection(policy);
         out.reaching = reaching.len() as u32;
         if policy != LightPolicy::Hard && top.scores[3] > 0.0 {
-            add_remainder(scored, sphere.center, &reaching, out);
+            add_remainder(scored, sphere, &reaching, out);
         }
     }
 }
@@ -81,10 +80,10 @@ fn best(scored: &[ScoredLight], order: &[u32], sphere: Sphere, reaching: &mut Ve
 }
 
 /// Adds up what the weights leave out of the lights that reach the object.
-fn add_remainder(scored: &[ScoredLight], center: Vec3, reaching: &[u32], selection: &mut Selection) {
+fn add_remainder(scored: &[ScoredLight], sphere: Sphere, reaching: &[u32], selection: &mut Selection) {
     for &slot in reaching {
         let light = &scored[slot as usize];
-        let (irradiance, toward) = at_center(light, center);
+        let (irradiance, toward) = at_center(light, sphere);
         let weight = selection.lights.iter().position(|&chosen| chosen == slot).map_or(0.0, |i| selection.weights[i]);
         let part = (1.0 - weight) * irradiance;
         selection.remainder_ambient += light.tint * part;

@@ -79,7 +79,8 @@ impl LightTree {
         self.blocks.clear();
         self.blocks.extend(self.keys.chunks(WIDTH).map(|chunk| Block::new(chunk, scored)));
         self.levels.clear();
-        let mut level: Vec<Node> = self.blocks.chunks(WIDTH).map(|blocks| Node::new(blocks.iter().map(Block::bounds))).collect();
+        let mut level: Vec<Node> =
+            self.blocks.chunks(WIDTH).map(|blocks| Node::new(blocks.iter().map(Block::bounds))).collect();
         while level.len() > 1 {
             let above = level.chunks(WIDTH).map(|nodes| Node::new(nodes.iter().map(Node::bounds))).collect();
             self.levels.push(std::mem::replace(&mut level, above));
@@ -199,17 +200,21 @@ pub(crate) struct Volume {
 }
 
 impl Volume {
-    /// Around the spheres that are finite; `None` where none is.
-    pub fn around(spheres: &[Sphere]) -> Option<Self> {
-        let (mut min, mut max, mut radius) = (Vec3::INFINITY, Vec3::NEG_INFINITY, 0.0f32);
-        for sphere in spheres.iter().filter(|sphere| sphere.center.is_finite() && sphere.radius.is_finite()) {
-            (min, max, radius) = (min.min(sphere.center), max.max(sphere.center), radius.max(sphere.radius));
-        }
-        if min.x > max.x {
-            return None;
-        }
-        radius += 1e-6 * (min.abs() + max.abs()).element_sum() + radius * MARGIN;
+    /// Around spheres with these extremes of their centres and this largest radius; all finite.
+    #[inline(always)]
+    pub fn new(min: Vec3, max: Vec3, radius: f32) -> Self {
+        let radius = radius + 1e-6 * (min.abs() + max.abs()).element_sum() + radius * MARGIN;
         let around = Sphere { center: min * 0.5 + max * 0.5, radius: (max - min).length() * 0.5 + radius };
-        Some(Self { min, max, radius, around })
+        Self { min, max, radius, around }
+    }
+
+    /// Around all; `None` where there is none.
+    #[inline(always)]
+    pub fn union(volumes: &[Option<Self>]) -> Option<Self> {
+        let (mut min, mut max, mut radius) = (Vec3::INFINITY, Vec3::NEG_INFINITY, 0.0f32);
+        for volume in volumes.iter().flatten() {
+            (min, max, radius) = (min.min(volume.min), max.max(volume.max), radius.max(volume.radius));
+        }
+        (min.x <= max.x).then(|| Self::new(min, max, radius))
     }
 }

@@ -13,15 +13,16 @@
 use crate::bounds::{Sphere, WorldBounds};
 use crate::components::Light;
 use crate::draw_list::{DrawList, LightRecord, NO_LIGHT, Table};
+use crate::library::MeshId;
 use crate::light_search::{self, Level, Scratch};
 use crate::light_tree::LightTree;
-use crate::library::MeshId;
 pub use crate::relevance::{ScoredLight, irradiance, light_record, score};
 use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
 use bevy_tasks::{ComputeTaskPool, TaskPool};
 use bevy_transform::components::GlobalTransform;
+use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -57,7 +58,8 @@ impl Default for LightSlot {
 }
 
 /// The lights of an object. Derived; written by [`select_lights`].
-#[derive(Component, Clone, Copy, PartialEq, Debug)]
+#[derive(Component, Clone, Copy, PartialEq, Debug, Pod, Zeroable)]
+#[repr(C)]
 pub struct Selection {
     /// Slots in the light table, most relevant first; [`NO_LIGHT`] where there are fewer.
     pub lights: [u32; 3],

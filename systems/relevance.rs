@@ -19,8 +19,9 @@ const MAX_LUMINANCE: f32 = 1e26;
 const MIN_CONE_STEP: f32 = 1e-4;
 /// The sphere grows by this part of its distance, so that what rounding takes from the score is less than this gives.
 pub(crate) const ROUNDING: f32 = 1e-6;
-/// Steepness of a cone's edge that is as good as a step.
-const HARD_EDGE: f32 = 1e30;
+/// A classic spot ends at its outer angle all at once. Its score must not, or weights would jump as an object leaves
+/// the cone: it goes to 0 from there to this many times the angle's tangent.
+const SOFT_EDGE: f32 = 1.25;
 
 /// A light as the search reads it: one per slot, folded from its [`LightRecord`]. Two cache lines: the first is all that
 /// [`score`] reads.
@@ -36,9 +37,10 @@ pub struct ScoredLight {
     pub denominator: Vec4,
     /// World space, unit: the way the light shines.
     pub axis: Vec3,
-    /// Cosine of the outer half angle, rounded down.
+    /// Cosine of the half angle at which the score ends, rounded down: the outer one, or a little more for a spot with
+    /// exponent.
     pub cos_outer: f32,
-    /// 1 / (cos inner − cos outer); [`HARD_EDGE`] for a spot with exponent.
+    /// 1 / (cosine of the half angle within which the score is full − cosine of the one at which it ends).
     pub inverse_cone: f32,
     /// h of the bound 1 / (1 + h·tan²) ≥ cos^exponent; 0 for a spot with inner cone.
     pub falloff: f32,
@@ -53,6 +55,8 @@ pub struct ScoredLight {
     pub directed: f32,
     /// Exponent of the classic spot.
     pub exponent: f32,
+    /// Cosine and sine of the outer half angle.
+    pub edge: [f32; 2],
     /// Metres; infinite where the light has no end, 0 for an empty slot.
     pub range: f32,
 }
@@ -72,6 +76,7 @@ impl ScoredLight {
         tint: Vec3::ZERO,
         directed: 0.0,
         exponent: 0.0,
+        edge: [0.0, 1.0],
         range: 0.0,
     };
 
@@ -87,23 +92,27 @@ impl ScoredLight {
         }
         let is_parallel = record.kind == LightRecord::DIRECTIONAL;
         let has_exponent = record.kind == LightRecord::SPOT_EXPONENT;
+        let sin_outer = (1.0 - record.cos_outer * record.cos_outer).max(0.0).sqrt();
+        let (full, end) = if has_exponent {
+            let tan = SOFT_EDGE * sin_outer / record.cos_outer.max(1e-3);
+            (record.cos_outer, 1.0 / (1.0 + tan * tan).sqrt())
+        } else {
+            (record.cos_inner, record.cos_outer)
+        };
         Self {
             position: record.position.into(),
             inverse_range_squared: record.inverse_range_squared,
             denominator,
             axis: record.direction.into(),
-            cos_outer: record.cos_outer - ROUNDING,
-            inverse_cone: if has_exponent {
-                HARD_EDGE
-            } else {
-                1.0 / (record.cos_inner - record.cos_outer).max(MIN_CONE_STEP)
-            },
+            cos_outer: end - ROUNDING,
+            inverse_cone: 1.0 / (full - end).max(if has_exponent { ROUNDING } else { MIN_CONE_STEP }),
             falloff: if has_exponent { exponent_bound(record) } else { 0.0 },
             kind: record.kind,
             luminance,
             tint: (color + 4.0 * ambient) / luminance,
             directed: color.dot(LUMINANCE) / luminance,
             exponent: record.exponent,
+            edge: [record.cos_outer, sin_outer],
             range: if is_parallel { f32::INFINITY } else { record.inverse_range_squared.sqrt().recip() },
         }
     }
@@ -165,7 +174,7 @@ pub fn light_record(light: &Light, world_from_light: &GlobalTransform) -> LightR
 }
 
 /// An upper bound of the irradiance (luminance, at normal incidence) that the light gives anywhere in the sphere; 0 out
-/// of its range or cone.
+/// of its range or cone (classic spots: a little beyond the cone, so that it ends smoothly).
 ///
 /// Attenuation and window fall with the distance, so the sphere's nearest point bounds them. The spot's factor falls
 /// with the angle from the axis, and the sphere fits in a cylinder along the axis: no point of it is further along than
@@ -223,7 +232,10 @@ pub fn irradiance(light: &LightRecord, point: Vec3) -> Vec3 {
 
 /// What the remainder takes from a light at an object's centre: the irradiance (luminance), and the vector whose product
 /// with it points to the light, 1 long.
-pub(crate) fn at_center(light: &ScoredLight, center: Vec3) -> (f32, Vec3) {
+///
+/// A classic spot counts by how far the sphere is in its cone, so that the hard edge does not pass the whole object at
+/// once: 0 where it is outside, 1 where it is inside, a smooth step between.
+pub(crate) fn at_center(light: &ScoredLight, Sphere { center, radius }: Sphere) -> (f32, Vec3) {
     match light.kind {
         LightRecord::OFF => return (0.0, Vec3::ZERO),
         LightRecord::DIRECTIONAL => return (light.luminance, -light.axis),
@@ -240,24 +252,28 @@ pub(crate) fn at_center(light: &ScoredLight, center: Vec3) -> (f32, Vec3) {
     let spot = if light.kind == LightRecord::POINT {
         1.0
     } else {
-        let cos = v.dot(light.axis) * inverse_distance;
-        let edge = light.cos_outer + ROUNDING;
+        let along = v.dot(light.axis);
+        let cos = along * inverse_distance;
+        let [cos_edge, sin_edge] = light.edge;
         if light.kind == LightRecord::SPOT_CONE {
-            cone_step(cos, edge, light.inverse_cone)
-        } else if cos > edge {
-            power(cos, light.exponent)
+            cone_step(cos, cos_edge, light.inverse_cone)
         } else {
-            0.0
+            let off_axis = v - light.axis * along;
+            let inside = along * sin_edge - off_axis.dot(off_axis).sqrt() * cos_edge;
+            let part = (0.5 + 0.5 * inside / radius.max(MIN_RADIUS)).clamp(0.0, 1.0);
+            power(cos.max(0.0), light.exponent) * (part * part * (3.0 - 2.0 * part))
         }
     };
     (irradiance * spot, v * -inverse_distance)
 }
 
+/// Metres; what smaller objects count as where something is over their radius.
+pub(crate) const MIN_RADIUS: f32 = 1e-6;
 /// Squarings of [`power`].
 pub(crate) const SQUARINGS: u32 = 8;
 
-/// x^e for x in 0.08..=1 and e ≥ 0 from basic operations only, which round alike everywhere: within 1e-4 where the result
-/// is above 1e-4.
+/// x^e for x in 0..=1 and e ≥ 0 from basic operations only, which round alike everywhere: within 1e-4 from
+/// x = 0.08 on, and no more than a few hundredths below.
 ///
 /// ln x = 4 ln x^¼ by the series of the inverse hyperbolic tangent, exp by its own and eight squarings.
 fn power(x: f32, e: f32) -> f32 {

@@ -30,7 +30,7 @@ impl Random {
         (self.bits() >> 40) as f32 / (1u64 << 24) as f32
     }
 
-    fn between(&mut self, min: f32, max: f32) -> f32 {
+    pub fn between(&mut self, min: f32, max: f32) -> f32 {
         min + (max - min) * self.unit()
     }
 

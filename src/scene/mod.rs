@@ -18,6 +18,7 @@ mod faults;
 mod files;
 mod format;
 mod generate;
+pub(crate) use generate::Random;
 mod places;
 mod rig;
 mod spawn;

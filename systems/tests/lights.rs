@@ -9,7 +9,6 @@ use proptest::prelude::*;
 use proptest::sample::Index;
 use proptest::test_runner::FileFailurePersistence;
 use std::collections::BTreeMap;
-use systems::{Simulation, brute_force};
 use systems::bounds::{Sphere, WorldBounds};
 use systems::components::{Light, LightKind};
 use systems::draw_list::{LightRecord, NO_LIGHT};
@@ -19,6 +18,7 @@ use systems::light_tree::LightTree;
 use systems::lights::{
     LightPolicy, LightSlot, LightTable, ScoredLight, Selection, irradiance, light_record, score, select_parallel,
 };
+use systems::{Simulation, brute_force};
 
 const LUMINANCE: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
 

@@ -1,0 +1,5 @@
+//! Scenes to measure with, the same ones for benchmarks, tests and examples.
+
+mod night;
+
+pub use night::Night;

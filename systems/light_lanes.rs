@@ -1,0 +1,356 @@
+//! The arithmetic of the search with objects in the lanes of a vector: scores, the best four, the remainder.
+//!
+//! Each function is the twin of one in [`crate::relevance`] or [`crate::brute_force`], operation by operation: nothing is
+//! fused, approximated or reordered, so that every instruction set gives the same bits. Functions and closures must be
+//! inlined into the one that was compiled for the instruction set, or each operation becomes a call.
+
+use crate::bounds::Sphere;
+use crate::draw_list::{LightRecord, NO_LIGHT};
+use crate::light_tree::Volume;
+use crate::lights::{LightPolicy, Selection};
+use crate::relevance::{MIN_RADIUS, ROUNDING, SQUARINGS, ScoredLight};
+use fearless_simd::Simd;
+use fearless_simd::prelude::*;
+use glam::Vec3;
+
+/// Lanes of the widest vector.
+pub(crate) const LANES: usize = 16;
+/// A coordinate whose square is infinite.
+const OUT_OF_REACH: f32 = 1e30;
+
+/// The widest vector of the instruction set.
+pub(crate) type Floats<S> = <S as Simd>::f32s;
+
+#[inline(always)]
+pub(crate) fn splat<S: Simd>(simd: S, value: f32) -> Floats<S> {
+    Floats::<S>::splat(simd, value)
+}
+
+#[inline(always)]
+fn splat3<S: Simd>(simd: S, value: Vec3) -> [Floats<S>; 3] {
+    [splat(simd, value.x), splat(simd, value.y), splat(simd, value.z)]
+}
+
+/// A group of objects, one per lane. Lanes without an object, or with one that is not finite, are out of reach: no score
+/// of theirs is above 0.
+pub(crate) struct Objects<S: Simd> {
+    center: [Floats<S>; 3],
+    radius: Floats<S>,
+    is_finite: S::mask32s,
+}
+
+impl<S: Simd> Objects<S> {
+    /// At most as many spheres as a vector has lanes.
+    #[inline(always)]
+    pub fn load(simd: S, spheres: &[Sphere]) -> Self {
+        let lanes = Floats::<S>::LEN;
+        if spheres.len() == lanes {
+            return Self::load_all(simd, bytemuck::cast_slice(spheres));
+        }
+        let mut padded = [Sphere { center: Vec3::NAN, radius: 0.0 }; LANES];
+        padded[..spheres.len()].copy_from_slice(spheres);
+        Self::load_all(simd, bytemuck::cast_slice(&padded[..lanes]))
+    }
+
+    /// From x, y, z, r, x, y, z, r, …
+    #[inline(always)]
+    fn load_all(simd: S, values: &[f32]) -> Self {
+        let lanes = Floats::<S>::LEN;
+        let a = Floats::<S>::from_slice(simd, &values[..lanes]);
+        let b = Floats::<S>::from_slice(simd, &values[lanes..2 * lanes]);
+        let c = Floats::<S>::from_slice(simd, &values[2 * lanes..3 * lanes]);
+        let d = Floats::<S>::from_slice(simd, &values[3 * lanes..4 * lanes]);
+        let (xz_low, yr_low) = (a.unzip_low(b), a.unzip_high(b));
+        let (xz_high, yr_high) = (c.unzip_low(d), c.unzip_high(d));
+        let (x, z) = (xz_low.unzip_low(xz_high), xz_low.unzip_high(xz_high));
+        let (y, r) = (yr_low.unzip_low(yr_high), yr_low.unzip_high(yr_high));
+        let is_finite = x.is_finite() & y.is_finite() & z.is_finite() & r.is_finite();
+        let away = splat(simd, OUT_OF_REACH);
+        Self {
+            center: [is_finite.select(x, away), is_finite.select(y, away), is_finite.select(z, away)],
+            radius: is_finite.select(r.max(splat(simd, 0.0)), splat(simd, 0.0)),
+            is_finite,
+        }
+    }
+
+    /// Around those that are finite; `None` where none is.
+    #[inline(always)]
+    pub fn volume(&self, simd: S) -> Option<Volume> {
+        if !self.is_finite.any_true() {
+            return None;
+        }
+        let [x, y, z] = self.center;
+        let min = Vec3::new(x.reduce_min(), y.reduce_min(), z.reduce_min());
+        let away = splat(simd, -OUT_OF_REACH);
+        let max = Vec3::new(
+            self.is_finite.select(x, away).reduce_max(),
+            self.is_finite.select(y, away).reduce_max(),
+            self.is_finite.select(z, away).reduce_max(),
+        );
+        Some(Volume::new(min, max, self.radius.reduce_max()))
+    }
+
+    /// The score of a directional light.
+    #[inline(always)]
+    pub fn everywhere(&self, simd: S, light: &ScoredLight) -> Floats<S> {
+        self.is_finite.select(splat(simd, light.luminance), splat(simd, 0.0))
+    }
+
+    /// From the light to the objects.
+    #[inline(always)]
+    fn offset(&self, simd: S, light: &ScoredLight) -> [Floats<S>; 3] {
+        [
+            self.center[0] - splat(simd, light.position.x),
+            self.center[1] - splat(simd, light.position.y),
+            self.center[2] - splat(simd, light.position.z),
+        ]
+    }
+
+    /// [`crate::relevance::score`], operation by operation; where that is 0 it may be less or not a number.
+    #[inline(always)]
+    pub fn score<const SPOT: bool>(&self, simd: S, light: &ScoredLight) -> Floats<S> {
+        let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
+        let v = self.offset(simd, light);
+        let distance = dot(v, v).sqrt();
+        let d = (distance * splat(simd, 1.0 - ROUNDING) - self.radius).max(zero);
+        let window = range_window(simd, d * d, light);
+        let denominator = denominator(simd, d, light);
+        if !SPOT {
+            return window / denominator;
+        }
+        let r = self.radius + distance * splat(simd, ROUNDING);
+        let axis = splat3(simd, light.axis);
+        let t = dot(v, axis);
+        let off = [v[0] - axis[0] * t, v[1] - axis[1] * t, v[2] - axis[2] * t];
+        let along = t + r;
+        let tan = (dot(off, off).sqrt() - r).max(zero) / along;
+        let tan_squared = tan * tan;
+        let cos = one / (one + tan_squared).sqrt();
+        let cone = window * cone_step(simd, cos, splat(simd, light.cos_outer), light);
+        let score = cone / (denominator * (one + splat(simd, light.falloff) * tan_squared));
+        along.simd_gt(zero).select(score, zero)
+    }
+}
+
+#[inline(always)]
+fn dot<T: Copy + std::ops::Mul<Output = T> + std::ops::Add<Output = T>>(a: [T; 3], b: [T; 3]) -> T {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+#[inline(always)]
+fn range_window<S: Simd>(simd: S, distance_squared: Floats<S>, light: &ScoredLight) -> Floats<S> {
+    let x = distance_squared * splat(simd, light.inverse_range_squared);
+    let window = (splat(simd, 1.0) - x * x).max(splat(simd, 0.0));
+    window * window
+}
+
+#[inline(always)]
+fn denominator<S: Simd>(simd: S, d: Floats<S>, light: &ScoredLight) -> Floats<S> {
+    let constant = splat(simd, light.denominator.x);
+    let linear = splat(simd, light.denominator.y);
+    let quadratic = splat(simd, light.denominator.z);
+    let least = splat(simd, light.denominator.w);
+    (constant + d * (linear + d * quadratic)).max(least)
+}
+
+#[inline(always)]
+fn cone_step<S: Simd>(simd: S, cos: Floats<S>, edge: Floats<S>, light: &ScoredLight) -> Floats<S> {
+    let step = (cos - edge) * splat(simd, light.inverse_cone);
+    let step = step.max(splat(simd, 0.0)).min(splat(simd, 1.0));
+    step * step
+}
+
+/// The four best scores of each lane.
+pub(crate) struct Top<S: Simd> {
+    scores: [Floats<S>; 4],
+    slots: [S::u32s; 3],
+    dropped: Floats<S>,
+    reaching: S::u32s,
+}
+
+impl<S: Simd> Top<S> {
+    #[inline(always)]
+    pub fn new(simd: S) -> Self {
+        Self {
+            scores: [splat(simd, 0.0); 4],
+            slots: [S::u32s::splat(simd, NO_LIGHT); 3],
+            dropped: splat(simd, 0.0),
+            reaching: S::u32s::splat(simd, 0),
+        }
+    }
+
+    /// Takes a light in; of equal scores the lower slot is ahead. A bit for each object that it reaches.
+    #[inline(always)]
+    pub fn offer(&mut self, simd: S, score: Floats<S>, slot: u32) -> u32 {
+        let zero = splat(simd, 0.0);
+        let reaches = score.simd_gt(zero);
+        let bits = reaches.to_bitmask() as u32;
+        if bits == 0 {
+            return 0;
+        }
+        let score = reaches.select(score, zero);
+        let [s0, s1, s2, s3] = self.scores;
+        let [i0, i1, i2] = self.slots;
+        let slot = S::u32s::splat(simd, slot);
+        let (mut b0, mut b1, mut b2) = (score.simd_gt(s0), score.simd_gt(s1), score.simd_gt(s2));
+        // Ties are rare enough to be worth a branch.
+        let (e0, e1, e2) = (score.simd_eq(s0), score.simd_eq(s1), score.simd_eq(s2));
+        if ((e0 | e1 | e2) & reaches).any_true() {
+            b0 |= e0 & slot.simd_lt(i0) & reaches;
+            b1 |= e1 & slot.simd_lt(i1) & reaches;
+            b2 |= e2 & slot.simd_lt(i2) & reaches;
+        }
+        self.dropped += b2.select(s2, score);
+        self.reaching += reaches.select(S::u32s::splat(simd, 1), S::u32s::splat(simd, 0));
+        self.slots = [b0.select(slot, i0), b0.select(i0, b1.select(slot, i1)), b1.select(i1, b2.select(slot, i2))];
+        self.scores = [s0.max(score), s1.max(s0.min(score)), s2.max(s1.min(score)), s3.max(s2.min(score))];
+        bits
+    }
+
+    #[inline(always)]
+    pub fn weights(&self, simd: S, policy: LightPolicy) -> [Floats<S>; 3] {
+        let [first, second, third, fourth] = self.scores;
+        [weight(simd, first, fourth, policy), weight(simd, second, fourth, policy), weight(simd, third, fourth, policy)]
+    }
+
+    /// Whether more than three lights reach some object, so that there is a remainder.
+    #[inline(always)]
+    pub fn has_fourth(&self) -> bool {
+        self.scores[3].simd_gt(0.0).any_true()
+    }
+
+    /// 1 − the weight of a light, 0 where it does not reach.
+    #[inline(always)]
+    pub fn left_out(&self, simd: S, weights: [Floats<S>; 3], slot: u32, bits: u32) -> Floats<S> {
+        let slot = S::u32s::splat(simd, slot);
+        let weight = splat(simd, 0.0);
+        let weight = self.slots[2].simd_eq(slot).select(weights[2], weight);
+        let weight = self.slots[1].simd_eq(slot).select(weights[1], weight);
+        let weight = self.slots[0].simd_eq(slot).select(weights[0], weight);
+        let reaches = S::mask32s::from_bitmask(simd, bits.into());
+        reaches.select(splat(simd, 1.0) - weight, splat(simd, 0.0))
+    }
+}
+
+#[inline(always)]
+fn weight<S: Simd>(simd: S, score: Floats<S>, fourth: Floats<S>, policy: LightPolicy) -> Floats<S> {
+    let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
+    let ratio = fourth / score;
+    let squared = ratio * ratio;
+    let weight = if policy == LightPolicy::Hard { one } else { one - squared * squared };
+    score.simd_gt(zero).select(weight, zero)
+}
+
+pub(crate) const DIRECTIONAL: u32 = LightRecord::DIRECTIONAL;
+pub(crate) const POINT: u32 = LightRecord::POINT;
+/// Either kind of spot.
+pub(crate) const SPOT: u32 = LightRecord::SPOT_CONE;
+
+/// What the weights leave out, summed per lane.
+pub(crate) struct Remainder<S: Simd> {
+    ambient: [Floats<S>; 3],
+    direction: [Floats<S>; 3],
+}
+
+impl<S: Simd> Remainder<S> {
+    #[inline(always)]
+    pub fn new(simd: S) -> Self {
+        let zero = [splat(simd, 0.0); 3];
+        Self { ambient: zero, direction: zero }
+    }
+
+    /// Adds a light, [`crate::relevance::at_center`] operation by operation.
+    #[inline(always)]
+    pub fn add<const KIND: u32>(&mut self, simd: S, objects: &Objects<S>, light: &ScoredLight, left_out: Floats<S>) {
+        let zero = splat(simd, 0.0);
+        let (irradiance, toward) = if KIND == DIRECTIONAL {
+            (splat(simd, light.luminance), splat3(simd, -light.axis))
+        } else {
+            let v = objects.offset(simd, light);
+            let squared = dot(v, v);
+            let d = squared.sqrt();
+            let inverse_distance = d.simd_gt(zero).select(splat(simd, 1.0) / d, zero);
+            let mut irradiance = range_window(simd, squared, light) / denominator(simd, d, light);
+            if KIND == SPOT {
+                let axis = splat3(simd, light.axis);
+                let along = dot(v, axis);
+                let cos = along * inverse_distance;
+                let [cos_edge, sin_edge] = light.edge.map(
+                    #[inline(always)]
+                    |edge| splat(simd, edge),
+                );
+                irradiance *= if light.kind == LightRecord::SPOT_CONE {
+                    cone_step(simd, cos, cos_edge, light)
+                } else {
+                    let off = [v[0] - axis[0] * along, v[1] - axis[1] * along, v[2] - axis[2] * along];
+                    let inside = along * sin_edge - dot(off, off).sqrt() * cos_edge;
+                    let half = splat(simd, 0.5);
+                    let part = half + half * inside / objects.radius.max(splat(simd, MIN_RADIUS));
+                    let part = part.max(zero).min(splat(simd, 1.0));
+                    let step = part * part * (splat(simd, 3.0) - splat(simd, 2.0) * part);
+                    power(simd, cos.max(zero), light.exponent) * step
+                };
+            }
+            let toward = -inverse_distance;
+            (irradiance, [v[0] * toward, v[1] * toward, v[2] * toward])
+        };
+        // Where it does not reach, the irradiance may be no number.
+        let part = left_out.simd_gt(zero).select(left_out * irradiance, zero);
+        let directed = part * splat(simd, light.directed);
+        let tint = light.tint.to_array();
+        for axis in 0..3 {
+            self.ambient[axis] += splat(simd, tint[axis]) * part;
+            self.direction[axis] += toward[axis] * directed;
+        }
+    }
+}
+
+/// [`crate::relevance`]'s power.
+#[inline(always)]
+fn power<S: Simd>(simd: S, x: Floats<S>, e: f32) -> Floats<S> {
+    let one = splat(simd, 1.0);
+    let root = x.sqrt().sqrt();
+    let z = (root - one) / (root + one);
+    let z2 = z * z;
+    let series = one + z2 * (splat(simd, 1.0 / 3.0) + z2 * (splat(simd, 1.0 / 5.0) + z2 * splat(simd, 1.0 / 7.0)));
+    let scale = splat(simd, 1.0 / (1 << SQUARINGS) as f32);
+    let exponent = (splat(simd, 8.0 * e) * (z * series)).max(splat(simd, -80.0)) * scale;
+    let mut result = one + exponent * (one + exponent * (splat(simd, 0.5) + exponent * splat(simd, 1.0 / 6.0)));
+    for _ in 0..SQUARINGS {
+        result *= result;
+    }
+    result
+}
+
+/// From lanes to objects: four fields at a time are interleaved, and lie in the selection side by side.
+#[inline(always)]
+pub(crate) fn store<S: Simd>(top: &Top<S>, weights: [Floats<S>; 3], remainder: &Remainder<S>, out: &mut [Selection]) {
+    let [i, j, k] = top.slots.each_ref().map(|slots| slots.bitcast::<Floats<S>>());
+    let ([u, v, w], [r, g, b], [x, y, z]) = (weights, remainder.ambient, remainder.direction);
+    let mut quads = [[[0.0f32; 4]; LANES]; 4];
+    interleave([i, j, k, u], &mut quads[0]);
+    interleave([v, w, r, g], &mut quads[1]);
+    interleave([b, x, y, z], &mut quads[2]);
+    let reaching = top.reaching.bitcast::<Floats<S>>();
+    interleave([reaching, top.dropped, reaching, top.dropped], &mut quads[3]);
+    let rows: &mut [[f32; 14]] = bytemuck::cast_slice_mut(out);
+    for (lane, row) in rows.iter_mut().enumerate().take(Floats::<S>::LEN) {
+        row[0..4].copy_from_slice(&quads[0][lane]);
+        row[4..8].copy_from_slice(&quads[1][lane]);
+        row[8..12].copy_from_slice(&quads[2][lane]);
+        row[12..14].copy_from_slice(&quads[3][lane][..2]);
+    }
+}
+
+/// a₀ b₀ c₀ d₀, a₁ b₁ c₁ d₁, …
+#[inline(always)]
+fn interleave<S: Simd, F: SimdFloat<S, Element = f32>>([a, b, c, d]: [F; 4], out: &mut [[f32; 4]; LANES]) {
+    let out: &mut [f32] = bytemuck::cast_slice_mut(out);
+    let lanes = F::LEN;
+    let (ac_low, ac_high) = (a.zip_low(c), a.zip_high(c));
+    let (bd_low, bd_high) = (b.zip_low(d), b.zip_high(d));
+    ac_low.zip_low(bd_low).store_slice(&mut out[..lanes]);
+    ac_low.zip_high(bd_low).store_slice(&mut out[lanes..2 * lanes]);
+    ac_high.zip_low(bd_high).store_slice(&mut out[2 * lanes..3 * lanes]);
+    ac_high.zip_high(bd_high).store_slice(&mut out[3 * lanes..4 * lanes]);
+}
