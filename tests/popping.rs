@@ -1,0 +1,173 @@
+//! Nothing pops: an object that passes lamps changes from one sub-frame to the next as it does under all of them.
+//!
+//! The lamps move and the object stays: only light changes its pixels, not how their edges and texels are rounded.
+//! Between two places of the row, a pixel's jump is the change of L − L_all over the mean of L_all, in linear HDR: what
+//! the picture does that the reference does not. The search begins with coarse steps, and halves each in which some
+//! pixel jumps by more than [`BOUND`] or the three lights change, down to [`SUB_FRAME`]. A smooth change becomes small
+//! by that, a jump stays.
+
+mod common;
+
+use bevy_ecs::prelude::*;
+use bevy_transform::components::Transform;
+use glam::{Quat, Vec3, Vec4};
+use relief::compare::luminance;
+use relief::frames::Headless;
+use relief::renderer::{Renderer, Settings};
+use systems::Simulation;
+use systems::components::{Camera, Environment, Light, LightKind};
+use systems::images::{Image, ImageKind};
+use systems::library::{Library, Map, Material};
+use systems::lights::{LightPolicy, Selection};
+use systems::shapes;
+
+/// Pixels along a side; what is compared are means of two by two, which half floats round half as much.
+const SIZE: usize = 64;
+/// No jump may be larger, in mean luminances of the reference.
+const BOUND: f32 = 0.01;
+/// Metres; at 20 m/s and 60 frames a second, a frame is a thousand times as long.
+const SUB_FRAME: f32 = 0.0003;
+/// Metres that the object drives.
+const ROAD: f32 = 14.0;
+
+/// An object, a camera before it, and a row of lamps that moves past.
+struct Drive {
+    simulation: Simulation,
+    headless: Headless,
+    object: Entity,
+    camera: Entity,
+    row: Entity,
+}
+
+/// The object at one place along the row, by a policy and by all lights.
+struct Place {
+    x: f32,
+    /// Luminance by the policy less that by all lights.
+    error: Vec<f32>,
+    mean_of_all: f32,
+    lights: [u32; 3],
+}
+
+/// What a search found.
+#[derive(Debug, Default)]
+struct Jumps {
+    /// Between places at most [`SUB_FRAME`] apart.
+    largest: f32,
+    at: f32,
+    /// How often the set of three changed.
+    changes: usize,
+    places: usize,
+}
+
+/// A normal map of four by four waves.
+fn waves() -> Image {
+    let side = 64;
+    let texel = |i: u32| {
+        let slope = |texel: u32| 0.4 * (texel as f32 * 4.0 / side as f32 * std::f32::consts::TAU).sin();
+        let normal = Vec3::new(slope(i % side), slope(i / side), 1.0).normalize();
+        (normal * 127.5 + 127.5).to_array().map(|c| c.round() as u8).into_iter().chain([255])
+    };
+    Image::rgba8("waves", side, side, ImageKind::Normal, (0..side * side).flat_map(texel).collect())
+}
+
+impl Drive {
+    fn new(lamps: Vec<(Light, Transform)>) -> Option<Self> {
+        let gpu = common::gpu()?;
+        let mut simulation = Simulation::new();
+        simulation.world.insert_resource(Environment { ambient: Vec3::splat(0.05), ..Environment::default() });
+        let mut library = simulation.world.resource_mut::<Library>();
+        let normal_map = Some(Map::new(library.add_image(waves())));
+        let mesh = library.add_mesh(shapes::sphere(0.6, 32, 16));
+        let material = library.add_material(Material {
+            base_factor: Vec4::new(0.8, 0.7, 0.6, 1.0),
+            normal_map,
+            specular_factor: Vec3::splat(0.15),
+            shininess: 20.0,
+            ..Material::default()
+        });
+        let object = simulation.world.spawn((mesh, material, Transform::default())).id();
+        let eye = Transform::from_xyz(0.6, 0.8, 1.4).looking_at(Vec3::ZERO, Vec3::Y);
+        let camera = simulation.world.spawn((Camera::default(), eye)).id();
+        let row = simulation.world.spawn(Transform::default()).id();
+        simulation.world.spawn_batch(lamps.into_iter().map(move |lamp| (lamp, ChildOf(row))).collect::<Vec<_>>());
+        let settings = Settings { samples: 1, ..Settings::default() };
+        let headless = Headless { renderer: Renderer::new(&gpu), settings };
+        Some(Self { simulation, headless, object, camera, row })
+    }
+
+    fn luminances(&mut self, policy: LightPolicy) -> Vec<f32> {
+        self.simulation.world.insert_resource(policy);
+        let size = (SIZE as u32, SIZE as u32);
+        self.headless.draw(&mut self.simulation, self.camera, size).expect("a picture");
+        let pixels = self.headless.renderer.read_linear().expect("linear colours");
+        let at = |x: usize, y: usize| luminance(pixels[y * SIZE + x]);
+        let corners = (0..SIZE).step_by(2).flat_map(|y| (0..SIZE).step_by(2).map(move |x| (x, y)));
+        corners.map(|(x, y)| (at(x, y) + at(x + 1, y) + at(x, y + 1) + at(x + 1, y + 1)) / 4.0).collect()
+    }
+
+    fn at(&mut self, x: f32, policy: LightPolicy) -> Place {
+        self.simulation.world.entity_mut(self.row).insert(Transform::from_xyz(-x, 0.0, 0.0));
+        let all = self.luminances(LightPolicy::All);
+        let mean_of_all = all.iter().sum::<f32>() / all.len() as f32;
+        let error = self.luminances(policy).iter().zip(&all).map(|(l, all)| l - all).collect();
+        let mut lights = self.simulation.world.get::<Selection>(self.object).expect("selected").lights;
+        lights.sort_unstable();
+        Place { x, error, mean_of_all, lights }
+    }
+
+    /// Drives along the whole row.
+    fn jumps(&mut self, policy: LightPolicy) -> Jumps {
+        let (mut jumps, steps) = (Jumps::default(), 100);
+        let mut from = self.at(0.0, policy);
+        for i in 1..=steps {
+            let to = self.at(ROAD * i as f32 / steps as f32, policy);
+            self.search(&from, &to, policy, &mut jumps);
+            from = to;
+        }
+        jumps
+    }
+
+    fn search(&mut self, from: &Place, to: &Place, policy: LightPolicy, jumps: &mut Jumps) {
+        jumps.places += 1;
+        let changes = from.error.iter().zip(&to.error).map(|(a, b)| (a - b).abs());
+        let jump = changes.fold(0.0, f32::max) / from.mean_of_all;
+        if to.x - from.x <= SUB_FRAME {
+            jumps.changes += usize::from(from.lights != to.lights);
+            if jump > jumps.largest {
+                (jumps.largest, jumps.at) = (jump, from.x);
+            }
+        } else if jump > BOUND || from.lights != to.lights {
+            let middle = self.at((from.x + to.x) / 2.0, policy);
+            self.search(from, &middle, policy, jumps);
+            self.search(&middle, to, policy, jumps);
+        }
+    }
+}
+
+/// Points and spots by turns over 14 m, of several strengths, ranges and heights; every third with a twin across the
+/// road, just as far away.
+fn street(spot: LightKind) -> Vec<(Light, Transform)> {
+    let down = Quat::from_rotation_x(-std::f32::consts::FRAC_PI_2);
+    let mut lamps = Vec::new();
+    for i in 0..13 {
+        let kind = if i % 2 == 0 { LightKind::Point } else { spot };
+        let light = Light { kind, ..Light::point(3.0 + (i * 5 % 7) as f32, 7.0 + (i % 5) as f32) };
+        let place = Vec3::new(i as f32 * ROAD / 12.0, 2.0 + (i % 4) as f32 * 0.5, 1.2 - (i % 3) as f32 * 0.7);
+        let across = place * Vec3::new(1.0, 1.0, -1.0);
+        let places = if i % 3 == 0 { &[place, across][..] } else { &[place] };
+        lamps.extend(places.iter().map(|&at| (light.clone(), Transform::from_translation(at).with_rotation(down))));
+    }
+    lamps
+}
+
+#[test]
+fn nothing_pops_on_a_drive_past_lamps() {
+    let soft = LightKind::Spot { outer: 1.1, inner: Some(0.6), exponent: 0.0 };
+    let Some(mut drive) = Drive::new(street(soft)) else { return };
+    let smooth = drive.jumps(LightPolicy::Three);
+    let hard = drive.jumps(LightPolicy::Hard);
+    println!("three: {smooth:?}\nhard: {hard:?}");
+    assert!(smooth.changes >= 10 && smooth.changes == hard.changes, "{smooth:?} {hard:?}");
+    assert!(smooth.largest <= BOUND, "{smooth:?}");
+    assert!(hard.largest > 10.0 * BOUND, "{hard:?}");
+}
