@@ -111,3 +111,78 @@ pub fn heat_map(values: &[f32], width: u32, height: u32) -> Option<RgbImage> {
     };
     RgbImage::from_raw(width, height, values.iter().flat_map(color).collect())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn luminance_error_is_relative_to_the_mean_of_the_reference() {
+        // The last pixel does not count; the mean of the reference is 2.
+        let error = luminance_error(&[1.0, 3.0, 2.0, 100.0], &[1.0, 2.0, 4.0, 0.0], &[true, true, true, false]);
+        assert_eq!(error.of_pixels, [0.0, 0.5, 1.0, 0.0]);
+        assert_eq!((error.mean, error.p99), (0.5, 1.0));
+        // Of 200 pixels, two are far off: 99 % are not.
+        let other: Vec<f32> = (0..200).map(|i| if i < 2 { 9.0 } else { 1.5 }).collect();
+        let error = luminance_error(&[1.0; 200], &other, &[true; 200]);
+        assert_eq!(error.p99, 0.5);
+        assert!((error.mean - (2.0 * 8.0 + 198.0 * 0.5) / 200.0).abs() < 1e-9);
+        let three = luminance_error(&[1.0; 200], &[&[9.0][..], &other[..199]].concat(), &[true; 200]);
+        assert_eq!(three.p99, 8.0);
+    }
+
+    #[test]
+    fn black_references_and_pictures_without_objects_are_sane() {
+        assert_eq!(luminance_error(&[0.0; 2], &[0.0; 2], &[true; 2]).mean, 0.0);
+        assert_eq!(luminance_error(&[0.0; 2], &[0.0, 1.0], &[true; 2]).p99, f64::INFINITY);
+        let none = luminance_error(&[1.0; 2], &[0.0, 1.0], &[false; 2]);
+        assert_eq!((none.mean, none.p99, none.of_pixels), (0.0, 0.0, vec![0.0; 2]));
+        assert_eq!(luminance_error(&[], &[], &[]).mean, 0.0);
+        assert_eq!(luminance([f32::NAN, 0.0, 0.0, 1.0]), 65504.0);
+    }
+
+    fn picture(color: impl Fn(u32, u32, u32) -> u32) -> RgbImage {
+        RgbImage::from_fn(48, 32, |x, y| image::Rgb([0, 1, 2].map(|channel| color(x, y, channel) as u8)))
+    }
+
+    /// The figures are the means of the maps that NVIDIA's flip-evaluator 1.7 gives for the same pictures.
+    #[test]
+    fn flip_gives_the_figures_of_its_authors_tool() {
+        let ramps = |x: u32, y: u32, channel: u32| (x * 5 + y * 3 + channel * 40) % 256;
+        let in_square = |x, y| (16..32).contains(&x) && (8..24).contains(&y);
+        let square = |x, y, channel| if channel == 0 && in_square(x, y) { 200 } else { 60 };
+        let cases = [
+            (picture(|_, _, _| 0), picture(|_, _, _| 255), 0.967_388_33),
+            (picture(ramps), picture(|x, y, channel| (ramps(x, y, channel) + 16).min(255)), 0.292_622_27),
+            (picture(|_, _, _| 60), picture(square), 0.206_718_67),
+            (picture(ramps), picture(|x, y, channel| ramps(x + 1, y, channel)), 0.247_922_39),
+        ];
+        for (a, b, known) in cases {
+            let found = flip(&a, &b).expect("equal sizes");
+            assert!((found - known).abs() < 1e-6, "{found} {known}");
+            assert!((flip(&b, &a).expect("equal sizes") - known).abs() < 1e-6);
+            assert_eq!(flip(&a, &a).expect("equal sizes"), 0.0);
+        }
+        let grey = |value| picture(move |_, _, _| value);
+        let steps: Vec<f64> = (0..8).map(|i| flip(&grey(60), &grey(60 + i * 24)).expect("equal sizes")).collect();
+        assert!(steps.windows(2).all(|pair| pair[0] < pair[1]), "{steps:?}");
+    }
+
+    #[test]
+    fn pictures_of_other_sizes_are_refused() {
+        let (a, b) = (RgbImage::new(4, 4), RgbImage::new(4, 5));
+        assert_eq!(flip(&a, &b).unwrap_err().to_string(), "pictures of 4x4 and 4x5 pixels cannot be compared");
+        assert!(flip(&RgbImage::new(0, 4), &RgbImage::new(0, 4)).is_err());
+        assert!(check_size((4096, 4096)).is_ok());
+        assert!(matches!(check_size((4097, 4096)), Err(CompareError::TooLarge { .. })));
+    }
+
+    #[test]
+    fn the_heat_map_goes_from_black_to_pale() {
+        let heat = heat_map(&[0.0, 0.5, 1.0, f32::INFINITY], 2, 2).expect("four values");
+        let sums = heat.pixels().map(|p| p.0.iter().map(|&c| u32::from(c)).sum::<u32>()).collect::<Vec<_>>();
+        assert!(sums[0] < 10 && sums[0] < sums[1] && sums[1] < sums[2] && sums[2] > 600, "{sums:?}");
+        assert_eq!(sums[2], sums[3]);
+        assert!(heat_map(&[0.0; 3], 2, 2).is_none());
+    }
+}
