@@ -14,7 +14,7 @@ use crate::bounds::{Sphere, WorldBounds};
 use crate::components::Light;
 use crate::draw_list::{DrawList, LightRecord, NO_LIGHT, Table};
 use crate::library::MeshId;
-use crate::relevance::{LUMINANCE, falloff};
+use crate::relevance::{LUMINANCE, falloff_around};
 pub use crate::relevance::{ScoredLight, irradiance, light_record, score};
 use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
@@ -186,7 +186,7 @@ pub fn select(
             }
         }
         if policy != LightPolicy::Hard && top.scores[3] > 0.0 {
-            add_remainder(records, sphere.center, &reaching, out);
+            add_remainder(records, sphere, &reaching, out);
         }
     }
 }
@@ -261,12 +261,12 @@ fn top_four(scored: &[ScoredLight], sphere: Sphere, reaching: &mut Vec<u32>) -> 
 }
 
 /// Adds up what the weights leave out of the lights that reach the object.
-fn add_remainder(records: &[LightRecord], center: Vec3, reaching: &[u32], selection: &mut Selection) {
+fn add_remainder(records: &[LightRecord], sphere: Sphere, reaching: &[u32], selection: &mut Selection) {
     for &slot in reaching {
         let chosen = selection.lights.iter().position(|&light| light == slot);
         let left_out = 1.0 - chosen.map_or(0.0, |i| selection.weights[i]);
         let Some(record) = records.get(slot as usize) else { continue };
-        let (falloff, toward) = falloff(record, center);
+        let (falloff, toward) = falloff_around(record, sphere);
         let part = left_out * falloff;
         let color = Vec3::from(record.color);
         selection.remainder_ambient += part * (color + 4.0 * Vec3::from(record.ambient));

@@ -17,6 +17,9 @@ const MIN_DENOMINATOR: f32 = 1e-4;
 const MAX_LUMINANCE: f32 = 1e26;
 /// Difference of the cosines of inner and outer cone, at least; the shader divides by it.
 const MIN_CONE_STEP: f32 = 1e-4;
+/// A classic spot ends at its outer angle all at once. Its score must not, or weights would jump as an object leaves
+/// the cone: it goes to 0 from there to this many times the angle's tangent.
+const SOFT_EDGE: f32 = 1.25;
 /// The sphere grows by this part of its distance, so that what rounding takes from the score is less than this gives.
 const ROUNDING: f32 = 1e-6;
 
@@ -146,7 +149,7 @@ pub fn light_record(light: &Light, world_from_light: &GlobalTransform) -> LightR
 }
 
 /// An upper bound of the irradiance (luminance, at normal incidence) that the light gives anywhere in the sphere; 0 out
-/// of its range or cone.
+/// of its range or cone (classic spots: a little beyond the cone, so that it ends smoothly).
 ///
 /// Attenuation and window fall with the distance, so the sphere's nearest point bounds them. The spot's factor falls
 /// with the angle from the axis, and the sphere fits in a cylinder along the axis: no point of it is further along than
@@ -181,8 +184,11 @@ pub fn score(light: &ScoredLight, sphere: Sphere) -> f32 {
     let tan = (q - r).max(0.0) / along;
     irradiance
         * match light.kind {
-            LightRecord::SPOT_EXPONENT if tan > light.tan_outer => 0.0,
-            LightRecord::SPOT_EXPONENT => 1.0 / (1.0 + light.falloff * (tan * tan)),
+            LightRecord::SPOT_EXPONENT => {
+                let edge =
+                    ((SOFT_EDGE * light.tan_outer - tan) / ((SOFT_EDGE - 1.0) * light.tan_outer)).clamp(0.0, 1.0);
+                edge * edge / (1.0 + light.falloff * (tan * tan))
+            }
             _ => cone_step(1.0 / (1.0 + tan * tan).sqrt(), light.cos_outer, light.inverse_cone),
         }
 }
@@ -204,6 +210,24 @@ fn cone_step(cos: f32, cos_outer: f32, inverse_cone: f32) -> f32 {
 /// shader computes, attenuation · spot · window times the light's colour.
 pub fn irradiance(light: &LightRecord, point: Vec3) -> Vec3 {
     Vec3::from(light.color) * falloff(light, point).0
+}
+
+/// [`falloff`] at the centre of a sphere, but a classic spot counts by how far the sphere is in its cone, so that the
+/// edge does not pass the whole object at once: 0 where it is outside, 1 where it is inside, a smooth step between.
+pub(crate) fn falloff_around(light: &LightRecord, sphere: Sphere) -> (f32, Vec3) {
+    if light.kind != LightRecord::SPOT_EXPONENT {
+        return falloff(light, sphere.center);
+    }
+    let (reach, toward) = falloff(&LightRecord { kind: LightRecord::POINT, ..*light }, sphere.center);
+    let direction = Vec3::from(light.direction);
+    let v = sphere.center - Vec3::from(light.position);
+    let along = v.dot(direction);
+    let (cos_outer, sin_outer) = (light.cos_outer, (1.0 - light.cos_outer * light.cos_outer).sqrt());
+    // Distance of the centre from the cone's surface, over the radius.
+    let inside = (along * sin_outer - (v - direction * along).length() * cos_outer) / sphere.radius.max(1e-6);
+    let part = (inside * 0.5 + 0.5).clamp(0.0, 1.0);
+    let spot = direction.dot(-toward).max(0.0).powf(light.exponent);
+    (reach * spot * part * part * (3.0 - 2.0 * part), toward)
 }
 
 /// Attenuation · spot · window at a point, and the unit vector towards the light (zero at the light itself).
