@@ -393,7 +393,8 @@ fn largest_jump(policy: LightPolicy, steps: usize) -> (f32, f32) {
         let spot = LightKind::Spot { outer: 1.2, inner: Some(0.7), exponent: 0.0 };
         let classic = LightKind::Spot { outer: 0.8, inner: None, exponent: 2.0 };
         let kind = [spot, LightKind::Point, classic][i % 3];
-        light_record(&Light { kind, ..Light::point(5.0 + (i % 5) as f32, 18.0) }, &place)
+        let strength = if kind == classic { 20.0 } else { 5.0 };
+        light_record(&Light { kind, ..Light::point(strength + (i % 5) as f32, 18.0) }, &place)
     });
     let spheres = (0..steps).map(|i| Sphere { center: Vec3::X * (i as f32 * 50.0 / steps as f32), radius: 1.0 });
     let weights = |s: &Selection| s.lights.into_iter().zip(s.weights).collect::<BTreeMap<u32, f32>>();
@@ -413,7 +414,7 @@ fn largest_jump(policy: LightPolicy, steps: usize) -> (f32, f32) {
 fn weights_and_remainder_change_smoothly_where_lights_pass_each_other() {
     let (weight, remainder) = largest_jump(LightPolicy::Three, 5_000);
     let (weight_finer, remainder_finer) = largest_jump(LightPolicy::Three, 50_000);
-    assert!(weight < 0.05 && remainder < 0.05, "{weight} {remainder}");
+    assert!(weight < 0.08 && remainder < 0.05, "{weight} {remainder}");
     assert!(weight_finer < weight * 0.2 && remainder_finer < remainder * 0.2, "{weight_finer} {remainder_finer}");
     assert_eq!(largest_jump(LightPolicy::Hard, 50_000).0, 1.0);
 }
