@@ -122,13 +122,14 @@ struct LightsArgs {
 }
 
 const LIGHTS_HELP: &str = "\
-The frame is drawn with --lights all (the reference), three and hard. L is linear luminance before the tone map.
-  mean   over the pixels that show objects, the mean of |L - L_all|, divided by the mean of L_all there
-  p99    99 % of those pixels are no further off, as a part of the same mean of L_all
-  FLIP   what a viewer notices who flips between the tone-mapped pictures: 0 nothing to 1 (67 pixels per degree)
+The frame is drawn with --lights all (the reference), three and hard. L: linear luminance.
+  mean   over pixels that show objects, the mean of |L - L_all|, over the mean of L_all there
+  p99    99 % of those pixels have |L - L_all| / mean L_all of at most this
+  FLIP   what a viewer notices who flips between the pictures: 0 nothing to 1
 
-Files: all.png, three.png, hard.png, and three_error.png, hard_error.png: |L - L_all| / mean L_all of each pixel, from
-0 black over violet and orange to 1 and more pale yellow, the same scale in both.";
+Files: all.png, three.png, hard.png as relief render writes them; three_error.png, hard_error.png:
+|L - L_all| / mean L_all of each pixel, from 0 black over violet and orange to 1 and more pale
+yellow, the same scale in both. docs/lights.md has the definitions in full.";
 
 #[derive(Args, Clone)]
 struct ViewArgs {
