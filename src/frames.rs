@@ -3,6 +3,7 @@
 //! Frame n is the world after n steps of its clock. The range asked for is reached by stepping, drawn frame by frame,
 //! and each picture is written whole, so that an interrupted run can be resumed by what is there.
 
+use crate::compare::CompareError;
 use crate::output::{self, OutputError};
 use crate::renderer::{Gpu, GpuError, RenderError, Renderer, Settings};
 use crate::scene::{self, SceneError};
@@ -96,6 +97,9 @@ pub enum FrameError {
     /// The film could not be made.
     #[error(transparent)]
     Video(#[from] VideoError),
+    /// Pictures that cannot be compared.
+    #[error(transparent)]
+    Compare(#[from] CompareError),
 }
 
 /// A scene that is loaded, with the camera it is seen from.

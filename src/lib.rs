@@ -14,6 +14,7 @@
 //! scene     scene files (and glTF files as scenes) into entities     import   glTF and images into library items
 //! frames    pictures to files; Headless for programs of one's own    app      the window, its keys and panel
 //! renderer  the only place that knows wgpu                           check    everything wrong with a file
+//! compare   how far two pictures are apart                           light_error   a scene by three lights and by all
 //! problem, name, output, video, demo                                 what several of these share
 //! ```
 //!
@@ -22,9 +23,11 @@
 pub mod app;
 pub mod bench;
 pub mod check;
+pub mod compare;
 pub mod demo;
 pub mod frames;
 pub mod import;
+pub mod light_error;
 pub mod name;
 pub mod output;
 pub mod prelude;

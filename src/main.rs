@@ -1,4 +1,4 @@
-//! The command line: `relief run, render, check, info`.
+//! The command line: `relief run, render, lights, check, info`.
 //!
 //! Exit codes: 0 done, 2 bad input or usage, 3 no usable graphics adapter, 1 anything else.
 
@@ -6,6 +6,7 @@ use clap::{Args, Parser, Subcommand};
 use indicatif::{ProgressBar, ProgressStyle};
 use relief::app::{self, AppError};
 use relief::frames::{self, FrameError, FrameJob, OutputKind};
+use relief::light_error::{self, LightErrorJob};
 use relief::renderer::{DebugView, Gpu, Settings};
 use relief::{check, demo};
 use std::io::{IsTerminal, Write};
@@ -32,6 +33,7 @@ Examples:
   relief                                          the demo, in a window
   relief model.glb                                a model, with its own lights and cameras
   relief render scene.ron -o frames --frames 60   frames/color_00000.png … color_00059.png
+  relief lights scene.ron -o out                  how far three lights per object are from all lights
   relief check scene.ron model.glb                everything that is wrong with the files
 
 Exit codes: 0 done, 2 bad input or usage, 3 no usable graphics adapter, 1 anything else.";
@@ -42,6 +44,9 @@ enum Command {
     Run(RunArgs),
     /// Render frames to PNG files, without a window
     Render(RenderArgs),
+    /// Say how far a frame lit by three lights per object is from one lit by all, in figures and pictures
+    #[command(after_help = LIGHTS_HELP)]
+    Lights(LightsArgs),
     /// Say everything that is wrong with scenes, models and images; exit code 2 if anything is
     Check {
         /// Scenes (.ron), models (.gltf, .glb), images
@@ -89,6 +94,43 @@ struct RenderArgs {
     view: ViewArgs,
 }
 
+#[derive(Args)]
+struct LightsArgs {
+    /// Scene (.ron) or model (.gltf, .glb)
+    scene: PathBuf,
+    /// Folder for the pictures; made if missing
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// Which frame: steps of the scene's clock before the picture
+    #[arg(long, default_value_t = 0, value_name = "N", value_parser = clap::value_parser!(u64).range(..MOST_FRAMES))]
+    frame: u64,
+    /// Pixels; 16 million at the most
+    #[arg(long, default_value = "1280x720", value_name = "WxH", value_parser = parse_size)]
+    size: (u32, u32),
+    /// Camera of the scene, by name; its first if left out
+    #[arg(long, value_name = "NAME")]
+    camera: Option<String>,
+    /// Draw every material with this bump technique: off, normal, perturbed_normal
+    #[arg(long, value_name = "NAME", value_parser = parse_technique)]
+    technique: Option<Technique>,
+    /// Worker threads; pictures are the same for any number [default: one per core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
+    threads: Option<u16>,
+    /// Print one line of JSON rather than a table
+    #[arg(long)]
+    json: bool,
+}
+
+const LIGHTS_HELP: &str = "\
+The frame is drawn with --lights all (the reference), three and hard. L: linear luminance.
+  mean   over pixels that show objects, the mean of |L - L_all|, over the mean of L_all there
+  p99    99 % of those pixels have |L - L_all| / mean L_all of at most this
+  FLIP   what a viewer notices who flips between the pictures: 0 nothing to 1
+
+Files: all.png, three.png, hard.png as relief render writes them; three_error.png, hard_error.png:
+|L - L_all| / mean L_all of each pixel, from 0 black over violet and orange to 1 and more pale
+yellow, the same scale in both. docs/lights.md has the definitions in full.";
+
 #[derive(Args, Clone)]
 struct ViewArgs {
     /// Pixels
@@ -124,15 +166,17 @@ fn parse_size(text: &str) -> Result<(u32, u32), String> {
     sides.ok_or_else(|| "expected WIDTHxHEIGHT, each 1 to 16384, like 1280x720".to_owned())
 }
 
+/// Frame numbers stay below this.
+const MOST_FRAMES: u64 = 1_000_000_000;
+
 fn parse_frames(text: &str) -> Result<Range<u64>, String> {
     let range = match text.split_once("..") {
         Some((first, end)) => first.parse().ok().zip(end.parse().ok()).map(|(first, end)| first..end),
         None => text.parse().ok().map(|count| 0..count),
     };
-    let most = 1_000_000_000;
     range
-        .filter(|r| r.start < r.end && r.end <= most)
-        .ok_or_else(|| format!("expected a count like 60, or a range like 30..60, ending at {most} at the most"))
+        .filter(|r| r.start < r.end && r.end <= MOST_FRAMES)
+        .ok_or_else(|| format!("expected a count like 60, or a range like 30..60, ending at {MOST_FRAMES} at the most"))
 }
 
 fn parse_lights(text: &str) -> Result<LightPolicy, String> {
@@ -165,6 +209,7 @@ fn main() -> ExitCode {
             systems::set_threads(args.view.threads.map(usize::from));
             render(&job(&args))
         }
+        Command::Lights(args) => lights(&args),
         Command::Check { files } => return check_files(&files),
         Command::Info => Gpu::headless().map(|gpu| say(gpu.describe().trim_end())).map_err(FrameError::from),
     };
@@ -184,7 +229,7 @@ fn say(text: &str) {
 
 fn exit_code(error: &FrameError) -> u8 {
     match error {
-        FrameError::Scene(_) | FrameError::NoCamera { .. } | FrameError::Render(_) => 2,
+        FrameError::Scene(_) | FrameError::NoCamera { .. } | FrameError::Render(_) | FrameError::Compare(_) => 2,
         FrameError::Gpu(_) => 3,
         FrameError::Output(_) | FrameError::Video(_) => 1,
     }
@@ -223,6 +268,24 @@ fn render(job: &FrameJob) -> Result<(), FrameError> {
         [] => say(&format!("nothing to do: all pictures are in {}", job.folder.display())),
         [one] => say(&one.display().to_string()),
         [first, .., last] => say(&format!("{} files: {} … {}", written.len(), first.display(), last.display())),
+    }
+    Ok(())
+}
+
+fn lights(args: &LightsArgs) -> Result<(), FrameError> {
+    systems::set_threads(args.threads.map(usize::from));
+    let report = light_error::measure(&LightErrorJob {
+        scene: args.scene.clone(),
+        folder: args.output.clone(),
+        frame: args.frame,
+        size: args.size,
+        camera: args.camera.clone(),
+        technique: args.technique,
+    })?;
+    if args.json {
+        say(&report.json());
+    } else {
+        say(&format!("{report}pictures: {}", args.output.display()));
     }
     Ok(())
 }

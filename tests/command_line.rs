@@ -239,3 +239,57 @@ fn info_names_the_adapter() {
         assert!(text(&output.stdout).contains(needle));
     }
 }
+
+#[test]
+fn lights_reports_errors_as_a_table_or_json_and_writes_five_pictures() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let folder = scene_folder();
+    let run =
+        |args: &[&str]| relief(&[&["lights", "scene.ron", "--size", "64x36", "-o"], args].concat(), folder.path());
+    let table = run(&["out"]);
+    assert!(table.status.success(), "{}", text(&table.stderr));
+    for needle in
+        ["scene.ron: frame 0, 64x36, 41 lights", "mean      p99     FLIP", "\nthree", "\nhard", "pictures: out"]
+    {
+        assert!(text(&table.stdout).contains(needle), "{}", text(&table.stdout));
+    }
+    let files = contents(&folder.path().join("out"));
+    let names: Vec<_> = files.iter().map(|(name, _)| name.to_string_lossy().into_owned()).collect();
+    assert_eq!(names, ["all.png", "hard.png", "hard_error.png", "three.png", "three_error.png"]);
+
+    let first = run(&["out", "--json", "--threads", "1"]);
+    assert_eq!(text(&first.stdout).lines().count(), 1);
+    let json: serde_json::Value = serde_json::from_slice(&first.stdout).expect("JSON");
+    assert!(json["hard"]["mean"].as_f64() > json["three"]["mean"].as_f64(), "{json}");
+    assert_eq!((&json["frame"], &json["width"]), (&0.into(), &64.into()));
+    assert!(first.stdout == run(&["again", "--json", "--threads", "2"]).stdout, "any number of threads");
+    assert!(files == contents(&folder.path().join("again")), "the same pictures");
+
+    // What render writes, another frame, another camera.
+    let args = ["render", "scene.ron", "--size", "64x36", "--lights", "hard", "--frames", "5..6", "-o", "frames"];
+    assert!(relief(&args, folder.path()).status.success());
+    assert!(run(&["later", "--frame", "5"]).status.success());
+    let read = |name: &str| fs::read(folder.path().join(name)).expect("a picture");
+    assert!(read("later/hard.png") == read("frames/color_00005.png"));
+    assert!(run(&["above", "--camera", "above"]).status.success());
+    assert!(read("above/all.png") != read("out/all.png"));
+}
+
+#[test]
+fn lights_with_bad_input_exits_with_2_and_writes_nothing() {
+    let folder = scene_folder();
+    let run = |args: &[&str]| relief(&[&["lights"], args, &["-o", "o"]].concat(), folder.path());
+    assert_fails(&run(&["missing.ron"]), 2, &["missing.ron"]);
+    assert_fails(&run(&["scene.ron", "--camera", "back"]), 2, &["no camera named \"back\"", "front, above"]);
+    assert_fails(&run(&["scene.ron", "--size", "9000x9000"]), 2, &["9000x9000", "at most 16777216 pixels"]);
+    assert_fails(&run(&["scene.ron", "--frame", "-1"]), 2, &["'-1'"]);
+    assert_fails(&run(&["scene.ron", "--technique", "nomral"]), 2, &["did you mean \"normal\"?"]);
+    assert_fails(&relief(&["lights", "scene.ron"], folder.path()), 2, &["--output"]);
+    assert!(!folder.path().join("o").exists(), "nothing is half-written");
+    if common::gpu().is_some() {
+        fs::write(folder.path().join("taken"), "a file").expect("a file");
+        assert_fails(&relief(&["lights", "scene.ron", "--size", "8x8", "-o", "taken"], folder.path()), 1, &["taken"]);
+    }
+}

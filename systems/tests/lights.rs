@@ -146,6 +146,22 @@ fn true_falloff(light: &LightRecord, point: DVec3) -> f64 {
     }
 }
 
+/// What the remainder counts: the falloff at the sphere's centre, but a classic spot's without its cut, by a smooth
+/// step from the sphere outside of the cone to the sphere inside.
+fn falloff_around(light: &LightRecord, sphere: Sphere) -> f64 {
+    let center = sphere.center.as_dvec3();
+    if light.kind != LightRecord::SPOT_EXPONENT {
+        return true_falloff(light, center);
+    }
+    let v = center - Vec3::from(light.position).as_dvec3();
+    let cos = Vec3::from(light.direction).as_dvec3().normalize().dot(v.normalize_or_zero()).clamp(-1.0, 1.0);
+    // From the cone's surface to the centre: the angle between them, seen from the apex.
+    let inside = v.length() * (f64::from(light.cos_outer).acos() - cos.acos()).sin();
+    let x = (0.5 + 0.5 * inside / f64::from(sphere.radius.max(1e-6))).clamp(0.0, 1.0);
+    let point = true_falloff(&LightRecord { kind: LightRecord::POINT, ..*light }, center);
+    point * cos.max(0.0).powf(f64::from(light.exponent)) * (x * x * (3.0 - 2.0 * x))
+}
+
 /// The answer by sorting all scores; weights and remainder straight from their definition.
 fn brute_force(scene: &Scene, sphere: Sphere, policy: LightPolicy) -> (Selection, f64) {
     let mut scores: Vec<(f32, u32)> =
@@ -166,7 +182,7 @@ fn brute_force(scene: &Scene, sphere: Sphere, policy: LightPolicy) -> (Selection
     let mut add = |slot: u32, weight: f64| {
         let record = &scene.records[slot as usize];
         let color = Vec3::from(record.color).as_dvec3();
-        let part = weight * true_falloff(record, sphere.center.as_dvec3());
+        let part = weight * falloff_around(record, sphere);
         ambient += part * (color + 4.0 * Vec3::from(record.ambient).as_dvec3());
         let toward = match record.kind {
             LightRecord::DIRECTIONAL => -Vec3::from(record.direction),
@@ -393,7 +409,7 @@ proptest! {
     }
 }
 
-/// A spot with exponent: the cone is cut hard at the outer angle.
+/// A spot with exponent is cut hard at the outer angle; its score ends at 1.25 times the angle's tangent.
 #[test]
 fn outside_of_range_and_cone_the_score_is_zero() {
     let origin = placed(Vec3::ZERO, Vec3::NEG_Z);
@@ -407,8 +423,9 @@ fn outside_of_range_and_cone_the_score_is_zero() {
         assert!(at(Vec3::new(0.0, 0.0, -10.9), 1.0) > 0.0);
         if kind != LightKind::Point {
             assert_eq!(at(Vec3::new(0.0, 0.0, 5.0), 4.0), 0.0);
-            assert_eq!(at(Vec3::new(0.51f32.sin(), 0.0, -0.51f32.cos()), 0.0), 0.0);
-            assert!(at(Vec3::new(0.49f32.sin(), 0.0, -0.49f32.cos()), 0.0) > 0.0);
+            let edge = if kind == spot(None) { (1.25 * 0.5f32.tan()).atan() } else { 0.5 };
+            assert_eq!(at(Vec3::new((edge + 0.01).sin(), 0.0, -(edge + 0.01).cos()), 0.0), 0.0);
+            assert!(at(Vec3::new((edge - 0.01).sin(), 0.0, -(edge - 0.01).cos()), 0.0) > 0.0);
         }
     }
 }
@@ -460,11 +477,13 @@ fn equal_lights_go_by_slot_and_all_into_the_remainder() {
 /// The largest change of any light's weight, and of the remainder, between two of many steps of an object along a row of
 /// lamps.
 fn largest_jump(policy: LightPolicy, steps: usize) -> (f32, f32) {
-    let lamps = (0..12).map(|i| {
-        let place = placed(Vec3::new(i as f32 * 5.0, 4.0, (i % 3) as f32), Vec3::NEG_Y);
+    let lamps = (0..24).map(|i| {
+        let place = placed(Vec3::new(i as f32 * 2.5 - 4.0, 4.0, (i % 4) as f32), Vec3::NEG_Y);
         let spot = LightKind::Spot { outer: 1.2, inner: Some(0.7), exponent: 0.0 };
-        let kind = if i % 2 == 0 { spot } else { LightKind::Point };
-        light_record(&Light { kind, ..Light::point(5.0 + (i % 5) as f32, 18.0) }, &place)
+        let classic = LightKind::Spot { outer: 0.8, inner: None, exponent: 2.0 };
+        let kind = [spot, LightKind::Point, classic][i % 3];
+        let strength = if kind == classic { 20.0 } else { 5.0 };
+        light_record(&Light { kind, ..Light::point(strength + (i % 5) as f32, 18.0) }, &place)
     });
     let spheres = (0..steps).map(|i| Sphere { center: Vec3::X * (i as f32 * 50.0 / steps as f32), radius: 1.0 });
     let weights = |s: &Selection| s.lights.into_iter().zip(s.weights).collect::<BTreeMap<u32, f32>>();
@@ -484,7 +503,7 @@ fn largest_jump(policy: LightPolicy, steps: usize) -> (f32, f32) {
 fn weights_and_remainder_change_smoothly_where_lights_pass_each_other() {
     let (weight, remainder) = largest_jump(LightPolicy::Three, 5_000);
     let (weight_finer, remainder_finer) = largest_jump(LightPolicy::Three, 50_000);
-    assert!(weight < 0.05 && remainder < 0.05, "{weight} {remainder}");
+    assert!(weight < 0.08 && remainder < 0.05, "{weight} {remainder}");
     assert!(weight_finer < weight * 0.2 && remainder_finer < remainder * 0.2, "{weight_finer} {remainder_finer}");
     assert_eq!(largest_jump(LightPolicy::Hard, 50_000).0, 1.0);
 }

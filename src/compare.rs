@@ -1,0 +1,188 @@
+//! How far a picture is from a reference: luminance error in linear HDR, and FLIP of what is shown.
+//!
+//! Luminance error asks how much light is missing or too much, FLIP what a viewer notices who flips between the two.
+//! Neither knows where the pictures come from.
+
+use image::RgbImage;
+use systems::relevance::LUMINANCE;
+
+/// How large a pixel appears to the viewer that [`flip`] assumes: pixels per degree of visual angle. FLIP's own
+/// default, a 0.7 m wide screen of 3840 pixels seen from 0.7 m.
+pub const PIXELS_PER_DEGREE: f32 = flip_rs::DEFAULT_PPD;
+
+/// Pictures of at most so many pixels are compared. FLIP needs about 60 bytes for each.
+pub const MOST_PIXELS: u64 = 1 << 24;
+
+/// Pictures that cannot be compared.
+#[derive(Debug, thiserror::Error)]
+pub enum CompareError {
+    /// More than [`MOST_PIXELS`].
+    #[error("pictures of {width}x{height} pixels are too large to compare: at most {MOST_PIXELS} pixels")]
+    TooLarge {
+        /// Pixels.
+        width: u32,
+        /// Pixels.
+        height: u32,
+    },
+    /// One is of another size, or empty.
+    #[error("pictures of {0}x{1} and {2}x{3} pixels cannot be compared")]
+    Sizes(u32, u32, u32, u32),
+}
+
+/// Rec. 709 luminance of a linear colour. What is no finite number counts as the largest half float, 65504: far off,
+/// and still to be computed with.
+pub fn luminance([r, g, b, _]: [f32; 4]) -> f32 {
+    let luminance = glam::Vec3::new(r, g, b).dot(LUMINANCE);
+    if luminance.is_finite() { luminance } else { 65504.0 }
+}
+
+/// |L − L_ref| of each pixel over the mean of L_ref.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LuminanceError {
+    /// One per pixel; 0 where the pixel does not count.
+    pub of_pixels: Vec<f32>,
+    /// Over the pixels that count.
+    pub mean: f64,
+    /// 99 % of the pixels that count are at most this far off (nearest rank).
+    pub p99: f64,
+}
+
+/// Compares luminances, one per pixel, where `counted` says so. The quotient is taken with the mean of the reference
+/// and not pixel by pixel, so that dark pixels do not outweigh what is seen. Where the reference is black, equal
+/// pixels have error 0 and others an infinite one. If no pixel counts, the error is 0.
+pub fn luminance_error(reference: &[f32], other: &[f32], counted: &[bool]) -> LuminanceError {
+    let mean_reference = mean_luminance(reference, counted);
+    let quotient = |difference: f32| match difference.abs() {
+        0.0 => 0.0,
+        far => (f64::from(far) / mean_reference) as f32,
+    };
+    let pixels = reference.iter().zip(other).zip(counted);
+    let of_pixels: Vec<f32> =
+        pixels.map(|((&l, &other), &counts)| if counts { quotient(other - l) } else { 0.0 }).collect();
+    let mut sorted: Vec<f32> = of_pixels.iter().zip(counted).filter(|(_, counts)| **counts).map(|(&e, _)| e).collect();
+    sorted.sort_by(f32::total_cmp);
+    let rank = (sorted.len() * 99).div_ceil(100).saturating_sub(1);
+    let p99 = sorted.get(rank).copied().map_or(0.0, f64::from);
+    let mean = sorted.iter().copied().map(f64::from).sum::<f64>() / sorted.len().max(1) as f64;
+    LuminanceError { of_pixels, mean, p99 }
+}
+
+/// The mean over the pixels that count; 0 if none does.
+pub fn mean_luminance(luminances: &[f32], counted: &[bool]) -> f64 {
+    let counting = luminances.iter().zip(counted).filter(|(_, counts)| **counts);
+    let (sum, count) = counting.fold((0.0, 0u64), |(sum, count), (&l, _)| (sum + f64::from(l), count + 1));
+    sum / count.max(1) as f64
+}
+
+/// Mean LDR-FLIP of two 8-bit sRGB pictures at [`PIXELS_PER_DEGREE`]: 0 for equal pictures, up to 1. What a viewer
+/// notices who flips between the two, from colours blurred as the eye blurs them, edges and points (Andersson,
+/// Nilsson, Akenine-Möller, Oskarsson, Åström, Fairchild: "FLIP: A Difference Evaluator for Alternating Images",
+/// HPG 2020). The figure is that of the authors' tool.
+///
+/// # Errors
+/// [`CompareError`].
+pub fn flip(reference: &RgbImage, other: &RgbImage) -> Result<f64, CompareError> {
+    let (width, height) = reference.dimensions();
+    check_size((width, height))?;
+    let sizes = CompareError::Sizes(width, height, other.width(), other.height());
+    let picture =
+        |of: &RgbImage| flip_rs::RgbImage::new(of.width() as usize, of.height() as usize, of.as_raw().clone());
+    let map = picture(reference)
+        .and_then(|reference| flip_rs::ldr_flip(&reference, &picture(other)?, PIXELS_PER_DEGREE))
+        .map_err(|_| sizes)?;
+    Ok(map.pixels().iter().copied().map(f64::from).sum::<f64>() / map.pixels().len() as f64)
+}
+
+/// Whether pictures of this size can be compared; to be asked before they are made.
+///
+/// # Errors
+/// [`CompareError::TooLarge`].
+pub fn check_size((width, height): (u32, u32)) -> Result<(), CompareError> {
+    let fits = u64::from(width) * u64::from(height) <= MOST_PIXELS;
+    if fits { Ok(()) } else { Err(CompareError::TooLarge { width, height }) }
+}
+
+/// Values as colours from 0 black over violet and orange to 1 and above, pale yellow: the map Magma of Matplotlib.
+/// `None` if there are not width · height values.
+pub fn heat_map(values: &[f32], width: u32, height: u32) -> Option<RgbImage> {
+    let color = |&value: &f32| {
+        let step = (value.clamp(0.0, 1.0) * 255.0).round() as usize;
+        flip_rs::MAGMA[step].map(|channel| (channel * 255.0).round() as u8)
+    };
+    RgbImage::from_raw(width, height, values.iter().flat_map(color).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn luminance_error_is_relative_to_the_mean_of_the_reference() {
+        // The last pixel does not count; the mean of the reference is 2.
+        let error = luminance_error(&[1.0, 3.0, 2.0, 100.0], &[1.0, 2.0, 4.0, 0.0], &[true, true, true, false]);
+        assert_eq!(error.of_pixels, [0.0, 0.5, 1.0, 0.0]);
+        assert_eq!((error.mean, error.p99), (0.5, 1.0));
+        // Of 200 pixels, two are far off: 99 % are not.
+        let other: Vec<f32> = (0..200).map(|i| if i < 2 { 9.0 } else { 1.5 }).collect();
+        let error = luminance_error(&[1.0; 200], &other, &[true; 200]);
+        assert_eq!(error.p99, 0.5);
+        assert!((error.mean - (2.0 * 8.0 + 198.0 * 0.5) / 200.0).abs() < 1e-9);
+        let three = luminance_error(&[1.0; 200], &[&[9.0][..], &other[..199]].concat(), &[true; 200]);
+        assert_eq!(three.p99, 8.0);
+    }
+
+    #[test]
+    fn black_references_and_pictures_without_objects_are_sane() {
+        assert_eq!(luminance_error(&[0.0; 2], &[0.0; 2], &[true; 2]).mean, 0.0);
+        assert_eq!(luminance_error(&[0.0; 2], &[0.0, 1.0], &[true; 2]).p99, f64::INFINITY);
+        let none = luminance_error(&[1.0; 2], &[0.0, 1.0], &[false; 2]);
+        assert_eq!((none.mean, none.p99, none.of_pixels), (0.0, 0.0, vec![0.0; 2]));
+        assert_eq!(luminance_error(&[], &[], &[]).mean, 0.0);
+        assert_eq!(luminance([f32::NAN, 0.0, 0.0, 1.0]), 65504.0);
+    }
+
+    fn picture(color: impl Fn(u32, u32, u32) -> u32) -> RgbImage {
+        RgbImage::from_fn(48, 32, |x, y| image::Rgb([0, 1, 2].map(|channel| color(x, y, channel) as u8)))
+    }
+
+    /// The figures are the means of the maps that NVIDIA's flip-evaluator 1.7 gives for the same pictures.
+    #[test]
+    fn flip_gives_the_figures_of_its_authors_tool() {
+        let ramps = |x: u32, y: u32, channel: u32| (x * 5 + y * 3 + channel * 40) % 256;
+        let in_square = |x, y| (16..32).contains(&x) && (8..24).contains(&y);
+        let square = |x, y, channel| if channel == 0 && in_square(x, y) { 200 } else { 60 };
+        let cases = [
+            (picture(|_, _, _| 0), picture(|_, _, _| 255), 0.967_388_33),
+            (picture(ramps), picture(|x, y, channel| (ramps(x, y, channel) + 16).min(255)), 0.292_622_27),
+            (picture(|_, _, _| 60), picture(square), 0.206_718_67),
+            (picture(ramps), picture(|x, y, channel| ramps(x + 1, y, channel)), 0.247_922_39),
+        ];
+        for (a, b, known) in cases {
+            let found = flip(&a, &b).expect("equal sizes");
+            assert!((found - known).abs() < 1e-6, "{found} {known}");
+            assert!((flip(&b, &a).expect("equal sizes") - known).abs() < 1e-6);
+            assert_eq!(flip(&a, &a).expect("equal sizes"), 0.0);
+        }
+        let grey = |value| picture(move |_, _, _| value);
+        let steps: Vec<f64> = (0..8).map(|i| flip(&grey(60), &grey(60 + i * 24)).expect("equal sizes")).collect();
+        assert!(steps.windows(2).all(|pair| pair[0] < pair[1]), "{steps:?}");
+    }
+
+    #[test]
+    fn pictures_of_other_sizes_are_refused() {
+        let (a, b) = (RgbImage::new(4, 4), RgbImage::new(4, 5));
+        assert_eq!(flip(&a, &b).unwrap_err().to_string(), "pictures of 4x4 and 4x5 pixels cannot be compared");
+        assert!(flip(&RgbImage::new(0, 4), &RgbImage::new(0, 4)).is_err());
+        assert!(check_size((4096, 4096)).is_ok());
+        assert!(matches!(check_size((4097, 4096)), Err(CompareError::TooLarge { .. })));
+    }
+
+    #[test]
+    fn the_heat_map_goes_from_black_to_pale() {
+        let heat = heat_map(&[0.0, 0.5, 1.0, f32::INFINITY], 2, 2).expect("four values");
+        let sums = heat.pixels().map(|p| p.0.iter().map(|&c| u32::from(c)).sum::<u32>()).collect::<Vec<_>>();
+        assert!(sums[0] < 10 && sums[0] < sums[1] && sums[1] < sums[2] && sums[2] > 600, "{sums:?}");
+        assert_eq!(sums[2], sums[3]);
+        assert!(heat_map(&[0.0; 3], 2, 2).is_none());
+    }
+}

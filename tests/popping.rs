@@ -1,0 +1,216 @@
+//! Nothing pops: an object that passes lamps changes from one sub-frame to the next as it does under all of them.
+//!
+//! The lamps move and the object stays: only light changes its pixels, not how their edges and texels are rounded.
+//! Between two places of the row, a pixel's jump is the change of its luminance beyond that by all lights, over the mean
+//! luminance by all lights, in linear HDR. The search begins with coarse steps, and halves each in which some
+//! pixel jumps by more than [`BOUND`] or the three lights change, down to [`SUB_FRAME`]. A smooth change becomes small
+//! by that, a jump stays.
+
+mod common;
+
+use bevy_ecs::prelude::*;
+use bevy_transform::components::Transform;
+use glam::{Quat, Vec3, Vec4};
+use relief::compare::luminance;
+use relief::frames::view_of;
+use relief::renderer::{Gpu, PICTURE_FORMAT, Renderer, Settings};
+use systems::Simulation;
+use systems::components::{Camera, Environment, Light, LightKind};
+use systems::images::{Image, ImageKind};
+use systems::library::{Library, Map, Material};
+use systems::lights::{LightPolicy, Selection};
+use systems::shapes;
+
+/// Pixels along a side; what is compared are means of two by two, which half floats round half as much.
+const SIZE: usize = 48;
+/// No jump may be larger, in mean luminances of the reference.
+const BOUND: f32 = 0.01;
+/// Metres; at 20 m/s and 60 frames a second, a frame is a thousand times as long.
+const SUB_FRAME: f32 = 0.0003;
+/// Metres that the object drives.
+const ROAD: f32 = 14.0;
+
+/// An object, a camera before it, and a row of lamps that moves past.
+struct Drive {
+    simulation: Simulation,
+    renderer: Renderer,
+    /// Where tone-mapped pictures go that no one reads.
+    target: wgpu::TextureView,
+    object: Entity,
+    camera: Entity,
+    row: Entity,
+}
+
+/// The policies that are compared with all lights.
+const POLICIES: [LightPolicy; 2] = [LightPolicy::Three, LightPolicy::Hard];
+
+/// The object at one place along the row.
+struct Place {
+    x: f32,
+    /// Luminances by all lights, and by each policy.
+    all: Vec<f32>,
+    by_policy: [Vec<f32>; 2],
+    lights: [u32; 3],
+}
+
+impl Place {
+    /// By each policy, the largest change of a pixel to another place beyond its change by all lights.
+    fn jumps(&self, to: &Self) -> [f32; 2] {
+        let mean = self.all.iter().sum::<f32>() / self.all.len() as f32;
+        let changes =
+            |from: &[f32], to: &[f32]| -> Vec<f32> { from.iter().zip(to).map(|(a, b)| (a - b).abs()).collect() };
+        let reference = changes(&self.all, &to.all);
+        [0, 1].map(|policy| {
+            let changes = changes(&self.by_policy[policy], &to.by_policy[policy]);
+            changes.iter().zip(&reference).map(|(change, all)| change - all).fold(0.0, f32::max) / mean
+        })
+    }
+}
+
+/// What a drive found.
+#[derive(Debug, Default)]
+struct Found {
+    /// By each policy, between places at most [`SUB_FRAME`] apart.
+    largest: [f32; 2],
+    /// How often the set of three changed.
+    changes: usize,
+    places: usize,
+}
+
+fn picture_target(gpu: &Gpu) -> wgpu::TextureView {
+    let side = SIZE as u32;
+    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("unread"),
+        size: wgpu::Extent3d { width: side, height: side, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: PICTURE_FORMAT,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
+        view_formats: &[],
+    });
+    texture.create_view(&wgpu::TextureViewDescriptor::default())
+}
+
+/// A normal map of four by four waves.
+fn waves() -> Image {
+    let side = 64;
+    let texel = |i: u32| {
+        let slope = |texel: u32| 0.4 * (texel as f32 * 4.0 / side as f32 * std::f32::consts::TAU).sin();
+        let normal = Vec3::new(slope(i % side), slope(i / side), 1.0).normalize();
+        (normal * 127.5 + 127.5).to_array().map(|c| c.round() as u8).into_iter().chain([255])
+    };
+    Image::rgba8("waves", side, side, ImageKind::Normal, (0..side * side).flat_map(texel).collect())
+}
+
+impl Drive {
+    fn new(lamps: Vec<(Light, Transform)>) -> Option<Self> {
+        let gpu = common::gpu()?;
+        let mut simulation = Simulation::new();
+        simulation.world.insert_resource(Environment { ambient: Vec3::splat(0.05), ..Environment::default() });
+        let mut library = simulation.world.resource_mut::<Library>();
+        let normal_map = Some(Map::new(library.add_image(waves())));
+        let mesh = library.add_mesh(shapes::sphere(0.6, 24, 12));
+        let material = library.add_material(Material {
+            base_factor: Vec4::new(0.8, 0.7, 0.6, 1.0),
+            normal_map,
+            specular_factor: Vec3::splat(0.15),
+            shininess: 20.0,
+            ..Material::default()
+        });
+        let object = simulation.world.spawn((mesh, material, Transform::default())).id();
+        let eye = Transform::from_xyz(0.6, 0.8, 1.4).looking_at(Vec3::ZERO, Vec3::Y);
+        let camera = simulation.world.spawn((Camera::default(), eye)).id();
+        let row = simulation.world.spawn(Transform::default()).id();
+        simulation.world.spawn_batch(lamps.into_iter().map(move |lamp| (lamp, ChildOf(row))).collect::<Vec<_>>());
+        let target = picture_target(&gpu);
+        Some(Self { simulation, renderer: Renderer::new(&gpu), target, object, camera, row })
+    }
+
+    fn luminances(&mut self, policy: LightPolicy) -> Vec<f32> {
+        self.simulation.world.insert_resource(policy);
+        self.simulation.frame();
+        let view = view_of(&self.simulation.world, self.camera, (SIZE as u32, SIZE as u32));
+        let settings = Settings { samples: 1, ..Settings::default() };
+        let (list, library) = (self.simulation.draw_list(), self.simulation.library());
+        self.renderer.prepare(list, library, &view, &settings).expect("room for it");
+        self.renderer.draw(&self.target, PICTURE_FORMAT);
+        let pixels = self.renderer.read_linear().expect("linear colours");
+        let at = |x: usize, y: usize| luminance(pixels[y * SIZE + x]);
+        let corners = (0..SIZE).step_by(2).flat_map(|y| (0..SIZE).step_by(2).map(move |x| (x, y)));
+        corners.map(|(x, y)| (at(x, y) + at(x + 1, y) + at(x, y + 1) + at(x + 1, y + 1)) / 4.0).collect()
+    }
+
+    fn at(&mut self, x: f32) -> Place {
+        self.simulation.world.entity_mut(self.row).insert(Transform::from_xyz(-x, 0.0, 0.0));
+        let all = self.luminances(LightPolicy::All);
+        let by_policy = POLICIES.map(|policy| self.luminances(policy));
+        let mut lights = self.simulation.world.get::<Selection>(self.object).expect("selected").lights;
+        lights.sort_unstable();
+        Place { x, all, by_policy, lights }
+    }
+
+    /// Drives along the whole row.
+    fn drive(&mut self) -> Found {
+        let (mut found, steps) = (Found::default(), 100);
+        let mut from = self.at(0.0);
+        for i in 1..=steps {
+            let to = self.at(ROAD * i as f32 / steps as f32);
+            self.search(&from, &to, &mut found);
+            from = to;
+        }
+        found
+    }
+
+    fn search(&mut self, from: &Place, to: &Place, found: &mut Found) {
+        found.places += 1;
+        let jumps = from.jumps(to);
+        let change = from.lights != to.lights;
+        if to.x - from.x <= SUB_FRAME {
+            found.changes += usize::from(change);
+            found.largest = [0, 1].map(|policy| found.largest[policy].max(jumps[policy]));
+        } else if change || jumps.iter().any(|&jump| jump > BOUND) {
+            let middle = self.at((from.x + to.x) / 2.0);
+            self.search(from, &middle, found);
+            self.search(&middle, to, found);
+        }
+    }
+}
+
+/// Points and spots by turns over 14 m, of several strengths, ranges and heights; every third with a twin across the
+/// road, just as far away.
+fn street(spot: LightKind) -> Vec<(Light, Transform)> {
+    let down = Quat::from_rotation_x(-std::f32::consts::FRAC_PI_2);
+    let mut lamps = Vec::new();
+    for i in 0..14 {
+        let kind = if i % 2 == 0 { LightKind::Point } else { spot };
+        let light = Light { kind, ..Light::point(3.0 + (i * 5 % 7) as f32, 7.0 + (i % 5) as f32) };
+        let place = Vec3::new(i as f32 * ROAD / 13.0, 2.0 + (i % 4) as f32 * 0.5, 1.2 - (i % 3) as f32 * 0.7);
+        let across = place * Vec3::new(1.0, 1.0, -1.0);
+        let places = if i % 3 == 0 { &[place, across][..] } else { &[place] };
+        lamps.extend(places.iter().map(|&at| (light.clone(), Transform::from_translation(at).with_rotation(down))));
+    }
+    lamps
+}
+
+/// Drives past a street of points and such spots.
+fn assert_nothing_pops(spot: LightKind) {
+    let Some(mut drive) = Drive::new(street(spot)) else { return };
+    let found = drive.drive();
+    println!("{found:?}");
+    let [smooth, hard] = found.largest;
+    assert!(found.changes >= 10, "{found:?}");
+    assert!(smooth <= BOUND, "{found:?}");
+    assert!(hard > 10.0 * BOUND, "{found:?}");
+}
+
+#[test]
+fn nothing_pops_past_points_and_soft_spots() {
+    assert_nothing_pops(LightKind::Spot { outer: 1.1, inner: Some(0.6), exponent: 0.0 });
+}
+
+/// The edge of a classic spot's cone is hard, for the reference too; nothing else changes all at once.
+#[test]
+fn nothing_pops_past_classic_spots() {
+    assert_nothing_pops(LightKind::Spot { outer: 0.7, inner: None, exponent: 4.0 });
+}
