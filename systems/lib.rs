@@ -8,6 +8,7 @@
 pub mod batches;
 pub mod bounds;
 pub mod clock;
+pub mod color;
 pub mod components;
 pub mod draw_list;
 pub mod images;

@@ -16,6 +16,7 @@ use crate::draw_list::{DrawList, LightRecord, NO_LIGHT, Table};
 use crate::library::MeshId;
 use crate::relevance::{LUMINANCE, falloff};
 pub use crate::relevance::{ScoredLight, irradiance, light_record, score};
+use crate::stats::FrameStats;
 use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
@@ -289,6 +290,7 @@ pub fn select_lights(
     draw_list: Res<DrawList>,
     policy: Res<LightPolicy>,
     mut scratch: Local<SelectScratch>,
+    mut stats: ResMut<FrameStats>,
     mut objects: ParamSet<(
         Query<(&WorldBounds, &mut Selection), With<MeshId>>,
         Query<(&WorldBounds, &mut Selection), (With<MeshId>, Or<(Changed<WorldBounds>, Added<MeshId>)>)>,
@@ -319,4 +321,5 @@ pub fn select_lights(
             selection.set_if_neq(new);
         }
     }
+    stats.selected = spheres.len();
 }
