@@ -132,7 +132,7 @@ pub fn show_lights(ui: &mut egui::Ui, world: &World, lights: &ObjectLights) -> O
             ui.end_row();
         }
     });
-    match lights.reaching - lights.lights.iter().flatten().count() as u32 {
+    match lights.reaching.saturating_sub(lights.lights.iter().flatten().count() as u32) {
         0 => {}
         1 => _ = ui.weak(format!("1 more, score {:.3}", lights.dropped)),
         more => _ = ui.weak(format!("{more} more, scores {:.3} in all", lights.dropped)),

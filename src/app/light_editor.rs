@@ -46,7 +46,7 @@ fn common(ui: &mut Ui, entity: Entity, light: &mut Light) {
         color(ui, &mut light.ambient);
     });
     field(ui, "temperature", |ui| {
-        let id = Id::new("temperature").with(entity);
+        let id = Id::unique("temperature").with(entity);
         let mut kelvin = ui.data(|data| data.get_temp(id)).unwrap_or(DAYLIGHT);
         ui.spacing_mut().slider_width = 80.0;
         let slider = Slider::new(&mut kelvin, 1667.0..=25000.0).logarithmic(true).fixed_decimals(0).suffix(" K");
