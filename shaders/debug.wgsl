@@ -9,10 +9,10 @@ const DEBUG_LIGHT_COUNT = 4u;
 const DEBUG_THREE_LIGHTS = 5u;
 const DEBUG_ERROR_BOUND = 6u;
 
-// Colour of the heat maps, 0 blue to 1 red by yellow; src/renderer/settings.rs has its twin for the legend.
+// Colour of the heat maps, 0 blue, by green to 1 red; src/renderer/settings.rs has its twin for the legend.
 fn heat_color(heat: f32) -> vec3f {
     let h = saturate(heat);
-    return saturate(vec3f(2.0 * h, 2.0 - abs(4.0 * h - 2.0), 1.5 - 3.0 * h));
+    return saturate(vec3f(4.0 * h - 2.0, 2.0 - abs(4.0 * h - 2.0), 2.0 - 4.0 * h));
 }
 
 // Where there is nothing to count.

@@ -68,7 +68,7 @@ impl HeatScale {
     /// The colour of a place on the scale, 0 the first tick to 1 the last; linear RGB.
     pub fn color(heat: f32) -> Vec3 {
         let h = heat.clamp(0.0, 1.0);
-        Vec3::new(2.0 * h, 2.0 - (4.0 * h - 2.0).abs(), 1.5 - 3.0 * h).clamp(Vec3::ZERO, Vec3::ONE)
+        Vec3::new(4.0 * h - 2.0, 2.0 - (4.0 * h - 2.0).abs(), 2.0 - 4.0 * h).clamp(Vec3::ZERO, Vec3::ONE)
     }
 }
 
