@@ -262,6 +262,7 @@ fn values_reach_their_components() {
     assert_eq!((c.kind, c.ambient, c.attenuation), (cone, Vec3::new(1.0, 2.0, 3.0), Vec3::new(1.0, 2.0, 3.0)));
     let lamp = Light::point(1.0, 9.0).with_kelvin(2700.0).with_attenuation(Light::INVERSE_SQUARE);
     assert_eq!(light(world, "c2"), lamp);
+    assert_eq!(lamp.attenuation, Vec3::Z, "1 / d²");
     assert_eq!(light(world, "d"), Light::directional(2.0).with_color(Vec3::X));
     let cameras: Vec<&str> = scene.cameras.iter().map(|(name, _)| name.as_str()).collect();
     assert_eq!(cameras, ["e", "f"]);

@@ -1,6 +1,7 @@
 //! The settings of a selected light, to be changed.
 
 use bevy_ecs::prelude::*;
+use egui::emath::Numeric;
 use egui::{Checkbox, DragValue, Grid, Id, Slider, SliderClamping, Ui};
 use glam::Vec3;
 use systems::components::{Light, LightKind};
@@ -38,6 +39,11 @@ fn field<R>(ui: &mut Ui, name: &str, contents: impl FnOnce(&mut Ui) -> R) {
     ui.end_row();
 }
 
+/// A field that leaves a value beyond its range alone until somebody changes it.
+fn number<N: Numeric>(value: &mut N) -> DragValue<'_> {
+    DragValue::new(value).clamp_existing_to_range(false)
+}
+
 fn common(ui: &mut Ui, entity: Entity, light: &mut Light) {
     field(ui, "shines", |ui| ui.add(Checkbox::without_text(&mut light.enabled)));
     field(ui, "colour", |ui| {
@@ -56,7 +62,7 @@ fn common(ui: &mut Ui, entity: Entity, light: &mut Light) {
         }
     });
     let speed = f64::from(light.intensity.abs().max(0.1)) * 0.01;
-    field(ui, "intensity", |ui| ui.add(DragValue::new(&mut light.intensity).range(0.0..=1e7).speed(speed)));
+    field(ui, "intensity", |ui| ui.add(number(&mut light.intensity).range(0.0..=1e7).speed(speed)));
 }
 
 /// Writes only where something was chosen: colours brighter than the button can show stay as they are.
@@ -74,7 +80,7 @@ fn reach(ui: &mut Ui, light: &mut Light) {
             light.range = if ends { FIRST_RANGE } else { f32::INFINITY };
         }
         if ends {
-            ui.add(DragValue::new(&mut light.range).range(1e-3..=1e7).speed(0.1).suffix(" m"));
+            ui.add(number(&mut light.range).range(1e-3..=1e7).speed(0.1).suffix(" m"));
         } else {
             ui.weak("no end");
         }
@@ -91,7 +97,7 @@ fn reach(ui: &mut Ui, light: &mut Light) {
     if !inverse_square {
         field(ui, "", |ui| {
             for (coefficient, unit) in light.attenuation.as_mut().iter_mut().zip(["", " /m", " /m²"]) {
-                ui.add(DragValue::new(coefficient).range(0.0..=1e6).speed(0.01).max_decimals(3).suffix(unit));
+                ui.add(number(coefficient).range(0.0..=1e6).speed(0.01).max_decimals(3).suffix(unit));
             }
         });
     }
@@ -108,7 +114,7 @@ fn cone(ui: &mut Ui, outer: &mut f32, inner: &mut Option<f32>, exponent: &mut f3
             }
             None => {
                 ui.weak("exponent");
-                ui.add(DragValue::new(exponent).range(0.0..=1e4).speed(0.1));
+                ui.add(number(exponent).range(0.0..=1e4).speed(0.1));
             }
         }
     });
@@ -117,7 +123,66 @@ fn cone(ui: &mut Ui, outer: &mut f32, inner: &mut Option<f32>, exponent: &mut f3
 /// Writes only where something was chosen: to degrees and back is not quite the same angle.
 fn angle(ui: &mut Ui, radians: &mut f32, most: f32) {
     let mut degrees = radians.to_degrees();
-    if ui.add(DragValue::new(&mut degrees).range(0.1..=most).speed(0.2).max_decimals(1).suffix("°")).changed() {
+    if ui.add(number(&mut degrees).range(0.1..=most).speed(0.2).max_decimals(1).suffix("°")).changed() {
         *radians = degrees.to_radians();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bevy_ecs::change_detection::DetectChanges;
+    use egui::{Event, Modifiers, PointerButton, Pos2, RawInput, Rect};
+
+    /// A frame of the editor alone.
+    fn frame(context: &egui::Context, world: &mut World, entity: Entity, events: Vec<Event>) {
+        let screen_rect = Some(Rect::from_min_size(Pos2::ZERO, egui::vec2(300.0, 400.0)));
+        let mut output =
+            context.run_ui(RawInput { screen_rect, events, ..RawInput::default() }, |ui| show(ui, world, entity));
+        output.textures_delta.clear();
+    }
+
+    #[test]
+    fn a_light_that_is_only_looked_at_stays_as_it_is() {
+        let classic = LightKind::Spot { outer: 1.5, inner: None, exponent: 2e4 };
+        let odd = Light { kind: classic, intensity: 3e8, range: 1e-5, ..Light::point(1.0, 1.0) };
+        let bright =
+            Light::spot(-2.0, 1e9, 0.3).with_color(Vec3::new(7.0, -1.0, 0.5)).with_attenuation(Vec3::splat(1e8));
+        for light in [odd, bright, Light::directional(1.0)] {
+            let mut world = World::new();
+            let entity = world.spawn(light.clone()).id();
+            world.increment_change_tick();
+            let context = egui::Context::default();
+            let shown = format!("{light:?}");
+            (0..3).for_each(|_| frame(&context, &mut world, entity, Vec::new()));
+            let now = world.entity(entity).get_ref::<Light>().expect("a light");
+            assert_eq!(format!("{:?}", *now), shown);
+            assert_eq!(now.last_changed(), now.added(), "not even touched");
+        }
+    }
+
+    #[test]
+    fn a_click_switches_the_light_off() {
+        let mut world = World::new();
+        let entity = world.spawn(Light::point(1.0, 5.0)).id();
+        let context = egui::Context::default();
+        frame(&context, &mut world, entity, Vec::new());
+        // The first row has one thing to click at, whatever the font's size.
+        for x in (60..140).step_by(4) {
+            let pos = Pos2::new(x as f32, 14.0);
+            let button = |pressed| Event::PointerButton {
+                pos,
+                button: PointerButton::Primary,
+                pressed,
+                modifiers: Modifiers::NONE,
+            };
+            frame(&context, &mut world, entity, vec![Event::PointerMoved(pos)]);
+            frame(&context, &mut world, entity, vec![button(true)]);
+            frame(&context, &mut world, entity, vec![button(false)]);
+            if !world.get::<Light>(entity).expect("a light").enabled {
+                return;
+            }
+        }
+        panic!("nothing to click at");
     }
 }
