@@ -7,6 +7,16 @@ const DEBUG_NORMAL = 2u;
 const DEBUG_TANGENT = 3u;
 const DEBUG_LIGHT_COUNT = 4u;
 const DEBUG_THREE_LIGHTS = 5u;
+const DEBUG_ERROR_BOUND = 6u;
+
+// Colour of the heat maps, 0 blue, by green to 1 red; src/renderer/settings.rs has its twin for the legend.
+fn heat_color(heat: f32) -> vec3f {
+    let h = saturate(heat);
+    return saturate(vec3f(4.0 * h - 2.0, 2.0 - abs(4.0 * h - 2.0), 2.0 - 4.0 * h));
+}
+
+// Where there is nothing to count.
+const HEAT_NONE = vec3f(0.2);
 
 fn debug_color(surface: Surface, base: vec3f, slot: u32, tangent: vec3f) -> vec3f {
     if DEBUG == DEBUG_BASE {
@@ -31,12 +41,14 @@ fn debug_color(surface: Surface, base: vec3f, slot: u32, tangent: vec3f) -> vec3
         let picked = select(0.5, 1.0, instances[slot].entity == view.picked_entity);
         return given * picked;
     }
-    // Light count: how many reach the pixel, 0 blue to 8 and more red.
-    var count = 0.0;
-    for (var i = 0u; i < view.light_count; i++) {
-        let here = arriving(i, surface.position);
-        count += select(0.0, 1.0, luminance(abs(here.color)) > 1e-4);
+    // Heat maps of what the selection knows of the object: the same wherever on it, whatever the number of lights.
+    if DEBUG == DEBUG_LIGHT_COUNT {
+        // 1 blue to 64 red, each doubling as far as the other.
+        let count = f32(instances[slot].reaching);
+        return headlight * select(HEAT_NONE, heat_color(log2(max(count, 1.0)) / 6.0), count > 0.0);
     }
-    let heat = saturate(count / 8.0);
-    return headlight * saturate(vec3f(2.0 * heat, 2.0 - abs(4.0 * heat - 2.0), 1.5 - 3.0 * heat));
+    // Error bound, as bright as the picture shows it: 0.001 blue to 10 red, each ten times as far as the other.
+    let bound = instances[slot].dropped * view.exposure;
+    let decades = log2(max(bound, 1e-9)) / log2(10.0);
+    return headlight * select(HEAT_NONE, heat_color((decades + 3.0) / 4.0), bound > 0.0);
 }

@@ -146,7 +146,9 @@ struct ViewArgs {
     /// Draw every material with this bump technique: off, normal, perturbed_normal
     #[arg(long, value_name = "NAME", value_parser = parse_technique)]
     technique: Option<Technique>,
-    /// Show something else than light: base, normal, tangent, light_count, three_lights
+    /// Show something else than light: base, normal, tangent; light_count: how many lights reach each object, 1 blue to
+    /// 64 red, none grey; three_lights: what an object's three give, as red, green and blue; error_bound: brightness that
+    /// an object lit by three lights alone may miss, 0.001 blue to 10 red, nothing grey
     #[arg(long, value_name = "VIEW", default_value = "off", value_parser = parse_debug)]
     debug: DebugView,
     /// Worker threads; pictures are the same for any number [default: one per core]

@@ -1,5 +1,6 @@
 //! What a user puts on entities, beside the ids of the [`crate::library`] and `bevy_transform`'s `Transform`.
 
+use crate::color::linear_from_kelvin;
 use bevy_ecs::prelude::*;
 use bevy_transform::components::Transform;
 use glam::{Quat, Vec3};
@@ -40,13 +41,17 @@ pub struct Light {
     pub ambient: Vec3,
     /// Metres; the light fades smoothly to exactly 0 there. Infinite: no end.
     pub range: f32,
-    /// Constant, linear and quadratic attenuation: 1 / (x + y·d + z·d²).
+    /// Constant, linear and quadratic attenuation: 1 / (x + y·d + z·d²); [`Light::INVERSE_SQUARE`] is that of physics.
     pub attenuation: Vec3,
     /// Off costs nothing.
     pub enabled: bool,
 }
 
 impl Light {
+    /// The attenuation 1 / d², times the window that ends it at the range; what glTF's lights have. The intensity is the
+    /// irradiance at 1 m. Nearer than 1 cm it grows no more.
+    pub const INVERSE_SQUARE: Vec3 = Vec3::Z;
+
     /// A white point light with inverse-square attenuation of unit reach: 1 / (1 + d²).
     pub fn point(intensity: f32, range: f32) -> Self {
         Self {
@@ -81,6 +86,18 @@ impl Light {
     /// The same light in another linear RGB colour.
     pub fn with_color(mut self, color: Vec3) -> Self {
         self.color = color;
+        self
+    }
+
+    /// The same light in the colour of a black body of that temperature, 1667 to 25000 K (others count as the nearest).
+    pub fn with_kelvin(self, kelvin: f32) -> Self {
+        let color = linear_from_kelvin(kelvin.clamp(1667.0, 25000.0)).unwrap_or(self.color);
+        self.with_color(color)
+    }
+
+    /// The same light with another attenuation: constant, linear and quadratic, or [`Light::INVERSE_SQUARE`].
+    pub fn with_attenuation(mut self, attenuation: Vec3) -> Self {
+        self.attenuation = attenuation;
         self
     }
 }

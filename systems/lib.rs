@@ -9,6 +9,7 @@ pub mod batches;
 pub mod bounds;
 pub mod brute_force;
 pub mod clock;
+pub mod color;
 pub mod components;
 pub mod draw_list;
 pub mod images;

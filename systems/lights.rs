@@ -17,6 +17,7 @@ use crate::library::MeshId;
 use crate::light_search::{self, Level, Scratch};
 use crate::light_tree::LightTree;
 pub use crate::relevance::{ScoredLight, irradiance, light_record, score};
+use crate::stats::FrameStats;
 use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
@@ -203,6 +204,7 @@ pub fn select_lights(
     table: Res<LightTable>,
     policy: Res<LightPolicy>,
     mut scratch: Local<SelectScratch>,
+    mut stats: ResMut<FrameStats>,
     mut objects: ParamSet<(
         Query<(&WorldBounds, &mut Selection), With<MeshId>>,
         Query<(&WorldBounds, &mut Selection), (With<MeshId>, Or<(Changed<WorldBounds>, Added<MeshId>)>)>,
@@ -233,4 +235,5 @@ pub fn select_lights(
             selection.set_if_neq(new);
         }
     }
+    stats.selected = spheres.len();
 }

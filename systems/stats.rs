@@ -43,6 +43,8 @@ pub struct FrameStats {
     pub stage_ms: [f64; Stage::ALL.len()],
     /// Drawn objects.
     pub objects: usize,
+    /// Objects whose lights were chosen again in this frame.
+    pub selected: usize,
     /// Instance records written in this frame.
     pub instances_written: usize,
     /// Instanced draws, before blended objects.
@@ -57,6 +59,7 @@ impl Default for FrameStats {
         Self {
             stage_ms: Default::default(),
             objects: 0,
+            selected: 0,
             instances_written: 0,
             batches: 0,
             transparent: 0,

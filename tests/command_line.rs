@@ -118,7 +118,14 @@ fn cameras_lights_and_techniques_change_the_picture() {
     };
     let plain = picture(&[]);
     assert!(plain == picture(&["--camera", "front", "--lights", "three"]), "the defaults");
-    for other in [&["--camera", "above"][..], &["--lights", "hard"], &["--lights", "all"], &["--debug", "normal"]] {
+    for other in [
+        &["--camera", "above"][..],
+        &["--lights", "hard"],
+        &["--lights", "all"],
+        &["--debug", "normal"],
+        &["--debug", "light_count"],
+        &["--debug", "error_bound"],
+    ] {
         assert!(plain != picture(other), "{other:?}");
     }
 }

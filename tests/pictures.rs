@@ -6,7 +6,7 @@ use bevy_ecs::prelude::*;
 use bevy_transform::components::Transform;
 use glam::{Affine2, Quat, UVec2, Vec2, Vec3, Vec4};
 use relief::frames::Headless;
-use relief::renderer::{DebugView, Gpu, Renderer, Settings};
+use relief::renderer::{DebugView, Gpu, HeatScale, Renderer, Settings};
 use systems::Simulation;
 use systems::components::{Camera, Environment, Light, LightKind, ToneMap};
 use systems::images::{Image, ImageKind};
@@ -396,6 +396,74 @@ fn three_lights_and_all_lights_agree_while_no_more_than_three_reach() {
     square.simulation.world.insert_resource(LightPolicy::Three);
     let smooth = square.middle();
     assert!((smooth - all_four).abs().max_element() < 0.35 * all_four.x, "{smooth} {all_four}");
+}
+
+const POLICIES: [LightPolicy; 3] = [LightPolicy::Three, LightPolicy::Hard, LightPolicy::All];
+
+#[test]
+fn the_light_count_is_that_of_the_object_whatever_the_policy() {
+    let Some(mut square) = Square::new(matte(Vec3::ONE)) else { return };
+    square.headless.settings.debug = DebugView::LightCount;
+    assert_near(square.middle(), HeatScale::NONE);
+    // Reaches a corner of the square, not the middle, which shows the object's count all the same.
+    square.light(Light::point(1.0, 0.5), Transform::from_xyz(0.9, 0.9, 0.2));
+    assert_near(square.middle(), HeatScale::color(0.0));
+    for i in 0..4 {
+        square.light(Light::point(0.3, 20.0), Transform::from_xyz(i as f32 - 1.0, 0.5, 1.5));
+    }
+    square.light(Light::point(9.0, 3.0), Transform::from_xyz(0.0, 0.0, 5.0));
+    square.light(Light { enabled: false, ..Light::directional(1.0) }, Transform::default());
+    for policy in POLICIES {
+        square.simulation.world.insert_resource(policy);
+        assert_near(square.middle(), HeatScale::color(5f32.log2() / 6.0));
+    }
+}
+
+#[test]
+fn the_error_bound_is_the_sum_of_what_is_dropped_as_bright_as_it_shows() {
+    let Some(mut square) = Square::new(matte(Vec3::ONE)) else { return };
+    square.headless.settings.debug = DebugView::ErrorBound;
+    assert_near(square.middle(), HeatScale::NONE);
+    for intensity in [0.5, 0.7, 0.9] {
+        square.light(Light::directional(intensity), Transform::default());
+    }
+    assert_near(square.middle(), HeatScale::NONE);
+    square.light(Light::directional(0.04), Transform::default());
+    square.light(Light::directional(0.06), Transform::default());
+    for policy in POLICIES {
+        square.simulation.world.insert_resource(policy);
+        // 0.1 is in the middle of 0.001 … 10; ten times as bright a picture is one decade more.
+        assert_near(square.middle(), HeatScale::color(0.5));
+        square.simulation.world.resource_mut::<Environment>().exposure = 10.0;
+        assert_near(square.middle(), HeatScale::color(0.75));
+        square.simulation.world.resource_mut::<Environment>().exposure = 1.0;
+    }
+}
+
+#[test]
+fn without_a_light_every_policy_and_view_draws() {
+    let Some(mut square) = Square::new(matte(Vec3::ONE)) else { return };
+    square.simulation.world.resource_mut::<Environment>().ambient = Vec3::splat(0.2);
+    for policy in POLICIES {
+        square.simulation.world.insert_resource(policy);
+        square.headless.settings.debug = DebugView::Off;
+        assert_near(square.middle(), Vec3::splat(0.2));
+        square.headless.settings.debug = DebugView::ThreeLights;
+        assert!(square.middle().truncate().max_element() < 0.05);
+    }
+}
+
+#[test]
+fn inverse_square_light_is_its_intensity_at_a_metre_and_a_quarter_at_two() {
+    let Some(mut square) = Square::new(matte(Vec3::ONE)) else { return };
+    let bulb = Light::point(0.8, f32::INFINITY).with_attenuation(Light::INVERSE_SQUARE);
+    let lamp = square.light(bulb.clone(), Transform::from_xyz(0.0, 0.0, 1.0));
+    assert_near(square.middle(), Vec3::splat(0.8));
+    square.simulation.world.entity_mut(lamp).insert(Transform::from_xyz(0.0, 0.0, 2.0));
+    assert_near(square.middle(), Vec3::splat(0.2));
+    square.simulation.world.entity_mut(lamp).insert(Light { range: 4.0, ..bulb });
+    let window = (1.0f32 - (2.0f32 / 4.0).powi(4)).powi(2);
+    assert_near(square.middle(), Vec3::splat(0.2 * window));
 }
 
 #[test]

@@ -168,6 +168,7 @@ fn shader_constants_are_those_of_the_draw_list() {
         ("DEBUG_TANGENT", DebugView::Tangent as u32),
         ("DEBUG_LIGHT_COUNT", DebugView::LightCount as u32),
         ("DEBUG_THREE_LIGHTS", DebugView::ThreeLights as u32),
+        ("DEBUG_ERROR_BOUND", DebugView::ErrorBound as u32),
     ];
     for (name, value) in pairs {
         assert_eq!(constant(name), value, "{name}");

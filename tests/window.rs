@@ -5,6 +5,8 @@
 
 mod common;
 
+use bevy_transform::components::Transform;
+use glam::{Vec2, Vec3};
 use image::{Rgb, RgbImage};
 use std::fs;
 use std::io::{BufRead, BufReader};
@@ -12,6 +14,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
+use systems::components::Camera;
+use systems::view::View;
 use tempfile::TempDir;
 
 const RELIEF: &str = env!("CARGO_BIN_EXE_relief");
@@ -260,7 +264,7 @@ fn the_window_shows_what_render_writes_and_keys_change_it() {
     app.shows("base colours", &place.rendered(0, &["--debug", "base"]));
     app.press(&["v", "v"]);
     app.shows("tangents", &place.rendered(0, &["--debug", "tangent"]));
-    app.press(&["v", "v", "v"]);
+    app.press(&["v", "v", "v", "v"]);
     app.shows("light again", &plain);
 
     app.press(&["c"]);
@@ -350,6 +354,57 @@ fn the_mouse_moves_the_camera_and_a_key_puts_it_back() {
     }
     app.press(&["r"]);
     app.shows("the scene's camera again", &plain);
+}
+
+/// Where the scene's first camera shows a point.
+fn pixel_of(point: Vec3) -> Vec2 {
+    let camera = Transform::from_xyz(0.0, 3.0, 6.0).looking_at(Vec3::Y, Vec3::Y);
+    let view = View::new(&camera.compute_affine(), &Camera::default(), SIZE.0, SIZE.1);
+    let clip = view.clip_from_world() * point.extend(1.0);
+    (clip.truncate().truncate() / clip.w * Vec2::new(0.5, -0.5) + 0.5) * Vec2::new(SIZE.0 as f32, SIZE.1 as f32)
+}
+
+/// How much of the line between two pixels has a colour that passes, itself or a neighbour.
+fn share_along(picture: &RgbImage, from: Vec2, to: Vec2, passes: impl Fn(&Rgb<u8>) -> bool) -> f32 {
+    let around = [(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)];
+    let is_there = |i: &i32| {
+        let at = from.lerp(to, *i as f32 / 100.0).as_ivec2();
+        let near = around.iter().map(|(x, y)| (at.x + x, at.y + y));
+        near.filter_map(|(x, y)| picture.get_pixel_checked(x as u32, y as u32)).any(&passes)
+    };
+    (0..=100).filter(is_there).count() as f32 / 101.0
+}
+
+#[test]
+fn lines_lead_from_the_selected_object_to_its_lights() {
+    let place = Place::new();
+    let Some(display) = Display::start(&place) else { return };
+    let app = App::start(&place, &display, &["--paused", "--no-panel"]);
+    let plain = place.rendered(0, &[]);
+    app.shows("the picture of frame 0", &plain);
+    let click = |point: Vec3| {
+        let at = pixel_of(point).as_ivec2();
+        let (x, y) = (at.x.to_string(), at.y.to_string());
+        display.xdotool(&[&["mousemove", &x, &y, "click", "1"][..], &AWAY].concat()).expect("xdotool clicks");
+    };
+
+    // The left side of the ring. Its nearest light is the lamp, its second the sky, both to the right of it or above.
+    let center = Vec3::new(0.0, 1.3, 0.0);
+    let (object, lamp) = (pixel_of(center), pixel_of(Vec3::new(2.5, 2.5, 0.0)));
+    let toward_sky = pixel_of(center + Vec3::new(2.0, 5.0, 4.0).normalize());
+    let red = |p: &Rgb<u8>| p.0[0] > 200 && p.0[1] < 120 && p.0[2] < 120;
+    let green = |p: &Rgb<u8>| p.0[1] > 170 && p.0[0] < 130 && p.0[2] < 130;
+    assert!(share_along(&plain, object, lamp, red) + share_along(&plain, object, toward_sky, green) < 0.1);
+    click(center - Vec3::X);
+    app.wait_for_picture("lines to two lights", |seen| {
+        share_along(seen, object, lamp, red) > 0.95 && share_along(seen, object, toward_sky, green) > 0.95
+    });
+    app.press(&["l"]);
+    app.shows("no lines", &plain);
+    app.press(&["l"]);
+    app.wait_for_picture("lines again", |seen| share_along(seen, object, lamp, red) > 0.95);
+    click(Vec3::new(0.0, 3.6, -3.0));
+    app.shows("nothing selected", &plain);
 }
 
 #[test]

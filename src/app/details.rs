@@ -9,7 +9,7 @@ use glam::{EulerRot, Vec3};
 use systems::bounds::{Sphere, WorldBounds};
 use systems::components::{Camera, Figure, Light, LightKind, Projection};
 use systems::library::{Library, MaterialId, MeshId};
-use systems::lights::{LightSlot, Selection};
+use systems::lights::{LightSlot, ScoredLight, Selection, light_record, score};
 
 /// The colours of an object's three lights, most relevant first: those of the debug view.
 pub const LIGHT_COLORS: [Color32; 3] =
@@ -22,6 +22,10 @@ pub struct ObjectLight {
     pub entity: Entity,
     /// Its selection weight, 0..1.
     pub weight: f32,
+    /// The most irradiance it gives anywhere on the object: what the choice went by.
+    pub score: f32,
+    /// From the object's centre, metres; `None` where it is infinitely far away.
+    pub distance: Option<f32>,
     /// Where it is, or towards it where it is infinitely far away; world space.
     pub place: Vec3,
 }
@@ -33,13 +37,18 @@ pub struct ObjectLights {
     pub bounds: Sphere,
     /// Up to three; `None` where there are fewer.
     pub lights: [Option<ObjectLight>; 3],
+    /// How many lights reach the object.
+    pub reaching: u32,
+    /// Sum of the scores of those that are not among the three.
+    pub dropped: f32,
 }
 
 /// The lights of a drawn entity; `None` for others.
 pub fn object_lights(world: &mut World, object: Entity) -> Option<ObjectLights> {
     let bounds = world.get::<WorldBounds>(object)?.0;
     let selection = *world.get::<Selection>(object)?;
-    let mut found = ObjectLights { bounds, lights: [None, None, None] };
+    let Selection { reaching, dropped, .. } = selection;
+    let mut found = ObjectLights { bounds, lights: [None, None, None], reaching, dropped };
     let mut lights = world.query::<(Entity, &LightSlot, &Light, &GlobalTransform)>();
     for (entity, slot, light, transform) in lights.iter(world) {
         let Some(rank) = selection.lights.iter().position(|chosen| *chosen == slot.0) else { continue };
@@ -47,7 +56,14 @@ pub fn object_lights(world: &mut World, object: Entity) -> Option<ObjectLights> 
             LightKind::Directional => bounds.center + Vec3::from(transform.back()) * bounds.radius * 2.0,
             LightKind::Point | LightKind::Spot { .. } => transform.translation(),
         };
-        found.lights[rank] = Some(ObjectLight { entity, weight: selection.weights[rank], place });
+        let record = light_record(light, transform);
+        found.lights[rank] = Some(ObjectLight {
+            entity,
+            weight: selection.weights[rank],
+            score: score(&ScoredLight::new(&record), bounds),
+            distance: (light.kind != LightKind::Directional).then(|| place.distance(bounds.center)),
+            place,
+        });
     }
     Some(found)
 }
@@ -88,20 +104,40 @@ pub fn show(ui: &mut egui::Ui, world: &World, entity: Entity) {
     });
 }
 
-/// Shows the names and weights of an object's lights.
-pub fn show_lights(ui: &mut egui::Ui, world: &World, lights: &ObjectLights) {
-    if lights.lights.iter().all(Option::is_none) {
+/// Shows an object's lights: name, weight, score and distance. Returns the one whose name was clicked.
+pub fn show_lights(ui: &mut egui::Ui, world: &World, lights: &ObjectLights) -> Option<Entity> {
+    let mut clicked = None;
+    if lights.reaching == 0 {
         ui.weak("No light reaches it.");
+        return clicked;
     }
-    for (light, color) in lights.lights.iter().zip(LIGHT_COLORS) {
-        let Some(light) = light else { continue };
-        ui.horizontal(|ui| {
-            let (space, _) = ui.allocate_exact_size(egui::Vec2::splat(10.0), egui::Sense::hover());
-            ui.painter().circle_filled(space.center(), 4.0, color);
-            ui.weak(format!("{:.3}", light.weight));
-            ui.add(egui::Label::new(frames::name_of(world, light.entity)).truncate());
-        });
+    Grid::new("lights of the object").num_columns(4).spacing([8.0, 2.0]).show(ui, |ui| {
+        for title in ["weight", "score", "away", "light"] {
+            ui.weak(title);
+        }
+        ui.end_row();
+        for (light, color) in lights.lights.iter().zip(LIGHT_COLORS) {
+            let Some(light) = light else { continue };
+            ui.horizontal(|ui| {
+                let (space, _) = ui.allocate_exact_size(egui::Vec2::splat(10.0), egui::Sense::hover());
+                ui.painter().circle_filled(space.center(), 4.0, color);
+                ui.label(format!("{:.3}", light.weight));
+            });
+            ui.label(format!("{:.3}", light.score));
+            ui.label(light.distance.map_or_else(|| "∞".to_owned(), |distance| format!("{distance:.2} m")));
+            let name = egui::Button::selectable(false, frames::name_of(world, light.entity)).truncate();
+            if ui.add(name).clicked() {
+                clicked = Some(light.entity);
+            }
+            ui.end_row();
+        }
+    });
+    match lights.reaching.saturating_sub(lights.lights.iter().flatten().count() as u32) {
+        0 => {}
+        1 => _ = ui.weak(format!("1 more, score {:.3}", lights.dropped)),
+        more => _ = ui.weak(format!("{more} more, scores {:.3} in all", lights.dropped)),
     }
+    clicked
 }
 
 fn light_kind(light: &Light) -> String {
@@ -152,6 +188,10 @@ mod tests {
         let found = object_lights(&mut simulation.world, object).expect("a drawn object");
         let order: Vec<_> = found.lights.iter().flatten().map(|light| (light.entity, light.place.x)).collect();
         assert_eq!(order, [(near, -3.0), (far, 9.0)]);
+        let near_light = found.lights[0].as_ref().expect("the nearer one");
+        assert_eq!((near_light.distance, near_light.weight, found.reaching), (Some(3.0), 1.0, 2));
+        let nearest = 3.0 - 0.75f32.sqrt();
+        assert!((near_light.score * (1.0 + nearest * nearest) - 1.0).abs() < 1e-3, "{}", near_light.score);
         assert_eq!(object_lights(&mut simulation.world, near), None, "a light is no object");
     }
 }

@@ -25,6 +25,10 @@ pub enum Command {
     NextDebugView,
     /// The next camera of the scene.
     NextCamera,
+    /// Lines from the selected object to its lights, or none.
+    ToggleLightLines,
+    /// The selected light on, or off.
+    ToggleLight,
     /// Back to the scene's camera.
     ResetCamera,
     /// Shows the panel, or hides it.
@@ -53,7 +57,7 @@ const fn key(keys: &'static [&'static str], command: Command, help: &'static str
 }
 
 /// All keys of the window.
-pub const KEYS: [KeyBinding; 13] = [
+pub const KEYS: [KeyBinding; 15] = [
     key(&["Space"], Command::Pause, "pause, go on"),
     key(&[".", "N"], Command::Step, "one step, while paused"),
     key(&["+", "="], Command::Faster, "faster"),
@@ -61,6 +65,8 @@ pub const KEYS: [KeyBinding; 13] = [
     key(&["B"], Command::ToggleBump, "bump mapping on, off"),
     key(&["F"], Command::NextFigure, "next figure"),
     key(&["V"], Command::NextDebugView, "next debug view"),
+    key(&["L"], Command::ToggleLightLines, "lines to an object's lights on, off"),
+    key(&["O"], Command::ToggleLight, "the selected light on, off"),
     key(&["C"], Command::NextCamera, "next camera of the scene"),
     key(&["R"], Command::ResetCamera, "back to the scene's camera"),
     key(&["Tab"], Command::TogglePanel, "show or hide the panel"),

@@ -9,7 +9,7 @@
 //! surface   the window's textures
 //! gui       egui on winit and wgpu
 //! timing    how long frames take
-//! panel, entities, details, overlay   what egui shows
+//! panel, entities, details, overlay, legend, light_editor   what egui shows
 //! ```
 //!
 //! The scene fills the whole window and the panel floats over it, so the window shows the pixels that rendering the
@@ -21,6 +21,8 @@ mod details;
 mod entities;
 mod gui;
 mod input;
+mod legend;
+mod light_editor;
 mod overlay;
 mod panel;
 mod picking;

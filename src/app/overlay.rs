@@ -8,6 +8,8 @@ use systems::view::View;
 /// Points between a weight and the edge.
 const MARGIN: Vec2 = Vec2::splat(8.0);
 const WEIGHT_WIDTH: f32 = 28.0;
+/// Opacity of a line to a light of weight 0.
+const FAINTEST: f32 = 0.25;
 
 /// Paints a line to each light with its weight beside it; nothing covers the scene left of `room`, in points.
 pub fn paint(painter: &Painter, view: &View, lights: &ObjectLights, room: f32) {
@@ -17,8 +19,11 @@ pub fn paint(painter: &Painter, view: &View, lights: &ObjectLights, room: f32) {
     for (light, color) in lights.lights.iter().zip(LIGHT_COLORS) {
         let Some(light) = light else { continue };
         let Some((from, to)) = on_screen(&clip_from_world, lights.bounds.center, light.place, size) else { continue };
-        painter.line_segment([point(from), point(to)], Stroke::new(3.0, Color32::from_black_alpha(150)));
-        painter.line_segment([point(from), point(to)], Stroke::new(1.5, color));
+        // The fainter, the less it counts; never gone, since a light that is about to fade in is worth seeing.
+        let opacity = FAINTEST + (1.0 - FAINTEST) * light.weight.clamp(0.0, 1.0);
+        let ends = [point(from), point(to)];
+        painter.line_segment(ends, Stroke::new(3.5, Color32::from_black_alpha(150).gamma_multiply(opacity)));
+        painter.line_segment(ends, Stroke::new(2.0, color.gamma_multiply(opacity)));
         painter.circle_filled(point(to), 4.0, color);
         let last = Vec2::new(room - MARGIN.x - WEIGHT_WIDTH, size.y - MARGIN.y).max(MARGIN);
         let beside = last_inside(from, to, MARGIN, last) + Vec2::new(8.0, 0.0);

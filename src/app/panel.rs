@@ -1,10 +1,10 @@
 //! The panel: what the last frame did, and the switches of the view. In the other corner, a card about one object.
 
-use super::details;
 use super::entities::EntityList;
 use super::input::{Command, KEYS, POINTER};
 use super::timing::Timing;
 use super::viewer::Viewer;
+use super::{details, legend, light_editor};
 use crate::frames;
 use crate::renderer::{DebugView, RenderStats};
 use bevy_ecs::prelude::*;
@@ -20,7 +20,7 @@ use systems::view::View;
 
 /// Points.
 pub const WIDTH: f32 = 292.0;
-const CARD_WIDTH: f32 = 230.0;
+const CARD_WIDTH: f32 = 250.0;
 
 /// What the panel tells of the last frame.
 pub struct FrameInfo<'a> {
@@ -146,6 +146,10 @@ fn picture(ui: &mut Ui, viewer: &mut Viewer) {
             ui.selectable_value(&mut settings.debug, view, name);
         }
     });
+    if let Some(scale) = settings.debug.heat_scale() {
+        legend::show(ui, &scale);
+    }
+    ui.checkbox(&mut viewer.light_lines, "lines to the selected object's lights");
     let mut environment = world.resource_mut::<Environment>();
     let (mut tone_map, mut exposure) = (environment.tone_map, environment.exposure);
     choice(ui, "tone map", |ui| {
@@ -205,6 +209,9 @@ fn statistics(ui: &mut Ui, viewer: &mut Viewer, info: &FrameInfo) {
         row(ui, "triangles", &count(stats.triangles));
         row(ui, "lights", &count(lights as u64));
         row(ui, "uploaded", &format!("{} bytes", count(stats.uploaded_bytes())));
+        let selection = frame.stage_ms[Stage::Lights as usize];
+        let again = format!("{selection:.2} ms, {} objects", count(frame.selected as u64));
+        row(ui, "light selection", &again);
         row(ui, "changed", &format!("{} objects", count(frame.instances_written as u64)));
         row(ui, "systems", &format!("{:.2} ms", frame.cpu_ms()));
     });
@@ -237,12 +244,14 @@ fn card(ui: &mut Ui, viewer: &mut Viewer, object: Entity, view: &View) {
             ui.label(RichText::new(frames::name_of(world, object)).strong());
             let lights = details::object_lights(world, object);
             if let Some(lights) = &lights {
-                details::show_lights(ui, world, lights);
+                let clicked = details::show_lights(ui, world, lights);
+                viewer.selected = clicked.or(viewer.selected);
             }
             details::show(ui, world, object);
             if !selected {
                 return;
             }
+            light_editor::show(ui, world, object);
             ui.horizontal(|ui| {
                 if let Some(lights) = lights.filter(|_| ui.button("go to it").clicked()) {
                     viewer.controller.grab(view, lights.bounds.center).go_to(lights.bounds);

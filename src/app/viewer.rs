@@ -10,7 +10,7 @@ use glam::Vec3;
 use systems::Simulation;
 use systems::bounds::{Aabb, WorldBounds};
 use systems::clock::Clock;
-use systems::components::Figure;
+use systems::components::{Figure, Light};
 use systems::library::{MeshId, Technique};
 use systems::view::View;
 
@@ -40,6 +40,8 @@ pub struct Viewer {
     pub help: bool,
     /// Chosen with a click, in the scene or the list.
     pub selected: Option<Entity>,
+    /// Whether lines lead from the object that is pointed out to its lights.
+    pub light_lines: bool,
     /// Under the pointer; kept up only where a debug view points it out.
     pub hovered: Option<Entity>,
     /// What there is to say: a picture saved, or why not.
@@ -70,6 +72,7 @@ impl Viewer {
             panel: options.panel,
             help: false,
             selected: None,
+            light_lines: true,
             hovered: None,
             notice: String::new(),
             technique_before_off: None,
@@ -95,6 +98,8 @@ impl Viewer {
             Command::ToggleBump => self.toggle_bump(),
             Command::NextFigure => self.next_figure(),
             Command::NextDebugView => self.settings.debug = after(&DebugView::ALL, self.settings.debug),
+            Command::ToggleLightLines => self.light_lines = !self.light_lines,
+            Command::ToggleLight => self.toggle_light(),
             Command::NextCamera => self.next_camera(),
             Command::ResetCamera => self.controller.reset(),
             Command::TogglePanel => self.panel = !self.panel,
@@ -128,6 +133,13 @@ impl Viewer {
             if let Some(&shown) = figure.meshes.get(figure.shown) {
                 *mesh = shown;
             }
+        }
+    }
+
+    fn toggle_light(&mut self) {
+        let selected = self.selected.and_then(|entity| self.simulation.world.get_mut::<Light>(entity));
+        if let Some(mut light) = selected {
+            light.enabled = !light.enabled;
         }
     }
 
@@ -264,6 +276,19 @@ mod tests {
         assert_eq!(at(&viewer), 9.0, "a scene's camera, not the free one");
         viewer.apply(Command::NextCamera);
         assert_eq!(at(&viewer), 5.0);
+    }
+
+    #[test]
+    fn a_selected_light_goes_off_and_on() {
+        let mut viewer = viewer();
+        viewer.apply(Command::ToggleLight);
+        let lamp = viewer.simulation.world.spawn(Light::point(1.0, 5.0)).id();
+        viewer.selected = Some(lamp);
+        viewer.apply(Command::ToggleLight);
+        let shines = |viewer: &Viewer| viewer.simulation.world.get::<Light>(lamp).expect("a light").enabled;
+        assert!(!shines(&viewer));
+        viewer.apply(Command::ToggleLight);
+        assert!(shines(&viewer));
     }
 
     #[test]

@@ -299,7 +299,7 @@ impl Open {
         let mut command = None;
         let still_for = gui.run(window, |ui| {
             // Painted first, so that the panel is above the lines.
-            if let Some(object) = viewer.pointed_out().filter(|_| viewer.panel || viewer.follows_pointer())
+            if let Some(object) = viewer.pointed_out().filter(|_| viewer.light_lines)
                 && let Some(lights) = details::object_lights(&mut viewer.simulation.world, object)
             {
                 let room = ui.max_rect().width() - if viewer.panel { panel::WIDTH } else { 0.0 };

@@ -27,7 +27,7 @@ mod textures;
 pub use gpu::{Gpu, GpuError};
 pub use outputs::Outputs;
 pub use readback::read_texture;
-pub use settings::{DebugView, Settings};
+pub use settings::{DebugView, HeatScale, Settings};
 
 use meshes::Meshes;
 use pipelines::{OUTPUT_FORMATS, Pass, Pipelines};

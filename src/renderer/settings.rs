@@ -1,5 +1,6 @@
 //! Choices for a whole view.
 
+use glam::Vec3;
 use systems::library::Technique;
 
 /// What to look at instead of the lit picture.
@@ -14,22 +15,61 @@ pub enum DebugView {
     Normal,
     /// Vertex tangent, world space, 0..1.
     Tangent,
-    /// How many lights reach each pixel.
+    /// How many lights reach each object, as a heat map.
     LightCount,
     /// What each of the object's three lights gives, as red, green and blue; the picked object brighter.
     ThreeLights,
+    /// The most that an object may miss by being lit by three lights alone, as a heat map: the sum of the scores of its
+    /// other lights, times the exposure.
+    ErrorBound,
 }
 
 impl DebugView {
     /// All views with their names.
-    pub const ALL: [(&'static str, Self); 6] = [
+    pub const ALL: [(&'static str, Self); 7] = [
         ("off", Self::Off),
         ("base", Self::Base),
         ("normal", Self::Normal),
         ("tangent", Self::Tangent),
         ("light_count", Self::LightCount),
         ("three_lights", Self::ThreeLights),
+        ("error_bound", Self::ErrorBound),
     ];
+
+    /// What the colours of a heat map mean; `None` for other views. `shaders/debug.wgsl` paints by the same scale.
+    pub fn heat_scale(self) -> Option<HeatScale> {
+        match self {
+            Self::LightCount => {
+                Some(HeatScale { what: "lights that reach the object", ticks: &["1", "2", "4", "8", "16", "32", "64"] })
+            }
+            Self::ErrorBound => Some(HeatScale {
+                what: "brightness that three lights may miss; 1: white",
+                ticks: &["0.001", "0.01", "0.1", "1", "10"],
+            }),
+            _ => None,
+        }
+    }
+}
+
+/// The legend of a heat map.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct HeatScale {
+    /// The quantity.
+    pub what: &'static str,
+    /// Evenly spaced from the first colour to the last, which stand for what is beyond them, too; 0 is
+    /// [`HeatScale::NONE`].
+    pub ticks: &'static [&'static str],
+}
+
+impl HeatScale {
+    /// The colour of 0, linear RGB.
+    pub const NONE: Vec3 = Vec3::splat(0.2);
+
+    /// The colour of a place on the scale, 0 the first tick to 1 the last; linear RGB.
+    pub fn color(heat: f32) -> Vec3 {
+        let h = heat.clamp(0.0, 1.0);
+        Vec3::new(4.0 * h - 2.0, 2.0 - (4.0 * h - 2.0).abs(), 2.0 - 4.0 * h).clamp(Vec3::ZERO, Vec3::ONE)
+    }
 }
 
 /// Choices for a whole view.

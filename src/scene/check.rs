@@ -9,7 +9,7 @@ use super::faults::{Fault, Trail, unknown};
 use super::files::{self, Files};
 use super::format::{Camera, Entity, Generator, Grid, Light, MeshSource, Place, Region, Scatter, Scene, Transform};
 use super::places::Step;
-use super::values::{Color, Named, Scale};
+use super::values::{Attenuation, Color, Named, Scale};
 use glam::Vec3;
 use std::fmt::Display;
 
@@ -285,7 +285,7 @@ impl<'a> Check<'a> {
     }
 
     fn light(&mut self, light: &Light) {
-        let local = |c: &mut Self, range: Option<f32>, attenuation: [f32; 3]| {
+        let local = |c: &mut Self, range: Option<f32>, Attenuation(attenuation): Attenuation| {
             if let Some(range) = range {
                 c.number("range", range, 1e-3, FARTHEST);
             }

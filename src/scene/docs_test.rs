@@ -68,7 +68,7 @@ fn every_field_has_its_row() {
             let fields = body.lines().filter_map(|l| l.trim().strip_prefix("pub ").or(l.strip_prefix("    ")));
             let fields: Vec<&str> = fields.filter_map(|l| l.split_once(": ")).map(|(f, _)| f.trim()).collect();
             let heading = name.to_lowercase().replace("source", "");
-            if ["named", "color"].contains(&heading.as_str()) || (name == "MapSource") {
+            if ["named", "color", "attenuation"].contains(&heading.as_str()) || (name == "MapSource") {
                 continue;
             }
             let rows = table(&heading);

@@ -5,7 +5,7 @@
 //! components and library items that the fields become.
 
 pub use super::surfaces::*;
-use super::values::{Color, Named, Scale};
+use super::values::{Attenuation, Color, Named, Scale};
 use serde::Deserialize;
 use systems::components as world;
 
@@ -103,7 +103,7 @@ pub struct PointLight {
     pub color: Color,
     pub intensity: f32,
     pub range: Option<f32>,
-    pub attenuation: [f32; 3],
+    pub attenuation: Attenuation,
     pub ambient: Color,
     pub on: bool,
 }
@@ -115,7 +115,7 @@ impl Default for PointLight {
             color: Color::linear(light.color),
             intensity: light.intensity,
             range: None,
-            attenuation: light.attenuation.to_array(),
+            attenuation: Attenuation(light.attenuation.to_array()),
             ambient: Color::linear(light.ambient),
             on: light.enabled,
         }
@@ -129,7 +129,7 @@ pub struct SpotLight {
     pub color: Color,
     pub intensity: f32,
     pub range: Option<f32>,
-    pub attenuation: [f32; 3],
+    pub attenuation: Attenuation,
     pub ambient: Color,
     pub on: bool,
     pub cutoff_degrees: Option<f32>,

@@ -239,7 +239,7 @@ pub fn light(source: &format::Light) -> Light {
             intensity: l.intensity,
             ambient: l.ambient.rgb(),
             range: range(l.range),
-            attenuation: Vec3::from_array(l.attenuation),
+            attenuation: Vec3::from_array(l.attenuation.0),
             enabled: l.on,
         },
         format::Light::Spot(l) => Light {
@@ -248,7 +248,7 @@ pub fn light(source: &format::Light) -> Light {
             intensity: l.intensity,
             ambient: l.ambient.rgb(),
             range: range(l.range),
-            attenuation: Vec3::from_array(l.attenuation),
+            attenuation: Vec3::from_array(l.attenuation.0),
             enabled: l.on,
         },
         format::Light::Directional(l) => Light {

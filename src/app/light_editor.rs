@@ -1,0 +1,188 @@
+//! The settings of a selected light, to be changed.
+
+use bevy_ecs::prelude::*;
+use egui::emath::Numeric;
+use egui::{Checkbox, DragValue, Grid, Id, Slider, SliderClamping, Ui};
+use glam::Vec3;
+use systems::components::{Light, LightKind};
+
+/// What a light gets that shall end and had no end. Metres.
+const FIRST_RANGE: f32 = 10.0;
+/// What the temperature stands at before somebody moves it: a light keeps its colour, not where that is from. Kelvin.
+const DAYLIGHT: f32 = 6500.0;
+
+/// Shows the settings of an entity's light, if it has one, and takes over what is changed.
+pub fn show(ui: &mut Ui, world: &mut World, entity: Entity) {
+    let Some(light) = world.get::<Light>(entity) else { return };
+    let mut edited = light.clone();
+    ui.add_space(4.0);
+    Grid::new("light editor").num_columns(2).min_col_width(70.0).show(ui, |ui| {
+        common(ui, entity, &mut edited);
+        if edited.kind != LightKind::Directional {
+            reach(ui, &mut edited);
+        }
+        if let LightKind::Spot { outer, inner, exponent } = &mut edited.kind {
+            cone(ui, outer, inner, exponent);
+        }
+    });
+    // Only a real change: the light table hears of every access.
+    if world.get::<Light>(entity).is_some_and(|light| *light != edited)
+        && let Some(mut light) = world.get_mut::<Light>(entity)
+    {
+        *light = edited;
+    }
+}
+
+fn field<R>(ui: &mut Ui, name: &str, contents: impl FnOnce(&mut Ui) -> R) {
+    ui.weak(name);
+    ui.horizontal(contents);
+    ui.end_row();
+}
+
+/// A field that leaves a value beyond its range alone until somebody changes it.
+fn number<N: Numeric>(value: &mut N) -> DragValue<'_> {
+    DragValue::new(value).clamp_existing_to_range(false)
+}
+
+fn common(ui: &mut Ui, entity: Entity, light: &mut Light) {
+    field(ui, "shines", |ui| ui.add(Checkbox::without_text(&mut light.enabled)));
+    field(ui, "colour", |ui| {
+        color(ui, &mut light.color);
+        ui.weak("from all sides");
+        color(ui, &mut light.ambient);
+    });
+    field(ui, "temperature", |ui| {
+        let id = Id::unique("temperature").with(entity);
+        let mut kelvin = ui.data(|data| data.get_temp(id)).unwrap_or(DAYLIGHT);
+        ui.spacing_mut().slider_width = 80.0;
+        let slider = Slider::new(&mut kelvin, 1667.0..=25000.0).logarithmic(true).fixed_decimals(0).suffix(" K");
+        if ui.add(slider.clamping(SliderClamping::Always)).changed() {
+            ui.data_mut(|data| data.insert_temp(id, kelvin));
+            *light = light.clone().with_kelvin(kelvin);
+        }
+    });
+    let speed = f64::from(light.intensity.abs().max(0.1)) * 0.01;
+    field(ui, "intensity", |ui| ui.add(number(&mut light.intensity).range(0.0..=1e7).speed(speed)));
+}
+
+/// Writes only where something was chosen: colours brighter than the button can show stay as they are.
+fn color(ui: &mut Ui, color: &mut Vec3) {
+    let mut rgb = color.to_array();
+    if ui.color_edit_button_rgb(&mut rgb).changed() {
+        *color = rgb.into();
+    }
+}
+
+fn reach(ui: &mut Ui, light: &mut Light) {
+    field(ui, "range", |ui| {
+        let mut ends = light.range.is_finite();
+        if ui.add(Checkbox::without_text(&mut ends)).changed() {
+            light.range = if ends { FIRST_RANGE } else { f32::INFINITY };
+        }
+        if ends {
+            ui.add(number(&mut light.range).range(1e-3..=1e7).speed(0.1).suffix(" m"));
+        } else {
+            ui.weak("no end");
+        }
+    });
+    let inverse_square = light.attenuation == Light::INVERSE_SQUARE;
+    field(ui, "attenuation", |ui| {
+        if ui.selectable_label(inverse_square, "inverse square").clicked() {
+            light.attenuation = Light::INVERSE_SQUARE;
+        }
+        if ui.selectable_label(!inverse_square, "classic").clicked() && inverse_square {
+            light.attenuation = Light::point(1.0, 1.0).attenuation;
+        }
+    });
+    if !inverse_square {
+        field(ui, "", |ui| {
+            for (coefficient, unit) in light.attenuation.as_mut().iter_mut().zip(["", " /m", " /m²"]) {
+                ui.add(number(coefficient).range(0.0..=1e6).speed(0.01).max_decimals(3).suffix(unit));
+            }
+        });
+    }
+}
+
+/// Half angles; the inner one, or the classic exponent.
+fn cone(ui: &mut Ui, outer: &mut f32, inner: &mut Option<f32>, exponent: &mut f32) {
+    field(ui, "cone", |ui| {
+        angle(ui, outer, 85.0);
+        match inner {
+            Some(inner) => {
+                ui.weak("full within");
+                angle(ui, inner, outer.to_degrees());
+            }
+            None => {
+                ui.weak("exponent");
+                ui.add(number(exponent).range(0.0..=1e4).speed(0.1));
+            }
+        }
+    });
+}
+
+/// Writes only where something was chosen: to degrees and back is not quite the same angle.
+fn angle(ui: &mut Ui, radians: &mut f32, most: f32) {
+    let mut degrees = radians.to_degrees();
+    if ui.add(number(&mut degrees).range(0.1..=most).speed(0.2).max_decimals(1).suffix("°")).changed() {
+        *radians = degrees.to_radians();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bevy_ecs::change_detection::DetectChanges;
+    use egui::{Event, Modifiers, PointerButton, Pos2, RawInput, Rect};
+
+    /// A frame of the editor alone.
+    fn frame(context: &egui::Context, world: &mut World, entity: Entity, events: Vec<Event>) {
+        let screen_rect = Some(Rect::from_min_size(Pos2::ZERO, egui::vec2(300.0, 400.0)));
+        let mut output =
+            context.run_ui(RawInput { screen_rect, events, ..RawInput::default() }, |ui| show(ui, world, entity));
+        output.textures_delta.clear();
+    }
+
+    #[test]
+    fn a_light_that_is_only_looked_at_stays_as_it_is() {
+        let classic = LightKind::Spot { outer: 1.5, inner: None, exponent: 2e4 };
+        let odd = Light { kind: classic, intensity: 3e8, range: 1e-5, ..Light::point(1.0, 1.0) };
+        let bright =
+            Light::spot(-2.0, 1e9, 0.3).with_color(Vec3::new(7.0, -1.0, 0.5)).with_attenuation(Vec3::splat(1e8));
+        for light in [odd, bright, Light::directional(1.0)] {
+            let mut world = World::new();
+            let entity = world.spawn(light.clone()).id();
+            world.increment_change_tick();
+            let context = egui::Context::default();
+            let shown = format!("{light:?}");
+            (0..3).for_each(|_| frame(&context, &mut world, entity, Vec::new()));
+            let now = world.entity(entity).get_ref::<Light>().expect("a light");
+            assert_eq!(format!("{:?}", *now), shown);
+            assert_eq!(now.last_changed(), now.added(), "not even touched");
+        }
+    }
+
+    #[test]
+    fn a_click_switches_the_light_off() {
+        let mut world = World::new();
+        let entity = world.spawn(Light::point(1.0, 5.0)).id();
+        let context = egui::Context::default();
+        frame(&context, &mut world, entity, Vec::new());
+        // The first row has one thing to click at, whatever the font's size.
+        for x in (60..140).step_by(4) {
+            let pos = Pos2::new(x as f32, 14.0);
+            let button = |pressed| Event::PointerButton {
+                pos,
+                button: PointerButton::Primary,
+                pressed,
+                modifiers: Modifiers::NONE,
+            };
+            frame(&context, &mut world, entity, vec![Event::PointerMoved(pos)]);
+            frame(&context, &mut world, entity, vec![button(true)]);
+            frame(&context, &mut world, entity, vec![button(false)]);
+            if !world.get::<Light>(entity).expect("a light").enabled {
+                return;
+            }
+        }
+        panic!("nothing to click at");
+    }
+}
