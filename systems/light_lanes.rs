@@ -8,7 +8,7 @@ use crate::bounds::Sphere;
 use crate::draw_list::{LightRecord, NO_LIGHT};
 use crate::light_tree::Volume;
 use crate::lights::{LightPolicy, Selection};
-use crate::relevance::{MIN_RADIUS, ROUNDING, SQUARINGS, ScoredLight};
+use crate::relevance::{EXPONENT_SCALE, MIN_RADIUS, ROUNDING, SQUARINGS, ScoredLight, split_exponent};
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 use glam::Vec3;
@@ -308,16 +308,29 @@ impl<S: Simd> Remainder<S> {
 /// [`crate::relevance`]'s power.
 #[inline(always)]
 fn power<S: Simd>(simd: S, x: Floats<S>, e: f32) -> Floats<S> {
-    let one = splat(simd, 1.0);
-    let root = x.sqrt().sqrt();
-    let z = (root - one) / (root + one);
-    let z2 = z * z;
-    let series = one + z2 * (splat(simd, 1.0 / 3.0) + z2 * (splat(simd, 1.0 / 5.0) + z2 * splat(simd, 1.0 / 7.0)));
-    let scale = splat(simd, 1.0 / (1 << SQUARINGS) as f32);
-    let exponent = (splat(simd, 8.0 * e) * (z * series)).max(splat(simd, -80.0)) * scale;
-    let mut result = one + exponent * (one + exponent * (splat(simd, 0.5) + exponent * splat(simd, 1.0 / 6.0)));
-    for _ in 0..SQUARINGS {
-        result *= result;
+    let (whole, fraction) = split_exponent(e);
+    let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
+    let (mut result, mut square, mut bits) = (one, x, whole);
+    while bits > 0 {
+        if bits & 1 == 1 {
+            result *= square;
+        }
+        square *= square;
+        bits >>= 1;
+    }
+    if fraction > 0.0 {
+        let root = x.sqrt().sqrt();
+        let z = (root - one) / (root + one);
+        let z2 = z * z;
+        let tail = splat(simd, 1.0 / 7.0) + z2 * splat(simd, 1.0 / 9.0);
+        let series = one + z2 * (splat(simd, 1.0 / 3.0) + z2 * (splat(simd, 1.0 / 5.0) + z2 * tail));
+        let y = splat(simd, fraction * EXPONENT_SCALE) * (z * series);
+        let tail = splat(simd, 1.0 / 6.0) + y * splat(simd, 1.0 / 24.0);
+        let mut power = one + y * (one + y * (splat(simd, 0.5) + y * tail));
+        for _ in 0..SQUARINGS {
+            power *= power;
+        }
+        result *= x.simd_gt(zero).select(power, zero);
     }
     result
 }

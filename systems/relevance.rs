@@ -269,24 +269,45 @@ pub(crate) fn at_center(light: &ScoredLight, Sphere { center, radius }: Sphere) 
 
 /// Metres; what smaller objects count as where something is over their radius.
 pub(crate) const MIN_RADIUS: f32 = 1e-6;
-/// Squarings of [`power`].
-pub(crate) const SQUARINGS: u32 = 8;
-
-/// x^e for x in 0..=1 and e ≥ 0 from basic operations only, which round alike everywhere: within 1e-4 from
-/// x = 0.08 on, and no more than a few hundredths below.
+/// x^e for x in 0..=1 and e ≥ 0 from basic operations only, which round alike everywhere: within 1e-4 from x = 0.08 on,
+/// within a hundredth below.
 ///
-/// ln x = 4 ln x^¼ by the series of the inverse hyperbolic tangent, exp by its own and eight squarings.
+/// The whole part of e by squaring; the rest from exp(f · ln x), ln x = 4 ln x^¼ by the series of the inverse hyperbolic
+/// tangent, exp by its own and [`SQUARINGS`] squarings.
 fn power(x: f32, e: f32) -> f32 {
-    let root = x.sqrt().sqrt();
-    let z = (root - 1.0) / (root + 1.0);
-    let z2 = z * z;
-    let series = 1.0 + z2 * (1.0 / 3.0 + z2 * (1.0 / 5.0 + z2 * (1.0 / 7.0)));
-    let exponent = (8.0 * e * (z * series)).max(-80.0) * (1.0 / (1 << SQUARINGS) as f32);
-    let mut result = 1.0 + exponent * (1.0 + exponent * (0.5 + exponent * (1.0 / 6.0)));
-    for _ in 0..SQUARINGS {
-        result *= result;
+    let (whole, fraction) = split_exponent(e);
+    let (mut result, mut square, mut bits) = (1.0, x, whole);
+    while bits > 0 {
+        if bits & 1 == 1 {
+            result *= square;
+        }
+        square *= square;
+        bits >>= 1;
+    }
+    if fraction > 0.0 {
+        let root = x.sqrt().sqrt();
+        let z = (root - 1.0) / (root + 1.0);
+        let z2 = z * z;
+        let series = 1.0 + z2 * (1.0 / 3.0 + z2 * (1.0 / 5.0 + z2 * (1.0 / 7.0 + z2 * (1.0 / 9.0))));
+        let y = fraction * EXPONENT_SCALE * (z * series);
+        let mut power = 1.0 + y * (1.0 + y * (0.5 + y * (1.0 / 6.0 + y * (1.0 / 24.0))));
+        for _ in 0..SQUARINGS {
+            power *= power;
+        }
+        result *= if x > 0.0 { power } else { 0.0 };
     }
     result
+}
+
+/// Squarings of [`power`].
+pub(crate) const SQUARINGS: u32 = 4;
+/// 8 from the series of ln x, over 2^[`SQUARINGS`].
+pub(crate) const EXPONENT_SCALE: f32 = 8.0 / (1 << SQUARINGS) as f32;
+
+/// Whole part and rest of an exponent.
+pub(crate) fn split_exponent(e: f32) -> (u32, f32) {
+    let whole = e.min(1e6).floor();
+    (whole as u32, (e - whole).min(1.0))
 }
 
 /// Attenuation · spot · window at a point, and the unit vector towards the light (zero at the light itself).
