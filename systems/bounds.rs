@@ -76,16 +76,24 @@ impl Sphere {
 
 /// The sphere around a drawn entity, world space. Derived; written by [`update_bounds`].
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default)]
+#[component(summary_tick)]
 pub struct WorldBounds(pub Sphere);
 
 /// Recomputes the world bounds of what moved or changed its mesh.
 #[allow(clippy::type_complexity)]
 pub fn update_bounds(
     library: Res<Library>,
-    mut moved: Query<(&GlobalTransform, &MeshId, &mut WorldBounds), Or<(Changed<GlobalTransform>, Changed<MeshId>)>>,
+    mut moved: Query<
+        (&GlobalTransform, Ref<MeshId>, &mut WorldBounds),
+        Or<(Changed<GlobalTransform>, Changed<MeshId>)>,
+    >,
 ) {
-    for (transform, &mesh, mut bounds) in &mut moved {
-        if let Some(entry) = library.mesh(mesh) {
+    for (transform, mesh, mut bounds) in &mut moved {
+        if mesh.is_added() {
+            // Also where the bounds are what they were: an object without a mesh has lost its place among the others.
+            bounds.set_changed();
+        }
+        if let Some(entry) = library.mesh(*mesh) {
             bounds.set_if_neq(WorldBounds(entry.bounds.transformed(&transform.affine())));
         }
     }

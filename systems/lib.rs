@@ -18,6 +18,7 @@ pub mod library;
 mod light_candidates;
 mod light_lanes;
 pub mod light_search;
+pub mod light_selection;
 pub mod light_tree;
 pub mod lights;
 pub mod materials;
@@ -85,6 +86,7 @@ impl Simulation {
         world.init_resource::<materials::MaterialTable>();
         world.init_resource::<lights::LightTable>();
         world.init_resource::<lights::LightPolicy>();
+        world.init_resource::<object_order::ObjectOrder>();
         world.init_resource::<instances::InstanceTable>();
         world.init_resource::<draw_list::DrawList>();
         world.insert_resource(components::Environment::default());
@@ -147,7 +149,7 @@ pub fn frame_schedule() -> Schedule {
             // Maps into texture arrays; decides the class and pipeline of a material, which batches sort by.
             (materials::update_materials, lap(Stage::Materials)).chain(),
             // The light table first: the choice reads it.
-            (lights::update_light_table, lights::select_lights, lap(Stage::Lights)).chain(),
+            (lights::update_light_table, light_selection::select_lights, lap(Stage::Lights)).chain(),
             // Everything an object's record holds is known now.
             (instances::update_instances, lap(Stage::Instances)).chain(),
             // Slots are final: group them into draws.

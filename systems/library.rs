@@ -8,14 +8,23 @@ use crate::bounds::{Aabb, Sphere, WorldBounds};
 use crate::images::{Image, ImageKind};
 use crate::instances::{self, InstanceSlot};
 use crate::lights::Selection;
+use crate::object_order::{self, Place};
+use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
+use bevy_ecs::world::DeferredWorld;
 use bevy_transform::components::Transform;
 use glam::{Affine2, Vec2, Vec3, Vec4};
 
+/// Runs when an entity loses its mesh, by itself or with its life.
+fn free_slots(mut world: DeferredWorld, context: HookContext) {
+    instances::free_slot(world.reborrow(), context);
+    object_order::free_place(world, context);
+}
+
 /// Names a [`Mesh`] of the [`Library`]. As a component: this entity is drawn with that mesh.
 #[derive(Component, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
-#[require(Transform, MaterialId, WorldBounds, Selection, InstanceSlot)]
-#[component(on_remove = instances::free_slot)]
+#[require(Transform, MaterialId, WorldBounds, Selection, InstanceSlot, Place)]
+#[component(on_remove = free_slots)]
 pub struct MeshId(pub u32);
 
 /// Names a [`Material`] of the [`Library`]. As a component: the material of a drawn entity.

@@ -4,7 +4,7 @@
 //! conditions for range and cone, with room for rounding.
 
 use crate::light_lanes::{Floats, LANES, splat};
-use crate::light_tree::{MARGIN, Volume, WIDTH};
+use crate::light_tree::{MARGIN, Node, Volume, WIDTH};
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 
@@ -83,6 +83,17 @@ pub(crate) fn cone_meets<S: Simd>(
     let along = t + radius;
     let off = (off_axis - radius).max(zero);
     (along.simd_gt(zero) & (along * tan).simd_ge(off)).to_bitmask()
+}
+
+/// Which children of a node may reach the volume, or be reached from it: a bit each.
+#[inline(always)]
+pub(crate) fn node_in_range<S: Simd>(simd: S, node: &Node, volume: &Volume) -> u64 {
+    let mut bits = 0;
+    for k in (0..WIDTH).step_by(Floats::<S>::LEN) {
+        let (min, max) = (load3(simd, &node.min, k), load3(simd, &node.max, k));
+        bits |= within(simd, load(simd, &node.range, k), gap_squared(simd, min, max, volume), volume) << k;
+    }
+    bits
 }
 
 impl Candidates {

@@ -12,9 +12,9 @@
 //! ([`Level`]).
 
 use crate::bounds::Sphere;
-use crate::light_candidates::{Candidates, Row, cone_meets, gap_squared, load, load3, within};
+use crate::light_candidates::{Candidates, Row, cone_meets, gap_squared, load, load3, node_in_range, within};
 use crate::light_lanes::{DIRECTIONAL, Floats, Objects, POINT, Remainder, SPOT, Top, store};
-use crate::light_tree::{Block, LightTree, Node, Volume, WIDTH};
+use crate::light_tree::{Block, LightTree, Volume, WIDTH};
 use crate::lights::{LightPolicy, Selection};
 use crate::relevance::ScoredLight;
 pub use fearless_simd::Level;
@@ -239,16 +239,6 @@ fn walk<S: Simd>(
             }
         }
     }
-}
-
-#[inline(always)]
-fn node_in_range<S: Simd>(simd: S, node: &Node, volume: &Volume) -> u64 {
-    let mut bits = 0;
-    for k in (0..WIDTH).step_by(Floats::<S>::LEN) {
-        let (min, max) = (load3(simd, &node.min, k), load3(simd, &node.max, k));
-        bits |= within(simd, load(simd, &node.range, k), gap_squared(simd, min, max, volume), volume) << k;
-    }
-    bits
 }
 
 #[inline(always)]

@@ -123,34 +123,48 @@ impl Block {
         block
     }
 
-    fn bounds(&self) -> (Vec3, Vec3, f32) {
+    fn bounds(&self) -> Option<(Vec3, Vec3, f32)> {
         let lights = (0..WIDTH).filter(|&i| !self.range[i].is_nan());
-        lights.fold((Vec3::MAX, Vec3::MIN, 0.0), |(min, max, range), i| {
-            let p = Vec3::from(self.position.map(|axis| axis[i]));
-            (min.min(p), max.max(p), range.max(self.range[i]))
-        })
+        let points = lights.map(|i| (Vec3::from(self.position.map(|axis| axis[i])), self.range[i]));
+        points.map(|(p, range)| (p, p, range)).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1), a.2.max(b.2)))
     }
 }
 
 impl Node {
-    fn new(children: impl Iterator<Item = (Vec3, Vec3, f32)>) -> Self {
-        let mut node = Self { min: [[0.0; WIDTH]; 3], max: [[0.0; WIDTH]; 3], range: [f32::NAN; WIDTH] };
-        for (i, (min, max, range)) in children.enumerate() {
-            for axis in 0..3 {
-                node.min[axis][i] = min[axis];
-                node.max[axis][i] = max[axis];
-            }
-            node.range[i] = range;
-        }
+    /// Without children.
+    pub const EMPTY: Self = Self { min: [[0.0; WIDTH]; 3], max: [[0.0; WIDTH]; 3], range: [f32::NAN; WIDTH] };
+
+    fn new(children: impl Iterator<Item = Option<(Vec3, Vec3, f32)>>) -> Self {
+        let mut node = Self::EMPTY;
+        children.enumerate().for_each(|(i, bounds)| node.set(i, bounds));
         node
     }
 
-    fn bounds(&self) -> (Vec3, Vec3, f32) {
-        let children = (0..WIDTH).filter(|&i| !self.range[i].is_nan());
-        children.fold((Vec3::MAX, Vec3::MIN, 0.0), |(min, max, range), i| {
-            let (low, high) = (Vec3::from(self.min.map(|axis| axis[i])), Vec3::from(self.max.map(|axis| axis[i])));
-            (min.min(low), max.max(high), range.max(self.range[i]))
+    /// Box and longest range of a child; `None`: nothing there.
+    pub fn set(&mut self, i: usize, bounds: Option<(Vec3, Vec3, f32)>) {
+        let (min, max, range) = bounds.unwrap_or((Vec3::ZERO, Vec3::ZERO, f32::NAN));
+        for axis in 0..3 {
+            self.min[axis][i] = min[axis];
+            self.max[axis][i] = max[axis];
+        }
+        self.range[i] = range;
+    }
+
+    fn children(&self) -> impl Iterator<Item = (Vec3, Vec3, f32)> {
+        (0..WIDTH).filter(|&i| !self.range[i].is_nan()).map(|i| {
+            let corner = |corners: &[[f32; WIDTH]; 3]| Vec3::new(corners[0][i], corners[1][i], corners[2][i]);
+            (corner(&self.min), corner(&self.max), self.range[i])
         })
+    }
+
+    /// Around all children.
+    pub fn bounds(&self) -> Option<(Vec3, Vec3, f32)> {
+        self.children().reduce(|a, b| (a.0.min(b.0), a.1.max(b.1), a.2.max(b.2)))
+    }
+
+    /// Sum of the diagonals of the children's boxes.
+    pub fn extent(&self) -> f64 {
+        self.children().map(|(min, max, _)| f64::from(min.distance(max))).sum()
     }
 }
 

@@ -1,35 +1,25 @@
-//! The light table, and the three most relevant lights of each object.
+//! Lights in a table, the policy, and what an object knows of its lights.
 //!
 //! [`update_light_table`] gives every [`Light`] entity a slot and writes its [`LightRecord`] (what shaders read) and its
-//! [`ScoredLight`] (what the search reads). [`select_lights`] then asks [`select`] for the lights of the objects whose
-//! bounds changed, or of all objects when a light did.
+//! [`ScoredLight`] (what the search reads). [`crate::light_selection`] then gives objects their [`Selection`].
 //!
 //! Relevance is [`score`]: no point of the object's bounding sphere receives more irradiance (luminance, unshadowed,
 //! facing the light) from the light. The three highest scores win; of equal scores, the lower slot. So that nothing pops
 //! when the three change, a light's weight is 1 − (s₄/s)⁴, s₄ the fourth highest score: a light comes and goes at
 //! weight 0. What the weights leave out goes into the remainder, a four-coefficient spherical harmonic of the
-//! [`irradiance`] at the object's centre; shading adds max(0, amb/4 + amb/luminance(amb) · dot(dir, n)/2).
+//! irradiance at the object's centre; shading adds max(0, amb/4 + amb/luminance(amb) · dot(dir, n)/2).
 
-use crate::bounds::{Sphere, WorldBounds};
 use crate::components::Light;
 use crate::draw_list::{DrawList, LightRecord, NO_LIGHT, Table};
-use crate::library::MeshId;
-use crate::light_search::{self, Level, Scratch};
-use crate::light_tree::LightTree;
 pub use crate::relevance::{ScoredLight, irradiance, light_record, score};
-use crate::stats::FrameStats;
 use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
-use bevy_tasks::{ComputeTaskPool, TaskPool};
 use bevy_transform::components::GlobalTransform;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
-
-/// Objects per task.
-const CHUNK: usize = 2048;
 
 /// Whether shading uses the three selected lights or all of them.
 #[derive(Resource, Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
@@ -58,7 +48,7 @@ impl Default for LightSlot {
     }
 }
 
-/// The lights of an object. Derived; written by [`select_lights`].
+/// The lights of an object. Derived; written by [`crate::light_selection::select_lights`].
 #[derive(Component, Clone, Copy, PartialEq, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub struct Selection {
@@ -97,7 +87,8 @@ pub struct LightTable {
     /// Given back since the last frame.
     freed: Vec<u32>,
     free: BinaryHeap<Reverse<u32>>,
-    version: u64,
+    /// Lights that changed since the last frame, as they were before and as they are.
+    changes: Vec<ScoredLight>,
 }
 
 impl LightTable {
@@ -106,9 +97,9 @@ impl LightTable {
         &self.scored
     }
 
-    /// Differs whenever any light does.
-    pub fn version(&self) -> u64 {
-        self.version
+    /// The lights that changed in this frame, each as it was before and as it is.
+    pub fn changes(&self) -> &[ScoredLight] {
+        &self.changes
     }
 
     /// The lowest free slot.
@@ -129,9 +120,9 @@ impl LightTable {
         }
         records.write(slot, record);
         if let Some(scored) = self.scored.get_mut(slot as usize) {
-            *scored = ScoredLight::new(&record);
+            let before = std::mem::replace(scored, ScoredLight::new(&record));
+            self.changes.extend([before, *scored]);
         }
-        self.version += 1;
     }
 }
 
@@ -156,6 +147,7 @@ pub fn update_light_table(
     mut draw_list: ResMut<DrawList>,
     mut changed: Query<(&Light, &GlobalTransform, &mut LightSlot), Or<(Changed<Light>, Changed<GlobalTransform>)>>,
 ) {
+    table.changes.clear();
     for slot in std::mem::take(&mut table.freed) {
         table.write(&mut draw_list.lights, slot, LightRecord { kind: LightRecord::OFF, ..LightRecord::default() });
         table.free.push(Reverse(slot));
@@ -166,74 +158,4 @@ pub fn update_light_table(
         }
         table.write(&mut draw_list.lights, slot.0, light_record(light, transform));
     }
-}
-
-/// [`light_search::select`] with the spheres shared out over the threads of a pool.
-pub fn select_parallel(
-    pool: &TaskPool,
-    tree: &LightTree,
-    scored: &[ScoredLight],
-    policy: LightPolicy,
-    spheres: &[Sphere],
-    out: &mut [Selection],
-) {
-    let level = Level::new();
-    if spheres.len() <= CHUNK {
-        return light_search::select(level, tree, scored, policy, (spheres, out), &mut Scratch::default());
-    }
-    pool.scope(|scope| {
-        for work in spheres.chunks(CHUNK).zip(out.chunks_mut(CHUNK)) {
-            scope.spawn(async move {
-                light_search::select(level, tree, scored, policy, work, &mut Scratch::default());
-            });
-        }
-    });
-}
-
-/// What [`select_lights`] keeps from frame to frame.
-#[derive(Default)]
-pub struct SelectScratch {
-    seen: Option<(u64, LightPolicy)>,
-    spheres: Vec<Sphere>,
-    selections: Vec<Selection>,
-}
-
-/// Selects the lights of the objects whose bounds changed; of all objects where a light or the policy did.
-#[allow(clippy::type_complexity)]
-pub fn select_lights(
-    table: Res<LightTable>,
-    policy: Res<LightPolicy>,
-    mut scratch: Local<SelectScratch>,
-    mut stats: ResMut<FrameStats>,
-    mut objects: ParamSet<(
-        Query<(&WorldBounds, &mut Selection), With<MeshId>>,
-        Query<(&WorldBounds, &mut Selection), (With<MeshId>, Or<(Changed<WorldBounds>, Added<MeshId>)>)>,
-    )>,
-) {
-    let seen = Some((table.version, *policy));
-    let SelectScratch { seen: last_seen, spheres, selections } = &mut *scratch;
-    let mut search = |spheres: &[Sphere]| {
-        selections.clear();
-        selections.resize(spheres.len(), Selection::default());
-        let tree = LightTree::new(&table.scored);
-        select_parallel(ComputeTaskPool::get(), &tree, &table.scored, *policy, spheres, selections);
-    };
-    spheres.clear();
-    // The two passes of a query meet its entities in the same order.
-    if std::mem::replace(last_seen, seen) == seen {
-        let mut moved = objects.p1();
-        spheres.extend(moved.iter().map(|(bounds, _)| bounds.0));
-        search(spheres);
-        for ((_, mut selection), &new) in moved.iter_mut().zip(&*selections) {
-            selection.set_if_neq(new);
-        }
-    } else {
-        let mut all = objects.p0();
-        spheres.extend(all.iter().map(|(bounds, _)| bounds.0));
-        search(spheres);
-        for ((_, mut selection), &new) in all.iter_mut().zip(&*selections) {
-            selection.set_if_neq(new);
-        }
-    }
-    stats.selected = spheres.len();
 }

@@ -14,10 +14,10 @@ use systems::components::{Light, LightKind};
 use systems::draw_list::{LightRecord, NO_LIGHT};
 use systems::library::MeshId;
 use systems::light_search::{self, Level, Scratch};
+use systems::light_selection::select_parallel;
 use systems::light_tree::LightTree;
-use systems::lights::{
-    LightPolicy, LightSlot, LightTable, ScoredLight, Selection, irradiance, light_record, score, select_parallel,
-};
+use systems::lights::{LightPolicy, LightSlot, LightTable, ScoredLight, Selection, irradiance, light_record, score};
+use systems::stats::FrameStats;
 use systems::{Simulation, brute_force};
 
 const LUMINANCE: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
@@ -628,10 +628,9 @@ fn only_what_changed_is_selected_and_written() {
     let lights_of = |simulation: &Simulation, i: usize| simulation.world.get::<Selection>(objects[i]).unwrap().lights;
     assert_eq!(frame(&mut simulation, &objects), (vec![0, 1, 2], vec![0, 1, 2]));
     assert_eq!([0, 1, 2].map(|i| lights_of(&simulation, i)[0]), [0, 1, 2]);
-    let version = simulation.world.resource::<LightTable>().version();
 
     assert_eq!(frame(&mut simulation, &objects), (vec![], vec![]));
-    assert_eq!(simulation.world.resource::<LightTable>().version(), version);
+    assert!(simulation.world.resource::<LightTable>().changes().is_empty());
 
     // An object moves to where another light is.
     simulation.world.get_mut::<WorldBounds>(objects[1]).unwrap().0.center = place(2);
@@ -644,10 +643,9 @@ fn only_what_changed_is_selected_and_written() {
     assert_eq!(lights_of(&simulation, 1), [NO_LIGHT; 3]);
 
     // A light is written as it was: nothing changed.
-    let version = simulation.world.resource::<LightTable>().version();
     simulation.world.get_mut::<Light>(lights[0]).unwrap().set_changed();
     assert_eq!(frame(&mut simulation, &objects), (vec![], vec![]));
-    assert_eq!(simulation.world.resource::<LightTable>().version(), version);
+    assert!(simulation.world.resource::<LightTable>().changes().is_empty());
 
     simulation.world.despawn(lights[0]);
     simulation.frame();
@@ -674,4 +672,161 @@ fn a_light_shines_along_the_minus_z_of_its_parent_chain() {
     let record = simulation.draw_list().lights.records[0];
     assert!(Vec3::from(record.position).distance(Vec3::new(-1.0, 2.0, 0.0)) < 1e-5);
     assert!(Vec3::from(record.direction).distance(Vec3::NEG_X) < 1e-6);
+}
+
+/// What happens to a world between two frames.
+#[derive(Clone, Debug)]
+enum Event {
+    MoveObject(Index, Vec3),
+    MoveLight(Index, Vec3),
+    SpawnObject(Vec3, f32),
+    SpawnLight(Light, Vec3),
+    DespawnObject(Index),
+    DespawnLight(Index),
+    /// Off, or on again.
+    Switch(Index),
+    /// Takes the mesh away, or gives it back.
+    Strip(Index),
+    Policy(LightPolicy),
+}
+
+fn any_event() -> impl Strategy<Value = Event> {
+    let place = || any_place(60.0);
+    prop_oneof![
+        30 => (any::<Index>(), place()).prop_map(|(object, to)| Event::MoveObject(object, to)),
+        20 => (any::<Index>(), place()).prop_map(|(light, to)| Event::MoveLight(light, to)),
+        15 => (place(), 0.1f32..3.0).prop_map(|(at, radius)| Event::SpawnObject(at, radius)),
+        6 => (any_odd_light(), place()).prop_map(|(light, at)| Event::SpawnLight(light, at)),
+        8 => any::<Index>().prop_map(Event::DespawnObject),
+        4 => any::<Index>().prop_map(Event::DespawnLight),
+        6 => any::<Index>().prop_map(Event::Switch),
+        4 => any::<Index>().prop_map(Event::Strip),
+        1 => prop::sample::select(LightPolicy::ALL.to_vec()).prop_map(|(_, policy)| Event::Policy(policy)),
+    ]
+}
+
+/// A world of objects without meshes in the library, whose bounds the test alone moves.
+struct Living {
+    simulation: Simulation,
+    objects: Vec<Entity>,
+    lights: Vec<Entity>,
+}
+
+impl Living {
+    fn happen(&mut self, event: &Event) {
+        let world = &mut self.simulation.world;
+        match event {
+            Event::MoveObject(index, to) if !self.objects.is_empty() => {
+                world.get_mut::<WorldBounds>(*index.get(&self.objects)).unwrap().0.center = *to;
+            }
+            Event::MoveLight(index, to) if !self.lights.is_empty() => {
+                world.get_mut::<Transform>(*index.get(&self.lights)).unwrap().translation = *to;
+            }
+            Event::SpawnObject(center, radius) => {
+                let sphere = Sphere { center: *center, radius: *radius };
+                self.objects.push(world.spawn((MeshId(u32::MAX), WorldBounds(sphere))).id());
+            }
+            Event::SpawnLight(light, at) => {
+                self.lights.push(world.spawn((light.clone(), Transform::from_translation(*at))).id());
+            }
+            Event::DespawnObject(index) if !self.objects.is_empty() => {
+                world.despawn(self.objects.swap_remove(index.index(self.objects.len())));
+            }
+            Event::DespawnLight(index) if !self.lights.is_empty() => {
+                world.despawn(self.lights.swap_remove(index.index(self.lights.len())));
+            }
+            Event::Switch(index) if !self.lights.is_empty() => {
+                let mut light = world.get_mut::<Light>(*index.get(&self.lights)).unwrap();
+                light.enabled = !light.enabled;
+            }
+            Event::Strip(index) if !self.objects.is_empty() => {
+                let mut object = world.entity_mut(*index.get(&self.objects));
+                if object.contains::<MeshId>() {
+                    object.remove::<MeshId>();
+                } else {
+                    object.insert(MeshId(u32::MAX));
+                }
+            }
+            Event::Policy(policy) => *world.resource_mut::<LightPolicy>() = *policy,
+            _ => {}
+        }
+    }
+
+    /// What every drawn object has, and what it would have if all were searched, the plain way.
+    fn compare(&mut self) {
+        let world = &mut self.simulation.world;
+        let policy = *world.resource::<LightPolicy>();
+        let scored = world.resource::<LightTable>().scored().to_vec();
+        let mut objects = world.query_filtered::<(&WorldBounds, &Selection), With<MeshId>>();
+        let (spheres, found): (Vec<Sphere>, Vec<Selection>) =
+            objects.iter(world).map(|(bounds, selection)| (bounds.0, *selection)).unzip();
+        let mut expected = vec![Selection::default(); spheres.len()];
+        brute_force::select(&scored, policy, &spheres, &mut expected);
+        for ((sphere, found), expected) in spheres.iter().zip(&found).zip(&expected) {
+            assert_eq!(found, expected, "{sphere:?}");
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(cases(40))]
+
+    /// Things move, come and go for many frames: what was kept equals what is found anew.
+    #[test]
+    fn what_is_kept_equals_a_full_search(
+        objects in prop::collection::vec((any_place(60.0), 0.0f32..3.0), 0..600),
+        lights in prop::collection::vec((any_odd_light(), any_place(60.0)), 0..60),
+        frames in prop::collection::vec(prop::collection::vec(any_event(), 0..12), 1..25),
+    ) {
+        let mut living = Living { simulation: Simulation::new(), objects: vec![], lights: vec![] };
+        for (center, radius) in objects {
+            living.happen(&Event::SpawnObject(center, radius));
+        }
+        for (mut light, at) in lights {
+            // Short enough that most lights reach few of the objects.
+            light.range = light.range.min(15.0);
+            living.happen(&Event::SpawnLight(light, at));
+        }
+        living.simulation.frame();
+        living.compare();
+        for events in frames {
+            events.iter().for_each(|event| living.happen(event));
+            living.simulation.frame();
+            living.compare();
+        }
+    }
+}
+
+/// An object keeps its lights while neither it nor a light that reaches it changes.
+#[test]
+fn only_those_within_reach_choose_again() {
+    let mut simulation = Simulation::new();
+    let world = &mut simulation.world;
+    let objects: Vec<Entity> = (0..1000)
+        .map(|i| spawn_object(world, Vec3::new((i % 100) as f32 * 10.0, 0.0, (i / 100) as f32 * 10.0)))
+        .collect();
+    let lamps: Vec<Entity> = (0..100)
+        .map(|i| world.spawn((Light::point(1.0, 4.0), Transform::from_xyz(i as f32 * 10.0, 2.0, 0.0))).id())
+        .collect();
+    simulation.frame();
+    assert_eq!(simulation.world.resource::<FrameStats>().selected, 1000);
+    let selected = |simulation: &mut Simulation| {
+        simulation.frame();
+        simulation.world.resource::<FrameStats>().selected
+    };
+    assert_eq!(selected(&mut simulation), 0);
+    // A lamp above the first object flickers; only that one sees it.
+    simulation.world.get_mut::<Light>(lamps[0]).unwrap().intensity = 2.0;
+    assert_eq!(selected(&mut simulation), 1);
+    // It moves from the first object to the third: both choose again, the one between does not.
+    simulation.world.get_mut::<Transform>(lamps[0]).unwrap().translation.x = 20.0;
+    assert_eq!(selected(&mut simulation), 2);
+    simulation.world.get_mut::<WorldBounds>(objects[500]).unwrap().0.center.y = 1.0;
+    assert_eq!(selected(&mut simulation), 1);
+    // The sun reaches all.
+    let sun = simulation.world.spawn(Light::directional(0.1)).id();
+    assert_eq!(selected(&mut simulation), 1000);
+    simulation.world.despawn(sun);
+    assert_eq!(selected(&mut simulation), 1000);
+    assert_eq!(selected(&mut simulation), 0);
 }

@@ -1,0 +1,157 @@
+//! Which objects choose their lights again in a frame, and their choice.
+//!
+//! An object keeps its lights while neither it nor any light that reaches it changed. [`select_lights`] collects the
+//! objects that moved, marks those that a changed light reaches or did reach before the change
+//! ([`ObjectOrder::mark`]), and searches for these only. Where most would be marked, marking is left out and all are
+//! searched. What comes out is the same as if all had been searched in every frame.
+
+use crate::bounds::{Sphere, WorldBounds};
+use crate::library::MeshId;
+use crate::light_search::{self, Level, Scratch};
+use crate::light_tree::LightTree;
+use crate::lights::{LightPolicy, LightTable, Selection};
+use crate::object_order::{ObjectOrder, Place};
+use crate::relevance::ScoredLight;
+use crate::stats::FrameStats;
+use bevy_ecs::change_detection::ContiguousRef;
+use bevy_ecs::prelude::*;
+use bevy_tasks::{ComputeTaskPool, TaskPool};
+
+/// Objects per task.
+const CHUNK: usize = 4096;
+/// Objects are marked as long as no more than one in this many lights changed.
+const MANY_LIGHTS: usize = 8;
+/// All objects are searched if more than one in this many are marked.
+const MANY_OBJECTS: usize = 4;
+
+/// [`light_search::select`] with the spheres shared out over the threads of a pool.
+pub fn select_parallel(
+    pool: &TaskPool,
+    tree: &LightTree,
+    scored: &[ScoredLight],
+    policy: LightPolicy,
+    spheres: &[Sphere],
+    out: &mut [Selection],
+) {
+    let level = Level::new();
+    if spheres.len() <= CHUNK {
+        return light_search::select(level, tree, scored, policy, (spheres, out), &mut Scratch::default());
+    }
+    pool.scope(|scope| {
+        for work in spheres.chunks(CHUNK).zip(out.chunks_mut(CHUNK)) {
+            scope.spawn(async move {
+                light_search::select(level, tree, scored, policy, work, &mut Scratch::default());
+            });
+        }
+    });
+}
+
+/// What [`select_lights`] keeps from frame to frame.
+#[derive(Default)]
+pub struct Kept {
+    policy: LightPolicy,
+    tree: LightTree,
+    places: Vec<u32>,
+    spheres: Vec<Sphere>,
+    selections: Vec<Selection>,
+}
+
+/// Chooses the lights of the objects that changed or that a light which changed reaches.
+#[allow(clippy::type_complexity)]
+pub fn select_lights(
+    table: Res<LightTable>,
+    policy: Res<LightPolicy>,
+    mut order: ResMut<ObjectOrder>,
+    mut kept: Local<Kept>,
+    mut stats: ResMut<FrameStats>,
+    mut objects: ParamSet<(
+        Query<(Entity, Ref<WorldBounds>, &Place), With<MeshId>>,
+        Query<&mut Place>,
+        Query<&mut Selection>,
+        Query<(&Place, &mut Selection)>,
+    )>,
+) {
+    let pool = ComputeTaskPool::get();
+    let level = Level::new();
+    let kept = &mut *kept;
+    order.release_freed();
+    let new = collect_moved(&objects.p0(), &mut order);
+    for (entity, place) in new {
+        if let Ok(mut component) = objects.p1().get_mut(entity) {
+            *component = place;
+        }
+    }
+    if !table.changes().is_empty() {
+        kept.tree.build(table.scored());
+    }
+    if std::mem::replace(&mut kept.policy, *policy) != *policy
+        || table.changes().len() > table.scored().len() / MANY_LIGHTS
+    {
+        order.mark_all();
+    } else if !table.changes().is_empty() {
+        order.mark(pool, level, table.changes());
+    }
+    if order.needs_sorting() {
+        let mut places = objects.p1();
+        order.sort(pool, |entity, place| {
+            if let Ok(mut component) = places.get_mut(entity) {
+                *component = place;
+            }
+        });
+    }
+    order.take_dirty(&mut kept.places);
+    stats.selected = kept.places.len();
+    if kept.places.len() * MANY_OBJECTS > order.spheres().len() {
+        // By place, so that all objects can look theirs up at once.
+        kept.selections.resize(order.spheres().len(), Selection::default());
+        select_parallel(pool, &kept.tree, table.scored(), *policy, order.spheres(), &mut kept.selections);
+        let selections = &kept.selections;
+        objects.p3().par_iter_mut().for_each(|(place, mut selection)| {
+            if let Some(&found) = selections.get(place.0 as usize) {
+                selection.set_if_neq(found);
+            }
+        });
+        return;
+    }
+    kept.spheres.clear();
+    kept.spheres.extend(kept.places.iter().map(|&place| order.spheres()[place as usize]));
+    kept.selections.clear();
+    kept.selections.resize(kept.places.len(), Selection::default());
+    select_parallel(pool, &kept.tree, table.scored(), *policy, &kept.spheres, &mut kept.selections);
+    let mut selections = objects.p2();
+    for (&place, &found) in kept.places.iter().zip(&kept.selections) {
+        if let Ok(mut selection) = selections.get_mut(order.entity(place)) {
+            selection.set_if_neq(found);
+        }
+    }
+}
+
+/// Enters the objects whose bounds changed into the order; those that are new there, with their places.
+fn collect_moved(
+    objects: &Query<(Entity, Ref<WorldBounds>, &Place), With<MeshId>>,
+    order: &mut ObjectOrder,
+) -> Vec<(Entity, Place)> {
+    let mut new = Vec::new();
+    let mut enter = |entity: Entity, bounds: &WorldBounds, mut place: Place| {
+        if place == Place::NONE {
+            place = order.claim(entity);
+            new.push((entity, place));
+        }
+        order.moved(place, bounds.0);
+    };
+    // Where nothing in a table changed, one comparison says so.
+    if let Ok(tables) = objects.contiguous_iter() {
+        for (entities, bounds, places) in tables {
+            let (bounds, ticks) = ContiguousRef::split(bounds);
+            if ticks.summary_tick_is_changed() == Some(false) {
+                continue;
+            }
+            for (i, is_changed) in ticks.is_changed_iter().enumerate() {
+                if is_changed {
+                    enter(entities[i], &bounds[i], places[i]);
+                }
+            }
+        }
+    }
+    new
+}
