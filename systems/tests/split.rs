@@ -196,6 +196,16 @@ fn tangents_are_those_of_the_whole() {
     assert!(found.iter().all(|&found| found) && new > 100);
 }
 
+/// However long the edge: by interpolation alone, the cut would be a millionth of a metre beside the plane.
+#[test]
+fn a_cut_lies_in_its_plane() {
+    let positions = vec![Vec3::new(-1e10, 0.0, 0.0), Vec3::new(8.1e9, 1.0, 0.0), Vec3::new(1e10, 0.0, 1e10)];
+    let mesh = Mesh { normals: vec![Vec3::Y; 3], positions, indices: vec![0, 1, 2], ..Mesh::default() };
+    let pieces = split(&mesh, Grid { counts: UVec3::new(2, 1, 1) });
+    let boxes: Vec<_> = pieces.iter().map(|piece| (piece.aabb().min.x, piece.aabb().max.x)).collect();
+    assert_eq!(boxes, [(-1e10, 0.0), (0.0, 1e10)]);
+}
+
 #[test]
 fn directions_on_a_cut_are_interpolated_to_unit_length() {
     let (a, b) = (Vec3::new(0.6, 0.8, 0.0), Vec3::new(-0.6, 0.8, 0.0));
@@ -229,11 +239,13 @@ fn pieces_are_made_once() {
     assert_eq!(library.pieces(mesh, coarse), pieces);
     assert_eq!(library.sizes(), before);
     assert!(library.pieces(mesh, fine).len() > pieces.len());
+    let with_tangents = |id| library.mesh(id).is_some_and(|e| e.mesh.tangents.len() == e.mesh.positions.len());
+    assert!(pieces.iter().all(|&piece| with_tangents(piece)), "cut from a mesh that has tangents");
     // A loader that fails takes them back.
     library.truncate(before);
     assert_eq!(library.pieces(mesh, coarse), pieces);
     let again = library.pieces(mesh, fine);
-    assert_eq!(again.first().map(|id| id.0 as usize), Some(before[0]));
+    assert!(again.iter().all(|&piece| library.mesh(piece).is_some()), "what was taken back is made again");
 }
 
 /// A closed surface of random shape: a sphere's triangles, its vertices thrown about, many of them onto the planes that
