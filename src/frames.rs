@@ -17,6 +17,8 @@ use std::path::{Path, PathBuf};
 use systems::Simulation;
 use systems::clock::Clock;
 use systems::components::Camera;
+use systems::library::MeshId;
+use systems::pieces::{PieceOf, WholeMesh};
 use systems::view::View;
 
 /// A kind of picture that is written for each frame.
@@ -271,7 +273,8 @@ fn pictures(renderer: &mut Renderer, view: &View, kinds: &[OutputKind]) -> Vec<(
 
 /// JSON: the id in the picture → the entity's name, its parent's where it has none.
 fn names_of_ids(world: &mut World) -> String {
-    let mut drawn = world.query_filtered::<Entity, With<systems::library::MeshId>>();
+    type Drawn = (Or<(With<MeshId>, With<WholeMesh>)>, Without<PieceOf>);
+    let mut drawn = world.query_filtered::<Entity, Drawn>();
     let entities: Vec<Entity> = drawn.iter(world).collect();
     let names: BTreeMap<u32, String> =
         entities.into_iter().map(|entity| (entity.index().index() + 1, name_of(world, entity))).collect();

@@ -8,4 +8,5 @@ pub use glam::{Quat, UVec2, Vec2, Vec3, Vec4};
 pub use systems::Simulation;
 pub use systems::components::{Camera, Environment, Light, LightKind, Projection, Spin, ToneMap};
 pub use systems::library::{Library, Map, Material, MaterialId, MeshId, Shading, Technique};
+pub use systems::pieces::draw_in_pieces;
 pub use systems::shapes;

@@ -34,7 +34,7 @@ pub struct InstanceRecord {
     pub material: u32,
     /// Selection weight of each light, 0..1.
     pub weights: [f32; 3],
-    /// The entity's index: picking and segmentation.
+    /// The entity's index, of a piece its object's: picking and segmentation.
     pub entity: u32,
     /// Irradiance of what the three lights leave out, linear RGB.
     pub remainder_ambient: [f32; 3],

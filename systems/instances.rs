@@ -9,6 +9,7 @@ use crate::draw_list::{BatchKey, DrawList, InstanceRecord};
 use crate::library::{AlphaMode, Library, MaterialId, MeshId};
 use crate::lights::Selection;
 use crate::materials::MaterialTable;
+use crate::pieces::PieceOf;
 use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
@@ -91,8 +92,15 @@ pub(crate) fn free_slot(mut world: DeferredWorld, context: HookContext) {
     }
 }
 
-type Drawn<'a> =
-    (Entity, &'a GlobalTransform, &'a MeshId, &'a MaterialId, &'a WorldBounds, &'a Selection, &'a mut InstanceSlot);
+type Drawn<'a> = (
+    (Entity, Option<&'a PieceOf>),
+    &'a GlobalTransform,
+    &'a MeshId,
+    &'a MaterialId,
+    &'a WorldBounds,
+    &'a Selection,
+    &'a mut InstanceSlot,
+);
 type DrawnChanged = Or<(Changed<GlobalTransform>, Changed<MeshId>, Changed<MaterialId>, Changed<Selection>)>;
 
 /// Writes the records of objects that are new, moved, or changed their mesh, material or lights.
@@ -117,7 +125,7 @@ pub fn update_instances(
 }
 
 fn update_instance(
-    (entity, transform, &mesh, &material, bounds, selection, mut slot): <Drawn as bevy_ecs::query::QueryData>::Item<
+    ((entity, piece), transform, &mesh, &material, bounds, selection, mut slot): <Drawn as bevy_ecs::query::QueryData>::Item<
         '_,
         '_,
     >,
@@ -142,7 +150,8 @@ fn update_instance(
     let (class, mut pipeline) = materials.placed(material);
     pipeline.mirrored = world_from_object.matrix3.determinant() < 0.0;
     table.occupy(index, Occupant { key: BatchKey { pipeline, class, mesh }, center: bounds.0.center });
-    list.instances.write(index, record(entity, &world_from_object, material, selection));
+    let object = piece.map_or(entity, |piece| piece.0);
+    list.instances.write(index, record(object, &world_from_object, material, selection));
 }
 
 fn record(entity: Entity, world_from_object: &Affine3A, material: MaterialId, selection: &Selection) -> InstanceRecord {

@@ -24,8 +24,10 @@ pub mod lights;
 pub mod materials;
 pub mod motion;
 pub mod object_order;
+pub mod pieces;
 pub mod relevance;
 pub mod shapes;
+pub mod split;
 pub mod stats;
 pub mod tangents;
 pub mod view;
@@ -147,7 +149,8 @@ pub fn frame_schedule() -> Schedule {
             // Once per mesh, before anything draws it.
             (tangents::update_tangents, lap(Stage::Tangents)).chain(),
             // Maps into texture arrays; decides the class and pipeline of a material, which batches sort by.
-            (materials::update_materials, lap(Stage::Materials)).chain(),
+            // Pieces look like the object that they are of.
+            (pieces::follow_materials, materials::update_materials, lap(Stage::Materials)).chain(),
             // The light table first: the choice reads it.
             (lights::update_light_table, light_selection::select_lights, lap(Stage::Lights)).chain(),
             // Everything an object's record holds is known now.

@@ -9,11 +9,14 @@ use crate::images::{Image, ImageKind};
 use crate::instances::{self, InstanceSlot};
 use crate::lights::Selection;
 use crate::object_order::{self, Place};
+use crate::split::{Grid, split};
+use crate::tangents::compute_tangents;
 use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
 use bevy_transform::components::Transform;
 use glam::{Affine2, Vec2, Vec3, Vec4};
+use std::collections::HashMap;
 
 /// Runs when an entity loses its mesh, by itself or with its life.
 fn free_slots(mut world: DeferredWorld, context: HookContext) {
@@ -349,6 +352,8 @@ pub struct Library {
     images: Vec<Image>,
     /// Materials edited since the materials system last looked.
     edited_materials: Vec<MaterialId>,
+    /// Meshes that were cut, and their pieces.
+    pieces: HashMap<(MeshId, Grid), Vec<MeshId>>,
 }
 
 impl Default for Library {
@@ -369,6 +374,7 @@ impl Default for Library {
                 one("black data", ImageKind::Data, [0, 0, 0, 255]),
             ],
             edited_materials: Vec::new(),
+            pieces: HashMap::new(),
         }
     }
 }
@@ -379,6 +385,21 @@ impl Library {
         let bounds = Sphere::around(&mesh.positions);
         self.meshes.push(MeshEntry { mesh, bounds, tangents_ready: false });
         MeshId(self.meshes.len() as u32 - 1)
+    }
+
+    /// The pieces of a mesh in the cells of a grid, with the tangents that the whole mesh has; made when they are first
+    /// asked for. None for an id of another library.
+    pub fn pieces(&mut self, mesh: MeshId, grid: Grid) -> Vec<MeshId> {
+        if let Some(pieces) = self.pieces.get(&(mesh, grid)) {
+            return pieces.clone();
+        }
+        let Some(entry) = self.meshes.get_mut(mesh.0 as usize) else { return Vec::new() };
+        if !std::mem::replace(&mut entry.tangents_ready, true) {
+            compute_tangents(&mut entry.mesh);
+        }
+        let pieces: Vec<MeshId> = split(&entry.mesh, grid).into_iter().map(|piece| self.add_mesh(piece)).collect();
+        self.pieces.insert((mesh, grid), pieces.clone());
+        pieces
     }
 
     /// Adds a material.
@@ -402,6 +423,7 @@ impl Library {
     /// anyone has seen the new ids.
     pub fn truncate(&mut self, [meshes, materials, images]: [usize; 3]) {
         self.meshes.truncate(meshes);
+        self.pieces.retain(|_, pieces| pieces.iter().all(|piece| (piece.0 as usize) < meshes));
         self.materials.truncate(materials);
         self.images.truncate(images);
     }

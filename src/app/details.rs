@@ -10,6 +10,7 @@ use systems::bounds::{Sphere, WorldBounds};
 use systems::components::{Camera, Figure, Light, LightKind, Projection};
 use systems::library::{Library, MaterialId, MeshId};
 use systems::lights::{LightSlot, ScoredLight, Selection, light_record, score};
+use systems::pieces::{Pieces, WholeMesh};
 
 /// The colours of an object's three lights, most relevant first: those of the debug view.
 pub const LIGHT_COLORS: [Color32; 3] =
@@ -43,8 +44,12 @@ pub struct ObjectLights {
     pub dropped: f32,
 }
 
-/// The lights of a drawn entity; `None` for others.
-pub fn object_lights(world: &mut World, object: Entity) -> Option<ObjectLights> {
+/// The lights of a drawn entity, of one in pieces those of the piece nearest to a point; `None` for others.
+pub fn object_lights(world: &mut World, object: Entity, near: Vec3) -> Option<ObjectLights> {
+    let distance = |piece: &Entity| world.get::<WorldBounds>(*piece).map(|b| b.0.center.distance(near));
+    let pieces = world.get::<Pieces>(object).into_iter().flat_map(|pieces| pieces.iter());
+    let nearest = pieces.filter_map(|piece| Some((distance(&piece)?, piece))).min_by(|(a, _), (b, _)| a.total_cmp(b));
+    let object = nearest.map_or(object, |(_, piece)| piece);
     let bounds = world.get::<WorldBounds>(object)?.0;
     let selection = *world.get::<Selection>(object)?;
     let Selection { reaching, dropped, .. } = selection;
@@ -82,9 +87,15 @@ pub fn show(ui: &mut egui::Ui, world: &World, entity: Entity) {
             row("scale", triple(local.scale, 2));
         }
         let library = world.resource::<Library>();
-        if let Some(mesh) = world.get::<MeshId>(entity).and_then(|id| library.mesh(*id)) {
+        let whole = world.get::<WholeMesh>(entity).map(|whole| whole.0);
+        if let Some(mesh) = whole.or(world.get::<MeshId>(entity).copied()).and_then(|id| library.mesh(id)) {
             row("mesh", format!("{} ({} triangles)", named(&mesh.mesh.name), mesh.mesh.triangle_count()));
-            row("radius", format!("{:.2} m", world.get::<WorldBounds>(entity).map_or(0.0, |b| b.0.radius)));
+        }
+        if let Some(bounds) = world.get::<WorldBounds>(entity) {
+            row("radius", format!("{:.2} m", bounds.0.radius));
+        }
+        if let Some(pieces) = world.get::<Pieces>(entity) {
+            row("pieces", pieces.len().to_string());
         }
         if let Some(material) = world.get::<MaterialId>(entity).and_then(|id| library.material(*id)) {
             row("material", named(&material.name).to_owned());
@@ -174,6 +185,7 @@ pub fn meters(v: Vec3) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::{UVec2, Vec2};
     use systems::{Simulation, shapes};
 
     #[test]
@@ -185,13 +197,32 @@ mod tests {
             |x: f32| simulation.world.spawn((Light::point(1.0, 50.0), Transform::from_xyz(x, 0.0, 0.0))).id();
         let (far, near) = (light(9.0), light(-3.0));
         simulation.frame();
-        let found = object_lights(&mut simulation.world, object).expect("a drawn object");
+        let found = object_lights(&mut simulation.world, object, Vec3::ZERO).expect("a drawn object");
         let order: Vec<_> = found.lights.iter().flatten().map(|light| (light.entity, light.place.x)).collect();
         assert_eq!(order, [(near, -3.0), (far, 9.0)]);
         let near_light = found.lights[0].as_ref().expect("the nearer one");
         assert_eq!((near_light.distance, near_light.weight, found.reaching), (Some(3.0), 1.0, 2));
         let nearest = 3.0 - 0.75f32.sqrt();
         assert!((near_light.score * (1.0 + nearest * nearest) - 1.0).abs() < 1e-3, "{}", near_light.score);
-        assert_eq!(object_lights(&mut simulation.world, near), None, "a light is no object");
+        assert_eq!(object_lights(&mut simulation.world, near, Vec3::ZERO), None, "a light is no object");
+    }
+
+    #[test]
+    fn an_object_in_pieces_shows_the_lights_of_the_piece_pointed_at() {
+        let mut simulation = Simulation::new();
+        let road = shapes::plane(Vec2::new(1.0, 100.0), UVec2::ONE);
+        let road = simulation.world.resource_mut::<Library>().add_mesh(road);
+        let road = simulation.world.spawn(road).id();
+        systems::pieces::draw_in_pieces(&mut simulation.world, road, 10.0);
+        let mut light =
+            |z: f32| simulation.world.spawn((Light::point(1.0, 8.0), Transform::from_xyz(0.0, 2.0, z))).id();
+        let (back, front) = (light(-44.0), light(44.0));
+        simulation.frame();
+        let mut at = |z| {
+            let found = object_lights(&mut simulation.world, road, Vec3::Z * z).expect("a drawn object");
+            assert!(found.bounds.center.distance(Vec3::Z * z) < 5.1);
+            found.lights.iter().flatten().map(|light| light.entity).collect::<Vec<_>>()
+        };
+        assert_eq!((at(-42.0), at(0.0), at(42.0)), (vec![back], vec![], vec![front]));
     }
 }

@@ -7,6 +7,7 @@ use bevy_transform::components::GlobalTransform;
 use egui::{Align, Layout, RichText, ScrollArea, TextEdit, TextStyle};
 use systems::components::{Camera, Light};
 use systems::library::MeshId;
+use systems::pieces::{PieceOf, WholeMesh};
 
 /// Points.
 const HEIGHT: f32 = 220.0;
@@ -89,9 +90,11 @@ impl EntityList {
         }
         self.gathered = gathered;
         self.searched = None;
+        // Pieces are no entities of their own to a person: their object is in the list.
+        type Placed = (With<GlobalTransform>, Without<PieceOf>);
         let mut placed =
-            world.query_filtered::<(Entity, Has<MeshId>, Has<Light>, Has<Camera>), With<GlobalTransform>>();
-        let kind = |(entity, drawn, light, camera)| match (drawn, light, camera) {
+            world.query_filtered::<(Entity, Has<MeshId>, Has<WholeMesh>, Has<Light>, Has<Camera>), Placed>();
+        let kind = |(entity, drawn, in_pieces, light, camera)| match (drawn || in_pieces, light, camera) {
             (_, true, _) => (entity, Kind::Light),
             (true, ..) => (entity, Kind::Object),
             (_, _, true) => (entity, Kind::Camera),
@@ -150,5 +153,11 @@ mod tests {
         list.gather(&mut world);
         list.find();
         assert_eq!(names(&list), ["Lamp post", "Lamp 2"], "a new entity is searched too");
+        let road = world.spawn((Name::new("Road lamp"), Transform::default(), WholeMesh(MeshId(0)))).id();
+        world.spawn((Transform::default(), MeshId(1), ChildOf(road), PieceOf(road)));
+        list.gather(&mut world);
+        list.find();
+        assert_eq!(names(&list), ["Lamp post", "Lamp 2", "Road lamp"], "an object in pieces is one row");
+        assert_eq!(list.rows.last().map(|row| row.kind), Some(Kind::Object));
     }
 }

@@ -242,7 +242,7 @@ fn card(ui: &mut Ui, viewer: &mut Viewer, object: Entity, view: &View) {
             ui.set_width(CARD_WIDTH);
             let world = &mut viewer.simulation.world;
             ui.label(RichText::new(frames::name_of(world, object)).strong());
-            let lights = details::object_lights(world, object);
+            let lights = details::object_lights(world, object, viewer.pointed_at);
             if let Some(lights) = &lights {
                 let clicked = details::show_lights(ui, world, lights);
                 viewer.selected = clicked.or(viewer.selected);

@@ -207,6 +207,7 @@ impl Open {
     fn on_release(&mut self, button: MouseButton) {
         if let Some((Gesture::Orbit, true)) = self.pointer.release(button) {
             self.viewer.selected = self.pressed_on.and_then(|hit| self.viewer.entity(hit.entity));
+            self.viewer.pointed_at = self.pressed_on.map_or(self.viewer.pointed_at, |hit| hit.point);
         }
     }
 
@@ -300,7 +301,7 @@ impl Open {
         let still_for = gui.run(window, |ui| {
             // Painted first, so that the panel is above the lines.
             if let Some(object) = viewer.pointed_out().filter(|_| viewer.light_lines)
-                && let Some(lights) = details::object_lights(&mut viewer.simulation.world, object)
+                && let Some(lights) = details::object_lights(&mut viewer.simulation.world, object, viewer.pointed_at)
             {
                 let room = ui.max_rect().width() - if viewer.panel { panel::WIDTH } else { 0.0 };
                 overlay::paint(ui.painter(), view, &lights, room);
@@ -317,7 +318,11 @@ impl Open {
         let at = self.on_scene().filter(|_| self.viewer.follows_pointer());
         let hit = at.and_then(|at| self.pick(at));
         let hovered = hit.and_then(|hit| self.viewer.entity(hit.entity));
-        if std::mem::replace(&mut self.viewer.hovered, hovered) != hovered {
+        let point = hit.map_or(self.viewer.pointed_at, |hit| hit.point);
+        // The point, too: another piece of one object has other lights.
+        let before = (self.viewer.hovered, self.viewer.pointed_at);
+        (self.viewer.hovered, self.viewer.pointed_at) = (hovered, point);
+        if before != (hovered, point) {
             self.window.request_redraw();
         }
     }

@@ -129,6 +129,7 @@ impl<'a> Check<'a> {
 
     fn scene(&mut self) {
         let scene = self.scene;
+        self.number("piece_metres", scene.piece_metres, 0.0, SIZES.1);
         self.field("environment", |c| {
             let e = &scene.environment;
             c.color("ambient", e.ambient, BRIGHTEST);
@@ -180,6 +181,9 @@ impl<'a> Check<'a> {
         }
         if let Some(material) = &e.material {
             self.field("material", |c| c.known_material(material));
+        }
+        if let Some(metres) = e.piece_metres {
+            self.number("piece_metres", metres, 0.0, SIZES.1);
         }
         if let Some(light) = &e.light {
             self.field("light", |c| c.light(light));

@@ -10,16 +10,32 @@ use serde::Deserialize;
 use systems::components as world;
 
 /// A whole file.
-#[derive(Deserialize, Debug, Default)]
+#[derive(Deserialize, Debug)]
 #[serde(default, deny_unknown_fields)]
 pub struct Scene {
     pub seed: u64,
+    pub piece_metres: f32,
     pub environment: Environment,
     pub clock: Clock,
     pub materials: Named<Material>,
     pub meshes: Named<MeshSource>,
     pub entities: Vec<Entity>,
     pub generators: Vec<Generator>,
+}
+
+impl Default for Scene {
+    fn default() -> Self {
+        Self {
+            seed: 0,
+            piece_metres: systems::pieces::DEFAULT_METRES,
+            environment: Environment::default(),
+            clock: Clock::default(),
+            materials: Named::default(),
+            meshes: Named::default(),
+            entities: Vec::new(),
+            generators: Vec::new(),
+        }
+    }
 }
 
 #[derive(Deserialize, Debug)]
@@ -71,6 +87,7 @@ pub struct Entity {
     pub transform: Transform,
     pub mesh: Option<String>,
     pub material: Option<String>,
+    pub piece_metres: Option<f32>,
     pub light: Option<Light>,
     pub camera: Option<Camera>,
     pub spin: Option<Spin>,

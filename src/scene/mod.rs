@@ -34,6 +34,7 @@ use spawn::Spawned;
 use std::fmt;
 use std::path::Path;
 use systems::Simulation;
+use systems::bounds::Aabb;
 use systems::clock::Clock;
 use systems::components::Environment;
 use systems::library::Library;
@@ -89,9 +90,13 @@ pub fn load(path: &Path, simulation: &mut Simulation) -> Result<LoadedScene, Sce
         prepare(path, &mut library).inspect_err(|_| library.truncate(before))
     })?;
     let bright = matches!(&prepared.content, Content::Model(model) if model.has_lights());
-    let loaded = prepared.spawn(path, world);
+    let (loaded, model) = prepared.spawn(path, world);
     if bright {
         rig::expose(simulation);
+    }
+    // Not before: to the exposure an object is one, however large.
+    if let Some((root, bounds)) = model {
+        spawn::cut_model(root, bounds, &mut simulation.world);
     }
     Ok(loaded)
 }
@@ -201,9 +206,10 @@ fn describe(error: ron::Error) -> String {
 }
 
 impl Prepared {
-    fn spawn(self, path: &Path, world: &mut World) -> LoadedScene {
+    /// A model's root and bounds beside the scene.
+    fn spawn(self, path: &Path, world: &mut World) -> (LoadedScene, Option<(Entity, Aabb)>) {
         let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-        let mut warnings = self.warnings;
+        let (mut warnings, mut whole) = (self.warnings, None);
         let spawned = match self.content {
             Content::Scene(scene, items) => {
                 world.insert_resource(environment(&scene.environment));
@@ -212,7 +218,8 @@ impl Prepared {
             }
             Content::Model(model) => {
                 let bounds = model.bounds(world.resource::<Library>());
-                let spawned = spawn::spawn_model(&model, bounds, world);
+                let (root, spawned) = spawn::spawn_model(&model, bounds, world);
+                whole = Some((root, bounds));
                 let environment = if spawned.has_lights { Environment::default() } else { rig::light(world) };
                 world.insert_resource(environment);
                 world.insert_resource(Clock::default());
@@ -224,7 +231,7 @@ impl Prepared {
         if cameras.is_empty() {
             cameras.push(rig::frame(bounds, world));
         }
-        LoadedScene { name, cameras, warnings }
+        (LoadedScene { name, cameras, warnings }, whole)
     }
 }
 

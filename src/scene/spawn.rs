@@ -3,6 +3,7 @@
 use super::files::{Items, Shape};
 use super::format::{self, Entity as Source, Scene};
 use super::generate;
+use crate::frames;
 use crate::import::Model;
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
@@ -11,6 +12,7 @@ use glam::{Affine3A, EulerRot, Quat, Vec3};
 use systems::bounds::Aabb;
 use systems::components::{Camera, Figure, Light, LightKind, Projection, Spin};
 use systems::library::{Library, MaterialId, MeshId};
+use systems::pieces::{self, PiecesReport};
 
 /// What spawning found out about the scene.
 #[derive(Default)]
@@ -27,7 +29,14 @@ pub struct Spawned {
 
 /// Spawns the whole scene.
 pub fn spawn(scene: &Scene, items: &Items, world: &mut World) -> Spawned {
-    let mut spawner = Spawner { items, world, model_cameras: Vec::new(), found: Spawned::default() };
+    let mut spawner = Spawner {
+        items,
+        world,
+        piece_metres: scene.piece_metres,
+        large: Vec::new(),
+        model_cameras: Vec::new(),
+        found: Spawned::default(),
+    };
     for entity in &scene.entities {
         spawner.entity(entity, &Placement::of(entity), None);
     }
@@ -35,22 +44,48 @@ pub fn spawn(scene: &Scene, items: &Items, world: &mut World) -> Spawned {
     for (i, generator) in scene.generators.iter().enumerate() {
         spawner.generator(i, generator, seeds.bits());
     }
+    spawner.cut();
     let Spawner { model_cameras, mut found, .. } = spawner;
     found.cameras.extend(model_cameras);
     found
 }
 
-/// Spawns a model as a whole scene.
-pub fn spawn_model(model: &Model, bounds: Aabb, world: &mut World) -> Spawned {
+/// Spawns a model as a whole scene; returns its root, too.
+pub fn spawn_model(model: &Model, bounds: Aabb, world: &mut World) -> (Entity, Spawned) {
     let root = model.spawn(world, Transform::IDENTITY);
     let cameras = cameras_below(world, root);
     let bounds = (bounds != Aabb::default()).then_some(bounds);
-    Spawned { cameras, bounds, has_lights: model.has_lights(), warnings: Vec::new() }
+    (root, Spawned { cameras, bounds, has_lights: model.has_lights(), warnings: Vec::new() })
+}
+
+/// Draws the large objects of a model that is a whole scene in pieces. Its lengths may not be metres, so at least
+/// 1/64 of its own is left.
+pub fn cut_model(root: Entity, bounds: Aabb, world: &mut World) {
+    if has_a_choice(world) {
+        let length = (bounds.max - bounds.min).max_element();
+        pieces::draw_in_pieces(world, root, pieces::DEFAULT_METRES.max(length / 64.0));
+    }
+}
+
+/// Whether there are more lights than an object takes.
+fn has_a_choice(world: &mut World) -> bool {
+    world.query::<&Light>().iter(world).nth(3).is_some()
+}
+
+/// What to say where pieces are longer than was asked for.
+fn too_many(name: &str, report: PiecesReport, metres: f32) -> Option<String> {
+    (report.metres > metres * 1.01).then(|| {
+        let PiecesReport { metres: made, .. } = report;
+        format!("{name}: drawn in pieces of {made:.1} m, not {metres} m, of which there would be too many")
+    })
 }
 
 struct Spawner<'a> {
     items: &'a Items,
     world: &'a mut World,
+    piece_metres: f32,
+    /// What may be larger than that, or than a length of its own.
+    large: Vec<(Entity, f32)>,
     model_cameras: Vec<(String, Entity)>,
     found: Spawned,
 }
@@ -118,6 +153,7 @@ impl Spawner<'_> {
             self.world.entity_mut(entity).insert((camera(source), Name::new(name.clone())));
             self.found.cameras.push((name, entity));
         }
+        self.note_large(source, placement, entity, &world_from_entity);
         self.figure(source, material, entity, &world_from_entity);
         for child in &source.children {
             let placement = Placement { world_from_parent: world_from_entity, ..Placement::of(child) };
@@ -128,6 +164,31 @@ impl Spawner<'_> {
             let Some((node, root_from_node)) = self.node(entity, item.node.as_deref()) else { continue };
             let world_from_parent = world_from_entity * root_from_node;
             self.entity(item, &Placement { world_from_parent, ..Placement::of(item) }, Some(node));
+        }
+    }
+
+    /// Notes what may have to be drawn in pieces, before anything with a length of its own is below it.
+    fn note_large(&mut self, source: &Source, placement: &Placement, entity: Entity, world_from_entity: &Affine3A) {
+        let metres = source.piece_metres.unwrap_or(self.piece_metres);
+        let is_longer = |aabb: &Aabb| pieces::is_longer(*aabb, world_from_entity, metres);
+        match placement.mesh.and_then(|mesh| self.items.shape(mesh)) {
+            Some(Shape::Mesh(_, aabb)) if is_longer(aabb) => self.large.push((entity, metres)),
+            Some(Shape::Model(_, aabb)) if is_longer(aabb) => {
+                let below = descendants(self.world, entity).into_iter();
+                self.large.extend(below.map(|part| (part, metres)));
+            }
+            _ => {}
+        }
+    }
+
+    /// Draws large objects in pieces, where there are lights to choose between.
+    fn cut(&mut self) {
+        if !has_a_choice(self.world) {
+            return;
+        }
+        for (entity, metres) in std::mem::take(&mut self.large) {
+            let report = pieces::draw_one_in_pieces(self.world, entity, metres).unwrap_or_default();
+            self.found.warnings.extend(too_many(&frames::name_of(self.world, entity), report, metres));
         }
     }
 
