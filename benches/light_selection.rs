@@ -1,18 +1,28 @@
-//! How long the choice of lights takes, in nanoseconds per object, on one thread.
+//! How long the choice of lights takes, in nanoseconds of processor time per object, which other programs do not lengthen.
 //!
-//! `cargo bench --bench light_selection -- city/1000000` runs a part of it. `floor` is what memory alone costs: every
-//! sphere read, every selection written.
+//! `scattered/…` and `city/…` search for all objects on one thread: `three alone` is the hard choice, `tree` what the
+//! light tree costs, `floor` what memory alone costs, every sphere read and every selection written. `frame/…` runs the
+//! frame's own systems on a world of entities, all threads added up, after nothing moved, one in a hundred objects and
+//! lights, or all of them.
+//!
+//! `cargo bench --bench light_selection -- city/1000000` runs a part of it.
 
-use cpu_time::ThreadTime;
+use bevy_ecs::prelude::*;
+use bevy_ecs::schedule::SingleThreadedExecutor;
+use bevy_transform::components::GlobalTransform;
+use cpu_time::{ProcessTime, ThreadTime};
 use criterion::measurement::{Measurement, ValueFormatter, WallTime};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use relief::bench::Night;
 use std::hint::black_box;
 use std::time::Duration;
-use systems::bounds::Sphere;
+use systems::Simulation;
+use systems::bounds::{Sphere, WorldBounds};
+use systems::library::MeshId;
 use systems::light_search::{Level, Scratch, select};
+use systems::light_selection::select_lights;
 use systems::light_tree::LightTree;
-use systems::lights::{LightPolicy, ScoredLight, Selection};
+use systems::lights::{LightPolicy, ScoredLight, Selection, update_light_table};
 use systems::object_order::along_the_curve;
 
 /// Processor time of this thread, which other programs do not lengthen, shown per object.
@@ -95,6 +105,61 @@ fn searches(criterion: &mut Criterion<PerObject>) {
     }
 }
 
+/// A world with the objects and lights of a night, and the systems that choose lights.
+struct Frames {
+    world: World,
+    schedule: Schedule,
+    objects: Vec<Entity>,
+    lights: Vec<Entity>,
+    night: Night,
+}
+
+impl Frames {
+    fn new(night: Night) -> Self {
+        let mut world = Simulation::new().world;
+        let bounds = night.objects.iter().map(|&sphere| (MeshId(u32::MAX), WorldBounds(sphere))).collect::<Vec<_>>();
+        let objects = world.spawn_batch(bounds).collect();
+        let placed = night.lights.iter().map(|(light, place)| (light.clone(), GlobalTransform::from(*place)));
+        let lights = world.spawn_batch(placed.collect::<Vec<_>>()).collect();
+        let mut schedule = Schedule::default();
+        schedule.set_executor(SingleThreadedExecutor::new());
+        schedule.add_systems((update_light_table, select_lights).chain());
+        schedule.run(&mut world);
+        Self { world, schedule, objects, lights, night }
+    }
+
+    /// Moves the first of the objects and lights, so many of each, and times the systems.
+    fn run(&mut self, objects: usize, lights: usize) -> Duration {
+        self.night.advance(objects, lights);
+        for (&entity, &sphere) in self.objects.iter().zip(&self.night.objects).take(objects) {
+            self.world.get_mut::<WorldBounds>(entity).unwrap().0 = sphere;
+        }
+        for (&entity, (_, place)) in self.lights.iter().zip(&self.night.lights).take(lights) {
+            *self.world.get_mut::<GlobalTransform>(entity).unwrap() = (*place).into();
+        }
+        let start = ProcessTime::now();
+        self.schedule.run(&mut self.world);
+        start.elapsed()
+    }
+}
+
+fn frames(criterion: &mut Criterion<PerObject>) {
+    for (name, scene) in [("scattered", Night::scattered as fn(usize, usize, u64) -> Night), ("city", Night::city)] {
+        let (objects, lights) = (1_000_000, 100_000);
+        let mut group = criterion.benchmark_group(format!("frame/{name}/{objects}"));
+        group.throughput(Throughput::Elements(objects as u64));
+        group.sample_size(10).warm_up_time(Duration::from_millis(500)).measurement_time(Duration::from_secs(4));
+        let mut frames = None;
+        for (kind, part) in [("still", None), ("one in a hundred", Some(100)), ("all", Some(1))] {
+            group.bench_function(BenchmarkId::new(kind, lights), |b| {
+                let frames = frames.get_or_insert_with(|| Frames::new(scene(objects, lights, 1)));
+                let count = |all: usize| part.map_or(0, |part| all / part);
+                b.iter_custom(|n| (0..n).map(|_| frames.run(count(objects), count(lights))).sum());
+            });
+        }
+    }
+}
+
 /// Reads and writes what a search reads and writes at least.
 fn touch(spheres: &[Sphere], out: &mut [Selection]) {
     for (sphere, out) in spheres.iter().zip(out) {
@@ -105,6 +170,6 @@ fn touch(spheres: &[Sphere], out: &mut [Selection]) {
 criterion_group! {
     name = benches;
     config = Criterion::default().with_measurement(PerObject);
-    targets = searches
+    targets = searches, frames
 }
 criterion_main!(benches);

@@ -201,8 +201,9 @@ fn lit(surface: Surface, slot: u32, occlusion: f32) -> vec3f {
     var color = surface.diffuse * view.ambient * occlusion;
     var around = vec3f(0.0);
     if LIGHTS == LIGHTS_ALL {
-        for (var i = 0u; i < view.light_count; i++) {
-            color += reflected(surface, i);
+        let first = reaching[slot];
+        for (var i = 0u; i < instances[slot].reaching; i++) {
+            color += reflected(surface, reaching[first + i]);
         }
     } else {
         for (var i = 0u; i < 3u; i++) {

@@ -89,6 +89,8 @@ struct Material {
 @group(0) @binding(2) var<storage, read> slots: array<u32>;
 @group(0) @binding(3) var<storage, read> lights: array<Light>;
 @group(0) @binding(4) var<storage, read> materials: array<Material>;
+// For LIGHTS_ALL: reaching[slot] is where the list of the lights that reach the object in that slot begins.
+@group(0) @binding(5) var<storage, read> reaching: array<u32>;
 
 const PI = 3.14159265;
 

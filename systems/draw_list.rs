@@ -19,6 +19,9 @@ use glam::Vec3;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+/// Most elements of [`DrawList::reaching`]: 1 GiB.
+pub const MAX_REACHING: u64 = 1 << 28;
+
 /// An unused light slot of an instance.
 pub const NO_LIGHT: u32 = u32::MAX;
 
@@ -388,8 +391,15 @@ pub struct DrawList {
     pub batches_version: u64,
     /// Blended objects, in slot order.
     pub transparent: Vec<Transparent>,
-    /// Every light shades every pixel: the reference for the choice of three.
+    /// Every light that reaches an object shades it: the reference for the choice of three.
     pub all_lights: bool,
+    /// The lights that reach each object, while `all_lights`: element i is where the list of the object in slot i
+    /// begins, which has as many elements as its record says.
+    pub reaching: Vec<u32>,
+    /// Elements that `reaching` would have; it stays empty if they are more than [`MAX_REACHING`].
+    pub reaching_elements: u64,
+    /// Changes whenever `reaching` did.
+    pub reaching_version: u64,
     /// Ambient light, sky and tone map.
     pub environment: Environment,
 }
@@ -410,6 +420,9 @@ impl Default for DrawList {
             batches_version: 0,
             transparent: Vec::new(),
             all_lights: false,
+            reaching: Vec::new(),
+            reaching_elements: 0,
+            reaching_version: 0,
             environment: Environment::default(),
         }
     }

@@ -154,7 +154,7 @@ pub fn frame_schedule() -> Schedule {
             // The light table first: the choice reads it.
             (lights::update_light_table, light_selection::select_lights, lap(Stage::Lights)).chain(),
             // Everything an object's record holds is known now.
-            (instances::update_instances, lap(Stage::Instances)).chain(),
+            (instances::update_instances, light_selection::list_reaching, lap(Stage::Instances)).chain(),
             // Slots are final: group them into draws.
             (batches::update_batches, lap(Stage::Batches), stats::count).chain(),
         )

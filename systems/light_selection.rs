@@ -4,8 +4,12 @@
 //! objects that moved, marks those that a changed light reaches or did reach before the change
 //! ([`ObjectOrder::mark`]), and searches for these only. Where most would be marked, marking is left out and all are
 //! searched. What comes out is the same as if all had been searched in every frame.
+//!
+//! For the policy `All`, [`list_reaching`] then lists all lights that reach each object.
 
 use crate::bounds::{Sphere, WorldBounds};
+use crate::draw_list::{DrawList, MAX_REACHING};
+use crate::instances::InstanceSlot;
 use crate::library::MeshId;
 use crate::light_search::{self, Level, Scratch};
 use crate::light_tree::LightTree;
@@ -50,7 +54,6 @@ pub fn select_parallel(
 #[derive(Default)]
 pub struct Kept {
     policy: LightPolicy,
-    tree: LightTree,
     places: Vec<u32>,
     spheres: Vec<Sphere>,
     selections: Vec<Selection>,
@@ -81,9 +84,6 @@ pub fn select_lights(
             *component = place;
         }
     }
-    if !table.changes().is_empty() {
-        kept.tree.build(table.scored());
-    }
     if std::mem::replace(&mut kept.policy, *policy) != *policy
         || table.changes().len() > table.scored().len() / MANY_LIGHTS
     {
@@ -104,7 +104,7 @@ pub fn select_lights(
     if kept.places.len() * MANY_OBJECTS > order.spheres().len() {
         // By place, so that all objects can look theirs up at once.
         kept.selections.resize(order.spheres().len(), Selection::default());
-        select_parallel(pool, &kept.tree, table.scored(), *policy, order.spheres(), &mut kept.selections);
+        select_parallel(pool, table.tree(), table.scored(), *policy, order.spheres(), &mut kept.selections);
         let selections = &kept.selections;
         objects.p3().par_iter_mut().for_each(|(place, mut selection)| {
             if let Some(&found) = selections.get(place.0 as usize) {
@@ -117,7 +117,7 @@ pub fn select_lights(
     kept.spheres.extend(kept.places.iter().map(|&place| order.spheres()[place as usize]));
     kept.selections.clear();
     kept.selections.resize(kept.places.len(), Selection::default());
-    select_parallel(pool, &kept.tree, table.scored(), *policy, &kept.spheres, &mut kept.selections);
+    select_parallel(pool, table.tree(), table.scored(), *policy, &kept.spheres, &mut kept.selections);
     let mut selections = objects.p2();
     for (&place, &found) in kept.places.iter().zip(&kept.selections) {
         if let Ok(mut selection) = selections.get_mut(order.entity(place)) {
@@ -154,4 +154,47 @@ fn collect_moved(
         }
     }
     new
+}
+
+/// Lists the lights that reach each drawn object, for the policy `All`; empty for the others.
+pub fn list_reaching(
+    table: Res<LightTable>,
+    policy: Res<LightPolicy>,
+    stats: Res<FrameStats>,
+    mut list: ResMut<DrawList>,
+    objects: Query<(&WorldBounds, &Selection, &InstanceSlot)>,
+) {
+    let list = list.bypass_change_detection();
+    if *policy != LightPolicy::All {
+        (list.reaching, list.reaching_elements) = (Vec::new(), 0);
+        return;
+    }
+    if stats.selected == 0 && list.instances.dirty.is_empty() && list.reaching_elements > 0 {
+        return;
+    }
+    let slots = list.instances.records.len();
+    list.reaching_version += 1;
+    list.reaching.clear();
+    list.reaching_elements = slots as u64 + objects.iter().map(|(_, found, _)| u64::from(found.reaching)).sum::<u64>();
+    if list.reaching_elements > MAX_REACHING {
+        return;
+    }
+    let drawn = objects.iter().filter_map(|(bounds, _, slot)| Some((slot.get()?, bounds.0)));
+    let drawn: Vec<(u32, Sphere)> = drawn.collect();
+    let (level, table) = (Level::new(), &*table);
+    let found = ComputeTaskPool::get().scope(|scope| {
+        for drawn in drawn.chunks(CHUNK) {
+            scope.spawn(async move {
+                let mut scratch = Scratch::default();
+                let reaching =
+                    |&(_, sphere)| light_search::reaching(level, table.tree(), table.scored(), sphere, &mut scratch);
+                drawn.iter().map(reaching).collect::<Vec<_>>()
+            });
+        }
+    });
+    list.reaching.resize(slots, 0);
+    for ((slot, _), lights) in drawn.iter().zip(found.iter().flatten()) {
+        list.reaching[*slot as usize] = list.reaching.len() as u32;
+        list.reaching.extend(lights);
+    }
 }

@@ -11,6 +11,7 @@
 
 use crate::components::Light;
 use crate::draw_list::{DrawList, LightRecord, NO_LIGHT, Table};
+use crate::light_tree::LightTree;
 pub use crate::relevance::{ScoredLight, irradiance, light_record, score};
 use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
@@ -29,7 +30,7 @@ pub enum LightPolicy {
     Three,
     /// Three lights at full weight and nothing else: lights pop. To compare with.
     Hard,
-    /// Every light: what the others are measured against. The selection is that of `Three`.
+    /// Every light that reaches the object: what the others are measured against. The selection is that of `Three`.
     All,
 }
 
@@ -89,12 +90,18 @@ pub struct LightTable {
     free: BinaryHeap<Reverse<u32>>,
     /// Lights that changed since the last frame, as they were before and as they are.
     changes: Vec<ScoredLight>,
+    tree: LightTree,
 }
 
 impl LightTable {
     /// One per slot, [`ScoredLight::OFF`] where the slot is empty or its light off.
     pub fn scored(&self) -> &[ScoredLight] {
         &self.scored
+    }
+
+    /// A tree over all of them.
+    pub fn tree(&self) -> &LightTree {
+        &self.tree
     }
 
     /// The lights that changed in this frame, each as it was before and as it is.
@@ -157,5 +164,9 @@ pub fn update_light_table(
             slot.0 = table.claim();
         }
         table.write(&mut draw_list.lights, slot.0, light_record(light, transform));
+    }
+    let LightTable { scored, changes, tree, .. } = &mut *table;
+    if !changes.is_empty() {
+        tree.build(scored);
     }
 }

@@ -23,7 +23,7 @@ use glam::Vec3;
 /// Lights per task when objects are marked.
 const LIGHTS_PER_TASK: usize = 128;
 /// After every object was searched this often on average, the order is looked at.
-const LOOK_AFTER: usize = 64;
+const LOOK_AFTER: usize = 16;
 /// The order is sorted again when its groups have grown by this factor.
 const WORN: f64 = 1.3;
 /// What is in no place, or not finite.

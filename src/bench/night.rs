@@ -141,12 +141,12 @@ impl Night {
         self.lights.iter().map(|(light, transform)| light_record(light, &(*transform).into())).collect()
     }
 
-    /// Moves everything on by a frame.
-    pub fn advance(&mut self) {
-        for (object, &velocity) in self.objects.iter_mut().zip(&self.object_velocities) {
+    /// Moves the first of the objects and lights, so many of each, on by a frame.
+    pub fn advance(&mut self, objects: usize, lights: usize) {
+        for (object, &velocity) in self.objects.iter_mut().zip(&self.object_velocities).take(objects) {
             object.center += velocity * FRAME;
         }
-        for ((_, transform), &velocity) in self.lights.iter_mut().zip(&self.light_velocities) {
+        for ((_, transform), &velocity) in self.lights.iter_mut().zip(&self.light_velocities).take(lights) {
             transform.translation += velocity * FRAME;
         }
     }

@@ -33,7 +33,7 @@ use meshes::Meshes;
 use pipelines::{OUTPUT_FORMATS, Pass, Pipelines};
 use systems::batches::sort_transparent;
 use systems::components::ToneMap;
-use systems::draw_list::{Batch, DirtySlots, DrawList, ViewRecord};
+use systems::draw_list::{Batch, DirtySlots, DrawList, MAX_REACHING, ViewRecord};
 use systems::library::{Library, Technique};
 use systems::view::View;
 use tables::GrowingBuffer;
@@ -100,6 +100,9 @@ pub struct Renderer {
     slots: GrowingBuffer,
     lights: GrowingBuffer,
     materials: GrowingBuffer,
+    reaching: GrowingBuffer,
+    /// World and version of the lists that are uploaded.
+    uploaded_reaching: (u64, u64),
     frame_group: Option<(u32, wgpu::BindGroup)>,
     targets: Option<Targets>,
     /// The world whose meshes, textures and tables are uploaded.
@@ -139,6 +142,8 @@ impl Renderer {
             slots: storage("slots"),
             lights: storage("lights"),
             materials: storage("materials"),
+            reaching: storage("lights of objects"),
+            uploaded_reaching: (0, 0),
             frame_group: None,
             targets: None,
             world: 0,
@@ -193,6 +198,7 @@ impl Renderer {
         self.stats.asset_bytes += self.textures.upload(&self.gpu, list, library);
         self.upload_tables(list)?;
         self.upload_slots(list, view)?;
+        self.upload_reaching(list)?;
         let record = view.record(&list.environment, list.lights.records.len() as u32, settings.picked_entity);
         self.gpu.queue.write_buffer(&self.view_buffer, 0, bytemuck::bytes_of(&record));
         self.bind_frame();
@@ -226,6 +232,22 @@ impl Renderer {
         Ok(())
     }
 
+    /// The lists of the policy that shades with every light.
+    fn upload_reaching(&mut self, list: &DrawList) -> Result<(), RenderError> {
+        let version = (list.world, list.reaching_version);
+        if !list.all_lights || self.uploaded_reaching == version {
+            return Ok(());
+        }
+        if list.reaching_elements > MAX_REACHING {
+            let (needed, limit) = (list.reaching_elements, MAX_REACHING);
+            let what = "the list of all lights that reach each object";
+            return Err(RenderError::TooLarge { what, unit: "entries", needed, limit });
+        }
+        self.stats.light_bytes += self.reaching.write(&self.gpu, &list.reaching, &DirtySlots::default(), true)?;
+        self.uploaded_reaching = version;
+        Ok(())
+    }
+
     /// Slots of the batches, then those of blended objects in this view's order.
     fn upload_slots(&mut self, list: &DrawList, view: &View) -> Result<(), RenderError> {
         let (mut order, mut transparent) = sort_transparent(&list.transparent, view.direction());
@@ -249,7 +271,7 @@ impl Renderer {
     }
 
     fn bind_frame(&mut self) {
-        let tables = [&self.instances, &self.slots, &self.lights, &self.materials];
+        let tables = [&self.instances, &self.slots, &self.lights, &self.materials, &self.reaching];
         let version = tables.iter().map(|table| table.version).sum();
         if self.frame_group.as_ref().is_some_and(|(bound, _)| *bound == version) {
             return;

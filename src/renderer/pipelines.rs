@@ -203,6 +203,7 @@ fn frame_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
             entry(0, wgpu::BufferBindingType::Uniform),
             entry(1, storage),
             entry(2, storage),
+            entry(5, storage),
             entry(3, storage),
             entry(4, storage),
         ],
