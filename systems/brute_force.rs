@@ -83,10 +83,10 @@ fn best(scored: &[ScoredLight], order: &[u32], sphere: Sphere, reaching: &mut Ve
 fn add_remainder(scored: &[ScoredLight], sphere: Sphere, reaching: &[u32], selection: &mut Selection) {
     for &slot in reaching {
         let light = &scored[slot as usize];
-        let (irradiance, toward) = at_center(light, sphere);
+        let (irradiance, arriving) = at_center(light, sphere);
         let weight = selection.lights.iter().position(|&chosen| chosen == slot).map_or(0.0, |i| selection.weights[i]);
-        let part = (1.0 - weight) * irradiance;
-        selection.remainder_ambient += light.tint * part;
-        selection.remainder_direction += toward * (part * light.directed);
+        let left_out = 1.0 - weight;
+        selection.remainder_ambient += light.tint * (left_out * irradiance);
+        selection.remainder_direction += arriving * (left_out * light.directed);
     }
 }

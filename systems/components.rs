@@ -29,7 +29,7 @@ pub enum LightKind {
 /// An intensity of 1 at attenuation 1 lights a white surface that faces the light to a radiance of 1.
 #[derive(Component, Clone, PartialEq, Debug)]
 #[require(Transform, crate::lights::LightSlot)]
-#[component(on_remove = crate::lights::free_slot)]
+#[component(on_remove = crate::lights::free_slot, summary_tick)]
 pub struct Light {
     /// Point, spot or directional.
     pub kind: LightKind,

@@ -8,6 +8,7 @@
 pub mod batches;
 pub mod bounds;
 pub mod brute_force;
+mod changes;
 pub mod clock;
 pub mod color;
 pub mod components;

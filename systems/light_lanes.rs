@@ -36,6 +36,8 @@ fn splat3<S: Simd>(simd: S, value: Vec3) -> [Floats<S>; 3] {
 pub(crate) struct Objects<S: Simd> {
     center: [Floats<S>; 3],
     radius: Floats<S>,
+    /// 0.5 / radius.
+    half_over_radius: Floats<S>,
     is_finite: S::mask32s,
 }
 
@@ -66,9 +68,11 @@ impl<S: Simd> Objects<S> {
         let (y, r) = (yr_low.unzip_low(yr_high), yr_low.unzip_high(yr_high));
         let is_finite = x.is_finite() & y.is_finite() & z.is_finite() & r.is_finite();
         let away = splat(simd, OUT_OF_REACH);
+        let radius = is_finite.select(r.max(splat(simd, 0.0)), splat(simd, 0.0));
         Self {
             center: [is_finite.select(x, away), is_finite.select(y, away), is_finite.select(z, away)],
-            radius: is_finite.select(r.max(splat(simd, 0.0)), splat(simd, 0.0)),
+            radius,
+            half_over_radius: splat(simd, 0.5) / radius.max(splat(simd, MIN_RADIUS)),
             is_finite,
         }
     }
@@ -123,11 +127,12 @@ impl<S: Simd> Objects<S> {
         let t = dot(v, axis);
         let off = [v[0] - axis[0] * t, v[1] - axis[1] * t, v[2] - axis[2] * t];
         let along = t + r;
-        let tan = (dot(off, off).sqrt() - r).max(zero) / along;
-        let tan_squared = tan * tan;
-        let cos = one / (one + tan_squared).sqrt();
-        let cone = window * cone_step(simd, cos, splat(simd, light.cos_outer), light);
-        let score = cone / (denominator * (one + splat(simd, light.falloff) * tan_squared));
+        let off = (dot(off, off).sqrt() - r).max(zero);
+        let cos = along / (along * along + off * off).sqrt();
+        let cos_squared = cos * cos;
+        let cone = window * (cone_step(simd, cos, splat(simd, light.cos_outer), light) * cos_squared);
+        let falloff = cos_squared + splat(simd, light.falloff) * (one - cos_squared);
+        let score = cone / (denominator * falloff);
         along.simd_gt(zero).select(score, zero)
     }
 }
@@ -219,16 +224,15 @@ impl<S: Simd> Top<S> {
         self.scores[3].simd_gt(0.0).any_true()
     }
 
-    /// 1 − the weight of a light, 0 where it does not reach.
+    /// 1 − the weight of a light.
     #[inline(always)]
-    pub fn left_out(&self, simd: S, weights: [Floats<S>; 3], slot: u32, bits: u32) -> Floats<S> {
+    pub fn left_out(&self, simd: S, weights: [Floats<S>; 3], slot: u32) -> Floats<S> {
         let slot = S::u32s::splat(simd, slot);
         let weight = splat(simd, 0.0);
         let weight = self.slots[2].simd_eq(slot).select(weights[2], weight);
         let weight = self.slots[1].simd_eq(slot).select(weights[1], weight);
         let weight = self.slots[0].simd_eq(slot).select(weights[0], weight);
-        let reaches = S::mask32s::from_bitmask(simd, bits.into());
-        reaches.select(splat(simd, 1.0) - weight, splat(simd, 0.0))
+        splat(simd, 1.0) - weight
     }
 }
 
@@ -261,47 +265,51 @@ impl<S: Simd> Remainder<S> {
 
     /// Adds a light, [`crate::relevance::at_center`] operation by operation.
     #[inline(always)]
-    pub fn add<const KIND: u32>(&mut self, simd: S, objects: &Objects<S>, light: &ScoredLight, left_out: Floats<S>) {
+    pub fn add<const KIND: u32>(
+        &mut self,
+        simd: S,
+        objects: &Objects<S>,
+        light: &ScoredLight,
+        left_out: Floats<S>,
+        bits: u32,
+    ) {
         let zero = splat(simd, 0.0);
-        let (irradiance, toward) = if KIND == DIRECTIONAL {
-            (splat(simd, light.luminance), splat3(simd, -light.axis))
+        let (irradiance, arriving) = if KIND == DIRECTIONAL {
+            (splat(simd, light.luminance), splat3(simd, light.axis * -light.luminance))
         } else {
             let v = objects.offset(simd, light);
             let squared = dot(v, v);
-            let d = squared.sqrt();
-            let inverse_distance = d.simd_gt(zero).select(splat(simd, 1.0) / d, zero);
-            let mut irradiance = range_window(simd, squared, light) / denominator(simd, d, light);
+            let d = squared.sqrt().max(splat(simd, MIN_RADIUS));
+            let mut over_distance = range_window(simd, squared, light) / (denominator(simd, d, light) * d);
             if KIND == SPOT {
                 let axis = splat3(simd, light.axis);
                 let along = dot(v, axis);
-                let cos = along * inverse_distance;
-                let [cos_edge, sin_edge] = light.edge.map(
-                    #[inline(always)]
-                    |edge| splat(simd, edge),
-                );
-                irradiance *= if light.kind == LightRecord::SPOT_CONE {
+                let cos = along / d;
+                let (cos_edge, sin_edge) = (splat(simd, light.edge[0]), splat(simd, light.edge[1]));
+                over_distance *= if light.kind == LightRecord::SPOT_CONE {
                     cone_step(simd, cos, cos_edge, light)
                 } else {
                     let off = [v[0] - axis[0] * along, v[1] - axis[1] * along, v[2] - axis[2] * along];
                     let inside = along * sin_edge - dot(off, off).sqrt() * cos_edge;
-                    let half = splat(simd, 0.5);
-                    let part = half + half * inside / objects.radius.max(splat(simd, MIN_RADIUS));
+                    let part = splat(simd, 0.5) + inside * objects.half_over_radius;
                     let part = part.max(zero).min(splat(simd, 1.0));
                     let step = part * part * (splat(simd, 3.0) - splat(simd, 2.0) * part);
                     power(simd, cos.max(zero), light.exponent) * step
                 };
             }
-            let toward = -inverse_distance;
-            (irradiance, [v[0] * toward, v[1] * toward, v[2] * toward])
+            let toward = -over_distance;
+            (over_distance * d, [v[0] * toward, v[1] * toward, v[2] * toward])
         };
-        // Where it does not reach, the irradiance may be no number.
-        let part = left_out.simd_gt(zero).select(left_out * irradiance, zero);
-        let directed = part * splat(simd, light.directed);
-        let tint = light.tint.to_array();
-        for axis in 0..3 {
-            self.ambient[axis] += splat(simd, tint[axis]) * part;
-            self.direction[axis] += toward[axis] * directed;
-        }
+        // Where it does not reach, these may be no numbers.
+        let reaches = S::mask32s::from_bitmask(simd, bits.into());
+        let directed = left_out * splat(simd, light.directed);
+        let part = reaches.select(left_out * irradiance, zero);
+        self.ambient[0] += splat(simd, light.tint.x) * part;
+        self.ambient[1] += splat(simd, light.tint.y) * part;
+        self.ambient[2] += splat(simd, light.tint.z) * part;
+        self.direction[0] += reaches.select(arriving[0] * directed, zero);
+        self.direction[1] += reaches.select(arriving[1] * directed, zero);
+        self.direction[2] += reaches.select(arriving[2] * directed, zero);
     }
 }
 

@@ -187,16 +187,16 @@ fn select_group<S: Simd>(
     let mut remainder = Remainder::new(simd);
     if policy != LightPolicy::Hard && top.has_fourth() {
         for &(slot, bits) in everywhere.as_slice() {
-            let left_out = top.left_out(simd, weights, slot, bits);
-            remainder.add::<DIRECTIONAL>(simd, objects, &scored[slot as usize], left_out);
+            let left_out = top.left_out(simd, weights, slot);
+            remainder.add::<DIRECTIONAL>(simd, objects, &scored[slot as usize], left_out, bits);
         }
         for &(light, bits) in near_points.as_slice() {
-            let left_out = top.left_out(simd, weights, points.slots[light as usize], bits);
-            remainder.add::<POINT>(simd, objects, &points.lights[light as usize], left_out);
+            let left_out = top.left_out(simd, weights, points.slots[light as usize]);
+            remainder.add::<POINT>(simd, objects, &points.lights[light as usize], left_out, bits);
         }
         for &(light, bits) in near_spots.as_slice() {
-            let left_out = top.left_out(simd, weights, spots.slots[light as usize], bits);
-            remainder.add::<SPOT>(simd, objects, &spots.lights[light as usize], left_out);
+            let left_out = top.left_out(simd, weights, spots.slots[light as usize]);
+            remainder.add::<SPOT>(simd, objects, &spots.lights[light as usize], left_out, bits);
         }
     }
     store(&top, weights, &remainder, out);

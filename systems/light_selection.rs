@@ -8,6 +8,7 @@
 //! For the policy `All`, [`list_reaching`] then lists all lights that reach each object.
 
 use crate::bounds::{Sphere, WorldBounds};
+use crate::changes::for_each_changed;
 use crate::draw_list::{DrawList, MAX_REACHING};
 use crate::instances::InstanceSlot;
 use crate::library::MeshId;
@@ -139,19 +140,9 @@ fn collect_moved(
         }
         order.moved(place, bounds.0);
     };
-    // Where nothing in a table changed, one comparison says so.
-    if let Ok(tables) = objects.contiguous_iter() {
-        for (entities, bounds, places) in tables {
-            let (bounds, ticks) = ContiguousRef::split(bounds);
-            if ticks.summary_tick_is_changed() == Some(false) {
-                continue;
-            }
-            for (i, is_changed) in ticks.is_changed_iter().enumerate() {
-                if is_changed {
-                    enter(entities[i], &bounds[i], places[i]);
-                }
-            }
-        }
+    for (entities, bounds, places) in objects.contiguous_iter().into_iter().flatten() {
+        let (bounds, ticks) = ContiguousRef::split(bounds);
+        for_each_changed(&ticks, |row| enter(entities[row], &bounds[row], places[row]));
     }
     new
 }

@@ -9,10 +9,12 @@
 //! weight 0. What the weights leave out goes into the remainder, a four-coefficient spherical harmonic of the
 //! irradiance at the object's centre; shading adds max(0, amb/4 + amb/luminance(amb) · dot(dir, n)/2).
 
+use crate::changes::for_each_changed;
 use crate::components::Light;
 use crate::draw_list::{DrawList, LightRecord, NO_LIGHT, Table};
 use crate::light_tree::LightTree;
 pub use crate::relevance::{ScoredLight, irradiance, light_record, score};
+use bevy_ecs::change_detection::ContiguousRef;
 use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
@@ -152,21 +154,40 @@ pub(crate) fn free_slot(mut world: DeferredWorld, context: HookContext) {
 pub fn update_light_table(
     mut table: ResMut<LightTable>,
     mut draw_list: ResMut<DrawList>,
-    mut changed: Query<(&Light, &GlobalTransform, &mut LightSlot), Or<(Changed<Light>, Changed<GlobalTransform>)>>,
+    mut lights: ParamSet<(Query<(Entity, Ref<Light>, Ref<GlobalTransform>, &LightSlot)>, Query<&mut LightSlot>)>,
 ) {
+    let table = &mut *table;
     table.changes.clear();
     for slot in std::mem::take(&mut table.freed) {
         table.write(&mut draw_list.lights, slot, LightRecord { kind: LightRecord::OFF, ..LightRecord::default() });
         table.free.push(Reverse(slot));
     }
-    for (light, transform, mut slot) in &mut changed {
-        if slot.0 == NO_LIGHT {
-            slot.0 = table.claim();
+    let (mut new, mut rows) = (Vec::new(), Vec::new());
+    let all = lights.p0();
+    for (entities, lights, transforms, slots) in all.contiguous_iter().into_iter().flatten() {
+        let ((lights, settings), (transforms, places)) =
+            (ContiguousRef::split(lights), ContiguousRef::split(transforms));
+        rows.clear();
+        for_each_changed(&settings, |row| rows.push(row));
+        for_each_changed(&places, |row| rows.push(row));
+        rows.sort_unstable();
+        rows.dedup();
+        for &row in &rows {
+            let mut slot = slots[row];
+            if slot.0 == NO_LIGHT {
+                slot.0 = table.claim();
+                new.push((entities[row], slot));
+            }
+            table.write(&mut draw_list.lights, slot.0, light_record(&lights[row], &transforms[row]));
         }
-        table.write(&mut draw_list.lights, slot.0, light_record(light, transform));
     }
-    let LightTable { scored, changes, tree, .. } = &mut *table;
-    if !changes.is_empty() {
-        tree.build(scored);
+    let mut slots = lights.p1();
+    for (entity, slot) in new {
+        if let Ok(mut component) = slots.get_mut(entity) {
+            *component = slot;
+        }
+    }
+    if !table.changes.is_empty() {
+        table.tree.build(&table.scored);
     }
 }

@@ -201,11 +201,13 @@ pub fn score(light: &ScoredLight, sphere: Sphere) -> f32 {
         let t = v.dot(light.axis);
         let off_axis = v - light.axis * t;
         let along = t + r;
-        let tan = (off_axis.dot(off_axis).sqrt() - r).max(0.0) / along;
-        let tan_squared = tan * tan;
-        let cos = 1.0 / (1.0 + tan_squared).sqrt();
-        let cone = window * cone_step(cos, light.cos_outer, light.inverse_cone);
-        if along > 0.0 { cone / (denominator * (1.0 + light.falloff * tan_squared)) } else { 0.0 }
+        let off = (off_axis.dot(off_axis).sqrt() - r).max(0.0);
+        let cos = along / (along * along + off * off).sqrt();
+        let cos_squared = cos * cos;
+        let cone = window * (cone_step(cos, light.cos_outer, light.inverse_cone) * cos_squared);
+        // 1 / (1 + h·tan²), times cos² above and below.
+        let score = cone / (denominator * (cos_squared + light.falloff * (1.0 - cos_squared)));
+        if along > 0.0 { score } else { 0.0 }
     };
     // Not a number where something is too far away to be squared, 10¹⁹ m.
     if score > 0.0 { score } else { 0.0 }
@@ -230,44 +232,44 @@ pub fn irradiance(light: &LightRecord, point: Vec3) -> Vec3 {
     Vec3::from(light.color) * falloff(light, point).0
 }
 
-/// What the remainder takes from a light at an object's centre: the irradiance (luminance), and the vector whose product
-/// with it points to the light, 1 long.
+/// What the remainder takes from a light at an object's centre: the irradiance (luminance), and a vector of that length
+/// towards the light.
 ///
 /// A classic spot counts by how far the sphere is in its cone, so that the hard edge does not pass the whole object at
 /// once: 0 where it is outside, 1 where it is inside, a smooth step between.
 pub(crate) fn at_center(light: &ScoredLight, Sphere { center, radius }: Sphere) -> (f32, Vec3) {
     match light.kind {
         LightRecord::OFF => return (0.0, Vec3::ZERO),
-        LightRecord::DIRECTIONAL => return (light.luminance, -light.axis),
+        LightRecord::DIRECTIONAL => return (light.luminance, light.axis * -light.luminance),
         _ => {}
     }
-    // In the order of the vector search, as in `score`.
+    // In the order of the vector search, as in `score`. One division serves irradiance and direction.
     let v = center - light.position;
     let squared = v.dot(v);
-    let d = squared.sqrt();
-    let inverse_distance = if d > 0.0 { 1.0 / d } else { 0.0 };
+    let d = squared.sqrt().max(MIN_RADIUS);
     let window = range_window(squared, light.inverse_range_squared);
     let [constant, linear, quadratic, least] = light.denominator.to_array();
-    let irradiance = window / (constant + d * (linear + d * quadratic)).max(least);
+    let over_distance = window / ((constant + d * (linear + d * quadratic)).max(least) * d);
     let spot = if light.kind == LightRecord::POINT {
         1.0
     } else {
         let along = v.dot(light.axis);
-        let cos = along * inverse_distance;
+        let cos = along / d;
         let [cos_edge, sin_edge] = light.edge;
         if light.kind == LightRecord::SPOT_CONE {
             cone_step(cos, cos_edge, light.inverse_cone)
         } else {
             let off_axis = v - light.axis * along;
             let inside = along * sin_edge - off_axis.dot(off_axis).sqrt() * cos_edge;
-            let part = (0.5 + 0.5 * inside / radius.max(MIN_RADIUS)).clamp(0.0, 1.0);
+            let part = (0.5 + inside * (0.5 / radius.max(MIN_RADIUS))).clamp(0.0, 1.0);
             power(cos.max(0.0), light.exponent) * (part * part * (3.0 - 2.0 * part))
         }
     };
-    (irradiance * spot, v * -inverse_distance)
+    let over_distance = over_distance * spot;
+    (over_distance * d, v * -over_distance)
 }
 
-/// Metres; what smaller objects count as where something is over their radius.
+/// Metres; what smaller objects and distances count as where something is divided by them.
 pub(crate) const MIN_RADIUS: f32 = 1e-6;
 /// x^e for x in 0..=1 and e ≥ 0 from basic operations only, which round alike everywhere: within 1e-4 from x = 0.08 on,
 /// within a hundredth below.
