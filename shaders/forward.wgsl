@@ -200,6 +200,7 @@ fn reflected(surface: Surface, light: u32) -> vec3f {
 fn lit(surface: Surface, slot: u32, occlusion: f32) -> vec3f {
     var color = surface.diffuse * view.ambient * occlusion;
     var around = vec3f(0.0);
+    let mirror = reflect(-surface.toward_eye, surface.normal);
     if LIGHTS == LIGHTS_ALL {
         let first = reaching[slot];
         for (var i = 0u; i < instances[slot].reaching; i++) {
@@ -215,11 +216,13 @@ fn lit(surface: Surface, slot: u32, occlusion: f32) -> vec3f {
         }
         let ambient = instances[slot].remainder_ambient;
         let direction = instances[slot].remainder_direction;
-        color += surface.diffuse * remainder(ambient, direction, surface.normal);
-        around = ambient * 0.25;
+        let sides = instances[slot].remainder_sides;
+        color += surface.diffuse * remainder(ambient, direction, sides, surface.normal);
+        if is_ggx() {
+            around = remainder(ambient, direction, sides, mirror);
+        }
     }
     if is_ggx() {
-        let mirror = reflect(-surface.toward_eye, surface.normal);
         around += sky_blurred(mirror, sqrt(surface.gloss));
         color += mirrored_share(surface) * around * occlusion;
     }

@@ -30,6 +30,8 @@ struct Instance {
     remainder_direction: vec3f,
     // Sum of the scores of the lights that are not among the three.
     dropped: f32,
+    remainder_sides: vec3f,
+    pad0: u32,
 }
 
 struct Light {

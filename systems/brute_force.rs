@@ -88,5 +88,7 @@ fn add_remainder(scored: &[ScoredLight], sphere: Sphere, reaching: &[u32], selec
         let left_out = 1.0 - weight;
         selection.remainder_ambient += light.tint * (left_out * irradiance);
         selection.remainder_direction += arriving * (left_out * light.directed);
+        let even = left_out * irradiance * light.even;
+        selection.remainder_sides += arriving.abs() * (left_out * light.directed.abs()) + even;
     }
 }

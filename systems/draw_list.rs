@@ -45,8 +45,12 @@ pub struct InstanceRecord {
     pub reaching: u32,
     /// The same, times its luminance-weighted direction (world space).
     pub remainder_direction: [f32; 3],
-    /// Sum of the scores of the lights that are not among the three: no point of the object misses more luminance.
+    /// Sum of the scores of the lights that are not among the three: what the object's three, each in full, may miss.
     pub dropped: f32,
+    /// The same, times how much of it comes along each axis (world space), from either side.
+    pub remainder_sides: [f32; 3],
+    /// Room for 16-byte alignment.
+    pub pad0: u32,
 }
 
 /// One light. Mirrors `Light`.

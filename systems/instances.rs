@@ -167,5 +167,7 @@ fn record(entity: Entity, world_from_object: &Affine3A, material: MaterialId, se
         reaching: selection.reaching,
         remainder_direction: selection.remainder_direction.to_array(),
         dropped: selection.dropped,
+        remainder_sides: selection.remainder_sides.to_array(),
+        pad0: 0,
     }
 }

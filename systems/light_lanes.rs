@@ -127,7 +127,9 @@ impl<S: Simd> Objects<S> {
         let t = dot(v, axis);
         let off = [v[0] - axis[0] * t, v[1] - axis[1] * t, v[2] - axis[2] * t];
         let along = t + r;
-        let off = (dot(off, off).sqrt() - r).max(zero);
+        let behind = t.min(zero);
+        let reach = (r * r - behind * behind).max(zero).sqrt();
+        let off = (dot(off, off).sqrt() - reach).max(zero);
         let cos = along / (along * along + off * off).sqrt();
         let cos_squared = cos * cos;
         let cone = window * (cone_step(simd, cos, splat(simd, light.cos_outer), light) * cos_squared);
@@ -254,13 +256,14 @@ pub(crate) const SPOT: u32 = LightRecord::SPOT_CONE;
 pub(crate) struct Remainder<S: Simd> {
     ambient: [Floats<S>; 3],
     direction: [Floats<S>; 3],
+    sides: [Floats<S>; 3],
 }
 
 impl<S: Simd> Remainder<S> {
     #[inline(always)]
     pub fn new(simd: S) -> Self {
         let zero = [splat(simd, 0.0); 3];
-        Self { ambient: zero, direction: zero }
+        Self { ambient: zero, direction: zero, sides: zero }
     }
 
     /// Adds a light, [`crate::relevance::at_center`] operation by operation.
@@ -279,8 +282,9 @@ impl<S: Simd> Remainder<S> {
         } else {
             let v = objects.offset(simd, light);
             let squared = dot(v, v);
-            let d = squared.sqrt().max(splat(simd, MIN_RADIUS));
-            let mut over_distance = range_window(simd, squared, light) / (denominator(simd, d, light) * d);
+            let distance = squared.sqrt();
+            let d = distance.max(splat(simd, MIN_RADIUS));
+            let mut over_distance = range_window(simd, squared, light) / (denominator(simd, distance, light) * d);
             if KIND == SPOT {
                 let axis = splat3(simd, light.axis);
                 let along = dot(v, axis);
@@ -310,6 +314,11 @@ impl<S: Simd> Remainder<S> {
         self.direction[0] += reaches.select(arriving[0] * directed, zero);
         self.direction[1] += reaches.select(arriving[1] * directed, zero);
         self.direction[2] += reaches.select(arriving[2] * directed, zero);
+        let sided = left_out * splat(simd, light.directed.abs());
+        let even = part * splat(simd, light.even);
+        self.sides[0] += reaches.select(arriving[0].abs() * sided + even, zero);
+        self.sides[1] += reaches.select(arriving[1].abs() * sided + even, zero);
+        self.sides[2] += reaches.select(arriving[2].abs() * sided + even, zero);
     }
 }
 
@@ -348,18 +357,20 @@ fn power<S: Simd>(simd: S, x: Floats<S>, e: f32) -> Floats<S> {
 pub(crate) fn store<S: Simd>(top: &Top<S>, weights: [Floats<S>; 3], remainder: &Remainder<S>, out: &mut [Selection]) {
     let [i, j, k] = top.slots.each_ref().map(|slots| slots.bitcast::<Floats<S>>());
     let ([u, v, w], [r, g, b], [x, y, z]) = (weights, remainder.ambient, remainder.direction);
+    let [p, q, t] = remainder.sides;
     let mut quads = [[[0.0f32; 4]; LANES]; 4];
     interleave([i, j, k, u], &mut quads[0]);
     interleave([v, w, r, g], &mut quads[1]);
     interleave([b, x, y, z], &mut quads[2]);
-    let reaching = top.reaching.bitcast::<Floats<S>>();
-    interleave([reaching, top.dropped, reaching, top.dropped], &mut quads[3]);
-    let rows: &mut [[f32; 14]] = bytemuck::cast_slice_mut(out);
-    for (lane, row) in rows.iter_mut().enumerate().take(Floats::<S>::LEN) {
+    interleave([p, q, t, top.dropped], &mut quads[3]);
+    let reaching = top.reaching.as_slice();
+    for (lane, out) in out.iter_mut().enumerate().take(Floats::<S>::LEN) {
+        let row: &mut [f32; 17] = bytemuck::cast_mut(out);
         row[0..4].copy_from_slice(&quads[0][lane]);
         row[4..8].copy_from_slice(&quads[1][lane]);
         row[8..12].copy_from_slice(&quads[2][lane]);
-        row[12..14].copy_from_slice(&quads[3][lane][..2]);
+        row[12..16].copy_from_slice(&quads[3][lane]);
+        row[16] = f32::from_bits(reaching[lane]);
     }
 }
 

@@ -6,8 +6,9 @@
 //! Relevance is [`score`]: no point of the object's bounding sphere receives more irradiance (luminance, unshadowed,
 //! facing the light) from the light. The three highest scores win; of equal scores, the lower slot. So that nothing pops
 //! when the three change, a light's weight is 1 − (s₄/s)⁴, s₄ the fourth highest score: a light comes and goes at
-//! weight 0. What the weights leave out goes into the remainder, a four-coefficient spherical harmonic of the
-//! irradiance at the object's centre; shading adds max(0, amb/4 + amb/luminance(amb) · dot(dir, n)/2).
+//! weight 0. What the weights leave out goes into the remainder, an ambient cube of the irradiance at the object's
+//! centre: with e the irradiance of a light (luminance) and l the direction to it, dir = Σ e l, sides = Σ e |l|
+//! (component by component), and shading adds dot(n², sides + sign(n) · dir) / 2 in the mean colour of what was left out.
 
 use crate::changes::for_each_changed;
 use crate::components::Light;
@@ -64,10 +65,12 @@ pub struct Selection {
     pub remainder_ambient: Vec3,
     /// Its luminance times the direction it comes from (world space), summed.
     pub remainder_direction: Vec3,
+    /// Its luminance times how much of it comes along each axis, from either side (world space), summed.
+    pub remainder_sides: Vec3,
+    /// Sum of the scores of the lights that are not among the three: what the object's three, each in full, may miss.
+    pub dropped: f32,
     /// How many lights reach the object (score above 0).
     pub reaching: u32,
-    /// Sum of the scores of the lights that are not among the three: no point of the object misses more luminance.
-    pub dropped: f32,
 }
 
 impl Default for Selection {
@@ -77,6 +80,7 @@ impl Default for Selection {
             weights: [0.0; 3],
             remainder_ambient: Vec3::ZERO,
             remainder_direction: Vec3::ZERO,
+            remainder_sides: Vec3::ZERO,
             reaching: 0,
             dropped: 0.0,
         }

@@ -53,6 +53,9 @@ pub struct ScoredLight {
     pub tint: Vec3,
     /// What it adds to the remainder's direction: luminance of the (signed) colour over luminance.
     pub directed: f32,
+    /// What it adds to each side of the remainder, wherever it comes from: twice the luminance of the ambient colour over
+    /// luminance.
+    pub even: f32,
     /// Exponent of the classic spot.
     pub exponent: f32,
     /// Cosine and sine of the outer half angle.
@@ -75,6 +78,7 @@ impl ScoredLight {
         luminance: 0.0,
         tint: Vec3::ZERO,
         directed: 0.0,
+        even: 0.0,
         exponent: 0.0,
         edge: [0.0, 1.0],
         range: 0.0,
@@ -111,6 +115,7 @@ impl ScoredLight {
             luminance,
             tint: (color + 4.0 * ambient) / luminance,
             directed: color.dot(LUMINANCE) / luminance,
+            even: 2.0 * ambient.dot(LUMINANCE) / luminance,
             exponent: record.exponent,
             edge: [record.cos_outer, sin_outer],
             range: if is_parallel { f32::INFINITY } else { record.inverse_range_squared.sqrt().recip() },
@@ -178,8 +183,8 @@ pub fn light_record(light: &Light, world_from_light: &GlobalTransform) -> LightR
 ///
 /// Attenuation and window fall with the distance, so the sphere's nearest point bounds them. The spot's factor falls
 /// with the angle from the axis, and the sphere fits in a cylinder along the axis: no point of it is further along than
-/// A = t + r or nearer to the axis than B = q − r (t, q: the centre's place along and off the axis), so no angle's
-/// tangent is less than B/A. A larger sphere around this one never scores lower: a packet's sphere bounds its members.
+/// A = t + r or nearer to the axis than B = q − √(r² − min(t, 0)²) (t, q: the centre's place along and off the axis), so
+/// no angle's tangent is less than B/A. A larger sphere around this one never scores lower: a packet's sphere bounds its members.
 pub fn score(light: &ScoredLight, sphere: Sphere) -> f32 {
     match light.kind {
         LightRecord::OFF => return 0.0,
@@ -201,7 +206,10 @@ pub fn score(light: &ScoredLight, sphere: Sphere) -> f32 {
         let t = v.dot(light.axis);
         let off_axis = v - light.axis * t;
         let along = t + r;
-        let off = (off_axis.dot(off_axis).sqrt() - r).max(0.0);
+        // Only the part of the sphere before the light counts: it is narrower where the centre is behind.
+        let behind = t.min(0.0);
+        let reach = (r * r - behind * behind).max(0.0).sqrt();
+        let off = (off_axis.dot(off_axis).sqrt() - reach).max(0.0);
         let cos = along / (along * along + off * off).sqrt();
         let cos_squared = cos * cos;
         let cone = window * (cone_step(cos, light.cos_outer, light.inverse_cone) * cos_squared);
@@ -246,10 +254,12 @@ pub(crate) fn at_center(light: &ScoredLight, Sphere { center, radius }: Sphere) 
     // In the order of the vector search, as in `score`. One division serves irradiance and direction.
     let v = center - light.position;
     let squared = v.dot(v);
-    let d = squared.sqrt().max(MIN_RADIUS);
+    let distance = squared.sqrt();
+    let d = distance.max(MIN_RADIUS);
     let window = range_window(squared, light.inverse_range_squared);
     let [constant, linear, quadratic, least] = light.denominator.to_array();
-    let over_distance = window / ((constant + d * (linear + d * quadratic)).max(least) * d);
+    let denominator = (constant + distance * (linear + distance * quadratic)).max(least);
+    let over_distance = window / (denominator * d);
     let spot = if light.kind == LightRecord::POINT {
         1.0
     } else {

@@ -81,6 +81,8 @@ fn shader_structs_mirror_the_draw_list() {
             reaching,
             remainder_direction,
             dropped,
+            remainder_sides,
+            pad0,
         }
     );
     assert_mirrored!(

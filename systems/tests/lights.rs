@@ -178,7 +178,7 @@ fn brute_force(scene: &Scene, sphere: Sphere, policy: LightPolicy) -> (Selection
         selection.lights[i] = slot;
         selection.weights[i] = if policy == LightPolicy::Hard { 1.0 } else { 1.0 - (fourth / score).powi(4) };
     }
-    let (mut ambient, mut direction, mut magnitude) = (DVec3::ZERO, DVec3::ZERO, 0.0);
+    let (mut ambient, mut direction, mut sides, mut magnitude) = (DVec3::ZERO, DVec3::ZERO, DVec3::ZERO, 0.0);
     let mut add = |slot: u32, weight: f64| {
         let record = &scene.records[slot as usize];
         let color = Vec3::from(record.color).as_dvec3();
@@ -189,6 +189,8 @@ fn brute_force(scene: &Scene, sphere: Sphere, policy: LightPolicy) -> (Selection
             _ => (Vec3::from(record.position) - sphere.center).normalize_or_zero(),
         };
         direction += part * color.dot(LUMINANCE) * toward.as_dvec3();
+        let even = 2.0 * Vec3::from(record.ambient).as_dvec3().dot(LUMINANCE);
+        sides += part * (color.dot(LUMINANCE).abs() * toward.as_dvec3().abs() + even);
         magnitude += part.abs() * (color.abs().element_sum() + 4.0 * f64::from(record.ambient[2]).abs());
     };
     if policy != LightPolicy::Hard {
@@ -197,6 +199,7 @@ fn brute_force(scene: &Scene, sphere: Sphere, policy: LightPolicy) -> (Selection
     }
     selection.remainder_ambient = ambient.as_vec3();
     selection.remainder_direction = direction.as_vec3();
+    selection.remainder_sides = sides.as_vec3();
     (selection, magnitude)
 }
 
@@ -222,6 +225,8 @@ proptest! {
             let colors = scene.records.iter().map(|record| Vec3::from(record.color).abs().max_element());
             let tolerance = 5e-3 * magnitude as f32 + 1e-8 * colors.fold(0.0, f32::max) + 1e-30;
             prop_assert!((found.remainder_ambient - expected.remainder_ambient).abs().max_element() <= tolerance,
+                "{found:?} {expected:?}");
+            prop_assert!((found.remainder_sides - expected.remainder_sides).abs().max_element() <= tolerance,
                 "{found:?} {expected:?}");
             prop_assert!((found.remainder_direction - expected.remainder_direction).abs().max_element() <= tolerance,
                 "{found:?} {expected:?}");
