@@ -219,7 +219,8 @@ fn lit(surface: Surface, slot: u32, occlusion: f32) -> vec3f {
         let sides = instances[slot].remainder_sides;
         color += surface.diffuse * remainder(ambient, direction, sides, surface.normal);
         if is_ggx() {
-            around = remainder(ambient, direction, sides, mirror);
+            // The duller the surface, the more of the lights its highlight finds.
+            around = remainder(ambient, direction, sides, mirror) * surface.gloss;
         }
     }
     if is_ggx() {
