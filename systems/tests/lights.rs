@@ -12,13 +12,13 @@ use std::collections::BTreeMap;
 use systems::bounds::{Sphere, WorldBounds};
 use systems::components::{Light, LightKind};
 use systems::draw_list::{LightRecord, NO_LIGHT};
-use systems::library::MeshId;
+use systems::library::{Library, MeshId};
 use systems::light_search::{self, Level, Scratch};
 use systems::light_selection::select_parallel;
 use systems::light_tree::LightTree;
 use systems::lights::{LightPolicy, LightSlot, LightTable, ScoredLight, Selection, irradiance, light_record, score};
 use systems::stats::FrameStats;
-use systems::{Simulation, brute_force};
+use systems::{Simulation, brute_force, shapes};
 
 const LUMINANCE: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
 
@@ -467,6 +467,7 @@ fn equal_lights_go_by_slot_and_all_into_the_remainder() {
     let each = irradiance(&record, Vec3::ZERO);
     assert!((four.remainder_ambient - 6.0 * each).length() < 1e-4);
     assert!((four.remainder_direction - Vec3::Y * 6.0 * each.x).length() < 1e-4);
+    assert!((four.remainder_sides - Vec3::Y * 6.0 * each.x).length() < 1e-4);
 
     let three = scene(vec![record; 3], vec![sphere]).select(LightPolicy::Three)[0];
     assert_eq!((three.lights, three.weights), ([0, 1, 2], [1.0; 3]));
@@ -834,4 +835,88 @@ fn only_those_within_reach_choose_again() {
     simulation.world.despawn(sun);
     assert_eq!(selected(&mut simulation), 1000);
     assert_eq!(selected(&mut simulation), 0);
+}
+
+/// An ambient cube: two equal pairs of lamps on opposite sides light both, and cancel in the direction; an ambient colour
+/// lights all sides alike.
+#[test]
+fn the_remainder_knows_how_much_comes_from_each_side() {
+    let lamp = |x: f32, ambient: f32| {
+        let light = Light { ambient: Vec3::splat(ambient), ..Light::point(1.0, 100.0) };
+        light_record(&light, &placed(Vec3::X * x, Vec3::NEG_Y))
+    };
+    let sphere = Sphere { center: Vec3::ZERO, radius: 0.0 };
+    let found =
+        scene([4.0, 4.0, -4.0, -4.0].map(|x| lamp(x, 0.0)).to_vec(), vec![sphere]).select(LightPolicy::Three)[0];
+    let each = irradiance(&lamp(4.0, 0.0), Vec3::ZERO).x;
+    assert_eq!(found.weights, [0.0; 3]);
+    assert!((found.remainder_sides - Vec3::X * 4.0 * each).length() < 1e-5, "{found:?}");
+    assert!(found.remainder_direction.length() < 1e-6);
+    // Half of dot(n², sides + sign(n) · dir): two lamps at either end, none across.
+    let found =
+        scene([4.0, 4.0, -4.0, -4.0].map(|x| lamp(x, 0.5)).to_vec(), vec![sphere]).select(LightPolicy::Three)[0];
+    let even = 2.0 * 0.5 * 4.0 * each;
+    assert!((found.remainder_sides - Vec3::new(4.0 * each + even, even, even)).length() < 1e-5, "{found:?}");
+}
+
+/// The score of a spot, and with it every weight, changes little by little as an object that the axis passes through falls
+/// behind the lamp.
+#[test]
+fn a_spots_score_fades_as_an_object_falls_behind_it() {
+    for inner in [Some(0.4), None] {
+        let light = Light { kind: LightKind::Spot { outer: 0.6, inner, exponent: 3.0 }, ..Light::point(1.0, 20.0) };
+        let scored = ScoredLight::new(&light_record(&light, &placed(Vec3::ZERO, Vec3::NEG_Z)));
+        let at = |z: f32| score(&scored, Sphere { center: Vec3::new(0.5, 0.0, z), radius: 1.0 });
+        let (ahead, behind) = (at(-1.0), at(1.0));
+        assert!(ahead > 0.5 && behind == 0.0, "{ahead} {behind}");
+        let step = |steps: u32| {
+            let scores: Vec<f32> = (0..=steps).map(|i| at(-1.0 + 2.0 * i as f32 / steps as f32)).collect();
+            scores.windows(2).map(|pair| (pair[0] - pair[1]).abs()).fold(0.0, f32::max)
+        };
+        let (coarse, fine) = (step(1_000), step(10_000));
+        assert!(fine < 0.05 && fine < coarse * 0.3, "{coarse} {fine}");
+    }
+}
+
+/// Under the policy `All`, every object has a list of exactly the lights whose score for it is above 0.
+#[test]
+fn all_lights_that_reach_an_object_are_listed() {
+    let mut simulation = Simulation::new();
+    let cube = simulation.world.resource_mut::<Library>().add_mesh(shapes::cube(Vec3::ONE));
+    let object = |i: usize| (cube, Transform::from_xyz((i % 20) as f32 * 3.0, 0.0, (i / 20) as f32 * 3.0));
+    let objects: Vec<Entity> = (0..300).map(|i| simulation.world.spawn(object(i)).id()).collect();
+    for i in 0..80 {
+        let range = 1.0 + (i % 7) as f32;
+        simulation
+            .world
+            .spawn((Light::point(1.0, range), Transform::from_xyz((i * 13 % 60) as f32, 1.0, (i * 7 % 45) as f32)));
+    }
+    simulation.world.insert_resource(LightPolicy::All);
+    let check = |simulation: &mut Simulation| {
+        simulation.frame();
+        let scored = simulation.world.resource::<LightTable>().scored().to_vec();
+        let list = simulation.draw_list();
+        let mut objects = 0;
+        for (slot, record) in list.instances.records.iter().enumerate() {
+            let Some(entity) = simulation.world.iter_entities().find(|e| e.id().index().index() == record.entity)
+            else {
+                continue;
+            };
+            let Some(bounds) = entity.get::<WorldBounds>() else { continue };
+            let first = list.reaching[slot] as usize;
+            let mut listed = list.reaching[first..first + record.reaching as usize].to_vec();
+            listed.sort_unstable();
+            let reaching =
+                scored.iter().zip(0..).filter(|(light, _)| score(light, bounds.0) > 0.0).map(|(_, slot)| slot);
+            assert_eq!(listed, reaching.collect::<Vec<u32>>());
+            objects += usize::from(record.reaching > 0);
+        }
+        objects
+    };
+    assert!(check(&mut simulation) > 100);
+    simulation.world.get_mut::<Transform>(objects[3]).unwrap().translation.y = 0.5;
+    assert!(check(&mut simulation) > 100);
+    simulation.world.insert_resource(LightPolicy::Three);
+    simulation.frame();
+    assert!(simulation.draw_list().reaching.is_empty());
 }
