@@ -293,11 +293,20 @@ prop_compose! {
         sorted in any::<bool>(),
         extent in Just(extent),
     ) -> Scene {
-        let copies = copies.iter().filter(|_| !lights.is_empty()).map(|copy| *copy.get(&lights));
+        // Every other copy is a mirror image, so that what lies on the mirror is as near to both.
+        let copies = copies.iter().filter(|_| !lights.is_empty()).enumerate().map(|(i, copy)| {
+            let mut light = *copy.get(&lights);
+            if i % 2 == 1 {
+                light.position[0] = -light.position[0];
+                light.direction[0] = -light.direction[0];
+            }
+            light
+        });
         let mut records: Vec<LightRecord> = lights.iter().copied().chain(copies).collect();
         for record in &mut records {
             record.position = (Vec3::from(record.position) + offset).into();
         }
+        spheres.iter_mut().step_by(3).for_each(|(center, _)| center.x = 0.0);
         if sorted {
             spheres.sort_by(|a, b| a.0.x.total_cmp(&b.0.x));
         }
