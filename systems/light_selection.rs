@@ -2,7 +2,7 @@
 //!
 //! An object keeps its lights while neither it nor any light that reaches it changed. [`select_lights`] collects the
 //! objects that moved, marks those that a changed light reaches or did reach before the change
-//! ([`ObjectOrder::mark`]), and searches for these only. Where most would be marked, marking is left out and all are
+//! (`ObjectOrder::mark`), and searches for these only. Where most would be marked, marking is left out and all are
 //! searched. What comes out is the same as if all had been searched in every frame.
 //!
 //! For the policy `All`, [`list_reaching`] then lists all lights that reach each object.

@@ -3,7 +3,7 @@
 //! Every object has a [`Place`] in an order along a Hilbert curve, so that neighbours in the order are neighbours in
 //! space. The order is only as good as it was when it was sorted; results do not depend on it, so it is sorted again only
 //! when it has become slow. Beside the spheres there is a bit for each object whose lights must be chosen again: it moved,
-//! or [`ObjectOrder::mark`] found that a light which changed reaches it or did.
+//! or `ObjectOrder::mark` found that a light which changed reaches it or did.
 
 use crate::bounds::Sphere;
 use crate::draw_list::LightRecord;

@@ -1,0 +1,127 @@
+//! Random lights and scenes for the light tests.
+
+#![allow(dead_code)]
+
+use bevy_transform::components::{GlobalTransform, Transform};
+use glam::{DVec3, Quat, Vec3};
+use proptest::prelude::*;
+use proptest::test_runner::FileFailurePersistence;
+use systems::bounds::Sphere;
+use systems::brute_force;
+use systems::components::{Light, LightKind};
+use systems::draw_list::LightRecord;
+use systems::light_search::{self, Level, Scratch};
+use systems::light_tree::LightTree;
+use systems::lights::{LightPolicy, ScoredLight, Selection};
+
+pub const LUMINANCE: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
+
+pub fn any_direction() -> impl Strategy<Value = Vec3> {
+    [-1.0f32..1.0, -1.0f32..1.0, -1.0f32..1.0].prop_map(|v| Vec3::from(v).try_normalize().unwrap_or(Vec3::Y))
+}
+
+pub fn any_place(extent: f32) -> impl Strategy<Value = Vec3> {
+    [-extent..extent, -extent..extent, -extent..extent].prop_map(Vec3::from)
+}
+
+pub fn any_kind() -> impl Strategy<Value = LightKind> {
+    prop_oneof![
+        2 => Just(LightKind::Point),
+        1 => Just(LightKind::Directional),
+        2 => (0.03f32..1.6, prop::option::of(0.0f32..1.0), 0.0f32..40.0).prop_map(|(outer, inner, exponent)| {
+            LightKind::Spot { outer, inner: inner.map(|part| outer * part), exponent }
+        }),
+    ]
+}
+
+prop_compose! {
+    pub fn any_light()(
+        kind in any_kind(),
+        color in [0.0f32..1.0, 0.0f32..1.0, 0.01f32..1.0],
+        intensity in 0.1f32..100.0,
+        ambient in prop_oneof![3 => Just(0.0f32), 1 => 0.0f32..0.1],
+        range in prop_oneof![4 => 1.0f32..60.0, 1 => Just(f32::INFINITY), 1 => Just(1e6)],
+        attenuation in (prop_oneof![Just(0.0f32), Just(1.0)], prop_oneof![Just(0.0f32), 0.0f32..1.0], 0.0f32..1.0),
+    ) -> Light {
+        let (color, attenuation) = (Vec3::from(color), Vec3::from(attenuation));
+        Light { kind, color, intensity, ambient: Vec3::splat(ambient), range, attenuation, enabled: true }
+    }
+}
+
+/// A light, or one with a value that makes it none, or makes it dark.
+pub fn any_odd_light() -> impl Strategy<Value = Light> {
+    let odd = prop::sample::select(vec![f32::NAN, f32::INFINITY, -f32::INFINITY, -1.0, 0.0, 1e-42, 1e38]);
+    (any_light(), 0..20usize, odd).prop_map(|(mut light, field, value)| {
+        match field {
+            0 => light.color.x = value,
+            1 => light.intensity = value,
+            2 => light.range = value,
+            3 => light.attenuation.y = value,
+            4 => light.enabled = false,
+            5 => light.ambient.z = value,
+            6 => light.kind = LightKind::Spot { outer: value, inner: None, exponent: 1.0 },
+            7 => light.kind = LightKind::Spot { outer: 0.5, inner: Some(value), exponent: 1.0 },
+            8 => light.kind = LightKind::Spot { outer: 0.5, inner: None, exponent: value },
+            _ => {}
+        }
+        light
+    })
+}
+
+pub fn placed(position: Vec3, direction: Vec3) -> GlobalTransform {
+    let rotation = Quat::from_rotation_arc(Vec3::NEG_Z, direction);
+    Transform { translation: position, rotation, scale: Vec3::ONE }.into()
+}
+
+#[derive(Clone, Debug)]
+pub struct Scene {
+    pub records: Vec<LightRecord>,
+    pub scored: Vec<ScoredLight>,
+    pub spheres: Vec<Sphere>,
+}
+
+pub fn scene(records: Vec<LightRecord>, spheres: Vec<Sphere>) -> Scene {
+    Scene { scored: records.iter().map(ScoredLight::new).collect(), records, spheres }
+}
+
+impl Scene {
+    pub fn select(&self, policy: LightPolicy) -> Vec<Selection> {
+        let mut out = vec![Selection::default(); self.spheres.len()];
+        brute_force::select(&self.scored, policy, &self.spheres, &mut out);
+        out
+    }
+
+    pub fn search(&self, level: Level, policy: LightPolicy) -> Vec<Selection> {
+        let mut out = vec![Selection::default(); self.spheres.len()];
+        let tree = LightTree::new(&self.scored);
+        let work = (&self.spheres[..], &mut out[..]);
+        light_search::select(level, &tree, &self.scored, policy, work, &mut Scratch::default());
+        out
+    }
+}
+
+/// Attenuation · spot · window in double precision, from the formulas of the lighting model.
+pub fn true_falloff(light: &LightRecord, point: DVec3) -> f64 {
+    if light.kind >= LightRecord::DIRECTIONAL {
+        return f64::from(u8::from(light.kind == LightRecord::DIRECTIONAL));
+    }
+    let v = point - Vec3::from(light.position).as_dvec3();
+    let d = v.length();
+    let [kc, kl, kq] = light.attenuation.map(f64::from);
+    let x = d * d * f64::from(light.inverse_range_squared);
+    let reach = (1.0 - x * x).max(0.0).powi(2) / (kc + kl * d + kq * d * d).max(1e-4);
+    let cos = Vec3::from(light.direction).as_dvec3().normalize_or_zero().dot(v.normalize_or_zero());
+    let (outer, inner) = (f64::from(light.cos_outer), f64::from(light.cos_inner));
+    match light.kind {
+        LightRecord::SPOT_EXPONENT if cos <= outer => 0.0,
+        LightRecord::SPOT_EXPONENT => reach * cos.powf(f64::from(light.exponent)),
+        LightRecord::SPOT_CONE => reach * ((cos - outer) / (inner - outer)).clamp(0.0, 1.0).powi(2),
+        _ => reach,
+    }
+}
+
+/// Failing inputs are kept beside this file, and tried first from then on.
+pub fn cases(cases: u32) -> ProptestConfig {
+    let persistence = FileFailurePersistence::WithSource("regressions");
+    ProptestConfig { failure_persistence: Some(Box::new(persistence)), ..ProptestConfig::with_cases(cases) }
+}

@@ -1,0 +1,299 @@
+//! The choice of lights: the plain search against its definition, the fast one against the plain one, weights and remainder.
+
+mod common;
+
+use bevy_tasks::TaskPoolBuilder;
+use common::{LUMINANCE, Scene, any_direction, any_odd_light, any_place, cases, placed, scene, true_falloff};
+use glam::{DVec3, Vec3};
+use proptest::prelude::*;
+use proptest::sample::Index;
+use std::collections::BTreeMap;
+use systems::bounds::Sphere;
+use systems::components::{Light, LightKind};
+use systems::draw_list::{LightRecord, NO_LIGHT};
+use systems::light_search::Level;
+use systems::light_selection::select_parallel;
+use systems::light_tree::LightTree;
+use systems::lights::{LightPolicy, Selection, irradiance, light_record, score};
+
+prop_compose! {
+    /// Lights (some of them twice and more, so that scores tie) and objects, around the origin or 10 km off.
+    fn any_scene()(
+        offset in prop::sample::select(vec![Vec3::ZERO, Vec3::new(1e4, 0.0, -1e4)]),
+        lights in prop::collection::vec((any_odd_light(), any_place(20.0), any_direction()), 1..12),
+        copies in prop::collection::vec(any::<Index>(), 0..40),
+        spheres in prop::collection::vec((any_place(25.0), prop_oneof![
+            4 => 0.0f32..3.0, 1 => Just(0.0f32), 1 => Just(50.0f32), 1 => Just(1e6f32)]), 0..20),
+        places in prop::collection::vec(any::<Index>(), 0..3),
+    ) -> Scene {
+        let records: Vec<LightRecord> = copies.iter().map(|copy| copy.get(&lights))
+            .map(|(light, place, direction)| light_record(light, &placed(*place + offset, *direction))).collect();
+        let at_lights = places.iter().map(|place| Sphere { center: place.get(&lights).1 + offset, radius: 0.5 });
+        let spheres = spheres.iter().map(|&(center, radius)| Sphere { center: center + offset, radius });
+        let spheres = spheres.chain(at_lights).chain([Sphere { center: Vec3::NAN, radius: 1.0 },
+            Sphere { center: Vec3::ZERO, radius: f32::INFINITY }]).collect();
+        scene(records, spheres)
+    }
+}
+
+/// What the remainder counts: the falloff at the sphere's centre, but a classic spot's without its cut, by a smooth
+/// step from the sphere outside of the cone to the sphere inside.
+fn falloff_around(light: &LightRecord, sphere: Sphere) -> f64 {
+    let center = sphere.center.as_dvec3();
+    if light.kind != LightRecord::SPOT_EXPONENT {
+        return true_falloff(light, center);
+    }
+    let v = center - Vec3::from(light.position).as_dvec3();
+    let cos = Vec3::from(light.direction).as_dvec3().normalize().dot(v.normalize_or_zero()).clamp(-1.0, 1.0);
+    // From the cone's surface to the centre: the angle between them, seen from the apex.
+    let inside = v.length() * (f64::from(light.cos_outer).acos() - cos.acos()).sin();
+    let x = (0.5 + 0.5 * inside / f64::from(sphere.radius.max(1e-6))).clamp(0.0, 1.0);
+    let point = true_falloff(&LightRecord { kind: LightRecord::POINT, ..*light }, center);
+    point * cos.max(0.0).powf(f64::from(light.exponent)) * (x * x * (3.0 - 2.0 * x))
+}
+
+/// The answer by sorting all scores; weights and remainder straight from their definition.
+fn brute_force(scene: &Scene, sphere: Sphere, policy: LightPolicy) -> (Selection, f64) {
+    let mut scores: Vec<(f32, u32)> =
+        scene.scored.iter().zip(0..).map(|(light, slot)| (score(light, sphere), slot)).filter(|s| s.0 > 0.0).collect();
+    scores.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    if !sphere.center.is_finite() || !sphere.radius.is_finite() {
+        scores.clear();
+    }
+    // (The sum's order is the search's own; the sum is compared with a tolerance.)
+    let dropped = scores.iter().skip(3).map(|s| f64::from(s.0)).sum::<f64>() as f32;
+    let fourth = scores.get(3).map_or(0.0, |s| s.0);
+    let mut selection = Selection { reaching: scores.len() as u32, dropped, ..Selection::default() };
+    for (i, &(score, slot)) in scores.iter().take(3).enumerate() {
+        selection.lights[i] = slot;
+        selection.weights[i] = if policy == LightPolicy::Hard { 1.0 } else { 1.0 - (fourth / score).powi(4) };
+    }
+    let (mut ambient, mut direction, mut sides, mut magnitude) = (DVec3::ZERO, DVec3::ZERO, DVec3::ZERO, 0.0);
+    let mut add = |slot: u32, weight: f64| {
+        let record = &scene.records[slot as usize];
+        let color = Vec3::from(record.color).as_dvec3();
+        let part = weight * falloff_around(record, sphere);
+        ambient += part * (color + 4.0 * Vec3::from(record.ambient).as_dvec3());
+        let toward = match record.kind {
+            LightRecord::DIRECTIONAL => -Vec3::from(record.direction),
+            _ => (Vec3::from(record.position) - sphere.center).normalize_or_zero(),
+        };
+        direction += part * color.dot(LUMINANCE) * toward.as_dvec3();
+        let even = 2.0 * Vec3::from(record.ambient).as_dvec3().dot(LUMINANCE);
+        sides += part * (color.dot(LUMINANCE).abs() * toward.as_dvec3().abs() + even);
+        magnitude += part.abs() * (color.abs().element_sum() + 4.0 * f64::from(record.ambient[2]).abs());
+    };
+    if policy != LightPolicy::Hard {
+        scores.iter().for_each(|&(_, slot)| add(slot, 1.0));
+        (0..3).filter(|&i| i < scores.len()).for_each(|i| add(selection.lights[i], -f64::from(selection.weights[i])));
+    }
+    selection.remainder_ambient = ambient.as_vec3();
+    selection.remainder_direction = direction.as_vec3();
+    selection.remainder_sides = sides.as_vec3();
+    (selection, magnitude)
+}
+
+proptest! {
+    #![proptest_config(cases(1000))]
+
+    #[test]
+    fn selection_equals_brute_force(scene in any_scene(), policy in prop::sample::select(LightPolicy::ALL.to_vec())) {
+        for (&sphere, found) in scene.spheres.iter().zip(scene.select(policy.1)) {
+            let (expected, magnitude) = brute_force(&scene, sphere, policy.1);
+            prop_assert_eq!(found.lights, expected.lights, "{:?}", sphere);
+            prop_assert!(found.weights.iter().zip(expected.weights).all(|(a, b)| (a - b).abs() < 1e-6));
+            prop_assert_eq!(found.reaching, expected.reaching);
+            prop_assert!((found.dropped - expected.dropped).abs() <= 1e-4 * expected.dropped);
+            // The edge of a narrow cone is worth a few thousandths in single precision; at the very range of a light,
+            // where the window ends, rounding decides between nothing and next to nothing.
+            let colors = scene.records.iter().map(|record| Vec3::from(record.color).abs().max_element());
+            let tolerance = 5e-3 * magnitude as f32 + 1e-8 * colors.fold(0.0, f32::max) + 1e-30;
+            prop_assert!((found.remainder_ambient - expected.remainder_ambient).abs().max_element() <= tolerance,
+                "{found:?} {expected:?}");
+            prop_assert!((found.remainder_sides - expected.remainder_sides).abs().max_element() <= tolerance,
+                "{found:?} {expected:?}");
+            prop_assert!((found.remainder_direction - expected.remainder_direction).abs().max_element() <= tolerance,
+                "{found:?} {expected:?}");
+        }
+    }
+
+    #[test]
+    fn selection_is_the_same_for_any_division_of_the_work(scene in any_scene(), size in 1usize..9) {
+        // More objects than one task takes.
+        let spheres: Vec<Sphere> = scene.spheres.iter().copied().cycle().take(700).collect();
+        let whole = Scene { spheres, ..scene }.clone();
+        let expected = whole.select(LightPolicy::Three);
+        let pieces = whole.spheres.chunks(size).flat_map(|spheres| {
+            Scene { spheres: spheres.to_vec(), ..whole.clone() }.search(Level::new(), LightPolicy::Three)
+        });
+        prop_assert!(pieces.eq(expected.iter().copied()));
+        let pool = TaskPoolBuilder::new().num_threads(size % 4 + 1).build();
+        let mut out = vec![Selection::default(); whole.spheres.len()];
+        let tree = LightTree::new(&whole.scored);
+        select_parallel(&pool, &tree, &whole.scored, LightPolicy::Three, &whole.spheres, &mut out);
+        prop_assert_eq!(out, expected);
+    }
+}
+
+/// Every instruction set that this processor has.
+fn levels() -> Vec<Level> {
+    let level = Level::new();
+    #[allow(unused_mut)]
+    let mut levels = vec![level];
+    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    {
+        levels.extend(level.as_avx2().map(Level::Avx2));
+        levels.extend(level.as_sse4_2().map(Level::Sse4_2));
+    }
+    levels.push(Level::baseline());
+    levels.push(Level::fallback());
+    levels
+}
+
+/// A light and its place in a scene of the given extent.
+fn any_placed_light(extent: f32) -> impl Strategy<Value = LightRecord> {
+    let place = (any_place(extent), any_direction(), prop::sample::select(vec![0.0f32, 1.0, 8.0]));
+    (any_odd_light(), place, 0.02f32..2.0).prop_map(move |(mut light, (place, direction, grid), reach)| {
+        // Some on a grid, so that many are the same distance away.
+        let place = if grid > 0.0 { (place / extent * grid).round() * extent / grid } else { place };
+        if light.range.is_finite() && light.range < 1e5 {
+            light.range *= reach * extent / 30.0;
+        }
+        light_record(&light, &placed(place, direction))
+    })
+}
+
+prop_compose! {
+    /// Hundreds of lights, some many times over, and hundreds of objects, in order of place or not.
+    fn any_large_scene()(
+        extent in prop::sample::select(vec![2.0f32, 50.0, 1000.0, 20_000.0]),
+    )(
+        lights in prop::collection::vec(any_placed_light(extent), 0..200),
+        copies in prop::collection::vec(any::<Index>(), 0..200),
+        offset in prop::sample::select(vec![Vec3::ZERO, Vec3::new(1e4, 0.0, -1e4)]),
+        mut spheres in prop::collection::vec((any_place(extent * 1.1), prop_oneof![
+            6 => 0.0f32..0.02, 1 => Just(0.0f32), 1 => 0.0f32..2.0, 1 => Just(1e6f32), 1 => Just(f32::NAN),
+            1 => Just(-1.0f32)]), 0..400),
+        sorted in any::<bool>(),
+        extent in Just(extent),
+    ) -> Scene {
+        // Every other copy is a mirror image, so that what lies on the mirror is as near to both.
+        let copies = copies.iter().filter(|_| !lights.is_empty()).enumerate().map(|(i, copy)| {
+            let mut light = *copy.get(&lights);
+            if i % 2 == 1 {
+                light.position[0] = -light.position[0];
+                light.direction[0] = -light.direction[0];
+            }
+            light
+        });
+        let mut records: Vec<LightRecord> = lights.iter().copied().chain(copies).collect();
+        for record in &mut records {
+            record.position = (Vec3::from(record.position) + offset).into();
+        }
+        spheres.iter_mut().step_by(3).for_each(|(center, _)| center.x = 0.0);
+        if sorted {
+            spheres.sort_by(|a, b| a.0.x.total_cmp(&b.0.x));
+        }
+        let spheres = spheres.iter().map(|&(center, radius)| Sphere { center: center + offset, radius: radius * extent });
+        let mut spheres: Vec<Sphere> = spheres.collect();
+        spheres.extend(records.first().map(|light| Sphere { center: light.position.into(), radius: 0.0 }));
+        scene(records, spheres)
+    }
+}
+
+proptest! {
+    #![proptest_config(cases(200))]
+
+    /// Bit for bit, on every instruction set. `PROPTEST_CASES=50000` compares ten million objects.
+    #[test]
+    fn the_fast_search_equals_the_plain_one(
+        scene in any_large_scene(),
+        policy in prop::sample::select(LightPolicy::ALL.to_vec()),
+    ) {
+        let expected = scene.select(policy.1);
+        for level in levels() {
+            for (i, (found, expected)) in scene.search(level, policy.1).iter().zip(&expected).enumerate() {
+                prop_assert!(found == expected, "{:?} {level:?}\n{found:?}\n{expected:?}", scene.spheres[i]);
+            }
+        }
+    }
+}
+
+#[test]
+fn equal_lights_go_by_slot_and_all_into_the_remainder() {
+    let lamp = Light::point(10.0, 50.0);
+    let record = light_record(&lamp, &placed(Vec3::Y, Vec3::NEG_Z));
+    let sphere = Sphere { center: Vec3::ZERO, radius: 0.5 };
+    let four = scene(vec![record; 6], vec![sphere]).select(LightPolicy::Three)[0];
+    assert_eq!((four.lights, four.weights), ([0, 1, 2], [0.0; 3]));
+    let each = irradiance(&record, Vec3::ZERO);
+    assert!((four.remainder_ambient - 6.0 * each).length() < 1e-4);
+    assert!((four.remainder_direction - Vec3::Y * 6.0 * each.x).length() < 1e-4);
+    assert!((four.remainder_sides - Vec3::Y * 6.0 * each.x).length() < 1e-4);
+
+    let three = scene(vec![record; 3], vec![sphere]).select(LightPolicy::Three)[0];
+    assert_eq!((three.lights, three.weights), ([0, 1, 2], [1.0; 3]));
+    assert_eq!((three.remainder_ambient, three.remainder_direction), (Vec3::ZERO, Vec3::ZERO));
+
+    let hard = scene(vec![record; 6], vec![sphere]).select(LightPolicy::Hard)[0];
+    assert_eq!((hard.weights, hard.remainder_ambient), ([1.0; 3], Vec3::ZERO));
+
+    let none = scene(vec![], vec![sphere]).select(LightPolicy::Three)[0];
+    assert_eq!(none, Selection::default());
+}
+
+/// The largest change of any light's weight, and of the remainder, between two of many steps of an object along a row of
+/// lamps.
+fn largest_jump(policy: LightPolicy, steps: usize) -> (f32, f32) {
+    let lamps = (0..24).map(|i| {
+        let place = placed(Vec3::new(i as f32 * 2.5 - 4.0, 4.0, (i % 4) as f32), Vec3::NEG_Y);
+        let spot = LightKind::Spot { outer: 1.2, inner: Some(0.7), exponent: 0.0 };
+        let classic = LightKind::Spot { outer: 0.8, inner: None, exponent: 2.0 };
+        let kind = [spot, LightKind::Point, classic][i % 3];
+        let strength = if kind == classic { 20.0 } else { 5.0 };
+        light_record(&Light { kind, ..Light::point(strength + (i % 5) as f32, 18.0) }, &place)
+    });
+    let spheres = (0..steps).map(|i| Sphere { center: Vec3::X * (i as f32 * 50.0 / steps as f32), radius: 1.0 });
+    let weights = |s: &Selection| s.lights.into_iter().zip(s.weights).collect::<BTreeMap<u32, f32>>();
+    let path = scene(lamps.collect(), spheres.collect()).select(policy);
+    let (mut weight_jump, mut remainder_jump) = (0.0f32, 0.0f32);
+    for pair in path.windows(2) {
+        let (a, b) = (weights(&pair[0]), weights(&pair[1]));
+        for slot in a.keys().chain(b.keys()).filter(|&&slot| slot != NO_LIGHT) {
+            weight_jump = weight_jump.max((a.get(slot).unwrap_or(&0.0) - b.get(slot).unwrap_or(&0.0)).abs());
+        }
+        remainder_jump = remainder_jump.max((pair[0].remainder_ambient - pair[1].remainder_ambient).length());
+    }
+    (weight_jump, remainder_jump)
+}
+
+#[test]
+fn weights_and_remainder_change_smoothly_where_lights_pass_each_other() {
+    let (weight, remainder) = largest_jump(LightPolicy::Three, 5_000);
+    let (weight_finer, remainder_finer) = largest_jump(LightPolicy::Three, 50_000);
+    assert!(weight < 0.08 && remainder < 0.05, "{weight} {remainder}");
+    assert!(weight_finer < weight * 0.2 && remainder_finer < remainder * 0.2, "{weight_finer} {remainder_finer}");
+    assert_eq!(largest_jump(LightPolicy::Hard, 50_000).0, 1.0);
+}
+
+/// An ambient cube: two equal pairs of lamps on opposite sides light both, and cancel in the direction; an ambient colour
+/// lights all sides alike.
+#[test]
+fn the_remainder_knows_how_much_comes_from_each_side() {
+    let lamp = |x: f32, ambient: f32| {
+        let light = Light { ambient: Vec3::splat(ambient), ..Light::point(1.0, 100.0) };
+        light_record(&light, &placed(Vec3::X * x, Vec3::NEG_Y))
+    };
+    let sphere = Sphere { center: Vec3::ZERO, radius: 0.0 };
+    let found =
+        scene([4.0, 4.0, -4.0, -4.0].map(|x| lamp(x, 0.0)).to_vec(), vec![sphere]).select(LightPolicy::Three)[0];
+    let each = irradiance(&lamp(4.0, 0.0), Vec3::ZERO).x;
+    assert_eq!(found.weights, [0.0; 3]);
+    assert!((found.remainder_sides - Vec3::X * 4.0 * each).length() < 1e-5, "{found:?}");
+    assert!(found.remainder_direction.length() < 1e-6);
+    // Half of dot(n², sides + sign(n) · dir): two lamps at either end, none across.
+    let found =
+        scene([4.0, 4.0, -4.0, -4.0].map(|x| lamp(x, 0.5)).to_vec(), vec![sphere]).select(LightPolicy::Three)[0];
+    let even = 2.0 * 0.5 * 4.0 * each;
+    assert!((found.remainder_sides - Vec3::new(4.0 * each + even, even, even)).length() < 1e-5, "{found:?}");
+}
