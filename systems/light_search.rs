@@ -126,10 +126,10 @@ fn select_cluster<S: Simd>(
     let lanes = Floats::<S>::LEN;
     let Scratch { volumes, stack, points, spots, reaching } = scratch;
     volumes.clear();
-    volumes.extend(spheres.chunks(lanes).map(
-        #[inline(always)]
-        |spheres| Objects::load(simd, spheres).volume(simd),
-    ));
+    // Not by `extend`: it would not be inlined, and each operation would become a call.
+    for spheres in spheres.chunks(lanes) {
+        volumes.push(Objects::load(simd, spheres).volume(simd));
+    }
     points.clear();
     spots.clear();
     if let Some(volume) = Volume::union(volumes) {
