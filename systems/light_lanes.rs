@@ -112,7 +112,7 @@ impl<S: Simd> Objects<S> {
 
     /// [`crate::relevance::score`], operation by operation; where that is 0 it may be less or not a number.
     #[inline(always)]
-    pub fn score<const SPOT: bool>(&self, simd: S, light: &ScoredLight) -> Floats<S> {
+    pub fn score<const SPOT: bool>(&self, simd: S, light: &ScoredLight) -> (Floats<S>, Lengths<S>) {
         let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
         let v = self.offset(simd, light);
         let distance = dot(v, v).sqrt();
@@ -120,7 +120,7 @@ impl<S: Simd> Objects<S> {
         let window = range_window(simd, d * d, light);
         let denominator = denominator(simd, d, light);
         if !SPOT {
-            return window / denominator;
+            return (window / denominator, Lengths { distance, along: zero, off_axis: zero });
         }
         let r = self.radius + distance * splat(simd, ROUNDING);
         let axis = splat3(simd, light.axis);
@@ -129,13 +129,47 @@ impl<S: Simd> Objects<S> {
         let along = t + r;
         let behind = t.min(zero);
         let reach = (r * r - behind * behind).max(zero).sqrt();
-        let off = (dot(off, off).sqrt() - reach).max(zero);
+        let off_axis = dot(off, off).sqrt();
+        let off = (off_axis - reach).max(zero);
         let cos = along / (along * along + off * off).sqrt();
         let cos_squared = cos * cos;
         let cone = window * (cone_step(simd, cos, splat(simd, light.cos_outer), light) * cos_squared);
         let falloff = cos_squared + splat(simd, light.falloff) * (one - cos_squared);
         let score = cone / (denominator * falloff);
-        along.simd_gt(zero).select(score, zero)
+        (along.simd_gt(zero).select(score, zero), Lengths { distance, along: t, off_axis })
+    }
+}
+
+/// Where objects are, seen from a light; along and off the axis only for spots.
+pub(crate) struct Lengths<S: Simd> {
+    distance: Floats<S>,
+    along: Floats<S>,
+    off_axis: Floats<S>,
+}
+
+/// A light that reaches some object of a group, and what its score and its part of the remainder have in common.
+#[derive(Clone, Copy, Default)]
+#[repr(C, align(64))]
+pub(crate) struct Met {
+    distance: [f32; LANES],
+    along: [f32; LANES],
+    off_axis: [f32; LANES],
+    /// In the tree; a directional light's slot.
+    pub place: u32,
+    /// One for each object that it reaches.
+    pub bits: u32,
+}
+
+impl Met {
+    #[inline(always)]
+    pub fn set<S: Simd, const SPOT: bool>(&mut self, place: u32, bits: u32, lengths: &Lengths<S>) {
+        let lanes = Floats::<S>::LEN;
+        (self.place, self.bits) = (place, bits);
+        lengths.distance.store_slice(&mut self.distance[..lanes]);
+        if SPOT {
+            lengths.along.store_slice(&mut self.along[..lanes]);
+            lengths.off_axis.store_slice(&mut self.off_axis[..lanes]);
+        }
     }
 }
 
@@ -273,28 +307,28 @@ impl<S: Simd> Remainder<S> {
         simd: S,
         objects: &Objects<S>,
         light: &ScoredLight,
+        met: &Met,
         left_out: Floats<S>,
-        bits: u32,
     ) {
+        let lanes = Floats::<S>::LEN;
         let zero = splat(simd, 0.0);
         let (irradiance, arriving) = if KIND == DIRECTIONAL {
             (splat(simd, light.luminance), splat3(simd, light.axis * -light.luminance))
         } else {
             let v = objects.offset(simd, light);
             let squared = dot(v, v);
-            let distance = squared.sqrt();
+            let distance = Floats::<S>::from_slice(simd, &met.distance[..lanes]);
             let d = distance.max(splat(simd, MIN_RADIUS));
             let mut over_distance = range_window(simd, squared, light) / (denominator(simd, distance, light) * d);
             if KIND == SPOT {
-                let axis = splat3(simd, light.axis);
-                let along = dot(v, axis);
+                let along = Floats::<S>::from_slice(simd, &met.along[..lanes]);
                 let cos = along / d;
                 let (cos_edge, sin_edge) = (splat(simd, light.edge[0]), splat(simd, light.edge[1]));
                 over_distance *= if light.kind == LightRecord::SPOT_CONE {
                     cone_step(simd, cos, cos_edge, light)
                 } else {
-                    let off = [v[0] - axis[0] * along, v[1] - axis[1] * along, v[2] - axis[2] * along];
-                    let inside = along * sin_edge - dot(off, off).sqrt() * cos_edge;
+                    let off_axis = Floats::<S>::from_slice(simd, &met.off_axis[..lanes]);
+                    let inside = along * sin_edge - off_axis * cos_edge;
                     let part = splat(simd, 0.5) + inside * objects.half_over_radius;
                     let part = part.max(zero).min(splat(simd, 1.0));
                     let step = part * part * (splat(simd, 3.0) - splat(simd, 2.0) * part);
@@ -305,7 +339,7 @@ impl<S: Simd> Remainder<S> {
             (over_distance * d, [v[0] * toward, v[1] * toward, v[2] * toward])
         };
         // Where it does not reach, these may be no numbers.
-        let reaches = S::mask32s::from_bitmask(simd, bits.into());
+        let reaches = S::mask32s::from_bitmask(simd, met.bits.into());
         let directed = left_out * splat(simd, light.directed);
         let part = reaches.select(left_out * irradiance, zero);
         self.ambient[0] += splat(simd, light.tint.x) * part;
