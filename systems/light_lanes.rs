@@ -151,20 +151,32 @@ pub(crate) struct Lengths<S: Simd> {
 #[derive(Clone, Copy, Default)]
 #[repr(C, align(64))]
 pub(crate) struct Met {
+    /// 0 where it does not reach.
+    score: [f32; LANES],
     distance: [f32; LANES],
     along: [f32; LANES],
     off_axis: [f32; LANES],
-    /// In the tree; a directional light's slot.
+    /// In the tree; not for a directional light.
     pub place: u32,
+    pub slot: u32,
     /// One for each object that it reaches.
     pub bits: u32,
 }
 
 impl Met {
+    /// Whether the light reaches any of the objects.
     #[inline(always)]
-    pub fn set<S: Simd, const SPOT: bool>(&mut self, place: u32, bits: u32, lengths: &Lengths<S>) {
+    pub fn set_score<S: Simd>(&mut self, simd: S, score: Floats<S>) -> bool {
+        let zero = splat(simd, 0.0);
+        let reaches = score.simd_gt(zero);
+        reaches.select(score, zero).store_slice(&mut self.score[..Floats::<S>::LEN]);
+        self.bits = reaches.to_bitmask() as u32;
+        self.bits != 0
+    }
+
+    #[inline(always)]
+    pub fn set_lengths<S: Simd, const SPOT: bool>(&mut self, lengths: &Lengths<S>) {
         let lanes = Floats::<S>::LEN;
-        (self.place, self.bits) = (place, bits);
         lengths.distance.store_slice(&mut self.distance[..lanes]);
         if SPOT {
             lengths.along.store_slice(&mut self.along[..lanes]);
@@ -220,19 +232,14 @@ impl<S: Simd> Top<S> {
         }
     }
 
-    /// Takes a light in; of equal scores the lower slot is ahead. A bit for each object that it reaches.
+    /// Takes a light in; of equal scores the lower slot is ahead.
     #[inline(always)]
-    pub fn offer(&mut self, simd: S, score: Floats<S>, slot: u32) -> u32 {
-        let zero = splat(simd, 0.0);
-        let reaches = score.simd_gt(zero);
-        let bits = reaches.to_bitmask() as u32;
-        if bits == 0 {
-            return 0;
-        }
-        let score = reaches.select(score, zero);
+    pub fn offer(&mut self, simd: S, met: &Met) {
+        let score = Floats::<S>::from_slice(simd, &met.score[..Floats::<S>::LEN]);
+        let reaches = score.simd_gt(0.0);
         let [s0, s1, s2, s3] = self.scores;
         let [i0, i1, i2] = self.slots;
-        let slot = S::u32s::splat(simd, slot);
+        let slot = S::u32s::splat(simd, met.slot);
         let (mut b0, mut b1, mut b2) = (score.simd_gt(s0), score.simd_gt(s1), score.simd_gt(s2));
         // Ties are rare enough to be worth a branch.
         let (e0, e1, e2) = (score.simd_eq(s0), score.simd_eq(s1), score.simd_eq(s2));
@@ -245,7 +252,6 @@ impl<S: Simd> Top<S> {
         self.reaching += reaches.select(S::u32s::splat(simd, 1), S::u32s::splat(simd, 0));
         self.slots = [b0.select(slot, i0), b0.select(i0, b1.select(slot, i1)), b1.select(i1, b2.select(slot, i2))];
         self.scores = [s0.max(score), s1.max(s0.min(score)), s2.max(s1.min(score)), s3.max(s2.min(score))];
-        bits
     }
 
     #[inline(always)]

@@ -102,11 +102,8 @@ pub fn reaching(
     scratch: &mut Scratch,
 ) -> Vec<u32> {
     let mut out = [Selection::default()];
-    // The hard choice keeps no list of them.
-    select(level, tree, scored, LightPolicy::Three, (&[sphere], &mut out), scratch);
-    let [everywhere, points, spots] = &scratch.reaching;
-    let near = points.as_slice().iter().chain(spots.as_slice()).map(|met| tree.slots[met.place as usize]);
-    everywhere.as_slice().iter().map(|met| met.place).chain(near).collect()
+    select(level, tree, scored, LightPolicy::Hard, (&[sphere], &mut out), scratch);
+    scratch.reaching.iter().flat_map(Reaching::as_slice).map(|met| met.slot).collect()
 }
 
 #[inline(always)]
@@ -153,7 +150,6 @@ fn select_cluster<S: Simd, const REMAINDER: bool>(
     }
 }
 
-/// With `REMAINDER`, lists what reaches some object of the group.
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
 fn select_group<S: Simd, const REMAINDER: bool>(
@@ -162,64 +158,65 @@ fn select_group<S: Simd, const REMAINDER: bool>(
     scored: &[ScoredLight],
     policy: LightPolicy,
     objects: &Objects<S>,
-    (points, spots): (&[u32], &[u32]),
-    [everywhere, near_points, near_spots]: &mut [Reaching; 3],
+    (near_points, near_spots): (&[u32], &[u32]),
+    [everywhere, points, spots]: &mut [Reaching; 3],
     out: &mut [Selection],
 ) {
-    let mut top = Top::new(simd);
-    let list = if REMAINDER { everywhere.room(tree.everywhere.len()) } else { &mut [] };
+    let list = everywhere.room(tree.everywhere.len());
     let mut count = 0;
     for &slot in &tree.everywhere {
-        let score = objects.everywhere(simd, &scored[slot as usize]);
-        let bits = top.offer(simd, score, slot);
-        if REMAINDER {
-            (list[count].place, list[count].bits) = (slot, bits);
-            count += usize::from(bits != 0);
-        }
+        list[count].slot = slot;
+        count += usize::from(list[count].set_score(simd, objects.everywhere(simd, &scored[slot as usize])));
     }
     everywhere.count = count;
-    meet::<S, false, REMAINDER>(simd, tree, objects, points, &mut top, near_points);
-    meet::<S, true, REMAINDER>(simd, tree, objects, spots, &mut top, near_spots);
+    meet::<S, false, REMAINDER>(simd, tree, objects, near_points, points);
+    meet::<S, true, REMAINDER>(simd, tree, objects, near_spots, spots);
+    let mut top = Top::new(simd);
+    for list in [&*everywhere, points, spots] {
+        for met in list.as_slice() {
+            top.offer(simd, met);
+        }
+    }
     let weights = top.weights(simd, policy);
     let mut remainder = Remainder::new(simd);
     if REMAINDER && top.has_fourth() {
         for met in everywhere.as_slice() {
-            let left_out = top.left_out(simd, weights, met.place);
-            remainder.add::<DIRECTIONAL>(simd, objects, &scored[met.place as usize], met, left_out);
+            let left_out = top.left_out(simd, weights, met.slot);
+            remainder.add::<DIRECTIONAL>(simd, objects, &scored[met.slot as usize], met, left_out);
         }
-        let (lights, slots) = (&tree.lights[..], &tree.slots[..tree.lights.len()]);
-        for met in near_points.as_slice() {
-            let left_out = top.left_out(simd, weights, slots[met.place as usize]);
-            remainder.add::<POINT>(simd, objects, &lights[met.place as usize], met, left_out);
+        for met in points.as_slice() {
+            let left_out = top.left_out(simd, weights, met.slot);
+            remainder.add::<POINT>(simd, objects, &tree.lights[met.place as usize], met, left_out);
         }
-        for met in near_spots.as_slice() {
-            let left_out = top.left_out(simd, weights, slots[met.place as usize]);
-            remainder.add::<SPOT>(simd, objects, &lights[met.place as usize], met, left_out);
+        for met in spots.as_slice() {
+            let left_out = top.left_out(simd, weights, met.slot);
+            remainder.add::<SPOT>(simd, objects, &tree.lights[met.place as usize], met, left_out);
         }
     }
     store(&top, weights, &remainder, out);
 }
 
-/// Scores the lights at these places of the tree.
+/// Lists those of the lights at these places of the tree that reach some object. There is no branch on whether one does,
+/// which is hard to predict.
 #[inline(always)]
 fn meet<S: Simd, const SPOTS: bool, const REMAINDER: bool>(
     simd: S,
     tree: &LightTree,
     objects: &Objects<S>,
     places: &[u32],
-    top: &mut Top<S>,
     reaching: &mut Reaching,
 ) {
-    let list = if REMAINDER { reaching.room(places.len()) } else { &mut [] };
+    let list = reaching.room(places.len());
     let (lights, slots) = (&tree.lights[..], &tree.slots[..tree.lights.len()]);
     let mut count = 0;
     for &place in places {
         let (score, lengths) = objects.score::<SPOTS>(simd, &lights[place as usize]);
-        let bits = top.offer(simd, score, slots[place as usize]);
+        let met = &mut list[count];
+        (met.place, met.slot) = (place, slots[place as usize]);
         if REMAINDER {
-            list[count].set::<S, SPOTS>(place, bits, &lengths);
-            count += usize::from(bits != 0);
+            met.set_lengths::<S, SPOTS>(&lengths);
         }
+        count += usize::from(met.set_score(simd, score));
     }
     reaching.count = count;
 }
