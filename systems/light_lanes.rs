@@ -362,16 +362,29 @@ impl<S: Simd> Remainder<S> {
     }
 }
 
+const SMALL_EXPONENT_BITS: u32 = 3;
+
+/// A factor if the lowest bit is set, otherwise 1.
+#[inline(always)]
+fn if_set<S: Simd>(simd: S, bits: u32, factor: Floats<S>) -> Floats<S> {
+    let is_set = S::u32s::splat(simd, bits & 1).simd_gt(S::u32s::splat(simd, 0));
+    is_set.select(factor, splat(simd, 1.0))
+}
+
 /// [`crate::relevance`]'s power.
 #[inline(always)]
 fn power<S: Simd>(simd: S, x: Floats<S>, e: f32) -> Floats<S> {
     let (whole, fraction) = split_exponent(e);
     let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
     let (mut result, mut square, mut bits) = (one, x, whole);
+    // Lights differ in their exponents, and branches would be mispredicted: small ones go without.
+    for _ in 0..SMALL_EXPONENT_BITS {
+        result *= if_set(simd, bits, square);
+        square *= square;
+        bits >>= 1;
+    }
     while bits > 0 {
-        if bits & 1 == 1 {
-            result *= square;
-        }
+        result *= if_set(simd, bits, square);
         square *= square;
         bits >>= 1;
     }

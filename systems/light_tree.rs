@@ -108,18 +108,20 @@ impl LightTree {
 impl Block {
     fn new(lights: &[ScoredLight]) -> Self {
         let none = [f32::NAN; WIDTH];
-        let mut block = Self { position: [[0.0; WIDTH]; 3], range: none, axis: [[0.0; WIDTH]; 3], tan: none, spots: 0 };
-        for (i, light) in lights.iter().enumerate() {
+        let (mut cos, zero) = ([1.0f32; WIDTH], [0.0; WIDTH]);
+        let mut block = Self { position: [zero; 3], range: none, axis: [zero; 3], tan: zero, spots: 0 };
+        for (i, light) in lights.iter().enumerate().take(WIDTH) {
             for axis in 0..3 {
                 block.position[axis][i] = light.position[axis];
                 block.axis[axis][i] = light.axis[axis];
             }
             block.range[i] = light.range;
-            if light.kind != LightRecord::POINT {
-                block.spots |= 1 << i;
-                let cos = light.cos_outer;
-                block.tan[i] = (1.0 - cos * cos).max(0.0).sqrt() / cos.max(1e-6) * (1.0 + MARGIN) + MARGIN;
-            }
+            cos[i] = light.cos_outer;
+            block.spots |= u64::from(light.kind != LightRecord::POINT) << i;
+        }
+        // Apart, so that several are computed at once.
+        for (tan, cos) in block.tan.iter_mut().zip(cos) {
+            *tan = (1.0 - cos * cos).max(0.0).sqrt() / cos.max(1e-6) * (1.0 + MARGIN) + MARGIN;
         }
         block
     }
