@@ -62,7 +62,8 @@ pub(crate) fn within<S: Simd>(simd: S, range: Floats<S>, gap_squared: Floats<S>,
     (reach * reach).simd_gt(gap_squared).to_bitmask()
 }
 
-/// Which of the spots' cones meet the sphere around the volume: the score's own test, with room for rounding.
+/// Which of the spots' cones meet the volume: the score's own test for the point of the box that is furthest along the
+/// axis and the one that is nearest to it, with room for rounding.
 #[inline(always)]
 pub(crate) fn cone_meets<S: Simd>(
     simd: S,
@@ -71,19 +72,24 @@ pub(crate) fn cone_meets<S: Simd>(
     tan: Floats<S>,
     volume: &Volume,
 ) -> u64 {
-    let zero = splat(simd, 0.0);
-    let center = volume.around.center;
+    let (center, half) = (volume.min * 0.5 + volume.max * 0.5, (volume.max - volume.min) * 0.5);
+    let half = [splat(simd, half.x), splat(simd, half.y), splat(simd, half.z)];
     let x = splat(simd, center.x) - position[0];
     let y = splat(simd, center.y) - position[1];
     let z = splat(simd, center.z) - position[2];
-    let squared = x * x + y * y + z * z;
+    let distance = (x * x + y * y + z * z).sqrt();
     let t = x * axis[0] + y * axis[1] + z * axis[2];
+    let off = [x - axis[0] * t, y - axis[1] * t, z - axis[2] * t];
+    let off_squared = off[0] * off[0] + off[1] * off[1] + off[2] * off[2];
     // The subtraction cancels; its error is a small part of the distance, and room is made for it.
-    let off_axis = (squared - t * t).max(zero).sqrt();
-    let radius = splat(simd, volume.around.radius) + squared.sqrt() * splat(simd, 1e-3);
-    let along = t + radius;
-    let off = (off_axis - radius).max(zero);
-    (along.simd_gt(zero) & (along * tan).simd_ge(off)).to_bitmask()
+    let radius = splat(simd, volume.radius) + distance * splat(simd, 1e-3);
+    let along = t + (axis[0].abs() * half[0] + axis[1].abs() * half[1] + axis[2].abs() * half[2]) + radius;
+    // How far the box comes towards the axis, times the centre's distance from the axis, which saves a division.
+    let toward = off[0].abs() * half[0] + off[1].abs() * half[1] + off[2].abs() * half[2];
+    let reach = off_squared.sqrt() * (along * tan + radius) + toward;
+    // Negated, so that what is not a number, far away, is kept.
+    let outside = along.simd_le(splat(simd, 0.0)) | reach.simd_lt(off_squared);
+    (!outside).to_bitmask()
 }
 
 /// Which children of a node may reach the volume, or be reached from it: a bit each.

@@ -8,7 +8,6 @@
 //! directional lights by slot, then point lights, then spots along the curve. The curve's cells do not depend on the
 //! other lights, so two lights keep their order whatever happens around them.
 
-use crate::bounds::Sphere;
 use crate::draw_list::LightRecord;
 use crate::relevance::ScoredLight;
 use glam::Vec3;
@@ -212,8 +211,6 @@ pub(crate) struct Volume {
     pub max: Vec3,
     /// The largest radius, with room for rounding.
     pub radius: f32,
-    /// A sphere around all of them.
-    pub around: Sphere,
 }
 
 impl Volume {
@@ -221,8 +218,7 @@ impl Volume {
     #[inline(always)]
     pub fn new(min: Vec3, max: Vec3, radius: f32) -> Self {
         let radius = radius + 1e-6 * (min.abs() + max.abs()).element_sum() + radius * MARGIN;
-        let around = Sphere { center: min * 0.5 + max * 0.5, radius: (max - min).length() * 0.5 + radius };
-        Self { min, max, radius, around }
+        Self { min, max, radius }
     }
 
     /// Around all; `None` where there is none.
