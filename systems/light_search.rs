@@ -1,10 +1,10 @@
 //! The search for the three most relevant lights of each object: exact, and fast at a million objects and 100,000 lights.
 //!
 //! Objects come in an order in which neighbours are near each other ([`crate::object_order`]), in packets of
-//! [`PACKET`]. A packet asks the [`LightTree`] once for the lights that may reach any of its objects. Groups of as many
-//! objects as a vector has lanes then go through that list twice: light by light for those that may reach the group
-//! (lanes are lights), and through what is left with the true scores (lanes are objects), where the best stay in
-//! registers. A last pass adds up the remainder.
+//! [`PACKET`]. Several packets ask the [`LightTree`] once for the lights that may reach any of their objects, and each
+//! packet takes its own from that list. So do groups of as many objects as a vector has lanes (lanes are lights). A group
+//! then scores what is left (lanes are objects), lists what reaches any of its objects, and goes through that list twice:
+//! for the best, which stay in registers, and for the remainder.
 //!
 //! The result equals [`crate::brute_force`] bit for bit on every instruction set: lights are added up in
 //! [`crate::light_tree::search_order`], nothing is fused or approximated, and each object's result depends on nothing but
