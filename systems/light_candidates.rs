@@ -15,8 +15,8 @@ pub(crate) struct Candidates {
     range: Vec<f32>,
     axis: [Vec<f32>; 3],
     tan: Vec<f32>,
-    /// Where the light itself is found.
-    pub lights: Vec<u32>,
+    /// Where the lights are in the tree.
+    places: Vec<u32>,
     pub count: usize,
 }
 
@@ -26,6 +26,7 @@ pub(crate) struct Row<S: Simd> {
     pub range: Floats<S>,
     pub axis: [Floats<S>; 3],
     pub tan: Floats<S>,
+    pub places: S::u32s,
 }
 
 /// Sixteen numbers, or as many of them as a vector has lanes.
@@ -61,7 +62,8 @@ pub(crate) fn within<S: Simd>(simd: S, range: Floats<S>, gap_squared: Floats<S>,
     (reach * reach).simd_gt(gap_squared).to_bitmask()
 }
 
-/// Which of the spots' cones meet the sphere around the volume: the score's own test, with room for rounding.
+/// Which of the spots' cones meet the volume: the score's own test for the point of the box that is furthest along the
+/// axis and the one that is nearest to it, with room for rounding.
 #[inline(always)]
 pub(crate) fn cone_meets<S: Simd>(
     simd: S,
@@ -70,19 +72,24 @@ pub(crate) fn cone_meets<S: Simd>(
     tan: Floats<S>,
     volume: &Volume,
 ) -> u64 {
-    let zero = splat(simd, 0.0);
-    let center = volume.around.center;
+    let (center, half) = (volume.min * 0.5 + volume.max * 0.5, (volume.max - volume.min) * 0.5);
+    let half = [splat(simd, half.x), splat(simd, half.y), splat(simd, half.z)];
     let x = splat(simd, center.x) - position[0];
     let y = splat(simd, center.y) - position[1];
     let z = splat(simd, center.z) - position[2];
-    let squared = x * x + y * y + z * z;
+    let distance = (x * x + y * y + z * z).sqrt();
     let t = x * axis[0] + y * axis[1] + z * axis[2];
+    let off = [x - axis[0] * t, y - axis[1] * t, z - axis[2] * t];
+    let off_squared = off[0] * off[0] + off[1] * off[1] + off[2] * off[2];
     // The subtraction cancels; its error is a small part of the distance, and room is made for it.
-    let off_axis = (squared - t * t).max(zero).sqrt();
-    let radius = splat(simd, volume.around.radius) + squared.sqrt() * splat(simd, 1e-3);
-    let along = t + radius;
-    let off = (off_axis - radius).max(zero);
-    (along.simd_gt(zero) & (along * tan).simd_ge(off)).to_bitmask()
+    let radius = splat(simd, volume.radius) + distance * splat(simd, 1e-3);
+    let along = t + (axis[0].abs() * half[0] + axis[1].abs() * half[1] + axis[2].abs() * half[2]) + radius;
+    // How far the box comes towards the axis, times the centre's distance from the axis, which saves a division.
+    let toward = off[0].abs() * half[0] + off[1].abs() * half[1] + off[2].abs() * half[2];
+    let reach = off_squared.sqrt() * (along * tan + radius) + toward;
+    // Negated, so that what is not a number, far away, is kept.
+    let outside = along.simd_le(splat(simd, 0.0)) | reach.simd_lt(off_squared);
+    (!outside).to_bitmask()
 }
 
 /// Which children of a node may reach the volume, or be reached from it: a bit each.
@@ -97,93 +104,139 @@ pub(crate) fn node_in_range<S: Simd>(simd: S, node: &Node, volume: &Volume) -> u
 }
 
 impl Candidates {
-    /// Makes room for one more row.
-    fn make_room(&mut self) {
-        let room = self.count + LANES;
-        if self.lights.len() < room {
+    /// Makes room for so many lights and one more row.
+    fn make_room(&mut self, lights: usize) {
+        let room = lights + LANES;
+        if self.places.len() < room {
             let room = room.next_power_of_two().max(256);
             for list in self.position.iter_mut().chain(&mut self.axis).chain([&mut self.range, &mut self.tan]) {
                 list.resize(room, 0.0);
             }
-            self.lights.resize(room, 0);
+            self.places.resize(room, 0);
         }
     }
 
-    /// Appends the lights whose bits are set; where to find them is left to the caller.
+    /// Appends the lights whose bits are set.
     #[inline(always)]
-    pub fn append<S: Simd>(&mut self, simd: S, row: &Row<S>, bits: u64, are_spots: bool) {
-        self.make_room();
+    pub fn append<S: Simd, const SPOTS: bool>(&mut self, simd: S, row: &Row<S>, bits: u64) {
+        self.make_room(self.count);
+        self.count = self.lists().write::<S, SPOTS>(simd, row, bits);
+    }
+
+    /// All lists cut to the same length, so that it is compared once for all of them.
+    #[inline(always)]
+    fn lists(&mut self) -> Lists<'_> {
+        let [x, y, z] = &mut self.position;
+        let [axis_x, axis_y, axis_z] = &mut self.axis;
+        let room = self.places.len();
+        Lists {
+            position: [&mut x[..room], &mut y[..room], &mut z[..room]],
+            range: &mut self.range[..room],
+            axis: [&mut axis_x[..room], &mut axis_y[..room], &mut axis_z[..room]],
+            tan: &mut self.tan[..room],
+            places: &mut self.places[..room],
+            count: self.count,
+        }
+    }
+
+    /// Calls back for each row with lights that may reach the volume: the row, and a bit for each of them.
+    #[inline(always)]
+    fn for_each_hit<S: Simd, const SPOTS: bool>(&self, simd: S, volume: &Volume, mut take: impl FnMut(&Row<S>, u64)) {
+        let lanes = Floats::<S>::LEN;
+        let [x, y, z] = &self.position;
+        let [axis_x, axis_y, axis_z] = &self.axis;
+        // Cut to the same length, so that it is compared once for all of them.
+        let end = self.count.next_multiple_of(lanes);
+        let (x, y, z, range, places) = (&x[..end], &y[..end], &z[..end], &self.range[..end], &self.places[..end]);
+        let (axis_x, axis_y, axis_z, tan) = (&axis_x[..end], &axis_y[..end], &axis_z[..end], &self.tan[..end]);
+        for k in (0..end).step_by(lanes) {
+            let row = Row {
+                position: [load(simd, x, k), load(simd, y, k), load(simd, z, k)],
+                range: load(simd, range, k),
+                axis: [load(simd, axis_x, k), load(simd, axis_y, k), load(simd, axis_z, k)],
+                tan: load(simd, tan, k),
+                places: S::u32s::from_slice(simd, &places[k..k + lanes]),
+            };
+            let gap = gap_squared(simd, row.position, row.position, volume);
+            let mut hit = within(simd, row.range, gap, volume);
+            // Behind the last one lies what was there before.
+            if self.count - k < lanes {
+                hit &= (1 << (self.count - k)) - 1;
+            }
+            if SPOTS && hit != 0 {
+                hit &= cone_meets(simd, row.position, row.axis, row.tan, volume);
+            }
+            take(&row, hit);
+        }
+    }
+
+    /// Copies those that may reach the volume.
+    #[inline(always)]
+    pub fn filter<S: Simd, const SPOTS: bool>(&self, simd: S, volume: &Volume, out: &mut Self) {
+        out.make_room(self.count);
+        out.count = 0;
+        let mut lists = out.lists();
+        self.for_each_hit::<S, SPOTS>(
+            simd,
+            volume,
+            #[inline(always)]
+            |row, hit| {
+                lists.write::<S, SPOTS>(simd, row, hit);
+            },
+        );
+        out.count = lists.count;
+    }
+
+    /// Lists the places of those that may reach the volume; how many there are.
+    #[inline(always)]
+    pub fn find<S: Simd, const SPOTS: bool>(&self, simd: S, volume: &Volume, out: &mut Vec<u32>) -> usize {
+        if out.len() < self.count + LANES {
+            out.resize((self.count + LANES).next_power_of_two(), 0);
+        }
+        let out = out.as_mut_slice();
+        let mut count = 0;
+        self.for_each_hit::<S, SPOTS>(
+            simd,
+            volume,
+            #[inline(always)]
+            |row, hit| {
+                let mask = S::mask32s::from_bitmask(simd, hit);
+                row.places.compress(mask).store_slice(&mut out[count..count + Floats::<S>::LEN]);
+                count += hit.count_ones() as usize;
+            },
+        );
+        count
+    }
+}
+
+/// [`Candidates`] to append to.
+struct Lists<'a> {
+    position: [&'a mut [f32]; 3],
+    range: &'a mut [f32],
+    axis: [&'a mut [f32]; 3],
+    tan: &'a mut [f32],
+    places: &'a mut [u32],
+    count: usize,
+}
+
+impl Lists<'_> {
+    /// Appends the lights whose bits are set; how many there are then.
+    #[inline(always)]
+    fn write<S: Simd, const SPOTS: bool>(&mut self, simd: S, row: &Row<S>, bits: u64) -> usize {
         let mask = S::mask32s::from_bitmask(simd, bits);
         let at = self.count..self.count + Floats::<S>::LEN;
         for axis in 0..3 {
             row.position[axis].compress(mask).store_slice(&mut self.position[axis][at.clone()]);
         }
         row.range.compress(mask).store_slice(&mut self.range[at.clone()]);
-        if are_spots {
+        if SPOTS {
             for axis in 0..3 {
                 row.axis[axis].compress(mask).store_slice(&mut self.axis[axis][at.clone()]);
             }
-            row.tan.compress(mask).store_slice(&mut self.tan[at]);
+            row.tan.compress(mask).store_slice(&mut self.tan[at.clone()]);
         }
+        row.places.compress(mask).store_slice(&mut self.places[at]);
         self.count += bits.count_ones() as usize;
-    }
-
-    #[inline(always)]
-    fn row<S: Simd>(&self, simd: S, k: usize) -> Row<S> {
-        let [x, y, z] = &self.position;
-        let [axis_x, axis_y, axis_z] = &self.axis;
-        Row {
-            position: [load(simd, x, k), load(simd, y, k), load(simd, z, k)],
-            range: load(simd, &self.range, k),
-            axis: [load(simd, axis_x, k), load(simd, axis_y, k), load(simd, axis_z, k)],
-            tan: load(simd, &self.tan, k),
-        }
-    }
-
-    /// Which lights of a row may reach the volume: a bit each.
-    #[inline(always)]
-    fn hits<S: Simd, const SPOTS: bool>(&self, simd: S, row: &Row<S>, k: usize, volume: &Volume) -> u64 {
-        let gap = gap_squared(simd, row.position, row.position, volume);
-        let mut hit = within(simd, row.range, gap, volume);
-        // Behind the last one lies what was there before.
-        if self.count - k < Floats::<S>::LEN {
-            hit &= (1 << (self.count - k)) - 1;
-        }
-        if SPOTS && hit != 0 {
-            hit &= cone_meets(simd, row.position, row.axis, row.tan, volume);
-        }
-        hit
-    }
-
-    /// Copies those that may reach the volume.
-    #[inline(always)]
-    pub fn filter<S: Simd, const SPOTS: bool>(&self, simd: S, volume: &Volume, out: &mut Self) {
-        out.count = 0;
-        for k in (0..self.count).step_by(Floats::<S>::LEN) {
-            let row = self.row(simd, k);
-            let hit = self.hits::<S, SPOTS>(simd, &row, k, volume);
-            let first = out.count;
-            out.append(simd, &row, hit, SPOTS);
-            self.copy_places(simd, k, hit, &mut out.lights[first..]);
-        }
-    }
-
-    /// Lists where to find those that may reach the volume; how many there are.
-    #[inline(always)]
-    pub fn find<S: Simd, const SPOTS: bool>(&self, simd: S, volume: &Volume, out: &mut [u32]) -> usize {
-        let mut count = 0;
-        for k in (0..self.count).step_by(Floats::<S>::LEN) {
-            let hit = self.hits::<S, SPOTS>(simd, &self.row(simd, k), k, volume);
-            self.copy_places(simd, k, hit, &mut out[count..]);
-            count += hit.count_ones() as usize;
-        }
-        count
-    }
-
-    #[inline(always)]
-    fn copy_places<S: Simd>(&self, simd: S, k: usize, hit: u64, out: &mut [u32]) {
-        let lanes = Floats::<S>::LEN;
-        let places = S::u32s::from_slice(simd, &self.lights[k..k + lanes]);
-        places.compress(S::mask32s::from_bitmask(simd, hit)).store_slice(&mut out[..lanes]);
+        self.count
     }
 }

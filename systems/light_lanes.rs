@@ -112,7 +112,7 @@ impl<S: Simd> Objects<S> {
 
     /// [`crate::relevance::score`], operation by operation; where that is 0 it may be less or not a number.
     #[inline(always)]
-    pub fn score<const SPOT: bool>(&self, simd: S, light: &ScoredLight) -> Floats<S> {
+    pub fn score<const SPOT: bool>(&self, simd: S, light: &ScoredLight) -> (Floats<S>, Lengths<S>) {
         let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
         let v = self.offset(simd, light);
         let distance = dot(v, v).sqrt();
@@ -120,7 +120,7 @@ impl<S: Simd> Objects<S> {
         let window = range_window(simd, d * d, light);
         let denominator = denominator(simd, d, light);
         if !SPOT {
-            return window / denominator;
+            return (window / denominator, Lengths { distance, along: zero, off_axis: zero });
         }
         let r = self.radius + distance * splat(simd, ROUNDING);
         let axis = splat3(simd, light.axis);
@@ -129,13 +129,59 @@ impl<S: Simd> Objects<S> {
         let along = t + r;
         let behind = t.min(zero);
         let reach = (r * r - behind * behind).max(zero).sqrt();
-        let off = (dot(off, off).sqrt() - reach).max(zero);
+        let off_axis = dot(off, off).sqrt();
+        let off = (off_axis - reach).max(zero);
         let cos = along / (along * along + off * off).sqrt();
         let cos_squared = cos * cos;
         let cone = window * (cone_step(simd, cos, splat(simd, light.cos_outer), light) * cos_squared);
         let falloff = cos_squared + splat(simd, light.falloff) * (one - cos_squared);
         let score = cone / (denominator * falloff);
-        along.simd_gt(zero).select(score, zero)
+        (along.simd_gt(zero).select(score, zero), Lengths { distance, along: t, off_axis })
+    }
+}
+
+/// Where objects are, seen from a light; along and off the axis only for spots.
+pub(crate) struct Lengths<S: Simd> {
+    distance: Floats<S>,
+    along: Floats<S>,
+    off_axis: Floats<S>,
+}
+
+/// A light that reaches some object of a group, and what its score and its part of the remainder have in common.
+#[derive(Clone, Copy, Default)]
+#[repr(C, align(64))]
+pub(crate) struct Met {
+    /// 0 where it does not reach.
+    score: [f32; LANES],
+    distance: [f32; LANES],
+    along: [f32; LANES],
+    off_axis: [f32; LANES],
+    /// In the tree; not for a directional light.
+    pub place: u32,
+    pub slot: u32,
+    /// One for each object that it reaches.
+    pub bits: u32,
+}
+
+impl Met {
+    /// Whether the light reaches any of the objects.
+    #[inline(always)]
+    pub fn set_score<S: Simd>(&mut self, simd: S, score: Floats<S>) -> bool {
+        let zero = splat(simd, 0.0);
+        let reaches = score.simd_gt(zero);
+        reaches.select(score, zero).store_slice(&mut self.score[..Floats::<S>::LEN]);
+        self.bits = reaches.to_bitmask() as u32;
+        self.bits != 0
+    }
+
+    #[inline(always)]
+    pub fn set_lengths<S: Simd, const SPOT: bool>(&mut self, lengths: &Lengths<S>) {
+        let lanes = Floats::<S>::LEN;
+        lengths.distance.store_slice(&mut self.distance[..lanes]);
+        if SPOT {
+            lengths.along.store_slice(&mut self.along[..lanes]);
+            lengths.off_axis.store_slice(&mut self.off_axis[..lanes]);
+        }
     }
 }
 
@@ -186,19 +232,14 @@ impl<S: Simd> Top<S> {
         }
     }
 
-    /// Takes a light in; of equal scores the lower slot is ahead. A bit for each object that it reaches.
+    /// Takes a light in; of equal scores the lower slot is ahead.
     #[inline(always)]
-    pub fn offer(&mut self, simd: S, score: Floats<S>, slot: u32) -> u32 {
-        let zero = splat(simd, 0.0);
-        let reaches = score.simd_gt(zero);
-        let bits = reaches.to_bitmask() as u32;
-        if bits == 0 {
-            return 0;
-        }
-        let score = reaches.select(score, zero);
+    pub fn offer(&mut self, simd: S, met: &Met) {
+        let score = Floats::<S>::from_slice(simd, &met.score[..Floats::<S>::LEN]);
+        let reaches = score.simd_gt(0.0);
         let [s0, s1, s2, s3] = self.scores;
         let [i0, i1, i2] = self.slots;
-        let slot = S::u32s::splat(simd, slot);
+        let slot = S::u32s::splat(simd, met.slot);
         let (mut b0, mut b1, mut b2) = (score.simd_gt(s0), score.simd_gt(s1), score.simd_gt(s2));
         // Ties are rare enough to be worth a branch.
         let (e0, e1, e2) = (score.simd_eq(s0), score.simd_eq(s1), score.simd_eq(s2));
@@ -211,7 +252,6 @@ impl<S: Simd> Top<S> {
         self.reaching += reaches.select(S::u32s::splat(simd, 1), S::u32s::splat(simd, 0));
         self.slots = [b0.select(slot, i0), b0.select(i0, b1.select(slot, i1)), b1.select(i1, b2.select(slot, i2))];
         self.scores = [s0.max(score), s1.max(s0.min(score)), s2.max(s1.min(score)), s3.max(s2.min(score))];
-        bits
     }
 
     #[inline(always)]
@@ -273,28 +313,28 @@ impl<S: Simd> Remainder<S> {
         simd: S,
         objects: &Objects<S>,
         light: &ScoredLight,
+        met: &Met,
         left_out: Floats<S>,
-        bits: u32,
     ) {
+        let lanes = Floats::<S>::LEN;
         let zero = splat(simd, 0.0);
         let (irradiance, arriving) = if KIND == DIRECTIONAL {
             (splat(simd, light.luminance), splat3(simd, light.axis * -light.luminance))
         } else {
             let v = objects.offset(simd, light);
             let squared = dot(v, v);
-            let distance = squared.sqrt();
+            let distance = Floats::<S>::from_slice(simd, &met.distance[..lanes]);
             let d = distance.max(splat(simd, MIN_RADIUS));
             let mut over_distance = range_window(simd, squared, light) / (denominator(simd, distance, light) * d);
             if KIND == SPOT {
-                let axis = splat3(simd, light.axis);
-                let along = dot(v, axis);
+                let along = Floats::<S>::from_slice(simd, &met.along[..lanes]);
                 let cos = along / d;
                 let (cos_edge, sin_edge) = (splat(simd, light.edge[0]), splat(simd, light.edge[1]));
                 over_distance *= if light.kind == LightRecord::SPOT_CONE {
                     cone_step(simd, cos, cos_edge, light)
                 } else {
-                    let off = [v[0] - axis[0] * along, v[1] - axis[1] * along, v[2] - axis[2] * along];
-                    let inside = along * sin_edge - dot(off, off).sqrt() * cos_edge;
+                    let off_axis = Floats::<S>::from_slice(simd, &met.off_axis[..lanes]);
+                    let inside = along * sin_edge - off_axis * cos_edge;
                     let part = splat(simd, 0.5) + inside * objects.half_over_radius;
                     let part = part.max(zero).min(splat(simd, 1.0));
                     let step = part * part * (splat(simd, 3.0) - splat(simd, 2.0) * part);
@@ -305,7 +345,7 @@ impl<S: Simd> Remainder<S> {
             (over_distance * d, [v[0] * toward, v[1] * toward, v[2] * toward])
         };
         // Where it does not reach, these may be no numbers.
-        let reaches = S::mask32s::from_bitmask(simd, bits.into());
+        let reaches = S::mask32s::from_bitmask(simd, met.bits.into());
         let directed = left_out * splat(simd, light.directed);
         let part = reaches.select(left_out * irradiance, zero);
         self.ambient[0] += splat(simd, light.tint.x) * part;
@@ -322,16 +362,29 @@ impl<S: Simd> Remainder<S> {
     }
 }
 
+const SMALL_EXPONENT_BITS: u32 = 3;
+
+/// A factor if the lowest bit is set, otherwise 1.
+#[inline(always)]
+fn if_set<S: Simd>(simd: S, bits: u32, factor: Floats<S>) -> Floats<S> {
+    let is_set = S::u32s::splat(simd, bits & 1).simd_gt(S::u32s::splat(simd, 0));
+    is_set.select(factor, splat(simd, 1.0))
+}
+
 /// [`crate::relevance`]'s power.
 #[inline(always)]
 fn power<S: Simd>(simd: S, x: Floats<S>, e: f32) -> Floats<S> {
     let (whole, fraction) = split_exponent(e);
     let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
     let (mut result, mut square, mut bits) = (one, x, whole);
+    // Lights differ in their exponents, and branches would be mispredicted: small ones go without.
+    for _ in 0..SMALL_EXPONENT_BITS {
+        result *= if_set(simd, bits, square);
+        square *= square;
+        bits >>= 1;
+    }
     while bits > 0 {
-        if bits & 1 == 1 {
-            result *= square;
-        }
+        result *= if_set(simd, bits, square);
         square *= square;
         bits >>= 1;
     }

@@ -1,10 +1,10 @@
 //! The search for the three most relevant lights of each object: exact, and fast at a million objects and 100,000 lights.
 //!
 //! Objects come in an order in which neighbours are near each other ([`crate::object_order`]), in packets of
-//! [`PACKET`]. A packet asks the [`LightTree`] once for the lights that may reach any of its objects. Groups of as many
-//! objects as a vector has lanes then go through that list twice: light by light for those that may reach the group
-//! (lanes are lights), and through what is left with the true scores (lanes are objects), where the best stay in
-//! registers. A last pass adds up the remainder.
+//! [`PACKET`]. Several packets ask the [`LightTree`] once for the lights that may reach any of their objects, and each
+//! packet takes its own from that list. So do groups of as many objects as a vector has lanes (lanes are lights). A group
+//! then scores what is left (lanes are objects), lists what reaches any of its objects, and goes through that list twice:
+//! for the best, which stay in registers, and for the remainder.
 //!
 //! The result equals [`crate::brute_force`] bit for bit on every instruction set: lights are added up in
 //! [`crate::light_tree::search_order`], nothing is fused or approximated, and each object's result depends on nothing but
@@ -13,8 +13,8 @@
 
 use crate::bounds::Sphere;
 use crate::light_candidates::{Candidates, Row, cone_meets, gap_squared, load, load3, node_in_range, within};
-use crate::light_lanes::{DIRECTIONAL, Floats, Objects, POINT, Remainder, SPOT, Top, store};
-use crate::light_tree::{Block, LightTree, Volume, WIDTH};
+use crate::light_lanes::{DIRECTIONAL, Floats, Met, Objects, POINT, Remainder, SPOT, Top, store};
+use crate::light_tree::{LightTree, Volume, WIDTH};
 use crate::lights::{LightPolicy, Selection};
 use crate::relevance::ScoredLight;
 pub use fearless_simd::Level;
@@ -42,39 +42,32 @@ pub struct Scratch {
 #[derive(Default)]
 struct Nearby {
     cluster: Candidates,
-    /// Copies of the cluster's lights, so that they lie close together.
-    lights: Vec<ScoredLight>,
-    slots: Vec<u32>,
     /// Those that may reach the packet.
     packet: Candidates,
-    /// Those of them that may reach the group: places in `lights`.
+    /// Those of them that may reach the group: places in the tree.
     group: Vec<u32>,
     group_count: usize,
 }
 
-/// Lights that reach some object of a group: which one, and a bit for each object.
+/// Lights that reach some object of a group.
 #[derive(Default)]
 struct Reaching {
-    lights: Vec<(u32, u32)>,
+    lights: Vec<Met>,
     count: usize,
 }
 
 impl Reaching {
-    fn clear(&mut self, room: usize) {
-        self.count = 0;
-        if self.lights.len() < room + 1 {
-            self.lights.resize(room.next_power_of_two().max(256), (0, 0));
-        }
-    }
-
-    /// Keeps a light if any bit is set.
+    /// An empty list with room for so many, and one that does not count.
     #[inline(always)]
-    fn add(&mut self, light: u32, bits: u32) {
-        self.lights[self.count] = (light, bits);
-        self.count += usize::from(bits != 0);
+    fn room(&mut self, lights: usize) -> &mut [Met] {
+        self.count = 0;
+        if self.lights.len() < lights + 1 {
+            self.lights.resize((lights + 1).next_power_of_two().max(256), Met::default());
+        }
+        &mut self.lights[..lights + 1]
     }
 
-    fn as_slice(&self) -> &[(u32, u32)] {
+    fn as_slice(&self) -> &[Met] {
         &self.lights[..self.count]
     }
 }
@@ -91,7 +84,11 @@ pub fn select(
 ) {
     dispatch!(level, simd => {
         for (spheres, out) in spheres.chunks(CLUSTER).zip(out.chunks_mut(CLUSTER)) {
-            select_cluster(simd, tree, scored, policy, spheres, out, scratch);
+            if policy == LightPolicy::Hard {
+                select_cluster::<_, false>(simd, tree, scored, policy, spheres, out, scratch);
+            } else {
+                select_cluster::<_, true>(simd, tree, scored, policy, spheres, out, scratch);
+            }
         }
     });
 }
@@ -106,15 +103,11 @@ pub fn reaching(
 ) -> Vec<u32> {
     let mut out = [Selection::default()];
     select(level, tree, scored, LightPolicy::Hard, (&[sphere], &mut out), scratch);
-    let Scratch { points, spots, reaching: [everywhere, near_points, near_spots], .. } = scratch;
-    let everywhere = everywhere.as_slice().iter().map(|&(slot, _)| slot);
-    let points = near_points.as_slice().iter().map(|&(light, _)| points.slots[light as usize]);
-    let spots = near_spots.as_slice().iter().map(|&(light, _)| spots.slots[light as usize]);
-    everywhere.chain(points).chain(spots).collect()
+    scratch.reaching.iter().flat_map(Reaching::as_slice).map(|met| met.slot).collect()
 }
 
 #[inline(always)]
-fn select_cluster<S: Simd>(
+fn select_cluster<S: Simd, const REMAINDER: bool>(
     simd: S,
     tree: &LightTree,
     scored: &[ScoredLight],
@@ -126,14 +119,14 @@ fn select_cluster<S: Simd>(
     let lanes = Floats::<S>::LEN;
     let Scratch { volumes, stack, points, spots, reaching } = scratch;
     volumes.clear();
-    volumes.extend(spheres.chunks(lanes).map(
-        #[inline(always)]
-        |spheres| Objects::load(simd, spheres).volume(simd),
-    ));
-    points.clear();
-    spots.clear();
+    // Not by `extend`: it would not be inlined, and each operation would become a call.
+    for spheres in spheres.chunks(lanes) {
+        volumes.push(Objects::load(simd, spheres).volume(simd));
+    }
+    points.cluster.count = 0;
+    spots.cluster.count = 0;
     if let Some(volume) = Volume::union(volumes) {
-        walk(simd, tree, scored, &volume, stack, points, spots);
+        walk(simd, tree, &volume, stack, &mut points.cluster, &mut spots.cluster);
     }
     let packets = spheres.chunks(PACKET).zip(out.chunks_mut(PACKET)).zip(volumes.chunks(PACKET / lanes));
     for ((spheres, out), volumes) in packets {
@@ -148,7 +141,8 @@ fn select_cluster<S: Simd>(
                 points.group_count = points.packet.find::<S, false>(simd, volume, &mut points.group);
                 spots.group_count = spots.packet.find::<S, true>(simd, volume, &mut spots.group);
                 let objects = Objects::load(simd, spheres);
-                select_group(simd, tree, scored, policy, &objects, (points, spots), reaching, out);
+                let near = (&points.group[..points.group_count], &spots.group[..spots.group_count]);
+                select_group::<_, REMAINDER>(simd, tree, scored, policy, &objects, near, reaching, out);
             } else {
                 out.fill(Selection::default());
             }
@@ -158,48 +152,73 @@ fn select_cluster<S: Simd>(
 
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
-fn select_group<S: Simd>(
+fn select_group<S: Simd, const REMAINDER: bool>(
     simd: S,
     tree: &LightTree,
     scored: &[ScoredLight],
     policy: LightPolicy,
     objects: &Objects<S>,
-    (points, spots): (&Nearby, &Nearby),
-    [everywhere, near_points, near_spots]: &mut [Reaching; 3],
+    (near_points, near_spots): (&[u32], &[u32]),
+    [everywhere, points, spots]: &mut [Reaching; 3],
     out: &mut [Selection],
 ) {
-    everywhere.clear(tree.everywhere.len());
-    near_points.clear(points.group_count);
-    near_spots.clear(spots.group_count);
-    let mut top = Top::new(simd);
+    let list = everywhere.room(tree.everywhere.len());
+    let mut count = 0;
     for &slot in &tree.everywhere {
-        everywhere.add(slot, top.offer(simd, objects.everywhere(simd, &scored[slot as usize]), slot));
+        list[count].slot = slot;
+        count += usize::from(list[count].set_score(simd, objects.everywhere(simd, &scored[slot as usize])));
     }
-    for &light in &points.group[..points.group_count] {
-        let score = objects.score::<false>(simd, &points.lights[light as usize]);
-        near_points.add(light, top.offer(simd, score, points.slots[light as usize]));
-    }
-    for &light in &spots.group[..spots.group_count] {
-        let score = objects.score::<true>(simd, &spots.lights[light as usize]);
-        near_spots.add(light, top.offer(simd, score, spots.slots[light as usize]));
+    everywhere.count = count;
+    meet::<S, false, REMAINDER>(simd, tree, objects, near_points, points);
+    meet::<S, true, REMAINDER>(simd, tree, objects, near_spots, spots);
+    let mut top = Top::new(simd);
+    for list in [&*everywhere, points, spots] {
+        for met in list.as_slice() {
+            top.offer(simd, met);
+        }
     }
     let weights = top.weights(simd, policy);
     let mut remainder = Remainder::new(simd);
-    if policy != LightPolicy::Hard && top.has_fourth() {
-        for &(slot, bits) in everywhere.as_slice() {
-            let left_out = top.left_out(simd, weights, slot);
-            remainder.add::<DIRECTIONAL>(simd, objects, &scored[slot as usize], left_out, bits);
+    if REMAINDER && top.has_fourth() {
+        for met in everywhere.as_slice() {
+            let left_out = top.left_out(simd, weights, met.slot);
+            remainder.add::<DIRECTIONAL>(simd, objects, &scored[met.slot as usize], met, left_out);
         }
-        for &(light, bits) in near_points.as_slice() {
-            let left_out = top.left_out(simd, weights, points.slots[light as usize]);
-            remainder.add::<POINT>(simd, objects, &points.lights[light as usize], left_out, bits);
+        for met in points.as_slice() {
+            let left_out = top.left_out(simd, weights, met.slot);
+            remainder.add::<POINT>(simd, objects, &tree.lights[met.place as usize], met, left_out);
         }
-        for &(light, bits) in near_spots.as_slice() {
-            let left_out = top.left_out(simd, weights, spots.slots[light as usize]);
-            remainder.add::<SPOT>(simd, objects, &spots.lights[light as usize], left_out, bits);
+        for met in spots.as_slice() {
+            let left_out = top.left_out(simd, weights, met.slot);
+            remainder.add::<SPOT>(simd, objects, &tree.lights[met.place as usize], met, left_out);
         }
     }
     store(&top, weights, &remainder, out);
+}
+
+/// Lists those of the lights at these places of the tree that reach some object. There is no branch on whether one does,
+/// which is hard to predict.
+#[inline(always)]
+fn meet<S: Simd, const SPOTS: bool, const REMAINDER: bool>(
+    simd: S,
+    tree: &LightTree,
+    objects: &Objects<S>,
+    places: &[u32],
+    reaching: &mut Reaching,
+) {
+    let list = reaching.room(places.len());
+    let (lights, slots) = (&tree.lights[..], &tree.slots[..tree.lights.len()]);
+    let mut count = 0;
+    for &place in places {
+        let (score, lengths) = objects.score::<SPOTS>(simd, &lights[place as usize]);
+        let met = &mut list[count];
+        (met.place, met.slot) = (place, slots[place as usize]);
+        if REMAINDER {
+            met.set_lengths::<S, SPOTS>(&lengths);
+        }
+        count += usize::from(met.set_score(simd, score));
+    }
+    reaching.count = count;
 }
 
 /// Collects the lights that may reach the volume, in order.
@@ -207,11 +226,10 @@ fn select_group<S: Simd>(
 fn walk<S: Simd>(
     simd: S,
     tree: &LightTree,
-    scored: &[ScoredLight],
     volume: &Volume,
     stack: &mut Vec<(u32, u32)>,
-    points: &mut Nearby,
-    spots: &mut Nearby,
+    points: &mut Candidates,
+    spots: &mut Candidates,
 ) {
     stack.clear();
     if !tree.blocks.is_empty() {
@@ -222,15 +240,8 @@ fn walk<S: Simd>(
         let first = index * WIDTH as u32;
         while hit != 0 {
             if level == 0 {
-                let block = &tree.blocks[(first + hit.trailing_zeros()) as usize];
+                take(simd, tree, first + hit.trailing_zeros(), volume, points, spots);
                 hit &= hit - 1;
-                let near = in_range(simd, block, volume);
-                if near & !block.spots != 0 {
-                    points.take(simd, scored, block, near & !block.spots, false);
-                }
-                if near & block.spots != 0 {
-                    spots.take(simd, scored, block, near & block.spots & in_cone(simd, block, volume), true);
-                }
             } else {
                 // The first child on top.
                 let last = hit.ilog2();
@@ -241,55 +252,38 @@ fn walk<S: Simd>(
     }
 }
 
+/// Collects the lights of a block that may reach the volume.
 #[inline(always)]
-fn in_range<S: Simd>(simd: S, block: &Block, volume: &Volume) -> u64 {
-    let mut bits = 0;
-    for k in (0..WIDTH).step_by(Floats::<S>::LEN) {
-        let position = load3(simd, &block.position, k);
-        let gap = gap_squared(simd, position, position, volume);
-        bits |= within(simd, load(simd, &block.range, k), gap, volume) << k;
-    }
-    bits
-}
-
-#[inline(always)]
-fn in_cone<S: Simd>(simd: S, block: &Block, volume: &Volume) -> u64 {
-    let mut bits = 0;
-    for k in (0..WIDTH).step_by(Floats::<S>::LEN) {
-        let (position, axis) = (load3(simd, &block.position, k), load3(simd, &block.axis, k));
-        bits |= cone_meets(simd, position, axis, load(simd, &block.tan, k), volume) << k;
-    }
-    bits
-}
-
-impl Nearby {
-    fn clear(&mut self) {
-        self.cluster.count = 0;
-        self.lights.clear();
-        self.slots.clear();
-    }
-
-    /// Appends the lights of a block whose bits are set.
-    #[inline(always)]
-    fn take<S: Simd>(&mut self, simd: S, scored: &[ScoredLight], block: &Block, bits: u64, are_spots: bool) {
-        let lanes = Floats::<S>::LEN;
-        for k in (0..WIDTH).step_by(lanes) {
-            let row = Row {
-                position: load3(simd, &block.position, k),
-                range: load(simd, &block.range, k),
-                axis: load3(simd, &block.axis, k),
-                tan: load(simd, &block.tan, k),
-            };
-            self.cluster.append(simd, &row, bits >> k & ((1 << lanes) - 1), are_spots);
+fn take<S: Simd>(
+    simd: S,
+    tree: &LightTree,
+    block: u32,
+    volume: &Volume,
+    points: &mut Candidates,
+    spots: &mut Candidates,
+) {
+    let lanes = Floats::<S>::LEN;
+    let first = block * WIDTH as u32;
+    let block = &tree.blocks[block as usize];
+    for k in (0..WIDTH).step_by(lanes) {
+        let row = Row {
+            position: load3(simd, &block.position, k),
+            range: load(simd, &block.range, k),
+            axis: load3(simd, &block.axis, k),
+            tan: load(simd, &block.tan, k),
+            places: S::u32s::from_slice(simd, &COUNT[k..k + lanes]) + S::u32s::splat(simd, first),
+        };
+        let gap = gap_squared(simd, row.position, row.position, volume);
+        let near = within(simd, row.range, gap, volume);
+        let are_spots = block.spots >> k;
+        if near & !are_spots != 0 {
+            points.append::<S, false>(simd, &row, near & !are_spots);
         }
-        let mut rest = bits;
-        while rest != 0 {
-            let slot = block.slots[rest.trailing_zeros() as usize];
-            self.cluster.lights[self.lights.len()] = self.lights.len() as u32;
-            self.lights.push(scored[slot as usize]);
-            self.slots.push(slot);
-            rest &= rest - 1;
+        if near & are_spots != 0 {
+            let near = near & are_spots & cone_meets(simd, row.position, row.axis, row.tan, volume);
+            spots.append::<S, true>(simd, &row, near);
         }
-        self.group.resize(self.cluster.lights.len(), 0);
     }
 }
+
+const COUNT: [u32; WIDTH] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];

@@ -8,7 +8,6 @@
 //! directional lights by slot, then point lights, then spots along the curve. The curve's cells do not depend on the
 //! other lights, so two lights keep their order whatever happens around them.
 
-use crate::bounds::Sphere;
 use crate::draw_list::LightRecord;
 use crate::relevance::ScoredLight;
 use glam::Vec3;
@@ -30,7 +29,6 @@ pub(crate) struct Block {
     pub axis: [[f32; WIDTH]; 3],
     /// Tangent of the spot's outer angle, rounded up.
     pub tan: [f32; WIDTH],
-    pub slots: [u32; WIDTH],
     /// One bit per spot.
     pub spots: u64,
 }
@@ -49,6 +47,9 @@ pub(crate) struct Node {
 pub struct LightTree {
     /// Slots of the directional lights, ascending.
     pub(crate) everywhere: Vec<u32>,
+    /// Copies in the order of the blocks, so that those that a search needs lie close together, and their slots.
+    pub(crate) lights: Vec<ScoredLight>,
+    pub(crate) slots: Vec<u32>,
     pub(crate) blocks: Vec<Block>,
     /// From the nodes above the blocks to the root.
     pub(crate) levels: Vec<Vec<Node>>,
@@ -76,8 +77,12 @@ impl LightTree {
         }
         // Stable, so that lights in one cell stay in the order of their slots.
         radsort::sort_by_key(&mut self.keys, |&(key, _)| key);
+        self.slots.clear();
+        self.slots.extend(self.keys.iter().map(|&(_, slot)| slot));
+        self.lights.clear();
+        self.lights.extend(self.slots.iter().map(|&slot| scored[slot as usize]));
         self.blocks.clear();
-        self.blocks.extend(self.keys.chunks(WIDTH).map(|chunk| Block::new(chunk, scored)));
+        self.blocks.extend(self.lights.chunks(WIDTH).map(Block::new));
         self.levels.clear();
         let mut level: Vec<Node> =
             self.blocks.chunks(WIDTH).map(|blocks| Node::new(blocks.iter().map(Block::bounds))).collect();
@@ -91,34 +96,31 @@ impl LightTree {
     /// Memory of the tree, bytes.
     pub fn bytes(&self) -> usize {
         let nodes: usize = self.levels.iter().map(Vec::len).sum();
-        size_of_val(&*self.blocks) + nodes * size_of::<Node>() + size_of_val(&*self.keys)
+        size_of_val(&*self.blocks)
+            + nodes * size_of::<Node>()
+            + size_of_val(&*self.keys)
+            + size_of_val(&*self.lights)
+            + size_of_val(&*self.slots)
     }
 }
 
 impl Block {
-    fn new(keys: &[(u64, u32)], scored: &[ScoredLight]) -> Self {
+    fn new(lights: &[ScoredLight]) -> Self {
         let none = [f32::NAN; WIDTH];
-        let mut block = Self {
-            position: [[0.0; WIDTH]; 3],
-            range: none,
-            axis: [[0.0; WIDTH]; 3],
-            tan: none,
-            slots: [u32::MAX; WIDTH],
-            spots: 0,
-        };
-        for (i, &(_, slot)) in keys.iter().enumerate() {
-            let light = &scored[slot as usize];
+        let (mut cos, zero) = ([1.0f32; WIDTH], [0.0; WIDTH]);
+        let mut block = Self { position: [zero; 3], range: none, axis: [zero; 3], tan: zero, spots: 0 };
+        for (i, light) in lights.iter().enumerate().take(WIDTH) {
             for axis in 0..3 {
                 block.position[axis][i] = light.position[axis];
                 block.axis[axis][i] = light.axis[axis];
             }
             block.range[i] = light.range;
-            block.slots[i] = slot;
-            if light.kind != LightRecord::POINT {
-                block.spots |= 1 << i;
-                let cos = light.cos_outer;
-                block.tan[i] = (1.0 - cos * cos).max(0.0).sqrt() / cos.max(1e-6) * (1.0 + MARGIN) + MARGIN;
-            }
+            cos[i] = light.cos_outer;
+            block.spots |= u64::from(light.kind != LightRecord::POINT) << i;
+        }
+        // Apart, so that several are computed at once.
+        for (tan, cos) in block.tan.iter_mut().zip(cos) {
+            *tan = (1.0 - cos * cos).max(0.0).sqrt() / cos.max(1e-6) * (1.0 + MARGIN) + MARGIN;
         }
         block
     }
@@ -209,8 +211,6 @@ pub(crate) struct Volume {
     pub max: Vec3,
     /// The largest radius, with room for rounding.
     pub radius: f32,
-    /// A sphere around all of them.
-    pub around: Sphere,
 }
 
 impl Volume {
@@ -218,8 +218,7 @@ impl Volume {
     #[inline(always)]
     pub fn new(min: Vec3, max: Vec3, radius: f32) -> Self {
         let radius = radius + 1e-6 * (min.abs() + max.abs()).element_sum() + radius * MARGIN;
-        let around = Sphere { center: min * 0.5 + max * 0.5, radius: (max - min).length() * 0.5 + radius };
-        Self { min, max, radius, around }
+        Self { min, max, radius }
     }
 
     /// Around all; `None` where there is none.

@@ -206,7 +206,7 @@ impl ObjectOrder {
         let mut bits = 0;
         for (i, spheres) in self.spheres[places].chunks(lanes).enumerate() {
             let objects = Objects::load(simd, spheres);
-            let score = if light.kind == LightRecord::POINT {
+            let (score, _) = if light.kind == LightRecord::POINT {
                 objects.score::<false>(simd, light)
             } else {
                 objects.score::<true>(simd, light)
