@@ -63,7 +63,8 @@ pub fn luminance_error(reference: &[f32], other: &[f32], counted: &[bool]) -> Lu
     sorted.sort_by(f32::total_cmp);
     let rank = (sorted.len() * 99).div_ceil(100).saturating_sub(1);
     let p99 = sorted.get(rank).copied().map_or(0.0, f64::from);
-    let mean = sorted.iter().copied().map(f64::from).sum::<f64>() / sorted.len().max(1) as f64;
+    // The empty sum is −0.
+    let mean = (0.0 + sorted.iter().copied().map(f64::from).sum::<f64>()) / sorted.len().max(1) as f64;
     LuminanceError { of_pixels, mean, p99 }
 }
 

@@ -20,6 +20,7 @@ use std::collections::BinaryHeap;
 
 /// The slot of a drawn entity in the instance table. Derived.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug)]
+#[component(clone_behavior = Ignore)]
 pub struct InstanceSlot(u32);
 
 impl InstanceSlot {

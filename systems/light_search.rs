@@ -101,6 +101,9 @@ pub fn reaching(
     sphere: Sphere,
     scratch: &mut Scratch,
 ) -> Vec<u32> {
+    if !sphere.center.is_finite() || !sphere.radius.is_finite() {
+        return Vec::new();
+    }
     let mut out = [Selection::default()];
     select(level, tree, scored, LightPolicy::Hard, (&[sphere], &mut out), scratch);
     scratch.reaching.iter().flat_map(Reaching::as_slice).map(|met| met.slot).collect()

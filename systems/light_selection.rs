@@ -24,8 +24,9 @@ use bevy_tasks::{ComputeTaskPool, TaskPool};
 
 /// Objects per task.
 const CHUNK: usize = 4096;
-/// Objects are marked as long as no more than one in this many lights changed.
+/// Objects are marked as long as no more than one in this many lights changed, or no more than a few.
 const MANY_LIGHTS: usize = 8;
+const FEW_LIGHTS: usize = 64;
 /// All objects are searched if more than one in this many are marked.
 const MANY_OBJECTS: usize = 4;
 
@@ -86,7 +87,7 @@ pub fn select_lights(
         }
     }
     if std::mem::replace(&mut kept.policy, *policy) != *policy
-        || table.changes().len() > table.scored().len() / MANY_LIGHTS
+        || table.changes().len() / 2 > FEW_LIGHTS.max(table.scored().len() / MANY_LIGHTS)
     {
         order.mark_all();
     } else if !table.changes().is_empty() {
@@ -95,9 +96,8 @@ pub fn select_lights(
     if order.needs_sorting() {
         let mut places = objects.p1();
         order.sort(pool, |entity, place| {
-            if let Ok(mut component) = places.get_mut(entity) {
-                *component = place;
-            }
+            let found = places.get_mut(entity);
+            found.map(|mut component| *component = place).is_ok()
         });
     }
     order.take_dirty(&mut kept.places);
@@ -134,7 +134,7 @@ fn collect_moved(
 ) -> Vec<(Entity, Place)> {
     let mut new = Vec::new();
     let mut enter = |entity: Entity, bounds: &WorldBounds, mut place: Place| {
-        if place == Place::NONE {
+        if !order.owns(entity, place) {
             place = order.claim(entity);
             new.push((entity, place));
         }

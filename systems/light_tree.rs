@@ -10,10 +10,13 @@
 
 use crate::draw_list::LightRecord;
 use crate::relevance::ScoredLight;
+use bevy_tasks::ComputeTaskPool;
 use glam::Vec3;
 
 /// Lights of a block, blocks of a node, children of a node.
 pub(crate) const WIDTH: usize = 16;
+/// Lights per task when a tree is built.
+const LIGHTS_PER_TASK: usize = 512 * WIDTH;
 /// Cells of the curve per metre, and bits per axis: ±65 km. What lies further out is in the outermost cells.
 const CELLS_PER_METRE: f32 = 16.0;
 const AXIS_BITS: u32 = 21;
@@ -77,12 +80,20 @@ impl LightTree {
         }
         // Stable, so that lights in one cell stay in the order of their slots.
         radsort::sort_by_key(&mut self.keys, |&(key, _)| key);
-        self.slots.clear();
-        self.slots.extend(self.keys.iter().map(|&(_, slot)| slot));
-        self.lights.clear();
-        self.lights.extend(self.slots.iter().map(|&slot| scored[slot as usize]));
-        self.blocks.clear();
-        self.blocks.extend(self.lights.chunks(WIDTH).map(Block::new));
+        self.slots.resize(self.keys.len(), 0);
+        self.lights.resize(self.keys.len(), ScoredLight::OFF);
+        self.blocks.resize(self.keys.len().div_ceil(WIDTH), Block::EMPTY);
+        let keys = self.keys.chunks(LIGHTS_PER_TASK).zip(self.slots.chunks_mut(LIGHTS_PER_TASK));
+        let blocks = self.lights.chunks_mut(LIGHTS_PER_TASK).zip(self.blocks.chunks_mut(LIGHTS_PER_TASK / WIDTH));
+        let parts = keys.zip(blocks);
+        match ComputeTaskPool::try_get().filter(|_| self.keys.len() > LIGHTS_PER_TASK) {
+            Some(pool) => pool.scope(|scope| {
+                for (keys, blocks) in parts {
+                    scope.spawn(async move { fill(keys, blocks, scored) });
+                }
+            }),
+            None => parts.map(|(keys, blocks)| fill(keys, blocks, scored)).collect(),
+        };
         self.levels.clear();
         let mut level: Vec<Node> =
             self.blocks.chunks(WIDTH).map(|blocks| Node::new(blocks.iter().map(Block::bounds))).collect();
@@ -92,23 +103,35 @@ impl LightTree {
         }
         self.levels.push(level);
     }
+}
 
-    /// Memory of the tree, bytes.
-    pub fn bytes(&self) -> usize {
-        let nodes: usize = self.levels.iter().map(Vec::len).sum();
-        size_of_val(&*self.blocks)
-            + nodes * size_of::<Node>()
-            + size_of_val(&*self.keys)
-            + size_of_val(&*self.lights)
-            + size_of_val(&*self.slots)
+/// Copies lights into the order of the tree, and their fields into blocks.
+fn fill(
+    (keys, slots): (&[(u64, u32)], &mut [u32]),
+    (lights, blocks): (&mut [ScoredLight], &mut [Block]),
+    scored: &[ScoredLight],
+) {
+    for ((&(_, slot), place), light) in keys.iter().zip(slots).zip(&mut *lights) {
+        (*place, *light) = (slot, scored[slot as usize]);
+    }
+    for (lights, block) in lights.chunks(WIDTH).zip(blocks) {
+        *block = Block::new(lights);
     }
 }
 
 impl Block {
+    /// Without lights.
+    const EMPTY: Self = Self {
+        position: [[0.0; WIDTH]; 3],
+        range: [f32::NAN; WIDTH],
+        axis: [[0.0; WIDTH]; 3],
+        tan: [0.0; WIDTH],
+        spots: 0,
+    };
+
     fn new(lights: &[ScoredLight]) -> Self {
-        let none = [f32::NAN; WIDTH];
-        let (mut cos, zero) = ([1.0f32; WIDTH], [0.0; WIDTH]);
-        let mut block = Self { position: [zero; 3], range: none, axis: [zero; 3], tan: zero, spots: 0 };
+        let mut cos = [1.0f32; WIDTH];
+        let mut block = Self::EMPTY;
         for (i, light) in lights.iter().enumerate().take(WIDTH) {
             for axis in 0..3 {
                 block.position[axis][i] = light.position[axis];

@@ -44,6 +44,7 @@ impl LightPolicy {
 
 /// The slot of a light in the light table; stable while the light lives. Derived.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug)]
+#[component(clone_behavior = Ignore)]
 pub struct LightSlot(pub u32);
 
 impl Default for LightSlot {

@@ -31,6 +31,7 @@ const NOWHERE: Sphere = Sphere { center: Vec3::NAN, radius: 0.0 };
 
 /// Where an object is in the [`ObjectOrder`]. Derived.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug)]
+#[component(clone_behavior = Ignore)]
 pub struct Place(pub(crate) u32);
 
 impl Place {
@@ -51,7 +52,7 @@ pub(crate) fn free_place(mut world: DeferredWorld, context: HookContext) {
         return;
     }
     if let Some(mut order) = world.get_resource_mut::<ObjectOrder>() {
-        order.freed.push(place.0);
+        order.freed.push((context.entity, place));
     }
 }
 
@@ -66,7 +67,8 @@ pub struct ObjectOrder {
     stale: Vec<u64>,
     /// Boxes around groups, around nodes of 16 groups, …
     levels: Vec<Vec<Node>>,
-    freed: Vec<u32>,
+    /// Given back since the last frame, by whom.
+    freed: Vec<(Entity, Place)>,
     free: Vec<u32>,
     /// Objects that came since the order was sorted.
     added: usize,
@@ -82,6 +84,12 @@ impl ObjectOrder {
         &self.spheres
     }
 
+    /// Whether a place is an object's own: one that was disabled while the order was sorted, or is a copy of another
+    /// object, has a place that is not.
+    pub(crate) fn owns(&self, entity: Entity, Place(place): Place) -> bool {
+        self.entities.get(place as usize) == Some(&entity)
+    }
+
     /// The object at a place.
     pub fn entity(&self, place: u32) -> Entity {
         self.entities[place as usize]
@@ -89,7 +97,11 @@ impl ObjectOrder {
 
     /// Empties the places of objects that are gone.
     pub(crate) fn release_freed(&mut self) {
-        for place in std::mem::take(&mut self.freed) {
+        for (entity, place) in std::mem::take(&mut self.freed) {
+            if !self.owns(entity, place) {
+                continue;
+            }
+            let place = place.0;
             self.spheres[place as usize] = NOWHERE;
             self.entities[place as usize] = Entity::PLACEHOLDER;
             self.dirty[place as usize / 64] &= !(1 << (place % 64));
@@ -139,7 +151,10 @@ impl ObjectOrder {
         for (word, bits) in self.dirty.iter_mut().enumerate() {
             let mut bits = std::mem::take(bits);
             while bits != 0 {
-                places.push(word as u32 * 64 + bits.trailing_zeros());
+                let place = word as u32 * 64 + bits.trailing_zeros();
+                if self.entities[place as usize] != Entity::PLACEHOLDER {
+                    places.push(place);
+                }
                 bits &= bits - 1;
             }
         }
@@ -154,6 +169,7 @@ impl ObjectOrder {
         }
         self.refresh();
         let order = &*self;
+        let groups = self.spheres.len().div_ceil(WIDTH);
         let found = pool.scope(|scope| {
             for lights in lights.chunks(LIGHTS_PER_TASK) {
                 scope.spawn(async move {
@@ -161,6 +177,10 @@ impl ObjectOrder {
                     let mut stack = Vec::new();
                     dispatch!(level, simd => {
                         for light in lights.iter().filter(|light| light.kind != LightRecord::OFF) {
+                            // So many that all may as well choose again.
+                            if found.len() > groups {
+                                break;
+                            }
                             order.find(simd, light, &mut stack, &mut found);
                         }
                     });
@@ -168,6 +188,9 @@ impl ObjectOrder {
                 });
             }
         });
+        if found.iter().any(|found| found.len() > groups) {
+            return self.mark_all();
+        }
         for (group, bits) in found.into_iter().flatten() {
             self.dirty[group as usize / 4] |= bits << (group % 4 * WIDTH as u32);
         }
@@ -282,23 +305,25 @@ impl ObjectOrder {
         nodes.map(Node::extent).sum()
     }
 
-    /// Sorts the objects along a Hilbert curve. Calls `place` with each and its new place.
-    pub(crate) fn sort(&mut self, pool: &TaskPool, mut place: impl FnMut(Entity, Place)) {
+    /// Sorts the objects along a Hilbert curve. Calls `place` with each and its new place; where that says that the
+    /// object is not to be had, it loses its place.
+    pub(crate) fn sort(&mut self, pool: &TaskPool, mut place: impl FnMut(Entity, Place) -> bool) {
         let keys = hilbert_keys(pool, &self.spheres);
         let mut order: Vec<(u32, u32)> = keys.into_iter().zip(0..).collect();
         radsort::sort_by_key(&mut order, |&(key, _)| key);
-        order.retain(|&(_, old)| self.entities[old as usize] != Entity::PLACEHOLDER);
-        let is_dirty = |old: u32| self.dirty[old as usize / 64] >> (old % 64) & 1;
+        let (mut spheres, mut entities) = (Vec::with_capacity(order.len()), Vec::with_capacity(order.len()));
         let mut dirty = vec![0; order.len().div_ceil(64)];
-        for (new, &(_, old)) in order.iter().enumerate() {
-            dirty[new / 64] |= is_dirty(old) << (new % 64);
+        for (_, old) in order {
+            let (entity, new) = (self.entities[old as usize], entities.len());
+            if entity == Entity::PLACEHOLDER || !place(entity, Place(new as u32)) {
+                continue;
+            }
+            dirty[new / 64] |= (self.dirty[old as usize / 64] >> (old % 64) & 1) << (new % 64);
+            spheres.push(self.spheres[old as usize]);
+            entities.push(entity);
         }
-        let spheres = order.iter().map(|&(_, old)| self.spheres[old as usize]).collect();
-        let entities: Vec<Entity> = order.iter().map(|&(_, old)| self.entities[old as usize]).collect();
-        for (&entity, new) in entities.iter().zip(0..) {
-            place(entity, Place(new));
-        }
-        let stale = vec![u64::MAX; order.len().div_ceil(64 * WIDTH)];
+        dirty.truncate(spheres.len().div_ceil(64));
+        let stale = vec![u64::MAX; spheres.len().div_ceil(64 * WIDTH)];
         *self = Self { spheres, entities, dirty, stale, ..Self::default() };
         self.refresh();
         self.sorted_extent = self.extent();

@@ -184,7 +184,7 @@ pub fn light_record(light: &Light, world_from_light: &GlobalTransform) -> LightR
 /// Attenuation and window fall with the distance, so the sphere's nearest point bounds them. The spot's factor falls
 /// with the angle from the axis, and the sphere fits in a cylinder along the axis: no point of it is further along than
 /// A = t + r or nearer to the axis than B = q − √(r² − min(t, 0)²) (t, q: the centre's place along and off the axis), so
-/// no angle's tangent is less than B/A. A larger sphere around this one never scores lower: a packet's sphere bounds its members.
+/// no angle's tangent is less than B/A. A larger sphere around this one never scores lower.
 pub fn score(light: &ScoredLight, sphere: Sphere) -> f32 {
     match light.kind {
         LightRecord::OFF => return 0.0,

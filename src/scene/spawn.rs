@@ -76,9 +76,12 @@ fn has_a_choice(world: &mut World) -> bool {
 fn too_many(name: &str, report: PiecesReport, metres: f32) -> Option<String> {
     (report.metres > metres * 1.01).then(|| {
         let PiecesReport { metres: made, .. } = report;
-        format!("{name}: drawn in pieces of {made:.1} m, not {metres} m, of which there would be too many")
+        format!("{name}: drawn in pieces of {made:.3} m, not {metres} m, of which there would be too many")
     })
 }
+
+/// Pieces of a scene, beyond which objects are left whole.
+const MOST_PIECES: usize = 1 << 18;
 
 struct Spawner<'a> {
     items: &'a Items,
@@ -186,8 +189,17 @@ impl Spawner<'_> {
         if !has_a_choice(self.world) {
             return;
         }
-        for (entity, metres) in std::mem::take(&mut self.large) {
+        let (mut made, large) = (0, std::mem::take(&mut self.large));
+        for (i, &(entity, metres)) in large.iter().enumerate() {
+            if made >= MOST_PIECES {
+                let whole = large.len() - i;
+                self.found.warnings.push(format!(
+                    "{whole} large objects are drawn whole: the scene has {made} pieces already; choose a larger piece_metres"
+                ));
+                break;
+            }
             let report = pieces::draw_one_in_pieces(self.world, entity, metres).unwrap_or_default();
+            made += report.pieces;
             self.found.warnings.extend(too_many(&frames::name_of(self.world, entity), report, metres));
         }
     }

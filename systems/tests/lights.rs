@@ -382,3 +382,50 @@ fn all_lights_that_reach_an_object_are_listed() {
     simulation.frame();
     assert!(simulation.draw_list().reaching.is_empty());
 }
+
+/// With few lights, too, only those that a changed light reaches choose again.
+#[test]
+fn one_of_few_lights_wakes_only_those_it_reaches() {
+    let mut simulation = Simulation::new();
+    for i in 0..100 {
+        spawn_object(&mut simulation.world, Vec3::X * (i as f32 * 10.0));
+    }
+    let lamp = |i: usize| (Light::point(1.0, 4.0), Transform::from_xyz(i as f32 * 100.0, 1.0, 0.0));
+    let lamps: Vec<Entity> = (0..5).map(|i| simulation.world.spawn(lamp(i)).id()).collect();
+    simulation.frame();
+    simulation.world.get_mut::<Light>(lamps[2]).unwrap().intensity = 2.0;
+    simulation.frame();
+    assert_eq!(simulation.world.resource::<FrameStats>().selected, 1);
+}
+
+/// An object that is not finite has no lights under any policy; nor does it take those of the object before it.
+#[test]
+fn what_is_not_finite_has_an_empty_list() {
+    let mut simulation = Simulation::new();
+    let cube = simulation.world.resource_mut::<Library>().add_mesh(shapes::cube(Vec3::ONE));
+    simulation.world.spawn((cube, Transform::default()));
+    simulation.world.spawn((cube, Transform::from_scale(Vec3::splat(f32::MAX))));
+    simulation.world.spawn((Light::point(1.0, 10.0), Transform::from_xyz(0.0, 2.0, 0.0)));
+    simulation.world.insert_resource(LightPolicy::All);
+    simulation.frame();
+    let list = simulation.draw_list();
+    let counts: Vec<u32> = list.instances.records.iter().map(|record| record.reaching).collect();
+    assert_eq!((counts, list.reaching.len()), (vec![1, 0], 3));
+}
+
+/// A copy of an object has the lights of its own place.
+#[test]
+fn a_copy_of_an_object_chooses_for_itself() {
+    let mut simulation = Simulation::new();
+    let object = spawn_object(&mut simulation.world, Vec3::ZERO);
+    let slots = [0.0, 50.0].map(|x| {
+        let lamp = simulation.world.spawn((Light::point(1.0, 5.0), Transform::from_xyz(x, 1.0, 0.0))).id();
+        simulation.frame();
+        slot_of(&simulation, lamp)
+    });
+    let copy = simulation.world.entity_mut(object).clone_and_spawn();
+    simulation.world.get_mut::<WorldBounds>(copy).unwrap().0.center.x = 50.0;
+    simulation.frame();
+    let first = |entity| simulation.world.get::<Selection>(entity).unwrap().lights[0];
+    assert_eq!([first(object), first(copy)], slots);
+}
