@@ -1,7 +1,7 @@
 //! The search for the three most relevant lights of each object: exact, and fast at a million objects and 100,000 lights.
 //!
 //! Objects come in an order in which neighbours are near each other ([`crate::object_order`]), in packets of
-//! [`PACKET`]. Several packets ask the [`LightTree`] once for the lights that may reach any of their objects, and each
+//! `PACKET`. Several packets ask the [`LightTree`] once for the lights that may reach any of their objects, and each
 //! packet takes its own from that list. So do groups of as many objects as a vector has lanes (lanes are lights). A group
 //! then scores what is left (lanes are objects), lists what reaches any of its objects, and goes through that list twice:
 //! for the best, which stay in registers, and for the remainder.
