@@ -29,7 +29,7 @@ pub(crate) struct Row<S: Simd> {
     pub places: S::u32s,
 }
 
-/// Sixteen numbers, or as many of them as a vector has lanes.
+/// As many numbers of a list, from k on, as a vector has lanes.
 #[inline(always)]
 pub(crate) fn load<S: Simd>(simd: S, list: &[f32], k: usize) -> Floats<S> {
     Floats::<S>::from_slice(simd, &list[k..k + Floats::<S>::LEN])
