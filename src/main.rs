@@ -140,7 +140,7 @@ struct ViewArgs {
     #[arg(long, value_name = "NAME")]
     camera: Option<String>,
     /// How objects are lit. three: by their three most relevant lights, which fade as they change, and a remainder
-    /// for the others; hard: by the three alone; all: every pixel by every light, slow, the reference
+    /// for the others; hard: by the three alone; all: by every light that reaches them, slow, the reference
     #[arg(long, value_name = "POLICY", default_value = "three", value_parser = parse_lights)]
     lights: LightPolicy,
     /// Draw every material with this bump technique: off, normal, perturbed_normal

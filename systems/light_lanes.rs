@@ -362,6 +362,7 @@ impl<S: Simd> Remainder<S> {
     }
 }
 
+/// Exponents below 2 to this many bits are raised without a branch.
 const SMALL_EXPONENT_BITS: u32 = 3;
 
 /// A factor if the lowest bit is set, otherwise 1.
