@@ -1,81 +1,78 @@
-//! Instance slots grouped into draws: pipeline, then material class, then mesh.
+//! Pages of instance slots listed by batch, in drawing order: pipeline, then material class, then mesh.
 //!
-//! Done only when an object appeared, vanished, or changed what it is drawn with; moving objects keep their place.
-//! Blended objects are not grouped here: their order depends on the view, see [`sort_transparent`].
+//! Done only when a page was begun or given up. Blended objects are kept one by one: their order depends on the view,
+//! see [`sort_transparent`].
 
 use crate::draw_list::{Batch, BatchKey, DrawList, Transparent};
 use crate::instances::InstanceTable;
 use crate::library::AlphaMode;
 use bevy_ecs::prelude::*;
 use glam::Vec3;
-use std::collections::BTreeMap;
 
-/// Groups all slots anew if need be.
-pub fn update_batches(table: Res<InstanceTable>, mut list: ResMut<DrawList>) {
-    let list = list.bypass_change_detection();
-    if table.regroup {
-        group(&table, list);
+/// Lists the pages anew if they changed.
+pub fn update_batches(mut table: ResMut<InstanceTable>, mut list: ResMut<DrawList>) {
+    let (table, list) = (table.bypass_change_detection(), list.bypass_change_detection());
+    if !table.pages.take_changed() {
+        return;
     }
-    if table.regroup || table.transparent_moved {
-        list.transparent.clear();
-        for (slot, occupant) in table.occupants.iter().enumerate() {
-            if let Some(o) = occupant.filter(|o| o.key.pipeline.alpha == AlphaMode::Blend) {
-                list.transparent.push(Transparent { slot: slot as u32, key: o.key, center: o.center });
-            }
-        }
-    }
-}
-
-/// A counting sort by key; slots ascend within a batch.
-fn group(table: &InstanceTable, list: &mut DrawList) {
-    let opaque = || {
-        table.occupants.iter().enumerate().filter_map(|(slot, occupant)| {
-            let key = occupant.as_ref()?.key;
-            (key.pipeline.alpha != AlphaMode::Blend).then_some((slot as u32, key))
-        })
-    };
-    let mut next: BTreeMap<BatchKey, u32> = BTreeMap::new();
-    opaque().for_each(|(_, key)| *next.entry(key).or_default() += 1);
     list.batches.clear();
-    let mut first = 0;
-    for (&key, entry) in &mut next {
-        let count = std::mem::replace(entry, first);
-        list.batches.push(Batch { key, first, count });
-        first += count;
-    }
-    list.slots.clear();
-    list.slots.resize(first as usize, 0);
-    for (slot, key) in opaque() {
-        if let Some(place) = next.get_mut(&key) {
-            list.slots[*place as usize] = slot;
-            *place += 1;
-        }
+    list.pages.clear();
+    for (key, pages) in table.pages.batches().filter(|(key, _)| key.pipeline.alpha != AlphaMode::Blend) {
+        let first = list.pages.len() as u32;
+        list.pages.extend(pages);
+        list.batches.push(Batch { key, pages: first..list.pages.len() as u32 });
     }
     list.batches_version += 1;
 }
 
-/// Orders blended objects for a view: farthest first along the viewing direction, equal ones by slot. Neighbours with
-/// the same key share a draw. Returns their slots, and batches whose `first` counts from the start of those.
-pub fn sort_transparent(transparent: &[Transparent], view_direction: Vec3) -> (Vec<u32>, Vec<Batch>) {
+/// Adds a blended object, or says where it is now. The list is in slot order.
+pub(crate) fn put_transparent(transparent: &mut Vec<Transparent>, object: Transparent) {
+    match transparent.binary_search_by_key(&object.slot, |t| t.slot) {
+        Ok(index) => transparent[index] = object,
+        Err(index) => transparent.insert(index, object),
+    }
+}
+
+/// Forgets a blended object.
+pub(crate) fn remove_transparent(transparent: &mut Vec<Transparent>, slot: u32) {
+    if let Ok(index) = transparent.binary_search_by_key(&slot, |t| t.slot) {
+        transparent.remove(index);
+    }
+}
+
+/// Blended objects that follow each other and share a draw.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct BlendedRun {
+    /// What they share.
+    pub key: BatchKey,
+    /// Which of the sorted slots.
+    pub slots: std::ops::Range<u32>,
+}
+
+/// Orders blended objects for a view: farthest first along the viewing direction, equal ones by slot. Returns their
+/// slots, and the runs of neighbours with the same key.
+pub fn sort_transparent(transparent: &[Transparent], view_direction: Vec3) -> (Vec<u32>, Vec<BlendedRun>) {
     let mut order: Vec<&Transparent> = transparent.iter().collect();
     order.sort_by(|a, b| {
         let (da, db) = (a.center.dot(view_direction), b.center.dot(view_direction));
         db.total_cmp(&da).then(a.slot.cmp(&b.slot))
     });
-    let mut batches: Vec<Batch> = Vec::new();
-    for (i, item) in order.iter().enumerate() {
-        match batches.last_mut() {
-            Some(last) if last.key == item.key => last.count += 1,
-            _ => batches.push(Batch { key: item.key, first: i as u32, count: 1 }),
+    let mut runs: Vec<BlendedRun> = Vec::new();
+    for (i, item) in (0..).zip(&order) {
+        match runs.last_mut() {
+            Some(last) if last.key == item.key => last.slots.end += 1,
+            _ => runs.push(BlendedRun { key: item.key, slots: i..i + 1 }),
         }
     }
-    (order.iter().map(|item| item.slot).collect(), batches)
+    (order.iter().map(|item| item.slot).collect(), runs)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::Simulation;
+    use crate::draw_list::PAGE_SLOTS;
+    use crate::instances::InstanceSlot;
     use crate::library::{Library, Material, MaterialId, MeshId};
     use crate::shapes;
     use bevy_transform::components::Transform;
@@ -96,54 +93,92 @@ mod tests {
         (simulation, entities)
     }
 
-    fn check_groups(simulation: &Simulation) {
-        let (list, table) = (simulation.draw_list(), simulation.world.resource::<InstanceTable>());
-        let mut seen = Vec::new();
-        let mut keys = Vec::new();
-        for batch in &list.batches {
-            let slots = &list.slots[batch.first as usize..(batch.first + batch.count) as usize];
-            assert!(slots.is_sorted());
-            assert!(slots.iter().all(|&s| table.occupants[s as usize].unwrap().key == batch.key));
-            seen.extend_from_slice(slots);
-            keys.push(batch.key);
+    /// Every object is in a page of its batch or in the blended list, once, and its record is in its slot.
+    fn check_groups(simulation: &mut Simulation) {
+        let mut objects = simulation.world.query::<(Entity, &InstanceSlot)>();
+        let mut slots: Vec<(u32, u32)> = Vec::new();
+        for (entity, slot) in objects.iter(&simulation.world) {
+            slots.extend(slot.get().map(|slot| (slot, entity.index_u32())));
         }
-        assert!(keys.is_sorted() && keys.windows(2).all(|k| k[0] != k[1]));
-        seen.extend(list.transparent.iter().map(|t| t.slot));
-        seen.sort_unstable();
-        let used: Vec<u32> =
-            (0..table.occupants.len() as u32).filter(|&s| table.occupants[s as usize].is_some()).collect();
-        assert_eq!(seen, used);
+        slots.sort_unstable();
+        let (list, table) = (simulation.draw_list(), simulation.world.resource::<InstanceTable>());
+        assert!(list.batches.is_sorted_by(|a, b| a.key < b.key && a.pages.end == b.pages.start));
+        let mut listed: Vec<(u32, u32)> = list.transparent.iter().map(|t| (t.slot, t.slot)).collect();
+        for batch in &list.batches {
+            let pages = &list.pages[batch.pages.start as usize..batch.pages.end as usize];
+            assert!(!pages.is_empty() && pages.is_sorted_by(|a, b| a < b));
+            for page in pages {
+                let here = page * PAGE_SLOTS..(page + 1) * PAGE_SLOTS;
+                let used: Vec<u32> = slots.iter().map(|s| s.0).filter(|slot| here.contains(slot)).collect();
+                assert!(!used.is_empty() && used.iter().all(|&slot| table.pages.key(slot) == batch.key));
+                listed.extend(used.iter().map(|&slot| (slot, slot)));
+            }
+        }
+        listed.sort_unstable();
+        assert_eq!(listed.iter().map(|l| l.0).collect::<Vec<_>>(), slots.iter().map(|s| s.0).collect::<Vec<_>>());
+        assert_eq!(list.objects as usize, slots.len());
+        for (slot, record) in list.instances.records.iter().enumerate() {
+            match slots.binary_search_by_key(&(slot as u32), |s| s.0) {
+                Ok(index) => assert_eq!(record.entity, slots[index].1),
+                Err(_) => assert_eq!(*record, crate::draw_list::InstanceRecord::default()),
+            }
+        }
     }
 
     #[test]
-    fn every_slot_is_in_exactly_one_group_through_spawn_despawn_and_change() {
-        let (mut simulation, entities) = scene(60);
+    fn every_object_is_listed_once_through_spawn_despawn_and_change() {
+        let (mut simulation, entities) = scene(600);
         simulation.frame();
-        check_groups(&simulation);
+        check_groups(&mut simulation);
         assert_eq!(simulation.draw_list().batches.len(), 4);
-        assert_eq!(simulation.draw_list().transparent.len(), 20);
+        assert_eq!(simulation.draw_list().transparent.len(), 200);
         for i in [3, 10, 11, 59] {
             simulation.world.despawn(entities[i]);
         }
         simulation.world.entity_mut(entities[0]).insert(MaterialId::DEFAULT);
         simulation.world.entity_mut(entities[1]).remove::<MeshId>();
         simulation.frame();
-        check_groups(&simulation);
-        assert_eq!(simulation.world.resource::<crate::stats::FrameStats>().objects, 55);
+        check_groups(&mut simulation);
+        assert_eq!(simulation.world.resource::<crate::stats::FrameStats>().objects, 595);
+        for (i, &entity) in entities.iter().enumerate().skip(60) {
+            match i % 7 {
+                0..4 => drop(simulation.world.despawn(entity)),
+                4 => drop(simulation.world.entity_mut(entity).insert(MeshId(1))),
+                _ => {}
+            }
+        }
+        simulation.frame();
+        check_groups(&mut simulation);
+        for i in 0..100 {
+            simulation.world.spawn((MeshId(i % 2), MaterialId(i % 4)));
+        }
+        simulation.frame();
+        check_groups(&mut simulation);
+        let all: Vec<Entity> = simulation.world.query_filtered::<Entity, With<MeshId>>().iter(&simulation.world).collect();
+        for entity in all {
+            simulation.world.despawn(entity);
+        }
+        simulation.frame();
+        check_groups(&mut simulation);
+        assert!(simulation.draw_list().batches.is_empty() && simulation.draw_list().pages.is_empty());
     }
 
     #[test]
-    fn slots_are_stable_and_the_lowest_free_one_is_reused() {
-        let (mut simulation, entities) = scene(10);
+    fn slots_are_stable_and_the_lowest_free_one_of_the_batch_is_reused() {
+        let (mut simulation, entities) = scene(60);
         simulation.frame();
-        let slot = |s: &Simulation, e| s.world.get::<crate::instances::InstanceSlot>(e).unwrap().get();
-        simulation.world.despawn(entities[7]);
-        simulation.world.despawn(entities[2]);
+        let slot = |s: &Simulation, e| s.world.get::<InstanceSlot>(e).unwrap().get();
+        let before: Vec<_> = entities.iter().map(|&e| slot(&simulation, e)).collect();
+        simulation.world.despawn(entities[30]);
+        simulation.world.despawn(entities[12]);
         simulation.frame();
-        assert_eq!(slot(&simulation, entities[9]), Some(9));
-        let new = simulation.world.spawn(MeshId(0)).id();
+        let kept = |i: &usize| ![12, 30].contains(i);
+        assert!((0..60).filter(kept).all(|i| slot(&simulation, entities[i]) == before[i]));
+        let version = simulation.draw_list().batches_version;
+        let new = simulation.world.spawn((MeshId(0), MaterialId(1))).id();
         simulation.frame();
-        assert_eq!(slot(&simulation, new), Some(2));
+        assert_eq!(slot(&simulation, new), before[12]);
+        assert_eq!(simulation.draw_list().batches_version, version, "a page with room was there");
     }
 
     #[test]
@@ -155,7 +190,8 @@ mod tests {
         assert!(simulation.draw_list().instances.dirty.is_empty());
         simulation.world.get_mut::<Transform>(entities[12]).unwrap().translation.y = 1.0;
         simulation.frame();
-        assert_eq!(format!("{:?}", simulation.draw_list().instances.dirty.ranges(0)), "[12..13]");
+        let slot = simulation.world.get::<InstanceSlot>(entities[12]).unwrap().get().unwrap();
+        assert_eq!(simulation.draw_list().instances.dirty.ranges(0), [slot..slot + 1]);
         assert_eq!(simulation.draw_list().batches_version, version);
     }
 
@@ -166,17 +202,21 @@ mod tests {
         simulation.world.get_mut::<Transform>(entities[0]).unwrap().scale.x = -1.0;
         simulation.frame();
         let mirrored = simulation.draw_list().batches.iter().filter(|b| b.key.pipeline.mirrored);
-        assert_eq!(mirrored.map(|b| b.count).collect::<Vec<_>>(), [1]);
+        assert_eq!(mirrored.map(|b| b.pages.len()).collect::<Vec<_>>(), [1]);
     }
 
     #[test]
     fn blended_objects_come_farthest_first_and_neighbours_share_draws() {
         let (mut simulation, _) = scene(12);
         simulation.frame();
-        let (slots, batches) = sort_transparent(&simulation.draw_list().transparent, Vec3::NEG_Z);
-        assert_eq!(slots, [11, 8, 5, 2]);
-        assert_eq!(batches.iter().map(|b| (b.first, b.count)).collect::<Vec<_>>(), [(0, 1), (1, 1), (2, 1), (3, 1)]);
-        let (slots, batches) = sort_transparent(&simulation.draw_list().transparent, Vec3::ZERO);
-        assert_eq!((slots.len(), batches.len()), (4, 4));
+        let named = |slots: Vec<u32>| -> Vec<i32> {
+            let record = |slot: u32| simulation.draw_list().instances.records[slot as usize];
+            slots.into_iter().map(|slot| record(slot).world_from_object[0][3] as i32).collect()
+        };
+        let (slots, runs) = sort_transparent(&simulation.draw_list().transparent, Vec3::NEG_Z);
+        assert_eq!(named(slots), [11, 8, 5, 2]);
+        assert_eq!(runs.iter().map(|run| run.slots.clone()).collect::<Vec<_>>(), [0..1, 1..2, 2..3, 3..4]);
+        let (slots, runs) = sort_transparent(&simulation.draw_list().transparent, Vec3::ZERO);
+        assert_eq!((slots.len(), runs.len()), (4, 2));
     }
 }

@@ -4,10 +4,9 @@
 //! mirrors the `…Record` structs; `tests/shaders.rs` compares every offset of the two.
 //!
 //! ```text
-//! instances[slot]  one record per drawn object; an object keeps its slot while it lives
-//! slots[i]         slots grouped by batch: batch b draws slots[b.first .. b.first + b.count]
-//! batches[b]       one instanced draw: pipeline, material class, mesh
-//! transparent[i]   slots that are sorted per view and drawn after the batches
+//! instances[slot]  one record per drawn object, in pages of 64 slots; an object keeps its slot while it lives
+//! batches[b]       objects with the same pipeline, material class and mesh: those of pages[batches[b].pages]
+//! transparent[i]   objects that are sorted per view and drawn after the batches
 //! ```
 
 use crate::components::Environment;
@@ -22,10 +21,13 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// Most elements of [`DrawList::reaching`]: 1 GiB.
 pub const MAX_REACHING: u64 = 1 << 28;
 
+/// Slots in a page of instances; a page holds objects of one batch.
+pub const PAGE_SLOTS: u32 = 64;
+
 /// An unused light slot of an instance.
 pub const NO_LIGHT: u32 = u32::MAX;
 
-/// One drawn object. Mirrors `Instance`.
+/// One drawn object; all zero in a slot that is not in use, which no pass draws. Mirrors `Instance`.
 #[repr(C)]
 #[derive(Clone, Copy, PartialEq, Debug, Default, Pod, Zeroable)]
 pub struct InstanceRecord {
@@ -261,15 +263,13 @@ pub struct BatchKey {
     pub mesh: MeshId,
 }
 
-/// One instanced draw.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+/// Objects that are drawn together.
+#[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Batch {
-    /// What its instances share.
+    /// What they share.
     pub key: BatchKey,
-    /// First element of `slots`.
-    pub first: u32,
-    /// Number of instances.
-    pub count: u32,
+    /// Which elements of [`DrawList::pages`] hold them.
+    pub pages: Range<u32>,
 }
 
 /// An object that is blended, sorted per view.
@@ -387,11 +387,13 @@ pub struct DrawList {
     pub texture_arrays: Vec<TextureArray>,
     /// Indexed by [`ClassId`].
     pub classes: Vec<MaterialClass>,
-    /// Instance slots of opaque and masked objects, grouped by batch.
-    pub slots: Vec<u32>,
+    /// Objects drawn, blended ones among them.
+    pub objects: u32,
+    /// Pages of opaque and masked objects, grouped by batch: page p holds the slots from p times [`PAGE_SLOTS`] on.
+    pub pages: Vec<u32>,
     /// In drawing order.
     pub batches: Vec<Batch>,
-    /// Changes whenever `slots` and `batches` did.
+    /// Changes whenever `pages` and `batches` did.
     pub batches_version: u64,
     /// Blended objects, in slot order.
     pub transparent: Vec<Transparent>,
@@ -419,7 +421,8 @@ impl Default for DrawList {
             materials: Table::default(),
             texture_arrays: Vec::new(),
             classes: Vec::new(),
-            slots: Vec::new(),
+            objects: 0,
+            pages: Vec::new(),
             batches: Vec::new(),
             batches_version: 0,
             transparent: Vec::new(),
@@ -429,5 +432,12 @@ impl Default for DrawList {
             reaching_version: 0,
             environment: Environment::default(),
         }
+    }
+}
+
+impl DrawList {
+    /// The records of drawn objects, blended ones among them, in the order of their slots.
+    pub fn drawn(&self) -> impl Iterator<Item = &InstanceRecord> {
+        self.instances.records.iter().filter(|record| **record != InstanceRecord::default())
     }
 }

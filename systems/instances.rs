@@ -1,22 +1,22 @@
 //! The instance table: one stable slot per drawn object.
 //!
-//! A slot is taken when an object first appears in a frame, kept while it lives, and reused, lowest first, after it is
-//! gone. So an object that moves rewrites its own record and nothing else. The records are in the [`DrawList`]; this
-//! module keeps beside each slot what the batches need to know of it.
+//! A slot is taken when an object first appears in a frame and kept while it lives and is drawn with the same mesh,
+//! pipeline and class ([`crate::pages`] gives slots out). So an object that moves rewrites its own record and nothing
+//! else. The records are in the [`DrawList`].
 
+use crate::batches;
 use crate::bounds::WorldBounds;
-use crate::draw_list::{BatchKey, DrawList, InstanceRecord};
+use crate::draw_list::{BatchKey, DrawList, InstanceRecord, Transparent};
 use crate::library::{AlphaMode, Library, MaterialId, MeshId};
 use crate::lights::Selection;
 use crate::materials::MaterialTable;
+use crate::pages::SlotPages;
 use crate::pieces::PieceOf;
 use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
 use bevy_transform::components::GlobalTransform;
-use glam::{Affine3A, Vec3};
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
+use glam::Affine3A;
 
 /// The slot of a drawn entity in the instance table. Derived.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug)]
@@ -38,49 +38,35 @@ impl Default for InstanceSlot {
     }
 }
 
-/// What is known of a slot in use.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub(crate) struct Occupant {
-    pub key: BatchKey,
-    /// Centre of the bounds, world space; for sorting blended objects.
-    pub center: Vec3,
-}
-
 /// Which slots are in use, and by what kind of object.
 #[derive(Resource, Debug, Default)]
 pub struct InstanceTable {
-    pub(crate) occupants: Vec<Option<Occupant>>,
+    pub(crate) pages: SlotPages,
     /// Given back since the last frame.
     freed: Vec<u32>,
-    free: BinaryHeap<Reverse<u32>>,
-    /// Some slot was taken, given back, or changed its key.
-    pub(crate) regroup: bool,
-    /// A blended object moved.
-    pub(crate) transparent_moved: bool,
 }
 
 impl InstanceTable {
-    fn take(&mut self) -> u32 {
-        self.free.pop().map_or_else(
-            || {
-                self.occupants.push(None);
-                self.occupants.len() as u32 - 1
-            },
-            |Reverse(slot)| slot,
-        )
+    /// Empties a slot: its record draws nothing from now on.
+    fn release(&mut self, slot: u32, list: &mut DrawList) {
+        if self.pages.key(slot).pipeline.alpha == AlphaMode::Blend {
+            batches::remove_transparent(&mut list.transparent, slot);
+        }
+        self.pages.release(slot);
+        list.instances.write(slot, InstanceRecord::default());
     }
 
-    fn release(&mut self, slot: u32) {
-        self.occupants[slot as usize] = None;
-        self.free.push(Reverse(slot));
-        self.regroup = true;
-    }
-
-    fn occupy(&mut self, slot: u32, occupant: Occupant) {
-        let place = &mut self.occupants[slot as usize];
-        self.regroup |= place.is_none_or(|old| old.key != occupant.key);
-        self.transparent_moved |= occupant.key.pipeline.alpha == AlphaMode::Blend && *place != Some(occupant);
-        *place = Some(occupant);
+    /// The slot of an object of that batch: the one that it has, unless its batch is another now.
+    fn settle(&mut self, slot: &mut InstanceSlot, key: BatchKey, list: &mut DrawList) -> u32 {
+        if let Some(taken) = slot.get() {
+            if self.pages.key(taken) == key {
+                return taken;
+            }
+            self.release(taken, list);
+        }
+        let taken = self.pages.take(key);
+        *slot = InstanceSlot(taken);
+        taken
     }
 }
 
@@ -113,9 +99,8 @@ pub fn update_instances(
     mut list: ResMut<DrawList>,
 ) {
     let (table, list) = (table.bypass_change_detection(), list.bypass_change_detection());
-    (table.regroup, table.transparent_moved) = (false, false);
     for slot in std::mem::take(&mut table.freed) {
-        table.release(slot);
+        table.release(slot, list);
     }
     let mut update = |drawn| update_instance(drawn, &library, &materials, table, list);
     if materials.regroup {
@@ -123,6 +108,7 @@ pub fn update_instances(
     } else {
         queries.p0().iter_mut().for_each(&mut update);
     }
+    list.objects = table.pages.used_slots();
 }
 
 fn update_instance(
@@ -137,20 +123,20 @@ fn update_instance(
 ) {
     if library.mesh(mesh).is_none_or(|entry| entry.mesh.indices.is_empty()) {
         if let Some(taken) = std::mem::take(&mut *slot).get() {
-            table.release(taken);
+            table.release(taken, list);
         }
         return;
     }
-    let index = slot.get().unwrap_or_else(|| {
-        let taken = table.take();
-        *slot = InstanceSlot(taken);
-        taken
-    });
     let world_from_object = transform.affine();
     let material = if library.material(material).is_some() { material } else { MaterialId::DEFAULT };
     let (class, mut pipeline) = materials.placed(material);
     pipeline.mirrored = world_from_object.matrix3.determinant() < 0.0;
-    table.occupy(index, Occupant { key: BatchKey { pipeline, class, mesh }, center: bounds.0.center });
+    let key = BatchKey { pipeline, class, mesh };
+    let index = table.settle(slot.bypass_change_detection(), key, list);
+    if pipeline.alpha == AlphaMode::Blend {
+        let center = bounds.0.center;
+        batches::put_transparent(&mut list.transparent, Transparent { slot: index, key, center });
+    }
     let object = piece.map_or(entity, |piece| piece.0);
     list.instances.write(index, record(object, &world_from_object, material, selection));
 }

@@ -25,6 +25,7 @@ pub mod lights;
 pub mod materials;
 pub mod motion;
 pub mod object_order;
+mod pages;
 pub mod pieces;
 pub mod relevance;
 pub mod shapes;
@@ -156,7 +157,7 @@ pub fn frame_schedule() -> Schedule {
             (lights::update_light_table, light_selection::select_lights, lap(Stage::Lights)).chain(),
             // Everything an object's record holds is known now.
             (instances::update_instances, light_selection::list_reaching, lap(Stage::Instances)).chain(),
-            // Slots are final: group them into draws.
+            // Slots are final: list their pages by draw.
             (batches::update_batches, lap(Stage::Batches), stats::count).chain(),
         )
             .chain(),

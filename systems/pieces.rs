@@ -147,7 +147,6 @@ mod tests {
     use super::*;
     use crate::Simulation;
     use crate::components::Light;
-    use crate::instances::InstanceTable;
     use crate::library::Material;
     use crate::shapes;
     use glam::{Quat, UVec2, Vec2};
@@ -183,9 +182,8 @@ mod tests {
         let none = crate::draw_list::NO_LIGHT;
         assert_eq!(chosen, [first(lights[0]), first(lights[0]), none, first(lights[1]), first(lights[1])]);
         let list = simulation.draw_list();
-        assert_eq!(list.slots.len(), 5);
-        let named = |slot: &u32| list.instances.records[*slot as usize].entity;
-        assert!(list.slots.iter().all(|slot| named(slot) == object.index_u32()));
+        assert_eq!(list.objects, 5);
+        assert!(list.drawn().all(|record| record.entity == object.index_u32()));
         // Again, everything is small.
         assert_eq!(draw_in_pieces(&mut simulation.world, object, 20.0), PiecesReport::default());
     }
@@ -199,7 +197,7 @@ mod tests {
         simulation.frame();
         draw_in_pieces(&mut simulation.world, object, 20.0);
         simulation.frame();
-        assert_eq!(simulation.draw_list().slots.len(), 4);
+        assert_eq!(simulation.draw_list().objects, 4);
         simulation.world.entity_mut(object).insert((red, Transform::from_xyz(0.0, 7.0, 0.0)));
         simulation.frame();
         for piece in pieces_of(&simulation, object) {
@@ -208,8 +206,8 @@ mod tests {
         }
         simulation.world.despawn(object);
         simulation.frame();
-        assert_eq!(simulation.draw_list().slots.len(), 0);
-        assert!(simulation.world.resource::<InstanceTable>().occupants.iter().all(Option::is_none));
+        assert_eq!(simulation.draw_list().objects, 0);
+        assert_eq!(simulation.draw_list().drawn().count(), 0);
     }
 
     #[test]

@@ -89,7 +89,7 @@ pub(crate) fn lap(stage: Stage) -> impl FnMut(ResMut<FrameStats>) {
 }
 
 pub(crate) fn count(mut stats: ResMut<FrameStats>, list: Res<DrawList>) {
-    stats.objects = list.slots.len() + list.transparent.len();
+    stats.objects = list.objects as usize;
     stats.instances_written = list.instances.dirty.ranges(0).iter().map(ExactSizeIterator::len).sum();
     stats.batches = list.batches.len();
     stats.transparent = list.transparent.len();

@@ -253,10 +253,7 @@ fn a_scene_says_how_long_pieces_are() {
     assert_eq!(pieces_by_name(&mut simulation), expected);
     assert_eq!(loaded.warnings, [""; 0]);
     simulation.frame();
-    assert_eq!(
-        simulation.draw_list().slots.len() + simulation.draw_list().transparent.len(),
-        2 + 4 + 1 + 5 + 1 + 1 + 4 + 3 + 1
-    );
+    assert_eq!(simulation.draw_list().objects, 2 + 4 + 1 + 5 + 1 + 1 + 4 + 3 + 1);
 
     let (mut simulation, _) = load(&scene("(light: point()), (light: point()), (light: point())"));
     let pieces: usize = pieces_by_name(&mut simulation).iter().map(|(_, pieces)| pieces).sum();
@@ -320,7 +317,7 @@ fn a_model_as_a_scene_comes_in_pieces_where_it_has_many_lights() {
         scene::load(&write(&folder, "model.gltf", &model(lights)), &mut simulation).unwrap_or_else(|e| panic!("{e}"));
         assert_eq!(pieces_by_name(&mut simulation), [("floor".to_owned(), pieces)], "{lights} lights");
         simulation.frame();
-        assert_eq!(simulation.draw_list().slots.len(), pieces.max(1));
+        assert_eq!(simulation.draw_list().objects, pieces.max(1) as u32);
     }
 }
 
