@@ -18,7 +18,7 @@ fn heat_color(heat: f32) -> vec3f {
 // Where there is nothing to count.
 const HEAT_NONE = vec3f(0.2);
 
-fn debug_color(surface: Surface, base: vec3f, slot: u32, tangent: vec3f) -> vec3f {
+fn debug_color(surface: Surface, base: vec3f, instance: Instance, tangent: vec3f) -> vec3f {
     if DEBUG == DEBUG_BASE {
         return base;
     } else if DEBUG == DEBUG_NORMAL {
@@ -31,24 +31,24 @@ fn debug_color(surface: Surface, base: vec3f, slot: u32, tangent: vec3f) -> vec3
         // Red, green and blue: how much each of the three gives here.
         var given = vec3f(0.02);
         for (var i = 0u; i < 3u; i++) {
-            let light = instances[slot].lights[i];
+            let light = instance.lights[i];
             if light != NO_LIGHT {
                 let here = arriving(light, surface.position);
                 let n_l = max(dot(surface.normal, here.toward), 0.0);
-                given[i] += instances[slot].weights[i] * luminance(here.color) * n_l;
+                given[i] += instance.weights[i] * luminance(here.color) * n_l;
             }
         }
-        let picked = select(0.5, 1.0, instances[slot].entity == view.picked_entity);
+        let picked = select(0.5, 1.0, instance.entity == view.picked_entity);
         return given * picked;
     }
     // Heat maps of what the selection knows of the object: the same wherever on it, whatever the number of lights.
     if DEBUG == DEBUG_LIGHT_COUNT {
         // 1 blue to 64 red, each doubling as far as the other.
-        let count = f32(instances[slot].reaching);
+        let count = f32(instance.reaching);
         return headlight * select(HEAT_NONE, heat_color(log2(max(count, 1.0)) / 6.0), count > 0.0);
     }
     // Error bound, as bright as the picture shows it: 0.001 blue to 10 red, each ten times as far as the other.
-    let bound = instances[slot].dropped * view.exposure;
+    let bound = instance.dropped * view.exposure;
     let decades = log2(max(bound, 1e-9)) / log2(10.0);
     return headlight * select(HEAT_NONE, heat_color((decades + 3.0) / 4.0), bound > 0.0);
 }

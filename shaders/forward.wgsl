@@ -37,6 +37,8 @@ struct VertexIn {
     // Both UV sets.
     @location(3) uvs: vec4f,
     @location(4) color: vec4f,
+    // Of the instance.
+    @location(5) slot: u32,
 }
 
 struct VertexOut {
@@ -55,9 +57,8 @@ fn unit_or(v: vec3f, otherwise: vec3f) -> vec3f {
 }
 
 @vertex
-fn vs_main(in: VertexIn, @builtin(instance_index) instance_index: u32) -> VertexOut {
-    let slot = slots[instance_index];
-    let rows = instances[slot].world_from_object;
+fn vs_main(in: VertexIn) -> VertexOut {
+    let rows = load_world_from_object(in.slot);
     let object = vec4f(in.position, 1.0);
     let position = vec3f(dot(rows[0], object), dot(rows[1], object), dot(rows[2], object));
     // Normals go by the cofactor matrix: det · inverse transpose, its columns cross products of the rows' columns.
@@ -76,7 +77,7 @@ fn vs_main(in: VertexIn, @builtin(instance_index) instance_index: u32) -> Vertex
     out.tangent = vec4f(unit_or(tangent, vec3f(1.0, 0.0, 0.0)), in.tangent.w * handedness);
     out.uvs = in.uvs;
     out.color = in.color;
-    out.slot = slot;
+    out.slot = in.slot;
     return out;
 }
 
@@ -95,51 +96,52 @@ struct ImageUv {
     dy: vec2f,
 }
 
-fn image_uv(map: MapRef, uvs: Uvs) -> ImageUv {
+fn image_uv(material: Material, map: u32, uvs: Uvs) -> ImageUv {
     if !TRANSFORMED_UVS {
         return ImageUv(uvs.at.xy, uvs.dx.xy, uvs.dy.xy);
     }
-    let image_from_mesh = mat2x2f(map.image_from_mesh_uv.xy, map.image_from_mesh_uv.zw);
-    let second = map.uv_set == 1u;
+    let m = material.image_from_mesh_uv[map];
+    let image_from_mesh = mat2x2f(m.xy, m.zw);
+    let second = (material.second_uvs >> map & 1u) == 1u;
     return ImageUv(
-        image_from_mesh * select(uvs.at.xy, uvs.at.zw, second) + map.offset,
+        image_from_mesh * select(uvs.at.xy, uvs.at.zw, second) + material.offsets[map],
         image_from_mesh * select(uvs.dx.xy, uvs.dx.zw, second),
         image_from_mesh * select(uvs.dy.xy, uvs.dy.zw, second),
     );
 }
 
-fn sample(maps: texture_2d_array<f32>, map_sampler: sampler, map: MapRef, uvs: Uvs) -> vec4f {
-    let uv = image_uv(map, uvs);
-    return textureSampleGrad(maps, map_sampler, uv.at, map.layer, uv.dx, uv.dy);
+fn sample(maps: texture_2d_array<f32>, map_sampler: sampler, material: Material, map: u32, uvs: Uvs) -> vec4f {
+    let uv = image_uv(material, map, uvs);
+    return textureSampleGrad(maps, map_sampler, uv.at, material.layers[map], uv.dx, uv.dy);
 }
 
-fn base_color(material: u32, uvs: Uvs, vertex_color: vec4f) -> vec4f {
-    let texel = sample(base_maps, base_sampler, materials[material].maps[MAP_BASE], uvs);
-    return texel * materials[material].base_factor * vertex_color;
+fn base_color(material: Material, uvs: Uvs, vertex_color: vec4f) -> vec4f {
+    let texel = sample(base_maps, base_sampler, material, MAP_BASE, uvs);
+    return texel * material.base_factor * vertex_color;
 }
 
 fn height(layer: u32, uv: vec2f, dx: vec2f, dy: vec2f) -> f32 {
     return textureSampleGrad(height_maps, height_sampler, uv, layer, dx, dy).r;
 }
 
-fn shading_normal(material: u32, in: VertexOut, uvs: Uvs, front: bool) -> vec3f {
+fn shading_normal(material: Material, in: VertexOut, uvs: Uvs, front: bool) -> vec3f {
     var normal = normalize(in.normal);
     if TECHNIQUE == TECHNIQUE_NORMAL {
-        let texel = sample(normal_maps, normal_sampler, materials[material].maps[MAP_NORMAL], uvs).xyz;
+        let texel = sample(normal_maps, normal_sampler, material, MAP_NORMAL, uvs).xyz;
         var frame = tangent_frame(in.normal, in.tangent);
         if TRANSFORMED_UVS {
-            frame = turned_frame(frame, materials[material].maps[MAP_NORMAL].image_from_mesh_uv);
+            frame = turned_frame(frame, material.image_from_mesh_uv[MAP_NORMAL]);
         }
-        normal = normal_mapped(frame, texel, materials[material].normal_scale);
+        normal = normal_mapped(frame, texel, material.normal_scale);
     } else if TECHNIQUE == TECHNIQUE_PERTURBED_NORMAL {
-        let layer = materials[material].maps[MAP_HEIGHT].layer;
-        let uv = image_uv(materials[material].maps[MAP_HEIGHT], uvs);
+        let layer = material.layers[MAP_HEIGHT];
+        let uv = image_uv(material, MAP_HEIGHT, uvs);
         let dp_dx = dpdx(in.position);
         let dp_dy = dpdy(in.position);
         // Heights are given in UV units; this many metres are in one.
         let area_uv = abs(uv.dx.x * uv.dy.y - uv.dx.y * uv.dy.x);
         let metres = sqrt(length(cross(dp_dx, dp_dy)) / max(area_uv, 1e-12));
-        let scale = materials[material].height_scale_uv * metres;
+        let scale = material.height_scale_uv * metres;
         let here = height(layer, uv.at, uv.dx, uv.dy);
         let dh_dx = scale * (height(layer, uv.at + uv.dx, uv.dx, uv.dy) - here);
         let dh_dy = scale * (height(layer, uv.at + uv.dy, uv.dx, uv.dy) - here);
@@ -149,29 +151,28 @@ fn shading_normal(material: u32, in: VertexOut, uvs: Uvs, front: bool) -> vec3f 
 }
 
 // The material's maps and factors at this pixel; colours only, the caller adds place and direction.
-fn surface_at(material: u32, base: vec3f, uvs: Uvs) -> Surface {
+fn surface_at(material: Material, base: vec3f, uvs: Uvs) -> Surface {
     var surface: Surface;
     surface.diffuse = base;
     if SHADING == SHADING_UNLIT {
         return surface;
     }
-    let texel = sample(specular_maps, specular_sampler, materials[material].maps[MAP_SPECULAR], uvs);
-    let specular = texel.rgb * materials[material].specular_factor;
+    let texel = sample(specular_maps, specular_sampler, material, MAP_SPECULAR, uvs);
+    let specular = texel.rgb * material.specular_factor;
     surface.specular = specular;
     surface.specular_90 = vec3f(1.0);
-    surface.gloss = materials[material].shininess;
+    surface.gloss = material.shininess;
     if SHADING == SHADING_SPECULAR_GLOSSINESS {
         // KHR_materials_pbrSpecularGlossiness.
         surface.diffuse = base * (1.0 - max(specular.r, max(specular.g, specular.b)));
-        let roughness = 1.0 - saturate(texel.a * materials[material].glossiness);
+        let roughness = 1.0 - saturate(texel.a * material.glossiness);
         surface.gloss = max(roughness * roughness, 1e-3);
     } else if SHADING == SHADING_METALLIC_ROUGHNESS {
         // glTF 2.0, appendix B.3.5, with KHR_materials_specular.
-        let map = materials[material].maps[MAP_METALLIC_ROUGHNESS];
-        let metal_rough = sample(metallic_roughness_maps, metallic_roughness_sampler, map, uvs);
-        let metallic = saturate(metal_rough.b * materials[material].metallic);
-        let roughness = saturate(metal_rough.g * materials[material].roughness);
-        let strength = texel.a * materials[material].specular_strength;
+        let metal_rough = sample(metallic_roughness_maps, metallic_roughness_sampler, material, MAP_METALLIC_ROUGHNESS, uvs);
+        let metallic = saturate(metal_rough.b * material.metallic);
+        let roughness = saturate(metal_rough.g * material.roughness);
+        let strength = texel.a * material.specular_strength;
         let dielectric = min(0.04 * specular, vec3f(1.0)) * strength;
         surface.diffuse = base * (1.0 - metallic);
         surface.specular = mix(dielectric, base, metallic);
@@ -197,26 +198,26 @@ fn reflected(surface: Surface, light: u32) -> vec3f {
 }
 
 // All light on the surface that comes from lights, the scene's ambient and the sky; not its own emission.
-fn lit(surface: Surface, slot: u32, occlusion: f32) -> vec3f {
+fn lit(surface: Surface, slot: u32, instance: Instance, occlusion: f32) -> vec3f {
     var color = surface.diffuse * view.ambient * occlusion;
     var around = vec3f(0.0);
     let mirror = reflect(-surface.toward_eye, surface.normal);
     if LIGHTS == LIGHTS_ALL {
         let first = reaching[slot];
-        for (var i = 0u; i < instances[slot].reaching; i++) {
+        for (var i = 0u; i < instance.reaching; i++) {
             color += reflected(surface, reaching[first + i]);
         }
     } else {
         for (var i = 0u; i < 3u; i++) {
-            let light = instances[slot].lights[i];
+            let light = instance.lights[i];
             if light == NO_LIGHT {
                 break;
             }
-            color += instances[slot].weights[i] * reflected(surface, light);
+            color += instance.weights[i] * reflected(surface, light);
         }
-        let ambient = instances[slot].remainder_ambient;
-        let direction = instances[slot].remainder_direction;
-        let sides = instances[slot].remainder_sides;
+        let ambient = instance.remainder_ambient;
+        let direction = instance.remainder_direction;
+        let sides = instance.remainder_sides;
         color += surface.diffuse * remainder(ambient, direction, sides, surface.normal);
         if is_ggx() {
             // The duller the surface, the more of the lights its highlight finds.
@@ -233,10 +234,11 @@ fn lit(surface: Surface, slot: u32, occlusion: f32) -> vec3f {
 @fragment
 fn fs_main(in: VertexOut, @builtin(front_facing) front: bool) -> @location(0) vec4f {
     let uvs = Uvs(in.uvs, dpdx(in.uvs), dpdy(in.uvs));
-    let material = instances[in.slot].material;
+    let instance = load_instance(in.slot);
+    let material = load_material(instance.material);
     let base = base_color(material, uvs, in.color);
     let normal = shading_normal(material, in, uvs, front);
-    if ALPHA == ALPHA_MASK && base.a < materials[material].alpha_cutoff {
+    if ALPHA == ALPHA_MASK && base.a < material.alpha_cutoff {
         discard;
     }
     var surface = surface_at(material, base.rgb, uvs);
@@ -245,19 +247,19 @@ fn fs_main(in: VertexOut, @builtin(front_facing) front: bool) -> @location(0) ve
     surface.toward_eye = select(normalize(view.eye - in.position), view.toward_eye, view.parallel == 1u);
     var color = surface.diffuse;
     if DEBUG != 0u {
-        color = debug_color(surface, base.rgb, in.slot, in.tangent.xyz);
+        color = debug_color(surface, base.rgb, instance, in.tangent.xyz);
     } else if SHADING != SHADING_UNLIT {
         var occlusion = 1.0;
-        var emission = sample(emissive_maps, emissive_sampler, materials[material].maps[MAP_EMISSIVE], uvs).rgb
-            * materials[material].emissive_factor;
+        var emission = sample(emissive_maps, emissive_sampler, material, MAP_EMISSIVE, uvs).rgb
+            * material.emissive_factor;
         if is_ggx() {
-            let open = sample(occlusion_maps, occlusion_sampler, materials[material].maps[MAP_OCCLUSION], uvs).r;
-            occlusion = 1.0 + materials[material].occlusion_strength * (open - 1.0);
+            let open = sample(occlusion_maps, occlusion_sampler, material, MAP_OCCLUSION, uvs).r;
+            occlusion = 1.0 + material.occlusion_strength * (open - 1.0);
         } else {
             // The classic model's emission is one more light on the base colour.
             emission *= base.rgb;
         }
-        color = lit(surface, in.slot, occlusion) + emission;
+        color = lit(surface, in.slot, instance, occlusion) + emission;
     }
     if DEBUG == 0u {
         color = exposed(color);
@@ -275,13 +277,14 @@ struct Outputs {
 @fragment
 fn fs_outputs(in: VertexOut, @builtin(front_facing) front: bool) -> Outputs {
     let uvs = Uvs(in.uvs, dpdx(in.uvs), dpdy(in.uvs));
-    let material = instances[in.slot].material;
+    let instance = load_instance(in.slot);
+    let material = load_material(instance.material);
     let alpha = base_color(material, uvs, in.color).a;
     let normal = shading_normal(material, in, uvs, front);
     // A blended surface counts where it hides more than half of what is behind it.
-    let cutoff = select(materials[material].alpha_cutoff, 0.5, ALPHA == ALPHA_BLEND);
+    let cutoff = select(material.alpha_cutoff, 0.5, ALPHA == ALPHA_BLEND);
     if ALPHA != ALPHA_OPAQUE && alpha < cutoff {
         discard;
     }
-    return Outputs(vec4f(normal, 1.0), instances[in.slot].entity + 1u);
+    return Outputs(vec4f(normal, 1.0), instance.entity + 1u);
 }

@@ -23,37 +23,33 @@ fn range_window(distance_squared: f32, inverse_range_squared: f32) -> f32 {
     return w * w;
 }
 
-// systems/relevance.rs has the twin of this function. Takes the light by its slot and reads only what its kind needs:
-// software drivers read buffers one value at a time.
+// systems/relevance.rs has the twin of this function.
 fn arriving(slot: u32, position: vec3f) -> Arriving {
-    let kind = lights[slot].kind;
-    let color = lights[slot].color;
-    let ambient = lights[slot].ambient;
-    if kind == LIGHT_DIRECTIONAL {
-        return Arriving(-lights[slot].direction, color, ambient);
+    let light = load_light(slot);
+    if light.kind == LIGHT_DIRECTIONAL {
+        return Arriving(-light.direction, light.color, light.ambient);
     }
-    if kind == LIGHT_OFF {
+    if light.kind == LIGHT_OFF {
         return Arriving(vec3f(0.0, 1.0, 0.0), vec3f(0.0), vec3f(0.0));
     }
-    let offset = lights[slot].position - position;
+    let offset = light.position - position;
     let distance_squared = dot(offset, offset);
     let d = sqrt(distance_squared);
     let toward = offset / max(d, 1e-6);
-    let k = lights[slot].attenuation;
-    var attenuation = range_window(distance_squared, lights[slot].inverse_range_squared)
+    let k = light.attenuation;
+    var attenuation = range_window(distance_squared, light.inverse_range_squared)
         / max(k.x + d * (k.y + d * k.z), 1e-4);
-    if kind != LIGHT_POINT {
-        let c = dot(lights[slot].direction, -toward);
-        let cos_outer = lights[slot].cos_outer;
-        if kind == LIGHT_SPOT_EXPONENT {
-            attenuation *= select(0.0, pow(max(c, 1e-6), lights[slot].exponent), c > cos_outer);
+    if light.kind != LIGHT_POINT {
+        let c = dot(light.direction, -toward);
+        if light.kind == LIGHT_SPOT_EXPONENT {
+            attenuation *= select(0.0, pow(max(c, 1e-6), light.exponent), c > light.cos_outer);
         } else {
             // KHR_lights_punctual, "Inner and Outer Cone Angles".
-            let s = saturate((c - cos_outer) / max(lights[slot].cos_inner - cos_outer, 1e-4));
+            let s = saturate((c - light.cos_outer) / max(light.cos_inner - light.cos_outer, 1e-4));
             attenuation *= s * s;
         }
     }
-    return Arriving(toward, color * attenuation, ambient * attenuation);
+    return Arriving(toward, light.color * attenuation, light.ambient * attenuation);
 }
 
 // A surface point, for all shading models.

@@ -1,21 +1,23 @@
 // What the shaders read. Each struct mirrors the one of the same purpose in systems/draw_list.rs (…Record);
-// tests/shaders.rs compares every offset.
+// tests/shaders.rs compares every offset. Instances, lights and materials are tables in textures: record r lies in the
+// texels from r times its size on, four values in each, and its load_… function gathers it. (Why textures:
+// docs/architecture.md, "Tables in textures".) Compilers leave out the texels whose values nobody uses.
 
 struct View {
     clip_from_world: mat4x4f,
     world_from_clip: mat4x4f,
     eye: vec3f,
-    light_count: u32,
-    toward_eye: vec3f,
     parallel: u32,
-    ambient: vec3f,
+    toward_eye: vec3f,
     exposure: f32,
-    zenith: vec3f,
+    ambient: vec3f,
     picked_entity: u32,
-    horizon: vec3f,
+    zenith: vec3f,
     pad0: u32,
-    ground: vec3f,
+    horizon: vec3f,
     pad1: u32,
+    ground: vec3f,
+    pad2: u32,
 }
 
 struct Instance {
@@ -54,13 +56,6 @@ const LIGHT_DIRECTIONAL = 3u;
 const LIGHT_OFF = 4u;
 const NO_LIGHT = 0xffffffffu;
 
-struct MapRef {
-    image_from_mesh_uv: vec4f,
-    offset: vec2f,
-    layer: u32,
-    uv_set: u32,
-}
-
 const MAP_BASE = 0u;
 const MAP_NORMAL = 1u;
 const MAP_SPECULAR = 2u;
@@ -82,17 +77,132 @@ struct Material {
     glossiness: f32,
     specular_strength: f32,
     height_scale_uv: f32,
+    // Bit m: map m is placed by the second UV set.
+    second_uvs: u32,
+    // Of each map, in the class's texture arrays.
+    layers: array<u32, 7>,
     pad0: u32,
-    maps: array<MapRef, 7>,
+    // Columns of a 2×2 matrix per map.
+    image_from_mesh_uv: array<vec4f, 7>,
+    offsets: array<vec2f, 8>,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
-@group(0) @binding(1) var<storage, read> instances: array<Instance>;
-@group(0) @binding(2) var<storage, read> slots: array<u32>;
-@group(0) @binding(3) var<storage, read> lights: array<Light>;
-@group(0) @binding(4) var<storage, read> materials: array<Material>;
+@group(0) @binding(1) var instances: texture_2d<u32>;
+@group(0) @binding(2) var lights: texture_2d<u32>;
+@group(0) @binding(3) var materials: texture_2d<u32>;
 // For LIGHTS_ALL: reaching[slot] is where the list of the lights that reach the object in that slot begins.
-@group(0) @binding(5) var<storage, read> reaching: array<u32>;
+@group(0) @binding(4) var<storage, read> reaching: array<u32>;
+
+// Texels in a row of a table.
+const TABLE_WIDTH = 4096u;
+
+fn texel_of(table: texture_2d<u32>, index: u32) -> vec4u {
+    return textureLoad(table, vec2u(index % TABLE_WIDTH, index / TABLE_WIDTH), 0);
+}
+
+fn floats_of(table: texture_2d<u32>, index: u32) -> vec4f {
+    return bitcast<vec4f>(texel_of(table, index));
+}
+
+fn load_world_from_object(slot: u32) -> array<vec4f, 3> {
+    let t = slot * 8u;
+    return array<vec4f, 3>(floats_of(instances, t), floats_of(instances, t + 1u), floats_of(instances, t + 2u));
+}
+
+fn load_instance(slot: u32) -> Instance {
+    let t = slot * 8u;
+    let chosen = texel_of(instances, t + 3u);
+    let weighted = texel_of(instances, t + 4u);
+    let weights = bitcast<vec3f>(weighted.xyz);
+    let ambient = texel_of(instances, t + 5u);
+    let direction = floats_of(instances, t + 6u);
+    return Instance(
+        load_world_from_object(slot),
+        array<u32, 3>(chosen.x, chosen.y, chosen.z),
+        chosen.w,
+        array<f32, 3>(weights.x, weights.y, weights.z),
+        weighted.w,
+        bitcast<vec3f>(ambient.xyz),
+        ambient.w,
+        direction.xyz,
+        direction.w,
+        floats_of(instances, t + 7u).xyz,
+        0u,
+    );
+}
+
+fn load_light(slot: u32) -> Light {
+    let t = slot * 5u;
+    let place = texel_of(lights, t);
+    let shining = floats_of(lights, t + 1u);
+    let color = floats_of(lights, t + 2u);
+    let attenuation = floats_of(lights, t + 3u);
+    let ambient = floats_of(lights, t + 4u);
+    return Light(
+        bitcast<vec3f>(place.xyz),
+        place.w,
+        shining.xyz,
+        shining.w,
+        color.xyz,
+        color.w,
+        attenuation.xyz,
+        attenuation.w,
+        ambient.xyz,
+        ambient.w,
+    );
+}
+
+fn load_material(index: u32) -> Material {
+    let t = index * 18u;
+    let specular = floats_of(materials, t + 1u);
+    let emissive = floats_of(materials, t + 2u);
+    let factors = floats_of(materials, t + 3u);
+    let others = texel_of(materials, t + 4u);
+    let other_factors = bitcast<vec3f>(others.xyz);
+    let layers = texel_of(materials, t + 5u);
+    let more_layers = texel_of(materials, t + 6u);
+    let offsets_0 = floats_of(materials, t + 14u);
+    let offsets_2 = floats_of(materials, t + 15u);
+    let offsets_4 = floats_of(materials, t + 16u);
+    let offsets_6 = floats_of(materials, t + 17u);
+    return Material(
+        floats_of(materials, t),
+        specular.xyz,
+        specular.w,
+        emissive.xyz,
+        emissive.w,
+        factors.x,
+        factors.y,
+        factors.z,
+        factors.w,
+        other_factors.x,
+        other_factors.y,
+        other_factors.z,
+        others.w,
+        array<u32, 7>(layers.x, layers.y, layers.z, layers.w, more_layers.x, more_layers.y, more_layers.z),
+        0u,
+        array<vec4f, 7>(
+            floats_of(materials, t + 7u),
+            floats_of(materials, t + 8u),
+            floats_of(materials, t + 9u),
+            floats_of(materials, t + 10u),
+            floats_of(materials, t + 11u),
+            floats_of(materials, t + 12u),
+            floats_of(materials, t + 13u),
+        ),
+        array<vec2f, 8>(
+            offsets_0.xy,
+            offsets_0.zw,
+            offsets_2.xy,
+            offsets_2.zw,
+            offsets_4.xy,
+            offsets_4.zw,
+            offsets_6.xy,
+            offsets_6.zw,
+        ),
+    );
+}
 
 const PI = 3.14159265;
 

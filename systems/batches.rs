@@ -154,7 +154,8 @@ mod tests {
         }
         simulation.frame();
         check_groups(&mut simulation);
-        let all: Vec<Entity> = simulation.world.query_filtered::<Entity, With<MeshId>>().iter(&simulation.world).collect();
+        let all: Vec<Entity> =
+            simulation.world.query_filtered::<Entity, With<MeshId>>().iter(&simulation.world).collect();
         for entity in all {
             simulation.world.despawn(entity);
         }

@@ -117,20 +117,6 @@ pub enum MapSlot {
 /// Number of [`MapSlot`]s.
 pub const MAP_COUNT: usize = 7;
 
-/// Where one map of a material is. Mirrors `MapRef`.
-#[repr(C)]
-#[derive(Clone, Copy, PartialEq, Debug, Default, Pod, Zeroable)]
-pub struct MapRecord {
-    /// Columns of the 2×2 matrix from mesh UV to image UV.
-    pub image_from_mesh_uv: [f32; 4],
-    /// Its translation.
-    pub offset: [f32; 2],
-    /// Layer of the class's texture array.
-    pub layer: u32,
-    /// 0 or 1.
-    pub uv_set: u32,
-}
-
 /// One material. Mirrors `Material`; the fields are [`crate::library::Material`]'s.
 #[repr(C)]
 #[derive(Clone, Copy, PartialEq, Debug, Default, Pod, Zeroable)]
@@ -159,10 +145,16 @@ pub struct MaterialRecord {
     pub specular_strength: f32,
     /// UV units.
     pub height_scale_uv: f32,
+    /// Bit m: map m is placed by the second UV set.
+    pub second_uvs: u32,
+    /// Layer of each map in its class's texture array, by [`MapSlot`].
+    pub layers: [u32; MAP_COUNT],
     /// Room for 16-byte alignment.
     pub pad0: u32,
-    /// One per [`MapSlot`].
-    pub maps: [MapRecord; MAP_COUNT],
+    /// Columns of the 2×2 matrix from mesh UV to image UV, by [`MapSlot`].
+    pub image_from_mesh_uv: [[f32; 4]; MAP_COUNT],
+    /// Its translation, by [`MapSlot`]; the last is unused.
+    pub offsets: [[f32; 2]; MAP_COUNT + 1],
 }
 
 /// What is the same for every pixel of a view. Mirrors `View`.
@@ -175,28 +167,28 @@ pub struct ViewRecord {
     pub world_from_clip: [[f32; 4]; 4],
     /// Of the eye, world space.
     pub eye: [f32; 3],
-    /// Slots in the light table, used and empty.
-    pub light_count: u32,
-    /// Unit vector from the scene towards the eye where the projection is parallel.
-    pub toward_eye: [f32; 3],
     /// 1 where the projection is parallel, else 0.
     pub parallel: u32,
-    /// Linear RGB.
-    pub ambient: [f32; 3],
+    /// Unit vector from the scene towards the eye where the projection is parallel.
+    pub toward_eye: [f32; 3],
     /// Times every pixel.
     pub exposure: f32,
     /// Linear RGB.
-    pub zenith: [f32; 3],
+    pub ambient: [f32; 3],
     /// Entity under the pointer, for debug views; `u32::MAX` for none.
     pub picked_entity: u32,
     /// Linear RGB.
-    pub horizon: [f32; 3],
+    pub zenith: [f32; 3],
     /// Room for 16-byte alignment.
     pub pad0: u32,
     /// Linear RGB.
-    pub ground: [f32; 3],
+    pub horizon: [f32; 3],
     /// Room for 16-byte alignment.
     pub pad1: u32,
+    /// Linear RGB.
+    pub ground: [f32; 3],
+    /// Room for 16-byte alignment.
+    pub pad2: u32,
 }
 
 /// The fixed choices of a pipeline that objects bring with them.

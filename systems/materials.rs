@@ -4,9 +4,7 @@
 //! together: only the layer index differs, and that is in the record. What a draw must bind (one array and one sampler
 //! per map) is the material's *class*; materials with equal ones share it. A missing map is the layer of a stand-in.
 
-use crate::draw_list::{
-    ClassId, DrawList, MAP_COUNT, MapRecord, MaterialClass, MaterialRecord, PipelineKey, TextureArray,
-};
+use crate::draw_list::{ClassId, DrawList, MAP_COUNT, MaterialClass, MaterialRecord, PipelineKey, TextureArray};
 use crate::images::ImageKind;
 use crate::library::{ImageId, Library, Map, Material, MaterialId};
 use bevy_ecs::prelude::*;
@@ -69,29 +67,27 @@ impl MaterialTable {
 
     fn place(&mut self, material: &Material, library: &Library, list: &mut DrawList) -> (ClassId, MaterialRecord) {
         let mut class = MaterialClass::default();
-        let mut maps = [MapRecord::default(); MAP_COUNT];
+        let mut record = record(material);
         for (slot, map) in material.maps().into_iter().enumerate() {
             let map = map.unwrap_or_else(|| Map::new(STAND_INS[slot]));
             let (array, layer) = self.layer(map.image, library, &mut list.texture_arrays);
             class.arrays[slot] = array;
             class.samplers[slot] = map.sampler;
-            let uv = map.image_from_mesh_uv;
-            maps[slot] = MapRecord {
-                image_from_mesh_uv: uv.matrix2.to_cols_array(),
-                offset: uv.translation.to_array(),
-                layer,
-                uv_set: map.uv_set.min(1),
-            };
+            record.layers[slot] = layer;
+            record.image_from_mesh_uv[slot] = map.image_from_mesh_uv.matrix2.to_cols_array();
+            record.offsets[slot] = map.image_from_mesh_uv.translation.to_array();
+            record.second_uvs |= map.uv_set.min(1) << slot;
         }
         let id = *self.id_of_class.entry(class).or_insert_with(|| {
             list.classes.push(class);
             ClassId(list.classes.len() as u32 - 1)
         });
-        (id, record(material, maps))
+        (id, record)
     }
 }
 
-fn record(material: &Material, maps: [MapRecord; MAP_COUNT]) -> MaterialRecord {
+/// Without its maps.
+fn record(material: &Material) -> MaterialRecord {
     MaterialRecord {
         base_factor: material.base_factor.to_array(),
         specular_factor: material.specular_factor.to_array(),
@@ -105,8 +101,7 @@ fn record(material: &Material, maps: [MapRecord; MAP_COUNT]) -> MaterialRecord {
         glossiness: material.glossiness,
         specular_strength: material.specular_strength,
         height_scale_uv: material.height_scale_uv,
-        pad0: 0,
-        maps,
+        ..MaterialRecord::default()
     }
 }
 
@@ -170,7 +165,7 @@ mod tests {
         assert_eq!(classes[0], classes[1]);
         assert_ne!(classes[0], classes[2]);
         let list = simulation.draw_list();
-        let layers: Vec<_> = ids.iter().map(|id| list.materials.records[id.0 as usize].maps[0].layer).collect();
+        let layers: Vec<_> = ids.iter().map(|id| list.materials.records[id.0 as usize].layers[0]).collect();
         assert_eq!(layers, [0, 1, 0]);
     }
 

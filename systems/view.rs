@@ -3,7 +3,7 @@
 use crate::components::{Camera, Environment, Projection};
 use crate::draw_list::ViewRecord;
 use glam::camera::rh::proj::directx as proj;
-use glam::{Affine3A, Mat4, Vec3};
+use glam::{Affine3A, Mat4, Vec3, Vec4};
 
 /// Where a frame is seen from.
 #[derive(Clone, PartialEq, Debug)]
@@ -65,24 +65,35 @@ impl View {
         self.clip_from_view() * Mat4::from(self.world_from_view.inverse())
     }
 
+    /// The planes of the view's frustum, world space: inward unit normal and offset, so that a point p is inside where
+    /// dot(normal, p) + offset ≥ 0 for all six; (0, 0, 0, 1) for a far plane at infinity. From the rows of the
+    /// projection (Gribb and Hartmann: "Fast Extraction of Viewing Frustum Planes from the World-View-Projection
+    /// Matrix", 2001).
+    pub fn frustum_planes(&self) -> [Vec4; 6] {
+        let rows = self.clip_from_world().transpose();
+        let [x, y, z, w] = [rows.x_axis, rows.y_axis, rows.z_axis, rows.w_axis];
+        [w + x, w - x, w + y, w - y, w - z, z].map(|plane| {
+            let length = plane.truncate().length();
+            if length > 1e-12 { plane / length } else { Vec4::W }
+        })
+    }
+
     /// What the shaders read of this view.
-    pub fn record(&self, environment: &Environment, light_count: u32, picked_entity: Option<u32>) -> ViewRecord {
+    pub fn record(&self, environment: &Environment, picked_entity: Option<u32>) -> ViewRecord {
         let clip_from_world = self.clip_from_world();
         ViewRecord {
             clip_from_world: clip_from_world.to_cols_array_2d(),
             world_from_clip: clip_from_world.inverse().to_cols_array_2d(),
             eye: self.eye().to_array(),
-            light_count,
-            toward_eye: (-self.direction()).to_array(),
             parallel: matches!(self.camera.projection, Projection::Orthographic { .. }).into(),
-            ambient: environment.ambient.to_array(),
+            toward_eye: (-self.direction()).to_array(),
             exposure: environment.exposure,
-            zenith: environment.zenith.to_array(),
+            ambient: environment.ambient.to_array(),
             picked_entity: picked_entity.unwrap_or(u32::MAX),
+            zenith: environment.zenith.to_array(),
             horizon: environment.horizon.to_array(),
-            pad0: 0,
             ground: environment.ground.to_array(),
-            pad1: 0,
+            ..ViewRecord::default()
         }
     }
 }
@@ -90,7 +101,6 @@ impl View {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::Vec4;
 
     fn depth(camera: Camera, z: f32) -> f32 {
         let view = View::new(&Affine3A::IDENTITY, &camera, 200, 100);
@@ -107,6 +117,26 @@ mod tests {
         assert!((depth(finite.clone(), -0.5) - 1.0).abs() < 1e-6 && depth(finite.clone(), -50.0).abs() < 1e-6);
         let parallel = Camera { projection: Projection::Orthographic { half_height: 2.0 }, ..finite };
         assert!((depth(parallel.clone(), -0.5) - 1.0).abs() < 1e-6 && depth(parallel, -50.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn points_inside_the_frustum_are_those_that_the_projection_keeps() {
+        let place = Affine3A::from_translation(Vec3::new(30.0, -4.0, 7.0)) * Affine3A::from_rotation_y(0.7);
+        let parallel = Camera { projection: Projection::Orthographic { half_height: 9.0 }, ..Camera::default() };
+        for camera in [Camera::default(), Camera { far: 40.0, ..Camera::default() }, parallel] {
+            let view = View::new(&place, &camera, 160, 90);
+            let (planes, clip_from_world) = (view.frustum_planes(), view.clip_from_world());
+            let mut inside = 0;
+            for i in 0..4000 {
+                let spread = Vec3::new((i as f32 * 0.37).sin(), (i as f32 * 0.91).sin(), (i as f32 * 0.53).cos());
+                let point = (view.eye() + spread * 60.0).extend(1.0);
+                let clip = clip_from_world * point;
+                let kept = clip.x.abs() <= clip.w && clip.y.abs() <= clip.w && (0.0..=clip.w).contains(&clip.z);
+                assert_eq!(planes.iter().all(|plane| plane.dot(point) >= 0.0), kept, "{point}");
+                inside += usize::from(kept);
+            }
+            assert!((20..3000).contains(&inside), "{inside}");
+        }
     }
 
     #[test]

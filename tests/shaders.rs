@@ -1,6 +1,6 @@
 //! The shaders by themselves: every module is valid, and its structs lie in memory as the Rust ones that fill them do.
 
-use relief::renderer::shaders;
+use relief::renderer::{CullBatchRecord, CullDrawRecord, CullRecord, shaders};
 use std::mem::offset_of;
 use systems::draw_list::*;
 use wgpu::naga;
@@ -55,17 +55,17 @@ fn shader_structs_mirror_the_draw_list() {
             clip_from_world,
             world_from_clip,
             eye,
-            light_count,
-            toward_eye,
             parallel,
-            ambient,
+            toward_eye,
             exposure,
-            zenith,
+            ambient,
             picked_entity,
-            horizon,
+            zenith,
             pad0,
-            ground,
+            horizon,
             pad1,
+            ground,
+            pad2,
         }
     );
     assert_mirrored!(
@@ -101,7 +101,6 @@ fn shader_structs_mirror_the_draw_list() {
             cos_inner,
         }
     );
-    assert_mirrored!(&module, "MapRef", MapRecord { image_from_mesh_uv, offset, layer, uv_set });
     assert_mirrored!(
         &module,
         "Material",
@@ -118,10 +117,21 @@ fn shader_structs_mirror_the_draw_list() {
             glossiness,
             specular_strength,
             height_scale_uv,
+            second_uvs,
+            layers,
             pad0,
-            maps,
+            image_from_mesh_uv,
+            offsets,
         }
     );
+}
+
+#[test]
+fn the_structs_of_culling_mirror_the_renderers() {
+    let module = parse(shaders::CULL);
+    assert_mirrored!(&module, "Cull", CullRecord { planes, page_count, entry_count, draw_count, pad0 });
+    assert_mirrored!(&module, "CullBatch", CullBatchRecord { center, radius });
+    assert_mirrored!(&module, "CullDraw", CullDrawRecord { level, first_entry, end_entry, first_visible });
 }
 
 /// Constants that stand for the same on both sides.

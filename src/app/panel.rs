@@ -204,9 +204,8 @@ fn statistics(ui: &mut Ui, viewer: &mut Viewer, info: &FrameInfo) {
     Grid::new("statistics").num_columns(2).striped(true).min_col_width(70.0).show(ui, |ui| {
         row(ui, "adapter", info.adapter);
         row(ui, "picture", &format!("{} × {}", info.view.width, info.view.height));
-        row(ui, "objects", &format!("{}, {} drawn", count(frame.objects as u64), count(stats.instances.into())));
-        row(ui, "draws", &format!("{} ({} blended)", stats.draws, frame.transparent));
-        row(ui, "triangles", &count(stats.triangles));
+        row(ui, "objects", &count(frame.objects as u64));
+        row(ui, "draws", &format!("{} in {} calls ({} blended)", stats.draws, stats.draw_calls, frame.transparent));
         row(ui, "lights", &count(lights as u64));
         row(ui, "uploaded", &format!("{} bytes", count(stats.uploaded_bytes())));
         let selection = frame.stage_ms[Stage::Lights as usize];

@@ -9,7 +9,7 @@ use super::timing::Timing;
 use super::viewer::{Effect, Viewer};
 use super::{AppError, Options, details, overlay, panel};
 use crate::output;
-use crate::renderer::{Gpu, RenderStats, Renderer};
+use crate::renderer::{Gpu, RenderStats, Renderer, instance_flags};
 use glam::{Vec2, Vec3};
 use std::io::Write;
 use std::path::PathBuf;
@@ -127,7 +127,8 @@ impl Open {
         let window = event_loop.create_window(attributes).map_err(|error| super::no_display(&error))?;
         let window = Arc::new(window);
         let display = Box::new(event_loop.owned_display_handle());
-        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_with_display_handle_from_env(display));
+        let instance =
+            wgpu::Instance::new(instance_flags(wgpu::InstanceDescriptor::new_with_display_handle(display)).with_env());
         let (gpu, screen) = Screen::open(&window, instance)?;
         window.request_redraw();
         Ok(Self {

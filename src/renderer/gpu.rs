@@ -77,7 +77,8 @@ impl Gpu {
         };
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("relief device"),
-            required_features: wgpu::Features::empty(),
+            // Used where it is there; without it, an indirect draw begins at its first instance by another way.
+            required_features: adapter.features() & wgpu::Features::INDIRECT_FIRST_INSTANCE,
             required_limits,
             ..wgpu::DeviceDescriptor::default()
         };
@@ -122,7 +123,14 @@ pub(crate) const BACKENDS: [wgpu::Backends; 2] = [wgpu::Backends::VULKAN, wgpu::
 /// An instance of those backends, or of what `WGPU_BACKEND` says.
 fn instance(backends: wgpu::Backends) -> wgpu::Instance {
     let descriptor = wgpu::InstanceDescriptor { backends, ..wgpu::InstanceDescriptor::new_without_display_handle() };
-    wgpu::Instance::new(descriptor.with_env())
+    wgpu::Instance::new(instance_flags(descriptor).with_env())
+}
+
+/// Without wgpu's own pass over the arguments of every indirect draw: they come from the culling shader, which keeps
+/// within the lists that they index.
+pub(crate) fn instance_flags(mut descriptor: wgpu::InstanceDescriptor) -> wgpu::InstanceDescriptor {
+    descriptor.flags.remove(wgpu::InstanceFlags::VALIDATION_INDIRECT_CALL);
+    descriptor
 }
 
 fn choose_adapter(instance: &wgpu::Instance, surface: Option<&wgpu::Surface<'_>>) -> Result<wgpu::Adapter, GpuError> {

@@ -2,6 +2,7 @@
 
 use super::tables::GrowingBuffer;
 use super::{Gpu, RenderError};
+use systems::bounds::Sphere;
 use systems::library::{Library, Mesh, MeshId};
 
 /// One vertex as the forward shader's `VertexIn` reads it.
@@ -24,12 +25,21 @@ pub(super) const VERTEX_LAYOUT: wgpu::VertexBufferLayout<'static> = wgpu::Vertex
     ],
 };
 
+/// Per instance: its slot, `VertexIn`'s last.
+pub(super) const SLOT_LAYOUT: wgpu::VertexBufferLayout<'static> = wgpu::VertexBufferLayout {
+    array_stride: size_of::<u32>() as u64,
+    step_mode: wgpu::VertexStepMode::Instance,
+    attributes: &wgpu::vertex_attr_array![5 => Uint32],
+};
+
 /// Where a mesh lies in the shared buffers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MeshRange {
     pub base_vertex: i32,
     pub first_index: u32,
     pub index_count: u32,
+    /// Object space.
+    pub bounds: Sphere,
 }
 
 /// The shared buffers.
@@ -57,6 +67,11 @@ impl Meshes {
         self.ranges.get(mesh.0 as usize).copied()
     }
 
+    /// How many are uploaded.
+    pub fn count(&self) -> usize {
+        self.ranges.len()
+    }
+
     /// Uploads the meshes that are ready and were not there before. Returns the bytes written.
     pub fn upload(&mut self, gpu: &Gpu, library: &Library) -> Result<u64, RenderError> {
         let new = library.meshes().get(self.ranges.len()..).unwrap_or_default();
@@ -77,6 +92,7 @@ impl Meshes {
                 base_vertex: self.vertex_count as i32,
                 first_index: self.index_count as u32,
                 index_count: mesh.indices.len() as u32,
+                bounds: entry.bounds,
             });
             self.vertex_count += packed.len() as u64;
             self.index_count += mesh.indices.len() as u64;

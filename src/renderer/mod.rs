@@ -2,17 +2,22 @@
 //!
 //! ```text
 //! Renderer::prepare(list, library, view, settings)    uploads what changed, makes the pipelines that are missing
-//!   meshes      new ones into the shared vertex and index buffers
-//!   textures    new layers of the texture arrays; a bind group per material class
-//!   tables      dirty ranges of instances, lights, materials; the slots, if the batches changed
+//!   meshes        new ones into the shared vertex and index buffers
+//!   textures      new layers of the texture arrays; a bind group per material class
+//!   frame tables  dirty records of instances, lights, materials
+//!   draws         what the culling pass reads, if the batches changed
 //! Renderer::draw(target)                              records only
-//!   forward     one instanced draw per batch, the sky, blended objects back to front → HDR, multisampled
-//!   tone map    → target
+//!   culling       which objects the view shows → lists of slots and arguments of draws, on the GPU
+//!   forward       one indirect draw per batch, the sky, blended objects back to front → HDR, multisampled
+//!   tone map      → target
 //! Renderer::draw_outputs()                            the same objects once more → normal, id, depth
 //! ```
 //!
 //! A window, a file and a test call the same functions: `draw` takes a texture view.
 
+mod culling;
+mod draws;
+mod frame_tables;
 mod gpu;
 mod meshes;
 mod outputs;
@@ -24,16 +29,23 @@ mod tables;
 mod targets;
 mod textures;
 
+pub use culling::CullRecord;
+pub use draws::{CullBatchRecord, CullDrawRecord};
+pub(crate) use gpu::instance_flags;
 pub use gpu::{Gpu, GpuError};
 pub use outputs::Outputs;
+use readback::read_buffer;
 pub use readback::read_texture;
 pub use settings::{DebugView, HeatScale, Settings};
 
+use culling::{ARGUMENT_BYTES, CulledView, Culling};
+use draws::Draws;
+use frame_tables::FrameTables;
 use meshes::Meshes;
 use pipelines::{OUTPUT_FORMATS, Pass, Pipelines};
-use systems::batches::sort_transparent;
+use systems::batches::{BlendedRun, sort_transparent};
 use systems::components::ToneMap;
-use systems::draw_list::{Batch, DirtySlots, DrawList, MAX_REACHING, ViewRecord};
+use systems::draw_list::{BatchKey, DirtySlots, DrawList, PipelineKey, ViewRecord};
 use systems::library::{Library, Technique};
 use systems::view::View;
 use tables::GrowingBuffer;
@@ -63,20 +75,18 @@ pub enum RenderError {
 /// What the last prepare and draw did.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct RenderStats {
-    /// Draw calls of objects.
+    /// Draws of objects: batches, and runs of blended objects.
     pub draws: u32,
-    /// Objects drawn.
-    pub instances: u32,
-    /// Triangles of those objects.
-    pub triangles: u64,
+    /// Calls that they took.
+    pub draw_calls: u32,
     /// Bytes of instance records uploaded.
     pub instance_bytes: u64,
     /// Bytes of light records uploaded.
     pub light_bytes: u64,
     /// Bytes of material records uploaded.
     pub material_bytes: u64,
-    /// Bytes of slots uploaded.
-    pub slot_bytes: u64,
+    /// Bytes of the lists of pages, draws and blended objects uploaded.
+    pub list_bytes: u64,
     /// Bytes of meshes and textures uploaded.
     pub asset_bytes: u64,
 }
@@ -84,8 +94,17 @@ pub struct RenderStats {
 impl RenderStats {
     /// All bytes uploaded.
     pub fn uploaded_bytes(&self) -> u64 {
-        self.instance_bytes + self.light_bytes + self.material_bytes + self.slot_bytes + self.asset_bytes
+        self.instance_bytes + self.light_bytes + self.material_bytes + self.list_bytes + self.asset_bytes
     }
+}
+
+/// What the GPU drew, read back.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Drawn {
+    /// Objects that culling kept, and all blended ones.
+    pub objects: u32,
+    /// Triangles of those objects.
+    pub triangles: u64,
 }
 
 /// Draws draw lists.
@@ -95,26 +114,20 @@ pub struct Renderer {
     pipelines: Pipelines,
     textures: Textures,
     meshes: Meshes,
-    view_buffer: wgpu::Buffer,
-    instances: GrowingBuffer,
-    slots: GrowingBuffer,
-    lights: GrowingBuffer,
-    materials: GrowingBuffer,
-    reaching: GrowingBuffer,
-    /// World and version of the lists that are uploaded.
-    uploaded_reaching: (u64, u64),
-    frame_group: Option<(u32, wgpu::BindGroup)>,
+    tables: FrameTables,
+    culling: Culling,
+    draws: Draws,
+    culled: CulledView,
+    /// What `culled` was made for; `None`: culling is due.
+    culled_for: Option<ViewRecord>,
     targets: Option<Targets>,
     /// The world whose meshes, textures and tables are uploaded.
     world: u64,
-    /// The frame of the draw list whose tables are uploaded.
-    uploaded_frame: u64,
-    uploaded_batches: u64,
-    opaque_slots: u32,
-    /// Blended slots as they were last uploaded.
-    transparent_slots: Vec<u32>,
-    opaque: Vec<Batch>,
-    transparent: Vec<Batch>,
+    /// Slots of blended objects as they were last uploaded, farthest first.
+    blended_slots: Vec<u32>,
+    blended: GrowingBuffer,
+    blended_runs: Vec<BlendedRun>,
+    technique: Option<Technique>,
     pass: Pass,
     tone_map: ToneMap,
     /// What the HDR target shows: view, pass, technique, batches. `None`: nothing yet.
@@ -127,32 +140,22 @@ impl Renderer {
     pub fn new(gpu: &Gpu) -> Self {
         let device = &gpu.device;
         let textures = Textures::new(device);
-        let storage = |label| GrowingBuffer::new(device, label, wgpu::BufferUsages::STORAGE);
+        let pipelines = Pipelines::new(device, &textures.layout);
         Self {
-            pipelines: Pipelines::new(device, &textures.layout),
+            culling: Culling::new(device, &pipelines.frame_layout),
+            pipelines,
             textures,
             meshes: Meshes::new(device),
-            view_buffer: device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("view"),
-                size: size_of::<ViewRecord>() as u64,
-                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-                mapped_at_creation: false,
-            }),
-            instances: storage("instances"),
-            slots: storage("slots"),
-            lights: storage("lights"),
-            materials: storage("materials"),
-            reaching: storage("lights of objects"),
-            uploaded_reaching: (0, 0),
-            frame_group: None,
+            tables: FrameTables::new(device),
+            draws: Draws::new(device),
+            culled: CulledView::new(device),
+            culled_for: None,
             targets: None,
             world: 0,
-            uploaded_frame: 0,
-            uploaded_batches: 0,
-            opaque_slots: 0,
-            transparent_slots: Vec::new(),
-            opaque: Vec::new(),
-            transparent: Vec::new(),
+            blended_slots: Vec::new(),
+            blended: GrowingBuffer::new(device, "blended slots", wgpu::BufferUsages::VERTEX),
+            blended_runs: Vec::new(),
+            technique: None,
             pass: Pass::Outputs,
             tone_map: ToneMap::default(),
             shown: None,
@@ -196,16 +199,20 @@ impl Renderer {
         self.stats = RenderStats::default();
         self.stats.asset_bytes = self.meshes.upload(&self.gpu, library)?;
         self.stats.asset_bytes += self.textures.upload(&self.gpu, list, library);
-        self.upload_tables(list)?;
-        self.upload_slots(list, view)?;
-        self.upload_reaching(list)?;
-        let record = view.record(&list.environment, list.lights.records.len() as u32, settings.picked_entity);
-        self.gpu.queue.write_buffer(&self.view_buffer, 0, bytemuck::bytes_of(&record));
-        self.bind_frame();
+        self.tables.upload(&self.gpu, &self.pipelines.frame_layout, list, &mut self.stats)?;
+        self.upload_blended(list, view)?;
+        let redrawn = self.draws.update(&self.gpu, list, &self.meshes)?;
+        self.stats.list_bytes += redrawn.unwrap_or(0);
+        self.culled.prepare(&self.gpu, &self.culling, &self.draws, view, redrawn.is_some())?;
+        let record = view.record(&list.environment, settings.picked_entity);
+        self.tables.write_view(&self.gpu.queue, &record);
+        if self.stats.instance_bytes > 0 || redrawn.is_some() || self.culled_for != Some(record) {
+            self.culled_for = None;
+        }
 
         self.pass = Pass::Color { all_lights: list.all_lights, debug: settings.debug, samples: settings.samples };
         self.tone_map = if settings.debug == DebugView::Off { list.environment.tone_map } else { ToneMap::Clamp };
-        self.take_batches(list, settings.technique);
+        self.technique = settings.technique;
         self.make_pipelines(self.pass);
         self.pipelines.make_sky(&self.gpu.device, settings.samples);
         let size = (view.width, view.height);
@@ -220,88 +227,29 @@ impl Renderer {
         Ok(changed)
     }
 
-    fn upload_tables(&mut self, list: &DrawList) -> Result<(), RenderError> {
-        if list.frame == self.uploaded_frame {
-            return Ok(());
+    /// Blended objects in this view's order.
+    fn upload_blended(&mut self, list: &DrawList, view: &View) -> Result<(), RenderError> {
+        let (slots, runs) = sort_transparent(&list.transparent, view.direction());
+        self.blended_runs = runs;
+        if slots != self.blended_slots {
+            self.stats.list_bytes += self.blended.write(&self.gpu, &slots, &DirtySlots::default(), true)?;
+            self.blended_slots = slots;
         }
-        let missed = list.frame != self.uploaded_frame + 1;
-        self.stats.instance_bytes = self.instances.mirror(&self.gpu, &list.instances, missed)?;
-        self.stats.light_bytes = self.lights.mirror(&self.gpu, &list.lights, missed)?;
-        self.stats.material_bytes = self.materials.mirror(&self.gpu, &list.materials, missed)?;
-        self.uploaded_frame = list.frame;
         Ok(())
     }
 
-    /// The lists of the policy that shades with every light.
-    fn upload_reaching(&mut self, list: &DrawList) -> Result<(), RenderError> {
-        let version = (list.world, list.reaching_version);
-        if !list.all_lights || self.uploaded_reaching == version {
-            return Ok(());
-        }
-        if list.reaching_elements > MAX_REACHING {
-            let (needed, limit) = (list.reaching_elements, MAX_REACHING);
-            let what = "the list of all lights that reach each object";
-            return Err(RenderError::TooLarge { what, unit: "entries", needed, limit });
-        }
-        self.stats.light_bytes += self.reaching.write(&self.gpu, &list.reaching, &DirtySlots::default(), true)?;
-        self.uploaded_reaching = version;
-        Ok(())
-    }
-
-    /// Slots of the batches, then those of blended objects in this view's order.
-    fn upload_slots(&mut self, list: &DrawList, view: &View) -> Result<(), RenderError> {
-        let (mut order, mut transparent) = sort_transparent(&list.transparent, view.direction());
-        let first = list.slots.len() as u32;
-        transparent.iter_mut().for_each(|batch| batch.first += first);
-        self.transparent = transparent;
-        if list.batches_version != self.uploaded_batches || first != self.opaque_slots {
-            let mut all = list.slots.clone();
-            all.append(&mut order.clone());
-            self.stats.slot_bytes = self.slots.write(&self.gpu, &all, &DirtySlots::default(), true)?;
-            self.uploaded_batches = list.batches_version;
-            self.opaque_slots = first;
-        } else if order != self.transparent_slots {
-            self.slots.extend(&self.gpu, u64::from(first) * 4, (u64::from(first) + order.len() as u64) * 4)?;
-            let bytes: &[u8] = bytemuck::cast_slice(&order);
-            self.gpu.queue.write_buffer(self.slots.buffer(), u64::from(first) * 4, bytes);
-            self.stats.slot_bytes = bytes.len() as u64;
-        }
-        self.transparent_slots = std::mem::take(&mut order);
-        Ok(())
-    }
-
-    fn bind_frame(&mut self) {
-        let tables = [&self.instances, &self.slots, &self.lights, &self.materials, &self.reaching];
-        let version = tables.iter().map(|table| table.version).sum();
-        if self.frame_group.as_ref().is_some_and(|(bound, _)| *bound == version) {
-            return;
-        }
-        let view = std::iter::once(&self.view_buffer);
-        let entries: Vec<_> = view
-            .chain(tables.iter().map(|table| table.buffer()))
-            .enumerate()
-            .map(|(binding, buffer)| wgpu::BindGroupEntry {
-                binding: binding as u32,
-                resource: buffer.as_entire_binding(),
-            })
-            .collect();
-        let descriptor =
-            wgpu::BindGroupDescriptor { label: Some("frame"), layout: &self.pipelines.frame_layout, entries: &entries };
-        self.frame_group = Some((version, self.gpu.device.create_bind_group(&descriptor)));
-    }
-
-    fn take_batches(&mut self, list: &DrawList, technique: Option<Technique>) {
-        self.opaque.clear();
-        self.opaque.extend_from_slice(&list.batches);
-        if let Some(technique) = technique {
-            let batches = self.opaque.iter_mut().chain(&mut self.transparent);
-            batches.for_each(|batch| batch.key.pipeline.technique = technique);
-        }
+    /// The pipeline that objects with that key are drawn with.
+    fn pipeline_of(&self, key: BatchKey) -> PipelineKey {
+        PipelineKey { technique: self.technique.unwrap_or(key.pipeline.technique), ..key.pipeline }
     }
 
     fn make_pipelines(&mut self, pass: Pass) {
-        for batch in self.opaque.iter().chain(&self.transparent) {
-            self.pipelines.make_object(&self.gpu.device, pass, batch.key.pipeline);
+        let opaque = self.draws.list.iter().map(|draw| draw.key);
+        let mut keys: Vec<_> =
+            opaque.chain(self.blended_runs.iter().map(|run| run.key)).map(|key| self.pipeline_of(key)).collect();
+        keys.dedup();
+        for key in keys {
+            self.pipelines.make_object(&self.gpu.device, pass, key);
         }
     }
 
@@ -310,8 +258,8 @@ impl Renderer {
     pub fn draw(&mut self, target: &wgpu::TextureView, format: wgpu::TextureFormat) {
         let label = wgpu::CommandEncoderDescriptor { label: Some("frame") };
         let mut encoder = self.gpu.device.create_command_encoder(&label);
-        let drawn = self.record_forward(&mut encoder);
-        self.stats = add(self.stats, drawn);
+        self.record_culling(&mut encoder);
+        (self.stats.draws, self.stats.draw_calls) = self.record_forward(&mut encoder);
         self.record_tone_map(&mut encoder, target, format);
         self.gpu.queue.submit([encoder.finish()]);
     }
@@ -324,10 +272,19 @@ impl Renderer {
         self.gpu.queue.submit([encoder.finish()]);
     }
 
-    fn record_forward(&self, encoder: &mut wgpu::CommandEncoder) -> RenderStats {
-        let (Some(targets), Some((_, frame_group))) = (&self.targets, &self.frame_group) else {
-            return RenderStats::default();
+    /// Unless the lists of visible objects are those of this view already.
+    fn record_culling(&mut self, encoder: &mut wgpu::CommandEncoder) {
+        let (None, Some((showing, ..)), Some(frame_group)) = (&self.culled_for, &self.shown, self.tables.group())
+        else {
+            return;
         };
+        self.culling.record(encoder, &[(&self.culled, frame_group)]);
+        self.culled_for = Some(*showing);
+    }
+
+    /// Returns the number of draws and of calls.
+    fn record_forward(&self, encoder: &mut wgpu::CommandEncoder) -> (u32, u32) {
+        let (Some(targets), Some(frame_group)) = (&self.targets, self.tables.group()) else { return (0, 0) };
         let resolve_target = (targets.samples > 1).then_some(&targets.hdr);
         let keep = if resolve_target.is_some() { wgpu::StoreOp::Discard } else { wgpu::StoreOp::Store };
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
@@ -343,16 +300,16 @@ impl Renderer {
         });
         pass.set_bind_group(0, frame_group, &[]);
         pass.push_debug_group("objects");
-        let objects = self.draw_batches(&mut pass, self.pass, &self.opaque);
+        let objects = self.draw_objects(&mut pass, self.pass);
         pass.pop_debug_group();
         if let Some(sky) = self.pipelines.sky(targets.samples) {
             pass.set_pipeline(sky);
             pass.draw(0..3, 0..1);
         }
         pass.push_debug_group("blended objects");
-        let blended = self.draw_batches(&mut pass, self.pass, &self.transparent);
+        let blended = self.draw_blended(&mut pass, self.pass);
         pass.pop_debug_group();
-        add(objects, blended)
+        (objects.0 + blended, objects.1 + blended)
     }
 
     fn record_tone_map(
@@ -361,7 +318,7 @@ impl Renderer {
         target: &wgpu::TextureView,
         format: wgpu::TextureFormat,
     ) {
-        let (Some(targets), Some((_, frame_group))) = (&self.targets, &self.frame_group) else { return };
+        let (Some(targets), Some(frame_group)) = (&self.targets, self.tables.group()) else { return };
         let tone_map = self.pipelines.tone_map(&self.gpu.device, format, self.tone_map);
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("tone map"),
@@ -377,7 +334,7 @@ impl Renderer {
     /// Draws the prepared objects once more, one sample per pixel, for their normals, ids and depths.
     pub fn draw_outputs(&mut self) -> Option<Outputs> {
         self.make_pipelines(Pass::Outputs);
-        let (targets, (_, frame_group)) = (self.targets.as_ref()?, self.frame_group.as_ref()?);
+        let (targets, frame_group) = (self.targets.as_ref()?, self.tables.group()?);
         let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
         let size = (targets.width, targets.height);
         let make = |label, format| targets::texture(&self.gpu.device, label, size, format, 1, usage);
@@ -394,38 +351,94 @@ impl Renderer {
                 ..wgpu::RenderPassDescriptor::default()
             });
             pass.set_bind_group(0, frame_group, &[]);
-            self.draw_batches(&mut pass, Pass::Outputs, &self.opaque);
-            self.draw_batches(&mut pass, Pass::Outputs, &self.transparent);
+            self.draw_objects(&mut pass, Pass::Outputs);
+            self.draw_blended(&mut pass, Pass::Outputs);
         }
         self.gpu.queue.submit([encoder.finish()]);
         Some(Outputs { width: size.0, height: size.1, normal, id, depth })
     }
 
-    fn draw_batches(&self, pass: &mut wgpu::RenderPass<'_>, kind: Pass, batches: &[Batch]) -> RenderStats {
-        let mut stats = RenderStats::default();
+    fn bind_meshes(&self, pass: &mut wgpu::RenderPass<'_>) {
         pass.set_vertex_buffer(0, self.meshes.vertices.buffer().slice(..));
         pass.set_index_buffer(self.meshes.indices.buffer().slice(..), wgpu::IndexFormat::Uint32);
-        let (mut pipeline, mut class) = (None, None);
-        for batch in batches {
-            let key = batch.key;
-            let Some(mesh) = self.meshes.range(key.mesh) else { continue };
-            if pipeline != Some(key.pipeline) {
-                let Some(wanted) = self.pipelines.object(kind, key.pipeline) else { continue };
-                pass.set_pipeline(wanted);
-                pipeline = Some(key.pipeline);
-            }
-            if class != Some(key.class) {
-                let Some(wanted) = self.textures.class(key.class) else { continue };
-                pass.set_bind_group(1, wanted, &[]);
-                class = Some(key.class);
-            }
-            let indices = mesh.first_index..mesh.first_index + mesh.index_count;
-            pass.draw_indexed(indices, mesh.base_vertex, batch.first..batch.first + batch.count);
-            stats.draws += 1;
-            stats.instances += batch.count;
-            stats.triangles += u64::from(batch.count) * u64::from(mesh.index_count / 3);
+    }
+
+    /// Sets pipeline and class; `false` if there is nothing to draw with.
+    fn bind_key(&self, pass: &mut wgpu::RenderPass<'_>, kind: Pass, key: BatchKey) -> bool {
+        let pipeline = self.pipelines.object(kind, self.pipeline_of(key));
+        let (Some(pipeline), Some(class)) = (pipeline, self.textures.class(key.class)) else { return false };
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(1, class, &[]);
+        true
+    }
+
+    /// The objects that culling kept: neighbouring draws that differ in their mesh only are one call. Returns the
+    /// number of draws and of calls.
+    fn draw_objects(&self, pass: &mut wgpu::RenderPass<'_>, kind: Pass) -> (u32, u32) {
+        self.bind_meshes(pass);
+        let first_instance = self.gpu.device.features().contains(wgpu::Features::INDIRECT_FIRST_INSTANCE);
+        let (visible, arguments) = (self.culled.visible.buffer(), self.culled.arguments.buffer());
+        if first_instance && !self.draws.list.is_empty() {
+            pass.set_vertex_buffer(1, visible.slice(..));
         }
-        stats
+        let (mut index, mut calls) = (0, 0);
+        for run in self.draws.list.chunk_by(|a, b| (a.key.pipeline, a.key.class) == (b.key.pipeline, b.key.class)) {
+            let first = index;
+            index += run.len() as u64;
+            if !self.bind_key(pass, kind, run[0].key) {
+                continue;
+            }
+            if first_instance {
+                pass.multi_draw_indexed_indirect(arguments, first * ARGUMENT_BYTES, run.len() as u32);
+                calls += 1;
+                continue;
+            }
+            for (draw, place) in run.iter().zip(first..) {
+                pass.set_vertex_buffer(1, visible.slice(u64::from(draw.first_visible) * 4..));
+                pass.draw_indexed_indirect(arguments, place * ARGUMENT_BYTES);
+                calls += 1;
+            }
+        }
+        (self.draws.list.len() as u32, calls)
+    }
+
+    /// Blended objects, farthest first. Returns the number of draws.
+    fn draw_blended(&self, pass: &mut wgpu::RenderPass<'_>, kind: Pass) -> u32 {
+        let mut draws = 0;
+        if !self.blended_runs.is_empty() {
+            self.bind_meshes(pass);
+            pass.set_vertex_buffer(1, self.blended.buffer().slice(..));
+        }
+        for run in &self.blended_runs {
+            let Some(mesh) = self.meshes.range(run.key.mesh) else { continue };
+            if self.bind_key(pass, kind, run.key) {
+                let indices = mesh.first_index..mesh.first_index + mesh.index_count;
+                pass.draw_indexed(indices, mesh.base_vertex, run.slots.clone());
+                draws += 1;
+            }
+        }
+        draws
+    }
+
+    /// How much the last draw drew. Waits for the GPU.
+    pub fn read_drawn(&self) -> Drawn {
+        let mut drawn = Drawn::default();
+        let mut add = |objects: u32, indices: u32| {
+            drawn.objects += objects;
+            drawn.triangles += u64::from(objects) * u64::from(indices / 3);
+        };
+        if !self.draws.list.is_empty() {
+            let bytes =
+                read_buffer(&self.gpu, self.culled.arguments.buffer(), self.draws.list.len() as u64 * ARGUMENT_BYTES);
+            for arguments in bytes.chunks_exact(ARGUMENT_BYTES as usize) {
+                let word = |i: usize| u32::from_le_bytes([0, 1, 2, 3].map(|byte| arguments[4 * i + byte]));
+                add(word(1), word(0));
+            }
+        }
+        for run in &self.blended_runs {
+            add(run.slots.len() as u32, self.meshes.range(run.key.mesh).map_or(0, |mesh| mesh.index_count));
+        }
+        drawn
     }
 
     /// Draws what was prepared and reads the picture back: 8-bit sRGB RGBA, rows from the top. Empty if nothing was
@@ -444,15 +457,6 @@ impl Renderer {
         let bytes = read_texture(&self.gpu, &self.targets.as_ref()?.hdr_texture, wgpu::TextureAspect::All);
         let half = |b: &[u8]| half::f16::from_le_bytes([b[0], b[1]]).to_f32();
         Some(bytes.chunks_exact(8).map(|t| [half(&t[0..]), half(&t[2..]), half(&t[4..]), half(&t[6..])]).collect())
-    }
-}
-
-fn add(a: RenderStats, b: RenderStats) -> RenderStats {
-    RenderStats {
-        draws: a.draws + b.draws,
-        instances: a.instances + b.instances,
-        triangles: a.triangles + b.triangles,
-        ..a
     }
 }
 

@@ -1,6 +1,6 @@
 //! Pipelines: one forward shader, specialised by override constants, made when a batch first needs it.
 
-use super::meshes::VERTEX_LAYOUT;
+use super::meshes::{SLOT_LAYOUT, VERTEX_LAYOUT};
 use super::targets::{DEPTH_FORMAT, HDR_FORMAT};
 use super::{DebugView, shaders};
 use std::collections::BTreeMap;
@@ -135,7 +135,7 @@ impl Pipelines {
                 module: &self.forward,
                 entry_point: Some("vs_main"),
                 compilation_options: compilation_options.clone(),
-                buffers: &[Some(VERTEX_LAYOUT)],
+                buffers: &[Some(VERTEX_LAYOUT), Some(SLOT_LAYOUT)],
             },
             primitive: wgpu::PrimitiveState {
                 front_face: if key.mirrored { wgpu::FrontFace::Cw } else { wgpu::FrontFace::Ccw },
@@ -190,22 +190,23 @@ impl Pipelines {
 }
 
 fn frame_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
-    let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
-        binding,
-        visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
-        ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
-        count: None,
+    let all = wgpu::ShaderStages::VERTEX_FRAGMENT | wgpu::ShaderStages::COMPUTE;
+    let entry = |binding, visibility, ty| wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None };
+    let buffer = |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
+    let table = wgpu::BindingType::Texture {
+        sample_type: wgpu::TextureSampleType::Uint,
+        view_dimension: wgpu::TextureViewDimension::D2,
+        multisampled: false,
     };
-    let storage = wgpu::BufferBindingType::Storage { read_only: true };
+    let reaching = buffer(wgpu::BufferBindingType::Storage { read_only: true });
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: Some("frame"),
         entries: &[
-            entry(0, wgpu::BufferBindingType::Uniform),
-            entry(1, storage),
-            entry(2, storage),
-            entry(5, storage),
-            entry(3, storage),
-            entry(4, storage),
+            entry(0, all, buffer(wgpu::BufferBindingType::Uniform)),
+            entry(1, all, table),
+            entry(2, all, table),
+            entry(3, all, table),
+            entry(4, wgpu::ShaderStages::FRAGMENT, reaching),
         ],
     })
 }

@@ -1,4 +1,4 @@
-//! Textures back to the CPU.
+//! Textures and buffers back to the CPU.
 
 use super::Gpu;
 
@@ -11,12 +11,7 @@ pub fn read_texture(gpu: &Gpu, texture: &wgpu::Texture, aspect: wgpu::TextureAsp
     let texel = texture.format().block_copy_size(Some(aspect)).unwrap_or(4);
     let row = size.width * texel;
     let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-    let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some("read back"),
-        size: u64::from(padded) * u64::from(size.height),
-        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
-        mapped_at_creation: false,
-    });
+    let buffer = mappable(gpu, u64::from(padded) * u64::from(size.height));
     let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("read back") });
     encoder.copy_texture_to_buffer(
         wgpu::TexelCopyTextureInfo { texture, mip_level: 0, origin: wgpu::Origin3d::ZERO, aspect },
@@ -27,9 +22,34 @@ pub fn read_texture(gpu: &Gpu, texture: &wgpu::Texture, aspect: wgpu::TextureAsp
         size,
     );
     gpu.queue.submit([encoder.finish()]);
+    let bytes = map(gpu, &buffer);
+    bytes.chunks_exact(padded as usize).flat_map(|padded_row| &padded_row[..row as usize]).copied().collect()
+}
+
+/// The first bytes of a buffer. Waits for the GPU.
+///
+/// # Panics
+/// If the device is lost meanwhile.
+pub(super) fn read_buffer(gpu: &Gpu, source: &wgpu::Buffer, bytes: u64) -> Vec<u8> {
+    let buffer = mappable(gpu, bytes);
+    let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("read back") });
+    encoder.copy_buffer_to_buffer(source, 0, &buffer, 0, bytes);
+    gpu.queue.submit([encoder.finish()]);
+    map(gpu, &buffer)
+}
+
+fn mappable(gpu: &Gpu, size: u64) -> wgpu::Buffer {
+    gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("read back"),
+        size,
+        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+        mapped_at_creation: false,
+    })
+}
+
+fn map(gpu: &Gpu, buffer: &wgpu::Buffer) -> Vec<u8> {
     let slice = buffer.slice(..);
     slice.map_async(wgpu::MapMode::Read, |_| {});
     gpu.device.poll(wgpu::PollType::wait_indefinitely()).expect("the device is alive");
-    let mapped = slice.get_mapped_range().expect("mapped by the wait above");
-    mapped.chunks_exact(padded as usize).flat_map(|padded_row| &padded_row[..row as usize]).copied().collect()
+    slice.get_mapped_range().expect("mapped by the wait above").to_vec()
 }

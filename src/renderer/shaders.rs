@@ -10,8 +10,11 @@ pub const FORWARD: &str = shader!("types.wgsl", "sky.wgsl", "bump.wgsl", "lighti
 /// The sky behind everything.
 pub const SKY: &str = shader!("types.wgsl", "sky.wgsl", "sky_pass.wgsl");
 
+/// What a view draws.
+pub const CULL: &str = shader!("types.wgsl", "cull.wgsl");
+
 /// HDR to screen.
 pub const TONE_MAP: &str = shader!("types.wgsl", "tonemap.wgsl");
 
 /// Every module with its name, for the tests that validate them.
-pub const ALL: [(&str, &str); 3] = [("forward", FORWARD), ("sky", SKY), ("tonemap", TONE_MAP)];
+pub const ALL: [(&str, &str); 4] = [("forward", FORWARD), ("sky", SKY), ("cull", CULL), ("tonemap", TONE_MAP)];

@@ -1,4 +1,5 @@
-//! Buffers that mirror the tables of the draw list: they grow by doubling and take only what changed.
+//! Buffers that grow, and textures that mirror the tables of the draw list: they grow by doubling and take only what
+//! changed.
 
 use super::RenderError;
 use systems::draw_list::{DirtySlots, Table};
@@ -87,16 +88,118 @@ impl GrowingBuffer {
         }
         Ok(written)
     }
+}
 
-    /// [`Self::write`] for a table of the draw list.
+/// A table of records in a texture of four 32-bit values per texel, as shaders/types.wgsl reads it: record r lies in
+/// the texels from r times its size on, row after row. It grows by doubling.
+#[derive(Debug)]
+pub(super) struct RecordTable {
+    label: &'static str,
+    texture: wgpu::Texture,
+    /// For bind groups.
+    pub view: wgpu::TextureView,
+    /// Changes whenever `texture` is another one: bind groups are made anew.
+    pub version: u32,
+}
+
+/// Texels in a row of a table; `TABLE_WIDTH` of shaders/types.wgsl.
+const TABLE_WIDTH: u64 = 4096;
+const TEXEL_BYTES: u64 = 16;
+/// Uploads wait for each other after this many bytes: the driver holds a copy of what is under way.
+const MOST_BYTES_UNDER_WAY: u64 = 16 << 20;
+
+impl RecordTable {
+    pub fn new(device: &wgpu::Device, label: &'static str) -> Self {
+        let (texture, view) = make_table(device, label, 1);
+        Self { label, texture, view, version: 0 }
+    }
+
+    /// Makes room for that many texels; says whether the contents are lost.
+    fn reserve(&mut self, device: &wgpu::Device, texels: u64) -> Result<bool, RenderError> {
+        let rows = texels.div_ceil(TABLE_WIDTH);
+        if rows <= u64::from(self.texture.height()) {
+            return Ok(false);
+        }
+        let most_rows = u64::from(device.limits().max_texture_dimension_2d);
+        if rows > most_rows {
+            let [needed, limit] = [rows, most_rows].map(|rows| rows * TABLE_WIDTH * TEXEL_BYTES);
+            return Err(RenderError::TooLarge { what: self.label, unit: "bytes", needed, limit });
+        }
+        let rows = rows.next_power_of_two().min(most_rows) as u32;
+        (self.texture, self.view) = make_table(device, self.label, rows);
+        self.version += 1;
+        Ok(true)
+    }
+
+    /// Brings the texture up to date with the table: all of it if it grew or `everything` is asked for, else the dirty
+    /// records. Returns the bytes written.
     pub fn mirror<T: bytemuck::Pod>(
         &mut self,
         gpu: &super::Gpu,
         table: &Table<T>,
         everything: bool,
     ) -> Result<u64, RenderError> {
-        self.write(gpu, &table.records, &table.dirty, everything)
+        let bytes: &[u8] = bytemuck::cast_slice(&table.records);
+        let lost = self.reserve(&gpu.device, bytes.len() as u64 / TEXEL_BYTES)?;
+        if lost || everything {
+            self.write(gpu, 0, bytes);
+            return Ok(bytes.len() as u64);
+        }
+        let size = size_of::<T>();
+        let mut written = 0;
+        for range in table.dirty.ranges(gap(size)) {
+            let range = range.start as usize * size..range.end as usize * size;
+            written += range.len() as u64;
+            self.write(gpu, range.start as u64 / TEXEL_BYTES, &bytes[range]);
+        }
+        Ok(written)
     }
+
+    /// Writes texels from one on: the rest of its row, whole rows, and the beginning of the last.
+    fn write(&self, gpu: &super::Gpu, mut texel: u64, mut bytes: &[u8]) {
+        let mut under_way = 0;
+        while !bytes.is_empty() {
+            let column = texel % TABLE_WIDTH;
+            let texels = bytes.len() as u64 / TEXEL_BYTES;
+            let whole_rows = (texels / TABLE_WIDTH).min(MOST_BYTES_UNDER_WAY / (TABLE_WIDTH * TEXEL_BYTES));
+            let (width, height) = if column == 0 && whole_rows > 0 {
+                (TABLE_WIDTH, whole_rows)
+            } else {
+                (texels.min(TABLE_WIDTH - column), 1)
+            };
+            let (here, rest) = bytes.split_at((width * height * TEXEL_BYTES) as usize);
+            self.write_rows(&gpu.queue, [column, texel / TABLE_WIDTH], [width, height], here);
+            under_way += here.len() as u64;
+            if under_way >= MOST_BYTES_UNDER_WAY {
+                gpu.queue.submit([]);
+                // A lost device shows at the next draw.
+                let _ = gpu.device.poll(wgpu::PollType::wait_indefinitely());
+                under_way = 0;
+            }
+            (texel, bytes) = (texel + width * height, rest);
+        }
+    }
+
+    fn write_rows(&self, queue: &wgpu::Queue, [x, y]: [u64; 2], [width, height]: [u64; 2], bytes: &[u8]) {
+        let destination = wgpu::TexelCopyTextureInfo {
+            texture: &self.texture,
+            mip_level: 0,
+            origin: wgpu::Origin3d { x: x as u32, y: y as u32, z: 0 },
+            aspect: wgpu::TextureAspect::All,
+        };
+        let bytes_per_row = Some((width * TEXEL_BYTES) as u32);
+        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row, rows_per_image: None };
+        let size = wgpu::Extent3d { width: width as u32, height: height as u32, depth_or_array_layers: 1 };
+        queue.write_texture(destination, bytes, layout, size);
+    }
+}
+
+fn make_table(device: &wgpu::Device, label: &str, rows: u32) -> (wgpu::Texture, wgpu::TextureView) {
+    let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST;
+    let format = wgpu::TextureFormat::Rgba32Uint;
+    let texture = super::targets::texture(device, label, (TABLE_WIDTH as u32, rows), format, 1, usage);
+    let view = super::targets::whole_view(&texture, label);
+    (texture, view)
 }
 
 fn make(device: &wgpu::Device, label: &'static str, usage: wgpu::BufferUsages, size: u64) -> wgpu::Buffer {

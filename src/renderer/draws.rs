@@ -1,0 +1,131 @@
+//! The draws of a scene as the culling pass reads them: which pages each one looks through, and where the slots that it
+//! keeps go. Made anew when batches or meshes changed, never otherwise; the same for every view.
+//!
+//! ```text
+//! pages[p]      a page of instance slots, and its batch           one workgroup each in `cull`
+//! batches[b]    what culling needs to know of the batch's mesh
+//! entries[e]    a page and a draw that looks through it           one workgroup each in `count` and `scatter`
+//! draws[d]      a batch at one level of detail: its entries, and where its list of visible slots begins
+//! ```
+
+use super::meshes::Meshes;
+use super::tables::GrowingBuffer;
+use super::{Gpu, RenderError};
+use bytemuck::{Pod, Zeroable};
+use systems::draw_list::{BatchKey, DirtySlots, DrawList, PAGE_SLOTS};
+use wgpu::util::DrawIndexedIndirectArgs;
+
+/// Mirrors `CullBatch` of shaders/cull.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+pub struct CullBatchRecord {
+    /// Of the mesh's bounding sphere, object space.
+    pub center: [f32; 3],
+    /// Of the mesh's bounding sphere, object space.
+    pub radius: f32,
+}
+
+/// Mirrors `CullDraw` of shaders/cull.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+pub struct CullDrawRecord {
+    /// Level of detail.
+    pub level: u32,
+    /// First of its entries.
+    pub first_entry: u32,
+    /// One past the last of its entries.
+    pub end_entry: u32,
+    /// Where its list of visible slots begins.
+    pub first_visible: u32,
+}
+
+/// One indirect draw.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Draw {
+    pub key: BatchKey,
+    /// Where its list of visible slots begins.
+    pub first_visible: u32,
+}
+
+/// What changes the draws: world, version of its batches, number of meshes uploaded.
+type Version = (u64, u64, usize);
+
+/// All draws of a scene.
+#[derive(Debug)]
+pub(super) struct Draws {
+    version: Version,
+    pub list: Vec<Draw>,
+    /// What the draws read, but for the number of instances, which culling fills in.
+    pub arguments: Vec<DrawIndexedIndirectArgs>,
+    pub page_count: u32,
+    pub entry_count: u32,
+    /// Slots that the pages reach up to.
+    pub slot_count: u32,
+    pages: GrowingBuffer,
+    batches: GrowingBuffer,
+    entries: GrowingBuffer,
+    draws: GrowingBuffer,
+}
+
+impl Draws {
+    pub fn new(device: &wgpu::Device) -> Self {
+        let storage = |label| GrowingBuffer::new(device, label, wgpu::BufferUsages::STORAGE);
+        Self {
+            version: Version::default(),
+            list: Vec::new(),
+            arguments: Vec::new(),
+            page_count: 0,
+            entry_count: 0,
+            slot_count: 0,
+            pages: storage("pages"),
+            batches: storage("batches"),
+            entries: storage("entries"),
+            draws: storage("draws"),
+        }
+    }
+
+    /// The buffers in the order of their bindings.
+    pub fn buffers(&self) -> [&GrowingBuffer; 4] {
+        [&self.pages, &self.batches, &self.entries, &self.draws]
+    }
+
+    /// Brings the draws up to date. Returns the bytes uploaded, `None` if nothing changed.
+    pub fn update(&mut self, gpu: &Gpu, list: &DrawList, meshes: &Meshes) -> Result<Option<u64>, RenderError> {
+        let version = (list.world, list.batches_version, meshes.count());
+        if version == self.version {
+            return Ok(None);
+        }
+        self.list.clear();
+        self.arguments.clear();
+        let first_instance = gpu.device.features().contains(wgpu::Features::INDIRECT_FIRST_INSTANCE);
+        let (mut pages, mut batches, mut entries, mut draws) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        for batch in &list.batches {
+            let Some(mesh) = meshes.range(batch.key.mesh) else { continue };
+            let its_pages = &list.pages[batch.pages.start as usize..batch.pages.end as usize];
+            pages.extend(its_pages.iter().map(|&page| [page, batches.len() as u32]));
+            let (center, radius) = (mesh.bounds.center.to_array(), mesh.bounds.radius);
+            batches.push(CullBatchRecord { center, radius });
+            let first_entry = entries.len() as u32;
+            let first_visible = first_entry * PAGE_SLOTS;
+            entries.extend(its_pages.iter().map(|&page| [page, draws.len() as u32]));
+            draws.push(CullDrawRecord { level: 0, first_entry, end_entry: entries.len() as u32, first_visible });
+            self.list.push(Draw { key: batch.key, first_visible });
+            self.arguments.push(DrawIndexedIndirectArgs {
+                index_count: mesh.index_count,
+                instance_count: 0,
+                first_index: mesh.first_index,
+                base_vertex: mesh.base_vertex,
+                first_instance: if first_instance { first_visible } else { 0 },
+            });
+        }
+        (self.page_count, self.entry_count) = (pages.len() as u32, entries.len() as u32);
+        self.slot_count = list.pages.iter().max().map_or(0, |page| (page + 1) * PAGE_SLOTS);
+        let all = DirtySlots::default();
+        let bytes = self.pages.write(gpu, &pages, &all, true)?
+            + self.batches.write(gpu, &batches, &all, true)?
+            + self.entries.write(gpu, &entries, &all, true)?
+            + self.draws.write(gpu, &draws, &all, true)?;
+        self.version = version;
+        Ok(Some(bytes))
+    }
+}

@@ -1,0 +1,101 @@
+//! The tables of a draw list on the GPU, and the bind group that every pass reads them through.
+
+use super::tables::{GrowingBuffer, RecordTable};
+use super::{Gpu, RenderError, RenderStats};
+use systems::draw_list::{DirtySlots, DrawList, MAX_REACHING, ViewRecord};
+
+/// Instances, lights, materials; and the view they are seen from.
+#[derive(Debug)]
+pub(super) struct FrameTables {
+    view: wgpu::Buffer,
+    instances: RecordTable,
+    lights: RecordTable,
+    materials: RecordTable,
+    reaching: GrowingBuffer,
+    /// World and version of the lists that are uploaded.
+    uploaded_reaching: (u64, u64),
+    /// The frame of the draw list whose tables are uploaded.
+    uploaded_frame: u64,
+    group: Option<(u32, wgpu::BindGroup)>,
+}
+
+impl FrameTables {
+    pub fn new(device: &wgpu::Device) -> Self {
+        Self {
+            view: device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("view"),
+                size: size_of::<ViewRecord>() as u64,
+                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            }),
+            instances: RecordTable::new(device, "instances"),
+            lights: RecordTable::new(device, "lights"),
+            materials: RecordTable::new(device, "materials"),
+            reaching: GrowingBuffer::new(device, "lights of objects", wgpu::BufferUsages::STORAGE),
+            uploaded_reaching: (0, 0),
+            uploaded_frame: 0,
+            group: None,
+        }
+    }
+
+    /// What every pass binds as group 0; `None` before the first upload.
+    pub fn group(&self) -> Option<&wgpu::BindGroup> {
+        self.group.as_ref().map(|(_, group)| group)
+    }
+
+    /// Uploads what changed since the frame that was uploaded last, and books the bytes.
+    pub fn upload(
+        &mut self,
+        gpu: &Gpu,
+        layout: &wgpu::BindGroupLayout,
+        list: &DrawList,
+        stats: &mut RenderStats,
+    ) -> Result<(), RenderError> {
+        if list.frame != self.uploaded_frame {
+            let missed = list.frame != self.uploaded_frame + 1;
+            stats.instance_bytes = self.instances.mirror(gpu, &list.instances, missed)?;
+            stats.light_bytes = self.lights.mirror(gpu, &list.lights, missed)?;
+            stats.material_bytes = self.materials.mirror(gpu, &list.materials, missed)?;
+            self.uploaded_frame = list.frame;
+        }
+        stats.light_bytes += self.upload_reaching(gpu, list)?;
+        self.bind(&gpu.device, layout);
+        Ok(())
+    }
+
+    pub fn write_view(&self, queue: &wgpu::Queue, record: &ViewRecord) {
+        queue.write_buffer(&self.view, 0, bytemuck::bytes_of(record));
+    }
+
+    /// The lists of the policy that shades with every light.
+    fn upload_reaching(&mut self, gpu: &Gpu, list: &DrawList) -> Result<u64, RenderError> {
+        let version = (list.world, list.reaching_version);
+        if !list.all_lights || self.uploaded_reaching == version {
+            return Ok(0);
+        }
+        if list.reaching_elements > MAX_REACHING {
+            let (needed, limit) = (list.reaching_elements, MAX_REACHING);
+            let what = "the list of all lights that reach each object";
+            return Err(RenderError::TooLarge { what, unit: "entries", needed, limit });
+        }
+        let bytes = self.reaching.write(gpu, &list.reaching, &DirtySlots::default(), true)?;
+        self.uploaded_reaching = version;
+        Ok(bytes)
+    }
+
+    fn bind(&mut self, device: &wgpu::Device, layout: &wgpu::BindGroupLayout) {
+        let tables = [&self.instances, &self.lights, &self.materials];
+        let version = tables.iter().map(|table| table.version).sum::<u32>() + self.reaching.version;
+        if self.group.as_ref().is_some_and(|(bound, _)| *bound == version) {
+            return;
+        }
+        let entries: Vec<_> = std::iter::once(self.view.as_entire_binding())
+            .chain(tables.iter().map(|table| wgpu::BindingResource::TextureView(&table.view)))
+            .chain([self.reaching.buffer().as_entire_binding()])
+            .enumerate()
+            .map(|(binding, resource)| wgpu::BindGroupEntry { binding: binding as u32, resource })
+            .collect();
+        let descriptor = wgpu::BindGroupDescriptor { label: Some("frame"), layout, entries: &entries };
+        self.group = Some((version, device.create_bind_group(&descriptor)));
+    }
+}
