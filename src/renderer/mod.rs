@@ -308,12 +308,18 @@ impl Renderer {
     /// Draws what was prepared into `target`, a view of a texture of that format and the prepared view's size. An
     /// sRGB format encodes; others receive linear values.
     pub fn draw(&mut self, target: &wgpu::TextureView, format: wgpu::TextureFormat) {
+        let commands = self.record(target, format);
+        self.gpu.queue.submit([commands]);
+    }
+
+    /// [`Self::draw`] without handing the commands in, for who measures the two apart.
+    pub fn record(&mut self, target: &wgpu::TextureView, format: wgpu::TextureFormat) -> wgpu::CommandBuffer {
         let label = wgpu::CommandEncoderDescriptor { label: Some("frame") };
         let mut encoder = self.gpu.device.create_command_encoder(&label);
         let drawn = self.record_forward(&mut encoder);
         self.stats = add(self.stats, drawn);
         self.record_tone_map(&mut encoder, target, format);
-        self.gpu.queue.submit([encoder.finish()]);
+        encoder.finish()
     }
 
     /// What was drawn last, once more: only the tone map. For a window whose panel changes above a still scene.
