@@ -3,6 +3,7 @@
 use super::yard::{YardMesh, YardPlan, YardView};
 use crate::arguments;
 use clap::Args;
+use std::path::PathBuf;
 use systems::library::Technique;
 use systems::lights::LightPolicy;
 
@@ -48,6 +49,9 @@ pub struct BenchArgs {
     /// Worker threads [default: one per core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     pub threads: Option<u16>,
+    /// Also write the last frame to this file, to see what was measured
+    #[arg(long, value_name = "FILE.png")]
+    pub picture: Option<PathBuf>,
     /// Print one line of JSON rather than a table
     #[arg(long)]
     pub json: bool,

@@ -2,6 +2,7 @@
 
 use super::machine::Build;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::fmt;
 
 /// The figures of one scene. Times are milliseconds; what is counted per frame is a median over the frames measured.
@@ -41,12 +42,27 @@ pub struct Measurement {
     pub record_ms_median: f64,
     /// Giving the moving objects their transforms: in the frame, not in the engine's time.
     pub mutate_ms_median: f64,
+    /// Median of each stage of the simulation.
+    pub stages: BTreeMap<String, f64>,
+    /// Median of each system.
+    pub systems: BTreeMap<String, f64>,
+    /// Median of each pass by the GPU's own clock; `None` where the adapter has no timestamps.
+    pub gpu_passes: Option<BTreeMap<String, f64>>,
     pub upload_bytes_median: u64,
     pub draws: u32,
     pub drawn_objects: u32,
     pub triangles: u64,
+    /// Objects that were not drawn, because they are out of view or behind others.
+    pub culled_objects: u32,
+    /// The most memory the process ever had resident, in units of 2²⁰ bytes; `None` where the system does not say.
     pub rss_mb: Option<f64>,
+    /// That less what was resident before the objects were spawned, per object. At few objects, the frame's own targets
+    /// and the driver's shaders are most of it.
+    pub bytes_per_object: Option<f64>,
+    /// From the start of the program to the first frame finished.
     pub first_frame_ms: f64,
+    /// Parts of that, one after the other.
+    pub start_ms: BTreeMap<String, f64>,
     pub adapter: String,
     pub driver: String,
     pub build: Build,
@@ -98,18 +114,43 @@ impl fmt::Display for Measurement {
         };
         row("frame", self.frame_ms_median, self.frame_ms_p05, self.frame_ms_p95)?;
         row("engine (CPU)", self.cpu_ms_median, self.cpu_ms_p05, self.cpu_ms_p95)?;
-        row("GPU", self.gpu_ms_median, self.gpu_ms_p05, self.gpu_ms_p95)?;
+        row("until the GPU is idle", self.gpu_ms_median, self.gpu_ms_p05, self.gpu_ms_p95)?;
+        writeln!(f, "{:28}{:>10.3}", "moving the objects", self.mutate_ms_median)?;
+        let parts = [
+            ("simulation", self.simulate_ms_median),
+            ("prepare", self.prepare_ms_median),
+            ("record", self.record_ms_median),
+        ];
+        list(f, "engine", parts.map(|(name, ms)| (name.to_owned(), ms)))?;
+        list(f, "systems", by_cost(&self.systems))?;
+        match &self.gpu_passes {
+            Some(passes) => list(f, "GPU passes", by_cost(passes))?,
+            None => writeln!(f, "GPU passes: this adapter has no timestamps")?,
+        }
         writeln!(f, "first frame {:.0} ms after the start", self.first_frame_ms)?;
-        writeln!(
-            f,
-            "{} draws, {} objects drawn, {} bytes uploaded",
-            self.draws, self.drawn_objects, self.upload_bytes_median
-        )?;
-        match self.rss_mb {
-            Some(peak) => writeln!(f, "{peak:.0} MB at most"),
-            None => writeln!(f, "memory: not known on this system"),
+        list(f, "first frame", by_cost(&self.start_ms))?;
+        let (drawn, culled) = (self.drawn_objects, self.culled_objects);
+        writeln!(f, "{} draws, {drawn} objects drawn, {culled} culled, {} triangles", self.draws, self.triangles)?;
+        writeln!(f, "{} bytes uploaded per frame", self.upload_bytes_median)?;
+        match (self.rss_mb, self.bytes_per_object) {
+            (Some(peak), Some(each)) => writeln!(f, "{peak:.0} MB of memory at most, {each:.0} bytes per object"),
+            _ => writeln!(f, "memory: this system does not say"),
         }
     }
+}
+
+/// Names and times, the slowest first.
+fn by_cost(times: &BTreeMap<String, f64>) -> Vec<(String, f64)> {
+    let mut sorted: Vec<_> = times.iter().map(|(name, ms)| (name.clone(), *ms)).collect();
+    sorted.sort_by(|a, b| b.1.total_cmp(&a.1));
+    sorted
+}
+
+/// One line of names and times; those that would be 0.000 are left out.
+fn list(f: &mut fmt::Formatter, what: &str, times: impl IntoIterator<Item = (String, f64)>) -> fmt::Result {
+    let shown = times.into_iter().filter(|(_, ms)| *ms >= 0.000_5);
+    let texts: Vec<String> = shown.map(|(name, ms)| format!("{name} {ms:.3}")).collect();
+    writeln!(f, "  {what}: {}", texts.join(", "))
 }
 
 #[cfg(test)]

@@ -19,4 +19,4 @@ pub use machine::{Build, Memory};
 pub use measurement::{Measurement, Spread};
 pub use night::Night;
 pub use run::{BenchError, run};
-pub use yard::{Yard, YardError, YardMesh, YardPlan, YardView};
+pub use yard::{Yard, YardError, YardKit, YardMesh, YardPlan, YardView};

@@ -7,7 +7,9 @@ use super::machine::{Build, Memory};
 use super::measurement::{Measurement, Spread};
 use super::yard::{Yard, YardError};
 use crate::frames::view_of;
-use crate::renderer::{Gpu, GpuError, PICTURE_FORMAT, RenderError, RenderStats, Renderer, Settings};
+use crate::output::{self, OutputError};
+use crate::renderer::{Gpu, GpuError, PICTURE_FORMAT, PassTime, RenderError, RenderStats, Renderer, Settings};
+use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 use systems::library::Technique;
 use systems::lights::LightPolicy;
@@ -26,6 +28,9 @@ pub enum BenchError {
     /// Too large for the adapter.
     #[error(transparent)]
     Render(#[from] RenderError),
+    /// A file could not be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
 }
 
 impl BenchError {
@@ -33,7 +38,7 @@ impl BenchError {
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Gpu(_) => 3,
-            Self::Yard(_) | Self::Render(_) => 2,
+            Self::Yard(_) | Self::Render(_) | Self::Output(_) => 2,
         }
     }
 }
@@ -48,6 +53,8 @@ struct FrameCost {
     submit: Duration,
     frame: FrameStats,
     render: RenderStats,
+    /// Empty where the adapter has no timestamps.
+    passes: Vec<PassTime>,
 }
 
 impl FrameCost {
@@ -77,9 +84,10 @@ struct Bench {
 /// [`BenchError`].
 pub fn run(args: &BenchArgs, started: Instant, mut progress: impl FnMut(u32, u32)) -> Result<Measurement, BenchError> {
     systems::set_threads(args.threads.map(usize::from));
-    let mut bench = Bench::new(args)?;
+    let mut start = Start::new(started);
+    let mut bench = Bench::new(args, &mut start)?;
     bench.draw()?;
-    let first_frame = started.elapsed();
+    start.lap("first draw");
 
     let (cap, measured) = (Duration::from_secs(args.seconds.into()), args.frames);
     let whole = args.warm_up + measured;
@@ -97,16 +105,57 @@ pub fn run(args: &BenchArgs, started: Instant, mut progress: impl FnMut(u32, u32
         costs.push(bench.draw()?);
         progress(args.warm_up + costs.len() as u32, whole);
     }
-    Ok(bench.measurement(args, &costs, first_frame))
+    let measurement = bench.measurement(args, &costs, start);
+    if let Some(path) = &args.picture {
+        output::write_png(path, &bench.renderer.draw_picture().into())?;
+    }
+    Ok(measurement)
+}
+
+/// What the time to the first frame goes to.
+struct Start {
+    started: Instant,
+    last: Instant,
+    parts: BTreeMap<String, f64>,
+    /// Before the objects were spawned.
+    resident_mb: Option<f64>,
+}
+
+impl Start {
+    fn new(started: Instant) -> Self {
+        Self { started, last: started, parts: BTreeMap::new(), resident_mb: None }
+    }
+
+    fn lap(&mut self, part: &str) {
+        let now = Instant::now();
+        self.parts.insert(part.to_owned(), milliseconds(now - self.last));
+        self.last = now;
+    }
+}
+
+fn milliseconds(time: Duration) -> f64 {
+    time.as_secs_f64() * 1e3
+}
+
+/// Opens the adapter, with its clock where it has one.
+fn open() -> Result<Renderer, GpuError> {
+    Ok(Renderer::new(&Gpu::headless_with(wgpu::Features::TIMESTAMP_QUERY)?))
 }
 
 impl Bench {
-    fn new(args: &BenchArgs) -> Result<Self, BenchError> {
-        // The driver takes its time to start; the yard is built meanwhile.
-        let opening = std::thread::spawn(Gpu::headless);
-        let yard = Yard::new(&args.plan());
-        let gpu = opening.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-        let (mut yard, gpu) = (yard?, gpu?);
+    fn new(args: &BenchArgs, start: &mut Start) -> Result<Self, BenchError> {
+        let plan = args.plan();
+        // The driver takes its time to start; maps are made meanwhile.
+        let opening = std::thread::spawn(open);
+        let yard = Yard::empty(&plan);
+        start.lap("mesh and maps");
+        let renderer = opening.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        start.lap("waiting for the driver");
+        let ((mut yard, kit), renderer) = (yard?, renderer?);
+        start.resident_mb = Memory::now().map(|memory| memory.resident_mb);
+        yard.fill(&plan, &kit);
+        start.lap("spawn");
+        let gpu = renderer.gpu();
         yard.simulation.world.insert_resource(args.lights_policy);
         let limit = gpu.device.limits().max_texture_dimension_2d;
         let (longest, (width, height)) = (args.size.0.max(args.size.1), args.size);
@@ -128,7 +177,7 @@ impl Bench {
         });
         let target = target.create_view(&wgpu::TextureViewDescriptor::default());
         let settings = Settings { technique: args.technique, samples: args.samples, ..Settings::default() };
-        Ok(Self { yard, renderer: Renderer::new(&gpu), settings, size: args.size, target, frame: 0 })
+        Ok(Self { yard, renderer, settings, size: args.size, target, frame: 0 })
     }
 
     /// Moves what moves, draws, and waits for the GPU.
@@ -155,18 +204,22 @@ impl Bench {
         let submit = lap();
         self.frame += 1;
         let frame = simulation.world.resource::<FrameStats>().clone();
-        Ok(FrameCost { mutate, simulate, prepare, record, submit, frame, render: self.renderer.stats() })
+        let passes = self.renderer.pass_times().unwrap_or_default();
+        Ok(FrameCost { mutate, simulate, prepare, record, submit, frame, render: self.renderer.stats(), passes })
     }
 
-    fn measurement(&self, args: &BenchArgs, costs: &[FrameCost], first_frame: Duration) -> Measurement {
+    fn measurement(&self, args: &BenchArgs, costs: &[FrameCost], start: Start) -> Measurement {
         let spread = |of: &dyn Fn(&FrameCost) -> f64| Spread::of(costs.iter().map(of));
-        let ms = |of: &dyn Fn(&FrameCost) -> Duration| spread(&|cost| of(cost).as_secs_f64() * 1e3);
+        let ms = |of: &dyn Fn(&FrameCost) -> Duration| spread(&|cost| milliseconds(of(cost)));
         let (frame, cpu, gpu) = (ms(&FrameCost::total), ms(&FrameCost::engine), ms(&|c| c.submit));
         let last = costs.last().map(|cost| cost.render).unwrap_or_default();
         let info = self.renderer.gpu().adapter.get_info();
         let name_in = |table: &[(&'static str, Technique)], value| {
             table.iter().find(|(_, v)| *v == value).map(|(n, _)| (*n).to_owned())
         };
+        let peak_mb = Memory::now().map(|memory| memory.peak_mb);
+        let grown = peak_mb.zip(start.resident_mb).map(|(peak, before)| (peak - before).max(0.0));
+        let bytes_per_object = grown.map(|grown| grown * f64::from(1 << 20) / f64::from(args.objects));
         let policy = LightPolicy::ALL.iter().find(|(_, policy)| *policy == args.lights_policy);
         Measurement {
             objects: args.objects,
@@ -195,15 +248,37 @@ impl Bench {
             prepare_ms_median: ms(&|c| c.prepare).median,
             record_ms_median: ms(&|c| c.record).median,
             mutate_ms_median: ms(&|c| c.mutate).median,
+            stages: medians(costs, |c| {
+                Stage::ALL.iter().map(|&(name, stage)| (name, c.frame.stage_ms[stage as usize])).collect()
+            }),
+            systems: medians(costs, |c| c.frame.systems.iter().map(|system| (system.name, system.ms)).collect()),
+            gpu_passes: Some(medians(costs, |c| c.passes.iter().map(|pass| (pass.name, pass.ms)).collect()))
+                .filter(|passes| !passes.is_empty()),
             upload_bytes_median: spread(&|c| c.render.uploaded_bytes() as f64).median as u64,
             draws: last.draws,
             drawn_objects: last.instances,
             triangles: last.triangles,
-            rss_mb: Memory::now().map(|memory| memory.peak_mb),
-            first_frame_ms: first_frame.as_secs_f64() * 1e3,
+            culled_objects: args.objects.saturating_sub(last.instances),
+            rss_mb: peak_mb,
+            bytes_per_object,
+            first_frame_ms: milliseconds(start.last - start.started),
+            start_ms: start.parts,
             adapter: self.renderer.gpu().name(),
             driver: format!("{} {}", info.driver, info.driver_info).trim().to_owned(),
             build: Build::this(),
         }
     }
+}
+
+/// The median of every named time; a name's times in a frame are added up.
+fn medians(costs: &[FrameCost], times: impl Fn(&FrameCost) -> Vec<(&'static str, f64)>) -> BTreeMap<String, f64> {
+    let mut values: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
+    for (frame, cost) in costs.iter().enumerate() {
+        for (name, ms) in times(cost) {
+            let values = values.entry(name).or_default();
+            values.resize(frame + 1, 0.0);
+            values[frame] += ms;
+        }
+    }
+    values.into_iter().map(|(name, values)| (name.to_owned(), Spread::of(values).median)).collect()
 }

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use systems::Simulation;
 use systems::components::{Camera, Environment, Light, Projection, ToneMap};
-use systems::library::{Library, Map, Material, MaterialId, Mesh, Shading};
+use systems::library::{Library, Map, Material, MaterialId, Mesh, MeshId, Shading};
 use systems::shapes;
 
 /// Metres between objects.
@@ -106,6 +106,12 @@ pub struct Yard {
     movers: Vec<Mover>,
 }
 
+/// What the objects of a yard are made of.
+pub struct YardKit {
+    mesh: MeshId,
+    materials: Vec<MaterialId>,
+}
+
 struct Mover {
     entity: Entity,
     /// Where it stands, height left out.
@@ -134,46 +140,53 @@ fn pose(foot: Vec3, phase: f32, seconds: f32) -> Transform {
 }
 
 impl Yard {
-    /// Spawns it.
+    /// The world of a plan: [`Self::empty`], filled.
     ///
     /// # Errors
     /// [`YardError`] where the model cannot be read or is empty.
     pub fn new(plan: &YardPlan) -> Result<Self, YardError> {
+        let (mut yard, kit) = Self::empty(plan)?;
+        yard.fill(plan, &kit);
+        Ok(yard)
+    }
+
+    /// A world with the mesh and the materials, a camera, and nothing to see yet.
+    ///
+    /// # Errors
+    /// [`YardError`] where the model cannot be read or is empty.
+    pub fn empty(plan: &YardPlan) -> Result<(Self, YardKit), YardError> {
         let mut simulation = Simulation::new();
         let mesh = yard_mesh(&plan.mesh)?;
         let world = &mut simulation.world;
         let mut library = world.resource_mut::<Library>();
-        let mesh = library.add_mesh(mesh);
-        let materials = add_materials(&mut library);
-
-        let side = (f64::from(plan.objects).sqrt().ceil() as u32).max(1);
-        let half = (side - 1) as f32 * SPACING / 2.0;
-        let mut numbers = Numbers(1);
-        let (mut spawned, mut movers) = (Vec::with_capacity(plan.objects as usize), Vec::new());
-        for i in 0..plan.objects {
-            let foot = Vec3::new((i % side) as f32 * SPACING - half, 0.0, (i / side) as f32 * SPACING - half);
-            let material = materials[(numbers.unit() * materials.len() as f32) as usize];
-            let phase = numbers.unit() * TAU;
-            spawned.push((mesh, material, pose(foot, phase, 0.0)));
-            if moves(i, plan.moving) {
-                movers.push((i, foot, phase));
-            }
-        }
-        let entities: Vec<Entity> = world.spawn_batch(spawned).collect();
-        let entity = |i: u32| entities[i as usize];
-        let movers = movers.into_iter().map(|(i, foot, phase)| Mover { entity: entity(i), foot, phase }).collect();
-
-        let mut numbers = Numbers(2);
-        let lights: Vec<_> = (0..plan.lights).map(|_| lamp(&mut numbers, half)).collect();
-        world.spawn_batch(lights);
+        let kit = YardKit { mesh: library.add_mesh(mesh), materials: add_materials(&mut library) };
         // Nothing between the light and the screen but what the screen needs.
-        world.insert_resource(Environment {
-            ambient: Vec3::splat(0.12),
-            tone_map: ToneMap::Clamp,
-            ..Environment::default()
+        let ambient = Vec3::splat(0.12);
+        world.insert_resource(Environment { ambient, tone_map: ToneMap::Clamp, ..Environment::default() });
+        let camera = world.spawn(camera(plan.view, half_width(plan.objects))).id();
+        Ok((Self { simulation, camera, movers: Vec::new() }, kit))
+    }
+
+    /// Spawns the objects and lights.
+    pub fn fill(&mut self, plan: &YardPlan, kit: &YardKit) {
+        let (side, half) = (side(plan.objects), half_width(plan.objects));
+        let world = &mut self.simulation.world;
+        let mut numbers = Numbers(1);
+        let movers = &mut self.movers;
+        let mut moving = Vec::new();
+        let objects = (0..plan.objects).map(|i| {
+            let foot = Vec3::new((i % side) as f32 * SPACING - half, 0.0, (i / side) as f32 * SPACING - half);
+            let material = kit.materials[(numbers.unit() * kit.materials.len() as f32) as usize];
+            let phase = numbers.unit() * TAU;
+            if moves(i, plan.moving) {
+                moving.push((i, foot, phase));
+            }
+            (kit.mesh, material, pose(foot, phase, 0.0))
         });
-        let camera = world.spawn(camera(plan.view, half)).id();
-        Ok(Self { simulation, camera, movers })
+        let entities: Vec<Entity> = world.spawn_batch(objects.collect::<Vec<_>>()).collect();
+        movers.extend(moving.into_iter().map(|(i, foot, phase)| Mover { entity: entities[i as usize], foot, phase }));
+        let mut numbers = Numbers(2);
+        world.spawn_batch((0..plan.lights).map(|_| lamp(&mut numbers, half)).collect::<Vec<_>>());
     }
 
     /// How many objects move.
@@ -192,6 +205,16 @@ impl Yard {
             }
         }
     }
+}
+
+/// Objects along a side of the grid.
+fn side(objects: u32) -> u32 {
+    (f64::from(objects).sqrt().ceil() as u32).max(1)
+}
+
+/// From the middle of the grid to the middle of its outermost objects, metres.
+fn half_width(objects: u32) -> f32 {
+    (side(objects) - 1) as f32 * SPACING / 2.0
 }
 
 /// Whether the object of that number is one of the moving ones, spread evenly over all.

@@ -46,9 +46,17 @@ impl Gpu {
     /// # Errors
     /// [`GpuError`] where there is no adapter or it refuses a device.
     pub fn headless() -> Result<Self, GpuError> {
+        Self::headless_with(wgpu::Features::empty())
+    }
+
+    /// As [`Self::headless`], with those of the `wanted` features that the adapter offers.
+    ///
+    /// # Errors
+    /// [`GpuError`] where there is no adapter or it refuses a device.
+    pub fn headless_with(wanted: wgpu::Features) -> Result<Self, GpuError> {
         let mut refused = None;
         for backends in BACKENDS {
-            match Self::open(instance(backends), None) {
+            match Self::open(instance(backends), None, wanted) {
                 Ok(gpu) => return Ok(gpu),
                 Err(error) => refused = refused.or(Some(error)),
             }
@@ -61,10 +69,14 @@ impl Gpu {
     /// # Errors
     /// [`GpuError`] where there is no adapter or surface.
     pub fn for_surface(instance: wgpu::Instance, surface: &wgpu::Surface<'_>) -> Result<Self, GpuError> {
-        Self::open(instance, Some(surface))
+        Self::open(instance, Some(surface), wgpu::Features::empty())
     }
 
-    fn open(instance: wgpu::Instance, surface: Option<&wgpu::Surface<'_>>) -> Result<Self, GpuError> {
+    fn open(
+        instance: wgpu::Instance,
+        surface: Option<&wgpu::Surface<'_>>,
+        wanted: wgpu::Features,
+    ) -> Result<Self, GpuError> {
         let adapter = choose_adapter(&instance, surface)?;
         let info = adapter.get_info();
         let offered = adapter.limits();
@@ -77,7 +89,7 @@ impl Gpu {
         };
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("relief device"),
-            required_features: wgpu::Features::empty(),
+            required_features: adapter.features() & wanted,
             required_limits,
             ..wgpu::DeviceDescriptor::default()
         };

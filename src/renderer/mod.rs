@@ -23,11 +23,13 @@ pub mod shaders;
 mod tables;
 mod targets;
 mod textures;
+mod timestamps;
 
 pub use gpu::{Gpu, GpuError};
 pub use outputs::Outputs;
 pub use readback::read_texture;
 pub use settings::{DebugView, HeatScale, Settings};
+pub use timestamps::PassTime;
 
 use meshes::Meshes;
 use pipelines::{OUTPUT_FORMATS, Pass, Pipelines};
@@ -39,6 +41,7 @@ use systems::view::View;
 use tables::GrowingBuffer;
 use targets::{DEPTH_FORMAT, Targets, whole_view};
 use textures::Textures;
+use timestamps::Timestamps;
 
 /// The format of pictures that are written or compared; a window's surface has the like.
 pub const PICTURE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
@@ -120,6 +123,8 @@ pub struct Renderer {
     /// What the HDR target shows: view, pass, technique, batches. `None`: nothing yet.
     shown: Option<(ViewRecord, Pass, Option<Technique>, u64)>,
     stats: RenderStats,
+    /// Where the device was opened with them.
+    timestamps: Option<Timestamps>,
 }
 
 impl Renderer {
@@ -157,6 +162,7 @@ impl Renderer {
             tone_map: ToneMap::default(),
             shown: None,
             stats: RenderStats::default(),
+            timestamps: Timestamps::new(gpu),
             gpu: gpu.clone(),
         }
     }
@@ -169,6 +175,12 @@ impl Renderer {
     /// What the last prepare and draw did.
     pub fn stats(&self) -> RenderStats {
         self.stats
+    }
+
+    /// How long the GPU took over each pass of the oldest frame not asked for yet, in order; `None` while it has not
+    /// arrived, and on a device without [`wgpu::Features::TIMESTAMP_QUERY`].
+    pub fn pass_times(&mut self) -> Option<Vec<PassTime>> {
+        self.timestamps.as_mut()?.take()
     }
 
     /// Uploads what changed in the draw list and makes what is missing, so that [`Self::draw`] only records. Returns
@@ -319,6 +331,9 @@ impl Renderer {
         let drawn = self.record_forward(&mut encoder);
         self.stats = add(self.stats, drawn);
         self.record_tone_map(&mut encoder, target, format);
+        if let Some(timestamps) = &mut self.timestamps {
+            timestamps.finish(&mut encoder);
+        }
         encoder.finish()
     }
 
@@ -327,6 +342,9 @@ impl Renderer {
         let label = wgpu::CommandEncoderDescriptor { label: Some("frame again") };
         let mut encoder = self.gpu.device.create_command_encoder(&label);
         self.record_tone_map(&mut encoder, target, format);
+        if let Some(timestamps) = &mut self.timestamps {
+            timestamps.finish(&mut encoder);
+        }
         self.gpu.queue.submit([encoder.finish()]);
     }
 
@@ -345,6 +363,7 @@ impl Renderer {
                 ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), store: keep },
             })],
             depth_stencil_attachment: Some(depth_attachment(&targets.depth, wgpu::StoreOp::Discard)),
+            timestamp_writes: self.timestamps.as_ref().and_then(|timestamps| timestamps.render_pass("forward")),
             ..wgpu::RenderPassDescriptor::default()
         });
         pass.set_bind_group(0, frame_group, &[]);
@@ -372,6 +391,7 @@ impl Renderer {
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("tone map"),
             color_attachments: &[Some(color_attachment(target))],
+            timestamp_writes: self.timestamps.as_ref().and_then(|timestamps| timestamps.render_pass("tone map")),
             ..wgpu::RenderPassDescriptor::default()
         });
         pass.set_pipeline(tone_map);
