@@ -21,6 +21,7 @@
 //! Programs begin with [`prelude`]; `examples/` has three.
 
 pub mod app;
+pub mod arguments;
 pub mod bench;
 pub mod check;
 pub mod compare;

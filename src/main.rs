@@ -1,10 +1,12 @@
-//! The command line: `relief run, render, lights, check, info`.
+//! The command line: `relief run, render, lights, bench, check, info`.
 //!
 //! Exit codes: 0 done, 2 bad input or usage, 3 no usable graphics adapter, 1 anything else.
 
 use clap::{Args, Parser, Subcommand};
 use indicatif::{ProgressBar, ProgressStyle};
 use relief::app::{self, AppError};
+use relief::arguments::{parse_lights, parse_size, parse_technique};
+use relief::bench::{self, BenchArgs};
 use relief::frames::{self, FrameError, FrameJob, OutputKind};
 use relief::light_error::{self, LightErrorJob};
 use relief::renderer::{DebugView, Gpu, Settings};
@@ -13,6 +15,7 @@ use std::io::{IsTerminal, Write};
 use std::ops::Range;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::time::Instant;
 use systems::library::Technique;
 use systems::lights::LightPolicy;
 
@@ -47,6 +50,8 @@ enum Command {
     /// Say how far a frame lit by three lights per object is from one lit by all, in figures and pictures
     #[command(after_help = LIGHTS_HELP)]
     Lights(LightsArgs),
+    /// Measure a grid of many bump-mapped objects under many lights
+    Bench(BenchArgs),
     /// Say everything that is wrong with scenes, models and images; exit code 2 if anything is
     Check {
         /// Scenes (.ron), models (.gltf, .glb), images
@@ -162,12 +167,6 @@ impl ViewArgs {
     }
 }
 
-fn parse_size(text: &str) -> Result<(u32, u32), String> {
-    let parse = |side: &str| side.parse::<u32>().ok().filter(|side| (1..=16384).contains(side));
-    let sides = text.split_once(['x', 'X', '×']).and_then(|(w, h)| Some((parse(w)?, parse(h)?)));
-    sides.ok_or_else(|| "expected WIDTHxHEIGHT, each 1 to 16384, like 1280x720".to_owned())
-}
-
 /// Frame numbers stay below this.
 const MOST_FRAMES: u64 = 1_000_000_000;
 
@@ -181,19 +180,12 @@ fn parse_frames(text: &str) -> Result<Range<u64>, String> {
         .ok_or_else(|| format!("expected a count like 60, or a range like 30..60, ending at {MOST_FRAMES} at the most"))
 }
 
-fn parse_lights(text: &str) -> Result<LightPolicy, String> {
-    relief::name::find("light policy", &LightPolicy::ALL, text)
-}
-
-fn parse_technique(text: &str) -> Result<Technique, String> {
-    relief::name::find("technique", &Technique::ALL, text)
-}
-
 fn parse_debug(text: &str) -> Result<DebugView, String> {
     relief::name::find("debug view", &DebugView::ALL, text)
 }
 
 fn main() -> ExitCode {
+    let started = Instant::now();
     let cli = Cli::parse();
     tracing_subscriber::fmt()
         .with_writer(std::io::stderr)
@@ -212,6 +204,7 @@ fn main() -> ExitCode {
             render(&job(&args))
         }
         Command::Lights(args) => lights(&args),
+        Command::Bench(args) => return measure(&args, started),
         Command::Check { files } => return check_files(&files),
         Command::Info => Gpu::headless().map(|gpu| say(gpu.describe().trim_end())).map_err(FrameError::from),
     };
@@ -292,6 +285,18 @@ fn lights(args: &LightsArgs) -> Result<(), FrameError> {
     Ok(())
 }
 
+fn measure(args: &BenchArgs, started: Instant) -> ExitCode {
+    match bench::run(args, started, |_, _| {}) {
+        Ok(figures) if args.json => say(&figures.json()),
+        Ok(figures) => say(figures.to_string().trim_end()),
+        Err(error) => {
+            eprintln!("error: {error}");
+            return ExitCode::from(error.exit_code());
+        }
+    }
+    ExitCode::SUCCESS
+}
+
 fn run(args: &RunArgs) -> Result<(), FrameError> {
     systems::set_threads(args.view.threads.map(usize::from));
     let scene = args.scene.clone().unwrap_or_else(demo::scene_path);
@@ -354,15 +359,11 @@ mod tests {
     }
 
     #[test]
-    fn frames_and_sizes_are_read_strictly() {
+    fn frames_are_read_strictly() {
         assert_eq!(parse_frames("60"), Ok(0..60));
         assert_eq!(parse_frames("30..60"), Ok(30..60));
         for bad in ["", "0", "5..5", "6..5", "-1", "a..b", "99999999999"] {
             assert!(parse_frames(bad).is_err(), "{bad}");
-        }
-        assert_eq!(parse_size("64x36"), Ok((64, 36)));
-        for bad in ["64", "0x5", "x", "64x", "99999x2"] {
-            assert!(parse_size(bad).is_err(), "{bad}");
         }
     }
 }

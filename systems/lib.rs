@@ -137,28 +137,48 @@ pub fn frame_schedule() -> Schedule {
     schedule.add_systems(
         (
             // A new frame: what was dirty has been uploaded by now.
-            (stats::begin, begin_frame).chain(),
+            (stats::begin, begin_frame, lap(Stage::Transforms, "begin_frame")).chain(),
             // Where everything is, parents before children.
             (
                 transforms::mark_dirty_trees,
+                lap(Stage::Transforms, "mark_dirty_trees"),
                 transforms::propagate_parent_transforms,
+                lap(Stage::Transforms, "propagate_parent_transforms"),
                 transforms::sync_simple_transforms,
-                lap(Stage::Transforms),
+                lap(Stage::Transforms, "sync_simple_transforms"),
             )
                 .chain(),
             // How far it reaches, for the choice of lights.
-            (bounds::update_bounds, lap(Stage::Bounds)).chain(),
+            (bounds::update_bounds, lap(Stage::Bounds, "update_bounds")).chain(),
             // Once per mesh, before anything draws it.
-            (tangents::update_tangents, lap(Stage::Tangents)).chain(),
+            (tangents::update_tangents, lap(Stage::Tangents, "update_tangents")).chain(),
             // Maps into texture arrays; decides the class and pipeline of a material, which batches sort by.
             // Pieces look like the object that they are of.
-            (pieces::follow_materials, materials::update_materials, lap(Stage::Materials)).chain(),
+            (
+                pieces::follow_materials,
+                lap(Stage::Materials, "follow_materials"),
+                materials::update_materials,
+                lap(Stage::Materials, "update_materials"),
+            )
+                .chain(),
             // The light table first: the choice reads it.
-            (lights::update_light_table, light_selection::select_lights, lap(Stage::Lights)).chain(),
+            (
+                lights::update_light_table,
+                lap(Stage::Lights, "update_light_table"),
+                light_selection::select_lights,
+                lap(Stage::Lights, "select_lights"),
+            )
+                .chain(),
             // Everything an object's record holds is known now.
-            (instances::update_instances, light_selection::list_reaching, lap(Stage::Instances)).chain(),
+            (
+                instances::update_instances,
+                lap(Stage::Instances, "update_instances"),
+                light_selection::list_reaching,
+                lap(Stage::Instances, "list_reaching"),
+            )
+                .chain(),
             // Slots are final: list their pages by draw.
-            (batches::update_batches, lap(Stage::Batches), stats::count).chain(),
+            (batches::update_batches, lap(Stage::Batches, "update_batches"), stats::count).chain(),
         )
             .chain(),
     );

@@ -36,11 +36,26 @@ impl Stage {
     ];
 }
 
+/// How long a system of the frame schedule took.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct SystemTime {
+    /// What it is part of.
+    pub stage: Stage,
+    /// Its function's name.
+    pub name: &'static str,
+    /// Milliseconds since the frame began.
+    pub start_ms: f64,
+    /// Milliseconds.
+    pub ms: f64,
+}
+
 /// What the last frame did on the CPU. Times come from the wall clock and are for people only: nothing reads them back.
 #[derive(Resource, Clone, Debug)]
 pub struct FrameStats {
     /// Milliseconds of each [`Stage`].
     pub stage_ms: [f64; Stage::ALL.len()],
+    /// Times of the systems, in the order they ran.
+    pub systems: Vec<SystemTime>,
     /// Drawn objects.
     pub objects: usize,
     /// Objects whose lights were chosen again in this frame.
@@ -51,6 +66,7 @@ pub struct FrameStats {
     pub batches: usize,
     /// Blended objects.
     pub transparent: usize,
+    began: Instant,
     lap_started: Instant,
 }
 
@@ -58,11 +74,13 @@ impl Default for FrameStats {
     fn default() -> Self {
         Self {
             stage_ms: Default::default(),
+            systems: Vec::new(),
             objects: 0,
             selected: 0,
             instances_written: 0,
             batches: 0,
             transparent: 0,
+            began: Instant::now(),
             lap_started: Instant::now(),
         }
     }
@@ -76,15 +94,21 @@ impl FrameStats {
 }
 
 pub(crate) fn begin(mut stats: ResMut<FrameStats>) {
-    stats.lap_started = Instant::now();
+    stats.stage_ms = Default::default();
+    stats.systems.clear();
+    stats.began = Instant::now();
+    stats.lap_started = stats.began;
 }
 
-/// A system that books the time since the last lap on a stage.
-pub(crate) fn lap(stage: Stage) -> impl FnMut(ResMut<FrameStats>) {
+/// A system that books the time since the last lap on a stage, and on the system before it.
+pub(crate) fn lap(stage: Stage, name: &'static str) -> impl FnMut(ResMut<FrameStats>) {
     move |mut stats| {
-        let now = Instant::now();
-        stats.stage_ms[stage as usize] = (now - stats.lap_started).as_secs_f64() * 1e3;
-        stats.lap_started = now;
+        let stats = &mut *stats;
+        let started = std::mem::replace(&mut stats.lap_started, Instant::now());
+        let ms = (stats.lap_started - started).as_secs_f64() * 1e3;
+        stats.stage_ms[stage as usize] += ms;
+        let start_ms = (started - stats.began).as_secs_f64() * 1e3;
+        stats.systems.push(SystemTime { stage, name, start_ms, ms });
     }
 }
 

@@ -4,6 +4,7 @@
 
 use super::draws::Draws;
 use super::tables::GrowingBuffer;
+use super::timestamps::Timestamps;
 use super::{Gpu, RenderError, shaders};
 use bytemuck::{Pod, Zeroable};
 use systems::draw_list::{DirtySlots, PAGE_SLOTS};
@@ -100,7 +101,12 @@ impl Culling {
     }
 
     /// Records the culling of views, each with the frame group of its tables and eye.
-    pub fn record(&self, encoder: &mut wgpu::CommandEncoder, views: &[(&CulledView, &wgpu::BindGroup)]) {
+    pub fn record(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        timestamps: Option<&Timestamps>,
+        views: &[(&CulledView, &wgpu::BindGroup)],
+    ) {
         for (view, frame_group) in views {
             let Some((_, group)) = &view.group else { continue };
             let (pages, entries) = (view.counts.page_count, view.counts.entry_count);
@@ -109,7 +115,7 @@ impl Culling {
             }
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
                 label: Some("culling"),
-                ..wgpu::ComputePassDescriptor::default()
+                timestamp_writes: timestamps.and_then(|timestamps| timestamps.compute_pass("culling")),
             });
             pass.set_bind_group(0, *frame_group, &[]);
             pass.set_bind_group(1, group, &[]);

@@ -41,14 +41,25 @@ pub struct Gpu {
 }
 
 impl Gpu {
+    /// Features that are used where they are there. Without them the same is done in more calls.
+    pub const USED: wgpu::Features = wgpu::Features::INDIRECT_FIRST_INSTANCE;
+
     /// Opens the best adapter without a window. `WGPU_BACKEND` and `WGPU_ADAPTER_NAME` choose another.
     ///
     /// # Errors
     /// [`GpuError`] where there is no adapter or it refuses a device.
     pub fn headless() -> Result<Self, GpuError> {
+        Self::headless_with(Self::USED)
+    }
+
+    /// As [`Self::headless`], with those of the `wanted` features that the adapter offers.
+    ///
+    /// # Errors
+    /// [`GpuError`] where there is no adapter or it refuses a device.
+    pub fn headless_with(wanted: wgpu::Features) -> Result<Self, GpuError> {
         let mut refused = None;
         for backends in BACKENDS {
-            match Self::open(instance(backends), None) {
+            match Self::open(instance(backends), None, wanted) {
                 Ok(gpu) => return Ok(gpu),
                 Err(error) => refused = refused.or(Some(error)),
             }
@@ -61,10 +72,14 @@ impl Gpu {
     /// # Errors
     /// [`GpuError`] where there is no adapter or surface.
     pub fn for_surface(instance: wgpu::Instance, surface: &wgpu::Surface<'_>) -> Result<Self, GpuError> {
-        Self::open(instance, Some(surface))
+        Self::open(instance, Some(surface), Self::USED)
     }
 
-    fn open(instance: wgpu::Instance, surface: Option<&wgpu::Surface<'_>>) -> Result<Self, GpuError> {
+    fn open(
+        instance: wgpu::Instance,
+        surface: Option<&wgpu::Surface<'_>>,
+        wanted: wgpu::Features,
+    ) -> Result<Self, GpuError> {
         let adapter = choose_adapter(&instance, surface)?;
         let info = adapter.get_info();
         let offered = adapter.limits();
@@ -77,8 +92,7 @@ impl Gpu {
         };
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("relief device"),
-            // Used where it is there; without it, an indirect draw begins at its first instance by another way.
-            required_features: adapter.features() & wgpu::Features::INDIRECT_FIRST_INSTANCE,
+            required_features: adapter.features() & wanted,
             required_limits,
             ..wgpu::DeviceDescriptor::default()
         };

@@ -28,6 +28,7 @@ pub mod shaders;
 mod tables;
 mod targets;
 mod textures;
+mod timestamps;
 
 pub use culling::CullRecord;
 pub use draws::{CullBatchRecord, CullDrawRecord};
@@ -37,6 +38,7 @@ pub use outputs::Outputs;
 use readback::read_buffer;
 pub use readback::read_texture;
 pub use settings::{DebugView, HeatScale, Settings};
+pub use timestamps::PassTime;
 
 use culling::{ARGUMENT_BYTES, CulledView, Culling};
 use draws::Draws;
@@ -51,6 +53,7 @@ use systems::view::View;
 use tables::GrowingBuffer;
 use targets::{DEPTH_FORMAT, Targets, whole_view};
 use textures::Textures;
+use timestamps::Timestamps;
 
 /// The format of pictures that are written or compared; a window's surface has the like.
 pub const PICTURE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
@@ -133,6 +136,8 @@ pub struct Renderer {
     /// What the HDR target shows: view, pass, technique, batches. `None`: nothing yet.
     shown: Option<(ViewRecord, Pass, Option<Technique>, u64)>,
     stats: RenderStats,
+    /// Where the device was opened with them.
+    timestamps: Option<Timestamps>,
 }
 
 impl Renderer {
@@ -160,6 +165,7 @@ impl Renderer {
             tone_map: ToneMap::default(),
             shown: None,
             stats: RenderStats::default(),
+            timestamps: Timestamps::new(gpu),
             gpu: gpu.clone(),
         }
     }
@@ -172,6 +178,12 @@ impl Renderer {
     /// What the last prepare and draw did.
     pub fn stats(&self) -> RenderStats {
         self.stats
+    }
+
+    /// How long the GPU took over each pass of the oldest frame not asked for yet, in order; `None` while it has not
+    /// arrived, and on a device without [`wgpu::Features::TIMESTAMP_QUERY`].
+    pub fn pass_times(&mut self) -> Option<Vec<PassTime>> {
+        self.timestamps.as_mut()?.take()
     }
 
     /// Uploads what changed in the draw list and makes what is missing, so that [`Self::draw`] only records. Returns
@@ -256,12 +268,21 @@ impl Renderer {
     /// Draws what was prepared into `target`, a view of a texture of that format and the prepared view's size. An
     /// sRGB format encodes; others receive linear values.
     pub fn draw(&mut self, target: &wgpu::TextureView, format: wgpu::TextureFormat) {
+        let commands = self.record(target, format);
+        self.gpu.queue.submit([commands]);
+    }
+
+    /// [`Self::draw`] without handing the commands in, for who measures the two apart.
+    pub fn record(&mut self, target: &wgpu::TextureView, format: wgpu::TextureFormat) -> wgpu::CommandBuffer {
         let label = wgpu::CommandEncoderDescriptor { label: Some("frame") };
         let mut encoder = self.gpu.device.create_command_encoder(&label);
         self.record_culling(&mut encoder);
         (self.stats.draws, self.stats.draw_calls) = self.record_forward(&mut encoder);
         self.record_tone_map(&mut encoder, target, format);
-        self.gpu.queue.submit([encoder.finish()]);
+        if let Some(timestamps) = &mut self.timestamps {
+            timestamps.finish(&mut encoder);
+        }
+        encoder.finish()
     }
 
     /// What was drawn last, once more: only the tone map. For a window whose panel changes above a still scene.
@@ -269,6 +290,9 @@ impl Renderer {
         let label = wgpu::CommandEncoderDescriptor { label: Some("frame again") };
         let mut encoder = self.gpu.device.create_command_encoder(&label);
         self.record_tone_map(&mut encoder, target, format);
+        if let Some(timestamps) = &mut self.timestamps {
+            timestamps.finish(&mut encoder);
+        }
         self.gpu.queue.submit([encoder.finish()]);
     }
 
@@ -278,7 +302,7 @@ impl Renderer {
         else {
             return;
         };
-        self.culling.record(encoder, &[(&self.culled, frame_group)]);
+        self.culling.record(encoder, self.timestamps.as_ref(), &[(&self.culled, frame_group)]);
         self.culled_for = Some(*showing);
     }
 
@@ -296,6 +320,7 @@ impl Renderer {
                 ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), store: keep },
             })],
             depth_stencil_attachment: Some(depth_attachment(&targets.depth, wgpu::StoreOp::Discard)),
+            timestamp_writes: self.timestamps.as_ref().and_then(|timestamps| timestamps.render_pass("forward")),
             ..wgpu::RenderPassDescriptor::default()
         });
         pass.set_bind_group(0, frame_group, &[]);
@@ -323,6 +348,7 @@ impl Renderer {
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("tone map"),
             color_attachments: &[Some(color_attachment(target))],
+            timestamp_writes: self.timestamps.as_ref().and_then(|timestamps| timestamps.render_pass("tone map")),
             ..wgpu::RenderPassDescriptor::default()
         });
         pass.set_pipeline(tone_map);

@@ -1,0 +1,44 @@
+//! Values that several subcommands read from the command line.
+
+use crate::name;
+use systems::library::Technique;
+use systems::lights::LightPolicy;
+
+/// A picture's size, like 1280x720.
+///
+/// # Errors
+/// What was expected.
+pub fn parse_size(text: &str) -> Result<(u32, u32), String> {
+    let parse = |side: &str| side.parse::<u32>().ok().filter(|side| (1..=16384).contains(side));
+    let sides = text.split_once(['x', 'X', '×']).and_then(|(w, h)| Some((parse(w)?, parse(h)?)));
+    sides.ok_or_else(|| "expected WIDTHxHEIGHT, each 1 to 16384, like 1280x720".to_owned())
+}
+
+/// A light policy by name.
+///
+/// # Errors
+/// Names what there is.
+pub fn parse_lights(text: &str) -> Result<LightPolicy, String> {
+    name::find("light policy", &LightPolicy::ALL, text)
+}
+
+/// A bump technique by name.
+///
+/// # Errors
+/// Names what there is.
+pub fn parse_technique(text: &str) -> Result<Technique, String> {
+    name::find("technique", &Technique::ALL, text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_read_strictly() {
+        assert_eq!(parse_size("64x36"), Ok((64, 36)));
+        for bad in ["64", "0x5", "x", "64x", "99999x2"] {
+            assert!(parse_size(bad).is_err(), "{bad}");
+        }
+    }
+}

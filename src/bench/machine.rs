@@ -1,0 +1,64 @@
+//! What a figure is worth nothing without: the build, and the memory of the process.
+
+use serde::{Deserialize, Serialize};
+
+/// What was compiled, and how.
+#[derive(Clone, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Build {
+    /// Of the package.
+    pub version: String,
+    /// `RELIEF_COMMIT` as it was when this was compiled: the commit, where whoever compiles says so.
+    pub commit: Option<String>,
+    /// `release` or `debug`.
+    pub profile: String,
+    /// Architecture and operating system.
+    pub target: String,
+    /// What the compiler was allowed beyond the architecture's base.
+    pub target_features: Vec<String>,
+}
+
+impl Build {
+    /// This one.
+    pub fn this() -> Self {
+        let mut target_features = Vec::new();
+        let mut feature = |name: &str, enabled| {
+            if enabled {
+                target_features.push(name.to_owned());
+            }
+        };
+        feature("sse4.2", cfg!(target_feature = "sse4.2"));
+        feature("avx2", cfg!(target_feature = "avx2"));
+        feature("fma", cfg!(target_feature = "fma"));
+        feature("avx512f", cfg!(target_feature = "avx512f"));
+        feature("neon", cfg!(target_feature = "neon"));
+        Self {
+            version: env!("CARGO_PKG_VERSION").into(),
+            commit: option_env!("RELIEF_COMMIT").map(Into::into),
+            profile: if cfg!(debug_assertions) { "debug" } else { "release" }.into(),
+            target: format!("{}-{}", std::env::consts::ARCH, std::env::consts::OS),
+            target_features,
+        }
+    }
+}
+
+/// Memory of this process, megabytes of 2²⁰ bytes; `None` where the operating system has no /proc.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Memory {
+    /// Resident now.
+    pub resident_mb: f64,
+    /// The most that was ever resident.
+    pub peak_mb: f64,
+}
+
+impl Memory {
+    /// As of now.
+    pub fn now() -> Option<Self> {
+        let status = std::fs::read_to_string("/proc/self/status").ok()?;
+        let kilobytes = |field: &str| -> Option<f64> {
+            let line = status.lines().find_map(|line| line.strip_prefix(field))?;
+            line.trim().trim_end_matches("kB").trim().parse().ok()
+        };
+        Some(Self { resident_mb: kilobytes("VmRSS:")? / 1024.0, peak_mb: kilobytes("VmHWM:")? / 1024.0 })
+    }
+}

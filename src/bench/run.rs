@@ -1,0 +1,285 @@
+//! `relief bench`: one yard, drawn frame after frame, each until the GPU is idle.
+//!
+//! Waiting in every frame keeps one frame's work out of another's time, at the price of work that could overlap.
+
+use super::args::BenchArgs;
+use super::machine::{Build, Memory};
+use super::measurement::{Measurement, Spread};
+use super::yard::{Yard, YardError};
+use crate::frames::view_of;
+use crate::output::{self, OutputError};
+use crate::renderer::{Gpu, GpuError, PICTURE_FORMAT, PassTime, RenderError, RenderStats, Renderer, Settings};
+use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
+use systems::library::Technique;
+use systems::lights::LightPolicy;
+use systems::stats::{FrameStats, Stage};
+use systems::view::View;
+
+/// What stops a benchmark.
+#[derive(Debug, thiserror::Error)]
+pub enum BenchError {
+    /// The scene.
+    #[error(transparent)]
+    Yard(#[from] YardError),
+    /// No adapter.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+    /// Too large for the adapter.
+    #[error(transparent)]
+    Render(#[from] RenderError),
+    /// A file could not be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+}
+
+impl BenchError {
+    /// The exit code that says so.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Gpu(_) => 3,
+            Self::Yard(_) | Self::Render(_) | Self::Output(_) => 2,
+        }
+    }
+}
+
+/// What one frame took.
+#[derive(Clone, Debug)]
+struct FrameCost {
+    mutate: Duration,
+    simulate: Duration,
+    prepare: Duration,
+    record: Duration,
+    submit: Duration,
+    frame: FrameStats,
+    render: RenderStats,
+    /// Empty where the adapter has no timestamps.
+    passes: Vec<PassTime>,
+}
+
+impl FrameCost {
+    fn engine(&self) -> Duration {
+        self.simulate + self.prepare + self.record
+    }
+
+    fn total(&self) -> Duration {
+        self.mutate + self.engine() + self.submit
+    }
+}
+
+/// Draws a yard into a texture.
+struct Bench {
+    yard: Yard,
+    renderer: Renderer,
+    settings: Settings,
+    size: (u32, u32),
+    target: wgpu::TextureView,
+    frame: u32,
+}
+
+/// Measures the scene that the arguments ask for; `started` is when the program started. `progress` is called after
+/// each frame with how many are done and how many there will be at the most.
+///
+/// # Errors
+/// [`BenchError`].
+pub fn run(args: &BenchArgs, started: Instant, mut progress: impl FnMut(u32, u32)) -> Result<Measurement, BenchError> {
+    systems::set_threads(args.threads.map(usize::from));
+    let mut start = Start::new(started);
+    let mut bench = Bench::new(args, &mut start)?;
+    bench.draw()?;
+    start.lap("first draw");
+
+    let (cap, measured) = (Duration::from_secs(args.seconds.into()), args.frames);
+    let whole = args.warm_up + measured;
+    let begun = Instant::now();
+    for done in 1..args.warm_up {
+        if done > 3 && begun.elapsed() > cap / 4 {
+            break;
+        }
+        bench.draw()?;
+        progress(done, whole);
+    }
+    let begun = Instant::now();
+    let mut costs = Vec::new();
+    while costs.len() < measured as usize && (costs.len() < 5 || begun.elapsed() < cap) {
+        costs.push(bench.draw()?);
+        progress(args.warm_up + costs.len() as u32, whole);
+    }
+    let measurement = bench.measurement(args, &costs, start);
+    if let Some(path) = &args.picture {
+        output::write_png(path, &bench.renderer.draw_picture().into())?;
+    }
+    Ok(measurement)
+}
+
+/// What the time to the first frame goes to.
+struct Start {
+    started: Instant,
+    last: Instant,
+    parts: BTreeMap<String, f64>,
+    /// Before the objects were spawned.
+    resident_mb: Option<f64>,
+}
+
+impl Start {
+    fn new(started: Instant) -> Self {
+        Self { started, last: started, parts: BTreeMap::new(), resident_mb: None }
+    }
+
+    fn lap(&mut self, part: &str) {
+        let now = Instant::now();
+        self.parts.insert(part.to_owned(), milliseconds(now - self.last));
+        self.last = now;
+    }
+}
+
+fn milliseconds(time: Duration) -> f64 {
+    time.as_secs_f64() * 1e3
+}
+
+/// Opens the adapter, with its clock where it has one.
+fn open() -> Result<Renderer, GpuError> {
+    Ok(Renderer::new(&Gpu::headless_with(Gpu::USED | wgpu::Features::TIMESTAMP_QUERY)?))
+}
+
+impl Bench {
+    fn new(args: &BenchArgs, start: &mut Start) -> Result<Self, BenchError> {
+        let plan = args.plan();
+        // The driver takes its time to start; maps are made meanwhile.
+        let opening = std::thread::spawn(open);
+        let yard = Yard::empty(&plan);
+        start.lap("mesh and maps");
+        let renderer = opening.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        start.lap("waiting for the driver");
+        let ((mut yard, kit), renderer) = (yard?, renderer?);
+        start.resident_mb = Memory::now().map(|memory| memory.resident_mb);
+        yard.fill(&plan, &kit);
+        start.lap("spawn");
+        let gpu = renderer.gpu();
+        yard.simulation.world.insert_resource(args.lights_policy);
+        let limit = gpu.device.limits().max_texture_dimension_2d;
+        let (longest, (width, height)) = (args.size.0.max(args.size.1), args.size);
+        if longest > limit {
+            let (needed, limit) = (longest.into(), limit.into());
+            return Err(
+                RenderError::TooLarge { what: "the picture", unit: "pixels along a side", needed, limit }.into()
+            );
+        }
+        let target = gpu.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("benchmark"),
+            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: PICTURE_FORMAT,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
+            view_formats: &[],
+        });
+        let target = target.create_view(&wgpu::TextureViewDescriptor::default());
+        let settings = Settings { technique: args.technique, samples: args.samples, ..Settings::default() };
+        Ok(Self { yard, renderer, settings, size: args.size, target, frame: 0 })
+    }
+
+    /// Moves what moves, draws, and waits for the GPU.
+    fn draw(&mut self) -> Result<FrameCost, BenchError> {
+        let mut clock = Instant::now();
+        let mut lap = || {
+            let begun = std::mem::replace(&mut clock, Instant::now());
+            clock - begun
+        };
+        self.yard.advance(self.frame);
+        let mutate = lap();
+        let simulation = &mut self.yard.simulation;
+        simulation.frame();
+        let simulate = lap();
+        let view: View = view_of(&simulation.world, self.yard.camera, self.size);
+        self.renderer.prepare(simulation.draw_list(), simulation.library(), &view, &self.settings)?;
+        let prepare = lap();
+        let commands = self.renderer.record(&self.target, PICTURE_FORMAT);
+        let record = lap();
+        let gpu = self.renderer.gpu();
+        gpu.queue.submit([commands]);
+        // A lost device has nothing left to wait for.
+        let _ = gpu.device.poll(wgpu::PollType::wait_indefinitely());
+        let submit = lap();
+        self.frame += 1;
+        let frame = simulation.world.resource::<FrameStats>().clone();
+        let passes = self.renderer.pass_times().unwrap_or_default();
+        Ok(FrameCost { mutate, simulate, prepare, record, submit, frame, render: self.renderer.stats(), passes })
+    }
+
+    fn measurement(&self, args: &BenchArgs, costs: &[FrameCost], start: Start) -> Measurement {
+        let spread = |of: &dyn Fn(&FrameCost) -> f64| Spread::of(costs.iter().map(of));
+        let ms = |of: &dyn Fn(&FrameCost) -> Duration| spread(&|cost| milliseconds(of(cost)));
+        let (frame, cpu, gpu) = (ms(&FrameCost::total), ms(&FrameCost::engine), ms(&|c| c.submit));
+        let last = costs.last().map(|cost| cost.render).unwrap_or_default();
+        let drawn = self.renderer.read_drawn();
+        let info = self.renderer.gpu().adapter.get_info();
+        let name_in = |table: &[(&'static str, Technique)], value| {
+            table.iter().find(|(_, v)| *v == value).map(|(n, _)| (*n).to_owned())
+        };
+        let peak_mb = Memory::now().map(|memory| memory.peak_mb);
+        let grown = peak_mb.zip(start.resident_mb).map(|(peak, before)| (peak - before).max(0.0));
+        let bytes_per_object = grown.map(|grown| grown * f64::from(1 << 20) / f64::from(args.objects));
+        let policy = LightPolicy::ALL.iter().find(|(_, policy)| *policy == args.lights_policy);
+        Measurement {
+            objects: args.objects,
+            lights: args.lights,
+            mesh: args.mesh.name(),
+            moving: args.moving,
+            view: format!("{:?}", args.view).to_lowercase(),
+            size: [args.size.0, args.size.1],
+            samples: args.samples,
+            lights_policy: policy.map_or("", |(name, _)| name).to_owned(),
+            technique: args.technique.and_then(|technique| name_in(&Technique::ALL, technique)),
+            levels: None,
+            threads: bevy_tasks::ComputeTaskPool::get().thread_num() as u32,
+            frames: costs.len() as u32,
+            frame_ms_median: frame.median,
+            frame_ms_p05: frame.p05,
+            frame_ms_p95: frame.p95,
+            cpu_ms_median: cpu.median,
+            cpu_ms_p05: cpu.p05,
+            cpu_ms_p95: cpu.p95,
+            gpu_ms_median: gpu.median,
+            gpu_ms_p05: gpu.p05,
+            gpu_ms_p95: gpu.p95,
+            select_ms_median: spread(&|c| c.frame.stage_ms[Stage::Lights as usize]).median,
+            simulate_ms_median: ms(&|c| c.simulate).median,
+            prepare_ms_median: ms(&|c| c.prepare).median,
+            record_ms_median: ms(&|c| c.record).median,
+            mutate_ms_median: ms(&|c| c.mutate).median,
+            stages: medians(costs, |c| {
+                Stage::ALL.iter().map(|&(name, stage)| (name, c.frame.stage_ms[stage as usize])).collect()
+            }),
+            systems: medians(costs, |c| c.frame.systems.iter().map(|system| (system.name, system.ms)).collect()),
+            gpu_passes: Some(medians(costs, |c| c.passes.iter().map(|pass| (pass.name, pass.ms)).collect()))
+                .filter(|passes| !passes.is_empty()),
+            upload_bytes_median: spread(&|c| c.render.uploaded_bytes() as f64).median as u64,
+            draws: last.draws,
+            drawn_objects: drawn.objects,
+            triangles: drawn.triangles,
+            culled_objects: args.objects.saturating_sub(drawn.objects),
+            rss_mb: peak_mb,
+            bytes_per_object,
+            first_frame_ms: milliseconds(start.last - start.started),
+            start_ms: start.parts,
+            adapter: self.renderer.gpu().name(),
+            driver: format!("{} {}", info.driver, info.driver_info).trim().to_owned(),
+            build: Build::this(),
+        }
+    }
+}
+
+/// The median of every named time; a name's times in a frame are added up.
+fn medians(costs: &[FrameCost], times: impl Fn(&FrameCost) -> Vec<(&'static str, f64)>) -> BTreeMap<String, f64> {
+    let mut values: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
+    for (frame, cost) in costs.iter().enumerate() {
+        for (name, ms) in times(cost) {
+            let values = values.entry(name).or_default();
+            values.resize(frame + 1, 0.0);
+            values[frame] += ms;
+        }
+    }
+    values.into_iter().map(|(name, values)| (name.to_owned(), Spread::of(values).median)).collect()
+}

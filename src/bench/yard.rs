@@ -1,0 +1,327 @@
+//! The yard: so many equal objects on a square grid, 3 m apart, under point lights of 10 m range. Bump-mapped in sixteen
+//! materials with maps of their own. Everything is seeded: the same plan gives the same world.
+//!
+//! Grid, sizes, lights, cameras and the shape of the motion are those of the programs that other engines are measured
+//! with (docs/benchmarks.md), down to the random numbers.
+
+use super::maps;
+use crate::import::{self, ImportError};
+use bevy_ecs::prelude::*;
+use bevy_transform::components::Transform;
+use glam::{Quat, Vec3};
+use std::f32::consts::TAU;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+use systems::Simulation;
+use systems::components::{Camera, Environment, Light, Projection, ToneMap};
+use systems::library::{Library, Map, Material, MaterialId, Mesh, MeshId, Shading};
+use systems::shapes;
+
+/// Metres between objects.
+const SPACING: f32 = 3.0;
+/// Metres: the side of a cube, the diameter of a sphere, the longest side of a model.
+const SIZE: f32 = 1.5;
+
+/// The mesh of all objects.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub enum YardMesh {
+    /// 24 vertices, 12 triangles.
+    #[default]
+    Cube,
+    /// 594 vertices, 1,024 triangles.
+    Sphere,
+    /// The largest mesh of a glTF file, scaled to the cube's size.
+    Model(PathBuf),
+}
+
+impl YardMesh {
+    /// As it is written on the command line.
+    pub fn name(&self) -> String {
+        match self {
+            Self::Cube => "cube".into(),
+            Self::Sphere => "sphere".into(),
+            Self::Model(path) => path.display().to_string(),
+        }
+    }
+}
+
+impl FromStr for YardMesh {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        const SHAPES: [(&str, YardMesh); 2] = [("cube", YardMesh::Cube), ("sphere", YardMesh::Sphere)];
+        let path = Path::new(text);
+        let is_model =
+            path.extension().is_some_and(|e| e.eq_ignore_ascii_case("glb") || e.eq_ignore_ascii_case("gltf"));
+        match SHAPES.into_iter().find(|(name, _)| *name == text) {
+            Some((_, shape)) => Ok(shape),
+            None if is_model => Ok(Self::Model(path.into())),
+            None => Err("expected cube, sphere or a .glb or .gltf file".to_owned()),
+        }
+    }
+}
+
+/// Where the camera stands.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, clap::ValueEnum)]
+pub enum YardView {
+    /// Outside and above, the whole grid in view
+    #[default]
+    Wide,
+    /// Between the rows at 2 m, about a sixth of the grid in view
+    Inside,
+}
+
+/// What a yard holds.
+#[derive(Clone, PartialEq, Debug)]
+pub struct YardPlan {
+    /// At least 1.
+    pub objects: u32,
+    /// Point lights.
+    pub lights: u32,
+    /// 0..1: how many of the objects move, spread evenly.
+    pub moving: f32,
+    /// The mesh of all objects.
+    pub mesh: YardMesh,
+    /// Where the camera stands.
+    pub view: YardView,
+}
+
+/// A mesh that cannot be had.
+#[derive(Debug, thiserror::Error)]
+pub enum YardError {
+    /// The model.
+    #[error(transparent)]
+    Model(#[from] ImportError),
+    /// A model without any.
+    #[error("{}: no triangles in it", .0.display())]
+    NoMesh(PathBuf),
+}
+
+/// A world to measure.
+pub struct Yard {
+    /// The world.
+    pub simulation: Simulation,
+    /// Sees it.
+    pub camera: Entity,
+    movers: Vec<Mover>,
+}
+
+/// What the objects of a yard are made of.
+pub struct YardKit {
+    mesh: MeshId,
+    materials: Vec<MaterialId>,
+}
+
+struct Mover {
+    entity: Entity,
+    /// Where it stands, height left out.
+    foot: Vec3,
+    phase: f32,
+}
+
+/// The random numbers of the other engines' programs (the generator of Numerical Recipes).
+struct Numbers(u32);
+
+impl Numbers {
+    fn unit(&mut self) -> f32 {
+        self.0 = self.0.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (self.0 >> 8) as f32 / (1 << 24) as f32
+    }
+}
+
+/// Turning and bobbing; `seconds` 0 is where everything starts.
+fn pose(foot: Vec3, phase: f32, seconds: f32) -> Transform {
+    let height = 0.75 + 0.25 * (1.0 + (2.0 * seconds + phase).sin());
+    Transform {
+        translation: foot + Vec3::Y * height,
+        rotation: Quat::from_rotation_y(phase + seconds),
+        ..Transform::IDENTITY
+    }
+}
+
+impl Yard {
+    /// The world of a plan: [`Self::empty`], filled.
+    ///
+    /// # Errors
+    /// [`YardError`] where the model cannot be read or is empty.
+    pub fn new(plan: &YardPlan) -> Result<Self, YardError> {
+        let (mut yard, kit) = Self::empty(plan)?;
+        yard.fill(plan, &kit);
+        Ok(yard)
+    }
+
+    /// A world with the mesh and the materials, a camera, and nothing to see yet.
+    ///
+    /// # Errors
+    /// [`YardError`] where the model cannot be read or is empty.
+    pub fn empty(plan: &YardPlan) -> Result<(Self, YardKit), YardError> {
+        let mut simulation = Simulation::new();
+        let mesh = yard_mesh(&plan.mesh)?;
+        let world = &mut simulation.world;
+        let mut library = world.resource_mut::<Library>();
+        let kit = YardKit { mesh: library.add_mesh(mesh), materials: add_materials(&mut library) };
+        // Nothing between the light and the screen but what the screen needs.
+        let ambient = Vec3::splat(0.12);
+        world.insert_resource(Environment { ambient, tone_map: ToneMap::Clamp, ..Environment::default() });
+        let camera = world.spawn(camera(plan.view, half_width(plan.objects))).id();
+        Ok((Self { simulation, camera, movers: Vec::new() }, kit))
+    }
+
+    /// Spawns the objects and lights.
+    pub fn fill(&mut self, plan: &YardPlan, kit: &YardKit) {
+        let (side, half) = (side(plan.objects), half_width(plan.objects));
+        let world = &mut self.simulation.world;
+        let mut numbers = Numbers(1);
+        let movers = &mut self.movers;
+        let mut moving = Vec::new();
+        let objects = (0..plan.objects).map(|i| {
+            let foot = Vec3::new((i % side) as f32 * SPACING - half, 0.0, (i / side) as f32 * SPACING - half);
+            let material = kit.materials[(numbers.unit() * kit.materials.len() as f32) as usize];
+            let phase = numbers.unit() * TAU;
+            if moves(i, plan.moving) {
+                moving.push((i, foot, phase));
+            }
+            (kit.mesh, material, pose(foot, phase, 0.0))
+        });
+        let entities: Vec<Entity> = world.spawn_batch(objects.collect::<Vec<_>>()).collect();
+        movers.extend(moving.into_iter().map(|(i, foot, phase)| Mover { entity: entities[i as usize], foot, phase }));
+        let mut numbers = Numbers(2);
+        world.spawn_batch((0..plan.lights).map(|_| lamp(&mut numbers, half)).collect::<Vec<_>>());
+    }
+
+    /// How many objects move.
+    pub fn moving(&self) -> usize {
+        self.movers.len()
+    }
+
+    /// Gives every moving object its place in that frame, 60 to the second.
+    pub fn advance(&mut self, frame: u32) {
+        let seconds = frame as f32 / 60.0;
+        let world = &mut self.simulation.world;
+        let mut transforms = world.query::<&mut Transform>();
+        for mover in &self.movers {
+            if let Ok(mut transform) = transforms.get_mut(world, mover.entity) {
+                *transform = pose(mover.foot, mover.phase, seconds);
+            }
+        }
+    }
+}
+
+/// Objects along a side of the grid.
+fn side(objects: u32) -> u32 {
+    (f64::from(objects).sqrt().ceil() as u32).max(1)
+}
+
+/// From the middle of the grid to the middle of its outermost objects, metres.
+fn half_width(objects: u32) -> f32 {
+    (side(objects) - 1) as f32 * SPACING / 2.0
+}
+
+/// Whether the object of that number is one of the moving ones, spread evenly over all.
+fn moves(index: u32, fraction: f32) -> bool {
+    let before = |i: u32| (f64::from(i) * f64::from(fraction)).floor();
+    before(index + 1) > before(index)
+}
+
+fn yard_mesh(mesh: &YardMesh) -> Result<Mesh, YardError> {
+    match mesh {
+        YardMesh::Cube => Ok(shapes::cube(Vec3::splat(SIZE))),
+        YardMesh::Sphere => Ok(shapes::sphere(SIZE / 2.0, 32, 17)),
+        YardMesh::Model(path) => {
+            // A library of its own: the model's materials and images are not drawn.
+            let mut library = Library::default();
+            import::load_model(path, &mut library)?;
+            let meshes = library.meshes().iter().map(|entry| &entry.mesh);
+            let largest = meshes.max_by_key(|mesh| mesh.triangle_count()).filter(|mesh| mesh.triangle_count() > 0);
+            largest.map(fitted).ok_or_else(|| YardError::NoMesh(path.clone()))
+        }
+    }
+}
+
+/// The mesh centred and scaled to the size of a cube, in one colour.
+fn fitted(mesh: &Mesh) -> Mesh {
+    let bounds = mesh.aabb();
+    let (center, size) = ((bounds.min + bounds.max) * 0.5, (bounds.max - bounds.min).max_element());
+    let scale = SIZE / size.max(f32::MIN_POSITIVE);
+    let mut mesh = mesh.clone();
+    mesh.colors.clear();
+    mesh.positions.iter_mut().for_each(|p| *p = (*p - center) * scale);
+    mesh
+}
+
+fn add_materials(library: &mut Library) -> Vec<MaterialId> {
+    let surfaces = maps::surfaces().into_iter().enumerate();
+    surfaces
+        .map(|(i, surface)| {
+            let mut map = |image| Some(Map::new(library.add_image(image)));
+            let material = Material {
+                name: format!("surface {i}"),
+                base_map: map(surface.base),
+                normal_map: map(surface.normal),
+                specular_map: map(surface.specular),
+                specular_factor: Vec3::ONE,
+                ..Material::new(Shading::Blinn)
+            };
+            library.add_material(material)
+        })
+        .collect()
+}
+
+/// A lamp over the grid.
+fn lamp(numbers: &mut Numbers, half: f32) -> (Light, Transform) {
+    let (x, z) = ((numbers.unit() * 2.0 - 1.0) * half, (numbers.unit() * 2.0 - 1.0) * half);
+    let y = 2.0 + numbers.unit() * 2.0;
+    let hue = numbers.unit();
+    // HSL of that hue, saturation 0.6, lightness 0.7, decoded to linear light.
+    let channel = |n: f32| (0.7 - 0.18 * triangle((n / 12.0 + hue).fract() * 12.0)).powf(2.2);
+    let color = Vec3::new(channel(0.0), channel(8.0), channel(4.0));
+    let light = Light::point(14.0, 10.0).with_attenuation(Light::INVERSE_SQUARE).with_color(color);
+    (light, Transform::from_xyz(x, y, z))
+}
+
+/// The wave of a channel in the conversion from HSL to RGB: −1 to 1, period 12.
+fn triangle(k: f32) -> f32 {
+    (k - 3.0).min(9.0 - k).clamp(-1.0, 1.0)
+}
+
+fn camera(view: YardView, half: f32) -> (Camera, Transform) {
+    let projection = Projection::Perspective { fov_y: 60f32.to_radians(), aspect: None };
+    let camera = Camera { projection, ..Camera::default() };
+    let at = match view {
+        YardView::Wide => {
+            let radius = half * 2f32.sqrt() + SIZE;
+            let eye = Vec3::new(0.0, 1.0, 1.0).normalize() * radius * 2.0;
+            Transform::from_translation(eye).looking_at(Vec3::ZERO, Vec3::Y)
+        }
+        YardView::Inside => {
+            // Between rows, so that the view down them holds about a sixth of the grid.
+            let between = |v: f32| ((v + half) / SPACING).floor() * SPACING - half + SPACING / 2.0;
+            let eye = Vec3::new(between(0.194 * half), 2.0, between(0.0));
+            Transform::from_translation(eye).looking_to(Vec3::X, Vec3::Y)
+        }
+    };
+    (camera, at)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fraction_of_the_objects_moves_spread_evenly() {
+        for fraction in [0.0, 0.01, 0.1, 0.37, 1.0] {
+            let moving: Vec<u32> = (0..1000).filter(|&i| moves(i, fraction)).collect();
+            assert_eq!(moving.len(), (1000.0 * fraction).round() as usize, "{fraction}");
+            let gaps = moving.windows(2).map(|pair| pair[1] - pair[0]);
+            let (least, most) = (gaps.clone().min().unwrap_or(0), gaps.max().unwrap_or(0));
+            assert!(most - least <= 1, "{fraction}: gaps {least} to {most}");
+        }
+    }
+
+    #[test]
+    fn meshes_are_named_or_files() {
+        assert_eq!("sphere".parse(), Ok(YardMesh::Sphere));
+        assert_eq!("a/b.GLB".parse(), Ok(YardMesh::Model("a/b.GLB".into())));
+        assert!("torus".parse::<YardMesh>().is_err());
+    }
+}
