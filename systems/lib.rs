@@ -142,6 +142,7 @@ pub fn frame_schedule() -> Schedule {
                 transforms::mark_dirty_trees,
                 transforms::propagate_parent_transforms,
                 transforms::sync_simple_transforms,
+                bounds::note_moved,
                 lap(Stage::Transforms),
             )
                 .chain(),
