@@ -1,6 +1,8 @@
 //! Bounding volumes: of meshes in object space, of entities in world space.
 
+use crate::changes::{Since, touch};
 use crate::library::{Library, MeshId};
+use bevy_ecs::change_detection::{ContiguousMut, ContiguousRef};
 use bevy_ecs::prelude::*;
 use bevy_transform::components::GlobalTransform;
 use bytemuck::{Pod, Zeroable};
@@ -75,9 +77,21 @@ impl Sphere {
 }
 
 /// The sphere around a drawn entity, world space. Derived; written by [`update_bounds`].
+///
+/// The summary tick of its column tells of changed `GlobalTransform`s, too: those have none of their own.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default)]
 #[component(summary_tick)]
 pub struct WorldBounds(pub Sphere);
+
+/// Touches the bounds' summary tick where transforms changed.
+pub fn note_moved(mut drawn: Query<(Ref<GlobalTransform>, &mut WorldBounds)>) {
+    for (transforms, bounds) in drawn.contiguous_iter_mut().into_iter().flatten() {
+        let (_, ticks) = ContiguousRef::split(transforms);
+        if Since::new(ticks.last_run(), ticks.this_run()).any(ticks.changed()) {
+            touch(ContiguousMut::bypass_change_detection_split(bounds).1);
+        }
+    }
+}
 
 /// Recomputes the world bounds of what moved or changed its mesh.
 #[allow(clippy::type_complexity)]

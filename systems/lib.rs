@@ -146,6 +146,8 @@ pub fn frame_schedule() -> Schedule {
                 lap(Stage::Transforms, "propagate_parent_transforms"),
                 transforms::sync_simple_transforms,
                 lap(Stage::Transforms, "sync_simple_transforms"),
+                bounds::note_moved,
+                lap(Stage::Transforms, "note_moved"),
             )
                 .chain(),
             // How far it reaches, for the choice of lights.

@@ -55,6 +55,7 @@ impl Default for LightSlot {
 
 /// The lights of an object. Derived; written by [`crate::light_selection::select_lights`].
 #[derive(Component, Clone, Copy, PartialEq, Debug, Pod, Zeroable)]
+#[component(summary_tick)]
 #[repr(C)]
 pub struct Selection {
     /// Slots in the light table, most relevant first; [`NO_LIGHT`] where there are fewer.
