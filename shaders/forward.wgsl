@@ -208,12 +208,13 @@ fn lit(surface: Surface, slot: u32, instance: Instance, occlusion: f32) -> vec3f
             color += reflected(surface, reaching[first + i]);
         }
     } else {
-        for (var i = 0u; i < 3u; i++) {
-            let light = instance.lights[i];
-            if light == NO_LIGHT {
-                break;
-            }
-            color += instance.weights[i] * reflected(surface, light);
+        // A count that is not known before keeps compilers from unrolling: where no light reaches an object, nothing is
+        // computed for any.
+        let chosen = vec3u(instance.lights[0], instance.lights[1], instance.lights[2]);
+        let weights = vec3f(instance.weights[0], instance.weights[1], instance.weights[2]);
+        let count = dot(vec3u(1u), select(vec3u(1u), vec3u(0u), chosen == vec3u(NO_LIGHT)));
+        for (var i = 0u; i < count; i++) {
+            color += weights[i] * reflected(surface, chosen[i]);
         }
         let ambient = instance.remainder_ambient;
         let direction = instance.remainder_direction;
