@@ -7,6 +7,10 @@
 //   finish    one invocation per draw: how many instances it has
 //
 // Every list comes out in the same order however the invocations run: nothing is appended by atomic counters.
+//
+// With occlusion, a view is drawn in two phases (Haar and Aaltonen: "GPU-Driven Rendering Pipelines", SIGGRAPH 2015):
+// the early one draws what was seen in the frame before; `occlude` compares everything in view with the depth pyramid
+// of that; the late one draws what appeared. So nothing that can be seen is missing, whatever moved.
 
 struct Cull {
     // Of the view's frustum, world space, normals inward and of unit length; (0, 0, 0, 1) for a plane at infinity.
@@ -14,6 +18,11 @@ struct Cull {
     page_count: u32,
     entry_count: u32,
     draw_count: u32,
+    // 1: objects are drawn in two phases.
+    occlusion: u32,
+    // Pixels.
+    size: vec2f,
+    pyramid_levels: u32,
     pad0: u32,
 }
 
@@ -52,13 +61,24 @@ struct DrawArguments {
 @group(1) @binding(6) var<storage, read_write> kept: array<vec4u>;
 @group(1) @binding(7) var<storage, read_write> visible: array<u32>;
 @group(1) @binding(8) var<storage, read_write> arguments: array<DrawArguments>;
+@group(1) @binding(9) var pyramid: texture_2d<f32>;
 
 const PAGE_SLOTS = 64u;
 // Workgroups in a row of a dispatch; more than 65535 need rows.
 const ROW = 32768u;
 
+// Bits of `visibility`. The level of detail:
 const LEVEL_MASK = 0xffu;
+// In the frustum.
 const IN_VIEW = 0x100u;
+// Drawn in the early phase, or in the late one.
+const EARLY = 0x200u;
+const LATE = 0x400u;
+// Seen when the view was last drawn.
+const SEEN = 0x800u;
+
+// Which of EARLY and LATE is drawn.
+override PHASE: u32 = 0x200u;
 
 fn index_of(workgroup: vec3u) -> u32 {
     return workgroup.x + workgroup.y * ROW;
@@ -87,6 +107,20 @@ fn in_frustum(center: vec3f, radius: f32) -> bool {
     return inside;
 }
 
+struct Ball {
+    center: vec3f,
+    radius: f32,
+    // How much larger than in object space; 0 in a slot that is not in use.
+    scale: f32,
+}
+
+fn bounds_of(slot: u32, batch: CullBatch) -> Ball {
+    let rows = load_world_from_object(slot);
+    let center = vec4f(batch.center, 1.0);
+    let scale = stretch(rows);
+    return Ball(vec3f(dot(rows[0], center), dot(rows[1], center), dot(rows[2], center)), batch.radius * scale, scale);
+}
+
 @compute @workgroup_size(64)
 fn cull(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) place: u32) {
     let index = index_of(workgroup);
@@ -95,17 +129,67 @@ fn cull(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index
     }
     let page = pages[index];
     let slot = page.x * PAGE_SLOTS + place;
-    let batch = batches[page.y];
-    let rows = load_world_from_object(slot);
-    let center = vec4f(batch.center, 1.0);
-    let world_center = vec3f(dot(rows[0], center), dot(rows[1], center), dot(rows[2], center));
-    let scale = stretch(rows);
-    let inside = scale > 0.0 && in_frustum(world_center, batch.radius * scale);
-    visibility[slot] = select(0u, IN_VIEW, inside);
+    let bounds = bounds_of(slot, batches[page.y]);
+    if bounds.scale <= 0.0 || !in_frustum(bounds.center, bounds.radius) {
+        visibility[slot] = 0u;
+    } else if cull_view.occlusion == 0u {
+        visibility[slot] = IN_VIEW | EARLY | SEEN;
+    } else {
+        visibility[slot] = IN_VIEW | select(0u, EARLY, (visibility[slot] & SEEN) != 0u);
+    }
 }
 
-fn takes(draw: CullDraw, seen: u32) -> bool {
-    return seen == (IN_VIEW | draw.level);
+// Whether everything in the box around a ball is behind what the pyramid holds.
+fn is_hidden(bounds: Ball) -> bool {
+    var low = vec2f(1.0);
+    var high = vec2f(-1.0);
+    var nearest = 0.0;
+    for (var i = 0u; i < 8u; i++) {
+        let corner = vec3f(vec3u(i, i >> 1u, i >> 2u) & vec3u(1u)) * 2.0 - 1.0;
+        let clip = view.clip_from_world * vec4f(bounds.center + corner * bounds.radius, 1.0);
+        // In front of the near plane, or beside the eye.
+        if clip.z >= clip.w || clip.w <= 0.0 {
+            return false;
+        }
+        let ndc = clip.xyz / clip.w;
+        low = min(low, ndc.xy);
+        high = max(high, ndc.xy);
+        nearest = max(nearest, ndc.z);
+    }
+    // A pixel more on each side: samples do not lie at the centres of pixels.
+    let last = cull_view.size - 1.0;
+    let first_pixel = clamp(vec2f(low.x, -high.y) * 0.5 * cull_view.size + 0.5 * cull_view.size - 1.0, vec2f(0.0), last);
+    let last_pixel = clamp(vec2f(high.x, -low.y) * 0.5 * cull_view.size + 0.5 * cull_view.size + 1.0, vec2f(0.0), last);
+    // The level at which two by two texels cover them.
+    let extent = last_pixel - first_pixel;
+    let level = u32(clamp(ceil(log2(max(max(extent.x, extent.y), 1.0))) - 1.0, 0.0, f32(cull_view.pyramid_levels - 1u)));
+    let from = vec2u(first_pixel) >> vec2u(level + 1u);
+    let to = vec2u(last_pixel) >> vec2u(level + 1u);
+    var farthest = 1.0;
+    for (var y = from.y; y <= to.y; y++) {
+        for (var x = from.x; x <= to.x; x++) {
+            farthest = min(farthest, textureLoad(pyramid, vec2u(x, y), level).r);
+        }
+    }
+    return nearest * 1.00001 < farthest;
+}
+
+@compute @workgroup_size(64)
+fn occlude(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) place: u32) {
+    let index = index_of(workgroup);
+    if index >= cull_view.page_count {
+        return;
+    }
+    let page = pages[index];
+    let slot = page.x * PAGE_SLOTS + place;
+    let found = visibility[slot];
+    if (found & IN_VIEW) != 0u && !is_hidden(bounds_of(slot, batches[page.y])) {
+        visibility[slot] = found | SEEN | select(LATE, 0u, (found & EARLY) != 0u);
+    }
+}
+
+fn takes(draw: CullDraw, found: u32) -> bool {
+    return (found & PHASE) != 0u && (found & LEVEL_MASK) == draw.level;
 }
 
 var<workgroup> mask: array<atomic<u32>, 2>;

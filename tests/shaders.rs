@@ -129,7 +129,11 @@ fn shader_structs_mirror_the_draw_list() {
 #[test]
 fn the_structs_of_culling_mirror_the_renderers() {
     let module = parse(shaders::CULL);
-    assert_mirrored!(&module, "Cull", CullRecord { planes, page_count, entry_count, draw_count, pad0 });
+    assert_mirrored!(
+        &module,
+        "Cull",
+        CullRecord { planes, page_count, entry_count, draw_count, occlusion, size, pyramid_levels, pad0 }
+    );
     assert_mirrored!(&module, "CullBatch", CullBatchRecord { center, radius });
     assert_mirrored!(&module, "CullDraw", CullDrawRecord { level, first_entry, end_entry, first_visible });
 }

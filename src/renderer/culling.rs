@@ -1,9 +1,14 @@
 //! Which objects a view draws, found on the GPU: shaders/cull.wgsl tests every slot against the view and writes the
 //! lists of visible slots and the arguments of the indirect draws. The CPU does the same few calls however many objects
 //! there are, and learns the counts only if it asks for them.
+//!
+//! With occlusion there are two sets of lists: of the objects that were seen when the view was last drawn, and of those
+//! that the depths of the first show to be in sight as well.
 
 use super::draws::Draws;
+use super::pyramid::Pyramid;
 use super::tables::GrowingBuffer;
+use super::targets::{texture, whole_view};
 use super::timestamps::Timestamps;
 use super::{Gpu, RenderError, shaders};
 use bytemuck::{Pod, Zeroable};
@@ -23,8 +28,23 @@ pub struct CullRecord {
     pub entry_count: u32,
     /// Indirect draws.
     pub draw_count: u32,
+    /// 1: objects are drawn in two phases.
+    pub occlusion: u32,
+    /// Of the picture, pixels.
+    pub size: [f32; 2],
+    /// Of the depth pyramid.
+    pub pyramid_levels: u32,
     /// Room for 16-byte alignment.
     pub pad0: u32,
+}
+
+/// One half of a frame's draws.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Phase {
+    /// What was seen when the view was last drawn; without occlusion, everything in view.
+    Early,
+    /// What else is in sight.
+    Late,
 }
 
 /// The pipelines of the culling pass.
@@ -32,10 +52,24 @@ pub struct CullRecord {
 pub(super) struct Culling {
     layout: wgpu::BindGroupLayout,
     cull: wgpu::ComputePipeline,
-    count: wgpu::ComputePipeline,
+    occlude: wgpu::ComputePipeline,
+    /// By [`Phase`].
+    count: [wgpu::ComputePipeline; 2],
     scan: wgpu::ComputePipeline,
     scatter: wgpu::ComputePipeline,
     finish: wgpu::ComputePipeline,
+    /// Stands for the depth pyramid where there is none.
+    no_pyramid: wgpu::TextureView,
+}
+
+/// What one phase draws.
+#[derive(Debug)]
+pub(super) struct PhaseLists {
+    /// Slots, a list per draw.
+    pub visible: GrowingBuffer,
+    /// One [`DrawIndexedIndirectArgs`] per draw.
+    pub arguments: GrowingBuffer,
+    group: Option<(u32, wgpu::BindGroup)>,
 }
 
 /// What culling keeps for one view.
@@ -44,11 +78,9 @@ pub(super) struct CulledView {
     record: wgpu::Buffer,
     visibility: GrowingBuffer,
     kept: GrowingBuffer,
-    /// Slots, a list per draw.
-    pub visible: GrowingBuffer,
-    /// One [`DrawIndexedIndirectArgs`] per draw.
-    pub arguments: GrowingBuffer,
-    group: Option<(u32, wgpu::BindGroup)>,
+    /// By [`Phase`].
+    lists: [PhaseLists; 2],
+    pyramid: Option<Pyramid>,
     counts: CullRecord,
 }
 
@@ -67,9 +99,18 @@ impl Culling {
             count: None,
         };
         let storage = |read_only| wgpu::BufferBindingType::Storage { read_only };
+        let pyramid = wgpu::BindGroupLayoutEntry {
+            ty: wgpu::BindingType::Texture {
+                sample_type: wgpu::TextureSampleType::Float { filterable: false },
+                view_dimension: wgpu::TextureViewDimension::D2,
+                multisampled: false,
+            },
+            ..entry(9, wgpu::BufferBindingType::Uniform)
+        };
         let entries: Vec<_> = std::iter::once(entry(0, wgpu::BufferBindingType::Uniform))
             .chain((1..=4).map(|binding| entry(binding, storage(true))))
             .chain((5..=8).map(|binding| entry(binding, storage(false))))
+            .chain([pyramid])
             .collect();
         let descriptor = wgpu::BindGroupLayoutDescriptor { label: Some("culling"), entries: &entries };
         let layout = device.create_bind_group_layout(&descriptor);
@@ -80,49 +121,64 @@ impl Culling {
         });
         let source = wgpu::ShaderSource::Wgsl(shaders::CULL.into());
         let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some("cull.wgsl"), source });
-        let pipeline = |entry_point| {
+        let pipeline = |entry_point, phase: Phase| {
+            let constants = [("PHASE", phase.bit())];
+            let options = wgpu::PipelineCompilationOptions {
+                constants: &constants,
+                ..wgpu::PipelineCompilationOptions::default()
+            };
             device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                 label: Some(entry_point),
                 layout: Some(&pipeline_layout),
                 module: &module,
                 entry_point: Some(entry_point),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                compilation_options: options,
                 cache: None,
             })
         };
+        let usage = wgpu::TextureUsages::TEXTURE_BINDING;
+        let no_pyramid = texture(device, "no pyramid", (1, 1), wgpu::TextureFormat::R32Float, 1, usage);
         Self {
-            cull: pipeline("cull"),
-            count: pipeline("count"),
-            scan: pipeline("scan"),
-            scatter: pipeline("scatter"),
-            finish: pipeline("finish"),
+            cull: pipeline("cull", Phase::Early),
+            occlude: pipeline("occlude", Phase::Late),
+            count: [Phase::Early, Phase::Late].map(|phase| pipeline("count", phase)),
+            scan: pipeline("scan", Phase::Early),
+            scatter: pipeline("scatter", Phase::Early),
+            finish: pipeline("finish", Phase::Early),
+            no_pyramid: whole_view(&no_pyramid, "no pyramid"),
             layout,
         }
     }
 
-    /// Records the culling of views, each with the frame group of its tables and eye.
+    /// Records a phase of the culling of views, each with the frame group of its tables and eye. The late phase reads
+    /// the depths that the early one left.
     pub fn record(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         timestamps: Option<&Timestamps>,
+        phase: Phase,
         views: &[(&CulledView, &wgpu::BindGroup)],
     ) {
+        let (name, test) = match phase {
+            Phase::Early => ("culling", &self.cull),
+            Phase::Late => ("occlusion", &self.occlude),
+        };
         for (view, frame_group) in views {
-            let Some((_, group)) = &view.group else { continue };
+            let Some((_, group)) = &view.lists[phase as usize].group else { continue };
             let (pages, entries) = (view.counts.page_count, view.counts.entry_count);
             if entries == 0 {
                 continue;
             }
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-                label: Some("culling"),
-                timestamp_writes: timestamps.and_then(|timestamps| timestamps.compute_pass("culling")),
+                label: Some(name),
+                timestamp_writes: timestamps.and_then(|timestamps| timestamps.compute_pass(name)),
             });
             pass.set_bind_group(0, *frame_group, &[]);
             pass.set_bind_group(1, group, &[]);
             let draws = view.counts.draw_count.div_ceil(64);
             let work = [
-                (&self.cull, pages),
-                (&self.count, entries),
+                (test, pages),
+                (&self.count[phase as usize], entries),
                 (&self.scan, 1),
                 (&self.scatter, entries),
                 (&self.finish, draws),
@@ -131,6 +187,16 @@ impl Culling {
                 pass.set_pipeline(pipeline);
                 pass.dispatch_workgroups(workgroups.min(ROW), workgroups.div_ceil(ROW), 1);
             }
+        }
+    }
+}
+
+impl Phase {
+    /// Its bit in the shader's `visibility`.
+    fn bit(self) -> f64 {
+        match self {
+            Self::Early => f64::from(0x200),
+            Self::Late => f64::from(0x400),
         }
     }
 }
@@ -148,11 +214,30 @@ impl CulledView {
             }),
             visibility: buffer("visibility", BufferUsages::empty()),
             kept: buffer("kept slots", BufferUsages::empty()),
-            visible: buffer("visible slots", BufferUsages::VERTEX),
-            arguments: buffer("draw arguments", BufferUsages::INDIRECT),
-            group: None,
+            lists: [("early", "early arguments"), ("late", "late arguments")].map(|(visible, arguments)| PhaseLists {
+                visible: buffer(visible, BufferUsages::VERTEX),
+                arguments: buffer(arguments, BufferUsages::INDIRECT),
+                group: None,
+            }),
+            pyramid: None,
             counts: CullRecord::default(),
         }
+    }
+
+    /// What a phase draws.
+    pub fn lists(&self, phase: Phase) -> &PhaseLists {
+        &self.lists[phase as usize]
+    }
+
+    /// The depth pyramid, while objects are drawn in two phases.
+    pub fn pyramid(&self) -> Option<&Pyramid> {
+        self.pyramid.as_ref()
+    }
+
+    /// The targets are others: `pyramid` belongs to them, `None` to draw in one phase.
+    pub fn set_pyramid(&mut self, pyramid: Option<Pyramid>) {
+        self.pyramid = pyramid;
+        self.lists.iter_mut().for_each(|lists| lists.group = None);
     }
 
     /// Gets ready for the draws as they are now, and for a view. `redrawn`: the draws changed.
@@ -167,44 +252,54 @@ impl CulledView {
         let entries = u64::from(draws.entry_count);
         self.visibility.reserve(&gpu.device, u64::from(draws.slot_count) * 4)?;
         self.kept.reserve(&gpu.device, (entries + 1) * 16)?;
-        self.visible.reserve(&gpu.device, entries * u64::from(PAGE_SLOTS) * 4)?;
-        if redrawn {
-            let bytes: Vec<u32> = draws.arguments.iter().flat_map(argument_words).collect();
-            self.arguments.write(gpu, &bytes, &DirtySlots::default(), true)?;
+        let phases = if self.pyramid.is_some() { 2 } else { 1 };
+        for lists in &mut self.lists[..phases] {
+            let lost = lists.arguments.reserve(&gpu.device, draws.arguments.len() as u64 * ARGUMENT_BYTES)?;
+            if redrawn || lost || lists.group.is_none() {
+                let words: Vec<u32> = draws.arguments.iter().flat_map(argument_words).collect();
+                lists.arguments.write(gpu, &words, &DirtySlots::default(), true)?;
+            }
+            lists.visible.reserve(&gpu.device, entries * u64::from(PAGE_SLOTS) * 4)?;
         }
         let record = CullRecord {
             planes: view.frustum_planes().map(|plane| plane.to_array()),
             page_count: draws.page_count,
             entry_count: draws.entry_count,
             draw_count: draws.list.len() as u32,
+            occlusion: self.pyramid.is_some().into(),
+            size: [view.width as f32, view.height as f32],
+            pyramid_levels: self.pyramid.as_ref().map_or(1, Pyramid::level_count),
             pad0: 0,
         };
         if self.counts != record {
             gpu.queue.write_buffer(&self.record, 0, bytemuck::bytes_of(&record));
             self.counts = record;
         }
-        self.bind(&gpu.device, culling, draws);
+        for phase in 0..phases {
+            self.bind(&gpu.device, culling, draws, phase);
+        }
         Ok(())
     }
 
-    fn bind(&mut self, device: &wgpu::Device, culling: &Culling, draws: &Draws) {
-        let own = [&self.visibility, &self.kept, &self.visible, &self.arguments];
+    fn bind(&mut self, device: &wgpu::Device, culling: &Culling, draws: &Draws, phase: usize) {
+        let lists = &self.lists[phase];
+        let own = [&self.visibility, &self.kept, &lists.visible, &lists.arguments];
         let buffers: Vec<&GrowingBuffer> = draws.buffers().into_iter().chain(own).collect();
         let version = buffers.iter().map(|buffer| buffer.version).sum();
-        if self.group.as_ref().is_some_and(|(bound, _)| *bound == version) {
+        if lists.group.as_ref().is_some_and(|(bound, _)| *bound == version) {
             return;
         }
+        let pyramid = self.pyramid.as_ref().map_or(&culling.no_pyramid, |pyramid| &pyramid.view);
         let entries: Vec<_> = std::iter::once(&self.record)
             .chain(buffers.iter().map(|buffer| buffer.buffer()))
+            .map(wgpu::Buffer::as_entire_binding)
+            .chain([wgpu::BindingResource::TextureView(pyramid)])
             .enumerate()
-            .map(|(binding, buffer)| wgpu::BindGroupEntry {
-                binding: binding as u32,
-                resource: buffer.as_entire_binding(),
-            })
+            .map(|(binding, resource)| wgpu::BindGroupEntry { binding: binding as u32, resource })
             .collect();
         let descriptor =
             wgpu::BindGroupDescriptor { label: Some("culled view"), layout: &culling.layout, entries: &entries };
-        self.group = Some((version, device.create_bind_group(&descriptor)));
+        self.lists[phase].group = Some((version, device.create_bind_group(&descriptor)));
     }
 }
 

@@ -22,6 +22,7 @@ mod gpu;
 mod meshes;
 mod outputs;
 mod pipelines;
+mod pyramid;
 mod readback;
 mod settings;
 pub mod shaders;
@@ -37,14 +38,15 @@ pub use gpu::{Gpu, GpuError};
 pub use outputs::Outputs;
 use readback::read_buffer;
 pub use readback::read_texture;
-pub use settings::{DebugView, HeatScale, Settings};
+pub use settings::{DebugView, HeatScale, Occlusion, Settings};
 pub use timestamps::PassTime;
 
-use culling::{ARGUMENT_BYTES, CulledView, Culling};
+use culling::{ARGUMENT_BYTES, CulledView, Culling, Phase};
 use draws::Draws;
 use frame_tables::FrameTables;
 use meshes::Meshes;
 use pipelines::{OUTPUT_FORMATS, Pass, Pipelines};
+use pyramid::{Pyramid, PyramidMaker};
 use systems::batches::{BlendedRun, sort_transparent};
 use systems::components::ToneMap;
 use systems::draw_list::{BatchKey, DirtySlots, DrawList, PipelineKey, ViewRecord};
@@ -119,10 +121,11 @@ pub struct Renderer {
     meshes: Meshes,
     tables: FrameTables,
     culling: Culling,
+    pyramids: PyramidMaker,
     draws: Draws,
     culled: CulledView,
-    /// What `culled` was made for; `None`: culling is due.
-    culled_for: Option<ViewRecord>,
+    /// What `culled` was made for: a view, in one phase or two; `None`: culling is due.
+    culled_for: Option<(ViewRecord, bool)>,
     targets: Option<Targets>,
     /// The world whose meshes, textures and tables are uploaded.
     world: u64,
@@ -148,6 +151,7 @@ impl Renderer {
         let pipelines = Pipelines::new(device, &textures.layout);
         Self {
             culling: Culling::new(device, &pipelines.frame_layout),
+            pyramids: PyramidMaker::new(device),
             pipelines,
             textures,
             meshes: Meshes::new(device),
@@ -215,10 +219,17 @@ impl Renderer {
         self.upload_blended(list, view)?;
         let redrawn = self.draws.update(&self.gpu, list, &self.meshes)?;
         self.stats.list_bytes += redrawn.unwrap_or(0);
+        let occlusion = match settings.occlusion {
+            Occlusion::Auto => list.objects >= FEW_OBJECTS,
+            Occlusion::On => true,
+            Occlusion::Off => false,
+        };
+        self.make_targets(view, settings.samples, occlusion);
         self.culled.prepare(&self.gpu, &self.culling, &self.draws, view, redrawn.is_some())?;
         let record = view.record(&list.environment, settings.picked_entity);
         self.tables.write_view(&self.gpu.queue, &record);
-        if self.stats.instance_bytes > 0 || redrawn.is_some() || self.culled_for != Some(record) {
+        let culled_for = (record, self.culled.pyramid().is_some());
+        if self.stats.instance_bytes > 0 || redrawn.is_some() || self.culled_for != Some(culled_for) {
             self.culled_for = None;
         }
 
@@ -227,16 +238,26 @@ impl Renderer {
         self.technique = settings.technique;
         self.make_pipelines(self.pass);
         self.pipelines.make_sky(&self.gpu.device, settings.samples);
-        let size = (view.width, view.height);
-        if self.targets.as_ref().is_none_or(|t| (t.width, t.height, t.samples) != (size.0, size.1, settings.samples)) {
-            let layout = &self.pipelines.tone_map_layout;
-            self.targets = Some(Targets::new(&self.gpu.device, layout, size, settings.samples));
-            self.shown = None;
-        }
         let showing = Some((record, self.pass, settings.technique, list.batches_version));
         let changed = self.shown != showing || self.stats.uploaded_bytes() > 0;
         self.shown = showing;
         Ok(changed)
+    }
+
+    /// Targets of the view's size, with a depth pyramid if objects are drawn in two phases.
+    fn make_targets(&mut self, view: &View, samples: u32, occlusion: bool) {
+        let device = &self.gpu.device;
+        let wanted = (view.width, view.height, samples);
+        let fits = |targets: &Targets| (targets.width, targets.height, targets.samples) == wanted;
+        if !self.targets.as_ref().is_some_and(fits) {
+            let layout = &self.pipelines.tone_map_layout;
+            self.targets = Some(Targets::new(device, layout, (view.width, view.height), samples));
+            self.culled.set_pyramid(None);
+            self.shown = None;
+        }
+        if let Some(targets) = self.targets.as_ref().filter(|_| occlusion != self.culled.pyramid().is_some()) {
+            self.culled.set_pyramid(occlusion.then(|| Pyramid::new(device, &self.pyramids, targets)));
+        }
     }
 
     /// Blended objects in this view's order.
@@ -276,8 +297,7 @@ impl Renderer {
     pub fn record(&mut self, target: &wgpu::TextureView, format: wgpu::TextureFormat) -> wgpu::CommandBuffer {
         let label = wgpu::CommandEncoderDescriptor { label: Some("frame") };
         let mut encoder = self.gpu.device.create_command_encoder(&label);
-        self.record_culling(&mut encoder);
-        (self.stats.draws, self.stats.draw_calls) = self.record_forward(&mut encoder);
+        (self.stats.draws, self.stats.draw_calls) = self.record_scene(&mut encoder);
         self.record_tone_map(&mut encoder, target, format);
         if let Some(timestamps) = &mut self.timestamps {
             timestamps.finish(&mut encoder);
@@ -296,45 +316,49 @@ impl Renderer {
         self.gpu.queue.submit([encoder.finish()]);
     }
 
-    /// Unless the lists of visible objects are those of this view already.
-    fn record_culling(&mut self, encoder: &mut wgpu::CommandEncoder) {
-        let (None, Some((showing, ..)), Some(frame_group)) = (&self.culled_for, &self.shown, self.tables.group())
-        else {
-            return;
-        };
-        self.culling.record(encoder, self.timestamps.as_ref(), &[(&self.culled, frame_group)]);
-        self.culled_for = Some(*showing);
-    }
-
-    /// Returns the number of draws and of calls.
-    fn record_forward(&self, encoder: &mut wgpu::CommandEncoder) -> (u32, u32) {
+    /// Culling and the forward pass, in one phase or two. Returns the number of draws and of calls.
+    fn record_scene(&mut self, encoder: &mut wgpu::CommandEncoder) -> (u32, u32) {
         let (Some(targets), Some(frame_group)) = (&self.targets, self.tables.group()) else { return (0, 0) };
-        let resolve_target = (targets.samples > 1).then_some(&targets.hdr);
-        let keep = if resolve_target.is_some() { wgpu::StoreOp::Discard } else { wgpu::StoreOp::Store };
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("forward"),
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: &targets.color,
-                depth_slice: None,
-                resolve_target,
-                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), store: keep },
-            })],
-            depth_stencil_attachment: Some(depth_attachment(&targets.depth, wgpu::StoreOp::Discard)),
-            timestamp_writes: self.timestamps.as_ref().and_then(|timestamps| timestamps.render_pass("forward")),
-            ..wgpu::RenderPassDescriptor::default()
-        });
-        pass.set_bind_group(0, frame_group, &[]);
-        pass.push_debug_group("objects");
-        let objects = self.draw_objects(&mut pass, self.pass);
-        pass.pop_debug_group();
-        if let Some(sky) = self.pipelines.sky(targets.samples) {
-            pass.set_pipeline(sky);
-            pass.draw(0..3, 0..1);
+        let timestamps = self.timestamps.as_ref();
+        let views = [(&self.culled, frame_group)];
+        // Unless the lists of visible objects are those of this view already.
+        let due = self.culled_for.is_none();
+        if due {
+            self.culling.record(encoder, timestamps, Phase::Early, &views);
         }
-        pass.push_debug_group("blended objects");
-        let blended = self.draw_blended(&mut pass, self.pass);
-        pass.pop_debug_group();
-        (objects.0 + blended, objects.1 + blended)
+        let (mut draws, mut calls) = (0, 0);
+        let mut count = |(more_draws, more_calls)| {
+            draws += more_draws;
+            calls += more_calls;
+        };
+        if let Some(pyramid) = self.culled.pyramid() {
+            {
+                let mut pass = begin_forward(encoder, timestamps, targets, ("early", true, false));
+                pass.set_bind_group(0, frame_group, &[]);
+                count(self.draw_objects(&mut pass, self.pass, Phase::Early));
+            }
+            if due {
+                self.pyramids.record(encoder, timestamps, pyramid);
+                self.culling.record(encoder, timestamps, Phase::Late, &views);
+            }
+        }
+        {
+            let two_phases = self.culled.pyramid().is_some();
+            let mut pass = begin_forward(encoder, timestamps, targets, ("forward", !two_phases, true));
+            pass.set_bind_group(0, frame_group, &[]);
+            let phase = if two_phases { Phase::Late } else { Phase::Early };
+            count(self.draw_objects(&mut pass, self.pass, phase));
+            if let Some(sky) = self.pipelines.sky(targets.samples) {
+                pass.set_pipeline(sky);
+                pass.draw(0..3, 0..1);
+            }
+            let blended = self.draw_blended(&mut pass, self.pass);
+            count((blended, blended));
+        }
+        if let Some((showing, ..)) = &self.shown {
+            self.culled_for = Some((*showing, self.culled.pyramid().is_some()));
+        }
+        (draws, calls)
     }
 
     fn record_tone_map(
@@ -377,7 +401,7 @@ impl Renderer {
                 ..wgpu::RenderPassDescriptor::default()
             });
             pass.set_bind_group(0, frame_group, &[]);
-            self.draw_objects(&mut pass, Pass::Outputs);
+            self.phases().for_each(|phase| drop(self.draw_objects(&mut pass, Pass::Outputs, phase)));
             self.draw_blended(&mut pass, Pass::Outputs);
         }
         self.gpu.queue.submit([encoder.finish()]);
@@ -400,10 +424,11 @@ impl Renderer {
 
     /// The objects that culling kept: neighbouring draws that differ in their mesh only are one call. Returns the
     /// number of draws and of calls.
-    fn draw_objects(&self, pass: &mut wgpu::RenderPass<'_>, kind: Pass) -> (u32, u32) {
+    fn draw_objects(&self, pass: &mut wgpu::RenderPass<'_>, kind: Pass, phase: Phase) -> (u32, u32) {
         self.bind_meshes(pass);
         let first_instance = self.gpu.device.features().contains(wgpu::Features::INDIRECT_FIRST_INSTANCE);
-        let (visible, arguments) = (self.culled.visible.buffer(), self.culled.arguments.buffer());
+        let lists = self.culled.lists(phase);
+        let (visible, arguments) = (lists.visible.buffer(), lists.arguments.buffer());
         if first_instance && !self.draws.list.is_empty() {
             pass.set_vertex_buffer(1, visible.slice(..));
         }
@@ -446,6 +471,11 @@ impl Renderer {
         draws
     }
 
+    /// The phases that objects are drawn in.
+    fn phases(&self) -> impl Iterator<Item = Phase> {
+        [Phase::Early, Phase::Late].into_iter().take(if self.culled.pyramid().is_some() { 2 } else { 1 })
+    }
+
     /// How much the last draw drew. Waits for the GPU.
     pub fn read_drawn(&self) -> Drawn {
         let mut drawn = Drawn::default();
@@ -453,9 +483,9 @@ impl Renderer {
             drawn.objects += objects;
             drawn.triangles += u64::from(objects) * u64::from(indices / 3);
         };
-        if !self.draws.list.is_empty() {
-            let bytes =
-                read_buffer(&self.gpu, self.culled.arguments.buffer(), self.draws.list.len() as u64 * ARGUMENT_BYTES);
+        for phase in self.phases().filter(|_| !self.draws.list.is_empty()) {
+            let arguments = self.culled.lists(phase).arguments.buffer();
+            let bytes = read_buffer(&self.gpu, arguments, self.draws.list.len() as u64 * ARGUMENT_BYTES);
             for arguments in bytes.chunks_exact(ARGUMENT_BYTES as usize) {
                 let word = |i: usize| u32::from_le_bytes([0, 1, 2, 3].map(|byte| arguments[4 * i + byte]));
                 add(word(1), word(0));
@@ -484,6 +514,37 @@ impl Renderer {
         let half = |b: &[u8]| half::f16::from_le_bytes([b[0], b[1]]).to_f32();
         Some(bytes.chunks_exact(8).map(|t| [half(&t[0..]), half(&t[2..]), half(&t[4..]), half(&t[6..])]).collect())
     }
+}
+
+/// Scenes with fewer objects are drawn in one phase: the second costs more than it can save.
+const FEW_OBJECTS: u32 = 4096;
+
+/// A pass into the HDR target. `first`: it begins with nothing; `last`: it leaves the resolved picture, and no depths.
+fn begin_forward<'a>(
+    encoder: &'a mut wgpu::CommandEncoder,
+    timestamps: Option<&Timestamps>,
+    targets: &Targets,
+    (label, first, last): (&'static str, bool, bool),
+) -> wgpu::RenderPass<'a> {
+    let resolve_target = (last && targets.samples > 1).then_some(&targets.hdr);
+    let store = if resolve_target.is_some() { wgpu::StoreOp::Discard } else { wgpu::StoreOp::Store };
+    let load = if first { wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT) } else { wgpu::LoadOp::Load };
+    let mut depth = depth_attachment(&targets.depth, if last { wgpu::StoreOp::Discard } else { wgpu::StoreOp::Store });
+    if !first {
+        depth.depth_ops = depth.depth_ops.map(|ops| wgpu::Operations { load: wgpu::LoadOp::Load, ..ops });
+    }
+    encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: Some(label),
+        color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+            view: &targets.color,
+            depth_slice: None,
+            resolve_target,
+            ops: wgpu::Operations { load, store },
+        })],
+        depth_stencil_attachment: Some(depth),
+        timestamp_writes: timestamps.and_then(|timestamps| timestamps.render_pass(label)),
+        ..wgpu::RenderPassDescriptor::default()
+    })
 }
 
 fn color_attachment(view: &wgpu::TextureView) -> wgpu::RenderPassColorAttachment<'_> {

@@ -72,6 +72,23 @@ impl HeatScale {
     }
 }
 
+/// Whether objects that others hide are left out. The picture is the same.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum Occlusion {
+    /// Where there are many objects.
+    #[default]
+    Auto,
+    /// Always.
+    On,
+    /// Never.
+    Off,
+}
+
+impl Occlusion {
+    /// All choices with their names.
+    pub const ALL: [(&'static str, Self); 3] = [("auto", Self::Auto), ("on", Self::On), ("off", Self::Off)];
+}
+
 /// Choices for a whole view.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Settings {
@@ -83,10 +100,12 @@ pub struct Settings {
     pub samples: u32,
     /// The entity (its index) that debug views point out.
     pub picked_entity: Option<u32>,
+    /// Whether objects that others hide are left out.
+    pub occlusion: Occlusion,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { technique: None, debug: DebugView::Off, samples: 4, picked_entity: None }
+        Self { technique: None, debug: DebugView::Off, samples: 4, picked_entity: None, occlusion: Occlusion::Auto }
     }
 }

@@ -13,8 +13,12 @@ pub const SKY: &str = shader!("types.wgsl", "sky.wgsl", "sky_pass.wgsl");
 /// What a view draws.
 pub const CULL: &str = shader!("types.wgsl", "cull.wgsl");
 
+/// The farthest depths, for finding what is hidden.
+pub const PYRAMID: &str = shader!("pyramid.wgsl");
+
 /// HDR to screen.
 pub const TONE_MAP: &str = shader!("types.wgsl", "tonemap.wgsl");
 
 /// Every module with its name, for the tests that validate them.
-pub const ALL: [(&str, &str); 4] = [("forward", FORWARD), ("sky", SKY), ("cull", CULL), ("tonemap", TONE_MAP)];
+pub const ALL: [(&str, &str); 5] =
+    [("forward", FORWARD), ("sky", SKY), ("cull", CULL), ("pyramid", PYRAMID), ("tonemap", TONE_MAP)];

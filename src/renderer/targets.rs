@@ -39,7 +39,8 @@ impl Targets {
         } else {
             hdr.clone()
         };
-        let depth = texture(device, "depth", size, DEPTH_FORMAT, samples, attachment);
+        let depth =
+            texture(device, "depth", size, DEPTH_FORMAT, samples, attachment | wgpu::TextureUsages::TEXTURE_BINDING);
         let tone_map_source = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("tone map source"),
             layout: tone_map_layout,
