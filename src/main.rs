@@ -13,6 +13,7 @@ use std::io::{IsTerminal, Write};
 use std::ops::Range;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use systems::levels::LevelOfDetail;
 use systems::library::Technique;
 use systems::lights::LightPolicy;
 
@@ -151,6 +152,10 @@ struct ViewArgs {
     /// an object lit by three lights alone may miss, 0.001 blue to 10 red, nothing grey
     #[arg(long, value_name = "VIEW", default_value = "off", value_parser = parse_debug)]
     debug: DebugView,
+    /// Levels of detail: on, meshes far away have fewer triangles where the difference is less than a pixel; off, every
+    /// mesh as it is
+    #[arg(long, value_name = "on | off", default_value = "on", value_parser = parse_levels)]
+    levels: LevelOfDetail,
     /// Worker threads; pictures are the same for any number [default: one per core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     threads: Option<u16>,
@@ -158,7 +163,7 @@ struct ViewArgs {
 
 impl ViewArgs {
     fn settings(&self) -> Settings {
-        Settings { technique: self.technique, debug: self.debug, ..Settings::default() }
+        Settings { technique: self.technique, debug: self.debug, levels: self.levels, ..Settings::default() }
     }
 }
 
@@ -187,6 +192,10 @@ fn parse_lights(text: &str) -> Result<LightPolicy, String> {
 
 fn parse_technique(text: &str) -> Result<Technique, String> {
     relief::name::find("technique", &Technique::ALL, text)
+}
+
+fn parse_levels(text: &str) -> Result<LevelOfDetail, String> {
+    relief::name::find("choice", &[("on", LevelOfDetail::default()), ("off", LevelOfDetail::OFF)], text)
 }
 
 fn parse_debug(text: &str) -> Result<DebugView, String> {

@@ -409,6 +409,7 @@ impl Renderer {
         for batch in batches {
             let key = batch.key;
             let Some(mesh) = self.meshes.range(key.mesh) else { continue };
+            let Some(level) = mesh.levels.first() else { continue };
             if pipeline != Some(key.pipeline) {
                 let Some(wanted) = self.pipelines.object(kind, key.pipeline) else { continue };
                 pass.set_pipeline(wanted);
@@ -419,11 +420,11 @@ impl Renderer {
                 pass.set_bind_group(1, wanted, &[]);
                 class = Some(key.class);
             }
-            let indices = mesh.first_index..mesh.first_index + mesh.index_count;
+            let indices = level.first_index..level.first_index + level.index_count;
             pass.draw_indexed(indices, mesh.base_vertex, batch.first..batch.first + batch.count);
             stats.draws += 1;
             stats.instances += batch.count;
-            stats.triangles += u64::from(batch.count) * u64::from(mesh.index_count / 3);
+            stats.triangles += u64::from(batch.count) * u64::from(level.index_count / 3);
         }
         stats
     }
