@@ -27,7 +27,7 @@ require_rust() { has cargo || fail "Rust is missing: see https://rustup.rs"; }
 # Outside Linux the system itself brings a driver and windows.
 lacks() {
     case $1:$(uname) in
-        compiler:*) ! has cc ;;
+        compiler:*) ! { has cc && has c++; } ;;
         driver:Linux) ! { has_libraries libvulkan.so.1 && has_vulkan_driver; } ;;
         x11:Linux) ! has_libraries libX11.so.6 libX11-xcb.so.1 libXcursor.so.1 libXi.so.6 libxkbcommon-x11.so.0 ;;
         wayland:Linux) ! has_libraries libwayland-client.so.0 libxkbcommon.so.0 ;;
@@ -54,7 +54,7 @@ has_vulkan_driver() {
 
 describe() {
     case $1 in
-        compiler) say 'a C compiler (Rust links with it)' ;;
+        compiler) say 'a C and a C++ compiler (Rust links with one, meshopt is built by the other)' ;;
         driver) say 'a Vulkan driver' ;;
         x11 | wayland) say 'the libraries that open a window' ;;
         xvfb) say 'Xvfb and xdotool (for the tests of the window)' ;;
@@ -64,13 +64,13 @@ describe() {
 
 packages_for() {
     case $1:$2 in
-        apt-get:compiler) say gcc libc6-dev ;;
+        apt-get:compiler) say gcc g++ libc6-dev ;;
         apt-get:driver) say libvulkan1 mesa-vulkan-drivers ;;
         apt-get:x11) say libx11-6 libx11-xcb1 libxcursor1 libxi6 libxkbcommon-x11-0 ;;
         apt-get:wayland) say libwayland-client0 libxkbcommon0 ;;
         apt-get:xvfb) say xvfb xdotool ;;
         apt-get:validation) say vulkan-validationlayers ;;
-        dnf:compiler) say gcc ;;
+        dnf:compiler) say gcc gcc-c++ ;;
         dnf:driver) say vulkan-loader mesa-vulkan-drivers ;;
         dnf:x11) say libX11 libX11-xcb libXcursor libXi libxkbcommon-x11 ;;
         dnf:wayland) say libwayland-client libxkbcommon ;;

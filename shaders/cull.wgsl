@@ -23,13 +23,16 @@ struct Cull {
     // Pixels.
     size: vec2f,
     pyramid_levels: u32,
-    pad0: u32,
+    // Metres that a level of detail may be off: where the projection is parallel; else, at a distance of one metre.
+    allowed_error: f32,
 }
 
 struct CullBatch {
     // Bounding sphere of the mesh, object space.
     center: vec3f,
     radius: f32,
+    // Of each level of detail, metres in object space, ascending.
+    errors: array<f32, 8>,
 }
 
 struct CullDraw {
@@ -121,6 +124,20 @@ fn bounds_of(slot: u32, batch: CullBatch) -> Ball {
     return Ball(vec3f(dot(rows[0], center), dot(rows[1], center), dot(rows[2], center)), batch.radius * scale, scale);
 }
 
+// The coarsest level whose error covers no more pixels than it may; systems/levels.rs has the twin.
+fn level_of(bounds: Ball, batch: CullBatch) -> u32 {
+    let distance = select(length(bounds.center - view.eye) - bounds.radius, 1.0, view.parallel == 1u);
+    let allowed = cull_view.allowed_error * max(distance, 0.0);
+    var level = 0u;
+    for (var i = 1u; i < 8u; i++) {
+        if batch.errors[i] * bounds.scale > allowed || distance <= 0.0 {
+            break;
+        }
+        level = i;
+    }
+    return level;
+}
+
 @compute @workgroup_size(64)
 fn cull(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) place: u32) {
     let index = index_of(workgroup);
@@ -130,12 +147,13 @@ fn cull(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index
     let page = pages[index];
     let slot = page.x * PAGE_SLOTS + place;
     let bounds = bounds_of(slot, batches[page.y]);
+    let level = level_of(bounds, batches[page.y]);
     if bounds.scale <= 0.0 || !in_frustum(bounds.center, bounds.radius) {
         visibility[slot] = 0u;
     } else if cull_view.occlusion == 0u {
-        visibility[slot] = IN_VIEW | EARLY | SEEN;
+        visibility[slot] = level | IN_VIEW | EARLY | SEEN;
     } else {
-        visibility[slot] = IN_VIEW | select(0u, EARLY, (visibility[slot] & SEEN) != 0u);
+        visibility[slot] = level | IN_VIEW | select(0u, EARLY, (visibility[slot] & SEEN) != 0u);
     }
 }
 

@@ -16,6 +16,7 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
+use systems::levels::LevelOfDetail;
 use systems::library::Technique;
 use systems::lights::LightPolicy;
 
@@ -156,6 +157,10 @@ struct ViewArgs {
     /// an object lit by three lights alone may miss, 0.001 blue to 10 red, nothing grey
     #[arg(long, value_name = "VIEW", default_value = "off", value_parser = parse_debug)]
     debug: DebugView,
+    /// Levels of detail: on, meshes far away have fewer triangles where the difference is less than a pixel; off, every
+    /// mesh as it is
+    #[arg(long, value_name = "on | off", default_value = "on", value_parser = parse_levels)]
+    levels: LevelOfDetail,
     /// Worker threads; pictures are the same for any number [default: one per core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     threads: Option<u16>,
@@ -163,7 +168,7 @@ struct ViewArgs {
 
 impl ViewArgs {
     fn settings(&self) -> Settings {
-        Settings { technique: self.technique, debug: self.debug, ..Settings::default() }
+        Settings { technique: self.technique, debug: self.debug, levels: self.levels, ..Settings::default() }
     }
 }
 
@@ -178,6 +183,10 @@ fn parse_frames(text: &str) -> Result<Range<u64>, String> {
     range
         .filter(|r| r.start < r.end && r.end <= MOST_FRAMES)
         .ok_or_else(|| format!("expected a count like 60, or a range like 30..60, ending at {MOST_FRAMES} at the most"))
+}
+
+fn parse_levels(text: &str) -> Result<LevelOfDetail, String> {
+    relief::name::find("choice", &[("on", LevelOfDetail::default()), ("off", LevelOfDetail::OFF)], text)
 }
 
 fn parse_debug(text: &str) -> Result<DebugView, String> {

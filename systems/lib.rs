@@ -15,6 +15,7 @@ pub mod components;
 pub mod draw_list;
 pub mod images;
 pub mod instances;
+pub mod levels;
 pub mod library;
 mod light_candidates;
 mod light_lanes;
@@ -154,6 +155,8 @@ pub fn frame_schedule() -> Schedule {
             (bounds::update_bounds, lap(Stage::Bounds, "update_bounds")).chain(),
             // Once per mesh, before anything draws it.
             (tangents::update_tangents, lap(Stage::Tangents, "update_tangents")).chain(),
+            // After the tangents: levels share the vertices that are final now.
+            (levels::update_levels, lap(Stage::Levels, "update_levels")).chain(),
             // Maps into texture arrays; decides the class and pipeline of a material, which batches sort by.
             // Pieces look like the object that they are of.
             (

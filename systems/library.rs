@@ -7,6 +7,7 @@
 use crate::bounds::{Aabb, Sphere, WorldBounds};
 use crate::images::{Image, ImageKind};
 use crate::instances::{self, InstanceSlot};
+use crate::levels::Level;
 use crate::lights::Selection;
 use crate::object_order::{self, Place};
 use crate::split::{Grid, split};
@@ -341,8 +342,13 @@ pub struct MeshEntry {
     pub mesh: Mesh,
     /// Encloses all positions, object space.
     pub bounds: Sphere,
-    /// Set by the tangents system; the renderer draws only meshes that are ready.
+    /// Set by the tangents system.
     pub tangents_ready: bool,
+    /// Levels of detail, the mesh itself first; made by the levels system. Empty until then: the renderer draws only
+    /// meshes that have them.
+    pub levels: Vec<Level>,
+    /// The indices of all levels but the first, which is [`Mesh::indices`].
+    pub level_indices: Vec<u32>,
 }
 
 /// All meshes, materials and images of a world.
@@ -384,7 +390,13 @@ impl Library {
     /// Adds a mesh. Its tangents are computed in the next frame where it brings none.
     pub fn add_mesh(&mut self, mesh: Mesh) -> MeshId {
         let bounds = Sphere::around(&mesh.positions);
-        self.meshes.push(MeshEntry { mesh, bounds, tangents_ready: false });
+        self.meshes.push(MeshEntry {
+            mesh,
+            bounds,
+            tangents_ready: false,
+            levels: Vec::new(),
+            level_indices: Vec::new(),
+        });
         MeshId(self.meshes.len() as u32 - 1)
     }
 
@@ -397,6 +409,10 @@ impl Library {
         let Some(entry) = self.meshes.get_mut(mesh.0 as usize) else { return Vec::new() };
         if !std::mem::replace(&mut entry.tangents_ready, true) {
             compute_tangents(&mut entry.mesh);
+        }
+        if entry.levels.is_empty() {
+            // The pieces have levels; what is not drawn itself needs none.
+            entry.levels.push(Level::whole(&entry.mesh));
         }
         let pieces: Vec<MeshId> = split(&entry.mesh, grid).into_iter().map(|piece| self.add_mesh(piece)).collect();
         self.pieces.insert((mesh, grid), pieces.clone());

@@ -13,6 +13,8 @@ pub enum Stage {
     Bounds,
     /// Tangents of new meshes.
     Tangents,
+    /// Levels of detail of new meshes.
+    Levels,
     /// Material records, texture arrays and classes.
     Materials,
     /// Light table and light selection.
@@ -25,10 +27,11 @@ pub enum Stage {
 
 impl Stage {
     /// All stages in the order they run, with their names.
-    pub const ALL: [(&'static str, Self); 7] = [
+    pub const ALL: [(&'static str, Self); 8] = [
         ("transforms", Self::Transforms),
         ("bounds", Self::Bounds),
         ("tangents", Self::Tangents),
+        ("levels", Self::Levels),
         ("materials", Self::Materials),
         ("lights", Self::Lights),
         ("instances", Self::Instances),

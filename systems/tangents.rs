@@ -145,7 +145,7 @@ fn corner_tangents(mesh: &Mesh) -> Vec<Vec4> {
 }
 
 /// For each vertex whether more than `MAX_CORNERS_AT_A_POINT` corners lie where it lies.
-fn crowded_vertices(mesh: &Mesh) -> Vec<bool> {
+pub(crate) fn crowded_vertices(mesh: &Mesh) -> Vec<bool> {
     let mut corners = vec![0u32; mesh.positions.len()];
     mesh.indices.iter().for_each(|&index| corners[index as usize] += 1);
     let mut corners_at = HashMap::<[u32; 3], u32>::new();
@@ -177,7 +177,7 @@ fn borrow_tangents(mesh: &Mesh, sound: &[usize], degenerate: &[usize], tangents:
 }
 
 /// The bits of a vector, the same for both zeros.
-fn bits(v: Vec3) -> [u32; 3] {
+pub(crate) fn bits(v: Vec3) -> [u32; 3] {
     (v + 0.0).to_array().map(f32::to_bits)
 }
 

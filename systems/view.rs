@@ -65,6 +65,12 @@ impl View {
         self.clip_from_view() * Mat4::from(self.world_from_view.inverse())
     }
 
+    /// Pixels that a metre covers across the view: at a distance of one metre, or anywhere where the projection is
+    /// parallel.
+    pub fn pixels_at_1m(&self) -> f32 {
+        self.clip_from_view().y_axis.y * 0.5 * self.height as f32
+    }
+
     /// The planes of the view's frustum, world space: inward unit normal and offset, so that a point p is inside where
     /// dot(normal, p) + offset ≥ 0 for all six; (0, 0, 0, 1) for a far plane at infinity. From the rows of the
     /// projection (Gribb and Hartmann: "Fast Extraction of Viewing Frustum Planes from the World-View-Projection

@@ -132,9 +132,9 @@ fn the_structs_of_culling_mirror_the_renderers() {
     assert_mirrored!(
         &module,
         "Cull",
-        CullRecord { planes, page_count, entry_count, draw_count, occlusion, size, pyramid_levels, pad0 }
+        CullRecord { planes, page_count, entry_count, draw_count, occlusion, size, pyramid_levels, allowed_error }
     );
-    assert_mirrored!(&module, "CullBatch", CullBatchRecord { center, radius });
+    assert_mirrored!(&module, "CullBatch", CullBatchRecord { center, radius, errors });
     assert_mirrored!(&module, "CullDraw", CullDrawRecord { level, first_entry, end_entry, first_visible });
 }
 

@@ -13,6 +13,7 @@ use super::timestamps::Timestamps;
 use super::{Gpu, RenderError, shaders};
 use bytemuck::{Pod, Zeroable};
 use systems::draw_list::{DirtySlots, PAGE_SLOTS};
+use systems::levels::LevelOfDetail;
 use systems::view::View;
 use wgpu::util::DrawIndexedIndirectArgs;
 
@@ -34,8 +35,8 @@ pub struct CullRecord {
     pub size: [f32; 2],
     /// Of the depth pyramid.
     pub pyramid_levels: u32,
-    /// Room for 16-byte alignment.
-    pub pad0: u32,
+    /// Metres that a level of detail may be off: where the projection is parallel; else, at a distance of one metre.
+    pub allowed_error: f32,
 }
 
 /// One half of a frame's draws.
@@ -247,6 +248,7 @@ impl CulledView {
         culling: &Culling,
         draws: &Draws,
         view: &View,
+        levels: LevelOfDetail,
         redrawn: bool,
     ) -> Result<(), RenderError> {
         let entries = u64::from(draws.entry_count);
@@ -269,7 +271,7 @@ impl CulledView {
             occlusion: self.pyramid.is_some().into(),
             size: [view.width as f32, view.height as f32],
             pyramid_levels: self.pyramid.as_ref().map_or(1, Pyramid::level_count),
-            pad0: 0,
+            allowed_error: levels.max_error_pixels.max(0.0) / view.pixels_at_1m(),
         };
         if self.counts != record {
             gpu.queue.write_buffer(&self.record, 0, bytemuck::bytes_of(&record));

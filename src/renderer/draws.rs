@@ -13,6 +13,7 @@ use super::tables::GrowingBuffer;
 use super::{Gpu, RenderError};
 use bytemuck::{Pod, Zeroable};
 use systems::draw_list::{BatchKey, DirtySlots, DrawList, PAGE_SLOTS};
+use systems::levels::MOST_LEVELS;
 use wgpu::util::DrawIndexedIndirectArgs;
 
 /// Mirrors `CullBatch` of shaders/cull.wgsl.
@@ -23,6 +24,8 @@ pub struct CullBatchRecord {
     pub center: [f32; 3],
     /// Of the mesh's bounding sphere, object space.
     pub radius: f32,
+    /// Of each level of detail, metres in object space; beyond any measure where there is none.
+    pub errors: [f32; MOST_LEVELS],
 }
 
 /// Mirrors `CullDraw` of shaders/cull.wgsl.
@@ -47,8 +50,8 @@ pub(super) struct Draw {
     pub first_visible: u32,
 }
 
-/// What changes the draws: world, version of its batches, number of meshes uploaded.
-type Version = (u64, u64, usize);
+/// What changes the draws: world, version of its batches, number of meshes uploaded, levels of detail or not.
+type Version = (u64, u64, usize, bool);
 
 /// All draws of a scene.
 #[derive(Debug)]
@@ -90,8 +93,14 @@ impl Draws {
     }
 
     /// Brings the draws up to date. Returns the bytes uploaded, `None` if nothing changed.
-    pub fn update(&mut self, gpu: &Gpu, list: &DrawList, meshes: &Meshes) -> Result<Option<u64>, RenderError> {
-        let version = (list.world, list.batches_version, meshes.count());
+    pub fn update(
+        &mut self,
+        gpu: &Gpu,
+        list: &DrawList,
+        meshes: &Meshes,
+        levels: bool,
+    ) -> Result<Option<u64>, RenderError> {
+        let version = (list.world, list.batches_version, meshes.count(), levels);
         if version == self.version {
             return Ok(None);
         }
@@ -103,20 +112,26 @@ impl Draws {
             let Some(mesh) = meshes.range(batch.key.mesh) else { continue };
             let its_pages = &list.pages[batch.pages.start as usize..batch.pages.end as usize];
             pages.extend(its_pages.iter().map(|&page| [page, batches.len() as u32]));
+            let its_levels = &mesh.levels[..if levels { mesh.levels.len() } else { mesh.levels.len().min(1) }];
+            let mut errors = [f32::MAX; MOST_LEVELS];
+            errors.iter_mut().zip(its_levels).for_each(|(error, level)| *error = level.error);
             let (center, radius) = (mesh.bounds.center.to_array(), mesh.bounds.radius);
-            batches.push(CullBatchRecord { center, radius });
-            let first_entry = entries.len() as u32;
-            let first_visible = first_entry * PAGE_SLOTS;
-            entries.extend(its_pages.iter().map(|&page| [page, draws.len() as u32]));
-            draws.push(CullDrawRecord { level: 0, first_entry, end_entry: entries.len() as u32, first_visible });
-            self.list.push(Draw { key: batch.key, first_visible });
-            self.arguments.push(DrawIndexedIndirectArgs {
-                index_count: mesh.index_count,
-                instance_count: 0,
-                first_index: mesh.first_index,
-                base_vertex: mesh.base_vertex,
-                first_instance: if first_instance { first_visible } else { 0 },
-            });
+            batches.push(CullBatchRecord { center, radius, errors });
+            for (number, level) in (0..).zip(its_levels) {
+                let first_entry = entries.len() as u32;
+                let first_visible = first_entry * PAGE_SLOTS;
+                entries.extend(its_pages.iter().map(|&page| [page, draws.len() as u32]));
+                let end_entry = entries.len() as u32;
+                draws.push(CullDrawRecord { level: number, first_entry, end_entry, first_visible });
+                self.list.push(Draw { key: batch.key, first_visible });
+                self.arguments.push(DrawIndexedIndirectArgs {
+                    index_count: level.index_count,
+                    instance_count: 0,
+                    first_index: level.first_index,
+                    base_vertex: mesh.base_vertex,
+                    first_instance: if first_instance { first_visible } else { 0 },
+                });
+            }
         }
         (self.page_count, self.entry_count) = (pages.len() as u32, entries.len() as u32);
         self.slot_count = list.pages.iter().max().map_or(0, |page| (page + 1) * PAGE_SLOTS);

@@ -3,6 +3,7 @@
 use super::tables::GrowingBuffer;
 use super::{Gpu, RenderError};
 use systems::bounds::Sphere;
+use systems::levels::Level;
 use systems::library::{Library, Mesh, MeshId};
 
 /// One vertex as the forward shader's `VertexIn` reads it.
@@ -33,13 +34,13 @@ pub(super) const SLOT_LAYOUT: wgpu::VertexBufferLayout<'static> = wgpu::VertexBu
 };
 
 /// Where a mesh lies in the shared buffers.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct MeshRange {
     pub base_vertex: i32,
-    pub first_index: u32,
-    pub index_count: u32,
     /// Object space.
     pub bounds: Sphere,
+    /// Levels of detail, the mesh itself first; their indices counted from the start of the shared buffer.
+    pub levels: Vec<Level>,
 }
 
 /// The shared buffers.
@@ -63,8 +64,8 @@ impl Meshes {
         }
     }
 
-    pub fn range(&self, mesh: MeshId) -> Option<MeshRange> {
-        self.ranges.get(mesh.0 as usize).copied()
+    pub fn range(&self, mesh: MeshId) -> Option<&MeshRange> {
+        self.ranges.get(mesh.0 as usize)
     }
 
     /// How many are uploaded.
@@ -75,10 +76,10 @@ impl Meshes {
     /// Uploads the meshes that are ready and were not there before. Returns the bytes written.
     pub fn upload(&mut self, gpu: &Gpu, library: &Library) -> Result<u64, RenderError> {
         let new = library.meshes().get(self.ranges.len()..).unwrap_or_default();
-        let ready = new.iter().take_while(|entry| entry.tangents_ready).count();
+        let ready = new.iter().take_while(|entry| !entry.levels.is_empty()).count();
         let new = &new[..ready];
         let vertices: u64 = new.iter().map(|e| e.mesh.positions.len() as u64).sum();
-        let indices: u64 = new.iter().map(|e| e.mesh.indices.len() as u64).sum();
+        let indices: u64 = new.iter().map(|e| (e.mesh.indices.len() + e.level_indices.len()) as u64).sum();
         let (stride, index) = (size_of::<Vertex>() as u64, size_of::<u32>() as u64);
         self.vertices.extend(gpu, self.vertex_count * stride, (self.vertex_count + vertices) * stride)?;
         self.indices.extend(gpu, self.index_count * index, (self.index_count + indices) * index)?;
@@ -86,16 +87,16 @@ impl Meshes {
             let mesh = &entry.mesh;
             let packed = pack(mesh);
             gpu.queue.write_buffer(self.vertices.buffer(), self.vertex_count * stride, bytemuck::cast_slice(&packed));
-            let bytes: &[u8] = bytemuck::cast_slice(&mesh.indices);
-            gpu.queue.write_buffer(self.indices.buffer(), self.index_count * index, bytes);
-            self.ranges.push(MeshRange {
-                base_vertex: self.vertex_count as i32,
-                first_index: self.index_count as u32,
-                index_count: mesh.indices.len() as u32,
-                bounds: entry.bounds,
-            });
+            let first_index = self.index_count as u32;
+            let levels =
+                entry.levels.iter().map(|l| Level { first_index: first_index + l.first_index, ..*l }).collect();
+            self.ranges.push(MeshRange { base_vertex: self.vertex_count as i32, bounds: entry.bounds, levels });
             self.vertex_count += packed.len() as u64;
-            self.index_count += mesh.indices.len() as u64;
+            for indices in [&mesh.indices, &entry.level_indices] {
+                let bytes: &[u8] = bytemuck::cast_slice(indices);
+                gpu.queue.write_buffer(self.indices.buffer(), self.index_count * index, bytes);
+                self.index_count += indices.len() as u64;
+            }
         }
         Ok(vertices * stride + indices * index)
     }

@@ -217,7 +217,7 @@ impl Renderer {
         self.stats.asset_bytes += self.textures.upload(&self.gpu, list, library);
         self.tables.upload(&self.gpu, &self.pipelines.frame_layout, list, &mut self.stats)?;
         self.upload_blended(list, view)?;
-        let redrawn = self.draws.update(&self.gpu, list, &self.meshes)?;
+        let redrawn = self.draws.update(&self.gpu, list, &self.meshes, settings.levels.enabled)?;
         self.stats.list_bytes += redrawn.unwrap_or(0);
         let occlusion = match settings.occlusion {
             Occlusion::Auto => list.objects >= FEW_OBJECTS,
@@ -225,7 +225,7 @@ impl Renderer {
             Occlusion::Off => false,
         };
         self.make_targets(view, settings.samples, occlusion);
-        self.culled.prepare(&self.gpu, &self.culling, &self.draws, view, redrawn.is_some())?;
+        self.culled.prepare(&self.gpu, &self.culling, &self.draws, view, settings.levels, redrawn.is_some())?;
         let record = view.record(&list.environment, settings.picked_entity);
         self.tables.write_view(&self.gpu.queue, &record);
         let culled_for = (record, self.culled.pyramid().is_some());
@@ -401,7 +401,9 @@ impl Renderer {
                 ..wgpu::RenderPassDescriptor::default()
             });
             pass.set_bind_group(0, frame_group, &[]);
-            self.phases().for_each(|phase| drop(self.draw_objects(&mut pass, Pass::Outputs, phase)));
+            for phase in self.phases() {
+                self.draw_objects(&mut pass, Pass::Outputs, phase);
+            }
             self.draw_blended(&mut pass, Pass::Outputs);
         }
         self.gpu.queue.submit([encoder.finish()]);
@@ -462,8 +464,9 @@ impl Renderer {
         }
         for run in &self.blended_runs {
             let Some(mesh) = self.meshes.range(run.key.mesh) else { continue };
+            let Some(whole) = mesh.levels.first() else { continue };
             if self.bind_key(pass, kind, run.key) {
-                let indices = mesh.first_index..mesh.first_index + mesh.index_count;
+                let indices = whole.first_index..whole.first_index + whole.index_count;
                 pass.draw_indexed(indices, mesh.base_vertex, run.slots.clone());
                 draws += 1;
             }
@@ -492,7 +495,13 @@ impl Renderer {
             }
         }
         for run in &self.blended_runs {
-            add(run.slots.len() as u32, self.meshes.range(run.key.mesh).map_or(0, |mesh| mesh.index_count));
+            add(
+                run.slots.len() as u32,
+                self.meshes
+                    .range(run.key.mesh)
+                    .and_then(|mesh| mesh.levels.first())
+                    .map_or(0, |level| level.index_count),
+            );
         }
         drawn
     }

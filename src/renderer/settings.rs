@@ -1,6 +1,7 @@
 //! Choices for a whole view.
 
 use glam::Vec3;
+use systems::levels::LevelOfDetail;
 use systems::library::Technique;
 
 /// What to look at instead of the lit picture.
@@ -96,6 +97,8 @@ pub struct Settings {
     pub technique: Option<Technique>,
     /// Shows something else than light.
     pub debug: DebugView,
+    /// How coarse distant meshes may be.
+    pub levels: LevelOfDetail,
     /// Samples per pixel: 4, or 1 for comparing single samples.
     pub samples: u32,
     /// The entity (its index) that debug views point out.
@@ -106,6 +109,13 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { technique: None, debug: DebugView::Off, samples: 4, picked_entity: None, occlusion: Occlusion::Auto }
+        Self {
+            technique: None,
+            debug: DebugView::Off,
+            levels: LevelOfDetail::default(),
+            samples: 4,
+            picked_entity: None,
+            occlusion: Occlusion::Auto,
+        }
     }
 }
