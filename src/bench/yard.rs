@@ -196,6 +196,9 @@ impl Yard {
 
     /// Gives every moving object its place in that frame, 60 to the second.
     pub fn advance(&mut self, frame: u32) {
+        if self.movers.is_empty() {
+            return;
+        }
         let seconds = frame as f32 / 60.0;
         let world = &mut self.simulation.world;
         let mut transforms = world.query::<&mut Transform>();
