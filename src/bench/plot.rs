@@ -2,9 +2,12 @@
 
 use plotters::coord::ranged1d::{AsRangedCoord, Ranged, ValueFormatter};
 use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 /// Pixels.
-const SIZE: (u32, u32) = (800, 480);
+const SIZE: (u32, u32) = (860, 480);
+/// Pixels along the right edge.
+const LEGEND: u32 = 210;
 /// Told apart in print and by most colour-blind eyes (Okabe and Ito).
 const COLORS: [RGBColor; 6] = [
     RGBColor(0, 114, 178),
@@ -56,7 +59,8 @@ impl Chart<'_> {
         let drawn = (|| {
             let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
             area.fill(&WHITE)?;
-            let mut chart = ChartBuilder::on(&area)
+            let (left, legend) = area.split_horizontally(SIZE.0 - LEGEND);
+            let mut chart = ChartBuilder::on(&left)
                 .caption(self.title, ("sans-serif", 20))
                 .margin(12)
                 .x_label_area_size(44)
@@ -71,19 +75,14 @@ impl Chart<'_> {
                 .light_line_style(BLACK.mix(0.06))
                 .bold_line_style(BLACK.mix(0.16))
                 .draw()?;
-            for (series, color) in self.series.iter().zip(COLORS.iter().cycle()) {
+            for (i, (series, color)) in self.series.iter().zip(COLORS.iter().cycle()).enumerate() {
                 let style = color.stroke_width(2);
-                chart
-                    .draw_series(LineSeries::new(series.points.iter().copied(), style).point_size(3))?
-                    .label(&series.name)
-                    .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], style));
+                chart.draw_series(LineSeries::new(series.points.iter().copied(), style).point_size(3))?;
+                let y = 60 + 22 * i as i32;
+                legend.draw(&PathElement::new([(0, y), (20, y)], style))?;
+                let text = TextStyle::from(("sans-serif", 14)).pos(Pos::new(HPos::Left, VPos::Center));
+                legend.draw(&Text::new(series.name.as_str(), (28, y), text))?;
             }
-            chart
-                .configure_series_labels()
-                .position(SeriesLabelPosition::UpperLeft)
-                .background_style(WHITE.mix(0.85))
-                .border_style(BLACK.mix(0.2))
-                .draw()?;
             area.present()
         })();
         drawn.map_err(|error| error.to_string())?;

@@ -92,14 +92,17 @@ impl<'a> Report<'a> {
 
     fn chart(&self, axis: Axis) -> Chart<'_> {
         let mut series = Vec::new();
-        for sweep in self.sweeps.iter().filter(|sweep| sweep.axis == axis) {
+        for (i, sweep) in self.sweeps.iter().filter(|sweep| sweep.axis == axis).enumerate() {
             let points = |ms: &dyn Fn(&Measurement) -> f64| -> Vec<(f64, f64)> {
                 let results = sweep.scenes.iter().filter_map(|scene| self.result(scene));
                 results.map(|m| (place(axis, m), ms(m))).collect()
             };
             let name = sweep.scenes.first().map(describe).unwrap_or_default();
             series.push(Series { name: format!("frame, {name}"), points: points(&|m| m.frame_ms_median) });
-            series.push(Series { name: format!("engine, {name}"), points: points(&|m| m.cpu_ms_median) });
+            // The engine's work does not depend on size and view: one line says it.
+            if i == 0 {
+                series.push(Series { name: "engine (CPU)".into(), points: points(&|m| m.cpu_ms_median) });
+            }
         }
         let (_, _, title, x_label) = CHARTS.into_iter().find(|chart| chart.0 == axis).unwrap_or(CHARTS[0]);
         Chart { title, x_label, x_logarithmic: axis != Axis::Moving, series }
@@ -174,7 +177,10 @@ impl<'a> Report<'a> {
         let Some(sweep) = self.sweeps.iter().find(|sweep| sweep.axis == Axis::Objects) else { return };
         let known = sweep.scenes.iter().filter_map(|scene| self.result(scene));
         let known: Vec<(f64, f64)> = known.filter_map(|m| Some((f64::from(m.objects), m.rss_mb?))).collect();
-        if let [.., (few, small), (many, large)] = known[..] {
+        // Between fewer, what all scenes share would drown it.
+        if let [.., (few, small), (many, large)] = known[..]
+            && many - few >= 10_000.0
+        {
             let bytes = (large - small) * f64::from(1 << 20) / (many - few);
             let _ = write!(
                 page,
