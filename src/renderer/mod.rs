@@ -34,7 +34,7 @@ pub use timestamps::PassTime;
 use meshes::Meshes;
 use pipelines::{OUTPUT_FORMATS, Pass, Pipelines};
 use systems::batches::sort_transparent;
-use systems::components::ToneMap;
+use systems::components::{Environment, ToneMap};
 use systems::draw_list::{Batch, DirtySlots, DrawList, MAX_REACHING, ViewRecord};
 use systems::library::{Library, Technique};
 use systems::view::View;
@@ -120,6 +120,9 @@ pub struct Renderer {
     transparent: Vec<Batch>,
     pass: Pass,
     tone_map: ToneMap,
+    /// A sky of one colour is a clear, which costs nothing: a gradient takes a software rasteriser longer than a thousand
+    /// objects.
+    plain_sky: Option<wgpu::Color>,
     /// What the HDR target shows: view, pass, technique, batches. `None`: nothing yet.
     shown: Option<(ViewRecord, Pass, Option<Technique>, u64)>,
     stats: RenderStats,
@@ -160,6 +163,7 @@ impl Renderer {
             transparent: Vec::new(),
             pass: Pass::Outputs,
             tone_map: ToneMap::default(),
+            plain_sky: None,
             shown: None,
             stats: RenderStats::default(),
             timestamps: Timestamps::new(gpu),
@@ -219,7 +223,10 @@ impl Renderer {
         self.tone_map = if settings.debug == DebugView::Off { list.environment.tone_map } else { ToneMap::Clamp };
         self.take_batches(list, settings.technique);
         self.make_pipelines(self.pass);
-        self.pipelines.make_sky(&self.gpu.device, settings.samples);
+        self.plain_sky = plain_sky(&list.environment);
+        if self.plain_sky.is_none() {
+            self.pipelines.make_sky(&self.gpu.device, settings.samples);
+        }
         let size = (view.width, view.height);
         if self.targets.as_ref().is_none_or(|t| (t.width, t.height, t.samples) != (size.0, size.1, settings.samples)) {
             let layout = &self.pipelines.tone_map_layout;
@@ -360,7 +367,7 @@ impl Renderer {
                 view: &targets.color,
                 depth_slice: None,
                 resolve_target,
-                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), store: keep },
+                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(self.plain_sky.unwrap_or_default()), store: keep },
             })],
             depth_stencil_attachment: Some(depth_attachment(&targets.depth, wgpu::StoreOp::Discard)),
             timestamp_writes: self.timestamps.as_ref().and_then(|timestamps| timestamps.render_pass("forward")),
@@ -370,7 +377,7 @@ impl Renderer {
         pass.push_debug_group("objects");
         let objects = self.draw_batches(&mut pass, self.pass, &self.opaque);
         pass.pop_debug_group();
-        if let Some(sky) = self.pipelines.sky(targets.samples) {
+        if let (None, Some(sky)) = (self.plain_sky, self.pipelines.sky(targets.samples)) {
             pass.set_pipeline(sky);
             pass.draw(0..3, 0..1);
         }
@@ -480,6 +487,15 @@ fn add(a: RenderStats, b: RenderStats) -> RenderStats {
         triangles: a.triangles + b.triangles,
         ..a
     }
+}
+
+/// The colour of a sky that has only one, exposed as `sky_pass.wgsl` does.
+fn plain_sky(environment: &Environment) -> Option<wgpu::Color> {
+    let Environment { zenith, horizon, ground, exposure, .. } = environment;
+    (zenith == horizon && horizon == ground).then(|| {
+        let [r, g, b] = (*horizon * *exposure).min(glam::Vec3::splat(65504.0)).to_array().map(f64::from);
+        wgpu::Color { r, g, b, a: 1.0 }
+    })
 }
 
 fn color_attachment(view: &wgpu::TextureView) -> wgpu::RenderPassColorAttachment<'_> {
