@@ -60,6 +60,16 @@ pub fn make_folder(path: &Path) -> Result<(), OutputError> {
     fs::create_dir_all(path).map_err(|source| OutputError::Io { path: path.to_owned(), source })
 }
 
+/// Whether files can be written into a folder, before work that would be lost.
+///
+/// # Errors
+/// [`OutputError::Io`].
+pub fn check_writable(folder: &Path) -> Result<(), OutputError> {
+    let probe = folder.join(format!(".{}.part", std::process::id()));
+    let written = fs::write(&probe, b"").and_then(|()| fs::remove_file(&probe));
+    written.map_err(|source| OutputError::Io { path: folder.to_owned(), source })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

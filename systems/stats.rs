@@ -121,3 +121,25 @@ pub(crate) fn count(mut stats: ResMut<FrameStats>, list: Res<DrawList>) {
     stats.batches = list.batches.len();
     stats.transparent = list.transparent.len();
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Simulation;
+
+    #[test]
+    fn the_times_of_a_stage_are_those_of_its_systems() {
+        let mut simulation = Simulation::new();
+        // Twice: times are of one frame, not added up.
+        for _ in 0..2 {
+            simulation.frame();
+            let stats = simulation.world.resource::<FrameStats>();
+            for (name, stage) in Stage::ALL {
+                let systems = stats.systems.iter().filter(|system| system.stage == stage);
+                assert!(systems.clone().count() > 0, "{name}");
+                assert_eq!(systems.map(|system| system.ms).sum::<f64>(), stats.stage_ms[stage as usize], "{name}");
+            }
+            assert!(stats.systems.windows(2).all(|pair| pair[0].start_ms <= pair[1].start_ms));
+        }
+    }
+}

@@ -491,3 +491,25 @@ fn outputs_give_depth_normal_and_entity() {
     assert_eq!(outputs.entities(&gpu)[corner], None);
     assert!((Vec3::from(outputs.normals(&gpu)[middle]) - Vec3::Z).length() < 1e-3);
 }
+
+#[test]
+fn a_sky_of_one_colour_is_the_gradient_between_three_equal_ones() {
+    let Some(mut square) = Square::new(Material { base_factor: Vec4::ONE, ..Material::default() }) else { return };
+    for (exposure, samples) in [(1.0, 1), (2.5, 4)] {
+        square.headless.settings.samples = samples;
+        let mut picture = |zenith: Vec3| {
+            let dusk = Vec3::new(0.03, 0.4, 0.07);
+            let environment =
+                Environment { exposure, zenith: dusk + zenith, horizon: dusk, ground: dusk, ..Environment::default() };
+            square.simulation.world.insert_resource(environment);
+            square.headless.draw(&mut square.simulation, square.camera, (SIZE, SIZE)).expect("a picture");
+            square.headless.renderer.read_linear().expect("linear colours")
+        };
+        // The difference is lost in the half floats of the target, but there is a gradient to draw.
+        let (plain, gradient) = (picture(Vec3::ZERO), picture(Vec3::splat(1e-6)));
+        assert_eq!(plain, gradient);
+        let corner = Vec4::from_array(plain[0]);
+        let expected = (Vec3::new(0.03, 0.4, 0.07) * exposure).extend(1.0);
+        assert!((corner - expected).abs().max_element() < 1e-3, "{corner}");
+    }
+}

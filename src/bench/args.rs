@@ -10,32 +10,34 @@ use systems::lights::LightPolicy;
 /// What to measure.
 #[derive(Args, Clone, Debug)]
 pub struct BenchArgs {
-    /// Objects on the grid
-    #[arg(long, default_value_t = 10_000, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
-    pub objects: u32,
-    /// Point lights above it, each of 10 m range
-    #[arg(long, default_value_t = 1000, value_name = "M", value_parser = clap::value_parser!(u32).range(..=1_000_000))]
-    pub lights: u32,
+    /// Objects on the grid; in a suite, the most [default: 10000; in a suite 100000, if quick 1000]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
+    pub objects: Option<u32>,
+    /// Point lights above it, each of 10 m range; in a suite, the most [default: 1000, if quick 100]
+    #[arg(long, value_name = "M", value_parser = clap::value_parser!(u32).range(..=1_000_000))]
+    pub lights: Option<u32>,
     /// What stands there: cube (12 triangles), sphere (1,024 triangles), or the largest mesh of a .glb or .gltf file
     #[arg(long, default_value = "cube", value_name = "cube|sphere|PATH")]
     pub mesh: YardMesh,
     /// The share of objects that gets a new transform before every frame, 0 to 1
-    #[arg(long, default_value_t = 0.0, value_name = "FRACTION", value_parser = parse_fraction)]
+    #[arg(long, default_value_t = 0.0, value_name = "FRACTION", value_parser = parse_fraction, conflicts_with = "suite")]
     pub moving: f32,
-    /// Pixels; 64x36 shows the engine's cost, as a rasteriser in software takes long over pixels
-    #[arg(long, default_value = "1280x720", value_name = "WxH", value_parser = arguments::parse_size)]
-    pub size: (u32, u32),
-    /// Frames to measure
-    #[arg(long, default_value_t = 120, value_name = "K", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
-    pub frames: u32,
-    /// Frames before those, not measured; the first takes far longer than others
-    #[arg(long, default_value_t = 10, value_name = "K", value_parser = clap::value_parser!(u32).range(1..=100_000))]
-    pub warm_up: u32,
-    /// Stop measuring after so many seconds, once there are 5 frames; warming up ends after a quarter of that
-    #[arg(long, default_value_t = 40, value_name = "S", value_parser = clap::value_parser!(u32).range(1..=86_400))]
-    pub seconds: u32,
+    /// Pixels; 64x36 shows the engine's cost, as a rasteriser in software takes long over pixels [default: 1280x720, in a
+    /// quick suite 64x36]
+    #[arg(long, value_name = "WxH", value_parser = arguments::parse_size)]
+    pub size: Option<(u32, u32)>,
+    /// Frames to measure [default: 120, in a quick suite 5]
+    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub frames: Option<u32>,
+    /// Frames before those, not measured; the first takes far longer than others [default: 10, in a quick suite 2]
+    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub warm_up: Option<u32>,
+    /// Stop measuring after so many seconds, once there are 5 frames; warming up ends after a quarter of that [default: 40,
+    /// in a suite 10 for each scene]
+    #[arg(long, value_name = "S", value_parser = clap::value_parser!(u32).range(1..=86_400))]
+    pub seconds: Option<u32>,
     /// Where the camera stands
-    #[arg(long, value_enum, default_value = "wide")]
+    #[arg(long, value_enum, default_value = "wide", conflicts_with = "suite")]
     pub view: YardView,
     /// Draw every material with this bump technique: off, normal, perturbed_normal
     #[arg(long, value_name = "NAME", value_parser = arguments::parse_technique)]
@@ -50,19 +52,68 @@ pub struct BenchArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     pub threads: Option<u16>,
     /// Also write the last frame to this file, to see what was measured
-    #[arg(long, value_name = "FILE.png")]
+    #[arg(long, value_name = "FILE.png", conflicts_with = "suite")]
     pub picture: Option<PathBuf>,
+    /// Also write the measured frames as a time line for chrome://tracing or ui.perfetto.dev
+    #[arg(long, value_name = "FILE.json", conflicts_with = "suite")]
+    pub trace: Option<PathBuf>,
     /// Print one line of JSON rather than a table
-    #[arg(long)]
+    #[arg(long, conflicts_with = "suite")]
     pub json: bool,
+    /// Measure many scenes, each in a process of its own: how cost grows with objects, lights and what moves
+    #[arg(long, requires = "output")]
+    pub suite: bool,
+    /// Suite: folder for results.jsonl, report.md and plots; made if missing
+    #[arg(short, long, value_name = "DIR", requires = "suite")]
+    pub output: Option<PathBuf>,
+    /// Suite: the results.jsonl of an earlier one; the report has ratios, and says what got slower by more than 10 %
+    #[arg(long, value_name = "FILE", requires = "suite")]
+    pub compare: Option<PathBuf>,
+    /// Suite: few small scenes and few frames, to see that it works
+    #[arg(long, requires = "suite")]
+    pub quick: bool,
 }
 
 impl BenchArgs {
+    /// Objects on the grid.
+    pub fn objects(&self) -> u32 {
+        self.objects.unwrap_or(match (self.suite, self.quick) {
+            (_, true) => 1000,
+            (true, _) => 100_000,
+            _ => 10_000,
+        })
+    }
+
+    /// Lights above it.
+    pub fn lights(&self) -> u32 {
+        self.lights.unwrap_or(if self.quick { 100 } else { 1000 })
+    }
+
+    /// Pixels.
+    pub fn size(&self) -> (u32, u32) {
+        self.size.unwrap_or(if self.quick { (64, 36) } else { (1280, 720) })
+    }
+
+    /// Frames to measure, at the most.
+    pub fn frames(&self) -> u32 {
+        self.frames.unwrap_or(if self.quick { 5 } else { 120 })
+    }
+
+    /// Frames before those, at the most.
+    pub fn warm_up(&self) -> u32 {
+        self.warm_up.unwrap_or(if self.quick { 2 } else { 10 })
+    }
+
+    /// Seconds after which measuring stops.
+    pub fn seconds(&self) -> u32 {
+        self.seconds.unwrap_or(if self.suite { 10 } else { 40 })
+    }
+
     /// The scene they ask for.
     pub fn plan(&self) -> YardPlan {
         YardPlan {
-            objects: self.objects,
-            lights: self.lights,
+            objects: self.objects(),
+            lights: self.lights(),
             moving: self.moving,
             mesh: self.mesh.clone(),
             view: self.view,

@@ -96,6 +96,17 @@ impl Spread {
 }
 
 impl Measurement {
+    /// The scene in a few words.
+    pub fn scene(&self) -> String {
+        let (Self { objects, lights, view, .. }, [width, height]) = (self, self.size);
+        format!("{objects} objects, {lights} lights, {} % moving, {view} {width}x{height}", self.moving_percent())
+    }
+
+    /// Rounded, because 0.01 as a float is not quite a hundredth.
+    pub fn moving_percent(&self) -> f64 {
+        (f64::from(self.moving) * 1e4).round() / 1e2
+    }
+
     /// One line.
     pub fn json(&self) -> String {
         serde_json::to_string(self).unwrap_or_default()
@@ -104,9 +115,8 @@ impl Measurement {
 
 impl fmt::Display for Measurement {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let [width, height] = self.size;
-        writeln!(f, "{} x {} under {} lights, {} % moving", self.objects, self.mesh, self.lights, self.moving * 100.0)?;
-        writeln!(f, "{} view, {width}x{height}, {} sample(s) per pixel", self.view, self.samples)?;
+        writeln!(f, "{}", self.scene())?;
+        writeln!(f, "mesh {}, {} sample(s) per pixel, lights: {}", self.mesh, self.samples, self.lights_policy)?;
         writeln!(f, "{}, {}", self.adapter, self.driver)?;
         writeln!(f, "{:28}{:>10}{:>10}{:>10}", format!("ms, of {} frames", self.frames), "median", "5 %", "95 %")?;
         let mut row = |name: &str, median: f64, low: f64, high: f64| {

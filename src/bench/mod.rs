@@ -1,9 +1,11 @@
 //! Scenes to measure with, the same ones for benchmarks, tests and examples, and `relief bench`, which measures.
 //!
 //! ```text
-//! args → yard (with maps)    what is asked for becomes a world
-//!        run → measurement   frames are drawn and timed; one line of figures
-//! night                      objects and lights for measuring the choice of lights alone
+//! args → yard (with maps)        what is asked for becomes a world
+//!        run → measurement       frames are drawn and timed; one line of figures
+//!            → trace             the same frames on a time line
+//!        suite → report, plot    many runs, each a process of its own; tables and charts of them
+//! night                          objects and lights for measuring the choice of lights alone
 //! ```
 
 mod args;
@@ -11,7 +13,11 @@ mod machine;
 mod maps;
 mod measurement;
 mod night;
+mod plot;
+mod report;
 mod run;
+mod suite;
+mod trace;
 mod yard;
 
 pub use args::BenchArgs;
@@ -19,4 +25,5 @@ pub use machine::{Build, Memory};
 pub use measurement::{Measurement, Spread};
 pub use night::Night;
 pub use run::{BenchError, run};
+pub use suite::run_suite;
 pub use yard::{Yard, YardError, YardKit, YardMesh, YardPlan, YardView};

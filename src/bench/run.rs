@@ -5,11 +5,13 @@
 use super::args::BenchArgs;
 use super::machine::{Build, Memory};
 use super::measurement::{Measurement, Spread};
+use super::trace::chrome_trace;
 use super::yard::{Yard, YardError};
 use crate::frames::view_of;
 use crate::output::{self, OutputError};
 use crate::renderer::{Gpu, GpuError, PICTURE_FORMAT, PassTime, RenderError, RenderStats, Renderer, Settings};
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 use systems::library::Technique;
 use systems::lights::LightPolicy;
@@ -31,6 +33,34 @@ pub enum BenchError {
     /// A file could not be written.
     #[error(transparent)]
     Output(#[from] OutputError),
+    /// Earlier results that cannot be compared with.
+    #[error("{}: {place}: {message}", path.display())]
+    Compare {
+        /// The file.
+        path: PathBuf,
+        /// Where in it.
+        place: String,
+        /// What is the matter.
+        message: String,
+    },
+    /// A scene of a suite could not be measured.
+    #[error("{what}: {message}")]
+    Apart {
+        /// The scene.
+        what: String,
+        /// What the process that measured it said.
+        message: String,
+        /// Its exit code.
+        code: u8,
+    },
+    /// A chart could not be drawn.
+    #[error("{file}: {message}")]
+    Plot {
+        /// Its file.
+        file: &'static str,
+        /// What is the matter.
+        message: String,
+    },
 }
 
 impl BenchError {
@@ -38,23 +68,27 @@ impl BenchError {
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Gpu(_) => 3,
-            Self::Yard(_) | Self::Render(_) | Self::Output(_) => 2,
+            Self::Apart { code, .. } => *code,
+            Self::Yard(_) | Self::Render(_) | Self::Output(_) | Self::Compare { .. } => 2,
+            Self::Plot { .. } => 1,
         }
     }
 }
 
 /// What one frame took.
 #[derive(Clone, Debug)]
-struct FrameCost {
-    mutate: Duration,
-    simulate: Duration,
-    prepare: Duration,
-    record: Duration,
-    submit: Duration,
-    frame: FrameStats,
-    render: RenderStats,
+pub(super) struct FrameCost {
+    /// Since the program started.
+    pub at: Duration,
+    pub mutate: Duration,
+    pub simulate: Duration,
+    pub prepare: Duration,
+    pub record: Duration,
+    pub submit: Duration,
+    pub frame: FrameStats,
+    pub render: RenderStats,
     /// Empty where the adapter has no timestamps.
-    passes: Vec<PassTime>,
+    pub passes: Vec<PassTime>,
 }
 
 impl FrameCost {
@@ -62,7 +96,7 @@ impl FrameCost {
         self.simulate + self.prepare + self.record
     }
 
-    fn total(&self) -> Duration {
+    pub fn total(&self) -> Duration {
         self.mutate + self.engine() + self.submit
     }
 }
@@ -75,6 +109,7 @@ struct Bench {
     size: (u32, u32),
     target: wgpu::TextureView,
     frame: u32,
+    started: Instant,
 }
 
 /// Measures the scene that the arguments ask for; `started` is when the program started. `progress` is called after
@@ -89,10 +124,10 @@ pub fn run(args: &BenchArgs, started: Instant, mut progress: impl FnMut(u32, u32
     bench.draw()?;
     start.lap("first draw");
 
-    let (cap, measured) = (Duration::from_secs(args.seconds.into()), args.frames);
-    let whole = args.warm_up + measured;
+    let (cap, measured) = (Duration::from_secs(args.seconds().into()), args.frames());
+    let (warm_up, whole) = (args.warm_up(), args.warm_up() + measured);
     let begun = Instant::now();
-    for done in 1..args.warm_up {
+    for done in 1..warm_up {
         if done > 3 && begun.elapsed() > cap / 4 {
             break;
         }
@@ -103,11 +138,14 @@ pub fn run(args: &BenchArgs, started: Instant, mut progress: impl FnMut(u32, u32
     let mut costs = Vec::new();
     while costs.len() < measured as usize && (costs.len() < 5 || begun.elapsed() < cap) {
         costs.push(bench.draw()?);
-        progress(args.warm_up + costs.len() as u32, whole);
+        progress(warm_up + costs.len() as u32, whole);
     }
     let measurement = bench.measurement(args, &costs, start);
     if let Some(path) = &args.picture {
         output::write_png(path, &bench.renderer.draw_picture().into())?;
+    }
+    if let Some(path) = &args.trace {
+        output::write_whole(path, chrome_trace(&costs, &measurement.adapter).as_bytes())?;
     }
     Ok(measurement)
 }
@@ -133,7 +171,8 @@ impl Start {
     }
 }
 
-fn milliseconds(time: Duration) -> f64 {
+/// For people.
+pub(super) fn milliseconds(time: Duration) -> f64 {
     time.as_secs_f64() * 1e3
 }
 
@@ -158,7 +197,7 @@ impl Bench {
         let gpu = renderer.gpu();
         yard.simulation.world.insert_resource(args.lights_policy);
         let limit = gpu.device.limits().max_texture_dimension_2d;
-        let (longest, (width, height)) = (args.size.0.max(args.size.1), args.size);
+        let (longest, (width, height)) = (args.size().0.max(args.size().1), args.size());
         if longest > limit {
             let (needed, limit) = (longest.into(), limit.into());
             return Err(
@@ -177,12 +216,13 @@ impl Bench {
         });
         let target = target.create_view(&wgpu::TextureViewDescriptor::default());
         let settings = Settings { technique: args.technique, samples: args.samples, ..Settings::default() };
-        Ok(Self { yard, renderer, settings, size: args.size, target, frame: 0 })
+        Ok(Self { yard, renderer, settings, size: args.size(), target, frame: 0, started: start.started })
     }
 
     /// Moves what moves, draws, and waits for the GPU.
     fn draw(&mut self) -> Result<FrameCost, BenchError> {
         let mut clock = Instant::now();
+        let at = clock - self.started;
         let mut lap = || {
             let begun = std::mem::replace(&mut clock, Instant::now());
             clock - begun
@@ -205,7 +245,7 @@ impl Bench {
         self.frame += 1;
         let frame = simulation.world.resource::<FrameStats>().clone();
         let passes = self.renderer.pass_times().unwrap_or_default();
-        Ok(FrameCost { mutate, simulate, prepare, record, submit, frame, render: self.renderer.stats(), passes })
+        Ok(FrameCost { at, mutate, simulate, prepare, record, submit, frame, render: self.renderer.stats(), passes })
     }
 
     fn measurement(&self, args: &BenchArgs, costs: &[FrameCost], start: Start) -> Measurement {
@@ -220,15 +260,15 @@ impl Bench {
         };
         let peak_mb = Memory::now().map(|memory| memory.peak_mb);
         let grown = peak_mb.zip(start.resident_mb).map(|(peak, before)| (peak - before).max(0.0));
-        let bytes_per_object = grown.map(|grown| grown * f64::from(1 << 20) / f64::from(args.objects));
+        let bytes_per_object = grown.map(|grown| grown * f64::from(1 << 20) / f64::from(args.objects()));
         let policy = LightPolicy::ALL.iter().find(|(_, policy)| *policy == args.lights_policy);
         Measurement {
-            objects: args.objects,
-            lights: args.lights,
+            objects: args.objects(),
+            lights: args.lights(),
             mesh: args.mesh.name(),
             moving: args.moving,
             view: format!("{:?}", args.view).to_lowercase(),
-            size: [args.size.0, args.size.1],
+            size: self.size.into(),
             samples: args.samples,
             lights_policy: policy.map_or("", |(name, _)| name).to_owned(),
             technique: args.technique.and_then(|technique| name_in(&Technique::ALL, technique)),
@@ -259,7 +299,7 @@ impl Bench {
             draws: last.draws,
             drawn_objects: drawn.objects,
             triangles: drawn.triangles,
-            culled_objects: args.objects.saturating_sub(drawn.objects),
+            culled_objects: args.objects().saturating_sub(drawn.objects),
             rss_mb: peak_mb,
             bytes_per_object,
             first_frame_ms: milliseconds(start.last - start.started),

@@ -160,9 +160,16 @@ impl Yard {
         let world = &mut simulation.world;
         let mut library = world.resource_mut::<Library>();
         let kit = YardKit { mesh: library.add_mesh(mesh), materials: add_materials(&mut library) };
-        // Nothing between the light and the screen but what the screen needs.
-        let ambient = Vec3::splat(0.12);
-        world.insert_resource(Environment { ambient, tone_map: ToneMap::Clamp, ..Environment::default() });
+        // Nothing between the light and the screen but what the screen needs, and a plain background.
+        let dusk = Vec3::new(0.03, 0.04, 0.07);
+        world.insert_resource(Environment {
+            ambient: Vec3::splat(0.12),
+            zenith: dusk,
+            horizon: dusk,
+            ground: dusk,
+            tone_map: ToneMap::Clamp,
+            ..Environment::default()
+        });
         let camera = world.spawn(camera(plan.view, half_width(plan.objects))).id();
         Ok((Self { simulation, camera, movers: Vec::new() }, kit))
     }
@@ -196,6 +203,9 @@ impl Yard {
 
     /// Gives every moving object its place in that frame, 60 to the second.
     pub fn advance(&mut self, frame: u32) {
+        if self.movers.is_empty() {
+            return;
+        }
         let seconds = frame as f32 / 60.0;
         let world = &mut self.simulation.world;
         let mut transforms = world.query::<&mut Transform>();

@@ -48,7 +48,7 @@ use meshes::Meshes;
 use pipelines::{OUTPUT_FORMATS, Pass, Pipelines};
 use pyramid::{Pyramid, PyramidMaker};
 use systems::batches::{BlendedRun, sort_transparent};
-use systems::components::ToneMap;
+use systems::components::{Environment, ToneMap};
 use systems::draw_list::{BatchKey, DirtySlots, DrawList, PipelineKey, ViewRecord};
 use systems::library::{Library, Technique};
 use systems::view::View;
@@ -136,6 +136,9 @@ pub struct Renderer {
     technique: Option<Technique>,
     pass: Pass,
     tone_map: ToneMap,
+    /// A sky of one colour is a clear, which costs nothing: a gradient takes a software rasteriser longer than a thousand
+    /// objects.
+    plain_sky: Option<wgpu::Color>,
     /// What the HDR target shows: view, pass, technique, batches. `None`: nothing yet.
     shown: Option<(ViewRecord, Pass, Option<Technique>, u64)>,
     stats: RenderStats,
@@ -167,6 +170,7 @@ impl Renderer {
             technique: None,
             pass: Pass::Outputs,
             tone_map: ToneMap::default(),
+            plain_sky: None,
             shown: None,
             stats: RenderStats::default(),
             timestamps: Timestamps::new(gpu),
@@ -237,7 +241,10 @@ impl Renderer {
         self.tone_map = if settings.debug == DebugView::Off { list.environment.tone_map } else { ToneMap::Clamp };
         self.technique = settings.technique;
         self.make_pipelines(self.pass);
-        self.pipelines.make_sky(&self.gpu.device, settings.samples);
+        self.plain_sky = plain_sky(&list.environment);
+        if self.plain_sky.is_none() {
+            self.pipelines.make_sky(&self.gpu.device, settings.samples);
+        }
         let showing = Some((record, self.pass, settings.technique, list.batches_version));
         let changed = self.shown != showing || self.stats.uploaded_bytes() > 0;
         self.shown = showing;
@@ -331,9 +338,10 @@ impl Renderer {
             draws += more_draws;
             calls += more_calls;
         };
+        let clear = Some(self.plain_sky.unwrap_or_default());
         if let Some(pyramid) = self.culled.pyramid() {
             {
-                let mut pass = begin_forward(encoder, timestamps, targets, ("early", true, false));
+                let mut pass = begin_forward(encoder, timestamps, targets, ("early", clear, false));
                 pass.set_bind_group(0, frame_group, &[]);
                 count(self.draw_objects(&mut pass, self.pass, Phase::Early));
             }
@@ -344,11 +352,12 @@ impl Renderer {
         }
         {
             let two_phases = self.culled.pyramid().is_some();
-            let mut pass = begin_forward(encoder, timestamps, targets, ("forward", !two_phases, true));
+            let first = clear.filter(|_| !two_phases);
+            let mut pass = begin_forward(encoder, timestamps, targets, ("forward", first, true));
             pass.set_bind_group(0, frame_group, &[]);
             let phase = if two_phases { Phase::Late } else { Phase::Early };
             count(self.draw_objects(&mut pass, self.pass, phase));
-            if let Some(sky) = self.pipelines.sky(targets.samples) {
+            if let (None, Some(sky)) = (self.plain_sky, self.pipelines.sky(targets.samples)) {
                 pass.set_pipeline(sky);
                 pass.draw(0..3, 0..1);
             }
@@ -528,18 +537,19 @@ impl Renderer {
 /// Scenes with fewer objects are drawn in one phase: the second costs more than it can save.
 const FEW_OBJECTS: u32 = 4096;
 
-/// A pass into the HDR target. `first`: it begins with nothing; `last`: it leaves the resolved picture, and no depths.
+/// A pass into the HDR target. `clear`: it begins with that colour and nothing else; `last`: it leaves the resolved
+/// picture, and no depths.
 fn begin_forward<'a>(
     encoder: &'a mut wgpu::CommandEncoder,
     timestamps: Option<&Timestamps>,
     targets: &Targets,
-    (label, first, last): (&'static str, bool, bool),
+    (label, clear, last): (&'static str, Option<wgpu::Color>, bool),
 ) -> wgpu::RenderPass<'a> {
     let resolve_target = (last && targets.samples > 1).then_some(&targets.hdr);
     let store = if resolve_target.is_some() { wgpu::StoreOp::Discard } else { wgpu::StoreOp::Store };
-    let load = if first { wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT) } else { wgpu::LoadOp::Load };
+    let load = clear.map_or(wgpu::LoadOp::Load, wgpu::LoadOp::Clear);
     let mut depth = depth_attachment(&targets.depth, if last { wgpu::StoreOp::Discard } else { wgpu::StoreOp::Store });
-    if !first {
+    if clear.is_none() {
         depth.depth_ops = depth.depth_ops.map(|ops| wgpu::Operations { load: wgpu::LoadOp::Load, ..ops });
     }
     encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
@@ -553,6 +563,15 @@ fn begin_forward<'a>(
         depth_stencil_attachment: Some(depth),
         timestamp_writes: timestamps.and_then(|timestamps| timestamps.render_pass(label)),
         ..wgpu::RenderPassDescriptor::default()
+    })
+}
+
+/// The colour of a sky that has only one, exposed as `sky_pass.wgsl` does.
+fn plain_sky(environment: &Environment) -> Option<wgpu::Color> {
+    let Environment { zenith, horizon, ground, exposure, .. } = environment;
+    (zenith == horizon && horizon == ground).then(|| {
+        let [r, g, b] = (*horizon * *exposure).min(glam::Vec3::splat(65504.0)).to_array().map(f64::from);
+        wgpu::Color { r, g, b, a: 1.0 }
     })
 }
 

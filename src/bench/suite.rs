@@ -1,0 +1,175 @@
+//! `relief bench --suite`: how cost grows with the objects, the lights, and the share that moves.
+//!
+//! Every scene is measured in a process of its own, this program again: peak memory and the time to the first frame
+//! mean nothing in a process that has drawn others.
+
+use super::args::BenchArgs;
+use super::measurement::Measurement;
+use super::report::{self, Earlier};
+use super::run::BenchError;
+use super::yard::YardView;
+use crate::output;
+use std::path::Path;
+use std::process::Command;
+use systems::library::Technique;
+use systems::lights::LightPolicy;
+
+/// The size that shows the engine's own cost.
+const SMALL: (u32, u32) = (64, 36);
+
+/// What differs between the scenes of a suite.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) struct Scene {
+    pub objects: u32,
+    pub lights: u32,
+    pub moving: f32,
+    pub view: YardView,
+    pub size: (u32, u32),
+}
+
+impl Scene {
+    /// Whether the figures are of this scene.
+    pub fn is_of(&self, m: &Measurement) -> bool {
+        let view = format!("{:?}", self.view).to_lowercase();
+        (m.objects, m.lights, m.moving, m.size) == (self.objects, self.lights, self.moving, self.size.into())
+            && m.view == view
+    }
+}
+
+/// What is on the horizontal axis.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Axis {
+    Objects,
+    Lights,
+    Moving,
+}
+
+/// Scenes that differ in one thing.
+#[derive(Clone, Debug)]
+pub(super) struct Sweep {
+    pub axis: Axis,
+    pub scenes: Vec<Scene>,
+}
+
+/// The sweeps that the arguments ask for.
+pub(super) fn sweeps(args: &BenchArgs) -> Vec<Sweep> {
+    let most =
+        Scene { objects: args.objects(), lights: args.lights(), moving: 0.0, view: YardView::Wide, size: args.size() };
+    let objects = if args.quick { tenths(most.objects, 2) } else { tenths(most.objects, 4) };
+    let lights = if args.quick { tenths(most.lights, 2) } else { tenths(most.lights, 4) };
+    let moving: &[f32] = if args.quick { &[0.0, 1.0] } else { &[0.0, 0.01, 0.1, 1.0] };
+    let over_objects = |base: Scene| Sweep {
+        axis: Axis::Objects,
+        scenes: objects.iter().map(|&objects| Scene { objects, ..base }).collect(),
+    };
+    let mut sweeps = vec![
+        over_objects(Scene { size: SMALL, ..most }),
+        over_objects(most),
+        over_objects(Scene { view: YardView::Inside, ..most }),
+        Sweep { axis: Axis::Lights, scenes: lights.iter().map(|&lights| Scene { lights, ..most }).collect() },
+        Sweep {
+            axis: Axis::Moving,
+            scenes: moving.iter().map(|&moving| Scene { moving, size: SMALL, ..most }).collect(),
+        },
+    ];
+    sweeps.dedup_by(|a, b| a.axis == b.axis && a.scenes == b.scenes);
+    sweeps
+}
+
+/// `most` and so many tenths of it, ascending, none below 1 except `most` itself.
+fn tenths(most: u32, count: u32) -> Vec<u32> {
+    let mut values: Vec<u32> = (0..count).map(|i| most / 10u32.pow(i)).filter(|&n| n >= 1 || n == most).collect();
+    values.reverse();
+    values.dedup();
+    values
+}
+
+/// Measures every scene of the sweeps and writes results, report and plots into the folder. `progress` is called before
+/// each scene with how many are done, how many there are, and which it is. Returns what got slower than in the file
+/// that was compared with, in words.
+///
+/// # Errors
+/// [`BenchError`]; nothing is written then.
+pub fn run_suite(
+    args: &BenchArgs,
+    folder: &Path,
+    mut progress: impl FnMut(usize, usize, &str),
+) -> Result<Vec<String>, BenchError> {
+    // What can be refused is refused before minutes of measuring.
+    let earlier = args.compare.as_deref().map(Earlier::read).transpose()?;
+    output::make_folder(folder)?;
+    output::check_writable(folder)?;
+    let sweeps = sweeps(args);
+    let mut scenes: Vec<Scene> = Vec::new();
+    for scene in sweeps.iter().flat_map(|sweep| &sweep.scenes) {
+        if !scenes.contains(scene) {
+            scenes.push(*scene);
+        }
+    }
+    let mut results = Vec::new();
+    for (done, scene) in scenes.iter().enumerate() {
+        let (width, height) = scene.size;
+        let Scene { objects, lights, .. } = scene;
+        let what = format!("{objects} objects, {lights} lights, {width}x{height} {:?}", scene.view);
+        progress(done, scenes.len(), &what);
+        results.push(measure_apart(args, scene, &what)?);
+    }
+    let report = report::Report::new(&sweeps, &results, earlier.as_ref());
+    for (name, text) in report.files()? {
+        output::write_whole(&folder.join(name), text.as_bytes())?;
+    }
+    Ok(report.slower().to_vec())
+}
+
+/// Measures a scene in a process of its own.
+fn measure_apart(args: &BenchArgs, scene: &Scene, what: &str) -> Result<Measurement, BenchError> {
+    let failed = |code, message: String| BenchError::Apart { what: what.to_owned(), message, code };
+    let program = std::env::current_exe().map_err(|error| failed(1, error.to_string()))?;
+    let output = Command::new(program).args(arguments(args, scene)).output();
+    let output = output.map_err(|error| failed(1, error.to_string()))?;
+    if !output.status.success() {
+        let message = String::from_utf8_lossy(&output.stderr);
+        let message =
+            message.lines().find_map(|line| line.strip_prefix("error: ")).unwrap_or("it stopped unexpectedly");
+        return Err(failed(output.status.code().and_then(|code| u8::try_from(code).ok()).unwrap_or(1), message.into()));
+    }
+    serde_json::from_slice(&output.stdout).map_err(|error| failed(1, error.to_string()))
+}
+
+/// The command line that measures one scene.
+fn arguments(args: &BenchArgs, scene: &Scene) -> Vec<String> {
+    let mut line = vec!["bench".to_owned(), "--json".to_owned()];
+    let mut add = |name: &str, value: String| line.push(format!("--{name}={value}"));
+    add("objects", scene.objects.to_string());
+    add("lights", scene.lights.to_string());
+    add("moving", scene.moving.to_string());
+    add("view", format!("{:?}", scene.view).to_lowercase());
+    add("size", format!("{}x{}", scene.size.0, scene.size.1));
+    add("mesh", args.mesh.name());
+    add("frames", args.frames().to_string());
+    add("warm-up", args.warm_up().to_string());
+    add("seconds", args.seconds().to_string());
+    add("samples", args.samples.to_string());
+    if let Some((name, _)) = LightPolicy::ALL.iter().find(|(_, policy)| *policy == args.lights_policy) {
+        add("lights-policy", (*name).to_owned());
+    }
+    if let Some((name, _)) = Technique::ALL.iter().find(|(_, technique)| Some(*technique) == args.technique) {
+        add("technique", (*name).to_owned());
+    }
+    if let Some(threads) = args.threads {
+        add("threads", threads.to_string());
+    }
+    line
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tenths_end_at_the_most() {
+        assert_eq!(tenths(100_000, 4), [100, 1000, 10_000, 100_000]);
+        assert_eq!(tenths(25, 4), [2, 25]);
+        assert_eq!(tenths(0, 4), [0]);
+    }
+}

@@ -1,0 +1,356 @@
+//! `relief bench` as a user runs it: its figures make sense, its suite writes what it says, its scene is always the same.
+
+mod common;
+
+use glam::Vec3;
+use relief::bench::{Yard, YardMesh, YardPlan, YardView};
+use relief::frames::view_of;
+use relief::renderer::{Gpu, Renderer, Settings};
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+use systems::library::MeshId;
+
+const SMALL: [&str; 7] =
+    ["--objects=60", "--lights=5", "--size=32x18", "--frames=4", "--warm-up=2", "--seconds=60", "--threads=2"];
+
+/// The arguments of a small scene with further ones, which replace what they name too.
+fn small<'a>(more: &[&'a str]) -> Vec<&'a str> {
+    let name = |arg: &str| arg.split('=').next().unwrap_or_default().to_owned();
+    let kept = SMALL.into_iter().filter(|arg| more.iter().all(|other| name(other) != name(arg)));
+    kept.chain(more.iter().copied()).collect()
+}
+
+fn bench(args: &[&str], folder: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_relief"))
+        .arg("bench")
+        .args(args)
+        .current_dir(folder)
+        .env_remove("DISPLAY")
+        .env_remove("WAYLAND_DISPLAY")
+        .output()
+        .expect("the binary runs")
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// The figures of a small scene, with further arguments.
+#[track_caller]
+fn figures(more: &[&str]) -> Value {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let output = bench(&[small(more), vec!["--json"]].concat(), folder.path());
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let line = text(&output.stdout);
+    assert_eq!(line.trim_end().lines().count(), 1, "{line}");
+    serde_json::from_str(&line).expect("JSON")
+}
+
+#[track_caller]
+fn number(figures: &Value, field: &str) -> f64 {
+    figures[field].as_f64().unwrap_or_else(|| panic!("{field} is no number: {figures}"))
+}
+
+/// The one line that a refusal is.
+#[track_caller]
+fn refusal(output: &Output, code: i32) -> String {
+    let error = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{error}");
+    assert!(output.stdout.is_empty());
+    error
+}
+
+#[test]
+fn a_line_has_every_figure_and_all_are_plausible() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let still = figures(&[]);
+    let echoed =
+        [("objects", 60.0), ("lights", 5.0), ("moving", 0.0), ("frames", 4.0), ("samples", 1.0), ("threads", 2.0)];
+    for (field, value) in echoed {
+        assert_eq!(number(&still, field), value, "{field}");
+    }
+    assert_eq!(still["size"], serde_json::json!([32, 18]));
+    assert_eq!((&still["mesh"], &still["view"]), (&"cube".into(), &"wide".into()));
+    assert_eq!((&still["lights_policy"], &still["technique"]), (&"three".into(), &Value::Null));
+    for what in ["frame_ms", "cpu_ms", "gpu_ms"] {
+        let [low, median, high] = ["p05", "median", "p95"].map(|at| number(&still, &format!("{what}_{at}")));
+        assert!(0.0 < low && low <= median && median <= high, "{what}: {low} {median} {high}");
+    }
+    assert!(number(&still, "frame_ms_p95") >= number(&still, "cpu_ms_p05"));
+    for field in ["select_ms_median", "simulate_ms_median", "prepare_ms_median", "record_ms_median", "mutate_ms_median"]
+    {
+        assert!(number(&still, field) >= 0.0, "{field}");
+    }
+    for (table, name) in
+        [("stages", "transforms"), ("stages", "lights"), ("systems", "select_lights"), ("systems", "update_instances")]
+    {
+        assert!(number(&still[table], name) >= 0.0, "{table} {name}");
+    }
+    if !still["gpu_passes"].is_null() {
+        assert!(number(&still["gpu_passes"], "forward") > 0.0);
+    }
+    assert_eq!(number(&still, "upload_bytes_median"), 0.0, "nothing moves");
+    assert!(number(&still, "draws") >= 1.0);
+    assert_eq!(number(&still, "drawn_objects"), 60.0, "the whole grid is in view");
+    assert_eq!(number(&still, "culled_objects"), 0.0);
+    assert_eq!(number(&still, "triangles"), 720.0);
+    let first = number(&still, "first_frame_ms");
+    let parts: f64 = still["start_ms"].as_object().expect("parts").values().filter_map(Value::as_f64).sum();
+    assert!(first > 1.0 && (first - parts).abs() < 1e-6 * first, "{first} {parts}");
+    if cfg!(target_os = "linux") {
+        assert!((10.0..4000.0).contains(&number(&still, "rss_mb")));
+        assert!(number(&still, "bytes_per_object") > 100.0);
+    }
+    for field in ["adapter", "driver"] {
+        assert!(!still[field].as_str().unwrap_or_default().is_empty(), "{field}");
+    }
+    assert_eq!(still["build"]["version"], env!("CARGO_PKG_VERSION"));
+    assert!(["debug", "release"].map(Value::from).contains(&still["build"]["profile"]));
+    assert!(still.as_object().is_some_and(|fields| fields.contains_key("levels")));
+}
+
+#[test]
+fn what_moves_is_uploaded() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let all = number(&figures(&["--moving=1"]), "upload_bytes_median");
+    let record = size_of::<systems::draw_list::InstanceRecord>() as f64;
+    assert!(all >= 60.0 * record, "{all} bytes for 60 records of {record}");
+    let some = number(&figures(&["--moving=0.1", "--objects=4000"]), "upload_bytes_median");
+    assert!((400.0 * record..4500.0 * record).contains(&some), "{some} bytes for 400 records of {record}");
+}
+
+#[test]
+fn other_meshes_are_drawn_as_often() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let sphere = figures(&["--mesh=sphere"]);
+    assert_eq!((number(&sphere, "drawn_objects"), number(&sphere, "triangles")), (60.0, 60.0 * 1024.0));
+    let model = concat!("--mesh=", env!("CARGO_MANIFEST_DIR"), "/assets/models/crate.glb");
+    let model = figures(&[model]);
+    assert_eq!(number(&model, "drawn_objects"), 60.0);
+    assert!(number(&model, "triangles") >= 60.0 * 12.0);
+    assert!(model["mesh"].as_str().is_some_and(|name| name.ends_with("crate.glb")));
+}
+
+#[test]
+fn the_same_arguments_give_the_same_picture() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let picture = |name: &str, more: &[&str]| {
+        let file = format!("--picture={name}.png");
+        let output = bench(&[small(&["--size=160x90", &file]), more.to_vec()].concat(), folder.path());
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        image::open(folder.path().join(format!("{name}.png"))).expect("a picture").into_rgb8()
+    };
+    let first = picture("first", &["--moving=0.5"]);
+    assert_eq!(first.dimensions(), (160, 90));
+    assert!(first == picture("second", &["--moving=0.5"]));
+    assert!(first != picture("still", &[]), "what moved shows");
+}
+
+#[test]
+fn a_trace_shows_frames_systems_and_passes() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let output = bench(&small(&["--trace=t.json"]), folder.path());
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let trace: Value = serde_json::from_slice(&fs::read(folder.path().join("t.json")).expect("a trace")).expect("JSON");
+    let events = trace["traceEvents"].as_array().expect("events");
+    let of = |category: &str| -> Vec<&Value> { events.iter().filter(|event| event["cat"] == category).collect() };
+    let frames = of("frame");
+    assert_eq!(frames.len(), 4);
+    let end = |event: &Value| number(event, "ts") + number(event, "dur");
+    assert!(frames.windows(2).all(|pair| end(pair[0]) <= number(pair[1], "ts") + 0.01), "frames follow one another");
+    for category in ["part", "stage", "system"] {
+        let inner = of(category);
+        assert!(!inner.is_empty(), "{category}");
+        for event in inner {
+            let within =
+                |frame: &&&Value| number(frame, "ts") <= number(event, "ts") + 0.01 && end(event) <= end(frame) + 50.0;
+            assert!(frames.iter().any(|frame| within(&frame)), "{event} is in no frame");
+        }
+    }
+    assert!(of("system").iter().any(|event| event["name"] == "select_lights"));
+}
+
+#[test]
+fn a_suite_writes_everything_and_compares() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let suite =
+        ["--suite", "--quick", "--objects=50", "--lights=4", "--size=32x18", "--frames=2", "--warm-up=1", "-o", "out"];
+    let output = bench(&suite, folder.path());
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let names = |folder: &Path| -> Vec<String> {
+        let mut names: Vec<_> = fs::read_dir(folder)
+            .expect("a folder")
+            .flatten()
+            .map(|e| e.file_name().to_string_lossy().into_owned())
+            .collect();
+        names.sort();
+        names
+    };
+    let out = folder.path().join("out");
+    assert_eq!(names(&out), ["lights.svg", "moving.svg", "objects.svg", "report.md", "results.jsonl"]);
+    let lines = fs::read_to_string(out.join("results.jsonl")).expect("results");
+    let results: Vec<Value> = lines.lines().map(|line| serde_json::from_str(line).expect("JSON")).collect();
+    let has = |field: &str, value: Value| results.iter().any(|result| result[field] == value);
+    assert!(has("objects", 5.into()) && has("objects", 50.into()) && has("lights", 4.into()));
+    assert!(has("moving", 1.0.into()) && has("view", "inside".into()) && has("view", "wide".into()));
+    for chart in ["objects.svg", "lights.svg", "moving.svg"] {
+        let svg = fs::read_to_string(out.join(chart)).expect("a chart");
+        assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>") && svg.contains("polyline"), "{chart}");
+    }
+
+    // Once more into the same folder, against results that were a hundred times faster.
+    let mut faster = results.clone();
+    for result in &mut faster {
+        result["frame_ms_median"] = (number(result, "frame_ms_median") / 100.0).into();
+    }
+    let faster: String = faster.iter().map(|result| format!("{result}\n")).collect();
+    fs::write(folder.path().join("faster.jsonl"), faster).expect("a file");
+    let output = bench(&[&suite, ["--compare=faster.jsonl"].as_slice()].concat(), folder.path());
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    assert_eq!(text(&output.stderr).matches(": frame ").count(), results.len());
+    let report = fs::read_to_string(out.join("report.md")).expect("a report");
+    assert!(report.contains("## Compared with faster.jsonl") && report.contains("**slower**"), "{report}");
+    assert_eq!(names(&out).len(), 5);
+}
+
+#[test]
+fn bad_arguments_are_refused_in_a_line() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let cases: [(&[&str], &str); 12] = [
+        (&["--objects=0"], "--objects"),
+        (&["--objects=11000000"], "--objects"),
+        (&["--lights=-1"], "--lights"),
+        (&["--moving=2.0"], "from 0 to 1"),
+        (&["--moving=nan"], "from 0 to 1"),
+        (&["--mesh=torus"], "expected cube, sphere"),
+        (&["--samples=3"], "expected 1 or 4"),
+        (&["--size=0x0"], "WIDTHxHEIGHT"),
+        (&["--technique=nomral"], "did you mean \"normal\""),
+        (&["--suite"], "--output"),
+        (&["-o", "out"], "--suite"),
+        (&["--suite", "-o", "out", "--json"], "--json"),
+    ];
+    for (args, needle) in cases {
+        let error = refusal(&bench(args, folder.path()), 2);
+        assert!(error.contains(needle), "{args:?}: {error}");
+    }
+    assert_eq!(fs::read_dir(folder.path()).expect("a folder").count(), 0, "nothing was written");
+}
+
+#[test]
+fn bad_files_are_refused_before_anything_is_measured() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    fs::write(folder.path().join("broken.glb"), b"no model").expect("a file");
+    fs::write(folder.path().join("words.jsonl"), b"not JSON\n").expect("a file");
+    fs::write(folder.path().join("other.jsonl"), b"{}\n").expect("a file");
+    fs::write(folder.path().join("empty.jsonl"), b"").expect("a file");
+    fs::write(folder.path().join("taken"), b"").expect("a file");
+    let cases: [(&[&str], &str); 8] = [
+        (&["--mesh=missing.glb"], "missing.glb: "),
+        (&["--mesh=broken.glb"], "broken.glb: "),
+        (&["--suite", "-o", "out", "--compare", "missing.jsonl"], "missing.jsonl: "),
+        (&["--suite", "-o", "out", "--compare", "words.jsonl"], "words.jsonl: line 1: "),
+        (&["--suite", "-o", "out", "--compare", "other.jsonl"], "other.jsonl: line 1: "),
+        (&["--suite", "-o", "out", "--compare", "empty.jsonl"], "empty.jsonl: "),
+        (&["--suite", "-o", "taken"], "cannot write taken"),
+        (&["--suite", "--quick", "-o", "out", "--mesh=missing.glb"], "missing.glb: "),
+    ];
+    for (args, needle) in cases {
+        let error = refusal(&bench(args, folder.path()), 2);
+        assert!(error.starts_with("error: ") && error.contains(needle), "{args:?}: {error}");
+        assert_eq!(error.lines().count(), 1, "{error}");
+    }
+}
+
+fn plan(objects: u32, view: YardView) -> YardPlan {
+    YardPlan { objects, lights: 3, moving: 0.0, mesh: YardMesh::Cube, view }
+}
+
+/// The share of the objects whose middle is in view.
+fn share_in_view(objects: u32, view: YardView) -> f64 {
+    let mut yard = Yard::new(&plan(objects, view)).expect("a yard");
+    yard.simulation.frame();
+    let clip_from_world = view_of(&yard.simulation.world, yard.camera, (1280, 720)).clip_from_world();
+    let mut drawn = yard
+        .simulation
+        .world
+        .query_filtered::<&bevy_transform::components::GlobalTransform, bevy_ecs::prelude::With<MeshId>>();
+    let inside = |place: Vec3| {
+        let clip = clip_from_world * place.extend(1.0);
+        clip.w > 0.0 && clip.x.abs() < clip.w && clip.y.abs() < clip.w
+    };
+    let seen = drawn.iter(&yard.simulation.world).filter(|place| inside(place.translation())).count();
+    seen as f64 / f64::from(objects)
+}
+
+#[test]
+fn the_views_hold_all_and_about_a_sixth() {
+    for objects in [1, 2, 100, 10_000] {
+        assert_eq!(share_in_view(objects, YardView::Wide), 1.0, "{objects}");
+    }
+    for objects in [1_000, 10_000, 100_000] {
+        let share = share_in_view(objects, YardView::Inside);
+        assert!((0.14..0.2).contains(&share), "{objects}: {share}");
+    }
+}
+
+#[test]
+fn pass_times_come_late_and_nobody_needs_to_ask_for_them() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let gpu = Gpu::headless_with(wgpu::Features::TIMESTAMP_QUERY).expect("an adapter");
+    let mut yard = Yard::new(&plan(20, YardView::Wide)).expect("a yard");
+    let mut renderer = Renderer::new(&gpu);
+    let mut draw = |renderer: &mut Renderer| {
+        yard.simulation.frame();
+        let view = view_of(&yard.simulation.world, yard.camera, (64, 36));
+        let (list, library) = (yard.simulation.draw_list(), yard.simulation.library());
+        renderer.prepare(list, library, &view, &Settings::default()).expect("it fits");
+        renderer.draw_picture();
+    };
+    if !gpu.device.features().contains(wgpu::Features::TIMESTAMP_QUERY) {
+        draw(&mut renderer);
+        assert_eq!(renderer.pass_times(), None);
+        eprintln!("skipped: the adapter has no timestamps");
+        return;
+    }
+    assert_eq!(renderer.pass_times(), None, "nothing was drawn");
+    // More frames than are kept, and twice, to see that what was kept is free again.
+    for _ in 0..2 {
+        (0..10).for_each(|_| draw(&mut renderer));
+        let mut frames = 0;
+        while let Some(passes) = renderer.pass_times() {
+            let names: Vec<&str> = passes.iter().map(|pass| pass.name).collect();
+            assert!(names.contains(&"forward") && names.contains(&"tone map"), "{names:?}");
+            assert!(passes.iter().all(|pass| pass.start_ms >= 0.0 && (0.0..60_000.0).contains(&pass.ms)), "{passes:?}");
+            assert!(passes.iter().any(|pass| pass.ms > 0.0), "{passes:?}");
+            frames += 1;
+        }
+        assert!((1..=10).contains(&frames), "{frames}");
+    }
+    // A device that was not asked for them has none.
+    let mut plain = Renderer::new(&Gpu::headless().expect("an adapter"));
+    draw(&mut plain);
+    assert_eq!(plain.pass_times(), None);
+}
