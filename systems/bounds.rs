@@ -1,6 +1,6 @@
 //! Bounding volumes: of meshes in object space, of entities in world space.
 
-use crate::changes::{Since, touch};
+use crate::changes::{Since, first_changed, in_parallel, moved, touch};
 use crate::library::{Library, MeshId};
 use bevy_ecs::change_detection::{ContiguousMut, ContiguousRef};
 use bevy_ecs::prelude::*;
@@ -83,34 +83,45 @@ impl Sphere {
 #[component(summary_tick)]
 pub struct WorldBounds(pub Sphere);
 
-/// Touches the bounds' summary tick where transforms changed.
-pub fn note_moved(mut drawn: Query<(Ref<GlobalTransform>, &mut WorldBounds)>) {
-    for (transforms, bounds) in drawn.contiguous_iter_mut().into_iter().flatten() {
-        let (_, ticks) = ContiguousRef::split(transforms);
-        if Since::new(ticks.last_run(), ticks.this_run()).any(ticks.changed()) {
-            touch(ContiguousMut::bypass_change_detection_split(bounds).1);
-        }
+/// Rows of a table per task.
+const ROWS: usize = 1 << 13;
+
+/// Recomputes the world bounds of what moved or changed its mesh.
+pub fn update_bounds(library: Res<Library>, mut drawn: Query<(Ref<GlobalTransform>, Ref<MeshId>, &mut WorldBounds)>) {
+    for (transforms, meshes, bounds) in drawn.contiguous_iter_mut().into_iter().flatten() {
+        update_table(&library, transforms, meshes, bounds);
     }
 }
 
-/// Recomputes the world bounds of what moved or changed its mesh.
-#[allow(clippy::type_complexity)]
-pub fn update_bounds(
-    library: Res<Library>,
-    mut moved: Query<
-        (&GlobalTransform, Ref<MeshId>, &mut WorldBounds),
-        Or<(Changed<GlobalTransform>, Changed<MeshId>)>,
-    >,
+fn update_table(
+    library: &Library,
+    transforms: ContiguousRef<GlobalTransform>,
+    meshes: ContiguousRef<MeshId>,
+    bounds: ContiguousMut<WorldBounds>,
 ) {
-    for (transform, mesh, mut bounds) in &mut moved {
-        if mesh.is_added() {
+    let ((transforms, placed), (meshes, chosen)) = (ContiguousRef::split(transforms), ContiguousRef::split(meshes));
+    let (bounds, mut written) = ContiguousMut::bypass_change_detection_split(bounds);
+    let columns = [moved(&placed, &written.reborrow().into()).is_some().then_some(&placed), Some(&chosen)];
+    let Some(first) = first_changed(columns) else { return };
+    let this_run = placed.this_run();
+    let since = Since::new(placed.last_run(), this_run);
+    let sources = transforms[first..].chunks(ROWS).zip(placed.changed()[first..].chunks(ROWS));
+    let shapes = meshes[first..].chunks(ROWS).zip(chosen.changed()[first..].chunks(ROWS));
+    let added = chosen.added()[first..].chunks(ROWS);
+    let targets = bounds[first..].chunks_mut(ROWS).zip(written.changed_mut()[first..].chunks_mut(ROWS));
+    let parts = sources.zip(shapes).zip(added.zip(targets));
+    in_parallel(parts, |(((transforms, placed), (meshes, chosen)), (added, (bounds, written)))| {
+        since.for_each([placed, chosen], |row| {
+            let entry = library.mesh(meshes[row]);
+            let new = entry.map(|entry| WorldBounds(entry.bounds.transformed(&transforms[row].affine())));
             // Also where the bounds are what they were: an object without a mesh has lost its place among the others.
-            bounds.set_changed();
-        }
-        if let Some(entry) = library.mesh(*mesh) {
-            bounds.set_if_neq(WorldBounds(entry.bounds.transformed(&transform.affine())));
-        }
-    }
+            if new.is_some_and(|new| new != bounds[row]) || since.contains(&added[row]) {
+                bounds[row] = new.unwrap_or(bounds[row]);
+                written[row] = this_run;
+            }
+        });
+    });
+    touch(written);
 }
 
 #[cfg(test)]

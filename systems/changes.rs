@@ -17,6 +17,7 @@
 //! [`GlobalTransform`]: bevy_transform::components::GlobalTransform
 
 use bevy_ecs::change_detection::{ContiguousComponentTicksMut, ContiguousComponentTicksRef, MAX_CHANGE_AGE, Tick};
+use bevy_tasks::ComputeTaskPool;
 
 /// Rows that are looked at together: few enough that one changed row does not cost much, enough for a vector.
 const TOGETHER: usize = 64;
@@ -30,20 +31,39 @@ pub(crate) fn for_each_changed(ticks: &ContiguousComponentTicksRef, visit: impl 
 /// ascending. Columns that are `None` count as unchanged; those whose summary tick says so are not read.
 pub(crate) fn for_each_changed_in<const N: usize>(
     columns: [Option<&ContiguousComponentTicksRef>; N],
-    mut visit: impl FnMut(usize),
+    visit: impl FnMut(usize),
 ) {
-    let columns = columns.map(|column| column.filter(|column| column.summary_tick_is_changed() != Some(false)));
-    let Some(first) = columns.iter().flatten().next() else { return };
-    let since = Since::new(first.last_run(), first.this_run());
-    let columns = columns.map(|column| column.map_or(&[][..], ContiguousComponentTicksRef::changed));
-    for start in (0..first.changed().len()).step_by(TOGETHER) {
-        let parts = columns.map(|column| &column[start.min(column.len())..column.len().min(start + TOGETHER)]);
-        if parts.iter().any(|part| since.any(part)) {
-            let rows = first.changed().len().min(start + TOGETHER) - start;
-            let is_changed = |row: &usize| parts.iter().any(|part| part.get(*row).is_some_and(|t| since.contains(t)));
-            (0..rows).filter(is_changed).for_each(|row| visit(start + row));
-        }
+    if let Some((since, columns)) = suspects(columns) {
+        since.for_each(columns, visit);
     }
+}
+
+/// The first of the rows that [`for_each_changed_in`] visits, or one shortly before it. Where much may be to do, tasks
+/// for it are worth their while from there on.
+pub(crate) fn first_changed<const N: usize>(columns: [Option<&ContiguousComponentTicksRef>; N]) -> Option<usize> {
+    let (since, columns) = suspects(columns)?;
+    let first = columns.iter().flat_map(|column| column.chunks(TOGETHER).position(|part| since.any(part))).min();
+    first.map(|part| part * TOGETHER)
+}
+
+/// The ticks of the columns that may have changed; of the others, none. `None` where none have.
+fn suspects<'w, const N: usize>(
+    columns: [Option<&ContiguousComponentTicksRef<'w>>; N],
+) -> Option<(Since, [&'w [Tick]; N])> {
+    let columns = columns.map(|column| column.filter(|column| column.summary_tick_is_changed() != Some(false)));
+    let first = columns.iter().flatten().next()?;
+    let since = Since::new(first.last_run(), first.this_run());
+    Some((since, columns.map(|column| column.map_or(&[][..], ContiguousComponentTicksRef::changed))))
+}
+
+/// Does the parts of some work in tasks; a single part, and all where there is one thread, here and now.
+pub(crate) fn in_parallel<T: Send>(parts: impl ExactSizeIterator<Item = T>, work: impl Fn(T) + Sync) {
+    let pool = ComputeTaskPool::get();
+    if parts.len() < 2 || pool.thread_num() < 2 {
+        return parts.for_each(work);
+    }
+    let work = &work;
+    pool.scope(|scope| parts.for_each(|part| scope.spawn(async move { work(part) })));
 }
 
 /// The ticks of drawn objects' `GlobalTransform`s, `None` where none of them can have changed.
@@ -82,6 +102,20 @@ impl Since {
     #[inline(always)]
     pub(crate) fn any(self, ticks: &[Tick]) -> bool {
         ticks.iter().fold(false, |any, tick| any | self.contains(tick))
+    }
+
+    /// Calls `visit` once with each row of which any tick is in it, ascending. Columns are as long as the longest or
+    /// empty.
+    pub(crate) fn for_each<const N: usize>(self, columns: [&[Tick]; N], mut visit: impl FnMut(usize)) {
+        let length = columns.iter().map(|column| column.len()).max().unwrap_or(0);
+        for start in (0..length).step_by(TOGETHER) {
+            let parts = columns.map(|column| &column[start.min(column.len())..column.len().min(start + TOGETHER)]);
+            if parts.iter().any(|part| self.any(part)) {
+                let is_changed =
+                    |row: &usize| parts.iter().any(|part| part.get(*row).is_some_and(|t| self.contains(t)));
+                (0..length.min(start + TOGETHER) - start).filter(is_changed).for_each(|row| visit(start + row));
+            }
+        }
     }
 }
 
