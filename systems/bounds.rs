@@ -1,6 +1,6 @@
 //! Bounding volumes: of meshes in object space, of entities in world space.
 
-use crate::changes::{Since, first_changed, in_parallel, moved, touch};
+use crate::changes::{first_changed, in_parallel, moved, rows_per_task, touch};
 use crate::library::{Library, MeshId};
 use bevy_ecs::change_detection::{ContiguousMut, ContiguousRef};
 use bevy_ecs::prelude::*;
@@ -83,9 +83,6 @@ impl Sphere {
 #[component(summary_tick)]
 pub struct WorldBounds(pub Sphere);
 
-/// Rows of a table per task.
-const ROWS: usize = 1 << 13;
-
 /// Recomputes the world bounds of what moved or changed its mesh.
 pub fn update_bounds(library: Res<Library>, mut drawn: Query<(Ref<GlobalTransform>, Ref<MeshId>, &mut WorldBounds)>) {
     for (transforms, meshes, bounds) in drawn.contiguous_iter_mut().into_iter().flatten() {
@@ -101,23 +98,20 @@ fn update_table(
 ) {
     let ((transforms, placed), (meshes, chosen)) = (ContiguousRef::split(transforms), ContiguousRef::split(meshes));
     let (bounds, mut written) = ContiguousMut::bypass_change_detection_split(bounds);
-    let columns = [moved(&placed, &written.reborrow().into()).is_some().then_some(&placed), Some(&chosen)];
-    let Some(first) = first_changed(columns) else { return };
-    let this_run = placed.this_run();
-    let since = Since::new(placed.last_run(), this_run);
-    let sources = transforms[first..].chunks(ROWS).zip(placed.changed()[first..].chunks(ROWS));
-    let shapes = meshes[first..].chunks(ROWS).zip(chosen.changed()[first..].chunks(ROWS));
-    let added = chosen.added()[first..].chunks(ROWS);
-    let targets = bounds[first..].chunks_mut(ROWS).zip(written.changed_mut()[first..].chunks_mut(ROWS));
-    let parts = sources.zip(shapes).zip(added.zip(targets));
-    in_parallel(parts, |(((transforms, placed), (meshes, chosen)), (added, (bounds, written)))| {
-        since.for_each([placed, chosen], |row| {
+    let may_have_moved = moved(&placed, &written.reborrow().into());
+    let Some((first, since, columns)) = first_changed([may_have_moved, Some(&chosen)]) else { return };
+    let rows = rows_per_task(bounds.len() - first);
+    let targets = bounds[first..].chunks_mut(rows).zip(written.changed_mut()[first..].chunks_mut(rows));
+    in_parallel(targets.enumerate(), |(part, (bounds, changed))| {
+        let start = first + part * rows;
+        since.for_each(columns, start..start + bounds.len(), |row| {
+            let bounds = &mut bounds[row - start];
             let entry = library.mesh(meshes[row]);
-            let new = entry.map(|entry| WorldBounds(entry.bounds.transformed(&transforms[row].affine())));
+            let new = entry.map_or(*bounds, |entry| WorldBounds(entry.bounds.transformed(&transforms[row].affine())));
             // Also where the bounds are what they were: an object without a mesh has lost its place among the others.
-            if new.is_some_and(|new| new != bounds[row]) || since.contains(&added[row]) {
-                bounds[row] = new.unwrap_or(bounds[row]);
-                written[row] = this_run;
+            if new != *bounds || since.contains(&chosen.added()[row]) {
+                *bounds = new;
+                changed[row - start] = chosen.this_run();
             }
         });
     });

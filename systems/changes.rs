@@ -18,6 +18,7 @@
 
 use bevy_ecs::change_detection::{ContiguousComponentTicksMut, ContiguousComponentTicksRef, MAX_CHANGE_AGE, Tick};
 use bevy_tasks::ComputeTaskPool;
+use std::ops::Range;
 
 /// Rows that are looked at together: few enough that one changed row does not cost much, enough for a vector.
 const TOGETHER: usize = 64;
@@ -34,16 +35,24 @@ pub(crate) fn for_each_changed_in<const N: usize>(
     visit: impl FnMut(usize),
 ) {
     if let Some((since, columns)) = suspects(columns) {
-        since.for_each(columns, visit);
+        let rows = columns.iter().map(|column| column.len()).max().unwrap_or(0);
+        since.for_each(columns, 0..rows, visit);
     }
 }
 
-/// The first of the rows that [`for_each_changed_in`] visits, or one shortly before it. Where much may be to do, tasks
-/// for it are worth their while from there on.
-pub(crate) fn first_changed<const N: usize>(columns: [Option<&ContiguousComponentTicksRef>; N]) -> Option<usize> {
+/// Where work on a table's changed rows begins, for tasks to share: the first of the rows that [`for_each_changed_in`]
+/// visits, or one shortly before it, and what [`suspects`] says. `None` where nothing changed.
+pub(crate) fn first_changed<'w, const N: usize>(
+    columns: [Option<&ContiguousComponentTicksRef<'w>>; N],
+) -> Option<(usize, Since, [&'w [Tick]; N])> {
     let (since, columns) = suspects(columns)?;
-    let first = columns.iter().flat_map(|column| column.chunks(TOGETHER).position(|part| since.any(part))).min();
-    first.map(|part| part * TOGETHER)
+    let first = columns.iter().flat_map(|column| column.chunks(TOGETHER).position(|part| since.any(part))).min()?;
+    Some((first * TOGETHER, since, columns))
+}
+
+/// Rows of a table per task, where so many are to be done.
+pub(crate) fn rows_per_task(rows: usize) -> usize {
+    rows.div_ceil(4 * ComputeTaskPool::get().thread_num()).max(1 << 12)
 }
 
 /// The ticks of the columns that may have changed; of the others, none. `None` where none have.
@@ -104,16 +113,20 @@ impl Since {
         ticks.iter().fold(false, |any, tick| any | self.contains(tick))
     }
 
-    /// Calls `visit` once with each row of which any tick is in it, ascending. Columns are as long as the longest or
-    /// empty.
-    pub(crate) fn for_each<const N: usize>(self, columns: [&[Tick]; N], mut visit: impl FnMut(usize)) {
-        let length = columns.iter().map(|column| column.len()).max().unwrap_or(0);
-        for start in (0..length).step_by(TOGETHER) {
-            let parts = columns.map(|column| &column[start.min(column.len())..column.len().min(start + TOGETHER)]);
+    /// Calls `visit` once with each of the rows of which any tick is in it, ascending. Columns may be empty.
+    pub(crate) fn for_each<const N: usize>(
+        self,
+        columns: [&[Tick]; N],
+        rows: Range<usize>,
+        mut visit: impl FnMut(usize),
+    ) {
+        for start in rows.clone().step_by(TOGETHER) {
+            let end = rows.end.min(start + TOGETHER);
+            let parts = columns.map(|column| &column[start.min(column.len())..end.min(column.len())]);
             if parts.iter().any(|part| self.any(part)) {
                 let is_changed =
                     |row: &usize| parts.iter().any(|part| part.get(*row).is_some_and(|t| self.contains(t)));
-                (0..length.min(start + TOGETHER) - start).filter(is_changed).for_each(|row| visit(start + row));
+                (0..end - start).filter(is_changed).for_each(|row| visit(start + row));
             }
         }
     }

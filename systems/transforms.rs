@@ -8,14 +8,12 @@
 //! without `Transform`, or in a ring of parents, keeps its place.
 
 use crate::bounds::WorldBounds;
-use crate::changes::{Since, first_changed, for_each_changed_in, in_parallel, touch};
-use bevy_ecs::change_detection::{ContiguousMut, ContiguousRef, Tick};
+use crate::changes::{first_changed, for_each_changed_in, in_parallel, rows_per_task, touch};
+use bevy_ecs::change_detection::{ContiguousMut, ContiguousRef};
 use bevy_ecs::prelude::*;
 use bevy_tasks::ComputeTaskPool;
 use bevy_transform::components::{GlobalTransform, Transform};
 
-/// Rows of a table per task.
-const ROWS: usize = 1 << 13;
 /// Nodes of a hierarchy per task.
 const NODES: usize = 1 << 10;
 
@@ -66,15 +64,15 @@ pub fn update_transforms(
 /// Writes the changed rows of a table of objects without parent and children. Returns whether there were any.
 fn update_table(transforms: ContiguousRef<Transform>, globals: ContiguousMut<GlobalTransform>) -> bool {
     let (transforms, ticks) = ContiguousRef::split(transforms);
-    let Some(first) = first_changed([Some(&ticks)]) else { return false };
-    let since = Since::new(ticks.last_run(), ticks.this_run());
+    let Some((first, since, columns)) = first_changed([Some(&ticks)]) else { return false };
     let (globals, mut written) = ContiguousMut::bypass_change_detection_split(globals);
-    let sources = transforms[first..].chunks(ROWS).zip(ticks.changed()[first..].chunks(ROWS));
-    let targets = globals[first..].chunks_mut(ROWS).zip(written.changed_mut()[first..].chunks_mut(ROWS));
-    in_parallel(sources.zip(targets), |((transforms, changed), (globals, written)): (_, (&mut [_], &mut [Tick]))| {
-        since.for_each([changed], |row| {
-            globals[row] = GlobalTransform::from(transforms[row]);
-            written[row] = ticks.this_run();
+    let rows = rows_per_task(globals.len() - first);
+    let targets = globals[first..].chunks_mut(rows).zip(written.changed_mut()[first..].chunks_mut(rows));
+    in_parallel(targets.enumerate(), |(part, (globals, changed))| {
+        let start = first + part * rows;
+        since.for_each(columns, start..start + globals.len(), |row| {
+            globals[row - start] = GlobalTransform::from(transforms[row]);
+            changed[row - start] = ticks.this_run();
         });
     });
     true
