@@ -1,6 +1,6 @@
 //! Bounding volumes: of meshes in object space, of entities in world space.
 
-use crate::changes::{Since, touch};
+use crate::changes::{first_changed, in_parallel, moved, rows_per_task, touch};
 use crate::library::{Library, MeshId};
 use bevy_ecs::change_detection::{ContiguousMut, ContiguousRef};
 use bevy_ecs::prelude::*;
@@ -83,34 +83,39 @@ impl Sphere {
 #[component(summary_tick)]
 pub struct WorldBounds(pub Sphere);
 
-/// Touches the bounds' summary tick where transforms changed.
-pub fn note_moved(mut drawn: Query<(Ref<GlobalTransform>, &mut WorldBounds)>) {
-    for (transforms, bounds) in drawn.contiguous_iter_mut().into_iter().flatten() {
-        let (_, ticks) = ContiguousRef::split(transforms);
-        if Since::new(ticks.last_run(), ticks.this_run()).any(ticks.changed()) {
-            touch(ContiguousMut::bypass_change_detection_split(bounds).1);
-        }
+/// Recomputes the world bounds of what moved or changed its mesh.
+pub fn update_bounds(library: Res<Library>, mut drawn: Query<(Ref<GlobalTransform>, Ref<MeshId>, &mut WorldBounds)>) {
+    for (transforms, meshes, bounds) in drawn.contiguous_iter_mut().into_iter().flatten() {
+        update_table(&library, transforms, meshes, bounds);
     }
 }
 
-/// Recomputes the world bounds of what moved or changed its mesh.
-#[allow(clippy::type_complexity)]
-pub fn update_bounds(
-    library: Res<Library>,
-    mut moved: Query<
-        (&GlobalTransform, Ref<MeshId>, &mut WorldBounds),
-        Or<(Changed<GlobalTransform>, Changed<MeshId>)>,
-    >,
+fn update_table(
+    library: &Library,
+    transforms: ContiguousRef<GlobalTransform>,
+    meshes: ContiguousRef<MeshId>,
+    bounds: ContiguousMut<WorldBounds>,
 ) {
-    for (transform, mesh, mut bounds) in &mut moved {
-        if mesh.is_added() {
+    let ((transforms, placed), (meshes, chosen)) = (ContiguousRef::split(transforms), ContiguousRef::split(meshes));
+    let (bounds, mut written) = ContiguousMut::bypass_change_detection_split(bounds);
+    let may_have_moved = moved(&placed, &written.reborrow().into());
+    let Some((first, since, columns)) = first_changed([may_have_moved, Some(&chosen)]) else { return };
+    let rows = rows_per_task(bounds.len() - first);
+    let targets = bounds[first..].chunks_mut(rows).zip(written.changed_mut()[first..].chunks_mut(rows));
+    in_parallel(targets.enumerate(), |(part, (bounds, changed))| {
+        let start = first + part * rows;
+        since.for_each(columns, start..start + bounds.len(), |row| {
+            let bounds = &mut bounds[row - start];
+            let entry = library.mesh(meshes[row]);
+            let new = entry.map_or(*bounds, |entry| WorldBounds(entry.bounds.transformed(&transforms[row].affine())));
             // Also where the bounds are what they were: an object without a mesh has lost its place among the others.
-            bounds.set_changed();
-        }
-        if let Some(entry) = library.mesh(*mesh) {
-            bounds.set_if_neq(WorldBounds(entry.bounds.transformed(&transform.affine())));
-        }
-    }
+            if new != *bounds || since.contains(&chosen.added()[row]) {
+                *bounds = new;
+                changed[row - start] = chosen.this_run();
+            }
+        });
+    });
+    touch(written);
 }
 
 #[cfg(test)]

@@ -17,6 +17,8 @@
 //! [`GlobalTransform`]: bevy_transform::components::GlobalTransform
 
 use bevy_ecs::change_detection::{ContiguousComponentTicksMut, ContiguousComponentTicksRef, MAX_CHANGE_AGE, Tick};
+use bevy_tasks::ComputeTaskPool;
+use std::ops::Range;
 
 /// Rows that are looked at together: few enough that one changed row does not cost much, enough for a vector.
 const TOGETHER: usize = 64;
@@ -30,20 +32,47 @@ pub(crate) fn for_each_changed(ticks: &ContiguousComponentTicksRef, visit: impl 
 /// ascending. Columns that are `None` count as unchanged; those whose summary tick says so are not read.
 pub(crate) fn for_each_changed_in<const N: usize>(
     columns: [Option<&ContiguousComponentTicksRef>; N],
-    mut visit: impl FnMut(usize),
+    visit: impl FnMut(usize),
 ) {
-    let columns = columns.map(|column| column.filter(|column| column.summary_tick_is_changed() != Some(false)));
-    let Some(first) = columns.iter().flatten().next() else { return };
-    let since = Since::new(first.last_run(), first.this_run());
-    let columns = columns.map(|column| column.map_or(&[][..], ContiguousComponentTicksRef::changed));
-    for start in (0..first.changed().len()).step_by(TOGETHER) {
-        let parts = columns.map(|column| &column[start.min(column.len())..column.len().min(start + TOGETHER)]);
-        if parts.iter().any(|part| since.any(part)) {
-            let rows = first.changed().len().min(start + TOGETHER) - start;
-            let is_changed = |row: &usize| parts.iter().any(|part| part.get(*row).is_some_and(|t| since.contains(t)));
-            (0..rows).filter(is_changed).for_each(|row| visit(start + row));
-        }
+    if let Some((since, columns)) = suspects(columns) {
+        let rows = columns.iter().map(|column| column.len()).max().unwrap_or(0);
+        since.for_each(columns, 0..rows, visit);
     }
+}
+
+/// Where work on a table's changed rows begins, for tasks to share: the first of the rows that [`for_each_changed_in`]
+/// visits, or one shortly before it, and what [`suspects`] says. `None` where nothing changed.
+pub(crate) fn first_changed<'w, const N: usize>(
+    columns: [Option<&ContiguousComponentTicksRef<'w>>; N],
+) -> Option<(usize, Since, [&'w [Tick]; N])> {
+    let (since, columns) = suspects(columns)?;
+    let first = columns.iter().flat_map(|column| column.chunks(TOGETHER).position(|part| since.any(part))).min()?;
+    Some((first * TOGETHER, since, columns))
+}
+
+/// Rows of a table per task, where so many are to be done.
+pub(crate) fn rows_per_task(rows: usize) -> usize {
+    rows.div_ceil(4 * ComputeTaskPool::get().thread_num()).max(1 << 12)
+}
+
+/// The ticks of the columns that may have changed; of the others, none. `None` where none have.
+fn suspects<'w, const N: usize>(
+    columns: [Option<&ContiguousComponentTicksRef<'w>>; N],
+) -> Option<(Since, [&'w [Tick]; N])> {
+    let columns = columns.map(|column| column.filter(|column| column.summary_tick_is_changed() != Some(false)));
+    let first = columns.iter().flatten().next()?;
+    let since = Since::new(first.last_run(), first.this_run());
+    Some((since, columns.map(|column| column.map_or(&[][..], ContiguousComponentTicksRef::changed))))
+}
+
+/// Does the parts of some work in tasks; a single part, and all where there is one thread, here and now.
+pub(crate) fn in_parallel<T: Send>(parts: impl ExactSizeIterator<Item = T>, work: impl Fn(T) + Sync) {
+    let pool = ComputeTaskPool::get();
+    if parts.len() < 2 || pool.thread_num() < 2 {
+        return parts.for_each(work);
+    }
+    let work = &work;
+    pool.scope(|scope| parts.for_each(|part| scope.spawn(async move { work(part) })));
 }
 
 /// The ticks of drawn objects' `GlobalTransform`s, `None` where none of them can have changed.
@@ -82,6 +111,24 @@ impl Since {
     #[inline(always)]
     pub(crate) fn any(self, ticks: &[Tick]) -> bool {
         ticks.iter().fold(false, |any, tick| any | self.contains(tick))
+    }
+
+    /// Calls `visit` once with each of the rows of which any tick is in it, ascending. Columns may be empty.
+    pub(crate) fn for_each<const N: usize>(
+        self,
+        columns: [&[Tick]; N],
+        rows: Range<usize>,
+        mut visit: impl FnMut(usize),
+    ) {
+        for start in rows.clone().step_by(TOGETHER) {
+            let end = rows.end.min(start + TOGETHER);
+            let parts = columns.map(|column| &column[start.min(column.len())..end.min(column.len())]);
+            if parts.iter().any(|part| self.any(part)) {
+                let is_changed =
+                    |row: &usize| parts.iter().any(|part| part.get(*row).is_some_and(|t| self.contains(t)));
+                (0..end - start).filter(is_changed).for_each(|row| visit(start + row));
+            }
+        }
     }
 }
 

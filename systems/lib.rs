@@ -33,12 +33,12 @@ pub mod shapes;
 pub mod split;
 pub mod stats;
 pub mod tangents;
+pub mod transforms;
 pub mod view;
 
 use bevy_ecs::prelude::*;
 use bevy_ecs::schedule::{LogLevel, ScheduleBuildSettings, SingleThreadedExecutor};
 use bevy_tasks::{ComputeTaskPool, TaskPoolBuilder};
-use bevy_transform::systems as transforms;
 use stats::{Stage, lap};
 
 /// Sets the number of worker threads of this process; `None`: one per core. Only the first call counts, and the first
@@ -84,7 +84,6 @@ impl Simulation {
     pub fn new() -> Self {
         set_threads(None);
         let mut world = World::new();
-        world.init_resource::<transforms::StaticTransformOptimizations>();
         world.init_resource::<library::Library>();
         world.init_resource::<clock::Clock>();
         world.init_resource::<stats::FrameStats>();
@@ -106,6 +105,8 @@ impl Simulation {
     /// Brings the draw list up to date.
     pub fn frame(&mut self) {
         self.frame_schedule.run(&mut self.world);
+        // Else the world would note for ever what was removed from it.
+        self.world.clear_trackers();
     }
 
     /// What the last frame drew.
@@ -140,17 +141,7 @@ pub fn frame_schedule() -> Schedule {
             // A new frame: what was dirty has been uploaded by now.
             (stats::begin, begin_frame, lap(Stage::Transforms, "begin_frame")).chain(),
             // Where everything is, parents before children.
-            (
-                transforms::mark_dirty_trees,
-                lap(Stage::Transforms, "mark_dirty_trees"),
-                transforms::propagate_parent_transforms,
-                lap(Stage::Transforms, "propagate_parent_transforms"),
-                transforms::sync_simple_transforms,
-                lap(Stage::Transforms, "sync_simple_transforms"),
-                bounds::note_moved,
-                lap(Stage::Transforms, "note_moved"),
-            )
-                .chain(),
+            (transforms::update_transforms, lap(Stage::Transforms, "update_transforms")).chain(),
             // How far it reaches, for the choice of lights.
             (bounds::update_bounds, lap(Stage::Bounds, "update_bounds")).chain(),
             // Once per mesh, before anything draws it.
@@ -229,6 +220,16 @@ mod tests {
         let mut world = Simulation::new().world;
         assert!(frame_schedule().initialize(&mut world).is_ok());
         assert!(step_schedule().initialize(&mut world).is_ok());
+    }
+
+    #[test]
+    fn what_was_removed_is_not_noted_for_ever() {
+        let mut simulation = Simulation::new();
+        let entity = simulation.world.spawn(Transform::IDENTITY).id();
+        simulation.world.despawn(entity);
+        assert_eq!(simulation.world.removed::<Transform>().count(), 1);
+        (0..2).for_each(|_| simulation.frame());
+        assert_eq!(simulation.world.removed::<Transform>().count(), 0);
     }
 
     #[test]

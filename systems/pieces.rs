@@ -6,11 +6,13 @@
 //! its material, and ids, picking and lists name it and not them.
 
 use crate::bounds::{Aabb, WorldBounds};
+use crate::changes::for_each_changed;
 use crate::components::Figure;
 use crate::instances::InstanceSlot;
 use crate::library::{AlphaMode, Library, MaterialId, MeshId, Shading};
 use crate::lights::Selection;
 use crate::split::Grid;
+use bevy_ecs::change_detection::ContiguousRef;
 use bevy_ecs::prelude::*;
 use bevy_transform::components::Transform;
 use glam::{Affine3A, Vec3};
@@ -129,15 +131,15 @@ fn world_from(world: &World, entity: Entity) -> Affine3A {
 }
 
 /// Gives pieces the material of their object where that changed.
-pub fn follow_materials(
-    objects: Query<(&Pieces, &MaterialId), Changed<MaterialId>>,
-    mut materials: Query<&mut MaterialId, Without<Pieces>>,
-) {
-    for (pieces, &material) in &objects {
-        for piece in pieces.iter() {
-            if let Ok(mut own) = materials.get_mut(piece) {
-                own.set_if_neq(material);
-            }
+pub fn follow_materials(objects: Query<(&Pieces, Ref<MaterialId>)>, mut all: Query<&mut MaterialId, Without<Pieces>>) {
+    let mut followed = Vec::new();
+    for (pieces, materials) in objects.contiguous_iter().into_iter().flatten() {
+        let (materials, ticks) = ContiguousRef::split(materials);
+        for_each_changed(&ticks, |row| followed.extend(pieces[row].iter().map(|piece| (piece, materials[row]))));
+    }
+    for (piece, material) in followed {
+        if let Ok(mut own) = all.get_mut(piece) {
+            own.set_if_neq(material);
         }
     }
 }

@@ -1,0 +1,156 @@
+//! How long the CPU half of a frame takes: [`Simulation::frame`] with cubes on a square grid, 3 m apart, 16 materials and
+//! 1,000 point lights of 10 m range spread over them; nothing moves, one object in a hundred, or all of them.
+//!
+//! `wall/…` is the time that passes, `cpu/…` that of all threads together, which other programs do not lengthen. After
+//! each follow the medians of the stages, and the milliseconds that only moving the objects takes (writing their
+//! `Transform`s, outside of the frame).
+//!
+//! `cargo bench --bench frame -- wall/1000000` runs a part of it.
+
+use bevy_ecs::prelude::*;
+use bevy_transform::components::Transform;
+use cpu_time::ProcessTime;
+use criterion::measurement::{Measurement, ValueFormatter, WallTime};
+use criterion::{Criterion, criterion_group, criterion_main};
+use glam::{Vec3, Vec4};
+use std::time::{Duration, Instant};
+use systems::Simulation;
+use systems::components::Light;
+use systems::library::{Library, Material};
+use systems::shapes;
+use systems::stats::{FrameStats, Stage};
+
+/// Metres between two cubes.
+const SPACING: f32 = 3.0;
+const LIGHTS: usize = 1_000;
+
+/// Processor time of all threads.
+struct CpuTime;
+
+impl Measurement for CpuTime {
+    type Intermediate = ProcessTime;
+    type Value = Duration;
+
+    fn start(&self) -> ProcessTime {
+        ProcessTime::now()
+    }
+
+    fn end(&self, start: ProcessTime) -> Duration {
+        start.elapsed()
+    }
+
+    fn add(&self, a: &Duration, b: &Duration) -> Duration {
+        *a + *b
+    }
+
+    fn zero(&self) -> Duration {
+        Duration::ZERO
+    }
+
+    fn to_f64(&self, value: &Duration) -> f64 {
+        value.as_nanos() as f64
+    }
+
+    fn formatter(&self) -> &dyn ValueFormatter {
+        WallTime.formatter()
+    }
+}
+
+/// The scene, and what its frames took.
+struct Scene {
+    simulation: Simulation,
+    moving: QueryState<(Entity, &'static mut Transform), With<systems::library::MeshId>>,
+    frames: usize,
+    stages: [Vec<f64>; Stage::ALL.len()],
+    moves: Vec<f64>,
+}
+
+impl Scene {
+    fn new(objects: usize) -> Self {
+        let mut simulation = Simulation::new();
+        let mut library = simulation.world.resource_mut::<Library>();
+        let cube = library.add_mesh(shapes::cube(Vec3::ONE));
+        let material = |i: usize| Material { base_factor: Vec4::splat(i as f32 / 16.0), ..Material::default() };
+        let materials: Vec<_> = (0..16).map(|i| library.add_material(material(i))).collect();
+        let side = (objects as f32).sqrt().ceil() as usize;
+        let place = move |i: usize| Vec3::new((i % side) as f32, 0.0, (i / side) as f32) * SPACING;
+        let cubes = (0..objects).map(|i| (cube, materials[i % 16], Transform::from_translation(place(i))));
+        simulation.world.spawn_batch(cubes);
+        let above = |i: usize| Transform::from_translation(place(i * objects / LIGHTS) + Vec3::Y * 2.0);
+        simulation.world.spawn_batch((0..LIGHTS).map(|i| (Light::point(1.0, 10.0), above(i))));
+        let moving = simulation.world.query_filtered();
+        let mut scene = Self { simulation, moving, frames: 0, stages: Default::default(), moves: Vec::new() };
+        (0..3).for_each(|_| scene.simulation.frame());
+        scene
+    }
+
+    /// Moves one object in `part`, if any, and makes a frame.
+    fn frame<T>(&mut self, part: Option<usize>, start: impl Fn() -> T, end: impl Fn(T) -> Duration) -> Duration {
+        let moving = Instant::now();
+        if let Some(part) = part {
+            let step = Vec3::Y * if self.frames % 2 == 0 { 0.1 } else { -0.1 };
+            let objects = self.moving.iter_mut(&mut self.simulation.world);
+            objects.step_by(part).for_each(|(_, mut place)| place.translation += step);
+        }
+        self.moves.push(moving.elapsed().as_secs_f64() * 1e3);
+        self.frames += 1;
+        let started = start();
+        self.simulation.frame();
+        let took = end(started);
+        let stats = self.simulation.world.resource::<FrameStats>();
+        self.stages.iter_mut().zip(stats.stage_ms).for_each(|(all, ms)| all.push(ms));
+        took
+    }
+
+    fn report(&mut self) {
+        let median = |times: &mut Vec<f64>| {
+            times.sort_by(f64::total_cmp);
+            let median = times.get(times.len() / 2).copied().unwrap_or_default();
+            times.clear();
+            median
+        };
+        for ((name, _), times) in Stage::ALL.iter().zip(&mut self.stages) {
+            print!("{name} {:.3}  ", median(times));
+        }
+        println!("ms; moving {:.3} ms", median(&mut self.moves));
+    }
+}
+
+const MOVING: [(&str, Option<usize>); 3] = [("still", None), ("one in a hundred", Some(100)), ("all", Some(1))];
+
+fn frames<M: Measurement<Value = Duration>, T>(
+    (criterion, kind): (&mut Criterion<M>, &str),
+    start: impl Fn() -> T,
+    end: impl Fn(T) -> Duration,
+) {
+    for objects in [100_000, 1_000_000] {
+        let mut group = criterion.benchmark_group(format!("{kind}/{objects}"));
+        group.sample_size(20).warm_up_time(Duration::from_millis(500)).measurement_time(Duration::from_secs(3));
+        let mut scene = None;
+        for (name, part) in MOVING {
+            group.bench_function(name, |bencher| {
+                let scene = scene.get_or_insert_with(|| Scene::new(objects));
+                bencher.iter_custom(|n| (0..n).map(|_| scene.frame(part, &start, &end)).sum());
+            });
+            if let Some(scene) = &mut scene {
+                scene.report();
+            }
+        }
+    }
+}
+
+fn wall(criterion: &mut Criterion) {
+    frames((criterion, "wall"), Instant::now, |start| start.elapsed());
+}
+
+fn cpu(criterion: &mut Criterion<CpuTime>) {
+    frames((criterion, "cpu"), ProcessTime::now, |start| start.elapsed());
+}
+
+criterion_group!(wall_time, wall);
+criterion_group! {
+    name = cpu_time;
+    config = Criterion::default().with_measurement(CpuTime);
+    targets = cpu
+}
+criterion_main!(wall_time, cpu_time);

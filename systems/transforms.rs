@@ -1,0 +1,213 @@
+//! Where everything is in the world: `GlobalTransform` from `Transform` and the parents above.
+//!
+//! The components, and what they come to, are `bevy_transform`'s; its systems read several columns of all
+//! objects in every frame. [`update_transforms`] reads 4 bytes of an object that stands still: the change tick of its
+//! `Transform`. Objects without parent and children are written where the scan finds them, parts of a table in
+//! parallel. Of hierarchies, [`Kept::topmost`] finds the changed nodes that have no changed node above, and `propagate`
+//! goes down from these a level at a time, so that neither depth nor breadth needs a stack. What is below an entity
+//! without `Transform`, or in a ring of parents, keeps its place.
+
+use crate::bounds::WorldBounds;
+use crate::changes::{first_changed, for_each_changed_in, in_parallel, rows_per_task, touch};
+use bevy_ecs::change_detection::{ContiguousMut, ContiguousRef};
+use bevy_ecs::prelude::*;
+use bevy_tasks::ComputeTaskPool;
+use bevy_transform::components::{GlobalTransform, Transform};
+
+/// Nodes of a hierarchy per task.
+const NODES: usize = 1 << 10;
+
+type Placed<'a> = (Ref<'a, Transform>, &'a mut GlobalTransform, Option<&'a mut WorldBounds>);
+type Alone = (Without<ChildOf>, Without<Children>);
+type Related = Or<(With<ChildOf>, With<Children>)>;
+type Nodes<'w, 's> = Query<'w, 's, (&'static Transform, Option<&'static ChildOf>, Option<&'static Children>)>;
+type Globals<'w, 's> = Query<'w, 's, &'static mut GlobalTransform, With<Transform>>;
+
+/// Brings the `GlobalTransform`s of what moved, or changed its parent, up to date.
+#[allow(clippy::type_complexity)]
+pub fn update_transforms(
+    mut queries: ParamSet<(
+        Query<Placed, Alone>,
+        Query<(Entity, Ref<Transform>, Option<Ref<ChildOf>>), (With<GlobalTransform>, Related)>,
+        (Nodes, Globals),
+        Query<&mut WorldBounds, Related>,
+    )>,
+    mut orphaned: RemovedComponents<ChildOf>,
+    mut kept: Local<Kept>,
+) {
+    for (transforms, globals, bounds) in queries.p0().contiguous_iter_mut().into_iter().flatten() {
+        if update_table(transforms, globals)
+            && let Some(bounds) = bounds
+        {
+            touch(ContiguousMut::bypass_change_detection_split(bounds).1);
+        }
+    }
+    let mut changed: Vec<Entity> = orphaned.read().collect();
+    for (entities, transforms, parents) in queries.p1().contiguous_iter().into_iter().flatten() {
+        let (transforms, parents) = (ContiguousRef::split(transforms).1, parents.map(|p| ContiguousRef::split(p).1));
+        for_each_changed_in([Some(&transforms), parents.as_ref()], |row| changed.push(entities[row]));
+    }
+    if changed.is_empty() {
+        return;
+    }
+    let (nodes, mut globals) = queries.p2();
+    let topmost = kept.topmost(&changed, &nodes, &globals);
+    kept.forget();
+    let any = propagate(topmost, &nodes, &mut globals);
+    if any {
+        for bounds in queries.p3().contiguous_iter_mut().into_iter().flatten() {
+            touch(ContiguousMut::bypass_change_detection_split(bounds).1);
+        }
+    }
+}
+
+/// Writes the changed rows of a table of objects without parent and children. Returns whether there were any.
+fn update_table(transforms: ContiguousRef<Transform>, globals: ContiguousMut<GlobalTransform>) -> bool {
+    let (transforms, ticks) = ContiguousRef::split(transforms);
+    let Some((first, since, columns)) = first_changed([Some(&ticks)]) else { return false };
+    let (globals, mut written) = ContiguousMut::bypass_change_detection_split(globals);
+    let rows = rows_per_task(globals.len() - first);
+    let targets = globals[first..].chunks_mut(rows).zip(written.changed_mut()[first..].chunks_mut(rows));
+    in_parallel(targets.enumerate(), |(part, (globals, changed))| {
+        let start = first + part * rows;
+        since.for_each(columns, start..start + globals.len(), |row| {
+            globals[row - start] = GlobalTransform::from(transforms[row]);
+            changed[row - start] = ticks.this_run();
+        });
+    });
+    true
+}
+
+/// What is known of a node while a frame's changed nodes are sorted out.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+enum Mark {
+    #[default]
+    Unknown,
+    /// Its `Transform` or its parent changed.
+    Changed,
+    /// On the way up that is being climbed: who meets it is in a ring.
+    Climbed,
+    /// No node above it changed, nor did it.
+    Still,
+    /// Some node above it changed, or there is none that everything hangs from.
+    Below,
+}
+
+/// What [`update_transforms`] keeps from frame to frame, lest it be allocated in each.
+#[derive(Default)]
+pub struct Kept {
+    /// By the indices of entities.
+    marks: Vec<Mark>,
+    /// Those that are not `Unknown`.
+    marked: Vec<usize>,
+}
+
+impl Kept {
+    fn mark(&mut self, entity: Entity) -> Mark {
+        self.marks.get(entity.index_u32() as usize).copied().unwrap_or_default()
+    }
+
+    fn set(&mut self, entity: Entity, mark: Mark) {
+        let index = entity.index_u32() as usize;
+        if index >= self.marks.len() {
+            self.marks.resize(index + 1, Mark::Unknown);
+        }
+        if self.marks[index] == Mark::Unknown {
+            self.marked.push(index);
+        }
+        self.marks[index] = mark;
+    }
+
+    fn forget(&mut self) {
+        for index in self.marked.drain(..) {
+            self.marks[index] = Mark::Unknown;
+        }
+    }
+
+    /// Those of the changed nodes that have no changed node above them, each once, and the transforms of their parents.
+    fn topmost(&mut self, changed: &[Entity], nodes: &Nodes, globals: &Globals) -> Vec<Below> {
+        let is_node = |entity| nodes.contains(entity) && globals.contains(entity);
+        let mut distinct = Vec::with_capacity(changed.len());
+        for &entity in changed {
+            // Orphans may be gone.
+            if self.mark(entity) == Mark::Unknown && is_node(entity) {
+                self.set(entity, Mark::Changed);
+                distinct.push(entity);
+            }
+        }
+        distinct.retain(|&entity| self.climb(entity, nodes, is_node) == Mark::Still);
+        let parent = |&entity: &Entity| nodes.get(entity).ok()?.1.map(ChildOf::parent);
+        distinct.iter().map(|entity| (*entity, parent(entity).and_then(|p| globals.get(p).ok().copied()))).collect()
+    }
+
+    /// Whether there is a changed node above: climbs until it is known, and marks the way.
+    fn climb(&mut self, entity: Entity, nodes: &Nodes, is_node: impl Fn(Entity) -> bool) -> Mark {
+        let parent = |entity| nodes.get(entity).ok().and_then(|(_, parent, _)| parent).map(ChildOf::parent);
+        let start = parent(entity);
+        let (mut next, mut found) = (start, Mark::Still);
+        while let Some(node) = next {
+            match self.mark(node) {
+                Mark::Unknown if is_node(node) => self.set(node, Mark::Climbed),
+                Mark::Still => break,
+                _ => {
+                    found = Mark::Below;
+                    break;
+                }
+            }
+            next = parent(node);
+        }
+        next = start;
+        while let Some(node) = next.filter(|&node| self.mark(node) == Mark::Climbed) {
+            self.set(node, found);
+            next = parent(node);
+        }
+        found
+    }
+}
+
+/// A node and the transform of its parent, if it has one.
+type Below = (Entity, Option<GlobalTransform>);
+
+/// Recomputes the nodes and what is below them; returns whether anything changed.
+fn propagate(mut level: Vec<Below>, nodes: &Nodes, globals: &mut Globals) -> bool {
+    let mut any = false;
+    while !level.is_empty() {
+        let current = &globals.as_readonly();
+        let parts = if level.len() <= NODES {
+            vec![recompute(&level, nodes, current)]
+        } else {
+            ComputeTaskPool::get().scope(|scope| {
+                level.chunks(NODES).for_each(|part| scope.spawn(async move { recompute(part, nodes, current) }));
+            })
+        };
+        level.clear();
+        for (changed, below) in parts {
+            any |= !changed.is_empty();
+            for (entity, new) in changed {
+                if let Ok(mut global) = globals.get_mut(entity) {
+                    *global = new;
+                }
+            }
+            level.extend(below);
+        }
+    }
+    any
+}
+
+/// The transforms of the nodes that are not what they were, and the nodes below all of them.
+fn recompute(
+    level: &[Below],
+    nodes: &Nodes,
+    current: &Query<&GlobalTransform, With<Transform>>,
+) -> (Vec<(Entity, GlobalTransform)>, Vec<Below>) {
+    let (mut changed, mut below) = (Vec::new(), Vec::new());
+    for (entity, parent) in level {
+        let (Ok((transform, _, children)), Ok(old)) = (nodes.get(*entity), current.get(*entity)) else { continue };
+        let new = parent.map_or_else(|| GlobalTransform::from(*transform), |parent| parent.mul_transform(*transform));
+        if new != *old {
+            changed.push((*entity, new));
+        }
+        below.extend(children.into_iter().flat_map(|children| children.iter()).map(|child| (child, Some(new))));
+    }
+    (changed, below)
+}
