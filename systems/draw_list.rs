@@ -9,10 +9,12 @@
 //! transparent[i]   objects that are sorted per view and drawn after the batches
 //! ```
 
+use crate::changes::in_parallel;
 use crate::components::Environment;
 use crate::images::Texels;
 use crate::library::{AlphaMode, ImageId, MeshId, Sampler, Shading, Technique};
 use bevy_ecs::prelude::*;
+use bevy_tasks::ComputeTaskPool;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use std::ops::Range;
@@ -286,17 +288,17 @@ pub struct DirtySlots {
 impl DirtySlots {
     /// Marks one slot.
     pub fn mark(&mut self, slot: u32) {
-        let word = slot as usize / 64;
-        if word >= self.words.len() {
-            self.words.resize(word + 1, 0);
+        self.reach(slot, slot)[slot as usize / 64] |= 1 << (slot % 64);
+    }
+
+    /// Gets ready for marks between two slots, both included; gives a bit per slot of the table from 0 on.
+    fn reach(&mut self, low: u32, high: u32) -> &mut [u64] {
+        let (low, high) = (low as usize / 64, high as usize / 64 + 1);
+        if high > self.words.len() {
+            self.words.resize(high, 0);
         }
-        if self.is_empty() {
-            (self.low, self.high) = (word, word + 1);
-        } else {
-            self.low = self.low.min(word);
-            self.high = self.high.max(word + 1);
-        }
-        self.words[word] |= 1 << (slot % 64);
+        (self.low, self.high) = if self.is_empty() { (low, high) } else { (self.low.min(low), self.high.max(high)) };
+        &mut self.words
     }
 
     /// Whether no slot is marked.
@@ -359,6 +361,34 @@ impl<T: Copy + PartialEq + Default> Table<T> {
         }
         self.records[index] = record;
         self.dirty.mark(slot);
+    }
+}
+
+impl<T: Copy + PartialEq + Default + Send> Table<T> {
+    /// [`Self::write`] for many slots, none of them twice, in parallel: `record` makes that of `slots[index]`.
+    pub fn write_all(&mut self, slots: &[u32], record: impl Fn(usize) -> T + Sync) {
+        let Some((&low, &high)) = slots.iter().min().zip(slots.iter().max()) else { return };
+        let end = (high as usize + 1).next_multiple_of(64);
+        if end > self.records.len() {
+            self.records.resize(end, T::default());
+        }
+        let words = self.dirty.reach(low, high);
+        // Each task looks through all slots for those in its part of the table.
+        let parts = (slots.len() / 4096).clamp(1, 2 * ComputeTaskPool::get().thread_num());
+        let part = (self.records.len() / 64).div_ceil(parts) * 64;
+        let parts = self.records.chunks_mut(part).zip(words.chunks_mut(part / 64));
+        in_parallel(parts.enumerate(), |(number, (records, words))| {
+            let first = number * part;
+            for (index, &slot) in slots.iter().enumerate() {
+                let place = (slot as usize).wrapping_sub(first);
+                let Some(old) = records.get_mut(place) else { continue };
+                let new = record(index);
+                if *old != new {
+                    *old = new;
+                    words[place / 64] |= 1 << (place % 64);
+                }
+            }
+        });
     }
 }
 

@@ -6,12 +6,14 @@
 
 use crate::batches;
 use crate::bounds::WorldBounds;
+use crate::changes::{for_each_changed_in, moved};
 use crate::draw_list::{BatchKey, DrawList, InstanceRecord, Transparent};
 use crate::library::{AlphaMode, Library, MaterialId, MeshId};
 use crate::lights::Selection;
 use crate::materials::MaterialTable;
 use crate::pages::SlotPages;
 use crate::pieces::PieceOf;
+use bevy_ecs::change_detection::{ContiguousMut, ContiguousRef};
 use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
@@ -44,6 +46,9 @@ pub struct InstanceTable {
     pub(crate) pages: SlotPages,
     /// Given back since the last frame.
     freed: Vec<u32>,
+    /// Rows of a table to be written, and their slots.
+    rows: Vec<u32>,
+    slots: Vec<u32>,
 }
 
 impl InstanceTable {
@@ -80,19 +85,19 @@ pub(crate) fn free_slot(mut world: DeferredWorld, context: HookContext) {
 }
 
 type Drawn<'a> = (
-    (Entity, Option<&'a PieceOf>),
-    &'a GlobalTransform,
-    &'a MeshId,
-    &'a MaterialId,
-    &'a WorldBounds,
-    &'a Selection,
+    Entity,
+    Option<&'a PieceOf>,
+    Ref<'a, GlobalTransform>,
+    Ref<'a, MeshId>,
+    Ref<'a, MaterialId>,
+    Ref<'a, WorldBounds>,
+    Ref<'a, Selection>,
     &'a mut InstanceSlot,
 );
-type DrawnChanged = Or<(Changed<GlobalTransform>, Changed<MeshId>, Changed<MaterialId>, Changed<Selection>)>;
 
 /// Writes the records of objects that are new, moved, or changed their mesh, material or lights.
 pub fn update_instances(
-    mut queries: ParamSet<(Query<Drawn, DrawnChanged>, Query<Drawn>)>,
+    mut drawn: Query<Drawn>,
     library: Res<Library>,
     materials: Res<MaterialTable>,
     mut table: ResMut<InstanceTable>,
@@ -102,43 +107,72 @@ pub fn update_instances(
     for slot in std::mem::take(&mut table.freed) {
         table.release(slot, list);
     }
-    let mut update = |drawn| update_instance(drawn, &library, &materials, table, list);
-    if materials.regroup {
-        queries.p1().iter_mut().for_each(&mut update);
-    } else {
-        queries.p0().iter_mut().for_each(&mut update);
+    for (entities, pieces, transforms, meshes, chosen, bounds, selections, slots) in
+        drawn.contiguous_iter_mut().into_iter().flatten()
+    {
+        let (transforms, placed) = ContiguousRef::split(transforms);
+        let ((meshes, shaped), (chosen, covered)) = (ContiguousRef::split(meshes), ContiguousRef::split(chosen));
+        let ((bounds, bounded), (selections, lit)) = (ContiguousRef::split(bounds), ContiguousRef::split(selections));
+        let slots = ContiguousMut::bypass_change_detection_split(slots).0;
+        table.rows.clear();
+        if materials.regroup {
+            table.rows.extend(0..slots.len() as u32);
+        } else {
+            let columns = [moved(&placed, &bounded), Some(&shaped), Some(&covered), Some(&lit)];
+            for_each_changed_in(columns, |row| table.rows.push(row as u32));
+        }
+        // First what decides the slots, one after another; then the records, which are many bytes, in parallel.
+        table.slots.clear();
+        table.slots_of_rows(&library, &materials, list, (transforms, meshes, chosen, bounds, slots));
+        list.instances.write_all(&table.slots, |index| {
+            let row = table.rows[index] as usize;
+            let object = pieces.map_or(entities[row], |pieces| pieces[row].0);
+            record(object, &transforms[row].affine(), known(chosen[row], &library), &selections[row])
+        });
     }
     list.objects = table.pages.used_slots();
 }
 
-fn update_instance(
-    ((entity, piece), transform, &mesh, &material, bounds, selection, mut slot): <Drawn as bevy_ecs::query::QueryData>::Item<
-        '_,
-        '_,
-    >,
-    library: &Library,
-    materials: &MaterialTable,
-    table: &mut InstanceTable,
-    list: &mut DrawList,
-) {
-    if library.mesh(mesh).is_none_or(|entry| entry.mesh.indices.is_empty()) {
-        if let Some(taken) = std::mem::take(&mut *slot).get() {
-            table.release(taken, list);
-        }
-        return;
+/// The material, or the default where the library has no such.
+fn known(material: MaterialId, library: &Library) -> MaterialId {
+    if library.material(material).is_some() { material } else { MaterialId::DEFAULT }
+}
+
+/// Columns that decide where an object's record goes.
+type Placing<'a> = (&'a [GlobalTransform], &'a [MeshId], &'a [MaterialId], &'a [WorldBounds], &'a mut [InstanceSlot]);
+
+impl InstanceTable {
+    /// Finds the slots of the rows in `rows`, into `slots`; drops the rows that draw nothing.
+    fn slots_of_rows(
+        &mut self,
+        library: &Library,
+        materials: &MaterialTable,
+        list: &mut DrawList,
+        (transforms, meshes, chosen, bounds, slots): Placing,
+    ) {
+        let mut rows = std::mem::take(&mut self.rows);
+        rows.retain(|&row| {
+            let row = row as usize;
+            let (mesh, slot) = (meshes[row], &mut slots[row]);
+            if library.mesh(mesh).is_none_or(|entry| entry.mesh.indices.is_empty()) {
+                if let Some(taken) = std::mem::take(slot).get() {
+                    self.release(taken, list);
+                }
+                return false;
+            }
+            let (class, mut pipeline) = materials.placed(known(chosen[row], library));
+            pipeline.mirrored = transforms[row].affine().matrix3.determinant() < 0.0;
+            let key = BatchKey { pipeline, class, mesh };
+            let taken = self.settle(slot, key, list);
+            if pipeline.alpha == AlphaMode::Blend {
+                let center = bounds[row].0.center;
+                batches::put_transparent(&mut list.transparent, Transparent { slot: taken, key, center });
+            }
+            self.slots.push(taken);
+            true
+        });
+        self.rows = rows;
     }
-    let world_from_object = transform.affine();
-    let material = if library.material(material).is_some() { material } else { MaterialId::DEFAULT };
-    let (class, mut pipeline) = materials.placed(material);
-    pipeline.mirrored = world_from_object.matrix3.determinant() < 0.0;
-    let key = BatchKey { pipeline, class, mesh };
-    let index = table.settle(slot.bypass_change_detection(), key, list);
-    if pipeline.alpha == AlphaMode::Blend {
-        let center = bounds.0.center;
-        batches::put_transparent(&mut list.transparent, Transparent { slot: index, key, center });
-    }
-    let object = piece.map_or(entity, |piece| piece.0);
-    list.instances.write(index, record(object, &world_from_object, material, selection));
 }
 
 fn record(entity: Entity, world_from_object: &Affine3A, material: MaterialId, selection: &Selection) -> InstanceRecord {

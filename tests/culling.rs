@@ -1,0 +1,294 @@
+//! Which objects are drawn: the picture is the same however they are culled, and what cannot be seen is left out.
+
+mod common;
+
+use bevy_ecs::prelude::*;
+use bevy_transform::components::Transform;
+use glam::{Quat, Vec3};
+use proptest::prelude::*;
+use proptest::test_runner::{RngAlgorithm, TestRng};
+use relief::frames::{Headless, view_of};
+use relief::renderer::{Drawn, Gpu, Occlusion, Renderer, Settings};
+use systems::Simulation;
+use systems::components::{Camera, Light, Projection};
+use systems::levels::LevelOfDetail;
+use systems::library::{AlphaMode, Library, Material, MaterialId, MeshId};
+use systems::shapes;
+
+const SIZE: (u32, u32) = (120, 68);
+
+struct Scene {
+    simulation: Simulation,
+    camera: Entity,
+    meshes: Vec<MeshId>,
+    materials: Vec<MaterialId>,
+}
+
+impl Scene {
+    /// A lamp, a camera at the origin, and things to make objects of.
+    fn new() -> Self {
+        let mut simulation = Simulation::new();
+        let mut library = simulation.world.resource_mut::<Library>();
+        let shapes = [shapes::cube(Vec3::ONE), shapes::sphere(0.5, 24, 16), shapes::torus(0.5, 0.2, 24, 12)];
+        let meshes = shapes.map(|shape| library.add_mesh(shape)).to_vec();
+        let mut material = |base: Vec3, alpha| {
+            library.add_material(Material { base_factor: base.extend(0.5), alpha, ..Material::default() })
+        };
+        let materials = vec![
+            material(Vec3::new(0.9, 0.3, 0.2), AlphaMode::Opaque),
+            material(Vec3::new(0.2, 0.7, 0.3), AlphaMode::Opaque),
+            material(Vec3::new(0.3, 0.4, 0.9), AlphaMode::Mask),
+            material(Vec3::new(0.9, 0.9, 0.2), AlphaMode::Blend),
+        ];
+        simulation.world.spawn(Light::directional(1.0));
+        let camera = simulation.world.spawn(Camera::default()).id();
+        Self { simulation, camera, meshes, materials }
+    }
+
+    fn spawn(&mut self, mesh: usize, material: usize, place: Transform) -> Entity {
+        self.simulation.world.spawn((self.meshes[mesh], self.materials[material], place)).id()
+    }
+
+    fn look(&mut self, place: Transform) {
+        *self.simulation.world.get_mut::<Transform>(self.camera).expect("a place") = place;
+    }
+
+    /// Draws the world as it is, without another frame of the systems.
+    fn draw_with(&self, renderer: &mut Renderer, settings: Settings) -> (image::RgbaImage, Drawn) {
+        let view = view_of(&self.simulation.world, self.camera, SIZE);
+        let (list, library) = (self.simulation.draw_list(), self.simulation.library());
+        renderer.prepare(list, library, &view, &settings).expect("it fits");
+        (renderer.draw_picture(), renderer.read_drawn())
+    }
+}
+
+fn renderer() -> Option<Renderer> {
+    Some(Renderer::new(&common::gpu()?))
+}
+
+fn with(occlusion: Occlusion) -> Settings {
+    Settings { occlusion, levels: LevelOfDetail::OFF, ..Settings::default() }
+}
+
+/// Random numbers, the same in every run.
+fn random() -> TestRng {
+    TestRng::deterministic_rng(RngAlgorithm::ChaCha)
+}
+
+fn unit(random: &mut TestRng) -> f32 {
+    random.random::<f32>() * 2.0 - 1.0
+}
+
+fn random_place(random: &mut TestRng, spread: f32) -> Transform {
+    let place = Vec3::new(unit(random), unit(random) * 0.2, unit(random)) * spread;
+    let turn = Quat::from_euler(glam::EulerRot::XYZ, unit(random) * 3.0, unit(random) * 3.0, 0.0);
+    let scale = Vec3::new(1.0 + unit(random) * 0.5, 1.0, if random.random_bool(0.2) { -1.5 } else { 0.7 });
+    Transform::from_translation(place).with_rotation(turn).with_scale(scale)
+}
+
+#[test]
+fn the_picture_is_the_same_however_objects_are_culled() {
+    let Some(gpu) = common::gpu() else { return };
+    // A device on which indirect draws must begin at instance 0.
+    let plain = Gpu::headless_with(wgpu::Features::empty()).expect("the same adapter");
+    assert!(!plain.device.features().contains(wgpu::Features::INDIRECT_FIRST_INSTANCE));
+    let mut renderers = [
+        (Renderer::new(&gpu), Occlusion::Off, 4),
+        (Renderer::new(&gpu), Occlusion::On, 4),
+        (Renderer::new(&plain), Occlusion::Off, 4),
+        (Renderer::new(&plain), Occlusion::On, 4),
+    ];
+    let mut random = random();
+    let mut scene = Scene::new();
+    let objects: Vec<Entity> = (0..600)
+        .map(|i| {
+            let place = random_place(&mut random, 20.0);
+            scene.spawn(i % 3, i / 3 % 4, place)
+        })
+        .collect();
+    let (mut least, mut most) = (u32::MAX, 0);
+    for frame in 0..12 {
+        // A camera that turns, jumps, and draws in parallel for a while; some objects move.
+        let turn = Quat::from_rotation_y(frame as f32 * 0.35);
+        scene.look(Transform::from_xyz(frame as f32 % 5.0 - 2.0, 0.5, if frame > 7 { 24.0 } else { 0.0 }).with_rotation(turn));
+        if frame % 4 == 3 {
+            let camera = Camera { projection: Projection::Orthographic { half_height: 6.0 }, ..Camera::default() };
+            scene.simulation.world.entity_mut(scene.camera).insert(camera);
+        } else {
+            scene.simulation.world.entity_mut(scene.camera).insert(Camera::default());
+        }
+        for &object in objects.iter().skip(frame).step_by(7) {
+            *scene.simulation.world.get_mut::<Transform>(object).expect("a place") = random_place(&mut random, 20.0);
+        }
+        scene.simulation.frame();
+        let mut pictures = renderers.iter_mut().map(|(renderer, occlusion, samples)| {
+            scene.draw_with(renderer, Settings { samples: *samples, ..with(*occlusion) })
+        });
+        let (expected, all) = pictures.next().expect("the first");
+        for (number, (picture, drawn)) in pictures.enumerate() {
+            assert!(picture == expected, "frame {frame}, renderer {}", number + 1);
+            assert!(drawn.objects <= all.objects);
+            least = least.min(drawn.objects);
+        }
+        most = most.max(all.objects);
+    }
+    assert!(least > 20 && least < most && most < 600, "{least} to {most} drawn");
+}
+
+#[test]
+fn what_a_wall_hides_is_not_drawn_and_comes_back_at_once_when_the_wall_goes() {
+    let Some(mut renderer) = renderer() else { return };
+    for samples in [1, 4] {
+        let mut scene = Scene::new();
+        for i in 0..400 {
+            let place = Vec3::new((i % 20) as f32 - 9.5, (i / 20) as f32 - 9.5, -30.0);
+            scene.spawn(0, 0, Transform::from_translation(place).with_scale(Vec3::splat(0.5)));
+        }
+        let wall = scene.spawn(0, 1, Transform::from_xyz(0.0, 0.0, -10.0).with_scale(Vec3::new(40.0, 40.0, 1.0)));
+        scene.spawn(0, 2, Transform::from_xyz(0.0, 0.0, -5.0));
+        scene.simulation.frame();
+        let settings = Settings { samples, ..with(Occlusion::On) };
+        scene.draw_with(&mut renderer, settings);
+        // The lists of the first frame knew of no wall; the camera must move for others to be made.
+        scene.look(Transform::from_xyz(0.01, 0.0, 0.0));
+        scene.simulation.frame();
+        let (_, behind) = scene.draw_with(&mut renderer, settings);
+        scene.look(Transform::from_xyz(0.02, 0.0, 0.0));
+        scene.simulation.frame();
+        let (_, behind_still) = scene.draw_with(&mut renderer, settings);
+        assert_eq!([behind_still.objects, behind.objects.min(402)], [2, behind.objects], "{samples} samples");
+        scene.simulation.world.despawn(wall);
+        scene.simulation.frame();
+        let (seen, drawn) = scene.draw_with(&mut renderer, settings);
+        assert_eq!(drawn.objects, 401);
+        let mut fresh = Renderer::new(renderer.gpu());
+        assert!(seen == scene.draw_with(&mut fresh, Settings { samples, ..with(Occlusion::Off) }).0);
+    }
+}
+
+#[test]
+fn objects_outside_the_view_are_not_drawn() {
+    let Some(mut renderer) = renderer() else { return };
+    let mut scene = Scene::new();
+    for i in 0..100 {
+        // In front, behind, to the sides and above; spheres of radius 0.5.
+        let direction = [Vec3::NEG_Z, Vec3::Z, Vec3::X, Vec3::NEG_X, Vec3::Y][i % 5];
+        scene.spawn(1, 0, Transform::from_translation(direction * (3.0 + i as f32)));
+    }
+    scene.simulation.frame();
+    assert_eq!(scene.draw_with(&mut renderer, with(Occlusion::Off)).1.objects, 20);
+    scene.look(Transform::default().looking_to(Vec3::X, Vec3::Y));
+    scene.simulation.frame();
+    assert_eq!(scene.draw_with(&mut renderer, with(Occlusion::Off)).1.objects, 20);
+    // A sphere whose centre is outside and whose edge is inside: 1 m ahead the view ends 1.02 m beside its middle.
+    let mut scene = Scene::new();
+    scene.simulation.world.entity_mut(scene.camera).insert(Camera {
+        projection: Projection::Perspective { fov_y: 1.0, aspect: None },
+        ..Camera::default()
+    });
+    let edge = 0.5f32.tan() * SIZE.0 as f32 / SIZE.1 as f32;
+    let object = scene.spawn(1, 0, Transform::from_xyz(edge * 5.0 + 0.4, 0.0, -5.0));
+    scene.simulation.frame();
+    assert_eq!(scene.draw_with(&mut renderer, with(Occlusion::Off)).1.objects, 1);
+    scene.simulation.world.get_mut::<Transform>(object).expect("a place").translation.x += 0.5;
+    scene.simulation.frame();
+    assert_eq!(scene.draw_with(&mut renderer, with(Occlusion::Off)).1.objects, 0);
+}
+
+#[test]
+fn far_objects_are_drawn_with_fewer_triangles_and_look_the_same() {
+    let Some(mut renderer) = renderer() else { return };
+    let mut scene = Scene::new();
+    scene.spawn(1, 0, Transform::from_xyz(0.0, 0.0, -2.0));
+    scene.simulation.frame();
+    let on = Settings::default();
+    let off = Settings { levels: LevelOfDetail::OFF, ..on };
+    let whole = scene.draw_with(&mut renderer, off).1;
+    assert_eq!(whole.objects, 1);
+    let mut triangles = Vec::new();
+    for step in 0..7 {
+        scene.look(Transform::from_xyz(0.0, 0.0, 2.5f32.powi(step) - 1.0));
+        scene.simulation.frame();
+        let (fine, all) = scene.draw_with(&mut renderer, off);
+        let (coarse, some) = scene.draw_with(&mut renderer, on);
+        assert_eq!((all.triangles, some.objects), (whole.triangles, 1));
+        triangles.push(some.triangles);
+        let difference: u64 =
+            fine.as_raw().iter().zip(coarse.as_raw()).map(|(a, b)| u64::from(a.abs_diff(*b))).sum();
+        assert!(difference < 6000, "step {step}: {difference}");
+    }
+    assert!(triangles.is_sorted_by(|near, far| near >= far), "{triangles:?}");
+    assert!(triangles[0] == whole.triangles && triangles[6] * 4 < whole.triangles, "{triangles:?}");
+}
+
+#[test]
+fn a_world_that_lived_looks_like_one_made_as_it_is_now() {
+    let Some(gpu) = common::gpu() else { return };
+    let mut random = random();
+    let mut scene = Scene::new();
+    let mut lived = Headless { renderer: Renderer::new(&gpu), settings: with(Occlusion::On) };
+    let mut objects: Vec<(Entity, usize, usize)> = Vec::new();
+    let mut anchor = None;
+    scene.look(Transform::from_xyz(0.0, 14.0, 24.0).looking_at(Vec3::ZERO, Vec3::Y));
+    for frame in 0..200 {
+        for _ in 0..random.random_range(0..60) {
+            let (mesh, material) = (random.random_range(0..3), random.random_range(0..4));
+            let place = random_place(&mut random, 16.0);
+            objects.push((scene.spawn(mesh, material, place), mesh, material));
+        }
+        for _ in 0..random.random_range(0..40) {
+            if objects.is_empty() {
+                break;
+            }
+            let index = random.random_range(0..objects.len());
+            let (object, mesh, material) = &mut objects[index];
+            let world = &mut scene.simulation.world;
+            match random.random_range(0..5) {
+                0 => *world.get_mut::<Transform>(*object).expect("a place") = random_place(&mut random, 16.0),
+                1 => {
+                    *mesh = random.random_range(0..3);
+                    world.entity_mut(*object).insert(scene.meshes[*mesh]);
+                }
+                2 => {
+                    *material = random.random_range(0..4);
+                    world.entity_mut(*object).insert(scene.materials[*material]);
+                }
+                3 => {
+                    // Below another, away from it again, and that one moves.
+                    let parent = *anchor.get_or_insert_with(|| world.spawn(Transform::default()).id());
+                    if world.get::<ChildOf>(*object).is_some() {
+                        world.entity_mut(*object).remove::<ChildOf>();
+                    } else {
+                        world.entity_mut(*object).insert(ChildOf(parent));
+                    }
+                    world.get_mut::<Transform>(parent).expect("a place").translation.x = unit(&mut random);
+                }
+                _ => {
+                    world.despawn(*object);
+                    objects.swap_remove(index);
+                }
+            }
+        }
+        let picture = lived.draw(&mut scene.simulation, scene.camera, SIZE).expect("a picture");
+        if frame % 25 != 24 {
+            continue;
+        }
+        let mut fresh = Scene::new();
+        let world = &scene.simulation.world;
+        fresh.look(*world.get::<Transform>(scene.camera).expect("a place"));
+        let parent = anchor.map(|anchor| *world.get::<Transform>(anchor).expect("a place"));
+        let parent = fresh.simulation.world.spawn(parent.unwrap_or_default()).id();
+        for &(object, mesh, material) in &objects {
+            let copy = fresh.spawn(mesh, material, *world.get::<Transform>(object).expect("a place"));
+            if world.get::<ChildOf>(object).is_some() {
+                fresh.simulation.world.entity_mut(copy).insert(ChildOf(parent));
+            }
+        }
+        let mut renderer = Headless { renderer: Renderer::new(&gpu), settings: with(Occlusion::Off) };
+        let expected = renderer.draw(&mut fresh.simulation, fresh.camera, SIZE).expect("a picture");
+        let different = picture.pixels().zip(expected.pixels()).filter(|(a, b)| a != b).count();
+        // Blended objects at equal distances are drawn in the order of their slots, which have a history.
+        assert!(different <= 2, "frame {frame}, {} objects: {different} pixels differ", objects.len());
+    }
+    assert!(objects.len() > 1000, "{}", objects.len());
+}
