@@ -8,6 +8,7 @@ use crate::batches;
 use crate::bounds::WorldBounds;
 use crate::changes::{for_each_changed_in, moved};
 use crate::draw_list::{BatchKey, DrawList, InstanceRecord, Transparent};
+use crate::hidden::InheritedHidden;
 use crate::library::{AlphaMode, Library, MaterialId, MeshId};
 use crate::lights::Selection;
 use crate::materials::MaterialTable;
@@ -97,7 +98,7 @@ type Drawn<'a> = (
 
 /// Writes the records of objects that are new, moved, or changed their mesh, material or lights.
 pub fn update_instances(
-    mut drawn: Query<Drawn>,
+    mut drawn: Query<Drawn, Without<InheritedHidden>>,
     library: Res<Library>,
     materials: Res<MaterialTable>,
     mut table: ResMut<InstanceTable>,

@@ -13,6 +13,7 @@ pub mod clock;
 pub mod color;
 pub mod components;
 pub mod draw_list;
+pub mod hidden;
 pub mod images;
 pub mod instances;
 pub mod levels;
@@ -140,6 +141,8 @@ pub fn frame_schedule() -> Schedule {
         (
             // A new frame: what was dirty has been uploaded by now.
             (stats::begin, begin_frame, lap(Stage::Transforms, "begin_frame")).chain(),
+            // What is hidden with something above it, before anyone looks for objects.
+            (hidden::inherit_hidden, lap(Stage::Transforms, "inherit_hidden")).chain(),
             // Where everything is, parents before children.
             (transforms::update_transforms, lap(Stage::Transforms, "update_transforms")).chain(),
             // How far it reaches, for the choice of lights.

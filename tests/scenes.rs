@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use systems::Simulation;
 use systems::clock::Clock;
 use systems::components::{Camera, Environment, Figure, Light, LightKind, Projection, Spin, ToneMap};
+use systems::hidden::{Hidden, InheritedHidden};
 use systems::images::ImageKind;
 use systems::library::{Library, MaterialId, MeshId, Shading, Technique, Wrap};
 
@@ -240,6 +241,7 @@ fn values_reach_their_components() {
             (name: "f", camera: (fov_y_degrees: 90, far: 50, aspect: 2), transform: (look_at: (5, 0, 0))),
             (name: "g", transform: (rotation_degrees: (0, 90, 0), translation: (1, 2, 3), scale: (1, -2, 3)),
              spin: (axis: (0, 0, 9), degrees_per_second: 180)),
+            (name: "h", hidden: true, children: [(name: "i")]),
         ])"##,
     );
     let world = &mut simulation.world;
@@ -278,6 +280,11 @@ fn values_reach_their_components() {
     assert!((at.rotation * Vec3::Z).distance(Vec3::X) < 1e-6);
     let spin = world.get::<Spin>(g).expect("spins");
     assert_eq!((spin.axis, spin.rate, spin.start), (Vec3::Z, std::f32::consts::PI, at.rotation));
+    let (h, i) = (named(world, "h"), named(world, "i"));
+    assert!(world.entity(h).contains::<Hidden>() && !world.entity(i).contains::<Hidden>());
+    simulation.frame();
+    let is_hidden = |entity| simulation.world.entity(entity).contains::<InheritedHidden>();
+    assert_eq!([a, h, i].map(is_hidden), [false, true, true]);
 }
 
 /// Roll, then pitch, then yaw, as a camera on a tripod is turned.

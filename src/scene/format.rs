@@ -91,6 +91,7 @@ pub struct Entity {
     pub light: Option<Light>,
     pub camera: Option<Camera>,
     pub spin: Option<Spin>,
+    pub hidden: bool,
     pub figure: Vec<String>,
     pub attach: Vec<Entity>,
     pub children: Vec<Entity>,

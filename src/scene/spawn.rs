@@ -11,6 +11,7 @@ use bevy_transform::components::Transform;
 use glam::{Affine3A, EulerRot, Quat, Vec3};
 use systems::bounds::Aabb;
 use systems::components::{Camera, Figure, Light, LightKind, Projection, Spin};
+use systems::hidden::Hidden;
 use systems::library::{Library, MaterialId, MeshId};
 use systems::pieces::{self, PiecesReport};
 
@@ -150,6 +151,9 @@ impl Spawner<'_> {
                 rate: spin.degrees_per_second.to_radians(),
                 start: at.rotation,
             });
+        }
+        if source.hidden {
+            self.world.entity_mut(entity).insert(Hidden);
         }
         if let Some(source) = &source.camera {
             let name = placement.name.clone().unwrap_or_else(|| format!("camera {}", self.found.cameras.len() + 1));

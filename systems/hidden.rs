@@ -1,0 +1,163 @@
+//! Objects that are not drawn for a while: [`Hidden`] hides an entity and all that is below it.
+//!
+//! [`inherit_hidden`] keeps [`InheritedHidden`] on what is hidden by itself or from above. Hidden objects are in tables of
+//! their own, so that whoever draws leaves them out by the filter `Without<InheritedHidden>` and no object pays for it.
+//! Lights shine on: they have a switch of their own.
+
+use crate::changes::for_each_changed;
+use crate::instances;
+use crate::library::MeshId;
+use bevy_ecs::change_detection::ContiguousRef;
+use bevy_ecs::lifecycle::HookContext;
+use bevy_ecs::prelude::*;
+use bevy_ecs::world::DeferredWorld;
+use std::collections::{HashMap, HashSet};
+
+/// Neither this entity nor what is below it is drawn.
+#[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[component(summary_tick)]
+pub struct Hidden;
+
+/// This entity is hidden, by itself or by one above. Derived; written by [`inherit_hidden`].
+#[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[component(on_add = instances::free_slot, on_remove = show, clone_behavior = Ignore)]
+pub struct InheritedHidden;
+
+/// Makes an object that is drawn again look new to whoever draws it.
+fn show(mut world: DeferredWorld, context: HookContext) {
+    if let Some(mut mesh) = world.get_mut::<MeshId>(context.entity) {
+        mesh.set_changed();
+    }
+}
+
+/// Hides and shows what was hidden, shown, or hung below something else, and what is below it. Costs nothing while
+/// nothing is hidden.
+#[allow(clippy::type_complexity)]
+pub fn inherit_hidden(
+    hidden: Query<(Entity, Ref<Hidden>)>,
+    inherited: Query<(), With<InheritedHidden>>,
+    hung: Query<(Entity, Ref<ChildOf>)>,
+    children: Query<&Children>,
+    mut shown: RemovedComponents<Hidden>,
+    mut orphaned: RemovedComponents<ChildOf>,
+    mut commands: Commands,
+) {
+    let mut open: Vec<Entity> = shown.read().collect();
+    let orphans = orphaned.read();
+    if hidden.is_empty() && inherited.is_empty() {
+        return orphans.for_each(drop);
+    }
+    open.extend(orphans);
+    for (entities, marks) in hidden.contiguous_iter().into_iter().flatten() {
+        for_each_changed(&ContiguousRef::split(marks).1, |row| open.push(entities[row]));
+    }
+    for (entities, parents) in hung.contiguous_iter().into_iter().flatten() {
+        for_each_changed(&ContiguousRef::split(parents).1, |row| open.push(entities[row]));
+    }
+    let mut known = HashMap::new();
+    for top in open {
+        let mut below = vec![(top, is_hidden_above(top, &hidden, &hung))];
+        while let Some((entity, above)) = below.pop() {
+            let is_hidden = above || hidden.contains(entity);
+            let is_new = known.insert(entity, is_hidden).is_none();
+            if !is_new || is_hidden == inherited.contains(entity) {
+                continue;
+            }
+            if let Ok(mut entity) = commands.get_entity(entity) {
+                if is_hidden {
+                    entity.try_insert(InheritedHidden)
+                } else {
+                    entity.try_remove::<InheritedHidden>()
+                };
+            }
+            let children = children.get(entity).into_iter().flat_map(|children| children.iter());
+            below.extend(children.map(|child| (child, is_hidden)));
+        }
+    }
+}
+
+/// Whether anything above an entity is hidden.
+fn is_hidden_above(
+    entity: Entity,
+    hidden: &Query<(Entity, Ref<Hidden>)>,
+    hung: &Query<(Entity, Ref<ChildOf>)>,
+) -> bool {
+    let above = |entity| hung.get(entity).ok().map(|(_, parent)| parent.parent());
+    let (mut next, mut seen) = (above(entity), HashSet::new());
+    while let Some(node) = next {
+        if hidden.contains(node) {
+            return true;
+        }
+        // Ends in rings of parents, too.
+        next = above(node).filter(|_| seen.insert(node));
+    }
+    false
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::instances::InstanceSlot;
+    use crate::library::Library;
+    use crate::{Simulation, shapes};
+    use glam::Vec3;
+
+    /// A root with two children, each with one.
+    fn family(world: &mut World) -> [Entity; 5] {
+        let root = world.spawn_empty().id();
+        let children = [(); 2].map(|()| world.spawn(ChildOf(root)).id());
+        let below = children.map(|child| world.spawn(ChildOf(child)).id());
+        [root, children[0], children[1], below[0], below[1]]
+    }
+
+    fn hidden(simulation: &mut Simulation, entities: &[Entity]) -> Vec<usize> {
+        simulation.frame();
+        let is_hidden = |&i: &usize| simulation.world.get::<InheritedHidden>(entities[i]).is_some();
+        (0..entities.len()).filter(is_hidden).collect()
+    }
+
+    #[test]
+    fn what_is_below_is_hidden_and_shown_with_it() {
+        let mut simulation = Simulation::new();
+        let family = family(&mut simulation.world);
+        assert_eq!(hidden(&mut simulation, &family), []);
+        simulation.world.entity_mut(family[1]).insert(Hidden);
+        assert_eq!(hidden(&mut simulation, &family), [1, 3]);
+        simulation.world.entity_mut(family[0]).insert(Hidden);
+        assert_eq!(hidden(&mut simulation, &family), [0, 1, 2, 3, 4]);
+        simulation.world.entity_mut(family[0]).remove::<Hidden>();
+        assert_eq!(hidden(&mut simulation, &family), [1, 3], "hidden by itself");
+        simulation.world.entity_mut(family[2]).insert(ChildOf(family[3]));
+        assert_eq!(hidden(&mut simulation, &family), [1, 2, 3, 4]);
+        simulation.world.entity_mut(family[4]).remove::<ChildOf>();
+        assert_eq!(hidden(&mut simulation, &family), [1, 2, 3]);
+        let new = simulation.world.spawn(ChildOf(family[2])).id();
+        assert_eq!(hidden(&mut simulation, &[new]), [0]);
+        simulation.world.entity_mut(family[1]).remove::<Hidden>();
+        assert_eq!(hidden(&mut simulation, &[family, [new; 5]].concat()), []);
+    }
+
+    #[test]
+    fn a_ring_of_parents_ends() {
+        let mut simulation = Simulation::new();
+        let family = family(&mut simulation.world);
+        simulation.world.entity_mut(family[0]).insert((ChildOf(family[3]), Hidden));
+        assert_eq!(hidden(&mut simulation, &family), [0, 1, 2, 3, 4]);
+    }
+
+    #[test]
+    fn a_hidden_object_gives_its_slot_back_and_gets_one_when_it_is_shown() {
+        let mut simulation = Simulation::new();
+        let cube = simulation.world.resource_mut::<Library>().add_mesh(shapes::cube(Vec3::ONE));
+        let object = simulation.world.spawn(cube).id();
+        let mut slot_after_a_frame = |edit: fn(&mut EntityWorldMut)| {
+            edit(&mut simulation.world.entity_mut(object));
+            simulation.frame();
+            simulation.world.get::<InstanceSlot>(object).and_then(|slot| slot.get())
+        };
+        assert_eq!(slot_after_a_frame(|_| {}), Some(0));
+        assert_eq!(slot_after_a_frame(|object| _ = object.insert(Hidden)), None);
+        assert_eq!(slot_after_a_frame(|_| {}), None);
+        assert_eq!(slot_after_a_frame(|object| _ = object.remove::<Hidden>()), Some(0));
+    }
+}
