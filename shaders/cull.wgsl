@@ -181,11 +181,11 @@ fn is_hidden(bounds: Ball) -> bool {
     // The level at which two by two texels cover them.
     let extent = last_pixel - first_pixel;
     let level = u32(clamp(ceil(log2(max(max(extent.x, extent.y), 1.0))) - 1.0, 0.0, f32(cull_view.pyramid_levels - 1u)));
-    let from = vec2u(first_pixel) >> vec2u(level + 1u);
-    let to = vec2u(last_pixel) >> vec2u(level + 1u);
+    let low_texel = vec2u(first_pixel) >> vec2u(level + 1u);
+    let high_texel = vec2u(last_pixel) >> vec2u(level + 1u);
     var farthest = 1.0;
-    for (var y = from.y; y <= to.y; y++) {
-        for (var x = from.x; x <= to.x; x++) {
+    for (var y = low_texel.y; y <= high_texel.y; y++) {
+        for (var x = low_texel.x; x <= high_texel.x; x++) {
             farthest = min(farthest, textureLoad(pyramid, vec2u(x, y), level).r);
         }
     }

@@ -6,6 +6,8 @@ override TECHNIQUE: u32 = 1u;
 override SHADING: u32 = 0u;
 override ALPHA: u32 = 0u;
 override TRANSFORMED_UVS: bool = true;
+override EMISSIVE: bool = true;
+override VERTEX_COLORS: bool = true;
 override LIGHTS: u32 = 0u;
 
 const ALPHA_OPAQUE = 0u;
@@ -117,7 +119,10 @@ fn sample(maps: texture_2d_array<f32>, map_sampler: sampler, material: Material,
 
 fn base_color(material: Material, uvs: Uvs, vertex_color: vec4f) -> vec4f {
     let texel = sample(base_maps, base_sampler, material, MAP_BASE, uvs);
-    return texel * material.base_factor * vertex_color;
+    if VERTEX_COLORS {
+        return texel * material.base_factor * vertex_color;
+    }
+    return texel * material.base_factor;
 }
 
 fn height(layer: u32, uv: vec2f, dx: vec2f, dy: vec2f) -> f32 {
@@ -251,8 +256,10 @@ fn fs_main(in: VertexOut, @builtin(front_facing) front: bool) -> @location(0) ve
         color = debug_color(surface, base.rgb, instance, in.tangent.xyz);
     } else if SHADING != SHADING_UNLIT {
         var occlusion = 1.0;
-        var emission = sample(emissive_maps, emissive_sampler, material, MAP_EMISSIVE, uvs).rgb
-            * material.emissive_factor;
+        var emission = vec3f(0.0);
+        if EMISSIVE {
+            emission = sample(emissive_maps, emissive_sampler, material, MAP_EMISSIVE, uvs).rgb * material.emissive_factor;
+        }
         if is_ggx() {
             let open = sample(occlusion_maps, occlusion_sampler, material, MAP_OCCLUSION, uvs).r;
             occlusion = 1.0 + material.occlusion_strength * (open - 1.0);

@@ -205,6 +205,10 @@ pub struct PipelineKey {
     /// Some map has a UV transform or the second UV set; else every map is sampled at the first set as it is, and the
     /// shader reads nothing of that.
     pub transformed_uvs: bool,
+    /// The material sends out light of its own.
+    pub emissive: bool,
+    /// The mesh has colours.
+    pub vertex_colors: bool,
     /// Back faces are drawn.
     pub double_sided: bool,
     /// The transform mirrors, so front faces are clockwise.

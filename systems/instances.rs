@@ -155,13 +155,14 @@ impl InstanceTable {
         rows.retain(|&row| {
             let row = row as usize;
             let (mesh, slot) = (meshes[row], &mut slots[row]);
-            if library.mesh(mesh).is_none_or(|entry| entry.mesh.indices.is_empty()) {
+            let Some(entry) = library.mesh(mesh).filter(|entry| !entry.mesh.indices.is_empty()) else {
                 if let Some(taken) = std::mem::take(slot).get() {
                     self.release(taken, list);
                 }
                 return false;
-            }
+            };
             let (class, mut pipeline) = materials.placed(known(chosen[row], library));
+            pipeline.vertex_colors = !entry.mesh.colors.is_empty();
             pipeline.mirrored = transforms[row].affine().matrix3.determinant() < 0.0;
             let key = BatchKey { pipeline, class, mesh };
             let taken = self.settle(slot, key, list);

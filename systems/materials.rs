@@ -8,6 +8,7 @@ use crate::draw_list::{ClassId, DrawList, MAP_COUNT, MaterialClass, MaterialReco
 use crate::images::ImageKind;
 use crate::library::{ImageId, Library, Map, Material, MaterialId};
 use bevy_ecs::prelude::*;
+use glam::Vec3;
 use std::collections::BTreeMap;
 
 /// Layers that every adapter offers (WebGPU's default limit); a fuller array is followed by another.
@@ -35,7 +36,7 @@ pub struct MaterialTable {
 }
 
 impl MaterialTable {
-    /// The class and the pipeline (not mirrored) of a material; those of the default for an unknown one.
+    /// The class and the pipeline of a material (without what the object decides: mesh and mirroring); those of the default for an unknown one.
     pub fn placed(&self, material: MaterialId) -> (ClassId, PipelineKey) {
         self.placed.get(material.0 as usize).or(self.placed.first()).copied().unwrap_or_default()
     }
@@ -111,6 +112,8 @@ fn pipeline(material: &Material) -> PipelineKey {
         shading: material.shading,
         technique: material.technique,
         transformed_uvs: material.maps().into_iter().flatten().any(|map| map.is_transformed()),
+        emissive: material.emissive_factor != Vec3::ZERO,
+        vertex_colors: false,
         double_sided: material.double_sided,
         mirrored: false,
     }

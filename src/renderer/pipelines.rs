@@ -111,6 +111,8 @@ impl Pipelines {
             ("SHADING", f64::from(key.shading as u32)),
             ("ALPHA", f64::from(key.alpha as u32)),
             ("TRANSFORMED_UVS", f64::from(u32::from(key.transformed_uvs))),
+            ("EMISSIVE", f64::from(u32::from(key.emissive))),
+            ("VERTEX_COLORS", f64::from(u32::from(key.vertex_colors))),
             ("LIGHTS", f64::from(u32::from(all_lights))),
             ("DEBUG", f64::from(debug as u32)),
         ];
