@@ -5,7 +5,7 @@ mod common;
 use bevy_ecs::prelude::*;
 use bevy_transform::components::Transform;
 use glam::{Quat, Vec3};
-use proptest::prelude::{Rng, RngExt};
+use proptest::prelude::RngExt;
 use proptest::test_runner::{RngAlgorithm, TestRng};
 use relief::frames::{Headless, view_of};
 use relief::renderer::{Drawn, Gpu, Occlusion, Renderer, Settings};
