@@ -159,7 +159,9 @@ mod tests {
         }
     }
 
-    fn filter(all: Query<Entity, Or<(Changed<Foreign>, Changed<Own>)>>, mut found: ResMut<Found>) {
+    type EitherChanged = Or<(Changed<Foreign>, Changed<Own>)>;
+
+    fn filter(all: Query<Entity, EitherChanged>, mut found: ResMut<Found>) {
         found.0 = all.iter().collect();
     }
 

@@ -283,7 +283,7 @@ fn values_reach_their_components() {
     let (h, i) = (named(world, "h"), named(world, "i"));
     assert!(world.entity(h).contains::<Hidden>() && !world.entity(i).contains::<Hidden>());
     simulation.frame();
-    let is_hidden = |entity| simulation.world.entity(entity).contains::<InheritedHidden>();
+    let is_hidden = |entity: Entity| simulation.world.entity(entity).contains::<InheritedHidden>();
     assert_eq!([a, h, i].map(is_hidden), [false, true, true]);
 }
 
