@@ -101,7 +101,7 @@ impl Scene {
     fn frame<T>(&mut self, part: Option<usize>, start: impl Fn() -> T, end: impl Fn(T) -> Duration) -> Duration {
         let moving = Instant::now();
         if let Some(part) = part {
-            let step = Vec3::Y * if self.frames % 2 == 0 { 0.1 } else { -0.1 };
+            let step = Vec3::Y * if self.frames.is_multiple_of(2) { 0.1 } else { -0.1 };
             let objects = self.moving.iter_mut(&mut self.simulation.world);
             objects.step_by(part).for_each(|(_, mut place)| place.translation += step);
         }

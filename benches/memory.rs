@@ -52,7 +52,7 @@ fn scene(mode: &str, objects: usize) -> Result<(), Box<dyn std::error::Error>> {
         }
     }
     let status = std::fs::read_to_string("/proc/self/status")?;
-    let field = |name: &str| status.lines().find_map(|line| line.strip_prefix(name)?.split_whitespace().nth(0));
+    let field = |name: &str| status.lines().find_map(|line| line.strip_prefix(name)?.split_whitespace().next());
     println!("{} {}", field("VmRSS:").ok_or("no VmRSS")?, field("VmHWM:").ok_or("no VmHWM")?);
     Ok(())
 }
