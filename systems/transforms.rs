@@ -1,11 +1,10 @@
 //! Where everything is in the world: `GlobalTransform` from `Transform` and the parents above.
 //!
-//! The components, and what they come to, are `bevy_transform`'s; its systems read several columns of all
-//! objects in every frame. [`update_transforms`] reads 4 bytes of an object that stands still: the change tick of its
-//! `Transform`. Objects without parent and children are written where the scan finds them, parts of a table in
-//! parallel. Of hierarchies, `topmost` finds the changed nodes that have no changed node above, and `propagate`
-//! goes down from these. What is below an entity
-//! without `Transform`, or in a ring of parents, keeps its place.
+//! The components, and what they come to, are `bevy_transform`'s; its systems read several columns of all objects in
+//! every frame. [`update_transforms`] reads 4 bytes of an object that stands still: the change tick of its `Transform`.
+//! Objects without parent and children are written where the scan finds them, parts of a table in parallel. Of
+//! hierarchies, `topmost` finds the changed nodes that have no changed node above, and `propagate` goes down from these.
+//! What is below an entity without `Transform`, or in a ring of parents, keeps its place.
 
 use crate::bounds::WorldBounds;
 use crate::changes::{first_changed, for_each_changed_in, in_parallel, rows_per_task, touch};
