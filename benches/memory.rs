@@ -1,8 +1,8 @@
 //! How much memory an object takes: a process with no objects beside processes with many, each a scene of its own.
 //!
 //! `cargo bench --bench memory` prints the columns of an object in its table, and bytes per object of what the process
-//! holds after a few frames (VmRSS) and of the most that it held (VmHWM); of the world alone, and with a renderer that
-//! draws it, whose buffers a software adapter keeps in the same memory.
+//! holds (VmRSS) and of the most that it held (VmHWM): `spawned`, before any frame; the `world` alone after a few frames;
+//! and `drawn` by a renderer, whose buffers a software adapter keeps in the same memory.
 
 use bevy_transform::components::Transform;
 use glam::{Vec3, Vec4};
@@ -17,7 +17,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         return scene(mode, objects.parse()?);
     }
     print_columns();
-    for mode in ["world", "drawn"] {
+    for mode in ["spawned", "world", "drawn"] {
         let mut empty = None;
         for objects in OBJECTS {
             let output = Command::new(std::env::current_exe()?).args([mode, &objects.to_string()]).output()?;
@@ -45,14 +45,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 fn scene(mode: &str, objects: usize) -> Result<(), Box<dyn std::error::Error>> {
     let (mut simulation, camera) = grid(objects);
     let mut headless = if mode == "drawn" { Some(Headless::new()?) } else { None };
-    for _ in 0..4 {
+    for _ in 0..if mode == "spawned" { 0 } else { 4 } {
         match &mut headless {
             Some(headless) => _ = headless.draw(&mut simulation, camera, (64, 36))?,
             None => simulation.frame(),
         }
     }
     let status = std::fs::read_to_string("/proc/self/status")?;
-    let field = |name: &str| status.lines().find_map(|line| line.strip_prefix(name)?.split_whitespace().nth(0));
+    let field = |name: &str| status.lines().find_map(|line| line.strip_prefix(name)?.split_whitespace().next());
     println!("{} {}", field("VmRSS:").ok_or("no VmRSS")?, field("VmHWM:").ok_or("no VmHWM")?);
     Ok(())
 }

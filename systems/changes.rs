@@ -5,7 +5,7 @@
 //! millisecond. `bevy_transform`'s components have no summary tick. For drawn objects that of [`WorldBounds`] stands in:
 //! whatever writes their [`GlobalTransform`]s touches it too ([`touch`]), so that a reader asks [`moved`] first.
 //!
-//! ```ignore
+//! ```text
 //! for (transforms, bounds, meshes) in objects.contiguous_iter().into_iter().flatten() {
 //!     let ((transforms, placed), (_, bounds)) = (ContiguousRef::split(transforms), ContiguousRef::split(bounds));
 //!     let (meshes, chosen) = ContiguousRef::split(meshes);
@@ -159,7 +159,9 @@ mod tests {
         }
     }
 
-    fn filter(all: Query<Entity, Or<(Changed<Foreign>, Changed<Own>)>>, mut found: ResMut<Found>) {
+    type EitherChanged = Or<(Changed<Foreign>, Changed<Own>)>;
+
+    fn filter(all: Query<Entity, EitherChanged>, mut found: ResMut<Found>) {
         found.0 = all.iter().collect();
     }
 

@@ -1,27 +1,21 @@
 //! Where everything is in the world: `GlobalTransform` from `Transform` and the parents above.
 //!
-//! The components, and what they come to, are `bevy_transform`'s; its systems read several columns of all
-//! objects in every frame. [`update_transforms`] reads 4 bytes of an object that stands still: the change tick of its
-//! `Transform`. Objects without parent and children are written where the scan finds them, parts of a table in
-//! parallel. Of hierarchies, [`Kept::topmost`] finds the changed nodes that have no changed node above, and `propagate`
-//! goes down from these a level at a time, so that neither depth nor breadth needs a stack. What is below an entity
-//! without `Transform`, or in a ring of parents, keeps its place.
+//! The components, and what they come to, are `bevy_transform`'s; its systems read several columns of all objects in
+//! every frame. [`update_transforms`] reads 4 bytes of an object that stands still: the change tick of its `Transform`.
+//! Objects without parent and children are written where the scan finds them, parts of a table in parallel. Of
+//! hierarchies, `topmost` finds the changed nodes that have no changed node above, and `propagate` goes down from these.
+//! What is below an entity without `Transform`, or in a ring of parents, keeps its place.
 
 use crate::bounds::WorldBounds;
 use crate::changes::{first_changed, for_each_changed_in, in_parallel, rows_per_task, touch};
 use bevy_ecs::change_detection::{ContiguousMut, ContiguousRef};
 use bevy_ecs::prelude::*;
-use bevy_tasks::ComputeTaskPool;
 use bevy_transform::components::{GlobalTransform, Transform};
-
-/// Nodes of a hierarchy per task.
-const NODES: usize = 1 << 10;
 
 type Placed<'a> = (Ref<'a, Transform>, &'a mut GlobalTransform, Option<&'a mut WorldBounds>);
 type Alone = (Without<ChildOf>, Without<Children>);
 type Related = Or<(With<ChildOf>, With<Children>)>;
-type Nodes<'w, 's> = Query<'w, 's, (&'static Transform, Option<&'static ChildOf>, Option<&'static Children>)>;
-type Globals<'w, 's> = Query<'w, 's, &'static mut GlobalTransform, With<Transform>>;
+type Nodes<'w, 's> = Query<'w, 's, (&'static Transform, &'static mut GlobalTransform, Has<Children>)>;
 
 /// Brings the `GlobalTransform`s of what moved, or changed its parent, up to date.
 #[allow(clippy::type_complexity)]
@@ -29,7 +23,7 @@ pub fn update_transforms(
     mut queries: ParamSet<(
         Query<Placed, Alone>,
         Query<(Entity, Ref<Transform>, Option<Ref<ChildOf>>), (With<GlobalTransform>, Related)>,
-        (Nodes, Globals),
+        (Nodes, Query<&ChildOf>, Query<&Children>),
         Query<&mut WorldBounds, Related>,
     )>,
     mut orphaned: RemovedComponents<ChildOf>,
@@ -50,10 +44,10 @@ pub fn update_transforms(
     if changed.is_empty() {
         return;
     }
-    let (nodes, mut globals) = queries.p2();
-    let topmost = kept.topmost(&changed, &nodes, &globals);
+    let (mut nodes, parents, children) = queries.p2();
+    let topmost = kept.topmost(&changed, &nodes, &parents);
     kept.forget();
-    let any = propagate(topmost, &nodes, &mut globals);
+    let any = propagate(&topmost, &children, &mut nodes);
     if any {
         for bounds in queries.p3().contiguous_iter_mut().into_iter().flatten() {
             touch(ContiguousMut::bypass_change_detection_split(bounds).1);
@@ -125,29 +119,28 @@ impl Kept {
     }
 
     /// Those of the changed nodes that have no changed node above them, each once, and the transforms of their parents.
-    fn topmost(&mut self, changed: &[Entity], nodes: &Nodes, globals: &Globals) -> Vec<Below> {
-        let is_node = |entity| nodes.contains(entity) && globals.contains(entity);
+    fn topmost(&mut self, changed: &[Entity], nodes: &Nodes, parents: &Query<&ChildOf>) -> Vec<Below> {
         let mut distinct = Vec::with_capacity(changed.len());
         for &entity in changed {
             // Orphans may be gone.
-            if self.mark(entity) == Mark::Unknown && is_node(entity) {
+            if self.mark(entity) == Mark::Unknown && nodes.contains(entity) {
                 self.set(entity, Mark::Changed);
                 distinct.push(entity);
             }
         }
-        distinct.retain(|&entity| self.climb(entity, nodes, is_node) == Mark::Still);
-        let parent = |&entity: &Entity| nodes.get(entity).ok()?.1.map(ChildOf::parent);
-        distinct.iter().map(|entity| (*entity, parent(entity).and_then(|p| globals.get(p).ok().copied()))).collect()
+        distinct.retain(|&entity| self.climb(entity, nodes, parents) == Mark::Still);
+        let global = |parent: &ChildOf| nodes.get(parent.parent()).ok().map(|(_, global, _)| *global);
+        distinct.iter().map(|&entity| (entity, parents.get(entity).ok().and_then(global))).collect()
     }
 
     /// Whether there is a changed node above: climbs until it is known, and marks the way.
-    fn climb(&mut self, entity: Entity, nodes: &Nodes, is_node: impl Fn(Entity) -> bool) -> Mark {
-        let parent = |entity| nodes.get(entity).ok().and_then(|(_, parent, _)| parent).map(ChildOf::parent);
+    fn climb(&mut self, entity: Entity, nodes: &Nodes, parents: &Query<&ChildOf>) -> Mark {
+        let parent = |entity| parents.get(entity).ok().map(ChildOf::parent);
         let start = parent(entity);
         let (mut next, mut found) = (start, Mark::Still);
         while let Some(node) = next {
             match self.mark(node) {
-                Mark::Unknown if is_node(node) => self.set(node, Mark::Climbed),
+                Mark::Unknown if nodes.contains(node) => self.set(node, Mark::Climbed),
                 Mark::Still => break,
                 _ => {
                     found = Mark::Below;
@@ -168,46 +161,25 @@ impl Kept {
 /// A node and the transform of its parent, if it has one.
 type Below = (Entity, Option<GlobalTransform>);
 
-/// Recomputes the nodes and what is below them; returns whether anything changed.
-fn propagate(mut level: Vec<Below>, nodes: &Nodes, globals: &mut Globals) -> bool {
+/// Recomputes the nodes and what is below them; returns whether anything changed. On one thread: looking an entity up
+/// takes longer than its product, and results would have to be gathered before they are written.
+fn propagate(topmost: &[Below], parents: &Query<&Children>, nodes: &mut Nodes) -> bool {
     let mut any = false;
-    while !level.is_empty() {
-        let current = &globals.as_readonly();
-        let parts = if level.len() <= NODES {
-            vec![recompute(&level, nodes, current)]
-        } else {
-            ComputeTaskPool::get().scope(|scope| {
-                level.chunks(NODES).for_each(|part| scope.spawn(async move { recompute(part, nodes, current) }));
-            })
-        };
-        level.clear();
-        for (changed, below) in parts {
-            any |= !changed.is_empty();
-            for (entity, new) in changed {
-                if let Ok(mut global) = globals.get_mut(entity) {
-                    *global = new;
-                }
-            }
-            level.extend(below);
+    let mut place = |entity: Entity, parent: Option<&GlobalTransform>, open: &mut Vec<(Entity, GlobalTransform)>| {
+        let Ok((transform, mut global, has_children)) = nodes.get_mut(entity) else { return };
+        let new = parent.map_or_else(|| GlobalTransform::from(*transform), |parent| parent.mul_transform(*transform));
+        any |= global.set_if_neq(new);
+        if has_children {
+            open.push((entity, new));
+        }
+    };
+    let mut open = Vec::new();
+    for (entity, parent) in topmost {
+        place(*entity, parent.as_ref(), &mut open);
+        while let Some((entity, global)) = open.pop() {
+            let children = parents.get(entity).into_iter().flat_map(|children| children.iter());
+            children.for_each(|child| place(child, Some(&global), &mut open));
         }
     }
     any
-}
-
-/// The transforms of the nodes that are not what they were, and the nodes below all of them.
-fn recompute(
-    level: &[Below],
-    nodes: &Nodes,
-    current: &Query<&GlobalTransform, With<Transform>>,
-) -> (Vec<(Entity, GlobalTransform)>, Vec<Below>) {
-    let (mut changed, mut below) = (Vec::new(), Vec::new());
-    for (entity, parent) in level {
-        let (Ok((transform, _, children)), Ok(old)) = (nodes.get(*entity), current.get(*entity)) else { continue };
-        let new = parent.map_or_else(|| GlobalTransform::from(*transform), |parent| parent.mul_transform(*transform));
-        if new != *old {
-            changed.push((*entity, new));
-        }
-        below.extend(children.into_iter().flat_map(|children| children.iter()).map(|child| (child, Some(new))));
-    }
-    (changed, below)
 }
