@@ -229,7 +229,7 @@ fn half_width(objects: u32) -> f32 {
 
 /// Whether the object of that number is one of the moving ones, spread evenly over all.
 fn moves(index: u32, fraction: f32) -> bool {
-    let before = |i: u32| (f64::from(i) * f64::from(fraction)).floor();
+    let before = |i: u32| (f64::from(i) * f64::from(fraction)).round();
     before(index + 1) > before(index)
 }
 
