@@ -93,6 +93,7 @@ fn a_line_has_every_figure_and_all_are_plausible() {
     if !still["gpu_passes"].is_null() {
         assert!(number(&still["gpu_passes"], "forward") > 0.0);
     }
+    assert_eq!(still["floor_ms_median"], Value::Null, "nobody asked");
     assert_eq!(number(&still, "upload_bytes_median"), 0.0, "nothing moves");
     assert!(number(&still, "draws") >= 1.0);
     assert_eq!(number(&still, "drawn_objects"), 60.0, "the whole grid is in view");
@@ -130,7 +131,8 @@ fn other_meshes_are_drawn_as_often() {
     if common::gpu().is_none() {
         return;
     }
-    let sphere = figures(&["--mesh=sphere"]);
+    let sphere = figures(&["--mesh=sphere", "--floor"]);
+    assert!(number(&sphere, "floor_ms_median") > 0.0);
     assert_eq!((number(&sphere, "drawn_objects"), number(&sphere, "triangles")), (60.0, 60.0 * 1024.0));
     let model = concat!("--mesh=", env!("CARGO_MANIFEST_DIR"), "/assets/models/crate.glb");
     let model = figures(&[model]);

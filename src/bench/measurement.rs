@@ -35,6 +35,8 @@ pub struct Measurement {
     pub gpu_ms_median: f64,
     pub gpu_ms_p05: f64,
     pub gpu_ms_p95: f64,
+    /// The triangles in view by themselves, with the plainest shader; `None`: not asked for.
+    pub floor_ms_median: Option<f64>,
     /// Light table and choice of lights.
     pub select_ms_median: f64,
     pub simulate_ms_median: f64,
@@ -126,6 +128,9 @@ impl fmt::Display for Measurement {
         row("engine (CPU)", self.cpu_ms_median, self.cpu_ms_p05, self.cpu_ms_p95)?;
         row("until the GPU is idle", self.gpu_ms_median, self.gpu_ms_p05, self.gpu_ms_p95)?;
         writeln!(f, "{:28}{:>10.3}", "moving the objects", self.mutate_ms_median)?;
+        if let Some(floor) = self.floor_ms_median {
+            writeln!(f, "{:28}{floor:>10.3}", "floor: triangles alone")?;
+        }
         let parts = [
             ("simulation", self.simulate_ms_median),
             ("prepare", self.prepare_ms_median),

@@ -3,12 +3,14 @@
 //! ```text
 //! args → yard (with maps)        what is asked for becomes a world
 //!        run → measurement       frames are drawn and timed; one line of figures
+//!        floor                   the least that the same triangles can cost
 //!            → trace             the same frames on a time line
 //!        suite → report, plot    many runs, each a process of its own; tables and charts of them
 //! night                          objects and lights for measuring the choice of lights alone
 //! ```
 
 mod args;
+mod floor;
 mod machine;
 mod maps;
 mod measurement;

@@ -125,7 +125,8 @@ impl<'a> Report<'a> {
             );
         }
         page += "\nMedians; times in milliseconds. *engine*: the CPU's work up to handing the frame in. *GPU*: from there until\n\
-                 the GPU is idle. *bytes*: uploaded per frame. *memory*: the most the process had, MB.\n";
+                 the GPU is idle. *floor* (with `--floor`): the triangles in view\n\
+                 by themselves, with the plainest shader. *bytes*: uploaded per frame. *memory*: the most the process had, MB.\n";
         for (axis, file, title, _) in CHARTS {
             let _ = write!(page, "\n## {title}\n\n![{title}]({file})\n");
             for sweep in self.sweeps.iter().filter(|sweep| sweep.axis == axis) {
@@ -141,8 +142,8 @@ impl<'a> Report<'a> {
         let Some(first) = sweep.scenes.first() else { return };
         let _ = write!(
             page,
-            "\n{}\n\n| {} | frame | 5 %–95 % | engine | GPU | lights chosen | bytes | draws | drawn | culled | memory | first frame |\n\
-             |---|---|---|---|---|---|---|---|---|---|---|---|\n",
+            "\n{}\n\n| {} | frame | 5 %–95 % | floor | engine | GPU | lights chosen | bytes | draws | drawn | culled | memory | first frame |\n\
+             |---|---|---|---|---|---|---|---|---|---|---|---|---|\n",
             describe(first),
             match sweep.axis {
                 Axis::Objects => "objects",
@@ -153,10 +154,11 @@ impl<'a> Report<'a> {
         for m in sweep.scenes.iter().filter_map(|scene| self.result(scene)) {
             let at = place(sweep.axis, m);
             let at = if sweep.axis == Axis::Moving { format!("{at} %") } else { count(&at) };
+            let floor = m.floor_ms_median.map_or(String::new(), ms);
             let memory = m.rss_mb.map_or("?".into(), |mb| format!("{mb:.0}"));
             let _ = writeln!(
                 page,
-                "| {at} | {} | {}–{} | {} | {} | {} | {} | {} | {} | {} | {memory} | {:.0} |",
+                "| {at} | {} | {}–{} | {floor} | {} | {} | {} | {} | {} | {} | {} | {memory} | {:.0} |",
                 ms(m.frame_ms_median),
                 ms(m.frame_ms_p05),
                 ms(m.frame_ms_p95),

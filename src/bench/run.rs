@@ -3,6 +3,7 @@
 //! Waiting in every frame keeps one frame's work out of another's time, at the price of work that could overlap.
 
 use super::args::BenchArgs;
+use super::floor::Floor;
 use super::machine::{Build, Memory};
 use super::measurement::{Measurement, Spread};
 use super::trace::chrome_trace;
@@ -140,7 +141,10 @@ pub fn run(args: &BenchArgs, started: Instant, mut progress: impl FnMut(u32, u32
         costs.push(bench.draw()?);
         progress(warm_up + costs.len() as u32, whole);
     }
-    let measurement = bench.measurement(args, &costs, start);
+    let mut measurement = bench.measurement(args, &costs, start);
+    if args.floor {
+        measurement.floor_ms_median = bench.floor(costs.len());
+    }
     if let Some(path) = &args.picture {
         output::write_png(path, &bench.renderer.draw_picture().into())?;
     }
@@ -248,6 +252,17 @@ impl Bench {
         Ok(FrameCost { at, mutate, simulate, prepare, record, submit, frame, render: self.renderer.stats(), passes })
     }
 
+    /// What the triangles of the objects in view take by themselves, the median of so many frames.
+    fn floor(&mut self, frames: usize) -> Option<f64> {
+        let view = view_of(&self.yard.simulation.world, self.yard.camera, self.size);
+        let gpu = self.renderer.gpu();
+        let floor = Floor::new(gpu, &mut self.yard, &view)?;
+        let times = (0..frames + 2).map(|_| milliseconds(floor.draw(gpu, &self.target)));
+        // The first two warm up.
+        let times = times.skip(2);
+        Some(Spread::of(times).median)
+    }
+
     fn measurement(&self, args: &BenchArgs, costs: &[FrameCost], start: Start) -> Measurement {
         let spread = |of: &dyn Fn(&FrameCost) -> f64| Spread::of(costs.iter().map(of));
         let ms = |of: &dyn Fn(&FrameCost) -> Duration| spread(&|cost| milliseconds(of(cost)));
@@ -284,6 +299,7 @@ impl Bench {
             gpu_ms_median: gpu.median,
             gpu_ms_p05: gpu.p05,
             gpu_ms_p95: gpu.p95,
+            floor_ms_median: None,
             select_ms_median: spread(&|c| c.frame.stage_ms[Stage::Lights as usize]).median,
             simulate_ms_median: ms(&|c| c.simulate).median,
             prepare_ms_median: ms(&|c| c.prepare).median,

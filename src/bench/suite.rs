@@ -159,6 +159,9 @@ fn arguments(args: &BenchArgs, scene: &Scene) -> Vec<String> {
     if let Some(threads) = args.threads {
         add("threads", threads.to_string());
     }
+    if args.floor {
+        line.push("--floor".to_owned());
+    }
     line
 }
 

@@ -176,24 +176,17 @@ impl Yard {
 
     /// Spawns the objects and lights.
     pub fn fill(&mut self, plan: &YardPlan, kit: &YardKit) {
-        let (side, half) = (side(plan.objects), half_width(plan.objects));
         let world = &mut self.simulation.world;
-        let mut numbers = Numbers(1);
-        let movers = &mut self.movers;
-        let mut moving = Vec::new();
-        let objects = (0..plan.objects).map(|i| {
-            let foot = Vec3::new((i % side) as f32 * SPACING - half, 0.0, (i / side) as f32 * SPACING - half);
-            let material = kit.materials[(numbers.unit() * kit.materials.len() as f32) as usize];
-            let phase = numbers.unit() * TAU;
-            if moves(i, plan.moving) {
-                moving.push((i, foot, phase));
-            }
+        let bundle = |(foot, number, phase): (Vec3, f32, f32)| {
+            let material = kit.materials[(number * kit.materials.len() as f32) as usize];
             (kit.mesh, material, pose(foot, phase, 0.0))
-        });
-        let entities: Vec<Entity> = world.spawn_batch(objects.collect::<Vec<_>>()).collect();
-        movers.extend(moving.into_iter().map(|(i, foot, phase)| Mover { entity: entities[i as usize], foot, phase }));
-        let mut numbers = Numbers(2);
-        world.spawn_batch((0..plan.lights).map(|_| lamp(&mut numbers, half)).collect::<Vec<_>>());
+        };
+        // Lists of a million elements on the way would count as memory of the engine: the places are worked out twice.
+        let spawned = world.spawn_batch(places(plan.objects).map(bundle)).zip(places(plan.objects));
+        let moving = spawned.zip(0..).filter(|(_, i)| moves(*i, plan.moving));
+        self.movers = moving.map(|((entity, (foot, _, phase)), _)| Mover { entity, foot, phase }).collect();
+        let (mut numbers, half) = (Numbers(2), half_width(plan.objects));
+        world.spawn_batch((0..plan.lights).map(|_| lamp(&mut numbers, half)));
     }
 
     /// How many objects move.
@@ -217,6 +210,16 @@ impl Yard {
     }
 }
 
+/// Of every object: its place on the ground, a number 0..1 that chooses its material, its phase.
+fn places(objects: u32) -> impl Iterator<Item = (Vec3, f32, f32)> {
+    let (side, half) = (side(objects), half_width(objects));
+    let mut numbers = Numbers(1);
+    (0..objects).map(move |i| {
+        let foot = Vec3::new((i % side) as f32 * SPACING - half, 0.0, (i / side) as f32 * SPACING - half);
+        (foot, numbers.unit(), numbers.unit() * TAU)
+    })
+}
+
 /// Objects along a side of the grid.
 fn side(objects: u32) -> u32 {
     (f64::from(objects).sqrt().ceil() as u32).max(1)
@@ -229,7 +232,7 @@ fn half_width(objects: u32) -> f32 {
 
 /// Whether the object of that number is one of the moving ones, spread evenly over all.
 fn moves(index: u32, fraction: f32) -> bool {
-    let before = |i: u32| (f64::from(i) * f64::from(fraction)).floor();
+    let before = |i: u32| (f64::from(i) * f64::from(fraction)).round();
     before(index + 1) > before(index)
 }
 
