@@ -32,6 +32,7 @@ pub mod shapes;
 pub mod split;
 pub mod stats;
 pub mod tangents;
+pub mod texture_memory;
 pub mod view;
 
 use bevy_ecs::prelude::*;

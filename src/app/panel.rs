@@ -16,6 +16,7 @@ use systems::draw_list::LightRecord;
 use systems::library::Technique;
 use systems::lights::LightPolicy;
 use systems::stats::{FrameStats, Stage};
+use systems::texture_memory;
 use systems::view::View;
 
 /// Points.
@@ -208,6 +209,9 @@ fn statistics(ui: &mut Ui, viewer: &mut Viewer, info: &FrameInfo) {
         row(ui, "draws", &format!("{} ({} blended)", stats.draws, frame.transparent));
         row(ui, "triangles", &count(stats.triangles));
         row(ui, "lights", &count(lights as u64));
+        let textures = texture_memory::used(viewer.simulation.library());
+        let megabytes = textures.bytes.div_ceil(1 << 20);
+        row(ui, "textures", &format!("{}, {megabytes} MB", count(textures.images as u64)));
         row(ui, "uploaded", &format!("{} bytes", count(stats.uploaded_bytes())));
         let selection = frame.stage_ms[Stage::Lights as usize];
         let again = format!("{selection:.2} ms, {} objects", count(frame.selected as u64));
