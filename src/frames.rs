@@ -4,6 +4,7 @@
 //! and each picture is written whole, so that an interrupted run can be resumed by what is there.
 
 use crate::compare::CompareError;
+use crate::import::progress;
 use crate::output::{self, OutputError};
 use crate::renderer::{Gpu, GpuError, RenderError, Renderer, Settings};
 use crate::scene::{self, SceneError};
@@ -17,8 +18,9 @@ use std::path::{Path, PathBuf};
 use systems::Simulation;
 use systems::clock::Clock;
 use systems::components::Camera;
-use systems::library::MeshId;
+use systems::library::{Library, MeshId};
 use systems::pieces::{PieceOf, WholeMesh};
+use systems::texture_memory::{self, Reduced};
 use systems::view::View;
 
 /// A kind of picture that is written for each frame.
@@ -67,6 +69,8 @@ pub struct FrameJob {
     pub lights: systems::lights::LightPolicy,
     /// Leaves frames alone whose pictures are all there.
     pub resume: bool,
+    /// How the scene is loaded.
+    pub load: LoadOptions,
     /// A film of the colour frames, made when they are all there; its rate is that of the scene's clock.
     pub video: Option<PathBuf>,
 }
@@ -114,13 +118,56 @@ pub struct Stage {
     pub camera: Entity,
 }
 
+/// How a scene is loaded.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LoadOptions {
+    /// Bytes that textures may take on the GPU; above it the largest are drawn smaller.
+    pub texture_bytes: u64,
+}
+
+impl Default for LoadOptions {
+    fn default() -> Self {
+        Self { texture_bytes: texture_memory::DEFAULT_MEGABYTES << 20 }
+    }
+}
+
+/// Keeps the textures within a bound and says how large they are.
+fn limit_textures(simulation: &mut Simulation, most_bytes: u64) {
+    let mut library = simulation.world.resource_mut::<Library>();
+    let before = texture_memory::used(&library);
+    let megabytes = |bytes: u64| bytes.div_ceil(1 << 20);
+    tracing::info!(images = before.images, texels = before.texels, "textures: {} MB", megabytes(before.bytes));
+    if before.bytes <= most_bytes {
+        return;
+    }
+    let reduced = texture_memory::limit(&mut library, most_bytes);
+    let name = |r: &Reduced| {
+        let name = library.image(r.image).map_or("", |image| image.name.as_str());
+        format!("{name} {}×{} as {}×{}", r.from.0, r.from.1, r.to.0, r.to.1)
+    };
+    let mut largest = reduced.clone();
+    largest.sort_by_key(|r| std::cmp::Reverse(u64::from(r.from.0) * u64::from(r.from.1)));
+    let named: Vec<String> = largest.iter().take(3).map(name).collect();
+    tracing::warn!(
+        "textures of {} MB are drawn in {} MB, as --texture-memory {} says: {} are smaller, among them {}",
+        megabytes(before.bytes),
+        megabytes(texture_memory::used(&library).bytes),
+        most_bytes >> 20,
+        reduced.len(),
+        named.join(", ")
+    );
+}
+
 /// Loads a scene and finds its camera; warnings are logged.
 ///
 /// # Errors
 /// [`FrameError::Scene`], [`FrameError::NoCamera`].
-pub fn load_stage(path: &Path, camera: Option<&str>) -> Result<Stage, FrameError> {
+pub fn load_stage(path: &Path, camera: Option<&str>, options: &LoadOptions) -> Result<Stage, FrameError> {
     let mut simulation = Simulation::new();
+    let bar = progress::Bar::on_terminal();
     let scene = scene::load(path, &mut simulation)?;
+    drop(bar);
+    limit_textures(&mut simulation, options.texture_bytes);
     for warning in &scene.warnings {
         tracing::warn!("{warning}");
     }
@@ -188,7 +235,7 @@ pub fn render_frames(job: &FrameJob, mut progress: impl FnMut(u64)) -> Result<Ve
     }
     // The driver takes its time to start; the scene loads meanwhile.
     let opening = std::thread::spawn(Gpu::headless);
-    let stage = load_stage(&job.scene, job.camera.as_deref());
+    let stage = load_stage(&job.scene, job.camera.as_deref(), &job.load);
     let gpu = opening.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
     let mut stage = stage?;
     let gpu = gpu?;

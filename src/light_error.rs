@@ -4,7 +4,7 @@
 //! an object; FLIP compares the pictures as written, all of them.
 
 use crate::compare::{self, LuminanceError};
-use crate::frames::{self, FrameError, Stage, view_of};
+use crate::frames::{self, FrameError, LoadOptions, Stage, view_of};
 use crate::output;
 use crate::renderer::{Gpu, Renderer, Settings};
 use image::RgbImage;
@@ -98,7 +98,7 @@ struct Drawn {
 /// [`FrameError`]; nothing is written before all pictures are drawn and compared.
 pub fn measure(job: &LightErrorJob) -> Result<LightReport, FrameError> {
     compare::check_size(job.size)?;
-    let mut stage = frames::load_stage(&job.scene, job.camera.as_deref())?;
+    let mut stage = frames::load_stage(&job.scene, job.camera.as_deref(), &LoadOptions::default())?;
     let mut renderer = Renderer::new(&Gpu::headless()?);
     for _ in 0..job.frame {
         stage.simulation.step();

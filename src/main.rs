@@ -7,7 +7,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use relief::app::{self, AppError};
 use relief::arguments::{parse_lights, parse_size, parse_technique};
 use relief::bench::{self, BenchArgs};
-use relief::frames::{self, FrameError, FrameJob, OutputKind};
+use relief::frames::{self, FrameError, FrameJob, LoadOptions, OutputKind};
 use relief::light_error::{self, LightErrorJob};
 use relief::renderer::{DebugView, Gpu, Settings};
 use relief::{check, demo};
@@ -19,6 +19,7 @@ use std::time::Instant;
 use systems::levels::LevelOfDetail;
 use systems::library::Technique;
 use systems::lights::LightPolicy;
+use systems::texture_memory::DEFAULT_MEGABYTES;
 
 /// A simulation renderer for scenes of many bump-mapped objects, each lit by its three most relevant lights.
 ///
@@ -181,12 +182,19 @@ struct ViewArgs {
     /// mesh as it is
     #[arg(long, value_name = "on | off", default_value = "on", value_parser = parse_levels)]
     levels: LevelOfDetail,
+    /// Most memory that textures take on the GPU; where they are larger, the largest are drawn at half their size and less
+    #[arg(long, value_name = "MB", default_value_t = DEFAULT_MEGABYTES, value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
+    texture_memory: u64,
     /// Worker threads; pictures are the same for any number [default: one per core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     threads: Option<u16>,
 }
 
 impl ViewArgs {
+    fn load(&self) -> LoadOptions {
+        LoadOptions { texture_bytes: self.texture_memory << 20 }
+    }
+
     fn settings(&self) -> Settings {
         Settings { technique: self.technique, debug: self.debug, levels: self.levels, ..Settings::default() }
     }
@@ -274,6 +282,7 @@ fn job(args: &RenderArgs) -> FrameJob {
         settings: args.view.settings(),
         lights: args.view.lights,
         resume: args.resume,
+        load: args.view.load(),
         video: args.video.clone(),
     }
 }
@@ -353,7 +362,7 @@ fn measure(args: &BenchArgs, started: Instant) -> ExitCode {
 fn run(args: &RunArgs) -> Result<(), FrameError> {
     systems::set_threads(args.view.threads.map(usize::from));
     let scene = args.scene.clone().unwrap_or_else(demo::scene_path);
-    let mut stage = frames::load_stage(&scene, args.view.camera.as_deref())?;
+    let mut stage = frames::load_stage(&scene, args.view.camera.as_deref(), &args.view.load())?;
     stage.simulation.world.insert_resource(args.view.lights);
     let options = app::Options {
         simulation: stage.simulation,

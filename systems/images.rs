@@ -89,6 +89,27 @@ impl Image {
         Self::with_levels(name.into(), width, height, kind, Texels::Rgba16Float, bytes)
     }
 
+    /// Bytes of all levels.
+    pub fn bytes(&self) -> u64 {
+        self.levels.iter().map(|level| level.len() as u64).sum()
+    }
+
+    /// Texels of all levels.
+    pub fn texel_count(&self) -> u64 {
+        let size = |level| level_size(self.width, self.height, level);
+        (0..self.levels.len() as u32).map(size).map(|(width, height)| u64::from(width) * u64::from(height)).sum()
+    }
+
+    /// Makes the second level the first; `false` where there is none.
+    pub(crate) fn drop_finest_level(&mut self) -> bool {
+        if self.levels.len() < 2 {
+            return false;
+        }
+        self.levels.remove(0);
+        (self.width, self.height) = level_size(self.width, self.height, 1);
+        true
+    }
+
     fn with_levels(name: String, width: u32, height: u32, kind: ImageKind, texels: Texels, pixels: Vec<u8>) -> Self {
         assert!(width > 0 && height > 0, "an image has at least one texel");
         assert_eq!(pixels.len(), width as usize * height as usize * texels.bytes(), "one element per texel");

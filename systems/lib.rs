@@ -34,6 +34,7 @@ pub mod shapes;
 pub mod split;
 pub mod stats;
 pub mod tangents;
+pub mod texture_memory;
 pub mod transforms;
 pub mod view;
 

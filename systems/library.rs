@@ -483,6 +483,10 @@ impl Library {
         &self.images
     }
 
+    pub(crate) fn images_mut(&mut self) -> &mut [Image] {
+        &mut self.images
+    }
+
     pub(crate) fn meshes_mut(&mut self) -> &mut [MeshEntry] {
         &mut self.meshes
     }

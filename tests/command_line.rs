@@ -300,3 +300,32 @@ fn lights_with_bad_input_exits_with_2_and_writes_nothing() {
         assert_fails(&relief(&["lights", "scene.ron", "--size", "8x8", "-o", "taken"], folder.path()), 1, &["taken"]);
     }
 }
+
+#[test]
+fn textures_that_take_more_than_they_may_are_drawn_smaller_and_named() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let folder = scene_folder();
+    let wall = image::RgbImage::from_fn(1024, 1024, |x, y| image::Rgb([(x / 4) as u8, (y / 4) as u8, 40]));
+    wall.save(folder.path().join("wall.png")).expect("a texture");
+    let scene = SCENE.replace("base_factor: (0.8, 0.1, 0.1)", "base_map: \"wall.png\"");
+    fs::write(folder.path().join("scene.ron"), scene).expect("a scene");
+    let render = |out: &str, megabytes: &str| {
+        let args = ["render", "scene.ron", "-o", out, "--size", "96x54", "--texture-memory", megabytes];
+        let output = relief(&args, folder.path());
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        (
+            text(&output.stderr),
+            image::open(folder.path().join(out).join("color_00000.png")).expect("a picture").to_rgb8(),
+        )
+    };
+    let (said, whole) = render("whole", "6");
+    assert!(!said.contains("--texture-memory"), "{said}");
+    let (said, smaller) = render("smaller", "1");
+    assert!(said.contains("wall 1024×1024 as 256×256") && said.contains("--texture-memory 1"), "{said}");
+    // At this size a quarter is enough.
+    let difference = |(a, b): (&u8, &u8)| f64::from(a.abs_diff(*b));
+    let mean = whole.iter().zip(smaller.iter()).map(difference).sum::<f64>() / whole.len() as f64;
+    assert!(mean < 1.0, "{mean}");
+}

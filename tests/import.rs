@@ -6,7 +6,7 @@ use base64::Engine;
 use bevy_ecs::prelude::*;
 use bevy_transform::components::Transform;
 use glam::{Quat, Vec2, Vec3, Vec4};
-use relief::import::{ImportError, Model, load_image, load_images, load_model};
+use relief::import::{ImportError, Model, load_image, load_images, load_model, load_models};
 use serde_json::{Value, json};
 use std::f32::consts::PI;
 use std::path::{Path, PathBuf};
@@ -599,4 +599,32 @@ fn a_header_that_promises_too_much_is_refused() {
     assert!(error.contains("huge.bmp") && error.contains("large"), "{error}");
     let missing = load_image(&folder.path().join("none.png"), ImageKind::Color).unwrap_err();
     assert!(matches!(missing, ImportError::Unreadable { .. }), "{missing}");
+}
+
+#[test]
+fn models_read_in_parallel_join_the_library_in_order() {
+    let names = ["van", "barrel", "missing", "crate"];
+    let file = |name: &str| {
+        let name = if name == "van" { "vehicle_van" } else { name };
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/models").join(format!("{name}.glb"))
+    };
+    let paths: Vec<PathBuf> = names.iter().map(|name| file(name)).collect();
+    let (mut one_by_one, mut together) = (Library::default(), Library::default());
+    let (before, _) = relief::import::progress::counts();
+    let expected: Vec<_> = paths.iter().map(|path| load_model(path, &mut one_by_one)).collect();
+    let models = load_models(&paths, &mut together);
+    assert_eq!(models.iter().map(Result::is_ok).collect::<Vec<_>>(), [true, true, false, true]);
+    for (model, expected) in models.iter().zip(&expected) {
+        let parts = |model: &Result<Model, ImportError>| match model {
+            Ok(model) => model.nodes.iter().map(|node| node.parts.clone()).collect::<Vec<_>>(),
+            Err(_) => Vec::new(),
+        };
+        assert_eq!(parts(model), parts(expected));
+    }
+    let meshes = |library: &Library| library.meshes().iter().map(|m| m.mesh.name.clone()).collect::<Vec<_>>();
+    assert_eq!(meshes(&together), meshes(&one_by_one));
+    assert_eq!(together.materials(), one_by_one.materials());
+    assert!(together.images() == one_by_one.images());
+    let (done, wanted) = relief::import::progress::counts();
+    assert!(done >= before + 2 * (together.images().len() - Library::default().images().len()) && wanted >= done);
 }

@@ -345,6 +345,7 @@ fn ids_and_their_names_are_the_objects() {
         settings: Settings::default(),
         lights: LightPolicy::Three,
         resume: false,
+        load: frames::LoadOptions::default(),
         video: None,
     };
     frames::render_frames(&job, |_| {}).unwrap_or_else(|e| panic!("{e}"));
@@ -369,7 +370,8 @@ fn street(gpu: &relief::renderer::Gpu, in_pieces: bool) -> Stage {
     let is_whole = |text: String, length: &&str| text.replace(length, "piece_metres: 0");
     let text = if in_pieces { text } else { lengths.iter().fold(text, is_whole) };
     let folder = folder();
-    let stage = frames::load_stage(&write(&folder, "street.ron", &text), Some("along"));
+    let stage =
+        frames::load_stage(&write(&folder, "street.ron", &text), Some("along"), &frames::LoadOptions::default());
     let frames::Stage { simulation, camera, .. } = stage.unwrap_or_else(|e| panic!("{e}"));
     let headless = Headless { renderer: Renderer::new(gpu), settings: Settings::default() };
     Stage { simulation, headless, camera, object: camera }

@@ -16,6 +16,7 @@ use systems::draw_list::LightRecord;
 use systems::library::Technique;
 use systems::lights::LightPolicy;
 use systems::stats::{FrameStats, Stage};
+use systems::texture_memory;
 use systems::view::View;
 
 /// Points.
@@ -207,6 +208,9 @@ fn statistics(ui: &mut Ui, viewer: &mut Viewer, info: &FrameInfo) {
         row(ui, "objects", &count(frame.objects as u64));
         row(ui, "draws", &format!("{} in {} calls ({} blended)", stats.draws, stats.draw_calls, frame.transparent));
         row(ui, "lights", &count(lights as u64));
+        let textures = texture_memory::used(viewer.simulation.library());
+        let megabytes = textures.bytes.div_ceil(1 << 20);
+        row(ui, "textures", &format!("{}, {megabytes} MB", count(textures.images as u64)));
         row(ui, "uploaded", &format!("{} bytes", count(stats.uploaded_bytes())));
         let selection = frame.stage_ms[Stage::Lights as usize];
         let again = format!("{selection:.2} ms, {} objects", count(frame.selected as u64));

@@ -7,6 +7,7 @@
 mod gltf;
 mod image;
 mod model;
+pub mod progress;
 
 pub use model::{Model, Node};
 
@@ -75,16 +76,38 @@ pub fn load_image(path: &Path, kind: ImageKind) -> Result<Image, ImportError> {
 /// Reads image files in parallel; the results are in the order of the requests.
 pub fn load_images(requests: &[(PathBuf, ImageKind)]) -> Vec<Result<Image, ImportError>> {
     systems::set_threads(None);
+    progress::expect(requests.len());
     ComputeTaskPool::get().scope(|scope| {
         for (path, kind) in requests {
-            scope.spawn(async move { image::load(path, *kind) });
+            scope.spawn(async move {
+                let image = image::load(path, *kind);
+                progress::done(1);
+                image
+            });
         }
     })
 }
 
 /// Reads a glTF file (`.gltf` or `.glb`); its meshes, materials and images join the library, or nothing does.
 pub fn load_model(path: &Path, library: &mut Library) -> Result<Model, ImportError> {
-    gltf::load(path, library)
+    Ok(gltf::draft(path)?.join(library))
+}
+
+/// Reads glTF files in parallel. They join the library in the order of the requests, whichever is read first.
+pub fn load_models(paths: &[PathBuf], library: &mut Library) -> Vec<Result<Model, ImportError>> {
+    systems::set_threads(None);
+    let pool = ComputeTaskPool::get();
+    let mut models = Vec::with_capacity(paths.len());
+    // A few at once: each may take much memory while its images are decoded.
+    for paths in paths.chunks(pool.thread_num().max(1)) {
+        let drafts = pool.scope(|scope| {
+            for path in paths {
+                scope.spawn(async move { gltf::draft(path) });
+            }
+        });
+        models.extend(drafts.into_iter().map(|draft| Ok(draft?.join(library))));
+    }
+    models
 }
 
 /// Everything wrong with a glTF file, errors first.

@@ -7,7 +7,7 @@ use super::values::MapSource;
 use crate::import::{self, Model, Node};
 use bevy_transform::components::Transform;
 use glam::{Affine2, Mat2, UVec2, Vec2};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use systems::bounds::Aabb;
 use systems::images::ImageKind;
@@ -50,7 +50,7 @@ fn image_kind(field: &str) -> ImageKind {
     }
 }
 
-/// Reads all images (in parallel) and models that the scene names, relative to `folder`.
+/// Reads all images and models that the scene names, in parallel, relative to `folder`.
 pub fn read(scene: &Scene, folder: &Path, library: &mut Library) -> (Files, Vec<Fault>) {
     let (mut files, mut faults) = (Files::default(), Vec::new());
     let mut wanted: Vec<(String, ImageKind)> = Vec::new();
@@ -73,19 +73,18 @@ pub fn read(scene: &Scene, folder: &Path, library: &mut Library) -> (Files, Vec<
             Err(error) => faults.extend(places.get(&key).map(|at| at.fault(error))),
         }
     }
-    let mut failed = Vec::new();
+    let mut models: Vec<(&str, Trail)> = Vec::new();
+    let mut known = HashSet::new();
     for (i, (name, mesh)) in scene.meshes.entries().iter().enumerate() {
-        let Some(file) = model_file(mesh) else { continue };
-        if files.models.contains_key(file) || failed.contains(&file) {
-            continue;
+        if let Some(file) = model_file(mesh).filter(|file| known.insert(*file)) {
+            models.push((file, Trail::default().field("meshes").enter(Step::Entry(i), name).field("file")));
         }
-        match import::load_model(&folder.join(file), library) {
+    }
+    let paths: Vec<PathBuf> = models.iter().map(|(file, _)| folder.join(file)).collect();
+    for ((file, at), model) in models.into_iter().zip(import::load_models(&paths, library)) {
+        match model {
             Ok(model) => _ = files.models.insert(file.into(), model),
-            Err(error) => {
-                failed.push(file);
-                let at = Trail::default().field("meshes").enter(Step::Entry(i), name).field("file");
-                faults.push(at.fault(error));
-            }
+            Err(error) => faults.push(at.fault(error)),
         }
     }
     (files, faults)

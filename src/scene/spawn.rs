@@ -125,7 +125,12 @@ impl Spawner<'_> {
         let entity = match placement.mesh.and_then(|mesh| self.items.shape(mesh)) {
             Some(Shape::Mesh(mesh, aabb)) => {
                 self.enclose(aabb.transformed(&world_from_entity));
-                self.world.spawn((at, *mesh, material.unwrap_or_default())).id()
+                let drawn = (at, *mesh, material.unwrap_or_default());
+                // Named at once: an entity that gets a component later is moved, which for 100,000 copies is noticed.
+                match &placement.name {
+                    Some(name) => self.world.spawn((drawn, Name::new(name.clone()))).id(),
+                    None => self.world.spawn(drawn).id(),
+                }
             }
             Some(Shape::Model(model, bounds)) => {
                 if *bounds != Aabb::default() {
@@ -138,7 +143,9 @@ impl Spawner<'_> {
         if let Some(parent) = parent {
             self.world.entity_mut(entity).insert(ChildOf(parent));
         }
-        if let Some(name) = &placement.name {
+        if let Some(name) = &placement.name
+            && self.world.get::<Name>(entity).map(Name::as_str) != Some(name)
+        {
             self.world.entity_mut(entity).insert(Name::new(name.clone()));
         }
         if let Some(source) = placement.light {

@@ -40,22 +40,22 @@ use systems::library::{ImageId, Library, Map, Material, MaterialId, Mesh, MeshId
 use textures::Images;
 
 /// A model whose ids count from 0, with the items that they stand for.
-struct Draft {
+pub struct Draft {
     model: Model,
     meshes: Vec<Mesh>,
     materials: Vec<Material>,
     images: Vec<Option<Image>>,
 }
 
-/// Reads a model into the library.
-pub fn load(path: &Path, library: &mut Library) -> Result<Model, ImportError> {
+/// Reads a model without a library: see [`Draft::join`].
+pub fn draft(path: &Path) -> Result<Draft, ImportError> {
     let mut report = Report::new(path);
     let draft = read(path, &mut report).unwrap_or_else(|fault| {
         report.error(fault);
         None
     });
     match (report.errors.into_iter().next(), draft) {
-        (None, Some(draft)) => Ok(Model { warnings: report.warnings, ..draft.join(library) }),
+        (None, Some(draft)) => Ok(Draft { model: Model { warnings: report.warnings, ..draft.model }, ..draft }),
         (Some(error), _) => Err(error),
         (None, None) => Err(Fault::invalid("document", "cannot be read").into_error(path)),
     }
@@ -138,7 +138,7 @@ fn note_what_rests(document: &Document, animated: bool, report: &mut Report) {
 
 impl Draft {
     /// Adds the items to the library and lets the model name them there.
-    fn join(self, library: &mut Library) -> Model {
+    pub fn join(self, library: &mut Library) -> Model {
         let images = self.images.into_iter().map(|image| image.map(|image| library.add_image(image)));
         let images: Vec<Option<ImageId>> = images.collect();
         let place = |map: Option<Map>| {

@@ -6,6 +6,7 @@
 use super::document::{Document, id_of};
 use super::report::{Fault, Read, Report};
 use crate::import::image::{self as decoder, Unfit};
+use crate::import::progress;
 use bevy_tasks::ComputeTaskPool;
 use glam::Affine2;
 use gltf::json::extensions::texture::TextureTransform;
@@ -173,6 +174,7 @@ impl Images {
             }
         };
         systems::set_threads(None);
+        progress::expect(self.requests.len());
         let (mut decoded, mut start) = (Vec::new(), 0);
         while start < self.requests.len() {
             // At once what takes no more memory than a single image may: at least one.
@@ -184,7 +186,11 @@ impl Images {
             let end = start + fit.count().max(1);
             decoded.extend(ComputeTaskPool::get().scope(|scope| {
                 for request in &self.requests[start..end] {
-                    scope.spawn(async { request.decode(&encoded) });
+                    scope.spawn(async {
+                        let image = request.decode(&encoded);
+                        progress::done(1);
+                        image
+                    });
                 }
             }));
             start = end;
