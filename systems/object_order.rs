@@ -339,9 +339,6 @@ fn around(spheres: &[Sphere]) -> Option<(Vec3, Vec3, f32)> {
     })
 }
 
-/// Bits per axis of the curve.
-const CURVE_BITS: u32 = 10;
-
 /// The spheres in the order of their places on a Hilbert curve.
 pub fn along_the_curve(spheres: &[Sphere]) -> Vec<Sphere> {
     let pool = bevy_tasks::TaskPoolBuilder::new().num_threads(1).build();
@@ -353,25 +350,43 @@ pub fn along_the_curve(spheres: &[Sphere]) -> Vec<Sphere> {
 /// Where each sphere lies on a Hilbert curve through the box around all.
 fn hilbert_keys(pool: &TaskPool, spheres: &[Sphere]) -> Vec<u32> {
     let (min, max, _) = around(spheres).unwrap_or_default();
-    // Cells are cubes: flat worlds use two axes of the curve and little of the third.
-    let scale = ((1 << CURVE_BITS) - 1) as f32 / (max - min).max_element().max(1e-3);
+    let extent = (max - min).max(Vec3::splat(1e-3));
+    let (thin, height) = (extent.min_position(), extent.min_element());
+    // A world that is no higher than a group of objects is wide has a curve of its own in the plane: those of three
+    // dimensions jump about where they are cut.
+    let area = extent.element_product() / height;
+    let is_flat = height * height * spheres.len() as f32 <= area * WIDTH as f32;
     let keys = pool.scope(|scope| {
         for spheres in spheres.chunks(1 << 14) {
             scope.spawn(async move {
-                let cell = |center: Vec3| ((center - min) * scale).max(Vec3::ZERO).to_array().map(|v| v as u32);
-                spheres.iter().map(|sphere| hilbert(cell(sphere.center))).collect::<Vec<u32>>()
+                // Cells are squares or cubes.
+                let top = if is_flat { u16::MAX.into() } else { (1 << 10) - 1 };
+                let scale = top as f32 / extent.max_element();
+                let cell = |v: f32| ((v * scale).max(0.0) as u32).min(top);
+                let key = |sphere: &Sphere| {
+                    let [x, y, z] = (sphere.center - min).to_array().map(cell);
+                    match thin {
+                        _ if !is_flat => hilbert([x, y, z]),
+                        0 => hilbert([y, z]),
+                        1 => hilbert([x, z]),
+                        _ => hilbert([x, y]),
+                    }
+                };
+                spheres.iter().map(key).collect::<Vec<u32>>()
             });
         }
     });
     keys.concat()
 }
 
-/// Index of a cell on the Hilbert curve (J. Skilling: "Programming the Hilbert curve", AIP Conference Proceedings 707,
-/// 2004): coordinates to the transposed index in place, then its bits interleaved.
-fn hilbert(mut x: [u32; 3]) -> u32 {
-    let mut bit = 1 << (CURVE_BITS - 1);
+/// Index of a cell on the Hilbert curve of so many dimensions, with as many bits per axis as fit (J. Skilling:
+/// "Programming the Hilbert curve", AIP Conference Proceedings 707, 2004): coordinates to the transposed index in place,
+/// then its bits interleaved.
+fn hilbert<const AXES: usize>(mut x: [u32; AXES]) -> u32 {
+    let bits = u32::BITS / AXES as u32;
+    let mut bit = 1 << (bits - 1);
     while bit > 1 {
-        for i in 0..3 {
+        for i in 0..AXES {
             if x[i] & bit != 0 {
                 x[0] ^= bit - 1;
             } else {
@@ -382,36 +397,42 @@ fn hilbert(mut x: [u32; 3]) -> u32 {
         }
         bit >>= 1;
     }
-    x[1] ^= x[0];
-    x[2] ^= x[1];
+    for i in 1..AXES {
+        x[i] ^= x[i - 1];
+    }
     let mut turn = 0;
-    let mut bit = 1 << (CURVE_BITS - 1);
+    let mut bit = 1 << (bits - 1);
     while bit > 1 {
-        if x[2] & bit != 0 {
+        if x[AXES - 1] & bit != 0 {
             turn ^= bit - 1;
         }
         bit >>= 1;
     }
-    let [x, y, z] = x.map(|axis| axis ^ turn);
-    (0..CURVE_BITS).rev().fold(0, |index, k| index << 3 | (x >> k & 1) << 2 | (y >> k & 1) << 1 | z >> k & 1)
+    let bits = (0..bits).rev().flat_map(|k| x.map(|axis| (axis ^ turn) >> k & 1));
+    bits.fold(0, |index, bit| index << 1 | bit)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    #[test]
-    fn the_curve_goes_from_cell_to_neighbouring_cell() {
-        let mut cells: Vec<(u32, [u32; 3])> = Vec::new();
-        for i in 0..4096u32 {
-            // The first octants of the curve, 16 cells wide.
-            let cell = [i & 15, i >> 4 & 15, i >> 8];
+    /// The first cells of a curve: a block at the origin, so many cells wide.
+    fn follow<const AXES: usize>(width: u32) {
+        let mut cells: Vec<(u32, [u32; AXES])> = Vec::new();
+        for mut i in 0..width.pow(AXES as u32) {
+            let cell = std::array::from_fn(|_| (i % width, i /= width).0);
             cells.push((hilbert(cell), cell));
         }
         cells.sort_unstable();
         for pair in cells.windows(2) {
-            let step: u32 = (0..3).map(|axis| pair[0].1[axis].abs_diff(pair[1].1[axis])).sum();
+            let step: u32 = (0..AXES).map(|axis| pair[0].1[axis].abs_diff(pair[1].1[axis])).sum();
             assert_eq!((pair[1].0 - pair[0].0, step), (1, 1), "{pair:?}");
         }
+    }
+
+    #[test]
+    fn the_curve_goes_from_cell_to_neighbouring_cell() {
+        follow::<2>(64);
+        follow::<3>(16);
     }
 }
