@@ -130,7 +130,7 @@ proptest! {
         let pool = TaskPoolBuilder::new().num_threads(size % 4 + 1).build();
         let mut out = vec![Selection::default(); whole.spheres.len()];
         let tree = LightTree::new(&whole.scored);
-        select_parallel(&pool, &tree, &whole.scored, LightPolicy::Three, &whole.spheres, &mut out);
+        select_parallel(&pool, &tree, &whole.scored, LightPolicy::Three, None, (&whole.spheres, &mut out));
         prop_assert_eq!(out, expected);
     }
 }
