@@ -357,3 +357,60 @@ impl Volume {
         (min.x <= max.x).then(|| Self::new(min, max, radius))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::relevance::light_record;
+    use bevy_transform::components::{GlobalTransform, Transform};
+
+    /// Numbers from 0 to 1 that look random.
+    fn any(seed: &mut u32) -> f32 {
+        *seed = seed.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+        let mixed = (*seed >> (*seed >> 28 & 7) + 4 ^ *seed).wrapping_mul(277_803_737);
+        (mixed >> 8) as f32 / (1 << 24) as f32
+    }
+
+    fn any_light(seed: &mut u32) -> ScoredLight {
+        let mut light = match (any(seed) * 20.0) as u32 {
+            0 => crate::components::Light::directional(1.0),
+            1 => return ScoredLight::OFF,
+            2..=8 => crate::components::Light::spot(1.0, 10.0, 0.5),
+            _ => crate::components::Light::point(1.0, 10.0),
+        };
+        light.intensity = 0.1 + any(seed);
+        let place = Transform::from_xyz(any(seed) * 300.0, any(seed) * 10.0, any(seed) * 300.0);
+        ScoredLight::new(&light_record(&light, &GlobalTransform::from(place)))
+    }
+
+    /// Few lights move, some of them far, change their kind, go out, come.
+    #[test]
+    fn an_updated_tree_is_the_tree_that_a_build_gives() {
+        let seed = &mut 7;
+        let mut scored: Vec<ScoredLight> = (0..3000).map(|_| any_light(seed)).collect();
+        let mut tree = LightTree::new(&scored);
+        for round in 0..40 {
+            let mut changed = Vec::new();
+            for _ in 0..round * 4 {
+                let slot = ((any(seed) * scored.len() as f32) as usize).min(scored.len() - 1);
+                changed.push(slot as u32);
+                if any(seed) < 0.5 {
+                    scored[slot].position.x += 0.3;
+                } else {
+                    scored[slot] = any_light(seed);
+                }
+            }
+            for _ in 0..round % 3 * 10 {
+                changed.push(scored.len() as u32);
+                scored.push(any_light(seed));
+            }
+            tree.update(&scored, &changed);
+            let built = LightTree::new(&scored);
+            assert_eq!((&tree.everywhere, &tree.slots), (&built.everywhere, &built.slots), "round {round}");
+            assert_eq!((&tree.keys, &tree.lights), (&built.keys, &built.lights), "round {round}");
+            // As text, in which what is not a number equals itself.
+            let boxes = |tree: &LightTree| format!("{:?} {:?}", tree.blocks, tree.levels);
+            assert!(boxes(&tree) == boxes(&built), "round {round}");
+        }
+    }
+}

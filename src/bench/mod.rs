@@ -2,4 +2,4 @@
 
 mod night;
 
-pub use night::Night;
+pub use night::{Movers, Night};
