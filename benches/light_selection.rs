@@ -3,7 +3,7 @@
 //! `scattered/…` and `city/…` search for all objects on one thread: `three alone` is the hard choice, `tree` what the
 //! light tree costs, `floor` what memory alone costs, every sphere read and every selection written. `frame/…` runs the
 //! frame's own systems on a world of entities, all threads added up, after nothing moved, one in a hundred objects and
-//! lights, or all of them.
+//! lights (spread over the world, or next to each other), or all of them.
 //!
 //! `cargo bench --bench light_selection -- city/1000000` runs a part of it.
 
@@ -13,7 +13,7 @@ use bevy_transform::components::GlobalTransform;
 use cpu_time::{ProcessTime, ThreadTime};
 use criterion::measurement::{Measurement, ValueFormatter, WallTime};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use relief::bench::Night;
+use relief::bench::{Movers, Night};
 use std::hint::black_box;
 use std::time::Duration;
 use systems::Simulation;
@@ -128,14 +128,14 @@ impl Frames {
         Self { world, schedule, objects, lights, night }
     }
 
-    /// Moves the first of the objects and lights, so many of each, and times the systems.
-    fn run(&mut self, objects: usize, lights: usize) -> Duration {
-        self.night.advance(objects, lights);
-        for (&entity, &sphere) in self.objects.iter().zip(&self.night.objects).take(objects) {
-            self.world.get_mut::<WorldBounds>(entity).unwrap().0 = sphere;
+    /// Moves objects and lights, and times the systems.
+    fn run(&mut self, movers: &Movers) -> Duration {
+        self.night.advance(movers);
+        for &i in &movers.objects {
+            self.world.get_mut::<WorldBounds>(self.objects[i]).unwrap().0 = self.night.objects[i];
         }
-        for (&entity, (_, place)) in self.lights.iter().zip(&self.night.lights).take(lights) {
-            *self.world.get_mut::<GlobalTransform>(entity).unwrap() = (*place).into();
+        for &i in &movers.lights {
+            *self.world.get_mut::<GlobalTransform>(self.lights[i]).unwrap() = self.night.lights[i].1.into();
         }
         let start = ProcessTime::now();
         self.schedule.run(&mut self.world);
@@ -150,11 +150,17 @@ fn frames(criterion: &mut Criterion<PerObject>) {
         group.throughput(Throughput::Elements(objects as u64));
         group.sample_size(10).warm_up_time(Duration::from_millis(500)).measurement_time(Duration::from_secs(4));
         let mut frames = None;
-        for (kind, part) in [("still", None), ("one in a hundred", Some(100)), ("all", Some(1))] {
+        let kinds: [(&str, fn(&Night) -> Movers); 4] = [
+            ("still", |_| Movers::default()),
+            ("one in a hundred", |night| night.some(100)),
+            ("one in a hundred, a district", |night| night.district(100)),
+            ("all", Night::all),
+        ];
+        for (kind, movers) in kinds {
             group.bench_function(BenchmarkId::new(kind, lights), |b| {
                 let frames = frames.get_or_insert_with(|| Frames::new(scene(objects, lights, 1)));
-                let count = |all: usize| part.map_or(0, |part| all / part);
-                b.iter_custom(|n| (0..n).map(|_| frames.run(count(objects), count(lights))).sum());
+                let movers = movers(&frames.night);
+                b.iter_custom(|n| (0..n).map(|_| frames.run(&movers)).sum());
             });
         }
     }

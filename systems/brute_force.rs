@@ -12,15 +12,47 @@ use crate::relevance::{ScoredLight, at_center, score};
 /// Chooses the lights of each sphere; `scored` is indexed by slot. A sphere that is not finite has none.
 pub fn select(scored: &[ScoredLight], policy: LightPolicy, spheres: &[Sphere], out: &mut [Selection]) {
     let order = search_order(scored);
-    let mut reaching = Vec::new();
+    let mut reached = Vec::new();
     for (&sphere, out) in spheres.iter().zip(out) {
-        let top = best(scored, &order, sphere, &mut reaching);
-        *out = top.selection(policy);
-        out.reaching = reaching.len() as u32;
-        if policy != LightPolicy::Hard && top.scores[3] > 0.0 {
-            add_remainder(scored, sphere, &reaching, out);
+        reached.clear();
+        let is_finite = sphere.center.is_finite() && sphere.radius.is_finite();
+        for &slot in order.iter().filter(|_| is_finite) {
+            let score = score(&scored[slot as usize], sphere);
+            if score > 0.0 {
+                reached.push(Reaching { score, slot, place: slot });
+            }
+        }
+        *out = choose(&reached, |slot| &scored[slot as usize], policy, sphere);
+    }
+}
+
+/// A light whose score for an object is above 0.
+pub(crate) struct Reaching {
+    pub score: f32,
+    pub slot: u32,
+    /// Where the light is.
+    pub place: u32,
+}
+
+/// Chooses from the lights that reach an object, in the order in which they are added up.
+pub(crate) fn choose<'a>(
+    lights: &[Reaching],
+    light: impl Fn(u32) -> &'a ScoredLight,
+    policy: LightPolicy,
+    sphere: Sphere,
+) -> Selection {
+    let mut top = Top { scores: [0.0; 4], slots: [NO_LIGHT; 3], dropped: 0.0 };
+    for reaching in lights {
+        top.offer(reaching.score, reaching.slot);
+    }
+    let mut selection = top.selection(policy);
+    selection.reaching = lights.len() as u32;
+    if policy != LightPolicy::Hard && top.scores[3] > 0.0 {
+        for reaching in lights {
+            add_remainder(reaching.slot, light(reaching.place), sphere, &mut selection);
         }
     }
+    selection
 }
 
 /// The best lights so far.
@@ -34,17 +66,16 @@ struct Top {
 
 impl Top {
     /// Takes a light in; of equal scores the lower slot is ahead.
-    fn offer(&mut self, score: f32, slot: u32) {
-        let is_better = |(&other, &taken): (&f32, &u32)| score > other || score == other && slot < taken;
-        if let Some(place) = self.scores.iter().zip(&self.slots).position(is_better) {
-            self.dropped += self.scores[2];
-            self.scores[place..].rotate_right(1);
-            self.slots[place..].rotate_right(1);
-            (self.scores[place], self.slots[place]) = (score, slot);
-        } else {
-            self.dropped += score;
-            self.scores[3] = self.scores[3].max(score);
+    fn offer(&mut self, mut score: f32, mut slot: u32) {
+        for (other, taken) in self.scores.iter_mut().zip(&mut self.slots) {
+            if score > *other || score == *other && slot < *taken {
+                std::mem::swap(other, &mut score);
+                std::mem::swap(taken, &mut slot);
+            }
         }
+        // What is left is out.
+        self.dropped += score;
+        self.scores[3] = self.scores[3].max(score);
     }
 
     /// The first three with their weights, no remainder yet.
@@ -62,33 +93,13 @@ impl Top {
     }
 }
 
-/// Scores every light; `reaching` receives the slots of those with a score above 0.
-fn best(scored: &[ScoredLight], order: &[u32], sphere: Sphere, reaching: &mut Vec<u32>) -> Top {
-    let mut top = Top { scores: [0.0; 4], slots: [NO_LIGHT; 3], dropped: 0.0 };
-    reaching.clear();
-    if !sphere.center.is_finite() || !sphere.radius.is_finite() {
-        return top;
-    }
-    for &slot in order {
-        let score = score(&scored[slot as usize], sphere);
-        if score > 0.0 {
-            top.offer(score, slot);
-            reaching.push(slot);
-        }
-    }
-    top
-}
-
-/// Adds up what the weights leave out of the lights that reach the object.
-fn add_remainder(scored: &[ScoredLight], sphere: Sphere, reaching: &[u32], selection: &mut Selection) {
-    for &slot in reaching {
-        let light = &scored[slot as usize];
-        let (irradiance, arriving) = at_center(light, sphere);
-        let weight = selection.lights.iter().position(|&chosen| chosen == slot).map_or(0.0, |i| selection.weights[i]);
-        let left_out = 1.0 - weight;
-        selection.remainder_ambient += light.tint * (left_out * irradiance);
-        selection.remainder_direction += arriving * (left_out * light.directed);
-        let even = left_out * irradiance * light.even;
-        selection.remainder_sides += arriving.abs() * (left_out * light.directed.abs()) + even;
-    }
+/// Adds what the weights leave out of a light that reaches the object.
+fn add_remainder(slot: u32, light: &ScoredLight, sphere: Sphere, selection: &mut Selection) {
+    let (irradiance, arriving) = at_center(light, sphere);
+    let weight = selection.lights.iter().position(|&chosen| chosen == slot).map_or(0.0, |i| selection.weights[i]);
+    let left_out = 1.0 - weight;
+    selection.remainder_ambient += light.tint * (left_out * irradiance);
+    selection.remainder_direction += arriving * (left_out * light.directed);
+    let even = left_out * irradiance * light.even;
+    selection.remainder_sides += arriving.abs() * (left_out * light.directed.abs()) + even;
 }

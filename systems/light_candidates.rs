@@ -4,7 +4,8 @@
 //! conditions for range and cone, with room for rounding.
 
 use crate::light_lanes::{Floats, LANES, splat};
-use crate::light_tree::{MARGIN, Node, Volume, WIDTH};
+use crate::light_tree::{MARGIN, Node, Volume, WIDTH, outer_tan};
+use crate::relevance::ScoredLight;
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 
@@ -62,8 +63,7 @@ pub(crate) fn within<S: Simd>(simd: S, range: Floats<S>, gap_squared: Floats<S>,
     (reach * reach).simd_gt(gap_squared).to_bitmask()
 }
 
-/// Which of the spots' cones meet the volume: the score's own test for the point of the box that is furthest along the
-/// axis and the one that is nearest to it, with room for rounding.
+/// Which of the spots' cones meet the volume.
 #[inline(always)]
 pub(crate) fn cone_meets<S: Simd>(
     simd: S,
@@ -73,16 +73,29 @@ pub(crate) fn cone_meets<S: Simd>(
     volume: &Volume,
 ) -> u64 {
     let (center, half) = (volume.min * 0.5 + volume.max * 0.5, (volume.max - volume.min) * 0.5);
+    let center = [splat(simd, center.x), splat(simd, center.y), splat(simd, center.z)];
     let half = [splat(simd, half.x), splat(simd, half.y), splat(simd, half.z)];
-    let x = splat(simd, center.x) - position[0];
-    let y = splat(simd, center.y) - position[1];
-    let z = splat(simd, center.z) - position[2];
+    let to_box = [center[0] - position[0], center[1] - position[1], center[2] - position[2]];
+    cone_meets_box(simd, to_box, half, splat(simd, volume.radius), axis, tan)
+}
+
+/// Which cones meet boxes, given from the apex to the centre, grown by a radius: the score's own test for the point of
+/// the box that is furthest along the axis and the one that is nearest to it, with room for rounding.
+#[inline(always)]
+fn cone_meets_box<S: Simd>(
+    simd: S,
+    [x, y, z]: [Floats<S>; 3],
+    half: [Floats<S>; 3],
+    radius: Floats<S>,
+    axis: [Floats<S>; 3],
+    tan: Floats<S>,
+) -> u64 {
     let distance = (x * x + y * y + z * z).sqrt();
     let t = x * axis[0] + y * axis[1] + z * axis[2];
     let off = [x - axis[0] * t, y - axis[1] * t, z - axis[2] * t];
     let off_squared = off[0] * off[0] + off[1] * off[1] + off[2] * off[2];
     // The subtraction cancels; its error is a small part of the distance, and room is made for it.
-    let radius = splat(simd, volume.radius) + distance * splat(simd, 1e-3);
+    let radius = radius + distance * splat(simd, 1e-3);
     let along = t + (axis[0].abs() * half[0] + axis[1].abs() * half[1] + axis[2].abs() * half[2]) + radius;
     // How far the box comes towards the axis, times the centre's distance from the axis, which saves a division.
     let toward = off[0].abs() * half[0] + off[1].abs() * half[1] + off[2].abs() * half[2];
@@ -90,6 +103,28 @@ pub(crate) fn cone_meets<S: Simd>(
     // Negated, so that what is not a number, far away, is kept.
     let outside = along.simd_le(splat(simd, 0.0)) | reach.simd_lt(off_squared);
     (!outside).to_bitmask()
+}
+
+/// Which children of a node of objects a spot's cone may meet: a bit each.
+#[inline(always)]
+pub(crate) fn node_in_cone<S: Simd>(simd: S, node: &Node, spot: &ScoredLight) -> u64 {
+    let (position, axis, tan) = (spot.position.to_array(), spot.axis.to_array(), outer_tan(spot.cos_outer));
+    let axis = [splat(simd, axis[0]), splat(simd, axis[1]), splat(simd, axis[2])];
+    let mut bits = 0;
+    for k in (0..WIDTH).step_by(Floats::<S>::LEN) {
+        let (min, max) = (load3(simd, &node.min, k), load3(simd, &node.max, k));
+        let (mut to_box, mut half) = (min, max);
+        // Room for what rounding does far from the origin.
+        let mut radius = load(simd, &node.range, k) * splat(simd, 1.0 + MARGIN);
+        for i in 0..3 {
+            let middle = min[i] * splat(simd, 0.5) + max[i] * splat(simd, 0.5);
+            to_box[i] = middle - splat(simd, position[i]);
+            half[i] = (max[i] - min[i]) * splat(simd, 0.5);
+            radius += (min[i].abs() + max[i].abs() + splat(simd, position[i].abs())) * splat(simd, 1e-6);
+        }
+        bits |= cone_meets_box(simd, to_box, half, radius, axis, splat(simd, tan)) << k;
+    }
+    bits
 }
 
 /// Which children of a node may reach the volume, or be reached from it: a bit each.

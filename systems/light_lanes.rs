@@ -1,17 +1,19 @@
-//! The arithmetic of the search with objects in the lanes of a vector: scores, the best four, the remainder.
+//! The arithmetic of the search with objects in the lanes of a vector: scores and the best four; the remainder is in
+//! [`crate::light_remainder`].
 //!
 //! Each function is the twin of one in [`crate::relevance`] or [`crate::brute_force`], operation by operation: nothing is
 //! fused, approximated or reordered, so that every instruction set gives the same bits. Functions and closures must be
 //! inlined into the one that was compiled for the instruction set, or each operation becomes a call.
 
 use crate::bounds::Sphere;
-use crate::draw_list::{LightRecord, NO_LIGHT};
+use crate::draw_list::NO_LIGHT;
+use crate::light_remainder::Remainder;
 use crate::light_tree::Volume;
 use crate::lights::{LightPolicy, Selection};
-use crate::relevance::{EXPONENT_SCALE, MIN_RADIUS, ROUNDING, SQUARINGS, ScoredLight, split_exponent};
+use crate::relevance::{MIN_RADIUS, ROUNDING, ScoredLight};
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 
 /// Lanes of the widest vector.
 pub(crate) const LANES: usize = 16;
@@ -27,8 +29,13 @@ pub(crate) fn splat<S: Simd>(simd: S, value: f32) -> Floats<S> {
 }
 
 #[inline(always)]
-fn splat3<S: Simd>(simd: S, value: Vec3) -> [Floats<S>; 3] {
+pub(crate) fn splat3<S: Simd>(simd: S, value: Vec3) -> [Floats<S>; 3] {
     [splat(simd, value.x), splat(simd, value.y), splat(simd, value.z)]
+}
+
+#[inline(always)]
+pub(crate) fn splat4<S: Simd>(simd: S, value: Vec4) -> [Floats<S>; 4] {
+    [splat(simd, value.x), splat(simd, value.y), splat(simd, value.z), splat(simd, value.w)]
 }
 
 /// A group of objects, one per lane. Lanes without an object, or with one that is not finite, are out of reach: no score
@@ -37,7 +44,7 @@ pub(crate) struct Objects<S: Simd> {
     center: [Floats<S>; 3],
     radius: Floats<S>,
     /// 0.5 / radius.
-    half_over_radius: Floats<S>,
+    pub half_over_radius: Floats<S>,
     is_finite: S::mask32s,
 }
 
@@ -52,6 +59,18 @@ impl<S: Simd> Objects<S> {
         let mut padded = [Sphere { center: Vec3::NAN, radius: 0.0 }; LANES];
         padded[..spheres.len()].copy_from_slice(spheres);
         Self::load_all(simd, bytemuck::cast_slice(&padded[..lanes]))
+    }
+
+    /// The same finite sphere in all lanes.
+    #[inline(always)]
+    pub fn same(simd: S, sphere: Sphere) -> Self {
+        let radius = sphere.radius.max(0.0);
+        Self {
+            center: splat3(simd, sphere.center),
+            radius: splat(simd, radius),
+            half_over_radius: splat(simd, 0.5 / radius.max(MIN_RADIUS)),
+            is_finite: S::mask32s::splat(simd, true),
+        }
     }
 
     /// From x, y, z, r, x, y, z, r, …
@@ -102,7 +121,7 @@ impl<S: Simd> Objects<S> {
 
     /// From the light to the objects.
     #[inline(always)]
-    fn offset(&self, simd: S, light: &ScoredLight) -> [Floats<S>; 3] {
+    pub fn offset(&self, simd: S, light: &ScoredLight) -> [Floats<S>; 3] {
         [
             self.center[0] - splat(simd, light.position.x),
             self.center[1] - splat(simd, light.position.y),
@@ -112,18 +131,19 @@ impl<S: Simd> Objects<S> {
 
     /// [`crate::relevance::score`], operation by operation; where that is 0 it may be less or not a number.
     #[inline(always)]
-    pub fn score<const SPOT: bool>(&self, simd: S, light: &ScoredLight) -> (Floats<S>, Lengths<S>) {
+    pub fn score<const SPOT: bool>(&self, simd: S, light: &Scoring<S>) -> (Floats<S>, Lengths<S>) {
         let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
-        let v = self.offset(simd, light);
+        let [x, y, z] = light.position;
+        let v = [self.center[0] - x, self.center[1] - y, self.center[2] - z];
         let distance = dot(v, v).sqrt();
         let d = (distance * splat(simd, 1.0 - ROUNDING) - self.radius).max(zero);
-        let window = range_window(simd, d * d, light);
-        let denominator = denominator(simd, d, light);
+        let window = range_window(simd, d * d, light.inverse_range_squared);
+        let denominator = denominator::<S>(d, light.denominator);
         if !SPOT {
             return (window / denominator, Lengths { distance, along: zero, off_axis: zero });
         }
         let r = self.radius + distance * splat(simd, ROUNDING);
-        let axis = splat3(simd, light.axis);
+        let axis = light.axis;
         let t = dot(v, axis);
         let off = [v[0] - axis[0] * t, v[1] - axis[1] * t, v[2] - axis[2] * t];
         let along = t + r;
@@ -133,10 +153,75 @@ impl<S: Simd> Objects<S> {
         let off = (off_axis - reach).max(zero);
         let cos = along / (along * along + off * off).sqrt();
         let cos_squared = cos * cos;
-        let cone = window * (cone_step(simd, cos, splat(simd, light.cos_outer), light) * cos_squared);
-        let falloff = cos_squared + splat(simd, light.falloff) * (one - cos_squared);
+        let cone = window * (cone_step(simd, cos, light.cos_outer, light.inverse_cone) * cos_squared);
+        let falloff = cos_squared + light.falloff * (one - cos_squared);
         let score = cone / (denominator * falloff);
         (along.simd_gt(zero).select(score, zero), Lengths { distance, along: t, off_axis })
+    }
+}
+
+/// What [`Objects::score`] reads of lights: of one for all lanes, or of one per lane.
+pub(crate) struct Scoring<S: Simd> {
+    position: [Floats<S>; 3],
+    inverse_range_squared: Floats<S>,
+    denominator: [Floats<S>; 4],
+    axis: [Floats<S>; 3],
+    cos_outer: Floats<S>,
+    inverse_cone: Floats<S>,
+    falloff: Floats<S>,
+}
+
+impl<S: Simd> Scoring<S> {
+    /// The same light in all lanes.
+    #[inline(always)]
+    pub fn of(simd: S, light: &ScoredLight) -> Self {
+        Self {
+            position: splat3(simd, light.position),
+            inverse_range_squared: splat(simd, light.inverse_range_squared),
+            denominator: splat4(simd, light.denominator),
+            axis: splat3(simd, light.axis),
+            cos_outer: splat(simd, light.cos_outer),
+            inverse_cone: splat(simd, light.inverse_cone),
+            falloff: splat(simd, light.falloff),
+        }
+    }
+
+    /// A light per lane, as many as there are.
+    #[inline(always)]
+    pub fn of_each<'a>(simd: S, lights: impl Iterator<Item = &'a ScoredLight>) -> Self {
+        let mut rows = [[0.0f32; LANES]; 14];
+        for (lane, light) in lights.enumerate() {
+            let [a, b, c] = light.position.to_array();
+            let [e, f, g, h] = light.denominator.to_array();
+            let [i, j, k] = light.axis.to_array();
+            let (d, l, m, n) = (light.inverse_range_squared, light.cos_outer, light.inverse_cone, light.falloff);
+            for (row, value) in rows.iter_mut().zip([a, b, c, d, e, f, g, h, i, j, k, l, m, n]) {
+                row[lane] = value;
+            }
+        }
+        let rows = rows.each_ref().map(|row| &row[..Floats::<S>::LEN]);
+        Self {
+            position: [
+                Floats::<S>::from_slice(simd, rows[0]),
+                Floats::<S>::from_slice(simd, rows[1]),
+                Floats::<S>::from_slice(simd, rows[2]),
+            ],
+            inverse_range_squared: Floats::<S>::from_slice(simd, rows[3]),
+            denominator: [
+                Floats::<S>::from_slice(simd, rows[4]),
+                Floats::<S>::from_slice(simd, rows[5]),
+                Floats::<S>::from_slice(simd, rows[6]),
+                Floats::<S>::from_slice(simd, rows[7]),
+            ],
+            axis: [
+                Floats::<S>::from_slice(simd, rows[8]),
+                Floats::<S>::from_slice(simd, rows[9]),
+                Floats::<S>::from_slice(simd, rows[10]),
+            ],
+            cos_outer: Floats::<S>::from_slice(simd, rows[11]),
+            inverse_cone: Floats::<S>::from_slice(simd, rows[12]),
+            falloff: Floats::<S>::from_slice(simd, rows[13]),
+        }
     }
 }
 
@@ -153,9 +238,9 @@ pub(crate) struct Lengths<S: Simd> {
 pub(crate) struct Met {
     /// 0 where it does not reach.
     score: [f32; LANES],
-    distance: [f32; LANES],
-    along: [f32; LANES],
-    off_axis: [f32; LANES],
+    pub distance: [f32; LANES],
+    pub along: [f32; LANES],
+    pub off_axis: [f32; LANES],
     /// In the tree; not for a directional light.
     pub place: u32,
     pub slot: u32,
@@ -186,29 +271,29 @@ impl Met {
 }
 
 #[inline(always)]
-fn dot<T: Copy + std::ops::Mul<Output = T> + std::ops::Add<Output = T>>(a: [T; 3], b: [T; 3]) -> T {
+pub(crate) fn dot<T: Copy + std::ops::Mul<Output = T> + std::ops::Add<Output = T>>(a: [T; 3], b: [T; 3]) -> T {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 #[inline(always)]
-fn range_window<S: Simd>(simd: S, distance_squared: Floats<S>, light: &ScoredLight) -> Floats<S> {
-    let x = distance_squared * splat(simd, light.inverse_range_squared);
+pub(crate) fn range_window<S: Simd>(
+    simd: S,
+    distance_squared: Floats<S>,
+    inverse_range_squared: Floats<S>,
+) -> Floats<S> {
+    let x = distance_squared * inverse_range_squared;
     let window = (splat(simd, 1.0) - x * x).max(splat(simd, 0.0));
     window * window
 }
 
 #[inline(always)]
-fn denominator<S: Simd>(simd: S, d: Floats<S>, light: &ScoredLight) -> Floats<S> {
-    let constant = splat(simd, light.denominator.x);
-    let linear = splat(simd, light.denominator.y);
-    let quadratic = splat(simd, light.denominator.z);
-    let least = splat(simd, light.denominator.w);
+pub(crate) fn denominator<S: Simd>(d: Floats<S>, [constant, linear, quadratic, least]: [Floats<S>; 4]) -> Floats<S> {
     (constant + d * (linear + d * quadratic)).max(least)
 }
 
 #[inline(always)]
-fn cone_step<S: Simd>(simd: S, cos: Floats<S>, edge: Floats<S>, light: &ScoredLight) -> Floats<S> {
-    let step = (cos - edge) * splat(simd, light.inverse_cone);
+pub(crate) fn cone_step<S: Simd>(simd: S, cos: Floats<S>, edge: Floats<S>, inverse_cone: Floats<S>) -> Floats<S> {
+    let step = (cos - edge) * inverse_cone;
     let step = step.max(splat(simd, 0.0)).min(splat(simd, 1.0));
     step * step
 }
@@ -285,125 +370,6 @@ fn weight<S: Simd>(simd: S, score: Floats<S>, fourth: Floats<S>, policy: LightPo
     let squared = ratio * ratio;
     let weight = if policy == LightPolicy::Hard { one } else { one - squared * squared };
     score.simd_gt(zero).select(weight, zero)
-}
-
-pub(crate) const DIRECTIONAL: u32 = LightRecord::DIRECTIONAL;
-pub(crate) const POINT: u32 = LightRecord::POINT;
-/// Either kind of spot.
-pub(crate) const SPOT: u32 = LightRecord::SPOT_CONE;
-
-/// What the weights leave out, summed per lane.
-pub(crate) struct Remainder<S: Simd> {
-    ambient: [Floats<S>; 3],
-    direction: [Floats<S>; 3],
-    sides: [Floats<S>; 3],
-}
-
-impl<S: Simd> Remainder<S> {
-    #[inline(always)]
-    pub fn new(simd: S) -> Self {
-        let zero = [splat(simd, 0.0); 3];
-        Self { ambient: zero, direction: zero, sides: zero }
-    }
-
-    /// Adds a light, [`crate::relevance::at_center`] operation by operation.
-    #[inline(always)]
-    pub fn add<const KIND: u32>(
-        &mut self,
-        simd: S,
-        objects: &Objects<S>,
-        light: &ScoredLight,
-        met: &Met,
-        left_out: Floats<S>,
-    ) {
-        let lanes = Floats::<S>::LEN;
-        let zero = splat(simd, 0.0);
-        let (irradiance, arriving) = if KIND == DIRECTIONAL {
-            (splat(simd, light.luminance), splat3(simd, light.axis * -light.luminance))
-        } else {
-            let v = objects.offset(simd, light);
-            let squared = dot(v, v);
-            let distance = Floats::<S>::from_slice(simd, &met.distance[..lanes]);
-            let d = distance.max(splat(simd, MIN_RADIUS));
-            let mut over_distance = range_window(simd, squared, light) / (denominator(simd, distance, light) * d);
-            if KIND == SPOT {
-                let along = Floats::<S>::from_slice(simd, &met.along[..lanes]);
-                let cos = along / d;
-                let (cos_edge, sin_edge) = (splat(simd, light.edge[0]), splat(simd, light.edge[1]));
-                over_distance *= if light.kind == LightRecord::SPOT_CONE {
-                    cone_step(simd, cos, cos_edge, light)
-                } else {
-                    let off_axis = Floats::<S>::from_slice(simd, &met.off_axis[..lanes]);
-                    let inside = along * sin_edge - off_axis * cos_edge;
-                    let part = splat(simd, 0.5) + inside * objects.half_over_radius;
-                    let part = part.max(zero).min(splat(simd, 1.0));
-                    let step = part * part * (splat(simd, 3.0) - splat(simd, 2.0) * part);
-                    power(simd, cos.max(zero), light.exponent) * step
-                };
-            }
-            let toward = -over_distance;
-            (over_distance * d, [v[0] * toward, v[1] * toward, v[2] * toward])
-        };
-        // Where it does not reach, these may be no numbers.
-        let reaches = S::mask32s::from_bitmask(simd, met.bits.into());
-        let directed = left_out * splat(simd, light.directed);
-        let part = reaches.select(left_out * irradiance, zero);
-        self.ambient[0] += splat(simd, light.tint.x) * part;
-        self.ambient[1] += splat(simd, light.tint.y) * part;
-        self.ambient[2] += splat(simd, light.tint.z) * part;
-        self.direction[0] += reaches.select(arriving[0] * directed, zero);
-        self.direction[1] += reaches.select(arriving[1] * directed, zero);
-        self.direction[2] += reaches.select(arriving[2] * directed, zero);
-        let sided = left_out * splat(simd, light.directed.abs());
-        let even = part * splat(simd, light.even);
-        self.sides[0] += reaches.select(arriving[0].abs() * sided + even, zero);
-        self.sides[1] += reaches.select(arriving[1].abs() * sided + even, zero);
-        self.sides[2] += reaches.select(arriving[2].abs() * sided + even, zero);
-    }
-}
-
-/// Exponents below 2 to this many bits are raised without a branch.
-const SMALL_EXPONENT_BITS: u32 = 3;
-
-/// A factor if the lowest bit is set, otherwise 1.
-#[inline(always)]
-fn if_set<S: Simd>(simd: S, bits: u32, factor: Floats<S>) -> Floats<S> {
-    let is_set = S::u32s::splat(simd, bits & 1).simd_gt(S::u32s::splat(simd, 0));
-    is_set.select(factor, splat(simd, 1.0))
-}
-
-/// [`crate::relevance`]'s power.
-#[inline(always)]
-fn power<S: Simd>(simd: S, x: Floats<S>, e: f32) -> Floats<S> {
-    let (whole, fraction) = split_exponent(e);
-    let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
-    let (mut result, mut square, mut bits) = (one, x, whole);
-    // Lights differ in their exponents, and branches would be mispredicted: small ones go without.
-    for _ in 0..SMALL_EXPONENT_BITS {
-        result *= if_set(simd, bits, square);
-        square *= square;
-        bits >>= 1;
-    }
-    while bits > 0 {
-        result *= if_set(simd, bits, square);
-        square *= square;
-        bits >>= 1;
-    }
-    if fraction > 0.0 {
-        let root = x.sqrt().sqrt();
-        let z = (root - one) / (root + one);
-        let z2 = z * z;
-        let tail = splat(simd, 1.0 / 7.0) + z2 * splat(simd, 1.0 / 9.0);
-        let series = one + z2 * (splat(simd, 1.0 / 3.0) + z2 * (splat(simd, 1.0 / 5.0) + z2 * tail));
-        let y = splat(simd, fraction * EXPONENT_SCALE) * (z * series);
-        let tail = splat(simd, 1.0 / 6.0) + y * splat(simd, 1.0 / 24.0);
-        let mut power = one + y * (one + y * (splat(simd, 0.5) + y * tail));
-        for _ in 0..SQUARINGS {
-            power *= power;
-        }
-        result *= x.simd_gt(zero).select(power, zero);
-    }
-    result
 }
 
 /// From lanes to objects: four fields at a time are interleaved, and lie in the selection side by side.

@@ -12,8 +12,11 @@
 //! ([`Level`]).
 
 use crate::bounds::Sphere;
+use crate::brute_force;
+use crate::light_alone::select_one;
 use crate::light_candidates::{Candidates, Row, cone_meets, gap_squared, load, load3, node_in_range, within};
-use crate::light_lanes::{DIRECTIONAL, Floats, Met, Objects, POINT, Remainder, SPOT, Top, store};
+use crate::light_lanes::{Floats, Met, Objects, Scoring, Top, store};
+use crate::light_remainder::{DIRECTIONAL, POINT, Remainder, SPOT};
 use crate::light_tree::{LightTree, Volume, WIDTH};
 use crate::lights::{LightPolicy, Selection};
 use crate::relevance::ScoredLight;
@@ -25,28 +28,51 @@ use fearless_simd::{Simd, dispatch};
 const CLUSTER: usize = 1024;
 /// Objects that share a list of candidates, from which each group takes its own.
 const PACKET: usize = 128;
+/// Places that clusters, packets and groups span at most: the objects of some places only, too far from each other, would
+/// share long lists for little.
+const CLUSTER_SPAN: u32 = 2048;
+const PACKET_SPAN: u32 = 256;
+const GROUP_SPAN: u32 = 64;
+/// Groups of so many objects are not worth a vector: they choose one by one.
+const FEW: usize = 3;
 
 /// Lists that a search reuses.
 #[derive(Default)]
 pub struct Scratch {
-    /// Around each group of the cluster.
-    volumes: Vec<Option<Volume>>,
+    /// How many objects each group of the cluster has, and what is around them.
+    groups: Vec<(usize, Option<Volume>)>,
+    /// How many groups each packet of the cluster has.
+    packets: Vec<usize>,
     stack: Vec<(u32, u32)>,
     points: Nearby,
     spots: Nearby,
     /// What reaches some object of the group: directional, point and spot lights.
     reaching: [Reaching; 3],
+    /// What reaches an object that chooses by itself.
+    one: Vec<brute_force::Reaching>,
 }
 
 /// Lights of one kind that may reach a cluster of objects.
 #[derive(Default)]
-struct Nearby {
+pub(crate) struct Nearby {
     cluster: Candidates,
     /// Those that may reach the packet.
     packet: Candidates,
     /// Those of them that may reach the group: places in the tree.
     group: Vec<u32>,
     group_count: usize,
+}
+
+impl Nearby {
+    /// Finds those of the packet that may reach the volume.
+    #[inline(always)]
+    pub fn find<S: Simd, const SPOTS: bool>(&mut self, simd: S, volume: &Volume) {
+        self.group_count = self.packet.find::<S, SPOTS>(simd, volume, &mut self.group);
+    }
+
+    pub fn near(&self) -> &[u32] {
+        &self.group[..self.group_count]
+    }
 }
 
 /// Lights that reach some object of a group.
@@ -82,15 +108,41 @@ pub fn select(
     (spheres, out): (&[Sphere], &mut [Selection]),
     scratch: &mut Scratch,
 ) {
+    let places: [u32; CLUSTER] = std::array::from_fn(|place| place as u32);
+    for (spheres, out) in spheres.chunks(CLUSTER).zip(out.chunks_mut(CLUSTER)) {
+        select_sparse(level, tree, scored, policy, (&places[..spheres.len()], spheres, out), scratch);
+    }
+}
+
+/// [`select`] for objects at some places only of a longer list of neighbours; ascending.
+pub fn select_sparse(
+    level: Level,
+    tree: &LightTree,
+    scored: &[ScoredLight],
+    policy: LightPolicy,
+    (mut places, mut spheres, mut out): (&[u32], &[Sphere], &mut [Selection]),
+    scratch: &mut Scratch,
+) {
     dispatch!(level, simd => {
-        for (spheres, out) in spheres.chunks(CLUSTER).zip(out.chunks_mut(CLUSTER)) {
+        while !places.is_empty() {
+            let count = together(places, CLUSTER, CLUSTER_SPAN);
+            let (cluster, later) = out.split_at_mut(count);
+            let work = (&places[..count], &spheres[..count], cluster);
             if policy == LightPolicy::Hard {
-                select_cluster::<_, false>(simd, tree, scored, policy, spheres, out, scratch);
+                select_cluster::<_, false>(simd, tree, scored, policy, work, scratch);
             } else {
-                select_cluster::<_, true>(simd, tree, scored, policy, spheres, out, scratch);
+                select_cluster::<_, true>(simd, tree, scored, policy, work, scratch);
             }
+            (places, spheres, out) = (&places[count..], &spheres[count..], later);
         }
     });
+}
+
+/// How many of the first places belong together: at most so many, in so long a span.
+#[inline(always)]
+fn together(places: &[u32], count: usize, span: u32) -> usize {
+    let places = &places[..count.min(places.len())];
+    places.partition_point(|&place| place - places[0] < span)
 }
 
 /// The slots of all lights that reach a sphere, in [`crate::light_tree::search_order`].
@@ -106,7 +158,7 @@ pub fn reaching(
     }
     let mut out = [Selection::default()];
     select(level, tree, scored, LightPolicy::Hard, (&[sphere], &mut out), scratch);
-    scratch.reaching.iter().flat_map(Reaching::as_slice).map(|met| met.slot).collect()
+    scratch.one.iter().map(|light| light.slot).collect()
 }
 
 #[inline(always)]
@@ -115,40 +167,67 @@ fn select_cluster<S: Simd, const REMAINDER: bool>(
     tree: &LightTree,
     scored: &[ScoredLight],
     policy: LightPolicy,
-    spheres: &[Sphere],
-    out: &mut [Selection],
+    (places, mut spheres, mut out): (&[u32], &[Sphere], &mut [Selection]),
     scratch: &mut Scratch,
 ) {
     let lanes = Floats::<S>::LEN;
-    let Scratch { volumes, stack, points, spots, reaching } = scratch;
-    volumes.clear();
-    // Not by `extend`: it would not be inlined, and each operation would become a call.
-    for spheres in spheres.chunks(lanes) {
-        volumes.push(Objects::load(simd, spheres).volume(simd));
+    let Scratch { groups, packets, stack, points, spots, reaching, one } = scratch;
+    groups.clear();
+    packets.clear();
+    let mut first = 0;
+    while first < places.len() {
+        let packet = &places[first..first + together(&places[first..], PACKET, PACKET_SPAN)];
+        let groups_before = groups.len();
+        let mut start = 0;
+        while start < packet.len() {
+            let count = together(&packet[start..], lanes, GROUP_SPAN);
+            let spheres = &spheres[first + start..first + start + count];
+            groups.push((count, Objects::load(simd, spheres).volume(simd)));
+            start += count;
+        }
+        packets.push(groups.len() - groups_before);
+        first += packet.len();
     }
     points.cluster.count = 0;
     spots.cluster.count = 0;
-    if let Some(volume) = Volume::union(volumes) {
+    if let Some(volume) = Volume::union(groups.iter().map(|group| group.1)) {
         walk(simd, tree, &volume, stack, &mut points.cluster, &mut spots.cluster);
     }
-    let packets = spheres.chunks(PACKET).zip(out.chunks_mut(PACKET)).zip(volumes.chunks(PACKET / lanes));
-    for ((spheres, out), volumes) in packets {
-        let Some(volume) = Volume::union(volumes) else {
-            out.fill(Selection::default());
-            continue;
-        };
-        points.cluster.filter::<S, false>(simd, &volume, &mut points.packet);
-        spots.cluster.filter::<S, true>(simd, &volume, &mut spots.packet);
-        for ((spheres, out), volume) in spheres.chunks(lanes).zip(out.chunks_mut(lanes)).zip(volumes) {
-            if let Some(volume) = volume {
-                points.group_count = points.packet.find::<S, false>(simd, volume, &mut points.group);
-                spots.group_count = spots.packet.find::<S, true>(simd, volume, &mut spots.group);
-                let objects = Objects::load(simd, spheres);
-                let near = (&points.group[..points.group_count], &spots.group[..spots.group_count]);
-                select_group::<_, REMAINDER>(simd, tree, scored, policy, &objects, near, reaching, out);
-            } else {
-                out.fill(Selection::default());
+    let mut groups = &groups[..];
+    for &packet in &*packets {
+        let (packet, later) = groups.split_at(packet);
+        groups = later;
+        if let Some(volume) = Volume::union(packet.iter().map(|group| group.1)) {
+            points.cluster.filter::<S, false>(simd, &volume, &mut points.packet);
+            spots.cluster.filter::<S, true>(simd, &volume, &mut spots.packet);
+        }
+        for &(count, volume) in packet {
+            let (group, later) = spheres.split_at(count);
+            let (found, later_out) = std::mem::take(&mut out).split_at_mut(count);
+            (spheres, out) = (later, later_out);
+            let Some(volume) = volume else {
+                found.fill(Selection::default());
+                continue;
+            };
+            if count <= FEW {
+                for (&sphere, found) in group.iter().zip(found) {
+                    *found = select_one(simd, tree, scored, policy, sphere, (points, spots), one);
+                }
+                continue;
             }
+            points.find::<S, false>(simd, &volume);
+            spots.find::<S, true>(simd, &volume);
+            let objects = Objects::load(simd, group);
+            select_group::<_, REMAINDER>(
+                simd,
+                tree,
+                scored,
+                policy,
+                &objects,
+                (points.near(), spots.near()),
+                reaching,
+                found,
+            );
         }
     }
 }
@@ -213,7 +292,7 @@ fn meet<S: Simd, const SPOTS: bool, const REMAINDER: bool>(
     let (lights, slots) = (&tree.lights[..], &tree.slots[..tree.lights.len()]);
     let mut count = 0;
     for &place in places {
-        let (score, lengths) = objects.score::<SPOTS>(simd, &lights[place as usize]);
+        let (score, lengths) = objects.score::<SPOTS>(simd, &Scoring::of(simd, &lights[place as usize]));
         let met = &mut list[count];
         (met.place, met.slot) = (place, slots[place as usize]);
         if REMAINDER {

@@ -15,10 +15,10 @@ use crate::library::MeshId;
 use crate::light_search::{self, Level, Scratch};
 use crate::light_tree::LightTree;
 use crate::lights::{LightPolicy, LightTable, Selection};
-use crate::object_order::{ObjectOrder, Place};
+use crate::object_order::{Dirty, ObjectOrder, Place};
 use crate::relevance::ScoredLight;
 use crate::stats::FrameStats;
-use bevy_ecs::change_detection::ContiguousRef;
+use bevy_ecs::change_detection::{ContiguousMut, ContiguousRef};
 use bevy_ecs::prelude::*;
 use bevy_tasks::{ComputeTaskPool, TaskPool};
 
@@ -29,25 +29,36 @@ const MANY_LIGHTS: usize = 8;
 const FEW_LIGHTS: usize = 64;
 /// All objects are searched if more than one in this many are marked.
 const MANY_OBJECTS: usize = 4;
+/// All objects look their selection up if more than one in this many were searched: that reads them in the order they lie
+/// in memory, and to find one by its entity costs as much as to pass so many by.
+const SOME_OBJECTS: usize = 64;
 
-/// [`light_search::select`] with the spheres shared out over the threads of a pool.
+/// [`light_search::select`] with the spheres shared out over the threads of a pool; `places` where they are not
+/// neighbours, see [`light_search::select_sparse`].
 pub fn select_parallel(
     pool: &TaskPool,
     tree: &LightTree,
     scored: &[ScoredLight],
     policy: LightPolicy,
-    spheres: &[Sphere],
-    out: &mut [Selection],
+    places: Option<&[u32]>,
+    (spheres, out): (&[Sphere], &mut [Selection]),
 ) {
     let level = Level::new();
+    let search = |places: Option<&[u32]>, spheres: &[Sphere], out: &mut [Selection]| {
+        let scratch = &mut Scratch::default();
+        match places {
+            Some(places) => light_search::select_sparse(level, tree, scored, policy, (places, spheres, out), scratch),
+            None => light_search::select(level, tree, scored, policy, (spheres, out), scratch),
+        }
+    };
     if spheres.len() <= CHUNK {
-        return light_search::select(level, tree, scored, policy, (spheres, out), &mut Scratch::default());
+        return search(places, spheres, out);
     }
     pool.scope(|scope| {
-        for work in spheres.chunks(CHUNK).zip(out.chunks_mut(CHUNK)) {
-            scope.spawn(async move {
-                light_search::select(level, tree, scored, policy, work, &mut Scratch::default());
-            });
+        for (i, (spheres, out)) in spheres.chunks(CHUNK).zip(out.chunks_mut(CHUNK)).enumerate() {
+            let places = places.map(|places| &places[i * CHUNK..i * CHUNK + spheres.len()]);
+            let search = &search;
+            scope.spawn(async move { search(places, spheres, out) });
         }
     });
 }
@@ -56,7 +67,7 @@ pub fn select_parallel(
 #[derive(Default)]
 pub struct Kept {
     policy: LightPolicy,
-    places: Vec<u32>,
+    dirty: Dirty,
     spheres: Vec<Sphere>,
     selections: Vec<Selection>,
 }
@@ -87,7 +98,7 @@ pub fn select_lights(
         }
     }
     if std::mem::replace(&mut kept.policy, *policy) != *policy
-        || table.changes().len() / 2 > FEW_LIGHTS.max(table.scored().len() / MANY_LIGHTS)
+        || table.changes().len() > FEW_LIGHTS.max(table.scored().len() / MANY_LIGHTS)
     {
         order.mark_all();
     } else if !table.changes().is_empty() {
@@ -100,31 +111,67 @@ pub fn select_lights(
             found.map(|mut component| *component = place).is_ok()
         });
     }
-    order.take_dirty(&mut kept.places);
-    stats.selected = kept.places.len();
-    if kept.places.len() * MANY_OBJECTS > order.spheres().len() {
-        // By place, so that all objects can look theirs up at once.
-        kept.selections.resize(order.spheres().len(), Selection::default());
-        select_parallel(pool, table.tree(), table.scored(), *policy, order.spheres(), &mut kept.selections);
-        let selections = &kept.selections;
+    order.take_dirty(&mut kept.dirty);
+    let dirty = &kept.dirty;
+    stats.selected = dirty.places.len();
+    let all = order.spheres().len();
+    let is_all = dirty.places.len() * MANY_OBJECTS > all;
+    kept.spheres.clear();
+    if !is_all {
+        kept.spheres.extend(dirty.places.iter().map(|&place| order.spheres()[place as usize]));
+    }
+    let spheres = if is_all { order.spheres() } else { &kept.spheres };
+    kept.selections.resize(spheres.len(), Selection::default());
+    let places = (!is_all).then_some(&dirty.places[..]);
+    let work = (spheres, &mut kept.selections[..]);
+    select_parallel(pool, table.tree(), table.scored(), *policy, places, work);
+    let found = &kept.selections;
+    if is_all {
         objects.p3().par_iter_mut().for_each(|(place, mut selection)| {
-            if let Some(&found) = selections.get(place.0 as usize) {
+            if let Some(&found) = found.get(place.0 as usize) {
                 selection.set_if_neq(found);
             }
         });
-        return;
-    }
-    kept.spheres.clear();
-    kept.spheres.extend(kept.places.iter().map(|&place| order.spheres()[place as usize]));
-    kept.selections.clear();
-    kept.selections.resize(kept.places.len(), Selection::default());
-    select_parallel(pool, table.tree(), table.scored(), *policy, &kept.spheres, &mut kept.selections);
-    let mut selections = objects.p2();
-    for (&place, &found) in kept.places.iter().zip(&kept.selections) {
-        if let Ok(mut selection) = selections.get_mut(order.entity(place)) {
-            selection.set_if_neq(found);
+    } else if dirty.places.len() * SOME_OBJECTS > all {
+        for (places, mut selections) in objects.p3().contiguous_iter_mut().into_iter().flatten() {
+            write_rows(places, &mut selections, dirty, found);
+        }
+    } else {
+        let mut selections = objects.p2();
+        for (&place, &found) in dirty.places.iter().zip(found) {
+            if let Ok(mut selection) = selections.get_mut(order.entity(place)) {
+                selection.set_if_neq(found);
+            }
         }
     }
+}
+
+/// Rows that are looked at together.
+const ROWS: usize = 1024;
+
+/// Writes what was found for the objects of a table. First they are listed, without a branch that is hard to predict;
+/// then little lies between one access to memory and the next, and the processor waits for many of them at once.
+fn write_rows(places: &[Place], selections: &mut ContiguousMut<Selection>, dirty: &Dirty, found: &[Selection]) {
+    let mut rows = [0; ROWS];
+    for first in (0..places.len()).step_by(ROWS) {
+        let mut count = 0;
+        for (row, &place) in (first..).zip(&places[first..places.len().min(first + ROWS)]) {
+            rows[count] = row;
+            count += usize::from(dirty.contains(place));
+        }
+        for &row in &rows[..count] {
+            let found = found[dirty.index(places[row])];
+            if differ(&selections.bypass_change_detection()[row], &found) {
+                selections.reborrow().slice(row as u32..row as u32 + 1)[0] = found;
+            }
+        }
+    }
+}
+
+/// Whether any bits differ.
+fn differ(a: &Selection, b: &Selection) -> bool {
+    let (a, b): (&[u32; 17], &[u32; 17]) = (bytemuck::cast_ref(a), bytemuck::cast_ref(b));
+    a.iter().zip(b).fold(0, |bits, (a, b)| bits | (a ^ b)) != 0
 }
 
 /// Enters the objects whose bounds changed into the order; those that are new there, with their places.

@@ -15,6 +15,8 @@ use glam::Vec3;
 
 /// Lights of a block, blocks of a node, children of a node.
 pub(crate) const WIDTH: usize = 16;
+/// Up to one in so many lights may have changed for the rest of the tree to stay.
+const FEW: usize = 16;
 /// Lights per task when a tree is built.
 const LIGHTS_PER_TASK: usize = 512 * WIDTH;
 /// Cells of the curve per metre, and bits per axis: ±65 km. What lies further out is in the outermost cells.
@@ -56,7 +58,10 @@ pub struct LightTree {
     pub(crate) blocks: Vec<Block>,
     /// From the nodes above the blocks to the root.
     pub(crate) levels: Vec<Vec<Node>>,
+    /// Where each light is on the curve, and its slot.
     keys: Vec<(u64, u32)>,
+    /// Of the tree before.
+    old_keys: Vec<(u64, u32)>,
 }
 
 impl LightTree {
@@ -72,17 +77,11 @@ impl LightTree {
         self.everywhere.clear();
         self.keys.clear();
         for (light, slot) in scored.iter().zip(0..) {
-            match light.kind {
-                LightRecord::OFF => {}
-                LightRecord::DIRECTIONAL => self.everywhere.push(slot),
-                _ => self.keys.push((morton(light.position), slot)),
-            }
+            self.enter(light, slot);
         }
         // Stable, so that lights in one cell stay in the order of their slots.
         radsort::sort_by_key(&mut self.keys, |&(key, _)| key);
-        self.slots.resize(self.keys.len(), 0);
-        self.lights.resize(self.keys.len(), ScoredLight::OFF);
-        self.blocks.resize(self.keys.len().div_ceil(WIDTH), Block::EMPTY);
+        self.resize();
         let keys = self.keys.chunks(LIGHTS_PER_TASK).zip(self.slots.chunks_mut(LIGHTS_PER_TASK));
         let blocks = self.lights.chunks_mut(LIGHTS_PER_TASK).zip(self.blocks.chunks_mut(LIGHTS_PER_TASK / WIDTH));
         let parts = keys.zip(blocks);
@@ -94,6 +93,24 @@ impl LightTree {
             }),
             None => parts.map(|(keys, blocks)| fill(keys, blocks, scored)).collect(),
         };
+        self.build_levels();
+    }
+
+    fn enter(&mut self, light: &ScoredLight, slot: u32) {
+        match light.kind {
+            LightRecord::OFF => {}
+            LightRecord::DIRECTIONAL => self.everywhere.push(slot),
+            _ => self.keys.push((morton(light.position), slot)),
+        }
+    }
+
+    fn resize(&mut self) {
+        self.slots.resize(self.keys.len(), 0);
+        self.lights.resize(self.keys.len(), ScoredLight::OFF);
+        self.blocks.resize(self.keys.len().div_ceil(WIDTH), Block::EMPTY);
+    }
+
+    fn build_levels(&mut self) {
         self.levels.clear();
         let mut level: Vec<Node> =
             self.blocks.chunks(WIDTH).map(|blocks| Node::new(blocks.iter().map(Block::bounds))).collect();
@@ -102,6 +119,87 @@ impl LightTree {
             self.levels.push(std::mem::replace(&mut level, above));
         }
         self.levels.push(level);
+    }
+
+    /// Makes the tree what [`Self::build`] would, after the lights in some slots changed. Where they are few, only the
+    /// blocks in which something is another light than before, or elsewhere, are filled again.
+    pub fn update(&mut self, scored: &[ScoredLight], changed: &[u32]) {
+        if changed.is_empty() {
+            return;
+        }
+        if changed.len() * FEW > self.keys.len() {
+            return self.build(scored);
+        }
+        let mut is_changed = vec![0u64; scored.len().div_ceil(64)];
+        let changed = changed.iter().copied().filter(|&slot| {
+            let (word, bit) = (&mut is_changed[slot as usize / 64], 1 << (slot % 64));
+            let is_first = *word & bit == 0;
+            *word |= bit;
+            is_first
+        });
+        // Those that changed, in order, take the place of the whole list, which is then merged with them.
+        std::mem::swap(&mut self.keys, &mut self.old_keys);
+        self.keys.clear();
+        let directional = self.everywhere.len();
+        changed.for_each(|slot| self.enter(&scored[slot as usize], slot));
+        let is_changed = |slot: u32| is_changed[slot as usize / 64] >> (slot % 64) & 1 != 0;
+        let mut place = 0..;
+        self.everywhere.retain(|&slot| place.next() >= Some(directional) || !is_changed(slot));
+        self.everywhere.sort_unstable();
+        let mut moved = std::mem::take(&mut self.keys);
+        moved.sort_unstable();
+        let mut moved = moved.into_iter().peekable();
+        for &old in self.old_keys.iter().filter(|&&(_, slot)| !is_changed(slot)) {
+            while let Some(new) = moved.next_if(|&new| new < old) {
+                self.keys.push(new);
+            }
+            self.keys.push(old);
+        }
+        self.keys.extend(moved);
+        self.refill(scored, is_changed);
+    }
+
+    /// Brings lights, blocks and nodes up to date with the keys.
+    fn refill(&mut self, scored: &[ScoredLight], is_changed: impl Fn(u32) -> bool) {
+        let old_blocks = self.blocks.len();
+        let old_count = self.slots.len();
+        self.resize();
+        let mut touched = Vec::new();
+        for (block, keys) in self.keys.chunks(WIDTH).enumerate() {
+            let first = block * WIDTH;
+            let mut is_stale = first + keys.len() != (first + WIDTH).min(old_count);
+            for (&(_, slot), place) in keys.iter().zip(first..) {
+                if self.slots[place] != slot || is_changed(slot) || place >= old_count {
+                    (self.slots[place], self.lights[place]) = (slot, scored[slot as usize]);
+                    is_stale = true;
+                }
+            }
+            if is_stale {
+                self.blocks[block] = Block::new(&self.lights[first..first + keys.len()]);
+                touched.push(block);
+            }
+        }
+        if self.blocks.len() != old_blocks {
+            return self.build_levels();
+        }
+        for &block in &touched {
+            self.levels[0][block / WIDTH].set(block % WIDTH, self.blocks[block].bounds());
+        }
+        touched.iter_mut().for_each(|block| *block /= WIDTH);
+        touched.dedup();
+        refit(&mut self.levels, touched);
+    }
+}
+
+/// Brings the boxes above some nodes of the lowest level up to date; ascending, each once.
+pub(crate) fn refit(levels: &mut [Vec<Node>], mut touched: Vec<usize>) {
+    for level in 1..levels.len() {
+        let (below, above) = levels.split_at_mut(level);
+        for &node in &touched {
+            above[0][node / WIDTH].set(node % WIDTH, below[level - 1][node].bounds());
+        }
+        touched.iter_mut().for_each(|node| *node /= WIDTH);
+        touched.dedup();
     }
 }
 
@@ -117,6 +215,11 @@ fn fill(
     for (lights, block) in lights.chunks(WIDTH).zip(blocks) {
         *block = Block::new(lights);
     }
+}
+
+/// Tangent of a spot's outer angle, rounded up.
+pub(crate) fn outer_tan(cos: f32) -> f32 {
+    (1.0 - cos * cos).max(0.0).sqrt() / cos.max(1e-6) * (1.0 + MARGIN) + MARGIN
 }
 
 impl Block {
@@ -143,7 +246,7 @@ impl Block {
         }
         // Apart, so that several are computed at once.
         for (tan, cos) in block.tan.iter_mut().zip(cos) {
-            *tan = (1.0 - cos * cos).max(0.0).sqrt() / cos.max(1e-6) * (1.0 + MARGIN) + MARGIN;
+            *tan = outer_tan(cos);
         }
         block
     }
@@ -246,11 +349,68 @@ impl Volume {
 
     /// Around all; `None` where there is none.
     #[inline(always)]
-    pub fn union(volumes: &[Option<Self>]) -> Option<Self> {
+    pub fn union(volumes: impl Iterator<Item = Option<Self>>) -> Option<Self> {
         let (mut min, mut max, mut radius) = (Vec3::INFINITY, Vec3::NEG_INFINITY, 0.0f32);
-        for volume in volumes.iter().flatten() {
+        for volume in volumes.flatten() {
             (min, max, radius) = (min.min(volume.min), max.max(volume.max), radius.max(volume.radius));
         }
         (min.x <= max.x).then(|| Self::new(min, max, radius))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::relevance::light_record;
+    use bevy_transform::components::{GlobalTransform, Transform};
+
+    /// Numbers from 0 to 1 that look random.
+    fn any(seed: &mut u32) -> f32 {
+        *seed = seed.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+        let mixed = (*seed >> (*seed >> 28 & 7) + 4 ^ *seed).wrapping_mul(277_803_737);
+        (mixed >> 8) as f32 / (1 << 24) as f32
+    }
+
+    fn any_light(seed: &mut u32) -> ScoredLight {
+        let mut light = match (any(seed) * 20.0) as u32 {
+            0 => crate::components::Light::directional(1.0),
+            1 => return ScoredLight::OFF,
+            2..=8 => crate::components::Light::spot(1.0, 10.0, 0.5),
+            _ => crate::components::Light::point(1.0, 10.0),
+        };
+        light.intensity = 0.1 + any(seed);
+        let place = Transform::from_xyz(any(seed) * 300.0, any(seed) * 10.0, any(seed) * 300.0);
+        ScoredLight::new(&light_record(&light, &GlobalTransform::from(place)))
+    }
+
+    /// Few lights move, some of them far, change their kind, go out, come.
+    #[test]
+    fn an_updated_tree_is_the_tree_that_a_build_gives() {
+        let seed = &mut 7;
+        let mut scored: Vec<ScoredLight> = (0..3000).map(|_| any_light(seed)).collect();
+        let mut tree = LightTree::new(&scored);
+        for round in 0..40 {
+            let mut changed = Vec::new();
+            for _ in 0..round * 4 {
+                let slot = ((any(seed) * scored.len() as f32) as usize).min(scored.len() - 1);
+                changed.push(slot as u32);
+                if any(seed) < 0.5 {
+                    scored[slot].position.x += 0.3;
+                } else {
+                    scored[slot] = any_light(seed);
+                }
+            }
+            for _ in 0..round % 3 * 10 {
+                changed.push(scored.len() as u32);
+                scored.push(any_light(seed));
+            }
+            tree.update(&scored, &changed);
+            let built = LightTree::new(&scored);
+            assert_eq!((&tree.everywhere, &tree.slots), (&built.everywhere, &built.slots), "round {round}");
+            assert_eq!((&tree.keys, &tree.lights), (&built.keys, &built.lights), "round {round}");
+            // As text, in which what is not a number equals itself.
+            let boxes = |tree: &LightTree| format!("{:?} {:?}", tree.blocks, tree.levels);
+            assert!(boxes(&tree) == boxes(&built), "round {round}");
+        }
     }
 }

@@ -96,8 +96,9 @@ pub struct LightTable {
     /// Given back since the last frame.
     freed: Vec<u32>,
     free: BinaryHeap<Reverse<u32>>,
-    /// Lights that changed since the last frame, as they were before and as they are.
-    changes: Vec<ScoredLight>,
+    /// Lights that changed since the last frame, as they were before and as they are, and their slots.
+    changes: Vec<[ScoredLight; 2]>,
+    changed: Vec<u32>,
     tree: LightTree,
 }
 
@@ -113,7 +114,7 @@ impl LightTable {
     }
 
     /// The lights that changed in this frame, each as it was before and as it is.
-    pub fn changes(&self) -> &[ScoredLight] {
+    pub fn changes(&self) -> &[[ScoredLight; 2]] {
         &self.changes
     }
 
@@ -136,7 +137,8 @@ impl LightTable {
         records.write(slot, record);
         if let Some(scored) = self.scored.get_mut(slot as usize) {
             let before = std::mem::replace(scored, ScoredLight::new(&record));
-            self.changes.extend([before, *scored]);
+            self.changes.push([before, *scored]);
+            self.changed.push(slot);
         }
     }
 }
@@ -164,6 +166,7 @@ pub fn update_light_table(
 ) {
     let table = &mut *table;
     table.changes.clear();
+    table.changed.clear();
     for slot in std::mem::take(&mut table.freed) {
         table.write(&mut draw_list.lights, slot, LightRecord { kind: LightRecord::OFF, ..LightRecord::default() });
         table.free.push(Reverse(slot));
@@ -193,7 +196,5 @@ pub fn update_light_table(
             *component = slot;
         }
     }
-    if !table.changes.is_empty() {
-        table.tree.build(&table.scored);
-    }
+    table.tree.update(&table.scored, &table.changed);
 }

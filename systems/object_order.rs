@@ -6,11 +6,13 @@
 //! or `ObjectOrder::mark` found that a light which changed reaches it or did.
 
 use crate::bounds::Sphere;
+pub use crate::curve::along_the_curve;
+use crate::curve::hilbert_keys;
 use crate::draw_list::LightRecord;
-use crate::light_candidates::node_in_range;
-use crate::light_lanes::{Floats, Objects};
+use crate::light_candidates::{node_in_cone, node_in_range};
+use crate::light_lanes::{Floats, Objects, Scoring};
 use crate::light_search::Level;
-use crate::light_tree::{Node, Volume, WIDTH};
+use crate::light_tree::{Node, Volume, WIDTH, refit};
 use crate::relevance::ScoredLight;
 use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
@@ -78,6 +80,29 @@ pub struct ObjectOrder {
     sorted_extent: f64,
 }
 
+/// The objects that choose again in a frame.
+#[derive(Debug, Default)]
+pub(crate) struct Dirty {
+    /// Ascending.
+    pub places: Vec<u32>,
+    /// A bit per place, and how many there are before each word.
+    bits: Vec<u64>,
+    before: Vec<u32>,
+}
+
+impl Dirty {
+    /// Whether the object at a place chooses again.
+    pub fn contains(&self, Place(place): Place) -> bool {
+        self.bits.get(place as usize / 64).is_some_and(|bits| bits >> (place % 64) & 1 != 0)
+    }
+
+    /// Which of them it is.
+    pub fn index(&self, Place(place): Place) -> usize {
+        let word = place as usize / 64;
+        self.before[word] as usize + (self.bits[word] & ((1 << (place % 64)) - 1)).count_ones() as usize
+    }
+}
+
 impl ObjectOrder {
     /// Bounds by place; not finite where there is no object.
     pub fn spheres(&self) -> &[Sphere] {
@@ -143,28 +168,32 @@ impl ObjectOrder {
         if let (1.., Some(last)) = (rest, self.dirty.last_mut()) {
             *last = (1 << rest) - 1;
         }
+        for &place in &self.free {
+            self.dirty[place as usize / 64] &= !(1 << (place % 64));
+        }
     }
 
-    /// Places of the objects that are to choose again, ascending.
-    pub(crate) fn take_dirty(&mut self, places: &mut Vec<u32>) {
-        places.clear();
-        for (word, bits) in self.dirty.iter_mut().enumerate() {
-            let mut bits = std::mem::take(bits);
+    /// The objects that are to choose again.
+    pub(crate) fn take_dirty(&mut self, dirty: &mut Dirty) {
+        dirty.places.clear();
+        dirty.before.clear();
+        dirty.bits.clone_from(&self.dirty);
+        self.dirty.fill(0);
+        for (word, &bits) in dirty.bits.iter().enumerate() {
+            let mut bits = bits;
+            dirty.before.push(dirty.places.len() as u32);
             while bits != 0 {
-                let place = word as u32 * 64 + bits.trailing_zeros();
-                if self.entities[place as usize] != Entity::PLACEHOLDER {
-                    places.push(place);
-                }
+                dirty.places.push(word as u32 * 64 + bits.trailing_zeros());
                 bits &= bits - 1;
             }
         }
-        self.searched += places.len();
+        self.searched += dirty.places.len();
     }
 
-    /// Every object that one of the lights reaches chooses again; `lights` are lights as they were before a change and as
-    /// they are after it.
-    pub(crate) fn mark(&mut self, pool: &TaskPool, level: Level, lights: &[ScoredLight]) {
-        if lights.iter().any(|light| light.range == f32::INFINITY) {
+    /// Every object that one of the lights reaches chooses again; each light as it was before a change and as it is after
+    /// it.
+    pub(crate) fn mark(&mut self, pool: &TaskPool, level: Level, lights: &[[ScoredLight; 2]]) {
+        if lights.iter().flatten().any(|light| light.range == f32::INFINITY) {
             return self.mark_all();
         }
         self.refresh();
@@ -176,12 +205,12 @@ impl ObjectOrder {
                     let mut found = Vec::new();
                     let mut stack = Vec::new();
                     dispatch!(level, simd => {
-                        for light in lights.iter().filter(|light| light.kind != LightRecord::OFF) {
+                        for change in lights {
                             // So many that all may as well choose again.
                             if found.len() > groups {
                                 break;
                             }
-                            order.find(simd, light, &mut stack, &mut found);
+                            order.find_changed(simd, change, &mut stack, &mut found);
                         }
                     });
                     found
@@ -196,16 +225,38 @@ impl ObjectOrder {
         }
     }
 
-    /// Lists the groups that a light reaches, with a bit for each object that it does.
+    /// Lists the groups that a light reaches or did, with a bit for each object. One that moved a little reaches nearly
+    /// what it did, and is looked for once.
     #[inline(always)]
-    fn find<S: Simd>(&self, simd: S, light: &ScoredLight, stack: &mut Vec<(u32, u32)>, found: &mut Vec<(u32, u64)>) {
-        let volume = Volume::new(light.position, light.position, light.range);
+    fn find_changed<S: Simd>(
+        &self,
+        simd: S,
+        change: &[ScoredLight; 2],
+        stack: &mut Vec<(u32, u32)>,
+        found: &mut Vec<(u32, u64)>,
+    ) {
+        let [before, after] = change;
+        let is_near = before.position.distance(after.position) < before.range.min(after.range);
+        for lights in if is_near { change.chunks(2) } else { change.chunks(1) } {
+            self.find(simd, lights, stack, found);
+        }
+    }
+
+    /// Lists the groups that some light reaches, with a bit for each object.
+    #[inline(always)]
+    fn find<S: Simd>(&self, simd: S, lights: &[ScoredLight], stack: &mut Vec<(u32, u32)>, found: &mut Vec<(u32, u64)>) {
+        let (mut min, mut max, mut range) = (Vec3::INFINITY, Vec3::NEG_INFINITY, 0.0f32);
+        for light in lights.iter().filter(|light| light.kind != LightRecord::OFF) {
+            (min, max, range) = (min.min(light.position), max.max(light.position), range.max(light.range));
+        }
         stack.clear();
-        if !self.spheres.is_empty() {
+        if range > 0.0 && !self.spheres.is_empty() {
             stack.push((self.levels.len() as u32 - 1, 0));
         }
+        let volume = Volume::new(min, max, range);
         while let Some((level, index)) = stack.pop() {
-            let mut hit = node_in_range(simd, &self.levels[level as usize][index as usize], &volume);
+            let node = &self.levels[level as usize][index as usize];
+            let mut hit = node_in_range(simd, node, &volume) & in_cones(simd, node, lights);
             while hit != 0 {
                 let child = index * WIDTH as u32 + hit.trailing_zeros();
                 hit &= hit - 1;
@@ -213,7 +264,7 @@ impl ObjectOrder {
                     stack.push((level - 1, child));
                     continue;
                 }
-                let bits = self.reached(simd, light, child as usize);
+                let bits = self.reached(simd, lights, child as usize);
                 if bits != 0 {
                     found.push((child, bits));
                 }
@@ -221,20 +272,22 @@ impl ObjectOrder {
         }
     }
 
-    /// Which objects of a group a light reaches.
+    /// Which objects of a group some light reaches.
     #[inline(always)]
-    fn reached<S: Simd>(&self, simd: S, light: &ScoredLight, group: usize) -> u64 {
+    fn reached<S: Simd>(&self, simd: S, lights: &[ScoredLight], group: usize) -> u64 {
         let lanes = Floats::<S>::LEN;
         let places = group * WIDTH..self.spheres.len().min((group + 1) * WIDTH);
         let mut bits = 0;
         for (i, spheres) in self.spheres[places].chunks(lanes).enumerate() {
             let objects = Objects::load(simd, spheres);
-            let (score, _) = if light.kind == LightRecord::POINT {
-                objects.score::<false>(simd, light)
-            } else {
-                objects.score::<true>(simd, light)
-            };
-            bits |= score.simd_gt(0.0).to_bitmask() << (i * lanes);
+            for light in lights {
+                let (score, _) = match light.kind {
+                    LightRecord::OFF => continue,
+                    LightRecord::POINT => objects.score::<false>(simd, &Scoring::of(simd, light)),
+                    _ => objects.score::<true>(simd, &Scoring::of(simd, light)),
+                };
+                bits |= score.simd_gt(0.0).to_bitmask() << (i * lanes);
+            }
         }
         bits
     }
@@ -258,14 +311,7 @@ impl ObjectOrder {
                 }
             }
         }
-        for level in 1..self.levels.len() {
-            let (below, above) = self.levels.split_at_mut(level);
-            for &node in &touched {
-                above[0][node / WIDTH].set(node % WIDTH, below[level - 1][node].bounds());
-            }
-            touched.iter_mut().for_each(|node| *node /= WIDTH);
-            touched.dedup();
-        }
+        refit(&mut self.levels, touched);
     }
 
     /// Makes the tree as large as the order; all of it stale where it was not.
@@ -330,88 +376,25 @@ impl ObjectOrder {
     }
 }
 
+/// Which children of a node some of the lights shine at: a bit each.
+#[inline(always)]
+fn in_cones<S: Simd>(simd: S, node: &Node, lights: &[ScoredLight]) -> u64 {
+    let mut bits = 0;
+    for light in lights {
+        bits |= match light.kind {
+            LightRecord::OFF => 0,
+            LightRecord::POINT => u64::MAX,
+            _ => node_in_cone(simd, node, light),
+        };
+    }
+    bits
+}
+
 /// Box around the centres and largest radius; nothing where no sphere is finite.
-fn around(spheres: &[Sphere]) -> Option<(Vec3, Vec3, f32)> {
+pub(crate) fn around(spheres: &[Sphere]) -> Option<(Vec3, Vec3, f32)> {
     let finite = spheres.iter().filter(|sphere| sphere.center.is_finite() && sphere.radius.is_finite());
     finite.fold(None, |bounds, sphere| {
         let (min, max, radius) = bounds.unwrap_or((Vec3::MAX, Vec3::MIN, 0.0f32));
         Some((min.min(sphere.center), max.max(sphere.center), radius.max(sphere.radius)))
     })
-}
-
-/// Bits per axis of the curve.
-const CURVE_BITS: u32 = 10;
-
-/// The spheres in the order of their places on a Hilbert curve.
-pub fn along_the_curve(spheres: &[Sphere]) -> Vec<Sphere> {
-    let pool = bevy_tasks::TaskPoolBuilder::new().num_threads(1).build();
-    let mut order: Vec<(u32, u32)> = hilbert_keys(&pool, spheres).into_iter().zip(0..).collect();
-    radsort::sort_by_key(&mut order, |&(key, _)| key);
-    order.into_iter().map(|(_, index)| spheres[index as usize]).collect()
-}
-
-/// Where each sphere lies on a Hilbert curve through the box around all.
-fn hilbert_keys(pool: &TaskPool, spheres: &[Sphere]) -> Vec<u32> {
-    let (min, max, _) = around(spheres).unwrap_or_default();
-    // Cells are cubes: flat worlds use two axes of the curve and little of the third.
-    let scale = ((1 << CURVE_BITS) - 1) as f32 / (max - min).max_element().max(1e-3);
-    let keys = pool.scope(|scope| {
-        for spheres in spheres.chunks(1 << 14) {
-            scope.spawn(async move {
-                let cell = |center: Vec3| ((center - min) * scale).max(Vec3::ZERO).to_array().map(|v| v as u32);
-                spheres.iter().map(|sphere| hilbert(cell(sphere.center))).collect::<Vec<u32>>()
-            });
-        }
-    });
-    keys.concat()
-}
-
-/// Index of a cell on the Hilbert curve (J. Skilling: "Programming the Hilbert curve", AIP Conference Proceedings 707,
-/// 2004): coordinates to the transposed index in place, then its bits interleaved.
-fn hilbert(mut x: [u32; 3]) -> u32 {
-    let mut bit = 1 << (CURVE_BITS - 1);
-    while bit > 1 {
-        for i in 0..3 {
-            if x[i] & bit != 0 {
-                x[0] ^= bit - 1;
-            } else {
-                let swapped = (x[0] ^ x[i]) & (bit - 1);
-                x[0] ^= swapped;
-                x[i] ^= swapped;
-            }
-        }
-        bit >>= 1;
-    }
-    x[1] ^= x[0];
-    x[2] ^= x[1];
-    let mut turn = 0;
-    let mut bit = 1 << (CURVE_BITS - 1);
-    while bit > 1 {
-        if x[2] & bit != 0 {
-            turn ^= bit - 1;
-        }
-        bit >>= 1;
-    }
-    let [x, y, z] = x.map(|axis| axis ^ turn);
-    (0..CURVE_BITS).rev().fold(0, |index, k| index << 3 | (x >> k & 1) << 2 | (y >> k & 1) << 1 | z >> k & 1)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_curve_goes_from_cell_to_neighbouring_cell() {
-        let mut cells: Vec<(u32, [u32; 3])> = Vec::new();
-        for i in 0..4096u32 {
-            // The first octants of the curve, 16 cells wide.
-            let cell = [i & 15, i >> 4 & 15, i >> 8];
-            cells.push((hilbert(cell), cell));
-        }
-        cells.sort_unstable();
-        for pair in cells.windows(2) {
-            let step: u32 = (0..3).map(|axis| pair[0].1[axis].abs_diff(pair[1].1[axis])).sum();
-            assert_eq!((pair[1].0 - pair[0].0, step), (1, 1), "{pair:?}");
-        }
-    }
 }

@@ -25,7 +25,7 @@ mod yard;
 pub use args::BenchArgs;
 pub use machine::{Build, Memory};
 pub use measurement::{Measurement, Spread};
-pub use night::Night;
+pub use night::{Movers, Night};
 pub use run::{BenchError, run};
 pub use suite::run_suite;
 pub use yard::{Yard, YardError, YardKit, YardMesh, YardPlan, YardView};

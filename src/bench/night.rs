@@ -141,15 +141,56 @@ impl Night {
         self.lights.iter().map(|(light, transform)| light_record(light, &(*transform).into())).collect()
     }
 
-    /// Moves the first of the objects and lights, so many of each, on by a frame.
-    pub fn advance(&mut self, objects: usize, lights: usize) {
-        for (object, &velocity) in self.objects.iter_mut().zip(&self.object_velocities).take(objects) {
-            object.center += velocity * FRAME;
+    /// Moves some objects and lights on by a frame.
+    pub fn advance(&mut self, movers: &Movers) {
+        for &i in &movers.objects {
+            self.objects[i].center += self.object_velocities[i] * FRAME;
         }
-        for ((_, transform), &velocity) in self.lights.iter_mut().zip(&self.light_velocities).take(lights) {
-            transform.translation += velocity * FRAME;
+        for &i in &movers.lights {
+            self.lights[i].1.translation += self.light_velocities[i] * FRAME;
         }
     }
+
+    /// All objects and lights, also those that stand.
+    pub fn all(&self) -> Movers {
+        Movers { objects: (0..self.objects.len()).collect(), lights: (0..self.lights.len()).collect() }
+    }
+
+    /// One in so many objects and lights, all of them with a velocity: evenly spread over the world, of vehicles all lamps
+    /// or none.
+    pub fn some(&self, part: usize) -> Movers {
+        let spread = |velocities: &[Vec3], together: usize| {
+            let moving: Vec<usize> = (0..velocities.len()).filter(|&i| velocities[i] != Vec3::ZERO).collect();
+            let count = velocities.len() / part / together;
+            let step = (moving.len() / together / count.max(1)).max(1);
+            moving.chunks(together).step_by(step).take(count).flatten().copied().collect()
+        };
+        Movers { objects: spread(&self.object_velocities, 1), lights: spread(&self.light_velocities, 4) }
+    }
+
+    /// One in so many objects and lights, all of them with a velocity: those next to the middle of the world.
+    pub fn district(&self, part: usize) -> Movers {
+        let middle = self.objects.iter().map(|object| object.center).sum::<Vec3>() / self.objects.len().max(1) as f32;
+        let nearest = |velocities: &[Vec3], place: &dyn Fn(usize) -> Vec3| {
+            let mut moving: Vec<usize> = (0..velocities.len()).filter(|&i| velocities[i] != Vec3::ZERO).collect();
+            moving.sort_by(|&i, &j| place(i).distance(middle).total_cmp(&place(j).distance(middle)));
+            moving.truncate(velocities.len() / part);
+            moving
+        };
+        Movers {
+            objects: nearest(&self.object_velocities, &|i| self.objects[i].center),
+            lights: nearest(&self.light_velocities, &|i| self.lights[i].1.translation),
+        }
+    }
+}
+
+/// Which objects and lights move in a frame.
+#[derive(Clone, Debug, Default)]
+pub struct Movers {
+    /// Places in [`Night::objects`].
+    pub objects: Vec<usize>,
+    /// Places in [`Night::lights`].
+    pub lights: Vec<usize>,
 }
 
 fn looking(place: Vec3, forward: Vec3) -> Transform {

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use systems::bounds::Sphere;
 use systems::components::{Light, LightKind};
 use systems::draw_list::{LightRecord, NO_LIGHT};
-use systems::light_search::Level;
+use systems::light_search::{Level, Scratch, select_sparse};
 use systems::light_selection::select_parallel;
 use systems::light_tree::LightTree;
 use systems::lights::{LightPolicy, Selection, irradiance, light_record, score};
@@ -120,18 +120,22 @@ proptest! {
     #[test]
     fn selection_is_the_same_for_any_division_of_the_work(scene in any_scene(), size in 1usize..9) {
         // More objects than one task takes.
-        let spheres: Vec<Sphere> = scene.spheres.iter().copied().cycle().take(700).collect();
+        let spheres: Vec<Sphere> = scene.spheres.iter().copied().cycle().take(5000).collect();
         let whole = Scene { spheres, ..scene }.clone();
         let expected = whole.select(LightPolicy::Three);
-        let pieces = whole.spheres.chunks(size).flat_map(|spheres| {
+        let pieces = whole.spheres[..700].chunks(size).flat_map(|spheres| {
             Scene { spheres: spheres.to_vec(), ..whole.clone() }.search(Level::new(), LightPolicy::Three)
         });
-        prop_assert!(pieces.eq(expected.iter().copied()));
+        prop_assert!(pieces.eq(expected[..700].iter().copied()));
         let pool = TaskPoolBuilder::new().num_threads(size % 4 + 1).build();
-        let mut out = vec![Selection::default(); whole.spheres.len()];
         let tree = LightTree::new(&whole.scored);
-        select_parallel(&pool, &tree, &whole.scored, LightPolicy::Three, &whole.spheres, &mut out);
-        prop_assert_eq!(out, expected);
+        let places: Vec<u32> = (0..5000).map(|i| i * size as u32).collect();
+        for places in [None, Some(&places[..])] {
+            let mut out = vec![Selection::default(); whole.spheres.len()];
+            let work = (&whole.spheres[..], &mut out[..]);
+            select_parallel(&pool, &tree, &whole.scored, LightPolicy::Three, places, work);
+            prop_assert_eq!(&out, &expected);
+        }
     }
 }
 
@@ -214,6 +218,28 @@ proptest! {
         for level in levels() {
             for (i, (found, expected)) in scene.search(level, policy.1).iter().zip(&expected).enumerate() {
                 prop_assert!(found == expected, "{:?} {level:?}\n{found:?}\n{expected:?}", scene.spheres[i]);
+            }
+        }
+    }
+
+    /// Some objects of many: in runs, by themselves, far from each other.
+    #[test]
+    fn a_search_for_some_equals_the_plain_one(
+        scene in any_large_scene(),
+        policy in prop::sample::select(LightPolicy::ALL.to_vec()),
+        gaps in prop::collection::vec(prop_oneof![6 => Just(1u32), 2 => 1u32..40, 2 => 40u32..3000], 400),
+    ) {
+        let expected = scene.select(policy.1);
+        let ends = gaps.iter().scan(0, |place, gap| { *place += gap; Some(*place) });
+        let places: Vec<u32> = ends.cycle().take(scene.spheres.len().min(400)).collect();
+        let (spheres, expected) = (&scene.spheres[..places.len()], &expected[..places.len()]);
+        let tree = LightTree::new(&scene.scored);
+        for level in levels() {
+            let mut found = vec![Selection::default(); places.len()];
+            let work = (&places[..], spheres, &mut found[..]);
+            select_sparse(level, &tree, &scene.scored, policy.1, work, &mut Scratch::default());
+            for (i, (found, expected)) in found.iter().zip(expected).enumerate() {
+                prop_assert!(found == expected, "{:?} {level:?}\n{found:?}\n{expected:?}", spheres[i]);
             }
         }
     }

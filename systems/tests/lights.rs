@@ -199,8 +199,8 @@ enum Event {
     Policy(LightPolicy),
 }
 
-fn any_event() -> impl Strategy<Value = Event> {
-    let place = || any_place(60.0);
+fn any_event(extent: Vec3) -> impl Strategy<Value = Event> {
+    let place = move || any_place(1.0).prop_map(move |place| place * extent);
     prop_oneof![
         30 => (any::<Index>(), place()).prop_map(|(object, to)| Event::MoveObject(object, to)),
         20 => (any::<Index>(), place()).prop_map(|(light, to)| Event::MoveLight(light, to)),
@@ -285,24 +285,47 @@ proptest! {
     fn what_is_kept_equals_a_full_search(
         objects in prop::collection::vec((any_place(60.0), 0.0f32..3.0), 0..600),
         lights in prop::collection::vec((any_odd_light(), any_place(60.0)), 0..60),
-        frames in prop::collection::vec(prop::collection::vec(any_event(), 0..12), 1..25),
+        frames in prop::collection::vec(prop::collection::vec(any_event(Vec3::splat(60.0)), 0..12), 1..25),
     ) {
-        let mut living = Living { simulation: Simulation::new(), objects: vec![], lights: vec![] };
-        for (center, radius) in objects {
-            living.happen(&Event::SpawnObject(center, radius));
-        }
-        for (mut light, at) in lights {
-            // Short enough that most lights reach few of the objects.
-            light.range = light.range.min(15.0);
-            living.happen(&Event::SpawnLight(light, at));
-        }
+        live(objects, lights, frames);
+    }
+}
+
+/// As far as the objects and lights of [`what_is_kept_among_many_equals_a_full_search`] are.
+const WIDE: Vec3 = Vec3::new(300.0, 20.0, 300.0);
+
+proptest! {
+    #![proptest_config(cases(6))]
+
+    /// Little happens among thousands of objects and lights.
+    #[test]
+    fn what_is_kept_among_many_equals_a_full_search(
+        objects in prop::collection::vec((any_place(1.0).prop_map(|place| place * WIDE), 0.0f32..3.0), 3000..5000),
+        lights in prop::collection::vec((any_odd_light(), any_place(1.0).prop_map(|place| place * WIDE)), 2100..2600),
+        frames in prop::collection::vec(prop::collection::vec(any_event(WIDE), 0..60), 1..5),
+    ) {
+        // The sun of one frame would wake all.
+        let lights = lights.into_iter().filter(|(light, _)| light.kind != LightKind::Directional).collect();
+        live(objects, lights, frames);
+    }
+}
+
+fn live(objects: Vec<(Vec3, f32)>, lights: Vec<(Light, Vec3)>, frames: Vec<Vec<Event>>) {
+    let mut living = Living { simulation: Simulation::new(), objects: vec![], lights: vec![] };
+    for (center, radius) in objects {
+        living.happen(&Event::SpawnObject(center, radius));
+    }
+    for (mut light, at) in lights {
+        // Short enough that most lights reach few of the objects.
+        light.range = light.range.min(15.0);
+        living.happen(&Event::SpawnLight(light, at));
+    }
+    living.simulation.frame();
+    living.compare();
+    for events in frames {
+        events.iter().for_each(|event| living.happen(event));
         living.simulation.frame();
         living.compare();
-        for events in frames {
-            events.iter().for_each(|event| living.happen(event));
-            living.simulation.frame();
-            living.compare();
-        }
     }
 }
 
