@@ -6,13 +6,14 @@ use super::timing::Timing;
 use super::viewer::Viewer;
 use super::{details, legend, light_editor};
 use crate::frames;
-use crate::renderer::{DebugView, RenderStats};
+use crate::renderer::{DebugView, Drawn, Occlusion, RenderStats};
 use bevy_ecs::prelude::*;
 use egui::{Align2, Area, CollapsingHeader, Color32, ComboBox, Frame, Grid, Id, Margin, Panel, RichText, ScrollArea};
 use egui::{Slider, SliderClamping, Ui};
 use systems::clock::Clock;
 use systems::components::{Environment, ToneMap};
 use systems::draw_list::LightRecord;
+use systems::levels::LevelOfDetail;
 use systems::library::Technique;
 use systems::lights::LightPolicy;
 use systems::stats::{FrameStats, Stage};
@@ -29,6 +30,8 @@ pub struct FrameInfo<'a> {
     pub adapter: &'a str,
     /// What was drawn and uploaded.
     pub stats: RenderStats,
+    /// What was in view, as far as the GPU has told.
+    pub drawn: Option<Drawn>,
     /// How long it took.
     pub timing: Timing,
     /// What it was drawn for.
@@ -151,6 +154,14 @@ fn picture(ui: &mut Ui, viewer: &mut Viewer) {
         legend::show(ui, &scale);
     }
     ui.checkbox(&mut viewer.light_lines, "lines to the selected object's lights");
+    let mut fewer = settings.levels.enabled;
+    ui.checkbox(&mut fewer, "fewer triangles where objects are small");
+    if fewer != settings.levels.enabled {
+        settings.levels = if fewer { LevelOfDetail::default() } else { LevelOfDetail::OFF };
+    }
+    let mut hidden = settings.occlusion != Occlusion::Off;
+    ui.checkbox(&mut hidden, "leave out what others hide");
+    settings.occlusion = if hidden { Occlusion::Auto } else { Occlusion::Off };
     let mut environment = world.resource_mut::<Environment>();
     let (mut tone_map, mut exposure) = (environment.tone_map, environment.exposure);
     choice(ui, "tone map", |ui| {
@@ -206,6 +217,8 @@ fn statistics(ui: &mut Ui, viewer: &mut Viewer, info: &FrameInfo) {
         row(ui, "adapter", info.adapter);
         row(ui, "picture", &format!("{} × {}", info.view.width, info.view.height));
         row(ui, "objects", &count(frame.objects as u64));
+        let drawn = |drawn: Drawn| format!("{}, {} triangles", count(drawn.objects.into()), count(drawn.triangles));
+        row(ui, "in view", &info.drawn.map_or_else(String::new, drawn));
         row(ui, "draws", &format!("{} in {} calls ({} blended)", stats.draws, stats.draw_calls, frame.transparent));
         row(ui, "lights", &count(lights as u64));
         let textures = texture_memory::used(viewer.simulation.library());

@@ -296,8 +296,8 @@ impl Open {
     }
 
     fn run_gui(&mut self, view: &View) -> (Duration, Option<input::Command>) {
-        let Self { viewer, side_panel, stats, timing, adapter, gui, window, .. } = self;
-        let info = FrameInfo { adapter, stats: *stats, timing: *timing, view };
+        let Self { viewer, side_panel, stats, timing, adapter, gui, window, renderer, .. } = self;
+        let info = FrameInfo { adapter, stats: *stats, drawn: renderer.drawn(), timing: *timing, view };
         let mut command = None;
         let still_for = gui.run(window, |ui| {
             // Painted first, so that the panel is above the lines.

@@ -16,6 +16,7 @@
 //! A window, a file and a test call the same functions: `draw` takes a texture view.
 
 mod culling;
+mod drawn;
 mod draws;
 mod frame_tables;
 mod gpu;
@@ -32,6 +33,7 @@ mod textures;
 mod timestamps;
 
 pub use culling::CullRecord;
+pub use drawn::Drawn;
 pub use draws::{CullBatchRecord, CullDrawRecord};
 pub(crate) use gpu::instance_flags;
 pub use gpu::{Gpu, GpuError};
@@ -42,6 +44,7 @@ pub use settings::{DebugView, HeatScale, Occlusion, Settings};
 pub use timestamps::PassTime;
 
 use culling::{ARGUMENT_BYTES, CulledView, Culling, Phase};
+use drawn::DrawnCounts;
 use draws::Draws;
 use frame_tables::FrameTables;
 use meshes::Meshes;
@@ -103,15 +106,6 @@ impl RenderStats {
     }
 }
 
-/// What the GPU drew, read back.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub struct Drawn {
-    /// Objects that culling kept, and all blended ones.
-    pub objects: u32,
-    /// Triangles of those objects.
-    pub triangles: u64,
-}
-
 /// Draws draw lists.
 #[derive(Debug)]
 pub struct Renderer {
@@ -142,6 +136,7 @@ pub struct Renderer {
     /// What the HDR target shows: view, pass, technique, batches. `None`: nothing yet.
     shown: Option<(ViewRecord, Pass, Option<Technique>, u64)>,
     stats: RenderStats,
+    counts: DrawnCounts,
     /// Where the device was opened with them.
     timestamps: Option<Timestamps>,
 }
@@ -173,6 +168,7 @@ impl Renderer {
             plain_sky: None,
             shown: None,
             stats: RenderStats::default(),
+            counts: DrawnCounts::default(),
             timestamps: Timestamps::new(gpu),
             gpu: gpu.clone(),
         }
@@ -217,6 +213,7 @@ impl Renderer {
             return Err(RenderError::TooLarge { what: "the picture", unit: "pixels along a side", needed, limit });
         }
         self.stats = RenderStats::default();
+        self.counts.receive();
         self.stats.asset_bytes = self.meshes.upload(&self.gpu, library)?;
         self.stats.asset_bytes += self.textures.upload(&self.gpu, list, library);
         self.tables.upload(&self.gpu, &self.pipelines.frame_layout, list, &mut self.stats)?;
@@ -364,6 +361,11 @@ impl Renderer {
             let blended = self.draw_blended(&mut pass, self.pass);
             count((blended, blended));
         }
+        if due {
+            let lists: Vec<_> = self.phases().map(|phase| self.culled.lists(phase).arguments.buffer()).collect();
+            let blended = self.blended_drawn();
+            self.counts.send(&self.gpu, encoder, lists.into_iter(), self.draws.list.len(), blended);
+        }
         if let Some((showing, ..)) = &self.shown {
             self.culled_for = Some((*showing, self.culled.pyramid().is_some()));
         }
@@ -484,33 +486,30 @@ impl Renderer {
     }
 
     /// The phases that objects are drawn in.
-    fn phases(&self) -> impl Iterator<Item = Phase> {
+    fn phases(&self) -> impl Iterator<Item = Phase> + use<> {
         [Phase::Early, Phase::Late].into_iter().take(if self.culled.pyramid().is_some() { 2 } else { 1 })
+    }
+
+    /// How much a recent draw drew, as far as the GPU has told; waits for nothing.
+    pub fn drawn(&self) -> Option<Drawn> {
+        self.counts.latest
     }
 
     /// How much the last draw drew. Waits for the GPU.
     pub fn read_drawn(&self) -> Drawn {
-        let mut drawn = Drawn::default();
-        let mut add = |objects: u32, indices: u32| {
-            drawn.objects += objects;
-            drawn.triangles += u64::from(objects) * u64::from(indices / 3);
-        };
-        for phase in self.phases().filter(|_| !self.draws.list.is_empty()) {
-            let arguments = self.culled.lists(phase).arguments.buffer();
-            let bytes = read_buffer(&self.gpu, arguments, self.draws.list.len() as u64 * ARGUMENT_BYTES);
-            for arguments in bytes.chunks_exact(ARGUMENT_BYTES as usize) {
-                let word = |i: usize| u32::from_le_bytes([0, 1, 2, 3].map(|byte| arguments[4 * i + byte]));
-                add(word(1), word(0));
-            }
+        let mut drawn = self.blended_drawn();
+        let bytes = self.draws.list.len() as u64 * ARGUMENT_BYTES;
+        for phase in self.phases().filter(|_| bytes > 0) {
+            drawn.add_arguments(&read_buffer(&self.gpu, self.culled.lists(phase).arguments.buffer(), bytes));
         }
+        drawn
+    }
+
+    fn blended_drawn(&self) -> Drawn {
+        let mut drawn = Drawn::default();
         for run in &self.blended_runs {
-            add(
-                run.slots.len() as u32,
-                self.meshes
-                    .range(run.key.mesh)
-                    .and_then(|mesh| mesh.levels.first())
-                    .map_or(0, |level| level.index_count),
-            );
+            let whole = self.meshes.range(run.key.mesh).and_then(|mesh| mesh.levels.first());
+            drawn.add(run.slots.len() as u32, whole.map_or(0, |level| level.index_count));
         }
         drawn
     }
