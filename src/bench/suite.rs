@@ -129,8 +129,9 @@ fn measure_apart(args: &BenchArgs, scene: &Scene, what: &str) -> Result<Measurem
     let output = output.map_err(|error| failed(1, error.to_string()))?;
     if !output.status.success() {
         let message = String::from_utf8_lossy(&output.stderr);
-        let message =
-            message.lines().find_map(|line| line.strip_prefix("error: ")).unwrap_or("it stopped unexpectedly");
+        // The last: drivers have things to say, too, and say them first.
+        let said = message.lines().rev().find_map(|line| line.strip_prefix("error: "));
+        let message = said.unwrap_or("it stopped unexpectedly");
         return Err(failed(output.status.code().and_then(|code| u8::try_from(code).ok()).unwrap_or(1), message.into()));
     }
     serde_json::from_slice(&output.stdout).map_err(|error| failed(1, error.to_string()))

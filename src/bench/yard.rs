@@ -332,6 +332,19 @@ mod tests {
     }
 
     #[test]
+    fn meshes_are_of_the_size_that_is_said() {
+        for (mesh, vertices, triangles) in [(YardMesh::Cube, 24, 12), (YardMesh::Sphere, 594, 1024)] {
+            let mesh = yard_mesh(&mesh).expect("a mesh");
+            assert_eq!((mesh.positions.len(), mesh.triangle_count()), (vertices, triangles));
+            let longest = |mesh: &Mesh| (mesh.aabb().max - mesh.aabb().min).max_element();
+            assert!((longest(&mesh) - SIZE).abs() < 1e-6);
+            let mut large = mesh.clone();
+            large.positions.iter_mut().for_each(|p| *p = *p * 40.0 + Vec3::X);
+            assert!((longest(&fitted(&large)) - SIZE).abs() < 1e-4);
+        }
+    }
+
+    #[test]
     fn meshes_are_named_or_files() {
         assert_eq!("sphere".parse(), Ok(YardMesh::Sphere));
         assert_eq!("a/b.GLB".parse(), Ok(YardMesh::Model("a/b.GLB".into())));
