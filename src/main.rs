@@ -2,7 +2,7 @@
 //!
 //! Exit codes: 0 done, 2 bad input or usage, 3 no usable graphics adapter, 1 anything else.
 
-use clap::{Args, Parser, Subcommand};
+use clap::{ArgAction, Args, Parser, Subcommand};
 use indicatif::{ProgressBar, ProgressStyle};
 use relief::app::{self, AppError};
 use relief::frames::{self, FrameError, FrameJob, LoadOptions, OutputKind};
@@ -157,6 +157,12 @@ struct ViewArgs {
     /// mesh as it is
     #[arg(long, value_name = "on | off", default_value = "on", value_parser = parse_levels)]
     levels: LevelOfDetail,
+    /// Textures in blocks (BC7), a quarter of the memory, where that does not show; made once and kept in a cache
+    #[arg(long, value_name = "on | off", default_value = "off", action = ArgAction::Set, value_parser = parse_on_off)]
+    compress: bool,
+    /// Neither read nor write the cache (RELIEF_CACHE_DIR, else the platform's folder for caches)
+    #[arg(long)]
+    no_cache: bool,
     /// Most memory that textures take on the GPU; where they are larger, the largest are drawn at half their size and less
     #[arg(long, value_name = "MB", default_value_t = DEFAULT_MEGABYTES, value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
     texture_memory: u64,
@@ -167,7 +173,7 @@ struct ViewArgs {
 
 impl ViewArgs {
     fn load(&self) -> LoadOptions {
-        LoadOptions { texture_bytes: self.texture_memory << 20 }
+        LoadOptions { compress: self.compress, cache: !self.no_cache, texture_bytes: self.texture_memory << 20 }
     }
 
     fn settings(&self) -> Settings {
@@ -200,6 +206,10 @@ fn parse_lights(text: &str) -> Result<LightPolicy, String> {
 
 fn parse_technique(text: &str) -> Result<Technique, String> {
     relief::name::find("technique", &Technique::ALL, text)
+}
+
+fn parse_on_off(text: &str) -> Result<bool, String> {
+    relief::name::find("choice", &[("on", true), ("off", false)], text)
 }
 
 fn parse_levels(text: &str) -> Result<LevelOfDetail, String> {
