@@ -1,15 +1,13 @@
 //! Texels in blocks and back: BC7, 16 bytes for 4 × 4 texels.
 
 use crate::images::{ImageKind, Texels};
-use block_compression::decode::decompress_blocks_as_rgba8;
-use block_compression::encode::compress_rgba8;
-use block_compression::{BC7Settings, CompressionVariant};
+use intel_tex_2::{RgbaSurface, bc7};
 
 /// A level in blocks; what its last texels lack to a whole block is filled with them.
 pub fn encode(texels: &[u8], width: u32, height: u32) -> Vec<u8> {
     let (wide, high) = (width.next_multiple_of(4), height.next_multiple_of(4));
     let mut padded = Vec::with_capacity((wide * high) as usize * 4);
-    for y in 0..high.min(height.max(1) + 3) {
+    for y in 0..high {
         let row = &texels[(y.min(height - 1) * width) as usize * 4..][..width as usize * 4];
         padded.extend_from_slice(row);
         // The last texel goes on: what pads a block is not seen, but has its part in the block's colours.
@@ -17,18 +15,21 @@ pub fn encode(texels: &[u8], width: u32, height: u32) -> Vec<u8> {
         (width..wide).for_each(|_| padded.extend_from_slice(last));
     }
     let opaque = texels.iter().skip(3).step_by(4).all(|&alpha| alpha == 255);
-    let settings = if opaque { BC7Settings::opaque_very_fast() } else { BC7Settings::alpha_very_fast() };
-    let mut blocks = vec![0; Texels::Bc7.level_bytes(width, height)];
-    compress_rgba8(CompressionVariant::BC7(settings), &padded, &mut blocks, wide, high, wide * 4);
-    blocks
+    let settings = if opaque { bc7::opaque_fast_settings() } else { bc7::alpha_fast_settings() };
+    bc7::compress_blocks(&settings, &RgbaSurface { data: &padded, width: wide, height: high, stride: wide * 4 })
 }
 
 /// The texels of a level in blocks.
 pub fn decode(blocks: &[u8], width: u32, height: u32) -> Vec<u8> {
     let (wide, high) = (width.next_multiple_of(4), height.next_multiple_of(4));
-    let mut padded = vec![0; (wide * high) as usize * 4];
-    let any = CompressionVariant::BC7(BC7Settings::alpha_very_fast());
-    decompress_blocks_as_rgba8(any, wide, high, blocks, &mut padded);
+    let row = wide as usize * 4;
+    let mut padded = vec![0; row * high as usize];
+    let rows = blocks.chunks_exact(Texels::Bc7.row_bytes(width)).zip(padded.chunks_exact_mut(4 * row));
+    for (blocks, rows) in rows {
+        for (i, block) in blocks.as_chunks::<16>().0.iter().enumerate() {
+            bcdec_rs::bc7(block, &mut rows[i * 16..], row);
+        }
+    }
     let rows = padded.chunks_exact(wide as usize * 4).take(height as usize);
     rows.flat_map(|row| &row[..width as usize * 4]).copied().collect()
 }

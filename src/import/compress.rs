@@ -18,7 +18,7 @@ pub const LEAST_PSNR: f64 = 38.0;
 const FEWEST_TEXELS: u32 = 64 * 64;
 
 /// Part of every key: another encoder, or another choice, is another result.
-const VERSION: &[u8] = b"relief bc7 1";
+const VERSION: &[u8] = b"relief bc7 2";
 
 /// What [`compress_images`] did.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
