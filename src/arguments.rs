@@ -1,6 +1,8 @@
 //! Values that several subcommands read from the command line.
 
 use crate::name;
+use crate::renderer::Occlusion;
+use systems::levels::LevelOfDetail;
 use systems::library::Technique;
 use systems::lights::LightPolicy;
 
@@ -28,6 +30,22 @@ pub fn parse_lights(text: &str) -> Result<LightPolicy, String> {
 /// Names what there is.
 pub fn parse_technique(text: &str) -> Result<Technique, String> {
     name::find("technique", &Technique::ALL, text)
+}
+
+/// Levels of detail: `on` or `off`.
+///
+/// # Errors
+/// Names the choices.
+pub fn parse_levels(text: &str) -> Result<LevelOfDetail, String> {
+    name::find("choice", &[("on", LevelOfDetail::default()), ("off", LevelOfDetail::OFF)], text)
+}
+
+/// Occlusion culling: `auto`, `on` or `off`.
+///
+/// # Errors
+/// Names the choices.
+pub fn parse_occlusion(text: &str) -> Result<Occlusion, String> {
+    name::find("choice", &Occlusion::ALL, text)
 }
 
 #[cfg(test)]

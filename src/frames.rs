@@ -4,6 +4,8 @@
 //! and each picture is written whole, so that an interrupted run can be resumed by what is there.
 
 use crate::compare::CompareError;
+use crate::import::cache::Cache;
+use crate::import::compress::{CompressReport, compress_images};
 use crate::import::progress;
 use crate::output::{self, OutputError};
 use crate::renderer::{Gpu, GpuError, RenderError, Renderer, Settings};
@@ -121,13 +123,17 @@ pub struct Stage {
 /// How a scene is loaded.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LoadOptions {
+    /// Whether images are put into blocks (BC7), a quarter of the memory.
+    pub compress: bool,
+    /// Whether results that take long to work out are kept on disk ([`crate::import::cache`]).
+    pub cache: bool,
     /// Bytes that textures may take on the GPU; above it the largest are drawn smaller.
     pub texture_bytes: u64,
 }
 
 impl Default for LoadOptions {
     fn default() -> Self {
-        Self { texture_bytes: texture_memory::DEFAULT_MEGABYTES << 20 }
+        Self { compress: false, cache: true, texture_bytes: texture_memory::DEFAULT_MEGABYTES << 20 }
     }
 }
 
@@ -167,6 +173,13 @@ pub fn load_stage(path: &Path, camera: Option<&str>, options: &LoadOptions) -> R
     let bar = progress::Bar::on_terminal();
     let scene = scene::load(path, &mut simulation)?;
     drop(bar);
+    if options.compress {
+        let cache = options.cache.then(Cache::of_user).flatten();
+        let report = compress_images(&mut simulation.world.resource_mut::<Library>(), cache.as_ref());
+        let (hits, written) = cache.map_or((0, 0), |cache| cache.counts());
+        let CompressReport { compressed, kept } = report;
+        tracing::info!(compressed, kept, from_cache = hits, cached = written, "images in blocks");
+    }
     limit_textures(&mut simulation, options.texture_bytes);
     for warning in &scene.warnings {
         tracing::warn!("{warning}");

@@ -2,14 +2,14 @@
 //!
 //! Exit codes: 0 done, 2 bad input or usage, 3 no usable graphics adapter, 1 anything else.
 
-use clap::{Args, Parser, Subcommand};
+use clap::{ArgAction, Args, Parser, Subcommand};
 use indicatif::{ProgressBar, ProgressStyle};
 use relief::app::{self, AppError};
-use relief::arguments::{parse_lights, parse_size, parse_technique};
+use relief::arguments::{parse_levels, parse_lights, parse_occlusion, parse_size, parse_technique};
 use relief::bench::{self, BenchArgs};
 use relief::frames::{self, FrameError, FrameJob, LoadOptions, OutputKind};
 use relief::light_error::{self, LightErrorJob};
-use relief::renderer::{DebugView, Gpu, Settings};
+use relief::renderer::{DebugView, Gpu, Occlusion, Settings};
 use relief::{check, demo};
 use std::io::{IsTerminal, Write};
 use std::ops::Range;
@@ -182,6 +182,15 @@ struct ViewArgs {
     /// mesh as it is
     #[arg(long, value_name = "on | off", default_value = "on", value_parser = parse_levels)]
     levels: LevelOfDetail,
+    /// Leave out objects that others hide: on, off, or auto, where there are many. The picture is the same
+    #[arg(long, value_name = "auto | on | off", default_value = "auto", value_parser = parse_occlusion)]
+    occlusion: Occlusion,
+    /// Textures in blocks (BC7), a quarter of the memory, where that does not show; made once and kept in a cache
+    #[arg(long, value_name = "on | off", default_value = "off", action = ArgAction::Set, value_parser = parse_on_off)]
+    compress: bool,
+    /// Neither read nor write the cache (RELIEF_CACHE_DIR, else the platform's folder for caches)
+    #[arg(long)]
+    no_cache: bool,
     /// Most memory that textures take on the GPU; where they are larger, the largest are drawn at half their size and less
     #[arg(long, value_name = "MB", default_value_t = DEFAULT_MEGABYTES, value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
     texture_memory: u64,
@@ -192,11 +201,17 @@ struct ViewArgs {
 
 impl ViewArgs {
     fn load(&self) -> LoadOptions {
-        LoadOptions { texture_bytes: self.texture_memory << 20 }
+        LoadOptions { compress: self.compress, cache: !self.no_cache, texture_bytes: self.texture_memory << 20 }
     }
 
     fn settings(&self) -> Settings {
-        Settings { technique: self.technique, debug: self.debug, levels: self.levels, ..Settings::default() }
+        Settings {
+            technique: self.technique,
+            debug: self.debug,
+            levels: self.levels,
+            occlusion: self.occlusion,
+            ..Settings::default()
+        }
     }
 }
 
@@ -213,8 +228,8 @@ fn parse_frames(text: &str) -> Result<Range<u64>, String> {
         .ok_or_else(|| format!("expected a count like 60, or a range like 30..60, ending at {MOST_FRAMES} at the most"))
 }
 
-fn parse_levels(text: &str) -> Result<LevelOfDetail, String> {
-    relief::name::find("choice", &[("on", LevelOfDetail::default()), ("off", LevelOfDetail::OFF)], text)
+fn parse_on_off(text: &str) -> Result<bool, String> {
+    relief::name::find("choice", &[("on", true), ("off", false)], text)
 }
 
 fn parse_debug(text: &str) -> Result<DebugView, String> {

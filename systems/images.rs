@@ -23,15 +23,29 @@ pub enum Texels {
     Rgba8,
     /// Four half floats per texel: what 16-bit files become. Never sRGB-encoded.
     Rgba16Float,
+    /// BC7: 16 bytes for 4 × 4 texels. The sides of the image are multiples of 4.
+    Bc7,
 }
 
 impl Texels {
-    /// Bytes of one texel.
-    pub fn bytes(self) -> usize {
+    /// Texels along the side of a block, and its bytes. Without compression a block is a texel.
+    pub fn block(self) -> (u32, usize) {
         match self {
-            Self::Rgba8 => 4,
-            Self::Rgba16Float => 8,
+            Self::Rgba8 => (1, 4),
+            Self::Rgba16Float => (1, 8),
+            Self::Bc7 => (4, 16),
         }
+    }
+
+    /// Bytes of a row of blocks.
+    pub fn row_bytes(self, width: u32) -> usize {
+        let (side, bytes) = self.block();
+        width.div_ceil(side) as usize * bytes
+    }
+
+    /// Bytes of a level.
+    pub fn level_bytes(self, width: u32, height: u32) -> usize {
+        self.row_bytes(width) * height.div_ceil(self.block().0) as usize
     }
 }
 
@@ -102,17 +116,19 @@ impl Image {
 
     /// Makes the second level the first; `false` where there is none.
     pub(crate) fn drop_finest_level(&mut self) -> bool {
-        if self.levels.len() < 2 {
+        let side = self.texels.block().0;
+        let (width, height) = level_size(self.width, self.height, 1);
+        if self.levels.len() < 2 || !width.is_multiple_of(side) || !height.is_multiple_of(side) {
             return false;
         }
         self.levels.remove(0);
-        (self.width, self.height) = level_size(self.width, self.height, 1);
+        (self.width, self.height) = (width, height);
         true
     }
 
     fn with_levels(name: String, width: u32, height: u32, kind: ImageKind, texels: Texels, pixels: Vec<u8>) -> Self {
         assert!(width > 0 && height > 0, "an image has at least one texel");
-        assert_eq!(pixels.len(), width as usize * height as usize * texels.bytes(), "one element per texel");
+        assert_eq!(pixels.len(), texels.level_bytes(width, height), "one element per texel");
         let mut levels = vec![pixels];
         for level in 1..level_count(width, height) {
             let (from, to) = (level_size(width, height, level - 1), level_size(width, height, level));
@@ -120,6 +136,7 @@ impl Image {
             levels.push(match texels {
                 Texels::Rgba8 => halve(&Rgba8::new(kind), above, from, to, kind),
                 Texels::Rgba16Float => halve(&Rgba16Float, above, from, to, kind),
+                Texels::Bc7 => unreachable!("images are made of texels"),
             });
         }
         Self { name, width, height, kind, texels, levels }

@@ -6,6 +6,7 @@
 //! frame, and with nothing else.
 
 pub mod batches;
+pub mod blocks;
 pub mod bounds;
 pub mod brute_force;
 mod changes;

@@ -483,7 +483,8 @@ impl Library {
         &self.images
     }
 
-    pub(crate) fn images_mut(&mut self) -> &mut [Image] {
+    /// All images in id order, to change them before the first frame that draws them.
+    pub fn images_mut(&mut self) -> &mut [Image] {
         &mut self.images
     }
 

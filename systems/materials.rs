@@ -51,7 +51,7 @@ impl MaterialTable {
         let wanted = TextureArray {
             width: source.width,
             height: source.height,
-            srgb: source.kind == ImageKind::Color && source.texels == crate::images::Texels::Rgba8,
+            srgb: source.kind == ImageKind::Color && source.texels != crate::images::Texels::Rgba16Float,
             texels: source.texels,
             layers: Vec::new(),
         };

@@ -107,7 +107,7 @@ mod tests {
         for image in library.images() {
             let size = crate::images::level_count(image.width, image.height) as usize;
             assert_eq!(image.levels.len(), size);
-            assert_eq!(image.levels[0].len() as u32, image.width * image.height * image.texels.bytes() as u32);
+            assert_eq!(image.levels[0].len(), image.texels.level_bytes(image.width, image.height));
         }
     }
 

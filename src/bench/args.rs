@@ -2,8 +2,10 @@
 
 use super::yard::{YardMesh, YardPlan, YardView};
 use crate::arguments;
+use crate::renderer::Occlusion;
 use clap::Args;
 use std::path::PathBuf;
+use systems::levels::LevelOfDetail;
 use systems::library::Technique;
 use systems::lights::LightPolicy;
 
@@ -45,6 +47,12 @@ pub struct BenchArgs {
     /// How objects are lit: three, hard or all; relief render --help tells them apart
     #[arg(long, value_name = "POLICY", default_value = "three", value_parser = arguments::parse_lights)]
     pub lights_policy: LightPolicy,
+    /// Draw meshes with fewer triangles where they are small: on or off
+    #[arg(long, default_value = "on", value_name = "on|off", value_parser = arguments::parse_levels)]
+    pub levels: LevelOfDetail,
+    /// Leave out objects that others hide: on, off, or auto, where there are many
+    #[arg(long, default_value = "auto", value_name = "auto|on|off", value_parser = arguments::parse_occlusion)]
+    pub occlusion: Occlusion,
     /// Samples per pixel: 1, or 4 as elsewhere in Relief
     #[arg(long, default_value = "1", value_name = "1|4", value_parser = parse_samples)]
     pub samples: u32,

@@ -19,8 +19,10 @@ pub struct Measurement {
     pub samples: u32,
     pub lights_policy: String,
     pub technique: Option<String>,
-    /// Levels of detail; `None`: there are none.
-    pub levels: Option<bool>,
+    /// Whether meshes are drawn with fewer triangles where they are small.
+    pub levels: bool,
+    /// Whether objects that others hide are left out: auto, on or off.
+    pub occlusion: String,
     pub threads: u32,
     pub frames: u32,
     /// From the first change of an object to an idle GPU.

@@ -117,7 +117,7 @@ impl<'a> Report<'a> {
             let _ = writeln!(page, "- adapter: {}\n- driver: {}", m.adapter, m.driver);
             let _ = writeln!(page, "- build: {} {}, commit {commit}, {}", build.version, build.profile, build.target);
             let _ = writeln!(page, "- target features beyond the base: {features}; worker threads: {}", m.threads);
-            let levels = m.levels.map_or("there are none", |on| if on { "on" } else { "off" });
+            let levels = if m.levels { "on" } else { "off" };
             let _ = writeln!(
                 page,
                 "- samples per pixel: {}; lights: {}; levels of detail: {levels}",

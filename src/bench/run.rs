@@ -10,7 +10,9 @@ use super::trace::chrome_trace;
 use super::yard::{Yard, YardError};
 use crate::frames::view_of;
 use crate::output::{self, OutputError};
-use crate::renderer::{Gpu, GpuError, PICTURE_FORMAT, PassTime, RenderError, RenderStats, Renderer, Settings};
+use crate::renderer::{
+    Gpu, GpuError, Occlusion, PICTURE_FORMAT, PassTime, RenderError, RenderStats, Renderer, Settings,
+};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -219,7 +221,13 @@ impl Bench {
             view_formats: &[],
         });
         let target = target.create_view(&wgpu::TextureViewDescriptor::default());
-        let settings = Settings { technique: args.technique, samples: args.samples, ..Settings::default() };
+        let settings = Settings {
+            technique: args.technique,
+            samples: args.samples,
+            levels: args.levels,
+            occlusion: args.occlusion,
+            ..Settings::default()
+        };
         Ok(Self { yard, renderer, settings, size: args.size(), target, frame: 0, started: start.started })
     }
 
@@ -277,6 +285,7 @@ impl Bench {
         let grown = peak_mb.zip(start.resident_mb).map(|(peak, before)| (peak - before).max(0.0));
         let bytes_per_object = grown.map(|grown| grown * f64::from(1 << 20) / f64::from(args.objects()));
         let policy = LightPolicy::ALL.iter().find(|(_, policy)| *policy == args.lights_policy);
+        let occlusion = Occlusion::ALL.iter().find(|(_, occlusion)| *occlusion == args.occlusion);
         Measurement {
             objects: args.objects(),
             lights: args.lights(),
@@ -287,7 +296,8 @@ impl Bench {
             samples: args.samples,
             lights_policy: policy.map_or("", |(name, _)| name).to_owned(),
             technique: args.technique.and_then(|technique| name_in(&Technique::ALL, technique)),
-            levels: None,
+            levels: args.levels.enabled,
+            occlusion: occlusion.map_or("", |(name, _)| name).to_owned(),
             threads: bevy_tasks::ComputeTaskPool::get().thread_num() as u32,
             frames: costs.len() as u32,
             frame_ms_median: frame.median,

@@ -9,6 +9,7 @@ use super::report::{self, Earlier};
 use super::run::BenchError;
 use super::yard::YardView;
 use crate::output;
+use crate::renderer::Occlusion;
 use std::path::Path;
 use std::process::Command;
 use systems::library::Technique;
@@ -151,6 +152,10 @@ fn arguments(args: &BenchArgs, scene: &Scene) -> Vec<String> {
     add("warm-up", args.warm_up().to_string());
     add("seconds", args.seconds().to_string());
     add("samples", args.samples.to_string());
+    add("levels", (if args.levels.enabled { "on" } else { "off" }).to_owned());
+    if let Some((name, _)) = Occlusion::ALL.iter().find(|(_, occlusion)| *occlusion == args.occlusion) {
+        add("occlusion", (*name).to_owned());
+    }
     if let Some((name, _)) = LightPolicy::ALL.iter().find(|(_, policy)| *policy == args.lights_policy) {
         add("lights-policy", (*name).to_owned());
     }

@@ -1,9 +1,11 @@
-//! Files into library items: images (`image.rs`) and glTF models (`gltf/`).
+//! Files into library items: images (`image.rs`) and glTF models (`gltf/`); images into blocks ([`compress`], [`cache`]).
 //!
 //! Everything is checked here, strictly, so that a frame has nothing left to refuse. A fault that touches what we
 //! read is an [`ImportError`] that names the file, the place in it and what was expected; one that does not is a
 //! [`Warning`] beside the model.
 
+pub mod cache;
+pub mod compress;
 mod gltf;
 mod image;
 mod model;

@@ -1,9 +1,11 @@
 //! Texture arrays, samplers, and the bind group of each material class.
 
 use super::Gpu;
+use std::borrow::Cow;
 use std::collections::BTreeMap;
+use systems::blocks;
 use systems::draw_list::{ClassId, DrawList, MAP_COUNT, TextureArray};
-use systems::images::{Texels, level_count, level_size};
+use systems::images::{Image, Texels, level_count, level_size};
 use systems::library::{Filter, Library, MipFilter, Sampler, Wrap};
 
 #[derive(Debug)]
@@ -70,7 +72,7 @@ impl Textures {
             let array = &mut self.arrays[index];
             for layer in array.uploaded..wanted.layers.len() {
                 if let Some(image) = library.image(wanted.layers[layer]) {
-                    written += write_layer(&gpu.queue, &array.texture, layer as u32, image);
+                    written += write_layer(gpu, &array.texture, layer as u32, image);
                 }
             }
             array.uploaded = wanted.layers.len();
@@ -96,8 +98,16 @@ impl Textures {
     }
 }
 
+/// Whether the device reads blocks itself; where not, they are uploaded as the texels that they stand for.
+fn reads_blocks(device: &wgpu::Device) -> bool {
+    device.features().contains(wgpu::Features::TEXTURE_COMPRESSION_BC)
+}
+
 fn make_array(device: &wgpu::Device, wanted: &TextureArray) -> ArrayTexture {
-    let format = match (wanted.texels, wanted.srgb) {
+    let texels = if reads_blocks(device) || wanted.texels != Texels::Bc7 { wanted.texels } else { Texels::Rgba8 };
+    let format = match (texels, wanted.srgb) {
+        (Texels::Bc7, true) => wgpu::TextureFormat::Bc7RgbaUnormSrgb,
+        (Texels::Bc7, false) => wgpu::TextureFormat::Bc7RgbaUnorm,
         (Texels::Rgba8, true) => wgpu::TextureFormat::Rgba8UnormSrgb,
         (Texels::Rgba8, false) => wgpu::TextureFormat::Rgba8Unorm,
         (Texels::Rgba16Float, _) => wgpu::TextureFormat::Rgba16Float,
@@ -125,24 +135,33 @@ fn make_array(device: &wgpu::Device, wanted: &TextureArray) -> ArrayTexture {
     ArrayTexture { texture, view, uploaded: 0 }
 }
 
-fn write_layer(queue: &wgpu::Queue, texture: &wgpu::Texture, layer: u32, image: &systems::images::Image) -> u64 {
+fn write_layer(gpu: &Gpu, texture: &wgpu::Texture, layer: u32, image: &Image) -> u64 {
+    let unpack = image.texels == Texels::Bc7 && !reads_blocks(&gpu.device);
+    let texels = if unpack { Texels::Rgba8 } else { image.texels };
+    let (side, _) = texels.block();
     let mut written = 0;
     for (level, bytes) in image.levels.iter().enumerate() {
         let (width, height) = level_size(image.width, image.height, level as u32);
-        queue.write_texture(
+        let bytes = if unpack { Cow::Owned(blocks::decode(bytes, width, height)) } else { Cow::Borrowed(bytes) };
+        gpu.queue.write_texture(
             wgpu::TexelCopyTextureInfo {
                 texture,
                 mip_level: level as u32,
                 origin: wgpu::Origin3d { x: 0, y: 0, z: layer },
                 aspect: wgpu::TextureAspect::All,
             },
-            bytes,
+            &bytes,
             wgpu::TexelCopyBufferLayout {
                 offset: 0,
-                bytes_per_row: Some(width * image.texels.bytes() as u32),
+                bytes_per_row: Some(texels.row_bytes(width) as u32),
                 rows_per_image: None,
             },
-            wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+            // Whole blocks, also where the level is smaller than one.
+            wgpu::Extent3d {
+                width: width.next_multiple_of(side),
+                height: height.next_multiple_of(side),
+                depth_or_array_layers: 1,
+            },
         );
         written += bytes.len() as u64;
     }
