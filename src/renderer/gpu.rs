@@ -111,6 +111,8 @@ impl Gpu {
 
     /// What `relief info` prints: adapter, driver, features used, limits.
     pub fn describe(&self) -> String {
+        let blocks = self.device.features().contains(wgpu::Features::TEXTURE_COMPRESSION_BC);
+        let features = if blocks { "textures in blocks (BC)" } else { "none beyond WebGPU's core" };
         let (info, limits) = (self.adapter.get_info(), self.device.limits());
         let mut text = String::new();
         let rows: [(&str, String); 9] = [
@@ -118,7 +120,7 @@ impl Gpu {
             ("kind", format!("{:?}", info.device_type)),
             ("backend", format!("{:?}", info.backend)),
             ("driver", format!("{} {}", info.driver, info.driver_info).trim().to_owned()),
-            ("features used", "none beyond WebGPU's core".to_owned()),
+            ("features used", features.to_owned()),
             ("largest texture", format!("{0} x {0}", limits.max_texture_dimension_2d)),
             ("texture layers", limits.max_texture_array_layers.to_string()),
             ("largest buffer", format!("{} MiB", limits.max_buffer_size >> 20)),
