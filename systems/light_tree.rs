@@ -368,7 +368,7 @@ mod tests {
     /// Numbers from 0 to 1 that look random.
     fn any(seed: &mut u32) -> f32 {
         *seed = seed.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
-        let mixed = (*seed >> (*seed >> 28 & 7) + 4 ^ *seed).wrapping_mul(277_803_737);
+        let mixed = ((*seed >> ((*seed >> 28 & 7) + 4)) ^ *seed).wrapping_mul(277_803_737);
         (mixed >> 8) as f32 / (1 << 24) as f32
     }
 
