@@ -150,7 +150,8 @@ fn frames(criterion: &mut Criterion<PerObject>) {
         group.throughput(Throughput::Elements(objects as u64));
         group.sample_size(10).warm_up_time(Duration::from_millis(500)).measurement_time(Duration::from_secs(4));
         let mut frames = None;
-        let kinds: [(&str, fn(&Night) -> Movers); 4] = [
+        type Choice = fn(&Night) -> Movers;
+        let kinds: [(&str, Choice); 4] = [
             ("still", |_| Movers::default()),
             ("one in a hundred", |night| night.some(100)),
             ("one in a hundred, a district", |night| night.district(100)),

@@ -6,6 +6,9 @@
 //! then scores what is left (lanes are objects), lists what reaches any of its objects, and goes through that list twice:
 //! for the best, which stay in registers, and for the remainder.
 //!
+//! Where only some of the objects are searched ([`select_sparse`]), packets and groups end where the next object is too far
+//! away in the order, and what is left alone goes through its packet's list by itself ([`crate::light_alone`]).
+//!
 //! The result equals [`crate::brute_force`] bit for bit on every instruction set: lights are added up in
 //! [`crate::light_tree::search_order`], nothing is fused or approximated, and each object's result depends on nothing but
 //! itself and the lights that reach it. Which instructions the processor has is found out when the program runs
@@ -33,7 +36,7 @@ const PACKET: usize = 128;
 const CLUSTER_SPAN: u32 = 2048;
 const PACKET_SPAN: u32 = 256;
 const GROUP_SPAN: u32 = 64;
-/// Groups of so many objects are not worth a vector: they choose one by one.
+/// Groups of no more objects are not worth a vector: they choose one by one.
 const FEW: usize = 3;
 
 /// Lists that a search reuses.

@@ -1,8 +1,9 @@
 //! Lights sorted in space, under a tree of boxes: finds those that may reach a volume.
 //!
 //! Point and spot lights are sorted along a Morton curve and cut into blocks of 16, whose fields lie side by side so that
-//! one vector operation tests many lights. Sixteen blocks make a node, sixteen nodes make one of the level above. The
-//! tree is built anew whenever a light changes: for 100,000 lights that costs less than finding out what could stay.
+//! one vector operation tests many lights. Sixteen blocks make a node, sixteen nodes make one of the level above. Where few
+//! lights change, [`LightTree::update`] merges them into the sorted list and fills only the blocks that are not what they
+//! were; the tree is the one that [`LightTree::build`] would make.
 //!
 //! Order matters only to sums, whose rounding depends on it. [`search_order`] says what it is, and a search must keep it:
 //! directional lights by slot, then point lights, then spots along the curve. The curve's cells do not depend on the
@@ -367,7 +368,7 @@ mod tests {
     /// Numbers from 0 to 1 that look random.
     fn any(seed: &mut u32) -> f32 {
         *seed = seed.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
-        let mixed = (*seed >> (*seed >> 28 & 7) + 4 ^ *seed).wrapping_mul(277_803_737);
+        let mixed = ((*seed >> ((*seed >> 28 & 7) + 4)) ^ *seed).wrapping_mul(277_803_737);
         (mixed >> 8) as f32 / (1 << 24) as f32
     }
 
