@@ -372,14 +372,13 @@ impl<T: Copy + PartialEq + Default + Send> Table<T> {
     /// [`Self::write`] for many slots, none of them twice, in parallel: `record` makes that of `slots[index]`.
     pub fn write_all(&mut self, slots: &[u32], record: impl Fn(usize) -> T + Sync) {
         let Some((&low, &high)) = slots.iter().min().zip(slots.iter().max()) else { return };
-        let end = (high as usize + 1).next_multiple_of(64);
-        if end > self.records.len() {
-            self.records.resize(end, T::default());
+        if high as usize >= self.records.len() {
+            self.records.resize(high as usize + 1, T::default());
         }
         let words = self.dirty.reach(low, high);
         // Each task looks through all slots for those in its part of the table.
         let parts = (slots.len() / 4096).clamp(1, 2 * ComputeTaskPool::get().thread_num());
-        let part = (self.records.len() / 64).div_ceil(parts) * 64;
+        let part = self.records.len().div_ceil(64).div_ceil(parts) * 64;
         let parts = self.records.chunks_mut(part).zip(words.chunks_mut(part / 64));
         in_parallel(parts.enumerate(), |(number, (records, words))| {
             let first = number * part;

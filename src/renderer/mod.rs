@@ -118,8 +118,10 @@ pub struct Renderer {
     pyramids: PyramidMaker,
     draws: Draws,
     culled: CulledView,
-    /// What `culled` was made for: a view, in one phase or two; `None`: culling is due.
+    /// What `culled` was made for: a view, in one phase or two.
     culled_for: Option<(ViewRecord, bool)>,
+    /// How often culling is to be done before the lists of visible objects stay as they are.
+    cullings_due: u32,
     targets: Option<Targets>,
     /// The world whose meshes, textures and tables are uploaded.
     world: u64,
@@ -157,6 +159,7 @@ impl Renderer {
             draws: Draws::new(device),
             culled: CulledView::new(device),
             culled_for: None,
+            cullings_due: 0,
             targets: None,
             world: 0,
             blended_slots: Vec::new(),
@@ -231,7 +234,9 @@ impl Renderer {
         self.tables.write_view(&self.gpu.queue, &record);
         let culled_for = (record, self.culled.pyramid().is_some());
         if self.stats.instance_bytes > 0 || redrawn.is_some() || self.culled_for != Some(culled_for) {
-            self.culled_for = None;
+            // Once more in two phases, so that the early one of a still view is what is seen of it.
+            self.cullings_due = if culled_for.1 { 2 } else { 1 };
+            self.culled_for = Some(culled_for);
         }
 
         self.pass = Pass::Color { all_lights: list.all_lights, debug: settings.debug, samples: settings.samples };
@@ -326,7 +331,7 @@ impl Renderer {
         let timestamps = self.timestamps.as_ref();
         let views = [(&self.culled, frame_group)];
         // Unless the lists of visible objects are those of this view already.
-        let due = self.culled_for.is_none();
+        let due = self.cullings_due > 0;
         if due {
             self.culling.record(encoder, timestamps, Phase::Early, &views);
         }
@@ -366,9 +371,7 @@ impl Renderer {
             let blended = self.blended_drawn();
             self.counts.send(&self.gpu, encoder, lists.into_iter(), self.draws.list.len(), blended);
         }
-        if let Some((showing, ..)) = &self.shown {
-            self.culled_for = Some((*showing, self.culled.pyramid().is_some()));
-        }
+        self.cullings_due = self.cullings_due.saturating_sub(1);
         (draws, calls)
     }
 
@@ -395,15 +398,19 @@ impl Renderer {
     /// Draws the prepared objects once more, one sample per pixel, for their normals, ids and depths.
     pub fn draw_outputs(&mut self) -> Option<Outputs> {
         self.make_pipelines(Pass::Outputs);
-        let (targets, frame_group) = (self.targets.as_ref()?, self.tables.group()?);
+        let size = self.targets.as_ref().map(|targets| (targets.width, targets.height))?;
         let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
-        let size = (targets.width, targets.height);
         let make = |label, format| targets::texture(&self.gpu.device, label, size, format, 1, usage);
         let (normal, id) = (make("normals", OUTPUT_FORMATS[0]), make("ids", OUTPUT_FORMATS[1]));
         let depth = make("output depth", DEPTH_FORMAT);
         let views = [whole_view(&normal, "normals"), whole_view(&id, "ids"), whole_view(&depth, "output depth")];
         let label = wgpu::CommandEncoderDescriptor { label: Some("outputs") };
         let mut encoder = self.gpu.device.create_command_encoder(&label);
+        if self.cullings_due > 0 {
+            // Nobody drew the picture, which finds out what is visible.
+            self.record_scene(&mut encoder);
+        }
+        let frame_group = self.tables.group()?;
         {
             let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
                 label: Some("outputs"),
