@@ -105,8 +105,25 @@ pub(super) struct RecordTable {
 /// Texels in a row of a table; `TABLE_WIDTH` of shaders/types.wgsl.
 const TABLE_WIDTH: u64 = 4096;
 const TEXEL_BYTES: u64 = 16;
-/// Uploads wait for each other after this many bytes: the driver holds a copy of what is under way.
-const MOST_BYTES_UNDER_WAY: u64 = 16 << 20;
+/// Uploads wait for each other after this many bytes: of what is under way there is a copy.
+const MOST_BYTES_UNDER_WAY: u64 = 8 << 20;
+
+/// Counts bytes under way.
+#[derive(Debug, Default)]
+pub(super) struct Pace(u64);
+
+impl Pace {
+    /// After that many bytes were handed in.
+    pub fn handed_in(&mut self, gpu: &super::Gpu, bytes: u64) {
+        self.0 += bytes;
+        if self.0 >= MOST_BYTES_UNDER_WAY {
+            gpu.queue.submit([]);
+            // A lost device shows at the next draw.
+            let _ = gpu.device.poll(wgpu::PollType::wait_indefinitely());
+            self.0 = 0;
+        }
+    }
+}
 
 impl RecordTable {
     pub fn new(device: &wgpu::Device, label: &'static str) -> Self {
@@ -157,7 +174,7 @@ impl RecordTable {
 
     /// Writes texels from one on: the rest of its row, whole rows, and the beginning of the last.
     fn write(&self, gpu: &super::Gpu, mut texel: u64, mut bytes: &[u8]) {
-        let mut under_way = 0;
+        let mut pace = Pace::default();
         while !bytes.is_empty() {
             let column = texel % TABLE_WIDTH;
             let texels = bytes.len() as u64 / TEXEL_BYTES;
@@ -169,13 +186,7 @@ impl RecordTable {
             };
             let (here, rest) = bytes.split_at((width * height * TEXEL_BYTES) as usize);
             self.write_rows(&gpu.queue, [column, texel / TABLE_WIDTH], [width, height], here);
-            under_way += here.len() as u64;
-            if under_way >= MOST_BYTES_UNDER_WAY {
-                gpu.queue.submit([]);
-                // A lost device shows at the next draw.
-                let _ = gpu.device.poll(wgpu::PollType::wait_indefinitely());
-                under_way = 0;
-            }
+            pace.handed_in(gpu, here.len() as u64);
             (texel, bytes) = (texel + width * height, rest);
         }
     }

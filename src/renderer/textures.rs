@@ -1,6 +1,7 @@
 //! Texture arrays, samplers, and the bind group of each material class.
 
 use super::Gpu;
+use super::tables::Pace;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use systems::blocks;
@@ -56,7 +57,7 @@ impl Textures {
 
     /// Uploads layers that are new; binds classes that are new or whose arrays grew. Returns the bytes written.
     pub fn upload(&mut self, gpu: &Gpu, list: &DrawList, library: &Library) -> u64 {
-        let mut written = 0;
+        let (mut written, mut pace) = (0, Pace::default());
         for (index, wanted) in list.texture_arrays.iter().enumerate() {
             let room = self.arrays.get(index).map(|a| a.texture.depth_or_array_layers() as usize);
             if room.is_none_or(|room| room < wanted.layers.len()) {
@@ -72,7 +73,9 @@ impl Textures {
             let array = &mut self.arrays[index];
             for layer in array.uploaded..wanted.layers.len() {
                 if let Some(image) = library.image(wanted.layers[layer]) {
-                    written += write_layer(gpu, &array.texture, layer as u32, image);
+                    let bytes = write_layer(gpu, &array.texture, layer as u32, image);
+                    pace.handed_in(gpu, bytes);
+                    written += bytes;
                 }
             }
             array.uploaded = wanted.layers.len();
