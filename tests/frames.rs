@@ -102,6 +102,37 @@ fn what_moves_is_uploaded_and_nothing_else() {
 }
 
 #[test]
+fn changes_here_and_there_arrive_also_from_frames_that_nobody_drew() {
+    let (Some(mut field), Some(gpu)) = (Field::new(10_000), common::gpu()) else { return };
+    field.draw();
+    let move_some = |field: &mut Field, first: usize, height: f32| {
+        let some: Vec<Entity> = field.objects.iter().copied().skip(first).step_by(151).collect();
+        for &object in &some {
+            field.simulation.world.get_mut::<Transform>(object).expect("a place").translation.y = height;
+        }
+        some.len() as u64
+    };
+    let moved = move_some(&mut field, 0, 9.0);
+    let (stats, _) = field.draw();
+    assert_eq!(stats.instance_bytes, moved * (size_of::<InstanceRecord>() as u64 + 4), "records and their slots");
+    // The same objects twice, and drawn once; then a few of them, which go another way.
+    for (first, height) in [(7, 20.0), (7, 3.0), (20, 5.0)] {
+        move_some(&mut field, first, height);
+        field.simulation.frame();
+        let view = relief::frames::view_of(&field.simulation.world, field.camera, SIZE);
+        let (list, library) = (field.simulation.draw_list(), field.simulation.library());
+        field.headless.renderer.prepare(list, library, &view, &Settings::default()).expect("it fits");
+    }
+    for object in [20, 171] {
+        field.simulation.world.get_mut::<Transform>(field.objects[object]).expect("a place").translation.y = 30.0;
+    }
+    let (_, seen) = field.draw();
+    let fresh = Headless { renderer: Renderer::new(&gpu), settings: Settings::default() };
+    field.headless = fresh;
+    assert!(field.draw().1 == seen);
+}
+
+#[test]
 fn a_renderer_that_missed_frames_shows_the_same_as_one_that_saw_all() {
     let (Some(mut field), Some(gpu)) = (Field::new(300), common::gpu()) else { return };
     let mut late = Renderer::new(&gpu);

@@ -1,6 +1,8 @@
 //! The tables of a draw list on the GPU, and the bind group that every pass reads them through.
 
+use super::scatter::Scatter;
 use super::tables::{GrowingBuffer, RecordTable};
+use super::timestamps::Timestamps;
 use super::{Gpu, RenderError, RenderStats};
 use systems::draw_list::{DirtySlots, DrawList, MAX_REACHING, ViewRecord};
 
@@ -11,6 +13,7 @@ pub(super) struct FrameTables {
     instances: RecordTable,
     lights: RecordTable,
     materials: RecordTable,
+    scatter: Scatter,
     reaching: GrowingBuffer,
     /// World and version of the lists that are uploaded.
     uploaded_reaching: (u64, u64),
@@ -31,6 +34,7 @@ impl FrameTables {
             instances: RecordTable::new(device, "instances"),
             lights: RecordTable::new(device, "lights"),
             materials: RecordTable::new(device, "materials"),
+            scatter: Scatter::new(device),
             reaching: GrowingBuffer::new(device, "lights of objects", wgpu::BufferUsages::STORAGE),
             uploaded_reaching: (0, 0),
             uploaded_frame: 0,
@@ -53,14 +57,28 @@ impl FrameTables {
     ) -> Result<(), RenderError> {
         if list.frame != self.uploaded_frame {
             let missed = list.frame != self.uploaded_frame + 1;
-            stats.instance_bytes = self.instances.mirror(gpu, &list.instances, missed)?;
-            stats.light_bytes = self.lights.mirror(gpu, &list.lights, missed)?;
-            stats.material_bytes = self.materials.mirror(gpu, &list.materials, missed)?;
+            let scatter = &mut self.scatter;
+            stats.instance_bytes = self.instances.mirror(gpu, scatter, &list.instances, missed)?;
+            stats.light_bytes = self.lights.mirror(gpu, scatter, &list.lights, missed)?;
+            stats.material_bytes = self.materials.mirror(gpu, scatter, &list.materials, missed)?;
             self.uploaded_frame = list.frame;
         }
         stats.light_bytes += self.upload_reaching(gpu, list)?;
         self.bind(&gpu.device, layout);
         Ok(())
+    }
+
+    /// Records the uploads that commands finish. First of all in a frame.
+    pub fn record(&mut self, encoder: &mut wgpu::CommandEncoder, timestamps: Option<&Timestamps>) {
+        let Self { scatter, instances, lights, materials, .. } = self;
+        let tables = [instances, lights, materials];
+        if tables.iter().any(|table| table.scattered.is_pending()) {
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+                label: Some("scatter"),
+                timestamp_writes: timestamps.and_then(|timestamps| timestamps.compute_pass("scatter")),
+            });
+            tables.into_iter().for_each(|table| table.scattered.record(scatter, &mut pass));
+        }
     }
 
     pub fn write_view(&self, queue: &wgpu::Queue, record: &ViewRecord) {

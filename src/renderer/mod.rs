@@ -25,6 +25,7 @@ mod outputs;
 mod pipelines;
 mod pyramid;
 mod readback;
+mod scatter;
 mod settings;
 pub mod shaders;
 mod tables;
@@ -327,6 +328,7 @@ impl Renderer {
 
     /// Culling and the forward pass, in one phase or two. Returns the number of draws and of calls.
     fn record_scene(&mut self, encoder: &mut wgpu::CommandEncoder) -> (u32, u32) {
+        self.tables.record(encoder, self.timestamps.as_ref());
         let (Some(targets), Some(frame_group)) = (&self.targets, self.tables.group()) else { return (0, 0) };
         let timestamps = self.timestamps.as_ref();
         let views = [(&self.culled, frame_group)];
@@ -406,6 +408,7 @@ impl Renderer {
         let views = [whole_view(&normal, "normals"), whole_view(&id, "ids"), whole_view(&depth, "output depth")];
         let label = wgpu::CommandEncoderDescriptor { label: Some("outputs") };
         let mut encoder = self.gpu.device.create_command_encoder(&label);
+        self.tables.record(&mut encoder, None);
         if self.cullings_due > 0 {
             // Nobody drew the picture, which finds out what is visible.
             self.record_scene(&mut encoder);

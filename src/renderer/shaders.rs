@@ -16,9 +16,18 @@ pub const CULL: &str = shader!("types.wgsl", "cull.wgsl");
 /// The farthest depths, for finding what is hidden.
 pub const PYRAMID: &str = shader!("pyramid.wgsl");
 
+/// Records into a table.
+pub const SCATTER: &str = shader!("scatter.wgsl");
+
 /// HDR to screen.
 pub const TONE_MAP: &str = shader!("types.wgsl", "tonemap.wgsl");
 
 /// Every module with its name, for the tests that validate them.
-pub const ALL: [(&str, &str); 5] =
-    [("forward", FORWARD), ("sky", SKY), ("cull", CULL), ("pyramid", PYRAMID), ("tonemap", TONE_MAP)];
+pub const ALL: [(&str, &str); 6] = [
+    ("forward", FORWARD),
+    ("sky", SKY),
+    ("cull", CULL),
+    ("pyramid", PYRAMID),
+    ("scatter", SCATTER),
+    ("tonemap", TONE_MAP),
+];

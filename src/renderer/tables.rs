@@ -2,6 +2,7 @@
 //! changed.
 
 use super::RenderError;
+use super::scatter::{MANY_RANGES, Scatter, ScatterBuffers};
 use systems::draw_list::{DirtySlots, Table};
 
 /// A storage or vertex buffer that grows.
@@ -100,6 +101,7 @@ pub(super) struct RecordTable {
     pub view: wgpu::TextureView,
     /// Changes whenever `texture` is another one: bind groups are made anew.
     pub version: u32,
+    pub scattered: ScatterBuffers,
 }
 
 /// Texels in a row of a table; `TABLE_WIDTH` of shaders/types.wgsl.
@@ -128,7 +130,7 @@ impl Pace {
 impl RecordTable {
     pub fn new(device: &wgpu::Device, label: &'static str) -> Self {
         let (texture, view) = make_table(device, label, 1);
-        Self { label, texture, view, version: 0 }
+        Self { label, texture, view, version: 0, scattered: ScatterBuffers::new(device) }
     }
 
     /// Makes room for that many texels; says whether the contents are lost.
@@ -153,9 +155,11 @@ impl RecordTable {
     pub fn mirror<T: bytemuck::Pod>(
         &mut self,
         gpu: &super::Gpu,
+        scatter: &mut Scatter,
         table: &Table<T>,
         everything: bool,
     ) -> Result<u64, RenderError> {
+        self.scattered.flush(gpu, scatter);
         let bytes: &[u8] = bytemuck::cast_slice(&table.records);
         let lost = self.reserve(&gpu.device, bytes.len() as u64 / TEXEL_BYTES)?;
         if lost || everything {
@@ -164,7 +168,13 @@ impl RecordTable {
         }
         let size = size_of::<T>();
         let mut written = 0;
-        for range in table.dirty.ranges(gap(size)) {
+        let ranges = table.dirty.ranges(gap(size));
+        if ranges.len() >= MANY_RANGES {
+            // Each record by itself: what lies between costs as much as they do.
+            let ranges = table.dirty.ranges(0);
+            return self.scattered.write(gpu, scatter, &self.view, &table.records, &ranges);
+        }
+        for range in ranges {
             let range = range.start as usize * size..range.end as usize * size;
             written += range.len() as u64;
             self.write(gpu, range.start as u64 / TEXEL_BYTES, &bytes[range]);
@@ -206,7 +216,8 @@ impl RecordTable {
 }
 
 fn make_table(device: &wgpu::Device, label: &str, rows: u32) -> (wgpu::Texture, wgpu::TextureView) {
-    let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST;
+    use wgpu::TextureUsages;
+    let usage = TextureUsages::TEXTURE_BINDING | TextureUsages::STORAGE_BINDING | TextureUsages::COPY_DST;
     let format = wgpu::TextureFormat::Rgba32Uint;
     let texture = super::targets::texture(device, label, (TABLE_WIDTH as u32, rows), format, 1, usage);
     let view = super::targets::whole_view(&texture, label);

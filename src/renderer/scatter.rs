@@ -1,0 +1,163 @@
+//! Records that lie apart in a table, uploaded together: where objects here and there have moved, a call for each would
+//! cost more than all else. The records go into a buffer in one call, and shaders/scatter.wgsl puts them in their places
+//! at the beginning of the frame's commands.
+
+use super::tables::GrowingBuffer;
+use super::{Gpu, RenderError, shaders};
+use std::collections::BTreeMap;
+use std::ops::Range;
+use systems::draw_list::DirtySlots;
+
+/// Fewer ranges than this are written by a call each.
+pub(super) const MANY_RANGES: usize = 32;
+
+/// Workgroups in a row of a dispatch; `ROW` of shaders/scatter.wgsl.
+const ROW: u32 = 32768;
+
+/// What all tables share: pipelines by the texels of a record.
+#[derive(Debug)]
+pub(super) struct Scatter {
+    layout: wgpu::BindGroupLayout,
+    pipeline_layout: wgpu::PipelineLayout,
+    module: wgpu::ShaderModule,
+    pipelines: BTreeMap<u32, wgpu::ComputePipeline>,
+}
+
+/// The buffers of one table.
+#[derive(Debug)]
+pub(super) struct ScatterBuffers {
+    slots: GrowingBuffer,
+    texels: GrowingBuffer,
+    pending: Option<Pending>,
+}
+
+/// What is yet to be recorded.
+#[derive(Debug)]
+struct Pending {
+    group: wgpu::BindGroup,
+    record_texels: u32,
+    workgroups: u32,
+}
+
+impl Scatter {
+    pub fn new(device: &wgpu::Device) -> Self {
+        let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::COMPUTE,
+            ty,
+            count: None,
+        };
+        let storage = wgpu::BindingType::Buffer {
+            ty: wgpu::BufferBindingType::Storage { read_only: true },
+            has_dynamic_offset: false,
+            min_binding_size: None,
+        };
+        let table = wgpu::BindingType::StorageTexture {
+            access: wgpu::StorageTextureAccess::WriteOnly,
+            format: wgpu::TextureFormat::Rgba32Uint,
+            view_dimension: wgpu::TextureViewDimension::D2,
+        };
+        let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("scatter"),
+            entries: &[entry(0, storage), entry(1, storage), entry(2, table)],
+        });
+        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("scatter"),
+            bind_group_layouts: &[Some(&layout)],
+            immediate_size: 0,
+        });
+        let source = wgpu::ShaderSource::Wgsl(shaders::SCATTER.into());
+        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some("scatter.wgsl"), source });
+        Self { layout, pipeline_layout, module, pipelines: BTreeMap::new() }
+    }
+
+    /// Makes the pipeline for records of that many texels unless it exists.
+    fn make(&mut self, device: &wgpu::Device, record_texels: u32) {
+        self.pipelines.entry(record_texels).or_insert_with(|| {
+            let constants = [("TEXELS", f64::from(record_texels))];
+            let options = wgpu::PipelineCompilationOptions {
+                constants: &constants,
+                ..wgpu::PipelineCompilationOptions::default()
+            };
+            device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some("scatter"),
+                layout: Some(&self.pipeline_layout),
+                module: &self.module,
+                entry_point: Some("scatter"),
+                compilation_options: options,
+                cache: None,
+            })
+        });
+    }
+}
+
+impl ScatterBuffers {
+    pub fn new(device: &wgpu::Device) -> Self {
+        let buffer = |label| GrowingBuffer::new(device, label, wgpu::BufferUsages::STORAGE);
+        Self { slots: buffer("scattered slots"), texels: buffer("scattered records"), pending: None }
+    }
+
+    /// Uploads the records in `ranges` of a table; [`Self::record`] puts them in their places. Returns the bytes written.
+    pub fn write<T: bytemuck::Pod>(
+        &mut self,
+        gpu: &Gpu,
+        scatter: &mut Scatter,
+        table: &wgpu::TextureView,
+        records: &[T],
+        ranges: &[Range<u32>],
+    ) -> Result<u64, RenderError> {
+        let slots: Vec<u32> = ranges.iter().cloned().flatten().collect();
+        let mut together: Vec<T> = Vec::with_capacity(slots.len());
+        for range in ranges {
+            together.extend_from_slice(&records[range.start as usize..range.end as usize]);
+        }
+        let all = DirtySlots::default();
+        let bytes = self.slots.write(gpu, &slots, &all, true)? + self.texels.write(gpu, &together, &all, true)?;
+        let texels = (size_of_val(&together[..]) / 16) as u32;
+        let record_texels = (size_of::<T>() / 16) as u32;
+        scatter.make(&gpu.device, record_texels);
+        // No more than what was written: the shader takes the number of texels from it.
+        let (slots, together) =
+            (part(&self.slots, size_of_val(&slots[..])), part(&self.texels, size_of_val(&together[..])));
+        let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("scatter"),
+            layout: &scatter.layout,
+            entries: &[
+                wgpu::BindGroupEntry { binding: 0, resource: slots },
+                wgpu::BindGroupEntry { binding: 1, resource: together },
+                wgpu::BindGroupEntry { binding: 2, resource: wgpu::BindingResource::TextureView(table) },
+            ],
+        });
+        self.pending = Some(Pending { group, record_texels, workgroups: texels.div_ceil(64) });
+        Ok(bytes)
+    }
+
+    /// Whether something is yet to be recorded.
+    pub fn is_pending(&self) -> bool {
+        self.pending.is_some()
+    }
+
+    /// Puts what is pending in its place now, before anything newer: a frame was prepared and not drawn.
+    pub fn flush(&mut self, gpu: &Gpu, scatter: &Scatter) {
+        if self.is_pending() {
+            let label = wgpu::CommandEncoderDescriptor { label: Some("scatter") };
+            let mut encoder = gpu.device.create_command_encoder(&label);
+            self.record(scatter, &mut encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default()));
+            gpu.queue.submit([encoder.finish()]);
+        }
+    }
+
+    /// Records what is pending.
+    pub fn record(&mut self, scatter: &Scatter, pass: &mut wgpu::ComputePass<'_>) {
+        let Some(pending) = self.pending.take() else { return };
+        let Some(pipeline) = scatter.pipelines.get(&pending.record_texels) else { return };
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(0, &pending.group, &[]);
+        pass.dispatch_workgroups(pending.workgroups.min(ROW), pending.workgroups.div_ceil(ROW), 1);
+    }
+}
+
+fn part(buffer: &GrowingBuffer, bytes: usize) -> wgpu::BindingResource<'_> {
+    let size = wgpu::BufferSize::new(bytes as u64);
+    wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer: buffer.buffer(), offset: 0, size })
+}
