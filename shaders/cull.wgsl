@@ -162,9 +162,11 @@ fn is_hidden(bounds: Ball) -> bool {
     var low = vec2f(1.0);
     var high = vec2f(-1.0);
     var nearest = 0.0;
+    // Room for rounding, as in the frustum's test.
+    let radius = bounds.radius * 1.001 + 1e-6 * length(bounds.center);
     for (var i = 0u; i < 8u; i++) {
         let corner = vec3f(vec3u(i, i >> 1u, i >> 2u) & vec3u(1u)) * 2.0 - 1.0;
-        let clip = view.clip_from_world * vec4f(bounds.center + corner * bounds.radius, 1.0);
+        let clip = view.clip_from_world * vec4f(bounds.center + corner * radius, 1.0);
         // In front of the near plane, or beside the eye.
         if clip.z >= clip.w || clip.w <= 0.0 {
             return false;

@@ -8,7 +8,7 @@ use crate::import::cache::Cache;
 use crate::import::compress::{CompressReport, compress_images};
 use crate::import::progress;
 use crate::output::{self, OutputError};
-use crate::renderer::{Gpu, GpuError, RenderError, Renderer, Settings};
+use crate::renderer::{Gpu, GpuError, Occlusion, RenderError, Renderer, Settings};
 use crate::scene::{self, SceneError};
 use crate::video::{self, VideoError};
 use bevy_ecs::name::Name;
@@ -255,6 +255,12 @@ pub fn render_frames(job: &FrameJob, mut progress: impl FnMut(u64)) -> Result<Ve
     output::make_folder(&job.folder)?;
     stage.simulation.world.insert_resource(job.lights);
     let mut renderer = Renderer::new(&gpu);
+    let mut settings = job.settings;
+    if settings.occlusion == Occlusion::Auto {
+        // In two phases, which of two faces in one plane is in front depends on what was seen before. A frame that is
+        // written depends on its scene alone.
+        settings.occlusion = Occlusion::Off;
+    }
     for _ in 0..job.frames.start {
         stage.simulation.step();
     }
@@ -265,7 +271,7 @@ pub fn render_frames(job: &FrameJob, mut progress: impl FnMut(u64)) -> Result<Ve
         if !missing.is_empty() {
             stage.simulation.frame();
             let view = view_of(&stage.simulation.world, stage.camera, job.size);
-            renderer.prepare(stage.simulation.draw_list(), stage.simulation.library(), &view, &job.settings)?;
+            renderer.prepare(stage.simulation.draw_list(), stage.simulation.library(), &view, &settings)?;
             for (kind, picture) in pictures(&mut renderer, &view, &missing) {
                 output::write_png(&path(kind, frame), &picture)?;
                 written.push(path(kind, frame));

@@ -182,7 +182,8 @@ struct ViewArgs {
     /// mesh as it is
     #[arg(long, value_name = "on | off", default_value = "on", value_parser = parse_levels)]
     levels: LevelOfDetail,
-    /// Leave out objects that others hide: on, off, or auto, where there are many. The picture is the same
+    /// Leave out objects that others hide: on, off, or auto: in a window, where there are many. The picture is the same, but
+    /// which of two faces in one plane is in front may depend on the frames before
     #[arg(long, value_name = "auto | on | off", default_value = "auto", value_parser = parse_occlusion)]
     occlusion: Occlusion,
     /// Textures in blocks (BC7), a quarter of the memory, where that does not show; made once and kept in a cache

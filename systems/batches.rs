@@ -26,17 +26,19 @@ pub fn update_batches(mut table: ResMut<InstanceTable>, mut list: ResMut<DrawLis
 }
 
 /// Adds a blended object, or says where it is now. The list is in slot order.
-pub(crate) fn put_transparent(transparent: &mut Vec<Transparent>, object: Transparent) {
-    match transparent.binary_search_by_key(&object.slot, |t| t.slot) {
-        Ok(index) => transparent[index] = object,
-        Err(index) => transparent.insert(index, object),
+pub(crate) fn put_transparent(list: &mut DrawList, object: Transparent) {
+    list.transparent_version += 1;
+    match list.transparent.binary_search_by_key(&object.slot, |t| t.slot) {
+        Ok(index) => list.transparent[index] = object,
+        Err(index) => list.transparent.insert(index, object),
     }
 }
 
 /// Forgets a blended object.
-pub(crate) fn remove_transparent(transparent: &mut Vec<Transparent>, slot: u32) {
-    if let Ok(index) = transparent.binary_search_by_key(&slot, |t| t.slot) {
-        transparent.remove(index);
+pub(crate) fn remove_transparent(list: &mut DrawList, slot: u32) {
+    list.transparent_version += 1;
+    if let Ok(index) = list.transparent.binary_search_by_key(&slot, |t| t.slot) {
+        list.transparent.remove(index);
     }
 }
 
@@ -194,6 +196,22 @@ mod tests {
         let slot = simulation.world.get::<InstanceSlot>(entities[12]).unwrap().get().unwrap();
         assert_eq!(simulation.draw_list().instances.dirty.ranges(0), [slot..slot + 1]);
         assert_eq!(simulation.draw_list().batches_version, version);
+    }
+
+    #[test]
+    fn an_object_without_its_parent_any_more_is_written_where_it_is_now() {
+        let (mut simulation, entities) = scene(3);
+        let parent = simulation.world.spawn(Transform::from_xyz(0.0, 50.0, 0.0)).id();
+        simulation.world.entity_mut(entities[0]).insert(ChildOf(parent));
+        let height = |simulation: &mut Simulation| {
+            simulation.frame();
+            let slot = simulation.world.get::<InstanceSlot>(entities[0]).unwrap().get().unwrap();
+            simulation.draw_list().instances.records[slot as usize].world_from_object[1][3]
+        };
+        assert_eq!(height(&mut simulation), 50.0);
+        assert_eq!(height(&mut simulation), 50.0);
+        simulation.world.entity_mut(entities[0]).remove::<ChildOf>();
+        assert_eq!(height(&mut simulation), 0.0);
     }
 
     #[test]

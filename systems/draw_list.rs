@@ -422,6 +422,8 @@ pub struct DrawList {
     pub batches_version: u64,
     /// Blended objects, in slot order.
     pub transparent: Vec<Transparent>,
+    /// Changes whenever `transparent` did.
+    pub transparent_version: u64,
     /// Every light that reaches an object shades it: the reference for the choice of three.
     pub all_lights: bool,
     /// The lights that reach each object, while `all_lights`: element i is where the list of the object in slot i
@@ -451,6 +453,7 @@ impl Default for DrawList {
             batches: Vec::new(),
             batches_version: 0,
             transparent: Vec::new(),
+            transparent_version: 0,
             all_lights: false,
             reaching: Vec::new(),
             reaching_elements: 0,

@@ -56,7 +56,7 @@ impl InstanceTable {
     /// Empties a slot: its record draws nothing from now on.
     fn release(&mut self, slot: u32, list: &mut DrawList) {
         if self.pages.key(slot).pipeline.alpha == AlphaMode::Blend {
-            batches::remove_transparent(&mut list.transparent, slot);
+            batches::remove_transparent(list, slot);
         }
         self.pages.release(slot);
         list.instances.write(slot, InstanceRecord::default());
@@ -168,7 +168,7 @@ impl InstanceTable {
             let taken = self.settle(slot, key, list);
             if pipeline.alpha == AlphaMode::Blend {
                 let center = bounds[row].0.center;
-                batches::put_transparent(&mut list.transparent, Transparent { slot: taken, key, center });
+                batches::put_transparent(list, Transparent { slot: taken, key, center });
             }
             self.slots.push(taken);
             true

@@ -24,7 +24,7 @@ pub fn update_transforms(
         Query<Placed, Alone>,
         Query<(Entity, Ref<Transform>, Option<Ref<ChildOf>>), (With<GlobalTransform>, Related)>,
         (Nodes, Query<&ChildOf>, Query<&Children>),
-        Query<&mut WorldBounds, Related>,
+        Query<&mut WorldBounds>,
     )>,
     mut orphaned: RemovedComponents<ChildOf>,
     mut kept: Local<Kept>,
@@ -49,6 +49,7 @@ pub fn update_transforms(
     kept.forget();
     let any = propagate(&topmost, &children, &mut nodes);
     if any {
+        // Of all objects: what has just lost its parent is among those without.
         for bounds in queries.p3().contiguous_iter_mut().into_iter().flatten() {
             touch(ContiguousMut::bypass_change_detection_split(bounds).1);
         }

@@ -171,6 +171,48 @@ fn what_a_wall_hides_is_not_drawn_and_comes_back_at_once_when_the_wall_goes() {
 }
 
 #[test]
+fn a_still_view_is_drawn_whole_when_the_picture_or_a_surface_changes() {
+    let Some(mut renderer) = renderer() else { return };
+    let mut scene = Scene::new();
+    for i in 0..50 {
+        scene.spawn(i % 3, 0, Transform::from_xyz(i as f32 * 0.1 - 2.5, 0.0, -6.0 - i as f32));
+    }
+    // A masked pane before them, of which everything shows.
+    scene.spawn(0, 2, Transform::from_xyz(0.0, 0.0, -3.0).with_scale(Vec3::new(9.0, 9.0, 0.1)));
+    scene.simulation.frame();
+    for occlusion in [Occlusion::Off, Occlusion::On] {
+        let on = with(occlusion);
+        for _ in 0..3 {
+            scene.draw_with(&mut renderer, on);
+        }
+        let seen = scene.draw_with(&mut renderer, on);
+        assert_eq!(seen.1.objects, if occlusion == Occlusion::On { 1 } else { 51 });
+        scene.draw_with(&mut renderer, Settings { samples: 1, ..on });
+        assert!(scene.draw_with(&mut renderer, on) == seen, "samples, and back");
+        let view = view_of(&scene.simulation.world, scene.camera, (SIZE.0 * 2, SIZE.1 * 2));
+        let (list, library) = (scene.simulation.draw_list(), scene.simulation.library());
+        renderer.prepare(list, library, &view, &on).expect("it fits");
+        let large = renderer.draw_picture();
+        let small = image::imageops::thumbnail(&large, SIZE.0, SIZE.1);
+        let differs = |(a, b): (&image::Rgba<u8>, &image::Rgba<u8>)| a.0[0].abs_diff(b.0[0]) > 40;
+        let different = small.pixels().zip(seen.0.pixels()).filter(|&pair| differs(pair)).count();
+        assert!(different < 60, "{different} pixels of the larger picture differ");
+        for _ in 0..3 {
+            scene.draw_with(&mut renderer, on);
+        }
+        // Nothing shows of the pane any more.
+        let mask = scene.materials[2];
+        let edit = |scene: &mut Scene, alpha| {
+            scene.simulation.world.resource_mut::<Library>().edit_material(mask, |m| m.base_factor.w = alpha);
+            scene.simulation.frame();
+        };
+        edit(&mut scene, 0.1);
+        assert!(scene.draw_with(&mut renderer, on).1.objects > 10, "what was hidden shows");
+        edit(&mut scene, 0.5);
+    }
+}
+
+#[test]
 fn objects_outside_the_view_are_not_drawn() {
     let Some(mut renderer) = renderer() else { return };
     let mut scene = Scene::new();

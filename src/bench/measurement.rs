@@ -121,6 +121,8 @@ impl fmt::Display for Measurement {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         writeln!(f, "{}", self.scene())?;
         writeln!(f, "mesh {}, {} sample(s) per pixel, lights: {}", self.mesh, self.samples, self.lights_policy)?;
+        let levels = if self.levels { "on" } else { "off" };
+        writeln!(f, "levels of detail: {levels}, occlusion: {}", self.occlusion)?;
         writeln!(f, "{}, {}", self.adapter, self.driver)?;
         writeln!(f, "{:28}{:>10}{:>10}{:>10}", format!("ms, of {} frames", self.frames), "median", "5 %", "95 %")?;
         let mut row = |name: &str, median: f64, low: f64, high: f64| {

@@ -120,8 +120,8 @@ impl<'a> Report<'a> {
             let levels = if m.levels { "on" } else { "off" };
             let _ = writeln!(
                 page,
-                "- samples per pixel: {}; lights: {}; levels of detail: {levels}",
-                m.samples, m.lights_policy
+                "- samples per pixel: {}; lights: {}; levels of detail: {levels}; occlusion: {}; mesh: {}",
+                m.samples, m.lights_policy, m.occlusion, m.mesh
             );
         }
         page += "\nMedians; times in milliseconds. *engine*: the CPU's work up to handing the frame in. *GPU*: from there until\n\
@@ -247,7 +247,8 @@ fn describe(scene: &Scene) -> String {
 
 fn same_scene(a: &Measurement, b: &Measurement) -> bool {
     let scene = |m: &Measurement| (m.objects, m.lights, m.mesh.clone(), m.moving, m.view.clone(), m.size);
-    let drawn = |m: &Measurement| (m.samples, m.lights_policy.clone(), m.technique.clone());
+    let drawn =
+        |m: &Measurement| (m.samples, m.lights_policy.clone(), m.technique.clone(), m.levels, m.occlusion.clone());
     scene(a) == scene(b) && drawn(a) == drawn(b)
 }
 

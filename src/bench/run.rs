@@ -14,7 +14,7 @@ use crate::renderer::{
     Gpu, GpuError, Occlusion, PICTURE_FORMAT, PassTime, RenderError, RenderStats, Renderer, Settings,
 };
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use systems::library::Technique;
 use systems::lights::LightPolicy;
@@ -122,6 +122,10 @@ struct Bench {
 /// [`BenchError`].
 pub fn run(args: &BenchArgs, started: Instant, mut progress: impl FnMut(u32, u32)) -> Result<Measurement, BenchError> {
     systems::set_threads(args.threads.map(usize::from));
+    for file in args.picture.iter().chain(&args.trace) {
+        let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
+        output::check_writable(folder.unwrap_or(Path::new(".")))?;
+    }
     let mut start = Start::new(started);
     let mut bench = Bench::new(args, &mut start)?;
     bench.draw()?;
@@ -347,5 +351,9 @@ fn medians(costs: &[FrameCost], times: impl Fn(&FrameCost) -> Vec<(&'static str,
             values[frame] += ms;
         }
     }
-    values.into_iter().map(|(name, values)| (name.to_owned(), Spread::of(values).median)).collect()
+    let median = |mut values: Vec<f64>| {
+        values.resize(costs.len(), 0.0);
+        Spread::of(values).median
+    };
+    values.into_iter().map(|(name, values)| (name.to_owned(), median(values))).collect()
 }

@@ -241,7 +241,8 @@ impl CulledView {
         self.lists.iter_mut().for_each(|lists| lists.group = None);
     }
 
-    /// Gets ready for the draws as they are now, and for a view. `redrawn`: the draws changed.
+    /// Gets ready for the draws as they are now, and for a view. `redrawn`: the draws changed. Returns whether the lists
+    /// that were made before are no longer right.
     pub fn prepare(
         &mut self,
         gpu: &Gpu,
@@ -250,7 +251,8 @@ impl CulledView {
         view: &View,
         levels: LevelOfDetail,
         redrawn: bool,
-    ) -> Result<(), RenderError> {
+    ) -> Result<bool, RenderError> {
+        let mut recull = redrawn;
         let entries = u64::from(draws.entry_count);
         self.visibility.reserve(&gpu.device, u64::from(draws.slot_count) * 4)?;
         self.kept.reserve(&gpu.device, (entries + 1) * 16)?;
@@ -260,6 +262,7 @@ impl CulledView {
             if redrawn || lost || lists.group.is_none() {
                 let words: Vec<u32> = draws.arguments.iter().flat_map(argument_words).collect();
                 lists.arguments.write(gpu, &words, &DirtySlots::default(), true)?;
+                recull = true;
             }
             lists.visible.reserve(&gpu.device, entries * u64::from(PAGE_SLOTS) * 4)?;
         }
@@ -276,11 +279,12 @@ impl CulledView {
         if self.counts != record {
             gpu.queue.write_buffer(&self.record, 0, bytemuck::bytes_of(&record));
             self.counts = record;
+            recull = true;
         }
         for phase in 0..phases {
             self.bind(&gpu.device, culling, draws, phase);
         }
-        Ok(())
+        Ok(recull)
     }
 
     fn bind(&mut self, device: &wgpu::Device, culling: &Culling, draws: &Draws, phase: usize) {

@@ -34,6 +34,8 @@ impl Drawn {
 #[derive(Debug, Default)]
 pub(super) struct DrawnCounts {
     under_way: Option<UnderWay>,
+    /// Newer ones are to be sent as soon as those have arrived.
+    pub wanted: bool,
     pub latest: Option<Drawn>,
 }
 
@@ -59,7 +61,8 @@ impl DrawnCounts {
         if bytes == 0 {
             self.latest = Some(blended);
         }
-        if bytes == 0 || self.under_way.is_some() {
+        self.wanted = bytes > 0 && self.under_way.is_some();
+        if bytes == 0 || self.wanted {
             return;
         }
         let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {

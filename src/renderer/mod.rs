@@ -8,7 +8,7 @@
 //!   draws         what the culling pass reads, if the batches changed
 //! Renderer::draw(target)                              records only
 //!   culling       which objects the view shows → lists of slots and arguments of draws, on the GPU
-//!   forward       one indirect draw per batch, the sky, blended objects back to front → HDR, multisampled
+//!   forward       an indirect draw per batch and level of detail, the sky, blended objects back to front → HDR, multisampled
 //!   tone map      → target
 //! Renderer::draw_outputs()                            the same objects once more → normal, id, depth
 //! ```
@@ -48,6 +48,7 @@ use culling::{ARGUMENT_BYTES, CulledView, Culling, Phase};
 use drawn::DrawnCounts;
 use draws::Draws;
 use frame_tables::FrameTables;
+use glam::Vec3;
 use meshes::Meshes;
 use pipelines::{OUTPUT_FORMATS, Pass, Pipelines};
 use pyramid::{Pyramid, PyramidMaker};
@@ -84,7 +85,7 @@ pub enum RenderError {
 /// What the last prepare and draw did.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct RenderStats {
-    /// Draws of objects: batches, and runs of blended objects.
+    /// Draws of objects: batches at each level of detail in each phase, and runs of blended objects.
     pub draws: u32,
     /// Calls that they took.
     pub draw_calls: u32,
@@ -119,8 +120,10 @@ pub struct Renderer {
     pyramids: PyramidMaker,
     draws: Draws,
     culled: CulledView,
-    /// What `culled` was made for: a view, in one phase or two.
-    culled_for: Option<(ViewRecord, bool)>,
+    /// The view that `culled` was made for.
+    culled_for: Option<ViewRecord>,
+    /// The lists of visible objects are of that view.
+    lists_ready: bool,
     /// How often culling is to be done before the lists of visible objects stay as they are.
     cullings_due: u32,
     targets: Option<Targets>,
@@ -129,6 +132,8 @@ pub struct Renderer {
     /// Slots of blended objects as they were last uploaded, farthest first.
     blended_slots: Vec<u32>,
     blended: GrowingBuffer,
+    /// Version of the blended objects, and viewing direction, that the order is for.
+    blended_for: Option<(u64, Vec3)>,
     blended_runs: Vec<BlendedRun>,
     technique: Option<Technique>,
     pass: Pass,
@@ -161,11 +166,13 @@ impl Renderer {
             culled: CulledView::new(device),
             culled_for: None,
             cullings_due: 0,
+            lists_ready: false,
             targets: None,
             world: 0,
             blended_slots: Vec::new(),
             blended: GrowingBuffer::new(device, "blended slots", wgpu::BufferUsages::VERTEX),
             blended_runs: Vec::new(),
+            blended_for: None,
             technique: None,
             pass: Pass::Outputs,
             tone_map: ToneMap::default(),
@@ -230,14 +237,17 @@ impl Renderer {
             Occlusion::Off => false,
         };
         self.make_targets(view, settings.samples, occlusion);
-        self.culled.prepare(&self.gpu, &self.culling, &self.draws, view, settings.levels, redrawn.is_some())?;
+        let (levels, draws) = (settings.levels, &self.draws);
+        let recull = self.culled.prepare(&self.gpu, &self.culling, draws, view, levels, redrawn.is_some())?;
         let record = view.record(&list.environment, settings.picked_entity);
         self.tables.write_view(&self.gpu.queue, &record);
-        let culled_for = (record, self.culled.pyramid().is_some());
-        if self.stats.instance_bytes > 0 || redrawn.is_some() || self.culled_for != Some(culled_for) {
+        // A material that lets more through hides less.
+        let surfaces_changed = self.stats.instance_bytes + self.stats.material_bytes + self.stats.asset_bytes > 0;
+        if recull || surfaces_changed || self.culled_for != Some(record) {
             // Once more in two phases, so that the early one of a still view is what is seen of it.
-            self.cullings_due = if culled_for.1 { 2 } else { 1 };
-            self.culled_for = Some(culled_for);
+            self.cullings_due = if self.culled.pyramid().is_some() { 2 } else { 1 };
+            self.lists_ready = false;
+            self.culled_for = Some(record);
         }
 
         self.pass = Pass::Color { all_lights: list.all_lights, debug: settings.debug, samples: settings.samples };
@@ -272,6 +282,11 @@ impl Renderer {
 
     /// Blended objects in this view's order.
     fn upload_blended(&mut self, list: &DrawList, view: &View) -> Result<(), RenderError> {
+        let sorted_for = (list.transparent_version, view.direction());
+        if self.blended_for == Some(sorted_for) {
+            return Ok(());
+        }
+        self.blended_for = Some(sorted_for);
         let (slots, runs) = sort_transparent(&list.transparent, view.direction());
         self.blended_runs = runs;
         if slots != self.blended_slots {
@@ -368,12 +383,13 @@ impl Renderer {
             let blended = self.draw_blended(&mut pass, self.pass);
             count((blended, blended));
         }
-        if due {
+        if due || self.counts.wanted {
             let lists: Vec<_> = self.phases().map(|phase| self.culled.lists(phase).arguments.buffer()).collect();
             let blended = self.blended_drawn();
             self.counts.send(&self.gpu, encoder, lists.into_iter(), self.draws.list.len(), blended);
         }
         self.cullings_due = self.cullings_due.saturating_sub(1);
+        self.lists_ready = true;
         (draws, calls)
     }
 
@@ -409,9 +425,12 @@ impl Renderer {
         let label = wgpu::CommandEncoderDescriptor { label: Some("outputs") };
         let mut encoder = self.gpu.device.create_command_encoder(&label);
         self.tables.record(&mut encoder, None);
-        if self.cullings_due > 0 {
+        if !self.lists_ready {
             // Nobody drew the picture, which finds out what is visible.
             self.record_scene(&mut encoder);
+            if let Some(timestamps) = &mut self.timestamps {
+                timestamps.finish(&mut encoder);
+            }
         }
         let frame_group = self.tables.group()?;
         {

@@ -73,10 +73,11 @@ impl HeatScale {
     }
 }
 
-/// Whether objects that others hide are left out. The picture is the same.
+/// Whether objects that others hide are left out. The picture is the same, except where two faces lie in one plane: the
+/// one that is drawn first is in front, and objects that were seen before are drawn first.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum Occlusion {
-    /// Where there are many objects.
+    /// Where there are many objects. Frames that are written to files: never, so that each depends on its scene alone.
     #[default]
     Auto,
     /// Always.

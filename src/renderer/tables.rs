@@ -169,9 +169,11 @@ impl RecordTable {
         let size = size_of::<T>();
         let mut written = 0;
         let ranges = table.dirty.ranges(gap(size));
-        if ranges.len() >= MANY_RANGES {
-            // Each record by itself: what lies between costs as much as they do.
-            let ranges = table.dirty.ranges(0);
+        // Each record by itself: what lies between costs as much as they do.
+        let apart = if ranges.len() >= MANY_RANGES { table.dirty.ranges(0) } else { Vec::new() };
+        let bytes_apart = apart.iter().map(|range| range.len() * size).sum::<usize>() as u64;
+        if (1..=MOST_BYTES_UNDER_WAY).contains(&bytes_apart) {
+            let ranges = apart;
             return self.scattered.write(gpu, scatter, &self.view, &table.records, &ranges);
         }
         for range in ranges {

@@ -101,7 +101,6 @@ impl Timestamps {
     }
 
     /// For the descriptor of a compute pass that begins now.
-    #[allow(dead_code)]
     pub fn compute_pass(&self, name: &'static str) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
         self.next(name).map(|(begin, end)| wgpu::ComputePassTimestampWrites {
             query_set: &self.queries,
