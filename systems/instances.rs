@@ -1,7 +1,7 @@
 //! The instance table: one stable slot per drawn object.
 //!
 //! A slot is taken when an object first appears in a frame and kept while it lives and is drawn with the same mesh,
-//! pipeline and class ([`crate::pages`] gives slots out). So an object that moves rewrites its own record and nothing
+//! pipeline and class (`pages.rs` gives slots out). So an object that moves rewrites its own record and nothing
 //! else. The records are in the [`DrawList`].
 
 use crate::batches;

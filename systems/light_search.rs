@@ -7,7 +7,7 @@
 //! for the best, which stay in registers, and for the remainder.
 //!
 //! Where only some of the objects are searched ([`select_sparse`]), packets and groups end where the next object is too far
-//! away in the order, and what is left alone goes through its packet's list by itself ([`crate::light_alone`]).
+//! away in the order, and what is left alone goes through its packet's list by itself (`light_alone.rs`).
 //!
 //! The result equals [`crate::brute_force`] bit for bit on every instruction set: lights are added up in
 //! [`crate::light_tree::search_order`], nothing is fused or approximated, and each object's result depends on nothing but
