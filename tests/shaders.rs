@@ -1,6 +1,8 @@
 //! The shaders by themselves: every module is valid, and its structs lie in memory as the Rust ones that fill them do.
 
-use relief::renderer::{CullBatchRecord, CullDrawRecord, CullRecord, shaders};
+mod common;
+
+use relief::renderer::{CullBatchRecord, CullDrawRecord, CullRecord, Gpu, shaders};
 use std::mem::offset_of;
 use systems::draw_list::*;
 use wgpu::naga;
@@ -136,6 +138,90 @@ fn the_structs_of_culling_mirror_the_renderers() {
     );
     assert_mirrored!(&module, "CullBatch", CullBatchRecord { center, radius, errors });
     assert_mirrored!(&module, "CullDraw", CullDrawRecord { level, first_entry, end_entry, first_visible });
+}
+
+/// What a `load_…` function gathers from a table is the record that was put there: every field in its place.
+#[test]
+fn records_come_out_of_their_tables_as_they_went_in() {
+    let Some(gpu) = common::gpu() else { return };
+    check_table(&gpu, "instances", 1, "Instance", "load_instance", size_of::<InstanceRecord>());
+    check_table(&gpu, "lights", 2, "Light", "load_light", size_of::<LightRecord>());
+    check_table(&gpu, "materials", 3, "Material", "load_material", size_of::<MaterialRecord>());
+}
+
+/// Fills a table with numbers, loads a record by its function, and compares the bytes; room between fields stays 0.
+fn check_table(gpu: &Gpu, table: &str, binding: u32, kind: &str, load: &str, size: usize) {
+    const RECORD: u32 = 229;
+    let types = include_str!("../shaders/types.wgsl");
+    let source = format!(
+        "{types}
+        @group(1) @binding(0) var<storage, read_write> loaded: {kind};
+        @compute @workgroup_size(1) fn main() {{ loaded = {load}({RECORD}u); }}"
+    );
+    let device = &gpu.device;
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some(table),
+        source: wgpu::ShaderSource::Wgsl(source.into()),
+    });
+    let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some(table),
+        layout: None,
+        module: &module,
+        entry_point: Some("main"),
+        compilation_options: wgpu::PipelineCompilationOptions::default(),
+        cache: None,
+    });
+    // Two rows of texels, each value another one.
+    let extent = wgpu::Extent3d { width: 4096, height: 2, depth_or_array_layers: 1 };
+    let texture = device.create_texture(&wgpu::TextureDescriptor {
+        label: Some(table),
+        size: extent,
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba32Uint,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    });
+    let values: Vec<u32> = (0..4096 * 2 * 4).map(|i| 0x3f00_0000 + i).collect();
+    let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(4096 * 16), rows_per_image: None };
+    gpu.queue.write_texture(texture.as_image_copy(), bytemuck::cast_slice(&values), layout, extent);
+    let buffer = |usage| {
+        device.create_buffer(&wgpu::BufferDescriptor {
+            label: None,
+            size: size as u64,
+            usage,
+            mapped_at_creation: false,
+        })
+    };
+    let loaded = buffer(wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC);
+    let back = buffer(wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST);
+    let group = |index, binding, resource| {
+        let layout = &pipeline.get_bind_group_layout(index);
+        let entries = &[wgpu::BindGroupEntry { binding, resource }];
+        device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries })
+    };
+    let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+    let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    {
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+        pass.set_pipeline(&pipeline);
+        pass.set_bind_group(0, &group(0, binding, wgpu::BindingResource::TextureView(&view)), &[]);
+        pass.set_bind_group(1, &group(1, 0, loaded.as_entire_binding()), &[]);
+        pass.dispatch_workgroups(1, 1, 1);
+    }
+    encoder.copy_buffer_to_buffer(&loaded, 0, &back, 0, size as u64);
+    encoder.map_buffer_on_submit(&back, wgpu::MapMode::Read, .., |mapped| mapped.expect("mapped"));
+    gpu.queue.submit([encoder.finish()]);
+    device.poll(wgpu::PollType::wait_indefinitely()).expect("the device is alive");
+    let mapped = back.slice(..).get_mapped_range().expect("mapped");
+    let found: &[u32] = bytemuck::cast_slice(&mapped);
+    let first = RECORD as usize * size / 4;
+    for (place, (&found, &expected)) in found.iter().zip(&values[first..]).enumerate() {
+        assert!(found == expected || found == 0, "value {place} of {kind}: {found:#x}, not {expected:#x}");
+    }
+    let room = found.iter().filter(|&&value| value == 0).count();
+    assert!(room <= 1, "{room} values of {kind} are not loaded");
 }
 
 /// Constants that stand for the same on both sides.
