@@ -59,7 +59,7 @@ pub struct BenchArgs {
     /// Worker threads [default: one per core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     pub threads: Option<u16>,
-    /// Then also draw the same triangles with the plainest shader: the least that this adapter takes for them
+    /// Then also draw the objects in view with the plainest shader, meshes whole: the least that this adapter takes for them
     #[arg(long)]
     pub floor: bool,
     /// Also write the last frame to this file, to see what was measured

@@ -1,5 +1,6 @@
 //! The least that the objects in view can cost on this adapter: their triangles in one instanced draw with the plainest
-//! shader, a matrix and a colour. What a frame takes beyond that is Relief's.
+//! shader, a matrix and a colour. What a frame takes beyond that is Relief's. Meshes are drawn whole, one sample per
+//! pixel: levels of detail can take a frame below the floor of meshes that have any.
 
 use super::yard::Yard;
 use crate::renderer::{Gpu, PICTURE_FORMAT};
@@ -51,7 +52,7 @@ pub(super) struct Floor {
 }
 
 impl Floor {
-    /// For the objects of the yard as they are now; `None` where it is empty.
+    /// For the objects of the yard as they are now; `None` where it is empty, or larger than a buffer of the device.
     pub fn new(gpu: &Gpu, yard: &mut Yard, view: &View) -> Option<Self> {
         let clip_from_world = view.clip_from_world();
         let world = &mut yard.simulation.world;
@@ -64,6 +65,9 @@ impl Floor {
                 let matrix = Mat4::from(place.affine());
                 rows.extend([matrix.row(0), matrix.row(1), matrix.row(2)].map(|row| row.to_array()));
             }
+        }
+        if size_of_val(&rows[..]) as u64 > gpu.device.limits().max_buffer_size {
+            return None;
         }
         let positions: Vec<[f32; 3]> = mesh.positions.iter().map(Vec3::to_array).collect();
         let buffers = [
