@@ -194,7 +194,8 @@ mod tests {
         simulation.world.get_mut::<Transform>(entities[12]).unwrap().translation.y = 1.0;
         simulation.frame();
         let slot = simulation.world.get::<InstanceSlot>(entities[12]).unwrap().get().unwrap();
-        assert_eq!(simulation.draw_list().instances.dirty.ranges(0), [slot..slot + 1]);
+        let dirty = simulation.draw_list().instances.dirty.ranges(0);
+        assert_eq!(dirty.into_iter().flatten().collect::<Vec<_>>(), [slot]);
         assert_eq!(simulation.draw_list().batches_version, version);
     }
 
