@@ -25,6 +25,7 @@ mod outputs;
 mod pipelines;
 mod pyramid;
 mod readback;
+mod record;
 mod scatter;
 mod settings;
 pub mod shaders;
@@ -50,7 +51,7 @@ use draws::Draws;
 use frame_tables::FrameTables;
 use glam::Vec3;
 use meshes::Meshes;
-use pipelines::{OUTPUT_FORMATS, Pass, Pipelines};
+use pipelines::{Pass, Pipelines};
 use pyramid::{Pyramid, PyramidMaker};
 use systems::batches::{BlendedRun, sort_transparent};
 use systems::components::{Environment, ToneMap};
@@ -58,7 +59,7 @@ use systems::draw_list::{BatchKey, DirtySlots, DrawList, PipelineKey, ViewRecord
 use systems::library::{Library, Technique};
 use systems::view::View;
 use tables::GrowingBuffer;
-use targets::{DEPTH_FORMAT, Targets, whole_view};
+use targets::{Targets, whole_view};
 use textures::Textures;
 use timestamps::Timestamps;
 
@@ -341,179 +342,6 @@ impl Renderer {
         self.gpu.queue.submit([encoder.finish()]);
     }
 
-    /// Culling and the forward pass, in one phase or two. Returns the number of draws and of calls.
-    fn record_scene(&mut self, encoder: &mut wgpu::CommandEncoder) -> (u32, u32) {
-        self.tables.record(encoder, self.timestamps.as_ref());
-        let (Some(targets), Some(frame_group)) = (&self.targets, self.tables.group()) else { return (0, 0) };
-        let timestamps = self.timestamps.as_ref();
-        let views = [(&self.culled, frame_group)];
-        // Unless the lists of visible objects are those of this view already.
-        let due = self.cullings_due > 0;
-        if due {
-            self.culling.record(encoder, timestamps, Phase::Early, &views);
-        }
-        let (mut draws, mut calls) = (0, 0);
-        let mut count = |(more_draws, more_calls)| {
-            draws += more_draws;
-            calls += more_calls;
-        };
-        let clear = Some(self.plain_sky.unwrap_or_default());
-        if let Some(pyramid) = self.culled.pyramid() {
-            {
-                let mut pass = begin_forward(encoder, timestamps, targets, ("early", clear, false));
-                pass.set_bind_group(0, frame_group, &[]);
-                count(self.draw_objects(&mut pass, self.pass, Phase::Early));
-            }
-            if due {
-                self.pyramids.record(encoder, timestamps, pyramid);
-                self.culling.record(encoder, timestamps, Phase::Late, &views);
-            }
-        }
-        {
-            let two_phases = self.culled.pyramid().is_some();
-            let first = clear.filter(|_| !two_phases);
-            let mut pass = begin_forward(encoder, timestamps, targets, ("forward", first, true));
-            pass.set_bind_group(0, frame_group, &[]);
-            let phase = if two_phases { Phase::Late } else { Phase::Early };
-            count(self.draw_objects(&mut pass, self.pass, phase));
-            if let (None, Some(sky)) = (self.plain_sky, self.pipelines.sky(targets.samples)) {
-                pass.set_pipeline(sky);
-                pass.draw(0..3, 0..1);
-            }
-            let blended = self.draw_blended(&mut pass, self.pass);
-            count((blended, blended));
-        }
-        if due || self.counts.wanted {
-            let lists: Vec<_> = self.phases().map(|phase| self.culled.lists(phase).arguments.buffer()).collect();
-            let blended = self.blended_drawn();
-            self.counts.send(&self.gpu, encoder, lists.into_iter(), self.draws.list.len(), blended);
-        }
-        self.cullings_due = self.cullings_due.saturating_sub(1);
-        self.lists_ready = true;
-        (draws, calls)
-    }
-
-    fn record_tone_map(
-        &mut self,
-        encoder: &mut wgpu::CommandEncoder,
-        target: &wgpu::TextureView,
-        format: wgpu::TextureFormat,
-    ) {
-        let (Some(targets), Some(frame_group)) = (&self.targets, self.tables.group()) else { return };
-        let tone_map = self.pipelines.tone_map(&self.gpu.device, format, self.tone_map);
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("tone map"),
-            color_attachments: &[Some(color_attachment(target))],
-            timestamp_writes: self.timestamps.as_ref().and_then(|timestamps| timestamps.render_pass("tone map")),
-            ..wgpu::RenderPassDescriptor::default()
-        });
-        pass.set_pipeline(tone_map);
-        pass.set_bind_group(0, frame_group, &[]);
-        pass.set_bind_group(1, &targets.tone_map_source, &[]);
-        pass.draw(0..3, 0..1);
-    }
-
-    /// Draws the prepared objects once more, one sample per pixel, for their normals, ids and depths.
-    pub fn draw_outputs(&mut self) -> Option<Outputs> {
-        self.make_pipelines(Pass::Outputs);
-        let size = self.targets.as_ref().map(|targets| (targets.width, targets.height))?;
-        let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
-        let make = |label, format| targets::texture(&self.gpu.device, label, size, format, 1, usage);
-        let (normal, id) = (make("normals", OUTPUT_FORMATS[0]), make("ids", OUTPUT_FORMATS[1]));
-        let depth = make("output depth", DEPTH_FORMAT);
-        let views = [whole_view(&normal, "normals"), whole_view(&id, "ids"), whole_view(&depth, "output depth")];
-        let label = wgpu::CommandEncoderDescriptor { label: Some("outputs") };
-        let mut encoder = self.gpu.device.create_command_encoder(&label);
-        self.tables.record(&mut encoder, None);
-        if !self.lists_ready {
-            // Nobody drew the picture, which finds out what is visible.
-            self.record_scene(&mut encoder);
-            if let Some(timestamps) = &mut self.timestamps {
-                timestamps.finish(&mut encoder);
-            }
-        }
-        let frame_group = self.tables.group()?;
-        {
-            let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-                label: Some("outputs"),
-                color_attachments: &[Some(color_attachment(&views[0])), Some(color_attachment(&views[1]))],
-                depth_stencil_attachment: Some(depth_attachment(&views[2], wgpu::StoreOp::Store)),
-                ..wgpu::RenderPassDescriptor::default()
-            });
-            pass.set_bind_group(0, frame_group, &[]);
-            for phase in self.phases() {
-                self.draw_objects(&mut pass, Pass::Outputs, phase);
-            }
-            self.draw_blended(&mut pass, Pass::Outputs);
-        }
-        self.gpu.queue.submit([encoder.finish()]);
-        Some(Outputs { width: size.0, height: size.1, normal, id, depth })
-    }
-
-    fn bind_meshes(&self, pass: &mut wgpu::RenderPass<'_>) {
-        pass.set_vertex_buffer(0, self.meshes.vertices.buffer().slice(..));
-        pass.set_index_buffer(self.meshes.indices.buffer().slice(..), wgpu::IndexFormat::Uint32);
-    }
-
-    /// Sets pipeline and class; `false` if there is nothing to draw with.
-    fn bind_key(&self, pass: &mut wgpu::RenderPass<'_>, kind: Pass, key: BatchKey) -> bool {
-        let pipeline = self.pipelines.object(kind, self.pipeline_of(key));
-        let (Some(pipeline), Some(class)) = (pipeline, self.textures.class(key.class)) else { return false };
-        pass.set_pipeline(pipeline);
-        pass.set_bind_group(1, class, &[]);
-        true
-    }
-
-    /// The objects that culling kept: neighbouring draws that differ in their mesh only are one call. Returns the
-    /// number of draws and of calls.
-    fn draw_objects(&self, pass: &mut wgpu::RenderPass<'_>, kind: Pass, phase: Phase) -> (u32, u32) {
-        self.bind_meshes(pass);
-        let first_instance = self.gpu.device.features().contains(wgpu::Features::INDIRECT_FIRST_INSTANCE);
-        let lists = self.culled.lists(phase);
-        let (visible, arguments) = (lists.visible.buffer(), lists.arguments.buffer());
-        if first_instance && !self.draws.list.is_empty() {
-            pass.set_vertex_buffer(1, visible.slice(..));
-        }
-        let (mut index, mut calls) = (0, 0);
-        for run in self.draws.list.chunk_by(|a, b| (a.key.pipeline, a.key.class) == (b.key.pipeline, b.key.class)) {
-            let first = index;
-            index += run.len() as u64;
-            if !self.bind_key(pass, kind, run[0].key) {
-                continue;
-            }
-            if first_instance {
-                pass.multi_draw_indexed_indirect(arguments, first * ARGUMENT_BYTES, run.len() as u32);
-                calls += 1;
-                continue;
-            }
-            for (draw, place) in run.iter().zip(first..) {
-                pass.set_vertex_buffer(1, visible.slice(u64::from(draw.first_visible) * 4..));
-                pass.draw_indexed_indirect(arguments, place * ARGUMENT_BYTES);
-                calls += 1;
-            }
-        }
-        (self.draws.list.len() as u32, calls)
-    }
-
-    /// Blended objects, farthest first. Returns the number of draws.
-    fn draw_blended(&self, pass: &mut wgpu::RenderPass<'_>, kind: Pass) -> u32 {
-        let mut draws = 0;
-        if !self.blended_runs.is_empty() {
-            self.bind_meshes(pass);
-            pass.set_vertex_buffer(1, self.blended.buffer().slice(..));
-        }
-        for run in &self.blended_runs {
-            let Some(mesh) = self.meshes.range(run.key.mesh) else { continue };
-            let Some(whole) = mesh.levels.first() else { continue };
-            if self.bind_key(pass, kind, run.key) {
-                let indices = whole.first_index..whole.first_index + whole.index_count;
-                pass.draw_indexed(indices, mesh.base_vertex, run.slots.clone());
-                draws += 1;
-            }
-        }
-        draws
-    }
-
     /// The phases that objects are drawn in.
     fn phases(&self) -> impl Iterator<Item = Phase> + use<> {
         [Phase::Early, Phase::Late].into_iter().take(if self.culled.pyramid().is_some() { 2 } else { 1 })
@@ -565,35 +393,6 @@ impl Renderer {
 /// Scenes with fewer objects are drawn in one phase: the second costs more than it can save.
 const FEW_OBJECTS: u32 = 4096;
 
-/// A pass into the HDR target. `clear`: it begins with that colour and nothing else; `last`: it leaves the resolved
-/// picture, and no depths.
-fn begin_forward<'a>(
-    encoder: &'a mut wgpu::CommandEncoder,
-    timestamps: Option<&Timestamps>,
-    targets: &Targets,
-    (label, clear, last): (&'static str, Option<wgpu::Color>, bool),
-) -> wgpu::RenderPass<'a> {
-    let resolve_target = (last && targets.samples > 1).then_some(&targets.hdr);
-    let store = if resolve_target.is_some() { wgpu::StoreOp::Discard } else { wgpu::StoreOp::Store };
-    let load = clear.map_or(wgpu::LoadOp::Load, wgpu::LoadOp::Clear);
-    let mut depth = depth_attachment(&targets.depth, if last { wgpu::StoreOp::Discard } else { wgpu::StoreOp::Store });
-    if clear.is_none() {
-        depth.depth_ops = depth.depth_ops.map(|ops| wgpu::Operations { load: wgpu::LoadOp::Load, ..ops });
-    }
-    encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-        label: Some(label),
-        color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-            view: &targets.color,
-            depth_slice: None,
-            resolve_target,
-            ops: wgpu::Operations { load, store },
-        })],
-        depth_stencil_attachment: Some(depth),
-        timestamp_writes: timestamps.and_then(|timestamps| timestamps.render_pass(label)),
-        ..wgpu::RenderPassDescriptor::default()
-    })
-}
-
 /// The colour of a sky that has only one, exposed as `sky_pass.wgsl` does.
 fn plain_sky(environment: &Environment) -> Option<wgpu::Color> {
     let Environment { zenith, horizon, ground, exposure, .. } = environment;
@@ -601,15 +400,4 @@ fn plain_sky(environment: &Environment) -> Option<wgpu::Color> {
         let [r, g, b] = (*horizon * *exposure).min(glam::Vec3::splat(65504.0)).to_array().map(f64::from);
         wgpu::Color { r, g, b, a: 1.0 }
     })
-}
-
-fn color_attachment(view: &wgpu::TextureView) -> wgpu::RenderPassColorAttachment<'_> {
-    let ops = wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), store: wgpu::StoreOp::Store };
-    wgpu::RenderPassColorAttachment { view, depth_slice: None, resolve_target: None, ops }
-}
-
-fn depth_attachment(view: &wgpu::TextureView, store: wgpu::StoreOp) -> wgpu::RenderPassDepthStencilAttachment<'_> {
-    // Reversed depth: 0 is infinitely far.
-    let depth_ops = Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store });
-    wgpu::RenderPassDepthStencilAttachment { view, depth_ops, stencil_ops: None }
 }
