@@ -40,6 +40,7 @@ pub mod stats;
 pub mod tangents;
 pub mod texture_memory;
 pub mod transforms;
+pub mod vehicles;
 pub mod view;
 
 use bevy_ecs::prelude::*;
@@ -99,6 +100,8 @@ impl Simulation {
         world.init_resource::<object_order::ObjectOrder>();
         world.init_resource::<instances::InstanceTable>();
         world.init_resource::<draw_list::DrawList>();
+        world.init_resource::<vehicles::VehicleTypes>();
+        world.init_resource::<vehicles::NextVehicleNumber>();
         world.insert_resource(components::Environment::default());
         Self { world, step_schedule: step_schedule(), frame_schedule: frame_schedule() }
     }
@@ -131,8 +134,11 @@ pub fn step_schedule() -> Schedule {
     let mut schedule = in_fixed_order();
     schedule.add_systems(
         (
-            clock::tick,  // the time of this step, before anyone reads it
-            motion::spin, // what moves by itself
+            clock::tick,                   // the time of this step, before anyone reads it
+            motion::spin,                  // what moves by itself
+            vehicles::parts::move_parts,   // wheels and the like, as their vehicles moved
+            vehicles::lamps::switch_lamps, // which lamps are on after that
+            vehicles::lamps::light_lamps,  // and what they do
         )
             .chain(),
     );
