@@ -20,6 +20,8 @@ use systems::levels::LevelOfDetail;
 use systems::library::Technique;
 use systems::lights::LightPolicy;
 use systems::texture_memory::DEFAULT_MEGABYTES;
+use tracing_subscriber::filter::{LevelFilter, Targets};
+use tracing_subscriber::prelude::*;
 
 /// A simulation renderer for scenes of many bump-mapped objects, each lit by its three most relevant lights.
 ///
@@ -237,19 +239,22 @@ fn parse_debug(text: &str) -> Result<DebugView, String> {
     relief::name::find("debug view", &DebugView::ALL, text)
 }
 
-fn main() -> ExitCode {
-    let started = Instant::now();
-    let cli = Cli::parse();
-    tracing_subscriber::fmt()
+/// Warnings and errors go to stderr; `RUST_LOG` says otherwise, as in `relief=debug,warn`.
+fn log_to_stderr() {
+    let wanted = std::env::var("RUST_LOG").ok().and_then(|text| text.parse().ok());
+    let quiet = || Targets::new().with_default(LevelFilter::WARN).with_target("winit", LevelFilter::ERROR);
+    let layer = tracing_subscriber::fmt::layer()
         .with_writer(std::io::stderr)
         .with_ansi(std::io::stderr().is_terminal())
         .without_time()
-        .with_target(false)
-        .with_env_filter(
-            tracing_subscriber::EnvFilter::try_from_default_env()
-                .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new("warn,winit=error")),
-        )
-        .init();
+        .with_target(false);
+    tracing_subscriber::registry().with(layer).with(wanted.unwrap_or_else(quiet)).init();
+}
+
+fn main() -> ExitCode {
+    let started = Instant::now();
+    let cli = Cli::parse();
+    log_to_stderr();
     let done = match cli.command.unwrap_or(Command::Run(cli.run)) {
         Command::Run(args) => run(&args),
         Command::Render(args) => {
