@@ -1,6 +1,7 @@
 //! Types of vehicles: what all vehicles of a type share.
 
 use super::parts::{Movement, Part};
+use crate::bounds::Aabb;
 use crate::library::{Library, MaterialId};
 use crate::shapes;
 use bevy_ecs::prelude::*;
@@ -134,6 +135,13 @@ impl VehicleType {
     /// From the rear axle, the origin, forward to the front bumper, metres.
     pub fn front(&self) -> f32 {
         self.size.z - self.rear_overhang
+    }
+
+    /// The box around it, a trailer apart, in its own space.
+    pub fn bounds(&self) -> Aabb {
+        let half = self.size.x / 2.0;
+        let min = Vec3::new(-half, 0.0, -self.rear_overhang);
+        Aabb { min, max: Vec3::new(half, self.size.y, self.front()) }
     }
 }
 
