@@ -46,13 +46,13 @@ def deform(p):
 
 
 SIDE = (0, 0, 512, 190)
-STRIP = (0, 192, 512, 140)
+STRIP = (0, 191, 512, 144)
 ZX, SY = even(3.34, -0.70, SIDE[2])[::-1], even(1.52, 0.15, SIDE[3])
-SX, TY = even(0.0, O.length, STRIP[2]), even(0.97, -0.004, STRIP[3])
+SX, TY = even(0.0, O.length, STRIP[2]), even(0.97, -0.03, STRIP[3])
 
 
 def draw_side(atlas):
-    c = Canvas(atlas, SIDE, ZX, SY, 900)
+    c = Canvas(atlas, SIDE, ZX, SY, 900, rough=0.24)
     Z, Y = c.x, c.y
     c.fill(Y - 0.265, '202122', 0.62)                                        # sill cladding
     c.line(Y - 0.268, 0.006, 0.006)
@@ -90,7 +90,7 @@ def draw_side(atlas):
 
 
 def draw_strip(atlas):
-    c = Canvas(atlas, STRIP, SX, TY, 920)
+    c = Canvas(atlas, STRIP, SX, TY, 920, rough=0.24)
     S, T = c.x, c.y
     at = lambda z, y: O.near(z, y)
     # bonnet: shut line, two folds, a shallow bulge
@@ -121,8 +121,6 @@ def draw_strip(atlas):
     c.glass(d, 0, 1, rim=0.03)
     k = smooth(S_SCREEN[0], S_SCREEN[1], S)
     c.base = mix(c.base, mix(rgb('0a0d0f'), rgb('28333a'), k), c.soft(d + 0.04))
-    c.base = mix(c.base, rgb('040505'), 0.8 * c.soft(np.maximum(np.hypot((S - S_SCREEN[0] - 0.44) * 1.0, T - 0.36) - 0.12, d + 0.04)))
-    roof = at(0.55, 1.48)
     c.line(np.where((S > S_SCREEN[1]) & (S < S_BACK[0]), T - 0.70, 1), 0.010, 0.006)
     c.line(np.where(T < 0.72, S - at(-0.30, 1.395), 1))
     c.ridge(np.where((S > S_SCREEN[1] + 0.25) & (S < S_BACK[0] - 0.3), np.abs(T - 0.22) - 0.0, 1), -0.004, 0.05)
@@ -146,7 +144,6 @@ def draw_strip(atlas):
     low = np.maximum(smooth(0.45, 0.0, S), smooth(O.length - 0.55, O.length, S))
     c.weather(np.clip(0.7 * low, 0, 1), 0.5)
     c.put()
-    return roof
 
 
 def details(shell, uv, atlas):
@@ -157,13 +154,10 @@ def details(shell, uv, atlas):
         paint += both(box(0.022, 0.022, 0.15, 0.008).move(P[0, 0] + 0.012, P[0, 1], P[0, 2]).swatch(*uv['coat']))
     P, N = shell.on_side(1.85, 1.00)                   # mirrors
     m = P[0] + (0.115, 0.045, 0.0)
-    shellm = lathe([(0.0, -0.055), (0.045, -0.048), (0.074, -0.02), (0.078, 0.012), (0.072, 0.022)], 10, 60).rot('x', 90).scale(1.30, 0.95, 1.0)
-    shellm = shellm.flip() if shellm.N[np.argmin(shellm.P[:, 2]), 2] > 0 and shellm.P[:, 2].min() < -0.03 else shellm
-    shellm = shellm.mat(np.diag([1, 1, -1.0]))
-    glass = box(0.17, 0.115, 0.01, 0.0)
-    glass = on_rect(glass, uv['mirror'], flip=True)
-    paint += both(shellm.move(*m).swatch(*uv['coat']))
-    trim += both(glass.move(m[0], m[1], m[2] - 0.018))
+    cap = box(0.19, 0.125, 0.085, 0.032).rot('y', -8)
+    glass = on_rect(box(0.155, 0.095, 0.008, 0.0), uv['mirror'], flip=True).rot('y', -8)
+    paint += both(cap.move(*m).swatch(*uv['coat']))
+    trim += both(glass.move(m[0], m[1], m[2] - 0.041))
     trim += both(tube([P[0] + (-0.02, -0.01, 0.03), m + (-0.03, -0.045, 0.02)], 0.022, 6, squash=0.6).swatch(*uv['plastic']))
     for x0, x1, lag in ((-0.62, 0.02, 0.03), (-0.02, 0.58, 0.0)):   # wipers
         s = S_SCREEN[0] + 0.035 + lag
@@ -196,11 +190,11 @@ def build(out):
     for az in (0, FRONT):
         lip, tub = shell.arch(az, HUB, ARCH, SILL, 0.50, uv['plastic'], uv['under'], 12, 0.006)
         trim += both(lip) + both(tub)
-    trim.append(box(1.45, 0.06, 3.30, 0).move(0, 0.235, 1.30).swatch(*uv['under']))
+    trim.append(box(1.50, 0.05, 3.40, 0).move(0, 0.225, 1.30).swatch(*uv['under']))
     p, t = details(shell, uv, atlas)
     v = Vehicle('car', atlas, (0.30, 0.035, 0.030))
     v.body(paint + p, trim + t)
-    v.wheels(wheel(atlas, HUB, 0.195, 0.215, 22), {'wheel_front': (TRACK, HUB, FRONT), 'wheel_rear': (TRACK, HUB, 0)})
+    v.wheels(wheel(atlas, HUB, 0.195, 0.215, 20), {'wheel_front': (TRACK, HUB, FRONT), 'wheel_rear': (TRACK, HUB, 0)})
     lamps(v, shell, uv)
     v.g.save(out)
 

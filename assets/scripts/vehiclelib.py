@@ -251,10 +251,10 @@ class Shell:
                 F += [(q, q + 1, q + k + 2), (q, q + k + 2, q + k + 1)]
         return Part(P, N, self.strip_uv(t.ravel(), s.ravel()), outward(P, N, np.array(F)))
 
-    def patch(self, loop, rect, where='strip', lift=0.005, dome=0.0, skirt=0.03, fine=0.12):
+    def patch(self, loop, rect, where='strip', lift=0.005, dome=0.0, skirt=0.03, fine=0.15):
         """A piece of the surface inside a loop, lifted, its edge turned down. UVs: the loop's bounding box on `rect`
         of the atlas, upright."""
-        loop = np.asarray(loop, float)
+        loop = divided(np.asarray(loop, float), 0.75 * fine)
         lo, hi = loop.min(0), loop.max(0)
         nx, ny = (max(1, int((hi - lo)[k] / fine)) for k in (0, 1))
         grid = np.stack(np.meshgrid(np.linspace(lo[0], hi[0], nx + 2)[1:-1], np.linspace(lo[1], hi[1], ny + 2)[1:-1]), -1).reshape(-1, 2)
@@ -313,6 +313,15 @@ class Shell:
         fn = np.cross(C[F[:, 1]] - C[F[:, 0]], C[F[:, 2]] - C[F[:, 0]])
         F = np.where(((fn * inn).sum(1) < 0)[:, None], F[:, ::-1], F)
         return lip, creased(C, np.zeros((len(C), 2)), F, 50).swatch(*uv_dark)
+
+
+def divided(loop, longest):
+    """A closed polygon with points added so that no side is longer."""
+    out = []
+    for a, b in zip(loop, np.roll(loop, -1, 0)):
+        n = max(1, int(np.ceil(np.linalg.norm(b - a) / longest)))
+        out += [a + (b - a) * k / n for k in range(n)]
+    return np.array(out)
 
 
 def outward(P, N, F):
@@ -715,9 +724,9 @@ class Vehicle:
 
     def lamp(self, name, part, kind, direction, parent=None, shift=(0, 0, 0)):
         """A lamp's glass as a mesh of its own: origin in the middle, light along local -Z."""
-        facing = part.N @ direction > 0.3
-        front = part.P[facing] if facing.any() else part.P
-        origin = (front.min(0) + front.max(0)) / 2
+        a, b, c = (part.P[part.F[:, k]] for k in range(3))
+        seen = np.clip(np.cross(b - a, c - a) @ direction, 0, None)[:, None]
+        origin = ((a + b + c) / 3 * seen).sum(0) / seen.sum()
         p, q = local(part, origin, direction)
         mesh = self.g.mesh(name, [(p, self.glass(kind))])
         self.g.node(name, mesh, origin - np.asarray(shift), q, self.root if parent is None else parent)
