@@ -1,7 +1,8 @@
 //! What a vehicle consists of: entities below it, some of which move with it.
 
-use super::lamps::{Lamp, LampKind};
-use super::{Motion, Vehicle, VehicleTypeId, VehicleTypes};
+use super::lamps::{Lamp, LampKind, Switches};
+use super::{Controls, Motion, Vehicle, VehicleNumber, VehicleTypeId, VehicleTypes};
+use crate::clock::Clock;
 use crate::components::Light;
 use crate::library::{MaterialId, MeshId};
 use bevy_ecs::prelude::*;
@@ -82,17 +83,26 @@ pub(super) fn spawn(world: &mut World, entity: Entity) {
     if vehicle.kind == VehicleTypeId::STAND_IN {
         world.resource_scope(|world, mut types: Mut<VehicleTypes>| types.build_stand_in(&mut world.resource_mut()));
     }
+    let switches = first_switches(world, entity);
+    world.entity_mut(entity).insert(switches);
     world.resource_scope(|world, types: Mut<VehicleTypes>| {
         let mut spawned: Vec<Entity> = Vec::new();
         for part in &types.get(vehicle.kind).parts {
             let parent = part.parent.and_then(|index| spawned.get(index).copied()).unwrap_or(entity);
-            spawned.push(part.spawn(world, vehicle, entity, parent));
+            spawned.push(part.spawn(world, vehicle, entity, parent, switches));
         }
     });
 }
 
+/// Lamps are on from the first frame.
+fn first_switches(world: &World, entity: Entity) -> Switches {
+    let state = world.get::<VehicleNumber>(entity).zip(world.get::<Motion>(entity)).zip(world.get::<Controls>(entity));
+    let seconds = world.resource::<Clock>().seconds();
+    state.map_or(Switches::default(), |((number, motion), controls)| Switches::of(*number, motion, controls, seconds))
+}
+
 impl Part {
-    fn spawn(&self, world: &mut World, vehicle: Vehicle, root: Entity, parent: Entity) -> Entity {
+    fn spawn(&self, world: &mut World, vehicle: Vehicle, root: Entity, parent: Entity, switches: Switches) -> Entity {
         let mut entity = world.spawn((self.rest, ChildOf(parent)));
         if let Some((mesh, plain)) = self.drawn {
             let paint = self.painted.get(vehicle.paint as usize % self.painted.len().max(1));
@@ -101,15 +111,14 @@ impl Part {
         if let Some(movement) = self.movement {
             entity.insert(MovingPart { vehicle: root, movement, rest: self.rest.rotation });
         }
-        if let Some(lamp) = &self.lamp {
-            entity.insert(Lamp {
-                vehicle: root,
-                kind: lamp.kind,
-                intensity: lamp.light.as_ref().map_or(0.0, |light| light.intensity),
-                glass: self.drawn.map(|(_, dark)| dark).zip(lamp.lit),
-            });
-            let light = lamp.light.iter().map(|light| Light { enabled: false, ..light.clone() });
-            light.for_each(|light| _ = entity.insert(light));
+        if let Some(source) = &self.lamp {
+            let intensity = source.light.as_ref().map_or(0.0, |light| light.intensity);
+            let glass = self.drawn.map(|(_, dark)| dark).zip(source.lit);
+            let lamp = Lamp { vehicle: root, kind: source.kind, intensity, glass };
+            let (enabled, intensity) = lamp.light(switches);
+            source.light.iter().for_each(|light| _ = entity.insert(Light { enabled, intensity, ..light.clone() }));
+            lamp.glass(switches).into_iter().for_each(|material| _ = entity.insert(material));
+            entity.insert(lamp);
         }
         entity.id()
     }
