@@ -42,3 +42,8 @@ pub mod viewpoint;
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;
+
+/// The program of the page on vehicles.
+#[cfg(doctest)]
+#[doc = include_str!("../docs/vehicles.md")]
+struct VehiclesPage;
