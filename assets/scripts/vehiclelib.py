@@ -663,6 +663,22 @@ def wheel(atlas, R, width, rim_r, seg=24, dish=0.035, hub=0.02):
     return merge(tyre(atlas, R, rim_r, width, seg), *disc(atlas, profile, seg, rim_r, -w + 0.03))
 
 
+def heavy_wheel(atlas, R, width, rim_r, seg=20):
+    """The front wheel of a truck or bus: its face bulges outward."""
+    w = width / 2
+    profile = [(rim_r, w - 0.012), (0.90 * rim_r, w - 0.05), (0.62 * rim_r, w - 0.035), (0.50 * rim_r, w + 0.015), (0.24 * rim_r, w + 0.03), (0.0, w + 0.03)]
+    return merge(tyre(atlas, R, rim_r, width, seg), *disc(atlas, profile, seg, rim_r, -w + 0.04))
+
+
+def double_wheel(atlas, R, width, rim_r, seg=20, gap=0.05):
+    """Two tyres side by side, one mesh: the face lies deep in the outer one."""
+    w = width / 2
+    out = w + gap / 2
+    profile = [(rim_r, out + w - 0.012), (0.94 * rim_r, out + w - 0.05), (0.86 * rim_r, out - 0.06), (0.50 * rim_r, out - 0.08), (0.44 * rim_r, out + 0.02), (0.0, out + 0.03)]
+    inner = [(rim_r, -w + 0.012, 0.0), (R - 0.02, -w + 0.01, 0.2), (R, -w + 0.22 * width, 0.32), (R, w - 0.22 * width, 0.68), (R - 0.03, w, 0.8)]
+    return merge(tyre(atlas, R, rim_r, width, seg, out), tyre(atlas, R, rim_r, width, 12, -out, inner), *disc(atlas, profile, seg, rim_r, -out - w + 0.04))
+
+
 # --------------------------------------------------------------------- lamps
 
 def local(part, origin, direction):
@@ -691,7 +707,7 @@ class Vehicle:
 
     def __init__(self, name, atlas, coat, quality=86):
         self.g, self.atlas = Glb(), atlas
-        base, nrm, orm = atlas.images(self.g, name, quality=quality)
+        self.images = base, nrm, orm = atlas.images(self.g, name, quality=quality)
         mat = lambda n, color=(1, 1, 1, 1): self.g.material(n, base, nrm, orm, color=color, occlusion=True)
         self.paint, self.trim = mat('paint', (*coat, 1)), mat('trim')
         self._mat, self.mats = mat, {}
