@@ -347,7 +347,7 @@ class Atlas:
 
     def __init__(self, width=512, height=512):
         self.w, self.h = width, height
-        self.base = np.full((height, width, 3), 0.5)
+        self.base = np.full((height, width, 3), 0.08)
         self.nrm = np.zeros((height, width, 3))
         self.nrm[..., 2] = 1
         self.orm = np.ones((height, width, 3))
@@ -519,7 +519,7 @@ SWATCHES = [('plastic', '1a1b1c', 0.62, 0), ('rubber', '151515', 0.85, 0), ('und
 def furniture(atlas, x, y, rim, plate, seed, swatches=()):
     """Draw what every vehicle needs into a block of 512 by 128 pixels: rim, tyre, lenses, plate, plain surfaces."""
     draw_rim(atlas, x, y, 128, rim, seed)
-    draw_tyre(atlas, x + 130, y, seed + 1)
+    draw_tyre(atlas, x + 128, y, seed + 1)
     for k, (name, color) in enumerate((('glass_clear', 'efeee8'), ('glass_red', 'c21810'), ('glass_amber', 'f08c14'), ('lens_white', 'e8e8e4'))):
         draw_lens(atlas, x + 166 + 66 * k, y, color, name, name == 'glass_clear')
     draw_plate(atlas, x + 432, y, plate)
@@ -564,20 +564,22 @@ def draw_mirror(atlas, x, y, w=80, h=40):
 
 
 def draw_tyre(atlas, x, y, seed):
-    """One segment of a tyre: across it lie inner wall, tread, outer wall (v 0..1); 32 by 128 pixels."""
-    u, v = np.meshgrid(even(0, 1, 32), even(0, 1, 128))
+    """One segment of a tyre: across it lie inner wall, tread, outer wall (v 0..1); 24 by 128 pixels and
+    7 more on both sides, so that no neighbour bleeds in."""
+    u, v = np.meshgrid(even(-7 / 24, 31 / 24, 38), even(0, 1, 128))
     c = np.abs(v - 0.5)
     tread = smooth(0.26, 0.24, c)
     groove = np.maximum(smooth(0.016, 0.008, np.abs(c - 0.06)), smooth(0.016, 0.008, np.abs(c - 0.15)))
-    lug = smooth(0.16, 0.06, np.abs(((u + c * 1.5) % 0.5) * 2 - 0.5)) * smooth(0.155, 0.17, c) * smooth(0.225, 0.205, c)
+    lug = smooth(0.16, 0.06, np.abs(((u + 1 + c * 1.5) % 0.5) * 2 - 0.5)) * smooth(0.155, 0.17, c) * smooth(0.225, 0.205, c)
     cut = tread * np.maximum(groove, lug)
-    n = tx.noise(128, seed, beta=0.9, lo=2, hi=60)[:, :32]
+    n = tx.noise(128, seed, beta=0.9, lo=2, hi=60)[:, :38]
     h = -0.006 * cut + 0.003 * smooth(0.012, 0.004, np.abs(c - 0.30)) + 0.002 * smooth(0.012, 0.004, np.abs(c - 0.44))
     col = mix(rgb('1e1e1f'), rgb('181818'), tread) * (1 + 0.08 * n)[..., None]
     col = mix(col, rgb('090909'), cut)
     dust = np.clip(0.22 + 0.15 * n, 0, 1) * (0.45 + 0.55 * smooth(0.1, 0.3, c))
     col = mix(col, rgb('5d564a'), dust * 0.45)
-    atlas.put(x, y, col, 0.82 + 0.1 * dust, 0.0, h, (0.08 / 32, 0.5 / 128), name='tyre')
+    atlas.put(x, y, col, 0.82 + 0.1 * dust, 0.0, h, (0.08 / 24, 0.5 / 128))
+    atlas.uv['tyre'] = atlas.rect(x + 7, y, 24, 128)
 
 
 def draw_rim(atlas, x, y, s, style, seed):
@@ -663,6 +665,22 @@ def wheel(atlas, R, width, rim_r, seg=24, dish=0.035, hub=0.02):
     return merge(tyre(atlas, R, rim_r, width, seg), *disc(atlas, profile, seg, rim_r, -w + 0.03))
 
 
+def heavy_wheel(atlas, R, width, rim_r, seg=20):
+    """The front wheel of a truck or bus: its face bulges outward."""
+    w = width / 2
+    profile = [(rim_r, w - 0.012), (0.90 * rim_r, w - 0.05), (0.62 * rim_r, w - 0.035), (0.50 * rim_r, w + 0.015), (0.24 * rim_r, w + 0.03), (0.0, w + 0.03)]
+    return merge(tyre(atlas, R, rim_r, width, seg), *disc(atlas, profile, seg, rim_r, -w + 0.04))
+
+
+def double_wheel(atlas, R, width, rim_r, seg=20, gap=0.05):
+    """Two tyres side by side, one mesh: the face lies deep in the outer one."""
+    w = width / 2
+    out = w + gap / 2
+    profile = [(rim_r, out + w - 0.012), (0.94 * rim_r, out + w - 0.05), (0.86 * rim_r, out - 0.06), (0.50 * rim_r, out - 0.08), (0.44 * rim_r, out + 0.02), (0.0, out + 0.03)]
+    inner = [(rim_r, -w + 0.012, 0.0), (R - 0.02, -w + 0.01, 0.2), (R, -w + 0.22 * width, 0.32), (R, w - 0.22 * width, 0.68), (R - 0.03, w, 0.8)]
+    return merge(tyre(atlas, R, rim_r, width, seg, out), tyre(atlas, R, rim_r, width, 12, -out, inner), *disc(atlas, profile, seg, rim_r, -out - w + 0.04))
+
+
 # --------------------------------------------------------------------- lamps
 
 def local(part, origin, direction):
@@ -691,7 +709,7 @@ class Vehicle:
 
     def __init__(self, name, atlas, coat, quality=86):
         self.g, self.atlas = Glb(), atlas
-        base, nrm, orm = atlas.images(self.g, name, quality=quality)
+        self.images = base, nrm, orm = atlas.images(self.g, name, quality=quality)
         mat = lambda n, color=(1, 1, 1, 1): self.g.material(n, base, nrm, orm, color=color, occlusion=True)
         self.paint, self.trim = mat('paint', (*coat, 1)), mat('trim')
         self._mat, self.mats = mat, {}
@@ -722,19 +740,19 @@ class Vehicle:
             for side, sx in (('left', 1), ('right', -1)):
                 self.g.node('%s_%s' % (name, side), mesh, (sx * x, y, z), None if sx > 0 else (0, 1, 0, 0), self.root if parent is None else parent)
 
-    def lamp(self, name, part, kind, direction, parent=None, shift=(0, 0, 0)):
+    def lamp(self, name, part, kind, direction, parent=None):
         """A lamp's glass as a mesh of its own: origin in the middle, light along local -Z."""
         a, b, c = (part.P[part.F[:, k]] for k in range(3))
         seen = np.clip(np.cross(b - a, c - a) @ direction, 0, None)[:, None]
         origin = ((a + b + c) / 3 * seen).sum(0) / seen.sum()
         p, q = local(part, origin, direction)
         mesh = self.g.mesh(name, [(p, self.glass(kind))])
-        self.g.node(name, mesh, origin - np.asarray(shift), q, self.root if parent is None else parent)
+        self.g.node(name, mesh, origin, q, self.root if parent is None else parent)
 
-    def lamps(self, name, part, kind, direction, parent=None, shift=(0, 0, 0)):
+    def lamps(self, name, part, kind, direction, parent=None):
         """The same left and right; the part is the left one."""
         for side, sx in (('left', 1), ('right', -1)):
-            self.lamp('%s_%s' % (name, side), part if sx > 0 else mirror_x(part), kind, direction * (sx, 1, 1), parent, shift)
+            self.lamp('%s_%s' % (name, side), part if sx > 0 else mirror_x(part), kind, direction * (sx, 1, 1), parent)
 
 
 def on_rect(part, rect, axes=(0, 1), flip=False):
@@ -749,6 +767,11 @@ def on_rect(part, rect, axes=(0, 1), flip=False):
         u = 1 - q[:, 0] if flip else q[:, 0]
         return np.stack([x + w * u, y + h * (1 - q[:, 1])], 1)
     return part.uvmap(f)
+
+
+def lens_box(size, rect, at, backward=False):
+    """A lamp's glass as a box, seen from the front or the back."""
+    return on_rect(box(*size), rect, flip=backward).move(*at)
 
 
 def plate(atlas, at, backward=False, tilt=0.0, size=(0.46, 0.11)):
