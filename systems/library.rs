@@ -26,7 +26,7 @@ fn free_slots(mut world: DeferredWorld, context: HookContext) {
 }
 
 /// Names a [`Mesh`] of the [`Library`]. As a component: this entity is drawn with that mesh.
-#[derive(Component, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+#[derive(Component, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, serde::Serialize, serde::Deserialize)]
 #[require(Transform, MaterialId, WorldBounds, Selection, InstanceSlot, Place)]
 #[component(on_remove = free_slots, summary_tick)]
 pub struct MeshId(pub u32);
