@@ -11,6 +11,7 @@ use crate::interpolation::Interpolated;
 use crate::library::MeshId;
 use crate::roster::{self, Roster, StateId};
 use crate::spawn::Spawn;
+use crate::vehicles::{ByHand, Controls};
 use bevy_ecs::prelude::*;
 use bevy_transform::components::Transform;
 use serde::{Deserialize, Serialize};
@@ -41,6 +42,20 @@ pub enum Input {
     },
     /// Every figure shows its next shape.
     NextFigure,
+    /// Somebody at the wheel wants something else.
+    Drive {
+        /// What is driven.
+        vehicle: StateId,
+        /// What is wanted.
+        controls: Controls,
+    },
+    /// Somebody takes the wheel of a vehicle that has a route, or lets it go.
+    TakeWheel {
+        /// Which.
+        vehicle: StateId,
+        /// Whether it is driven by hand now.
+        by_hand: bool,
+    },
     /// Something comes into being.
     Spawn(Spawn),
     /// Something goes, with all that is below it.
@@ -99,6 +114,19 @@ fn apply(world: &mut World, input: &Input) {
             };
         }
         Input::NextFigure => next_figure(world),
+        Input::Drive { vehicle, controls } => {
+            let vehicle = find(world, *vehicle).and_then(|vehicle| world.get_mut::<Controls>(vehicle));
+            vehicle.into_iter().for_each(|mut own| *own = *controls);
+        }
+        Input::TakeWheel { vehicle, by_hand } => {
+            let Some(vehicle) = find(world, *vehicle) else { return };
+            let mut vehicle = world.entity_mut(vehicle);
+            if *by_hand {
+                vehicle.insert(ByHand)
+            } else {
+                vehicle.remove::<ByHand>()
+            };
+        }
         Input::Spawn(spawn) => _ = roster::spawn(world, spawn.clone()),
         Input::Despawn(entity) => roster::despawn(world, *entity),
     }
@@ -136,7 +164,8 @@ impl Input {
             Self::EditLight { light, .. } => light.is_sound(),
             Self::SetTransform { transform, .. } => transform.is_finite(),
             Self::Spawn(spawn) => spawn.is_sound(),
-            Self::Hide { .. } | Self::NextFigure | Self::Despawn(_) => true,
+            Self::Drive { controls, .. } => controls.is_sound(),
+            Self::Hide { .. } | Self::NextFigure | Self::TakeWheel { .. } | Self::Despawn(_) => true,
         }
     }
 }

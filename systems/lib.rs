@@ -47,6 +47,7 @@ pub mod stats;
 pub mod tangents;
 pub mod texture_memory;
 pub mod transforms;
+pub mod vehicles;
 pub mod view;
 
 use bevy_ecs::prelude::*;
@@ -111,6 +112,8 @@ impl Simulation {
         world.init_resource::<object_order::ObjectOrder>();
         world.init_resource::<instances::InstanceTable>();
         world.init_resource::<draw_list::DrawList>();
+        world.init_resource::<vehicles::VehicleTypes>();
+        world.init_resource::<vehicles::NextVehicleNumber>();
         world.insert_resource(components::Environment::default());
         Self { world, step_schedule: step_schedule(), frame_schedule: frame_schedule() }
     }
@@ -143,10 +146,13 @@ pub fn step_schedule() -> Schedule {
     let mut schedule = in_fixed_order();
     schedule.add_systems(
         (
-            inputs::apply_inputs,    // what changes from outside, before anything else does
-            interpolation::remember, // where everything is, before it moves
-            clock::tick,             // the time of this step, before anyone reads it
-            motion::spin,            // what moves by itself
+            inputs::apply_inputs,          // what changes from outside, before anything else does
+            interpolation::remember,       // where everything is, before it moves
+            clock::tick,                   // the time of this step, before anyone reads it
+            motion::spin,                  // what moves by itself
+            vehicles::parts::move_parts,   // wheels and the like, as their vehicles moved
+            vehicles::lamps::switch_lamps, // which lamps are on after that
+            vehicles::lamps::light_lamps,  // and what they do
         )
             .chain(),
     );
@@ -263,7 +269,7 @@ mod tests {
         simulation.step_schedule.add_systems(shake);
         assert!(simulation.step_schedule.initialize(&mut simulation.world).is_err());
         let mut ordered = Simulation::new();
-        ordered.step_schedule.add_systems(shake.after(motion::spin));
+        ordered.step_schedule.add_systems(shake.after(motion::spin).before(vehicles::parts::move_parts));
         assert!(ordered.step_schedule.initialize(&mut ordered.world).is_ok());
     }
 }

@@ -32,7 +32,7 @@ fn free_slots(mut world: DeferredWorld, context: HookContext) {
 pub struct MeshId(pub u32);
 
 /// Names a [`Material`] of the [`Library`]. As a component: the material of a drawn entity.
-#[derive(Component, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+#[derive(Component, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, serde::Serialize, serde::Deserialize)]
 #[component(summary_tick)]
 pub struct MaterialId(pub u32);
 

@@ -2,6 +2,7 @@
 //! back by building it again.
 
 use crate::components::Light;
+use crate::vehicles::{ByHand, Controls, Vehicle, VehicleTypeId, VehicleTypes};
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
 use bevy_transform::components::Transform;
@@ -19,6 +20,21 @@ pub enum Spawn {
         /// What it shines like.
         light: Light,
     },
+    /// A vehicle that somebody drives, or nobody.
+    Vehicle {
+        /// For people.
+        name: String,
+        /// In the world, the middle of the rear axle.
+        transform: Transform,
+        /// The name of its type; the stand-in where there is none of that name.
+        kind: String,
+        /// Which of the type's paints; counted round.
+        paint: u32,
+        /// How it stands there.
+        controls: Controls,
+        /// Whether it goes by its controls even where it has a route.
+        by_hand: bool,
+    },
 }
 
 impl Spawn {
@@ -28,6 +44,15 @@ impl Spawn {
             Self::Light { name, transform, light } => {
                 vec![world.spawn((Name::new(name.clone()), *transform, light.clone())).id()]
             }
+            Self::Vehicle { name, transform, kind, paint, controls, by_hand } => {
+                let kind = world.resource::<VehicleTypes>().find(kind).unwrap_or(VehicleTypeId::STAND_IN);
+                let vehicle = Vehicle::of(kind).painted(*paint);
+                let root = world.spawn((Name::new(name.clone()), *transform, *controls, vehicle)).id();
+                if *by_hand {
+                    world.entity_mut(root).insert(ByHand);
+                }
+                vec![root]
+            }
         }
     }
 
@@ -35,6 +60,7 @@ impl Spawn {
     pub(crate) fn is_sound(&self) -> bool {
         match self {
             Self::Light { transform, light, .. } => transform.is_finite() && light.is_sound(),
+            Self::Vehicle { transform, controls, .. } => transform.is_finite() && controls.is_sound(),
         }
     }
 }

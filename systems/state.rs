@@ -9,11 +9,14 @@
 use crate::clock::{Clock, Seed};
 use crate::components::{Figure, Light, Spin};
 use crate::hidden::Hidden;
-use crate::library::MeshId;
+use crate::library::{MaterialId, MeshId};
 use crate::roster::{FromIds, Roster, StateId, ToIds};
 use crate::state_hash::{self, Sum};
+use crate::vehicles::lamps::{Lamp, Switches};
+use crate::vehicles::{ByHand, Controls, Motion, NextVehicleNumber, VehicleNumber};
 use bevy_ecs::component::Mutable;
 use bevy_ecs::prelude::*;
+use bevy_ecs::query::ArchetypeFilter;
 use bevy_transform::components::Transform;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -65,20 +68,32 @@ impl StateList {
         let mut list = Self { kinds: Vec::new() };
         // Parents first: where things hang decides what is below a hidden entity.
         let hangs = |parent: &ChildOf| parent.parent() != Entity::PLACEHOLDER;
-        list.add(Component::<ChildOf> { is_sound: hangs, ..Component::new("parent") });
+        list.add(Component::<ChildOf, ()> { is_sound: hangs, ..Component::new("parent") });
         list.add(Component::<Transform> { is_sound: |value| value.is_finite(), ..Component::new("transform") });
         list.add(Component::<Light> { is_sound: Light::is_sound, ..Component::new("light") });
         list.add(Component::<Spin> { is_sound: Spin::is_sound, ..Component::new("spin") });
         list.add_component::<Hidden>("hidden");
-        list.add(Component::<Figure> { settle: show_figure, ..Component::new("figure") });
+        list.add_component::<Figure>("figure");
+        list.add(Component::<MeshId, With<Figure>>::new("shape"));
         list.add(ResourceKind::<Clock> { take_over: Clock::take_over, ..ResourceKind::new("clock") });
         list.add_resource::<Seed>("seed");
+        list.add_vehicles();
         list
+    }
+
+    fn add_vehicles(&mut self) {
+        self.add_resource::<NextVehicleNumber>("next vehicle");
+        self.add_component::<VehicleNumber>("vehicle");
+        self.add(Component::<Motion> { is_sound: Motion::is_sound, ..Component::new("motion") });
+        self.add(Component::<Controls> { is_sound: Controls::is_sound, ..Component::new("controls") });
+        self.add_component::<ByHand>("by hand");
+        self.add_component::<Switches>("lamps");
+        self.add(Component::<MaterialId, With<Lamp>>::new("glass"));
     }
 
     /// A component, all of whose values are state. Entities within it are told apart by `Component::map_entities`.
     pub fn add_component<T: StateComponent>(&mut self, name: &'static str) {
-        self.add(Component::<T>::new(name));
+        self.add(Component::<T, ()>::new(name));
     }
 
     /// A resource that is always there.
@@ -110,25 +125,23 @@ impl<R: Resource + bevy_ecs::component::Component<Mutability = Mutable> + Serial
 {
 }
 
-/// A component as state.
-struct Component<T: StateComponent> {
+/// A component as state, of the entities that pass a filter.
+struct Component<T: StateComponent, F: ArchetypeFilter + 'static = ()> {
     name: &'static str,
     /// Whether a value from a file can be what a world holds.
     is_sound: fn(&T) -> bool,
-    /// Brings up to date what follows from a value at once.
-    settle: fn(&mut EntityWorldMut),
     /// Kept from step to step.
-    query: Option<QueryState<(Entity, &'static T)>>,
+    query: Option<QueryState<(Entity, &'static T), F>>,
 }
 
-impl<T: StateComponent> Component<T> {
+impl<T: StateComponent, F: ArchetypeFilter + 'static> Component<T, F> {
     fn new(name: &'static str) -> Self {
-        Self { name, is_sound: |_| true, settle: |_| {}, query: None }
+        Self { name, is_sound: |_| true, query: None }
     }
 
     /// The values of all enrolled entities by id, entities within them as ids.
     fn values(&mut self, world: &mut World) -> Vec<(u32, T)> {
-        let query = self.query.get_or_insert_with(|| world.query());
+        let query = self.query.get_or_insert_with(|| world.query_filtered());
         let roster = world.resource::<Roster>();
         let value = |(entity, value): (Entity, &T)| Some((roster.id(entity)?.0, with_ids(value, roster)));
         let mut values: Vec<(u32, T)> = query.iter(world).filter_map(value).collect();
@@ -144,13 +157,13 @@ pub(crate) fn with_ids<T: StateComponent>(value: &T, roster: &Roster) -> T {
     value
 }
 
-impl<T: StateComponent> StateKind for Component<T> {
+impl<T: StateComponent, F: ArchetypeFilter + 'static> StateKind for Component<T, F> {
     fn name(&self) -> &'static str {
         self.name
     }
 
     fn hash(&mut self, world: &mut World) -> Sum {
-        let query = self.query.get_or_insert_with(|| world.query());
+        let query = self.query.get_or_insert_with(|| world.query_filtered());
         state_hash::of_component(self.name, query, world)
     }
 
@@ -193,17 +206,8 @@ impl<T: StateComponent> StateKind for Component<T> {
                 ));
             };
             entity.insert(value);
-            (self.settle)(&mut entity);
         }
         Ok(())
-    }
-}
-
-/// A figure is drawn with the mesh that it shows.
-fn show_figure(entity: &mut EntityWorldMut) {
-    let shown = entity.get::<Figure>().and_then(|figure| figure.meshes.get(figure.shown).copied());
-    if let (Some(shown), Some(mut mesh)) = (shown, entity.get_mut::<MeshId>()) {
-        mesh.set_if_neq(shown);
     }
 }
 

@@ -9,6 +9,7 @@ use crate::changes::in_parallel;
 use crate::roster::Roster;
 use crate::state::{StateComponent, StateList, encode_onto, with_ids};
 use bevy_ecs::prelude::*;
+use bevy_ecs::query::ArchetypeFilter;
 use std::fmt;
 use std::sync::Mutex;
 use xxhash_rust::xxh3::{xxh3_64, xxh3_128};
@@ -61,9 +62,9 @@ pub fn of_bytes(kind: &str, value: &[u8]) -> Sum {
 const TOGETHER: usize = 1 << 11;
 
 /// The sum of the hashes of a component's values.
-pub(crate) fn of_component<T: StateComponent>(
+pub(crate) fn of_component<T: StateComponent, F: ArchetypeFilter>(
     kind: &str,
-    query: &mut QueryState<(Entity, &'static T)>,
+    query: &mut QueryState<(Entity, &'static T), F>,
     world: &World,
 ) -> Sum {
     let roster = world.resource::<Roster>();

@@ -9,10 +9,13 @@ use systems::components::{Figure, Light, Spin};
 use systems::hidden::Hidden;
 use systems::inputs::{Input, Inputs};
 use systems::interpolation::Interpolation;
-use systems::library::Library;
+use systems::library::{Library, Material, MaterialId, MeshId};
 use systems::roster::{Roster, StateId, enroll_all};
 use systems::spawn::Spawn;
 use systems::state_hash::{StateHash, hash};
+use systems::vehicles::lamps::LampKind;
+use systems::vehicles::parts::{Movement, Part, PartLamp};
+use systems::vehicles::{ByHand, Controls, Indicator, Motion, Vehicle, VehicleNumber, VehicleType, VehicleTypes};
 use systems::{Simulation, pieces, shapes, snapshot};
 
 /// Spinning arms with lamps at their ends, some of them hidden, a figure, and a road in pieces.
@@ -21,6 +24,9 @@ fn busy() -> Simulation {
     let mut library = simulation.world.resource_mut::<Library>();
     let meshes = vec![library.add_mesh(shapes::cube(Vec3::ONE)), library.add_mesh(shapes::sphere(0.5, 8, 4))];
     let road = library.add_mesh(shapes::plane(glam::Vec2::new(2.0, 40.0), glam::UVec2::ONE));
+    let glass = library.add_material(Material::default());
+    let lit = library.add_material(Material { emissive_factor: Vec3::ONE, ..Material::default() });
+    let kind = simulation.world.resource_mut::<VehicleTypes>().add(van(meshes[0], glass, lit));
     let world = &mut simulation.world;
     for i in 0..40 {
         let start = Quat::from_rotation_y(i as f32);
@@ -34,10 +40,42 @@ fn busy() -> Simulation {
         }
     }
     world.spawn((meshes[0], Figure { meshes, shown: 0 }));
+    for i in 0..5 {
+        let motion = Motion { speed: 3.0 - i as f32, ..Motion::default() };
+        let indicator = if i % 2 == 0 { Indicator::Hazard } else { Indicator::Off };
+        let controls = Controls { indicator, ..Controls::default() };
+        world.spawn((Transform::from_xyz(0.0, 0.0, i as f32), motion, controls, Vehicle::of(kind)));
+    }
     let road = world.spawn(road).id();
     pieces::draw_in_pieces(world, road, 8.0);
     enroll_all(world);
     simulation
+}
+
+/// A wheel and a lamp.
+fn van(mesh: MeshId, glass: MaterialId, lit: MaterialId) -> VehicleType {
+    let drawn = Some((mesh, glass));
+    let lamp = PartLamp { kind: LampKind::IndicatorLeft, light: Some(Light::point(1.0, 2.0)), lit: Some(lit) };
+    let movement = Some(Movement::Wheel { radius: 0.3, steers: true });
+    let parts = vec![Part { drawn, movement, ..Part::default() }, Part { drawn, lamp: Some(lamp), ..Part::default() }];
+    VehicleType { name: "van".into(), parts, ..VehicleType::default() }
+}
+
+/// Stands for what moves vehicles: as far as they are steered, by the throttle.
+fn roll(mut vehicles: Query<(&mut Motion, &Controls, &mut Transform)>) {
+    for (mut motion, controls, mut transform) in &mut vehicles {
+        motion.speed += controls.throttle * 0.01;
+        motion.steering = controls.steer;
+        motion.rolled += f64::from(motion.speed) / 60.0;
+        transform.translation.x += motion.speed / 60.0;
+    }
+}
+
+fn vehicle(i: u64) -> Spawn {
+    let transform = Transform::from_xyz(0.0, 0.0, i as f32);
+    let controls = Controls { throttle: 0.5, indicator: Indicator::Left, ..Controls::default() };
+    let (name, kind) = (format!("van {i}"), if i % 2 == 0 { "van" } else { "none such" });
+    Spawn::Vehicle { name, transform, kind: kind.into(), paint: 0, controls, by_hand: i % 3 == 0 }
 }
 
 fn lamp(i: u64) -> Spawn {
@@ -56,9 +94,16 @@ fn inputs_at(step: u64) -> Vec<Input> {
     if step % 5 == 0 {
         inputs.push(Input::Spawn(lamp(step)));
     }
+    if step % 13 == 4 {
+        inputs.push(Input::Spawn(vehicle(step)));
+        let vehicle = StateId(121 + (step % 5) as u32 * 3);
+        let controls = Controls { steer: (step as f32 * 0.1).sin(), throttle: -0.2, ..Controls::default() };
+        inputs.push(Input::Drive { vehicle, controls });
+        inputs.push(Input::TakeWheel { vehicle, by_hand: step % 2 == 0 });
+    }
     if step % 11 == 3 {
-        // The third of the lamps that came.
-        inputs.push(Input::Despawn(StateId(122 + (step / 11) as u32)));
+        // Some of what came.
+        inputs.push(Input::Despawn(StateId(137 + (step / 11 * 2) as u32)));
         inputs.push(Input::Despawn(id(step * 3)));
     }
     if step % 4 == 1 {
@@ -77,6 +122,7 @@ fn step(simulation: &mut Simulation) -> StateHash {
     let now = simulation.world.resource::<Clock>().step;
     inputs_at(now).into_iter().for_each(|input| simulation.world.resource_mut::<Inputs>().push(input));
     simulation.step();
+    simulation.world.run_system_cached(roll).expect("rolls");
     hash(&mut simulation.world)
 }
 
@@ -119,7 +165,7 @@ fn a_run_continued_from_a_snapshot_is_the_same_run() {
 fn whatever_is_state_counts_and_comes_back() {
     let fresh = hash(&mut busy().world);
     type Change = fn(&mut World, &dyn Fn(u32) -> Entity);
-    let changes: [(&str, Change); 10] = [
+    let changes: [(&str, Change); 15] = [
         ("a place", |world, of| world.get_mut::<Transform>(of(4)).expect("there").translation.x += 1e-6),
         ("a sign", |world, of| world.get_mut::<Transform>(of(1)).expect("there").translation.x = -0.0),
         ("a light", |world, of| world.get_mut::<Light>(of(2)).expect("there").enabled = false),
@@ -128,6 +174,11 @@ fn whatever_is_state_counts_and_comes_back() {
         ("hidden", |world, of| _ = world.entity_mut(of(3)).insert(Hidden)),
         ("shown", |world, of| _ = world.entity_mut(of(2)).remove::<Hidden>()),
         ("a parent", |world, of| _ = world.entity_mut(of(4)).insert(ChildOf(of(0)))),
+        ("a motion", |world, of| world.get_mut::<Motion>(of(121)).expect("there").rolled += 1.0),
+        ("controls", |world, of| world.get_mut::<Controls>(of(121)).expect("there").brake = 0.5),
+        ("a wheel", |world, of| _ = world.entity_mut(of(124)).insert(ByHand)),
+        ("glass", |world, of| _ = world.entity_mut(of(123)).insert(MaterialId::DEFAULT)),
+        ("a number", |world, of| world.get_mut::<VehicleNumber>(of(121)).expect("there").0 = 9),
         ("the time", |world, _| world.resource_mut::<Clock>().step += 1),
         ("the seed", |world, _| world.resource_mut::<Seed>().0 += 1),
     ];
@@ -159,7 +210,7 @@ fn a_snapshot_of_another_scene_is_refused() {
     other.world.spawn(Transform::IDENTITY);
     enroll_all(&mut other.world);
     let error = snapshot::restore(&mut other.world, &saved).expect_err("one entity more").to_string();
-    assert!(error.contains("expected a scene of 122 entities, found one of 123"), "{error}");
+    assert!(error.contains("expected a scene of 137 entities, found one of 138"), "{error}");
 }
 
 /// A snapshot with something in it.

@@ -1,0 +1,162 @@
+//! Lamps: which are on, their light, and the glow of their glass.
+//!
+//! [`switch_lamps`] works out the [`Switches`] of each vehicle from how it moves and what its driver wants; only where
+//! these changed does [`light_lamps`] touch the lamps below it.
+
+use super::{Controls, Headlights, Indicator, Motion, Vehicle, VehicleNumber};
+use crate::clock::Clock;
+use crate::components::Light;
+use crate::library::MaterialId;
+use bevy_ecs::prelude::*;
+
+/// When a lamp is on.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum LampKind {
+    /// With low or high beam.
+    Head,
+    /// With the head lamps, dimly; brightly while braking.
+    Tail,
+    /// Blinking, to turn left.
+    IndicatorLeft,
+    /// Blinking, to turn right.
+    IndicatorRight,
+    /// In reverse.
+    Reverse,
+    /// With the head lamps: a cabin, a sign.
+    Interior,
+}
+
+/// A lamp of a vehicle. Its entity, or entities below the vehicle, carry its [`Light`] and its glass.
+#[derive(Component, Clone, Copy, PartialEq, Debug)]
+pub struct Lamp {
+    /// The vehicle.
+    pub vehicle: Entity,
+    /// When it is on.
+    pub kind: LampKind,
+    /// Of its light while it is on: low beam for head lamps, braking for tail lamps.
+    pub intensity: f32,
+    /// Material of its glass while it is off, and while it is on.
+    pub glass: Option<(MaterialId, MaterialId)>,
+}
+
+impl Lamp {
+    /// Whether its light is on, and its intensity then.
+    pub fn light(&self, switches: Switches) -> (bool, f32) {
+        let level = switches.level(self.kind);
+        (level > 0.0, self.intensity * level)
+    }
+
+    /// Its glass: dark or lit.
+    pub fn glass(&self, switches: Switches) -> Option<MaterialId> {
+        self.glass.map(|(dark, lit)| if switches.level(self.kind) > 0.0 { lit } else { dark })
+    }
+}
+
+/// How much brighter than low beam high beam is.
+const HIGH_BEAM: f32 = 2.5;
+
+/// What a tail lamp shines with while nobody brakes, of what it shines with then.
+const TAIL: f32 = 0.25;
+
+/// m/s²: slowing down more than this is done with the brakes.
+const BRAKES: f32 = -0.6;
+
+/// Seconds an indicator is on, and then off: 90 a minute (UN Regulation 48: 60 to 120).
+const BLINK: f64 = 1.0 / 3.0;
+
+/// Which lamps of a vehicle are on. State that follows from the rest; kept to see what changes.
+#[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default, serde::Serialize, serde::Deserialize)]
+#[component(summary_tick)]
+pub struct Switches(u8);
+
+impl Switches {
+    const LOW: u8 = 1;
+    const HIGH: u8 = 2;
+    const BRAKE: u8 = 4;
+    const LEFT: u8 = 8;
+    const RIGHT: u8 = 16;
+    const REVERSE: u8 = 32;
+
+    /// What is on at a time, seconds since the start.
+    pub fn of(number: VehicleNumber, motion: &Motion, controls: &Controls, seconds: f64) -> Self {
+        let mut bits = match controls.headlights {
+            Headlights::Off => 0,
+            Headlights::Low => Self::LOW,
+            Headlights::High => Self::HIGH,
+        };
+        // A vehicle that stands is held by its brakes.
+        let is_slowing = motion.acceleration * motion.speed.signum() < BRAKES;
+        if is_slowing || motion.speed == 0.0 || controls.brake > 0.0 {
+            bits |= Self::BRAKE;
+        }
+        if motion.speed < 0.0 || controls.throttle < 0.0 {
+            bits |= Self::REVERSE;
+        }
+        // Not all in step.
+        if (seconds / BLINK + f64::from(number.0) * 0.37) as u64 % 2 == 0 {
+            bits |= match controls.indicator {
+                Indicator::Off => 0,
+                Indicator::Left => Self::LEFT,
+                Indicator::Right => Self::RIGHT,
+                Indicator::Hazard => Self::LEFT | Self::RIGHT,
+            };
+        }
+        Self(bits)
+    }
+
+    fn has(self, bit: u8) -> bool {
+        self.0 & bit != 0
+    }
+
+    /// Of a lamp's full intensity.
+    pub fn level(self, kind: LampKind) -> f32 {
+        let on = |is_on: bool| f32::from(u8::from(is_on));
+        let beam = self.has(Self::LOW | Self::HIGH);
+        match kind {
+            LampKind::Head if self.has(Self::HIGH) => HIGH_BEAM,
+            LampKind::Tail if self.has(Self::BRAKE) => 1.0,
+            LampKind::Tail if beam => TAIL,
+            LampKind::Tail => 0.0,
+            LampKind::Head | LampKind::Interior => on(beam),
+            LampKind::IndicatorLeft => on(self.has(Self::LEFT)),
+            LampKind::IndicatorRight => on(self.has(Self::RIGHT)),
+            LampKind::Reverse => on(self.has(Self::REVERSE)),
+        }
+    }
+}
+
+/// Works out which lamps are on.
+#[allow(clippy::type_complexity)]
+pub fn switch_lamps(
+    clock: Res<Clock>,
+    mut vehicles: Query<(&VehicleNumber, &Motion, &Controls, &mut Switches), With<Vehicle>>,
+) {
+    let seconds = clock.seconds();
+    vehicles.par_iter_mut().for_each(|(number, motion, controls, mut switches)| {
+        switches.set_if_neq(Switches::of(*number, motion, controls, seconds));
+    });
+}
+
+/// Brings lights and glass in line with switches that changed.
+pub fn light_lamps(
+    changed: Query<Entity, Changed<Switches>>,
+    switches: Query<&Switches>,
+    children: Query<&Children>,
+    mut lamps: Query<(&Lamp, Option<&mut Light>, Option<&mut MaterialId>)>,
+) {
+    for vehicle in &changed {
+        let Ok(&switches) = switches.get(vehicle) else { continue };
+        for entity in children.iter_descendants(vehicle) {
+            let Ok((lamp, light, material)) = lamps.get_mut(entity) else { continue };
+            if let Some(mut light) = light {
+                let (enabled, intensity) = lamp.light(switches);
+                if light.enabled != enabled || enabled && light.intensity != intensity {
+                    (light.enabled, light.intensity) = (enabled, intensity);
+                }
+            }
+            if let (Some(glass), Some(mut material)) = (lamp.glass(switches), material) {
+                material.set_if_neq(glass);
+            }
+        }
+    }
+}

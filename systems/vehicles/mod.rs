@@ -1,0 +1,167 @@
+//! Vehicles: entities that drive, on wheels that roll, under lamps that light the road.
+//!
+//! Spawning one is one line: `world.spawn(Vehicle::of(kind))`. What it consists of comes from its type: a [`VehicleType`]
+//! holds the numbers that motion goes by and the parts of its model, and is data, not code.
+//!
+//! ```text
+//! types     VehicleTypes: dimensions, limits, driver, parts; shared by all vehicles of a type
+//! parts     what a new vehicle gets: child entities for its body, wheels and lamps; wheels roll, forks turn, legs swing
+//! lamps     which lamps are on, their light and the glow of their glass
+//! ```
+//!
+//! Conventions: metres, seconds, radians. A vehicle looks along its local +Z, left is +X, up is +Y (glTF); its origin is
+//! on the ground, under the middle of the rear axle, which is the reference point of the bicycle model. Steering angles
+//! and yaw are positive to the left.
+
+pub mod lamps;
+pub mod parts;
+pub mod types;
+
+use crate::interpolation::Interpolated;
+use bevy_ecs::lifecycle::HookContext;
+use bevy_ecs::prelude::*;
+use bevy_ecs::world::DeferredWorld;
+use bevy_transform::components::Transform;
+use lamps::Switches;
+use serde::{Deserialize, Serialize};
+pub use types::{VehicleType, VehicleTypeId, VehicleTypes};
+
+/// Makes an entity a vehicle of a type; its parts become entities below it as it is spawned.
+#[derive(Component, Clone, Copy, PartialEq, Eq, Debug)]
+#[require(Transform, VehicleNumber, Motion, Controls, Switches, Interpolated)]
+#[component(on_add = become_vehicle, immutable)]
+pub struct Vehicle {
+    /// What it is.
+    pub kind: VehicleTypeId,
+    /// Which of the type's paints; counted round.
+    pub paint: u32,
+}
+
+impl Vehicle {
+    /// A vehicle of that type, in its first paint.
+    pub fn of(kind: VehicleTypeId) -> Self {
+        Self { kind, paint: 0 }
+    }
+
+    /// The same vehicle in another of its type's paints, counted round.
+    pub fn painted(self, paint: u32) -> Self {
+        Self { paint, ..self }
+    }
+}
+
+/// Tells vehicles apart, whatever order tables are in: what happens first is decided by it. Given to a vehicle as it is
+/// spawned, counting up, and never given twice; one that is written beforehand is kept.
+#[derive(Component, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Serialize, Deserialize)]
+pub struct VehicleNumber(pub u32);
+
+impl VehicleNumber {
+    /// Not given yet.
+    pub const NONE: Self = Self(u32::MAX);
+}
+
+impl Default for VehicleNumber {
+    fn default() -> Self {
+        Self::NONE
+    }
+}
+
+/// The number that the next vehicle gets.
+#[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Default)]
+pub struct NextVehicleNumber(pub u32);
+
+/// How a vehicle moves. State: written by whatever moves it.
+#[derive(Component, Clone, Copy, PartialEq, Debug, Serialize, Deserialize, Default)]
+pub struct Motion {
+    /// Along its own forward, m/s; negative in reverse.
+    pub speed: f32,
+    /// Of `speed`, m/s².
+    pub acceleration: f32,
+    /// Of the front wheels, about the up axis: the bicycle model's, that of a wheel in the middle.
+    pub steering: f32,
+    /// World space, about +Y, 0 along +Z. The entity's rotation follows from it and from the ground.
+    pub yaw: f32,
+    /// Of a trailer against what pulls it, about +Y.
+    pub hitch: f32,
+    /// Metres along its own forward since it was spawned: how far the wheels have turned.
+    pub rolled: f64,
+}
+
+impl Motion {
+    /// Whether its numbers are numbers.
+    pub(crate) fn is_sound(&self) -> bool {
+        let numbers = [self.speed, self.acceleration, self.steering, self.yaw, self.hitch];
+        numbers.iter().all(|n| n.is_finite()) && self.rolled.is_finite()
+    }
+}
+
+/// What the one at the wheel wants; applies to a vehicle that no route drives, or that is driven [`ByHand`].
+#[derive(Component, Clone, Copy, PartialEq, Debug, Serialize, Deserialize, Default)]
+pub struct Controls {
+    /// 0..1 of the type's acceleration; −1..0 in reverse.
+    pub throttle: f32,
+    /// 0..1 of the type's hardest braking.
+    pub brake: f32,
+    /// −1..1 of the type's steering angle, left positive.
+    pub steer: f32,
+    /// Head lamps.
+    pub headlights: Headlights,
+    /// Indicators.
+    pub indicator: Indicator,
+}
+
+impl Controls {
+    /// Whether its numbers are within their ranges.
+    pub(crate) fn is_sound(&self) -> bool {
+        let ranges = [(self.throttle, -1.0), (self.brake, 0.0), (self.steer, -1.0)];
+        ranges.iter().all(|(value, least)| (*least..=1.0).contains(value))
+    }
+}
+
+/// Head and tail lamps.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Default)]
+pub enum Headlights {
+    /// None; nor the tail lamps.
+    Off,
+    /// Low beam, and the tail lamps.
+    #[default]
+    Low,
+    /// High beam, and the tail lamps.
+    High,
+}
+
+/// Indicators, as somebody at the wheel sets them. Routes set them by themselves.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Default)]
+pub enum Indicator {
+    /// Neither side.
+    #[default]
+    Off,
+    /// Left.
+    Left,
+    /// Right.
+    Right,
+    /// Both.
+    Hazard,
+}
+
+/// Driven by somebody through [`Controls`], even where it has a route.
+#[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Default)]
+pub struct ByHand;
+
+/// Numbers a new vehicle, turns it as its entity stands, and has its parts spawned.
+fn become_vehicle(mut world: DeferredWorld, context: HookContext) {
+    let entity = context.entity;
+    if world.get::<VehicleNumber>(entity) == Some(&VehicleNumber::NONE) {
+        let mut next = world.resource_mut::<NextVehicleNumber>();
+        let number = VehicleNumber(next.0);
+        next.0 += 1;
+        if let Some(mut own) = world.get_mut(entity) {
+            *own = number;
+        }
+    }
+    if let Some(forward) = world.get::<Transform>(entity).map(|at| at.rotation * glam::Vec3::Z)
+        && let Some(mut motion) = world.get_mut::<Motion>(entity)
+    {
+        motion.yaw = forward.x.atan2(forward.z);
+    }
+    world.commands().queue(move |world: &mut World| parts::spawn(world, entity));
+}

@@ -1,0 +1,155 @@
+//! What a vehicle consists of: entities below it, some of which move with it.
+
+use super::lamps::{Lamp, LampKind, Switches};
+use super::{Controls, Motion, Vehicle, VehicleNumber, VehicleTypeId, VehicleTypes};
+use crate::clock::Clock;
+use crate::components::Light;
+use crate::library::{MaterialId, MeshId};
+use bevy_ecs::prelude::*;
+use bevy_transform::components::Transform;
+use glam::Quat;
+use std::f64::consts::TAU;
+
+/// One part of a [`super::VehicleType`].
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Part {
+    /// As its node is called.
+    pub name: String,
+    /// The part that it is fixed to, one of those before it; `None`: the vehicle.
+    pub parent: Option<usize>,
+    /// `parent_from_part` while the vehicle stands straight.
+    pub rest: Transform,
+    /// What is drawn here.
+    pub drawn: Option<(MeshId, MaterialId)>,
+    /// The material in each of the type's paints; empty where it is not painted.
+    pub painted: Vec<MaterialId>,
+    /// How it moves against its parent.
+    pub movement: Option<Movement>,
+    /// What lamp it is.
+    pub lamp: Option<PartLamp>,
+}
+
+/// A lamp of a type: the kind, its light, and its glass while it is on.
+#[derive(Clone, PartialEq, Debug)]
+pub struct PartLamp {
+    /// When it is on.
+    pub kind: LampKind,
+    /// Its light while it is on, along the part's −Z; `None`: it only glows.
+    pub light: Option<Light>,
+    /// The part's material while the lamp is on.
+    pub lit: Option<MaterialId>,
+}
+
+/// How a part of a vehicle moves against its parent.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Movement {
+    /// Turns about X as the vehicle rolls, and about Y with the steering angle.
+    Wheel {
+        /// Metres rolled per radian.
+        radius: f32,
+        /// Whether it turns with the steering.
+        steers: bool,
+    },
+    /// Turns about Y with the steering angle: a fork.
+    Fork,
+    /// Swings about X, as legs do.
+    Swing {
+        /// Radians to either side.
+        angle: f32,
+        /// Metres rolled per swing there and back.
+        stride: f32,
+        /// Of a swing, 0..1.
+        phase: f32,
+    },
+    /// Turns about Y by the angle of the hitch.
+    Trailer,
+}
+
+/// A part that moves with its vehicle's [`Motion`]; [`move_parts`] writes the entity's rotation.
+#[derive(Component, Clone, Copy, PartialEq, Debug)]
+#[require(Transform, crate::interpolation::Interpolated)]
+pub struct MovingPart {
+    /// The vehicle.
+    pub vehicle: Entity,
+    /// How.
+    pub movement: Movement,
+    /// The rotation at rest.
+    pub rest: Quat,
+}
+
+/// Spawns the parts of a new vehicle below it.
+pub(super) fn spawn(world: &mut World, entity: Entity) {
+    let Some(&vehicle) = world.get::<Vehicle>(entity) else { return };
+    if vehicle.kind == VehicleTypeId::STAND_IN {
+        world.resource_scope(|world, mut types: Mut<VehicleTypes>| types.build_stand_in(&mut world.resource_mut()));
+    }
+    let switches = first_switches(world, entity);
+    world.entity_mut(entity).insert(switches);
+    world.resource_scope(|world, types: Mut<VehicleTypes>| {
+        let mut spawned: Vec<Entity> = Vec::new();
+        for part in &types.get(vehicle.kind).parts {
+            let parent = part.parent.and_then(|index| spawned.get(index).copied()).unwrap_or(entity);
+            spawned.push(part.spawn(world, vehicle, entity, parent, switches));
+        }
+    });
+}
+
+/// Lamps are on from the first frame.
+fn first_switches(world: &World, entity: Entity) -> Switches {
+    let state = world.get::<VehicleNumber>(entity).zip(world.get::<Motion>(entity)).zip(world.get::<Controls>(entity));
+    let seconds = world.resource::<Clock>().seconds();
+    state.map_or(Switches::default(), |((number, motion), controls)| Switches::of(*number, motion, controls, seconds))
+}
+
+impl Part {
+    fn spawn(&self, world: &mut World, vehicle: Vehicle, root: Entity, parent: Entity, switches: Switches) -> Entity {
+        let mut entity = world.spawn((self.rest, ChildOf(parent)));
+        if let Some((mesh, plain)) = self.drawn {
+            let paint = self.painted.get(vehicle.paint as usize % self.painted.len().max(1));
+            entity.insert((mesh, paint.copied().unwrap_or(plain)));
+        }
+        if let Some(movement) = self.movement {
+            entity.insert(MovingPart { vehicle: root, movement, rest: self.rest.rotation });
+        }
+        if let Some(source) = &self.lamp {
+            let intensity = source.light.as_ref().map_or(0.0, |light| light.intensity);
+            let glass = self.drawn.map(|(_, dark)| dark).zip(source.lit);
+            let lamp = Lamp { vehicle: root, kind: source.kind, intensity, glass };
+            let (enabled, intensity) = lamp.light(switches);
+            source.light.iter().for_each(|light| _ = entity.insert(Light { enabled, intensity, ..light.clone() }));
+            lamp.glass(switches).into_iter().for_each(|material| _ = entity.insert(material));
+            entity.insert(lamp);
+        }
+        entity.id()
+    }
+}
+
+/// Turns wheels, forks, legs and trailers as their vehicles moved; what did not move is not written.
+pub fn move_parts(vehicles: Query<&Motion>, mut parts: Query<(&MovingPart, &mut Transform)>) {
+    parts.par_iter_mut().for_each(|(part, mut transform)| {
+        let Ok(motion) = vehicles.get(part.vehicle) else { return };
+        let rotation = part.movement.rotation(motion) * part.rest;
+        if transform.rotation != rotation {
+            transform.rotation = rotation;
+        }
+    });
+}
+
+impl Movement {
+    /// `rest_from_moved`: the turn in the parent's space.
+    fn rotation(self, motion: &Motion) -> Quat {
+        match self {
+            Self::Wheel { radius, steers } => {
+                let angle = (motion.rolled / f64::from(radius)).rem_euclid(TAU) as f32;
+                let roll = Quat::from_rotation_x(angle);
+                if steers { Quat::from_rotation_y(motion.steering) * roll } else { roll }
+            }
+            Self::Fork => Quat::from_rotation_y(motion.steering),
+            Self::Swing { angle, stride, phase } => {
+                let turns = motion.rolled / f64::from(stride) + f64::from(phase);
+                Quat::from_rotation_x(angle * (turns.fract() * TAU).sin() as f32)
+            }
+            Self::Trailer => Quat::from_rotation_y(motion.hitch),
+        }
+    }
+}
