@@ -67,7 +67,7 @@ pub enum Movement {
 
 /// A part that moves with its vehicle's [`Motion`]; [`move_parts`] writes the entity's rotation.
 #[derive(Component, Clone, Copy, PartialEq, Debug)]
-#[require(Transform)]
+#[require(Transform, crate::interpolation::Interpolated)]
 pub struct MovingPart {
     /// The vehicle.
     pub vehicle: Entity,
