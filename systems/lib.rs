@@ -17,7 +17,9 @@ mod curve;
 pub mod draw_list;
 pub mod hidden;
 pub mod images;
+pub mod inputs;
 pub mod instances;
+pub mod interpolation;
 pub mod levels;
 pub mod library;
 mod light_alone;
@@ -35,8 +37,13 @@ mod pages;
 pub mod physics;
 pub mod pieces;
 pub mod relevance;
+pub mod roster;
 pub mod shapes;
+pub mod snapshot;
+pub mod spawn;
 pub mod split;
+pub mod state;
+pub mod state_hash;
 pub mod stats;
 pub mod tangents;
 pub mod texture_memory;
@@ -94,6 +101,11 @@ impl Simulation {
         let mut world = World::new();
         world.init_resource::<library::Library>();
         world.init_resource::<clock::Clock>();
+        world.init_resource::<clock::Seed>();
+        world.init_resource::<inputs::Inputs>();
+        world.init_resource::<interpolation::Interpolation>();
+        world.init_resource::<roster::Roster>();
+        world.insert_resource(state::StateList::standard());
         world.init_resource::<stats::FrameStats>();
         world.init_resource::<materials::MaterialTable>();
         world.init_resource::<lights::LightTable>();
@@ -136,8 +148,10 @@ pub fn step_schedule() -> Schedule {
     let mut schedule = in_fixed_order();
     schedule.add_systems(
         (
-            clock::tick,  // the time of this step, before anyone reads it
-            motion::spin, // what moves by itself
+            inputs::apply_inputs,    // what changes from outside, before anything else does
+            interpolation::remember, // where everything is, before it moves
+            clock::tick,             // the time of this step, before anyone reads it
+            motion::spin,            // what moves by itself
             // Vehicles that are bodies: after the kinematic ones, which they bump into.
             (
                 physics::drive_by_hand,  // what whoever holds the wheel wants
@@ -270,7 +284,7 @@ mod tests {
         simulation.step_schedule.add_systems(shake);
         assert!(simulation.step_schedule.initialize(&mut simulation.world).is_err());
         let mut ordered = Simulation::new();
-        ordered.step_schedule.add_systems(shake.after(motion::spin));
+        ordered.step_schedule.add_systems(shake.after(motion::spin).before(vehicles::parts::move_parts));
         assert!(ordered.step_schedule.initialize(&mut ordered.world).is_ok());
     }
 }

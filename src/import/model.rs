@@ -102,7 +102,7 @@ impl Model {
 
 impl Node {
     /// Where the parts are drawn, relative to the node.
-    fn part_transforms(&self) -> &[Transform] {
+    pub(crate) fn part_transforms(&self) -> &[Transform] {
         const ONCE: &[Transform] = &[Transform::IDENTITY];
         if self.instances.is_empty() { ONCE } else { &self.instances }
     }

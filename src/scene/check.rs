@@ -16,42 +16,49 @@ use std::fmt::Display;
 /// Metres from the origin.
 const FARTHEST: f32 = 1e7;
 /// Metres; also factors of scale.
-const SIZES: (f32, f32) = (1e-5, 1e6);
-const BRIGHTEST: f32 = 1e9;
+pub const SIZES: (f32, f32) = (1e-5, 1e6);
+pub const BRIGHTEST: f32 = 1e9;
+/// About: a body, wheels and lamps.
+const PARTS_OF_A_VEHICLE: u64 = 24;
 /// Entities of a scene.
 const MOST_ENTITIES: u64 = 4_000_000;
 
 /// All faults of a scene whose files have been read.
 pub fn faults(scene: &Scene, files: &Files) -> Vec<Fault> {
-    let mut check = Check { scene, files, at: Trail::default(), faults: Vec::new() };
+    let mut check = Check::new(scene, files);
     check.scene();
     check.faults
 }
 
-struct Check<'a> {
+/// A walk over a file: where it is, and what it found.
+pub struct Check<'a> {
     scene: &'a Scene,
     files: &'a Files,
     at: Trail,
-    faults: Vec<Fault>,
+    pub faults: Vec<Fault>,
 }
 
 impl<'a> Check<'a> {
-    fn fault(&mut self, message: impl Display) {
+    pub fn new(scene: &'a Scene, files: &'a Files) -> Self {
+        Self { scene, files, at: Trail::default(), faults: Vec::new() }
+    }
+
+    pub fn fault(&mut self, message: impl Display) {
         self.faults.push(self.at.fault(message));
     }
 
-    fn inside(&mut self, step: Step, key: &str, check: impl FnOnce(&mut Self)) {
+    pub fn inside(&mut self, step: Step, key: &str, check: impl FnOnce(&mut Self)) {
         let inner = self.at.enter(step, key);
         let outer = std::mem::replace(&mut self.at, inner);
         check(self);
         self.at = outer;
     }
 
-    fn field(&mut self, name: &'static str, check: impl FnOnce(&mut Self)) {
+    pub fn field(&mut self, name: &'static str, check: impl FnOnce(&mut Self)) {
         self.inside(Step::Field(name), "", check);
     }
 
-    fn each<T>(&mut self, name: &'static str, items: &'a [T], mut check: impl FnMut(&mut Self, &'a T)) {
+    pub fn each<'b, T>(&mut self, name: &'static str, items: &'b [T], mut check: impl FnMut(&mut Self, &'b T)) {
         self.field(name, |c| {
             for (i, item) in items.iter().enumerate() {
                 c.inside(Step::Index(i), "", |c| check(c, item));
@@ -59,17 +66,17 @@ impl<'a> Check<'a> {
         });
     }
 
-    fn number(&mut self, name: &'static str, value: f32, min: f32, max: f32) {
+    pub fn number(&mut self, name: &'static str, value: f32, min: f32, max: f32) {
         self.field(name, |c| c.in_range(value, min, max));
     }
 
-    fn in_range(&mut self, value: f32, min: f32, max: f32) {
+    pub fn in_range(&mut self, value: f32, min: f32, max: f32) {
         if !(min..=max).contains(&value) {
             self.fault(format_args!("expected a number from {min} to {max}, found {value}"));
         }
     }
 
-    fn numbers(&mut self, name: &'static str, values: &[f32], min: f32, max: f32) {
+    pub fn numbers(&mut self, name: &'static str, values: &[f32], min: f32, max: f32) {
         self.field(name, |c| {
             for (i, &value) in values.iter().enumerate() {
                 c.inside(Step::Index(i), "", |c| c.in_range(value, min, max));
@@ -77,7 +84,7 @@ impl<'a> Check<'a> {
         });
     }
 
-    fn position(&mut self, name: &'static str, value: &[f32; 3]) {
+    pub fn position(&mut self, name: &'static str, value: &[f32; 3]) {
         self.numbers(name, value, -FARTHEST, FARTHEST);
     }
 
@@ -87,7 +94,7 @@ impl<'a> Check<'a> {
         }
     }
 
-    fn color(&mut self, name: &'static str, color: Color, max: f32) {
+    pub fn color(&mut self, name: &'static str, color: Color, max: f32) {
         match color.0 {
             Ok(rgb) => self.numbers(name, &rgb.to_array(), 0.0, max),
             Err(bad) => self.field(name, |c| c.fault(bad)),
@@ -158,7 +165,7 @@ impl<'a> Check<'a> {
         }
     }
 
-    fn entries<T>(&mut self, named: &'a Named<T>, mut check: impl FnMut(&mut Self, &'a T)) {
+    pub fn entries<'b, T>(&mut self, named: &'b Named<T>, mut check: impl FnMut(&mut Self, &'b T)) {
         for (i, (name, value)) in named.entries().iter().enumerate() {
             self.inside(Step::Entry(i), name, |c| {
                 if named.position(name) != Some(i) {
@@ -197,11 +204,17 @@ impl<'a> Check<'a> {
                 c.number("degrees_per_second", spin.degrees_per_second, -1e6, 1e6);
             });
         }
+        if e.vehicle.is_some() && (!meshes.is_empty() || !e.figure.is_empty()) {
+            self.field("vehicle", |c| c.fault("expected either a vehicle, which has a model of its own, or a mesh"));
+        }
         if !e.figure.is_empty() && !meshes.is_empty() {
             self.field("figure", |c| c.fault("expected either a mesh or a figure"));
         }
         self.each("figure", &e.figure, |c, mesh| c.figure(mesh));
         let mut entities = meshes.iter().map(|mesh| self.entities_of(mesh)).max().unwrap_or(1);
+        if e.vehicle.is_some() {
+            entities += PARTS_OF_A_VEHICLE;
+        }
         self.each("attach", &e.attach, |c, item| {
             c.attached(item, &meshes);
             entities = entities.saturating_add(c.entity(item, &[], true));
@@ -255,7 +268,7 @@ impl<'a> Check<'a> {
         }
     }
 
-    fn transform(&mut self, t: &Transform) {
+    pub fn transform(&mut self, t: &Transform) {
         self.position("translation", &t.translation);
         self.scale("scale", t.scale, true);
         let given = [t.rotation_degrees.is_some(), t.quaternion.is_some(), t.look_at.is_some()];
@@ -288,7 +301,7 @@ impl<'a> Check<'a> {
         }
     }
 
-    fn light(&mut self, light: &Light) {
+    pub fn light(&mut self, light: &Light) {
         let local = |c: &mut Self, range: Option<f32>, Attenuation(attenuation): Attenuation| {
             if let Some(range) = range {
                 c.number("range", range, 1e-3, FARTHEST);

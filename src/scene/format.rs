@@ -6,6 +6,7 @@
 
 pub use super::surfaces::*;
 use super::values::{Attenuation, Color, Named, Scale};
+pub use super::vehicle_types::format::Vehicle;
 use serde::Deserialize;
 use systems::components as world;
 
@@ -17,6 +18,7 @@ pub struct Scene {
     pub piece_metres: f32,
     pub environment: Environment,
     pub clock: Clock,
+    pub vehicle_types: Vec<String>,
     pub materials: Named<Material>,
     pub meshes: Named<MeshSource>,
     pub entities: Vec<Entity>,
@@ -30,6 +32,7 @@ impl Default for Scene {
             piece_metres: systems::pieces::DEFAULT_METRES,
             environment: Environment::default(),
             clock: Clock::default(),
+            vehicle_types: Vec::new(),
             materials: Named::default(),
             meshes: Named::default(),
             entities: Vec::new(),
@@ -91,6 +94,7 @@ pub struct Entity {
     pub light: Option<Light>,
     pub camera: Option<Camera>,
     pub spin: Option<Spin>,
+    pub vehicle: Option<Vehicle>,
     pub hidden: bool,
     pub figure: Vec<String>,
     pub attach: Vec<Entity>,

@@ -4,6 +4,7 @@
 //! format, surfaces, values  the file as serde reads it (RON; docs/scenes.md)
 //! files                     the images and models it names, each read once; materials and meshes into the library
 //! check, faults, places     names and numbers: every fault at once, with line and column
+//! vehicle_types             types of vehicles from files of their own
 //! spawn, generate           entities, and generators' copies of them
 //! rig                       light and a camera for what brings none; a glTF file is a scene as well
 //! ```
@@ -24,11 +25,16 @@ mod rig;
 mod spawn;
 mod surfaces;
 mod values;
+mod vehicle_types;
+
+pub use vehicle_types::load_vehicle_types;
 
 use crate::import;
 use crate::problem::Problem;
 use bevy_ecs::prelude::*;
+use faults::Trail;
 use files::Items;
+use places::Step;
 use ron::extensions::Extensions;
 use spawn::Spawned;
 use std::fmt;
@@ -38,6 +44,7 @@ use systems::bounds::Aabb;
 use systems::clock::Clock;
 use systems::components::Environment;
 use systems::library::Library;
+use systems::vehicles::{VehicleType, VehicleTypes};
 
 /// Bytes; a scene of a million written-out entities fits.
 const LARGEST_FILE: u64 = 256 << 20;
@@ -106,6 +113,12 @@ pub fn check(path: &Path) -> Vec<Problem> {
     if is_model(path) {
         return import::check_model(path).into_iter().map(|p| import_problem(path, p)).collect();
     }
+    if vehicle_types::is_file_of_types(path) {
+        return match vehicle_types::read(path, &mut Library::default()) {
+            Ok(loaded) => loaded.warnings.into_iter().map(|message| Problem::warning(path, message)).collect(),
+            Err(problems) => problems,
+        };
+    }
     match prepare(path, &mut Library::default()) {
         Ok(prepared) => prepared.warnings.into_iter().map(|message| Problem::warning(path, message)).collect(),
         Err(error) => error.problems,
@@ -123,7 +136,7 @@ struct Prepared {
 }
 
 enum Content {
-    Scene(Box<format::Scene>, Items),
+    Scene(Box<format::Scene>, Items, Vec<VehicleType>),
     Model(import::Model),
 }
 
@@ -145,6 +158,16 @@ fn prepare_scene(path: &Path, library: &mut Library) -> Result<Prepared, SceneEr
     let folder = path.parent().unwrap_or(Path::new(""));
     let (files, mut faults) = files::read(&scene, folder, library);
     faults.extend(check::faults(&scene, &files));
+    let mut vehicles = vehicle_types::Loaded::default();
+    for (i, file) in scene.vehicle_types.iter().enumerate() {
+        match vehicle_types::read(&folder.join(file), library) {
+            Ok(loaded) => vehicles.extend(loaded),
+            Err(problems) => {
+                let at = Trail::default().field("vehicle_types").enter(Step::Index(i), "");
+                faults.extend(problems.into_iter().map(|problem| at.fault(problem)));
+            }
+        }
+    }
     if !faults.is_empty() {
         let mut problems: Vec<Problem> = faults
             .into_iter()
@@ -156,9 +179,10 @@ fn prepare_scene(path: &Path, library: &mut Library) -> Result<Prepared, SceneEr
         problems.sort_by_key(|p| p.line_column);
         return Err(SceneError { problems });
     }
-    let warnings = files.warnings(&scene);
+    let mut warnings = files.warnings(&scene);
+    warnings.append(&mut vehicles.warnings);
     let items = Items::new(&scene, &files, library);
-    Ok(Prepared { content: Content::Scene(Box::new(scene), items), warnings })
+    Ok(Prepared { content: Content::Scene(Box::new(scene), items, vehicles.types), warnings })
 }
 
 fn read_text(path: &Path) -> Result<String, Problem> {
@@ -211,7 +235,9 @@ impl Prepared {
         let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
         let (mut warnings, mut whole) = (self.warnings, None);
         let spawned = match self.content {
-            Content::Scene(scene, items) => {
+            Content::Scene(scene, items, types) => {
+                let mut all = world.resource_mut::<VehicleTypes>();
+                types.into_iter().for_each(|vehicle_type| _ = all.add(vehicle_type));
                 world.insert_resource(environment(&scene.environment));
                 world.insert_resource(clock(&scene.clock));
                 spawn::spawn(&scene, &items, world)

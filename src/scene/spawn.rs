@@ -1,5 +1,6 @@
 //! A checked scene becomes entities.
 
+use super::faults;
 use super::files::{Items, Shape};
 use super::format::{self, Entity as Source, Scene};
 use super::generate;
@@ -14,6 +15,7 @@ use systems::components::{Camera, Figure, Light, LightKind, Projection, Spin};
 use systems::hidden::Hidden;
 use systems::library::{Library, MaterialId, MeshId};
 use systems::pieces::{self, PiecesReport};
+use systems::vehicles::{ByHand, Controls, NextVehicleNumber, Vehicle, VehicleTypeId, VehicleTypes};
 
 /// What spawning found out about the scene.
 #[derive(Default)]
@@ -36,6 +38,7 @@ pub fn spawn(scene: &Scene, items: &Items, world: &mut World) -> Spawned {
         piece_metres: scene.piece_metres,
         large: Vec::new(),
         model_cameras: Vec::new(),
+        unknown_types: Vec::new(),
         found: Spawned::default(),
     };
     for entity in &scene.entities {
@@ -91,6 +94,8 @@ struct Spawner<'a> {
     /// What may be larger than that, or than a length of its own.
     large: Vec<(Entity, f32)>,
     model_cameras: Vec<(String, Entity)>,
+    /// Names of types that were asked for in vain.
+    unknown_types: Vec<String>,
     found: Spawned,
 }
 
@@ -158,6 +163,9 @@ impl Spawner<'_> {
                 rate: spin.degrees_per_second.to_radians(),
                 start: at.rotation,
             });
+        }
+        if let Some(vehicle) = &source.vehicle {
+            self.vehicle(vehicle, entity, &world_from_entity);
         }
         if source.hidden {
             self.world.entity_mut(entity).insert(Hidden);
@@ -229,6 +237,33 @@ impl Spawner<'_> {
             drawn.into_iter().for_each(|entity| _ = self.world.entity_mut(entity).insert(material));
         }
         root
+    }
+
+    fn vehicle(&mut self, source: &format::Vehicle, entity: Entity, world_from_entity: &Affine3A) {
+        let types = self.world.resource::<VehicleTypes>();
+        let kind = types.find(&source.r#type);
+        if kind.is_none() && !self.unknown_types.contains(&source.r#type) {
+            let names: Vec<&str> = types.iter().map(|(_, known)| known.name.as_str()).collect();
+            let hint = faults::suggestion(&source.r#type, &names);
+            self.found.warnings.push(format!("no vehicle type {:?}{hint}; a box stands in", source.r#type));
+            self.unknown_types.push(source.r#type.clone());
+        }
+        let kind = kind.unwrap_or(VehicleTypeId::STAND_IN);
+        let bounds = types.get(kind).bounds();
+        self.enclose(bounds.transformed(world_from_entity));
+        let number = self.world.resource::<NextVehicleNumber>().0;
+        let mut entity = self.world.entity_mut(entity);
+        if !entity.contains::<Name>() {
+            entity.insert(Name::new(format!("{} {}", source.r#type, number + 1)));
+        }
+        let controls = Controls { headlights: source.headlights.into(), ..Controls::default() };
+        // Paints in turn where none is asked for.
+        let paint = source.paint.unwrap_or(number);
+        entity.insert((controls, Vehicle::of(kind).painted(paint)));
+        if source.by_hand {
+            entity.insert(ByHand);
+        }
+        self.found.has_lights = true;
     }
 
     fn figure(&mut self, source: &Source, material: Option<MaterialId>, entity: Entity, world_from_entity: &Affine3A) {

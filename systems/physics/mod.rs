@@ -11,6 +11,7 @@
 //! ground    colliders of ground and obstacles
 //! traffic   bodies of kinematic vehicles near physical ones
 //! springs   the wheels of the model follow the springs
+//! saved     what a snapshot holds, and what is hashed
 //! ```
 //!
 //! [`Physics`] is the whole state beside the components, and serialisable: a step depends on nothing else. Vehicles are
@@ -19,11 +20,13 @@
 mod body;
 mod ground;
 mod physical;
+mod saved;
 mod springs;
 mod traffic;
 
 pub use ground::{Ground, Obstacle, update_ground};
 pub use physical::{GRAVITY, Physical, Tuning, Wanted, WheelPlace, wheels};
+pub(crate) use saved::PhysicsState;
 pub use springs::{Sprung, WheelsFound, find_wheels, move_springs};
 pub use traffic::follow_traffic;
 

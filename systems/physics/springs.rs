@@ -38,14 +38,18 @@ pub fn find_wheels(
         while let Some((parent, vehicle_from_parent)) = open.pop() {
             for &child in children.get(parent).into_iter().flatten() {
                 let Ok((transform, part)) = parts.get(child) else { continue };
-                let vehicle_from_part = vehicle_from_parent * transform.compute_affine();
+                let at_rest = transform.with_rotation(part.map_or(transform.rotation, |part| part.rest));
+                let vehicle_from_part = vehicle_from_parent * at_rest.compute_affine();
                 open.push((child, vehicle_from_part));
                 let hub = Vec3::from(vehicle_from_part.translation);
                 let distance = |wheel: usize| hubs[wheel].hub.distance_squared(hub);
                 let nearest = (0..hubs.len()).min_by(|&a, &b| distance(a).total_cmp(&distance(b)));
                 if let (Some(wheel), Some(Movement::Wheel { .. })) = (nearest, part.map(|part| part.movement)) {
-                    let up = vehicle_from_parent.inverse().transform_vector3(Vec3::Y);
-                    commands.entity(child).insert(Sprung { wheel, rest: transform.translation, up });
+                    // Not where it is, which is where its spring was when the world was saved.
+                    let parent_from_vehicle = vehicle_from_parent.inverse();
+                    let rest = parent_from_vehicle.transform_point3(hubs[wheel].hub);
+                    let up = parent_from_vehicle.transform_vector3(Vec3::Y);
+                    commands.entity(child).insert(Sprung { wheel, rest, up });
                 }
             }
         }

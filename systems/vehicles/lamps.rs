@@ -39,6 +39,19 @@ pub struct Lamp {
     pub glass: Option<(MaterialId, MaterialId)>,
 }
 
+impl Lamp {
+    /// Whether its light is on, and its intensity then.
+    pub fn light(&self, switches: Switches) -> (bool, f32) {
+        let level = switches.level(self.kind);
+        (level > 0.0, self.intensity * level)
+    }
+
+    /// Its glass: dark or lit.
+    pub fn glass(&self, switches: Switches) -> Option<MaterialId> {
+        self.glass.map(|(dark, lit)| if switches.level(self.kind) > 0.0 { lit } else { dark })
+    }
+}
+
 /// How much brighter than low beam high beam is.
 const HIGH_BEAM: f32 = 2.5;
 
@@ -52,7 +65,7 @@ const BRAKES: f32 = -0.6;
 const BLINK: f64 = 1.0 / 3.0;
 
 /// Which lamps of a vehicle are on. State that follows from the rest; kept to see what changes.
-#[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default, serde::Serialize, serde::Deserialize)]
 #[component(summary_tick)]
 pub struct Switches(u8);
 
@@ -63,6 +76,33 @@ impl Switches {
     const LEFT: u8 = 8;
     const RIGHT: u8 = 16;
     const REVERSE: u8 = 32;
+
+    /// What is on at a time, seconds since the start.
+    pub fn of(number: VehicleNumber, motion: &Motion, controls: &Controls, seconds: f64) -> Self {
+        let mut bits = match controls.headlights {
+            Headlights::Off => 0,
+            Headlights::Low => Self::LOW,
+            Headlights::High => Self::HIGH,
+        };
+        // A vehicle that stands is held by its brakes.
+        let is_slowing = motion.acceleration * motion.speed.signum() < BRAKES;
+        if is_slowing || motion.speed == 0.0 || controls.brake > 0.0 {
+            bits |= Self::BRAKE;
+        }
+        if motion.speed < 0.0 || controls.throttle < 0.0 {
+            bits |= Self::REVERSE;
+        }
+        // Not all in step.
+        if (seconds / BLINK + f64::from(number.0) * 0.37) as u64 % 2 == 0 {
+            bits |= match controls.indicator {
+                Indicator::Off => 0,
+                Indicator::Left => Self::LEFT,
+                Indicator::Right => Self::RIGHT,
+                Indicator::Hazard => Self::LEFT | Self::RIGHT,
+            };
+        }
+        Self(bits)
+    }
 
     fn has(self, bit: u8) -> bool {
         self.0 & bit != 0
@@ -91,36 +131,9 @@ pub fn switch_lamps(
     clock: Res<Clock>,
     mut vehicles: Query<(&VehicleNumber, &Motion, &Controls, &mut Switches), With<Vehicle>>,
 ) {
-    let half_blinks = clock.seconds() / BLINK;
+    let seconds = clock.seconds();
     vehicles.par_iter_mut().for_each(|(number, motion, controls, mut switches)| {
-        // Not all in step.
-        let blink = (half_blinks + f64::from(number.0) * 0.37) as u64 % 2 == 0;
-        let mut bits = match controls.headlights {
-            Headlights::Off => 0,
-            Headlights::Low => Switches::LOW,
-            Headlights::High => Switches::HIGH,
-        };
-        // A vehicle that stands is held by its brakes.
-        let is_slowing = motion.acceleration * motion.speed.signum() < BRAKES;
-        if is_slowing || motion.speed == 0.0 || controls.brake > 0.0 {
-            bits |= Switches::BRAKE;
-        }
-        if motion.speed < 0.0 || controls.throttle < 0.0 {
-            bits |= Switches::REVERSE;
-        }
-        let (left, right) = match controls.indicator {
-            Indicator::Off => (false, false),
-            Indicator::Left => (true, false),
-            Indicator::Right => (false, true),
-            Indicator::Hazard => (true, true),
-        };
-        if blink && left {
-            bits |= Switches::LEFT;
-        }
-        if blink && right {
-            bits |= Switches::RIGHT;
-        }
-        switches.set_if_neq(Switches(bits));
+        switches.set_if_neq(Switches::of(*number, motion, controls, seconds));
     });
 }
 
@@ -135,15 +148,14 @@ pub fn light_lamps(
         let Ok(&switches) = switches.get(vehicle) else { continue };
         for entity in children.iter_descendants(vehicle) {
             let Ok((lamp, light, material)) = lamps.get_mut(entity) else { continue };
-            let level = switches.level(lamp.kind);
             if let Some(mut light) = light {
-                let (enabled, intensity) = (level > 0.0, lamp.intensity * level.max(f32::MIN_POSITIVE));
+                let (enabled, intensity) = lamp.light(switches);
                 if light.enabled != enabled || enabled && light.intensity != intensity {
                     (light.enabled, light.intensity) = (enabled, intensity);
                 }
             }
-            if let (Some((dark, lit)), Some(mut material)) = (lamp.glass, material) {
-                material.set_if_neq(if level > 0.0 { lit } else { dark });
+            if let (Some(glass), Some(mut material)) = (lamp.glass(switches), material) {
+                material.set_if_neq(glass);
             }
         }
     }

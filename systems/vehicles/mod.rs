@@ -17,16 +17,18 @@ pub mod lamps;
 pub mod parts;
 pub mod types;
 
+use crate::interpolation::Interpolated;
 use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
 use bevy_transform::components::Transform;
 use lamps::Switches;
+use serde::{Deserialize, Serialize};
 pub use types::{VehicleType, VehicleTypeId, VehicleTypes};
 
 /// Makes an entity a vehicle of a type; its parts become entities below it as it is spawned.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug)]
-#[require(Transform, VehicleNumber, Motion, Controls, Switches)]
+#[require(Transform, VehicleNumber, Motion, Controls, Switches, Interpolated)]
 #[component(on_add = become_vehicle, immutable)]
 pub struct Vehicle {
     /// What it is.
@@ -49,7 +51,7 @@ impl Vehicle {
 
 /// Tells vehicles apart, whatever order tables are in: what happens first is decided by it. Given to a vehicle as it is
 /// spawned, counting up, and never given twice; one that is written beforehand is kept.
-#[derive(Component, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+#[derive(Component, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Serialize, Deserialize)]
 pub struct VehicleNumber(pub u32);
 
 impl VehicleNumber {
@@ -64,11 +66,11 @@ impl Default for VehicleNumber {
 }
 
 /// The number that the next vehicle gets.
-#[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Default)]
 pub struct NextVehicleNumber(pub u32);
 
 /// How a vehicle moves. State: written by whatever moves it.
-#[derive(Component, Clone, Copy, PartialEq, Debug, Default)]
+#[derive(Component, Clone, Copy, PartialEq, Debug, Serialize, Deserialize, Default)]
 pub struct Motion {
     /// Along its own forward, m/s; negative in reverse.
     pub speed: f32,
@@ -84,8 +86,16 @@ pub struct Motion {
     pub rolled: f64,
 }
 
+impl Motion {
+    /// Whether its numbers are numbers.
+    pub(crate) fn is_sound(&self) -> bool {
+        let numbers = [self.speed, self.acceleration, self.steering, self.yaw, self.hitch];
+        numbers.iter().all(|n| n.is_finite()) && self.rolled.is_finite()
+    }
+}
+
 /// What the one at the wheel wants; applies to a vehicle that no route drives, or that is driven [`ByHand`].
-#[derive(Component, Clone, Copy, PartialEq, Debug, Default)]
+#[derive(Component, Clone, Copy, PartialEq, Debug, Serialize, Deserialize, Default)]
 pub struct Controls {
     /// 0..1 of the type's acceleration; −1..0 in reverse.
     pub throttle: f32,
@@ -99,8 +109,16 @@ pub struct Controls {
     pub indicator: Indicator,
 }
 
+impl Controls {
+    /// Whether its numbers are within their ranges.
+    pub(crate) fn is_sound(&self) -> bool {
+        let ranges = [(self.throttle, -1.0), (self.brake, 0.0), (self.steer, -1.0)];
+        ranges.iter().all(|(value, least)| (*least..=1.0).contains(value))
+    }
+}
+
 /// Head and tail lamps.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Default)]
 pub enum Headlights {
     /// None; nor the tail lamps.
     Off,
@@ -112,7 +130,7 @@ pub enum Headlights {
 }
 
 /// Indicators, as somebody at the wheel sets them. Routes set them by themselves.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Default)]
 pub enum Indicator {
     /// Neither side.
     #[default]
@@ -126,7 +144,7 @@ pub enum Indicator {
 }
 
 /// Driven by somebody through [`Controls`], even where it has a route.
-#[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Default)]
 pub struct ByHand;
 
 /// Numbers a new vehicle, turns it as its entity stands, and has its parts spawned.

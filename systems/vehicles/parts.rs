@@ -1,7 +1,9 @@
 //! What a vehicle consists of: entities below it, some of which move with it.
 
-use super::lamps::{Lamp, LampKind};
-use super::{Motion, Vehicle, VehicleTypes};
+use super::lamps::{Lamp, LampKind, Switches};
+use super::{Controls, Motion, Vehicle, VehicleNumber, VehicleTypeId, VehicleTypes};
+use crate::clock::Clock;
+use crate::components::Light;
 use crate::library::{MaterialId, MeshId};
 use bevy_ecs::prelude::*;
 use bevy_transform::components::Transform;
@@ -9,7 +11,7 @@ use glam::Quat;
 use std::f64::consts::TAU;
 
 /// One part of a [`super::VehicleType`].
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, Default)]
 pub struct Part {
     /// As its node is called.
     pub name: String,
@@ -17,8 +19,10 @@ pub struct Part {
     pub parent: Option<usize>,
     /// `parent_from_part` while the vehicle stands straight.
     pub rest: Transform,
-    /// What is drawn; the third value: for each paint of the type, the material in that paint. Empty: not painted.
-    pub drawn: Vec<(MeshId, MaterialId, Vec<MaterialId>)>,
+    /// What is drawn here.
+    pub drawn: Option<(MeshId, MaterialId)>,
+    /// The material in each of the type's paints; empty where it is not painted.
+    pub painted: Vec<MaterialId>,
     /// How it moves against its parent.
     pub movement: Option<Movement>,
     /// What lamp it is.
@@ -31,9 +35,9 @@ pub struct PartLamp {
     /// When it is on.
     pub kind: LampKind,
     /// Its light while it is on, along the part's −Z; `None`: it only glows.
-    pub light: Option<crate::components::Light>,
-    /// For each of the part's `drawn`, its material while the lamp is on.
-    pub lit: Vec<MaterialId>,
+    pub light: Option<Light>,
+    /// The part's material while the lamp is on.
+    pub lit: Option<MaterialId>,
 }
 
 /// How a part of a vehicle moves against its parent.
@@ -63,7 +67,7 @@ pub enum Movement {
 
 /// A part that moves with its vehicle's [`Motion`]; [`move_parts`] writes the entity's rotation.
 #[derive(Component, Clone, Copy, PartialEq, Debug)]
-#[require(Transform)]
+#[require(Transform, crate::interpolation::Interpolated)]
 pub struct MovingPart {
     /// The vehicle.
     pub vehicle: Entity,
@@ -76,49 +80,48 @@ pub struct MovingPart {
 /// Spawns the parts of a new vehicle below it.
 pub(super) fn spawn(world: &mut World, entity: Entity) {
     let Some(&vehicle) = world.get::<Vehicle>(entity) else { return };
+    if vehicle.kind == VehicleTypeId::STAND_IN {
+        world.resource_scope(|world, mut types: Mut<VehicleTypes>| types.build_stand_in(&mut world.resource_mut()));
+    }
+    let switches = first_switches(world, entity);
+    world.entity_mut(entity).insert(switches);
     world.resource_scope(|world, types: Mut<VehicleTypes>| {
         let mut spawned: Vec<Entity> = Vec::new();
         for part in &types.get(vehicle.kind).parts {
             let parent = part.parent.and_then(|index| spawned.get(index).copied()).unwrap_or(entity);
-            spawned.push(spawn_part(world, part, vehicle, entity, parent));
+            spawned.push(part.spawn(world, vehicle, entity, parent, switches));
         }
     });
 }
 
-fn spawn_part(world: &mut World, part: &Part, vehicle: Vehicle, root: Entity, parent: Entity) -> Entity {
-    let mut entity = world.spawn((part.rest, ChildOf(parent)));
-    if let Some(movement) = part.movement {
-        entity.insert(MovingPart { vehicle: root, movement, rest: part.rest.rotation });
+/// Lamps are on from the first frame.
+fn first_switches(world: &World, entity: Entity) -> Switches {
+    let state = world.get::<VehicleNumber>(entity).zip(world.get::<Motion>(entity)).zip(world.get::<Controls>(entity));
+    let seconds = world.resource::<Clock>().seconds();
+    state.map_or(Switches::default(), |((number, motion), controls)| Switches::of(*number, motion, controls, seconds))
+}
+
+impl Part {
+    fn spawn(&self, world: &mut World, vehicle: Vehicle, root: Entity, parent: Entity, switches: Switches) -> Entity {
+        let mut entity = world.spawn((self.rest, ChildOf(parent)));
+        if let Some((mesh, plain)) = self.drawn {
+            let paint = self.painted.get(vehicle.paint as usize % self.painted.len().max(1));
+            entity.insert((mesh, paint.copied().unwrap_or(plain)));
+        }
+        if let Some(movement) = self.movement {
+            entity.insert(MovingPart { vehicle: root, movement, rest: self.rest.rotation });
+        }
+        if let Some(source) = &self.lamp {
+            let intensity = source.light.as_ref().map_or(0.0, |light| light.intensity);
+            let glass = self.drawn.map(|(_, dark)| dark).zip(source.lit);
+            let lamp = Lamp { vehicle: root, kind: source.kind, intensity, glass };
+            let (enabled, intensity) = lamp.light(switches);
+            source.light.iter().for_each(|light| _ = entity.insert(Light { enabled, intensity, ..light.clone() }));
+            lamp.glass(switches).into_iter().for_each(|material| _ = entity.insert(material));
+            entity.insert(lamp);
+        }
+        entity.id()
     }
-    let own = part.lamp.as_ref().and_then(|lamp| lamp.light.clone());
-    if let Some(light) = own {
-        entity.insert(crate::components::Light { enabled: false, ..light });
-    }
-    let material = |&(mesh, plain, ref painted): &(MeshId, MaterialId, Vec<MaterialId>)| {
-        let paint = painted.len().checked_sub(1).map(|_| painted[vehicle.paint as usize % painted.len()]);
-        (mesh, paint.unwrap_or(plain))
-    };
-    let lamp = |index: usize, dark: Option<MaterialId>| {
-        part.lamp.as_ref().map(|lamp| Lamp {
-            vehicle: root,
-            kind: lamp.kind,
-            intensity: lamp.light.as_ref().map_or(0.0, |light| light.intensity),
-            glass: dark.zip(lamp.lit.get(index).copied()),
-        })
-    };
-    // One thing to draw needs no entity beside the part's.
-    if let [drawn] = part.drawn.as_slice() {
-        entity.insert(material(drawn));
-        lamp(0, Some(drawn.1)).into_iter().for_each(|lamp| _ = entity.insert(lamp));
-        return entity.id();
-    }
-    lamp(0, None).into_iter().for_each(|lamp| _ = entity.insert(lamp));
-    let entity = entity.id();
-    for (index, drawn) in part.drawn.iter().enumerate() {
-        let mut below = world.spawn((material(drawn), ChildOf(entity)));
-        lamp(index, Some(drawn.1)).into_iter().for_each(|lamp| _ = below.insert(lamp));
-    }
-    entity
 }
 
 /// Turns wheels, forks, legs and trailers as their vehicles moved; what did not move is not written.

@@ -1,8 +1,12 @@
 //! Types of vehicles: what all vehicles of a type share.
 
-use super::parts::Part;
+use super::parts::{Movement, Part};
+use crate::bounds::Aabb;
+use crate::library::{Library, MaterialId};
+use crate::shapes;
 use bevy_ecs::prelude::*;
-use glam::Vec3;
+use bevy_transform::components::Transform;
+use glam::{Quat, Vec3};
 
 /// Names a [`VehicleType`] of [`VehicleTypes`].
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
@@ -44,6 +48,32 @@ impl VehicleTypes {
     /// A type; the stand-in for an id of another world.
     pub fn get(&self, id: VehicleTypeId) -> &VehicleType {
         self.types.get(id.0 as usize).unwrap_or(&self.types[0])
+    }
+
+    /// Gives the stand-in a body and wheels to be seen by, unless it has them.
+    pub fn build_stand_in(&mut self, library: &mut Library) {
+        let Some(VehicleType { size, wheelbase, track, rear_overhang, parts, .. }) =
+            self.types.first_mut().filter(|t| t.parts.is_empty())
+        else {
+            return;
+        };
+        let radius = 0.2 * size.y;
+        let hull = library.add_mesh(shapes::cube(Vec3::new(size.x, size.y - radius, size.z)));
+        let middle = Vec3::new(0.0, (size.y + radius) / 2.0, size.z / 2.0 - *rear_overhang);
+        let fixed = |at| Transform::from_translation(at);
+        let grey = MaterialId::DEFAULT;
+        let named = |name: &str| Part { name: name.into(), ..Part::default() };
+        parts.push(Part { rest: fixed(middle), drawn: Some((hull, grey)), ..named("body") });
+        let wheel = library.add_mesh(shapes::cylinder(radius, 0.12 * size.x, 16));
+        // A cylinder stands upright; an axle lies across.
+        let across = Quat::from_rotation_z(std::f32::consts::FRAC_PI_2);
+        for (name, z, steers) in [("wheel_front", *wheelbase, true), ("wheel_rear", 0.0, false)] {
+            for x in [*track / 2.0, *track / -2.0] {
+                let rest = fixed(Vec3::new(x, radius, z)).with_rotation(across);
+                let movement = Some(Movement::Wheel { radius, steers });
+                parts.push(Part { rest, drawn: Some((wheel, grey)), movement, ..named(name) });
+            }
+        }
     }
 
     /// All, in the order of their ids; the first is the stand-in.
@@ -105,6 +135,13 @@ impl VehicleType {
     /// From the rear axle, the origin, forward to the front bumper, metres.
     pub fn front(&self) -> f32 {
         self.size.z - self.rear_overhang
+    }
+
+    /// The box around it, a trailer apart, in its own space.
+    pub fn bounds(&self) -> Aabb {
+        let half = self.size.x / 2.0;
+        let min = Vec3::new(-half, 0.0, -self.rear_overhang);
+        Aabb { min, max: Vec3::new(half, self.size.y, self.front()) }
     }
 }
 

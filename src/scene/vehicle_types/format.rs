@@ -1,0 +1,211 @@
+//! A file of vehicle types as serde reads it; `docs/vehicles.md` says what every field means.
+
+use crate::scene::format::{Light, Transform};
+use crate::scene::values::{Color, Named};
+use serde::Deserialize;
+use systems::vehicles::lamps::LampKind;
+use systems::vehicles::types::{self as lib, Limits};
+
+/// A whole file.
+#[derive(Deserialize, Debug, Default)]
+#[serde(default, deny_unknown_fields)]
+pub struct VehicleTypes {
+    pub types: Named<VehicleType>,
+}
+
+#[derive(Deserialize, Debug)]
+#[serde(deny_unknown_fields)]
+pub struct VehicleType {
+    pub model: String,
+    #[serde(default)]
+    pub transform: Transform,
+    #[serde(default)]
+    pub size: Option<[f32; 3]>,
+    #[serde(default)]
+    pub wheelbase: Option<f32>,
+    #[serde(default)]
+    pub track: Option<f32>,
+    #[serde(default = "mass")]
+    pub mass: f32,
+    #[serde(default)]
+    pub limits: VehicleLimits,
+    #[serde(default)]
+    pub driver: Driver,
+    #[serde(default)]
+    pub wheels: Vec<Wheels>,
+    #[serde(default)]
+    pub forks: Vec<String>,
+    #[serde(default)]
+    pub swings: Vec<Swing>,
+    #[serde(default)]
+    pub trailer: Option<Trailer>,
+    #[serde(default)]
+    pub lamps: Vec<Lamps>,
+    #[serde(default)]
+    pub paint: Option<Paint>,
+    #[serde(default)]
+    pub eye: Option<[f32; 3]>,
+}
+
+fn mass() -> f32 {
+    lib::VehicleType::default().mass
+}
+
+#[derive(Deserialize, Debug)]
+#[serde(default, deny_unknown_fields)]
+pub struct VehicleLimits {
+    pub speed_kmh: f32,
+    pub reverse_speed_kmh: f32,
+    pub acceleration: f32,
+    pub braking: f32,
+    pub steering_degrees: f32,
+    pub steering_degrees_per_second: f32,
+    pub lateral_acceleration: f32,
+}
+
+impl Default for VehicleLimits {
+    fn default() -> Self {
+        let l = Limits::default();
+        Self {
+            speed_kmh: (l.speed * 3.6).round(),
+            reverse_speed_kmh: (l.reverse_speed * 3.6).round(),
+            acceleration: l.acceleration,
+            braking: l.braking,
+            steering_degrees: l.steering.to_degrees().round(),
+            steering_degrees_per_second: l.steering_rate.to_degrees().round(),
+            lateral_acceleration: l.lateral_acceleration,
+        }
+    }
+}
+
+#[derive(Deserialize, Debug)]
+#[serde(default, deny_unknown_fields)]
+pub struct Driver {
+    pub speed_factor: f32,
+    pub headway_seconds: f32,
+    pub gap_metres: f32,
+    pub acceleration: f32,
+    pub braking: f32,
+    pub exponent: f32,
+}
+
+impl Default for Driver {
+    fn default() -> Self {
+        let d = lib::Driver::default();
+        Self {
+            speed_factor: d.speed_factor,
+            headway_seconds: d.headway,
+            gap_metres: d.gap,
+            acceleration: d.acceleration,
+            braking: d.braking,
+            exponent: d.exponent,
+        }
+    }
+}
+
+#[derive(Deserialize, Debug)]
+#[serde(deny_unknown_fields)]
+pub struct Wheels {
+    pub nodes: Vec<String>,
+    #[serde(default)]
+    pub radius: Option<f32>,
+    #[serde(default)]
+    pub steers: bool,
+}
+
+#[derive(Deserialize, Debug)]
+#[serde(deny_unknown_fields)]
+pub struct Swing {
+    pub node: String,
+    pub degrees: f32,
+    pub stride_metres: f32,
+    #[serde(default)]
+    pub phase: f32,
+}
+
+#[derive(Deserialize, Debug)]
+#[serde(deny_unknown_fields)]
+pub struct Trailer {
+    pub node: String,
+    pub length: f32,
+}
+
+#[derive(Deserialize, Debug)]
+#[serde(deny_unknown_fields)]
+pub struct Lamps {
+    pub nodes: Vec<String>,
+    pub kind: Kind,
+    #[serde(default)]
+    pub light: Option<Light>,
+    #[serde(default)]
+    pub color: Option<Color>,
+    #[serde(default = "glow")]
+    pub glow: f32,
+}
+
+fn glow() -> f32 {
+    2.0
+}
+
+#[derive(Deserialize, Clone, Copy, Debug)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    Head,
+    Tail,
+    IndicatorLeft,
+    IndicatorRight,
+    Reverse,
+    Interior,
+}
+
+impl From<Kind> for LampKind {
+    fn from(kind: Kind) -> Self {
+        match kind {
+            Kind::Head => Self::Head,
+            Kind::Tail => Self::Tail,
+            Kind::IndicatorLeft => Self::IndicatorLeft,
+            Kind::IndicatorRight => Self::IndicatorRight,
+            Kind::Reverse => Self::Reverse,
+            Kind::Interior => Self::Interior,
+        }
+    }
+}
+
+#[derive(Deserialize, Debug)]
+#[serde(deny_unknown_fields)]
+pub struct Paint {
+    pub materials: Vec<String>,
+    pub colors: Vec<Color>,
+}
+
+/// A vehicle as an entity of a scene file.
+#[derive(Deserialize, Debug)]
+#[serde(deny_unknown_fields)]
+pub struct Vehicle {
+    pub r#type: String,
+    #[serde(default)]
+    pub paint: Option<u32>,
+    #[serde(default)]
+    pub headlights: Headlights,
+    #[serde(default)]
+    pub by_hand: bool,
+}
+
+#[derive(Deserialize, Clone, Copy, Debug, Default)]
+#[serde(rename_all = "snake_case")]
+pub enum Headlights {
+    Off,
+    #[default]
+    Low,
+    High,
+}
+
+impl From<Headlights> for systems::vehicles::Headlights {
+    fn from(headlights: Headlights) -> Self {
+        match headlights {
+            Headlights::Off => Self::Off,
+            Headlights::Low => Self::Low,
+            Headlights::High => Self::High,
+        }
+    }
+}
