@@ -65,6 +65,17 @@ def leg(hip, knee, ankle, uv, seg=10):
     return limb(hip, knee, ankle, (0.088, 0.084, 0.067, 0.064, 0.062, 0.062, 0.052), uv['trousers'], seg, top=top)
 
 
+def knee(hip, ankle, thigh=0.44, shin=0.44, out=0.0):
+    """Where the knee is, bent forward, `out` of 1 also outward (+X)."""
+    h, a = np.asarray(hip, float), np.asarray(ankle, float)
+    d = np.linalg.norm(a - h)
+    t = (a - h) / d
+    along = (thigh ** 2 - shin ** 2 + d * d) / (2 * d)
+    pole = np.array([out, 0.25, 1.0])
+    pole -= t * (pole @ t)
+    return h + t * along + pole / np.linalg.norm(pole) * np.sqrt(max(thigh ** 2 - along ** 2, 0.0))
+
+
 def shoe(ankle, forward, uv, seg=8, size=1.0):
     """A shoe from the heel to the toe below an ankle."""
     f = np.asarray(forward, float) / np.linalg.norm(forward)
@@ -83,7 +94,7 @@ def arm(shoulder, elbow, wrist, uv, seg=10):
     s, b, c = (np.asarray(p, float) for p in (shoulder, elbow, wrist))
     d = (b - s) / np.linalg.norm(b - s)
     inward = np.array([-1.0, 0, 0])
-    pts = [s + inward * 0.100 - d * 0.015, s + inward * 0.050 - d * 0.030, s + inward * 0.012 - d * 0.012, s + d * 0.045, between(s, b, 0.5), between(s, b, 0.88), b,
+    pts = [s + inward * 0.110 + d * 0.008, s + inward * 0.055 - d * 0.012, s + inward * 0.012 - d * 0.002, s + d * 0.045, between(s, b, 0.5), between(s, b, 0.88), b,
            between(b, c, 0.12), between(b, c, 0.4), c]
     pts[6] = b + 0.25 * (b - (pts[5] + pts[7]) / 2)
     radii = [0.034, 0.054, 0.063, 0.064, 0.056, 0.050, 0.049, 0.047, 0.043, 0.036]
