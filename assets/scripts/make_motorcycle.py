@@ -99,7 +99,7 @@ def steering(uv):
         trim.append(face.swatch(*uv['dial']))
     for up in (0.50, 0.70):
         trim.append(box(0.25, 0.035, 0.075).rot('x', -26).move(*on_fork(0, up, -0.02)).swatch(*uv['steel']))
-    bowl = lathe([(0.0, -0.085), (0.055, -0.080), (0.088, -0.045), (0.098, 0.0), (0.098, 0.022), (0.090, 0.026)], 14, 50)
+    bowl = lathe([(0.0, -0.085), (0.055, -0.080), (0.088, -0.045), (0.098, 0.0), (0.098, 0.022), (0.090, 0.026)], 12, 50)
     trim.append(bowl.rot('x', 90).move(0, 0.880, 1.255).swatch(*uv['chrome']))
     return paint, trim
 
@@ -160,7 +160,7 @@ def build(out):
     away = lambda ps: [q.move(*-STEER) for q in ps]
     turn = v.body(away(paint), away(trim), None, 'steering', t=STEER)
     v.g.node('wheel_front', wheel_, np.array([0, R, FRONT]) - STEER, parent=turn)
-    lens = dome(0.092, 0.028, uv['glass_clear'], 14).rot('x', 90).move(0, 0.880, 1.278)
+    lens = dome(0.092, 0.028, uv['glass_clear'], 12).rot('x', 90).move(0, 0.880, 1.278)
     v.lamp('lamp_head', away([lens])[0], 'glass_clear', tilted(5), turn)
     v.lamp('lamp_tail', lens_box((0.10, 0.055, 0.02), uv['glass_red'], (0, 0.815, -0.385), True), 'glass_red', TAIL)
     front = lens_box((0.055, 0.042, 0.016), uv['glass_amber'], (0.185, 0.86, 1.243))
