@@ -269,10 +269,10 @@ def build(out):
     v.g.save(out)
 
 
-def trailer_wheel(atlas, R=HUB, width=0.36, rim_r=0.30, seg=14):
+def trailer_wheel(atlas, R=HUB, width=0.36, rim_r=0.30, seg=16):
     w = width / 2
     rows = [(rim_r, -w + 0.012, 0.0), (R - 0.03, -w, 0.2), (R, -w + 0.06, 0.32), (R, w - 0.06, 0.68), (R - 0.03, w, 0.8), (rim_r, w - 0.012, 1.0)]
-    face = [(rim_r, w - 0.012), (0.9 * rim_r, w - 0.06), (0.5 * rim_r, w - 0.09), (0.42 * rim_r, w - 0.01), (0.0, w)]
+    face = [(rim_r, w - 0.012), (0.52 * rim_r, w - 0.09), (0.42 * rim_r, w - 0.01), (0.0, w)]
     return merge(tyre(atlas, R, rim_r, width, seg, 0.0, rows), *disc(atlas, face, seg, rim_r, -w + 0.04))
 
 
