@@ -35,7 +35,7 @@ def disc(atlas, profile, seg, rim_r, back=None):
     face = face.uvmap(lambda P, UV: np.stack([x + w * (0.5 + 0.49 * P[:, 0] / rim_r), y + h * (0.5 + 0.49 * P[:, 2] / rim_r)], 1))
     parts = [face.mat(TURN)]
     if back is not None:
-        plate = lathe([(0.0, back), (rim_r, back)], seg // 2, 30)
+        plate = lathe([(0.0, back), (1.07 * rim_r, back)], seg // 2, 30)
         if plate.N[:, 1].mean() > 0:
             plate = plate.flip()
         parts.append(plate.mat(TURN).swatch(*atlas.uv['under']))
