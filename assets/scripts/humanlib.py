@@ -65,6 +65,17 @@ def leg(hip, knee, ankle, uv, seg=10):
     return limb(hip, knee, ankle, (0.088, 0.084, 0.067, 0.064, 0.062, 0.062, 0.052), uv['trousers'], seg, top=top)
 
 
+def knee(hip, ankle, thigh=0.44, shin=0.44, out=0.0):
+    """Where the knee is, bent forward, `out` of 1 also outward (+X)."""
+    h, a = np.asarray(hip, float), np.asarray(ankle, float)
+    d = np.linalg.norm(a - h)
+    t = (a - h) / d
+    along = (thigh ** 2 - shin ** 2 + d * d) / (2 * d)
+    pole = np.array([out, 0.25, 1.0])
+    pole -= t * (pole @ t)
+    return h + t * along + pole / np.linalg.norm(pole) * np.sqrt(max(thigh ** 2 - along ** 2, 0.0))
+
+
 def shoe(ankle, forward, uv, seg=8, size=1.0):
     """A shoe from the heel to the toe below an ankle."""
     f = np.asarray(forward, float) / np.linalg.norm(forward)
@@ -83,7 +94,7 @@ def arm(shoulder, elbow, wrist, uv, seg=10):
     s, b, c = (np.asarray(p, float) for p in (shoulder, elbow, wrist))
     d = (b - s) / np.linalg.norm(b - s)
     inward = np.array([-1.0, 0, 0])
-    pts = [s + inward * 0.100 - d * 0.015, s + inward * 0.050 - d * 0.030, s + inward * 0.012 - d * 0.012, s + d * 0.045, between(s, b, 0.5), between(s, b, 0.88), b,
+    pts = [s + inward * 0.110 + d * 0.008, s + inward * 0.055 - d * 0.012, s + inward * 0.012 - d * 0.002, s + d * 0.045, between(s, b, 0.5), between(s, b, 0.88), b,
            between(b, c, 0.12), between(b, c, 0.4), c]
     pts[6] = b + 0.25 * (b - (pts[5] + pts[7]) / 2)
     radii = [0.034, 0.054, 0.063, 0.064, 0.056, 0.050, 0.049, 0.047, 0.043, 0.036]
@@ -149,7 +160,7 @@ def helmet(centre, uv, tilt=0.0, seg=14, open_=False):
     shell = skin(path, rad, uv['helmet'], seg + 2, power=2.15)
     t, y = np.meshgrid(np.radians(np.linspace(-66, 66, 9)), np.linspace(-0.045, 0.060, 4))
     r = np.cos(np.arcsin(np.clip((y - 0.012) / 0.152, -1, 1))) ** 0.62
-    P = np.stack([0.128 * r * np.sin(t), y, 0.004 + 0.158 * r * np.cos(t)], -1).reshape(-1, 3)
+    P = np.stack([0.131 * r * np.sin(t), y, 0.006 + 0.162 * r * np.cos(t)], -1).reshape(-1, 3)
     F = np.array([f for i in range(3) for j in range(8) for f in ((i * 9 + j, i * 9 + j + 1, i * 9 + j + 10), (i * 9 + j, i * 9 + j + 10, i * 9 + j + 9))])
     N = P / np.linalg.norm(P, axis=1, keepdims=True)
     visor = Part(P, N, np.zeros((len(P), 2)), outward(P, N, F)).swatch(*uv['gloss'])
@@ -175,8 +186,8 @@ def draw_human(atlas, x, y, seed, trousers='2b3442', jacket='dcdcd8', hair='2c20
     atlas.put(x + 208, y + 128, np.tile(rgb('b98a6c'), (64, 48, 1)) * (1 + 0.02 * n)[..., None], 0.6, 0)
     atlas.uv['skin'] = ((x + 232) / atlas.w, (y + 160) / atlas.h)
     u, v = np.meshgrid(even(0, 1, 112), even(0, 1, 64))
-    band = smooth(0.10, 0.08, np.abs(u - 0.5))
-    col = mix(rgb('e4e4e0'), rgb('2a2c2e'), band * (0.9 if rider else 0.0))
+    stripe = smooth(0.05, 0.045, np.abs(np.abs(u - 0.5) - 0.11)) * smooth(0.55, 0.60, v)
+    col = mix(rgb('e4e4e0'), rgb('1c1d1f'), stripe * (0.9 if rider else 0.0))
     vents = smooth(0.02, 0.0, np.abs(((u * 10) % 1) - 0.5) - 0.16) * smooth(0.08, 0.14, v) * smooth(0.85, 0.75, v) * (0 if rider else 1)
     atlas.put(x + 96, y + 192, mix(col, rgb('17181a'), vents), 0.22 + 0.5 * vents, 0, -0.006 * vents, (0.006, 0.004))
 
