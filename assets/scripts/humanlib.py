@@ -108,7 +108,7 @@ def hand(wrist, tip, rect, seg=8, fist=False):
     return skin([w, between(w, t, 0.35), between(w, t, 0.75), t], k, rect, seg)
 
 
-def torso(pelvis, chest, neck, uv, seg=16, coat=True):
+def torso(pelvis, chest, neck, uv, seg=16):
     """From below the hips over the chest to the collar."""
     pelvis, chest, neck = (np.asarray(p, float) for p in (pelvis, chest, neck))
     up = (chest - pelvis) / np.linalg.norm(chest - pelvis)
@@ -209,7 +209,7 @@ def draw_jacket(u, v, h, cross, col, rider):
     h = h + 0.004 * cross * smooth(0.5, 0.15, v) - 0.004 * zip_
     col = mix(col, rgb('3a3a38'), zip_ * 0.8)
     for c in (0.36, 0.64):
-        pocket = smooth(0.010, 0.003, np.abs(np.hypot((u - c) * 1.0, 0) - 0.0)) * smooth(0.13, 0.15, v) * smooth(0.34, 0.32, v)
+        pocket = smooth(0.010, 0.003, np.abs(u - c)) * smooth(0.13, 0.15, v) * smooth(0.34, 0.32, v)
         h, col = h - 0.004 * pocket, mix(col, rgb('44443f'), pocket * 0.6)
     hem = smooth(0.05, 0.04, v)
     col = mix(col, rgb('2c2d2d'), 0.75 * hem)
@@ -219,7 +219,7 @@ def draw_jacket(u, v, h, cross, col, rider):
     col, h = mix(col, rgb('55554f'), 0.5 * seam), h - 0.003 * seam
     if rider:
         band = smooth(0.03, 0.022, np.abs(v - 0.42))
-        col = mix(col, rgb('2b2d2e'), smooth(0.30, 0.27, np.abs(u - 0.5) - 0.0) * 0.0 + band * 0.9)
+        col = mix(col, rgb('2b2d2e'), band * 0.9)
     return h, col
 
 
@@ -234,7 +234,7 @@ def draw_trousers(u, v, h, cross, col, rider):
     seam = smooth(0.02, 0.006, np.abs(np.abs(u - 0.5) - 0.25))
     worn = np.exp(-((v - 0.48) / 0.12) ** 2) * np.exp(-((u - 0.5) / 0.16) ** 2)
     if rider:
-        pad = smooth(0.14, 0.12, np.hypot((u - 0.5) * 0.6, (v - 0.5) * 1.0))
+        pad = smooth(0.14, 0.12, np.hypot((u - 0.5) * 0.6, v - 0.5))
         h, col = h + 0.006 * pad, mix(col, rgb('17181a'), 0.7 * pad)
     return h - 0.002 * seam, mix(col, col * 1.35, 0.5 * worn[..., None] * np.ones(3))
 
