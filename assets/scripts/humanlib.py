@@ -6,7 +6,7 @@ from vehiclelib import *
 
 def skin(path, radii, rect, seg=12, side=(1, 0, 0), power=2.0, close=(True, True), bend=60):
     """A closed skin. path: ring centres; radii: (across, deep) of each ring. u runs around, 0.5 in front; v along.
-    side: the direction that counts as across. power: 2 an ellipse, more is boxier."""
+    side: the direction that counts as across at the end. power: 2 an ellipse, more is boxier."""
     path, radii = np.asarray(path, float), np.asarray(radii, float)
     tan = np.gradient(path, axis=0)
     tan /= np.linalg.norm(tan, axis=1, keepdims=True)
@@ -16,9 +16,12 @@ def skin(path, radii, rect, seg=12, side=(1, 0, 0), power=2.0, close=(True, True
     c, s = np.sign(c) * np.abs(c) ** (2 / power), np.sign(s) * np.abs(s) ** (2 / power)
     P, UV = [], []
     x, y, w, h = rect
-    for p, t, (a, b), l in zip(path, tan, radii, length):
-        e1 = np.asarray(side, float) - t * (np.asarray(side) @ t)
+    turns, e1 = [], np.asarray(side, float)
+    for t in tan[::-1]:                                # carried along from the end, so that it follows any bend
+        e1 = e1 - t * (e1 @ t)
         e1 /= np.linalg.norm(e1)
+        turns.append(e1)
+    for p, t, e1, (a, b), l in zip(path, tan, turns[::-1], radii, length):
         e2 = np.cross(t, e1)
         e2 = e2 if e2 @ (0, 0.3, 1) > 0 else -e2
         ring = p + a * c[:, None] * e1 + b * s[:, None] * e2
@@ -94,12 +97,11 @@ def arm(shoulder, elbow, wrist, uv, seg=10):
     s, b, c = (np.asarray(p, float) for p in (shoulder, elbow, wrist))
     d = (b - s) / np.linalg.norm(b - s)
     inward = np.array([-1.0, 0, 0])
-    pts = [s + inward * 0.110 + d * 0.008, s + inward * 0.055 - d * 0.012, s + inward * 0.012 - d * 0.002, s + d * 0.045, between(s, b, 0.5), between(s, b, 0.88), b,
+    pts = [s + inward * 0.110 + d * 0.016, s + inward * 0.055 + d * 0.002, s + inward * 0.014 + d * 0.008, s + d * 0.055, between(s, b, 0.5), between(s, b, 0.88), b,
            between(b, c, 0.12), between(b, c, 0.4), c]
     pts[6] = b + 0.25 * (b - (pts[5] + pts[7]) / 2)
-    radii = [0.034, 0.054, 0.063, 0.064, 0.056, 0.050, 0.049, 0.047, 0.043, 0.036]
-    side = (1, 0, 0) if abs(d[0]) < 0.9 else (0, 1, 0)
-    return skin(pts, [(r, r * 1.06) for r in radii], uv['sleeve'], seg, side)
+    radii = [0.034, 0.050, 0.059, 0.061, 0.055, 0.050, 0.049, 0.047, 0.043, 0.036]
+    return skin(pts, [(r, r * 1.06) for r in radii], uv['sleeve'], seg)
 
 
 def hand(wrist, tip, rect, seg=8, fist=False):
