@@ -13,7 +13,9 @@ use systems::components::Light;
 use systems::library::{Library, MaterialId};
 use systems::vehicles::lamps::{Lamp, LampKind};
 use systems::vehicles::parts::{Movement, MovingPart};
-use systems::vehicles::{ByHand, Controls, Headlights, Vehicle, VehicleType, VehicleTypeId, VehicleTypes};
+use systems::vehicles::{
+    ByHand, Controls, Headlights, Vehicle, VehicleNumber, VehicleType, VehicleTypeId, VehicleTypes,
+};
 
 /// A cart: four wheels of half a metre's radius whose middle is far from the model's origin, a lamp below the turned
 /// node `arm`, and a body in the material `coat`. Each mesh is a quad of 1 m across the X axis.
@@ -165,21 +167,21 @@ fn everything_wrong_with_types_is_said_with_its_place() {
     let expected = [
         r#"2:42: types["a"].wheelbase: expected a number from 0.05 to 100, found 0"#,
         r#"2:63: types["a"].wheels[0].nodes[0]: no node "front lft"; did you mean "front left"?"#,
-        r#"2:86: types["a"].wheels[0].radius: expected a number from 0.01 to 10, found -1"#,
+        r#"2:85: types["a"].wheels[0].radius: expected a number from 0.01 to 10, found -1"#,
         r#"2:97: types["a"].mass: expected a number from 1 to 1000000"#,
         r#"3:18: types["b"].model: missing.gltf"#,
         r#"4:12: types["box"]: the name "box" is that of the stand-in; expected another"#,
         r#"5:75: types["c"].lamps[0].glow: expected a number from 0 to 1000000000, found inf"#,
         r#"5:87: types["c"].lamps[0].color: expected a colour like"#,
-        r#"5:132: types["c"].paint.materials[0]: no material "cat"; did you mean "coat"?"#,
+        r#"5:122: types["c"].paint.materials[0]: no material "cat"; did you mean "coat"?"#,
         r#"6:10: types["c"]: the name "c" is taken: it stands twice"#,
         r#"6:49: types["c"].limits.braking: expected a number from 0.01 to 100, found 0"#,
         r#"6:70: types["c"].limits.steering_degrees: expected a number from 0.1 to 85, found 90"#,
         r#"6:101: types["c"].driver.headway_seconds: expected a number from 0 to 60, found -1"#,
-        r#"7:80: types["d"].swings[0].stride_metres: expected a number from 0.01"#,
-        r#"7:101: types["d"].trailer.node: no node "bdy"; did you mean "body"?"#,
-        r#"7:116: types["d"].trailer.length: expected a number from 0.05 to 100, found 0"#,
-        r#"7:128: types["d"].forks[0]: no node """#,
+        r#"7:83: types["d"].swings[0].stride_metres: expected a number from 0.01"#,
+        r#"7:104: types["d"].trailer.node: no node "bdy"; did you mean "body"?"#,
+        r#"7:119: types["d"].trailer.length: expected a number from 0.05 to 100, found 0"#,
+        r#"7:131: types["d"].forks[0]: no node """#,
     ];
     assert_eq!(problems.len(), expected.len(), "{problems:#?}");
     for (problem, expected) in problems.iter().zip(expected) {
@@ -221,11 +223,12 @@ fn a_scene_names_types_and_has_vehicles_of_them() {
     assert_eq!(loaded.warnings, [r#"no vehicle type "crt"; did you mean "cart"?; a box stands in"#]);
     assert_eq!(loaded.cameras.first().map(|(name, _)| name.as_str()), Some("seat"));
     let world = &mut simulation.world;
-    let mut vehicles = world.query::<(&Name, &Vehicle, &Controls, &Transform, Has<ByHand>)>();
-    let all: Vec<_> = vehicles.iter(world).collect();
+    let mut vehicles = world.query::<(&Name, &Vehicle, &Controls, &Transform, Has<ByHand>, &VehicleNumber)>();
+    let mut all: Vec<_> = vehicles.iter(world).collect();
+    all.sort_by_key(|vehicle| vehicle.5);
     let names: Vec<&str> = all.iter().map(|v| v.0.as_str()).collect();
     assert_eq!(names, ["mine", "cart 2", "crt 3", "crt 4"]);
-    let (_, mine, controls, at, by_hand) = all[0];
+    let (_, mine, controls, at, by_hand, _) = all[0];
     assert_eq!(
         (mine.paint, controls.headlights, at.translation, by_hand),
         (1, Headlights::High, Vec3::new(1.0, 2.0, 3.0), true)
@@ -244,7 +247,7 @@ fn a_scenes_problems_include_those_of_its_types() {
     );
     assert_eq!(problems.len(), 3, "{problems:#?}");
     assert!(
-        problems[0].starts_with("1:18: vehicle_types[0]: vehicles.ron:1:44: types[\"a\"].mass: expected a number"),
+        problems[0].starts_with("1:18: vehicle_types[0]: vehicles.ron:1:42: types[\"a\"].mass: expected a number"),
         "{}",
         problems[0]
     );
