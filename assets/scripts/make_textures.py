@@ -422,7 +422,7 @@ def asphalt():
     f1, f2, ident = worley(n, 150, 801, 0.95)
     stone = smooth(0.62, 0.25, f1) * (hash01(ident, 0, 802) < 0.72)
     tone = hash01(ident, 1, 803)
-    mid, low = noise(n, 804, 1.1, 5, 60), noise(n, 805, 1.3, 2, 16)
+    mid, low = noise(n, 804, 1.1, 5, 60), noise(n, 805, 1.0, 4, 30)
     worn = smooth(-0.8, 1.4, noise(n, 806, 1.2, 3, 24))
     wander = noise(n, 807, 1.3, 2, 60)
     crack = smooth(0.05, 0.012, np.abs(wander)) * smooth(0.5, 1.2, noise(n, 808, 1.6, 1, 6))
@@ -433,8 +433,8 @@ def asphalt():
     base = base * (1 + 0.07 * mid + 0.05 * low)[..., None]
     base = mix(base, rgb('141417'), 0.85 * crack) * cavity(h, 3, 0.8)
     wet = smooth(0.1, 1.5, -low + 0.35 * mid)
-    base = base * (1 - 0.35 * wet)[..., None]
-    spec = 0.14 + 0.10 * worn + 0.50 * wet + 0.06 * stone - 0.10 * crack
+    base = base * (1 - 0.14 * wet)[..., None]
+    spec = 0.20 + 0.06 * worn + 0.22 * wet + 0.06 * stone - 0.10 * crack
     return base, np.clip(spec, 0, 1), h, size, depth
 
 

@@ -108,15 +108,13 @@ def row(scene, start, heading, length, rng, first=None, last=None):
 def block_rows(scene, b, rng):
     corner = lambda: str(rng.choice(list(CORNERS)))
     inner = BLOCK_Z - 2 * DEPTH
-    row(scene, (b.x0, b.z1), (1, 0), BLOCK_X, rng, corner(), corner()) if False else None
-    # left of the heading is the street: south side westward... the headings go round the block clockwise
     if b.square:
         sx0, _, _, sz1 = square()
         row(scene, (b.x0, b.z0), (1, 0), BLOCK_X - SQUARE_X, rng, corner(), corner())
         row(scene, (sx0, b.z0 + DEPTH), (0, 1), SQUARE_Z - DEPTH, rng)
         row(scene, (sx0, sz1), (1, 0), SQUARE_X - DEPTH, rng)
         row(scene, (b.x1 - DEPTH, sz1), (1, 0), DEPTH, rng, 'k')
-        row(scene, (b.x1, sz1 + DEPTH), (0, 1), inner - SQUARE_Z + DEPTH - DEPTH, rng) if inner - SQUARE_Z > 5 else None
+        row(scene, (b.x1, sz1 + DEPTH), (0, 1), inner - SQUARE_Z, rng)
     else:
         row(scene, (b.x0, b.z0), (1, 0), BLOCK_X, rng, corner(), corner())
         row(scene, (b.x1, b.z0 + DEPTH), (0, 1), inner, rng)
@@ -175,6 +173,10 @@ def ground(scene):
         scene.ground('kerb_outer_' + side, 'kerb', (0, 0, 0))
     x0, x1, z0, z1 = square()
     scene.plane(x1 - x0, z1 - z0, 'cobble', ((x0 + x1) / 2, KERB + 0.012, (z0 + z1) / 2), 0)
+    for x in np.linspace(x0 + 0.6, x1 - 0.6, 6):                    # bands of slabs in the cobbles
+        scene.plane(0.8, z1 - z0, 'paving', (x, KERB + 0.02, (z0 + z1) / 2), 0)
+    for z in np.linspace(z0 + 0.6, z1 - 0.6, 6):
+        scene.plane(0.8, x1 - x0, 'paving', ((x0 + x1) / 2, KERB + 0.028, z), 90)
 
 
 def lamps(scene):
@@ -188,10 +190,13 @@ def lamps(scene):
                 yaw = {(-1, 'x'): 0, (1, 'x'): 180, (-1, 'z'): 90, (1, 'z'): -90}[(side, along)]
                 scene.lamp(place(x, float(height(x, z)) + KERB, z, yaw), tall)
     for b in BLOCKS:                                                # at two corners of every block
-        for x, z, yaw in ((b.kx0, b.kz0, -135), (b.kx1, b.kz1, 45)):
+        for x, z, yaw in ((b.kx0, b.kz0, -135), (b.kx1, b.kz1, 45), (b.kx1, b.kz0, 135), (b.kx0, b.kz1, -45)):
+            main = (z == b.kz0) == (b.j == 1) and b.j < 2
+            if not main and (x, z) not in ((b.kx0, b.kz0), (b.kx1, b.kz1)):
+                continue
             d = (CORNER - (CORNER - 0.5) / np.sqrt(2))
             px, pz = x + d * (1 if x == b.kx0 else -1), z + d * (1 if z == b.kz0 else -1)
-            scene.lamp(place(px, float(height(px, pz)) + KERB, pz, yaw), False)
+            scene.lamp(place(px, float(height(px, pz)) + KERB, pz, yaw), main)
 
 
 def signals(scene, traffic):
@@ -205,6 +210,21 @@ def signals(scene, traffic):
             scene.signal(place(p[0], float(height(*p)) + KERB, p[1], yaw), signal, group)
 
 
+def yards(scene, rng):
+    """Behind the houses: a yard with a lamp and trees."""
+    for b in BLOCKS:
+        x, z = (b.x0 + b.x1) / 2, (b.z0 + b.z1) / 2
+        w, d = BLOCK_X - 2 * DEPTH, BLOCK_Z - 2 * DEPTH
+        y = 0.06
+        if b.square:
+            w, x = BLOCK_X - SQUARE_X - 2 * DEPTH, b.x0 + (BLOCK_X - SQUARE_X) / 2
+        scene.raw('(mesh: "%s", material: "stone dark", piece_metres: 6, %s),' % (scene.mesh('yard %gx%g' % (w, d), 'plane(size: (%g, %g), tile_metres: 1)' % (w, d)), place(x, y, z)))
+        for k in range(3):
+            tx_, tz = x + (rng.random() - 0.5) * (w - 8), z + (rng.random() - 0.5) * (d - 8)
+            scene.thing('tree', place(tx_, max(y, float(height(tx_, tz))), tz, 360 * rng.random(), 0.8 + 0.4 * rng.random()))
+        scene.lamp(place(x + w / 4, y, z, 90), False)
+
+
 def furniture(scene, traffic):
     x0, x1, z0, z1 = square()
     cx, cz, y = (x0 + x1) / 2, (z0 + z1) / 2 + 1, KERB + 0.012
@@ -216,7 +236,10 @@ def furniture(scene, traffic):
     for k, (px, pz) in enumerate([(x0 + 4, z0 + 4.5), (x0 + 12, z0 + 3.5), (x0 + 21, z0 + 3.5), (x1 - 3.5, z0 + 10), (x1 - 3.5, z0 + 19), (x0 + 4, z1 - 8),
                                   (x0 + 4, z1 - 15), (x0 + 14, z1 - 4.5), (x0 + 23, z1 - 4.5)]):
         scene.thing('tree', place(px, y, pz, 77 * k, 0.85 + 0.05 * (k * 3 % 7)))
-    for px, pz, yaw in ((cx - 7, cz, 90), (cx + 7, cz, -90), (cx, cz - 7.5, 0), (cx, cz + 7.5, 180)):
+    for k in range(3):
+        a = np.radians(120 * k + 20)
+        scene.raw('(light: "fountain", transform: (translation: (%.3f, %.3f, %.3f))),' % (cx + 1.75 * np.sin(a), y + 0.75, cz + 1.75 * np.cos(a)))
+    for px, pz, yaw in ((x0 + 9, z0 + 5, 0), (x1 - 6, z0 + 5, 0), (x0 + 4, z1 - 4, 135), (x1 - 4, z1 - 4, -135), (cx - 7, cz, 90), (cx + 7, cz, -90), (cx, cz - 7.5, 0), (cx, cz + 7.5, 180)):
         scene.lamp(place(px, y, pz, yaw), False)
     for r, at in traffic.bus_stops:
         from town_traffic import right_of
@@ -235,6 +258,7 @@ def town(path, still, models):
     lamps(scene)
     signals(scene, traffic)
     furniture(scene, traffic)
+    yards(scene, rng)
     scene.write(path, traffic, still)
 
 

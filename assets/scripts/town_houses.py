@@ -117,22 +117,22 @@ def window(h, x0, x1, y0, y1, group, style):
     rect(h.frame, m - 0.03, m + 0.03, y0 + f, y1 - f, z)
     for t in ((0.36, 0.68) if style == 'lintel' else (0.66,)):
         y = y0 + (y1 - y0) * t
-        rect(h.frame, x0 + f, m - 0.03, y - 0.02, y + 0.02, z); rect(h.frame, m + 0.03, x1 - f, y - 0.02, y + 0.02, z)
+        rect(h.frame, x0 + f, x1 - f, y - 0.02, y + 0.02, z + 0.006)
     h.trim.box(x0 - 0.10, x1 + 0.10, y0 - 0.10, y0 + 0.015, -0.16, 0.09, 'xXyYZ')
     if style == 'lintel':
-        h.trim.box(x0 - 0.14, x1 + 0.14, y1 + 0.002, y1 + 0.24, -0.01, 0.03, 'xXyYZ')
+        h.trim.box(x0 - 0.14, x1 + 0.14, y1 + 0.002, y1 + 0.24, -0.01, 0.03, 'xXyZ')
     elif style == 'surround':
         h.trim.box(x0 - 0.14, x0, y0 + 0.015, y1 + 0.14, -0.01, 0.045, 'xXZ')
         h.trim.box(x1, x1 + 0.14, y0 + 0.015, y1 + 0.14, -0.01, 0.045, 'xXZ')
-        h.trim.box(x0, x1, y1 + 0.002, y1 + 0.14, -0.01, 0.045, 'yYZ')
+        h.trim.box(x0, x1, y1 + 0.002, y1 + 0.14, -0.01, 0.045, 'yZ')
         h.trim.box(x0 - 0.20, x1 + 0.20, y1 + 0.14, y1 + 0.22, -0.01, 0.12, 'xXyYZ')
     else:
         for s, x in ((-1, x0), (1, x1)):
             a, b = sorted((x + s * 0.04, x + s * 0.56))
             h.paint.box(a, b, y0 + 0.02, y1, 0.0, 0.045, 'xXyYZ')
-            for t in range(5):
-                y = y0 + 0.16 + t * (y1 - y0 - 0.26) / 5
-                h.paint.box(a + 0.07, b - 0.07, y, y + 0.16, 0.04, 0.062, 'yYZ')
+            for t in range(4):
+                y = y0 + 0.14 + t * (y1 - y0 - 0.2) / 4
+                h.paint.box(a + 0.07, b - 0.07, y, y + 0.24, 0.04, 0.062, 'yZ')
 
 
 def door(h, x0, x1, y0, y1, lit):
@@ -141,7 +141,7 @@ def door(h, x0, x1, y0, y1, lit):
     m = (x0 + x1) / 2
     for a, b in ((x0 + 0.12, m - 0.06), (m + 0.06, x1 - 0.12)):
         for c, d in ((y0 + 0.2, y0 + 0.85), (y0 + 1.0, head - 0.15)):
-            h.paint.box(a, b, c, d, z, z + 0.025, 'xXyYZ')
+            h.paint.box(a, b, c, d, z, z + 0.025, 'xXYZ')
     h.frame.box(x0, x1, head, head + 0.07, z - 0.02, z + 0.06, 'yYZ')
     for a in (x0, x1 - 0.07):
         h.frame.box(a, a + 0.07, y0, y1, z - 0.02, z + 0.05, 'xXZ')
@@ -197,9 +197,9 @@ def front(width, storeys, style, roof, kind, seed):
     if roof == 'parapet':
         h.trim.box(-w, w, top - 0.12, top + 0.06, 0, 0.16, 'xXyYZ')
         h.trim.box(-w, w, top + 0.06, top + 0.18, 0, 0.30, 'xXyYZ')
-        for k in range(int(width / 0.6)):
-            x = -w + 0.3 + 0.6 * k
-            h.trim.box(x - 0.09, x + 0.09, top - 0.34, top - 0.12, 0, 0.13, 'xXyZ')
+        for k in range(int(width / 0.9)):
+            x = -w + 0.45 + 0.9 * k
+            h.trim.box(x - 0.10, x + 0.10, top - 0.36, top - 0.12, 0, 0.13, 'xXZ')
         h.trim.box(-w, w, top + 0.75, top + 0.85, -0.34, 0.06, 'xXyYZz')
     elif kind is not None:
         h.trim.box(-w, w, top - 0.30, top - 0.12, 0, 0.10, 'xXyYZ')
@@ -278,6 +278,8 @@ def back(width, storeys, style, roof, seed):
         y = 0.9 + (GROUND + UPPER * (s - 1) if s else 0)
         for x in (-w / 2, w / 2):
             pane(h, x - 0.5, x + 0.5, y, y + 1.5, 0.02, (s + seed) % 4)
+            for a, b, c, d in ((-0.56, 0.56, -0.06, 0.04), (-0.56, 0.56, 1.46, 1.56), (-0.03, 0.03, 0.04, 1.46), (-0.5, 0.5, 0.95, 1.0)):
+                rect(h.frame, x + a, x + b, y + c, y + d, 0.035)
     return h
 
 
@@ -293,6 +295,12 @@ def build(path):
         at = g.node(name, None, (12.0 * k, 0, 0), None, root)       # side by side, to look at them
         for p in counts[name]:
             g.node('%s_%s' % (name, p), g.mesh('%s_%s' % (name, p), [(h.parts[p].part(), material[p])]), parent=at)
+    front_roof = House()                    # for the model facade.glb, which is a front alone
+    ridge = gable_roof(front_roof, 12.4, 6.3, False)
+    for x in (-5.4, 5.4):
+        chimney(front_roof, x, -DEPTH / 2 - 0.7, 7, ridge + 0.9, 3)
+    for p in ('wall', 'trim', 'roof'):
+        g.node('front_' + p, g.mesh('front_' + p, [(front_roof.parts[p].part(), material[p])]), (12.0 * len(TYPES) + 4, 0, 0), parent=root)
     g.save(path)
     return counts
 

@@ -7,10 +7,10 @@ from town_houses import PARTS, TYPES
 HEAD = '''// A town at night, with its traffic. Written by assets/scripts/make_town.py; change it there.
 (
     seed: 11,
-    piece_metres: 4.5,
+    piece_metres: 6,
     environment: (
-        ambient: (0.020, 0.026, 0.046),
-        zenith: (0.002, 0.007, 0.034), horizon: (0.060, 0.085, 0.150), ground: (0.006, 0.006, 0.008),
+        ambient: (0.040, 0.052, 0.090),
+        zenith: (0.002, 0.007, 0.034), horizon: (0.060, 0.085, 0.150), ground: (0.008, 0.011, 0.020),
         exposure: 1.5, tone_map: aces,
     ),
 '''
@@ -20,7 +20,7 @@ TILES = {'cobble': (1.44, 0.033), 'asphalt': (3.2, 0.0031), 'paving': (2.4, 0.00
          'brick': (1.8, 0.0117), 'plaster': (2.0, 0.006), 'tiles': (1.8, 0.0167)}
 MATERIALS = {
     'cobble': ('cobble', (1, 1, 1), 1.3, 48, 1.5),
-    'asphalt': ('asphalt', (0.95, 0.95, 1), 1.2, 40, 1.3),
+    'asphalt': ('asphalt', (1.9, 1.9, 2.0), 1.5, 44, 1.6),
     'paving': ('paving', (0.85, 0.85, 0.85), 0.7, 30, 1.3),
     'kerb': ('concrete', (0.75, 0.76, 0.80), 0.5, 24, 1.5),
     'lines': ('concrete', (1.35, 1.33, 1.25), 0.6, 30, 1.0),
@@ -45,11 +45,12 @@ MATERIALS = {
     'paint brown': (None, (0.10, 0.045, 0.020), 0.35, 40, 1),
 }
 EXTRA = '''        "glass dark": (shading: blinn, base_factor: (0.012, 0.016, 0.024), specular_factor: (0.9, 0.9, 0.9), shininess: 90),
-        "glass warm": (shading: blinn, emissive_map: "../textures/town_rooms.jpg", emissive_factor: (1.0, 0.80, 0.52)),
-        "glass dim": (shading: blinn, emissive_map: "../textures/town_rooms.jpg", emissive_factor: (0.34, 0.20, 0.09)),
-        "glass white": (shading: blinn, emissive_map: "../textures/town_rooms.jpg", emissive_factor: (0.85, 0.85, 0.80)),
-        "glass blue": (shading: blinn, emissive_map: "../textures/town_rooms.jpg", emissive_factor: (0.20, 0.32, 0.55)),
-        "glass shop": (shading: blinn, emissive_map: "../textures/town_rooms.jpg", emissive_factor: (1.3, 1.1, 0.80)),
+        // Panes glow by themselves and hardly show the lamps outside.
+        "glass warm": (shading: metallic_roughness, metallic: 0, roughness: 0.15, base_factor: (0.02, 0.02, 0.02), emissive_map: "../textures/town_rooms.jpg", emissive_factor: (1.0, 0.74, 0.42)),
+        "glass dim": (shading: metallic_roughness, metallic: 0, roughness: 0.15, base_factor: (0.02, 0.02, 0.02), emissive_map: "../textures/town_rooms.jpg", emissive_factor: (0.34, 0.20, 0.09)),
+        "glass white": (shading: metallic_roughness, metallic: 0, roughness: 0.15, base_factor: (0.02, 0.02, 0.02), emissive_map: "../textures/town_rooms.jpg", emissive_factor: (0.62, 0.56, 0.46)),
+        "glass blue": (shading: metallic_roughness, metallic: 0, roughness: 0.15, base_factor: (0.02, 0.02, 0.02), emissive_map: "../textures/town_rooms.jpg", emissive_factor: (0.20, 0.32, 0.55)),
+        "glass shop": (shading: metallic_roughness, metallic: 0, roughness: 0.15, base_factor: (0.02, 0.02, 0.02), emissive_map: "../textures/town_rooms.jpg", emissive_factor: (0.95, 0.80, 0.56)),
         "copper": (
             shading: metallic_roughness, metallic: 1, roughness: 0.34,
             base_map: "../textures/copper_base.jpg", normal_map: "../textures/copper_normal.png",
@@ -57,16 +58,17 @@ EXTRA = '''        "glass dark": (shading: blinn, base_factor: (0.012, 0.016, 0.
         ),
         "earth": (shading: blinn, base_factor: (0.02, 0.022, 0.018), specular_factor: (0, 0, 0)),
 '''
-CAMERAS = '''        (name: "town", camera: (fov_y_degrees: 44), transform: (translation: (2.6, 6.6, 47), look_at: (-2.2, 3.0, 0))),
-        (name: "street", camera: (fov_y_degrees: 46), transform: (translation: (7.5, 1.6, -11.5), look_at: (-30, 2.8, -1.5))),
-        (name: "square", camera: (fov_y_degrees: 48), transform: (translation: (-9.5, 2.2, 40.5), look_at: (-27, 3.0, 18))),
+CAMERAS = '''        (name: "town", camera: (fov_y_degrees: 42), transform: (translation: (4.9, 5.2, 45.5), look_at: (-6.0, 2.9, 6))),
+        (name: "street", camera: (fov_y_degrees: 46), transform: (translation: (-15.0, 1.6, -9.0), look_at: (-45, 2.3, -5.4))),
+        (name: "square", camera: (fov_y_degrees: 48), transform: (translation: (-13.2, 1.7, 36.5), look_at: (-25.5, 3.0, 21))),
         (name: "above", camera: (fov_y_degrees: 46), transform: (translation: (70, 52, 88), look_at: (-14, 0, 2))),
-        (name: "hill", camera: (fov_y_degrees: 42), transform: (translation: (88, 3.2, -70.5), look_at: (166, 4.6, -74))),
+        (name: "hill", camera: (fov_y_degrees: 32), transform: (translation: (84, 2.0, -68.2), look_at: (166, 5.2, -74))),
 '''
 LIGHTS = {
-    'low lamp': 'spot(color: (1.0, 0.60, 0.26), intensity: 30, range: 13, inner_degrees: 30, outer_degrees: 80)',
-    'tall lamp': 'spot(color: (1.0, 0.62, 0.29), intensity: 62, range: 17, inner_degrees: 30, outer_degrees: 78)',
+    'low lamp': 'spot(color: (1.0, 0.60, 0.26), intensity: 42, range: 15, inner_degrees: 30, outer_degrees: 80)',
+    'tall lamp': 'spot(color: (1.0, 0.62, 0.29), intensity: 85, range: 21, inner_degrees: 30, outer_degrees: 78)',
     'shop': 'point(color: (1.0, 0.74, 0.44), intensity: 5, range: 6)',
+    'fountain': 'point(color: (1.0, 0.82, 0.58), intensity: 5, range: 5)',
     'shelter': 'point(color: (1.0, 0.90, 0.72), intensity: 5, range: 6)',
     'head': 'spot(color: (1.0, 0.90, 0.74), intensity: 45, range: 18, inner_degrees: 6, outer_degrees: 40)',
     'tail': 'spot(color: (1.0, 0.05, 0.03), intensity: 2.5, range: 6, inner_degrees: 30, outer_degrees: 80)',
@@ -146,7 +148,9 @@ class Scene:
         self.model('facade')
         self.mesh('behind a front', 'cube(size: (12.4, 6.55, 8.6), tile_metres: 1)')
         self.model('wall_lamp')
-        self.raw('(mesh: "facade", %s, children: [(mesh: "behind a front", material: "brick red", transform: (translation: (0, 3.275, -4.67))), '
+        for p in ('wall', 'trim', 'roof'):
+            self.model('town_houses', 'front_' + p)
+        self.raw('(mesh: "facade", %s, children: [(mesh: "front_wall", material: "brick red"), (mesh: "front_roof", material: "tiles grey"), (mesh: "front_trim", material: "stone dark"), (mesh: "behind a front", material: "brick red", transform: (translation: (0, 3.275, -4.67))), '
                  '(mesh: "wall_lamp", transform: (translation: (1.35, 3.0, 0)), attach: [(node: "lamp", light: "shop")]), '
                  '(mesh: "wall_lamp", transform: (translation: (-3.1, 3.5, 0.1)), attach: [(node: "lamp", light: "shop")])]),' % at)
 
@@ -165,7 +169,7 @@ class Scene:
     def write(self, path, traffic, still):
         self.model('kettle')
         self.raw('(mesh: "%s", material: "earth", piece_metres: 0, transform: (translation: (0, -0.15, 35))),' % self.mesh('land', 'plane(size: (520, 400))'))
-        self.raw('(name: "evening sky", light: directional(color: (0.34, 0.50, 1.0), intensity: 0.07), transform: (translation: (-6, 7, 5), look_at: (0, 0, 0))),')
+        self.raw('(name: "evening sky", light: directional(color: (0.34, 0.50, 1.0), intensity: 0.14), transform: (translation: (-6, 7, 5), look_at: (0, 0, 0))),')
         vehicles = self.standing(traffic) if still else self.driving(traffic)
         text = HEAD + ('' if still else self.roads(traffic))
         text += '    materials: {\n' + ''.join(material(m) for m in MATERIALS) + EXTRA + '    },\n'
@@ -192,7 +196,6 @@ class Scene:
             fields += ['%s: %s' % (k, v) for k, v in r.fields.items()]
             if r.stops:
                 stops = ['(at: %s, signal: "%s", group: %d)' % (num(a), s, g) for a, s, g in r.stops]
-                stops += ['(at: %s, seconds: 12)' % num(at) for b, at in traffic.bus_stops if b is r and False]
                 fields.append('stops: [%s]' % ', '.join(stops))
             if r.then:
                 fields.append('then: [%s]' % ', '.join('"%s"' % t for t in r.then))
