@@ -10,7 +10,9 @@ use relief::scene::{self, load_vehicle_types};
 use std::path::PathBuf;
 use systems::Simulation;
 use systems::components::Light;
-use systems::library::{Library, MaterialId};
+use systems::library::{Library, MaterialId, MeshId};
+use systems::lights::Selection;
+use systems::shapes;
 use systems::vehicles::lamps::{Lamp, LampKind};
 use systems::vehicles::parts::{Movement, MovingPart};
 use systems::vehicles::{
@@ -122,14 +124,36 @@ fn a_model_stands_on_its_wheels_whatever_its_origin() {
     near(wheels[0], Vec3::new(99.4, 0.5, 0.0));
     near(wheels[3], Vec3::new(100.7, 0.5, 2.5));
     // Under a node that turns it round: at +3.5, shining ahead.
-    let (lamp, at) = world.query::<(&Lamp, &GlobalTransform)>().single(world).expect("one lamp");
+    let (lamp, at) = world.query_filtered::<(&Lamp, &GlobalTransform), With<MeshId>>().single(world).expect("a glass");
     assert_eq!((lamp.vehicle, lamp.kind), (vehicle, LampKind::Head));
     near(at.translation(), Vec3::new(100.0, 1.5, 3.5));
     near(at.forward().into(), Vec3::Z);
     assert_eq!(place(world, vehicle), Vec3::new(100.0, 0.0, 0.0));
-    // Body, four wheels, the glass: nothing that has no purpose.
-    assert_eq!(world.query::<&ChildOf>().iter(world).count(), 6);
+    // Body, four wheels, the glass, its light: nothing that has no purpose.
+    assert_eq!(world.query::<&ChildOf>().iter(world).count(), 7);
     assert_eq!(world.query::<&Light>().single(world).expect("one light").intensity, 9.0);
+}
+
+#[test]
+fn lamps_shine_ahead_and_not_on_their_own_vehicle() {
+    let (mut simulation, _) = Folder::new().types(TYPES);
+    let (kind, _) = find(&simulation, "cart");
+    simulation.world.spawn(Vehicle::of(kind));
+    let wall = simulation.world.resource_mut::<Library>().add_mesh(shapes::cube(Vec3::ONE));
+    let wall = simulation.world.spawn((wall, Transform::from_xyz(0.0, 1.0, 12.0))).id();
+    simulation.frame();
+    let world = &mut simulation.world;
+    let (light, at) = world.query::<(&Light, &GlobalTransform)>().single(world).expect("one light");
+    assert!(light.enabled && at.forward().dot(Vec3::Z) > 0.999);
+    // The body's sphere, of 2.83 m about 1.5, reaches 4.33.
+    assert!((4.33..4.35).contains(&at.translation().z), "{}", at.translation());
+    let reached: Vec<Entity> = world
+        .query::<(Entity, &Selection)>()
+        .iter(world)
+        .filter(|(_, selection)| selection.reaching > 0)
+        .map(|(entity, _)| entity)
+        .collect();
+    assert_eq!(reached, [wall]);
 }
 
 #[test]

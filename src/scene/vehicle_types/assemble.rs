@@ -7,9 +7,10 @@ use super::format::{Lamps, VehicleType as Source};
 use crate::import::Model;
 use crate::scene::spawn;
 use bevy_transform::components::Transform;
-use glam::{Affine3A, Vec3};
+use glam::{Affine3A, Vec3, Vec3A};
 use std::collections::HashMap;
-use systems::bounds::Aabb;
+use systems::bounds::{Aabb, Sphere};
+use systems::components::LightKind;
 use systems::library::{Library, Material, MaterialId};
 use systems::vehicles::parts::{Movement, Part, PartLamp};
 use systems::vehicles::types::{self, Limits, VehicleType};
@@ -292,7 +293,8 @@ impl Builder<'_> {
         })
     }
 
-    fn finish(self, name: &str) -> VehicleType {
+    fn finish(mut self, name: &str) -> VehicleType {
+        shine_from_outside(&mut self.parts, self.library);
         let s = self.source;
         let named = |node: &str| self.model.nodes.iter().position(|n| n.name == node);
         let trailer = s.trailer.as_ref().and_then(|trailer| Some((trailer, named(&trailer.node)?)));
@@ -340,6 +342,37 @@ impl Builder<'_> {
             eye: s.eye.map_or(Vec3::new(size.x * 0.2, size.y * 0.8, size.z * 0.3), Vec3::from_array),
             parts: self.parts,
         }
+    }
+}
+
+/// Metres that a lamp's light is moved ahead of its glass, at most.
+const AHEAD: f32 = 1.0;
+
+/// Moves spot lights ahead, so that the vehicle's own parts are behind them and not, by their bounding spheres, among
+/// what they light: an object has room for three lights, and its own do nothing for it.
+fn shine_from_outside(parts: &mut Vec<Part>, library: &Library) {
+    let mut places: Vec<Affine3A> = Vec::new();
+    for part in &*parts {
+        let parent = part.parent.and_then(|index| places.get(index).copied()).unwrap_or_default();
+        places.push(parent * part.rest.compute_affine());
+    }
+    let spheres = |parts: &[Part]| -> Vec<Sphere> {
+        let drawn = parts.iter().zip(&places).filter_map(|(part, place)| Some((part.drawn?.0, place)));
+        drawn.filter_map(|(mesh, place)| Some(library.mesh(mesh)?.bounds.transformed(place))).collect()
+    };
+    let spheres = spheres(parts);
+    for (index, place) in places.iter().enumerate() {
+        let Some(lamp) = &mut parts[index].lamp else { continue };
+        let Some(light) = lamp.light.take_if(|light| matches!(light.kind, LightKind::Spot { .. })) else { continue };
+        let (kind, name) = (lamp.kind, parts[index].name.clone());
+        let (apex, ahead) = (place.translation, -place.matrix3.z_axis.normalize_or_zero());
+        let beyond = |sphere: &Sphere| (Vec3A::from(sphere.center) - apex).dot(ahead) + sphere.radius;
+        let needed = spheres.iter().map(beyond).fold(0.0, f32::max) + 0.01;
+        // The part may be scaled.
+        let scale = place.matrix3.z_axis.length().max(1e-6);
+        let rest = Transform::from_xyz(0.0, 0.0, -needed.min(AHEAD) / scale);
+        let lamp = Some(PartLamp { kind, light: Some(light), lit: None });
+        parts.push(Part { name, parent: Some(index), rest, lamp, ..Part::default() });
     }
 }
 
