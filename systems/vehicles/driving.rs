@@ -28,8 +28,8 @@ use bevy_tasks::ComputeTaskPool;
 use bevy_transform::components::Transform;
 use glam::{Vec2, Vec3};
 
-/// Seconds that a lane change takes.
-const LANE_CHANGE: f32 = 3.0;
+/// Seconds that a lane change takes; and metres at least, beside three wheelbases: who hardly moves cannot change.
+const LANE_CHANGE: (f32, f32) = (3.0, 8.0);
 /// Radians: a route that turns by more is indicated; metres before it.
 const INDICATED: (f32, f32) = (0.5, 40.0);
 /// Metres from its lane at which a vehicle is looked for along its whole route again: somebody else moved it.
@@ -336,7 +336,8 @@ impl Surroundings<'_> {
         self.advance(body, on, route, &place);
         self.wait(body, on);
         if let Some(change) = &mut on.change {
-            change.done += seconds / LANE_CHANGE;
+            let rolled = body.motion.speed.abs() * seconds / (LANE_CHANGE.1 + 3.0 * kind.wheelbase);
+            change.done += rolled.min(seconds / LANE_CHANGE.0);
             if change.done >= 1.0 {
                 on.change = None;
             }

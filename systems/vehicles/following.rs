@@ -15,6 +15,9 @@ const CLOSEST: f32 = 0.05;
 /// m/s and m/s²: who is slower than the first and wants no more than the second stands. The model alone creeps on for ever.
 const STANDING: (f32, f32) = (0.1, 0.1);
 
+/// m/s²: who stands sets off for no less.
+const SETTING_OFF: f32 = 0.25;
+
 /// (s*/s)² for a leader at `gap` metres, from front bumper to rear bumper.
 pub fn interaction(driver: &Driver, speed: f32, leader_speed: f32, gap: f32) -> f32 {
     let approach = speed * (speed - leader_speed) / (2.0 * (driver.acceleration * driver.braking).sqrt());
@@ -34,10 +37,10 @@ pub fn acceleration(driver: &Driver, speed: f32, wanted_speed: f32, interaction:
 pub fn step(limits: &Limits, speed: f32, acceleration: f32, seconds: f32) -> (f32, f32) {
     let possible = acceleration.clamp(-limits.braking, limits.acceleration);
     let next = speed + possible * seconds;
-    if next < STANDING.0 && possible < STANDING.1 && speed >= 0.0 {
-        return (if speed > 0.0 { possible } else { 0.0 }, 0.0);
+    if speed <= 0.0 && possible < SETTING_OFF {
+        return (0.0, 0.0);
     }
-    (possible, next)
+    if next < STANDING.0 && possible < STANDING.1 { (possible, 0.0) } else { (possible, next) }
 }
 
 /// The gap at which all keep their speed: (s0 + v·T) / √(1 − (v/v0)^δ).

@@ -229,9 +229,6 @@ pub(super) fn rear(kind: &VehicleType) -> f32 {
     kind.trailer.map_or(kind.rear_overhang, |trailer| kind.rear_overhang.max(trailer.end - trailer.hitch))
 }
 
-/// How much of a lane change is done when the lane that is left is free again.
-const LEFT_BEHIND: f32 = 0.7;
-
 fn enter_routed(
     index: u32,
     row: &Row,
@@ -258,7 +255,6 @@ fn enter_routed(
     found.push((routes.lane(route, on.lane), entry(on.at, Role::Main, scale)));
     if let Some(change) = on.change
         && change.from_lane != on.lane
-        && change.done < LEFT_BEHIND
     {
         found.push((routes.lane(route, change.from_lane), entry(on.at, Role::Follower, scale)));
     }
