@@ -384,7 +384,7 @@ fn run(args: &RunArgs) -> Result<(), FrameError> {
         simulation: stage.simulation,
         title: stage.scene.name,
         cameras: stage.scene.cameras,
-        camera: stage.camera,
+        viewpoint: stage.viewpoint,
         size: args.view.size,
         settings: args.view.settings(),
         paused: args.paused,

@@ -4,9 +4,10 @@ use crate::color::linear_from_kelvin;
 use bevy_ecs::prelude::*;
 use bevy_transform::components::Transform;
 use glam::{Quat, Vec3};
+use serde::{Deserialize, Serialize};
 
 /// The shape of a [`Light`]. Spot and directional lights shine along the entity's local −Z.
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub enum LightKind {
     /// In all directions from a point.
     Point,
@@ -27,7 +28,7 @@ pub enum LightKind {
 /// A light. Its place and direction are the entity's transform, so it follows its parent.
 ///
 /// An intensity of 1 at attenuation 1 lights a white surface that faces the light to a radiance of 1.
-#[derive(Component, Clone, PartialEq, Debug)]
+#[derive(Component, Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[require(Transform, crate::lights::LightSlot)]
 #[component(on_remove = crate::lights::free_slot, summary_tick)]
 pub struct Light {
@@ -100,6 +101,17 @@ impl Light {
         self.attenuation = attenuation;
         self
     }
+
+    /// Whether its numbers are numbers; the range alone may be infinite.
+    pub(crate) fn is_sound(&self) -> bool {
+        let cone = match self.kind {
+            LightKind::Spot { outer, inner, exponent } => [outer, inner.unwrap_or(outer), exponent],
+            LightKind::Point | LightKind::Directional => [0.0; 3],
+        };
+        let vectors = [self.color, self.ambient, self.attenuation];
+        let numbers = cone.iter().all(|n| n.is_finite()) && vectors.iter().all(|v| v.is_finite());
+        numbers && self.intensity.is_finite() && !self.range.is_nan()
+    }
 }
 
 /// How a [`Camera`] projects.
@@ -142,8 +154,8 @@ impl Default for Camera {
 }
 
 /// Turns about its parent's axis at an even rate; the step system writes the entity's rotation.
-#[derive(Component, Clone, Copy, PartialEq, Debug)]
-#[require(Transform)]
+#[derive(Component, Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+#[require(Transform, crate::interpolation::Interpolated)]
 pub struct Spin {
     /// Unit axis in the parent's space.
     pub axis: Vec3,
@@ -153,8 +165,15 @@ pub struct Spin {
     pub start: Quat,
 }
 
+impl Spin {
+    /// Whether its numbers are numbers, and its axis an axis.
+    pub(crate) fn is_sound(&self) -> bool {
+        self.axis.is_normalized() && self.rate.is_finite() && self.start.is_normalized()
+    }
+}
+
 /// An entity that can show one of several meshes in turn; the window's key F cycles it.
-#[derive(Component, Clone, PartialEq, Debug)]
+#[derive(Component, Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Figure {
     /// The meshes, in order; the entity starts with the first.
     pub meshes: Vec<crate::library::MeshId>,

@@ -14,7 +14,7 @@ use bevy_ecs::world::DeferredWorld;
 use std::collections::{HashMap, HashSet};
 
 /// Neither this entity nor what is below it is drawn.
-#[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default, serde::Serialize, serde::Deserialize)]
 #[component(summary_tick)]
 pub struct Hidden;
 

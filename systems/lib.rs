@@ -17,7 +17,9 @@ mod curve;
 pub mod draw_list;
 pub mod hidden;
 pub mod images;
+pub mod inputs;
 pub mod instances;
+pub mod interpolation;
 pub mod levels;
 pub mod library;
 mod light_alone;
@@ -34,8 +36,13 @@ pub mod object_order;
 mod pages;
 pub mod pieces;
 pub mod relevance;
+pub mod roster;
 pub mod shapes;
+pub mod snapshot;
+pub mod spawn;
 pub mod split;
+pub mod state;
+pub mod state_hash;
 pub mod stats;
 pub mod tangents;
 pub mod texture_memory;
@@ -93,6 +100,11 @@ impl Simulation {
         let mut world = World::new();
         world.init_resource::<library::Library>();
         world.init_resource::<clock::Clock>();
+        world.init_resource::<clock::Seed>();
+        world.init_resource::<inputs::Inputs>();
+        world.init_resource::<interpolation::Interpolation>();
+        world.init_resource::<roster::Roster>();
+        world.insert_resource(state::StateList::standard());
         world.init_resource::<stats::FrameStats>();
         world.init_resource::<materials::MaterialTable>();
         world.init_resource::<lights::LightTable>();
@@ -138,6 +150,8 @@ pub fn step_schedule() -> Schedule {
     let mut schedule = in_fixed_order();
     schedule.add_systems(
         (
+            inputs::apply_inputs,             // what changes from outside, before anything else does
+            interpolation::remember,          // where everything is, before it moves
             clock::tick,                      // the time of this step, before anyone reads it
             motion::spin,                     // what moves by itself
             vehicles::ground::update_grounds, // what vehicles stand on
@@ -263,7 +277,7 @@ mod tests {
         simulation.step_schedule.add_systems(shake);
         assert!(simulation.step_schedule.initialize(&mut simulation.world).is_err());
         let mut ordered = Simulation::new();
-        ordered.step_schedule.add_systems(shake.after(motion::spin));
+        ordered.step_schedule.add_systems(shake.after(motion::spin).before(vehicles::parts::move_parts));
         assert!(ordered.step_schedule.initialize(&mut ordered.world).is_ok());
     }
 }

@@ -26,13 +26,13 @@ fn free_slots(mut world: DeferredWorld, context: HookContext) {
 }
 
 /// Names a [`Mesh`] of the [`Library`]. As a component: this entity is drawn with that mesh.
-#[derive(Component, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+#[derive(Component, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, serde::Serialize, serde::Deserialize)]
 #[require(Transform, MaterialId, WorldBounds, Selection, InstanceSlot, Place)]
 #[component(on_remove = free_slots, summary_tick)]
 pub struct MeshId(pub u32);
 
 /// Names a [`Material`] of the [`Library`]. As a component: the material of a drawn entity.
-#[derive(Component, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+#[derive(Component, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, serde::Serialize, serde::Deserialize)]
 #[component(summary_tick)]
 pub struct MaterialId(pub u32);
 

@@ -5,41 +5,68 @@
 //! Objects without parent and children are written where the scan finds them, parts of a table in parallel. Of
 //! hierarchies, `topmost` finds the changed nodes that have no changed node above, and `propagate` goes down from these.
 //! What is below an entity without `Transform`, or in a ring of parents, keeps its place.
+//!
+//! An [`Interpolated`] entity is placed between its last two transforms; where the window draws frames between steps,
+//! those that moved in the last step are placed anew in each.
 
 use crate::bounds::WorldBounds;
 use crate::changes::{first_changed, for_each_changed_in, in_parallel, rows_per_task, touch};
+use crate::interpolation::{Interpolated, Interpolation};
 use bevy_ecs::change_detection::{ContiguousMut, ContiguousRef};
 use bevy_ecs::prelude::*;
 use bevy_transform::components::{GlobalTransform, Transform};
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
-type Placed<'a> = (Ref<'a, Transform>, &'a mut GlobalTransform, Option<&'a mut WorldBounds>);
+type Placed<'a> =
+    (Ref<'a, Transform>, Option<Ref<'a, Interpolated>>, &'a mut GlobalTransform, Option<&'a mut WorldBounds>);
+type Hung<'a> = (Entity, Ref<'a, Transform>, Option<Ref<'a, Interpolated>>, Option<Ref<'a, ChildOf>>);
 type Alone = (Without<ChildOf>, Without<Children>);
 type Related = Or<(With<ChildOf>, With<Children>)>;
-type Nodes<'w, 's> = Query<'w, 's, (&'static Transform, &'static mut GlobalTransform, Has<Children>)>;
+type Node = (&'static Transform, Option<&'static Interpolated>, &'static mut GlobalTransform, Has<Children>);
+type Nodes<'w, 's> = Query<'w, 's, Node>;
+
+/// How a frame places what is interpolated.
+#[derive(Clone, Copy)]
+struct Between {
+    /// Of the last step: 1 is the state itself.
+    fraction: f32,
+    /// Whether that differs from the frame before.
+    is_new: bool,
+}
 
 /// Brings the `GlobalTransform`s of what moved, or changed its parent, up to date.
 #[allow(clippy::type_complexity)]
 pub fn update_transforms(
     mut queries: ParamSet<(
         Query<Placed, Alone>,
-        Query<(Entity, Ref<Transform>, Option<Ref<ChildOf>>), (With<GlobalTransform>, Related)>,
+        Query<Hung, (With<GlobalTransform>, Related)>,
         (Nodes, Query<&ChildOf>, Query<&Children>),
         Query<&mut WorldBounds>,
     )>,
     mut orphaned: RemovedComponents<ChildOf>,
+    interpolation: Res<Interpolation>,
     mut kept: Local<Kept>,
 ) {
-    for (transforms, globals, bounds) in queries.p0().contiguous_iter_mut().into_iter().flatten() {
-        if update_table(transforms, globals)
+    let fraction = interpolation.drawn();
+    let between = Between { fraction, is_new: kept.fraction.replace(fraction).is_some_and(|last| last != fraction) };
+    for (transforms, interpolated, globals, bounds) in queries.p0().contiguous_iter_mut().into_iter().flatten() {
+        if update_table(transforms, interpolated, globals, between)
             && let Some(bounds) = bounds
         {
             touch(ContiguousMut::bypass_change_detection_split(bounds).1);
         }
     }
     let mut changed: Vec<Entity> = orphaned.read().collect();
-    for (entities, transforms, parents) in queries.p1().contiguous_iter().into_iter().flatten() {
-        let (transforms, parents) = (ContiguousRef::split(transforms).1, parents.map(|p| ContiguousRef::split(p).1));
-        for_each_changed_in([Some(&transforms), parents.as_ref()], |row| changed.push(entities[row]));
+    for (entities, transforms, interpolated, parents) in queries.p1().contiguous_iter().into_iter().flatten() {
+        let (transforms, placed) = ContiguousRef::split(transforms);
+        let (interpolated, noted) = interpolated.map(ContiguousRef::split).unzip();
+        let parents = parents.map(|parents| ContiguousRef::split(parents).1);
+        let columns = [Some(&placed), noted.as_ref(), parents.as_ref()];
+        for_each_changed_in(columns, |row| changed.push(entities[row]));
+        if let Some(interpolated) = interpolated.filter(|_| between.is_new) {
+            let moving = interpolated.iter().zip(transforms).zip(entities);
+            changed.extend(moving.filter(|((noted, now), _)| noted.is_moving(now)).map(|(_, entity)| *entity));
+        }
     }
     if changed.is_empty() {
         return;
@@ -47,7 +74,7 @@ pub fn update_transforms(
     let (mut nodes, parents, children) = queries.p2();
     let topmost = kept.topmost(&changed, &nodes, &parents);
     kept.forget();
-    let any = propagate(&topmost, &children, &mut nodes);
+    let any = propagate(&topmost, &children, &mut nodes, fraction);
     if any {
         // Of all objects: what has just lost its parent is among those without.
         for bounds in queries.p3().contiguous_iter_mut().into_iter().flatten() {
@@ -56,21 +83,48 @@ pub fn update_transforms(
     }
 }
 
-/// Writes the changed rows of a table of objects without parent and children. Returns whether there were any.
-fn update_table(transforms: ContiguousRef<Transform>, globals: ContiguousMut<GlobalTransform>) -> bool {
+/// Writes the changed rows of a table of objects without parent and children. Returns whether there may be any.
+fn update_table(
+    transforms: ContiguousRef<Transform>,
+    interpolated: Option<ContiguousRef<Interpolated>>,
+    globals: ContiguousMut<GlobalTransform>,
+    between: Between,
+) -> bool {
     let (transforms, ticks) = ContiguousRef::split(transforms);
-    let Some((first, since, columns)) = first_changed([Some(&ticks)]) else { return false };
+    let (interpolated, noted) = interpolated.map(ContiguousRef::split).unzip();
     let (globals, mut written) = ContiguousMut::bypass_change_detection_split(globals);
-    let rows = rows_per_task(globals.len() - first);
-    let targets = globals[first..].chunks_mut(rows).zip(written.changed_mut()[first..].chunks_mut(rows));
-    in_parallel(targets.enumerate(), |(part, (globals, changed))| {
-        let start = first + part * rows;
-        since.for_each(columns, start..start + globals.len(), |row| {
-            globals[row - start] = GlobalTransform::from(transforms[row]);
-            changed[row - start] = ticks.this_run();
+    let (written, this_run) = (written.changed_mut(), ticks.this_run());
+    let global = |row: usize| match interpolated {
+        Some(noted) => GlobalTransform::from(noted[row].blend(&transforms[row], between.fraction)),
+        None => GlobalTransform::from(transforms[row]),
+    };
+    let any = AtomicBool::new(false);
+    if let Some((first, since, columns)) = first_changed([Some(&ticks), noted.as_ref()]) {
+        let rows = rows_per_task(globals.len() - first);
+        let targets = globals[first..].chunks_mut(rows).zip(written[first..].chunks_mut(rows));
+        in_parallel(targets.enumerate(), |(part, (globals, written))| {
+            let start = first + part * rows;
+            since.for_each(columns, start..start + globals.len(), |row| {
+                globals[row - start] = global(row);
+                written[row - start] = this_run;
+            });
         });
-    });
-    true
+        any.store(true, Relaxed);
+    }
+    if let Some(noted) = interpolated.filter(|_| between.is_new) {
+        let rows = rows_per_task(globals.len());
+        let targets = globals.chunks_mut(rows).zip(written.chunks_mut(rows));
+        in_parallel(targets.enumerate(), |(part, (globals, written))| {
+            for (i, (place, written)) in globals.iter_mut().zip(written).enumerate() {
+                let row = part * rows + i;
+                if *written != this_run && noted[row].is_moving(&transforms[row]) {
+                    (*place, *written) = (global(row), this_run);
+                    any.store(true, Relaxed);
+                }
+            }
+        });
+    }
+    any.into_inner()
 }
 
 /// What is known of a node while a frame's changed nodes are sorted out.
@@ -95,6 +149,8 @@ pub struct Kept {
     marks: Vec<Mark>,
     /// Those that are not `Unknown`.
     marked: Vec<usize>,
+    /// What the frame before was drawn at, of a step.
+    fraction: Option<f32>,
 }
 
 impl Kept {
@@ -130,7 +186,7 @@ impl Kept {
             }
         }
         distinct.retain(|&entity| self.climb(entity, nodes, parents) == Mark::Still);
-        let global = |parent: &ChildOf| nodes.get(parent.parent()).ok().map(|(_, global, _)| *global);
+        let global = |parent: &ChildOf| nodes.get(parent.parent()).ok().map(|(_, _, global, _)| *global);
         distinct.iter().map(|&entity| (entity, parents.get(entity).ok().and_then(global))).collect()
     }
 
@@ -164,11 +220,12 @@ type Below = (Entity, Option<GlobalTransform>);
 
 /// Recomputes the nodes and what is below them; returns whether anything changed. On one thread: looking an entity up
 /// takes longer than its product, and results would have to be gathered before they are written.
-fn propagate(topmost: &[Below], parents: &Query<&Children>, nodes: &mut Nodes) -> bool {
+fn propagate(topmost: &[Below], parents: &Query<&Children>, nodes: &mut Nodes, fraction: f32) -> bool {
     let mut any = false;
     let mut place = |entity: Entity, parent: Option<&GlobalTransform>, open: &mut Vec<(Entity, GlobalTransform)>| {
-        let Ok((transform, mut global, has_children)) = nodes.get_mut(entity) else { return };
-        let new = parent.map_or_else(|| GlobalTransform::from(*transform), |parent| parent.mul_transform(*transform));
+        let Ok((transform, noted, mut global, has_children)) = nodes.get_mut(entity) else { return };
+        let local = noted.map_or(*transform, |noted| noted.blend(transform, fraction));
+        let new = parent.map_or_else(|| GlobalTransform::from(local), |parent| parent.mul_transform(local));
         any |= global.set_if_neq(new);
         if has_children {
             open.push((entity, new));

@@ -25,6 +25,10 @@ SCREEN = half([(0.70, S_SCREEN[0] + 0.012), (0.755, S_SCREEN[0] + 0.06), (0.765,
 BACK = half([(0.62, S_BACK[0]), (0.70, S_BACK[0] + 0.03), (0.72, S_BACK[1] - 0.06), (0.68, S_BACK[1])])
 
 
+S_GRILLE = (O.near(3.28, 0.66), O.near(3.31, 0.36))
+GRILLES = [half([(0.44, s - dy), (0.47 + dx, s - 0.6 * dy), (0.47 + dx, s + 0.6 * dy), (0.44, s + dy)]) for s, dx, dy in ((S_GRILLE[0], 0.0, 0.056), (S_GRILLE[1], 0.03, 0.086))]
+
+
 def fillet(p):
     z, y = p[..., 0], p[..., 1]
     r = 0.085 + 0.05 * smooth(2.6, 3.1, z) + 0.03 * smooth(0.2, -0.5, z) * smooth(1.0, 0.8, y)
@@ -100,7 +104,7 @@ def draw_strip(atlas):
     c.ridge(np.where((S > s0 + 0.03) & (S < s1), T - 0.36 - 0.12 * (S - s0), 1), 0.012, 0.06)
     c.fill(np.maximum(np.abs(S - s1 - 0.03) - 0.05, T - 0.74), '141516', 0.65)       # scuttle
     # face: upper slot, lower grille, plate bed, fog-lamp pockets
-    su, sl = at(3.28, 0.66), at(3.31, 0.36)
+    su, sl = S_GRILLE
     c.grille(rr(S, T, su, 0, 0.055, 0.47, 0.05), 0.032, upright=True, bar='9a9c9e')
     c.ridge(rr(S, T, su, 0, 0.060, 0.475, 0.05), 0.008, 0.014)
     c.grille(rr(S, T, sl, 0, 0.085, 0.50, 0.05), 0.045, upright=True)
@@ -135,12 +139,10 @@ def draw_strip(atlas):
     c.line(np.where(T < 0.645, S - sb, 1))
     bed = rr(S, T, at(-0.675, 0.735), 0, 0.075, 0.29, 0.03)
     c.raise_(bed, -0.012, 0.012)
-    c.fill(rr(S, T, at(-0.655, 0.825), 0, 0.012, 0.27, 0.01), 'b9babb', 0.2, 1)
+    c.fill(rr(S, T, at(-0.655, 0.825), 0, 0.012, 0.27, 0.01), '1b1c1d', 0.4)
     c.fill(rr(S, T, at(-0.64, 0.33), 0, 0.075, 0.62, 0.04), '1b1c1d', 0.62)
     for tt in (0.62,):
         c.fill(rr(S, T, at(-0.675, 0.47), tt, 0.022, 0.10, 0.012), '7c120e', 0.2, flat=True)
-    badge = np.hypot(S - at(-0.64, 0.885), T) - 0.035
-    c.fill(badge, 'd8d9da', 0.15, 1)
     low = np.maximum(smooth(0.45, 0.0, S), smooth(O.length - 0.55, O.length, S))
     c.weather(np.clip(0.7 * low, 0, 1), 0.5)
     c.put()
@@ -184,13 +186,14 @@ def build(out):
     shell = Shell(O, HX, fillet, deform, chart(SIDE, atlas, ZX, SY), chart(STRIP, atlas, SX, TY), 3)
     arches = [arch_loop(az, HUB, ARCH) for az in (0, FRONT)]
     side, glass = shell.side(np.arange(-0.4, 3.2, 0.30), [0.32, 0.46, 0.60, 0.74, 0.84, 0.92, 1.02, 1.18, 1.33], [DLO], arches)
-    top, screens = shell.strip([0, 0.28, 0.56, 0.80], [SCREEN, BACK])
+    top, screens = shell.strip([0, 0.28, 0.56, 0.80], [SCREEN, BACK] + GRILLES)
     paint = both(side) + both(top) + both(shell.edge())
     trim = [m for p in glass + screens for m in both(p)]
     for az in (0, FRONT):
         lip, tub = shell.arch(az, HUB, ARCH, SILL, 0.50, uv['plastic'], uv['under'], 12, 0.006)
         trim += both(lip) + both(tub)
-    trim.append(box(1.50, 0.05, 3.40, 0).move(0, 0.225, 1.30).swatch(*uv['under']))
+    for sx, sz, z in ((0.98, 3.5, 1.30), (1.50, 1.68, 1.265), (1.34, 0.16, 3.0), (1.40, 0.16, -0.48)):      # floor, narrow between the wheels
+        trim.append(box(sx, 0.05, sz).move(0, 0.23 - 0.005 * sx, z).swatch(*uv['under']))
     p, t = details(shell, uv, atlas)
     v = Vehicle('car', atlas, (0.30, 0.035, 0.030))
     v.body(paint + p, trim + t)

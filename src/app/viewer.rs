@@ -2,16 +2,20 @@
 
 use super::Options;
 use super::camera::Controller;
+use super::driving::{self, Wheel};
 use super::input::Command;
 use crate::frames;
 use crate::renderer::{DebugView, Settings};
+use crate::viewpoint::Viewpoint;
 use bevy_ecs::prelude::*;
+use bevy_transform::components::GlobalTransform;
 use glam::Vec3;
 use systems::Simulation;
 use systems::bounds::{Aabb, WorldBounds};
 use systems::clock::Clock;
 use systems::components::{Figure, Light};
 use systems::library::{MeshId, Technique};
+use systems::vehicles::{ByHand, Controls, Indicator, Motion, Vehicle, VehicleTypes};
 use systems::view::View;
 
 /// Simulated seconds per real second: as far as the keys go.
@@ -28,8 +32,12 @@ pub struct Viewer {
     pub title: String,
     /// Names and entities of the scene's cameras.
     pub cameras: Vec<(String, Entity)>,
-    /// The scene's camera that is looked through, or was until somebody moved.
-    pub camera: Entity,
+    /// What is looked through, or was until somebody moved.
+    pub viewpoint: Viewpoint,
+    /// The vehicle that is driven, and the keys held.
+    pub driven: Option<Entity>,
+    /// The keys that drive.
+    pub wheel: Wheel,
     /// The free camera.
     pub controller: Controller,
     /// How to draw; the picked entity is filled in by [`Self::drawn_settings`].
@@ -68,7 +76,9 @@ impl Viewer {
             simulation: options.simulation,
             title: options.title,
             cameras: options.cameras,
-            camera: options.camera,
+            viewpoint: options.viewpoint,
+            driven: None,
+            wheel: Wheel::default(),
             controller: Controller::default(),
             settings: options.settings,
             panel: options.panel,
@@ -94,7 +104,7 @@ impl Viewer {
                 let mut clock = self.clock();
                 clock.paused = !clock.paused;
             }
-            Command::Step if self.clock().paused => self.simulation.step(),
+            Command::Step if self.clock().paused => self.step(),
             Command::Step => {}
             Command::Faster => self.change_speed(2.0),
             Command::Slower => self.change_speed(0.5),
@@ -104,6 +114,14 @@ impl Viewer {
             Command::ToggleLightLines => self.light_lines = !self.light_lines,
             Command::ToggleLight => self.toggle_light(),
             Command::NextCamera => self.next_camera(),
+            Command::Drive => self.drive(),
+            Command::Headlights => self.edit_controls(|c| c.headlights = driving::next_headlights(c.headlights)),
+            Command::IndicateLeft => {
+                self.edit_controls(|c| c.indicator = driving::toggle_indicator(c.indicator, Indicator::Left))
+            }
+            Command::IndicateRight => {
+                self.edit_controls(|c| c.indicator = driving::toggle_indicator(c.indicator, Indicator::Right))
+            }
             Command::ResetCamera => self.controller.reset(),
             Command::TogglePanel => self.panel = !self.panel,
             Command::ToggleHelp => {
@@ -147,26 +165,99 @@ impl Viewer {
     }
 
     fn next_camera(&mut self) {
-        let now = self.cameras.iter().position(|(_, camera)| *camera == self.camera);
-        let next = now.map_or(0, |now| (now + 1) % self.cameras.len());
-        if let Some((_, camera)) = self.cameras.get(next) {
-            self.camera = *camera;
+        let viewpoints = self.viewpoints();
+        let now = viewpoints.iter().position(|(_, viewpoint)| *viewpoint == self.viewpoint);
+        let next = now.map_or(0, |now| (now + 1) % viewpoints.len());
+        if let Some((_, viewpoint)) = viewpoints.get(next) {
+            self.viewpoint = *viewpoint;
         }
         self.controller.reset();
+    }
+
+    /// The scene's cameras; and where a vehicle is driven or selected, those that follow it.
+    pub fn viewpoints(&self) -> Vec<(String, Viewpoint)> {
+        let cameras = self.cameras.iter().map(|(name, camera)| (name.clone(), Viewpoint::Camera(*camera)));
+        let vehicle = self.driven.or(self.viewpoint.vehicle()).or_else(|| self.selected_vehicle());
+        let follows = vehicle.into_iter().flat_map(|vehicle| {
+            let name = frames::name_of(&self.simulation.world, vehicle);
+            [
+                (format!("chase {name}"), Viewpoint::Chase(vehicle)),
+                (format!("driver {name}"), Viewpoint::Driver(vehicle)),
+            ]
+        });
+        cameras.chain(follows).collect()
+    }
+
+    /// The vehicle that the selected entity is or belongs to.
+    pub fn selected_vehicle(&self) -> Option<Entity> {
+        let world = &self.simulation.world;
+        let above = |entity: &Entity| world.get::<ChildOf>(*entity).map(ChildOf::parent);
+        // As deep as trees of models go; a ring of parents ends, too.
+        std::iter::successors(self.selected, above).take(64).find(|&entity| world.get::<Vehicle>(entity).is_some())
+    }
+
+    /// Takes the wheel of the selected vehicle, or of the nearest; gives it back if somebody has it.
+    fn drive(&mut self) {
+        let world = &mut self.simulation.world;
+        if let Some(vehicle) = self.driven.take() {
+            if let Ok(mut entity) = world.get_entity_mut(vehicle) {
+                entity.remove::<ByHand>();
+            }
+            self.wheel = Wheel::default();
+            return;
+        }
+        let eye = self.view((16, 9)).eye();
+        let chosen = self.selected_vehicle().or_else(|| {
+            let world = &mut self.simulation.world;
+            let mut vehicles = world.query_filtered::<(Entity, &GlobalTransform), With<Vehicle>>();
+            driving::nearest(vehicles.iter(world).map(|(entity, at)| (entity, at.translation())), eye)
+        });
+        let Some(vehicle) = chosen else {
+            self.notice = "there is no vehicle to drive".into();
+            return;
+        };
+        self.simulation.world.entity_mut(vehicle).insert(ByHand);
+        self.driven = Some(vehicle);
+        self.viewpoint = Viewpoint::Chase(vehicle);
+        self.controller.reset();
+    }
+
+    /// Changes the controls of the driven vehicle.
+    fn edit_controls(&mut self, edit: impl FnOnce(&mut Controls)) {
+        if let Some(mut controls) = self.driven.and_then(|vehicle| self.simulation.world.get_mut::<Controls>(vehicle)) {
+            edit(&mut controls);
+        }
+    }
+
+    /// One step, with the keys that are held.
+    fn step(&mut self) {
+        let seconds = self.clock().step_seconds as f32;
+        if let Some(vehicle) = self.driven {
+            let world = &mut self.simulation.world;
+            let state = world.query::<(&Controls, &Motion, &Vehicle)>().get(world, vehicle).ok();
+            if let Some((&controls, motion, kind)) = state {
+                let kind = world.resource::<VehicleTypes>().get(kind.kind);
+                let controls = self.wheel.controls(controls, motion, kind, seconds);
+                self.edit_controls(|c| *c = controls);
+            } else {
+                self.driven = None;
+            }
+        }
+        self.simulation.step();
     }
 
     /// Lets real time go by: the steps that are due. Returns how many.
     pub fn advance(&mut self, seconds: f64) -> u64 {
         let due = self.clock().advance(seconds);
         for _ in 0..due {
-            self.simulation.step();
+            self.step();
         }
         due
     }
 
     /// What to draw for.
     pub fn view(&self, size: (u32, u32)) -> View {
-        self.controller.view(&frames::view_of(&self.simulation.world, self.camera, size))
+        self.controller.view(&self.viewpoint.view(&self.simulation.world, size))
     }
 
     /// The object that is pointed out: under the pointer, else selected.
@@ -238,7 +329,7 @@ mod tests {
         Viewer::new(Options {
             simulation,
             title: "test".into(),
-            camera: cameras[0].1,
+            viewpoint: cameras[0].1.into(),
             cameras,
             size: (64, 36),
             settings,
@@ -310,7 +401,7 @@ mod tests {
     #[test]
     fn an_index_that_is_gone_names_no_entity() {
         let mut viewer = viewer();
-        let entity = viewer.camera;
+        let entity = viewer.cameras[0].1;
         assert_eq!(viewer.entity(entity.index_u32()), Some(entity));
         viewer.simulation.world.despawn(entity);
         assert_eq!(viewer.entity(entity.index_u32()), None);

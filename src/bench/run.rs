@@ -8,11 +8,11 @@ use super::machine::{Build, Memory};
 use super::measurement::{Measurement, Spread};
 use super::trace::chrome_trace;
 use super::yard::{Yard, YardError};
-use crate::frames::view_of;
 use crate::output::{self, OutputError};
 use crate::renderer::{
     Gpu, GpuError, Occlusion, PICTURE_FORMAT, PassTime, RenderError, RenderStats, Renderer, Settings,
 };
+use crate::viewpoint::Viewpoint;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -248,7 +248,7 @@ impl Bench {
         let simulation = &mut self.yard.simulation;
         simulation.frame();
         let simulate = lap();
-        let view: View = view_of(&simulation.world, self.yard.camera, self.size);
+        let view: View = Viewpoint::Camera(self.yard.camera).view(&simulation.world, self.size);
         self.renderer.prepare(simulation.draw_list(), simulation.library(), &view, &self.settings)?;
         let prepare = lap();
         let commands = self.renderer.record(&self.target, PICTURE_FORMAT);
@@ -266,7 +266,7 @@ impl Bench {
 
     /// What the triangles of the objects in view take by themselves, the median of so many frames.
     fn floor(&mut self, frames: usize) -> Option<f64> {
-        let view = view_of(&self.yard.simulation.world, self.yard.camera, self.size);
+        let view = Viewpoint::Camera(self.yard.camera).view(&self.yard.simulation.world, self.size);
         let gpu = self.renderer.gpu();
         let floor = Floor::new(gpu, &mut self.yard, &view)?;
         let times = (0..frames + 2).map(|_| milliseconds(floor.draw(gpu, &self.target)));

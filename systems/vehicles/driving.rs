@@ -22,6 +22,7 @@ use super::{
 };
 use crate::changes::in_parallel;
 use crate::clock::Clock;
+use crate::interpolation::Interpolated;
 use bevy_ecs::change_detection::{ContiguousComponentTicksMut, ContiguousMut, ContiguousRef, Tick};
 use bevy_ecs::prelude::*;
 use bevy_tasks::ComputeTaskPool;
@@ -44,6 +45,7 @@ type Columns<'a> = (
     &'a mut Transform,
     Option<&'a mut OnRoute>,
     Option<&'a mut Wanted>,
+    Option<&'a mut Interpolated>,
     Has<ByHand>,
     Has<Stalled>,
 );
@@ -97,7 +99,7 @@ pub fn drive(
 /// Notes all vehicles as rows. Returns whether they are others than in the last step, or in another order.
 fn note(vehicles: &mut Query<Columns>, traffic: &mut Traffic, without_routes: bool) -> bool {
     let (mut count, mut is_new) = (0, false);
-    for (entities, numbers, kinds, motions, _, transforms, on, _, by_hand, _) in
+    for (entities, numbers, kinds, motions, _, transforms, on, _, _, by_hand, _) in
         vehicles.contiguous_iter_mut().into_iter().flatten()
     {
         let end = count + entities.len();
@@ -149,13 +151,15 @@ struct Body<'a> {
     motion: Motion,
     controls: Controls,
     transform: Transform,
+    /// It was put elsewhere.
+    jumped: bool,
 }
 
 /// Moves all; returns those whose numbers make no sense any more.
 fn move_all(vehicles: &mut Query<Columns>, around: &Surroundings) -> Vec<Entity> {
     let broken = std::sync::Mutex::new(Vec::new());
     let mut count = 0;
-    for (entities, numbers, kinds, motions, controls, transforms, on, wanted, by_hand, is_stalled) in
+    for (entities, numbers, kinds, motions, controls, transforms, on, wanted, drawn, by_hand, is_stalled) in
         vehicles.contiguous_iter_mut().into_iter().flatten()
     {
         let first = count;
@@ -171,45 +175,55 @@ fn move_all(vehicles: &mut Query<Columns>, around: &Surroundings) -> Vec<Entity>
         let (transforms, mut transform_ticks) = ContiguousMut::bypass_change_detection_split(transforms);
         let mut on = on.map(ContiguousMut::bypass_change_detection_split);
         let mut wanted = wanted.map(ContiguousMut::bypass_change_detection_split);
+        let mut drawn = drawn.map(ContiguousMut::bypass_change_detection_split);
         let motions = parts(motions, &mut motion_ticks, chunk);
         let controls = parts(controls, &mut control_ticks, chunk);
         let transforms = parts(transforms, &mut transform_ticks, chunk);
         let on = maybe_parts(on.as_mut(), motions.len(), chunk);
         let wanted = maybe_parts(wanted.as_mut(), motions.len(), chunk);
-        let parts = motions.into_iter().zip(controls).zip(transforms).zip(on).zip(wanted).enumerate();
-        in_parallel(parts, |(part, ((((mut motions, mut controls), mut transforms), mut on), mut wanted))| {
-            for i in 0..motions.values.len() {
-                let index = part * chunk + i;
-                let mut body = Body {
-                    row: first + index,
-                    number: numbers[index].0,
-                    kind: around.types.get(kinds[index].kind),
-                    motion: motions.values[i],
-                    controls: controls.values[i],
-                    transform: transforms.values[i],
-                };
-                let mut route = on.as_ref().map(|on| on.values[i]);
-                let mut wants = wanted.as_ref().map(|wanted| wanted.values[i]);
-                around.step(&mut body, route.as_mut(), wants.as_mut());
-                if !is_sound(&body, route.as_ref()) {
-                    if let Ok(mut broken) = broken.lock() {
-                        broken.push(entities[index]);
+        let drawn = maybe_parts(drawn.as_mut(), motions.len(), chunk);
+        let parts = motions.into_iter().zip(controls).zip(transforms).zip(on).zip(wanted).zip(drawn).enumerate();
+        in_parallel(
+            parts,
+            |(part, (((((mut motions, mut controls), mut transforms), mut on), mut wanted), mut drawn))| {
+                for i in 0..motions.values.len() {
+                    let index = part * chunk + i;
+                    let mut body = Body {
+                        row: first + index,
+                        number: numbers[index].0,
+                        kind: around.types.get(kinds[index].kind),
+                        motion: motions.values[i],
+                        controls: controls.values[i],
+                        transform: transforms.values[i],
+                        jumped: false,
+                    };
+                    let mut route = on.as_ref().map(|on| on.values[i]);
+                    let mut wants = wanted.as_ref().map(|wanted| wanted.values[i]);
+                    around.step(&mut body, route.as_mut(), wants.as_mut());
+                    if !is_sound(&body, route.as_ref()) {
+                        if let Ok(mut broken) = broken.lock() {
+                            broken.push(entities[index]);
+                        }
+                        restore(&mut body, &around.traffic.rows[first + index]);
+                        route = None;
+                        wants = wants.map(|_| Wanted::default());
                     }
-                    restore(&mut body, &around.traffic.rows[first + index]);
-                    route = None;
-                    wants = wants.map(|_| Wanted::default());
+                    if let Some(drawn) = drawn.as_mut().filter(|_| body.jumped) {
+                        drawn.values[i].jump();
+                        drawn.changed[i] = drawn.now;
+                    }
+                    motions.set(i, body.motion);
+                    controls.set(i, body.controls);
+                    transforms.set(i, body.transform);
+                    if let (Some(on), Some(route)) = (&mut on, route) {
+                        on.set(i, route);
+                    }
+                    if let (Some(wanted), Some(wants)) = (&mut wanted, wants) {
+                        wanted.set(i, wants);
+                    }
                 }
-                motions.set(i, body.motion);
-                controls.set(i, body.controls);
-                transforms.set(i, body.transform);
-                if let (Some(on), Some(route)) = (&mut on, route) {
-                    on.set(i, route);
-                }
-                if let (Some(wanted), Some(wants)) = (&mut wanted, wants) {
-                    wanted.set(i, wants);
-                }
-            }
-        });
+            },
+        );
     }
     let mut broken = broken.into_inner().unwrap_or_default();
     broken.sort_unstable();
@@ -260,6 +274,7 @@ fn is_sound(body: &Body, on: Option<&OnRoute>) -> bool {
 /// Where a vehicle last was, standing.
 fn restore(body: &mut Body, row: &Row) {
     let rolled = if body.motion.rolled.is_finite() { body.motion.rolled } else { 0.0 };
+    body.jumped = true;
     body.motion = Motion { yaw: row.yaw, rolled, ..Motion::default() };
     let scale = if body.transform.scale.is_finite() { body.transform.scale } else { Vec3::ONE };
     body.transform =
@@ -307,8 +322,7 @@ impl Surroundings<'_> {
         let (kind, seconds, speed) = (body.kind, self.seconds, body.motion.speed);
         let mut place = route.place(on.at);
         let mut across = off_line(&place, body.transform.translation);
-        if (across - self.routes.offset(route, on.lane)).abs() > LOST + f32::from(route.lanes()) * route.plan.lane_width
-        {
+        if (across - self.routes.offset(route, on.lane)).abs() > LOST + f32::from(route.lanes()) * route.lane_width() {
             on.at = route.nearest(body.transform.translation);
             place = route.place(on.at);
             across = off_line(&place, body.transform.translation);
@@ -359,7 +373,7 @@ impl Surroundings<'_> {
         let ahead = steering::lookahead(body.kind.wheelbase, body.motion.speed);
         let target = on.at + ahead;
         let over = target - route.length;
-        let point = if over > 0.0 && !route.plan.then.is_empty() {
+        let point = if over > 0.0 && !route.then.is_empty() {
             let next = self.routes.next(on.route, body.number, on.choices);
             let next = self.routes.get(next).unwrap_or(route);
             next.place(over).beside(self.path(on, next, on.lane))
@@ -390,22 +404,23 @@ impl Surroundings<'_> {
             on.waited = 0.0;
         }
         if on.at < route.length {
-            return self.stand(body, |wheelbase| route.place(on.at + wheelbase).position.y);
+            return self.stand(body, |wheelbase| route.height(on.at + wheelbase));
         }
         let next = self.routes.next(on.route, body.number, on.choices);
         let Some(following) = self.routes.get(next) else { return };
-        let jumps = route.plan.then.is_empty() && !route.plan.closed;
+        let jumps = route.then.is_empty() && !route.closed;
         on.previous = [Some((on.route, on.lane)), on.previous[0]];
         on.choices = on.choices.wrapping_add(1);
         (on.route, on.at) = (next, (on.at - route.length).min(following.length));
         on.lane = on.lane.min(following.lanes() - 1);
         if jumps {
+            body.jumped = true;
             on.change = None;
             let there = self.routes.stand(on);
             body.transform.translation = there.translation;
             let forward = there.rotation * Vec3::Z;
             (body.motion.yaw, body.motion.hitch, body.motion.steering) = (forward.x.atan2(forward.z), 0.0, 0.0);
-        } else if !route.plan.closed {
+        } else if !route.closed {
             let across = off_line(&following.place(on.at), body.transform.translation);
             let change = on.change.filter(|_| route.lanes() == following.lanes());
             on.change = match change {
@@ -415,7 +430,7 @@ impl Surroundings<'_> {
                 kept => kept,
             };
         }
-        self.stand(body, |wheelbase| following.place(on.at + wheelbase).position.y);
+        self.stand(body, |wheelbase| following.height(on.at + wheelbase));
     }
 
     /// Puts a vehicle on the ground, or to heights of its own: `height` so many metres ahead of the rear axle.
@@ -454,7 +469,7 @@ impl Surroundings<'_> {
         if route.turn.abs() > INDICATED.0 && route.is_one_of_several {
             return toward(route.turn > 0.0);
         }
-        let next = if route.length - on.at < INDICATED.1 {
+        let next = if route.length - on.at < INDICATED.1 && route.then.len() > 1 {
             self.routes.get(self.routes.next(on.route, body.number, on.choices))
         } else {
             None

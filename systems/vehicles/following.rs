@@ -93,7 +93,7 @@ impl<'a> Way<'a> {
 
     /// Stops of `route` before which the front still is, with the distance to them.
     pub fn stops(&self, front: f32) -> impl Iterator<Item = (Stop, f32)> + use<'a> {
-        let (stops, distance) = (&self.route.plan.stops, self.distance);
+        let (stops, distance) = (&self.route.stops, self.distance);
         let first = usize::from(self.route.stop_after(front - distance));
         stops.iter().skip(first).map(move |&stop| (stop, distance + stop.at - front))
     }

@@ -65,7 +65,7 @@ const BRAKES: f32 = -0.6;
 const BLINK: f64 = 1.0 / 3.0;
 
 /// Which lamps of a vehicle are on. State that follows from the rest; kept to see what changes.
-#[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default, serde::Serialize, serde::Deserialize)]
 #[component(summary_tick)]
 pub struct Switches(u8);
 

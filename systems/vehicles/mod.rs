@@ -36,17 +36,19 @@ pub mod steering;
 pub mod traffic;
 pub mod types;
 
+use crate::interpolation::Interpolated;
 use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
 use bevy_transform::components::Transform;
 use lamps::Switches;
 use routes::{RouteId, Routes};
+use serde::{Deserialize, Serialize};
 pub use types::{VehicleType, VehicleTypeId, VehicleTypes};
 
 /// Makes an entity a vehicle of a type; its parts become entities below it as it is spawned.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug)]
-#[require(Transform, VehicleNumber, Motion, Controls, Switches)]
+#[require(Transform, VehicleNumber, Motion, Controls, Switches, Interpolated)]
 #[component(on_add = become_vehicle, immutable)]
 pub struct Vehicle {
     /// What it is.
@@ -69,7 +71,7 @@ impl Vehicle {
 
 /// Tells vehicles apart, whatever order tables are in: what happens first is decided by it. Given to a vehicle as it is
 /// spawned, counting up, and never given twice; one that is written beforehand is kept.
-#[derive(Component, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+#[derive(Component, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Serialize, Deserialize)]
 pub struct VehicleNumber(pub u32);
 
 impl VehicleNumber {
@@ -84,11 +86,11 @@ impl Default for VehicleNumber {
 }
 
 /// The number that the next vehicle gets.
-#[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Default)]
 pub struct NextVehicleNumber(pub u32);
 
 /// How a vehicle moves. State: written by whatever moves it.
-#[derive(Component, Clone, Copy, PartialEq, Debug, Default)]
+#[derive(Component, Clone, Copy, PartialEq, Debug, Serialize, Deserialize, Default)]
 pub struct Motion {
     /// Along its own forward, m/s; negative in reverse.
     pub speed: f32,
@@ -104,8 +106,16 @@ pub struct Motion {
     pub rolled: f64,
 }
 
+impl Motion {
+    /// Whether its numbers are numbers.
+    pub(crate) fn is_sound(&self) -> bool {
+        let numbers = [self.speed, self.acceleration, self.steering, self.yaw, self.hitch];
+        numbers.iter().all(|n| n.is_finite()) && self.rolled.is_finite()
+    }
+}
+
 /// What the one at the wheel wants; applies to a vehicle that no route drives, or that is driven [`ByHand`].
-#[derive(Component, Clone, Copy, PartialEq, Debug, Default)]
+#[derive(Component, Clone, Copy, PartialEq, Debug, Serialize, Deserialize, Default)]
 pub struct Controls {
     /// 0..1 of the type's acceleration; −1..0 in reverse.
     pub throttle: f32,
@@ -119,8 +129,16 @@ pub struct Controls {
     pub indicator: Indicator,
 }
 
+impl Controls {
+    /// Whether its numbers are within their ranges.
+    pub(crate) fn is_sound(&self) -> bool {
+        let ranges = [(self.throttle, -1.0), (self.brake, 0.0), (self.steer, -1.0)];
+        ranges.iter().all(|(value, least)| (*least..=1.0).contains(value))
+    }
+}
+
 /// Head and tail lamps.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Default)]
 pub enum Headlights {
     /// None; nor the tail lamps.
     Off,
@@ -132,7 +150,7 @@ pub enum Headlights {
 }
 
 /// Indicators, as somebody at the wheel sets them. Routes set them by themselves.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Default)]
 pub enum Indicator {
     /// Neither side.
     #[default]
@@ -146,13 +164,13 @@ pub enum Indicator {
 }
 
 /// Driven by somebody through [`Controls`], even where it has a route.
-#[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Default)]
 pub struct ByHand;
 
-/// Drives along a route by itself, unless it is driven [`ByHand`]. State. As it is inserted, an entity that stands at the
-/// origin is put to its place on the route.
-#[derive(Component, Clone, Copy, PartialEq, Debug, Default)]
-#[component(on_insert = stand_on_route)]
+/// Drives along a route by itself, unless it is driven [`ByHand`]. State. As it is added, an entity that stands at the
+/// origin is put to its place on the route; later the vehicle's place decides, and `at` follows it.
+#[derive(Component, Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
+#[component(on_add = stand_on_route)]
 pub struct OnRoute {
     /// The route.
     pub route: RouteId,
@@ -175,10 +193,16 @@ impl OnRoute {
     pub fn new(route: RouteId, lane: u8, at: f32) -> Self {
         Self { route, at, lane, ..Self::default() }
     }
+
+    /// Whether its numbers are numbers.
+    pub(crate) fn is_sound(&self) -> bool {
+        let change = self.change.is_none_or(|change| change.from.is_finite() && change.done.is_finite());
+        self.at.is_finite() && !self.waited.is_nan() && change
+    }
 }
 
 /// A change of lane that is under way.
-#[derive(Clone, Copy, PartialEq, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct LaneChange {
     /// Where it began, metres to the left of the centre line.
     pub from: f32,
@@ -200,7 +224,7 @@ pub struct Wanted {
 
 /// A vehicle whose numbers made no sense any more (infinite, or none at all): it was put back to where it last was, and
 /// stands there until this is removed.
-#[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 pub struct Stalled;
 
 /// Numbers a new vehicle, turns it as its entity stands, and has its parts spawned.

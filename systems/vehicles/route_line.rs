@@ -5,8 +5,9 @@ use super::routes::{Route, RouteId, RoutePlan, Routes};
 use glam::{Vec2, Vec3};
 use std::collections::HashMap;
 
-/// Metres between two samples of a route that is not too long for it.
-const STEP: f32 = 1.0;
+/// Metres between two samples: the first to begin with, at most the second where bends and limits allow it. A straight
+/// line between samples is nowhere farther from the centre line than the third.
+const STEP: (f32, f32, f32) = (1.0, 8.0, 0.01);
 
 /// Samples of a route; of longer ones they are farther apart.
 const MOST_SAMPLES: usize = 1 << 16;
@@ -49,19 +50,29 @@ pub(super) fn sample(plan: &RoutePlan) -> (Vec<Sample>, f32) {
         along += f64::from(pair[0].distance(pair[1]));
         measured.push((along, pair[1]));
     }
-    let count = ((along / f64::from(STEP)).ceil() as usize).clamp(2, MOST_SAMPLES);
+    let close = with_directions(plan, &spaced(&measured, along, STEP.0), along as f32);
+    let sharpest = close.iter().map(|sample| sample.curvature.abs()).fold(1e-6, f32::max);
+    let slopes = measured.windows(2).any(|pair| pair[0].1.y != pair[1].1.y);
+    let wide = (8.0 * STEP.2 / sharpest).sqrt();
+    if wide < 1.5 * STEP.0 || slopes || !plan.limits.is_empty() {
+        return (close, along as f32);
+    }
+    (with_directions(plan, &spaced(&measured, along, wide.min(STEP.1)), along as f32), along as f32)
+}
+
+/// Points that are so far apart, about, on a line of points with their distances from its beginning.
+fn spaced(measured: &[(f64, Vec3)], along: f64, step: f32) -> Vec<Vec3> {
+    let count = ((along / f64::from(step)).ceil() as usize).clamp(2, MOST_SAMPLES);
     let mut at = 0;
-    let positions: Vec<Vec3> = (0..=count)
-        .map(|i| {
-            let target = along * i as f64 / count as f64;
-            while at + 2 < measured.len() && measured[at + 1].0 < target {
-                at += 1;
-            }
-            let ((from, a), (to, b)) = (measured[at], measured[at + 1]);
-            a.lerp(b, ((target - from) / (to - from).max(1e-12)).clamp(0.0, 1.0) as f32)
-        })
-        .collect();
-    (with_directions(plan, &positions, along as f32), along as f32)
+    let point = |i: usize| {
+        let target = along * i as f64 / count as f64;
+        while at + 2 < measured.len() && measured[at + 1].0 < target {
+            at += 1;
+        }
+        let ((from, a), (to, b)) = (measured[at], measured[at + 1]);
+        a.lerp(b, ((target - from) / (to - from).max(1e-12)).clamp(0.0, 1.0) as f32)
+    };
+    (0..=count).map(point).collect()
 }
 
 /// Neighbouring points that are the same count once.
@@ -189,7 +200,7 @@ pub fn self_crossing(route: &Route) -> Option<Vec3> {
         let middle = (a + b) * 0.5 / (2.0 * longest);
         let cell = [middle.x.floor() as i32, middle.z.floor() as i32];
         for near in around(cell).filter_map(|cell| cells.get(&cell)).flatten().copied() {
-            let is_next = i - near < 2 || (route.plan.closed && near + count - i < 2);
+            let is_next = i - near < 2 || (route.closed && near + count - i < 2);
             let (c, d) = (samples[near].position, samples[near + 1].position);
             if !is_next && (a.y - c.y).abs() < HEADROOM && cross(a, b, c, d) {
                 return Some(a);

@@ -13,9 +13,10 @@ use super::route_line::{self, Sample};
 use bevy_ecs::prelude::*;
 use bevy_transform::components::Transform;
 use glam::{Quat, Vec2, Vec3};
+use serde::{Deserialize, Serialize};
 
 /// Names a route of [`Routes`].
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default, Serialize, Deserialize)]
 pub struct RouteId(pub u16);
 
 /// What a route is; all lengths along the centre line, from its beginning.
@@ -79,23 +80,33 @@ pub enum Wait {
     Dwell(f32),
 }
 
-/// A route, ready to be driven on.
+/// A route, ready to be driven on. What every vehicle reads in every step lies together.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Route {
-    /// What it was made from; stops ascending.
-    pub plan: RoutePlan,
     /// Of its centre line, metres.
     pub length: f32,
     /// Heading at its end against that at its beginning, radians, left positive.
     pub turn: f32,
-    /// Whether it is one of several ways that a vehicle may take: turning is indicated there only.
-    pub is_one_of_several: bool,
     /// Samples per metre.
     density: f32,
-    /// Evenly spaced from beginning to end.
-    samples: Vec<Sample>,
     /// The number of its lane 0 among the lanes of all routes.
     first_lane: u32,
+    lane_width: f32,
+    /// The height of all of it, if it is level.
+    level: Option<f32>,
+    lanes: u8,
+    /// The end is the beginning.
+    pub closed: bool,
+    /// Whether it is one of several ways that a vehicle may take: turning is indicated there only.
+    pub is_one_of_several: bool,
+    /// What may follow.
+    pub then: Box<[RouteId]>,
+    /// Where vehicles wait, ascending.
+    pub stops: Box<[Stop]>,
+    /// Evenly spaced from beginning to end.
+    samples: Box<[Sample]>,
+    /// What it was made from.
+    pub plan: Box<RoutePlan>,
 }
 
 /// Where the centre line is at some place.
@@ -134,7 +145,7 @@ pub fn left_of(forward: Vec2) -> Vec2 {
 impl Route {
     /// The place `at` metres from its beginning. Beyond its ends the line goes on straight, or round if it is closed.
     pub fn place(&self, at: f32) -> Place {
-        let at = if self.plan.closed { at.rem_euclid(self.length) } else { at };
+        let at = self.inside(at);
         let scaled = at * self.density;
         let last = self.samples.len().saturating_sub(2);
         let index = (scaled.max(0.0) as usize).min(last);
@@ -153,6 +164,20 @@ impl Route {
         }
     }
 
+    /// The same place of a closed route, within it.
+    fn inside(&self, at: f32) -> f32 {
+        match at {
+            _ if !self.closed || (0.0..self.length).contains(&at) => at,
+            _ if (0.0..2.0 * self.length).contains(&at) => at - self.length,
+            _ => at.rem_euclid(self.length),
+        }
+    }
+
+    /// The height of the centre line, as [`Route::place`] has it.
+    pub fn height(&self, at: f32) -> f32 {
+        self.level.unwrap_or_else(|| self.place(at).position.y)
+    }
+
     /// Of the centre line near `at`, radians per metre, left positive.
     pub(super) fn curvature(&self, at: f32) -> f32 {
         let index = ((at * self.density).max(0.0) as usize).min(self.samples.len() - 1);
@@ -161,7 +186,12 @@ impl Route {
 
     /// The number of its lanes, at least 1.
     pub fn lanes(&self) -> u8 {
-        self.plan.lanes.max(1)
+        self.lanes
+    }
+
+    /// Metres from the middle of a lane to that of the next.
+    pub fn lane_width(&self) -> f32 {
+        self.lane_width
     }
 
     /// The nearest place to a point, among the samples that are as high up to 5 m: metres from the beginning.
@@ -177,7 +207,7 @@ impl Route {
 
     /// The first stop whose line is beyond `at`.
     pub fn stop_after(&self, at: f32) -> u16 {
-        self.plan.stops.partition_point(|stop| stop.at <= at) as u16
+        self.stops.partition_point(|stop| stop.at <= at) as u16
     }
 
     pub(super) fn samples(&self) -> &[Sample] {
@@ -212,11 +242,23 @@ impl Routes {
             plan.then.retain(|next| usize::from(next.0) < count);
             plan.stops.sort_by(|a, b| a.at.total_cmp(&b.at));
             let (samples, length) = route_line::sample(&plan);
-            let density = (samples.len() - 1) as f32 / length;
-            let turn = route_line::turn(&samples);
-            let first_lane = lanes;
-            lanes += u32::from(plan.lanes.max(1));
-            routes.push(Route { plan, length, turn, is_one_of_several: false, density, samples, first_lane });
+            let first = samples[0].position.y;
+            routes.push(Route {
+                length,
+                turn: route_line::turn(&samples),
+                density: (samples.len() - 1) as f32 / length,
+                first_lane: lanes,
+                lane_width: plan.lane_width,
+                level: samples.iter().all(|sample| sample.position.y == first).then_some(first),
+                lanes: plan.lanes.max(1),
+                closed: plan.closed,
+                is_one_of_several: false,
+                then: plan.then.as_slice().into(),
+                stops: plan.stops.as_slice().into(),
+                samples: samples.into(),
+                plan: Box::new(plan),
+            });
+            lanes += u32::from(routes[routes.len() - 1].lanes);
         }
         let mut all = Self { routes, left_hand, seed, lanes, cells: route_line::Cells::default() };
         all.note_forks();
@@ -258,18 +300,18 @@ impl Routes {
     /// Metres from the centre line to the middle of a lane, left positive.
     pub fn offset(&self, route: &Route, lane: u8) -> f32 {
         let from_edge = f32::from(lane.min(route.lanes() - 1)) - (f32::from(route.lanes()) - 1.0) * 0.5;
-        from_edge * route.plan.lane_width * if self.left_hand { -1.0 } else { 1.0 }
+        from_edge * route.lane_width * if self.left_hand { -1.0 } else { 1.0 }
     }
 
     /// The route after `route` of the vehicle of that number, which has come to routes `choices` times before: a
     /// function of these alone, so that it is known beforehand.
     pub fn next(&self, route: RouteId, number: u32, choices: u32) -> RouteId {
-        match self.get(route).map_or(&[][..], |route| &route.plan.then) {
+        match self.get(route).map_or(&[][..], |route| &route.then) {
             [] => route,
             [only] => *only,
             several => {
                 let bits = mixed(self.seed ^ mixed(u64::from(number) << 32 | u64::from(choices)));
-                several[((bits >> 32) * several.len() as u64 >> 32) as usize]
+                several[(((bits >> 32) * several.len() as u64) >> 32) as usize]
             }
         }
     }
@@ -287,7 +329,7 @@ impl Routes {
     }
 
     fn note_forks(&mut self) {
-        let forks: Vec<Vec<RouteId>> = self.routes.iter().map(|route| route.plan.then.clone()).collect();
+        let forks: Vec<Vec<RouteId>> = self.routes.iter().map(|route| route.then.to_vec()).collect();
         for way in forks.iter().filter(|ways| ways.len() > 1).flatten() {
             self.routes[usize::from(way.0)].is_one_of_several = true;
         }
@@ -304,8 +346,8 @@ impl Routes {
                 .collect();
             for (index, route) in self.routes.iter_mut().enumerate() {
                 let own = [RouteId(index as u16)];
-                let round = if route.plan.closed { &own[..] } else { &[] };
-                let then = if route.plan.then.is_empty() { round } else { &route.plan.then };
+                let round = if route.closed { &own[..] } else { &[] };
+                let then = if route.then.is_empty() { round } else { &route.then };
                 let after = then.iter().filter_map(|next| starts.get(usize::from(next.0)));
                 let after = after.fold((f32::MAX, f32::MAX), |least, s| (least.0.min(s.0), least.1.min(s.1)));
                 let step = 1.0 / route.density;

@@ -175,34 +175,27 @@ impl Traffic {
 
     fn sort(&mut self) {
         let mut rest = &mut self.entries[..];
-        let mut lanes = Vec::new();
-        let per_part = (rest.len() / (4 * ComputeTaskPool::get().thread_num())).max(2048);
-        let mut part = Vec::new();
-        let mut size = 0;
-        for bounds in self.starts.windows(2) {
-            let (lane, others) = rest.split_at_mut((bounds[1] - bounds[0]) as usize);
+        let starts = &self.starts;
+        let mut parts = Vec::new();
+        for lanes in in_parts(starts.len() - 1) {
+            let count = (starts[lanes.end] - starts[lanes.start]) as usize;
+            let (entries, others) = rest.split_at_mut(count);
             rest = others;
-            if lane.len() > 1 {
-                size += lane.len();
-                part.push(lane);
-            }
-            if size > per_part {
-                lanes.push(std::mem::take(&mut part));
-                size = 0;
-            }
+            parts.push((lanes, entries));
         }
-        lanes.push(part);
-        in_parallel(lanes.into_iter(), |lanes| lanes.into_iter().for_each(sort_lane));
+        in_parallel(parts.into_iter(), |(lanes, entries)| {
+            let before = starts[lanes.start];
+            for bounds in starts[lanes.start..=lanes.end].windows(2) {
+                sort_lane(&mut entries[(bounds[0] - before) as usize..(bounds[1] - before) as usize]);
+            }
+        });
     }
 
     /// Lets every entry mind the next.
     fn mind(&mut self, types: &VehicleTypes) {
-        let lanes: Vec<u32> = (0..self.starts.len() as u32).collect();
         let this = &*self;
-        let chunk = lanes.len().div_ceil(4 * ComputeTaskPool::get().thread_num()).max(1);
-        in_parallel(lanes.chunks(chunk), |lanes| {
-            for &lane in lanes {
-                let entries = this.lane(lane);
+        in_parallel(in_parts(self.starts.len() - 1), |lanes| {
+            for entries in lanes.map(|lane| this.lane(lane as u32)) {
                 for (index, entry) in entries.iter().enumerate() {
                     if entry.role != Role::Obstacle
                         && let Some(leader) = entries[index + 1..].iter().find(|other| other.row != entry.row)
@@ -213,6 +206,12 @@ impl Traffic {
             }
         });
     }
+}
+
+/// Numbers up to a count in parts for tasks.
+fn in_parts(count: usize) -> impl ExactSizeIterator<Item = std::ops::Range<usize>> {
+    let part = count.div_ceil(4 * ComputeTaskPool::get().thread_num()).max(16);
+    (0..count.div_ceil(part)).map(move |i| i * part..count.min((i + 1) * part))
 }
 
 /// The interaction with a leader. Toward one on another road, before both come to where the roads meet, one brakes
@@ -316,7 +315,7 @@ fn enter_stray(
         let at = route.metres_of(sample as usize) + along;
         for lane in 0..route.lanes() {
             let beside = (across - routes.offset(route, lane)).abs();
-            if beside < breadth + SQUEEZE * 0.5 * route.plan.lane_width && along.abs() < reach + 2.0 {
+            if beside < breadth + SQUEEZE * 0.5 * route.lane_width() && along.abs() < reach + 0.6 * route.metres_of(1) {
                 let entry = Entry {
                     front: at + reach,
                     back: at - reach,

@@ -1,0 +1,255 @@
+//! The state of a busy world: hashed, saved, restored and continued.
+
+use bevy_ecs::prelude::*;
+use bevy_transform::components::Transform;
+use glam::{Quat, Vec3};
+use proptest::prelude::*;
+use systems::clock::{Clock, Seed};
+use systems::components::{Figure, Light, Spin};
+use systems::hidden::Hidden;
+use systems::inputs::{Input, Inputs};
+use systems::interpolation::Interpolation;
+use systems::library::{Library, Material, MaterialId, MeshId};
+use systems::roster::{Roster, StateId, enroll_all};
+use systems::spawn::Spawn;
+use systems::state_hash::{StateHash, hash};
+use systems::vehicles::lamps::LampKind;
+use systems::vehicles::parts::{Movement, Part, PartLamp};
+use systems::vehicles::{ByHand, Controls, Indicator, Motion, Vehicle, VehicleNumber, VehicleType, VehicleTypes};
+use systems::{Simulation, pieces, shapes, snapshot};
+
+/// Spinning arms with lamps at their ends, some of them hidden, a figure, and a road in pieces.
+fn busy() -> Simulation {
+    let mut simulation = Simulation::new();
+    let mut library = simulation.world.resource_mut::<Library>();
+    let meshes = vec![library.add_mesh(shapes::cube(Vec3::ONE)), library.add_mesh(shapes::sphere(0.5, 8, 4))];
+    let road = library.add_mesh(shapes::plane(glam::Vec2::new(2.0, 40.0), glam::UVec2::ONE));
+    let glass = library.add_material(Material::default());
+    let lit = library.add_material(Material { emissive_factor: Vec3::ONE, ..Material::default() });
+    let kind = simulation.world.resource_mut::<VehicleTypes>().add(van(meshes[0], glass, lit));
+    let world = &mut simulation.world;
+    for i in 0..40 {
+        let start = Quat::from_rotation_y(i as f32);
+        let spin = Spin { axis: Vec3::Y, rate: 0.1 + i as f32 * 0.05, start };
+        let arm = world.spawn((spin, meshes[i % 2], Transform::from_xyz(i as f32, 0.0, 0.0))).id();
+        let elbow = world.spawn((spin, Transform::from_xyz(0.0, 0.0, 1.0), ChildOf(arm))).id();
+        let lamp = world.spawn((Light::point(1.0 + i as f32, 5.0), Transform::from_xyz(0.0, 0.5, 1.0), ChildOf(elbow)));
+        let lamp = lamp.id();
+        if i % 7 == 0 {
+            world.entity_mut(lamp).insert(Hidden);
+        }
+    }
+    world.spawn((meshes[0], Figure { meshes, shown: 0 }));
+    for i in 0..5 {
+        let motion = Motion { speed: 3.0 - i as f32, ..Motion::default() };
+        let indicator = if i % 2 == 0 { Indicator::Hazard } else { Indicator::Off };
+        let controls = Controls { indicator, ..Controls::default() };
+        world.spawn((Transform::from_xyz(0.0, 0.0, i as f32), motion, controls, Vehicle::of(kind)));
+    }
+    let road = world.spawn(road).id();
+    pieces::draw_in_pieces(world, road, 8.0);
+    enroll_all(world);
+    simulation
+}
+
+/// A wheel and a lamp.
+fn van(mesh: MeshId, glass: MaterialId, lit: MaterialId) -> VehicleType {
+    let drawn = Some((mesh, glass));
+    let lamp = PartLamp { kind: LampKind::IndicatorLeft, light: Some(Light::point(1.0, 2.0)), lit: Some(lit) };
+    let movement = Some(Movement::Wheel { radius: 0.3, steers: true });
+    let parts = vec![Part { drawn, movement, ..Part::default() }, Part { drawn, lamp: Some(lamp), ..Part::default() }];
+    VehicleType { name: "van".into(), parts, ..VehicleType::default() }
+}
+
+/// Stands for what moves vehicles: as far as they are steered, by the throttle.
+fn roll(mut vehicles: Query<(&mut Motion, &Controls, &mut Transform)>) {
+    for (mut motion, controls, mut transform) in &mut vehicles {
+        motion.speed += controls.throttle * 0.01;
+        motion.steering = controls.steer;
+        motion.rolled += f64::from(motion.speed) / 60.0;
+        transform.translation.x += motion.speed / 60.0;
+    }
+}
+
+fn vehicle(i: u64) -> Spawn {
+    let transform = Transform::from_xyz(0.0, 0.0, i as f32);
+    let controls = Controls { throttle: 0.5, indicator: Indicator::Left, ..Controls::default() };
+    let (name, kind) = (format!("van {i}"), if i % 2 == 0 { "van" } else { "none such" });
+    Spawn::Vehicle { name, transform, kind: kind.into(), paint: 0, controls, by_hand: i % 3 == 0 }
+}
+
+fn lamp(i: u64) -> Spawn {
+    let place = Vec3::new(i as f32, 1.0, 2.0);
+    Spawn::Light {
+        name: format!("lamp {i}"),
+        transform: Transform::from_translation(place),
+        light: Light::point(2.0, 9.0),
+    }
+}
+
+/// What somebody does at a step of a run.
+fn inputs_at(step: u64) -> Vec<Input> {
+    let id = |n: u64| StateId((n % 120) as u32);
+    let mut inputs = Vec::new();
+    if step % 5 == 0 {
+        inputs.push(Input::Spawn(lamp(step)));
+    }
+    if step % 13 == 4 {
+        inputs.push(Input::Spawn(vehicle(step)));
+        let vehicle = StateId(121 + (step % 5) as u32 * 3);
+        let controls = Controls { steer: (step as f32 * 0.1).sin(), throttle: -0.2, ..Controls::default() };
+        inputs.push(Input::Drive { vehicle, controls });
+        inputs.push(Input::TakeWheel { vehicle, by_hand: step % 2 == 0 });
+    }
+    if step % 11 == 3 {
+        // Some of what came.
+        inputs.push(Input::Despawn(StateId(137 + (step / 11 * 2) as u32)));
+        inputs.push(Input::Despawn(id(step * 3)));
+    }
+    if step % 4 == 1 {
+        let light = Light::spot(step as f32, 8.0, 0.4);
+        inputs.push(Input::EditLight { entity: id(step * 3 + 2), light });
+        inputs.push(Input::SetTransform { entity: id(step), transform: Transform::from_xyz(0.0, step as f32, 0.0) });
+        inputs.push(Input::Hide { entity: id(step + 1), hidden: step % 8 == 1 });
+    }
+    if step % 9 == 2 {
+        inputs.push(Input::NextFigure);
+    }
+    inputs
+}
+
+fn step(simulation: &mut Simulation) -> StateHash {
+    let now = simulation.world.resource::<Clock>().step;
+    inputs_at(now).into_iter().for_each(|input| simulation.world.resource_mut::<Inputs>().push(input));
+    simulation.step();
+    simulation.world.run_system_cached(roll).expect("rolls");
+    hash(&mut simulation.world)
+}
+
+#[test]
+fn runs_are_equal_whether_frames_are_drawn_and_how() {
+    let (mut plain, mut watched) = (busy(), busy());
+    watched.world.insert_resource(Interpolation { enabled: true, fraction: 0.3 });
+    let mut seen = std::collections::HashSet::new();
+    for i in 0..200 {
+        let now = step(&mut plain);
+        assert!(seen.insert(now), "step {i} is like one before");
+        assert_eq!(step(&mut watched), now, "step {i}");
+        (0..i % 3).for_each(|_| watched.frame());
+    }
+}
+
+#[test]
+fn a_run_continued_from_a_snapshot_is_the_same_run() {
+    let mut whole = busy();
+    (0..100).for_each(|_| _ = step(&mut whole));
+    let saved = snapshot::save(&mut whole.world);
+    let mut continued = busy();
+    // Other places in memory than the run before.
+    let strangers = [(); 9].map(|()| continued.world.spawn_empty().id());
+    strangers.into_iter().step_by(2).for_each(|entity| _ = continued.world.despawn(entity));
+    snapshot::restore(&mut continued.world, &saved).expect("a snapshot of this scene");
+    assert_eq!(hash(&mut continued.world), hash(&mut whole.world));
+    assert_eq!(snapshot::save(&mut continued.world), saved);
+    for i in 100..600 {
+        assert_eq!(step(&mut continued), step(&mut whole), "step {i}");
+    }
+    let objects = |simulation: &mut Simulation| {
+        simulation.frame();
+        simulation.draw_list().batches.iter().map(|batch| batch.pages.len()).collect::<Vec<_>>()
+    };
+    assert_eq!(objects(&mut continued), objects(&mut whole), "pieces go with what they are pieces of");
+}
+
+#[test]
+fn whatever_is_state_counts_and_comes_back() {
+    let fresh = hash(&mut busy().world);
+    type Change = fn(&mut World, &dyn Fn(u32) -> Entity);
+    let changes: [(&str, Change); 15] = [
+        ("a place", |world, of| world.get_mut::<Transform>(of(4)).expect("there").translation.x += 1e-6),
+        ("a sign", |world, of| world.get_mut::<Transform>(of(1)).expect("there").translation.x = -0.0),
+        ("a light", |world, of| world.get_mut::<Light>(of(2)).expect("there").enabled = false),
+        ("a spin", |world, of| world.get_mut::<Spin>(of(0)).expect("there").rate += 1.0),
+        ("a figure", |world, of| world.get_mut::<Figure>(of(120)).expect("there").shown = 1),
+        ("hidden", |world, of| _ = world.entity_mut(of(3)).insert(Hidden)),
+        ("shown", |world, of| _ = world.entity_mut(of(2)).remove::<Hidden>()),
+        ("a parent", |world, of| _ = world.entity_mut(of(4)).insert(ChildOf(of(0)))),
+        ("a motion", |world, of| world.get_mut::<Motion>(of(121)).expect("there").rolled += 1.0),
+        ("controls", |world, of| world.get_mut::<Controls>(of(121)).expect("there").brake = 0.5),
+        ("a wheel", |world, of| _ = world.entity_mut(of(124)).insert(ByHand)),
+        ("glass", |world, of| _ = world.entity_mut(of(123)).insert(MaterialId::DEFAULT)),
+        ("a number", |world, of| world.get_mut::<VehicleNumber>(of(121)).expect("there").0 = 9),
+        ("the time", |world, _| world.resource_mut::<Clock>().step += 1),
+        ("the seed", |world, _| world.resource_mut::<Seed>().0 += 1),
+    ];
+    for (what, change) in changes {
+        let mut simulation = busy();
+        let entities: Vec<Entity> = simulation.world.resource::<Roster>().iter().map(|(_, entity)| entity).collect();
+        change(&mut simulation.world, &|id| entities[id as usize]);
+        let changed = hash(&mut simulation.world);
+        assert_ne!(changed, fresh, "{what}");
+        let mut other = busy();
+        snapshot::restore(&mut other.world, &snapshot::save(&mut simulation.world)).expect("a snapshot");
+        assert_eq!(hash(&mut other.world), changed, "{what}");
+    }
+    let mut swapped = busy();
+    let [a, b] = [0, 3].map(|id| swapped.world.resource::<Roster>().entity(StateId(id)).expect("an arm"));
+    let [mut a, mut b] = swapped.world.entity_mut([a, b]).map(|entity| entity.into_mut::<Transform>().expect("there"));
+    std::mem::swap(&mut *a, &mut *b);
+    assert_ne!(hash(&mut swapped.world), fresh, "who is where");
+    let mut viewed = busy();
+    let mut clock = viewed.world.resource_mut::<Clock>();
+    (clock.paused, clock.speed) = (true, 3.0);
+    assert_eq!(hash(&mut viewed.world), fresh, "how time is looked at");
+}
+
+#[test]
+fn a_snapshot_of_another_scene_is_refused() {
+    let saved = snapshot::save(&mut busy().world);
+    let mut other = busy();
+    other.world.spawn(Transform::IDENTITY);
+    enroll_all(&mut other.world);
+    let error = snapshot::restore(&mut other.world, &saved).expect_err("one entity more").to_string();
+    assert!(error.contains("expected a scene of 137 entities, found one of 138"), "{error}");
+}
+
+/// A snapshot with something in it.
+fn rich() -> Vec<u8> {
+    let mut simulation = busy();
+    (0..30).for_each(|_| _ = step(&mut simulation));
+    snapshot::save(&mut simulation.world)
+}
+
+/// Restores what may be anything; what is accepted can go on.
+fn try_restore(bytes: &[u8]) {
+    let mut simulation = busy();
+    if snapshot::restore(&mut simulation.world, bytes).is_ok() {
+        simulation.step();
+        simulation.frame();
+        hash(&mut simulation.world);
+    }
+}
+
+#[test]
+fn a_snapshot_cut_anywhere_is_refused() {
+    let whole = rich();
+    for end in (0..whole.len()).step_by(97).chain(whole.len() - 20..whole.len()) {
+        assert!(snapshot::restore(&mut busy().world, &whole[..end]).is_err(), "cut at {end}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    #[test]
+    fn bytes_that_are_no_snapshot_are_an_error(bytes in proptest::collection::vec(any::<u8>(), 0..200)) {
+        try_restore(&bytes);
+    }
+
+    #[test]
+    fn a_damaged_snapshot_does_no_harm(changes in proptest::collection::vec((any::<proptest::sample::Index>(), any::<u8>()), 1..6)) {
+        let mut bytes = rich();
+        changes.iter().for_each(|(at, value)| *at.get_mut(&mut bytes) = *value);
+        try_restore(&bytes);
+    }
+}
