@@ -114,6 +114,10 @@ impl Simulation {
         world.init_resource::<draw_list::DrawList>();
         world.init_resource::<vehicles::VehicleTypes>();
         world.init_resource::<vehicles::NextVehicleNumber>();
+        world.init_resource::<vehicles::routes::Routes>();
+        world.init_resource::<vehicles::signals::Signals>();
+        world.init_resource::<vehicles::ground::Grounds>();
+        world.init_resource::<vehicles::traffic::Traffic>();
         world.insert_resource(components::Environment::default());
         Self { world, step_schedule: step_schedule(), frame_schedule: frame_schedule() }
     }
@@ -146,13 +150,17 @@ pub fn step_schedule() -> Schedule {
     let mut schedule = in_fixed_order();
     schedule.add_systems(
         (
-            inputs::apply_inputs,          // what changes from outside, before anything else does
-            interpolation::remember,       // where everything is, before it moves
-            clock::tick,                   // the time of this step, before anyone reads it
-            motion::spin,                  // what moves by itself
-            vehicles::parts::move_parts,   // wheels and the like, as their vehicles moved
-            vehicles::lamps::switch_lamps, // which lamps are on after that
-            vehicles::lamps::light_lamps,  // and what they do
+            inputs::apply_inputs,             // what changes from outside, before anything else does
+            interpolation::remember,          // where everything is, before it moves
+            clock::tick,                      // the time of this step, before anyone reads it
+            motion::spin,                     // what moves by itself
+            vehicles::ground::update_grounds, // what vehicles stand on
+            vehicles::signals::tick_signals,  // what traffic lights show now
+            vehicles::signals::light_heads,   // and their lamps
+            vehicles::driving::drive,         // vehicles, as their routes or drivers want
+            vehicles::parts::move_parts,      // wheels and the like, as their vehicles moved
+            vehicles::lamps::switch_lamps,    // which lamps are on after that
+            vehicles::lamps::light_lamps,     // and what they do
         )
             .chain(),
     );

@@ -13,7 +13,7 @@ use crate::library::{MaterialId, MeshId};
 use crate::roster::{FromIds, Roster, StateId, ToIds};
 use crate::state_hash::{self, Sum};
 use crate::vehicles::lamps::{Lamp, Switches};
-use crate::vehicles::{ByHand, Controls, Motion, NextVehicleNumber, VehicleNumber};
+use crate::vehicles::{ByHand, Controls, Motion, NextVehicleNumber, OnRoute, Stalled, VehicleNumber};
 use bevy_ecs::component::Mutable;
 use bevy_ecs::prelude::*;
 use bevy_ecs::query::ArchetypeFilter;
@@ -87,6 +87,8 @@ impl StateList {
         self.add(Component::<Motion> { is_sound: Motion::is_sound, ..Component::new("motion") });
         self.add(Component::<Controls> { is_sound: Controls::is_sound, ..Component::new("controls") });
         self.add_component::<ByHand>("by hand");
+        self.add(Component::<OnRoute> { is_sound: OnRoute::is_sound, ..Component::new("on route") });
+        self.add_component::<Stalled>("stalled");
         self.add_component::<Switches>("lamps");
         self.add(Component::<MaterialId, With<Lamp>>::new("glass"));
     }
