@@ -116,6 +116,10 @@ impl Simulation {
         world.init_resource::<physics::Physics>();
         world.init_resource::<vehicles::VehicleTypes>();
         world.init_resource::<vehicles::NextVehicleNumber>();
+        world.init_resource::<vehicles::routes::Routes>();
+        world.init_resource::<vehicles::signals::Signals>();
+        world.init_resource::<vehicles::ground::Grounds>();
+        world.init_resource::<vehicles::traffic::Traffic>();
         world.insert_resource(components::Environment::default());
         Self { world, step_schedule: step_schedule(), frame_schedule: frame_schedule() }
     }
@@ -148,13 +152,16 @@ pub fn step_schedule() -> Schedule {
     let mut schedule = in_fixed_order();
     schedule.add_systems(
         (
-            inputs::apply_inputs,    // what changes from outside, before anything else does
-            interpolation::remember, // where everything is, before it moves
-            clock::tick,             // the time of this step, before anyone reads it
-            motion::spin,            // what moves by itself
+            inputs::apply_inputs,             // what changes from outside, before anything else does
+            interpolation::remember,          // where everything is, before it moves
+            clock::tick,                      // the time of this step, before anyone reads it
+            motion::spin,                     // what moves by itself
+            vehicles::ground::update_grounds, // what vehicles stand on
+            vehicles::signals::tick_signals,  // what traffic lights show now
+            vehicles::signals::light_heads,   // and their lamps
+            vehicles::driving::drive,         // vehicles, as their routes or drivers want
             // Vehicles that are bodies: after the kinematic ones, which they bump into.
             (
-                physics::drive_by_hand,  // what whoever holds the wheel wants
                 physics::update_ground,  // what wheels stand on
                 physics::place_bodies,   // who is a body, and where
                 physics::follow_traffic, // kinematic vehicles near by

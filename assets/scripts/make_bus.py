@@ -151,7 +151,7 @@ def draw_interior(atlas, x, y, w=430, h=86):
 
 
 def draw_sign(atlas, x, y, text, w=200, h=34):
-    im = Image.new('RGB', (w * 4, h * 4), (10, 9, 6))
+    im = Image.new('RGB', (w * 4, h * 4), (13, 14, 15))
     d = ImageDraw.Draw(im)
     d.text((w * 2, h * 2), text, fill=(255, 176, 44), font=ImageFont.load_default(104), anchor='mm')
     a = np.asarray(im.resize((w, h), Image.LANCZOS)) / 255.0
@@ -181,14 +181,17 @@ def panes(shell, atlas, side):
     return part if side > 0 else mirror_x(part)
 
 
+def sign(shell, uv):
+    """The destination over the windscreen."""
+    s0, s1 = S_SCREEN[1] - 0.19, S_SCREEN[1] + 0.12
+    return shell.patch([(-0.85, s0), (0.85, s0), (0.85, s1), (-0.85, s1)], uv['sign'], lift=0.030, skirt=0.0, fine=0.38)
+
+
 def details(shell, uv, atlas):
     paint, trim = [], []
     for a, b in DOORS:
         loop = [(a, DOOR_Y[0]), (b, DOOR_Y[0]), (b, DOOR_Y[1]), (a, DOOR_Y[1])]
         trim.append(mirror_x(shell.patch(loop, uv['door'], 'side', lift=0.018, skirt=0.02, fine=0.9)))
-    s0, s1 = S_SCREEN[1] - 0.19, S_SCREEN[1] + 0.12
-    sign = shell.patch([(-0.85, s0), (0.85, s0), (0.85, s1), (-0.85, s1)], uv['sign'], lift=0.012, skirt=0.02, fine=0.6)
-    trim.append(sign)
     for sx in (1, -1):                                                       # mirrors on arms before the corners
         P, _ = shell.on_strip(sx * 1.20, O.find(2.60))
         m = P[0] + (sx * 0.20, -0.35, 0.30)
@@ -203,12 +206,13 @@ def details(shell, uv, atlas):
     top = TOP + 0.035
     for z, dz, hx in ((4.6, 1.3, 0.80), (-1.6, 1.9, 0.85)):                  # air conditioning, roof pod
         paint.append(box(2 * hx, 0.26, dz, 0.10).move(0, top + 0.06, z).swatch(*uv['coat']))
-    paint.append(box(0.75, 0.08, 0.75, 0.03).move(0, top, 1.4).swatch(*uv['coat']))
+    paint.append(box(0.75, 0.08, 0.75).move(0, top, 1.4).swatch(*uv['coat']))
     P, _ = shell.on_strip(0.0, O.find(0.58))
     trim.append(plate(atlas, P[0] + (0, 0.0, 0.012)))
     P, _ = shell.on_strip(0.0, O.find(0.76, False))
     trim.append(plate(atlas, P[0] + (0, 0, -0.012), True))
-    trim.append(box(2.2, 0.06, 11.3).move(0, 0.36, 2.65).swatch(*uv['under']))
+    for sx, sz, z in ((1.2, 11.3, 2.65), (2.2, 4.6, 2.95), (2.2, 1.9, 7.45), (2.2, 2.6, -1.95)):      # floor, narrow between the wheels
+        trim.append(box(sx, 0.06, sz).move(0, 0.37 - 0.005 * sx, z).swatch(*uv['under']))
     return paint, trim
 
 
@@ -253,7 +257,7 @@ def build(out):
     v.more_wheels(double, {'wheel_rear': (REAR_TRACK, HUB, 0)})
     lamps(v, shell, uv)
     inside = v.g.material('glass_interior', *v.images, occlusion=False)
-    v.g.node('lamp_interior', v.g.mesh('lamp_interior', [(merge(panes(shell, atlas, 1), panes(shell, atlas, -1)), inside)]), parent=v.root)
+    v.g.node('lamp_interior', v.g.mesh('lamp_interior', [(merge(panes(shell, atlas, 1), panes(shell, atlas, -1), sign(shell, uv)), inside)]), parent=v.root)
     v.g.save(out)
 
 

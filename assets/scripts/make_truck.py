@@ -22,6 +22,7 @@ B_ROOF, B_REAR = BOX.near(T0, ROOF), BOX.near(T1, ROOF - 0.02)
 BS, BT = knots([0, B_ROOF, B_REAR, BOX.length], [50, 60, 250]), even(1.32, -0.04, 218)
 
 WINDOW = round_poly([(3.56, 1.82), (4.30, 1.74), (4.80, 1.58), (4.70, 2.42), (4.58, 2.66), (3.56, 2.66)], [0.06, 0.3, 0.08, 0.3, 0.10, 0.06])
+GRILLE = np.array([(0.0, CAB.find(1.0)), (0.74, CAB.find(1.0)), (0.80, CAB.find(1.06)), (0.80, CAB.find(1.54)), (0.74, CAB.find(1.595)), (0.0, CAB.find(1.595))])
 S_SCREEN = (CAB.find(1.66), CAB.find(2.74))
 SCREEN = np.array([(0.0, S_SCREEN[0]), (0.92, S_SCREEN[0] + 0.02), (1.06, S_SCREEN[0] + 0.10), (1.06, S_SCREEN[1] - 0.1), (1.02, S_SCREEN[1]), (0.0, S_SCREEN[1])])
 
@@ -65,6 +66,7 @@ def draw_cab_strip(atlas):
     at = CAB.find
     face = rr(S, T, (at(0.92) + at(1.60)) / 2, 0, (at(1.60) - at(0.92)) / 2, 0.86, 0.08)
     c.line(face, 0.009)
+    c.fill(poly_sdf(np.concatenate([GRILLE, GRILLE[::-1] * (-1, 1)]), T, S) - 0.01, '1a1b1c', 0.45, 0, flat=True)
     c.grille(rr(S, T, at(1.27), 0, 0.24, 0.74, 0.06), 0.085, bar='3c3e40', metal=0.5)
     c.fill(np.maximum(np.abs(S - at(1.27)) - 0.012, T - 0.72), 'c2c4c6', 0.2, 1)
     badge = rr(S, T, at(1.55), 0, 0.04, 0.22, 0.03)
@@ -166,7 +168,7 @@ def chassis(uv):
     parts.append(tube([(-0.9, HUB, FRONT), (0.9, HUB, FRONT)], 0.06, 5, caps=False).swatch(*uv['under']))
     parts.append(lathe([(0.0, 1.02), (0.48, 1.05), (0.50, 1.10), (0.46, 1.13), (0.0, 1.13)], 14, 40).move(0, 0, HITCH).swatch(*uv['steel']))
     parts.append(box(2.1, 0.9, 0.30, 0.03).move(0, 1.25, 2.64).swatch(*uv['plastic']))                 # intake and hoses
-    parts.append(box(1.9, 0.5, 1.9).move(0, 0.75, 3.9).swatch(*uv['under']))
+    parts.append(box(1.15, 0.5, 1.9).move(0, 0.75, 3.9).swatch(*uv['under']))
     for x in (-0.35, 0.0, 0.35):
         parts.append(tube([(x, 1.6, 2.50), (x * 0.7, 1.35, 2.30), (x * 0.6, 1.5, 2.18)], 0.022, 4, caps=False).swatch(*uv['dark_red' if x else 'plastic']))
     return parts
@@ -240,7 +242,7 @@ def build(out):
     cab = Shell(CAB, HX, lambda p: np.full(p.shape[:-1], 0.15), deform, chart(CAB_SIDE, atlas, CZ, CY_), chart(CAB_STRIP, atlas, CS, CT), 3)
     arch = arch_loop(FRONT, HUB, ARCH)
     side, glass = cab.side([3.1, 3.5, 4.0, 4.45, 4.8], [0.9, 1.25, 1.6, 2.2, 2.75, 3.1, 3.4], [WINDOW], [arch])
-    top, screens = cab.strip([0, 0.4, 0.75], [SCREEN])
+    top, screens = cab.strip([0, 0.4, 0.75], [SCREEN, GRILLE])
     paint = both(side) + both(top) + both(cab.edge())
     trim = [m for p in glass + screens for m in both(p)]
     lip, tub = cab.arch(FRONT, HUB, ARCH, SILL, 0.60, uv['plastic'], uv['under'], 12, 0.010)
@@ -269,10 +271,10 @@ def build(out):
     v.g.save(out)
 
 
-def trailer_wheel(atlas, R=HUB, width=0.36, rim_r=0.30, seg=14):
+def trailer_wheel(atlas, R=HUB, width=0.36, rim_r=0.30, seg=16):
     w = width / 2
     rows = [(rim_r, -w + 0.012, 0.0), (R - 0.03, -w, 0.2), (R, -w + 0.06, 0.32), (R, w - 0.06, 0.68), (R - 0.03, w, 0.8), (rim_r, w - 0.012, 1.0)]
-    face = [(rim_r, w - 0.012), (0.9 * rim_r, w - 0.06), (0.5 * rim_r, w - 0.09), (0.42 * rim_r, w - 0.01), (0.0, w)]
+    face = [(rim_r, w - 0.012), (0.52 * rim_r, w - 0.09), (0.42 * rim_r, w - 0.01), (0.0, w)]
     return merge(tyre(atlas, R, rim_r, width, seg, 0.0, rows), *disc(atlas, face, seg, rim_r, -w + 0.04))
 
 

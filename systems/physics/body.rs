@@ -25,8 +25,8 @@ pub struct Wish {
     pub acceleration: f32,
     /// Radians, of the wheel in the middle of the front axle.
     pub steering: f32,
-    /// Standing, it may go backwards.
-    pub reverse: bool,
+    /// Which way it may set off when it stands: forwards, backwards, or not at all where this is 0.
+    pub sets_off: f32,
 }
 
 /// One vehicle.
@@ -138,7 +138,7 @@ impl Body {
     fn push(&mut self, wish: &Wish, speed: f32, seconds: f32) -> f32 {
         let force = if wish.acceleration.is_finite() { wish.acceleration * self.tuning.mass } else { 0.0 };
         let stands = speed.abs() < STANDSTILL;
-        let drives = if stands { force > 0.0 || (force < 0.0 && wish.reverse) } else { force * speed >= 0.0 };
+        let drives = if stands { force * wish.sets_off > 0.0 } else { force * speed >= 0.0 };
         let (engine, brake) = if drives {
             (force.clamp(-self.tuning.engine_force, self.tuning.engine_force), 0.0)
         } else {

@@ -6,7 +6,8 @@
 
 use super::Physics;
 use crate::library::{Library, Mesh, MeshId};
-use crate::pieces::WholeMesh;
+use crate::pieces::{PieceOf, WholeMesh};
+use crate::vehicles::ground::Ground;
 use bevy_ecs::prelude::*;
 use bevy_transform::components::Transform;
 use glam::{Affine3A, Vec3};
@@ -14,18 +15,13 @@ use rapier3d::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// The entity's mesh is ground: physical vehicles drive on it, triangle by triangle. In a world without any, the plane at
-/// y = 0 is.
-#[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
-pub struct Ground;
-
 /// The entity stands in the way of physical vehicles.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 pub enum Obstacle {
-    /// By the box around its mesh.
+    /// By the boxes around its mesh and those below it.
     #[default]
     Box,
-    /// By every triangle of its mesh: for what is hollow, or not like a box.
+    /// By every triangle of these: for what is hollow, or not like a box.
     Mesh,
 }
 
@@ -49,29 +45,38 @@ pub(super) struct Colliders {
     pub lowest: f32,
 }
 
-type Static<'a> = (Entity, Has<Ground>, Option<&'a Obstacle>, Option<&'a MeshId>, Option<&'a WholeMesh>);
+type Statics<'w, 's> =
+    Query<'w, 's, (Entity, Has<Ground>, Option<&'static Obstacle>), Or<(With<Ground>, With<Obstacle>)>>;
+type Meshes<'w, 's> = Query<'w, 's, (Option<&'static MeshId>, Option<&'static WholeMesh>), Without<PieceOf>>;
 
 /// Brings the colliders of ground and obstacles up to date with the world.
 pub fn update_ground(
     mut physics: ResMut<Physics>,
     library: Res<Library>,
-    statics: Query<Static, Or<(With<Ground>, With<Obstacle>)>>,
+    statics: Statics,
+    children: Query<&Children>,
+    meshes: Meshes,
     places: Query<(&Transform, Option<&ChildOf>)>,
 ) {
+    let (children, meshes, places) = (&children, &meshes, &places);
     let keys = || {
-        statics.iter().flat_map(|(entity, ground, obstacle, mesh, whole)| {
-            let mesh = whole.map(|whole| whole.0).or(mesh.copied());
-            let place = world_from(entity, &places);
+        statics.iter().flat_map(|(root, ground, obstacle)| {
+            let parts = std::iter::once(root).chain(children.iter_descendants(root));
             let shapes = [ground.then_some(Obstacle::Mesh), obstacle.copied()];
-            shapes.into_iter().flatten().filter_map(move |shape| Some((key(mesh?, shape, &place), ground)))
+            parts.flat_map(move |entity| {
+                let (mesh, whole) = meshes.get(entity).unwrap_or_default();
+                let mesh = whole.map(|whole| whole.0).or(mesh.copied());
+                let place = mesh.map(|_| world_from(entity, places)).unwrap_or_default();
+                shapes.into_iter().flatten().filter_map(move |shape| Some(key(mesh?, shape, &place)))
+            })
         })
     };
-    let plane = statics.iter().all(|(_, ground, ..)| !ground);
-    let sum = keys().fold(u64::from(plane), |sum, (key, _)| sum.wrapping_add(mixed(&key)));
+    let plane = statics.iter().all(|(_, ground, _)| !ground);
+    let sum = keys().fold(u64::from(plane), |sum, key| sum.wrapping_add(mixed(&key)));
     if physics.colliders.sum == Some(sum) {
         return;
     }
-    let mut wanted: Vec<Key> = keys().map(|(key, _)| key).chain(plane.then_some(PLANE)).collect();
+    let mut wanted: Vec<Key> = keys().chain(plane.then_some(PLANE)).collect();
     wanted.sort_unstable();
     wanted.dedup();
     let physics = &mut *physics;

@@ -1,9 +1,8 @@
 //! Physically simulated vehicles: rigid bodies on springs and tyres that bump into each other, by `rapier3d`.
 //!
 //! A [`Vehicle`](crate::vehicles::Vehicle) with [`Physical`] is simulated; all others are kinematic, and those near are
-//! bodies that nothing pushes. The rest of the world sees the same components either way: `Transform` and
-//! [`Motion`](crate::vehicles::Motion) are written here instead of by the kinematic model, which has to leave alone
-//! what has [`Physical`].
+//! bodies that nothing pushes. The rest of the world sees the same components either way: `Transform` and [`Motion`]
+//! are written here instead of by the kinematic model, which says what the driver wants by [`Wanted`].
 //!
 //! ```text
 //! physical  Physical and Wanted, and the numbers derived from a type
@@ -24,14 +23,16 @@ mod saved;
 mod springs;
 mod traffic;
 
-pub use ground::{Ground, Obstacle, update_ground};
-pub use physical::{GRAVITY, Physical, Tuning, Wanted, WheelPlace, wheels};
+pub use ground::{Obstacle, update_ground};
+pub use physical::{GRAVITY, Physical, Tuning, WheelPlace, wheels};
 pub(crate) use saved::PhysicsState;
 pub use springs::{Sprung, WheelsFound, find_wheels, move_springs};
 pub use traffic::follow_traffic;
 
 use crate::clock::Clock;
-use crate::vehicles::{Controls, Motion, Vehicle, VehicleNumber, VehicleType, VehicleTypes};
+use crate::vehicles::{
+    ByHand, Controls, Motion, OnRoute, Stalled, Vehicle, VehicleNumber, VehicleType, VehicleTypes, Wanted,
+};
 use bevy_ecs::prelude::*;
 use bevy_transform::components::Transform;
 use body::{Body, Wish, forward_speed, pose};
@@ -131,31 +132,11 @@ pub fn any_physical(physics: Res<Physics>, vehicles: Query<(), With<Physical>>) 
     !physics.is_empty() || !vehicles.is_empty()
 }
 
-/// What a person at the wheel wants, from the pedals: throttle up to the type's speed; the brake, and the throttle of the
-/// other direction, against the travel.
-pub fn drive_by_hand(types: Res<VehicleTypes>, mut driven: Query<(&Vehicle, &Controls, &Motion, &mut Wanted)>) {
-    for (vehicle, controls, motion, mut wanted) in &mut driven {
-        let limits = types.get(vehicle.kind).limits;
-        let throttle = controls.throttle.clamp(-1.0, 1.0);
-        let top = if throttle < 0.0 { limits.reverse_speed } else { limits.speed };
-        let acceleration = if controls.brake > 0.0 {
-            -controls.brake.min(1.0) * limits.braking * motion.speed.signum()
-        } else if throttle * motion.speed < 0.0 {
-            throttle * limits.braking
-        } else if motion.speed.abs() < top {
-            throttle * limits.acceleration
-        } else {
-            0.0
-        };
-        wanted.set_if_neq(Wanted { acceleration, steering: controls.steer * limits.steering });
-    }
-}
-
 type Placed<'a> = (&'a VehicleNumber, &'a Vehicle, &'a Physical, &'a Transform, &'a Motion);
 
 /// Gives new physical vehicles a body, takes it from those that are none any more, and moves the bodies of those that
 /// somebody has put elsewhere.
-pub fn place_bodies(mut physics: ResMut<Physics>, types: Res<VehicleTypes>, vehicles: Query<Placed>) {
+pub fn place_bodies(mut physics: ResMut<Physics>, types: Res<VehicleTypes>, vehicles: Query<Placed, Without<Stalled>>) {
     let physics = &mut *physics;
     let present: BTreeMap<u32, _> = vehicles.iter().map(|row| (row.0.0, row)).collect();
     let gone: Vec<u32> = physics.bodies.keys().filter(|number| !present.contains_key(number)).copied().collect();
@@ -203,12 +184,17 @@ impl Physics {
     }
 }
 
+type Driven<'a> = (&'a VehicleNumber, &'a Wanted, &'a Controls, Has<ByHand>, Has<OnRoute>);
+
+/// A standing vehicle sets off forwards where its route wants it to, or the way that its throttle says.
+fn wish((_, wanted, controls, by_hand, on_route): (&VehicleNumber, &Wanted, &Controls, bool, bool)) -> Wish {
+    let pedals = by_hand || !on_route;
+    let throttle = if controls.brake > 0.0 { 0.0 } else { controls.throttle };
+    Wish { acceleration: wanted.acceleration, steering: wanted.steering, sets_off: if pedals { throttle } else { 1.0 } }
+}
+
 /// Moves all bodies one step of the clock on.
-pub fn step_bodies(
-    mut physics: ResMut<Physics>,
-    clock: Res<Clock>,
-    vehicles: Query<(&VehicleNumber, &Wanted, &Controls), With<Physical>>,
-) {
+pub fn step_bodies(mut physics: ResMut<Physics>, clock: Res<Clock>, vehicles: Query<Driven, With<Physical>>) {
     let Physics { world, bodies, inserted, .. } = &mut *physics;
     let substeps = (clock.step_seconds / LONGEST - 1e-6).ceil().clamp(1.0, MOST_SUBSTEPS);
     let seconds = (clock.step_seconds / substeps) as f32;
@@ -216,12 +202,7 @@ pub fn step_bodies(
         return;
     }
     world.integration_parameters.dt = seconds;
-    let wish = |wanted: &Wanted, controls: &Controls| Wish {
-        acceleration: wanted.acceleration,
-        steering: wanted.steering,
-        reverse: controls.throttle < 0.0,
-    };
-    let wishes: BTreeMap<u32, Wish> = vehicles.iter().map(|(number, w, c)| (number.0, wish(w, c))).collect();
+    let wishes: BTreeMap<u32, Wish> = vehicles.iter().map(|row| (row.0.0, wish(row))).collect();
     if std::mem::take(inserted) {
         world.detect_collisions(&(), &());
     }

@@ -1,7 +1,7 @@
 //! What a physically simulated vehicle is made of: numbers of its own, or derived from its type.
 
-use crate::vehicles::VehicleType;
 use crate::vehicles::parts::{Movement, Part};
+use crate::vehicles::{VehicleType, Wanted};
 use bevy_ecs::prelude::*;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
@@ -38,17 +38,6 @@ pub struct Physical {
     pub damping: Option<f32>,
     /// Length of the springs without load, metres; 0.3. The wheels hang down by this much, and can be pressed up by it.
     pub rest_length: Option<f32>,
-}
-
-/// What the one at the wheel of a [`Physical`] vehicle wants in this step: what a route's driver computes, or a person
-/// asks for by [`Controls`](crate::vehicles::Controls).
-#[derive(Component, Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
-pub struct Wanted {
-    /// m/s² along the vehicle's forward. Against its travel it brakes; a standing vehicle goes backwards only where its
-    /// throttle says so too. Slopes and the air are the driver's to make up for.
-    pub acceleration: f32,
-    /// Of the wheel in the middle of the front axle, radians, left positive.
-    pub steering: f32,
 }
 
 /// [`Physical`] with every number known, finite and in its range.

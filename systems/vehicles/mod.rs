@@ -7,14 +7,33 @@
 //! types     VehicleTypes: dimensions, limits, driver, parts; shared by all vehicles of a type
 //! parts     what a new vehicle gets: child entities for its body, wheels and lamps; wheels roll, forks turn, legs swing
 //! lamps     which lamps are on, their light and the glow of their glass
+//!
+//! driving       the step: everybody is moved by what was noted before anybody moved
+//! routes        Routes: centre lines, lanes, limits, stops, what follows; route_line: their samples
+//! signals       what traffic lights show
+//! traffic       who is ahead of whom, by lane
+//! following     how fast: the Intelligent Driver Model
+//! lane_changes  MOBIL
+//! steering      where to: pure pursuit, bicycle model, trailer; hand: by Controls instead
+//! ground        what vehicles stand on
 //! ```
 //!
 //! Conventions: metres, seconds, radians. A vehicle looks along its local +Z, left is +X, up is +Y (glTF); its origin is
 //! on the ground, under the middle of the rear axle, which is the reference point of the bicycle model. Steering angles
 //! and yaw are positive to the left.
 
+pub mod driving;
+pub mod following;
+pub mod ground;
+mod hand;
 pub mod lamps;
+pub mod lane_changes;
 pub mod parts;
+pub mod route_line;
+pub mod routes;
+pub mod signals;
+pub mod steering;
+pub mod traffic;
 pub mod types;
 
 use crate::interpolation::Interpolated;
@@ -23,6 +42,7 @@ use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
 use bevy_transform::components::Transform;
 use lamps::Switches;
+use routes::{RouteId, Routes};
 use serde::{Deserialize, Serialize};
 pub use types::{VehicleType, VehicleTypeId, VehicleTypes};
 
@@ -147,6 +167,66 @@ pub enum Indicator {
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Default)]
 pub struct ByHand;
 
+/// Drives along a route by itself, unless it is driven [`ByHand`]. State. As it is added, an entity that stands at the
+/// origin is put to its place on the route; later the vehicle's place decides, and `at` follows it.
+#[derive(Component, Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
+#[component(on_add = stand_on_route)]
+pub struct OnRoute {
+    /// The route.
+    pub route: RouteId,
+    /// Of the reference point, metres from the route's beginning.
+    pub at: f32,
+    /// The lane; while it changes, the one that it changes to.
+    pub lane: u8,
+    /// How often it chose a route: what [`Routes::next`] goes by.
+    pub choices: u32,
+    /// The routes and lanes that it came from, latest first.
+    pub previous: [Option<(RouteId, u8)>; 2],
+    /// The change of lane that is under way.
+    pub change: Option<LaneChange>,
+    /// Seconds that it has stood before a stop; infinite once that was long enough, until it is past it.
+    pub waited: f32,
+}
+
+impl OnRoute {
+    /// So many metres along a lane of a route.
+    pub fn new(route: RouteId, lane: u8, at: f32) -> Self {
+        Self { route, at, lane, ..Self::default() }
+    }
+
+    /// Whether its numbers are numbers.
+    pub(crate) fn is_sound(&self) -> bool {
+        let change = self.change.is_none_or(|change| change.from.is_finite() && change.done.is_finite());
+        self.at.is_finite() && !self.waited.is_nan() && change
+    }
+}
+
+/// A change of lane that is under way.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
+pub struct LaneChange {
+    /// Where it began, metres to the left of the centre line.
+    pub from: f32,
+    /// The lane that it leaves.
+    pub from_lane: u8,
+    /// How much of it is done, 0..1.
+    pub done: f32,
+}
+
+/// What a driver wants of a vehicle that something else moves, as physics do: where this is, it is written in every step
+/// instead of [`Motion`] and `Transform`. The route follows where the vehicle gets to.
+#[derive(Component, Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
+pub struct Wanted {
+    /// m/s², as [`Motion::acceleration`].
+    pub acceleration: f32,
+    /// Radians, as [`Motion::steering`].
+    pub steering: f32,
+}
+
+/// A vehicle whose numbers made no sense any more (infinite, or none at all): it was put back to where it last was, and
+/// stands there until this is removed.
+#[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+pub struct Stalled;
+
 /// Numbers a new vehicle, turns it as its entity stands, and has its parts spawned.
 fn become_vehicle(mut world: DeferredWorld, context: HookContext) {
     let entity = context.entity;
@@ -164,4 +244,19 @@ fn become_vehicle(mut world: DeferredWorld, context: HookContext) {
         motion.yaw = forward.x.atan2(forward.z);
     }
     world.commands().queue(move |world: &mut World| parts::spawn(world, entity));
+}
+
+/// Puts a vehicle that was placed nowhere else to its place on the route.
+fn stand_on_route(mut world: DeferredWorld, context: HookContext) {
+    let entity = context.entity;
+    let Some(on) = world.get::<OnRoute>(entity).copied() else { return };
+    let Some(place) = world.get_resource::<Routes>().map(|routes| routes.stand(&on)) else { return };
+    let is_nowhere = world.get::<Transform>(entity).is_some_and(|at| at.translation == glam::Vec3::ZERO);
+    if is_nowhere && let Some(mut transform) = world.get_mut::<Transform>(entity) {
+        (transform.translation, transform.rotation) = (place.translation, place.rotation);
+        let forward = place.rotation * glam::Vec3::Z;
+        if let Some(mut motion) = world.get_mut::<Motion>(entity) {
+            motion.yaw = forward.x.atan2(forward.z);
+        }
+    }
 }

@@ -140,8 +140,8 @@ impl Movement {
     fn rotation(self, motion: &Motion) -> Quat {
         match self {
             Self::Wheel { radius, steers } => {
-                let angle = (motion.rolled / f64::from(radius)).rem_euclid(TAU) as f32;
-                let roll = Quat::from_rotation_x(angle);
+                let turns = motion.rolled / (TAU * f64::from(radius));
+                let roll = Quat::from_rotation_x(((turns - turns.floor()) * TAU) as f32);
                 if steers { Quat::from_rotation_y(motion.steering) * roll } else { roll }
             }
             Self::Fork => Quat::from_rotation_y(motion.steering),

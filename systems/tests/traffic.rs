@@ -1,0 +1,426 @@
+//! Busy roads: nobody overlaps, nobody passes a red light, and neither threads nor the order of tables show.
+
+use bevy_ecs::prelude::*;
+use bevy_transform::components::Transform;
+use glam::{Vec2, Vec3};
+use proptest::prelude::*;
+use systems::Simulation;
+use systems::vehicles::routes::{RouteId, RoutePlan, Routes, Stop, Wait};
+use systems::vehicles::signals::{Aspect, Signal, Signals};
+use systems::vehicles::types::{Driver, Limits, Trailer};
+use systems::vehicles::{
+    ByHand, Controls, Indicator, Motion, OnRoute, Stalled, Vehicle, VehicleNumber, VehicleType, VehicleTypeId,
+    VehicleTypes, steering,
+};
+
+/// Car, van, bus, truck with trailer, of that much variety.
+fn add_types(world: &mut World) -> Vec<VehicleTypeId> {
+    let mut types = world.resource_mut::<VehicleTypes>();
+    let plain = VehicleType::default();
+    let slow = Driver { speed_factor: 0.7, headway: 1.6, acceleration: 1.0, ..Driver::default() };
+    let bus = VehicleType {
+        name: "bus".into(),
+        size: Vec3::new(2.5, 3.0, 11.0),
+        rear_overhang: 2.8,
+        wheelbase: 5.6,
+        driver: slow,
+        limits: Limits { lateral_acceleration: 1.5, ..Limits::default() },
+        ..plain.clone()
+    };
+    let truck = VehicleType {
+        name: "truck".into(),
+        size: Vec3::new(2.5, 3.5, 6.0),
+        rear_overhang: 1.2,
+        wheelbase: 3.6,
+        driver: slow,
+        trailer: Some(Trailer { hitch: 0.2, length: 7.0, end: 9.5 }),
+        ..plain.clone()
+    };
+    [plain, bus, truck].into_iter().map(|kind| types.add(kind)).collect()
+}
+
+/// A crossing with signals: four arms of that length, from each of which one may go straight on or turn, and roads that
+/// lead from each exit round to the next entry.
+fn crossing(arm: f32, lanes: u8, speed_limit: f32) -> (Vec<RoutePlan>, Signals) {
+    let side = 2.2 * f32::from(lanes) + 2.5;
+    let turned = |arm: usize, v: Vec2| match arm {
+        0 => v,
+        1 => Vec2::new(v.y, -v.x),
+        2 => -v,
+        _ => Vec2::new(-v.y, v.x),
+    };
+    let at = |arm: usize, along: f32, left: f32| {
+        let v = turned(arm, Vec2::new(left, along));
+        Vec3::new(v.x, 0.0, v.y)
+    };
+    let inner = 3.0 * side;
+    let plan = |name: String, points: Vec<Vec3>, spline, then: Vec<usize>| RoutePlan {
+        name,
+        points,
+        spline,
+        lanes,
+        // Long vehicles sweep over more than a usual lane in bends.
+        lane_width: 4.2,
+        speed_limit,
+        then: then.into_iter().map(|id| RouteId(id as u16)).collect(),
+        ..RoutePlan::default()
+    };
+    let mut plans = Vec::new();
+    // 0..4 entries, 4..8 exits, 8.. ways across, 24.. roads back.
+    for i in 0..4 {
+        let mut entry = plan(
+            format!("in {i}"),
+            vec![at(i, -inner - arm, -side), at(i, -inner, -side)],
+            false,
+            (0..3).map(|k| 8 + 3 * i + k).collect(),
+        );
+        entry.stops = vec![Stop { at: arm - 1.0, wait: Wait::Signal((i % 2) as u32) }];
+        plans.push(entry);
+    }
+    for i in 0..4 {
+        plans.push(plan(format!("out {i}"), vec![at(i, inner, -side), at(i, inner + arm, -side)], false, vec![20 + i]));
+    }
+    for i in 0..4 {
+        // Straight on, left, right: the exits of the arms that look that way.
+        let from = at(i, -inner, -side);
+        let (left, right) = ((i + 1) % 4, (i + 3) % 4);
+        plans.push(plan(format!("straight {i}"), vec![from, at(i, inner, -side)], false, vec![4 + i]));
+        let bend = |to: usize, name: &str| {
+            let end = at(to, inner, -side);
+            let dir = |arm| at(arm, 1.0, 0.0);
+            let reach = 0.55 * from.distance(end) * 0.5f32.sqrt() * 1.4;
+            let points = (0..=8).map(|k| {
+                let t = k as f32 / 8.0;
+                let (p1, p2) = (from + dir(i) * reach * 0.7, end - dir(to) * reach * 0.7);
+                let u = 1.0 - t;
+                from * u * u * u + p1 * 3.0 * u * u * t + p2 * 3.0 * u * t * t + end * t * t * t
+            });
+            plan(format!("{name} {i}"), points.collect(), true, vec![4 + to])
+        };
+        plans.push(bend(left, "left"));
+        plans.push(bend(right, "right"));
+    }
+    for i in 0..4 {
+        // A wide loop back into the same arm, far out.
+        let outer = inner + arm;
+        let points = [(-side, 0.0), (-side, 20.0), (-30.0, 60.0), (-38.0, 100.0), (0.0, 138.0)];
+        let back = points.iter().rev().skip(1).map(|&(left, out)| (-left, out));
+        let points: Vec<Vec3> = points.into_iter().chain(back).map(|(left, out)| at(i, outer + out, left)).collect();
+        plans.push(plan(format!("back {i}"), points, true, vec![(i + 2) % 4]));
+    }
+    let times = Signal { name: "crossing".into(), green: vec![14.0, 14.0], amber: 3.0, red: 4.0, offset: 0.0 };
+    (plans, Signals::new(vec![times]))
+}
+
+fn ring(radius: f32, lanes: u8) -> RoutePlan {
+    let points = (0..64).map(|i| {
+        let angle = i as f32 / 64.0 * std::f32::consts::TAU;
+        Vec3::new(angle.sin(), 0.0, angle.cos()) * radius
+    });
+    RoutePlan { points: points.collect(), spline: true, closed: true, lanes, ..RoutePlan::default() }
+}
+
+/// What to fill routes with: kinds in turn, gaps that vary.
+#[derive(Clone, Debug)]
+struct Filling {
+    seed: u64,
+    spacing: f32,
+}
+
+fn random(state: &mut u64) -> f32 {
+    *state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+    (*state >> 40) as f32 / (1u64 << 24) as f32
+}
+
+/// Vehicles on all lanes of the routes, none nearer than it should be.
+fn fill(world: &mut World, routes: &[RouteId], filling: &Filling) -> Vec<(VehicleNumber, Vehicle, OnRoute, f32)> {
+    let types = add_types(world);
+    let mut state = filling.seed;
+    let mut all = Vec::new();
+    for &id in routes {
+        let (length, lanes) = world.resource::<Routes>().get(id).map(|r| (r.length, r.lanes())).expect("a route");
+        for lane in 0..lanes {
+            let mut at = 14.0;
+            while at < length - 30.0 {
+                let kind = types[(random(&mut state) * 3.3) as usize % 3];
+                let number = VehicleNumber(all.len() as u32);
+                all.push((number, Vehicle::of(kind), OnRoute::new(id, lane, at), random(&mut state) * 5.0));
+                at += 20.0 + filling.spacing * random(&mut state);
+            }
+        }
+    }
+    all
+}
+
+fn spawn(world: &mut World, vehicles: &[(VehicleNumber, Vehicle, OnRoute, f32)]) -> Vec<Entity> {
+    let spawn = |&(number, vehicle, on, speed): &(VehicleNumber, Vehicle, OnRoute, f32)| {
+        let entity = world.spawn((vehicle, number, on)).id();
+        world.get_mut::<Motion>(entity).expect("one").speed = speed;
+        entity
+    };
+    vehicles.iter().map(spawn).collect()
+}
+
+/// Rectangles on the ground, a little smaller than the vehicles (without trailers, which cut corners).
+fn outline(world: &World, entity: Entity) -> (Vec2, Vec2, f32, f32) {
+    let kind = world.resource::<VehicleTypes>().get(world.get::<Vehicle>(entity).expect("one").kind);
+    let at = world.get::<Transform>(entity).expect("one").translation;
+    let forward = steering::forward(world.get::<Motion>(entity).expect("one").yaw);
+    let middle = Vec2::new(at.x, at.z) + forward * (kind.front() - kind.rear_overhang) * 0.5;
+    (middle, forward, kind.size.z * 0.5 - 0.1, kind.size.x * 0.5 - 0.1)
+}
+
+/// Separating axes.
+fn overlap(a: (Vec2, Vec2, f32, f32), b: (Vec2, Vec2, f32, f32)) -> bool {
+    let off = b.0 - a.0;
+    let side = |v: Vec2| Vec2::new(v.y, -v.x);
+    let reach = |(_, forward, length, width): (Vec2, Vec2, f32, f32), axis: Vec2| {
+        forward.dot(axis).abs() * length + side(forward).dot(axis).abs() * width
+    };
+    [a.1, side(a.1), b.1, side(b.1)].into_iter().all(|axis| off.dot(axis).abs() < reach(a, axis) + reach(b, axis))
+}
+
+/// The first pair that overlaps.
+fn collision(world: &World, entities: &[Entity]) -> Option<String> {
+    let outlines: Vec<_> = entities.iter().map(|&entity| outline(world, entity)).collect();
+    for (i, a) in outlines.iter().enumerate() {
+        for (j, b) in outlines.iter().enumerate().skip(i + 1) {
+            if a.0.distance_squared(b.0) < 150.0 && overlap(*a, *b) {
+                let told = |i: usize| {
+                    format!("{:?} {:?}", world.get::<OnRoute>(entities[i]), world.get::<Motion>(entities[i]))
+                };
+                return Some(format!("{i}: {}\n{j}: {}", told(i), told(j)));
+            }
+        }
+    }
+    None
+}
+
+fn cases(count: u32) -> ProptestConfig {
+    ProptestConfig { cases: count, failure_persistence: None, ..ProptestConfig::default() }
+}
+
+proptest! {
+    #![proptest_config(cases(6))]
+
+    #[test]
+    fn nobody_overlaps_on_a_busy_ring(
+        seed in any::<u64>(), spacing in 2.0f32..60.0, lanes in 1u8..4, radius in 60.0f32..200.0,
+    ) {
+        let mut simulation = Simulation::new();
+        simulation.world.insert_resource(Routes::new(vec![ring(radius, lanes)], false, seed));
+        let vehicles = fill(&mut simulation.world, &[RouteId(0)], &Filling { seed, spacing });
+        let entities = spawn(&mut simulation.world, &vehicles);
+        let mut changes = 0;
+        for step in 0..4000 {
+            simulation.step();
+            if step % 10 == 0 {
+                let found = collision(&simulation.world, &entities);
+                prop_assert!(found.is_none(), "step {}: {}", step, found.unwrap_or_default());
+            }
+            changes += entities.iter().filter(|&&e| simulation.world.get::<OnRoute>(e).expect("one").change.is_some()).count();
+        }
+        let moved: f64 = entities.iter().map(|&e| simulation.world.get::<Motion>(e).expect("one").rolled).sum();
+        prop_assert!(moved > 60.0 * entities.len() as f64, "they drive: {moved} m by {}", entities.len());
+        prop_assert!(lanes == 1 || spacing < 40.0 || changes > 0, "nobody changed lanes");
+    }
+
+    #[test]
+    fn nobody_overlaps_and_nobody_passes_red_at_a_crossing(
+        seed in any::<u64>(), spacing in 10.0f32..60.0, lanes in 1u8..3, speed_limit in 8.0f32..17.0,
+    ) {
+        let mut simulation = Simulation::new();
+        let (plans, signals) = crossing(120.0, lanes, speed_limit);
+        simulation.world.insert_resource(Routes::new(plans, false, seed));
+        simulation.world.insert_resource(signals);
+        let filled: Vec<RouteId> = (0..8).map(RouteId).collect();
+        let vehicles = fill(&mut simulation.world, &filled, &Filling { seed, spacing });
+        let entities = spawn(&mut simulation.world, &vehicles);
+        let before = |world: &World, entity: Entity| {
+            let on = *world.get::<OnRoute>(entity).expect("one");
+            let kind = world.resource::<VehicleTypes>().get(world.get::<Vehicle>(entity).expect("one").kind);
+            (on.route, on.at + kind.front() < 119.0)
+        };
+        let mut seen: Vec<_> = entities.iter().map(|&e| before(&simulation.world, e)).collect();
+        for step in 0..5000 {
+            simulation.step();
+            let world = &simulation.world;
+            for (seen, &entity) in seen.iter_mut().zip(&entities) {
+                let now = before(world, entity);
+                if seen.0.0 < 4 && seen.1 && !now.1 && now.0 == seen.0 {
+                    let aspect = world.resource::<Signals>().heads()[usize::from(now.0.0 % 2)].0;
+                    prop_assert!(aspect != Aspect::Red, "step {}: {:?}", step, world.get::<OnRoute>(entity));
+                }
+                *seen = now;
+            }
+            // Left turns cross each other's way: within the crossing only vehicles that follow each other count.
+            if step % 10 == 0 {
+                let out: Vec<Entity> = entities.iter().copied().filter(|&entity| {
+                    let at = world.get::<Transform>(entity).expect("one").translation;
+                    at.x.abs().max(at.z.abs()) > 3.5 * (2.2 * f32::from(lanes) + 2.5)
+                }).collect();
+                let found = collision(world, &out);
+                prop_assert!(found.is_none(), "step {}: {}", step, found.unwrap_or_default());
+            }
+        }
+        let moved: f64 = entities.iter().map(|&e| simulation.world.get::<Motion>(e).expect("one").rolled).sum();
+        prop_assert!(moved > 50.0 * entities.len() as f64, "they drive: {moved} m by {}", entities.len());
+    }
+}
+
+/// Everything that a step writes, by vehicle.
+fn states(simulation: &mut Simulation) -> Vec<(u32, Vec<u32>)> {
+    let mut query = simulation.world.query::<(&VehicleNumber, &Transform, &Motion, &OnRoute)>();
+    let mut all: Vec<_> = query
+        .iter(&simulation.world)
+        .map(|(number, at, motion, on)| {
+            let bits = at.translation.to_array().into_iter().chain(at.rotation.to_array());
+            let more = [motion.speed, motion.steering, motion.yaw, motion.hitch, motion.rolled as f32, on.at];
+            let ids = [u32::from(on.route.0), u32::from(on.lane), on.choices];
+            (number.0, bits.chain(more).map(f32::to_bits).chain(ids).collect())
+        })
+        .collect();
+    all.sort();
+    all
+}
+
+#[test]
+fn neither_the_order_of_tables_nor_how_vehicles_are_spread_over_them_matters() {
+    #[derive(Component)]
+    struct Marked;
+    let run = |order: &dyn Fn(usize) -> usize, marked: bool| {
+        let mut simulation = Simulation::new();
+        let (mut plans, signals) = crossing(150.0, 2, 14.0);
+        plans.push(ring(150.0, 3));
+        let ring = RouteId(plans.len() as u16 - 1);
+        simulation.world.insert_resource(Routes::new(plans, false, 7));
+        simulation.world.insert_resource(signals);
+        let filled: Vec<RouteId> = (0..8).map(RouteId).chain([ring]).collect();
+        let vehicles = fill(&mut simulation.world, &filled, &Filling { seed: 3, spacing: 9.0 });
+        let mut ordered = vehicles.clone();
+        ordered.sort_by_key(|v| order(v.0.0 as usize));
+        let entities = spawn(&mut simulation.world, &ordered);
+        let mut hashes = Vec::new();
+        for step in 0..1500 {
+            // Rows move between tables on the way.
+            if marked && step % 100 == 50 {
+                for &entity in entities.iter().skip(step / 100).step_by(3) {
+                    simulation.world.entity_mut(entity).insert(Marked);
+                }
+            }
+            simulation.step();
+            if step % 250 == 249 {
+                hashes.push(states(&mut simulation));
+            }
+        }
+        hashes
+    };
+    let first = run(&|i| i, false);
+    assert!(first[0] != first[1]);
+    assert!(first == run(&|i| (i * 7919) % 10_007, false), "another order of spawning");
+    assert!(first == run(&|i| 100_000 - i, true), "the order of tables changed on the way");
+}
+
+#[test]
+fn signals_go_through_their_phases() {
+    let signal = Signal { name: "s".into(), green: vec![10.0, 5.0], amber: 3.0, red: 2.0, offset: 1.0 };
+    assert_eq!(signal.cycle(), 25.0);
+    // `offset` seconds on.
+    let shows = |seconds: f64| [signal.aspect(0, seconds - 1.0), signal.aspect(1, seconds - 1.0)];
+    assert_eq!(shows(0.0), [(Aspect::Green, 10.0), (Aspect::Red, 15.0)]);
+    assert_eq!(shows(11.0), [(Aspect::Amber, 2.0), (Aspect::Red, 4.0)]);
+    assert_eq!(shows(14.0), [(Aspect::Red, 11.0), (Aspect::Red, 1.0)]);
+    assert_eq!(shows(16.0), [(Aspect::Red, 9.0), (Aspect::Green, 4.0)]);
+    assert_eq!(shows(21.5), [(Aspect::Red, 3.5), (Aspect::Amber, 1.5)]);
+    assert_eq!(shows(25.0 * 1e6)[0].0, Aspect::Green);
+    let never = Signal { green: vec![], ..signal };
+    assert_eq!(never.aspect(0, 5.0).0, Aspect::Red);
+}
+
+#[test]
+fn a_bus_waits_at_its_stop_and_goes_on() {
+    let stops = vec![Stop { at: 150.0, wait: Wait::Dwell(5.0) }];
+    let plan = RoutePlan { points: vec![Vec3::ZERO, Vec3::Z * 400.0], stops, ..RoutePlan::default() };
+    let mut simulation = Simulation::new();
+    simulation.world.insert_resource(Routes::new(vec![plan], false, 0));
+    let entity = simulation.world.spawn((Vehicle::of(VehicleTypeId::STAND_IN), OnRoute::new(RouteId(0), 0, 20.0))).id();
+    let (mut stood, mut place) = (0, 0.0);
+    for _ in 0..60 * 60 {
+        simulation.step();
+        if simulation.world.get::<Motion>(entity).expect("one").speed == 0.0 {
+            stood += 1;
+            place = simulation.world.get::<OnRoute>(entity).expect("one").at + 3.5;
+        }
+        if simulation.world.get::<OnRoute>(entity).expect("one").at > 300.0 {
+            break;
+        }
+    }
+    assert!((300..=302).contains(&stood), "{stood} steps");
+    assert!((147.0..149.0).contains(&place), "{place}");
+    assert_eq!(simulation.world.get::<OnRoute>(entity).expect("one").waited, 0.0);
+}
+
+#[test]
+fn nobody_drives_through_the_one_driven_by_hand() {
+    let mut simulation = Simulation::new();
+    simulation.world.insert_resource(Routes::new(vec![ring(80.0, 1)], false, 0));
+    let vehicles = fill(&mut simulation.world, &[RouteId(0)], &Filling { seed: 1, spacing: 40.0 });
+    let mut entities = spawn(&mut simulation.world, &vehicles);
+    // One of them is taken over and left standing.
+    simulation.world.entity_mut(entities[3]).insert(ByHand);
+    simulation.world.get_mut::<Controls>(entities[3]).expect("one").brake = 1.0;
+    (0..3000).for_each(|_| simulation.step());
+    assert_eq!(collision(&simulation.world, &entities), None);
+    let speed = |simulation: &Simulation, entity| simulation.world.get::<Motion>(entity).expect("one").speed;
+    assert!(entities.iter().all(|&entity| speed(&simulation, entity) == 0.0), "all wait behind it");
+    // Given back to its route, it drives on.
+    let taken = entities.swap_remove(3);
+    simulation.world.entity_mut(taken).remove::<ByHand>();
+    (0..1200).for_each(|_| simulation.step());
+    assert!(speed(&simulation, taken) > 3.0 && speed(&simulation, entities[0]) > 3.0);
+}
+
+#[test]
+fn turning_and_changing_lanes_is_indicated() {
+    let (plans, signals) = crossing(100.0, 1, 12.0);
+    let mut simulation = Simulation::new();
+    let routes = Routes::new(plans, false, 5);
+    let turns = (0..40u32).map(|number| routes.next(RouteId(0), number, 0).0 - 8).collect::<Vec<_>>();
+    assert!((0..3).all(|way| turns.contains(&way)), "{turns:?}");
+    simulation.world.insert_resource(routes);
+    simulation.world.insert_resource(signals);
+    for (way, expected) in [(0, Indicator::Off), (1, Indicator::Left), (2, Indicator::Right)] {
+        let number = VehicleNumber(turns.iter().position(|turn| *turn == way).expect("one") as u32);
+        let mut shown = |at: f32| {
+            let vehicle = Vehicle::of(VehicleTypeId::STAND_IN);
+            let entity = simulation.world.spawn((vehicle, number, OnRoute::new(RouteId(0), 0, at))).id();
+            simulation.step();
+            let shown = simulation.world.get::<Controls>(entity).expect("one").indicator;
+            simulation.world.despawn(entity);
+            shown
+        };
+        assert_eq!(shown(40.0), Indicator::Off, "too early");
+        assert_eq!(shown(80.0), expected);
+    }
+}
+
+#[test]
+fn one_whose_numbers_make_no_sense_is_stopped_and_the_rest_goes_on() {
+    let mut simulation = Simulation::new();
+    simulation.world.insert_resource(Routes::new(vec![ring(100.0, 1)], false, 0));
+    let vehicles = fill(&mut simulation.world, &[RouteId(0)], &Filling { seed: 1, spacing: 90.0 });
+    let entities = spawn(&mut simulation.world, &vehicles);
+    (0..120).for_each(|_| simulation.step());
+    let place = *simulation.world.get::<Transform>(entities[2]).expect("one");
+    simulation.world.get_mut::<Transform>(entities[2]).expect("one").translation.x = f32::NAN;
+    simulation.world.get_mut::<Motion>(entities[4]).expect("one").speed = f32::INFINITY;
+    (0..600).for_each(|_| simulation.step());
+    let world = &simulation.world;
+    let stalled: Vec<_> = entities.iter().filter(|&&e| world.get::<Stalled>(e).is_some()).collect();
+    assert_eq!(stalled, [&entities[2], &entities[4]]);
+    assert_eq!(world.resource::<systems::vehicles::traffic::Traffic>().faults.len(), 2, "each once");
+    assert!(world.get::<Transform>(entities[2]).expect("one").translation.distance(place.translation) < 0.5);
+    assert_eq!(collision(world, &entities), None);
+    let all_finite = entities.iter().all(|&e| world.get::<Transform>(e).expect("one").is_finite());
+    assert!(all_finite);
+}

@@ -1,0 +1,366 @@
+//! Routes: where vehicles drive by themselves.
+//!
+//! A [`RoutePlan`] says what a route is: a centre line, lanes, speed limits, stops, and the routes that may follow. All
+//! plans together become [`Routes`], whose centre lines are sampled at even steps of arc length ([`super::route_line`]),
+//! so that where `at` metres along a route is, which way it goes there and how fast one may be is looked up at once.
+//!
+//! A vehicle's `at` is that of its reference point, the rear axle. Lanes lie side by side around the centre line; lane 0
+//! is the one at the edge of the road: the rightmost, or the leftmost where traffic keeps left. All lanes of a route go
+//! the same way.
+
+use super::OnRoute;
+use super::route_line::{self, Sample};
+use bevy_ecs::prelude::*;
+use bevy_transform::components::Transform;
+use glam::{Quat, Vec2, Vec3};
+use serde::{Deserialize, Serialize};
+
+/// Names a route of [`Routes`].
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default, Serialize, Deserialize)]
+pub struct RouteId(pub u16);
+
+/// What a route is; all lengths along the centre line, from its beginning.
+#[derive(Clone, PartialEq, Debug)]
+pub struct RoutePlan {
+    /// As scenes name it.
+    pub name: String,
+    /// World space, metres; of a closed route the first is not repeated at the end. At least two that differ.
+    pub points: Vec<Vec3>,
+    /// A centripetal Catmull-Rom spline through the points instead of straight lines between them.
+    pub spline: bool,
+    /// The end is the beginning.
+    pub closed: bool,
+    /// At least one.
+    pub lanes: u8,
+    /// Metres.
+    pub lane_width: f32,
+    /// m/s.
+    pub speed_limit: f32,
+    /// From `.0` metres on, `.1` m/s; ascending.
+    pub limits: Vec<(f32, f32)>,
+    /// Where vehicles wait.
+    pub stops: Vec<Stop>,
+    /// What may follow at the end; a vehicle chooses evenly. None: the same route again, from its beginning.
+    pub then: Vec<RouteId>,
+}
+
+impl Default for RoutePlan {
+    /// 100 m along +Z, at 50 km/h.
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            points: vec![Vec3::ZERO, Vec3::Z * 100.0],
+            spline: false,
+            closed: false,
+            lanes: 1,
+            lane_width: 3.2,
+            speed_limit: 50.0 / 3.6,
+            limits: Vec::new(),
+            stops: Vec::new(),
+            then: Vec::new(),
+        }
+    }
+}
+
+/// A line across a route at which vehicles wait, with their front before it.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Stop {
+    /// Metres from the route's beginning.
+    pub at: f32,
+    /// What for.
+    pub wait: Wait,
+}
+
+/// What vehicles wait for at a [`Stop`].
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Wait {
+    /// Until it is green: an index of [`super::signals::Signals::heads`].
+    Signal(u32),
+    /// So many seconds, as at a bus stop.
+    Dwell(f32),
+}
+
+/// A route, ready to be driven on. What every vehicle reads in every step lies together.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Route {
+    /// Of its centre line, metres.
+    pub length: f32,
+    /// Heading at its end against that at its beginning, radians, left positive.
+    pub turn: f32,
+    /// Samples per metre.
+    density: f32,
+    /// The number of its lane 0 among the lanes of all routes.
+    first_lane: u32,
+    lane_width: f32,
+    /// The height of all of it, if it is level.
+    level: Option<f32>,
+    lanes: u8,
+    /// The end is the beginning.
+    pub closed: bool,
+    /// Whether it is one of several ways that a vehicle may take: turning is indicated there only.
+    pub is_one_of_several: bool,
+    /// What may follow.
+    pub then: Box<[RouteId]>,
+    /// Where vehicles wait, ascending.
+    pub stops: Box<[Stop]>,
+    /// Evenly spaced from beginning to end.
+    samples: Box<[Sample]>,
+    /// What it was made from.
+    pub plan: Box<RoutePlan>,
+}
+
+/// Where the centre line is at some place.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Place {
+    /// World space.
+    pub position: Vec3,
+    /// The way it goes, as (x, z) of a unit vector.
+    pub tangent: Vec2,
+    /// Radians per metre, left positive.
+    pub curvature: f32,
+    /// Of the speed limit there and of lower ones ahead that one has to brake for, m/s.
+    pub limit: f32,
+    /// Square of the speed that bends here and ahead allow, per m/s² of sideways acceleration.
+    pub bend: f32,
+}
+
+impl Place {
+    /// The unit vector to the left of the way it goes, (x, z).
+    pub fn left(&self) -> Vec2 {
+        left_of(self.tangent)
+    }
+
+    /// The point so far to the left of the centre line.
+    pub fn beside(&self, left: f32) -> Vec3 {
+        let aside = self.left() * left;
+        self.position + Vec3::new(aside.x, 0.0, aside.y)
+    }
+}
+
+/// The direction 90° to the left of (x, z), seen from above.
+pub fn left_of(forward: Vec2) -> Vec2 {
+    Vec2::new(forward.y, -forward.x)
+}
+
+impl Route {
+    /// The place `at` metres from its beginning. Beyond its ends the line goes on straight, or round if it is closed.
+    pub fn place(&self, at: f32) -> Place {
+        let at = self.inside(at);
+        let scaled = at * self.density;
+        let last = self.samples.len().saturating_sub(2);
+        let index = (scaled.max(0.0) as usize).min(last);
+        let (Some(a), Some(b)) = (self.samples.get(index), self.samples.get(index + 1)) else {
+            return Place { position: Vec3::ZERO, tangent: Vec2::Y, curvature: 0.0, limit: 0.0, bend: 0.0 };
+        };
+        let t = scaled - index as f32;
+        let inside = t.clamp(0.0, 1.0);
+        let tangent = a.tangent.lerp(b.tangent, inside);
+        Place {
+            position: a.position + (b.position - a.position) * t,
+            tangent: tangent / tangent.length().max(1e-6),
+            curvature: a.curvature + (b.curvature - a.curvature) * inside,
+            limit: a.limit.min(b.limit),
+            bend: a.bend + (b.bend - a.bend) * inside,
+        }
+    }
+
+    /// The same place of a closed route, within it.
+    fn inside(&self, at: f32) -> f32 {
+        match at {
+            _ if !self.closed || (0.0..self.length).contains(&at) => at,
+            _ if (0.0..2.0 * self.length).contains(&at) => at - self.length,
+            _ => at.rem_euclid(self.length),
+        }
+    }
+
+    /// The height of the centre line, as [`Route::place`] has it.
+    pub fn height(&self, at: f32) -> f32 {
+        self.level.unwrap_or_else(|| self.place(at).position.y)
+    }
+
+    /// Of the centre line near `at`, radians per metre, left positive.
+    pub(super) fn curvature(&self, at: f32) -> f32 {
+        let index = ((at * self.density).max(0.0) as usize).min(self.samples.len() - 1);
+        self.samples[index].curvature
+    }
+
+    /// The number of its lanes, at least 1.
+    pub fn lanes(&self) -> u8 {
+        self.lanes
+    }
+
+    /// Metres from the middle of a lane to that of the next.
+    pub fn lane_width(&self) -> f32 {
+        self.lane_width
+    }
+
+    /// The nearest place to a point, among the samples that are as high up to 5 m: metres from the beginning.
+    pub fn nearest(&self, point: Vec3) -> f32 {
+        let distance = |sample: &Sample| {
+            let off = sample.position - point;
+            off.x * off.x + off.z * off.z + (off.y.abs() - 5.0).max(0.0) * 1e3
+        };
+        let samples = self.samples.iter().enumerate();
+        let nearest = samples.min_by(|a, b| distance(a.1).total_cmp(&distance(b.1)));
+        nearest.map_or(0.0, |(index, _)| index as f32 / self.density)
+    }
+
+    /// The first stop whose line is beyond `at`.
+    pub fn stop_after(&self, at: f32) -> u16 {
+        self.stops.partition_point(|stop| stop.at <= at) as u16
+    }
+
+    pub(super) fn samples(&self) -> &[Sample] {
+        &self.samples
+    }
+
+    pub(super) fn metres_of(&self, sample: usize) -> f32 {
+        sample as f32 / self.density
+    }
+}
+
+/// All routes, by id.
+#[derive(Resource, Clone, PartialEq, Debug, Default)]
+pub struct Routes {
+    routes: Vec<Route>,
+    /// Traffic keeps left: lane 0 is the leftmost.
+    pub left_hand: bool,
+    /// What vehicles choose at forks depends on it.
+    pub seed: u64,
+    lanes: u32,
+    cells: route_line::Cells,
+}
+
+impl Routes {
+    /// Routes from plans, whose ids are their places in the list. Plans are taken as they are: names of `then` that are
+    /// not in the list count as the route itself, a route without two points that differ is a metre long.
+    pub fn new(plans: Vec<RoutePlan>, left_hand: bool, seed: u64) -> Self {
+        let count = plans.len().min(usize::from(u16::MAX));
+        let mut lanes = 0;
+        let mut routes: Vec<Route> = Vec::with_capacity(count);
+        for mut plan in plans.into_iter().take(count) {
+            plan.then.retain(|next| usize::from(next.0) < count);
+            plan.stops.sort_by(|a, b| a.at.total_cmp(&b.at));
+            let (samples, length) = route_line::sample(&plan);
+            let first = samples[0].position.y;
+            routes.push(Route {
+                length,
+                turn: route_line::turn(&samples),
+                density: (samples.len() - 1) as f32 / length,
+                first_lane: lanes,
+                lane_width: plan.lane_width,
+                level: samples.iter().all(|sample| sample.position.y == first).then_some(first),
+                lanes: plan.lanes.max(1),
+                closed: plan.closed,
+                is_one_of_several: false,
+                then: plan.then.as_slice().into(),
+                stops: plan.stops.as_slice().into(),
+                samples: samples.into(),
+                plan: Box::new(plan),
+            });
+            lanes += u32::from(routes[routes.len() - 1].lanes);
+        }
+        let mut all = Self { routes, left_hand, seed, lanes, cells: route_line::Cells::default() };
+        all.note_forks();
+        all.look_ahead();
+        all.cells = route_line::Cells::new(&all.routes);
+        all
+    }
+
+    /// A route; that of the id 0 for an id of other routes. `None` where there are none at all.
+    pub fn get(&self, id: RouteId) -> Option<&Route> {
+        self.routes.get(usize::from(id.0)).or(self.routes.first())
+    }
+
+    /// All, in the order of their ids.
+    pub fn iter(&self) -> impl Iterator<Item = (RouteId, &Route)> {
+        self.routes.iter().enumerate().map(|(index, route)| (RouteId(index as u16), route))
+    }
+
+    /// The route of that name.
+    pub fn find(&self, name: &str) -> Option<RouteId> {
+        self.routes.iter().position(|route| route.plan.name == name).map(|index| RouteId(index as u16))
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.routes.is_empty()
+    }
+
+    /// Lanes of all routes together.
+    pub fn lanes(&self) -> u32 {
+        self.lanes
+    }
+
+    /// The number of a lane among the lanes of all routes.
+    pub fn lane(&self, route: &Route, lane: u8) -> u32 {
+        route.first_lane + u32::from(lane.min(route.lanes() - 1))
+    }
+
+    /// Metres from the centre line to the middle of a lane, left positive.
+    pub fn offset(&self, route: &Route, lane: u8) -> f32 {
+        let from_edge = f32::from(lane.min(route.lanes() - 1)) - (f32::from(route.lanes()) - 1.0) * 0.5;
+        from_edge * route.lane_width * if self.left_hand { -1.0 } else { 1.0 }
+    }
+
+    /// The route after `route` of the vehicle of that number, which has come to routes `choices` times before: a
+    /// function of these alone, so that it is known beforehand.
+    pub fn next(&self, route: RouteId, number: u32, choices: u32) -> RouteId {
+        match self.get(route).map_or(&[][..], |route| &route.then) {
+            [] => route,
+            [only] => *only,
+            several => {
+                let bits = mixed(self.seed ^ mixed(u64::from(number) << 32 | u64::from(choices)));
+                several[(((bits >> 32) * several.len() as u64) >> 32) as usize]
+            }
+        }
+    }
+
+    /// Where a vehicle that is `at` metres along a lane stands.
+    pub fn stand(&self, on: &OnRoute) -> Transform {
+        let Some(route) = self.get(on.route) else { return Transform::IDENTITY };
+        let place = route.place(on.at);
+        let yaw = place.tangent.x.atan2(place.tangent.y);
+        Transform::from_translation(place.beside(self.offset(route, on.lane))).with_rotation(Quat::from_rotation_y(yaw))
+    }
+
+    pub(super) fn cells(&self) -> &route_line::Cells {
+        &self.cells
+    }
+
+    fn note_forks(&mut self) {
+        let forks: Vec<Vec<RouteId>> = self.routes.iter().map(|route| route.then.to_vec()).collect();
+        for way in forks.iter().filter(|ways| ways.len() > 1).flatten() {
+            self.routes[usize::from(way.0)].is_one_of_several = true;
+        }
+    }
+
+    /// Lets limits and bends of what follows count at the end of what comes before. Every pass carries them over one
+    /// more route; what is farther away than that is too far to brake for.
+    fn look_ahead(&mut self) {
+        for _ in 0..6 {
+            let starts: Vec<(f32, f32)> = self
+                .routes
+                .iter()
+                .map(|r| r.samples.first().map_or((f32::MAX, f32::MAX), |s| (s.limit, s.bend)))
+                .collect();
+            for (index, route) in self.routes.iter_mut().enumerate() {
+                let own = [RouteId(index as u16)];
+                let round = if route.closed { &own[..] } else { &[] };
+                let then = if route.then.is_empty() { round } else { &route.then };
+                let after = then.iter().filter_map(|next| starts.get(usize::from(next.0)));
+                let after = after.fold((f32::MAX, f32::MAX), |least, s| (least.0.min(s.0), least.1.min(s.1)));
+                let step = 1.0 / route.density;
+                route_line::brake_ahead(&mut route.samples, step, after);
+            }
+        }
+    }
+}
+
+/// SplitMix64's finalizer (Steele, Lea, Flood, "Fast Splittable Pseudorandom Number Generators", OOPSLA 2014).
+fn mixed(bits: u64) -> u64 {
+    let mut z = bits.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}

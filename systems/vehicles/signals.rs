@@ -1,0 +1,168 @@
+//! Traffic signals: what they show is a function of the clock's time alone.
+//!
+//! A [`Signal`] lets its groups drive one after another: green, amber, and then all red before the next group's turn.
+//! [`Signals::tick`] works out once per step what every group's head shows; [`light_heads`] switches the lamps of
+//! [`SignalHead`]s when that changed.
+
+use crate::clock::Clock;
+use crate::components::Light;
+use crate::library::MaterialId;
+use bevy_ecs::prelude::*;
+
+/// Times of a signal, seconds.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Signal {
+    /// As scenes name it.
+    pub name: String,
+    /// Of each group, in turn.
+    pub green: Vec<f32>,
+    /// After every green.
+    pub amber: f32,
+    /// All red after every amber.
+    pub red: f32,
+    /// How far on the cycle is at time 0.
+    pub offset: f32,
+}
+
+/// What the head of a group shows.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum Aspect {
+    /// Stop.
+    #[default]
+    Red,
+    /// Stop if it can be done.
+    Amber,
+    /// Go.
+    Green,
+}
+
+impl Signal {
+    /// Seconds until everything repeats.
+    pub fn cycle(&self) -> f64 {
+        self.green.iter().map(|green| f64::from(green + self.amber + self.red)).sum()
+    }
+
+    /// What a group shows, and for how many seconds still (of red: until its own green).
+    pub fn aspect(&self, group: usize, seconds: f64) -> (Aspect, f32) {
+        let cycle = self.cycle();
+        // A signal without a cycle never lets anyone go.
+        if !(cycle > 0.0) {
+            return (Aspect::Red, f32::INFINITY);
+        }
+        let before: f64 = self.green.iter().take(group).map(|green| f64::from(green + self.amber + self.red)).sum();
+        let green = f64::from(self.green.get(group).copied().unwrap_or(0.0));
+        let amber = green + f64::from(self.amber);
+        let since = (seconds + f64::from(self.offset) - before).rem_euclid(cycle);
+        if since < green {
+            (Aspect::Green, (green - since) as f32)
+        } else if since < amber {
+            (Aspect::Amber, (amber - since) as f32)
+        } else {
+            (Aspect::Red, (cycle - since) as f32)
+        }
+    }
+}
+
+/// All signals, and what their heads show in this step.
+#[derive(Resource, Clone, PartialEq, Debug, Default)]
+pub struct Signals {
+    signals: Vec<Signal>,
+    /// The first head of each signal among `shown`.
+    first: Vec<u32>,
+    /// Of every group of every signal: what it shows, and for how many seconds still.
+    shown: Vec<(Aspect, f32)>,
+}
+
+impl Signals {
+    /// Signals, whose places in the list name them.
+    pub fn new(signals: Vec<Signal>) -> Self {
+        let mut first = Vec::with_capacity(signals.len());
+        let mut heads = 0;
+        for signal in &signals {
+            first.push(heads);
+            heads += signal.green.len() as u32;
+        }
+        let mut all = Self { signals, first, shown: vec![(Aspect::Red, 0.0); heads as usize] };
+        all.tick(0.0);
+        all
+    }
+
+    /// All signals.
+    pub fn iter(&self) -> impl Iterator<Item = &Signal> {
+        self.signals.iter()
+    }
+
+    /// The index among [`Signals::heads`] of a signal's group; `None` if there is no such.
+    pub fn head(&self, signal: &str, group: usize) -> Option<u32> {
+        let index = self.signals.iter().position(|s| s.name == signal)?;
+        (group < self.signals[index].green.len()).then(|| self.first[index] + group as u32)
+    }
+
+    /// What every group of every signal shows in this step, and for how many seconds still.
+    pub fn heads(&self) -> &[(Aspect, f32)] {
+        &self.shown
+    }
+
+    /// Works out what they show at a time.
+    pub fn tick(&mut self, seconds: f64) {
+        for (signal, &first) in self.signals.iter().zip(&self.first) {
+            for group in 0..signal.green.len() {
+                self.shown[first as usize + group] = signal.aspect(group, seconds);
+            }
+        }
+    }
+}
+
+/// Brings signals to the clock's time.
+pub fn tick_signals(clock: Res<Clock>, mut signals: ResMut<Signals>) {
+    if !signals.signals.is_empty() {
+        signals.tick(clock.seconds());
+    }
+}
+
+/// Shows what a group of a signal does, by the lamps below it.
+#[derive(Component, Clone, Copy, PartialEq, Eq, Debug)]
+pub struct SignalHead {
+    /// An index of [`Signals::heads`].
+    pub head: u32,
+    /// What its lamps show; `None` before the first step.
+    pub shown: Option<Aspect>,
+}
+
+/// A lamp of a [`SignalHead`]; the entity may carry a [`Light`] and its glass.
+#[derive(Component, Clone, Copy, PartialEq, Debug)]
+pub struct SignalLamp {
+    /// When it is on.
+    pub aspect: Aspect,
+    /// Materials of its glass, off and on.
+    pub glass: Option<(MaterialId, MaterialId)>,
+}
+
+/// Switches the lamps below heads whose signal changed.
+pub fn light_heads(
+    signals: Res<Signals>,
+    mut heads: Query<(Entity, &mut SignalHead)>,
+    children: Query<&Children>,
+    mut lamps: Query<(&SignalLamp, Option<&mut Light>, Option<&mut MaterialId>)>,
+) {
+    for (entity, mut head) in &mut heads {
+        let aspect = signals.shown.get(head.head as usize).map(|shown| shown.0);
+        if aspect == head.shown {
+            continue;
+        }
+        head.shown = aspect;
+        for below in children.iter_descendants(entity) {
+            if let Ok((lamp, light, glass)) = lamps.get_mut(below) {
+                let is_on = aspect == Some(lamp.aspect);
+                if let Some(mut light) = light
+                    && light.enabled != is_on
+                {
+                    light.enabled = is_on;
+                }
+                if let (Some((dark, lit)), Some(mut material)) = (lamp.glass, glass) {
+                    material.set_if_neq(if is_on { lit } else { dark });
+                }
+            }
+        }
+    }
+}

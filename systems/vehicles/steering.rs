@@ -1,0 +1,85 @@
+//! Where vehicles go: pure pursuit, the kinematic bicycle model, and what a trailer does behind it.
+
+use super::Motion;
+use super::routes::left_of;
+use super::types::{Limits, Trailer};
+use glam::{Vec2, Vec3};
+
+/// Lookahead of pure pursuit: wheelbases, and metres per m/s; metres at most.
+const LOOKAHEAD: (f32, f32, f32) = (1.2, 0.6, 25.0);
+
+/// Radians to which a hitch turns at most.
+const JACKKNIFE: f32 = 1.4;
+
+/// The way a vehicle looks, (x, z).
+pub fn forward(yaw: f32) -> Vec2 {
+    let (sin, cos) = yaw.sin_cos();
+    Vec2::new(sin, cos)
+}
+
+/// How far ahead on its path a driver aims at, metres.
+pub fn lookahead(wheelbase: f32, speed: f32) -> f32 {
+    (LOOKAHEAD.0 * wheelbase + LOOKAHEAD.1 * speed.abs()).clamp(1.0, LOOKAHEAD.2)
+}
+
+/// The steering angle that leads over a circle from the rear axle, where the vehicle looks along `forward`, through the
+/// target, `off` metres from there: atan(2·L·sin α / l). Coulter, "Implementation of the pure pursuit path tracking
+/// algorithm", CMU-RI-TR-92-01 (1992).
+pub fn pursue(wheelbase: f32, forward: Vec2, off: Vec2) -> f32 {
+    let curvature = 2.0 * off.dot(left_of(forward)) / off.length_squared().max(1e-6);
+    (wheelbase * curvature).atan()
+}
+
+/// The steering angle after a step toward a wanted one.
+pub fn turn_wheel(limits: &Limits, steering: f32, wanted: f32, seconds: f32) -> f32 {
+    let change = limits.steering_rate * seconds;
+    wanted.clamp(-limits.steering, limits.steering).clamp(steering - change, steering + change)
+}
+
+/// One step of the kinematic bicycle model with the rear axle as reference (Rajamani, "Vehicle Dynamics and Control",
+/// 2nd edition, section 2.2, with ℓr = 0): dx/dt = v·sin ψ, dz/dt = v·cos ψ, dψ/dt = v·tan δ / L. `speed` is the mean of
+/// the step; the heading of its middle makes a step as exact as its square. Returns where to, (x, z).
+pub fn roll(motion: &mut Motion, wheelbase: f32, trailer: Option<&Trailer>, speed: f32, seconds: f32) -> Vec2 {
+    let metres = speed * seconds;
+    let turned = metres * motion.steering.tan() / wheelbase;
+    let off = forward(motion.yaw + turned * 0.5) * metres;
+    if let Some(trailer) = trailer {
+        motion.hitch = pull(trailer, motion.hitch, metres, turned);
+    }
+    motion.yaw = wrapped(motion.yaw + turned);
+    motion.rolled += f64::from(metres);
+    off
+}
+
+/// The hitch after the vehicle rolled and turned. The hitch moves by `metres` along the vehicle's forward and by
+/// h·`turned` to its left; the trailer's axles only follow along the trailer, so that it turns by the part of that across
+/// it over its length (Rouchon, Fliess, Lévine, Martin, "Flatness and motion planning: the car with n trailers", ECC 1993):
+/// dψt = (−sin φ·metres + h·cos φ·turned) / Lt, dφ = dψt − `turned`. Midpoint rule.
+fn pull(trailer: &Trailer, hitch: f32, metres: f32, turned: f32) -> f32 {
+    let rate = |hitch: f32| {
+        let (sin, cos) = hitch.sin_cos();
+        (trailer.hitch * cos * turned - sin * metres) / trailer.length.max(0.1) - turned
+    };
+    (hitch + rate(hitch + 0.5 * rate(hitch))).clamp(-JACKKNIFE, JACKKNIFE)
+}
+
+/// The same heading in −π..π.
+fn wrapped(yaw: f32) -> f32 {
+    use std::f32::consts::{PI, TAU};
+    if yaw.abs() <= PI { yaw } else { yaw - TAU * (yaw / TAU).round() }
+}
+
+/// The left-to-right vector of a heading in space, and the like: columns of the rotation of something that looks along
+/// `forward` on ground that rises by `pitch` ahead and by `roll` to the left (radians).
+pub fn posture(yaw: f32, pitch: f32, roll: f32) -> glam::Quat {
+    let turned = glam::Quat::from_rotation_y(yaw);
+    if pitch == 0.0 && roll == 0.0 {
+        return turned;
+    }
+    turned * glam::Quat::from_rotation_x(-pitch) * glam::Quat::from_rotation_z(roll)
+}
+
+/// A vector of the ground plane as one of space.
+pub(super) fn flat(v: Vec2) -> Vec3 {
+    Vec3::new(v.x, 0.0, v.y)
+}
