@@ -314,6 +314,9 @@ impl Open {
                 let room = ui.max_rect().width() - if viewer.panel { panel::WIDTH } else { 0.0 };
                 overlay::paint(ui.painter(), view, &lights, room);
             }
+            if let Some(motion) = viewer.driven.and_then(|vehicle| viewer.simulation.world.get(vehicle)) {
+                overlay::speed(ui.painter(), &details::kilometres_per_hour(motion));
+            }
             if viewer.panel {
                 command = side_panel.show(ui, viewer, &info).or(command);
             }
