@@ -122,7 +122,7 @@ pub fn show(ui: &mut egui::Ui, world: &World, entity: Entity) {
         if let Some(on) = world.get::<OnRoute>(entity)
             && let Some(route) = world.resource::<Routes>().get(on.route)
         {
-            row("route", route.name.clone());
+            row("route", route.plan.name.clone());
             row("on it", format!("{:.1} m, lane {}", on.at, on.lane));
         }
     });
