@@ -37,6 +37,8 @@ pub enum Command {
     ToggleHelp,
     /// Writes what is seen to a file.
     SavePicture,
+    /// Writes the state of the simulation to a file.
+    SaveSnapshot,
     /// Closes the window.
     Quit,
 }
@@ -57,7 +59,7 @@ const fn key(keys: &'static [&'static str], command: Command, help: &'static str
 }
 
 /// All keys of the window.
-pub const KEYS: [KeyBinding; 15] = [
+pub const KEYS: [KeyBinding; 16] = [
     key(&["Space"], Command::Pause, "pause, go on"),
     key(&[".", "N"], Command::Step, "one step, while paused"),
     key(&["+", "="], Command::Faster, "faster"),
@@ -72,6 +74,7 @@ pub const KEYS: [KeyBinding; 15] = [
     key(&["Tab"], Command::TogglePanel, "show or hide the panel"),
     key(&["H", "F1"], Command::ToggleHelp, "show or hide this list"),
     key(&["P", "F12"], Command::SavePicture, "save a picture"),
+    key(&["F5"], Command::SaveSnapshot, "save a snapshot to go on from"),
     key(&["Esc"], Command::Quit, "close the window"),
 ];
 
@@ -105,6 +108,7 @@ fn logical_name(key: &Key) -> Option<String> {
         Key::Named(NamedKey::Tab) => Some("Tab".into()),
         Key::Named(NamedKey::Escape) => Some("Esc".into()),
         Key::Named(NamedKey::F1) => Some("F1".into()),
+        Key::Named(NamedKey::F5) => Some("F5".into()),
         Key::Named(NamedKey::F12) => Some("F12".into()),
         _ => None,
     }
