@@ -106,6 +106,8 @@ impl Recording {
     /// # Errors
     /// [`RecordingError::Refused`].
     pub fn seek(&mut self, step: u64, simulation: &mut Simulation) -> Result<(), RecordingError> {
+        // A recording that began in the middle has a snapshot there.
+        let step = step.max(self.header.start);
         let nearest = self.index.iter().rposition(|entry| entry.kind == Kind::Snapshot && entry.step <= step);
         let Some(position) = nearest else { return Ok(()) };
         let offset = self.index[position].offset;
