@@ -48,7 +48,7 @@ pub enum Command {
     /// Say how far a frame lit by three lights per object is from one lit by all, in figures and pictures
     #[command(after_help = LIGHTS_HELP)]
     Lights(LightsArgs),
-    /// Measure a grid of many bump-mapped objects under many lights
+    /// Measure a grid of many bump-mapped objects under many lights, or any scene
     #[command(after_help = BENCH_HELP)]
     Bench(BenchArgs),
     /// Say everything that is wrong with scenes, models and images; exit code 2 if anything is
@@ -232,6 +232,7 @@ Examples:
   relief bench --objects 100000 --size 64x36             the engine's cost of many objects
   relief bench --objects 100000 --moving 1 --json        all of them moving, as one line of JSON
   relief bench --view inside --picture yard.png          what it looks like
+  relief bench --scene town.ron --camera \"chase car 7\"   a scene of yours, a step of its clock per frame
   relief bench --trace frames.json                       open it in chrome://tracing
   relief bench --suite -o before                         everything, with a report (minutes)
   relief bench --suite -o after --compare before/results.jsonl

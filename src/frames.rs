@@ -12,16 +12,15 @@ use crate::recording::{RecordingError, RunFiles, Stepper};
 use crate::renderer::{Gpu, GpuError, Occlusion, RenderError, Renderer, Settings};
 use crate::scene::{self, SceneError};
 use crate::video::{self, VideoError};
+use crate::viewpoint::Viewpoint;
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
-use bevy_transform::components::GlobalTransform;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use systems::Simulation;
 use systems::clock::{Clock, SPEEDS};
-use systems::components::Camera;
 use systems::library::{Library, MeshId};
 use systems::pieces::{PieceOf, WholeMesh};
 use systems::texture_memory::{self, Reduced};
@@ -63,7 +62,7 @@ pub struct FrameJob {
     pub frames: Frames,
     /// Pixels.
     pub size: (u32, u32),
-    /// The name of the camera; `None`: the scene's first.
+    /// The name of the camera, or `chase NAME`, `driver NAME` of a vehicle; `None`: the scene's first camera.
     pub camera: Option<String>,
     /// Kinds of pictures.
     pub outputs: Vec<OutputKind>,
@@ -128,7 +127,7 @@ pub enum FrameError {
     #[error(transparent)]
     Scene(#[from] SceneError),
     /// No camera of that name.
-    #[error("{}: no camera named \"{wanted}\"; there are: {}", scene.display(), known.join(", "))]
+    #[error("{}: no camera named \"{wanted}\"; there are: {}; and \"chase NAME\" and \"driver NAME\" of each vehicle", scene.display(), known.join(", "))]
     NoCamera {
         /// The scene.
         scene: PathBuf,
@@ -171,8 +170,8 @@ pub struct Stage {
     pub simulation: Simulation,
     /// What the loader said of it.
     pub scene: scene::LoadedScene,
-    /// The chosen camera.
-    pub camera: Entity,
+    /// What is looked through.
+    pub viewpoint: Viewpoint,
 }
 
 /// How a scene is loaded.
@@ -239,23 +238,16 @@ pub fn load_stage(path: &Path, camera: Option<&str>, options: &LoadOptions) -> R
     for warning in &scene.warnings {
         tracing::warn!("{warning}");
     }
-    let wanted = camera.unwrap_or_default();
     let found = match camera {
-        None => scene.cameras.first(),
-        Some(_) => scene.cameras.iter().find(|(name, _)| name == wanted),
+        None => scene.cameras.first().map(|&(_, camera)| Viewpoint::Camera(camera)),
+        Some(wanted) => Viewpoint::find(wanted, &scene.cameras, &mut simulation.world),
     };
-    let Some(&(_, camera)) = found else {
+    let Some(viewpoint) = found else {
         let known = scene.cameras.iter().map(|(name, _)| name.clone()).collect();
-        return Err(FrameError::NoCamera { scene: path.to_owned(), wanted: wanted.to_owned(), known });
+        let wanted = camera.unwrap_or_default().to_owned();
+        return Err(FrameError::NoCamera { scene: path.to_owned(), wanted, known });
     };
-    Ok(Stage { simulation, scene, camera })
-}
-
-/// The view of a camera entity, as of the last frame.
-pub fn view_of(world: &World, camera: Entity, (width, height): (u32, u32)) -> View {
-    let transform = world.get::<GlobalTransform>(camera).copied().unwrap_or_default();
-    let camera = world.get::<Camera>(camera).cloned().unwrap_or_default();
-    View::new(&transform.affine(), &camera, width, height)
+    Ok(Stage { simulation, scene, viewpoint })
 }
 
 /// A renderer without a window, for a few pictures of a world in hand.
@@ -275,18 +267,19 @@ impl Headless {
         Ok(Self { renderer: Renderer::new(&Gpu::headless()?), settings: Settings::default() })
     }
 
-    /// Brings the world's draw list up to date and draws it as the camera sees it, in 8-bit sRGB.
+    /// Brings the world's draw list up to date and draws it as seen from a camera's entity, or another viewpoint, in
+    /// 8-bit sRGB.
     ///
     /// # Errors
     /// [`FrameError::Render`].
     pub fn draw(
         &mut self,
         simulation: &mut Simulation,
-        camera: Entity,
+        from: impl Into<Viewpoint>,
         size: (u32, u32),
     ) -> Result<image::RgbaImage, FrameError> {
         simulation.frame();
-        let view = view_of(&simulation.world, camera, size);
+        let view = from.into().view(&simulation.world, size);
         self.renderer.prepare(simulation.draw_list(), simulation.library(), &view, &self.settings)?;
         Ok(self.renderer.draw_picture())
     }
@@ -369,7 +362,7 @@ pub fn render_frames(job: &FrameJob, mut progress: impl FnMut(u64, u64)) -> Resu
             job.outputs.iter().filter(|&&kind| !job.resume || !is_written(&path(kind, frame))).copied().collect();
         if !missing.is_empty() {
             stage.simulation.frame();
-            let view = view_of(&stage.simulation.world, stage.camera, job.size);
+            let view = stage.viewpoint.view(&stage.simulation.world, job.size);
             renderer.prepare(stage.simulation.draw_list(), stage.simulation.library(), &view, &settings)?;
             for (kind, picture) in pictures(&mut renderer, &view, &missing) {
                 output::write_png(&path(kind, frame), &picture)?;

@@ -15,7 +15,7 @@
 //! frames    pictures to files; Headless for programs of one's own    app      the window, its keys and panel
 //! renderer  the only place that knows wgpu                           check    everything wrong with a file
 //! compare   how far two pictures are apart                           light_error   a scene by three lights and by all
-//! problem, name, output, video, demo                                 what several of these share
+//! viewpoint what is looked through                                     problem, name, output, video, demo  shared
 //! ```
 //!
 //! Programs begin with [`prelude`]; `examples/` has three.
@@ -38,8 +38,14 @@ pub mod recording;
 pub mod renderer;
 pub mod scene;
 pub mod video;
+pub mod viewpoint;
 
 /// The README's program, compiled with the documentation's tests.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;
+
+/// The program of the page on vehicles.
+#[cfg(doctest)]
+#[doc = include_str!("../docs/vehicles.md")]
+struct VehiclesPage;

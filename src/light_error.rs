@@ -4,7 +4,7 @@
 //! an object; FLIP compares the pictures as written, all of them.
 
 use crate::compare::{self, LuminanceError};
-use crate::frames::{self, FrameError, LoadOptions, Stage, view_of};
+use crate::frames::{self, FrameError, LoadOptions, Stage};
 use crate::output;
 use crate::renderer::{Gpu, Renderer, Settings};
 use image::RgbImage;
@@ -150,7 +150,7 @@ fn draw(
 ) -> Result<Drawn, FrameError> {
     stage.simulation.world.insert_resource(policy);
     stage.simulation.frame();
-    let view = view_of(&stage.simulation.world, stage.camera, size);
+    let view = stage.viewpoint.view(&stage.simulation.world, size);
     renderer.prepare(stage.simulation.draw_list(), stage.simulation.library(), &view, settings)?;
     let picture = image::DynamicImage::from(renderer.draw_picture()).into_rgb8();
     let luminances = renderer.read_linear().unwrap_or_default().into_iter().map(compare::luminance).collect();

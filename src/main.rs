@@ -256,7 +256,7 @@ fn show(job: &WindowJob, view: &ViewArgs) -> Result<(), FrameError> {
         stepper,
         title: stage.scene.name,
         cameras: stage.scene.cameras,
-        camera: stage.camera,
+        viewpoint: stage.viewpoint,
         size: view.size,
         settings: view.settings(),
         paused: job.paused,

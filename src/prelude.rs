@@ -2,6 +2,8 @@
 
 pub use crate::frames::Headless;
 pub use crate::import::load_model;
+pub use crate::scene::load_vehicle_types;
+pub use crate::viewpoint::Viewpoint;
 pub use bevy_ecs::prelude::*;
 pub use bevy_transform::components::Transform;
 pub use glam::{Quat, UVec2, Vec2, Vec3, Vec4};
@@ -10,3 +12,4 @@ pub use systems::components::{Camera, Environment, Light, LightKind, Projection,
 pub use systems::library::{Library, Map, Material, MaterialId, MeshId, Shading, Technique};
 pub use systems::pieces::draw_in_pieces;
 pub use systems::shapes;
+pub use systems::vehicles::{Vehicle, VehicleTypes};

@@ -4,8 +4,8 @@ mod common;
 
 use glam::Vec3;
 use relief::bench::{Yard, YardMesh, YardPlan, YardView};
-use relief::frames::view_of;
 use relief::renderer::{Gpu, Renderer, Settings};
+use relief::viewpoint::Viewpoint;
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -297,7 +297,7 @@ fn plan(objects: u32, view: YardView) -> YardPlan {
 fn share_in_view(objects: u32, view: YardView) -> f64 {
     let mut yard = Yard::new(&plan(objects, view)).expect("a yard");
     yard.simulation.frame();
-    let clip_from_world = view_of(&yard.simulation.world, yard.camera, (1280, 720)).clip_from_world();
+    let clip_from_world = Viewpoint::Camera(yard.camera).view(&yard.simulation.world, (1280, 720)).clip_from_world();
     let mut drawn = yard
         .simulation
         .world
@@ -331,7 +331,7 @@ fn pass_times_come_late_and_nobody_needs_to_ask_for_them() {
     let mut renderer = Renderer::new(&gpu);
     let mut draw = |renderer: &mut Renderer| {
         yard.simulation.frame();
-        let view = view_of(&yard.simulation.world, yard.camera, (64, 36));
+        let view = Viewpoint::Camera(yard.camera).view(&yard.simulation.world, (64, 36));
         let (list, library) = (yard.simulation.draw_list(), yard.simulation.library());
         renderer.prepare(list, library, &view, &Settings::default()).expect("it fits");
         renderer.draw_picture();

@@ -7,8 +7,9 @@ use bevy_transform::components::Transform;
 use glam::{Quat, Vec3};
 use proptest::prelude::RngExt;
 use proptest::test_runner::{RngAlgorithm, TestRng};
-use relief::frames::{Headless, view_of};
+use relief::frames::Headless;
 use relief::renderer::{Drawn, Gpu, Occlusion, Renderer, Settings};
+use relief::viewpoint::Viewpoint;
 use systems::Simulation;
 use systems::components::{Camera, Light, Projection};
 use systems::hidden::Hidden;
@@ -56,7 +57,7 @@ impl Scene {
 
     /// Draws the world as it is, without another frame of the systems.
     fn draw_with(&self, renderer: &mut Renderer, settings: Settings) -> (image::RgbaImage, Drawn) {
-        let view = view_of(&self.simulation.world, self.camera, SIZE);
+        let view = Viewpoint::Camera(self.camera).view(&self.simulation.world, SIZE);
         let (list, library) = (self.simulation.draw_list(), self.simulation.library());
         renderer.prepare(list, library, &view, &settings).expect("it fits");
         (renderer.draw_picture(), renderer.read_drawn())
@@ -189,7 +190,7 @@ fn a_still_view_is_drawn_whole_when_the_picture_or_a_surface_changes() {
         assert_eq!(seen.1.objects, if occlusion == Occlusion::On { 1 } else { 51 });
         scene.draw_with(&mut renderer, Settings { samples: 1, ..on });
         assert!(scene.draw_with(&mut renderer, on) == seen, "samples, and back");
-        let view = view_of(&scene.simulation.world, scene.camera, (SIZE.0 * 2, SIZE.1 * 2));
+        let view = Viewpoint::Camera(scene.camera).view(&scene.simulation.world, (SIZE.0 * 2, SIZE.1 * 2));
         let (list, library) = (scene.simulation.draw_list(), scene.simulation.library());
         renderer.prepare(list, library, &view, &on).expect("it fits");
         let large = renderer.draw_picture();

@@ -119,7 +119,7 @@ fn changes_here_and_there_arrive_also_from_frames_that_nobody_drew() {
     for (first, height) in [(7, 20.0), (7, 3.0), (20, 5.0)] {
         move_some(&mut field, first, height);
         field.simulation.frame();
-        let view = relief::frames::view_of(&field.simulation.world, field.camera, SIZE);
+        let view = relief::viewpoint::Viewpoint::Camera(field.camera).view(&field.simulation.world, SIZE);
         let (list, library) = (field.simulation.draw_list(), field.simulation.library());
         field.headless.renderer.prepare(list, library, &view, &Settings::default()).expect("it fits");
     }
@@ -143,7 +143,7 @@ fn a_renderer_that_missed_frames_shows_the_same_as_one_that_saw_all() {
         let (_, seen) = field.draw();
         if frame == 1 || frame == 4 {
             std::mem::swap(&mut late, &mut field.headless.renderer);
-            let view = relief::frames::view_of(&field.simulation.world, field.camera, SIZE);
+            let view = relief::viewpoint::Viewpoint::Camera(field.camera).view(&field.simulation.world, SIZE);
             let (list, library) = (field.simulation.draw_list(), field.simulation.library());
             field.headless.renderer.prepare(list, library, &view, &Settings::default()).expect("it fits");
             assert!(field.headless.renderer.draw_picture() == seen, "frame {frame}");
@@ -158,7 +158,7 @@ fn a_picture_that_cannot_differ_is_shown_again_and_any_change_is_noticed() {
     let (_, drawn) = field.draw();
     let prepare = |field: &mut Field, settings: &Settings| {
         field.simulation.frame();
-        let view = relief::frames::view_of(&field.simulation.world, field.camera, SIZE);
+        let view = relief::viewpoint::Viewpoint::Camera(field.camera).view(&field.simulation.world, SIZE);
         let (list, library) = (field.simulation.draw_list(), field.simulation.library());
         field.headless.renderer.prepare(list, library, &view, settings).expect("it fits")
     };

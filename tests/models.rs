@@ -67,7 +67,7 @@ fn every_model_draws_without_a_warning_or_is_refused_for_a_named_reason() {
                 continue;
             }
         };
-        let picture = headless.draw(&mut stage.simulation, stage.camera, (side, side)).expect("a picture");
+        let picture = headless.draw(&mut stage.simulation, stage.viewpoint, (side, side)).expect("a picture");
         // Points and lines are left out with a warning; some files hold nothing but lights.
         let explained = !stage.scene.warnings.is_empty() || name.contains("Lights");
         assert!(headless.renderer.read_drawn().objects > 0 || explained, "{name}: nothing drawn");

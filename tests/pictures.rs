@@ -480,7 +480,7 @@ fn a_light_that_is_gone_gives_nothing_even_to_the_reference() {
 fn outputs_give_depth_normal_and_entity() {
     let Some(mut square) = Square::new(matte(Vec3::ONE)) else { return };
     square.middle();
-    let view = relief::frames::view_of(&square.simulation.world, square.camera, (SIZE, SIZE));
+    let view = relief::viewpoint::Viewpoint::Camera(square.camera).view(&square.simulation.world, (SIZE, SIZE));
     let gpu: Gpu = square.headless.renderer.gpu().clone();
     let outputs = square.headless.renderer.draw_outputs().expect("outputs");
     let (middle, corner) = ((SIZE * SIZE / 2) as usize, 0);

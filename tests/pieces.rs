@@ -9,6 +9,7 @@ use glam::{Quat, UVec2, Vec2, Vec3, Vec4};
 use relief::frames::{self, Headless};
 use relief::renderer::{Renderer, Settings};
 use relief::scene;
+use relief::viewpoint::Viewpoint;
 use std::path::{Path, PathBuf};
 use systems::Simulation;
 use systems::components::{Camera, Environment, Light, Projection, ToneMap};
@@ -375,7 +376,8 @@ fn street(gpu: &relief::renderer::Gpu, in_pieces: bool) -> Stage {
     let folder = folder();
     let stage =
         frames::load_stage(&write(&folder, "street.ron", &text), Some("along"), &frames::LoadOptions::default());
-    let frames::Stage { simulation, camera, .. } = stage.unwrap_or_else(|e| panic!("{e}"));
+    let frames::Stage { simulation, viewpoint, .. } = stage.unwrap_or_else(|e| panic!("{e}"));
+    let Viewpoint::Camera(camera) = viewpoint else { panic!("a camera of the scene") };
     let headless = Headless { renderer: Renderer::new(gpu), settings: Settings::default() };
     Stage { simulation, headless, camera, object: camera }
 }

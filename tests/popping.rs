@@ -12,8 +12,8 @@ use bevy_ecs::prelude::*;
 use bevy_transform::components::Transform;
 use glam::{Quat, Vec3, Vec4};
 use relief::compare::luminance;
-use relief::frames::view_of;
 use relief::renderer::{Gpu, PICTURE_FORMAT, Renderer, Settings};
+use relief::viewpoint::Viewpoint;
 use systems::Simulation;
 use systems::components::{Camera, Environment, Light, LightKind};
 use systems::images::{Image, ImageKind};
@@ -130,7 +130,7 @@ impl Drive {
     fn luminances(&mut self, policy: LightPolicy) -> Vec<f32> {
         self.simulation.world.insert_resource(policy);
         self.simulation.frame();
-        let view = view_of(&self.simulation.world, self.camera, (SIZE as u32, SIZE as u32));
+        let view = Viewpoint::Camera(self.camera).view(&self.simulation.world, (SIZE as u32, SIZE as u32));
         let settings = Settings { samples: 1, ..Settings::default() };
         let (list, library) = (self.simulation.draw_list(), self.simulation.library());
         self.renderer.prepare(list, library, &view, &settings).expect("room for it");

@@ -95,6 +95,82 @@ def check(path):
                 materials=len(j['materials']), nodes=names, faults=faults)
 
 
+PAIR = lambda *names: ['%s_%s' % (n, side) for n in names for side in ('left', 'right')]
+ROAD = ['body', 'wheel_front', 'wheel_rear', 'lamp_head', 'lamp_tail']
+FOUR = ['body'] + PAIR('wheel_front', 'wheel_rear', 'lamp_head', 'lamp_indicator_front', 'lamp_tail', 'lamp_indicator_rear', 'lamp_reverse')
+# root: (most triangles, the nodes that code relies on)
+VEHICLES = {
+    'car': (5000, FOUR), 'van': (6000, FOUR), 'bus': (5000, FOUR + ['lamp_interior']),
+    'truck': (6500, FOUR + ['trailer'] + PAIR('wheel_trailer_1', 'wheel_trailer_2', 'wheel_trailer_3')),
+    'motorcycle': (5000, ROAD + ['steering'] + PAIR('lamp_indicator_front', 'lamp_indicator_rear')),
+    'bicycle': (4500, ROAD + ['steering', 'cranks'] + PAIR('leg')),
+    'person': (3000, ['body'] + PAIR('leg', 'arm')),
+}
+GLASS = {'lamp_head': 'glass_clear', 'lamp_reverse': 'glass_clear', 'lamp_tail': 'glass_red', 'lamp_indicator': 'glass_amber', 'lamp_interior': 'glass_interior'}
+
+
+def check_vehicle(path, report):
+    """What is wrong with a vehicle: its nodes, wheels, lamps and sizes."""
+    j, b = read(path)
+    root = j['nodes'][j['scenes'][0]['nodes'][0]]['name']
+    if root not in VEHICLES:
+        return []
+    most, wanted = VEHICLES[root]
+    nodes = {n['name']: n for n in j['nodes']}
+    faults = ['no node ' + name for name in wanted if name not in nodes]
+    if report['triangles'] > most:
+        faults.append('%d triangles, at most %d' % (report['triangles'], most))
+    if report['bytes'] > 700_000:
+        faults.append('%d bytes, at most 700,000' % report['bytes'])
+    if abs(report['lo'][1]) > 0.02:
+        faults.append('stands %.3f m above the ground' % report['lo'][1])
+    for k, image in enumerate(j['images']):
+        v = j['bufferViews'][image['bufferView']]
+        size = Image.open(io.BytesIO(b[v['byteOffset']:v['byteOffset'] + v['byteLength']])).size
+        if max(size) > (1024 if root in ('bus', 'truck') else 512) or min(size) > 512:
+            faults.append('image %d has %d x %d pixels' % (k, *size))
+    for name, n in nodes.items():
+        if name.startswith('wheel_'):
+            faults += check_wheel(j, b, name, n)
+        if name.startswith('lamp_'):
+            faults += check_lamp(j, name, n)
+    return faults
+
+
+def points(j, b, n):
+    return np.concatenate([array(j, b, p['attributes']['POSITION']) for p in j['meshes'][n['mesh']]['primitives']])
+
+
+def check_wheel(j, b, name, n):
+    """The axle is the node's X: round about it, the hub in the middle; the right-hand one turned half round."""
+    P = points(j, b, n)
+    lo, hi = P.min(0), P.max(0)
+    faults = []
+    if np.abs((lo + hi)[1:]).max() > 0.02 * (hi - lo)[1] or abs((hi - lo)[1] - (hi - lo)[2]) > 0.02 * (hi - lo)[1] or (hi - lo)[0] > 0.9 * (hi - lo)[1]:
+        faults.append(name + ' does not turn about its X')
+    turned = n.get('rotation', (0, 0, 0, 1)) != (0, 0, 0, 1)
+    if turned != name.endswith('_right'):
+        faults.append(name + ' is turned the wrong way')
+    return faults
+
+
+def check_lamp(j, name, n):
+    """A lamp has a glass of the right colour that does not glow by itself, and light leaves forward or backward."""
+    if 'mesh' not in n:
+        return [name + ' has no glass']
+    faults = []
+    material = j['materials'][j['meshes'][n['mesh']]['primitives'][0]['material']]
+    kind = next(k for key, k in GLASS.items() if name.startswith(key))
+    if material['name'] != kind or 'emissiveFactor' in material:
+        faults.append('%s is of %s' % (name, material['name']))
+    if name != 'lamp_interior':
+        ahead = rotate(n['rotation'], np.array([0, 0, -1.0]))
+        forward = 1 if 'head' in name or 'front' in name else -1
+        if ahead[2] * forward < 0.9 or ('head' in name and not -0.1 < ahead[1] < -0.05):
+            faults.append('%s shines along %s' % (name, np.round(ahead, 3)))
+    return faults
+
+
 if __name__ == '__main__':
     here = os.path.dirname(os.path.abspath(__file__))
     bad = False
@@ -102,7 +178,7 @@ if __name__ == '__main__':
         r = check(f)
         print('%-18s %7d bytes %6d triangles %2d materials  %s .. %s' % (r['file'], r['bytes'], r['triangles'], r['materials'], r['lo'], r['hi']))
         print('    nodes: ' + ', '.join(r['nodes']))
-        for x in r['faults']:
+        for x in r['faults'] + check_vehicle(f, r):
             print('    FAULT', x)
             bad = True
     sys.exit(bad)

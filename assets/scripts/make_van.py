@@ -3,17 +3,12 @@
 The shell is a rounded box bent by a few smooth functions. Each face of the box
 is one chart: its points are triangulated in the plane it is projected on (so
 that wheel arches and windows are true outlines), its normals come from the
-function itself, and its texture is drawn in metres in the same plane."""
+function itself, and its texture is drawn in metres in the same plane. The coat is
+the part below the belt line; the cream above it stays."""
 
 import os
 import sys
-import numpy as np
-import bpy  # noqa: F401  (brings mathutils)
-from mathutils.geometry import delaunay_2d_cdt
-from PIL import Image, ImageDraw, ImageFont
-from meshlib import *
-import texlib as tx
-from texlib import smooth, mix, rgb
+from vehiclelib import *
 
 # ------------------------------------------------------------------ the shape
 
@@ -23,6 +18,7 @@ R = np.array([0.17, 0.17, 0.24])
 AXLES = (1.30, -1.22)
 HUB_Y, WHEEL_R, ARCH_R = 0.335, 0.335, 0.415
 TRACK = 0.755                                # hub centre from the middle plane
+REAR = -AXLES[1]                             # the file's origin is below the rear axle, this far behind the middle
 
 _prof_y = np.array([0.20, 0.30, 0.42, 0.60, 0.78, 0.92, 1.03, 1.11, 1.165, 1.205, 1.26, 1.50, 1.75, 1.90, 2.00, 2.10, 2.30])
 _prof_z = np.array([0.10, 0.07, 0.015, 0.0, 0.0, 0.025, 0.075, 0.16, 0.29, 0.435, 0.500, 0.605, 0.735, 0.83, 0.90, 0.98, 1.15])
@@ -114,69 +110,32 @@ def invert(face, c):
 
 # ------------------------------------------------------------------- outlines
 
-def round_poly(pts, r, n=5):
-    """A polygon with rounded corners (counter-clockwise points)."""
-    pts = np.asarray(pts, float)
-    r = np.broadcast_to(r, (len(pts),))
-    out = []
-    for k in range(len(pts)):
-        p, a, b = pts[k], pts[k - 1], pts[(k + 1) % len(pts)]
-        u, v = (a - p) / np.linalg.norm(a - p), (b - p) / np.linalg.norm(b - p)
-        half = np.arccos(np.clip(u @ v, -1, 1)) / 2
-        t = r[k] / np.tan(half)
-        c = p + (u + v) / np.linalg.norm(u + v) * r[k] / np.sin(half)
-        s, e = p + u * t, p + v * t
-        a0, a1 = np.arctan2(*(s - c)[::-1]), np.arctan2(*(e - c)[::-1])
-        d = (a1 - a0 + np.pi) % (2 * np.pi) - np.pi
-        for q in np.linspace(0, 1, n):
-            out.append(c + r[k] * np.array([np.cos(a0 + d * q), np.sin(a0 + d * q)]))
-    return np.array(out)
-
-
-def inside(poly, p):
-    x, y = p[:, 0], p[:, 1]
-    r = np.zeros(len(p), bool)
-    for k in range(len(poly)):
-        (x0, y0), (x1, y1) = poly[k - 1], poly[k]
-        if y0 == y1:
-            continue
-        c = ((y0 > y) != (y1 > y)) & (x < (x1 - x0) * (y - y0) / (y1 - y0) + x0)
-        r ^= c
-    return r
-
-
-def seg_dist(poly, x, y, closed=True):
-    """Distance to a polyline."""
-    d = np.full(np.shape(x), 1e9)
-    m = len(poly)
-    for k in range(0 if closed else 1, m):
-        a, b = poly[k - 1], poly[k]
-        ab = b - a
-        t = np.clip(((x - a[0]) * ab[0] + (y - a[1]) * ab[1]) / (ab @ ab + 1e-12), 0, 1)
-        d = np.minimum(d, np.hypot(x - a[0] - t * ab[0], y - a[1] - t * ab[1]))
-    return d
-
-
-def poly_sdf(poly, x, y):
-    d = seg_dist(poly, x, y)
-    s = inside(poly, np.stack([np.ravel(x), np.ravel(y)], 1)).reshape(np.shape(x))
-    return np.where(s, -d, d)
-
-
 # side windows, in (z, y)
-WIN_DOOR = round_poly([(0.66, 1.235), (1.30, 1.235), (0.985, 1.79), (0.66, 1.79)], [0.05, 0.06, 0.09, 0.05])
-WIN_LOAD = round_poly([(-0.17, 1.235), (0.54, 1.235), (0.54, 1.79), (-0.17, 1.79)], 0.06)
-WINDSCREEN = round_poly([(-0.735, 1.275), (0.735, 1.275), (0.645, 1.815), (-0.645, 1.815)], [0.10, 0.10, 0.12, 0.12], 6)
-WIN_REAR = [round_poly([(0.06, 1.28), (0.60, 1.28), (0.56, 1.76), (0.06, 1.76)], [0.05, 0.08, 0.09, 0.05])]
+WIN_DOOR = round_poly([(0.66, 1.235), (1.30, 1.235), (0.985, 1.79), (0.66, 1.79)], [0.05, 0.06, 0.09, 0.05], 45)
+WIN_LOAD = round_poly([(-0.17, 1.235), (0.54, 1.235), (0.54, 1.79), (-0.17, 1.79)], 0.06, 45)
+WINDSCREEN = round_poly([(-0.735, 1.275), (0.735, 1.275), (0.645, 1.815), (-0.645, 1.815)], [0.10, 0.10, 0.12, 0.12])
+WIN_REAR = [round_poly([(0.06, 1.28), (0.60, 1.28), (0.56, 1.76), (0.06, 1.76)], [0.05, 0.08, 0.09, 0.05], 45)]
 WIN_REAR.append(WIN_REAR[0][::-1] * (-1, 1))
 
-ZP = [-2.10, -2.02, -1.94, -1.86, -1.55, -1.0, -0.5, 0.05, 0.45, 0.80, 1.10, 1.35, 1.60, 1.86, 1.94, 2.02, 2.10]
-YP = [0.30, 0.357, 0.413, 0.47, 0.70, 0.88, 0.98, 1.05, 1.11, 1.16, 1.205, 1.26, 1.40, 1.60, 1.76, 1.89, 1.947, 2.003, 2.06]
-XP = [-0.93, -0.873, -0.817, -0.76, -0.50, -0.25, 0.0, 0.25, 0.50, 0.76, 0.817, 0.873, 0.93]
+ZP = [-2.10, -2.02, -1.94, -1.86, -1.0, 0.05, 0.80, 1.25, 1.60, 1.86, 1.94, 2.02, 2.10]
+YP = [0.30, 0.385, 0.47, 0.78, 0.98, 1.099, 1.19, 1.26, 1.45, 1.70, 1.89, 1.975, 2.06]
+XP = [-0.93, -0.845, -0.76, -0.40, 0.0, 0.40, 0.76, 0.845, 0.93]
+BELT, EDGE = 1.135, 0.036                    # the colour break; the coat begins EDGE below it, under the pin stripe
 
 
-def chart(face, A, B, windows=(), arches=()):
-    """Triangulate one face; returns body parts, glass parts and window rims."""
+def swoop(x):
+    """Height of the colour break on the front."""
+    return BELT - 0.43 * (1 - smooth(0.0, 0.86, np.abs(x)))
+
+
+LEVEL = np.array([(-3.0, BELT - EDGE), (3.0, BELT - EDGE)])
+SWOOP = np.stack([np.linspace(-1.2, 1.2, 25), swoop(np.linspace(-1.2, 1.2, 25)) - EDGE], 1)
+GRILLE = round_poly([(-0.375, 0.63), (0.375, 0.63), (0.375, 0.84), (-0.375, 0.84)], 0.10)
+
+
+def chart(face, A, B, windows=(), arches=(), belt=None, plain=()):
+    """Triangulate one face: (coat, everything else). belt: the line below which it is painted (None: nowhere);
+    plain: outlines below the belt that are not."""
     A, B = np.array(A), np.array(B)
     i, j = FACES[face][1]
     edge = [(a, B[0]) for a in A] + [(A[-1], b) for b in B[1:]] + [(a, B[-1]) for a in A[::-1][1:]] + [(A[0], b) for b in B[::-1][1:-1]]
@@ -187,11 +146,15 @@ def chart(face, A, B, windows=(), arches=()):
     grid = np.stack([ga.ravel(), gb.ravel()], 1)
     gp = surf(face, grid[:, 0], grid[:, 1])[:, (i, j)]
     keep = np.ones(len(gp), bool)
-    loops = [w for w in windows] + [c for c in arches]
+    loops = list(windows) + list(arches) + list(plain)
     for w in windows:
         keep &= seg_dist(w, gp[:, 0], gp[:, 1]) > 0.030
     for c in arches:
         keep &= poly_sdf(c, gp[:, 0], gp[:, 1]) > 0.030
+    for c in plain:
+        keep &= seg_dist(c, gp[:, 0], gp[:, 1]) > 0.030
+    if belt is not None:
+        keep &= seg_dist(belt, gp[:, 0], gp[:, 1], False) > 0.030
     grid, gp = grid[keep], gp[keep]
     verts = [tuple(p) for p in border] + [tuple(p) for p in gp]
     edges = [(k, (k + 1) % len(border)) for k in range(len(border))]
@@ -199,6 +162,10 @@ def chart(face, A, B, windows=(), arches=()):
         s = len(verts)
         verts += [tuple(p) for p in c]
         edges += [(s + k, s + (k + 1) % len(c)) for k in range(len(c))]
+    if belt is not None:
+        s = len(verts)
+        verts += [tuple(p) for p in belt]
+        edges += [(s + k, s + k + 1) for k in range(len(belt) - 1)]
     vo, _, fo, vorig, _, _ = delaunay_2d_cdt([(float(x), float(y)) for x, y in verts], edges, [], 0, 1e-6)
     V = np.array([tuple(v) for v in vo])
     T = np.array([tuple(f) for f in fo])
@@ -228,8 +195,7 @@ def chart(face, A, B, windows=(), arches=()):
     glass_sel = np.zeros(len(T), bool)
     extra = []
     for w in windows:
-        m = inside(w, cen)
-        glass_sel |= m
+        glass_sel |= inside(w, cen)
         # a sunk pane with a rounded rubber rim
         wa, wb = invert(face, w)
         wp, wn = surf(face, wa, wb), surf_normal(face, wa, wb)
@@ -238,7 +204,7 @@ def chart(face, A, B, windows=(), arches=()):
         outw = wp - ctr
         outw = outw - wn * (outw * wn).sum(1, keepdims=True)
         outw /= np.linalg.norm(outw, axis=1, keepdims=True)
-        rings = [(0.020, 0.000, (wn * 0.5 + outw)), (0.012, 0.010, (wn + outw * 0.6)), (0.002, 0.010, (wn - outw * 0.5)), (-0.008, -0.012, (wn * 0.4 - outw))]
+        rings = [(0.020, 0.000, (wn * 0.5 + outw)), (0.006, 0.012, wn), (-0.008, -0.012, (wn * 0.4 - outw))]
         RP = np.concatenate([wp + outw * o + wn * d for o, d, _ in rings])
         RN = np.concatenate([n / np.linalg.norm(n, axis=1, keepdims=True) for *_, n in rings])
         F = []
@@ -251,24 +217,25 @@ def chart(face, A, B, windows=(), arches=()):
         fl = (fn * RN[F].mean(1)).sum(1) < 0
         F[fl] = F[fl][:, ::-1]
         t = np.tile(np.arange(k) / k, len(rings))
-        ruv = np.stack([t, np.repeat(np.arange(len(rings)) / 3.0, k)], 1)
+        ruv = np.stack([t, np.repeat(np.arange(len(rings)) / 2.0, k)], 1)
         extra.append(Part(RP, RN, ruv, F).swatch(*SW['rubber']))
-    body = Part(P, N, UV, T[~glass_sel])
-    parts = [body] + extra
-    if glass_sel.any():
-        parts.append(Part(P - N * 0.010, N, UV, T[glass_sel]))
-    return merge(parts)
+    coat = np.zeros(len(T), bool)
+    if belt is not None:
+        coat = ~glass_sel & (cen[:, 1] < np.interp(cen[:, 0], belt[:, 0], belt[:, 1]))
+        for c in plain:
+            coat &= ~inside(c, cen)
+    return Part(P, N, UV, T[coat]), [Part(P, N, UV, T[~glass_sel & ~coat]), Part(P - N * 0.010, N, UV, T[glass_sel])] + extra
 
 
 # -------------------------------------------------------------------- atlas
 
-SIZE = 1024
+SIZE = 1024                                  # drawn at this size, saved at half of it
 # name: pixel rectangle (x, y, w, h) and the plane extents (left, right, bottom, top)
 RECT = {
     'side': ((0, 0, 1024, 464), (-2.2, 2.2, 0.21, 2.2037)),
     'front': ((0, 464, 400, 400), (-1.0, 1.0, 0.21, 2.21)),
     'rear': ((400, 464, 400, 400), (1.0, -1.0, 0.21, 2.21)),     # seen from behind
-    'roof': ((0, 864, 1024, 160), (-2.2, 2.2, 1.0, -1.0)),
+    'roof': ((0, 864, 760, 160), (-2.2, 2.2, 1.0, -1.0)),
 }
 SW_PX = {'rubber': (816, 480), 'chrome': (880, 480), 'cream': (944, 480), 'teal': (1000, 480),
          'under': (816, 544), 'steel': (880, 544), 'black': (944, 544), 'wood': (1000, 544),
@@ -285,15 +252,11 @@ def uv_of(face, P):
     return np.stack([(x + u * w) / SIZE, (y + v * h) / SIZE], 1)
 
 
-TEAL, CREAM = rgb('2f6f73'), rgb('e4d9bf')
+TEAL, CREAM, COAT = rgb('2f6f73'), rgb('e4d9bf'), rgb('f0f0ee')
+TEAL_LINEAR = (rgb('307074') / COAT) ** 2.2   # the factor that makes the coat teal
 
 
-def rr(x, y, cx, cy, hx, hy, r):
-    ex, ey = np.abs(x - cx) - hx + r, np.abs(y - cy) - hy + r
-    return np.hypot(np.maximum(ex, 0), np.maximum(ey, 0)) + np.minimum(np.maximum(ex, ey), 0) - r
-
-
-class Canvas:
+class Chart:
     def __init__(self, face, seed):
         (px, py, w, h), (l, r, b, t) = RECT[face]
         self.rect = (px, py, w, h)
@@ -329,13 +292,11 @@ class Canvas:
             self.rough = self.rough * (1 - mask) + rough * mask
 
     def paint(self, belt):
-        """Two-tone paint; belt: signed height above the colour break, metres."""
-        up = smooth(-0.003, 0.003, belt)
-        col = mix(TEAL, CREAM, up)
+        """The coat, light so that a factor can colour it, and cream above; belt: height above the colour break."""
+        col = mix(COAT, CREAM, smooth(-0.004, 0.0, belt + EDGE))
         col = col * (1 + 0.025 * self.n_lo + 0.012 * self.n_mid)[..., None]
         self.base = col
-        pin = smooth(0.013, 0.010, np.abs(belt + 0.022))
-        self.base = mix(self.base, CREAM * 0.97, pin)
+        self.base = mix(self.base, rgb('3f4443'), smooth(0.006, 0.003, np.abs(belt)))
         self.rough = 0.30 + 0.03 * self.n_lo + 0.02 * self.n_mid
         self.h += 0.0035 * smooth(0.020, 0.008, np.abs(belt - 0.004))     # trim bead on the break
 
@@ -379,9 +340,9 @@ class Canvas:
         px, py, w, h = self.rect
         nrm = tx.normal_from_height(self.h, self.size, 1.0, wrap=False)
         occ = np.clip(1 - self.gap * 0.7, 0, 1)
-        atlas['base'][py:py + h, px:px + w] = np.clip(self.base, 0, 1)
-        atlas['nrm'][py:py + h, px:px + w] = nrm
-        atlas['orm'][py:py + h, px:px + w] = np.stack([occ, np.clip(self.rough, 0.05, 1), np.clip(self.met, 0, 1)], -1)
+        atlas.base[py:py + h, px:px + w] = np.clip(self.base, 0, 1)
+        atlas.nrm[py:py + h, px:px + w] = nrm
+        atlas.orm[py:py + h, px:px + w] = np.stack([occ, np.clip(self.rough, 0.05, 1), np.clip(self.met, 0, 1)], -1)
 
 
 def ribs(c, x0, x1, ys, r=0.010, height=0.010):
@@ -393,13 +354,12 @@ def ribs(c, x0, x1, ys, r=0.010, height=0.010):
 
 
 def paint_atlas():
-    atlas = {'base': np.full((SIZE, SIZE, 3), 0.5), 'nrm': np.zeros((SIZE, SIZE, 3)), 'orm': np.ones((SIZE, SIZE, 3))}
-    atlas['nrm'][..., 2] = 1
+    atlas = Atlas(SIZE, SIZE)
 
     # ---- side: x = z of the van (forward), y = height
-    c = Canvas('side', 700)
+    c = Chart('side', 700)
     Z, Y = c.x, c.y
-    belt = Y - 1.135
+    belt = Y - BELT
     c.paint(belt)
     # ribs of the load space and the lower door, in the van's own rhythm
     ys = np.arange(0.56, 1.05, 0.066)
@@ -425,7 +385,7 @@ def paint_atlas():
     ribs(c, -1.80, -0.44, (1.36, 1.44, 1.52, 1.60, 1.68), 0.012, 0.008)
     # doors
     door = round_poly([(0.60, 0.44), (0.94, 0.44), (0.955, 0.60), (1.05, 0.76), (1.22, 0.84), (1.42, 0.90), (1.43, 1.20), (1.06, 1.865), (0.60, 1.865)],
-                      [0.03, 0.03, 0.12, 0.12, 0.08, 0.06, 0.06, 0.10, 0.06], 6)
+                      [0.03, 0.03, 0.12, 0.12, 0.08, 0.06, 0.06, 0.10, 0.06])
     c.line(seg_dist(door, Z, Y), 0.0075, 0.007)
     slide = round_poly([(-0.25, 0.44), (0.585, 0.44), (0.585, 1.865), (-0.25, 1.865)], [0.04, 0.02, 0.04, 0.06])
     c.line(seg_dist(slide, Z, Y), 0.0075, 0.007)
@@ -464,10 +424,9 @@ def paint_atlas():
     c.put(atlas)
 
     # ---- front
-    c = Canvas('front', 720)
+    c = Chart('front', 720)
     X, Y = c.x, c.y
-    swoop = 1.135 - 0.43 * (1 - smooth(0.0, 0.86, np.abs(X)))
-    c.paint((Y - swoop) * 0.92)
+    c.paint(Y - swoop(X))
     # bonnet outline and its centre ridge
     bon = round_poly([(-0.50, 0.885), (0.50, 0.885), (0.60, 1.205), (-0.60, 1.205)], [0.07, 0.07, 0.05, 0.05])
     c.line(seg_dist(bon, X, Y), 0.0075, 0.006)
@@ -515,9 +474,9 @@ def paint_atlas():
     c.put(atlas)
 
     # ---- rear
-    c = Canvas('rear', 740)
+    c = Chart('rear', 740)
     X, Y = c.x, c.y
-    c.paint(Y - 1.135)
+    c.paint(Y - BELT)
     outline = round_poly([(-0.74, 0.50), (0.74, 0.50), (0.69, 1.87), (-0.69, 1.87)], [0.06, 0.06, 0.12, 0.12])
     c.line(seg_dist(outline, X, Y), 0.0075, 0.007)
     c.line(np.where((Y > 0.50) & (Y < 1.87), X, 1), 0.0075, 0.007)
@@ -538,7 +497,7 @@ def paint_atlas():
     c.put(atlas)
 
     # ---- roof: x = z of the van, y = x of the van
-    c = Canvas('roof', 760)
+    c = Chart('roof', 760)
     Z, X = c.x, c.y
     c.paint(np.ones_like(Z))
     for xx in np.arange(-0.60, 0.61, 0.20):
@@ -552,8 +511,8 @@ def paint_atlas():
     def sw(name, color, metal, rough, size=48, grain=0.04):
         x, y = SW_PX[name]
         n = tx.noise(64, 800 + x, 0.8, 4, 30)[:size, :size]
-        atlas['base'][y:y + size, x:x + size] = np.clip(np.asarray(color) * (1 + grain * n)[..., None], 0, 1)[:, :SIZE - x]
-        atlas['orm'][y:y + size, x:x + size] = (1, rough, metal)
+        atlas.base[y:y + size, x:x + size] = np.clip(np.asarray(color) * (1 + grain * n)[..., None], 0, 1)[:, :SIZE - x]
+        atlas.orm[y:y + size, x:x + size] = (1, rough, metal)
     sw('rubber', rgb('17181a'), 0, 0.72)
     sw('chrome', rgb('d6d6d2'), 1, 0.16, grain=0.02)
     sw('cream', CREAM * 0.95, 0, 0.36, grain=0.02)
@@ -562,17 +521,15 @@ def paint_atlas():
     sw('steel', rgb('8d8e8c'), 1, 0.42)
     sw('black', rgb('0c0c0d'), 0, 0.55)
     sw('wood', rgb('a47c4c'), 0, 0.6, 24, grain=0.06)
+    draw_wheel(atlas)
     # number plate
     x, y = SW_PX['plate']
     im = Image.new('RGB', (192, 44), (232, 206, 96))
     d = ImageDraw.Draw(im)
     d.rectangle((2, 2, 189, 41), outline=(20, 20, 20), width=2)
-    try:
-        d.text((96, 22), 'RLF 303', fill=(18, 18, 18), font=ImageFont.load_default(34), anchor='mm')
-    except Exception:
-        d.text((60, 16), 'RLF 303', fill=(18, 18, 18))
-    atlas['base'][y:y + 44, x:x + 192] = np.asarray(im) / 255.0
-    atlas['orm'][y:y + 44, x:x + 192] = (1, 0.5, 0)
+    d.text((96, 22), 'RLF 303', fill=(18, 18, 18), font=ImageFont.load_default(34), anchor='mm')
+    atlas.base[y:y + 44, x:x + 192] = np.asarray(im) / 255.0
+    atlas.orm[y:y + 44, x:x + 192] = (1, 0.5, 0)
     # headlamp lens: reflector rings, vertical flutes
     x, y = SW_PX['lens']
     s = 96
@@ -582,17 +539,17 @@ def paint_atlas():
     glow = np.exp(-(r / 0.42) ** 2)
     col = mix(rgb('d9d3c4'), rgb('fffdf4'), np.clip(glow * 1.2, 0, 1)) * (0.70 + 0.22 * flute + 0.25 * glow)[..., None]
     col = col * (1 - 0.45 * smooth(0.80, 1.0, r))[..., None]
-    atlas['base'][y:y + s, x:x + s] = np.clip(col, 0, 1)
-    atlas['nrm'][y:y + s, x:x + s] = tx.normal_from_height(flute * 0.0012 + np.sqrt(np.clip(1.2 - r * r, 0, 1)) * 0.004, (0.2, 0.2), 1.0, wrap=False)
-    atlas['orm'][y:y + s, x:x + s] = (1, 0.10, 0)
+    atlas.base[y:y + s, x:x + s] = np.clip(col, 0, 1)
+    atlas.nrm[y:y + s, x:x + s] = tx.normal_from_height(flute * 0.0012 + np.sqrt(np.clip(1.2 - r * r, 0, 1)) * 0.004, (0.2, 0.2), 1.0, wrap=False)
+    atlas.orm[y:y + s, x:x + s] = (1, 0.10, 0)
     for name, colr in (('red', 'b3241c'), ('amber', 'e08a1e'), ('white', 'efece4')):
         x, y = SW_PX[name]
         s = 48
         u, v = np.meshgrid(np.arange(s), np.arange(s))
         cell = (0.5 + 0.5 * np.cos(u * 2 * np.pi / 8)) * (0.5 + 0.5 * np.cos(v * 2 * np.pi / 8))
-        atlas['base'][y:y + s, x:x + s] = np.clip(rgb(colr) * (0.72 + 0.4 * cell)[..., None], 0, 1)
-        atlas['nrm'][y:y + s, x:x + s] = tx.normal_from_height(cell * 0.003, (0.12, 0.12), 1.0, wrap=False)
-        atlas['orm'][y:y + s, x:x + s] = (1, 0.15, 0)
+        atlas.base[y:y + s, x:x + s] = np.clip(rgb(colr) * (0.72 + 0.4 * cell)[..., None], 0, 1)
+        atlas.nrm[y:y + s, x:x + s] = tx.normal_from_height(cell * 0.003, (0.12, 0.12), 1.0, wrap=False)
+        atlas.orm[y:y + s, x:x + s] = (1, 0.15, 0)
     return atlas
 
 
@@ -601,7 +558,7 @@ def paint_atlas():
 def arches():
     out = []
     for az in AXLES:
-        a = np.radians(np.linspace(-40, 220, 30))
+        a = np.radians(np.linspace(-40, 220, 20))
         ring = np.stack([az + ARCH_R * np.cos(a), HUB_Y + ARCH_R * np.sin(a)], 1)
         out.append(np.concatenate([ring, [[az - ARCH_R * 0.76, 0.0], [az + ARCH_R * 0.76, 0.0]]]))
     return out
@@ -609,7 +566,7 @@ def arches():
 
 def wheel_well(az, sx):
     """Dark inner arch for one wheel, and the flange round its opening."""
-    a = np.radians(np.linspace(-12, 192, 16))
+    a = np.radians(np.linspace(-12, 192, 10))
     zc, yc = az + ARCH_R * np.cos(a), HUB_Y + ARCH_R * np.sin(a)
     yq = np.maximum(yc, 0.345)
     pa, pb = invert('side', np.stack([zc, yq], 1))
@@ -619,7 +576,7 @@ def wheel_well(az, sx):
     lip = lip + n * 0.004
     radial = np.stack([np.zeros_like(a), np.sin(a), np.cos(a)], 1)
     # flange: a half-round bead standing proud of the side
-    prof = [(0.040, -0.004), (0.036, 0.012), (0.020, 0.024), (0.004, 0.022), (-0.004, 0.008), (-0.004, -0.03)]
+    prof = [(0.040, -0.004), (0.030, 0.018), (0.006, 0.022), (-0.004, -0.03)]
     P = np.stack([lip + radial * r + n * o for r, o in prof], 1)
     k = len(prof)
     UV = np.stack(np.meshgrid(np.linspace(0, 1, len(a)), np.linspace(0, 1, k), indexing='ij'), -1)
@@ -682,12 +639,12 @@ def lens_uv(part, r):
 
 def bumper(zsign):
     """A rounded bar that follows the end of the van in plan."""
-    xs = np.array([-0.90, -0.885, -0.83, -0.72, -0.55, -0.30, 0, 0.30, 0.55, 0.72, 0.83, 0.885, 0.90])
+    xs = np.array([-0.90, -0.88, -0.80, -0.66, -0.38, 0, 0.38, 0.66, 0.80, 0.88, 0.90])
     if zsign > 0:
         z = 2.215 - 0.10 * np.abs(xs / 0.9) ** 2 - 0.30 * np.clip((np.abs(xs) - 0.55) / 0.35, 0, 1) ** 2.4
     else:
         z = 2.185 - 0.03 * np.abs(xs / 0.9) ** 2 - 0.26 * np.clip((np.abs(xs) - 0.60) / 0.30, 0, 1) ** 2.6
-    prof = [(-0.052, -0.03), (-0.058, 0.0), (-0.045, 0.022), (-0.012, 0.034), (0.012, 0.034), (0.045, 0.022), (0.058, 0.0), (0.052, -0.03)]
+    prof = [(-0.054, -0.03), (-0.054, 0.010), (-0.022, 0.032), (0.022, 0.032), (0.054, 0.010), (0.054, -0.03)]
     path = np.stack([xs, z], 1)
     tan = np.gradient(path, axis=0); tan /= np.linalg.norm(tan, axis=1, keepdims=True)
     nor = np.stack([-tan[:, 1], tan[:, 0]], 1)
@@ -717,203 +674,113 @@ def bumper(zsign):
     return bar
 
 
-def build(out, preview=None):
-    atlas = paint_atlas()
-    sides = chart('side', ZP, YP, [WIN_DOOR, WIN_LOAD], arches())
-    shell = [sides, mirror_x(sides), chart('front', XP, YP, [WINDSCREEN]), chart('rear', XP, YP, WIN_REAR), chart('roof', ZP, XP)]
-    body = list(shell)
-    for sx in (1, -1):
-        for az in AXLES:
-            body.append(wheel_well(az, sx))
-    # floor
-    body.append(box(1.30, 0.10, 3.9, 0.02).move(0, 0.36, -0.05).swatch(*SW['under']))
-    body.append(box(1.62, 0.06, 1.60, 0.01).move(0, 0.352, 0.04).swatch(*SW['under']))
-    body.append(box(1.55, 0.06, 0.36, 0.01).move(0, 0.36, 1.80).swatch(*SW['under']))
-    body.append(box(1.60, 0.06, 0.34, 0.01).move(0, 0.36, -1.82).swatch(*SW['under']))
+def underside():
+    parts = [wheel_well(az, sx) for sx in (1, -1) for az in AXLES]
+    for sx, sy, sz, y, z in ((1.30, 0.10, 3.9, 0.36, -0.05), (1.62, 0.06, 1.60, 0.352, 0.04), (1.55, 0.06, 0.36, 0.36, 1.80), (1.60, 0.06, 0.34, 0.36, -1.82)):
+        parts.append(box(sx, sy, sz).move(0, y, z).swatch(*SW['under']))
     for az in AXLES:                                        # axle tubes
-        body.append(tube([(-0.68, HUB_Y, az), (0.68, HUB_Y, az)], 0.035, 8).swatch(*SW['under']))
-    # bumpers with rubber over-riders
-    body.append(bumper(1).swatch(*SW['chrome']))
-    body.append(bumper(-1).swatch(*SW['chrome']))
-    for x in (-0.42, 0.42):
-        body.append(box(0.075, 0.17, 0.06, 0.022).move(x, 0.435, 2.225).swatch(*SW['rubber']))
-        body.append(box(0.075, 0.17, 0.06, 0.022).move(x, 0.435, -2.205).swatch(*SW['rubber']))
-    lamps = []
-    glass_head, glass_tail, glass_ind = [], [], []
-    names = {1: 'left', -1: 'right'}
-    bezel = lathe([(0.152, -0.06), (0.150, 0.010), (0.143, 0.026), (0.130, 0.032), (0.119, 0.026), (0.113, 0.006)], 20, 40)
-    dome = lathe([(0.115, 0.010), (0.104, 0.020), (0.078, 0.032), (0.042, 0.040), (0.0, 0.043)], 20, 80)
-    dome = lens_uv(dome, 0.115)
-    small_b = lathe([(0.060, -0.04), (0.058, 0.008), (0.050, 0.014), (0.044, 0.008)], 14, 40)
-    small_g = lathe([(0.045, 0.006), (0.038, 0.020), (0.022, 0.030), (0.0, 0.033)], 12, 80)
-    for sx in (1, -1):
-        side = names[sx]
-        p, n = at('front', sx * 0.625, 0.80)
-        n = np.array([n[0] * 0.35, 0.0, n[2]]); n /= np.linalg.norm(n)
-        p = p + n * 0.012
-        body.append(place(bezel, p, n).swatch(*SW['chrome']))
-        glass_head.append(place(dome, p, n))
-        lamps.append(('lamp_head_' + side, p + n * 0.045, (0, -0.06, 1)))
-        p, n = at('front', sx * 0.655, 0.575)
-        n = np.array([n[0] * 0.7, 0.0, n[2]]); n /= np.linalg.norm(n)
-        body.append(place(small_b, p, n).swatch(*SW['chrome']))
-        glass_ind.append(place(small_g, p, n).swatch(*SW['amber']))
-        lamps.append(('lamp_indicator_front_' + side, p + n * 0.03, (sx * 0.35, 0, 1)))
-        # side repeater
-        p, n = at('side', 1.56, 1.00)
-        if sx < 0:
-            p, n = p * (-1, 1, 1), n * (-1, 1, 1)
-        glass_ind.append(place(small_g.scale(0.5, 0.5, 0.8), p - n * 0.002, n).swatch(*SW['amber']))
-        # tail cluster: a tall pod on the corner
-        p, n = at('rear', sx * 0.80, 0.80)
-        n = np.array([n[0] * 0.45, 0.0, n[2]]); n /= np.linalg.norm(n)
-        pod = box(0.125, 0.09, 0.36, 0.03)
-        q = place(pod, p + n * 0.0, n)
-        body.append(q.swatch(*SW['chrome']))
-        lens = lambda h, o: place(box(0.095, 0.05, h, 0.018).move(0, 0.035, o), p, n)
-        glass_tail.append(planar(lens(0.155, 0.07 - 0.018), 'red'))
-        glass_ind.append(planar(lens(0.080, -0.085), 'amber'))
-        body.append(planar(lens(0.045, -0.152 + 0.0), 'white'))
-        lamps.append(('lamp_tail_' + side, p + n * 0.07 + np.array([0, -0.052, 0]), (0, 0, -1)))
-        lamps.append(('lamp_indicator_rear_' + side, p + n * 0.07 + np.array([0, 0.085, 0]), (sx * 0.35, 0, -1)))
-        # door handles
-        for hz in (0.70, 0.48):
-            p, n = at('side', hz, 1.075)
-            h = box(0.028, 0.022, 0.125, 0.009)
-            h = h.move(p[0] + 0.018, p[1], p[2]).swatch(*SW['chrome'])
-            body.append(h if sx > 0 else mirror_x(h))
-        # mirrors on bent arms
-        p, n = at('side', 1.315, 1.165)
-        arm = [p + n * -0.01, p + n * 0.07 + (0, 0.02, 0.01), p + n * 0.115 + (0, 0.10, 0.01), p + n * 0.12 + (0, 0.20, 0.0)]
-        arm = tube(arm, 0.010, 6).swatch(*SW['chrome'])
-        head = lathe([(0.0, -0.030), (0.055, -0.022), (0.085, -0.004), (0.092, 0.012), (0.086, 0.016)], 14, 50)
-        glass = lathe([(0.087, 0.014), (0.0, 0.014)], 14, 50)
-        head = head.scale(0.85, 1, 1.35); glass = glass.scale(0.85, 1, 1.35)
-        mp = p + n * 0.145 + np.array([0, 0.27, 0.005])
-        dirn = np.array([-0.22, 0, -1.0])
-        m = merge(arm, place(head, mp, dirn).swatch(*SW['black']), place(glass, mp, dirn).swatch(*SW['chrome']))
-        body.append(m if sx > 0 else mirror_x(m))
-    # wipers
-    for cx in (-0.36, 0.30):
+        parts.append(tube([(-0.68, HUB_Y, az), (0.68, HUB_Y, az)], 0.035, 6, caps=False).swatch(*SW['under']))
+    parts.append(tube([(0.45, 0.30, -1.5), (0.45, 0.29, -2.0), (0.45, 0.28, -2.17)], 0.028, 8).swatch(*SW['steel']))
+    return parts
+
+
+def fittings():
+    """Bumpers, handles, mirrors, wipers, plates."""
+    parts = [bumper(1).swatch(*SW['chrome']), bumper(-1).swatch(*SW['chrome'])]
+    for x in (-0.42, 0.42):                                 # rubber over-riders
+        parts.append(box(0.075, 0.17, 0.06).move(x, 0.435, 2.225).swatch(*SW['rubber']))
+        parts.append(box(0.075, 0.17, 0.06).move(x, 0.435, -2.205).swatch(*SW['rubber']))
+    for hz in (0.70, 0.48):
+        p, n = at('side', hz, 1.075)
+        parts += both(box(0.028, 0.022, 0.125).move(p[0] + 0.018, p[1], p[2]).swatch(*SW['chrome']))
+    p, n = at('side', 1.315, 1.165)                         # mirrors on bent arms
+    arm = [p + n * -0.01, p + n * 0.07 + (0, 0.02, 0.01), p + n * 0.115 + (0, 0.10, 0.01), p + n * 0.12 + (0, 0.20, 0.0)]
+    parts += both(tube(arm, 0.010, 5, caps=False).swatch(*SW['chrome']))
+    head = lathe([(0.0, -0.030), (0.055, -0.022), (0.088, 0.0), (0.086, 0.016)], 10, 60).scale(0.85, 1, 1.35)
+    glass = lathe([(0.087, 0.014), (0.0, 0.014)], 10, 50).scale(0.85, 1, 1.35)
+    mp, dirn = p + n * 0.145 + np.array([0, 0.27, 0.005]), np.array([-0.22, 0, -1.0])
+    parts += both(place(head, mp, dirn).swatch(*SW['black'])) + both(place(glass, mp, dirn).swatch(*SW['chrome']))
+    for cx in (-0.36, 0.30):                                # wipers
         p0, n0 = at('front', cx, 1.262)
         pts = []
-        for t in np.linspace(0, 1, 5):
+        for t in np.linspace(0, 1, 4):
             q, nn = at('front', cx + 0.015 + 0.40 * t, 1.287 + 0.035 * t)
             pts.append(q + nn * (0.018 if t in (0, 1) else 0.020))
-        body.append(tube(pts, 0.007, 5).swatch(*SW['black']))
-        body.append(tube([p0 + n0 * 0.002, p0 + n0 * 0.03, pts[2] + (0, 0.004, 0.006)], 0.008, 5).swatch(*SW['black']))
-    # plates
-    pl = box(0.44, 0.105, 0.016, 0.004)
+        parts.append(tube(pts, 0.007, 4, caps=False).swatch(*SW['black']))
+        parts.append(tube([p0 + n0 * 0.002, p0 + n0 * 0.03, pts[2] + (0, 0.004, 0.006)], 0.008, 4, caps=False).swatch(*SW['black']))
     x, y = SW_PX['plate']
+
     def plate_uv(sign):
         return lambda P, UV: np.stack([(x + 96 + sign * (P[:, 0] + 0.15 * P[:, 2]) / 0.445 * 188) / SIZE, (y + 22 - (P[:, 1] + 0.1 * P[:, 2]) / 0.107 * 42) / SIZE], 1)
-    body.append(pl.uvmap(plate_uv(1)).move(0, 0.425, 2.262))
+    board = box(0.44, 0.105, 0.016)
+    parts.append(board.uvmap(plate_uv(1)).move(0, 0.425, 2.262))
     p, n = at('rear', 0.30, 0.585)
-    body.append(pl.uvmap(plate_uv(-1)).move(-0.30, 0.585, p[2] - 0.006))
-    # rear door handle, exhaust, roof rails with cross bars
+    parts.append(board.uvmap(plate_uv(-1)).move(-0.30, 0.585, p[2] - 0.006))
     p, n = at('rear', 0.07, 1.16)
-    body.append(box(0.03, 0.16, 0.03, 0.010).move(0.06, 1.14, p[2] - 0.02).swatch(*SW['chrome']))
-    body.append(tube([(0.45, 0.30, -1.5), (0.45, 0.29, -2.0), (0.45, 0.28, -2.17)], 0.028, 8).swatch(*SW['steel']))
-    zz = np.linspace(-1.55, 0.75, 9)
-    rail_y = None
-    for sx in (1, -1):
-        pts = []
-        for k, z in enumerate(zz):
-            q, nn = at('roof', z, sx * 0.60)
-            pts.append(q + np.array([0, 0.085, 0]))
-        pts = np.array(pts)
-        ends = [at('roof', zz[0] - 0.05, sx * 0.60)[0] - (0, 0.01, 0)], [at('roof', zz[-1] + 0.05, sx * 0.60)[0] - (0, 0.01, 0)]
-        rail = tube(np.concatenate([ends[0], pts, ends[1]]), 0.016, 6)
-        body.append(rail.swatch(*SW['steel']))
-        rail_y = pts
-        for k in (2, 4, 6):
-            q = at('roof', zz[k], sx * 0.60)[0]
-            body.append(tube([q - (0, 0.01, 0), pts[k]], 0.012, 6).swatch(*SW['steel']))
-    for k in (1, 3, 5, 7):
-        a, b = rail_y[k].copy(), rail_y[k].copy()
-        a[0], b[0] = -0.60, 0.60
-        body.append(tube([a, b], 0.013, 6, caps=False).swatch(*SW['steel']))
-    # a ladder tied on the rack
-    ly = rail_y[:, 1].max() + 0.035
-    for x in (0.08, 0.42):
-        body.append(box(0.032, 0.06, 2.75, 0.008).move(x, ly + 0.005, -0.42).swatch(*SW['wood']))
-    for z in np.arange(-1.65, 0.90, 0.28):
-        body.append(tube([(0.08, ly + 0.005, z), (0.42, ly + 0.005, z)], 0.013, 6, caps=False).swatch(*SW['steel']))
+    parts.append(box(0.03, 0.16, 0.03, 0.010).move(0.06, 1.14, p[2] - 0.02).swatch(*SW['chrome']))
+    return parts
 
-    g = Glb()
-    base = tx.to8(atlas['base'])
-    tb = g.image(base, 'jpg', 91, 'van_base')
-    tn = g.image(tx.encode_normal(atlas['nrm']), 'png', name='van_normal')
-    # at half size: it changes slowly
-    orm = atlas['orm'].reshape(SIZE // 2, 2, SIZE // 2, 2, 3).mean((1, 3))
-    to = g.image(tx.to8(orm), 'jpg', 88, 'van_occlusion_roughness_metallic')
-    m_body = g.material('body', tb, tn, to, occlusion=True)
-    m_head = g.material('lamp_head', tb, tn, to, emissive=(1.0, 0.90, 0.70), emissive_tex=tb)
-    m_tail = g.material('lamp_tail', tb, tn, to, emissive=(0.75, 0.12, 0.08), emissive_tex=tb)
-    m_ind = g.material('lamp_indicator', tb, tn, to)
-    body = merge(body)
-    prims = [(body, m_body), (merge(glass_head), m_head), (merge(glass_tail), m_tail), (merge(glass_ind), m_ind)]
-    root = g.node('van')
-    g.piece_nodes('body', prims, {1: (0.95,), 2: (-1.2, 0.0, 1.2)}, g.node('body', parent=root))
-    # wheels: +X outward; the right-hand ones turn half round the vertical
-    mats, parts = wheel(g)
-    wm = g.mesh('wheel', list(zip(parts, mats)))
-    for n1, az in (('front', AXLES[0]), ('rear', AXLES[1])):
-        for sx in (1, -1):
-            g.node('wheel_%s_%s' % (n1, names[sx]), wm, (sx * TRACK, HUB_Y, az), None if sx > 0 else (0, 1, 0, 0), root)
-    for name, p, d in lamps:
-        g.node(name, None, p, aim(d), root)
-    g.save(out)
-    if preview:
-        Image.fromarray(base).save(os.path.join(preview, 'van_base.png'))
-        Image.fromarray(tx.encode_normal(atlas['nrm'])).save(os.path.join(preview, 'van_normal.png'))
+
+def rack():
+    """Roof rails with cross bars, and a ladder tied on."""
+    parts = []
+    zz = np.linspace(-1.55, 0.75, 9)
+    for sx in (1, -1):
+        rail = np.array([at('roof', z, sx * 0.60)[0] + (0, 0.085, 0) for z in zz])
+        ends = [at('roof', z, sx * 0.60)[0] - (0, 0.01, 0) for z in (zz[0] - 0.05, zz[-1] + 0.05)]
+        parts.append(tube(np.concatenate([ends[:1], rail[::2], ends[1:]]), 0.016, 4, caps=False))
+        for k in (2, 4, 6):
+            parts.append(tube([at('roof', zz[k], sx * 0.60)[0] - (0, 0.01, 0), rail[k]], 0.012, 4, caps=False))
+    for k in (1, 3, 5, 7):
+        parts.append(tube([rail[k] * (-1, 1, 1), rail[k]], 0.013, 4, caps=False))
+    top = rail[:, 1].max() + 0.04
+    parts += [tube([(0.08, top, z), (0.42, top, z)], 0.013, 4, caps=False) for z in np.arange(-1.65, 0.90, 0.28)]
+    wood = [box(0.032, 0.06, 2.75, 0.008).move(x, top, -0.42).swatch(*SW['wood']) for x in (0.08, 0.42)]
+    return [p.swatch(*SW['steel']) for p in parts] + wood
+
+
+def lamps():
+    """What holds the glasses, and the glasses of the left: name, part, material, direction."""
+    bezel = lathe([(0.152, -0.06), (0.150, 0.012), (0.135, 0.032), (0.119, 0.026), (0.113, 0.006)], 16, 40)
+    dome = lens_uv(lathe([(0.115, 0.010), (0.092, 0.027), (0.050, 0.039), (0.0, 0.043)], 12, 80), 0.115)
+    ring = lathe([(0.060, -0.04), (0.057, 0.010), (0.044, 0.008)], 12, 40)
+    cap = lathe([(0.045, 0.006), (0.035, 0.022), (0.0, 0.033)], 12, 80)
+    p, n = at('front', 0.625, 0.80)
+    n = np.array([n[0] * 0.35, 0.0, n[2]]); n /= np.linalg.norm(n)
+    p = p + n * 0.012
+    held = both(place(bezel, p, n).swatch(*SW['chrome']))
+    glass = [('lamp_head', place(dome, p, n), 'glass_clear', HEAD)]
+    p, n = at('front', 0.655, 0.575)
+    n = np.array([n[0] * 0.7, 0.0, n[2]]); n /= np.linalg.norm(n)
+    held += both(place(ring, p, n).swatch(*SW['chrome']))
+    glass.append(('lamp_indicator_front', planar(place(cap, p, n), 'amber'), 'glass_amber', tilted(0, 1, 19)))
+    p, n = at('side', 1.56, 1.00)                           # side repeater, not lit
+    held += both(planar(place(cap.scale(0.5, 0.5, 0.8), p - n * 0.002, n).rot('y', 90), 'amber').rot('y', -90))
+    p, n = at('rear', 0.80, 0.80)                           # a tall pod on the rear corner
+    n = np.array([n[0] * 0.45, 0.0, n[2]]); n /= np.linalg.norm(n)
+    held += both(place(box(0.125, 0.09, 0.36, 0.03), p, n).swatch(*SW['chrome']))
+    for name, color, kind, h, o, way in (('lamp_tail', 'red', 'glass_red', 0.155, 0.052, TAIL), ('lamp_indicator_rear', 'amber', 'glass_amber', 0.080, -0.085, tilted(0, -1, 19)),
+                                         ('lamp_reverse', 'white', 'glass_clear', 0.045, -0.152, TAIL)):
+        glass.append((name, planar(place(box(0.095, 0.05, h, 0.018).move(0, 0.035, o), p, n), color), kind, way))
+    return held, glass
 
 
 def planar(part, name):
-    """Cover a lamp box with its lens swatch, seen along Z."""
+    """Cover a lamp with its lens swatch, seen along Z."""
     x, y = SW_PX[name]
+
     def f(P, UV):
         q = P[:, :2] + P[:, 2:] * (0.35, 0.21)
-        q = q - q.min(0)
-        q = q / max(q.max(), 1e-9)
+        q = (q - q.min(0)) / np.maximum(np.ptp(q, axis=0), 1e-9)
         return np.stack([(x + 3 + q[:, 0] * 42) / SIZE, (y + 45 - q[:, 1] * 42) / SIZE], 1)
     return part.uvmap(f)
 
 
-def wheel(g):
-    """Tyre and rim around the X axis, outside toward +X."""
-    # tyre tile: u = 1/16 turn, v across the whole section
-    n, m = 128, 256
-    u, v = np.meshgrid((np.arange(n) + 0.5) / n, (np.arange(m) + 0.5) / m)
-    tread = smooth(0.315, 0.335, v) * smooth(0.685, 0.665, v)
-    c = np.abs(v - 0.5)
-    zig = 0.10 * np.abs(((u * 2) % 1.0) - 0.5) * 2
-    groove = np.zeros_like(u)
-    for cc in (0.035, 0.105):
-        groove = np.maximum(groove, smooth(0.012, 0.006, np.abs(c - cc - (zig - 0.05) * 0.18)))
-    lug = smooth(0.10, 0.05, np.abs(((u * 4 + c * 6) % 1.0) - 0.5)) * smooth(0.115, 0.125, c)
-    h = tread * (1 - np.maximum(groove, lug)) * 0.008
-    side = np.abs(c - 0.33)
-    h = h + 0.0025 * smooth(0.012, 0.006, np.abs(c - 0.26)) + 0.0015 * smooth(0.03, 0.02, side) * (0.5 + 0.5 * np.sign(np.sin(u * 2 * np.pi * 4)))
-    h = h + 0.0025 * smooth(0.010, 0.005, np.abs(c - 0.43))
-    nz = np.tile(tx.noise(128, 900, 0.9, 2, 60), (2, 1))
-    base = mix(rgb('242426'), rgb('1c1c1d'), tread) * (1 + 0.10 * nz)[..., None]
-    base = mix(base, rgb('0e0e0e'), tread * np.maximum(groove, lug))
-    dust = np.clip(0.30 + 0.20 * nz, 0, 1) * (0.5 + 0.5 * smooth(0.1, 0.3, c))
-    base = mix(base, rgb('5d5447'), dust * 0.55)
-    rough = 0.80 + 0.1 * dust
-    tb = g.image(tx.to8(base), 'jpg', 90, 'tyre_base')
-    tn = g.image(tx.encode_normal(tx.normal_from_height(h, (2 * np.pi * WHEEL_R / 16, 0.42), 1.0)), 'png', name='tyre_normal')
-    m_tyre = g.material('tyre', tb, tn, None, metallic=0, roughness=0.86)
-    # section from the inner bead over the tread to the outer bead, (radius, axis)
-    w = 0.0975
-    sec = [(0.205, -w + 0.020), (0.224, -w + 0.002), (0.282, -w - 0.002), (0.322, -w + 0.020), (0.3345, -w + 0.042),
-           (0.3345, w - 0.042), (0.322, w - 0.020), (0.298, w - 0.004), (0.260, w + 0.004), (0.224, w - 0.002), (0.205, w - 0.020)]
-    tyre = lathe(sec, 28, 60, u_repeat=16)
-    # rim
-    s = 256
-    X, Y = np.meshgrid((np.arange(s) + 0.5) / s * 2 - 1, 1 - (np.arange(s) + 0.5) / s * 2)
-    X, Y = X * 0.225, Y * 0.225
+def draw_wheel(atlas):
+    """The rim, seen from outside, and a tyre's segment."""
+    draw_tyre(atlas, 934, 872, 900)
+    px, py, s = 768, 866, 156
+    X, Y = np.meshgrid(even(-0.225, 0.225, s), even(0.225, -0.225, s))
     r, a = np.hypot(X, Y), np.arctan2(Y, X)
     ca = ((a / (2 * np.pi) * 10) % 1.0 - 0.5) * 2 * np.pi / 10
     hole = np.hypot((r - 0.142) / 0.020, ca * r / 0.024) - 1
@@ -923,33 +790,60 @@ def wheel(g):
     bolts = smooth(0.0125, 0.011, bolt)
     hh = 0.004 * smooth(0.35, 0.0, hole) - 0.012 * holes + 0.006 * bolts
     hh = hh + 0.004 * smooth(0.012, 0.0, np.abs(r - 0.176)) - 0.003 * smooth(0.006, 0.002, np.abs(r - 0.070))
-    nn = tx.noise(256, 910, 1.2, 2, 80)
+    nn = tx.noise(256, 910, 1.2, 2, 80)[:s, :s]
     col = CREAM * 0.92 * (1 + 0.03 * nn)[..., None]
     met, ro = np.zeros_like(r), np.full_like(r, 0.42)
     cap = smooth(0.0675, 0.066, r)
     col = mix(col, rgb('d8d8d4'), cap); met = met + cap; ro = ro * (1 - cap) + 0.15 * cap
-    # teal ring on the rim
     col = mix(col, TEAL, smooth(0.010, 0.008, np.abs(r - 0.192)))
     col = mix(col, rgb('8a8a86'), bolts); met = np.maximum(met, bolts)
     col = mix(col, rgb('0b0b0b'), holes); ro = ro * (1 - holes) + 0.9 * holes
     grime = np.clip(smooth(0.10, 0.2, r) * (0.35 + 0.25 * nn) + smooth(0.03, 0.012, bolt) * (1 - bolts) * 0.5 + 0.4 * smooth(0.25, 0.0, hole) * (1 - holes), 0, 1) * (1 - cap)
     col = mix(col, rgb('584a3a'), grime * 0.55); ro = ro + 0.3 * grime
-    rb = g.image(tx.to8(np.clip(col, 0, 1)), 'jpg', 90, 'rim_base')
-    rn = g.image(tx.encode_normal(tx.normal_from_height(hh, 0.45, 1.0, wrap=False)), 'png', name='rim_normal')
-    ro_t = g.image(tx.to8(np.stack([np.ones_like(r), np.clip(ro, 0, 1), np.clip(met, 0, 1)], -1)), 'jpg', 88, 'rim_roughness_metallic')
-    m_rim = g.material('rim', rb, rn, ro_t)
-    rim_p = [(0.205, 0.055), (0.212, 0.082), (0.200, 0.080), (0.190, 0.052), (0.172, 0.040), (0.125, 0.052),
-             (0.072, 0.046), (0.066, 0.070), (0.045, 0.092), (0.0, 0.099)]
-    rim = lathe(rim_p, 22, 38)
-    rim = rim.uvmap(lambda P, UV: np.stack([0.5 + P[:, 0] / 0.45, 0.5 + P[:, 2] / 0.45], 1))
-    back = lathe([(0.0, -0.02), (0.20, -0.02), (0.205, -w + 0.02)], 14, 30)
-    back = back.flip() if back.N[np.argmin(np.abs(back.P[:, 1] + 0.02) + np.hypot(back.P[:, 0], back.P[:, 2]))][1] > 0 else back
-    back = back.uvmap(lambda P, UV: np.stack([0.5 + (0.139 + 0.002 * UV[:, 0]) / 0.45, 0.5 + 0.002 * UV[:, 1] + 0 * P[:, 0]], 1))
-    # axis +Y -> +X; image up stays up
-    turn = np.array([[0, 1, 0], [0, 0, -1], [-1, 0, 0]], float)
-    return [m_tyre, m_rim], [tyre.mat(turn), merge(rim.mat(turn), back.mat(turn))]
+    atlas.put(px, py, col, ro, met, hh, (0.45 / s, 0.45 / s), name='rim')
+
+
+def wheel_part(atlas):
+    """Tyre and rim around the X axis, outside toward +X."""
+    profile = [(0.205, 0.055), (0.212, 0.082), (0.172, 0.040), (0.125, 0.052), (0.070, 0.048), (0.060, 0.075), (0.0, 0.097)]
+    rim = lathe(profile, 18, 38)
+    x, y, w, h = atlas.uv['rim']
+    rim = rim.uvmap(lambda P, UV: np.stack([x + w * (0.5 + P[:, 0] / 0.45), y + h * (0.5 + P[:, 2] / 0.45)], 1))
+    back = lathe([(0.0, -0.02), (0.205, -0.0775)], 9, 30)
+    back = back if back.N[:, 1].mean() < 0 else back.flip()
+    return merge(tyre(atlas, WHEEL_R, 0.205, 0.195, 18), rim.mat(TURN), back.mat(TURN).swatch(*SW['under']))
+
+
+def halved(atlas):
+    """The atlas at half its size."""
+    small = Atlas(atlas.w // 2, atlas.h // 2)
+    small.uv = atlas.uv
+    shrink = lambda a: a.reshape(small.h, 2, small.w, 2, 3).mean((1, 3))
+    small.base, small.orm, n = shrink(atlas.base), shrink(atlas.orm), shrink(atlas.nrm)
+    small.nrm = n / np.linalg.norm(n, axis=-1, keepdims=True)
+    return small
+
+
+def build(out):
+    atlas = paint_atlas()
+    coat, rest = [], []
+    coat_side, rest_side = chart('side', ZP, YP, [WIN_DOOR, WIN_LOAD], arches(), LEVEL)
+    coat += both(coat_side)
+    rest += [m for p in rest_side for m in both(p)]
+    for face, grid, windows, belt, plain in (('front', (XP, YP), [WINDSCREEN], SWOOP, [GRILLE]), ('rear', (XP, YP), WIN_REAR, LEVEL, []), ('roof', (ZP, XP), [], None, [])):
+        c, r = chart(face, *grid, windows, (), belt, plain)
+        coat.append(c)
+        rest += r
+    held, glass = lamps()
+    back = lambda parts: [p.move(0, 0, REAR) for p in parts if len(p.F)]
+    v = Vehicle('van', halved(atlas), tuple(TEAL_LINEAR))
+    v.body(back(coat), back(rest + underside() + fittings() + rack() + held))
+    v.wheels(wheel_part(atlas), {'wheel_front': (TRACK, HUB_Y, AXLES[0] + REAR), 'wheel_rear': (TRACK, HUB_Y, 0)})
+    for name, part, kind, way in glass:
+        v.lamps(name, part.move(0, 0, REAR), kind, way)
+    v.g.save(out)
 
 
 if __name__ == '__main__':
     here = os.path.dirname(os.path.abspath(__file__))
-    build(os.path.join(here, '..', 'models', 'vehicle_van.glb'), sys.argv[1] if len(sys.argv) > 1 else None)
+    build(os.path.join(here, '..', 'models', 'vehicle_van.glb'))

@@ -29,6 +29,14 @@ pub enum Command {
     ToggleLightLines,
     /// The selected light on, or off.
     ToggleLight,
+    /// Takes the wheel of a vehicle, or gives it back.
+    Drive,
+    /// The driven vehicle's head lamps: off, low, high.
+    Headlights,
+    /// The driven vehicle's left indicators.
+    IndicateLeft,
+    /// The driven vehicle's right indicators.
+    IndicateRight,
     /// Back to the scene's camera.
     ResetCamera,
     /// Shows the panel, or hides it.
@@ -59,7 +67,7 @@ const fn key(keys: &'static [&'static str], command: Command, help: &'static str
 }
 
 /// All keys of the window.
-pub const KEYS: [KeyBinding; 16] = [
+pub const KEYS: [KeyBinding; 20] = [
     key(&["Space"], Command::Pause, "pause, go on"),
     key(&[".", "N"], Command::Step, "one step, while paused"),
     key(&["+", "="], Command::Faster, "faster"),
@@ -69,7 +77,11 @@ pub const KEYS: [KeyBinding; 16] = [
     key(&["V"], Command::NextDebugView, "next debug view"),
     key(&["L"], Command::ToggleLightLines, "lines to an object's lights on, off"),
     key(&["O"], Command::ToggleLight, "the selected light on, off"),
-    key(&["C"], Command::NextCamera, "next camera of the scene"),
+    key(&["C"], Command::NextCamera, "next camera: the scene's, and those that follow a vehicle"),
+    key(&["G"], Command::Drive, "take the wheel of the selected or nearest vehicle; give it back"),
+    key(&["K"], Command::Headlights, "its head lamps: off, low, high"),
+    key(&["["], Command::IndicateLeft, "its indicators, left"),
+    key(&["]"], Command::IndicateRight, "its indicators, right"),
     key(&["R"], Command::ResetCamera, "back to the scene's camera"),
     key(&["Tab"], Command::TogglePanel, "show or hide the panel"),
     key(&["H", "F1"], Command::ToggleHelp, "show or hide this list"),
@@ -79,13 +91,14 @@ pub const KEYS: [KeyBinding; 16] = [
 ];
 
 /// What the pointer does, and the keys that go with it.
-pub const POINTER: [(&str, &str); 6] = [
+pub const POINTER: [(&str, &str); 7] = [
     ("click", "select an object"),
     ("left drag", "turn about the point under it"),
     ("middle drag, Shift + left drag", "move sideways"),
     ("wheel", "nearer, farther"),
     ("right drag", "look around"),
     ("right held + W A S D Q E", "fly; faster with Shift"),
+    ("arrow keys", "drive the vehicle whose wheel was taken"),
 ];
 
 /// The binding of a key press, if any. A repeated press counts only where repeating makes sense.

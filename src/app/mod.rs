@@ -5,6 +5,7 @@
 //! input     keys and pointer become commands and gestures; the table of keys
 //! viewer    what is looked at and how: the world, settings, selection; commands change it
 //! camera    the free camera: orbit, pan, zoom, look, fly
+//! driving   keys become a vehicle's controls
 //! picking   what is under the pointer
 //! surface   the window's textures
 //! gui       egui on winit and wgpu
@@ -18,6 +19,7 @@
 
 mod camera;
 mod details;
+mod driving;
 mod entities;
 mod gui;
 mod input;
@@ -35,6 +37,7 @@ pub use input::{KEYS, KeyBinding, POINTER};
 
 use crate::recording::Stepper;
 use crate::renderer::{GpuError, RenderError, Settings};
+use crate::viewpoint::Viewpoint;
 use bevy_ecs::prelude::*;
 use std::panic::{self, AssertUnwindSafe};
 use systems::Simulation;
@@ -51,8 +54,8 @@ pub struct Options {
     pub title: String,
     /// Names and entities of the scene's cameras, for switching between them.
     pub cameras: Vec<(String, Entity)>,
-    /// The camera to start with.
-    pub camera: Entity,
+    /// What is looked through at first.
+    pub viewpoint: Viewpoint,
     /// Pixels.
     pub size: (u32, u32),
     /// How to draw at first.

@@ -187,13 +187,14 @@ fn words(name: &str) -> String {
 }
 
 fn camera(ui: &mut Ui, viewer: &mut Viewer, view: &View) {
-    let name_of = |camera| viewer.cameras.iter().find(|(_, known)| *known == camera).map(|(name, _)| name.as_str());
-    let (before, mut chosen) = (viewer.camera, viewer.camera);
+    let viewpoints = viewer.viewpoints();
+    let name_of = |viewpoint| viewpoints.iter().find(|(_, known)| *known == viewpoint).map(|(name, _)| name.as_str());
+    let (before, mut chosen) = (viewer.viewpoint, viewer.viewpoint);
     let shown = name_of(before).unwrap_or("(no name)").to_owned();
     ui.horizontal(|ui| {
         ComboBox::from_id_salt("camera").selected_text(shown).width(150.0).truncate().show_ui(ui, |ui| {
-            for (name, camera) in &viewer.cameras {
-                ui.selectable_value(&mut chosen, *camera, name);
+            for (name, viewpoint) in &viewpoints {
+                ui.selectable_value(&mut chosen, *viewpoint, name);
             }
         });
         let moved = viewer.controller.pose().is_some();
@@ -201,7 +202,7 @@ fn camera(ui: &mut Ui, viewer: &mut Viewer, view: &View) {
             viewer.controller.reset();
         }
     });
-    viewer.camera = chosen;
+    viewer.viewpoint = chosen;
     ui.weak(format!("at {}", details::meters(view.eye())));
 }
 

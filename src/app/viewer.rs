@@ -2,20 +2,25 @@
 
 use super::Options;
 use super::camera::Controller;
+use super::driving::{self, Wheel};
 use super::input::Command;
 use crate::frames;
 use crate::recording::{RecordingError, Stepper};
 use crate::renderer::{DebugView, Settings};
+use crate::viewpoint::Viewpoint;
 use bevy_ecs::prelude::*;
+use bevy_transform::components::GlobalTransform;
 use glam::Vec3;
 use std::time::{Duration, Instant};
 use systems::Simulation;
 use systems::bounds::{Aabb, WorldBounds};
 use systems::clock::{Clock, SPEEDS};
 use systems::components::Light;
-use systems::inputs::{self, Input, Inputs};
+use systems::inputs::{Input, Inputs};
 use systems::interpolation::Interpolation;
 use systems::library::{MeshId, Technique};
+use systems::roster::{Roster, StateId};
+use systems::vehicles::{Controls, Indicator, Motion, Vehicle, VehicleTypes};
 use systems::view::View;
 
 /// At most so long the window works on steps before it draws again: slow motion rather than a standstill.
@@ -34,8 +39,12 @@ pub struct Viewer {
     pub title: String,
     /// Names and entities of the scene's cameras.
     pub cameras: Vec<(String, Entity)>,
-    /// The scene's camera that is looked through, or was until somebody moved.
-    pub camera: Entity,
+    /// What is looked through, or was until somebody moved.
+    pub viewpoint: Viewpoint,
+    /// The vehicle that is driven, and the keys held.
+    pub driven: Option<Entity>,
+    /// The keys that drive.
+    pub wheel: Wheel,
     /// The free camera.
     pub controller: Controller,
     /// How to draw; the picked entity is filled in by [`Self::drawn_settings`].
@@ -78,7 +87,9 @@ impl Viewer {
             stepper: options.stepper,
             title: options.title,
             cameras: options.cameras,
-            camera: options.camera,
+            viewpoint: options.viewpoint,
+            driven: None,
+            wheel: Wheel::default(),
             controller: Controller::default(),
             settings: options.settings,
             panel: options.panel,
@@ -109,11 +120,22 @@ impl Viewer {
             Command::Faster => self.change_speed(2.0),
             Command::Slower => self.change_speed(0.5),
             Command::ToggleBump => self.toggle_bump(),
-            Command::NextFigure => self.simulation.world.resource_mut::<Inputs>().push(Input::NextFigure),
+            Command::NextFigure => {
+                self.simulation.world.resource_mut::<Inputs>().push(Input::NextFigure);
+                self.apply_inputs();
+            }
             Command::NextDebugView => self.settings.debug = after(&DebugView::ALL, self.settings.debug),
             Command::ToggleLightLines => self.light_lines = !self.light_lines,
             Command::ToggleLight => self.toggle_light(),
             Command::NextCamera => self.next_camera(),
+            Command::Drive => self.drive(),
+            Command::Headlights => self.edit_controls(|c| c.headlights = driving::next_headlights(c.headlights)),
+            Command::IndicateLeft => {
+                self.edit_controls(|c| c.indicator = driving::toggle_indicator(c.indicator, Indicator::Left))
+            }
+            Command::IndicateRight => {
+                self.edit_controls(|c| c.indicator = driving::toggle_indicator(c.indicator, Indicator::Right))
+            }
             Command::ResetCamera => self.controller.reset(),
             Command::TogglePanel => self.panel = !self.panel,
             Command::ToggleHelp => {
@@ -144,24 +166,109 @@ impl Viewer {
         let Some(entity) = self.selected else { return };
         if let Some(light) = self.simulation.world.get::<Light>(entity) {
             let light = Light { enabled: !light.enabled, ..light.clone() };
-            inputs::edit_light(&mut self.simulation.world, entity, light);
+            self.input(entity, |entity| Input::EditLight { entity, light });
         }
     }
 
     fn next_camera(&mut self) {
-        let now = self.cameras.iter().position(|(_, camera)| *camera == self.camera);
-        let next = now.map_or(0, |now| (now + 1) % self.cameras.len());
-        if let Some((_, camera)) = self.cameras.get(next) {
-            self.camera = *camera;
+        let viewpoints = self.viewpoints();
+        let now = viewpoints.iter().position(|(_, viewpoint)| *viewpoint == self.viewpoint);
+        let next = now.map_or(0, |now| (now + 1) % viewpoints.len());
+        if let Some((_, viewpoint)) = viewpoints.get(next) {
+            self.viewpoint = *viewpoint;
         }
         self.controller.reset();
+    }
+
+    /// The scene's cameras; and where a vehicle is driven or selected, those that follow it.
+    pub fn viewpoints(&self) -> Vec<(String, Viewpoint)> {
+        let cameras = self.cameras.iter().map(|(name, camera)| (name.clone(), Viewpoint::Camera(*camera)));
+        let vehicle = self.driven.or(self.viewpoint.vehicle()).or_else(|| self.selected_vehicle());
+        let follows = vehicle.into_iter().flat_map(|vehicle| {
+            let name = frames::name_of(&self.simulation.world, vehicle);
+            [
+                (format!("chase {name}"), Viewpoint::Chase(vehicle)),
+                (format!("driver {name}"), Viewpoint::Driver(vehicle)),
+            ]
+        });
+        cameras.chain(follows).collect()
+    }
+
+    /// The vehicle that the selected entity is or belongs to.
+    pub fn selected_vehicle(&self) -> Option<Entity> {
+        let world = &self.simulation.world;
+        let above = |entity: &Entity| world.get::<ChildOf>(*entity).map(ChildOf::parent);
+        // As deep as trees of models go; a ring of parents ends, too.
+        std::iter::successors(self.selected, above).take(64).find(|&entity| world.get::<Vehicle>(entity).is_some())
+    }
+
+    /// Takes the wheel of the selected vehicle, or of the nearest; gives it back if somebody has it.
+    fn drive(&mut self) {
+        if let Some(vehicle) = self.driven.take() {
+            self.input(vehicle, |vehicle| Input::TakeWheel { vehicle, by_hand: false });
+            self.wheel = Wheel::default();
+            return;
+        }
+        let eye = self.view((16, 9)).eye();
+        let chosen = self.selected_vehicle().or_else(|| {
+            let world = &mut self.simulation.world;
+            let mut vehicles = world.query_filtered::<(Entity, &GlobalTransform), With<Vehicle>>();
+            driving::nearest(vehicles.iter(world).map(|(entity, at)| (entity, at.translation())), eye)
+        });
+        let Some(vehicle) = chosen else {
+            self.notice = "there is no vehicle to drive".into();
+            return;
+        };
+        self.input(vehicle, |vehicle| Input::TakeWheel { vehicle, by_hand: true });
+        self.driven = Some(vehicle);
+        self.viewpoint = Viewpoint::Chase(vehicle);
+        self.controller.reset();
+    }
+
+    /// Changes the controls of the driven vehicle.
+    fn edit_controls(&mut self, edit: impl FnOnce(&mut Controls)) {
+        let Some(vehicle) = self.driven else { return };
+        let Some(&before) = self.simulation.world.get::<Controls>(vehicle) else { return };
+        let mut controls = before;
+        edit(&mut controls);
+        if controls != before {
+            self.input(vehicle, |vehicle| Input::Drive { vehicle, controls });
+        }
+    }
+
+    /// Turns wheel and pedals as the keys are held, for a step.
+    fn hold_keys(&mut self) {
+        let seconds = self.clock().step_seconds as f32;
+        let Some(vehicle) = self.driven else { return };
+        let world = &mut self.simulation.world;
+        let state = world.query::<(&Controls, &Motion, &Vehicle)>().get(world, vehicle).ok();
+        let Some((&controls, motion, kind)) = state else {
+            self.driven = None;
+            return;
+        };
+        let kind = world.resource::<VehicleTypes>().get(kind.kind);
+        let controls = self.wheel.controls(controls, motion, kind, seconds);
+        self.edit_controls(|c| *c = controls);
+    }
+
+    /// Changes the world from outside: now, between two steps.
+    fn input(&mut self, entity: Entity, input: impl FnOnce(StateId) -> Input) {
+        let world = &mut self.simulation.world;
+        if let Some(id) = world.resource::<Roster>().id(entity) {
+            world.resource_mut::<Inputs>().push(input(id));
+            self.apply_inputs();
+        }
+    }
+
+    fn apply_inputs(&mut self) {
+        let applied = self.stepper.apply_inputs(&mut self.simulation);
+        self.note(applied);
     }
 
     /// Lets real time go by: applies what somebody did, and takes the steps that are due, as far as there is time for
     /// them. Returns how many.
     pub fn advance(&mut self, seconds: f64) -> u64 {
-        let applied = self.stepper.apply_inputs(&mut self.simulation);
-        self.note(applied);
+        self.apply_inputs();
         let (due, began) = (self.clock().advance(seconds), Instant::now());
         let mut taken = 0;
         while taken < due && !self.clock().paused && (taken == 0 || began.elapsed() < STEPPING) {
@@ -175,6 +282,7 @@ impl Viewer {
 
     /// Takes a step. A replay stops where its recording ends.
     fn step(&mut self) {
+        self.hold_keys();
         if !self.stepper.is_at_end(&self.simulation) {
             let taken = self.stepper.step(&mut self.simulation);
             self.note(taken);
@@ -203,7 +311,7 @@ impl Viewer {
 
     /// What to draw for.
     pub fn view(&self, size: (u32, u32)) -> View {
-        self.controller.view(&frames::view_of(&self.simulation.world, self.camera, size))
+        self.controller.view(&self.viewpoint.view(&self.simulation.world, size))
     }
 
     /// The object that is pointed out: under the pointer, else selected.
@@ -277,7 +385,7 @@ mod tests {
             simulation,
             stepper: Stepper::default(),
             title: "test".into(),
-            camera: cameras[0].1,
+            viewpoint: cameras[0].1.into(),
             cameras,
             size: (64, 36),
             settings,
@@ -302,7 +410,6 @@ mod tests {
     fn figures_go_round_and_cameras_too() {
         let mut viewer = viewer();
         let shown = |viewer: &mut Viewer| {
-            viewer.advance(0.0);
             let world = &mut viewer.simulation.world;
             world.query::<&MeshId>().iter(world).map(|mesh| mesh.0).collect::<Vec<_>>()
         };
@@ -330,7 +437,6 @@ mod tests {
         viewer.selected = Some(lamp);
         let mut shines_after_o = || {
             viewer.apply(Command::ToggleLight);
-            viewer.advance(0.0);
             viewer.simulation.world.get::<Light>(lamp).expect("a light").enabled
         };
         assert_eq!([shines_after_o(), shines_after_o()], [false, true]);
@@ -352,7 +458,7 @@ mod tests {
     #[test]
     fn an_index_that_is_gone_names_no_entity() {
         let mut viewer = viewer();
-        let entity = viewer.camera;
+        let entity = viewer.cameras[0].1;
         assert_eq!(viewer.entity(entity.index_u32()), Some(entity));
         viewer.simulation.world.despawn(entity);
         assert_eq!(viewer.entity(entity.index_u32()), None);

@@ -1,5 +1,6 @@
 //! Events in, frames out.
 
+use super::driving::Wheel;
 use super::gui::Gui;
 use super::input::{self, Gesture, Pointer};
 use super::panel::{FrameInfo, SidePanel};
@@ -160,11 +161,17 @@ impl Open {
         self.window.request_redraw();
         match event {
             WindowEvent::ModifiersChanged(modifiers) => self.modifiers = modifiers.state(),
-            WindowEvent::Focused(false) => self.pointer.let_go(),
+            WindowEvent::Focused(false) => {
+                self.pointer.let_go();
+                self.viewer.wheel = Wheel::default();
+            }
             WindowEvent::CursorLeft { .. } if self.pointer.drag.is_none() => self.pointer.at = None,
             WindowEvent::KeyboardInput { event: key, is_synthetic, .. } if !self.gui.is_typing() => {
                 let pressed = key.state == ElementState::Pressed && !is_synthetic;
                 if self.pointer.fly_key(key.physical_key, pressed) {
+                    return true;
+                }
+                if self.viewer.driven.is_some() && self.viewer.wheel.key(key.physical_key, pressed) {
                     return true;
                 }
                 if let Some(command) = input::command_of(key, self.modifiers) {

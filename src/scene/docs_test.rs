@@ -1,11 +1,12 @@
 //! Keeps `docs/scenes.md` true: its examples parse, its tables have every field and the right defaults.
 
+use super::vehicle_types::format as vehicles;
 use super::{format, parse, values};
 use serde::de::DeserializeOwned;
 use std::collections::HashMap;
 use std::fmt::Debug;
 
-const DOCS: &str = include_str!("../../docs/scenes.md");
+const DOCS: &str = concat!(include_str!("../../docs/scenes.md"), "\n", include_str!("../../docs/vehicles.md"));
 
 #[test]
 fn every_example_parses_as_what_it_says_it_is() {
@@ -14,7 +15,7 @@ fn every_example_parses_as_what_it_says_it_is() {
     blocks
         .try_for_each(|block| {
             let (info, text) = block.split_once('\n').ok_or("an empty block")?;
-            if info == "text" {
+            if info == "text" || info.starts_with("rust") {
                 return Ok(());
             }
             let parses = match info.strip_prefix("ron ").unwrap_or_default() {
@@ -33,13 +34,15 @@ fn every_example_parses_as_what_it_says_it_is() {
                 "spin" => parse::<format::Spin>(text).map(drop),
                 "generator" => parse::<format::Generator>(text).map(drop),
                 "place" => parse::<format::Place>(text).map(drop),
+                "vehicle" => parse::<format::Vehicle>(text).map(drop),
+                "vehicle type" => parse::<vehicles::VehicleType>(text).map(drop),
                 _ => return Err(format!("what is a block of {info:?}?")),
             };
             *counts.entry(info).or_default() += 1;
             parses.map_err(|((line, column), message)| format!("{info}: {line}:{column}: {message}\n{text}"))
         })
         .unwrap_or_else(|e: String| panic!("{e}"));
-    assert_eq!(counts.len(), 15, "an example of each kind: {counts:?}");
+    assert_eq!(counts.len(), 17, "an example of each kind: {counts:?}");
 }
 
 /// The rows of the table below a heading: field and default.
@@ -58,7 +61,8 @@ fn table(heading: &str) -> Vec<(&'static str, &'static str)> {
 #[test]
 fn every_field_has_its_row() {
     let maps = include_str!("values.rs").replace("struct MapFields", "pub struct Map");
-    let sources = [include_str!("format.rs"), include_str!("surfaces.rs"), &maps];
+    let types = include_str!("vehicle_types/format.rs").replace("r#type", "type");
+    let sources = [include_str!("format.rs"), include_str!("surfaces.rs"), &maps, &types];
     let mut checked = 0;
     for source in sources {
         let structs = source.split("\npub struct ").skip(1).filter(|s| s.contains("\n}"));
@@ -114,6 +118,13 @@ fn documented_defaults_are_the_defaults() {
     assert_defaults::<format::DirectionalLight>("directionallight", "");
     assert_defaults::<format::Camera>("camera", "");
     assert_defaults::<format::Spin>("spin", "");
+    assert_defaults::<format::Vehicle>("vehicle", "type: \"car\",");
+    assert_defaults::<vehicles::VehicleTypes>("vehicletypes", "");
+    assert_defaults::<vehicles::VehicleType>("vehicletype", "model: \"car.glb\",");
+    assert_defaults::<vehicles::VehicleLimits>("vehiclelimits", "");
+    assert_defaults::<vehicles::Driver>("driver", "");
+    assert_defaults::<vehicles::Wheels>("wheels", "nodes: [],");
+    assert_defaults::<vehicles::Lamps>("lamps", "nodes: [], kind: head,");
     assert_defaults::<format::Generator>("generator", "place: grid(counts: (1, 1, 1)),");
     assert_defaults::<format::Grid>("grid", "counts: (1, 1, 1),");
     assert_defaults::<format::Scatter>("scatter", "count: 1, region: disc(center: (0, 0, 0), radius: 1),");

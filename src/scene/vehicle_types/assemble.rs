@@ -18,6 +18,8 @@ use systems::vehicles::types::{self, Limits, VehicleType};
 #[derive(Default, Clone)]
 struct Role<'a> {
     movement: Option<Movement>,
+    /// A wheel that the vehicle stands on.
+    carries: bool,
     lamp: Option<&'a Lamps>,
 }
 
@@ -59,14 +61,20 @@ pub fn assemble(
 
 fn roles<'a>(source: &'a Source, named: &impl Fn(&str) -> Option<usize>) -> HashMap<usize, Role<'a>> {
     let mut roles: HashMap<usize, Role> = HashMap::new();
+    for wheels in &source.wheels {
+        let movement = Some(Movement::Wheel { radius: wheels.radius.unwrap_or(0.0), steers: wheels.steers });
+        for index in wheels.nodes.iter().filter_map(|node| named(node)) {
+            roles.insert(index, Role { movement, carries: true, lamp: None });
+        }
+    }
     let mut moves = |node: &str, movement: Movement| {
         if let Some(index) = named(node) {
             roles.entry(index).or_default().movement = Some(movement);
         }
     };
-    for wheels in &source.wheels {
-        let movement = Movement::Wheel { radius: wheels.radius.unwrap_or(0.0), steers: wheels.steers };
-        wheels.nodes.iter().for_each(|node| moves(node, movement));
+    for cranks in &source.cranks {
+        let movement = Movement::Wheel { radius: cranks.radius, steers: false };
+        cranks.nodes.iter().for_each(|node| moves(node, movement));
     }
     source.forks.iter().for_each(|node| moves(node, Movement::Fork));
     for swing in &source.swings {
@@ -118,10 +126,11 @@ impl Builder<'_> {
         let mut wheels = Vec::new();
         let mut open: Vec<(usize, bool, bool)> = self.model.roots.iter().map(|&root| (root, false, false)).collect();
         while let Some((index, in_fork, in_trailer)) = open.pop() {
-            let movement = self.roles.get(&index).and_then(|role| role.movement);
+            let role = self.roles.get(&index);
+            let (movement, carries) = role.map_or((None, false), |role| (role.movement, role.carries));
             let in_fork = in_fork || movement == Some(Movement::Fork);
             let in_trailer = in_trailer || movement == Some(Movement::Trailer);
-            if let (Some(Movement::Wheel { steers, .. }), false) = (movement, in_trailer) {
+            if let (Some(Movement::Wheel { steers, .. }), true, false) = (movement, carries, in_trailer) {
                 wheels.push((index, steers || in_fork));
             }
             open.extend(self.model.nodes[index].children.iter().map(|&child| (child, in_fork, in_trailer)));

@@ -1,0 +1,115 @@
+//! Where a picture is seen from: a camera of the scene, or a vehicle, from behind or from the driver's seat.
+
+use bevy_ecs::name::Name;
+use bevy_ecs::prelude::*;
+use bevy_transform::components::{GlobalTransform, Transform};
+use glam::{Affine3A, Quat, Vec3};
+use systems::components::{Camera, Projection};
+use systems::vehicles::{Vehicle, VehicleTypes};
+use systems::view::View;
+
+/// What is looked through. Nothing of it is in the world: it follows from where things are.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Viewpoint {
+    /// An entity with a [`Camera`].
+    Camera(Entity),
+    /// From behind a vehicle and above it, looking ahead.
+    Chase(Entity),
+    /// From the driver's seat.
+    Driver(Entity),
+}
+
+impl From<Entity> for Viewpoint {
+    fn from(camera: Entity) -> Self {
+        Self::Camera(camera)
+    }
+}
+
+impl Viewpoint {
+    /// The viewpoint that a person names: a camera's name, `chase NAME` or `driver NAME` with the name of a vehicle.
+    pub fn find(wanted: &str, cameras: &[(String, Entity)], world: &mut World) -> Option<Self> {
+        if let Some((_, camera)) = cameras.iter().find(|(name, _)| name == wanted) {
+            return Some(Self::Camera(*camera));
+        }
+        let (kind, name) = wanted.split_once(' ')?;
+        let kind = match kind {
+            "chase" => Self::Chase,
+            "driver" => Self::Driver,
+            _ => return None,
+        };
+        let mut vehicles = world.query_filtered::<(Entity, &Name), With<Vehicle>>();
+        vehicles.iter(world).find(|(_, known)| known.as_str() == name).map(|(vehicle, _)| kind(vehicle))
+    }
+
+    /// The vehicle, of the two that follow one.
+    pub fn vehicle(self) -> Option<Entity> {
+        match self {
+            Self::Camera(_) => None,
+            Self::Chase(vehicle) | Self::Driver(vehicle) => Some(vehicle),
+        }
+    }
+
+    /// What is seen, as of the last frame.
+    pub fn view(self, world: &World, (width, height): (u32, u32)) -> View {
+        let place = |entity| world.get::<GlobalTransform>(entity).copied().unwrap_or_default().affine();
+        let wide = Camera { projection: Projection::Perspective { fov_y: 0.9, aspect: None }, ..Camera::default() };
+        match self {
+            Self::Camera(camera) => {
+                let seen = world.get::<Camera>(camera).cloned().unwrap_or_default();
+                View::new(&place(camera), &seen, width, height)
+            }
+            Self::Chase(vehicle) => {
+                let size = vehicle_type(world, vehicle, |t| t.bounds().max - t.bounds().min);
+                View::new(&behind(&place(vehicle), size), &wide, width, height)
+            }
+            Self::Driver(vehicle) => {
+                let eye = vehicle_type(world, vehicle, |t| t.eye);
+                // A camera looks down −Z, a vehicle along +Z.
+                let vehicle_from_eye =
+                    Affine3A::from_rotation_translation(Quat::from_rotation_y(std::f32::consts::PI), eye);
+                View::new(&(place(vehicle) * vehicle_from_eye), &wide, width, height)
+            }
+        }
+    }
+}
+
+/// Something of the type that a vehicle is of; of the stand-in where it is no vehicle.
+fn vehicle_type<T>(world: &World, entity: Entity, get: impl FnOnce(&systems::vehicles::VehicleType) -> T) -> T {
+    let kind = world.get::<Vehicle>(entity).map(|vehicle| vehicle.kind).unwrap_or_default();
+    get(world.resource::<VehicleTypes>().get(kind))
+}
+
+/// World from view: behind a vehicle of that size, upright whatever the slope.
+fn behind(world_from_vehicle: &Affine3A, size: Vec3) -> Affine3A {
+    let forward = Vec3::from(world_from_vehicle.matrix3.z_axis).with_y(0.0).normalize_or(Vec3::Z);
+    let at = Vec3::from(world_from_vehicle.translation);
+    let eye = at - forward * (size.z * 0.6 + 4.0) + Vec3::Y * (size.y * 0.9 + 1.2);
+    let ahead = at + forward * (size.z * 0.5 + 4.0) + Vec3::Y * size.y * 0.5;
+    Transform::from_translation(eye).looking_at(ahead, Vec3::Y).compute_affine()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use systems::Simulation;
+    use systems::vehicles::VehicleTypeId;
+
+    #[test]
+    fn a_vehicle_is_followed_from_behind_and_from_its_seat() {
+        let mut simulation = Simulation::new();
+        let at = Transform::from_xyz(10.0, 2.0, -5.0).with_rotation(Quat::from_rotation_y(0.7));
+        let vehicle = Vehicle::of(VehicleTypeId::STAND_IN);
+        let vehicle = simulation.world.spawn((vehicle, Name::new("box 1"), at)).id();
+        let camera = simulation.world.spawn(Camera::default()).id();
+        simulation.frame();
+        let cameras = [("front".to_owned(), camera)];
+        let mut find = |name: &str| Viewpoint::find(name, &cameras, &mut simulation.world);
+        let (chase, driver) = (find("chase box 1").expect("a vehicle"), find("driver box 1").expect("a vehicle"));
+        assert_eq!((find("front"), find("chase box 2"), find("beside box 1")), (Some(camera.into()), None, None));
+        assert_eq!((chase.vehicle(), driver.vehicle()), (Some(vehicle), Some(vehicle)));
+        let forward = at.rotation * Vec3::Z;
+        let (chase, driver) = (chase.view(&simulation.world, (64, 36)), driver.view(&simulation.world, (64, 36)));
+        assert!(driver.direction().dot(forward) > 0.9999 && driver.eye().y > 3.0);
+        assert!((chase.eye() - at.translation).dot(forward) < -5.0 && chase.direction().dot(forward) > 0.9);
+    }
+}
