@@ -23,11 +23,13 @@ pub struct Sprung {
     up: Vec3,
 }
 
+type NewlyPhysical = (With<Physical>, Without<WheelsFound>);
+
 /// Looks for the wheels of vehicles that have just become physical: each is the one whose hub is nearest.
 pub fn find_wheels(
     mut commands: Commands,
     types: Res<VehicleTypes>,
-    vehicles: Query<(Entity, &Vehicle), (With<Physical>, Without<WheelsFound>)>,
+    vehicles: Query<(Entity, &Vehicle), NewlyPhysical>,
     children: Query<&Children>,
     parts: Query<(&Transform, Option<&MovingPart>)>,
 ) {
