@@ -3,6 +3,7 @@
 //! One walk over the whole file collects every fault with its place, so that `relief check` shows all at once. The
 //! limits are wide: they keep arithmetic finite and memory bounded, not scenes tasteful.
 
+mod roads;
 mod surfaces;
 
 use super::faults::{Fault, Trail, unknown};
@@ -155,6 +156,7 @@ impl<'a> Check<'a> {
         self.field("meshes", |c| {
             c.entries(&scene.meshes, Self::mesh);
         });
+        self.roads();
         let mut entities = 0u64;
         self.each("entities", &scene.entities, |c, e| entities = entities.saturating_add(c.entity(e, &[], false)));
         self.each("generators", &scene.generators, |c, g| entities = entities.saturating_add(c.generator(g)));
@@ -206,6 +208,12 @@ impl<'a> Check<'a> {
         }
         if e.vehicle.is_some() && (!meshes.is_empty() || !e.figure.is_empty()) {
             self.field("vehicle", |c| c.fault("expected either a vehicle, which has a model of its own, or a mesh"));
+        }
+        if let Some(vehicle) = &e.vehicle {
+            self.field("vehicle", |c| c.vehicle(e, vehicle));
+        }
+        if let Some(head) = &e.signal_head {
+            self.field("signal_head", |c| c.known_group(&head.signal, head.group));
         }
         if !e.figure.is_empty() && !meshes.is_empty() {
             self.field("figure", |c| c.fault("expected either a mesh or a figure"));
@@ -367,10 +375,14 @@ impl<'a> Check<'a> {
         self.field("place", |c| match &g.place {
             Place::Grid(grid) => copies = c.grid(grid),
             Place::Scatter(scatter) => copies = c.scatter(scatter),
+            Place::Along(along) => copies = c.along(along),
         });
         let mut each = 0;
         self.field("entity", |c| {
             each = c.entity(&g.entity, &g.meshes, false);
+            if !g.vehicles.is_empty() && g.entity.vehicle.is_none() {
+                each += PARTS_OF_A_VEHICLE;
+            }
             if g.entity.camera.is_some() {
                 c.field("camera", |c| c.fault("a camera cannot be generated"));
             }

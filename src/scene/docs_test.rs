@@ -34,6 +34,8 @@ fn every_example_parses_as_what_it_says_it_is() {
                 "spin" => parse::<format::Spin>(text).map(drop),
                 "generator" => parse::<format::Generator>(text).map(drop),
                 "place" => parse::<format::Place>(text).map(drop),
+                "route" => parse::<format::Route>(text).map(drop),
+                "signal" => parse::<format::Signal>(text).map(drop),
                 "vehicle" => parse::<format::Vehicle>(text).map(drop),
                 "vehicle type" => parse::<vehicles::VehicleType>(text).map(drop),
                 _ => return Err(format!("what is a block of {info:?}?")),
@@ -42,7 +44,7 @@ fn every_example_parses_as_what_it_says_it_is() {
             parses.map_err(|((line, column), message)| format!("{info}: {line}:{column}: {message}\n{text}"))
         })
         .unwrap_or_else(|e: String| panic!("{e}"));
-    assert_eq!(counts.len(), 17, "an example of each kind: {counts:?}");
+    assert_eq!(counts.len(), 19, "an example of each kind: {counts:?}");
 }
 
 /// The rows of the table below a heading: field and default.
@@ -62,7 +64,7 @@ fn table(heading: &str) -> Vec<(&'static str, &'static str)> {
 fn every_field_has_its_row() {
     let maps = include_str!("values.rs").replace("struct MapFields", "pub struct Map");
     let types = include_str!("vehicle_types/format.rs").replace("r#type", "type");
-    let sources = [include_str!("format.rs"), include_str!("surfaces.rs"), &maps, &types];
+    let sources = [include_str!("format.rs"), include_str!("surfaces.rs"), include_str!("roads.rs"), &maps, &types];
     let mut checked = 0;
     for source in sources {
         let structs = source.split("\npub struct ").skip(1).filter(|s| s.contains("\n}"));
@@ -118,6 +120,13 @@ fn documented_defaults_are_the_defaults() {
     assert_defaults::<format::DirectionalLight>("directionallight", "");
     assert_defaults::<format::Camera>("camera", "");
     assert_defaults::<format::Spin>("spin", "");
+    assert_defaults::<format::Route>("route", "points: [(0, 0, 0), (1, 0, 0)],");
+    assert_defaults::<format::Limit>("limit", "from: 0, kmh: 30,");
+    assert_defaults::<format::Stop>("stop", "at: 1,");
+    assert_defaults::<format::Signal>("signal", "green_seconds: [9],");
+    assert_defaults::<format::SignalHead>("signalhead", "signal: \"x\",");
+    assert_defaults::<format::Traffic>("traffic", "");
+    assert_defaults::<format::Along>("along", "spacing: 1,");
     assert_defaults::<format::Vehicle>("vehicle", "type: \"car\",");
     assert_defaults::<vehicles::VehicleTypes>("vehicletypes", "");
     assert_defaults::<vehicles::VehicleType>("vehicletype", "model: \"car.glb\",");

@@ -4,6 +4,7 @@
 //! `docs/scenes.md` says what every field means; a test looks for each of them there. Defaults are those of the
 //! components and library items that the fields become.
 
+pub use super::roads::*;
 pub use super::surfaces::*;
 use super::values::{Attenuation, Color, Named, Scale};
 pub use super::vehicle_types::format::Vehicle;
@@ -21,6 +22,9 @@ pub struct Scene {
     pub vehicle_types: Vec<String>,
     pub materials: Named<Material>,
     pub meshes: Named<MeshSource>,
+    pub signals: Named<Signal>,
+    pub routes: Named<Route>,
+    pub traffic: Traffic,
     pub entities: Vec<Entity>,
     pub generators: Vec<Generator>,
 }
@@ -35,6 +39,9 @@ impl Default for Scene {
             vehicle_types: Vec::new(),
             materials: Named::default(),
             meshes: Named::default(),
+            signals: Named::default(),
+            routes: Named::default(),
+            traffic: Traffic::default(),
             entities: Vec::new(),
             generators: Vec::new(),
         }
@@ -95,6 +102,8 @@ pub struct Entity {
     pub camera: Option<Camera>,
     pub spin: Option<Spin>,
     pub vehicle: Option<Vehicle>,
+    pub signal_head: Option<SignalHead>,
+    pub ground: bool,
     pub hidden: bool,
     pub figure: Vec<String>,
     pub attach: Vec<Entity>,
@@ -240,6 +249,8 @@ pub struct Generator {
     #[serde(default)]
     pub lights: Vec<Light>,
     #[serde(default)]
+    pub vehicles: Vec<String>,
+    #[serde(default)]
     pub choose: Choose,
     #[serde(default)]
     pub random_yaw: bool,
@@ -266,6 +277,7 @@ pub enum Choose {
 pub enum Place {
     Grid(Grid),
     Scatter(Scatter),
+    Along(Along),
 }
 
 #[derive(Deserialize, Debug)]

@@ -4,9 +4,12 @@
 //! gives the same scene to the last bit on every platform. (Sines and cosines do not.)
 
 use super::format::{Choose, Generator, Grid, Place, Region, Scatter};
+use super::traffic;
 use bevy_transform::components::Transform;
 use glam::{Quat, Vec3};
 use std::collections::HashMap;
+use systems::vehicles::OnRoute;
+use systems::vehicles::routes::Routes;
 
 /// SplitMix64 (Steele, Lea, Flood: "Fast Splittable Pseudorandom Number Generators", OOPSLA 2014; constants of
 /// Vigna's public domain `splitmix64.c`): 64 bits of state, fine for placing things, not for secrets.
@@ -72,21 +75,33 @@ pub struct Copy {
     pub mesh: usize,
     pub material: usize,
     pub light: usize,
+    pub vehicle: usize,
+    /// Where it drives, if it was placed along a route.
+    pub on_route: Option<OnRoute>,
 }
 
 /// The copies of a generator in order; fewer than asked for where `min_distance` leaves no room.
-pub fn copies(generator: &Generator, scene_seed: u64) -> Vec<Copy> {
+pub fn copies(generator: &Generator, scene_seed: u64, routes: &Routes) -> Vec<Copy> {
     let mut random = Random::new(generator.seed.unwrap_or(scene_seed));
-    let places = match &generator.place {
-        Place::Grid(grid) => on_grid(grid, &mut random),
-        Place::Scatter(scatter) => scattered(scatter, &mut random),
+    let standing = Transform::from_translation;
+    let mut on_routes = Vec::new();
+    let places: Vec<Transform> = match &generator.place {
+        Place::Grid(grid) => on_grid(grid, &mut random).into_iter().map(standing).collect(),
+        Place::Scatter(scatter) => scattered(scatter, &mut random).into_iter().map(standing).collect(),
+        Place::Along(along) => {
+            let places = traffic::along(along, routes, &mut random);
+            on_routes.extend(places.iter().map(|place| place.1));
+            places.into_iter().map(|place| place.0).collect()
+        }
     };
     let [min_scale, max_scale] = generator.random_scale;
     let (meshes, materials, lights) = (generator.meshes.len(), generator.materials.len(), generator.lights.len());
-    let finish = |(i, translation)| {
+    let vehicles = generator.vehicles.len();
+    let finish = |(i, place): (usize, Transform)| {
         let rotation = if generator.random_yaw { random.yaw() } else { Quat::IDENTITY };
         let scale = Vec3::splat(random.between(min_scale, max_scale));
-        let at = Transform { translation, rotation, scale };
+        let at = Transform { rotation: place.rotation * rotation, scale, ..place };
+        let on_route = on_routes.get(i).copied();
         match generator.choose {
             // Materials turn when the meshes have been through, so that every pair of the two comes up.
             Choose::InTurn => Copy {
@@ -94,10 +109,17 @@ pub fn copies(generator: &Generator, scene_seed: u64) -> Vec<Copy> {
                 mesh: i % meshes.max(1),
                 material: i / meshes.max(1) % materials.max(1),
                 light: i % lights.max(1),
+                vehicle: i % vehicles.max(1),
+                on_route,
             },
-            Choose::Random => {
-                Copy { at, mesh: random.index(meshes), material: random.index(materials), light: random.index(lights) }
-            }
+            Choose::Random => Copy {
+                at,
+                mesh: random.index(meshes),
+                material: random.index(materials),
+                light: random.index(lights),
+                vehicle: if vehicles > 0 { random.index(vehicles) } else { 0 },
+                on_route,
+            },
         }
     };
     places.into_iter().enumerate().map(finish).collect()

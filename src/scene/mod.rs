@@ -4,6 +4,7 @@
 //! format, surfaces, values  the file as serde reads it (RON; docs/scenes.md)
 //! files                     the images and models it names, each read once; materials and meshes into the library
 //! check, faults, places     names and numbers: every fault at once, with line and column
+//! roads, traffic            routes and signals
 //! vehicle_types             types of vehicles from files of their own
 //! spawn, generate           entities, and generators' copies of them
 //! rig                       light and a camera for what brings none; a glTF file is a scene as well
@@ -22,8 +23,10 @@ mod generate;
 pub(crate) use generate::Random;
 mod places;
 mod rig;
+mod roads;
 mod spawn;
 mod surfaces;
+mod traffic;
 mod values;
 mod vehicle_types;
 

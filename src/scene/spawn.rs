@@ -4,6 +4,7 @@ use super::faults;
 use super::files::{Items, Shape};
 use super::format::{self, Entity as Source, Scene};
 use super::generate;
+use super::traffic::{self, LitGlass};
 use crate::frames;
 use crate::import::Model;
 use bevy_ecs::name::Name;
@@ -15,7 +16,10 @@ use systems::components::{Camera, Figure, Light, LightKind, Projection, Spin};
 use systems::hidden::Hidden;
 use systems::library::{Library, MaterialId, MeshId};
 use systems::pieces::{self, PiecesReport};
-use systems::vehicles::{ByHand, Controls, NextVehicleNumber, Vehicle, VehicleTypeId, VehicleTypes};
+use systems::vehicles::ground::Ground;
+use systems::vehicles::routes::{RouteId, Routes};
+use systems::vehicles::signals::Signals;
+use systems::vehicles::{ByHand, Controls, Motion, NextVehicleNumber, OnRoute, Vehicle, VehicleTypeId, VehicleTypes};
 
 /// What spawning found out about the scene.
 #[derive(Default)]
@@ -39,8 +43,10 @@ pub fn spawn(scene: &Scene, items: &Items, world: &mut World) -> Spawned {
         large: Vec::new(),
         model_cameras: Vec::new(),
         unknown_types: Vec::new(),
+        glass: LitGlass::default(),
         found: Spawned::default(),
     };
+    spawner.found.warnings = traffic::insert(scene, spawner.world);
     for entity in &scene.entities {
         spawner.entity(entity, &Placement::of(entity), None);
     }
@@ -96,6 +102,7 @@ struct Spawner<'a> {
     model_cameras: Vec<(String, Entity)>,
     /// Names of types that were asked for in vain.
     unknown_types: Vec<String>,
+    glass: LitGlass,
     found: Spawned,
 }
 
@@ -107,6 +114,9 @@ struct Placement<'a> {
     mesh: Option<&'a str>,
     material: Option<&'a str>,
     light: Option<&'a format::Light>,
+    /// The vehicle's type instead of the entity's, and where it drives.
+    vehicle: Option<&'a str>,
+    on_route: Option<OnRoute>,
 }
 
 impl<'a> Placement<'a> {
@@ -118,6 +128,8 @@ impl<'a> Placement<'a> {
             mesh: source.mesh.as_deref(),
             material: source.material.as_deref(),
             light: source.light.as_ref(),
+            vehicle: source.vehicle.as_ref().map(|vehicle| vehicle.r#type.as_str()),
+            on_route: None,
         }
     }
 }
@@ -164,8 +176,14 @@ impl Spawner<'_> {
                 start: at.rotation,
             });
         }
-        if let Some(vehicle) = &source.vehicle {
-            self.vehicle(vehicle, entity, &world_from_entity);
+        if let Some(name) = placement.vehicle {
+            self.vehicle(name, source.vehicle.as_ref(), placement.on_route, entity, &world_from_entity);
+        }
+        if source.ground {
+            self.world.entity_mut(entity).insert(Ground);
+        }
+        if let Some(head) = &source.signal_head {
+            self.signal_head(head, entity);
         }
         if source.hidden {
             self.world.entity_mut(entity).insert(Hidden);
@@ -241,31 +259,62 @@ impl Spawner<'_> {
         root
     }
 
-    fn vehicle(&mut self, source: &format::Vehicle, entity: Entity, world_from_entity: &Affine3A) {
+    /// Of a type, with what the entity's `vehicle` says beside it, if it has one.
+    fn vehicle(
+        &mut self,
+        name: &str,
+        source: Option<&format::Vehicle>,
+        on_route: Option<OnRoute>,
+        entity: Entity,
+        world_from_entity: &Affine3A,
+    ) {
         let types = self.world.resource::<VehicleTypes>();
-        let kind = types.find(&source.r#type);
-        if kind.is_none() && !self.unknown_types.contains(&source.r#type) {
+        let kind = types.find(name);
+        if kind.is_none() && !self.unknown_types.iter().any(|known| known == name) {
             let names: Vec<&str> = types.iter().map(|(_, known)| known.name.as_str()).collect();
-            let hint = faults::suggestion(&source.r#type, &names);
-            self.found.warnings.push(format!("no vehicle type {:?}{hint}; a box stands in", source.r#type));
-            self.unknown_types.push(source.r#type.clone());
+            let hint = faults::suggestion(name, &names);
+            self.found.warnings.push(format!("no vehicle type {name:?}{hint}; a box stands in"));
+            self.unknown_types.push(name.to_owned());
         }
         let kind = kind.unwrap_or(VehicleTypeId::STAND_IN);
         let bounds = types.get(kind).bounds();
-        self.enclose(bounds.transformed(world_from_entity));
+        let routes = self.world.resource::<Routes>();
+        let own_route = source.and_then(|source| {
+            let id = routes.find(source.route.as_deref()?)?;
+            Some(OnRoute::new(id, source.lane, source.at.min(routes.get(id)?.length)))
+        });
+        let on_route = own_route.or(on_route);
+        let stands = on_route.map(|on| routes.stand(&on));
+        let world_from_vehicle = stands.map_or(*world_from_entity, |stands| stands.compute_affine());
+        self.enclose(bounds.transformed(&world_from_vehicle));
         let number = self.world.resource::<NextVehicleNumber>().0;
         let mut entity = self.world.entity_mut(entity);
         if !entity.contains::<Name>() {
-            entity.insert(Name::new(format!("{} {}", source.r#type, number + 1)));
+            entity.insert(Name::new(format!("{name} {}", number + 1)));
         }
-        let controls = Controls { headlights: source.headlights.into(), ..Controls::default() };
+        let headlights = source.map_or_else(Default::default, |source| source.headlights.into());
+        let controls = Controls { headlights, ..Controls::default() };
+        let speed = source.map_or(0.0, |source| source.speed_kmh / 3.6);
         // Paints in turn where none is asked for.
-        let paint = source.paint.unwrap_or(number);
-        entity.insert((controls, Vehicle::of(kind).painted(paint)));
-        if source.by_hand {
+        let paint = source.and_then(|source| source.paint).unwrap_or(number);
+        if let Some((on, stands)) = on_route.zip(stands) {
+            entity.insert((stands, on));
+        }
+        let motion = Motion { speed, ..Motion::default() };
+        entity.insert((controls, motion, Vehicle::of(kind).painted(paint)));
+        if source.is_some_and(|source| source.by_hand) {
             entity.insert(ByHand);
         }
         self.found.has_lights = true;
+    }
+
+    fn signal_head(&mut self, source: &format::SignalHead, entity: Entity) {
+        let Some(head) = self.world.resource::<Signals>().head(&source.signal, source.group) else { return };
+        let below = descendants(self.world, entity);
+        if !self.glass.make_head(self.world, entity, &below, head) {
+            let name = frames::name_of(self.world, entity);
+            self.found.warnings.push(format!("{name}: no node lamp_red, lamp_amber or lamp_green: it shows no signal"));
+        }
     }
 
     fn figure(&mut self, source: &Source, material: Option<MaterialId>, entity: Entity, world_from_entity: &Affine3A) {
@@ -293,7 +342,7 @@ impl Spawner<'_> {
     }
 
     fn generator(&mut self, index: usize, generator: &format::Generator, scene_seed: u64) {
-        let copies = generate::copies(generator, scene_seed);
+        let copies = generate::copies(generator, scene_seed, self.world.resource::<Routes>());
         let name = generator.name.clone().unwrap_or_else(|| format!("generator {}", index + 1));
         if let format::Place::Scatter(scatter) = &generator.place
             && copies.len() < scatter.count as usize
@@ -301,6 +350,7 @@ impl Spawner<'_> {
             let (placed, asked) = (copies.len(), scatter.count);
             self.found.warnings.push(format!("{name}: {placed} of {asked} placed: min_distance leaves no room"));
         }
+        let mut room = Room::default();
         for (i, copy) in copies.iter().enumerate() {
             let own = Placement::of(&generator.entity);
             let placement = Placement {
@@ -309,10 +359,47 @@ impl Spawner<'_> {
                 mesh: generator.meshes.get(copy.mesh).map(String::as_str).or(own.mesh),
                 material: generator.materials.get(copy.material).map(String::as_str).or(own.material),
                 light: generator.lights.get(copy.light).or(own.light),
+                vehicle: generator.vehicles.get(copy.vehicle).map(String::as_str).or(own.vehicle),
+                on_route: copy.on_route,
                 ..own
             };
-            self.entity(&generator.entity, &placement, None);
+            if placement.vehicle.is_none() || room.take(&placement, self.world.resource()) {
+                self.entity(&generator.entity, &placement, None);
+            }
         }
+        if room.full > 0 {
+            let warning = format!("{name}: {} of {} left out: no room between those before", room.full, copies.len());
+            self.found.warnings.push(warning);
+        }
+    }
+}
+
+/// How far the vehicles that a generator puts on a lane reach.
+#[derive(Default)]
+struct Room {
+    /// The lane that is being filled, and where the front of the last one on it is.
+    last: Option<(RouteId, u8, f32)>,
+    /// Vehicles that found no room.
+    full: usize,
+}
+
+impl Room {
+    /// Metres between two vehicles at least.
+    const GAP: f32 = 2.0;
+
+    /// Whether a vehicle has room behind which it stands free.
+    fn take(&mut self, placement: &Placement, types: &VehicleTypes) -> bool {
+        let Some((on, name)) = placement.on_route.zip(placement.vehicle) else { return true };
+        let kind = types.get(types.find(name).unwrap_or_default());
+        let is_free = self.last.is_none_or(|(route, lane, front)| {
+            (route, lane) != (on.route, on.lane) || on.at - kind.rear() > front + Self::GAP
+        });
+        if is_free {
+            self.last = Some((on.route, on.lane, on.at + kind.front()));
+        } else {
+            self.full += 1;
+        }
+        is_free
     }
 }
 
@@ -323,7 +410,7 @@ fn cameras_below(world: &World, root: Entity) -> Vec<(String, Entity)> {
 }
 
 /// Everything below an entity, each parent before its children.
-fn descendants(world: &World, root: Entity) -> Vec<Entity> {
+pub(super) fn descendants(world: &World, root: Entity) -> Vec<Entity> {
     let (mut open, mut found) = (vec![root], Vec::new());
     while let Some(entity) = open.pop() {
         if let Some(children) = world.get::<Children>(entity) {

@@ -25,7 +25,7 @@ pub struct Signal {
 }
 
 /// What the head of a group shows.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 pub enum Aspect {
     /// Stop.
     #[default]

@@ -223,11 +223,6 @@ fn minding(entry: &Entry, leader: &Entry, types: &VehicleTypes) -> f32 {
     if is_merging { interaction.min(1.0 + driver.braking / driver.acceleration) } else { interaction }
 }
 
-/// Metres from the reference point back to the end of all, a trailer straight behind included.
-pub(super) fn rear(kind: &VehicleType) -> f32 {
-    kind.trailer.map_or(kind.rear_overhang, |trailer| kind.rear_overhang.max(trailer.end - trailer.hitch))
-}
-
 fn enter_routed(
     index: u32,
     row: &Row,
@@ -238,7 +233,7 @@ fn enter_routed(
 ) -> f32 {
     let (on, driver) = (&row.on, &kind.driver);
     let Some(mut way) = Way::new(routes, row.number, on) else { return 0.0 };
-    let (route, front, rear) = (way.route, kind.front(), rear(kind));
+    let (route, front, rear) = (way.route, kind.front(), kind.rear());
     let scale = (1.0 - route.curvature(on.at) * routes.offset(route, on.lane)).clamp(0.2, 5.0);
     let entry = |at: f32, role: Role, scale: f32| Entry {
         front: at + front / scale,
@@ -298,7 +293,7 @@ fn enter_stray(
     near: &mut Vec<(RouteId, u32, f32)>,
     found: &mut Vec<(u32, Entry)>,
 ) {
-    let (front, rear) = (kind.front(), rear(kind));
+    let (front, rear) = (kind.front(), kind.rear());
     let forward = super::steering::forward(row.yaw);
     let middle = row.position + super::steering::flat(forward) * (0.5 * (front - rear));
     let (half_length, half_width) = (0.5 * (front + rear), 0.5 * kind.size.x);

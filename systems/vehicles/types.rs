@@ -137,6 +137,11 @@ impl VehicleType {
         self.size.z - self.rear_overhang
     }
 
+    /// From the rear axle, the origin, back to the end of all, a trailer straight behind included, metres.
+    pub fn rear(&self) -> f32 {
+        self.trailer.map_or(self.rear_overhang, |trailer| self.rear_overhang.max(trailer.end - trailer.hitch))
+    }
+
     /// The box around it, a trailer apart, in its own space.
     pub fn bounds(&self) -> Aabb {
         let half = self.size.x / 2.0;

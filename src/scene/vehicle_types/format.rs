@@ -198,6 +198,14 @@ pub struct Vehicle {
     pub headlights: Headlights,
     #[serde(default)]
     pub by_hand: bool,
+    #[serde(default)]
+    pub route: Option<String>,
+    #[serde(default)]
+    pub at: f32,
+    #[serde(default)]
+    pub lane: u8,
+    #[serde(default)]
+    pub speed_kmh: f32,
 }
 
 #[derive(Deserialize, Clone, Copy, Debug, Default)]

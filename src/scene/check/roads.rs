@@ -1,0 +1,154 @@
+//! Routes, signals, and what refers to them.
+
+use super::{Check, FARTHEST, SIZES};
+use crate::scene::faults::unknown;
+use crate::scene::format::{Along, Entity, Route, Signal, Stop, Vehicle};
+use crate::scene::places::Step;
+use glam::Vec3;
+
+/// Metres: longer routes are refused.
+const LONGEST: f32 = 1e5;
+/// Points of a route, groups of a signal, routes.
+const MOST: (usize, usize, usize) = (100_000, 64, 65_000);
+/// Seconds.
+const LONGEST_WAIT: f32 = 1e5;
+const FASTEST_KMH: f32 = 2000.0;
+
+impl<'a> Check<'a> {
+    pub(super) fn roads(&mut self) {
+        let scene = self.scene;
+        self.field("signals", |c| c.entries(&scene.signals, Self::signal));
+        self.field("routes", |c| {
+            if scene.routes.entries().len() > MOST.2 {
+                c.fault(format_args!("expected at most {} routes", MOST.2));
+            }
+            c.entries(&scene.routes, Self::route);
+        });
+    }
+
+    fn signal(&mut self, signal: &Signal) {
+        let count = signal.green_seconds.len();
+        if count == 0 || count > MOST.1 {
+            self.field("green_seconds", |c| {
+                c.fault(format_args!("expected from 1 to {} groups, found {count}", MOST.1))
+            });
+        }
+        self.numbers("green_seconds", &signal.green_seconds, 0.1, LONGEST_WAIT);
+        self.number("amber_seconds", signal.amber_seconds, 0.0, LONGEST_WAIT);
+        self.number("red_seconds", signal.red_seconds, 0.0, LONGEST_WAIT);
+        self.number("offset_seconds", signal.offset_seconds, -LONGEST_WAIT, LONGEST_WAIT);
+    }
+
+    fn route(&mut self, route: &Route) {
+        self.field("points", |c| {
+            for (i, point) in route.points.iter().enumerate() {
+                c.inside(Step::Index(i), "", |c| {
+                    if point.iter().any(|x| !(-FARTHEST..=FARTHEST).contains(x)) {
+                        c.fault(format_args!("expected a point within {FARTHEST} m, found {point:?}"));
+                    }
+                });
+            }
+            if route.points.len() > MOST.0 {
+                c.fault(format_args!("expected at most {} points", MOST.0));
+            }
+            let first = route.points.first();
+            if route.points.iter().all(|point| Some(point) == first) {
+                c.fault("expected at least two points that differ");
+            }
+            if route.closed && route.points.len() < 3 {
+                c.fault("expected at least three points of a closed route");
+            }
+            let length = length(route);
+            if length > LONGEST {
+                c.fault(format_args!("the route is {length} m long; at most {LONGEST} m are possible"));
+            }
+        });
+        if !(1..=16).contains(&route.lanes) {
+            self.field("lanes", |c| c.fault(format_args!("expected from 1 to 16 lanes, found {}", route.lanes)));
+        }
+        self.number("lane_width", route.lane_width, 0.5, 100.0);
+        self.number("speed_limit_kmh", route.speed_limit_kmh, 1.0, FASTEST_KMH);
+        self.each("limits", &route.limits, |c, limit| {
+            c.number("from", limit.from, 0.0, LONGEST);
+            c.number("kmh", limit.kmh, 1.0, FASTEST_KMH);
+        });
+        // Splines are longer than the lines between their points, but not by much.
+        let longest = 1.5 * length(route) + 1.0;
+        self.each("stops", &route.stops, |c, stop| c.stop(stop, longest));
+        if route.closed && !route.then.is_empty() {
+            self.field("then", |c| c.fault("a closed route goes on at its own beginning; expected no other"));
+        }
+        self.each("then", &route.then, |c, name| c.known_route(name));
+    }
+
+    fn stop(&mut self, stop: &Stop, longest: f32) {
+        self.number("at", stop.at, 0.0, longest);
+        match (&stop.signal, stop.seconds) {
+            (Some(signal), None) => self.known_group(signal, stop.group),
+            (None, Some(seconds)) => self.number("seconds", seconds, 0.0, LONGEST_WAIT),
+            _ => self.fault("expected either a signal (and its group) or seconds"),
+        }
+    }
+
+    pub(super) fn known_group(&mut self, name: &str, group: usize) {
+        let Some(signal) = self.scene.signals.get(name) else {
+            let message = unknown("signal", name, self.scene.signals.names());
+            return self.field("signal", |c| c.fault(message));
+        };
+        let count = signal.green_seconds.len();
+        if group >= count {
+            let message = format!("the signal {name:?} has {count} groups, counted from 0; found {group}");
+            self.field("group", |c| c.fault(message));
+        }
+    }
+
+    fn known_route(&mut self, name: &str) {
+        if self.scene.routes.get(name).is_none() {
+            let message = unknown("route", name, self.scene.routes.names());
+            self.fault(message);
+        }
+    }
+
+    pub(super) fn vehicle(&mut self, entity: &Entity, vehicle: &Vehicle) {
+        self.number("speed_kmh", vehicle.speed_kmh, 0.0, FASTEST_KMH);
+        let Some(name) = &vehicle.route else {
+            return self.number("at", vehicle.at, 0.0, 0.0);
+        };
+        self.field("route", |c| c.known_route(name));
+        if let Some(route) = self.scene.routes.get(name) {
+            self.number("at", vehicle.at, 0.0, 1.5 * length(route) + 1.0);
+            if vehicle.lane >= route.lanes {
+                let message = format!("the route has {} lanes, counted from 0; found {}", route.lanes, vehicle.lane);
+                self.field("lane", |c| c.fault(message));
+            }
+        }
+        if entity.transform.translation != [0.0; 3] {
+            self.field("route", |c| c.fault("expected either a route or a translation: the route says where it is"));
+        }
+    }
+
+    /// Returns how many copies there may be.
+    pub(super) fn along(&mut self, along: &'a Along) -> u64 {
+        self.each("routes", &along.routes, |c, name| c.known_route(name));
+        self.number("spacing", along.spacing, 0.1, LONGEST);
+        self.number("jitter", along.jitter, 0.0, LONGEST);
+        self.number("from", along.from, 0.0, LONGEST);
+        if let Some(beside) = along.beside {
+            self.number("beside", beside, -SIZES.1, SIZES.1);
+        }
+        let named = |name: &str| along.routes.is_empty() || along.routes.iter().any(|route| route == name);
+        let routes = self.scene.routes.entries().iter().filter(|(name, _)| named(name));
+        let copies = |route: &Route| {
+            let lanes = if along.beside.is_some() || along.lane.is_some() { 1 } else { u64::from(route.lanes) };
+            lanes * (1 + (1.5 * length(route) / along.spacing.max(0.1)) as u64)
+        };
+        routes.map(|(_, route)| copies(route)).sum()
+    }
+}
+
+/// Of the lines between a route's points, metres.
+fn length(route: &Route) -> f32 {
+    let points = route.points.iter().chain(route.points.first().filter(|_| route.closed));
+    let points: Vec<Vec3> = points.map(|&point| Vec3::from_array(point)).collect();
+    points.windows(2).map(|pair| pair[0].distance(pair[1])).sum()
+}

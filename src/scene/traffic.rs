@@ -1,0 +1,138 @@
+//! A checked scene's routes and signals become those of the world; places along routes; lamps of signals.
+
+use super::format::{self, Along, Scene};
+use super::generate::Random;
+use bevy_ecs::name::Name;
+use bevy_ecs::prelude::*;
+use bevy_transform::components::Transform;
+use glam::Vec3;
+use std::collections::HashMap;
+use systems::components::Light;
+use systems::library::{Library, Material, MaterialId};
+use systems::vehicles::OnRoute;
+use systems::vehicles::route_line::self_crossing;
+use systems::vehicles::routes::{RouteId, RoutePlan, Routes, Stop, Wait};
+use systems::vehicles::signals::{Aspect, Signal, SignalHead, SignalLamp, Signals};
+
+/// Gives the world the scene's routes and signals; returns what a person should know of them.
+pub fn insert(scene: &Scene, world: &mut World) -> Vec<String> {
+    let signals =
+        Signals::new(scene.signals.entries().iter().map(|(name, signal)| plan_signal(name, signal)).collect());
+    let plans = scene.routes.entries().iter().map(|(name, route)| plan_route(name, route, scene, &signals)).collect();
+    let routes = Routes::new(plans, scene.traffic.left_hand, scene.seed);
+    let crossing = |name: &str, at: Vec3| {
+        format!(
+            "routes[{name:?}] crosses itself at ({:.1}, {:.1}, {:.1}): vehicles there do not see each other",
+            at.x, at.y, at.z
+        )
+    };
+    let mut warnings = Vec::new();
+    for (_, route) in routes.iter() {
+        warnings.extend(self_crossing(route).map(|at| crossing(&route.plan.name, at)));
+        let beyond = route.stops.iter().filter(|stop| stop.at > route.length);
+        warnings.extend(beyond.map(|stop| {
+            let (name, length) = (&route.plan.name, route.length);
+            format!("routes[{name:?}] is {length:.1} m long: nobody will come to its stop at {} m", stop.at)
+        }));
+    }
+    world.insert_resource(routes);
+    world.insert_resource(signals);
+    warnings
+}
+
+fn plan_signal(name: &str, signal: &format::Signal) -> Signal {
+    Signal {
+        name: name.into(),
+        green: signal.green_seconds.clone(),
+        amber: signal.amber_seconds,
+        red: signal.red_seconds,
+        offset: signal.offset_seconds,
+    }
+}
+
+fn plan_route(name: &str, route: &format::Route, scene: &Scene, signals: &Signals) -> RoutePlan {
+    let stop = |stop: &format::Stop| {
+        let head = stop.signal.as_ref().and_then(|signal| signals.head(signal, stop.group));
+        let wait = head.map_or(Wait::Dwell(stop.seconds.unwrap_or(0.0)), Wait::Signal);
+        Stop { at: stop.at, wait }
+    };
+    let mut limits: Vec<(f32, f32)> = route.limits.iter().map(|limit| (limit.from, limit.kmh / 3.6)).collect();
+    limits.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let id = |next: &String| scene.routes.position(next).map(|index| RouteId(index as u16));
+    RoutePlan {
+        name: name.into(),
+        points: route.points.iter().map(|&point| Vec3::from_array(point)).collect(),
+        spline: route.shape == format::Shape::Spline,
+        closed: route.closed,
+        lanes: route.lanes,
+        lane_width: route.lane_width,
+        speed_limit: route.speed_limit_kmh / 3.6,
+        limits,
+        stops: route.stops.iter().map(stop).collect(),
+        then: route.then.iter().filter_map(id).collect(),
+    }
+}
+
+/// Places along routes, in the order of routes, lanes and metres; on a lane, or beside the centre line.
+pub fn along(along: &Along, routes: &Routes, random: &mut Random) -> Vec<(Transform, OnRoute)> {
+    let mut places = Vec::new();
+    let is_named = |name: &String| along.routes.is_empty() || along.routes.contains(name);
+    for (id, route) in routes.iter().filter(|(_, route)| is_named(&route.plan.name)) {
+        let lanes = if along.beside.is_some() { 0..1 } else { 0..route.lanes() };
+        for lane in lanes.filter(|lane| along.beside.is_some() || along.lane.is_none_or(|only| only == *lane)) {
+            let mut at = along.from;
+            while at < route.length {
+                let place = (at + random.between(-along.jitter, along.jitter)).clamp(0.0, route.length - 0.1);
+                let on = OnRoute::new(id, lane, place);
+                let mut stands = routes.stand(&on);
+                if let Some(beside) = along.beside {
+                    stands.translation = route.place(place).beside(beside);
+                }
+                places.push((stands, on));
+                at += along.spacing;
+            }
+        }
+    }
+    places
+}
+
+/// Names of the nodes of a signal's model, what they show, and the light of their glass.
+const LAMPS: [(&str, Aspect, Vec3); 3] = [
+    ("lamp_red", Aspect::Red, Vec3::new(6.0, 0.25, 0.15)),
+    ("lamp_amber", Aspect::Amber, Vec3::new(6.0, 2.6, 0.2)),
+    ("lamp_green", Aspect::Green, Vec3::new(0.3, 5.0, 1.8)),
+];
+
+/// Glass that is lit, by the glass that is dark.
+#[derive(Default)]
+pub struct LitGlass(HashMap<(MaterialId, Aspect), MaterialId>);
+
+impl LitGlass {
+    /// Makes an entity the head of a group of a signal; returns whether its model has lamps.
+    pub fn make_head(&mut self, world: &mut World, entity: Entity, below: &[Entity], head: u32) -> bool {
+        let mut any = false;
+        for (name, aspect, glow) in LAMPS {
+            let is_lamp = |node: Entity| world.get::<Name>(node).is_some_and(|own| own.as_str() == name);
+            let Some(node) = below.iter().copied().find(|&node| is_lamp(node)) else { continue };
+            any = true;
+            for part in super::spawn::descendants(world, node).into_iter().chain([node]) {
+                let dark = world.get::<MaterialId>(part).copied();
+                let glass = dark.map(|dark| (dark, self.lit(world, dark, aspect, glow)));
+                if glass.is_some() || world.get::<Light>(part).is_some() {
+                    world.entity_mut(part).insert(SignalLamp { aspect, glass });
+                }
+            }
+        }
+        world.entity_mut(entity).insert(SignalHead { head, shown: None });
+        any
+    }
+
+    fn lit(&mut self, world: &mut World, dark: MaterialId, aspect: Aspect, glow: Vec3) -> MaterialId {
+        *self.0.entry((dark, aspect)).or_insert_with(|| {
+            let mut library = world.resource_mut::<Library>();
+            let glass = library.material(dark).cloned().unwrap_or_default();
+            let emissive_map = glass.emissive_map.or(glass.base_map);
+            library.add_material(Material { emissive_factor: glow, emissive_map, ..glass })
+        })
+    }
+}
