@@ -230,7 +230,12 @@ struct ResourceKind<R: StateResource> {
 
 impl<R: StateResource> ResourceKind<R> {
     fn new(name: &'static str) -> Self {
-        Self { name, take_over: |own, saved| Ok(*own = saved), resource: PhantomData }
+        Self { name, take_over: Self::replace, resource: PhantomData }
+    }
+
+    fn replace(own: &mut R, saved: R) -> Result<(), &'static str> {
+        *own = saved;
+        Ok(())
     }
 }
 
