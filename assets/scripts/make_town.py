@@ -179,8 +179,18 @@ def ground(scene):
         scene.plane(0.8, x1 - x0, 'paving', ((x0 + x1) / 2, KERB + 0.028, z), 90)
 
 
+def land(scene):
+    """Dark fields around the outer houses."""
+    w, e = COLUMNS[0].at - COLUMNS[0].low - COLUMNS[0].pavement - 4, COLUMNS[-1].at + COLUMNS[-1].high + COLUMNS[-1].pavement + 4
+    n, s = ROWS[0].at - ROWS[0].low - ROWS[0].pavement - 4, ROWS[-1].at + ROWS[-1].high + ROWS[-1].pavement + 4
+    wide = 70
+    for x0, x1, z0, z1 in ((w - wide, e + wide, n - wide, n), (w - wide, e + wide, s, s + wide), (w - wide, w, n, s), (e, e + wide, n, s)):
+        name = scene.mesh('land %gx%g' % (x1 - x0, z1 - z0), 'plane(size: (%g, %g))' % (x1 - x0, z1 - z0))
+        scene.raw('(mesh: "%s", material: "earth", piece_metres: 0, %s),' % (name, place((x0 + x1) / 2, -0.15, (z0 + z1) / 2)))
+
+
 def lamps(scene):
-    for street, along, k, a, b in segments():
+    for street, along, _, a, b in segments():
         tall = street.lanes > 1
         n = max(2, int(round((b - a - 11) / (20 if tall else 14))))
         for m, s in enumerate(np.linspace(a + 5.5, b - 5.5, n + 1)):
@@ -253,22 +263,27 @@ def town(path, still, models):
     check(traffic)
     scene = Scene(models)
     rng = np.random.default_rng(1897)
-    ground(scene)
     houses(scene, rng)
+    ground(scene)
     lamps(scene)
     signals(scene, traffic)
     furniture(scene, traffic)
     yards(scene, rng)
+    land(scene)
     scene.write(path, traffic, still)
 
 
-if __name__ == '__main__':
+def main():
     models = os.path.join(HERE, '..', 'models')
+    rooms(os.path.join(HERE, '..', 'textures', 'town_rooms.jpg'))
+    town_houses.build(os.path.join(models, 'town_houses.glb'))
+    town_streets.build(os.path.join(models, 'town_streets.glb'))
+    town_things.build()
+    town(os.path.join(HERE, '..', 'scenes', 'town.ron'), False, models)
+
+
+if __name__ == '__main__':
     if sys.argv[1:2] == ['--still']:
-        town(sys.argv[2], True, models)
+        town(sys.argv[2], True, os.path.join(HERE, '..', 'models'))
     else:
-        rooms(os.path.join(HERE, '..', 'textures', 'town_rooms.jpg'))
-        town_houses.build(os.path.join(models, 'town_houses.glb'))
-        town_streets.build(os.path.join(models, 'town_streets.glb'))
-        town_things.build()
-        town(os.path.join(HERE, '..', 'scenes', 'town.ron'), False, models)
+        main()

@@ -23,7 +23,7 @@ MATERIALS = {
     'asphalt': ('asphalt', (1.9, 1.9, 2.0), 1.5, 44, 1.6),
     'paving': ('paving', (0.85, 0.85, 0.85), 0.7, 30, 1.3),
     'kerb': ('concrete', (0.75, 0.76, 0.80), 0.5, 24, 1.5),
-    'lines': ('concrete', (1.35, 1.33, 1.25), 0.6, 30, 1.0),
+    'lines': (None, (0.52, 0.51, 0.47), 0.25, 30, 1),
     'stone': ('concrete', (1.0, 0.95, 0.86), 0.3, 16, 1.2),
     'stone dark': ('concrete', (0.55, 0.52, 0.48), 0.3, 16, 1.2),
     'brick red': ('brick', (1, 1, 1), 0.35, 20, 1.6),
@@ -44,21 +44,21 @@ MATERIALS = {
     'paint black': (None, (0.018, 0.018, 0.020), 0.4, 60, 1),
     'paint brown': (None, (0.10, 0.045, 0.020), 0.35, 40, 1),
 }
-EXTRA = '''        "glass dark": (shading: blinn, base_factor: (0.012, 0.016, 0.024), specular_factor: (0.9, 0.9, 0.9), shininess: 90),
+EXTRA = '''        "glass dark": (shading: blinn, base_factor: (0.012, 0.016, 0.024), specular_factor: (0.9, 0.9, 0.9), shininess: 90, technique: off),
         // Panes glow by themselves and hardly show the lamps outside.
-        "glass warm": (shading: metallic_roughness, metallic: 0, roughness: 0.15, base_factor: (0.02, 0.02, 0.02), emissive_map: "../textures/town_rooms.jpg", emissive_factor: (1.0, 0.74, 0.42)),
-        "glass dim": (shading: metallic_roughness, metallic: 0, roughness: 0.15, base_factor: (0.02, 0.02, 0.02), emissive_map: "../textures/town_rooms.jpg", emissive_factor: (0.34, 0.20, 0.09)),
-        "glass white": (shading: metallic_roughness, metallic: 0, roughness: 0.15, base_factor: (0.02, 0.02, 0.02), emissive_map: "../textures/town_rooms.jpg", emissive_factor: (0.62, 0.56, 0.46)),
-        "glass blue": (shading: metallic_roughness, metallic: 0, roughness: 0.15, base_factor: (0.02, 0.02, 0.02), emissive_map: "../textures/town_rooms.jpg", emissive_factor: (0.20, 0.32, 0.55)),
-        "glass shop": (shading: metallic_roughness, metallic: 0, roughness: 0.15, base_factor: (0.02, 0.02, 0.02), emissive_map: "../textures/town_rooms.jpg", emissive_factor: (0.95, 0.80, 0.56)),
+        "glass warm": (shading: metallic_roughness, metallic: 0, roughness: 0.15, base_factor: (0.02, 0.02, 0.02), technique: off, emissive_map: "../textures/town_rooms.jpg", emissive_factor: (1.0, 0.74, 0.42)),
+        "glass dim": (shading: metallic_roughness, metallic: 0, roughness: 0.15, base_factor: (0.02, 0.02, 0.02), technique: off, emissive_map: "../textures/town_rooms.jpg", emissive_factor: (0.34, 0.20, 0.09)),
+        "glass white": (shading: metallic_roughness, metallic: 0, roughness: 0.15, base_factor: (0.02, 0.02, 0.02), technique: off, emissive_map: "../textures/town_rooms.jpg", emissive_factor: (0.62, 0.56, 0.46)),
+        "glass blue": (shading: metallic_roughness, metallic: 0, roughness: 0.15, base_factor: (0.02, 0.02, 0.02), technique: off, emissive_map: "../textures/town_rooms.jpg", emissive_factor: (0.20, 0.32, 0.55)),
+        "glass shop": (shading: metallic_roughness, metallic: 0, roughness: 0.15, base_factor: (0.02, 0.02, 0.02), technique: off, emissive_map: "../textures/town_rooms.jpg", emissive_factor: (0.95, 0.80, 0.56)),
         "copper": (
             shading: metallic_roughness, metallic: 1, roughness: 0.34,
             base_map: "../textures/copper_base.jpg", normal_map: "../textures/copper_normal.png",
             height_map: "../textures/copper_height.png", height_scale_uv: 0.0086,
         ),
-        "earth": (shading: blinn, base_factor: (0.02, 0.022, 0.018), specular_factor: (0, 0, 0)),
+        "earth": (shading: blinn, base_factor: (0.02, 0.022, 0.018), specular_factor: (0, 0, 0), technique: off),
 '''
-CAMERAS = '''        (name: "town", camera: (fov_y_degrees: 42), transform: (translation: (4.9, 5.2, 45.5), look_at: (-6.0, 2.9, 6))),
+CAMERAS = '''        (name: "town", camera: (fov_y_degrees: 38), transform: (translation: (0.9, 4.7, 52.5), look_at: (-3.2, 3.3, 6))),
         (name: "street", camera: (fov_y_degrees: 46), transform: (translation: (-15.0, 1.6, -9.0), look_at: (-45, 2.3, -5.4))),
         (name: "square", camera: (fov_y_degrees: 48), transform: (translation: (-13.2, 1.7, 36.5), look_at: (-25.5, 3.0, 21))),
         (name: "above", camera: (fov_y_degrees: 46), transform: (translation: (70, 52, 88), look_at: (-14, 0, 2))),
@@ -68,7 +68,7 @@ LIGHTS = {
     'low lamp': 'spot(color: (1.0, 0.60, 0.26), intensity: 42, range: 15, inner_degrees: 30, outer_degrees: 80)',
     'tall lamp': 'spot(color: (1.0, 0.62, 0.29), intensity: 85, range: 21, inner_degrees: 30, outer_degrees: 78)',
     'shop': 'point(color: (1.0, 0.74, 0.44), intensity: 5, range: 6)',
-    'fountain': 'point(color: (1.0, 0.82, 0.58), intensity: 5, range: 5)',
+    'fountain': 'point(color: (1.0, 0.82, 0.58), intensity: 2.2, range: 5)',
     'shelter': 'point(color: (1.0, 0.90, 0.72), intensity: 5, range: 6)',
     'head': 'spot(color: (1.0, 0.90, 0.74), intensity: 45, range: 18, inner_degrees: 6, outer_degrees: 40)',
     'tail': 'spot(color: (1.0, 0.05, 0.03), intensity: 2.5, range: 6, inner_degrees: 30, outer_degrees: 80)',
@@ -99,7 +99,7 @@ def material(name):
     tile, base, spec, shine, bump = MATERIALS[name]
     head = '        "%s": (shading: blinn, base_factor: %s, specular_factor: %s, shininess: %d' % (name, vec(base), vec((spec,) * 3), shine)
     if tile is None:
-        return head + '),\n'
+        return head + ', technique: off),\n'
     size, depth = TILES[tile]
     t = '../textures/' + tile
     return (head + ', normal_scale: %s, uv: (scale: (%.5f, %.5f)),\n' % (num(bump), 1 / size, 1 / size)
@@ -168,7 +168,6 @@ class Scene:
 
     def write(self, path, traffic, still):
         self.model('kettle')
-        self.raw('(mesh: "%s", material: "earth", piece_metres: 0, transform: (translation: (0, -0.15, 35))),' % self.mesh('land', 'plane(size: (520, 400))'))
         self.raw('(name: "evening sky", light: directional(color: (0.34, 0.50, 1.0), intensity: 0.14), transform: (translation: (-6, 7, 5), look_at: (0, 0, 0))),')
         vehicles = self.standing(traffic) if still else self.driving(traffic)
         text = HEAD + ('' if still else self.roads(traffic))
@@ -188,7 +187,7 @@ class Scene:
         from town_plan import height
         out = '    vehicle_types: ["../vehicles.ron"],\n    signals: {\n'
         for name, (greens, offset) in traffic.signals.items():
-            out += '        "%s": (green_seconds: %s, amber_seconds: 3, red_seconds: 2, offset_seconds: %d),\n' % (name, greens, offset)
+            out += '        "%s": (green_seconds: %s, amber_seconds: 3, red_seconds: 3, offset_seconds: %d),\n' % (name, greens, offset)
         out += '    },\n    routes: {\n'
         for r in traffic.routes:
             points = ', '.join(vec((x, height(x, z) + r.lift, z)) for x, z in r.points)
