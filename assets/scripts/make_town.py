@@ -14,7 +14,8 @@ from town_scene import Scene, place
 from town_traffic import Traffic, check
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-CORNERS = 'kmn'
+# types for the beginning of a row, and for its end: their windows are in the side that is seen
+FIRST, LAST = 'kmn', 'pqr'
 
 
 def rooms(path, n=128):
@@ -63,7 +64,7 @@ LIT = ['glass warm'] * 5 + ['glass dim'] * 3 + ['glass white', 'glass blue']
 def fill(length, rng, first=None, last=None):
     """Types of houses side by side, of this length together, no two alike in a row."""
     width = {k: int(round(v[0] / 0.6)) for k, v in town_houses.TYPES.items()}
-    names = [k for k in width if k not in CORNERS]
+    names = [k for k in width if k not in FIRST + LAST]
 
     def go(rest, row):
         if rest == 0:
@@ -106,19 +107,19 @@ def row(scene, start, heading, length, rng, first=None, last=None):
 
 
 def block_rows(scene, b, rng):
-    corner = lambda: str(rng.choice(list(CORNERS)))
+    ends = lambda: (str(rng.choice(list(FIRST))), str(rng.choice(list(LAST))))
     inner = BLOCK_Z - 2 * DEPTH
     if b.square:
         sx0, _, _, sz1 = square()
-        row(scene, (b.x0, b.z0), (1, 0), BLOCK_X - SQUARE_X, rng, corner(), corner())
+        row(scene, (b.x0, b.z0), (1, 0), BLOCK_X - SQUARE_X, rng, *ends())
         row(scene, (sx0, b.z0 + DEPTH), (0, 1), SQUARE_Z - DEPTH, rng)
         row(scene, (sx0, sz1), (1, 0), SQUARE_X - DEPTH, rng)
-        row(scene, (b.x1 - DEPTH, sz1), (1, 0), DEPTH, rng, 'k')
+        row(scene, (b.x1 - DEPTH, sz1), (1, 0), DEPTH, rng, None, 'p')
         row(scene, (b.x1, sz1 + DEPTH), (0, 1), inner - SQUARE_Z, rng)
     else:
-        row(scene, (b.x0, b.z0), (1, 0), BLOCK_X, rng, corner(), corner())
+        row(scene, (b.x0, b.z0), (1, 0), BLOCK_X, rng, *ends())
         row(scene, (b.x1, b.z0 + DEPTH), (0, 1), inner, rng)
-    row(scene, (b.x1, b.z1), (-1, 0), BLOCK_X, rng, corner(), corner())
+    row(scene, (b.x1, b.z1), (-1, 0), BLOCK_X, rng, *ends())
     if (b.i, b.j) == (2, 1):
         brick_fronts(scene, b)
     else:
@@ -243,7 +244,7 @@ def furniture(scene, traffic):
     for k in range(4):
         a = np.radians(45 + 90 * k)
         scene.thing('bench', place(cx + 5.2 * np.sin(a), y, cz + 5.2 * np.cos(a), 45 + 90 * k + 180))
-    for k, (px, pz) in enumerate([(x0 + 4, z0 + 4.5), (x0 + 12, z0 + 3.5), (x0 + 21, z0 + 3.5), (x1 - 3.5, z0 + 10), (x1 - 3.5, z0 + 19), (x0 + 4, z1 - 8),
+    for k, (px, pz) in enumerate([(x0 + 4, z0 + 4.5), (x0 + 4, z0 + 11), (x1 - 4, z0 + 21), (x0 + 4, z1 - 7),
                                   (x0 + 4, z1 - 15), (x0 + 14, z1 - 4.5), (x0 + 23, z1 - 4.5)]):
         scene.thing('tree', place(px, y, pz, 77 * k, 0.85 + 0.05 * (k * 3 % 7)))
     for k in range(3):
@@ -253,7 +254,7 @@ def furniture(scene, traffic):
         scene.lamp(place(px, y, pz, yaw), False)
     for r, at in traffic.bus_stops:
         from town_traffic import right_of
-        p = r.place(at)[0] + right_of(r.heading) * (r.street.high - r.street.line + 3.3)
+        p = r.place(at)[0] + right_of(r.heading) * (r.street.high - r.street.line + 2.1)
         yaw = np.degrees(np.arctan2(-right_of(r.heading)[0], -right_of(r.heading)[1]))
         scene.thing('shelter', place(p[0], KERB, p[1], yaw), '(node: "lamp", light: "shelter")')
 

@@ -169,7 +169,7 @@ class Traffic:
         rng = np.random.default_rng(2024)
         out = []
         main = [r for r in self.streets if r.street.lanes > 1]
-        heavy = ['truck'] * 10 + ['bus'] * 8
+        heavy = ['bus', 'truck'] * 8 + ['truck'] * 2
         places = [(r, lane) for lane in (0, 1) for r in main]
         light = ['car'] * 120 + ['van'] * 20 + ['motorcycle'] * 15
         rng.shuffle(light)
@@ -186,10 +186,11 @@ class Traffic:
                 free.append((r, lane, 22 if big else 44))
         for r in self.streets:
             if r.street.lanes == 1:
-                n = max(2, int((r.length() - 14) // 13))
+                n = max(2, int((r.length() - 10) // 12))
                 for v in np.linspace(5, r.length() - STOP_AT - FRONT['van'] - 1.5, n):
                     free.append((r, 0, v + 2 * (rng.random() - 0.5)))
-        order = rng.permutation(len(free))
+        # what the opening view shows is filled first
+        order = sorted(rng.permutation(len(free)), key=lambda k: not free[k][0].name.startswith(('Church Street north 2', 'Church Street south 1', 'Church Street south 2')))
         for k, kind in zip(order, light):
             r, lane, at = free[k]
             out.append((kind, int(rng.integers(6)), r, float(at), lane, int(rng.integers(12, 28))))
