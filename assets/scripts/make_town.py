@@ -245,7 +245,7 @@ def furniture(scene, traffic):
         a = np.radians(45 + 90 * k)
         scene.thing('bench', place(cx + 5.2 * np.sin(a), y, cz + 5.2 * np.cos(a), 45 + 90 * k + 180))
     for k, (px, pz) in enumerate([(x0 + 4, z0 + 4.5), (x0 + 4, z0 + 11), (x1 - 4, z0 + 21), (x0 + 4, z1 - 7),
-                                  (x0 + 4, z1 - 15), (x0 + 14, z1 - 4.5), (x0 + 23, z1 - 4.5)]):
+                                  (x0 + 4, z1 - 15), (x0 + 14, z1 - 4.5)]):
         scene.thing('tree', place(px, y, pz, 77 * k, 0.85 + 0.05 * (k * 3 % 7)))
     for k in range(3):
         a = np.radians(120 * k + 20)

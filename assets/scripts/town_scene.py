@@ -60,8 +60,8 @@ EXTRA = '''        "glass dark": (shading: blinn, base_factor: (0.012, 0.016, 0.
 '''
 CAMERAS = '''        (name: "town", camera: (fov_y_degrees: 38), transform: (translation: (0.9, 4.7, 52.5), look_at: (-3.2, 3.3, 6))),
         (name: "street", camera: (fov_y_degrees: 46), transform: (translation: (-15.0, 1.6, -9.0), look_at: (-45, 2.3, -5.4))),
-        (name: "square", camera: (fov_y_degrees: 48), transform: (translation: (-13.2, 1.7, 36.5), look_at: (-25.5, 3.0, 21))),
-        (name: "above", camera: (fov_y_degrees: 46), transform: (translation: (70, 52, 88), look_at: (-14, 0, 2))),
+        (name: "square", camera: (fov_y_degrees: 48), transform: (translation: (-14.6, 1.7, 37.6), look_at: (-25.2, 3.1, 21))),
+        (name: "above", camera: (fov_y_degrees: 46), transform: (translation: (14, 40, 108), look_at: (-8, 0, 18))),
         (name: "hill", camera: (fov_y_degrees: 32), transform: (translation: (84, 2.0, -68.2), look_at: (166, 5.2, -74))),
 '''
 LIGHTS = {
@@ -150,7 +150,7 @@ class Scene:
         self.model('wall_lamp')
         for p in ('wall', 'trim', 'roof'):
             self.model('town_houses', 'front_' + p)
-        self.raw('(mesh: "facade", %s, children: [(mesh: "front_wall", material: "brick red"), (mesh: "front_roof", material: "tiles grey"), (mesh: "front_trim", material: "stone dark"), (mesh: "behind a front", material: "brick red", transform: (translation: (0, 3.275, -4.67))), '
+        self.raw('(mesh: "facade", %s, children: [(mesh: "front_wall", material: "brick red"), (mesh: "front_roof", material: "tiles red"), (mesh: "front_trim", material: "stone dark"), (mesh: "behind a front", material: "brick red", transform: (translation: (0, 3.275, -4.67))), '
                  '(mesh: "wall_lamp", transform: (translation: (1.35, 3.0, 0)), attach: [(node: "lamp", light: "shop")]), '
                  '(mesh: "wall_lamp", transform: (translation: (-3.1, 3.5, 0.1)), attach: [(node: "lamp", light: "shop")])]),' % at)
 
@@ -207,7 +207,7 @@ class Scene:
             lamps = '' if kind == 'person' else ', headlights: low'
             out.append('(vehicle: (type: "%s", paint: %d, route: "%s", at: %s, lane: %d, speed_kmh: %d%s)),' % (kind, paint, r.name, num(at), lane, kmh, lamps))
         for kind, paint, x, z, yaw in traffic.parked():
-            out.append('(vehicle: (type: "%s", paint: %d), %s),' % (kind, paint, place(x, 0, z, yaw)))
+            out.append('(vehicle: (type: "%s", paint: %d, headlights: off), %s),' % (kind, paint, place(x, 0, z, yaw)))
         return out
 
     def standing(self, traffic):
