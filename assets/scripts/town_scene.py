@@ -70,11 +70,8 @@ LIGHTS = {
     'shop': 'point(color: (1.0, 0.74, 0.44), intensity: 5, range: 6)',
     'fountain': 'point(color: (1.0, 0.82, 0.58), intensity: 2.2, range: 5)',
     'shelter': 'point(color: (1.0, 0.90, 0.72), intensity: 5, range: 6)',
-    'head': 'spot(color: (1.0, 0.90, 0.74), intensity: 45, range: 18, inner_degrees: 6, outer_degrees: 40)',
-    'tail': 'spot(color: (1.0, 0.05, 0.03), intensity: 2.5, range: 6, inner_degrees: 30, outer_degrees: 80)',
 }
 THINGS = ('signal', 'tree', 'shelter', 'bench', 'basin')
-FORESHORTENED = ('truck', 'bus', 'motorcycle', 'bicycle', 'person', 'car', 'van')
 
 
 def num(x):
@@ -170,7 +167,7 @@ class Scene:
         self.model('kettle')
         self.raw('(name: "evening sky", light: directional(color: (0.34, 0.50, 1.0), intensity: 0.14), transform: (translation: (-6, 7, 5), look_at: (0, 0, 0))),')
         vehicles = self.standing(traffic) if still else self.driving(traffic)
-        text = HEAD + ('' if still else self.roads(traffic))
+        text = HEAD + '    vehicle_types: ["../vehicles.ron"],\n' + ('' if still else self.roads(traffic))
         text += '    materials: {\n' + ''.join(material(m) for m in MATERIALS) + EXTRA + '    },\n'
         body = '\n'.join('        ' + e for e in self.entities + vehicles)
         if still:
@@ -185,7 +182,7 @@ class Scene:
 
     def roads(self, traffic):
         from town_plan import height
-        out = '    vehicle_types: ["../vehicles.ron"],\n    signals: {\n'
+        out = '    signals: {\n'
         for name, (greens, offset) in traffic.signals.items():
             out += '        "%s": (green_seconds: %s, amber_seconds: 3, red_seconds: 3, offset_seconds: %d),\n' % (name, greens, offset)
         out += '    },\n    routes: {\n'
@@ -206,35 +203,20 @@ class Scene:
         for kind, paint, r, at, lane, kmh in traffic.vehicles:
             lamps = '' if kind == 'person' else ', headlights: low'
             out.append('(vehicle: (type: "%s", paint: %d, route: "%s", at: %s, lane: %d, speed_kmh: %d%s)),' % (kind, paint, r.name, num(at), lane, kmh, lamps))
-        for kind, paint, x, z, yaw in traffic.parked():
-            out.append('(vehicle: (type: "%s", paint: %d, headlights: off), %s),' % (kind, paint, place(x, 0, z, yaw)))
-        return out
+        return out + self.parked(traffic)
 
     def standing(self, traffic):
+        """Everybody where they start, without routes."""
         from town_plan import LANE, height
         from town_traffic import right_of
-        from check import read
-        nodes = {}
-        for kind in FORESHORTENED:
-            file = kind if kind == 'person' else 'vehicle_' + kind
-            try:
-                nodes[kind] = {n['name'] for n in read(os.path.join(self.models, file + '.glb'))[0]['nodes']}
-                self.mesh(file, 'model(file: "../models/%s.glb")' % file)
-            except FileNotFoundError:
-                pass
         out = []
-        for kind, _, r, at, lane, _ in traffic.vehicles:
-            if kind not in nodes:
-                continue
+        for kind, paint, r, at, lane, _ in traffic.vehicles:
             p, t = r.place(at)
             if r.fields['lanes'] > 1:
                 p = p + right_of(r.heading) * LANE * (0.5 - lane)
             yaw = np.degrees(np.arctan2(t[0], t[1]))
-            lit = ['(node: "%s", transform: (translation: (0, 0, -0.5)), light: "%s")' % (n, 'head' if 'head' in n else 'tail')
-                   for n in sorted(nodes[kind]) if n.startswith(('lamp_head', 'lamp_tail'))]
-            file = kind if kind == 'person' else 'vehicle_' + kind
-            out.append('(mesh: "%s", %s, attach: [%s]),' % (file, place(p[0], float(height(*p)) + r.lift, p[1], yaw), ', '.join(lit)))
-        for kind, _, x, z, yaw in traffic.parked():
-            if kind in nodes:
-                out.append('(mesh: "vehicle_%s", %s),' % (kind, place(x, 0, z, yaw)))
-        return out
+            out.append('(vehicle: (type: "%s", paint: %d), %s),' % (kind, paint, place(p[0], float(height(*p)) + r.lift, p[1], yaw)))
+        return out + self.parked(traffic)
+
+    def parked(self, traffic):
+        return ['(vehicle: (type: "%s", paint: %d, headlights: off), %s),' % (kind, paint, place(x, 0, z, yaw)) for kind, paint, x, z, yaw in traffic.parked()]

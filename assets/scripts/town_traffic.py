@@ -144,6 +144,11 @@ def walks(block):
     return out
 
 
+def paint(rng):
+    """Which of a type's paints (counted round): light ones more often, since they show at night."""
+    return int(rng.choice([0, 0, 1, 2, 2, 3, 4, 4, 5, 6, 7, 7]))
+
+
 class Traffic:
     def __init__(self):
         self.leaving, self.arriving = street_routes()
@@ -178,9 +183,9 @@ class Traffic:
             L = r.length()
             big = heavy.pop(0) if heavy else None
             if big:
-                out.append((big, int(rng.integers(6)), r, L - STOP_AT - FRONT[big] - 1 - 2 * rng.random(), lane, 0 if k % 3 == 0 else 20))
+                out.append((big, paint(rng), r, L - STOP_AT - FRONT[big] - 1 - 2 * rng.random(), lane, 0 if k % 3 == 0 else 20))
             if len(heavy) > len(places) - 1 - k:
-                out.append((heavy.pop(0), int(rng.integers(6)), r, 18, lane, 20))
+                out.append((heavy.pop(0), paint(rng), r, 18, lane, 20))
             else:
                 free.append((r, lane, 12 if big else 30))
                 free.append((r, lane, 22 if big else 44))
@@ -193,13 +198,13 @@ class Traffic:
         order = sorted(rng.permutation(len(free)), key=lambda k: not free[k][0].name.startswith(('Church Street north 2', 'Church Street south 1', 'Church Street south 2')))
         for k, kind in zip(order, light):
             r, lane, at = free[k]
-            out.append((kind, int(rng.integers(6)), r, float(at), lane, int(rng.integers(12, 28))))
+            out.append((kind, paint(rng), r, float(at), lane, int(rng.integers(12, 28))))
         for k in range(15):
             r = self.cycles[k % 12]
-            out.append(('bicycle', int(rng.integers(6)), r, float(10 + r.length() * (0.5 * (k // 12) + 0.4 * rng.random())), 0, 12))
+            out.append(('bicycle', paint(rng), r, float(10 + r.length() * (0.5 * (k // 12) + 0.4 * rng.random())), 0, 12))
         for k in range(30):
             r = self.walks[k % 24]
-            out.append(('person', int(rng.integers(6)), r, float(5 + r.length() * (0.5 * (k // 24) + 0.4 * rng.random())), 0, 4))
+            out.append(('person', paint(rng), r, float(5 + r.length() * (0.5 * (k // 24) + 0.4 * rng.random())), 0, 4))
         return out
 
     def parked(self):
@@ -219,7 +224,7 @@ class Traffic:
                     continue
                 p = np.array([s + 3, o] if along == 'x' else [o, s + 3]) - AHEAD[h] * (1.25 + 0.3 * rng.random())
                 yaw = np.degrees(np.arctan2(AHEAD[h][0], AHEAD[h][1])) + 2 * (rng.random() - 0.5)
-                out.append(('van' if rng.random() < 0.2 else 'car', int(rng.integers(6)), p[0], p[1], yaw))
+                out.append(('van' if rng.random() < 0.2 else 'car', paint(rng), p[0], p[1], yaw))
         return out
 
 
