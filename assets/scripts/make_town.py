@@ -4,14 +4,13 @@ of the same town without traffic, its vehicles standing where they start, for a 
 import os
 import sys
 import numpy as np
-from PIL import Image
 import texlib as tx
 import town_houses
 import town_streets
 import town_things
 from town_plan import *
 from town_scene import Scene, place
-from town_traffic import Traffic, check
+from town_traffic import AHEAD, Traffic, check, right_of
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 # types for the beginning of a row, and for its end: their windows are in the side that is seen
@@ -211,7 +210,6 @@ def lamps(scene):
 
 
 def signals(scene, traffic):
-    from town_traffic import AHEAD, right_of
     for (h, _, _), r in traffic.arriving.items():
         for _, signal, group in r.stops:
             street = r.street
@@ -253,7 +251,6 @@ def furniture(scene, traffic):
     for px, pz, yaw in ((x0 + 9, z0 + 5, 0), (x1 - 6, z0 + 5, 0), (x0 + 4, z1 - 4, 135), (x1 - 4, z1 - 4, -135), (cx - 7, cz, 90), (cx + 7, cz, -90), (cx, cz - 7.5, 0), (cx, cz + 7.5, 180)):
         scene.lamp(place(px, y, pz, yaw), False)
     for r, at in traffic.bus_stops:
-        from town_traffic import right_of
         p = r.place(at)[0] + right_of(r.heading) * (r.street.high - r.street.line + 2.1)
         yaw = np.degrees(np.arctan2(-right_of(r.heading)[0], -right_of(r.heading)[1]))
         scene.thing('shelter', place(p[0], KERB, p[1], yaw), '(node: "lamp", light: "shelter")')

@@ -1,8 +1,12 @@
 """The text of scenes/town.ron: materials, meshes, light, cameras, and what the other scripts place."""
 
 import os
+import re
 import numpy as np
-from town_houses import PARTS, TYPES
+from check import read
+from town_houses import PARTS
+from town_plan import LANE, height
+from town_traffic import right_of
 
 HEAD = '''// A town at night, with its traffic. Written by assets/scripts/make_town.py; change it there.
 (
@@ -15,9 +19,10 @@ HEAD = '''// A town at night, with its traffic. Written by assets/scripts/make_t
     ),
 '''
 
-# name: (tiles or None, base factor, specular factor, shininess, normal scale, more)
+# tiles: metres that one covers, its depth in widths
 TILES = {'cobble': (1.44, 0.033), 'asphalt': (3.2, 0.0031), 'paving': (2.4, 0.0058), 'concrete': (1.5, 0.0053),
          'brick': (1.8, 0.0117), 'plaster': (2.0, 0.006), 'tiles': (1.8, 0.0167)}
+# name: (tiles or None, base factor, specular factor, shininess, normal scale)
 MATERIALS = {
     'cobble': ('cobble', (1, 1, 1), 1.3, 48, 1.5),
     'asphalt': ('asphalt', (1.9, 1.9, 2.0), 1.5, 44, 1.6),
@@ -137,7 +142,6 @@ class Scene:
 
     def parts(self, kind):
         if not hasattr(self, 'known'):
-            from check import read
             self.known = {n['name'] for n in read(os.path.join(self.models, 'town_houses.glb'))[0]['nodes']}
         return [p for p in PARTS if '%s_%s' % (kind, p) in self.known]
 
@@ -147,7 +151,9 @@ class Scene:
         self.model('wall_lamp')
         for p in ('wall', 'trim', 'roof'):
             self.model('town_houses', 'front_' + p)
-        self.raw('(mesh: "facade", %s, children: [(mesh: "front_wall", material: "brick red"), (mesh: "front_roof", material: "tiles red"), (mesh: "front_trim", material: "stone dark"), (mesh: "behind a front", material: "brick red", transform: (translation: (0, 3.275, -4.67))), '
+        self.raw('(mesh: "facade", %s, children: [(mesh: "front_wall", material: "brick red"), '
+                 '(mesh: "front_roof", material: "tiles red"), (mesh: "front_trim", material: "stone dark"), '
+                 '(mesh: "behind a front", material: "brick red", transform: (translation: (0, 3.275, -4.67))), '
                  '(mesh: "wall_lamp", transform: (translation: (1.35, 3.0, 0)), attach: [(node: "lamp", light: "shop")]), '
                  '(mesh: "wall_lamp", transform: (translation: (-3.1, 3.5, 0.1)), attach: [(node: "lamp", light: "shop")])]),' % at)
 
@@ -171,7 +177,6 @@ class Scene:
         text += '    materials: {\n' + ''.join(material(m) for m in MATERIALS) + EXTRA + '    },\n'
         body = '\n'.join('        ' + e for e in self.entities + vehicles)
         if still:
-            import re
             body = re.sub(r' ground: true,| signal_head: \([^)]*\),', '', body)
         for name, light in LIGHTS.items():
             body = body.replace('light: "%s"' % name, 'light: ' + light)
@@ -181,7 +186,6 @@ class Scene:
             f.write(text)
 
     def roads(self, traffic):
-        from town_plan import height
         out = '    signals: {\n'
         for name, (greens, offset) in traffic.signals.items():
             out += '        "%s": (green_seconds: %s, amber_seconds: 3, red_seconds: 3, offset_seconds: %d),\n' % (name, greens, offset)
@@ -207,8 +211,6 @@ class Scene:
 
     def standing(self, traffic):
         """Everybody where they start, without routes."""
-        from town_plan import LANE, height
-        from town_traffic import right_of
         out = []
         for kind, paint, r, at, lane, _ in traffic.vehicles:
             p, t = r.place(at)
