@@ -4,17 +4,17 @@ of the same town without traffic, its vehicles standing where they start, for a 
 import os
 import sys
 import numpy as np
-from PIL import Image
 import texlib as tx
 import town_houses
 import town_streets
 import town_things
 from town_plan import *
 from town_scene import Scene, place
-from town_traffic import Traffic, check
+from town_traffic import AHEAD, Traffic, check, right_of
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-CORNERS = 'kmn'
+# types for the beginning of a row, and for its end: their windows are in the side that is seen
+FIRST, LAST = 'kmn', 'pqr'
 
 
 def rooms(path, n=128):
@@ -63,7 +63,7 @@ LIT = ['glass warm'] * 5 + ['glass dim'] * 3 + ['glass white', 'glass blue']
 def fill(length, rng, first=None, last=None):
     """Types of houses side by side, of this length together, no two alike in a row."""
     width = {k: int(round(v[0] / 0.6)) for k, v in town_houses.TYPES.items()}
-    names = [k for k in width if k not in CORNERS]
+    names = [k for k in width if k not in FIRST + LAST]
 
     def go(rest, row):
         if rest == 0:
@@ -106,19 +106,19 @@ def row(scene, start, heading, length, rng, first=None, last=None):
 
 
 def block_rows(scene, b, rng):
-    corner = lambda: str(rng.choice(list(CORNERS)))
+    ends = lambda: (str(rng.choice(list(FIRST))), str(rng.choice(list(LAST))))
     inner = BLOCK_Z - 2 * DEPTH
     if b.square:
         sx0, _, _, sz1 = square()
-        row(scene, (b.x0, b.z0), (1, 0), BLOCK_X - SQUARE_X, rng, corner(), corner())
+        row(scene, (b.x0, b.z0), (1, 0), BLOCK_X - SQUARE_X, rng, *ends())
         row(scene, (sx0, b.z0 + DEPTH), (0, 1), SQUARE_Z - DEPTH, rng)
         row(scene, (sx0, sz1), (1, 0), SQUARE_X - DEPTH, rng)
-        row(scene, (b.x1 - DEPTH, sz1), (1, 0), DEPTH, rng, 'k')
+        row(scene, (b.x1 - DEPTH, sz1), (1, 0), DEPTH, rng, None, 'p')
         row(scene, (b.x1, sz1 + DEPTH), (0, 1), inner - SQUARE_Z, rng)
     else:
-        row(scene, (b.x0, b.z0), (1, 0), BLOCK_X, rng, corner(), corner())
+        row(scene, (b.x0, b.z0), (1, 0), BLOCK_X, rng, *ends())
         row(scene, (b.x1, b.z0 + DEPTH), (0, 1), inner, rng)
-    row(scene, (b.x1, b.z1), (-1, 0), BLOCK_X, rng, corner(), corner())
+    row(scene, (b.x1, b.z1), (-1, 0), BLOCK_X, rng, *ends())
     if (b.i, b.j) == (2, 1):
         brick_fronts(scene, b)
     else:
@@ -179,8 +179,18 @@ def ground(scene):
         scene.plane(0.8, x1 - x0, 'paving', ((x0 + x1) / 2, KERB + 0.028, z), 90)
 
 
+def land(scene):
+    """Dark fields around the outer houses."""
+    w, e = COLUMNS[0].at - COLUMNS[0].low - COLUMNS[0].pavement - 4, COLUMNS[-1].at + COLUMNS[-1].high + COLUMNS[-1].pavement + 4
+    n, s = ROWS[0].at - ROWS[0].low - ROWS[0].pavement - 4, ROWS[-1].at + ROWS[-1].high + ROWS[-1].pavement + 4
+    wide = 70
+    for x0, x1, z0, z1 in ((w - wide, e + wide, n - wide, n), (w - wide, e + wide, s, s + wide), (w - wide, w, n, s), (e, e + wide, n, s)):
+        name = scene.mesh('land %gx%g' % (x1 - x0, z1 - z0), 'plane(size: (%g, %g))' % (x1 - x0, z1 - z0))
+        scene.raw('(mesh: "%s", material: "earth", piece_metres: 0, %s),' % (name, place((x0 + x1) / 2, -0.15, (z0 + z1) / 2)))
+
+
 def lamps(scene):
-    for street, along, k, a, b in segments():
+    for street, along, _, a, b in segments():
         tall = street.lanes > 1
         n = max(2, int(round((b - a - 11) / (20 if tall else 14))))
         for m, s in enumerate(np.linspace(a + 5.5, b - 5.5, n + 1)):
@@ -200,7 +210,6 @@ def lamps(scene):
 
 
 def signals(scene, traffic):
-    from town_traffic import AHEAD, right_of
     for (h, _, _), r in traffic.arriving.items():
         for _, signal, group in r.stops:
             street = r.street
@@ -233,8 +242,8 @@ def furniture(scene, traffic):
     for k in range(4):
         a = np.radians(45 + 90 * k)
         scene.thing('bench', place(cx + 5.2 * np.sin(a), y, cz + 5.2 * np.cos(a), 45 + 90 * k + 180))
-    for k, (px, pz) in enumerate([(x0 + 4, z0 + 4.5), (x0 + 12, z0 + 3.5), (x0 + 21, z0 + 3.5), (x1 - 3.5, z0 + 10), (x1 - 3.5, z0 + 19), (x0 + 4, z1 - 8),
-                                  (x0 + 4, z1 - 15), (x0 + 14, z1 - 4.5), (x0 + 23, z1 - 4.5)]):
+    for k, (px, pz) in enumerate([(x0 + 4, z0 + 4.5), (x0 + 4, z0 + 11), (x1 - 4, z0 + 21), (x0 + 4, z1 - 7),
+                                  (x0 + 4, z1 - 15), (x0 + 14, z1 - 4.5)]):
         scene.thing('tree', place(px, y, pz, 77 * k, 0.85 + 0.05 * (k * 3 % 7)))
     for k in range(3):
         a = np.radians(120 * k + 20)
@@ -242,8 +251,7 @@ def furniture(scene, traffic):
     for px, pz, yaw in ((x0 + 9, z0 + 5, 0), (x1 - 6, z0 + 5, 0), (x0 + 4, z1 - 4, 135), (x1 - 4, z1 - 4, -135), (cx - 7, cz, 90), (cx + 7, cz, -90), (cx, cz - 7.5, 0), (cx, cz + 7.5, 180)):
         scene.lamp(place(px, y, pz, yaw), False)
     for r, at in traffic.bus_stops:
-        from town_traffic import right_of
-        p = r.place(at)[0] + right_of(r.heading) * (r.street.high - r.street.line + 3.3)
+        p = r.place(at)[0] + right_of(r.heading) * (r.street.high - r.street.line + 2.1)
         yaw = np.degrees(np.arctan2(-right_of(r.heading)[0], -right_of(r.heading)[1]))
         scene.thing('shelter', place(p[0], KERB, p[1], yaw), '(node: "lamp", light: "shelter")')
 
@@ -253,22 +261,27 @@ def town(path, still, models):
     check(traffic)
     scene = Scene(models)
     rng = np.random.default_rng(1897)
-    ground(scene)
     houses(scene, rng)
+    ground(scene)
     lamps(scene)
     signals(scene, traffic)
     furniture(scene, traffic)
     yards(scene, rng)
+    land(scene)
     scene.write(path, traffic, still)
 
 
-if __name__ == '__main__':
+def main():
     models = os.path.join(HERE, '..', 'models')
+    rooms(os.path.join(HERE, '..', 'textures', 'town_rooms.jpg'))
+    town_houses.build(os.path.join(models, 'town_houses.glb'))
+    town_streets.build(os.path.join(models, 'town_streets.glb'))
+    town_things.build()
+    town(os.path.join(HERE, '..', 'scenes', 'town.ron'), False, models)
+
+
+if __name__ == '__main__':
     if sys.argv[1:2] == ['--still']:
-        town(sys.argv[2], True, models)
+        town(sys.argv[2], True, os.path.join(HERE, '..', 'models'))
     else:
-        rooms(os.path.join(HERE, '..', 'textures', 'town_rooms.jpg'))
-        town_houses.build(os.path.join(models, 'town_houses.glb'))
-        town_streets.build(os.path.join(models, 'town_streets.glb'))
-        town_things.build()
-        town(os.path.join(HERE, '..', 'scenes', 'town.ron'), False, models)
+        main()

@@ -17,19 +17,22 @@ GROUND, UPPER = 3.4, 3.0        # storey heights
 FOOT = -1.2
 PARTS = ('wall', 'trim', 'frame', 'paint', 'roof', 'glass_0', 'glass_1', 'glass_2', 'glass_3', 'shop')
 
-# width, storeys, style of the windows, roof, what the ground floor has, windows in the sides
+# width, storeys, style of the windows, roof, what the ground floor has, the side with windows (+X: 1)
 TYPES = {
-    'a': (6.0, 3, 'lintel', 'gable', 'door', False),
-    'b': (7.8, 3, 'surround', 'gable', 'shop', False),
-    'c': (5.4, 2, 'lintel', 'gable', 'door', False),
-    'd': (8.4, 4, 'surround', 'parapet', 'shop', False),
-    'e': (6.6, 3, 'shutters', 'gable', 'door', False),
-    'f': (7.2, 2, 'shutters', 'dormer', 'door', False),
-    'g': (9.0, 3, 'lintel', 'parapet', 'shop', False),
-    'h': (6.0, 4, 'surround', 'gable', 'door', False),
-    'k': (9.0, 3, 'lintel', 'gable', 'door', True),
-    'm': (9.0, 3, 'surround', 'gable', 'shop', True),
-    'n': (8.4, 4, 'surround', 'parapet', 'shop', True),
+    'a': (6.0, 3, 'lintel', 'gable', 'door', 0),
+    'b': (7.8, 3, 'surround', 'gable', 'shop', 0),
+    'c': (5.4, 2, 'lintel', 'gable', 'door', 0),
+    'd': (8.4, 4, 'surround', 'parapet', 'shop', 0),
+    'e': (6.6, 3, 'shutters', 'gable', 'door', 0),
+    'f': (7.2, 2, 'shutters', 'dormer', 'door', 0),
+    'g': (9.0, 3, 'lintel', 'parapet', 'shop', 0),
+    'h': (6.0, 4, 'surround', 'gable', 'door', 0),
+    'k': (9.0, 3, 'lintel', 'gable', 'door', 1),
+    'm': (9.0, 3, 'surround', 'gable', 'shop', 1),
+    'n': (8.4, 4, 'surround', 'parapet', 'shop', 1),
+    'p': (9.0, 3, 'lintel', 'gable', 'door', -1),
+    'q': (9.0, 3, 'surround', 'gable', 'shop', -1),
+    'r': (8.4, 4, 'surround', 'parapet', 'shop', -1),
 }
 
 
@@ -118,21 +121,21 @@ def window(h, x0, x1, y0, y1, group, style):
     for t in ((0.36, 0.68) if style == 'lintel' else (0.66,)):
         y = y0 + (y1 - y0) * t
         rect(h.frame, x0 + f, x1 - f, y - 0.02, y + 0.02, z + 0.006)
-    h.trim.box(x0 - 0.10, x1 + 0.10, y0 - 0.10, y0 + 0.015, -0.16, 0.09, 'xXyYZ')
+    h.trim.box(x0 - 0.10, x1 + 0.10, y0 - 0.10, y0 + 0.015, -0.16, 0.09, 'xXYZ')
     if style == 'lintel':
         h.trim.box(x0 - 0.14, x1 + 0.14, y1 + 0.002, y1 + 0.24, -0.01, 0.03, 'xXyZ')
     elif style == 'surround':
-        h.trim.box(x0 - 0.14, x0, y0 + 0.015, y1 + 0.14, -0.01, 0.045, 'xXZ')
-        h.trim.box(x1, x1 + 0.14, y0 + 0.015, y1 + 0.14, -0.01, 0.045, 'xXZ')
+        h.trim.box(x0 - 0.14, x0, y0 + 0.015, y1 + 0.14, -0.01, 0.045, 'xZ')
+        h.trim.box(x1, x1 + 0.14, y0 + 0.015, y1 + 0.14, -0.01, 0.045, 'XZ')
         h.trim.box(x0, x1, y1 + 0.002, y1 + 0.14, -0.01, 0.045, 'yZ')
-        h.trim.box(x0 - 0.20, x1 + 0.20, y1 + 0.14, y1 + 0.22, -0.01, 0.12, 'xXyYZ')
+        h.trim.box(x0 - 0.20, x1 + 0.20, y1 + 0.14, y1 + 0.22, -0.01, 0.12, 'xXyZ')
     else:
         for s, x in ((-1, x0), (1, x1)):
             a, b = sorted((x + s * 0.04, x + s * 0.56))
-            h.paint.box(a, b, y0 + 0.02, y1, 0.0, 0.045, 'xXyYZ')
-            for t in range(4):
-                y = y0 + 0.14 + t * (y1 - y0 - 0.2) / 4
-                h.paint.box(a + 0.07, b - 0.07, y, y + 0.24, 0.04, 0.062, 'yZ')
+            h.paint.box(a, b, y0 + 0.02, y1, 0.0, 0.045, 'xXyZ')
+            for t in range(2):
+                y = y0 + 0.14 + t * (y1 - y0 - 0.16) / 2
+                h.paint.box(a + 0.08, b - 0.08, y, y + (y1 - y0) / 2 - 0.2, 0.04, 0.062, 'yZ')
 
 
 def door(h, x0, x1, y0, y1, lit):
@@ -240,20 +243,17 @@ def chimney(h, x, z, y0, y1, pots):
     h.wall.box(x - 0.55, x + 0.55, y0, y1, z - 0.32, z + 0.32, 'xXzZ')
     h.trim.box(x - 0.62, x + 0.62, y1, y1 + 0.14, z - 0.39, z + 0.39)
     for k in range(pots):
-        h.roof.prism(x + (k - (pots - 1) / 2) * 0.34, z, 0.13, y1 + 0.14, y1 + 0.60, 6, 0.10)
+        h.roof.prism(x + (k - (pots - 1) / 2) * 0.34, z, 0.13, y1 + 0.14, y1 + 0.60, 5, 0.10)
 
 
 def house(name):
-    width, storeys, style, roof, kind, sides = TYPES[name]
+    width, storeys, style, roof, kind, side = TYPES[name]
     seed = ord(name)
     h = front(width, storeys, style, roof, kind, seed)
     w, top = width / 2, top_of(storeys)
-    if sides:
-        for yaw, x in ((90, w), (-90, -w)):
-            h.add(front(DEPTH, storeys, style, roof, None, seed + yaw), yaw, (x, 0, -DEPTH / 2))
-    else:
-        high = top + (0.75 if roof == 'parapet' else 0)
-        h.wall.box(-w, w, FOOT, high, -DEPTH, 0, 'xX')
+    if side:
+        h.add(front(DEPTH, storeys, style, roof, None, seed), 90 * side, (side * w, 0, -DEPTH / 2))
+    h.wall.box(-w, w, FOOT, top + (0.75 if roof == 'parapet' else 0), -DEPTH, 0, {0: 'xX', 1: 'x', -1: 'X'}[side])
     h.add(back(width, storeys, style, roof, seed), 180, (0, 0, -DEPTH))
     if roof == 'parapet':
         h.roof.face([(-w, top + 0.3, 0), (w, top + 0.3, 0), (w, top + 0.3, -DEPTH), (-w, top + 0.3, -DEPTH)])

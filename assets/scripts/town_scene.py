@@ -1,8 +1,12 @@
 """The text of scenes/town.ron: materials, meshes, light, cameras, and what the other scripts place."""
 
 import os
+import re
 import numpy as np
-from town_houses import PARTS, TYPES
+from check import read
+from town_houses import PARTS
+from town_plan import LANE, height
+from town_traffic import right_of
 
 HEAD = '''// A town at night, with its traffic. Written by assets/scripts/make_town.py; change it there.
 (
@@ -15,15 +19,16 @@ HEAD = '''// A town at night, with its traffic. Written by assets/scripts/make_t
     ),
 '''
 
-# name: (tiles or None, base factor, specular factor, shininess, normal scale, more)
+# tiles: metres that one covers, its depth in widths
 TILES = {'cobble': (1.44, 0.033), 'asphalt': (3.2, 0.0031), 'paving': (2.4, 0.0058), 'concrete': (1.5, 0.0053),
          'brick': (1.8, 0.0117), 'plaster': (2.0, 0.006), 'tiles': (1.8, 0.0167)}
+# name: (tiles or None, base factor, specular factor, shininess, normal scale)
 MATERIALS = {
     'cobble': ('cobble', (1, 1, 1), 1.3, 48, 1.5),
     'asphalt': ('asphalt', (1.9, 1.9, 2.0), 1.5, 44, 1.6),
     'paving': ('paving', (0.85, 0.85, 0.85), 0.7, 30, 1.3),
     'kerb': ('concrete', (0.75, 0.76, 0.80), 0.5, 24, 1.5),
-    'lines': ('concrete', (1.35, 1.33, 1.25), 0.6, 30, 1.0),
+    'lines': (None, (0.52, 0.51, 0.47), 0.25, 30, 1),
     'stone': ('concrete', (1.0, 0.95, 0.86), 0.3, 16, 1.2),
     'stone dark': ('concrete', (0.55, 0.52, 0.48), 0.3, 16, 1.2),
     'brick red': ('brick', (1, 1, 1), 0.35, 20, 1.6),
@@ -44,37 +49,34 @@ MATERIALS = {
     'paint black': (None, (0.018, 0.018, 0.020), 0.4, 60, 1),
     'paint brown': (None, (0.10, 0.045, 0.020), 0.35, 40, 1),
 }
-EXTRA = '''        "glass dark": (shading: blinn, base_factor: (0.012, 0.016, 0.024), specular_factor: (0.9, 0.9, 0.9), shininess: 90),
+EXTRA = '''        "glass dark": (shading: blinn, base_factor: (0.012, 0.016, 0.024), specular_factor: (0.9, 0.9, 0.9), shininess: 90, technique: off),
         // Panes glow by themselves and hardly show the lamps outside.
-        "glass warm": (shading: metallic_roughness, metallic: 0, roughness: 0.15, base_factor: (0.02, 0.02, 0.02), emissive_map: "../textures/town_rooms.jpg", emissive_factor: (1.0, 0.74, 0.42)),
-        "glass dim": (shading: metallic_roughness, metallic: 0, roughness: 0.15, base_factor: (0.02, 0.02, 0.02), emissive_map: "../textures/town_rooms.jpg", emissive_factor: (0.34, 0.20, 0.09)),
-        "glass white": (shading: metallic_roughness, metallic: 0, roughness: 0.15, base_factor: (0.02, 0.02, 0.02), emissive_map: "../textures/town_rooms.jpg", emissive_factor: (0.62, 0.56, 0.46)),
-        "glass blue": (shading: metallic_roughness, metallic: 0, roughness: 0.15, base_factor: (0.02, 0.02, 0.02), emissive_map: "../textures/town_rooms.jpg", emissive_factor: (0.20, 0.32, 0.55)),
-        "glass shop": (shading: metallic_roughness, metallic: 0, roughness: 0.15, base_factor: (0.02, 0.02, 0.02), emissive_map: "../textures/town_rooms.jpg", emissive_factor: (0.95, 0.80, 0.56)),
+        "glass warm": (shading: metallic_roughness, metallic: 0, roughness: 0.15, base_factor: (0.02, 0.02, 0.02), technique: off, emissive_map: "../textures/town_rooms.jpg", emissive_factor: (1.0, 0.74, 0.42)),
+        "glass dim": (shading: metallic_roughness, metallic: 0, roughness: 0.15, base_factor: (0.02, 0.02, 0.02), technique: off, emissive_map: "../textures/town_rooms.jpg", emissive_factor: (0.34, 0.20, 0.09)),
+        "glass white": (shading: metallic_roughness, metallic: 0, roughness: 0.15, base_factor: (0.02, 0.02, 0.02), technique: off, emissive_map: "../textures/town_rooms.jpg", emissive_factor: (0.62, 0.56, 0.46)),
+        "glass blue": (shading: metallic_roughness, metallic: 0, roughness: 0.15, base_factor: (0.02, 0.02, 0.02), technique: off, emissive_map: "../textures/town_rooms.jpg", emissive_factor: (0.20, 0.32, 0.55)),
+        "glass shop": (shading: metallic_roughness, metallic: 0, roughness: 0.15, base_factor: (0.02, 0.02, 0.02), technique: off, emissive_map: "../textures/town_rooms.jpg", emissive_factor: (0.95, 0.80, 0.56)),
         "copper": (
             shading: metallic_roughness, metallic: 1, roughness: 0.34,
             base_map: "../textures/copper_base.jpg", normal_map: "../textures/copper_normal.png",
             height_map: "../textures/copper_height.png", height_scale_uv: 0.0086,
         ),
-        "earth": (shading: blinn, base_factor: (0.02, 0.022, 0.018), specular_factor: (0, 0, 0)),
+        "earth": (shading: blinn, base_factor: (0.02, 0.022, 0.018), specular_factor: (0, 0, 0), technique: off),
 '''
-CAMERAS = '''        (name: "town", camera: (fov_y_degrees: 42), transform: (translation: (4.9, 5.2, 45.5), look_at: (-6.0, 2.9, 6))),
+CAMERAS = '''        (name: "town", camera: (fov_y_degrees: 38), transform: (translation: (0.9, 4.7, 52.5), look_at: (-3.2, 3.3, 6))),
         (name: "street", camera: (fov_y_degrees: 46), transform: (translation: (-15.0, 1.6, -9.0), look_at: (-45, 2.3, -5.4))),
-        (name: "square", camera: (fov_y_degrees: 48), transform: (translation: (-13.2, 1.7, 36.5), look_at: (-25.5, 3.0, 21))),
-        (name: "above", camera: (fov_y_degrees: 46), transform: (translation: (70, 52, 88), look_at: (-14, 0, 2))),
+        (name: "square", camera: (fov_y_degrees: 48), transform: (translation: (-14.6, 1.7, 37.6), look_at: (-25.2, 3.1, 21))),
+        (name: "above", camera: (fov_y_degrees: 46), transform: (translation: (14, 40, 108), look_at: (-8, 0, 18))),
         (name: "hill", camera: (fov_y_degrees: 32), transform: (translation: (84, 2.0, -68.2), look_at: (166, 5.2, -74))),
 '''
 LIGHTS = {
     'low lamp': 'spot(color: (1.0, 0.60, 0.26), intensity: 42, range: 15, inner_degrees: 30, outer_degrees: 80)',
     'tall lamp': 'spot(color: (1.0, 0.62, 0.29), intensity: 85, range: 21, inner_degrees: 30, outer_degrees: 78)',
     'shop': 'point(color: (1.0, 0.74, 0.44), intensity: 5, range: 6)',
-    'fountain': 'point(color: (1.0, 0.82, 0.58), intensity: 5, range: 5)',
+    'fountain': 'point(color: (1.0, 0.82, 0.58), intensity: 2.2, range: 5)',
     'shelter': 'point(color: (1.0, 0.90, 0.72), intensity: 5, range: 6)',
-    'head': 'spot(color: (1.0, 0.90, 0.74), intensity: 45, range: 18, inner_degrees: 6, outer_degrees: 40)',
-    'tail': 'spot(color: (1.0, 0.05, 0.03), intensity: 2.5, range: 6, inner_degrees: 30, outer_degrees: 80)',
 }
 THINGS = ('signal', 'tree', 'shelter', 'bench', 'basin')
-FORESHORTENED = ('truck', 'bus', 'motorcycle', 'bicycle', 'person', 'car', 'van')
 
 
 def num(x):
@@ -99,7 +101,7 @@ def material(name):
     tile, base, spec, shine, bump = MATERIALS[name]
     head = '        "%s": (shading: blinn, base_factor: %s, specular_factor: %s, shininess: %d' % (name, vec(base), vec((spec,) * 3), shine)
     if tile is None:
-        return head + '),\n'
+        return head + ', technique: off),\n'
     size, depth = TILES[tile]
     t = '../textures/' + tile
     return (head + ', normal_scale: %s, uv: (scale: (%.5f, %.5f)),\n' % (num(bump), 1 / size, 1 / size)
@@ -140,7 +142,6 @@ class Scene:
 
     def parts(self, kind):
         if not hasattr(self, 'known'):
-            from check import read
             self.known = {n['name'] for n in read(os.path.join(self.models, 'town_houses.glb'))[0]['nodes']}
         return [p for p in PARTS if '%s_%s' % (kind, p) in self.known]
 
@@ -150,7 +151,9 @@ class Scene:
         self.model('wall_lamp')
         for p in ('wall', 'trim', 'roof'):
             self.model('town_houses', 'front_' + p)
-        self.raw('(mesh: "facade", %s, children: [(mesh: "front_wall", material: "brick red"), (mesh: "front_roof", material: "tiles grey"), (mesh: "front_trim", material: "stone dark"), (mesh: "behind a front", material: "brick red", transform: (translation: (0, 3.275, -4.67))), '
+        self.raw('(mesh: "facade", %s, children: [(mesh: "front_wall", material: "brick red"), '
+                 '(mesh: "front_roof", material: "tiles red"), (mesh: "front_trim", material: "stone dark"), '
+                 '(mesh: "behind a front", material: "brick red", transform: (translation: (0, 3.275, -4.67))), '
                  '(mesh: "wall_lamp", transform: (translation: (1.35, 3.0, 0)), attach: [(node: "lamp", light: "shop")]), '
                  '(mesh: "wall_lamp", transform: (translation: (-3.1, 3.5, 0.1)), attach: [(node: "lamp", light: "shop")])]),' % at)
 
@@ -168,14 +171,12 @@ class Scene:
 
     def write(self, path, traffic, still):
         self.model('kettle')
-        self.raw('(mesh: "%s", material: "earth", piece_metres: 0, transform: (translation: (0, -0.15, 35))),' % self.mesh('land', 'plane(size: (520, 400))'))
         self.raw('(name: "evening sky", light: directional(color: (0.34, 0.50, 1.0), intensity: 0.14), transform: (translation: (-6, 7, 5), look_at: (0, 0, 0))),')
         vehicles = self.standing(traffic) if still else self.driving(traffic)
-        text = HEAD + ('' if still else self.roads(traffic))
+        text = HEAD + '    vehicle_types: ["../vehicles.ron"],\n' + ('' if still else self.roads(traffic))
         text += '    materials: {\n' + ''.join(material(m) for m in MATERIALS) + EXTRA + '    },\n'
         body = '\n'.join('        ' + e for e in self.entities + vehicles)
         if still:
-            import re
             body = re.sub(r' ground: true,| signal_head: \([^)]*\),', '', body)
         for name, light in LIGHTS.items():
             body = body.replace('light: "%s"' % name, 'light: ' + light)
@@ -185,10 +186,9 @@ class Scene:
             f.write(text)
 
     def roads(self, traffic):
-        from town_plan import height
-        out = '    vehicle_types: ["../vehicles.ron"],\n    signals: {\n'
+        out = '    signals: {\n'
         for name, (greens, offset) in traffic.signals.items():
-            out += '        "%s": (green_seconds: %s, amber_seconds: 3, red_seconds: 2, offset_seconds: %d),\n' % (name, greens, offset)
+            out += '        "%s": (green_seconds: %s, amber_seconds: 3, red_seconds: 3, offset_seconds: %d),\n' % (name, greens, offset)
         out += '    },\n    routes: {\n'
         for r in traffic.routes:
             points = ', '.join(vec((x, height(x, z) + r.lift, z)) for x, z in r.points)
@@ -207,35 +207,18 @@ class Scene:
         for kind, paint, r, at, lane, kmh in traffic.vehicles:
             lamps = '' if kind == 'person' else ', headlights: low'
             out.append('(vehicle: (type: "%s", paint: %d, route: "%s", at: %s, lane: %d, speed_kmh: %d%s)),' % (kind, paint, r.name, num(at), lane, kmh, lamps))
-        for kind, paint, x, z, yaw in traffic.parked():
-            out.append('(vehicle: (type: "%s", paint: %d), %s),' % (kind, paint, place(x, 0, z, yaw)))
-        return out
+        return out + self.parked(traffic)
 
     def standing(self, traffic):
-        from town_plan import LANE, height
-        from town_traffic import right_of
-        from check import read
-        nodes = {}
-        for kind in FORESHORTENED:
-            file = kind if kind == 'person' else 'vehicle_' + kind
-            try:
-                nodes[kind] = {n['name'] for n in read(os.path.join(self.models, file + '.glb'))[0]['nodes']}
-                self.mesh(file, 'model(file: "../models/%s.glb")' % file)
-            except FileNotFoundError:
-                pass
+        """Everybody where they start, without routes."""
         out = []
-        for kind, _, r, at, lane, _ in traffic.vehicles:
-            if kind not in nodes:
-                continue
+        for kind, paint, r, at, lane, _ in traffic.vehicles:
             p, t = r.place(at)
             if r.fields['lanes'] > 1:
                 p = p + right_of(r.heading) * LANE * (0.5 - lane)
             yaw = np.degrees(np.arctan2(t[0], t[1]))
-            lit = ['(node: "%s", transform: (translation: (0, 0, -0.5)), light: "%s")' % (n, 'head' if 'head' in n else 'tail')
-                   for n in sorted(nodes[kind]) if n.startswith(('lamp_head', 'lamp_tail'))]
-            file = kind if kind == 'person' else 'vehicle_' + kind
-            out.append('(mesh: "%s", %s, attach: [%s]),' % (file, place(p[0], float(height(*p)) + r.lift, p[1], yaw), ', '.join(lit)))
-        for kind, _, x, z, yaw in traffic.parked():
-            if kind in nodes:
-                out.append('(mesh: "vehicle_%s", %s),' % (kind, place(x, 0, z, yaw)))
-        return out
+            out.append('(vehicle: (type: "%s", paint: %d), %s),' % (kind, paint, place(p[0], float(height(*p)) + r.lift, p[1], yaw)))
+        return out + self.parked(traffic)
+
+    def parked(self, traffic):
+        return ['(vehicle: (type: "%s", paint: %d, headlights: off), %s),' % (kind, paint, place(x, 0, z, yaw)) for kind, paint, x, z, yaw in traffic.parked()]

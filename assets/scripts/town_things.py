@@ -61,7 +61,7 @@ def tree():
         tips.append(end)
     centre = np.array([0, 4.6, 0])
     parts = [[], [], []]
-    n = 1100
+    n = 620
     for k in range(n):
         if k % 3:
             p = tips[rng.integers(len(tips))] + rng.normal(0, 0.48, 3)
@@ -75,7 +75,7 @@ def tree():
         v = np.cross(u, rng.normal(0, 1, 3)); v /= np.linalg.norm(v)
         if np.cross(u, v) @ out < 0:
             v = -v
-        s = rng.uniform(0.07, 0.13)
+        s = rng.uniform(0.10, 0.16)
         q = [p + s * (-u - 0.6 * v), p + s * (u - 0.6 * v), p + s * (u + 0.6 * v), p + s * (-u + 0.6 * v)]
         face = np.cross(u, v)
         lit = out * 0.6 + face * 0.4

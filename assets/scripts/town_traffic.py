@@ -15,6 +15,9 @@ AHEAD = np.array([(1, 0), (0, 1), (-1, 0), (0, -1)], float)
 WORDS = ('east', 'south', 'west', 'north')
 SPEED = {'asphalt': 50, 'cobble': 30}
 TURN = {0: 'straight', 1: 'right', 3: 'left'}
+# how far vehicles reach before and behind their rear axle, which is what their place on a route means
+FRONT = dict(car=3.5, van=3.7, bus=8.8, truck=5.3, motorcycle=2.0, bicycle=1.6, person=0.3)
+BEHIND = dict(car=0.9, van=1.1, bus=3.4, truck=11.6, motorcycle=0.5, bicycle=0.5, person=0.3)
 STOP_AT = STOP_LINE + 0.4 + 0.5         # metres before the end of a route: half a metre before the line
 
 
@@ -119,12 +122,13 @@ def cycle_route(block, arriving):
     line = outline(block.kx0 - o['w'], block.kx1 + o['e'], block.kz0 - o['n'], block.kz1 + o['s'], CORNER + 1.5, 9, 8.0)
     r = Route('cycle round %d %d' % (block.i + 1, block.j + 1), line, lanes=1, lane_width=0.7, speed_limit_kmh=16)
     r.shape, r.closed = 'spline', True
+    along = np.arange(0, r.length(), 0.25)
+    there = np.array([r.place(s)[0] for s in along])
     for h, i, j in ((EAST, block.i + 1, block.j), (SOUTH, block.i + 1, block.j + 1), (WEST, block.i, block.j + 1), (NORTH, block.i, block.j)):
         for at, signal, group in arriving[(h, i, j)].stops:
             p = arriving[(h, i, j)].place(at)[0]
-            s = np.arange(0, r.length(), 0.1)
-            d = [abs((r.place(v)[0] - p) @ AHEAD[h]) + 0.1 * np.linalg.norm(r.place(v)[0] - p) for v in s]
-            r.stops.append((float(s[int(np.argmin(d))]), signal, group))
+            off = np.abs((there - p) @ AHEAD[h]) + 0.1 * np.linalg.norm(there - p, axis=1)
+            r.stops.append((float(along[np.argmin(off)]), signal, group))
     r.stops.sort()
     return r
 
@@ -138,6 +142,11 @@ def walks(block):
         r.shape, r.closed, r.lift = 'spline', True, KERB
         out.append(r)
     return out
+
+
+def paint(rng):
+    """Which of a type's paints (counted round): light ones more often, since they show at night."""
+    return int(rng.choice([0, 0, 1, 2, 2, 3, 4, 4, 5, 6, 7, 7]))
 
 
 class Traffic:
@@ -165,7 +174,7 @@ class Traffic:
         rng = np.random.default_rng(2024)
         out = []
         main = [r for r in self.streets if r.street.lanes > 1]
-        heavy = ['truck'] * 10 + ['bus'] * 8
+        heavy = ['bus', 'truck'] * 8 + ['truck'] * 2
         places = [(r, lane) for lane in (0, 1) for r in main]
         light = ['car'] * 120 + ['van'] * 20 + ['motorcycle'] * 15
         rng.shuffle(light)
@@ -174,27 +183,28 @@ class Traffic:
             L = r.length()
             big = heavy.pop(0) if heavy else None
             if big:
-                out.append((big, int(rng.integers(6)), r, L - 8 - 4 * rng.random(), lane, 0 if k % 3 == 0 else 20))
+                out.append((big, paint(rng), r, L - STOP_AT - FRONT[big] - 1 - 2 * rng.random(), lane, 0 if k % 3 == 0 else 20))
             if len(heavy) > len(places) - 1 - k:
-                out.append((heavy.pop(0), int(rng.integers(6)), r, 22, lane, 20))
+                out.append((heavy.pop(0), paint(rng), r, 18, lane, 20))
             else:
                 free.append((r, lane, 12 if big else 30))
                 free.append((r, lane, 22 if big else 44))
         for r in self.streets:
             if r.street.lanes == 1:
-                n = max(2, int((r.length() - 14) // 13))
-                for v in np.linspace(8, r.length() - 8, n):
-                    free.append((r, 0, v + 2.4 * (rng.random() - 0.5)))
-        order = rng.permutation(len(free))
+                n = max(2, int((r.length() - 10) // 12))
+                for v in np.linspace(5, r.length() - STOP_AT - FRONT['van'] - 1.5, n):
+                    free.append((r, 0, v + 2 * (rng.random() - 0.5)))
+        # what the opening view shows is filled first
+        order = sorted(rng.permutation(len(free)), key=lambda k: not free[k][0].name.startswith(('Church Street north 2', 'Church Street south 1', 'Church Street south 2')))
         for k, kind in zip(order, light):
             r, lane, at = free[k]
-            out.append((kind, int(rng.integers(6)), r, float(at), lane, int(rng.integers(12, 28))))
+            out.append((kind, paint(rng), r, float(at), lane, int(rng.integers(12, 28))))
         for k in range(15):
             r = self.cycles[k % 12]
-            out.append(('bicycle', int(rng.integers(6)), r, float(10 + r.length() * (0.5 * (k // 12) + 0.4 * rng.random())), 0, 12))
+            out.append(('bicycle', paint(rng), r, float(10 + r.length() * (0.5 * (k // 12) + 0.4 * rng.random())), 0, 12))
         for k in range(30):
             r = self.walks[k % 24]
-            out.append(('person', int(rng.integers(6)), r, float(5 + r.length() * (0.5 * (k // 24) + 0.4 * rng.random())), 0, 4))
+            out.append(('person', paint(rng), r, float(5 + r.length() * (0.5 * (k // 24) + 0.4 * rng.random())), 0, 4))
         return out
 
     def parked(self):
@@ -214,7 +224,7 @@ class Traffic:
                     continue
                 p = np.array([s + 3, o] if along == 'x' else [o, s + 3]) - AHEAD[h] * (1.25 + 0.3 * rng.random())
                 yaw = np.degrees(np.arctan2(AHEAD[h][0], AHEAD[h][1])) + 2 * (rng.random() - 0.5)
-                out.append(('van' if rng.random() < 0.2 else 'car', int(rng.integers(6)), p[0], p[1], yaw))
+                out.append(('van' if rng.random() < 0.2 else 'car', paint(rng), p[0], p[1], yaw))
         return out
 
 
@@ -260,11 +270,10 @@ def check(traffic):
     for kind, _, r, at, lane, _ in traffic.vehicles:
         assert 0 <= at <= r.length() and lane < r.fields['lanes'], (kind, r.name, at)
         gaps.setdefault((r.name, lane), []).append((at, kind))
-    length = dict(car=4.3, van=4.6, bus=12, truck=16.5, motorcycle=2.2, bicycle=1.8, person=0.5)
     for key, there in gaps.items():
         there.sort()
-        for (a, _), (b, kind) in zip(there, there[1:]):
-            assert b - a > length[kind] + 1.5, 'two vehicles at one place: %s %.0f %.0f' % (key, a, b)
+        for (a, first), (b, second) in zip(there, there[1:]):
+            assert b - a > FRONT[first] + BEHIND[second] + 1.5, 'two vehicles at one place: %s %.0f %.0f' % (key, a, b)
 
 
 def unit(v):
