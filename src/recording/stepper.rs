@@ -2,13 +2,16 @@
 //! so that all are in the same order everywhere.
 
 use super::{Identity, Recorder, Recording, RecordingError, load_snapshot, save_snapshot};
+use crate::frames;
 use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use systems::Simulation;
 use systems::clock::Clock;
 use systems::inputs::{self, Inputs};
+use systems::physics::Physics;
 use systems::state_hash::{self, StateHash};
+use systems::vehicles::traffic::Traffic;
 
 /// The files that a run is kept in and begins from.
 #[derive(Clone, Debug, Default)]
@@ -126,6 +129,7 @@ impl Stepper {
             recorded.into_iter().for_each(|input| inputs.push(input));
         }
         simulation.step();
+        warn(simulation);
         self.stepped(simulation)
     }
 
@@ -172,4 +176,16 @@ impl Stepper {
 
 fn step_of(simulation: &Simulation) -> u64 {
     simulation.world.resource::<Clock>().step
+}
+
+/// Says what went wrong in a step with single vehicles, each thing once; everything else goes on.
+fn warn(simulation: &mut Simulation) {
+    for warning in simulation.world.resource_mut::<Physics>().take_warnings() {
+        tracing::warn!("{warning}");
+    }
+    let stalled = std::mem::take(&mut simulation.world.resource_mut::<Traffic>().faults);
+    for vehicle in stalled {
+        let name = frames::name_of(&simulation.world, vehicle);
+        tracing::warn!("{name}: its place or speed was no number any more; it stands where it was last");
+    }
 }

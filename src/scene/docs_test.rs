@@ -128,6 +128,7 @@ fn documented_defaults_are_the_defaults() {
     assert_defaults::<format::Traffic>("traffic", "");
     assert_defaults::<format::Along>("along", "spacing: 1,");
     assert_defaults::<format::Vehicle>("vehicle", "type: \"car\",");
+    assert_defaults::<vehicles::Physical>("physical", "");
     assert_defaults::<vehicles::VehicleTypes>("vehicletypes", "");
     assert_defaults::<vehicles::VehicleType>("vehicletype", "model: \"car.glb\",");
     assert_defaults::<vehicles::VehicleLimits>("vehiclelimits", "");

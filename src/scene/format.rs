@@ -104,6 +104,7 @@ pub struct Entity {
     pub vehicle: Option<Vehicle>,
     pub signal_head: Option<SignalHead>,
     pub ground: bool,
+    pub obstacle: Option<Obstacle>,
     pub hidden: bool,
     pub figure: Vec<String>,
     pub attach: Vec<Entity>,
@@ -200,6 +201,23 @@ impl Default for DirectionalLight {
     fn default() -> Self {
         let PointLight { color, intensity, ambient, on, .. } = PointLight::default();
         Self { color, intensity, ambient, on }
+    }
+}
+
+/// What physical vehicles bump into.
+#[derive(Deserialize, Clone, Copy, Debug)]
+#[serde(rename_all = "snake_case")]
+pub enum Obstacle {
+    Box,
+    Mesh,
+}
+
+impl From<Obstacle> for systems::physics::Obstacle {
+    fn from(obstacle: Obstacle) -> Self {
+        match obstacle {
+            Obstacle::Box => Self::Box,
+            Obstacle::Mesh => Self::Mesh,
+        }
     }
 }
 

@@ -15,6 +15,7 @@ use systems::bounds::Aabb;
 use systems::components::{Camera, Figure, Light, LightKind, Projection, Spin};
 use systems::hidden::Hidden;
 use systems::library::{Library, MaterialId, MeshId};
+use systems::physics::{Obstacle, Physical};
 use systems::pieces::{self, PiecesReport};
 use systems::vehicles::ground::Ground;
 use systems::vehicles::routes::{RouteId, Routes};
@@ -182,6 +183,9 @@ impl Spawner<'_> {
         if source.ground {
             self.world.entity_mut(entity).insert(Ground);
         }
+        if let Some(obstacle) = source.obstacle {
+            self.world.entity_mut(entity).insert(Obstacle::from(obstacle));
+        }
         if let Some(head) = &source.signal_head {
             self.signal_head(head, entity);
         }
@@ -304,6 +308,9 @@ impl Spawner<'_> {
         entity.insert((controls, motion, Vehicle::of(kind).painted(paint)));
         if source.is_some_and(|source| source.by_hand) {
             entity.insert(ByHand);
+        }
+        if let Some(physical) = source.and_then(|source| source.physical.as_ref()) {
+            entity.insert(Physical::from(physical));
         }
         self.found.has_lights = true;
     }

@@ -132,16 +132,22 @@ pub fn any_physical(physics: Res<Physics>, vehicles: Query<(), With<Physical>>) 
     !physics.is_empty() || !vehicles.is_empty()
 }
 
-type Placed<'a> = (&'a VehicleNumber, &'a Vehicle, &'a Physical, &'a Transform, &'a Motion);
+type Placed<'a> = (Entity, &'a VehicleNumber, &'a Vehicle, &'a Physical, &'a Transform, &'a Motion);
 
 /// Gives new physical vehicles a body, takes it from those that are none any more, and moves the bodies of those that
 /// somebody has put elsewhere.
-pub fn place_bodies(mut physics: ResMut<Physics>, types: Res<VehicleTypes>, vehicles: Query<Placed, Without<Stalled>>) {
+/// Those with their wheels in a row would fall over: they are none any more, and go on as all others.
+pub fn place_bodies(
+    mut physics: ResMut<Physics>,
+    types: Res<VehicleTypes>,
+    vehicles: Query<Placed, Without<Stalled>>,
+    mut commands: Commands,
+) {
     let physics = &mut *physics;
-    let present: BTreeMap<u32, _> = vehicles.iter().map(|row| (row.0.0, row)).collect();
+    let present: BTreeMap<u32, _> = vehicles.iter().map(|row| (row.1.0, row)).collect();
     let gone: Vec<u32> = physics.bodies.keys().filter(|number| !present.contains_key(number)).copied().collect();
     gone.into_iter().for_each(|number| physics.remove(number));
-    for (number, (_, vehicle, physical, at, motion)) in present {
+    for (number, (entity, _, vehicle, physical, at, motion)) in present {
         if let Some(body) = physics.bodies.get_mut(&number) {
             let written = (at.translation, at.rotation);
             if written != body.written
@@ -152,6 +158,12 @@ pub fn place_bodies(mut physics: ResMut<Physics>, types: Res<VehicleTypes>, vehi
                 body.written = written;
                 physics.inserted = true;
             }
+        } else if wheels(types.get(vehicle.kind)).is_empty() {
+            let name = &types.get(vehicle.kind).name;
+            physics
+                .warnings
+                .push(format!("vehicle {number} ({name}) is not simulated physically: its wheels are in a row"));
+            commands.entity(entity).remove::<(Physical, Wanted)>();
         } else if !physics.frozen.contains(&number) {
             physics.add(number, types.get(vehicle.kind), physical, at, motion);
         }
@@ -162,9 +174,7 @@ impl Physics {
     fn add(&mut self, number: u32, kind: &VehicleType, physical: &Physical, at: &Transform, motion: &Motion) {
         let wheels = wheels(kind);
         let speed = if motion.speed.is_finite() { motion.speed } else { 0.0 };
-        let why_not = if wheels.is_empty() {
-            "its wheels are in a row"
-        } else if !at.is_finite() || !is_within(at.translation, f32::MIN) {
+        let why_not = if !at.is_finite() || !is_within(at.translation, f32::MIN) {
             "it is nowhere"
         } else {
             let tuning = Tuning::of(physical, kind, wheels.len());

@@ -187,6 +187,27 @@ pub struct Paint {
     pub colors: Vec<Color>,
 }
 
+/// What differs from the numbers that are derived from the vehicle's type.
+#[derive(Deserialize, Debug, Default)]
+#[serde(default, deny_unknown_fields)]
+pub struct Physical {
+    pub mass: Option<f32>,
+    pub friction: Option<f32>,
+    pub engine_force: Option<f32>,
+    pub brake_force: Option<f32>,
+    pub drag: Option<f32>,
+    pub stiffness: Option<f32>,
+    pub damping: Option<f32>,
+    pub rest_length: Option<f32>,
+}
+
+impl From<&Physical> for systems::physics::Physical {
+    fn from(source: &Physical) -> Self {
+        let &Physical { mass, friction, engine_force, brake_force, drag, stiffness, damping, rest_length } = source;
+        Self { mass, friction, engine_force, brake_force, drag, stiffness, damping, rest_length }
+    }
+}
+
 /// A vehicle as an entity of a scene file.
 #[derive(Deserialize, Debug)]
 #[serde(deny_unknown_fields)]
@@ -198,6 +219,8 @@ pub struct Vehicle {
     pub headlights: Headlights,
     #[serde(default)]
     pub by_hand: bool,
+    #[serde(default)]
+    pub physical: Option<Physical>,
     #[serde(default)]
     pub route: Option<String>,
     #[serde(default)]
