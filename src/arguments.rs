@@ -2,6 +2,7 @@
 
 use crate::name;
 use crate::renderer::Occlusion;
+use systems::clock::SPEEDS;
 use systems::levels::LevelOfDetail;
 use systems::library::Technique;
 use systems::lights::LightPolicy;
@@ -48,6 +49,16 @@ pub fn parse_occlusion(text: &str) -> Result<Occlusion, String> {
     name::find("choice", &Occlusion::ALL, text)
 }
 
+/// Simulated seconds per real second.
+///
+/// # Errors
+/// What was expected.
+pub fn parse_speed(text: &str) -> Result<f64, String> {
+    let (slowest, fastest) = (SPEEDS.start(), SPEEDS.end());
+    let speed = text.parse().ok().filter(|speed| SPEEDS.contains(speed));
+    speed.ok_or_else(|| format!("expected a number from {slowest} to {fastest}"))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -58,5 +69,7 @@ mod tests {
         for bad in ["64", "0x5", "x", "64x", "99999x2"] {
             assert!(parse_size(bad).is_err(), "{bad}");
         }
+        assert_eq!((parse_speed("0.1"), parse_speed("100")), (Ok(0.1), Ok(100.0)));
+        assert!(["0", "-1", "101", "NaN", "fast"].iter().all(|bad| parse_speed(bad).is_err()));
     }
 }

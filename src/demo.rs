@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-const SCENE: &str = "assets/scenes/demo.ron";
+const SCENE: &str = "assets/scenes/town.ron";
 
 /// The demo scene: below the working directory, beside the binary or above it, or where the project was built.
 pub fn scene_path() -> PathBuf {

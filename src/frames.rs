@@ -8,6 +8,7 @@ use crate::import::cache::Cache;
 use crate::import::compress::{CompressReport, compress_images};
 use crate::import::progress;
 use crate::output::{self, OutputError};
+use crate::recording::{RecordingError, RunFiles, Stepper};
 use crate::renderer::{Gpu, GpuError, Occlusion, RenderError, Renderer, Settings};
 use crate::scene::{self, SceneError};
 use crate::video::{self, VideoError};
@@ -17,8 +18,9 @@ use bevy_ecs::prelude::*;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 use systems::Simulation;
-use systems::clock::Clock;
+use systems::clock::{Clock, SPEEDS};
 use systems::library::{Library, MeshId};
 use systems::pieces::{PieceOf, WholeMesh};
 use systems::texture_memory::{self, Reduced};
@@ -56,8 +58,8 @@ pub struct FrameJob {
     pub scene: PathBuf,
     /// Where the pictures go; made if missing.
     pub folder: PathBuf,
-    /// Frame numbers.
-    pub frames: Range<u64>,
+    /// Which frames.
+    pub frames: Frames,
     /// Pixels.
     pub size: (u32, u32),
     /// The name of the camera, or `chase NAME`, `driver NAME` of a vehicle; `None`: the scene's first camera.
@@ -74,6 +76,48 @@ pub struct FrameJob {
     pub load: LoadOptions,
     /// A film of the colour frames, made when they are all there; its rate is that of the scene's clock.
     pub video: Option<PathBuf>,
+    /// What the run begins from and is kept in.
+    pub run: RunFiles,
+    /// A snapshot of the state after the last frame.
+    pub save_snapshot: Option<PathBuf>,
+    /// Takes the steps at the speed of the scene's clock rather than as fast as possible.
+    pub realtime: bool,
+}
+
+/// Frames of a run. Frame n shows the state after n steps.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub enum Frames {
+    /// So many, from where the run begins: 0, or a snapshot's step.
+    First(u64),
+    /// These.
+    Range(Range<u64>),
+    /// All of a recording; without one, the first.
+    All,
+}
+
+impl Frames {
+    /// The numbers, of a run whose first and last steps are known, the last of a recording only.
+    fn numbers(&self, first: u64, last: Option<u64>) -> Result<Range<u64>, FrameError> {
+        let wanted = match self {
+            Self::First(count) => first..first + count,
+            Self::Range(range) => range.clone(),
+            Self::All => first..last.unwrap_or(first) + 1,
+        };
+        if wanted.start < first {
+            return Err(FrameError::NoFrames { wanted, known: format!("begins with frame {first}") });
+        }
+        match last {
+            Some(last) if wanted.end > last + 1 => {
+                Err(FrameError::NoFrames { wanted, known: format!("ends with frame {last}") })
+            }
+            _ => Ok(wanted),
+        }
+    }
+
+    /// The first that is known to be wanted.
+    fn start(&self) -> u64 {
+        if let Self::Range(range) = self { range.start } else { 0 }
+    }
 }
 
 /// What stops a job.
@@ -104,6 +148,17 @@ pub enum FrameError {
     /// The film could not be made.
     #[error(transparent)]
     Video(#[from] VideoError),
+    /// Frames that a run does not have.
+    #[error("frames {}..{}: the run {known}", wanted.start, wanted.end)]
+    NoFrames {
+        /// The frames asked for.
+        wanted: Range<u64>,
+        /// Where it begins or ends.
+        known: String,
+    },
+    /// A run that cannot be recorded, replayed or continued.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
     /// Pictures that cannot be compared.
     #[error(transparent)]
     Compare(#[from] CompareError),
@@ -230,14 +285,48 @@ impl Headless {
     }
 }
 
-/// Renders a job; `progress` is called after each frame with its number. Returns the pictures written.
+/// Begins the run of a stage that has just been loaded: see [`Stepper::begin`].
+///
+/// # Errors
+/// [`FrameError::Recording`].
+pub fn begin_run(stage: &mut Stage, scene: &Path, files: &RunFiles, from: u64) -> Result<Stepper, FrameError> {
+    let stepper = Stepper::begin(files, (scene, &stage.scene.files), from, &mut stage.simulation)?;
+    if let (Some(path), Some(recording)) = (&files.replay, stepper.recording().filter(|r| !r.is_whole())) {
+        let last = recording.steps().1;
+        tracing::warn!("{}: the recording was cut short; it ends with step {last}", path.display());
+    }
+    Ok(stepper)
+}
+
+/// Steps at the speed of the clock.
+struct Pace {
+    began: Instant,
+    first: u64,
+    seconds_per_step: f64,
+}
+
+impl Pace {
+    fn begin(clock: &Clock) -> Self {
+        let seconds_per_step = clock.step_seconds / clock.speed.clamp(*SPEEDS.start(), *SPEEDS.end());
+        Self { began: Instant::now(), first: clock.step, seconds_per_step }
+    }
+
+    /// Waits until a step is due; one that is late is not waited for.
+    fn wait(&self, step: u64) {
+        let due = Duration::from_secs_f64((step - self.first) as f64 * self.seconds_per_step);
+        std::thread::sleep(due.saturating_sub(self.began.elapsed()));
+    }
+}
+
+/// Renders a job; `progress` is called after each frame with how many are done, and of how many. Returns the files
+/// written.
 ///
 /// # Errors
 /// [`FrameError`]; pictures written before stay.
-pub fn render_frames(job: &FrameJob, mut progress: impl FnMut(u64)) -> Result<Vec<PathBuf>, FrameError> {
+pub fn render_frames(job: &FrameJob, mut progress: impl FnMut(u64, u64)) -> Result<Vec<PathBuf>, FrameError> {
     let path = |kind: OutputKind, frame| job.folder.join(format!("{}_{frame:05}.png", kind.name()));
     if let Some(film) = &job.video {
-        video::check(film, &job.folder)?;
+        video::check(film)?;
     }
     // The driver takes its time to start; the scene loads meanwhile.
     let opening = std::thread::spawn(Gpu::headless);
@@ -245,6 +334,13 @@ pub fn render_frames(job: &FrameJob, mut progress: impl FnMut(u64)) -> Result<Ve
     let gpu = opening.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
     let mut stage = stage?;
     let gpu = gpu?;
+    let mut stepper = begin_run(&mut stage, &job.scene, &job.run, job.frames.start())?;
+    let now = stage.simulation.world.resource::<Clock>().step;
+    let (first, last) = stepper.recording().map_or((now, None), |recording| {
+        let (first, last) = recording.steps();
+        (first, Some(last))
+    });
+    let frames = job.frames.numbers(first, last)?;
     output::make_folder(&job.folder)?;
     stage.simulation.world.insert_resource(job.lights);
     let mut renderer = Renderer::new(&gpu);
@@ -254,11 +350,14 @@ pub fn render_frames(job: &FrameJob, mut progress: impl FnMut(u64)) -> Result<Ve
         // written depends on its scene alone.
         settings.occlusion = Occlusion::Off;
     }
-    for _ in 0..job.frames.start {
-        stage.simulation.step();
-    }
+    let step_of = |simulation: &Simulation| simulation.world.resource::<Clock>().step;
+    let pace = job.realtime.then(|| Pace::begin(stage.simulation.world.resource()));
     let mut written = Vec::new();
-    for frame in job.frames.clone() {
+    for frame in frames.clone() {
+        while step_of(&stage.simulation) < frame {
+            pace.iter().for_each(|pace| pace.wait(step_of(&stage.simulation) + 1));
+            stepper.step(&mut stage.simulation)?;
+        }
         let missing: Vec<_> =
             job.outputs.iter().filter(|&&kind| !job.resume || !is_written(&path(kind, frame))).copied().collect();
         if !missing.is_empty() {
@@ -270,8 +369,12 @@ pub fn render_frames(job: &FrameJob, mut progress: impl FnMut(u64)) -> Result<Ve
                 written.push(path(kind, frame));
             }
         }
-        progress(frame);
-        stage.simulation.step();
+        progress(frame + 1 - frames.start, frames.end - frames.start);
+    }
+    stepper.finish(&mut stage.simulation)?;
+    if let Some(path) = &job.save_snapshot {
+        stepper.save_snapshot(path, &mut stage.simulation)?;
+        written.push(path.clone());
     }
     if job.outputs.contains(&OutputKind::Id) {
         let names = job.folder.join("ids.json");
@@ -280,8 +383,7 @@ pub fn render_frames(job: &FrameJob, mut progress: impl FnMut(u64)) -> Result<Ve
     }
     if let Some(film) = &job.video {
         let rate = 1.0 / stage.simulation.world.resource::<Clock>().step_seconds;
-        video::encode(film, &job.folder, job.frames.clone(), rate)?;
-        written.push(film.clone());
+        written.push(video::encode(film, &job.folder, frames, rate)?);
     }
     Ok(written)
 }

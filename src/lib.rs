@@ -20,6 +20,7 @@
 //!
 //! Programs begin with [`prelude`]; `examples/` has three.
 
+pub mod animation;
 pub mod app;
 pub mod arguments;
 pub mod bench;
@@ -33,6 +34,7 @@ pub mod name;
 pub mod output;
 pub mod prelude;
 pub mod problem;
+pub mod recording;
 pub mod renderer;
 pub mod scene;
 pub mod video;

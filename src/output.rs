@@ -1,6 +1,7 @@
 //! Files that are written whole or not at all.
 
 use std::fs;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// An output that could not be written.
@@ -29,10 +30,22 @@ pub enum OutputError {
 /// # Errors
 /// [`OutputError::Io`]; the temporary file is removed.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
+    write_whole_with(path, |file| file.write_all(bytes))
+}
+
+/// [`write_whole`] for what is written bit by bit.
+///
+/// # Errors
+/// [`OutputError::Io`]; the temporary file is removed.
+pub fn write_whole_with(
+    path: &Path,
+    write: impl FnOnce(&mut fs::File) -> std::io::Result<()>,
+) -> Result<(), OutputError> {
     let mut name = path.file_name().unwrap_or_default().to_owned();
     name.push(format!(".{}.part", std::process::id()));
     let temporary = path.with_file_name(name);
-    let written = fs::write(&temporary, bytes).and_then(|()| fs::rename(&temporary, path));
+    let written = fs::File::create(&temporary).and_then(|mut file| write(&mut file));
+    let written = written.and_then(|()| fs::rename(&temporary, path));
     written.map_err(|source| {
         let _ = fs::remove_file(&temporary);
         OutputError::Io { path: path.to_owned(), source }

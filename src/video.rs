@@ -1,5 +1,6 @@
-//! Frames into a film, by ffmpeg where it is installed.
+//! Frames into a film, by ffmpeg where it is installed; else, or where the name asks for it, into an animated picture.
 
+use crate::animation::{self, Animation};
 use crate::output::OutputError;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -8,16 +9,6 @@ use std::process::{Command, Stdio};
 /// A film that could not be made; the frames are there all the same.
 #[derive(Debug, thiserror::Error)]
 pub enum VideoError {
-    /// ffmpeg cannot be run.
-    #[error("{}: cannot run ffmpeg, which makes the video ({reason}); install it (Debian, Ubuntu: apt-get install ffmpeg), the frames are in {}", path.display(), frames.display())]
-    NoEncoder {
-        /// The film.
-        path: PathBuf,
-        /// The folder of its frames.
-        frames: PathBuf,
-        /// What the operating system says.
-        reason: std::io::Error,
-    },
     /// ffmpeg fails.
     #[error("{}: ffmpeg failed: {message}", path.display())]
     Failed {
@@ -31,23 +22,51 @@ pub enum VideoError {
     Output(#[from] OutputError),
 }
 
-/// Whether ffmpeg can be run and the film's folder is there, asked before hours of rendering.
+/// Whether the film's folder is there, asked before hours of rendering. Where ffmpeg is missing, says what is made
+/// instead.
 ///
 /// # Errors
-/// [`VideoError::NoEncoder`], [`VideoError::Output`].
-pub fn check(path: &Path, frames: &Path) -> Result<(), VideoError> {
+/// [`VideoError::Output`].
+pub fn check(path: &Path) -> Result<(), VideoError> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     folder.metadata().map_err(|source| OutputError::Io { path: path.to_owned(), source })?;
-    let asked = Command::new("ffmpeg").arg("-version").stdout(Stdio::null()).stderr(Stdio::null()).status();
-    let no_encoder = |reason| VideoError::NoEncoder { path: path.to_owned(), frames: frames.to_owned(), reason };
-    asked.map(drop).map_err(no_encoder)
+    if Animation::of(path).is_none()
+        && let Err(reason) = ffmpeg()
+    {
+        tracing::warn!(
+            "{}: cannot run ffmpeg, which makes such videos ({reason}); {} is made instead, an animated PNG. To install \
+             ffmpeg: apt-get install ffmpeg (Debian, Ubuntu)",
+            path.display(),
+            animation::instead_of(path).display()
+        );
+    }
+    Ok(())
 }
 
-/// Encodes `folder/color_NNNNN.png` of those frames; written under another name, then renamed.
+fn ffmpeg() -> std::io::Result<()> {
+    Command::new("ffmpeg").arg("-version").stdout(Stdio::null()).stderr(Stdio::null()).status().map(drop)
+}
+
+/// Encodes `folder/color_NNNNN.png` of those frames: into an animated picture where the name asks for one or ffmpeg is
+/// missing, else by ffmpeg. Returns what was written, whole or not at all.
 ///
 /// # Errors
 /// [`VideoError`].
-pub fn encode(path: &Path, folder: &Path, frames: Range<u64>, frames_per_second: f64) -> Result<(), VideoError> {
+pub fn encode(path: &Path, folder: &Path, frames: Range<u64>, frames_per_second: f64) -> Result<PathBuf, VideoError> {
+    let (path, kind) = match Animation::of(path) {
+        Some(kind) => (path.to_owned(), Some(kind)),
+        None if ffmpeg().is_err() => (animation::instead_of(path), Some(Animation::Apng)),
+        None => (path.to_owned(), None),
+    };
+    match kind {
+        Some(kind) => animation::encode(&path, kind, folder, frames, frames_per_second)?,
+        None => encode_film(&path, folder, frames, frames_per_second)?,
+    }
+    Ok(path)
+}
+
+/// By ffmpeg; written under another name, then renamed.
+fn encode_film(path: &Path, folder: &Path, frames: Range<u64>, frames_per_second: f64) -> Result<(), VideoError> {
     let mut name = std::ffi::OsString::from(format!(".part-{}-", std::process::id()));
     name.push(path.file_name().unwrap_or_default());
     // ffmpeg runs in the frames' folder: a % in its name would count as a part of the pattern.
@@ -64,7 +83,7 @@ pub fn encode(path: &Path, folder: &Path, frames: Range<u64>, frames_per_second:
         .current_dir(folder)
         .stdin(Stdio::null())
         .output()
-        .map_err(|reason| VideoError::NoEncoder { path: path.to_owned(), frames: folder.to_owned(), reason })?;
+        .map_err(|source| OutputError::Io { path: path.to_owned(), source })?;
     if !output.status.success() {
         let _ = std::fs::remove_file(&temporary);
         let said = String::from_utf8_lossy(&output.stderr);

@@ -74,9 +74,21 @@ impl Inputs {
         self.queued.push(input);
     }
 
+    /// Whether nothing waits.
+    pub fn is_empty(&self) -> bool {
+        self.queued.is_empty()
+    }
+
     /// Forgets what is queued.
     pub fn clear(&mut self) {
         self.queued.clear();
+    }
+}
+
+/// Queues other settings for an entity's light. Nothing is queued for an entity that nobody enrolled.
+pub fn edit_light(world: &mut World, entity: Entity, light: Light) {
+    if let Some(entity) = world.resource::<Roster>().id(entity) {
+        world.resource_mut::<Inputs>().push(Input::EditLight { entity, light });
     }
 }
 

@@ -34,6 +34,7 @@ pub mod materials;
 pub mod motion;
 pub mod object_order;
 mod pages;
+pub mod physics;
 pub mod pieces;
 pub mod relevance;
 pub mod roster;
@@ -112,6 +113,7 @@ impl Simulation {
         world.init_resource::<object_order::ObjectOrder>();
         world.init_resource::<instances::InstanceTable>();
         world.init_resource::<draw_list::DrawList>();
+        world.init_resource::<physics::Physics>();
         world.init_resource::<vehicles::VehicleTypes>();
         world.init_resource::<vehicles::NextVehicleNumber>();
         world.init_resource::<vehicles::routes::Routes>();
@@ -158,9 +160,21 @@ pub fn step_schedule() -> Schedule {
             vehicles::signals::tick_signals,  // what traffic lights show now
             vehicles::signals::light_heads,   // and their lamps
             vehicles::driving::drive,         // vehicles, as their routes or drivers want
-            vehicles::parts::move_parts,      // wheels and the like, as their vehicles moved
-            vehicles::lamps::switch_lamps,    // which lamps are on after that
-            vehicles::lamps::light_lamps,     // and what they do
+            // Vehicles that are bodies: after the kinematic ones, which they bump into.
+            (
+                physics::update_ground,  // what wheels stand on
+                physics::place_bodies,   // who is a body, and where
+                physics::follow_traffic, // kinematic vehicles near by
+                physics::step_bodies,    // springs, tyres, collisions
+                physics::write_back,     // where they are now
+                physics::find_wheels,    // whose model has springs
+                physics::move_springs,   // and how far they give
+            )
+                .chain()
+                .run_if(physics::any_physical),
+            vehicles::parts::move_parts,   // wheels and the like, as their vehicles moved
+            vehicles::lamps::switch_lamps, // which lamps are on after that
+            vehicles::lamps::light_lamps,  // and what they do
         )
             .chain(),
     );

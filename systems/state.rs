@@ -10,10 +10,12 @@ use crate::clock::{Clock, Seed};
 use crate::components::{Figure, Light, Spin};
 use crate::hidden::Hidden;
 use crate::library::{MaterialId, MeshId};
+use crate::physics::{Obstacle, Physical, PhysicsState};
 use crate::roster::{FromIds, Roster, StateId, ToIds};
 use crate::state_hash::{self, Sum};
+use crate::vehicles::ground::Ground;
 use crate::vehicles::lamps::{Lamp, Switches};
-use crate::vehicles::{ByHand, Controls, Motion, NextVehicleNumber, OnRoute, Stalled, VehicleNumber};
+use crate::vehicles::{ByHand, Controls, Motion, NextVehicleNumber, OnRoute, Stalled, VehicleNumber, Wanted};
 use bevy_ecs::component::Mutable;
 use bevy_ecs::prelude::*;
 use bevy_ecs::query::ArchetypeFilter;
@@ -91,6 +93,11 @@ impl StateList {
         self.add_component::<Stalled>("stalled");
         self.add_component::<Switches>("lamps");
         self.add(Component::<MaterialId, With<Lamp>>::new("glass"));
+        self.add_component::<Physical>("physical");
+        self.add_component::<Wanted>("wanted");
+        self.add_component::<Ground>("ground");
+        self.add_component::<Obstacle>("obstacle");
+        self.add(PhysicsState);
     }
 
     /// A component, all of whose values are state. Entities within it are told apart by `Component::map_entities`.
@@ -223,7 +230,12 @@ struct ResourceKind<R: StateResource> {
 
 impl<R: StateResource> ResourceKind<R> {
     fn new(name: &'static str) -> Self {
-        Self { name, take_over: |own, saved| Ok(*own = saved), resource: PhantomData }
+        Self { name, take_over: Self::replace, resource: PhantomData }
+    }
+
+    fn replace(own: &mut R, saved: R) -> Result<(), &'static str> {
+        *own = saved;
+        Ok(())
     }
 }
 

@@ -186,41 +186,51 @@ fn a_folder_that_cannot_be_written_is_one_clear_error() {
     assert_fails(&relief(&["render", "scene.ron", "-o", "taken"], folder.path()), 1, &["cannot write taken"]);
 }
 
+/// Names of unfinished files.
+fn unfinished(folder: &Path) -> Vec<PathBuf> {
+    contents(folder).into_iter().map(|(name, _)| name).filter(|name| name.to_string_lossy().contains("part")).collect()
+}
+
 #[test]
-fn a_film_is_made_with_ffmpeg_and_its_absence_is_said_before_rendering() {
+fn a_film_is_made_with_ffmpeg_and_without_it_an_animated_picture() {
     if common::gpu().is_none() {
         return;
     }
     let folder = scene_folder();
-    let args = [
-        "render",
-        "scene.ron",
-        "-o",
-        "out",
-        "--frames",
-        "3",
-        "--size",
-        "65x37",
-        "--lights=three",
-        "--video",
-        "film.mp4",
-    ];
+    let film = |name: &str| {
+        let args = ["render", "scene.ron", "-o", "out", "--frames", "3", "--size", "65x37", "--video"];
+        [&args[..], &[name]].concat().iter().map(ToString::to_string).collect::<Vec<_>>()
+    };
     let mut without = Command::new(env!("CARGO_BIN_EXE_relief"));
-    let output = without.args(args).current_dir(folder.path()).env("PATH", "").output().expect("the binary runs");
-    assert_fails(&output, 1, &["film.mp4", "install"]);
-    assert_fails(&relief(&[&args[..9], &["--video", "no/film.mp4"]].concat(), folder.path()), 1, &["no/film.mp4"]);
-    assert!(!folder.path().join("out").exists());
+    let output = without.args(film("film.mp4")).current_dir(folder.path()).env("PATH", "").output();
+    let output = output.expect("the binary runs");
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let said = text(&output.stderr);
+    assert!(said.contains("film.mp4") && said.contains("film.apng is made instead"), "{said}");
+    assert!(text(&output.stdout).contains("film.apng"), "{}", text(&output.stdout));
+    assert!(!folder.path().join("film.mp4").exists());
+    let frames = image::codecs::png::PngDecoder::new(std::io::Cursor::new(
+        fs::read(folder.path().join("film.apng")).expect("an animation"),
+    ));
+    assert!(frames.and_then(|decoder| decoder.is_apng()).expect("a PNG"));
+
+    let run = |name: &str| {
+        let args = film(name);
+        relief(&args.iter().map(String::as_str).collect::<Vec<_>>(), folder.path())
+    };
+    assert!(run("film.gif").status.success());
+    assert!(fs::read(folder.path().join("film.gif")).expect("an animation").starts_with(b"GIF89a"));
+    fs::remove_dir_all(folder.path().join("out")).expect("frames");
+    assert_fails(&run("no/film.mp4"), 1, &["no/film.mp4"]);
+    assert!(!folder.path().join("out").exists(), "said before rendering");
+    assert_eq!(unfinished(folder.path()), [] as [PathBuf; 0]);
     if Command::new("ffmpeg").arg("-version").output().is_err() {
         eprintln!("skipped: no ffmpeg");
         return;
     }
-    let output = relief(&args, folder.path());
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    let film = fs::read(folder.path().join("film.mp4")).expect("a film");
-    assert_eq!(&film[4..8], b"ftyp");
-    let left: Vec<_> =
-        contents(folder.path()).into_iter().filter(|(name, _)| name.to_string_lossy().contains("part")).collect();
-    assert!(left.is_empty(), "{left:?}");
+    assert!(run("film.mp4").status.success());
+    assert_eq!(&fs::read(folder.path().join("film.mp4")).expect("a film")[4..8], b"ftyp");
+    assert_eq!(unfinished(folder.path()), [] as [PathBuf; 0]);
 }
 
 #[test]

@@ -339,7 +339,7 @@ fn ids_and_their_names_are_the_objects() {
     let job = frames::FrameJob {
         scene: write(&folder, "scene.ron", &text),
         folder: folder.path().to_owned(),
-        frames: 0..1,
+        frames: frames::Frames::First(1),
         size: (32, 32),
         camera: None,
         outputs: vec![frames::OutputKind::Id],
@@ -348,8 +348,11 @@ fn ids_and_their_names_are_the_objects() {
         resume: false,
         load: frames::LoadOptions::default(),
         video: None,
+        run: Default::default(),
+        save_snapshot: None,
+        realtime: false,
     };
-    frames::render_frames(&job, |_| {}).unwrap_or_else(|e| panic!("{e}"));
+    frames::render_frames(&job, |_, _| {}).unwrap_or_else(|e| panic!("{e}"));
     let names: serde_json::Value =
         serde_json::from_slice(&std::fs::read(folder.path().join("ids.json")).expect("written")).expect("JSON");
     let names = names.as_object().expect("an object");

@@ -596,3 +596,15 @@ proptest! {
         scene::check(&folder.file("scene.ron", damaged));
     }
 }
+
+#[test]
+fn what_is_attached_to_a_node_is_not_attached_to_a_childs_of_the_same_name() {
+    let text = r#"(meshes: {"m": model(file: "model.gltf")}, entities: [
+        (name: "whole", mesh: "m", children: [(name: "child", mesh: "m")], attach: [(name: "bulb", node: "lamp", light: point())]),
+    ])"#;
+    let (mut simulation, _) = load(text);
+    let world = &mut simulation.world;
+    let (bulb, child) = (named(world, "bulb"), named(world, "child"));
+    let above = std::iter::successors(Some(bulb), |&entity| world.get::<ChildOf>(entity).map(ChildOf::parent));
+    assert!(above.into_iter().all(|entity| entity != child));
+}

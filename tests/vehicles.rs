@@ -7,13 +7,17 @@ use bevy_ecs::prelude::*;
 use bevy_transform::components::{GlobalTransform, Transform};
 use glam::Vec3;
 use relief::scene::{self, load_vehicle_types};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use systems::Simulation;
 use systems::components::Light;
 use systems::library::{Library, MaterialId, MeshId};
+use systems::lights::Selection;
+use systems::shapes;
 use systems::vehicles::lamps::{Lamp, LampKind};
 use systems::vehicles::parts::{Movement, MovingPart};
-use systems::vehicles::{ByHand, Controls, Headlights, Vehicle, VehicleType, VehicleTypeId, VehicleTypes};
+use systems::vehicles::{
+    ByHand, Controls, Headlights, Vehicle, VehicleNumber, VehicleType, VehicleTypeId, VehicleTypes,
+};
 
 /// A cart: four wheels of half a metre's radius whose middle is far from the model's origin, a lamp below the turned
 /// node `arm`, and a body in the material `coat`. Each mesh is a quad of 1 m across the X axis.
@@ -120,14 +124,36 @@ fn a_model_stands_on_its_wheels_whatever_its_origin() {
     near(wheels[0], Vec3::new(99.4, 0.5, 0.0));
     near(wheels[3], Vec3::new(100.7, 0.5, 2.5));
     // Under a node that turns it round: at +3.5, shining ahead.
-    let (lamp, at) = world.query::<(&Lamp, &GlobalTransform)>().single(world).expect("one lamp");
+    let (lamp, at) = world.query_filtered::<(&Lamp, &GlobalTransform), With<MeshId>>().single(world).expect("a glass");
     assert_eq!((lamp.vehicle, lamp.kind), (vehicle, LampKind::Head));
     near(at.translation(), Vec3::new(100.0, 1.5, 3.5));
     near(at.forward().into(), Vec3::Z);
     assert_eq!(place(world, vehicle), Vec3::new(100.0, 0.0, 0.0));
-    // Body, four wheels, the glass: nothing that has no purpose.
-    assert_eq!(world.query::<&ChildOf>().iter(world).count(), 6);
+    // Body, four wheels, the glass, its light: nothing that has no purpose.
+    assert_eq!(world.query::<&ChildOf>().iter(world).count(), 7);
     assert_eq!(world.query::<&Light>().single(world).expect("one light").intensity, 9.0);
+}
+
+#[test]
+fn lamps_shine_ahead_and_not_on_their_own_vehicle() {
+    let (mut simulation, _) = Folder::new().types(TYPES);
+    let (kind, _) = find(&simulation, "cart");
+    simulation.world.spawn(Vehicle::of(kind));
+    let wall = simulation.world.resource_mut::<Library>().add_mesh(shapes::cube(Vec3::ONE));
+    let wall = simulation.world.spawn((wall, Transform::from_xyz(0.0, 1.0, 12.0))).id();
+    simulation.frame();
+    let world = &mut simulation.world;
+    let (light, at) = world.query::<(&Light, &GlobalTransform)>().single(world).expect("one light");
+    assert!(light.enabled && at.forward().dot(Vec3::Z) > 0.999);
+    // The body's sphere, of 2.83 m about 1.5, reaches 4.33.
+    assert!((4.33..4.35).contains(&at.translation().z), "{}", at.translation());
+    let reached: Vec<Entity> = world
+        .query::<(Entity, &Selection)>()
+        .iter(world)
+        .filter(|(_, selection)| selection.reaching > 0)
+        .map(|(entity, _)| entity)
+        .collect();
+    assert_eq!(reached, [wall]);
 }
 
 #[test]
@@ -165,21 +191,21 @@ fn everything_wrong_with_types_is_said_with_its_place() {
     let expected = [
         r#"2:42: types["a"].wheelbase: expected a number from 0.05 to 100, found 0"#,
         r#"2:63: types["a"].wheels[0].nodes[0]: no node "front lft"; did you mean "front left"?"#,
-        r#"2:86: types["a"].wheels[0].radius: expected a number from 0.01 to 10, found -1"#,
+        r#"2:85: types["a"].wheels[0].radius: expected a number from 0.01 to 10, found -1"#,
         r#"2:97: types["a"].mass: expected a number from 1 to 1000000"#,
         r#"3:18: types["b"].model: missing.gltf"#,
         r#"4:12: types["box"]: the name "box" is that of the stand-in; expected another"#,
         r#"5:75: types["c"].lamps[0].glow: expected a number from 0 to 1000000000, found inf"#,
         r#"5:87: types["c"].lamps[0].color: expected a colour like"#,
-        r#"5:132: types["c"].paint.materials[0]: no material "cat"; did you mean "coat"?"#,
+        r#"5:122: types["c"].paint.materials[0]: no material "cat"; did you mean "coat"?"#,
         r#"6:10: types["c"]: the name "c" is taken: it stands twice"#,
         r#"6:49: types["c"].limits.braking: expected a number from 0.01 to 100, found 0"#,
         r#"6:70: types["c"].limits.steering_degrees: expected a number from 0.1 to 85, found 90"#,
         r#"6:101: types["c"].driver.headway_seconds: expected a number from 0 to 60, found -1"#,
-        r#"7:80: types["d"].swings[0].stride_metres: expected a number from 0.01"#,
-        r#"7:101: types["d"].trailer.node: no node "bdy"; did you mean "body"?"#,
-        r#"7:116: types["d"].trailer.length: expected a number from 0.05 to 100, found 0"#,
-        r#"7:128: types["d"].forks[0]: no node """#,
+        r#"7:83: types["d"].swings[0].stride_metres: expected a number from 0.01"#,
+        r#"7:104: types["d"].trailer.node: no node "bdy"; did you mean "body"?"#,
+        r#"7:119: types["d"].trailer.length: expected a number from 0.05 to 100, found 0"#,
+        r#"7:131: types["d"].forks[0]: no node """#,
     ];
     assert_eq!(problems.len(), expected.len(), "{problems:#?}");
     for (problem, expected) in problems.iter().zip(expected) {
@@ -221,11 +247,12 @@ fn a_scene_names_types_and_has_vehicles_of_them() {
     assert_eq!(loaded.warnings, [r#"no vehicle type "crt"; did you mean "cart"?; a box stands in"#]);
     assert_eq!(loaded.cameras.first().map(|(name, _)| name.as_str()), Some("seat"));
     let world = &mut simulation.world;
-    let mut vehicles = world.query::<(&Name, &Vehicle, &Controls, &Transform, Has<ByHand>)>();
-    let all: Vec<_> = vehicles.iter(world).collect();
+    let mut vehicles = world.query::<(&Name, &Vehicle, &Controls, &Transform, Has<ByHand>, &VehicleNumber)>();
+    let mut all: Vec<_> = vehicles.iter(world).collect();
+    all.sort_by_key(|vehicle| vehicle.5);
     let names: Vec<&str> = all.iter().map(|v| v.0.as_str()).collect();
     assert_eq!(names, ["mine", "cart 2", "crt 3", "crt 4"]);
-    let (_, mine, controls, at, by_hand) = all[0];
+    let (_, mine, controls, at, by_hand, _) = all[0];
     assert_eq!(
         (mine.paint, controls.headlights, at.translation, by_hand),
         (1, Headlights::High, Vec3::new(1.0, 2.0, 3.0), true)
@@ -244,7 +271,7 @@ fn a_scenes_problems_include_those_of_its_types() {
     );
     assert_eq!(problems.len(), 3, "{problems:#?}");
     assert!(
-        problems[0].starts_with("1:18: vehicle_types[0]: vehicles.ron:1:44: types[\"a\"].mass: expected a number"),
+        problems[0].starts_with("1:18: vehicle_types[0]: vehicles.ron:1:42: types[\"a\"].mass: expected a number"),
         "{}",
         problems[0]
     );
@@ -256,41 +283,25 @@ fn a_scenes_problems_include_those_of_its_types() {
     );
 }
 
-/// A model that knows nothing of Relief becomes a vehicle by naming its nodes.
+/// A model that knows nothing of Relief becomes a vehicle by naming its nodes; this one's have no names.
 #[test]
 fn the_milk_truck_drives() {
     let Some(data) = common::test_data() else { return };
     let folder = Folder::new();
-    let model = data.join("models/CesiumMilkTruck/CesiumMilkTruck.glb");
-    let model = if model.is_file() { model } else { find_file(&data.join("models"), "CesiumMilkTruck.glb") };
-    let wheels = r#"wheels: [(nodes: ["Node"], steers: true), (nodes: ["Node.001"])]"#;
-    let by_nodes =
-        |wheels: &str| format!("(types: {{\"truck\": (model: {:?}, {wheels})}})", model.display().to_string());
-    let wrong = folder.problems("vehicles.ron", &by_nodes(r#"wheels: [(nodes: ["Wheel"])]"#));
-    assert!(wrong[0].contains("no node \"Wheel\"; did you mean \"Wheels\"?"), "{wrong:?}");
-    let text = by_nodes(
-        r#"transform: (rotation_degrees: (0, 90, 0)), wheels: [(nodes: ["Node"], steers: true), (nodes: ["Node.001"])]"#,
-    );
-    let _ = wheels;
-    let (mut simulation, _) = folder.types(&text);
+    let model = data.join("models/CesiumMilkTruck/CesiumMilkTruck.glb").display().to_string();
+    let of_nodes = |front: &str, rear: &str| {
+        let wheels = format!("wheels: [(nodes: [{front:?}], steers: true), (nodes: [{rear:?}])]");
+        format!("(types: {{\"truck\": (model: {model:?}, transform: (rotation_degrees: (0, 90, 0)), {wheels})}})")
+    };
+    let wrong = folder.problems("vehicles.ron", &of_nodes("nod 2", "node 4"));
+    assert!(wrong.len() == 1 && wrong[0].contains("no node \"nod 2\"; did you mean \"node 2\"?"), "{wrong:?}");
+    let (mut simulation, _) = folder.types(&of_nodes("node 2", "node 4"));
     let (kind, truck) = find(&simulation, "truck");
-    assert!((2.0..4.0).contains(&truck.wheelbase) && (3.0..6.0).contains(&truck.size.z), "{truck:?}");
+    assert!((truck.wheelbase - 2.785).abs() < 1e-3 && (4.0..6.0).contains(&truck.size.z), "{truck:?}");
     simulation.world.spawn(Vehicle::of(kind));
     simulation.frame();
-    assert!(simulation.world.query::<(&MeshId, &MovingPart)>().iter(&simulation.world).count() >= 2);
-}
-
-fn find_file(folder: &Path, name: &str) -> PathBuf {
-    let mut open = vec![folder.to_owned()];
-    while let Some(folder) = open.pop() {
-        for entry in std::fs::read_dir(folder).expect("a folder").flatten() {
-            let path = entry.path();
-            if path.is_dir() {
-                open.push(path);
-            } else if path.file_name().is_some_and(|n| n == name) {
-                return path;
-            }
-        }
-    }
-    panic!("no {name}")
+    let mut wheels = simulation.world.query_filtered::<&GlobalTransform, With<MovingPart>>();
+    let mut axles: Vec<Vec3> = wheels.iter(&simulation.world).map(|at| at.translation()).collect();
+    axles.sort_by(|a, b| a.z.total_cmp(&b.z));
+    assert!(axles[0].z.abs() < 1e-4 && (axles[1].z - 2.785).abs() < 1e-3 && axles[0].y > 0.3, "{axles:?}");
 }

@@ -298,6 +298,43 @@ fn the_clock_stops_steps_and_goes_on() {
 }
 
 #[test]
+fn a_run_in_a_window_is_the_run_without_one_and_its_recording_replays() {
+    let place = Place::new();
+    let Some(display) = Display::start(&place) else { return };
+    let files = ["--record", "run.rec", "--hash", "window.txt", "--speed", "5"];
+    let app = App::start(&place, &display, &[&["--no-panel"], &files[..]].concat());
+    let read = |name: &str| fs::read_to_string(place.path().join(name)).unwrap_or_default();
+    wait_for("steps", || (read("window.txt").lines().count() > 100).then_some(()));
+    app.press(&["space"]);
+    let stopped = wait_for("the clock to stop", || {
+        let before = read("window.txt").lines().count();
+        std::thread::sleep(Duration::from_millis(500));
+        (read("window.txt").lines().count() == before).then_some(before as u64 - 1)
+    });
+    let still = place.rendered(stopped, &["--hash", "render.txt"]);
+    app.shows("the state itself, and nothing between steps", &still);
+    let headless = read("render.txt");
+    assert!(headless.lines().count() > 100 && headless == read("window.txt"), "without a window");
+
+    app.press(&["f", "period", "period"]);
+    app.wait_for_picture("another figure", |seen| *seen != still);
+    app.press(&["F5"]);
+    let snapshot = app.line();
+    app.press(&["Escape"]);
+    assert_eq!(app.ends().code(), Some(0));
+    let (last, folder) = (stopped + 2, place.path().join("again"));
+    let frames = format!("{last}..{}", last + 1);
+    let mut replay = place.relief();
+    replay.args(["replay", "run.rec", "--size", &size(), "--frames", &frames, "--hash", "replay.txt", "-o", "again"]);
+    let output = replay.output().expect("relief starts");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(read("replay.txt").lines().count() > 2 && read("window.txt").ends_with(&read("replay.txt")));
+    let replayed = image::open(folder.join(format!("color_{last:05}.png"))).expect("a picture").into_rgb8();
+    assert_ne!(replayed, place.rendered(last, &[]), "the figure changes in the replay");
+    assert_eq!(place.rendered(last, &["--from-snapshot", &snapshot]), replayed, "and in the snapshot");
+}
+
+#[test]
 fn the_panel_floats_over_the_scene_and_leaves_the_rest_alone() {
     let place = Place::new();
     let Some(display) = Display::start(&place) else { return };

@@ -79,10 +79,9 @@ class Canvas:
         self.rough = np.full((h, w), rough) + 0.015 * self.mid
         self.met, self.h, self.gap = np.zeros((h, w)), np.zeros((h, w)), np.zeros((h, w))
 
-    def soft(self, d, least=0.0):
+    def soft(self, d):
         """1 where d < 0, with an edge as wide as a pixel."""
-        e = max(0.6 * self.pixel, least)
-        return smooth(e, -e, d)
+        return smooth(0.6 * self.pixel, -0.6 * self.pixel, d)
 
     def line(self, d, width=0.007, depth=0.006, dark=0.9):
         """A panel gap along d = 0; never thinner than the pixels can show."""
@@ -101,7 +100,7 @@ class Canvas:
         self.h += height * smooth(e, -e, d)
 
     def fill(self, d, color=None, rough=None, metal=None, flat=False):
-        """Another surface where d < 0."""
+        """Another surface where d < 0; flat: without what was pressed into it before."""
         m = self.soft(d)
         if color is not None:
             self.base = mix(self.base, rgb(color) if isinstance(color, str) else color, m)
@@ -112,7 +111,6 @@ class Canvas:
         if flat:
             self.h = np.where(d < 0, 0, self.h)
             self.gap *= 1 - m
-        return m
 
     def glass(self, d, y0, y1, seats=None, rim=0.018):
         """Dark glass where d < 0, lighter toward the top as if the sky shone through, in a black rubber rim."""
@@ -183,19 +181,19 @@ def knots(places, pixels):
 # ------------------------------------------------------------ atlas furniture
 
 SWATCHES = [('plastic', '1a1b1c', 0.62, 0), ('rubber', '151515', 0.85, 0), ('under', '131211', 0.95, 0), ('chrome', 'd2d3d3', 0.14, 1),
-            ('steel', '8c8d8e', 0.40, 1), ('gloss', '0a0a0b', 0.10, 0), ('grey', '55575a', 0.55, 0), ('white', 'e6e6e2', 0.40, 0),
-            ('alloy', 'a9acb0', 0.30, 1), ('leather', '2a211b', 0.6, 0), ('dark_red', '5a1512', 0.4, 0), ('dial', 'b9c6b4', 0.3, 0)]
+            ('steel', '8c8d8e', 0.40, 1), ('gloss', '0a0a0b', 0.10, 0), ('grey', '55575a', 0.55, 0),
+            ('alloy', 'a9acb0', 0.30, 1), ('dark_red', '5a1512', 0.4, 0), ('dial', 'b9c6b4', 0.3, 0)]
 
 
-def furniture(atlas, x, y, rim, plate, seed, swatches=()):
+def furniture(atlas, x, y, rim, plate, seed):
     """Draw what every vehicle needs into a block of 512 by 128 pixels: rim, tyre, lenses, plate, plain surfaces."""
     draw_rim(atlas, x, y, 128, rim, seed)
     draw_tyre(atlas, x + 128, y, seed + 1)
-    for k, (name, color) in enumerate((('glass_clear', 'efeee8'), ('glass_red', 'c21810'), ('glass_amber', 'f08c14'), ('lens_white', 'e8e8e4'))):
+    for k, (name, color) in enumerate((('glass_clear', 'efeee8'), ('glass_red', 'c21810'), ('glass_amber', 'f08c14'))):
         draw_lens(atlas, x + 166 + 66 * k, y, color, name, name == 'glass_clear')
     draw_plate(atlas, x + 432, y, plate)
     draw_mirror(atlas, x + 432, y + 22)
-    for k, (name, color, rough, metal) in enumerate(SWATCHES + list(swatches)):
+    for k, (name, color, rough, metal) in enumerate(SWATCHES):
         atlas.swatch(name, x + 166 + 24 * (k % 14), y + 68 + 24 * (k // 14), color, rough, metal)
 
 
@@ -260,17 +258,14 @@ def draw_rim(atlas, x, y, s, style, seed):
     n = tx.noise(s, seed, beta=1.2, lo=2, hi=50)
     turn = lambda k, off=0.0: ((a / (2 * np.pi) * k + off) % 1.0 - 0.5) * 2 * np.pi / k
     if style == 'alloy':
-        ca = turn(5)
-        spoke = np.abs(ca) * r - (0.15 - 0.05 * r)                       # five broad spokes
-        split = 0.035 - np.abs(ca) * r * smooth(0.5, 0.8, r)
-        hole = np.maximum(np.maximum(-spoke * -1, 0.26 - r), r - 0.86)
-        hole = np.where((r > 0.26) & (r < 0.86), spoke, -1)
-        open_ = smooth(-0.02, 0.02, hole) * smooth(0.25, 0.29, r) * smooth(0.88, 0.84, r)
+        across = np.abs(turn(5)) * r                                     # five broad spokes, each with a groove
+        split = 0.035 - across * smooth(0.5, 0.8, r)
+        open_ = smooth(-0.02, 0.02, across - (0.15 - 0.05 * r)) * smooth(0.25, 0.29, r) * smooth(0.88, 0.84, r)
         col, met, rough = np.tile(rgb('b4b7ba'), (s, s, 1)), np.full_like(r, 0.9), np.full_like(r, 0.3)
         h = -0.02 * open_ + 0.004 * smooth(0.05, 0.0, np.abs(r - 0.93)) - 0.004 * smooth(0.02, 0.0, np.abs(split - 0.03)) * (1 - open_)
         bolts = smooth(0.045, 0.030, np.hypot(r - 0.20, turn(5, 0.5) * r))
     elif style == 'truck':
-        open_ = smooth(0.08, 0.055, np.hypot((r - 0.72) * 1.0, turn(10) * r))
+        open_ = smooth(0.08, 0.055, np.hypot(r - 0.72, turn(10) * r))
         col, met, rough = np.tile(rgb('c4c5c4'), (s, s, 1)), np.full_like(r, 0.25), np.full_like(r, 0.45)
         h = -0.02 * open_ + 0.006 * smooth(0.06, 0.0, np.abs(r - 0.92)) - 0.01 * smooth(0.06, 0.0, np.abs(r - 0.58))
         bolts = smooth(0.045, 0.030, np.hypot(r - 0.46, turn(10, 0.5) * r))

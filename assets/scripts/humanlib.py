@@ -6,7 +6,7 @@ from vehiclelib import *
 
 def skin(path, radii, rect, seg=12, side=(1, 0, 0), power=2.0, close=(True, True), bend=60):
     """A closed skin. path: ring centres; radii: (across, deep) of each ring. u runs around, 0.5 in front; v along.
-    side: the direction that counts as across. power: 2 an ellipse, more is boxier."""
+    side: the direction that counts as across at the end. power: 2 an ellipse, more is boxier."""
     path, radii = np.asarray(path, float), np.asarray(radii, float)
     tan = np.gradient(path, axis=0)
     tan /= np.linalg.norm(tan, axis=1, keepdims=True)
@@ -16,9 +16,12 @@ def skin(path, radii, rect, seg=12, side=(1, 0, 0), power=2.0, close=(True, True
     c, s = np.sign(c) * np.abs(c) ** (2 / power), np.sign(s) * np.abs(s) ** (2 / power)
     P, UV = [], []
     x, y, w, h = rect
-    for p, t, (a, b), l in zip(path, tan, radii, length):
-        e1 = np.asarray(side, float) - t * (np.asarray(side) @ t)
+    turns, e1 = [], np.asarray(side, float)
+    for t in tan[::-1]:                                # carried along from the end, so that it follows any bend
+        e1 = e1 - t * (e1 @ t)
         e1 /= np.linalg.norm(e1)
+        turns.append(e1)
+    for p, t, e1, (a, b), l in zip(path, tan, turns[::-1], radii, length):
         e2 = np.cross(t, e1)
         e2 = e2 if e2 @ (0, 0.3, 1) > 0 else -e2
         ring = p + a * c[:, None] * e1 + b * s[:, None] * e2
@@ -94,12 +97,11 @@ def arm(shoulder, elbow, wrist, uv, seg=10):
     s, b, c = (np.asarray(p, float) for p in (shoulder, elbow, wrist))
     d = (b - s) / np.linalg.norm(b - s)
     inward = np.array([-1.0, 0, 0])
-    pts = [s + inward * 0.110 + d * 0.008, s + inward * 0.055 - d * 0.012, s + inward * 0.012 - d * 0.002, s + d * 0.045, between(s, b, 0.5), between(s, b, 0.88), b,
+    pts = [s + inward * 0.110 + d * 0.016, s + inward * 0.055 + d * 0.002, s + inward * 0.014 + d * 0.008, s + d * 0.055, between(s, b, 0.5), between(s, b, 0.88), b,
            between(b, c, 0.12), between(b, c, 0.4), c]
     pts[6] = b + 0.25 * (b - (pts[5] + pts[7]) / 2)
-    radii = [0.034, 0.054, 0.063, 0.064, 0.056, 0.050, 0.049, 0.047, 0.043, 0.036]
-    side = (1, 0, 0) if abs(d[0]) < 0.9 else (0, 1, 0)
-    return skin(pts, [(r, r * 1.06) for r in radii], uv['sleeve'], seg, side)
+    radii = [0.034, 0.050, 0.059, 0.061, 0.055, 0.050, 0.049, 0.047, 0.043, 0.036]
+    return skin(pts, [(r, r * 1.06) for r in radii], uv['sleeve'], seg)
 
 
 def hand(wrist, tip, rect, seg=8, fist=False):
@@ -108,7 +110,7 @@ def hand(wrist, tip, rect, seg=8, fist=False):
     return skin([w, between(w, t, 0.35), between(w, t, 0.75), t], k, rect, seg)
 
 
-def torso(pelvis, chest, neck, uv, seg=16, coat=True):
+def torso(pelvis, chest, neck, uv, seg=16):
     """From below the hips over the chest to the collar."""
     pelvis, chest, neck = (np.asarray(p, float) for p in (pelvis, chest, neck))
     up = (chest - pelvis) / np.linalg.norm(chest - pelvis)
@@ -209,7 +211,7 @@ def draw_jacket(u, v, h, cross, col, rider):
     h = h + 0.004 * cross * smooth(0.5, 0.15, v) - 0.004 * zip_
     col = mix(col, rgb('3a3a38'), zip_ * 0.8)
     for c in (0.36, 0.64):
-        pocket = smooth(0.010, 0.003, np.abs(np.hypot((u - c) * 1.0, 0) - 0.0)) * smooth(0.13, 0.15, v) * smooth(0.34, 0.32, v)
+        pocket = smooth(0.010, 0.003, np.abs(u - c)) * smooth(0.13, 0.15, v) * smooth(0.34, 0.32, v)
         h, col = h - 0.004 * pocket, mix(col, rgb('44443f'), pocket * 0.6)
     hem = smooth(0.05, 0.04, v)
     col = mix(col, rgb('2c2d2d'), 0.75 * hem)
@@ -219,7 +221,7 @@ def draw_jacket(u, v, h, cross, col, rider):
     col, h = mix(col, rgb('55554f'), 0.5 * seam), h - 0.003 * seam
     if rider:
         band = smooth(0.03, 0.022, np.abs(v - 0.42))
-        col = mix(col, rgb('2b2d2e'), smooth(0.30, 0.27, np.abs(u - 0.5) - 0.0) * 0.0 + band * 0.9)
+        col = mix(col, rgb('2b2d2e'), band * 0.9)
     return h, col
 
 
@@ -234,7 +236,7 @@ def draw_trousers(u, v, h, cross, col, rider):
     seam = smooth(0.02, 0.006, np.abs(np.abs(u - 0.5) - 0.25))
     worn = np.exp(-((v - 0.48) / 0.12) ** 2) * np.exp(-((u - 0.5) / 0.16) ** 2)
     if rider:
-        pad = smooth(0.14, 0.12, np.hypot((u - 0.5) * 0.6, (v - 0.5) * 1.0))
+        pad = smooth(0.14, 0.12, np.hypot((u - 0.5) * 0.6, v - 0.5))
         h, col = h + 0.006 * pad, mix(col, rgb('17181a'), 0.7 * pad)
     return h - 0.002 * seam, mix(col, col * 1.35, 0.5 * worn[..., None] * np.ones(3))
 

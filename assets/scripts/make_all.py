@@ -10,6 +10,7 @@ import make_motorcycle
 import make_person
 import make_props
 import make_textures
+import make_town
 import make_truck
 import make_van
 
@@ -23,4 +24,6 @@ if __name__ == '__main__':
     for name, script in VEHICLES.items():
         script.build(os.path.join(HERE, '..', 'models', name + '.glb'))
         print('model', name)
+    make_town.main()
+    print('town')
     sys.exit(os.system('"%s" "%s"' % (sys.executable, os.path.join(HERE, 'check.py'))) != 0)

@@ -184,7 +184,7 @@ def panes(shell, atlas, side):
 def sign(shell, uv):
     """The destination over the windscreen."""
     s0, s1 = S_SCREEN[1] - 0.19, S_SCREEN[1] + 0.12
-    return shell.patch([(-0.85, s0), (0.85, s0), (0.85, s1), (-0.85, s1)], uv['sign'], lift=0.012, skirt=0.02, fine=0.6)
+    return shell.patch([(-0.85, s0), (0.85, s0), (0.85, s1), (-0.85, s1)], uv['sign'], lift=0.030, skirt=0.0, fine=0.38)
 
 
 def details(shell, uv, atlas):

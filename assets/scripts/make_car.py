@@ -74,7 +74,7 @@ def draw_side(atlas):
     c.line(seg_dist(np.array([(2.93, 0.62), (3.3, 0.64)]), Z, Y, False))
     c.line(seg_dist(np.array([(-0.345, 0.2), (-0.37, 0.50), (-0.36, 0.60), (-0.7, 0.61)]), Z, Y, False))
     flap = rr(Z, Y, -0.22, 0.83, 0.075, 0.075, 0.02)
-    c.line(np.where(Y > 0, flap, 1))
+    c.line(flap)
     for hz in (1.22, 0.22):                                                  # handles lie in bowls
         c.raise_(rr(Z, Y, hz, 0.885, 0.075, 0.028, 0.025), -0.014, 0.010)
     for az in (0, FRONT):
@@ -83,7 +83,7 @@ def draw_side(atlas):
         c.gap = np.maximum(c.gap, 0.5 * smooth(0.02, 0.0, np.abs(d)))
     d = poly_sdf(DLO, Z, Y)
     seats = np.minimum(rr(Z, Y, 1.13, 1.05, 0.11, 0.16, 0.05), rr(Z, Y, 0.20, 1.02, 0.10, 0.12, 0.05))
-    seats = np.minimum(seats, np.minimum(rr(Z, Y, 1.10, 1.27, 0.065, 0.07, 0.03), np.hypot(Z - 1.72, (Y - 0.97) * 1.0) - 0.14))
+    seats = np.minimum(seats, np.minimum(rr(Z, Y, 1.10, 1.27, 0.065, 0.07, 0.03), np.hypot(Z - 1.72, Y - 0.97) - 0.14))
     c.fill(np.abs(d) - 0.012, '141415', 0.35, 0)
     c.glass(d, 0.98, 1.38, seats)
     for bar, wid in ((np.abs(Z - 1.055 + 0.06 * (Y - 1)), 0.040), (np.abs(Z - 0.07 - 0.10 * (Y - 1)), 0.018), (np.abs(Z - 1.78), 0.014)):
@@ -96,7 +96,7 @@ def draw_side(atlas):
 def draw_strip(atlas):
     c = Canvas(atlas, STRIP, SX, TY, 920, rough=0.24)
     S, T = c.x, c.y
-    at = lambda z, y: O.near(z, y)
+    at = O.near
     # bonnet: shut line, two folds, a shallow bulge
     s0, s1 = at(3.24, 0.72), at(2.30, 0.97)
     c.line(np.where(T < 0.745, S - s0, 1))
@@ -108,9 +108,9 @@ def draw_strip(atlas):
     c.grille(rr(S, T, su, 0, 0.055, 0.47, 0.05), 0.032, upright=True, bar='9a9c9e')
     c.ridge(rr(S, T, su, 0, 0.060, 0.475, 0.05), 0.008, 0.014)
     c.grille(rr(S, T, sl, 0, 0.085, 0.50, 0.05), 0.045, upright=True)
-    for tt in (0.68,):
-        c.fill(rr(S, T, sl, tt, 0.055, 0.10, 0.03), '121213', 0.6, flat=True)
-        c.ridge(rr(S, T, sl, tt, 0.055, 0.10, 0.03), 0.008, 0.016)
+    pocket = rr(S, T, sl, 0.68, 0.055, 0.10, 0.03)
+    c.fill(pocket, '121213', 0.6, flat=True)
+    c.ridge(pocket, 0.008, 0.016)
     c.fill(S - at(3.24, 0.24), '1b1c1d', 0.65)                                       # lip under the bumper
     c.line(np.where(T > 0.47, S - at(3.30, 0.56), 1))
     badge = np.hypot(S - su, T) - 0.045
@@ -127,7 +127,7 @@ def draw_strip(atlas):
     c.base = mix(c.base, mix(rgb('0a0d0f'), rgb('28333a'), k), c.soft(d + 0.04))
     c.line(np.where((S > S_SCREEN[1]) & (S < S_BACK[0]), T - 0.70, 1), 0.010, 0.006)
     c.line(np.where(T < 0.72, S - at(-0.30, 1.395), 1))
-    c.ridge(np.where((S > S_SCREEN[1] + 0.25) & (S < S_BACK[0] - 0.3), np.abs(T - 0.22) - 0.0, 1), -0.004, 0.05)
+    c.ridge(np.where((S > S_SCREEN[1] + 0.25) & (S < S_BACK[0] - 0.3), T - 0.22, 1), -0.004, 0.05)
     d = poly_sdf(np.concatenate([BACK, BACK[::-1] * (-1, 1)]), T, S)
     c.fill(d - 0.004, '0e0f10', 0.3, 0)
     c.glass(d, 0, 1, rim=0.025)
@@ -141,8 +141,7 @@ def draw_strip(atlas):
     c.raise_(bed, -0.012, 0.012)
     c.fill(rr(S, T, at(-0.655, 0.825), 0, 0.012, 0.27, 0.01), '1b1c1d', 0.4)
     c.fill(rr(S, T, at(-0.64, 0.33), 0, 0.075, 0.62, 0.04), '1b1c1d', 0.62)
-    for tt in (0.62,):
-        c.fill(rr(S, T, at(-0.675, 0.47), tt, 0.022, 0.10, 0.012), '7c120e', 0.2, flat=True)
+    c.fill(rr(S, T, at(-0.675, 0.47), 0.62, 0.022, 0.10, 0.012), '7c120e', 0.2, flat=True)
     low = np.maximum(smooth(0.45, 0.0, S), smooth(O.length - 0.55, O.length, S))
     c.weather(np.clip(0.7 * low, 0, 1), 0.5)
     c.put()
@@ -171,7 +170,6 @@ def details(shell, uv, atlas):
     trim.append(plate(atlas, P[0] + (0, 0, 0.012), tilt=0))
     P, N = shell.on_strip(0.0, O.near(-0.675, 0.735))
     trim.append(plate(atlas, P[0] + (0, 0, -0.004), True, tilt=6))
-    P, N = shell.on_strip(-0.42, O.near(-0.62, 0.25))
     trim.append(lathe([(0.034, -0.10), (0.034, 0.03), (0.028, 0.03), (0.026, -0.05)], 8, 40).rot('x', -90).move(-0.42, 0.235, -0.60).swatch(*uv['chrome']))
     return paint, trim
 
@@ -203,7 +201,7 @@ def build(out):
 
 
 def lamps(v, shell, uv):
-    s = lambda z, y: O.near(z, y)
+    s = O.near
     s0, s1 = s(3.275, 0.655), s(3.20, 0.775)
     edge = shell.widest(s0) - 0.005
     head = round_poly([(0.50, s0), (edge, s0 + 0.035), (edge, s1 + 0.03), (0.60, s1)], [0.03, 0.02, 0.03, 0.03])

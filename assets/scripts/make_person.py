@@ -3,7 +3,7 @@
 import os
 from humanlib import *
 
-HIP, SHOULDER = (0.092, 0.900, 0.0), (0.192, 1.395, -0.012)
+HIP, SHOULDER = (0.092, 0.900, 0.0), (0.178, 1.392, -0.012)
 
 
 def build(out):
@@ -18,8 +18,8 @@ def build(out):
     for side, sx in (('left', 1), ('right', -1)):
         hip, shoulder = np.array(HIP), np.array(SHOULDER)
         down = [leg(hip, (0.100, 0.480, 0.012), (0.100, 0.095, -0.012), uv), shoe((0.102, 0.092, -0.012), (0.06, 0.0, 1.0), uv)]
-        coat = [arm(shoulder, (0.236, 1.120, -0.030), (0.240, 0.880, 0.012), uv)]
-        palm = [hand((0.240, 0.890, 0.012), (0.236, 0.775, 0.035), uv['skin_rect'])]
+        coat = [arm(shoulder, (0.226, 1.120, -0.030), (0.232, 0.880, 0.012), uv)]
+        palm = [hand((0.232, 0.890, 0.012), (0.228, 0.775, 0.035), uv['skin_rect'])]
         turn = (lambda ps: ps) if sx > 0 else (lambda ps: [mirror_x(p) for p in ps])
         shaped(v, 'leg_' + side, hip * (sx, 1, 1), [], turn(down))
         shaped(v, 'arm_' + side, shoulder * (sx, 1, 1), turn(coat), turn(palm))

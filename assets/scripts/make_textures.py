@@ -5,11 +5,7 @@ import os
 import sys
 import numpy as np
 from texlib import *
-
-
-def cavity(h, sigma, gain):
-    """Darkening of what lies lower than its surroundings (a touch of occlusion)."""
-    return np.clip(1.0 + (h - blur(h, sigma)) * gain, 0.35, 1.25)[..., None]
+from town_tiles import asphalt, paving, tiles
 
 
 def halved(a):
@@ -415,8 +411,7 @@ def copper():
     spec = np.clip(0.85 + 0.15 * ridge - 0.35 * aged - 0.6 * green, 0, 1)
     return base, spec, h, size, depth
 
-
-ALL = dict(brick=brick, copper=copper, cobble=cobble, metal=metal, corrugated=corrugated,
+ALL = dict(asphalt=asphalt, paving=paving, tiles=tiles, brick=brick, copper=copper, cobble=cobble, metal=metal, corrugated=corrugated,
            plaster=plaster, planks=planks, concrete=concrete)
 
 
@@ -427,7 +422,7 @@ def main(out, names=None, preview=None):
     for name in names or ALL:
         base, spec, h, size, depth = ALL[name]()
         index[name] = save_set(out, name, base, spec, h, size, depth,
-                               {'metal': 1, 'corrugated': 1, 'copper': 1, 'brick': 3}.get(name, 2))
+                               {'metal': 1, 'corrugated': 1, 'copper': 1, 'brick': 3, 'tiles': 3, 'asphalt': 3, 'paving': 3}.get(name, 2))
         print('texture', name, 'height %.2f..%.2f' % (h.min(), h.max()))
         if preview:
             nrm = normal_from_height(np.clip(h, 0, 1), size, depth)

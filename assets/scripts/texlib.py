@@ -81,6 +81,11 @@ def mix(a, b, t):
     return a + (b - a) * t
 
 
+def cavity(h, sigma, gain):
+    """Darkening of what lies lower than its surroundings (a touch of occlusion)."""
+    return np.clip(1.0 + (h - blur(h, sigma)) * gain, 0.35, 1.25)[..., None]
+
+
 def rgb(h):
     return np.array([int(h[i:i + 2], 16) for i in (0, 2, 4)], float) / 255.0
 

@@ -11,6 +11,8 @@ use systems::components::{Camera, Figure, Light, LightKind, Projection};
 use systems::library::{Library, MaterialId, MeshId};
 use systems::lights::{LightSlot, ScoredLight, Selection, light_record, score};
 use systems::pieces::{Pieces, WholeMesh};
+use systems::vehicles::routes::Routes;
+use systems::vehicles::{Motion, OnRoute, Vehicle, VehicleTypes};
 
 /// The colours of an object's three lights, most relevant first: those of the debug view.
 pub const LIGHT_COLORS: [Color32; 3] =
@@ -112,6 +114,17 @@ pub fn show(ui: &mut egui::Ui, world: &World, entity: Entity) {
         if let Some(camera) = world.get::<Camera>(entity) {
             row("camera", projection(camera));
         }
+        if let Some((vehicle, motion)) = world.get::<Vehicle>(entity).zip(world.get::<Motion>(entity)) {
+            row("vehicle", world.resource::<VehicleTypes>().get(vehicle.kind).name.clone());
+            row("speed", kilometres_per_hour(motion));
+            row("steering", format!("{:.1}°", motion.steering.to_degrees()));
+        }
+        if let Some(on) = world.get::<OnRoute>(entity)
+            && let Some(route) = world.resource::<Routes>().get(on.route)
+        {
+            row("route", route.plan.name.clone());
+            row("on it", format!("{:.1} m, lane {}", on.at, on.lane));
+        }
     });
 }
 
@@ -149,6 +162,12 @@ pub fn show_lights(ui: &mut egui::Ui, world: &World, lights: &ObjectLights) -> O
         more => _ = ui.weak(format!("{more} more, scores {:.3} in all", lights.dropped)),
     }
     clicked
+}
+
+/// A vehicle's speed.
+pub fn kilometres_per_hour(motion: &Motion) -> String {
+    // No −0.
+    format!("{:.0} km/h", motion.speed * 3.6 + 0.0)
 }
 
 fn light_kind(light: &Light) -> String {

@@ -45,6 +45,8 @@ pub enum Command {
     ToggleHelp,
     /// Writes what is seen to a file.
     SavePicture,
+    /// Writes the state of the simulation to a file.
+    SaveSnapshot,
     /// Closes the window.
     Quit,
 }
@@ -65,7 +67,7 @@ const fn key(keys: &'static [&'static str], command: Command, help: &'static str
 }
 
 /// All keys of the window.
-pub const KEYS: [KeyBinding; 19] = [
+pub const KEYS: [KeyBinding; 20] = [
     key(&["Space"], Command::Pause, "pause, go on"),
     key(&[".", "N"], Command::Step, "one step, while paused"),
     key(&["+", "="], Command::Faster, "faster"),
@@ -84,6 +86,7 @@ pub const KEYS: [KeyBinding; 19] = [
     key(&["Tab"], Command::TogglePanel, "show or hide the panel"),
     key(&["H", "F1"], Command::ToggleHelp, "show or hide this list"),
     key(&["P", "F12"], Command::SavePicture, "save a picture"),
+    key(&["F5"], Command::SaveSnapshot, "save a snapshot to go on from"),
     key(&["Esc"], Command::Quit, "close the window"),
 ];
 
@@ -118,6 +121,7 @@ fn logical_name(key: &Key) -> Option<String> {
         Key::Named(NamedKey::Tab) => Some("Tab".into()),
         Key::Named(NamedKey::Escape) => Some("Esc".into()),
         Key::Named(NamedKey::F1) => Some("F1".into()),
+        Key::Named(NamedKey::F5) => Some("F5".into()),
         Key::Named(NamedKey::F12) => Some("F12".into()),
         _ => None,
     }

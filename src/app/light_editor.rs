@@ -5,6 +5,7 @@ use egui::emath::Numeric;
 use egui::{Checkbox, DragValue, Grid, Id, Slider, SliderClamping, Ui};
 use glam::Vec3;
 use systems::components::{Light, LightKind};
+use systems::inputs;
 
 /// What a light gets that shall end and had no end. Metres.
 const FIRST_RANGE: f32 = 10.0;
@@ -25,11 +26,9 @@ pub fn show(ui: &mut Ui, world: &mut World, entity: Entity) {
             cone(ui, outer, inner, exponent);
         }
     });
-    // Only a real change: the light table hears of every access.
-    if world.get::<Light>(entity).is_some_and(|light| *light != edited)
-        && let Some(mut light) = world.get_mut::<Light>(entity)
-    {
-        *light = edited;
+    // Only a real change, as an input: a recording holds it.
+    if world.get::<Light>(entity).is_some_and(|light| *light != edited) {
+        inputs::edit_light(world, entity, edited);
     }
 }
 
@@ -134,12 +133,21 @@ mod tests {
     use bevy_ecs::change_detection::DetectChanges;
     use egui::{Event, Modifiers, PointerButton, Pos2, RawInput, Rect};
 
+    fn world_with(light: Light) -> (World, Entity) {
+        let mut world = World::new();
+        world.init_resource::<inputs::Inputs>();
+        let entity = world.spawn(light).id();
+        systems::roster::enroll_all(&mut world);
+        (world, entity)
+    }
+
     /// A frame of the editor alone.
     fn frame(context: &egui::Context, world: &mut World, entity: Entity, events: Vec<Event>) {
         let screen_rect = Some(Rect::from_min_size(Pos2::ZERO, egui::vec2(300.0, 400.0)));
         let mut output =
             context.run_ui(RawInput { screen_rect, events, ..RawInput::default() }, |ui| show(ui, world, entity));
         output.textures_delta.clear();
+        inputs::apply_queued(world);
     }
 
     #[test]
@@ -149,8 +157,7 @@ mod tests {
         let bright =
             Light::spot(-2.0, 1e9, 0.3).with_color(Vec3::new(7.0, -1.0, 0.5)).with_attenuation(Vec3::splat(1e8));
         for light in [odd, bright, Light::directional(1.0)] {
-            let mut world = World::new();
-            let entity = world.spawn(light.clone()).id();
+            let (mut world, entity) = world_with(light.clone());
             world.increment_change_tick();
             let context = egui::Context::default();
             let shown = format!("{light:?}");
@@ -163,8 +170,7 @@ mod tests {
 
     #[test]
     fn a_click_switches_the_light_off() {
-        let mut world = World::new();
-        let entity = world.spawn(Light::point(1.0, 5.0)).id();
+        let (mut world, entity) = world_with(Light::point(1.0, 5.0));
         let context = egui::Context::default();
         frame(&context, &mut world, entity, Vec::new());
         // The first row has one thing to click at, whatever the font's size.

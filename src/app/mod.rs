@@ -35,6 +35,7 @@ mod window;
 
 pub use input::{KEYS, KeyBinding, POINTER};
 
+use crate::recording::Stepper;
 use crate::renderer::{GpuError, RenderError, Settings};
 use crate::viewpoint::Viewpoint;
 use bevy_ecs::prelude::*;
@@ -47,6 +48,8 @@ use winit::event_loop::EventLoop;
 pub struct Options {
     /// A loaded world.
     pub simulation: Simulation,
+    /// Takes its steps.
+    pub stepper: Stepper,
     /// The scene's name, for the title bar.
     pub title: String,
     /// Names and entities of the scene's cameras, for switching between them.

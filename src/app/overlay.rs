@@ -1,4 +1,4 @@
-//! Lines from an object to its three lights, painted over the scene.
+//! What is painted over the scene: lines from an object to its three lights, and the speed of whoever drives.
 
 use super::details::{LIGHT_COLORS, ObjectLights};
 use egui::{Align2, Color32, FontId, Painter, Pos2, Stroke};
@@ -31,6 +31,14 @@ pub fn paint(painter: &Painter, view: &View, lights: &ObjectLights, room: f32) {
         painter.text(point(beside) + egui::vec2(1.0, 1.0), Align2::LEFT_CENTER, &text, font.clone(), Color32::BLACK);
         painter.text(point(beside), Align2::LEFT_CENTER, text, font, color);
     }
+}
+
+/// Writes the speed of the vehicle that is driven, at the bottom left.
+pub fn speed(painter: &Painter, text: &str) {
+    let at = painter.clip_rect().left_bottom() + egui::vec2(24.0, -20.0);
+    let font = FontId::proportional(34.0);
+    painter.text(at + egui::vec2(1.5, 1.5), Align2::LEFT_BOTTOM, text, font.clone(), Color32::BLACK);
+    painter.text(at, Align2::LEFT_BOTTOM, text, font, Color32::WHITE);
 }
 
 /// The ends of a segment in a picture of some size, origin at the top left; `None` where all of it is behind the eye.

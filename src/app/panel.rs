@@ -10,7 +10,7 @@ use crate::renderer::{DebugView, Drawn, Occlusion, RenderStats};
 use bevy_ecs::prelude::*;
 use egui::{Align2, Area, CollapsingHeader, Color32, ComboBox, Frame, Grid, Id, Margin, Panel, RichText, ScrollArea};
 use egui::{Slider, SliderClamping, Ui};
-use systems::clock::Clock;
+use systems::clock::{Clock, SPEEDS};
 use systems::components::{Environment, ToneMap};
 use systems::draw_list::LightRecord;
 use systems::levels::LevelOfDetail;
@@ -116,11 +116,8 @@ fn clock(ui: &mut Ui, viewer: &mut Viewer) -> Option<Command> {
         ui.weak(format!("{seconds:.2} s, step {step}"));
     });
     let mut changed = speed;
-    let slider = Slider::new(&mut changed, 1.0 / 16.0..=16.0)
-        .logarithmic(true)
-        .clamping(SliderClamping::Edits)
-        .suffix("×")
-        .text("speed");
+    let slider =
+        Slider::new(&mut changed, SPEEDS).logarithmic(true).clamping(SliderClamping::Edits).suffix("×").text("speed");
     if ui.add(slider).changed() {
         clock.speed = changed;
     }

@@ -5,21 +5,26 @@ use super::camera::Controller;
 use super::driving::{self, Wheel};
 use super::input::Command;
 use crate::frames;
+use crate::recording::{RecordingError, Stepper};
 use crate::renderer::{DebugView, Settings};
 use crate::viewpoint::Viewpoint;
 use bevy_ecs::prelude::*;
 use bevy_transform::components::GlobalTransform;
 use glam::Vec3;
+use std::time::{Duration, Instant};
 use systems::Simulation;
 use systems::bounds::{Aabb, WorldBounds};
-use systems::clock::Clock;
-use systems::components::{Figure, Light};
+use systems::clock::{Clock, SPEEDS};
+use systems::components::Light;
+use systems::inputs::{Input, Inputs};
+use systems::interpolation::Interpolation;
 use systems::library::{MeshId, Technique};
-use systems::vehicles::{ByHand, Controls, Indicator, Motion, Vehicle, VehicleTypes};
+use systems::roster::{Roster, StateId};
+use systems::vehicles::{Controls, Indicator, Motion, Vehicle, VehicleTypes};
 use systems::view::View;
 
-/// Simulated seconds per real second: as far as the keys go.
-const SPEEDS: std::ops::RangeInclusive<f64> = 1.0 / 16.0..=16.0;
+/// At most so long the window works on steps before it draws again: slow motion rather than a standstill.
+const STEPPING: Duration = Duration::from_millis(30);
 
 /// Metres: nearer than this nothing is turned about.
 const NEAREST_PIVOT: f32 = 0.05;
@@ -28,6 +33,8 @@ const NEAREST_PIVOT: f32 = 0.05;
 pub struct Viewer {
     /// The world.
     pub simulation: Simulation,
+    /// Takes its steps.
+    pub stepper: Stepper,
     /// The scene's name.
     pub title: String,
     /// Names and entities of the scene's cameras.
@@ -65,15 +72,19 @@ pub struct Viewer {
 pub enum Effect {
     /// Write a picture of the next frame.
     SavePicture,
+    /// Write a snapshot of the state.
+    SaveSnapshot,
     /// Close the window.
     Quit,
 }
 
 impl Viewer {
     /// The start.
-    pub fn new(options: Options) -> Self {
+    pub fn new(mut options: Options) -> Self {
+        options.simulation.world.insert_resource(Interpolation { enabled: true, fraction: 1.0 });
         Self {
             simulation: options.simulation,
+            stepper: options.stepper,
             title: options.title,
             cameras: options.cameras,
             viewpoint: options.viewpoint,
@@ -109,7 +120,10 @@ impl Viewer {
             Command::Faster => self.change_speed(2.0),
             Command::Slower => self.change_speed(0.5),
             Command::ToggleBump => self.toggle_bump(),
-            Command::NextFigure => self.next_figure(),
+            Command::NextFigure => {
+                self.simulation.world.resource_mut::<Inputs>().push(Input::NextFigure);
+                self.apply_inputs();
+            }
             Command::NextDebugView => self.settings.debug = after(&DebugView::ALL, self.settings.debug),
             Command::ToggleLightLines => self.light_lines = !self.light_lines,
             Command::ToggleLight => self.toggle_light(),
@@ -129,6 +143,7 @@ impl Viewer {
                 self.panel |= self.help;
             }
             Command::SavePicture => return Some(Effect::SavePicture),
+            Command::SaveSnapshot => return Some(Effect::SaveSnapshot),
             Command::Quit => return Some(Effect::Quit),
         }
         None
@@ -147,20 +162,11 @@ impl Viewer {
         }
     }
 
-    fn next_figure(&mut self) {
-        let mut figures = self.simulation.world.query::<(&mut Figure, &mut MeshId)>();
-        for (mut figure, mut mesh) in figures.iter_mut(&mut self.simulation.world) {
-            figure.shown = (figure.shown + 1) % figure.meshes.len().max(1);
-            if let Some(&shown) = figure.meshes.get(figure.shown) {
-                *mesh = shown;
-            }
-        }
-    }
-
     fn toggle_light(&mut self) {
-        let selected = self.selected.and_then(|entity| self.simulation.world.get_mut::<Light>(entity));
-        if let Some(mut light) = selected {
-            light.enabled = !light.enabled;
+        let Some(entity) = self.selected else { return };
+        if let Some(light) = self.simulation.world.get::<Light>(entity) {
+            let light = Light { enabled: !light.enabled, ..light.clone() };
+            self.input(entity, |entity| Input::EditLight { entity, light });
         }
     }
 
@@ -198,11 +204,8 @@ impl Viewer {
 
     /// Takes the wheel of the selected vehicle, or of the nearest; gives it back if somebody has it.
     fn drive(&mut self) {
-        let world = &mut self.simulation.world;
         if let Some(vehicle) = self.driven.take() {
-            if let Ok(mut entity) = world.get_entity_mut(vehicle) {
-                entity.remove::<ByHand>();
-            }
+            self.input(vehicle, |vehicle| Input::TakeWheel { vehicle, by_hand: false });
             self.wheel = Wheel::default();
             return;
         }
@@ -216,7 +219,7 @@ impl Viewer {
             self.notice = "there is no vehicle to drive".into();
             return;
         };
-        self.simulation.world.entity_mut(vehicle).insert(ByHand);
+        self.input(vehicle, |vehicle| Input::TakeWheel { vehicle, by_hand: true });
         self.driven = Some(vehicle);
         self.viewpoint = Viewpoint::Chase(vehicle);
         self.controller.reset();
@@ -224,35 +227,86 @@ impl Viewer {
 
     /// Changes the controls of the driven vehicle.
     fn edit_controls(&mut self, edit: impl FnOnce(&mut Controls)) {
-        if let Some(mut controls) = self.driven.and_then(|vehicle| self.simulation.world.get_mut::<Controls>(vehicle)) {
-            edit(&mut controls);
+        let Some(vehicle) = self.driven else { return };
+        let Some(&before) = self.simulation.world.get::<Controls>(vehicle) else { return };
+        let mut controls = before;
+        edit(&mut controls);
+        if controls != before {
+            self.input(vehicle, |vehicle| Input::Drive { vehicle, controls });
         }
     }
 
-    /// One step, with the keys that are held.
-    fn step(&mut self) {
+    /// Turns wheel and pedals as the keys are held, for a step.
+    fn hold_keys(&mut self) {
         let seconds = self.clock().step_seconds as f32;
-        if let Some(vehicle) = self.driven {
-            let world = &mut self.simulation.world;
-            let state = world.query::<(&Controls, &Motion, &Vehicle)>().get(world, vehicle).ok();
-            if let Some((&controls, motion, kind)) = state {
-                let kind = world.resource::<VehicleTypes>().get(kind.kind);
-                let controls = self.wheel.controls(controls, motion, kind, seconds);
-                self.edit_controls(|c| *c = controls);
-            } else {
-                self.driven = None;
-            }
-        }
-        self.simulation.step();
+        let Some(vehicle) = self.driven else { return };
+        let world = &mut self.simulation.world;
+        let state = world.query::<(&Controls, &Motion, &Vehicle)>().get(world, vehicle).ok();
+        let Some((&controls, motion, kind)) = state else {
+            self.driven = None;
+            return;
+        };
+        let kind = world.resource::<VehicleTypes>().get(kind.kind);
+        let controls = self.wheel.controls(controls, motion, kind, seconds);
+        self.edit_controls(|c| *c = controls);
     }
 
-    /// Lets real time go by: the steps that are due. Returns how many.
-    pub fn advance(&mut self, seconds: f64) -> u64 {
-        let due = self.clock().advance(seconds);
-        for _ in 0..due {
-            self.step();
+    /// Changes the world from outside: now, between two steps.
+    fn input(&mut self, entity: Entity, input: impl FnOnce(StateId) -> Input) {
+        let world = &mut self.simulation.world;
+        if let Some(id) = world.resource::<Roster>().id(entity) {
+            world.resource_mut::<Inputs>().push(input(id));
+            self.apply_inputs();
         }
-        due
+    }
+
+    fn apply_inputs(&mut self) {
+        let applied = self.stepper.apply_inputs(&mut self.simulation);
+        self.note(applied);
+    }
+
+    /// Lets real time go by: applies what somebody did, and takes the steps that are due, as far as there is time for
+    /// them. Returns how many.
+    pub fn advance(&mut self, seconds: f64) -> u64 {
+        self.apply_inputs();
+        let (due, began) = (self.clock().advance(seconds), Instant::now());
+        let mut taken = 0;
+        while taken < due && !self.clock().paused && (taken == 0 || began.elapsed() < STEPPING) {
+            self.step();
+            taken += 1;
+        }
+        let fraction = self.clock().fraction();
+        self.simulation.world.resource_mut::<Interpolation>().fraction = fraction;
+        taken
+    }
+
+    /// Takes a step. A replay stops where its recording ends.
+    fn step(&mut self) {
+        self.hold_keys();
+        if !self.stepper.is_at_end(&self.simulation) {
+            let taken = self.stepper.step(&mut self.simulation);
+            self.note(taken);
+        }
+        if self.stepper.is_at_end(&self.simulation) && !self.clock().paused {
+            self.clock().paused = true;
+            self.notice = "the recording ends here".into();
+        }
+    }
+
+    /// Ends the run in order.
+    pub fn finish(&mut self) {
+        let finished = self.stepper.finish(&mut self.simulation);
+        self.note(finished);
+    }
+
+    /// Says what went wrong with a recording, and goes on without it.
+    fn note(&mut self, result: Result<(), RecordingError>) {
+        if let Err(error) = result {
+            eprintln!("error: {error}");
+            self.notice = error.to_string();
+            self.stepper.stop_writing();
+            self.clock().paused = true;
+        }
     }
 
     /// What to draw for.
@@ -313,7 +367,7 @@ mod tests {
     use super::*;
     use bevy_transform::components::Transform;
     use glam::Vec2;
-    use systems::components::Camera;
+    use systems::components::{Camera, Figure};
     use systems::library::Library;
     use systems::shapes;
 
@@ -324,10 +378,12 @@ mod tests {
         simulation.world.spawn((meshes[0], Figure { meshes, shown: 0 }));
         let mut camera = |z| simulation.world.spawn((Camera::default(), Transform::from_xyz(0.0, 0.0, z))).id();
         let cameras = vec![("near".to_owned(), camera(5.0)), ("far".to_owned(), camera(9.0))];
+        systems::roster::enroll_all(&mut simulation.world);
         simulation.frame();
         let settings = Settings { technique: Some(Technique::PerturbedNormal), ..Settings::default() };
         Viewer::new(Options {
             simulation,
+            stepper: Stepper::default(),
             title: "test".into(),
             viewpoint: cameras[0].1.into(),
             cameras,
@@ -377,12 +433,13 @@ mod tests {
         let mut viewer = viewer();
         viewer.apply(Command::ToggleLight);
         let lamp = viewer.simulation.world.spawn(Light::point(1.0, 5.0)).id();
+        systems::roster::enroll_all(&mut viewer.simulation.world);
         viewer.selected = Some(lamp);
-        viewer.apply(Command::ToggleLight);
-        let shines = |viewer: &Viewer| viewer.simulation.world.get::<Light>(lamp).expect("a light").enabled;
-        assert!(!shines(&viewer));
-        viewer.apply(Command::ToggleLight);
-        assert!(shines(&viewer));
+        let mut shines_after_o = || {
+            viewer.apply(Command::ToggleLight);
+            viewer.simulation.world.get::<Light>(lamp).expect("a light").enabled
+        };
+        assert_eq!([shines_after_o(), shines_after_o()], [false, true]);
     }
 
     #[test]

@@ -13,9 +13,10 @@ use crate::output;
 use crate::renderer::{Gpu, RenderStats, Renderer, instance_flags};
 use glam::{Vec2, Vec3};
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
+use systems::inputs::Inputs;
 use systems::view::View;
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
@@ -92,6 +93,9 @@ impl ApplicationHandler for App {
     }
 
     fn exiting(&mut self, _: &ActiveEventLoop) {
+        if let Some(open) = &mut self.open {
+            open.viewer.finish();
+        }
         // The surface goes before the event loop's connection to the display does.
         self.open = None;
     }
@@ -192,6 +196,7 @@ impl Open {
         match self.viewer.apply(command) {
             Some(Effect::Quit) => return false,
             Some(Effect::SavePicture) => self.picture_wanted = true,
+            Some(Effect::SaveSnapshot) => self.save_snapshot(),
             None => {}
         }
         true
@@ -314,6 +319,9 @@ impl Open {
                 let room = ui.max_rect().width() - if viewer.panel { panel::WIDTH } else { 0.0 };
                 overlay::paint(ui.painter(), view, &lights, room);
             }
+            if let Some(motion) = viewer.driven.and_then(|vehicle| viewer.simulation.world.get(vehicle)) {
+                overlay::speed(ui.painter(), &details::kilometres_per_hour(motion));
+            }
             if viewer.panel {
                 command = side_panel.show(ui, viewer, &info).or(command);
             }
@@ -337,7 +345,8 @@ impl Open {
 
     /// Asks for the next frame while something moves; else waits for an event, or as long as the widgets stay still.
     fn rest(&mut self, still_for: Duration) -> ControlFlow {
-        let moving = !self.viewer.clock().paused || self.pointer.fly_direction() != Vec3::ZERO;
+        let waits = !self.viewer.simulation.world.resource::<Inputs>().is_empty();
+        let moving = !self.viewer.clock().paused || self.pointer.fly_direction() != Vec3::ZERO || waits;
         if moving || still_for.is_zero() {
             self.window.request_redraw();
             return ControlFlow::Wait;
@@ -350,9 +359,22 @@ impl Open {
     fn save_picture(&mut self) {
         let picture = self.renderer.draw_picture();
         let step = self.viewer.clock().step;
-        let path = free_name(&self.viewer.title, step);
+        let path = free_name(&self.viewer.title, step, "png");
         let picture = image::DynamicImage::from(picture).into_rgb8().into();
-        self.viewer.notice = match output::write_png(&path, &picture) {
+        self.tell_saved(&path, output::write_png(&path, &picture));
+    }
+
+    /// Writes the state into the working directory.
+    fn save_snapshot(&mut self) {
+        let step = self.viewer.clock().step;
+        let path = free_name(&self.viewer.title, step, "snapshot");
+        let viewer = &mut self.viewer;
+        let saved = viewer.stepper.save_snapshot(&path, &mut viewer.simulation);
+        self.tell_saved(&path, saved);
+    }
+
+    fn tell_saved(&mut self, path: &Path, saved: Result<(), impl std::fmt::Display>) {
+        self.viewer.notice = match saved {
             Ok(()) => {
                 let _ = writeln!(std::io::stdout(), "{}", path.display());
                 format!("saved {}", path.display())
@@ -366,13 +388,13 @@ impl Open {
     }
 }
 
-/// A name for a picture that no file has: the scene's name and the step, and a number from the second on.
-fn free_name(title: &str, step: u64) -> PathBuf {
+/// A name that no file has: the scene's name and the step, and a number from the second on.
+fn free_name(title: &str, step: u64, extension: &str) -> PathBuf {
     let safe = |c: char| if c.is_alphanumeric() || "-_ .".contains(c) { c } else { '_' };
     let title: String = title.chars().map(safe).collect();
     let title = title.trim_start_matches('.');
-    let first = PathBuf::from(format!("{title}_{step:05}.png"));
-    let others = (2..).map(|n| PathBuf::from(format!("{title}_{step:05}_{n}.png")));
+    let first = PathBuf::from(format!("{title}_{step:05}.{extension}"));
+    let others = (2..).map(|n| PathBuf::from(format!("{title}_{step:05}_{n}.{extension}")));
     std::iter::once(first.clone()).chain(others).find(|path| !path.exists()).unwrap_or(first)
 }
 
@@ -382,7 +404,7 @@ mod tests {
 
     #[test]
     fn a_title_names_a_file_in_the_working_directory() {
-        assert_eq!(free_name("yard at dusk", 7), PathBuf::from("yard at dusk_00007.png"));
-        assert_eq!(free_name("../a:b", 0), PathBuf::from("_a_b_00000.png"));
+        assert_eq!(free_name("yard at dusk", 7, "png"), PathBuf::from("yard at dusk_00007.png"));
+        assert_eq!(free_name("../a:b", 0, "png"), PathBuf::from("_a_b_00000.png"));
     }
 }

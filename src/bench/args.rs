@@ -12,6 +12,12 @@ use systems::lights::LightPolicy;
 /// What to measure.
 #[derive(Args, Clone, Debug)]
 pub struct BenchArgs {
+    /// Measure this scene (.ron, .gltf, .glb) rather than a grid: its clock makes a step before every frame
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["objects", "lights", "mesh", "moving", "view", "floor", "suite"])]
+    pub scene: Option<PathBuf>,
+    /// The scene's camera by name, or "chase NAME" or "driver NAME" of a vehicle [default: the first]
+    #[arg(long, value_name = "NAME", requires = "scene")]
+    pub camera: Option<String>,
     /// Objects on the grid; in a suite, the most [default: 10000; in a suite 100000, if quick 1000]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
     pub objects: Option<u32>,

@@ -10,6 +10,8 @@ use std::fmt;
 #[serde(default)]
 #[allow(missing_docs)]
 pub struct Measurement {
+    /// The file, where a scene of one was measured and not a grid.
+    pub scene: Option<String>,
     pub objects: u32,
     pub lights: u32,
     pub mesh: String,
@@ -44,7 +46,8 @@ pub struct Measurement {
     pub simulate_ms_median: f64,
     pub prepare_ms_median: f64,
     pub record_ms_median: f64,
-    /// Giving the moving objects their transforms: in the frame, not in the engine's time.
+    /// Giving the moving objects their transforms, of a file's scene a step of its clock: in the frame, not in the
+    /// engine's time.
     pub mutate_ms_median: f64,
     /// Median of each stage of the simulation.
     pub stages: BTreeMap<String, f64>,
@@ -101,8 +104,11 @@ impl Spread {
 
 impl Measurement {
     /// The scene in a few words.
-    pub fn scene(&self) -> String {
+    pub fn title(&self) -> String {
         let (Self { objects, lights, view, .. }, [width, height]) = (self, self.size);
+        if let Some(scene) = &self.scene {
+            return format!("{scene}: {objects} objects, {lights} lights, {view} {width}x{height}");
+        }
         format!("{objects} objects, {lights} lights, {} % moving, {view} {width}x{height}", self.moving_percent())
     }
 
@@ -119,8 +125,9 @@ impl Measurement {
 
 impl fmt::Display for Measurement {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        writeln!(f, "{}", self.scene())?;
-        writeln!(f, "mesh {}, {} sample(s) per pixel, lights: {}", self.mesh, self.samples, self.lights_policy)?;
+        writeln!(f, "{}", self.title())?;
+        let mesh = if self.scene.is_some() { String::new() } else { format!("mesh {}, ", self.mesh) };
+        writeln!(f, "{mesh}{} sample(s) per pixel, lights: {}", self.samples, self.lights_policy)?;
         let levels = if self.levels { "on" } else { "off" };
         writeln!(f, "levels of detail: {levels}, occlusion: {}", self.occlusion)?;
         writeln!(f, "{}, {}", self.adapter, self.driver)?;
@@ -131,7 +138,8 @@ impl fmt::Display for Measurement {
         row("frame", self.frame_ms_median, self.frame_ms_p05, self.frame_ms_p95)?;
         row("engine (CPU)", self.cpu_ms_median, self.cpu_ms_p05, self.cpu_ms_p95)?;
         row("until the GPU is idle", self.gpu_ms_median, self.gpu_ms_p05, self.gpu_ms_p95)?;
-        writeln!(f, "{:28}{:>10.3}", "moving the objects", self.mutate_ms_median)?;
+        let moving = if self.scene.is_some() { "a step of the clock" } else { "moving the objects" };
+        writeln!(f, "{moving:28}{:>10.3}", self.mutate_ms_median)?;
         if let Some(floor) = self.floor_ms_median {
             writeln!(f, "{:28}{floor:>10.3}", "floor: triangles alone")?;
         }

@@ -18,6 +18,7 @@ mod night;
 mod plot;
 mod report;
 mod run;
+mod subject;
 mod suite;
 mod trace;
 mod yard;

@@ -212,7 +212,7 @@ impl<'a> Report<'a> {
             let _ = writeln!(
                 page,
                 "| {} | {} | {} | {:.2} | {} | {} | {:.2} |",
-                now.scene(),
+                now.title(),
                 ms(before.frame_ms_median),
                 ms(now.frame_ms_median),
                 now.frame_ms_median / before.frame_ms_median,
@@ -258,7 +258,7 @@ fn slower(now: &Measurement, before: &Measurement) -> Vec<String> {
         [("frame", now.frame_ms_median, before.frame_ms_median), ("engine", now.cpu_ms_median, before.cpu_ms_median)];
     let worth = |now: f64, before: f64| now > before * (1.0 + WORTH_A_WARNING) && now - before > NOISE_MS;
     let worse = medians.into_iter().filter(|&(_, now, before)| worth(now, before));
-    worse.map(|(what, t, then)| format!("{}: {what} {} ms, was {} ms", now.scene(), ms(t), ms(then))).collect()
+    worse.map(|(what, t, then)| format!("{}: {what} {} ms, was {} ms", now.title(), ms(t), ms(then))).collect()
 }
 
 /// Three significant digits or so.

@@ -1,4 +1,4 @@
-//! `relief bench`: one yard, drawn frame after frame, each until the GPU is idle.
+//! `relief bench`: one scene, drawn frame after frame, each until the GPU is idle.
 //!
 //! Waiting in every frame keeps one frame's work out of another's time, at the price of work that could overlap.
 
@@ -6,8 +6,10 @@ use super::args::BenchArgs;
 use super::floor::Floor;
 use super::machine::{Build, Memory};
 use super::measurement::{Measurement, Spread};
+use super::subject::Subject;
 use super::trace::chrome_trace;
 use super::yard::{Yard, YardError};
+use crate::frames::FrameError;
 use crate::output::{self, OutputError};
 use crate::renderer::{
     Gpu, GpuError, Occlusion, PICTURE_FORMAT, PassTime, RenderError, RenderStats, Renderer, Settings,
@@ -27,6 +29,9 @@ pub enum BenchError {
     /// The scene.
     #[error(transparent)]
     Yard(#[from] YardError),
+    /// The scene of a file.
+    #[error(transparent)]
+    Scene(#[from] FrameError),
     /// No adapter.
     #[error(transparent)]
     Gpu(#[from] GpuError),
@@ -72,7 +77,7 @@ impl BenchError {
         match self {
             Self::Gpu(_) => 3,
             Self::Apart { code, .. } => *code,
-            Self::Yard(_) | Self::Render(_) | Self::Output(_) | Self::Compare { .. } => 2,
+            Self::Yard(_) | Self::Scene(_) | Self::Render(_) | Self::Output(_) | Self::Compare { .. } => 2,
             Self::Plot { .. } => 1,
         }
     }
@@ -104,9 +109,9 @@ impl FrameCost {
     }
 }
 
-/// Draws a yard into a texture.
+/// Draws a world into a texture.
 struct Bench {
-    yard: Yard,
+    subject: Subject,
     renderer: Renderer,
     settings: Settings,
     size: (u32, u32),
@@ -193,19 +198,33 @@ fn open() -> Result<Renderer, GpuError> {
 
 impl Bench {
     fn new(args: &BenchArgs, start: &mut Start) -> Result<Self, BenchError> {
-        let plan = args.plan();
-        // The driver takes its time to start; maps are made meanwhile.
+        // The driver takes its time to start; the world is made meanwhile.
         let opening = std::thread::spawn(open);
-        let yard = Yard::empty(&plan);
-        start.lap("mesh and maps");
-        let renderer = opening.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-        start.lap("waiting for the driver");
-        let ((mut yard, kit), renderer) = (yard?, renderer?);
-        start.resident_mb = Memory::now().map(|memory| memory.resident_mb);
-        yard.fill(&plan, &kit);
-        start.lap("spawn");
+        let opened = || opening.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        let (mut subject, renderer) = match &args.scene {
+            Some(path) => {
+                start.resident_mb = Memory::now().map(|memory| memory.resident_mb);
+                let subject = Subject::scene(path, args);
+                start.lap("load the scene");
+                let renderer = opened();
+                start.lap("waiting for the driver");
+                (subject?, renderer?)
+            }
+            None => {
+                let plan = args.plan();
+                let yard = Yard::empty(&plan);
+                start.lap("mesh and maps");
+                let renderer = opened();
+                start.lap("waiting for the driver");
+                let ((mut yard, kit), renderer) = (yard?, renderer?);
+                start.resident_mb = Memory::now().map(|memory| memory.resident_mb);
+                yard.fill(&plan, &kit);
+                start.lap("spawn");
+                (Subject::Yard(Box::new(yard)), renderer)
+            }
+        };
         let gpu = renderer.gpu();
-        yard.simulation.world.insert_resource(args.lights_policy);
+        subject.simulation().world.insert_resource(args.lights_policy);
         let limit = gpu.device.limits().max_texture_dimension_2d;
         let (longest, (width, height)) = (args.size().0.max(args.size().1), args.size());
         if longest > limit {
@@ -232,7 +251,7 @@ impl Bench {
             occlusion: args.occlusion,
             ..Settings::default()
         };
-        Ok(Self { yard, renderer, settings, size: args.size(), target, frame: 0, started: start.started })
+        Ok(Self { subject, renderer, settings, size: args.size(), target, frame: 0, started: start.started })
     }
 
     /// Moves what moves, draws, and waits for the GPU.
@@ -243,12 +262,13 @@ impl Bench {
             let begun = std::mem::replace(&mut clock, Instant::now());
             clock - begun
         };
-        self.yard.advance(self.frame);
+        self.subject.advance(self.frame);
         let mutate = lap();
-        let simulation = &mut self.yard.simulation;
+        let viewpoint = self.subject.viewpoint();
+        let simulation = self.subject.simulation();
         simulation.frame();
         let simulate = lap();
-        let view: View = Viewpoint::Camera(self.yard.camera).view(&simulation.world, self.size);
+        let view: View = viewpoint.view(&simulation.world, self.size);
         self.renderer.prepare(simulation.draw_list(), simulation.library(), &view, &self.settings)?;
         let prepare = lap();
         let commands = self.renderer.record(&self.target, PICTURE_FORMAT);
@@ -266,16 +286,21 @@ impl Bench {
 
     /// What the triangles of the objects in view take by themselves, the median of so many frames.
     fn floor(&mut self, frames: usize) -> Option<f64> {
-        let view = Viewpoint::Camera(self.yard.camera).view(&self.yard.simulation.world, self.size);
+        let Subject::Yard(yard) = &mut self.subject else { return None };
+        let view = Viewpoint::Camera(yard.camera).view(&yard.simulation.world, self.size);
         let gpu = self.renderer.gpu();
-        let floor = Floor::new(gpu, &mut self.yard, &view)?;
+        let floor = Floor::new(gpu, yard, &view)?;
         let times = (0..frames + 2).map(|_| milliseconds(floor.draw(gpu, &self.target)));
         // The first two warm up.
         let times = times.skip(2);
         Some(Spread::of(times).median)
     }
 
-    fn measurement(&self, args: &BenchArgs, costs: &[FrameCost], start: Start) -> Measurement {
+    fn measurement(&mut self, args: &BenchArgs, costs: &[FrameCost], start: Start) -> Measurement {
+        let (objects, lights) = match &args.scene {
+            Some(_) => self.subject.counts(),
+            None => (args.objects(), args.lights()),
+        };
         let spread = |of: &dyn Fn(&FrameCost) -> f64| Spread::of(costs.iter().map(of));
         let ms = |of: &dyn Fn(&FrameCost) -> Duration| spread(&|cost| milliseconds(of(cost)));
         let (frame, cpu, gpu) = (ms(&FrameCost::total), ms(&FrameCost::engine), ms(&|c| c.submit));
@@ -287,15 +312,19 @@ impl Bench {
         };
         let peak_mb = Memory::now().map(|memory| memory.peak_mb);
         let grown = peak_mb.zip(start.resident_mb).map(|(peak, before)| (peak - before).max(0.0));
-        let bytes_per_object = grown.map(|grown| grown * f64::from(1 << 20) / f64::from(args.objects()));
+        let bytes_per_object = grown.map(|grown| grown * f64::from(1 << 20) / f64::from(objects.max(1)));
         let policy = LightPolicy::ALL.iter().find(|(_, policy)| *policy == args.lights_policy);
         let occlusion = Occlusion::ALL.iter().find(|(_, occlusion)| *occlusion == args.occlusion);
         Measurement {
-            objects: args.objects(),
-            lights: args.lights(),
-            mesh: args.mesh.name(),
+            scene: args.scene.as_ref().map(|path| path.display().to_string()),
+            objects,
+            lights,
+            mesh: if args.scene.is_some() { String::new() } else { args.mesh.name() },
             moving: args.moving,
-            view: format!("{:?}", args.view).to_lowercase(),
+            view: args
+                .scene
+                .as_ref()
+                .map_or_else(|| format!("{:?}", args.view).to_lowercase(), |_| args.camera.clone().unwrap_or_default()),
             size: self.size.into(),
             samples: args.samples,
             lights_policy: policy.map_or("", |(name, _)| name).to_owned(),
@@ -329,7 +358,7 @@ impl Bench {
             draws: last.draws,
             drawn_objects: drawn.objects,
             triangles: drawn.triangles,
-            culled_objects: args.objects().saturating_sub(drawn.objects),
+            culled_objects: objects.saturating_sub(drawn.objects),
             rss_mb: peak_mb,
             bytes_per_object,
             first_frame_ms: milliseconds(start.last - start.started),

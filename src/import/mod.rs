@@ -112,6 +112,12 @@ pub fn load_models(paths: &[PathBuf], library: &mut Library) -> Vec<Result<Model
     models
 }
 
+/// The files that a file names, for those who want to know whether any of them changed: buffers and images of a `.gltf`
+/// or `.glb` file; of others, none.
+pub fn files_named_by(path: &Path) -> Vec<PathBuf> {
+    gltf::files_named_by(path)
+}
+
 /// Everything wrong with a glTF file, errors first.
 pub fn check_model(path: &Path) -> Vec<Problem> {
     gltf::check(path)

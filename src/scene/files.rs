@@ -90,6 +90,15 @@ pub fn read(scene: &Scene, folder: &Path, library: &mut Library) -> (Files, Vec<
     (files, faults)
 }
 
+/// The images and models that the scene names, each once.
+pub fn named(scene: &Scene, folder: &Path) -> Vec<PathBuf> {
+    let maps = scene.materials.entries().iter().flat_map(|(_, material)| material.maps());
+    let images = maps.filter_map(|(_, map)| map.map(|map| map.file.as_str()));
+    let models = scene.meshes.entries().iter().filter_map(|(_, mesh)| model_file(mesh));
+    let mut known = HashSet::new();
+    images.chain(models).filter(|file| known.insert(*file)).map(|file| folder.join(file)).collect()
+}
+
 /// What a mesh of the scene is once it is in the library.
 pub enum Shape {
     /// A procedural mesh.

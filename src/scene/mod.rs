@@ -41,12 +41,13 @@ use places::Step;
 use ron::extensions::Extensions;
 use spawn::Spawned;
 use std::fmt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use systems::Simulation;
 use systems::bounds::Aabb;
-use systems::clock::Clock;
+use systems::clock::{Clock, Seed};
 use systems::components::Environment;
 use systems::library::Library;
+use systems::roster;
 use systems::vehicles::{VehicleType, VehicleTypes};
 
 /// Bytes; a scene of a million written-out entities fits.
@@ -61,6 +62,8 @@ pub struct LoadedScene {
     pub cameras: Vec<(String, Entity)>,
     /// What a person should know though the scene loaded.
     pub warnings: Vec<String>,
+    /// The scene's file and those that it names, in the order of reading; not what models name in turn.
+    pub files: Vec<PathBuf>,
 }
 
 /// Why a scene is refused: the problems, at least one. Its text is the first and how many more there are.
@@ -108,6 +111,7 @@ pub fn load(path: &Path, simulation: &mut Simulation) -> Result<LoadedScene, Sce
     if let Some((root, bounds)) = model {
         spawn::cut_model(root, bounds, &mut simulation.world);
     }
+    roster::enroll_all(&mut simulation.world);
     Ok(loaded)
 }
 
@@ -136,6 +140,7 @@ fn is_model(path: &Path) -> bool {
 struct Prepared {
     content: Content,
     warnings: Vec<String>,
+    files: Vec<PathBuf>,
 }
 
 enum Content {
@@ -147,7 +152,7 @@ fn prepare(path: &Path, library: &mut Library) -> Result<Prepared, SceneError> {
     if is_model(path) {
         let model = import::load_model(path, library).map_err(|error| import_problem(path, error.into()))?;
         let warnings = model.warnings.iter().map(ToString::to_string).collect();
-        return Ok(Prepared { content: Content::Model(model), warnings });
+        return Ok(Prepared { content: Content::Model(model), warnings, files: vec![path.to_owned()] });
     }
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ron")) {
         return prepare_scene(path, library);
@@ -185,7 +190,10 @@ fn prepare_scene(path: &Path, library: &mut Library) -> Result<Prepared, SceneEr
     let mut warnings = files.warnings(&scene);
     warnings.append(&mut vehicles.warnings);
     let items = Items::new(&scene, &files, library);
-    Ok(Prepared { content: Content::Scene(Box::new(scene), items, vehicles.types), warnings })
+    let mut named = vec![path.to_owned()];
+    named.extend(files::named(&scene, folder));
+    named.append(&mut vehicles.files);
+    Ok(Prepared { content: Content::Scene(Box::new(scene), items, vehicles.types), warnings, files: named })
 }
 
 fn read_text(path: &Path) -> Result<String, Problem> {
@@ -243,6 +251,7 @@ impl Prepared {
                 types.into_iter().for_each(|vehicle_type| _ = all.add(vehicle_type));
                 world.insert_resource(environment(&scene.environment));
                 world.insert_resource(clock(&scene.clock));
+                world.insert_resource(Seed(scene.seed));
                 spawn::spawn(&scene, &items, world)
             }
             Content::Model(model) => {
@@ -252,6 +261,7 @@ impl Prepared {
                 let environment = if spawned.has_lights { Environment::default() } else { rig::light(world) };
                 world.insert_resource(environment);
                 world.insert_resource(Clock::default());
+                world.insert_resource(Seed::default());
                 spawned
             }
         };
@@ -260,7 +270,7 @@ impl Prepared {
         if cameras.is_empty() {
             cameras.push(rig::frame(bounds, world));
         }
-        (LoadedScene { name, cameras, warnings }, whole)
+        (LoadedScene { name, cameras, warnings, files: self.files }, whole)
     }
 }
 

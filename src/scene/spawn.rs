@@ -195,13 +195,15 @@ impl Spawner<'_> {
         }
         self.note_large(source, placement, entity, &world_from_entity);
         self.figure(source, material, entity, &world_from_entity);
+        // Before there are children, whose nodes may have the same names.
+        let nodes: Vec<_> = source.attach.iter().map(|item| self.node(entity, item.node.as_deref())).collect();
         for child in &source.children {
             let placement = Placement { world_from_parent: world_from_entity, ..Placement::of(child) };
             self.entity(child, &placement, Some(entity));
         }
-        for item in &source.attach {
+        for (item, node) in source.attach.iter().zip(nodes) {
             // The check has seen to it that the node is there.
-            let Some((node, root_from_node)) = self.node(entity, item.node.as_deref()) else { continue };
+            let Some((node, root_from_node)) = node else { continue };
             let world_from_parent = world_from_entity * root_from_node;
             self.entity(item, &Placement { world_from_parent, ..Placement::of(item) }, Some(node));
         }

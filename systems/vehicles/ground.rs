@@ -6,9 +6,10 @@ use crate::pieces::{PieceOf, WholeMesh};
 use bevy_ecs::prelude::*;
 use bevy_transform::components::Transform;
 use glam::{Affine3A, Vec3};
+use serde::{Deserialize, Serialize};
 
 /// The entity's mesh, and those below it, are ground.
-#[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 pub struct Ground;
 
 /// Metres above a point up to which ground counts as below it: a kerb, a steep slope within a step.

@@ -93,7 +93,7 @@ impl Switches {
             bits |= Self::REVERSE;
         }
         // Not all in step.
-        if (seconds / BLINK + f64::from(number.0) * 0.37) as u64 % 2 == 0 {
+        if ((seconds / BLINK + f64::from(number.0) * 0.37) as u64).is_multiple_of(2) {
             bits |= match controls.indicator {
                 Indicator::Off => 0,
                 Indicator::Left => Self::LEFT,

@@ -214,7 +214,7 @@ pub struct LaneChange {
 
 /// What a driver wants of a vehicle that something else moves, as physics do: where this is, it is written in every step
 /// instead of [`Motion`] and `Transform`. The route follows where the vehicle gets to.
-#[derive(Component, Clone, Copy, PartialEq, Debug, Default)]
+#[derive(Component, Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct Wanted {
     /// m/s², as [`Motion::acceleration`].
     pub acceleration: f32,

@@ -34,7 +34,7 @@ use crate::problem::Problem;
 use document::Document;
 use report::{Fault, Read, Report};
 use serde_json::Value;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use systems::images::Image;
 use systems::library::{ImageId, Library, Map, Material, MaterialId, Mesh, MeshId};
 use textures::Images;
@@ -69,6 +69,18 @@ pub fn check(path: &Path) -> Vec<Problem> {
     }
     let errors = report.errors.into_iter().map(Problem::from);
     errors.chain(report.warnings.into_iter().map(Problem::from)).collect()
+}
+
+/// The files of a model's buffers and images; none where it cannot be read.
+pub fn files_named_by(path: &Path) -> Vec<PathBuf> {
+    let is_model = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gltf") || e.eq_ignore_ascii_case("glb"));
+    let bytes = if is_model { read_file(path) } else { return Vec::new() };
+    let root = bytes.ok().and_then(|bytes| container::open(bytes, &mut Report::new(path)).ok());
+    let Some((root, _)) = root else { return Vec::new() };
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let of = |list: &str| root[list].as_array().into_iter().flatten().collect::<Vec<_>>();
+    let items = of("buffers").into_iter().chain(of("images"));
+    items.filter_map(|item| Some(folder.join(uri::local_path(item["uri"].as_str()?)?))).collect()
 }
 
 /// Reads on after most faults; `Err` or `None` where there is nothing to go on with.

@@ -22,6 +22,11 @@ pub fn fetch(uri: &str, folder: &Path, place: &str) -> Read<Vec<u8>> {
     read_file(&file).map_err(|error| Fault::unreadable(place, format!("{}: {error}", file.display())))
 }
 
+/// The file that a URI names relative to the model, if it names one.
+pub fn local_path(uri: &str) -> Option<PathBuf> {
+    if uri.starts_with("data:") { None } else { relative_path(uri, "").ok() }
+}
+
 /// Reads a regular file; a pipe or a device might never end.
 pub fn read_file(path: &Path) -> std::io::Result<Vec<u8>> {
     if std::fs::metadata(path)?.is_file() {

@@ -7,9 +7,10 @@ use super::format::{Lamps, VehicleType as Source};
 use crate::import::Model;
 use crate::scene::spawn;
 use bevy_transform::components::Transform;
-use glam::{Affine3A, Vec3};
+use glam::{Affine3A, Vec3, Vec3A};
 use std::collections::HashMap;
-use systems::bounds::Aabb;
+use systems::bounds::{Aabb, Sphere};
+use systems::components::LightKind;
 use systems::library::{Library, Material, MaterialId};
 use systems::vehicles::parts::{Movement, Part, PartLamp};
 use systems::vehicles::types::{self, Limits, VehicleType};
@@ -18,6 +19,8 @@ use systems::vehicles::types::{self, Limits, VehicleType};
 #[derive(Default, Clone)]
 struct Role<'a> {
     movement: Option<Movement>,
+    /// A wheel that the vehicle stands on.
+    carries: bool,
     lamp: Option<&'a Lamps>,
 }
 
@@ -59,14 +62,20 @@ pub fn assemble(
 
 fn roles<'a>(source: &'a Source, named: &impl Fn(&str) -> Option<usize>) -> HashMap<usize, Role<'a>> {
     let mut roles: HashMap<usize, Role> = HashMap::new();
+    for wheels in &source.wheels {
+        let movement = Some(Movement::Wheel { radius: wheels.radius.unwrap_or(0.0), steers: wheels.steers });
+        for index in wheels.nodes.iter().filter_map(|node| named(node)) {
+            roles.insert(index, Role { movement, carries: true, lamp: None });
+        }
+    }
     let mut moves = |node: &str, movement: Movement| {
         if let Some(index) = named(node) {
             roles.entry(index).or_default().movement = Some(movement);
         }
     };
-    for wheels in &source.wheels {
-        let movement = Movement::Wheel { radius: wheels.radius.unwrap_or(0.0), steers: wheels.steers };
-        wheels.nodes.iter().for_each(|node| moves(node, movement));
+    for cranks in &source.cranks {
+        let movement = Movement::Wheel { radius: cranks.radius, steers: false };
+        cranks.nodes.iter().for_each(|node| moves(node, movement));
     }
     source.forks.iter().for_each(|node| moves(node, Movement::Fork));
     for swing in &source.swings {
@@ -118,10 +127,11 @@ impl Builder<'_> {
         let mut wheels = Vec::new();
         let mut open: Vec<(usize, bool, bool)> = self.model.roots.iter().map(|&root| (root, false, false)).collect();
         while let Some((index, in_fork, in_trailer)) = open.pop() {
-            let movement = self.roles.get(&index).and_then(|role| role.movement);
+            let role = self.roles.get(&index);
+            let (movement, carries) = role.map_or((None, false), |role| (role.movement, role.carries));
             let in_fork = in_fork || movement == Some(Movement::Fork);
             let in_trailer = in_trailer || movement == Some(Movement::Trailer);
-            if let (Some(Movement::Wheel { steers, .. }), false) = (movement, in_trailer) {
+            if let (Some(Movement::Wheel { steers, .. }), true, false) = (movement, carries, in_trailer) {
                 wheels.push((index, steers || in_fork));
             }
             open.extend(self.model.nodes[index].children.iter().map(|&child| (child, in_fork, in_trailer)));
@@ -283,7 +293,8 @@ impl Builder<'_> {
         })
     }
 
-    fn finish(self, name: &str) -> VehicleType {
+    fn finish(mut self, name: &str) -> VehicleType {
+        shine_from_outside(&mut self.parts, self.library);
         let s = self.source;
         let named = |node: &str| self.model.nodes.iter().position(|n| n.name == node);
         let trailer = s.trailer.as_ref().and_then(|trailer| Some((trailer, named(&trailer.node)?)));
@@ -331,6 +342,37 @@ impl Builder<'_> {
             eye: s.eye.map_or(Vec3::new(size.x * 0.2, size.y * 0.8, size.z * 0.3), Vec3::from_array),
             parts: self.parts,
         }
+    }
+}
+
+/// Metres that a lamp's light is moved ahead of its glass, at most.
+const AHEAD: f32 = 1.0;
+
+/// Moves spot lights ahead, so that the vehicle's own parts are behind them and not, by their bounding spheres, among
+/// what they light: an object has room for three lights, and its own do nothing for it.
+fn shine_from_outside(parts: &mut Vec<Part>, library: &Library) {
+    let mut places: Vec<Affine3A> = Vec::new();
+    for part in &*parts {
+        let parent = part.parent.and_then(|index| places.get(index).copied()).unwrap_or_default();
+        places.push(parent * part.rest.compute_affine());
+    }
+    let spheres = |parts: &[Part]| -> Vec<Sphere> {
+        let drawn = parts.iter().zip(&places).filter_map(|(part, place)| Some((part.drawn?.0, place)));
+        drawn.filter_map(|(mesh, place)| Some(library.mesh(mesh)?.bounds.transformed(place))).collect()
+    };
+    let spheres = spheres(parts);
+    for (index, place) in places.iter().enumerate() {
+        let Some(lamp) = &mut parts[index].lamp else { continue };
+        let Some(light) = lamp.light.take_if(|light| matches!(light.kind, LightKind::Spot { .. })) else { continue };
+        let (kind, name) = (lamp.kind, parts[index].name.clone());
+        let (apex, ahead) = (place.translation, -place.matrix3.z_axis.normalize_or_zero());
+        let beyond = |sphere: &Sphere| (Vec3A::from(sphere.center) - apex).dot(ahead) + sphere.radius;
+        let needed = spheres.iter().map(beyond).fold(0.0, f32::max) + 0.01;
+        // The part may be scaled.
+        let scale = place.matrix3.z_axis.length().max(1e-6);
+        let rest = Transform::from_xyz(0.0, 0.0, -needed.min(AHEAD) / scale);
+        let lamp = Some(PartLamp { kind, light: Some(light), lit: None });
+        parts.push(Part { name, parent: Some(index), rest, lamp, ..Part::default() });
     }
 }
 

@@ -67,6 +67,10 @@ fn vehicle_type(c: &mut Check, t: &VehicleType, model: Option<&Model>, library: 
             c.number("radius", radius, 0.01, 10.0);
         }
     });
+    c.each("cranks", &t.cranks, |c, cranks| {
+        c.each("nodes", &cranks.nodes, |c, node| known_node(c, node, model));
+        c.number("radius", cranks.radius, 0.01, 100.0);
+    });
     c.each("forks", &t.forks, |c, node| known_node(c, node, model));
     c.each("swings", &t.swings, |c, swing| {
         c.field("node", |c| known_node(c, &swing.node, model));

@@ -34,6 +34,8 @@ pub struct VehicleType {
     #[serde(default)]
     pub wheels: Vec<Wheels>,
     #[serde(default)]
+    pub cranks: Vec<Cranks>,
+    #[serde(default)]
     pub forks: Vec<String>,
     #[serde(default)]
     pub swings: Vec<Swing>,
@@ -111,6 +113,13 @@ pub struct Wheels {
     pub radius: Option<f32>,
     #[serde(default)]
     pub steers: bool,
+}
+
+#[derive(Deserialize, Debug)]
+#[serde(deny_unknown_fields)]
+pub struct Cranks {
+    pub nodes: Vec<String>,
+    pub radius: f32,
 }
 
 #[derive(Deserialize, Debug)]

@@ -27,12 +27,15 @@ use systems::vehicles::{VehicleType, VehicleTypes};
 pub(super) struct Loaded {
     pub types: Vec<VehicleType>,
     pub warnings: Vec<String>,
+    /// What was read.
+    pub files: Vec<PathBuf>,
 }
 
 impl Loaded {
     pub fn extend(&mut self, other: Self) {
         self.types.extend(other.types);
         self.warnings.extend(other.warnings);
+        self.files.extend(other.files);
     }
 }
 
@@ -52,7 +55,7 @@ pub fn load_vehicle_types(path: &Path, simulation: &mut Simulation) -> Result<Ve
         let before = library.sizes();
         read(path, &mut library).inspect_err(|_| library.truncate(before))
     });
-    let Loaded { types, warnings } = loaded.map_err(|problems| SceneError { problems })?;
+    let Loaded { types, warnings, .. } = loaded.map_err(|problems| SceneError { problems })?;
     let mut all = world.resource_mut::<VehicleTypes>();
     types.into_iter().for_each(|vehicle_type| _ = all.add(vehicle_type));
     Ok(warnings)
@@ -71,7 +74,9 @@ pub(super) fn read(path: &Path, library: &mut Library) -> Result<Loaded, Vec<Pro
         problems.sort_by_key(|p| p.line_column);
         return Err(problems);
     }
-    let mut loaded = Loaded::default();
+    let mut loaded = Loaded { files: vec![path.to_owned()], ..Loaded::default() };
+    let named = source.types.entries().iter().map(|(_, vehicle_type)| folder.join(&vehicle_type.model));
+    loaded.files.extend(named);
     for (name, source) in source.types.entries() {
         let Some(model) = models.get(&source.model) else { continue };
         loaded.types.push(assemble::assemble(name, source, model, library, &mut loaded.warnings));

@@ -1,0 +1,55 @@
+//! What is measured: a yard, or a scene of the user's.
+
+use super::args::BenchArgs;
+use super::yard::Yard;
+use crate::frames::{self, FrameError, LoadOptions};
+use crate::viewpoint::Viewpoint;
+use bevy_ecs::prelude::*;
+use systems::Simulation;
+use systems::library::MeshId;
+
+/// A world that changes before every frame.
+pub(super) enum Subject {
+    /// A grid of objects, some of which are moved from outside.
+    Yard(Box<Yard>),
+    /// A scene, whose clock steps.
+    Scene(Box<frames::Stage>),
+}
+
+impl Subject {
+    /// Loads the scene that the arguments name.
+    pub fn scene(path: &std::path::Path, args: &BenchArgs) -> Result<Self, FrameError> {
+        let stage = frames::load_stage(path, args.camera.as_deref(), &LoadOptions::default())?;
+        Ok(Self::Scene(Box::new(stage)))
+    }
+
+    pub fn simulation(&mut self) -> &mut Simulation {
+        match self {
+            Self::Yard(yard) => &mut yard.simulation,
+            Self::Scene(stage) => &mut stage.simulation,
+        }
+    }
+
+    pub fn viewpoint(&self) -> Viewpoint {
+        match self {
+            Self::Yard(yard) => Viewpoint::Camera(yard.camera),
+            Self::Scene(stage) => stage.viewpoint,
+        }
+    }
+
+    /// What happens before a frame: objects of the yard are moved, the scene's clock steps.
+    pub fn advance(&mut self, frame: u32) {
+        match self {
+            Self::Yard(yard) => yard.advance(frame),
+            Self::Scene(stage) => stage.simulation.step(),
+        }
+    }
+
+    /// Objects that are drawn, and lights.
+    pub fn counts(&mut self) -> (u32, u32) {
+        let world = &mut self.simulation().world;
+        let objects = world.query_filtered::<(), With<MeshId>>().iter(world).count();
+        let lights = world.query::<&systems::components::Light>().iter(world).filter(|light| light.enabled).count();
+        (objects as u32, lights as u32)
+    }
+}

@@ -1,0 +1,86 @@
+//! What a recording or a snapshot belongs to: this version of the program, and a scene with every file that it names.
+
+use super::RecordingError;
+use crate::import;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use systems::Simulation;
+use systems::clock::{Clock, Seed};
+
+/// The program and the scene of a run.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+pub struct Identity {
+    /// The program's version.
+    pub program: String,
+    /// The scene's path as it was given.
+    pub scene: String,
+    /// What its files held (BLAKE3), by their paths relative to the scene's folder.
+    pub files: BTreeMap<String, [u8; 32]>,
+    /// What random numbers begin with.
+    pub seed: u64,
+    /// Length of a step in seconds.
+    pub step_seconds: f64,
+}
+
+impl Identity {
+    /// That of a scene which has been loaded; reads its files again.
+    ///
+    /// # Errors
+    /// [`RecordingError::Refused`] names a file that cannot be read.
+    pub fn of(scene: &Path, named: &[PathBuf], simulation: &Simulation) -> Result<Self, RecordingError> {
+        let folder = scene.parent().unwrap_or(Path::new(""));
+        let mut files = BTreeMap::new();
+        for path in named.iter().flat_map(|path| std::iter::once(path.clone()).chain(import::files_named_by(path))) {
+            let name = path.strip_prefix(folder).unwrap_or(&path).to_string_lossy().replace('\\', "/");
+            if let std::collections::btree_map::Entry::Vacant(entry) = files.entry(name) {
+                let bytes = std::fs::read(&path).map_err(|error| RecordingError::refused(&path, error))?;
+                entry.insert(*blake3::hash(&bytes).as_bytes());
+            }
+        }
+        let world = &simulation.world;
+        Ok(Self {
+            program: env!("CARGO_PKG_VERSION").to_owned(),
+            scene: scene.to_string_lossy().into_owned(),
+            files,
+            seed: world.resource::<Seed>().0,
+            step_seconds: world.resource::<Clock>().step_seconds,
+        })
+    }
+
+    /// Whether a file that belongs to this fits `now`: the program and the scene that there are.
+    ///
+    /// # Errors
+    /// [`RecordingError::Refused`] says what differs, by name.
+    pub fn check(&self, path: &Path, now: &Self) -> Result<(), RecordingError> {
+        let refused = |message: String| Err(RecordingError::refused(path, message));
+        self.check_program(path)?;
+        for (name, hash) in &self.files {
+            match now.files.get(name) {
+                Some(found) if found == hash => {}
+                Some(_) => return refused(format!("made with another {name}, which has changed since")),
+                None => return refused(format!("made with another scene: {} does not name {name}", now.scene)),
+            }
+        }
+        if let Some(name) = now.files.keys().find(|name| !self.files.contains_key(*name)) {
+            return refused(format!("made with another scene: {} names {name}, too", now.scene));
+        }
+        if (self.seed, self.step_seconds) != (now.seed, now.step_seconds) {
+            return refused(format!("made with another seed or length of step than {} has", now.scene));
+        }
+        Ok(())
+    }
+
+    /// Whether this version of the program made it: another may move things otherwise.
+    ///
+    /// # Errors
+    /// [`RecordingError::Refused`].
+    pub fn check_program(&self, path: &Path) -> Result<(), RecordingError> {
+        let own = env!("CARGO_PKG_VERSION");
+        if self.program == own {
+            return Ok(());
+        }
+        let message = format!("made by version {:?} of the program; this is {own}", self.program);
+        Err(RecordingError::refused(path, message))
+    }
+}

@@ -1,0 +1,63 @@
+//! Runs that can be had again: recordings of inputs, snapshots of the state, hashes of every step.
+//!
+//! ```text
+//! stepper    takes the steps of a run, for the window and without one: inputs, step, hash, recording
+//! recorder   writes a recording as the run goes on
+//! player     reads one: what comes at which step, and the nearest snapshot to begin from
+//! records    the file's form: blocks with checksums, one after another
+//! identity   which program and which scene, with every file it names, a file belongs to
+//! snapshots  files of one snapshot
+//! ```
+//!
+//! A run follows from its scene and its inputs. So a recording holds no frames and no movements but who is asked for at
+//! the start, and what came from outside at which step; snapshots in between are there to begin in the middle.
+
+mod identity;
+mod player;
+mod recorder;
+mod records;
+mod snapshots;
+mod stepper;
+
+pub use identity::Identity;
+pub use player::{Recording, scene_of};
+pub use recorder::Recorder;
+pub use snapshots::{load_snapshot, save_snapshot};
+pub use stepper::{RunFiles, Stepper};
+
+use crate::output::OutputError;
+use std::path::{Path, PathBuf};
+
+/// Why a run cannot be recorded, replayed or continued.
+#[derive(Debug, thiserror::Error)]
+pub enum RecordingError {
+    /// A file that is refused.
+    #[error("{}: {message}", path.display())]
+    Refused {
+        /// The file.
+        path: PathBuf,
+        /// What is the matter, and what was expected.
+        message: String,
+    },
+    /// A step that does not come out as it was recorded.
+    #[error("{}: step {step} comes out otherwise than it was recorded; was it recorded on another kind of machine?", path.display())]
+    Diverged {
+        /// The recording.
+        path: PathBuf,
+        /// The first step that is known to differ.
+        step: u64,
+    },
+    /// A file that cannot be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+}
+
+impl RecordingError {
+    fn refused(path: &Path, message: impl std::fmt::Display) -> Self {
+        Self::Refused { path: path.to_owned(), message: message.to_string() }
+    }
+
+    fn unwritable(path: &Path, source: std::io::Error) -> Self {
+        OutputError::Io { path: path.to_owned(), source }.into()
+    }
+}

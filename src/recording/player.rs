@@ -1,0 +1,153 @@
+//! Reads a recording: all of it once, to see that it is sound and what comes when; then piece by piece.
+
+use super::RecordingError;
+use super::identity::Identity;
+use super::recorder::{Header, Record};
+use super::records::{Blocks, Next, RECORDING};
+use std::path::{Path, PathBuf};
+use systems::Simulation;
+use systems::inputs::Input;
+use systems::snapshot;
+use systems::state_hash::StateHash;
+
+/// A recording that was read and found sound.
+#[derive(Debug)]
+pub struct Recording {
+    blocks: Blocks,
+    header: Header,
+    /// What comes after which step, in the order of the file.
+    index: Vec<Entry>,
+    /// The last step that the run is known to have got to.
+    last: u64,
+    is_whole: bool,
+    /// Of the index: what comes next while it is played.
+    next: usize,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Entry {
+    step: u64,
+    kind: Kind,
+    /// Of the block.
+    offset: u64,
+}
+
+#[derive(Clone, Copy, PartialEq, Debug)]
+enum Kind {
+    Inputs,
+    Snapshot,
+    Hash(StateHash),
+}
+
+/// The path of the scene that was recorded, as it was given then.
+///
+/// # Errors
+/// [`RecordingError::Refused`]: not a recording, or one of another version.
+pub fn scene_of(path: &Path) -> Result<PathBuf, RecordingError> {
+    let mut blocks = Blocks::open(path, RECORDING)?;
+    Ok(PathBuf::from(read_header(path, &mut blocks)?.identity.scene))
+}
+
+fn read_header(path: &Path, blocks: &mut Blocks) -> Result<Header, RecordingError> {
+    match blocks.next::<Header>()? {
+        Next::Block(_, header) => header.identity.check_program(path).map(|()| header),
+        Next::Cut | Next::End => Err(RecordingError::refused(path, "cut short before anything was recorded")),
+    }
+}
+
+impl Recording {
+    /// Opens a recording and reads it through.
+    ///
+    /// # Errors
+    /// [`RecordingError::Refused`]: not a recording, of another version, or damaged. One that was cut short is none.
+    pub fn open(path: &Path) -> Result<Self, RecordingError> {
+        let mut blocks = Blocks::open(path, RECORDING)?;
+        let header = read_header(path, &mut blocks)?;
+        let (start, mut index, mut is_whole) = (header.start, Vec::new(), false);
+        let mut last = start;
+        while let Next::Block(offset, record) = blocks.next()? {
+            let (step, kind) = match record {
+                Record::Inputs(step, _) => (step, Kind::Inputs),
+                Record::Snapshot(step, _) => (step, Kind::Snapshot),
+                Record::Mark(step, hash) | Record::End(step, hash) => (step, Kind::Hash(hash)),
+            };
+            is_whole = matches!(record, Record::End(..));
+            if step < last {
+                let message = format!("damaged at byte {offset}: step {step} comes after step {last}");
+                return Err(RecordingError::refused(path, message));
+            }
+            last = step;
+            index.push(Entry { step, kind, offset });
+        }
+        if start > 0 && index.first().is_none_or(|entry| (entry.step, entry.kind) != (start, Kind::Snapshot)) {
+            return Err(RecordingError::refused(path, "cut short before anything was recorded"));
+        }
+        Ok(Self { blocks, header, index, last, is_whole, next: 0 })
+    }
+
+    /// What it belongs to.
+    pub fn identity(&self) -> &Identity {
+        &self.header.identity
+    }
+
+    /// The steps that it holds the states after, first and last.
+    pub fn steps(&self) -> (u64, u64) {
+        (self.header.start, self.last)
+    }
+
+    /// Whether the run ended in order; else it was killed, and the recording ends a little earlier than it did.
+    pub fn is_whole(&self) -> bool {
+        self.is_whole
+    }
+
+    /// Gets ready to play from a step: restores the nearest snapshot before it into a world that has just loaded the
+    /// scene. The steps from there are to be taken.
+    ///
+    /// # Errors
+    /// [`RecordingError::Refused`].
+    pub fn seek(&mut self, step: u64, simulation: &mut Simulation) -> Result<(), RecordingError> {
+        // A recording that began in the middle has a snapshot there.
+        let step = step.max(self.header.start);
+        let nearest = self.index.iter().rposition(|entry| entry.kind == Kind::Snapshot && entry.step <= step);
+        let Some(position) = nearest else { return Ok(()) };
+        let offset = self.index[position].offset;
+        if let Record::Snapshot(_, state) = self.blocks.read(offset)? {
+            let path = self.blocks.path();
+            snapshot::restore(&mut simulation.world, &state)
+                .map_err(|error| RecordingError::refused(path, format_args!("damaged at byte {offset}: {error}")))?;
+        }
+        self.next = position + 1;
+        Ok(())
+    }
+
+    /// What came between this step and the next.
+    ///
+    /// # Errors
+    /// [`RecordingError::Refused`].
+    pub fn inputs(&mut self, step: u64) -> Result<Vec<Input>, RecordingError> {
+        let mut inputs = Vec::new();
+        while let Some(&Entry { kind, offset, .. }) = self.index.get(self.next).filter(|entry| entry.step <= step) {
+            self.next += 1;
+            if kind == Kind::Inputs
+                && let Record::Inputs(_, more) = self.blocks.read(offset)?
+            {
+                inputs.extend(more);
+            }
+        }
+        Ok(inputs)
+    }
+
+    /// The hash of the state after a step, where it was recorded. Steps are to be asked for in order.
+    pub fn hash(&self, step: u64) -> Option<StateHash> {
+        let upcoming = self.index.get(self.next..)?.iter().take_while(|entry| entry.step <= step);
+        upcoming.filter(|entry| entry.step == step).find_map(|entry| match entry.kind {
+            Kind::Hash(hash) => Some(hash),
+            Kind::Inputs | Kind::Snapshot => None,
+        })
+    }
+
+    /// That the state after a step is not the recorded one.
+    pub fn diverged(&self, step: u64) -> RecordingError {
+        RecordingError::Diverged { path: self.blocks.path().to_owned(), step }
+    }
+}

@@ -1,0 +1,161 @@
+//! The form of recordings and snapshots: a magic number and the version of the form, then blocks.
+//!
+//! A block is the length of its contents (4 bytes, little-endian), a checksum of that length and of the block's place in
+//! the file (4), a checksum of the contents (8), and the contents. A block is written by one call to the system, so a
+//! program that is killed leaves whole blocks, or the last one cut short; a block that is all there and does not fit its
+//! checksums was damaged.
+
+use super::RecordingError;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+use xxhash_rust::xxh3::{xxh3_64, xxh3_64_with_seed};
+
+/// What a file is for, by its first eight bytes.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Form {
+    /// The first eight bytes.
+    pub magic: [u8; 8],
+    /// What people call such a file.
+    pub name: &'static str,
+}
+
+/// A recording.
+pub const RECORDING: Form = Form { magic: *b"RELIEFRC", name: "recording" };
+/// A snapshot.
+pub const SNAPSHOT: Form = Form { magic: *b"RELIEFSN", name: "snapshot" };
+
+/// The version of both forms: changes with what the contents of blocks mean.
+const VERSION: u32 = 1;
+
+const HEAD: usize = 16;
+
+/// The first bytes of a file.
+pub fn prelude(form: Form) -> Vec<u8> {
+    [&form.magic[..], &VERSION.to_le_bytes()].concat()
+}
+
+/// A block with these contents, to stand at `offset`. `None`: longer than a block may be.
+pub fn block<T: Serialize>(value: &T, offset: u64) -> Option<Vec<u8>> {
+    let contents = postcard::to_extend(value, vec![0; HEAD]).ok()?;
+    let (len, sum) = (u32::try_from(contents.len() - HEAD).ok()?, xxh3_64(&contents[HEAD..]));
+    let mut block = contents;
+    block[..4].copy_from_slice(&len.to_le_bytes());
+    block[4..8].copy_from_slice(&head_sum(len, offset).to_le_bytes());
+    block[8..HEAD].copy_from_slice(&sum.to_le_bytes());
+    Some(block)
+}
+
+fn head_sum(len: u32, offset: u64) -> u32 {
+    xxh3_64_with_seed(&len.to_le_bytes(), offset) as u32
+}
+
+/// A file of blocks, to be read.
+#[derive(Debug)]
+pub struct Blocks {
+    path: PathBuf,
+    file: File,
+    len: u64,
+    offset: u64,
+}
+
+/// What comes next in a file.
+pub enum Next<T> {
+    /// A block and where it began.
+    Block(u64, T),
+    /// The file ends within a block.
+    Cut,
+    /// The file ends after a block.
+    End,
+}
+
+impl Blocks {
+    /// Opens a file and sees whether it is of that form and version.
+    ///
+    /// # Errors
+    /// [`RecordingError::Refused`].
+    pub fn open(path: &Path, form: Form) -> Result<Self, RecordingError> {
+        let refused = |message: String| RecordingError::refused(path, message);
+        let io = |error: std::io::Error| refused(error.to_string());
+        let metadata = std::fs::metadata(path).map_err(io)?;
+        if !metadata.is_file() {
+            return Err(refused(format!("expected a {}, which is a file", form.name)));
+        }
+        let mut file = File::open(path).map_err(io)?;
+        let mut first = [0; 12];
+        let is_long = file.read_exact(&mut first).is_ok();
+        if !is_long || first[..8] != form.magic {
+            return Err(refused(format!("not a {} of this program", form.name)));
+        }
+        let version = u32::from_le_bytes([first[8], first[9], first[10], first[11]]);
+        if version != VERSION {
+            let name = form.name;
+            return Err(refused(format!("a {name} of version {version}; this program reads version {VERSION}")));
+        }
+        Ok(Self { path: path.to_owned(), file, len: metadata.len(), offset: 12 })
+    }
+
+    /// Whose the blocks are.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Reads the block at the place that was reached.
+    ///
+    /// # Errors
+    /// [`RecordingError::Refused`] names the place of a damaged block.
+    pub fn next<T: DeserializeOwned>(&mut self) -> Result<Next<T>, RecordingError> {
+        let offset = self.offset;
+        let left = self.len.saturating_sub(offset);
+        if left == 0 {
+            return Ok(Next::End);
+        }
+        if left < HEAD as u64 {
+            return Ok(Next::Cut);
+        }
+        let io = |error: std::io::Error| RecordingError::refused(&self.path, error);
+        let damaged = |what: &str| RecordingError::refused(&self.path, format!("damaged at byte {offset}: {what}"));
+        let mut head = [0; HEAD];
+        self.file.seek(SeekFrom::Start(offset)).map_err(io)?;
+        self.file.read_exact(&mut head).map_err(io)?;
+        let word = |at: usize| u32::from_le_bytes([head[at], head[at + 1], head[at + 2], head[at + 3]]);
+        let (len, sum) = (word(0), u64::from(word(8)) | u64::from(word(12)) << 32);
+        if word(4) != head_sum(len, offset) {
+            return Err(damaged("a length that does not fit its checksum"));
+        }
+        if left - (HEAD as u64) < u64::from(len) {
+            return Ok(Next::Cut);
+        }
+        // No longer than what is left of the file.
+        let mut contents = vec![0; len as usize];
+        self.file.read_exact(&mut contents).map_err(io)?;
+        if xxh3_64(&contents) != sum {
+            return Err(damaged("contents that do not fit their checksum"));
+        }
+        let value = match postcard::take_from_bytes(&contents) {
+            Ok((value, [])) => value,
+            _ => return Err(damaged("contents that mean nothing")),
+        };
+        self.offset = offset + HEAD as u64 + u64::from(len);
+        Ok(Next::Block(offset, value))
+    }
+
+    /// Goes back, or ahead, to a block that was read before.
+    pub fn go_to(&mut self, offset: u64) {
+        self.offset = offset;
+    }
+
+    /// Reads a block that was read before.
+    ///
+    /// # Errors
+    /// [`RecordingError::Refused`], also where the file changed meanwhile.
+    pub fn read<T: DeserializeOwned>(&mut self, offset: u64) -> Result<T, RecordingError> {
+        self.go_to(offset);
+        match self.next()? {
+            Next::Block(_, value) => Ok(value),
+            Next::Cut | Next::End => Err(RecordingError::refused(&self.path, "it changed while it was read")),
+        }
+    }
+}

@@ -1,0 +1,175 @@
+//! Takes the steps of a run, in a window and without one: the one place where inputs, steps, hashes and recordings meet,
+//! so that all are in the same order everywhere.
+
+use super::{Identity, Recorder, Recording, RecordingError, load_snapshot, save_snapshot};
+use std::fs::File;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use systems::Simulation;
+use systems::clock::Clock;
+use systems::inputs::{self, Inputs};
+use systems::state_hash::{self, StateHash};
+
+/// The files that a run is kept in and begins from.
+#[derive(Clone, Debug, Default)]
+pub struct RunFiles {
+    /// A line for each step: its number and the hash of the state after it.
+    pub hash: Option<PathBuf>,
+    /// The recording of the run.
+    pub record: Option<PathBuf>,
+    /// Where the run goes on from, rather than from the scene's beginning.
+    pub from_snapshot: Option<PathBuf>,
+    /// The recording of a run that is to be had again, whose scene this is.
+    pub replay: Option<PathBuf>,
+}
+
+/// What happens in each step beside the step.
+#[derive(Debug, Default)]
+pub struct Stepper {
+    hashes: Option<(PathBuf, File)>,
+    recorder: Option<Recorder>,
+    recording: Option<Recording>,
+    /// The scene and the files it names.
+    scene: (PathBuf, Vec<PathBuf>),
+}
+
+impl Stepper {
+    /// Begins the run of a scene that has just been loaded, with the files that it names: restores the snapshot, or the
+    /// nearest one of a recording before the step `from`, if one is asked for, and opens what is to be written.
+    ///
+    /// # Errors
+    /// [`RecordingError`].
+    pub fn begin(
+        files: &RunFiles,
+        (scene, named): (&Path, &[PathBuf]),
+        from: u64,
+        simulation: &mut Simulation,
+    ) -> Result<Self, RecordingError> {
+        let mut stepper = Self { scene: (scene.to_owned(), named.to_owned()), ..Self::default() };
+        let identity = || Identity::of(scene, named, &*simulation);
+        let identity = match files {
+            RunFiles { record: None, from_snapshot: None, replay: None, .. } => None,
+            _ => Some(identity()?),
+        };
+        if let (Some(path), Some(identity)) = (&files.replay, &identity) {
+            let mut recording = Recording::open(path)?;
+            recording.identity().check(path, identity)?;
+            recording.seek(from, simulation)?;
+            stepper.recording = Some(recording);
+        }
+        if let (Some(path), Some(identity)) = (&files.from_snapshot, &identity) {
+            load_snapshot(path, identity, simulation)?;
+        }
+        if let (Some(path), Some(identity)) = (&files.record, identity) {
+            stepper.recorder = Some(Recorder::create(path, identity, simulation)?);
+        }
+        stepper.write_hashes(files.hash.as_deref(), simulation)?;
+        Ok(stepper)
+    }
+
+    fn write_hashes(&mut self, path: Option<&Path>, simulation: &mut Simulation) -> Result<(), RecordingError> {
+        let Some(path) = path else { return Ok(()) };
+        let file = File::create(path).map_err(|error| RecordingError::unwritable(path, error))?;
+        self.hashes = Some((path.to_owned(), file));
+        self.note_hash(step_of(simulation), state_hash::hash(&mut simulation.world))
+    }
+
+    /// Whether a recording says what happens, and not who sits before the window.
+    pub fn is_replay(&self) -> bool {
+        self.recording.is_some()
+    }
+
+    /// The recording that is replayed.
+    pub fn recording(&self) -> Option<&Recording> {
+        self.recording.as_ref()
+    }
+
+    /// Whether a replay has got to the end of what was recorded.
+    pub fn is_at_end(&self, simulation: &Simulation) -> bool {
+        self.recording.as_ref().is_some_and(|recording| step_of(simulation) >= recording.steps().1)
+    }
+
+    /// Writes a snapshot of the run as it is now.
+    ///
+    /// # Errors
+    /// [`RecordingError`].
+    pub fn save_snapshot(&self, path: &Path, simulation: &mut Simulation) -> Result<(), RecordingError> {
+        let (scene, named) = &self.scene;
+        save_snapshot(path, &Identity::of(scene, named, simulation)?, simulation)
+    }
+
+    /// Applies what came from outside since the last step. A replay takes none.
+    ///
+    /// # Errors
+    /// [`RecordingError::Output`].
+    pub fn apply_inputs(&mut self, simulation: &mut Simulation) -> Result<(), RecordingError> {
+        if self.is_replay() {
+            simulation.world.resource_mut::<Inputs>().clear();
+            return Ok(());
+        }
+        let applied = inputs::apply_queued(&mut simulation.world);
+        match &mut self.recorder {
+            Some(recorder) if !applied.is_empty() => recorder.inputs(step_of(simulation), applied),
+            _ => Ok(()),
+        }
+    }
+
+    /// Takes a step.
+    ///
+    /// # Errors
+    /// [`RecordingError`]; a replay that comes out otherwise is one.
+    pub fn step(&mut self, simulation: &mut Simulation) -> Result<(), RecordingError> {
+        self.apply_inputs(simulation)?;
+        if let Some(recording) = &mut self.recording {
+            let recorded = recording.inputs(step_of(simulation))?;
+            let mut inputs = simulation.world.resource_mut::<Inputs>();
+            recorded.into_iter().for_each(|input| inputs.push(input));
+        }
+        simulation.step();
+        self.stepped(simulation)
+    }
+
+    fn stepped(&mut self, simulation: &mut Simulation) -> Result<(), RecordingError> {
+        let step = step_of(simulation);
+        let expected = self.recording.as_ref().and_then(|recording| recording.hash(step));
+        let is_marked = self.recorder.as_ref().is_some_and(|recorder| recorder.wants_hash(step));
+        let is_wanted = self.hashes.is_some() || is_marked || expected.is_some();
+        let hash = is_wanted.then(|| state_hash::hash(&mut simulation.world));
+        if let Some(hash) = hash {
+            self.note_hash(step, hash)?;
+        }
+        if let Some(recorder) = &mut self.recorder {
+            recorder.stepped(step, hash, simulation)?;
+        }
+        match &self.recording {
+            Some(recording) if expected != hash && expected.is_some() => Err(recording.diverged(step)),
+            _ => Ok(()),
+        }
+    }
+
+    /// A line by one call to the system: a program that is killed leaves whole lines.
+    fn note_hash(&mut self, step: u64, hash: StateHash) -> Result<(), RecordingError> {
+        let Some((path, file)) = &mut self.hashes else { return Ok(()) };
+        let line = format!("{step} {hash}\n");
+        file.write_all(line.as_bytes()).map_err(|error| RecordingError::unwritable(path, error))
+    }
+
+    /// Ends the run in order.
+    ///
+    /// # Errors
+    /// [`RecordingError::Output`].
+    pub fn finish(&mut self, simulation: &mut Simulation) -> Result<(), RecordingError> {
+        self.apply_inputs(simulation)?;
+        let Some(recorder) = self.recorder.take() else { return Ok(()) };
+        recorder.finish(step_of(simulation), state_hash::hash(&mut simulation.world))
+    }
+
+    /// Goes on without writing anything: what was to be written cannot be.
+    pub fn stop_writing(&mut self) {
+        (self.hashes, self.recorder) = (None, None);
+    }
+}
+
+fn step_of(simulation: &Simulation) -> u64 {
+    simulation.world.resource::<Clock>().step
+}

@@ -1,0 +1,244 @@
+//! A vehicle in the physics world: a box on springs and tyres.
+//!
+//! The body's origin and axes are the vehicle's: on the ground below the rear axle, +Z forward, +X left. Its centre of
+//! mass is above the middle of its wheels, so that equal springs give equally under its weight and it stands level.
+
+use super::physical::{GRAVITY, Tuning, WheelPlace};
+use crate::vehicles::VehicleType;
+use bevy_transform::components::Transform;
+use glam::{Vec2, Vec3};
+use rapier3d::control::{DynamicRayCastVehicleController, WheelTuning};
+use rapier3d::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// Metres per second below which a vehicle that brakes stands.
+const STANDSTILL: f32 = 0.05;
+
+/// What `DynamicRayCastVehicleController` takes from a wheel's sideways velocity in a step, at a side friction stiffness
+/// of 1.
+const SIDE_DAMPING: f32 = 0.2;
+
+/// What is wanted of a vehicle in a step.
+#[derive(Clone, Copy, Default)]
+pub struct Wish {
+    /// m/s² along its forward; against its travel, it brakes.
+    pub acceleration: f32,
+    /// Radians, of the wheel in the middle of the front axle.
+    pub steering: f32,
+    /// Which way it may set off when it stands: forwards, backwards, or not at all where this is 0.
+    pub sets_off: f32,
+}
+
+/// One vehicle.
+#[derive(Serialize, Deserialize)]
+pub struct Body {
+    /// The chassis.
+    pub handle: RigidBodyHandle,
+    /// The wheels, and what they press on.
+    controller: DynamicRayCastVehicleController,
+    /// Which of them turn with the steering.
+    steers: Vec<bool>,
+    /// Its numbers.
+    pub tuning: Tuning,
+    /// From the rear axle to the front axle, metres.
+    wheelbase: f32,
+    /// The largest steering angle, radians.
+    most_steering: f32,
+    /// Radians per second.
+    steering_rate: f32,
+    /// Where the world was last told that the vehicle is: elsewhere, somebody else has moved it.
+    pub written: (Vec3, glam::Quat),
+    /// Radians: of the wheel in the middle of the front axle.
+    pub steering: f32,
+}
+
+impl Body {
+    /// Puts a vehicle of that type into the world, where it is, at that speed along its forward.
+    pub fn new(
+        world: &mut PhysicsWorld,
+        kind: &VehicleType,
+        wheels: &[WheelPlace],
+        tuning: Tuning,
+        at: &Transform,
+        speed: f32,
+    ) -> Self {
+        let forward = at.rotation * Vec3::Z;
+        let chassis = RigidBodyBuilder::dynamic()
+            .pose(pose(at))
+            .linvel(forward * speed)
+            .can_sleep(false)
+            .additional_mass_properties(mass_properties(kind, wheels, tuning.mass));
+        let (handle, _) = world.insert(chassis, chassis_collider(kind, wheels));
+        let mut controller = DynamicRayCastVehicleController::new(handle);
+        controller.index_forward_axis = 2;
+        let deflection = tuning.static_deflection(wheels.len());
+        for wheel in wheels {
+            // Standing level, the spring is pressed by the static deflection and the hub is where the model has it.
+            let top = wheel.hub + Vec3::Y * (tuning.rest_length - deflection);
+            let tyre = wheel_tuning(&tuning, wheels.len());
+            controller.add_wheel(top, Vec3::NEG_Y, Vec3::NEG_X, tuning.rest_length, wheel.radius, &tyre);
+        }
+        Self {
+            handle,
+            controller,
+            steers: wheels.iter().map(|wheel| wheel.steers).collect(),
+            tuning,
+            wheelbase: kind.wheelbase.max(0.1),
+            most_steering: kind.limits.steering.clamp(0.0, 1.4),
+            steering_rate: kind.limits.steering_rate.max(0.0),
+            written: (at.translation, at.rotation),
+            steering: 0.0,
+        }
+    }
+
+    /// Gravity, air, engine, brakes, steering, springs and tyres: everything that changes the chassis' velocity in a
+    /// step but its collisions. The part of gravity along the ground comes first, so that tyres and brakes hold against
+    /// it within the step; the part that the springs carry comes last, lest their dampers take it for a movement.
+    pub fn drive(&mut self, world: &mut PhysicsWorld, wish: &Wish, seconds: f32) {
+        let Some(chassis) = world.bodies.get_mut(self.handle) else { return };
+        let up = *chassis.rotation() * Vec3::Y;
+        let fall = Vec3::NEG_Y * (GRAVITY * seconds);
+        let fall_on_springs = up * up.dot(fall);
+        let velocity = chassis.linvel() + fall - fall_on_springs;
+        let slowed = 1.0 + self.tuning.drag * velocity.length() * seconds / self.tuning.mass;
+        chassis.set_linvel(velocity / slowed, true);
+        let speed = forward_speed(chassis);
+        self.steer(wish.steering, seconds);
+        let braking = self.push(wish, speed, seconds);
+        let queries = world.broad_phase.as_query_pipeline_mut(
+            world.narrow_phase.query_dispatcher(),
+            &mut world.bodies,
+            &mut world.colliders,
+            QueryFilter::new().exclude_rigid_body(self.handle),
+        );
+        self.controller.update_vehicle(seconds, queries);
+        if let Some(chassis) = world.bodies.get_mut(self.handle) {
+            self.hold(chassis, braking * seconds);
+            let velocity = chassis.linvel() + fall_on_springs;
+            chassis.set_linvel(velocity, true);
+        }
+    }
+
+    /// Turns the steering toward the wanted angle, as fast as it can; each wheel so that the axes of all meet in one
+    /// point on the line of the rear axle (Ackermann's steering).
+    fn steer(&mut self, wanted: f32, seconds: f32) {
+        let wanted = if wanted.is_finite() { wanted.clamp(-self.most_steering, self.most_steering) } else { 0.0 };
+        let most = self.steering_rate * seconds;
+        self.steering += (wanted - self.steering).clamp(-most, most);
+        let turned = Vec2::from_angle(self.steering);
+        for (wheel, steers) in self.controller.wheels_mut().iter_mut().zip(&self.steers) {
+            let place = wheel.chassis_connection_point_cs;
+            let direction = Vec2::new(self.wheelbase * turned.x - place.x * turned.y, place.z * turned.y);
+            wheel.steering = if *steers { direction.to_angle() } else { 0.0 };
+        }
+    }
+
+    /// Sets the forces of engine and brakes; returns the force of the brakes, newtons. No wheel gets more than its tyre
+    /// can pass on under the load of the step before.
+    fn push(&mut self, wish: &Wish, speed: f32, seconds: f32) -> f32 {
+        let force = if wish.acceleration.is_finite() { wish.acceleration * self.tuning.mass } else { 0.0 };
+        let stands = speed.abs() < STANDSTILL;
+        let drives = if stands { force * wish.sets_off > 0.0 } else { force * speed >= 0.0 };
+        let (engine, brake) = if drives {
+            (force.clamp(-self.tuning.engine_force, self.tuning.engine_force), 0.0)
+        } else {
+            (0.0, if force == 0.0 { f32::MAX } else { force.abs() }.min(self.tuning.brake_force))
+        };
+        let share = 1.0 / self.controller.wheels().len() as f32;
+        let mut braking = 0.0;
+        for wheel in self.controller.wheels_mut() {
+            let grip = wheel.wheel_suspension_force * self.tuning.friction;
+            wheel.engine_force = (engine * share).clamp(-grip, grip);
+            // An impulse per step, unlike the engine's force.
+            let brake = (brake * share).min(grip);
+            wheel.brake = brake * seconds;
+            braking += brake;
+        }
+        braking
+    }
+
+    /// What the brakes have left of their impulse, after the wheels' share, stops the chassis: the wheels alone leave a
+    /// part of its velocity, which on a slope would be a creep. A standing vehicle is held sideways, too.
+    fn hold(&self, chassis: &mut RigidBody, most: f32) {
+        let used: f32 = self.controller.wheels().iter().map(|wheel| wheel.forward_impulse.abs()).sum();
+        let left = (most - used).max(0.0) / self.tuning.mass;
+        let along = chassis.linvel().reject_from_normalized(*chassis.rotation() * Vec3::Y);
+        let forward = *chassis.rotation() * Vec3::Z;
+        let slides = if along.length() < STANDSTILL { along } else { forward * forward.dot(along) };
+        if left > 0.0 {
+            let velocity = chassis.linvel() - slides.clamp_length_max(left);
+            chassis.set_linvel(velocity, true);
+        }
+    }
+
+    /// How far each wheel's spring is pressed beyond its length under the standing vehicle, metres; negative where it
+    /// hangs.
+    pub fn travel(&self, wheel: usize) -> Option<f32> {
+        let wheels = self.controller.wheels();
+        let standing = self.tuning.rest_length - self.tuning.static_deflection(wheels.len());
+        wheels.get(wheel).map(|wheel| standing - wheel.raycast_info().suspension_length)
+    }
+
+    /// How many wheels touch something.
+    pub fn wheels_on_ground(&self) -> usize {
+        self.controller.wheels().iter().filter(|wheel| wheel.raycast_info().is_in_contact).count()
+    }
+
+    /// Everything a step goes on from, as numbers: what a hash of the state takes in.
+    pub fn state(&self, world: &PhysicsWorld, mut add: impl FnMut(f32)) {
+        let Some(chassis) = world.bodies.get(self.handle) else { return };
+        let place = chassis.position();
+        for vector in [place.translation, chassis.linvel(), chassis.angvel()] {
+            vector.to_array().into_iter().for_each(&mut add);
+        }
+        place.rotation.to_array().into_iter().for_each(&mut add);
+        add(self.steering);
+        for wheel in self.controller.wheels() {
+            [wheel.rotation, wheel.wheel_suspension_force].into_iter().for_each(&mut add);
+        }
+    }
+}
+
+/// m/s of the chassis' origin, the middle of the rear axle, along its forward.
+pub fn forward_speed(chassis: &RigidBody) -> f32 {
+    let place = chassis.position();
+    (place.rotation * Vec3::Z).dot(chassis.velocity_at_point(place.translation))
+}
+
+/// The place of a body that has the vehicle's origin and axes.
+pub fn pose(at: &Transform) -> Pose {
+    Pose::from_parts(at.translation, at.rotation)
+}
+
+/// The box that touches other things: the type's size, above the ground by as much as its springs and wheels allow.
+pub fn chassis_collider(kind: &VehicleType, wheels: &[WheelPlace]) -> ColliderBuilder {
+    let size = kind.size.max(Vec3::splat(0.2)).min(Vec3::splat(100.0));
+    let radius = wheels.iter().map(|wheel| wheel.radius).fold(0.0, f32::max);
+    let clearance = (0.7 * radius).min(0.5 * size.y);
+    let half = Vec3::new(size.x, size.y - clearance, size.z) / 2.0;
+    let middle = Vec3::new(0.0, clearance + half.y, half.z - kind.rear_overhang);
+    ColliderBuilder::cuboid(half.x, half.y, half.z).translation(middle).density(0.0).friction(0.4)
+}
+
+/// Those of an even box of the type's size, its middle lowered to where a vehicle's heavy parts are.
+fn mass_properties(kind: &VehicleType, wheels: &[WheelPlace], mass: f32) -> MassProperties {
+    let size = kind.size.max(Vec3::splat(0.2)).min(Vec3::splat(100.0));
+    let middle = wheels.iter().map(|wheel| wheel.hub).sum::<Vec3>() / wheels.len().max(1) as f32;
+    let squares = size * size;
+    let inertia = Vec3::new(squares.y + squares.z, squares.x + squares.z, squares.x + squares.y) * (mass / 12.0);
+    MassProperties::new(Vec3::new(middle.x, 0.35 * size.y, middle.z), mass, inertia)
+}
+
+/// The controller's numbers are per kilogram of the chassis; a wheel's sideways velocity is taken away within a step, as
+/// far as friction goes.
+fn wheel_tuning(tuning: &Tuning, wheels: usize) -> WheelTuning {
+    WheelTuning {
+        suspension_stiffness: tuning.stiffness / tuning.mass,
+        suspension_compression: tuning.damping / tuning.mass,
+        suspension_damping: tuning.damping / tuning.mass,
+        max_suspension_travel: tuning.rest_length,
+        side_friction_stiffness: 1.0 / (SIDE_DAMPING * wheels as f32),
+        friction_slip: tuning.friction,
+        max_suspension_force: tuning.mass * GRAVITY * 10.0,
+    }
+}

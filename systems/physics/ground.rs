@@ -1,0 +1,176 @@
+//! What does not move in the physics world: the ground, and obstacles.
+//!
+//! Colliders are known by what they are (mesh, shape and place) and not by their entities: their order, and with it
+//! every step, does not depend on the order of spawning, and a world restored from a snapshot, whose entities are
+//! others, finds its colliders as they were.
+
+use super::Physics;
+use crate::library::{Library, Mesh, MeshId};
+use crate::pieces::{PieceOf, WholeMesh};
+use crate::vehicles::ground::Ground;
+use bevy_ecs::prelude::*;
+use bevy_transform::components::Transform;
+use glam::{Affine3A, Vec3};
+use rapier3d::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// The entity stands in the way of physical vehicles.
+#[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+pub enum Obstacle {
+    /// By the boxes around its mesh and those below it.
+    #[default]
+    Box,
+    /// By every triangle of these: for what is hollow, or not like a box.
+    Mesh,
+}
+
+/// What a collider is: its mesh, its shape, and the bits of `world_from_object`.
+pub(super) type Key = [u32; 14];
+
+/// The key of the plane at y = 0.
+const PLANE: Key = [u32::MAX; 14];
+
+/// How far below everything a vehicle falls before it is given up, metres.
+const FALL: f32 = 100.0;
+
+/// The colliders that do not move.
+#[derive(Serialize, Deserialize, Default)]
+pub(super) struct Colliders {
+    /// `None` for what cannot be one: an empty mesh, or one with infinite places.
+    known: BTreeMap<Key, Option<ColliderHandle>>,
+    /// A sum over all keys: the same sum, the same colliders.
+    sum: Option<u64>,
+    /// Metres: what is below is thrown out of the world.
+    pub lowest: f32,
+}
+
+type Statics<'w, 's> =
+    Query<'w, 's, (Entity, Has<Ground>, Option<&'static Obstacle>), Or<(With<Ground>, With<Obstacle>)>>;
+type Meshes<'w, 's> = Query<'w, 's, (Option<&'static MeshId>, Option<&'static WholeMesh>), Without<PieceOf>>;
+
+/// Brings the colliders of ground and obstacles up to date with the world.
+pub fn update_ground(
+    mut physics: ResMut<Physics>,
+    library: Res<Library>,
+    statics: Statics,
+    children: Query<&Children>,
+    meshes: Meshes,
+    places: Query<(&Transform, Option<&ChildOf>)>,
+) {
+    let (children, meshes, places) = (&children, &meshes, &places);
+    let keys = || {
+        statics.iter().flat_map(|(root, ground, obstacle)| {
+            let parts = std::iter::once(root).chain(children.iter_descendants(root));
+            let shapes = [ground.then_some(Obstacle::Mesh), obstacle.copied()];
+            parts.flat_map(move |entity| {
+                let (mesh, whole) = meshes.get(entity).unwrap_or_default();
+                let mesh = whole.map(|whole| whole.0).or(mesh.copied());
+                let place = mesh.map(|_| world_from(entity, places)).unwrap_or_default();
+                shapes.into_iter().flatten().filter_map(move |shape| Some(key(mesh?, shape, &place)))
+            })
+        })
+    };
+    let plane = statics.iter().all(|(_, ground, _)| !ground);
+    let sum = keys().fold(u64::from(plane), |sum, key| sum.wrapping_add(mixed(&key)));
+    if physics.colliders.sum == Some(sum) {
+        return;
+    }
+    let mut wanted: Vec<Key> = keys().chain(plane.then_some(PLANE)).collect();
+    wanted.sort_unstable();
+    wanted.dedup();
+    let physics = &mut *physics;
+    physics.colliders.sum = Some(sum);
+    let gone: Vec<Key> =
+        physics.colliders.known.keys().filter(|key| wanted.binary_search(key).is_err()).copied().collect();
+    for key in gone {
+        if let Some(handle) = physics.colliders.known.remove(&key).flatten() {
+            physics.world.remove_collider(handle);
+        }
+    }
+    for key in wanted {
+        if !physics.colliders.known.contains_key(&key) {
+            let collider = collider(&key, &library);
+            if collider.is_none() {
+                physics
+                    .warnings
+                    .push(format!("mesh {} cannot be ground or an obstacle: it has no finite triangles", key[0]));
+            }
+            let handle = collider.map(|collider| physics.world.insert_collider(collider, None));
+            physics.colliders.known.insert(key, handle);
+            physics.inserted = true;
+        }
+    }
+    let bottoms = physics.world.colliders.iter().filter(|(_, collider)| collider.parent().is_none());
+    let bottoms = bottoms.map(|(_, collider)| if plane_of(collider) { 0.0 } else { collider.compute_aabb().mins.y });
+    physics.colliders.lowest = bottoms.fold(0.0, f32::min) - FALL;
+}
+
+fn plane_of(collider: &Collider) -> bool {
+    collider.shape().as_halfspace().is_some()
+}
+
+/// `world_from_object`, from the transforms as they are in this step.
+fn world_from(entity: Entity, places: &Query<(&Transform, Option<&ChildOf>)>) -> Affine3A {
+    let mut place = Affine3A::IDENTITY;
+    let mut next = Some(entity);
+    while let Some((transform, parent)) = next.and_then(|entity| places.get(entity).ok()) {
+        place = transform.compute_affine() * place;
+        next = parent.map(ChildOf::parent);
+    }
+    place
+}
+
+fn key(mesh: MeshId, shape: Obstacle, world_from_object: &Affine3A) -> Key {
+    let mut key = [0; 14];
+    key[0] = mesh.0;
+    key[1] = shape as u32;
+    // Zero has two signs, which are one place.
+    let bits = world_from_object.to_cols_array().map(|value| (value + 0.0).to_bits());
+    key[2..].copy_from_slice(&bits);
+    key
+}
+
+/// A number for a key: SplitMix64's mix of each value in turn.
+fn mixed(key: &Key) -> u64 {
+    key.iter().fold(0x9e37_79b9_7f4a_7c15, |state, &value| {
+        let mut z = (state ^ u64::from(value)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    })
+}
+
+/// The collider that a key names.
+fn collider(key: &Key, library: &Library) -> Option<ColliderBuilder> {
+    if *key == PLANE {
+        return Some(ColliderBuilder::new(SharedShape::halfspace(Vec3::Y)));
+    }
+    let mut columns = [0.0; 12];
+    columns.iter_mut().zip(&key[2..]).for_each(|(value, bits)| *value = f32::from_bits(*bits));
+    let world_from_object = Affine3A::from_cols_array(&columns);
+    let mesh = &library.mesh(MeshId(key[0]))?.mesh;
+    let finite = world_from_object.is_finite() && mesh.positions.iter().all(|position| position.is_finite());
+    if !finite || mesh.indices.len() < 3 {
+        return None;
+    }
+    if key[1] == Obstacle::Mesh as u32 {
+        triangles(mesh, &world_from_object)
+    } else {
+        bounding_box(mesh, &world_from_object)
+    }
+}
+
+fn triangles(mesh: &Mesh, world_from_object: &Affine3A) -> Option<ColliderBuilder> {
+    let corners: Vec<Vec3> = mesh.positions.iter().map(|p| world_from_object.transform_point3(*p)).collect();
+    let triangles: Vec<[u32; 3]> = mesh.indices.as_chunks().0.to_vec();
+    let within = triangles.iter().flatten().all(|&corner| (corner as usize) < corners.len());
+    if within { ColliderBuilder::trimesh(corners, triangles).ok() } else { None }
+}
+
+fn bounding_box(mesh: &Mesh, world_from_object: &Affine3A) -> Option<ColliderBuilder> {
+    let (scale, rotation, _) = world_from_object.to_scale_rotation_translation();
+    let aabb = mesh.aabb();
+    let half = ((aabb.max - aabb.min) / 2.0 * scale.abs()).max(Vec3::splat(0.001));
+    let place = Pose::from_parts(world_from_object.transform_point3(aabb.center()), rotation);
+    (half.is_finite() && rotation.is_finite()).then(|| ColliderBuilder::cuboid(half.x, half.y, half.z).position(place))
+}

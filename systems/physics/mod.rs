@@ -1,0 +1,269 @@
+//! Physically simulated vehicles: rigid bodies on springs and tyres that bump into each other, by `rapier3d`.
+//!
+//! A [`Vehicle`](crate::vehicles::Vehicle) with [`Physical`] is simulated; all others are kinematic, and those near are
+//! bodies that nothing pushes. The rest of the world sees the same components either way: `Transform` and [`Motion`]
+//! are written here instead of by the kinematic model, which says what the driver wants by [`Wanted`].
+//!
+//! ```text
+//! physical  Physical and Wanted, and the numbers derived from a type
+//! body      a vehicle as a rigid body with rapier's ray-cast vehicle: engine, brakes, steering
+//! ground    colliders of ground and obstacles
+//! traffic   bodies of kinematic vehicles near physical ones
+//! springs   the wheels of the model follow the springs
+//! saved     what a snapshot holds, and what is hashed
+//! ```
+//!
+//! [`Physics`] is the whole state beside the components, and serialisable: a step depends on nothing else. Vehicles are
+//! known by their numbers and colliders by what they are, so that nothing depends on the order of entities.
+
+mod body;
+mod ground;
+mod physical;
+mod saved;
+mod springs;
+mod traffic;
+
+pub use ground::{Obstacle, update_ground};
+pub use physical::{GRAVITY, Physical, Tuning, WheelPlace, wheels};
+pub(crate) use saved::PhysicsState;
+pub use springs::{Sprung, WheelsFound, find_wheels, move_springs};
+pub use traffic::follow_traffic;
+
+use crate::clock::Clock;
+use crate::vehicles::{
+    ByHand, Controls, Motion, OnRoute, Stalled, Vehicle, VehicleNumber, VehicleType, VehicleTypes, Wanted,
+};
+use bevy_ecs::prelude::*;
+use bevy_transform::components::Transform;
+use body::{Body, Wish, forward_speed, pose};
+use glam::{Vec2, Vec3};
+use rapier3d::prelude::{PhysicsWorld, RigidBodyHandle};
+use serde::{Deserialize, Serialize};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Seconds; a longer step of the clock is done in several of the physics.
+const LONGEST: f64 = 1.0 / 60.0;
+
+/// At most so many steps of the physics in one of the clock.
+const MOST_SUBSTEPS: f64 = 64.0;
+
+/// Metres from the origin; beyond, places are too coarse for springs, and a vehicle is given up.
+const FARTHEST: f32 = 100_000.0;
+
+/// The physics world, and which of its bodies are which vehicles.
+#[derive(Resource, Serialize, Deserialize)]
+pub struct Physics {
+    world: PhysicsWorld,
+    /// Physical vehicles, by number.
+    bodies: BTreeMap<u32, Body>,
+    /// Kinematic vehicles near physical ones, by number.
+    others: BTreeMap<u32, RigidBodyHandle>,
+    colliders: ground::Colliders,
+    /// Vehicles that were thrown out of the world: they stay where they were last.
+    frozen: BTreeSet<u32>,
+    /// Something is new in the world, which wheels do not feel before the world has looked.
+    #[serde(skip)]
+    inserted: bool,
+    #[serde(skip)]
+    warnings: Vec<String>,
+}
+
+impl Default for Physics {
+    fn default() -> Self {
+        // Gravity is applied with the vehicles' other forces, before their brakes and tyres.
+        let world = PhysicsWorld { gravity: Vec3::ZERO, ..PhysicsWorld::default() };
+        Self {
+            world,
+            bodies: BTreeMap::new(),
+            others: BTreeMap::new(),
+            colliders: ground::Colliders::default(),
+            frozen: BTreeSet::new(),
+            inserted: false,
+            warnings: Vec::new(),
+        }
+    }
+}
+
+impl Physics {
+    /// What is to be said about the simulation, each thing once; taken away by being read.
+    pub fn take_warnings(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.warnings)
+    }
+
+    /// Vehicles that are bodies now.
+    pub fn len(&self) -> usize {
+        self.bodies.len()
+    }
+
+    /// Whether no vehicle is physical.
+    pub fn is_empty(&self) -> bool {
+        self.bodies.is_empty()
+    }
+
+    /// How many wheels of a vehicle touch something, and how many it has; `None` where it is not a body.
+    pub fn wheels_on_ground(&self, vehicle: VehicleNumber) -> Option<usize> {
+        self.bodies.get(&vehicle.0).map(Body::wheels_on_ground)
+    }
+
+    /// How far a wheel's spring is pressed beyond its length under the standing vehicle, metres.
+    pub fn spring_travel(&self, vehicle: VehicleNumber, wheel: usize) -> Option<f32> {
+        self.bodies.get(&vehicle.0).and_then(|body| body.travel(wheel))
+    }
+
+    /// World-space velocity of a vehicle's centre of mass, m/s.
+    pub fn velocity(&self, vehicle: VehicleNumber) -> Option<Vec3> {
+        let body = self.bodies.get(&vehicle.0)?;
+        self.world.bodies.get(body.handle).map(|chassis| chassis.linvel())
+    }
+
+    /// What a hash of the state takes in beside the components: places, velocities and wheels of all bodies, by the
+    /// number of the vehicle. Contacts' impulses are left out: they show in the velocities one step later.
+    pub fn state(&self, mut add: impl FnMut(u32)) {
+        for (number, body) in &self.bodies {
+            add(*number);
+            body.state(&self.world, |value| add(value.to_bits()));
+        }
+        self.frozen.iter().copied().for_each(add);
+    }
+}
+
+/// Whether there is anything for the physics to do.
+pub fn any_physical(physics: Res<Physics>, vehicles: Query<(), With<Physical>>) -> bool {
+    !physics.is_empty() || !vehicles.is_empty()
+}
+
+type Placed<'a> = (&'a VehicleNumber, &'a Vehicle, &'a Physical, &'a Transform, &'a Motion);
+
+/// Gives new physical vehicles a body, takes it from those that are none any more, and moves the bodies of those that
+/// somebody has put elsewhere.
+pub fn place_bodies(mut physics: ResMut<Physics>, types: Res<VehicleTypes>, vehicles: Query<Placed, Without<Stalled>>) {
+    let physics = &mut *physics;
+    let present: BTreeMap<u32, _> = vehicles.iter().map(|row| (row.0.0, row)).collect();
+    let gone: Vec<u32> = physics.bodies.keys().filter(|number| !present.contains_key(number)).copied().collect();
+    gone.into_iter().for_each(|number| physics.remove(number));
+    for (number, (_, vehicle, physical, at, motion)) in present {
+        if let Some(body) = physics.bodies.get_mut(&number) {
+            let written = (at.translation, at.rotation);
+            if written != body.written
+                && at.is_finite()
+                && let Some(chassis) = physics.world.bodies.get_mut(body.handle)
+            {
+                chassis.set_position(pose(at), true);
+                body.written = written;
+                physics.inserted = true;
+            }
+        } else if !physics.frozen.contains(&number) {
+            physics.add(number, types.get(vehicle.kind), physical, at, motion);
+        }
+    }
+}
+
+impl Physics {
+    fn add(&mut self, number: u32, kind: &VehicleType, physical: &Physical, at: &Transform, motion: &Motion) {
+        let wheels = wheels(kind);
+        let speed = if motion.speed.is_finite() { motion.speed } else { 0.0 };
+        let why_not = if wheels.is_empty() {
+            "its wheels are in a row"
+        } else if !at.is_finite() || !is_within(at.translation, f32::MIN) {
+            "it is nowhere"
+        } else {
+            let tuning = Tuning::of(physical, kind, wheels.len());
+            let body = Body::new(&mut self.world, kind, &wheels, tuning, at, speed);
+            self.bodies.insert(number, body);
+            self.inserted = true;
+            return;
+        };
+        self.frozen.insert(number);
+        self.warnings.push(format!("vehicle {number} ({}) is not simulated physically: {why_not}", kind.name));
+    }
+
+    fn remove(&mut self, number: u32) {
+        if let Some(body) = self.bodies.remove(&number) {
+            self.world.remove_body(body.handle);
+        }
+    }
+}
+
+type Driven<'a> = (&'a VehicleNumber, &'a Wanted, &'a Controls, Has<ByHand>, Has<OnRoute>);
+
+/// A standing vehicle sets off forwards where its route wants it to, or the way that its throttle says.
+fn wish((_, wanted, controls, by_hand, on_route): (&VehicleNumber, &Wanted, &Controls, bool, bool)) -> Wish {
+    let pedals = by_hand || !on_route;
+    let throttle = if controls.brake > 0.0 { 0.0 } else { controls.throttle };
+    Wish { acceleration: wanted.acceleration, steering: wanted.steering, sets_off: if pedals { throttle } else { 1.0 } }
+}
+
+/// Moves all bodies one step of the clock on.
+pub fn step_bodies(mut physics: ResMut<Physics>, clock: Res<Clock>, vehicles: Query<Driven, With<Physical>>) {
+    let Physics { world, bodies, inserted, .. } = &mut *physics;
+    let substeps = (clock.step_seconds / LONGEST - 1e-6).ceil().clamp(1.0, MOST_SUBSTEPS);
+    let seconds = (clock.step_seconds / substeps) as f32;
+    if !(seconds > 0.0 && seconds.is_finite()) {
+        return;
+    }
+    world.integration_parameters.dt = seconds;
+    let wishes: BTreeMap<u32, Wish> = vehicles.iter().map(|row| (row.0.0, wish(row))).collect();
+    if std::mem::take(inserted) {
+        world.detect_collisions(&(), &());
+    }
+    for _ in 0..substeps as u32 {
+        for (number, body) in bodies.iter_mut() {
+            body.drive(world, &wishes.get(number).copied().unwrap_or_default(), seconds);
+        }
+        world.step();
+    }
+}
+
+/// Writes where the bodies are to their vehicles.
+pub fn write_back(
+    mut physics: ResMut<Physics>,
+    clock: Res<Clock>,
+    types: Res<VehicleTypes>,
+    mut vehicles: Query<(&VehicleNumber, &Vehicle, &mut Transform, &mut Motion), With<Physical>>,
+) {
+    let Physics { world, bodies, colliders, .. } = &mut *physics;
+    let seconds = clock.step_seconds as f32;
+    let mut lost = BTreeMap::new();
+    for (number, vehicle, mut transform, mut motion) in &mut vehicles {
+        let Some(body) = bodies.get_mut(&number.0) else { continue };
+        let kind = types.get(vehicle.kind);
+        let chassis = world.bodies.get(body.handle).filter(|chassis| chassis.is_enabled());
+        let Some(chassis) = chassis.filter(|chassis| is_within(chassis.translation(), colliders.lowest)) else {
+            motion.speed = 0.0;
+            motion.acceleration = 0.0;
+            lost.insert(number.0, kind.name.clone());
+            continue;
+        };
+        let place = chassis.position();
+        body.written = (place.translation, place.rotation);
+        (transform.translation, transform.rotation) = body.written;
+        let speed = forward_speed(chassis);
+        motion.acceleration = (speed - motion.speed) / seconds;
+        motion.speed = speed;
+        motion.steering = body.steering;
+        let forward = place.rotation * Vec3::Z;
+        motion.yaw = Vec2::new(forward.z, forward.x).to_angle();
+        motion.rolled += f64::from(speed * seconds);
+        if let Some(trailer) = kind.trailer.filter(|trailer| trailer.length > 0.0) {
+            let turn = hitch_rate(&motion, chassis.angvel().y, trailer.hitch, trailer.length);
+            motion.hitch = (motion.hitch + turn * seconds).clamp(-1.5, 1.5);
+        }
+    }
+    for (number, name) in lost {
+        physics.remove(number);
+        physics.frozen.insert(number);
+        let lost = format!("vehicle {number} ({name}) was thrown out of the world and stays where it was last");
+        physics.warnings.push(lost);
+    }
+}
+
+/// A trailer follows as its axle rolls, without mass: rad/s of the hitch, from the velocity of the hitch across the
+/// trailer.
+fn hitch_rate(motion: &Motion, yaw_rate: f32, hitch: f32, length: f32) -> f32 {
+    let turned = Vec2::from_angle(motion.hitch);
+    (yaw_rate * hitch * turned.x - motion.speed * turned.y) / length - yaw_rate
+}
+
+fn is_within(place: Vec3, lowest: f32) -> bool {
+    place.is_finite() && place.length() < FARTHEST && place.y > lowest
+}

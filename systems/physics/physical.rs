@@ -1,0 +1,143 @@
+//! What a physically simulated vehicle is made of: numbers of its own, or derived from its type.
+
+use crate::vehicles::parts::{Movement, Part};
+use crate::vehicles::{VehicleType, Wanted};
+use bevy_ecs::prelude::*;
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
+/// m/s², downwards.
+pub const GRAVITY: f32 = 9.81;
+
+/// How far springs give under the vehicle's weight where nothing is said, metres. A bounce of 1.6 Hz, as a car's.
+const STATIC_DEFLECTION: f32 = 0.1;
+/// Of the springs' damping to critical damping, where nothing is said.
+const DAMPING_RATIO: f32 = 0.35;
+/// Drag coefficient times half the density of air, kg/m³: between a car's and a van's.
+const DRAG_PER_AREA: f32 = 0.21;
+
+/// Has a [`Vehicle`](crate::vehicles::Vehicle) simulated as a rigid body on springs and tyres. What is `None` is derived
+/// from the vehicle's type. Vehicles whose wheels are in a row would fall over, and stay kinematic.
+#[derive(Component, Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
+#[component(immutable)]
+#[require(Wanted)]
+pub struct Physical {
+    /// Kilograms; the type's.
+    pub mass: Option<f32>,
+    /// Of tyres on the ground, Coulomb's; 0.9.
+    pub friction: Option<f32>,
+    /// Of all wheels together, newtons; what gives the type's acceleration.
+    pub engine_force: Option<f32>,
+    /// Of all wheels together, newtons; what gives the type's hardest braking.
+    pub brake_force: Option<f32>,
+    /// Of the air, kg/m: the force is this times the square of the speed. From width and height.
+    pub drag: Option<f32>,
+    /// Of the average wheel's spring, N/m; what gives 0.1 m under the weight.
+    pub stiffness: Option<f32>,
+    /// Of the average wheel's damper, N·s/m; 0.35 of critical damping.
+    pub damping: Option<f32>,
+    /// Length of the springs without load, metres; 0.3. The wheels hang down by this much, and can be pressed up by it.
+    pub rest_length: Option<f32>,
+}
+
+/// [`Physical`] with every number known, finite and in its range.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+pub struct Tuning {
+    /// Kilograms.
+    pub mass: f32,
+    /// Coulomb's coefficient.
+    pub friction: f32,
+    /// All wheels, newtons.
+    pub engine_force: f32,
+    /// All wheels, newtons.
+    pub brake_force: f32,
+    /// kg/m.
+    pub drag: f32,
+    /// The average wheel's, N/m.
+    pub stiffness: f32,
+    /// The average wheel's, N·s/m.
+    pub damping: f32,
+    /// Metres.
+    pub rest_length: f32,
+}
+
+impl Tuning {
+    /// The numbers of a vehicle of that type on that many wheels.
+    pub fn of(physical: &Physical, kind: &VehicleType, wheels: usize) -> Self {
+        let wheels = wheels.max(1) as f32;
+        let mass = within(physical.mass, kind.mass, 10.0, 1e6);
+        let stiffness = within(physical.stiffness, mass * GRAVITY / (wheels * STATIC_DEFLECTION), 1e2, 1e8);
+        let critical = 2.0 * (stiffness * mass / wheels).sqrt();
+        Self {
+            mass,
+            friction: within(physical.friction, 0.9, 0.0, 10.0),
+            engine_force: within(physical.engine_force, mass * kind.limits.acceleration, 0.0, 1e8),
+            brake_force: within(physical.brake_force, mass * kind.limits.braking, 0.0, 1e8),
+            drag: within(physical.drag, DRAG_PER_AREA * kind.size.x * kind.size.y, 0.0, 1e4),
+            stiffness,
+            damping: within(physical.damping, DAMPING_RATIO * critical, 0.0, critical),
+            rest_length: within(physical.rest_length, 0.3, 0.05, 2.0),
+        }
+    }
+
+    /// How far each spring gives under the vehicle's weight on level ground: m·g / (wheels·k), metres.
+    pub fn static_deflection(&self, wheels: usize) -> f32 {
+        self.mass * GRAVITY / (wheels.max(1) as f32 * self.stiffness)
+    }
+}
+
+/// What is given, or else derived, if it is a number; within bounds.
+fn within(given: Option<f32>, derived: f32, least: f32, most: f32) -> f32 {
+    let value = given.filter(|value| value.is_finite()).unwrap_or(derived);
+    if value.is_finite() { value.clamp(least, most) } else { least }
+}
+
+/// Where a wheel of a type is while the vehicle stands on level ground.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct WheelPlace {
+    /// Its hub in the vehicle's space.
+    pub hub: Vec3,
+    /// Metres.
+    pub radius: f32,
+    /// Whether it turns with the steering.
+    pub steers: bool,
+}
+
+/// The wheels of a type, those of its trailer apart, in the order of its parts; those of a box where its model has none.
+/// Empty where they are in a row, or where numbers do not make a vehicle.
+pub fn wheels(kind: &VehicleType) -> Vec<WheelPlace> {
+    let mut wheels: Vec<WheelPlace> =
+        (0..kind.parts.len()).filter_map(|index| wheel_of_part(&kind.parts, index)).collect();
+    if wheels.is_empty() && kind.track > 0.0 {
+        let radius = 0.12 * kind.wheelbase;
+        let axle = |z: f32, steers| {
+            [0.5, -0.5].map(|side| WheelPlace { hub: Vec3::new(side * kind.track, radius, z), radius, steers })
+        };
+        wheels.extend(axle(kind.wheelbase, true).into_iter().chain(axle(0.0, false)));
+    }
+    let sound = wheels.iter().all(|wheel| wheel.hub.is_finite() && wheel.radius.is_finite() && wheel.radius > 0.01);
+    let carries = |axis: fn(Vec3) -> f32, least: f32| {
+        let along = || wheels.iter().map(|wheel| axis(wheel.hub));
+        along().fold(f32::MIN, f32::max) - along().fold(f32::MAX, f32::min) > least
+    };
+    if sound && carries(|hub| hub.x, 0.3) && carries(|hub| hub.z, 0.3) { wheels } else { Vec::new() }
+}
+
+/// The wheel that a part is, unless a trailer carries it.
+fn wheel_of_part(parts: &[Part], index: usize) -> Option<WheelPlace> {
+    let part = parts.get(index)?;
+    let Some(Movement::Wheel { radius, steers }) = part.movement else { return None };
+    let mut vehicle_from_part = part.rest.compute_affine();
+    let mut steers = steers;
+    let mut above = part.parent;
+    while let Some((at, part)) = above.and_then(|at| Some((at, parts.get(at)?))) {
+        match part.movement {
+            Some(Movement::Trailer) => return None,
+            Some(Movement::Fork) => steers = true,
+            _ => {}
+        }
+        vehicle_from_part = part.rest.compute_affine() * vehicle_from_part;
+        above = part.parent.filter(|&parent| parent < at);
+    }
+    Some(WheelPlace { hub: Vec3::from(vehicle_from_part.translation), radius, steers })
+}

@@ -1,0 +1,362 @@
+//! Physical vehicles against closed forms, and what must hold whatever happens to them.
+
+use bevy_ecs::prelude::*;
+use bevy_transform::components::Transform;
+use glam::{Quat, Vec2, Vec3};
+use systems::Simulation;
+use systems::clock::Clock;
+use systems::library::{Library, Mesh};
+use systems::physics::{GRAVITY, Obstacle, Physical, Physics};
+use systems::vehicles::ground::Ground;
+use systems::vehicles::{
+    Controls, Motion, Stalled, Vehicle, VehicleNumber, VehicleType, VehicleTypeId, VehicleTypes, Wanted, driving,
+};
+use systems::{roster, shapes, snapshot, state_hash};
+
+/// The box of a car's size, without air.
+const AIRLESS: Physical = Physical {
+    mass: None,
+    friction: None,
+    engine_force: None,
+    brake_force: None,
+    drag: Some(0.0),
+    stiffness: None,
+    damping: None,
+    rest_length: None,
+};
+
+const STAND_IN: Vehicle = Vehicle { kind: VehicleTypeId::STAND_IN, paint: 0 };
+
+fn spawn(simulation: &mut Simulation, physical: Physical, at: Transform, speed: f32) -> Entity {
+    simulation.world.spawn((STAND_IN, physical, at, Motion { speed, ..Motion::default() })).id()
+}
+
+fn want(simulation: &mut Simulation, vehicle: Entity, acceleration: f32, steering: f32) {
+    let wanted = Wanted { acceleration, steering };
+    // In the place of a route's driver: after the pedals, which nobody touches.
+    let controls = Controls { throttle: f32::from(acceleration > 0.0), ..Controls::default() };
+    simulation.world.entity_mut(vehicle).insert((Wish(wanted), controls));
+}
+
+/// What [`obey`] copies over what the pedals said.
+#[derive(Component, Clone, Copy)]
+struct Wish(Wanted);
+
+fn obey(mut wishes: Query<(&Wish, &mut Wanted)>) {
+    wishes.iter_mut().for_each(|(wish, mut wanted)| *wanted = wish.0);
+}
+
+fn simulation() -> Simulation {
+    let mut simulation = Simulation::new();
+    simulation.step_schedule.add_systems(obey.after(driving::drive).before(systems::physics::update_ground));
+    simulation
+}
+
+fn steps(simulation: &mut Simulation, count: usize) {
+    (0..count).for_each(|_| simulation.step());
+}
+
+fn motion(simulation: &Simulation, vehicle: Entity) -> Motion {
+    *simulation.world.get::<Motion>(vehicle).unwrap()
+}
+
+fn place(simulation: &Simulation, vehicle: Entity) -> Transform {
+    *simulation.world.get::<Transform>(vehicle).unwrap()
+}
+
+/// Settled on its springs, then as fast as that along +Z.
+fn rolling(simulation: &mut Simulation, physical: Physical, speed: f32) -> Entity {
+    spawn(simulation, physical, Transform::IDENTITY, speed)
+}
+
+#[test]
+fn it_stands_as_its_model_does_and_springs_give_by_its_weight() {
+    let mut simulation = simulation();
+    let soft = Physical { stiffness: Some(20_000.0), ..AIRLESS };
+    let vehicle = spawn(&mut simulation, soft, Transform::from_xyz(0.0, 0.8, 0.0), 0.0);
+    steps(&mut simulation, 600);
+    let number = *simulation.world.get::<VehicleNumber>(vehicle).unwrap();
+    let at = place(&simulation, vehicle);
+    // Springs of m·g / 4k at the height where the type has its wheels: the vehicle stands where its model does.
+    assert!(at.translation.length() < 0.01, "{at:?}");
+    assert!((at.rotation * Vec3::Y).y > 0.99999);
+    let physics = simulation.world.resource::<Physics>();
+    assert_eq!(physics.wheels_on_ground(number), Some(4));
+    assert!(physics.velocity(number).unwrap().length() < 1e-3);
+    for wheel in 0..4 {
+        assert!(physics.spring_travel(number, wheel).unwrap().abs() < 0.005);
+    }
+    // And with another load on the same springs it stands lower by the difference of m·g / 4k.
+    let deflection = |mass: f32| mass * GRAVITY / (4.0 * 20_000.0);
+    let tuning = |mass: f32| {
+        let kind = VehicleType::default();
+        systems::physics::Tuning::of(&Physical { mass: Some(mass), ..soft }, &kind, 4).static_deflection(4)
+    };
+    assert!((tuning(2000.0) - deflection(2000.0)).abs() < 1e-6);
+}
+
+#[test]
+fn braking_distances_are_those_of_the_brakes_and_of_the_road() {
+    for (speed, friction, brake_force) in [(20.0f32, 2.0f32, 1400.0 * 5.0f32), (20.0, 0.4, 1e6), (30.0, 0.8, 1e6)] {
+        let mut simulation = simulation();
+        let physical = Physical { friction: Some(friction), brake_force: Some(brake_force), ..AIRLESS };
+        let vehicle = rolling(&mut simulation, physical, speed);
+        want(&mut simulation, vehicle, 0.0, 0.0);
+        steps(&mut simulation, 60);
+        let (start, speed) = (place(&simulation, vehicle).translation.z, motion(&simulation, vehicle).speed);
+        want(&mut simulation, vehicle, -100.0, 0.0);
+        steps(&mut simulation, 600);
+        let deceleration = (brake_force / 1400.0).min(friction * GRAVITY);
+        let expected = speed * speed / (2.0 * deceleration);
+        let distance = place(&simulation, vehicle).translation.z - start;
+        assert!((distance / expected - 1.0).abs() < 0.03, "{distance} m, expected {expected} m");
+        assert!(motion(&simulation, vehicle).speed.abs() < 1e-3);
+    }
+}
+
+#[test]
+fn drag_and_engine_come_to_a_steady_speed() {
+    let mut simulation = simulation();
+    // Where F = c·v², v is the square root of F / c.
+    let physical = Physical { drag: Some(2.0), engine_force: Some(1800.0), ..AIRLESS };
+    let vehicle = rolling(&mut simulation, physical, 20.0);
+    want(&mut simulation, vehicle, 100.0, 0.0);
+    steps(&mut simulation, 60 * 120);
+    let speed = motion(&simulation, vehicle).speed;
+    assert!((speed - 30.0).abs() < 0.1, "{speed}");
+}
+
+#[test]
+fn wanted_acceleration_is_what_it_gets() {
+    let mut simulation = simulation();
+    let vehicle = rolling(&mut simulation, AIRLESS, 0.0);
+    steps(&mut simulation, 60);
+    want(&mut simulation, vehicle, 2.0, 0.0);
+    steps(&mut simulation, 300);
+    let motion = motion(&simulation, vehicle);
+    assert!((motion.speed - 10.0).abs() < 0.2, "{motion:?}");
+    assert!((motion.rolled - 25.0).abs() < 1.0, "{motion:?}");
+}
+
+#[test]
+fn it_turns_in_the_circle_of_the_bicycle_model() {
+    let mut simulation = simulation();
+    let vehicle = rolling(&mut simulation, AIRLESS, 3.0);
+    let steering = 0.3f32;
+    want(&mut simulation, vehicle, 0.01, steering);
+    steps(&mut simulation, 240);
+    let places: Vec<Vec2> = (0..3)
+        .map(|_| {
+            steps(&mut simulation, 120);
+            let at = place(&simulation, vehicle).translation;
+            Vec2::new(at.x, at.z)
+        })
+        .collect();
+    // The radius of the circle through three places of the rear axle.
+    let [a, b, c] = [places[1] - places[0], places[2] - places[1], places[0] - places[2]];
+    let radius = a.length() * b.length() * c.length() / (2.0 * a.perp_dot(b).abs());
+    let expected = VehicleType::default().wheelbase / steering.tan();
+    assert!((radius / expected - 1.0).abs() < 0.05, "{radius} m, expected {expected} m");
+    // To the left: from +Z toward +X.
+    assert!(motion(&simulation, vehicle).yaw > 0.0 || places[1].x > places[0].x);
+}
+
+/// A square of ground, 400 m wide, tilted about X: it rises toward −Z.
+fn slope(simulation: &mut Simulation, degrees: f32) {
+    let mesh = shapes::plane(Vec2::splat(400.0), glam::UVec2::splat(8));
+    let mesh = simulation.world.resource_mut::<Library>().add_mesh(mesh);
+    simulation.world.spawn((mesh, Ground, Transform::from_rotation(Quat::from_rotation_x(degrees.to_radians()))));
+}
+
+#[test]
+fn brakes_hold_on_a_slope_along_and_across() {
+    for heading in [0.0f32, 90.0, 37.0] {
+        let mut simulation = simulation();
+        slope(&mut simulation, 12.0);
+        let turned = Quat::from_rotation_x(12f32.to_radians()) * Quat::from_rotation_y(heading.to_radians());
+        let vehicle = spawn(&mut simulation, AIRLESS, Transform::from_rotation(turned), 2.0);
+        want(&mut simulation, vehicle, -3.0, 0.0);
+        steps(&mut simulation, 600);
+        let before = place(&simulation, vehicle).translation;
+        steps(&mut simulation, 600);
+        let crept = place(&simulation, vehicle).translation.distance(before);
+        assert!(crept < 0.005, "{crept} m in 10 s, heading {heading}°");
+    }
+}
+
+#[test]
+fn without_brakes_it_rolls_down_a_slope_at_g_times_the_sine() {
+    let mut simulation = simulation();
+    slope(&mut simulation, 6.0);
+    let tilted = Transform::from_rotation(Quat::from_rotation_x(6f32.to_radians()));
+    let vehicle = spawn(&mut simulation, AIRLESS, tilted, 1.0);
+    want(&mut simulation, vehicle, 1e-6, 0.0);
+    steps(&mut simulation, 60);
+    let before = motion(&simulation, vehicle).speed;
+    steps(&mut simulation, 120);
+    let gained = motion(&simulation, vehicle).speed - before;
+    let expected = 2.0 * GRAVITY * 6f32.to_radians().sin();
+    assert!((gained / expected - 1.0).abs() < 0.03, "{gained}, expected {expected}");
+}
+
+#[test]
+fn nobody_sinks_through_the_ground() {
+    for (velocity, height) in [(0.0f32, 130.0f32), (50.0, 1.0), (50.0, 60.0)] {
+        let mut simulation = simulation();
+        slope(&mut simulation, 0.0);
+        let vehicle = spawn(&mut simulation, AIRLESS, Transform::from_xyz(0.0, height, -150.0), velocity);
+        for _ in 0..400 {
+            simulation.step();
+            assert!(place(&simulation, vehicle).translation.y > -1.0, "{:?}", place(&simulation, vehicle));
+        }
+    }
+}
+
+#[test]
+fn a_crash_keeps_the_momentum() {
+    let mut simulation = simulation();
+    let slippery = Physical { friction: Some(0.0), ..AIRLESS };
+    let fast = spawn(&mut simulation, Physical { mass: Some(1000.0), ..slippery }, Transform::IDENTITY, 15.0);
+    let slow =
+        spawn(&mut simulation, Physical { mass: Some(2000.0), ..slippery }, Transform::from_xyz(0.0, 0.0, 12.0), 0.0);
+    [fast, slow].into_iter().for_each(|vehicle| want(&mut simulation, vehicle, 0.1, 0.0));
+    let momentum = |simulation: &Simulation| {
+        let physics = simulation.world.resource::<Physics>();
+        let of = |vehicle| physics.velocity(*simulation.world.get::<VehicleNumber>(vehicle).unwrap()).unwrap();
+        of(fast) * 1000.0 + of(slow) * 2000.0
+    };
+    simulation.step();
+    let before = momentum(&simulation);
+    steps(&mut simulation, 90);
+    assert!(motion(&simulation, slow).speed > 4.0, "they never met");
+    assert!(motion(&simulation, slow).speed >= motion(&simulation, fast).speed);
+    let after = momentum(&simulation);
+    assert!((after.z / before.z - 1.0).abs() < 0.02, "{before} became {after}");
+}
+
+#[test]
+fn kinematic_vehicles_and_obstacles_stand_in_the_way() {
+    for obstacle in [false, true] {
+        let mut simulation = simulation();
+        let vehicle = rolling(&mut simulation, AIRLESS, 10.0);
+        want(&mut simulation, vehicle, 0.1, 0.0);
+        if obstacle {
+            let cube = simulation.world.resource_mut::<Library>().add_mesh(shapes::cube(Vec3::splat(2.0)));
+            simulation.world.spawn((cube, Obstacle::Box, Transform::from_xyz(0.0, 1.0, 15.0)));
+        } else {
+            simulation.world.spawn((STAND_IN, Transform::from_xyz(0.0, 0.0, 15.0)));
+        }
+        steps(&mut simulation, 180);
+        let front = place(&simulation, vehicle).translation.z + VehicleType::default().front();
+        assert!((12.0..14.3).contains(&front), "its front is at {front}");
+    }
+}
+
+#[test]
+fn thrown_out_of_the_world_it_is_frozen_and_named_once() {
+    let mut simulation = simulation();
+    slope(&mut simulation, 0.0);
+    let vehicle = spawn(&mut simulation, AIRLESS, Transform::from_xyz(0.0, 0.0, 195.0), 20.0);
+    want(&mut simulation, vehicle, 1.0, 0.0);
+    let odd = spawn(&mut simulation, AIRLESS, Transform::from_xyz(f32::NAN, 0.0, 0.0), 20.0);
+    let mad = spawn(&mut simulation, AIRLESS, Transform::from_xyz(50.0, 0.0, 0.0), f32::INFINITY);
+    want(&mut simulation, mad, f32::NAN, f32::NAN);
+    steps(&mut simulation, 900);
+    let warnings = simulation.world.resource_mut::<Physics>().take_warnings();
+    assert_eq!(warnings.len(), 1, "{warnings:?}");
+    assert!(warnings.iter().any(|text| text.contains("vehicle 0") && text.contains("thrown out")), "{warnings:?}");
+    assert!(place(&simulation, vehicle).is_finite() && place(&simulation, mad).is_finite());
+    // Those whose numbers never made sense are told by whoever moves vehicles, and are no bodies.
+    assert!([odd, mad].into_iter().all(|vehicle| simulation.world.get::<Stalled>(vehicle).is_some()));
+    assert!(simulation.world.resource::<Physics>().is_empty());
+    let rest = place(&simulation, vehicle);
+    steps(&mut simulation, 60);
+    assert_eq!(place(&simulation, vehicle), rest);
+    assert!(simulation.world.resource_mut::<Physics>().take_warnings().is_empty());
+}
+
+#[test]
+fn what_cannot_stand_on_its_wheels_stays_kinematic() {
+    let mut simulation = simulation();
+    let bicycle = VehicleType { name: "bicycle".into(), track: 0.0, ..VehicleType::default() };
+    let kind = simulation.world.resource_mut::<VehicleTypes>().add(bicycle);
+    let vehicle = simulation.world.spawn((Vehicle::of(kind), AIRLESS)).id();
+    steps(&mut simulation, 60);
+    assert_eq!(place(&simulation, vehicle), Transform::IDENTITY);
+    let warnings = simulation.world.resource_mut::<Physics>().take_warnings();
+    assert_eq!(warnings.len(), 1);
+    assert!(warnings[0].contains("in a row"), "{warnings:?}");
+}
+
+/// Vehicles that crash into each other on bumpy ground; in that order of spawning.
+fn melee(order: &[u32]) -> Simulation {
+    let mut simulation = simulation();
+    let mut mesh: Mesh = shapes::plane(Vec2::splat(120.0), glam::UVec2::splat(40));
+    mesh.positions.iter_mut().for_each(|p| p.y = 0.2 * (p.x * 0.7).sin() * (p.z * 0.5).cos());
+    let mesh = simulation.world.resource_mut::<Library>().add_mesh(mesh);
+    simulation.world.spawn((mesh, Ground));
+    for &number in order {
+        let angle = number as f32 * 0.7;
+        let turned = Quat::from_rotation_y(angle + std::f32::consts::PI);
+        let at = Transform::from_translation(Quat::from_rotation_y(angle) * Vec3::new(0.0, 0.5, 25.0 + number as f32));
+        let vehicle = (STAND_IN, VehicleNumber(number), Motion { speed: 8.0, ..Motion::default() });
+        let vehicle = simulation.world.spawn((vehicle, at.with_rotation(turned))).id();
+        if number % 4 != 3 {
+            simulation.world.entity_mut(vehicle).insert(Physical::default());
+            want(&mut simulation, vehicle, 1.0, 0.05);
+        }
+    }
+    simulation
+}
+
+fn state(simulation: &Simulation) -> Vec<u32> {
+    let mut state = Vec::new();
+    simulation.world.resource::<Physics>().state(|bits| state.push(bits));
+    state
+}
+
+#[test]
+fn runs_are_equal_to_the_bit_whatever_the_order_of_spawning() {
+    let order: Vec<u32> = (0..24).collect();
+    let (mut one, mut two) = (melee(&order), melee(&order));
+    let reversed: Vec<u32> = order.iter().rev().copied().collect();
+    let mut three = melee(&reversed);
+    for step in 0..400 {
+        [&mut one, &mut two, &mut three].into_iter().for_each(Simulation::step);
+        assert_eq!(state(&one), state(&two), "step {step}");
+        assert_eq!(state(&one), state(&three), "step {step}");
+    }
+    assert!(one.world.resource::<Physics>().len() > 12);
+}
+
+#[test]
+fn a_restored_run_goes_on_as_if_nothing_had_been() {
+    // Before they meet, and while they are in contact.
+    [150, 260].into_iter().for_each(a_run_restored_after);
+}
+
+fn a_run_restored_after(done: usize) {
+    let order: Vec<u32> = (0..16).collect();
+    let mut kept = melee(&order);
+    roster::enroll_all(&mut kept.world);
+    steps(&mut kept, done);
+    let saved = snapshot::save(&mut kept.world);
+    let mut other = melee(&order);
+    roster::enroll_all(&mut other.world);
+    snapshot::restore(&mut other.world, &saved).expect("a snapshot of this scene");
+    assert_eq!(snapshot::save(&mut other.world), saved);
+    for step in 0..300 {
+        [&mut kept, &mut other].into_iter().for_each(Simulation::step);
+        assert_eq!(state_hash::hash(&mut kept.world), state_hash::hash(&mut other.world), "step {step} after {done}");
+    }
+    assert_eq!(state(&kept), state(&other));
+}
+
+#[test]
+fn a_long_step_of_the_clock_is_done_in_several() {
+    let mut simulation = simulation();
+    simulation.world.resource_mut::<Clock>().step_seconds = 0.1;
+    let vehicle = spawn(&mut simulation, AIRLESS, Transform::from_xyz(0.0, 1.0, 0.0), 0.0);
+    steps(&mut simulation, 100);
+    assert!(place(&simulation, vehicle).translation.length() < 0.01);
+}

@@ -1,0 +1,361 @@
+//! Runs that can be had again: recorded, replayed, cut short, damaged, continued from snapshots; in the library and by
+//! the binary.
+
+mod common;
+
+use bevy_transform::components::Transform;
+use proptest::prelude::*;
+use relief::frames::{self, LoadOptions, Stage};
+use relief::recording::{Recording, RecordingError, RunFiles, Stepper};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use systems::clock::Clock;
+use systems::components::Light;
+use systems::inputs::{Input, Inputs};
+use systems::roster::StateId;
+use systems::spawn::Spawn;
+use systems::state_hash::hash;
+use tempfile::TempDir;
+
+const SCENE: &str = r#"(
+    seed: 7,
+    clock: (step_seconds: 0.1),
+    materials: { "red": (base_map: "red.png") },
+    meshes: { "ball": sphere(radius: 0.5, segments: 12, rings: 6), "floor": plane(size: (30, 30)) },
+    entities: [
+        (name: "floor", mesh: "floor", material: "red"),
+        (name: "van", vehicle: (type: "box"), transform: (translation: (0, 0, 3))),
+        (name: "front", camera: (), transform: (translation: (0, 4, 9), look_at: (0, 0, 0))),
+    ],
+    generators: [
+        (name: "arms", place: scatter(region: disc(center: (0, 1, 0), radius: 8), count: 60),
+         entity: (spin: (degrees_per_second: 70), mesh: "ball", children: [
+            (transform: (translation: (1, 0.5, 0)), light: point(intensity: 1, range: 4)),
+         ])),
+    ],
+)"#;
+
+struct Place(TempDir);
+
+impl Place {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        fs::write(folder.path().join("scene.ron"), SCENE).expect("a scene");
+        let red = image::RgbImage::from_pixel(4, 4, image::Rgb([200, 40, 30]));
+        red.save(folder.path().join("red.png")).expect("a texture");
+        Self(folder)
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn stage(&self) -> Stage {
+        let options = LoadOptions { cache: false, ..LoadOptions::default() };
+        frames::load_stage(&self.path("scene.ron"), None, &options).expect("a scene")
+    }
+
+    fn begin(&self, files: &RunFiles, from: u64) -> Result<Run, RecordingError> {
+        let mut stage = self.stage();
+        let scene = self.path("scene.ron");
+        let stepper = Stepper::begin(files, (&scene, &stage.scene.files), from, &mut stage.simulation)?;
+        Ok(Run { stage, stepper })
+    }
+
+    /// A run of so many steps in which somebody does this and that; its hashes, and the file of its recording.
+    fn recorded(&self, steps: u64) -> (Vec<u128>, PathBuf) {
+        let path = self.path("run.rec");
+        let files = RunFiles { record: Some(path.clone()), ..RunFiles::default() };
+        let mut run = self.begin(&files, 0).expect("a recording");
+        let hashes = (0..steps).map(|step| run.act_and_step(step)).collect();
+        run.stepper.finish(&mut run.stage.simulation).expect("an end");
+        (hashes, path)
+    }
+
+    fn relief(&self, args: &[&str]) -> Output {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_relief"));
+        command.args(args).current_dir(self.0.path()).env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY");
+        command.output().expect("the binary runs")
+    }
+
+    #[track_caller]
+    fn succeeds(&self, args: &[&str]) -> String {
+        let output = self.relief(args);
+        assert!(output.status.success(), "{args:?}: {}", text(&output.stderr));
+        text(&output.stderr)
+    }
+
+    #[track_caller]
+    fn is_refused(&self, args: &[&str], needles: &[&str]) {
+        let output = self.relief(args);
+        let error = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{args:?}: {error}");
+        let error = error.trim_end().lines().last().unwrap_or_default();
+        for needle in needles {
+            assert!(error.contains(needle), "\"{needle}\" is not in: {error}");
+        }
+    }
+
+    fn read(&self, name: &str) -> Vec<u8> {
+        fs::read(self.path(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+    }
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+struct Run {
+    stage: Stage,
+    stepper: Stepper,
+}
+
+impl Run {
+    fn step(&mut self) -> u128 {
+        self.stepper.step(&mut self.stage.simulation).expect("a step");
+        hash(&mut self.stage.simulation.world).0
+    }
+
+    fn step_number(&self) -> u64 {
+        self.stage.simulation.world.resource::<Clock>().step
+    }
+
+    fn act_and_step(&mut self, step: u64) -> u128 {
+        let mut inputs = self.stage.simulation.world.resource_mut::<Inputs>();
+        let at = |x: f32| Transform::from_xyz(x, 2.0, 0.0);
+        if step % 20 == 3 {
+            let (name, light) = (format!("lamp {step}"), Light::point(3.0, 6.0));
+            inputs.push(Input::Spawn(Spawn::Light { name, transform: at(step as f32 * 0.01), light }));
+        }
+        if step % 50 == 9 {
+            inputs.push(Input::SetTransform { entity: StateId(1), transform: at(-1.0) });
+            inputs.push(Input::Despawn(StateId(3 + step as u32 / 10)));
+        }
+        self.step()
+    }
+}
+
+fn replay(path: &Path) -> RunFiles {
+    RunFiles { replay: Some(path.to_owned()), ..RunFiles::default() }
+}
+
+#[test]
+fn a_replay_is_the_run_and_a_seek_is_the_replay() {
+    let place = Place::new();
+    let (hashes, path) = place.recorded(260);
+    assert!(fs::metadata(&path).expect("a file").len() < 100_000, "compact");
+    for from in [0, 1, 99, 100, 101, 230, 260] {
+        let mut again = place.begin(&replay(&path), from).expect("a recording");
+        // There are snapshots every ten seconds.
+        assert_eq!(again.step_number(), from / 100 * 100);
+        while again.step_number() < 260 {
+            let step = again.step_number();
+            assert_eq!(again.step(), hashes[step as usize], "step {step} from {from}");
+        }
+        assert!(again.stepper.is_at_end(&again.stage.simulation));
+    }
+}
+
+#[test]
+fn who_sits_before_a_replay_changes_nothing() {
+    let place = Place::new();
+    let (hashes, path) = place.recorded(30);
+    let mut again = place.begin(&replay(&path), 0).expect("a recording");
+    let inputs: Vec<u128> = (0..30).map(|step| again.act_and_step(step * 10 + 3)).collect();
+    assert_eq!(inputs, hashes);
+}
+
+#[test]
+fn a_world_that_moves_otherwise_is_noticed() {
+    let place = Place::new();
+    let (_, path) = place.recorded(40);
+    let mut again = place.begin(&replay(&path), 0).expect("a recording");
+    let world = &mut again.stage.simulation.world;
+    world.query::<&mut Light>().iter_mut(world).next().expect("a lamp").intensity = 5.0;
+    let error = loop {
+        if let Err(error) = again.stepper.step(&mut again.stage.simulation) {
+            break error;
+        }
+    };
+    // Marks are a second apart; the first is at once.
+    assert!(error.to_string().contains("step 1 comes out otherwise"), "{error}");
+}
+
+#[test]
+fn a_recording_cut_anywhere_replays_up_to_the_cut() {
+    let place = Place::new();
+    let (hashes, path) = place.recorded(130);
+    let whole = fs::read(&path).expect("a file");
+    let cut = place.path("cut.rec");
+    let last_of = |bytes: &[u8]| {
+        fs::write(&cut, bytes).expect("a file");
+        Recording::open(&cut).map(|recording| (recording.steps().1, recording.is_whole()))
+    };
+    assert_eq!(last_of(&whole).expect("whole"), (130, true));
+    let mut before = 130;
+    for end in (whole.len() - 600..whole.len()).rev() {
+        let (last, is_whole) = last_of(&whole[..end]).expect("cut short");
+        assert!(!is_whole && last <= before && last >= 91, "cut at {end}: {last}");
+        before = last;
+    }
+    let mut again = place.begin(&replay(&cut), 0).expect("a recording");
+    while !again.stepper.is_at_end(&again.stage.simulation) {
+        let step = again.step_number();
+        assert_eq!(again.step(), hashes[step as usize]);
+    }
+    for end in [0, 5, 12, 20, 100] {
+        assert!(last_of(&whole[..end]).is_err(), "nothing is in it: {end}");
+    }
+}
+
+#[test]
+fn damage_in_the_middle_is_refused_with_its_place() {
+    let place = Place::new();
+    let (_, path) = place.recorded(130);
+    let whole = fs::read(&path).expect("a file");
+    for at in (12..whole.len()).step_by(31) {
+        let mut damaged = whole.clone();
+        damaged[at] ^= 0x10;
+        fs::write(&path, &damaged).expect("a file");
+        let error = Recording::open(&path).expect_err("damaged").to_string();
+        let offset = error.split("damaged at byte ").nth(1).and_then(|rest| rest.split(':').next());
+        let offset: usize = offset.and_then(|offset| offset.parse().ok()).unwrap_or_else(|| panic!("{error}"));
+        assert!(offset <= at && error.contains("run.rec"), "damaged at {at}: {error}");
+    }
+}
+
+#[test]
+fn what_does_not_belong_together_is_refused_by_name() {
+    let place = Place::new();
+    let (_, path) = place.recorded(20);
+    let check = ["replay", "run.rec", "--check", "--scene", "scene.ron"];
+    assert!(text(&place.relief(&check).stdout).contains("steps 0 to 20 come out as recorded"));
+    place.is_refused(&["replay", "nowhere.rec", "--check"], &["nowhere.rec"]);
+    place.is_refused(&["replay", "scene.ron", "--check"], &["scene.ron", "not a recording"]);
+    place.is_refused(&["render", "scene.ron", "-o", "o", "--from-snapshot", "run.rec"], &["not a snapshot"]);
+    let whole = fs::read(&path).expect("a file");
+    let mut other = whole.clone();
+    other[8] = 9;
+    fs::write(place.path("other.rec"), other).expect("a file");
+    place.is_refused(&["replay", "other.rec", "--check"], &["version 9", "reads version 1"]);
+    fs::write(place.path("red.png"), place.read("run.rec")).expect("a file");
+    let red = image::RgbImage::from_pixel(4, 4, image::Rgb([20, 40, 30]));
+    red.save(place.path("red.png")).expect("a texture");
+    place.is_refused(&check, &["run.rec", "another red.png"]);
+    fs::write(place.path("scene.ron"), SCENE.replace("base_map: \"red.png\"", "")).expect("a scene");
+    place.is_refused(&check, &["run.rec", "scene"]);
+}
+
+#[test]
+fn a_run_goes_on_from_a_snapshot_and_can_be_recorded_on() {
+    let place = Place::new();
+    let (hashes, path) = place.recorded(600);
+    let mut until = place.begin(&replay(&path), 0).expect("a recording");
+    (0..90).for_each(|_| _ = until.step());
+    let file = place.path("at 90.snapshot");
+    until.stepper.save_snapshot(&file, &mut until.stage.simulation).expect("a snapshot");
+    let record = place.path("rest.rec");
+    let files = RunFiles { from_snapshot: Some(file.clone()), record: Some(record.clone()), ..RunFiles::default() };
+    let mut rest = place.begin(&files, 0).expect("a snapshot");
+    assert_eq!(rest.step_number(), 90);
+    (90..600).for_each(|step| assert_eq!(rest.act_and_step(step), hashes[step as usize], "step {step}"));
+    rest.stepper.finish(&mut rest.stage.simulation).expect("an end");
+    let mut again = place.begin(&replay(&record), 0).expect("a recording that begins with a snapshot");
+    assert_eq!(again.step_number(), 90);
+    (90..600).for_each(|step| assert_eq!(again.step(), hashes[step as usize], "step {step}"));
+}
+
+/// Tries to go on from bytes that may be anything.
+fn try_snapshot(place: &Place, bytes: &[u8]) -> bool {
+    let path = place.path("any.snapshot");
+    fs::write(&path, bytes).expect("a file");
+    let begun = place.begin(&RunFiles { from_snapshot: Some(path), ..RunFiles::default() }, 0);
+    begun.is_ok_and(|mut run| run.step() > 0)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(40))]
+
+    #[test]
+    fn files_that_are_anything_are_errors(
+        bytes in proptest::collection::vec(any::<u8>(), 0..300),
+        magic in proptest::sample::select(vec![&b""[..], b"RELIEFRC\x01\0\0\0", b"RELIEFSN\x01\0\0\0"]),
+    ) {
+        let place = Place::new();
+        let bytes = [magic, &bytes].concat();
+        prop_assert!(!try_snapshot(&place, &bytes));
+        prop_assert!(Recording::open(&place.path("any.snapshot")).is_err());
+    }
+}
+
+#[test]
+fn snapshots_that_are_damaged_or_cut_are_refused() {
+    let place = Place::new();
+    let mut run = place.begin(&RunFiles::default(), 0).expect("a run");
+    let file = place.path("a.snapshot");
+    run.stepper.save_snapshot(&file, &mut run.stage.simulation).expect("a snapshot");
+    let whole = fs::read(&file).expect("a file");
+    assert!(try_snapshot(&place, &whole));
+    for at in (0..whole.len()).step_by(whole.len() / 23) {
+        assert!(!try_snapshot(&place, &whole[..at]), "cut at {at}");
+        let mut damaged = whole.clone();
+        damaged[at] ^= 1;
+        assert!(!try_snapshot(&place, &damaged), "damaged at {at}");
+    }
+}
+
+#[test]
+fn the_binary_records_and_replays_the_same_pictures_and_hashes() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let place = Place::new();
+    let size = ["--size", "48x27", "--no-cache"];
+    let run = |args: &[&str]| place.succeeds(&[args, &size].concat());
+    run(&["render", "scene.ron", "-o", "a", "--frames", "120..123", "--record", "a.rec", "--hash", "a.txt"]);
+    run(&["replay", "a.rec", "-o", "b", "--frames", "120..123", "--hash", "b.txt"]);
+    let pictures = ["color_00120.png", "color_00121.png", "color_00122.png"];
+    for name in pictures {
+        assert!(place.read(&format!("a/{name}")) == place.read(&format!("b/{name}")), "{name}");
+    }
+    let (whole, part) = (text(&place.read("a.txt")), text(&place.read("b.txt")));
+    assert!(whole.starts_with("0 ") && part.starts_with("100 ") && whole.ends_with(&part), "{part}");
+    assert_eq!(whole.lines().count(), 123);
+    run(&["replay", "a.rec", "-o", "c", "--outputs", "id"]);
+    assert_eq!(fs::read_dir(place.path("c")).expect("a folder").count(), 124, "all frames, and the names");
+    let beyond = ["replay", "a.rec", "-o", "d", "--frames", "120..124"];
+    place.is_refused(&beyond, &["120..124", "ends with frame 122"]);
+
+    run(&["render", "scene.ron", "-o", "e", "--frames", "100", "--save-snapshot", "at 99"]);
+    run(&["render", "scene.ron", "-o", "f", "--frames", "122..123", "--from-snapshot", "at 99"]);
+    assert!(place.read("a/color_00122.png") == place.read("f/color_00122.png"));
+    let before = ["render", "scene.ron", "-o", "g", "--frames", "98..101", "--from-snapshot", "at 99"];
+    place.is_refused(&before, &["98..101", "begins with frame 99"]);
+    assert!(!place.path("g").exists());
+
+    let cut = place.read("a.rec");
+    fs::write(place.path("a.rec"), &cut[..cut.len() - 9]).expect("a file");
+    let said = run(&["replay", "a.rec", "-o", "h", "--frames", "120..121"]);
+    assert!(said.contains("cut short") && said.contains("step 121"), "{said}");
+}
+
+#[test]
+fn a_thousand_steps_hash_the_same_for_any_number_of_threads() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let place = Place::new();
+    let hashes = |threads: &str| {
+        let args = ["render", "scene.ron", "-o", "o", "--frames", "1000..1001", "--size", "8x8", "--no-cache"];
+        place.succeeds(&[&args[..], &["--hash", "h.txt", "--threads", threads]].concat());
+        text(&place.read("h.txt"))
+    };
+    let one = hashes("1");
+    let mut distinct: Vec<&str> = one.lines().filter_map(|line| line.split(' ').nth(1)).collect();
+    distinct.sort_unstable();
+    distinct.dedup();
+    assert_eq!(distinct.len(), 1001);
+    assert!(one == hashes("1"), "another run");
+    assert!(one == hashes("2"), "two threads");
+}
