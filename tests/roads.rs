@@ -1,0 +1,127 @@
+//! Routes, signals and vehicles on them in scene files: what they become, what is refused and in which words.
+
+use bevy_ecs::prelude::*;
+use bevy_transform::components::Transform;
+use relief::scene;
+use std::path::PathBuf;
+use systems::Simulation;
+use systems::vehicles::ground::{Ground, Grounds};
+use systems::vehicles::routes::Routes;
+use systems::vehicles::{Motion, OnRoute};
+
+struct Scene(tempfile::TempDir, PathBuf);
+
+impl Scene {
+    fn new(text: &str) -> Self {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("roads.ron");
+        std::fs::write(&path, text).expect("written");
+        Self(folder, path)
+    }
+
+    fn problems(&self) -> Vec<String> {
+        let text = |problem: &relief::problem::Problem| {
+            let place = problem.line_column.map_or(String::new(), |(line, _)| format!("{line}: "));
+            format!("{place}{}: {}", problem.place, problem.message)
+        };
+        scene::check(&self.1).iter().map(text).collect()
+    }
+
+    fn load(&self) -> (Simulation, Vec<String>) {
+        let mut simulation = Simulation::new();
+        let loaded = scene::load(&self.1, &mut simulation).expect("a scene");
+        (simulation, loaded.warnings)
+    }
+}
+
+#[test]
+fn every_fault_of_a_road_is_named_with_its_line() {
+    let scene = Scene::new(
+        r#"(
+    signals: { "s": (green_seconds: []), "t": (green_seconds: [5, 0]) },
+    routes: {
+        "one": (points: [(0, 0, 0), (0, 0, 0)]),
+        "two": (points: [(0, 0, 0), (NaN, 0, 9)], lanes: 0),
+        "three": (points: [(0, 0, 0), (0, 0, 50)], then: ["fuor"]),
+        "four": (points: [(0, 0, 0), (0, 0, 50)], stops: [
+            (at: 10, signal: "u"),
+            (at: 10, signal: "t", group: 2),
+            (at: 500, seconds: 3),
+            (at: 20),
+        ]),
+    },
+    entities: [
+        (vehicle: (type: "box", route: "tree")),
+        (vehicle: (type: "box", route: "four", at: 900)),
+        (vehicle: (type: "box", route: "four", lane: 1)),
+        (signal_head: (signal: "t", group: 7)),
+    ],
+    generators: [(place: along(routes: ["five"], spacing: 0), vehicles: ["box"])],
+)"#,
+    );
+    let problems = scene.problems();
+    let expected = [
+        "2: signals[\"s\"].green_seconds: expected from 1 to 64 groups, found 0",
+        "2: signals[\"t\"].green_seconds[1]: expected a number from 0.1",
+        "4: routes[\"one\"].points: expected at least two points that differ",
+        "5: routes[\"two\"].points[1]: expected a point within",
+        "5: routes[\"two\"].lanes: expected from 1 to 16 lanes, found 0",
+        "6: routes[\"three\"].then[0]: no route \"fuor\"; did you mean \"four\"?",
+        "8: routes[\"four\"].stops[0].signal: no signal \"u\"",
+        "9: routes[\"four\"].stops[1].group: the signal \"t\" has 2 groups, counted from 0; found 2",
+        "10: routes[\"four\"].stops[2].at: expected a number from 0 to 76, found 500",
+        "11: routes[\"four\"].stops[3]: expected either a signal (and its group) or seconds",
+        "15: entities[0].vehicle.route: no route \"tree\"; did you mean \"three\"?",
+        "16: entities[1].vehicle.at: expected a number from 0 to 76, found 900",
+        "17: entities[2].vehicle.lane: the route has 1 lanes, counted from 0; found 1",
+        "18: entities[3].signal_head.group: the signal \"t\" has 2 groups",
+        "20: generators[0].place.routes[0]: no route \"five\"",
+        "20: generators[0].place.spacing: expected a number from 0.1",
+    ];
+    for expected in expected {
+        assert!(problems.iter().any(|problem| problem.starts_with(expected)), "{expected}\n{problems:#?}");
+    }
+    assert_eq!(problems.len(), expected.len(), "{problems:#?}");
+}
+
+#[test]
+fn a_route_that_crosses_itself_is_a_warning_that_names_the_place() {
+    let crossing = |height: f32| {
+        let points = format!("[(0, 0, 0), (0, 0, 40), (30, 0, 40), (30, {height}, 20), (-20, {height}, 20)]");
+        let scene = Scene::new(&format!("(routes: {{ \"eight\": (points: {points}) }})"));
+        scene.load().1
+    };
+    let warnings = crossing(0.0);
+    assert_eq!(warnings.len(), 1, "{warnings:?}");
+    assert!(warnings[0].starts_with("routes[\"eight\"] crosses itself at (0."), "{warnings:?}");
+    assert_eq!(crossing(6.0), Vec::<String>::new(), "a bridge does not cross");
+}
+
+#[test]
+fn vehicles_of_a_scene_drive_on_their_routes_and_stand_on_its_ground() {
+    let scene = Scene::new(
+        r#"(
+    meshes: { "land": plane(size: (400, 400)) },
+    routes: { "loop": (points: [(-50, 0, -50), (50, 0, -50), (50, 0, 50), (-50, 0, 50)], shape: spline, closed: true, lanes: 2) },
+    entities: [
+        (mesh: "land", ground: true, transform: (translation: (0, 2, 0))),
+        (vehicle: (type: "box", route: "loop", at: 25, lane: 1, speed_kmh: 36)),
+    ],
+    generators: [(place: along(spacing: 30, from: 60, lane: 0), vehicles: ["box"]), (place: along(spacing: 3, from: 200, lane: 1), vehicles: ["box"])],
+)"#,
+    );
+    let (mut simulation, warnings) = scene.load();
+    assert!(warnings.iter().any(|warning| warning.contains("no room")), "{warnings:?}");
+    let mut vehicles = simulation.world.query::<(&OnRoute, &Motion, &Transform)>();
+    let (on, motion, at) = vehicles.iter(&simulation.world).next().expect("a vehicle");
+    assert_eq!((on.at, on.lane, motion.speed), (25.0, 1, 10.0));
+    assert_eq!(*at, simulation.world.resource::<Routes>().stand(on));
+    assert!(vehicles.iter(&simulation.world).count() > 12);
+    (0..300).for_each(|_| simulation.step());
+    assert!(!simulation.world.resource::<Grounds>().is_empty());
+    for (_, motion, at) in vehicles.iter(&simulation.world) {
+        assert!(motion.rolled > 3.0, "{motion:?}");
+        assert!((at.translation.y - 2.0).abs() < 1e-3, "{at:?}");
+    }
+    assert_eq!(simulation.world.query::<&Ground>().iter(&simulation.world).count(), 1);
+}
