@@ -63,11 +63,13 @@ impl Viewpoint {
                 View::new(&behind(&place(vehicle), size), &wide, width, height)
             }
             Self::Driver(vehicle) => {
-                let eye = vehicle_type(world, vehicle, |t| t.eye);
+                let (eye, front) = vehicle_type(world, vehicle, |t| (t.eye, t.front()));
                 // A camera looks down −Z, a vehicle along +Z.
-                let vehicle_from_eye =
-                    Affine3A::from_rotation_translation(Quat::from_rotation_y(std::f32::consts::PI), eye);
-                View::new(&(place(vehicle) * vehicle_from_eye), &wide, width, height)
+                let around = Quat::from_rotation_y(std::f32::consts::PI);
+                let vehicle_from_eye = Affine3A::from_rotation_translation(around, eye);
+                // The picture begins at the bumper: models have no insides.
+                let near = (front - eye.z).max(wide.near);
+                View::new(&(place(vehicle) * vehicle_from_eye), &Camera { near, ..wide }, width, height)
             }
         }
     }

@@ -140,13 +140,13 @@ fn height_in([a, b, c]: &[Vec3; 3], point: Vec3) -> Option<f32> {
     let v = ((c.x - point.x) * (a.z - point.z) - (a.x - point.x) * (c.z - point.z)) / area;
     let w = 1.0 - u - v;
     // Points on edges belong to both sides.
-    (u.min(v).min(w) >= -1e-5).then(|| u * a.y + v * b.y + w * c.y)
+    (u.min(v).min(w) >= -1e-5).then_some(u * a.y + v * b.y + w * c.y)
 }
 
 type NewGround = Or<(Added<Ground>, (With<Ground>, Changed<Transform>))>;
 
 /// Rebuilds the grid when an entity became ground, ceased to be it, or was moved itself.
-#[allow(clippy::type_complexity)]
+#[allow(clippy::type_complexity, clippy::too_many_arguments)]
 pub fn update_grounds(
     new: Query<(), NewGround>,
     mut gone: RemovedComponents<Ground>,

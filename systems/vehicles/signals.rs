@@ -46,7 +46,7 @@ impl Signal {
     pub fn aspect(&self, group: usize, seconds: f64) -> (Aspect, f32) {
         let cycle = self.cycle();
         // A signal without a cycle never lets anyone go.
-        if !(cycle > 0.0) {
+        if cycle.is_nan() || cycle <= 0.0 {
             return (Aspect::Red, f32::INFINITY);
         }
         let before: f64 = self.green.iter().take(group).map(|green| f64::from(green + self.amber + self.red)).sum();
