@@ -2,7 +2,7 @@
 //! has four wheels that turn and eight lamps with lights.
 //!
 //! `rings`: closed roads of three lanes, 1,000 m round. `town`: a grid of streets of one lane, a crossing with signals
-//! every 120 m, where vehicles go straight on or turn.
+//! every 160 m, where vehicles go straight on or turn.
 //!
 //! `wall/…` is the time that passes, `cpu/…` that of all threads together, which other programs do not lengthen. After
 //! each follow the medians of the systems of a step, one by one, and bytes per vehicle in columns and beside them.
@@ -102,9 +102,9 @@ fn rings(vehicles: usize) -> Vec<RoutePlan> {
 
 /// Streets of a square town between crossings, both ways, and the ways across every crossing.
 fn town(vehicles: usize) -> (Vec<RoutePlan>, Vec<Signal>) {
-    // Streets hold six vehicles each.
-    let side = (((vehicles as f32 / 6.0) / 4.0).sqrt().ceil() as i32).max(2);
-    let (block, half) = (120.0, 12.0);
+    // Streets hold eight vehicles each.
+    let side = (((vehicles as f32 / 8.0) / 4.0).sqrt().ceil() as i32).max(2);
+    let (block, half) = (160.0, 12.0);
     let crossing = |x: i32, z: i32| (z.rem_euclid(side) * side + x.rem_euclid(side)) as usize;
     let steps = [(0, 1), (1, 0), (0, -1), (-1, 0)];
     let arms = (side * side * 4) as usize;
@@ -179,7 +179,8 @@ impl Scene {
         world.insert_resource(Signals::new(signals));
         let each = vehicles.div_ceil(streets);
         for i in 0..vehicles {
-            let (road, place) = (i % streets, i / streets);
+            // Along one road after another, as the generators of scenes do.
+            let (road, place) = (i / each, i % each);
             let id = RouteId(road as u16);
             let (length, lanes) = world.resource::<Routes>().get(id).map_or((1.0, 1), |r| (r.length, r.lanes()));
             let at = (place as f32 + 0.5) * (length - 10.0) / each as f32;

@@ -1,6 +1,7 @@
 //! What a vehicle consists of: entities below it, some of which move with it.
 
 use super::lamps::{Lamp, LampKind, Switches};
+use super::steering::{about_x, about_y};
 use super::{Controls, Motion, Vehicle, VehicleNumber, VehicleTypeId, VehicleTypes};
 use crate::clock::Clock;
 use crate::components::Light;
@@ -125,10 +126,13 @@ impl Part {
 }
 
 /// Turns wheels, forks, legs and trailers as their vehicles moved; what did not move is not written.
-pub fn move_parts(vehicles: Query<&Motion>, mut parts: Query<(&MovingPart, &mut Transform)>) {
+pub fn move_parts(vehicles: Query<Ref<Motion>>, mut parts: Query<(Ref<MovingPart>, &mut Transform)>) {
     parts.par_iter_mut().for_each(|(part, mut transform)| {
         let Ok(motion) = vehicles.get(part.vehicle) else { return };
-        let rotation = part.movement.rotation(motion) * part.rest;
+        if !motion.is_changed() && !part.is_changed() {
+            return;
+        }
+        let rotation = part.movement.rotation(&motion) * part.rest;
         if transform.rotation != rotation {
             transform.rotation = rotation;
         }
@@ -141,15 +145,15 @@ impl Movement {
         match self {
             Self::Wheel { radius, steers } => {
                 let turns = motion.rolled / (TAU * f64::from(radius));
-                let roll = Quat::from_rotation_x(((turns - turns.floor()) * TAU) as f32);
-                if steers { Quat::from_rotation_y(motion.steering) * roll } else { roll }
+                let roll = about_x(((turns - turns.floor()) * TAU) as f32);
+                if steers { about_y(motion.steering) * roll } else { roll }
             }
-            Self::Fork => Quat::from_rotation_y(motion.steering),
+            Self::Fork => about_y(motion.steering),
             Self::Swing { angle, stride, phase } => {
                 let turns = motion.rolled / f64::from(stride) + f64::from(phase);
-                Quat::from_rotation_x(angle * (turns.fract() * TAU).sin() as f32)
+                about_x(angle * (turns.fract() * TAU).sin() as f32)
             }
-            Self::Trailer => Quat::from_rotation_y(motion.hitch),
+            Self::Trailer => about_y(motion.hitch),
         }
     }
 }

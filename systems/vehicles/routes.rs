@@ -144,6 +144,7 @@ pub fn left_of(forward: Vec2) -> Vec2 {
 
 impl Route {
     /// The place `at` metres from its beginning. Beyond its ends the line goes on straight, or round if it is closed.
+    #[inline]
     pub fn place(&self, at: f32) -> Place {
         let at = self.inside(at);
         let scaled = at * self.density;

@@ -72,11 +72,24 @@ fn wrapped(yaw: f32) -> f32 {
 /// The left-to-right vector of a heading in space, and the like: columns of the rotation of something that looks along
 /// `forward` on ground that rises by `pitch` ahead and by `roll` to the left (radians).
 pub fn posture(yaw: f32, pitch: f32, roll: f32) -> glam::Quat {
-    let turned = glam::Quat::from_rotation_y(yaw);
+    let turned = about_y(yaw);
     if pitch == 0.0 && roll == 0.0 {
         return turned;
     }
     turned * glam::Quat::from_rotation_x(-pitch) * glam::Quat::from_rotation_z(roll)
+}
+
+/// A turn about +X. Every wheel takes one in every step: glam's, which the physics' determinism makes it compute without
+/// the platform's library, takes several times as long.
+pub(super) fn about_x(angle: f32) -> glam::Quat {
+    let (sin, cos) = (0.5 * angle).sin_cos();
+    glam::Quat::from_xyzw(sin, 0.0, 0.0, cos)
+}
+
+/// A turn about +Y.
+pub(super) fn about_y(angle: f32) -> glam::Quat {
+    let (sin, cos) = (0.5 * angle).sin_cos();
+    glam::Quat::from_xyzw(0.0, sin, 0.0, cos)
 }
 
 /// A vector of the ground plane as one of space.
