@@ -272,7 +272,8 @@ fn show(job: &WindowJob, view: &ViewArgs) -> Result<(), FrameError> {
         Err(AppError::NoDisplay(reason)) => {
             eprintln!("no window: {reason}\nrendering a picture instead");
             let folder = Path::new("relief-frames");
-            let frames = if job.files.replay.is_some() { Frames::All } else { Frames::First(1) };
+            let frames =
+                if job.files.replay.is_some() { Frames::Range(job.from..job.from + 1) } else { Frames::First(1) };
             let pictures = picture_job(&job.scene, folder, &job.pictures, view);
             render(&FrameJob { frames, run: job.files.clone(), ..pictures })
         }

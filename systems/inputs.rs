@@ -11,9 +11,11 @@ use crate::interpolation::Interpolated;
 use crate::library::MeshId;
 use crate::roster::{self, Roster, StateId};
 use crate::spawn::Spawn;
-use crate::vehicles::{ByHand, Controls};
+use crate::vehicles::routes::Routes;
+use crate::vehicles::{ByHand, Controls, Motion, OnRoute};
 use bevy_ecs::prelude::*;
 use bevy_transform::components::Transform;
+use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 /// A change from outside. One that names an entity that is gone, or has no such component, changes nothing.
@@ -132,15 +134,28 @@ fn apply(world: &mut World, input: &Input) {
         }
         Input::TakeWheel { vehicle, by_hand } => {
             let Some(vehicle) = find(world, *vehicle) else { return };
-            let mut vehicle = world.entity_mut(vehicle);
             if *by_hand {
-                vehicle.insert(ByHand)
+                world.entity_mut(vehicle).insert(ByHand);
             } else {
-                vehicle.remove::<ByHand>()
-            };
+                let_go(world, vehicle);
+            }
         }
         Input::Spawn(spawn) => _ = roster::spawn(world, spawn.clone()),
         Input::Despawn(entity) => roster::despawn(world, *entity),
+    }
+}
+
+/// Nobody has the wheel any more: feet are off the pedals, and its route goes on from where it is.
+fn let_go(world: &mut World, vehicle: Entity) {
+    world.entity_mut(vehicle).remove::<ByHand>();
+    if let Some(mut controls) = world.get_mut::<Controls>(vehicle) {
+        (controls.throttle, controls.brake, controls.steer) = (0.0, 0.0, 0.0);
+    }
+    let place = world.get::<Transform>(vehicle).map(|transform| transform.translation);
+    let on = place.zip(world.get::<OnRoute>(vehicle).copied());
+    let nearest = on.and_then(|(place, on)| Some(world.resource::<Routes>().get(on.route)?.nearest(place)));
+    if let (Some(at), Some(mut on)) = (nearest, world.get_mut::<OnRoute>(vehicle)) {
+        on.at = at;
     }
 }
 
@@ -153,6 +168,10 @@ fn set_transform(world: &mut World, id: StateId, transform: Transform) {
     let Some(entity) = find(world, id) else { return };
     if let Some(mut placed) = world.get_mut::<Transform>(entity) {
         *placed = transform;
+    }
+    if let Some(mut motion) = world.get_mut::<Motion>(entity) {
+        let forward = transform.rotation * Vec3::Z;
+        motion.yaw = forward.x.atan2(forward.z);
     }
     if let Some(mut interpolated) = world.get_mut::<Interpolated>(entity) {
         interpolated.jump();

@@ -15,6 +15,7 @@ use crate::roster::{FromIds, Roster, StateId, ToIds};
 use crate::state_hash::{self, Sum};
 use crate::vehicles::ground::Ground;
 use crate::vehicles::lamps::{Lamp, Switches};
+use crate::vehicles::signals::SignalLamp;
 use crate::vehicles::{ByHand, Controls, Motion, NextVehicleNumber, OnRoute, Stalled, VehicleNumber, Wanted};
 use bevy_ecs::component::Mutable;
 use bevy_ecs::prelude::*;
@@ -92,7 +93,7 @@ impl StateList {
         self.add(Component::<OnRoute> { is_sound: OnRoute::is_sound, ..Component::new("on route") });
         self.add_component::<Stalled>("stalled");
         self.add_component::<Switches>("lamps");
-        self.add(Component::<MaterialId, With<Lamp>>::new("glass"));
+        self.add(Component::<MaterialId, Or<(With<Lamp>, With<SignalLamp>)>>::new("glass"));
         self.add_component::<Physical>("physical");
         self.add_component::<Wanted>("wanted");
         self.add_component::<Ground>("ground");

@@ -359,3 +359,92 @@ fn a_thousand_steps_hash_the_same_for_any_number_of_threads() {
     assert!(one == hashes("1"), "another run");
     assert!(one == hashes("2"), "two threads");
 }
+
+/// A physical car that jumps over a ramp and stands at last, one on the springs beside a signal, a bus that stands on a
+/// slope.
+const BODIES: &str = r#"(
+    vehicle_types: ["ASSETS/vehicles.ron"],
+    meshes: {
+        "road": plane(size: (300, 300)), "ramp": cube(size: (6, 0.4, 12)), "wall": cube(size: (6, 2, 1)),
+        "signal": model(file: "ASSETS/models/town_signal.glb"),
+    },
+    signals: { "cross": (green_seconds: [1, 1], amber_seconds: 1, red_seconds: 1) },
+    routes: { "ring": (points: [(60, 0, 0), (0, 0, 60), (-60, 0, 0), (0, 0, -60)], closed: true, lanes: 2,
+        stops: [(at: 30, signal: "cross", group: 0), (at: 2, seconds: 1)]) },
+    entities: [
+        (mesh: "road", ground: true),
+        (mesh: "ramp", ground: true, transform: (translation: (0, 0.7, 24), rotation_degrees: (-12, 0, 0))),
+        (mesh: "ramp", ground: true, transform: (translation: (20, 0.7, 0), rotation_degrees: (-12, 0, 0), scale: (1, 1, 3))),
+        (mesh: "wall", obstacle: box, transform: (translation: (0, 1, 70))),
+        (mesh: "signal", signal_head: (signal: "cross", group: 0), transform: (translation: (3, 0, -4))),
+        (vehicle: (type: "car", physical: (), speed_kmh: 60)),
+        (vehicle: (type: "van", physical: ()), transform: (translation: (-5, 1, 0))),
+        (vehicle: (type: "bus"), transform: (translation: (20, 3, -4))),
+        (camera: (), transform: (translation: (9, 3, -12), look_at: (0, 1, 6))),
+    ],
+    generators: [(place: along(routes: ["ring"], spacing: 15, jitter: 3), vehicles: ["car", "bus", "motorcycle", "truck"])],
+)"#;
+
+/// Steps with all that moves: the same hashes for any number of threads and when they go on from a snapshot, and the
+/// same picture at the snapshot's own step.
+fn assert_repeatable(scene: &str) {
+    let place = Place::new();
+    let run = |folder: &str, from: u64, more: &[&str]| {
+        let frames = format!("{from}..{}", from + 1);
+        let args = ["render", scene, "-o", folder, "--frames", &frames, "--size", "64x36", "--hash", "h.txt"];
+        place.succeeds(&[&args[..], more].concat());
+        text(&place.read("h.txt"))
+    };
+    let whole = run("a", 1000, &["--threads", "1"]);
+    assert!(whole.lines().count() == 1001 && whole == run("b", 1000, &["--threads", "2"]), "two threads");
+    run("c", 400, &["--save-snapshot", "s.snapshot"]);
+    let continued = run("d", 1000, &["--from-snapshot", "s.snapshot"]);
+    assert!(continued.lines().count() > 500 && whole.ends_with(&continued), "from a snapshot");
+    run("e", 400, &["--from-snapshot", "s.snapshot"]);
+    assert!(place.read("c/color_00400.png") == place.read("e/color_00400.png"), "the picture of the snapshot's step");
+    assert!(place.read("a/color_01000.png") == place.read("d/color_01000.png"), "the last picture");
+}
+
+#[test]
+fn a_town_is_repeatable() {
+    if common::gpu().is_some() {
+        assert_repeatable(concat!(env!("CARGO_MANIFEST_DIR"), "/assets/scenes/town.ron"));
+    }
+}
+
+#[test]
+fn bodies_signals_and_slopes_are_repeatable() {
+    if common::gpu().is_some() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let scene = folder.path().join("bodies.ron");
+        let assets = concat!(env!("CARGO_MANIFEST_DIR"), "/assets");
+        fs::write(&scene, BODIES.replace("ASSETS", assets)).expect("a scene");
+        assert_repeatable(&scene.display().to_string());
+    }
+}
+
+#[test]
+fn what_happens_after_the_last_step_does_not_make_a_recording_differ() {
+    let place = Place::new();
+    let path = place.path("run.rec");
+    let files = RunFiles { record: Some(path.clone()), ..RunFiles::default() };
+    let mut run = place.begin(&files, 0).expect("a recording");
+    (0..5).for_each(|step| _ = run.act_and_step(step));
+    run.stage.simulation.world.resource_mut::<Inputs>().push(Input::NextFigure);
+    run.stepper.finish(&mut run.stage.simulation).expect("an end");
+    let files = RunFiles { replay: Some(path), ..RunFiles::default() };
+    let mut again = place.begin(&files, 0).expect("a replay");
+    (0..5).for_each(|_| again.stepper.step(&mut again.stage.simulation).expect("as recorded"));
+}
+
+#[test]
+fn nothing_that_a_run_reads_is_overwritten() {
+    let place = Place::new();
+    let before = place.read("scene.ron");
+    let args = ["render", "scene.ron", "-o", "o", "--size", "8x8"];
+    for more in [["--record", "scene.ron"], ["--hash", "./scene.ron"]] {
+        place.is_refused(&[&args[..], &more].concat(), &["scene.ron", "reads or writes this file already"]);
+    }
+    place.is_refused(&[&args[..], &["--record", "q", "--hash", "q"]].concat(), &["q", "already"]);
+    assert!(place.read("scene.ron") == before);
+}

@@ -1,6 +1,5 @@
 //! Routes, signals and vehicles on them in scene files: what they become, what is refused and in which words.
 
-use bevy_ecs::prelude::*;
 use bevy_transform::components::Transform;
 use relief::scene;
 use std::path::PathBuf;
@@ -9,7 +8,8 @@ use systems::vehicles::ground::{Ground, Grounds};
 use systems::vehicles::routes::Routes;
 use systems::vehicles::{Motion, OnRoute};
 
-struct Scene(tempfile::TempDir, PathBuf);
+/// A scene file, and its folder, which lives as long.
+struct Scene(#[expect(dead_code, reason = "deleted when it is dropped")] tempfile::TempDir, PathBuf);
 
 impl Scene {
     fn new(text: &str) -> Self {

@@ -139,7 +139,9 @@ impl Recording {
 
     /// The hash of the state after a step, where it was recorded. Steps are to be asked for in order.
     pub fn hash(&self, step: u64) -> Option<StateHash> {
-        let upcoming = self.index.get(self.next..)?.iter().take_while(|entry| entry.step <= step);
+        // Not what stands behind the inputs after it: those came later.
+        let is_before = |entry: &&Entry| entry.step < step || entry.step == step && entry.kind != Kind::Inputs;
+        let upcoming = self.index.get(self.next..)?.iter().take_while(is_before);
         upcoming.filter(|entry| entry.step == step).find_map(|entry| match entry.kind {
             Kind::Hash(hash) => Some(hash),
             Kind::Inputs | Kind::Snapshot => None,

@@ -48,6 +48,7 @@ impl Stepper {
         from: u64,
         simulation: &mut Simulation,
     ) -> Result<Self, RecordingError> {
+        refuse_overwriting(files, scene, named)?;
         let mut stepper = Self { scene: (scene.to_owned(), named.to_owned()), ..Self::default() };
         let identity = || Identity::of(scene, named, &*simulation);
         let identity = match files {
@@ -176,6 +177,22 @@ impl Stepper {
 
 fn step_of(simulation: &Simulation) -> u64 {
     simulation.world.resource::<Clock>().step
+}
+
+/// What is written must not be what is read, nor two things the same file.
+fn refuse_overwriting(files: &RunFiles, scene: &Path, named: &[PathBuf]) -> Result<(), RecordingError> {
+    // A file that is not there yet is none of those that are read.
+    let real = |path: &Path| std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    let read = named.iter().map(PathBuf::as_path).chain([scene]);
+    let read = read.chain(files.replay.as_deref()).chain(files.from_snapshot.as_deref());
+    let mut taken: Vec<PathBuf> = read.map(real).collect();
+    for path in [&files.record, &files.hash].into_iter().flatten() {
+        if taken.contains(&real(path)) {
+            return Err(RecordingError::refused(path, "the run reads or writes this file already; expected another"));
+        }
+        taken.push(real(path));
+    }
+    Ok(())
 }
 
 /// Says what went wrong in a step with single vehicles, each thing once; everything else goes on.

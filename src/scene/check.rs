@@ -209,6 +209,19 @@ impl<'a> Check<'a> {
         if e.vehicle.is_some() && (!meshes.is_empty() || !e.figure.is_empty()) {
             self.field("vehicle", |c| c.fault("expected either a vehicle, which has a model of its own, or a mesh"));
         }
+        if e.vehicle.is_some() && (e.ground || e.obstacle.is_some() || e.spin.is_some()) {
+            self.field("vehicle", |c| {
+                c.fault("expected no ground, obstacle or spin beside a vehicle, which moves by itself")
+            });
+        }
+        for (field, below) in [("children", &e.children), ("attach", &e.attach)] {
+            for (i, _) in below.iter().enumerate().filter(|(_, item)| item.vehicle.is_some()) {
+                self.field(field, |c| {
+                    let message = "expected a vehicle at the top level of the scene: it moves by itself";
+                    c.inside(Step::Index(i), "", |c| c.field("vehicle", |c| c.fault(message)));
+                });
+            }
+        }
         if let Some(vehicle) = &e.vehicle {
             self.field("vehicle", |c| c.vehicle(e, vehicle));
         }

@@ -159,11 +159,10 @@ pub fn place_bodies(
                 physics.inserted = true;
             }
         } else if wheels(types.get(vehicle.kind)).is_empty() {
-            let name = &types.get(vehicle.kind).name;
-            physics
-                .warnings
-                .push(format!("vehicle {number} ({name}) is not simulated physically: its wheels are in a row"));
-            commands.entity(entity).remove::<(Physical, Wanted)>();
+            let VehicleType { name, track, .. } = types.get(vehicle.kind);
+            let why = if *track > 0.0 { "it has no wheels" } else { "its wheels are in a row" };
+            physics.warnings.push(format!("vehicle {} ({name}) is not simulated physically: {why}", number + 1));
+            commands.entity(entity).remove::<Physical>();
         } else if !physics.frozen.contains(&number) {
             physics.add(number, types.get(vehicle.kind), physical, at, motion);
         }
@@ -184,6 +183,7 @@ impl Physics {
             return;
         };
         self.frozen.insert(number);
+        let number = number + 1;
         self.warnings.push(format!("vehicle {number} ({}) is not simulated physically: {why_not}", kind.name));
     }
 
@@ -262,7 +262,7 @@ pub fn write_back(
     for (number, name) in lost {
         physics.remove(number);
         physics.frozen.insert(number);
-        let lost = format!("vehicle {number} ({name}) was thrown out of the world and stays where it was last");
+        let lost = format!("vehicle {} ({name}) was thrown out of the world and stays where it was last", number + 1);
         physics.warnings.push(lost);
     }
 }

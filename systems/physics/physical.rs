@@ -2,7 +2,9 @@
 
 use crate::vehicles::parts::{Movement, Part};
 use crate::vehicles::{VehicleType, Wanted};
+use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
+use bevy_ecs::world::DeferredWorld;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
@@ -19,7 +21,7 @@ const DRAG_PER_AREA: f32 = 0.21;
 /// Has a [`Vehicle`](crate::vehicles::Vehicle) simulated as a rigid body on springs and tyres. What is `None` is derived
 /// from the vehicle's type. Vehicles whose wheels are in a row would fall over, and stay kinematic.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
-#[component(immutable)]
+#[component(immutable, on_remove = forget_wish)]
 #[require(Wanted)]
 pub struct Physical {
     /// Kilograms; the type's.
@@ -38,6 +40,14 @@ pub struct Physical {
     pub damping: Option<f32>,
     /// Length of the springs without load, metres; 0.3. The wheels hang down by this much, and can be pressed up by it.
     pub rest_length: Option<f32>,
+}
+
+/// What is no body any more is moved by the kinematic model again.
+fn forget_wish(mut world: DeferredWorld, context: HookContext) {
+    world.commands().queue(move |world: &mut World| {
+        let entity = world.get_entity_mut(context.entity);
+        entity.into_iter().for_each(|mut entity| _ = entity.remove::<Wanted>());
+    });
 }
 
 /// [`Physical`] with every number known, finite and in its range.

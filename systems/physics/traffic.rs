@@ -24,7 +24,7 @@ pub fn follow_traffic(
     types: Res<VehicleTypes>,
     vehicles: Query<(&VehicleNumber, &Vehicle, &Transform)>,
 ) {
-    let Physics { world, bodies, others, inserted, .. } = &mut *physics;
+    let Physics { world, bodies, others, .. } = &mut *physics;
     let cells: HashSet<(i32, i32)> = bodies.values().flat_map(|body| around(cell(body.written.0))).collect();
     let near: BTreeMap<u32, (&Vehicle, &Transform)> = vehicles
         .iter()
@@ -32,6 +32,7 @@ pub fn follow_traffic(
         .filter(|(_, _, at)| at.translation.is_finite() && at.rotation.is_finite())
         .map(|(number, vehicle, at)| (number.0, (vehicle, at)))
         .collect();
+    let before = others.len();
     others.retain(|number, handle| {
         let stays = near.contains_key(number);
         if !stays {
@@ -39,13 +40,17 @@ pub fn follow_traffic(
         }
         stays
     });
+    // A body that takes the slot of one removed in the same step is in none of rapier's islands.
+    let may_insert = others.len() == before;
     let farthest = FASTEST * clock.step_seconds as f32;
     for (number, (vehicle, at)) in near {
         let Some(&handle) = others.get(&number) else {
+            if !may_insert {
+                continue;
+            }
             let kind = types.get(vehicle.kind);
             let body = RigidBodyBuilder::kinematic_position_based().pose(pose(at));
             others.insert(number, world.insert(body, chassis_collider(kind, &wheels(kind))).0);
-            *inserted = true;
             continue;
         };
         let Some(body) = world.bodies.get_mut(handle) else { continue };

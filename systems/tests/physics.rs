@@ -264,7 +264,7 @@ fn thrown_out_of_the_world_it_is_frozen_and_named_once() {
     steps(&mut simulation, 900);
     let warnings = simulation.world.resource_mut::<Physics>().take_warnings();
     assert_eq!(warnings.len(), 1, "{warnings:?}");
-    assert!(warnings.iter().any(|text| text.contains("vehicle 0") && text.contains("thrown out")), "{warnings:?}");
+    assert!(warnings.iter().any(|text| text.contains("vehicle 1") && text.contains("thrown out")), "{warnings:?}");
     assert!(place(&simulation, vehicle).is_finite() && place(&simulation, mad).is_finite());
     // Those whose numbers never made sense are told by whoever moves vehicles, and are no bodies.
     assert!([odd, mad].into_iter().all(|vehicle| simulation.world.get::<Stalled>(vehicle).is_some()));
@@ -359,4 +359,29 @@ fn a_long_step_of_the_clock_is_done_in_several() {
     let vehicle = spawn(&mut simulation, AIRLESS, Transform::from_xyz(0.0, 1.0, 0.0), 0.0);
     steps(&mut simulation, 100);
     assert!(place(&simulation, vehicle).translation.length() < 0.01);
+}
+
+#[test]
+fn bodies_come_and_go_in_the_middle_of_a_run() {
+    let mut simulation = simulation();
+    let spawn = |simulation: &mut Simulation, x: f32, is_body: bool| {
+        let vehicle = (Vehicle::of(VehicleTypeId::STAND_IN), Transform::from_xyz(x, 0.3, 0.0));
+        let mut entity = simulation.world.spawn(vehicle);
+        if is_body {
+            entity.insert(Physical::default());
+        }
+        entity.id()
+    };
+    let stays = spawn(&mut simulation, 0.0, true);
+    for round in 0..12 {
+        let others = [4.0, 8.0, -4.0].map(|x| spawn(&mut simulation, x, round % 2 == 0));
+        steps(&mut simulation, 3);
+        simulation.world.despawn(others[round % 3]);
+        let again = spawn(&mut simulation, 12.0, true);
+        steps(&mut simulation, 2);
+        others.iter().chain([&again]).for_each(|&other| _ = simulation.world.try_despawn(other));
+        steps(&mut simulation, 1);
+    }
+    let height = simulation.world.get::<Transform>(stays).unwrap().translation.y;
+    assert!(height.abs() < 0.3, "{height}");
 }

@@ -33,6 +33,8 @@ use glam::{Vec2, Vec3};
 const LANE_CHANGE: (f32, f32) = (3.0, 8.0);
 /// Radians: a route that turns by more is indicated; metres before it.
 const INDICATED: (f32, f32) = (0.5, 40.0);
+/// How often a vehicle that stands is put on the ground at most.
+const SETTLED: usize = 16;
 /// Metres from its lane at which a vehicle is looked for along its whole route again: somebody else moved it.
 const LOST: f32 = 12.0;
 
@@ -86,7 +88,7 @@ pub fn drive(
         traffic,
         starts: &changes,
         seconds: clock.step_seconds as f32,
-        settle: is_new || grounds.is_changed(),
+        settle: grounds.is_changed(),
     };
     let broken = move_all(&mut vehicles, &around);
     traffic.changes = changes;
@@ -127,7 +129,9 @@ fn note(vehicles: &mut Query<Columns>, traffic: &mut Traffic, without_routes: bo
                 row.speed = if motions[i].speed.is_finite() { motions[i].speed } else { 0.0 };
                 // What is not finite leaves the last that was.
                 if transforms[i].translation.is_finite() && motions[i].yaw.is_finite() {
-                    (row.position, row.yaw) = (transforms[i].translation, motions[i].yaw);
+                    let place = (transforms[i].translation, motions[i].yaw);
+                    row.put = (row.position, row.yaw) != place;
+                    (row.position, row.yaw) = place;
                 }
             }
         });
@@ -302,7 +306,7 @@ impl Surroundings<'_> {
         let (acceleration, speed) = hand::step(&body.controls, &kind.limits, before, acceleration, seconds);
         (body.motion.acceleration, body.motion.speed) = (acceleration, speed);
         body.motion.steering = steering::turn_wheel(&kind.limits, body.motion.steering, angle, seconds);
-        if speed != 0.0 || before != 0.0 || self.settle {
+        if speed != 0.0 || before != 0.0 || self.settle || self.traffic.rows[body.row].put {
             let off = steering::roll(
                 &mut body.motion,
                 kind.wheelbase,
@@ -310,9 +314,15 @@ impl Surroundings<'_> {
                 0.5 * (before + speed),
                 seconds,
             );
-            let height = body.transform.translation.y;
             body.transform.translation += flat(off);
-            self.stand(body, |_| height);
+            // Until nothing changes, so that who stands is where it would be put again: ground counts up to a step above.
+            for _ in 0..SETTLED {
+                let height = body.transform.translation.y;
+                self.stand(body, |_| height);
+                if speed != 0.0 || body.transform.translation.y == height {
+                    break;
+                }
+            }
         }
     }
 
@@ -412,6 +422,10 @@ impl Surroundings<'_> {
         on.previous = [Some((on.route, on.lane)), on.previous[0]];
         on.choices = on.choices.wrapping_add(1);
         (on.route, on.at) = (next, (on.at - route.length).min(following.length));
+        if following.stop_after(front(on)) > 0 {
+            // It has come past a stop there already.
+            on.waited = 0.0;
+        }
         on.lane = on.lane.min(following.lanes() - 1);
         if jumps {
             body.jumped = true;

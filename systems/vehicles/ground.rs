@@ -29,6 +29,8 @@ pub struct Grounds {
     /// Where the triangles of each cell begin among `entries`, and the end.
     starts: Vec<u32>,
     entries: Vec<u32>,
+    /// The entities that it is of.
+    roots: Vec<Entity>,
 }
 
 impl Grounds {
@@ -50,7 +52,7 @@ impl Grounds {
         loop {
             grounds.size = [extent.x, extent.z].map(|length| (length / grounds.cell) as usize + 1);
             let entries: usize = grounds.triangles.iter().map(|t| grounds.cells_of(t).count()).sum();
-            if entries <= MOST_ENTRIES {
+            if entries <= MOST_ENTRIES || grounds.size == [1, 1] {
                 break;
             }
             grounds.cell *= 2.0;
@@ -94,8 +96,8 @@ impl Grounds {
         self.triangles.is_empty()
     }
 
-    /// The height of the ground below a point, or at most a step above it.
-    pub fn height(&self, point: Vec3) -> Option<f32> {
+    /// The height of the ground below a point, or at most so many metres above it.
+    pub fn height(&self, point: Vec3, step_up: f32) -> Option<f32> {
         let index = |value: f32, axis: usize| {
             let scaled = (value - self.min[axis]) / self.cell;
             (scaled >= 0.0 && scaled < self.size[axis] as f32).then_some(scaled as usize)
@@ -106,7 +108,7 @@ impl Grounds {
         let cell = index(point.z, 1)? * self.size[0] + index(point.x, 0)?;
         let triangles = &self.entries[self.starts[cell] as usize..self.starts[cell + 1] as usize];
         let heights = triangles.iter().filter_map(|&index| height_in(&self.triangles[index as usize], point));
-        heights.filter(|height| *height <= point.y + STEP_UP).reduce(f32::max)
+        heights.filter(|height| *height <= point.y + step_up).reduce(f32::max)
     }
 
     /// Height, pitch (up ahead) and roll (up to the left) of something on two axles: the reference point is under the
@@ -118,7 +120,9 @@ impl Grounds {
         let forward = steering::flat(steering::forward(yaw));
         let left = Vec3::new(forward.z, 0.0, -forward.x);
         let half = 0.5 * track;
-        let below = |ahead: f32, aside: f32| self.height(at + forward * ahead + left * aside);
+        // The farther ahead, the higher it may be: half as high as far.
+        let step_up = |ahead: f32| STEP_UP.max(0.5 * ahead);
+        let below = |ahead: f32, aside: f32| self.height(at + forward * ahead + left * aside, step_up(ahead));
         if half < 0.05 {
             let (rear, front) = (below(0.0, 0.0)?, below(wheelbase, 0.0)?);
             return Some((rear, ((front - rear) / wheelbase).atan(), 0.0));
@@ -149,7 +153,6 @@ type NewGround = Or<(Added<Ground>, (With<Ground>, Changed<Transform>))>;
 #[allow(clippy::type_complexity, clippy::too_many_arguments)]
 pub fn update_grounds(
     new: Query<(), NewGround>,
-    mut gone: RemovedComponents<Ground>,
     all: Query<Entity, With<Ground>>,
     children: Query<&Children>,
     parents: Query<&ChildOf>,
@@ -158,9 +161,10 @@ pub fn update_grounds(
     library: Res<Library>,
     mut grounds: ResMut<Grounds>,
 ) {
-    if new.is_empty() && gone.read().count() == 0 {
+    if new.is_empty() && all.iter().eq(grounds.roots.iter().copied()) {
         return;
     }
+    let roots: Vec<Entity> = all.iter().collect();
     let world_from = |entity: Entity| {
         let own = std::iter::once(entity).chain(parents.iter_ancestors(entity));
         own.filter_map(|entity| transforms.get(entity).ok())
@@ -180,5 +184,5 @@ pub fn update_grounds(
             triangles.extend(entry.mesh.indices.chunks_exact(3).map(|t| [corner(t[0]), corner(t[1]), corner(t[2])]));
         }
     }
-    *grounds = Grounds::new(triangles);
+    *grounds = Grounds { roots, ..Grounds::new(triangles) };
 }

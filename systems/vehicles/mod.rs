@@ -230,13 +230,16 @@ pub struct Stalled;
 /// Numbers a new vehicle, turns it as its entity stands, and has its parts spawned.
 fn become_vehicle(mut world: DeferredWorld, context: HookContext) {
     let entity = context.entity;
-    if world.get::<VehicleNumber>(entity) == Some(&VehicleNumber::NONE) {
-        let mut next = world.resource_mut::<NextVehicleNumber>();
+    let own = world.get::<VehicleNumber>(entity).copied().unwrap_or_default();
+    let mut next = world.resource_mut::<NextVehicleNumber>();
+    if own == VehicleNumber::NONE {
         let number = VehicleNumber(next.0);
         next.0 += 1;
         if let Some(mut own) = world.get_mut(entity) {
             *own = number;
         }
+    } else {
+        next.0 = next.0.max(own.0.saturating_add(1));
     }
     if let Some(forward) = world.get::<Transform>(entity).map(|at| at.rotation * glam::Vec3::Z)
         && let Some(mut motion) = world.get_mut::<Motion>(entity)

@@ -95,7 +95,7 @@ fn polyline(points: &[Vec3], closed: bool) -> Vec<Vec3> {
 fn spline(points: &[Vec3], closed: bool) -> Vec<Vec3> {
     let n = points.len();
     if n < 3 {
-        return polyline(points, false);
+        return polyline(points, closed);
     }
     let point = |i: isize| {
         let wrapped = points[i.rem_euclid(n as isize) as usize];

@@ -34,6 +34,8 @@ pub(super) struct Row {
     pub speed: f32,
     pub position: Vec3,
     pub yaw: f32,
+    /// It is elsewhere than when the last step began.
+    pub put: bool,
     pub on: OnRoute,
 }
 
