@@ -117,6 +117,7 @@ fn town(vehicles: usize) -> (Vec<RoutePlan>, Vec<Signal>) {
         let middle = Vec3::new(x as f32, 0.0, z as f32) * block;
         let direction = |way: usize| Vec3::new(steps[way].0 as f32, 0.0, steps[way].1 as f32);
         let beside = |way: usize| direction((way + 3) % 4) * -1.8;
+        #[allow(clippy::needless_range_loop)]
         for way in 0..4 {
             let next = crossing(x + steps[way].0, z + steps[way].1);
             let from = middle + direction(way) * half + beside(way);

@@ -291,7 +291,7 @@ mod tests {
         simulation.step_schedule.add_systems(shake);
         assert!(simulation.step_schedule.initialize(&mut simulation.world).is_err());
         let mut ordered = Simulation::new();
-        ordered.step_schedule.add_systems(shake.after(motion::spin).before(vehicles::parts::move_parts));
+        ordered.step_schedule.add_systems(shake.after(motion::spin).before(vehicles::ground::update_grounds));
         assert!(ordered.step_schedule.initialize(&mut ordered.world).is_ok());
     }
 }

@@ -1,6 +1,6 @@
 //! Physically simulated vehicles: rigid bodies on springs and tyres that bump into each other, by `rapier3d`.
 //!
-//! A [`Vehicle`](crate::vehicles::Vehicle) with [`Physical`] is simulated; all others are kinematic, and those near are
+//! A [`Vehicle`] with [`Physical`] is simulated; all others are kinematic, and those near are
 //! bodies that nothing pushes. The rest of the world sees the same components either way: `Transform` and [`Motion`]
 //! are written here instead of by the kinematic model, which says what the driver wants by [`Wanted`].
 //!

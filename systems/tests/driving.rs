@@ -148,7 +148,7 @@ fn a_free_driver_accelerates_as_the_model_says() {
     for second in 1..=30 {
         steps(&mut simulation, 60);
         for _ in 0..1000 {
-            let acceleration = f64::from(driver.acceleration) * (1.0 - (speed / f64::from(wanted)).powi(4));
+            let acceleration = f64::from(driver.acceleration) * (1.0 - (speed / wanted).powi(4));
             speed += acceleration * 1e-3;
             at += speed * 1e-3;
         }
@@ -156,7 +156,7 @@ fn a_free_driver_accelerates_as_the_model_says() {
         assert!((f64::from(motion.speed) - speed).abs() < 0.02, "{second} s: {} for {speed}", motion.speed);
         assert!((motion.rolled - at).abs() < 0.3, "{second} s: {} for {at}", motion.rolled);
     }
-    assert!((speed - f64::from(wanted)).abs() < 0.1);
+    assert!((speed - wanted).abs() < 0.1);
 }
 
 proptest! {

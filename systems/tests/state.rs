@@ -74,8 +74,8 @@ fn roll(mut vehicles: Query<(&mut Motion, &Controls, &mut Transform)>) {
 fn vehicle(i: u64) -> Spawn {
     let transform = Transform::from_xyz(0.0, 0.0, i as f32);
     let controls = Controls { throttle: 0.5, indicator: Indicator::Left, ..Controls::default() };
-    let (name, kind) = (format!("van {i}"), if i % 2 == 0 { "van" } else { "none such" });
-    Spawn::Vehicle { name, transform, kind: kind.into(), paint: 0, controls, by_hand: i % 3 == 0 }
+    let (name, kind) = (format!("van {i}"), if i.is_multiple_of(2) { "van" } else { "none such" });
+    Spawn::Vehicle { name, transform, kind: kind.into(), paint: 0, controls, by_hand: i.is_multiple_of(3) }
 }
 
 fn lamp(i: u64) -> Spawn {
@@ -91,7 +91,7 @@ fn lamp(i: u64) -> Spawn {
 fn inputs_at(step: u64) -> Vec<Input> {
     let id = |n: u64| StateId((n % 120) as u32);
     let mut inputs = Vec::new();
-    if step % 5 == 0 {
+    if step.is_multiple_of(5) {
         inputs.push(Input::Spawn(lamp(step)));
     }
     if step % 13 == 4 {
@@ -99,7 +99,7 @@ fn inputs_at(step: u64) -> Vec<Input> {
         let vehicle = StateId(121 + (step % 5) as u32 * 3);
         let controls = Controls { steer: (step as f32 * 0.1).sin(), throttle: -0.2, ..Controls::default() };
         inputs.push(Input::Drive { vehicle, controls });
-        inputs.push(Input::TakeWheel { vehicle, by_hand: step % 2 == 0 });
+        inputs.push(Input::TakeWheel { vehicle, by_hand: step.is_multiple_of(2) });
     }
     if step % 11 == 3 {
         // Some of what came.

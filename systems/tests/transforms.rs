@@ -43,7 +43,10 @@ impl Worlds {
         theirs.add_systems((mark_dirty_trees, propagate_parent_transforms, sync_simple_transforms).chain());
         // In both, so that entities are the same.
         let mut worlds = [World::new(), World::new()];
-        worlds.iter_mut().for_each(|world| _ = world.init_resource::<StaticTransformOptimizations>());
+        worlds.iter_mut().for_each(|world| {
+            world.init_resource::<StaticTransformOptimizations>();
+            world.init_resource::<systems::interpolation::Interpolation>();
+        });
         let [one, other] = worlds;
         Self { ours: (one, ours), theirs: (other, theirs), entities: Vec::new() }
     }

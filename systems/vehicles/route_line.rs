@@ -202,8 +202,12 @@ pub fn self_crossing(route: &Route) -> Option<Vec3> {
         for near in around(cell).filter_map(|cell| cells.get(&cell)).flatten().copied() {
             let is_next = i - near < 2 || (route.closed && near + count - i < 2);
             let (c, d) = (samples[near].position, samples[near + 1].position);
-            if !is_next && (a.y - c.y).abs() < HEADROOM && cross(a, b, c, d) {
-                return Some(a);
+            if !is_next
+                && (a.y - c.y).abs() < HEADROOM
+                && let Some(part) = crossing(a, b, c, d)
+            {
+                // No −0.
+                return Some(a.lerp(b, part) + Vec3::ZERO);
             }
         }
         cells.entry(cell).or_default().push(i);
@@ -215,10 +219,13 @@ fn around([x, z]: [i32; 2]) -> impl Iterator<Item = [i32; 2]> {
     (-1..=1).flat_map(move |i| (-1..=1).map(move |j| [x.saturating_add(i), z.saturating_add(j)]))
 }
 
-/// Whether a–b and c–d cross, seen from above.
-fn cross(a: Vec3, b: Vec3, c: Vec3, d: Vec3) -> bool {
+/// Where on a–b, 0..1, c–d crosses it, seen from above.
+fn crossing(a: Vec3, b: Vec3, c: Vec3, d: Vec3) -> Option<f32> {
     let side = |a: Vec3, b: Vec3, p: Vec3| (b.x - a.x) * (p.z - a.z) - (b.z - a.z) * (p.x - a.x);
-    side(a, b, c) * side(a, b, d) < 0.0 && side(c, d, a) * side(c, d, b) < 0.0
+    // A point on the other line counts to one side, so that lines that cross at their points do cross.
+    let apart = |p: f32, q: f32| (p > 0.0) != (q > 0.0);
+    let (before, behind) = (side(c, d, a), side(c, d, b));
+    (apart(side(a, b, c), side(a, b, d)) && apart(before, behind)).then(|| before / (before - behind))
 }
 
 /// Metres.

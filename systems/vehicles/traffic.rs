@@ -1,6 +1,6 @@
 //! Who is ahead of whom.
 //!
-//! In every step all vehicles are noted as [`Row`]s in the order of their tables, and lanes are filled with [`Entry`]s,
+//! In every step all vehicles are noted as `Row`s in the order of their tables, and lanes are filled with `Entry`s,
 //! sorted by where their fronts are. A vehicle has an entry wherever others have to mind it, and where it has to mind
 //! others:
 //!
