@@ -24,13 +24,21 @@ const LIGHTS_ALL = 1u;
 @group(1) @binding(4) var occlusion_maps: texture_2d_array<f32>;
 @group(1) @binding(5) var emissive_maps: texture_2d_array<f32>;
 @group(1) @binding(6) var height_maps: texture_2d_array<f32>;
-@group(1) @binding(7) var base_sampler: sampler;
-@group(1) @binding(8) var normal_sampler: sampler;
-@group(1) @binding(9) var specular_sampler: sampler;
-@group(1) @binding(10) var metallic_roughness_sampler: sampler;
-@group(1) @binding(11) var occlusion_sampler: sampler;
-@group(1) @binding(12) var emissive_sampler: sampler;
-@group(1) @binding(13) var height_sampler: sampler;
+@group(1) @binding(7) var horizon_0_maps: texture_2d_array<f32>;
+@group(1) @binding(8) var horizon_1_maps: texture_2d_array<f32>;
+@group(1) @binding(9) var offset_maps: texture_2d_array<f32>;
+@group(1) @binding(10) var environment_maps: texture_2d_array<f32>;
+@group(1) @binding(11) var base_sampler: sampler;
+@group(1) @binding(12) var normal_sampler: sampler;
+@group(1) @binding(13) var specular_sampler: sampler;
+@group(1) @binding(14) var metallic_roughness_sampler: sampler;
+@group(1) @binding(15) var occlusion_sampler: sampler;
+@group(1) @binding(16) var emissive_sampler: sampler;
+@group(1) @binding(17) var height_sampler: sampler;
+@group(1) @binding(18) var horizon_0_sampler: sampler;
+@group(1) @binding(19) var horizon_1_sampler: sampler;
+@group(1) @binding(20) var offset_sampler: sampler;
+@group(1) @binding(21) var environment_sampler: sampler;
 
 struct VertexIn {
     @location(0) position: vec3f,

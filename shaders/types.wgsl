@@ -63,6 +63,10 @@ const MAP_METALLIC_ROUGHNESS = 3u;
 const MAP_OCCLUSION = 4u;
 const MAP_EMISSIVE = 5u;
 const MAP_HEIGHT = 6u;
+const MAP_HORIZON_0 = 7u;
+const MAP_HORIZON_1 = 8u;
+const MAP_OFFSET = 9u;
+const MAP_ENVIRONMENT = 10u;
 
 struct Material {
     base_factor: vec4f,
@@ -79,12 +83,18 @@ struct Material {
     height_scale_uv: f32,
     // Bit m: map m is placed by the second UV set.
     second_uvs: u32,
-    // Of each map, in the class's texture arrays.
-    layers: array<u32, 7>,
+    // Rows of a 2×2 matrix.
+    offset_matrix: vec4f,
+    height_rest: f32,
+    emboss_step_texels: f32,
+    self_shadow: f32,
     pad0: u32,
+    // Of each map, in the class's texture arrays.
+    layers: array<u32, 11>,
+    pad1: u32,
     // Columns of a 2×2 matrix per map.
-    image_from_mesh_uv: array<vec4f, 7>,
-    offsets: array<vec2f, 8>,
+    image_from_mesh_uv: array<vec4f, 11>,
+    offsets: array<vec2f, 12>,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -154,18 +164,22 @@ fn load_light(slot: u32) -> Light {
 }
 
 fn load_material(index: u32) -> Material {
-    let t = index * 18u;
+    let t = index * 27u;
     let specular = floats_of(materials, t + 1u);
     let emissive = floats_of(materials, t + 2u);
     let factors = floats_of(materials, t + 3u);
     let others = texel_of(materials, t + 4u);
     let other_factors = bitcast<vec3f>(others.xyz);
-    let layers = texel_of(materials, t + 5u);
-    let more_layers = texel_of(materials, t + 6u);
-    let offsets_0 = floats_of(materials, t + 14u);
-    let offsets_2 = floats_of(materials, t + 15u);
-    let offsets_4 = floats_of(materials, t + 16u);
-    let offsets_6 = floats_of(materials, t + 17u);
+    let bumps = floats_of(materials, t + 6u);
+    let layers_0 = texel_of(materials, t + 7u);
+    let layers_4 = texel_of(materials, t + 8u);
+    let layers_8 = texel_of(materials, t + 9u);
+    let offsets_0 = floats_of(materials, t + 21u);
+    let offsets_2 = floats_of(materials, t + 22u);
+    let offsets_4 = floats_of(materials, t + 23u);
+    let offsets_6 = floats_of(materials, t + 24u);
+    let offsets_8 = floats_of(materials, t + 25u);
+    let offsets_10 = floats_of(materials, t + 26u);
     return Material(
         floats_of(materials, t),
         specular.xyz,
@@ -180,18 +194,39 @@ fn load_material(index: u32) -> Material {
         other_factors.y,
         other_factors.z,
         others.w,
-        array<u32, 7>(layers.x, layers.y, layers.z, layers.w, more_layers.x, more_layers.y, more_layers.z),
+        floats_of(materials, t + 5u),
+        bumps.x,
+        bumps.y,
+        bumps.z,
         0u,
-        array<vec4f, 7>(
-            floats_of(materials, t + 7u),
-            floats_of(materials, t + 8u),
-            floats_of(materials, t + 9u),
+        array<u32, 11>(
+            layers_0.x,
+            layers_0.y,
+            layers_0.z,
+            layers_0.w,
+            layers_4.x,
+            layers_4.y,
+            layers_4.z,
+            layers_4.w,
+            layers_8.x,
+            layers_8.y,
+            layers_8.z,
+        ),
+        0u,
+        array<vec4f, 11>(
             floats_of(materials, t + 10u),
             floats_of(materials, t + 11u),
             floats_of(materials, t + 12u),
             floats_of(materials, t + 13u),
+            floats_of(materials, t + 14u),
+            floats_of(materials, t + 15u),
+            floats_of(materials, t + 16u),
+            floats_of(materials, t + 17u),
+            floats_of(materials, t + 18u),
+            floats_of(materials, t + 19u),
+            floats_of(materials, t + 20u),
         ),
-        array<vec2f, 8>(
+        array<vec2f, 12>(
             offsets_0.xy,
             offsets_0.zw,
             offsets_2.xy,
@@ -200,6 +235,10 @@ fn load_material(index: u32) -> Material {
             offsets_4.zw,
             offsets_6.xy,
             offsets_6.zw,
+            offsets_8.xy,
+            offsets_8.zw,
+            offsets_10.xy,
+            offsets_10.zw,
         ),
     );
 }

@@ -30,6 +30,7 @@ pub mod demo;
 pub mod frames;
 pub mod import;
 pub mod light_error;
+pub mod maps;
 pub mod name;
 pub mod output;
 pub mod prelude;

@@ -114,10 +114,18 @@ pub enum MapSlot {
     Emissive,
     /// Height (r).
     Height,
+    /// Horizon in the first four directions.
+    Horizon0,
+    /// Horizon in the other four.
+    Horizon1,
+    /// Offsets of the environment's look-up (rg).
+    Offset,
+    /// Environment.
+    Environment,
 }
 
 /// Number of [`MapSlot`]s.
-pub const MAP_COUNT: usize = 7;
+pub const MAP_COUNT: usize = 11;
 
 /// One material. Mirrors `Material`; the fields are [`crate::library::Material`]'s.
 #[repr(C)]
@@ -149,10 +157,20 @@ pub struct MaterialRecord {
     pub height_scale_uv: f32,
     /// Bit m: map m is placed by the second UV set.
     pub second_uvs: u32,
+    /// Rows of the 2×2 matrix from the offset map to the environment's disc.
+    pub offset_matrix: [f32; 4],
+    /// 0..1.
+    pub height_rest: f32,
+    /// Texels.
+    pub emboss_step_texels: f32,
+    /// 0..1.
+    pub self_shadow: f32,
+    /// Room for 16-byte alignment.
+    pub pad0: u32,
     /// Layer of each map in its class's texture array, by [`MapSlot`].
     pub layers: [u32; MAP_COUNT],
     /// Room for 16-byte alignment.
-    pub pad0: u32,
+    pub pad1: u32,
     /// Columns of the 2×2 matrix from mesh UV to image UV, by [`MapSlot`].
     pub image_from_mesh_uv: [[f32; 4]; MAP_COUNT],
     /// Its translation, by [`MapSlot`]; the last is unused.
@@ -207,6 +225,8 @@ pub struct PipelineKey {
     pub transformed_uvs: bool,
     /// The material sends out light of its own.
     pub emissive: bool,
+    /// The material brings the environment that it mirrors, for [`Technique::PerturbedUv`].
+    pub environment_map: bool,
     /// The mesh has colours.
     pub vertex_colors: bool,
     /// Back faces are drawn.

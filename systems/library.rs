@@ -5,6 +5,7 @@
 //! the renderer uploads what it has not seen yet, in id order.
 
 use crate::bounds::{Aabb, Sphere, WorldBounds};
+use crate::draw_list::MAP_COUNT;
 use crate::images::{Image, ImageKind};
 use crate::instances::{self, InstanceSlot};
 use crate::levels::Level;
@@ -16,7 +17,7 @@ use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
 use bevy_transform::components::Transform;
-use glam::{Affine2, Vec2, Vec3, Vec4};
+use glam::{Affine2, Mat2, Vec2, Vec3, Vec4};
 use std::collections::HashMap;
 
 /// Runs when an entity loses its mesh, by itself or with its life.
@@ -58,8 +59,10 @@ impl ImageId {
     pub const WHITE_DATA: Self = Self(1);
     /// 1×1 flat normal (0.5, 0.5, 1): stands in for a missing normal map.
     pub const FLAT_NORMAL: Self = Self(2);
-    /// 1×1 black data: stands in for a missing height map.
+    /// 1×1 black data: stands in for a missing horizon map.
     pub const BLACK_DATA: Self = Self(3);
+    /// 1×1 offset of nothing (128, 128): stands in for a missing offset map.
+    pub const NO_OFFSET: Self = Self(4);
 }
 
 /// A triangle list. All filled attribute arrays have one element per vertex.
@@ -192,7 +195,7 @@ pub enum Shading {
     Unlit,
 }
 
-/// A way to bump a surface. A choice of pipeline, not a branch in a shader.
+/// A way to bump a surface. A choice of pipeline, not a branch in a shader. `docs/techniques.md` tells what each does.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
 pub enum Technique {
     /// The interpolated vertex normal.
@@ -202,12 +205,59 @@ pub enum Technique {
     Normal,
     /// Blinn 1978: the normal perturbed by the height map's slope, from screen-space derivatives; needs no tangents.
     PerturbedNormal,
+    /// Difference of two heights, one of them shifted toward the light; diffuse only.
+    Emboss,
+    /// The same in several passes that are blended, as it was done before shaders.
+    EmbossMultipass,
+    /// Light vectors per vertex, packed to 8 bits, dotted with the normal map.
+    Dot3,
+    /// The same with one light vector for the whole object.
+    Dot3Constant,
+    /// Environment-mapped bump mapping: the offset map shifts the look-up into the environment, or into what lies behind.
+    PerturbedUv,
+    /// Parallax with offset limiting, then the normal map.
+    Parallax,
+    /// Ray march through the height map, with the surface's own shadows, then the normal map.
+    Relief,
+    /// Normal map, with shadows by the horizon maps.
+    Horizon,
+    /// `Parallax` with shadows by the horizon maps.
+    ParallaxHorizon,
+    /// `Relief` with shadows by the horizon maps rather than by a march to each light.
+    ReliefHorizon,
+    /// `Parallax` that writes the displaced depth.
+    ZCorrectParallax,
+    /// `Relief` that writes the displaced depth.
+    ZCorrect,
+    /// `ReliefHorizon` that writes the displaced depth.
+    Combined,
 }
 
 impl Technique {
     /// All techniques with the names that scene files and the command line use.
-    pub const ALL: [(&'static str, Self); 3] =
-        [("off", Self::Off), ("normal", Self::Normal), ("perturbed_normal", Self::PerturbedNormal)];
+    pub const ALL: [(&'static str, Self); 16] = [
+        ("off", Self::Off),
+        ("emboss", Self::Emboss),
+        ("emboss_multipass", Self::EmbossMultipass),
+        ("dot3", Self::Dot3),
+        ("dot3_constant", Self::Dot3Constant),
+        ("normal", Self::Normal),
+        ("perturbed_normal", Self::PerturbedNormal),
+        ("perturbed_uv", Self::PerturbedUv),
+        ("parallax", Self::Parallax),
+        ("relief", Self::Relief),
+        ("horizon", Self::Horizon),
+        ("parallax_horizon", Self::ParallaxHorizon),
+        ("relief_horizon", Self::ReliefHorizon),
+        ("z_correct_parallax", Self::ZCorrectParallax),
+        ("z_correct", Self::ZCorrect),
+        ("combined", Self::Combined),
+    ];
+
+    /// The name that scene files and the command line use.
+    pub fn name(self) -> &'static str {
+        Self::ALL.iter().find(|(_, technique)| *technique == self).map_or("", |(name, _)| name)
+    }
 }
 
 /// What base alpha means.
@@ -272,8 +322,23 @@ pub struct Material {
     pub emissive_map: Option<Map>,
     /// Depth of the height map from black to white, in units of the UV square's width.
     pub height_scale_uv: f32,
-    /// 0 deepest, 1 highest.
+    /// The height, 0..1, at which the mesh's own surface lies. 1: all is carved into it.
+    pub height_rest: f32,
+    /// 0 deepest, 1 highest. A missing one is flat, at the mesh's surface.
     pub height_map: Option<Map>,
+    /// Emboss: how far from the texel the second height is read, in texels.
+    pub emboss_step_texels: f32,
+    /// 0..1: how dark the surface's own shadows are, in the techniques that have them.
+    pub self_shadow: f32,
+    /// Elevation of the horizon over a right angle, 0..1: in directions 0°, 45°, 90°, 135° from image-right toward
+    /// image-up (r, g, b, a of the first), and 180° to 315° (the second).
+    pub horizon_maps: [Option<Map>; 2],
+    /// du (r) and dv (g) of the environment's look-up: 128 is none, 1 and 255 are −1 and 1.
+    pub offset_map: Option<Map>,
+    /// From (du, dv) to a shift in the environment's disc, whose radius is 1.
+    pub offset_matrix: Mat2,
+    /// What `PerturbedUv` mirrors, around the whole horizon: sRGB colour, twice as wide as high. Without: the sky.
+    pub environment_map: Option<Map>,
 }
 
 impl Default for Material {
@@ -302,7 +367,14 @@ impl Default for Material {
             emissive_factor: Vec3::ZERO,
             emissive_map: None,
             height_scale_uv: 0.02,
+            height_rest: 1.0,
             height_map: None,
+            emboss_step_texels: 1.0,
+            self_shadow: 1.0,
+            horizon_maps: [None; 2],
+            offset_map: None,
+            offset_matrix: Mat2::IDENTITY,
+            environment_map: None,
         }
     }
 }
@@ -322,7 +394,7 @@ impl Material {
     }
 
     /// The maps in the order of [`crate::draw_list::MapSlot`].
-    pub fn maps(&self) -> [Option<Map>; 7] {
+    pub fn maps(&self) -> [Option<Map>; MAP_COUNT] {
         [
             self.base_map,
             self.normal_map,
@@ -331,6 +403,10 @@ impl Material {
             self.occlusion_map,
             self.emissive_map,
             self.height_map,
+            self.horizon_maps[0],
+            self.horizon_maps[1],
+            self.offset_map,
+            self.environment_map,
         ]
     }
 }
@@ -378,7 +454,8 @@ impl Default for Library {
                 one("white data", ImageKind::Data, [255; 4]),
                 // In half floats, because no byte is exactly 0.5.
                 Image::rgba16("flat normal", 1, 1, ImageKind::Normal, &[Vec4::new(0.5, 0.5, 1.0, 1.0)]),
-                one("black data", ImageKind::Data, [0, 0, 0, 255]),
+                one("black data", ImageKind::Data, [0; 4]),
+                one("no offset", ImageKind::Data, [128, 128, 0, 255]),
             ],
             edited_materials: Vec::new(),
             pieces: HashMap::new(),

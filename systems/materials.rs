@@ -22,7 +22,11 @@ const STAND_INS: [ImageId; MAP_COUNT] = [
     ImageId::WHITE_DATA,
     ImageId::WHITE_DATA,
     ImageId::WHITE_COLOR,
+    ImageId::WHITE_DATA,
     ImageId::BLACK_DATA,
+    ImageId::BLACK_DATA,
+    ImageId::NO_OFFSET,
+    ImageId::WHITE_COLOR,
 ];
 
 /// Where materials and images went.
@@ -103,6 +107,11 @@ fn record(material: &Material) -> MaterialRecord {
         glossiness: material.glossiness,
         specular_strength: material.specular_strength,
         height_scale_uv: material.height_scale_uv,
+        offset_matrix: material.offset_matrix.transpose().to_cols_array(),
+        // A missing map is white: its surface is the mesh's.
+        height_rest: if material.height_map.is_some() { material.height_rest } else { 1.0 },
+        emboss_step_texels: material.emboss_step_texels,
+        self_shadow: material.self_shadow,
         ..MaterialRecord::default()
     }
 }
@@ -114,6 +123,7 @@ fn pipeline(material: &Material) -> PipelineKey {
         technique: material.technique,
         transformed_uvs: material.maps().into_iter().flatten().any(|map| map.is_transformed()),
         emissive: material.emissive_factor != Vec3::ZERO,
+        environment_map: material.environment_map.is_some(),
         vertex_colors: false,
         double_sided: material.double_sided,
         mirrored: false,

@@ -44,7 +44,7 @@ fn model_file(mesh: &MeshSource) -> Option<&str> {
 /// What the texels of a map mean, by the material's field.
 fn image_kind(field: &str) -> ImageKind {
     match field {
-        "base_map" | "emissive_map" => ImageKind::Color,
+        "base_map" | "emissive_map" | "environment_map" => ImageKind::Color,
         "normal_map" => ImageKind::Normal,
         _ => ImageKind::Data,
     }
@@ -212,7 +212,8 @@ fn material(name: &str, m: &format::Material, images: &HashMap<(String, ImageKin
         let image = images.get(&(source.file.clone(), image_kind(field)))?;
         Some(map(*image, source, m))
     });
-    let [base_map, normal_map, specular_map, metallic_roughness_map, occlusion_map, emissive_map, height_map] = maps;
+    let [base_map, normal_map, specular_map, metallic_roughness_map, occlusion_map, emissive_map, ..] = maps;
+    let [.., height_map, horizon_map_0, horizon_map_1, offset_map, environment_map] = maps;
     Material {
         name: name.into(),
         shading: m.shading.into(),
@@ -237,7 +238,14 @@ fn material(name: &str, m: &format::Material, images: &HashMap<(String, ImageKin
         emissive_factor: m.emissive_factor.rgb(),
         emissive_map,
         height_scale_uv: m.height_scale_uv,
+        height_rest: m.height_rest,
         height_map,
+        emboss_step_texels: m.emboss_step_texels,
+        self_shadow: m.self_shadow,
+        horizon_maps: [horizon_map_0, horizon_map_1],
+        offset_map,
+        offset_matrix: Mat2::from_cols_array_2d(&m.offset_matrix).transpose(),
+        environment_map,
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::values::{Color, MapSource, Scale};
 use serde::Deserialize;
+use systems::draw_list::MAP_COUNT;
 use systems::library as lib;
 
 /// Enums of the other crate under the names that scene files use.
@@ -22,7 +23,10 @@ macro_rules! named_choices {
 named_choices! {
     ToneMap => systems::components::ToneMap { Clamp, Aces, Agx }
     Shading => lib::Shading { Phong, Blinn, MetallicRoughness, SpecularGlossiness, Unlit }
-    Technique => lib::Technique { Off, Normal, PerturbedNormal }
+    Technique => lib::Technique {
+        Off, Normal, PerturbedNormal, Emboss, EmbossMultipass, Dot3, Dot3Constant, PerturbedUv, Parallax, Relief,
+        Horizon, ParallaxHorizon, ReliefHorizon, ZCorrectParallax, ZCorrect, Combined
+    }
     AlphaMode => lib::AlphaMode { Opaque, Mask, Blend }
     Wrap => lib::Wrap { Repeat, Mirror, Clamp }
     Filter => lib::Filter { Nearest, Linear }
@@ -57,7 +61,15 @@ pub struct Material {
     pub emissive_factor: Color,
     pub emissive_map: Option<MapSource>,
     pub height_scale_uv: f32,
+    pub height_rest: f32,
     pub height_map: Option<MapSource>,
+    pub emboss_step_texels: f32,
+    pub self_shadow: f32,
+    pub horizon_map_0: Option<MapSource>,
+    pub horizon_map_1: Option<MapSource>,
+    pub offset_map: Option<MapSource>,
+    pub offset_matrix: [[f32; 2]; 2],
+    pub environment_map: Option<MapSource>,
 }
 
 impl Default for Material {
@@ -89,14 +101,22 @@ impl Default for Material {
             emissive_factor: Color::linear(m.emissive_factor),
             emissive_map: None,
             height_scale_uv: m.height_scale_uv,
+            height_rest: m.height_rest,
             height_map: None,
+            emboss_step_texels: m.emboss_step_texels,
+            self_shadow: m.self_shadow,
+            horizon_map_0: None,
+            horizon_map_1: None,
+            offset_map: None,
+            offset_matrix: m.offset_matrix.transpose().to_cols_array_2d(),
+            environment_map: None,
         }
     }
 }
 
 impl Material {
     /// The maps with their field names.
-    pub fn maps(&self) -> [(&'static str, Option<&MapSource>); 7] {
+    pub fn maps(&self) -> [(&'static str, Option<&MapSource>); MAP_COUNT] {
         [
             ("base_map", self.base_map.as_ref()),
             ("normal_map", self.normal_map.as_ref()),
@@ -105,6 +125,10 @@ impl Material {
             ("occlusion_map", self.occlusion_map.as_ref()),
             ("emissive_map", self.emissive_map.as_ref()),
             ("height_map", self.height_map.as_ref()),
+            ("horizon_map_0", self.horizon_map_0.as_ref()),
+            ("horizon_map_1", self.horizon_map_1.as_ref()),
+            ("offset_map", self.offset_map.as_ref()),
+            ("environment_map", self.environment_map.as_ref()),
         ]
     }
 }

@@ -19,6 +19,10 @@ impl<'a> Check<'a> {
         self.number("normal_scale", m.normal_scale, -100.0, 100.0);
         self.number("shininess", m.shininess, 0.0, 1e5);
         self.number("height_scale_uv", m.height_scale_uv, 0.0, 10.0);
+        self.number("height_rest", m.height_rest, 0.0, 1.0);
+        self.number("emboss_step_texels", m.emboss_step_texels, 0.0, 100.0);
+        self.number("self_shadow", m.self_shadow, 0.0, 1.0);
+        self.numbers("offset_matrix", m.offset_matrix.as_flattened(), -10.0, 10.0);
         for (name, value) in [
             ("alpha_cutoff", m.alpha_cutoff),
             ("base_alpha", m.base_alpha),
