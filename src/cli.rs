@@ -199,7 +199,7 @@ pub struct LightsArgs {
     /// Camera of the scene, by name; its first if left out
     #[arg(long, value_name = "NAME")]
     pub camera: Option<String>,
-    /// Draw every material with this bump technique: off, normal, perturbed_normal
+    /// Draw every material with this bump technique: off, normal, relief, … (docs/techniques.md)
     #[arg(long, value_name = "NAME", value_parser = parse_technique)]
     pub technique: Option<Technique>,
     /// Worker threads; pictures are the same for any number [default: one per core]
@@ -251,7 +251,7 @@ pub struct ViewArgs {
     /// for the others; hard: by the three alone; all: by every light that reaches them, slow, the reference
     #[arg(long, value_name = "POLICY", default_value = "three", value_parser = parse_lights)]
     pub lights: LightPolicy,
-    /// Draw every material with this bump technique: off, normal, perturbed_normal
+    /// Draw every material with this bump technique: off, normal, relief, … (docs/techniques.md)
     #[arg(long, value_name = "NAME", value_parser = parse_technique)]
     pub technique: Option<Technique>,
     /// Show something else than light: base, normal, tangent; light_count: how many lights reach each object, 1 blue to
