@@ -234,17 +234,18 @@ fn height(layer: u32, uv: vec2f, dx: vec2f, dy: vec2f) -> f32 {
     return textureSampleGrad(height_maps, height_sampler, uv, layer, dx, dy).r;
 }
 
-// The perturbed normal: heights at this pixel and its neighbours to the right and below.
+// The perturbed normal: heights half a pixel away on either side.
 fn perturbed(material: Material, normal: vec3f, uv: ImageUv, dp_dx: vec3f, dp_dy: vec3f) -> vec3f {
     let layer = material.layers[MAP_HEIGHT];
     // Heights are given in UV units; this many metres are in one.
     let area_uv = abs(uv.dx.x * uv.dy.y - uv.dx.y * uv.dy.x);
     let metres = sqrt(length(cross(dp_dx, dp_dy)) / max(area_uv, 1e-12));
     let scale = material.height_scale_uv * metres;
-    let here = height(layer, uv.at, uv.dx, uv.dy);
-    let dh_dx = scale * (height(layer, uv.at + uv.dx, uv.dx, uv.dy) - here);
-    let dh_dy = scale * (height(layer, uv.at + uv.dy, uv.dx, uv.dy) - here);
-    return perturbed_normal(normal, dp_dx, dp_dy, dh_dx, dh_dy);
+    let dx = 0.5 * uv.dx;
+    let dy = 0.5 * uv.dy;
+    let across = height(layer, uv.at + dx, uv.dx, uv.dy) - height(layer, uv.at - dx, uv.dx, uv.dy);
+    let down = height(layer, uv.at + dy, uv.dx, uv.dy) - height(layer, uv.at - dy, uv.dx, uv.dy);
+    return perturbed_normal(normal, dp_dx, dp_dy, scale * across, scale * down);
 }
 
 // The offset map's texel through the material's matrix, along the surface in world space.
