@@ -1,16 +1,22 @@
 //! An image as the map tools see it, and rows of one on all cores.
 
+use bevy_tasks::ComputeTaskPool;
 use std::sync::Mutex;
 use std::thread;
 
 /// What lies beyond the edges of a map.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, clap::ValueEnum)]
 pub enum Edges {
     /// The map again: it is a tile.
     #[default]
     Wrap,
     /// The edge's texel.
     Clamp,
+}
+
+fn thread_count() -> usize {
+    let cores = || thread::available_parallelism().map_or(1, usize::from);
+    ComputeTaskPool::try_get().map_or_else(cores, |pool| pool.thread_num())
 }
 
 /// Texels of `channels` floats each, top left first, rows one after the other.
@@ -33,7 +39,8 @@ impl Raster {
     }
 
     /// Computes every row: `fill(y, row)` writes row y, `width · channels` values that are 0 before. Rows are shared out
-    /// among threads; `done(n)` is told how many are finished, from any of them.
+    /// among as many threads as [`systems::set_threads`] says, else one per core; `done(n)` is told how many are
+    /// finished, from any of them.
     pub fn from_rows(
         (width, height, channels): (usize, usize, usize),
         fill: impl Fn(usize, &mut [f32]) + Sync,
@@ -53,7 +60,7 @@ impl Raster {
             }
         };
         thread::scope(|scope| {
-            for _ in 1..thread::available_parallelism().map_or(1, usize::from) {
+            for _ in 1..thread_count() {
                 scope.spawn(work);
             }
             work();
