@@ -68,10 +68,10 @@ pub fn read_color(path: &Path) -> Result<Raster, MapError> {
 /// # Errors
 /// As [`read`]; [`MapError::Refused`] for a colour image where no channel is asked for.
 pub fn read_grey(path: &Path, channel: Option<Channel>) -> Result<Raster, MapError> {
-    let raster = read(path)?;
     if let Some(channel) = channel {
-        return Ok(map_texels(&raster, 1, |texel, to| to[0] = pick(texel, channel)));
+        return read_channel(path, channel);
     }
+    let raster = read(path)?;
     let is_grey = |texel: &[f32]| {
         let [r, g, b] = rgb(texel);
         (r - g).abs().max((r - b).abs()).max((g - b).abs()) <= 2.0 / 255.0
@@ -87,6 +87,14 @@ pub fn read_grey(path: &Path, channel: Option<Channel>) -> Result<Raster, MapErr
         ));
     }
     Ok(map_texels(&raster, 1, |texel, to| to[0] = texel[0]))
+}
+
+/// One channel; of a grey image its grey, or its alpha.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_channel(path: &Path, channel: Channel) -> Result<Raster, MapError> {
+    Ok(map_texels(&read(path)?, 1, |texel, to| to[0] = pick(texel, channel)))
 }
 
 /// Whether a map can be written under that name, before the work.

@@ -13,15 +13,24 @@
 //! many of those lie between black and white: it is [`systems::library::Material::height_scale_uv`]. From one texel to
 //! the next, 1/width away, the surface rises by scale · Δh, so its slope is scale · width · Δh, in either direction.
 
+mod blur;
 pub mod command;
 mod error;
 pub mod files;
+mod height;
+mod horizon;
 mod normal;
+mod offset;
 pub mod preview;
 mod raster;
 mod slope;
+mod specular;
 
 pub use error::MapError;
+pub use height::{HeightOptions, height_from_color};
+pub use horizon::{HorizonOptions, horizon_from_height};
 pub use normal::{NormalOptions, normal_from_height};
+pub use offset::offset_from_height;
 pub use raster::{Edges, Raster};
 pub use slope::{Filter, Relief};
+pub use specular::{Polish, SpecularModel, SpecularOptions, specular_from};

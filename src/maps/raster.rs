@@ -14,6 +14,16 @@ pub enum Edges {
     Clamp,
 }
 
+impl Edges {
+    /// The place on a side of that many texels that `at` stands for.
+    pub fn inside(self, at: isize, size: usize) -> usize {
+        match self {
+            Self::Wrap => at.rem_euclid(size as isize) as usize,
+            Self::Clamp => at.clamp(0, size as isize - 1) as usize,
+        }
+    }
+}
+
 fn thread_count() -> usize {
     let cores = || thread::available_parallelism().map_or(1, usize::from);
     ComputeTaskPool::try_get().map_or_else(cores, |pool| pool.thread_num())
@@ -70,11 +80,7 @@ impl Raster {
 
     /// A value of the texel at (x, y), which may lie beyond the edges.
     pub fn at(&self, x: isize, y: isize, channel: usize, edges: Edges) -> f32 {
-        let inside = |at: isize, size: usize| match edges {
-            Edges::Wrap => at.rem_euclid(size as isize) as usize,
-            Edges::Clamp => at.clamp(0, size as isize - 1) as usize,
-        };
-        let (x, y) = (inside(x, self.width), inside(y, self.height));
+        let (x, y) = (edges.inside(x, self.width), edges.inside(y, self.height));
         self.values[(y * self.width + x) * self.channels + channel]
     }
 }
