@@ -4,6 +4,7 @@ use clap::{ArgAction, Args, Parser, Subcommand};
 use relief::arguments::{parse_levels, parse_lights, parse_occlusion, parse_size, parse_speed, parse_technique};
 use relief::bench::BenchArgs;
 use relief::frames::{Frames, LoadOptions, OutputKind};
+use relief::maps::command::MapArgs;
 use relief::recording::RunFiles;
 use relief::renderer::{DebugView, Occlusion, Settings};
 use std::path::PathBuf;
@@ -32,6 +33,7 @@ Examples:
   relief run scene.ron --record drive.rec         and relief replay drive.rec: the same run again
   relief lights scene.ron -o out                  how far three lights per object are from all lights
   relief bench --objects 100000                   what many objects cost
+  relief map normal height.png -o normal.png      a normal map from a height map
   relief check scene.ron model.glb                everything that is wrong with the files
 
 Exit codes: 0 done, 2 bad input or usage, 3 no usable graphics adapter, 1 anything else.";
@@ -51,6 +53,8 @@ pub enum Command {
     /// Measure a grid of many bump-mapped objects under many lights, or any scene
     #[command(after_help = BENCH_HELP)]
     Bench(BenchArgs),
+    /// Make normal, height, horizon and other maps from images
+    Map(MapArgs),
     /// Say everything that is wrong with scenes, models and images; exit code 2 if anything is
     Check {
         /// Scenes (.ron), models (.gltf, .glb), images
