@@ -87,6 +87,27 @@ fn missing_maps_are_flat() {
 }
 
 #[test]
+fn a_mesh_without_uvs_is_drawn_and_smooth_where_maps_move() {
+    let Some(mut stage) = Stage::new((64, 48)) else { return };
+    stage.three_lights();
+    let material = stage.material(16, 0.06, hills);
+    let mut sphere = shapes::sphere(0.8, 32, 16);
+    sphere.uvs = [Vec::new(), Vec::new()];
+    stage.spawn(sphere, Material { normal_map: None, specular_factor: Vec3::ZERO, ..material }, Transform::IDENTITY);
+    set_technique(&mut stage, Technique::Off);
+    let smooth = stage.linear();
+    for (name, technique) in Technique::ALL {
+        set_technique(&mut stage, technique);
+        let pixels = stage.linear();
+        assert!(pixels.iter().all(|p| p.is_finite()), "{name}");
+        if EXACT.contains(&technique) {
+            let far = smooth.iter().zip(&pixels).map(|(a, b)| (*a - *b).abs().max_element()).fold(0.0, f32::max);
+            assert!(far < 1.0 / 255.0, "{name}: {far}");
+        }
+    }
+}
+
+#[test]
 fn bumps_show_in_every_technique() {
     let Some(mut stage) = shapes_stage(|stage| Material { emboss_step_texels: 3.0, ..stage.material(64, 0.06, hills) })
     else {
