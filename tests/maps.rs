@@ -226,7 +226,7 @@ fn horizons_by_trying(heights: &Raster, options: &HorizonOptions, x: usize, y: u
 }
 
 fn any_heights() -> impl Strategy<Value = Raster> {
-    (1usize..10, 1usize..10).prop_flat_map(|(width, height)| {
+    (1usize..24, 1usize..10).prop_flat_map(|(width, height)| {
         proptest::collection::vec(0.0f32..1.0, width * height).prop_map(move |values| Raster {
             width,
             height,
@@ -249,7 +249,7 @@ proptest! {
     fn horizons_are_what_trying_every_texel_finds(
         heights in any_heights(),
         relief in any_relief(),
-        max_distance in proptest::option::of(1usize..14),
+        max_distance in proptest::option::of(1usize..30),
     ) {
         let options = HorizonOptions { relief, max_distance };
         let maps = horizon_from_height(&heights, &options, &|_, _| {});
