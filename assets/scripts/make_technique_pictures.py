@@ -25,7 +25,7 @@ SCENE = '''\
         "stone": (
             shading: blinn, shininess: %(shininess)s, specular_factor: (0.8, 0.8, 0.8), %(stone)s
             normal_map: "%(maps)snormal.png", %(specular)s
-            height_map: "%(maps)sheight.png", height_scale_uv: 0.06, emboss_step_texels: 8,
+            height_map: "%(height)s", height_scale_uv: 0.06, emboss_step_texels: 8,
             horizon_map_0: "%(maps)shorizon_0.png", horizon_map_1: "%(maps)shorizon_1.png",
             offset_map: "%(maps)soffset.png", environment_map: "%(maps)senvironment.jpg",
         ),
@@ -34,7 +34,7 @@ SCENE = '''\
         "panel": (shading: unlit, base_map: (file: "%(maps)spattern.png", uv: (scale: (3, 2)))),
     },
     meshes: {
-        "floor": plane(size: (%(floor)s, %(floor)s), tile_metres: 1.5, segments: (%(segments)s, %(segments)s)),
+        "floor": plane(size: (6, 6), tile_metres: 1.5),
         "torus": torus(major: 0.53, minor: 0.24, segments: 128, sides: 64, uv_scale: (4, 2)),
         "ball": sphere(radius: 0.33, segments: 24, rings: 12, uv_scale: (2, 1)),
         "fine ball": sphere(radius: 0.33, segments: 256, rings: 128),
@@ -52,12 +52,18 @@ SCENE = '''\
 TEXTURED = 'base_map: "%sbase.jpg",'
 # Fields of a scene that most pictures share: a floor, seen from half above, under a lamp on the left.
 USUAL = {
-    'stone': TEXTURED, 'specular': 'specular_map: "%sspecular.png",', 'shininess': 40, 'floor': 6, 'segments': 1, 'eye': '(0.15, 1.05, 1.5)', 'at': '(0.1, 0, 0.12)', 'fov': 38,
-    'things': '(mesh: "floor", material: "stone"), %s',
+    'stone': TEXTURED, 'specular': 'specular_map: "%sspecular.png",', 'shininess': 40,
+    'things': '(mesh: "floor", material: "stone"), %s', 'eye': '(0.15, 1.05, 1.5)', 'at': '(0.1, 0, 0.12)', 'fov': 38,
 }
-LAMP = '(light: directional(color: (1, 0.95, 0.86), intensity: 1.1), transform: (translation: (-%s, %s, -0.9), look_at: (0, 0, 0))),'
+LAMP = '''(
+            light: directional(color: (1, 0.95, 0.86), intensity: 1.1),
+            transform: (translation: (-%s, %s, -0.9), look_at: (0, 0, 0)),
+        ),'''
 HIGH, LOW = LAMP % (2.0, 2.4), LAMP % (2.4, 0.95)
-NEAR = '''(light: point(color: (1, 0.95, 0.86), intensity: 1.3, attenuation: (1, 0, 0.2)), transform: (translation: (-0.2, 0.6, 1.2))),'''
+NEAR = '''(
+            light: point(color: (1, 0.95, 0.86), intensity: 1.3, attenuation: (1, 0, 0.2)),
+            transform: (translation: (-0.2, 0.6, 1.2)),
+        ),'''
 
 
 def pane_size(count, shape):
@@ -67,9 +73,8 @@ def pane_size(count, shape):
 
 def draw(technique, folder, size, **fields):
     """A pane."""
-    values = {**USUAL, 'light': HIGH, **fields}
     maps = os.path.abspath(os.path.join(ASSETS, 'textures', 'techniques_'))
-    values['maps'] = maps
+    values = {**USUAL, 'light': HIGH, 'maps': maps, 'height': maps + 'height.png', **fields}
     for field in ('stone', 'specular'):
         values[field] = values[field].replace('%s', maps)
     values['things'] = values['things'].replace('%s', values['light'])
@@ -102,14 +107,18 @@ def techniques(*names, shape=0.62, **fields):
     return picture
 
 
+def eight_bits(image):
+    return Image.fromarray(np.round(np.asarray(image) / 257).astype(np.uint8))
+
+
 def maps(folder):
-    """A quarter of each map."""
+    """The gallery's own."""
     names = ('height', 'normal', 'horizon_0', 'offset')
     panes, size = [], pane_size(4, 1)[0]
     for name in names:
         image = Image.open(os.path.join(ASSETS, 'textures', 'techniques_%s.png' % name))
-        if image.mode.startswith('I'):
-            image = Image.fromarray((np.asarray(image) / 257).astype(np.uint8))
+        if name == 'height':
+            image = eight_bits(image)
         # Without its alpha, which is the fourth direction.
         image = Image.merge('RGB', (image.split() * 3)[:3])
         panes.append(image.resize((size, size), Image.Resampling.LANCZOS))
@@ -151,12 +160,25 @@ def dot3(folder):
     return beside(bumpy + shiny, ('normal', 'dot3', 'dot3, a highlight', 'dot3_constant, the same'))
 
 
+def perturbed_normal(folder):
+    """From near by, and from very near with heights of 16 and of 8 bits."""
+    coarse = os.path.join(folder, 'height.png')
+    eight_bits(Image.open(os.path.join(ASSETS, 'textures', 'techniques_height.png'))).save(coarse)
+    size = pane_size(4, 0.8)
+    by = {'eye': '(-0.1, 0.5, 0.75)', 'at': '(-0.12, 0, 0.2)'}
+    panes = [draw(name, folder, size, **by) for name in ('normal', 'perturbed_normal')]
+    near = {'eye': '(0.35, 0.2, 0.5)', 'at': '(0.33, 0, 0.33)', 'fov': 25}
+    panes.append(draw('perturbed_normal', folder, size, **near))
+    panes.append(draw('perturbed_normal', folder, size, height=coarse, **near))
+    return beside(panes, ('normal', 'perturbed_normal', 'the same, very near', '8-bit heights'))
+
+
 PICTURES = {
     'maps': maps,
     'emboss': techniques('off', 'emboss', 'normal'),
     'dot3': dot3,
     'normal': techniques('off', 'normal'),
-    'perturbed_normal': techniques('normal', 'perturbed_normal', eye='(-0.1, 0.5, 0.75)', at='(-0.12, 0, 0.2)'),
+    'perturbed_normal': perturbed_normal,
     'perturbed_uv': perturbed_uv,
     'parallax': techniques('normal', 'parallax', 'relief', eye='(0.15, 0.42, 1.5)', at='(0.1, 0, 0.1)', fov=30),
     'relief': techniques('normal', 'relief', light=LOW),
