@@ -8,8 +8,8 @@ ROWS = [
 LABELS = [name for row in ROWS for name in row]
 REFRACTING = 'perturbed_uv, refracting'
 CELL = (1.7, 1.92)
-# Texels. Emboss is then about as strong as the others.
-EMBOSS_STEP = 8
+# Texels: enough for emboss to show on the sheet, where the maps are small.
+EMBOSS_STEP = 12
 # Times the offset map: more, and what is mirrored, or seen through the glass, cannot be made out.
 OFFSET = 0.5
 GLASS_OFFSET = 0.6
