@@ -2,8 +2,7 @@
 
 use super::Physics;
 use super::physical::{Physical, wheels};
-use crate::interpolation::Interpolated;
-use crate::vehicles::parts::{FramePart, Movement, MovingPart};
+use crate::vehicles::parts::{Movement, MovingPart};
 use crate::vehicles::{Vehicle, VehicleNumber, VehicleTypes};
 use bevy_ecs::prelude::*;
 use bevy_transform::components::Transform;
@@ -15,7 +14,6 @@ pub struct WheelsFound;
 
 /// A wheel of a model, on a spring.
 #[derive(Component, Clone, Copy, PartialEq, Debug)]
-#[require(Interpolated)]
 pub struct Sprung {
     /// Which of its vehicle's wheels it is.
     wheel: usize,
@@ -53,7 +51,7 @@ pub fn find_wheels(
                     let parent_from_vehicle = vehicle_from_parent.inverse();
                     let rest = parent_from_vehicle.transform_point3(hubs[wheel].hub);
                     let up = parent_from_vehicle.transform_vector3(Vec3::Y);
-                    commands.entity(child).remove::<FramePart>().insert(Sprung { wheel, rest, up });
+                    commands.entity(child).insert(Sprung { wheel, rest, up });
                 }
             }
         }

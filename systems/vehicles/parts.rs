@@ -7,6 +7,7 @@ use crate::clock::Clock;
 use crate::components::Light;
 use crate::interpolation::{Interpolated, Interpolation};
 use crate::library::{MaterialId, MeshId};
+use crate::physics::Physical;
 use bevy_ecs::prelude::*;
 use bevy_transform::components::Transform;
 use glam::Quat;
@@ -122,6 +123,11 @@ impl Part {
                 Movement::Trailer => _ = entity.insert(Interpolated::default()),
                 Movement::Wheel { .. } | Movement::Fork | Movement::Swing { .. } => _ = entity.insert(FramePart),
             }
+            let part = entity.id();
+            if world.get::<Physical>(root).is_some() {
+                turn_in_steps(world, part);
+            }
+            entity = world.entity_mut(part);
         }
         if let Some(source) = &self.lamp {
             let intensity = source.light.as_ref().map_or(0.0, |light| light.intensity);
@@ -167,6 +173,15 @@ pub fn turn_parts(
             part.turn(&motion, motion.rolled - f64::from(motion.speed) * seconds_ago, &mut transform);
         }
     });
+}
+
+/// Wheels at an entity and below it turn in steps.
+pub(crate) fn turn_in_steps(world: &mut World, entity: Entity) {
+    let below = world.get::<Children>(entity).map(|children| children.to_vec());
+    below.into_iter().flatten().for_each(|child| turn_in_steps(world, child));
+    if world.get::<MovingPart>(entity).is_some_and(|part| matches!(part.movement, Movement::Wheel { .. })) {
+        world.entity_mut(entity).remove::<FramePart>().insert_if_new(Interpolated::default());
+    }
 }
 
 impl MovingPart {
