@@ -32,7 +32,7 @@ lacks() {
         x11:Linux) ! has_libraries libX11.so.6 libX11-xcb.so.1 libXcursor.so.1 libXi.so.6 libxkbcommon-x11.so.0 ;;
         wayland:Linux) ! has_libraries libwayland-client.so.0 libxkbcommon.so.0 ;;
         xvfb:Linux) ! { has Xvfb && has xdotool; } ;;
-        python:Linux) ! { has python3 && python3 -c 'import numpy' 2>/dev/null; } ;;
+        python:Linux) ! { python3 -c 'import numpy' || /usr/bin/python3 -c 'import numpy'; } 2>/dev/null ;;
         validation:Linux) [ ! -e /usr/share/vulkan/explicit_layer.d/VkLayer_khronos_validation.json ] ;;
         *) return 1 ;;
     esac

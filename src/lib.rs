@@ -15,7 +15,7 @@
 //! frames    pictures to files; Headless for programs of one's own    app      the window, its keys and panel
 //! renderer  the only place that knows wgpu                           check    everything wrong with a file
 //! compare   how far two pictures are apart                           light_error   a scene by three lights and by all
-//! gallery   a scene once for each shape of its figures
+//! gallery   a scene once for each shape of its figures               maps     the map tools: relief map
 //! viewpoint what is looked through                                     problem, name, output, video, demo  shared
 //! ```
 //!

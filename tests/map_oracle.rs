@@ -83,8 +83,8 @@ fn add_height_tools(jobs: &mut Jobs, heights: &Raster, relief: Relief) {
             "height_scale": height_scale, "edges": edges_name(edges), "invert": invert, "filter": name,
             "strength": 1.7f32, "flip_green": invert,
         });
-        jobs.add("normal", heights, said.clone(), normal_from_height(heights, &options, &|_| {}).values);
-        jobs.add("offset", heights, said, offset_from_height(heights, &options, &|_| {}).values);
+        jobs.add("normal", heights, said.clone(), normal_from_height(heights, &options, &|_, _| {}).values);
+        jobs.add("offset", heights, said, offset_from_height(heights, &options, &|_, _| {}).values);
     }
     for max_distance in [None, Some(9)] {
         let [first, second] = horizon_from_height(heights, &HorizonOptions { relief, max_distance }, &|_, _| {});
@@ -107,7 +107,7 @@ fn add_height_guesses(jobs: &mut Jobs, color: &Raster) {
                 "remove_shading": remove_shading, "blur": blur, "sharpen": sharpen, "contrast": contrast,
                 "invert": invert, "edges": edges_name(edges),
             });
-            jobs.add("height", color, said, height_from_color(color, &options, &|_| {}).values);
+            jobs.add("height", color, said, height_from_color(color, &options, &|_, _| {}).values);
         }
     }
 }
@@ -127,7 +127,7 @@ fn add_speculars(jobs: &mut Jobs, image: &Raster) {
         {
             let options = SpecularOptions { from, model, dielectric: 0.04, metal: Some((&base, &metallic)) };
             let said = json!({ "from": from_name, "model": model_name, "dielectric": 0.04f32 });
-            jobs.add("specular", image, said, specular_from(&polish, &options, &|_| {}).values);
+            jobs.add("specular", image, said, specular_from(&polish, &options, &|_, _| {}).values);
         }
     }
 }

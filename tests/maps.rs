@@ -33,7 +33,7 @@ fn options(height_scale: f32, edges: Edges, filter: Filter) -> NormalOptions {
 }
 
 fn normals(heights: &Raster, options: &NormalOptions) -> Vec<Vec3> {
-    decoded(&normal_from_height(heights, options, &|_| {}))
+    decoded(&normal_from_height(heights, options, &|_, _| {}))
 }
 
 fn decoded(map: &Raster) -> Vec<Vec3> {
@@ -54,9 +54,9 @@ fn flat_in_is_exactly_flat_out() {
         let flat = raster(width, height, |_, _| level);
         for (filter, edges) in FILTERS.iter().flat_map(|&f| EDGES.map(|e| (f, e))) {
             let options = NormalOptions { strength: 7.0, flip_green: level > 0.4, ..options(3.0, edges, filter) };
-            let map = normal_from_height(&flat, &options, &|_| {});
+            let map = normal_from_height(&flat, &options, &|_, _| {});
             assert!(map.values.chunks_exact(3).all(|texel| texel == [0.5, 0.5, 1.0]), "{filter:?} {edges:?}");
-            let offset = offset_from_height(&flat, &options, &|_| {});
+            let offset = offset_from_height(&flat, &options, &|_, _| {});
             assert!(offset.values.chunks_exact(3).all(|texel| texel == [128.0 / 255.0, 128.0 / 255.0, 0.0]));
             let horizon = HorizonOptions { relief: options.relief, max_distance: None };
             let maps = horizon_from_height(&flat, &horizon, &|_, _| {});
@@ -64,11 +64,11 @@ fn flat_in_is_exactly_flat_out() {
         }
         let color = Raster { width, height, channels: 3, values: vec![level; width * height * 3] };
         let guess = HeightOptions { sharpen: 2.0, blur: 1.5, ..HeightOptions::default() };
-        let guessed = height_from_color(&color, &guess, &|_| {});
+        let guessed = height_from_color(&color, &guess, &|_, _| {});
         assert!(guessed.values.iter().all(|value| (value - 0.5).abs() < 1e-6));
         assert!(stored(&guessed, "h.png", Bits::Eight).values.iter().all(|&value| value == 128.0 / 255.0));
     }
-    let map = normal_from_height(&raster(3, 2, |_, _| 0.7), &NormalOptions::default(), &|_| {});
+    let map = normal_from_height(&raster(3, 2, |_, _| 0.7), &NormalOptions::default(), &|_, _| {});
     let folder = tempfile::tempdir().expect("a temporary folder");
     let open = |name: &str, bits| {
         files::write(&folder.path().join(name), &map, bits).expect("written");
@@ -91,7 +91,7 @@ fn a_hemisphere_has_its_analytic_normals_within_a_degree() {
             ..heights
         };
         for filter in FILTERS {
-            let map = normal_from_height(&heights, &options(radius / side as f32, Edges::Clamp, filter), &|_| {});
+            let map = normal_from_height(&heights, &options(radius / side as f32, Edges::Clamp, filter), &|_, _| {});
             for map in [stored(&map, "n.png", Bits::Eight), stored(&map, "n.png", Bits::Sixteen), map] {
                 let mut checked = 0;
                 for (i, normal) in decoded(&map).iter().enumerate() {
@@ -270,7 +270,7 @@ proptest! {
         flip_green in any::<bool>(),
     ) {
         let options = NormalOptions { relief, filter, strength, flip_green };
-        let offsets = offset_from_height(&heights, &options, &|_| {});
+        let offsets = offset_from_height(&heights, &options, &|_, _| {});
         for (normal, offset) in normals(&heights, &options).iter().zip(offsets.values.chunks_exact(3)) {
             prop_assert!((normal.length() - 1.0).abs() < 1e-5 && normal.z > 0.0);
             let slope = normal.truncate() / normal.z;
@@ -288,7 +288,7 @@ fn a_guessed_height_is_luminance_about_mid_grey() {
     let values = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].concat();
     let color = Raster { width: 4, height: 1, channels: 3, values };
     let luminance = [0.0, 0.2126, 0.7152, 0.0722];
-    let guess = |options: &HeightOptions| height_from_color(&color, options, &|_| {}).values;
+    let guess = |options: &HeightOptions| height_from_color(&color, options, &|_, _| {}).values;
     let plain = guess(&HeightOptions::default());
     let half = guess(&HeightOptions { contrast: 0.5, invert: true, ..HeightOptions::default() });
     for i in 0..4 {
@@ -303,7 +303,7 @@ fn shading_goes_edges_come_out_and_grain_is_smoothed() {
     let rgb = |x: usize| [0.2 + 0.5 * x as f32 / 64.0 + 0.05 * (x % 4 / 2) as f32; 3];
     let color = Raster { width: 64, height: 4, channels: 3, values: (0..256).flat_map(|i| rgb(i % 64)).collect() };
     let edges = Edges::Clamp;
-    let guess = |options: HeightOptions| height_from_color(&color, &HeightOptions { edges, ..options }, &|_| {});
+    let guess = |options: HeightOptions| height_from_color(&color, &HeightOptions { edges, ..options }, &|_, _| {});
     let plain = guess(HeightOptions::default());
     let wide = |map: &Raster| (map.at(40, 1, 0, edges) - map.at(20, 1, 0, edges)).abs();
     let fine = |map: &Raster| (map.at(31, 1, 0, edges) - map.at(29, 1, 0, edges)).abs();
@@ -322,7 +322,7 @@ fn polish_becomes_reflectance_and_glossiness() {
     let metallic = raster(5, 1, |x, _| if x == 4 { 1.0 } else { 0.0 });
     let plain = SpecularOptions { from: Polish::Gloss, model: SpecularModel::Phong, dielectric: 0.04, metal: None };
     let texels = |polish: &Raster, options: &SpecularOptions| -> Vec<[f32; 4]> {
-        let map = specular_from(polish, options, &|_| {});
+        let map = specular_from(polish, options, &|_, _| {});
         map.values.chunks_exact(4).map(|t| [t[0], t[1], t[2], t[3]]).collect()
     };
     let same = |got: &[[f32; 4]], wanted: &[[f32; 4]]| {
@@ -355,7 +355,7 @@ fn the_renderer_agrees_with_the_normal_map_of_the_same_height_scale() {
     let picture = |technique: Technique| {
         let mut simulation = Simulation::new();
         let library = &mut *simulation.world.resource_mut::<Library>();
-        let normal = normal_from_height(&heights, &options(scale, Edges::Wrap, Filter::Sobel), &|_| {});
+        let normal = normal_from_height(&heights, &options(scale, Edges::Wrap, Filter::Sobel), &|_, _| {});
         let normal_map = Some(add_map(library, "n", ImageKind::Normal, &normal, Bits::Sixteen));
         let height_map = Some(add_map(library, "h", ImageKind::Data, &heights, Bits::Sixteen));
         let material = Material { technique, normal_map, height_map, height_scale_uv: scale, ..Material::default() };

@@ -2,8 +2,9 @@
 
 use super::{Edges, Raster};
 
-/// The first channel blurred with a standard deviation of `sigma` texels; unchanged where it is 0.
-pub(super) fn gaussian(of: &Raster, sigma: f32, edges: Edges) -> Raster {
+/// The first channel blurred with a standard deviation of `sigma` texels; unchanged where it is 0. `done` is told the rows
+/// finished, of twice as many as there are.
+pub(super) fn gaussian(of: &Raster, sigma: f32, edges: Edges, done: &(dyn Fn(usize) + Sync)) -> Raster {
     let kernel = kernel(sigma);
     let reach = kernel.len() as isize / 2;
     let size = (of.width, of.height, 1);
@@ -16,7 +17,7 @@ pub(super) fn gaussian(of: &Raster, sigma: f32, edges: Edges) -> Raster {
                 add(row, *weight, from);
             }
         },
-        &|_| {},
+        done,
     );
     Raster::from_rows(
         size,
@@ -26,7 +27,7 @@ pub(super) fn gaussian(of: &Raster, sigma: f32, edges: Edges) -> Raster {
                 add(row, *weight, &rows.values[from * of.width..][..of.width]);
             }
         },
-        &|_| {},
+        &|rows| done(of.height + rows),
     )
 }
 
@@ -50,18 +51,18 @@ mod tests {
     fn a_point_becomes_a_bell_of_sum_one_that_wraps() {
         let mut point = Raster::new(16, 12, 1);
         point.values[0] = 1.0;
-        let blurred = gaussian(&point, 1.5, Edges::Wrap);
+        let blurred = gaussian(&point, 1.5, Edges::Wrap, &|_| {});
         let at = |x, y| blurred.at(x, y, 0, Edges::Wrap);
         assert!((blurred.values.iter().sum::<f32>() - 1.0).abs() < 1e-5);
         assert!((at(1, 0) / at(0, 0) - (-0.5f32 / 2.25).exp()).abs() < 1e-5);
         assert_eq!((at(3, 0), at(-2, 2)), (at(-3, 0), at(2, -2)));
-        assert_eq!(gaussian(&point, 0.0, Edges::Clamp), point);
+        assert_eq!(gaussian(&point, 0.0, Edges::Clamp, &|_| {}), point);
     }
 
     #[test]
     fn beyond_a_clamped_edge_is_the_edge() {
         let ramp = Raster { width: 3, height: 1, channels: 1, values: vec![1.0, 0.0, 0.0] };
-        let blurred = gaussian(&ramp, 0.5, Edges::Clamp);
+        let blurred = gaussian(&ramp, 0.5, Edges::Clamp, &|_| {});
         let kernel = kernel(0.5);
         assert_eq!(kernel.len(), 5);
         let wanted: f32 = kernel[..3].iter().sum();

@@ -12,7 +12,7 @@ pub use arguments::{
 use super::files::{self, Bits, Channel};
 use super::preview::{self, Shape, add_map};
 use super::{
-    MapError, NormalOptions, Raster, SpecularModel, SpecularOptions, height_from_color, horizon_from_height,
+    Advance, MapError, NormalOptions, Raster, SpecularModel, SpecularOptions, height_from_color, horizon_from_height,
     normal_from_height, offset_from_height, specular_from,
 };
 use arguments::{HEIGHT_HELP, HORIZON_HELP, NORMAL_HELP, OFFSET_HELP, SPECULAR_HELP};
@@ -51,9 +51,6 @@ pub enum MapTool {
     Specular(SpecularArgs),
 }
 
-/// How far a tool is: rows or lines done, of how many.
-pub type Advance<'a> = &'a (dyn Fn(usize, usize) + Sync);
-
 /// Makes a map; returns the files written.
 ///
 /// # Errors
@@ -73,7 +70,7 @@ fn normal(args: &NormalArgs, advance: Advance) -> Result<Vec<PathBuf>, MapError>
     common.begin(&[&common.output])?;
     let heights = files::read_grey(&args.heights.height, args.heights.channel)?;
     let options = args.slopes.options(args.heights.relief());
-    let map = normal_from_height(&heights, &options, &|rows| advance(rows, heights.height));
+    let map = normal_from_height(&heights, &options, advance);
     files::write(&common.output, &map, args.bits)?;
     finish(common, vec![common.output.clone()], Shape::plane_of(&map), |library| {
         let map = if options.flip_green { green_up(map) } else { map };
@@ -86,7 +83,7 @@ fn height(args: &HeightArgs, advance: Advance) -> Result<Vec<PathBuf>, MapError>
     let common = &args.common;
     common.begin(&[&common.output])?;
     let color = files::read_color(&args.color)?;
-    let map = height_from_color(&color, &args.options(), &|rows| advance(rows, color.height));
+    let map = height_from_color(&color, &args.options(), advance);
     files::write(&common.output, &map, args.bits)?;
     finish(common, vec![common.output.clone()], Shape::plane_of(&map), |library| {
         let height_map = Some(add_map(library, "height", ImageKind::Data, &map, args.bits));
@@ -108,7 +105,7 @@ fn horizon(args: &HorizonArgs, advance: Advance) -> Result<Vec<PathBuf>, MapErro
     }
     finish(common, paths.into(), Shape::plane_of(&heights), |library| {
         let slopes = NormalOptions { relief: options.relief, ..NormalOptions::default() };
-        let normal = normal_from_height(&heights, &slopes, &|_| {});
+        let normal = normal_from_height(&heights, &slopes, &|_, _| {});
         let normal_map = Some(add_map(library, "normal", ImageKind::Normal, &normal, Bits::Sixteen));
         let horizon_maps = maps.map(|map| Some(add_map(library, "horizon", ImageKind::Data, &map, args.bits)));
         let height_scale_uv = args.heights.height_scale;
@@ -121,7 +118,7 @@ fn offset(args: &OffsetArgs, advance: Advance) -> Result<Vec<PathBuf>, MapError>
     common.begin(&[&common.output])?;
     let heights = files::read_grey(&args.heights.height, args.heights.channel)?;
     let options = args.slopes.options(args.heights.relief());
-    let map = offset_from_height(&heights, &options, &|rows| advance(rows, heights.height));
+    let map = offset_from_height(&heights, &options, advance);
     files::write(&common.output, &map, Bits::Eight)?;
     finish(common, vec![common.output.clone()], Shape::Sphere, |library| {
         let map = if options.flip_green { offset_up(map) } else { map };
@@ -149,7 +146,7 @@ fn specular(args: &SpecularArgs, advance: Advance) -> Result<Vec<PathBuf>, MapEr
         dielectric: args.dielectric,
         metal: metal.as_ref().map(|(base, metallic)| (base, metallic)),
     };
-    let map = specular_from(&polish, &options, &|rows| advance(rows, polish.height));
+    let map = specular_from(&polish, &options, advance);
     files::write(&common.output, &map, args.bits)?;
     finish(common, vec![common.output.clone()], Shape::Sphere, |library| {
         let shading = match args.shading {

@@ -167,7 +167,7 @@ fn pick(texel: &[f32], channel: Channel) -> f32 {
         Channel::G => g,
         Channel::B => b,
         Channel::A => {
-            if texel.len() % 2 == 0 {
+            if texel.len().is_multiple_of(2) {
                 texel[texel.len() - 1]
             } else {
                 1.0

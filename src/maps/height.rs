@@ -13,7 +13,7 @@
 //! out. What is kept in 0..1 may move the mean a little.
 
 use super::blur::gaussian;
-use super::{Edges, Raster};
+use super::{Advance, Edges, Raster};
 use glam::Vec3;
 use systems::relevance::LUMINANCE;
 
@@ -43,28 +43,37 @@ impl Default for HeightOptions {
     }
 }
 
-/// A height map (1 channel, mean ½) from linear colour (3 channels). `done` is told the rows finished.
-pub fn height_from_color(color: &Raster, options: &HeightOptions, done: &(dyn Fn(usize) + Sync)) -> Raster {
-    let size = (color.width, color.height, 1);
-    let rows_of = |map: &(dyn Fn(usize) -> f32 + Sync), done: &(dyn Fn(usize) + Sync)| {
+/// A height map (1 channel, mean ½) from linear colour (3 channels). `advance` is told the rows finished, in all passes.
+pub fn height_from_color(color: &Raster, options: &HeightOptions, advance: Advance) -> Raster {
+    let blurs = [options.remove_shading, options.blur, options.sharpen].iter().filter(|&&x| x > 0.0).count();
+    let (passes, mut passed) = (1 + 2 * blurs, 0);
+    let each = |value: &(dyn Fn(usize) -> f32 + Sync), done: &(dyn Fn(usize) + Sync)| {
         let fill = |y: usize, row: &mut [f32]| {
-            row.iter_mut().enumerate().for_each(|(x, value)| *value = map(y * color.width + x));
+            row.iter_mut().enumerate().for_each(|(x, to)| *to = value(y * color.width + x));
         };
-        Raster::from_rows(size, fill, done)
+        Raster::from_rows((color.width, color.height, 1), fill, done)
     };
-    let texel = |i: usize| &color.values[i * color.channels..][..3];
-    let mut guess = rows_of(&|i| Vec3::from_slice(texel(i)).dot(LUMINANCE), &|_| {});
+    let mut blurred = |values: &Raster, sigma: f32| {
+        let before = passed * color.height;
+        passed += 2;
+        gaussian(values, sigma, options.edges, &|rows| advance(before + rows, passes * color.height))
+    };
+    let luminance = |texel: usize| Vec3::from_slice(&color.values[texel * color.channels..]).dot(LUMINANCE);
+    let mut guess = each(&luminance, &|_| {});
     if options.remove_shading > 0.0 {
-        let wide = gaussian(&guess, options.remove_shading, options.edges);
-        guess = rows_of(&|i| guess.values[i] - wide.values[i], &|_| {});
+        let wide = blurred(&guess, options.remove_shading);
+        guess = each(&|i| guess.values[i] - wide.values[i], &|_| {});
     }
-    guess = gaussian(&guess, options.blur, options.edges);
+    if options.blur > 0.0 {
+        guess = blurred(&guess, options.blur);
+    }
     if options.sharpen > 0.0 {
-        let smooth = gaussian(&guess, SHARPEN_SIGMA, options.edges);
-        guess = rows_of(&|i| guess.values[i] + options.sharpen * (guess.values[i] - smooth.values[i]), &|_| {});
+        let smooth = blurred(&guess, SHARPEN_SIGMA);
+        guess = each(&|i| guess.values[i] + options.sharpen * (guess.values[i] - smooth.values[i]), &|_| {});
     }
     // In one order, so that it is the same for any number of threads.
     let mean = guess.values.iter().copied().map(f64::from).sum::<f64>() / guess.values.len().max(1) as f64;
     let contrast = if options.invert { -options.contrast } else { options.contrast };
-    rows_of(&|i| (0.5 + contrast * (guess.values[i] - mean as f32)).clamp(0.0, 1.0), done)
+    let height = |i: usize| (0.5 + contrast * (guess.values[i] - mean as f32)).clamp(0.0, 1.0);
+    each(&height, &|rows| advance(passed * color.height + rows, passes * color.height))
 }

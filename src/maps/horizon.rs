@@ -15,7 +15,7 @@
 //! that hull while going along (Andrew's monotone chain) costs about the same per texel however long the line is;
 //! looking at every texel ahead would cost its length.
 
-use super::{Edges, Raster, Relief};
+use super::{Advance, Edges, Raster, Relief};
 use std::f32::consts::{FRAC_PI_2, SQRT_2};
 
 /// How horizons are measured.
@@ -31,12 +31,8 @@ pub struct HorizonOptions {
 const STEPS: [(isize, isize); 4] = [(1, 0), (1, -1), (0, -1), (-1, -1)];
 
 /// The two horizon maps (4 channels each) of the first channel of a height map: 0°, 45°, 90°, 135° and 180° to 315°,
-/// from image-right toward image-up. `done` is told the lines finished, and of how many.
-pub fn horizon_from_height(
-    heights: &Raster,
-    options: &HorizonOptions,
-    done: &(dyn Fn(usize, usize) + Sync),
-) -> [Raster; 2] {
+/// from image-right toward image-up. `advance` is told the lines finished, and of how many.
+pub fn horizon_from_height(heights: &Raster, options: &HorizonOptions, advance: Advance) -> [Raster; 2] {
     let (width, height) = (heights.width, heights.height);
     let mut maps = [Raster::new(width, height, 4), Raster::new(width, height, 4)];
     let families = STEPS.map(|step| Family::new((width, height), step, options.relief.edges));
@@ -57,7 +53,7 @@ pub fn horizon_from_height(
                 pair.copy_from_slice(&[elevation(*f), elevation(*b)]);
             }
         };
-        let lines = Raster::from_rows((family.longest, family.starts.len(), 2), fill, &|n| done(before + n, of));
+        let lines = Raster::from_rows((family.longest, family.starts.len(), 2), fill, &|n| advance(before + n, of));
         before += family.starts.len();
         for (line, row) in lines.values.chunks_exact((family.longest * 2).max(1)).enumerate() {
             for ((x, y), pair) in family.texels(line).zip(row.chunks_exact(2)) {

@@ -31,6 +31,6 @@ pub use height::{HeightOptions, height_from_color};
 pub use horizon::{HorizonOptions, horizon_from_height};
 pub use normal::{NormalOptions, normal_from_height};
 pub use offset::offset_from_height;
-pub use raster::{Edges, Raster};
+pub use raster::{Advance, Edges, Raster};
 pub use slope::{Filter, Relief};
 pub use specular::{Polish, SpecularModel, SpecularOptions, specular_from};

@@ -8,7 +8,7 @@
 //! (128, 128, 255), in 16 bits (32768, 32768, 65535).
 
 use super::slope::{Filter, Relief, gradient};
-use super::{Edges, Raster};
+use super::{Advance, Raster};
 
 /// How a normal map is made.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -29,17 +29,16 @@ impl Default for NormalOptions {
     }
 }
 
-/// The normal map (3 channels, 0.5 + 0.5·n) of the first channel of a height map. `done` is told the rows finished.
-pub fn normal_from_height(heights: &Raster, options: &NormalOptions, done: &(dyn Fn(usize) + Sync)) -> Raster {
-    let edges: Edges = options.relief.edges;
+/// The normal map (3 channels, 0.5 + 0.5·n) of the first channel of a height map. `advance` is told the rows finished.
+pub fn normal_from_height(heights: &Raster, options: &NormalOptions, advance: Advance) -> Raster {
     let slope = options.strength * options.relief.slope_per_texel(heights.width);
     let up = if options.flip_green { -1.0 } else { 1.0 };
     let fill = |y: usize, row: &mut [f32]| {
         for (x, texel) in row.chunks_exact_mut(3).enumerate() {
-            let [right, above] = gradient(heights, x, y, options.filter, edges);
+            let [right, above] = gradient(heights, x, y, options.filter, options.relief.edges);
             let normal = glam::Vec3::new(-slope * right, -slope * above * up, 1.0).normalize();
             texel.copy_from_slice(&(normal * 0.5 + 0.5).to_array());
         }
     };
-    Raster::from_rows((heights.width, heights.height, 3), fill, done)
+    Raster::from_rows((heights.width, heights.height, 3), fill, &|rows| advance(rows, heights.height))
 }

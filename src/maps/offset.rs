@@ -7,11 +7,11 @@
 //! A byte is 128 + 127·d: 128 is none, 1 and 255 are −1 and 1. Red is du, green is dv, blue is 0.
 
 use super::slope::gradient;
-use super::{NormalOptions, Raster};
+use super::{Advance, NormalOptions, Raster};
 
-/// The offset map (3 channels, (128 + 127·d)/255) of the first channel of a height map. `done` is told the rows
+/// The offset map (3 channels, (128 + 127·d)/255) of the first channel of a height map. `advance` is told the rows
 /// finished.
-pub fn offset_from_height(heights: &Raster, options: &NormalOptions, done: &(dyn Fn(usize) + Sync)) -> Raster {
+pub fn offset_from_height(heights: &Raster, options: &NormalOptions, advance: Advance) -> Raster {
     let slope = options.strength * options.relief.slope_per_texel(heights.width);
     let up = if options.flip_green { -1.0 } else { 1.0 };
     let encoded = |d: f32| (128.0 + 127.0 * d.clamp(-1.0, 1.0)) / 255.0;
@@ -22,5 +22,5 @@ pub fn offset_from_height(heights: &Raster, options: &NormalOptions, done: &(dyn
             texel[1] = encoded(-slope * above * up);
         }
     };
-    Raster::from_rows((heights.width, heights.height, 3), fill, done)
+    Raster::from_rows((heights.width, heights.height, 3), fill, &|rows| advance(rows, heights.height))
 }

@@ -45,11 +45,11 @@ impl Shape {
     }
 
     fn eye(self) -> Transform {
-        let eye = match self {
-            Self::Plane { .. } => Vec3::new(0.0, 2.35, 1.75),
-            Self::Sphere => Vec3::new(0.0, 0.9, 3.0),
+        let (eye, target) = match self {
+            Self::Plane { .. } => (Vec3::new(0.0, 2.4, 1.9), Vec3::Z * 0.15),
+            Self::Sphere => (Vec3::new(0.0, 0.9, 3.0), Vec3::ZERO),
         };
-        Transform::from_translation(eye).looking_at(Vec3::ZERO, Vec3::Y)
+        Transform::from_translation(eye).looking_at(target, Vec3::Y)
     }
 }
 
@@ -87,10 +87,10 @@ fn draw(shape: Shape, material: impl FnOnce(&mut Library) -> Material) -> Result
     let world = &mut simulation.world;
     world.spawn((mesh, material));
     // From image-up and left, low: what faces it is raised. The other is weak and from the opposite side.
-    let lamp = Light { attenuation: Vec3::X, ..Light::point(2.2, f32::INFINITY) };
+    let lamp = Light { attenuation: Vec3::X, ..Light::point(1.9, f32::INFINITY) };
     world.spawn((lamp.with_color(Vec3::new(1.0, 0.93, 0.82)), Transform::from_xyz(-2.2, 1.3, -1.6)));
     let fill = Transform::from_xyz(2.0, 1.5, 2.5).looking_at(Vec3::ZERO, Vec3::Y);
-    world.spawn((Light::directional(0.35).with_color(Vec3::new(0.7, 0.82, 1.0)), fill));
+    world.spawn((Light::directional(0.25).with_color(Vec3::new(0.7, 0.82, 1.0)), fill));
     let camera = world.spawn((Camera::default(), shape.eye())).id();
     headless.draw(&mut simulation, camera, (SIDE, SIDE))
 }

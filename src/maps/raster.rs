@@ -4,6 +4,9 @@ use bevy_tasks::ComputeTaskPool;
 use std::sync::Mutex;
 use std::thread;
 
+/// Who is told how far a tool is: rows or lines finished, and of how many. Any thread may tell.
+pub type Advance<'a> = &'a (dyn Fn(usize, usize) + Sync);
+
 /// What lies beyond the edges of a map.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, clap::ValueEnum)]
 pub enum Edges {

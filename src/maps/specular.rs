@@ -15,7 +15,7 @@
 //! F0, the reflectance at normal incidence, is that of a dielectric, 0.04, or a metal's base colour:
 //! F0 = 0.04·(1 − metallic) + base·metallic, as in glTF. Alpha is the glossiness, 1 − roughness.
 
-use super::Raster;
+use super::{Advance, Raster};
 use glam::Vec3;
 
 /// What the map that is given holds.
@@ -51,8 +51,8 @@ pub struct SpecularOptions<'a> {
     pub metal: Option<(&'a Raster, &'a Raster)>,
 }
 
-/// The specular map (4 channels) of a gloss or roughness map (1 channel). `done` is told the rows finished.
-pub fn specular_from(polish: &Raster, options: &SpecularOptions, done: &(dyn Fn(usize) + Sync)) -> Raster {
+/// The specular map (4 channels) of a gloss or roughness map (1 channel). `advance` is told the rows finished.
+pub fn specular_from(polish: &Raster, options: &SpecularOptions, advance: Advance) -> Raster {
     let texel_at = |i: usize| {
         let gloss = match options.from {
             Polish::Gloss => polish.values[i],
@@ -74,7 +74,7 @@ pub fn specular_from(polish: &Raster, options: &SpecularOptions, done: &(dyn Fn(
             texel.copy_from_slice(&texel_at(y * polish.width + x).to_array());
         }
     };
-    Raster::from_rows((polish.width, polish.height, 4), fill, done)
+    Raster::from_rows((polish.width, polish.height, 4), fill, &|rows| advance(rows, polish.height))
 }
 
 /// The highlight's peak over F0: 1/(4·α²), finite for a mirror too.
