@@ -15,7 +15,7 @@
 //! frames    pictures to files; Headless for programs of one's own    app      the window, its keys and panel
 //! renderer  the only place that knows wgpu                           check    everything wrong with a file
 //! compare   how far two pictures are apart                           light_error   a scene by three lights and by all
-//! gallery   a scene once for each shape of its figures
+//! gallery   a scene once for each shape of its figures               technique_error   techniques and real geometry
 //! viewpoint what is looked through                                     problem, name, output, video, demo  shared
 //! ```
 //!
@@ -40,6 +40,7 @@ pub mod problem;
 pub mod recording;
 pub mod renderer;
 pub mod scene;
+pub mod technique_error;
 pub mod video;
 pub mod viewpoint;
 

@@ -1,4 +1,4 @@
-//! The command line: `relief run, render, replay, lights, gallery, bench, check, info`.
+//! The command line: `relief run, render, replay, lights, gallery, compare, bench, check, info`.
 //!
 //! Exit codes: 0 done, 2 bad input or usage, 3 no usable graphics adapter, 1 anything else.
 
@@ -14,6 +14,7 @@ use relief::gallery::{self, GalleryArgs};
 use relief::light_error::{self, LightErrorJob};
 use relief::recording::{self, RecordingError, RunFiles};
 use relief::renderer::Gpu;
+use relief::technique_error::{self, CompareArgs};
 use relief::{check, demo};
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -48,6 +49,7 @@ fn main() -> ExitCode {
         Command::Replay(args) => replay(&args),
         Command::Lights(args) => lights(&args),
         Command::Gallery(args) => draw_gallery(&args),
+        Command::Compare(args) => compare(&args),
         Command::Bench(args) => return measure(&args, started),
         Command::Check { files } => return check_files(&files),
         Command::Info => Gpu::headless().map(|gpu| say(gpu.describe().trim_end())).map_err(FrameError::from),
@@ -69,7 +71,8 @@ fn say(text: &str) {
 fn exit_code(error: &FrameError) -> u8 {
     match error {
         FrameError::Scene(_) | FrameError::NoCamera { .. } | FrameError::Render(_) | FrameError::Compare(_) => 2,
-        FrameError::NoFigure { .. }
+        FrameError::Import(_)
+        | FrameError::NoFigure { .. }
         | FrameError::NoFrames { .. }
         | FrameError::Recording(RecordingError::Refused { .. }) => 2,
         FrameError::Gpu(_) => 3,
@@ -160,6 +163,22 @@ fn draw_gallery(args: &GalleryArgs) -> Result<(), FrameError> {
     })?;
     bar.finish_and_clear();
     written.iter().for_each(|path| say(&path.display().to_string()));
+    Ok(())
+}
+
+fn compare(args: &CompareArgs) -> Result<(), FrameError> {
+    let bar = progress_bar("{bar:40} {pos}/{len}  {msg}");
+    let report = technique_error::measure(args, |begun, done, of| {
+        bar.set_length(of);
+        bar.set_position(done);
+        bar.set_message(begun.to_owned());
+    })?;
+    bar.finish_and_clear();
+    if args.json {
+        say(&report.json());
+    } else {
+        say(&format!("{report}pictures: {}", args.output.display()));
+    }
     Ok(())
 }
 
