@@ -4,22 +4,32 @@
 use super::stand::{Lit, Shown, Stand};
 use crate::frames::FrameError;
 use crate::renderer::{PICTURE_FORMAT, Settings};
+use std::ops::RangeInclusive;
 use std::time::{Duration, Instant};
 
-/// Rounds at the least and at the most.
-const ROUNDS: [usize; 2] = [5, 25];
+/// Rounds of techniques that are counted.
+pub(super) const ROUNDS: RangeInclusive<usize> = 5..=25;
+/// Of the displaced figure, which takes a hundred times as long where there is no GPU.
+pub(super) const FEW_ROUNDS: RangeInclusive<usize> = 3..=5;
 /// No round begins later, once there are enough.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// Medians.
+/// What draws take, in the order they were asked for.
 pub(super) struct Costs {
-    /// Milliseconds of each.
+    /// Medians, milliseconds.
     pub ms: Vec<f64>,
+    /// Medians over the rounds of the time over that of the first.
+    pub times_first: Vec<f64>,
     /// What clock they are by.
     pub by: &'static str,
 }
 
-pub(super) fn measure(stand: &mut Stand, size: (u32, u32), shown: &[Shown]) -> Result<Costs, FrameError> {
+pub(super) fn measure(
+    stand: &mut Stand,
+    size: (u32, u32),
+    shown: &[Shown],
+    counts: RangeInclusive<usize>,
+) -> Result<Costs, FrameError> {
     let target = stand.renderer.gpu().device.create_texture(&wgpu::TextureDescriptor {
         label: Some("cost"),
         size: wgpu::Extent3d { width: size.0, height: size.1, depth_or_array_layers: 1 },
@@ -31,29 +41,34 @@ pub(super) fn measure(stand: &mut Stand, size: (u32, u32), shown: &[Shown]) -> R
         view_formats: &[],
     });
     let target = target.create_view(&wgpu::TextureViewDescriptor::default());
-    let (mut times, mut by_passes) = (vec![Vec::new(); shown.len()], true);
+    let mut rounds = Vec::new();
     let begun = Instant::now();
-    for round in 0..=ROUNDS[1] {
-        if round > ROUNDS[0] && begun.elapsed() > PATIENCE {
-            break;
-        }
-        for (&shown, times) in shown.iter().zip(&mut times) {
+    // The first makes pipelines and is not counted.
+    while rounds.len() <= *counts.end() && (rounds.len() <= *counts.start() || begun.elapsed() < PATIENCE) {
+        let mut round = Vec::new();
+        for &shown in shown {
             stand.prepare(size, shown, Lit::All, Settings::default().samples)?;
-            let (idle, passes) = draw(stand, &target);
-            by_passes &= passes.is_some();
-            // The first round makes pipelines.
-            if round > 0 {
-                times.push((idle, passes.unwrap_or(idle)));
-            }
+            round.push(draw(stand, &target));
         }
+        rounds.push(round);
     }
-    let ms = |times: &Vec<(f64, f64)>| {
-        let mut ms: Vec<f64> = times.iter().map(|(idle, passes)| if by_passes { *passes } else { *idle }).collect();
-        ms.sort_by(f64::total_cmp);
-        ms.get(ms.len() / 2).copied().unwrap_or(0.0)
+    rounds.remove(0);
+    let by_passes = rounds.iter().flatten().all(|(_, passes)| passes.is_some());
+    let ms = |(idle, passes): &(f64, Option<f64>)| passes.filter(|_| by_passes).unwrap_or(*idle);
+    let rounds: Vec<Vec<f64>> = rounds.iter().map(|round| round.iter().map(ms).collect()).collect();
+    let medians = |of: &dyn Fn(&[f64], usize) -> f64| {
+        (0..shown.len()).map(|i| median(rounds.iter().map(|round| of(round, i)).collect())).collect()
     };
-    let by = if by_passes { "the GPU's clock" } else { "waiting until the GPU is idle" };
-    Ok(Costs { ms: times.iter().map(ms).collect(), by })
+    Ok(Costs {
+        ms: medians(&|round, i| round[i]),
+        times_first: medians(&|round, i| round[i] / round[0].max(1e-9)),
+        by: if by_passes { "the GPU's clock" } else { "waiting until the GPU is idle" },
+    })
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
 /// Milliseconds from handing the commands in until the GPU is idle, and the sum over its passes by its own clock.

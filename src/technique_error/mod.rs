@@ -147,11 +147,14 @@ pub fn measure(args: &CompareArgs, mut progress: impl FnMut(&str, u64, u64)) -> 
     drawn.push(judge.judge(report::GEOMETRY, geometry, None)?);
 
     progress("cost", steps - 2, steps);
-    let shown = techniques.iter().map(|&technique| Shown::Coarse(technique)).chain([Shown::Displaced]);
-    let costs = cost::measure(&mut stand, args.size, &shown.collect::<Vec<_>>())?;
-    let off = costs.ms.first().copied().unwrap_or(0.0);
-    for (row, ms) in drawn.iter_mut().map(|drawn| &mut drawn.row).zip(&costs.ms) {
-        (row.ms, row.times_off) = (*ms, if off > 0.0 { ms / off } else { 0.0 });
+    let shown: Vec<Shown> = techniques.iter().map(|&technique| Shown::Coarse(technique)).collect();
+    let costs = cost::measure(&mut stand, args.size, &shown, cost::ROUNDS)?;
+    let geometry = cost::measure(&mut stand, args.size, &[Shown::Displaced], cost::FEW_ROUNDS)?;
+    let off = costs.ms.first().copied().unwrap_or(0.0).max(1e-9);
+    let times = costs.ms.iter().copied().zip(costs.times_first.iter().copied());
+    let times = times.chain(geometry.ms.iter().map(|&ms| (ms, ms / off)));
+    for (judged, (ms, times_off)) in drawn.iter_mut().zip(times) {
+        (judged.row.ms, judged.row.times_off) = (ms, times_off);
     }
     let report = Report {
         figure: args.figure,
