@@ -10,6 +10,7 @@ use relief::gallery::{self, GalleryArgs};
 use relief::maps::command::MapArgs;
 use relief::recording::RunFiles;
 use relief::renderer::{DebugView, Occlusion, Settings};
+use relief::technique_error::{self, CompareArgs};
 use std::path::PathBuf;
 use systems::levels::LevelOfDetail;
 use systems::library::Technique;
@@ -36,6 +37,7 @@ Examples:
   relief run scene.ron --record drive.rec         and relief replay drive.rec: the same run again
   relief lights scene.ron -o out                  how far three lights per object are from all lights
   relief gallery -o out                           every bump technique on four shapes
+  relief compare -o out                           how far each of them is from real geometry
   relief bench --objects 100000                   what many objects cost
   relief map normal height.png -o normal.png      a normal map from a height map
   relief check scene.ron model.glb                everything that is wrong with the files
@@ -57,6 +59,9 @@ pub enum Command {
     /// Draw a scene once for each shape of its figures, and all on one sheet: every bump technique, if no scene is named
     #[command(after_help = gallery::HELP)]
     Gallery(GalleryArgs),
+    /// Say how far each bump technique is from real geometry, and what it costs, in figures and pictures
+    #[command(after_help = technique_error::HELP)]
+    Compare(CompareArgs),
     /// Measure a grid of many bump-mapped objects under many lights, or any scene
     #[command(after_help = BENCH_HELP)]
     Bench(BenchArgs),

@@ -4,6 +4,7 @@
 //! and each picture is written whole, so that an interrupted run can be resumed by what is there.
 
 use crate::compare::CompareError;
+use crate::import::ImportError;
 use crate::import::cache::Cache;
 use crate::import::compress::{CompressReport, compress_images};
 use crate::import::progress;
@@ -165,6 +166,9 @@ pub enum FrameError {
     /// A run that cannot be recorded, replayed or continued.
     #[error(transparent)]
     Recording(#[from] RecordingError),
+    /// A map that could not be read.
+    #[error(transparent)]
+    Import(#[from] ImportError),
     /// Pictures that cannot be compared.
     #[error(transparent)]
     Compare(#[from] CompareError),

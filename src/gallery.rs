@@ -91,15 +91,17 @@ pub fn render(args: &GalleryArgs, mut progress: impl FnMut(u64, u64)) -> Result<
 }
 
 /// Pictures of one size in rows and columns.
-struct Sheet {
-    picture: RgbImage,
+pub(crate) struct Sheet {
+    /// All of them.
+    pub picture: RgbImage,
     columns: u32,
     cell: (u32, u32),
     filled: u32,
 }
 
 impl Sheet {
-    fn new((width, height): (u32, u32), count: usize) -> Self {
+    /// An empty sheet for so many.
+    pub fn new((width, height): (u32, u32), count: usize) -> Self {
         let count = count as u32;
         let columns = (1..count).find(|columns| columns * columns >= count).unwrap_or(1);
         let rows = count.div_ceil(columns);
@@ -112,7 +114,8 @@ impl Sheet {
         Self { picture, columns, cell: cell.into(), filled: 0 }
     }
 
-    fn add(&mut self, picture: &RgbImage) {
+    /// Puts a picture at the next place.
+    pub fn add(&mut self, picture: &RgbImage) {
         let (width, height) = self.cell;
         let (column, row) = (self.filled % self.columns, self.filled / self.columns);
         let small = imageops::resize(picture, width, height, FilterType::CatmullRom);

@@ -16,6 +16,7 @@
 //! renderer  the only place that knows wgpu                           check    everything wrong with a file
 //! compare   how far two pictures are apart                           light_error   a scene by three lights and by all
 //! gallery   a scene once for each shape of its figures               maps     the map tools: relief map
+//! technique_error   every bump technique against real geometry
 //! viewpoint what is looked through                                     problem, name, output, video, demo  shared
 //! ```
 //!
@@ -40,6 +41,7 @@ pub mod problem;
 pub mod recording;
 pub mod renderer;
 pub mod scene;
+pub mod technique_error;
 pub mod video;
 pub mod viewpoint;
 

@@ -1,4 +1,4 @@
-//! The command line: `relief run, render, replay, lights, gallery, bench, map, check, info`.
+//! The command line: `relief run, render, replay, lights, gallery, compare, bench, map, check, info`.
 //!
 //! Exit codes: 0 done, 2 bad input or usage, 3 no usable graphics adapter, 1 anything else.
 
@@ -15,6 +15,7 @@ use relief::light_error::{self, LightErrorJob};
 use relief::maps::command::{self as map_tools, MapArgs};
 use relief::recording::{self, RecordingError, RunFiles};
 use relief::renderer::Gpu;
+use relief::technique_error::{self, CompareArgs};
 use relief::{check, demo};
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -49,6 +50,7 @@ fn main() -> ExitCode {
         Command::Replay(args) => replay(&args),
         Command::Lights(args) => lights(&args),
         Command::Gallery(args) => draw_gallery(&args),
+        Command::Compare(args) => compare(&args),
         Command::Bench(args) => return measure(&args, started),
         Command::Map(args) => return make_map(&args),
         Command::Check { files } => return check_files(&files),
@@ -71,7 +73,8 @@ fn say(text: &str) {
 fn exit_code(error: &FrameError) -> u8 {
     match error {
         FrameError::Scene(_) | FrameError::NoCamera { .. } | FrameError::Render(_) | FrameError::Compare(_) => 2,
-        FrameError::NoFigure { .. }
+        FrameError::Import(_)
+        | FrameError::NoFigure { .. }
         | FrameError::NoFrames { .. }
         | FrameError::Recording(RecordingError::Refused { .. }) => 2,
         FrameError::Gpu(_) => 3,
@@ -162,6 +165,22 @@ fn draw_gallery(args: &GalleryArgs) -> Result<(), FrameError> {
     })?;
     bar.finish_and_clear();
     written.iter().for_each(|path| say(&path.display().to_string()));
+    Ok(())
+}
+
+fn compare(args: &CompareArgs) -> Result<(), FrameError> {
+    let bar = progress_bar("{bar:40} {pos}/{len}  {msg}");
+    let report = technique_error::measure(args, |begun, done, of| {
+        bar.set_length(of);
+        bar.set_position(done);
+        bar.set_message(begun.to_owned());
+    })?;
+    bar.finish_and_clear();
+    if args.json {
+        say(&report.json());
+    } else {
+        say(&format!("{report}pictures: {}", args.output.display()));
+    }
     Ok(())
 }
 

@@ -14,6 +14,7 @@ pub mod clock;
 pub mod color;
 pub mod components;
 mod curve;
+pub mod displace;
 pub mod draw_list;
 pub mod hidden;
 pub mod images;

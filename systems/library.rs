@@ -496,6 +496,14 @@ impl Library {
         MeshId(self.meshes.len() as u32 - 1)
     }
 
+    /// Adds a mesh that is drawn as it is at any distance: one that would take long to simplify.
+    pub fn add_mesh_without_levels(&mut self, mesh: Mesh) -> MeshId {
+        let whole = Level::whole(&mesh);
+        let id = self.add_mesh(mesh);
+        self.meshes[id.0 as usize].levels.push(whole);
+        id
+    }
+
     /// The pieces of a mesh in the cells of a grid, with the tangents that the whole mesh has; made when they are first
     /// asked for. None for an id of another library.
     pub fn pieces(&mut self, mesh: MeshId, grid: Grid) -> Vec<MeshId> {

@@ -83,7 +83,9 @@ pub fn sphere(radius: f32, segments: u32, rings: u32) -> Mesh {
 pub fn torus(major: f32, minor: f32, segments: u32, sides: u32) -> Mesh {
     let mut mesh = named("torus");
     add_grid(&mut mesh, UVec2::new(segments.max(3), sides.max(3)), |uv| {
-        let (sin, cos) = (PI - uv.y * TAU).sin_cos();
+        // As around the axis: both ends of the turn are the same.
+        let turn = if uv.y >= 1.0 { 0.0 } else { uv.y };
+        let (sin, cos) = (PI - turn * TAU).sin_cos();
         let outward = around_y(uv.x);
         let normal = outward * cos + Vec3::Y * sin;
         (outward * major + normal * minor, normal, uv)

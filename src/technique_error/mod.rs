@@ -1,0 +1,255 @@
+//! How far each bump technique is from what it imitates: `relief compare`.
+//!
+//! ```text
+//! maps    a height map, and what follows from it
+//! stand   a world: one figure, coarse as techniques have it and finely displaced; three lights, a camera
+//! truth   the displaced figure lit light by light, shadows traced → the pictures that techniques are measured by
+//! cost    what a draw takes with each technique
+//! report  a table, CSV, a chart
+//! ```
+//!
+//! `docs/compare.md` says what is measured and how.
+
+mod cost;
+mod maps;
+mod report;
+mod stand;
+mod truth;
+
+pub use report::{Errors, Report, Row};
+pub use stand::FigureShape;
+
+use crate::arguments;
+use crate::compare::{self, CompareError};
+use crate::frames::FrameError;
+use crate::gallery::Sheet;
+use crate::output::{self, OutputError};
+use image::RgbImage;
+use stand::{Lit, Shown, Stand};
+use std::path::PathBuf;
+use systems::library::Technique;
+use truth::Truth;
+
+/// Pictures of at most so many pixels are compared: the truth has four samples in each.
+const MOST_PIXELS: u32 = 1 << 22;
+/// Degrees; beyond, the plane is seen from its edge.
+const MOST_DEGREES: f32 = 85.0;
+
+/// What to compare.
+#[derive(clap::Args, Clone, Debug)]
+pub struct CompareArgs {
+    /// Folder for the figures and pictures; made if missing
+    #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
+    /// What is bumped: plane (one quad, 2 m), sphere or torus (the map four times around)
+    #[arg(long, value_enum, default_value = "plane")]
+    pub figure: FigureShape,
+    /// Height map, 0 deepest; normal and horizon maps are made from it [default: that of the scene of all techniques,
+    /// assets/textures/techniques_height.png, with its other maps]
+    #[arg(long, value_name = "FILE")]
+    pub height: Option<PathBuf>,
+    /// Normal map, green up, instead of the one made from the height map
+    #[arg(long, value_name = "FILE")]
+    pub normal: Option<PathBuf>,
+    /// Base colour
+    #[arg(long, value_name = "FILE")]
+    pub base: Option<PathBuf>,
+    /// Depth of the height map from black to white, in widths of the image, 0 to 1 [default: 0.06]
+    #[arg(long, value_name = "X", value_parser = parse_scale)]
+    pub height_scale: Option<f32>,
+    /// Between the line of sight and the vertical, 0 to 85: 0 looks straight at the plane
+    #[arg(long, value_name = "DEGREES", default_value_t = 45.0, value_parser = parse_angle)]
+    pub angle: f32,
+    /// Pixels; 4 million at the most
+    #[arg(long, value_name = "WxH", default_value = "640x480", value_parser = parse_size)]
+    pub size: (u32, u32),
+    /// Techniques, separated by commas [default: all]
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',', value_parser = arguments::parse_technique)]
+    pub technique: Vec<Technique>,
+    /// Print one line of JSON rather than a table
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What `relief compare --help` ends with.
+pub const HELP: &str = "\
+The truth is the same height map as real triangles, drawn by the same renderer under the same three
+lights (a sun, a lamp, a spot), one light at a time; whether a light is seen from a pixel is traced.
+  shadowed    techniques against that
+  unshadowed  against the same without shadows: all that techniques without shadows can hope for
+  mean        over pixels where both show the figure: mean of |L - L_truth|, over the mean of L_truth
+  p99         99 % of those pixels have |L - L_truth| / mean L_truth of at most this
+  FLIP        what a viewer notices who flips between the pictures: 0 nothing to 1
+  shadows     share of the pixels turned to the sun where technique and truth disagree whether it shines
+  ms, × off   what a draw takes, by the GPU's own clock if it has one, and over that of off
+
+Files: compare.csv, compare.svg (error against cost), truth.png, truth_unshadowed.png, NAME.png and
+NAME_error.png of each technique (|L - L_truth| / mean, 0 black to 1 and more pale yellow), and
+compare.png, all on one sheet: the truth first, then the techniques in the order of the table.
+
+Examples:
+  relief compare -o out                                all techniques on a plane, seen at 45°
+  relief compare -o out --angle 0                      looked straight at
+  relief compare -o out --figure torus --technique normal,parallax,relief
+  relief compare -o out --height wall.png --base wall.jpg --height-scale 0.03";
+
+fn parse_scale(text: &str) -> Result<f32, String> {
+    let scale = text.parse().ok().filter(|scale| (0.0..=1.0).contains(scale));
+    scale.ok_or_else(|| "expected a number from 0 to 1".to_owned())
+}
+
+fn parse_angle(text: &str) -> Result<f32, String> {
+    let angle = text.parse().ok().filter(|angle| (0.0..=MOST_DEGREES).contains(angle));
+    angle.ok_or_else(|| format!("expected degrees from 0 to {MOST_DEGREES}"))
+}
+
+fn parse_size(text: &str) -> Result<(u32, u32), String> {
+    let (width, height) = arguments::parse_size(text)?;
+    let fits = width.saturating_mul(height) <= MOST_PIXELS;
+    fits.then_some((width, height)).ok_or_else(|| format!("expected at most {MOST_PIXELS} pixels"))
+}
+
+impl CompareArgs {
+    fn techniques(&self) -> Vec<Technique> {
+        let all = Technique::ALL.iter().map(|(_, technique)| *technique);
+        // In the order of the table, each once; off is what costs are compared with.
+        let is_wanted = |technique: &Technique| self.technique.is_empty() || self.technique.contains(technique);
+        all.filter(|technique| *technique == Technique::Off || is_wanted(technique)).collect()
+    }
+}
+
+/// Draws the truth and every technique, writes the files and returns the figures. `progress` is told what is begun, how
+/// many steps are done, and of how many.
+///
+/// # Errors
+/// [`FrameError`]; nothing is written before all is drawn and compared.
+pub fn measure(args: &CompareArgs, mut progress: impl FnMut(&str, u64, u64)) -> Result<Report, FrameError> {
+    let techniques = args.techniques();
+    let steps = (techniques.len() + 4) as u64;
+    progress("maps", 0, steps);
+    let maps = maps::load(args)?;
+    let mut stand = Stand::new(args, maps)?;
+    progress("truth", 1, steps);
+    let truth = Truth::new(&mut stand, args.size)?;
+    let coverage = stand.coverage(args.size)?;
+    let counted: Vec<bool> = coverage.iter().zip(&truth.coverage).map(|(&c, &t)| c == 4 && t == 4).collect();
+    let apart: u32 = coverage.iter().zip(&truth.coverage).map(|(c, t)| u32::from(c.abs_diff(*t))).sum();
+
+    let judge = Judge { truth: &truth, counted: &counted, size: args.size };
+    let mut drawn = Vec::new();
+    for (i, &technique) in techniques.iter().enumerate() {
+        progress(technique.name(), 2 + i as u64, steps);
+        let linear = stand.linear(args.size, Shown::Coarse(technique), Lit::All)?;
+        let sun = stand.sun_shadow(args.size, technique)?;
+        drawn.push(judge.judge(technique.name(), linear, Some(sun))?);
+    }
+    let geometry = stand.linear(args.size, Shown::Displaced, Lit::All)?;
+    drawn.push(judge.judge(report::GEOMETRY, geometry, None)?);
+
+    progress("cost", steps - 2, steps);
+    let shown: Vec<Shown> = techniques.iter().map(|&technique| Shown::Coarse(technique)).collect();
+    let costs = cost::measure(&mut stand, args.size, &shown, cost::ROUNDS)?;
+    let geometry = cost::measure(&mut stand, args.size, &[Shown::Displaced], cost::FEW_ROUNDS)?;
+    let off = costs.ms.first().copied().unwrap_or(0.0).max(1e-9);
+    let times = costs.ms.iter().copied().zip(costs.times_first.iter().copied());
+    let times = times.chain(geometry.ms.iter().map(|&ms| (ms, ms / off)));
+    for (judged, (ms, times_off)) in drawn.iter_mut().zip(times) {
+        (judged.row.ms, judged.row.times_off) = (ms, times_off);
+    }
+    let report = Report {
+        figure: args.figure,
+        angle: args.angle,
+        width: args.size.0,
+        height: args.size.1,
+        adapter: stand.adapter(),
+        timed_by: costs.by,
+        triangles: stand.triangles,
+        pixels: counted.iter().filter(|counts| **counts).count(),
+        silhouette_pixels: f64::from(apart) / 4.0,
+        mean_luminance: compare::mean_luminance(&judge.luminances(&truth.shadowed), &counted),
+        rows: drawn.iter().map(|drawn| drawn.row.clone()).collect(),
+    };
+    progress("files", steps - 1, steps);
+    write(args, &report, &truth, &drawn)?;
+    Ok(report)
+}
+
+/// A technique's picture beside what is said of it.
+struct Judged {
+    row: Row,
+    picture: RgbImage,
+    error: Vec<f32>,
+}
+
+/// Compares with the truth.
+struct Judge<'a> {
+    truth: &'a Truth,
+    counted: &'a [bool],
+    size: (u32, u32),
+}
+
+impl Judge<'_> {
+    fn luminances(&self, linear: &[glam::Vec3]) -> Vec<f32> {
+        linear.iter().map(|color| compare::luminance(color.extend(1.0).to_array())).collect()
+    }
+
+    fn judge(
+        &self,
+        name: &'static str,
+        linear: Vec<glam::Vec3>,
+        sun: Option<Vec<Option<bool>>>,
+    ) -> Result<Judged, FrameError> {
+        let (shadowed, error) = self.errors(&self.truth.shadowed, &linear)?;
+        let (unshadowed, _) = self.errors(&self.truth.unshadowed, &linear)?;
+        let shadows = sun.map(|sun| self.wrong_shadows(&sun));
+        let row = Row { technique: name, shadowed, unshadowed, shadows, ms: 0.0, times_off: 0.0 };
+        Ok(Judged { row, picture: truth::encoded(&linear, self.size), error })
+    }
+
+    fn errors(&self, truth: &[glam::Vec3], linear: &[glam::Vec3]) -> Result<(Errors, Vec<f32>), CompareError> {
+        let error = compare::luminance_error(&self.luminances(truth), &self.luminances(linear), self.counted);
+        // What does not count is black in both: FLIP is a mean over the whole picture.
+        let masked = |linear: &[glam::Vec3]| {
+            let kept = linear.iter().zip(self.counted).map(|(&c, &counts)| if counts { c } else { glam::Vec3::ZERO });
+            truth::encoded(&kept.collect::<Vec<_>>(), self.size)
+        };
+        let counted = self.counted.iter().filter(|counts| **counts).count();
+        let share = counted as f64 / self.counted.len().max(1) as f64;
+        let flip = compare::flip(&masked(truth), &masked(linear))?;
+        let flip = if counted > 0 { flip / share } else { 0.0 };
+        Ok((Errors { mean: error.mean, p99: error.p99, flip }, error.of_pixels))
+    }
+
+    /// Of the pixels where the sun, without shadows, would light both: the share where one has a shadow and the other
+    /// none.
+    fn wrong_shadows(&self, sun: &[Option<bool>]) -> f64 {
+        let pairs = sun.iter().zip(&self.truth.sun).zip(self.counted);
+        let both: Vec<bool> =
+            pairs.filter(|(_, counts)| **counts).filter_map(|((a, b), _)| Some((*a)? != (*b)?)).collect();
+        both.iter().filter(|wrong| **wrong).count() as f64 / both.len().max(1) as f64
+    }
+}
+
+fn write(args: &CompareArgs, report: &Report, truth: &Truth, drawn: &[Judged]) -> Result<(), FrameError> {
+    let file = |name: &str| args.output.join(name);
+    let picture = |name: &str, picture: &RgbImage| output::write_png(&file(name), &picture.clone().into());
+    output::make_folder(&args.output)?;
+    let shadowed = truth::encoded(&truth.shadowed, args.size);
+    let mut sheet = Sheet::new(args.size, drawn.len() + 1);
+    sheet.add(&shadowed);
+    picture("truth.png", &shadowed)?;
+    picture("truth_unshadowed.png", &truth::encoded(&truth.unshadowed, args.size))?;
+    for Judged { row, picture: own, error } in drawn {
+        sheet.add(own);
+        picture(&format!("{}.png", row.technique), own)?;
+        let heat = compare::heat_map(error, args.size.0, args.size.1).unwrap_or_default();
+        picture(&format!("{}_error.png", row.technique), &heat)?;
+    }
+    picture("compare.png", &sheet.picture)?;
+    output::write_whole(&file("compare.csv"), report.csv().as_bytes())?;
+    let chart = report.svg().map_err(|message| {
+        let source = std::io::Error::other(message);
+        OutputError::Io { path: file("compare.svg"), source }
+    })?;
+    Ok(output::write_whole(&file("compare.svg"), chart.as_bytes())?)
+}

@@ -1,0 +1,320 @@
+//! A world for the comparison: one figure twice, coarse as techniques have it and displaced, of which one is shown; a sun,
+//! a lamp and a spot; a camera. All around is black, so that light passes add up.
+
+use super::CompareArgs;
+use super::maps::Maps;
+use crate::frames::FrameError;
+use crate::renderer::{Gpu, Occlusion, Outputs, Renderer, Settings};
+use bevy_ecs::prelude::*;
+use bevy_transform::components::Transform;
+use glam::{Mat3, Quat, UVec2, Vec2, Vec3};
+use systems::Simulation;
+use systems::components::{Camera, Environment, Light, LightKind, Projection, ToneMap};
+use systems::displace::{Displacement, displace};
+use systems::hidden::Hidden;
+use systems::images::Image;
+use systems::levels::LevelOfDetail;
+use systems::library::{Library, Map, Material, MaterialId, Mesh, Shading, Technique};
+use systems::shapes;
+use systems::view::View;
+
+/// Triangles of the displaced figure, at the most.
+const MOST_TRIANGLES: f32 = 2.1e6;
+/// From the eye to the middle of the figure, metres.
+const DISTANCE: f32 = 4.2;
+const AMBIENT: Vec3 = Vec3::splat(0.06);
+/// The sun's place among the lights.
+pub(super) const SUN: usize = 0;
+
+/// What is bumped.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, clap::ValueEnum, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FigureShape {
+    /// One quad of 2 m
+    Plane,
+    /// 1.8 m wide, of 32 × 16 quads
+    Sphere,
+    /// 2.08 m wide, of 48 × 24 quads
+    Torus,
+}
+
+impl FigureShape {
+    /// How often the image repeats along U and V: texels are about square.
+    fn repeats(self) -> Vec2 {
+        match self {
+            Self::Plane => Vec2::ONE,
+            Self::Sphere | Self::Torus => Vec2::new(4.0, 2.0),
+        }
+    }
+
+    fn mesh(self, quads: UVec2) -> Mesh {
+        let mesh = match self {
+            Self::Plane => shapes::plane(Vec2::splat(2.0), quads),
+            Self::Sphere => shapes::sphere(0.9, quads.x, quads.y),
+            Self::Torus => shapes::torus(0.72, 0.32, quads.x, quads.y),
+        };
+        shapes::with_uv_scale(mesh, self.repeats())
+    }
+
+    /// As techniques have it.
+    fn coarse(self) -> Mesh {
+        self.mesh(match self {
+            Self::Plane => UVec2::ONE,
+            Self::Sphere => UVec2::new(32, 16),
+            Self::Torus => UVec2::new(48, 24),
+        })
+    }
+
+    /// Two quads for each texel each way, so that a vertex is in the middle of every texel; fewer where that were too many.
+    fn fine(self, texels: (usize, usize)) -> Mesh {
+        let wanted = self.repeats() * Vec2::new(texels.0 as f32, texels.1 as f32) * 2.0;
+        let scale = (MOST_TRIANGLES / (2.0 * wanted.x * wanted.y)).sqrt().min(1.0);
+        self.mesh((wanted * scale).round().as_uvec2())
+    }
+}
+
+/// Which lights are on.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Lit {
+    All,
+    /// Only the light that comes from everywhere.
+    Ambient,
+    /// One light, and nothing from everywhere.
+    Only(usize),
+}
+
+/// Which of the two figures is seen.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Shown {
+    Coarse(Technique),
+    /// By its interpolated normals.
+    Displaced,
+}
+
+impl Shown {
+    fn technique(self) -> Technique {
+        match self {
+            Self::Coarse(technique) => technique,
+            Self::Displaced => Technique::Off,
+        }
+    }
+}
+
+/// The world and who draws it.
+pub(super) struct Stand {
+    pub simulation: Simulation,
+    pub renderer: Renderer,
+    /// Of the displaced figure.
+    pub triangles: usize,
+    pub displaced: Mesh,
+    coarse: Entity,
+    fine: Entity,
+    camera: Entity,
+    lights: Vec<(Entity, Light)>,
+    material: MaterialId,
+}
+
+impl Stand {
+    pub fn new(args: &CompareArgs, maps: Maps) -> Result<Self, FrameError> {
+        let gpu = Gpu::headless_with(Gpu::USED | wgpu::Features::TIMESTAMP_QUERY)?;
+        let mut simulation = Simulation::new();
+        let mut library = simulation.world.resource_mut::<Library>();
+        let by = Displacement { heights: &maps.heights, scale_uv: maps.scale, rest: Material::default().height_rest };
+        let displaced = displace(&args.figure.fine(maps.heights.size()), &by);
+        let coarse = library.add_mesh(args.figure.coarse());
+        let fine = library.add_mesh_without_levels(displaced.clone());
+        let material = material(&mut library, maps);
+        let material = library.add_material(material);
+        let world = &mut simulation.world;
+        let coarse = world.spawn((coarse, material)).id();
+        let fine = world.spawn((fine, material)).id();
+        let lights = lights().map(|(light, place)| (world.spawn((light.clone(), place)).id(), light));
+        let projection = Projection::Perspective { fov_y: 30f32.to_radians(), aspect: Some(4.0 / 3.0) };
+        let camera =
+            world.spawn((Camera { projection, ..Camera::default() }, camera_place(args.angle.to_radians()))).id();
+        Ok(Self {
+            triangles: displaced.triangle_count(),
+            displaced,
+            coarse,
+            fine,
+            camera,
+            lights: lights.into(),
+            material,
+            renderer: Renderer::new(&gpu),
+            simulation,
+        })
+    }
+
+    /// The graphics adapter in words.
+    pub fn adapter(&self) -> String {
+        self.renderer.gpu().name()
+    }
+
+    /// Direction of the light's rays reversed, and how far away it is, seen from a point.
+    pub fn toward_light(&self, light: usize, from: Vec3) -> (Vec3, f32) {
+        let Some((entity, light)) = self.lights.get(light) else { return (Vec3::Y, f32::INFINITY) };
+        let place = self.simulation.world.get::<Transform>(*entity).copied().unwrap_or_default();
+        if light.kind == LightKind::Directional {
+            return (-place.forward().as_vec3(), f32::INFINITY);
+        }
+        let way = place.translation - from;
+        (way.normalize_or(Vec3::Y), way.length())
+    }
+
+    pub fn light_count(&self) -> usize {
+        self.lights.len()
+    }
+
+    /// The view of a picture of that size.
+    pub fn view(&self, size: (u32, u32)) -> View {
+        crate::viewpoint::Viewpoint::from(self.camera).view(&self.simulation.world, size)
+    }
+
+    /// Makes the renderer ready to draw.
+    pub fn prepare(&mut self, size: (u32, u32), shown: Shown, lit: Lit, samples: u32) -> Result<(), FrameError> {
+        self.light(lit);
+        let world = &mut self.simulation.world;
+        let (seen, hidden) = match shown {
+            Shown::Coarse(_) => (self.coarse, self.fine),
+            Shown::Displaced => (self.fine, self.coarse),
+        };
+        if world.get::<Hidden>(hidden).is_none() {
+            world.entity_mut(hidden).insert(Hidden);
+        }
+        world.entity_mut(seen).remove::<Hidden>();
+        self.simulation.frame();
+        let (occlusion, levels) = (Occlusion::Off, LevelOfDetail::OFF);
+        let settings =
+            Settings { technique: Some(shown.technique()), samples, occlusion, levels, ..Settings::default() };
+        let view = self.view(size);
+        self.renderer.prepare(self.simulation.draw_list(), self.simulation.library(), &view, &settings)?;
+        Ok(())
+    }
+
+    fn light(&mut self, lit: Lit) {
+        for (i, (entity, light)) in self.lights.iter().enumerate() {
+            let enabled = lit == Lit::All || lit == Lit::Only(i);
+            if let Some(mut own) = self.simulation.world.get_mut::<Light>(*entity) {
+                own.set_if_neq(Light { enabled, ..light.clone() });
+            }
+        }
+        let ambient = if matches!(lit, Lit::Only(_)) { Vec3::ZERO } else { AMBIENT };
+        let dark = Environment {
+            ambient,
+            zenith: Vec3::ZERO,
+            horizon: Vec3::ZERO,
+            ground: Vec3::ZERO,
+            exposure: 1.0,
+            tone_map: ToneMap::Clamp,
+        };
+        self.simulation.world.insert_resource(dark);
+    }
+
+    /// The picture in linear light, before it is cut at 1; as the renderer smooths it.
+    pub fn linear(&mut self, size: (u32, u32), shown: Shown, lit: Lit) -> Result<Vec<Vec3>, FrameError> {
+        self.linear_of_samples(size, shown, lit, Settings::default().samples)
+    }
+
+    /// The same with so many samples in a pixel.
+    pub fn linear_of_samples(
+        &mut self,
+        size: (u32, u32),
+        shown: Shown,
+        lit: Lit,
+        samples: u32,
+    ) -> Result<Vec<Vec3>, FrameError> {
+        self.prepare(size, shown, lit, samples)?;
+        self.renderer.draw_picture();
+        let pixels = self.renderer.read_linear().unwrap_or_default();
+        Ok(pixels.into_iter().map(|[r, g, b, _]| Vec3::new(r, g, b)).collect())
+    }
+
+    /// Depth and the like of the figure shown; `None` does not happen.
+    pub fn outputs(&mut self, size: (u32, u32), shown: Shown) -> Result<Option<Outputs>, FrameError> {
+        self.prepare(size, shown, Lit::All, 1)?;
+        Ok(self.renderer.draw_outputs())
+    }
+
+    /// Of each pixel, how many of its 2 × 2 parts show the coarse figure.
+    pub fn coverage(&mut self, (width, height): (u32, u32)) -> Result<Vec<u8>, FrameError> {
+        let outputs = self.outputs((2 * width, 2 * height), Shown::Coarse(Technique::Off))?;
+        let shows = outputs.map(|outputs| outputs.entities(self.renderer.gpu())).unwrap_or_default();
+        Ok(quarters(&shows, width).map(|parts| parts.iter().flatten().count() as u8).collect())
+    }
+
+    /// Of each pixel whether a technique has the sun behind something: `None` where the surface turns away from it.
+    pub fn sun_shadow(&mut self, size: (u32, u32), technique: Technique) -> Result<Vec<Option<bool>>, FrameError> {
+        let shown = Shown::Coarse(technique);
+        self.self_shadow(0.0);
+        let open = self.linear(size, shown, Lit::Only(SUN))?;
+        self.self_shadow(1.0);
+        let shadowed = self.linear(size, shown, Lit::Only(SUN))?;
+        let is_dark = |(open, shadowed): (Vec3, &Vec3)| {
+            let (open, shadowed) = (open.element_sum(), shadowed.element_sum());
+            (open > truth_threshold()).then_some(shadowed < 0.5 * open)
+        };
+        Ok(open.into_iter().zip(&shadowed).map(is_dark).collect())
+    }
+
+    fn self_shadow(&mut self, share: f32) {
+        let mut library = self.simulation.world.resource_mut::<Library>();
+        library.edit_material(self.material, |material| material.self_shadow = share);
+    }
+}
+
+/// Light, as a sum of colours, below which a surface counts as turned away.
+pub(super) fn truth_threshold() -> f32 {
+    0.01
+}
+
+/// The 2 × 2 parts of each pixel of a picture that was drawn twice as large, of so many pixels' width.
+pub(super) fn quarters<T: Clone>(parts: &[T], width: u32) -> impl Iterator<Item = [T; 4]> {
+    let row = 2 * width as usize;
+    parts.chunks_exact((2 * row).max(1)).flat_map(move |rows| {
+        let (above, below) = rows.split_at(row);
+        let pairs = above.chunks_exact(2).zip(below.chunks_exact(2));
+        pairs.map(|(a, b)| [a[0].clone(), a[1].clone(), b[0].clone(), b[1].clone()])
+    })
+}
+
+/// Above the figure and in front of it, by an angle from the vertical.
+fn camera_place(angle: f32) -> Transform {
+    let (sin, cos) = angle.sin_cos();
+    let (back, up) = (Vec3::new(0.0, cos, sin), Vec3::new(0.0, sin, -cos));
+    let rotation = Quat::from_mat3(&Mat3::from_cols(up.cross(back), up, back));
+    Transform::from_translation(back * DISTANCE).with_rotation(rotation)
+}
+
+/// A sun, a lamp and a spot, from three sides and low enough that bumps have shadows.
+fn lights() -> [(Light, Transform); 3] {
+    let from = |place: Vec3| Transform::from_translation(place).looking_at(Vec3::ZERO, Vec3::Z);
+    let cone = LightKind::Spot { outer: 32f32.to_radians(), inner: Some(18f32.to_radians()), exponent: 0.0 };
+    let spot = Light { kind: cone, ..Light::point(7.0, 8.0) };
+    [
+        (Light::directional(0.55).with_color(Vec3::new(1.0, 0.95, 0.85)), from(Vec3::new(-2.0, 1.5, 0.6))),
+        (Light::point(1.3, 6.0).with_color(Vec3::new(0.55, 0.75, 1.0)), from(Vec3::new(1.5, 1.0, 0.9))),
+        (spot.with_color(Vec3::new(1.0, 0.6, 0.4)), from(Vec3::new(0.7, 2.0, -2.2))),
+    ]
+}
+
+fn material(library: &mut Library, maps: Maps) -> Material {
+    let mut map = |image: Image| Some(Map::new(library.add_image(image)));
+    let [first, second] = maps.horizon;
+    // A colour of its own where there is none: bumps show on grey.
+    let base_factor = if maps.base.is_some() { Vec3::ONE } else { Vec3::splat(0.6) };
+    let specular = Vec3::splat(if maps.specular.is_some() { 0.8 } else { 0.15 });
+    Material {
+        shininess: 40.0,
+        base_factor: base_factor.extend(1.0),
+        base_map: maps.base.and_then(&mut map),
+        specular_factor: specular,
+        specular_map: maps.specular.and_then(&mut map),
+        normal_map: map(maps.normal),
+        height_scale_uv: maps.scale,
+        height_map: map(maps.height),
+        horizon_maps: [map(first), map(second)],
+        offset_map: map(maps.offset),
+        environment_map: map(maps.environment),
+        ..Material::new(Shading::Blinn)
+    }
+}
