@@ -4,6 +4,56 @@
 const TECHNIQUE_OFF = 0u;
 const TECHNIQUE_NORMAL = 1u;
 const TECHNIQUE_PERTURBED_NORMAL = 2u;
+const TECHNIQUE_EMBOSS = 3u;
+const TECHNIQUE_EMBOSS_MULTIPASS = 4u;
+const TECHNIQUE_DOT3 = 5u;
+const TECHNIQUE_DOT3_CONSTANT = 6u;
+const TECHNIQUE_PERTURBED_UV = 7u;
+const TECHNIQUE_PARALLAX = 8u;
+const TECHNIQUE_RELIEF = 9u;
+const TECHNIQUE_HORIZON = 10u;
+const TECHNIQUE_PARALLAX_HORIZON = 11u;
+const TECHNIQUE_RELIEF_HORIZON = 12u;
+const TECHNIQUE_Z_CORRECT_PARALLAX = 13u;
+const TECHNIQUE_Z_CORRECT = 14u;
+const TECHNIQUE_COMBINED = 15u;
+
+override TECHNIQUE: u32 = 1u;
+
+// What the techniques are made of.
+fn is_parallax() -> bool {
+    return TECHNIQUE == TECHNIQUE_PARALLAX
+        || TECHNIQUE == TECHNIQUE_PARALLAX_HORIZON
+        || TECHNIQUE == TECHNIQUE_Z_CORRECT_PARALLAX;
+}
+
+fn is_relief() -> bool {
+    return TECHNIQUE == TECHNIQUE_RELIEF
+        || TECHNIQUE == TECHNIQUE_RELIEF_HORIZON
+        || TECHNIQUE == TECHNIQUE_Z_CORRECT
+        || TECHNIQUE == TECHNIQUE_COMBINED;
+}
+
+// Shadows by the horizon maps.
+fn has_mapped_horizon() -> bool {
+    return TECHNIQUE == TECHNIQUE_HORIZON
+        || TECHNIQUE == TECHNIQUE_PARALLAX_HORIZON
+        || TECHNIQUE == TECHNIQUE_RELIEF_HORIZON
+        || TECHNIQUE == TECHNIQUE_COMBINED;
+}
+
+// Shadows by a march toward each light.
+fn has_marched_horizon() -> bool {
+    return TECHNIQUE == TECHNIQUE_RELIEF || TECHNIQUE == TECHNIQUE_Z_CORRECT;
+}
+
+fn is_emboss() -> bool {
+    return TECHNIQUE == TECHNIQUE_EMBOSS || TECHNIQUE == TECHNIQUE_EMBOSS_MULTIPASS;
+}
+
+fn is_dot3() -> bool {
+    return TECHNIQUE == TECHNIQUE_DOT3 || TECHNIQUE == TECHNIQUE_DOT3_CONSTANT;
+}
 
 struct Frame {
     // World space, unit, orthogonal; bitangent toward image-up.

@@ -2,11 +2,11 @@
 //
 // The overrides are set when a pipeline is made; see src/renderer/pipelines.rs.
 
-override TECHNIQUE: u32 = 1u;
 override SHADING: u32 = 0u;
 override ALPHA: u32 = 0u;
 override TRANSFORMED_UVS: bool = true;
 override EMISSIVE: bool = true;
+override ENVIRONMENT_MAP: bool = false;
 override VERTEX_COLORS: bool = true;
 override LIGHTS: u32 = 0u;
 
@@ -40,6 +40,9 @@ const LIGHTS_ALL = 1u;
 @group(1) @binding(20) var offset_sampler: sampler;
 @group(1) @binding(21) var environment_sampler: sampler;
 
+// The picture without blended objects, for those that refract it.
+@group(2) @binding(0) var behind: texture_2d<f32>;
+
 struct VertexIn {
     @location(0) position: vec3f,
     @location(1) normal: vec3f,
@@ -52,7 +55,7 @@ struct VertexIn {
 }
 
 struct VertexOut {
-    @builtin(position) clip_position: vec4f,
+    @invariant @builtin(position) clip_position: vec4f,
     @location(0) position: vec3f,
     @location(1) normal: vec3f,
     @location(2) tangent: vec4f,
@@ -66,8 +69,7 @@ fn unit_or(v: vec3f, otherwise: vec3f) -> vec3f {
     return select(otherwise, v * inverseSqrt(max(squared, 1e-38)), squared > 1e-38);
 }
 
-@vertex
-fn vs_main(in: VertexIn) -> VertexOut {
+fn transformed(in: VertexIn) -> VertexOut {
     let rows = load_world_from_object(in.slot);
     let object = vec4f(in.position, 1.0);
     let position = vec3f(dot(rows[0], object), dot(rows[1], object), dot(rows[2], object));
@@ -89,6 +91,11 @@ fn vs_main(in: VertexIn) -> VertexOut {
     out.color = in.color;
     out.slot = in.slot;
     return out;
+}
+
+@vertex
+fn vs_main(in: VertexIn) -> VertexOut {
+    return transformed(in);
 }
 
 // The mesh's UVs at a pixel with their change to the next pixel. Taken from the interpolated UVs before anything is
@@ -133,34 +140,126 @@ fn base_color(material: Material, uvs: Uvs, vertex_color: vec4f) -> vec4f {
     return texel * material.base_factor;
 }
 
+fn toward_eye(position: vec3f) -> vec3f {
+    return select(normalize(view.eye - position), view.toward_eye, view.parallel == 1u);
+}
+
+// What a technique makes of a pixel before any light is added.
+struct Bump {
+    // Where maps are read.
+    uvs: Uvs,
+    // Of the surface, world space: where it is lit.
+    position: vec3f,
+    // Shading normal, toward the side that is seen.
+    normal: vec3f,
+    field: HeightField,
+    // Of relief and parallax, else the pixel itself.
+    point: FieldPoint,
+    elevations: array<vec4f, 2>,
+    // dot3: as the normal map has it, in tangent space; with the constant vector in world space.
+    packed_normal: vec3f,
+    // perturbed_uv: how far the surface's offset goes, world space, along the surface.
+    offset: vec3f,
+    slot: u32,
+}
+
+// `dp_dx`, `dp_dy`: change of the position to the next pixel.
+fn bumped(material: Material, in: VertexOut, uvs: Uvs, dp_dx: vec3f, dp_dy: vec3f, front: bool) -> Bump {
+    var bump: Bump;
+    bump.uvs = uvs;
+    bump.position = in.position;
+    bump.slot = in.slot;
+    let side = select(-1.0, 1.0, front);
+    var normal = normalize(in.normal);
+    let frame = tangent_frame(in.normal, in.tangent);
+    if is_emboss() || is_parallax() || is_relief() || has_mapped_horizon() {
+        let map = select(MAP_HEIGHT, MAP_HORIZON_0, TECHNIQUE == TECHNIQUE_HORIZON);
+        let uv = image_uv(material, map, uvs);
+        bump.field = height_field(material, map, frame, uv, dp_dx, dp_dy, front);
+        bump.point = FieldPoint(uv.at, bump.field.rest);
+        if is_parallax() || is_relief() {
+            let eye = toward_eye(in.position);
+            if is_relief() {
+                bump.point = relief_point(bump.field, eye);
+            } else {
+                bump.point = parallax_point(bump.field, eye);
+            }
+            bump.position = displaced(bump.field, in.position, bump.point.height, eye);
+            bump.uvs.at = shifted(material, uvs.at, bump.point.uv - uv.at);
+        }
+        if has_mapped_horizon() {
+            bump.elevations[0] = sample(horizon_0_maps, horizon_0_sampler, material, MAP_HORIZON_0, bump.uvs);
+            bump.elevations[1] = sample(horizon_1_maps, horizon_1_sampler, material, MAP_HORIZON_1, bump.uvs);
+        }
+    }
+    if TECHNIQUE == TECHNIQUE_PERTURBED_NORMAL {
+        normal = perturbed(material, in.normal, image_uv(material, MAP_HEIGHT, uvs), dp_dx, dp_dy);
+    } else if TECHNIQUE == TECHNIQUE_PERTURBED_UV {
+        bump.offset = environment_offset(material, frame, uvs);
+    } else if TECHNIQUE != TECHNIQUE_OFF && !is_emboss() {
+        let texel = sample(normal_maps, normal_sampler, material, MAP_NORMAL, bump.uvs).xyz;
+        var turned = frame;
+        if TRANSFORMED_UVS {
+            turned = turned_frame(frame, material.image_from_mesh_uv[MAP_NORMAL]);
+        }
+        normal = normal_mapped(turned, texel, material.normal_scale);
+        if is_dot3() {
+            let n = side * unpacked(texel) * vec3f(vec2f(material.normal_scale), 1.0);
+            if TECHNIQUE == TECHNIQUE_DOT3 {
+                bump.packed_normal = n;
+            } else {
+                bump.packed_normal = turned.tangent * n.x + turned.bitangent * n.y + turned.normal * n.z;
+            }
+        }
+    }
+    bump.normal = side * normal;
+    return bump;
+}
+
+// The mesh's UVs where the height map's are shifted by so much; the other set stays.
+fn shifted(material: Material, at: vec4f, shift: vec2f) -> vec4f {
+    if !TRANSFORMED_UVS {
+        return vec4f(at.xy + shift, at.zw);
+    }
+    let m = material.image_from_mesh_uv[MAP_HEIGHT];
+    let determinant = m.x * m.w - m.y * m.z;
+    let of_mesh = mat2x2f(m.w, -m.y, -m.z, m.x) * shift / select(determinant, 1.0, determinant == 0.0);
+    if (material.second_uvs >> MAP_HEIGHT & 1u) == 1u {
+        return vec4f(at.xy, at.zw + of_mesh);
+    }
+    return vec4f(at.xy + of_mesh, at.zw);
+}
+
 fn height(layer: u32, uv: vec2f, dx: vec2f, dy: vec2f) -> f32 {
     return textureSampleGrad(height_maps, height_sampler, uv, layer, dx, dy).r;
 }
 
-fn shading_normal(material: Material, in: VertexOut, uvs: Uvs, front: bool) -> vec3f {
-    var normal = normalize(in.normal);
-    if TECHNIQUE == TECHNIQUE_NORMAL {
-        let texel = sample(normal_maps, normal_sampler, material, MAP_NORMAL, uvs).xyz;
-        var frame = tangent_frame(in.normal, in.tangent);
-        if TRANSFORMED_UVS {
-            frame = turned_frame(frame, material.image_from_mesh_uv[MAP_NORMAL]);
-        }
-        normal = normal_mapped(frame, texel, material.normal_scale);
-    } else if TECHNIQUE == TECHNIQUE_PERTURBED_NORMAL {
-        let layer = material.layers[MAP_HEIGHT];
-        let uv = image_uv(material, MAP_HEIGHT, uvs);
-        let dp_dx = dpdx(in.position);
-        let dp_dy = dpdy(in.position);
-        // Heights are given in UV units; this many metres are in one.
-        let area_uv = abs(uv.dx.x * uv.dy.y - uv.dx.y * uv.dy.x);
-        let metres = sqrt(length(cross(dp_dx, dp_dy)) / max(area_uv, 1e-12));
-        let scale = material.height_scale_uv * metres;
-        let here = height(layer, uv.at, uv.dx, uv.dy);
-        let dh_dx = scale * (height(layer, uv.at + uv.dx, uv.dx, uv.dy) - here);
-        let dh_dy = scale * (height(layer, uv.at + uv.dy, uv.dx, uv.dy) - here);
-        normal = perturbed_normal(in.normal, dp_dx, dp_dy, dh_dx, dh_dy);
+// The perturbed normal: heights half a pixel away on either side.
+fn perturbed(material: Material, normal: vec3f, uv: ImageUv, dp_dx: vec3f, dp_dy: vec3f) -> vec3f {
+    let layer = material.layers[MAP_HEIGHT];
+    // Heights are given in UV units; this many metres are in one.
+    let area_uv = abs(uv.dx.x * uv.dy.y - uv.dx.y * uv.dy.x);
+    let metres = sqrt(length(cross(dp_dx, dp_dy)) / max(area_uv, 1e-12));
+    let scale = material.height_scale_uv * metres;
+    let dx = 0.5 * uv.dx;
+    let dy = 0.5 * uv.dy;
+    let across = height(layer, uv.at + dx, uv.dx, uv.dy) - height(layer, uv.at - dx, uv.dx, uv.dy);
+    let down = height(layer, uv.at + dy, uv.dx, uv.dy) - height(layer, uv.at - dy, uv.dx, uv.dy);
+    return perturbed_normal(normal, dp_dx, dp_dy, scale * across, scale * down);
+}
+
+// The offset map's texel through the material's matrix, along the surface in world space.
+fn environment_offset(material: Material, frame: Frame, uvs: Uvs) -> vec3f {
+    let texel = sample(offset_maps, offset_sampler, material, MAP_OFFSET, uvs).rg;
+    // 128 is none, 1 and 255 are −1 and 1.
+    let offset = (texel * 255.0 - 128.0) / 127.0;
+    let m = material.offset_matrix;
+    let shift = vec2f(dot(m.xy, offset), dot(m.zw, offset));
+    var turned = frame;
+    if TRANSFORMED_UVS {
+        turned = turned_frame(frame, material.image_from_mesh_uv[MAP_OFFSET]);
     }
-    return select(-normal, normal, front);
+    return turned.tangent * shift.x + turned.bitangent * shift.y;
 }
 
 // The material's maps and factors at this pixel; colours only, the caller adds place and direction.
@@ -199,35 +298,61 @@ fn is_ggx() -> bool {
     return SHADING == SHADING_METALLIC_ROUGHNESS || SHADING == SHADING_SPECULAR_GLOSSINESS;
 }
 
-fn reflected(surface: Surface, light: u32) -> vec3f {
+// What is left of a light where the surface shadows itself.
+fn unshadowed(material_shadow: f32, bump: Bump, toward: vec3f) -> f32 {
+    let light = along_image(bump.field, toward);
+    var horizon = 0.0;
+    if has_mapped_horizon() {
+        horizon = mapped_horizon(bump.field, bump.elevations, light);
+    } else {
+        horizon = marched_horizon(bump.field, bump.point, light);
+    }
+    return 1.0 + material_shadow * (over_horizon(horizon, light) - 1.0);
+}
+
+// What the surface gives off of a light, whose number among the object's three is `number`.
+fn reflected(surface: Surface, bump: Bump, material: Material, number: u32, light: u32) -> vec3f {
     let arriving = arriving(light, surface.position);
+    let ambient = arriving.ambient * surface.diffuse;
+    if is_emboss() {
+        // No highlight: a difference of heights says nothing of the direction that a mirror would look in.
+        return arriving.color * surface.diffuse * embossed(bump.field, material.emboss_step_texels, arriving.toward) + ambient;
+    } else if is_dot3() {
+        return arriving.color * dot3_reflection(surface, bump, number, light, arriving) + ambient;
+    }
     var reflection: vec3f;
     if is_ggx() {
         reflection = ggx_reflection(surface, arriving.toward);
     } else {
         reflection = classic_reflection(surface, arriving.toward, SHADING == SHADING_BLINN);
     }
-    return arriving.color * reflection + arriving.ambient * surface.diffuse;
+    var passed = 1.0;
+    if has_mapped_horizon() || has_marched_horizon() {
+        passed = unshadowed(material.self_shadow, bump, arriving.toward);
+    }
+    return arriving.color * reflection * passed + ambient;
 }
 
 // All light on the surface that comes from lights, the scene's ambient and the sky; not its own emission.
-fn lit(surface: Surface, slot: u32, instance: Instance, occlusion: f32) -> vec3f {
+fn lit(surface: Surface, bump: Bump, material: Material, slot: u32, instance: Instance, occlusion: f32) -> vec3f {
     var color = surface.diffuse * view.ambient * occlusion;
     var around = vec3f(0.0);
     let mirror = reflect(-surface.toward_eye, surface.normal);
     if LIGHTS == LIGHTS_ALL {
         let first = reaching[slot];
         for (var i = 0u; i < instance.reaching; i++) {
-            color += reflected(surface, reaching[first + i]);
+            color += reflected(surface, bump, material, 0u, reaching[first + i]);
         }
     } else {
         // A count that is not known before keeps compilers from unrolling: where no light reaches an object, nothing is
         // computed for any.
         let chosen = vec3u(instance.lights[0], instance.lights[1], instance.lights[2]);
         let weights = vec3f(instance.weights[0], instance.weights[1], instance.weights[2]);
-        let count = dot(vec3u(1u), select(vec3u(1u), vec3u(0u), chosen == vec3u(NO_LIGHT)));
+        // Several passes that follow add the lights.
+        let none = TECHNIQUE == TECHNIQUE_EMBOSS_MULTIPASS;
+        let count = select(dot(vec3u(1u), select(vec3u(1u), vec3u(0u), chosen == vec3u(NO_LIGHT))), 0u, none);
         for (var i = 0u; i < count; i++) {
-            color += weights[i] * reflected(surface, chosen[i]);
+            color += weights[i] * reflected(surface, bump, material, i, chosen[i]);
         }
         let ambient = instance.remainder_ambient;
         let direction = instance.remainder_direction;
@@ -238,27 +363,39 @@ fn lit(surface: Surface, slot: u32, instance: Instance, occlusion: f32) -> vec3f
             around = remainder(ambient, direction, sides, mirror) * surface.gloss;
         }
     }
-    if is_ggx() {
+    if TECHNIQUE == TECHNIQUE_PERTURBED_UV {
+        let blur = select(0.0, sqrt(surface.gloss), is_ggx());
+        around += environment(material, shifted_mirror(surface, bump.offset), blur);
+        color += select(surface.specular, mirrored_share(surface), is_ggx()) * around * occlusion;
+    } else if is_ggx() && !is_emboss() {
         around += sky_blurred(mirror, sqrt(surface.gloss));
         color += mirrored_share(surface) * around * occlusion;
     }
     return color;
 }
 
-@fragment
-fn fs_main(in: VertexOut, @builtin(front_facing) front: bool) -> @location(0) vec4f {
+struct Shaded {
+    color: vec4f,
+    // Of the surface, reversed.
+    depth: f32,
+}
+
+// A pixel of an object. Discards what a mask leaves out.
+fn shaded(in: VertexOut, front: bool) -> Shaded {
     let uvs = Uvs(in.uvs, dpdx(in.uvs), dpdy(in.uvs));
+    let dp_dx = dpdx(in.position);
+    let dp_dy = dpdy(in.position);
     let instance = load_instance(in.slot);
     let material = load_material(instance.material);
-    let base = base_color(material, uvs, in.color);
-    let normal = shading_normal(material, in, uvs, front);
+    let bump = bumped(material, in, uvs, dp_dx, dp_dy, front);
+    let base = base_color(material, bump.uvs, in.color);
     if ALPHA == ALPHA_MASK && base.a < material.alpha_cutoff {
         discard;
     }
-    var surface = surface_at(material, base.rgb, uvs);
-    surface.position = in.position;
-    surface.normal = normal;
-    surface.toward_eye = select(normalize(view.eye - in.position), view.toward_eye, view.parallel == 1u);
+    var surface = surface_at(material, base.rgb, bump.uvs);
+    surface.position = bump.position;
+    surface.normal = bump.normal;
+    surface.toward_eye = toward_eye(bump.position);
     var color = surface.diffuse;
     if DEBUG != 0u {
         color = debug_color(surface, base.rgb, instance, in.tangent.xyz);
@@ -266,21 +403,49 @@ fn fs_main(in: VertexOut, @builtin(front_facing) front: bool) -> @location(0) ve
         var occlusion = 1.0;
         var emission = vec3f(0.0);
         if EMISSIVE {
-            emission = sample(emissive_maps, emissive_sampler, material, MAP_EMISSIVE, uvs).rgb * material.emissive_factor;
+            let texel = sample(emissive_maps, emissive_sampler, material, MAP_EMISSIVE, bump.uvs).rgb;
+            emission = texel * material.emissive_factor;
         }
         if is_ggx() {
-            let open = sample(occlusion_maps, occlusion_sampler, material, MAP_OCCLUSION, uvs).r;
+            let open = sample(occlusion_maps, occlusion_sampler, material, MAP_OCCLUSION, bump.uvs).r;
             occlusion = 1.0 + material.occlusion_strength * (open - 1.0);
         } else {
             // The classic model's emission is one more light on the base colour.
             emission *= base.rgb;
         }
-        color = lit(surface, in.slot, instance, occlusion) + emission;
+        color = lit(surface, bump, material, in.slot, instance, occlusion) + emission;
     }
     if DEBUG == 0u {
         color = exposed(color);
     }
-    return vec4f(color, select(1.0, base.a, ALPHA == ALPHA_BLEND));
+    var alpha = select(1.0, base.a, ALPHA == ALPHA_BLEND);
+    if TECHNIQUE == TECHNIQUE_PERTURBED_UV && ALPHA == ALPHA_BLEND && DEBUG == 0u {
+        color = mix(refracted(in, material, bump.offset, dp_dx, dp_dy, uvs), color, alpha);
+        alpha = 1.0;
+    }
+    return Shaded(vec4f(color, alpha), depth_of(bump.position));
+}
+
+fn depth_of(position: vec3f) -> f32 {
+    let clip = view.clip_from_world * vec4f(position, 1.0);
+    return saturate(clip.z / clip.w);
+}
+
+@fragment
+fn fs_main(in: VertexOut, @builtin(front_facing) front: bool) -> @location(0) vec4f {
+    return shaded(in, front).color;
+}
+
+struct ColorAndDepth {
+    @location(0) color: vec4f,
+    @builtin(frag_depth) depth: f32,
+}
+
+// For techniques that displace the surface's depth.
+@fragment
+fn fs_z_correct(in: VertexOut, @builtin(front_facing) front: bool) -> ColorAndDepth {
+    let pixel = shaded(in, front);
+    return ColorAndDepth(pixel.color, pixel.depth);
 }
 
 struct Outputs {
@@ -290,17 +455,35 @@ struct Outputs {
     @location(1) id: u32,
 }
 
-@fragment
-fn fs_outputs(in: VertexOut, @builtin(front_facing) front: bool) -> Outputs {
+struct OutputsAndDepth {
+    @location(0) normal: vec4f,
+    @location(1) id: u32,
+    @builtin(frag_depth) depth: f32,
+}
+
+fn outputs(in: VertexOut, front: bool) -> OutputsAndDepth {
     let uvs = Uvs(in.uvs, dpdx(in.uvs), dpdy(in.uvs));
+    let dp_dx = dpdx(in.position);
+    let dp_dy = dpdy(in.position);
     let instance = load_instance(in.slot);
     let material = load_material(instance.material);
-    let alpha = base_color(material, uvs, in.color).a;
-    let normal = shading_normal(material, in, uvs, front);
+    let bump = bumped(material, in, uvs, dp_dx, dp_dy, front);
+    let alpha = base_color(material, bump.uvs, in.color).a;
     // A blended surface counts where it hides more than half of what is behind it.
     let cutoff = select(material.alpha_cutoff, 0.5, ALPHA == ALPHA_BLEND);
     if ALPHA != ALPHA_OPAQUE && alpha < cutoff {
         discard;
     }
-    return Outputs(vec4f(normal, 1.0), instance.entity + 1u);
+    return OutputsAndDepth(vec4f(bump.normal, 1.0), instance.entity + 1u, depth_of(bump.position));
+}
+
+@fragment
+fn fs_outputs(in: VertexOut, @builtin(front_facing) front: bool) -> Outputs {
+    let pixel = outputs(in, front);
+    return Outputs(pixel.normal, pixel.id);
+}
+
+@fragment
+fn fs_z_correct_outputs(in: VertexOut, @builtin(front_facing) front: bool) -> OutputsAndDepth {
+    return outputs(in, front);
 }

@@ -7,6 +7,9 @@ use systems::levels::LevelOfDetail;
 use systems::library::Technique;
 use systems::lights::LightPolicy;
 
+/// Frame numbers stay below this.
+pub const MOST_FRAMES: u64 = 1_000_000_000;
+
 /// A picture's size, like 1280x720.
 ///
 /// # Errors

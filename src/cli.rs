@@ -1,9 +1,13 @@
 //! What the command line takes, and its help.
 
 use clap::{ArgAction, Args, Parser, Subcommand};
-use relief::arguments::{parse_levels, parse_lights, parse_occlusion, parse_size, parse_speed, parse_technique};
+use relief::arguments::{
+    MOST_FRAMES, parse_levels, parse_lights, parse_occlusion, parse_size, parse_speed, parse_technique,
+};
 use relief::bench::BenchArgs;
 use relief::frames::{Frames, LoadOptions, OutputKind};
+use relief::gallery::{self, GalleryArgs};
+use relief::maps::command::MapArgs;
 use relief::recording::RunFiles;
 use relief::renderer::{DebugView, Occlusion, Settings};
 use std::path::PathBuf;
@@ -31,7 +35,9 @@ Examples:
   relief render scene.ron -o frames --frames 60   frames/color_00000.png … color_00059.png
   relief run scene.ron --record drive.rec         and relief replay drive.rec: the same run again
   relief lights scene.ron -o out                  how far three lights per object are from all lights
+  relief gallery -o out                           every bump technique on four shapes
   relief bench --objects 100000                   what many objects cost
+  relief map normal height.png -o normal.png      a normal map from a height map
   relief check scene.ron model.glb                everything that is wrong with the files
 
 Exit codes: 0 done, 2 bad input or usage, 3 no usable graphics adapter, 1 anything else.";
@@ -48,9 +54,14 @@ pub enum Command {
     /// Say how far a frame lit by three lights per object is from one lit by all, in figures and pictures
     #[command(after_help = LIGHTS_HELP)]
     Lights(LightsArgs),
+    /// Draw a scene once for each shape of its figures, and all on one sheet: every bump technique, if no scene is named
+    #[command(after_help = gallery::HELP)]
+    Gallery(GalleryArgs),
     /// Measure a grid of many bump-mapped objects under many lights, or any scene
     #[command(after_help = BENCH_HELP)]
     Bench(BenchArgs),
+    /// Make normal, height, horizon and other maps from images
+    Map(MapArgs),
     /// Say everything that is wrong with scenes, models and images; exit code 2 if anything is
     Check {
         /// Scenes (.ron), models (.gltf, .glb), images
@@ -199,7 +210,7 @@ pub struct LightsArgs {
     /// Camera of the scene, by name; its first if left out
     #[arg(long, value_name = "NAME")]
     pub camera: Option<String>,
-    /// Draw every material with this bump technique: off, normal, perturbed_normal
+    /// Draw every material with this bump technique: off, normal, relief, … (docs/techniques.md)
     #[arg(long, value_name = "NAME", value_parser = parse_technique)]
     pub technique: Option<Technique>,
     /// Worker threads; pictures are the same for any number [default: one per core]
@@ -251,7 +262,7 @@ pub struct ViewArgs {
     /// for the others; hard: by the three alone; all: by every light that reaches them, slow, the reference
     #[arg(long, value_name = "POLICY", default_value = "three", value_parser = parse_lights)]
     pub lights: LightPolicy,
-    /// Draw every material with this bump technique: off, normal, perturbed_normal
+    /// Draw every material with this bump technique: off, normal, relief, … (docs/techniques.md)
     #[arg(long, value_name = "NAME", value_parser = parse_technique)]
     pub technique: Option<Technique>,
     /// Show something else than light: base, normal, tangent; light_count: how many lights reach each object, 1 blue to
@@ -296,9 +307,6 @@ impl ViewArgs {
         }
     }
 }
-
-/// Frame numbers stay below this.
-pub const MOST_FRAMES: u64 = 1_000_000_000;
 
 pub fn parse_frames(text: &str) -> Result<Frames, String> {
     let number = |text: &str| text.parse::<u64>().ok().filter(|number| *number <= MOST_FRAMES);

@@ -1,14 +1,26 @@
-//! Where the demo scene is.
+//! Where the scenes and textures are that come with the program.
 
 use std::path::{Path, PathBuf};
 
-const SCENE: &str = "assets/scenes/town.ron";
+const DEMO: &str = "assets/scenes/town.ron";
+const TECHNIQUES: &str = "assets/scenes/techniques.ron";
 
-/// The demo scene: below the working directory, beside the binary or above it, or where the project was built.
+/// The demo scene.
 pub fn scene_path() -> PathBuf {
-    let here = PathBuf::from(SCENE);
+    shipped(DEMO)
+}
+
+/// The scene of all bump techniques.
+pub fn techniques_path() -> PathBuf {
+    shipped(TECHNIQUES)
+}
+
+/// A file that comes with the program: below the working directory, beside the binary or above it, or where the project
+/// was built.
+pub fn shipped(file: &str) -> PathBuf {
+    let here = PathBuf::from(file);
     let beside = std::env::current_exe().ok();
-    let above = beside.iter().flat_map(|exe| exe.ancestors().skip(1)).map(|folder| folder.join(SCENE));
-    let built = Path::new(env!("CARGO_MANIFEST_DIR")).join(SCENE);
+    let above = beside.iter().flat_map(|exe| exe.ancestors().skip(1)).map(|folder| folder.join(file));
+    let built = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
     std::iter::once(here.clone()).chain(above).chain([built]).find(|path| path.exists()).unwrap_or(here)
 }

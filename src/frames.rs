@@ -136,6 +136,12 @@ pub enum FrameError {
         /// The names there are.
         known: Vec<String>,
     },
+    /// A gallery of a scene without figures.
+    #[error("{}: no entity has a figure: [\"MESH\", …], a list of meshes to show in turn", scene.display())]
+    NoFigure {
+        /// The scene.
+        scene: PathBuf,
+    },
     /// No adapter.
     #[error(transparent)]
     Gpu(#[from] GpuError),

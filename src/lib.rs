@@ -15,6 +15,7 @@
 //! frames    pictures to files; Headless for programs of one's own    app      the window, its keys and panel
 //! renderer  the only place that knows wgpu                           check    everything wrong with a file
 //! compare   how far two pictures are apart                           light_error   a scene by three lights and by all
+//! gallery   a scene once for each shape of its figures
 //! viewpoint what is looked through                                     problem, name, output, video, demo  shared
 //! ```
 //!
@@ -28,6 +29,7 @@ pub mod check;
 pub mod compare;
 pub mod demo;
 pub mod frames;
+pub mod gallery;
 pub mod import;
 pub mod light_error;
 pub mod maps;

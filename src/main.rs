@@ -1,4 +1,4 @@
-//! The command line: `relief run, render, replay, lights, bench, check, info`.
+//! The command line: `relief run, render, replay, lights, gallery, bench, map, check, info`.
 //!
 //! Exit codes: 0 done, 2 bad input or usage, 3 no usable graphics adapter, 1 anything else.
 
@@ -10,7 +10,9 @@ use indicatif::{ProgressBar, ProgressStyle};
 use relief::app::{self, AppError};
 use relief::bench::{self, BenchArgs};
 use relief::frames::{self, FrameError, FrameJob, Frames, OutputKind};
+use relief::gallery::{self, GalleryArgs};
 use relief::light_error::{self, LightErrorJob};
+use relief::maps::command::{self as map_tools, MapArgs};
 use relief::recording::{self, RecordingError, RunFiles};
 use relief::renderer::Gpu;
 use relief::{check, demo};
@@ -46,7 +48,9 @@ fn main() -> ExitCode {
         }
         Command::Replay(args) => replay(&args),
         Command::Lights(args) => lights(&args),
+        Command::Gallery(args) => draw_gallery(&args),
         Command::Bench(args) => return measure(&args, started),
+        Command::Map(args) => return make_map(&args),
         Command::Check { files } => return check_files(&files),
         Command::Info => Gpu::headless().map(|gpu| say(gpu.describe().trim_end())).map_err(FrameError::from),
     };
@@ -67,7 +71,9 @@ fn say(text: &str) {
 fn exit_code(error: &FrameError) -> u8 {
     match error {
         FrameError::Scene(_) | FrameError::NoCamera { .. } | FrameError::Render(_) | FrameError::Compare(_) => 2,
-        FrameError::NoFrames { .. } | FrameError::Recording(RecordingError::Refused { .. }) => 2,
+        FrameError::NoFigure { .. }
+        | FrameError::NoFrames { .. }
+        | FrameError::Recording(RecordingError::Refused { .. }) => 2,
         FrameError::Gpu(_) => 3,
         FrameError::Output(_) | FrameError::Video(_) | FrameError::Recording(_) => 1,
     }
@@ -148,6 +154,17 @@ fn lights(args: &LightsArgs) -> Result<(), FrameError> {
     Ok(())
 }
 
+fn draw_gallery(args: &GalleryArgs) -> Result<(), FrameError> {
+    let bar = progress_bar("{bar:40} figure {pos}/{len}");
+    let written = gallery::render(args, |done, of| {
+        bar.set_length(of);
+        bar.set_position(done);
+    })?;
+    bar.finish_and_clear();
+    written.iter().for_each(|path| say(&path.display().to_string()));
+    Ok(())
+}
+
 fn measure(args: &BenchArgs, started: Instant) -> ExitCode {
     let bar = progress_bar("{bar:40} {pos}/{len}  {msg}  {eta} left");
     let advance = |done: u64, of: u64| {
@@ -171,6 +188,25 @@ fn measure(args: &BenchArgs, started: Instant) -> ExitCode {
     match done {
         Ok(text) => {
             say(text.trim_end());
+            ExitCode::SUCCESS
+        }
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(error.exit_code())
+        }
+    }
+}
+
+fn make_map(args: &MapArgs) -> ExitCode {
+    let bar = progress_bar("{bar:40} {percent} %  {eta} left");
+    let done = map_tools::run(args, &|done, of| {
+        bar.set_length(of as u64);
+        bar.set_position(done as u64);
+    });
+    bar.finish_and_clear();
+    match done {
+        Ok(written) => {
+            written.iter().for_each(|path| say(&path.display().to_string()));
             ExitCode::SUCCESS
         }
         Err(error) => {

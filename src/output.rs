@@ -78,9 +78,25 @@ pub fn make_folder(path: &Path) -> Result<(), OutputError> {
 /// # Errors
 /// [`OutputError::Io`].
 pub fn check_writable(folder: &Path) -> Result<(), OutputError> {
+    probe(folder).map_err(|source| OutputError::Io { path: folder.to_owned(), source })
+}
+
+fn probe(folder: &Path) -> std::io::Result<()> {
     let probe = folder.join(format!(".{}.part", std::process::id()));
-    let written = fs::write(&probe, b"").and_then(|()| fs::remove_file(&probe));
-    written.map_err(|source| OutputError::Io { path: folder.to_owned(), source })
+    fs::write(&probe, b"").and_then(|()| fs::remove_file(&probe))
+}
+
+/// Whether a file of that name can be written, before work that would be lost.
+///
+/// # Errors
+/// [`OutputError::Io`]: its folder is missing or cannot be written into, or the name is that of a folder.
+pub fn check_file(path: &Path) -> Result<(), OutputError> {
+    let refused = |source| OutputError::Io { path: path.to_owned(), source };
+    if path.is_dir() {
+        return Err(refused(std::io::ErrorKind::IsADirectory.into()));
+    }
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    probe(folder).map_err(refused)
 }
 
 #[cfg(test)]

@@ -254,6 +254,11 @@ impl Technique {
         ("combined", Self::Combined),
     ];
 
+    /// Whether it displaces the depth that is written.
+    pub fn writes_depth(self) -> bool {
+        matches!(self, Self::ZCorrectParallax | Self::ZCorrect | Self::Combined)
+    }
+
     /// The name that scene files and the command line use.
     pub fn name(self) -> &'static str {
         Self::ALL.iter().find(|(_, technique)| *technique == self).map_or("", |(name, _)| name)

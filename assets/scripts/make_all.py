@@ -9,6 +9,7 @@ import make_car
 import make_motorcycle
 import make_person
 import make_props
+import make_techniques
 import make_textures
 import make_town
 import make_truck
@@ -20,6 +21,8 @@ VEHICLES = {'vehicle_car': make_car, 'vehicle_van': make_van, 'vehicle_truck': m
 
 if __name__ == '__main__':
     make_textures.main(os.path.join(HERE, '..', 'textures'))
+    make_techniques.main()
+    print('techniques')
     make_props.main()
     for name, script in VEHICLES.items():
         script.build(os.path.join(HERE, '..', 'models', name + '.glb'))

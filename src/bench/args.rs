@@ -47,7 +47,7 @@ pub struct BenchArgs {
     /// Where the camera stands
     #[arg(long, value_enum, default_value = "wide", conflicts_with = "suite")]
     pub view: YardView,
-    /// Draw every material with this bump technique: off, normal, perturbed_normal
+    /// Draw every material with this bump technique: off, normal, relief, … (docs/techniques.md)
     #[arg(long, value_name = "NAME", value_parser = arguments::parse_technique)]
     pub technique: Option<Technique>,
     /// How objects are lit: three, hard or all; relief render --help tells them apart

@@ -40,16 +40,31 @@ impl std::fmt::Display for Unfit {
 
 /// Reads an image file.
 pub fn load(path: &Path, kind: ImageKind) -> Result<Image, ImportError> {
+    let name = path.file_stem().unwrap_or_default().to_string_lossy();
+    read(path, guess).map(|pixels| with_levels(&name, kind, pixels))
+}
+
+/// The pixels of an image file as they are; OpenEXR is read too, red, green and blue with or without alpha.
+pub fn pixels(path: &Path) -> Result<DynamicImage, ImportError> {
+    read(path, |bytes, by_name| {
+        let is_exr = image::guess_format(bytes).is_ok_and(|format| format == ImageFormat::OpenExr);
+        if is_exr { Some(ImageFormat::OpenExr) } else { guess(bytes, by_name) }
+    })
+}
+
+type Guess = fn(&[u8], Option<ImageFormat>) -> Option<ImageFormat>;
+
+fn read(path: &Path, guess: Guess) -> Result<DynamicImage, ImportError> {
     let bytes = read_file(path).map_err(|error| ImportError::Unreadable {
         path: path.to_owned(),
         place: "file".into(),
         message: error.to_string(),
     })?;
-    let name = path.file_stem().unwrap_or_default().to_string_lossy();
-    let by_name = ImageFormat::from_path(path).ok();
-    decode(&bytes, by_name).map(|pixels| with_levels(&name, kind, pixels)).map_err(|unfit| ImportError::Invalid {
+    let format = guess(&bytes, ImageFormat::from_path(path).ok());
+    let pixels = format.ok_or(Unfit::UnknownFormat).and_then(|format| decode_as(&bytes, format));
+    pixels.map_err(|unfit| ImportError::Invalid {
         path: path.to_owned(),
-        place: guess(&bytes, by_name).map_or("byte 0".into(), |format| format!("{format:?} data")),
+        place: format.map_or("byte 0".into(), |format| format!("{format:?} data")),
         message: unfit.to_string(),
     })
 }
@@ -60,15 +75,14 @@ pub fn guess(bytes: &[u8], by_name: Option<ImageFormat>) -> Option<ImageFormat> 
     by_content.or(by_name.filter(|&f| f == ImageFormat::Tga)).filter(|f| FORMATS.contains(f))
 }
 
-fn reader(bytes: &[u8], by_name: Option<ImageFormat>) -> Result<ImageReader<Cursor<&[u8]>>, Unfit> {
-    let format = guess(bytes, by_name).ok_or(Unfit::UnknownFormat)?;
+fn reader(bytes: &[u8], format: ImageFormat) -> ImageReader<Cursor<&[u8]>> {
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
     let mut limits = Limits::no_limits();
     limits.max_image_width = Some(MAX_SIDE);
     limits.max_image_height = Some(MAX_SIDE);
     limits.max_alloc = Some(MAX_ALLOC);
     reader.limits(limits);
-    Ok(reader)
+    reader
 }
 
 fn damaged(error: ImageError) -> Unfit {
@@ -87,7 +101,11 @@ fn too_large(what: &str) -> Unfit {
 
 /// Looks at the header only. Returns the number of texels, twice that where they have more than eight bits.
 pub fn texels(bytes: &[u8], by_name: Option<ImageFormat>) -> Result<u64, Unfit> {
-    let decoder = reader(bytes, by_name)?.into_decoder().map_err(damaged)?;
+    texels_as(bytes, guess(bytes, by_name).ok_or(Unfit::UnknownFormat)?)
+}
+
+fn texels_as(bytes: &[u8], format: ImageFormat) -> Result<u64, Unfit> {
+    let decoder = reader(bytes, format).into_decoder().map_err(damaged)?;
     let ((width, height), color) = (decoder.dimensions(), decoder.color_type());
     if width == 0 || height == 0 {
         return Err(Unfit::Damaged(format!("expected at least one texel, the size is {width}×{height}")));
@@ -102,8 +120,12 @@ pub fn texels(bytes: &[u8], by_name: Option<ImageFormat>) -> Result<u64, Unfit> 
 
 /// Decodes all of it.
 pub fn decode(bytes: &[u8], by_name: Option<ImageFormat>) -> Result<DynamicImage, Unfit> {
-    texels(bytes, by_name)?;
-    let pixels = reader(bytes, by_name)?.decode().map_err(damaged)?;
+    decode_as(bytes, guess(bytes, by_name).ok_or(Unfit::UnknownFormat)?)
+}
+
+fn decode_as(bytes: &[u8], format: ImageFormat) -> Result<DynamicImage, Unfit> {
+    texels_as(bytes, format)?;
+    let pixels = reader(bytes, format).decode().map_err(damaged)?;
     if pixels.width() == 0 || pixels.height() == 0 {
         return Err(Unfit::Damaged("the image has no texels".into()));
     }

@@ -75,6 +75,11 @@ pub fn load_image(path: &Path, kind: ImageKind) -> Result<Image, ImportError> {
     image::load(path, kind)
 }
 
+/// The pixels of an image file as they are stored. Beside what [`load_image`] reads, OpenEXR.
+pub fn load_pixels(path: &Path) -> Result<::image::DynamicImage, ImportError> {
+    image::pixels(path)
+}
+
 /// Reads image files in parallel; the results are in the order of the requests.
 pub fn load_images(requests: &[(PathBuf, ImageKind)]) -> Vec<Result<Image, ImportError>> {
     systems::set_threads(None);

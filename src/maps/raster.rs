@@ -1,16 +1,32 @@
 //! An image as the map tools see it, and rows of one on all cores.
 
+use bevy_tasks::ComputeTaskPool;
 use std::sync::Mutex;
 use std::thread;
 
 /// What lies beyond the edges of a map.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, clap::ValueEnum)]
 pub enum Edges {
     /// The map again: it is a tile.
     #[default]
     Wrap,
     /// The edge's texel.
     Clamp,
+}
+
+impl Edges {
+    /// The place on a side of that many texels that `at` stands for.
+    pub fn inside(self, at: isize, size: usize) -> usize {
+        match self {
+            Self::Wrap => at.rem_euclid(size as isize) as usize,
+            Self::Clamp => at.clamp(0, size as isize - 1) as usize,
+        }
+    }
+}
+
+fn thread_count() -> usize {
+    let cores = || thread::available_parallelism().map_or(1, usize::from);
+    ComputeTaskPool::try_get().map_or_else(cores, |pool| pool.thread_num())
 }
 
 /// Texels of `channels` floats each, top left first, rows one after the other.
@@ -33,7 +49,8 @@ impl Raster {
     }
 
     /// Computes every row: `fill(y, row)` writes row y, `width · channels` values that are 0 before. Rows are shared out
-    /// among threads; `done(n)` is told how many are finished, from any of them.
+    /// among as many threads as [`systems::set_threads`] says, else one per core; `done(n)` is told how many are
+    /// finished, from any of them.
     pub fn from_rows(
         (width, height, channels): (usize, usize, usize),
         fill: impl Fn(usize, &mut [f32]) + Sync,
@@ -53,7 +70,7 @@ impl Raster {
             }
         };
         thread::scope(|scope| {
-            for _ in 1..thread::available_parallelism().map_or(1, usize::from) {
+            for _ in 1..thread_count() {
                 scope.spawn(work);
             }
             work();
@@ -63,11 +80,7 @@ impl Raster {
 
     /// A value of the texel at (x, y), which may lie beyond the edges.
     pub fn at(&self, x: isize, y: isize, channel: usize, edges: Edges) -> f32 {
-        let inside = |at: isize, size: usize| match edges {
-            Edges::Wrap => at.rem_euclid(size as isize) as usize,
-            Edges::Clamp => at.clamp(0, size as isize - 1) as usize,
-        };
-        let (x, y) = (inside(x, self.width), inside(y, self.height));
+        let (x, y) = (edges.inside(x, self.width), edges.inside(y, self.height));
         self.values[(y * self.width + x) * self.channels + channel]
     }
 }

@@ -18,6 +18,7 @@
 mod culling;
 mod drawn;
 mod draws;
+mod emboss;
 mod frame_tables;
 mod gpu;
 mod meshes;
@@ -48,6 +49,7 @@ pub use timestamps::PassTime;
 use culling::{ARGUMENT_BYTES, CulledView, Culling, Phase};
 use drawn::DrawnCounts;
 use draws::Draws;
+use emboss::EmbossPass;
 use frame_tables::FrameTables;
 use glam::Vec3;
 use meshes::Meshes;
@@ -59,7 +61,7 @@ use systems::draw_list::{BatchKey, DirtySlots, DrawList, PipelineKey, ViewRecord
 use systems::library::{Library, Technique};
 use systems::view::View;
 use tables::GrowingBuffer;
-use targets::{Targets, whole_view};
+use targets::{Behind, Targets, whole_view};
 use textures::Textures;
 use timestamps::Timestamps;
 
@@ -128,6 +130,10 @@ pub struct Renderer {
     /// How often culling is to be done before the lists of visible objects stay as they are.
     cullings_due: u32,
     targets: Option<Targets>,
+    /// What blended objects refract, while any does.
+    behind: Option<Behind>,
+    /// Stands in for it.
+    nothing_behind: Behind,
     /// The world whose meshes, textures and tables are uploaded.
     world: u64,
     /// Slots of blended objects as they were last uploaded, farthest first.
@@ -159,7 +165,6 @@ impl Renderer {
         Self {
             culling: Culling::new(device, &pipelines.frame_layout),
             pyramids: PyramidMaker::new(device),
-            pipelines,
             textures,
             meshes: Meshes::new(device),
             tables: FrameTables::new(device),
@@ -169,6 +174,8 @@ impl Renderer {
             cullings_due: 0,
             lists_ready: false,
             targets: None,
+            behind: None,
+            nothing_behind: Behind::new(device, &pipelines.behind_layout, (1, 1)),
             world: 0,
             blended_slots: Vec::new(),
             blended: GrowingBuffer::new(device, "blended slots", wgpu::BufferUsages::VERTEX),
@@ -182,6 +189,7 @@ impl Renderer {
             stats: RenderStats::default(),
             counts: DrawnCounts::default(),
             timestamps: Timestamps::new(gpu),
+            pipelines,
             gpu: gpu.clone(),
         }
     }
@@ -255,6 +263,12 @@ impl Renderer {
         self.tone_map = if settings.debug == DebugView::Off { list.environment.tone_map } else { ToneMap::Clamp };
         self.technique = settings.technique;
         self.make_pipelines(self.pass);
+        let size = (view.width, view.height);
+        if !self.refracts() {
+            self.behind = None;
+        } else if self.behind.as_ref().is_none_or(|behind| behind.size() != size) {
+            self.behind = Some(Behind::new(&self.gpu.device, &self.pipelines.behind_layout, size));
+        }
         self.plain_sky = plain_sky(&list.environment);
         if self.plain_sky.is_none() {
             self.pipelines.make_sky(&self.gpu.device, settings.samples);
@@ -297,19 +311,41 @@ impl Renderer {
         Ok(())
     }
 
-    /// The pipeline that objects with that key are drawn with.
-    fn pipeline_of(&self, key: BatchKey) -> PipelineKey {
-        PipelineKey { technique: self.technique.unwrap_or(key.pipeline.technique), ..key.pipeline }
+    /// The pipeline that objects with that key are drawn with in a pass.
+    fn pipeline_of(&self, pass: Pass, key: BatchKey) -> PipelineKey {
+        let technique = self.technique.unwrap_or(key.pipeline.technique);
+        PipelineKey { technique: pass.technique(technique, key.pipeline.alpha), ..key.pipeline }
     }
 
     fn make_pipelines(&mut self, pass: Pass) {
         let opaque = self.draws.list.iter().map(|draw| draw.key);
         let mut keys: Vec<_> =
-            opaque.chain(self.blended_runs.iter().map(|run| run.key)).map(|key| self.pipeline_of(key)).collect();
+            opaque.chain(self.blended_runs.iter().map(|run| run.key)).map(|key| self.pipeline_of(pass, key)).collect();
         keys.dedup();
         for key in keys {
             self.pipelines.make_object(&self.gpu.device, pass, key);
+            if key.technique == Technique::EmbossMultipass {
+                for step in self.emboss_passes() {
+                    self.pipelines.make_object(&self.gpu.device, step, key);
+                }
+            }
         }
+    }
+
+    /// The passes that add the light of [`Technique::EmbossMultipass`], if the colour pass leaves it to them.
+    fn emboss_passes(&self) -> impl Iterator<Item = Pass> + use<> {
+        let samples = match self.pass {
+            Pass::Color { samples, .. } => samples,
+            Pass::Emboss { .. } | Pass::Outputs => 1,
+        };
+        EmbossPass::all().map(move |pass| Pass::Emboss { pass, samples })
+    }
+
+    /// Whether a blended object shows what lies behind it elsewhere than it is.
+    fn refracts(&self) -> bool {
+        let shown = matches!(self.pass, Pass::Color { debug: DebugView::Off, .. });
+        let technique = |run: &BlendedRun| self.pipeline_of(self.pass, run.key).technique;
+        shown && self.blended_runs.iter().any(|run| technique(run) == Technique::PerturbedUv)
     }
 
     /// Draws what was prepared into `target`, a view of a texture of that format and the prepared view's size. An

@@ -1,12 +1,13 @@
 //! Pipelines: one forward shader, specialised by override constants, made when a batch first needs it.
 
+use super::emboss::EmbossPass;
 use super::meshes::{SLOT_LAYOUT, VERTEX_LAYOUT};
 use super::targets::{DEPTH_FORMAT, HDR_FORMAT};
 use super::{DebugView, shaders};
 use std::collections::BTreeMap;
 use systems::components::ToneMap;
 use systems::draw_list::PipelineKey;
-use systems::library::AlphaMode;
+use systems::library::{AlphaMode, Technique};
 
 /// What the forward pass writes.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -18,8 +19,45 @@ pub(super) enum Pass {
         debug: DebugView,
         samples: u32,
     },
+    /// One of the passes of [`Technique::EmbossMultipass`], over what `Color` drew.
+    Emboss { pass: EmbossPass, samples: u32 },
     /// Normal and id.
     Outputs,
+}
+
+impl Pass {
+    fn samples(self) -> u32 {
+        match self {
+            Self::Color { samples, .. } | Self::Emboss { samples, .. } => samples,
+            Self::Outputs => 1,
+        }
+    }
+
+    /// The technique that objects of a technique are drawn with in this pass.
+    pub fn technique(self, technique: Technique, alpha: AlphaMode) -> Technique {
+        // Passes add up over what is opaque, and there is one per light of three.
+        let passes = match self {
+            Self::Color { all_lights, debug, .. } => !all_lights && debug == DebugView::Off,
+            Self::Emboss { .. } => true,
+            Self::Outputs => false,
+        };
+        match technique {
+            Technique::EmbossMultipass if !passes || alpha == AlphaMode::Blend => Technique::Emboss,
+            other => other,
+        }
+    }
+
+    /// The entry points of the forward shader.
+    fn entry_points(self, technique: Technique) -> (&'static str, &'static str) {
+        match (self, technique) {
+            (Self::Emboss { .. }, _) => ("vs_main", "fs_emboss"),
+            (Self::Outputs, technique) if technique.writes_depth() => ("vs_main", "fs_z_correct_outputs"),
+            (Self::Outputs, _) => ("vs_main", "fs_outputs"),
+            (Self::Color { .. }, technique) if technique.writes_depth() => ("vs_main", "fs_z_correct"),
+            (Self::Color { all_lights: false, .. }, Technique::Dot3) => ("vs_dot3", "fs_dot3"),
+            (Self::Color { .. }, _) => ("vs_main", "fs_main"),
+        }
+    }
 }
 
 /// Normal and id, in the order of the shader's `Outputs`.
@@ -31,6 +69,8 @@ pub(super) const OUTPUT_FORMATS: [wgpu::TextureFormat; 2] =
 pub(super) struct Pipelines {
     /// Group 0 of all passes: view and tables.
     pub frame_layout: wgpu::BindGroupLayout,
+    /// Group 2 of objects: the picture without blended ones.
+    pub behind_layout: wgpu::BindGroupLayout,
     /// Group 1 of the tone map.
     pub tone_map_layout: wgpu::BindGroupLayout,
     forward: wgpu::ShaderModule,
@@ -52,19 +92,22 @@ impl Pipelines {
             device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(label), source })
         };
         let frame_layout = frame_layout(device);
-        let tone_map_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some("tone map source"),
-            entries: &[wgpu::BindGroupLayoutEntry {
-                binding: 0,
-                visibility: wgpu::ShaderStages::FRAGMENT,
-                ty: wgpu::BindingType::Texture {
-                    sample_type: wgpu::TextureSampleType::Float { filterable: false },
-                    view_dimension: wgpu::TextureViewDimension::D2,
-                    multisampled: false,
-                },
-                count: None,
-            }],
-        });
+        let picture_layout = |label| {
+            device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+                label: Some(label),
+                entries: &[wgpu::BindGroupLayoutEntry {
+                    binding: 0,
+                    visibility: wgpu::ShaderStages::FRAGMENT,
+                    ty: wgpu::BindingType::Texture {
+                        sample_type: wgpu::TextureSampleType::Float { filterable: false },
+                        view_dimension: wgpu::TextureViewDimension::D2,
+                        multisampled: false,
+                    },
+                    count: None,
+                }],
+            })
+        };
+        let (behind_layout, tone_map_layout) = (picture_layout("behind"), picture_layout("tone map source"));
         let layout = |label, groups: &[Option<&wgpu::BindGroupLayout>]| {
             device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
                 label: Some(label),
@@ -76,10 +119,11 @@ impl Pipelines {
             forward: module("forward.wgsl", shaders::FORWARD),
             sky: module("sky.wgsl", shaders::SKY),
             tone_map: module("tonemap.wgsl", shaders::TONE_MAP),
-            forward_layout: layout("forward", &[Some(&frame_layout), Some(class_layout)]),
+            forward_layout: layout("forward", &[Some(&frame_layout), Some(class_layout), Some(&behind_layout)]),
             sky_layout: layout("sky", &[Some(&frame_layout)]),
             tone_map_pipeline_layout: layout("tone map", &[Some(&frame_layout), Some(&tone_map_layout)]),
             frame_layout,
+            behind_layout,
             tone_map_layout,
             objects: BTreeMap::new(),
             skies: BTreeMap::new(),
@@ -102,9 +146,13 @@ impl Pipelines {
         if self.objects.contains_key(&(pass, key)) {
             return;
         }
-        let (all_lights, debug, samples) = match pass {
-            Pass::Color { all_lights, debug, samples } => (all_lights, debug, samples),
-            Pass::Outputs => (false, DebugView::Off, 1),
+        let (all_lights, debug) = match pass {
+            Pass::Color { all_lights, debug, .. } => (all_lights, debug),
+            Pass::Emboss { .. } | Pass::Outputs => (false, DebugView::Off),
+        };
+        let (emboss_step, emboss_light) = match pass {
+            Pass::Emboss { pass, .. } => pass.constants(),
+            Pass::Color { .. } | Pass::Outputs => (0, 0),
         };
         let constants = [
             ("TECHNIQUE", f64::from(key.technique as u32)),
@@ -112,22 +160,32 @@ impl Pipelines {
             ("ALPHA", f64::from(key.alpha as u32)),
             ("TRANSFORMED_UVS", f64::from(u32::from(key.transformed_uvs))),
             ("EMISSIVE", f64::from(u32::from(key.emissive))),
+            ("ENVIRONMENT_MAP", f64::from(u32::from(key.environment_map))),
             ("VERTEX_COLORS", f64::from(u32::from(key.vertex_colors))),
             ("LIGHTS", f64::from(u32::from(all_lights))),
             ("DEBUG", f64::from(debug as u32)),
+            ("EMBOSS_STEP", f64::from(emboss_step)),
+            ("EMBOSS_LIGHT", f64::from(emboss_light)),
         ];
         let blend = key.alpha == AlphaMode::Blend && pass != Pass::Outputs;
         let write = wgpu::ColorWrites::ALL;
-        let color = Some(wgpu::ColorTargetState {
-            format: HDR_FORMAT,
-            blend: blend.then_some(wgpu::BlendState::ALPHA_BLENDING),
-            write_mask: write,
+        let color = Some(match pass {
+            Pass::Emboss { pass, .. } => pass.target(),
+            Pass::Color { .. } | Pass::Outputs => wgpu::ColorTargetState {
+                format: HDR_FORMAT,
+                blend: blend.then_some(wgpu::BlendState::ALPHA_BLENDING),
+                write_mask: write,
+            },
         });
         let outputs =
             OUTPUT_FORMATS.map(|format| Some(wgpu::ColorTargetState { format, blend: None, write_mask: write }));
         let color = [color];
-        let (entry_point, targets): (_, &[_]) =
-            if pass == Pass::Outputs { ("fs_outputs", &outputs) } else { ("fs_main", &color) };
+        let targets: &[_] = if pass == Pass::Outputs { &outputs } else { &color };
+        let (vertex_entry, fragment_entry) = pass.entry_points(key.technique);
+        let depth = match pass {
+            Pass::Emboss { .. } => depth_state(false, wgpu::CompareFunction::Equal),
+            Pass::Color { .. } | Pass::Outputs => depth_state(!blend, wgpu::CompareFunction::Greater),
+        };
         let compilation_options =
             wgpu::PipelineCompilationOptions { constants: &constants, ..wgpu::PipelineCompilationOptions::default() };
         let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
@@ -135,7 +193,7 @@ impl Pipelines {
             layout: Some(&self.forward_layout),
             vertex: wgpu::VertexState {
                 module: &self.forward,
-                entry_point: Some("vs_main"),
+                entry_point: Some(vertex_entry),
                 compilation_options: compilation_options.clone(),
                 buffers: &[Some(VERTEX_LAYOUT), Some(SLOT_LAYOUT)],
             },
@@ -144,11 +202,11 @@ impl Pipelines {
                 cull_mode: (!key.double_sided).then_some(wgpu::Face::Back),
                 ..wgpu::PrimitiveState::default()
             },
-            depth_stencil: Some(depth_state(!blend, wgpu::CompareFunction::Greater)),
-            multisample: wgpu::MultisampleState { count: samples, ..wgpu::MultisampleState::default() },
+            depth_stencil: Some(depth),
+            multisample: wgpu::MultisampleState { count: pass.samples(), ..wgpu::MultisampleState::default() },
             fragment: Some(wgpu::FragmentState {
                 module: &self.forward,
-                entry_point: Some(entry_point),
+                entry_point: Some(fragment_entry),
                 compilation_options,
                 targets,
             }),

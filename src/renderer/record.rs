@@ -6,6 +6,7 @@ use super::targets::{self, DEPTH_FORMAT, Targets, whole_view};
 use super::timestamps::Timestamps;
 use super::{Outputs, Renderer};
 use systems::draw_list::BatchKey;
+use systems::library::Technique;
 
 impl Renderer {
     /// Culling and the forward pass, in one phase or two. Returns the number of draws and of calls.
@@ -27,7 +28,7 @@ impl Renderer {
         let clear = Some(self.plain_sky.unwrap_or_default());
         if let Some(pyramid) = self.culled.pyramid() {
             {
-                let mut pass = begin_forward(encoder, timestamps, targets, ("early", clear, false));
+                let mut pass = begin_forward(encoder, timestamps, targets, ("early", clear, Leaves::Samples));
                 pass.set_bind_group(0, frame_group, &[]);
                 count(self.draw_objects(&mut pass, self.pass, Phase::Early));
             }
@@ -39,13 +40,24 @@ impl Renderer {
         {
             let two_phases = self.culled.pyramid().is_some();
             let first = clear.filter(|_| !two_phases);
-            let mut pass = begin_forward(encoder, timestamps, targets, ("forward", first, true));
+            let leaves = if self.behind.is_some() { Leaves::Both } else { Leaves::Picture };
+            let mut pass = begin_forward(encoder, timestamps, targets, ("forward", first, leaves));
             pass.set_bind_group(0, frame_group, &[]);
             let phase = if two_phases { Phase::Late } else { Phase::Early };
             count(self.draw_objects(&mut pass, self.pass, phase));
             if let (None, Some(sky)) = (self.plain_sky, self.pipelines.sky(targets.samples)) {
                 pass.set_pipeline(sky);
                 pass.draw(0..3, 0..1);
+            }
+            if let Some(behind) = &self.behind {
+                drop(pass);
+                encoder.copy_texture_to_texture(
+                    targets.hdr_texture.as_image_copy(),
+                    behind.texture.as_image_copy(),
+                    behind.texture.size(),
+                );
+                pass = begin_forward(encoder, timestamps, targets, ("blended", None, Leaves::Picture));
+                pass.set_bind_group(0, frame_group, &[]);
             }
             let blended = self.draw_blended(&mut pass, self.pass);
             count((blended, blended));
@@ -118,13 +130,14 @@ impl Renderer {
     }
 
     fn bind_meshes(&self, pass: &mut wgpu::RenderPass<'_>) {
+        pass.set_bind_group(2, &self.behind.as_ref().unwrap_or(&self.nothing_behind).group, &[]);
         pass.set_vertex_buffer(0, self.meshes.vertices.buffer().slice(..));
         pass.set_index_buffer(self.meshes.indices.buffer().slice(..), wgpu::IndexFormat::Uint32);
     }
 
     /// Sets pipeline and class; `false` if there is nothing to draw with.
     fn bind_key(&self, pass: &mut wgpu::RenderPass<'_>, kind: Pass, key: BatchKey) -> bool {
-        let pipeline = self.pipelines.object(kind, self.pipeline_of(key));
+        let pipeline = self.pipelines.object(kind, self.pipeline_of(kind, key));
         let (Some(pipeline), Some(class)) = (pipeline, self.textures.class(key.class)) else { return false };
         pass.set_pipeline(pipeline);
         pass.set_bind_group(1, class, &[]);
@@ -141,25 +154,34 @@ impl Renderer {
         if first_instance && !self.draws.list.is_empty() {
             pass.set_vertex_buffer(1, visible.slice(..));
         }
-        let (mut index, mut calls) = (0, 0);
-        for run in self.draws.list.chunk_by(|a, b| (a.key.pipeline, a.key.class) == (b.key.pipeline, b.key.class)) {
-            let first = index;
-            index += run.len() as u64;
-            if !self.bind_key(pass, kind, run[0].key) {
-                continue;
+        let (mut draws, mut calls) = (0, 0);
+        let mut draw_runs = |kind: Pass, wanted: &dyn Fn(BatchKey) -> bool| {
+            let mut index = 0;
+            for run in self.draws.list.chunk_by(|a, b| (a.key.pipeline, a.key.class) == (b.key.pipeline, b.key.class)) {
+                let first = index;
+                index += run.len() as u64;
+                if !wanted(run[0].key) || !self.bind_key(pass, kind, run[0].key) {
+                    continue;
+                }
+                draws += run.len() as u32;
+                if first_instance {
+                    pass.multi_draw_indexed_indirect(arguments, first * ARGUMENT_BYTES, run.len() as u32);
+                    calls += 1;
+                    continue;
+                }
+                for (draw, place) in run.iter().zip(first..) {
+                    pass.set_vertex_buffer(1, visible.slice(u64::from(draw.first_visible) * 4..));
+                    pass.draw_indexed_indirect(arguments, place * ARGUMENT_BYTES);
+                    calls += 1;
+                }
             }
-            if first_instance {
-                pass.multi_draw_indexed_indirect(arguments, first * ARGUMENT_BYTES, run.len() as u32);
-                calls += 1;
-                continue;
-            }
-            for (draw, place) in run.iter().zip(first..) {
-                pass.set_vertex_buffer(1, visible.slice(u64::from(draw.first_visible) * 4..));
-                pass.draw_indexed_indirect(arguments, place * ARGUMENT_BYTES);
-                calls += 1;
-            }
+        };
+        draw_runs(kind, &|_| true);
+        let embossed = |key| self.pipeline_of(kind, key).technique == Technique::EmbossMultipass;
+        if self.draws.list.iter().any(|draw| embossed(draw.key)) {
+            self.emboss_passes().for_each(|step| draw_runs(step, &embossed));
         }
-        (self.draws.list.len() as u32, calls)
+        (draws, calls)
     }
 
     /// Blended objects, farthest first. Returns the number of draws.
@@ -182,16 +204,27 @@ impl Renderer {
     }
 }
 
-/// A pass into the HDR target. `clear`: it begins with that colour and nothing else; `last`: it leaves the resolved
-/// picture, and no depths.
+/// What a pass into the HDR target leaves for those that follow.
+#[derive(Clone, Copy, PartialEq)]
+enum Leaves {
+    /// Samples and depths.
+    Samples,
+    /// Samples and depths, and the picture resolved from them.
+    Both,
+    /// The resolved picture.
+    Picture,
+}
+
+/// A pass into the HDR target. `clear`: it begins with that colour and nothing else.
 fn begin_forward<'a>(
     encoder: &'a mut wgpu::CommandEncoder,
     timestamps: Option<&Timestamps>,
     targets: &Targets,
-    (label, clear, last): (&'static str, Option<wgpu::Color>, bool),
+    (label, clear, leaves): (&'static str, Option<wgpu::Color>, Leaves),
 ) -> wgpu::RenderPass<'a> {
-    let resolve_target = (last && targets.samples > 1).then_some(&targets.hdr);
-    let store = if resolve_target.is_some() { wgpu::StoreOp::Discard } else { wgpu::StoreOp::Store };
+    let resolve_target = (leaves != Leaves::Samples && targets.samples > 1).then_some(&targets.hdr);
+    let last = leaves == Leaves::Picture;
+    let store = if last && resolve_target.is_some() { wgpu::StoreOp::Discard } else { wgpu::StoreOp::Store };
     let load = clear.map_or(wgpu::LoadOp::Load, wgpu::LoadOp::Clear);
     let mut depth = depth_attachment(&targets.depth, if last { wgpu::StoreOp::Discard } else { wgpu::StoreOp::Store });
     if clear.is_none() {

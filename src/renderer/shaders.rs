@@ -5,7 +5,18 @@ macro_rules! shader {
 }
 
 /// Objects: colour, and the outputs beside it.
-pub const FORWARD: &str = shader!("types.wgsl", "sky.wgsl", "bump.wgsl", "lighting.wgsl", "debug.wgsl", "forward.wgsl");
+pub const FORWARD: &str = shader!(
+    "types.wgsl",
+    "sky.wgsl",
+    "bump.wgsl",
+    "height_field.wgsl",
+    "emboss.wgsl",
+    "dot3.wgsl",
+    "environment_bump.wgsl",
+    "lighting.wgsl",
+    "debug.wgsl",
+    "forward.wgsl"
+);
 
 /// The sky behind everything.
 pub const SKY: &str = shader!("types.wgsl", "sky.wgsl", "sky_pass.wgsl");

@@ -51,6 +51,32 @@ impl Targets {
     }
 }
 
+/// A picture of what lies behind blended objects, for those that refract it.
+#[derive(Debug)]
+pub(super) struct Behind {
+    pub texture: wgpu::Texture,
+    /// As objects read it.
+    pub group: wgpu::BindGroup,
+}
+
+impl Behind {
+    pub fn new(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, size: (u32, u32)) -> Self {
+        let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST;
+        let texture = texture(device, "behind", size, HDR_FORMAT, 1, usage);
+        let view = whole_view(&texture, "behind");
+        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("behind"),
+            layout,
+            entries: &[wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(&view) }],
+        });
+        Self { texture, group }
+    }
+
+    pub fn size(&self) -> (u32, u32) {
+        (self.texture.width(), self.texture.height())
+    }
+}
+
 /// A plain 2D texture.
 pub(super) fn texture(
     device: &wgpu::Device,

@@ -40,3 +40,7 @@ pub fn gpu() -> Option<relief::renderer::Gpu> {
         }
     }
 }
+
+/// Bump techniques.
+#[allow(dead_code)]
+pub mod bumps;

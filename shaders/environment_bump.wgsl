@@ -1,0 +1,46 @@
+// Environment-mapped bump mapping ("perturbed UV"; the bump environment of Direct3D 6): an offset per texel moves the place
+// where a picture of the surroundings is read.
+
+// The surroundings in a direction: the material's picture all around, or the sky. Blur 0..1.
+fn environment(material: Material, direction: vec3f, blur: f32) -> vec3f {
+    if !ENVIRONMENT_MAP {
+        return sky_blurred(direction, blur);
+    }
+    // Equirectangular: −Z in the middle, +X to its right.
+    let uv = vec2f(atan2(direction.x, -direction.z) / (2.0 * PI) + 0.5, acos(clamp(direction.y, -1.0, 1.0)) / PI);
+    let level = blur * f32(textureNumLevels(environment_maps) - 1u);
+    return textureSampleLevel(environment_maps, environment_sampler, uv, material.layers[MAP_ENVIRONMENT], level).rgb;
+}
+
+// The look-up is a place on the disc that a mirroring ball shows to the eye: the part of the normal across the line of
+// sight. The offset moves it there; what lies at the new place is in the direction returned.
+fn shifted_mirror(surface: Surface, offset: vec3f) -> vec3f {
+    let eye = surface.toward_eye;
+    let place = surface.normal + offset;
+    var across = place - eye * dot(place, eye);
+    across *= min(1.0, 0.999 / max(length(across), 1e-6));
+    let cosine = sqrt(1.0 - dot(across, across));
+    return 2.0 * cosine * (across + eye * cosine) - eye;
+}
+
+// What lies behind the surface, read where the offset moves the pixel: by as much as the surface is thick, which is
+// its height map's depth. Not what is really behind that place if something stands in front of it.
+fn refracted(in: VertexOut, material: Material, offset: vec3f, dp_dx: vec3f, dp_dy: vec3f, uvs: Uvs) -> vec3f {
+    let uv = image_uv(material, MAP_OFFSET, uvs);
+    let area = abs(uv.dx.x * uv.dy.y - uv.dx.y * uv.dy.x);
+    let thickness = material.height_scale_uv * sqrt(length(cross(dp_dx, dp_dy)) / max(area, 1e-12));
+    let here = view.clip_from_world * vec4f(in.position, 1.0);
+    let there = view.clip_from_world * vec4f(in.position + offset * thickness, 1.0);
+    let size = vec2f(textureDimensions(behind));
+    let moved = (there.xy / there.w - here.xy / here.w) * vec2f(0.5, -0.5) * size;
+    let last = vec2i(size) - 1;
+    let place = in.clip_position.xy + moved - 0.5;
+    let corner = vec2i(floor(place));
+    let part = place - floor(place);
+    let zero = vec2i(0);
+    let a = textureLoad(behind, clamp(corner, zero, last), 0).rgb;
+    let b = textureLoad(behind, clamp(corner + vec2i(1, 0), zero, last), 0).rgb;
+    let c = textureLoad(behind, clamp(corner + vec2i(0, 1), zero, last), 0).rgb;
+    let d = textureLoad(behind, clamp(corner + vec2i(1, 1), zero, last), 0).rgb;
+    return mix(mix(a, b, part.x), mix(c, d, part.x), part.y);
+}

@@ -1,0 +1,162 @@
+//! A scene once for each shape of its figures, and all of these on one sheet: `relief gallery`.
+
+use crate::arguments;
+use crate::demo;
+use crate::frames::{self, FrameError, Headless, LoadOptions, Stage};
+use crate::output;
+use crate::renderer::Occlusion;
+use image::RgbImage;
+use image::imageops::{self, FilterType};
+use std::path::PathBuf;
+use systems::components::Figure;
+use systems::inputs::{self, Input, Inputs};
+use systems::library::Library;
+
+/// Pixels along the longer side of the sheet.
+const LONGEST_SHEET: u32 = 2560;
+/// Pixels between the pictures on the sheet.
+const GAP: u32 = 8;
+/// The sheet's own name.
+const SHEET: &str = "gallery";
+
+/// What to draw.
+#[derive(clap::Args, Clone, Debug)]
+pub struct GalleryArgs {
+    /// Folder for the pictures; made if missing
+    #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
+    /// A scene with figures [default: every bump technique on one figure, assets/scenes/techniques.ron]
+    #[arg(long, value_name = "FILE")]
+    pub scene: Option<PathBuf>,
+    /// Pixels of each picture; the sheet has 2560 at the most along its longer side
+    #[arg(long, default_value = "1600x900", value_name = "WxH", value_parser = arguments::parse_size)]
+    pub size: (u32, u32),
+    /// Which frame: steps of the scene's clock before the pictures
+    #[arg(long, default_value_t = 0, value_name = "N", value_parser = clap::value_parser!(u64).range(..arguments::MOST_FRAMES))]
+    pub frame: u64,
+}
+
+/// What `relief gallery --help` ends with.
+pub const HELP: &str = "\
+An entity of a scene may have a figure, a list of meshes of which it shows one; key F of the window
+shows the next of every figure. Here each gets a picture of its own, as the scene's first camera
+sees it: torus.png, sphere.png, cube.png and quad.png of the scene that comes with Relief, named by
+the meshes' names in the scene. gallery.png has them all, side by side.
+
+Examples:
+  relief gallery -o pictures                        every bump technique on four shapes
+  relief gallery -o pictures --frame 300            five seconds later: its light goes round
+  relief gallery -o pictures --scene my.ron --size 800x600
+
+docs/techniques.md tells what each technique does, docs/scenes.md how a scene gets figures.";
+
+/// Draws the pictures of a gallery and then the sheet; `progress` is called after each picture with how many are done,
+/// and of how many. Returns the files written.
+///
+/// # Errors
+/// [`FrameError`], [`FrameError::NoFigure`] for a scene without figures; pictures written before stay.
+pub fn render(args: &GalleryArgs, mut progress: impl FnMut(u64, u64)) -> Result<Vec<PathBuf>, FrameError> {
+    let scene = args.scene.clone().unwrap_or_else(demo::techniques_path);
+    let Stage { mut simulation, viewpoint, .. } = frames::load_stage(&scene, None, &LoadOptions::default())?;
+    let mut figures = simulation.world.query::<&Figure>();
+    let longest = figures.iter(&simulation.world).max_by_key(|figure| figure.meshes.len()).cloned();
+    let Some(Figure { meshes, .. }) = longest else { return Err(FrameError::NoFigure { scene }) };
+    let library = simulation.world.resource::<Library>();
+    let names = meshes.iter().map(|&mesh| library.mesh(mesh).map_or("", |entry| entry.mesh.name.as_str()));
+    let names = file_names(names);
+
+    let mut headless = Headless::new()?;
+    // As in all frames that are written.
+    headless.settings.occlusion = Occlusion::Off;
+    for _ in 0..args.frame {
+        simulation.step();
+    }
+    let mut sheet = Sheet::new(args.size, names.len());
+    let mut written = Vec::new();
+    for name in &names {
+        let picture = image::DynamicImage::from(headless.draw(&mut simulation, viewpoint, args.size)?).into_rgb8();
+        sheet.add(&picture);
+        output::make_folder(&args.output)?;
+        let path = args.output.join(name).with_added_extension("png");
+        output::write_png(&path, &picture.into())?;
+        written.push(path);
+        progress(written.len() as u64, names.len() as u64);
+        simulation.world.resource_mut::<Inputs>().push(Input::NextFigure);
+        inputs::apply_queued(&mut simulation.world);
+    }
+    let path = args.output.join(SHEET).with_added_extension("png");
+    output::write_png(&path, &sheet.picture.into())?;
+    written.push(path);
+    Ok(written)
+}
+
+/// Pictures of one size in rows and columns.
+struct Sheet {
+    picture: RgbImage,
+    columns: u32,
+    cell: (u32, u32),
+    filled: u32,
+}
+
+impl Sheet {
+    fn new((width, height): (u32, u32), count: usize) -> Self {
+        let count = count as u32;
+        let columns = (1..count).find(|columns| columns * columns >= count).unwrap_or(1);
+        let rows = count.div_ceil(columns);
+        let longest = (width * columns).max(height * rows);
+        let scale = (f64::from(LONGEST_SHEET) / f64::from(longest)).min(1.0);
+        let cell = (width, height);
+        let cell = <[u32; 2]>::from(cell).map(|side| (f64::from(side) * scale).round().max(1.0) as u32);
+        let size = |cells: u32, side: u32| cells * side + (cells - 1) * GAP;
+        let picture = RgbImage::from_pixel(size(columns, cell[0]), size(rows, cell[1]), image::Rgb([24; 3]));
+        Self { picture, columns, cell: cell.into(), filled: 0 }
+    }
+
+    fn add(&mut self, picture: &RgbImage) {
+        let (width, height) = self.cell;
+        let (column, row) = (self.filled % self.columns, self.filled / self.columns);
+        let small = imageops::resize(picture, width, height, FilterType::CatmullRom);
+        let at = |cells: u32, side: u32| i64::from(cells * (side + GAP));
+        imageops::replace(&mut self.picture, &small, at(column, width), at(row, height));
+        self.filled += 1;
+    }
+}
+
+/// Names of meshes as names of files: each once, none the sheet's, nothing in them that a file system may refuse.
+fn file_names<'a>(meshes: impl Iterator<Item = &'a str>) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for mesh in meshes {
+        let fit = |c: char| if c.is_alphanumeric() || " ._-".contains(c) { c } else { '_' };
+        let name: String = mesh.trim_matches([' ', '.']).chars().take(100).map(fit).collect();
+        let name = if name.is_empty() { "figure".to_owned() } else { name };
+        let is_taken = |wanted: &str| {
+            let alike = |known: &str| known.to_lowercase() == wanted.to_lowercase();
+            alike(SHEET) || names.iter().any(|known| alike(known))
+        };
+        let numbered = (2..).map(|number| format!("{name} {number}"));
+        names.extend(std::iter::once(name.clone()).chain(numbered).find(|wanted| !is_taken(wanted)));
+    }
+    names
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn meshes_of_any_name_get_files_of_their_own() {
+        let meshes = ["ball", "Ball", "../../etc", "", "gallery", "a/b", "ball", "..."];
+        let files = ["ball", "Ball 2", "_.._etc", "figure", "gallery 2", "a_b", "ball 3", "figure 2"];
+        assert_eq!(file_names(meshes.into_iter()), files);
+    }
+
+    #[test]
+    fn sheets_are_about_square_and_not_too_large() {
+        let size = |size, count| Sheet::new(size, count).picture.dimensions();
+        assert_eq!(size((1600, 900), 4), (2 * 1280 + 8, 2 * 720 + 8));
+        assert_eq!(size((100, 50), 1), (100, 50));
+        assert_eq!(size((100, 50), 3), (208, 108));
+        assert_eq!(size((100, 50), 5), (316, 108));
+        assert_eq!(size((16384, 1), 4), (2568, 10));
+    }
+}

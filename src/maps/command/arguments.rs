@@ -1,0 +1,285 @@
+//! What each map tool takes, and its help.
+
+use crate::maps::files::{self, Bits, Channel};
+use crate::maps::{
+    Edges, Filter, HeightOptions, HorizonOptions, MapError, NormalOptions, Polish, Relief, SpecularModel,
+};
+use clap::Args;
+use std::path::{Path, PathBuf};
+
+/// What every tool takes.
+#[derive(Args, Clone, Debug)]
+pub struct CommonArgs {
+    /// The map to write: .png, or .exr for 32-bit floats; what is there is replaced
+    #[arg(short, long, value_name = "FILE")]
+    pub output: PathBuf,
+    /// Also draw the map lit, 512x512; needs a graphics adapter
+    #[arg(long, value_name = "FILE.png")]
+    pub preview: Option<PathBuf>,
+    /// Worker threads; the map is the same for any number [default: one per core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub threads: Option<u16>,
+}
+
+impl CommonArgs {
+    /// Before the work: sets the threads, and finds out whether all that is to be written can be, `maps` and the
+    /// preview.
+    ///
+    /// # Errors
+    /// [`MapError::Refused`], [`MapError::Output`].
+    pub fn begin(&self, maps: &[&Path]) -> Result<(), MapError> {
+        systems::set_threads(self.threads.map(usize::from));
+        maps.iter().try_for_each(|path| files::check_output(path))?;
+        let Some(preview) = &self.preview else { return Ok(()) };
+        if preview.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("png")) {
+            return Err(MapError::refused(preview, "previews are PNG; expected a name that ends in .png"));
+        }
+        if maps.contains(&preview.as_path()) {
+            return Err(MapError::refused(preview, "expected another name for the preview than for the map"));
+        }
+        Ok(crate::output::check_file(preview)?)
+    }
+}
+
+/// How heights are read and understood.
+#[derive(Args, Clone, Debug)]
+pub struct HeightsArgs {
+    /// Height map: 0 deepest, 1 highest; grey of 8 or 16 bits, or floats (.exr)
+    pub height: PathBuf,
+    /// Which channel of a colour image holds the heights
+    #[arg(long, value_enum, value_name = "CHANNEL")]
+    pub channel: Option<Channel>,
+    /// Depth from black to white in widths of the image, as a material's height_scale_uv; texels are square
+    #[arg(long, value_name = "S", default_value_t = 0.02, value_parser = parse_factor)]
+    pub height_scale: f32,
+    /// Beyond the edges
+    #[arg(long, value_enum, default_value_t, value_name = "EDGES")]
+    pub edges: Edges,
+    /// Dents for bumps: for maps in which white is deep
+    #[arg(long)]
+    pub invert: bool,
+}
+
+impl HeightsArgs {
+    /// As the tools take it.
+    pub fn relief(&self) -> Relief {
+        Relief { height_scale: self.height_scale, edges: self.edges, invert: self.invert }
+    }
+}
+
+/// How slopes are taken from heights.
+#[derive(Args, Clone, Debug)]
+pub struct SlopeArgs {
+    /// How differences of neighbouring heights are taken
+    #[arg(long, value_enum, default_value_t, value_name = "FILTER")]
+    pub filter: Filter,
+    /// Times every slope: 1, as the heights say; 2, twice as steep
+    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = parse_factor)]
+    pub strength: f32,
+    /// Green toward image-down, for programs that read it so; Relief and glTF read it up
+    #[arg(long)]
+    pub flip_green: bool,
+}
+
+impl SlopeArgs {
+    /// As the tools take it.
+    pub fn options(&self, relief: Relief) -> NormalOptions {
+        let Self { filter, strength, flip_green } = *self;
+        NormalOptions { relief, filter, strength, flip_green }
+    }
+}
+
+/// `relief map normal`.
+#[derive(Args, Clone, Debug)]
+#[allow(missing_docs)]
+pub struct NormalArgs {
+    #[command(flatten)]
+    pub heights: HeightsArgs,
+    #[command(flatten)]
+    pub common: CommonArgs,
+    #[command(flatten)]
+    pub slopes: SlopeArgs,
+    /// Bits of a PNG's values
+    #[arg(long, value_enum, default_value_t, value_name = "8|16")]
+    pub bits: Bits,
+}
+
+pub(super) const NORMAL_HELP: &str = "\
+n = normalize(-S·W·dh/dx, -S·W·dh/dy, 1), h 0..1, x right and y up in texels, W texels wide,
+S the height scale: the normals of the surface that the same map and scale give by parallax,
+relief or displacement. Written as 0.5 + 0.5·n; flat is (128, 128, 255), or the like in 16 bits.
+
+Examples:
+  relief map normal rock_height.png -o rock_normal.png
+  relief map normal rock_height.png -o rock_normal.png --height-scale 0.05 --preview look.png
+  relief map normal terrain.exr -o terrain.png --edges clamp --filter scharr --bits 16
+  relief map normal depth.png -o normal.png --invert        where white is deep
+
+docs/maps.md has all map tools, with formulas and limits.";
+
+/// `relief map height`.
+#[derive(Args, Clone, Debug)]
+#[allow(missing_docs)]
+pub struct HeightArgs {
+    /// Colour image; integers are sRGB, floats (.exr) linear
+    pub color: PathBuf,
+    #[command(flatten)]
+    pub common: CommonArgs,
+    /// Remove what is wider than so many texels, as light and shade in a photograph; 0: nothing
+    #[arg(long, value_name = "TEXELS", default_value_t = 0.0, value_parser = parse_radius)]
+    pub remove_shading: f32,
+    /// Smooth over so many texels, against grain; 0: not at all
+    #[arg(long, value_name = "TEXELS", default_value_t = 0.0, value_parser = parse_radius)]
+    pub blur: f32,
+    /// Bring out edges by so much; 1 is plenty
+    #[arg(long, value_name = "X", default_value_t = 0.0, value_parser = parse_factor)]
+    pub sharpen: f32,
+    /// Times the distance from mid grey
+    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = parse_factor)]
+    pub contrast: f32,
+    /// Dark is high
+    #[arg(long)]
+    pub invert: bool,
+    /// Beyond the edges
+    #[arg(long, value_enum, default_value_t, value_name = "EDGES")]
+    pub edges: Edges,
+    /// Bits of a PNG's values; 8 leave steps that show in normals
+    #[arg(long, value_enum, default_value = "16", value_name = "8|16")]
+    pub bits: Bits,
+}
+
+impl HeightArgs {
+    /// As the tool takes it.
+    pub fn options(&self) -> HeightOptions {
+        let Self { remove_shading, blur, sharpen, contrast, invert, edges, .. } = *self;
+        HeightOptions { remove_shading, blur, sharpen, contrast, invert, edges }
+    }
+}
+
+pub(super) const HEIGHT_HELP: &str = "\
+A guess: colour is not height. The height is the luminance in linear light, moved so that its
+mean is mid grey. It serves where light and dark come from shape, as with joints between bricks;
+a dark stone becomes a hole. Measured or modelled heights are better (relief map bake).
+
+Examples:
+  relief map height brick.jpg -o brick_height.png --preview look.png
+  relief map height rock.png -o rock_height.png --remove-shading 64 --blur 1 --contrast 2
+  relief map height tiles.png -o tiles_height.png --invert     where the joints are light
+  relief map normal brick_height.png -o brick_normal.png       and go on from there";
+
+/// `relief map horizon`.
+#[derive(Args, Clone, Debug)]
+#[allow(missing_docs)]
+pub struct HorizonArgs {
+    #[command(flatten)]
+    pub heights: HeightsArgs,
+    #[command(flatten)]
+    pub common: CommonArgs,
+    /// Only what is at most so many texels away makes a horizon [default: all of the map]
+    #[arg(long, value_name = "TEXELS", value_parser = clap::value_parser!(u32).range(1..))]
+    pub max_distance: Option<u32>,
+    /// Bits of a PNG's values
+    #[arg(long, value_enum, default_value_t, value_name = "8|16")]
+    pub bits: Bits,
+}
+
+impl HorizonArgs {
+    /// As the tool takes it.
+    pub fn options(&self) -> HorizonOptions {
+        HorizonOptions { relief: self.heights.relief(), max_distance: self.max_distance.map(|texels| texels as usize) }
+    }
+}
+
+pub(super) const HORIZON_HELP: &str = "\
+Two maps, -o NAME.png for NAME_0.png and NAME_1.png. A channel is the elevation of the horizon
+over a right angle, 0 level to 1 straight up, in one direction, counted from image-right toward
+image-up: r, g, b, a of the first 0°, 45°, 90°, 135°; of the second 180°, 225°, 270°, 315°.
+They are right for one height scale, that of the material they are put on.
+With --edges clamp, nothing beyond the edge rises.
+
+Examples:
+  relief map horizon rock_height.png -o rock_horizon.png --height-scale 0.05
+  relief map horizon terrain.exr -o terrain_horizon.png --edges clamp --bits 16
+A material then has: height_scale_uv: 0.05, horizon_maps: (\"rock_horizon_0.png\", \"rock_horizon_1.png\")";
+
+/// `relief map offset`.
+#[derive(Args, Clone, Debug)]
+#[allow(missing_docs)]
+pub struct OffsetArgs {
+    #[command(flatten)]
+    pub heights: HeightsArgs,
+    #[command(flatten)]
+    pub common: CommonArgs,
+    #[command(flatten)]
+    pub slopes: SlopeArgs,
+}
+
+pub(super) const OFFSET_HELP: &str = "\
+(du, dv) = (-S·W·dh/dx, -S·W·dh/dy): x and y of the normal of relief map normal, before it is
+normalised. Red is du, toward image-right, green dv, toward image-up: 128 is none, 1 and 255
+are -1 and 1, steeper slopes too; blue is 0.
+
+Examples:
+  relief map offset ripples.png -o ripples_offset.png --height-scale 0.05 --preview look.png
+A material then has: technique: perturbed_uv, offset_map: \"ripples_offset.png\"";
+
+/// `relief map specular`.
+#[derive(Args, Clone, Debug)]
+#[allow(missing_docs)]
+pub struct SpecularArgs {
+    /// Gloss or roughness map, grey
+    #[arg(value_name = "MAP")]
+    pub polish: PathBuf,
+    /// Which channel of a colour image holds it; glTF keeps roughness in green
+    #[arg(long, value_enum, value_name = "CHANNEL")]
+    pub channel: Option<Channel>,
+    /// What the map holds
+    #[arg(long, value_enum, value_name = "WHAT")]
+    pub from: Polish,
+    /// The lighting model that the map is for
+    #[arg(long, value_enum, default_value_t, value_name = "MODEL")]
+    pub shading: SpecularModel,
+    /// Reflectance at normal incidence of what is no metal
+    #[arg(long, value_name = "F0", default_value_t = 0.04, value_parser = parse_share)]
+    pub dielectric: f32,
+    /// Base colour map, for metals
+    #[arg(long, value_name = "COLOR", requires = "metallic")]
+    pub base: Option<PathBuf>,
+    /// Metallic map: where it is white, the base colour is what is reflected; blue is read of a colour image
+    #[arg(long, value_name = "MAP", requires = "base")]
+    pub metallic: Option<PathBuf>,
+    #[command(flatten)]
+    pub common: CommonArgs,
+    /// Bits of a PNG's values
+    #[arg(long, value_enum, default_value_t, value_name = "8|16")]
+    pub bits: Bits,
+}
+
+pub(super) const SPECULAR_HELP: &str = "\
+rgb: how much a texel reflects. For phong (and Blinn) the peak of its highlight, F0/(4·α²) up to
+1, α the roughness squared: what is polished flashes, what is dull hardly shines. For
+specular_glossiness F0 alone. F0: 0.04, or a metal's base colour. Alpha: glossiness, 1 - roughness.
+
+Examples:
+  relief map specular sword_gloss.png -o sword_specular.png --from gloss --preview look.png
+  relief map specular orm.png -o s.png --from roughness --channel g --base color.png --metallic orm.png
+A Phong material then has: specular_map: \"sword_specular.png\", specular_factor: (1, 1, 1)";
+
+/// A scale or strength.
+fn parse_factor(text: &str) -> Result<f32, String> {
+    parse(text, 1000.0)
+}
+
+/// Standard deviation of a blur: beyond this it would take minutes.
+fn parse_radius(text: &str) -> Result<f32, String> {
+    parse(text, 512.0)
+}
+
+fn parse_share(text: &str) -> Result<f32, String> {
+    parse(text, 1.0)
+}
+
+fn parse(text: &str, most: f32) -> Result<f32, String> {
+    let number = text.parse().ok().filter(|number| (0.0..=most).contains(number));
+    number.ok_or_else(|| format!("expected a number from 0 to {most}"))
+}

@@ -1,0 +1,196 @@
+//! Height map to horizon maps (Sloan, Cohen: "Interactive Horizon Mapping", Rendering Techniques 2000; Max: "Horizon
+//! Mapping", 1988): in eight directions, how high the surface around a texel rises above its horizontal.
+//!
+//! In direction i, 45°·i from image-right toward image-up, the elevation is
+//!
+//! ```text
+//! max over k ≥ 1 of atan(S · W · (h(x + k·dx, y + k·dy) − h(x, y)) / (k · |(dx, dy)|)), and never below 0
+//! ```
+//!
+//! over a right angle, 0..1; S the height scale, W the width in texels. Lines in these eight directions go from texel
+//! centre to texel centre, so nothing is interpolated and every texel of a line counts. On a tile a line goes around
+//! until it comes back to itself; else it ends at the edge, and nothing beyond rises.
+//!
+//! Along a line, the texel that makes the horizon is the next corner of the upper hull of all that lie ahead. Going
+//! backward and keeping that hull costs a constant time per texel, however long the line (Andrew's monotone chain);
+//! looking at every texel ahead would cost the line's length.
+
+use super::{Edges, Raster, Relief};
+use std::f32::consts::{FRAC_PI_2, SQRT_2};
+
+/// How horizons are measured.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct HorizonOptions {
+    /// What the heights mean.
+    pub relief: Relief,
+    /// Only what is at most so many texels away counts; `None`: all of the line.
+    pub max_distance: Option<usize>,
+}
+
+/// The directions of four families of lines; the other four are the same lines backward. x right, y down.
+const STEPS: [(isize, isize); 4] = [(1, 0), (1, -1), (0, -1), (-1, -1)];
+
+/// The two horizon maps (4 channels each) of the first channel of a height map: 0°, 45°, 90°, 135° and 180° to 315°,
+/// from image-right toward image-up. `done` is told the lines finished, and of how many.
+pub fn horizon_from_height(
+    heights: &Raster,
+    options: &HorizonOptions,
+    done: &(dyn Fn(usize, usize) + Sync),
+) -> [Raster; 2] {
+    let (width, height) = (heights.width, heights.height);
+    let mut maps = [Raster::new(width, height, 4), Raster::new(width, height, 4)];
+    let families = STEPS.map(|step| Family::new((width, height), step, options.relief.edges));
+    let of: usize = families.iter().map(|family| family.starts.len()).sum();
+    let scale = options.relief.slope_per_texel(width);
+    let highest = heights.values.iter().map(|h| scale * h).fold(f32::NEG_INFINITY, f32::max);
+    let mut before = 0;
+    for (channel, family) in families.iter().enumerate() {
+        let step_length = if channel % 2 == 1 { SQRT_2 } else { 1.0 };
+        let look = Look {
+            around: options.relief.edges == Edges::Wrap,
+            steps: options.max_distance.map(|texels| (texels as f32 / step_length) as usize),
+            highest,
+        };
+        let elevation = |slope: f32| (slope / step_length).atan() / FRAC_PI_2;
+        let fill = |line: usize, row: &mut [f32]| {
+            let mut line: Vec<f32> = family.texels(line).map(|(x, y)| scale * heights.values[y * width + x]).collect();
+            let forward = look.ahead(&line);
+            line.reverse();
+            let backward = look.ahead(&line);
+            for (pair, (f, b)) in row.chunks_exact_mut(2).zip(forward.iter().zip(backward.iter().rev())) {
+                pair.copy_from_slice(&[elevation(*f), elevation(*b)]);
+            }
+        };
+        let lines = Raster::from_rows((family.longest, family.starts.len(), 2), fill, &|n| done(before + n, of));
+        before += family.starts.len();
+        for (line, row) in lines.values.chunks_exact((family.longest * 2).max(1)).enumerate() {
+            for ((x, y), pair) in family.texels(line).zip(row.chunks_exact(2)) {
+                let texel = (y * width + x) * 4 + channel;
+                maps[0].values[texel] = pair[0];
+                maps[1].values[texel] = pair[1];
+            }
+        }
+    }
+    maps
+}
+
+/// Parallel lines that pass each texel exactly once.
+struct Family {
+    size: (usize, usize),
+    step: (isize, isize),
+    starts: Vec<(usize, usize)>,
+    /// Texels of the longest line; on a tile all are as long.
+    longest: usize,
+    edges: Edges,
+}
+
+impl Family {
+    fn new(size: (usize, usize), step: (isize, isize), edges: Edges) -> Self {
+        let (width, height) = size;
+        let texels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+        let (starts, longest): (Vec<_>, usize) = match (edges, step) {
+            // Diagonals go around both ways until both counts are done at once.
+            (Edges::Wrap, (_, 0)) => ((0..height).map(|y| (0, y)).collect(), width),
+            (Edges::Wrap, (0, _)) => ((0..width).map(|x| (x, 0)).collect(), height),
+            (Edges::Wrap, _) => {
+                let lines = greatest_common_divisor(width, height);
+                ((0..lines).map(|x| (x, 0)).collect(), width / lines.max(1) * height)
+            }
+            (Edges::Clamp, _) => {
+                let begins = |(x, y): &(usize, usize)| stepped((*x, *y), (-step.0, -step.1), size).is_none();
+                let longest = match step {
+                    (_, 0) => width,
+                    (0, _) => height,
+                    _ => width.min(height),
+                };
+                (texels.filter(begins).collect(), longest)
+            }
+        };
+        Self { size, step, starts, longest, edges }
+    }
+
+    /// The texels of a line, in the direction of its step.
+    fn texels(&self, line: usize) -> impl Iterator<Item = (usize, usize)> {
+        let next = |&(x, y): &(usize, usize)| match self.edges {
+            Edges::Clamp => stepped((x, y), self.step, self.size),
+            Edges::Wrap => Some((around(x, self.step.0, self.size.0), around(y, self.step.1, self.size.1))),
+        };
+        std::iter::successors(Some(self.starts[line]), next).take(self.longest)
+    }
+}
+
+/// One step further around a side.
+fn around(at: usize, step: isize, side: usize) -> usize {
+    match at as isize + step {
+        -1 => side - 1,
+        at if at as usize == side => 0,
+        at => at as usize,
+    }
+}
+
+fn stepped((x, y): (usize, usize), step: (isize, isize), size: (usize, usize)) -> Option<(usize, usize)> {
+    let (x, y) = (x.checked_add_signed(step.0)?, y.checked_add_signed(step.1)?);
+    (x < size.0 && y < size.1).then_some((x, y))
+}
+
+fn greatest_common_divisor(a: usize, b: usize) -> usize {
+    if b == 0 { a } else { greatest_common_divisor(b, a % b) }
+}
+
+/// Looking along a line.
+struct Look {
+    /// The line goes around.
+    around: bool,
+    /// How many texels ahead count; `None`: all.
+    steps: Option<usize>,
+    /// Nothing on the map is higher.
+    highest: f32,
+}
+
+impl Look {
+    /// For each height of a line, the steepest slope to one that follows, per step; at least 0.
+    fn ahead(&self, line: &[f32]) -> Vec<f32> {
+        match self.steps {
+            Some(steps) if steps < line.len() => self.near(line, steps),
+            _ => self.all(line),
+        }
+    }
+
+    fn near(&self, line: &[f32], steps: usize) -> Vec<f32> {
+        let slope_at = |i: usize| {
+            let last = if self.around { steps } else { steps.min(line.len() - 1 - i) };
+            let mut steepest = 0.0f32;
+            for k in 1..=last {
+                // From here on nothing is high enough.
+                if self.highest - line[i] <= steepest * k as f32 {
+                    break;
+                }
+                let there = if i + k < line.len() { i + k } else { i + k - line.len() };
+                steepest = steepest.max((line[there] - line[i]) / k as f32);
+            }
+            steepest
+        };
+        (0..line.len()).map(slope_at).collect()
+    }
+
+    fn all(&self, line: &[f32]) -> Vec<f32> {
+        // The nearest corner last. Once around is enough: what comes again is farther away.
+        let mut hull: Vec<(usize, f32)> = Vec::new();
+        let mut slopes = vec![0.0; line.len()];
+        let turns = if self.around { 2 } else { 1 };
+        for i in (0..turns * line.len()).rev() {
+            let here = line[i % line.len()];
+            let slope = |&(at, height): &(usize, f32)| (height - here) / (at - i) as f32;
+            while let [.., second, first] = hull.as_slice()
+                && slope(second) >= slope(first)
+            {
+                hull.pop();
+            }
+            if let Some(value) = slopes.get_mut(i) {
+                *value = hull.last().map_or(0.0, slope).max(0.0);
+            }
+            hull.push((i, here));
+        }
+        slopes
+    }
+}

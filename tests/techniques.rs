@@ -1,0 +1,354 @@
+//! Bump techniques with known answers.
+
+mod common;
+
+use bevy_transform::components::Transform;
+use common::bumps::{Stage, difference, hills};
+use glam::{Quat, Vec2, Vec3, Vec4};
+use systems::components::Environment;
+use systems::images::{Image, ImageKind};
+use systems::library::{AlphaMode, Library, Map, Material, Technique};
+use systems::lights::LightPolicy;
+use systems::shapes;
+
+/// Techniques whose picture of a flat field is that of the smooth surface.
+const EXACT: [Technique; 11] = [
+    Technique::Normal,
+    Technique::PerturbedNormal,
+    Technique::Parallax,
+    Technique::Relief,
+    Technique::Horizon,
+    Technique::ParallaxHorizon,
+    Technique::ReliefHorizon,
+    Technique::ZCorrectParallax,
+    Technique::ZCorrect,
+    Technique::Combined,
+    Technique::Emboss,
+];
+
+fn set_technique(stage: &mut Stage, technique: Technique) {
+    stage.headless.settings.technique = Some(technique);
+}
+
+/// A torus and a turned, stretched cube under three lights.
+fn shapes_stage(material: impl FnOnce(&mut Stage) -> Material) -> Option<Stage> {
+    let mut stage = Stage::new((96, 72))?;
+    stage.three_lights();
+    let material = material(&mut stage);
+    let torus = shapes::with_uv_scale(shapes::torus(0.6, 0.25, 48, 24), Vec2::new(4.0, 2.0));
+    stage.spawn(torus, material.clone(), Transform::from_rotation(Quat::from_rotation_x(0.9)));
+    let turned = Transform::from_xyz(0.0, 0.1, 0.1).with_rotation(Quat::from_euler(glam::EulerRot::XYZ, 0.4, 0.6, 0.2));
+    stage.spawn(shapes::cube(Vec3::splat(0.5)), material, turned.with_scale(Vec3::new(1.4, 0.8, 1.0)));
+    Some(stage)
+}
+
+#[test]
+fn flat_maps_give_exactly_the_smooth_picture() {
+    // The surface lies at the map's level: white at 1, black at 0, and half floats know 0.5.
+    for level in [1.0, 0.0, 0.5] {
+        let material = |stage: &mut Stage| Material {
+            height_rest: level,
+            specular_factor: Vec3::ZERO,
+            ..stage.material(8, 0.08, |_, _| level)
+        };
+        let Some(mut stage) = shapes_stage(material) else { return };
+        set_technique(&mut stage, Technique::Off);
+        let smooth = stage.linear();
+        assert!(smooth.iter().filter(|p| p.x > 0.05).count() > 800, "the scene is lit");
+        for technique in EXACT {
+            set_technique(&mut stage, technique);
+            let bumped = stage.linear();
+            let far = smooth.iter().zip(&bumped).map(|(a, b)| (*a - *b).abs().max_element()).fold(0.0, f32::max);
+            // A step of half floats near 1, which is what the target holds.
+            assert!(far <= 1.0 / 1024.0, "{technique:?} at level {level}: {far}");
+        }
+        for technique in [Technique::Dot3, Technique::EmbossMultipass] {
+            set_technique(&mut stage, technique);
+            let far = smooth.iter().zip(stage.linear()).map(|(a, b)| (*a - b).abs().max_element()).fold(0.0, f32::max);
+            // Two roundings to 8 bits on the way, and vectors that get shorter between vertices; sums in half floats.
+            let allowed = if technique == Technique::Dot3 { 0.06 } else { 1.0 / 255.0 };
+            assert!(far <= allowed, "{technique:?} at level {level}: {far}");
+        }
+    }
+}
+
+#[test]
+fn missing_maps_are_flat() {
+    let Some(mut stage) = shapes_stage(|_| Material { specular_factor: Vec3::ZERO, ..Material::default() }) else {
+        return;
+    };
+    set_technique(&mut stage, Technique::Off);
+    let smooth = stage.linear();
+    for technique in EXACT {
+        set_technique(&mut stage, technique);
+        let far = smooth.iter().zip(stage.linear()).map(|(a, b)| (*a - b).abs().max_element()).fold(0.0, f32::max);
+        assert!(far <= 1.0 / 1024.0, "{technique:?}: {far}");
+    }
+}
+
+#[test]
+fn bumps_show_in_every_technique() {
+    let Some(mut stage) = shapes_stage(|stage| Material { emboss_step_texels: 3.0, ..stage.material(64, 0.06, hills) })
+    else {
+        return;
+    };
+    // What perturbed_uv mirrors.
+    stage.simulation.world.resource_mut::<Environment>().zenith = Vec3::ONE;
+    set_technique(&mut stage, Technique::Off);
+    let smooth = stage.picture();
+    for (name, technique) in Technique::ALL {
+        if technique != Technique::Off {
+            set_technique(&mut stage, technique);
+            let (_, changed) = difference(&smooth, &stage.picture(), 8);
+            assert!(changed > 300, "{name}: {changed} pixels differ");
+        }
+    }
+}
+
+#[test]
+fn emboss_in_one_pass_is_emboss_in_many() {
+    let bumps = |stage: &mut Stage| Material { emboss_step_texels: 3.0, ..stage.material(64, 0.06, hills) };
+    let Some(mut stage) = shapes_stage(bumps) else { return };
+    for samples in [1, 4] {
+        stage.headless.settings.samples = samples;
+        for occlusion in [relief::renderer::Occlusion::Off, relief::renderer::Occlusion::On] {
+            stage.headless.settings.occlusion = occlusion;
+            set_technique(&mut stage, Technique::Emboss);
+            let single = stage.picture();
+            set_technique(&mut stage, Technique::EmbossMultipass);
+            // Twice: in two phases, the second frame draws early what the first has seen.
+            stage.picture();
+            let (far, _) = difference(&single, &stage.picture(), 1);
+            assert!(far <= 1, "{samples} samples, {occlusion:?}: {far}");
+        }
+    }
+    // Under all lights and blended it is the single pass.
+    stage.simulation.world.insert_resource(LightPolicy::All);
+    let multi = stage.picture();
+    set_technique(&mut stage, Technique::Emboss);
+    assert_eq!(difference(&multi, &stage.picture(), 0).0, 0);
+}
+
+#[test]
+fn emboss_is_diffuse_light_plus_the_difference_of_two_heights() {
+    let Some(mut stage) = Stage::new((17, 17)) else { return };
+    // Height rises along u, one unit per width; the light comes from the left at 45 degrees.
+    let ramp = stage.material(256, 0.1, |u, _| u);
+    let (mesh, at) = Stage::facing(Vec2::splat(2.0));
+    let material = Material { technique: Technique::Emboss, emboss_step_texels: 32.0, ..ramp };
+    stage.spawn(mesh, Material { specular_factor: Vec3::splat(9.0), ..material }, at);
+    let from_left = Transform::from_xyz(-1.0, 0.0, 1.0).looking_at(Vec3::ZERO, Vec3::Y);
+    stage.simulation.world.spawn((systems::components::Light::directional(0.8), from_left));
+    let middle = stage.linear()[17 * 17 / 2];
+    let slant = std::f32::consts::FRAC_1_SQRT_2;
+    // Toward the light the ground falls by 32 texels of 256, times the light's part along it.
+    let expected = 0.8 * (slant + 32.0 / 256.0 * slant);
+    assert!((middle.x - expected).abs() < 2e-3, "{middle} {expected}");
+}
+
+#[test]
+fn the_shadow_of_a_step_ends_where_geometry_says() {
+    // Seen from the front in parallel projection, 5 mm per pixel: a step at the middle of 2 m, up to the right, where the
+    // light comes from.
+    let Some(mut stage) = Stage::new((400, 3)) else { return };
+    stage.orthographic(3.0 / 400.0);
+    let step = stage.material(256, 0.1, |u, _| if u < 0.5 { 0.0 } else { 1.0 });
+    let (mesh, at) = Stage::facing(Vec2::splat(2.0));
+    stage.spawn(mesh, Material { normal_map: None, specular_factor: Vec3::ZERO, ..step }, at);
+    for degrees in [20.0f32, 35.0, 50.0] {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        let from_right = Transform::from_xyz(cos, 0.0, sin).looking_at(Vec3::ZERO, Vec3::Y);
+        let light = stage.simulation.world.spawn((systems::components::Light::directional(1.0), from_right)).id();
+        for technique in [Technique::Horizon, Technique::ReliefHorizon, Technique::Relief, Technique::ZCorrect] {
+            set_technique(&mut stage, technique);
+            let row = stage.linear()[400..800].to_vec();
+            let lit = row.iter().take(195).rposition(|p| p.x > 0.5 * sin).expect("light left of the shadow");
+            let found = (200.0 - lit as f32 - 1.0) / 200.0;
+            // 0.1 of 2 m is 0.2 m high.
+            let expected = 0.2 / degrees.to_radians().tan();
+            // Two texels of the map.
+            assert!((found - expected).abs() <= 0.016, "{technique:?} {degrees}: {found} m, not {expected} m");
+            assert!(row[190].x < 0.01 && (row[20].x - sin).abs() < 2e-3, "{technique:?}: {} {}", row[190], row[20]);
+            assert!((row[300].x - sin).abs() < 2e-3, "the upper side is lit");
+        }
+        stage.simulation.world.despawn(light);
+    }
+}
+
+#[test]
+fn z_correct_surfaces_meet_where_the_displaced_ones_do() {
+    // A ground at half height, 0.25 m below its square, and a smooth sheet through it that slants by 45 degrees.
+    for (technique, expected) in
+        [(Technique::Relief, 0.0), (Technique::ZCorrect, -0.25), (Technique::ZCorrectParallax, -0.25)]
+    {
+        let Some(mut stage) = Stage::new((201, 3)) else { return };
+        stage.orthographic(3.0 / 201.0);
+        let ground = stage.material(8, 0.25, |_, _| 0.5);
+        let (mesh, at) = Stage::facing(Vec2::splat(2.0));
+        let ground = stage.spawn(mesh, Material { technique, ..ground }, at);
+        let (mesh, at) = Stage::facing(Vec2::splat(4.0));
+        let slanted = Transform::from_rotation(Quat::from_rotation_y(-std::f32::consts::FRAC_PI_4)) * at;
+        stage.spawn(mesh, Material::default(), slanted);
+        stage.picture();
+        let outputs = stage.headless.renderer.draw_outputs().expect("outputs");
+        let ids = outputs.entities(stage.headless.renderer.gpu());
+        let row = &ids[201..402];
+        let is_ground = |id: &Option<u32>| *id == Some(ground.index_u32());
+        let edge = row.iter().position(|id| !is_ground(id)).expect("the sheet shows");
+        assert!(row[edge..].iter().all(|id| !is_ground(id)), "one line");
+        let found = (edge as f32 - 100.5) * 2.0 / 201.0;
+        assert!((found - expected).abs() < 0.02, "{technique:?}: the line is at {found}, not {expected}");
+    }
+}
+
+#[test]
+fn perturbed_normals_are_near_those_of_the_derived_map() {
+    // A square: on a curved mesh the map's slopes are those of its image, whichever way that is stretched there.
+    let Some(mut stage) = Stage::new((320, 240)) else { return };
+    let (mesh, at) = Stage::facing(Vec2::splat(2.0));
+    let material = stage.material(64, 0.06, hills);
+    stage.spawn(mesh, material, Transform::from_rotation(Quat::from_rotation_x(-0.5)) * at);
+    set_technique(&mut stage, Technique::Normal);
+    let mapped = stage.normals();
+    set_technique(&mut stage, Technique::Off);
+    let smooth = stage.normals();
+    set_technique(&mut stage, Technique::PerturbedNormal);
+    let perturbed = stage.normals();
+    let degrees = |a: &Vec3, b: &Vec3| a.angle_between(*b).to_degrees();
+    let mut angles: Vec<f32> = Vec::new();
+    let mut bumps: Vec<f32> = Vec::new();
+    for ((mapped, perturbed), smooth) in mapped.iter().zip(&perturbed).zip(&smooth).filter(|(_, s)| s.length() > 0.5) {
+        angles.push(degrees(mapped, perturbed));
+        bumps.push(degrees(mapped, smooth));
+    }
+    angles.sort_by(f32::total_cmp);
+    bumps.sort_by(f32::total_cmp);
+    let at = |of: &[f32], part: f32| of[(of.len() as f32 * part) as usize];
+    assert!(angles.len() > 5000 && at(&bumps, 0.5) > 8.0, "{} {}", angles.len(), at(&bumps, 0.5));
+    let (half, most) = (at(&angles, 0.5), at(&angles, 0.95));
+    assert!(half < 0.5 && most < 1.5, "half are within {half} degrees, 95 in 100 within {most}");
+}
+
+/// A map of one colour.
+fn constant(stage: &mut Stage, color: [u8; 4], kind: ImageKind) -> Option<Map> {
+    let image = Image::rgba8("constant", 1, 1, kind, color.to_vec());
+    Some(Map::new(stage.simulation.world.resource_mut::<Library>().add_image(image)))
+}
+
+#[test]
+fn an_offset_turns_the_mirror() {
+    let Some(mut stage) = Stage::new((17, 17)) else { return };
+    stage.orthographic(0.5);
+    // All around, from +Z by −X, −Z and +X to +Z again: green grows with the angle.
+    let columns: Vec<u8> = (0..256u32).flat_map(|x| [0, x as u8, 0, 255]).collect();
+    let columns = Image::rgba8("columns", 256, 1, ImageKind::Data, columns);
+    let environment = Some(Map::new(stage.simulation.world.resource_mut::<Library>().add_image(columns)));
+    for (du, matrix) in [(128u8, 1.0), (192, 1.0), (64, 1.0), (192, 0.5)] {
+        let offset_map = constant(&mut stage, [du, 128, 0, 255], ImageKind::Data);
+        let (mesh, at) = Stage::facing(Vec2::splat(2.0));
+        let material = Material {
+            technique: Technique::PerturbedUv,
+            offset_map,
+            environment_map: environment,
+            offset_matrix: glam::Mat2::from_diagonal(Vec2::splat(matrix)),
+            specular_factor: Vec3::ONE,
+            ..Material::default()
+        };
+        let square = stage.spawn(mesh, material, at);
+        let middle = stage.linear()[17 * 17 / 2];
+        stage.simulation.world.despawn(square);
+        // The normal moves to (d, 0, sqrt(1 - d^2)): the mirrored ray turns by twice its angle, from +Z toward +X.
+        let angle = 2.0 * (matrix * (f32::from(du) - 128.0) / 127.0).asin();
+        let (x, z) = angle.sin_cos();
+        let expected = (x.atan2(-z) / std::f32::consts::TAU + 0.5) * 256.0 / 255.0;
+        // At no offset +Z is where the picture's ends meet.
+        let apart = (middle.y - expected).rem_euclid(1.0);
+        assert!(apart.min(1.0 - apart) < 0.01 || du == 128, "{du}: {middle} {expected}");
+    }
+}
+
+#[test]
+fn an_offset_moves_what_lies_behind() {
+    let Some(mut stage) = Stage::new((201, 5)) else { return };
+    stage.orthographic(5.0 / 201.0);
+    // Behind: dark to the left of x = 0, bright to the right.
+    let glow = |value: f32| Material {
+        shading: systems::library::Shading::Unlit,
+        base_factor: Vec4::new(value, value, value, 1.0),
+        ..Material::default()
+    };
+    let (mesh, at) = Stage::facing(Vec2::splat(4.0));
+    stage.spawn(mesh.clone(), glow(0.0), Transform::from_xyz(-2.0, 0.0, -1.0) * at);
+    stage.spawn(mesh, glow(0.5), Transform::from_xyz(2.0, 0.0, -1.0) * at);
+    let mut edges = Vec::new();
+    for du in [128, 255] {
+        let offset_map = constant(&mut stage, [du, 128, 0, 255], ImageKind::Data);
+        let (mesh, at) = Stage::facing(Vec2::splat(2.0));
+        let material = Material {
+            technique: Technique::PerturbedUv,
+            alpha: AlphaMode::Blend,
+            base_factor: Vec4::new(1.0, 1.0, 1.0, 0.25),
+            specular_factor: Vec3::ZERO,
+            offset_map,
+            height_scale_uv: 0.1,
+            ..Material::default()
+        };
+        let pane = stage.spawn(mesh, material, at);
+        for samples in [1, 4] {
+            stage.headless.settings.samples = samples;
+            let row = stage.linear()[402..603].to_vec();
+            // Three quarters of what is behind; the pane itself is dark.
+            assert!(row[2].x == 0.0 && (row[198].x - 0.375).abs() < 1e-3, "{} {}", row[2], row[198]);
+            edges.push(row.iter().position(|p| p.x > 0.19).expect("an edge"));
+        }
+        stage.simulation.world.despawn(pane);
+    }
+    // The pane is 0.1 of its 2 m thick; an offset of 1 reads 0.2 m to the right: 20 pixels of 2 m / 201.
+    let moved = |i: usize| edges[i] as i32 - edges[i + 2] as i32;
+    assert!((edges[0] as i32 - 100).abs() <= 1 && (edges[0] as i32 - edges[1] as i32).abs() <= 1, "{edges:?}");
+    assert!((moved(0) - 20).abs() <= 1 && (moved(1) - 20).abs() <= 1, "{edges:?}");
+}
+
+#[test]
+fn dot3_computes_with_bytes() {
+    for technique in [Technique::Dot3, Technique::Dot3Constant] {
+        let Some(mut stage) = Stage::new((9, 9)) else { return };
+        stage.orthographic(0.01);
+        let (mesh, at) = Stage::facing(Vec2::splat(2.0));
+        let normal_map = constant(&mut stage, [200, 128, 220, 255], ImageKind::Normal);
+        let material = Material { technique, normal_map, specular_factor: Vec3::ZERO, ..Material::default() };
+        stage.spawn(mesh, material, at);
+        let direction = Vec3::new(0.48, 0.6, 0.64);
+        let place = Transform::from_translation(direction).looking_at(Vec3::ZERO, Vec3::Y);
+        stage.simulation.world.spawn((systems::components::Light::directional(1.0), place));
+        let middle = stage.linear()[40];
+        let byte = |v: Vec3| (v.clamp(Vec3::ZERO, Vec3::ONE) * 255.0 + 0.5).floor() / 255.0;
+        let light = byte(direction * 0.5 + 0.5) * 2.0 - 1.0;
+        let normal = Vec3::new(200.0, 128.0, 220.0) / 255.0 * 2.0 - 1.0;
+        // Neither vector is unit: normal · light as the combiner has it, in 8 bits.
+        let expected = byte(Vec3::splat(normal.dot(light))).x;
+        assert!((middle.x - expected).abs() < 1e-3, "{technique:?}: {middle} {expected}");
+    }
+}
+
+#[test]
+fn a_technique_is_a_draw_and_not_a_draw_per_object() {
+    let Some(mut stage) = Stage::new((64, 48)) else { return };
+    stage.three_lights();
+    let material = stage.material(16, 0.05, hills);
+    let mut library = stage.simulation.world.resource_mut::<Library>();
+    let mesh = library.add_mesh(shapes::cube(Vec3::splat(0.1)));
+    let materials: Vec<_> = Technique::ALL
+        .iter()
+        .map(|&(_, technique)| library.add_material(Material { technique, ..material.clone() }))
+        .collect();
+    for i in 0..20 * materials.len() {
+        let at = Transform::from_xyz((i % 20) as f32 * 0.12 - 1.2, (i / 20) as f32 * 0.12 - 1.0, 0.0);
+        stage.simulation.world.spawn((mesh, materials[i % materials.len()], at));
+    }
+    stage.picture();
+    let stats = stage.headless.renderer.stats();
+    // One each, and the sixteen passes that the historic emboss takes.
+    assert_eq!(stats.draws as usize, Technique::ALL.len() + 16);
+    assert_eq!(stage.headless.renderer.read_drawn().objects, 320);
+}
