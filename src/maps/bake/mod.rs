@@ -15,6 +15,7 @@
 //! `vs_main` and `tangent_frame` of the shaders step by step.
 
 mod bands;
+pub mod command;
 mod dilate;
 mod occlusion;
 mod preview;
@@ -33,37 +34,10 @@ pub use texels::{bake, check_size};
 pub use tile::{TileOptions, bake_tile};
 pub use unwrap::{Texel, Unwrap};
 
-use crate::import::ImportError;
 use std::num::NonZero;
-use std::path::PathBuf;
 
 /// Texels along a side of a map at the most.
 pub const MAX_SIDE: usize = 8192;
-
-/// Why a bake is refused.
-#[derive(Debug, thiserror::Error)]
-#[allow(missing_docs)]
-pub enum BakeError {
-    /// A model cannot be read.
-    #[error(transparent)]
-    Import(#[from] ImportError),
-    /// A model cannot be baked from or to.
-    #[error("{}: {message}", path.display())]
-    Unfit { path: PathBuf, message: String },
-    /// An option makes no sense.
-    #[error("{option}: {message}")]
-    Option { option: &'static str, message: String },
-}
-
-impl BakeError {
-    fn unfit(path: &std::path::Path, message: impl Into<String>) -> Self {
-        Self::Unfit { path: path.to_owned(), message: message.into() }
-    }
-
-    fn option(option: &'static str, message: impl Into<String>) -> Self {
-        Self::Option { option, message: message.into() }
-    }
-}
 
 /// Which maps are made.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

@@ -1,7 +1,7 @@
 //! The triangles of a file, in one space, with what a bake needs at their corners.
 
-use super::BakeError;
 use crate::import::{self, Model};
+use crate::maps::MapError;
 use crate::name;
 use glam::{Affine3A, Vec2, Vec3, Vec4};
 use std::collections::BTreeSet;
@@ -48,33 +48,33 @@ impl Surface {
     /// Reads a glTF file: all nodes of its scene, or those named with what is below them.
     ///
     /// # Errors
-    /// [`BakeError`]: what is wrong with the file, and what was expected.
-    pub fn load(path: &Path, nodes: &[String], role: Role) -> Result<Self, BakeError> {
+    /// [`MapError`]: what is wrong with the file, and what was expected.
+    pub fn load(path: &Path, nodes: &[String], role: Role) -> Result<Self, MapError> {
         let mut library = Library::default();
         let model = import::load_model(path, &mut library)?;
-        let chosen = chosen_nodes(&model, nodes).map_err(|message| BakeError::unfit(path, message))?;
+        let chosen = chosen_nodes(&model, nodes).map_err(|message| MapError::refused(path, message))?;
         let mut surface = Self { source: path.to_owned(), ..Self::default() };
         for (index, model_from_node) in model.placed().into_iter().filter(|(index, _)| chosen.contains(index)) {
             let node = &model.nodes[index];
             for &(mesh, material) in &node.parts {
                 let Some(entry) = library.mesh(mesh) else { continue };
                 let two_sided = library.material(material).is_some_and(|material| material.double_sided);
-                let mesh = prepared(&entry.mesh, role).map_err(|message| BakeError::unfit(path, message))?;
+                let mesh = prepared(&entry.mesh, role).map_err(|message| MapError::refused(path, message))?;
                 for part_from in node.part_transforms() {
                     let model_from_mesh = model_from_node * part_from.compute_affine();
                     surface.add(&mesh, &model_from_mesh, two_sided);
                     if surface.triangles.len() > MAX_TRIANGLES {
                         let message = format!("has more than {MAX_TRIANGLES} triangles, counting every instance");
-                        return Err(BakeError::unfit(path, message));
+                        return Err(MapError::refused(path, message));
                     }
                 }
             }
         }
         if surface.triangles.is_empty() {
-            return Err(BakeError::unfit(path, "has no triangles in its scene: nothing to bake; expected a mesh"));
+            return Err(MapError::refused(path, "has no triangles in its scene: nothing to bake; expected a mesh"));
         }
         if let Some(place) = surface.positions.iter().find(|p| !p.is_finite()) {
-            return Err(BakeError::unfit(path, format!("expected finite places, a vertex is at {place}")));
+            return Err(MapError::refused(path, format!("expected finite places, a vertex is at {place}")));
         }
         Ok(surface)
     }

@@ -5,7 +5,8 @@
 //! that the ray spans with its edges, which two triangles compute of a common edge from the same numbers in the same
 //! way (Plücker coordinates, as Embree's robust mode does it).
 
-use super::{BakeError, Surface};
+use super::Surface;
+use crate::maps::MapError;
 use glam::{Vec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
@@ -71,15 +72,15 @@ impl<'a> Target<'a> {
     ///
     /// # Errors
     /// There is nothing to meet, or it is too degenerate.
-    pub fn new(surface: &'a Surface) -> Result<Self, BakeError> {
+    pub fn new(surface: &'a Surface) -> Result<Self, MapError> {
         let path = &surface.source;
         let largest = surface.positions.iter().fold(0.0f32, |largest, p| largest.max(p.abs().max_element()));
         if surface.triangles.is_empty() || largest == 0.0 {
-            return Err(BakeError::unfit(path, "all triangles lie in one point: expected a mesh with a surface"));
+            return Err(MapError::refused(path, "all triangles lie in one point: expected a mesh with a surface"));
         }
         let inner_from_metres = (INNER_SIZE / largest).log2().floor().exp2();
         if !(inner_from_metres > 1e-30 && inner_from_metres < 1e30) {
-            return Err(BakeError::unfit(
+            return Err(MapError::refused(
                 path,
                 format!("coordinates up to {largest} m: too large or too small to bake"),
             ));
@@ -98,7 +99,7 @@ impl<'a> Target<'a> {
             .collect();
         let bvh = build(&boxes);
         if depth(&bvh) > MAX_DEPTH {
-            return Err(BakeError::unfit(path, "its triangles lie too unevenly for a BVH: expected an ordinary mesh"));
+            return Err(MapError::refused(path, "its triangles lie too unevenly for a BVH: expected an ordinary mesh"));
         }
         let triangles = bvh.primitive_indices.iter();
         let corners = triangles.map(|&triangle| inner(&surface.triangles[triangle as usize])).collect();

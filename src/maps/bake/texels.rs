@@ -3,9 +3,9 @@
 use super::bands::{BAND, Band, share_out};
 use super::dilate::dilate;
 use super::occlusion::Sky;
-use super::{AUTO_CAGE, BakeError, BakeOptions, Baked, Coverage, Hit, MAX_SIDE, Reach, Report, Sides, Surface, Target};
+use super::{AUTO_CAGE, BakeOptions, Baked, Coverage, Hit, MAX_SIDE, Reach, Report, Sides, Surface, Target};
 use super::{Texel, Unwrap};
-use crate::maps::Raster;
+use crate::maps::{MapError, Raster};
 use glam::{Vec2, Vec3};
 use std::time::Instant;
 
@@ -44,14 +44,14 @@ pub fn bake(
     target: &Target,
     options: &BakeOptions,
     progress: &(dyn Fn(usize, usize) + Sync),
-) -> Result<Baked, BakeError> {
+) -> Result<Baked, MapError> {
     check_options(options)?;
     let reach = options.reach.unwrap_or_else(|| auto_cage(low));
     let metres = reach.metres();
     if !(metres > 0.0 && metres.is_finite()) {
-        return Err(BakeError::option("--cage", format!("expected metres above 0, is {metres}")));
+        return Err(MapError::option("--cage", format!("expected metres above 0, is {metres}")));
     }
-    let unwrap = Unwrap::new(low, options.size).map_err(|message| BakeError::unfit(&low.source, message))?;
+    let unwrap = Unwrap::new(low, options.size).map_err(|message| MapError::refused(&low.source, message))?;
     let sky = Sky::new(options.rays, options.occlusion_distance);
     let sample = |x: usize, y: usize, rays: &mut u64| {
         let Some(texel) = unwrap.texel(low, x, y) else { return Outcome::Outside };
@@ -82,22 +82,22 @@ pub fn bake(
             baked.report.missed,
             target.surface.source.display()
         );
-        return Err(BakeError::unfit(&low.source, message));
+        return Err(MapError::refused(&low.source, message));
     }
     finish(&mut baked, options, (-metres, metres));
     Ok(baked)
 }
 
 /// What makes no sense whatever the meshes.
-pub(super) fn check_options(options: &BakeOptions) -> Result<(), BakeError> {
+pub(super) fn check_options(options: &BakeOptions) -> Result<(), MapError> {
     check_size(options.size)?;
     if !(1..=MAX_RAYS).contains(&options.rays) {
         let message = format!("expected 1 to {MAX_RAYS} rays for each texel, is {}", options.rays);
-        return Err(BakeError::option("--rays", message));
+        return Err(MapError::option("--rays", message));
     }
     if options.occlusion_distance.is_nan() || options.occlusion_distance <= 0.0 {
         let message = format!("expected metres above 0, is {}", options.occlusion_distance);
-        return Err(BakeError::option("--occlusion-distance", message));
+        return Err(MapError::option("--occlusion-distance", message));
     }
     Ok(())
 }
@@ -106,11 +106,11 @@ pub(super) fn check_options(options: &BakeOptions) -> Result<(), BakeError> {
 ///
 /// # Errors
 /// Names the limit.
-pub fn check_size((width, height): (usize, usize)) -> Result<(), BakeError> {
+pub fn check_size((width, height): (usize, usize)) -> Result<(), MapError> {
     if (1..=MAX_SIDE).contains(&width) && (1..=MAX_SIDE).contains(&height) {
         return Ok(());
     }
-    Err(BakeError::option("--size", format!("expected 1 to {MAX_SIDE} texels along each side, is {width}×{height}")))
+    Err(MapError::option("--size", format!("expected 1 to {MAX_SIDE} texels along each side, is {width}×{height}")))
 }
 
 fn auto_cage(low: &Surface) -> Reach {

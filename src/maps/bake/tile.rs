@@ -9,7 +9,8 @@
 
 use super::occlusion::Sky;
 use super::texels::{Outcome, Sample, cast, check_options, finish};
-use super::{BakeError, BakeOptions, Baked, Sides, Target};
+use super::{BakeOptions, Baked, Sides, Target};
+use crate::maps::MapError;
 use glam::{Vec2, Vec3, Vec3Swizzles};
 use std::ops::RangeInclusive;
 use systems::bounds::Aabb;
@@ -36,7 +37,7 @@ pub fn bake_tile(
     target: &Target,
     options: &TileOptions,
     progress: &(dyn Fn(usize, usize) + Sync),
-) -> Result<Baked, BakeError> {
+) -> Result<Baked, MapError> {
     // There is no chart whose border could be kept: all holes are filled.
     let bake = BakeOptions { dilate: None, ..options.bake.clone() };
     check_options(&bake)?;
@@ -61,7 +62,7 @@ pub fn bake_tile(
     baked.report.metres_per_uv = (patch.period, patch.period, patch.period);
     if baked.report.baked == 0 {
         let message = "nothing of it is seen from above: expected faces that look up (+Y)";
-        return Err(BakeError::unfit(&target.surface.source, message));
+        return Err(MapError::refused(&target.surface.source, message));
     }
     let range = baked.report.heights_met;
     finish(&mut baked, &bake, range);
@@ -77,19 +78,19 @@ struct Patch<'a> {
 }
 
 impl<'a> Patch<'a> {
-    fn new(target: &'a Target<'a>, period: Option<f32>) -> Result<Self, BakeError> {
+    fn new(target: &'a Target<'a>, period: Option<f32>) -> Result<Self, MapError> {
         let aabb = target.surface.aabb();
         let extent = (aabb.max - aabb.min).xz();
         let period = period.unwrap_or(extent.max_element());
         if !(period > 0.0 && period.is_finite()) {
-            return Err(BakeError::option("--period", format!("expected metres above 0, is {period}")));
+            return Err(MapError::option("--period", format!("expected metres above 0, is {period}")));
         }
         if extent.max_element() > MOST_PERIODS * period {
             let message = format!(
                 "{period} m is too short for a patch of {} m by {} m: expected at least an eighth of that",
                 extent.x, extent.y
             );
-            return Err(BakeError::option("--period", message));
+            return Err(MapError::option("--period", message));
         }
         let corner = aabb.center().xz() - period * 0.5;
         Ok(Self { target, aabb, period, corner })
