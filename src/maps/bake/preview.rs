@@ -4,7 +4,7 @@ use super::{Baked, Surface};
 use crate::frames::{FrameError, Headless};
 use crate::maps::Raster;
 use bevy_transform::components::Transform;
-use glam::{Quat, Vec3};
+use glam::{Quat, Vec3, Vec4};
 use image::{GenericImage, RgbaImage};
 use systems::Simulation;
 use systems::components::{Camera, Environment, Light, Projection};
@@ -23,19 +23,21 @@ pub fn preview(low: &Surface, baked: &Baked) -> Result<RgbaImage, FrameError> {
     let mut simulation = Simulation::new();
     let mut library = simulation.world.resource_mut::<Library>();
     let mesh = library.add_mesh(mesh(low));
-    let plain = Material { shading: Shading::MetallicRoughness, roughness: 0.55, metallic: 0.0, ..Material::default() };
+    // Of clay: light shows the bumps and nothing else. Metallic-roughness, for Phong has no occlusion maps.
+    let base_factor = Vec4::new(0.6, 0.55, 0.5, 1.0);
+    let shading = Shading::MetallicRoughness;
+    let plain = Material { shading, base_factor, roughness: 0.6, metallic: 0.0, ..Material::default() };
     let with_maps = mapped(&plain, baked, &mut library);
     let materials = [plain, with_maps].map(|material| library.add_material(material));
     let object = simulation.world.spawn((mesh, materials[0], Transform::IDENTITY)).id();
     let eye = eye(low);
     let camera = simulation.world.spawn((lens(low), eye)).id();
     // From the left above the eye, so that bumps are seen by their shades, and weaker from the other side.
-    for (intensity, yaw, pitch) in [(1.6, -0.9, -0.6), (0.35, 1.2, 0.3)] {
+    for (intensity, yaw, pitch) in [(1.0, -0.8, -0.7), (0.15, 1.2, 0.2)] {
         let turn = eye.rotation * Quat::from_rotation_y(yaw) * Quat::from_rotation_x(pitch);
         simulation.world.spawn((Light::directional(intensity), Transform::from_rotation(turn)));
     }
-    let ambient = Environment { ambient: Vec3::splat(0.25), ..Environment::default() };
-    simulation.world.insert_resource(ambient);
+    simulation.world.insert_resource(Environment { ambient: Vec3::splat(0.12), ..Environment::default() });
     let mut picture = RgbaImage::new(2 * SIDE, SIDE);
     for (column, material) in (0..).zip(materials) {
         simulation.world.entity_mut(object).insert(material);
@@ -104,8 +106,9 @@ fn lens(low: &Surface) -> Camera {
     Camera { projection: Projection::Perspective { fov_y, aspect: None }, near, ..Camera::default() }
 }
 
-/// Around the box: middle and radius.
+/// Around all of it: middle and radius.
 fn sphere(low: &Surface) -> (Vec3, f32) {
-    let aabb = low.aabb();
-    (aabb.center(), (aabb.max.distance(aabb.min) * 0.5).max(1e-6))
+    let centre = low.aabb().center();
+    let radius = low.positions.iter().fold(1e-6f32, |radius, place| radius.max(place.distance(centre)));
+    (centre, radius)
 }
