@@ -9,10 +9,13 @@
 //!
 //! `cargo bench --bench frame -- wall/1000000` runs a part of it.
 
+mod common;
+
 use bevy_ecs::prelude::*;
 use bevy_transform::components::Transform;
+use common::CpuTime;
 use cpu_time::ProcessTime;
-use criterion::measurement::{Measurement, ValueFormatter, WallTime};
+use criterion::measurement::Measurement;
 use criterion::{Criterion, criterion_group, criterion_main};
 use glam::{Vec3, Vec4};
 use std::time::{Duration, Instant};
@@ -25,38 +28,6 @@ use systems::stats::{FrameStats, Stage};
 /// Metres between two cubes.
 const SPACING: f32 = 3.0;
 const LIGHTS: usize = 1_000;
-
-/// Processor time of all threads.
-struct CpuTime;
-
-impl Measurement for CpuTime {
-    type Intermediate = ProcessTime;
-    type Value = Duration;
-
-    fn start(&self) -> ProcessTime {
-        ProcessTime::now()
-    }
-
-    fn end(&self, start: ProcessTime) -> Duration {
-        start.elapsed()
-    }
-
-    fn add(&self, a: &Duration, b: &Duration) -> Duration {
-        *a + *b
-    }
-
-    fn zero(&self) -> Duration {
-        Duration::ZERO
-    }
-
-    fn to_f64(&self, value: &Duration) -> f64 {
-        value.as_nanos() as f64
-    }
-
-    fn formatter(&self) -> &dyn ValueFormatter {
-        WallTime.formatter()
-    }
-}
 
 /// What moves.
 #[derive(Component, Clone, Copy)]

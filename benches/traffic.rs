@@ -9,11 +9,14 @@
 //!
 //! `cargo bench --bench traffic -- cpu/rings` runs a part of it.
 
+mod common;
+
 use bevy_ecs::prelude::*;
 use bevy_ecs::schedule::SingleThreadedExecutor;
 use bevy_transform::components::Transform;
+use common::CpuTime;
 use cpu_time::ProcessTime;
-use criterion::measurement::{Measurement, ValueFormatter, WallTime};
+use criterion::measurement::Measurement;
 use criterion::{Criterion, criterion_group, criterion_main};
 use glam::Vec3;
 use std::time::{Duration, Instant};
@@ -27,38 +30,6 @@ use systems::vehicles::parts::{self, Movement, Part, PartLamp};
 use systems::vehicles::routes::{RouteId, RoutePlan, Routes, Stop, Wait};
 use systems::vehicles::signals::{self, Signal, Signals};
 use systems::vehicles::{OnRoute, Vehicle, VehicleType, VehicleTypeId, VehicleTypes, driving, ground};
-
-/// Processor time of all threads.
-struct CpuTime;
-
-impl Measurement for CpuTime {
-    type Intermediate = ProcessTime;
-    type Value = Duration;
-
-    fn start(&self) -> ProcessTime {
-        ProcessTime::now()
-    }
-
-    fn end(&self, start: ProcessTime) -> Duration {
-        start.elapsed()
-    }
-
-    fn add(&self, a: &Duration, b: &Duration) -> Duration {
-        *a + *b
-    }
-
-    fn zero(&self) -> Duration {
-        Duration::ZERO
-    }
-
-    fn to_f64(&self, value: &Duration) -> f64 {
-        value.as_nanos() as f64
-    }
-
-    fn formatter(&self) -> &dyn ValueFormatter {
-        WallTime.formatter()
-    }
-}
 
 /// A body, four wheels, eight lamps.
 fn car(world: &mut World) -> VehicleTypeId {

@@ -1,7 +1,7 @@
 # shellcheck shell=sh
 # Shared by scripts/demo and scripts/test, which source it: what this machine lacks, and installing it.
 #
-# The scripts speak of *things* (compiler, driver, x11, wayland, xvfb). `lacks` guesses whether a thing is missing,
+# The scripts speak of *things* (compiler, driver, x11, wayland, xvfb, python). `lacks` guesses whether a thing is missing,
 # `packages_for` knows its names in the package managers, `set_up` asks and installs before the long build. Whether
 # there is an adapter only the program itself knows, and `require_adapter` asks it once it is built.
 
@@ -32,6 +32,7 @@ lacks() {
         x11:Linux) ! has_libraries libX11.so.6 libX11-xcb.so.1 libXcursor.so.1 libXi.so.6 libxkbcommon-x11.so.0 ;;
         wayland:Linux) ! has_libraries libwayland-client.so.0 libxkbcommon.so.0 ;;
         xvfb:Linux) ! { has Xvfb && has xdotool; } ;;
+        python:Linux) ! { has python3 && python3 -c 'import numpy' 2>/dev/null; } ;;
         validation:Linux) [ ! -e /usr/share/vulkan/explicit_layer.d/VkLayer_khronos_validation.json ] ;;
         *) return 1 ;;
     esac
@@ -58,6 +59,7 @@ describe() {
         driver) say 'a Vulkan driver' ;;
         x11 | wayland) say 'the libraries that open a window' ;;
         xvfb) say 'Xvfb and xdotool (for the tests of the window)' ;;
+        python) say 'Python with numpy (for the tests of the map tools)' ;;
         validation) say 'the Vulkan validation layer (for the tests of the renderer)' ;;
     esac
 }
@@ -69,18 +71,21 @@ packages_for() {
         apt-get:x11) say libx11-6 libx11-xcb1 libxcursor1 libxi6 libxkbcommon-x11-0 ;;
         apt-get:wayland) say libwayland-client0 libxkbcommon0 ;;
         apt-get:xvfb) say xvfb xdotool ;;
+        apt-get:python) say python3 python3-numpy ;;
         apt-get:validation) say vulkan-validationlayers ;;
         dnf:compiler) say gcc gcc-c++ ;;
         dnf:driver) say vulkan-loader mesa-vulkan-drivers ;;
         dnf:x11) say libX11 libX11-xcb libXcursor libXi libxkbcommon-x11 ;;
         dnf:wayland) say libwayland-client libxkbcommon ;;
         dnf:xvfb) say xorg-x11-server-Xvfb xdotool ;;
+        dnf:python) say python3 python3-numpy ;;
         dnf:validation) say vulkan-validation-layers ;;
         pacman:compiler) say gcc ;;
         pacman:driver) say vulkan-icd-loader vulkan-swrast ;;
         pacman:x11) say libx11 libxcursor libxi libxkbcommon-x11 ;;
         pacman:wayland) say wayland libxkbcommon ;;
         pacman:xvfb) say xorg-server-xvfb xdotool ;;
+        pacman:python) say python python-numpy ;;
         pacman:validation) say vulkan-validation-layers ;;
     esac
 }

@@ -5,9 +5,10 @@
 // Directions that slant by less are read a smaller step away: a light behind the surface lights nothing.
 const EMBOSS_FULL_COSINE = 0.125;
 
-// UV a step away from the pixel toward a light, given as right, up, out.
+// UV a step away from the pixel toward a light, given as right, up, out. Nowhere else on a mesh without UVs.
 fn emboss_uv(field: HeightField, step_texels: f32, light: vec3f) -> vec2f {
-    let step = step_texels * saturate(light.z / EMBOSS_FULL_COSINE) / vec2f(textureDimensions(height_maps));
+    let texels = select(0.0, step_texels, field.metres > 0.0);
+    let step = texels * saturate(light.z / EMBOSS_FULL_COSINE) / vec2f(textureDimensions(height_maps));
     return field.at + light.xy * step * vec2f(1.0, -1.0);
 }
 

@@ -27,8 +27,8 @@ fn shifted_mirror(surface: Surface, offset: vec3f) -> vec3f {
 // its height map's depth. Not what is really behind that place if something stands in front of it.
 fn refracted(in: VertexOut, material: Material, offset: vec3f, dp_dx: vec3f, dp_dy: vec3f, uvs: Uvs) -> vec3f {
     let uv = image_uv(material, MAP_OFFSET, uvs);
-    let area = abs(uv.dx.x * uv.dy.y - uv.dx.y * uv.dy.x);
-    let thickness = material.height_scale_uv * sqrt(length(cross(dp_dx, dp_dy)) / max(area, 1e-12));
+    let width = image_width(uv, dp_dx, dp_dy, vec2f(textureDimensions(offset_maps)));
+    let thickness = material.height_scale_uv * width;
     let here = view.clip_from_world * vec4f(in.position, 1.0);
     let there = view.clip_from_world * vec4f(in.position + offset * thickness, 1.0);
     let size = vec2f(textureDimensions(behind));

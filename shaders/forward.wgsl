@@ -234,13 +234,18 @@ fn height(layer: u32, uv: vec2f, dx: vec2f, dy: vec2f) -> f32 {
     return textureSampleGrad(height_maps, height_sampler, uv, layer, dx, dy).r;
 }
 
+// Metres in a width of the image, by the area that it covers; 0 on a mesh without UVs. `size`: its texels, which are
+// square.
+fn image_width(uv: ImageUv, dp_dx: vec3f, dp_dy: vec3f, size: vec2f) -> f32 {
+    let area = length(cross(dp_dx, dp_dy));
+    let area_uv = abs(uv.dx.x * uv.dy.y - uv.dx.y * uv.dy.x);
+    return select(0.0, sqrt(area / area_uv * size.x / size.y), area_uv > 1e-20);
+}
+
 // The perturbed normal: heights half a pixel away on either side.
 fn perturbed(material: Material, normal: vec3f, uv: ImageUv, dp_dx: vec3f, dp_dy: vec3f) -> vec3f {
     let layer = material.layers[MAP_HEIGHT];
-    // Heights are given in UV units; this many metres are in one.
-    let area_uv = abs(uv.dx.x * uv.dy.y - uv.dx.y * uv.dy.x);
-    let metres = sqrt(length(cross(dp_dx, dp_dy)) / max(area_uv, 1e-12));
-    let scale = material.height_scale_uv * metres;
+    let scale = material.height_scale_uv * image_width(uv, dp_dx, dp_dy, vec2f(textureDimensions(height_maps)));
     let dx = 0.5 * uv.dx;
     let dy = 0.5 * uv.dy;
     let across = height(layer, uv.at + dx, uv.dx, uv.dy) - height(layer, uv.at - dx, uv.dx, uv.dy);
@@ -314,7 +319,10 @@ fn unshadowed(material_shadow: f32, bump: Bump, toward: vec3f) -> f32 {
 fn reflected(surface: Surface, bump: Bump, material: Material, number: u32, light: u32) -> vec3f {
     let arriving = arriving(light, surface.position);
     let ambient = arriving.ambient * surface.diffuse;
-    if is_emboss() {
+    if TECHNIQUE == TECHNIQUE_EMBOSS_MULTIPASS {
+        // The passes that follow add the rest.
+        return ambient;
+    } else if is_emboss() {
         // No highlight: a difference of heights says nothing of the direction that a mirror would look in.
         return arriving.color * surface.diffuse * embossed(bump.field, material.emboss_step_texels, arriving.toward) + ambient;
     } else if is_dot3() {
@@ -348,9 +356,7 @@ fn lit(surface: Surface, bump: Bump, material: Material, slot: u32, instance: In
         // computed for any.
         let chosen = vec3u(instance.lights[0], instance.lights[1], instance.lights[2]);
         let weights = vec3f(instance.weights[0], instance.weights[1], instance.weights[2]);
-        // Several passes that follow add the lights.
-        let none = TECHNIQUE == TECHNIQUE_EMBOSS_MULTIPASS;
-        let count = select(dot(vec3u(1u), select(vec3u(1u), vec3u(0u), chosen == vec3u(NO_LIGHT))), 0u, none);
+        let count = dot(vec3u(1u), select(vec3u(1u), vec3u(0u), chosen == vec3u(NO_LIGHT)));
         for (var i = 0u; i < count; i++) {
             color += weights[i] * reflected(surface, bump, material, i, chosen[i]);
         }

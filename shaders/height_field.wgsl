@@ -13,7 +13,7 @@ struct HeightField {
     frame: Frame,
     // Image UV per metre toward right and up.
     uv_per_metre: vec2f,
-    // Metres in a unit of UV: the side of a square of the same area.
+    // Metres in a width of the image, by the area that it covers: texels are square.
     metres: f32,
     // Metres from black to white.
     depth: f32,
@@ -56,7 +56,8 @@ fn height_field(material: Material, map: u32, frame: Frame, uv: ImageUv, dp_dx: 
         let along_u = length(dp_dx * uv.dy.y - dp_dy * uv.dx.y) / abs(determinant);
         let unit_area = area / abs(determinant);
         field.uv_per_metre = vec2f(1.0 / along_u, along_u / unit_area);
-        field.metres = sqrt(unit_area);
+        let shape = select(size, vec2f(textureDimensions(horizon_0_maps)), map == MAP_HORIZON_0);
+        field.metres = sqrt(unit_area * shape.x / shape.y);
     }
     field.depth = material.height_scale_uv * field.metres;
     field.rest = select(1.0 - material.height_rest, material.height_rest, front);
@@ -177,14 +178,16 @@ fn marched_horizon(field: HeightField, point: FieldPoint, light: vec3f) -> f32 {
 // directions and slopes.
 fn mapped_horizon(field: HeightField, elevations: array<vec4f, 2>, light: vec3f) -> f32 {
     let flat_length = length(light.xy);
-    let across = light.xy * field.uv_per_metre;
-    let uv_length = length(across);
-    if field.from_behind || flat_length < 1e-4 || uv_length <= 0.0 {
+    // In widths of the image.
+    let size = vec2f(textureDimensions(horizon_0_maps));
+    let across = light.xy * field.uv_per_metre * vec2f(1.0, size.y / size.x);
+    let across_length = length(across);
+    if field.from_behind || flat_length < 1e-4 || across_length <= 0.0 {
         return 0.0;
     }
     let eighth = fract(atan2(across.y, across.x) / (2.0 * PI) + 1.0) * 8.0;
     let first = u32(eighth) % 8u;
     let second = (first + 1u) % 8u;
     let elevation = mix(elevations[first / 4u][first % 4u], elevations[second / 4u][second % 4u], fract(eighth));
-    return tan(min(elevation, 0.999) * 0.5 * PI) * field.metres * uv_length / flat_length;
+    return tan(min(elevation, 0.999) * 0.5 * PI) * field.metres * across_length / flat_length;
 }

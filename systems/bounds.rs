@@ -1,6 +1,6 @@
 //! Bounding volumes: of meshes in object space, of entities in world space.
 
-use crate::changes::{first_changed, in_parallel, moved, rows_per_task, touch};
+use crate::changes::{LIGHT_ROWS, first_changed, in_parallel, moved, rows_per_task, touch};
 use crate::library::{Library, MeshId};
 use bevy_ecs::change_detection::{ContiguousMut, ContiguousRef};
 use bevy_ecs::prelude::*;
@@ -100,7 +100,7 @@ fn update_table(
     let (bounds, mut written) = ContiguousMut::bypass_change_detection_split(bounds);
     let may_have_moved = moved(&placed, &written.reborrow().into());
     let Some((first, since, columns)) = first_changed([may_have_moved, Some(&chosen)]) else { return };
-    let rows = rows_per_task(bounds.len() - first);
+    let rows = rows_per_task(bounds.len() - first, LIGHT_ROWS);
     let targets = bounds[first..].chunks_mut(rows).zip(written.changed_mut()[first..].chunks_mut(rows));
     in_parallel(targets.enumerate(), |(part, (bounds, changed))| {
         let start = first + part * rows;

@@ -50,10 +50,13 @@ pub(crate) fn first_changed<'w, const N: usize>(
     Some((first * TOGETHER, since, columns))
 }
 
-/// Rows of a table per task, where so many are to be done.
-pub(crate) fn rows_per_task(rows: usize) -> usize {
-    rows.div_ceil(4 * ComputeTaskPool::get().thread_num()).max(1 << 12)
+/// Rows of a table per task, where so many are to be done and `least` are worth a task.
+pub(crate) fn rows_per_task(rows: usize, least: usize) -> usize {
+    rows.div_ceil(4 * ComputeTaskPool::get().thread_num()).max(least)
 }
+
+/// Rows that are worth a task where each takes a few nanoseconds.
+pub(crate) const LIGHT_ROWS: usize = 1 << 12;
 
 /// The ticks of the columns that may have changed; of the others, none. `None` where none have.
 fn suspects<'w, const N: usize>(

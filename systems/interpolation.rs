@@ -5,7 +5,7 @@
 //! [`Interpolation::fraction`] says. Off, or at a fraction of 1, everything is drawn where it is: so are pictures
 //! without a window, and a window whose clock stands.
 
-use crate::changes::{in_parallel, rows_per_task, touch};
+use crate::changes::{LIGHT_ROWS, in_parallel, rows_per_task, touch};
 use bevy_ecs::change_detection::{ContiguousMut, ContiguousRef};
 use bevy_ecs::prelude::*;
 use bevy_transform::components::Transform;
@@ -74,7 +74,7 @@ pub fn remember(interpolation: Res<Interpolation>, mut all: Query<(&mut Interpol
     for (noted, transforms) in all.contiguous_iter_mut().into_iter().flatten() {
         let (noted, mut ticks) = ContiguousMut::bypass_change_detection_split(noted);
         let (transforms, _) = ContiguousRef::split(transforms);
-        let rows = rows_per_task(noted.len());
+        let rows = rows_per_task(noted.len(), LIGHT_ROWS);
         let (this_run, any) = (ticks.this_run(), AtomicBool::new(false));
         let parts = noted.chunks_mut(rows).zip(ticks.changed_mut().chunks_mut(rows)).zip(transforms.chunks(rows));
         in_parallel(parts, |((noted, ticks), transforms)| {

@@ -172,9 +172,9 @@ pub fn step_schedule() -> Schedule {
             )
                 .chain()
                 .run_if(physics::any_physical),
-            vehicles::parts::move_parts,   // wheels and the like, as their vehicles moved
+            vehicles::parts::move_parts, // trailers and sprung wheels, as their vehicles moved
             vehicles::lamps::switch_lamps, // which lamps are on after that
-            vehicles::lamps::light_lamps,  // and what they do
+            vehicles::lamps::light_lamps, // and what they do
         )
             .chain(),
     );
@@ -190,6 +190,8 @@ pub fn frame_schedule() -> Schedule {
             (stats::begin, begin_frame, lap(Stage::Transforms, "begin_frame")).chain(),
             // What is hidden with something above it, before anyone looks for objects.
             (hidden::inherit_hidden, lap(Stage::Transforms, "inherit_hidden")).chain(),
+            // Wheels and the like, as their vehicles moved.
+            (vehicles::parts::turn_parts, lap(Stage::Transforms, "turn_parts")).chain(),
             // Where everything is, parents before children.
             (transforms::update_transforms, lap(Stage::Transforms, "update_transforms")).chain(),
             // How far it reaches, for the choice of lights.

@@ -5,7 +5,7 @@
 //! the renderer uploads what it has not seen yet, in id order.
 
 use crate::bounds::{Aabb, Sphere, WorldBounds};
-use crate::draw_list::MAP_COUNT;
+use crate::draw_list::{MAP_COUNT, MapSlot};
 use crate::images::{Image, ImageKind};
 use crate::instances::{self, InstanceSlot};
 use crate::levels::Level;
@@ -253,6 +253,20 @@ impl Technique {
         ("z_correct", Self::ZCorrect),
         ("combined", Self::Combined),
     ];
+
+    /// The maps without which it leaves the surface smooth.
+    pub fn needs(self) -> &'static [MapSlot] {
+        use MapSlot::{Height, Horizon0, Horizon1, Normal, Offset};
+        match self {
+            Self::Off | Self::Normal => &[],
+            Self::Dot3 | Self::Dot3Constant => &[Normal],
+            Self::PerturbedUv => &[Offset],
+            Self::Horizon => &[Horizon0, Horizon1],
+            Self::PerturbedNormal | Self::Emboss | Self::EmbossMultipass => &[Height],
+            Self::Parallax | Self::Relief | Self::ZCorrectParallax | Self::ZCorrect => &[Height],
+            Self::ParallaxHorizon | Self::ReliefHorizon | Self::Combined => &[Height, Horizon0, Horizon1],
+        }
+    }
 
     /// Whether it displaces the depth that is written.
     pub fn writes_depth(self) -> bool {

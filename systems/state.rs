@@ -15,6 +15,7 @@ use crate::roster::{FromIds, Roster, StateId, ToIds};
 use crate::state_hash::{self, Sum};
 use crate::vehicles::ground::Ground;
 use crate::vehicles::lamps::{Lamp, Switches};
+use crate::vehicles::parts::FramePart;
 use crate::vehicles::signals::SignalLamp;
 use crate::vehicles::{ByHand, Controls, Motion, NextVehicleNumber, OnRoute, Stalled, VehicleNumber, Wanted};
 use bevy_ecs::component::Mutable;
@@ -72,7 +73,10 @@ impl StateList {
         // Parents first: where things hang decides what is below a hidden entity.
         let hangs = |parent: &ChildOf| parent.parent() != Entity::PLACEHOLDER;
         list.add(Component::<ChildOf, ()> { is_sound: hangs, ..Component::new("parent") });
-        list.add(Component::<Transform> { is_sound: |value| value.is_finite(), ..Component::new("transform") });
+        list.add(Component::<Transform, Without<FramePart>> {
+            is_sound: |value| value.is_finite(),
+            ..Component::new("transform")
+        });
         list.add(Component::<Light> { is_sound: Light::is_sound, ..Component::new("light") });
         list.add(Component::<Spin> { is_sound: Spin::is_sound, ..Component::new("spin") });
         list.add_component::<Hidden>("hidden");

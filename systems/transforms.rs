@@ -10,7 +10,7 @@
 //! those that moved in the last step are placed anew in each.
 
 use crate::bounds::WorldBounds;
-use crate::changes::{first_changed, for_each_changed_in, in_parallel, rows_per_task, touch};
+use crate::changes::{LIGHT_ROWS, first_changed, for_each_changed_in, in_parallel, rows_per_task, touch};
 use crate::interpolation::{Interpolated, Interpolation};
 use bevy_ecs::change_detection::{ContiguousMut, ContiguousRef};
 use bevy_ecs::prelude::*;
@@ -100,7 +100,7 @@ fn update_table(
     };
     let any = AtomicBool::new(false);
     if let Some((first, since, columns)) = first_changed([Some(&ticks), noted.as_ref()]) {
-        let rows = rows_per_task(globals.len() - first);
+        let rows = rows_per_task(globals.len() - first, LIGHT_ROWS);
         let targets = globals[first..].chunks_mut(rows).zip(written[first..].chunks_mut(rows));
         in_parallel(targets.enumerate(), |(part, (globals, written))| {
             let start = first + part * rows;
@@ -112,7 +112,7 @@ fn update_table(
         any.store(true, Relaxed);
     }
     if let Some(noted) = interpolated.filter(|_| between.is_new) {
-        let rows = rows_per_task(globals.len());
+        let rows = rows_per_task(globals.len(), LIGHT_ROWS);
         let targets = globals.chunks_mut(rows).zip(written.chunks_mut(rows));
         in_parallel(targets.enumerate(), |(part, (globals, written))| {
             for (i, (place, written)) in globals.iter_mut().zip(written).enumerate() {

@@ -366,8 +366,8 @@ fn perturbed_normals_are_those_of_the_height_fields_slope() {
     square.edit(|m| m.technique = Technique::PerturbedNormal);
     assert_near(square.middle(), Vec3::ONE);
     // Height rises from 0 to 1 along u over 2 m; depth 0.25 of the square's width = 0.5 m: slope 1/4.
-    let ramp = (0..256u32).flat_map(|i| [i as u8, 0, 0, 255]).collect();
-    let map = square.add_image(Image::rgba8("ramp", 256, 1, ImageKind::Data, ramp));
+    let ramp = (0..256 * 256u32).flat_map(|i| [(i % 256) as u8, 0, 0, 255]).collect();
+    let map = square.add_image(Image::rgba8("ramp", 256, 256, ImageKind::Data, ramp));
     square.edit(|m| (m.height_map, m.height_scale_uv) = (Some(map), 0.25));
     let cosine = 1.0 / (1.0f32 + 0.25 * 0.25).sqrt();
     let got = square.middle();

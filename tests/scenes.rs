@@ -327,7 +327,34 @@ fn materials_and_their_maps_arrive() {
     // Once as colour and once as data, however many materials and fields name it.
     assert_eq!(b.base_map.map(|m| m.image), Some(base_map.image));
     assert_eq!(b.emissive_map.map(|m| m.image), Some(base_map.image));
-    assert_eq!(library.images().len(), 4 + 4);
+    assert_eq!(library.images().len(), 5 + 4);
+}
+
+#[test]
+fn a_technique_brings_its_maps_and_factors_or_a_word_about_them() {
+    let textures = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/textures");
+    let map = format!("{:?}", textures.join("brick_height.png").display().to_string());
+    let (simulation, scene) = load(&format!(
+        "(materials: {{
+            \"all\": (technique: combined, height_map: {map}, horizon_map_0: {map}, horizon_map_1: {map}, height_rest: 0.5,
+                self_shadow: 0.75, emboss_step_texels: 3, offset_map: {map}, offset_matrix: ((1, 2), (3, 4)),
+                environment_map: {map}),
+            \"plain\": (technique: relief_horizon),
+            \"default\": (),
+        }})"
+    ));
+    let library = simulation.library();
+    let [all, plain] = [1, 2].map(|id| library.material(MaterialId(id)).expect("in file order"));
+    assert_eq!((all.height_rest, all.self_shadow, all.emboss_step_texels), (0.5, 0.75, 3.0));
+    // Rows in the file, and in what it does.
+    assert_eq!(all.offset_matrix * glam::Vec2::X, glam::Vec2::new(1.0, 3.0));
+    let kind = |map: Option<systems::library::Map>| library.image(map.expect("given").image).expect("there").kind;
+    assert_eq!([all.horizon_maps[0], all.horizon_maps[1], all.offset_map].map(kind), [ImageKind::Data; 3]);
+    assert_eq!(kind(all.environment_map), ImageKind::Color);
+    assert_eq!(plain.technique, Technique::ReliefHorizon);
+    let word =
+        "material \"plain\" is smooth: technique relief_horizon goes by height_map and horizon_map_0 and horizon_map_1";
+    assert_eq!(scene.warnings, [word]);
 }
 
 #[test]

@@ -87,6 +87,27 @@ fn missing_maps_are_flat() {
 }
 
 #[test]
+fn a_mesh_without_uvs_is_drawn_and_smooth_where_maps_move() {
+    let Some(mut stage) = Stage::new((64, 48)) else { return };
+    stage.three_lights();
+    let material = stage.material(16, 0.06, hills);
+    let mut sphere = shapes::sphere(0.8, 32, 16);
+    sphere.uvs = [Vec::new(), Vec::new()];
+    stage.spawn(sphere, Material { normal_map: None, specular_factor: Vec3::ZERO, ..material }, Transform::IDENTITY);
+    set_technique(&mut stage, Technique::Off);
+    let smooth = stage.linear();
+    for (name, technique) in Technique::ALL {
+        set_technique(&mut stage, technique);
+        let pixels = stage.linear();
+        assert!(pixels.iter().all(|p| p.is_finite()), "{name}");
+        if EXACT.contains(&technique) {
+            let far = smooth.iter().zip(&pixels).map(|(a, b)| (*a - *b).abs().max_element()).fold(0.0, f32::max);
+            assert!(far < 1.0 / 255.0, "{name}: {far}");
+        }
+    }
+}
+
+#[test]
 fn bumps_show_in_every_technique() {
     let Some(mut stage) = shapes_stage(|stage| Material { emboss_step_texels: 3.0, ..stage.material(64, 0.06, hills) })
     else {
@@ -172,6 +193,78 @@ fn the_shadow_of_a_step_ends_where_geometry_says() {
             assert!((row[300].x - sin).abs() < 2e-3, "the upper side is lit");
         }
         stage.simulation.world.despawn(light);
+    }
+}
+
+#[test]
+fn a_field_at_one_height_is_a_plane_at_that_height() {
+    // A pattern without symmetry, seen from the side: on a plane at half of 0.1 of 2 m below its mesh, and on one there.
+    let pattern = |u: f32, v: f32| (hills(u, v) * 200.0) as u8;
+    let texels = (0..64 * 64u32).flat_map(|i| {
+        let (u, v) = ((i % 64) as f32 / 64.0, (i / 64) as f32 / 64.0);
+        [pattern(u, v), pattern(v, u), (i % 64 * 3) as u8, 255]
+    });
+    let texels: Vec<u8> = texels.collect();
+    for turn in [Quat::from_rotation_x(-0.8), Quat::from_rotation_y(0.8), Quat::from_rotation_y(-0.6)] {
+        let mut pictures = Vec::new();
+        for technique in [Technique::Off, Technique::Relief, Technique::ZCorrect] {
+            let Some(mut stage) = Stage::new((120, 120)) else { return };
+            stage.three_lights();
+            let image = Image::rgba8("pattern", 64, 64, ImageKind::Color, texels.clone());
+            let base_map = Some(Map::new(stage.simulation.world.resource_mut::<Library>().add_image(image)));
+            let material = Material { technique, base_map, ..stage.material(8, 0.1, |_, _| 0.5) };
+            let (mesh, at) = Stage::facing(Vec2::splat(2.0));
+            let down = if technique == Technique::Off { 0.1 } else { 0.0 };
+            let at = Transform::from_rotation(turn) * Transform::from_xyz(0.0, 0.0, -down) * at;
+            stage.spawn(mesh, material, at);
+            pictures.push(image::imageops::crop_imm(&stage.picture(), 40, 40, 40, 40).to_image());
+        }
+        for (picture, name) in pictures[1..].iter().zip(["relief", "z_correct"]) {
+            let (far, _) = difference(&pictures[0], picture, 2);
+            assert!(far <= 4, "{name}: {far} of 255 apart");
+        }
+    }
+}
+
+#[test]
+fn an_image_twice_as_wide_as_high_has_square_texels() {
+    // A plane of 2 m by 1 m with a step across v, lit along v: 0.1 widths of the image are 0.2 m.
+    let Some(mut stage) = Stage::new((3, 200)) else { return };
+    stage.orthographic(0.5);
+    let (wide, high) = (256usize, 128usize);
+    let add = |stage: &mut Stage, texel: &dyn Fn(usize) -> Vec4| {
+        let texels: Vec<Vec4> = (0..wide * high).map(|i| texel(i / wide)).collect();
+        let image = Image::rgba16("wide", wide as u32, high as u32, ImageKind::Data, &texels);
+        Some(Map::new(stage.simulation.world.resource_mut::<Library>().add_image(image)))
+    };
+    // Up above the middle, where the light comes from; clamped, so that the lower edge does not rise again.
+    let is_up = |row: usize| row < high / 2;
+    let height_map = add(&mut stage, &|row| Vec4::splat(f32::from(is_up(row))));
+    let elevation = |row: usize| {
+        let texels = row as f32 - (high / 2) as f32 + 1.0;
+        if is_up(row) { 0.0 } else { (0.1 * wide as f32 / texels).atan() / std::f32::consts::FRAC_PI_2 }
+    };
+    // Image-up is 90 degrees, the third channel of the first map.
+    let first = add(&mut stage, &|row| Vec4::new(0.0, 0.0, elevation(row), 0.0));
+    let second = add(&mut stage, &|_| Vec4::ZERO);
+    let material = Material {
+        height_map,
+        horizon_maps: [first, second],
+        height_scale_uv: 0.1,
+        specular_factor: Vec3::ZERO,
+        ..Material::default()
+    };
+    let (mesh, at) = Stage::facing(Vec2::new(2.0, 1.0));
+    stage.spawn(mesh, material, at);
+    let (sin, cos) = 45f32.to_radians().sin_cos();
+    let from_above = Transform::from_xyz(0.0, cos, sin).looking_at(Vec3::ZERO, Vec3::Y);
+    stage.simulation.world.spawn((systems::components::Light::directional(1.0), from_above));
+    for technique in [Technique::Relief, Technique::Horizon] {
+        set_technique(&mut stage, technique);
+        let column: Vec<Vec4> = stage.linear().chunks(3).map(|row| row[1]).collect();
+        let lit = column.iter().skip(105).position(|p| p.x > 0.5 * sin).expect("light below the shadow") + 105;
+        let found = (lit as f32 - 100.0) / 200.0;
+        assert!((found - 0.2).abs() < 0.02, "{technique:?}: the shadow is {found} m long");
     }
 }
 

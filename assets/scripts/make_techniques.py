@@ -3,7 +3,7 @@
 import os
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
-from techniques_maps import horizon_maps, normal_map, offset_map
+from techniques_maps import make, make_half
 from techniques_scene import LABELS, scene
 from texlib import *
 
@@ -163,9 +163,11 @@ def main():
     save_jpg(path('base.jpg'), base)
     save_png(path('specular.png'), to8(np.round(halved(specular) * 31) / 31))
     save_png(path('height.png'), grey16(height))
-    normal_map(path('height.png'), path('normal.png'), DEPTH)
-    offset_map(path('height.png'), path('offset.png'), DEPTH)
-    horizon_maps(path('height.png'), path('horizon.png'), DEPTH)
+    make('normal', path('height.png'), path('normal.png'), DEPTH)
+    # A mirror shows every grain, and slopes of more than 45 degrees are all the same to it.
+    make_half('offset', path('height.png'), path('offset.png'), DEPTH, sigma=4)
+    # Horizons change slowly, and there are eight of them.
+    make_half('horizon', path('height.png'), path('horizon.png'), DEPTH)
     save_jpg(path('environment.jpg'), environment())
     save_png(path('pattern.png'), pattern())
     labels().save(path('labels.png'), optimize=True)

@@ -8,6 +8,11 @@ ROWS = [
 LABELS = [name for row in ROWS for name in row]
 REFRACTING = 'perturbed_uv, refracting'
 CELL = (1.7, 1.92)
+# Texels: enough for emboss to show on the sheet, where the maps are small.
+EMBOSS_STEP = 12
+# Times the offset map: more, and what is mirrored, or seen through the glass, cannot be made out.
+OFFSET = 0.5
+GLASS_OFFSET = 0.6
 
 HEAD = '''\
 // One figure, once for each bump technique, under one light that goes round. `make_techniques.py` writes this file.
@@ -40,7 +45,8 @@ MATERIAL = '''\
             height_map: "../textures/techniques_height.png", height_scale_uv: %(depth)s,
             horizon_map_0: "../textures/techniques_horizon_0.png",
             horizon_map_1: "../textures/techniques_horizon_1.png",
-            offset_map: "../textures/techniques_offset.png",
+            offset_map: "../textures/techniques_offset.png", offset_matrix: ((%(offset)s, 0), (0, %(offset)s)),
+            emboss_step_texels: %(step)s,
             environment_map: "../textures/techniques_environment.jpg",
         ),
 '''
@@ -118,7 +124,10 @@ def scene(depth):
     for row, name in enumerate(LABELS):
         glass = name == REFRACTING
         technique = name.split(',')[0]
-        materials.append(MATERIAL % {'name': name, 'technique': technique, 'base': GLASS if glass else STONE, 'depth': depth})
+        materials.append(MATERIAL % {
+            'name': name, 'technique': technique, 'base': GLASS if glass else STONE, 'depth': depth,
+            'offset': GLASS_OFFSET if glass else OFFSET, 'step': EMBOSS_STEP,
+        })
         materials.append(LABEL % {'name': name, 'scale': 1 / len(LABELS), 'offset': row / len(LABELS)})
     materials.append('''\
         "panel": (specular_factor: (0, 0, 0), base_factor: (0.65, 0.65, 0.65), base_map: "../textures/techniques_pattern.png"),

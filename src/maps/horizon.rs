@@ -11,9 +11,9 @@
 //! centre to texel centre, so nothing is interpolated and every texel of a line counts. On a tile a line goes around
 //! until it comes back to itself; else it ends at the edge, and nothing beyond rises.
 //!
-//! Along a line, the texel that makes the horizon is the next corner of the upper hull of all that lie ahead. Going
-//! backward and keeping that hull costs a constant time per texel, however long the line (Andrew's monotone chain);
-//! looking at every texel ahead would cost the line's length.
+//! Along a line, the texel that makes the horizon is the next corner of the upper hull of all that lie ahead. Keeping
+//! that hull while going along (Andrew's monotone chain) costs about the same per texel however long the line is;
+//! looking at every texel ahead would cost its length.
 
 use super::{Edges, Raster, Relief};
 use std::f32::consts::{FRAC_PI_2, SQRT_2};
@@ -42,21 +42,17 @@ pub fn horizon_from_height(
     let families = STEPS.map(|step| Family::new((width, height), step, options.relief.edges));
     let of: usize = families.iter().map(|family| family.starts.len()).sum();
     let scale = options.relief.slope_per_texel(width);
-    let highest = heights.values.iter().map(|h| scale * h).fold(f32::NEG_INFINITY, f32::max);
     let mut before = 0;
     for (channel, family) in families.iter().enumerate() {
         let step_length = if channel % 2 == 1 { SQRT_2 } else { 1.0 };
-        let look = Look {
-            around: options.relief.edges == Edges::Wrap,
-            steps: options.max_distance.map(|texels| (texels as f32 / step_length) as usize),
-            highest,
-        };
+        let is_closed = options.relief.edges == Edges::Wrap;
+        let steps = options.max_distance.map_or(usize::MAX, |texels| (texels as f32 / step_length) as usize);
         let elevation = |slope: f32| (slope / step_length).atan() / FRAC_PI_2;
         let fill = |line: usize, row: &mut [f32]| {
             let mut line: Vec<f32> = family.texels(line).map(|(x, y)| scale * heights.values[y * width + x]).collect();
-            let forward = look.ahead(&line);
+            let forward = steepest_ahead(&line, steps, is_closed);
             line.reverse();
-            let backward = look.ahead(&line);
+            let backward = steepest_ahead(&line, steps, is_closed);
             for (pair, (f, b)) in row.chunks_exact_mut(2).zip(forward.iter().zip(backward.iter().rev())) {
                 pair.copy_from_slice(&[elevation(*f), elevation(*b)]);
             }
@@ -137,60 +133,81 @@ fn greatest_common_divisor(a: usize, b: usize) -> usize {
     if b == 0 { a } else { greatest_common_divisor(b, a % b) }
 }
 
-/// Looking along a line.
-struct Look {
-    /// The line goes around.
-    around: bool,
-    /// How many texels ahead count; `None`: all.
-    steps: Option<usize>,
-    /// Nothing on the map is higher.
-    highest: f32,
-}
-
-impl Look {
-    /// For each height of a line, the steepest slope to one that follows, per step; at least 0.
-    fn ahead(&self, line: &[f32]) -> Vec<f32> {
-        match self.steps {
-            Some(steps) if steps < line.len() => self.near(line, steps),
-            _ => self.all(line),
-        }
+/// For each height of a line, the steepest slope per step to one of the next `steps`; at least 0. The line goes around
+/// if `is_closed`.
+///
+/// It is cut into blocks of that many texels. Ahead of a texel lie the rest of its own block, whose hull grows as the
+/// texel goes backward, and the beginning of the next, whose hull grows as it goes forward.
+fn steepest_ahead(line: &[f32], steps: usize, is_closed: bool) -> Vec<f32> {
+    // Once around is enough: what comes again is farther away.
+    let steps = steps.min(line.len());
+    let mut slopes = vec![0.0f32; line.len()];
+    if steps == 0 {
+        return slopes;
     }
-
-    fn near(&self, line: &[f32], steps: usize) -> Vec<f32> {
-        let slope_at = |i: usize| {
-            let last = if self.around { steps } else { steps.min(line.len() - 1 - i) };
-            let mut steepest = 0.0f32;
-            for k in 1..=last {
-                // From here on nothing is high enough.
-                if self.highest - line[i] <= steepest * k as f32 {
-                    break;
-                }
-                let there = if i + k < line.len() { i + k } else { i + k - line.len() };
-                steepest = steepest.max((line[there] - line[i]) / k as f32);
-            }
-            steepest
-        };
-        (0..line.len()).map(slope_at).collect()
-    }
-
-    fn all(&self, line: &[f32]) -> Vec<f32> {
-        // The nearest corner last. Once around is enough: what comes again is farther away.
-        let mut hull: Vec<(usize, f32)> = Vec::new();
-        let mut slopes = vec![0.0; line.len()];
-        let turns = if self.around { 2 } else { 1 };
-        for i in (0..turns * line.len()).rev() {
-            let here = line[i % line.len()];
-            let slope = |&(at, height): &(usize, f32)| (height - here) / (at - i) as f32;
+    let end = if is_closed { line.len() + steps } else { line.len() };
+    let corner = |i: usize| Corner { at: i, height: line[if i < line.len() { i } else { i - line.len() }] };
+    let mut hull: Vec<Corner> = Vec::new();
+    for start in (0..line.len()).step_by(steps) {
+        let next = start + steps;
+        hull.clear();
+        for i in (start..next.min(end)).rev() {
+            let here = corner(i);
             while let [.., second, first] = hull.as_slice()
-                && slope(second) >= slope(first)
+                && here.slope_to(second) >= here.slope_to(first)
             {
                 hull.pop();
             }
-            if let Some(value) = slopes.get_mut(i) {
-                *value = hull.last().map_or(0.0, slope).max(0.0);
+            if let (Some(slope), Some(first)) = (slopes.get_mut(i), hull.last()) {
+                *slope = here.slope_to(first).max(0.0);
             }
-            hull.push((i, here));
+            hull.push(here);
         }
-        slopes
+        hull.clear();
+        let mut highest = f32::NEG_INFINITY;
+        for (i, slope) in slopes.iter_mut().enumerate().take(next).skip(start) {
+            let here = corner(i);
+            if i + steps < end {
+                let last = corner(i + steps);
+                highest = highest.max(last.height);
+                while let [.., second, first] = hull.as_slice()
+                    && second.slope_to(&last) >= second.slope_to(first)
+                {
+                    hull.pop();
+                }
+                hull.push(last);
+            }
+            // Nearly always the own block hides the next.
+            if highest - here.height > *slope * (next - i) as f32 {
+                // Slopes to the corners of a hull rise, then fall.
+                let rising = |pair: &[Corner]| here.slope_to(&pair[1]) > here.slope_to(&pair[0]);
+                let top = partition_point(hull.len() - 1, |k| rising(&hull[k..k + 2]));
+                *slope = slope.max(here.slope_to(&hull[top]));
+            }
+        }
     }
+    slopes
+}
+
+#[derive(Clone, Copy)]
+struct Corner {
+    at: usize,
+    height: f32,
+}
+
+impl Corner {
+    /// Per step, to one farther along the line.
+    fn slope_to(self, other: &Self) -> f32 {
+        (other.height - self.height) / (other.at - self.at) as f32
+    }
+}
+
+/// How many of 0..count satisfy what the first of them do and the others do not.
+fn partition_point(count: usize, holds: impl Fn(usize) -> bool) -> usize {
+    let (mut low, mut high) = (0, count);
+    while low < high {
+        let middle = low.midpoint(high);
+        if holds(middle) { low = middle + 1 } else { high = middle }
+    }
+    low
 }

@@ -46,7 +46,7 @@ impl Shape {
 
     fn eye(self) -> Transform {
         let eye = match self {
-            Self::Plane { .. } => Vec3::new(0.0, 2.1, 1.5),
+            Self::Plane { .. } => Vec3::new(0.0, 2.35, 1.75),
             Self::Sphere => Vec3::new(0.0, 0.9, 3.0),
         };
         Transform::from_translation(eye).looking_at(Vec3::ZERO, Vec3::Y)

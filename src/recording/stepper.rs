@@ -32,8 +32,8 @@ pub struct Stepper {
     hashes: Option<(PathBuf, File)>,
     recorder: Option<Recorder>,
     recording: Option<Recording>,
-    /// The scene and the files it names.
-    scene: (PathBuf, Vec<PathBuf>),
+    /// What the run belongs to, as its files were when it began; `None` if they could not be read again.
+    identity: Option<Identity>,
 }
 
 impl Stepper {
@@ -49,12 +49,13 @@ impl Stepper {
         simulation: &mut Simulation,
     ) -> Result<Self, RecordingError> {
         refuse_overwriting(files, scene, named)?;
-        let mut stepper = Self { scene: (scene.to_owned(), named.to_owned()), ..Self::default() };
-        let identity = || Identity::of(scene, named, &*simulation);
+        let mut stepper = Self::default();
+        let identity = Identity::of(scene, named, &*simulation);
         let identity = match files {
-            RunFiles { record: None, from_snapshot: None, replay: None, .. } => None,
-            _ => Some(identity()?),
+            RunFiles { record: None, from_snapshot: None, replay: None, .. } => identity.ok(),
+            _ => Some(identity?),
         };
+        stepper.identity.clone_from(&identity);
         if let (Some(path), Some(identity)) = (&files.replay, &identity) {
             let mut recording = Recording::open(path)?;
             recording.identity().check(path, identity)?;
@@ -98,8 +99,8 @@ impl Stepper {
     /// # Errors
     /// [`RecordingError`].
     pub fn save_snapshot(&self, path: &Path, simulation: &mut Simulation) -> Result<(), RecordingError> {
-        let (scene, named) = &self.scene;
-        save_snapshot(path, &Identity::of(scene, named, simulation)?, simulation)
+        let refused = || RecordingError::refused(path, "the scene's files could not be read when the run began");
+        save_snapshot(path, self.identity.as_ref().ok_or_else(refused)?, simulation)
     }
 
     /// Applies what came from outside since the last step. A replay takes none.

@@ -11,7 +11,7 @@ use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use systems::bounds::Aabb;
 use systems::images::ImageKind;
-use systems::library::{ImageId, Library, Map, Material, MaterialId, Mesh, MeshId, default_specular};
+use systems::library::{ImageId, Library, Map, Material, MaterialId, Mesh, MeshId, Technique, default_specular};
 use systems::shapes;
 
 /// What the files of a scene contained. A file that failed has a [`Fault`] and is absent.
@@ -26,12 +26,28 @@ impl Files {
         self.models.get(file)
     }
 
-    /// What of the models was left out or corrected, in the order of the file.
+    /// What of the models was left out or corrected, in the order of the file; materials that lack what they ask for.
     pub fn warnings(&self, scene: &Scene) -> Vec<String> {
         let mut files: Vec<&str> = scene.meshes.entries().iter().filter_map(|(_, mesh)| model_file(mesh)).collect();
         files.dedup();
-        files.iter().filter_map(|file| self.model(file)).flat_map(|m| &m.warnings).map(ToString::to_string).collect()
+        let of_models = files.iter().filter_map(|file| self.model(file)).flat_map(|m| &m.warnings);
+        let of_materials = scene.materials.entries().iter().filter_map(|(name, material)| lacking(name, material));
+        of_models.map(ToString::to_string).chain(of_materials).collect()
     }
+}
+
+/// What to say of a material whose technique finds nothing to bump it by.
+fn lacking(name: &str, material: &format::Material) -> Option<String> {
+    let technique: Technique = material.technique.into();
+    let maps = material.maps();
+    let missing: Vec<&str> = technique
+        .needs()
+        .iter()
+        .filter_map(|&slot| maps[slot as usize].1.is_none().then_some(maps[slot as usize].0))
+        .collect();
+    let technique = technique.name();
+    let message = || format!("material \"{name}\" is smooth: technique {technique} goes by {}", missing.join(" and "));
+    (!missing.is_empty()).then(message)
 }
 
 fn model_file(mesh: &MeshSource) -> Option<&str> {

@@ -8,6 +8,7 @@ use super::Physics;
 use crate::library::{Library, Mesh, MeshId};
 use crate::pieces::{PieceOf, WholeMesh};
 use crate::vehicles::ground::Ground;
+use crate::vehicles::routes::mixed;
 use bevy_ecs::prelude::*;
 use bevy_transform::components::Transform;
 use glam::{Affine3A, Vec3};
@@ -72,7 +73,7 @@ pub fn update_ground(
         })
     };
     let plane = statics.iter().all(|(_, ground, _)| !ground);
-    let sum = keys().fold(u64::from(plane), |sum, key| sum.wrapping_add(mixed(&key)));
+    let sum = keys().fold(u64::from(plane), |sum, key| sum.wrapping_add(number_of(&key)));
     if physics.colliders.sum == Some(sum) {
         return;
     }
@@ -131,13 +132,9 @@ fn key(mesh: MeshId, shape: Obstacle, world_from_object: &Affine3A) -> Key {
     key
 }
 
-/// A number for a key: SplitMix64's mix of each value in turn.
-fn mixed(key: &Key) -> u64 {
-    key.iter().fold(0x9e37_79b9_7f4a_7c15, |state, &value| {
-        let mut z = (state ^ u64::from(value)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    })
+/// A number for a key.
+fn number_of(key: &Key) -> u64 {
+    key.iter().fold(0, |number, &value| mixed(number ^ u64::from(value)))
 }
 
 /// The collider that a key names.

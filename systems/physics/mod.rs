@@ -30,6 +30,7 @@ pub use springs::{Sprung, WheelsFound, find_wheels, move_springs};
 pub use traffic::follow_traffic;
 
 use crate::clock::Clock;
+use crate::vehicles::steering::hitch_change;
 use crate::vehicles::{
     ByHand, Controls, Motion, OnRoute, Stalled, Vehicle, VehicleNumber, VehicleType, VehicleTypes, Wanted,
 };
@@ -255,7 +256,8 @@ pub fn write_back(
         motion.yaw = Vec2::new(forward.z, forward.x).to_angle();
         motion.rolled += f64::from(speed * seconds);
         if let Some(trailer) = kind.trailer.filter(|trailer| trailer.length > 0.0) {
-            let turn = hitch_rate(&motion, chassis.angvel().y, trailer.hitch, trailer.length);
+            // Without mass, as its axle rolls.
+            let turn = hitch_change(&trailer, motion.hitch, motion.speed, chassis.angvel().y);
             motion.hitch = (motion.hitch + turn * seconds).clamp(-1.5, 1.5);
         }
     }
@@ -265,13 +267,6 @@ pub fn write_back(
         let lost = format!("vehicle {} ({name}) was thrown out of the world and stays where it was last", number + 1);
         physics.warnings.push(lost);
     }
-}
-
-/// A trailer follows as its axle rolls, without mass: rad/s of the hitch, from the velocity of the hitch across the
-/// trailer.
-fn hitch_rate(motion: &Motion, yaw_rate: f32, hitch: f32, length: f32) -> f32 {
-    let turned = Vec2::from_angle(motion.hitch);
-    (yaw_rate * hitch * turned.x - motion.speed * turned.y) / length - yaw_rate
 }
 
 fn is_within(place: Vec3, lowest: f32) -> bool {

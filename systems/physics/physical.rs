@@ -1,6 +1,6 @@
 //! What a physically simulated vehicle is made of: numbers of its own, or derived from its type.
 
-use crate::vehicles::parts::{Movement, Part};
+use crate::vehicles::parts::{self, Movement, Part};
 use crate::vehicles::{VehicleType, Wanted};
 use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
@@ -21,7 +21,7 @@ const DRAG_PER_AREA: f32 = 0.21;
 /// Has a [`Vehicle`](crate::vehicles::Vehicle) simulated as a rigid body on springs and tyres. What is `None` is derived
 /// from the vehicle's type. Vehicles whose wheels are in a row would fall over, and stay kinematic.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
-#[component(immutable, on_remove = forget_wish)]
+#[component(immutable, on_add = hold_wheels, on_remove = forget_wish)]
 #[require(Wanted)]
 pub struct Physical {
     /// Kilograms; the type's.
@@ -40,6 +40,11 @@ pub struct Physical {
     pub damping: Option<f32>,
     /// Length of the springs without load, metres; 0.3. The wheels hang down by this much, and can be pressed up by it.
     pub rest_length: Option<f32>,
+}
+
+/// Its wheels move in steps from now on, with their springs.
+fn hold_wheels(mut world: DeferredWorld, context: HookContext) {
+    world.commands().queue(move |world: &mut World| parts::turn_in_steps(world, context.entity));
 }
 
 /// What is no body any more is moved by the kinematic model again.

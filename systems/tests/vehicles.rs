@@ -59,10 +59,11 @@ fn fixture() -> Fixture {
     Fixture { simulation, kind, plain, paints: [red, blue], dark, lit }
 }
 
-/// What a step does after vehicles were moved; what moves them would change what the test says.
+/// What a step and a frame do after vehicles were moved; what moves them would change what the test says.
 fn parts_follow(simulation: &mut Simulation) {
     let world = &mut simulation.world;
     world.run_system_cached(parts::move_parts).expect("runs");
+    world.run_system_cached(parts::turn_parts).expect("runs");
     world.run_system_cached(lamps::switch_lamps).expect("runs");
     world.run_system_cached(lamps::light_lamps).expect("runs");
 }
@@ -226,10 +227,11 @@ fn what_does_not_change_is_not_written() {
     }
     let mut f = fixture();
     f.simulation.world.init_resource::<Written>();
-    f.simulation.step_schedule.add_systems(count.after(systems::vehicles::lamps::light_lamps));
     let vehicle = f.spawn(0);
     let written = |f: &mut Fixture| {
         f.simulation.step();
+        f.simulation.frame();
+        f.simulation.world.run_system_cached(count).expect("runs");
         f.simulation.world.resource::<Written>().0
     };
     written(&mut f);

@@ -20,12 +20,11 @@ use super::{
     ByHand, Controls, Indicator, LaneChange, Motion, OnRoute, Stalled, Vehicle, VehicleNumber, VehicleType,
     VehicleTypes, Wanted, following, hand,
 };
-use crate::changes::in_parallel;
+use crate::changes::{in_parallel, rows_per_task};
 use crate::clock::Clock;
 use crate::interpolation::Interpolated;
 use bevy_ecs::change_detection::{ContiguousComponentTicksMut, ContiguousMut, ContiguousRef, Tick};
 use bevy_ecs::prelude::*;
-use bevy_tasks::ComputeTaskPool;
 use bevy_transform::components::Transform;
 use glam::{Vec2, Vec3};
 
@@ -117,7 +116,7 @@ fn note(vehicles: &mut Query<Columns>, traffic: &mut Traffic, without_routes: bo
         let (kinds, _) = ContiguousRef::split(kinds);
         let (motions, _) = ContiguousMut::bypass_change_detection_split(motions);
         let (transforms, _) = ContiguousMut::bypass_change_detection_split(transforms);
-        let chunk = rows_per_task(entities.len());
+        let chunk = rows_per_task(entities.len(), LEAST_ROWS);
         let rows = traffic.rows[count..end].chunks_mut(chunk).enumerate();
         in_parallel(rows, |(part, rows)| {
             for (i, row) in rows.iter_mut().enumerate() {
@@ -143,9 +142,8 @@ fn note(vehicles: &mut Query<Columns>, traffic: &mut Traffic, without_routes: bo
     is_new
 }
 
-fn rows_per_task(rows: usize) -> usize {
-    rows.div_ceil(4 * ComputeTaskPool::get().thread_num()).max(256)
-}
+/// Vehicles that are worth a task.
+const LEAST_ROWS: usize = 256;
 
 /// A vehicle while it is moved.
 struct Body<'a> {
@@ -171,7 +169,7 @@ fn move_all(vehicles: &mut Query<Columns>, around: &Surroundings) -> Vec<Entity>
         if is_stalled {
             continue;
         }
-        let chunk = rows_per_task(entities.len());
+        let chunk = rows_per_task(entities.len(), LEAST_ROWS);
         let (kinds, _) = ContiguousRef::split(kinds);
         let on = on.filter(|_| !by_hand && !around.routes.is_empty());
         let (motions, mut motion_ticks) = ContiguousMut::bypass_change_detection_split(motions);

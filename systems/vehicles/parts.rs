@@ -5,7 +5,9 @@ use super::steering::{about_x, about_y};
 use super::{Controls, Motion, Vehicle, VehicleNumber, VehicleTypeId, VehicleTypes};
 use crate::clock::Clock;
 use crate::components::Light;
+use crate::interpolation::{Interpolated, Interpolation};
 use crate::library::{MaterialId, MeshId};
+use crate::physics::Physical;
 use bevy_ecs::prelude::*;
 use bevy_transform::components::Transform;
 use glam::Quat;
@@ -66,9 +68,9 @@ pub enum Movement {
     Trailer,
 }
 
-/// A part that moves with its vehicle's [`Motion`]; [`move_parts`] writes the entity's rotation.
+/// A part that moves with its vehicle's [`Motion`]; [`move_parts`] or [`turn_parts`] writes the entity's rotation.
 #[derive(Component, Clone, Copy, PartialEq, Debug)]
-#[require(Transform, crate::interpolation::Interpolated)]
+#[require(Transform)]
 pub struct MovingPart {
     /// The vehicle.
     pub vehicle: Entity,
@@ -77,6 +79,11 @@ pub struct MovingPart {
     /// The rotation at rest.
     pub rest: Quat,
 }
+
+/// A part that is turned where a frame is made and not in steps, because nothing that happens in a step depends on it:
+/// a wheel that no spring holds, a fork, a leg. Its rotation follows from its vehicle's [`Motion`] and is no state.
+#[derive(Component, Clone, Copy, PartialEq, Debug)]
+pub struct FramePart;
 
 /// Spawns the parts of a new vehicle below it.
 pub(super) fn spawn(world: &mut World, entity: Entity) {
@@ -111,6 +118,16 @@ impl Part {
         }
         if let Some(movement) = self.movement {
             entity.insert(MovingPart { vehicle: root, movement, rest: self.rest.rotation });
+            match movement {
+                // What hangs on behind shows a small turn as a long way.
+                Movement::Trailer => _ = entity.insert(Interpolated::default()),
+                Movement::Wheel { .. } | Movement::Fork | Movement::Swing { .. } => _ = entity.insert(FramePart),
+            }
+            let part = entity.id();
+            if world.get::<Physical>(root).is_some() {
+                turn_in_steps(world, part);
+            }
+            entity = world.entity_mut(part);
         }
         if let Some(source) = &self.lamp {
             let intensity = source.light.as_ref().map_or(0.0, |light| light.intensity);
@@ -125,32 +142,70 @@ impl Part {
     }
 }
 
-/// Turns wheels, forks, legs and trailers as their vehicles moved; what did not move is not written.
-pub fn move_parts(vehicles: Query<Ref<Motion>>, mut parts: Query<(Ref<MovingPart>, &mut Transform)>) {
+/// In a step: turns trailers and sprung wheels as their vehicles moved; what did not move is not written.
+pub fn move_parts(
+    vehicles: Query<Ref<Motion>>,
+    mut parts: Query<(Ref<MovingPart>, &mut Transform), Without<FramePart>>,
+) {
     parts.par_iter_mut().for_each(|(part, mut transform)| {
         let Ok(motion) = vehicles.get(part.vehicle) else { return };
-        if !motion.is_changed() && !part.is_changed() {
-            return;
-        }
-        let rotation = part.movement.rotation(&motion) * part.rest;
-        if transform.rotation != rotation {
-            transform.rotation = rotation;
+        if motion.is_changed() || part.is_changed() {
+            part.turn(&motion, motion.rolled, &mut transform);
         }
     });
 }
 
+/// In a frame: turns wheels, forks and legs as their vehicles moved, between the last two steps as the vehicles
+/// themselves are drawn; what did not move is not written.
+pub fn turn_parts(
+    clock: Res<Clock>,
+    interpolation: Res<Interpolation>,
+    mut last_fraction: Local<f32>,
+    vehicles: Query<Ref<Motion>>,
+    mut parts: Query<(Ref<MovingPart>, &mut Transform), With<FramePart>>,
+) {
+    let fraction = interpolation.drawn();
+    let is_between = std::mem::replace(&mut *last_fraction, fraction) != fraction;
+    let seconds_ago = f64::from(1.0 - fraction) * clock.step_seconds;
+    parts.par_iter_mut().for_each(|(part, mut transform)| {
+        let Ok(motion) = vehicles.get(part.vehicle) else { return };
+        if motion.is_changed() || part.is_changed() || is_between && motion.speed != 0.0 {
+            part.turn(&motion, motion.rolled - f64::from(motion.speed) * seconds_ago, &mut transform);
+        }
+    });
+}
+
+/// Wheels at an entity and below it turn in steps.
+pub(crate) fn turn_in_steps(world: &mut World, entity: Entity) {
+    let below = world.get::<Children>(entity).map(|children| children.to_vec());
+    below.into_iter().flatten().for_each(|child| turn_in_steps(world, child));
+    if world.get::<MovingPart>(entity).is_some_and(|part| matches!(part.movement, Movement::Wheel { .. })) {
+        world.entity_mut(entity).remove::<FramePart>().insert_if_new(Interpolated::default());
+    }
+}
+
+impl MovingPart {
+    /// `rolled`: metres that the vehicle has rolled.
+    fn turn(&self, motion: &Motion, rolled: f64, transform: &mut Mut<Transform>) {
+        let rotation = self.movement.rotation(motion, rolled) * self.rest;
+        if transform.rotation != rotation {
+            transform.rotation = rotation;
+        }
+    }
+}
+
 impl Movement {
     /// `rest_from_moved`: the turn in the parent's space.
-    fn rotation(self, motion: &Motion) -> Quat {
+    fn rotation(self, motion: &Motion, rolled: f64) -> Quat {
         match self {
             Self::Wheel { radius, steers } => {
-                let turns = motion.rolled / (TAU * f64::from(radius));
+                let turns = rolled / (TAU * f64::from(radius));
                 let roll = about_x(((turns - turns.floor()) * TAU) as f32);
                 if steers { about_y(motion.steering) * roll } else { roll }
             }
             Self::Fork => about_y(motion.steering),
             Self::Swing { angle, stride, phase } => {
-                let turns = motion.rolled / f64::from(stride) + f64::from(phase);
+                let turns = rolled / f64::from(stride) + f64::from(phase);
                 about_x(angle * (turns.fract() * TAU).sin() as f32)
             }
             Self::Trailer => about_y(motion.hitch),

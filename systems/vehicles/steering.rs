@@ -51,15 +51,19 @@ pub fn roll(motion: &mut Motion, wheelbase: f32, trailer: Option<&Trailer>, spee
     off
 }
 
-/// The hitch after the vehicle rolled and turned. The hitch moves by `metres` along the vehicle's forward and by
-/// h·`turned` to its left; the trailer's axles only follow along the trailer, so that it turns by the part of that across
-/// it over its length (Rouchon, Fliess, Lévine, Martin, "Flatness and motion planning: the car with n trailers", ECC 1993):
-/// dψt = (−sin φ·metres + h·cos φ·turned) / Lt, dφ = dψt − `turned`. Midpoint rule.
+/// How the angle φ = `hitch` of a trailer changes while the vehicle rolls and turns: by a step's `metres` and `turned`
+/// radians, or per second. The hitch moves by `metres` along the vehicle's forward and by h·`turned` to its left; the
+/// trailer's axles only follow along the trailer, so that it turns by the part of that across it over its length (Rouchon,
+/// Fliess, Lévine, Martin, "Flatness and motion planning: the car with n trailers", ECC 1993):
+/// dψt = (−sin φ·metres + h·cos φ·turned) / Lt, dφ = dψt − `turned`.
+pub(crate) fn hitch_change(trailer: &Trailer, hitch: f32, metres: f32, turned: f32) -> f32 {
+    let (sin, cos) = hitch.sin_cos();
+    (trailer.hitch * cos * turned - sin * metres) / trailer.length.max(0.1) - turned
+}
+
+/// The hitch after the vehicle rolled and turned; midpoint rule.
 fn pull(trailer: &Trailer, hitch: f32, metres: f32, turned: f32) -> f32 {
-    let rate = |hitch: f32| {
-        let (sin, cos) = hitch.sin_cos();
-        (trailer.hitch * cos * turned - sin * metres) / trailer.length.max(0.1) - turned
-    };
+    let rate = |hitch: f32| hitch_change(trailer, hitch, metres, turned);
     (hitch + rate(hitch + 0.5 * rate(hitch))).clamp(-JACKKNIFE, JACKKNIFE)
 }
 

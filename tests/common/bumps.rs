@@ -51,6 +51,7 @@ impl Stage {
         let lamp = Light::point(1.2, 8.0).with_color(Vec3::new(0.3, 0.5, 1.0));
         let spot = Light::spot(3.0, 9.0, 0.6).with_color(Vec3::new(0.4, 1.0, 0.4));
         let from = |at: Vec3| Transform::from_translation(at).looking_at(Vec3::ZERO, Vec3::Y);
+        let lamp = Light { ambient: Vec3::new(0.02, 0.03, 0.05), ..lamp };
         let lights = [(sun, from(Vec3::new(-2.0, 1.0, 1.5))), (lamp, from(Vec3::new(1.2, 0.9, 0.9)))];
         let [sun, lamp] = lights.map(|light| self.simulation.world.spawn(light).id());
         [sun, lamp, self.simulation.world.spawn((spot, from(Vec3::new(-0.6, -1.6, 1.4)))).id()]

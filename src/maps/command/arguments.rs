@@ -200,7 +200,8 @@ With --edges clamp, nothing beyond the edge rises.
 Examples:
   relief map horizon rock_height.png -o rock_horizon.png --height-scale 0.05
   relief map horizon terrain.exr -o terrain_horizon.png --edges clamp --bits 16
-A material then has: height_scale_uv: 0.05, horizon_maps: (\"rock_horizon_0.png\", \"rock_horizon_1.png\")";
+A material then has: height_scale_uv: 0.05, horizon_map_0: \"rock_horizon_0.png\",
+horizon_map_1: \"rock_horizon_1.png\"";
 
 /// `relief map offset`.
 #[derive(Args, Clone, Debug)]

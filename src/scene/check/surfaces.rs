@@ -34,6 +34,10 @@ impl<'a> Check<'a> {
         ] {
             self.number(name, value, 0.0, 1.0);
         }
+        if m.horizon_map_0.is_some() != m.horizon_map_1.is_some() {
+            let missing = if m.horizon_map_0.is_some() { "horizon_map_1" } else { "horizon_map_0" };
+            self.fault(format_args!("expected {missing} too: the two horizon maps have four directions each"));
+        }
         for (name, map) in m.maps() {
             let Some(map) = map else { continue };
             self.field(name, |c| {
