@@ -224,8 +224,9 @@ fn make_map(args: &MapArgs) -> ExitCode {
     });
     bar.finish_and_clear();
     match done {
-        Ok(written) => {
-            written.iter().for_each(|path| say(&path.display().to_string()));
+        Ok(made) => {
+            let report = made.report.lines().map(str::to_owned);
+            report.chain(made.written.iter().map(|path| path.display().to_string())).for_each(|line| say(&line));
             ExitCode::SUCCESS
         }
         Err(error) => {

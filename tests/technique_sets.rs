@@ -23,7 +23,7 @@ const SETS: [(&str, Option<(&str, bool)>); 5] = [
     ("parallax-cube-bevy/cube_color.png", Some(("parallax-cube-bevy/cube_depth.png", true))),
 ];
 
-fn quiet(_: usize) {}
+fn quiet(_: usize, _: usize) {}
 
 #[test]
 fn real_sets_go_through_every_tool_and_technique() {
@@ -63,7 +63,7 @@ fn material(stage: &mut Stage, base: &Raster, heights: &Raster) -> Material {
     let mut library = stage.simulation.world.resource_mut::<Library>();
     let relief = Relief { height_scale: 0.05, ..Relief::default() };
     let options = NormalOptions { relief, ..NormalOptions::default() };
-    let horizon = horizon_from_height(heights, &HorizonOptions { relief, max_distance: None }, &|_, _| {});
+    let horizon = horizon_from_height(heights, &HorizonOptions { relief, max_distance: None }, &quiet);
     let mut add =
         |name, kind, map: &Raster| -> Option<Map> { Some(add_map(&mut library, name, kind, map, Bits::Sixteen)) };
     Material {

@@ -9,6 +9,7 @@ pub use arguments::{
     CommonArgs, HeightArgs, HeightsArgs, HorizonArgs, NormalArgs, OffsetArgs, SlopeArgs, SpecularArgs,
 };
 
+use super::bake::command::{self as baking, BAKE_HELP, BakeArgs, TILE_HELP, TileArgs};
 use super::files::{self, Bits, Channel};
 use super::preview::{self, Shape, add_map};
 use super::{
@@ -49,20 +50,44 @@ pub enum MapTool {
     /// Gloss or roughness map to specular map
     #[command(after_help = SPECULAR_HELP)]
     Specular(SpecularArgs),
+    /// Detail of a fine mesh into normal, height and occlusion maps of a coarse one
+    #[command(after_help = BAKE_HELP)]
+    Bake(BakeArgs),
+    /// A patch of geometry that repeats, seen from above, into maps that tile
+    #[command(after_help = TILE_HELP)]
+    Tile(TileArgs),
 }
 
-/// Makes a map; returns the files written.
+/// What a tool did.
+#[derive(Clone, Debug, Default)]
+pub struct Made {
+    /// The files, in the order of writing.
+    pub written: Vec<PathBuf>,
+    /// What there is to know of it; ends with a line, if there is anything.
+    pub report: String,
+}
+
+impl From<Vec<PathBuf>> for Made {
+    fn from(written: Vec<PathBuf>) -> Self {
+        Self { written, report: String::new() }
+    }
+}
+
+/// Makes a map.
 ///
 /// # Errors
 /// [`MapError`]. No map is half-written; where only the preview could not be drawn, the map is there.
-pub fn run(args: &MapArgs, advance: Advance) -> Result<Vec<PathBuf>, MapError> {
-    match &args.tool {
+pub fn run(args: &MapArgs, advance: Advance) -> Result<Made, MapError> {
+    let written = match &args.tool {
         MapTool::Normal(args) => normal(args, advance),
         MapTool::Height(args) => height(args, advance),
         MapTool::Horizon(args) => horizon(args, advance),
         MapTool::Offset(args) => offset(args, advance),
         MapTool::Specular(args) => specular(args, advance),
-    }
+        MapTool::Bake(args) => return baking::bake(args, advance),
+        MapTool::Tile(args) => return baking::tile(args, advance),
+    };
+    written.map(Made::from)
 }
 
 fn normal(args: &NormalArgs, advance: Advance) -> Result<Vec<PathBuf>, MapError> {

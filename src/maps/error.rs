@@ -20,6 +20,14 @@ pub enum MapError {
         /// What was expected.
         message: String,
     },
+    /// An option that makes no sense.
+    #[error("{option}: {message}")]
+    Option {
+        /// As it is typed.
+        option: &'static str,
+        /// What was expected.
+        message: String,
+    },
     /// A map or picture that could not be written.
     #[error(transparent)]
     Output(#[from] OutputError),
@@ -39,10 +47,15 @@ impl MapError {
         Self::Refused { path: path.to_owned(), message: message.to_string() }
     }
 
+    /// An option that makes no sense.
+    pub fn option(option: &'static str, message: impl fmt::Display) -> Self {
+        Self::Option { option, message: message.to_string() }
+    }
+
     /// The exit code that says so.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Import(_) | Self::Refused { .. } => 2,
+            Self::Import(_) | Self::Refused { .. } | Self::Option { .. } => 2,
             Self::Preview { source: FrameError::Gpu(_), .. } => 3,
             Self::Output(_) | Self::Preview { .. } => 1,
         }

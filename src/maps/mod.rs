@@ -13,6 +13,7 @@
 //! many of those lie between black and white: it is [`systems::library::Material::height_scale_uv`]. From one texel to
 //! the next, 1/width away, the surface rises by scale · Δh, so its slope is scale · width · Δh, in either direction.
 
+pub mod bake;
 mod blur;
 pub mod command;
 mod error;

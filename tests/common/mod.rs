@@ -44,3 +44,25 @@ pub fn gpu() -> Option<relief::renderer::Gpu> {
 /// Bump techniques.
 #[allow(dead_code)]
 pub mod bumps;
+
+/// Runs a script of `tests/python` that needs numpy; `None`, said aloud, where there is no Python with numpy.
+///
+/// # Panics
+/// In strict mode, where there is none; where the script fails.
+#[allow(dead_code)]
+pub fn python(script: &str, args: &[&std::ffi::OsStr]) -> Option<std::process::Output> {
+    use std::process::Command;
+    let has_numpy = |python: &&str| {
+        let asked = Command::new(python).args(["-c", "import numpy"]).output();
+        asked.is_ok_and(|output| output.status.success())
+    };
+    let Some(python) = ["python3", "/usr/bin/python3", "python"].into_iter().find(has_numpy) else {
+        assert!(!strict(), "no Python with numpy (Debian: python3-numpy)");
+        eprintln!("skipped: no Python with numpy");
+        return None;
+    };
+    let script = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/python").join(script);
+    let output = Command::new(python).arg(script).args(args).output().expect("Python runs");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    Some(output)
+}
