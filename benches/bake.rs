@@ -30,7 +30,7 @@ fn main() {
         started.elapsed().as_secs_f64(),
         cpu.elapsed().as_secs_f64()
     );
-    for (size, rays) in [(1024, 16), (2048, 16), (1024, 64)] {
+    for (size, rays) in [(1024, 24), (2048, 24), (1024, 96)] {
         let options =
             BakeOptions { size: (size, size), rays, reach: Some(Reach::Cage(0.15)), ..BakeOptions::default() };
         let (started, cpu) = (Instant::now(), ProcessTime::now());

@@ -38,7 +38,7 @@ pub struct CommonArgs {
     #[arg(long, value_enum, value_delimiter = ',', default_value = "normal,height,occlusion", value_name = "MAPS")]
     pub maps: Vec<BakedMap>,
     /// Rays of each texel for the occlusion map: more take longer and leave less noise
-    #[arg(long, default_value_t = 16, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
+    #[arg(long, default_value_t = 24, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
     pub rays: u32,
     /// What is farther away shades nothing [default: everything shades]
     #[arg(long, value_name = "METRES", value_parser = parse_metres)]

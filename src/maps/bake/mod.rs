@@ -101,7 +101,7 @@ impl Default for BakeOptions {
             size: (2048, 2048),
             wanted: Wanted::default(),
             reach: None,
-            rays: 16,
+            rays: 24,
             occlusion_distance: f32::INFINITY,
             dilate: Some(16),
             threads: None,

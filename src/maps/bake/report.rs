@@ -73,7 +73,8 @@ pub struct Report {
     pub height_range: (f32, f32),
     /// The lowest and highest that were met, metres.
     pub heights_met: (f32, f32),
-    /// Metres of a UV unit along u: least, mean and most over the coarse mesh.
+    /// Metres of a UV unit along u: the mean over the map in the middle; a twentieth of the map has less than the first, a
+    /// twentieth more than the last.
     pub metres_per_uv: (f32, f32, f32),
 }
 
@@ -115,7 +116,7 @@ impl fmt::Display for Report {
         writeln!(f, "height    black {black} m, white {white} m; met {low:.5} to {high:.5} m")?;
         let (least, mean, most) = self.metres_per_uv;
         write!(f, "material  height_scale_uv {:.6}, height_rest {:.6}", self.height_scale_uv(), self.height_rest())?;
-        writeln!(f, "; a UV is {mean:.5} m wide, {least:.5} to {most:.5}")?;
+        writeln!(f, "; a UV is {mean:.5} m wide, mostly {least:.5} to {most:.5}")?;
         let (seconds, rate) = (self.casting.as_secs_f64(), self.rays_per_second() / 1e6);
         writeln!(f, "rays      {} in {seconds:.2} s, {rate:.2} million a second", self.rays)
     }

@@ -12,6 +12,9 @@ use std::ops::RangeInclusive;
 /// How near a triangle must come to a texel's centre, in texels: a little less than half a side. A chart that ends where a
 /// texel begins does not claim it, and nor does one that touches it by rounding.
 const NEAR: f64 = 0.49;
+/// How far toward the triangle's middle the nearest point of an edge is moved: the fine mesh may end right there, and by
+/// rounding the ray would miss it.
+const INWARD: f64 = 1e-3;
 /// Texels looked at, for each texel of the map: UVs that go around the map more often are no chart of it.
 const MAX_COVER: usize = 256;
 /// Nothing is there.
@@ -98,7 +101,11 @@ impl Unwrap {
             let distance = |&at: &DVec2| chart.at(chart.weights(at)).distance_squared(at);
             distance(a).total_cmp(&distance(b))
         })?;
-        Some(Texel { triangle, weights: chart.weights(nearest).as_vec3() })
+        let mut weights = chart.weights(nearest);
+        if chart.at(weights).distance(nearest) > 1e-6 {
+            weights = weights * (1.0 - INWARD) + INWARD / 3.0;
+        }
+        Some(Texel { triangle, weights: weights.as_vec3() })
     }
 }
 
