@@ -155,7 +155,3 @@ fn face(mesh: &Mesh, triangle: &[u32; 3]) -> Vec3 {
     let [a, b, c] = triangle.map(|index| mesh.positions[index as usize]);
     (b - a).cross(c - a)
 }
-
-#[cfg(test)]
-#[path = "tests/displace.rs"]
-mod tests;

@@ -149,7 +149,7 @@ fn a_sunken_plane_is_seen_where_it_lies() {
     }
     let folder = tempfile::tempdir().expect("a temporary folder");
     heights(folder.path(), |_, _| 0.25);
-    let checkers = |x: u32, y: u32| Rgb([if (x / 8 + y / 8) % 2 == 0 { 230 } else { 40 }; 3]);
+    let checkers = |x: u32, y: u32| Rgb([if (x / 8 + y / 8).is_multiple_of(2) { 230 } else { 40 }; 3]);
     RgbImage::from_fn(64, 64, checkers).save(folder.path().join("base.png")).expect("a map");
     let report = compare(folder.path(), |args| {
         args.base = Some(folder.path().join("base.png"));

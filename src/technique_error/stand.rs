@@ -25,6 +25,8 @@ const DISTANCE: f32 = 4.2;
 const AMBIENT: Vec3 = Vec3::splat(0.06);
 /// The sun's place among the lights.
 pub(super) const SUN: usize = 0;
+/// Light of the sun, as a sum of its colours, below which a surface counts as turned away from it.
+pub(super) const FAINT: f32 = 0.01;
 
 /// What is bumped.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, clap::ValueEnum, serde::Serialize)]
@@ -251,7 +253,7 @@ impl Stand {
         let shadowed = self.linear(size, shown, Lit::Only(SUN))?;
         let is_dark = |(open, shadowed): (Vec3, &Vec3)| {
             let (open, shadowed) = (open.element_sum(), shadowed.element_sum());
-            (open > truth_threshold()).then_some(shadowed < 0.5 * open)
+            (open > FAINT).then_some(shadowed < 0.5 * open)
         };
         Ok(open.into_iter().zip(&shadowed).map(is_dark).collect())
     }
@@ -260,11 +262,6 @@ impl Stand {
         let mut library = self.simulation.world.resource_mut::<Library>();
         library.edit_material(self.material, |material| material.self_shadow = share);
     }
-}
-
-/// Light, as a sum of colours, below which a surface counts as turned away.
-pub(super) fn truth_threshold() -> f32 {
-    0.01
 }
 
 /// The 2 × 2 parts of each pixel of a picture that was drawn twice as large, of so many pixels' width.

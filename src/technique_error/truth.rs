@@ -7,7 +7,7 @@
 //! The renderer draws each light alone at twice the size, one sample per pixel. Depth gives each sample's place, from
 //! which a ray goes to each light through the displaced triangles. Four samples are a pixel.
 
-use super::stand::{Lit, SUN, Shown, Stand, quarters, truth_threshold};
+use super::stand::{FAINT, Lit, SUN, Shown, Stand, quarters};
 use crate::frames::FrameError;
 use crate::maps::Raster;
 use glam::{Vec3, Vec3A};
@@ -71,7 +71,7 @@ impl Truth {
         let of_sun = quarters(&sun, width).map(|s| {
             let open: f32 = s.iter().map(|(light, _)| light * 0.25).sum();
             let shadowed: f32 = s.iter().map(|(light, seen)| light * seen * 0.25).sum();
-            (open > truth_threshold()).then_some(shadowed < 0.5 * open)
+            (open > FAINT).then_some(shadowed < 0.5 * open)
         });
         Ok(Self {
             shadowed: mean(&shadowed),

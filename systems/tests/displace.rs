@@ -1,7 +1,10 @@
-use super::*;
-use crate::images::ImageKind;
-use crate::shapes;
-use glam::{UVec2, Vec4};
+//! Displaced meshes: what is flat stays as it is, and steps are where the map has them.
+
+use glam::{UVec2, Vec2, Vec3, Vec4};
+use systems::displace::{Displacement, HeightMap, displace};
+use systems::images::{Image, ImageKind};
+use systems::library::{Mesh, Sampler, Wrap};
+use systems::shapes;
 
 fn map(width: u32, height: u32, sampler: Sampler, of: impl Fn(u32, u32) -> f32) -> HeightMap {
     let texel = |i: u32| Vec4::splat(of(i % width, i / width));
