@@ -76,7 +76,7 @@ impl HeightMap {
 pub struct Displacement<'a> {
     /// Read at the mesh's first UV set.
     pub heights: &'a HeightMap,
-    /// From black to white, in units of UV.
+    /// From black to white, in widths of the image, whose texels are square.
     pub scale_uv: f32,
     /// The height that stays where it is.
     pub rest: f32,
@@ -90,10 +90,13 @@ pub fn displace(mesh: &Mesh, by: &Displacement) -> Mesh {
     let mut bumped = mesh.clone();
     let places = Places::new(mesh);
     let metres_per_uv = places.metres_per_uv(mesh);
+    // Of an image whose texels are square, which covers as much.
+    let (width, height) = by.heights.size();
+    let widths = (width as f32 / height.max(1) as f32).sqrt();
     let mut moved = vec![(Vec3::ZERO, 0.0f32); places.count];
     for ((&place, &normal), &uv) in places.of_vertices.iter().zip(&mesh.normals).zip(&mesh.uvs[0]) {
         let (sum, count) = &mut moved[place];
-        *sum += normal * ((by.heights.at(uv) - by.rest) * by.scale_uv * metres_per_uv[place]);
+        *sum += normal * ((by.heights.at(uv) - by.rest) * by.scale_uv * widths * metres_per_uv[place]);
         *count += 1.0;
     }
     for (position, &place) in bumped.positions.iter_mut().zip(&places.of_vertices) {
