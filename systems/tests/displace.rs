@@ -51,6 +51,10 @@ fn metres_follow_from_the_area_that_a_unit_of_uv_covers() {
     assert!(depth(&plane).iter().all(|d| (d - 0.4).abs() < 1e-5), "√(8 · 2) metres in a unit");
     let repeated = shapes::with_uv_scale(plane, Vec2::splat(4.0));
     assert!(depth(&repeated).iter().all(|d| (d - 0.1).abs() < 1e-5), "a quarter of the width, a quarter of the depth");
+    let wide = map(4, 1, Sampler::default(), |_, _| 1.0);
+    let plane = shapes::plane(Vec2::new(8.0, 2.0), UVec2::ONE);
+    let bumped = displace(&plane, &Displacement { heights: &wide, scale_uv: 0.1, rest: 0.0 });
+    assert!(bumped.positions.iter().all(|p| (p.y - 0.8).abs() < 1e-5), "texels are square: the image is 8 m wide");
     // A band around the equator is 2π wide and a unit of v is π high; toward a pole it is less wide.
     let deepest = depth(&shapes::sphere(1.0, 128, 64)).into_iter().fold(0.0, f32::max);
     assert!((deepest - 0.1 * std::f32::consts::PI * 2f32.sqrt()).abs() < 1e-3, "{deepest}");
