@@ -212,7 +212,7 @@ fn the_cage_takes_the_first_and_the_distance_the_nearest() {
         let refused = bake(&low, &target, &options, &|_, _| {}).expect_err("nothing is met").to_string();
         assert!(refused.contains("none of 16 rays met plane within 0.2 m"), "{refused}");
     }
-    let two_sided = Surface { two_sided: vec![0..2], ..upside_down };
+    let two_sided = Surface { two_sided: std::iter::once(0..2).collect(), ..upside_down };
     let map = baked(&low, &two_sided, &options(4, 0.2));
     assert!(map.normal.expect("wanted").values.as_chunks::<3>().0.iter().all(|texel| texel[2] == 1.0));
 }
