@@ -46,7 +46,7 @@ pub fn bake_tile(
     let size = Vec2::new(bake.size.0 as f32, bake.size.1 as f32);
     let sample = |x: usize, y: usize, rays: &mut u64| {
         let at = patch.corner + (Vec2::new(x as f32, y as f32) + 0.5) / size * patch.period;
-        let Some((place, normal, face)) = patch.seen_from_above(at, rays) else { return Outcome::Missed };
+        let Some((place, normal, face)) = patch.seen_at(at, rays) else { return Outcome::Missed };
         let mut occlusion = 1.0;
         if bake.wanted.occlusion {
             let from = place + face * target.step_off();
@@ -97,7 +97,7 @@ impl<'a> Patch<'a> {
     }
 
     /// The highest place over (x, z) that faces up, the normal there and that of its face.
-    fn seen_from_above(&self, at: Vec2, rays: &mut u64) -> Option<(Vec3, Vec3, Vec3)> {
+    fn seen_at(&self, at: Vec2, rays: &mut u64) -> Option<(Vec3, Vec3, Vec3)> {
         let margin = self.period;
         let (from, distance) = (self.aabb.max.y + margin, self.aabb.max.y - self.aabb.min.y + 2.0 * margin);
         let mut highest = None;
