@@ -11,24 +11,8 @@ use relief::maps::{
 };
 use serde_json::{Value, json};
 use std::fs;
-use std::path::Path;
-use std::process::Command;
 
 const TOLERANCE: f32 = 0.001 / 255.0;
-
-/// A Python with numpy; `None`, said aloud, where there is none.
-fn python() -> Option<&'static str> {
-    let has_numpy = |python: &&str| {
-        let asked = Command::new(python).args(["-c", "import numpy"]).output();
-        asked.is_ok_and(|output| output.status.success())
-    };
-    let found = ["python3", "/usr/bin/python3", "python"].into_iter().find(has_numpy);
-    if found.is_none() {
-        assert!(!common::strict(), "no Python with numpy (Debian: python3-numpy)");
-        eprintln!("skipped: no Python with numpy");
-    }
-    found
-}
 
 /// What both are to compute.
 #[derive(Default)]
@@ -50,7 +34,7 @@ impl Jobs {
     }
 
     /// Runs them in Python and compares.
-    fn compare(&self, python: &str) {
+    fn compare(&self) {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let path = |name: String| folder.path().join(name);
         fs::write(path("jobs.json".into()), Value::from(self.list.clone()).to_string()).expect("written");
@@ -58,9 +42,9 @@ impl Jobs {
             let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
             fs::write(path(format!("{number}.in")), bytes).expect("written");
         }
-        let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/python/maps.py");
-        let run = Command::new(python).arg(script).arg(folder.path()).output().expect("Python runs");
-        assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+        if common::python("maps.py", &[folder.path().as_os_str()]).is_none() {
+            return;
+        }
         for (number, (job, ours)) in self.list.iter().zip(&self.ours).enumerate() {
             let bytes = fs::read(path(format!("{number}.out"))).expect("computed");
             let theirs = bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]));
@@ -144,7 +128,6 @@ fn noise(width: usize, height: usize, channels: usize) -> Raster {
 
 #[test]
 fn made_up_maps_come_out_as_in_python() {
-    let Some(python) = python() else { return };
     let mut jobs = Jobs::default();
     for (width, height) in [(16, 16), (24, 10), (7, 13), (1, 5)] {
         for (height_scale, edges, invert) in [(0.02, Edges::Wrap, false), (0.3, Edges::Clamp, true)] {
@@ -153,17 +136,17 @@ fn made_up_maps_come_out_as_in_python() {
     }
     add_height_guesses(&mut jobs, &noise(40, 23, 3));
     add_speculars(&mut jobs, &noise(20, 20, 5));
-    jobs.compare(python);
+    jobs.compare();
 }
 
 #[test]
 fn real_maps_come_out_as_in_python() {
-    let (Some(python), Some(data)) = (python(), common::test_data()) else { return };
+    let Some(data) = common::test_data() else { return };
     let mut jobs = Jobs::default();
     let textures = data.join("textures");
     let heights = files::read_grey(&textures.join("layingrock-panda3d/layingrock-h.jpg"), None).expect("a height map");
     add_height_tools(&mut jobs, &heights, Relief { height_scale: 0.05, edges: Edges::Wrap, invert: true });
     let color = files::read_color(&textures.join("brick-tga-osg/rockwall.png")).expect("a colour map");
     add_height_guesses(&mut jobs, &color);
-    jobs.compare(python);
+    jobs.compare();
 }
