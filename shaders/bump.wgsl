@@ -74,7 +74,11 @@ fn tangent_frame(normal: vec3f, tangent: vec4f) -> Frame {
 // count: a texture that repeats twice as often is as steep.
 fn turned_frame(frame: Frame, image_from_mesh_uv: vec4f) -> Frame {
     let m = image_from_mesh_uv; // columns (m.x, m.y), (m.z, m.w)
-    let side = select(1.0, -1.0, m.x * m.w - m.z * m.y < 0.0);
+    let determinant = m.x * m.w - m.z * m.y;
+    if determinant == 0.0 {
+        return frame;
+    }
+    let side = select(1.0, -1.0, determinant < 0.0);
     let t = side * (frame.tangent * m.w + frame.bitangent * m.y);
     let b = side * (frame.tangent * m.z + frame.bitangent * m.x);
     return Frame(normalize(t), normalize(b), frame.normal);

@@ -7,8 +7,11 @@ fn environment(material: Material, direction: vec3f, blur: f32) -> vec3f {
         return sky_blurred(direction, blur);
     }
     // Equirectangular: −Z in the middle, +X to its right.
-    let uv = vec2f(atan2(direction.x, -direction.z) / (2.0 * PI) + 0.5, acos(clamp(direction.y, -1.0, 1.0)) / PI);
     let level = blur * f32(textureNumLevels(environment_maps) - 1u);
+    // The poles do not continue on the other side: no row is blended with the one that a repeated image has there.
+    let half_row = min(0.5 * exp2(ceil(level)) / f32(textureDimensions(environment_maps).y), 0.5);
+    let down = clamp(acos(clamp(direction.y, -1.0, 1.0)) / PI, half_row, 1.0 - half_row);
+    let uv = vec2f(atan2(direction.x, -direction.z) / (2.0 * PI) + 0.5, down);
     return textureSampleLevel(environment_maps, environment_sampler, uv, material.layers[MAP_ENVIRONMENT], level).rgb;
 }
 
@@ -32,7 +35,8 @@ fn refracted(in: VertexOut, material: Material, offset: vec3f, dp_dx: vec3f, dp_
     let here = view.clip_from_world * vec4f(in.position, 1.0);
     let there = view.clip_from_world * vec4f(in.position + offset * thickness, 1.0);
     let size = vec2f(textureDimensions(behind));
-    let moved = (there.xy / there.w - here.xy / here.w) * vec2f(0.5, -0.5) * size;
+    // Behind the eye there is nothing to read.
+    let moved = select(vec2f(0.0), there.xy / there.w - here.xy / here.w, there.w > 0.0) * vec2f(0.5, -0.5) * size;
     let last = vec2i(size) - 1;
     let place = in.clip_position.xy + moved - 0.5;
     let corner = vec2i(floor(place));

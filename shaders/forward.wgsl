@@ -434,7 +434,8 @@ fn shaded(in: VertexOut, front: bool) -> Shaded {
 
 fn depth_of(position: vec3f) -> f32 {
     let clip = view.clip_from_world * vec4f(position, 1.0);
-    return saturate(clip.z / clip.w);
+    // Behind the eye is nearest.
+    return select(1.0, saturate(clip.z / clip.w), clip.w > 0.0);
 }
 
 @fragment

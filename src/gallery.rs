@@ -66,6 +66,8 @@ pub fn render(args: &GalleryArgs, mut progress: impl FnMut(u64, u64)) -> Result<
     let names = file_names(names);
 
     let mut headless = Headless::new()?;
+    output::make_folder(&args.output)?;
+    output::check_writable(&args.output)?;
     // As in all frames that are written.
     headless.settings.occlusion = Occlusion::Off;
     for _ in 0..args.frame {
@@ -76,7 +78,6 @@ pub fn render(args: &GalleryArgs, mut progress: impl FnMut(u64, u64)) -> Result<
     for name in &names {
         let picture = image::DynamicImage::from(headless.draw(&mut simulation, viewpoint, args.size)?).into_rgb8();
         sheet.add(&picture);
-        output::make_folder(&args.output)?;
         let path = args.output.join(name).with_added_extension("png");
         output::write_png(&path, &picture.into())?;
         written.push(path);

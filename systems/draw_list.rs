@@ -227,6 +227,8 @@ pub struct PipelineKey {
     pub emissive: bool,
     /// The material brings the environment that it mirrors, for [`Technique::PerturbedUv`].
     pub environment_map: bool,
+    /// The height map rises above the mesh: with [`Technique::writes_depth`], depths lie before it.
+    pub raised: bool,
     /// The mesh has colours.
     pub vertex_colors: bool,
     /// Back faces are drawn.

@@ -124,6 +124,7 @@ fn pipeline(material: &Material) -> PipelineKey {
         transformed_uvs: material.maps().into_iter().flatten().any(|map| map.is_transformed()),
         emissive: material.emissive_factor != Vec3::ZERO,
         environment_map: material.environment_map.is_some(),
+        raised: material.height_map.is_some() && material.height_rest < 1.0,
         vertex_colors: false,
         double_sided: material.double_sided,
         mirrored: false,

@@ -115,6 +115,18 @@ fn a_plane_over_a_plane_is_exactly_flat() {
 }
 
 #[test]
+fn the_depth_is_in_widths_of_an_image_of_square_texels() {
+    // As the renderer has it (tests/techniques.rs): 0.2 m over √(2 m · 1 m · width / height).
+    let plane = shapes::plane(Vec2::new(2.0, 1.0), UVec2::splat(3));
+    for ((width, height), expected) in [((64, 64), 0.2 / 2f32.sqrt()), ((64, 32), 0.1), ((32, 64), 0.2)] {
+        let options = BakeOptions { size: (width, height), ..options(64, 0.1) };
+        let [low, high] = [LOW, Role::High].map(|role| surface(&plane, Affine3A::IDENTITY, role));
+        let report = baked(&low, &high, &options).report;
+        assert!((report.height_scale_uv() - expected).abs() < 1e-6, "{width}×{height}: {}", report.height_scale_uv());
+    }
+}
+
+#[test]
 fn heights_are_distances_and_slopes_are_normals() {
     // A slope that rises by 0.2 m along x and falls by 0.1 m along z, over 2 m.
     let slope = models::landscape(2.0, 1, |x, z| 0.1 * x - 0.05 * z);

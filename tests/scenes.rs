@@ -358,6 +358,33 @@ fn a_technique_brings_its_maps_and_factors_or_a_word_about_them() {
 }
 
 #[test]
+fn maps_that_are_hardly_what_they_should_be_are_told() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let write = |name: &str, side: u32, texel: fn(u32) -> [u8; 3]| {
+        image::RgbImage::from_fn(side, side, |x, _| image::Rgb(texel(x)))
+            .save(folder.path().join(name))
+            .expect("saved");
+    };
+    write("colour.png", 4, |x| [x as u8 * 60, 10, 200]);
+    write("grey.png", 4, |x| [x as u8 * 60; 3]);
+    write("small.png", 2, |_| [0; 3]);
+    let path = folder.path().join("s.ron");
+    let load = |material: &str| {
+        std::fs::write(&path, format!("(materials: {{ \"m\": ({material}) }})")).expect("written");
+        scene::load(&path, &mut Simulation::new())
+    };
+    let words = |material: &str| load(material).map(|scene| scene.warnings).expect("a scene");
+    assert_eq!(words("height_map: \"grey.png\", normal_map: \"colour.png\""), Vec::<String>::new());
+    assert_eq!(words("height_map: \"colour.png\"").len(), 1);
+    assert_eq!(words("normal_map: \"grey.png\"").len(), 1);
+    let unlike =
+        load("horizon_map_0: \"grey.png\", horizon_map_1: \"small.png\"").expect_err("of two sizes").to_string();
+    assert!(unlike.contains("expected 4×4 texels, as horizon_map_0 has, found 2×2"), "{unlike}");
+    let alone = load("horizon_map_1: \"grey.png\"").expect_err("one of two").to_string();
+    assert!(alone.contains("expected horizon_map_0 too"), "{alone}");
+}
+
+#[test]
 fn models_are_placed_overridden_and_picked_apart() {
     let (mut simulation, _) = load(
         r#"(materials: {"red": (base_factor: (1, 0, 0))},

@@ -4,7 +4,7 @@ mod common;
 
 use bevy_transform::components::Transform;
 use common::bumps::{Stage, difference, hills};
-use glam::{Quat, Vec2, Vec3, Vec4};
+use glam::{Affine2, Quat, Vec2, Vec3, Vec4};
 use systems::components::Environment;
 use systems::images::{Image, ImageKind};
 use systems::library::{AlphaMode, Library, Map, Material, Technique};
@@ -148,6 +148,67 @@ fn emboss_in_one_pass_is_emboss_in_many() {
     let multi = stage.picture();
     set_technique(&mut stage, Technique::Emboss);
     assert_eq!(difference(&multi, &stage.picture(), 0).0, 0);
+}
+
+#[test]
+fn what_is_unlit_stays_so() {
+    let unlit = |stage: &mut Stage| Material {
+        shading: systems::library::Shading::Unlit,
+        base_factor: Vec4::new(0.2, 0.4, 0.6, 1.0),
+        ..stage.material(16, 0.05, hills)
+    };
+    let Some(mut stage) = shapes_stage(unlit) else { return };
+    set_technique(&mut stage, Technique::Off);
+    let plain = stage.picture();
+    for (name, technique) in Technique::ALL {
+        set_technique(&mut stage, technique);
+        assert_eq!(difference(&plain, &stage.picture(), 0).0, 0, "{name}");
+    }
+}
+
+#[test]
+fn maps_shrunk_to_a_point_are_drawn() {
+    let shrunk = |stage: &mut Stage| {
+        let to_point =
+            |map: Option<Map>| map.map(|map| Map { image_from_mesh_uv: Affine2::from_scale(Vec2::ZERO), ..map });
+        let m = stage.material(16, 0.05, hills);
+        let (normal_map, height_map) = (to_point(m.normal_map), to_point(m.height_map));
+        Material { normal_map, height_map, horizon_maps: m.horizon_maps.map(to_point), ..m }
+    };
+    let Some(mut stage) = shapes_stage(shrunk) else { return };
+    for (name, technique) in Technique::ALL {
+        set_technique(&mut stage, technique);
+        let pixels = stage.linear();
+        assert!(pixels.iter().all(|p| p.is_finite() && p.max_element() < 10.0), "{name}");
+        assert!(pixels.iter().filter(|p| p.x > 0.02).count() > 800, "{name}: the objects show");
+    }
+}
+
+#[test]
+fn what_stands_out_before_its_bounds_is_not_taken_for_hidden() {
+    let mut pictures = Vec::new();
+    for occlusion in [relief::renderer::Occlusion::Off, relief::renderer::Occlusion::On] {
+        let Some(mut stage) = Stage::new((64, 64)) else { return };
+        stage.three_lights();
+        stage.headless.settings.occlusion = occlusion;
+        // A tenth of an image 2 m wide, raised by 0.6 m: before the sheet that hides the mesh.
+        let (mesh, at) = Stage::facing(Vec2::splat(0.2));
+        let raised = Material { height_rest: 0.0, ..stage.material(8, 0.3, |_, _| 1.0) };
+        let raised = Material { technique: Technique::ZCorrect, ..raised };
+        stage.spawn(shapes::with_uv_scale(mesh, Vec2::splat(0.1)), raised, at);
+        let (mesh, at) = Stage::facing(Vec2::splat(0.8));
+        stage.spawn(mesh, Material::default(), Transform::from_xyz(0.0, 0.0, 0.3) * at);
+        // Something has to move, or what is in sight is not looked for again.
+        let moving =
+            stage.spawn(shapes::cube(Vec3::splat(0.1)), Material::default(), Transform::from_xyz(0.0, 0.7, 0.0));
+        for frame in 0..4 {
+            stage.simulation.world.get_mut::<Transform>(moving).expect("placed").translation.x = 0.1 * frame as f32;
+            stage.picture();
+        }
+        pictures.push(stage.picture());
+    }
+    assert_eq!(difference(&pictures[0], &pictures[1], 0).0, 0);
+    assert!(pictures[0].get_pixel(32, 32) != pictures[0].get_pixel(40, 40), "the raised square is before the sheet");
 }
 
 #[test]

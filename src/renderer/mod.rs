@@ -245,6 +245,12 @@ impl Renderer {
             Occlusion::On => true,
             Occlusion::Off => false,
         };
+        // What stands out before its bounds may be seen where they are hidden.
+        let stands_out = |draw: &draws::Draw| {
+            let key = draw.key.pipeline;
+            key.raised && settings.technique.unwrap_or(key.technique).writes_depth()
+        };
+        let occlusion = occlusion && !self.draws.list.iter().any(stands_out);
         self.make_targets(view, settings.samples, occlusion);
         let (levels, draws) = (settings.levels, &self.draws);
         let recull = self.culled.prepare(&self.gpu, &self.culling, draws, view, levels, redrawn.is_some())?;
@@ -314,7 +320,8 @@ impl Renderer {
     /// The pipeline that objects with that key are drawn with in a pass.
     fn pipeline_of(&self, pass: Pass, key: BatchKey) -> PipelineKey {
         let technique = self.technique.unwrap_or(key.pipeline.technique);
-        PipelineKey { technique: pass.technique(technique, key.pipeline.alpha), ..key.pipeline }
+        let PipelineKey { alpha, shading, .. } = key.pipeline;
+        PipelineKey { technique: pass.technique(technique, alpha, shading), ..key.pipeline }
     }
 
     fn make_pipelines(&mut self, pass: Pass) {

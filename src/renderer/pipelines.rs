@@ -7,7 +7,7 @@ use super::{DebugView, shaders};
 use std::collections::BTreeMap;
 use systems::components::ToneMap;
 use systems::draw_list::PipelineKey;
-use systems::library::{AlphaMode, Technique};
+use systems::library::{AlphaMode, Shading, Technique};
 
 /// What the forward pass writes.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -34,7 +34,7 @@ impl Pass {
     }
 
     /// The technique that objects of a technique are drawn with in this pass.
-    pub fn technique(self, technique: Technique, alpha: AlphaMode) -> Technique {
+    pub fn technique(self, technique: Technique, alpha: AlphaMode, shading: Shading) -> Technique {
         // Passes add up over what is opaque, and there is one per light of three.
         let passes = match self {
             Self::Color { all_lights, debug, .. } => !all_lights && debug == DebugView::Off,
@@ -42,7 +42,9 @@ impl Pass {
             Self::Outputs => false,
         };
         match technique {
-            Technique::EmbossMultipass if !passes || alpha == AlphaMode::Blend => Technique::Emboss,
+            Technique::EmbossMultipass if !passes || alpha == AlphaMode::Blend || shading == Shading::Unlit => {
+                Technique::Emboss
+            }
             other => other,
         }
     }

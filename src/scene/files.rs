@@ -10,7 +10,7 @@ use glam::{Affine2, Mat2, UVec2, Vec2};
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use systems::bounds::Aabb;
-use systems::images::ImageKind;
+use systems::images::{Image, ImageKind, Texels};
 use systems::library::{ImageId, Library, Map, Material, MaterialId, Mesh, MeshId, Technique, default_specular};
 use systems::shapes;
 
@@ -19,6 +19,8 @@ use systems::shapes;
 pub struct Files {
     images: HashMap<(String, ImageKind), ImageId>,
     models: HashMap<String, Model>,
+    /// What to say of images that are hardly what the material's field asks for.
+    doubts: Vec<String>,
 }
 
 impl Files {
@@ -32,7 +34,7 @@ impl Files {
         files.dedup();
         let of_models = files.iter().filter_map(|file| self.model(file)).flat_map(|m| &m.warnings);
         let of_materials = scene.materials.entries().iter().filter_map(|(name, material)| lacking(name, material));
-        of_models.map(ToString::to_string).chain(of_materials).collect()
+        of_models.map(ToString::to_string).chain(of_materials).chain(self.doubts.iter().cloned()).collect()
     }
 }
 
@@ -89,6 +91,33 @@ pub fn read(scene: &Scene, folder: &Path, library: &mut Library) -> (Files, Vec<
             Err(error) => faults.extend(places.get(&key).map(|at| at.fault(error))),
         }
     }
+    for (i, (name, material)) in scene.materials.entries().iter().enumerate() {
+        let at = Trail::default().field("materials").enter(Step::Entry(i), name);
+        let image = |map: &Option<MapSource>, kind| {
+            map.as_ref().and_then(|map| library.image(*files.images.get(&(map.file.clone(), kind))?))
+        };
+        let horizon = [&material.horizon_map_0, &material.horizon_map_1].map(|map| image(map, ImageKind::Data));
+        if let [Some(first), Some(second)] = horizon.map(|image| image.map(|image| (image.width, image.height)))
+            && first != second
+        {
+            let message = format!(
+                "expected {}×{} texels, as horizon_map_0 has, found {}×{}",
+                first.0, first.1, second.0, second.1
+            );
+            faults.push(at.field("horizon_map_1").fault(message));
+        }
+        let height = image(&material.height_map, ImageKind::Data).and_then(is_grey);
+        let normal = image(&material.normal_map, ImageKind::Normal).filter(|image| image.width * image.height > 1);
+        let mut doubts = Vec::new();
+        if height == Some(false) {
+            doubts.push(format!("material \"{name}\": height_map is no grey image: its red is taken for the height"));
+        }
+        if normal.and_then(is_grey) == Some(true) {
+            let wanted = "expected a normal map; relief map normal makes one";
+            doubts.push(format!("material \"{name}\": normal_map is grey: {wanted}"));
+        }
+        files.doubts.append(&mut doubts);
+    }
     let mut models: Vec<(&str, Trail)> = Vec::new();
     let mut known = HashSet::new();
     for (i, (name, mesh)) in scene.meshes.entries().iter().enumerate() {
@@ -104,6 +133,14 @@ pub fn read(scene: &Scene, folder: &Path, library: &mut Library) -> (Files, Vec<
         }
     }
     (files, faults)
+}
+
+/// Whether red, green and blue are about the same: JPEG may leave grey a little apart. `None` for images of more than 8 bits
+/// or in blocks, which are taken at their word.
+fn is_grey(image: &Image) -> Option<bool> {
+    let about = |a: u8, b: u8| a.abs_diff(b) <= 2;
+    let texels = image.levels.first().filter(|_| image.texels == Texels::Rgba8)?.as_chunks::<4>().0;
+    Some(texels.iter().all(|&[r, g, b, _]| about(r, g) && about(g, b)))
 }
 
 /// The images and models that the scene names, each once.

@@ -128,6 +128,8 @@ pub fn measure(args: &CompareArgs, mut progress: impl FnMut(&str, u64, u64)) -> 
     let steps = (techniques.len() + 4) as u64;
     progress("maps", 0, steps);
     let maps = maps::load(args)?;
+    output::make_folder(&args.output)?;
+    output::check_writable(&args.output)?;
     let mut stand = Stand::new(args, maps)?;
     progress("truth", 1, steps);
     let truth = Truth::new(&mut stand, args.size)?;
@@ -234,7 +236,6 @@ impl Judge<'_> {
 fn write(args: &CompareArgs, report: &Report, truth: &Truth, drawn: &[Judged]) -> Result<(), FrameError> {
     let file = |name: &str| args.output.join(name);
     let picture = |name: &str, picture: &RgbImage| output::write_png(&file(name), &picture.clone().into());
-    output::make_folder(&args.output)?;
     let shadowed = truth::encoded(&truth.shadowed, args.size);
     let mut sheet = Sheet::new(args.size, drawn.len() + 1);
     sheet.add(&shadowed);

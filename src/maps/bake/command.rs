@@ -161,7 +161,8 @@ pub fn tile(args: &TileArgs, advance: Advance) -> Result<Made, MapError> {
     let patch = Surface::load(&args.patch, &args.node, Role::High)?;
     let baked = bake_tile(&Target::new(&patch)?, &options, advance)?;
     // Two by two tiles, so that seams would show.
-    let period = baked.report.metres_per_uv.1;
+    let (width, height) = baked.report.size;
+    let period = baked.report.metres_per_width.1 / (width as f32 / height as f32).sqrt();
     let plane = shapes::with_uv_scale(shapes::plane(Vec2::splat(2.0 * period), UVec2::ONE), Vec2::splat(2.0));
     let plane = Surface::of_mesh(&plane, &Affine3A::IDENTITY, Role::Low { uv_set: 0 });
     outputs.write(&baked, &plane.unwrap_or_default())

@@ -73,15 +73,15 @@ pub struct Report {
     pub height_range: (f32, f32),
     /// The lowest and highest that were met, metres.
     pub heights_met: (f32, f32),
-    /// Metres of a UV unit along u: the mean over the map in the middle; a twentieth of the map has less than the first, a
+    /// Metres of a width of the image, whose texels are square: the mean over the map in the middle; a twentieth of the map has less than the first, a
     /// twentieth more than the last.
-    pub metres_per_uv: (f32, f32, f32),
+    pub metres_per_width: (f32, f32, f32),
 }
 
 impl Report {
-    /// The `height_scale_uv` of a material: depth from black to white in UV units.
+    /// The `height_scale_uv` of a material: depth from black to white in widths of the image.
     pub fn height_scale_uv(&self) -> f32 {
-        (self.height_range.1 - self.height_range.0) / self.metres_per_uv.1
+        (self.height_range.1 - self.height_range.0) / self.metres_per_width.1
     }
 
     /// The `height_rest` of a material: the grey at which the coarse mesh's surface lies.
@@ -114,9 +114,9 @@ impl fmt::Display for Report {
         }
         let ((black, white), (low, high)) = (self.height_range, self.heights_met);
         writeln!(f, "height    black {black} m, white {white} m; met {low:.5} to {high:.5} m")?;
-        let (least, mean, most) = self.metres_per_uv;
+        let (least, mean, most) = self.metres_per_width;
         write!(f, "material  height_scale_uv {:.6}, height_rest {:.6}", self.height_scale_uv(), self.height_rest())?;
-        writeln!(f, "; a UV is {mean:.5} m wide, mostly {least:.5} to {most:.5}")?;
+        writeln!(f, "; the image is {mean:.5} m wide, mostly {least:.5} to {most:.5}")?;
         let (seconds, rate) = (self.casting.as_secs_f64(), self.rays_per_second() / 1e6);
         writeln!(f, "rays      {} in {seconds:.2} s, {rate:.2} million a second", self.rays)
     }

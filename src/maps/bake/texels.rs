@@ -73,7 +73,7 @@ pub fn bake(
     let mut baked = cast(options, sample, progress);
     baked.report.overlapping = unwrap.overlapping;
     baked.report.flat_triangles = unwrap.flat;
-    baked.report.metres_per_uv = metres_per_uv(low);
+    baked.report.metres_per_width = metres_per_width(low, baked.report.size);
     baked.report.triangles = target.surface.triangles.len();
     if baked.report.baked == 0 {
         let message = format!(
@@ -270,16 +270,16 @@ pub(super) fn finish(baked: &mut Baked, options: &BakeOptions, height_range: (f3
     }
 }
 
-/// Metres of a UV unit along u: of a twentieth of the map less than the first, of a twentieth more than the last; the mean
-/// over the map between them.
-fn metres_per_uv(low: &Surface) -> (f32, f32, f32) {
+/// Metres of a width of the image, were its texels square where they are, with the area that they have there: of a twentieth
+/// of the map less than the first, of a twentieth more than the last; the mean over the map between them.
+fn metres_per_width(low: &Surface, (width, height): (usize, usize)) -> (f32, f32, f32) {
     let mut widths = Vec::with_capacity(low.triangles.len());
     for triangle in 0..low.triangles.len() as u32 {
         let [a, b, c] = low.corners(triangle);
         let [ua, ub, uc] = low.triangles[triangle as usize].map(|vertex| low.uvs[vertex as usize]);
         let (ub, uc) = (ub - ua, uc - ua);
         let area = ub.perp_dot(uc);
-        let metres = (((b - a) * uc.y - (c - a) * ub.y) / area).length();
+        let metres = ((b - a).cross(c - a).length() / area.abs() * width as f32 / height as f32).sqrt();
         if metres.is_finite() {
             widths.push((metres, f64::from(area.abs())));
         }

@@ -59,7 +59,9 @@ pub fn bake_tile(
     };
     let mut baked = cast(&bake, sample, progress);
     baked.report.triangles = target.surface.triangles.len();
-    baked.report.metres_per_uv = (patch.period, patch.period, patch.period);
+    // As wide as an image of square texels that covers as much.
+    let width = patch.period * (size.x / size.y).sqrt();
+    baked.report.metres_per_width = (width, width, width);
     if baked.report.baked == 0 {
         let message = "nothing of it is seen from above: expected faces that look up (+Y)";
         return Err(MapError::refused(&target.surface.source, message));

@@ -34,7 +34,8 @@ impl CommonArgs {
         if preview.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("png")) {
             return Err(MapError::refused(preview, "previews are PNG; expected a name that ends in .png"));
         }
-        if maps.contains(&preview.as_path()) {
+        let is_preview = |path: &&Path| files::is_same(path, preview);
+        if maps.iter().any(is_preview) {
             return Err(MapError::refused(preview, "expected another name for the preview than for the map"));
         }
         Ok(crate::output::check_file(preview)?)
