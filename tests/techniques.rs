@@ -196,11 +196,11 @@ fn what_stands_out_before_its_bounds_is_not_taken_for_hidden() {
         let raised = Material { height_rest: 0.0, ..stage.material(8, 0.3, |_, _| 1.0) };
         let raised = Material { technique: Technique::ZCorrect, ..raised };
         stage.spawn(shapes::with_uv_scale(mesh, Vec2::splat(0.1)), raised, at);
-        let (mesh, at) = Stage::facing(Vec2::splat(0.8));
+        let (mesh, at) = Stage::facing(Vec2::splat(2.4));
         stage.spawn(mesh, Material::default(), Transform::from_xyz(0.0, 0.0, 0.3) * at);
         // Something has to move, or what is in sight is not looked for again.
         let moving =
-            stage.spawn(shapes::cube(Vec3::splat(0.1)), Material::default(), Transform::from_xyz(0.0, 0.7, 0.0));
+            stage.spawn(shapes::cube(Vec3::splat(0.1)), Material::default(), Transform::from_xyz(0.0, 0.7, 0.5));
         for frame in 0..4 {
             stage.simulation.world.get_mut::<Transform>(moving).expect("placed").translation.x = 0.1 * frame as f32;
             stage.picture();
