@@ -47,6 +47,7 @@ pub mod state;
 pub mod state_hash;
 pub mod stats;
 pub mod tangents;
+pub mod technique;
 pub mod texture_memory;
 pub mod transforms;
 pub mod vehicles;

@@ -9,6 +9,7 @@ pub const FORWARD: &str = shader!(
     "types.wgsl",
     "sky.wgsl",
     "bump.wgsl",
+    "bumped.wgsl",
     "height_field.wgsl",
     "emboss.wgsl",
     "dot3.wgsl",
