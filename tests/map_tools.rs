@@ -218,6 +218,35 @@ fn a_colour_image_is_read_by_the_channel_named() {
 }
 
 #[test]
+fn no_input_is_overwritten() {
+    let folder = maps_folder();
+    let names_before = names(folder.path());
+    let before = fs::read(folder.path().join("height.png")).expect("there");
+    let refused: [&[&str]; 4] = [
+        &["normal", "height.png", "-o", "height.png"],
+        &["offset", "height.png", "-o", "o.png", "--preview", "./height.png"],
+        &["height", "color.png", "-o", "./color.png"],
+        &[
+            "specular",
+            "height.png",
+            "--from",
+            "gloss",
+            "--base",
+            "color.png",
+            "--metallic",
+            "orm.png",
+            "-o",
+            "color.png",
+        ],
+    ];
+    for args in refused {
+        assert_fails(&relief(args, folder.path()), 2, &["expected another name than the input's"]);
+    }
+    assert_eq!(fs::read(folder.path().join("height.png")).expect("there"), before);
+    assert_eq!(names(folder.path()), names_before);
+}
+
+#[test]
 fn without_an_adapter_the_map_is_there_and_the_preview_is_not() {
     let folder = maps_folder();
     let mut command = Command::new(env!("CARGO_BIN_EXE_relief"));

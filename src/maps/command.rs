@@ -92,7 +92,7 @@ pub fn run(args: &MapArgs, advance: Advance) -> Result<Made, MapError> {
 
 fn normal(args: &NormalArgs, advance: Advance) -> Result<Vec<PathBuf>, MapError> {
     let common = &args.common;
-    common.begin(&[&common.output])?;
+    common.begin(&[&args.heights.height], &[&common.output])?;
     let heights = files::read_grey(&args.heights.height, args.heights.channel)?;
     let options = args.slopes.options(args.heights.relief());
     let map = normal_from_height(&heights, &options, advance);
@@ -106,7 +106,7 @@ fn normal(args: &NormalArgs, advance: Advance) -> Result<Vec<PathBuf>, MapError>
 
 fn height(args: &HeightArgs, advance: Advance) -> Result<Vec<PathBuf>, MapError> {
     let common = &args.common;
-    common.begin(&[&common.output])?;
+    common.begin(&[&args.color], &[&common.output])?;
     let color = files::read_color(&args.color)?;
     let map = height_from_color(&color, &args.options(), advance);
     files::write(&common.output, &map, args.bits)?;
@@ -121,7 +121,7 @@ fn height(args: &HeightArgs, advance: Advance) -> Result<Vec<PathBuf>, MapError>
 fn horizon(args: &HorizonArgs, advance: Advance) -> Result<Vec<PathBuf>, MapError> {
     let common = &args.common;
     let paths = [numbered(&common.output, 0), numbered(&common.output, 1)];
-    common.begin(&[&paths[0], &paths[1]])?;
+    common.begin(&[&args.heights.height], &[&paths[0], &paths[1]])?;
     let heights = files::read_grey(&args.heights.height, args.heights.channel)?;
     let options = args.options();
     let maps = horizon_from_height(&heights, &options, advance);
@@ -140,7 +140,7 @@ fn horizon(args: &HorizonArgs, advance: Advance) -> Result<Vec<PathBuf>, MapErro
 
 fn offset(args: &OffsetArgs, advance: Advance) -> Result<Vec<PathBuf>, MapError> {
     let common = &args.common;
-    common.begin(&[&common.output])?;
+    common.begin(&[&args.heights.height], &[&common.output])?;
     let heights = files::read_grey(&args.heights.height, args.heights.channel)?;
     let options = args.slopes.options(args.heights.relief());
     let map = offset_from_height(&heights, &options, advance);
@@ -154,7 +154,9 @@ fn offset(args: &OffsetArgs, advance: Advance) -> Result<Vec<PathBuf>, MapError>
 
 fn specular(args: &SpecularArgs, advance: Advance) -> Result<Vec<PathBuf>, MapError> {
     let common = &args.common;
-    common.begin(&[&common.output])?;
+    let inputs: Vec<&Path> =
+        std::iter::once(&args.polish).chain(&args.base).chain(&args.metallic).map(PathBuf::as_path).collect();
+    common.begin(&inputs, &[&common.output])?;
     let polish = files::read_grey(&args.polish, args.channel)?;
     let metal = match (&args.base, &args.metallic) {
         (Some(base), Some(metallic)) => {

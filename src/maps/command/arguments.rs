@@ -23,13 +23,17 @@ pub struct CommonArgs {
 
 impl CommonArgs {
     /// Before the work: sets the threads, and finds out whether all that is to be written can be, `maps` and the
-    /// preview.
+    /// preview, and is none of `inputs`.
     ///
     /// # Errors
     /// [`MapError::Refused`], [`MapError::Output`].
-    pub fn begin(&self, maps: &[&Path]) -> Result<(), MapError> {
+    pub fn begin(&self, inputs: &[&Path], maps: &[&Path]) -> Result<(), MapError> {
         systems::set_threads(self.threads.map(usize::from));
         maps.iter().try_for_each(|path| files::check_output(path))?;
+        let written = maps.iter().copied().chain(self.preview.as_deref());
+        if let Some(path) = written.into_iter().find(|path| inputs.iter().any(|input| files::is_same(path, input))) {
+            return Err(MapError::refused(path, "expected another name than the input's, which would be lost"));
+        }
         let Some(preview) = &self.preview else { return Ok(()) };
         if preview.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("png")) {
             return Err(MapError::refused(preview, "previews are PNG; expected a name that ends in .png"));
