@@ -166,6 +166,10 @@ pub fn turn_parts(
 ) {
     let fraction = interpolation.drawn();
     let is_between = std::mem::replace(&mut *last_fraction, fraction) != fraction;
+    // A still frame looks at its vehicles and not at their parts, which are several times as many.
+    if !is_between && !vehicles.iter().any(|motion| motion.is_changed()) {
+        return;
+    }
     let seconds_ago = f64::from(1.0 - fraction) * clock.step_seconds;
     parts.par_iter_mut().for_each(|(part, mut transform)| {
         let Ok(motion) = vehicles.get(part.vehicle) else { return };
