@@ -112,6 +112,7 @@ fn note(vehicles: &mut Query<Columns>, traffic: &mut Traffic, without_routes: bo
         }
         traffic.rows.resize(traffic.rows.len().max(end), Row::default());
         let on = on.filter(|_| !by_hand && !without_routes);
+        is_new |= traffic.rows[count..end].first().is_some_and(|row| row.is_routed != on.is_some());
         let on = on.map(|on| ContiguousMut::bypass_change_detection_split(on).0);
         let (kinds, _) = ContiguousRef::split(kinds);
         let (motions, _) = ContiguousMut::bypass_change_detection_split(motions);

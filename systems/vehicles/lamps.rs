@@ -1,13 +1,15 @@
 //! Lamps: which are on, their light, and the glow of their glass.
 //!
 //! [`switch_lamps`] works out the [`Switches`] of each vehicle from how it moves and what its driver wants; only where
-//! these changed does [`light_lamps`] touch the lamps below it.
+//! these changed does [`light_lamps`] touch those of its [`Lamps`] that are another way now.
 
 use super::{Controls, Headlights, Indicator, Motion, Vehicle, VehicleNumber};
 use crate::clock::Clock;
 use crate::components::Light;
 use crate::library::MaterialId;
+use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
+use bevy_ecs::world::DeferredWorld;
 
 /// When a lamp is on.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
@@ -28,6 +30,7 @@ pub enum LampKind {
 
 /// A lamp of a vehicle. Its entity, or entities below the vehicle, carry its [`Light`] and its glass.
 #[derive(Component, Clone, Copy, PartialEq, Debug)]
+#[component(immutable, on_insert = enlist, on_discard = strike_off)]
 pub struct Lamp {
     /// The vehicle.
     pub vehicle: Entity,
@@ -37,6 +40,29 @@ pub struct Lamp {
     pub intensity: f32,
     /// Material of its glass while it is off, and while it is on.
     pub glass: Option<(MaterialId, MaterialId)>,
+}
+
+/// The lamps of a vehicle, so that nobody has to look for them. Follows from the [`Lamp`]s; nothing else writes it.
+#[derive(Component, Clone, PartialEq, Debug, Default)]
+#[component(clone_behavior = Ignore)]
+pub struct Lamps(Vec<(LampKind, Entity)>);
+
+/// Enters a lamp into its vehicle's list. All lamps are brought in line at the next chance, this one among them.
+fn enlist(mut world: DeferredWorld, context: HookContext) {
+    let Some(&lamp) = world.get::<Lamp>(context.entity) else { return };
+    if let Some(mut lamps) = world.get_mut::<Lamps>(lamp.vehicle) {
+        lamps.0.push((lamp.kind, context.entity));
+    }
+    if let Some(mut switches) = world.get_mut::<Switches>(lamp.vehicle) {
+        switches.shown = Switches::UNKNOWN;
+    }
+}
+
+fn strike_off(mut world: DeferredWorld, context: HookContext) {
+    let Some(&lamp) = world.get::<Lamp>(context.entity) else { return };
+    if let Some(mut lamps) = world.get_mut::<Lamps>(lamp.vehicle) {
+        lamps.0.retain(|(_, entity)| *entity != context.entity);
+    }
 }
 
 impl Lamp {
@@ -65,9 +91,33 @@ const BRAKES: f32 = -0.6;
 const BLINK: f64 = 1.0 / 3.0;
 
 /// Which lamps of a vehicle are on. State that follows from the rest; kept to see what changes.
-#[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default, serde::Serialize, serde::Deserialize)]
+#[derive(Component, Clone, Copy, Debug, Default, serde::Serialize, serde::Deserialize)]
+#[serde(from = "u8", into = "u8")]
 #[component(summary_tick)]
-pub struct Switches(u8);
+pub struct Switches {
+    on: u8,
+    /// What the lamps were brought in line with.
+    shown: u8,
+}
+
+impl PartialEq for Switches {
+    fn eq(&self, other: &Self) -> bool {
+        self.on == other.on
+    }
+}
+
+impl From<u8> for Switches {
+    /// Lamps come with their switches.
+    fn from(on: u8) -> Self {
+        Self { on, shown: on }
+    }
+}
+
+impl From<Switches> for u8 {
+    fn from(switches: Switches) -> Self {
+        switches.on
+    }
+}
 
 impl Switches {
     const LOW: u8 = 1;
@@ -76,6 +126,8 @@ impl Switches {
     const LEFT: u8 = 8;
     const RIGHT: u8 = 16;
     const REVERSE: u8 = 32;
+    /// Some lamps may be any way.
+    const UNKNOWN: u8 = 128;
 
     /// What is on at a time, seconds since the start.
     pub fn of(number: VehicleNumber, motion: &Motion, controls: &Controls, seconds: f64) -> Self {
@@ -101,11 +153,11 @@ impl Switches {
                 Indicator::Hazard => Self::LEFT | Self::RIGHT,
             };
         }
-        Self(bits)
+        bits.into()
     }
 
     fn has(self, bit: u8) -> bool {
-        self.0 & bit != 0
+        self.on & bit != 0
     }
 
     /// Of a lamp's full intensity.
@@ -133,28 +185,34 @@ pub fn switch_lamps(
 ) {
     let seconds = clock.seconds();
     vehicles.par_iter_mut().for_each(|(number, motion, controls, mut switches)| {
-        switches.set_if_neq(Switches::of(*number, motion, controls, seconds));
+        let now = Switches::of(*number, motion, controls, seconds);
+        if *switches != now {
+            switches.on = now.on;
+        }
     });
 }
 
 /// Brings lights and glass in line with switches that changed.
 pub fn light_lamps(
-    changed: Query<Entity, Changed<Switches>>,
-    switches: Query<&Switches>,
-    children: Query<&Children>,
+    mut changed: Query<(&mut Switches, &Lamps), Changed<Switches>>,
     mut lamps: Query<(&Lamp, Option<&mut Light>, Option<&mut MaterialId>)>,
 ) {
-    for vehicle in &changed {
-        let Ok(&switches) = switches.get(vehicle) else { continue };
-        for entity in children.iter_descendants(vehicle) {
+    for (mut switches, list) in &mut changed {
+        let now = *switches;
+        let shown = Switches::from(now.shown);
+        let differ = |kind: LampKind| now.shown == Switches::UNKNOWN || shown.level(kind) != now.level(kind);
+        // Nobody follows that.
+        switches.bypass_change_detection().shown = now.on;
+        for &(kind, entity) in list.0.iter().filter(|(kind, _)| differ(*kind)) {
             let Ok((lamp, light, material)) = lamps.get_mut(entity) else { continue };
+            debug_assert_eq!(lamp.kind, kind);
             if let Some(mut light) = light {
-                let (enabled, intensity) = lamp.light(switches);
+                let (enabled, intensity) = lamp.light(now);
                 if light.enabled != enabled || enabled && light.intensity != intensity {
                     (light.enabled, light.intensity) = (enabled, intensity);
                 }
             }
-            if let (Some(glass), Some(mut material)) = (lamp.glass(switches), material) {
+            if let (Some(glass), Some(mut material)) = (lamp.glass(now), material) {
                 material.set_if_neq(glass);
             }
         }

@@ -7,9 +7,11 @@
 //! leader are the same in both lanes and cancel; where they do not, in b_safe, they count as at the wanted speed.
 
 use super::following;
-use super::routes::Routes;
-use super::traffic::{Entry, Role, Traffic};
+use super::lanes::{Entry, Role};
+use super::routes::{Route, Routes};
+use super::traffic::Traffic;
 use super::types::VehicleTypes;
+use crate::changes::{in_parallel, rows_per_task};
 
 /// b_safe, m/s².
 pub const SAFE_BRAKING: f32 = 4.0;
@@ -34,6 +36,9 @@ pub(super) struct Start {
     pub lane: u8,
 }
 
+/// Routes of several lanes that are worth a task.
+const LEAST: usize = 16;
+
 /// All changes that begin in a step, by row. Drivers consider in turn, lane by lane from the hindmost on; who comes later
 /// sees the gaps of those before taken.
 pub(super) fn starts(
@@ -43,46 +48,63 @@ pub(super) fn starts(
     (step, step_seconds): (u64, f64),
     begun: &mut Vec<Start>,
 ) {
+    let period = ((f64::from(PERIOD) / step_seconds) as u64).clamp(1, 1 << 31) as u32;
+    let turn = (step % u64::from(period)) as u32;
+    let wide = routes.wide();
+    let part = rows_per_task(wide.len(), LEAST);
+    let mut found: Vec<Vec<Start>> = wide.chunks(part).map(|_| Vec::new()).collect();
+    in_parallel(wide.chunks(part).zip(&mut found), |(wide, found)| {
+        for route in wide.iter().filter_map(|&id| routes.get(id)) {
+            starts_on(route, traffic, routes, types, (turn, period), found);
+        }
+    });
     begun.clear();
-    let period = ((f64::from(PERIOD) / step_seconds) as u64).max(1);
+    begun.extend(found.into_iter().flatten());
+    begun.sort_unstable_by_key(|start| start.row);
+}
+
+/// Those of one route. In each step, one in `period` considers.
+fn starts_on(
+    route: &Route,
+    traffic: &Traffic,
+    routes: &Routes,
+    types: &VehicleTypes,
+    (turn, period): (u32, u32),
+    begun: &mut Vec<Start>,
+) {
     let mut taken: Vec<(u32, Entry)> = Vec::new();
-    for (_, route) in routes.iter().filter(|(_, route)| route.lanes() > 1) {
-        for lane in 0..route.lanes() {
-            let entries = traffic.lane(routes.lane(route, lane));
-            for (index, entry) in entries.iter().enumerate() {
-                let is_turn = (step + u64::from(entry.number)).is_multiple_of(period);
-                let row = &traffic.rows[entry.row as usize];
-                if !is_turn
-                    || entry.role != Role::Main
-                    || row.on.change.is_some()
-                    || entry.speed < SLOWEST
-                    || entry.back < NEAR_ENDS.min(0.3 * route.length)
-                    || route.length - entry.front < NEAR_ENDS
-                {
-                    continue;
-                }
-                let consider = |other: u8| {
-                    let toward_edge = other < lane;
-                    let target = routes.lane(route, other);
-                    let is_taken = |t: &&(u32, Entry)| t.0 == target && overlaps(&t.1, entry);
-                    let gain = gain(traffic.lane(target), entries, index, types)?;
-                    let wanted = THRESHOLD + if toward_edge { -EDGE_BIAS } else { EDGE_BIAS };
-                    (gain > wanted && taken.iter().find(is_taken).is_none()).then_some((other, gain - wanted))
-                };
-                let up = (lane + 1 < route.lanes()).then(|| consider(lane + 1)).flatten();
-                let down = lane.checked_sub(1).and_then(consider);
-                let best = match (up, down) {
-                    (Some(up), Some(down)) => Some(if up.1 > down.1 { up } else { down }),
-                    (up, down) => up.or(down),
-                };
-                if let Some((other, _)) = best {
-                    taken.push((routes.lane(route, other), *entry));
-                    begun.push(Start { row: entry.row, lane: other });
-                }
+    for lane in 0..route.lanes() {
+        let entries = traffic.lane(routes.lane(route, lane));
+        for (index, entry) in entries.iter().enumerate() {
+            if entry.role != Role::Main
+                || !(entry.number % period + turn).is_multiple_of(period)
+                || entry.speed < SLOWEST
+                || entry.back < NEAR_ENDS.min(0.3 * route.length)
+                || route.length - entry.front < NEAR_ENDS
+                || traffic.rows[entry.row as usize].on.change.is_some()
+            {
+                continue;
+            }
+            let consider = |other: u8| {
+                let toward_edge = other < lane;
+                let target = routes.lane(route, other);
+                let is_taken = |t: &&(u32, Entry)| t.0 == target && overlaps(&t.1, entry);
+                let gain = gain(traffic.lane(target), entries, index, types)?;
+                let wanted = THRESHOLD + if toward_edge { -EDGE_BIAS } else { EDGE_BIAS };
+                (gain > wanted && taken.iter().find(is_taken).is_none()).then_some((other, gain - wanted))
+            };
+            let up = (lane + 1 < route.lanes()).then(|| consider(lane + 1)).flatten();
+            let down = lane.checked_sub(1).and_then(consider);
+            let best = match (up, down) {
+                (Some(up), Some(down)) => Some(if up.1 > down.1 { up } else { down }),
+                (up, down) => up.or(down),
+            };
+            if let Some((other, _)) = best {
+                taken.push((routes.lane(route, other), *entry));
+                begun.push(Start { row: entry.row, lane: other });
             }
         }
     }
-    begun.sort_unstable_by_key(|start| start.row);
 }
 
 /// Whether two would be in one gap: nearer than what the faster drives in 2 s.

@@ -11,7 +11,7 @@
 //! driving       the step: everybody is moved by what was noted before anybody moved
 //! routes        Routes: centre lines, lanes, limits, stops, what follows; route_line: their samples
 //! signals       what traffic lights show
-//! traffic       who is ahead of whom, by lane
+//! traffic       who is ahead of whom; lanes: by lane, in order
 //! following     how fast: the Intelligent Driver Model
 //! lane_changes  MOBIL
 //! steering      where to: pure pursuit, bicycle model, trailer; hand: by Controls instead
@@ -28,6 +28,7 @@ pub mod ground;
 mod hand;
 pub mod lamps;
 pub mod lane_changes;
+mod lanes;
 pub mod parts;
 pub mod route_line;
 pub mod routes;
@@ -41,14 +42,14 @@ use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
 use bevy_transform::components::Transform;
-use lamps::Switches;
+use lamps::{Lamps, Switches};
 use routes::{RouteId, Routes};
 use serde::{Deserialize, Serialize};
 pub use types::{VehicleType, VehicleTypeId, VehicleTypes};
 
 /// Makes an entity a vehicle of a type; its parts become entities below it as it is spawned.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug)]
-#[require(Transform, VehicleNumber, Motion, Controls, Switches, Interpolated)]
+#[require(Transform, VehicleNumber, Motion, Controls, Switches, Lamps, Interpolated)]
 #[component(on_add = become_vehicle, immutable)]
 pub struct Vehicle {
     /// What it is.

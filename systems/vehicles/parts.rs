@@ -92,7 +92,6 @@ pub(super) fn spawn(world: &mut World, entity: Entity) {
         world.resource_scope(|world, mut types: Mut<VehicleTypes>| types.build_stand_in(&mut world.resource_mut()));
     }
     let switches = first_switches(world, entity);
-    world.entity_mut(entity).insert(switches);
     world.resource_scope(|world, types: Mut<VehicleTypes>| {
         let mut spawned: Vec<Entity> = Vec::new();
         for part in &types.get(vehicle.kind).parts {
@@ -100,6 +99,8 @@ pub(super) fn spawn(world: &mut World, entity: Entity) {
             spawned.push(part.spawn(world, vehicle, entity, parent, switches));
         }
     });
+    // The lamps came as these have them.
+    world.entity_mut(entity).insert(switches);
 }
 
 /// Lamps are on from the first frame.

@@ -229,6 +229,8 @@ pub struct Routes {
     /// What vehicles choose at forks depends on it.
     pub seed: u64,
     lanes: u32,
+    /// Those of several lanes.
+    wide: Vec<RouteId>,
     cells: route_line::Cells,
 }
 
@@ -261,7 +263,9 @@ impl Routes {
             });
             lanes += u32::from(routes[routes.len() - 1].lanes);
         }
-        let mut all = Self { routes, left_hand, seed, lanes, cells: route_line::Cells::default() };
+        let ids = (0..).map(RouteId).zip(&routes);
+        let wide = ids.filter(|(_, route)| route.lanes > 1).map(|(id, _)| id).collect();
+        let mut all = Self { routes, left_hand, seed, lanes, wide, cells: route_line::Cells::default() };
         all.note_forks();
         all.look_ahead();
         all.cells = route_line::Cells::new(&all.routes);
@@ -323,6 +327,11 @@ impl Routes {
         let place = route.place(on.at);
         let yaw = place.tangent.x.atan2(place.tangent.y);
         Transform::from_translation(place.beside(self.offset(route, on.lane))).with_rotation(Quat::from_rotation_y(yaw))
+    }
+
+    /// Routes of several lanes.
+    pub(super) fn wide(&self) -> &[RouteId] {
+        &self.wide
     }
 
     pub(super) fn cells(&self) -> &route_line::Cells {

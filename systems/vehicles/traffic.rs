@@ -1,8 +1,7 @@
 //! Who is ahead of whom.
 //!
-//! In every step all vehicles are noted as `Row`s in the order of their tables, and lanes are filled with `Entry`s,
-//! sorted by where their fronts are. A vehicle has an entry wherever others have to mind it, and where it has to mind
-//! others:
+//! In every step all vehicles are noted as `Row`s in the order of their tables, and lanes are filled with entries
+//! ([`super::lanes`]). A vehicle has an entry wherever others have to mind it, and where it has to mind others:
 //!
 //! - in its lane, and while it changes, in the lane that it leaves;
 //! - behind its rear, in the lanes that it came from, as long as it is not wholly out of them;
@@ -11,16 +10,15 @@
 //!   Who will stand before a stop on the way has no entries beyond it;
 //! - of a vehicle that no route drives, in all lanes that it stands in.
 //!
-//! Every entry minds the next one in its lane. Lanes are refilled in the order of the last step, so that they are nearly
-//! sorted: insertion sort does the rest.
+//! Every entry minds the next one in its lane.
 
 use super::following::{self, ROUTES_AHEAD, Way};
+use super::lanes::{Entry, Found, Lanes, Role, Stretches};
 use super::routes::{RouteId, Routes};
 use super::signals::Signals;
 use super::{OnRoute, VehicleType, VehicleTypeId, VehicleTypes};
 use crate::changes::in_parallel;
 use bevy_ecs::prelude::*;
-use bevy_tasks::ComputeTaskPool;
 use glam::{Vec2, Vec3};
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -39,63 +37,24 @@ pub(super) struct Row {
     pub on: OnRoute,
 }
 
-/// A vehicle in a lane; metres along the route.
-#[derive(Clone, Copy, PartialEq, Debug, Default)]
-pub(super) struct Entry {
-    pub front: f32,
-    pub back: f32,
-    /// Metres that it drives per metre of the centre line: less than 1 inside of a bend.
-    pub scale: f32,
-    pub speed: f32,
-    pub row: u32,
-    pub number: u32,
-    pub kind: VehicleTypeId,
-    /// The route that it is on now.
-    pub road: RouteId,
-    pub role: Role,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub(super) enum Role {
-    /// In its lane.
-    #[default]
-    Main,
-    /// Minds who is ahead: in a lane that it leaves, or will come to.
-    Follower,
-    /// Is only minded.
-    Obstacle,
-}
-
-impl Entry {
-    fn is_before(&self, other: &Self) -> bool {
-        self.front.total_cmp(&other.front).then(self.number.cmp(&other.number)).then(self.back.total_cmp(&other.back))
-            == std::cmp::Ordering::Less
-    }
-
-    /// Metres from its front to another's back.
-    pub fn gap(&self, leader: &Self) -> f32 {
-        (leader.back - self.front) * self.scale
-    }
-}
-
 /// Vehicles by lane, and what each minds most. Follows from the rest of the world in every step; kept for its memory.
 #[derive(Resource, Default)]
 pub struct Traffic {
     pub(super) entities: Vec<Entity>,
     pub(super) rows: Vec<Row>,
-    /// Rows of routed vehicles, as their entries were sorted last.
-    order: Vec<u32>,
-    /// Sorted within each lane.
-    pub(super) entries: Vec<Entry>,
-    /// Where the entries of each lane begin, and the end.
-    pub(super) starts: Vec<u32>,
+    /// Rows that no route drives.
+    strays: Vec<u32>,
+    pub(super) lanes: Lanes,
     /// Of each row, bits of the largest interaction; positive floats are ordered as their bits.
     interactions: Vec<AtomicU32>,
-    parts: Vec<Vec<(u32, Entry)>>,
+    found: Vec<Found>,
     pub(super) changes: Vec<super::lane_changes::Start>,
     /// Vehicles that were put back because their numbers made no sense: their entities, once each.
     pub faults: Vec<Entity>,
 }
+
+/// Vehicles to enter per task, where nothing is known of their order.
+const ROWS: usize = 1024;
 
 impl Traffic {
     /// The largest interaction of a row.
@@ -103,14 +62,9 @@ impl Traffic {
         f32::from_bits(self.interactions[row].load(Ordering::Relaxed))
     }
 
-    fn press(&self, row: u32, interaction: f32) {
-        self.interactions[row as usize].fetch_max(interaction.max(0.0).to_bits(), Ordering::Relaxed);
-    }
-
     /// The entries of a lane, first the hindmost.
     pub(super) fn lane(&self, lane: u32) -> &[Entry] {
-        let range = self.starts.get(lane as usize).zip(self.starts.get(lane as usize + 1));
-        range.map_or(&[], |(&from, &to)| &self.entries[from as usize..to as usize])
+        self.lanes.get(lane)
     }
 
     /// After rows were noted: fills the lanes and works out what everyone minds. `is_new`: rows are others than last time.
@@ -118,102 +72,49 @@ impl Traffic {
         self.interactions.resize_with(self.rows.len(), AtomicU32::default);
         self.interactions.iter_mut().for_each(|interaction| *interaction.get_mut() = 0);
         if is_new {
-            self.order.clear();
-            self.order.extend(0..self.rows.len() as u32);
+            let (routed, strays) = (0..self.rows.len() as u32).partition(|&row| self.rows[row as usize].is_routed);
+            let routed: Vec<u32> = routed;
+            self.lanes.order = routed.chunks(ROWS).map(<[_]>::to_vec).collect();
+            self.strays = strays;
         }
-        let parts = self.enter(routes, signals, types);
-        self.fill(&parts, routes.lanes());
-        self.sort();
-        self.parts = parts;
-        self.order.clear();
-        self.order.extend(self.entries.iter().filter(|entry| entry.role == Role::Main).map(|entry| entry.row));
-        let strays = (0u32..).zip(&self.rows).filter(|(_, row)| !row.is_routed);
-        self.order.extend(strays.map(|(index, _)| index));
-        self.mind(types);
+        let stretches = Stretches::new(routes.lanes(), self.rows.len());
+        let count = self.enter(stretches, routes, signals, types);
+        let interactions = &self.interactions;
+        self.lanes.fill(&self.found[..count], (stretches, routes.lanes()), |entry, leader| {
+            press(interactions, entry.row, minding(entry, leader, types));
+        });
     }
 
-    /// All entries with their lanes, in parts.
-    fn enter(&mut self, routes: &Routes, signals: &Signals, types: &VehicleTypes) -> Vec<Vec<(u32, Entry)>> {
-        let mut parts = std::mem::take(&mut self.parts);
-        let chunk = self.order.len().div_ceil(2 * ComputeTaskPool::get().thread_num()).max(512);
-        parts.resize_with(self.order.len().div_ceil(chunk), Vec::new);
-        let this = &*self;
-        in_parallel(self.order.chunks(chunk).zip(&mut parts), |(order, found)| {
-            found.clear();
+    /// Lists the entries of all vehicles; returns how many of the lists count.
+    fn enter(&mut self, stretches: Stretches, routes: &Routes, signals: &Signals, types: &VehicleTypes) -> usize {
+        let Self { rows, strays, lanes, interactions, found, .. } = self;
+        let parts = lanes.order.iter().map(|part| &part[..]).chain(strays.chunks(ROWS));
+        let parts: Vec<&[u32]> = parts.filter(|part| !part.is_empty()).collect();
+        let count = parts.len();
+        if found.len() < count {
+            found.resize_with(count, Found::default);
+        }
+        in_parallel(parts.into_iter().zip(found), |(part, found)| {
+            found.reset(stretches);
             let mut near = Vec::new();
-            for &index in order {
-                let row = &this.rows[index as usize];
+            for &index in part {
+                let row = &rows[index as usize];
                 let kind = types.get(row.kind);
                 if row.is_routed {
-                    let interaction = enter_routed(index, row, kind, routes, signals, found);
-                    this.press(index, interaction);
+                    press(interactions, index, enter_routed(index, row, kind, routes, signals, found));
                 } else {
                     enter_stray(index, row, kind, routes, &mut near, found);
                 }
             }
         });
-        parts
-    }
-
-    fn fill(&mut self, parts: &[Vec<(u32, Entry)>], lanes: u32) {
-        self.starts.clear();
-        self.starts.resize(lanes as usize + 1, 0);
-        let all = || parts.iter().flatten();
-        all().for_each(|(lane, _)| self.starts[*lane as usize] += 1);
-        let mut sum = 0;
-        for start in &mut self.starts {
-            sum += *start;
-            *start = sum;
-        }
-        self.entries.clear();
-        self.entries.resize(sum as usize, Entry::default());
-        // From behind, which leaves `starts` where they should be.
-        for (lane, entry) in parts.iter().rev().flat_map(|part| part.iter().rev()) {
-            let start = &mut self.starts[*lane as usize];
-            *start -= 1;
-            self.entries[*start as usize] = *entry;
-        }
-    }
-
-    fn sort(&mut self) {
-        let mut rest = &mut self.entries[..];
-        let starts = &self.starts;
-        let mut parts = Vec::new();
-        for lanes in in_parts(starts.len() - 1) {
-            let count = (starts[lanes.end] - starts[lanes.start]) as usize;
-            let (entries, others) = rest.split_at_mut(count);
-            rest = others;
-            parts.push((lanes, entries));
-        }
-        in_parallel(parts.into_iter(), |(lanes, entries)| {
-            let before = starts[lanes.start];
-            for bounds in starts[lanes.start..=lanes.end].windows(2) {
-                sort_lane(&mut entries[(bounds[0] - before) as usize..(bounds[1] - before) as usize]);
-            }
-        });
-    }
-
-    /// Lets every entry mind the next.
-    fn mind(&mut self, types: &VehicleTypes) {
-        let this = &*self;
-        in_parallel(in_parts(self.starts.len() - 1), |lanes| {
-            for entries in lanes.map(|lane| this.lane(lane as u32)) {
-                for (index, entry) in entries.iter().enumerate() {
-                    if entry.role != Role::Obstacle
-                        && let Some(leader) = entries[index + 1..].iter().find(|other| other.row != entry.row)
-                    {
-                        this.press(entry.row, minding(entry, leader, types));
-                    }
-                }
-            }
-        });
+        count
     }
 }
 
-/// Numbers up to a count in parts for tasks.
-fn in_parts(count: usize) -> impl ExactSizeIterator<Item = std::ops::Range<usize>> {
-    let part = count.div_ceil(4 * ComputeTaskPool::get().thread_num()).max(16);
-    (0..count.div_ceil(part)).map(move |i| i * part..count.min((i + 1) * part))
+fn press(interactions: &[AtomicU32], row: u32, interaction: f32) {
+    if interaction > 0.0 {
+        interactions[row as usize].fetch_max(interaction.to_bits(), Ordering::Relaxed);
+    }
 }
 
 /// The interaction with a leader. Toward one on another road, before both come to where the roads meet, one brakes
@@ -231,7 +132,7 @@ fn enter_routed(
     kind: &VehicleType,
     routes: &Routes,
     signals: &Signals,
-    found: &mut Vec<(u32, Entry)>,
+    found: &mut Found,
 ) -> f32 {
     let (on, driver) = (&row.on, &kind.driver);
     let Some(mut way) = Way::new(routes, row.number, on) else { return 0.0 };
@@ -248,18 +149,18 @@ fn enter_routed(
         road: on.route,
         role,
     };
-    found.push((routes.lane(route, on.lane), entry(on.at, Role::Main, scale)));
+    found.push(routes.lane(route, on.lane), entry(on.at, Role::Main, scale));
     if let Some(change) = on.change
         && change.from_lane != on.lane
     {
-        found.push((routes.lane(route, change.from_lane), entry(on.at, Role::Follower, scale)));
+        found.push(routes.lane(route, change.from_lane), entry(on.at, Role::Follower, scale));
     }
     let mut behind = on.at - rear / scale;
     let mut before = 0.0;
     for (id, lane) in on.previous.into_iter().flatten() {
         let Some(previous) = routes.get(id).filter(|_| behind < 0.0) else { break };
         before += previous.length;
-        found.push((routes.lane(previous, lane), entry(on.at + before, Role::Obstacle, 1.0)));
+        found.push(routes.lane(previous, lane), entry(on.at + before, Role::Obstacle, 1.0));
         behind += previous.length;
     }
     let far = following::look_ahead(driver, row.speed) + front;
@@ -278,7 +179,7 @@ fn enter_routed(
             break;
         }
         way.advance();
-        found.push((routes.lane(way.route, way.lane), entry(-way.distance, Role::Follower, 1.0)));
+        found.push(routes.lane(way.route, way.lane), entry(-way.distance, Role::Follower, 1.0));
     }
     0.0
 }
@@ -293,7 +194,7 @@ fn enter_stray(
     kind: &VehicleType,
     routes: &Routes,
     near: &mut Vec<(RouteId, u32, f32)>,
-    found: &mut Vec<(u32, Entry)>,
+    found: &mut Found,
 ) {
     let (front, rear) = (kind.front(), kind.rear());
     let forward = super::steering::forward(row.yaw);
@@ -324,29 +225,8 @@ fn enter_stray(
                     road: id,
                     role: Role::Obstacle,
                 };
-                found.push((routes.lane(route, lane), entry));
+                found.push(routes.lane(route, lane), entry);
             }
-        }
-    }
-}
-
-/// Sorts a lane that is nearly sorted; one that is not takes no longer than others.
-fn sort_lane(entries: &mut [Entry]) {
-    let mut moves = 8 * entries.len();
-    for i in 1..entries.len() {
-        let mut at = i;
-        while at > 0 && entries[i].is_before(&entries[at - 1]) {
-            at -= 1;
-        }
-        if at < i {
-            entries[at..=i].rotate_right(1);
-            if moves < i - at {
-                entries.sort_unstable_by(|a, b| {
-                    if a.is_before(b) { std::cmp::Ordering::Less } else { std::cmp::Ordering::Greater }
-                });
-                return;
-            }
-            moves -= i - at;
         }
     }
 }

@@ -1,0 +1,205 @@
+//! Lanes and the vehicles in them: entries sorted by where their fronts are.
+//!
+//! Tasks first list [`Entry`]s as they find them, by stretches of lanes ([`Found`]). Then each stretch is put in order by
+//! one task, which needs nothing of the others: entries go to their lanes, are sorted there, and each minds the next.
+//! Vehicles are entered in the order in which they were in their lanes in the last step, so that lanes are nearly sorted
+//! before they are: insertion sort does the rest.
+
+use super::VehicleTypeId;
+use super::routes::RouteId;
+use crate::changes::in_parallel;
+use bevy_tasks::ComputeTaskPool;
+
+/// A vehicle in a lane; metres along the route.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub(super) struct Entry {
+    pub front: f32,
+    pub back: f32,
+    /// Metres that it drives per metre of the centre line: less than 1 inside of a bend.
+    pub scale: f32,
+    pub speed: f32,
+    pub row: u32,
+    pub number: u32,
+    pub kind: VehicleTypeId,
+    /// The route that it is on now.
+    pub road: RouteId,
+    pub role: Role,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub(super) enum Role {
+    /// In its lane.
+    #[default]
+    Main,
+    /// Minds who is ahead: in a lane that it leaves, or will come to.
+    Follower,
+    /// Is only minded.
+    Obstacle,
+}
+
+impl Entry {
+    fn is_before(&self, other: &Self) -> bool {
+        self.front.total_cmp(&other.front).then(self.number.cmp(&other.number)).then(self.back.total_cmp(&other.back))
+            == std::cmp::Ordering::Less
+    }
+
+    /// Metres from its front to another's back.
+    pub fn gap(&self, leader: &Self) -> f32 {
+        (leader.back - self.front) * self.scale
+    }
+}
+
+/// Vehicles that are worth a task.
+const LEAST: usize = 512;
+
+/// How lanes are shared out over tasks: 2^`bits` in each stretch.
+#[derive(Clone, Copy, Default, Debug)]
+pub(super) struct Stretches {
+    bits: u32,
+    count: usize,
+}
+
+impl Stretches {
+    pub fn new(lanes: u32, vehicles: usize) -> Self {
+        let tasks = (vehicles / LEAST).clamp(1, 8 * ComputeTaskPool::get().thread_num());
+        let bits = lanes.max(1).div_ceil(tasks as u32).next_power_of_two().trailing_zeros();
+        Self { bits, count: (lanes as usize).div_ceil(1 << bits) }
+    }
+}
+
+/// What one task found: entries and their lanes, by stretch.
+#[derive(Default)]
+pub(super) struct Found {
+    bits: u32,
+    stretches: Vec<Vec<(u32, Entry)>>,
+}
+
+impl Found {
+    /// Empties it.
+    pub fn reset(&mut self, stretches: Stretches) {
+        self.bits = stretches.bits;
+        self.stretches.resize_with(stretches.count, Vec::new);
+        self.stretches.iter_mut().for_each(Vec::clear);
+    }
+
+    pub fn push(&mut self, lane: u32, entry: Entry) {
+        self.stretches[(lane >> self.bits) as usize].push((lane, entry));
+    }
+}
+
+/// The entries of all lanes.
+#[derive(Default)]
+pub(super) struct Lanes {
+    /// Sorted within each lane.
+    entries: Vec<Entry>,
+    /// Where the entries of each lane begin, and the end.
+    starts: Vec<u32>,
+    /// Of each stretch, the rows of vehicles in their lanes, in order.
+    pub order: Vec<Vec<u32>>,
+}
+
+impl Lanes {
+    /// The entries of a lane, first the hindmost.
+    pub fn get(&self, lane: u32) -> &[Entry] {
+        let range = self.starts.get(lane as usize).zip(self.starts.get(lane as usize + 1));
+        range.map_or(&[], |(&from, &to)| &self.entries[from as usize..to as usize])
+    }
+
+    /// Puts what was found into its lanes; calls `mind` with each entry that minds others, and the one ahead of it.
+    pub fn fill(
+        &mut self,
+        found: &[Found],
+        (stretches, lanes): (Stretches, u32),
+        mind: impl Fn(&Entry, &Entry) + Sync,
+    ) {
+        let of = |stretch: usize| found.iter().map(move |found| &found.stretches[stretch][..]);
+        let count = |stretch: usize| of(stretch).map(<[_]>::len).sum::<usize>();
+        self.entries.resize((0..stretches.count).map(count).sum(), Entry::default());
+        self.starts.resize(lanes as usize + 1, 0);
+        self.starts[lanes as usize] = self.entries.len() as u32;
+        self.order.resize_with(stretches.count, Vec::new);
+        let (mut base, mut rest) = (0, &mut self.entries[..]);
+        let starts = self.starts[..lanes as usize].chunks_mut(1 << stretches.bits);
+        let parts = starts.zip(&mut self.order).enumerate().map(|(stretch, (starts, order))| {
+            let entries = rest.split_off_mut(..count(stretch)).unwrap_or_default();
+            let first = base;
+            base += entries.len() as u32;
+            (stretch, Stretch { first_lane: (stretch as u32) << stretches.bits, base: first, starts, entries, order })
+        });
+        in_parallel(parts.collect::<Vec<_>>().into_iter(), |(stretch, mut part)| {
+            part.fill(of(stretch));
+            part.put_in_order(&mind);
+        });
+    }
+}
+
+/// Some lanes in a row, and room for their entries.
+struct Stretch<'a> {
+    first_lane: u32,
+    /// Entries in the stretches before.
+    base: u32,
+    /// Of each lane, where its entries begin among those of all stretches.
+    starts: &'a mut [u32],
+    entries: &'a mut [Entry],
+    order: &'a mut Vec<u32>,
+}
+
+impl Stretch<'_> {
+    fn fill<'b>(&mut self, found: impl DoubleEndedIterator<Item = &'b [(u32, Entry)]> + Clone) {
+        self.starts.fill(0);
+        found.clone().flatten().for_each(|(lane, _)| self.starts[(lane - self.first_lane) as usize] += 1);
+        let mut sum = self.base;
+        for start in &mut *self.starts {
+            sum += *start;
+            *start = sum;
+        }
+        // From behind, which leaves `starts` where they should be.
+        for (lane, entry) in found.rev().flat_map(|part| part.iter().rev()) {
+            let start = &mut self.starts[(lane - self.first_lane) as usize];
+            *start -= 1;
+            self.entries[(*start - self.base) as usize] = *entry;
+        }
+    }
+
+    fn put_in_order(&mut self, mind: &impl Fn(&Entry, &Entry)) {
+        self.order.clear();
+        let ends = self.starts.iter().skip(1).map(|start| (start - self.base) as usize).chain([self.entries.len()]);
+        let mut from = 0;
+        for to in ends {
+            let entries = &mut self.entries[from..to];
+            sort_lane(entries);
+            for (index, entry) in entries.iter().enumerate() {
+                if entry.role != Role::Obstacle
+                    && let Some(leader) = entries[index + 1..].iter().find(|other| other.row != entry.row)
+                {
+                    mind(entry, leader);
+                }
+                if entry.role == Role::Main {
+                    self.order.push(entry.row);
+                }
+            }
+            from = to;
+        }
+    }
+}
+
+/// Sorts a lane that is nearly sorted; one that is not takes no longer than others.
+fn sort_lane(entries: &mut [Entry]) {
+    let mut moves = 8 * entries.len();
+    for i in 1..entries.len() {
+        let mut at = i;
+        while at > 0 && entries[i].is_before(&entries[at - 1]) {
+            at -= 1;
+        }
+        if at < i {
+            entries[at..=i].rotate_right(1);
+            if moves < i - at {
+                entries.sort_unstable_by(|a, b| {
+                    if a.is_before(b) { std::cmp::Ordering::Less } else { std::cmp::Ordering::Greater }
+                });
+                return;
+            }
+            moves -= i - at;
+        }
+    }
+}
