@@ -407,9 +407,9 @@ impl Surroundings<'_> {
         let off = body.transform.translation - place.position;
         let (along, across) = (Vec2::new(off.x, off.z).dot(place.tangent), off_line(place, body.transform.translation));
         let front = |on: &OnRoute| on.at + body.kind.front();
-        let passed = route.stop_after(front(on));
+        let before = front(on);
         on.at += along / (1.0 - place.curvature * across).clamp(0.2, 5.0);
-        if route.stop_after(front(on)) != passed && on.waited != 0.0 {
+        if on.waited != 0.0 && route.stop_after(front(on)) != route.stop_after(before) {
             on.waited = 0.0;
         }
         if on.at < route.length {
