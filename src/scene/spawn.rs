@@ -15,7 +15,7 @@ use systems::bounds::Aabb;
 use systems::components::{Camera, Figure, Light, LightKind, Projection, Spin};
 use systems::hidden::Hidden;
 use systems::library::{Library, MaterialId, MeshId};
-use systems::physics::{Obstacle, Physical};
+use systems::physics::Obstacle;
 use systems::pieces::{self, PiecesReport};
 use systems::vehicles::ground::Ground;
 use systems::vehicles::routes::{RouteId, Routes};
@@ -309,8 +309,8 @@ impl Spawner<'_> {
         if source.is_some_and(|source| source.by_hand) {
             entity.insert(ByHand);
         }
-        if let Some(physical) = source.and_then(|source| source.physical.as_ref()) {
-            entity.insert(Physical::from(physical));
+        if let Some(physical) = source.and_then(|source| source.physical) {
+            entity.insert(physical);
         }
         self.found.has_lights = true;
     }

@@ -44,22 +44,76 @@ pub(super) struct Colliders {
     sum: Option<u64>,
     /// Metres: what is below is thrown out of the world.
     pub lowest: f32,
+    /// Of the last look: how many grounds and obstacles there were, and all entities that their places and meshes come
+    /// from.
+    #[serde(skip)]
+    watched: Option<(usize, Vec<Source>)>,
 }
+
+/// An entity, and which of the components it had that colliders come from.
+type Source = (Entity, [bool; 5]);
 
 type Statics<'w, 's> =
     Query<'w, 's, (Entity, Has<Ground>, Option<&'static Obstacle>), Or<(With<Ground>, With<Obstacle>)>>;
 type Meshes<'w, 's> = Query<'w, 's, (Option<&'static MeshId>, Option<&'static WholeMesh>), Without<PieceOf>>;
 
+type News<'w, 's> = Query<'w, 's, (), Or<(Added<Ground>, Changed<Obstacle>)>>;
+type Watched<'w, 's> = Query<
+    'w,
+    's,
+    (
+        Option<Ref<'static, Transform>>,
+        Option<Ref<'static, ChildOf>>,
+        Option<Ref<'static, Children>>,
+        Option<Ref<'static, MeshId>>,
+        Option<Ref<'static, WholeMesh>>,
+    ),
+>;
+
+/// Whether nothing that colliders come from has changed since they were last looked at.
+fn is_as_before(watched: Option<&(usize, Vec<Source>)>, count: usize, news: &News, entities: &Watched) -> bool {
+    let is_same = |(entity, had): &Source| look(entities, *entity).is_some_and(|(has, new)| has == *had && !new);
+    watched.is_some_and(|(before, list)| *before == count && news.is_empty() && list.iter().all(is_same))
+}
+
+/// Which of the components an entity has, and whether one of them changed.
+fn look(entities: &Watched, entity: Entity) -> Option<([bool; 5], bool)> {
+    let (place, parent, children, mesh, whole) = entities.get(entity).ok()?;
+    let has = [place.is_some(), parent.is_some(), children.is_some(), mesh.is_some(), whole.is_some()];
+    let is_new = place.is_some_and(|c| c.is_changed())
+        || parent.is_some_and(|c| c.is_changed())
+        || children.is_some_and(|c| c.is_changed())
+        || mesh.is_some_and(|c| c.is_changed())
+        || whole.is_some_and(|c| c.is_changed());
+    Some((has, is_new))
+}
+
 /// Brings the colliders of ground and obstacles up to date with the world.
+#[allow(clippy::too_many_arguments)]
 pub fn update_ground(
     mut physics: ResMut<Physics>,
     library: Res<Library>,
     statics: Statics,
+    news: News,
+    entities: Watched,
     children: Query<&Children>,
     meshes: Meshes,
     places: Query<(&Transform, Option<&ChildOf>)>,
 ) {
     let (children, meshes, places) = (&children, &meshes, &places);
+    let count = statics.iter().count();
+    if is_as_before(physics.colliders.watched.as_ref(), count, &news, &entities) {
+        return;
+    }
+    let mut list: Vec<Entity> = Vec::new();
+    for (root, ..) in &statics {
+        let below = children.iter_descendants(root).filter(|&entity| meshes.contains(entity));
+        list.extend(std::iter::once(root).chain(below));
+        let above = |entity: Entity| places.get(entity).ok().and_then(|(_, parent)| parent.map(ChildOf::parent));
+        list.extend(std::iter::successors(above(root), |&entity| above(entity)));
+    }
+    let seen = |entity| look(&entities, entity).map(|(has, _)| (entity, has));
+    physics.colliders.watched = Some((count, list.into_iter().filter_map(seen).collect()));
     let keys = || {
         statics.iter().flat_map(|(root, ground, obstacle)| {
             let parts = std::iter::once(root).chain(children.iter_descendants(root));

@@ -34,6 +34,7 @@ use crate::vehicles::steering::hitch_change;
 use crate::vehicles::{
     ByHand, Controls, Motion, OnRoute, Stalled, Vehicle, VehicleNumber, VehicleType, VehicleTypes, Wanted,
 };
+use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
 use bevy_transform::components::Transform;
 use body::{Body, Wish, forward_speed, pose};
@@ -133,7 +134,7 @@ pub fn any_physical(physics: Res<Physics>, vehicles: Query<(), With<Physical>>) 
     !physics.is_empty() || !vehicles.is_empty()
 }
 
-type Placed<'a> = (Entity, &'a VehicleNumber, &'a Vehicle, &'a Physical, &'a Transform, &'a Motion);
+type Placed<'a> = (Entity, &'a VehicleNumber, &'a Vehicle, &'a Physical, &'a Transform, &'a Motion, Option<&'a Name>);
 
 /// Gives new physical vehicles a body, takes it from those that are none any more, and moves the bodies of those that
 /// somebody has put elsewhere.
@@ -148,7 +149,7 @@ pub fn place_bodies(
     let present: BTreeMap<u32, _> = vehicles.iter().map(|row| (row.1.0, row)).collect();
     let gone: Vec<u32> = physics.bodies.keys().filter(|number| !present.contains_key(number)).copied().collect();
     gone.into_iter().for_each(|number| physics.remove(number));
-    for (number, (entity, _, vehicle, physical, at, motion)) in present {
+    for (number, (entity, _, vehicle, physical, at, motion, name)) in present {
         if let Some(body) = physics.bodies.get_mut(&number) {
             let written = (at.translation, at.rotation);
             if written != body.written
@@ -160,32 +161,40 @@ pub fn place_bodies(
                 physics.inserted = true;
             }
         } else if wheels(types.get(vehicle.kind)).is_empty() {
-            let VehicleType { name, track, .. } = types.get(vehicle.kind);
-            let why = if *track > 0.0 { "it has no wheels" } else { "its wheels are in a row" };
-            physics.warnings.push(format!("vehicle {} ({name}) is not simulated physically: {why}", number + 1));
+            let kind = types.get(vehicle.kind);
+            let why = if kind.track > 0.0 { "it has no wheels" } else { "its wheels are in a row" };
+            physics.warnings.push(format!("{} is not simulated physically: {why}", told(name, number, kind)));
             commands.entity(entity).remove::<Physical>();
         } else if !physics.frozen.contains(&number) {
-            physics.add(number, types.get(vehicle.kind), physical, at, motion);
+            let kind = types.get(vehicle.kind);
+            if let Err(why) = physics.add(number, kind, physical, at, motion) {
+                physics.frozen.insert(number);
+                physics.warnings.push(format!("{} is not simulated physically: {why}", told(name, number, kind)));
+            }
         }
     }
 }
 
 impl Physics {
-    fn add(&mut self, number: u32, kind: &VehicleType, physical: &Physical, at: &Transform, motion: &Motion) {
+    /// Says why where it cannot be one.
+    fn add(
+        &mut self,
+        number: u32,
+        kind: &VehicleType,
+        physical: &Physical,
+        at: &Transform,
+        motion: &Motion,
+    ) -> Result<(), &'static str> {
         let wheels = wheels(kind);
         let speed = if motion.speed.is_finite() { motion.speed } else { 0.0 };
-        let why_not = if !at.is_finite() || !is_within(at.translation, f32::MIN) {
-            "it is nowhere"
-        } else {
-            let tuning = Tuning::of(physical, kind, wheels.len());
-            let body = Body::new(&mut self.world, kind, &wheels, tuning, at, speed);
-            self.bodies.insert(number, body);
-            self.inserted = true;
-            return;
-        };
-        self.frozen.insert(number);
-        let number = number + 1;
-        self.warnings.push(format!("vehicle {number} ({}) is not simulated physically: {why_not}", kind.name));
+        if !at.is_finite() || !is_within(at.translation, f32::MIN) {
+            return Err("it is nowhere");
+        }
+        let tuning = Tuning::of(physical, kind, wheels.len());
+        let body = Body::new(&mut self.world, kind, &wheels, tuning, at, speed);
+        self.bodies.insert(number, body);
+        self.inserted = true;
+        Ok(())
     }
 
     fn remove(&mut self, number: u32) {
@@ -193,6 +202,11 @@ impl Physics {
             self.world.remove_body(body.handle);
         }
     }
+}
+
+/// How people are told of a vehicle: by its name, or else by its number and type.
+fn told(name: Option<&Name>, number: u32, kind: &VehicleType) -> String {
+    name.map_or_else(|| format!("vehicle {} ({})", number + 1, kind.name), Name::to_string)
 }
 
 type Driven<'a> = (&'a VehicleNumber, &'a Wanted, &'a Controls, Has<ByHand>, Has<OnRoute>);
@@ -230,19 +244,19 @@ pub fn write_back(
     mut physics: ResMut<Physics>,
     clock: Res<Clock>,
     types: Res<VehicleTypes>,
-    mut vehicles: Query<(&VehicleNumber, &Vehicle, &mut Transform, &mut Motion), With<Physical>>,
+    mut vehicles: Query<(&VehicleNumber, &Vehicle, &mut Transform, &mut Motion, Option<&Name>), With<Physical>>,
 ) {
     let Physics { world, bodies, colliders, .. } = &mut *physics;
     let seconds = clock.step_seconds as f32;
     let mut lost = BTreeMap::new();
-    for (number, vehicle, mut transform, mut motion) in &mut vehicles {
+    for (number, vehicle, mut transform, mut motion, name) in &mut vehicles {
         let Some(body) = bodies.get_mut(&number.0) else { continue };
         let kind = types.get(vehicle.kind);
         let chassis = world.bodies.get(body.handle).filter(|chassis| chassis.is_enabled());
         let Some(chassis) = chassis.filter(|chassis| is_within(chassis.translation(), colliders.lowest)) else {
             motion.speed = 0.0;
             motion.acceleration = 0.0;
-            lost.insert(number.0, kind.name.clone());
+            lost.insert(number.0, told(name, number.0, kind));
             continue;
         };
         let place = chassis.position();
@@ -264,8 +278,7 @@ pub fn write_back(
     for (number, name) in lost {
         physics.remove(number);
         physics.frozen.insert(number);
-        let lost = format!("vehicle {} ({name}) was thrown out of the world and stays where it was last", number + 1);
-        physics.warnings.push(lost);
+        physics.warnings.push(format!("{name} was thrown out of the world and stays where it was last"));
     }
 }
 

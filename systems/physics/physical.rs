@@ -19,8 +19,10 @@ const DAMPING_RATIO: f32 = 0.35;
 const DRAG_PER_AREA: f32 = 0.21;
 
 /// Has a [`Vehicle`](crate::vehicles::Vehicle) simulated as a rigid body on springs and tyres. What is `None` is derived
-/// from the vehicle's type. Vehicles whose wheels are in a row would fall over, and stay kinematic.
+/// from the vehicle's type. Vehicles whose wheels are in a row would fall over, and stay kinematic. Scene files have it
+/// with these fields.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 #[component(immutable, on_add = hold_wheels, on_remove = forget_wish)]
 #[require(Wanted)]
 pub struct Physical {

@@ -4,7 +4,6 @@ use bevy_ecs::prelude::*;
 use bevy_transform::components::Transform;
 use glam::{Vec2, Vec3};
 use proptest::prelude::*;
-use proptest::test_runner::RngSeed;
 use systems::Simulation;
 use systems::vehicles::routes::{RouteId, RoutePlan, Routes, Stop, Wait};
 use systems::vehicles::signals::{Aspect, Signal, Signals};
@@ -198,10 +197,9 @@ fn collision(world: &World, entities: &[Entity]) -> Option<String> {
 }
 
 fn cases(count: u32) -> ProptestConfig {
-    // The same scenes in every run: in rare ones, found with other seeds, vehicles side by side touch in a bend of two
-    // lanes at a crossing.
-    let rng_seed = RngSeed::Fixed(1);
-    ProptestConfig { cases: count, failure_persistence: None, rng_seed, ..ProptestConfig::default() }
+    // `PROPTEST_CASES` asks for more.
+    let cases = if std::env::var_os("PROPTEST_CASES").is_some() { ProptestConfig::default().cases } else { count };
+    ProptestConfig { cases, failure_persistence: None, ..ProptestConfig::default() }
 }
 
 proptest! {
@@ -257,18 +255,42 @@ proptest! {
                 }
                 *seen = now;
             }
-            // Left turns cross each other's way: within the crossing only vehicles that follow each other count.
             if step % 10 == 0 {
-                let out: Vec<Entity> = entities.iter().copied().filter(|&entity| {
-                    let at = world.get::<Transform>(entity).expect("one").translation;
-                    at.x.abs().max(at.z.abs()) > 3.5 * (2.2 * f32::from(lanes) + 2.5)
-                }).collect();
-                let found = collision(world, &out);
+                let found = collision(world, &entities);
                 prop_assert!(found.is_none(), "step {}: {}", step, found.unwrap_or_default());
             }
         }
         let moved: f64 = entities.iter().map(|&e| simulation.world.get::<Motion>(e).expect("one").rolled).sum();
         prop_assert!(moved > 50.0 * entities.len() as f64, "they drive: {moved} m by {}", entities.len());
+    }
+
+    #[test]
+    fn nobody_touches_and_everybody_gets_through_a_crossing_without_signals(
+        seed in any::<u64>(), spacing in 30.0f32..90.0, lanes in 1u8..3, speed_limit in 8.0f32..17.0,
+    ) {
+        let mut simulation = Simulation::new();
+        let (mut plans, _) = crossing(120.0, lanes, speed_limit);
+        plans.iter_mut().for_each(|plan| plan.stops.clear());
+        simulation.world.insert_resource(Routes::new(plans, false, seed));
+        let filled: Vec<RouteId> = (0..8).map(RouteId).collect();
+        let vehicles = fill(&mut simulation.world, &filled, &Filling { seed, spacing });
+        let entities = spawn(&mut simulation.world, &vehicles);
+        let mut before = vec![0; entities.len()];
+        for step in 1..=14_400 {
+            simulation.step();
+            let world = &simulation.world;
+            if step % 10 == 0 {
+                let found = collision(world, &entities);
+                prop_assert!(found.is_none(), "step {}: {}", step, found.unwrap_or_default());
+            }
+            if step % 7200 == 0 {
+                for (before, &entity) in before.iter_mut().zip(&entities) {
+                    let on = *world.get::<OnRoute>(entity).expect("one");
+                    prop_assert!(on.choices > *before + 1, "step {step}: {on:?} got no farther");
+                    *before = on.choices;
+                }
+            }
+        }
     }
 }
 
@@ -323,22 +345,6 @@ fn neither_the_order_of_tables_nor_how_vehicles_are_spread_over_them_matters() {
     assert!(first[0] != first[1]);
     assert!(first == run(&|i| (i * 7919) % 10_007, false), "another order of spawning");
     assert!(first == run(&|i| 100_000 - i, true), "the order of tables changed on the way");
-}
-
-#[test]
-fn signals_go_through_their_phases() {
-    let signal = Signal { name: "s".into(), green: vec![10.0, 5.0], amber: 3.0, red: 2.0, offset: 1.0 };
-    assert_eq!(signal.cycle(), 25.0);
-    // `offset` seconds on.
-    let shows = |seconds: f64| [signal.aspect(0, seconds - 1.0), signal.aspect(1, seconds - 1.0)];
-    assert_eq!(shows(0.0), [(Aspect::Green, 10.0), (Aspect::Red, 15.0)]);
-    assert_eq!(shows(11.0), [(Aspect::Amber, 2.0), (Aspect::Red, 4.0)]);
-    assert_eq!(shows(14.0), [(Aspect::Red, 11.0), (Aspect::Red, 1.0)]);
-    assert_eq!(shows(16.0), [(Aspect::Red, 9.0), (Aspect::Green, 4.0)]);
-    assert_eq!(shows(21.5), [(Aspect::Red, 3.5), (Aspect::Amber, 1.5)]);
-    assert_eq!(shows(25.0 * 1e6)[0].0, Aspect::Green);
-    let never = Signal { green: vec![], ..signal };
-    assert_eq!(never.aspect(0, 5.0).0, Aspect::Red);
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Lanes and the vehicles in them: entries sorted by where their fronts are.
 //!
 //! Tasks first list [`Entry`]s as they find them, by stretches of lanes ([`Found`]). Then each stretch is put in order by
-//! one task, which needs nothing of the others: entries go to their lanes, are sorted there, and each minds the next.
+//! one task, which needs nothing of the others: entries go to their lanes, are sorted there, and mind those ahead.
 //! Vehicles are entered in the order in which they were in their lanes in the last step, so that lanes are nearly sorted
 //! before they are: insertion sort does the rest.
 
@@ -24,6 +24,8 @@ pub(super) struct Entry {
     /// The route that it is on now.
     pub road: RouteId,
     pub role: Role,
+    /// It has to come through a crossing yet that others come through to the same lane: who goes first is decided there.
+    pub is_guarded: bool,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -105,12 +107,12 @@ impl Lanes {
         range.map_or(&[], |(&from, &to)| &self.entries[from as usize..to as usize])
     }
 
-    /// Puts what was found into its lanes; calls `mind` with each entry that minds others, and the one ahead of it.
+    /// Puts what was found into its lanes; calls `mind` with each entry that minds others, and those ahead of it.
     pub fn fill(
         &mut self,
         found: &[Found],
         (stretches, lanes): (Stretches, u32),
-        mind: impl Fn(&Entry, &Entry) + Sync,
+        mind: impl Fn(&Entry, &[Entry]) + Sync,
     ) {
         let of = |stretch: usize| found.iter().map(move |found| &found.stretches[stretch][..]);
         let count = |stretch: usize| of(stretch).map(<[_]>::len).sum::<usize>();
@@ -161,7 +163,7 @@ impl Stretch<'_> {
         }
     }
 
-    fn put_in_order(&mut self, mind: &impl Fn(&Entry, &Entry)) {
+    fn put_in_order(&mut self, mind: &impl Fn(&Entry, &[Entry])) {
         self.order.clear();
         let ends = self.starts.iter().skip(1).map(|start| (start - self.base) as usize).chain([self.entries.len()]);
         let mut from = 0;
@@ -169,10 +171,8 @@ impl Stretch<'_> {
             let entries = &mut self.entries[from..to];
             sort_lane(entries);
             for (index, entry) in entries.iter().enumerate() {
-                if entry.role != Role::Obstacle
-                    && let Some(leader) = entries[index + 1..].iter().find(|other| other.row != entry.row)
-                {
-                    mind(entry, leader);
+                if entry.role != Role::Obstacle {
+                    mind(entry, &entries[index + 1..]);
                 }
                 if entry.role == Role::Main {
                     self.order.push(entry.row);
@@ -200,6 +200,70 @@ fn sort_lane(entries: &mut [Entry]) {
                 return;
             }
             moves -= i - at;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use std::sync::Mutex;
+
+    /// A lane, metres, a vehicle and its role.
+    type Plain = (u32, i8, u8, u8);
+
+    fn entry(&(_, front, number, role): &Plain) -> Entry {
+        let (front, number) = (f32::from(front), u32::from(number));
+        let role = [Role::Main, Role::Follower, Role::Obstacle][usize::from(role)];
+        Entry { front, back: front - 4.0, row: number, number, role, ..Entry::default() }
+    }
+
+    proptest! {
+        #[test]
+        fn lanes_are_as_if_each_was_sorted_by_itself(
+            lanes in 1u32..40,
+            tasks in 1usize..5,
+            all in prop::collection::vec((0u32..40, any::<i8>(), 0u8..20, 0u8..3), 0..300),
+        ) {
+            crate::set_threads(None);
+            let all: Vec<Plain> = all.into_iter().map(|(lane, front, n, role)| (lane % lanes, front, n, role)).collect();
+            let stretches = Stretches::new(lanes, 512 * tasks);
+            let mut found: Vec<Found> = (0..tasks).map(|_| Found::default()).collect();
+            let mut kept = Lanes::default();
+            // Twice: what is left of the first time must not show.
+            for all in [&all[..], &all[all.len() / 3..]] {
+                found.iter_mut().for_each(|found| found.reset(stretches));
+                all.iter().enumerate().for_each(|(i, plain)| found[i % tasks].push(plain.0, entry(plain)));
+                let minded = Mutex::new(Vec::new());
+                kept.fill(&found, (stretches, lanes), |entry, ahead| {
+                    minded.lock().expect("no panic").push((entry.row, ahead.len()));
+                });
+                let (mut expected_minded, mut main) = (Vec::new(), Vec::new());
+                for lane in 0..lanes {
+                    let of_lane = || all.iter().filter(|plain| plain.0 == lane);
+                    let mut fronts: Vec<(i8, u8)> = of_lane().map(|plain| (plain.1, plain.2)).collect();
+                    fronts.sort_unstable();
+                    let entries = kept.get(lane);
+                    let got: Vec<(i8, u8)> = entries.iter().map(|e| (e.front as i8, e.number as u8)).collect();
+                    prop_assert_eq!(got, fronts);
+                    let roles = |entries: Vec<Entry>| {
+                        let mut roles: Vec<(u32, i8, u8)> =
+                            entries.iter().map(|e| (e.number, e.front as i8, e.role as u8)).collect();
+                        roles.sort_unstable();
+                        roles
+                    };
+                    prop_assert_eq!(roles(entries.to_vec()), roles(of_lane().map(entry).collect()));
+                    let minding = entries.iter().rev().enumerate().filter(|(_, e)| e.role != Role::Obstacle);
+                    expected_minded.extend(minding.map(|(ahead, e)| (e.row, ahead)));
+                    main.extend(entries.iter().filter(|e| e.role == Role::Main).map(|e| e.row));
+                }
+                let mut minded = minded.into_inner().expect("no panic");
+                minded.sort_unstable();
+                expected_minded.sort_unstable();
+                prop_assert_eq!(minded, expected_minded);
+                prop_assert_eq!(kept.order.concat(), main, "the order that the next step begins with");
+            }
         }
     }
 }

@@ -12,6 +12,7 @@
 //! routes        Routes: centre lines, lanes, limits, stops, what follows; route_line: their samples
 //! signals       what traffic lights show
 //! traffic       who is ahead of whom; lanes: by lane, in order
+//! crossings     where lanes are in each other's way; yielding: who goes first there
 //! following     how fast: the Intelligent Driver Model
 //! lane_changes  MOBIL
 //! steering      where to: pure pursuit, bicycle model, trailer; hand: by Controls instead
@@ -22,6 +23,7 @@
 //! on the ground, under the middle of the rear axle, which is the reference point of the bicycle model. Steering angles
 //! and yaw are positive to the left.
 
+mod crossings;
 pub mod driving;
 pub mod following;
 pub mod ground;
@@ -36,6 +38,7 @@ pub mod signals;
 pub mod steering;
 pub mod traffic;
 pub mod types;
+mod yielding;
 
 use crate::interpolation::Interpolated;
 use bevy_ecs::lifecycle::HookContext;

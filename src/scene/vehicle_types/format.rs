@@ -3,6 +3,7 @@
 use crate::scene::format::{Light, Transform};
 use crate::scene::values::{Color, Named};
 use serde::Deserialize;
+use systems::physics::Physical;
 use systems::vehicles::lamps::LampKind;
 use systems::vehicles::types::{self as lib, Limits};
 
@@ -185,27 +186,6 @@ impl From<Kind> for LampKind {
 pub struct Paint {
     pub materials: Vec<String>,
     pub colors: Vec<Color>,
-}
-
-/// What differs from the numbers that are derived from the vehicle's type.
-#[derive(Deserialize, Debug, Default)]
-#[serde(default, deny_unknown_fields)]
-pub struct Physical {
-    pub mass: Option<f32>,
-    pub friction: Option<f32>,
-    pub engine_force: Option<f32>,
-    pub brake_force: Option<f32>,
-    pub drag: Option<f32>,
-    pub stiffness: Option<f32>,
-    pub damping: Option<f32>,
-    pub rest_length: Option<f32>,
-}
-
-impl From<&Physical> for systems::physics::Physical {
-    fn from(source: &Physical) -> Self {
-        let &Physical { mass, friction, engine_force, brake_force, drag, stiffness, damping, rest_length } = source;
-        Self { mass, friction, engine_force, brake_force, drag, stiffness, damping, rest_length }
-    }
 }
 
 /// A vehicle as an entity of a scene file.
