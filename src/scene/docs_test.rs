@@ -65,7 +65,8 @@ fn every_field_has_its_row() {
     let maps = include_str!("values.rs").replace("struct MapFields", "pub struct Map");
     let types = include_str!("vehicle_types/format.rs").replace("r#type", "type");
     // Its first struct is what a scene says of a physical vehicle.
-    let physical = include_str!("../../systems/physics/physical.rs").split("pub struct Tuning").next().unwrap_or_default();
+    let physical =
+        include_str!("../../systems/physics/physical.rs").split("pub struct Tuning").next().unwrap_or_default();
     let own = [include_str!("format.rs"), include_str!("surfaces.rs"), include_str!("roads.rs")];
     let sources = own.into_iter().chain([&*maps, &*types, physical]);
     let mut checked = 0;

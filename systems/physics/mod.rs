@@ -134,8 +134,7 @@ pub fn any_physical(physics: Res<Physics>, vehicles: Query<(), With<Physical>>) 
     !physics.is_empty() || !vehicles.is_empty()
 }
 
-type Placed<'a> =
-    (Entity, &'a VehicleNumber, &'a Vehicle, &'a Physical, &'a Transform, &'a Motion, Option<&'a Name>);
+type Placed<'a> = (Entity, &'a VehicleNumber, &'a Vehicle, &'a Physical, &'a Transform, &'a Motion, Option<&'a Name>);
 
 /// Gives new physical vehicles a body, takes it from those that are none any more, and moves the bodies of those that
 /// somebody has put elsewhere.

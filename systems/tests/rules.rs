@@ -82,7 +82,8 @@ fn nobody_changes_lanes_where_the_one_behind_would_have_to_brake_harder_than_is_
         let mut simulation = Simulation::new();
         simulation.world.insert_resource(Routes::new(vec![plan], false, 0));
         let mut spawn = |number: u32, lane: u8, at: f32, speed: f32| {
-            let vehicle = (Vehicle::of(VehicleTypeId::STAND_IN), VehicleNumber(number), OnRoute::new(RouteId(0), lane, at));
+            let vehicle =
+                (Vehicle::of(VehicleTypeId::STAND_IN), VehicleNumber(number), OnRoute::new(RouteId(0), lane, at));
             let entity = simulation.world.spawn(vehicle).id();
             simulation.world.get_mut::<Motion>(entity).expect("one").speed = speed;
             entity
