@@ -205,6 +205,10 @@ class Traffic:
         for k in range(30):
             r = self.walks[k % 24]
             out.append(('person', paint(rng), r, float(5 + r.length() * (0.5 * (k // 24) + 0.4 * rng.random())), 0, 4))
+        # where there is room left
+        for k, kind in zip(order[len(light):], ['car', 'car', 'van', 'car', 'car', 'motorcycle', 'car'] * 2):
+            r, lane, at = free[k]
+            out.append((kind, paint(rng), r, float(at), lane, int(rng.integers(12, 28))))
         return out
 
     def parked(self):

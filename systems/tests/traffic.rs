@@ -266,27 +266,28 @@ proptest! {
 
     #[test]
     fn nobody_touches_and_everybody_gets_through_a_crossing_without_signals(
-        seed in any::<u64>(), spacing in 30.0f32..90.0, lanes in 1u8..3, speed_limit in 8.0f32..17.0,
+        seed in any::<u64>(), spacing in 20.0f32..100.0, lanes in 1u8..3, speed_limit in 8.0f32..17.0,
     ) {
         let mut simulation = Simulation::new();
         let (mut plans, _) = crossing(120.0, lanes, speed_limit);
         plans.iter_mut().for_each(|plan| plan.stops.clear());
         simulation.world.insert_resource(Routes::new(plans, false, seed));
-        let filled: Vec<RouteId> = (0..8).map(RouteId).collect();
+        let filled: Vec<RouteId> = (0..4).map(RouteId).collect();
         let vehicles = fill(&mut simulation.world, &filled, &Filling { seed, spacing });
         let entities = spawn(&mut simulation.world, &vehicles);
         let mut before = vec![0; entities.len()];
-        for step in 1..=14_400 {
+        for step in 1..=21_600 {
             simulation.step();
             let world = &simulation.world;
             if step % 10 == 0 {
                 let found = collision(world, &entities);
                 prop_assert!(found.is_none(), "step {}: {}", step, found.unwrap_or_default());
             }
-            if step % 7200 == 0 {
+            if step % 10_800 == 0 {
+                // Three minutes: where all want to go first, every lane's first goes in its turn.
                 for (before, &entity) in before.iter_mut().zip(&entities) {
                     let on = *world.get::<OnRoute>(entity).expect("one");
-                    prop_assert!(on.choices > *before + 1, "step {step}: {on:?} got no farther");
+                    prop_assert!(on.choices > *before, "step {step}: {on:?} got no farther");
                     *before = on.choices;
                 }
             }

@@ -192,6 +192,47 @@ fn lamps_follow_controls_and_motion() {
 }
 
 #[test]
+fn lamps_that_come_later_are_switched_too_and_those_that_are_gone_are_missed_by_nobody() {
+    let mut f = fixture();
+    let vehicle = f.spawn(0);
+    let glass = Some((f.dark, f.lit));
+    let light = Light { enabled: false, ..Light::point(3.0, 10.0) };
+    for kind in KINDS {
+        let lamp = Lamp { vehicle, kind, intensity: 3.0, glass };
+        f.simulation.world.spawn((lamp, light.clone(), f.dark, ChildOf(vehicle)));
+    }
+    let on = |f: &mut Fixture| -> Vec<(f32, bool)> {
+        let world = &mut f.simulation.world;
+        let mut lamps = world.query::<(&Lamp, &Light, &MaterialId)>();
+        let mut own: Vec<_> = lamps.iter(world).filter(|(lamp, ..)| lamp.intensity == 3.0).collect();
+        own.sort_by_key(|(lamp, ..)| KINDS.iter().position(|kind| *kind == lamp.kind));
+        own.iter()
+            .map(|(_, light, glass)| (if light.enabled { light.intensity } else { 0.0 }, **glass == f.lit))
+            .collect()
+    };
+    parts_follow(&mut f.simulation);
+    let (dark, lit) = ((0.0, false), (3.0, true));
+    assert_eq!(
+        on(&mut f),
+        [lit, lit, dark, dark, dark, lit],
+        "as the vehicle's switches are, though none of them changed"
+    );
+    let mut lamps = f.simulation.world.query::<(Entity, &Lamp)>();
+    let all: Vec<(Entity, Lamp)> = lamps.iter(&f.simulation.world).map(|(entity, lamp)| (entity, *lamp)).collect();
+    let of =
+        |own: bool| all.iter().filter(move |(_, lamp)| lamp.kind == LampKind::Head && (lamp.intensity == 3.0) == own);
+    of(false).for_each(|(entity, _)| _ = f.simulation.world.despawn(*entity));
+    f.set::<Controls>(vehicle, |c| c.headlights = Headlights::High);
+    parts_follow(&mut f.simulation);
+    assert_eq!(on(&mut f)[0], (7.5, true));
+    of(true).for_each(|(entity, _)| _ = f.simulation.world.entity_mut(*entity).remove::<Lamp>());
+    f.set::<Controls>(vehicle, |c| c.headlights = Headlights::Off);
+    parts_follow(&mut f.simulation);
+    let still = of(true).map(|(entity, _)| f.simulation.world.get::<Light>(*entity).expect("its own light"));
+    assert!(still.into_iter().all(|light| light.enabled), "no lamp of a vehicle any more");
+}
+
+#[test]
 fn indicators_blink_ninety_times_a_minute_on_their_side() {
     let mut f = fixture();
     let vehicle = f.spawn(0);

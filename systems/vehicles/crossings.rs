@@ -8,6 +8,7 @@
 use super::route_line::{HEADROOM, crossing};
 use super::routes::{Route, RouteId, Routes};
 use glam::Vec3;
+use std::collections::BTreeMap;
 
 /// Metres between two conflicts in which one may stand.
 const STANDING_ROOM: f32 = 15.0;
@@ -142,18 +143,27 @@ impl Crossings {
                 Conflict { from: other_from, to: other_to, other: lane_a, other_from: from, other_to: to, other_block };
             found.push((b, back));
         };
-        let mut is_crossed = vec![false; routes.iter().count()];
-        let mut last = (usize::MAX, usize::MAX, f32::MIN);
-        for meeting in meetings(&lines) {
+        let cells = cells(&lines);
+        let crossed = distinct(&lines, meetings(&lines, &cells, cross, |_| true));
+        // Where ways across a crossing come near each other, as left turns do from opposite sides.
+        let mut spots: Vec<Vec<f32>> = vec![Vec::new(); routes.iter().count()];
+        for (a, b, at_a, at_b) in &crossed {
+            spots[usize::from(lines[*a].id.0)].push(*at_a);
+            spots[usize::from(lines[*b].id.0)].push(*at_b);
+        }
+        let is_crossed: Vec<bool> = spots.iter().map(|spots| !spots.is_empty()).collect();
+        let mut touching = meetings(&lines, &cells, touch, |line| is_crossed[usize::from(line.id.0)]);
+        let is_there =
+            |line: usize, at: f32| spots[usize::from(lines[line].id.0)].iter().any(|spot| (spot - at).abs() < REACH.0);
+        touching.retain(|&(a, b, at_a, at_b)| is_there(a, at_a) && is_there(b, at_b));
+        let mut known: BTreeMap<(usize, usize), Vec<(f32, f32)>> = BTreeMap::new();
+        for meeting in crossed.into_iter().chain(distinct(&lines, touching)) {
             let (a, b, at_a, at_b) = meeting;
-            if (a, b) == (last.0, last.1) && at_a <= last.2 {
-                continue;
-            }
             let stretch = lines[a].stretch(at_a, &lines[b], at_b);
-            last = (a, b, stretch.1);
-            if !is_joint(&lines[a], stretch, &lines[b], lines[b].stretch(at_b, &lines[a], at_a)) {
+            let known = known.entry((a, b)).or_default();
+            if !known.iter().any(|(from, to)| (*from..=*to).contains(&at_a)) {
                 note(meeting, stretch);
-                [a, b].into_iter().for_each(|line| is_crossed[usize::from(lines[line].id.0)] = true);
+                known.push(stretch);
             }
         }
         let merges = merges(routes, &lines, &is_crossed);
@@ -163,7 +173,7 @@ impl Crossings {
         let mut guarded: Vec<RouteId> = merges.iter().flat_map(|m| [lines[m.0].id, lines[m.1].id]).collect();
         guarded.sort_unstable();
         guarded.dedup();
-        Self { lanes: blocks(&lines, found), guarded, parting: partings(routes, &lines) }
+        Self { lanes: blocks(routes, &lines, found), guarded, parting: partings(routes, &lines) }
     }
 }
 
@@ -178,31 +188,47 @@ fn lines(routes: &Routes) -> Vec<Line<'_>> {
     routes.iter().flat_map(of_route).filter_map(line).collect()
 }
 
-/// Where lines of different routes cross on one level, by lines and along the first.
-fn meetings(lines: &[Line]) -> Vec<Meeting> {
-    let mut cells: Vec<([i32; 2], u32, u32)> = Vec::new();
+/// Stretches between samples, by the cells that they are in or near.
+type Cells = Vec<([i32; 2], u32, u32)>;
+
+fn cells(lines: &[Line]) -> Cells {
+    let mut cells: Cells = Vec::new();
     for (index, line) in lines.iter().enumerate() {
+        let margin = Vec3::splat(NEAR * 0.5 * line.route.lane_width());
         for (segment, ends) in line.points.windows(2).enumerate() {
             let cell = |point: Vec3| [point.x, point.z].map(|v| (v / CELL.0).floor() as i32);
-            let (low, high) = (cell(ends[0].min(ends[1])), cell(ends[0].max(ends[1])));
-            if ends[0].distance(ends[1]) < CELL.1 {
+            let (low, high) = (cell(ends[0].min(ends[1]) - margin), cell(ends[0].max(ends[1]) + margin));
+            if ends[0].distance(ends[1]) + margin.x < CELL.1 {
                 let around = (low[0]..=high[0]).flat_map(|x| (low[1]..=high[1]).map(move |z| [x, z]));
                 cells.extend(around.map(|cell| (cell, index as u32, segment as u32)));
             }
         }
     }
     cells.sort_unstable();
+    cells
+}
+
+/// Where stretches of different routes on one level meet, by lines and along the first. `meet` has the parts of both at
+/// which they do.
+fn meetings(
+    lines: &[Line],
+    cells: &Cells,
+    meet: impl Fn([Vec3; 2], [Vec3; 2], f32) -> Option<(f32, f32)>,
+    matters: impl Fn(&Line) -> bool,
+) -> Vec<Meeting> {
     let mut found: Vec<Meeting> = Vec::new();
     for cell in cells.chunk_by(|a, b| a.0 == b.0) {
-        for (i, &(_, first, i_segment)) in cell.iter().enumerate() {
+        for (i, &(_, first, i_segment)) in cell.iter().enumerate().filter(|(_, c)| matters(&lines[c.1 as usize])) {
             let a = &lines[first as usize];
             let others = &cell[i + 1..];
             for &(_, second, j_segment) in &others[others.partition_point(|o| lines[o.1 as usize].id == a.id)..] {
                 let b = &lines[second as usize];
-                let (p, q) = (&a.points[i_segment as usize..], &b.points[j_segment as usize..]);
+                let ends = |line: &Line, segment: u32| [0, 1].map(|i| line.points[segment as usize + i]);
+                let (p, q) = (ends(a, i_segment), ends(b, j_segment));
+                let reach = NEAR * 0.5 * (a.route.lane_width() + b.route.lane_width());
                 if (p[0].y - q[0].y).abs() < HEADROOM
-                    && let Some(on_a) = crossing(p[0], p[1], q[0], q[1])
-                    && let Some(on_b) = crossing(q[0], q[1], p[0], p[1])
+                    && matters(b)
+                    && let Some((on_a, on_b)) = meet(p, q, reach)
                 {
                     let at = |line: &Line, segment: u32, part: f32| (segment as f32 + part) * line.route.metres_of(1);
                     found.push((first as usize, second as usize, at(a, i_segment, on_a), at(b, j_segment, on_b)));
@@ -213,6 +239,35 @@ fn meetings(lines: &[Line]) -> Vec<Meeting> {
     found.sort_by(|a, b| (a.0, a.1).cmp(&(b.0, b.1)).then(a.2.total_cmp(&b.2)).then(a.3.total_cmp(&b.3)));
     found.dedup();
     found
+}
+
+/// The parts of two stretches at which they cross.
+fn cross(p: [Vec3; 2], q: [Vec3; 2], _: f32) -> Option<(f32, f32)> {
+    crossing(p[0], p[1], q[0], q[1]).zip(crossing(q[0], q[1], p[0], p[1]))
+}
+
+/// The parts of two stretches at which the beginning of one is near the other.
+fn touch(p: [Vec3; 2], q: [Vec3; 2], reach: f32) -> Option<(f32, f32)> {
+    let part = |point: Vec3, [from, to]: [Vec3; 2]| {
+        let along = to - from;
+        let part = ((point - from).dot(along) / along.length_squared().max(1e-12)).clamp(0.0, 1.0);
+        (from.lerp(to, part).distance_squared(point) < reach * reach).then_some(part)
+    };
+    part(p[0], q).map(|on_q| (0.0, on_q)).or_else(|| part(q[0], p).map(|on_p| (on_p, 0.0)))
+}
+
+/// Meetings that are no part of another, and not where lines lead to, or come from, one place.
+fn distinct(lines: &[Line], mut meetings: Vec<Meeting>) -> Vec<Meeting> {
+    let mut last = (usize::MAX, usize::MAX, f32::MIN);
+    meetings.retain(|&(a, b, at_a, at_b)| {
+        if (a, b) == (last.0, last.1) && at_a <= last.2 {
+            return false;
+        }
+        let stretch = lines[a].stretch(at_a, &lines[b], at_b);
+        last = (a, b, stretch.1);
+        !is_joint(&lines[a], stretch, &lines[b], lines[b].stretch(at_b, &lines[a], at_a))
+    });
+    meetings
 }
 
 /// Whether two lines meet because they lead to, or come from, one place.
@@ -261,30 +316,45 @@ fn partings(routes: &Routes, lines: &[Line]) -> Vec<(RouteId, f32)> {
     found
 }
 
-/// The conflicts of each line in blocks.
-fn blocks(lines: &[Line], mut found: Vec<(usize, Conflict)>) -> Vec<CrossedLane> {
+/// The conflicts of each line in blocks. Lanes of a route have the same blocks, and ways that begin together the same
+/// first line: who waits is not in the way of those behind who might go.
+fn blocks(routes: &Routes, lines: &[Line], mut found: Vec<(usize, Conflict)>) -> Vec<CrossedLane> {
     found.sort_by(|(a, x), (b, y)| a.cmp(b).then(x.from.total_cmp(&y.from)).then(x.other.cmp(&y.other)));
-    let mut lanes: Vec<CrossedLane> = Vec::new();
-    for of_line in found.chunk_by(|a, b| a.0 == b.0) {
-        let mut blocks: Vec<(f32, f32, Vec<Conflict>)> = Vec::new();
-        for &(_, conflict) in of_line {
-            match blocks.last_mut().filter(|block| conflict.from - block.1 < STANDING_ROOM) {
-                Some((_, end, conflicts)) => {
-                    *end = end.max(conflict.to);
-                    conflicts.push(conflict);
-                }
-                None => blocks.push((conflict.from, conflict.to, vec![conflict])),
+    let mut spans: Vec<Vec<(f32, f32)>> = vec![Vec::new(); routes.iter().count()];
+    for of_route in found.chunk_by(|a, b| lines[a.0].id == lines[b.0].id) {
+        let mut all: Vec<(f32, f32)> = of_route.iter().map(|(_, conflict)| (conflict.from, conflict.to)).collect();
+        all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let spans = &mut spans[usize::from(lines[of_route[0].0].id.0)];
+        for (from, to) in all {
+            match spans.last_mut().filter(|span| from - span.1 < STANDING_ROOM) {
+                Some(span) => span.1 = span.1.max(to),
+                None => spans.push((from, to)),
             }
         }
-        let blocks = blocks.into_iter().map(|(line, end, all)| Block { line, end, conflicts: all.into() });
-        lanes.push(CrossedLane { lane: lines[of_line[0].0].lane, blocks: blocks.collect() });
     }
-    let known: Vec<(u32, Vec<(f32, f32)>)> =
-        lanes.iter().map(|l| (l.lane, l.blocks.iter().map(|block| (block.line, block.end)).collect())).collect();
-    for conflict in lanes.iter_mut().flat_map(|l| &mut l.blocks).flat_map(|block| &mut block.conflicts) {
-        let other = known.binary_search_by_key(&conflict.other, |known| known.0);
-        let around = other.ok().and_then(|i| known[i].1.iter().rfind(|block| block.0 <= conflict.other_from));
-        conflict.other_block = around.copied().unwrap_or((conflict.other_from, conflict.other_to));
+    for (_, fork) in routes.iter().filter(|(_, route)| route.then.len() > 1) {
+        let first = |id: &RouteId| spans[usize::from(id.0)].first().map(|span| span.0).filter(|line| *line < REACH.0);
+        let Some(line) = fork.then.iter().filter_map(first).reduce(f32::min) else { continue };
+        for id in fork.then.iter().filter(|id| first(id).is_some()).copied().collect::<Vec<_>>() {
+            spans[usize::from(id.0)][0].0 = line;
+        }
     }
-    lanes
+    let around = |line: &Line, from: f32| {
+        let spans = &spans[usize::from(line.id.0)];
+        spans.iter().rfind(|span| span.0 <= from).copied().unwrap_or((from, from))
+    };
+    let line_of = |lane: u32| &lines[lines.partition_point(|line| line.lane < lane)];
+    for (_, conflict) in &mut found {
+        conflict.other_block = around(line_of(conflict.other), conflict.other_from);
+    }
+    let of_line = |all: &[(usize, Conflict)]| {
+        let line = &lines[all[0].0];
+        let block = |all: &[(usize, Conflict)]| {
+            let (from, end) = around(line, all[0].1.from);
+            Block { line: from, end, conflicts: all.iter().map(|(_, conflict)| *conflict).collect() }
+        };
+        let blocks = all.chunk_by(|a, b| around(line, a.1.from) == around(line, b.1.from)).map(block);
+        CrossedLane { lane: line.lane, blocks: blocks.collect() }
+    };
+    found.chunk_by(|a, b| a.0 == b.0).map(of_line).collect()
 }

@@ -188,7 +188,8 @@ pub struct OnRoute {
     pub previous: [Option<(RouteId, u8)>; 2],
     /// The change of lane that is under way.
     pub change: Option<LaneChange>,
-    /// Seconds that it has stood before a stop; infinite once that was long enough, until it is past it.
+    /// Seconds that it has stood before a stop or a crossing; at a stop infinite once that was long enough, until it is
+    /// past it.
     pub waited: f32,
 }
 

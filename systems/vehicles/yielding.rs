@@ -2,22 +2,27 @@
 //!
 //! Before the line of a block of conflicts ([`super::crossings`]) a vehicle waits as before a stop while one of another
 //! lane is between that lane's line and the end of the conflict, or will be there first. First is who can hardly stop any
-//! more; then who gets to the line earlier, setting off at once; then the lower number. All go by what their entries in
-//! the lanes say, which is the same for both, and by one order for all conflicts of a block, so that of those who
-//! wait one always may go. Nobody goes who would have to stand in the crossing, behind one that stands beyond it.
+//! more; then who gets to the line earlier, setting off at once, or has stood there for longer; then the lower number. All
+//! go by what entries and rows say, which is the same for both, and by one order for all conflicts of a block, so that of
+//! those who wait one always may go. Nobody goes who would have to stand in the crossing, behind one that stands beyond it.
 
+use super::OnRoute;
 use super::crossings::{Block, CrossedLane};
 use super::following::{self, ROUTES_AHEAD, Way};
 use super::lanes::{Entry, Role};
 use super::routes::Routes;
 use super::traffic::Traffic;
-use super::types::VehicleTypes;
+use super::types::{VehicleType, VehicleTypes};
 use crate::changes::in_parallel;
 
 /// m/s: who is slower may be about to stand.
 const SLOW: f32 = 2.0;
 /// Metres, and of the distance that comfortable braking takes: so far before a line one looks.
 const LOOK: (f32, f32) = (5.0, 1.3);
+/// m/s² that everybody is taken to set off with: of two in a row the one ahead comes first.
+const SETTING_OFF: f32 = 1.5;
+/// Metres beyond the gap that a driver keeps: who stands nearer to a line is the first there.
+const FIRST: f32 = 0.8;
 /// Metres: longer vehicles are looked for no farther.
 const LONGEST: f32 = 40.0;
 /// Lanes that are worth a task.
@@ -71,7 +76,7 @@ impl Traffic {
 
     /// Whether nobody else is in a block, or comes first, of those in the way of one before its line.
     fn is_first(&self, entry: &Entry, block: &Block, routes: &Routes, types: &VehicleTypes) -> bool {
-        let own = rank(entry, block.line, types);
+        let own = self.rank(entry, block.line, types);
         block.conflicts.iter().all(|conflict| {
             let others = self.lane(conflict.other);
             let (line, end) = conflict.other_block;
@@ -88,7 +93,7 @@ impl Traffic {
             }
             let coming = |(_, other): &(usize, &Entry)| other.role != Role::Obstacle && other.row != entry.row;
             let Some((index, other)) = others[..before].iter().enumerate().rev().find(coming) else { return true };
-            !rank(other, line, types).is_before(&own) || !self.has_room(conflict.other, index, end, routes, types)
+            !self.rank(other, line, types).is_before(&own) || !self.has_room(conflict.other, index, end, routes, types)
         })
     }
 
@@ -118,16 +123,37 @@ impl Traffic {
         way.advance();
         beyond <= 0.0 || is_free(self.lane(routes.lane(way.route, way.lane)), beyond)
     }
+
+    fn rank(&self, entry: &Entry, line: f32, types: &VehicleTypes) -> Rank {
+        let kind = types.get(entry.kind);
+        let (distance, speed) = ((line - entry.front).max(0.0), entry.speed.max(0.0));
+        let hard = 0.5 * (kind.driver.braking + kind.limits.braking);
+        let reached = speed + (speed * speed + 2.0 * SETTING_OFF * distance).sqrt();
+        let waited = self.rows[entry.row as usize].on.waited;
+        Rank {
+            can_stop: speed * speed <= 2.0 * hard * distance,
+            seconds: 2.0 * distance / reached.max(1e-3) - if waited.is_finite() { waited } else { 0.0 },
+            number: entry.number,
+        }
+    }
 }
 
-fn rank(entry: &Entry, line: f32, types: &VehicleTypes) -> Rank {
-    let kind = types.get(entry.kind);
-    let (distance, speed) = ((line - entry.front).max(0.0), entry.speed.max(0.0));
-    let hard = 0.5 * (kind.driver.braking + kind.limits.braking);
-    let reached = speed + (speed * speed + 2.0 * kind.driver.acceleration * distance).sqrt();
-    Rank {
-        can_stop: speed * speed <= 2.0 * hard * distance,
-        seconds: 2.0 * distance / reached.max(1e-3),
-        number: entry.number,
+/// Whether one that stands waits before a crossing, as the first there.
+pub(super) fn stands_before(routes: &Routes, number: u32, on: &OnRoute, kind: &VehicleType) -> bool {
+    let (front, reach) = (kind.front(), kind.driver.gap + FIRST);
+    let Some(mut way) = Way::new(routes, number, on) else { return false };
+    for _ in 0..ROUTES_AHEAD {
+        let lane = routes.lane(way.route, way.lane);
+        if let Ok(index) = routes.crossings().binary_search_by_key(&lane, |crossed| crossed.lane) {
+            let mut lines = routes.crossings()[index].blocks.iter().map(|block| way.distance + block.line - front);
+            if lines.any(|distance| (0.0..reach).contains(&distance)) {
+                return true;
+            }
+        }
+        if way.to_end() > reach + front {
+            return false;
+        }
+        way.advance();
     }
+    false
 }
