@@ -445,6 +445,48 @@ fn lines_lead_from_the_selected_object_to_its_lights() {
 }
 
 #[test]
+fn a_vehicle_is_driven_by_hand_and_seen_from_behind() {
+    let place = Place::new();
+    let vehicle = r#"(name: "mine", vehicle: (type: "box"), transform: (translation: (0, 0, -4))),"#;
+    let scene = SCENE.replace("    entities: [", &format!("    entities: [{vehicle}"));
+    fs::write(place.path().join("test.ron"), scene).expect("a scene file");
+    let Some(display) = Display::start(&place) else { return };
+    let app = App::start(&place, &display, &["--no-panel", "--record", "run.rec", "--hash", "window.txt"]);
+    let read = |name: &str| fs::read_to_string(place.path().join(name)).unwrap_or_default();
+    let steps = || read("window.txt").lines().count();
+    let go_on = |count: usize| {
+        let wanted = steps() + count;
+        wait_for("steps", || (steps() > wanted).then_some(()));
+    };
+    go_on(1);
+    app.press(&["g"]);
+    let hold = |keys: &[&str], count: usize| {
+        keys.iter().for_each(|key| _ = display.xdotool(&["keydown", key]).expect("xdotool holds a key"));
+        go_on(count);
+        keys.iter().for_each(|key| _ = display.xdotool(&["keyup", key]).expect("xdotool lets a key go"));
+    };
+    hold(&["Up"], 60);
+    hold(&["Up", "Left"], 60);
+    hold(&["Down"], 180);
+    app.press(&["space", "F5"]);
+    let snapshot = app.line();
+    // From behind, as `render` sees it; but for the speed at the bottom left.
+    let step: u64 = snapshot.trim_start_matches("test_").trim_end_matches(".snapshot").parse().expect("a step");
+    let seen_by = |camera: &str| place.rendered(step, &["--from-snapshot", &snapshot, "--camera", camera]);
+    let top = |picture: &RgbImage| image::imageops::crop_imm(picture, 0, 0, SIZE.0, SIZE.1 * 2 / 3).to_image();
+    let (chase, driver) = (top(&seen_by("chase mine")), top(&seen_by("driver mine")));
+    app.wait_for_picture("the vehicle from behind", |seen| top(seen) == chase);
+    app.press(&["c"]);
+    app.wait_for_picture("what its driver sees", |seen| top(seen) == driver);
+    assert_ne!(chase, driver);
+    assert_ne!(seen_by("front"), place.rendered(step, &["--camera", "front"]), "it was driven away");
+    app.press(&["Escape"]);
+    assert_eq!(app.ends().code(), Some(0));
+    let replay = place.relief().args(["replay", "run.rec", "--check"]).output().expect("relief starts");
+    assert!(replay.status.success(), "{}", String::from_utf8_lossy(&replay.stderr));
+}
+
+#[test]
 fn without_a_display_a_picture_is_rendered_and_said_so() {
     let place = Place::new();
     let missing = missing();

@@ -1,11 +1,12 @@
 //! Physical vehicles against closed forms, and what must hold whatever happens to them.
 
+use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
 use bevy_transform::components::Transform;
 use glam::{Quat, Vec2, Vec3};
 use systems::Simulation;
 use systems::clock::Clock;
-use systems::library::{Library, Mesh};
+use systems::library::{Library, Mesh, MeshId};
 use systems::physics::{GRAVITY, Obstacle, Physical, Physics};
 use systems::vehicles::ground::Ground;
 use systems::vehicles::{
@@ -280,12 +281,41 @@ fn what_cannot_stand_on_its_wheels_stays_kinematic() {
     let mut simulation = simulation();
     let bicycle = VehicleType { name: "bicycle".into(), track: 0.0, ..VehicleType::default() };
     let kind = simulation.world.resource_mut::<VehicleTypes>().add(bicycle);
-    let vehicle = simulation.world.spawn((Vehicle::of(kind), AIRLESS)).id();
+    let vehicle = simulation.world.spawn((Vehicle::of(kind), AIRLESS, Name::new("the postman's"))).id();
     steps(&mut simulation, 60);
     assert_eq!(place(&simulation, vehicle), Transform::IDENTITY);
     let warnings = simulation.world.resource_mut::<Physics>().take_warnings();
     assert_eq!(warnings.len(), 1);
-    assert!(warnings[0].contains("in a row"), "{warnings:?}");
+    assert!(warnings[0].contains("in a row") && warnings[0].starts_with("the postman's is"), "{warnings:?}");
+}
+
+#[test]
+fn obstacles_that_come_move_and_go_are_there_where_they_are() {
+    // A cube hung below something far away that is not in the way itself; what is done to them before the vehicle comes.
+    type Change = fn(&mut World, Entity, Entity);
+    let cases: [(&str, bool, Change); 5] = [
+        ("left alone", true, |_, _, _| {}),
+        ("what is above is moved", false, |world, above, _| {
+            world.get_mut::<Transform>(above).expect("one").translation.x += 20.0;
+        }),
+        ("gone", false, |world, _, cube| _ = world.despawn(cube)),
+        ("no obstacle", false, |world, _, cube| _ = world.entity_mut(cube).remove::<Obstacle>()),
+        ("without a mesh", false, |world, _, cube| _ = world.entity_mut(cube).remove::<MeshId>()),
+    ];
+    for (what, stops, change) in cases {
+        let mut simulation = simulation();
+        let vehicle = rolling(&mut simulation, AIRLESS, 10.0);
+        want(&mut simulation, vehicle, 0.1, 0.0);
+        let mesh = simulation.world.resource_mut::<Library>().add_mesh(shapes::cube(Vec3::splat(2.0)));
+        let above = simulation.world.spawn(Transform::from_xyz(0.0, 0.0, 100.0)).id();
+        let at = Transform::from_xyz(0.0, 1.0, -75.0);
+        let cube = simulation.world.spawn((mesh, Obstacle::Box, at, ChildOf(above))).id();
+        steps(&mut simulation, 10);
+        change(&mut simulation.world, above, cube);
+        steps(&mut simulation, 240);
+        let z = place(&simulation, vehicle).translation.z;
+        assert_eq!(z < 22.0, stops, "{what}: it is at {z}");
+    }
 }
 
 /// Vehicles that crash into each other on bumpy ground; in that order of spawning.

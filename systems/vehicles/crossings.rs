@@ -15,7 +15,7 @@ const STANDING_ROOM: f32 = 15.0;
 /// Of half of both lanes' width: middles that are nearer are in each other's way. Neighbouring lanes are not.
 const NEAR: f32 = 0.9;
 /// Metres that a conflict reaches from the crossing at most, either way; and steps that its end is looked for in.
-const REACH: (f32, f32) = (30.0, 0.5);
+const REACH: (f32, f32) = (30.0, 1.0);
 /// Metres: ends of lanes that are as near are one place.
 const JOINED: f32 = 1.0;
 /// Metres of the cells that crossings are looked for in. Longer stretches between samples, which only routes of more
@@ -87,7 +87,7 @@ impl Line<'_> {
 
     /// The place nearest to a point, near another place.
     fn nearest(&self, mut at: f32, point: Vec3) -> f32 {
-        for _ in 0..3 {
+        for _ in 0..2 {
             let place = self.route.place(at);
             let off = point - place.beside(self.offset);
             at += off.x * place.tangent.x + off.z * place.tangent.y;
@@ -108,10 +108,10 @@ impl Line<'_> {
                 }
                 let point = self.point(next);
                 near = other.nearest(near, point);
+                last = next;
                 if point.distance(other.point(near)) > reach {
                     break;
                 }
-                last = next;
             }
             last
         };
@@ -167,8 +167,9 @@ impl Crossings {
             }
         }
         let merges = merges(routes, &lines, &is_crossed);
-        for &(a, b, at_a, at_b) in &merges {
-            note((a, b, at_a, at_b), lines[a].stretch(at_a, &lines[b], at_b));
+        for meeting in merges.iter().copied().chain(narrowings(routes, &lines)) {
+            let (a, b, at_a, at_b) = meeting;
+            note(meeting, lines[a].stretch(at_a, &lines[b], at_b));
         }
         let mut guarded: Vec<RouteId> = merges.iter().flat_map(|m| [lines[m.0].id, lines[m.1].id]).collect();
         guarded.sort_unstable();
@@ -293,6 +294,26 @@ fn merges(routes: &Routes, lines: &[Line], is_crossed: &[bool]) -> Vec<Meeting> 
                     if lines[a].id != lines[b].id && lines[a].point(ends.0).distance(lines[b].point(ends.1)) < JOINED {
                         found.push((a, b, ends.0, ends.1));
                     }
+                }
+            }
+        }
+    }
+    found.sort_by_key(|m| (m.0, m.1));
+    found.dedup();
+    found
+}
+
+/// Lines of different ways that begin at one place, where more lanes than these have lead there: side by side, vehicles
+/// would come into each other.
+fn narrowings(routes: &Routes, lines: &[Line]) -> Vec<Meeting> {
+    let of = |id: RouteId| lines.partition_point(|line| line.id < id)..lines.partition_point(|line| line.id <= id);
+    let mut found: Vec<Meeting> = Vec::new();
+    for (_, route) in routes.iter().filter(|(_, route)| route.then.len() > 1 && route.lanes() > 1) {
+        for a in route.then.iter().flat_map(|&id| of(id)) {
+            for b in route.then.iter().filter(|&&id| id > lines[a].id).flat_map(|&id| of(id)) {
+                let fewest = lines[a].route.lanes().min(lines[b].route.lanes());
+                if fewest < route.lanes() && lines[a].points[0].distance(lines[b].points[0]) < JOINED {
+                    found.push((a, b, 0.0, 0.0));
                 }
             }
         }
