@@ -133,8 +133,7 @@ impl Gpu {
     }
 }
 
-/// Vulkan first: it is what the pictures are tested with, and asking the others has side effects (GL libraries print
-/// to stderr when there is no display). Then whatever else there is.
+/// Vulkan first: it is what the pictures are tested with. Then whatever else the system has (Direct3D 12, Metal).
 pub(crate) const BACKENDS: [wgpu::Backends; 2] = [wgpu::Backends::VULKAN, wgpu::Backends::all()];
 
 /// An instance of those backends, or of what `WGPU_BACKEND` says.
