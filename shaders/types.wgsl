@@ -20,20 +20,31 @@ struct View {
     pad2: u32,
 }
 
-struct Instance {
+// systems/instance_record.rs says how it is packed.
+struct PackedInstance {
     world_from_object: array<vec4f, 3>,
     lights: array<u32, 3>,
     material: u32,
+    remainder: array<u32, 4>,
+    last_side_and_dropped: u32,
+    remainder_unit: f32,
+    reaching: u32,
+    entity: u32,
+}
+
+struct Instance {
+    world_from_object: array<vec4f, 3>,
+    lights: array<u32, 3>,
     weights: array<f32, 3>,
+    material: u32,
     entity: u32,
     remainder_ambient: vec3f,
+    remainder_direction: vec3f,
+    remainder_sides: vec3f,
     // How many lights reach the object.
     reaching: u32,
-    remainder_direction: vec3f,
     // Sum of the scores of the lights that are not among the three.
     dropped: f32,
-    remainder_sides: vec3f,
-    pad0: u32,
 }
 
 struct Light {
@@ -115,30 +126,58 @@ fn floats_of(table: texture_2d<u32>, index: u32) -> vec4f {
     return bitcast<vec4f>(texel_of(table, index));
 }
 
+const INSTANCE_TEXELS = 6u;
+
 fn load_world_from_object(slot: u32) -> array<vec4f, 3> {
-    let t = slot * 8u;
+    let t = slot * INSTANCE_TEXELS;
     return array<vec4f, 3>(floats_of(instances, t), floats_of(instances, t + 1u), floats_of(instances, t + 2u));
 }
 
-fn load_instance(slot: u32) -> Instance {
-    let t = slot * 8u;
+fn load_packed_instance(slot: u32) -> PackedInstance {
+    let t = slot * INSTANCE_TEXELS;
     let chosen = texel_of(instances, t + 3u);
-    let weighted = texel_of(instances, t + 4u);
-    let weights = bitcast<vec3f>(weighted.xyz);
-    let ambient = texel_of(instances, t + 5u);
-    let direction = floats_of(instances, t + 6u);
-    return Instance(
+    let remainder = texel_of(instances, t + 4u);
+    let rest = texel_of(instances, t + 5u);
+    return PackedInstance(
         load_world_from_object(slot),
         array<u32, 3>(chosen.x, chosen.y, chosen.z),
         chosen.w,
+        array<u32, 4>(remainder.x, remainder.y, remainder.z, remainder.w),
+        rest.x,
+        bitcast<f32>(rest.y),
+        rest.z,
+        rest.w,
+    );
+}
+
+// The two halves of a word, each in two's complement.
+fn halves(word: u32) -> vec2f {
+    return vec2f(vec2i(i32(word << 16u), i32(word)) >> vec2u(16u));
+}
+
+fn load_instance(slot: u32) -> Instance {
+    let packed = load_packed_instance(slot);
+    let chosen = vec3u(packed.lights[0], packed.lights[1], packed.lights[2]);
+    // Shifted with its sign: no light stays NO_LIGHT.
+    let lights = bitcast<vec3u>(bitcast<vec3i>(chosen) >> vec3u(10u));
+    let weights = vec3f(chosen & vec3u(1023u)) / 1023.0;
+    let unit = packed.remainder_unit;
+    let a = halves(packed.remainder[0]) * unit;
+    let b = halves(packed.remainder[1]) * unit;
+    let c = halves(packed.remainder[2]) * unit;
+    let d = halves(packed.remainder[3]) * unit;
+    let last = halves(packed.last_side_and_dropped).x * unit;
+    return Instance(
+        packed.world_from_object,
+        array<u32, 3>(lights.x, lights.y, lights.z),
         array<f32, 3>(weights.x, weights.y, weights.z),
-        weighted.w,
-        bitcast<vec3f>(ambient.xyz),
-        ambient.w,
-        direction.xyz,
-        direction.w,
-        floats_of(instances, t + 7u).xyz,
-        0u,
+        packed.material,
+        packed.entity,
+        vec3f(a, b.x),
+        vec3f(b.y, c),
+        vec3f(d, last),
+        packed.reaching,
+        bitcast<f32>(packed.last_side_and_dropped & 0xffff0000u),
     );
 }
 

@@ -116,6 +116,12 @@ impl Since {
         ticks.iter().fold(false, |any, tick| any | self.contains(tick))
     }
 
+    /// Whether all of some ticks are in it.
+    #[inline(always)]
+    fn all(self, ticks: &[Tick]) -> bool {
+        ticks.iter().fold(true, |all, tick| all & self.contains(tick))
+    }
+
     /// Calls `visit` once with each of the rows of which any tick is in it, ascending. Columns may be empty.
     pub(crate) fn for_each<const N: usize>(
         self,
@@ -126,7 +132,9 @@ impl Since {
         for start in rows.clone().step_by(TOGETHER) {
             let end = rows.end.min(start + TOGETHER);
             let parts = columns.map(|column| &column[start.min(column.len())..end.min(column.len())]);
-            if parts.iter().any(|part| self.any(part)) {
+            if parts.iter().any(|part| part.len() == end - start && self.all(part)) {
+                (start..end).for_each(&mut visit);
+            } else if parts.iter().any(|part| self.any(part)) {
                 let is_changed =
                     |row: &usize| parts.iter().any(|part| part.get(*row).is_some_and(|t| self.contains(t)));
                 (0..end - start).filter(is_changed).for_each(|row| visit(start + row));

@@ -23,38 +23,38 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// Most elements of [`DrawList::reaching`]: 1 GiB.
 pub const MAX_REACHING: u64 = 1 << 28;
 
+/// Most slots of the light table: what fits beside a weight.
+pub const MOST_LIGHTS: usize = 1 << 21;
+
 /// Slots in a page of instances; a page holds objects of one batch.
 pub const PAGE_SLOTS: u32 = 64;
 
 /// An unused light slot of an instance.
 pub const NO_LIGHT: u32 = u32::MAX;
 
-/// One drawn object; all zero in a slot that is not in use, which no pass draws. Mirrors `Instance`.
+/// One drawn object; all zero in a slot that is not in use, which no pass draws. Mirrors `PackedInstance`; how it is
+/// packed is said in `instance_record.rs`.
 #[repr(C)]
 #[derive(Clone, Copy, PartialEq, Debug, Default, Pod, Zeroable)]
 pub struct InstanceRecord {
     /// Rows of the 3×4 matrix from object to world space.
     pub world_from_object: [[f32; 4]; 3],
-    /// Slots in the light table; [`NO_LIGHT`] where fewer than three lights reach the object.
+    /// Slots in the light table, [`NO_LIGHT`] where fewer than three lights reach the object, and the weights 0..1.
     pub lights: [u32; 3],
     /// Slot in the material table.
     pub material: u32,
-    /// Selection weight of each light, 0..1.
-    pub weights: [f32; 3],
-    /// The entity's index, of a piece its object's: picking and segmentation.
-    pub entity: u32,
-    /// Irradiance of what the three lights leave out, linear RGB.
-    pub remainder_ambient: [f32; 3],
+    /// Irradiance of what the three lights leave out, linear RGB; the same, times its luminance-weighted direction (world
+    /// space); the same, times how much of it comes along each axis, from either side, but for the last.
+    pub remainder: [u32; 4],
+    /// How much comes along z. Sum of the scores of the lights that are not among the three: what the object's three, each
+    /// in full, may miss.
+    pub last_side_and_dropped: u32,
+    /// What the numbers of the remainder are multiples of.
+    pub remainder_unit: f32,
     /// How many lights reach the object.
     pub reaching: u32,
-    /// The same, times its luminance-weighted direction (world space).
-    pub remainder_direction: [f32; 3],
-    /// Sum of the scores of the lights that are not among the three: what the object's three, each in full, may miss.
-    pub dropped: f32,
-    /// The same, times how much of it comes along each axis (world space), from either side.
-    pub remainder_sides: [f32; 3],
-    /// Room for 16-byte alignment.
-    pub pad0: u32,
+    /// The entity's index, of a piece its object's: picking and segmentation.
+    pub entity: u32,
 }
 
 /// One light. Mirrors `Light`.
@@ -390,25 +390,33 @@ impl<T: Copy + PartialEq + Default> Table<T> {
     }
 }
 
-impl<T: Copy + PartialEq + Default + Send> Table<T> {
-    /// [`Self::write`] for many slots, none of them twice, in parallel: `record` makes that of `slots[index]`.
+impl<T: Pod + Default + Send> Table<T> {
+    /// [`Self::write`] for many slots, none of them twice, in parallel: `record` makes that of `slots[index]`. Records
+    /// differ if their bytes do.
     pub fn write_all(&mut self, slots: &[u32], record: impl Fn(usize) -> T + Sync) {
         let Some((&low, &high)) = slots.iter().min().zip(slots.iter().max()) else { return };
         if high as usize >= self.records.len() {
             self.records.resize(high as usize + 1, T::default());
         }
         let words = self.dirty.reach(low, high);
-        // Each task looks through all slots for those in its part of the table.
+        // Each task looks for the slots in its part of the table: through all of them, unless they ascend.
+        let ascend = slots.is_sorted();
         let parts = (slots.len() / 4096).clamp(1, 2 * ComputeTaskPool::get().thread_num());
         let part = self.records.len().div_ceil(64).div_ceil(parts) * 64;
         let parts = self.records.chunks_mut(part).zip(words.chunks_mut(part / 64));
         in_parallel(parts.enumerate(), |(number, (records, words))| {
             let first = number * part;
-            for (index, &slot) in slots.iter().enumerate() {
+            let from = if ascend { slots.partition_point(|&slot| (slot as usize) < first) } else { 0 };
+            for (index, &slot) in slots.iter().enumerate().skip(from) {
                 let place = (slot as usize).wrapping_sub(first);
-                let Some(old) = records.get_mut(place) else { continue };
+                let Some(old) = records.get_mut(place) else {
+                    if ascend {
+                        break;
+                    }
+                    continue;
+                };
                 let new = record(index);
-                if *old != new {
+                if bytemuck::bytes_of(old) != bytemuck::bytes_of(&new) {
                     *old = new;
                     words[place / 64] |= 1 << (place % 64);
                 }

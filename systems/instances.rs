@@ -6,7 +6,7 @@
 
 use crate::batches;
 use crate::bounds::WorldBounds;
-use crate::changes::{for_each_changed_in, moved};
+use crate::changes::{LIGHT_ROWS, for_each_changed_in, in_parallel, moved, rows_per_task};
 use crate::draw_list::{BatchKey, DrawList, InstanceRecord, Transparent};
 use crate::hidden::InheritedHidden;
 use crate::library::{AlphaMode, Library, MaterialId, MeshId};
@@ -19,7 +19,6 @@ use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
 use bevy_transform::components::GlobalTransform;
-use glam::Affine3A;
 
 /// The slot of a drawn entity in the instance table. Derived.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug)]
@@ -122,13 +121,13 @@ pub fn update_instances(
             let columns = [moved(&placed, &bounded), Some(&shaped), Some(&covered), Some(&lit)];
             for_each_changed_in(columns, |row| table.rows.push(row as u32));
         }
-        // First what decides the slots, one after another; then the records, which are many bytes, in parallel.
-        table.slots.clear();
+        // First what decides the slots, then the records, which are many bytes.
         table.slots_of_rows(&library, &materials, list, (transforms, meshes, chosen, bounds, slots));
         list.instances.write_all(&table.slots, |index| {
             let row = table.rows[index] as usize;
             let object = pieces.map_or(entities[row], |pieces| pieces[row].0);
-            record(object, &transforms[row].affine(), known(chosen[row], &library), &selections[row])
+            let material = known(chosen[row], &library);
+            InstanceRecord::new(object, &transforms[row].affine(), material, &selections[row])
         });
     }
     list.objects = table.pages.used_slots();
@@ -142,6 +141,21 @@ fn known(material: MaterialId, library: &Library) -> MaterialId {
 /// Columns that decide where an object's record goes.
 type Placing<'a> = (&'a [GlobalTransform], &'a [MeshId], &'a [MaterialId], &'a [WorldBounds], &'a mut [InstanceSlot]);
 
+/// The batch of an object; `None` where it draws nothing.
+fn batch_of(
+    library: &Library,
+    materials: &MaterialTable,
+    mesh: MeshId,
+    material: MaterialId,
+    transform: &GlobalTransform,
+) -> Option<BatchKey> {
+    let entry = library.mesh(mesh).filter(|entry| !entry.mesh.indices.is_empty())?;
+    let (class, mut pipeline) = materials.placed(known(material, library));
+    pipeline.vertex_colors = !entry.mesh.colors.is_empty();
+    pipeline.mirrored = transform.affine().matrix3.determinant() < 0.0;
+    Some(BatchKey { pipeline, class, mesh })
+}
+
 impl InstanceTable {
     /// Finds the slots of the rows in `rows`, into `slots`; drops the rows that draw nothing.
     fn slots_of_rows(
@@ -151,46 +165,47 @@ impl InstanceTable {
         list: &mut DrawList,
         (transforms, meshes, chosen, bounds, slots): Placing,
     ) {
-        let mut rows = std::mem::take(&mut self.rows);
-        rows.retain(|&row| {
-            let row = row as usize;
-            let (mesh, slot) = (meshes[row], &mut slots[row]);
-            let Some(entry) = library.mesh(mesh).filter(|entry| !entry.mesh.indices.is_empty()) else {
-                if let Some(taken) = std::mem::take(slot).get() {
-                    self.release(taken, list);
-                }
-                return false;
-            };
-            let (class, mut pipeline) = materials.placed(known(chosen[row], library));
-            pipeline.vertex_colors = !entry.mesh.colors.is_empty();
-            pipeline.mirrored = transforms[row].affine().matrix3.determinant() < 0.0;
-            let key = BatchKey { pipeline, class, mesh };
-            let taken = self.settle(slot, key, list);
-            if pipeline.alpha == AlphaMode::Blend {
-                let center = bounds[row].0.center;
-                batches::put_transparent(list, Transparent { slot: taken, key, center });
+        let batch = |row: usize| batch_of(library, materials, meshes[row], chosen[row], &transforms[row]);
+        // Most keep what they have, which is found out in parallel.
+        let (mut rows, mut found) = (std::mem::take(&mut self.rows), std::mem::take(&mut self.slots));
+        found.resize(rows.len(), UNSETTLED);
+        let part = rows_per_task(rows.len(), LIGHT_ROWS);
+        let (pages, held) = (&self.pages, &*slots);
+        in_parallel(rows.chunks(part).zip(found.chunks_mut(part)), |(rows, found)| {
+            for (&row, found) in rows.iter().zip(found) {
+                let (key, slot) = (batch(row as usize), held[row as usize].get());
+                let keeps = |slot: &u32| {
+                    key.is_some_and(|key| key.pipeline.alpha != AlphaMode::Blend && pages.key(*slot) == key)
+                };
+                *found = slot.filter(keeps).unwrap_or(UNSETTLED);
             }
-            self.slots.push(taken);
-            true
         });
-        self.rows = rows;
+        // The others one after another: the first of them gets the lowest slot.
+        let mut count = 0;
+        for index in 0..rows.len() {
+            let row = rows[index] as usize;
+            let mut slot = found[index];
+            if slot == UNSETTLED {
+                let Some(key) = batch(row) else {
+                    if let Some(taken) = std::mem::take(&mut slots[row]).get() {
+                        self.release(taken, list);
+                    }
+                    continue;
+                };
+                slot = self.settle(&mut slots[row], key, list);
+                if key.pipeline.alpha == AlphaMode::Blend {
+                    let center = bounds[row].0.center;
+                    batches::put_transparent(list, Transparent { slot, key, center });
+                }
+            }
+            (rows[count], found[count]) = (rows[index], slot);
+            count += 1;
+        }
+        rows.truncate(count);
+        found.truncate(count);
+        (self.rows, self.slots) = (rows, found);
     }
 }
 
-fn record(entity: Entity, world_from_object: &Affine3A, material: MaterialId, selection: &Selection) -> InstanceRecord {
-    let (m, t) = (world_from_object.matrix3.transpose(), world_from_object.translation);
-    let row = |axis: glam::Vec3A, translation: f32| [axis.x, axis.y, axis.z, translation];
-    InstanceRecord {
-        world_from_object: [row(m.x_axis, t.x), row(m.y_axis, t.y), row(m.z_axis, t.z)],
-        lights: selection.lights,
-        material: material.0,
-        weights: selection.weights,
-        entity: entity.index().index(),
-        remainder_ambient: selection.remainder_ambient.to_array(),
-        reaching: selection.reaching,
-        remainder_direction: selection.remainder_direction.to_array(),
-        dropped: selection.dropped,
-        remainder_sides: selection.remainder_sides.to_array(),
-        pad0: 0,
-    }
-}
+/// In place of a slot that is yet to be found.
+const UNSETTLED: u32 = u32::MAX;

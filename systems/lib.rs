@@ -19,6 +19,7 @@ pub mod draw_list;
 pub mod hidden;
 pub mod images;
 pub mod inputs;
+mod instance_record;
 pub mod instances;
 pub mod interpolation;
 pub mod levels;

@@ -220,6 +220,10 @@ fn select_cluster<S: Simd, const REMAINDER: bool>(
             }
             points.find::<S, false>(simd, &volume);
             spots.find::<S, true>(simd, &volume);
+            if points.near().is_empty() && spots.near().is_empty() && tree.everywhere.is_empty() {
+                found.fill(Selection::default());
+                continue;
+            }
             let objects = Objects::load(simd, group);
             select_group::<_, REMAINDER>(
                 simd,

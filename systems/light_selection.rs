@@ -8,7 +8,7 @@
 //! For the policy `All`, [`list_reaching`] then lists all lights that reach each object.
 
 use crate::bounds::{Sphere, WorldBounds};
-use crate::changes::for_each_changed;
+use crate::changes::{LIGHT_ROWS, first_changed, in_parallel, rows_per_task, touch};
 use crate::draw_list::{DrawList, MAX_REACHING};
 use crate::instances::InstanceSlot;
 use crate::library::MeshId;
@@ -18,12 +18,15 @@ use crate::lights::{LightPolicy, LightTable, Selection};
 use crate::object_order::{Dirty, ObjectOrder, Place};
 use crate::relevance::ScoredLight;
 use crate::stats::FrameStats;
-use bevy_ecs::change_detection::{ContiguousMut, ContiguousRef};
+use bevy_ecs::change_detection::{ContiguousComponentTicksRef, ContiguousMut, ContiguousRef};
 use bevy_ecs::prelude::*;
 use bevy_tasks::{ComputeTaskPool, TaskPool};
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 /// Objects per task.
 const CHUNK: usize = 4096;
+/// Where all objects are searched: places whose results are kept, 68 bytes each, until they are with their objects.
+const BLOCK: usize = 1 << 17;
 /// Objects are marked as long as no more than one in this many lights changed, or no more than a few.
 const MANY_LIGHTS: usize = 8;
 const FEW_LIGHTS: usize = 64;
@@ -111,28 +114,29 @@ pub fn select_lights(
             found.map(|mut component| *component = place).is_ok()
         });
     }
+    let search = |places: Option<&[u32]>, spheres: &[Sphere], found: &mut Vec<Selection>| {
+        found.resize(spheres.len(), Selection::default());
+        select_parallel(pool, table.tree(), table.scored(), *policy, places, (spheres, found));
+    };
+    let (count, all) = (order.dirty_count(), order.spheres().len());
+    stats.selected = count;
+    if count * MANY_OBJECTS > all {
+        order.take_all();
+        for (spheres, first) in order.spheres().chunks(BLOCK).zip((0..).step_by(BLOCK)) {
+            search(None, spheres, &mut kept.selections);
+            for (places, selections) in objects.p3().contiguous_iter_mut().into_iter().flatten() {
+                write_block(places, selections, (first, &kept.selections));
+            }
+        }
+        return;
+    }
     order.take_dirty(&mut kept.dirty);
     let dirty = &kept.dirty;
-    stats.selected = dirty.places.len();
-    let all = order.spheres().len();
-    let is_all = dirty.places.len() * MANY_OBJECTS > all;
     kept.spheres.clear();
-    if !is_all {
-        kept.spheres.extend(dirty.places.iter().map(|&place| order.spheres()[place as usize]));
-    }
-    let spheres = if is_all { order.spheres() } else { &kept.spheres };
-    kept.selections.resize(spheres.len(), Selection::default());
-    let places = (!is_all).then_some(&dirty.places[..]);
-    let work = (spheres, &mut kept.selections[..]);
-    select_parallel(pool, table.tree(), table.scored(), *policy, places, work);
+    kept.spheres.extend(dirty.places.iter().map(|&place| order.spheres()[place as usize]));
+    search(Some(&dirty.places), &kept.spheres, &mut kept.selections);
     let found = &kept.selections;
-    if is_all {
-        objects.p3().par_iter_mut().for_each(|(place, mut selection)| {
-            if let Some(&found) = found.get(place.0 as usize) {
-                selection.set_if_neq(found);
-            }
-        });
-    } else if dirty.places.len() * SOME_OBJECTS > all {
+    if dirty.places.len() * SOME_OBJECTS > all {
         for (places, mut selections) in objects.p3().contiguous_iter_mut().into_iter().flatten() {
             write_rows(places, &mut selections, dirty, found);
         }
@@ -143,6 +147,28 @@ pub fn select_lights(
                 selection.set_if_neq(found);
             }
         }
+    }
+}
+
+/// Writes what was found for a block of places, from `first` on, to those objects of a table that are there.
+fn write_block(places: &[Place], selections: ContiguousMut<Selection>, (first, found): (u32, &[Selection])) {
+    let (selections, mut ticks) = ContiguousMut::bypass_change_detection_split(selections);
+    let (rows, this_run) = (rows_per_task(places.len(), LIGHT_ROWS), ticks.this_run());
+    let any = AtomicBool::new(false);
+    let targets = selections.chunks_mut(rows).zip(ticks.changed_mut().chunks_mut(rows));
+    in_parallel(places.chunks(rows).zip(targets), |(places, (selections, changed))| {
+        let mut differs = false;
+        for ((&Place(place), selection), changed) in places.iter().zip(selections).zip(changed) {
+            let Some(found) = found.get(place.wrapping_sub(first) as usize) else { continue };
+            if differ(selection, found) {
+                (*selection, *changed) = (*found, this_run);
+                differs = true;
+            }
+        }
+        any.fetch_or(differs, Relaxed);
+    });
+    if any.into_inner() {
+        touch(ticks);
     }
 }
 
@@ -180,18 +206,38 @@ fn collect_moved(
     order: &mut ObjectOrder,
 ) -> Vec<(Entity, Place)> {
     let mut new = Vec::new();
-    let mut enter = |entity: Entity, bounds: &WorldBounds, mut place: Place| {
-        if !order.owns(entity, place) {
-            place = order.claim(entity);
-            new.push((entity, place));
-        }
-        order.moved(place, bounds.0);
-    };
     for (entities, bounds, places) in objects.contiguous_iter().into_iter().flatten() {
         let (bounds, ticks) = ContiguousRef::split(bounds);
-        for_each_changed(&ticks, |row| enter(entities[row], &bounds[row], places[row]));
+        for row in enter_known(order, (entities, bounds, places), &ticks) {
+            let place = order.claim(entities[row]);
+            order.moved(place, bounds[row].0);
+            new.push((entities[row], place));
+        }
     }
     new
+}
+
+/// Enters the changed rows of a table that have a place in the order; returns the others, ascending.
+fn enter_known(
+    order: &mut ObjectOrder,
+    (entities, bounds, places): (&[Entity], &[WorldBounds], &[Place]),
+    ticks: &ContiguousComponentTicksRef,
+) -> Vec<usize> {
+    let Some((first, since, columns)) = first_changed([Some(ticks)]) else { return Vec::new() };
+    // Each task looks through all rows for those with a place in its part of the order.
+    let tasks = ((places.len() - first) / LIGHT_ROWS).clamp(1, ComputeTaskPool::get().thread_num());
+    let parts = order.parts(tasks);
+    let mut others = vec![Vec::new(); parts.len()];
+    in_parallel(parts.into_iter().zip(&mut others), |(mut part, others)| {
+        since.for_each(columns, first..places.len(), |row| {
+            if part.moved(entities[row], places[row], bounds[row].0) {
+                others.push(row);
+            }
+        });
+    });
+    let mut others = others.concat();
+    others.sort_unstable();
+    others
 }
 
 /// Lists the lights that reach each drawn object, for the policy `All`; empty for the others.

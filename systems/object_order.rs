@@ -80,6 +80,37 @@ pub struct ObjectOrder {
     sorted_extent: f64,
 }
 
+/// Places whose bits fill a word of `ObjectOrder::stale`.
+pub(crate) const PART_PLACES: usize = 64 * WIDTH;
+
+/// A part of the order, for a task of its own.
+#[derive(Default)]
+pub(crate) struct OrderPart<'a> {
+    first: usize,
+    spheres: &'a mut [Sphere],
+    entities: &'a [Entity],
+    dirty: &'a mut [u64],
+    stale: &'a mut [u64],
+    is_last: bool,
+}
+
+impl OrderPart<'_> {
+    /// [`ObjectOrder::moved`], if the place is in this part. Returns whether the object is to be given another: the place
+    /// is in this part and another's, or in no part, of which the last part tells.
+    #[inline]
+    pub fn moved(&mut self, entity: Entity, Place(place): Place, sphere: Sphere) -> bool {
+        let Some(place) = (place as usize).checked_sub(self.first) else { return false };
+        let Some(owner) = self.entities.get(place) else { return self.is_last };
+        if *owner != entity {
+            return true;
+        }
+        self.spheres[place] = sphere;
+        self.dirty[place / 64] |= 1 << (place % 64);
+        self.stale[place / PART_PLACES] |= 1 << (place / WIDTH % 64);
+        false
+    }
+}
+
 /// The objects that choose again in a frame.
 #[derive(Debug, Default)]
 pub(crate) struct Dirty {
@@ -145,7 +176,7 @@ impl ObjectOrder {
         self.spheres.push(NOWHERE);
         self.entities.push(entity);
         self.dirty.resize(self.spheres.len().div_ceil(64), 0);
-        self.stale.resize(self.spheres.len().div_ceil(64 * WIDTH), 0);
+        self.stale.resize(self.spheres.len().div_ceil(PART_PLACES), 0);
         Place(self.spheres.len() as u32 - 1)
     }
 
@@ -154,6 +185,31 @@ impl ObjectOrder {
         self.spheres[place as usize] = sphere;
         self.dirty[place as usize / 64] |= 1 << (place % 64);
         self.set_stale(place);
+    }
+
+    /// The order in so many parts, or fewer.
+    pub(crate) fn parts(&mut self, count: usize) -> Vec<OrderPart<'_>> {
+        let places = self.spheres.len().div_ceil(count).next_multiple_of(PART_PLACES).max(PART_PLACES);
+        let spheres = self.spheres.chunks_mut(places).zip(self.entities.chunks(places));
+        let bits = self.dirty.chunks_mut(places / 64).zip(self.stale.chunks_mut(places / PART_PLACES));
+        let parts = spheres.zip(bits).zip((0..).step_by(places));
+        let mut parts: Vec<OrderPart> = parts
+            .map(|(((spheres, entities), (dirty, stale)), first)| OrderPart {
+                first,
+                spheres,
+                entities,
+                dirty,
+                stale,
+                is_last: false,
+            })
+            .collect();
+        if parts.is_empty() {
+            parts.push(OrderPart::default());
+        }
+        if let Some(last) = parts.last_mut() {
+            last.is_last = true;
+        }
+        parts
     }
 
     fn set_stale(&mut self, place: u32) {
@@ -171,6 +227,17 @@ impl ObjectOrder {
         for &place in &self.free {
             self.dirty[place as usize / 64] &= !(1 << (place % 64));
         }
+    }
+
+    /// How many objects are to choose again.
+    pub(crate) fn dirty_count(&self) -> usize {
+        self.dirty.iter().map(|bits| bits.count_ones() as usize).sum()
+    }
+
+    /// All objects choose now, whether they are to or not.
+    pub(crate) fn take_all(&mut self) {
+        self.dirty.fill(0);
+        self.searched += self.spheres.len();
     }
 
     /// The objects that are to choose again.
@@ -369,7 +436,7 @@ impl ObjectOrder {
             entities.push(entity);
         }
         dirty.truncate(spheres.len().div_ceil(64));
-        let stale = vec![u64::MAX; spheres.len().div_ceil(64 * WIDTH)];
+        let stale = vec![u64::MAX; spheres.len().div_ceil(PART_PLACES)];
         *self = Self { spheres, entities, dirty, stale, ..Self::default() };
         self.refresh();
         self.sorted_extent = self.extent();

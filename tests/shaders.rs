@@ -2,9 +2,13 @@
 
 mod common;
 
+use bevy_ecs::entity::Entity;
+use glam::{Affine3A, Vec3};
 use relief::renderer::{CullBatchRecord, CullDrawRecord, CullRecord, Gpu, shaders};
 use std::mem::offset_of;
 use systems::draw_list::*;
+use systems::library::MaterialId;
+use systems::lights::Selection;
 use wgpu::naga;
 
 fn parse(source: &str) -> naga::Module {
@@ -72,19 +76,16 @@ fn shader_structs_mirror_the_draw_list() {
     );
     assert_mirrored!(
         &module,
-        "Instance",
+        "PackedInstance",
         InstanceRecord {
             world_from_object,
             lights,
             material,
-            weights,
-            entity,
-            remainder_ambient,
+            remainder,
+            last_side_and_dropped,
+            remainder_unit,
             reaching,
-            remainder_direction,
-            dropped,
-            remainder_sides,
-            pad0,
+            entity,
         }
     );
     assert_mirrored!(
@@ -149,7 +150,7 @@ fn the_structs_of_culling_mirror_the_renderers() {
 #[test]
 fn records_come_out_of_their_tables_as_they_went_in() {
     let Some(gpu) = common::gpu() else { return };
-    check_table(&gpu, "instances", 1, "Instance", "load_instance", size_of::<InstanceRecord>());
+    check_table(&gpu, "instances", 1, "PackedInstance", "load_packed_instance", size_of::<InstanceRecord>());
     check_table(&gpu, "lights", 2, "Light", "load_light", size_of::<LightRecord>());
     check_table(&gpu, "materials", 3, "Material", "load_material", size_of::<MaterialRecord>());
 }
@@ -163,6 +164,84 @@ fn check_table(gpu: &Gpu, table: &str, binding: u32, kind: &str, load: &str, siz
         @group(1) @binding(0) var<storage, read_write> loaded: {kind};
         @compute @workgroup_size(1) fn main() {{ loaded = {load}({RECORD}u); }}"
     );
+    // Each value another one.
+    let values: Vec<u32> = (0..4096 * 2 * 4).map(|i| 0x3f00_0000 + i).collect();
+    let found = run(gpu, (table, binding), source, &values, size);
+    let first = RECORD as usize * size / 4;
+    for (place, (&found, &expected)) in found.iter().zip(&values[first..]).enumerate() {
+        assert!(found == expected || found == 0, "value {place} of {kind}: {found:#x}, not {expected:#x}");
+    }
+    let room = found.iter().filter(|&&value| value == 0).count();
+    assert!(room <= 2, "{room} values of {kind} are not loaded");
+}
+
+/// What an object's record says of its lights is what its selection said, but for rounding.
+#[test]
+fn lights_come_out_of_an_objects_record_nearly_as_they_went_in() {
+    let Some(gpu) = common::gpu() else { return };
+    let most = MOST_LIGHTS as u32 - 1;
+    let selections = [
+        Selection::default(),
+        Selection {
+            lights: [most, 0, NO_LIGHT],
+            weights: [1.0, 0.3337, 0.0],
+            remainder_ambient: Vec3::new(0.25, 1e-5, 0.125),
+            remainder_direction: Vec3::new(-0.2, 0.1, -0.0),
+            remainder_sides: Vec3::new(0.2, 0.11, 0.05),
+            dropped: 0.777,
+            reaching: 100_000,
+        },
+        // A sun or two left out, and hardly anything.
+        Selection { remainder_ambient: Vec3::new(3e5, 2e5, 1e5), dropped: 1e6, ..Selection::default() },
+        Selection { remainder_direction: Vec3::new(1e-12, -3e-12, 2e-12), dropped: 1e-9, ..Selection::default() },
+        Selection { remainder_sides: Vec3::splat(1e-35), ..Selection::default() },
+    ];
+    let source = format!(
+        "{}
+        @group(1) @binding(0) var<storage, read_write> loaded: array<u32, {}>;
+        @compute @workgroup_size(1) fn main() {{
+            for (var i = 0u; i < {}u; i++) {{
+                let o = load_instance(i);
+                var all = array<u32, 19>(o.lights[0], o.lights[1], o.lights[2], o.material, o.entity, o.reaching,
+                    bitcast<u32>(o.weights[0]), bitcast<u32>(o.weights[1]), bitcast<u32>(o.weights[2]),
+                    bitcast<u32>(o.remainder_ambient.x), bitcast<u32>(o.remainder_ambient.y),
+                    bitcast<u32>(o.remainder_ambient.z), bitcast<u32>(o.remainder_direction.x),
+                    bitcast<u32>(o.remainder_direction.y), bitcast<u32>(o.remainder_direction.z),
+                    bitcast<u32>(o.remainder_sides.x), bitcast<u32>(o.remainder_sides.y),
+                    bitcast<u32>(o.remainder_sides.z), bitcast<u32>(o.dropped));
+                for (var k = 0u; k < 19u; k++) {{ loaded[i * 19u + k] = all[k]; }}
+            }}
+        }}",
+        include_str!("../shaders/types.wgsl"),
+        19 * selections.len(),
+        selections.len()
+    );
+    let entity = Entity::from_raw_u32(70_000).expect("an index");
+    let record = |s: &Selection| InstanceRecord::new(entity, &Affine3A::IDENTITY, MaterialId(9), s);
+    let records: Vec<InstanceRecord> = selections.iter().map(record).collect();
+    let mut values: Vec<u32> = bytemuck::cast_slice(&records).to_vec();
+    values.resize(4096 * 2 * 4, 0);
+    let found = run(&gpu, ("instances", 1), source, &values, 4 * 19 * selections.len());
+    for (s, found) in selections.iter().zip(found.chunks_exact(19)) {
+        let [a, b, c] = s.lights;
+        assert_eq!(found[..6], [a, b, c, 9, 70_000, s.reaching]);
+        let (weights, rest) = found[6..].split_at(3);
+        for (&found, weight) in weights.iter().zip(s.weights) {
+            assert!((f32::from_bits(found) - weight).abs() < 0.000_5, "{} for {weight}", f32::from_bits(found));
+        }
+        assert_eq!(f32::from_bits(weights[0]), s.weights[0], "1 and 0 are exact");
+        let remainder = [s.remainder_ambient, s.remainder_direction, s.remainder_sides].map(|v| v.to_array()).concat();
+        let largest = remainder.iter().fold(0.0f32, |largest, v| largest.max(v.abs()));
+        for (&found, v) in rest.iter().zip(&remainder) {
+            let off = (f32::from_bits(found) - v).abs();
+            assert!(off <= largest / 65_000.0 || largest < 1e-30 && off < 1e-30, "{} for {v}", f32::from_bits(found));
+        }
+        assert!((f32::from_bits(rest[9]) - s.dropped).abs() <= s.dropped / 250.0);
+    }
+}
+
+/// Runs a shader with `values` in a table of two rows; what it leaves in the binding for that, `size` bytes.
+fn run(gpu: &Gpu, (table, binding): (&str, u32), source: String, values: &[u32], size: usize) -> Vec<u32> {
     let device = &gpu.device;
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: Some(table),
@@ -176,7 +255,6 @@ fn check_table(gpu: &Gpu, table: &str, binding: u32, kind: &str, load: &str, siz
         compilation_options: wgpu::PipelineCompilationOptions::default(),
         cache: None,
     });
-    // Two rows of texels, each value another one.
     let extent = wgpu::Extent3d { width: 4096, height: 2, depth_or_array_layers: 1 };
     let texture = device.create_texture(&wgpu::TextureDescriptor {
         label: Some(table),
@@ -188,9 +266,8 @@ fn check_table(gpu: &Gpu, table: &str, binding: u32, kind: &str, load: &str, siz
         usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
         view_formats: &[],
     });
-    let values: Vec<u32> = (0..4096 * 2 * 4).map(|i| 0x3f00_0000 + i).collect();
     let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(4096 * 16), rows_per_image: None };
-    gpu.queue.write_texture(texture.as_image_copy(), bytemuck::cast_slice(&values), layout, extent);
+    gpu.queue.write_texture(texture.as_image_copy(), bytemuck::cast_slice(values), layout, extent);
     let buffer = |usage| {
         device.create_buffer(&wgpu::BufferDescriptor {
             label: None,
@@ -220,13 +297,7 @@ fn check_table(gpu: &Gpu, table: &str, binding: u32, kind: &str, load: &str, siz
     gpu.queue.submit([encoder.finish()]);
     device.poll(wgpu::PollType::wait_indefinitely()).expect("the device is alive");
     let mapped = back.slice(..).get_mapped_range().expect("mapped");
-    let found: &[u32] = bytemuck::cast_slice(&mapped);
-    let first = RECORD as usize * size / 4;
-    for (place, (&found, &expected)) in found.iter().zip(&values[first..]).enumerate() {
-        assert!(found == expected || found == 0, "value {place} of {kind}: {found:#x}, not {expected:#x}");
-    }
-    let room = found.iter().filter(|&&value| value == 0).count();
-    assert!(room <= 2, "{room} values of {kind} are not loaded");
+    bytemuck::cast_slice(&mapped).to_vec()
 }
 
 /// Constants that stand for the same on both sides.

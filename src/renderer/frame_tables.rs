@@ -4,7 +4,7 @@ use super::scatter::Scatter;
 use super::tables::{GrowingBuffer, RecordTable};
 use super::timestamps::Timestamps;
 use super::{Gpu, RenderError, RenderStats};
-use systems::draw_list::{DirtySlots, DrawList, MAX_REACHING, ViewRecord};
+use systems::draw_list::{DirtySlots, DrawList, MAX_REACHING, MOST_LIGHTS, ViewRecord};
 
 /// Instances, lights, materials; and the view they are seen from.
 #[derive(Debug)]
@@ -55,6 +55,10 @@ impl FrameTables {
         list: &DrawList,
         stats: &mut RenderStats,
     ) -> Result<(), RenderError> {
+        if list.lights.records.len() > MOST_LIGHTS {
+            let (needed, limit) = (list.lights.records.len() as u64, MOST_LIGHTS as u64);
+            return Err(RenderError::TooLarge { what: "the light table", unit: "lights", needed, limit });
+        }
         if list.frame != self.uploaded_frame {
             let missed = list.frame != self.uploaded_frame + 1;
             let scatter = &mut self.scatter;

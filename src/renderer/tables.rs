@@ -1,5 +1,4 @@
-//! Buffers that grow, and textures that mirror the tables of the draw list: they grow by doubling and take only what
-//! changed.
+//! Buffers that grow, and textures that mirror the tables of the draw list, which take only what changed.
 
 use super::RenderError;
 use super::scatter::{MANY_RANGES, Scatter, ScatterBuffers};
@@ -92,7 +91,7 @@ impl GrowingBuffer {
 }
 
 /// A table of records in a texture of four 32-bit values per texel, as shaders/types.wgsl reads it: record r lies in
-/// the texels from r times its size on, row after row. It grows by doubling.
+/// the texels from r times its size on, row after row.
 #[derive(Debug)]
 pub(super) struct RecordTable {
     label: &'static str,
@@ -107,22 +106,33 @@ pub(super) struct RecordTable {
 /// Texels in a row of a table; `TABLE_WIDTH` of shaders/types.wgsl.
 const TABLE_WIDTH: u64 = 4096;
 const TEXEL_BYTES: u64 = 16;
-/// Uploads wait for each other after this many bytes: of what is under way there is a copy.
-const MOST_BYTES_UNDER_WAY: u64 = 8 << 20;
+/// Uploads of all there is wait for each other after this many bytes: of what is under way there is a copy, whose memory
+/// the driver may keep.
+pub(super) const FEW_BYTES_UNDER_WAY: u64 = 4 << 20;
+/// Uploads of what changed do so after this many: in every frame, waiting costs more than memory.
+const MOST_BYTES_UNDER_WAY: u64 = 12 << 20;
 
 /// Counts bytes under way.
-#[derive(Debug, Default)]
-pub(super) struct Pace(u64);
+#[derive(Debug)]
+pub(super) struct Pace {
+    under_way: u64,
+    most: u64,
+}
 
 impl Pace {
+    /// Waits after so many bytes.
+    pub fn new(most: u64) -> Self {
+        Self { under_way: 0, most }
+    }
+
     /// After that many bytes were handed in.
     pub fn handed_in(&mut self, gpu: &super::Gpu, bytes: u64) {
-        self.0 += bytes;
-        if self.0 >= MOST_BYTES_UNDER_WAY {
+        self.under_way += bytes;
+        if self.under_way >= self.most {
             gpu.queue.submit([]);
             // A lost device shows at the next draw.
             let _ = gpu.device.poll(wgpu::PollType::wait_indefinitely());
-            self.0 = 0;
+            self.under_way = 0;
         }
     }
 }
@@ -144,7 +154,9 @@ impl RecordTable {
             let [needed, limit] = [rows, most_rows].map(|rows| rows * TABLE_WIDTH * TEXEL_BYTES);
             return Err(RenderError::TooLarge { what: self.label, unit: "bytes", needed, limit });
         }
-        let rows = rows.next_power_of_two().min(most_rows) as u32;
+        // A quarter more than before, at the most: what is not used is resident on an adapter in main memory.
+        let step = (rows.next_power_of_two() / 8).max(1);
+        let rows = rows.next_multiple_of(step).min(most_rows) as u32;
         (self.texture, self.view) = make_table(device, self.label, rows);
         self.version += 1;
         Ok(true)
@@ -163,7 +175,7 @@ impl RecordTable {
         let bytes: &[u8] = bytemuck::cast_slice(&table.records);
         let lost = self.reserve(&gpu.device, bytes.len() as u64 / TEXEL_BYTES)?;
         if lost || everything {
-            self.write(gpu, 0, bytes);
+            self.write(gpu, &mut Pace::new(FEW_BYTES_UNDER_WAY), 0, bytes);
             return Ok(bytes.len() as u64);
         }
         let size = size_of::<T>();
@@ -176,21 +188,21 @@ impl RecordTable {
             let ranges = apart;
             return self.scattered.write(gpu, scatter, &self.view, &table.records, &ranges);
         }
+        let mut pace = Pace::new(MOST_BYTES_UNDER_WAY);
         for range in ranges {
             let range = range.start as usize * size..range.end as usize * size;
             written += range.len() as u64;
-            self.write(gpu, range.start as u64 / TEXEL_BYTES, &bytes[range]);
+            self.write(gpu, &mut pace, range.start as u64 / TEXEL_BYTES, &bytes[range]);
         }
         Ok(written)
     }
 
     /// Writes texels from one on: the rest of its row, whole rows, and the beginning of the last.
-    fn write(&self, gpu: &super::Gpu, mut texel: u64, mut bytes: &[u8]) {
-        let mut pace = Pace::default();
+    fn write(&self, gpu: &super::Gpu, pace: &mut Pace, mut texel: u64, mut bytes: &[u8]) {
         while !bytes.is_empty() {
             let column = texel % TABLE_WIDTH;
             let texels = bytes.len() as u64 / TEXEL_BYTES;
-            let whole_rows = (texels / TABLE_WIDTH).min(MOST_BYTES_UNDER_WAY / (TABLE_WIDTH * TEXEL_BYTES));
+            let whole_rows = (texels / TABLE_WIDTH).min(pace.most / (TABLE_WIDTH * TEXEL_BYTES));
             let (width, height) = if column == 0 && whole_rows > 0 {
                 (TABLE_WIDTH, whole_rows)
             } else {

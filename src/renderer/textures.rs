@@ -1,7 +1,7 @@
 //! Texture arrays, samplers, and the bind group of each material class.
 
 use super::Gpu;
-use super::tables::Pace;
+use super::tables::{FEW_BYTES_UNDER_WAY, Pace};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use systems::blocks;
@@ -57,7 +57,7 @@ impl Textures {
 
     /// Uploads layers that are new; binds classes that are new or whose arrays grew. Returns the bytes written.
     pub fn upload(&mut self, gpu: &Gpu, list: &DrawList, library: &Library) -> u64 {
-        let (mut written, mut pace) = (0, Pace::default());
+        let (mut written, mut pace) = (0, Pace::new(FEW_BYTES_UNDER_WAY));
         for (index, wanted) in list.texture_arrays.iter().enumerate() {
             let room = self.arrays.get(index).map(|a| a.texture.depth_or_array_layers() as usize);
             if room.is_none_or(|room| room < wanted.layers.len()) {
