@@ -1,7 +1,8 @@
 //! Bounding volumes: of meshes in object space, of entities in world space.
 
-use crate::changes::{LIGHT_ROWS, first_changed, in_parallel, moved, rows_per_task, touch};
+use crate::changes::{LIGHT_ROWS, first_changed, moved, rows_per_task, touch};
 use crate::library::{Library, MeshId};
+use crate::parallel::in_parallel;
 use bevy_ecs::change_detection::{ContiguousMut, ContiguousRef};
 use bevy_ecs::prelude::*;
 use bevy_transform::components::GlobalTransform;

@@ -68,16 +68,6 @@ fn suspects<'w, const N: usize>(
     Some((since, columns.map(|column| column.map_or(&[][..], ContiguousComponentTicksRef::changed))))
 }
 
-/// Does the parts of some work in tasks; a single part, and all where there is one thread, here and now.
-pub(crate) fn in_parallel<T: Send>(parts: impl ExactSizeIterator<Item = T>, work: impl Fn(T) + Sync) {
-    let pool = ComputeTaskPool::get();
-    if parts.len() < 2 || pool.thread_num() < 2 {
-        return parts.for_each(work);
-    }
-    let work = &work;
-    pool.scope(|scope| parts.for_each(|part| scope.spawn(async move { work(part) })));
-}
-
 /// The ticks of drawn objects' `GlobalTransform`s, `None` where none of them can have changed.
 pub(crate) fn moved<'a, 'w>(
     transforms: &'a ContiguousComponentTicksRef<'w>,

@@ -3,6 +3,7 @@
 use crate::bounds::Sphere;
 use crate::light_tree::WIDTH;
 use crate::object_order::around;
+use crate::parallel::map_on_pool;
 use bevy_tasks::TaskPool;
 use glam::Vec3;
 
@@ -23,27 +24,20 @@ pub(crate) fn hilbert_keys(pool: &TaskPool, spheres: &[Sphere]) -> Vec<u32> {
     // dimensions jump about where they are cut.
     let area = extent.element_product() / height;
     let is_flat = height * height * spheres.len() as f32 <= area * WIDTH as f32;
-    let keys = pool.scope(|scope| {
-        for spheres in spheres.chunks(1 << 14) {
-            scope.spawn(async move {
-                // Cells are squares or cubes.
-                let top = if is_flat { u16::MAX.into() } else { (1 << 10) - 1 };
-                let scale = top as f32 / extent.max_element();
-                let cell = |v: f32| ((v * scale).max(0.0) as u32).min(top);
-                let key = |sphere: &Sphere| {
-                    let [x, y, z] = (sphere.center - min).to_array().map(cell);
-                    match thin {
-                        _ if !is_flat => hilbert([x, y, z]),
-                        0 => hilbert([y, z]),
-                        1 => hilbert([x, z]),
-                        _ => hilbert([x, y]),
-                    }
-                };
-                spheres.iter().map(key).collect::<Vec<u32>>()
-            });
+    // Cells are squares or cubes.
+    let top = if is_flat { u16::MAX.into() } else { (1 << 10) - 1 };
+    let scale = top as f32 / extent.max_element();
+    let cell = |v: f32| ((v * scale).max(0.0) as u32).min(top);
+    let key = |sphere: &Sphere| {
+        let [x, y, z] = (sphere.center - min).to_array().map(cell);
+        match thin {
+            _ if !is_flat => hilbert([x, y, z]),
+            0 => hilbert([y, z]),
+            1 => hilbert([x, z]),
+            _ => hilbert([x, y]),
         }
-    });
-    keys.concat()
+    };
+    map_on_pool(pool, spheres.chunks(1 << 14), |spheres| spheres.iter().map(key).collect::<Vec<u32>>()).concat()
 }
 
 /// Index of a cell on the Hilbert curve of so many dimensions, with as many bits per axis as fit (J. Skilling:

@@ -9,10 +9,10 @@
 //! transparent[i]   objects that are sorted per view and drawn after the batches
 //! ```
 
-use crate::changes::in_parallel;
 use crate::components::Environment;
 use crate::images::Texels;
 use crate::library::{AlphaMode, ImageId, MeshId, Sampler, Shading, Technique};
+use crate::parallel::in_parallel;
 use bevy_ecs::prelude::*;
 use bevy_tasks::ComputeTaskPool;
 use bytemuck::{Pod, Zeroable};

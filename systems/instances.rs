@@ -6,13 +6,14 @@
 
 use crate::batches;
 use crate::bounds::WorldBounds;
-use crate::changes::{LIGHT_ROWS, for_each_changed_in, in_parallel, moved, rows_per_task};
+use crate::changes::{LIGHT_ROWS, for_each_changed_in, moved, rows_per_task};
 use crate::draw_list::{BatchKey, DrawList, InstanceRecord, Transparent};
 use crate::hidden::InheritedHidden;
 use crate::library::{AlphaMode, Library, MaterialId, MeshId};
 use crate::lights::Selection;
 use crate::materials::MaterialTable;
 use crate::pages::SlotPages;
+use crate::parallel::in_parallel;
 use crate::pieces::PieceOf;
 use bevy_ecs::change_detection::{ContiguousMut, ContiguousRef};
 use bevy_ecs::lifecycle::HookContext;

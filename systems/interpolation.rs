@@ -5,7 +5,8 @@
 //! [`Interpolation::fraction`] says. Off, or at a fraction of 1, everything is drawn where it is: so are pictures
 //! without a window, and a window whose clock stands.
 
-use crate::changes::{LIGHT_ROWS, in_parallel, rows_per_task, touch};
+use crate::changes::{LIGHT_ROWS, rows_per_task, touch};
+use crate::parallel::in_parallel;
 use bevy_ecs::change_detection::{ContiguousMut, ContiguousRef};
 use bevy_ecs::prelude::*;
 use bevy_transform::components::Transform;

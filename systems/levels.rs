@@ -9,9 +9,9 @@
 //! that was cut ([`crate::split`]), parts of a model with a material each.
 
 use crate::library::{Library, Mesh, MeshEntry};
+use crate::parallel::in_parallel;
 use crate::tangents::{bits, crowded_vertices};
 use bevy_ecs::prelude::*;
-use bevy_tasks::ComputeTaskPool;
 use glam::{DVec2, DVec3, Vec2, Vec4};
 use meshopt::{SimplifyOptions, SimplifyVertex, VertexDataAdapter, simplify_scale, simplify_with_attributes_and_locks};
 use std::collections::HashMap;
@@ -111,11 +111,7 @@ pub fn update_levels(mut library: ResMut<Library>) {
         return;
     }
     let pending = library.meshes_mut().iter_mut().filter(|entry| entry.levels.is_empty());
-    ComputeTaskPool::get().scope(|scope| {
-        for entry in pending {
-            scope.spawn(async move { entry.make_levels() });
-        }
-    });
+    in_parallel(pending.collect::<Vec<_>>().into_iter(), MeshEntry::make_levels);
 }
 
 impl MeshEntry {

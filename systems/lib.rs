@@ -36,6 +36,7 @@ pub mod materials;
 pub mod motion;
 pub mod object_order;
 mod pages;
+pub mod parallel;
 pub mod physics;
 pub mod pieces;
 pub mod relevance;

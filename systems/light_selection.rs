@@ -8,7 +8,7 @@
 //! For the policy `All`, [`list_reaching`] then lists all lights that reach each object.
 
 use crate::bounds::{Sphere, WorldBounds};
-use crate::changes::{LIGHT_ROWS, first_changed, in_parallel, rows_per_task, touch};
+use crate::changes::{LIGHT_ROWS, first_changed, rows_per_task, touch};
 use crate::draw_list::{DrawList, MAX_REACHING};
 use crate::instances::InstanceSlot;
 use crate::library::MeshId;
@@ -16,6 +16,7 @@ use crate::light_search::{self, Level, Scratch};
 use crate::light_tree::LightTree;
 use crate::lights::{LightPolicy, LightTable, Selection};
 use crate::object_order::{Dirty, ObjectOrder, Place};
+use crate::parallel::{in_parallel, map_in_parallel, on_pool};
 use crate::relevance::ScoredLight;
 use crate::stats::FrameStats;
 use bevy_ecs::change_detection::{ContiguousComponentTicksRef, ContiguousMut, ContiguousRef};
@@ -57,12 +58,8 @@ pub fn select_parallel(
     if spheres.len() <= CHUNK {
         return search(places, spheres, out);
     }
-    pool.scope(|scope| {
-        for (i, (spheres, out)) in spheres.chunks(CHUNK).zip(out.chunks_mut(CHUNK)).enumerate() {
-            let places = places.map(|places| &places[i * CHUNK..i * CHUNK + spheres.len()]);
-            let search = &search;
-            scope.spawn(async move { search(places, spheres, out) });
-        }
+    on_pool(pool, spheres.chunks(CHUNK).zip(out.chunks_mut(CHUNK)).enumerate(), |(i, (spheres, out))| {
+        search(places.map(|places| &places[i * CHUNK..i * CHUNK + spheres.len()]), spheres, out);
     });
 }
 
@@ -267,15 +264,10 @@ pub fn list_reaching(
     let drawn = objects.iter().filter_map(|(bounds, _, slot)| Some((slot.get()?, bounds.0)));
     let drawn: Vec<(u32, Sphere)> = drawn.collect();
     let (level, table) = (Level::new(), &*table);
-    let found = ComputeTaskPool::get().scope(|scope| {
-        for drawn in drawn.chunks(CHUNK) {
-            scope.spawn(async move {
-                let mut scratch = Scratch::default();
-                let reaching =
-                    |&(_, sphere)| light_search::reaching(level, table.tree(), table.scored(), sphere, &mut scratch);
-                drawn.iter().map(reaching).collect::<Vec<_>>()
-            });
-        }
+    let found = map_in_parallel(drawn.chunks(CHUNK), |drawn| {
+        let mut scratch = Scratch::default();
+        let reaching = |&(_, sphere)| light_search::reaching(level, table.tree(), table.scored(), sphere, &mut scratch);
+        drawn.iter().map(reaching).collect::<Vec<_>>()
     });
     list.reaching.resize(slots, 0);
     for ((slot, _), lights) in drawn.iter().zip(found.iter().flatten()) {

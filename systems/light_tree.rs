@@ -10,6 +10,7 @@
 //! other lights, so two lights keep their order whatever happens around them.
 
 use crate::draw_list::LightRecord;
+use crate::parallel::on_pool;
 use crate::relevance::ScoredLight;
 use bevy_tasks::ComputeTaskPool;
 use glam::Vec3;
@@ -86,14 +87,10 @@ impl LightTree {
         let keys = self.keys.chunks(LIGHTS_PER_TASK).zip(self.slots.chunks_mut(LIGHTS_PER_TASK));
         let blocks = self.lights.chunks_mut(LIGHTS_PER_TASK).zip(self.blocks.chunks_mut(LIGHTS_PER_TASK / WIDTH));
         let parts = keys.zip(blocks);
-        match ComputeTaskPool::try_get().filter(|_| self.keys.len() > LIGHTS_PER_TASK) {
-            Some(pool) => pool.scope(|scope| {
-                for (keys, blocks) in parts {
-                    scope.spawn(async move { fill(keys, blocks, scored) });
-                }
-            }),
-            None => parts.map(|(keys, blocks)| fill(keys, blocks, scored)).collect(),
-        };
+        match ComputeTaskPool::try_get() {
+            Some(pool) => on_pool(pool, parts, |(keys, blocks)| fill(keys, blocks, scored)),
+            None => parts.for_each(|(keys, blocks)| fill(keys, blocks, scored)),
+        }
         self.build_levels();
     }
 

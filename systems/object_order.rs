@@ -13,6 +13,7 @@ use crate::light_candidates::{node_in_cone, node_in_range};
 use crate::light_lanes::{Floats, Objects, Scoring};
 use crate::light_search::Level;
 use crate::light_tree::{Node, Volume, WIDTH, refit};
+use crate::parallel::map_on_pool;
 use crate::relevance::ScoredLight;
 use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
@@ -266,23 +267,19 @@ impl ObjectOrder {
         self.refresh();
         let order = &*self;
         let groups = self.spheres.len().div_ceil(WIDTH);
-        let found = pool.scope(|scope| {
-            for lights in lights.chunks(LIGHTS_PER_TASK) {
-                scope.spawn(async move {
-                    let mut found = Vec::new();
-                    let mut stack = Vec::new();
-                    dispatch!(level, simd => {
-                        for change in lights {
-                            // So many that all may as well choose again.
-                            if found.len() > groups {
-                                break;
-                            }
-                            order.find_changed(simd, change, &mut stack, &mut found);
-                        }
-                    });
-                    found
-                });
-            }
+        let found = map_on_pool(pool, lights.chunks(LIGHTS_PER_TASK), |lights| {
+            let mut found = Vec::new();
+            let mut stack = Vec::new();
+            dispatch!(level, simd => {
+                for change in lights {
+                    // So many that all may as well choose again.
+                    if found.len() > groups {
+                        break;
+                    }
+                    order.find_changed(simd, change, &mut stack, &mut found);
+                }
+            });
+            found
         });
         if found.iter().any(|found| found.len() > groups) {
             return self.mark_all();

@@ -5,7 +5,7 @@
 //! on an order, so neither tables nor entities need one, and parts of a table are added up in parallel. Values are
 //! hashed as their bytes: 0 and −0 are two numbers, and a NaN is the NaN that it is.
 
-use crate::changes::in_parallel;
+use crate::parallel::in_parallel;
 use crate::roster::Roster;
 use crate::state::{StateComponent, StateList, encode_onto, with_ids};
 use bevy_ecs::prelude::*;

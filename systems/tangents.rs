@@ -8,9 +8,9 @@
 //! the reference implementation, whose V axis points the other way.
 
 use crate::library::{Library, Mesh};
+use crate::parallel::in_parallel;
 use bevy_ecs::prelude::*;
 use bevy_mikktspace::{Geometry, TangentSpace, generate_tangents};
-use bevy_tasks::ComputeTaskPool;
 use glam::{Vec2, Vec3, Vec4};
 use std::collections::HashMap;
 
@@ -34,13 +34,9 @@ pub fn update_tangents(mut library: ResMut<Library>) {
         return;
     }
     let pending = library.meshes_mut().iter_mut().filter(|entry| !entry.tangents_ready);
-    ComputeTaskPool::get().scope(|scope| {
-        for entry in pending {
-            scope.spawn(async move {
-                compute_tangents(&mut entry.mesh);
-                entry.tangents_ready = true;
-            });
-        }
+    in_parallel(pending.collect::<Vec<_>>().into_iter(), |entry| {
+        compute_tangents(&mut entry.mesh);
+        entry.tangents_ready = true;
     });
 }
 

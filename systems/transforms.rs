@@ -10,8 +10,9 @@
 //! those that moved in the last step are placed anew in each.
 
 use crate::bounds::WorldBounds;
-use crate::changes::{LIGHT_ROWS, first_changed, for_each_changed_in, in_parallel, rows_per_task, touch};
+use crate::changes::{LIGHT_ROWS, first_changed, for_each_changed_in, rows_per_task, touch};
 use crate::interpolation::{Interpolated, Interpolation};
+use crate::parallel::in_parallel;
 use bevy_ecs::change_detection::{ContiguousMut, ContiguousRef};
 use bevy_ecs::prelude::*;
 use bevy_transform::components::{GlobalTransform, Transform};

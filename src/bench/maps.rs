@@ -3,9 +3,9 @@
 //!
 //! A surface is a function from a place on it to height, colour and gloss. The normal map is the slope of the height.
 
-use bevy_tasks::ComputeTaskPool;
 use glam::{IVec2, Vec2, Vec3};
 use systems::images::{Image, ImageKind};
+use systems::parallel::map_in_parallel;
 
 /// Texels along a side of every map.
 const SIDE: u32 = 256;
@@ -48,11 +48,7 @@ pub fn surfaces() -> Vec<Surface> {
     systems::set_threads(None);
     let noise = noise_tile();
     let noise = &noise;
-    ComputeTaskPool::get().scope(|scope| {
-        for index in 0..SURFACES {
-            scope.spawn(async move { surface(index, noise) });
-        }
-    })
+    map_in_parallel(0..SURFACES, |index| surface(index, noise))
 }
 
 fn surface(index: u32, noise: &[f32]) -> Surface {

@@ -5,10 +5,10 @@
 //! which block formats ask of textures.
 
 use super::cache::{Cache, Key};
-use bevy_tasks::ComputeTaskPool;
 use systems::blocks::{decode, encode, psnr};
 use systems::images::{Image, Texels, level_size};
 use systems::library::Library;
+use systems::parallel::map_in_parallel;
 
 /// Decibels: what the finest level keeps at least, by the mean square over the channels that are read. At 38 a byte is
 /// off by 3 in the root of the mean square.
@@ -33,11 +33,7 @@ pub struct CompressReport {
 pub fn compress_images(library: &mut Library, cache: Option<&Cache>) -> CompressReport {
     systems::set_threads(None);
     let images = library.images_mut();
-    let done: Vec<bool> = ComputeTaskPool::get().scope(|scope| {
-        for image in images {
-            scope.spawn(async move { compress(image, cache) });
-        }
-    });
+    let done = map_in_parallel(images.iter_mut(), |image| compress(image, cache));
     if let Some(cache) = cache
         && cache.counts().1 > 0
     {

@@ -19,6 +19,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use systems::images::{Image, ImageKind};
 use systems::library::Library;
+use systems::parallel::map_in_parallel;
 
 /// Why a file is refused.
 ///
@@ -84,14 +85,10 @@ pub fn load_pixels(path: &Path) -> Result<::image::DynamicImage, ImportError> {
 pub fn load_images(requests: &[(PathBuf, ImageKind)]) -> Vec<Result<Image, ImportError>> {
     systems::set_threads(None);
     progress::expect(requests.len());
-    ComputeTaskPool::get().scope(|scope| {
-        for (path, kind) in requests {
-            scope.spawn(async move {
-                let image = image::load(path, *kind);
-                progress::done(1);
-                image
-            });
-        }
+    map_in_parallel(requests.iter(), |(path, kind)| {
+        let image = image::load(path, *kind);
+        progress::done(1);
+        image
     })
 }
 
@@ -103,15 +100,10 @@ pub fn load_model(path: &Path, library: &mut Library) -> Result<Model, ImportErr
 /// Reads glTF files in parallel. They join the library in the order of the requests, whichever is read first.
 pub fn load_models(paths: &[PathBuf], library: &mut Library) -> Vec<Result<Model, ImportError>> {
     systems::set_threads(None);
-    let pool = ComputeTaskPool::get();
     let mut models = Vec::with_capacity(paths.len());
     // A few at once: each may take much memory while its images are decoded.
-    for paths in paths.chunks(pool.thread_num().max(1)) {
-        let drafts = pool.scope(|scope| {
-            for path in paths {
-                scope.spawn(async move { gltf::draft(path) });
-            }
-        });
+    for paths in paths.chunks(ComputeTaskPool::get().thread_num().max(1)) {
+        let drafts = map_in_parallel(paths.iter(), |path| gltf::draft(path));
         models.extend(drafts.into_iter().map(|draft| Ok(draft?.join(library))));
     }
     models

@@ -20,9 +20,10 @@ use super::{
     ByHand, Controls, Indicator, LaneChange, Motion, OnRoute, Stalled, Vehicle, VehicleNumber, VehicleType,
     VehicleTypes, Wanted, following, hand, yielding,
 };
-use crate::changes::{in_parallel, rows_per_task};
+use crate::changes::rows_per_task;
 use crate::clock::Clock;
 use crate::interpolation::Interpolated;
+use crate::parallel::in_parallel;
 use bevy_ecs::change_detection::{ContiguousComponentTicksMut, ContiguousMut, ContiguousRef, Tick};
 use bevy_ecs::prelude::*;
 use bevy_transform::components::Transform;

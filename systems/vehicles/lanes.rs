@@ -7,7 +7,7 @@
 
 use super::VehicleTypeId;
 use super::routes::RouteId;
-use crate::changes::in_parallel;
+use crate::parallel::in_parallel;
 use bevy_tasks::ComputeTaskPool;
 
 /// A vehicle in a lane; metres along the route.

@@ -17,7 +17,7 @@ use super::lanes::{Entry, Found, Lanes, Role, Stretches};
 use super::routes::{Route, RouteId, Routes};
 use super::signals::Signals;
 use super::{OnRoute, VehicleType, VehicleTypeId, VehicleTypes};
-use crate::changes::in_parallel;
+use crate::parallel::in_parallel;
 use bevy_ecs::prelude::*;
 use glam::{Vec2, Vec3};
 use std::sync::atomic::{AtomicU32, Ordering};

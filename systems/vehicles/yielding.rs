@@ -13,7 +13,7 @@ use super::lanes::{Entry, Role};
 use super::routes::Routes;
 use super::traffic::Traffic;
 use super::types::{VehicleType, VehicleTypes};
-use crate::changes::in_parallel;
+use crate::parallel::in_parallel;
 
 /// m/s: who is slower may be about to stand.
 const SLOW: f32 = 2.0;

@@ -7,7 +7,6 @@ use super::document::{Document, id_of};
 use super::report::{Fault, Read, Report};
 use crate::import::image::{self as decoder, Unfit};
 use crate::import::progress;
-use bevy_tasks::ComputeTaskPool;
 use glam::Affine2;
 use gltf::json::extensions::texture::TextureTransform;
 use gltf::json::validation::Checked;
@@ -20,6 +19,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use systems::images::{Image, ImageKind};
 use systems::library::{Filter, ImageId, Map, MipFilter, Sampler, Wrap};
+use systems::parallel::map_in_parallel;
 
 /// Texels that the images of any model may have, however small it is.
 const FREE_TEXELS: u64 = decoder::MAX_TEXELS;
@@ -184,14 +184,10 @@ impl Images {
                 sum <= decoder::MAX_TEXELS
             });
             let end = start + fit.count().max(1);
-            decoded.extend(ComputeTaskPool::get().scope(|scope| {
-                for request in &self.requests[start..end] {
-                    scope.spawn(async {
-                        let image = request.decode(&encoded);
-                        progress::done(1);
-                        image
-                    });
-                }
+            decoded.extend(map_in_parallel(self.requests[start..end].iter(), |request| {
+                let image = request.decode(&encoded);
+                progress::done(1);
+                image
             }));
             start = end;
         }
