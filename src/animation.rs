@@ -46,9 +46,7 @@ pub fn encode(
     output::write_whole_with(path, |file| {
         let picture = |frame: u64| {
             let path = folder.join(format!("color_{frame:05}.png"));
-            image::open(&path)
-                .map(|picture| picture.into_rgb8())
-                .map_err(|error| Error::other(format!("{}: {error}", path.display())))
+            crate::import::load_pixels(&path).map(|picture| picture.into_rgb8()).map_err(Error::other)
         };
         match kind {
             Animation::Apng => write_apng(file, frames, frames_per_second, picture),

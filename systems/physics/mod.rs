@@ -240,6 +240,7 @@ pub fn step_bodies(mut physics: ResMut<Physics>, clock: Res<Clock>, vehicles: Qu
 }
 
 /// Writes where the bodies are to their vehicles.
+#[allow(clippy::type_complexity)]
 pub fn write_back(
     mut physics: ResMut<Physics>,
     clock: Res<Clock>,

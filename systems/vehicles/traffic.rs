@@ -1,7 +1,7 @@
 //! Who is ahead of whom.
 //!
 //! In every step all vehicles are noted as `Row`s in the order of their tables, and lanes are filled with entries
-//! ([`super::lanes`]). A vehicle has an entry wherever others have to mind it, and where it has to mind others:
+//! (`lanes.rs`). A vehicle has an entry wherever others have to mind it, and where it has to mind others:
 //!
 //! - in its lane, and while it changes, in the lane that it leaves;
 //! - behind its rear, in the lanes that it came from, as long as it is not wholly out of them;
