@@ -18,7 +18,7 @@ use super::steering::{self, flat};
 use super::traffic::{Row, Traffic};
 use super::{
     ByHand, Controls, Indicator, LaneChange, Motion, OnRoute, Stalled, Vehicle, VehicleNumber, VehicleType,
-    VehicleTypes, Wanted, following, hand, yielding,
+    VehicleTypes, Wanted, following, hand,
 };
 use crate::changes::rows_per_task;
 use crate::clock::Clock;
@@ -35,8 +35,6 @@ const LANE_CHANGE: (f32, f32) = (3.0, 8.0);
 const INDICATED: (f32, f32) = (0.5, 40.0);
 /// How often a vehicle that stands is put on the ground at most.
 const SETTLED: usize = 16;
-/// m/s: who is faster waits no more.
-const GONE: f32 = 3.0;
 /// Metres from its lane at which a vehicle is looked for along its whole route again: somebody else moved it.
 const LOST: f32 = 12.0;
 
@@ -462,11 +460,8 @@ impl Surroundings<'_> {
         body.transform.rotation = steering::posture(yaw, pitch, roll);
     }
 
-    /// Counts the time before a stop or a crossing, as long as it stands there.
+    /// Counts the time before a stop, as long as it stands there.
     fn wait(&self, body: &Body, on: &mut OnRoute) {
-        if body.motion.speed > GONE && on.waited.is_finite() {
-            on.waited = 0.0;
-        }
         if body.motion.speed != 0.0 || on.waited.is_infinite() {
             return;
         }
@@ -475,8 +470,6 @@ impl Surroundings<'_> {
             if on.waited >= seconds {
                 on.waited = f32::INFINITY;
             }
-        } else if yielding::stands_before(self.routes, body.number, on, body.kind) {
-            on.waited += self.seconds;
         }
     }
 

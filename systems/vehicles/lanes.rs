@@ -24,8 +24,6 @@ pub(super) struct Entry {
     /// The route that it is on now.
     pub road: RouteId,
     pub role: Role,
-    /// It has to come through a crossing yet that others come through to the same lane: who goes first is decided there.
-    pub is_guarded: bool,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]

@@ -12,7 +12,6 @@
 //! routes        Routes: centre lines, lanes, limits, stops, what follows; route_line: their samples
 //! signals       what traffic lights show
 //! traffic       who is ahead of whom; lanes: by lane, in order
-//! crossings     where lanes are in each other's way; yielding: who goes first there
 //! following     how fast: the Intelligent Driver Model
 //! lane_changes  MOBIL
 //! steering      where to: pure pursuit, bicycle model, trailer; hand: by Controls instead
@@ -23,7 +22,6 @@
 //! on the ground, under the middle of the rear axle, which is the reference point of the bicycle model. Steering angles
 //! and yaw are positive to the left.
 
-mod crossings;
 pub mod driving;
 pub mod following;
 pub mod ground;
@@ -38,7 +36,6 @@ pub mod signals;
 pub mod steering;
 pub mod traffic;
 pub mod types;
-mod yielding;
 
 use crate::interpolation::Interpolated;
 use bevy_ecs::lifecycle::HookContext;
@@ -188,8 +185,7 @@ pub struct OnRoute {
     pub previous: [Option<(RouteId, u8)>; 2],
     /// The change of lane that is under way.
     pub change: Option<LaneChange>,
-    /// Seconds that it has stood before a stop or a crossing; at a stop infinite once that was long enough, until it is
-    /// past it.
+    /// Seconds that it has stood before a stop; infinite once that was long enough, until it is past it.
     pub waited: f32,
 }
 

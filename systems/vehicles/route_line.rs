@@ -187,7 +187,7 @@ pub(super) fn brake_ahead(samples: &mut [Sample], step: f32, after: (f32, f32)) 
 }
 
 /// Metres of height that two stretches of a route are apart at least where one is a bridge over the other.
-pub(super) const HEADROOM: f32 = 3.0;
+const HEADROOM: f32 = 3.0;
 
 /// Where the centre line crosses itself in one level, if it does.
 pub fn self_crossing(route: &Route) -> Option<Vec3> {
@@ -220,7 +220,7 @@ fn around([x, z]: [i32; 2]) -> impl Iterator<Item = [i32; 2]> {
 }
 
 /// Where on a–b, 0..1, c–d crosses it, seen from above.
-pub(super) fn crossing(a: Vec3, b: Vec3, c: Vec3, d: Vec3) -> Option<f32> {
+fn crossing(a: Vec3, b: Vec3, c: Vec3, d: Vec3) -> Option<f32> {
     let side = |a: Vec3, b: Vec3, p: Vec3| (b.x - a.x) * (p.z - a.z) - (b.z - a.z) * (p.x - a.x);
     // A point on the other line counts to one side, so that lines that cross at their points do cross.
     let apart = |p: f32, q: f32| (p > 0.0) != (q > 0.0);

@@ -9,7 +9,6 @@
 //! the same way.
 
 use super::OnRoute;
-use super::crossings::{CrossedLane, Crossings};
 use super::route_line::{self, Sample};
 use bevy_ecs::prelude::*;
 use bevy_transform::components::Transform;
@@ -96,14 +95,8 @@ pub struct Route {
     /// The height of all of it, if it is level.
     level: Option<f32>,
     lanes: u8,
-    /// Its end is in a crossing, where others lead to the same place.
-    pub(super) is_guarded: bool,
     /// The end is the beginning.
     pub closed: bool,
-    /// Metres in which it is in the way of others that begin where it does.
-    pub(super) parting: f32,
-    /// The largest curvature, radians per metre.
-    pub(super) sharpest: f32,
     /// Whether it is one of several ways that a vehicle may take: turning is indicated there only.
     pub is_one_of_several: bool,
     /// What may follow.
@@ -192,18 +185,6 @@ impl Route {
         self.samples[index].curvature
     }
 
-    /// The curvatures between two places of it, radians per metre: the most to the right (or 0) and to the left.
-    pub(super) fn curvatures(&self, from: f32, to: f32) -> (f32, f32) {
-        let [first, last] = [from, to].map(|at| ((at * self.density).max(0.0) as usize).min(self.samples.len() - 1));
-        let bends = self.samples[first..=last].iter().map(|sample| sample.curvature);
-        bends.fold((0.0, 0.0), |(right, left), bend| (bend.min(right), bend.max(left)))
-    }
-
-    /// Whether a lane among those of all routes is one of its.
-    pub(super) fn has_lane(&self, lane: u32) -> bool {
-        lane.wrapping_sub(self.first_lane) < u32::from(self.lanes)
-    }
-
     /// The number of its lanes, at least 1.
     pub fn lanes(&self) -> u8 {
         self.lanes
@@ -251,7 +232,6 @@ pub struct Routes {
     /// Those of several lanes.
     wide: Vec<RouteId>,
     cells: route_line::Cells,
-    crossings: Vec<CrossedLane>,
 }
 
 impl Routes {
@@ -274,9 +254,6 @@ impl Routes {
                 lane_width: plan.lane_width,
                 level: samples.iter().all(|sample| sample.position.y == first).then_some(first),
                 lanes: plan.lanes.max(1),
-                is_guarded: false,
-                parting: 0.0,
-                sharpest: samples.iter().map(|sample| sample.curvature.abs()).fold(0.0, f32::max),
                 closed: plan.closed,
                 is_one_of_several: false,
                 then: plan.then.as_slice().into(),
@@ -288,12 +265,10 @@ impl Routes {
         }
         let ids = (0..).map(RouteId).zip(&routes);
         let wide = ids.filter(|(_, route)| route.lanes > 1).map(|(id, _)| id).collect();
-        let cells = route_line::Cells::default();
-        let mut all = Self { routes, left_hand, seed, lanes, wide, cells, crossings: Vec::new() };
+        let mut all = Self { routes, left_hand, seed, lanes, wide, cells: route_line::Cells::default() };
         all.note_forks();
         all.look_ahead();
         all.cells = route_line::Cells::new(&all.routes);
-        all.note_crossings();
         all
     }
 
@@ -359,25 +334,8 @@ impl Routes {
         &self.wide
     }
 
-    /// Lanes that others cross, by number.
-    pub(super) fn crossings(&self) -> &[CrossedLane] {
-        &self.crossings
-    }
-
     pub(super) fn cells(&self) -> &route_line::Cells {
         &self.cells
-    }
-
-    fn note_crossings(&mut self) {
-        let Crossings { lanes, guarded, parting } = Crossings::new(self);
-        for id in guarded {
-            self.routes[usize::from(id.0)].is_guarded = true;
-        }
-        for (id, far) in parting {
-            let route = &mut self.routes[usize::from(id.0)];
-            route.parting = route.parting.max(far);
-        }
-        self.crossings = lanes;
     }
 
     fn note_forks(&mut self) {

@@ -14,7 +14,7 @@
 
 use super::following::{self, ROUTES_AHEAD, Way};
 use super::lanes::{Entry, Found, Lanes, Role, Stretches};
-use super::routes::{Route, RouteId, Routes};
+use super::routes::{RouteId, Routes};
 use super::signals::Signals;
 use super::{OnRoute, VehicleType, VehicleTypeId, VehicleTypes};
 use crate::parallel::in_parallel;
@@ -62,10 +62,6 @@ impl Traffic {
         f32::from_bits(self.interactions[row].load(Ordering::Relaxed))
     }
 
-    pub(super) fn press(&self, row: u32, interaction: f32) {
-        press(&self.interactions, row, interaction);
-    }
-
     /// The entries of a lane, first the hindmost.
     pub(super) fn lane(&self, lane: u32) -> &[Entry] {
         self.lanes.get(lane)
@@ -85,11 +81,10 @@ impl Traffic {
         let count = self.enter(stretches, routes, signals, types);
         let interactions = &self.interactions;
         self.lanes.fill(&self.found[..count], (stretches, routes.lanes()), |entry, ahead| {
-            if let Some(leader) = ahead.iter().find(|other| is_minded(entry, other)) {
+            if let Some(leader) = ahead.iter().find(|other| other.row != entry.row) {
                 press(interactions, entry.row, minding(entry, leader, types));
             }
         });
-        self.give_way(routes, types);
     }
 
     /// Lists the entries of all vehicles; returns how many of the lists count.
@@ -124,11 +119,6 @@ fn press(interactions: &[AtomicU32], row: u32, interaction: f32) {
     }
 }
 
-/// Whether one in the same lane is minded: it is there, or will come there in the order in which both get there.
-fn is_minded(entry: &Entry, ahead: &Entry) -> bool {
-    ahead.row != entry.row && !(ahead.is_guarded && ahead.front < 0.0)
-}
-
 /// The interaction with a leader. Toward one on another road, before both come to where the roads meet, one brakes
 /// comfortably, until shortly before.
 fn minding(entry: &Entry, leader: &Entry, types: &VehicleTypes) -> f32 {
@@ -160,29 +150,23 @@ fn enter_routed(
         kind: row.kind,
         road: on.route,
         role,
-        is_guarded: false,
     };
     found.push(routes.lane(route, on.lane), entry(on.at, Role::Main, scale));
-    for lane in sweeps(kind, routes, route, on.lane, on.at).into_iter().flatten() {
-        found.push(routes.lane(route, lane), entry(on.at, Role::Follower, scale));
-    }
     if let Some(change) = on.change
         && change.from_lane != on.lane
     {
         found.push(routes.lane(route, change.from_lane), entry(on.at, Role::Follower, scale));
     }
     let mut behind = on.at - rear / scale;
-    let (mut before, mut last) = (0.0, route);
+    let mut before = 0.0;
     for (id, lane) in on.previous.into_iter().flatten() {
-        let Some(previous) = routes.get(id).filter(|_| behind < last.parting) else { break };
+        let Some(previous) = routes.get(id).filter(|_| behind < 0.0) else { break };
         before += previous.length;
         found.push(routes.lane(previous, lane), entry(on.at + before, Role::Obstacle, 1.0));
         behind += previous.length;
-        last = previous;
     }
     let far = following::look_ahead(driver, row.speed) + front;
     let mut has_waited = on.waited.is_infinite();
-    let mut is_guarded = false;
     for _ in 0..ROUTES_AHEAD {
         for (stop, distance) in way.stops(front) {
             if distance > far {
@@ -196,37 +180,10 @@ fn enter_routed(
         if way.to_end() > far {
             break;
         }
-        is_guarded |= way.route.is_guarded;
         way.advance();
-        let coming = Entry { is_guarded, ..entry(-way.distance, Role::Follower, 1.0) };
-        found.push(routes.lane(way.route, way.lane), coming);
-        for lane in sweeps(kind, routes, way.route, way.lane, -way.distance).into_iter().flatten() {
-            found.push(routes.lane(way.route, lane), coming);
-        }
+        found.push(routes.lane(way.route, way.lane), entry(-way.distance, Role::Follower, 1.0));
     }
     0.0
-}
-
-/// Metres that half of another vehicle beside takes, with some room; of sweeping that is none; before and behind a bend.
-const BESIDE: (f32, f32, f32, f32) = (1.4, 0.1, 30.0, 5.0);
-
-/// The lanes to either side that a vehicle needs, too: in a bend of curvature κ the front corner of one that reaches f
-/// ahead of its rear axle is f²·κ/2 farther outside, and the end of a trailer of length l is l²·κ/2 farther inside.
-fn sweeps(kind: &VehicleType, routes: &Routes, route: &Route, lane: u8, at: f32) -> [Option<u8>; 2] {
-    if route.lanes() < 2 {
-        return [None; 2];
-    }
-    let outside = 0.5 * kind.front() * kind.front();
-    let inside = kind.trailer.map_or(0.0, |trailer| 0.5 * trailer.length * trailer.length);
-    let room = (route.lane_width() - 0.5 * kind.size.x - BESIDE.0).max(BESIDE.1);
-    if outside.max(inside) * route.sharpest < room {
-        return [None; 2];
-    }
-    let (right, left) = route.curvatures(at - BESIDE.3, at + BESIDE.2);
-    let to_left = (-right * outside).max(left * inside) > room;
-    let to_right = (left * outside).max(-right * inside) > room;
-    let (down, up) = if routes.left_hand { (to_left, to_right) } else { (to_right, to_left) };
-    [lane.checked_sub(1).filter(|_| down), Some(lane + 1).filter(|&lane| up && lane < route.lanes())]
 }
 
 /// Metres that a vehicle which no route drives must leave beside it for others to pass, of half a lane's width.
@@ -269,7 +226,6 @@ fn enter_stray(
                     kind: row.kind,
                     road: id,
                     role: Role::Obstacle,
-                    is_guarded: false,
                 };
                 found.push(routes.lane(route, lane), entry);
             }
