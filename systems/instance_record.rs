@@ -31,7 +31,8 @@ impl InstanceRecord {
             *selection;
         let light = |i: usize| lights[i] << WEIGHT_BITS | whole(weights[i] * ((1 << WEIGHT_BITS) - 1) as f32);
         let numbers = [a.x, a.y, a.z, d.x, d.y, d.z, s.x, s.y, s.z];
-        let largest = numbers.iter().fold(0.0f32, |largest, v| largest.max(v.abs()));
+        // What is infinite counts as nothing, and leaves the others what they are.
+        let largest = numbers.iter().fold(0.0f32, |largest, v| largest.max(v.abs())).min(f32::MAX);
         let units = if largest > LEAST { MOST_UNITS / largest } else { 0.0 };
         let [a, b, c, d, e, f, g, h, last] = numbers.map(|v| whole(v * units));
         let dropped = selection.dropped.to_bits().saturating_add(1 << 15) & 0xffff_0000;

@@ -32,7 +32,7 @@ pub enum LampKind {
 #[derive(Component, Clone, Copy, PartialEq, Debug)]
 #[component(immutable, on_insert = enlist, on_discard = strike_off)]
 pub struct Lamp {
-    /// The vehicle.
+    /// The vehicle; it has to be one when the lamp comes.
     pub vehicle: Entity,
     /// When it is on.
     pub kind: LampKind,
