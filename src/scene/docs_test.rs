@@ -75,7 +75,8 @@ fn every_field_has_its_row() {
         for text in structs {
             let (name, body) = text.split_once(|c: char| !c.is_alphanumeric()).expect("a name");
             let body = body.split("\n}").next().unwrap_or_default();
-            let fields = body.lines().filter_map(|l| l.trim().strip_prefix("pub ").or(l.strip_prefix("    ")));
+            let code = body.lines().filter(|l| !l.trim().starts_with("//"));
+            let fields = code.filter_map(|l| l.trim().strip_prefix("pub ").or(l.strip_prefix("    ")));
             let fields: Vec<&str> = fields.filter_map(|l| l.split_once(": ")).map(|(f, _)| f.trim()).collect();
             let heading = name.to_lowercase().replace("source", "");
             if ["named", "color", "attenuation"].contains(&heading.as_str()) || (name == "MapSource") {
