@@ -1,6 +1,6 @@
 //! Work in parts, for the threads of a pool to share.
 //!
-//! Everything in parallel comes through here. A scope of `bevy_tasks` brings an executor compiled for what it runs, some
+//! What is shared out over tasks comes through here. A scope of `bevy_tasks` brings an executor compiled for what it runs, some
 //! ten thousand lines of its own; so there is one, which runs numbers.
 
 use bevy_tasks::{ComputeTaskPool, TaskPool};
