@@ -93,7 +93,11 @@ fn town(vehicles: usize) -> (Vec<RoutePlan>, Vec<Signal>) {
             let next = crossing(x + steps[way].0, z + steps[way].1);
             let from = middle + direction(way) * half + beside(way);
             let to = middle + direction(way) * (block - half) + beside(way);
-            let stop = Stop { at: block - 2.0 * half - 1.0, wait: Wait::Signal((next * 2 + way % 2) as u32) };
+            let stop = Stop {
+                at: block - 2.0 * half - 1.0,
+                wait: Wait::Signal((next * 2 + way % 2) as u32),
+                clear: 2.0 * half + 1.0,
+            };
             let then = (0..3).map(|turn| across(next, way, turn)).collect();
             streets.push(RoutePlan { points: vec![from, to], stops: vec![stop], then, ..RoutePlan::default() });
             let enter = middle - direction(way) * half + beside(way);

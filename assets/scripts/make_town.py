@@ -211,7 +211,7 @@ def lamps(scene):
 
 def signals(scene, traffic):
     for (h, _, _), r in traffic.arriving.items():
-        for _, signal, group in r.stops:
+        for _, signal, group, _ in r.stops:
             street = r.street
             edge = {0: street.high, 1: street.low, 2: street.low, 3: street.high}[h]
             p = r.points[-1] - AHEAD[h] * (town_streets.STOP_LINE + 0.6) + right_of(h) * (edge - street.line + 0.42)

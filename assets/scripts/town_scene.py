@@ -188,14 +188,15 @@ class Scene:
     def roads(self, traffic):
         out = '    signals: {\n'
         for name, (greens, offset) in traffic.signals.items():
-            out += '        "%s": (green_seconds: %s, amber_seconds: 3, red_seconds: 3, offset_seconds: %d),\n' % (name, greens, offset)
+            out += '        "%s": (green_seconds: %s, amber_seconds: 3, red_seconds: 1, offset_seconds: %d),\n' % (name, greens, offset)
         out += '    },\n    routes: {\n'
         for r in traffic.routes:
             points = ', '.join(vec((x, height(x, z) + r.lift, z)) for x, z in r.points)
             fields = ['points: [%s]' % points, 'shape: ' + r.shape] + (['closed: true'] if r.closed else [])
             fields += ['%s: %s' % (k, v) for k, v in r.fields.items()]
             if r.stops:
-                stops = ['(at: %s, signal: "%s", group: %d)' % (num(a), s, g) for a, s, g in r.stops]
+                clear = lambda metres: ', keep_clear: %s' % num(metres) if metres else ''
+                stops = ['(at: %s, signal: "%s", group: %d%s)' % (num(a), s, g, clear(c)) for a, s, g, c in r.stops]
                 fields.append('stops: [%s]' % ', '.join(stops))
             if r.then:
                 fields.append('then: [%s]' % ', '.join('"%s"' % t for t in r.then))

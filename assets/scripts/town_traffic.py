@@ -65,14 +65,14 @@ def street_routes():
     return leaving, arriving
 
 
-def through(start, h0, end, h1):
+def through(start, h0, end, h1, lead_in=1.2, part=1.0):
     """A way through a junction: straight, an arc, straight; all ends have collinear points, so
     that a spline through them leaves and arrives along the streets."""
     start, end, d0, d1 = np.asarray(start), np.asarray(end), AHEAD[h0], AHEAD[h1]
     if h0 == h1:
         return [start + (end - start) * t for t in (0, 0.25, 0.5, 0.75, 1)]
     ahead, aside = (end - start) @ d0, (end - start) @ d1
-    r = min(ahead, aside) - 1.2
+    r = part * (min(ahead, aside) - lead_in)
     begin, finish = start + d0 * (ahead - r), end - d1 * (aside - r)
     centre = begin + d1 * r
     angle = np.linspace(0, np.pi / 2, max(6, int(r * 1.5) + 1))
@@ -80,6 +80,11 @@ def through(start, h0, end, h1):
     lead = [start + (begin - start) * t for t in (0, 0.33, 0.67)]
     tail = [finish + (end - finish) * t for t in (0.33, 0.67, 1)]
     return lead + bend + tail
+
+
+def beside_middle(street, lane):
+    """Metres from the middle of a street's lanes to that of one, to the left."""
+    return (lane - (street.street.lanes - 1) / 2) * LANE
 
 
 def junctions(leaving, arriving):
@@ -91,22 +96,39 @@ def junctions(leaving, arriving):
             signal = None
             if junction_kind(i, j) != 'bend':
                 signal = '%s and %s' % (ROWS[j].name, COLUMNS[i].name)
-                busy = [14 if arriving[(h, i, j)].street.lanes > 1 else 9 for h in coming]
+                busy = [14 if arriving[(h, i, j)].street.lanes > 1 else 10 for h in coming]
                 signals[signal] = (busy, (7 * i + 11 * j) % 30)
             for group, h in enumerate(coming):
-                street = arriving[(h, i, j)]
-                if signal:
-                    street.stops.append((street.length() - STOP_AT, signal, group))
+                street, across = arriving[(h, i, j)], []
                 for turn, word in TURN.items():
                     out = leaving.get(((h + turn) % 4, i, j))
                     if out is None:
                         continue
                     lanes = min(street.street.lanes, out.street.lanes) if turn == 0 else 1
-                    way = Route('%s %s' % (street.name, word), through(street.points[-1], h, out.points[0], out.heading),
+                    # a turn leads from the middle of the lane at its side to that of the lane at the edge
+                    lane = street.street.lanes - 1 if turn == 3 else 0
+                    start, end = street.points[-1], out.points[0]
+                    if turn:
+                        start, end = start - right_of(h) * beside_middle(street, lane), end - right_of(out.heading) * beside_middle(out, 0)
+                    # in bends, where both directions meet, they keep away from each other
+                    shape = () if signal else (0.4,) if turn == 1 else (1.2, 0.7)
+                    points = through(start, h, end, out.heading, *shape)
+                    way = Route('%s %s' % (street.name, word), points,
                                 lanes=lanes, lane_width=LANE, speed_limit_kmh=SPEED[street.street.surface] if turn == 0 else 25)
+                    ways_on = [t for t in TURN if ((h + t) % 4, i, j) in leaving]
+                    # where nobody goes straight on, both lanes turn left
+                    if turn and street.street.lanes > 1 and (turn == 1 or 0 in ways_on):
+                        way.fields['from_lanes'] = [lane]
+                    # longer ones would swing over the lane of those who come from there
+                    if turn == 1 and len(ways_on) > 1:
+                        way.fields['longest_vehicle'] = 7
                     way.shape, way.then = 'spline', [out.name]
                     street.then.append(way.name)
-                    ways.append(way)
+                    across.append(way)
+                if signal:
+                    clear = STOP_AT + max(way.length() for way in across)
+                    street.stops.append((street.length() - STOP_AT, signal, group, round(clear, 1)))
+                ways += across
     return ways, signals
 
 
@@ -125,10 +147,10 @@ def cycle_route(block, arriving):
     along = np.arange(0, r.length(), 0.25)
     there = np.array([r.place(s)[0] for s in along])
     for h, i, j in ((EAST, block.i + 1, block.j), (SOUTH, block.i + 1, block.j + 1), (WEST, block.i, block.j + 1), (NORTH, block.i, block.j)):
-        for at, signal, group in arriving[(h, i, j)].stops:
+        for at, signal, group, _ in arriving[(h, i, j)].stops:
             p = arriving[(h, i, j)].place(at)[0]
             off = np.abs((there - p) @ AHEAD[h]) + 0.1 * np.linalg.norm(there - p, axis=1)
-            r.stops.append((float(along[np.argmin(off)]), signal, group))
+            r.stops.append((float(along[np.argmin(off)]), signal, group, 0))
     r.stops.sort()
     return r
 
@@ -142,6 +164,12 @@ def walks(block):
         r.shape, r.closed, r.lift = 'spline', True, KERB
         out.append(r)
     return out
+
+
+def can_stop(kind, route, at):
+    """km/h at which a vehicle there can still stop at the next line, braking with 2 m/s²."""
+    ahead = [s[0] - at - FRONT[kind] for s in route.stops if s[0] > at]
+    return int(3.6 * np.sqrt(4 * max(0.0, min(ahead) - 1))) if ahead else 99
 
 
 def paint(rng):
@@ -174,7 +202,7 @@ class Traffic:
         rng = np.random.default_rng(2024)
         out = []
         main = [r for r in self.streets if r.street.lanes > 1]
-        heavy = ['bus', 'truck'] * 8 + ['truck'] * 2
+        heavy = ['bus', 'truck', 'bus', 'van'] * 4 + ['truck', 'van']
         places = [(r, lane) for lane in (0, 1) for r in main]
         light = ['car'] * 120 + ['van'] * 20 + ['motorcycle'] * 15
         rng.shuffle(light)
@@ -209,7 +237,7 @@ class Traffic:
         for k, kind in zip(order[len(light):], ['car', 'car', 'van', 'car', 'car', 'motorcycle', 'car'] * 2):
             r, lane, at = free[k]
             out.append((kind, paint(rng), r, float(at), lane, int(rng.integers(12, 28))))
-        return out
+        return [(*v[:5], min(v[5], can_stop(v[0], v[2], v[3]))) for v in out]
 
     def parked(self):
         """(type, paint, x, z, yaw degrees) of the cars in the bays."""
@@ -251,10 +279,10 @@ def check(traffic):
             assert max(turn) < 25, '%s: a corner of %.0f degrees' % (r.name, max(turn))
         for name in r.then:
             n = routes[name]
-            assert np.linalg.norm(r.points[-1] - n.points[0]) < 0.01, '%s -> %s: a step' % (r.name, name)
+            assert np.linalg.norm(r.points[-1] - n.points[0]) < 0.01 + LANE / 2, '%s -> %s: a step' % (r.name, name)
             c = unit(spline_end(r.points, 1)) @ unit(spline_end(n.points, 0))
             assert c > np.cos(np.radians(1)), '%s -> %s: a corner' % (r.name, name)
-        for at, signal, group in r.stops:
+        for at, signal, group, _ in r.stops:
             assert 0 < at < r.length() and group < len(traffic.signals[signal][0]), r.name
     for (h, i, j), r in traffic.arriving.items():
         ways = [t for t in TURN if ((h + t) % 4, i, j) in traffic.leaving]

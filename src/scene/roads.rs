@@ -24,6 +24,10 @@ pub struct Route {
     pub stops: Vec<Stop>,
     #[serde(default)]
     pub then: Vec<String>,
+    #[serde(default)]
+    pub from_lanes: Vec<u8>,
+    #[serde(default)]
+    pub longest_vehicle: Option<f32>,
 }
 
 fn lanes() -> u8 {
@@ -64,6 +68,8 @@ pub struct Stop {
     pub group: usize,
     #[serde(default)]
     pub seconds: Option<f32>,
+    #[serde(default)]
+    pub keep_clear: f32,
 }
 
 #[derive(Deserialize, Debug)]

@@ -54,7 +54,7 @@ fn plan_route(name: &str, route: &format::Route, scene: &Scene, signals: &Signal
     let stop = |stop: &format::Stop| {
         let head = stop.signal.as_ref().and_then(|signal| signals.head(signal, stop.group));
         let wait = head.map_or(Wait::Dwell(stop.seconds.unwrap_or(0.0)), Wait::Signal);
-        Stop { at: stop.at, wait }
+        Stop { at: stop.at, wait, clear: stop.keep_clear }
     };
     let mut limits: Vec<(f32, f32)> = route.limits.iter().map(|limit| (limit.from, limit.kmh / 3.6)).collect();
     limits.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -70,6 +70,8 @@ fn plan_route(name: &str, route: &format::Route, scene: &Scene, signals: &Signal
         limits,
         stops: route.stops.iter().map(stop).collect(),
         then: route.then.iter().filter_map(id).collect(),
+        from_lanes: route.from_lanes.clone(),
+        longest: route.longest_vehicle.unwrap_or(f32::INFINITY),
     }
 }
 

@@ -4,8 +4,8 @@ use bevy_ecs::prelude::*;
 use bevy_transform::components::Transform;
 use glam::{Vec2, Vec3};
 use proptest::prelude::*;
-use proptest::test_runner::RngSeed;
 use systems::Simulation;
+use systems::vehicles::forks::{Chooser, Fork};
 use systems::vehicles::routes::{RouteId, RoutePlan, Routes, Stop, Wait};
 use systems::vehicles::signals::{Aspect, Signal, Signals};
 use systems::vehicles::types::{Driver, Limits, Trailer};
@@ -75,7 +75,7 @@ fn crossing(arm: f32, lanes: u8, speed_limit: f32) -> (Vec<RoutePlan>, Signals) 
             false,
             (0..3).map(|k| 8 + 3 * i + k).collect(),
         );
-        entry.stops = vec![Stop { at: arm - 1.0, wait: Wait::Signal((i % 2) as u32) }];
+        entry.stops = vec![Stop { at: arm - 1.0, wait: Wait::Signal(i as u32), clear: 2.0 * inner + 1.0 }];
         plans.push(entry);
     }
     for i in 0..4 {
@@ -86,8 +86,11 @@ fn crossing(arm: f32, lanes: u8, speed_limit: f32) -> (Vec<RoutePlan>, Signals) 
         let from = at(i, -inner, -side);
         let (left, right) = ((i + 1) % 4, (i + 3) % 4);
         plans.push(plan(format!("straight {i}"), vec![from, at(i, inner, -side)], false, vec![4 + i]));
-        let bend = |to: usize, name: &str| {
-            let end = at(to, inner, -side);
+        // From the middle of a lane to that of the lane at the edge.
+        let middle = |lane: u8| (f32::from(lane) - 0.5 * f32::from(lanes - 1)) * 4.2;
+        let bend = |to: usize, lane: u8, name: &str| {
+            let from = at(i, -inner, middle(lane) - side);
+            let end = at(to, inner, middle(0) - side);
             let dir = |arm| at(arm, 1.0, 0.0);
             let reach = 0.55 * from.distance(end) * 0.5f32.sqrt() * 1.4;
             let points = (0..=8).map(|k| {
@@ -98,18 +101,29 @@ fn crossing(arm: f32, lanes: u8, speed_limit: f32) -> (Vec<RoutePlan>, Signals) 
             });
             plan(format!("{name} {i}"), points.collect(), true, vec![4 + to])
         };
-        plans.push(bend(left, "left"));
-        plans.push(bend(right, "right"));
+        // The lane at the edge turns right, the one in the middle left; all go straight on.
+        plans.push(RoutePlan { lanes: 1, from_lanes: vec![lanes - 1], ..bend(left, lanes - 1, "left") });
+        plans.push(RoutePlan { lanes: 1, from_lanes: vec![0], ..bend(right, 0, "right") });
     }
     for i in 0..4 {
-        // A wide loop back into the same arm, far out.
+        // A wide loop back into the same arm, far out: a bend to the right, then nearly a circle to the left.
         let outer = inner + arm;
-        let points = [(-side, 0.0), (-side, 20.0), (-30.0, 60.0), (-38.0, 100.0), (0.0, 138.0)];
-        let back = points.iter().rev().skip(1).map(|&(left, out)| (-left, out));
-        let points: Vec<Vec3> = points.into_iter().chain(back).map(|(left, out)| at(i, outer + out, left)).collect();
+        let radius = 40.0f32;
+        let lean = ((radius + side) / (2.0 * radius)).acos();
+        let bend = |k: usize| lean * k as f32 / 6.0;
+        let out = (0..=6).map(|k| (-side - radius * (1.0 - bend(k).cos()), 20.0 + radius * bend(k).sin()));
+        let top = 20.0 + 2.0 * radius * lean.sin();
+        let circle = (1..=12).map(|k| {
+            let first = std::f32::consts::FRAC_PI_2 - lean;
+            let angle = first + (std::f32::consts::PI - first) * k as f32 / 12.0;
+            (-radius * angle.sin(), top - radius * angle.cos())
+        });
+        let half: Vec<(f32, f32)> = [(-side, 0.0)].into_iter().chain(out).chain(circle).collect();
+        let back = half.iter().rev().skip(1).map(|&(left, out)| (-left, out));
+        let points: Vec<Vec3> = half.iter().copied().chain(back).map(|(left, out)| at(i, outer + out, left)).collect();
         plans.push(plan(format!("back {i}"), points, true, vec![(i + 2) % 4]));
     }
-    let times = Signal { name: "crossing".into(), green: vec![14.0, 14.0], amber: 3.0, red: 4.0, offset: 0.0 };
+    let times = Signal { name: "crossing".into(), green: vec![10.0; 4], amber: 3.0, red: 4.0, offset: 0.0 };
     (plans, Signals::new(vec![times]))
 }
 
@@ -198,10 +212,9 @@ fn collision(world: &World, entities: &[Entity]) -> Option<String> {
 }
 
 fn cases(count: u32) -> ProptestConfig {
-    // The same scenes in every run: in rare ones, found with other seeds, vehicles side by side touch in a bend of two
-    // lanes at a crossing.
-    let rng_seed = RngSeed::Fixed(1);
-    ProptestConfig { cases: count, failure_persistence: None, rng_seed, ..ProptestConfig::default() }
+    // `PROPTEST_CASES` asks for more.
+    let cases = if std::env::var_os("PROPTEST_CASES").is_some() { ProptestConfig::default().cases } else { count };
+    ProptestConfig { cases, failure_persistence: None, ..ProptestConfig::default() }
 }
 
 proptest! {
@@ -252,18 +265,15 @@ proptest! {
             for (seen, &entity) in seen.iter_mut().zip(&entities) {
                 let now = before(world, entity);
                 if seen.0.0 < 4 && seen.1 && !now.1 && now.0 == seen.0 {
-                    let aspect = world.resource::<Signals>().heads()[usize::from(now.0.0 % 2)].0;
-                    prop_assert!(aspect != Aspect::Red, "step {}: {:?}", step, world.get::<OnRoute>(entity));
+                    // Red for 55 s. Who goes at amber and then meets another may be slower than it thought.
+                    let (aspect, left) = world.resource::<Signals>().heads()[usize::from(now.0.0)];
+                    let passes = aspect != Aspect::Red || left > 54.0;
+                    prop_assert!(passes, "step {}: {left} s, {:?}", step, world.get::<OnRoute>(entity));
                 }
                 *seen = now;
             }
-            // Left turns cross each other's way: within the crossing only vehicles that follow each other count.
             if step % 10 == 0 {
-                let out: Vec<Entity> = entities.iter().copied().filter(|&entity| {
-                    let at = world.get::<Transform>(entity).expect("one").translation;
-                    at.x.abs().max(at.z.abs()) > 3.5 * (2.2 * f32::from(lanes) + 2.5)
-                }).collect();
-                let found = collision(world, &out);
+                let found = collision(world, &entities);
                 prop_assert!(found.is_none(), "step {}: {}", step, found.unwrap_or_default());
             }
         }
@@ -327,7 +337,7 @@ fn neither_the_order_of_tables_nor_how_vehicles_are_spread_over_them_matters() {
 
 #[test]
 fn a_bus_waits_at_its_stop_and_goes_on() {
-    let stops = vec![Stop { at: 150.0, wait: Wait::Dwell(5.0) }];
+    let stops = vec![Stop { at: 150.0, wait: Wait::Dwell(5.0), clear: 0.0 }];
     let plan = RoutePlan { points: vec![Vec3::ZERO, Vec3::Z * 400.0], stops, ..RoutePlan::default() };
     let mut simulation = Simulation::new();
     simulation.world.insert_resource(Routes::new(vec![plan], false, 0));
@@ -373,7 +383,10 @@ fn turning_and_changing_lanes_is_indicated() {
     let (plans, signals) = crossing(100.0, 1, 12.0);
     let mut simulation = Simulation::new();
     let routes = Routes::new(plans, false, 5);
-    let turns = (0..40u32).map(|number| routes.next(RouteId(0), number, 0).0 - 8).collect::<Vec<_>>();
+    let next = |routes: &Routes, number| {
+        routes.next(Fork { route: RouteId(0), lane: 0, choices: 0 }, Chooser { number, length: 4.0 })
+    };
+    let turns = (0..40u32).map(|number| next(&routes, number).0 - 8).collect::<Vec<_>>();
     assert!((0..3).all(|way| turns.contains(&way)), "{turns:?}");
     simulation.world.insert_resource(routes);
     simulation.world.insert_resource(signals);

@@ -10,6 +10,7 @@
 //! Each vehicle is moved by what was noted before any moved, and decisions that touch two are made in the order of lanes
 //! and vehicle numbers: neither threads nor the order of tables show in results. What did not change is not written.
 
+use super::crossings::PATIENCE;
 use super::ground::Grounds;
 use super::lane_changes::{self, Start};
 use super::routes::{Place, Route, Routes};
@@ -28,6 +29,7 @@ use bevy_ecs::change_detection::{ContiguousComponentTicksMut, ContiguousMut, Con
 use bevy_ecs::prelude::*;
 use bevy_transform::components::Transform;
 use glam::{Vec2, Vec3};
+use std::sync::atomic::Ordering;
 
 /// Seconds that a lane change takes; and metres at least, beside three wheelbases: who hardly moves cannot change.
 const LANE_CHANGE: (f32, f32) = (3.0, 8.0);
@@ -384,7 +386,7 @@ impl Surroundings<'_> {
         let target = on.at + ahead;
         let over = target - route.length;
         let point = if over > 0.0 && !route.then.is_empty() {
-            let next = self.routes.next(on.route, body.number, on.choices);
+            let next = self.routes.next((&*on).into(), body.kind.chooser(body.number));
             let next = self.routes.get(next).unwrap_or(route);
             next.place(over).beside(self.path(on, next, on.lane))
         } else {
@@ -416,7 +418,7 @@ impl Surroundings<'_> {
         if on.at < route.length {
             return self.stand(body, |wheelbase| route.height(on.at + wheelbase));
         }
-        let next = self.routes.next(on.route, body.number, on.choices);
+        let next = self.routes.next((&*on).into(), body.kind.chooser(body.number));
         let Some(following) = self.routes.get(next) else { return };
         let jumps = route.then.is_empty() && !route.closed;
         on.previous = [Some((on.route, on.lane)), on.previous[0]];
@@ -460,12 +462,18 @@ impl Surroundings<'_> {
         body.transform.rotation = steering::posture(yaw, pitch, roll);
     }
 
-    /// Counts the time before a stop, as long as it stands there.
+    /// Counts the time before a stop, as long as it stands there; before a crossing that is blocked it chooses again.
     fn wait(&self, body: &Body, on: &mut OnRoute) {
         if body.motion.speed != 0.0 || on.waited.is_infinite() {
             return;
         }
-        if let Some(seconds) = following::dwell_ahead(self.routes, body.number, on, body.kind) {
+        if self.traffic.blocked[body.row].load(Ordering::Relaxed) {
+            on.waited += self.seconds;
+            if on.waited > PATIENCE {
+                on.choices = on.choices.wrapping_add(1);
+                on.waited = 0.0;
+            }
+        } else if let Some(seconds) = following::dwell_ahead(self.routes, body.number, on, body.kind) {
             on.waited += self.seconds;
             if on.waited >= seconds {
                 on.waited = f32::INFINITY;
@@ -484,7 +492,7 @@ impl Surroundings<'_> {
             return toward(route.turn > 0.0);
         }
         let next = if route.length - on.at < INDICATED.1 && route.then.len() > 1 {
-            self.routes.get(self.routes.next(on.route, body.number, on.choices))
+            self.routes.get(self.routes.next((&*on).into(), body.kind.chooser(body.number)))
         } else {
             None
         };

@@ -4,6 +4,7 @@
 //! Physical Review E 62 (2000): dv/dt = a·(1 − (v/v0)^δ − (s*/s)²) with s* = s0 + max(0, v·T + v·Δv / (2·√(a·b))).
 //! The last term is what is called interaction here; of several leaders the one with the largest counts.
 
+use super::forks::{Chooser, Fork};
 use super::routes::{Route, RouteId, Routes, Stop, Wait};
 use super::signals::{Aspect, Signals};
 use super::types::{Driver, Limits};
@@ -58,9 +59,10 @@ pub(super) const ROUTES_AHEAD: usize = 4;
 
 /// The way ahead of a vehicle: the route it is on, and those that it will choose, with the lane there and the metres from
 /// its reference point to their beginning.
+#[derive(Clone, Copy)]
 pub(super) struct Way<'a> {
     pub routes: &'a Routes,
-    pub number: u32,
+    pub chooser: Chooser,
     pub id: RouteId,
     pub route: &'a Route,
     pub lane: u8,
@@ -70,15 +72,16 @@ pub(super) struct Way<'a> {
 }
 
 impl<'a> Way<'a> {
-    pub fn new(routes: &'a Routes, number: u32, on: &OnRoute) -> Option<Self> {
-        let route = routes.get(on.route)?;
-        Some(Self { routes, number, id: on.route, route, lane: on.lane, distance: -on.at, choices: on.choices })
+    pub fn new(routes: &'a Routes, number: u32, kind: &VehicleType, on: &OnRoute) -> Option<Self> {
+        let (route, chooser) = (routes.get(on.route)?, kind.chooser(number));
+        Some(Self { routes, chooser, id: on.route, route, lane: on.lane, distance: -on.at, choices: on.choices })
     }
 
     /// Goes on to the next route.
     pub fn advance(&mut self) {
         self.distance += self.route.length;
-        self.id = self.routes.next(self.id, self.number, self.choices);
+        let fork = Fork { route: self.id, lane: self.lane, choices: self.choices };
+        self.id = self.routes.next(fork, self.chooser);
         self.choices = self.choices.wrapping_add(1);
         if let Some(route) = self.routes.get(self.id) {
             self.route = route;
@@ -125,7 +128,7 @@ pub(super) fn is_closed(
 /// Whether a vehicle that stands waits before a stop, and how long it has to.
 pub(super) fn dwell_ahead(routes: &Routes, number: u32, on: &OnRoute, kind: &VehicleType) -> Option<f32> {
     let reach = kind.driver.gap + 1.5;
-    let mut way = Way::new(routes, number, on)?;
+    let mut way = Way::new(routes, number, kind, on)?;
     for _ in 0..ROUTES_AHEAD {
         if let Some((stop, distance)) = way.stops(kind.front()).next() {
             return match stop.wait {

@@ -6,6 +6,7 @@
 //! before they are: insertion sort does the rest.
 
 use super::VehicleTypeId;
+use super::crossings::Coming;
 use super::routes::RouteId;
 use crate::parallel::in_parallel;
 use bevy_tasks::ComputeTaskPool;
@@ -67,11 +68,12 @@ impl Stretches {
     }
 }
 
-/// What one task found: entries and their lanes, by stretch.
+/// What one task found: entries and their lanes, by stretch; who comes to a crossing.
 #[derive(Default)]
 pub(super) struct Found {
     bits: u32,
     stretches: Vec<Vec<(u32, Entry)>>,
+    pub coming: Vec<Coming>,
 }
 
 impl Found {
@@ -80,6 +82,7 @@ impl Found {
         self.bits = stretches.bits;
         self.stretches.resize_with(stretches.count, Vec::new);
         self.stretches.iter_mut().for_each(Vec::clear);
+        self.coming.clear();
     }
 
     pub fn push(&mut self, lane: u32, entry: Entry) {

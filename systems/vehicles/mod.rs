@@ -22,8 +22,10 @@
 //! on the ground, under the middle of the rear axle, which is the reference point of the bicycle model. Steering angles
 //! and yaw are positive to the left.
 
+mod crossings;
 pub mod driving;
 pub mod following;
+pub mod forks;
 pub mod ground;
 mod hand;
 pub mod lamps;

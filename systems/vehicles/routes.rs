@@ -9,6 +9,7 @@
 //! the same way.
 
 use super::OnRoute;
+use super::forks::{self, Next, Parting};
 use super::route_line::{self, Sample};
 use bevy_ecs::prelude::*;
 use bevy_transform::components::Transform;
@@ -40,8 +41,13 @@ pub struct RoutePlan {
     pub limits: Vec<(f32, f32)>,
     /// Where vehicles wait.
     pub stops: Vec<Stop>,
-    /// What may follow at the end; a vehicle chooses evenly. None: the same route again, from its beginning.
+    /// What may follow at the end; a vehicle chooses evenly among those that are open to it. None: the same route again,
+    /// from its beginning.
     pub then: Vec<RouteId>,
+    /// The lanes of the route before from which vehicles choose this one; none: from all.
+    pub from_lanes: Vec<u8>,
+    /// Metres: longer vehicles, trailers included, choose another.
+    pub longest: f32,
 }
 
 impl Default for RoutePlan {
@@ -58,6 +64,8 @@ impl Default for RoutePlan {
             limits: Vec::new(),
             stops: Vec::new(),
             then: Vec::new(),
+            from_lanes: Vec::new(),
+            longest: f32::INFINITY,
         }
     }
 }
@@ -69,6 +77,10 @@ pub struct Stop {
     pub at: f32,
     /// What for.
     pub wait: Wait,
+    /// Of a signal: metres beyond the line that are a crossing, in which nobody should stand; it ends with the route after
+    /// this one at the latest. Who would have to stand in it, or would meet one there that came by another group of the
+    /// signal, waits before the line.
+    pub clear: f32,
 }
 
 /// What vehicles wait for at a [`Stop`].
@@ -100,7 +112,12 @@ pub struct Route {
     /// Whether it is one of several ways that a vehicle may take: turning is indicated there only.
     pub is_one_of_several: bool,
     /// What may follow.
-    pub then: Box<[RouteId]>,
+    pub then: Box<[Next]>,
+    /// Metres from its beginning to where the crossings end that begin in the route before it.
+    pub(super) crossed: f32,
+    /// Other ways that begin where it does, and how far from its beginning the last of them has parted from it.
+    pub(super) partings: Box<[Parting]>,
+    pub(super) parted: f32,
     /// Where vehicles wait, ascending.
     pub stops: Box<[Stop]>,
     /// Evenly spaced from beginning to end.
@@ -256,7 +273,10 @@ impl Routes {
                 lanes: plan.lanes.max(1),
                 closed: plan.closed,
                 is_one_of_several: false,
-                then: plan.then.as_slice().into(),
+                then: Box::default(),
+                crossed: 0.0,
+                partings: Box::default(),
+                parted: 0.0,
                 stops: plan.stops.as_slice().into(),
                 samples: samples.into(),
                 plan: Box::new(plan),
@@ -267,6 +287,7 @@ impl Routes {
         let wide = ids.filter(|(_, route)| route.lanes > 1).map(|(id, _)| id).collect();
         let mut all = Self { routes, left_hand, seed, lanes, wide, cells: route_line::Cells::default() };
         all.note_forks();
+        all.note_crossings();
         all.look_ahead();
         all.cells = route_line::Cells::new(&all.routes);
         all
@@ -308,19 +329,6 @@ impl Routes {
         from_edge * route.lane_width * if self.left_hand { -1.0 } else { 1.0 }
     }
 
-    /// The route after `route` of the vehicle of that number, which has come to routes `choices` times before: a
-    /// function of these alone, so that it is known beforehand.
-    pub fn next(&self, route: RouteId, number: u32, choices: u32) -> RouteId {
-        match self.get(route).map_or(&[][..], |route| &route.then) {
-            [] => route,
-            [only] => *only,
-            several => {
-                let bits = mixed(self.seed ^ mixed(u64::from(number) << 32 | u64::from(choices)));
-                several[(((bits >> 32) * several.len() as u64) >> 32) as usize]
-            }
-        }
-    }
-
     /// Where a vehicle that is `at` metres along a lane stands.
     pub fn stand(&self, on: &OnRoute) -> Transform {
         let Some(route) = self.get(on.route) else { return Transform::IDENTITY };
@@ -339,9 +347,30 @@ impl Routes {
     }
 
     fn note_forks(&mut self) {
-        let forks: Vec<Vec<RouteId>> = self.routes.iter().map(|route| route.then.to_vec()).collect();
-        for way in forks.iter().filter(|ways| ways.len() > 1).flatten() {
-            self.routes[usize::from(way.0)].is_one_of_several = true;
+        for index in 0..self.routes.len() {
+            let ids = &self.routes[index].plan.then;
+            let then: Box<[Next]> = ids.iter().map(|&id| Next::new(id, &self.routes[usize::from(id.0)].plan)).collect();
+            if let [_, _, ..] = &then[..] {
+                then.iter().for_each(|way| self.routes[usize::from(way.id.0)].is_one_of_several = true);
+            }
+            self.routes[index].then = then;
+        }
+        for (route, partings) in forks::partings(self).into_iter().enumerate() {
+            let route = &mut self.routes[route];
+            route.parted = partings.iter().map(|parting| parting.metres).fold(0.0, f32::max);
+            route.partings = partings.into();
+        }
+    }
+
+    /// Notes how far crossings that begin at a stop reach into the next route.
+    fn note_crossings(&mut self) {
+        for index in 0..self.routes.len() {
+            let route = &self.routes[index];
+            let over = route.stops.iter().map(|stop| stop.at + stop.clear - route.length).fold(0.0, f32::max);
+            for way in route.then.clone() {
+                let next = &mut self.routes[usize::from(way.id.0)];
+                next.crossed = next.crossed.max(over.min(next.length));
+            }
         }
     }
 
@@ -355,10 +384,9 @@ impl Routes {
                 .map(|r| r.samples.first().map_or((f32::MAX, f32::MAX), |s| (s.limit, s.bend)))
                 .collect();
             for (index, route) in self.routes.iter_mut().enumerate() {
-                let own = [RouteId(index as u16)];
-                let round = if route.closed { &own[..] } else { &[] };
-                let then = if route.then.is_empty() { round } else { &route.then };
-                let after = then.iter().filter_map(|next| starts.get(usize::from(next.0)));
+                let own = route.closed.then_some(index);
+                let then = own.into_iter().chain(route.then.iter().map(|next| usize::from(next.id.0)));
+                let after = then.filter_map(|next| starts.get(next));
                 let after = after.fold((f32::MAX, f32::MAX), |least, s| (least.0.min(s.0), least.1.min(s.1)));
                 let step = 1.0 / route.density;
                 route_line::brake_ahead(&mut route.samples, step, after);

@@ -103,6 +103,14 @@ impl Signals {
         &self.shown
     }
 
+    /// The heads of the other groups of a head's signal.
+    pub(super) fn others(&self, head: u32) -> impl Iterator<Item = u32> {
+        let signal = self.first.partition_point(|&first| first <= head).saturating_sub(1);
+        let first = self.first.get(signal).copied().unwrap_or(0);
+        let end = self.first.get(signal + 1).copied().unwrap_or(self.shown.len() as u32);
+        (first..end).filter(move |&other| other != head)
+    }
+
     /// Works out what they show at a time.
     pub fn tick(&mut self, seconds: f64) {
         for (signal, &first) in self.signals.iter().zip(&self.first) {

@@ -5,14 +5,18 @@
 //!
 //! - in its lane, and while it changes, in the lane that it leaves;
 //! - behind its rear, in the lanes that it came from, as long as it is not wholly out of them;
+//! - beside it, in the lanes of other ways that begin where its own does, until they have parted;
 //! - ahead, in the lanes that it will choose: before their beginnings, at negative metres. So vehicles see across the ends
 //!   of routes, and where several lanes lead into one, they follow each other in the order in which they will be there.
 //!   Who will stand before a stop on the way has no entries beyond it;
 //! - of a vehicle that no route drives, in all lanes that it stands in.
 //!
-//! Every entry minds the next one in its lane.
+//! Every entry minds the next one in its lane. Who comes to a crossing then minds its line, if it may not enter
+//! (`crossings.rs`).
 
+use super::crossings::{Coming, Inside};
 use super::following::{self, ROUTES_AHEAD, Way};
+use super::forks::Parting;
 use super::lanes::{Entry, Found, Lanes, Role, Stretches};
 use super::routes::{RouteId, Routes};
 use super::signals::Signals;
@@ -20,7 +24,7 @@ use super::{OnRoute, VehicleType, VehicleTypeId, VehicleTypes};
 use crate::parallel::in_parallel;
 use bevy_ecs::prelude::*;
 use glam::{Vec2, Vec3};
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 /// What of a vehicle others have to know.
 #[derive(Clone, Copy, Default)]
@@ -47,7 +51,10 @@ pub struct Traffic {
     pub(super) lanes: Lanes,
     /// Of each row, bits of the largest interaction; positive floats are ordered as their bits.
     interactions: Vec<AtomicU32>,
+    /// Of each row, whether there is no room for it beyond the crossing that it comes to.
+    pub(super) blocked: Vec<AtomicBool>,
     found: Vec<Found>,
+    pub(super) inside: Inside,
     pub(super) changes: Vec<super::lane_changes::Start>,
     /// Vehicles that were put back because their numbers made no sense: their entities, once each.
     pub faults: Vec<Entity>,
@@ -62,6 +69,10 @@ impl Traffic {
         f32::from_bits(self.interactions[row].load(Ordering::Relaxed))
     }
 
+    pub(super) fn press(&self, row: u32, interaction: f32) {
+        press(&self.interactions, row, interaction);
+    }
+
     /// The entries of a lane, first the hindmost.
     pub(super) fn lane(&self, lane: u32) -> &[Entry] {
         self.lanes.get(lane)
@@ -71,6 +82,8 @@ impl Traffic {
     pub(super) fn observe(&mut self, is_new: bool, routes: &Routes, signals: &Signals, types: &VehicleTypes) {
         self.interactions.resize_with(self.rows.len(), AtomicU32::default);
         self.interactions.iter_mut().for_each(|interaction| *interaction.get_mut() = 0);
+        self.blocked.resize_with(self.rows.len(), AtomicBool::default);
+        self.blocked.iter_mut().for_each(|blocked| *blocked.get_mut() = false);
         if is_new {
             let (routed, strays) = (0..self.rows.len() as u32).partition(|&row| self.rows[row as usize].is_routed);
             let routed: Vec<u32> = routed;
@@ -85,11 +98,16 @@ impl Traffic {
                 press(interactions, entry.row, minding(entry, leader, types));
             }
         });
+        let this = &*self;
+        in_parallel(this.found[..count].iter(), |found| {
+            found.coming.iter().for_each(|coming| this.hold(coming, routes, signals, types));
+        });
     }
 
     /// Lists the entries of all vehicles; returns how many of the lists count.
     fn enter(&mut self, stretches: Stretches, routes: &Routes, signals: &Signals, types: &VehicleTypes) -> usize {
-        let Self { rows, strays, lanes, interactions, found, .. } = self;
+        let Self { rows, strays, lanes, interactions, found, inside, .. } = self;
+        inside.reset(signals.heads().len());
         let parts = lanes.order.iter().map(|part| &part[..]).chain(strays.chunks(ROWS));
         let parts: Vec<&[u32]> = parts.filter(|part| !part.is_empty()).collect();
         let count = parts.len();
@@ -103,6 +121,9 @@ impl Traffic {
                 let row = &rows[index as usize];
                 let kind = types.get(row.kind);
                 if row.is_routed {
+                    if let Some(route) = routes.get(row.on.route) {
+                        inside.note(row, routes, route, (kind.front(), kind.rear()));
+                    }
                     press(interactions, index, enter_routed(index, row, kind, routes, signals, found));
                 } else {
                     enter_stray(index, row, kind, routes, &mut near, found);
@@ -137,7 +158,7 @@ fn enter_routed(
     found: &mut Found,
 ) -> f32 {
     let (on, driver) = (&row.on, &kind.driver);
-    let Some(mut way) = Way::new(routes, row.number, on) else { return 0.0 };
+    let Some(mut way) = Way::new(routes, row.number, kind, on) else { return 0.0 };
     let (route, front, rear) = (way.route, kind.front(), kind.rear());
     let scale = (1.0 - route.curvature(on.at) * routes.offset(route, on.lane)).clamp(0.2, 5.0);
     let entry = |at: f32, role: Role, scale: f32| Entry {
@@ -165,6 +186,14 @@ fn enter_routed(
         found.push(routes.lane(previous, lane), entry(on.at + before, Role::Obstacle, 1.0));
         behind += previous.length;
     }
+    if on.at - rear < route.parted
+        && let Some(from) = on.previous[0]
+    {
+        let is_near = |parting: &&Parting| parting.from == from && on.at - rear < parting.metres;
+        for parting in route.partings.iter().filter(is_near) {
+            found.push(parting.lane, entry(on.at, Role::Obstacle, 1.0));
+        }
+    }
     let far = following::look_ahead(driver, row.speed) + front;
     let mut has_waited = on.waited.is_infinite();
     for _ in 0..ROUTES_AHEAD {
@@ -175,6 +204,7 @@ fn enter_routed(
             if following::is_closed(&stop, distance, row.speed, kind.limits.braking, has_waited, signals) {
                 return following::interaction(driver, row.speed, 0.0, distance);
             }
+            found.coming.extend(Coming::new(index, kind, row.speed, &way, &stop, distance));
             has_waited &= !matches!(stop.wait, super::routes::Wait::Dwell(_));
         }
         if way.to_end() > far {

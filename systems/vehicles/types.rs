@@ -1,5 +1,6 @@
 //! Types of vehicles: what all vehicles of a type share.
 
+use super::forks::Chooser;
 use super::parts::{Movement, Part};
 use crate::bounds::Aabb;
 use crate::library::{Library, MaterialId};
@@ -140,6 +141,11 @@ impl VehicleType {
     /// From the rear axle, the origin, back to the end of all, a trailer straight behind included, metres.
     pub fn rear(&self) -> f32 {
         self.trailer.map_or(self.rear_overhang, |trailer| self.rear_overhang.max(trailer.end - trailer.hitch))
+    }
+
+    /// As one of this type chooses its way.
+    pub fn chooser(&self, number: u32) -> Chooser {
+        Chooser { number, length: self.front() + self.rear() }
     }
 
     /// The box around it, a trailer apart, in its own space.

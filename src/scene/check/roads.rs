@@ -10,6 +10,10 @@ use glam::Vec3;
 const LONGEST: f32 = 1e5;
 /// Points of a route, groups of a signal, routes.
 const MOST: (usize, usize, usize) = (100_000, 64, 65_000);
+/// Of a route.
+const LANES: u8 = 16;
+/// Metres of a crossing.
+const FARTHEST_CLEAR: f32 = 200.0;
 /// Seconds.
 const LONGEST_WAIT: f32 = 1e5;
 const FASTEST_KMH: f32 = 2000.0;
@@ -63,8 +67,8 @@ impl<'a> Check<'a> {
                 c.fault(format_args!("the route is {length} m long; at most {LONGEST} m are possible"));
             }
         });
-        if !(1..=16).contains(&route.lanes) {
-            self.field("lanes", |c| c.fault(format_args!("expected from 1 to 16 lanes, found {}", route.lanes)));
+        if !(1..=LANES).contains(&route.lanes) {
+            self.field("lanes", |c| c.fault(format_args!("expected from 1 to {LANES} lanes, found {}", route.lanes)));
         }
         self.number("lane_width", route.lane_width, 0.5, 100.0);
         self.number("speed_limit_kmh", route.speed_limit_kmh, 1.0, FASTEST_KMH);
@@ -78,11 +82,32 @@ impl<'a> Check<'a> {
         if route.closed && !route.then.is_empty() {
             self.field("then", |c| c.fault("a closed route goes on at its own beginning; expected no other"));
         }
-        self.each("then", &route.then, |c, name| c.known_route(name));
+        self.each("then", &route.then, |c, name| {
+            c.known_route(name);
+            let lanes = c.scene.routes.get(name).map_or(&[][..], |next| &next.from_lanes);
+            if !lanes.is_empty() && lanes.iter().all(|lane| *lane >= route.lanes) {
+                let count = route.lanes;
+                c.fault(format_args!(
+                    "{name:?} is from the lanes {lanes:?} only; this route has {count}, counted from 0"
+                ));
+            }
+        });
+        self.each("from_lanes", &route.from_lanes, |c, &lane| {
+            if lane >= LANES {
+                c.fault(format_args!("expected a lane from 0 to {}, found {lane}", LANES - 1));
+            }
+        });
+        if let Some(longest) = route.longest_vehicle {
+            self.number("longest_vehicle", longest, 0.1, LONGEST);
+        }
     }
 
     fn stop(&mut self, stop: &Stop, longest: f32) {
         self.number("at", stop.at, 0.0, longest);
+        self.number("keep_clear", stop.keep_clear, 0.0, FARTHEST_CLEAR);
+        if stop.keep_clear > 0.0 && stop.signal.is_none() {
+            self.field("keep_clear", |c| c.fault("expected at a stop with a signal only"));
+        }
         match (&stop.signal, stop.seconds) {
             (Some(signal), None) => self.known_group(signal, stop.group),
             (None, Some(seconds)) => self.number("seconds", seconds, 0.0, LONGEST_WAIT),

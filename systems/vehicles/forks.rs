@@ -1,0 +1,124 @@
+//! Where several routes may follow one: which of them a vehicle takes, and how far they are in each other's way.
+//!
+//! A route may be for some lanes of the one before it only, as a lane for turning, and for vehicles up to a length. Among
+//! those that are open to it a vehicle chooses by a function of the seed, its number and how often it chose before: it
+//! knows beforehand, looks ahead and indicates. Where two ways begin in one lane, a vehicle that has just turned into one
+//! is still in the way of those that take the other ([`Parting`]).
+
+use super::OnRoute;
+use super::routes::{Route, RouteId, RoutePlan, Routes, mixed};
+
+/// A route that may follow another.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Next {
+    /// Which.
+    pub id: RouteId,
+    /// A bit for each lane of the route before from which it may be chosen; the last one is for all further lanes.
+    lanes: u16,
+    /// Metres: longer vehicles choose others.
+    longest: f32,
+}
+
+impl Next {
+    /// The route with that plan.
+    pub(super) fn new(id: RouteId, plan: &RoutePlan) -> Self {
+        let lanes = plan.from_lanes.iter().fold(0, |bits, &lane| bits | 1 << lane.min(LAST_LANE));
+        Self { id, lanes: if lanes == 0 { u16::MAX } else { lanes }, longest: plan.longest }
+    }
+
+    fn is_for(&self, lane: u8) -> bool {
+        self.lanes >> lane.min(LAST_LANE) & 1 != 0
+    }
+}
+
+/// The lane of the highest bit of [`Next`].
+const LAST_LANE: u8 = u16::BITS as u8 - 1;
+
+/// Where a vehicle has to choose.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Fork {
+    /// The route at whose end it is.
+    pub route: RouteId,
+    /// Its lane there.
+    pub lane: u8,
+    /// How often it chose before.
+    pub choices: u32,
+}
+
+impl From<&OnRoute> for Fork {
+    fn from(on: &OnRoute) -> Self {
+        Self { route: on.route, lane: on.lane, choices: on.choices }
+    }
+}
+
+/// Who chooses.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Chooser {
+    /// Of its [`super::VehicleNumber`].
+    pub number: u32,
+    /// Metres, from the front to the end of a trailer.
+    pub length: f32,
+}
+
+impl Routes {
+    /// The route that a vehicle takes at a fork. Where none is open to it, it takes any.
+    pub fn next(&self, fork: Fork, chooser: Chooser) -> RouteId {
+        let then = match self.get(fork.route).map_or(&[][..], |route| &route.then) {
+            [] => return fork.route,
+            [only] => return only.id,
+            several => several,
+        };
+        let is_open = |next: &&Next| next.is_for(fork.lane) && next.longest >= chooser.length;
+        let open = then.iter().filter(is_open).count();
+        let bits = mixed(self.seed ^ mixed(u64::from(chooser.number) << 32 | u64::from(fork.choices)));
+        let pick = |count: usize| (((bits >> 32) * count as u64) >> 32) as usize;
+        let chosen = if open == 0 { then.get(pick(then.len())) } else { then.iter().filter(is_open).nth(pick(open)) };
+        chosen.map_or(fork.route, |next| next.id)
+    }
+}
+
+/// Another way out of the same lane, in whose way a vehicle is for some metres.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) struct Parting {
+    /// The route and the lane that both begin in.
+    pub from: (RouteId, u8),
+    /// The other way's lane, among those of all routes.
+    pub lane: u32,
+    /// From the beginning of both.
+    pub metres: f32,
+}
+
+/// Of the sum of half of both lanes' width: middles that are nearer are in each other's way.
+const NEAR: f32 = 0.9;
+/// Metres: ways part no later; steps in which the place is looked for.
+const LATEST: (f32, f32) = (40.0, 0.5);
+
+/// The partings of all routes, by id.
+pub(super) fn partings(routes: &Routes) -> Vec<Vec<Parting>> {
+    let mut all = vec![Vec::new(); routes.iter().count()];
+    for (id, route) in routes.iter().filter(|(_, route)| route.then.len() > 1) {
+        for lane in 0..route.lanes() {
+            for way in route.then.iter().filter(|next| next.is_for(lane)) {
+                for other in route.then.iter().filter(|other| other.id != way.id && other.is_for(lane)) {
+                    let (Some(own), Some(beside)) = (routes.get(way.id), routes.get(other.id)) else { continue };
+                    let metres = apart(routes, (own, lane), (beside, lane));
+                    let parting = Parting { from: (id, lane), lane: routes.lane(beside, lane), metres };
+                    all[usize::from(way.id.0)].push(parting);
+                }
+            }
+        }
+    }
+    all
+}
+
+/// Metres from the beginning of two lanes to where both have room.
+fn apart(routes: &Routes, (a, lane_a): (&Route, u8), (b, lane_b): (&Route, u8)) -> f32 {
+    let reach = NEAR * 0.5 * (a.lane_width() + b.lane_width());
+    let (left_a, left_b) = (routes.offset(a, lane_a), routes.offset(b, lane_b));
+    let end = a.length.min(b.length).min(LATEST.0);
+    let mut at = 0.0;
+    while at < end && a.place(at).beside(left_a).distance(b.place(at).beside(left_b)) < reach {
+        at += LATEST.1;
+    }
+    at
+}
