@@ -81,7 +81,9 @@ impl Inside {
             }
         };
         let mut at = row.on.at;
-        note(route, at, f32::INFINITY);
+        if at + front > route.first_line {
+            note(route, at, f32::INFINITY);
+        }
         if at - rear >= route.crossed {
             return;
         }
@@ -131,7 +133,14 @@ impl Traffic {
                     continue;
                 }
                 let other = types.get(entry.kind);
+                if way.distance + entry.front < kind.front() + coming.distance {
+                    // It comes to the line before, and is looked at itself.
+                    return true;
+                }
                 let (front, back) = (way.distance + entry.front, way.distance + entry.back);
+                if back > end + BEYOND {
+                    return true;
+                }
                 let is_beyond = front > end || !is_routed;
                 if is_beyond && entry.speed < SLOW {
                     let rests = back + entry.speed.max(0.0).powi(2) / (2.0 * other.driver.braking);

@@ -113,6 +113,8 @@ pub struct Route {
     pub is_one_of_several: bool,
     /// What may follow.
     pub then: Box<[Next]>,
+    /// Metres from its beginning to the first line before a crossing; infinite without.
+    pub(super) first_line: f32,
     /// Metres from its beginning to where the crossings end that begin in the route before it.
     pub(super) crossed: f32,
     /// Other ways that begin where it does, and how far from its beginning the last of them has parted from it.
@@ -274,6 +276,7 @@ impl Routes {
                 closed: plan.closed,
                 is_one_of_several: false,
                 then: Box::default(),
+                first_line: f32::INFINITY,
                 crossed: 0.0,
                 partings: Box::default(),
                 parted: 0.0,
@@ -365,7 +368,9 @@ impl Routes {
     /// Notes how far crossings that begin at a stop reach into the next route.
     fn note_crossings(&mut self) {
         for index in 0..self.routes.len() {
-            let route = &self.routes[index];
+            let route = &mut self.routes[index];
+            let lines = route.stops.iter().filter(|stop| stop.clear > 0.0).map(|stop| stop.at);
+            route.first_line = lines.fold(f32::INFINITY, f32::min);
             let over = route.stops.iter().map(|stop| stop.at + stop.clear - route.length).fold(0.0, f32::max);
             for way in route.then.clone() {
                 let next = &mut self.routes[usize::from(way.id.0)];
