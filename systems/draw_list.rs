@@ -412,8 +412,8 @@ impl<T: Pod + Default + Send> Table<T> {
             let mut made = [(0, T::default()); TOGETHER];
             for start in here.clone().step_by(TOGETHER) {
                 let mut count = 0;
-                for index in start..here.end.min(start + TOGETHER) {
-                    let place = (slots[index] as usize).wrapping_sub(first);
+                for (index, &slot) in (start..).zip(&slots[start..here.end.min(start + TOGETHER)]) {
+                    let place = (slot as usize).wrapping_sub(first);
                     if place < records.len() {
                         made[count] = (place, record(index));
                         count += 1;
