@@ -406,24 +406,32 @@ impl<T: Pod + Default + Send> Table<T> {
         let parts = self.records.chunks_mut(part).zip(words.chunks_mut(part / 64));
         in_parallel(parts.enumerate(), |(number, (records, words))| {
             let first = number * part;
-            let from = if ascend { slots.partition_point(|&slot| (slot as usize) < first) } else { 0 };
-            for (index, &slot) in slots.iter().enumerate().skip(from) {
-                let place = (slot as usize).wrapping_sub(first);
-                let Some(old) = records.get_mut(place) else {
-                    if ascend {
-                        break;
+            let before = |end: usize| slots.partition_point(|&slot| (slot as usize) < end);
+            let here = if ascend { before(first)..before(first + records.len()) } else { 0..slots.len() };
+            // Some are made and then compared: each by itself would be read while it is on its way to memory.
+            let mut made = [(0, T::default()); TOGETHER];
+            for start in here.clone().step_by(TOGETHER) {
+                let mut count = 0;
+                for (index, &slot) in (start..).zip(&slots[start..here.end.min(start + TOGETHER)]) {
+                    let place = (slot as usize).wrapping_sub(first);
+                    if place < records.len() {
+                        made[count] = (place, record(index));
+                        count += 1;
                     }
-                    continue;
-                };
-                let new = record(index);
-                if bytemuck::bytes_of(old) != bytemuck::bytes_of(&new) {
-                    *old = new;
-                    words[place / 64] |= 1 << (place % 64);
+                }
+                for (place, new) in &made[..count] {
+                    if bytemuck::bytes_of(&records[*place]) != bytemuck::bytes_of(new) {
+                        records[*place] = *new;
+                        words[place / 64] |= 1 << (place % 64);
+                    }
                 }
             }
         });
     }
 }
+
+/// Records that [`Table::write_all`] makes at a time.
+const TOGETHER: usize = 32;
 
 /// Everything a frame draws. Made by the frame schedule, read by the renderer.
 #[derive(Resource, Debug)]

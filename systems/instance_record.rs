@@ -24,6 +24,7 @@ const LEAST: f32 = 1e-30;
 
 impl InstanceRecord {
     /// The record of an object.
+    #[inline]
     pub fn new(entity: Entity, world_from_object: &Affine3A, material: MaterialId, selection: &Selection) -> Self {
         let (m, t) = (world_from_object.matrix3.transpose(), world_from_object.translation);
         let row = |axis: Vec3A, translation: f32| [axis.x, axis.y, axis.z, translation];

@@ -226,11 +226,20 @@ fn enter_known(
     let parts = order.parts(tasks);
     let mut others = vec![Vec::new(); parts.len()];
     in_parallel(parts.into_iter().zip(&mut others), |(mut part, others)| {
-        since.for_each(columns, first..places.len(), |row| {
-            if part.moved(entities[row], places[row], bounds[row].0) {
-                others.push(row);
+        // First they are listed, without a branch that is hard to predict.
+        let mut rows = [0; ROWS];
+        for start in (first..places.len()).step_by(ROWS) {
+            let mut count = 0;
+            since.for_each(columns, start..places.len().min(start + ROWS), |row| {
+                rows[count] = row;
+                count += usize::from(part.is_concerned(places[row]));
+            });
+            for &row in &rows[..count] {
+                if part.moved(entities[row], places[row], bounds[row].0) {
+                    others.push(row);
+                }
             }
-        });
+        }
     });
     let mut others = others.concat();
     others.sort_unstable();

@@ -92,17 +92,23 @@ pub(crate) struct OrderPart<'a> {
     entities: &'a [Entity],
     dirty: &'a mut [u64],
     stale: &'a mut [u64],
-    is_last: bool,
+    /// Its places, and for the last part all behind them.
+    concerned: usize,
 }
 
 impl OrderPart<'_> {
-    /// [`ObjectOrder::moved`], if the place is in this part. Returns whether the object is to be given another: the place
-    /// is in this part and another's, or in no part, of which the last part tells.
+    /// Whether it is for this part to say what becomes of an object at that place.
+    #[inline]
+    pub fn is_concerned(&self, Place(place): Place) -> bool {
+        (place as usize).wrapping_sub(self.first) < self.concerned
+    }
+
+    /// [`ObjectOrder::moved`] for a place that it is concerned with. Returns whether the object is to be given another: the
+    /// place is another's, or in no part.
     #[inline]
     pub fn moved(&mut self, entity: Entity, Place(place): Place, sphere: Sphere) -> bool {
-        let Some(place) = (place as usize).checked_sub(self.first) else { return false };
-        let Some(owner) = self.entities.get(place) else { return self.is_last };
-        if *owner != entity {
+        let place = (place as usize).wrapping_sub(self.first);
+        if self.entities.get(place) != Some(&entity) {
             return true;
         }
         self.spheres[place] = sphere;
@@ -201,14 +207,14 @@ impl ObjectOrder {
                 entities,
                 dirty,
                 stale,
-                is_last: false,
+                concerned: places,
             })
             .collect();
         if parts.is_empty() {
             parts.push(OrderPart::default());
         }
         if let Some(last) = parts.last_mut() {
-            last.is_last = true;
+            last.concerned = 1 << 32;
         }
         parts
     }

@@ -16,6 +16,7 @@ use crate::parallel::in_parallel;
 use bevy_ecs::change_detection::{ContiguousMut, ContiguousRef};
 use bevy_ecs::prelude::*;
 use bevy_transform::components::{GlobalTransform, Transform};
+use glam::Affine3A;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 type Placed<'a> =
@@ -96,8 +97,8 @@ fn update_table(
     let (globals, mut written) = ContiguousMut::bypass_change_detection_split(globals);
     let (written, this_run) = (written.changed_mut(), ticks.this_run());
     let global = |row: usize| match interpolated {
-        Some(noted) => GlobalTransform::from(noted[row].blend(&transforms[row], between.fraction)),
-        None => GlobalTransform::from(transforms[row]),
+        Some(noted) => place(&noted[row].blend(&transforms[row], between.fraction)),
+        None => place(&transforms[row]),
     };
     let any = AtomicBool::new(false);
     if let Some((first, since, columns)) = first_changed([Some(&ticks), noted.as_ref()]) {
@@ -126,6 +127,13 @@ fn update_table(
         });
     }
     any.into_inner()
+}
+
+/// `GlobalTransform::from`, which is not inlined: what comes back through memory, in other pieces than it is read in, waits
+/// there for all that was written before it.
+#[inline(always)]
+fn place(Transform { translation, rotation, scale }: &Transform) -> GlobalTransform {
+    GlobalTransform::from(Affine3A::from_scale_rotation_translation(*scale, *rotation, *translation))
 }
 
 /// What is known of a node while a frame's changed nodes are sorted out.
