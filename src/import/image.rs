@@ -133,8 +133,8 @@ fn decode_as(bytes: &[u8], format: ImageFormat) -> Result<DynamicImage, Unfit> {
     Ok(pixels)
 }
 
-/// With four channels. Formats are converted here, not by the image crate: it is built for size, without optimisation,
-/// and only what is generic in it is compiled with this crate.
+/// With four channels. Formats are converted by what is generic in the image crate, and so compiled with this crate: the
+/// rest of it is not optimised (Cargo.toml).
 pub fn rgba8(pixels: DynamicImage) -> RgbaImage {
     match pixels {
         DynamicImage::ImageLuma8(pixels) => pixels.convert(),
