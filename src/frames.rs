@@ -16,6 +16,7 @@ use crate::video::{self, VideoError};
 use crate::viewpoint::Viewpoint;
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
+use image::buffer::ConvertBuffer;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -406,7 +407,7 @@ fn is_written(path: &Path) -> bool {
 fn pictures(renderer: &mut Renderer, view: &View, kinds: &[OutputKind]) -> Vec<(OutputKind, image::DynamicImage)> {
     let mut pictures = Vec::new();
     if kinds.contains(&OutputKind::Color) {
-        let rgb = image::DynamicImage::from(renderer.draw_picture()).into_rgb8();
+        let rgb: image::RgbImage = renderer.draw_picture().convert();
         pictures.push((OutputKind::Color, rgb.into()));
     }
     if kinds.iter().all(|&kind| kind == OutputKind::Color) {

@@ -6,6 +6,7 @@ use crate::frames::{self, FrameError, Headless, LoadOptions, Stage};
 use crate::output;
 use crate::renderer::Occlusion;
 use image::RgbImage;
+use image::buffer::ConvertBuffer;
 use image::imageops::{self, FilterType};
 use std::path::PathBuf;
 use systems::components::Figure;
@@ -76,7 +77,7 @@ pub fn render(args: &GalleryArgs, mut progress: impl FnMut(u64, u64)) -> Result<
     let mut sheet = Sheet::new(args.size, names.len());
     let mut written = Vec::new();
     for name in &names {
-        let picture = image::DynamicImage::from(headless.draw(&mut simulation, viewpoint, args.size)?).into_rgb8();
+        let picture: RgbImage = headless.draw(&mut simulation, viewpoint, args.size)?.convert();
         sheet.add(&picture);
         let path = args.output.join(name).with_added_extension("png");
         output::write_png(&path, &picture.into())?;

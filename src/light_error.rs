@@ -8,6 +8,7 @@ use crate::frames::{self, FrameError, LoadOptions, Stage};
 use crate::output;
 use crate::renderer::{Gpu, Renderer, Settings};
 use image::RgbImage;
+use image::buffer::ConvertBuffer;
 use std::fmt;
 use std::path::{Path, PathBuf};
 use systems::draw_list::LightRecord;
@@ -152,7 +153,7 @@ fn draw(
     stage.simulation.frame();
     let view = stage.viewpoint.view(&stage.simulation.world, size);
     renderer.prepare(stage.simulation.draw_list(), stage.simulation.library(), &view, settings)?;
-    let picture = image::DynamicImage::from(renderer.draw_picture()).into_rgb8();
+    let picture = renderer.draw_picture().convert();
     let luminances = renderer.read_linear().unwrap_or_default().into_iter().map(compare::luminance).collect();
     Ok(Drawn { picture, luminances })
 }

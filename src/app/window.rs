@@ -12,6 +12,7 @@ use super::{AppError, Options, details, overlay, panel};
 use crate::output;
 use crate::renderer::{Gpu, RenderStats, Renderer, instance_flags};
 use glam::{Vec2, Vec3};
+use image::buffer::ConvertBuffer;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -360,8 +361,8 @@ impl Open {
         let picture = self.renderer.draw_picture();
         let step = self.viewer.clock().step;
         let path = free_name(&self.viewer.title, step, "png");
-        let picture = image::DynamicImage::from(picture).into_rgb8().into();
-        self.tell_saved(&path, output::write_png(&path, &picture));
+        let picture: image::RgbImage = picture.convert();
+        self.tell_saved(&path, output::write_png(&path, &picture.into()));
     }
 
     /// Writes the state into the working directory.

@@ -33,7 +33,7 @@ impl Earlier {
         for (number, line) in text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()) {
             let place = format!("line {}", number + 1);
             let result: Measurement =
-                serde_json::from_str(line).map_err(|error| refuse(place.clone(), error.to_string()))?;
+                serde_json::from_slice(line.as_bytes()).map_err(|error| refuse(place.clone(), error.to_string()))?;
             if result.objects == 0 || result.frames == 0 {
                 return Err(refuse(place, "expected a line that relief bench --json wrote".into()));
             }

@@ -3,7 +3,8 @@
 use super::ImportError;
 use super::gltf::read_file;
 use glam::{Vec3, Vec4};
-use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits};
+use image::buffer::ConvertBuffer;
+use image::{DynamicImage, ImageBuffer, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits, Rgba, RgbaImage};
 use std::io::Cursor;
 use std::path::Path;
 use systems::images::{Image, ImageKind, linear_from_srgb};
@@ -132,6 +133,26 @@ fn decode_as(bytes: &[u8], format: ImageFormat) -> Result<DynamicImage, Unfit> {
     Ok(pixels)
 }
 
+/// With four channels. Formats are converted by what is generic in the image crate, and so compiled with this crate: the
+/// rest of it is not optimised (Cargo.toml).
+pub fn rgba8(pixels: DynamicImage) -> RgbaImage {
+    match pixels {
+        DynamicImage::ImageLuma8(pixels) => pixels.convert(),
+        DynamicImage::ImageLumaA8(pixels) => pixels.convert(),
+        DynamicImage::ImageRgb8(pixels) => pixels.convert(),
+        pixels => pixels.into_rgba8(),
+    }
+}
+
+fn rgba16(pixels: DynamicImage) -> ImageBuffer<Rgba<u16>, Vec<u16>> {
+    match pixels {
+        DynamicImage::ImageLuma16(pixels) => pixels.convert(),
+        DynamicImage::ImageLumaA16(pixels) => pixels.convert(),
+        DynamicImage::ImageRgb16(pixels) => pixels.convert(),
+        pixels => pixels.into_rgba16(),
+    }
+}
+
 /// Eight bits stay eight bits; what has more becomes linear half floats.
 pub fn with_levels(name: &str, kind: ImageKind, pixels: DynamicImage) -> Image {
     let (width, height) = (pixels.width(), pixels.height());
@@ -139,11 +160,10 @@ pub fn with_levels(name: &str, kind: ImageKind, pixels: DynamicImage) -> Image {
         DynamicImage::ImageLuma8(_)
         | DynamicImage::ImageLumaA8(_)
         | DynamicImage::ImageRgb8(_)
-        | DynamicImage::ImageRgba8(_) => Image::rgba8(name, width, height, kind, pixels.into_rgba8().into_raw()),
+        | DynamicImage::ImageRgba8(_) => Image::rgba8(name, width, height, kind, rgba8(pixels).into_raw()),
         deep => {
             let linear = |v: f32| if kind == ImageKind::Color { linear_from_srgb(v) } else { v };
-            let texels: Vec<Vec4> = deep
-                .into_rgba16()
+            let texels: Vec<Vec4> = rgba16(deep)
                 .pixels()
                 .map(|p| {
                     let [r, g, b, a] = p.0.map(|v| f32::from(v) / 65535.0);

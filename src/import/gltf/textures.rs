@@ -328,7 +328,7 @@ fn combine(color: Option<DynamicImage>, strength: Option<DynamicImage>) -> RgbaI
     let side = |of: fn(&DynamicImage) -> u32| both.iter().filter_map(|i| i.as_ref().map(of)).max().unwrap_or(1);
     let (width, height) = (side(DynamicImage::width), side(DynamicImage::height));
     let fit = |image: DynamicImage| {
-        let image = image.into_rgba8();
+        let image = super::super::image::rgba8(image);
         let fits = image.dimensions() == (width, height);
         if fits { image } else { imageops::resize(&image, width, height, FilterType::Triangle) }
     };

@@ -16,9 +16,14 @@ pub fn document(mut root: Value) -> Read<gltf::Document> {
         // Never read, and their faults are forgiven.
         members.remove("animations");
     }
-    let root = serde_json::from_value(object(root, &ROOT));
-    root.map(gltf::Document::from_json_without_validation)
-        .map_err(|error| Fault::invalid("document", error.to_string()))
+    // As text once more: the crate brings its own reader of text, while one of values would be compiled here a second
+    // time, for all of glTF's types.
+    let root = gltf::json::Root::from_str(&object(root, &ROOT).to_string());
+    root.map(gltf::Document::from_json_without_validation).map_err(|error| {
+        let message = error.to_string();
+        let message = message.rsplit_once(" at line ").map_or(message.as_str(), |(message, _)| message);
+        Fault::invalid("document", message)
+    })
 }
 
 fn object(value: Value, schema: &Schema) -> Value {
