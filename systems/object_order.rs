@@ -214,7 +214,8 @@ impl ObjectOrder {
             parts.push(OrderPart::default());
         }
         if let Some(last) = parts.last_mut() {
-            last.concerned = 1 << 32;
+            // What is before it counts as far behind it, and farther than this.
+            last.concerned = usize::MAX - last.first;
         }
         parts
     }

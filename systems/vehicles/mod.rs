@@ -9,9 +9,9 @@
 //! lamps     which lamps are on, their light and the glow of their glass
 //!
 //! driving       the step: everybody is moved by what was noted before anybody moved
-//! routes        Routes: centre lines, lanes, limits, stops, what follows; route_line: their samples
+//! routes        Routes: centre lines, lanes, limits, stops; route_line: their samples; forks: what follows
 //! signals       what traffic lights show
-//! traffic       who is ahead of whom; lanes: by lane, in order
+//! traffic       who is ahead of whom; lanes: by lane, in order; crossings: who waits before one
 //! following     how fast: the Intelligent Driver Model
 //! lane_changes  MOBIL
 //! steering      where to: pure pursuit, bicycle model, trailer; hand: by Controls instead
