@@ -69,6 +69,10 @@ impl Body {
             .can_sleep(false)
             .additional_mass_properties(mass_properties(kind, wheels, tuning.mass));
         let (handle, _) = world.insert(chassis, chassis_collider(kind, wheels));
+        // The first forces come before the step that would do it.
+        if let Some(chassis) = world.bodies.get_mut(handle) {
+            chassis.recompute_mass_properties_from_colliders(&world.colliders);
+        }
         let mut controller = DynamicRayCastVehicleController::new(handle);
         controller.index_forward_axis = 2;
         let deflection = tuning.static_deflection(wheels.len());

@@ -13,7 +13,7 @@
 use super::crossings::PATIENCE;
 use super::ground::Grounds;
 use super::lane_changes::{self, Start};
-use super::routes::{Place, Route, Routes};
+use super::routes::{Place, Route, RouteId, Routes};
 use super::signals::Signals;
 use super::steering::{self, flat};
 use super::traffic::{Row, Traffic};
@@ -380,13 +380,18 @@ impl Surroundings<'_> {
         (place.limit * kind.driver.speed_factor).min(in_bends).min(kind.limits.speed)
     }
 
+    /// The route that it will take at the end of its own.
+    fn next(&self, body: &Body, on: &OnRoute) -> RouteId {
+        self.routes.next(on.into(), body.kind.chooser(body.number))
+    }
+
     /// The steering angle toward a point ahead on the path.
     fn aim(&self, body: &Body, on: &OnRoute, route: &Route) -> f32 {
         let ahead = steering::lookahead(body.kind.wheelbase, body.motion.speed);
         let target = on.at + ahead;
         let over = target - route.length;
         let point = if over > 0.0 && !route.then.is_empty() {
-            let next = self.routes.next((&*on).into(), body.kind.chooser(body.number));
+            let next = self.next(body, on);
             let next = self.routes.get(next).unwrap_or(route);
             next.place(over).beside(self.path(on, next, on.lane))
         } else {
@@ -418,7 +423,7 @@ impl Surroundings<'_> {
         if on.at < route.length {
             return self.stand(body, |wheelbase| route.height(on.at + wheelbase));
         }
-        let next = self.routes.next((&*on).into(), body.kind.chooser(body.number));
+        let next = self.next(body, on);
         let Some(following) = self.routes.get(next) else { return };
         let jumps = route.then.is_empty() && !route.closed;
         on.previous = [Some((on.route, on.lane)), on.previous[0]];
@@ -492,7 +497,7 @@ impl Surroundings<'_> {
             return toward(route.turn > 0.0);
         }
         let next = if route.length - on.at < INDICATED.1 && route.then.len() > 1 {
-            self.routes.get(self.routes.next((&*on).into(), body.kind.chooser(body.number)))
+            self.routes.get(self.next(body, on))
         } else {
             None
         };

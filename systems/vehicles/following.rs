@@ -90,7 +90,7 @@ impl<'a> Way<'a> {
     }
 
     /// Metres to the end of `route`.
-    pub fn to_end(&self) -> f32 {
+    pub fn to_end(self) -> f32 {
         self.distance + self.route.length
     }
 
