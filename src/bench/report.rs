@@ -32,6 +32,7 @@ impl Earlier {
         let mut results = Vec::new();
         for (number, line) in text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()) {
             let place = format!("line {}", number + 1);
+            // Not from_str: the reader of bytes is compiled for other files, too.
             let result: Measurement =
                 serde_json::from_slice(line.as_bytes()).map_err(|error| refuse(place.clone(), error.to_string()))?;
             if result.objects == 0 || result.frames == 0 {

@@ -27,12 +27,23 @@ fn stop(head: u32) -> Vec<Stop> {
 /// Toward +Z over a crossing of 20 m, 85 m from the beginning, straight on or to the left; a road that crosses it toward
 /// +X, with a line of its own. The first group's signal is green for ever.
 fn world(then: &[u16]) -> Simulation {
+    world_of(plans(then), vec![1e6, 1.0])
+}
+
+fn world_of(plans: Vec<RoutePlan>, green: Vec<f32>) -> Simulation {
     let mut simulation = Simulation::new();
+    simulation.world.insert_resource(Routes::new(plans, false, 3));
+    let signal = Signal { name: "s".into(), green, amber: 3.0, red: 1.0, offset: 0.0 };
+    simulation.world.insert_resource(Signals::new(vec![signal]));
+    simulation
+}
+
+fn plans(then: &[u16]) -> Vec<RoutePlan> {
     let mut main = plan("main", &[(0.0, 0.0), (0.0, 85.0)], then);
     main.stops = stop(0);
     let mut side = plan("side", &[(-95.0, 95.0), (-10.0, 95.0)], &[6]);
     side.stops = stop(1);
-    let plans = vec![
+    vec![
         main,
         plan("straight", &[(0.0, 85.0), (0.0, 105.0)], &[3]),
         RoutePlan {
@@ -44,11 +55,7 @@ fn world(then: &[u16]) -> Simulation {
         side,
         plan("across", &[(-10.0, 95.0), (10.0, 95.0)], &[7]),
         plan("away", &[(10.0, 95.0), (210.0, 95.0)], &[]),
-    ];
-    simulation.world.insert_resource(Routes::new(plans, false, 3));
-    let signal = Signal { name: "s".into(), green: vec![1e6, 1.0], amber: 3.0, red: 1.0, offset: 0.0 };
-    simulation.world.insert_resource(Signals::new(vec![signal]));
-    simulation
+    ]
 }
 
 fn drive(simulation: &mut Simulation, number: u32, route: u16, at: f32, speed: f32) -> Entity {
@@ -105,21 +112,59 @@ fn who_waits_in_vain_for_room_takes_another_way() {
     assert_eq!(on(&simulation, entity).0, 4);
 }
 
+/// One stands in the crossing, held by something before it: not in the way itself, but it may move on. Another waits.
+fn is_waited_for(mut simulation: Simulation, (route, at): (u16, f32), previous: Option<u16>, parked: f32) {
+    let entity = drive(&mut simulation, 0, 0, 10.0, 10.0);
+    let other = drive(&mut simulation, 1, route, at, 0.0);
+    simulation.world.get_mut::<OnRoute>(other).expect("one").previous[0] = previous.map(|id| (RouteId(id), 0));
+    let parked = Transform::from_xyz(parked, 0.0, 95.0).looking_to(-Vec3::X, Vec3::Y);
+    let parked = park(&mut simulation, 2, parked);
+    steps(&mut simulation, 40);
+    assert_eq!(on(&simulation, other).0, route);
+    let (first, at) = on(&simulation, entity);
+    assert!(first == 0 && at < LINE, "it waits: {first} {at}");
+    simulation.world.despawn(parked);
+    steps(&mut simulation, 25);
+    assert_eq!(on(&simulation, entity).0, 3);
+}
+
 #[test]
 fn nobody_drives_into_a_crossing_in_which_one_of_another_group_is() {
-    let mut simulation = world(&[1]);
-    // It came while it was green, and stands in the crossing: not in the way itself, but it may move on.
-    let entity = drive(&mut simulation, 0, 0, 10.0, 10.0);
-    let other = drive(&mut simulation, 1, 6, 2.0, 0.0);
-    simulation.world.get_mut::<OnRoute>(other).expect("one").previous[0] = Some((RouteId(5), 0));
-    let parked = park(&mut simulation, 2, Transform::from_xyz(9.0, 0.0, 95.0).looking_to(-Vec3::X, Vec3::Y));
-    steps(&mut simulation, 40);
-    assert_eq!(on(&simulation, other).0, 6);
-    let (route, at) = on(&simulation, entity);
-    assert!(route == 0 && at < LINE, "it waits: {route} {at}");
-    simulation.world.despawn(parked);
-    steps(&mut simulation, 20);
-    assert_eq!((on(&simulation, other).0, on(&simulation, entity).0), (7, 3));
+    is_waited_for(world(&[1]), (6, 2.0), Some(5), 9.0);
+}
+
+#[test]
+fn who_is_past_the_line_with_the_front_alone_is_inside() {
+    let mut plans = plans(&[1]);
+    plans[5].stops.clear();
+    plans[6].stops = vec![Stop { at: 0.5, ..stop(1)[0] }];
+    is_waited_for(world_of(plans, vec![1e6, 1.0]), (5, 84.0), None, -5.0);
+}
+
+#[test]
+fn a_crossing_may_lie_over_the_seam_of_a_closed_route() {
+    let mut plans = plans(&[1]);
+    // It begins in the crossing, and comes back to it from behind.
+    let round = [(-6.0, 95.0), (60.0, 95.0), (60.0, 200.0), (-60.0, 200.0), (-60.0, 95.0), (-8.0, 95.0)];
+    plans[5] = RoutePlan { closed: true, ..plan("round", &round, &[]) };
+    let length = Routes::new(plans.clone(), false, 3).get(RouteId(5)).expect("one").length;
+    plans[5].stops = vec![Stop { at: length - 2.0, wait: Wait::Signal(1), clear: 30.0 }];
+    is_waited_for(world_of(plans, vec![1e6, 1.0]), (5, 1.0), Some(5), 3.0);
+}
+
+#[test]
+fn two_lines_of_one_signal_do_not_wait_for_each_other() {
+    let stops = [(70.0, 0, 20.0), (96.0, 1, 8.0)];
+    let stops = stops.map(|(at, head, clear)| Stop { at, wait: Wait::Signal(head), clear });
+    let main = RoutePlan { stops: stops.to_vec(), ..plan("main", &[(0.0, 0.0), (0.0, 300.0)], &[]) };
+    let mut simulation = world_of(vec![main], vec![8.0, 8.0]);
+    let all: Vec<Entity> = (0..5).map(|i| drive(&mut simulation, i, 0, 50.0 - 8.0 * i as f32, 5.0)).collect();
+    let mut passed = vec![false; all.len()];
+    for _ in 0..90 {
+        steps(&mut simulation, 1);
+        passed.iter_mut().zip(&all).for_each(|(passed, &entity)| *passed |= on(&simulation, entity).1 > 110.0);
+    }
+    assert_eq!(passed, [true; 5]);
 }
 
 fn next(simulation: &Simulation, number: u32, lane: u8, length: f32) -> u16 {

@@ -1,21 +1,21 @@
 //! Crossings that are kept clear: who may drive into one although its signal is green.
 //!
 //! A stop at a signal may have a stretch beyond its line in which nobody should stand ([`super::routes::Stop::clear`]): the
-//! crossing. A vehicle waits before the line while one that came in by another group of the signal is in its own stretch,
-//! and while there is no room for it beyond: whoever stands there leaves less than it and those ahead of it need. Who can
-//! not stop any more drives on. Who has stood there for some seconds for want of room chooses another way, if there is one:
-//! else vehicles that wait for each other round a block would do so for ever.
+//! crossing. A vehicle waits before the line while one that came in elsewhere, by another group of the signal, is in its
+//! own stretch, and while there is no room for it beyond: whoever stands there leaves less than it and those ahead of it
+//! need. Who cannot stop any more drives on. Who has stood there for some seconds for want of room draws again which way to
+//! take: else vehicles that wait for each other round a block would do so for ever.
 //!
 //! Vehicles in crossings are noted while lanes are filled, per head of a signal; who comes to a line is looked at when
 //! lanes are complete. Both follow from where vehicles are, and nothing of it is kept.
 
 use super::following::{self, ROUTES_AHEAD, Way};
 use super::lanes::Role;
-use super::routes::{Route, Routes, Stop, Wait};
+use super::routes::{Route, RouteId, Routes, Stop, Wait};
 use super::signals::Signals;
 use super::traffic::{Row, Traffic};
 use super::types::{VehicleType, VehicleTypes};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicU32, Ordering};
 
 /// Metres, and of the distance that comfortable braking takes: so far before a line one looks.
 const LOOK: (f32, f32) = (5.0, 1.3);
@@ -23,6 +23,9 @@ const LOOK: (f32, f32) = (5.0, 1.3);
 const SLOW: f32 = 2.0;
 /// Metres beyond a crossing in which those who stand are looked for.
 const BEYOND: f32 = 60.0;
+
+/// Seconds for which one waits for room in the way that it chose.
+pub(super) const PATIENCE: f32 = 2.0;
 
 /// A vehicle before the line of a crossing.
 #[derive(Clone, Copy)]
@@ -32,11 +35,10 @@ pub(super) struct Coming {
     distance: f32,
     /// Metres from its reference point to the crossing's end.
     end: f32,
+    /// The route that the line is on.
+    route: RouteId,
     head: u32,
 }
-
-/// Seconds for which one waits for room in the way that it chose.
-pub(super) const PATIENCE: f32 = 2.0;
 
 impl Coming {
     /// A vehicle that has a stop ahead, if it has to look there, and still can stop.
@@ -51,59 +53,77 @@ impl Coming {
         let mut across = *way;
         across.advance();
         let end = (kind.front() + distance + stop.clear).min(across.to_end());
-        Some(Self { row, distance, end, head })
+        Some(Self { row, distance, end, route: way.id, head })
     }
 }
 
-/// Who is in crossings: of each head of a signal, whether somebody who passed its line is.
+/// Who is in crossings: of each head of a signal, by which route those came in that passed its line and are inside.
 #[derive(Default)]
-pub(super) struct Inside(Vec<AtomicBool>);
+pub(super) struct Inside(Vec<AtomicU32>);
+
+/// Nobody is; several are, by different routes. Else it is the number of the route.
+const NOBODY: u32 = u32::MAX;
+const SEVERAL: u32 = u32::MAX - 1;
 
 impl Inside {
     /// Forgets all.
     pub fn reset(&mut self, heads: usize) {
-        self.0.resize_with(heads, AtomicBool::default);
-        self.0.iter_mut().for_each(|inside| *inside.get_mut() = false);
+        self.0.resize_with(heads, AtomicU32::default);
+        self.0.iter_mut().for_each(|inside| *inside.get_mut() = NOBODY);
     }
 
-    /// Notes a vehicle whose ends are so far from its reference point.
+    /// Notes a vehicle whose ends are so far from its reference point, on its route and those that it came from.
     pub fn note(&self, row: &Row, routes: &Routes, route: &Route, (front, rear): (f32, f32)) {
-        let note = |route: &Route, at: f32, most: f32| {
-            for stop in &route.stops {
-                let is_in = at + front > stop.at && at - rear < (stop.at + stop.clear).min(most);
-                if let Wait::Signal(head) = stop.wait
-                    && stop.clear > 0.0
-                    && is_in
-                    && let Some(inside) = self.0.get(head as usize)
-                {
-                    inside.store(true, Ordering::Relaxed);
-                }
-            }
-        };
         let mut at = row.on.at;
         if at + front > route.first_line {
-            note(route, at, f32::INFINITY);
+            self.note_on(row.on.route, route, (at - rear, at + front), f32::INFINITY);
         }
         if at - rear >= route.crossed {
             return;
         }
         let mut after = route;
-        for previous in row.on.previous.into_iter().flatten().filter_map(|(id, _)| routes.get(id)) {
+        for (id, previous) in row.on.previous.into_iter().flatten().filter_map(|(id, _)| Some((id, routes.get(id)?))) {
             at += previous.length;
-            note(previous, at, previous.length + after.length);
+            self.note_on(id, previous, (at - rear, at + front), previous.length + after.length);
             after = previous;
         }
     }
 
-    fn is_any(&self, mut heads: impl Iterator<Item = u32>) -> bool {
-        heads.any(|head| self.0.get(head as usize).is_some_and(|inside| inside.load(Ordering::Relaxed)))
+    /// Notes one whose ends are at these metres of a route, in the crossings that begin there; they end at `most`.
+    pub fn note_on(&self, id: RouteId, route: &Route, (back, front): (f32, f32), most: f32) {
+        for stop in route.stops.iter().filter(|stop| stop.clear > 0.0) {
+            let is_in = front > stop.at && back < (stop.at + stop.clear).min(most);
+            if let Wait::Signal(head) = stop.wait
+                && is_in
+                && let Some(inside) = self.0.get(head as usize)
+            {
+                let id = u32::from(id.0);
+                let before = inside.compare_exchange(NOBODY, id, Ordering::Relaxed, Ordering::Relaxed);
+                if before.is_err_and(|before| before != id) {
+                    inside.store(SEVERAL, Ordering::Relaxed);
+                }
+            }
+        }
+    }
+
+    /// Whether somebody is who passed the line of one of the heads, on a route that is not among these.
+    fn is_any(&self, mut heads: impl Iterator<Item = u32>, mut own: impl FnMut(u32) -> bool) -> bool {
+        heads.any(|head| {
+            let inside = self.0.get(head as usize).map_or(NOBODY, |inside| inside.load(Ordering::Relaxed));
+            inside != NOBODY && !own(inside)
+        })
     }
 }
 
 impl Traffic {
     /// Lets a vehicle wait before a crossing into which it may not drive.
     pub(super) fn hold(&self, coming: &Coming, routes: &Routes, signals: &Signals, types: &VehicleTypes) {
-        let is_met = self.inside.is_any(signals.others(coming.head));
+        // It itself, and those who came in where it comes from, are not in its way but ahead of it.
+        let on = &self.rows[coming.row as usize].on;
+        let before = on.previous.iter().flatten().map(|(id, _)| *id);
+        let own = [coming.route, on.route].into_iter().chain(before);
+        let is_own = |inside: u32| own.clone().any(|id| u32::from(id.0) == inside);
+        let is_met = self.inside.is_any(signals.others(coming.head), is_own);
         let is_blocked = !is_met && !self.has_room(coming, routes, types);
         if is_met || is_blocked {
             let row = &self.rows[coming.row as usize];
@@ -121,7 +141,7 @@ impl Traffic {
         let kind = types.get(row.kind);
         let Some(mut way) = Way::new(routes, row.number, kind, &row.on) else { return true };
         let takes = |kind: &VehicleType| kind.front() + kind.rear() + kind.driver.gap;
-        let end = coming.end;
+        let (line, end) = (kind.front() + coming.distance, coming.end);
         let mut needed = takes(kind);
         for _ in 0..=ROUTES_AHEAD {
             let entries = self.lane(routes.lane(way.route, way.lane));
@@ -133,12 +153,9 @@ impl Traffic {
                     continue;
                 }
                 let other = types.get(entry.kind);
-                if way.distance + entry.front < kind.front() + coming.distance {
-                    // It comes to the line before, and is looked at itself.
-                    return true;
-                }
                 let (front, back) = (way.distance + entry.front, way.distance + entry.back);
-                if back > end + BEYOND {
+                if front < line || back > end + BEYOND {
+                    // It comes to the line before, and is looked at itself; or it is far.
                     return true;
                 }
                 let is_beyond = front > end || !is_routed;

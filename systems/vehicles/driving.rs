@@ -474,7 +474,9 @@ impl Surroundings<'_> {
         }
         if self.traffic.blocked[body.row].load(Ordering::Relaxed) {
             on.waited += self.seconds;
-            if on.waited > PATIENCE {
+            // Unless its front is in the next route already.
+            let can_choose = self.routes.get(on.route).is_some_and(|r| on.at + body.kind.front() < r.length);
+            if on.waited > PATIENCE && can_choose {
                 on.choices = on.choices.wrapping_add(1);
                 on.waited = 0.0;
             }

@@ -3,7 +3,7 @@
 //! A route may be for some lanes of the one before it only, as a lane for turning, and for vehicles up to a length. Among
 //! those that are open to it a vehicle chooses by a function of the seed, its number and how often it chose before: it
 //! knows beforehand, looks ahead and indicates. Where two ways begin in one lane, a vehicle that has just turned into one
-//! is still in the way of those that take the other ([`Parting`]).
+//! is still in the way of those that take the other.
 
 use super::OnRoute;
 use super::routes::{Route, RouteId, RoutePlan, Routes, mixed};
@@ -61,19 +61,23 @@ pub struct Chooser {
 }
 
 impl Routes {
-    /// The route that a vehicle takes at a fork. Where none is open to it, it takes any.
+    /// The route that a vehicle takes at a fork. Where none is open to it, one that is at least long enough for it; where
+    /// none is, any.
     pub fn next(&self, fork: Fork, chooser: Chooser) -> RouteId {
         let then = match self.get(fork.route).map_or(&[][..], |route| &route.then) {
             [] => return fork.route,
             [only] => return only.id,
             several => several,
         };
-        let is_open = |next: &&Next| next.is_for(fork.lane) && next.longest >= chooser.length;
-        let open = then.iter().filter(is_open).count();
         let bits = mixed(self.seed ^ mixed(u64::from(chooser.number) << 32 | u64::from(fork.choices)));
-        let pick = |count: usize| (((bits >> 32) * count as u64) >> 32) as usize;
-        let chosen = if open == 0 { then.get(pick(then.len())) } else { then.iter().filter(is_open).nth(pick(open)) };
-        chosen.map_or(fork.route, |next| next.id)
+        let fits = |next: &Next| next.longest >= chooser.length;
+        let one_of = |is_open: &dyn Fn(&Next) -> bool| {
+            let count = then.iter().filter(|next| is_open(next)).count();
+            let pick = (((bits >> 32) * count as u64) >> 32) as usize;
+            then.iter().filter(|next| is_open(next)).nth(pick)
+        };
+        let open = one_of(&|next| next.is_for(fork.lane) && fits(next));
+        open.or_else(|| one_of(&fits)).or_else(|| one_of(&|_| true)).map_or(fork.route, |next| next.id)
     }
 }
 
@@ -91,19 +95,26 @@ pub(super) struct Parting {
 /// Of the sum of half of both lanes' width: middles that are nearer are in each other's way.
 const NEAR: f32 = 0.9;
 /// Metres: ways part no later; steps in which the place is looked for.
-const LATEST: (f32, f32) = (40.0, 0.5);
+const LATEST: (f32, f32) = (40.0, 1.0);
 
 /// The partings of all routes, by id.
 pub(super) fn partings(routes: &Routes) -> Vec<Vec<Parting>> {
     let mut all = vec![Vec::new(); routes.iter().count()];
     for (id, route) in routes.iter().filter(|(_, route)| route.then.len() > 1) {
         for lane in 0..route.lanes() {
-            for way in route.then.iter().filter(|next| next.is_for(lane)) {
-                for other in route.then.iter().filter(|other| other.id != way.id && other.is_for(lane)) {
-                    let (Some(own), Some(beside)) = (routes.get(way.id), routes.get(other.id)) else { continue };
-                    let metres = apart(routes, (own, lane), (beside, lane));
-                    let parting = Parting { from: (id, lane), lane: routes.lane(beside, lane), metres };
-                    all[usize::from(way.id.0)].push(parting);
+            let ways: Vec<(RouteId, &Route)> = route
+                .then
+                .iter()
+                .filter(|next| next.is_for(lane))
+                .filter_map(|n| Some((n.id, routes.get(n.id)?)))
+                .collect();
+            for (i, &(a, way)) in ways.iter().enumerate() {
+                for &(b, other) in ways[i + 1..].iter().filter(|(b, _)| *b != a) {
+                    let metres = apart(routes, (way, lane), (other, lane));
+                    for (of, beside) in [(a, other), (b, way)] {
+                        let parting = Parting { from: (id, lane), lane: routes.lane(beside, lane), metres };
+                        all[usize::from(of.0)].push(parting);
+                    }
                 }
             }
         }

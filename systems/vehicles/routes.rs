@@ -41,8 +41,8 @@ pub struct RoutePlan {
     pub limits: Vec<(f32, f32)>,
     /// Where vehicles wait.
     pub stops: Vec<Stop>,
-    /// What may follow at the end; a vehicle chooses evenly among those that are open to it. None: the same route again,
-    /// from its beginning.
+    /// What may follow at the end; a vehicle chooses evenly among those that are open to it ([`Routes::next`]). None: the
+    /// same route again, from its beginning.
     pub then: Vec<RouteId>,
     /// The lanes of the route before from which vehicles choose this one; none: from all.
     pub from_lanes: Vec<u8>,
@@ -365,6 +365,13 @@ impl Routes {
         }
     }
 
+    /// The routes that begin where one ends.
+    fn followers(&self, index: usize) -> Vec<usize> {
+        let route = &self.routes[index];
+        let own = route.closed.then_some(index);
+        own.into_iter().chain(route.then.iter().map(|next| usize::from(next.id.0))).collect()
+    }
+
     /// Notes how far crossings that begin at a stop reach into the next route.
     fn note_crossings(&mut self) {
         for index in 0..self.routes.len() {
@@ -372,8 +379,8 @@ impl Routes {
             let lines = route.stops.iter().filter(|stop| stop.clear > 0.0).map(|stop| stop.at);
             route.first_line = lines.fold(f32::INFINITY, f32::min);
             let over = route.stops.iter().map(|stop| stop.at + stop.clear - route.length).fold(0.0, f32::max);
-            for way in route.then.clone() {
-                let next = &mut self.routes[usize::from(way.id.0)];
+            for next in self.followers(index) {
+                let next = &mut self.routes[next];
                 next.crossed = next.crossed.max(over.min(next.length));
             }
         }
@@ -382,6 +389,7 @@ impl Routes {
     /// Lets limits and bends of what follows count at the end of what comes before. Every pass carries them over one
     /// more route; what is farther away than that is too far to brake for.
     fn look_ahead(&mut self) {
+        let followers: Vec<Vec<usize>> = (0..self.routes.len()).map(|index| self.followers(index)).collect();
         for _ in 0..6 {
             let starts: Vec<(f32, f32)> = self
                 .routes
@@ -389,9 +397,7 @@ impl Routes {
                 .map(|r| r.samples.first().map_or((f32::MAX, f32::MAX), |s| (s.limit, s.bend)))
                 .collect();
             for (index, route) in self.routes.iter_mut().enumerate() {
-                let own = route.closed.then_some(index);
-                let then = own.into_iter().chain(route.then.iter().map(|next| usize::from(next.id.0)));
-                let after = then.filter_map(|next| starts.get(next));
+                let after = followers[index].iter().filter_map(|&next| starts.get(next));
                 let after = after.fold((f32::MAX, f32::MAX), |least, s| (least.0.min(s.0), least.1.min(s.1)));
                 let step = 1.0 / route.density;
                 route_line::brake_ahead(&mut route.samples, step, after);

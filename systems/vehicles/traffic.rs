@@ -115,16 +115,14 @@ impl Traffic {
             found.resize_with(count, Found::default);
         }
         in_parallel(parts.into_iter().zip(found), |(part, found)| {
+            let inside = &*inside;
             found.reset(stretches);
             let mut near = Vec::new();
             for &index in part {
                 let row = &rows[index as usize];
                 let kind = types.get(row.kind);
                 if row.is_routed {
-                    if let Some(route) = routes.get(row.on.route) {
-                        inside.note(row, routes, route, (kind.front(), kind.rear()));
-                    }
-                    press(interactions, index, enter_routed(index, row, kind, routes, signals, found));
+                    press(interactions, index, enter_routed(index, row, kind, (routes, signals, inside), found));
                 } else {
                     enter_stray(index, row, kind, routes, &mut near, found);
                 }
@@ -153,13 +151,13 @@ fn enter_routed(
     index: u32,
     row: &Row,
     kind: &VehicleType,
-    routes: &Routes,
-    signals: &Signals,
+    (routes, signals, inside): (&Routes, &Signals, &Inside),
     found: &mut Found,
 ) -> f32 {
     let (on, driver) = (&row.on, &kind.driver);
     let Some(mut way) = Way::new(routes, row.number, kind, on) else { return 0.0 };
     let (route, front, rear) = (way.route, kind.front(), kind.rear());
+    inside.note(row, routes, route, (front, rear));
     let scale = (1.0 - route.curvature(on.at) * routes.offset(route, on.lane)).clamp(0.2, 5.0);
     let entry = |at: f32, role: Role, scale: f32| Entry {
         front: at + front / scale,
@@ -211,6 +209,10 @@ fn enter_routed(
             break;
         }
         way.advance();
+        if way.distance < front {
+            let ends = (-way.distance - rear, front - way.distance);
+            inside.note_on(way.id, way.route, ends, f32::INFINITY);
+        }
         found.push(routes.lane(way.route, way.lane), entry(-way.distance, Role::Follower, 1.0));
     }
     0.0

@@ -12,6 +12,10 @@ const LONGEST: f32 = 1e5;
 const MOST: (usize, usize, usize) = (100_000, 64, 65_000);
 /// Of a route.
 const LANES: u8 = 16;
+/// Routes that may follow one.
+const MOST_WAYS: usize = 64;
+/// Metres.
+const LONGEST_VEHICLE: f32 = 1000.0;
 /// Metres of a crossing.
 const FARTHEST_CLEAR: f32 = 200.0;
 /// Seconds.
@@ -82,6 +86,10 @@ impl<'a> Check<'a> {
         if route.closed && !route.then.is_empty() {
             self.field("then", |c| c.fault("a closed route goes on at its own beginning; expected no other"));
         }
+        if route.then.len() > MOST_WAYS {
+            let count = route.then.len();
+            self.field("then", |c| c.fault(format_args!("expected at most {MOST_WAYS} routes, found {count}")));
+        }
         self.each("then", &route.then, |c, name| {
             c.known_route(name);
             let lanes = c.scene.routes.get(name).map_or(&[][..], |next| &next.from_lanes);
@@ -98,7 +106,7 @@ impl<'a> Check<'a> {
             }
         });
         if let Some(longest) = route.longest_vehicle {
-            self.number("longest_vehicle", longest, 0.1, LONGEST);
+            self.number("longest_vehicle", longest, 0.1, LONGEST_VEHICLE);
         }
     }
 
