@@ -1,12 +1,21 @@
 // Which objects a view draws: one compute pass per view, before its draws. src/renderer/culling.rs records it.
 //
-//   cull      one invocation per slot: is the object in view, and at which level of detail?
-//   count     one workgroup per entry (a page as one draw sees it): which of its slots does the draw take?
-//   scan      one workgroup: where in its draw's list does each entry begin?
-//   scatter   one workgroup per entry: slots into the list of visible ones, in the order of pages and slots
-//   finish    one invocation per draw: how many instances it has
+//   cull          one invocation per slot: is the object in view, at which level of detail, and how far away?
+//   count         one workgroup per entry (a page as one draw sees it): of the slots that the draw takes, how many are
+//                 in each slice of distance?
+//   scan_blocks   one workgroup per block of these counts: each becomes the sum of those before it in the block
+//   scan_totals   one workgroup: the blocks' sums become the sums of all blocks before
+//   scatter       one workgroup per entry: slots into the list of visible ones, slice by slice, in the order of pages
+//                 and slots within a slice
+//   finish        one invocation per draw: how many instances it has
 //
 // Every list comes out in the same order however the invocations run: nothing is appended by atomic counters.
+//
+// What is near is drawn before what is far, so that pixels that will be hidden are not shaded: a counting sort by slices
+// of distance, each √2 times as far as the one before.
+//
+// An object that lies between the places where pixels are sampled is not drawn (Wihlidal: "Optimizing the Graphics
+// Pipeline with Compute", GDC 2016, of triangles): far away, most are.
 //
 // With occlusion, a view is drawn in two phases (Haar and Aaltonen: "GPU-Driven Rendering Pipelines", SIGGRAPH 2015):
 // the early one draws what was seen in the frame before; `occlude` compares everything in view with the depth pyramid
@@ -25,12 +34,20 @@ struct Cull {
     pyramid_levels: u32,
     // Metres that a level of detail may be off: where the projection is parallel; else, at a distance of one metre.
     allowed_error: f32,
+    // Per pixel: 1 or 4.
+    samples: u32,
+    pad0: u32,
+    pad1: u32,
+    pad2: u32,
 }
 
 struct CullBatch {
     // Bounding sphere of the mesh, object space.
     center: vec3f,
     radius: f32,
+    // Of the box around the mesh, from the same centre.
+    half_extents: vec3f,
+    pad0: u32,
     // Of each level of detail, metres in object space, ascending.
     errors: array<f32, 8>,
 }
@@ -60,8 +77,9 @@ struct DrawArguments {
 @group(1) @binding(4) var<storage, read> draws: array<CullDraw>;
 // Per slot: what `cull` found.
 @group(1) @binding(5) var<storage, read_write> visibility: array<u32>;
-// Per entry: 64 bits for the slots it keeps, and their count, which `scan` replaces by the sum of all counts before.
-@group(1) @binding(6) var<storage, read_write> kept: array<vec4u>;
+// Of each draw, its slices one after the other; of each slice, a count per entry, which `scan_blocks` replaces by the sum
+// of those before it in its block. Behind all blocks, the sums of the blocks before each block.
+@group(1) @binding(6) var<storage, read_write> counts: array<u32>;
 @group(1) @binding(7) var<storage, read_write> visible: array<u32>;
 @group(1) @binding(8) var<storage, read_write> arguments: array<DrawArguments>;
 @group(1) @binding(9) var pyramid: texture_2d<f32>;
@@ -79,6 +97,12 @@ const EARLY = 0x200u;
 const LATE = 0x400u;
 // Seen when the view was last drawn.
 const SEEN = 0x800u;
+// The slice of distance, above this many bits.
+const SLICE_SHIFT = 16u;
+
+const SLICES = 32u;
+// Of a slot that a draw does not take.
+const NO_SLICE = 0xffffffffu;
 
 // Which of EARLY and LATE is drawn.
 override PHASE: u32 = 0x200u;
@@ -138,6 +162,86 @@ fn level_of(bounds: Ball, batch: CullBatch) -> u32 {
     return level;
 }
 
+// The slice that holds what is so far away: half octaves from a quarter of a metre on.
+fn slice_of(center: vec3f) -> u32 {
+    let offset = center - view.eye;
+    let distance = select(length(offset), -dot(offset, view.toward_eye), view.parallel == 1u);
+    return u32(clamp(2.0 * log2(max(distance, 0.25)) + 4.0, 0.0, f32(SLICES - 1u)));
+}
+
+// What the box around an object's mesh covers of the picture.
+struct Footprint {
+    // Corners of the rectangle around it, pixels from the top left.
+    low: vec2f,
+    high: vec2f,
+    // Reversed depth of what is nearest of it.
+    nearest: f32,
+    // Some of it is in front of the near plane or beside the eye: nothing of the above is known.
+    unknown: bool,
+}
+
+fn footprint_of(slot: u32, batch: CullBatch) -> Footprint {
+    let rows = load_world_from_object(slot);
+    let center = vec4f(batch.center, 1.0);
+    let world = vec3f(dot(rows[0], center), dot(rows[1], center), dot(rows[2], center));
+    // A little larger, as in the frustum's test.
+    let half = batch.half_extents * 1.001;
+    let clip_from_world = view.clip_from_world;
+    let middle = clip_from_world * vec4f(world, 1.0);
+    let x = clip_from_world * vec4f(vec3f(rows[0].x, rows[1].x, rows[2].x) * half.x, 0.0);
+    let y = clip_from_world * vec4f(vec3f(rows[0].y, rows[1].y, rows[2].y) * half.y, 0.0);
+    let z = clip_from_world * vec4f(vec3f(rows[0].z, rows[1].z, rows[2].z) * half.z, 0.0);
+    var low = vec2f(1e30);
+    var high = vec2f(-1e30);
+    var nearest = 0.0;
+    var least_w = 1e30;
+    for (var i = 0u; i < 8u; i++) {
+        let corner = vec3f(vec3u(i, i >> 1u, i >> 2u) & vec3u(1u)) * 2.0 - 1.0;
+        let clip = middle + x * corner.x + y * corner.y + z * corner.z;
+        if clip.z >= clip.w || clip.w <= 0.0 {
+            return Footprint(vec2f(0.0), vec2f(0.0), 1.0, true);
+        }
+        let ndc = clip.xyz / clip.w;
+        low = min(low, ndc.xy);
+        high = max(high, ndc.xy);
+        nearest = max(nearest, ndc.z);
+        least_w = min(least_w, clip.w);
+    }
+    // Room for rounding: metres, which grow with the distance from the origin, as they show in the picture.
+    let m = clip_from_world;
+    let rounding = 2e-6 * (length(world) + length(view.eye)) / least_w;
+    let per_metre = vec2f(length(vec3f(m[0].x, m[1].x, m[2].x)), length(vec3f(m[0].y, m[1].y, m[2].y)));
+    let reach = rounding * (per_metre + length(vec3f(m[0].w, m[1].w, m[2].w)) * max(abs(low), abs(high)));
+    // Rasterisers round to parts of pixels, 1/256 or finer.
+    let room = reach * 0.5 * cull_view.size + 1.0 / 64.0;
+    return Footprint(
+        vec2f(low.x + 1.0, 1.0 - high.y) * 0.5 * cull_view.size - room,
+        vec2f(high.x + 1.0, 1.0 - low.y) * 0.5 * cull_view.size + room,
+        nearest,
+        false,
+    );
+}
+
+// Whether a footprint holds the point of some pixel of the picture that lies there from the pixel's top left.
+fn covers(footprint: Footprint, point: vec2f) -> bool {
+    let first = max(ceil(footprint.low - point), vec2f(0.0));
+    let last = min(floor(footprint.high - point), cull_view.size - 1.0);
+    return all(first <= last);
+}
+
+// Whether a footprint has any sample in it, or the centre of a pixel, where pictures of one sample have theirs.
+fn is_sampled(footprint: Footprint) -> bool {
+    if footprint.unknown || covers(footprint, vec2f(0.5)) {
+        return true;
+    }
+    // WebGPU, "Sample patterns".
+    return cull_view.samples > 1u
+        && (covers(footprint, vec2f(0.375, 0.125))
+            || covers(footprint, vec2f(0.875, 0.375))
+            || covers(footprint, vec2f(0.125, 0.625))
+            || covers(footprint, vec2f(0.625, 0.875)));
+}
+
 @compute @workgroup_size(64)
 fn cull(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) place: u32) {
     let index = index_of(workgroup);
@@ -147,51 +251,38 @@ fn cull(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index
     let page = pages[index];
     let slot = page.x * PAGE_SLOTS + place;
     let bounds = bounds_of(slot, batches[page.y]);
-    let level = level_of(bounds, batches[page.y]);
-    if bounds.scale <= 0.0 || !in_frustum(bounds.center, bounds.radius) {
+    if bounds.scale <= 0.0 || !in_frustum(bounds.center, bounds.radius) || !is_sampled(footprint_of(slot, batches[page.y])) {
         visibility[slot] = 0u;
-    } else if cull_view.occlusion == 0u {
-        visibility[slot] = level | IN_VIEW | EARLY | SEEN;
+        return;
+    }
+    let found = level_of(bounds, batches[page.y]) | IN_VIEW | (slice_of(bounds.center) << SLICE_SHIFT);
+    if cull_view.occlusion == 0u {
+        visibility[slot] = found | EARLY | SEEN;
     } else {
-        visibility[slot] = level | IN_VIEW | select(0u, EARLY, (visibility[slot] & SEEN) != 0u);
+        visibility[slot] = found | select(0u, EARLY, (visibility[slot] & SEEN) != 0u);
     }
 }
 
-// Whether everything in the box around a ball is behind what the pyramid holds.
-fn is_hidden(bounds: Ball) -> bool {
-    var low = vec2f(1.0);
-    var high = vec2f(-1.0);
-    var nearest = 0.0;
-    // Room for rounding, as in the frustum's test.
-    let radius = bounds.radius * 1.001 + 1e-6 * length(bounds.center);
-    for (var i = 0u; i < 8u; i++) {
-        let corner = vec3f(vec3u(i, i >> 1u, i >> 2u) & vec3u(1u)) * 2.0 - 1.0;
-        let clip = view.clip_from_world * vec4f(bounds.center + corner * radius, 1.0);
-        // In front of the near plane, or beside the eye.
-        if clip.z >= clip.w || clip.w <= 0.0 {
-            return false;
-        }
-        let ndc = clip.xyz / clip.w;
-        low = min(low, ndc.xy);
-        high = max(high, ndc.xy);
-        nearest = max(nearest, ndc.z);
+// Whether everything in a footprint is behind what the pyramid holds.
+fn is_hidden(footprint: Footprint) -> bool {
+    if footprint.unknown {
+        return false;
     }
-    // A pixel more on each side: samples do not lie at the centres of pixels.
     let last = cull_view.size - 1.0;
-    let first_pixel = clamp(vec2f(low.x, -high.y) * 0.5 * cull_view.size + 0.5 * cull_view.size - 1.0, vec2f(0.0), last);
-    let last_pixel = clamp(vec2f(high.x, -low.y) * 0.5 * cull_view.size + 0.5 * cull_view.size + 1.0, vec2f(0.0), last);
+    let first_pixel = vec2u(clamp(footprint.low, vec2f(0.0), last));
+    let last_pixel = vec2u(clamp(footprint.high, vec2f(0.0), last));
     // The level at which two by two texels cover them.
-    let extent = last_pixel - first_pixel;
+    let extent = vec2f(last_pixel - first_pixel);
     let level = u32(clamp(ceil(log2(max(max(extent.x, extent.y), 1.0))) - 1.0, 0.0, f32(cull_view.pyramid_levels - 1u)));
-    let low_texel = vec2u(first_pixel) >> vec2u(level + 1u);
-    let high_texel = vec2u(last_pixel) >> vec2u(level + 1u);
+    let low_texel = first_pixel >> vec2u(level + 1u);
+    let high_texel = last_pixel >> vec2u(level + 1u);
     var farthest = 1.0;
     for (var y = low_texel.y; y <= high_texel.y; y++) {
         for (var x = low_texel.x; x <= high_texel.x; x++) {
             farthest = min(farthest, textureLoad(pyramid, vec2u(x, y), level).r);
         }
     }
-    return nearest * 1.00001 < farthest;
+    return footprint.nearest * 1.00001 < farthest;
 }
 
 @compute @workgroup_size(64)
@@ -203,43 +294,94 @@ fn occlude(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_in
     let page = pages[index];
     let slot = page.x * PAGE_SLOTS + place;
     let found = visibility[slot];
-    if (found & IN_VIEW) != 0u && !is_hidden(bounds_of(slot, batches[page.y])) {
+    if (found & IN_VIEW) != 0u && !is_hidden(footprint_of(slot, batches[page.y])) {
         visibility[slot] = found | SEEN | select(LATE, 0u, (found & EARLY) != 0u);
     }
 }
 
-fn takes(draw: CullDraw, found: u32) -> bool {
-    return (found & PHASE) != 0u && (found & LEVEL_MASK) == draw.level;
+// The slice of a slot, NO_SLICE if the draw does not take it.
+fn taken_slice(draw: CullDraw, slot: u32) -> u32 {
+    let found = visibility[slot];
+    let taken = (found & PHASE) != 0u && (found & LEVEL_MASK) == draw.level;
+    return select(NO_SLICE, found >> SLICE_SHIFT, taken);
 }
 
-var<workgroup> mask: array<atomic<u32>, 2>;
+// Where the count of an entry of a draw in a slice is.
+fn count_index(draw: CullDraw, entry: u32, slice: u32) -> u32 {
+    return draw.first_entry * SLICES + slice * (draw.end_entry - draw.first_entry) + entry - draw.first_entry;
+}
 
-@compute @workgroup_size(64)
+// Of the page at hand.
+var<workgroup> slices: array<u32, PAGE_SLOTS>;
+
+@compute @workgroup_size(PAGE_SLOTS)
 fn count(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) place: u32) {
     let index = index_of(workgroup);
     let entry = entries[min(index, cull_view.entry_count - 1u)];
-    if takes(draws[entry.y], visibility[entry.x * PAGE_SLOTS + place]) {
-        atomicOr(&mask[place / 32u], 1u << (place % 32u));
-    }
+    let draw = draws[entry.y];
+    slices[place] = taken_slice(draw, entry.x * PAGE_SLOTS + place);
     workgroupBarrier();
-    if place == 0u && index < cull_view.entry_count {
-        let low = atomicLoad(&mask[0]);
-        let high = atomicLoad(&mask[1]);
-        kept[index] = vec4u(low, high, countOneBits(low) + countOneBits(high), 0u);
+    if place < SLICES && index < cull_view.entry_count {
+        var taken = 0u;
+        for (var i = 0u; i < PAGE_SLOTS; i++) {
+            taken += select(0u, 1u, slices[i] == place);
+        }
+        counts[count_index(draw, index, place)] = taken;
     }
 }
 
-const SCANNERS = 256u;
+const SCANNERS = 64u;
+// Counts that a scanner adds up; `BLOCK` is their product.
+const SHARE = 16u;
+const BLOCK = 1024u;
+
+fn count_of_counts() -> u32 {
+    return cull_view.entry_count * SLICES;
+}
+
+// One more than the counts need: the sum of all is asked for, too.
+fn blocks() -> u32 {
+    return count_of_counts() / BLOCK + 1u;
+}
+
 var<workgroup> sums: array<u32, SCANNERS>;
 
 @compute @workgroup_size(SCANNERS)
-fn scan(@builtin(local_invocation_index) scanner: u32) {
-    let share = (cull_view.entry_count + SCANNERS - 1u) / SCANNERS;
-    let first = scanner * share;
-    let end = min(first + share, cull_view.entry_count);
+fn scan_blocks(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) scanner: u32) {
+    let block = index_of(workgroup);
+    let end = count_of_counts();
+    let first = block * BLOCK + scanner * SHARE;
+    var sum = 0u;
+    for (var i = first; i < min(first + SHARE, end); i++) {
+        sum += counts[i];
+    }
+    sums[scanner] = sum;
+    workgroupBarrier();
+    if block >= blocks() {
+        return;
+    }
+    var before = 0u;
+    for (var i = 0u; i < scanner; i++) {
+        before += sums[i];
+    }
+    if scanner == SCANNERS - 1u {
+        counts[blocks() * BLOCK + block] = before + sum;
+    }
+    for (var i = first; i < first + SHARE; i++) {
+        let here = select(0u, counts[i], i < end);
+        counts[i] = before;
+        before += here;
+    }
+}
+
+@compute @workgroup_size(SCANNERS)
+fn scan_totals(@builtin(local_invocation_index) scanner: u32) {
+    let share = (blocks() + SCANNERS - 1u) / SCANNERS;
+    let first = blocks() * BLOCK + scanner * share;
+    let end = min(first + share, blocks() * (BLOCK + 1u));
     var sum = 0u;
     for (var i = first; i < end; i++) {
-        sum += kept[i].z;
+        sum += counts[i];
     }
     sums[scanner] = sum;
     workgroupBarrier();
@@ -248,38 +390,40 @@ fn scan(@builtin(local_invocation_index) scanner: u32) {
         before += sums[i];
     }
     for (var i = first; i < end; i++) {
-        let here = kept[i].z;
-        kept[i].z = before;
+        let here = counts[i];
+        counts[i] = before;
         before += here;
-    }
-    if scanner == SCANNERS - 1u {
-        kept[cull_view.entry_count].z = before;
     }
 }
 
-@compute @workgroup_size(64)
+// The sum of all counts before one, after the scans.
+fn sum_before(index: u32) -> u32 {
+    return counts[index] + counts[blocks() * BLOCK + index / BLOCK];
+}
+
+@compute @workgroup_size(PAGE_SLOTS)
 fn scatter(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) place: u32) {
     let index = index_of(workgroup);
-    if index >= cull_view.entry_count {
-        return;
-    }
-    let bits = kept[index];
-    let word = select(bits.x, bits.y, place >= 32u);
-    let bit = 1u << (place % 32u);
-    if (word & bit) == 0u {
-        return;
-    }
-    let entry = entries[index];
+    let entry = entries[min(index, cull_view.entry_count - 1u)];
     let draw = draws[entry.y];
-    let before = countOneBits(word & (bit - 1u)) + select(0u, countOneBits(bits.x), place >= 32u);
-    let rank = bits.z - kept[draw.first_entry].z + before;
-    visible[draw.first_visible + rank] = entry.x * PAGE_SLOTS + place;
+    let slot = entry.x * PAGE_SLOTS + place;
+    let slice = taken_slice(draw, slot);
+    slices[place] = slice;
+    workgroupBarrier();
+    if index >= cull_view.entry_count || slice == NO_SLICE {
+        return;
+    }
+    var rank = sum_before(count_index(draw, index, slice)) - sum_before(draw.first_entry * SLICES);
+    for (var i = 0u; i < place; i++) {
+        rank += select(0u, 1u, slices[i] == slice);
+    }
+    visible[draw.first_visible + rank] = slot;
 }
 
 @compute @workgroup_size(64)
 fn finish(@builtin(global_invocation_id) id: vec3u) {
     if id.x < cull_view.draw_count {
         let draw = draws[id.x];
-        arguments[id.x].instance_count = kept[draw.end_entry].z - kept[draw.first_entry].z;
+        arguments[id.x].instance_count = sum_before(draw.end_entry * SLICES) - sum_before(draw.first_entry * SLICES);
     }
 }

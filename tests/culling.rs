@@ -355,3 +355,106 @@ fn a_world_that_lived_looks_like_one_made_as_it_is_now() {
     }
     assert!(objects.len() > 500, "{}", objects.len());
 }
+
+/// Small things far apart, in random poses and colours; `material` chooses between opaque and blended with alpha 1.
+fn dust(origin: Vec3, count: usize, alpha: AlphaMode) -> Scene {
+    let mut random = random();
+    let mut scene = Scene::new();
+    let colors = [Vec3::new(0.9, 0.3, 0.2), Vec3::new(0.2, 0.7, 0.3), Vec3::new(0.3, 0.4, 0.9)];
+    let mut library = scene.simulation.world.resource_mut::<Library>();
+    scene.materials = colors
+        .map(|c| library.add_material(Material { base_factor: c.extend(1.0), alpha, ..Material::default() }))
+        .into();
+    for i in 0..count {
+        // As many at every scale of distance.
+        let distance = 3.0 * 100f32.powf(random.random::<f32>());
+        let aside = Vec3::new(unit(&mut random), unit(&mut random) * 0.6, 0.0) * distance;
+        let place = random_place(&mut random, 0.0)
+            .with_translation(origin + aside - Vec3::Z * distance)
+            .with_scale(Vec3::splat(0.02 + 0.2 * random.random::<f32>()));
+        scene.spawn(i % 3, i / 3 % 3, place);
+    }
+    scene.look(Transform::from_translation(origin));
+    scene.simulation.frame();
+    scene
+}
+
+#[test]
+fn what_lies_between_samples_is_not_drawn_and_nobody_sees_it() {
+    let Some(mut renderer) = renderer() else { return };
+    for origin in [Vec3::ZERO, Vec3::new(10_000.0, -50.0, 3_000.0)] {
+        // Blended objects are drawn whatever their size.
+        let (mut opaque, mut whole) = (dust(origin, 3000, AlphaMode::Opaque), dust(origin, 3000, AlphaMode::Blend));
+        for projection in
+            [Projection::Perspective { fov_y: 1.0, aspect: None }, Projection::Orthographic { half_height: 15.0 }]
+        {
+            for scene in [&mut opaque, &mut whole] {
+                let camera = Camera { projection: projection.clone(), ..Camera::default() };
+                scene.simulation.world.entity_mut(scene.camera).insert(camera);
+                scene.simulation.frame();
+            }
+            for (samples, occlusion) in
+                [(1, Occlusion::Off), (4, Occlusion::Off), (1, Occlusion::On), (4, Occlusion::On)]
+            {
+                let settings = Settings { samples, ..with(occlusion) };
+                let (expected, all) = whole.draw_with(&mut renderer, settings);
+                let (picture, drawn) = opaque.draw_with(&mut renderer, settings);
+                let different = picture.pixels().zip(expected.pixels()).filter(|(a, b)| a != b).count();
+                assert_eq!(different, 0, "{origin}, {projection:?}, {samples} samples, {occlusion:?}");
+                assert!(drawn.objects > 100 && drawn.objects * 2 < all.objects, "{drawn:?} of {all:?}");
+                // The outputs have one sample in each pixel's middle, whatever the picture has.
+                let ids = |renderer: &mut Renderer| {
+                    let outputs = renderer.draw_outputs().expect("a picture was drawn");
+                    relief::renderer::read_texture(renderer.gpu(), &outputs.normal, wgpu::TextureAspect::All)
+                };
+                let seen = ids(&mut renderer);
+                whole.draw_with(&mut renderer, settings);
+                assert!(seen == ids(&mut renderer), "outputs of {origin}, {projection:?}, {samples} samples");
+            }
+        }
+    }
+}
+
+#[test]
+fn near_objects_are_drawn_before_far_ones() {
+    let Some(mut renderer) = renderer() else { return };
+    let mut random = random();
+    let mut scene = Scene::new();
+    let mut spheres = Vec::new();
+    for _ in 0..2000 {
+        let distance = 2.0 * 200f32.powf(random.random::<f32>());
+        let aside = Vec3::new(unit(&mut random), unit(&mut random), 0.0) * distance;
+        let place = Transform::from_translation(aside - Vec3::Z * distance).with_scale(Vec3::splat(0.3 * distance));
+        spheres.push(scene.spawn(1, 0, place));
+    }
+    scene.simulation.frame();
+    for turn in [0.0, 0.4] {
+        scene.look(Transform::from_xyz(0.3, 0.0, 0.0).with_rotation(Quat::from_rotation_y(turn)));
+        scene.simulation.frame();
+        let (_, drawn) = scene.draw_with(&mut renderer, with(Occlusion::Off));
+        let slots = renderer.read_drawn_slots();
+        assert_eq!(slots.len() as u32, drawn.objects);
+        assert!(slots.len() > 500, "{}", slots.len());
+        let eye = Vec3::new(0.3, 0.0, 0.0);
+        let distances: Vec<f32> = slots
+            .iter()
+            .map(|&slot| {
+                let record = scene.simulation.draw_list().instances.records[slot as usize];
+                let [x, y, z] = record.world_from_object.map(|row| row[3]);
+                Vec3::new(x, y, z).distance(eye)
+            })
+            .collect();
+        let mut farthest = 0f32;
+        for (place, distance) in distances.iter().enumerate() {
+            farthest = farthest.max(*distance);
+            assert!(distance * 1.4143 > farthest, "{place}: {distance} m after {farthest} m");
+        }
+        // Within a slice, in the order of slots; every object once.
+        let descents = slots.windows(2).filter(|pair| pair[0] >= pair[1]).count();
+        assert!((5..32).contains(&descents), "{descents} slices begin");
+        let mut each = slots.clone();
+        each.sort_unstable();
+        each.dedup();
+        assert_eq!(each.len(), slots.len());
+    }
+}

@@ -140,9 +140,22 @@ fn the_structs_of_culling_mirror_the_renderers() {
     assert_mirrored!(
         &module,
         "Cull",
-        CullRecord { planes, page_count, entry_count, draw_count, occlusion, size, pyramid_levels, allowed_error }
+        CullRecord {
+            planes,
+            page_count,
+            entry_count,
+            draw_count,
+            occlusion,
+            size,
+            pyramid_levels,
+            allowed_error,
+            samples,
+            pad0,
+            pad1,
+            pad2
+        }
     );
-    assert_mirrored!(&module, "CullBatch", CullBatchRecord { center, radius, errors });
+    assert_mirrored!(&module, "CullBatch", CullBatchRecord { center, radius, half_extents, pad0, errors });
     assert_mirrored!(&module, "CullDraw", CullDrawRecord { level, first_entry, end_entry, first_visible });
 }
 

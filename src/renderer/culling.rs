@@ -1,5 +1,5 @@
 //! Which objects a view draws, found on the GPU: shaders/cull.wgsl tests every slot against the view and writes the
-//! lists of visible slots and the arguments of the indirect draws. The CPU does the same few calls however many objects
+//! lists of visible slots, near ones first, and the arguments of the indirect draws. The CPU does the same few calls however many objects
 //! there are, and learns the counts only if it asks for them.
 //!
 //! With occlusion there are two sets of lists: of the objects that were seen when the view was last drawn, and of those
@@ -10,10 +10,9 @@ use super::pyramid::Pyramid;
 use super::tables::GrowingBuffer;
 use super::targets::{texture, whole_view};
 use super::timestamps::Timestamps;
-use super::{Gpu, RenderError, shaders};
+use super::{Gpu, RenderError, Settings, shaders};
 use bytemuck::{Pod, Zeroable};
 use systems::draw_list::{DirtySlots, PAGE_SLOTS};
-use systems::levels::LevelOfDetail;
 use systems::view::View;
 use wgpu::util::DrawIndexedIndirectArgs;
 
@@ -37,6 +36,14 @@ pub struct CullRecord {
     pub pyramid_levels: u32,
     /// Metres that a level of detail may be off: where the projection is parallel; else, at a distance of one metre.
     pub allowed_error: f32,
+    /// Per pixel: 1 or 4.
+    pub samples: u32,
+    /// Room for 16-byte alignment.
+    pub pad0: u32,
+    /// Room for 16-byte alignment.
+    pub pad1: u32,
+    /// Room for 16-byte alignment.
+    pub pad2: u32,
 }
 
 /// One half of a frame's draws.
@@ -56,8 +63,10 @@ pub(super) struct Culling {
     occlude: wgpu::ComputePipeline,
     /// By [`Phase`].
     count: [wgpu::ComputePipeline; 2],
-    scan: wgpu::ComputePipeline,
-    scatter: wgpu::ComputePipeline,
+    /// By [`Phase`].
+    scatter: [wgpu::ComputePipeline; 2],
+    scan_blocks: wgpu::ComputePipeline,
+    scan_totals: wgpu::ComputePipeline,
     finish: wgpu::ComputePipeline,
     /// Stands for the depth pyramid where there is none.
     no_pyramid: wgpu::TextureView,
@@ -78,7 +87,7 @@ pub(super) struct PhaseLists {
 pub(super) struct CulledView {
     record: wgpu::Buffer,
     visibility: GrowingBuffer,
-    kept: GrowingBuffer,
+    slice_counts: GrowingBuffer,
     /// By [`Phase`].
     lists: [PhaseLists; 2],
     pyramid: Option<Pyramid>,
@@ -90,6 +99,15 @@ pub(super) const ARGUMENT_BYTES: u64 = size_of::<DrawIndexedIndirectArgs>() as u
 
 /// Workgroups in a row of a dispatch; `ROW` of shaders/cull.wgsl.
 const ROW: u32 = 32768;
+/// Slices of distance; `SLICES` of shaders/cull.wgsl.
+const SLICES: u32 = 32;
+/// Counts that are added up together; `BLOCK` of shaders/cull.wgsl.
+const BLOCK: u32 = 1024;
+
+/// Blocks that the counts of so many entries fill, the sum of all among them.
+fn blocks(entries: u32) -> u32 {
+    entries * SLICES / BLOCK + 1
+}
 
 impl Culling {
     pub fn new(device: &wgpu::Device, frame_layout: &wgpu::BindGroupLayout) -> Self {
@@ -143,8 +161,9 @@ impl Culling {
             cull: pipeline("cull", Phase::Early),
             occlude: pipeline("occlude", Phase::Late),
             count: [Phase::Early, Phase::Late].map(|phase| pipeline("count", phase)),
-            scan: pipeline("scan", Phase::Early),
-            scatter: pipeline("scatter", Phase::Early),
+            scan_blocks: pipeline("scan_blocks", Phase::Early),
+            scan_totals: pipeline("scan_totals", Phase::Early),
+            scatter: [Phase::Early, Phase::Late].map(|phase| pipeline("scatter", phase)),
             finish: pipeline("finish", Phase::Early),
             no_pyramid: whole_view(&no_pyramid, "no pyramid"),
             layout,
@@ -180,8 +199,9 @@ impl Culling {
             let work = [
                 (test, pages),
                 (&self.count[phase as usize], entries),
-                (&self.scan, 1),
-                (&self.scatter, entries),
+                (&self.scan_blocks, blocks(entries)),
+                (&self.scan_totals, 1),
+                (&self.scatter[phase as usize], entries),
                 (&self.finish, draws),
             ];
             for (pipeline, workgroups) in work {
@@ -214,7 +234,7 @@ impl CulledView {
                 mapped_at_creation: false,
             }),
             visibility: buffer("visibility", BufferUsages::empty()),
-            kept: buffer("kept slots", BufferUsages::empty()),
+            slice_counts: buffer("slices", BufferUsages::empty()),
             lists: [("early", "early arguments"), ("late", "late arguments")].map(|(visible, arguments)| PhaseLists {
                 visible: buffer(visible, BufferUsages::VERTEX),
                 arguments: buffer(arguments, BufferUsages::INDIRECT),
@@ -249,13 +269,14 @@ impl CulledView {
         culling: &Culling,
         draws: &Draws,
         view: &View,
-        levels: LevelOfDetail,
+        settings: &Settings,
         redrawn: bool,
     ) -> Result<bool, RenderError> {
         let mut recull = redrawn;
         let entries = u64::from(draws.entry_count);
         self.visibility.reserve(&gpu.device, u64::from(draws.slot_count) * 4)?;
-        self.kept.reserve(&gpu.device, (entries + 1) * 16)?;
+        // A sum behind all blocks for each of them.
+        self.slice_counts.reserve(&gpu.device, u64::from(blocks(draws.entry_count)) * u64::from(BLOCK + 1) * 4)?;
         let phases = if self.pyramid.is_some() { 2 } else { 1 };
         for lists in &mut self.lists[..phases] {
             let lost = lists.arguments.reserve(&gpu.device, draws.arguments.len() as u64 * ARGUMENT_BYTES)?;
@@ -274,7 +295,9 @@ impl CulledView {
             occlusion: self.pyramid.is_some().into(),
             size: [view.width as f32, view.height as f32],
             pyramid_levels: self.pyramid.as_ref().map_or(1, Pyramid::level_count),
-            allowed_error: levels.max_error_pixels.max(0.0) / view.pixels_at_1m(),
+            allowed_error: settings.levels.max_error_pixels.max(0.0) / view.pixels_at_1m(),
+            samples: settings.samples,
+            ..CullRecord::default()
         };
         if self.counts != record {
             gpu.queue.write_buffer(&self.record, 0, bytemuck::bytes_of(&record));
@@ -289,7 +312,7 @@ impl CulledView {
 
     fn bind(&mut self, device: &wgpu::Device, culling: &Culling, draws: &Draws, phase: usize) {
         let lists = &self.lists[phase];
-        let own = [&self.visibility, &self.kept, &lists.visible, &lists.arguments];
+        let own = [&self.visibility, &self.slice_counts, &lists.visible, &lists.arguments];
         let buffers: Vec<&GrowingBuffer> = draws.buffers().into_iter().chain(own).collect();
         let version = buffers.iter().map(|buffer| buffer.version).sum();
         if lists.group.as_ref().is_some_and(|(bound, _)| *bound == version) {

@@ -24,6 +24,10 @@ pub struct CullBatchRecord {
     pub center: [f32; 3],
     /// Of the mesh's bounding sphere, object space.
     pub radius: f32,
+    /// Of the box around the mesh, from the same centre, object space.
+    pub half_extents: [f32; 3],
+    /// Room for 16-byte alignment.
+    pub pad0: u32,
     /// Of each level of detail, metres in object space; beyond any measure where there is none.
     pub errors: [f32; MOST_LEVELS],
 }
@@ -116,7 +120,8 @@ impl Draws {
             let mut errors = [f32::MAX; MOST_LEVELS];
             errors.iter_mut().zip(its_levels).for_each(|(error, level)| *error = level.error);
             let (center, radius) = (mesh.bounds.center.to_array(), mesh.bounds.radius);
-            batches.push(CullBatchRecord { center, radius, errors });
+            let half_extents = mesh.half_extents.to_array();
+            batches.push(CullBatchRecord { center, radius, half_extents, pad0: 0, errors });
             for (number, level) in (0..).zip(its_levels) {
                 let first_entry = entries.len() as u32;
                 let first_visible = first_entry * PAGE_SLOTS;

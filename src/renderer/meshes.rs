@@ -2,6 +2,7 @@
 
 use super::tables::GrowingBuffer;
 use super::{Gpu, RenderError};
+use glam::Vec3;
 use systems::bounds::Sphere;
 use systems::levels::Level;
 use systems::library::{Library, Mesh, MeshId};
@@ -39,6 +40,8 @@ pub(super) struct MeshRange {
     pub base_vertex: i32,
     /// Object space.
     pub bounds: Sphere,
+    /// Of the box around it, whose centre is the sphere's, object space.
+    pub half_extents: Vec3,
     /// Levels of detail, the mesh itself first; their indices counted from the start of the shared buffer.
     pub levels: Vec<Level>,
 }
@@ -90,7 +93,13 @@ impl Meshes {
             let first_index = self.index_count as u32;
             let levels =
                 entry.levels.iter().map(|l| Level { first_index: first_index + l.first_index, ..*l }).collect();
-            self.ranges.push(MeshRange { base_vertex: self.vertex_count as i32, bounds: entry.bounds, levels });
+            let aabb = mesh.aabb();
+            self.ranges.push(MeshRange {
+                base_vertex: self.vertex_count as i32,
+                bounds: entry.bounds,
+                half_extents: (aabb.max - aabb.min) * 0.5,
+                levels,
+            });
             self.vertex_count += packed.len() as u64;
             for indices in [&mesh.indices, &entry.level_indices] {
                 let bytes: &[u8] = bytemuck::cast_slice(indices);

@@ -252,8 +252,8 @@ impl Renderer {
         };
         let occlusion = occlusion && !self.draws.list.iter().any(stands_out);
         self.make_targets(view, settings.samples, occlusion);
-        let (levels, draws) = (settings.levels, &self.draws);
-        let recull = self.culled.prepare(&self.gpu, &self.culling, draws, view, levels, redrawn.is_some())?;
+        let draws = &self.draws;
+        let recull = self.culled.prepare(&self.gpu, &self.culling, draws, view, settings, redrawn.is_some())?;
         let record = view.record(&list.environment, settings.picked_entity);
         self.tables.write_view(&self.gpu.queue, &record);
         // A material that lets more through hides less.
@@ -403,6 +403,25 @@ impl Renderer {
             drawn.add_arguments(&read_buffer(&self.gpu, self.culled.lists(phase).arguments.buffer(), bytes));
         }
         drawn
+    }
+
+    /// Instance slots of the opaque objects that the last draw drew, in the order in which it drew them. Waits for the
+    /// GPU.
+    pub fn read_drawn_slots(&self) -> Vec<u32> {
+        let words = |buffer: &GrowingBuffer| {
+            let bytes = read_buffer(&self.gpu, buffer.buffer(), buffer.buffer().size());
+            bytes.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect::<Vec<_>>()
+        };
+        let mut slots = Vec::new();
+        for phase in self.phases() {
+            let lists = self.culled.lists(phase);
+            let (visible, arguments) = (words(&lists.visible), words(&lists.arguments));
+            for (draw, arguments) in self.draws.list.iter().zip(arguments.chunks_exact(ARGUMENT_BYTES as usize / 4)) {
+                let (first, count) = (draw.first_visible as usize, arguments[1] as usize);
+                slots.extend(visible.iter().skip(first).take(count));
+            }
+        }
+        slots
     }
 
     fn blended_drawn(&self) -> Drawn {
