@@ -13,7 +13,7 @@ use std::process::{Command, Output};
 use systems::library::MeshId;
 
 const SMALL: [&str; 7] =
-    ["--objects=60", "--lights=5", "--size=32x18", "--frames=4", "--warm-up=2", "--seconds=60", "--threads=2"];
+    ["--objects=60", "--lights=5", "--size=64x36", "--frames=4", "--warm-up=2", "--seconds=60", "--threads=2"];
 
 /// The arguments of a small scene with further ones, which replace what they name too.
 fn small<'a>(more: &[&'a str]) -> Vec<&'a str> {
@@ -73,7 +73,7 @@ fn a_line_has_every_figure_and_all_are_plausible() {
     for (field, value) in echoed {
         assert_eq!(number(&still, field), value, "{field}");
     }
-    assert_eq!(still["size"], serde_json::json!([32, 18]));
+    assert_eq!(still["size"], serde_json::json!([64, 36]));
     assert_eq!((&still["mesh"], &still["view"]), (&"cube".into(), &"wide".into()));
     assert_eq!((&still["lights_policy"], &still["technique"]), (&"three".into(), &Value::Null));
     for what in ["frame_ms", "cpu_ms", "gpu_ms"] {

@@ -26,24 +26,24 @@ impl Renderer {
             calls += more_calls;
         };
         let clear = Some(self.plain_sky.unwrap_or_default());
-        if let Some(pyramid) = self.culled.pyramid() {
+        // Of a view that was culled twice since anything changed, the early phase draws all that is seen: what it drew the
+        // second time hides at least as much as what it drew the first time, so that nothing else appeared.
+        let pyramid = self.culled.pyramid().filter(|_| due);
+        if let Some(pyramid) = pyramid {
             {
                 let mut pass = begin_forward(encoder, timestamps, targets, ("early", clear, Leaves::Samples));
                 pass.set_bind_group(0, frame_group, &[]);
                 count(self.draw_objects(&mut pass, self.pass, Phase::Early));
             }
-            if due {
-                self.pyramids.record(encoder, timestamps, pyramid);
-                self.culling.record(encoder, timestamps, Phase::Late, &views);
-            }
+            self.pyramids.record(encoder, timestamps, pyramid);
+            self.culling.record(encoder, timestamps, Phase::Late, &views);
         }
         {
-            let two_phases = self.culled.pyramid().is_some();
-            let first = clear.filter(|_| !two_phases);
+            let first = clear.filter(|_| pyramid.is_none());
             let leaves = if self.behind.is_some() { Leaves::Both } else { Leaves::Picture };
             let mut pass = begin_forward(encoder, timestamps, targets, ("forward", first, leaves));
             pass.set_bind_group(0, frame_group, &[]);
-            let phase = if two_phases { Phase::Late } else { Phase::Early };
+            let phase = if pyramid.is_some() { Phase::Late } else { Phase::Early };
             count(self.draw_objects(&mut pass, self.pass, phase));
             if let (None, Some(sky)) = (self.plain_sky, self.pipelines.sky(targets.samples)) {
                 pass.set_pipeline(sky);
