@@ -195,12 +195,11 @@ fn footprint_of(slot: u32, batch: CullBatch) -> Footprint {
     var high = vec2f(-1e30);
     var nearest = 0.0;
     var least_w = 1e30;
+    var unknown = false;
     for (var i = 0u; i < 8u; i++) {
         let corner = vec3f(vec3u(i, i >> 1u, i >> 2u) & vec3u(1u)) * 2.0 - 1.0;
         let clip = middle + x * corner.x + y * corner.y + z * corner.z;
-        if clip.z >= clip.w || clip.w <= 0.0 {
-            return Footprint(vec2f(0.0), vec2f(0.0), 1.0, true);
-        }
+        unknown = unknown || clip.z >= clip.w || clip.w <= 0.0;
         let ndc = clip.xyz / clip.w;
         low = min(low, ndc.xy);
         high = max(high, ndc.xy);
@@ -218,7 +217,7 @@ fn footprint_of(slot: u32, batch: CullBatch) -> Footprint {
         vec2f(low.x + 1.0, 1.0 - high.y) * 0.5 * cull_view.size - room,
         vec2f(high.x + 1.0, 1.0 - low.y) * 0.5 * cull_view.size + room,
         nearest,
-        false,
+        unknown,
     );
 }
 
@@ -311,22 +310,37 @@ fn count_index(draw: CullDraw, entry: u32, slice: u32) -> u32 {
     return draw.first_entry * SLICES + slice * (draw.end_entry - draw.first_entry) + entry - draw.first_entry;
 }
 
-// Of the page at hand.
-var<workgroup> slices: array<u32, PAGE_SLOTS>;
+// Of the page at hand: for each slice, 64 bits for the slots that it holds.
+var<workgroup> members: array<atomic<u32>, 2 * SLICES>;
+
+// Notes a slot in its slice. (Not by adding up: which bits are set does not depend on who comes first.)
+fn enter(slice: u32, place: u32) {
+    if slice != NO_SLICE {
+        atomicOr(&members[2u * slice + place / 32u], 1u << (place % 32u));
+    }
+}
+
+// How many slots of a slice lie before a place of the page.
+fn members_before(slice: u32, place: u32) -> u32 {
+    let low = atomicLoad(&members[2u * slice]);
+    let before = (1u << (place % 32u)) - 1u;
+    if place < 32u {
+        return countOneBits(low & before);
+    }
+    return countOneBits(low) + countOneBits(atomicLoad(&members[2u * slice + 1u]) & before);
+}
 
 @compute @workgroup_size(PAGE_SLOTS)
 fn count(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) place: u32) {
     let index = index_of(workgroup);
     let entry = entries[min(index, cull_view.entry_count - 1u)];
     let draw = draws[entry.y];
-    slices[place] = taken_slice(draw, entry.x * PAGE_SLOTS + place);
+    enter(taken_slice(draw, entry.x * PAGE_SLOTS + place), place);
     workgroupBarrier();
     if place < SLICES && index < cull_view.entry_count {
-        var taken = 0u;
-        for (var i = 0u; i < PAGE_SLOTS; i++) {
-            taken += select(0u, 1u, slices[i] == place);
-        }
-        counts[count_index(draw, index, place)] = taken;
+        let low = atomicLoad(&members[2u * place]);
+        let high = atomicLoad(&members[2u * place + 1u]);
+        counts[count_index(draw, index, place)] = countOneBits(low) + countOneBits(high);
     }
 }
 
@@ -408,16 +422,13 @@ fn scatter(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_in
     let draw = draws[entry.y];
     let slot = entry.x * PAGE_SLOTS + place;
     let slice = taken_slice(draw, slot);
-    slices[place] = slice;
+    enter(slice, place);
     workgroupBarrier();
     if index >= cull_view.entry_count || slice == NO_SLICE {
         return;
     }
-    var rank = sum_before(count_index(draw, index, slice)) - sum_before(draw.first_entry * SLICES);
-    for (var i = 0u; i < place; i++) {
-        rank += select(0u, 1u, slices[i] == slice);
-    }
-    visible[draw.first_visible + rank] = slot;
+    let rank = sum_before(count_index(draw, index, slice)) - sum_before(draw.first_entry * SLICES);
+    visible[draw.first_visible + rank + members_before(slice, place)] = slot;
 }
 
 @compute @workgroup_size(64)
