@@ -206,17 +206,20 @@ fn footprint_of(slot: u32, batch: CullBatch) -> Footprint {
         nearest = max(nearest, ndc.z);
         least_w = min(least_w, clip.w);
     }
-    // Room for rounding: metres, which grow with the distance from the origin, as they show in the picture.
+    // Room for rounding: metres, which grow with the distance from the origin, as they show in the picture and its depths.
     let m = clip_from_world;
-    let rounding = 2e-6 * (length(world) + length(view.eye)) / least_w;
+    let reach = length(rows[0].xyz * half) + length(rows[1].xyz * half) + length(rows[2].xyz * half);
+    let rounding = 2e-6 * (length(world) + reach + length(view.eye)) / least_w;
     let per_metre = vec2f(length(vec3f(m[0].x, m[1].x, m[2].x)), length(vec3f(m[0].y, m[1].y, m[2].y)));
-    let reach = rounding * (per_metre + length(vec3f(m[0].w, m[1].w, m[2].w)) * max(abs(low), abs(high)));
-    // Rasterisers round to parts of pixels, 1/256 or finer.
-    let room = reach * 0.5 * cull_view.size + 1.0 / 64.0;
+    let w_per_metre = length(vec3f(m[0].w, m[1].w, m[2].w));
+    let aside = rounding * (per_metre + w_per_metre * max(abs(low), abs(high)));
+    let nearer = rounding * (length(vec3f(m[0].z, m[1].z, m[2].z)) + w_per_metre * nearest);
+    // Rasterisers round to parts of pixels, at least 1/16 (Vulkan, `subPixelPrecisionBits`).
+    let room = aside * 0.5 * cull_view.size + 1.0 / 16.0;
     return Footprint(
         vec2f(low.x + 1.0, 1.0 - high.y) * 0.5 * cull_view.size - room,
         vec2f(high.x + 1.0, 1.0 - low.y) * 0.5 * cull_view.size + room,
-        nearest,
+        nearest + nearer,
         unknown,
     );
 }
@@ -233,7 +236,7 @@ fn is_sampled(footprint: Footprint) -> bool {
     if footprint.unknown || covers(footprint, vec2f(0.5)) {
         return true;
     }
-    // WebGPU, "Sample patterns".
+    // WebGPU, "Sample patterns"; Vulkan's standard sample locations.
     return cull_view.samples > 1u
         && (covers(footprint, vec2f(0.375, 0.125))
             || covers(footprint, vec2f(0.875, 0.375))

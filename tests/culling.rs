@@ -4,7 +4,7 @@ mod common;
 
 use bevy_ecs::prelude::*;
 use bevy_transform::components::Transform;
-use glam::{Quat, Vec3, Vec4};
+use glam::{Quat, UVec2, Vec2, Vec3, Vec4};
 use proptest::prelude::RngExt;
 use proptest::test_runner::{RngAlgorithm, TestRng};
 use relief::frames::Headless;
@@ -456,5 +456,37 @@ fn near_objects_are_drawn_before_far_ones() {
         each.sort_unstable();
         each.dedup();
         assert_eq!(each.len(), slots.len());
+    }
+}
+
+#[test]
+fn a_still_view_keeps_what_rounding_puts_before_its_own_bounds() {
+    let Some(mut renderer) = renderer() else { return };
+    let mut random = random();
+    let mut fresh = Renderer::new(renderer.gpu());
+    for i in 0..60 {
+        let mut scene = Scene::new();
+        // A face of no thickness far from the origin, close to the eye and straight before it.
+        let turn = Quat::from_rotation_y(unit(&mut random) * 3.0);
+        let origin = Vec3::new(unit(&mut random), 0.3, unit(&mut random)) * [400.0, 1_000.0, 9_000.0][i % 3];
+        let distance = [1.0, 3.0][i / 3 % 2];
+        let wall =
+            scene.simulation.world.resource_mut::<Library>().add_mesh(shapes::plane(Vec2::splat(8.0), UVec2::ONE));
+        let up = Quat::from_rotation_x(std::f32::consts::FRAC_PI_2);
+        let place = Transform::from_translation(origin + turn * Vec3::NEG_Z * distance).with_rotation(turn * up);
+        scene.simulation.world.spawn((wall, scene.materials[0], place));
+        let elsewhere = scene.spawn(0, 1, Transform::from_translation(origin + turn * Vec3::Z * 50.0));
+        scene.look(Transform::from_translation(origin).with_rotation(turn));
+        scene.simulation.frame();
+        let (expected, _) = scene.draw_with(&mut fresh, with(Occlusion::Off));
+        // Something changes after the first or the second frame, so that the view is culled three or four times.
+        for frame in 0..6 {
+            if frame == 1 + i % 2 {
+                scene.simulation.world.get_mut::<Transform>(elsewhere).expect("a place").translation.y += 1.0;
+                scene.simulation.frame();
+            }
+            let (picture, _) = scene.draw_with(&mut renderer, with(Occlusion::On));
+            assert!(picture == expected, "{i}, frame {frame}: {origin} {turn}, {distance} m");
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! Which objects a view draws, found on the GPU: shaders/cull.wgsl tests every slot against the view and writes the
-//! lists of visible slots, near ones first, and the arguments of the indirect draws. The CPU does the same few calls however many objects
-//! there are, and learns the counts only if it asks for them.
+//! lists of visible slots, near ones first, and the arguments of the indirect draws. The CPU does the same few calls
+//! however many objects there are, and learns the counts only if it asks for them.
 //!
 //! With occlusion there are two sets of lists: of the objects that were seen when the view was last drawn, and of those
 //! that the depths of the first show to be in sight as well.

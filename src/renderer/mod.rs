@@ -123,8 +123,8 @@ pub struct Renderer {
     pyramids: PyramidMaker,
     draws: Draws,
     culled: CulledView,
-    /// The view that `culled` was made for.
-    culled_for: Option<ViewRecord>,
+    /// The view that `culled` was made for, and the technique, which may write depths of its own.
+    culled_for: Option<(ViewRecord, Option<Technique>)>,
     /// The lists of visible objects are of that view.
     lists_ready: bool,
     /// How often culling is to be done before the lists of visible objects stay as they are.
@@ -258,11 +258,11 @@ impl Renderer {
         self.tables.write_view(&self.gpu.queue, &record);
         // A material that lets more through hides less.
         let surfaces_changed = self.stats.instance_bytes + self.stats.material_bytes + self.stats.asset_bytes > 0;
-        if recull || surfaces_changed || self.culled_for != Some(record) {
+        if recull || surfaces_changed || self.culled_for != Some((record, settings.technique)) {
             // Once more in two phases, so that the early one of a still view is what is seen of it.
             self.cullings_due = if self.culled.pyramid().is_some() { 2 } else { 1 };
             self.lists_ready = false;
-            self.culled_for = Some(record);
+            self.culled_for = Some((record, settings.technique));
         }
 
         self.pass = Pass::Color { all_lights: list.all_lights, debug: settings.debug, samples: settings.samples };
@@ -405,8 +405,8 @@ impl Renderer {
         drawn
     }
 
-    /// Instance slots of the opaque objects that the last draw drew, in the order in which it drew them. Waits for the
-    /// GPU.
+    /// Instance slots of the opaque objects that the last draw drew: those of each phase in the order in which it drew them.
+    /// Waits for the GPU.
     pub fn read_drawn_slots(&self) -> Vec<u32> {
         let words = |buffer: &GrowingBuffer| {
             let bytes = read_buffer(&self.gpu, buffer.buffer(), buffer.buffer().size());

@@ -26,8 +26,7 @@ impl Renderer {
             calls += more_calls;
         };
         let clear = Some(self.plain_sky.unwrap_or_default());
-        // Of a view that was culled twice since anything changed, the early phase draws all that is seen: what it drew the
-        // second time hides at least as much as what it drew the first time, so that nothing else appeared.
+        // The lists of a still view stay what they are: one pass draws both.
         let pyramid = self.culled.pyramid().filter(|_| due);
         if let Some(pyramid) = pyramid {
             {
@@ -43,8 +42,9 @@ impl Renderer {
             let leaves = if self.behind.is_some() { Leaves::Both } else { Leaves::Picture };
             let mut pass = begin_forward(encoder, timestamps, targets, ("forward", first, leaves));
             pass.set_bind_group(0, frame_group, &[]);
-            let phase = if pyramid.is_some() { Phase::Late } else { Phase::Early };
-            count(self.draw_objects(&mut pass, self.pass, phase));
+            for phase in self.phases().filter(|phase| *phase == Phase::Late || pyramid.is_none()) {
+                count(self.draw_objects(&mut pass, self.pass, phase));
+            }
             if let (None, Some(sky)) = (self.plain_sky, self.pipelines.sky(targets.samples)) {
                 pass.set_pipeline(sky);
                 pass.draw(0..3, 0..1);
