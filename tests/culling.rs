@@ -13,8 +13,9 @@ use relief::viewpoint::Viewpoint;
 use systems::Simulation;
 use systems::components::{Camera, Light, Projection};
 use systems::hidden::Hidden;
+use systems::images::{Image, ImageKind};
 use systems::levels::LevelOfDetail;
-use systems::library::{AlphaMode, Library, Material, MaterialId, MeshId, Shading};
+use systems::library::{AlphaMode, Library, Map, Material, MaterialId, MeshId, Shading, Technique};
 use systems::shapes;
 
 const SIZE: (u32, u32) = (96, 54);
@@ -389,7 +390,7 @@ fn what_lies_between_samples_is_not_drawn_and_nobody_sees_it() {
             [Projection::Perspective { fov_y: 1.0, aspect: None }, Projection::Orthographic { half_height: 15.0 }]
         {
             for scene in [&mut opaque, &mut whole] {
-                let camera = Camera { projection: projection.clone(), ..Camera::default() };
+                let camera = Camera { projection, ..Camera::default() };
                 scene.simulation.world.entity_mut(scene.camera).insert(camera);
                 scene.simulation.frame();
             }
@@ -489,4 +490,30 @@ fn a_still_view_keeps_what_rounding_puts_before_its_own_bounds() {
             assert!(picture == expected, "{i}, frame {frame}: {origin} {turn}, {distance} m");
         }
     }
+}
+
+#[test]
+fn a_still_view_shows_what_another_technique_uncovers() {
+    let Some(mut renderer) = renderer() else { return };
+    let mut scene = Scene::new();
+    // A plate whose surface lies far below the mesh, and a box in that hollow.
+    let mut library = scene.simulation.world.resource_mut::<Library>();
+    let low = library.add_image(Image::rgba8("low", 8, 8, ImageKind::Data, vec![0; 256]));
+    let hollow = Material { height_map: Some(Map::new(low)), height_scale_uv: 0.5, ..Material::default() };
+    let hollow = library.add_material(hollow);
+    let plate = library.add_mesh(shapes::plane(Vec2::splat(8.0), UVec2::ONE));
+    let up = Quat::from_rotation_x(std::f32::consts::FRAC_PI_2);
+    scene.simulation.world.spawn((plate, hollow, Transform::from_xyz(0.0, 0.0, -5.0).with_rotation(up)));
+    scene.spawn(0, 0, Transform::from_xyz(0.0, 0.0, -6.5));
+    scene.simulation.frame();
+    let technique = |technique, occlusion| Settings { technique: Some(technique), ..with(occlusion) };
+    for _ in 0..4 {
+        scene.draw_with(&mut renderer, technique(Technique::Off, Occlusion::On));
+    }
+    let drawn = scene.draw_with(&mut renderer, technique(Technique::Off, Occlusion::On)).1;
+    assert_eq!(drawn.objects, 1, "the plate hides the box");
+    let (picture, drawn) = scene.draw_with(&mut renderer, technique(Technique::ZCorrect, Occlusion::On));
+    assert_eq!(drawn.objects, 2);
+    let mut fresh = Renderer::new(renderer.gpu());
+    assert!(picture == scene.draw_with(&mut fresh, technique(Technique::ZCorrect, Occlusion::Off)).0);
 }

@@ -259,8 +259,9 @@ impl Renderer {
         // A material that lets more through hides less.
         let surfaces_changed = self.stats.instance_bytes + self.stats.material_bytes + self.stats.asset_bytes > 0;
         if recull || surfaces_changed || self.culled_for != Some((record, settings.technique)) {
-            // Once more in two phases, so that the early one of a still view is what is seen of it.
-            self.cullings_due = if self.culled.pyramid().is_some() { 2 } else { 1 };
+            // Twice more in two phases: the first time little may be known to be seen, and so hide anything; the second time
+            // all that is in sight hides what is behind it, which the third time's early phase leaves out.
+            self.cullings_due = if self.culled.pyramid().is_some() { 3 } else { 1 };
             self.lists_ready = false;
             self.culled_for = Some((record, settings.technique));
         }
