@@ -11,7 +11,7 @@
 //
 // Every list comes out in the same order however the invocations run: nothing is appended by atomic counters.
 //
-// What is near is drawn before what is far, so that pixels that will be hidden are not shaded: a counting sort by slices
+// What is near is drawn before what is far, so that fewer pixels are shaded that will be hidden: a counting sort by slices
 // of distance, each √2 times as far as the one before.
 //
 // An object that lies between the places where pixels are sampled is not drawn (Wihlidal: "Optimizing the Graphics
@@ -363,6 +363,17 @@ fn blocks() -> u32 {
 
 var<workgroup> sums: array<u32, SCANNERS>;
 
+// What the scanners before this one added up, when each brings its own sum.
+fn sum_of_others(scanner: u32, sum: u32) -> u32 {
+    sums[scanner] = sum;
+    workgroupBarrier();
+    var before = 0u;
+    for (var i = 0u; i < scanner; i++) {
+        before += sums[i];
+    }
+    return before;
+}
+
 @compute @workgroup_size(SCANNERS)
 fn scan_blocks(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) scanner: u32) {
     let block = index_of(workgroup);
@@ -372,14 +383,9 @@ fn scan_blocks(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocatio
     for (var i = first; i < min(first + SHARE, end); i++) {
         sum += counts[i];
     }
-    sums[scanner] = sum;
-    workgroupBarrier();
+    var before = sum_of_others(scanner, sum);
     if block >= blocks() {
         return;
-    }
-    var before = 0u;
-    for (var i = 0u; i < scanner; i++) {
-        before += sums[i];
     }
     if scanner == SCANNERS - 1u {
         counts[blocks() * BLOCK + block] = before + sum;
@@ -400,12 +406,7 @@ fn scan_totals(@builtin(local_invocation_index) scanner: u32) {
     for (var i = first; i < end; i++) {
         sum += counts[i];
     }
-    sums[scanner] = sum;
-    workgroupBarrier();
-    var before = 0u;
-    for (var i = 0u; i < scanner; i++) {
-        before += sums[i];
-    }
+    var before = sum_of_others(scanner, sum);
     for (var i = first; i < end; i++) {
         let here = counts[i];
         counts[i] = before;

@@ -421,12 +421,11 @@ fn near_objects_are_drawn_before_far_ones() {
     let Some(mut renderer) = renderer() else { return };
     let mut random = random();
     let mut scene = Scene::new();
-    let mut spheres = Vec::new();
     for _ in 0..2000 {
         let distance = 2.0 * 200f32.powf(random.random::<f32>());
         let aside = Vec3::new(unit(&mut random), unit(&mut random), 0.0) * distance;
         let place = Transform::from_translation(aside - Vec3::Z * distance).with_scale(Vec3::splat(0.3 * distance));
-        spheres.push(scene.spawn(1, 0, place));
+        scene.spawn(1, 0, place);
     }
     scene.simulation.frame();
     for turn in [0.0, 0.4] {
@@ -480,7 +479,7 @@ fn a_still_view_keeps_what_rounding_puts_before_its_own_bounds() {
         scene.look(Transform::from_translation(origin).with_rotation(turn));
         scene.simulation.frame();
         let (expected, _) = scene.draw_with(&mut fresh, with(Occlusion::Off));
-        // Something changes after the first or the second frame, so that the view is culled three or four times.
+        // Something changes after the first or the second frame, so that the view is culled four or five times.
         for frame in 0..6 {
             if frame == 1 + i % 2 {
                 scene.simulation.world.get_mut::<Transform>(elsewhere).expect("a place").translation.y += 1.0;

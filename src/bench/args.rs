@@ -65,7 +65,7 @@ pub struct BenchArgs {
     /// Worker threads [default: one per core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     pub threads: Option<u16>,
-    /// Then also draw the objects in view with the plainest shader, meshes whole: the least that this adapter takes for them
+    /// Then also draw all objects in view with the plainest shader, meshes whole: what their triangles cost by themselves
     #[arg(long)]
     pub floor: bool,
     /// Also write the last frame to this file, to see what was measured

@@ -1,6 +1,6 @@
-//! The least that the objects in view can cost on this adapter: their triangles in one instanced draw with the plainest
-//! shader, a matrix and a colour. What a frame takes beyond that is Relief's. Meshes are drawn whole, one sample per
-//! pixel: levels of detail can take a frame below the floor of meshes that have any.
+//! What the triangles of the objects in view cost by themselves on this adapter: one instanced draw with the plainest
+//! shader, a matrix and a colour. What a frame takes beyond that is Relief's. Everything in view is drawn, meshes whole, one
+//! sample per pixel: a frame can take less, which leaves out hidden objects, those between samples, and levels of detail.
 
 use super::yard::Yard;
 use crate::renderer::{Gpu, PICTURE_FORMAT};
