@@ -56,7 +56,7 @@ pub(super) enum Phase {
 }
 
 /// The pipelines of the culling pass.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Culling {
     layout: wgpu::BindGroupLayout,
     cull: wgpu::ComputePipeline,

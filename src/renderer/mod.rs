@@ -162,9 +162,22 @@ impl Renderer {
         let device = &gpu.device;
         let textures = Textures::new(device);
         let pipelines = Pipelines::new(device, &textures.layout);
+        let culling = Culling::new(device, &pipelines.frame_layout);
+        Self::of_no_world(gpu, textures, pipelines, culling, PyramidMaker::new(device))
+    }
+
+    /// A renderer that has uploaded nothing yet, with the pipelines that there are.
+    fn of_no_world(
+        gpu: &Gpu,
+        textures: Textures,
+        pipelines: Pipelines,
+        culling: Culling,
+        pyramids: PyramidMaker,
+    ) -> Self {
+        let device = &gpu.device;
         Self {
-            culling: Culling::new(device, &pipelines.frame_layout),
-            pyramids: PyramidMaker::new(device),
+            culling,
+            pyramids,
             textures,
             meshes: Meshes::new(device),
             tables: FrameTables::new(device),
@@ -222,10 +235,13 @@ impl Renderer {
         view: &View,
         settings: &Settings,
     ) -> Result<bool, RenderError> {
-        if list.world != self.world {
-            // What is on the device belongs to another world.
-            *self = Self { world: list.world, ..Self::new(&self.gpu) };
+        if self.world != 0 && list.world != self.world {
+            // What is on the device belongs to another world; how it is drawn does not.
+            let textures = Textures::with_layout(self.textures.layout.clone());
+            let (pipelines, culling, pyramids) = (self.pipelines.clone(), self.culling.clone(), self.pyramids.clone());
+            *self = Self::of_no_world(&self.gpu, textures, pipelines, culling, pyramids);
         }
+        self.world = list.world;
         let limit = self.gpu.device.limits().max_texture_dimension_2d;
         let longest = view.width.max(view.height);
         if longest > limit {
@@ -330,14 +346,13 @@ impl Renderer {
         let mut keys: Vec<_> =
             opaque.chain(self.blended_runs.iter().map(|run| run.key)).map(|key| self.pipeline_of(pass, key)).collect();
         keys.dedup();
-        for key in keys {
-            self.pipelines.make_object(&self.gpu.device, pass, key);
-            if key.technique == Technique::EmbossMultipass {
-                for step in self.emboss_passes() {
-                    self.pipelines.make_object(&self.gpu.device, step, key);
-                }
-            }
-        }
+        let passes = |technique| {
+            let emboss = (technique == Technique::EmbossMultipass).then(|| self.emboss_passes());
+            std::iter::once(pass).chain(emboss.into_iter().flatten())
+        };
+        let wanted: Vec<_> =
+            keys.into_iter().flat_map(|key| passes(key.technique).map(move |pass| (pass, key))).collect();
+        self.pipelines.make_objects(&self.gpu.device, wanted.into_iter());
     }
 
     /// The passes that add the light of [`Technique::EmbossMultipass`], if the colour pass leaves it to them.

@@ -4,10 +4,11 @@ use super::emboss::EmbossPass;
 use super::meshes::{SLOT_LAYOUT, VERTEX_LAYOUT};
 use super::targets::{DEPTH_FORMAT, HDR_FORMAT};
 use super::{DebugView, shaders};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use systems::components::ToneMap;
 use systems::draw_list::PipelineKey;
 use systems::library::{AlphaMode, Shading, Technique};
+use systems::parallel::map_in_parallel;
 
 /// What the forward pass writes.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -67,7 +68,7 @@ pub(super) const OUTPUT_FORMATS: [wgpu::TextureFormat; 2] =
     [wgpu::TextureFormat::Rgba16Float, wgpu::TextureFormat::R32Uint];
 
 /// Every pipeline of a renderer.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Pipelines {
     /// Group 0 of all passes: view and tables.
     pub frame_layout: wgpu::BindGroupLayout,
@@ -133,7 +134,7 @@ impl Pipelines {
         }
     }
 
-    /// The pipeline that [`Self::make_object`] made.
+    /// The pipeline that [`Self::make_objects`] made.
     pub fn object(&self, pass: Pass, key: PipelineKey) -> Option<&wgpu::RenderPipeline> {
         self.objects.get(&(pass, key))
     }
@@ -143,11 +144,16 @@ impl Pipelines {
         self.skies.get(&samples)
     }
 
-    /// Makes the pipeline for objects of that kind unless it exists.
-    pub fn make_object(&mut self, device: &wgpu::Device, pass: Pass, key: PipelineKey) {
-        if self.objects.contains_key(&(pass, key)) {
-            return;
+    /// Makes the pipelines for objects of those kinds that do not exist, on all threads: compiling one takes long.
+    pub fn make_objects(&mut self, device: &wgpu::Device, wanted: impl Iterator<Item = (Pass, PipelineKey)>) {
+        let missing: BTreeSet<_> = wanted.filter(|kind| !self.objects.contains_key(kind)).collect();
+        if !missing.is_empty() {
+            let made = map_in_parallel(missing.iter(), |&(pass, key)| self.make_object(device, pass, key));
+            self.objects.extend(missing.into_iter().zip(made));
         }
+    }
+
+    fn make_object(&self, device: &wgpu::Device, pass: Pass, key: PipelineKey) -> wgpu::RenderPipeline {
         let (all_lights, debug) = match pass {
             Pass::Color { all_lights, debug, .. } => (all_lights, debug),
             Pass::Emboss { .. } | Pass::Outputs => (false, DebugView::Off),
@@ -190,7 +196,7 @@ impl Pipelines {
         };
         let compilation_options =
             wgpu::PipelineCompilationOptions { constants: &constants, ..wgpu::PipelineCompilationOptions::default() };
-        let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some(&format!("{pass:?} {key:?}")),
             layout: Some(&self.forward_layout),
             vertex: wgpu::VertexState {
@@ -214,8 +220,7 @@ impl Pipelines {
             }),
             multiview_mask: None,
             cache: None,
-        });
-        self.objects.insert((pass, key), pipeline);
+        })
     }
 
     /// Makes the sky's pipeline unless it exists.

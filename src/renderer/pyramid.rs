@@ -8,7 +8,7 @@ use super::timestamps::Timestamps;
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Float;
 
 /// The pipelines that make pyramids.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct PyramidMaker {
     single: Reduction,
     multisampled: Reduction,
@@ -16,7 +16,7 @@ pub(super) struct PyramidMaker {
 }
 
 /// One way to make a level, with the binding that it reads.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Reduction {
     source: u32,
     layout: wgpu::BindGroupLayout,

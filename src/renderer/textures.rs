@@ -43,12 +43,12 @@ impl Textures {
         let entries: Vec<_> =
             (0..maps).map(|i| entry(i, texture)).chain((maps..2 * maps).map(|i| entry(i, sampler))).collect();
         let descriptor = wgpu::BindGroupLayoutDescriptor { label: Some("material class"), entries: &entries };
-        Self {
-            layout: device.create_bind_group_layout(&descriptor),
-            arrays: Vec::new(),
-            samplers: BTreeMap::new(),
-            classes: Vec::new(),
-        }
+        Self::with_layout(device.create_bind_group_layout(&descriptor))
+    }
+
+    /// None yet, for pipelines that were made with that layout.
+    pub fn with_layout(layout: wgpu::BindGroupLayout) -> Self {
+        Self { layout, arrays: Vec::new(), samplers: BTreeMap::new(), classes: Vec::new() }
     }
 
     pub fn class(&self, class: ClassId) -> Option<&wgpu::BindGroup> {
