@@ -202,14 +202,14 @@ impl Store for Rgba16Float {
     }
 }
 
-/// One axis of the box filter: for each target texel the first source texel and the weights of up to three.
-fn axis_weights(source: u32, target: u32) -> Vec<(usize, [f32; 3])> {
+/// One axis of the box filter: for each target texel the first source texel and the weights of so many.
+fn axis_weights<const TAPS: usize>(source: u32, target: u32) -> Vec<(usize, [f32; TAPS])> {
     let ratio = source as f32 / target as f32;
     (0..target)
         .map(|i| {
             let (start, end) = (i as f32 * ratio, (i + 1) as f32 * ratio);
             let first = start as u32;
-            let mut weights = [0.0; 3];
+            let mut weights = [0.0; TAPS];
             for (k, weight) in weights.iter_mut().enumerate() {
                 let texel = (first + k as u32) as f32;
                 *weight = ((end.min(texel + 1.0) - start.max(texel)) / ratio).max(0.0);
@@ -220,16 +220,32 @@ fn axis_weights(source: u32, target: u32) -> Vec<(usize, [f32; 3])> {
 }
 
 /// The level below: from stored texels to stored texels, without a copy of the image in floats between.
-fn halve<S: Store>(store: &S, source: &[u8], (sw, sh): (u32, u32), (tw, th): (u32, u32), kind: ImageKind) -> Vec<u8> {
-    let (columns, rows) = (axis_weights(sw, tw), axis_weights(sh, th));
+fn halve<S: Store>(store: &S, source: &[u8], from: (u32, u32), to: (u32, u32), kind: ImageKind) -> Vec<u8> {
+    // Even sides, as nearly all are, need two texels and not three: a loop of known length, and three times as fast.
+    if from == (2 * to.0, 2 * to.1) {
+        filter::<S, 2>(store, source, from, to, kind)
+    } else {
+        filter::<S, 3>(store, source, from, to, kind)
+    }
+}
+
+/// [`halve`] where a target texel takes up to so many source texels along an axis.
+fn filter<S: Store, const TAPS: usize>(
+    store: &S,
+    source: &[u8],
+    (sw, sh): (u32, u32),
+    (tw, th): (u32, u32),
+    kind: ImageKind,
+) -> Vec<u8> {
+    let (columns, rows) = (axis_weights::<TAPS>(sw, tw), axis_weights::<TAPS>(sh, th));
     let stride = sw as usize * S::BYTES;
     let mut target = Vec::with_capacity((tw * th) as usize * S::BYTES);
     for &(y0, wy) in &rows {
         for &(x0, wx) in &columns {
             let mut sum = Vec4::ZERO;
-            for (ky, &wy) in wy.iter().enumerate().filter(|(_, w)| **w > 0.0) {
+            for (ky, &wy) in wy.iter().enumerate().filter(|(_, w)| TAPS == 2 || **w > 0.0) {
                 let row = &source[(y0 + ky) * stride..][..stride];
-                for (kx, &wx) in wx.iter().enumerate().filter(|(_, w)| **w > 0.0) {
+                for (kx, &wx) in wx.iter().enumerate().filter(|(_, w)| TAPS == 2 || **w > 0.0) {
                     sum += store.decode(&row[(x0 + kx) * S::BYTES..][..S::BYTES]) * (wx * wy);
                 }
             }

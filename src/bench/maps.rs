@@ -53,6 +53,7 @@ pub fn surfaces() -> Vec<Surface> {
 
 fn surface(index: u32, noise: &[f32]) -> Surface {
     let (kind, variant) = (index % 4, index / 4);
+    let stones = stones(variant);
     let texels: Vec<Texel> = (0..SIDE * SIDE)
         .map(|i| {
             let at = IVec2::new((i % SIDE) as i32, (i / SIDE) as i32);
@@ -64,16 +65,17 @@ fn surface(index: u32, noise: &[f32]) -> Surface {
                 0 => bricks(uv, variant, color, grain),
                 1 => plates(uv, variant, color, grain),
                 2 => weave(uv, variant, color, grain),
-                _ => pebbles(uv, variant, color, grain),
+                _ => pebbles(uv, &stones, color, grain),
             }
         })
         .collect();
     let image = |what: &str, kind, texel: &dyn Fn(u32) -> Vec3| {
-        let bytes = (0..SIDE * SIDE).flat_map(|i| {
+        let rgba = (0..SIDE * SIDE).map(|i| {
             let [r, g, b] = (texel(i).clamp(Vec3::ZERO, Vec3::ONE) * 255.0 + 0.5).to_array().map(|v| v as u8);
             [r, g, b, 255]
         });
-        Image::rgba8(format!("surface {index} {what}"), SIDE, SIDE, kind, bytes.collect())
+        let bytes = rgba.collect::<Vec<[u8; 4]>>().into_flattened();
+        Image::rgba8(format!("surface {index} {what}"), SIDE, SIDE, kind, bytes)
     };
     let height = |at: IVec2| texels[texel_index(at)].height;
     Surface {
@@ -154,15 +156,26 @@ fn weave(uv: Vec2, variant: u32, color: Vec3, grain: f32) -> Texel {
     Texel { height, color: color * side * (0.35 + 0.75 * height), gloss: 0.12 + 0.4 * round * bend }
 }
 
-fn pebbles(uv: Vec2, variant: u32, color: Vec3, grain: f32) -> Texel {
+/// Square cells with a stone in each: along a side, the name of each, and where its stone lies in it. With a rim of the
+/// cells beyond the sides, which are those of the other side: row by row from (−1, −1) on.
+fn stones(variant: u32) -> (i32, Vec<(IVec2, Vec2)>) {
     let cells = [8, 6, 10, 7][variant as usize];
-    let at = uv * cells as f32;
+    let side = cells + 2;
+    let stone = |i: i32| {
+        let cell = IVec2::new(i % side - 1, i / side - 1);
+        let name = cell.rem_euclid(IVec2::splat(cells)) + IVec2::splat(17 * variant as i32);
+        (name, Vec2::new(hash(name), hash(name + IVec2::new(101, 57))) * 0.7 + 0.15)
+    };
+    (cells, (0..side * side).map(stone).collect())
+}
+
+fn pebbles(uv: Vec2, (cells, stones): &(i32, Vec<(IVec2, Vec2)>), color: Vec3, grain: f32) -> Texel {
+    let at = uv * *cells as f32;
     let home = at.as_ivec2();
     let (mut nearest, mut second, mut stone) = (f32::INFINITY, f32::INFINITY, IVec2::ZERO);
     for i in 0..9 {
         let cell = home + IVec2::new(i % 3 - 1, i / 3 - 1);
-        let name = cell.rem_euclid(IVec2::splat(cells)) + IVec2::splat(17 * variant as i32);
-        let jitter = Vec2::new(hash(name), hash(name + IVec2::new(101, 57))) * 0.7 + 0.15;
+        let (name, jitter) = stones[((cell.y + 1) * (cells + 2) + cell.x + 1) as usize];
         let distance = (cell.as_vec2() + jitter).distance(at);
         if distance < nearest {
             (second, nearest, stone) = (nearest, distance, name);

@@ -53,7 +53,7 @@ use emboss::EmbossPass;
 use frame_tables::FrameTables;
 use glam::Vec3;
 use meshes::Meshes;
-use pipelines::{Pass, Pipelines};
+use pipelines::{MissingPipelines, Pass, Pipelines};
 use pyramid::{Pyramid, PyramidMaker};
 use systems::batches::{BlendedRun, sort_transparent};
 use systems::components::{Environment, ToneMap};
@@ -250,10 +250,14 @@ impl Renderer {
         }
         self.stats = RenderStats::default();
         self.counts.receive();
+        self.pass = Pass::Color { all_lights: list.all_lights, debug: settings.debug, samples: settings.samples };
+        self.technique = settings.technique;
+        self.upload_blended(list, view)?;
+        // Compiled while the rest is uploaded.
+        let missing = self.start_pipelines(self.pass, list.batches.iter().map(|batch| batch.key));
         self.stats.asset_bytes = self.meshes.upload(&self.gpu, library)?;
         self.stats.asset_bytes += self.textures.upload(&self.gpu, list, library);
         self.tables.upload(&self.gpu, &self.pipelines.frame_layout, list, &mut self.stats)?;
-        self.upload_blended(list, view)?;
         let redrawn = self.draws.update(&self.gpu, list, &self.meshes, settings.levels.enabled)?;
         self.stats.list_bytes += redrawn.unwrap_or(0);
         let occlusion = match settings.occlusion {
@@ -282,10 +286,8 @@ impl Renderer {
             self.culled_for = Some((record, settings.technique));
         }
 
-        self.pass = Pass::Color { all_lights: list.all_lights, debug: settings.debug, samples: settings.samples };
         self.tone_map = if settings.debug == DebugView::Off { list.environment.tone_map } else { ToneMap::Clamp };
-        self.technique = settings.technique;
-        self.make_pipelines(self.pass);
+        self.pipelines.finish_objects(missing);
         let size = (view.width, view.height);
         if !self.refracts() {
             self.behind = None;
@@ -341,18 +343,15 @@ impl Renderer {
         PipelineKey { technique: pass.technique(technique, alpha, shading), ..key.pipeline }
     }
 
-    fn make_pipelines(&mut self, pass: Pass) {
-        let opaque = self.draws.list.iter().map(|draw| draw.key);
+    /// Begins to make the pipelines that a pass over these opaque objects and the blended ones needs.
+    fn start_pipelines(&self, pass: Pass, opaque: impl Iterator<Item = BatchKey>) -> Option<MissingPipelines> {
         let mut keys: Vec<_> =
             opaque.chain(self.blended_runs.iter().map(|run| run.key)).map(|key| self.pipeline_of(pass, key)).collect();
         keys.dedup();
-        let passes = |technique| {
-            let emboss = (technique == Technique::EmbossMultipass).then(|| self.emboss_passes());
-            std::iter::once(pass).chain(emboss.into_iter().flatten())
-        };
-        let wanted: Vec<_> =
-            keys.into_iter().flat_map(|key| passes(key.technique).map(move |pass| (pass, key))).collect();
-        self.pipelines.make_objects(&self.gpu.device, wanted.into_iter());
+        let emboss = |technique| (technique == Technique::EmbossMultipass).then(|| self.emboss_passes());
+        let passes = |key: PipelineKey| std::iter::once(pass).chain(emboss(key.technique).into_iter().flatten());
+        let kinds = keys.into_iter().flat_map(|key| passes(key).map(move |pass| (pass, key)));
+        self.pipelines.start_objects(&self.gpu.device, kinds.collect())
     }
 
     /// The passes that add the light of [`Technique::EmbossMultipass`], if the colour pass leaves it to them.

@@ -5,6 +5,7 @@ use super::meshes::{SLOT_LAYOUT, VERTEX_LAYOUT};
 use super::targets::{DEPTH_FORMAT, HDR_FORMAT};
 use super::{DebugView, shaders};
 use std::collections::{BTreeMap, BTreeSet};
+use std::thread::JoinHandle;
 use systems::components::ToneMap;
 use systems::draw_list::PipelineKey;
 use systems::library::{AlphaMode, Shading, Technique};
@@ -66,6 +67,9 @@ impl Pass {
 /// Normal and id, in the order of the shader's `Outputs`.
 pub(super) const OUTPUT_FORMATS: [wgpu::TextureFormat; 2] =
     [wgpu::TextureFormat::Rgba16Float, wgpu::TextureFormat::R32Uint];
+
+/// Pipelines that are being made.
+pub(super) type MissingPipelines = JoinHandle<Vec<((Pass, PipelineKey), wgpu::RenderPipeline)>>;
 
 /// Every pipeline of a renderer.
 #[derive(Clone, Debug)]
@@ -134,7 +138,7 @@ impl Pipelines {
         }
     }
 
-    /// The pipeline that [`Self::make_objects`] made.
+    /// The pipeline that [`Self::start_objects`] began to make.
     pub fn object(&self, pass: Pass, key: PipelineKey) -> Option<&wgpu::RenderPipeline> {
         self.objects.get(&(pass, key))
     }
@@ -144,12 +148,24 @@ impl Pipelines {
         self.skies.get(&samples)
     }
 
-    /// Makes the pipelines for objects of those kinds that do not exist, on all threads: compiling one takes long.
-    pub fn make_objects(&mut self, device: &wgpu::Device, wanted: impl Iterator<Item = (Pass, PipelineKey)>) {
-        let missing: BTreeSet<_> = wanted.filter(|kind| !self.objects.contains_key(kind)).collect();
-        if !missing.is_empty() {
-            let made = map_in_parallel(missing.iter(), |&(pass, key)| self.make_object(device, pass, key));
-            self.objects.extend(missing.into_iter().zip(made));
+    /// Begins to make the pipelines for objects of those kinds that do not exist, on threads of their own: compiling one
+    /// takes long.
+    pub fn start_objects(&self, device: &wgpu::Device, kinds: Vec<(Pass, PipelineKey)>) -> Option<MissingPipelines> {
+        let missing: BTreeSet<_> = kinds.into_iter().filter(|kind| !self.objects.contains_key(kind)).collect();
+        (!missing.is_empty()).then(|| {
+            let (pipelines, device) = (self.clone(), device.clone());
+            std::thread::spawn(move || {
+                let make = |&(pass, key): &_| pipelines.make_object(&device, pass, key);
+                let made = map_in_parallel(missing.iter(), make);
+                missing.into_iter().zip(made).collect()
+            })
+        })
+    }
+
+    /// Waits for what [`Self::start_objects`] began.
+    pub fn finish_objects(&mut self, missing: Option<MissingPipelines>) {
+        if let Some(missing) = missing {
+            self.objects.extend(missing.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
         }
     }
 

@@ -94,7 +94,8 @@ impl Renderer {
 
     /// Draws the prepared objects once more, one sample per pixel, for their normals, ids and depths.
     pub fn draw_outputs(&mut self) -> Option<Outputs> {
-        self.make_pipelines(Pass::Outputs);
+        let missing = self.start_pipelines(Pass::Outputs, self.draws.list.iter().map(|draw| draw.key));
+        self.pipelines.finish_objects(missing);
         let size = self.targets.as_ref().map(|targets| (targets.width, targets.height))?;
         let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
         let make = |label, format| targets::texture(&self.gpu.device, label, size, format, 1, usage);
