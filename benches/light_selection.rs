@@ -22,8 +22,9 @@ use systems::library::MeshId;
 use systems::light_search::{Level, Scratch, select};
 use systems::light_selection::select_lights;
 use systems::light_tree::LightTree;
-use systems::lights::{LightPolicy, ScoredLight, Selection, update_light_table};
+use systems::lights::{LightPolicy, ScoredLight, update_light_table};
 use systems::object_order::along_the_curve;
+use systems::selected_lights::SelectedLights;
 
 /// Processor time of this thread, which other programs do not lengthen, shown per object.
 struct PerObject;
@@ -84,7 +85,7 @@ fn searches(criterion: &mut Criterion<PerObject>) {
                 let night = scene(objects, lights, 1);
                 let scored: Vec<ScoredLight> = night.records().iter().map(ScoredLight::new).collect();
                 let spheres = along_the_curve(&night.objects);
-                let mut out = vec![Selection::default(); objects];
+                let mut out = vec![SelectedLights::default(); objects];
                 let mut tree = LightTree::new(&scored);
                 group.bench_function(BenchmarkId::new("tree", lights), |b| b.iter(|| tree.build(black_box(&scored))));
                 for (kind, policy) in
@@ -99,7 +100,7 @@ fn searches(criterion: &mut Criterion<PerObject>) {
                 }
             }
             let spheres = vec![Sphere::default(); objects];
-            let mut out = vec![Selection::default(); objects];
+            let mut out = vec![SelectedLights::default(); objects];
             group.bench_function("floor", |b| b.iter(|| touch(black_box(&spheres), black_box(&mut out))));
         }
     }
@@ -168,9 +169,9 @@ fn frames(criterion: &mut Criterion<PerObject>) {
 }
 
 /// Reads and writes what a search reads and writes at least.
-fn touch(spheres: &[Sphere], out: &mut [Selection]) {
+fn touch(spheres: &[Sphere], out: &mut [SelectedLights]) {
     for (sphere, out) in spheres.iter().zip(out) {
-        *out = Selection { remainder_ambient: sphere.center, dropped: sphere.radius, ..Selection::default() };
+        *out = bytemuck::cast([sphere.center.x.to_bits(), sphere.radius.to_bits(), 0, 0, 0, 0, 0, 0, 0, 0]);
     }
 }
 

@@ -20,7 +20,7 @@ struct View {
     pad2: u32,
 }
 
-// systems/instance_record.rs says how it is packed.
+// systems/selected_lights.rs says how it is packed.
 struct PackedInstance {
     world_from_object: array<vec4f, 3>,
     lights: array<u32, 3>,

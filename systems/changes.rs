@@ -50,6 +50,15 @@ pub(crate) fn first_changed<'w, const N: usize>(
     Some((first * TOGETHER, since, columns))
 }
 
+/// What [`first_changed`] gives where all rows are to be visited, from one of the table's columns.
+pub(crate) fn all_rows<'w, const N: usize>(
+    column: &ContiguousComponentTicksRef<'w>,
+) -> (usize, Since, [&'w [Tick]; N]) {
+    let mut columns = [&[][..]; N];
+    columns[0] = column.changed();
+    (0, Since { this_run: column.this_run().get(), age: u32::MAX }, columns)
+}
+
 /// Rows of a table per task, where so many are to be done and `least` are worth a task.
 pub(crate) fn rows_per_task(rows: usize, least: usize) -> usize {
     rows.div_ceil(4 * ComputeTaskPool::get().thread_num()).max(least)

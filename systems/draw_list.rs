@@ -32,8 +32,8 @@ pub const PAGE_SLOTS: u32 = 64;
 /// An unused light slot of an instance.
 pub const NO_LIGHT: u32 = u32::MAX;
 
-/// One drawn object; all zero in a slot that is not in use, which no pass draws. Mirrors `PackedInstance`; how it is
-/// packed is said in `instance_record.rs`.
+/// One drawn object; all zero in a slot that is not in use, which no pass draws. Mirrors `PackedInstance`; how its
+/// lights are packed is said in `selected_lights.rs`.
 #[repr(C)]
 #[derive(Clone, Copy, PartialEq, Debug, Default, Pod, Zeroable)]
 pub struct InstanceRecord {
@@ -394,13 +394,14 @@ impl<T: Pod + Default + Send> Table<T> {
     /// [`Self::write`] for many slots, none of them twice, in parallel: `record` makes that of `slots[index]`. Records
     /// differ if their bytes do.
     pub fn write_all(&mut self, slots: &[u32], record: impl Fn(usize) -> T + Sync) {
-        let Some((&low, &high)) = slots.iter().min().zip(slots.iter().max()) else { return };
+        // Each task looks for the slots in its part of the table: through all of them, unless they ascend.
+        let ascend = slots.is_sorted();
+        let (low, high) = if ascend { (slots.first(), slots.last()) } else { (slots.iter().min(), slots.iter().max()) };
+        let Some((&low, &high)) = low.zip(high) else { return };
         if high as usize >= self.records.len() {
             self.records.resize(high as usize + 1, T::default());
         }
         let words = self.dirty.reach(low, high);
-        // Each task looks for the slots in its part of the table: through all of them, unless they ascend.
-        let ascend = slots.is_sorted();
         let parts = (slots.len() / 4096).clamp(1, 2 * ComputeTaskPool::get().thread_num());
         let part = self.records.len().div_ceil(64).div_ceil(parts) * 64;
         let parts = self.records.chunks_mut(part).zip(words.chunks_mut(part / 64));
@@ -420,7 +421,7 @@ impl<T: Pod + Default + Send> Table<T> {
                     }
                 }
                 for (place, new) in &made[..count] {
-                    if bytemuck::bytes_of(&records[*place]) != bytemuck::bytes_of(new) {
+                    if differ(&records[*place], new) {
                         records[*place] = *new;
                         words[place / 64] |= 1 << (place % 64);
                     }
@@ -428,6 +429,14 @@ impl<T: Pod + Default + Send> Table<T> {
             }
         });
     }
+}
+
+/// Whether any bits differ. Records are made of 32-bit words; a comparison of bytes is a call.
+#[inline(always)]
+fn differ<T: Pod>(a: &T, b: &T) -> bool {
+    let (a, b): (&[u32], &[u32]) =
+        (bytemuck::cast_slice(std::slice::from_ref(a)), bytemuck::cast_slice(std::slice::from_ref(b)));
+    a.iter().zip(b).fold(0, |bits, (a, b)| bits | (a ^ b)) != 0
 }
 
 /// Records that [`Table::write_all`] makes at a time.

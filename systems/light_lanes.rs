@@ -7,9 +7,8 @@
 
 use crate::bounds::Sphere;
 use crate::draw_list::NO_LIGHT;
-use crate::light_remainder::Remainder;
 use crate::light_tree::Volume;
-use crate::lights::{LightPolicy, Selection};
+use crate::lights::LightPolicy;
 use crate::relevance::{MIN_RADIUS, ROUNDING, ScoredLight};
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
@@ -301,9 +300,11 @@ pub(crate) fn cone_step<S: Simd>(simd: S, cos: Floats<S>, edge: Floats<S>, inver
 /// The four best scores of each lane.
 pub(crate) struct Top<S: Simd> {
     scores: [Floats<S>; 4],
-    slots: [S::u32s; 3],
-    dropped: Floats<S>,
-    reaching: S::u32s,
+    pub slots: [S::u32s; 3],
+    /// Sum of the scores that are not among the first three.
+    pub dropped: Floats<S>,
+    /// How many scores were above 0.
+    pub reaching: S::u32s,
 }
 
 impl<S: Simd> Top<S> {
@@ -370,39 +371,4 @@ fn weight<S: Simd>(simd: S, score: Floats<S>, fourth: Floats<S>, policy: LightPo
     let squared = ratio * ratio;
     let weight = if policy == LightPolicy::Hard { one } else { one - squared * squared };
     score.simd_gt(zero).select(weight, zero)
-}
-
-/// From lanes to objects: four fields at a time are interleaved, and lie in the selection side by side.
-#[inline(always)]
-pub(crate) fn store<S: Simd>(top: &Top<S>, weights: [Floats<S>; 3], remainder: &Remainder<S>, out: &mut [Selection]) {
-    let [i, j, k] = top.slots.each_ref().map(|slots| slots.bitcast::<Floats<S>>());
-    let ([u, v, w], [r, g, b], [x, y, z]) = (weights, remainder.ambient, remainder.direction);
-    let [p, q, t] = remainder.sides;
-    let mut quads = [[[0.0f32; 4]; LANES]; 4];
-    interleave([i, j, k, u], &mut quads[0]);
-    interleave([v, w, r, g], &mut quads[1]);
-    interleave([b, x, y, z], &mut quads[2]);
-    interleave([p, q, t, top.dropped], &mut quads[3]);
-    let reaching = top.reaching.as_slice();
-    for (lane, out) in out.iter_mut().enumerate().take(Floats::<S>::LEN) {
-        let row: &mut [f32; 17] = bytemuck::cast_mut(out);
-        row[0..4].copy_from_slice(&quads[0][lane]);
-        row[4..8].copy_from_slice(&quads[1][lane]);
-        row[8..12].copy_from_slice(&quads[2][lane]);
-        row[12..16].copy_from_slice(&quads[3][lane]);
-        row[16] = f32::from_bits(reaching[lane]);
-    }
-}
-
-/// a₀ b₀ c₀ d₀, a₁ b₁ c₁ d₁, …
-#[inline(always)]
-fn interleave<S: Simd, F: SimdFloat<S, Element = f32>>([a, b, c, d]: [F; 4], out: &mut [[f32; 4]; LANES]) {
-    let out: &mut [f32] = bytemuck::cast_slice_mut(out);
-    let lanes = F::LEN;
-    let (ac_low, ac_high) = (a.zip_low(c), a.zip_high(c));
-    let (bd_low, bd_high) = (b.zip_low(d), b.zip_high(d));
-    ac_low.zip_low(bd_low).store_slice(&mut out[..lanes]);
-    ac_low.zip_high(bd_low).store_slice(&mut out[lanes..2 * lanes]);
-    ac_high.zip_low(bd_high).store_slice(&mut out[2 * lanes..3 * lanes]);
-    ac_high.zip_high(bd_high).store_slice(&mut out[3 * lanes..4 * lanes]);
 }

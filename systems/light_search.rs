@@ -18,11 +18,14 @@ use crate::bounds::Sphere;
 use crate::brute_force;
 use crate::light_alone::select_one;
 use crate::light_candidates::{Candidates, Row, cone_meets, gap_squared, load, load3, node_in_range, within};
-use crate::light_lanes::{Floats, Met, Objects, Scoring, Top, store};
+use crate::light_lanes::{Floats, Met, Objects, Scoring, Top};
 use crate::light_remainder::{DIRECTIONAL, POINT, Remainder, SPOT};
+pub use crate::light_results::Found;
+use crate::light_results::Lanes;
 use crate::light_tree::{LightTree, Volume, WIDTH};
-use crate::lights::{LightPolicy, Selection};
+use crate::lights::LightPolicy;
 use crate::relevance::ScoredLight;
+use crate::selected_lights::SelectedLights;
 pub use fearless_simd::Level;
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch};
@@ -103,12 +106,12 @@ impl Reaching {
 
 /// Chooses the lights of each sphere; `scored` is indexed by slot, and `tree` built from it. A sphere that is not finite
 /// has none. Fast where neighbours in `spheres` are near each other.
-pub fn select(
+pub fn select<F: Found>(
     level: Level,
     tree: &LightTree,
     scored: &[ScoredLight],
     policy: LightPolicy,
-    (spheres, out): (&[Sphere], &mut [Selection]),
+    (spheres, out): (&[Sphere], &mut [F]),
     scratch: &mut Scratch,
 ) {
     let places: [u32; CLUSTER] = std::array::from_fn(|place| place as u32);
@@ -118,12 +121,12 @@ pub fn select(
 }
 
 /// [`select`] for objects at some places only of a longer list of neighbours; ascending.
-pub fn select_sparse(
+pub fn select_sparse<F: Found>(
     level: Level,
     tree: &LightTree,
     scored: &[ScoredLight],
     policy: LightPolicy,
-    (mut places, mut spheres, mut out): (&[u32], &[Sphere], &mut [Selection]),
+    (mut places, mut spheres, mut out): (&[u32], &[Sphere], &mut [F]),
     scratch: &mut Scratch,
 ) {
     dispatch!(level, simd => {
@@ -132,9 +135,9 @@ pub fn select_sparse(
             let (cluster, later) = out.split_at_mut(count);
             let work = (&places[..count], &spheres[..count], cluster);
             if policy == LightPolicy::Hard {
-                select_cluster::<_, false>(simd, tree, scored, policy, work, scratch);
+                select_cluster::<_, _, false>(simd, tree, scored, policy, work, scratch);
             } else {
-                select_cluster::<_, true>(simd, tree, scored, policy, work, scratch);
+                select_cluster::<_, _, true>(simd, tree, scored, policy, work, scratch);
             }
             (places, spheres, out) = (&places[count..], &spheres[count..], later);
         }
@@ -159,18 +162,18 @@ pub fn reaching(
     if !sphere.center.is_finite() || !sphere.radius.is_finite() {
         return Vec::new();
     }
-    let mut out = [Selection::default()];
+    let mut out = [SelectedLights::default()];
     select(level, tree, scored, LightPolicy::Hard, (&[sphere], &mut out), scratch);
     scratch.one.iter().map(|light| light.slot).collect()
 }
 
 #[inline(always)]
-fn select_cluster<S: Simd, const REMAINDER: bool>(
+fn select_cluster<S: Simd, F: Found, const REMAINDER: bool>(
     simd: S,
     tree: &LightTree,
     scored: &[ScoredLight],
     policy: LightPolicy,
-    (places, mut spheres, mut out): (&[u32], &[Sphere], &mut [Selection]),
+    (places, mut spheres, mut out): (&[u32], &[Sphere], &mut [F]),
     scratch: &mut Scratch,
 ) {
     let lanes = Floats::<S>::LEN;
@@ -209,23 +212,23 @@ fn select_cluster<S: Simd, const REMAINDER: bool>(
             let (found, later_out) = std::mem::take(&mut out).split_at_mut(count);
             (spheres, out) = (later, later_out);
             let Some(volume) = volume else {
-                found.fill(Selection::default());
+                found.fill(F::default());
                 continue;
             };
             if count <= FEW {
                 for (&sphere, found) in group.iter().zip(found) {
-                    *found = select_one(simd, tree, scored, policy, sphere, (points, spots), one);
+                    *found = F::new(&select_one(simd, tree, scored, policy, sphere, (points, spots), one));
                 }
                 continue;
             }
             points.find::<S, false>(simd, &volume);
             spots.find::<S, true>(simd, &volume);
             if points.near().is_empty() && spots.near().is_empty() && tree.everywhere.is_empty() {
-                found.fill(Selection::default());
+                found.fill(F::default());
                 continue;
             }
             let objects = Objects::load(simd, group);
-            select_group::<_, REMAINDER>(
+            select_group::<_, _, REMAINDER>(
                 simd,
                 tree,
                 scored,
@@ -241,7 +244,7 @@ fn select_cluster<S: Simd, const REMAINDER: bool>(
 
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
-fn select_group<S: Simd, const REMAINDER: bool>(
+fn select_group<S: Simd, F: Found, const REMAINDER: bool>(
     simd: S,
     tree: &LightTree,
     scored: &[ScoredLight],
@@ -249,7 +252,7 @@ fn select_group<S: Simd, const REMAINDER: bool>(
     objects: &Objects<S>,
     (near_points, near_spots): (&[u32], &[u32]),
     [everywhere, points, spots]: &mut [Reaching; 3],
-    out: &mut [Selection],
+    out: &mut [F],
 ) {
     let list = everywhere.room(tree.everywhere.len());
     let mut count = 0;
@@ -282,7 +285,7 @@ fn select_group<S: Simd, const REMAINDER: bool>(
             remainder.add::<SPOT>(simd, objects, &tree.lights[met.place as usize], met, left_out);
         }
     }
-    store(&top, weights, &remainder, out);
+    F::store(simd, &Lanes { top: &top, weights, remainder: &remainder }, out);
 }
 
 /// Lists those of the lights at these places of the tree that reach some object. There is no branch on whether one does,

@@ -14,10 +14,11 @@ use crate::instances::InstanceSlot;
 use crate::library::MeshId;
 use crate::light_search::{self, Level, Scratch};
 use crate::light_tree::LightTree;
-use crate::lights::{LightPolicy, LightTable, Selection};
+use crate::lights::{LightPolicy, LightTable};
 use crate::object_order::{Dirty, ObjectOrder, Place};
 use crate::parallel::{in_parallel, map_in_parallel, on_pool};
 use crate::relevance::ScoredLight;
+use crate::selected_lights::SelectedLights;
 use crate::stats::FrameStats;
 use bevy_ecs::change_detection::{ContiguousComponentTicksRef, ContiguousMut, ContiguousRef};
 use bevy_ecs::prelude::*;
@@ -26,7 +27,7 @@ use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 /// Objects per task.
 const CHUNK: usize = 4096;
-/// Where all objects are searched: places whose results are kept, 68 bytes each, until they are with their objects.
+/// Where all objects are searched: places whose results are kept, 40 bytes each, until they are with their objects.
 const BLOCK: usize = 1 << 17;
 /// Objects are marked as long as no more than one in this many lights changed, or no more than a few.
 const MANY_LIGHTS: usize = 8;
@@ -45,10 +46,10 @@ pub fn select_parallel(
     scored: &[ScoredLight],
     policy: LightPolicy,
     places: Option<&[u32]>,
-    (spheres, out): (&[Sphere], &mut [Selection]),
+    (spheres, out): (&[Sphere], &mut [SelectedLights]),
 ) {
     let level = Level::new();
-    let search = |places: Option<&[u32]>, spheres: &[Sphere], out: &mut [Selection]| {
+    let search = |places: Option<&[u32]>, spheres: &[Sphere], out: &mut [SelectedLights]| {
         let scratch = &mut Scratch::default();
         match places {
             Some(places) => light_search::select_sparse(level, tree, scored, policy, (places, spheres, out), scratch),
@@ -69,7 +70,7 @@ pub struct Kept {
     policy: LightPolicy,
     dirty: Dirty,
     spheres: Vec<Sphere>,
-    selections: Vec<Selection>,
+    selections: Vec<SelectedLights>,
 }
 
 /// Chooses the lights of the objects that changed or that a light which changed reaches.
@@ -83,8 +84,8 @@ pub fn select_lights(
     mut objects: ParamSet<(
         Query<(Entity, Ref<WorldBounds>, &Place), With<MeshId>>,
         Query<&mut Place>,
-        Query<&mut Selection>,
-        Query<(&Place, &mut Selection)>,
+        Query<&mut SelectedLights>,
+        Query<(&Place, &mut SelectedLights)>,
     )>,
 ) {
     let pool = ComputeTaskPool::get();
@@ -111,8 +112,8 @@ pub fn select_lights(
             found.map(|mut component| *component = place).is_ok()
         });
     }
-    let search = |places: Option<&[u32]>, spheres: &[Sphere], found: &mut Vec<Selection>| {
-        found.resize(spheres.len(), Selection::default());
+    let search = |places: Option<&[u32]>, spheres: &[Sphere], found: &mut Vec<SelectedLights>| {
+        found.resize(spheres.len(), SelectedLights::default());
         select_parallel(pool, table.tree(), table.scored(), *policy, places, (spheres, found));
     };
     let (count, all) = (order.dirty_count(), order.spheres().len());
@@ -148,7 +149,7 @@ pub fn select_lights(
 }
 
 /// Writes what was found for a block of places, from `first` on, to those objects of a table that are there.
-fn write_block(places: &[Place], selections: ContiguousMut<Selection>, (first, found): (u32, &[Selection])) {
+fn write_block(places: &[Place], selections: ContiguousMut<SelectedLights>, (first, found): (u32, &[SelectedLights])) {
     let (selections, mut ticks) = ContiguousMut::bypass_change_detection_split(selections);
     let (rows, this_run) = (rows_per_task(places.len(), LIGHT_ROWS), ticks.this_run());
     let any = AtomicBool::new(false);
@@ -157,7 +158,7 @@ fn write_block(places: &[Place], selections: ContiguousMut<Selection>, (first, f
         let mut differs = false;
         for ((&Place(place), selection), changed) in places.iter().zip(selections).zip(changed) {
             let Some(found) = found.get(place.wrapping_sub(first) as usize) else { continue };
-            if differ(selection, found) {
+            if *selection != *found {
                 (*selection, *changed) = (*found, this_run);
                 differs = true;
             }
@@ -174,7 +175,12 @@ const ROWS: usize = 1024;
 
 /// Writes what was found for the objects of a table. First they are listed, without a branch that is hard to predict;
 /// then little lies between one access to memory and the next, and the processor waits for many of them at once.
-fn write_rows(places: &[Place], selections: &mut ContiguousMut<Selection>, dirty: &Dirty, found: &[Selection]) {
+fn write_rows(
+    places: &[Place],
+    selections: &mut ContiguousMut<SelectedLights>,
+    dirty: &Dirty,
+    found: &[SelectedLights],
+) {
     let mut rows = [0; ROWS];
     for first in (0..places.len()).step_by(ROWS) {
         let mut count = 0;
@@ -184,17 +190,11 @@ fn write_rows(places: &[Place], selections: &mut ContiguousMut<Selection>, dirty
         }
         for &row in &rows[..count] {
             let found = found[dirty.index(places[row])];
-            if differ(&selections.bypass_change_detection()[row], &found) {
+            if selections.bypass_change_detection()[row] != found {
                 selections.reborrow().slice(row as u32..row as u32 + 1)[0] = found;
             }
         }
     }
-}
-
-/// Whether any bits differ.
-fn differ(a: &Selection, b: &Selection) -> bool {
-    let (a, b): (&[u32; 17], &[u32; 17]) = (bytemuck::cast_ref(a), bytemuck::cast_ref(b));
-    a.iter().zip(b).fold(0, |bits, (a, b)| bits | (a ^ b)) != 0
 }
 
 /// Enters the objects whose bounds changed into the order; those that are new there, with their places.
@@ -252,7 +252,7 @@ pub fn list_reaching(
     policy: Res<LightPolicy>,
     stats: Res<FrameStats>,
     mut list: ResMut<DrawList>,
-    objects: Query<(&WorldBounds, &Selection, &InstanceSlot)>,
+    objects: Query<(&WorldBounds, &SelectedLights, &InstanceSlot)>,
 ) {
     let list = list.bypass_change_detection();
     if *policy != LightPolicy::All {

@@ -1,7 +1,8 @@
 //! Lights in a table, the policy, and what an object knows of its lights.
 //!
 //! [`update_light_table`] gives every [`Light`] entity a slot and writes its [`LightRecord`] (what shaders read) and its
-//! [`ScoredLight`] (what the search reads). [`crate::light_selection`] then gives objects their [`Selection`].
+//! [`ScoredLight`] (what the search reads). [`crate::light_selection`] then gives objects their
+//! [`SelectedLights`](crate::selected_lights::SelectedLights).
 //!
 //! Relevance is [`score`]: no point of the object's bounding sphere receives more irradiance (luminance, unshadowed,
 //! facing the light) from the light. The three highest scores win; of equal scores, the lower slot. So that nothing pops
@@ -53,9 +54,8 @@ impl Default for LightSlot {
     }
 }
 
-/// The lights of an object. Derived; written by [`crate::light_selection::select_lights`].
-#[derive(Component, Clone, Copy, PartialEq, Debug, Pod, Zeroable)]
-#[component(summary_tick)]
+/// What the search finds for an object; [`SelectedLights`](crate::selected_lights::SelectedLights) is what it keeps.
+#[derive(Clone, Copy, PartialEq, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub struct Selection {
     /// Slots in the light table, most relevant first; [`NO_LIGHT`] where there are fewer.

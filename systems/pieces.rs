@@ -10,7 +10,7 @@ use crate::changes::for_each_changed;
 use crate::components::Figure;
 use crate::instances::InstanceSlot;
 use crate::library::{AlphaMode, Library, MaterialId, MeshId, Shading};
-use crate::lights::Selection;
+use crate::selected_lights::SelectedLights;
 use crate::split::Grid;
 use bevy_ecs::change_detection::ContiguousRef;
 use bevy_ecs::prelude::*;
@@ -114,7 +114,7 @@ pub fn draw_one_in_pieces(world: &mut World, entity: Entity, metres: f32) -> Opt
     let longest = (grid.cell(aabb.max - aabb.min) * scale).max_element();
     let pieces = world.resource_mut::<Library>().pieces(mesh, grid);
     // Bounds and lights are the pieces' now.
-    world.entity_mut(entity).remove::<(MeshId, WorldBounds, Selection, InstanceSlot)>().insert(WholeMesh(mesh));
+    world.entity_mut(entity).remove::<(MeshId, WorldBounds, SelectedLights, InstanceSlot)>().insert(WholeMesh(mesh));
     let piece = |&piece: &MeshId| (piece, material, ChildOf(entity), PieceOf(entity));
     world.spawn_batch(pieces.iter().map(piece).collect::<Vec<_>>());
     Some(PiecesReport { objects: 1, pieces: pieces.len(), metres: longest })
@@ -179,7 +179,7 @@ mod tests {
         let world = &simulation.world;
         assert!(!world.entity(object).contains::<MeshId>());
         let first = |light| world.get::<crate::lights::LightSlot>(light).expect("a light").0;
-        let chosen = |piece| world.get::<Selection>(piece).expect("a piece is drawn").lights[0];
+        let chosen = |piece| world.get::<SelectedLights>(piece).expect("a piece is drawn").unpack().lights[0];
         let chosen: Vec<u32> = pieces_of(&simulation, object).into_iter().map(chosen).collect();
         let none = crate::draw_list::NO_LIGHT;
         assert_eq!(chosen, [first(lights[0]), first(lights[0]), none, first(lights[1]), first(lights[1])]);

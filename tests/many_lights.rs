@@ -8,7 +8,8 @@ use relief::{check, scene};
 use std::path::Path;
 use systems::Simulation;
 use systems::bounds::WorldBounds;
-use systems::lights::{LightTable, Selection, score};
+use systems::lights::{LightTable, score};
+use systems::selected_lights::SelectedLights;
 
 const LIGHTS: usize = 100_000;
 
@@ -52,9 +53,10 @@ fn a_hundred_thousand_lights_load_and_draw() {
     assert!(picture.get_pixel(16, 9).0[..3].iter().any(|&byte| byte > 10), "{:?}", picture.get_pixel(16, 9));
     assert_eq!(simulation.draw_list().lights.records.len(), LIGHTS);
 
-    let mut tiles = simulation.world.query::<(&WorldBounds, &Selection)>();
+    let mut tiles = simulation.world.query::<(&WorldBounds, &SelectedLights)>();
     let scored = simulation.world.resource::<LightTable>().scored();
-    for (bounds, selection) in tiles.iter(&simulation.world) {
+    for (bounds, selected) in tiles.iter(&simulation.world) {
+        let selection = selected.unpack();
         let reaching = scored.iter().filter(|light| score(light, bounds.0) > 0.0).count();
         assert!(reaching > 3 && selection.reaching as usize == reaching, "{reaching} {selection:?}");
     }

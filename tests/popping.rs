@@ -18,7 +18,8 @@ use systems::Simulation;
 use systems::components::{Camera, Environment, Light, LightKind};
 use systems::images::{Image, ImageKind};
 use systems::library::{Library, Map, Material};
-use systems::lights::{LightPolicy, Selection};
+use systems::lights::LightPolicy;
+use systems::selected_lights::SelectedLights;
 use systems::shapes;
 
 /// Pixels along a side; what is compared are means of two by two, which half floats round half as much.
@@ -145,7 +146,7 @@ impl Drive {
         self.simulation.world.entity_mut(self.row).insert(Transform::from_xyz(-x, 0.0, 0.0));
         let all = self.luminances(LightPolicy::All);
         let by_policy = POLICIES.map(|policy| self.luminances(policy));
-        let mut lights = self.simulation.world.get::<Selection>(self.object).expect("selected").lights;
+        let mut lights = self.simulation.world.get::<SelectedLights>(self.object).expect("selected").unpack().lights;
         lights.sort_unstable();
         Place { x, all, by_policy, lights }
     }

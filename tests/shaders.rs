@@ -9,6 +9,7 @@ use std::mem::offset_of;
 use systems::draw_list::*;
 use systems::library::MaterialId;
 use systems::lights::Selection;
+use systems::selected_lights::SelectedLights;
 use wgpu::naga;
 
 fn parse(source: &str) -> naga::Module {
@@ -230,7 +231,8 @@ fn lights_come_out_of_an_objects_record_nearly_as_they_went_in() {
         selections.len()
     );
     let entity = Entity::from_raw_u32(70_000).expect("an index");
-    let record = |s: &Selection| InstanceRecord::new(entity, &Affine3A::IDENTITY, MaterialId(9), s);
+    let record =
+        |s: &Selection| InstanceRecord::new(entity, &Affine3A::IDENTITY, MaterialId(9), &SelectedLights::pack(s));
     let records: Vec<InstanceRecord> = selections.iter().map(record).collect();
     let mut values: Vec<u32> = bytemuck::cast_slice(&records).to_vec();
     values.resize(4096 * 2 * 4, 0);

@@ -11,7 +11,7 @@ use std::path::PathBuf;
 use systems::Simulation;
 use systems::components::Light;
 use systems::library::{Library, MaterialId, MeshId};
-use systems::lights::Selection;
+use systems::selected_lights::SelectedLights;
 use systems::shapes;
 use systems::vehicles::lamps::{Lamp, LampKind};
 use systems::vehicles::parts::{Movement, MovingPart};
@@ -148,9 +148,9 @@ fn lamps_shine_ahead_and_not_on_their_own_vehicle() {
     // The body's sphere, of 2.83 m about 1.5, reaches 4.33.
     assert!((4.33..4.35).contains(&at.translation().z), "{}", at.translation());
     let reached: Vec<Entity> = world
-        .query::<(Entity, &Selection)>()
+        .query::<(Entity, &SelectedLights)>()
         .iter(world)
-        .filter(|(_, selection)| selection.reaching > 0)
+        .filter(|(_, selected)| selected.unpack().reaching > 0)
         .map(|(entity, _)| entity)
         .collect();
     assert_eq!(reached, [wall]);

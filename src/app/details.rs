@@ -11,6 +11,7 @@ use systems::components::{Camera, Figure, Light, LightKind, Projection};
 use systems::library::{Library, MaterialId, MeshId};
 use systems::lights::{LightSlot, ScoredLight, Selection, light_record, score};
 use systems::pieces::{Pieces, WholeMesh};
+use systems::selected_lights::SelectedLights;
 use systems::vehicles::routes::Routes;
 use systems::vehicles::{Motion, OnRoute, Vehicle, VehicleTypes};
 
@@ -53,7 +54,7 @@ pub fn object_lights(world: &mut World, object: Entity, near: Vec3) -> Option<Ob
     let nearest = pieces.filter_map(|piece| Some((distance(&piece)?, piece))).min_by(|(a, _), (b, _)| a.total_cmp(b));
     let object = nearest.map_or(object, |(_, piece)| piece);
     let bounds = world.get::<WorldBounds>(object)?.0;
-    let selection = *world.get::<Selection>(object)?;
+    let selection = world.get::<SelectedLights>(object)?.unpack();
     let Selection { reaching, dropped, .. } = selection;
     let mut found = ObjectLights { bounds, lights: [None, None, None], reaching, dropped };
     let mut lights = world.query::<(Entity, &LightSlot, &Light, &GlobalTransform)>();

@@ -15,6 +15,7 @@ use systems::light_search::{Level, Scratch, select_sparse};
 use systems::light_selection::select_parallel;
 use systems::light_tree::LightTree;
 use systems::lights::{LightPolicy, Selection, irradiance, light_record, score};
+use systems::selected_lights::SelectedLights;
 
 prop_compose! {
     /// Lights (some of them twice and more, so that scores tie) and objects, around the origin or 10 km off.
@@ -124,17 +125,17 @@ proptest! {
         let whole = Scene { spheres, ..scene }.clone();
         let expected = whole.select(LightPolicy::Three);
         let pieces = whole.spheres[..700].chunks(size).flat_map(|spheres| {
-            Scene { spheres: spheres.to_vec(), ..whole.clone() }.search(Level::new(), LightPolicy::Three)
+            Scene { spheres: spheres.to_vec(), ..whole.clone() }.search::<Selection>(Level::new(), LightPolicy::Three)
         });
         prop_assert!(pieces.eq(expected[..700].iter().copied()));
         let pool = TaskPoolBuilder::new().num_threads(size % 4 + 1).build();
         let tree = LightTree::new(&whole.scored);
         let places: Vec<u32> = (0..5000).map(|i| i * size as u32).collect();
         for places in [None, Some(&places[..])] {
-            let mut out = vec![Selection::default(); whole.spheres.len()];
+            let mut out = vec![SelectedLights::default(); whole.spheres.len()];
             let work = (&whole.spheres[..], &mut out[..]);
             select_parallel(&pool, &tree, &whole.scored, LightPolicy::Three, places, work);
-            prop_assert_eq!(&out, &expected);
+            prop_assert!(out.iter().copied().eq(expected.iter().map(SelectedLights::pack)));
         }
     }
 }
@@ -216,8 +217,10 @@ proptest! {
     ) {
         let expected = scene.select(policy.1);
         for level in levels() {
-            for (i, (found, expected)) in scene.search(level, policy.1).iter().zip(&expected).enumerate() {
+            let kept = scene.search::<SelectedLights>(level, policy.1);
+            for (i, (found, expected)) in scene.search::<Selection>(level, policy.1).iter().zip(&expected).enumerate() {
                 prop_assert!(found == expected, "{:?} {level:?}\n{found:?}\n{expected:?}", scene.spheres[i]);
+                prop_assert_eq!(kept[i], SelectedLights::pack(expected), "{:?} {:?}", scene.spheres[i], level);
             }
         }
     }

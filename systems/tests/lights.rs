@@ -14,6 +14,7 @@ use systems::components::{Light, LightKind};
 use systems::draw_list::{LightRecord, NO_LIGHT};
 use systems::library::{Library, MeshId};
 use systems::lights::{LightPolicy, LightSlot, LightTable, ScoredLight, Selection, score};
+use systems::selected_lights::SelectedLights;
 use systems::stats::FrameStats;
 use systems::{Simulation, brute_force, shapes};
 
@@ -51,11 +52,11 @@ fn lights_that_are_none_are_never_selected() {
     for (slot, record) in records.iter().enumerate() {
         assert_eq!(record.kind, LightRecord::OFF, "slot {slot}");
     }
-    assert_eq!(*simulation.world.get::<Selection>(object).unwrap(), Selection::default());
+    assert_eq!(*simulation.world.get::<SelectedLights>(object).unwrap(), SelectedLights::default());
     // Negative colours count by magnitude, negative attenuation as none.
     let dark = Light { color: Vec3::new(-1.0, 0.0, 0.0), attenuation: Vec3::new(1.0, -1.0, 0.0), ..lamp };
     let slot = spawn_light(&mut simulation, dark);
-    assert_eq!(simulation.world.get::<Selection>(object).unwrap().lights, [slot, NO_LIGHT, NO_LIGHT]);
+    assert_eq!(simulation.world.get::<SelectedLights>(object).unwrap().unpack().lights, [slot, NO_LIGHT, NO_LIGHT]);
     assert_eq!(simulation.draw_list().lights.records[slot as usize].attenuation, [1.0, 0.0, 0.0]);
 }
 
@@ -117,7 +118,8 @@ fn slots_stay_while_lights_come_and_go() {
 /// Runs a frame; which of the objects had their selection touched, which light slots were written.
 fn frame(simulation: &mut Simulation, objects: &[Entity]) -> (Vec<usize>, Vec<u32>) {
     let ticks = |simulation: &Simulation| -> Vec<_> {
-        let tick = |&object: &Entity| simulation.world.entity(object).get_ref::<Selection>().unwrap().last_changed();
+        let tick =
+            |&object: &Entity| simulation.world.entity(object).get_ref::<SelectedLights>().unwrap().last_changed();
         objects.iter().map(tick).collect()
     };
     let before = ticks(simulation);
@@ -134,7 +136,8 @@ fn only_what_changed_is_selected_and_written() {
     let lamp = |i| (Light::point(1.0, 8.0), Transform::from_translation(place(i) + Vec3::Y));
     let lights: Vec<Entity> = (0..3).map(|i| simulation.world.spawn(lamp(i)).id()).collect();
     let objects: Vec<Entity> = (0..3).map(|i| spawn_object(&mut simulation.world, place(i))).collect();
-    let lights_of = |simulation: &Simulation, i: usize| simulation.world.get::<Selection>(objects[i]).unwrap().lights;
+    let lights_of =
+        |simulation: &Simulation, i: usize| simulation.world.get::<SelectedLights>(objects[i]).unwrap().unpack().lights;
     assert_eq!(frame(&mut simulation, &objects), (vec![0, 1, 2], vec![0, 1, 2]));
     assert_eq!([0, 1, 2].map(|i| lights_of(&simulation, i)[0]), [0, 1, 2]);
 
@@ -163,7 +166,8 @@ fn only_what_changed_is_selected_and_written() {
     // Four equal lights: the policy decides between weights 0 and 1.
     simulation.world.spawn_batch((0..4).map(|_| lamp(0)));
     simulation.frame();
-    let weights = |simulation: &Simulation| simulation.world.get::<Selection>(objects[0]).unwrap().weights;
+    let weights =
+        |simulation: &Simulation| simulation.world.get::<SelectedLights>(objects[0]).unwrap().unpack().weights;
     assert_eq!(weights(&simulation), [0.0; 3]);
     simulation.world.insert_resource(LightPolicy::Hard);
     assert_eq!(frame(&mut simulation, &objects), (vec![0], vec![]));
@@ -266,13 +270,13 @@ impl Living {
         let world = &mut self.simulation.world;
         let policy = *world.resource::<LightPolicy>();
         let scored = world.resource::<LightTable>().scored().to_vec();
-        let mut objects = world.query_filtered::<(&WorldBounds, &Selection), With<MeshId>>();
-        let (spheres, found): (Vec<Sphere>, Vec<Selection>) =
-            objects.iter(world).map(|(bounds, selection)| (bounds.0, *selection)).unzip();
+        let mut objects = world.query_filtered::<(&WorldBounds, &SelectedLights), With<MeshId>>();
+        let (spheres, found): (Vec<Sphere>, Vec<SelectedLights>) =
+            objects.iter(world).map(|(bounds, selected)| (bounds.0, *selected)).unzip();
         let mut expected = vec![Selection::default(); spheres.len()];
         brute_force::select(&scored, policy, &spheres, &mut expected);
         for ((sphere, found), expected) in spheres.iter().zip(&found).zip(&expected) {
-            assert_eq!(found, expected, "{sphere:?}");
+            assert_eq!(*found, SelectedLights::pack(expected), "{sphere:?}");
         }
     }
 }
@@ -449,6 +453,6 @@ fn a_copy_of_an_object_chooses_for_itself() {
     let copy = simulation.world.entity_mut(object).clone_and_spawn();
     simulation.world.get_mut::<WorldBounds>(copy).unwrap().0.center.x = 50.0;
     simulation.frame();
-    let first = |entity| simulation.world.get::<Selection>(entity).unwrap().lights[0];
+    let first = |entity| simulation.world.get::<SelectedLights>(entity).unwrap().unpack().lights[0];
     assert_eq!([first(object), first(copy)], slots);
 }

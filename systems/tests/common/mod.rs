@@ -10,7 +10,7 @@ use systems::bounds::Sphere;
 use systems::brute_force;
 use systems::components::{Light, LightKind};
 use systems::draw_list::LightRecord;
-use systems::light_search::{self, Level, Scratch};
+use systems::light_search::{self, Found, Level, Scratch};
 use systems::light_tree::LightTree;
 use systems::lights::{LightPolicy, ScoredLight, Selection};
 
@@ -91,8 +91,8 @@ impl Scene {
         out
     }
 
-    pub fn search(&self, level: Level, policy: LightPolicy) -> Vec<Selection> {
-        let mut out = vec![Selection::default(); self.spheres.len()];
+    pub fn search<F: Found>(&self, level: Level, policy: LightPolicy) -> Vec<F> {
+        let mut out = vec![F::default(); self.spheres.len()];
         let tree = LightTree::new(&self.scored);
         let work = (&self.spheres[..], &mut out[..]);
         light_search::select(level, &tree, &self.scored, policy, work, &mut Scratch::default());
