@@ -225,6 +225,40 @@ mod tests {
         assert_eq!(mirrored.map(|b| b.pages.len()).collect::<Vec<_>>(), [1]);
     }
 
+    /// So many that several tasks look for them; some of each come out of their page, some are blended.
+    #[test]
+    fn some_that_move_or_are_mirrored_among_many_get_the_slots_and_records_that_are_theirs() {
+        let (mut simulation, entities) = scene(20_000);
+        simulation.frame();
+        for turn in [3, 5, 1000] {
+            for (i, &entity) in entities.iter().enumerate().skip(1) {
+                let mut entity = simulation.world.entity_mut(entity);
+                let mut transform = entity.get_mut::<Transform>().unwrap();
+                if i % turn == 0 {
+                    transform.translation.y += 1.0;
+                }
+                if i % (2 * turn + 1) == 0 {
+                    transform.scale.x *= -1.0;
+                }
+                // In the first turn only: in the others, all keep what they look like.
+                if turn == 3 && i % 11 == 0 {
+                    entity.insert(MaterialId((i % 3) as u32));
+                }
+            }
+            simulation.frame();
+            check_groups(&mut simulation);
+            let mut objects = simulation.world.query::<(&InstanceSlot, &Transform, &MeshId, &MaterialId)>();
+            let (list, table) = (simulation.draw_list(), simulation.world.resource::<InstanceTable>());
+            for (slot, transform, &mesh, &material) in objects.iter(&simulation.world) {
+                let slot = slot.get().unwrap();
+                let (key, record) = (table.pages.key(slot), list.instances.records[slot as usize]);
+                assert_eq!((key.pipeline.mirrored, key.mesh), (transform.scale.x < 0.0, mesh));
+                assert_eq!((record.material, record.world_from_object[0][0]), (material.0, transform.scale.x));
+                assert_eq!(record.world_from_object[1][3], transform.translation.y);
+            }
+        }
+    }
+
     #[test]
     fn blended_objects_come_farthest_first_and_neighbours_share_draws() {
         let (mut simulation, _) = scene(12);

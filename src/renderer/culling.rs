@@ -233,13 +233,14 @@ impl CulledView {
                 usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
                 mapped_at_creation: false,
             }),
-            visibility: buffer("visibility", BufferUsages::empty()),
-            slice_counts: buffer("slices", BufferUsages::empty()),
-            lists: [("early", "early arguments"), ("late", "late arguments")].map(|(visible, arguments)| PhaseLists {
-                visible: buffer(visible, BufferUsages::VERTEX),
-                arguments: buffer(arguments, BufferUsages::INDIRECT),
-                group: None,
-            }),
+            visibility: buffer("visibility of objects", BufferUsages::empty()),
+            slice_counts: buffer("counts of visible objects", BufferUsages::empty()),
+            lists: [("early list of visible objects", "early draws"), ("late list of visible objects", "late draws")]
+                .map(|(visible, arguments)| PhaseLists {
+                    visible: buffer(visible, BufferUsages::VERTEX),
+                    arguments: buffer(arguments, BufferUsages::INDIRECT),
+                    group: None,
+                }),
             pyramid: None,
             counts: CullRecord::default(),
         }

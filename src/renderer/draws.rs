@@ -84,9 +84,9 @@ impl Draws {
             page_count: 0,
             entry_count: 0,
             slot_count: 0,
-            pages: storage("pages"),
+            pages: storage("pages of objects"),
             batches: storage("batches"),
-            entries: storage("entries"),
+            entries: storage("pages of draws"),
             draws: storage("draws"),
         }
     }

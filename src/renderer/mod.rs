@@ -83,6 +83,16 @@ pub enum RenderError {
         /// Allowed.
         limit: u64,
     },
+    /// An image of a material has more texels than the device's textures may have.
+    #[error("too large for this graphics adapter: image {image:?} of {}x{} texels, it allows {limit} along a side", size[0], size[1])]
+    MapTooLarge {
+        /// Its name.
+        image: String,
+        /// Texels.
+        size: [u32; 2],
+        /// Allowed.
+        limit: u32,
+    },
 }
 
 /// What the last prepare and draw did.
@@ -191,7 +201,7 @@ impl Renderer {
             nothing_behind: Behind::new(device, &pipelines.behind_layout, (1, 1)),
             world: 0,
             blended_slots: Vec::new(),
-            blended: GrowingBuffer::new(device, "blended slots", wgpu::BufferUsages::VERTEX),
+            blended: GrowingBuffer::new(device, "list of blended objects", wgpu::BufferUsages::VERTEX),
             blended_runs: Vec::new(),
             blended_for: None,
             technique: None,
@@ -227,7 +237,7 @@ impl Renderer {
     /// whether the picture can differ from the one last drawn; if not, [`Self::show_again`] gives it for less.
     ///
     /// # Errors
-    /// [`RenderError::TooLarge`].
+    /// [`RenderError`].
     pub fn prepare(
         &mut self,
         list: &DrawList,
@@ -256,7 +266,7 @@ impl Renderer {
         // Compiled while the rest is uploaded.
         let missing = self.start_pipelines(self.pass, list.batches.iter().map(|batch| batch.key));
         self.stats.asset_bytes = self.meshes.upload(&self.gpu, library)?;
-        self.stats.asset_bytes += self.textures.upload(&self.gpu, list, library);
+        self.stats.asset_bytes += self.textures.upload(&self.gpu, list, library)?;
         self.tables.upload(&self.gpu, &self.pipelines.frame_layout, list, &mut self.stats)?;
         let redrawn = self.draws.update(&self.gpu, list, &self.meshes, settings.levels.enabled)?;
         self.stats.list_bytes += redrawn.unwrap_or(0);

@@ -1,7 +1,7 @@
 //! Texture arrays, samplers, and the bind group of each material class.
 
-use super::Gpu;
 use super::tables::{FEW_BYTES_UNDER_WAY, Pace};
+use super::{Gpu, RenderError};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use systems::blocks;
@@ -56,8 +56,15 @@ impl Textures {
     }
 
     /// Uploads layers that are new; binds classes that are new or whose arrays grew. Returns the bytes written.
-    pub fn upload(&mut self, gpu: &Gpu, list: &DrawList, library: &Library) -> u64 {
+    pub fn upload(&mut self, gpu: &Gpu, list: &DrawList, library: &Library) -> Result<u64, RenderError> {
         let (mut written, mut pace) = (0, Pace::new(FEW_BYTES_UNDER_WAY));
+        let limit = gpu.device.limits().max_texture_dimension_2d;
+        let is_too_large = |array: &&TextureArray| array.width.max(array.height) > limit;
+        if let Some(TextureArray { width, height, layers, .. }) = list.texture_arrays.iter().find(is_too_large) {
+            let image = layers.first().and_then(|&image| library.image(image));
+            let image = image.map_or_else(String::new, |image| image.name.clone());
+            return Err(RenderError::MapTooLarge { image, size: [*width, *height], limit });
+        }
         for (index, wanted) in list.texture_arrays.iter().enumerate() {
             let room = self.arrays.get(index).map(|a| a.texture.depth_or_array_layers() as usize);
             if room.is_none_or(|room| room < wanted.layers.len()) {
@@ -97,7 +104,7 @@ impl Textures {
                 entries: &entries,
             }));
         }
-        written
+        Ok(written)
     }
 }
 
