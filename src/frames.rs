@@ -339,12 +339,12 @@ pub fn render_frames(job: &FrameJob, mut progress: impl FnMut(u64, u64)) -> Resu
     if let Some(film) = &job.video {
         video::check(film)?;
     }
-    // The driver takes its time to start; the scene loads meanwhile.
-    let opening = std::thread::spawn(Gpu::headless);
+    // The driver and its pipelines take their time; the scene loads meanwhile.
+    let opening = std::thread::spawn(|| Gpu::headless().map(|gpu| Renderer::new(&gpu)));
     let stage = load_stage(&job.scene, job.camera.as_deref(), &job.load);
-    let gpu = opening.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+    let renderer = opening.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
     let mut stage = stage?;
-    let gpu = gpu?;
+    let mut renderer = renderer?;
     let mut stepper = begin_run(&mut stage, &job.scene, &job.run, job.frames.start())?;
     let now = stage.simulation.world.resource::<Clock>().step;
     let (first, last) = stepper.recording().map_or((now, None), |recording| {
@@ -354,7 +354,6 @@ pub fn render_frames(job: &FrameJob, mut progress: impl FnMut(u64, u64)) -> Resu
     let frames = job.frames.numbers(first, last)?;
     output::make_folder(&job.folder)?;
     stage.simulation.world.insert_resource(job.lights);
-    let mut renderer = Renderer::new(&gpu);
     let mut settings = job.settings;
     if settings.occlusion == Occlusion::Auto {
         // In two phases, which of two faces in one plane is in front depends on what was seen before. A frame that is
