@@ -167,6 +167,20 @@ mod tests {
     }
 
     #[test]
+    fn a_material_that_comes_after_its_objects_is_theirs_then() {
+        let (mut simulation, entities) = scene(2);
+        let next = MaterialId(simulation.library().materials().len() as u32);
+        simulation.world.entity_mut(entities[0]).insert(next);
+        simulation.frame();
+        assert!(simulation.draw_list().transparent.is_empty(), "drawn as the default");
+        let glass = Material { alpha: AlphaMode::Blend, ..Material::default() };
+        assert_eq!(simulation.world.resource_mut::<Library>().add_material(glass), next);
+        simulation.frame();
+        check_groups(&mut simulation);
+        assert_eq!(simulation.draw_list().transparent.len(), 1);
+    }
+
+    #[test]
     fn slots_are_stable_and_the_lowest_free_one_of_the_batch_is_reused() {
         let (mut simulation, entities) = scene(60);
         simulation.frame();

@@ -46,8 +46,13 @@ pub(crate) fn first_changed<'w, const N: usize>(
     columns: [Option<&ContiguousComponentTicksRef<'w>>; N],
 ) -> Option<(usize, Since, [&'w [Tick]; N])> {
     let (since, columns) = suspects(columns)?;
-    let first = columns.iter().flat_map(|column| column.chunks(TOGETHER).position(|part| since.any(part))).min()?;
-    Some((first * TOGETHER, since, columns))
+    let mut first = None;
+    for column in columns {
+        // No further than in those before.
+        let mut parts = column.chunks(TOGETHER).take(first.unwrap_or(usize::MAX));
+        first = parts.position(|part| since.any(part)).or(first);
+    }
+    Some((first? * TOGETHER, since, columns))
 }
 
 /// What [`first_changed`] gives where all rows are to be visited, from one of the table's columns.

@@ -434,6 +434,7 @@ impl<T: Pod + Default + Send> Table<T> {
 /// Whether any bits differ. Records are made of 32-bit words; a comparison of bytes is a call.
 #[inline(always)]
 fn differ<T: Pod>(a: &T, b: &T) -> bool {
+    const { assert!(size_of::<T>().is_multiple_of(4) && align_of::<T>() >= 4) };
     let (a, b): (&[u32], &[u32]) =
         (bytemuck::cast_slice(std::slice::from_ref(a)), bytemuck::cast_slice(std::slice::from_ref(b)));
     a.iter().zip(b).fold(0, |bits, (a, b)| bits | (a ^ b)) != 0

@@ -3,10 +3,15 @@
 //! [`inherit_hidden`] keeps [`InheritedHidden`] on what is hidden by itself or from above. Hidden objects are in tables of
 //! their own, so that whoever draws leaves them out by the filter `Without<InheritedHidden>` and no object pays for it.
 //! Lights shine on: they have a switch of their own.
+//!
+//! An entity with bevy's `Disabled` is out of everything: neither is it drawn nor does it shine. What is below it is not
+//! disabled by that, see `EntityWorldMut::insert_recursive`.
 
+use crate::bounds::WorldBounds;
 use crate::changes::for_each_changed;
-use crate::instances;
+use crate::components::Light;
 use crate::library::MeshId;
+use crate::{instances, lights};
 use bevy_ecs::change_detection::ContiguousRef;
 use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
@@ -22,6 +27,23 @@ pub struct Hidden;
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[component(on_add = instances::free_slot, on_remove = show, clone_behavior = Ignore)]
 pub struct InheritedHidden;
+
+/// Takes an entity that is disabled out of the tables of objects and lights.
+pub(crate) fn disable(mut world: DeferredWorld, context: HookContext) {
+    instances::free_slot(world.reborrow(), context);
+    lights::free_slot(world, context);
+}
+
+/// Makes an entity that is enabled again look new to whoever draws it, chooses its lights, or lists lights.
+pub(crate) fn enable(mut world: DeferredWorld, context: HookContext) {
+    if let Some(mut bounds) = world.get_mut::<WorldBounds>(context.entity) {
+        bounds.set_changed();
+    }
+    if let Some(mut light) = world.get_mut::<Light>(context.entity) {
+        light.set_changed();
+    }
+    show(world, context);
+}
 
 /// Makes an object that is drawn again look new to whoever draws it.
 fn show(mut world: DeferredWorld, context: HookContext) {
@@ -98,8 +120,9 @@ fn is_hidden_above(
 mod tests {
     use super::*;
     use crate::instances::InstanceSlot;
-    use crate::library::Library;
+    use crate::library::{AlphaMode, Library, Material};
     use crate::{Simulation, shapes};
+    use bevy_ecs::entity_disabling::Disabled;
     use glam::Vec3;
 
     /// A root with two children, each with one.
@@ -143,6 +166,29 @@ mod tests {
         let family = family(&mut simulation.world);
         simulation.world.entity_mut(family[0]).insert((ChildOf(family[3]), Hidden));
         assert_eq!(hidden(&mut simulation, &family), [0, 1, 2, 3, 4]);
+    }
+
+    #[test]
+    fn a_disabled_object_is_not_drawn_nor_lit_and_comes_back_as_what_it_is_by_then() {
+        let mut simulation = Simulation::new();
+        let mut library = simulation.world.resource_mut::<Library>();
+        let cube = library.add_mesh(shapes::cube(Vec3::ONE));
+        let glass = library.add_material(Material { alpha: AlphaMode::Blend, ..Material::default() });
+        let object = simulation.world.spawn(cube).id();
+        let lamp = simulation.world.spawn(Light::point(1.0, 10.0)).id();
+        let mut drawn = |edit: &mut dyn FnMut(&mut World)| {
+            edit(&mut simulation.world);
+            simulation.frame();
+            let list = simulation.draw_list();
+            let reaching = list.drawn().map(|record| record.reaching).collect::<Vec<_>>();
+            (list.batches.len(), list.transparent.len(), reaching)
+        };
+        assert_eq!(drawn(&mut |_| {}), (1, 0, vec![1]));
+        assert_eq!(drawn(&mut |world| _ = world.entity_mut(object).insert(Disabled)), (0, 0, vec![]));
+        assert_eq!(drawn(&mut |world| _ = world.entity_mut(object).insert(glass)), (0, 0, vec![]));
+        assert_eq!(drawn(&mut |world| _ = world.entity_mut(lamp).insert(Disabled)), (0, 0, vec![]));
+        assert_eq!(drawn(&mut |world| _ = world.entity_mut(object).remove::<Disabled>()), (0, 1, vec![0]));
+        assert_eq!(drawn(&mut |world| _ = world.entity_mut(lamp).remove::<Disabled>()), (0, 1, vec![1]));
     }
 
     #[test]

@@ -48,7 +48,7 @@ pub struct InstanceTable {
     pub(crate) pages: SlotPages,
     /// Given back since the last frame.
     freed: Vec<u32>,
-    /// Rows of a table to be written, and their slots; what lies behind them is of no meaning.
+    /// Rows of a table to be written, and their slots; what lies behind them is of no meaning, and stays for later.
     rows: Vec<u32>,
     slots: Vec<u32>,
 }

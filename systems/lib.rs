@@ -56,6 +56,7 @@ pub mod transforms;
 pub mod vehicles;
 pub mod view;
 
+use bevy_ecs::entity_disabling::Disabled;
 use bevy_ecs::prelude::*;
 use bevy_ecs::schedule::{LogLevel, ScheduleBuildSettings, SingleThreadedExecutor};
 use bevy_tasks::{ComputeTaskPool, TaskPoolBuilder};
@@ -104,6 +105,7 @@ impl Simulation {
     pub fn new() -> Self {
         set_threads(None);
         let mut world = World::new();
+        world.register_component_hooks::<Disabled>().on_add(hidden::disable).on_remove(hidden::enable);
         world.init_resource::<library::Library>();
         world.init_resource::<clock::Clock>();
         world.init_resource::<clock::Seed>();

@@ -1,5 +1,5 @@
-//! What the search finds, from the lanes of vectors to one element per object: whole as the tests compare it, or packed as
-//! objects keep it.
+//! What the search finds, from the lanes of vectors to one element per object: whole, as tests compare it with the plain
+//! search, or packed, as objects keep it.
 
 use crate::light_lanes::{Floats, LANES, Top, splat};
 use crate::light_remainder::Remainder;
@@ -57,7 +57,7 @@ impl Found for SelectedLights {
         Self::pack(selection)
     }
 
-    /// [`SelectedLights::pack`], operation by operation.
+    /// [`SelectedLights::pack`], to the bit.
     #[inline(always)]
     fn store<S: Simd>(simd: S, lanes: &Lanes<S>, out: &mut [Self]) {
         let Lanes { top, weights, remainder } = *lanes;
@@ -65,7 +65,8 @@ impl Found for SelectedLights {
         let numbers = [a, b, c, d, e, f, g, h, last];
         let mut largest = splat(simd, 0.0);
         for number in numbers {
-            largest = largest.max(number.abs());
+            // As `f32::max`, which passes over what is no number.
+            largest = largest.max_precise(number.abs());
         }
         let largest = largest.min(splat(simd, f32::MAX));
         let units = splat(simd, MOST_UNITS) / largest;

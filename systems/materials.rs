@@ -147,6 +147,8 @@ pub fn update_materials(mut library: ResMut<Library>, mut table: ResMut<Material
         let placed = (class, pipeline(material));
         if index >= table.placed.len() {
             table.placed.push(placed);
+            // Objects may have been drawn with the default in its place.
+            table.regroup |= known > 0;
         } else if table.placed[index] != placed {
             table.placed[index] = placed;
             table.regroup = true;

@@ -61,11 +61,11 @@ impl SelectedLights {
             *selection;
         let light = |i: usize| lights[i] << WEIGHT_BITS | whole(weights[i] * MOST_WEIGHT);
         let numbers = [a.x, a.y, a.z, d.x, d.y, d.z, s.x, s.y, s.z];
-        // What is infinite counts as nothing, and leaves the others what they are.
+        // What is infinite counts as nothing.
         let largest = numbers.iter().fold(0.0f32, |largest, v| largest.max(v.abs())).min(f32::MAX);
         let units = if largest > LEAST { MOST_UNITS / largest } else { 0.0 };
         let [a, b, c, d, e, f, g, h, last] = numbers.map(|v| whole(v * units));
-        let dropped = selection.dropped.to_bits().saturating_add(1 << 15) & 0xffff_0000;
+        let dropped = selection.dropped.to_bits().wrapping_add(1 << 15) & 0xffff_0000;
         Self {
             lights: [light(0), light(1), light(2)],
             remainder: [a | b << 16, c | d << 16, e | f << 16, g | h << 16],

@@ -159,10 +159,16 @@ pub fn show_lights(ui: &mut egui::Ui, world: &World, lights: &ObjectLights) -> O
     });
     match lights.reaching.saturating_sub(lights.lights.iter().flatten().count() as u32) {
         0 => {}
-        1 => _ = ui.weak(format!("1 more, score {:.3}", lights.dropped)),
-        more => _ = ui.weak(format!("{more} more, scores {:.3} in all", lights.dropped)),
+        // Kept to two digits, see `systems::selected_lights`.
+        1 => _ = ui.weak(format!("1 more, score about {}", two_digits(lights.dropped))),
+        more => _ = ui.weak(format!("{more} more, scores about {} in all", two_digits(lights.dropped))),
     }
     clicked
+}
+
+/// A number as it is written with two digits that count.
+fn two_digits(value: f32) -> f32 {
+    format!("{value:.1e}").parse().unwrap_or(value)
 }
 
 /// A vehicle's speed.

@@ -83,8 +83,22 @@ pub enum RenderError {
         /// Allowed.
         limit: u64,
     },
+    /// There is no memory for the picture.
+    #[error("no memory for a picture of {}x{} pixels with {samples} samples each: {reason}", size[0], size[1])]
+    NoMemory {
+        /// Pixels.
+        size: [u32; 2],
+        /// Per pixel.
+        samples: u32,
+        /// What the device says.
+        reason: String,
+    },
     /// An image of a material has more texels than the device's textures may have.
-    #[error("too large for this graphics adapter: image {image:?} of {}x{} texels, it allows {limit} along a side", size[0], size[1])]
+    #[error(
+        "too large for this graphics adapter: image {image:?} of {}x{} texels, it allows {limit} along a side",
+        size[0],
+        size[1]
+    )]
     MapTooLarge {
         /// Its name.
         image: String,
@@ -265,9 +279,9 @@ impl Renderer {
         self.upload_blended(list, view)?;
         // Compiled while the rest is uploaded.
         let missing = self.start_pipelines(self.pass, list.batches.iter().map(|batch| batch.key));
-        self.stats.asset_bytes = self.meshes.upload(&self.gpu, library)?;
-        self.stats.asset_bytes += self.textures.upload(&self.gpu, list, library)?;
-        self.tables.upload(&self.gpu, &self.pipelines.frame_layout, list, &mut self.stats)?;
+        let uploaded = self.upload(list, library);
+        self.pipelines.finish_objects(missing);
+        uploaded?;
         let redrawn = self.draws.update(&self.gpu, list, &self.meshes, settings.levels.enabled)?;
         self.stats.list_bytes += redrawn.unwrap_or(0);
         let occlusion = match settings.occlusion {
@@ -281,7 +295,7 @@ impl Renderer {
             key.raised && settings.technique.unwrap_or(key.technique).writes_depth()
         };
         let occlusion = occlusion && !self.draws.list.iter().any(stands_out);
-        self.make_targets(view, settings.samples, occlusion);
+        self.make_targets(view, settings.samples, occlusion)?;
         let draws = &self.draws;
         let recull = self.culled.prepare(&self.gpu, &self.culling, draws, view, settings, redrawn.is_some())?;
         let record = view.record(&list.environment, settings.picked_entity);
@@ -297,7 +311,6 @@ impl Renderer {
         }
 
         self.tone_map = if settings.debug == DebugView::Off { list.environment.tone_map } else { ToneMap::Clamp };
-        self.pipelines.finish_objects(missing);
         let size = (view.width, view.height);
         if !self.refracts() {
             self.behind = None;
@@ -314,20 +327,39 @@ impl Renderer {
         Ok(changed)
     }
 
+    /// Meshes, maps and tables.
+    fn upload(&mut self, list: &DrawList, library: &Library) -> Result<(), RenderError> {
+        self.stats.asset_bytes = self.meshes.upload(&self.gpu, library)?;
+        self.stats.asset_bytes += self.textures.upload(&self.gpu, list, library)?;
+        self.tables.upload(&self.gpu, &self.pipelines.frame_layout, list, &mut self.stats)
+    }
+
     /// Targets of the view's size, with a depth pyramid if objects are drawn in two phases.
-    fn make_targets(&mut self, view: &View, samples: u32, occlusion: bool) {
+    fn make_targets(&mut self, view: &View, samples: u32, occlusion: bool) -> Result<(), RenderError> {
         let device = &self.gpu.device;
         let wanted = (view.width, view.height, samples);
         let fits = |targets: &Targets| (targets.width, targets.height, targets.samples) == wanted;
         if !self.targets.as_ref().is_some_and(fits) {
-            let layout = &self.pipelines.tone_map_layout;
-            self.targets = Some(Targets::new(device, layout, (view.width, view.height), samples));
+            // The old ones first: there may not be room for both.
+            self.targets = None;
             self.culled.set_pyramid(None);
             self.shown = None;
+            // What there is no memory for fails again where it is used.
+            let invalid = device.push_error_scope(wgpu::ErrorFilter::Validation);
+            let no_memory = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+            let layout = &self.pipelines.tone_map_layout;
+            let targets = Targets::new(device, layout, (view.width, view.height), samples);
+            let errors = [no_memory.pop(), invalid.pop()].map(pollster::block_on);
+            if let Some(error) = errors.into_iter().flatten().next() {
+                let (size, reason) = ([view.width, view.height], error.to_string());
+                return Err(RenderError::NoMemory { size, samples, reason });
+            }
+            self.targets = Some(targets);
         }
         if let Some(targets) = self.targets.as_ref().filter(|_| occlusion != self.culled.pyramid().is_some()) {
             self.culled.set_pyramid(occlusion.then(|| Pyramid::new(device, &self.pyramids, targets)));
         }
+        Ok(())
     }
 
     /// Blended objects in this view's order.
@@ -336,13 +368,13 @@ impl Renderer {
         if self.blended_for == Some(sorted_for) {
             return Ok(());
         }
-        self.blended_for = Some(sorted_for);
         let (slots, runs) = sort_transparent(&list.transparent, view.direction());
         self.blended_runs = runs;
         if slots != self.blended_slots {
             self.stats.list_bytes += self.blended.write(&self.gpu, &slots, &DirtySlots::default(), true)?;
             self.blended_slots = slots;
         }
+        self.blended_for = Some(sorted_for);
         Ok(())
     }
 
