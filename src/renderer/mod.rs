@@ -19,6 +19,7 @@ mod culling;
 mod drawn;
 mod draws;
 mod emboss;
+mod error;
 mod frame_tables;
 mod gpu;
 mod meshes;
@@ -38,6 +39,7 @@ mod timestamps;
 pub use culling::CullRecord;
 pub use drawn::Drawn;
 pub use draws::{CullBatchRecord, CullDrawRecord};
+pub use error::RenderError;
 pub(crate) use gpu::instance_flags;
 pub use gpu::{Gpu, GpuError};
 pub use outputs::Outputs;
@@ -67,47 +69,6 @@ use timestamps::Timestamps;
 
 /// The format of pictures that are written or compared; a window's surface has the like.
 pub const PICTURE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
-
-/// A scene that the device cannot hold.
-#[derive(Debug, thiserror::Error)]
-pub enum RenderError {
-    /// A buffer or picture would be larger than the device allows.
-    #[error("too large for this graphics adapter: {what}: {needed} {unit}, it allows {limit}")]
-    TooLarge {
-        /// Which buffer, or the picture.
-        what: &'static str,
-        /// What is counted.
-        unit: &'static str,
-        /// Needed.
-        needed: u64,
-        /// Allowed.
-        limit: u64,
-    },
-    /// There is no memory for the picture.
-    #[error("no memory for a picture of {}x{} pixels with {samples} samples each: {reason}", size[0], size[1])]
-    NoMemory {
-        /// Pixels.
-        size: [u32; 2],
-        /// Per pixel.
-        samples: u32,
-        /// What the device says.
-        reason: String,
-    },
-    /// An image of a material has more texels than the device's textures may have.
-    #[error(
-        "too large for this graphics adapter: image {image:?} of {}x{} texels, it allows {limit} along a side",
-        size[0],
-        size[1]
-    )]
-    MapTooLarge {
-        /// Its name.
-        image: String,
-        /// Texels.
-        size: [u32; 2],
-        /// Allowed.
-        limit: u32,
-    },
-}
 
 /// What the last prepare and draw did.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
