@@ -4,8 +4,8 @@
 //! their own, so that whoever draws leaves them out by the filter `Without<InheritedHidden>` and no object pays for it.
 //! Lights shine on: they have a switch of their own.
 //!
-//! An entity with bevy's `Disabled` is out of everything: neither is it drawn nor does it shine. What is below it is not
-//! disabled by that, see `EntityWorldMut::insert_recursive`.
+//! An entity with bevy's `Disabled` is out of everything: neither is it drawn nor does it shine. What is below it, the
+//! pieces of a large object among that, is not disabled with it; `EntityWorldMut::insert_recursive` does that.
 
 use crate::bounds::WorldBounds;
 use crate::changes::for_each_changed;

@@ -200,9 +200,10 @@ impl InstanceTable {
         let (pages, held) = (&self.pages, &*slots);
         let keeps = |row: usize, slot: &u32| {
             let key = pages.key(*slot);
-            let stays = match same_kind {
-                true => key.pipeline.mirrored == is_mirrored(&transforms[row]),
-                false => batch(row) == Some(key),
+            let stays = if same_kind {
+                key.pipeline.mirrored == is_mirrored(&transforms[row])
+            } else {
+                batch(row) == Some(key)
             };
             stays && key.pipeline.alpha != AlphaMode::Blend
         };

@@ -104,24 +104,28 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_was_packed_comes_out_nearly_as_it_went_in() {
+    fn words_are_those_of_the_table_above_and_come_out_again() {
         let selection = Selection {
             lights: [7, 0, NO_LIGHT],
-            weights: [1.0, 0.3337, 0.0],
-            remainder_ambient: Vec3::new(0.25, 1e-5, 0.125),
-            remainder_direction: Vec3::new(-0.2, 0.1, -0.0),
-            remainder_sides: Vec3::new(0.2, 0.11, 0.05),
-            dropped: 0.777,
+            weights: [1.0, 0.25, 0.0],
+            remainder_ambient: Vec3::new(0.25, 0.0, 0.5),
+            remainder_direction: Vec3::new(-0.5, 0.0, -0.0),
+            remainder_sides: Vec3::new(0.5, 0.0, 0.5),
+            dropped: 0.75,
             reaching: 100_000,
         };
-        let found = SelectedLights::pack(&selection).unpack();
-        assert_eq!((found.lights, found.reaching), (selection.lights, 100_000));
-        assert_eq!((found.weights[0], found.weights[2]), (1.0, 0.0));
-        assert!((found.weights[1] - 0.3337).abs() < 0.000_5);
-        assert!(found.remainder_ambient.abs_diff_eq(selection.remainder_ambient, 0.25 / 65_000.0));
-        assert!(found.remainder_direction.abs_diff_eq(selection.remainder_direction, 0.25 / 65_000.0));
-        assert!(found.remainder_sides.abs_diff_eq(selection.remainder_sides, 0.25 / 65_000.0));
-        assert!((found.dropped - 0.777).abs() < 0.777 / 250.0);
+        let packed = SelectedLights::pack(&selection);
+        // 0.25 · 1023 is 255.75; half of 32767, 16383.5, goes to the even number.
+        assert_eq!(packed.lights, [7 << 10 | 1023, 256, u32::MAX << 10]);
+        assert_eq!(packed.remainder, [0x4000, 0x8001_7fff, 0, 0x7fff]);
+        assert_eq!((packed.last_side_and_dropped, packed.reaching), (0x3f40_7fff, 100_000));
+        assert_eq!(packed.remainder_unit, 0.5 / 32767.0);
+        let found = packed.unpack();
+        assert_eq!((found.lights, found.reaching, found.dropped), ([7, 0, NO_LIGHT], 100_000, 0.75));
+        assert_eq!(found.weights, [1.0, 256.0 / 1023.0, 0.0]);
+        assert!(found.remainder_ambient.abs_diff_eq(Vec3::new(0.25, 0.0, 0.5), 1e-5));
+        assert!(found.remainder_direction.abs_diff_eq(Vec3::new(-0.5, 0.0, 0.0), 1e-5));
+        assert!(found.remainder_sides.abs_diff_eq(Vec3::new(0.5, 0.0, 0.5), 1e-5));
         assert_eq!(SelectedLights::default().unpack(), Selection::default());
     }
 }

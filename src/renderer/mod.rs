@@ -354,7 +354,7 @@ impl Renderer {
         let emboss = |technique| (technique == Technique::EmbossMultipass).then(|| self.emboss_passes());
         let passes = |key: PipelineKey| std::iter::once(pass).chain(emboss(key.technique).into_iter().flatten());
         let kinds = keys.into_iter().flat_map(|key| passes(key).map(move |pass| (pass, key)));
-        self.pipelines.start_objects(&self.gpu.device, kinds.collect())
+        self.pipelines.start_objects(&self.gpu.device, kinds)
     }
 
     /// The passes that add the light of [`Technique::EmbossMultipass`], if the colour pass leaves it to them.

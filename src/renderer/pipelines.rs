@@ -150,8 +150,12 @@ impl Pipelines {
 
     /// Begins to make the pipelines for objects of those kinds that do not exist, on threads of their own: compiling one
     /// takes long.
-    pub fn start_objects(&self, device: &wgpu::Device, kinds: Vec<(Pass, PipelineKey)>) -> Option<MissingPipelines> {
-        let missing: BTreeSet<_> = kinds.into_iter().filter(|kind| !self.objects.contains_key(kind)).collect();
+    pub fn start_objects(
+        &self,
+        device: &wgpu::Device,
+        kinds: impl Iterator<Item = (Pass, PipelineKey)>,
+    ) -> Option<MissingPipelines> {
+        let missing: BTreeSet<_> = kinds.filter(|kind| !self.objects.contains_key(kind)).collect();
         (!missing.is_empty()).then(|| {
             let (pipelines, device) = (self.clone(), device.clone());
             std::thread::spawn(move || {

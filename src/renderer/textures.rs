@@ -58,16 +58,10 @@ impl Textures {
     /// Uploads layers that are new; binds classes that are new or whose arrays grew. Returns the bytes written.
     pub fn upload(&mut self, gpu: &Gpu, list: &DrawList, library: &Library) -> Result<u64, RenderError> {
         let (mut written, mut pace) = (0, Pace::new(FEW_BYTES_UNDER_WAY));
-        let limit = gpu.device.limits().max_texture_dimension_2d;
-        let is_too_large = |array: &&TextureArray| array.width.max(array.height) > limit;
-        if let Some(TextureArray { width, height, layers, .. }) = list.texture_arrays.iter().find(is_too_large) {
-            let image = layers.first().and_then(|&image| library.image(image));
-            let image = image.map_or_else(String::new, |image| image.name.clone());
-            return Err(RenderError::MapTooLarge { image, size: [*width, *height], limit });
-        }
         for (index, wanted) in list.texture_arrays.iter().enumerate() {
             let room = self.arrays.get(index).map(|a| a.texture.depth_or_array_layers() as usize);
             if room.is_none_or(|room| room < wanted.layers.len()) {
+                check_size(&gpu.device, wanted, library)?;
                 let array = make_array(&gpu.device, wanted);
                 if index < self.arrays.len() {
                     self.arrays[index] = array;
@@ -106,6 +100,17 @@ impl Textures {
         }
         Ok(written)
     }
+}
+
+/// Refuses images that are larger than the device's textures.
+fn check_size(device: &wgpu::Device, wanted: &TextureArray, library: &Library) -> Result<(), RenderError> {
+    let limit = device.limits().max_texture_dimension_2d;
+    if wanted.width.max(wanted.height) <= limit {
+        return Ok(());
+    }
+    let image = wanted.layers.first().and_then(|&image| library.image(image));
+    let image = image.map_or_else(String::new, |image| image.name.clone());
+    Err(RenderError::MapTooLarge { image, size: [wanted.width, wanted.height], limit })
 }
 
 /// Whether the device reads blocks itself; where not, they are uploaded as the texels that they stand for.
