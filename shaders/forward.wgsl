@@ -229,13 +229,23 @@ fn lit(surface: Surface, bump: Bump, material: Material, slot: u32, instance: In
             color += reflected(surface, bump, material, 0u, reaching[first + i]);
         }
     } else {
-        // A count that is not known before keeps compilers from unrolling: where no light reaches an object, nothing is
-        // computed for any.
-        let chosen = vec3u(instance.lights[0], instance.lights[1], instance.lights[2]);
-        let weights = vec3f(instance.weights[0], instance.weights[1], instance.weights[2]);
+        // A count that is not known before keeps compilers from unrolling, so that an object with one light pays for one;
+        // it is asked at the end of the loop, since a compiler that runs all pixels of a group in step runs its body once
+        // more where the question comes first.
+        var chosen = vec3u(instance.lights[0], instance.lights[1], instance.lights[2]);
+        var weights = vec3f(instance.weights[0], instance.weights[1], instance.weights[2]);
         let count = dot(vec3u(1u), select(vec3u(1u), vec3u(0u), chosen == vec3u(NO_LIGHT)));
-        for (var i = 0u; i < count; i++) {
-            color += weights[i] * reflected(surface, bump, material, i, chosen[i]);
+        if count > 0u {
+            var number = 0u;
+            loop {
+                color += weights.x * reflected(surface, bump, material, number, chosen.x);
+                weights = vec3f(weights.yz, 0.0);
+                chosen = vec3u(chosen.yz, NO_LIGHT);
+                number++;
+                if number >= count {
+                    break;
+                }
+            }
         }
         let ambient = instance.remainder_ambient;
         let direction = instance.remainder_direction;

@@ -27,7 +27,7 @@ fn range_window(distance_squared: f32, inverse_range_squared: f32) -> f32 {
 fn arriving(slot: u32, position: vec3f) -> Arriving {
     let light = load_light(slot);
     if light.kind == LIGHT_DIRECTIONAL {
-        return Arriving(-light.direction, light.color, light.ambient);
+        return Arriving(light.position, light.color, light.ambient);
     }
     if light.kind == LIGHT_OFF {
         return Arriving(vec3f(0.0, 1.0, 0.0), vec3f(0.0), vec3f(0.0));
@@ -39,13 +39,13 @@ fn arriving(slot: u32, position: vec3f) -> Arriving {
     let k = light.attenuation;
     var attenuation = range_window(distance_squared, light.inverse_range_squared)
         / max(k.x + d * (k.y + d * k.z), 1e-4);
-    if light.kind != LIGHT_POINT {
+    if LIGHTS_WITH_CONES && light.kind != LIGHT_POINT {
         let c = dot(light.direction, -toward);
         if light.kind == LIGHT_SPOT_EXPONENT {
-            attenuation *= select(0.0, pow(max(c, 1e-6), light.exponent), c > light.cos_outer);
+            attenuation *= select(0.0, pow(max(c, 1e-6), light.exponent_or_cos_inner), c > light.cos_outer);
         } else {
             // KHR_lights_punctual, "Inner and Outer Cone Angles".
-            let s = saturate((c - light.cos_outer) / max(light.cos_inner - light.cos_outer, 1e-4));
+            let s = saturate((c - light.cos_outer) / max(light.exponent_or_cos_inner - light.cos_outer, 1e-4));
             attenuation *= s * s;
         }
     }

@@ -48,17 +48,22 @@ struct Instance {
 }
 
 struct Light {
+    // Of a directional light the unit vector towards it.
     position: vec3f,
     kind: u32,
-    direction: vec3f,
-    inverse_range_squared: f32,
     color: vec3f,
-    exponent: f32,
+    inverse_range_squared: f32,
     attenuation: vec3f,
+    exponent_or_cos_inner: f32,
+    direction: vec3f,
     cos_outer: f32,
     ambient: vec3f,
-    cos_inner: f32,
+    pad0: u32,
 }
+
+// Whether some light has a cone or an ambient colour.
+override LIGHTS_WITH_CONES: bool = true;
+override LIGHTS_WITH_AMBIENT: bool = true;
 
 const LIGHT_POINT = 0u;
 const LIGHT_SPOT_EXPONENT = 1u;
@@ -184,21 +189,27 @@ fn load_instance(slot: u32) -> Instance {
 fn load_light(slot: u32) -> Light {
     let t = slot * 5u;
     let place = texel_of(lights, t);
-    let shining = floats_of(lights, t + 1u);
-    let color = floats_of(lights, t + 2u);
-    let attenuation = floats_of(lights, t + 3u);
-    let ambient = floats_of(lights, t + 4u);
+    let color = floats_of(lights, t + 1u);
+    let attenuation = floats_of(lights, t + 2u);
+    var shining = vec4f(0.0);
+    if LIGHTS_WITH_CONES {
+        shining = floats_of(lights, t + 3u);
+    }
+    var ambient = vec3f(0.0);
+    if LIGHTS_WITH_AMBIENT {
+        ambient = floats_of(lights, t + 4u).xyz;
+    }
     return Light(
         bitcast<vec3f>(place.xyz),
         place.w,
-        shining.xyz,
-        shining.w,
         color.xyz,
         color.w,
         attenuation.xyz,
         attenuation.w,
-        ambient.xyz,
-        ambient.w,
+        shining.xyz,
+        shining.w,
+        ambient,
+        0u,
     );
 }
 

@@ -61,26 +61,26 @@ pub struct InstanceRecord {
 #[repr(C)]
 #[derive(Clone, Copy, PartialEq, Debug, Default, Pod, Zeroable)]
 pub struct LightRecord {
-    /// World space, metres.
+    /// World space, metres; of a directional light the unit vector towards it.
     pub position: [f32; 3],
     /// 0 point, 1 spot with exponent, 2 spot with inner cone, 3 directional; [`LightRecord::OFF`] for an empty slot.
     pub kind: u32,
-    /// World space, unit: the way the light shines.
-    pub direction: [f32; 3],
-    /// 1 / range², 0 where the light has no range.
-    pub inverse_range_squared: f32,
     /// Colour times intensity, linear RGB.
     pub color: [f32; 3],
-    /// Exponent of the classic spot.
-    pub exponent: f32,
+    /// 1 / range², 0 where the light has no range.
+    pub inverse_range_squared: f32,
     /// Constant, linear, quadratic.
     pub attenuation: [f32; 3],
+    /// Of a spot its exponent, or the cosine of its inner half angle.
+    pub exponent_or_cos_inner: f32,
+    /// World space, unit: the way the light shines.
+    pub direction: [f32; 3],
     /// Cosine of the outer half angle.
     pub cos_outer: f32,
     /// Ambient colour, linear RGB.
     pub ambient: [f32; 3],
-    /// Cosine of the inner half angle.
-    pub cos_inner: f32,
+    /// Room for 16-byte alignment.
+    pub pad0: u32,
 }
 
 impl LightRecord {
@@ -94,6 +94,16 @@ impl LightRecord {
     pub const DIRECTIONAL: u32 = 3;
     /// Kind of an empty slot.
     pub const OFF: u32 = 4;
+}
+
+/// What some light of a world has or had, enabled or not. Shaders are compiled without what none had: each value that they
+/// do not read of every light makes a pixel cheaper. What was there once stays, since to compile them anew takes time.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
+pub struct LightTraits {
+    /// A spot's cone.
+    pub cones: bool,
+    /// An ambient colour.
+    pub ambient: bool,
 }
 
 /// The maps of a material, in the order of its bindings.
@@ -454,6 +464,8 @@ pub struct DrawList {
     pub instances: Table<InstanceRecord>,
     /// One per light.
     pub lights: Table<LightRecord>,
+    /// What they have.
+    pub light_traits: LightTraits,
     /// One per material of the library.
     pub materials: Table<MaterialRecord>,
     /// The textures that maps are layers of.
@@ -493,6 +505,7 @@ impl Default for DrawList {
             frame: 0,
             instances: Table::default(),
             lights: Table::default(),
+            light_traits: LightTraits::default(),
             materials: Table::default(),
             texture_arrays: Vec::new(),
             classes: Vec::new(),

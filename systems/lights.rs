@@ -12,7 +12,7 @@
 //! (component by component), and shading adds dot(n², sides + sign(n) · dir) / 2 in the mean colour of what was left out.
 
 use crate::changes::for_each_changed;
-use crate::components::Light;
+use crate::components::{Light, LightKind};
 use crate::draw_list::{DrawList, LightRecord, NO_LIGHT, Table};
 use crate::light_tree::LightTree;
 pub use crate::relevance::{ScoredLight, irradiance, light_record, score};
@@ -187,7 +187,10 @@ pub fn update_light_table(
                 slot.0 = table.claim();
                 new.push((entities[row], slot));
             }
-            table.write(&mut draw_list.lights, slot.0, light_record(&lights[row], &transforms[row]));
+            let light = &lights[row];
+            draw_list.light_traits.cones |= matches!(light.kind, LightKind::Spot { .. });
+            draw_list.light_traits.ambient |= light.ambient != Vec3::ZERO;
+            table.write(&mut draw_list.lights, slot.0, light_record(light, &transforms[row]));
         }
     }
     let mut slots = lights.p1();

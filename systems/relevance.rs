@@ -101,7 +101,7 @@ impl ScoredLight {
             let tan = SOFT_EDGE * sin_outer / record.cos_outer.max(1e-3);
             (record.cos_outer, 1.0 / (1.0 + tan * tan).sqrt())
         } else {
-            (record.cos_inner, record.cos_outer)
+            (record.exponent_or_cos_inner, record.cos_outer)
         };
         Self {
             position: record.position.into(),
@@ -116,7 +116,7 @@ impl ScoredLight {
             tint: (color + 4.0 * ambient) / luminance,
             directed: color.dot(LUMINANCE) / luminance,
             even: 2.0 * ambient.dot(LUMINANCE) / luminance,
-            exponent: record.exponent,
+            exponent: if has_exponent { record.exponent_or_cos_inner } else { 0.0 },
             edge: [record.cos_outer, sin_outer],
             range: if is_parallel { f32::INFINITY } else { record.inverse_range_squared.sqrt().recip() },
         }
@@ -126,7 +126,7 @@ impl ScoredLight {
 /// Least h with 1 / (1 + h·tan²) ≥ cos^exponent within the cone. For e ≥ 2, (1 + x)^(e/2) ≥ 1 + x·e/2 (Bernoulli);
 /// below, the function is concave and lies above its chord.
 fn exponent_bound(record: &LightRecord) -> f32 {
-    let half = f64::from(record.exponent) * 0.5;
+    let half = f64::from(record.exponent_or_cos_inner) * 0.5;
     if half >= 1.0 {
         return half as f32;
     }
@@ -163,15 +163,18 @@ pub fn light_record(light: &Light, world_from_light: &GlobalTransform) -> LightR
     };
     record.kind = match light.kind {
         LightKind::Point => LightRecord::POINT,
-        LightKind::Directional => LightRecord::DIRECTIONAL,
+        LightKind::Directional => {
+            record.position = (-direction).into();
+            LightRecord::DIRECTIONAL
+        }
         LightKind::Spot { outer, inner, exponent } => {
             if !(outer > 0.0 && outer.is_finite() && exponent.is_finite() && inner.is_none_or(f32::is_finite)) {
                 return off;
             }
             let outer = outer.clamp(1e-3, 85f32.to_radians());
             record.cos_outer = outer.cos();
-            record.cos_inner = inner.unwrap_or(0.0).clamp(0.0, outer).cos().max(record.cos_outer + MIN_CONE_STEP);
-            record.exponent = if inner.is_some() { 0.0 } else { exponent.max(0.0) };
+            let cos_inner = |inner: f32| inner.clamp(0.0, outer).cos().max(record.cos_outer + MIN_CONE_STEP);
+            record.exponent_or_cos_inner = inner.map_or(exponent.max(0.0), cos_inner);
             if inner.is_some() { LightRecord::SPOT_CONE } else { LightRecord::SPOT_EXPONENT }
         }
     };
@@ -340,8 +343,8 @@ fn falloff(light: &LightRecord, point: Vec3) -> (f32, Vec3) {
     let spot = match light.kind {
         LightRecord::POINT => 1.0,
         LightRecord::SPOT_EXPONENT if cos <= light.cos_outer => 0.0,
-        LightRecord::SPOT_EXPONENT => cos.powf(light.exponent),
-        _ => cone_step(cos, light.cos_outer, 1.0 / (light.cos_inner - light.cos_outer)),
+        LightRecord::SPOT_EXPONENT => cos.powf(light.exponent_or_cos_inner),
+        _ => cone_step(cos, light.cos_outer, 1.0 / (light.exponent_or_cos_inner - light.cos_outer)),
     };
     (attenuation * window * spot, toward)
 }

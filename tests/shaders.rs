@@ -95,14 +95,14 @@ fn shader_structs_mirror_the_draw_list() {
         LightRecord {
             position,
             kind,
-            direction,
-            inverse_range_squared,
             color,
-            exponent,
+            inverse_range_squared,
             attenuation,
+            exponent_or_cos_inner,
+            direction,
             cos_outer,
             ambient,
-            cos_inner,
+            pad0,
         }
     );
     assert_mirrored!(

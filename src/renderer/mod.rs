@@ -59,7 +59,7 @@ use pipelines::{MissingPipelines, Pass, Pipelines};
 use pyramid::{Pyramid, PyramidMaker};
 use systems::batches::{BlendedRun, sort_transparent};
 use systems::components::{Environment, ToneMap};
-use systems::draw_list::{BatchKey, DirtySlots, DrawList, PipelineKey, ViewRecord};
+use systems::draw_list::{BatchKey, DirtySlots, DrawList, LightTraits, PipelineKey, ViewRecord};
 use systems::library::{Library, Technique};
 use systems::view::View;
 use tables::GrowingBuffer;
@@ -235,7 +235,12 @@ impl Renderer {
         }
         self.stats = RenderStats::default();
         self.counts.receive();
-        self.pass = Pass::Color { all_lights: list.all_lights, debug: settings.debug, samples: settings.samples };
+        self.pass = Pass::Color {
+            all_lights: list.all_lights,
+            lights: list.light_traits,
+            debug: settings.debug,
+            samples: settings.samples,
+        };
         self.technique = settings.technique;
         self.upload_blended(list, view)?;
         // Compiled while the rest is uploaded.
@@ -359,11 +364,11 @@ impl Renderer {
 
     /// The passes that add the light of [`Technique::EmbossMultipass`], if the colour pass leaves it to them.
     fn emboss_passes(&self) -> impl Iterator<Item = Pass> + use<> {
-        let samples = match self.pass {
-            Pass::Color { samples, .. } => samples,
-            Pass::Emboss { .. } | Pass::Outputs => 1,
+        let (lights, samples) = match self.pass {
+            Pass::Color { lights, samples, .. } | Pass::Emboss { lights, samples, .. } => (lights, samples),
+            Pass::Outputs => (LightTraits::default(), 1),
         };
-        EmbossPass::all().map(move |pass| Pass::Emboss { pass, samples })
+        EmbossPass::all().map(move |pass| Pass::Emboss { pass, lights, samples })
     }
 
     /// Whether a blended object shows what lies behind it elsewhere than it is.

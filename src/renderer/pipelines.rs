@@ -7,7 +7,7 @@ use super::{DebugView, shaders};
 use std::collections::{BTreeMap, BTreeSet};
 use std::thread::JoinHandle;
 use systems::components::ToneMap;
-use systems::draw_list::PipelineKey;
+use systems::draw_list::{LightTraits, PipelineKey};
 use systems::library::{AlphaMode, Shading, Technique};
 use systems::parallel::map_in_parallel;
 
@@ -18,11 +18,12 @@ pub(super) enum Pass {
     Color {
         /// Every light shades every pixel.
         all_lights: bool,
+        lights: LightTraits,
         debug: DebugView,
         samples: u32,
     },
     /// One of the passes of [`Technique::EmbossMultipass`], over what `Color` drew.
-    Emboss { pass: EmbossPass, samples: u32 },
+    Emboss { pass: EmbossPass, lights: LightTraits, samples: u32 },
     /// Normal and id.
     Outputs,
 }
@@ -178,6 +179,10 @@ impl Pipelines {
             Pass::Color { all_lights, debug, .. } => (all_lights, debug),
             Pass::Emboss { .. } | Pass::Outputs => (false, DebugView::Off),
         };
+        let lights = match pass {
+            Pass::Color { lights, .. } | Pass::Emboss { lights, .. } => lights,
+            Pass::Outputs => LightTraits::default(),
+        };
         let (emboss_step, emboss_light) = match pass {
             Pass::Emboss { pass, .. } => pass.constants(),
             Pass::Color { .. } | Pass::Outputs => (0, 0),
@@ -191,6 +196,8 @@ impl Pipelines {
             ("ENVIRONMENT_MAP", f64::from(u32::from(key.environment_map))),
             ("VERTEX_COLORS", f64::from(u32::from(key.vertex_colors))),
             ("LIGHTS", f64::from(u32::from(all_lights))),
+            ("LIGHTS_WITH_CONES", f64::from(u32::from(lights.cones))),
+            ("LIGHTS_WITH_AMBIENT", f64::from(u32::from(lights.ambient))),
             ("DEBUG", f64::from(debug as u32)),
             ("EMBOSS_STEP", f64::from(emboss_step)),
             ("EMBOSS_LIGHT", f64::from(emboss_light)),

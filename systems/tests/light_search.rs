@@ -50,7 +50,7 @@ fn falloff_around(light: &LightRecord, sphere: Sphere) -> f64 {
     let inside = v.length() * (f64::from(light.cos_outer).acos() - cos.acos()).sin();
     let x = (0.5 + 0.5 * inside / f64::from(sphere.radius.max(1e-6))).clamp(0.0, 1.0);
     let point = true_falloff(&LightRecord { kind: LightRecord::POINT, ..*light }, center);
-    point * cos.max(0.0).powf(f64::from(light.exponent)) * (x * x * (3.0 - 2.0 * x))
+    point * cos.max(0.0).powf(f64::from(light.exponent_or_cos_inner)) * (x * x * (3.0 - 2.0 * x))
 }
 
 /// The answer by sorting all scores; weights and remainder straight from their definition.

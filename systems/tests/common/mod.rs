@@ -111,11 +111,11 @@ pub fn true_falloff(light: &LightRecord, point: DVec3) -> f64 {
     let x = d * d * f64::from(light.inverse_range_squared);
     let reach = (1.0 - x * x).max(0.0).powi(2) / (kc + kl * d + kq * d * d).max(1e-4);
     let cos = Vec3::from(light.direction).as_dvec3().normalize_or_zero().dot(v.normalize_or_zero());
-    let (outer, inner) = (f64::from(light.cos_outer), f64::from(light.cos_inner));
+    let (outer, softness) = (f64::from(light.cos_outer), f64::from(light.exponent_or_cos_inner));
     match light.kind {
         LightRecord::SPOT_EXPONENT if cos <= outer => 0.0,
-        LightRecord::SPOT_EXPONENT => reach * cos.powf(f64::from(light.exponent)),
-        LightRecord::SPOT_CONE => reach * ((cos - outer) / (inner - outer)).clamp(0.0, 1.0).powi(2),
+        LightRecord::SPOT_EXPONENT => reach * cos.powf(softness),
+        LightRecord::SPOT_CONE => reach * ((cos - outer) / (softness - outer)).clamp(0.0, 1.0).powi(2),
         _ => reach,
     }
 }
