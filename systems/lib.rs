@@ -49,6 +49,7 @@ pub mod split;
 pub mod state;
 pub mod state_hash;
 pub mod stats;
+pub mod tables;
 pub mod tangents;
 pub mod technique;
 pub mod texture_memory;

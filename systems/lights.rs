@@ -13,9 +13,10 @@
 
 use crate::changes::for_each_changed;
 use crate::components::{Light, LightKind};
-use crate::draw_list::{DrawList, LightRecord, NO_LIGHT, Table};
+use crate::draw_list::{DrawList, LightRecord, NO_LIGHT};
 use crate::light_tree::LightTree;
 pub use crate::relevance::{ScoredLight, irradiance, light_record, score};
+use crate::tables::Table;
 use bevy_ecs::change_detection::ContiguousRef;
 use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;

@@ -145,6 +145,26 @@ fn a_spot_gives_nothing_outside_its_cone_and_its_profile_inside() {
     assert_near(square.middle(), Vec3::splat(step * step));
 }
 
+/// The first light with a cone or an ambient colour needs other shaders than were compiled for those before it.
+#[test]
+fn a_light_unlike_those_before_it_is_seen_from_the_frame_on_in_which_it_comes() {
+    let Some(mut square) = Square::new(matte(Vec3::ONE)) else { return };
+    square.light(Light::directional(0.2), Transform::default());
+    assert_near(square.middle(), Vec3::splat(0.2));
+    // Shines past the square: nothing, though it would as a point light.
+    let aside = Transform::from_xyz(0.0, 0.0, 3.0).looking_to(Vec3::X, Vec3::Y);
+    square.light(Light::spot(5.0, 20.0, 0.5), aside);
+    assert_near(square.middle(), Vec3::splat(0.2));
+    let sun = square.light(Light { ambient: Vec3::splat(0.1), ..Light::directional(0.3) }, Transform::default());
+    assert_near(square.middle(), Vec3::splat(0.6));
+    // From behind, only its ambient colour.
+    *square.simulation.world.get_mut::<Transform>(sun).expect("placed") =
+        Transform::from_rotation(Quat::from_rotation_y(std::f32::consts::PI));
+    assert_near(square.middle(), Vec3::splat(0.3));
+    square.simulation.world.despawn(sun);
+    assert_near(square.middle(), Vec3::splat(0.2));
+}
+
 #[test]
 fn phong_and_blinn_highlights_are_not_coloured_by_the_base() {
     let material = Material {

@@ -12,7 +12,8 @@ use super::targets::{texture, whole_view};
 use super::timestamps::Timestamps;
 use super::{Gpu, RenderError, Settings, shaders};
 use bytemuck::{Pod, Zeroable};
-use systems::draw_list::{DirtySlots, PAGE_SLOTS};
+use systems::draw_list::PAGE_SLOTS;
+use systems::tables::DirtySlots;
 use systems::view::View;
 use wgpu::util::DrawIndexedIndirectArgs;
 

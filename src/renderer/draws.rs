@@ -12,8 +12,9 @@ use super::meshes::Meshes;
 use super::tables::GrowingBuffer;
 use super::{Gpu, RenderError};
 use bytemuck::{Pod, Zeroable};
-use systems::draw_list::{BatchKey, DirtySlots, DrawList, PAGE_SLOTS};
+use systems::draw_list::{BatchKey, DrawList, PAGE_SLOTS};
 use systems::levels::MOST_LEVELS;
+use systems::tables::DirtySlots;
 use wgpu::util::DrawIndexedIndirectArgs;
 
 /// Mirrors `CullBatch` of shaders/cull.wgsl.

@@ -4,7 +4,8 @@ use super::scatter::Scatter;
 use super::tables::{GrowingBuffer, RecordTable};
 use super::timestamps::Timestamps;
 use super::{Gpu, RenderError, RenderStats};
-use systems::draw_list::{DirtySlots, DrawList, MAX_REACHING, MOST_LIGHTS, ViewRecord};
+use systems::draw_list::{DrawList, MAX_REACHING, MOST_LIGHTS, ViewRecord};
+use systems::tables::DirtySlots;
 
 /// Instances, lights, materials; and the view they are seen from.
 #[derive(Debug)]

@@ -6,7 +6,7 @@ use super::tables::GrowingBuffer;
 use super::{Gpu, RenderError, shaders};
 use std::collections::BTreeMap;
 use std::ops::Range;
-use systems::draw_list::DirtySlots;
+use systems::tables::DirtySlots;
 
 /// Fewer ranges than this are written by a call each.
 pub(super) const MANY_RANGES: usize = 32;

@@ -2,7 +2,7 @@
 
 use super::RenderError;
 use super::scatter::{MANY_RANGES, Scatter, ScatterBuffers};
-use systems::draw_list::{DirtySlots, Table};
+use systems::tables::{DirtySlots, Table};
 
 /// A storage or vertex buffer that grows.
 #[derive(Debug)]

@@ -11,7 +11,7 @@ use proptest::prelude::*;
 use proptest::sample::Index;
 use systems::bounds::{Sphere, WorldBounds};
 use systems::components::{Light, LightKind};
-use systems::draw_list::{LightRecord, NO_LIGHT};
+use systems::draw_list::{LightRecord, LightTraits, NO_LIGHT};
 use systems::library::{Library, MeshId};
 use systems::lights::{LightPolicy, LightSlot, LightTable, ScoredLight, Selection, score};
 use systems::selected_lights::SelectedLights;
@@ -455,4 +455,22 @@ fn a_copy_of_an_object_chooses_for_itself() {
     simulation.frame();
     let first = |entity| simulation.world.get::<SelectedLights>(entity).unwrap().unpack().lights[0];
     assert_eq!([first(object), first(copy)], slots);
+}
+
+#[test]
+fn what_some_light_has_or_had_counts_whether_it_is_on_or_off() {
+    let mut simulation = Simulation::new();
+    let mut add = |light: Light| {
+        let entity = simulation.world.spawn((light, Transform::default())).id();
+        simulation.frame();
+        let LightTraits { cones, ambient } = simulation.draw_list().light_traits;
+        simulation.world.despawn(entity);
+        (cones, ambient)
+    };
+    assert_eq!(add(Light::point(1.0, 10.0)), (false, false));
+    assert_eq!(add(Light::directional(1.0)), (false, false));
+    let off = Light { enabled: false, ..Light::spot(1.0, 10.0, 0.5) };
+    assert_eq!(add(off), (true, false));
+    assert_eq!(add(Light { ambient: Vec3::X, ..Light::point(1.0, 10.0) }), (true, true));
+    assert_eq!(add(Light::point(1.0, 10.0)), (true, true), "to compile shaders anew takes time");
 }
