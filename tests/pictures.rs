@@ -151,9 +151,9 @@ fn a_light_unlike_those_before_it_is_seen_from_the_frame_on_in_which_it_comes() 
     let Some(mut square) = Square::new(matte(Vec3::ONE)) else { return };
     square.light(Light::directional(0.2), Transform::default());
     assert_near(square.middle(), Vec3::splat(0.2));
-    // Shines past the square: nothing, though it would as a point light.
-    let aside = Transform::from_xyz(0.0, 0.0, 3.0).looking_to(Vec3::X, Vec3::Y);
-    square.light(Light::spot(5.0, 20.0, 0.5), aside);
+    // Shines at the square's edge and past its middle, which a point light would light.
+    let aside = Transform::from_xyz(0.0, 0.0, 3.0).looking_at(Vec3::X, Vec3::Y);
+    square.light(Light::spot(5.0, 20.0, 0.2), aside);
     assert_near(square.middle(), Vec3::splat(0.2));
     let sun = square.light(Light { ambient: Vec3::splat(0.1), ..Light::directional(0.3) }, Transform::default());
     assert_near(square.middle(), Vec3::splat(0.6));
