@@ -61,7 +61,7 @@ struct Light {
     pad0: u32,
 }
 
-// Whether some light has a cone or an ambient colour.
+// Whether some light has or had a cone, or an ambient colour, on or off.
 override LIGHTS_WITH_CONES: bool = true;
 override LIGHTS_WITH_AMBIENT: bool = true;
 

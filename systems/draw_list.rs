@@ -73,7 +73,7 @@ pub struct LightRecord {
     pub attenuation: [f32; 3],
     /// Of a spot its exponent, or the cosine of its inner half angle.
     pub exponent_or_cos_inner: f32,
-    /// World space, unit: the way the light shines.
+    /// World space, unit: the way the light shines. Shaders read it of spots.
     pub direction: [f32; 3],
     /// Cosine of the outer half angle.
     pub cos_outer: f32,
@@ -97,7 +97,8 @@ impl LightRecord {
 }
 
 /// What some light of a world has or had, enabled or not. Shaders are compiled without what none had: each value that they
-/// do not read of every light makes a pixel cheaper. What was there once stays, since to compile them anew takes time.
+/// do not read of every light makes a pixel cheaper. What was there once stays: the frame in which the last one goes does
+/// not wait for shaders to be compiled anew.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
 pub struct LightTraits {
     /// A spot's cone.
@@ -324,7 +325,7 @@ pub struct DrawList {
     pub instances: Table<InstanceRecord>,
     /// One per light.
     pub lights: Table<LightRecord>,
-    /// What they have.
+    /// What they have or had.
     pub light_traits: LightTraits,
     /// One per material of the library.
     pub materials: Table<MaterialRecord>,

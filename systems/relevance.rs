@@ -28,7 +28,7 @@ const SOFT_EDGE: f32 = 1.25;
 #[derive(Clone, Copy, PartialEq, Debug)]
 #[repr(C, align(64))]
 pub struct ScoredLight {
-    /// World space, metres.
+    /// World space, metres; of a directional light as in [`LightRecord`].
     pub position: Vec3,
     /// 1 / range², 0 where the light has no range.
     pub inverse_range_squared: f32,

@@ -165,6 +165,32 @@ fn a_light_unlike_those_before_it_is_seen_from_the_frame_on_in_which_it_comes() 
     assert_near(square.middle(), Vec3::splat(0.2));
 }
 
+/// Lights with a cone or an ambient colour need other shaders even while they are off: the picture is the same.
+#[test]
+fn a_light_that_is_off_changes_no_pixel_of_what_others_light() {
+    let picture = |off: &[Light]| {
+        let mut square = Square::new(Material { metallic: 0.3, roughness: 0.4, ..matte(Vec3::new(0.8, 0.5, 0.3)) })?;
+        square.edit(|material| material.shading = Shading::MetallicRoughness);
+        square.light(Light::directional(0.2), Transform::from_rotation(Quat::from_rotation_y(0.4)));
+        for i in 0..4 {
+            let color = Vec3::new(1.0, 0.5 + 0.1 * i as f32, 0.3);
+            square.light(Light::point(0.7, 4.0).with_color(color), Transform::from_xyz(i as f32 - 1.5, 0.3, 0.8));
+        }
+        off.iter().for_each(|light| _ = square.light(Light { enabled: false, ..light.clone() }, head_on()));
+        square.headless.draw(&mut square.simulation, square.camera, (96, 96)).expect("a picture");
+        square.headless.renderer.read_linear()
+    };
+    let (cone, ambient) = (Light::spot(1.0, 9.0, 0.5), Light { ambient: Vec3::ONE, ..Light::point(1.0, 9.0) });
+    let Some(plain) = picture(&[]) else { return };
+    assert!(plain.iter().any(|pixel| pixel[0] > 0.3), "something is lit");
+    for off in [vec![cone.clone()], vec![ambient.clone()], vec![cone, ambient]] {
+        let other = picture(&off).expect("a picture");
+        let apart = plain.iter().flatten().zip(other.iter().flatten()).map(|(a, b)| (a - b).abs());
+        // Two shaders need not round alike.
+        assert!(apart.fold(0.0, f32::max) < 2e-3, "{off:?}");
+    }
+}
+
 #[test]
 fn phong_and_blinn_highlights_are_not_coloured_by_the_base() {
     let material = Material {
