@@ -45,6 +45,10 @@ pub fn gpu() -> Option<relief::renderer::Gpu> {
 #[allow(dead_code)]
 pub mod bumps;
 
+/// Pictures of one square.
+#[allow(dead_code)]
+pub mod square;
+
 /// Runs a script of `tests/python` that needs numpy; `None`, said aloud, where there is no Python with numpy.
 ///
 /// # Panics
