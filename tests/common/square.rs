@@ -1,12 +1,12 @@
 //! A square in the dark before a camera: what one pixel of it must be can be worked out by hand.
 
+use super::bumps::Stage;
 use bevy_ecs::prelude::*;
 use bevy_transform::components::Transform;
 use glam::{Quat, UVec2, Vec2, Vec3, Vec4};
 use relief::frames::Headless;
-use relief::renderer::{Renderer, Settings};
 use systems::Simulation;
-use systems::components::{Camera, Environment, Light, ToneMap};
+use systems::components::Light;
 use systems::images::Image;
 use systems::library::{Library, Map, Material, MaterialId};
 use systems::shapes;
@@ -23,25 +23,13 @@ pub struct Square {
 
 impl Square {
     pub fn new(material: Material) -> Option<Self> {
-        let gpu = super::gpu()?;
-        let mut simulation = Simulation::new();
-        let dark = Environment {
-            ambient: Vec3::ZERO,
-            zenith: Vec3::ZERO,
-            horizon: Vec3::ZERO,
-            ground: Vec3::ZERO,
-            exposure: 1.0,
-            tone_map: ToneMap::Clamp,
-        };
-        simulation.world.insert_resource(dark);
+        let Stage { mut simulation, headless, camera, .. } = Stage::new((SIZE, SIZE))?;
         let mut library = simulation.world.resource_mut::<Library>();
         let mesh = library.add_mesh(shapes::plane(Vec2::splat(2.0), UVec2::ONE));
         let material = library.add_material(material);
         let facing = Transform::from_rotation(Quat::from_rotation_x(std::f32::consts::FRAC_PI_2));
         let square = simulation.world.spawn((mesh, material, facing)).id();
-        let camera = simulation.world.spawn((Camera::default(), Transform::from_xyz(0.0, 0.0, 3.0))).id();
-        let settings = Settings { samples: 1, ..Settings::default() };
-        Some(Self { simulation, headless: Headless { renderer: Renderer::new(&gpu), settings }, camera, square })
+        Some(Self { simulation, headless, camera, square })
     }
 
     pub fn light(&mut self, light: Light, place: Transform) -> Entity {
