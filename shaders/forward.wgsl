@@ -230,8 +230,8 @@ fn lit(surface: Surface, bump: Bump, material: Material, slot: u32, instance: In
         }
     } else {
         // A count that is not known before keeps compilers from unrolling, so that an object with one light pays for one;
-        // it is asked at the end of the loop, since a compiler that runs all pixels of a group in step runs its body once
-        // more where the question comes first.
+        // it is asked at the end of the loop: where it comes first, Mesa's software driver, which runs eight pixels in
+        // step, runs the body once more for none of them.
         var chosen = vec3u(instance.lights[0], instance.lights[1], instance.lights[2]);
         var weights = vec3f(instance.weights[0], instance.weights[1], instance.weights[2]);
         let count = dot(vec3u(1u), select(vec3u(1u), vec3u(0u), chosen == vec3u(NO_LIGHT)));
