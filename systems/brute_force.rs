@@ -8,6 +8,7 @@ use crate::draw_list::NO_LIGHT;
 use crate::light_tree::search_order;
 use crate::lights::{LightPolicy, Selection};
 use crate::relevance::{ScoredLight, at_center, score};
+use glam::Vec3;
 
 /// Chooses the lights of each sphere; `scored` is indexed by slot. A sphere that is not finite has none.
 pub fn select(scored: &[ScoredLight], policy: LightPolicy, spheres: &[Sphere], out: &mut [Selection]) {
@@ -17,12 +18,14 @@ pub fn select(scored: &[ScoredLight], policy: LightPolicy, spheres: &[Sphere], o
         reached.clear();
         let is_finite = sphere.center.is_finite() && sphere.radius.is_finite();
         for &slot in order.iter().filter(|_| is_finite) {
-            let score = score(&scored[slot as usize], sphere);
+            let light = &scored[slot as usize];
+            let score = score(light, sphere);
             if score > 0.0 {
-                reached.push(Reaching { score, slot, place: slot });
+                let (irradiance, arriving) = at_center(light, sphere);
+                reached.push(Reaching { score, slot, place: slot, irradiance, arriving });
             }
         }
-        *out = choose(&reached, |slot| &scored[slot as usize], policy, sphere);
+        *out = choose(&reached, |slot| &scored[slot as usize], policy);
     }
 }
 
@@ -32,14 +35,17 @@ pub(crate) struct Reaching {
     pub slot: u32,
     /// Where the light is.
     pub place: u32,
+    /// What [`at_center`] gives.
+    pub irradiance: f32,
+    pub arriving: Vec3,
 }
 
 /// Chooses from the lights that reach an object, in the order in which they are added up.
+#[inline(always)]
 pub(crate) fn choose<'a>(
     lights: &[Reaching],
     light: impl Fn(u32) -> &'a ScoredLight,
     policy: LightPolicy,
-    sphere: Sphere,
 ) -> Selection {
     let mut top = Top { scores: [0.0; 4], slots: [NO_LIGHT; 3], dropped: 0.0 };
     for reaching in lights {
@@ -49,7 +55,7 @@ pub(crate) fn choose<'a>(
     selection.reaching = lights.len() as u32;
     if policy != LightPolicy::Hard && top.scores[3] > 0.0 {
         for reaching in lights {
-            add_remainder(reaching.slot, light(reaching.place), sphere, &mut selection);
+            add_remainder(reaching, light(reaching.place), &mut selection);
         }
     }
     selection
@@ -66,6 +72,7 @@ struct Top {
 
 impl Top {
     /// Takes a light in; of equal scores the lower slot is ahead.
+    #[inline(always)]
     fn offer(&mut self, mut score: f32, mut slot: u32) {
         for (other, taken) in self.scores.iter_mut().zip(&mut self.slots) {
             if score > *other || score == *other && slot < *taken {
@@ -94,8 +101,9 @@ impl Top {
 }
 
 /// Adds what the weights leave out of a light that reaches the object.
-fn add_remainder(slot: u32, light: &ScoredLight, sphere: Sphere, selection: &mut Selection) {
-    let (irradiance, arriving) = at_center(light, sphere);
+#[inline(always)]
+fn add_remainder(reaching: &Reaching, light: &ScoredLight, selection: &mut Selection) {
+    let &Reaching { slot, irradiance, arriving, .. } = reaching;
     let weight = selection.lights.iter().position(|&chosen| chosen == slot).map_or(0.0, |i| selection.weights[i]);
     let left_out = 1.0 - weight;
     selection.remainder_ambient += light.tint * (left_out * irradiance);

@@ -139,9 +139,27 @@ impl Since {
             if parts.iter().any(|part| part.len() == end - start && self.all(part)) {
                 (start..end).for_each(&mut visit);
             } else if parts.iter().any(|part| self.any(part)) {
-                let is_changed =
-                    |row: &usize| parts.iter().any(|part| part.get(*row).is_some_and(|t| self.contains(t)));
-                (0..end - start).filter(is_changed).for_each(|row| visit(start + row));
+                self.visit_some(&parts, |row| visit(start + row));
+            }
+        }
+    }
+
+    /// Calls `visit` with each of the rows, no more than [`TOGETHER`], of which any tick is in it. Which they are is written
+    /// down first, without a branch that would be hard to predict.
+    #[inline(always)]
+    fn visit_some(self, columns: &[&[Tick]], mut visit: impl FnMut(usize)) {
+        let mut is_changed = [0u8; TOGETHER];
+        for column in columns {
+            for (is_changed, tick) in is_changed.iter_mut().zip(*column) {
+                *is_changed |= u8::from(self.contains(tick));
+            }
+        }
+        let (words, _) = is_changed.as_chunks();
+        for (first, &word) in (0..).step_by(8).zip(words) {
+            let mut word = u64::from_le_bytes(word);
+            while word != 0 {
+                visit(first + word.trailing_zeros() as usize / 8);
+                word &= word - 1;
             }
         }
     }

@@ -151,6 +151,11 @@ impl Candidates {
         }
     }
 
+    /// Where the lights are in the tree.
+    pub fn places(&self) -> &[u32] {
+        &self.places[..self.count]
+    }
+
     /// Appends the lights whose bits are set.
     #[inline(always)]
     pub fn append<S: Simd, const SPOTS: bool>(&mut self, simd: S, row: &Row<S>, bits: u64) {

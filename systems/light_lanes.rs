@@ -6,10 +6,10 @@
 //! inlined into the one that was compiled for the instruction set, or each operation becomes a call.
 
 use crate::bounds::Sphere;
-use crate::draw_list::NO_LIGHT;
+use crate::draw_list::{LightRecord, NO_LIGHT};
 use crate::light_tree::Volume;
 use crate::lights::LightPolicy;
-use crate::relevance::{MIN_RADIUS, ROUNDING, ScoredLight};
+use crate::relevance::{MIN_RADIUS, ROUNDING, ScoredLight, split_exponent};
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 use glam::{Vec3, Vec4};
@@ -118,22 +118,17 @@ impl<S: Simd> Objects<S> {
         self.is_finite.select(splat(simd, light.luminance), splat(simd, 0.0))
     }
 
-    /// From the light to the objects.
+    /// From lights to the objects.
     #[inline(always)]
-    pub fn offset(&self, simd: S, light: &ScoredLight) -> [Floats<S>; 3] {
-        [
-            self.center[0] - splat(simd, light.position.x),
-            self.center[1] - splat(simd, light.position.y),
-            self.center[2] - splat(simd, light.position.z),
-        ]
+    pub fn offset(&self, [x, y, z]: [Floats<S>; 3]) -> [Floats<S>; 3] {
+        [self.center[0] - x, self.center[1] - y, self.center[2] - z]
     }
 
     /// [`crate::relevance::score`], operation by operation; where that is 0 it may be less or not a number.
     #[inline(always)]
-    pub fn score<const SPOT: bool>(&self, simd: S, light: &Scoring<S>) -> (Floats<S>, Lengths<S>) {
+    pub fn score<const SPOT: bool>(&self, simd: S, light: &Shining<S>) -> (Floats<S>, Lengths<S>) {
         let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
-        let [x, y, z] = light.position;
-        let v = [self.center[0] - x, self.center[1] - y, self.center[2] - z];
+        let v = self.offset(light.position);
         let distance = dot(v, v).sqrt();
         let d = (distance * splat(simd, 1.0 - ROUNDING) - self.radius).max(zero);
         let window = range_window(simd, d * d, light.inverse_range_squared);
@@ -159,21 +154,28 @@ impl<S: Simd> Objects<S> {
     }
 }
 
-/// What [`Objects::score`] reads of lights: of one for all lanes, or of one per lane.
-pub(crate) struct Scoring<S: Simd> {
-    position: [Floats<S>; 3],
-    inverse_range_squared: Floats<S>,
-    denominator: [Floats<S>; 4],
+/// What [`Objects::score`] and [`crate::light_remainder`] read of lights: of one for all lanes, or of one per lane. What is
+/// not used of it is not loaded.
+pub(crate) struct Shining<S: Simd> {
+    pub position: [Floats<S>; 3],
+    pub inverse_range_squared: Floats<S>,
+    pub denominator: [Floats<S>; 4],
     axis: [Floats<S>; 3],
     cos_outer: Floats<S>,
-    inverse_cone: Floats<S>,
+    pub inverse_cone: Floats<S>,
     falloff: Floats<S>,
+    /// Whole part and rest of the exponent.
+    pub exponent: (S::u32s, Floats<S>),
+    pub edge: [Floats<S>; 2],
+    /// Spots with inner and outer cone.
+    pub has_cone: S::mask32s,
 }
 
-impl<S: Simd> Scoring<S> {
+impl<S: Simd> Shining<S> {
     /// The same light in all lanes.
     #[inline(always)]
     pub fn of(simd: S, light: &ScoredLight) -> Self {
+        let (whole, fraction) = split_exponent(light.exponent);
         Self {
             position: splat3(simd, light.position),
             inverse_range_squared: splat(simd, light.inverse_range_squared),
@@ -182,21 +184,29 @@ impl<S: Simd> Scoring<S> {
             cos_outer: splat(simd, light.cos_outer),
             inverse_cone: splat(simd, light.inverse_cone),
             falloff: splat(simd, light.falloff),
+            exponent: (S::u32s::splat(simd, whole), splat(simd, fraction)),
+            edge: [splat(simd, light.edge[0]), splat(simd, light.edge[1])],
+            has_cone: S::mask32s::splat(simd, light.kind == LightRecord::SPOT_CONE),
         }
     }
 
     /// A light per lane, as many as there are.
     #[inline(always)]
     pub fn of_each<'a>(simd: S, lights: impl Iterator<Item = &'a ScoredLight>) -> Self {
-        let mut rows = [[0.0f32; LANES]; 14];
+        let mut rows = [[0.0f32; LANES]; 17];
+        let mut whole_exponents = [0; LANES];
+        let mut has_cone = 0;
         for (lane, light) in lights.enumerate() {
             let [a, b, c] = light.position.to_array();
             let [e, f, g, h] = light.denominator.to_array();
             let [i, j, k] = light.axis.to_array();
             let (d, l, m, n) = (light.inverse_range_squared, light.cos_outer, light.inverse_cone, light.falloff);
-            for (row, value) in rows.iter_mut().zip([a, b, c, d, e, f, g, h, i, j, k, l, m, n]) {
+            let ((whole, o), [p, q]) = (split_exponent(light.exponent), light.edge);
+            whole_exponents[lane] = whole;
+            for (row, value) in rows.iter_mut().zip([a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q]) {
                 row[lane] = value;
             }
+            has_cone |= u64::from(light.kind == LightRecord::SPOT_CONE) << lane;
         }
         let rows = rows.each_ref().map(|row| &row[..Floats::<S>::LEN]);
         Self {
@@ -220,15 +230,21 @@ impl<S: Simd> Scoring<S> {
             cos_outer: Floats::<S>::from_slice(simd, rows[11]),
             inverse_cone: Floats::<S>::from_slice(simd, rows[12]),
             falloff: Floats::<S>::from_slice(simd, rows[13]),
+            exponent: (
+                S::u32s::from_slice(simd, &whole_exponents[..Floats::<S>::LEN]),
+                Floats::<S>::from_slice(simd, rows[14]),
+            ),
+            edge: [Floats::<S>::from_slice(simd, rows[15]), Floats::<S>::from_slice(simd, rows[16])],
+            has_cone: S::mask32s::from_bitmask(simd, has_cone),
         }
     }
 }
 
 /// Where objects are, seen from a light; along and off the axis only for spots.
 pub(crate) struct Lengths<S: Simd> {
-    distance: Floats<S>,
-    along: Floats<S>,
-    off_axis: Floats<S>,
+    pub distance: Floats<S>,
+    pub along: Floats<S>,
+    pub off_axis: Floats<S>,
 }
 
 /// A light that reaches some object of a group, and what its score and its part of the remainder have in common.
@@ -237,9 +253,9 @@ pub(crate) struct Lengths<S: Simd> {
 pub(crate) struct Met {
     /// 0 where it does not reach.
     score: [f32; LANES],
-    pub distance: [f32; LANES],
-    pub along: [f32; LANES],
-    pub off_axis: [f32; LANES],
+    distance: [f32; LANES],
+    along: [f32; LANES],
+    off_axis: [f32; LANES],
     /// In the tree; not for a directional light.
     pub place: u32,
     pub slot: u32,
@@ -256,6 +272,17 @@ impl Met {
         reaches.select(score, zero).store_slice(&mut self.score[..Floats::<S>::LEN]);
         self.bits = reaches.to_bitmask() as u32;
         self.bits != 0
+    }
+
+    /// What [`Self::set_lengths`] got.
+    #[inline(always)]
+    pub fn lengths<S: Simd>(&self, simd: S) -> Lengths<S> {
+        let lanes = Floats::<S>::LEN;
+        Lengths {
+            distance: Floats::<S>::from_slice(simd, &self.distance[..lanes]),
+            along: Floats::<S>::from_slice(simd, &self.along[..lanes]),
+            off_axis: Floats::<S>::from_slice(simd, &self.off_axis[..lanes]),
+        }
     }
 
     #[inline(always)]

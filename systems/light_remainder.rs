@@ -2,8 +2,10 @@
 //! functions all is true that is said there.
 
 use crate::draw_list::LightRecord;
-use crate::light_lanes::{Floats, Met, Objects, cone_step, denominator, dot, range_window, splat, splat3, splat4};
-use crate::relevance::{EXPONENT_SCALE, MIN_RADIUS, SQUARINGS, ScoredLight, split_exponent};
+use crate::light_lanes::{
+    Floats, Lengths, Met, Objects, Shining, cone_step, denominator, dot, range_window, splat, splat3,
+};
+use crate::relevance::{EXPONENT_SCALE, MIN_RADIUS, SQUARINGS, ScoredLight};
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 
@@ -26,7 +28,7 @@ impl<S: Simd> Remainder<S> {
         Self { ambient: zero, direction: zero, sides: zero }
     }
 
-    /// Adds a light, [`crate::relevance::at_center`] operation by operation.
+    /// Adds a light.
     #[inline(always)]
     pub fn add<const KIND: u32>(
         &mut self,
@@ -36,34 +38,11 @@ impl<S: Simd> Remainder<S> {
         met: &Met,
         left_out: Floats<S>,
     ) {
-        let lanes = Floats::<S>::LEN;
         let zero = splat(simd, 0.0);
         let (irradiance, arriving) = if KIND == DIRECTIONAL {
             (splat(simd, light.luminance), splat3(simd, light.axis * -light.luminance))
         } else {
-            let v = objects.offset(simd, light);
-            let squared = dot(v, v);
-            let distance = Floats::<S>::from_slice(simd, &met.distance[..lanes]);
-            let d = distance.max(splat(simd, MIN_RADIUS));
-            let window = range_window(simd, squared, splat(simd, light.inverse_range_squared));
-            let mut over_distance = window / (denominator::<S>(distance, splat4(simd, light.denominator)) * d);
-            if KIND == SPOT {
-                let along = Floats::<S>::from_slice(simd, &met.along[..lanes]);
-                let cos = along / d;
-                let (cos_edge, sin_edge) = (splat(simd, light.edge[0]), splat(simd, light.edge[1]));
-                over_distance *= if light.kind == LightRecord::SPOT_CONE {
-                    cone_step(simd, cos, cos_edge, splat(simd, light.inverse_cone))
-                } else {
-                    let off_axis = Floats::<S>::from_slice(simd, &met.off_axis[..lanes]);
-                    let inside = along * sin_edge - off_axis * cos_edge;
-                    let part = splat(simd, 0.5) + inside * objects.half_over_radius;
-                    let part = part.max(zero).min(splat(simd, 1.0));
-                    let step = part * part * (splat(simd, 3.0) - splat(simd, 2.0) * part);
-                    power(simd, cos.max(zero), light.exponent) * step
-                };
-            }
-            let toward = -over_distance;
-            (over_distance * d, [v[0] * toward, v[1] * toward, v[2] * toward])
+            at_center::<S, KIND>(simd, objects, &Shining::of(simd, light), &met.lengths(simd))
         };
         // Where it does not reach, these may be no numbers.
         let reaches = S::mask32s::from_bitmask(simd, met.bits.into());
@@ -83,46 +62,89 @@ impl<S: Simd> Remainder<S> {
     }
 }
 
+/// [`crate::relevance::at_center`], operation by operation.
+#[inline(always)]
+pub(crate) fn at_center<S: Simd, const KIND: u32>(
+    simd: S,
+    objects: &Objects<S>,
+    light: &Shining<S>,
+    lengths: &Lengths<S>,
+) -> (Floats<S>, [Floats<S>; 3]) {
+    let v = objects.offset(light.position);
+    let distance = lengths.distance;
+    let d = distance.max(splat(simd, MIN_RADIUS));
+    let window = range_window(simd, dot(v, v), light.inverse_range_squared);
+    let mut over_distance = window / (denominator::<S>(distance, light.denominator) * d);
+    if KIND == SPOT {
+        over_distance *= in_cone(simd, objects, light, lengths, lengths.along / d);
+    }
+    let toward = -over_distance;
+    (over_distance * d, [v[0] * toward, v[1] * toward, v[2] * toward])
+}
+
+/// What spots give at an angle from their axis, of what they give along it.
+#[inline(always)]
+fn in_cone<S: Simd>(
+    simd: S,
+    objects: &Objects<S>,
+    light: &Shining<S>,
+    lengths: &Lengths<S>,
+    cos: Floats<S>,
+) -> Floats<S> {
+    let [cos_edge, sin_edge] = light.edge;
+    let inner_and_outer = cone_step(simd, cos, cos_edge, light.inverse_cone);
+    if light.has_cone.all_true() {
+        return inner_and_outer;
+    }
+    let zero = splat(simd, 0.0);
+    let inside = lengths.along * sin_edge - lengths.off_axis * cos_edge;
+    let part = splat(simd, 0.5) + inside * objects.half_over_radius;
+    let part = part.max(zero).min(splat(simd, 1.0));
+    let step = part * part * (splat(simd, 3.0) - splat(simd, 2.0) * part);
+    light.has_cone.select(inner_and_outer, power(simd, cos.max(zero), light.exponent) * step)
+}
+
 /// Exponents below 2 to this many bits are raised without a branch.
 const SMALL_EXPONENT_BITS: u32 = 3;
 
-/// A factor if the lowest bit is set, otherwise 1.
+/// A factor where the lowest bit is set, otherwise 1.
 #[inline(always)]
-fn if_set<S: Simd>(simd: S, bits: u32, factor: Floats<S>) -> Floats<S> {
-    let is_set = S::u32s::splat(simd, bits & 1).simd_gt(S::u32s::splat(simd, 0));
+fn where_set<S: Simd>(simd: S, bits: S::u32s, factor: Floats<S>) -> Floats<S> {
+    let is_set = (bits & S::u32s::splat(simd, 1)).simd_gt(S::u32s::splat(simd, 0));
     is_set.select(factor, splat(simd, 1.0))
 }
 
 /// [`crate::relevance`]'s power.
 #[inline(always)]
-fn power<S: Simd>(simd: S, x: Floats<S>, e: f32) -> Floats<S> {
-    let (whole, fraction) = split_exponent(e);
+fn power<S: Simd>(simd: S, x: Floats<S>, (whole, fraction): (S::u32s, Floats<S>)) -> Floats<S> {
     let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
     let (mut result, mut square, mut bits) = (one, x, whole);
     // Lights differ in their exponents, and branches would be mispredicted: small ones go without.
     for _ in 0..SMALL_EXPONENT_BITS {
-        result *= if_set(simd, bits, square);
+        result *= where_set(simd, bits, square);
         square *= square;
-        bits >>= 1;
+        bits = bits >> 1;
     }
-    while bits > 0 {
-        result *= if_set(simd, bits, square);
+    while bits.simd_gt(S::u32s::splat(simd, 0)).any_true() {
+        result *= where_set(simd, bits, square);
         square *= square;
-        bits >>= 1;
+        bits = bits >> 1;
     }
-    if fraction > 0.0 {
+    let has_fraction = fraction.simd_gt(zero);
+    if has_fraction.any_true() {
         let root = x.sqrt().sqrt();
         let z = (root - one) / (root + one);
         let z2 = z * z;
         let tail = splat(simd, 1.0 / 7.0) + z2 * splat(simd, 1.0 / 9.0);
         let series = one + z2 * (splat(simd, 1.0 / 3.0) + z2 * (splat(simd, 1.0 / 5.0) + z2 * tail));
-        let y = splat(simd, fraction * EXPONENT_SCALE) * (z * series);
+        let y = fraction * splat(simd, EXPONENT_SCALE) * (z * series);
         let tail = splat(simd, 1.0 / 6.0) + y * splat(simd, 1.0 / 24.0);
         let mut power = one + y * (one + y * (splat(simd, 0.5) + y * tail));
         for _ in 0..SQUARINGS {
             power *= power;
         }
-        result *= x.simd_gt(zero).select(power, zero);
+        let power = x.simd_gt(zero).select(power, zero);
+        result = has_fraction.select(result * power, result);
     }
     result
 }

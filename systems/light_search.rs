@@ -18,7 +18,7 @@ use crate::bounds::Sphere;
 use crate::brute_force;
 use crate::light_alone::select_one;
 use crate::light_candidates::{Candidates, Row, cone_meets, gap_squared, load, load3, node_in_range, within};
-use crate::light_lanes::{Floats, Met, Objects, Scoring, Top};
+use crate::light_lanes::{Floats, Met, Objects, Shining, Top};
 use crate::light_remainder::{DIRECTIONAL, POINT, Remainder, SPOT};
 pub use crate::light_results::Found;
 use crate::light_results::Lanes;
@@ -198,6 +198,8 @@ fn select_cluster<S: Simd, F: Found, const REMAINDER: bool>(
     spots.cluster.count = 0;
     if let Some(volume) = Volume::union(groups.iter().map(|group| group.1)) {
         walk(simd, tree, &volume, stack, &mut points.cluster, &mut spots.cluster);
+        read_ahead(tree, points.cluster.places());
+        read_ahead(tree, spots.cluster.places());
     }
     let mut groups = &groups[..];
     for &packet in &*packets {
@@ -302,7 +304,7 @@ fn meet<S: Simd, const SPOTS: bool, const REMAINDER: bool>(
     let (lights, slots) = (&tree.lights[..], &tree.slots[..tree.lights.len()]);
     let mut count = 0;
     for &place in places {
-        let (score, lengths) = objects.score::<SPOTS>(simd, &Scoring::of(simd, &lights[place as usize]));
+        let (score, lengths) = objects.score::<SPOTS>(simd, &Shining::of(simd, &lights[place as usize]));
         let met = &mut list[count];
         (met.place, met.slot) = (place, slots[place as usize]);
         if REMAINDER {
@@ -342,6 +344,15 @@ fn walk<S: Simd>(
             }
         }
     }
+}
+
+/// Reads something of both cache lines of the lights at these places, so that all have arrived when they are needed. Nothing
+/// depends on one read, so that the processor waits for many at once; later, where few objects share lights, each would wait
+/// for its own.
+#[inline(always)]
+fn read_ahead(tree: &LightTree, places: &[u32]) {
+    let read = places.iter().map(|&place| &tree.lights[place as usize]);
+    std::hint::black_box(read.fold(0.0, |sum, light| sum + (light.inverse_range_squared + light.range)));
 }
 
 /// Collects the lights of a block that may reach the volume.

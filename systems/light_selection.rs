@@ -135,8 +135,8 @@ pub fn select_lights(
     search(Some(&dirty.places), &kept.spheres, &mut kept.selections);
     let found = &kept.selections;
     if dirty.places.len() * SOME_OBJECTS > all {
-        for (places, mut selections) in objects.p3().contiguous_iter_mut().into_iter().flatten() {
-            write_rows(places, &mut selections, dirty, found);
+        for (places, selections) in objects.p3().contiguous_iter_mut().into_iter().flatten() {
+            write_rows(places, selections, dirty, found);
         }
     } else {
         let mut selections = objects.p2();
@@ -173,27 +173,39 @@ fn write_block(places: &[Place], selections: ContiguousMut<SelectedLights>, (fir
 /// Rows that are looked at together.
 const ROWS: usize = 1024;
 
-/// Writes what was found for the objects of a table. First they are listed, without a branch that is hard to predict;
-/// then little lies between one access to memory and the next, and the processor waits for many of them at once.
-fn write_rows(
-    places: &[Place],
-    selections: &mut ContiguousMut<SelectedLights>,
-    dirty: &Dirty,
-    found: &[SelectedLights],
-) {
-    let mut rows = [0; ROWS];
-    for first in (0..places.len()).step_by(ROWS) {
-        let mut count = 0;
-        for (row, &place) in (first..).zip(&places[first..places.len().min(first + ROWS)]) {
-            rows[count] = row;
-            count += usize::from(dirty.contains(place));
-        }
-        for &row in &rows[..count] {
-            let found = found[dirty.index(places[row])];
-            if selections.bypass_change_detection()[row] != found {
-                selections.reborrow().slice(row as u32..row as u32 + 1)[0] = found;
+/// Writes what was found for the objects of a table. What is to be written is listed first, without a branch that is hard
+/// to predict; then little lies between one access to memory and the next, and the processor waits for many of them at
+/// once.
+fn write_rows(places: &[Place], selections: ContiguousMut<SelectedLights>, dirty: &Dirty, found: &[SelectedLights]) {
+    let (selections, mut ticks) = ContiguousMut::bypass_change_detection_split(selections);
+    let (rows, this_run) = (rows_per_task(places.len(), LIGHT_ROWS), ticks.this_run());
+    let any = AtomicBool::new(false);
+    let targets = selections.chunks_mut(rows).zip(ticks.changed_mut().chunks_mut(rows));
+    in_parallel(places.chunks(rows).zip(targets), |(places, (selections, changed))| {
+        let mut writes = [(0, 0); ROWS];
+        let parts = selections.chunks_mut(ROWS).zip(changed.chunks_mut(ROWS));
+        for (places, (selections, changed)) in places.chunks(ROWS).zip(parts) {
+            let mut count = 0;
+            for (row, &place) in places.iter().enumerate() {
+                writes[count].0 = row;
+                count += usize::from(dirty.contains(place));
             }
+            let listed = count;
+            count = 0;
+            for i in 0..listed {
+                let row = writes[i].0;
+                let index = dirty.index(places[row]);
+                writes[count] = (row, index);
+                count += usize::from(selections[row] != found[index]);
+            }
+            for &(row, index) in &writes[..count] {
+                (selections[row], changed[row]) = (found[index], this_run);
+            }
+            any.fetch_or(count > 0, Relaxed);
         }
+    });
+    if any.into_inner() {
+        touch(ticks);
     }
 }
 
@@ -226,14 +238,21 @@ fn enter_known(
     let parts = order.parts(tasks);
     let mut others = vec![Vec::new(); parts.len()];
     in_parallel(parts.into_iter().zip(&mut others), |(mut part, others)| {
-        // First they are listed, without a branch that is hard to predict.
+        // First they are listed, so that little lies between one access to memory and the next.
         let mut rows = [0; ROWS];
         for start in (first..places.len()).step_by(ROWS) {
             let mut count = 0;
             since.for_each(columns, start..places.len().min(start + ROWS), |row| {
                 rows[count] = row;
-                count += usize::from(part.is_concerned(places[row]));
+                count += 1;
             });
+            let changed = count;
+            count = 0;
+            for i in 0..changed {
+                let row = rows[i];
+                rows[count] = row;
+                count += usize::from(part.is_concerned(places[row]));
+            }
             for &row in &rows[..count] {
                 if part.moved(entities[row], places[row], bounds[row].0) {
                     others.push(row);

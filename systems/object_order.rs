@@ -10,7 +10,7 @@ pub use crate::curve::along_the_curve;
 use crate::curve::hilbert_keys;
 use crate::draw_list::LightRecord;
 use crate::light_candidates::{node_in_cone, node_in_range};
-use crate::light_lanes::{Floats, Objects, Scoring};
+use crate::light_lanes::{Floats, Objects, Shining};
 use crate::light_search::Level;
 use crate::light_tree::{Node, Volume, WIDTH, refit};
 use crate::parallel::map_on_pool;
@@ -354,8 +354,8 @@ impl ObjectOrder {
             for light in lights {
                 let (score, _) = match light.kind {
                     LightRecord::OFF => continue,
-                    LightRecord::POINT => objects.score::<false>(simd, &Scoring::of(simd, light)),
-                    _ => objects.score::<true>(simd, &Scoring::of(simd, light)),
+                    LightRecord::POINT => objects.score::<false>(simd, &Shining::of(simd, light)),
+                    _ => objects.score::<true>(simd, &Shining::of(simd, light)),
                 };
                 bits |= score.simd_gt(0.0).to_bitmask() << (i * lanes);
             }
