@@ -283,10 +283,11 @@ pub struct ViewArgs {
     /// which of two faces in one plane is in front may depend on the frames before
     #[arg(long, value_name = "auto | on | off", default_value = "auto", value_parser = parse_occlusion)]
     pub occlusion: Occlusion,
-    /// Textures in blocks (BC7), a quarter of the memory, where that does not show; made once and kept in a cache
+    /// Textures in blocks (BC7), a quarter of the memory, where that does not show; made once and kept in the cache
     #[arg(long, value_name = "on | off", default_value = "off", action = ArgAction::Set, value_parser = parse_on_off)]
     pub compress: bool,
-    /// Neither read nor write the cache (RELIEF_CACHE_DIR, else the platform's folder for caches)
+    /// Neither read nor write the cache, which makes the second start of a scene faster (RELIEF_CACHE_DIR, else the
+    /// platform's folder for caches; at most 2 GiB)
     #[arg(long)]
     pub no_cache: bool,
     /// Most memory that textures take on the GPU; where they are larger, the largest are drawn at half their size and less

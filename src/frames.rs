@@ -7,6 +7,7 @@ use crate::compare::CompareError;
 use crate::import::ImportError;
 use crate::import::cache::Cache;
 use crate::import::compress::{CompressReport, compress_images};
+use crate::import::meshes::finish_meshes;
 use crate::import::progress;
 use crate::output::{self, OutputError};
 use crate::recording::{RecordingError, RunFiles, Stepper};
@@ -229,6 +230,25 @@ fn limit_textures(simulation: &mut Simulation, most_bytes: u64) {
     );
 }
 
+/// What takes long to work out of meshes and images, and may have been kept from an earlier start.
+fn work_out(library: &mut Library, options: &LoadOptions) {
+    let cache = options.cache.then(Cache::of_user).flatten();
+    if let Some(cache) = &cache {
+        finish_meshes(library, cache);
+    }
+    if options.compress {
+        let CompressReport { compressed, kept } = compress_images(library, cache.as_ref());
+        tracing::info!(compressed, kept, "images in blocks");
+    }
+    if let Some(cache) = cache {
+        let (hits, written) = cache.counts();
+        tracing::info!(from_cache = hits, cached = written, "meshes and images");
+        if written > 0 {
+            cache.trim();
+        }
+    }
+}
+
 /// Loads a scene and finds its camera; warnings are logged.
 ///
 /// # Errors
@@ -238,13 +258,7 @@ pub fn load_stage(path: &Path, camera: Option<&str>, options: &LoadOptions) -> R
     let bar = progress::Bar::on_terminal();
     let scene = scene::load(path, &mut simulation)?;
     drop(bar);
-    if options.compress {
-        let cache = options.cache.then(Cache::of_user).flatten();
-        let report = compress_images(&mut simulation.world.resource_mut::<Library>(), cache.as_ref());
-        let (hits, written) = cache.map_or((0, 0), |cache| cache.counts());
-        let CompressReport { compressed, kept } = report;
-        tracing::info!(compressed, kept, from_cache = hits, cached = written, "images in blocks");
-    }
+    work_out(&mut simulation.world.resource_mut::<Library>(), options);
     limit_textures(&mut simulation, options.texture_bytes);
     for warning in &scene.warnings {
         tracing::warn!("{warning}");

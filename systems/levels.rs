@@ -12,6 +12,7 @@ use crate::library::{Library, Mesh, MeshEntry};
 use crate::parallel::in_parallel;
 use crate::tangents::{bits, crowded_vertices};
 use bevy_ecs::prelude::*;
+use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3, Vec2, Vec4};
 use meshopt::{SimplifyOptions, SimplifyVertex, VertexDataAdapter, simplify_scale, simplify_with_attributes_and_locks};
 use std::collections::HashMap;
@@ -42,7 +43,8 @@ const NORMAL_WEIGHT: f32 = 0.5;
 const COLOR_WEIGHT: f32 = 0.5;
 
 /// One level of detail of a mesh.
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug, Pod, Zeroable)]
+#[repr(C)]
 pub struct Level {
     /// Where its indices start in the mesh's indices followed by [`MeshEntry::level_indices`].
     pub first_index: u32,
@@ -115,6 +117,21 @@ pub fn update_levels(mut library: ResMut<Library>) {
 }
 
 impl MeshEntry {
+    /// Whether tangents and levels are there.
+    pub fn is_finished(&self) -> bool {
+        self.tangents_ready && !self.levels.is_empty()
+    }
+
+    /// Makes what is missing of tangents and levels, for those who do not want to leave it to the systems.
+    pub fn finish(&mut self) {
+        if !self.tangents_ready {
+            self.make_tangents();
+        }
+        if self.levels.is_empty() {
+            self.make_levels();
+        }
+    }
+
     fn make_levels(&mut self) {
         (self.levels, self.level_indices) = simplify(&self.mesh);
     }

@@ -12,7 +12,6 @@ use crate::levels::Level;
 use crate::object_order::{self, Place};
 use crate::selected_lights::SelectedLights;
 use crate::split::{Grid, split};
-use crate::tangents::compute_tangents;
 pub use crate::technique::Technique;
 use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
@@ -428,8 +427,8 @@ impl Library {
             return pieces.clone();
         }
         let Some(entry) = self.meshes.get_mut(mesh.0 as usize) else { return Vec::new() };
-        if !std::mem::replace(&mut entry.tangents_ready, true) {
-            compute_tangents(&mut entry.mesh);
+        if !entry.tangents_ready {
+            entry.make_tangents();
         }
         if entry.levels.is_empty() {
             // The pieces have levels; what is not drawn itself needs none.
@@ -507,6 +506,11 @@ impl Library {
     /// All images in id order, to change them before the first frame that draws them.
     pub fn images_mut(&mut self) -> &mut [Image] {
         &mut self.images
+    }
+
+    /// The meshes whose tangents or levels are still to be made, to do so before the first frame does.
+    pub fn unfinished_meshes(&mut self) -> impl Iterator<Item = &mut MeshEntry> {
+        self.meshes.iter_mut().filter(|entry| !entry.is_finished())
     }
 
     pub(crate) fn meshes_mut(&mut self) -> &mut [MeshEntry] {

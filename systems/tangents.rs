@@ -7,7 +7,7 @@
 //! The UV set that the normal map is placed by counts ([`Mesh::tangent_uv_set`]). T.w is glTF's sign, B = cross(N, T)·w toward image-up: the negative of the sign of
 //! the reference implementation, whose V axis points the other way.
 
-use crate::library::{Library, Mesh};
+use crate::library::{Library, Mesh, MeshEntry};
 use crate::parallel::in_parallel;
 use bevy_ecs::prelude::*;
 use bevy_mikktspace::{Geometry, TangentSpace, generate_tangents};
@@ -34,10 +34,14 @@ pub fn update_tangents(mut library: ResMut<Library>) {
         return;
     }
     let pending = library.meshes_mut().iter_mut().filter(|entry| !entry.tangents_ready);
-    in_parallel(pending.collect::<Vec<_>>().into_iter(), |entry| {
-        compute_tangents(&mut entry.mesh);
-        entry.tangents_ready = true;
-    });
+    in_parallel(pending.collect::<Vec<_>>().into_iter(), MeshEntry::make_tangents);
+}
+
+impl MeshEntry {
+    pub(crate) fn make_tangents(&mut self) {
+        compute_tangents(&mut self.mesh);
+        self.tangents_ready = true;
+    }
 }
 
 /// Fills `tangents` so that every vertex has a finite unit tangent across its normal and a sign of ±1.

@@ -61,6 +61,8 @@ pub struct Measurement {
     pub triangles: u64,
     /// Objects that were not drawn, because they are out of view or behind others.
     pub culled_objects: u32,
+    /// What textures take on the GPU, with all their mip levels.
+    pub texture_bytes: u64,
     /// The most memory the process ever had resident, in units of 2²⁰ bytes; `None` where the system does not say.
     pub rss_mb: Option<f64>,
     /// That less what was resident before the objects were spawned, per object. At few objects, the frame's own targets
@@ -159,6 +161,7 @@ impl fmt::Display for Measurement {
         let (drawn, culled) = (self.drawn_objects, self.culled_objects);
         writeln!(f, "{} draws, {drawn} objects drawn, {culled} culled, {} triangles", self.draws, self.triangles)?;
         writeln!(f, "{} bytes uploaded per frame", self.upload_bytes_median)?;
+        writeln!(f, "{:.1} MB of textures", self.texture_bytes as f64 / f64::from(1 << 20))?;
         match (self.rss_mb, self.bytes_per_object) {
             (Some(peak), Some(each)) => writeln!(f, "{peak:.0} MB of memory at most, {each:.0} bytes per object"),
             _ => writeln!(f, "memory: this system does not say"),

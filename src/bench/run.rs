@@ -21,6 +21,7 @@ use std::time::{Duration, Instant};
 use systems::library::Technique;
 use systems::lights::LightPolicy;
 use systems::stats::{FrameStats, Stage};
+use systems::texture_memory;
 use systems::view::View;
 
 /// What stops a benchmark.
@@ -359,6 +360,7 @@ impl Bench {
             drawn_objects: drawn.objects,
             triangles: drawn.triangles,
             culled_objects: objects.saturating_sub(drawn.objects),
+            texture_bytes: texture_memory::used(self.subject.simulation().library()).bytes,
             rss_mb: peak_mb,
             bytes_per_object,
             first_frame_ms: milliseconds(start.last - start.started),

@@ -34,11 +34,6 @@ pub fn compress_images(library: &mut Library, cache: Option<&Cache>) -> Compress
     systems::set_threads(None);
     let images = library.images_mut();
     let done = map_in_parallel(images.iter_mut(), |image| compress(image, cache));
-    if let Some(cache) = cache
-        && cache.counts().1 > 0
-    {
-        cache.trim();
-    }
     let compressed = done.iter().filter(|&&done| done).count();
     CompressReport { compressed, kept: done.len() - compressed }
 }

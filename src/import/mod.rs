@@ -1,4 +1,5 @@
-//! Files into library items: images (`image.rs`) and glTF models (`gltf/`); images into blocks ([`compress`], [`cache`]).
+//! Files into library items: images (`image.rs`) and glTF models (`gltf/`). What takes long to work out of them is kept
+//! ([`cache`]): images in blocks ([`compress`]), tangents and levels of meshes ([`meshes`]).
 //!
 //! Everything is checked here, strictly, so that a frame has nothing left to refuse. A fault that touches what we
 //! read is an [`ImportError`] that names the file, the place in it and what was expected; one that does not is a
@@ -8,6 +9,7 @@ pub mod cache;
 pub mod compress;
 mod gltf;
 mod image;
+pub mod meshes;
 mod model;
 pub mod progress;
 

@@ -1,0 +1,105 @@
+//! Tangents and levels of detail, from the [`Cache`] where a mesh has been loaded before.
+//!
+//! The systems make both in the first frame: a microsecond and a half per triangle, seconds for scanned terrain. Here they
+//! are made before it, with the same functions, and kept. A result is kept under the hash of the mesh and of all that works
+//! it out, so that no other version of Relief takes it for its own.
+
+use super::cache::{Cache, Key};
+use bytemuck::{Pod, pod_collect_to_vec};
+use systems::levels::Level;
+use systems::library::{Library, Mesh, MeshEntry};
+use systems::parallel::in_parallel;
+
+/// Triangles of the smallest meshes that are worth a file: one is worked out in three milliseconds.
+const FEWEST_TRIANGLES: usize = 2048;
+
+/// What works the results out: part of every key.
+const MADE_BY: [&str; 3] = [
+    include_str!("../../systems/tangents.rs"),
+    include_str!("../../systems/levels.rs"),
+    include_str!("../../Cargo.lock"),
+];
+
+/// Parts of a result: positions, normals, tangents, two sets of UVs, colours, indices; levels and their indices.
+const PARTS: usize = 9;
+
+/// Gives the large meshes of a library their tangents and levels, in parallel. The others are left to the systems.
+pub fn finish_meshes(library: &mut Library, cache: &Cache) {
+    systems::set_threads(None);
+    let is_large = |entry: &&mut MeshEntry| entry.mesh.triangle_count() >= FEWEST_TRIANGLES;
+    let pending: Vec<_> = library.unfinished_meshes().filter(is_large).collect();
+    in_parallel(pending.into_iter(), |entry| finish(entry, cache));
+}
+
+fn finish(entry: &mut MeshEntry, cache: &Cache) {
+    let key = key(entry);
+    if let Some((mesh, levels, level_indices)) = cache.read(&key, |bytes| unpack(&entry.mesh, bytes)) {
+        (entry.mesh, entry.levels, entry.level_indices) = (mesh, levels, level_indices);
+        entry.tangents_ready = true;
+    } else {
+        entry.finish();
+        cache.write(&key, &pack(entry));
+    }
+}
+
+/// All of an entry that tangents and levels depend on. Its levels are not yet there, or it would be finished, unless it is
+/// one that is to have none.
+fn key(entry: &MeshEntry) -> Key {
+    let mut hasher = blake3::Hasher::new();
+    let state = [entry.mesh.tangent_uv_set as u64, entry.tangents_ready.into(), entry.levels.len() as u64];
+    for part in MADE_BY.map(str::as_bytes).into_iter().chain([bytemuck::cast_slice(&state)]) {
+        hasher.update(&(part.len() as u64).to_le_bytes()).update(part);
+    }
+    for part in parts(entry) {
+        hasher.update(&(part.len() as u64).to_le_bytes()).update(part);
+    }
+    hasher.finalize()
+}
+
+fn parts(entry: &MeshEntry) -> [&[u8]; PARTS] {
+    let MeshEntry { mesh, levels, level_indices, .. } = entry;
+    [
+        bytemuck::cast_slice(&mesh.positions),
+        bytemuck::cast_slice(&mesh.normals),
+        bytemuck::cast_slice(&mesh.tangents),
+        bytemuck::cast_slice(&mesh.uvs[0]),
+        bytemuck::cast_slice(&mesh.uvs[1]),
+        bytemuck::cast_slice(&mesh.colors),
+        bytemuck::cast_slice(&mesh.indices),
+        bytemuck::cast_slice(levels),
+        bytemuck::cast_slice(level_indices),
+    ]
+}
+
+/// How many bytes each part has, then the parts.
+fn pack(entry: &MeshEntry) -> Vec<u8> {
+    let parts = parts(entry);
+    [parts.map(|part| (part.len() as u64).to_ne_bytes()).as_flattened(), &parts.concat()].concat()
+}
+
+/// The mesh that `raw` becomes; `None` for anything that [`pack`] has not written.
+fn unpack(raw: &Mesh, bytes: &[u8]) -> Option<(Mesh, Vec<Level>, Vec<u32>)> {
+    let (sizes, mut rest) = bytes.split_at_checked(PARTS * size_of::<u64>())?;
+    let mut sizes = pod_collect_to_vec::<u8, u64>(sizes).into_iter();
+    let mut part = || {
+        let (part, others) = rest.split_at_checked(usize::try_from(sizes.next()?).ok()?)?;
+        rest = others;
+        Some(part)
+    };
+    let mesh = Mesh {
+        name: raw.name.clone(),
+        tangent_uv_set: raw.tangent_uv_set,
+        positions: items(part()?)?,
+        normals: items(part()?)?,
+        tangents: items(part()?)?,
+        uvs: [items(part()?)?, items(part()?)?],
+        colors: items(part()?)?,
+        indices: items(part()?)?,
+    };
+    let (levels, level_indices) = (items(part()?)?, items(part()?)?);
+    rest.is_empty().then_some((mesh, levels, level_indices))
+}
+
+fn items<T: Pod>(bytes: &[u8]) -> Option<Vec<T>> {
+    bytes.len().is_multiple_of(size_of::<T>()).then(|| pod_collect_to_vec(bytes))
+}
