@@ -6,8 +6,8 @@
 use crate::draw_list::{Batch, BatchKey, DrawList, Transparent};
 use crate::instances::InstanceTable;
 use crate::library::AlphaMode;
+use crate::view::{View, in_frustum};
 use bevy_ecs::prelude::*;
-use glam::Vec3;
 
 /// Lists the pages anew if they changed.
 pub fn update_batches(mut table: ResMut<InstanceTable>, mut list: ResMut<DrawList>) {
@@ -51,12 +51,13 @@ pub struct BlendedRun {
     pub slots: std::ops::Range<u32>,
 }
 
-/// Orders blended objects for a view: farthest first along the viewing direction, equal ones by slot. Returns their
-/// slots, and the runs of neighbours with the same key.
-pub fn sort_transparent(transparent: &[Transparent], view_direction: Vec3) -> (Vec<u32>, Vec<BlendedRun>) {
-    let mut order: Vec<&Transparent> = transparent.iter().collect();
+/// Orders the blended objects that may be in a view: farthest first along the viewing direction, equal ones by slot. Returns
+/// their slots, and the runs of neighbours with the same key.
+pub fn sort_transparent(transparent: &[Transparent], view: &View) -> (Vec<u32>, Vec<BlendedRun>) {
+    let (planes, direction) = (view.frustum_planes(), view.direction());
+    let mut order: Vec<&Transparent> = transparent.iter().filter(|item| in_frustum(&planes, item.bounds)).collect();
     order.sort_by(|a, b| {
-        let (da, db) = (a.center.dot(view_direction), b.center.dot(view_direction));
+        let (da, db) = (a.bounds.center.dot(direction), b.bounds.center.dot(direction));
         db.total_cmp(&da).then(a.slot.cmp(&b.slot))
     });
     let mut runs: Vec<BlendedRun> = Vec::new();
@@ -73,11 +74,13 @@ pub fn sort_transparent(transparent: &[Transparent], view_direction: Vec3) -> (V
 mod tests {
     use super::*;
     use crate::Simulation;
+    use crate::components::Camera;
     use crate::draw_list::PAGE_SLOTS;
     use crate::instances::InstanceSlot;
     use crate::library::{Library, Material, MaterialId, MeshId};
     use crate::shapes;
     use bevy_transform::components::Transform;
+    use glam::Vec3;
 
     /// `count` cubes and spheres in turn, with 3 materials of which the last is blended.
     fn scene(count: usize) -> (Simulation, Vec<Entity>) {
@@ -274,6 +277,12 @@ mod tests {
         }
     }
 
+    fn looking(from: Vec3, to: Vec3) -> View {
+        let up = if (to - from).normalize().y.abs() > 0.9 { Vec3::X } else { Vec3::Y };
+        let place = Transform::from_translation(from).looking_at(to, up).compute_affine();
+        View::new(&place, &Camera { far: 60.0, ..Camera::default() }, 160, 90)
+    }
+
     #[test]
     fn blended_objects_come_farthest_first_and_neighbours_share_draws() {
         let (mut simulation, _) = scene(12);
@@ -282,10 +291,52 @@ mod tests {
             let record = |slot: u32| simulation.draw_list().instances.records[slot as usize];
             slots.into_iter().map(|slot| record(slot).world_from_object[0][3] as i32).collect()
         };
-        let (slots, runs) = sort_transparent(&simulation.draw_list().transparent, Vec3::NEG_Z);
+        // Along the diagonal on which they are.
+        let along = looking(Vec3::new(-10.0, 0.0, 10.0), Vec3::ZERO);
+        let (slots, runs) = sort_transparent(&simulation.draw_list().transparent, &along);
         assert_eq!(named(slots), [11, 8, 5, 2]);
         assert_eq!(runs.iter().map(|run| run.slots.clone()).collect::<Vec<_>>(), [0..1, 1..2, 2..3, 3..4]);
-        let (slots, runs) = sort_transparent(&simulation.draw_list().transparent, Vec3::ZERO);
+        // From above all are as far, as exactly as floats can tell.
+        let above = looking(Vec3::new(6.0, 32.0, -6.0), Vec3::new(6.0, 0.0, -6.0));
+        let (slots, runs) = sort_transparent(&simulation.draw_list().transparent, &above);
         assert_eq!((slots.len(), runs.len()), (4, 2));
+    }
+
+    #[test]
+    fn blended_objects_out_of_view_are_left_out() {
+        let mut simulation = Simulation::new();
+        let mut library = simulation.world.resource_mut::<Library>();
+        let mesh = library.add_mesh(shapes::sphere(1.0, 8, 4));
+        let glass = library.add_material(Material { alpha: AlphaMode::Blend, ..Material::default() });
+        for i in 0..1000 {
+            let place = Vec3::new((i % 10) as f32, (i / 10 % 10) as f32, (i / 100) as f32) * 9.0 - 40.0;
+            let scale = 0.5 + (i % 7) as f32 * 0.5;
+            simulation.world.spawn((mesh, glass, Transform::from_translation(place).with_scale(Vec3::splat(scale))));
+        }
+        simulation.frame();
+        let all = &simulation.draw_list().transparent;
+        assert_eq!(all.len(), 1000);
+        for to in [Vec3::X, Vec3::NEG_Y, Vec3::new(0.3, -0.5, 0.8)] {
+            let view = looking(Vec3::splat(2.0), Vec3::splat(2.0) + to);
+            let (slots, runs) = sort_transparent(all, &view);
+            assert_eq!(runs.iter().map(|run| run.slots.len()).sum::<usize>(), slots.len());
+            // Some point of the ball is where the projection keeps it, or near enough.
+            let clip_from_world = view.clip_from_world();
+            let kept = |point: Vec3| {
+                let clip = clip_from_world * point.extend(1.0);
+                clip.x.abs() <= clip.w && clip.y.abs() <= clip.w && (0.0..=clip.w).contains(&clip.z)
+            };
+            let mut seen = 0;
+            for item in all {
+                let toward = |i: i32| Vec3::new((i % 5 - 2) as f32, (i / 5 % 5 - 2) as f32, (i / 25 - 2) as f32) * 0.5;
+                let points =
+                    (0..125).map(|i| item.bounds.center + toward(i).clamp_length_max(1.0) * item.bounds.radius);
+                if points.into_iter().any(kept) {
+                    assert!(slots.contains(&item.slot), "{:?}", item.bounds);
+                    seen += 1;
+                }
+            }
+            assert!(seen > 10 && slots.len() < seen * 2, "{seen} in view, {} listed", slots.len());
+        }
     }
 }

@@ -7,16 +7,16 @@
 //! ```text
 //! instances[slot]  one record per drawn object, in pages of 64 slots; an object keeps its slot while it lives
 //! batches[b]       objects with the same pipeline, material class and mesh: those of pages[batches[b].pages]
-//! transparent[i]   objects that are sorted per view and drawn after the batches
+//! transparent[i]   objects that are culled and sorted per view and drawn after the batches
 //! ```
 
+use crate::bounds::Sphere;
 use crate::components::Environment;
 use crate::images::Texels;
 use crate::library::{AlphaMode, ImageId, MeshId, Sampler, Shading, Technique};
 use crate::tables::Table;
 use bevy_ecs::prelude::*;
 use bytemuck::{Pod, Zeroable};
-use glam::Vec3;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -303,15 +303,15 @@ pub struct Batch {
     pub pages: Range<u32>,
 }
 
-/// An object that is blended, sorted per view.
+/// An object that is blended: culled and sorted per view.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Transparent {
     /// Instance slot.
     pub slot: u32,
     /// What it is drawn with.
     pub key: BatchKey,
-    /// Centre of its bounds, world space.
-    pub center: Vec3,
+    /// World space.
+    pub bounds: Sphere,
 }
 
 /// Everything a frame draws. Made by the frame schedule, read by the renderer.

@@ -247,8 +247,7 @@ impl InstanceTable {
                     };
                     slot = self.settle(&mut slots[row], key, list);
                     if key.pipeline.alpha == AlphaMode::Blend {
-                        let center = bounds[row].0.center;
-                        batches::put_transparent(list, Transparent { slot, key, center });
+                        batches::put_transparent(list, Transparent { slot, key, bounds: bounds[row].0 });
                     }
                 }
                 (rows[settled], found[settled]) = (rows[index], slot);

@@ -1,5 +1,6 @@
 //! A camera at a place, for a target of some size: what a frame is drawn for.
 
+use crate::bounds::Sphere;
 use crate::components::{Camera, Environment, Projection};
 use crate::draw_list::ViewRecord;
 use glam::camera::rh::proj::directx as proj;
@@ -102,6 +103,14 @@ impl View {
             ..ViewRecord::default()
         }
     }
+}
+
+/// Whether some of a sphere, world space, is on the inner side of each plane of a frustum ([`View::frustum_planes`]): of all
+/// that can be seen, and a little more. shaders/cull.wgsl has the twin.
+pub fn in_frustum(planes: &[Vec4; 6], sphere: Sphere) -> bool {
+    // Room for rounding, which grows with the distance from the origin.
+    let reach = -(sphere.radius * 1.001 + 1e-6 * sphere.center.length());
+    planes.iter().all(|plane| plane.truncate().dot(sphere.center) + plane.w >= reach)
 }
 
 #[cfg(test)]

@@ -137,7 +137,8 @@ fn the_picture_is_the_same_however_objects_are_culled() {
         }
         most = most.max(all.objects);
     }
-    assert!(least > 20 && least < most && most < 600, "{least} to {most} drawn");
+    // In some frame the camera looks away from everything.
+    assert!(least < 20 && (100..600).contains(&most), "{least} to {most} drawn");
 }
 
 #[test]
@@ -402,7 +403,8 @@ fn what_lies_between_samples_is_not_drawn_and_nobody_sees_it() {
                 let (picture, drawn) = opaque.draw_with(&mut renderer, settings);
                 let different = picture.pixels().zip(expected.pixels()).filter(|(a, b)| a != b).count();
                 assert_eq!(different, 0, "{origin}, {projection:?}, {samples} samples, {occlusion:?}");
-                assert!(drawn.objects > 100 && drawn.objects * 3 < all.objects * 2, "{drawn:?} of {all:?}");
+                let most = if samples == 1 { 0.6 } else { 0.95 } * f64::from(all.objects);
+                assert!(drawn.objects > 100 && f64::from(drawn.objects) < most, "{drawn:?} of {all:?}");
                 // The outputs have one sample in each pixel's middle, whatever the picture has.
                 let covered = |renderer: &mut Renderer| {
                     let outputs = renderer.draw_outputs().expect("a picture was drawn");

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// What the GPU drew, read back.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Drawn {
-    /// Objects that culling kept, and all blended ones.
+    /// Objects that culling kept, and blended ones in view.
     pub objects: u32,
     /// Triangles of those objects.
     pub triangles: u64,

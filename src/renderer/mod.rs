@@ -53,7 +53,6 @@ use drawn::DrawnCounts;
 use draws::Draws;
 use emboss::EmbossPass;
 use frame_tables::FrameTables;
-use glam::Vec3;
 use meshes::Meshes;
 use pipelines::{MissingPipelines, Pass, Pipelines};
 use pyramid::{Pyramid, PyramidMaker};
@@ -125,9 +124,11 @@ pub struct Renderer {
     /// Slots of blended objects as they were last uploaded, farthest first.
     blended_slots: Vec<u32>,
     blended: GrowingBuffer,
-    /// Version of the blended objects, and viewing direction, that the order is for.
-    blended_for: Option<(u64, Vec3)>,
+    /// Version of the blended objects, and view, that the order is for.
+    blended_for: Option<(u64, View)>,
     blended_runs: Vec<BlendedRun>,
+    /// What blended objects are drawn with, also those out of view.
+    blended_keys: Vec<BatchKey>,
     technique: Option<Technique>,
     pass: Pass,
     tone_map: ToneMap,
@@ -179,6 +180,7 @@ impl Renderer {
             blended_slots: Vec::new(),
             blended: GrowingBuffer::new(device, "list of blended objects", wgpu::BufferUsages::VERTEX),
             blended_runs: Vec::new(),
+            blended_keys: Vec::new(),
             blended_for: None,
             technique: None,
             pass: Pass::Outputs,
@@ -329,19 +331,24 @@ impl Renderer {
         Ok(())
     }
 
-    /// Blended objects in this view's order.
+    /// Blended objects of this view in its order.
     fn upload_blended(&mut self, list: &DrawList, view: &View) -> Result<(), RenderError> {
-        let sorted_for = (list.transparent_version, view.direction());
-        if self.blended_for == Some(sorted_for) {
+        if matches!(&self.blended_for, Some((version, of)) if *version == list.transparent_version && of == view) {
             return Ok(());
         }
-        let (slots, runs) = sort_transparent(&list.transparent, view.direction());
+        if self.blended_for.as_ref().is_none_or(|(version, _)| *version != list.transparent_version) {
+            self.blended_keys = list.transparent.iter().map(|object| object.key).collect();
+            self.blended_keys.dedup();
+            self.blended_keys.sort_unstable();
+            self.blended_keys.dedup();
+        }
+        let (slots, runs) = sort_transparent(&list.transparent, view);
         self.blended_runs = runs;
         if slots != self.blended_slots {
             self.stats.list_bytes += self.blended.write(&self.gpu, &slots, &DirtySlots::default(), true)?;
             self.blended_slots = slots;
         }
-        self.blended_for = Some(sorted_for);
+        self.blended_for = Some((list.transparent_version, view.clone()));
         Ok(())
     }
 
@@ -355,7 +362,7 @@ impl Renderer {
     /// Begins to make the pipelines that a pass over these opaque objects and the blended ones needs.
     fn start_pipelines(&self, pass: Pass, opaque: impl Iterator<Item = BatchKey>) -> Option<MissingPipelines> {
         let mut keys: Vec<_> =
-            opaque.chain(self.blended_runs.iter().map(|run| run.key)).map(|key| self.pipeline_of(pass, key)).collect();
+            opaque.chain(self.blended_keys.iter().copied()).map(|key| self.pipeline_of(pass, key)).collect();
         keys.dedup();
         let emboss = |technique| (technique == Technique::EmbossMultipass).then(|| self.emboss_passes());
         let passes = |key: PipelineKey| std::iter::once(pass).chain(emboss(key.technique).into_iter().flatten());
@@ -372,11 +379,11 @@ impl Renderer {
         EmbossPass::all().map(move |pass| Pass::Emboss { pass, lights, samples })
     }
 
-    /// Whether a blended object shows what lies behind it elsewhere than it is.
+    /// Whether a blended object, in view or not, shows what lies behind it elsewhere than it is.
     fn refracts(&self) -> bool {
         let shown = matches!(self.pass, Pass::Color { debug: DebugView::Off, .. });
-        let technique = |run: &BlendedRun| self.pipeline_of(self.pass, run.key).technique;
-        shown && self.blended_runs.iter().any(|run| technique(run) == Technique::PerturbedUv)
+        let technique = |key: &BatchKey| self.pipeline_of(self.pass, *key).technique;
+        shown && self.blended_keys.iter().any(|key| technique(key) == Technique::PerturbedUv)
     }
 
     /// Draws what was prepared into `target`, a view of a texture of that format and the prepared view's size. An
