@@ -123,12 +123,12 @@ fn power<S: Simd>(simd: S, x: Floats<S>, (whole, fraction): (S::u32s, Floats<S>)
     for _ in 0..SMALL_EXPONENT_BITS {
         result *= where_set(simd, bits, square);
         square *= square;
-        bits = bits >> 1;
+        bits >>= 1;
     }
     while bits.simd_gt(S::u32s::splat(simd, 0)).any_true() {
         result *= where_set(simd, bits, square);
         square *= square;
-        bits = bits >> 1;
+        bits >>= 1;
     }
     let has_fraction = fraction.simd_gt(zero);
     if has_fraction.any_true() {

@@ -80,7 +80,8 @@ fn the_second_time_comes_from_the_cache_and_is_what_is_made_without() {
 fn what_differs_in_anything_is_another_mesh() {
     let folder = tempfile::tempdir().unwrap();
     let mesh = full();
-    let others: [(&str, fn(&mut Mesh)); 8] = [
+    type Change = fn(&mut Mesh);
+    let others: [(&str, Change); 8] = [
         ("position", |mesh| mesh.positions[7].x += 0.001),
         ("normal", |mesh| mesh.normals[7] = -mesh.normals[7]),
         ("UV", |mesh| mesh.uvs[0][7].x += 0.001),
