@@ -286,8 +286,8 @@ pub struct ViewArgs {
     /// Textures in blocks (BC7), a quarter of the memory, where that does not show; made once and kept in the cache
     #[arg(long, value_name = "on | off", default_value = "off", action = ArgAction::Set, value_parser = parse_on_off)]
     pub compress: bool,
-    /// Neither read nor write the cache, which makes the second start of a scene faster (RELIEF_CACHE_DIR, else the
-    /// platform's folder for caches; at most 2 GiB)
+    /// Neither read nor write the cache: what took long to work out of meshes and textures, for the next start
+    /// (RELIEF_CACHE_DIR, else the platform's folder for caches; about 2 GiB at most)
     #[arg(long)]
     pub no_cache: bool,
     /// Most memory that textures take on the GPU; where they are larger, the largest are drawn at half their size and less

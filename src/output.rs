@@ -3,6 +3,7 @@
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 /// An output that could not be written.
 #[derive(Debug, thiserror::Error)]
@@ -41,8 +42,10 @@ pub fn write_whole_with(
     path: &Path,
     write: impl FnOnce(&mut fs::File) -> std::io::Result<()>,
 ) -> Result<(), OutputError> {
+    // Of this call alone: several threads may write the same file.
+    static CALLS: AtomicUsize = AtomicUsize::new(0);
     let mut name = path.file_name().unwrap_or_default().to_owned();
-    name.push(format!(".{}.part", std::process::id()));
+    name.push(format!(".{}.{}.part", std::process::id(), CALLS.fetch_add(1, Relaxed)));
     let temporary = path.with_file_name(name);
     let written = fs::File::create(&temporary).and_then(|mut file| write(&mut file));
     let written = written.and_then(|()| fs::rename(&temporary, path));
@@ -102,6 +105,21 @@ pub fn check_file(path: &Path) -> Result<(), OutputError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn many_may_write_the_same_file_and_it_is_whole() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("file");
+        std::thread::scope(|scope| {
+            for byte in 0..8 {
+                let path = &path;
+                scope.spawn(move || (0..20).for_each(|_| write_whole(path, &vec![byte; 1 << 18]).unwrap()));
+            }
+        });
+        let written = fs::read(&path).unwrap();
+        assert!(written.len() == 1 << 18 && written.iter().all(|byte| *byte == written[0]));
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
 
     #[test]
     fn a_failed_write_leaves_nothing_behind() {

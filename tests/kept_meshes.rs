@@ -65,7 +65,10 @@ fn the_second_time_comes_from_the_cache_and_is_what_is_made_without() {
     let mut flipped = whole.clone();
     flipped[1000] ^= 1;
     std::fs::write(&path, flipped).unwrap();
-    for others in [None, Some(&[][..]), Some(&contents[..contents.len() - 4]), Some(&[contents, &[0; 4]].concat())] {
+    // An index beyond the vertices: the last of the levels'.
+    let beyond = [&contents[..contents.len() - 4], &[255; 4]].concat();
+    let longer = [contents, &[0; 4]].concat();
+    for others in [None, Some(&[][..]), Some(&contents[..contents.len() - 4]), Some(&longer), Some(&beyond)] {
         if let Some(contents) = others {
             open(folder.path()).write(&key, contents);
         }
@@ -104,6 +107,25 @@ fn what_differs_in_anything_is_another_mesh() {
     let cache = open(folder.path());
     let named = finished(Mesh { name: "other".into(), ..mesh }, &cache);
     assert_eq!((cache.counts(), &*named.mesh.name), ((1, 0), "other"));
+}
+
+#[test]
+fn equal_meshes_are_worked_out_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let truth = by_itself(full());
+    for counts in [(0, 1), (1, 0)] {
+        let (mut library, cache) = (Library::default(), open(folder.path()));
+        for name in ["a", "b", "c"] {
+            library.add_mesh(Mesh { name: name.into(), ..full() });
+        }
+        finish_meshes(&mut library, &cache);
+        assert_eq!(cache.counts(), counts);
+        for (entry, name) in library.meshes().iter().zip(["a", "b", "c"]) {
+            assert_eq!(entry.mesh.name, name);
+            let unnamed = Mesh { name: truth.mesh.name.clone(), ..entry.mesh.clone() };
+            assert_same(&MeshEntry { mesh: unnamed, ..entry.clone() }, &truth);
+        }
+    }
 }
 
 #[test]

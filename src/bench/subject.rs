@@ -19,7 +19,9 @@ pub(super) enum Subject {
 impl Subject {
     /// Loads the scene that the arguments name.
     pub fn scene(path: &std::path::Path, args: &BenchArgs) -> Result<Self, FrameError> {
-        let stage = frames::load_stage(path, args.camera.as_deref(), &LoadOptions::default())?;
+        // The figures of a start must not depend on those before.
+        let options = LoadOptions { cache: false, ..LoadOptions::default() };
+        let stage = frames::load_stage(path, args.camera.as_deref(), &options)?;
         Ok(Self::Scene(Box::new(stage)))
     }
 
