@@ -31,9 +31,11 @@ pub fn finish_meshes(library: &mut Library, cache: &Cache) {
     systems::set_threads(None);
     let is_large = |entry: &&mut MeshEntry| entry.mesh.triangle_count() >= FEWEST_TRIANGLES;
     let pending: Vec<_> = library.unfinished_meshes().filter(is_large).collect();
+    let mut made_by = blake3::Hasher::new();
+    MADE_BY.iter().for_each(|part| add(&mut made_by, part.as_bytes()));
     // Equal ones together, to be worked out once.
     let mut equal: BTreeMap<[u8; blake3::OUT_LEN], Vec<&mut MeshEntry>> = BTreeMap::new();
-    for (key, entry) in map_in_parallel(pending.into_iter(), |entry| (key(entry), entry)) {
+    for (key, entry) in map_in_parallel(pending.into_iter(), |entry| (key(made_by.clone(), entry), entry)) {
         equal.entry(*key.as_bytes()).or_default().push(entry);
     }
     in_parallel(equal.into_iter(), |(key, mut entries)| {
@@ -60,18 +62,18 @@ fn copy(from: &MeshEntry, to: &mut MeshEntry) {
     *to = MeshEntry { mesh: Mesh { name, ..from.mesh.clone() }, ..from.clone() };
 }
 
-/// All of an entry that tangents and levels depend on. Its levels are not yet there, or it would be finished, unless it is
-/// one that is to have none.
-fn key(entry: &MeshEntry) -> Key {
-    let mut hasher = blake3::Hasher::new();
+/// Of what has been hashed, and all of an entry that tangents and levels depend on. Its levels are not yet there, or it
+/// would be finished, unless it is one that is to have none.
+fn key(mut hasher: blake3::Hasher, entry: &MeshEntry) -> Key {
     let state = [entry.mesh.tangent_uv_set as u64, entry.tangents_ready.into(), entry.levels.len() as u64];
-    for part in MADE_BY.map(str::as_bytes).into_iter().chain([bytemuck::cast_slice(&state)]) {
-        hasher.update(&(part.len() as u64).to_le_bytes()).update(part);
-    }
-    for part in parts(entry) {
-        hasher.update(&(part.len() as u64).to_le_bytes()).update(part);
-    }
+    add(&mut hasher, bytemuck::cast_slice(&state));
+    parts(entry).into_iter().for_each(|part| add(&mut hasher, part));
     hasher.finalize()
+}
+
+/// With its length, so that parts cannot run into each other.
+fn add(hasher: &mut blake3::Hasher, part: &[u8]) {
+    hasher.update(&(part.len() as u64).to_le_bytes()).update(part);
 }
 
 fn parts(entry: &MeshEntry) -> [&[u8]; PARTS] {
