@@ -105,7 +105,7 @@ pub fn select_lights(
     } else if !table.changes().is_empty() {
         order.mark(pool, level, table.changes());
     }
-    if order.needs_sorting() {
+    if order.needs_sorting(pool) {
         let mut places = objects.p1();
         order.sort(pool, |entity, place| {
             let found = places.get_mut(entity);

@@ -25,6 +25,8 @@ use glam::Vec3;
 
 /// Lights per task when objects are marked.
 const LIGHTS_PER_TASK: usize = 128;
+/// Groups of objects per task when their boxes are brought up to date.
+const GROUPS_PER_TASK: usize = 512;
 /// After every object was searched this often on average, the order is looked at.
 const LOOK_AFTER: usize = 16;
 /// The order is sorted again when its groups have grown by this factor.
@@ -271,7 +273,7 @@ impl ObjectOrder {
         if lights.iter().flatten().any(|light| light.range == f32::INFINITY) {
             return self.mark_all();
         }
-        self.refresh();
+        self.refresh(pool);
         let order = &*self;
         let groups = self.spheres.len().div_ceil(WIDTH);
         let found = map_on_pool(pool, lights.chunks(LIGHTS_PER_TASK), |lights| {
@@ -364,25 +366,32 @@ impl ObjectOrder {
     }
 
     /// Brings the boxes of groups whose objects changed up to date, and those above them.
-    fn refresh(&mut self) {
+    fn refresh(&mut self, pool: &TaskPool) {
         self.resize_levels();
-        let mut touched: Vec<usize> = Vec::new();
-        for (word, bits) in self.stale.iter_mut().enumerate() {
-            let mut bits = std::mem::take(bits);
-            while bits != 0 {
-                let group = word * 64 + bits.trailing_zeros() as usize;
-                bits &= bits - 1;
-                let places = (group * WIDTH).min(self.spheres.len())..self.spheres.len().min((group + 1) * WIDTH);
-                if places.is_empty() {
-                    continue;
-                }
-                self.levels[0][group / WIDTH].set(group % WIDTH, around(&self.spheres[places]));
-                if touched.last() != Some(&(group / WIDTH)) {
-                    touched.push(group / WIDTH);
+        let stale = self.stale.iter().map(|bits| bits.count_ones() as usize).sum::<usize>();
+        let words = self.stale.len().div_ceil((stale / GROUPS_PER_TASK).clamp(1, 4 * pool.thread_num())).max(1);
+        let nodes = words * PART_PLACES / (WIDTH * WIDTH);
+        let Some(level) = self.levels.first_mut() else { return };
+        let parts =
+            self.spheres.chunks(words * PART_PLACES).zip(self.stale.chunks_mut(words)).zip(level.chunks_mut(nodes));
+        let touched = map_on_pool(pool, parts.enumerate(), |(part, ((spheres, stale), level))| {
+            let mut touched: Vec<usize> = Vec::new();
+            for (word, bits) in stale.iter_mut().enumerate() {
+                let mut bits = std::mem::take(bits);
+                while bits != 0 {
+                    let group = word * 64 + bits.trailing_zeros() as usize;
+                    bits &= bits - 1;
+                    let Some(spheres) = spheres.chunks(WIDTH).nth(group) else { continue };
+                    level[group / WIDTH].set(group % WIDTH, around(spheres));
+                    let node = part * nodes + group / WIDTH;
+                    if touched.last() != Some(&node) {
+                        touched.push(node);
+                    }
                 }
             }
-        }
-        refit(&mut self.levels, touched);
+            touched
+        });
+        refit(&mut self.levels, touched.concat());
     }
 
     /// Makes the tree as large as the order; all of it stale where it was not.
@@ -404,7 +413,7 @@ impl ObjectOrder {
     }
 
     /// Whether the order has changed or worn so much that sorting pays.
-    pub(crate) fn needs_sorting(&mut self) -> bool {
+    pub(crate) fn needs_sorting(&mut self, pool: &TaskPool) -> bool {
         if self.added * 8 > self.spheres.len() {
             return true;
         }
@@ -412,7 +421,7 @@ impl ObjectOrder {
             return false;
         }
         self.searched = 0;
-        self.refresh();
+        self.refresh(pool);
         self.extent() > WORN * self.sorted_extent
     }
 
@@ -442,7 +451,7 @@ impl ObjectOrder {
         dirty.truncate(spheres.len().div_ceil(64));
         let stale = vec![u64::MAX; spheres.len().div_ceil(PART_PLACES)];
         *self = Self { spheres, entities, dirty, stale, ..Self::default() };
-        self.refresh();
+        self.refresh(pool);
         self.sorted_extent = self.extent();
     }
 }
@@ -468,4 +477,40 @@ pub(crate) fn around(spheres: &[Sphere]) -> Option<(Vec3, Vec3, f32)> {
         let (min, max, radius) = bounds.unwrap_or((Vec3::MAX, Vec3::MIN, 0.0f32));
         Some((min.min(sphere.center), max.max(sphere.center), radius.max(sphere.radius)))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bevy_tasks::TaskPoolBuilder;
+
+    #[test]
+    fn boxes_are_the_same_whatever_the_number_of_threads() {
+        let levels = |threads: usize| {
+            let pool = TaskPoolBuilder::new().num_threads(threads).build();
+            let mut order = ObjectOrder::default();
+            let sphere = |i: u32, turn: f32| Sphere { center: Vec3::new(i as f32 * turn, turn, -turn), radius: 1.0 };
+            for i in 0..50_000 {
+                let place = order.claim(Entity::PLACEHOLDER);
+                order.moved(place, sphere(i, 1.0));
+            }
+            order.refresh(&pool);
+            // Enough for a few tasks, and not all.
+            for i in (0..50_000).step_by(20) {
+                order.moved(Place(i), sphere(i, -2.0));
+            }
+            order.refresh(&pool);
+            let bounds = |level: &Vec<Node>| level.iter().map(Node::bounds).collect::<Vec<_>>();
+            order.levels.iter().map(bounds).collect::<Vec<_>>()
+        };
+        let [one, many] = [1, 4].map(levels);
+        assert_eq!(one, many);
+        assert_eq!(
+            one[2][0],
+            around(&[
+                Sphere { center: Vec3::new(-99_960.0, -2.0, -1.0), radius: 1.0 },
+                Sphere { center: Vec3::new(49_999.0, 1.0, 2.0), radius: 1.0 },
+            ])
+        );
+    }
 }
