@@ -14,9 +14,10 @@ pub(super) struct GrowingBuffer {
     pub version: u32,
 }
 
-/// The size a buffer grows to: the next power of two, at least 256 bytes, but no more than `limit` while `needed` fits.
-fn grown(needed: u64, limit: u64) -> u64 {
-    needed.next_power_of_two().max(256).min(limit.max(needed))
+/// The size that a buffer of `held` bytes grows to: what is needed, or half as much again as it held, so that little by
+/// little it does not grow often; but no more than `limit` while `needed` fits.
+fn grown(held: u64, needed: u64, limit: u64) -> u64 {
+    needed.max(held + held / 2).next_multiple_of(256).min(limit.max(needed))
 }
 
 /// Clean records between two dirty ranges that are written along: a write call costs about as much as 4 KiB.
@@ -48,7 +49,7 @@ impl GrowingBuffer {
         if bytes > limit {
             return Err(RenderError::TooLarge { what: self.label, unit: "bytes", needed: bytes, limit });
         }
-        self.buffer = make(device, self.label, self.usage, grown(bytes, limit));
+        self.buffer = make(device, self.label, self.usage, grown(self.buffer.size(), bytes, limit));
         self.version += 1;
         Ok(true)
     }
@@ -247,10 +248,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn buffers_double_up_to_the_limit() {
-        assert_eq!(grown(1, 1 << 30), 256);
-        assert_eq!(grown(257, 1 << 30), 512);
-        assert_eq!(grown(600, 700), 700);
-        assert_eq!(grown(1024, 1 << 30), 1024);
+    fn buffers_hold_what_is_needed_and_grow_by_half_up_to_the_limit() {
+        assert_eq!(grown(256, 100_000, 1 << 30), 100_096, "all at once");
+        assert_eq!(grown(1024, 1025, 1 << 30), 1536, "little by little");
+        assert_eq!(grown(512, 600, 700), 700);
+        assert_eq!(grown(0, 1024, 1 << 30), 1024);
     }
 }
