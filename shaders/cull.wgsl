@@ -1,13 +1,16 @@
 // Which objects a view draws: one compute pass per view, before its draws. src/renderer/culling.rs records it.
 //
-//   cull          one invocation per slot: is the object in view, at which level of detail, and how far away?
-//   count         one workgroup per entry (a page as one draw sees it): of the slots that the draw takes, how many are
-//                 in each slice of distance?
+//   cull          per slot: is the object in view, at which level of detail, and how far away?
+//   count         per entry (a page as one draw sees it): of the slots that the draw takes, how many are in each slice of
+//                 distance?
 //   scan_blocks   one workgroup per block of these counts: each becomes the sum of those before it in the block
 //   scan_totals   one workgroup: the blocks' sums become the sums of all blocks before
-//   scatter       one workgroup per entry: slots into the list of visible ones, slice by slice, in the order of pages
-//                 and slots within a slice
-//   finish        one invocation per draw: how many instances it has
+//   scatter       per entry: slots into the list of visible ones, slice by slice, in the order of pages and slots within a
+//                 slice
+//   finish        per draw: how many instances it has
+//
+// After `cull`, a workgroup takes `TOGETHER` pages or entries: it looks which of them hold anything that is drawn, and does
+// the rest of its work for these. Most pages are out of view, and most objects of a page at one level of detail.
 //
 // Every list comes out in the same order however the invocations run: nothing is appended by atomic counters.
 //
@@ -103,6 +106,14 @@ const SLICE_SHIFT = 16u;
 const SLICES = 32u;
 // Of a slot that a draw does not take.
 const NO_SLICE = 0xffffffffu;
+
+// Pages or entries that a workgroup takes.
+const TOGETHER = 8u;
+// Slots of them that an invocation looks at first.
+const SLOTS_EACH = PAGE_SLOTS * TOGETHER / 64u;
+
+// Of the pages or entries at hand: a bit for each that holds anything.
+var<workgroup> busy: atomic<u32>;
 
 // Which of EARLY and LATE is drawn.
 override PHASE: u32 = 0x200u;
@@ -244,7 +255,7 @@ fn is_sampled(footprint: Footprint) -> bool {
             || covers(footprint, vec2f(0.625, 0.875)));
 }
 
-@compute @workgroup_size(64)
+@compute @workgroup_size(PAGE_SLOTS)
 fn cull(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) place: u32) {
     let index = index_of(workgroup);
     if index >= cull_view.page_count {
@@ -287,17 +298,28 @@ fn is_hidden(footprint: Footprint) -> bool {
     return footprint.nearest * 1.00001 < farthest;
 }
 
-@compute @workgroup_size(64)
+@compute @workgroup_size(PAGE_SLOTS)
 fn occlude(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) place: u32) {
-    let index = index_of(workgroup);
-    if index >= cull_view.page_count {
-        return;
+    let first = index_of(workgroup) * TOGETHER;
+    let own = first + place / SLOTS_EACH;
+    if own < cull_view.page_count {
+        let slot = pages[own].x * PAGE_SLOTS + place % SLOTS_EACH * SLOTS_EACH;
+        var found = 0u;
+        for (var i = 0u; i < SLOTS_EACH; i++) {
+            found |= visibility[slot + i];
+        }
+        if (found & IN_VIEW) != 0u {
+            atomicOr(&busy, 1u << (place / SLOTS_EACH));
+        }
     }
-    let page = pages[index];
-    let slot = page.x * PAGE_SLOTS + place;
-    let found = visibility[slot];
-    if (found & IN_VIEW) != 0u && !is_hidden(footprint_of(slot, batches[page.y])) {
-        visibility[slot] = found | SEEN | select(LATE, 0u, (found & EARLY) != 0u);
+    workgroupBarrier();
+    for (var left = atomicLoad(&busy); left != 0u; left &= left - 1u) {
+        let page = pages[first + firstTrailingBit(left)];
+        let slot = page.x * PAGE_SLOTS + place;
+        let found = visibility[slot];
+        if (found & IN_VIEW) != 0u && !is_hidden(footprint_of(slot, batches[page.y])) {
+            visibility[slot] = found | SEEN | select(LATE, 0u, (found & EARLY) != 0u);
+        }
     }
 }
 
@@ -313,37 +335,63 @@ fn count_index(draw: CullDraw, entry: u32, slice: u32) -> u32 {
     return draw.first_entry * SLICES + slice * (draw.end_entry - draw.first_entry) + entry - draw.first_entry;
 }
 
-// Of the page at hand: for each slice, 64 bits for the slots that it holds.
-var<workgroup> members: array<atomic<u32>, 2 * SLICES>;
+// Of each entry at hand and each slice, 64 bits for the slots that it holds.
+var<workgroup> members: array<atomic<u32>, 2u * SLICES * TOGETHER>;
 
 // Notes a slot in its slice. (Not by adding up: which bits are set does not depend on who comes first.)
-fn enter(slice: u32, place: u32) {
+fn enter(number: u32, slice: u32, place: u32) {
     if slice != NO_SLICE {
-        atomicOr(&members[2u * slice + place / 32u], 1u << (place % 32u));
+        atomicOr(&members[2u * (number * SLICES + slice) + place / 32u], 1u << (place % 32u));
     }
 }
 
-// How many slots of a slice lie before a place of the page.
-fn members_before(slice: u32, place: u32) -> u32 {
-    let low = atomicLoad(&members[2u * slice]);
+// How many slots of a slice there are, and how many of them lie before a place of the page.
+fn members_of(number: u32, slice: u32) -> vec2u {
+    let first = 2u * (number * SLICES + slice);
+    return vec2u(atomicLoad(&members[first]), atomicLoad(&members[first + 1u]));
+}
+
+fn members_before(number: u32, slice: u32, place: u32) -> u32 {
+    let both = members_of(number, slice);
     let before = (1u << (place % 32u)) - 1u;
-    if place < 32u {
-        return countOneBits(low & before);
+    return select(countOneBits(both.x) + countOneBits(both.y & before), countOneBits(both.x & before), place < 32u);
+}
+
+// Finds which entries from one on hold slots that are drawn, and notes these in their slices. A barrier must follow.
+fn enter_all(first: u32, place: u32) {
+    let own = first + place / SLOTS_EACH;
+    if own < cull_view.entry_count {
+        let entry = entries[own];
+        let draw = draws[entry.y];
+        let slot = entry.x * PAGE_SLOTS + place % SLOTS_EACH * SLOTS_EACH;
+        var any = false;
+        for (var i = 0u; i < SLOTS_EACH; i++) {
+            any = any || taken_slice(draw, slot + i) != NO_SLICE;
+        }
+        if any {
+            atomicOr(&busy, 1u << (place / SLOTS_EACH));
+        }
     }
-    return countOneBits(low) + countOneBits(atomicLoad(&members[2u * slice + 1u]) & before);
+    workgroupBarrier();
+    for (var left = atomicLoad(&busy); left != 0u; left &= left - 1u) {
+        let number = firstTrailingBit(left);
+        let entry = entries[first + number];
+        enter(number, taken_slice(draws[entry.y], entry.x * PAGE_SLOTS + place), place);
+    }
 }
 
 @compute @workgroup_size(PAGE_SLOTS)
 fn count(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) place: u32) {
-    let index = index_of(workgroup);
-    let entry = entries[min(index, cull_view.entry_count - 1u)];
-    let draw = draws[entry.y];
-    enter(taken_slice(draw, entry.x * PAGE_SLOTS + place), place);
+    let first = index_of(workgroup) * TOGETHER;
+    enter_all(first, place);
     workgroupBarrier();
-    if place < SLICES && index < cull_view.entry_count {
-        let low = atomicLoad(&members[2u * place]);
-        let high = atomicLoad(&members[2u * place + 1u]);
-        counts[count_index(draw, index, place)] = countOneBits(low) + countOneBits(high);
+    // Of entries that hold nothing, too.
+    for (var i = place; i < TOGETHER * SLICES; i += PAGE_SLOTS) {
+        let index = first + i / SLICES;
+        if index < cull_view.entry_count {
+            let both = countOneBits(members_of(i / SLICES, i % SLICES));
+            counts[count_index(draws[entries[index].y], index, i % SLICES)] = both.x + both.y;
+        }
     }
 }
 
@@ -421,18 +469,20 @@ fn sum_before(index: u32) -> u32 {
 
 @compute @workgroup_size(PAGE_SLOTS)
 fn scatter(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) place: u32) {
-    let index = index_of(workgroup);
-    let entry = entries[min(index, cull_view.entry_count - 1u)];
-    let draw = draws[entry.y];
-    let slot = entry.x * PAGE_SLOTS + place;
-    let slice = taken_slice(draw, slot);
-    enter(slice, place);
+    let first = index_of(workgroup) * TOGETHER;
+    enter_all(first, place);
     workgroupBarrier();
-    if index >= cull_view.entry_count || slice == NO_SLICE {
-        return;
+    for (var left = atomicLoad(&busy); left != 0u; left &= left - 1u) {
+        let number = firstTrailingBit(left);
+        let entry = entries[first + number];
+        let draw = draws[entry.y];
+        let slot = entry.x * PAGE_SLOTS + place;
+        let slice = taken_slice(draw, slot);
+        if slice != NO_SLICE {
+            let rank = sum_before(count_index(draw, first + number, slice)) - sum_before(draw.first_entry * SLICES);
+            visible[draw.first_visible + rank + members_before(number, slice, place)] = slot;
+        }
     }
-    let rank = sum_before(count_index(draw, index, slice)) - sum_before(draw.first_entry * SLICES);
-    visible[draw.first_visible + rank + members_before(slice, place)] = slot;
 }
 
 @compute @workgroup_size(64)

@@ -100,6 +100,8 @@ pub(super) const ARGUMENT_BYTES: u64 = size_of::<DrawIndexedIndirectArgs>() as u
 
 /// Workgroups in a row of a dispatch; `ROW` of shaders/cull.wgsl.
 const ROW: u32 = 32768;
+/// Pages or entries that a workgroup takes; `TOGETHER` of shaders/cull.wgsl.
+const TOGETHER: u32 = 8;
 /// Slices of distance; `SLICES` of shaders/cull.wgsl.
 const SLICES: u32 = 32;
 /// Counts that are added up together; `BLOCK` of shaders/cull.wgsl.
@@ -197,12 +199,14 @@ impl Culling {
             pass.set_bind_group(0, *frame_group, &[]);
             pass.set_bind_group(1, group, &[]);
             let draws = view.counts.draw_count.div_ceil(64);
+            let tests = if phase == Phase::Early { pages } else { pages.div_ceil(TOGETHER) };
+            let taken = entries.div_ceil(TOGETHER);
             let work = [
-                (test, pages),
-                (&self.count[phase as usize], entries),
+                (test, tests),
+                (&self.count[phase as usize], taken),
                 (&self.scan_blocks, blocks(entries)),
                 (&self.scan_totals, 1),
-                (&self.scatter[phase as usize], entries),
+                (&self.scatter[phase as usize], taken),
                 (&self.finish, draws),
             ];
             for (pipeline, workgroups) in work {

@@ -2,9 +2,9 @@
 //! keeps go. Made anew when batches or meshes changed, never otherwise; the same for every view.
 //!
 //! ```text
-//! pages[p]      a page of instance slots, and its batch           one workgroup each in `cull`
+//! pages[p]      a page of instance slots, and its batch           for `cull` and `occlude`
 //! batches[b]    what culling needs to know of the batch's mesh
-//! entries[e]    a page and a draw that looks through it           one workgroup each in `count` and `scatter`
+//! entries[e]    a page and a draw that looks through it           for `count` and `scatter`
 //! draws[d]      a batch at one level of detail: its entries, and where its list of visible slots begins
 //! ```
 
