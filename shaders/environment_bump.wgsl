@@ -32,8 +32,8 @@ fn refracted(in: VertexOut, material: Material, offset: vec3f, dp_dx: vec3f, dp_
     let uv = image_uv(material, MAP_OFFSET, uvs);
     let width = image_width(uv, dp_dx, dp_dy, vec2f(textureDimensions(offset_maps)));
     let thickness = material.height_scale_uv * width;
-    let here = view.clip_from_world * vec4f(in.position, 1.0);
-    let there = view.clip_from_world * vec4f(in.position + offset * thickness, 1.0);
+    let here = view.clip_from_eye * vec4f(in.position, 1.0);
+    let there = view.clip_from_eye * vec4f(in.position + offset * thickness, 1.0);
     let size = vec2f(textureDimensions(behind));
     // Behind the eye there is nothing to read.
     let moved = select(vec2f(0.0), there.xy / there.w - here.xy / here.w, there.w > 0.0) * vec2f(0.5, -0.5) * size;

@@ -56,6 +56,7 @@ struct VertexIn {
 
 struct VertexOut {
     @invariant @builtin(position) clip_position: vec4f,
+    // From the eye, along the world's axes: far from the origin, differences from pixel to pixel would be lost in rounding.
     @location(0) position: vec3f,
     @location(1) normal: vec3f,
     @location(2) tangent: vec4f,
@@ -71,8 +72,6 @@ fn unit_or(v: vec3f, otherwise: vec3f) -> vec3f {
 
 fn transformed(in: VertexIn) -> VertexOut {
     let rows = load_world_from_object(in.slot);
-    let object = vec4f(in.position, 1.0);
-    let position = vec3f(dot(rows[0], object), dot(rows[1], object), dot(rows[2], object));
     // Normals go by the cofactor matrix: det · inverse transpose, its columns cross products of the rows' columns.
     let x = vec3f(rows[0].x, rows[1].x, rows[2].x);
     let y = vec3f(rows[0].y, rows[1].y, rows[2].y);
@@ -83,8 +82,9 @@ fn transformed(in: VertexIn) -> VertexOut {
     let normal = handedness * (y_z * in.normal.x + cross(z, x) * in.normal.y + cross(x, y) * in.normal.z);
     let tangent = x * in.tangent.x + y * in.tangent.y + z * in.tangent.z;
     var out: VertexOut;
-    out.clip_position = view.clip_from_world * vec4f(position, 1.0);
-    out.position = position;
+    let from_eye = vec3f(rows[0].w, rows[1].w, rows[2].w) - view.eye;
+    out.position = vec3f(dot(rows[0].xyz, in.position), dot(rows[1].xyz, in.position), dot(rows[2].xyz, in.position)) + from_eye;
+    out.clip_position = view.clip_from_eye * vec4f(out.position, 1.0);
     out.normal = unit_or(normal, vec3f(0.0, 1.0, 0.0));
     out.tangent = vec4f(unit_or(tangent, vec3f(1.0, 0.0, 0.0)), in.tangent.w * handedness);
     out.uvs = in.uvs;
@@ -140,8 +140,9 @@ fn base_color(material: Material, uvs: Uvs, vertex_color: vec4f) -> vec4f {
     return texel * material.base_factor;
 }
 
+// From a position as VertexOut has it.
 fn toward_eye(position: vec3f) -> vec3f {
-    return select(normalize(view.eye - position), view.toward_eye, view.parallel == 1u);
+    return select(normalize(-position), view.toward_eye, view.parallel == 1u);
 }
 
 // The material's maps and factors at this pixel; colours only, the caller adds place and direction.
@@ -320,7 +321,7 @@ fn shaded(in: VertexOut, front: bool) -> Shaded {
 }
 
 fn depth_of(position: vec3f) -> f32 {
-    let clip = view.clip_from_world * vec4f(position, 1.0);
+    let clip = view.clip_from_eye * vec4f(position, 1.0);
     // Behind the eye is nearest.
     return select(1.0, saturate(clip.z / clip.w), clip.w > 0.0);
 }

@@ -138,7 +138,7 @@ fn relief_point(field: HeightField, toward_eye: vec3f) -> FieldPoint {
     return FieldPoint(field.at + (height - field.rest) * slope, height);
 }
 
-// Where a point of the field that the eye sees through `position` on the mesh lies in the world.
+// Where a point of the field that the eye sees through `position` on the mesh lies, from the eye as that.
 fn displaced(field: HeightField, position: vec3f, height: f32, toward_eye: vec3f) -> vec3f {
     let cosine = max(dot(toward_eye, field.frame.normal), LEAST_COSINE);
     return position + toward_eye * ((height - field.rest) * field.depth / cosine);

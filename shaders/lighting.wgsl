@@ -32,7 +32,7 @@ fn arriving(slot: u32, position: vec3f) -> Arriving {
     if light.kind == LIGHT_OFF {
         return Arriving(vec3f(0.0, 1.0, 0.0), vec3f(0.0), vec3f(0.0));
     }
-    let offset = light.position - position;
+    let offset = light.position - view.eye - position;
     let distance_squared = dot(offset, offset);
     let d = sqrt(distance_squared);
     let toward = offset / max(d, 1e-6);

@@ -5,7 +5,8 @@
 
 struct View {
     clip_from_world: mat4x4f,
-    world_from_clip: mat4x4f,
+    clip_from_eye: mat4x4f,
+    eye_from_clip: mat4x4f,
     eye: vec3f,
     parallel: u32,
     toward_eye: vec3f,

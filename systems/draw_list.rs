@@ -194,8 +194,10 @@ pub struct MaterialRecord {
 pub struct ViewRecord {
     /// Column-major; reversed depth: 1 at the near plane, 0 at the far plane or infinity.
     pub clip_from_world: [[f32; 4]; 4],
-    /// The inverse, for the sky's directions.
-    pub world_from_clip: [[f32; 4]; 4],
+    /// The same for positions from the eye, along the world's axes: nothing is lost in rounding far from the origin.
+    pub clip_from_eye: [[f32; 4]; 4],
+    /// Its inverse, for the sky's directions.
+    pub eye_from_clip: [[f32; 4]; 4],
     /// Of the eye, world space.
     pub eye: [f32; 3],
     /// 1 where the projection is parallel, else 0.
@@ -238,7 +240,7 @@ pub struct PipelineKey {
     pub emissive: bool,
     /// The material brings the environment that it mirrors, for [`Technique::PerturbedUv`].
     pub environment_map: bool,
-    /// The height map rises above the mesh: with [`Technique::writes_depth`], depths lie before it.
+    /// The height map rises above the mesh, on either side: with [`Technique::writes_depth`], depths lie before it.
     pub raised: bool,
     /// The mesh has colours.
     pub vertex_colors: bool,

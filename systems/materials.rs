@@ -124,7 +124,8 @@ fn pipeline(material: &Material) -> PipelineKey {
         transformed_uvs: material.maps().into_iter().flatten().any(|map| map.is_transformed()),
         emissive: material.emissive_factor != Vec3::ZERO,
         environment_map: material.environment_map.is_some(),
-        raised: material.height_map.is_some() && material.height_rest < 1.0,
+        // Seen from behind, what is sunk stands out.
+        raised: material.height_map.is_some() && (material.height_rest < 1.0 || material.double_sided),
         vertex_colors: false,
         double_sided: material.double_sided,
         mirrored: false,

@@ -88,9 +88,11 @@ impl View {
     /// What the shaders read of this view.
     pub fn record(&self, environment: &Environment, picked_entity: Option<u32>) -> ViewRecord {
         let clip_from_world = self.clip_from_world();
+        let clip_from_eye = self.clip_from_view() * Mat4::from_mat3a(self.world_from_view.matrix3.inverse());
         ViewRecord {
             clip_from_world: clip_from_world.to_cols_array_2d(),
-            world_from_clip: clip_from_world.inverse().to_cols_array_2d(),
+            clip_from_eye: clip_from_eye.to_cols_array_2d(),
+            eye_from_clip: clip_from_eye.inverse().to_cols_array_2d(),
             eye: self.eye().to_array(),
             parallel: matches!(self.camera.projection, Projection::Orthographic { .. }).into(),
             toward_eye: (-self.direction()).to_array(),

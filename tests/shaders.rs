@@ -60,7 +60,8 @@ fn shader_structs_mirror_the_draw_list() {
         "View",
         ViewRecord {
             clip_from_world,
-            world_from_clip,
+            clip_from_eye,
+            eye_from_clip,
             eye,
             parallel,
             toward_eye,

@@ -2,6 +2,7 @@
 
 use super::RenderError;
 use super::scatter::{MANY_RANGES, Scatter, ScatterBuffers};
+use systems::draw_list::PAGE_SLOTS;
 use systems::tables::{DirtySlots, Table};
 
 /// A storage or vertex buffer that grows.
@@ -174,7 +175,9 @@ impl RecordTable {
     ) -> Result<u64, RenderError> {
         self.scattered.flush(gpu, scatter);
         let bytes: &[u8] = bytemuck::cast_slice(&table.records);
-        let lost = self.reserve(&gpu.device, bytes.len() as u64 / TEXEL_BYTES)?;
+        // Whole pages: culling looks at the slots behind the last one in use, too, and new texels are zero.
+        let room = table.records.len().next_multiple_of(PAGE_SLOTS as usize) * size_of::<T>();
+        let lost = self.reserve(&gpu.device, room as u64 / TEXEL_BYTES)?;
         if lost || everything {
             self.write(gpu, &mut Pace::new(FEW_BYTES_UNDER_WAY), 0, bytes);
             return Ok(bytes.len() as u64);
