@@ -120,14 +120,15 @@ pub struct RenderArgs {
 /// What is made of frames.
 #[derive(Args, Clone)]
 pub struct PictureArgs {
-    /// Kinds of pictures, separated by commas
+    /// Kinds of pictures, separated by commas. Depth, normal and id show what a blended object hides by half or less, not
+    /// the object
     #[arg(long, value_enum, value_delimiter = ',', default_value = "color")]
     pub outputs: Vec<OutputKind>,
     /// Also make a film of the colour frames, one per step of the scene's clock: with ffmpeg, or an animated picture if
     /// the name ends in .apng or .gif; where there is no ffmpeg, an .apng beside it
     #[arg(long, value_name = "FILE.mp4")]
     pub video: Option<PathBuf>,
-    /// Go on after an interruption: leave frames alone whose pictures are there
+    /// Go on after an interruption: leave frames alone whose pictures are there in that size
     #[arg(long)]
     pub resume: bool,
     /// Take the steps at the speed of the scene's clock rather than as fast as possible

@@ -165,6 +165,14 @@ pub enum FrameError {
         /// Where it begins or ends.
         known: String,
     },
+    /// Steps to check that a recording does not have.
+    #[error("--from {from}: there are no steps after it, the recording ends with step {last}")]
+    NoSteps {
+        /// The step asked for.
+        from: u64,
+        /// The last.
+        last: u64,
+    },
     /// A run that cannot be recorded, replayed or continued.
     #[error(transparent)]
     Recording(#[from] RecordingError),
@@ -382,8 +390,8 @@ pub fn render_frames(job: &FrameJob, mut progress: impl FnMut(u64, u64)) -> Resu
             pace.iter().for_each(|pace| pace.wait(step_of(&stage.simulation) + 1));
             stepper.step(&mut stage.simulation)?;
         }
-        let missing: Vec<_> =
-            job.outputs.iter().filter(|&&kind| !job.resume || !is_written(&path(kind, frame))).copied().collect();
+        let is_missing = |kind: &OutputKind| !job.resume || !is_written(&path(*kind, frame), job.size);
+        let missing: Vec<_> = job.outputs.iter().copied().filter(is_missing).collect();
         if !missing.is_empty() {
             stage.simulation.frame();
             let view = stage.viewpoint.view(&stage.simulation.world, job.size);
@@ -412,9 +420,9 @@ pub fn render_frames(job: &FrameJob, mut progress: impl FnMut(u64, u64)) -> Resu
     Ok(written)
 }
 
-/// Whether a picture is there: pictures are written whole, so a file that holds anything holds all.
-fn is_written(path: &Path) -> bool {
-    path.metadata().is_ok_and(|data| data.is_file() && data.len() > 0)
+/// Whether a picture of that size is there: pictures are written whole, so that what begins as one holds all.
+fn is_written(path: &Path, size: (u32, u32)) -> bool {
+    image::image_dimensions(path).is_ok_and(|found| found == size)
 }
 
 fn pictures(renderer: &mut Renderer, view: &View, kinds: &[OutputKind]) -> Vec<(OutputKind, image::DynamicImage)> {

@@ -14,9 +14,10 @@ use relief::freed_memory::keep_freed_memory;
 use relief::gallery::{self, GalleryArgs};
 use relief::light_error::{self, LightErrorJob};
 use relief::maps::command::{self as map_tools, MapArgs};
-use relief::recording::{self, RecordingError, RunFiles};
+use relief::recording::{self, Recording, RecordingError, RunFiles};
 use relief::renderer::Gpu;
 use relief::technique_error::{self, CompareArgs};
+use relief::video::VideoError;
 use relief::{check, demo};
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -78,6 +79,8 @@ fn exit_code(error: &FrameError) -> u8 {
         FrameError::Import(_)
         | FrameError::NoFigure { .. }
         | FrameError::NoFrames { .. }
+        | FrameError::NoSteps { .. }
+        | FrameError::Video(VideoError::UnknownEnding { .. })
         | FrameError::Recording(RecordingError::Refused { .. }) => 2,
         FrameError::Gpu(_) => 3,
         FrameError::Output(_) | FrameError::Video(_) | FrameError::Recording(_) => 1,
@@ -275,6 +278,9 @@ fn check_steps(scene: &Path, files: &RunFiles, args: &ReplayArgs) -> Result<(), 
     systems::set_threads(args.view.threads.map(usize::from));
     let mut stage = frames::load_stage(scene, None, &args.view.load())?;
     let mut stepper = frames::begin_run(&mut stage, scene, files, args.from)?;
+    if let Some((_, last)) = stepper.recording().map(Recording::steps).filter(|&(_, last)| args.from >= last) {
+        return Err(FrameError::NoSteps { from: args.from, last });
+    }
     let begun = stage.simulation.world.resource::<Clock>().step;
     let bar = progress_bar("{bar:40} step {pos}/{len}  {per_sec}  {eta} left");
     while !stepper.is_at_end(&stage.simulation) {

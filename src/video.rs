@@ -2,6 +2,7 @@
 
 use crate::animation::{self, Animation};
 use crate::output::OutputError;
+use std::io::Write;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -17,30 +18,74 @@ pub enum VideoError {
         /// The last line it printed.
         message: String,
     },
+    /// ffmpeg does not know what to make of the name.
+    #[error("{}: ffmpeg makes no film of that name; .mp4, .mkv, .webm, .gif and .apng are known ({message})", path.display())]
+    UnknownEnding {
+        /// The film.
+        path: PathBuf,
+        /// The last line it printed.
+        message: String,
+    },
     /// The film cannot be put in its place.
     #[error(transparent)]
     Output(#[from] OutputError),
 }
 
-/// Whether the film's folder is there, asked before hours of rendering. Where ffmpeg is missing, says what is made
-/// instead.
+/// Whether the film's folder is there and its name is one that ffmpeg makes a film of, asked before hours of rendering.
+/// Where ffmpeg is missing, says what is made instead.
 ///
 /// # Errors
-/// [`VideoError::Output`].
+/// [`VideoError::Output`], [`VideoError::UnknownEnding`].
 pub fn check(path: &Path) -> Result<(), VideoError> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     folder.metadata().map_err(|source| OutputError::Io { path: path.to_owned(), source })?;
-    if Animation::of(path).is_none()
-        && let Err(reason) = ffmpeg()
-    {
+    if Animation::of(path).is_some() {
+        return Ok(());
+    }
+    if let Err(reason) = ffmpeg() {
         tracing::warn!(
             "{}: cannot run ffmpeg, which makes such videos ({reason}); {} is made instead, an animated PNG. To install \
              ffmpeg: apt-get install ffmpeg (Debian, Ubuntu)",
             path.display(),
             animation::instead_of(path).display()
         );
+        return Ok(());
     }
-    Ok(())
+    check_ending(path)
+}
+
+/// Has ffmpeg make a film of one black picture under a name with the same ending.
+fn check_ending(path: &Path) -> Result<(), VideoError> {
+    let io = |source| OutputError::Io { path: path.to_owned(), source };
+    let temporary = temporary(path)?;
+    let mut run = Command::new("ffmpeg")
+        .args(["-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "gray", "-s", "16x16", "-i", "-"])
+        .args(["-frames:v", "1", "-pix_fmt", "yuv420p"])
+        .arg(&temporary)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .map_err(io)?;
+    // It may have stopped reading; then it says why.
+    let _ = run.stdin.take().map(|mut stdin| stdin.write_all(&[0; 16 * 16]));
+    let output = run.wait_with_output().map_err(io)?;
+    let _ = std::fs::remove_file(&temporary);
+    if output.status.success() {
+        return Ok(());
+    }
+    Err(VideoError::UnknownEnding { path: path.to_owned(), message: last_line(&output.stderr) })
+}
+
+/// What ffmpeg writes before it is renamed; whole, for ffmpeg may run in another folder.
+fn temporary(path: &Path) -> Result<PathBuf, OutputError> {
+    let mut name = std::ffi::OsString::from(format!(".part-{}-", std::process::id()));
+    name.push(path.file_name().unwrap_or_default());
+    std::path::absolute(path.with_file_name(name)).map_err(|source| OutputError::Io { path: path.to_owned(), source })
+}
+
+fn last_line(said: &[u8]) -> String {
+    String::from_utf8_lossy(said).lines().last().unwrap_or("it said nothing").to_owned()
 }
 
 fn ffmpeg() -> std::io::Result<()> {
@@ -67,11 +112,8 @@ pub fn encode(path: &Path, folder: &Path, frames: Range<u64>, frames_per_second:
 
 /// By ffmpeg; written under another name, then renamed.
 fn encode_film(path: &Path, folder: &Path, frames: Range<u64>, frames_per_second: f64) -> Result<(), VideoError> {
-    let mut name = std::ffi::OsString::from(format!(".part-{}-", std::process::id()));
-    name.push(path.file_name().unwrap_or_default());
     // ffmpeg runs in the frames' folder: a % in its name would count as a part of the pattern.
-    let temporary = std::path::absolute(path.with_file_name(name));
-    let temporary = temporary.map_err(|source| OutputError::Io { path: path.to_owned(), source })?;
+    let temporary = temporary(path)?;
     let output = Command::new("ffmpeg")
         .args(["-y", "-loglevel", "error", "-framerate", &frames_per_second.to_string()])
         .args(["-start_number", &frames.start.to_string(), "-i"])
@@ -86,9 +128,7 @@ fn encode_film(path: &Path, folder: &Path, frames: Range<u64>, frames_per_second
         .map_err(|source| OutputError::Io { path: path.to_owned(), source })?;
     if !output.status.success() {
         let _ = std::fs::remove_file(&temporary);
-        let said = String::from_utf8_lossy(&output.stderr);
-        let message = said.lines().last().unwrap_or("it said nothing").to_owned();
-        return Err(VideoError::Failed { path: path.to_owned(), message });
+        return Err(VideoError::Failed { path: path.to_owned(), message: last_line(&output.stderr) });
     }
     std::fs::rename(&temporary, path).map_err(|source| {
         let _ = std::fs::remove_file(&temporary);

@@ -5,7 +5,7 @@ use bevy_ecs::prelude::*;
 use bevy_transform::components::{GlobalTransform, Transform};
 use glam::{Affine3A, Quat, Vec3};
 use systems::components::{Camera, Projection};
-use systems::vehicles::{Vehicle, VehicleTypes};
+use systems::vehicles::{Vehicle, VehicleType, VehicleTypes};
 use systems::view::View;
 
 /// What is looked through. Nothing of it is in the world: it follows from where things are.
@@ -59,8 +59,8 @@ impl Viewpoint {
                 View::new(&place(camera), &seen, width, height)
             }
             Self::Chase(vehicle) => {
-                let size = vehicle_type(world, vehicle, |t| t.bounds().max - t.bounds().min);
-                View::new(&behind(&place(vehicle), size), &wide, width, height)
+                let behind = vehicle_type(world, vehicle, |kind| behind(&place(vehicle), kind));
+                View::new(&behind, &wide, width, height)
             }
             Self::Driver(vehicle) => {
                 let (eye, front) = vehicle_type(world, vehicle, |t| (t.eye, t.front()));
@@ -76,16 +76,17 @@ impl Viewpoint {
 }
 
 /// Something of the type that a vehicle is of; of the stand-in where it is no vehicle.
-fn vehicle_type<T>(world: &World, entity: Entity, get: impl FnOnce(&systems::vehicles::VehicleType) -> T) -> T {
+fn vehicle_type<T>(world: &World, entity: Entity, get: impl FnOnce(&VehicleType) -> T) -> T {
     let kind = world.get::<Vehicle>(entity).map(|vehicle| vehicle.kind).unwrap_or_default();
     get(world.resource::<VehicleTypes>().get(kind))
 }
 
-/// World from view: behind a vehicle of that size, upright whatever the slope.
-fn behind(world_from_vehicle: &Affine3A, size: Vec3) -> Affine3A {
+/// World from view: behind a vehicle of that type and above it, upright whatever the slope; over its trailer if it has one.
+fn behind(world_from_vehicle: &Affine3A, kind: &VehicleType) -> Affine3A {
+    let (size, trailer) = (kind.size, kind.rear() - kind.rear_overhang);
     let forward = Vec3::from(world_from_vehicle.matrix3.z_axis).with_y(0.0).normalize_or(Vec3::Z);
     let at = Vec3::from(world_from_vehicle.translation);
-    let eye = at - forward * (size.z * 0.6 + 4.0) + Vec3::Y * (size.y * 0.9 + 1.2);
+    let eye = at - forward * (size.z * 0.6 + 4.0 + trailer) + Vec3::Y * (size.y * 0.9 + 1.2 + trailer * 0.4);
     let ahead = at + forward * (size.z * 0.5 + 4.0) + Vec3::Y * size.y * 0.5;
     Transform::from_translation(eye).looking_at(ahead, Vec3::Y).compute_affine()
 }

@@ -25,6 +25,14 @@ pub enum RenderError {
         /// What the device says.
         reason: String,
     },
+    /// The device has no memory for the scene's meshes, textures or tables, or finds fault with them.
+    #[error(
+        "this graphics adapter does not take the scene (--texture-memory and --compress make it smaller): {reason}"
+    )]
+    Refused {
+        /// What the device says.
+        reason: String,
+    },
     /// An image of a material has more texels than the device's textures may have.
     #[error(
         "too large for this graphics adapter: image {image:?} of {}x{} texels, it allows {limit} along a side",

@@ -81,8 +81,17 @@ impl Gpu {
         surface: Option<&wgpu::Surface<'_>>,
         wanted: wgpu::Features,
     ) -> Result<Self, GpuError> {
-        let adapter = choose_adapter(&instance, surface)?;
-        let info = adapter.get_info();
+        let mut refused = None;
+        for adapter in adapters(&instance, surface)? {
+            match Self::of_adapter(instance.clone(), adapter, wanted) {
+                Ok(gpu) => return Ok(gpu),
+                Err(error) => refused = refused.or(Some(error)),
+            }
+        }
+        Err(refused.unwrap_or_else(|| GpuError::NoAdapter(String::new())))
+    }
+
+    fn of_adapter(instance: wgpu::Instance, adapter: wgpu::Adapter, wanted: wgpu::Features) -> Result<Self, GpuError> {
         let offered = adapter.limits();
         let required_limits = wgpu::Limits {
             // Scenes grow past the portable defaults in these; everything else stays portable.
@@ -98,8 +107,8 @@ impl Gpu {
             ..wgpu::DeviceDescriptor::default()
         };
         let opened = pollster::block_on(adapter.request_device(&descriptor));
-        let (device, queue) =
-            opened.map_err(|e| GpuError::NoDevice { adapter: info.name.clone(), reason: e.to_string() })?;
+        let (device, queue) = opened
+            .map_err(|error| GpuError::NoDevice { adapter: adapter.get_info().name, reason: error.to_string() })?;
         Ok(Self { instance, adapter, device, queue })
     }
 
@@ -149,7 +158,8 @@ pub(crate) fn instance_flags(mut descriptor: wgpu::InstanceDescriptor) -> wgpu::
     descriptor
 }
 
-fn choose_adapter(instance: &wgpu::Instance, surface: Option<&wgpu::Surface<'_>>) -> Result<wgpu::Adapter, GpuError> {
+/// The adapters that will do, the best first: an old card may refuse what another one has. At least one.
+fn adapters(instance: &wgpu::Instance, surface: Option<&wgpu::Surface<'_>>) -> Result<Vec<wgpu::Adapter>, GpuError> {
     let wanted = std::env::var("WGPU_ADAPTER_NAME").ok().map(|name| name.to_lowercase());
     let usable = |adapter: &wgpu::Adapter| {
         surface.is_none_or(|s| adapter.is_surface_supported(s))
@@ -166,11 +176,14 @@ fn choose_adapter(instance: &wgpu::Instance, surface: Option<&wgpu::Surface<'_>>
         };
         (kind, info.backend != wgpu::Backend::Vulkan)
     };
-    let found = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
-    found.into_iter().filter(usable).min_by_key(rank).ok_or_else(|| {
-        GpuError::NoAdapter(match &wanted {
+    let mut found = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
+    found.retain(usable);
+    found.sort_by_key(rank);
+    if found.is_empty() {
+        return Err(GpuError::NoAdapter(match &wanted {
             Some(name) => format!("none with \"{name}\" in its name"),
             None => "neither Vulkan nor another interface offers one".to_owned(),
-        })
-    })
+        }));
+    }
+    Ok(found)
 }

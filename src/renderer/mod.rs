@@ -245,28 +245,15 @@ impl Renderer {
             samples: settings.samples,
         };
         self.technique = settings.technique;
-        self.upload_blended(list, view)?;
-        // Compiled while the rest is uploaded.
-        let missing = self.start_pipelines(self.pass, list.batches.iter().map(|batch| batch.key));
-        let uploaded = self.upload(list, library);
-        self.pipelines.finish_objects(missing);
-        uploaded?;
-        let redrawn = self.draws.update(&self.gpu, list, &self.meshes, settings.levels.enabled)?;
-        self.stats.list_bytes += redrawn.unwrap_or(0);
-        let occlusion = match settings.occlusion {
-            Occlusion::Auto => list.objects >= FEW_OBJECTS,
-            Occlusion::On => true,
-            Occlusion::Off => false,
-        };
-        // What stands out before its bounds may be seen where they are hidden.
-        let stands_out = |draw: &draws::Draw| {
-            let key = draw.key.pipeline;
-            key.raised && settings.technique.unwrap_or(key.technique).writes_depth()
-        };
-        let occlusion = occlusion && !self.draws.list.iter().any(stands_out);
-        self.make_targets(view, settings.samples, occlusion)?;
-        let draws = &self.draws;
-        let recull = self.culled.prepare(&self.gpu, &self.culling, draws, view, settings, redrawn.is_some())?;
+        // What there is no memory for fails again where it is used.
+        let invalid = self.gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let no_memory = self.gpu.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+        let recull = self.prepare_objects(list, library, view, settings);
+        let errors = [no_memory.pop(), invalid.pop()].map(pollster::block_on);
+        if let Some(error) = errors.into_iter().flatten().next() {
+            return Err(RenderError::Refused { reason: error.to_string() });
+        }
+        let recull = recull?;
         let record = view.record(&list.environment, settings.picked_entity);
         self.tables.write_view(&self.gpu.queue, &record);
         // A material that lets more through hides less.
@@ -294,6 +281,38 @@ impl Renderer {
         let changed = self.shown != showing || self.stats.uploaded_bytes() > 0;
         self.shown = showing;
         Ok(changed)
+    }
+
+    /// Uploads the scene, makes the pipelines and targets that are missing, and gets ready to cull for a view. Returns
+    /// whether lists of visible objects that were made before are no longer right.
+    fn prepare_objects(
+        &mut self,
+        list: &DrawList,
+        library: &Library,
+        view: &View,
+        settings: &Settings,
+    ) -> Result<bool, RenderError> {
+        self.upload_blended(list, view)?;
+        // Compiled while the rest is uploaded.
+        let missing = self.start_pipelines(self.pass, list.batches.iter().map(|batch| batch.key));
+        let uploaded = self.upload(list, library);
+        self.pipelines.finish_objects(missing);
+        uploaded?;
+        let redrawn = self.draws.update(&self.gpu, list, &self.meshes, settings.levels.enabled)?;
+        self.stats.list_bytes += redrawn.unwrap_or(0);
+        let occlusion = match settings.occlusion {
+            Occlusion::Auto => list.objects >= FEW_OBJECTS,
+            Occlusion::On => true,
+            Occlusion::Off => false,
+        };
+        // What stands out before its bounds may be seen where they are hidden.
+        let stands_out = |draw: &draws::Draw| {
+            let key = draw.key.pipeline;
+            key.raised && settings.technique.unwrap_or(key.technique).writes_depth()
+        };
+        let occlusion = occlusion && !self.draws.list.iter().any(stands_out);
+        self.make_targets(view, settings.samples, occlusion)?;
+        self.culled.prepare(&self.gpu, &self.culling, &self.draws, view, settings, redrawn.is_some())
     }
 
     /// Meshes, maps and tables.

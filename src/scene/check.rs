@@ -209,6 +209,9 @@ impl<'a> Check<'a> {
         if e.vehicle.is_some() && (!meshes.is_empty() || !e.figure.is_empty()) {
             self.field("vehicle", |c| c.fault("expected either a vehicle, which has a model of its own, or a mesh"));
         }
+        if e.vehicle.is_some() && e.piece_metres.is_some() {
+            self.field("piece_metres", |c| c.fault("expected none beside a vehicle, which is drawn whole"));
+        }
         if e.vehicle.is_some() && (e.ground || e.obstacle.is_some() || e.spin.is_some()) {
             self.field("vehicle", |c| {
                 c.fault("expected no ground, obstacle or spin beside a vehicle, which moves by itself")

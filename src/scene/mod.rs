@@ -115,7 +115,7 @@ pub fn load(path: &Path, simulation: &mut Simulation) -> Result<LoadedScene, Sce
     Ok(loaded)
 }
 
-/// Everything wrong with a scene file (or a glTF file as one), without loading it into a world. Empty: nothing is.
+/// Everything wrong with a scene file (or a glTF file as one). Empty: nothing is.
 pub fn check(path: &Path) -> Vec<Problem> {
     if is_model(path) {
         return import::check_model(path).into_iter().map(|p| import_problem(path, p)).collect();
@@ -126,8 +126,9 @@ pub fn check(path: &Path) -> Vec<Problem> {
             Err(problems) => problems,
         };
     }
-    match prepare(path, &mut Library::default()) {
-        Ok(prepared) => prepared.warnings.into_iter().map(|message| Problem::warning(path, message)).collect(),
+    // Into a world of its own: some of it shows only there.
+    match load(path, &mut Simulation::new()) {
+        Ok(loaded) => loaded.warnings.into_iter().map(|message| Problem::warning(path, message)).collect(),
         Err(error) => error.problems,
     }
 }
@@ -206,10 +207,12 @@ fn read_text(path: &Path) -> Result<String, Problem> {
         return Err(problem(path, None, format_args!("{size} bytes; a scene has at most {LARGEST_FILE}")));
     }
     let bytes = std::fs::read(path).map_err(|e| problem(path, None, e))?;
-    String::from_utf8(bytes).map_err(|e| {
+    let text = String::from_utf8(bytes).map_err(|e| {
         let valid = e.utf8_error().valid_up_to();
         problem(path, None, format_args!("expected UTF-8 text; byte {valid} is none"))
-    })
+    })?;
+    // Some editors put a mark before the text that says that it is UTF-8.
+    Ok(text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text))
 }
 
 /// Reads RON as all of this module's text is read; the error is its line and column and what was expected.
