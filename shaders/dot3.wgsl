@@ -101,7 +101,7 @@ fn dot3_reflection(surface: Surface, bump: Bump, number: u32, slot: u32, light: 
     if TECHNIQUE == TECHNIQUE_DOT3_CONSTANT {
         // One vector for the whole object, the "texture factor", from its origin; as an object-space normal map has it.
         let rows = load_world_from_object(bump.slot);
-        let origin = vec3f(rows[0].w, rows[1].w, rows[2].w);
+        let origin = vec3f(rows[0].w, rows[1].w, rows[2].w) - view.eye;
         let direction = arriving(slot, origin).toward;
         toward = unpacked(packed(direction));
         halfway = unpacked(packed(normalize(direction + toward_eye(origin))));

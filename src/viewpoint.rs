@@ -86,7 +86,7 @@ fn behind(world_from_vehicle: &Affine3A, kind: &VehicleType) -> Affine3A {
     let (size, trailer) = (kind.size, kind.rear() - kind.rear_overhang);
     let forward = Vec3::from(world_from_vehicle.matrix3.z_axis).with_y(0.0).normalize_or(Vec3::Z);
     let at = Vec3::from(world_from_vehicle.translation);
-    let eye = at - forward * (size.z * 0.6 + 4.0 + trailer) + Vec3::Y * (size.y * 0.9 + 1.2 + trailer * 0.4);
+    let eye = at - forward * (size.z * 0.6 + 4.0 + trailer) + Vec3::Y * (size.y * 0.9 + 1.2 + trailer * 0.6);
     let ahead = at + forward * (size.z * 0.5 + 4.0) + Vec3::Y * size.y * 0.5;
     Transform::from_translation(eye).looking_at(ahead, Vec3::Y).compute_affine()
 }
@@ -96,6 +96,24 @@ mod tests {
     use super::*;
     use systems::Simulation;
     use systems::vehicles::VehicleTypeId;
+    use systems::vehicles::types::Trailer;
+
+    #[test]
+    fn a_trailer_is_looked_over() {
+        let trailer = Trailer { hitch: 0.5, length: 8.0, end: 11.0 };
+        let size = Vec3::new(2.5, 4.0, 6.0);
+        let alone = VehicleType { size, rear_overhang: 1.0, ..VehicleType::default() };
+        let pulling = VehicleType { trailer: Some(trailer), ..alone.clone() };
+        for kind in [alone, pulling] {
+            let world_from_view = behind(&Affine3A::IDENTITY, &kind);
+            let eye = Vec3::from(world_from_view.translation);
+            assert!(eye.z < -kind.rear() - 3.0, "{eye}");
+            // Where the line of sight passes the front of a trailer, over the rear axle, it is above its roof.
+            let ahead = -Vec3::from(world_from_view.matrix3.z_axis);
+            let over_axle = eye + ahead * (-eye.z / ahead.z);
+            assert!(kind.trailer.is_none() || over_axle.y > 4.0, "{over_axle}");
+        }
+    }
 
     #[test]
     fn a_vehicle_is_followed_from_behind_and_from_its_seat() {

@@ -344,6 +344,14 @@ impl Material {
             self.environment_map,
         ]
     }
+
+    /// The UV set that the surface's bumps are placed by, which tangents are to follow; `None` without any. The normal map's,
+    /// where other maps are placed otherwise.
+    pub fn bump_uv_set(&self) -> Option<usize> {
+        let [first, second] = self.horizon_maps;
+        let maps = [self.normal_map, self.height_map, first, second, self.offset_map];
+        maps.into_iter().flatten().next().map(|map| map.uv_set.min(1) as usize)
+    }
 }
 
 /// A mesh with what is derived from it when it is added.

@@ -103,6 +103,12 @@ fn a_resumed_run_ends_with_what_an_unbroken_one_gives() {
     assert!(output.status.success());
     assert_eq!(contents(&part), contents(&folder.path().join("whole")));
     assert_eq!(fs::metadata(part.join("color_00001.png")).expect("a frame").modified().expect("a time"), kept);
+    let larger = ["render", "scene.ron", "--frames", "4", "--size", "80x45", "-o", "part", "--resume"];
+    assert!(relief(&larger, folder.path()).status.success());
+    for frame in 0..4 {
+        let size = image::image_dimensions(part.join(format!("color_{frame:05}.png")));
+        assert_eq!(size.expect("a picture"), (80, 45), "frame {frame}");
+    }
 }
 
 #[test]
@@ -228,6 +234,9 @@ fn a_film_is_made_with_ffmpeg_and_without_it_an_animated_picture() {
         eprintln!("skipped: no ffmpeg");
         return;
     }
+    assert_fails(&run("film.xyz"), 2, &["film.xyz", ".mp4", ".apng"]);
+    assert!(!folder.path().join("out").exists(), "said before rendering");
+    assert_eq!(unfinished(folder.path()), [] as [PathBuf; 0]);
     assert!(run("film.mp4").status.success());
     assert_eq!(&fs::read(folder.path().join("film.mp4")).expect("a film")[4..8], b"ftyp");
     assert_eq!(unfinished(folder.path()), [] as [PathBuf; 0]);

@@ -526,3 +526,32 @@ fn a_still_view_shows_what_another_technique_uncovers() {
     let mut fresh = Renderer::new(renderer.gpu());
     assert!(picture == scene.draw_with(&mut fresh, technique(Technique::ZCorrect, Occlusion::Off)).0);
 }
+
+#[test]
+fn what_is_sunk_stands_out_from_behind() {
+    let Some(mut renderer) = renderer() else { return };
+    let mut scene = Scene::new();
+    // Seen from behind, this surface lies half a metre nearer than its mesh, before the plate between them.
+    let mut library = scene.simulation.world.resource_mut::<Library>();
+    let low = library.add_image(Image::rgba8("low", 8, 8, ImageKind::Data, vec![0; 256]));
+    let sunk = Material {
+        height_map: Some(Map::new(low)),
+        height_scale_uv: 0.1,
+        double_sided: true,
+        technique: Technique::ZCorrect,
+        ..Material::default()
+    };
+    let sunk = library.add_material(sunk);
+    let plate = library.add_mesh(shapes::plane(Vec2::splat(8.0), UVec2::ONE));
+    let turn = Quat::from_rotation_x(-std::f32::consts::FRAC_PI_2);
+    scene.simulation.world.spawn((plate, sunk, Transform::from_xyz(0.0, 0.0, -5.0).with_rotation(turn)));
+    scene.spawn(0, 0, Transform::from_xyz(0.0, 0.0, -4.8).with_scale(Vec3::new(20.0, 20.0, 0.1)));
+    scene.simulation.frame();
+    let mut fresh = Renderer::new(renderer.gpu());
+    let (expected, _) = scene.draw_with(&mut fresh, with(Occlusion::Off));
+    let center = expected.get_pixel(SIZE.0 / 2, SIZE.1 / 2);
+    assert!(center.0[0].abs_diff(center.0[1]) < 9, "the white surface is seen, not the red plate: {center:?}");
+    for frame in 0..5 {
+        assert!(scene.draw_with(&mut renderer, with(Occlusion::On)).0 == expected, "frame {frame}");
+    }
+}

@@ -231,6 +231,10 @@ fn what_does_not_belong_together_is_refused_by_name() {
     let (_, path) = place.recorded(20);
     let check = ["replay", "run.rec", "--check", "--scene", "scene.ron"];
     assert!(text(&place.relief(&check).stdout).contains("steps 0 to 20 come out as recorded"));
+    assert!(
+        text(&place.relief(&[&check[..], &["--from", "19"]].concat()).stdout).contains("to 20 come out as recorded")
+    );
+    place.is_refused(&[&check[..], &["--from", "20"]].concat(), &["--from 20", "ends with step 20"]);
     place.is_refused(&["replay", "nowhere.rec", "--check"], &["nowhere.rec"]);
     place.is_refused(&["replay", "scene.ron", "--check"], &["scene.ron", "not a recording"]);
     place.is_refused(&["render", "scene.ron", "-o", "o", "--from-snapshot", "run.rec"], &["not a snapshot"]);

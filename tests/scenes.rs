@@ -111,6 +111,12 @@ fn wrong_names_and_types_are_told_with_place_and_nearest_name() {
         ("(generators: [()])", "1:16: the field \"place\" is missing"),
         ("(seed: -1)", "1:9: integer is out of bounds"),
         ("", "1:1: expected opening `(` for struct `Scene`"),
+        (
+            "(vehicle_types: [], entities: [(vehicle: (type: \"car\"), piece_metres: 2)])",
+            "1:73: entities[0].piece_metres: expected none beside a vehicle, which is drawn whole",
+        ),
+        // What loading warns of.
+        ("(entities: [(vehicle: (type: \"car\"))])", " warning: no vehicle type \"car\"; a box stands in"),
     ] {
         assert_eq!(folder.problems(text), [expected], "{text}");
     }

@@ -27,6 +27,7 @@ mod roads;
 mod spawn;
 mod surfaces;
 mod traffic;
+mod turned_meshes;
 mod values;
 mod vehicle_types;
 

@@ -5,6 +5,7 @@ use super::files::{Items, Shape};
 use super::format::{self, Entity as Source, Scene};
 use super::generate;
 use super::traffic::{self, LitGlass};
+use super::turned_meshes::TurnedMeshes;
 use crate::frames;
 use crate::import::Model;
 use bevy_ecs::name::Name;
@@ -43,6 +44,7 @@ pub fn spawn(scene: &Scene, items: &Items, world: &mut World) -> Spawned {
         piece_metres: scene.piece_metres,
         large: Vec::new(),
         model_cameras: Vec::new(),
+        turned: TurnedMeshes::default(),
         unknown_types: Vec::new(),
         glass: LitGlass::default(),
         found: Spawned::default(),
@@ -101,6 +103,7 @@ struct Spawner<'a> {
     /// What may be larger than that, or than a length of its own.
     large: Vec<(Entity, f32)>,
     model_cameras: Vec<(String, Entity)>,
+    turned: TurnedMeshes,
     /// Names of types that were asked for in vain.
     unknown_types: Vec<String>,
     glass: LitGlass,
@@ -256,9 +259,11 @@ impl Spawner<'_> {
         self.found.has_lights |= model.has_lights();
         self.model_cameras.extend(cameras_below(self.world, root));
         if let Some(material) = material {
-            let mut drawn = descendants(self.world, root);
-            drawn.retain(|&entity| self.world.get::<MeshId>(entity).is_some());
-            drawn.into_iter().for_each(|entity| _ = self.world.entity_mut(entity).insert(material));
+            for entity in descendants(self.world, root) {
+                let Some(&mesh) = self.world.get::<MeshId>(entity) else { continue };
+                let mesh = self.turned.mesh_for(&mut self.world.resource_mut(), mesh, material);
+                self.world.entity_mut(entity).insert((mesh, material));
+            }
         }
         root
     }
@@ -326,14 +331,18 @@ impl Spawner<'_> {
 
     fn figure(&mut self, source: &Source, material: Option<MaterialId>, entity: Entity, world_from_entity: &Affine3A) {
         let meshes: Vec<_> = source.figure.iter().filter_map(|name| self.items.single_mesh(name)).collect();
-        let Some(&(first, own_material)) = meshes.first() else { return };
-        let meshes: Vec<MeshId> = meshes.into_iter().map(|(mesh, _)| mesh).collect();
+        let Some(&(_, own_material)) = meshes.first() else { return };
+        let mesh_for = |(mesh, _)| match material {
+            Some(material) => self.turned.mesh_for(&mut self.world.resource_mut(), mesh, material),
+            None => mesh,
+        };
+        let meshes: Vec<MeshId> = meshes.into_iter().map(mesh_for).collect();
         for &mesh in &meshes {
             let aabb = self.world.resource::<Library>().mesh(mesh).map(|entry| entry.mesh.aabb());
             aabb.into_iter().for_each(|aabb| self.enclose(aabb.transformed(world_from_entity)));
         }
         let figure = Figure { meshes, shown: 0 };
-        self.world.entity_mut(entity).insert((first, material.unwrap_or(own_material), figure));
+        self.world.entity_mut(entity).insert((figure.meshes[0], material.unwrap_or(own_material), figure));
     }
 
     /// The entity of a model's node below the model's root, and its `root_from_node`.

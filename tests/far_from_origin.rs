@@ -1,0 +1,47 @@
+//! Far from the origin a scene looks as it does there: what is drawn counts from the eye.
+
+mod common;
+
+use bevy_transform::components::Transform;
+use common::bumps::{Stage, hills};
+use glam::{Quat, Vec2, Vec3};
+use systems::components::{Camera, Environment};
+use systems::library::{Material, Technique};
+use systems::shapes;
+
+/// Hills on a square and a ball before them, close to the eye, under three lights and a sky, moved by `origin`.
+fn stage(origin: Vec3) -> Option<Stage> {
+    let mut stage = Stage::new((128, 72))?;
+    stage.three_lights();
+    let mut environment = stage.simulation.world.resource_mut::<Environment>();
+    (environment.zenith, environment.ground) = (Vec3::new(0.1, 0.3, 0.9), Vec3::new(0.5, 0.3, 0.1));
+    let material = stage.material(64, 0.06, hills);
+    let (square, facing) = Stage::facing(Vec2::splat(1.0));
+    stage.spawn(square, material, facing);
+    let ball = Material { specular_factor: Vec3::splat(0.5), ..Material::default() };
+    stage.spawn(shapes::sphere(0.125, 24, 16), ball, Transform::from_xyz(0.25, 0.125, 0.25));
+    *stage.simulation.world.get_mut(stage.camera).expect("a camera") =
+        Transform::from_xyz(-0.25, 0.125, 0.5).with_rotation(Quat::from_rotation_y(-0.4));
+    stage.simulation.world.get_mut::<Camera>(stage.camera).expect("a camera").near = 0.01;
+    let mut places = stage.simulation.world.query::<&mut Transform>();
+    places.iter_mut(&mut stage.simulation.world).for_each(|mut place| place.translation += origin);
+    Some(stage)
+}
+
+#[test]
+fn the_picture_is_the_same_kilometres_away() {
+    let Some(mut here) = stage(Vec3::ZERO) else { return };
+    // Steps of 1/64 m and more are kept there, which all places in the scene are multiples of, but for the lights'.
+    let Some(mut there) = stage(Vec3::new(65536.0, -4096.0, 32768.0)) else { return };
+    for (name, technique) in Technique::ALL {
+        let [expected, found] = [&mut here, &mut there].map(|stage| {
+            stage.headless.settings.technique = Some(technique);
+            stage.linear()
+        });
+        let lit = expected.iter().filter(|pixel| pixel.max_element() > 0.01).count();
+        assert!(lit > 8000, "{name}: {lit} pixels are lit");
+        let worst = expected.iter().zip(&found).map(|(a, b)| (*a - *b).abs().max_element()).fold(0.0, f32::max);
+        // Lights are up to 1/256 m off.
+        assert!(worst < 0.05, "{name}: {worst}");
+    }
+}
