@@ -536,13 +536,13 @@ fn what_is_sunk_stands_out_from_behind() {
     let low = library.add_image(Image::rgba8("low", 8, 8, ImageKind::Data, vec![0; 256]));
     let sunk = Material {
         height_map: Some(Map::new(low)),
-        height_scale_uv: 0.1,
+        height_scale_uv: 0.2,
         double_sided: true,
         technique: Technique::ZCorrect,
         ..Material::default()
     };
     let sunk = library.add_material(sunk);
-    let plate = library.add_mesh(shapes::plane(Vec2::splat(8.0), UVec2::ONE));
+    let plate = library.add_mesh(shapes::plane(Vec2::splat(3.0), UVec2::ONE));
     let turn = Quat::from_rotation_x(-std::f32::consts::FRAC_PI_2);
     scene.simulation.world.spawn((plate, sunk, Transform::from_xyz(0.0, 0.0, -5.0).with_rotation(turn)));
     scene.spawn(0, 0, Transform::from_xyz(0.0, 0.0, -4.8).with_scale(Vec3::new(20.0, 20.0, 0.1)));
