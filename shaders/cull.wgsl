@@ -112,7 +112,8 @@ const TOGETHER = 8u;
 // Slots of them that an invocation looks at first.
 const SLOTS_EACH = PAGE_SLOTS * TOGETHER / 64u;
 
-// Of the pages or entries at hand: a bit for each that holds anything.
+// Of the pages or entries at hand: a bit for each that holds anything. Workgroups begin with what others left in their
+// variables (src/renderer/culling.rs): for a whole array to be made zero before, compilers take long.
 var<workgroup> busy: atomic<u32>;
 
 // Which of EARLY and LATE is drawn.
@@ -300,6 +301,10 @@ fn is_hidden(footprint: Footprint) -> bool {
 
 @compute @workgroup_size(PAGE_SLOTS)
 fn occlude(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) place: u32) {
+    if place == 0u {
+        atomicStore(&busy, 0u);
+    }
+    workgroupBarrier();
     let first = index_of(workgroup) * TOGETHER;
     let own = first + place / SLOTS_EACH;
     if own < cull_view.page_count {
@@ -359,6 +364,13 @@ fn members_before(number: u32, slice: u32, place: u32) -> u32 {
 
 // Finds which entries from one on hold slots that are drawn, and notes these in their slices. A barrier must follow.
 fn enter_all(first: u32, place: u32) {
+    if place == 0u {
+        atomicStore(&busy, 0u);
+    }
+    for (var i = place; i < 2u * SLICES * TOGETHER; i += PAGE_SLOTS) {
+        atomicStore(&members[i], 0u);
+    }
+    workgroupBarrier();
     let own = first + place / SLOTS_EACH;
     if own < cull_view.entry_count {
         let entry = entries[own];

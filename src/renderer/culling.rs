@@ -145,10 +145,8 @@ impl Culling {
         let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some("cull.wgsl"), source });
         let pipeline = |entry_point, phase: Phase| {
             let constants = [("PHASE", phase.bit())];
-            let options = wgpu::PipelineCompilationOptions {
-                constants: &constants,
-                ..wgpu::PipelineCompilationOptions::default()
-            };
+            let options =
+                wgpu::PipelineCompilationOptions { constants: &constants, zero_initialize_workgroup_memory: false };
             device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                 label: Some(entry_point),
                 layout: Some(&pipeline_layout),
