@@ -4,7 +4,7 @@
 
 mod cli;
 
-use clap::Parser;
+use clap::{CommandFactory, FromArgMatches};
 use cli::{Cli, Command, LightsArgs, PictureArgs, RenderArgs, ReplayArgs, RunArgs, ViewArgs};
 use indicatif::{ProgressBar, ProgressStyle};
 use relief::app::{self, AppError};
@@ -42,7 +42,8 @@ fn log_to_stderr() {
 fn main() -> ExitCode {
     let started = Instant::now();
     keep_freed_memory();
-    let cli = Cli::parse();
+    let matches = with_negative_numbers(Cli::command()).get_matches();
+    let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     log_to_stderr();
     let done = match cli.command.unwrap_or(Command::Run(cli.run)) {
         Command::Run(args) => run(&args),
@@ -66,6 +67,13 @@ fn main() -> ExitCode {
             ExitCode::from(exit_code(&error))
         }
     }
+}
+
+/// Has a command and those below it take -1 for a value, so that it is refused for what it is, not for an unknown option.
+fn with_negative_numbers(command: clap::Command) -> clap::Command {
+    let names: Vec<String> = command.get_subcommands().map(|below| below.get_name().to_owned()).collect();
+    let command = command.allow_negative_numbers(true);
+    names.iter().fold(command, |command, name| command.mut_subcommand(name, with_negative_numbers))
 }
 
 /// Prints a line. Whoever reads standard output may have stopped reading; the work is done all the same.

@@ -155,6 +155,8 @@ fn bad_usage_exits_with_2_and_says_what_was_expected() {
     assert_fails(&run(&["render", "scene.ron"]), 2, &["--output"]);
     assert_fails(&run(&["render", "scene.ron", "-o", "o", "--size", "64"]), 2, &["WIDTHxHEIGHT"]);
     assert_fails(&run(&["render", "scene.ron", "-o", "o", "--frames", "9..3"]), 2, &["30..60"]);
+    assert_fails(&run(&["render", "scene.ron", "-o", "o", "--frames", "-1"]), 2, &["30..60"]);
+    assert_fails(&run(&["map", "normal", "h.png", "-o", "n.png", "--height-scale", "-1"]), 2, &["from 0 to 1000"]);
     let near = ["no technique \"nomral\"", "did you mean \"normal\"?"];
     assert_fails(&run(&["render", "scene.ron", "-o", "o", "--technique", "nomral"]), 2, &near);
     assert_fails(

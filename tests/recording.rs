@@ -235,6 +235,9 @@ fn what_does_not_belong_together_is_refused_by_name() {
         text(&place.relief(&[&check[..], &["--from", "19"]].concat()).stdout).contains("to 20 come out as recorded")
     );
     place.is_refused(&[&check[..], &["--from", "20"]].concat(), &["--from 20", "ends with step 20"]);
+    fs::copy(place.path("scene.ron"), place.path("renamed.ron")).expect("a copy");
+    let renamed = place.relief(&["replay", "run.rec", "--check", "--scene", "renamed.ron"]);
+    assert!(text(&renamed.stdout).contains("come out as recorded"), "{}", text(&renamed.stderr));
     place.is_refused(&["replay", "nowhere.rec", "--check"], &["nowhere.rec"]);
     place.is_refused(&["replay", "scene.ron", "--check"], &["scene.ron", "not a recording"]);
     place.is_refused(&["render", "scene.ron", "-o", "o", "--from-snapshot", "run.rec"], &["not a snapshot"]);

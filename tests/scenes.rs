@@ -113,7 +113,7 @@ fn wrong_names_and_types_are_told_with_place_and_nearest_name() {
         ("", "1:1: expected opening `(` for struct `Scene`"),
         (
             "(vehicle_types: [], entities: [(vehicle: (type: \"car\"), piece_metres: 2)])",
-            "1:73: entities[0].piece_metres: expected none beside a vehicle, which is drawn whole",
+            "1:71: entities[0].piece_metres: expected none beside a vehicle, which is drawn whole",
         ),
         // What loading warns of.
         ("(entities: [(vehicle: (type: \"car\"))])", " warning: no vehicle type \"car\"; a box stands in"),

@@ -55,20 +55,27 @@ impl Identity {
     pub fn check(&self, path: &Path, now: &Self) -> Result<(), RecordingError> {
         let refused = |message: String| Err(RecordingError::refused(path, message));
         self.check_program(path)?;
+        // The scene itself may have another name now.
+        let (then, today) = (self.scene_name(), now.scene_name());
         for (name, hash) in &self.files {
-            match now.files.get(name) {
+            match now.files.get(if *name == then { &today } else { name }) {
                 Some(found) if found == hash => {}
                 Some(_) => return refused(format!("made with another {name}, which has changed since")),
                 None => return refused(format!("made with another scene: {} does not name {name}", now.scene)),
             }
         }
-        if let Some(name) = now.files.keys().find(|name| !self.files.contains_key(*name)) {
+        if let Some(name) = now.files.keys().find(|&name| *name != today && !self.files.contains_key(name)) {
             return refused(format!("made with another scene: {} names {name}, too", now.scene));
         }
         if (self.seed, self.step_seconds) != (now.seed, now.step_seconds) {
             return refused(format!("made with another seed or length of step than {} has", now.scene));
         }
         Ok(())
+    }
+
+    /// The scene's own name among its files.
+    fn scene_name(&self) -> String {
+        Path::new(&self.scene).file_name().unwrap_or_default().to_string_lossy().into_owned()
     }
 
     /// Whether this version of the program made it: another may move things otherwise.
