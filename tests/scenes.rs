@@ -116,7 +116,10 @@ fn wrong_names_and_types_are_told_with_place_and_nearest_name() {
             "1:71: entities[0].piece_metres: expected none beside a vehicle, which is drawn whole",
         ),
         // What loading warns of.
-        r#"warning: no vehicle type "car"; there are "box"; a box stands in"#,
+        (
+            "(entities: [(vehicle: (type: \"car\"))])",
+            "warning: no vehicle type \"car\"; there are \"box\"; a box stands in",
+        ),
     ] {
         assert_eq!(folder.problems(text), [expected], "{text}");
     }
