@@ -54,13 +54,13 @@ pub fn check(path: &Path) -> Result<(), VideoError> {
     check_ending(path)
 }
 
-/// Has ffmpeg make a film of one black picture under a name with the same ending.
+/// Has ffmpeg make a film of two black pictures under a name with the same ending: of one it makes pictures, too.
 fn check_ending(path: &Path) -> Result<(), VideoError> {
     let io = |source| OutputError::Io { path: path.to_owned(), source };
     let temporary = temporary(path)?;
     let mut run = Command::new("ffmpeg")
         .args(["-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "gray", "-s", "16x16", "-i", "-"])
-        .args(["-frames:v", "1", "-pix_fmt", "yuv420p"])
+        .args(["-frames:v", "2", "-pix_fmt", "yuv420p"])
         .arg(&temporary)
         .stdin(Stdio::piped())
         .stdout(Stdio::null())
@@ -68,7 +68,7 @@ fn check_ending(path: &Path) -> Result<(), VideoError> {
         .spawn()
         .map_err(io)?;
     // It may have stopped reading; then it says why.
-    let _ = run.stdin.take().map(|mut stdin| stdin.write_all(&[0; 16 * 16]));
+    let _ = run.stdin.take().map(|mut stdin| stdin.write_all(&[0; 2 * 16 * 16]));
     let output = run.wait_with_output().map_err(io)?;
     let _ = std::fs::remove_file(&temporary);
     if output.status.success() {

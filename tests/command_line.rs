@@ -236,7 +236,9 @@ fn a_film_is_made_with_ffmpeg_and_without_it_an_animated_picture() {
         eprintln!("skipped: no ffmpeg");
         return;
     }
-    assert_fails(&run("film.xyz"), 2, &["film.xyz", ".mp4", ".apng"]);
+    for name in ["film.xyz", "film.jpg", "film"] {
+        assert_fails(&run(name), 2, &[name, ".mp4", ".apng"]);
+    }
     assert!(!folder.path().join("out").exists(), "said before rendering");
     assert_eq!(unfinished(folder.path()), [] as [PathBuf; 0]);
     assert!(run("film.mp4").status.success());

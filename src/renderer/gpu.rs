@@ -84,7 +84,12 @@ impl Gpu {
         let mut refused = None;
         for adapter in adapters(&instance, surface)? {
             match Self::of_adapter(instance.clone(), adapter, wanted) {
-                Ok(gpu) => return Ok(gpu),
+                Ok(gpu) => {
+                    if let Some(error) = refused {
+                        tracing::warn!("{error}; {} is used instead", gpu.name());
+                    }
+                    return Ok(gpu);
+                }
                 Err(error) => refused = refused.or(Some(error)),
             }
         }
