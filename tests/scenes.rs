@@ -117,6 +117,10 @@ fn wrong_names_and_types_are_told_with_place_and_nearest_name() {
         ),
         // What loading warns of.
         (
+            "(generators: [(place: along(spacing: 5))])",
+            "warning: generator 1: nothing is placed: there is no route with room for it",
+        ),
+        (
             "(entities: [(vehicle: (type: \"car\"))])",
             "warning: no vehicle type \"car\"; there are \"box\"; a box stands in",
         ),

@@ -366,6 +366,9 @@ impl Spawner<'_> {
             let (placed, asked) = (copies.len(), scatter.count);
             self.found.warnings.push(format!("{name}: {placed} of {asked} placed: min_distance leaves no room"));
         }
+        if copies.is_empty() {
+            self.found.warnings.push(format!("{name}: nothing is placed: there is no route with room for it"));
+        }
         let mut room = Room::default();
         for (i, copy) in copies.iter().enumerate() {
             let own = Placement::of(&generator.entity);
