@@ -82,8 +82,9 @@ fn transformed(in: VertexIn) -> VertexOut {
     let normal = handedness * (y_z * in.normal.x + cross(z, x) * in.normal.y + cross(x, y) * in.normal.z);
     let tangent = x * in.tangent.x + y * in.tangent.y + z * in.tangent.z;
     var out: VertexOut;
-    let from_eye = vec3f(rows[0].w, rows[1].w, rows[2].w) - view.eye;
-    out.position = vec3f(dot(rows[0].xyz, in.position), dot(rows[1].xyz, in.position), dot(rows[2].xyz, in.position)) + from_eye;
+    let turned = vec3f(dot(rows[0].xyz, in.position), dot(rows[1].xyz, in.position), dot(rows[2].xyz, in.position));
+    let eye_to_origin = vec3f(rows[0].w, rows[1].w, rows[2].w) - view.eye;
+    out.position = turned + eye_to_origin;
     out.clip_position = view.clip_from_eye * vec4f(out.position, 1.0);
     out.normal = unit_or(normal, vec3f(0.0, 1.0, 0.0));
     out.tangent = vec4f(unit_or(tangent, vec3f(1.0, 0.0, 0.0)), in.tangent.w * handedness);
