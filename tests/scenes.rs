@@ -127,6 +127,8 @@ fn wrong_names_and_types_are_told_with_place_and_nearest_name() {
     ] {
         assert_eq!(folder.problems(text), [expected], "{text}");
     }
+    // With the mark that some editors put first.
+    assert_eq!(folder.problems("\u{feff}(seed: 1)"), [] as [String; 0]);
 }
 
 #[test]
