@@ -109,8 +109,9 @@ const NO_SLICE = 0xffffffffu;
 
 // Pages or entries that a workgroup takes.
 const TOGETHER = 8u;
-// Slots of them that an invocation looks at first.
-const SLOTS_EACH = PAGE_SLOTS * TOGETHER / 64u;
+// Invocations that look first whether one of them holds anything, each at so many slots.
+const LOOKERS = PAGE_SLOTS / TOGETHER;
+const SLOTS_EACH = PAGE_SLOTS / LOOKERS;
 
 // Of the pages or entries at hand: a bit for each that holds anything. Workgroups begin with what others left in their
 // variables (src/renderer/culling.rs): for a whole array to be made zero before, compilers take long.
@@ -306,15 +307,15 @@ fn occlude(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_in
     }
     workgroupBarrier();
     let first = index_of(workgroup) * TOGETHER;
-    let own = first + place / SLOTS_EACH;
+    let own = first + place / LOOKERS;
     if own < cull_view.page_count {
-        let slot = pages[own].x * PAGE_SLOTS + place % SLOTS_EACH * SLOTS_EACH;
+        let slot = pages[own].x * PAGE_SLOTS + place % LOOKERS * SLOTS_EACH;
         var found = 0u;
         for (var i = 0u; i < SLOTS_EACH; i++) {
             found |= visibility[slot + i];
         }
         if (found & IN_VIEW) != 0u {
-            atomicOr(&busy, 1u << (place / SLOTS_EACH));
+            atomicOr(&busy, 1u << (place / LOOKERS));
         }
     }
     workgroupBarrier();
@@ -350,12 +351,12 @@ fn enter(number: u32, slice: u32, place: u32) {
     }
 }
 
-// How many slots of a slice there are, and how many of them lie before a place of the page.
 fn members_of(number: u32, slice: u32) -> vec2u {
     let first = 2u * (number * SLICES + slice);
     return vec2u(atomicLoad(&members[first]), atomicLoad(&members[first + 1u]));
 }
 
+// How many slots of a slice lie before a place of the page.
 fn members_before(number: u32, slice: u32, place: u32) -> u32 {
     let both = members_of(number, slice);
     let before = (1u << (place % 32u)) - 1u;
@@ -371,17 +372,17 @@ fn enter_all(first: u32, place: u32) {
         atomicStore(&members[i], 0u);
     }
     workgroupBarrier();
-    let own = first + place / SLOTS_EACH;
+    let own = first + place / LOOKERS;
     if own < cull_view.entry_count {
         let entry = entries[own];
         let draw = draws[entry.y];
-        let slot = entry.x * PAGE_SLOTS + place % SLOTS_EACH * SLOTS_EACH;
+        let slot = entry.x * PAGE_SLOTS + place % LOOKERS * SLOTS_EACH;
         var any = false;
         for (var i = 0u; i < SLOTS_EACH; i++) {
             any = any || taken_slice(draw, slot + i) != NO_SLICE;
         }
         if any {
-            atomicOr(&busy, 1u << (place / SLOTS_EACH));
+            atomicOr(&busy, 1u << (place / LOOKERS));
         }
     }
     workgroupBarrier();
