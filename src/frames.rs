@@ -313,7 +313,7 @@ impl Headless {
     ) -> Result<image::RgbaImage, FrameError> {
         simulation.frame();
         let view = from.into().view(&simulation.world, size);
-        self.renderer.prepare(simulation.draw_list(), simulation.library(), &view, &self.settings)?;
+        self.renderer.prepare(simulation, &view, &self.settings)?;
         Ok(self.renderer.draw_picture())
     }
 }
@@ -395,7 +395,7 @@ pub fn render_frames(job: &FrameJob, mut progress: impl FnMut(u64, u64)) -> Resu
         if !missing.is_empty() {
             stage.simulation.frame();
             let view = stage.viewpoint.view(&stage.simulation.world, job.size);
-            renderer.prepare(stage.simulation.draw_list(), stage.simulation.library(), &view, &settings)?;
+            renderer.prepare(&stage.simulation, &view, &settings)?;
             for (kind, picture) in pictures(&mut renderer, &view, &missing) {
                 output::write_png(&path(kind, frame), &picture)?;
                 written.push(path(kind, frame));

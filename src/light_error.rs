@@ -152,7 +152,7 @@ fn draw(
     stage.simulation.world.insert_resource(policy);
     stage.simulation.frame();
     let view = stage.viewpoint.view(&stage.simulation.world, size);
-    renderer.prepare(stage.simulation.draw_list(), stage.simulation.library(), &view, settings)?;
+    renderer.prepare(&stage.simulation, &view, settings)?;
     let picture = renderer.draw_picture().convert();
     let luminances = renderer.read_linear().unwrap_or_default().into_iter().map(compare::luminance).collect();
     Ok(Drawn { picture, luminances })

@@ -79,6 +79,7 @@ mod tests {
     use crate::instances::InstanceSlot;
     use crate::library::{Library, Material, MaterialId, MeshId};
     use crate::shapes;
+    use crate::tables::Records;
     use bevy_transform::components::Transform;
     use glam::Vec3;
 
@@ -122,10 +123,11 @@ mod tests {
         listed.sort_unstable();
         assert_eq!(listed.iter().map(|l| l.0).collect::<Vec<_>>(), slots.iter().map(|s| s.0).collect::<Vec<_>>());
         assert_eq!(list.objects as usize, slots.len());
-        for (slot, record) in list.instances.records.iter().enumerate() {
-            match slots.binary_search_by_key(&(slot as u32), |s| s.0) {
-                Ok(index) => assert_eq!(record.entity, slots[index].1),
-                Err(_) => assert_eq!(*record, crate::draw_list::InstanceRecord::default()),
+        let records = simulation.instance_records();
+        for slot in 0..records.slot_count() {
+            match slots.binary_search_by_key(&slot, |s| s.0) {
+                Ok(index) => assert_eq!(records.get(slot).entity, slots[index].1),
+                Err(_) => assert_eq!(records.get(slot), crate::draw_list::InstanceRecord::default()),
             }
         }
     }
@@ -224,7 +226,7 @@ mod tests {
         let height = |simulation: &mut Simulation| {
             simulation.frame();
             let slot = simulation.world.get::<InstanceSlot>(entities[0]).unwrap().get().unwrap();
-            simulation.draw_list().instances.records[slot as usize].world_from_object[1][3]
+            simulation.instance_records().get(slot).world_from_object[1][3]
         };
         assert_eq!(height(&mut simulation), 50.0);
         assert_eq!(height(&mut simulation), 50.0);
@@ -266,10 +268,10 @@ mod tests {
             simulation.frame();
             check_groups(&mut simulation);
             let mut objects = simulation.world.query::<(&InstanceSlot, &Transform, &MeshId, &MaterialId)>();
-            let (list, table) = (simulation.draw_list(), simulation.world.resource::<InstanceTable>());
+            let (records, table) = (simulation.instance_records(), simulation.world.resource::<InstanceTable>());
             for (slot, transform, &mesh, &material) in objects.iter(&simulation.world) {
                 let slot = slot.get().unwrap();
-                let (key, record) = (table.pages.key(slot), list.instances.records[slot as usize]);
+                let (key, record) = (table.pages.key(slot), records.get(slot));
                 assert_eq!((key.pipeline.mirrored, key.mesh), (transform.scale.x < 0.0, mesh));
                 assert_eq!((record.material, record.world_from_object[0][0]), (material.0, transform.scale.x));
                 assert_eq!(record.world_from_object[1][3], transform.translation.y);
@@ -288,7 +290,7 @@ mod tests {
         let (mut simulation, _) = scene(12);
         simulation.frame();
         let named = |slots: Vec<u32>| -> Vec<i32> {
-            let record = |slot: u32| simulation.draw_list().instances.records[slot as usize];
+            let record = |slot: u32| simulation.instance_records().get(slot);
             slots.into_iter().map(|slot| record(slot).world_from_object[0][3] as i32).collect()
         };
         // Along the diagonal on which they are.

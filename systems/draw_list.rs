@@ -13,6 +13,7 @@
 use crate::bounds::Sphere;
 use crate::components::Environment;
 use crate::images::Texels;
+use crate::instance_records::InstanceSlots;
 use crate::library::{AlphaMode, ImageId, MeshId, Sampler, Shading, Technique};
 use crate::tables::Table;
 use bevy_ecs::prelude::*;
@@ -323,8 +324,8 @@ pub struct DrawList {
     pub world: u64,
     /// Counts frames. Dirty slots are relative to the frame before: a reader that missed one uploads everything.
     pub frame: u64,
-    /// One per drawn object.
-    pub instances: Table<InstanceRecord>,
+    /// Who is in the slots of drawn objects; their records are made when they are read.
+    pub instances: InstanceSlots,
     /// One per light.
     pub lights: Table<LightRecord>,
     /// What they have or had.
@@ -366,7 +367,7 @@ impl Default for DrawList {
         Self {
             world: WORLDS.fetch_add(1, Ordering::Relaxed),
             frame: 0,
-            instances: Table::default(),
+            instances: InstanceSlots::default(),
             lights: Table::default(),
             light_traits: LightTraits::default(),
             materials: Table::default(),
@@ -384,12 +385,5 @@ impl Default for DrawList {
             reaching_version: 0,
             environment: Environment::default(),
         }
-    }
-}
-
-impl DrawList {
-    /// The records of drawn objects, blended ones among them, in the order of their slots.
-    pub fn drawn(&self) -> impl Iterator<Item = &InstanceRecord> {
-        self.instances.records.iter().filter(|record| **record != InstanceRecord::default())
     }
 }

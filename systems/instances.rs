@@ -1,26 +1,24 @@
 //! The instance table: one stable slot per drawn object.
 //!
 //! A slot is taken when an object first appears in a frame and kept while it lives and is drawn with the same mesh,
-//! pipeline and class (`pages.rs` gives slots out). So an object that moves rewrites its own record and nothing
-//! else. The records are in the [`DrawList`].
+//! pipeline and class (`pages.rs` gives slots out). So an object that moves has its own record rewritten and nothing
+//! else. Who is in which slot, and whose record changed, is in the [`DrawList`]; `instance_records.rs` makes the records.
 
 use crate::batches;
 use crate::bounds::WorldBounds;
 use crate::changes::{LIGHT_ROWS, Since, all_rows, first_changed, moved, rows_per_task};
-use crate::draw_list::{BatchKey, DrawList, InstanceRecord, Transparent};
+use crate::draw_list::{BatchKey, DrawList, Transparent};
 use crate::hidden::InheritedHidden;
 use crate::library::{AlphaMode, Library, MaterialId, MeshId};
 use crate::materials::MaterialTable;
 use crate::pages::SlotPages;
 use crate::parallel::in_parallel;
-use crate::pieces::PieceOf;
 use crate::selected_lights::SelectedLights;
 use bevy_ecs::change_detection::{ContiguousMut, ContiguousRef, Tick};
 use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
 use bevy_transform::components::GlobalTransform;
-use glam::{Affine3A, Vec3A};
 
 /// The slot of a drawn entity in the instance table. Derived.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug)]
@@ -48,7 +46,7 @@ pub struct InstanceTable {
     pub(crate) pages: SlotPages,
     /// Given back since the last frame.
     freed: Vec<u32>,
-    /// Rows of a table to be written, and their slots; what lies behind them is of no meaning, and stays for later.
+    /// Rows of a table to be looked at, and their slots; what lies behind them is of no meaning, and stays for later.
     rows: Vec<u32>,
     slots: Vec<u32>,
 }
@@ -60,11 +58,11 @@ impl InstanceTable {
             batches::remove_transparent(list, slot);
         }
         self.pages.release(slot);
-        list.instances.write(slot, InstanceRecord::default());
+        list.instances.put(slot, Entity::PLACEHOLDER);
     }
 
     /// The slot of an object of that batch: the one that it has, unless its batch is another now.
-    fn settle(&mut self, slot: &mut InstanceSlot, key: BatchKey, list: &mut DrawList) -> u32 {
+    fn settle(&mut self, object: Entity, slot: &mut InstanceSlot, key: BatchKey, list: &mut DrawList) -> u32 {
         if let Some(taken) = slot.get() {
             if self.pages.key(taken) == key {
                 return taken;
@@ -73,6 +71,7 @@ impl InstanceTable {
         }
         let taken = self.pages.take(key);
         *slot = InstanceSlot(taken);
+        list.instances.put(taken, object);
         taken
     }
 }
@@ -88,7 +87,6 @@ pub(crate) fn free_slot(mut world: DeferredWorld, context: HookContext) {
 
 type Drawn<'a> = (
     Entity,
-    Option<&'a PieceOf>,
     Ref<'a, GlobalTransform>,
     Ref<'a, MeshId>,
     Ref<'a, MaterialId>,
@@ -97,7 +95,8 @@ type Drawn<'a> = (
     &'a mut InstanceSlot,
 );
 
-/// Writes the records of objects that are new, moved, or changed their mesh, material or lights.
+/// Gives slots to objects that are new or whose batch is another, and marks the records of those that moved or changed their
+/// mesh, material or lights.
 pub fn update_instances(
     mut drawn: Query<Drawn, Without<InheritedHidden>>,
     library: Res<Library>,
@@ -109,56 +108,43 @@ pub fn update_instances(
     for slot in std::mem::take(&mut table.freed) {
         table.release(slot, list);
     }
-    for (entities, pieces, transforms, meshes, chosen, bounds, selections, slots) in
+    for (entities, transforms, meshes, chosen, bounds, selections, slots) in
         drawn.contiguous_iter_mut().into_iter().flatten()
     {
         let (transforms, placed) = ContiguousRef::split(transforms);
         let ((meshes, shaped), (chosen, covered)) = (ContiguousRef::split(meshes), ContiguousRef::split(chosen));
-        let ((bounds, bounded), (selections, lit)) = (ContiguousRef::split(bounds), ContiguousRef::split(selections));
+        let ((bounds, bounded), lit) = (ContiguousRef::split(bounds), ContiguousRef::split(selections).1);
         let slots = ContiguousMut::bypass_change_detection_split(slots).0;
         let columns = [moved(&placed, &bounded), Some(&shaped), Some(&covered), Some(&lit)];
-        let changed = if materials.regroup { Some(all_rows(&placed)) } else { first_changed(columns) };
-        let Some(changed) = changed else { continue };
-        // First what decides the slots, then the records, which are many bytes.
-        let placing = (transforms, meshes, chosen, bounds, slots);
-        let count = table.slots_of_rows(changed, &library, &materials, list, placing);
-        list.instances.write_all(&table.slots[..count], |index| {
-            let row = table.rows[index] as usize;
-            let object = pieces.map_or(entities[row], |pieces| pieces[row].0);
-            let material = known(chosen[row], &library);
-            InstanceRecord::new(object, &transforms[row].affine(), material, &selections[row])
-        });
+        let mut rows = (entities, transforms, meshes, chosen, bounds, slots);
+        if materials.regroup {
+            table.settle_rows(all_rows(&placed), Looking::AtMaterials, &library, &materials, list, &mut rows);
+        }
+        if let Some(changed) = first_changed(columns) {
+            table.settle_rows(changed, Looking::AtObjects, &library, &materials, list, &mut rows);
+        }
     }
     list.objects = table.pages.used_slots();
 }
 
-impl InstanceRecord {
-    /// The record of an object.
-    #[inline]
-    pub fn new(entity: Entity, world_from_object: &Affine3A, material: MaterialId, selected: &SelectedLights) -> Self {
-        let (m, t) = (world_from_object.matrix3.transpose(), world_from_object.translation);
-        let row = |axis: Vec3A, translation: f32| [axis.x, axis.y, axis.z, translation];
-        let SelectedLights { lights, remainder, last_side_and_dropped, remainder_unit, reaching } = *selected;
-        Self {
-            world_from_object: [row(m.x_axis, t.x), row(m.y_axis, t.y), row(m.z_axis, t.z)],
-            lights,
-            material: material.0,
-            remainder,
-            last_side_and_dropped,
-            remainder_unit,
-            reaching,
-            entity: entity.index_u32(),
-        }
-    }
-}
-
-/// The material, or the default where the library has no such.
-fn known(material: MaterialId, library: &Library) -> MaterialId {
-    if library.material(material).is_some() { material } else { MaterialId::DEFAULT }
-}
-
 /// Columns that decide where an object's record goes.
-type Placing<'a> = (&'a [GlobalTransform], &'a [MeshId], &'a [MaterialId], &'a [WorldBounds], &'a mut [InstanceSlot]);
+type Rows<'a> = (
+    &'a [Entity],
+    &'a [GlobalTransform],
+    &'a [MeshId],
+    &'a [MaterialId],
+    &'a [WorldBounds],
+    &'a mut [InstanceSlot],
+);
+
+/// Why rows are looked at.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Looking {
+    /// Some material's batch is another now: most objects' records stay what they are.
+    AtMaterials,
+    /// They changed, and so did their records.
+    AtObjects,
+}
 
 /// Where to look for rows that changed, see [`first_changed`]: by transform, mesh, material and lights.
 type Changed<'a> = (usize, Since, [&'a [Tick]; 4]);
@@ -172,7 +158,7 @@ fn batch_of(
     transform: &GlobalTransform,
 ) -> Option<BatchKey> {
     let entry = library.mesh(mesh).filter(|entry| !entry.mesh.indices.is_empty())?;
-    let (class, mut pipeline) = materials.placed(known(material, library));
+    let (class, mut pipeline) = materials.placed(library.known_material(material));
     pipeline.vertex_colors = !entry.mesh.colors.is_empty();
     pipeline.mirrored = is_mirrored(transform);
     Some(BatchKey { pipeline, class, mesh })
@@ -183,21 +169,21 @@ fn is_mirrored(transform: &GlobalTransform) -> bool {
 }
 
 impl InstanceTable {
-    /// Finds the rows of a table that changed, into `rows`, and their slots, into `slots`, but for those that draw
-    /// nothing; returns how many there are.
-    fn slots_of_rows(
+    /// Gives rows of a table that changed the slots of their batches, and marks the records that are others now.
+    fn settle_rows(
         &mut self,
         (first, since, columns): Changed,
+        looking: Looking,
         library: &Library,
         materials: &MaterialTable,
         list: &mut DrawList,
-        (transforms, meshes, chosen, bounds, slots): Placing,
-    ) -> usize {
+        (entities, transforms, meshes, chosen, bounds, slots): &mut Rows,
+    ) {
         let [_, shaped, covered, _] = columns;
         // While mesh and material are what they were, only a transform that mirrors makes the batch another.
-        let same_kind = !materials.regroup && shaped.is_empty() && covered.is_empty();
+        let same_kind = looking == Looking::AtObjects && shaped.is_empty() && covered.is_empty();
         let batch = |row: usize| batch_of(library, materials, meshes[row], chosen[row], &transforms[row]);
-        let (pages, held) = (&self.pages, &*slots);
+        let (pages, held) = (&self.pages, &**slots);
         let keeps = |row: usize, slot: &u32| {
             let key = pages.key(*slot);
             let stays = if same_kind {
@@ -207,6 +193,8 @@ impl InstanceTable {
             };
             stays && key.pipeline.alpha != AlphaMode::Blend
         };
+        let same_record =
+            |row: usize| looking == Looking::AtMaterials && (chosen[row].0 as usize) < materials.known_before;
         // Most keep what they have, which is found out in parallel. The lists do not shrink: to grow them costs time.
         let most = held.len() - first;
         let (mut rows, mut found) = (std::mem::take(&mut self.rows), std::mem::take(&mut self.slots));
@@ -219,43 +207,40 @@ impl InstanceTable {
             let start = first + number * part;
             since.for_each(columns, start..start + rows.len(), |row| {
                 let slot = held[row].get().filter(|slot| keeps(row, slot)).unwrap_or(UNSETTLED);
-                (rows[*count], found[*count]) = (row as u32, slot);
-                *count += 1;
-                *unsettled |= slot == UNSETTLED;
+                if slot == UNSETTLED || !same_record(row) {
+                    (rows[*count], found[*count]) = (row as u32, slot);
+                    *count += 1;
+                    *unsettled |= slot == UNSETTLED;
+                }
             });
         });
         // The others one after another: the first of them gets the lowest slot.
-        let mut settled = 0;
         for ((count, unsettled), start) in counts.into_iter().zip((0..).step_by(part)) {
+            let (rows, found) = (&rows[start..start + count], &found[start..start + count]);
             if !unsettled {
-                if settled < start {
-                    rows.copy_within(start..start + count, settled);
-                    found.copy_within(start..start + count, settled);
-                }
-                settled += count;
+                list.instances.dirty.mark_all(found);
                 continue;
             }
-            for index in start..start + count {
-                let row = rows[index] as usize;
-                let mut slot = found[index];
-                if slot == UNSETTLED {
-                    let Some(key) = batch(row) else {
-                        if let Some(taken) = std::mem::take(&mut slots[row]).get() {
-                            self.release(taken, list);
-                        }
-                        continue;
-                    };
-                    slot = self.settle(&mut slots[row], key, list);
-                    if key.pipeline.alpha == AlphaMode::Blend {
-                        batches::put_transparent(list, Transparent { slot, key, bounds: bounds[row].0 });
-                    }
+            for (&row, &slot) in rows.iter().zip(found) {
+                if slot != UNSETTLED {
+                    list.instances.dirty.mark(slot);
+                    continue;
                 }
-                (rows[settled], found[settled]) = (rows[index], slot);
-                settled += 1;
+                let row = row as usize;
+                let Some(key) = batch(row) else {
+                    if let Some(taken) = std::mem::take(&mut slots[row]).get() {
+                        self.release(taken, list);
+                    }
+                    continue;
+                };
+                let slot = self.settle(entities[row], &mut slots[row], key, list);
+                list.instances.dirty.mark(slot);
+                if key.pipeline.alpha == AlphaMode::Blend {
+                    batches::put_transparent(list, Transparent { slot, key, bounds: bounds[row].0 });
+                }
             }
         }
         (self.rows, self.slots) = (rows, found);
-        settled
     }
 }
 

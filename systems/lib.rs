@@ -19,6 +19,7 @@ pub mod draw_list;
 pub mod hidden;
 pub mod images;
 pub mod inputs;
+pub mod instance_records;
 pub mod instances;
 pub mod interpolation;
 pub mod levels;
@@ -147,6 +148,11 @@ impl Simulation {
     /// What the last frame drew.
     pub fn draw_list(&self) -> &draw_list::DrawList {
         self.world.resource()
+    }
+
+    /// What the objects of the draw list are drawn with, by slot.
+    pub fn instance_records(&self) -> instance_records::InstanceRecords<'_> {
+        instance_records::InstanceRecords::new(&self.world, &self.draw_list().instances)
     }
 
     /// Meshes, materials and images.

@@ -483,6 +483,11 @@ impl Library {
         self.materials.get(id.0 as usize)
     }
 
+    /// The material, or the default where there is no such yet.
+    pub(crate) fn known_material(&self, id: MaterialId) -> MaterialId {
+        if self.material(id).is_some() { id } else { MaterialId::DEFAULT }
+    }
+
     /// The image of an id.
     pub fn image(&self, id: ImageId) -> Option<&Image> {
         self.images.get(id.0 as usize)

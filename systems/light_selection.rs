@@ -282,7 +282,7 @@ pub fn list_reaching(
     if stats.selected == 0 && list.instances.dirty.is_empty() && list.reaching_elements > 0 {
         return;
     }
-    let slots = list.instances.records.len();
+    let slots = list.instances.objects.len();
     list.reaching_version += 1;
     list.reaching.clear();
     list.reaching_elements = slots as u64 + objects.iter().map(|(_, found, _)| u64::from(found.reaching)).sum::<u64>();

@@ -37,6 +37,8 @@ pub struct MaterialTable {
     id_of_class: BTreeMap<MaterialClass, ClassId>,
     /// The class or pipeline of a material that may be in use changed: objects must be grouped anew.
     pub(crate) regroup: bool,
+    /// Materials that there were in the frame before. Objects that had another drew the default.
+    pub(crate) known_before: usize,
 }
 
 impl MaterialTable {
@@ -137,6 +139,7 @@ pub fn update_materials(mut library: ResMut<Library>, mut table: ResMut<Material
     let (table, list) = (table.bypass_change_detection(), list.bypass_change_detection());
     table.regroup = false;
     let known = table.placed.len();
+    table.known_before = known;
     let mut pending: Vec<usize> = (known..library.materials().len()).collect();
     if library.has_edited_materials() {
         pending.extend(library.take_edited_materials().into_iter().map(|id| id.0 as usize).filter(|&id| id < known));

@@ -185,7 +185,7 @@ mod tests {
         assert_eq!(chosen, [first(lights[0]), first(lights[0]), none, first(lights[1]), first(lights[1])]);
         let list = simulation.draw_list();
         assert_eq!(list.objects, 5);
-        assert!(list.drawn().all(|record| record.entity == object.index_u32()));
+        assert!(simulation.instance_records().drawn().all(|record| record.entity == object.index_u32()));
         // Again, everything is small.
         assert_eq!(draw_in_pieces(&mut simulation.world, object, 20.0), PiecesReport::default());
     }
@@ -209,7 +209,7 @@ mod tests {
         simulation.world.despawn(object);
         simulation.frame();
         assert_eq!(simulation.draw_list().objects, 0);
-        assert_eq!(simulation.draw_list().drawn().count(), 0);
+        assert_eq!(simulation.instance_records().drawn().count(), 0);
     }
 
     #[test]

@@ -1,8 +1,6 @@
 //! Tables of records that shaders read, and what of them changed since the frame before: a bit per slot, read out as few
 //! ranges. The renderer's copies are in `src/renderer/tables.rs`.
 
-use crate::parallel::in_parallel;
-use bevy_tasks::ComputeTaskPool;
 use bytemuck::Pod;
 use std::ops::Range;
 
@@ -18,6 +16,13 @@ impl DirtySlots {
     /// Marks one slot.
     pub fn mark(&mut self, slot: u32) {
         self.reach(slot, slot)[slot as usize / 64] |= 1 << (slot % 64);
+    }
+
+    /// Marks slots, in any order.
+    pub fn mark_all(&mut self, slots: &[u32]) {
+        let Some((&low, &high)) = slots.iter().min().zip(slots.iter().max()) else { return };
+        let words = self.reach(low, high);
+        slots.iter().for_each(|&slot| words[slot as usize / 64] |= 1 << (slot % 64));
     }
 
     /// Gets ready for marks between two slots, both included; gives a bit per slot of the table from 0 on.
@@ -93,55 +98,43 @@ impl<T: Copy + PartialEq + Default> Table<T> {
     }
 }
 
-impl<T: Pod + Default + Send> Table<T> {
-    /// [`Self::write`] for many slots, none of them twice, in parallel: `record` makes that of `slots[index]`. Records
-    /// differ if their bytes do.
-    pub fn write_all(&mut self, slots: &[u32], record: impl Fn(usize) -> T + Sync) {
-        // Each task looks for the slots in its part of the table: through all of them, unless they ascend.
-        let ascend = slots.is_sorted();
-        let (low, high) = if ascend { (slots.first(), slots.last()) } else { (slots.iter().min(), slots.iter().max()) };
-        let Some((&low, &high)) = low.zip(high) else { return };
-        if high as usize >= self.records.len() {
-            self.records.resize(high as usize + 1, T::default());
+/// What a GPU buffer or texture is filled with: records by slot, and which of them changed.
+pub trait Records {
+    /// As shaders read it.
+    type Record: Pod;
+
+    /// Slots.
+    fn slot_count(&self) -> u32;
+
+    /// Slots written since the frame before this one.
+    fn dirty(&self) -> &DirtySlots;
+
+    /// The records in ranges of slots, one after another; those that lie nowhere as they are wanted are put in `room`, which
+    /// grows as needed.
+    ///
+    /// # Panics
+    /// If a range goes beyond [`Self::slot_count`].
+    fn read<'a>(&'a self, ranges: &[Range<u32>], room: &'a mut Vec<Self::Record>) -> &'a [Self::Record];
+}
+
+impl<T: Pod> Records for Table<T> {
+    type Record = T;
+
+    fn slot_count(&self) -> u32 {
+        self.records.len() as u32
+    }
+
+    fn dirty(&self) -> &DirtySlots {
+        &self.dirty
+    }
+
+    fn read<'a>(&'a self, ranges: &[Range<u32>], room: &'a mut Vec<T>) -> &'a [T] {
+        let records = |range: &Range<u32>| &self.records[range.start as usize..range.end as usize];
+        if let [range] = ranges {
+            return records(range);
         }
-        let words = self.dirty.reach(low, high);
-        let parts = (slots.len() / 4096).clamp(1, 2 * ComputeTaskPool::get().thread_num());
-        let part = self.records.len().div_ceil(64).div_ceil(parts) * 64;
-        let parts = self.records.chunks_mut(part).zip(words.chunks_mut(part / 64));
-        in_parallel(parts.enumerate(), |(number, (records, words))| {
-            let first = number * part;
-            let before = |end: usize| slots.partition_point(|&slot| (slot as usize) < end);
-            let here = if ascend { before(first)..before(first + records.len()) } else { 0..slots.len() };
-            // Some are made and then compared: each by itself would be read while it is on its way to memory.
-            let mut made = [(0, T::default()); TOGETHER];
-            for start in here.clone().step_by(TOGETHER) {
-                let mut count = 0;
-                for (index, &slot) in (start..).zip(&slots[start..here.end.min(start + TOGETHER)]) {
-                    let place = (slot as usize).wrapping_sub(first);
-                    if place < records.len() {
-                        made[count] = (place, record(index));
-                        count += 1;
-                    }
-                }
-                for (place, new) in &made[..count] {
-                    if differ(&records[*place], new) {
-                        records[*place] = *new;
-                        words[place / 64] |= 1 << (place % 64);
-                    }
-                }
-            }
-        });
+        room.clear();
+        ranges.iter().for_each(|range| room.extend_from_slice(records(range)));
+        room
     }
 }
-
-/// Whether any bits differ. Records are made of 32-bit words; a comparison of bytes is a call.
-#[inline(always)]
-fn differ<T: Pod>(a: &T, b: &T) -> bool {
-    const { assert!(size_of::<T>().is_multiple_of(4) && align_of::<T>() >= 4) };
-    let (a, b): (&[u32], &[u32]) =
-        (bytemuck::cast_slice(std::slice::from_ref(a)), bytemuck::cast_slice(std::slice::from_ref(b)));
-    a.iter().zip(b).fold(0, |bits, (a, b)| bits | (a ^ b)) != 0
-}
-
-/// Records that [`Table::write_all`] makes at a time.
-const TOGETHER: usize = 32;

@@ -59,8 +59,7 @@ impl Scene {
     /// Draws the world as it is, without another frame of the systems.
     fn draw_with(&self, renderer: &mut Renderer, settings: Settings) -> (image::RgbaImage, Drawn) {
         let view = Viewpoint::Camera(self.camera).view(&self.simulation.world, SIZE);
-        let (list, library) = (self.simulation.draw_list(), self.simulation.library());
-        renderer.prepare(list, library, &view, &settings).expect("it fits");
+        renderer.prepare(&self.simulation, &view, &settings).expect("it fits");
         (renderer.draw_picture(), renderer.read_drawn())
     }
 }
@@ -193,8 +192,7 @@ fn a_still_view_is_drawn_whole_when_the_picture_or_a_surface_changes() {
         scene.draw_with(&mut renderer, Settings { samples: 1, ..on });
         assert!(scene.draw_with(&mut renderer, on) == seen, "samples, and back");
         let view = Viewpoint::Camera(scene.camera).view(&scene.simulation.world, (SIZE.0 * 2, SIZE.1 * 2));
-        let (list, library) = (scene.simulation.draw_list(), scene.simulation.library());
-        renderer.prepare(list, library, &view, &on).expect("it fits");
+        renderer.prepare(&scene.simulation, &view, &on).expect("it fits");
         let large = renderer.draw_picture();
         let small = image::imageops::thumbnail(&large, SIZE.0, SIZE.1);
         let differs = |(a, b): (&image::Rgba<u8>, &image::Rgba<u8>)| a.0[0].abs_diff(b.0[0]) > 40;
@@ -449,7 +447,7 @@ fn near_objects_are_drawn_before_far_ones() {
         let distances: Vec<f32> = slots
             .iter()
             .map(|&slot| {
-                let record = scene.simulation.draw_list().instances.records[slot as usize];
+                let record = scene.simulation.instance_records().get(slot);
                 let [x, y, z] = record.world_from_object.map(|row| row[3]);
                 Vec3::new(x, y, z).distance(eye)
             })

@@ -121,8 +121,7 @@ fn changes_here_and_there_arrive_also_from_frames_that_nobody_drew() {
         move_some(&mut field, first, height);
         field.simulation.frame();
         let view = relief::viewpoint::Viewpoint::Camera(field.camera).view(&field.simulation.world, SIZE);
-        let (list, library) = (field.simulation.draw_list(), field.simulation.library());
-        field.headless.renderer.prepare(list, library, &view, &Settings::default()).expect("it fits");
+        field.headless.renderer.prepare(&field.simulation, &view, &Settings::default()).expect("it fits");
     }
     for object in [20, 171] {
         field.simulation.world.get_mut::<Transform>(field.objects[object]).expect("a place").translation.y = 30.0;
@@ -145,8 +144,7 @@ fn a_renderer_that_missed_frames_shows_the_same_as_one_that_saw_all() {
         if frame == 1 || frame == 4 {
             std::mem::swap(&mut late, &mut field.headless.renderer);
             let view = relief::viewpoint::Viewpoint::Camera(field.camera).view(&field.simulation.world, SIZE);
-            let (list, library) = (field.simulation.draw_list(), field.simulation.library());
-            field.headless.renderer.prepare(list, library, &view, &Settings::default()).expect("it fits");
+            field.headless.renderer.prepare(&field.simulation, &view, &Settings::default()).expect("it fits");
             assert!(field.headless.renderer.draw_picture() == seen, "frame {frame}");
             std::mem::swap(&mut late, &mut field.headless.renderer);
         }
@@ -160,8 +158,7 @@ fn a_picture_that_cannot_differ_is_shown_again_and_any_change_is_noticed() {
     let prepare = |field: &mut Field, settings: &Settings| {
         field.simulation.frame();
         let view = relief::viewpoint::Viewpoint::Camera(field.camera).view(&field.simulation.world, SIZE);
-        let (list, library) = (field.simulation.draw_list(), field.simulation.library());
-        field.headless.renderer.prepare(list, library, &view, settings).expect("it fits")
+        field.headless.renderer.prepare(&field.simulation, &view, settings).expect("it fits")
     };
     let still = Settings::default();
     assert!(!prepare(&mut field, &still), "nothing changed");

@@ -57,8 +57,7 @@ impl Scene {
     fn draw(&mut self, renderer: &mut Renderer) -> Result<image::RgbaImage, RenderError> {
         self.simulation.frame();
         let view = Viewpoint::Camera(self.camera).view(&self.simulation.world, (64, 36));
-        let (list, library) = (self.simulation.draw_list(), self.simulation.library());
-        renderer.prepare(list, library, &view, &Settings::default())?;
+        renderer.prepare(&self.simulation, &view, &Settings::default())?;
         Ok(renderer.draw_picture())
     }
 }
@@ -120,12 +119,14 @@ fn more_objects_than_the_largest_texture_holds_are_refused() {
     scene.simulation.frame();
     let view = Viewpoint::Camera(scene.camera).view(&scene.simulation.world, (64, 36));
     // As many slots as a world of so many objects has.
-    let mut list = DrawList { frame: 1, ..DrawList::default() };
-    list.instances.records = vec![InstanceRecord::default(); most + 1];
+    let slots = |scene: &mut Scene, count| {
+        scene.simulation.world.resource_mut::<DrawList>().instances.objects = vec![Entity::PLACEHOLDER; count];
+    };
+    slots(&mut scene, most + 1);
     let mut renderer = Renderer::new(&small);
-    let refused = renderer.prepare(&list, scene.simulation.library(), &view, &Settings::default());
+    let refused = renderer.prepare(&scene.simulation, &view, &Settings::default());
     let error = refused.expect_err("one too many").to_string();
     assert!(error.starts_with("too large for this graphics adapter: instances: 268"), "{error}");
-    list.instances.records.truncate(1);
-    renderer.prepare(&list, scene.simulation.library(), &view, &Settings::default()).expect("it fits");
+    slots(&mut scene, 1);
+    renderer.prepare(&scene.simulation, &view, &Settings::default()).expect("it fits");
 }

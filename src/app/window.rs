@@ -282,7 +282,7 @@ impl Open {
         let simulation = &self.viewer.simulation;
         let settings = self.viewer.drawn_settings();
         // Where only the panel changes, the scene is not drawn again; the panel goes on telling what it took.
-        if self.renderer.prepare(simulation.draw_list(), simulation.library(), &view, &settings)? {
+        if self.renderer.prepare(simulation, &view, &settings)? {
             self.renderer.draw(&frame.scene, self.screen.scene_format);
             self.stats = self.renderer.stats();
         } else {

@@ -270,7 +270,7 @@ impl Bench {
         simulation.frame();
         let simulate = lap();
         let view: View = viewpoint.view(&simulation.world, self.size);
-        self.renderer.prepare(simulation.draw_list(), simulation.library(), &view, &self.settings)?;
+        self.renderer.prepare(simulation, &view, &self.settings)?;
         let prepare = lap();
         let commands = self.renderer.record(&self.target, PICTURE_FORMAT);
         let record = lap();

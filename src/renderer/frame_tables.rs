@@ -4,6 +4,7 @@ use super::scatter::Scatter;
 use super::tables::{GrowingBuffer, RecordTable};
 use super::timestamps::Timestamps;
 use super::{Gpu, RenderError, RenderStats};
+use systems::Simulation;
 use systems::draw_list::{DrawList, MAX_REACHING, MOST_LIGHTS, ViewRecord};
 use systems::tables::DirtySlots;
 
@@ -53,9 +54,10 @@ impl FrameTables {
         &mut self,
         gpu: &Gpu,
         layout: &wgpu::BindGroupLayout,
-        list: &DrawList,
+        simulation: &Simulation,
         stats: &mut RenderStats,
     ) -> Result<(), RenderError> {
+        let list = simulation.draw_list();
         if list.lights.records.len() > MOST_LIGHTS {
             let (needed, limit) = (list.lights.records.len() as u64, MOST_LIGHTS as u64);
             return Err(RenderError::TooLarge { what: "the light table", unit: "lights", needed, limit });
@@ -63,7 +65,7 @@ impl FrameTables {
         if list.frame != self.uploaded_frame {
             let missed = list.frame != self.uploaded_frame + 1;
             let scatter = &mut self.scatter;
-            stats.instance_bytes = self.instances.mirror(gpu, scatter, &list.instances, missed)?;
+            stats.instance_bytes = self.instances.mirror(gpu, scatter, &simulation.instance_records(), missed)?;
             stats.light_bytes = self.lights.mirror(gpu, scatter, &list.lights, missed)?;
             stats.material_bytes = self.materials.mirror(gpu, scatter, &list.materials, missed)?;
             self.uploaded_frame = list.frame;

@@ -56,10 +56,11 @@ use frame_tables::FrameTables;
 use meshes::Meshes;
 use pipelines::{MissingPipelines, Pass, Pipelines};
 use pyramid::{Pyramid, PyramidMaker};
+use systems::Simulation;
 use systems::batches::{BlendedRun, sort_transparent};
 use systems::components::{Environment, ToneMap};
 use systems::draw_list::{BatchKey, DrawList, LightTraits, PipelineKey, ViewRecord};
-use systems::library::{Library, Technique};
+use systems::library::Technique;
 use systems::tables::DirtySlots;
 use systems::view::View;
 use tables::GrowingBuffer;
@@ -218,11 +219,11 @@ impl Renderer {
     /// [`RenderError`].
     pub fn prepare(
         &mut self,
-        list: &DrawList,
-        library: &Library,
+        simulation: &Simulation,
         view: &View,
         settings: &Settings,
     ) -> Result<bool, RenderError> {
+        let list = simulation.draw_list();
         if self.world != 0 && list.world != self.world {
             // What is on the device belongs to another world; how it is drawn does not.
             let textures = Textures::with_layout(self.textures.layout.clone());
@@ -248,7 +249,7 @@ impl Renderer {
         // What there is no memory for fails again where it is used.
         let invalid = self.gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
         let no_memory = self.gpu.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
-        let recull = self.prepare_objects(list, library, view, settings);
+        let recull = self.prepare_objects(simulation, view, settings);
         let errors = [no_memory.pop(), invalid.pop()].map(pollster::block_on);
         if let Some(error) = errors.into_iter().flatten().next() {
             return Err(RenderError::Refused { reason: error.to_string() });
@@ -287,15 +288,15 @@ impl Renderer {
     /// whether lists of visible objects that were made before are no longer right.
     fn prepare_objects(
         &mut self,
-        list: &DrawList,
-        library: &Library,
+        simulation: &Simulation,
         view: &View,
         settings: &Settings,
     ) -> Result<bool, RenderError> {
+        let list = simulation.draw_list();
         self.upload_blended(list, view)?;
         // Compiled while the rest is uploaded.
         let missing = self.start_pipelines(self.pass, list.batches.iter().map(|batch| batch.key));
-        let uploaded = self.upload(list, library);
+        let uploaded = self.upload(simulation);
         self.pipelines.finish_objects(missing);
         uploaded?;
         let redrawn = self.draws.update(&self.gpu, list, &self.meshes, settings.levels.enabled)?;
@@ -316,10 +317,11 @@ impl Renderer {
     }
 
     /// Meshes, maps and tables.
-    fn upload(&mut self, list: &DrawList, library: &Library) -> Result<(), RenderError> {
+    fn upload(&mut self, simulation: &Simulation) -> Result<(), RenderError> {
+        let (list, library) = (simulation.draw_list(), simulation.library());
         self.stats.asset_bytes = self.meshes.upload(&self.gpu, library)?;
         self.stats.asset_bytes += self.textures.upload(&self.gpu, list, library)?;
-        self.tables.upload(&self.gpu, &self.pipelines.frame_layout, list, &mut self.stats)
+        self.tables.upload(&self.gpu, &self.pipelines.frame_layout, simulation, &mut self.stats)
     }
 
     /// Targets of the view's size, with a depth pyramid if objects are drawn in two phases.

@@ -6,7 +6,7 @@ use super::tables::GrowingBuffer;
 use super::{Gpu, RenderError, shaders};
 use std::collections::BTreeMap;
 use std::ops::Range;
-use systems::tables::DirtySlots;
+use systems::tables::{DirtySlots, Records};
 
 /// Fewer ranges than this are written by a call each.
 pub(super) const MANY_RANGES: usize = 32;
@@ -98,27 +98,25 @@ impl ScatterBuffers {
     }
 
     /// Uploads the records in `ranges` of a table; [`Self::record`] puts them in their places. Returns the bytes written.
-    pub fn write<T: bytemuck::Pod>(
+    pub fn write<R: Records>(
         &mut self,
         gpu: &Gpu,
         scatter: &mut Scatter,
         table: &wgpu::TextureView,
-        records: &[T],
+        records: &R,
         ranges: &[Range<u32>],
     ) -> Result<u64, RenderError> {
         let slots: Vec<u32> = ranges.iter().cloned().flatten().collect();
-        let mut together: Vec<T> = Vec::with_capacity(slots.len());
-        for range in ranges {
-            together.extend_from_slice(&records[range.start as usize..range.end as usize]);
-        }
+        let mut room = Vec::new();
+        let together = records.read(ranges, &mut room);
         let all = DirtySlots::default();
-        let bytes = self.slots.write(gpu, &slots, &all, true)? + self.texels.write(gpu, &together, &all, true)?;
-        let texels = (size_of_val(&together[..]) / 16) as u32;
-        let record_texels = (size_of::<T>() / 16) as u32;
+        let bytes = self.slots.write(gpu, &slots, &all, true)? + self.texels.write(gpu, together, &all, true)?;
+        let texels = (size_of_val(together) / 16) as u32;
+        let record_texels = (size_of::<R::Record>() / 16) as u32;
         scatter.make(&gpu.device, record_texels);
         // No more than what was written: the shader takes the number of texels from it.
         let (slots, together) =
-            (part(&self.slots, size_of_val(&slots[..])), part(&self.texels, size_of_val(&together[..])));
+            (part(&self.slots, size_of_val(&slots[..])), part(&self.texels, size_of_val(together)));
         let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("scatter"),
             layout: &scatter.layout,

@@ -2,8 +2,9 @@
 
 use super::RenderError;
 use super::scatter::{MANY_RANGES, Scatter, ScatterBuffers};
+use std::ops::Range;
 use systems::draw_list::PAGE_SLOTS;
-use systems::tables::{DirtySlots, Table};
+use systems::tables::{DirtySlots, Records};
 
 /// A storage or vertex buffer that grows.
 #[derive(Debug)]
@@ -19,6 +20,11 @@ pub(super) struct GrowingBuffer {
 /// little it does not grow often; but no more than `limit` while `needed` fits.
 fn grown(held: u64, needed: u64, limit: u64) -> u64 {
     needed.max(held + held / 2).next_multiple_of(256).min(limit.max(needed))
+}
+
+/// As many records as are read at once.
+fn few_records(record_size: usize) -> u32 {
+    (FEW_BYTES_UNDER_WAY / record_size as u64).max(TABLE_WIDTH) as u32
 }
 
 /// Clean records between two dirty ranges that are written along: a write call costs about as much as 4 KiB.
@@ -164,41 +170,48 @@ impl RecordTable {
         Ok(true)
     }
 
-    /// Brings the texture up to date with the table: all of it if it grew or `everything` is asked for, else the dirty
-    /// records. Returns the bytes written.
-    pub fn mirror<T: bytemuck::Pod>(
+    /// Brings the texture up to date with the records: all of them if it grew or `everything` is asked for, else the dirty
+    /// ones. Returns the bytes written.
+    pub fn mirror<R: Records>(
         &mut self,
         gpu: &super::Gpu,
         scatter: &mut Scatter,
-        table: &Table<T>,
+        records: &R,
         everything: bool,
     ) -> Result<u64, RenderError> {
         self.scattered.flush(gpu, scatter);
-        let bytes: &[u8] = bytemuck::cast_slice(&table.records);
+        let size = size_of::<R::Record>();
         // Whole pages: culling looks at the slots behind the last one in use, too, and new texels are zero.
-        let room = table.records.len().next_multiple_of(PAGE_SLOTS as usize) * size_of::<T>();
-        let lost = self.reserve(&gpu.device, room as u64 / TEXEL_BYTES)?;
+        let room = u64::from(records.slot_count().next_multiple_of(PAGE_SLOTS)) * size as u64;
+        let lost = self.reserve(&gpu.device, room / TEXEL_BYTES)?;
         if lost || everything {
-            self.write(gpu, &mut Pace::new(FEW_BYTES_UNDER_WAY), 0, bytes);
-            return Ok(bytes.len() as u64);
+            return Ok(self.write_range(gpu, &mut Pace::new(FEW_BYTES_UNDER_WAY), records, 0..records.slot_count()));
         }
-        let size = size_of::<T>();
-        let mut written = 0;
-        let ranges = table.dirty.ranges(gap(size));
+        let ranges = records.dirty().ranges(gap(size));
         // Each record by itself: what lies between costs as much as they do.
-        let apart = if ranges.len() >= MANY_RANGES { table.dirty.ranges(0) } else { Vec::new() };
+        let apart = if ranges.len() >= MANY_RANGES { records.dirty().ranges(0) } else { Vec::new() };
         let bytes_apart = apart.iter().map(|range| range.len() * size).sum::<usize>() as u64;
         if (1..=MOST_BYTES_UNDER_WAY).contains(&bytes_apart) {
-            let ranges = apart;
-            return self.scattered.write(gpu, scatter, &self.view, &table.records, &ranges);
+            return self.scattered.write(gpu, scatter, &self.view, records, &apart);
         }
         let mut pace = Pace::new(MOST_BYTES_UNDER_WAY);
-        for range in ranges {
-            let range = range.start as usize * size..range.end as usize * size;
-            written += range.len() as u64;
-            self.write(gpu, &mut pace, range.start as u64 / TEXEL_BYTES, &bytes[range]);
+        Ok(ranges.into_iter().map(|range| self.write_range(gpu, &mut pace, records, range)).sum())
+    }
+
+    /// Writes the records of some slots, a few at a time: they may be made just for this. Returns the bytes written.
+    fn write_range<R: Records>(&self, gpu: &super::Gpu, pace: &mut Pace, records: &R, slots: Range<u32>) -> u64 {
+        let size = size_of::<R::Record>();
+        let mut room = Vec::new();
+        let mut start = slots.start;
+        while start < slots.end {
+            // Up to where a row begins: 4096 records fill whole rows, whatever their size.
+            let end = (start + few_records(size)) / TABLE_WIDTH as u32 * TABLE_WIDTH as u32;
+            let end = end.clamp(start + 1, slots.end);
+            let bytes = bytemuck::cast_slice(records.read(&[start..end], &mut room));
+            self.write(gpu, pace, u64::from(start) * size as u64 / TEXEL_BYTES, bytes);
+            start = end;
         }
-        Ok(written)
+        (slots.len() * size) as u64
     }
 
     /// Writes texels from one on: the rest of its row, whole rows, and the beginning of the last.

@@ -189,7 +189,7 @@ impl Stand {
         let settings =
             Settings { technique: Some(shown.technique()), samples, occlusion, levels, ..Settings::default() };
         let view = self.view(size);
-        self.renderer.prepare(self.simulation.draw_list(), self.simulation.library(), &view, &settings)?;
+        self.renderer.prepare(&self.simulation, &view, &settings)?;
         Ok(())
     }
 

@@ -16,6 +16,7 @@ use systems::library::{Library, MeshId};
 use systems::lights::{LightPolicy, LightSlot, LightTable, ScoredLight, Selection, score};
 use systems::selected_lights::SelectedLights;
 use systems::stats::FrameStats;
+use systems::tables::Records;
 use systems::{Simulation, brute_force, shapes};
 
 #[test]
@@ -386,7 +387,8 @@ fn all_lights_that_reach_an_object_are_listed() {
         let scored = simulation.world.resource::<LightTable>().scored().to_vec();
         let list = simulation.draw_list();
         let mut objects = 0;
-        for (slot, record) in list.instances.records.iter().enumerate() {
+        let records = simulation.instance_records();
+        for (slot, record) in (0..records.slot_count()).map(|slot| (slot as usize, records.get(slot))) {
             let Some(entity) = simulation.world.iter_entities().find(|e| e.id().index().index() == record.entity)
             else {
                 continue;
@@ -436,7 +438,7 @@ fn what_is_not_finite_has_an_empty_list() {
     simulation.world.insert_resource(LightPolicy::All);
     simulation.frame();
     let list = simulation.draw_list();
-    let counts: Vec<u32> = list.instances.records.iter().map(|record| record.reaching).collect();
+    let counts: Vec<u32> = simulation.instance_records().drawn().map(|record| record.reaching).collect();
     assert_eq!((counts, list.reaching.len()), (vec![1, 0], 3));
 }
 

@@ -1,0 +1,128 @@
+//! The records of drawn objects, one per slot, made of the objects' components by whoever reads them.
+//!
+//! The world keeps no copy: what it knows of a slot is who is in it and whether its record changed. The renderer reads the
+//! records of those that changed, and all of them when it knows none, on their way to the GPU, which is the only place where
+//! they lie together.
+
+use crate::changes::{LIGHT_ROWS, rows_per_task};
+use crate::draw_list::InstanceRecord;
+use crate::library::{Library, MaterialId};
+use crate::parallel::in_parallel;
+use crate::pieces::PieceOf;
+use crate::selected_lights::SelectedLights;
+use crate::tables::{DirtySlots, Records};
+use bevy_ecs::prelude::*;
+use bevy_transform::components::GlobalTransform;
+use glam::{Affine3A, Vec3A};
+use std::ops::Range;
+
+/// Who is in which slot, and whose records changed.
+#[derive(Clone, Debug, Default)]
+pub struct InstanceSlots {
+    /// By slot; [`Entity::PLACEHOLDER`] where there is nobody.
+    pub objects: Vec<Entity>,
+    /// Slots whose records may differ from those of the frame before this one.
+    pub dirty: DirtySlots,
+}
+
+impl InstanceSlots {
+    /// Says who is in a slot from now on.
+    pub(crate) fn put(&mut self, slot: u32, object: Entity) {
+        let index = slot as usize;
+        if index >= self.objects.len() {
+            self.objects.resize(index + 1, Entity::PLACEHOLDER);
+        }
+        self.objects[index] = object;
+        self.dirty.mark(slot);
+    }
+}
+
+/// The records of a world's drawn objects as its components are now.
+pub struct InstanceRecords<'w> {
+    world: &'w World,
+    slots: &'w InstanceSlots,
+}
+
+impl<'w> InstanceRecords<'w> {
+    /// Those of the objects in some slots.
+    pub fn new(world: &'w World, slots: &'w InstanceSlots) -> Self {
+        Self { world, slots }
+    }
+
+    /// The record in a slot, all zero where nobody is.
+    pub fn get(&self, slot: u32) -> InstanceRecord {
+        let mut room = Vec::new();
+        self.read(std::slice::from_ref(&(slot..slot + 1)), &mut room)[0]
+    }
+
+    /// The records of drawn objects, blended ones among them, in the order of their slots.
+    pub fn drawn(&self) -> impl Iterator<Item = InstanceRecord> {
+        let slots = (0..).zip(&self.slots.objects).filter(|(_, object)| **object != Entity::PLACEHOLDER);
+        slots.map(|(slot, _)| self.get(slot))
+    }
+}
+
+/// What a record is made of.
+type Parts = (Option<&'static PieceOf>, &'static GlobalTransform, &'static MaterialId, &'static SelectedLights);
+
+impl Records for InstanceRecords<'_> {
+    type Record = InstanceRecord;
+
+    fn slot_count(&self) -> u32 {
+        self.slots.objects.len() as u32
+    }
+
+    fn dirty(&self) -> &DirtySlots {
+        &self.slots.dirty
+    }
+
+    fn read<'a>(&'a self, ranges: &[Range<u32>], room: &'a mut Vec<InstanceRecord>) -> &'a [InstanceRecord] {
+        let slots: Vec<u32> = ranges.iter().cloned().flatten().collect();
+        if room.len() < slots.len() {
+            room.resize(slots.len(), InstanceRecord::default());
+        }
+        let records = &mut room[..slots.len()];
+        // A world that never had such components has no objects.
+        let parts = self.world.try_query::<Parts>();
+        let library = self.world.get_resource::<Library>();
+        let Some((parts, library)) = parts.zip(library) else {
+            records.fill(InstanceRecord::default());
+            return records;
+        };
+        let task = rows_per_task(slots.len(), LIGHT_ROWS / 4).max(1);
+        in_parallel(records.chunks_mut(task).zip(slots.chunks(task)), |(records, slots)| {
+            let parts = parts.query_manual(self.world);
+            for (record, &slot) in records.iter_mut().zip(slots) {
+                let object = self.slots.objects[slot as usize];
+                *record = parts.get(object).map_or_else(
+                    |_| InstanceRecord::default(),
+                    |(piece, place, &material, lights)| {
+                        let named = piece.map_or(object, |piece| piece.0);
+                        InstanceRecord::new(named, &place.affine(), library.known_material(material), lights)
+                    },
+                );
+            }
+        });
+        records
+    }
+}
+
+impl InstanceRecord {
+    /// The record of an object.
+    #[inline]
+    pub fn new(entity: Entity, world_from_object: &Affine3A, material: MaterialId, selected: &SelectedLights) -> Self {
+        let (m, t) = (world_from_object.matrix3.transpose(), world_from_object.translation);
+        let row = |axis: Vec3A, translation: f32| [axis.x, axis.y, axis.z, translation];
+        let SelectedLights { lights, remainder, last_side_and_dropped, remainder_unit, reaching } = *selected;
+        Self {
+            world_from_object: [row(m.x_axis, t.x), row(m.y_axis, t.y), row(m.z_axis, t.z)],
+            lights,
+            material: material.0,
+            remainder,
+            last_side_and_dropped,
+            remainder_unit,
+            reaching,
+            entity: entity.index_u32(),
+        }
+    }
+}
