@@ -63,7 +63,7 @@ impl<'w> InstanceRecords<'w> {
 }
 
 /// What a record is made of.
-type Parts = (Option<&'static PieceOf>, &'static GlobalTransform, &'static MaterialId, &'static SelectedLights);
+type Parts = (&'static GlobalTransform, &'static MaterialId, &'static SelectedLights);
 
 impl Records for InstanceRecords<'_> {
     type Record = InstanceRecord;
@@ -82,8 +82,8 @@ impl Records for InstanceRecords<'_> {
             room.resize(slots.len(), InstanceRecord::default());
         }
         let records = &mut room[..slots.len()];
-        // A world that never had such components has no objects.
-        let parts = self.world.try_query::<Parts>();
+        // A world that never had such components has no objects, or none in pieces.
+        let (parts, pieces) = (self.world.try_query::<Parts>(), self.world.try_query::<&PieceOf>());
         let library = self.world.get_resource::<Library>();
         let Some((parts, library)) = parts.zip(library) else {
             records.fill(InstanceRecord::default());
@@ -92,12 +92,14 @@ impl Records for InstanceRecords<'_> {
         let task = rows_per_task(slots.len(), LIGHT_ROWS / 4).max(1);
         in_parallel(records.chunks_mut(task).zip(slots.chunks(task)), |(records, slots)| {
             let parts = parts.query_manual(self.world);
-            for (record, &slot) in records.iter_mut().zip(slots) {
-                let object = self.slots.objects[slot as usize];
-                *record = parts.get(object).map_or_else(
+            let pieces = pieces.as_ref().map(|pieces| pieces.query_manual(self.world));
+            let objects = slots.iter().map(|&slot| self.slots.objects[slot as usize]);
+            for ((record, object), parts) in records.iter_mut().zip(objects.clone()).zip(parts.iter_many(objects)) {
+                *record = parts.map_or_else(
                     |_| InstanceRecord::default(),
-                    |(piece, place, &material, lights)| {
-                        let named = piece.map_or(object, |piece| piece.0);
+                    |(place, &material, lights)| {
+                        let whole = pieces.as_ref().and_then(|pieces| pieces.get(object).ok());
+                        let named = whole.map_or(object, |piece| piece.0);
                         InstanceRecord::new(named, &place.affine(), library.known_material(material), lights)
                     },
                 );

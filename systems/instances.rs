@@ -46,9 +46,8 @@ pub struct InstanceTable {
     pub(crate) pages: SlotPages,
     /// Given back since the last frame.
     freed: Vec<u32>,
-    /// Rows of a table to be looked at, and their slots; what lies behind them is of no meaning, and stays for later.
-    rows: Vec<u32>,
-    slots: Vec<u32>,
+    /// Rows that changed, and their slots; its contents are of no meaning between frames.
+    found: Vec<(u32, u32)>,
 }
 
 impl InstanceTable {
@@ -128,14 +127,8 @@ pub fn update_instances(
 }
 
 /// Columns that decide where an object's record goes.
-type Rows<'a> = (
-    &'a [Entity],
-    &'a [GlobalTransform],
-    &'a [MeshId],
-    &'a [MaterialId],
-    &'a [WorldBounds],
-    &'a mut [InstanceSlot],
-);
+type Rows<'a> =
+    (&'a [Entity], &'a [GlobalTransform], &'a [MeshId], &'a [MaterialId], &'a [WorldBounds], &'a mut [InstanceSlot]);
 
 /// Why rows are looked at.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -183,6 +176,9 @@ impl InstanceTable {
         // While mesh and material are what they were, only a transform that mirrors makes the batch another.
         let same_kind = looking == Looking::AtObjects && shaped.is_empty() && covered.is_empty();
         let batch = |row: usize| batch_of(library, materials, meshes[row], chosen[row], &transforms[row]);
+        let same_record =
+            |row: usize| looking == Looking::AtMaterials && (chosen[row].0 as usize) < materials.known_before;
+        let mut found = std::mem::take(&mut self.found);
         let (pages, held) = (&self.pages, &**slots);
         let keeps = |row: usize, slot: &u32| {
             let key = pages.key(*slot);
@@ -193,54 +189,40 @@ impl InstanceTable {
             };
             stays && key.pipeline.alpha != AlphaMode::Blend
         };
-        let same_record =
-            |row: usize| looking == Looking::AtMaterials && (chosen[row].0 as usize) < materials.known_before;
-        // Most keep what they have, which is found out in parallel. The lists do not shrink: to grow them costs time.
+        // Most keep what they have, which is found out in parallel. The list does not shrink: to grow it costs time.
         let most = held.len() - first;
-        let (mut rows, mut found) = (std::mem::take(&mut self.rows), std::mem::take(&mut self.slots));
-        rows.resize(most.max(rows.len()), 0);
-        found.resize(most.max(found.len()), UNSETTLED);
+        found.resize(most.max(found.len()), (0, UNSETTLED));
         let part = rows_per_task(most, LIGHT_ROWS);
-        let mut counts = vec![(0, false); most.div_ceil(part)];
-        let parts = rows[..most].chunks_mut(part).zip(found.chunks_mut(part)).zip(&mut counts);
-        in_parallel(parts.enumerate(), |(number, ((rows, found), (count, unsettled)))| {
+        let mut counts = vec![0; most.div_ceil(part)];
+        let parts = found[..most].chunks_mut(part).zip(&mut counts);
+        in_parallel(parts.enumerate(), |(number, (found, count))| {
             let start = first + number * part;
-            since.for_each(columns, start..start + rows.len(), |row| {
+            since.for_each(columns, start..start + found.len(), |row| {
                 let slot = held[row].get().filter(|slot| keeps(row, slot)).unwrap_or(UNSETTLED);
                 if slot == UNSETTLED || !same_record(row) {
-                    (rows[*count], found[*count]) = (row as u32, slot);
+                    found[*count] = (row as u32, slot);
                     *count += 1;
-                    *unsettled |= slot == UNSETTLED;
                 }
             });
         });
         // The others one after another: the first of them gets the lowest slot.
-        for ((count, unsettled), start) in counts.into_iter().zip((0..).step_by(part)) {
-            let (rows, found) = (&rows[start..start + count], &found[start..start + count]);
-            if !unsettled {
-                list.instances.dirty.mark_all(found);
-                continue;
-            }
-            for (&row, &slot) in rows.iter().zip(found) {
+        for (count, found) in counts.into_iter().zip(found.chunks(part)) {
+            for &(row, slot) in &found[..count] {
+                let row = row as usize;
                 if slot != UNSETTLED {
                     list.instances.dirty.mark(slot);
-                    continue;
-                }
-                let row = row as usize;
-                let Some(key) = batch(row) else {
-                    if let Some(taken) = std::mem::take(&mut slots[row]).get() {
-                        self.release(taken, list);
+                } else if let Some(key) = batch(row) {
+                    let slot = self.settle(entities[row], &mut slots[row], key, list);
+                    list.instances.dirty.mark(slot);
+                    if key.pipeline.alpha == AlphaMode::Blend {
+                        batches::put_transparent(list, Transparent { slot, key, bounds: bounds[row].0 });
                     }
-                    continue;
-                };
-                let slot = self.settle(entities[row], &mut slots[row], key, list);
-                list.instances.dirty.mark(slot);
-                if key.pipeline.alpha == AlphaMode::Blend {
-                    batches::put_transparent(list, Transparent { slot, key, bounds: bounds[row].0 });
+                } else if let Some(taken) = std::mem::take(&mut slots[row]).get() {
+                    self.release(taken, list);
                 }
             }
         }
-        (self.rows, self.slots) = (rows, found);
+        self.found = found;
     }
 }
 

@@ -18,13 +18,6 @@ impl DirtySlots {
         self.reach(slot, slot)[slot as usize / 64] |= 1 << (slot % 64);
     }
 
-    /// Marks slots, in any order.
-    pub fn mark_all(&mut self, slots: &[u32]) {
-        let Some((&low, &high)) = slots.iter().min().zip(slots.iter().max()) else { return };
-        let words = self.reach(low, high);
-        slots.iter().for_each(|&slot| words[slot as usize / 64] |= 1 << (slot % 64));
-    }
-
     /// Gets ready for marks between two slots, both included; gives a bit per slot of the table from 0 on.
     fn reach(&mut self, low: u32, high: u32) -> &mut [u64] {
         let (low, high) = (low as usize / 64, high as usize / 64 + 1);

@@ -217,12 +217,7 @@ impl Renderer {
     ///
     /// # Errors
     /// [`RenderError`].
-    pub fn prepare(
-        &mut self,
-        simulation: &Simulation,
-        view: &View,
-        settings: &Settings,
-    ) -> Result<bool, RenderError> {
+    pub fn prepare(&mut self, simulation: &Simulation, view: &View, settings: &Settings) -> Result<bool, RenderError> {
         let list = simulation.draw_list();
         if self.world != 0 && list.world != self.world {
             // What is on the device belongs to another world; how it is drawn does not.

@@ -115,8 +115,7 @@ impl ScatterBuffers {
         let record_texels = (size_of::<R::Record>() / 16) as u32;
         scatter.make(&gpu.device, record_texels);
         // No more than what was written: the shader takes the number of texels from it.
-        let (slots, together) =
-            (part(&self.slots, size_of_val(&slots[..])), part(&self.texels, size_of_val(together)));
+        let (slots, together) = (part(&self.slots, size_of_val(&slots[..])), part(&self.texels, size_of_val(together)));
         let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("scatter"),
             layout: &scatter.layout,

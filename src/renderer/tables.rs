@@ -22,10 +22,8 @@ fn grown(held: u64, needed: u64, limit: u64) -> u64 {
     needed.max(held + held / 2).next_multiple_of(256).min(limit.max(needed))
 }
 
-/// As many records as are read at once.
-fn few_records(record_size: usize) -> u32 {
-    (FEW_BYTES_UNDER_WAY / record_size as u64).max(TABLE_WIDTH) as u32
-}
+/// Records that are read at once, at the most. So many fill whole rows of a table, whatever their size.
+const READ_TOGETHER: u32 = 8 * TABLE_WIDTH as u32;
 
 /// Clean records between two dirty ranges that are written along: a write call costs about as much as 4 KiB.
 fn gap(record_size: usize) -> u32 {
@@ -204,9 +202,7 @@ impl RecordTable {
         let mut room = Vec::new();
         let mut start = slots.start;
         while start < slots.end {
-            // Up to where a row begins: 4096 records fill whole rows, whatever their size.
-            let end = (start + few_records(size)) / TABLE_WIDTH as u32 * TABLE_WIDTH as u32;
-            let end = end.clamp(start + 1, slots.end);
+            let end = slots.end.min((start + 1).next_multiple_of(READ_TOGETHER));
             let bytes = bytemuck::cast_slice(records.read(&[start..end], &mut room));
             self.write(gpu, pace, u64::from(start) * size as u64 / TEXEL_BYTES, bytes);
             start = end;
