@@ -14,12 +14,13 @@ use relief::freed_memory::keep_freed_memory;
 use relief::gallery::{self, GalleryArgs};
 use relief::light_error::{self, LightErrorJob};
 use relief::maps::command::{self as map_tools, MapArgs};
+use relief::output::OutputError;
 use relief::recording::{self, Recording, RecordingError, RunFiles};
 use relief::renderer::Gpu;
 use relief::technique_error::{self, CompareArgs};
 use relief::video::VideoError;
 use relief::{check, demo};
-use std::io::{IsTerminal, Write};
+use std::io::{ErrorKind, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
@@ -58,8 +59,12 @@ fn main() -> ExitCode {
         Command::Bench(args) => return measure(&args, started),
         Command::Map(args) => return make_map(&args),
         Command::Check { files } => return check_files(&files),
-        Command::Info => Gpu::headless().map(|gpu| say(gpu.describe().trim_end())).map_err(FrameError::from),
+        Command::Info => Gpu::headless().map_err(FrameError::from).and_then(|gpu| Ok(say(gpu.describe().trim_end())?)),
     };
+    exit(done)
+}
+
+fn exit(done: Result<(), FrameError>) -> ExitCode {
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
@@ -77,8 +82,13 @@ fn with_negative_numbers(command: clap::Command) -> clap::Command {
 }
 
 /// Prints a line. Whoever reads standard output may have stopped reading; the work is done all the same.
-fn say(text: &str) {
-    let _ = writeln!(std::io::stdout(), "{text}");
+fn say(text: &str) -> Result<(), OutputError> {
+    match writeln!(std::io::stdout(), "{text}") {
+        Err(source) if source.kind() != ErrorKind::BrokenPipe => {
+            Err(OutputError::Io { path: "standard output".into(), source })
+        }
+        _ => Ok(()),
+    }
 }
 
 fn exit_code(error: &FrameError) -> u8 {
@@ -145,9 +155,9 @@ fn render(job: &FrameJob) -> Result<(), FrameError> {
     })?;
     bar.finish_and_clear();
     match written.as_slice() {
-        [] => say(&format!("nothing to do: all pictures are in {}", job.folder.display())),
-        [one] => say(&one.display().to_string()),
-        [first, .., last] => say(&format!("{} files: {} … {}", written.len(), first.display(), last.display())),
+        [] => say(&format!("nothing to do: all pictures are in {}", job.folder.display()))?,
+        [one] => say(&one.display().to_string())?,
+        [first, .., last] => say(&format!("{} files: {} … {}", written.len(), first.display(), last.display()))?,
     }
     Ok(())
 }
@@ -163,9 +173,9 @@ fn lights(args: &LightsArgs) -> Result<(), FrameError> {
         technique: args.technique,
     })?;
     if args.json {
-        say(&report.json());
+        say(&report.json())?;
     } else {
-        say(&format!("{report}pictures: {}", args.output.display()));
+        say(&format!("{report}pictures: {}", args.output.display()))?;
     }
     Ok(())
 }
@@ -177,8 +187,7 @@ fn draw_gallery(args: &GalleryArgs) -> Result<(), FrameError> {
         bar.set_position(done);
     })?;
     bar.finish_and_clear();
-    written.iter().for_each(|path| say(&path.display().to_string()));
-    Ok(())
+    Ok(written.iter().try_for_each(|path| say(&path.display().to_string()))?)
 }
 
 fn compare(args: &CompareArgs) -> Result<(), FrameError> {
@@ -190,9 +199,9 @@ fn compare(args: &CompareArgs) -> Result<(), FrameError> {
     })?;
     bar.finish_and_clear();
     if args.json {
-        say(&report.json());
+        say(&report.json())?;
     } else {
-        say(&format!("{report}pictures: {}", args.output.display()));
+        say(&format!("{report}pictures: {}", args.output.display()))?;
     }
     Ok(())
 }
@@ -218,10 +227,7 @@ fn measure(args: &BenchArgs, started: Instant) -> ExitCode {
     };
     bar.finish_and_clear();
     match done {
-        Ok(text) => {
-            say(text.trim_end());
-            ExitCode::SUCCESS
-        }
+        Ok(text) => exit(say(text.trim_end()).map_err(FrameError::from)),
         Err(error) => {
             eprintln!("error: {error}");
             ExitCode::from(error.exit_code())
@@ -239,8 +245,8 @@ fn make_map(args: &MapArgs) -> ExitCode {
     match done {
         Ok(made) => {
             let report = made.report.lines().map(str::to_owned);
-            report.chain(made.written.iter().map(|path| path.display().to_string())).for_each(|line| say(&line));
-            ExitCode::SUCCESS
+            let mut lines = report.chain(made.written.iter().map(|path| path.display().to_string()));
+            exit(lines.try_for_each(|line| say(&line)).map_err(FrameError::from))
         }
         Err(error) => {
             eprintln!("error: {error}");
@@ -297,8 +303,7 @@ fn check_steps(scene: &Path, files: &RunFiles, args: &ReplayArgs) -> Result<(), 
     }
     bar.finish_and_clear();
     let step = stage.simulation.world.resource::<Clock>().step;
-    say(&format!("{}: steps {begun} to {step} come out as recorded", args.recording.display()));
-    Ok(())
+    Ok(say(&format!("{}: steps {begun} to {step} come out as recorded", args.recording.display()))?)
 }
 
 /// What is shown in a window.
@@ -356,16 +361,11 @@ fn show(job: &WindowJob, view: &ViewArgs) -> Result<(), FrameError> {
 
 fn check_files(files: &[PathBuf]) -> ExitCode {
     let mut errors = 0;
-    let mut out = std::io::stdout().lock();
-    for file in files {
+    let said = files.iter().try_for_each(|file| {
         let problems = check::check(file);
         errors += problems.iter().filter(|p| p.is_error()).count();
-        for problem in &problems {
-            let _ = writeln!(out, "{problem}");
-        }
-        if problems.is_empty() {
-            let _ = writeln!(out, "{}: ok", file.display());
-        }
-    }
-    if errors == 0 { ExitCode::SUCCESS } else { ExitCode::from(2) }
+        problems.iter().try_for_each(|problem| say(&problem.to_string()))?;
+        if problems.is_empty() { say(&format!("{}: ok", file.display())) } else { Ok(()) }
+    });
+    if said.is_ok() && errors > 0 { ExitCode::from(2) } else { exit(said.map_err(FrameError::from)) }
 }

@@ -194,6 +194,36 @@ fn a_folder_that_cannot_be_written_is_one_clear_error() {
     assert_fails(&relief(&["render", "scene.ron", "-o", "taken"], folder.path()), 1, &["cannot write taken"]);
 }
 
+#[test]
+#[cfg(target_os = "linux")]
+fn results_that_cannot_be_printed_are_an_error_unless_nobody_reads_them() {
+    let folder = scene_folder();
+    image::GrayImage::new(4, 4).save(folder.path().join("heights.png")).expect("a map");
+    let printing = |args: &[&str], to: std::process::Stdio| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_relief"));
+        command.args(args).current_dir(folder.path()).stdout(to).output().expect("the binary runs")
+    };
+    let check = ["check", "scene.ron", "nowhere.glb"];
+    let map = ["map", "normal", "heights.png", "-o", "normal.png"];
+    let info = ["info"];
+    let render = ["render", "scene.ron", "-o", "out", "--size", "8x8"];
+    let lights = ["lights", "scene.ron", "-o", "errors", "--size", "8x8", "--json"];
+    let bench = ["bench", "--objects", "1", "--lights", "1", "--size", "8x8", "--frames", "1", "--json"];
+    let with_adapter: &[&[&str]] = if common::gpu().is_some() { &[&info, &render, &lights, &bench] } else { &[] };
+    for args in [&check[..], &map].iter().chain(with_adapter) {
+        let full = fs::OpenOptions::new().write(true).open("/dev/full").expect("a device that is always full");
+        let output = printing(args, full.into());
+        assert_fails(&output, 1, &["error: cannot write standard output: No space left on device"]);
+        assert_eq!(text(&output.stderr).matches("cannot write").count(), 1, "{args:?}: {}", text(&output.stderr));
+
+        let (reader, writer) = std::io::pipe().expect("a pipe");
+        drop(reader);
+        let output = printing(args, writer.into());
+        assert_eq!(output.status.code(), Some(if args[0] == "check" { 2 } else { 0 }), "{args:?}");
+        assert!(!text(&output.stderr).contains("cannot write"), "{args:?}: {}", text(&output.stderr));
+    }
+}
+
 /// Names of unfinished files.
 fn unfinished(folder: &Path) -> Vec<PathBuf> {
     contents(folder).into_iter().map(|(name, _)| name).filter(|name| name.to_string_lossy().contains("part")).collect()
