@@ -153,7 +153,7 @@ pub struct FileArgs {
 impl FileArgs {
     pub fn run_files(&self) -> RunFiles {
         let Self { hash, record, from_snapshot } = self.clone();
-        RunFiles { hash, record, from_snapshot, replay: None }
+        RunFiles { hash, record, from_snapshot, ..RunFiles::default() }
     }
 }
 

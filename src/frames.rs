@@ -19,6 +19,7 @@ use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
 use image::buffer::ConvertBuffer;
 use std::collections::BTreeMap;
+use std::ffi::OsStr;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -81,10 +82,31 @@ pub struct FrameJob {
     pub video: Option<PathBuf>,
     /// What the run begins from and is kept in.
     pub run: RunFiles,
-    /// A snapshot of the state after the last frame.
-    pub save_snapshot: Option<PathBuf>,
     /// Takes the steps at the speed of the scene's clock rather than as fast as possible.
     pub realtime: bool,
+}
+
+impl FrameJob {
+    fn picture(&self, kind: OutputKind, frame: u64) -> PathBuf {
+        self.folder.join(format!("{}_{frame:05}.png", kind.name()))
+    }
+
+    fn names_of_ids(&self) -> Option<PathBuf> {
+        self.outputs.contains(&OutputKind::Id).then(|| self.folder.join("ids.json"))
+    }
+
+    /// Whether a file is a picture, of whatever frame, or another that is written beside what the run is kept in.
+    fn writes(&self, path: &Path) -> bool {
+        let path = &output::real(path);
+        let is_picture = |kind: &OutputKind| {
+            let name = path.file_name().and_then(OsStr::to_str);
+            let number = name.and_then(|name| name.strip_prefix(kind.name())?.strip_prefix('_')?.strip_suffix(".png"));
+            let frame = number.and_then(|number| number.parse().ok());
+            frame.is_some_and(|frame| output::is_same(path, &self.picture(*kind, frame)))
+        };
+        let mut others = self.names_of_ids().into_iter().chain(self.video.clone());
+        others.any(|other| output::is_same(path, &other)) || self.outputs.iter().any(is_picture)
+    }
 }
 
 /// Frames of a run. Frame n shows the state after n steps.
@@ -357,7 +379,9 @@ impl Pace {
 /// # Errors
 /// [`FrameError`]; pictures written before stay.
 pub fn render_frames(job: &FrameJob, mut progress: impl FnMut(u64, u64)) -> Result<Vec<PathBuf>, FrameError> {
-    let path = |kind: OutputKind, frame| job.folder.join(format!("{}_{frame:05}.png", kind.name()));
+    if let Some(path) = job.run.written().find(|path| job.writes(path)) {
+        return Err(RecordingError::taken(path).into());
+    }
     if let Some(film) = &job.video {
         video::check(film)?;
     }
@@ -390,26 +414,26 @@ pub fn render_frames(job: &FrameJob, mut progress: impl FnMut(u64, u64)) -> Resu
             pace.iter().for_each(|pace| pace.wait(step_of(&stage.simulation) + 1));
             stepper.step(&mut stage.simulation)?;
         }
-        let is_missing = |kind: &OutputKind| !job.resume || !is_written(&path(*kind, frame), job.size);
+        let is_missing = |kind: &OutputKind| !job.resume || !is_written(&job.picture(*kind, frame), job.size);
         let missing: Vec<_> = job.outputs.iter().copied().filter(is_missing).collect();
         if !missing.is_empty() {
             stage.simulation.frame();
             let view = stage.viewpoint.view(&stage.simulation.world, job.size);
             renderer.prepare(&stage.simulation, &view, &settings)?;
             for (kind, picture) in pictures(&mut renderer, &view, &missing) {
-                output::write_png(&path(kind, frame), &picture)?;
-                written.push(path(kind, frame));
+                let path = job.picture(kind, frame);
+                output::write_png(&path, &picture)?;
+                written.push(path);
             }
         }
         progress(frame + 1 - frames.start, frames.end - frames.start);
     }
     stepper.finish(&mut stage.simulation)?;
-    if let Some(path) = &job.save_snapshot {
+    if let Some(path) = &job.run.save_snapshot {
         stepper.save_snapshot(path, &mut stage.simulation)?;
         written.push(path.clone());
     }
-    if job.outputs.contains(&OutputKind::Id) {
-        let names = job.folder.join("ids.json");
+    if let Some(names) = job.names_of_ids() {
         output::write_whole(&names, names_of_ids(&mut stage.simulation.world).as_bytes())?;
         written.push(names);
     }

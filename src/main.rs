@@ -108,8 +108,7 @@ fn exit_code(error: &FrameError) -> u8 {
 fn job(args: &RenderArgs) -> FrameJob {
     FrameJob {
         frames: args.frames.clone(),
-        run: args.files.run_files(),
-        save_snapshot: args.save_snapshot.clone(),
+        run: RunFiles { save_snapshot: args.save_snapshot.clone(), ..args.files.run_files() },
         ..picture_job(&args.scene, &args.output, &args.pictures, &args.view)
     }
 }
@@ -133,7 +132,6 @@ fn picture_job(scene: &Path, folder: &Path, pictures: &PictureArgs, view: &ViewA
         load: view.load(),
         video: pictures.video.clone(),
         run: RunFiles::default(),
-        save_snapshot: None,
         realtime: pictures.realtime,
     }
 }

@@ -98,8 +98,25 @@ pub fn check_file(path: &Path) -> Result<(), OutputError> {
     if path.is_dir() {
         return Err(refused(std::io::ErrorKind::IsADirectory.into()));
     }
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    probe(folder).map_err(refused)
+    probe(path.parent().map_or(Path::new("."), named_folder)).map_err(refused)
+}
+
+/// The one path that stands for all names of a file, whether it is there or not.
+pub fn real(path: &Path) -> PathBuf {
+    path.canonicalize().unwrap_or_else(|_| match (path.parent(), path.file_name()) {
+        (Some(folder), Some(name)) => real(named_folder(folder)).join(name),
+        _ => path.to_owned(),
+    })
+}
+
+/// Whether two names are those of one file.
+pub fn is_same(a: &Path, b: &Path) -> bool {
+    real(a) == real(b)
+}
+
+/// The parent of a bare file name is empty.
+fn named_folder(parent: &Path) -> &Path {
+    if parent.as_os_str().is_empty() { Path::new(".") } else { parent }
 }
 
 #[cfg(test)]

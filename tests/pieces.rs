@@ -349,7 +349,6 @@ fn ids_and_their_names_are_the_objects() {
         load: frames::LoadOptions::default(),
         video: None,
         run: Default::default(),
-        save_snapshot: None,
         realtime: false,
     };
     frames::render_frames(&job, |_, _| {}).unwrap_or_else(|e| panic!("{e}"));

@@ -453,5 +453,33 @@ fn nothing_that_a_run_reads_is_overwritten() {
         place.is_refused(&[&args[..], &more].concat(), &["scene.ron", "reads or writes this file already"]);
     }
     place.is_refused(&[&args[..], &["--record", "q", "--hash", "q"]].concat(), &["q", "already"]);
+    place.is_refused(&[&args[..], &["--record", "q", "--hash", "./q"]].concat(), &["q", "already"]);
+    for name in ["scene.ron", "red.png"] {
+        place.is_refused(&[&args[..], &["--save-snapshot", name]].concat(), &[name, "already"]);
+    }
     assert!(place.read("scene.ron") == before);
+}
+
+#[test]
+fn what_a_run_is_kept_in_is_none_of_its_pictures() {
+    let place = Place::new();
+    let args = ["render", "scene.ron", "--size", "8x8", "--frames", "2", "--outputs", "color,id", "--video", "a.gif"];
+    for folder in ["new", "there"] {
+        for option in ["--hash", "--record", "--save-snapshot"] {
+            for name in ["color_00001.png", "id_00000.png", "ids.json"] {
+                let file = format!("./{folder}/{name}");
+                let more = ["-o", folder, option, &file];
+                place.is_refused(&[&args[..], &more].concat(), &[name, "reads or writes this file already"]);
+            }
+            place.is_refused(&[&args[..], &["-o", folder, option, "./a.gif"]].concat(), &["a.gif", "already"]);
+        }
+        fs::create_dir_all(place.path("there")).expect("a folder");
+    }
+    assert!(!place.path("new").exists(), "nothing is begun");
+    if common::gpu().is_some() {
+        let others = ["-o", "there", "--hash", "there/depth_00000.png", "--save-snapshot", "there/color_1.png"];
+        place.succeeds(&[&args[..], &others].concat());
+        let again = ["-o", "there", "--from-snapshot", "there/color_1.png", "--save-snapshot", "there/color_1.png"];
+        place.succeeds(&[&args[..], &again].concat());
+    }
 }

@@ -97,15 +97,6 @@ pub fn read_channel(path: &Path, channel: Channel) -> Result<Raster, MapError> {
     Ok(map_texels(&read(path)?, 1, |texel, to| to[0] = pick(texel, channel)))
 }
 
-/// Whether two names are those of one file: equal, or both there and the same.
-pub(super) fn is_same(a: &Path, b: &Path) -> bool {
-    let real = |path: &Path| {
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        Some(folder.canonicalize().ok()?.join(path.file_name()?))
-    };
-    a == b || real(a).is_some_and(|a| Some(a) == real(b))
-}
-
 /// Whether a map can be written under that name, before the work.
 ///
 /// # Errors

@@ -57,6 +57,11 @@ impl RecordingError {
         Self::Refused { path: path.to_owned(), message: message.to_string() }
     }
 
+    /// A file that is to be written, and that the run needs for something else.
+    pub(crate) fn taken(path: &Path) -> Self {
+        Self::refused(path, "the run reads or writes this file already; expected another")
+    }
+
     fn unwritable(path: &Path, source: std::io::Error) -> Self {
         OutputError::Io { path: path.to_owned(), source }.into()
     }

@@ -3,6 +3,7 @@
 
 use super::{Identity, Recorder, Recording, RecordingError, load_snapshot, save_snapshot};
 use crate::frames;
+use crate::output;
 use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -20,10 +21,19 @@ pub struct RunFiles {
     pub hash: Option<PathBuf>,
     /// The recording of the run.
     pub record: Option<PathBuf>,
+    /// A snapshot of the state after the last frame.
+    pub save_snapshot: Option<PathBuf>,
     /// Where the run goes on from, rather than from the scene's beginning.
     pub from_snapshot: Option<PathBuf>,
     /// The recording of a run that is to be had again, whose scene this is.
     pub replay: Option<PathBuf>,
+}
+
+impl RunFiles {
+    /// Those that are written.
+    pub fn written(&self) -> impl Iterator<Item = &Path> {
+        [&self.save_snapshot, &self.record, &self.hash].into_iter().flatten().map(PathBuf::as_path)
+    }
 }
 
 /// What happens in each step beside the step.
@@ -182,16 +192,18 @@ fn step_of(simulation: &Simulation) -> u64 {
 
 /// What is written must not be what is read, nor two things the same file.
 fn refuse_overwriting(files: &RunFiles, scene: &Path, named: &[PathBuf]) -> Result<(), RecordingError> {
-    // A file that is not there yet is none of those that are read.
-    let real = |path: &Path| std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
     let read = named.iter().map(PathBuf::as_path).chain([scene]);
-    let read = read.chain(files.replay.as_deref()).chain(files.from_snapshot.as_deref());
-    let mut taken: Vec<PathBuf> = read.map(real).collect();
-    for path in [&files.record, &files.hash].into_iter().flatten() {
-        if taken.contains(&real(path)) {
-            return Err(RecordingError::refused(path, "the run reads or writes this file already; expected another"));
+    // A snapshot may take the place of the one before, which has been read by then.
+    let is_replaced = |from: &PathBuf| files.save_snapshot.as_ref().is_some_and(|path| output::is_same(path, from));
+    let from_snapshot = files.from_snapshot.as_ref().filter(|from| !is_replaced(from));
+    let read = read.chain(files.replay.as_deref()).chain(from_snapshot.map(PathBuf::as_path));
+    let mut taken: Vec<PathBuf> = read.map(output::real).collect();
+    for path in files.written() {
+        let real = output::real(path);
+        if taken.contains(&real) {
+            return Err(RecordingError::taken(path));
         }
-        taken.push(real(path));
+        taken.push(real);
     }
     Ok(())
 }

@@ -4,6 +4,7 @@ use crate::maps::files::{self, Bits, Channel};
 use crate::maps::{
     Edges, Filter, HeightOptions, HorizonOptions, MapError, NormalOptions, Polish, Relief, SpecularModel,
 };
+use crate::output;
 use clap::Args;
 use std::path::{Path, PathBuf};
 
@@ -31,18 +32,18 @@ impl CommonArgs {
         systems::set_threads(self.threads.map(usize::from));
         maps.iter().try_for_each(|path| files::check_output(path))?;
         let written = maps.iter().copied().chain(self.preview.as_deref());
-        if let Some(path) = written.into_iter().find(|path| inputs.iter().any(|input| files::is_same(path, input))) {
+        if let Some(path) = written.into_iter().find(|path| inputs.iter().any(|input| output::is_same(path, input))) {
             return Err(MapError::refused(path, "expected another name than the input's, which would be lost"));
         }
         let Some(preview) = &self.preview else { return Ok(()) };
         if preview.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("png")) {
             return Err(MapError::refused(preview, "previews are PNG; expected a name that ends in .png"));
         }
-        let is_preview = |path: &&Path| files::is_same(path, preview);
+        let is_preview = |path: &&Path| output::is_same(path, preview);
         if maps.iter().any(is_preview) {
             return Err(MapError::refused(preview, "expected another name for the preview than for the map"));
         }
-        Ok(crate::output::check_file(preview)?)
+        Ok(output::check_file(preview)?)
     }
 }
 
