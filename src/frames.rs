@@ -179,6 +179,12 @@ pub enum FrameError {
     /// The film could not be made.
     #[error(transparent)]
     Video(#[from] VideoError),
+    /// What is written would take the place of what is read.
+    #[error("{}: expected another name than the input's, which would be lost", path.display())]
+    Overwrites {
+        /// The file.
+        path: PathBuf,
+    },
     /// Frames that a run does not have.
     #[error("frames {}..{}: the run {known}", wanted.start, wanted.end)]
     NoFrames {

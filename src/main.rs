@@ -96,6 +96,7 @@ fn exit_code(error: &FrameError) -> u8 {
         FrameError::Scene(_) | FrameError::NoCamera { .. } | FrameError::Render(_) | FrameError::Compare(_) => 2,
         FrameError::Import(_)
         | FrameError::NoFigure { .. }
+        | FrameError::Overwrites { .. }
         | FrameError::NoFrames { .. }
         | FrameError::NoSteps { .. }
         | FrameError::Video(VideoError::UnknownEnding { .. })

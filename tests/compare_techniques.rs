@@ -233,3 +233,32 @@ fn the_command_writes_figures_and_pictures_or_nothing() {
         assert!(!out.exists(), "{args:?}");
     }
 }
+
+#[test]
+fn no_input_is_overwritten() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let out = folder.path().join("out");
+    fs::create_dir(&out).expect("a folder");
+    let names = [
+        "truth.png",
+        "truth_unshadowed.png",
+        "off.png",
+        "relief.png",
+        "relief_error.png",
+        "geometry.png",
+        "compare.png",
+    ];
+    for (name, option) in names.into_iter().zip(["--height", "--normal", "--base"].into_iter().cycle()) {
+        heights(folder.path(), studs);
+        fs::rename(folder.path().join("heights.png"), out.join(name)).expect("an input");
+        let before = fs::read(out.join(name)).expect("an input");
+        let path = format!("./out/{name}");
+        let output = relief(folder.path(), &[option, &path, "--size", "8x8", "--technique", "relief"]);
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{path}: {error}");
+        assert!(error.contains(&format!("{path}: expected another name than the input's")), "{error}");
+        assert!(fs::read(out.join(name)).expect("the input") == before, "{path}");
+        fs::remove_file(out.join(name)).expect("the input");
+        assert!(fs::read_dir(&out).expect("a folder").next().is_none(), "nothing is written");
+    }
+}

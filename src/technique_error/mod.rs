@@ -125,6 +125,7 @@ impl CompareArgs {
 /// [`FrameError`]; nothing is written before all is drawn and compared.
 pub fn measure(args: &CompareArgs, mut progress: impl FnMut(&str, u64, u64)) -> Result<Report, FrameError> {
     let techniques = args.techniques();
+    refuse_overwriting(args, &techniques)?;
     let steps = (techniques.len() + 4) as u64;
     progress("maps", 0, steps);
     let maps = maps::load(args)?;
@@ -174,6 +175,19 @@ pub fn measure(args: &CompareArgs, mut progress: impl FnMut(&str, u64, u64)) -> 
     progress("files", steps - 1, steps);
     write(args, &report, &truth, &drawn)?;
     Ok(report)
+}
+
+/// What is read must be none of the files that [`write`] writes.
+fn refuse_overwriting(args: &CompareArgs, techniques: &[Technique]) -> Result<(), FrameError> {
+    let drawn = techniques.iter().map(|technique| technique.name()).chain([report::GEOMETRY]);
+    let mut written: Vec<String> =
+        drawn.flat_map(|name| [format!("{name}.png"), format!("{name}_error.png")]).collect();
+    written.extend(["truth", "truth_unshadowed", "compare"].map(|name| format!("{name}.png")));
+    let is_written = |input: &&PathBuf| written.iter().any(|name| output::is_same(&args.output.join(name), input));
+    match [&args.height, &args.normal, &args.base].into_iter().flatten().find(is_written) {
+        Some(path) => Err(FrameError::Overwrites { path: path.clone() }),
+        None => Ok(()),
+    }
 }
 
 /// A technique's picture beside what is said of it.
