@@ -130,7 +130,7 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
         names
     };
     let before = files();
-    let cases: [(&[&str], i32, &[&str]); 19] = [
+    let cases: [(&[&str], i32, &[&str]); 20] = [
         (&["bake", "bare.glb", "sheet.glb", "-o", "out"], 2, &["bare.glb: ", "\"sheet\" has no UVs", "TEXCOORD_0"]),
         (&["bake", "sheet.glb", "bare.glb", "-o", "out", "--uv-set", "1"], 2, &["sheet.glb: ", "TEXCOORD_1"]),
         (&["bake", "folded.glb", "sheet.glb", "-o", "out"], 2, &["folded.glb: no triangle has an area in the UVs"]),
@@ -165,6 +165,11 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
         ),
         (&["bake", "sheet.glb", "sheet.glb", "-o", "taken"], 1, &["taken"]),
         (&["bake", "sheet.glb", "sheet.glb", "-o", "out", "--preview", "a.jpg"], 2, &["a.jpg: previews are PNG"]),
+        (
+            &["tile", "sheet.glb", "-o", "out", "--maps", "height", "--bits", "8"],
+            2,
+            &["--bits: only the normal map has a choice", "--maps"],
+        ),
         (&["tile", "sheet.glb", "-o", "out", "--period", "0.01"], 2, &["--period: 0.01 m is too short"]),
     ];
     for (args, code, needles) in cases {

@@ -170,6 +170,15 @@ fn bad_arguments_say_what_was_expected() {
     let normal = |more: &[&str]| relief(&[&["normal", "height.png"], more].concat(), path);
     assert_fails(&normal(&[]), 2, &["--output"]);
     assert_fails(&normal(&["-o", "out.jpg"]), 2, &["out.jpg", ".png or .exr"]);
+    for bits in ["8", "16"] {
+        let needles = ["--bits: out.exr holds 32-bit floats", ".png"];
+        assert_fails(&normal(&["-o", "out.exr", "--bits", bits]), 2, &needles);
+        assert_fails(&relief(&["height", "color.png", "-o", "out.exr", "--bits", bits], path), 2, &needles);
+    }
+    let horizon = relief(&["horizon", "height.png", "-o", "out.exr", "--bits", "8"], path);
+    assert_fails(&horizon, 2, &["--bits: out_0.exr holds 32-bit floats"]);
+    let specular = relief(&["specular", "height.png", "--from", "gloss", "-o", "out.exr", "--bits", "8"], path);
+    assert_fails(&specular, 2, &["--bits: out.exr holds 32-bit floats"]);
     assert_fails(&normal(&["-o", "out.png", "--height-scale=-1"]), 2, &["from 0 to 1000"]);
     assert_fails(&normal(&["-o", "out.png", "--strength", "NaN"]), 2, &["from 0 to 1000"]);
     assert_fails(&normal(&["-o", "out.png", "--filter", "sobol"]), 2, &["sobel", "scharr", "central"]);

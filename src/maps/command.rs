@@ -92,26 +92,28 @@ pub fn run(args: &MapArgs, advance: Advance) -> Result<Made, MapError> {
 
 fn normal(args: &NormalArgs, advance: Advance) -> Result<Vec<PathBuf>, MapError> {
     let common = &args.common;
-    common.begin(&[&args.heights.height], &[&common.output])?;
+    common.begin(&[&args.heights.height], &[&common.output], args.bits)?;
+    let bits = args.bits.unwrap_or(Bits::Eight);
     let heights = files::read_grey(&args.heights.height, args.heights.channel)?;
     let options = args.slopes.options(args.heights.relief());
     let map = normal_from_height(&heights, &options, advance);
-    files::write(&common.output, &map, args.bits)?;
+    files::write(&common.output, &map, bits)?;
     finish(common, vec![common.output.clone()], Shape::plane_of(&map), |library| {
         let map = if options.flip_green { green_up(map) } else { map };
-        let normal_map = Some(add_map(library, "normal", ImageKind::Normal, &map, args.bits));
+        let normal_map = Some(add_map(library, "normal", ImageKind::Normal, &map, bits));
         Material { normal_map, ..clay() }
     })
 }
 
 fn height(args: &HeightArgs, advance: Advance) -> Result<Vec<PathBuf>, MapError> {
     let common = &args.common;
-    common.begin(&[&args.color], &[&common.output])?;
+    common.begin(&[&args.color], &[&common.output], args.bits)?;
+    let bits = args.bits.unwrap_or(Bits::Sixteen);
     let color = files::read_color(&args.color)?;
     let map = height_from_color(&color, &args.options(), advance);
-    files::write(&common.output, &map, args.bits)?;
+    files::write(&common.output, &map, bits)?;
     finish(common, vec![common.output.clone()], Shape::plane_of(&map), |library| {
-        let height_map = Some(add_map(library, "height", ImageKind::Data, &map, args.bits));
+        let height_map = Some(add_map(library, "height", ImageKind::Data, &map, bits));
         let base_map = Some(add_map(library, "color", ImageKind::Color, &color, Bits::Sixteen));
         let technique = Technique::PerturbedNormal;
         Material { technique, height_map, base_map, base_factor: Vec4::ONE, ..clay() }
@@ -121,18 +123,19 @@ fn height(args: &HeightArgs, advance: Advance) -> Result<Vec<PathBuf>, MapError>
 fn horizon(args: &HorizonArgs, advance: Advance) -> Result<Vec<PathBuf>, MapError> {
     let common = &args.common;
     let paths = [numbered(&common.output, 0), numbered(&common.output, 1)];
-    common.begin(&[&args.heights.height], &[&paths[0], &paths[1]])?;
+    common.begin(&[&args.heights.height], &[&paths[0], &paths[1]], args.bits)?;
+    let bits = args.bits.unwrap_or(Bits::Eight);
     let heights = files::read_grey(&args.heights.height, args.heights.channel)?;
     let options = args.options();
     let maps = horizon_from_height(&heights, &options, advance);
     for (path, map) in paths.iter().zip(&maps) {
-        files::write(path, map, args.bits)?;
+        files::write(path, map, bits)?;
     }
     finish(common, paths.into(), Shape::plane_of(&heights), |library| {
         let slopes = NormalOptions { relief: options.relief, ..NormalOptions::default() };
         let normal = normal_from_height(&heights, &slopes, &|_, _| {});
         let normal_map = Some(add_map(library, "normal", ImageKind::Normal, &normal, Bits::Sixteen));
-        let horizon_maps = maps.map(|map| Some(add_map(library, "horizon", ImageKind::Data, &map, args.bits)));
+        let horizon_maps = maps.map(|map| Some(add_map(library, "horizon", ImageKind::Data, &map, bits)));
         let height_scale_uv = args.heights.height_scale;
         Material { technique: Technique::Horizon, normal_map, horizon_maps, height_scale_uv, ..clay() }
     })
@@ -140,7 +143,7 @@ fn horizon(args: &HorizonArgs, advance: Advance) -> Result<Vec<PathBuf>, MapErro
 
 fn offset(args: &OffsetArgs, advance: Advance) -> Result<Vec<PathBuf>, MapError> {
     let common = &args.common;
-    common.begin(&[&args.heights.height], &[&common.output])?;
+    common.begin(&[&args.heights.height], &[&common.output], None)?;
     let heights = files::read_grey(&args.heights.height, args.heights.channel)?;
     let options = args.slopes.options(args.heights.relief());
     let map = offset_from_height(&heights, &options, advance);
@@ -156,7 +159,8 @@ fn specular(args: &SpecularArgs, advance: Advance) -> Result<Vec<PathBuf>, MapEr
     let common = &args.common;
     let inputs: Vec<&Path> =
         std::iter::once(&args.polish).chain(&args.base).chain(&args.metallic).map(PathBuf::as_path).collect();
-    common.begin(&inputs, &[&common.output])?;
+    common.begin(&inputs, &[&common.output], args.bits)?;
+    let bits = args.bits.unwrap_or(Bits::Eight);
     let polish = files::read_grey(&args.polish, args.channel)?;
     let metal = match (&args.base, &args.metallic) {
         (Some(base), Some(metallic)) => {
@@ -174,13 +178,13 @@ fn specular(args: &SpecularArgs, advance: Advance) -> Result<Vec<PathBuf>, MapEr
         metal: metal.as_ref().map(|(base, metallic)| (base, metallic)),
     };
     let map = specular_from(&polish, &options, advance);
-    files::write(&common.output, &map, args.bits)?;
+    files::write(&common.output, &map, bits)?;
     finish(common, vec![common.output.clone()], Shape::Sphere, |library| {
         let shading = match args.shading {
             SpecularModel::Phong => Shading::Blinn,
             SpecularModel::SpecularGlossiness => Shading::SpecularGlossiness,
         };
-        let specular_map = Some(add_map(library, "specular", ImageKind::Data, &map, args.bits));
+        let specular_map = Some(add_map(library, "specular", ImageKind::Data, &map, bits));
         Material { shading, specular_map, specular_factor: Vec3::ONE, base_factor: dark(), ..Material::default() }
     })
 }

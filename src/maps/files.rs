@@ -97,12 +97,16 @@ pub fn read_channel(path: &Path, channel: Channel) -> Result<Raster, MapError> {
     Ok(map_texels(&read(path)?, 1, |texel, to| to[0] = pick(texel, channel)))
 }
 
-/// Whether a map can be written under that name, before the work.
+/// Whether a map can be written under that name, before the work, with so many bits if that was said.
 ///
 /// # Errors
-/// [`MapError::Refused`] for another ending than .png or .exr, [`MapError::Output`].
-pub fn check_output(path: &Path) -> Result<(), MapError> {
-    format(path)?;
+/// [`MapError::Refused`] for another ending than .png or .exr, [`MapError::Option`] for bits of an .exr,
+/// [`MapError::Output`].
+pub fn check_output(path: &Path, bits: Option<Bits>) -> Result<(), MapError> {
+    if format(path)? == ImageFormat::OpenExr && bits.is_some() {
+        let message = format!("{} holds 32-bit floats; expected a name that ends in .png", path.display());
+        return Err(MapError::option("--bits", message));
+    }
     Ok(output::check_file(path)?)
 }
 

@@ -43,9 +43,9 @@ pub struct CommonArgs {
     /// What is farther away shades nothing [default: everything shades]
     #[arg(long, value_name = "METRES", value_parser = parse_metres)]
     pub occlusion_distance: Option<f32>,
-    /// Bits of the normal map's values
-    #[arg(long, value_enum, default_value_t, value_name = "8|16")]
-    pub bits: Bits,
+    /// Bits of the normal map's values [default: 8]
+    #[arg(long, value_enum, value_name = "8|16")]
+    pub bits: Option<Bits>,
     /// Also draw the mesh lit, without and with the maps, 1536x768; needs a graphics adapter
     #[arg(long, value_name = "FILE.png")]
     pub preview: Option<PathBuf>,
@@ -198,10 +198,13 @@ struct Outputs<'a> {
 impl<'a> Outputs<'a> {
     /// Finds out before the work whether all that is to be written can be.
     fn begin(args: &'a CommonArgs) -> Result<Self, MapError> {
+        if args.bits.is_some() && !args.wants(BakedMap::Normal) {
+            return Err(MapError::option("--bits", "only the normal map has a choice; expected normal among --maps"));
+        }
         systems::set_threads(args.threads.map(usize::from));
         let outputs = Self { args, made_folder: !args.output.exists() };
         output::make_folder(&args.output)?;
-        args.maps.iter().try_for_each(|&map| files::check_output(&outputs.path(map)))?;
+        args.maps.iter().try_for_each(|&map| files::check_output(&outputs.path(map), None))?;
         if let Some(preview) = &args.preview {
             if preview.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("png")) {
                 return Err(MapError::refused(preview, "previews are PNG; expected a name that ends in .png"));
@@ -228,7 +231,7 @@ impl<'a> Outputs<'a> {
     fn write(self, baked: &Baked, low: &Surface) -> Result<Made, MapError> {
         let coverage = self.args.wants(BakedMap::Coverage).then(|| baked.coverage_map());
         let maps = [
-            (BakedMap::Normal, &baked.normal, self.args.bits),
+            (BakedMap::Normal, &baked.normal, self.args.bits.unwrap_or_default()),
             (BakedMap::Height, &baked.height, Bits::Sixteen),
             (BakedMap::Occlusion, &baked.occlusion, Bits::Eight),
             (BakedMap::Coverage, &coverage, Bits::Eight),

@@ -23,14 +23,14 @@ pub struct CommonArgs {
 }
 
 impl CommonArgs {
-    /// Before the work: sets the threads, and finds out whether all that is to be written can be, `maps` and the
-    /// preview, and is none of `inputs`.
+    /// Before the work: sets the threads, and finds out whether all that is to be written can be, `maps` of so many
+    /// `bits`, if that was said, and the preview, and is none of `inputs`.
     ///
     /// # Errors
-    /// [`MapError::Refused`], [`MapError::Output`].
-    pub fn begin(&self, inputs: &[&Path], maps: &[&Path]) -> Result<(), MapError> {
+    /// [`MapError::Refused`], [`MapError::Option`], [`MapError::Output`].
+    pub fn begin(&self, inputs: &[&Path], maps: &[&Path], bits: Option<Bits>) -> Result<(), MapError> {
         systems::set_threads(self.threads.map(usize::from));
-        maps.iter().try_for_each(|path| files::check_output(path))?;
+        maps.iter().try_for_each(|path| files::check_output(path, bits))?;
         let written = maps.iter().copied().chain(self.preview.as_deref());
         if let Some(path) = written.into_iter().find(|path| inputs.iter().any(|input| output::is_same(path, input))) {
             return Err(MapError::refused(path, "expected another name than the input's, which would be lost"));
@@ -105,9 +105,9 @@ pub struct NormalArgs {
     pub common: CommonArgs,
     #[command(flatten)]
     pub slopes: SlopeArgs,
-    /// Bits of a PNG's values
-    #[arg(long, value_enum, default_value_t, value_name = "8|16")]
-    pub bits: Bits,
+    /// Bits of a PNG's values [default: 8]
+    #[arg(long, value_enum, value_name = "8|16")]
+    pub bits: Option<Bits>,
 }
 
 pub(super) const NORMAL_HELP: &str = "\
@@ -149,9 +149,9 @@ pub struct HeightArgs {
     /// Beyond the edges
     #[arg(long, value_enum, default_value_t, value_name = "EDGES")]
     pub edges: Edges,
-    /// Bits of a PNG's values; 8 leave steps that show in normals
-    #[arg(long, value_enum, default_value = "16", value_name = "8|16")]
-    pub bits: Bits,
+    /// Bits of a PNG's values; 8 leave steps that show in normals [default: 16]
+    #[arg(long, value_enum, value_name = "8|16")]
+    pub bits: Option<Bits>,
 }
 
 impl HeightArgs {
@@ -184,9 +184,9 @@ pub struct HorizonArgs {
     /// Only what is at most so many texels away makes a horizon [default: all of the map]
     #[arg(long, value_name = "TEXELS", value_parser = clap::value_parser!(u32).range(1..))]
     pub max_distance: Option<u32>,
-    /// Bits of a PNG's values
-    #[arg(long, value_enum, default_value_t, value_name = "8|16")]
-    pub bits: Bits,
+    /// Bits of a PNG's values [default: 8]
+    #[arg(long, value_enum, value_name = "8|16")]
+    pub bits: Option<Bits>,
 }
 
 impl HorizonArgs {
@@ -257,9 +257,9 @@ pub struct SpecularArgs {
     pub metallic: Option<PathBuf>,
     #[command(flatten)]
     pub common: CommonArgs,
-    /// Bits of a PNG's values
-    #[arg(long, value_enum, default_value_t, value_name = "8|16")]
-    pub bits: Bits,
+    /// Bits of a PNG's values [default: 8]
+    #[arg(long, value_enum, value_name = "8|16")]
+    pub bits: Option<Bits>,
 }
 
 pub(super) const SPECULAR_HELP: &str = "\
