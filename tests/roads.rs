@@ -49,16 +49,16 @@ fn every_fault_of_a_road_is_named_with_its_line() {
         "four": (points: [(0, 0, 0), (0, 0, 50)], stops: [
             (at: 10, signal: "u"),
             (at: 10, signal: "t", group: 2),
-            (at: 500, seconds: 3),
+            (at: 50.1, seconds: 3),
             (at: 20),
             (at: 30, seconds: 3, keep_clear: 10),
         ]),
-        "six": (points: [(0, 0, 0), (0, 0, 50)], then: ["seven"], lanes: 2),
+        "six": (points: [(0, 0, 0), (0, 0, 50)], then: ["seven"], lanes: 2, limits: [(from: 50, kmh: 5), (from: 60, kmh: 9)]),
         "seven": (points: [(0, 0, 0), (0, 0, 50)], from_lanes: [2, 16], longest_vehicle: 0),
     },
     entities: [
         (vehicle: (type: "box", route: "tree")),
-        (vehicle: (type: "box", route: "four", at: 900)),
+        (vehicle: (type: "box", route: "four", at: 50.1)),
         (vehicle: (type: "box", route: "four", lane: 1)),
         (signal_head: (signal: "t", group: 7)),
     ],
@@ -75,14 +75,15 @@ fn every_fault_of_a_road_is_named_with_its_line() {
         "6: routes[\"three\"].then[0]: no route \"fuor\"; did you mean \"four\"?",
         "8: routes[\"four\"].stops[0].signal: no signal \"u\"",
         "9: routes[\"four\"].stops[1].group: the signal \"t\" has 2 groups, counted from 0; found 2",
-        "10: routes[\"four\"].stops[2].at: expected a number from 0 to 76, found 500",
+        "10: routes[\"four\"].stops[2].at: expected a number from 0 to 50.00, the route's length, found 50.1",
         "11: routes[\"four\"].stops[3]: expected either a signal (and its group) or seconds",
         "12: routes[\"four\"].stops[4].keep_clear: expected at a stop with a signal only",
+        "14: routes[\"six\"].limits[1].from: expected a number from 0 to 50.00, the route's length, found 60",
         "14: routes[\"six\"].then[0]: \"seven\" is from the lanes [2, 16] only; this route has 2, counted from 0",
         "15: routes[\"seven\"].from_lanes[1]: expected a lane from 0 to 15, found 16",
         "15: routes[\"seven\"].longest_vehicle: expected a number from 0.1",
         "18: entities[0].vehicle.route: no route \"tree\"; did you mean \"three\"?",
-        "19: entities[1].vehicle.at: expected a number from 0 to 76, found 900",
+        "19: entities[1].vehicle.at: expected a number from 0 to 50.00, the route's length, found 50.1",
         "20: entities[2].vehicle.lane: the route has 1 lanes, counted from 0; found 1",
         "21: entities[3].signal_head.group: the signal \"t\" has 2 groups",
         "23: generators[0].place.routes[0]: no route \"five\"",
@@ -92,6 +93,33 @@ fn every_fault_of_a_road_is_named_with_its_line() {
         assert!(problems.iter().any(|problem| problem.starts_with(expected)), "{expected}\n{problems:#?}");
     }
     assert_eq!(problems.len(), expected.len(), "{problems:#?}");
+}
+
+/// Curves are longer than the lines between their points; a closed route goes back to its beginning.
+#[test]
+fn places_on_a_route_are_within_its_length_as_it_is_driven() {
+    let scene = |shape: &str, at: f32| {
+        Scene::new(&format!(
+            r#"(
+    routes: {{ "bend": (points: [(0, 0, 0), (60, 0, 0), (60, 0, 60)], {shape},
+        stops: [(at: {at}, seconds: 1)], limits: [(from: {at}, kmh: 30)]) }},
+    entities: [(vehicle: (type: "box", route: "bend", at: {at}))],
+)"#
+        ))
+    };
+    for shape in ["closed: false", "closed: true", "shape: spline", "shape: spline, closed: true"] {
+        let (simulation, _) = scene(shape, 0.0).load();
+        let length = simulation.world.resource::<Routes>().iter().next().expect("a route").1.length;
+        let (mut simulation, warnings) = scene(shape, length).load();
+        assert_eq!(warnings, Vec::<String>::new(), "{shape}");
+        (0..600).for_each(|_| simulation.step());
+        let rolled = simulation.world.query::<&Motion>().single(&simulation.world).expect("a vehicle").rolled;
+        assert!(rolled > 10.0, "{shape}: {rolled}");
+        let problems = scene(shape, length + 0.1).problems();
+        assert_eq!(problems.len(), 3, "{shape}: {problems:?}");
+        let expected = format!("expected a number from 0 to {length:.2}, the route's length, found");
+        assert!(problems.iter().all(|problem| problem.contains(&expected)), "{expected}: {problems:?}");
+    }
 }
 
 #[test]

@@ -35,13 +35,16 @@ pub fn faults(scene: &Scene, files: &Files) -> Vec<Fault> {
 pub struct Check<'a> {
     scene: &'a Scene,
     files: &'a Files,
+    /// Of the scene's routes, metres.
+    route_lengths: Vec<f32>,
     at: Trail,
     pub faults: Vec<Fault>,
 }
 
 impl<'a> Check<'a> {
     pub fn new(scene: &'a Scene, files: &'a Files) -> Self {
-        Self { scene, files, at: Trail::default(), faults: Vec::new() }
+        let route_lengths = scene.routes.entries().iter().map(|(_, route)| roads::driven_length(route)).collect();
+        Self { scene, files, route_lengths, at: Trail::default(), faults: Vec::new() }
     }
 
     pub fn fault(&mut self, message: impl Display) {

@@ -26,15 +26,8 @@ pub fn insert(scene: &Scene, world: &mut World) -> Vec<String> {
             at.x, at.y, at.z
         )
     };
-    let mut warnings = Vec::new();
-    for (_, route) in routes.iter() {
-        warnings.extend(self_crossing(route).map(|at| crossing(&route.plan.name, at)));
-        let beyond = route.stops.iter().filter(|stop| stop.at > route.length);
-        warnings.extend(beyond.map(|stop| {
-            let (name, length) = (&route.plan.name, route.length);
-            format!("routes[{name:?}] is {length:.1} m long: nobody will come to its stop at {} m", stop.at)
-        }));
-    }
+    let crossings = routes.iter().filter_map(|(_, route)| Some(crossing(&route.plan.name, self_crossing(route)?)));
+    let warnings = crossings.collect();
     world.insert_resource(routes);
     world.insert_resource(signals);
     warnings

@@ -36,8 +36,13 @@ pub(super) struct Sample {
     pub bend: f32,
 }
 
-/// The samples of a route and its length.
-pub(super) fn sample(plan: &RoutePlan) -> (Vec<Sample>, f32) {
+/// Metres of a route's centre line.
+pub fn length(plan: &RoutePlan) -> f32 {
+    measured(plan).1 as f32
+}
+
+/// The centre line from point to point, each with its distance from the beginning; and the length of all of it.
+fn measured(plan: &RoutePlan) -> (Vec<(f64, Vec3)>, f64) {
     let mut fine =
         if plan.spline { spline(&distinct(plan), plan.closed) } else { polyline(&distinct(plan), plan.closed) };
     if fine.len() < 2 {
@@ -50,6 +55,12 @@ pub(super) fn sample(plan: &RoutePlan) -> (Vec<Sample>, f32) {
         along += f64::from(pair[0].distance(pair[1]));
         measured.push((along, pair[1]));
     }
+    (measured, along)
+}
+
+/// The samples of a route and its length.
+pub(super) fn sample(plan: &RoutePlan) -> (Vec<Sample>, f32) {
+    let (measured, along) = measured(plan);
     let close = with_directions(plan, &spaced(&measured, along, STEP.0), along as f32);
     let sharpest = close.iter().map(|sample| sample.curvature.abs()).fold(1e-6, f32::max);
     let slopes = measured.windows(2).any(|pair| pair[0].1.y != pair[1].1.y);

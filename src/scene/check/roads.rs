@@ -2,14 +2,18 @@
 
 use super::{Check, FARTHEST, SIZES};
 use crate::scene::faults::unknown;
-use crate::scene::format::{Along, Entity, Route, Signal, Stop, Vehicle};
+use crate::scene::format::{Along, Entity, Route, Shape, Signal, Stop, Vehicle};
 use crate::scene::places::Step;
 use glam::Vec3;
+use systems::vehicles::route_line;
+use systems::vehicles::routes::RoutePlan;
 
 /// Metres: longer routes are refused.
 const LONGEST: f32 = 1e5;
 /// Points of a route, groups of a signal, routes.
 const MOST: (usize, usize, usize) = (100_000, 64, 65_000);
+/// Metres that a place may be beyond the end of its route.
+const ROUNDING: f32 = 0.01;
 /// Of a route.
 const LANES: u8 = 16;
 /// Routes that may follow one.
@@ -66,7 +70,7 @@ impl<'a> Check<'a> {
             if route.closed && route.points.len() < 3 {
                 c.fault("expected at least three points of a closed route");
             }
-            let length = length(route);
+            let length = straight_length(route);
             if length > LONGEST {
                 c.fault(format_args!("the route is {length} m long; at most {LONGEST} m are possible"));
             }
@@ -76,13 +80,12 @@ impl<'a> Check<'a> {
         }
         self.number("lane_width", route.lane_width, 0.5, 100.0);
         self.number("speed_limit_kmh", route.speed_limit_kmh, 1.0, FASTEST_KMH);
+        let length = driven_length(route);
         self.each("limits", &route.limits, |c, limit| {
-            c.number("from", limit.from, 0.0, LONGEST);
+            c.along_route("from", limit.from, length);
             c.number("kmh", limit.kmh, 1.0, FASTEST_KMH);
         });
-        // Splines are longer than the lines between their points, but not by much.
-        let longest = 1.5 * length(route) + 1.0;
-        self.each("stops", &route.stops, |c, stop| c.stop(stop, longest));
+        self.each("stops", &route.stops, |c, stop| c.stop(stop, length));
         if route.closed && !route.then.is_empty() {
             self.field("then", |c| c.fault("a closed route goes on at its own beginning; expected no other"));
         }
@@ -110,8 +113,22 @@ impl<'a> Check<'a> {
         }
     }
 
-    fn stop(&mut self, stop: &Stop, longest: f32) {
-        self.number("at", stop.at, 0.0, longest);
+    /// A place between a route's beginning and its end; metres, which may be rounded.
+    fn along_route(&mut self, name: &'static str, at: f32, length: f32) {
+        if !(0.0..=length + ROUNDING).contains(&at) {
+            self.field(name, |c| {
+                c.fault(format_args!("expected a number from 0 to {length:.2}, the route's length, found {at}"))
+            });
+        }
+    }
+
+    fn length_of(&self, route: &str) -> f32 {
+        let index = self.scene.routes.position(route);
+        index.and_then(|index| self.route_lengths.get(index)).copied().unwrap_or_default()
+    }
+
+    fn stop(&mut self, stop: &Stop, length: f32) {
+        self.along_route("at", stop.at, length);
         self.number("keep_clear", stop.keep_clear, 0.0, FARTHEST_CLEAR);
         if stop.keep_clear > 0.0 && stop.signal.is_none() {
             self.field("keep_clear", |c| c.fault("expected at a stop with a signal only"));
@@ -166,7 +183,7 @@ impl<'a> Check<'a> {
         };
         self.field("route", |c| c.known_route(name));
         if let Some(route) = self.scene.routes.get(name) {
-            self.number("at", vehicle.at, 0.0, 1.5 * length(route) + 1.0);
+            self.along_route("at", vehicle.at, self.length_of(name));
             if vehicle.lane >= route.lanes {
                 let message = format!("the route has {} lanes, counted from 0; found {}", route.lanes, vehicle.lane);
                 self.field("lane", |c| c.fault(message));
@@ -188,16 +205,27 @@ impl<'a> Check<'a> {
         }
         let named = |name: &str| along.routes.is_empty() || along.routes.iter().any(|route| route == name);
         let routes = self.scene.routes.entries().iter().filter(|(name, _)| named(name));
-        let copies = |route: &Route| {
+        let copies = |name: &str, route: &Route| {
             let lanes = if along.beside.is_some() || along.lane.is_some() { 1 } else { u64::from(route.lanes) };
-            lanes * (1 + (1.5 * length(route) / along.spacing.max(0.1)) as u64)
+            lanes * (1 + (self.length_of(name) / along.spacing.max(0.1)) as u64)
         };
-        routes.map(|(_, route)| copies(route)).sum()
+        routes.map(|(name, route)| copies(name, route)).sum()
     }
 }
 
+/// Of a route as it is driven, metres; of one that is refused for its points, of the lines between them.
+pub(super) fn driven_length(route: &Route) -> f32 {
+    let straight = straight_length(route);
+    if route.points.len() > MOST.0 || straight > LONGEST {
+        return straight;
+    }
+    let points = route.points.iter().map(|&point| Vec3::from_array(point)).collect();
+    let spline = route.shape == Shape::Spline;
+    route_line::length(&RoutePlan { points, spline, closed: route.closed, ..RoutePlan::default() })
+}
+
 /// Of the lines between a route's points, metres.
-fn length(route: &Route) -> f32 {
+fn straight_length(route: &Route) -> f32 {
     let points = route.points.iter().chain(route.points.first().filter(|_| route.closed));
     let points: Vec<Vec3> = points.map(|&point| Vec3::from_array(point)).collect();
     points.windows(2).map(|pair| pair[0].distance(pair[1])).sum()
