@@ -11,7 +11,7 @@ use crate::import::meshes::finish_meshes;
 use crate::import::progress;
 use crate::output::{self, OutputError};
 use crate::recording::{RecordingError, RunFiles, Stepper};
-use crate::renderer::{Gpu, GpuError, Occlusion, RenderError, Renderer, Settings};
+use crate::renderer::{Gpu, GpuError, RenderError, Renderer, Settings};
 use crate::scene::{self, SceneError};
 use crate::video::{self, VideoError};
 use crate::viewpoint::Viewpoint;
@@ -406,12 +406,7 @@ pub fn render_frames(job: &FrameJob, mut progress: impl FnMut(u64, u64)) -> Resu
     let frames = job.frames.numbers(first, last)?;
     output::make_folder(&job.folder)?;
     stage.simulation.world.insert_resource(job.lights);
-    let mut settings = job.settings;
-    if settings.occlusion == Occlusion::Auto {
-        // In two phases, which of two faces in one plane is in front depends on what was seen before. A frame that is
-        // written depends on its scene alone.
-        settings.occlusion = Occlusion::Off;
-    }
+    let settings = job.settings.for_files();
     let step_of = |simulation: &Simulation| simulation.world.resource::<Clock>().step;
     let pace = job.realtime.then(|| Pace::begin(stage.simulation.world.resource()));
     let mut written = Vec::new();

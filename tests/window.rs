@@ -298,6 +298,30 @@ fn the_clock_stops_steps_and_goes_on() {
 }
 
 #[test]
+fn a_picture_saved_while_the_clock_goes_is_that_of_its_step() {
+    let place = Place::new();
+    let Some(display) = Display::start(&place) else { return };
+    let app = App::start(&place, &display, &["--no-panel"]);
+    let saved_is_rendered = |camera: &str| {
+        app.press(&["p"]);
+        let saved = app.line();
+        let step = saved.strip_prefix("test_").and_then(|name| name.strip_suffix(".png")).expect("test_NNNNN.png");
+        let rendered = place.rendered(step.parse().expect("a step"), &["--camera", camera]);
+        assert!(image::open(place.path().join(&saved)).expect("a picture").into_rgb8() == rendered, "{saved}");
+        rendered
+    };
+    for _ in 0..2 {
+        saved_is_rendered("front");
+        app.press(&["c"]);
+        saved_is_rendered("above");
+        app.press(&["c"]);
+    }
+    app.press(&["space"]);
+    let still = saved_is_rendered("front");
+    app.shows("the picture of the step it stopped at", &still);
+}
+
+#[test]
 fn a_run_in_a_window_is_the_run_without_one_and_its_recording_replays() {
     let place = Place::new();
     let Some(display) = Display::start(&place) else { return };

@@ -280,6 +280,12 @@ impl Viewer {
         taken
     }
 
+    /// Brings what is drawn up to date with the state itself, and not, as after [`Self::advance`], between two steps.
+    pub fn frame_of_state(&mut self) {
+        self.simulation.world.resource_mut::<Interpolation>().fraction = 1.0;
+        self.simulation.frame();
+    }
+
     /// Takes a step. A replay stops where its recording ends.
     fn step(&mut self) {
         self.hold_keys();

@@ -292,7 +292,7 @@ impl Open {
         self.screen.present(&self.gpu, frame);
         self.view = Some(view);
         if std::mem::take(&mut self.picture_wanted) {
-            self.save_picture();
+            self.save_picture(size)?;
         }
         self.follow_pointer();
         self.timing.worked(began.elapsed());
@@ -356,13 +356,20 @@ impl Open {
         Instant::now().checked_add(still_for).map_or(ControlFlow::Wait, ControlFlow::WaitUntil)
     }
 
-    /// Writes the scene as it is seen, without the panel, into the working directory.
-    fn save_picture(&mut self) {
+    /// Writes the scene as it is seen, without the panel, into the working directory: the state of the step in its name,
+    /// as it is, which the window shows only when the clock stands.
+    fn save_picture(&mut self, size: (u32, u32)) -> Result<(), AppError> {
+        self.viewer.frame_of_state();
+        let view = self.viewer.view(size);
+        let settings = self.viewer.drawn_settings().for_files();
+        self.renderer.prepare(&self.viewer.simulation, &view, &settings)?;
+        self.view = Some(view);
         let picture = self.renderer.draw_picture();
         let step = self.viewer.clock().step;
         let path = free_name(&self.viewer.title, step, "png");
         let picture: image::RgbImage = picture.convert();
         self.tell_saved(&path, output::write_png(&path, &picture.into()));
+        Ok(())
     }
 
     /// Writes the state into the working directory.

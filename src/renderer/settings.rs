@@ -108,6 +108,15 @@ pub struct Settings {
     pub occlusion: Occlusion,
 }
 
+impl Settings {
+    /// For pictures that are written to files. In two phases, which of two faces in one plane is in front depends on what
+    /// was seen before; such a picture depends on its scene alone.
+    pub fn for_files(self) -> Self {
+        let occlusion = if self.occlusion == Occlusion::Auto { Occlusion::Off } else { self.occlusion };
+        Self { occlusion, ..self }
+    }
+}
+
 impl Default for Settings {
     fn default() -> Self {
         Self {
