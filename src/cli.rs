@@ -120,8 +120,8 @@ pub struct RenderArgs {
 /// What is made of frames.
 #[derive(Args, Clone)]
 pub struct PictureArgs {
-    /// Kinds of pictures, separated by commas. Depth, normal and id show what a blended object hides by half or less, not
-    /// the object
+    /// Kinds of pictures, separated by commas. Where a blended object hides less than half of what is behind it, depth,
+    /// normal and id show that, else the object
     #[arg(long, value_enum, value_delimiter = ',', default_value = "color")]
     pub outputs: Vec<OutputKind>,
     /// Also make a film of the colour frames, one per step of the scene's clock: with ffmpeg, or an animated picture if
