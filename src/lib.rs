@@ -6,7 +6,7 @@
 //! ```text
 //! simulation.step()                      0..n fixed steps: what moves by itself, moves
 //! simulation.frame()                     transforms → bounds → tangents → levels → materials → lights → instances → batches
-//! renderer.prepare(list, library, …)     what is new or dirty goes to the GPU; missing pipelines are made
+//! renderer.prepare(&simulation, …)       what is new or dirty goes to the GPU; missing pipelines are made
 //! renderer.draw(target)                  batches, sky, blended objects → HDR → tone map → any texture view
 //! ```
 //!

@@ -8,6 +8,7 @@ use crate::instances::InstanceTable;
 use crate::library::AlphaMode;
 use crate::view::{View, in_frustum};
 use bevy_ecs::prelude::*;
+use std::collections::BTreeMap;
 
 /// Lists the pages anew if they changed.
 pub fn update_batches(mut table: ResMut<InstanceTable>, mut list: ResMut<DrawList>) {
@@ -25,20 +26,28 @@ pub fn update_batches(mut table: ResMut<InstanceTable>, mut list: ResMut<DrawLis
     list.batches_version += 1;
 }
 
-/// Adds a blended object, or says where it is now. The list is in slot order.
-pub(crate) fn put_transparent(list: &mut DrawList, object: Transparent) {
-    list.transparent_version += 1;
-    match list.transparent.binary_search_by_key(&object.slot, |t| t.slot) {
-        Ok(index) => list.transparent[index] = object,
-        Err(index) => list.transparent.insert(index, object),
-    }
-}
+/// What became of blended objects in a frame, by slot: where they are now, or `None` where one went.
+pub(crate) type BlendedChanges = BTreeMap<u32, Option<Transparent>>;
 
-/// Forgets a blended object.
-pub(crate) fn remove_transparent(list: &mut DrawList, slot: u32) {
+/// Brings the list of blended objects up to date, which is in slot order.
+pub(crate) fn change_transparent(list: &mut DrawList, changes: BlendedChanges) {
+    if changes.is_empty() {
+        return;
+    }
     list.transparent_version += 1;
-    if let Ok(index) = list.transparent.binary_search_by_key(&slot, |t| t.slot) {
-        list.transparent.remove(index);
+    let mut none_comes_or_goes = true;
+    for (slot, change) in &changes {
+        match (list.transparent.binary_search_by_key(slot, |t| t.slot), change) {
+            (Ok(index), Some(object)) => list.transparent[index] = *object,
+            (Err(_), None) => {}
+            _ => none_comes_or_goes = false,
+        }
+    }
+    // All that come and go together: one at a time, each would move those behind it.
+    if !none_comes_or_goes {
+        list.transparent.retain(|object| !changes.contains_key(&object.slot));
+        list.transparent.extend(changes.into_values().flatten());
+        list.transparent.sort_by_key(|object| object.slot);
     }
 }
 
@@ -54,11 +63,12 @@ pub struct BlendedRun {
 /// Orders the blended objects that may be in a view: farthest first along the viewing direction, equal ones by slot. Returns
 /// their slots, and the runs of neighbours with the same key.
 pub fn sort_transparent(transparent: &[Transparent], view: &View) -> (Vec<u32>, Vec<BlendedRun>) {
-    let (planes, direction) = (view.frustum_planes(), view.direction());
+    let (planes, eye, direction) = (view.frustum_planes(), view.eye(), view.direction());
     let mut order: Vec<&Transparent> = transparent.iter().filter(|item| in_frustum(&planes, item.bounds)).collect();
     order.sort_by(|a, b| {
-        let (da, db) = (a.bounds.center.dot(direction), b.bounds.center.dot(direction));
-        db.total_cmp(&da).then(a.slot.cmp(&b.slot))
+        // From the eye: far from the origin, rounding would come before what lies between two panes.
+        let depth = |item: &Transparent| (item.bounds.center - eye).dot(direction);
+        depth(b).total_cmp(&depth(a)).then(a.slot.cmp(&b.slot))
     });
     let mut runs: Vec<BlendedRun> = Vec::new();
     for (i, item) in (0..).zip(&order) {
@@ -74,6 +84,7 @@ pub fn sort_transparent(transparent: &[Transparent], view: &View) -> (Vec<u32>, 
 mod tests {
     use super::*;
     use crate::Simulation;
+    use crate::bounds::Sphere;
     use crate::components::Camera;
     use crate::draw_list::PAGE_SLOTS;
     use crate::instances::InstanceSlot;
@@ -302,6 +313,25 @@ mod tests {
         let above = looking(Vec3::new(6.0, 32.0, -6.0), Vec3::new(6.0, 0.0, -6.0));
         let (slots, runs) = sort_transparent(&simulation.draw_list().transparent, &above);
         assert_eq!((slots.len(), runs.len()), (4, 2));
+    }
+
+    /// Panes a few centimetres apart, tens of kilometres from the origin, where their coordinates are worth less than that.
+    #[test]
+    fn blended_objects_far_from_the_origin_are_sorted_by_what_lies_between_them() {
+        let far = Vec3::new(65_536.0, 0.0, 65_536.0);
+        let view = looking(far + Vec3::new(3.0, 1.0, 5.0), far);
+        let direction = view.direction();
+        let pane = |slot: u32| {
+            let center = far + Vec3::new(0.0, 0.03 * slot as f32, 0.0);
+            Transparent {
+                slot,
+                key: BatchKey { pipeline: Default::default(), class: Default::default(), mesh: MeshId(0) },
+                bounds: Sphere { center, radius: 0.5 },
+            }
+        };
+        let panes: Vec<Transparent> = (0..8).map(pane).collect();
+        assert!(direction.y < 0.0, "the higher, the nearer");
+        assert_eq!(sort_transparent(&panes, &view).0, [0, 1, 2, 3, 4, 5, 6, 7]);
     }
 
     #[test]

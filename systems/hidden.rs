@@ -13,9 +13,11 @@ use crate::components::Light;
 use crate::library::MeshId;
 use crate::{instances, lights};
 use bevy_ecs::change_detection::ContiguousRef;
+use bevy_ecs::entity_disabling::Disabled;
 use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
+use bevy_transform::components::Transform;
 use std::collections::{HashMap, HashSet};
 
 /// Neither this entity nor what is below it is drawn.
@@ -34,8 +36,12 @@ pub(crate) fn disable(mut world: DeferredWorld, context: HookContext) {
     lights::free_slot(world, context);
 }
 
-/// Makes an entity that is enabled again look new to whoever draws it, chooses its lights, or lists lights.
+/// Makes an entity that is enabled again look new to whoever places it and what is below it, draws it, chooses its lights,
+/// or lists lights.
 pub(crate) fn enable(mut world: DeferredWorld, context: HookContext) {
+    if let Some(mut transform) = world.get_mut::<Transform>(context.entity) {
+        transform.set_changed();
+    }
     if let Some(mut bounds) = world.get_mut::<WorldBounds>(context.entity) {
         bounds.set_changed();
     }
@@ -52,14 +58,17 @@ fn show(mut world: DeferredWorld, context: HookContext) {
     }
 }
 
+/// A filter that lets disabled entities through, which queries pass over otherwise.
+type AlsoDisabled = Or<(With<Disabled>, Without<Disabled>)>;
+
 /// Hides and shows what was hidden, shown, or hung below something else, and what is below it. Costs nothing while
-/// nothing is hidden.
+/// nothing is hidden. What is disabled is hidden and shown with the others: it may be enabled again.
 #[allow(clippy::type_complexity)]
 pub fn inherit_hidden(
-    hidden: Query<(Entity, Ref<Hidden>)>,
-    inherited: Query<(), With<InheritedHidden>>,
-    hung: Query<(Entity, Ref<ChildOf>)>,
-    children: Query<&Children>,
+    hidden: Query<(Entity, Ref<Hidden>), AlsoDisabled>,
+    inherited: Query<(), (With<InheritedHidden>, AlsoDisabled)>,
+    hung: Query<(Entity, Ref<ChildOf>), AlsoDisabled>,
+    children: Query<&Children, AlsoDisabled>,
     mut shown: RemovedComponents<Hidden>,
     mut orphaned: RemovedComponents<ChildOf>,
     mut commands: Commands,
@@ -101,8 +110,8 @@ pub fn inherit_hidden(
 /// Whether anything above an entity is hidden.
 fn is_hidden_above(
     entity: Entity,
-    hidden: &Query<(Entity, Ref<Hidden>)>,
-    hung: &Query<(Entity, Ref<ChildOf>)>,
+    hidden: &Query<(Entity, Ref<Hidden>), AlsoDisabled>,
+    hung: &Query<(Entity, Ref<ChildOf>), AlsoDisabled>,
 ) -> bool {
     let above = |entity| hung.get(entity).ok().map(|(_, parent)| parent.parent());
     let (mut next, mut seen) = (above(entity), HashSet::new());

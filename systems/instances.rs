@@ -4,11 +4,12 @@
 //! pipeline and class (`pages.rs` gives slots out). So an object that moves has its own record rewritten and nothing
 //! else. Who is in which slot, and whose record changed, is in the [`DrawList`]; `instance_records.rs` makes the records.
 
-use crate::batches;
+use crate::batches::{self, BlendedChanges};
 use crate::bounds::WorldBounds;
 use crate::changes::{LIGHT_ROWS, Since, all_rows, first_changed, moved, rows_per_task};
 use crate::draw_list::{BatchKey, DrawList, Transparent};
 use crate::hidden::InheritedHidden;
+use crate::incomplete::Incomplete;
 use crate::library::{AlphaMode, Library, MaterialId, MeshId};
 use crate::materials::MaterialTable;
 use crate::pages::SlotPages;
@@ -46,6 +47,10 @@ pub struct InstanceTable {
     pub(crate) pages: SlotPages,
     /// Given back since the last frame.
     freed: Vec<u32>,
+    /// Of this frame.
+    blended: BlendedChanges,
+    /// Objects met in this frame whose mesh the library does not have.
+    meshless: Vec<Entity>,
     /// Rows that changed, and their slots; its contents are of no meaning between frames.
     found: Vec<(u32, u32)>,
 }
@@ -54,7 +59,7 @@ impl InstanceTable {
     /// Empties a slot: its record draws nothing from now on.
     fn release(&mut self, slot: u32, list: &mut DrawList) {
         if self.pages.key(slot).pipeline.alpha == AlphaMode::Blend {
-            batches::remove_transparent(list, slot);
+            self.blended.insert(slot, None);
         }
         self.pages.release(slot);
         list.instances.put(slot, Entity::PLACEHOLDER);
@@ -102,6 +107,7 @@ pub fn update_instances(
     materials: Res<MaterialTable>,
     mut table: ResMut<InstanceTable>,
     mut list: ResMut<DrawList>,
+    mut incomplete: ResMut<Incomplete>,
 ) {
     let (table, list) = (table.bypass_change_detection(), list.bypass_change_detection());
     for slot in std::mem::take(&mut table.freed) {
@@ -116,13 +122,15 @@ pub fn update_instances(
         let slots = ContiguousMut::bypass_change_detection_split(slots).0;
         let columns = [moved(&placed, &bounded), Some(&shaped), Some(&covered), Some(&lit)];
         let mut rows = (entities, transforms, meshes, chosen, bounds, slots);
-        if materials.regroup {
+        if materials.regroups() {
             table.settle_rows(all_rows(&placed), Looking::AtMaterials, &library, &materials, list, &mut rows);
         }
         if let Some(changed) = first_changed(columns) {
             table.settle_rows(changed, Looking::AtObjects, &library, &materials, list, &mut rows);
         }
     }
+    incomplete.bypass_change_detection().wait_for_meshes(&mut table.meshless, &library);
+    batches::change_transparent(list, std::mem::take(&mut table.blended));
     list.objects = table.pages.used_slots();
 }
 
@@ -133,9 +141,9 @@ type Rows<'a> =
 /// Why rows are looked at.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Looking {
-    /// Some material's batch is another now: most objects' records stay what they are.
+    /// Their material's batch is another now, or their material is new. The others are passed over.
     AtMaterials,
-    /// They changed, and so did their records.
+    /// They changed themselves.
     AtObjects,
 }
 
@@ -176,8 +184,9 @@ impl InstanceTable {
         // While mesh and material are what they were, only a transform that mirrors makes the batch another.
         let same_kind = looking == Looking::AtObjects && shaped.is_empty() && covered.is_empty();
         let batch = |row: usize| batch_of(library, materials, meshes[row], chosen[row], &transforms[row]);
-        let same_record =
-            |row: usize| looking == Looking::AtMaterials && (chosen[row].0 as usize) < materials.known_before;
+        let passes = |row: usize| {
+            looking == Looking::AtMaterials && !materials.is_regrouped(library.known_material(chosen[row]))
+        };
         let mut found = std::mem::take(&mut self.found);
         let (pages, held) = (&self.pages, &**slots);
         let keeps = |row: usize, slot: &u32| {
@@ -198,8 +207,8 @@ impl InstanceTable {
         in_parallel(parts.enumerate(), |(number, (found, count))| {
             let start = first + number * part;
             since.for_each(columns, start..start + found.len(), |row| {
-                let slot = held[row].get().filter(|slot| keeps(row, slot)).unwrap_or(UNSETTLED);
-                if slot == UNSETTLED || !same_record(row) {
+                if !passes(row) {
+                    let slot = held[row].get().filter(|slot| keeps(row, slot)).unwrap_or(UNSETTLED);
                     found[*count] = (row as u32, slot);
                     *count += 1;
                 }
@@ -215,10 +224,15 @@ impl InstanceTable {
                     let slot = self.settle(entities[row], &mut slots[row], key, list);
                     list.instances.dirty.mark(slot);
                     if key.pipeline.alpha == AlphaMode::Blend {
-                        batches::put_transparent(list, Transparent { slot, key, bounds: bounds[row].0 });
+                        self.blended.insert(slot, Some(Transparent { slot, key, bounds: bounds[row].0 }));
                     }
-                } else if let Some(taken) = std::mem::take(&mut slots[row]).get() {
-                    self.release(taken, list);
+                } else {
+                    if library.mesh(meshes[row]).is_none() {
+                        self.meshless.push(entities[row]);
+                    }
+                    if let Some(taken) = std::mem::take(&mut slots[row]).get() {
+                        self.release(taken, list);
+                    }
                 }
             }
         }

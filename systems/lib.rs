@@ -18,6 +18,7 @@ pub mod displace;
 pub mod draw_list;
 pub mod hidden;
 pub mod images;
+pub mod incomplete;
 pub mod inputs;
 pub mod instance_records;
 pub mod instances;
@@ -62,6 +63,7 @@ use bevy_ecs::entity_disabling::Disabled;
 use bevy_ecs::prelude::*;
 use bevy_ecs::schedule::{LogLevel, ScheduleBuildSettings, SingleThreadedExecutor};
 use bevy_tasks::{ComputeTaskPool, TaskPoolBuilder};
+use bevy_transform::components::GlobalTransform;
 use stats::{Stage, lap};
 
 /// Sets the number of worker threads of this process; `None`: one per core. Only the first call counts, and the first
@@ -108,6 +110,7 @@ impl Simulation {
         set_threads(None);
         let mut world = World::new();
         world.register_component_hooks::<Disabled>().on_add(hidden::disable).on_remove(hidden::enable);
+        world.register_component_hooks::<GlobalTransform>().on_remove(hidden::disable);
         world.init_resource::<library::Library>();
         world.init_resource::<clock::Clock>();
         world.init_resource::<clock::Seed>();
@@ -121,6 +124,7 @@ impl Simulation {
         world.init_resource::<lights::LightPolicy>();
         world.init_resource::<object_order::ObjectOrder>();
         world.init_resource::<instances::InstanceTable>();
+        world.init_resource::<incomplete::Incomplete>();
         world.init_resource::<draw_list::DrawList>();
         world.init_resource::<physics::Physics>();
         world.init_resource::<vehicles::VehicleTypes>();
@@ -202,6 +206,8 @@ pub fn frame_schedule() -> Schedule {
         (
             // A new frame: what was dirty has been uploaded by now.
             (stats::begin, begin_frame, lap(Stage::Transforms, "begin_frame")).chain(),
+            // Before anyone looks for objects: who has got by now what it is drawn with.
+            (incomplete::complete, lap(Stage::Transforms, "complete")).chain(),
             // What is hidden with something above it, before anyone looks for objects.
             (hidden::inherit_hidden, lap(Stage::Transforms, "inherit_hidden")).chain(),
             // Wheels and the like, as their vehicles moved.

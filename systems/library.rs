@@ -7,6 +7,7 @@
 use crate::bounds::{Aabb, Sphere, WorldBounds};
 use crate::draw_list::MAP_COUNT;
 use crate::images::{Image, ImageKind};
+use crate::incomplete;
 use crate::instances::{self, InstanceSlot};
 use crate::levels::Level;
 use crate::object_order::{self, Place};
@@ -34,7 +35,7 @@ pub struct MeshId(pub u32);
 
 /// Names a [`Material`] of the [`Library`]. As a component: the material of a drawn entity.
 #[derive(Component, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, serde::Serialize, serde::Deserialize)]
-#[component(summary_tick)]
+#[component(on_remove = incomplete::lose_material, summary_tick)]
 pub struct MaterialId(pub u32);
 
 impl MaterialId {

@@ -5,7 +5,7 @@
 //! per map) is the material's *class*; materials with equal ones share it. A missing map is the layer of a stand-in.
 
 use crate::draw_list::{ClassId, DrawList, MAP_COUNT, MaterialClass, MaterialRecord, PipelineKey, TextureArray};
-use crate::images::ImageKind;
+use crate::images::{ImageKind, Texels, level_count, level_size};
 use crate::library::{ImageId, Library, Map, Material, MaterialId};
 use bevy_ecs::prelude::*;
 use glam::Vec3;
@@ -13,6 +13,20 @@ use std::collections::BTreeMap;
 
 /// Layers that every adapter offers (WebGPU's default limit); a fuller array is followed by another.
 pub const MOST_LAYERS: usize = 256;
+
+/// Bytes of a texture array, at the most, unless one layer has more: graphics drivers need not give more in one piece
+/// (Vulkan's `maxMemoryAllocationSize` is a GiB at the least, Direct3D 12 has a quarter of the adapter's memory).
+const MOST_ARRAY_BYTES: u64 = 512 << 20;
+
+/// Layers that an array of such a format may have.
+pub fn most_layers(array: &TextureArray) -> usize {
+    let levels = (0..level_count(array.width, array.height)).map(|level| {
+        let (width, height) = level_size(array.width, array.height, level);
+        // As texels, where an adapter cannot read blocks.
+        u64::from(width) * u64::from(height) * if array.texels == Texels::Rgba16Float { 8 } else { 4 }
+    });
+    (MOST_ARRAY_BYTES / levels.sum::<u64>().max(1)).clamp(1, MOST_LAYERS as u64) as usize
+}
 
 /// Stand-ins for missing maps, in the order of [`crate::draw_list::MapSlot`].
 const STAND_INS: [ImageId; MAP_COUNT] = [
@@ -35,10 +49,9 @@ pub struct MaterialTable {
     placed: Vec<(ClassId, PipelineKey)>,
     layer_of_image: BTreeMap<ImageId, (u32, u32)>,
     id_of_class: BTreeMap<MaterialClass, ClassId>,
-    /// The class or pipeline of a material that may be in use changed: objects must be grouped anew.
-    pub(crate) regroup: bool,
-    /// Materials that there were in the frame before. Objects that had another drew the default.
-    pub(crate) known_before: usize,
+    /// By number, up to the last of them: materials whose objects are to be grouped anew. Their class or pipeline is
+    /// another, or they are new: objects that came before them were drawn with the default.
+    regrouped: Vec<bool>,
 }
 
 impl MaterialTable {
@@ -46,6 +59,21 @@ impl MaterialTable {
     /// for an unknown one.
     pub fn placed(&self, material: MaterialId) -> (ClassId, PipelineKey) {
         self.placed.get(material.0 as usize).or(self.placed.first()).copied().unwrap_or_default()
+    }
+
+    /// Whether any objects are to be grouped anew.
+    pub(crate) fn regroups(&self) -> bool {
+        !self.regrouped.is_empty()
+    }
+
+    /// Whether objects of that material are.
+    pub(crate) fn is_regrouped(&self, material: MaterialId) -> bool {
+        self.regrouped.get(material.0 as usize).is_some_and(|is| *is)
+    }
+
+    fn regroup(&mut self, index: usize) {
+        self.regrouped.resize(self.regrouped.len().max(index + 1), false);
+        self.regrouped[index] = true;
     }
 
     fn layer(&mut self, image: ImageId, library: &Library, arrays: &mut Vec<TextureArray>) -> (u32, u32) {
@@ -58,11 +86,11 @@ impl MaterialTable {
         let wanted = TextureArray {
             width: source.width,
             height: source.height,
-            srgb: source.kind == ImageKind::Color && source.texels != crate::images::Texels::Rgba16Float,
+            srgb: source.kind == ImageKind::Color && source.texels != Texels::Rgba16Float,
             texels: source.texels,
             layers: Vec::new(),
         };
-        let index = arrays.iter().position(|a| a.same_format(&wanted) && a.layers.len() < MOST_LAYERS);
+        let index = arrays.iter().position(|a| a.same_format(&wanted) && a.layers.len() < most_layers(a));
         let index = index.unwrap_or_else(|| {
             arrays.push(wanted);
             arrays.len() - 1
@@ -137,9 +165,8 @@ fn pipeline(material: &Material) -> PipelineKey {
 /// Writes the records of new and edited materials.
 pub fn update_materials(mut library: ResMut<Library>, mut table: ResMut<MaterialTable>, mut list: ResMut<DrawList>) {
     let (table, list) = (table.bypass_change_detection(), list.bypass_change_detection());
-    table.regroup = false;
+    table.regrouped.clear();
     let known = table.placed.len();
-    table.known_before = known;
     let mut pending: Vec<usize> = (known..library.materials().len()).collect();
     if library.has_edited_materials() {
         pending.extend(library.take_edited_materials().into_iter().map(|id| id.0 as usize).filter(|&id| id < known));
@@ -151,11 +178,12 @@ pub fn update_materials(mut library: ResMut<Library>, mut table: ResMut<Material
         let placed = (class, pipeline(material));
         if index >= table.placed.len() {
             table.placed.push(placed);
-            // Objects may have been drawn with the default in its place.
-            table.regroup |= known > 0;
+            if known > 0 {
+                table.regroup(index);
+            }
         } else if table.placed[index] != placed {
             table.placed[index] = placed;
-            table.regroup = true;
+            table.regroup(index);
         }
     }
 }
@@ -214,6 +242,16 @@ mod tests {
         simulation.frame();
         let two = simulation.draw_list().texture_arrays.iter().filter(|a| a.width == 2).map(|a| a.layers.len());
         assert_eq!(two.collect::<Vec<_>>(), [MOST_LAYERS, 1]);
+    }
+
+    #[test]
+    fn an_array_of_large_images_has_fewer_layers() {
+        let array = |side, texels| TextureArray { width: side, height: side, srgb: false, texels, layers: Vec::new() };
+        assert_eq!(most_layers(&array(16, Texels::Rgba8)), MOST_LAYERS);
+        // 64 MiB, and a third of that for the smaller levels.
+        assert_eq!(most_layers(&array(4096, Texels::Rgba8)), 6);
+        assert_eq!(most_layers(&array(4096, Texels::Rgba16Float)), 3);
+        assert_eq!(most_layers(&array(16_384, Texels::Rgba16Float)), 1);
     }
 
     #[test]

@@ -13,6 +13,7 @@ use crate::library::{AlphaMode, Library, MaterialId, MeshId, Shading};
 use crate::selected_lights::SelectedLights;
 use crate::split::Grid;
 use bevy_ecs::change_detection::ContiguousRef;
+use bevy_ecs::entity::{ComponentCloneCtx, SourceComponent};
 use bevy_ecs::prelude::*;
 use bevy_transform::components::Transform;
 use glam::{Affine3A, Vec3};
@@ -32,8 +33,25 @@ pub struct PieceOf(pub Entity);
 pub struct Pieces(Vec<Entity>);
 
 /// The mesh of an object that is drawn in pieces: it has no [`MeshId`] of its own.
+///
+/// A copy of the entity without its children has no pieces, and gets the mesh itself.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug)]
+#[component(clone_behavior = Custom(copy_whole))]
 pub struct WholeMesh(pub MeshId);
+
+fn copy_whole(source: &SourceComponent, context: &mut ComponentCloneCtx) {
+    let Some(&whole) = source.read::<WholeMesh>() else { return };
+    if context.linked_cloning() || context.moving() {
+        context.write_target_component(whole);
+        return;
+    }
+    let copy = context.target();
+    context.queue_deferred(move |world, _| {
+        if let Ok(mut copy) = world.get_entity_mut(copy) {
+            copy.insert(whole.0);
+        }
+    });
+}
 
 /// What [`draw_in_pieces`] did.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
@@ -210,6 +228,25 @@ mod tests {
         simulation.frame();
         assert_eq!(simulation.draw_list().objects, 0);
         assert_eq!(simulation.instance_records().drawn().count(), 0);
+    }
+
+    #[test]
+    fn a_copy_is_drawn_whole_or_with_pieces_of_its_own() {
+        let (mut simulation, road) = with_plane(Vec2::splat(40.0));
+        let object = simulation.world.spawn(road).id();
+        draw_in_pieces(&mut simulation.world, object, 20.0);
+        let alone = simulation.world.entity_mut(object).clone_and_spawn();
+        let linked = simulation
+            .world
+            .entity_mut(object)
+            .clone_and_spawn_with_opt_out(|builder| _ = builder.linked_cloning(true));
+        simulation.frame();
+        assert_eq!(
+            (simulation.world.get::<MeshId>(alone), simulation.world.get::<WholeMesh>(alone)),
+            (Some(&road), None)
+        );
+        assert_eq!(pieces_of(&simulation, linked).len(), 4);
+        assert_eq!(simulation.draw_list().objects, 4 + 1 + 4);
     }
 
     #[test]

@@ -11,6 +11,7 @@ use systems::Simulation;
 use systems::components::{Camera, Light};
 use systems::draw_list::{InstanceRecord, LightRecord};
 use systems::images::{Image, ImageKind};
+use systems::levels::LevelOfDetail;
 use systems::library::{AlphaMode, Library, Map, Material};
 use systems::shapes;
 
@@ -160,12 +161,21 @@ fn a_picture_that_cannot_differ_is_shown_again_and_any_change_is_noticed() {
         let view = relief::viewpoint::Viewpoint::Camera(field.camera).view(&field.simulation.world, SIZE);
         field.headless.renderer.prepare(&field.simulation, &view, settings).expect("it fits")
     };
+    // What differs is drawn then.
+    let prepare = |field: &mut Field, settings: &Settings| {
+        let differs = prepare(field, settings);
+        differs.then(|| field.headless.renderer.draw_picture());
+        differs
+    };
     let still = Settings::default();
     assert!(!prepare(&mut field, &still), "nothing changed");
     assert!(field.headless.renderer.draw_picture() == drawn);
     assert!(!prepare(&mut field, &still));
     let technique = Some(systems::library::Technique::Off);
     assert!(prepare(&mut field, &Settings { technique, ..still }), "another technique");
+    assert!(prepare(&mut field, &still), "and back");
+    let levels = LevelOfDetail { max_error_pixels: 4.0, ..still.levels };
+    assert!(prepare(&mut field, &Settings { levels, ..still }), "other levels of detail");
     assert!(prepare(&mut field, &still), "and back");
     field.simulation.world.get_mut::<Transform>(field.objects[3]).expect("a place").translation.y = 0.5;
     assert!(prepare(&mut field, &still), "an object moved");
@@ -182,6 +192,41 @@ fn a_picture_that_cannot_differ_is_shown_again_and_any_change_is_noticed() {
         field.simulation.world.despawn(object);
     }
     assert!(prepare(&mut field, &still), "the last object went");
+}
+
+#[test]
+fn what_was_prepared_and_not_drawn_is_still_to_be_drawn() {
+    let Some(mut field) = Field::new(40) else { return };
+    field.draw();
+    field.simulation.world.get_mut::<Transform>(field.objects[3]).expect("a place").translation.y = 20.0;
+    for _ in 0..2 {
+        field.simulation.frame();
+        let view = relief::viewpoint::Viewpoint::Camera(field.camera).view(&field.simulation.world, SIZE);
+        assert!(field.headless.renderer.prepare(&field.simulation, &view, &Settings::default()).expect("it fits"));
+    }
+}
+
+#[test]
+fn images_that_come_one_by_one_are_uploaded_once_each() {
+    let (Some(mut field), Some(gpu)) = (Field::new(30), common::gpu()) else { return };
+    field.draw();
+    // Not a power of two: levels of odd sizes are copied, too.
+    let (width, height) = (20, 12);
+    for i in 0..30 {
+        let mut library = field.simulation.world.resource_mut::<Library>();
+        let texels =
+            (0..width * height).flat_map(|texel| [i as u8 * 8, (texel % 7 * 36) as u8, 255 - i as u8 * 8, 255]);
+        let image = Image::rgba8("late", width, height, ImageKind::Color, texels.collect());
+        let bytes: usize = image.levels.iter().map(Vec::len).sum();
+        let base_map = Some(Map::new(library.add_image(image)));
+        let material = library.add_material(Material { base_map, ..Material::default() });
+        field.simulation.world.entity_mut(field.objects[i]).insert(material);
+        let (stats, _) = field.draw();
+        assert_eq!(stats.asset_bytes, bytes as u64, "image {i}");
+    }
+    let (_, seen) = field.draw();
+    let mut fresh = Headless { renderer: Renderer::new(&gpu), settings: Settings::default() };
+    assert!(fresh.draw(&mut field.simulation, field.camera, SIZE).expect("a picture") == seen);
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! The GPU half of a frame, and the only place that knows wgpu.
 //!
 //! ```text
-//! Renderer::prepare(list, library, view, settings)    uploads what changed, makes the pipelines that are missing
+//! Renderer::prepare(simulation, view, settings)       uploads what changed, makes the pipelines that are missing
 //!   meshes        new ones into the shared vertex and index buffers
 //!   textures      new layers of the texture arrays; a bind group per material class
 //!   frame tables  dirty records of instances, lights, materials
@@ -138,6 +138,8 @@ pub struct Renderer {
     plain_sky: Option<wgpu::Color>,
     /// What the HDR target shows: view, pass, technique, batches. `None`: nothing yet.
     shown: Option<(ViewRecord, Pass, Option<Technique>, u64)>,
+    /// Something was prepared since then that the picture may differ by.
+    undrawn: bool,
     stats: RenderStats,
     counts: DrawnCounts,
     /// Where the device was opened with them.
@@ -188,6 +190,7 @@ impl Renderer {
             tone_map: ToneMap::default(),
             plain_sky: None,
             shown: None,
+            undrawn: false,
             stats: RenderStats::default(),
             counts: DrawnCounts::default(),
             timestamps: Timestamps::new(gpu),
@@ -246,10 +249,12 @@ impl Renderer {
         let no_memory = self.gpu.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
         let recull = self.prepare_objects(simulation, view, settings);
         let errors = [no_memory.pop(), invalid.pop()].map(pollster::block_on);
-        if let Some(error) = errors.into_iter().flatten().next() {
-            return Err(RenderError::Refused { reason: error.to_string() });
-        }
-        let recull = recull?;
+        let refused =
+            errors.into_iter().flatten().next().map(|error| RenderError::Refused { reason: error.to_string() });
+        let recull = refused.map_or(recull, Err).inspect_err(|_| {
+            // Some of it was uploaded.
+            (self.culled_for, self.undrawn) = (None, true);
+        })?;
         let record = view.record(&list.environment, settings.picked_entity);
         self.tables.write_view(&self.gpu.queue, &record);
         // A material that lets more through hides less.
@@ -274,9 +279,9 @@ impl Renderer {
             self.pipelines.make_sky(&self.gpu.device, settings.samples);
         }
         let showing = Some((record, self.pass, settings.technique, list.batches_version));
-        let changed = self.shown != showing || self.stats.uploaded_bytes() > 0;
+        self.undrawn |= recull || self.shown != showing || self.stats.uploaded_bytes() > 0;
         self.shown = showing;
-        Ok(changed)
+        Ok(self.undrawn)
     }
 
     /// Uploads the scene, makes the pipelines and targets that are missing, and gets ready to cull for a view. Returns
@@ -415,6 +420,7 @@ impl Renderer {
         let mut encoder = self.gpu.device.create_command_encoder(&label);
         (self.stats.draws, self.stats.draw_calls) = self.record_scene(&mut encoder);
         self.record_tone_map(&mut encoder, target, format);
+        self.undrawn = false;
         if let Some(timestamps) = &mut self.timestamps {
             timestamps.finish(&mut encoder);
         }

@@ -203,7 +203,7 @@ impl RecordTable {
         let mut start = slots.start;
         while start < slots.end {
             let end = slots.end.min((start + 1).next_multiple_of(READ_TOGETHER));
-            let bytes = bytemuck::cast_slice(records.read(&[start..end], &mut room));
+            let bytes = bytemuck::cast_slice(records.read(std::slice::from_ref(&(start..end)), &mut room));
             self.write(gpu, pace, u64::from(start) * size as u64 / TEXEL_BYTES, bytes);
             start = end;
         }

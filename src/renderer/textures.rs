@@ -8,6 +8,8 @@ use systems::blocks;
 use systems::draw_list::{ClassId, DrawList, MAP_COUNT, TextureArray};
 use systems::images::{Image, Texels, level_count, level_size};
 use systems::library::{Filter, Library, MipFilter, Sampler, Wrap};
+use systems::materials;
+use wgpu::TextureUsages;
 
 #[derive(Debug)]
 struct ArrayTexture {
@@ -62,13 +64,12 @@ impl Textures {
             let room = self.arrays.get(index).map(|a| a.texture.depth_or_array_layers() as usize);
             if room.is_none_or(|room| room < wanted.layers.len()) {
                 check_size(&gpu.device, wanted, library)?;
-                let array = make_array(&gpu.device, wanted);
-                if index < self.arrays.len() {
-                    self.arrays[index] = array;
+                if let Some(old) = self.arrays.get_mut(index) {
+                    *old = grown(gpu, wanted, old);
                     // Any class may hold a view of the old texture.
                     self.classes.clear();
                 } else {
-                    self.arrays.push(array);
+                    self.arrays.push(make_array(&gpu.device, wanted, wanted.layers.len()));
                 }
             }
             let array = &mut self.arrays[index];
@@ -118,7 +119,36 @@ fn reads_blocks(device: &wgpu::Device) -> bool {
     device.features().contains(wgpu::Features::TEXTURE_COMPRESSION_BC)
 }
 
-fn make_array(device: &wgpu::Device, wanted: &TextureArray) -> ArrayTexture {
+/// An array with room for more layers, and those of the old one: half as many again, so that images that come one by one
+/// are not copied often.
+fn grown(gpu: &Gpu, wanted: &TextureArray, old: &ArrayTexture) -> ArrayTexture {
+    let held = old.texture.depth_or_array_layers() as usize;
+    let layers = (held + held / 2).min(materials::most_layers(wanted)).max(wanted.layers.len());
+    let mut array = make_array(&gpu.device, wanted, layers);
+    let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("grow maps") });
+    let (side, _) = old.texture.format().block_dimensions();
+    for level in 0..old.texture.mip_level_count() {
+        let (width, height) = level_size(wanted.width, wanted.height, level);
+        let part = |texture| wgpu::TexelCopyTextureInfo {
+            texture,
+            mip_level: level,
+            origin: wgpu::Origin3d::ZERO,
+            aspect: wgpu::TextureAspect::All,
+        };
+        // Whole blocks, also where the level is smaller than one.
+        let size = wgpu::Extent3d {
+            width: width.next_multiple_of(side),
+            height: height.next_multiple_of(side),
+            depth_or_array_layers: old.uploaded as u32,
+        };
+        encoder.copy_texture_to_texture(part(&old.texture), part(&array.texture), size);
+    }
+    gpu.queue.submit([encoder.finish()]);
+    array.uploaded = old.uploaded;
+    array
+}
+
+fn make_array(device: &wgpu::Device, wanted: &TextureArray, layers: usize) -> ArrayTexture {
     let texels = if reads_blocks(device) || wanted.texels != Texels::Bc7 { wanted.texels } else { Texels::Rgba8 };
     let format = match (texels, wanted.srgb) {
         (Texels::Bc7, true) => wgpu::TextureFormat::Bc7RgbaUnormSrgb,
@@ -130,16 +160,12 @@ fn make_array(device: &wgpu::Device, wanted: &TextureArray) -> ArrayTexture {
     let label = format!("maps {}x{} {format:?}", wanted.width, wanted.height);
     let texture = device.create_texture(&wgpu::TextureDescriptor {
         label: Some(&label),
-        size: wgpu::Extent3d {
-            width: wanted.width,
-            height: wanted.height,
-            depth_or_array_layers: wanted.layers.len() as u32,
-        },
+        size: wgpu::Extent3d { width: wanted.width, height: wanted.height, depth_or_array_layers: layers as u32 },
         mip_level_count: level_count(wanted.width, wanted.height),
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
         format,
-        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        usage: TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST | TextureUsages::COPY_SRC,
         view_formats: &[],
     });
     let view = texture.create_view(&wgpu::TextureViewDescriptor {

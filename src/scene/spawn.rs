@@ -94,7 +94,7 @@ fn too_many(name: &str, report: PiecesReport, metres: f32) -> Option<String> {
 }
 
 /// Pieces of a scene, beyond which objects are left whole.
-const MOST_PIECES: usize = 1 << 18;
+const MOST_PIECES: usize = 1 << 17;
 
 struct Spawner<'a> {
     items: &'a Items,

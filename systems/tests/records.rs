@@ -1,0 +1,214 @@
+//! Whatever is edited between frames: who takes the records that changed, frame by frame, has the record of every object
+//! that is drawn, as it is, and nothing else.
+
+use bevy_ecs::entity_disabling::Disabled;
+use bevy_ecs::prelude::*;
+use bevy_transform::components::Transform;
+use glam::{Affine3A, Vec3};
+use proptest::prelude::*;
+use std::collections::BTreeMap;
+use systems::Simulation;
+use systems::components::Light;
+use systems::draw_list::InstanceRecord;
+use systems::hidden::Hidden;
+use systems::library::{AlphaMode, Library, Material, MaterialId, MeshId};
+use systems::shapes;
+use systems::tables::Records;
+
+#[derive(Clone, Copy, Debug)]
+enum Edit {
+    Move(usize, f32),
+    Mirror(usize),
+    SetMesh(usize, u32),
+    SetMaterial(usize, u32),
+    RemoveMaterial(usize),
+    Hide(usize),
+    Disable(usize),
+    Hang(usize, usize),
+    Despawn(usize),
+    Copy(usize),
+    Spawn,
+    AddMesh,
+    AddMaterial(bool),
+    EditMaterial(u32),
+    MoveLamp(f32),
+    Frame,
+}
+
+fn edit() -> impl Strategy<Value = Edit> {
+    let who = 0..12usize;
+    let change = prop_oneof![
+        (who.clone(), -20.0f32..20.0).prop_map(|(i, x)| Edit::Move(i, x)),
+        who.clone().prop_map(Edit::Mirror),
+        (who.clone(), 0..4u32).prop_map(|(i, mesh)| Edit::SetMesh(i, mesh)),
+        (who.clone(), 0..6u32).prop_map(|(i, material)| Edit::SetMaterial(i, material)),
+        who.clone().prop_map(Edit::RemoveMaterial),
+        who.clone().prop_map(Edit::Hide),
+        who.clone().prop_map(Edit::Disable),
+        (who.clone(), who.clone()).prop_map(|(i, j)| Edit::Hang(i, j)),
+        who.clone().prop_map(Edit::Despawn),
+        who.prop_map(Edit::Copy),
+        Just(Edit::Spawn),
+        Just(Edit::AddMesh),
+        any::<bool>().prop_map(Edit::AddMaterial),
+        (0..6u32).prop_map(Edit::EditMaterial),
+        (-20.0f32..20.0).prop_map(Edit::MoveLamp),
+    ];
+    prop_oneof![4 => change, 1 => Just(Edit::Frame)]
+}
+
+struct Edited {
+    simulation: Simulation,
+    objects: Vec<Entity>,
+    lamp: Entity,
+    taken: Vec<InstanceRecord>,
+}
+
+impl Edited {
+    fn new() -> Self {
+        let mut simulation = Simulation::new();
+        let objects = (0..8).map(|i| simulation.world.spawn((MeshId(i % 3), MaterialId(i % 4))).id()).collect();
+        let lamp = simulation.world.spawn(Light::point(1.0, 8.0)).id();
+        Self { simulation, objects, lamp, taken: Vec::new() }
+    }
+
+    fn apply(&mut self, edit: Edit) {
+        let world = &mut self.simulation.world;
+        let entity = |i: usize| self.objects.get(i).copied();
+        let switch = |world: &mut World, entity: Entity, is_hidden: bool| {
+            let mut entity = world.entity_mut(entity);
+            match (is_hidden, entity.contains::<Hidden>(), entity.contains::<Disabled>()) {
+                (true, false, _) => entity.insert(Hidden),
+                (true, true, _) => entity.remove::<Hidden>(),
+                (false, _, false) => entity.insert(Disabled),
+                (false, _, true) => entity.remove::<Disabled>(),
+            };
+        };
+        match edit {
+            Edit::Move(i, x) => entity(i).into_iter().for_each(|entity| {
+                world.get_mut::<Transform>(entity).expect("a place").translation = Vec3::new(x, x * 0.5, -x);
+            }),
+            Edit::Mirror(i) => entity(i)
+                .into_iter()
+                .for_each(|entity| world.get_mut::<Transform>(entity).expect("a place").scale.x *= -1.0),
+            Edit::SetMesh(i, mesh) => entity(i).into_iter().for_each(|entity| {
+                world.entity_mut(entity).insert(MeshId(mesh));
+            }),
+            Edit::SetMaterial(i, material) => entity(i).into_iter().for_each(|entity| {
+                world.entity_mut(entity).insert(MaterialId(material));
+            }),
+            Edit::RemoveMaterial(i) => entity(i).into_iter().for_each(|entity| {
+                world.entity_mut(entity).remove::<MaterialId>();
+            }),
+            Edit::Hide(i) => entity(i).into_iter().for_each(|entity| switch(world, entity, true)),
+            Edit::Disable(i) => entity(i).into_iter().for_each(|entity| switch(world, entity, false)),
+            Edit::Hang(i, j) => {
+                if let Some((child, parent)) = entity(i).zip(entity(j)).filter(|_| j < i) {
+                    world.entity_mut(child).insert(ChildOf(parent));
+                } else if let Some(child) = entity(i) {
+                    world.entity_mut(child).remove::<ChildOf>();
+                }
+            }
+            Edit::Despawn(i) => {
+                if let Some(object) = entity(i) {
+                    world.despawn(object);
+                    self.objects.retain(|&object| world.get_entity(object).is_ok());
+                }
+            }
+            Edit::Copy(i) => {
+                // With its parent, who comes before it.
+                if let Some(object) = entity(i) {
+                    let copy = world.entity_mut(object).clone_and_spawn();
+                    self.objects.push(copy);
+                }
+            }
+            Edit::Spawn => self.objects.push(world.spawn((MeshId(0), MaterialId(1))).id()),
+            Edit::AddMesh => _ = world.resource_mut::<Library>().add_mesh(shapes::cube(Vec3::ONE)),
+            Edit::AddMaterial(blended) => {
+                let alpha = if blended { AlphaMode::Blend } else { AlphaMode::Opaque };
+                world.resource_mut::<Library>().add_material(Material { alpha, ..Material::default() });
+            }
+            Edit::EditMaterial(material) => {
+                let mut library = world.resource_mut::<Library>();
+                if library.material(MaterialId(material)).is_some() {
+                    library.edit_material(MaterialId(material), |material| material.double_sided ^= true);
+                }
+            }
+            Edit::MoveLamp(x) => world.get_mut::<Transform>(self.lamp).expect("a place").translation.x = x,
+            Edit::Frame => self.frame(),
+        }
+    }
+
+    fn frame(&mut self) {
+        self.simulation.frame();
+        let (records, mut room) = (self.simulation.instance_records(), Vec::new());
+        self.taken.resize(records.slot_count() as usize, InstanceRecord::default());
+        for range in records.dirty().ranges(0) {
+            let here = range.start as usize..range.end as usize;
+            self.taken[here].copy_from_slice(records.read(std::slice::from_ref(&range), &mut room));
+        }
+        let all = records.read(std::slice::from_ref(&(0..records.slot_count())), &mut room);
+        assert_eq!(self.taken, all);
+        let drawn: BTreeMap<u32, &InstanceRecord> =
+            all.iter().filter(|record| **record != InstanceRecord::default()).map(|r| (r.entity, r)).collect();
+        let (world, library) = (&self.simulation.world, self.simulation.library());
+        let mut expected = 0;
+        for &object in &self.objects {
+            let (mut place, mut hidden, mut disabled_above, mut next) =
+                (Affine3A::IDENTITY, false, false, Some(object));
+            while let Some(node) = next {
+                place = world.get::<Transform>(node).expect("a place").compute_affine() * place;
+                hidden |= world.get::<Hidden>(node).is_some();
+                disabled_above |= node != object && world.get::<Disabled>(node).is_some();
+                next = world.get::<ChildOf>(node).map(ChildOf::parent);
+            }
+            let mesh = world.get::<MeshId>(object).expect("a mesh");
+            let is_drawn = !hidden && world.get::<Disabled>(object).is_none() && library.mesh(*mesh).is_some();
+            let record = drawn.get(&object.index_u32());
+            assert_eq!(record.is_some(), is_drawn, "{object}");
+            let Some(record) = record else { continue };
+            expected += 1;
+            let material = world.get::<MaterialId>(object).expect("a material");
+            let known = library.material(*material).map_or(MaterialId::DEFAULT, |_| *material);
+            assert_eq!(record.material, known.0);
+            // What is below a disabled entity stays where it is until that is enabled.
+            if !disabled_above {
+                let [x, y, z] = record.world_from_object.map(|row| row[3]);
+                let is = Vec3::new(x, y, z);
+                assert!(is.abs_diff_eq(place.translation.into(), 1e-3), "{object}: {is} for {}", place.translation);
+                assert_eq!(record.world_from_object[0][0] < 0.0, place.matrix3.x_axis.x < 0.0);
+            }
+        }
+        assert_eq!((drawn.len(), self.simulation.draw_list().objects), (expected, expected as u32));
+        let list = self.simulation.draw_list();
+        assert!(list.transparent.is_sorted_by(|a, b| a.slot < b.slot));
+        let is_blended = |record: &&&InstanceRecord| {
+            library.material(MaterialId(record.material)).is_some_and(|material| material.alpha == AlphaMode::Blend)
+        };
+        assert_eq!(list.transparent.len(), drawn.values().filter(is_blended).count());
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
+    #[test]
+    fn taken_one_by_one_they_are_those_of_the_world(edits in proptest::collection::vec(edit(), 1..150)) {
+        let mut world = Edited::new();
+        edits.into_iter().for_each(|edit| world.apply(edit));
+        world.frame();
+    }
+}
+
+/// So many that tasks share them; few of which change.
+#[test]
+fn of_many_objects_those_that_changed_are_marked() {
+    let mut world = Edited::new();
+    world.apply(Edit::AddMesh);
+    (0..20_000).for_each(|_| world.apply(Edit::Spawn));
+    world.apply(Edit::AddMaterial(false));
+    world.frame();
+    for edit in [Edit::Move(7, 3.0), Edit::Move(9_999, 4.0), Edit::Mirror(15_000), Edit::EditMaterial(1)] {
+        world.apply(edit);
+        world.frame();
+    }
+}
