@@ -365,7 +365,7 @@ fn outputs(in: VertexOut, front: bool) -> OutputsAndDepth {
     let material = load_material(instance.material);
     let bump = bumped(material, in, uvs, dp_dx, dp_dy, front);
     let alpha = base_color(material, bump.uvs, in.color).a;
-    // A blended surface counts where it hides more than half of what is behind it.
+    // A blended surface counts where it hides half or more of what is behind it.
     let cutoff = select(material.alpha_cutoff, 0.5, ALPHA == ALPHA_BLEND);
     if ALPHA != ALPHA_OPAQUE && alpha < cutoff {
         discard;

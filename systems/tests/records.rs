@@ -30,7 +30,7 @@ enum Edit {
     Spawn,
     AddMesh,
     AddMaterial(bool),
-    EditMaterial(u32),
+    TurnMaterial(u32),
     MoveLamp(f32),
     Frame,
 }
@@ -51,7 +51,7 @@ fn edit() -> impl Strategy<Value = Edit> {
         Just(Edit::Spawn),
         Just(Edit::AddMesh),
         any::<bool>().prop_map(Edit::AddMaterial),
-        (0..6u32).prop_map(Edit::EditMaterial),
+        (0..6u32).prop_map(Edit::TurnMaterial),
         (-20.0f32..20.0).prop_map(Edit::MoveLamp),
     ];
     prop_oneof![4 => change, 1 => Just(Edit::Frame)]
@@ -128,7 +128,7 @@ impl Edited {
                 let alpha = if blended { AlphaMode::Blend } else { AlphaMode::Opaque };
                 world.resource_mut::<Library>().add_material(Material { alpha, ..Material::default() });
             }
-            Edit::EditMaterial(material) => {
+            Edit::TurnMaterial(material) => {
                 let mut library = world.resource_mut::<Library>();
                 if library.material(MaterialId(material)).is_some() {
                     library.edit_material(MaterialId(material), |material| material.double_sided ^= true);
@@ -207,7 +207,7 @@ fn of_many_objects_those_that_changed_are_marked() {
     (0..20_000).for_each(|_| world.apply(Edit::Spawn));
     world.apply(Edit::AddMaterial(false));
     world.frame();
-    for edit in [Edit::Move(7, 3.0), Edit::Move(9_999, 4.0), Edit::Mirror(15_000), Edit::EditMaterial(1)] {
+    for edit in [Edit::Move(7, 3.0), Edit::Move(9_999, 4.0), Edit::Mirror(15_000), Edit::TurnMaterial(1)] {
         world.apply(edit);
         world.frame();
     }
