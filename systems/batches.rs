@@ -322,7 +322,7 @@ mod tests {
         let view = looking(far + Vec3::new(3.0, 1.0, 5.0), far);
         let direction = view.direction();
         let pane = |slot: u32| {
-            let center = far + Vec3::new(0.0, 0.03 * slot as f32, 0.0);
+            let center = far + Vec3::new(0.0, 0.03 * (7 - slot) as f32, 0.0);
             Transparent {
                 slot,
                 key: BatchKey { pipeline: Default::default(), class: Default::default(), mesh: MeshId(0) },
@@ -331,7 +331,7 @@ mod tests {
         };
         let panes: Vec<Transparent> = (0..8).map(pane).collect();
         assert!(direction.y < 0.0, "the higher, the nearer");
-        assert_eq!(sort_transparent(&panes, &view).0, [0, 1, 2, 3, 4, 5, 6, 7]);
+        assert_eq!(sort_transparent(&panes, &view).0, [7, 6, 5, 4, 3, 2, 1, 0]);
     }
 
     #[test]

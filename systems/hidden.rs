@@ -59,7 +59,7 @@ fn show(mut world: DeferredWorld, context: HookContext) {
 }
 
 /// A filter that lets disabled entities through, which queries pass over otherwise.
-type AlsoDisabled = Or<(With<Disabled>, Without<Disabled>)>;
+pub(crate) type AlsoDisabled = Or<(With<Disabled>, Without<Disabled>)>;
 
 /// Hides and shows what was hidden, shown, or hung below something else, and what is below it. Costs nothing while
 /// nothing is hidden. What is disabled is hidden and shown with the others: it may be enabled again.

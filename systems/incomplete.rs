@@ -3,6 +3,7 @@
 //!
 //! Both are noted where they are met, and looked at in the next frame, so that nobody searches for them.
 
+use crate::hidden::AlsoDisabled;
 use crate::library::{Library, MaterialId, MeshId};
 use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
@@ -40,7 +41,7 @@ pub(crate) fn lose_material(mut world: DeferredWorld, context: HookContext) {
 pub fn complete(
     mut incomplete: ResMut<Incomplete>,
     library: Res<Library>,
-    bare: Query<(), (With<MeshId>, Without<MaterialId>)>,
+    bare: Query<(), (With<MeshId>, Without<MaterialId>, AlsoDisabled)>,
     mut meshes: Query<&mut MeshId>,
     mut commands: Commands,
 ) {

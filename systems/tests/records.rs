@@ -190,7 +190,6 @@ impl Edited {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
     #[test]
     fn taken_one_by_one_they_are_those_of_the_world(edits in proptest::collection::vec(edit(), 1..150)) {
         let mut world = Edited::new();
