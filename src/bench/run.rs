@@ -78,8 +78,8 @@ impl BenchError {
         match self {
             Self::Gpu(_) => 3,
             Self::Apart { code, .. } => *code,
-            Self::Yard(_) | Self::Scene(_) | Self::Render(_) | Self::Output(_) | Self::Compare { .. } => 2,
-            Self::Plot { .. } => 1,
+            Self::Yard(_) | Self::Scene(_) | Self::Render(_) | Self::Compare { .. } => 2,
+            Self::Output(_) | Self::Plot { .. } => 1,
         }
     }
 }

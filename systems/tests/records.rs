@@ -190,6 +190,7 @@ impl Edited {
 }
 
 proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
     #[test]
     fn taken_one_by_one_they_are_those_of_the_world(edits in proptest::collection::vec(edit(), 1..150)) {
         let mut world = Edited::new();
