@@ -95,8 +95,13 @@ impl FrameJob {
         self.outputs.contains(&OutputKind::Id).then(|| self.folder.join("ids.json"))
     }
 
-    /// Whether a file is a picture, of whatever frame, or another that is written beside what the run is kept in.
+    /// Whether a file is one that is written beside what the run is kept in.
     fn writes(&self, path: &Path) -> bool {
+        self.video.iter().any(|film| output::is_same(path, film)) || self.writes_beside_film(path)
+    }
+
+    /// Whether a file is a picture, of whatever frame, or has the names of ids.
+    fn writes_beside_film(&self, path: &Path) -> bool {
         let path = &output::real(path);
         let is_picture = |kind: &OutputKind| {
             let name = path.file_name().and_then(OsStr::to_str);
@@ -104,8 +109,7 @@ impl FrameJob {
             let frame = number.and_then(|number| number.parse().ok());
             frame.is_some_and(|frame| output::is_same(path, &self.picture(*kind, frame)))
         };
-        let mut others = self.names_of_ids().into_iter().chain(self.video.clone());
-        others.any(|other| output::is_same(path, &other)) || self.outputs.iter().any(is_picture)
+        self.names_of_ids().is_some_and(|names| output::is_same(path, &names)) || self.outputs.iter().any(is_picture)
     }
 }
 
@@ -389,6 +393,9 @@ pub fn render_frames(job: &FrameJob, mut progress: impl FnMut(u64, u64)) -> Resu
         return Err(RecordingError::taken(path).into());
     }
     if let Some(film) = &job.video {
+        if job.writes_beside_film(film) {
+            return Err(RecordingError::taken(film).into());
+        }
         video::check(film)?;
     }
     // The driver and its pipelines take their time; the scene loads meanwhile.

@@ -10,7 +10,8 @@
 use crate::bounds::WorldBounds;
 use crate::changes::for_each_changed;
 use crate::components::Light;
-use crate::library::MeshId;
+use crate::library::{MaterialId, MeshId};
+use crate::pieces::Pieces;
 use crate::{instances, lights};
 use bevy_ecs::change_detection::ContiguousRef;
 use bevy_ecs::entity_disabling::Disabled;
@@ -47,6 +48,12 @@ pub(crate) fn enable(mut world: DeferredWorld, context: HookContext) {
     }
     if let Some(mut light) = world.get_mut::<Light>(context.entity) {
         light.set_changed();
+    }
+    // Pieces follow their object's material.
+    if world.get::<Pieces>(context.entity).is_some()
+        && let Some(mut material) = world.get_mut::<MaterialId>(context.entity)
+    {
+        material.set_changed();
     }
     show(world, context);
 }

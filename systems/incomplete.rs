@@ -1,30 +1,35 @@
-//! Objects that lack what they are drawn with: a mesh that the library does not have yet, or a material, which somebody took
-//! from them.
+//! Objects that lack what they are drawn with: a mesh that the library does not have yet; a material or a place, which
+//! somebody took from them.
 //!
-//! Both are noted where they are met, and looked at in the next frame, so that nobody searches for them.
+//! All are noted where they are met, and looked at in the next frame, so that nobody searches for them.
 
-use crate::hidden::AlsoDisabled;
+use crate::hidden::{self, AlsoDisabled};
 use crate::library::{Library, MaterialId, MeshId};
+use crate::pieces::WholeMesh;
 use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
+use bevy_transform::components::GlobalTransform;
+use std::collections::BTreeSet;
 
 /// Who waits for what.
 #[derive(Resource, Debug, Default)]
 pub struct Incomplete {
     /// Their mesh was not in the library.
-    meshless: Vec<Entity>,
+    meshless: BTreeSet<Entity>,
     /// Meshes that the library had by then.
     meshes: usize,
     /// Lost their material, some of them with their life.
     without_material: Vec<Entity>,
+    /// Lost their `GlobalTransform`, most of them with their life.
+    placeless: Vec<Entity>,
 }
 
 impl Incomplete {
     /// Takes note of objects whose mesh is not among those of the library.
     pub(crate) fn wait_for_meshes(&mut self, objects: &mut Vec<Entity>, library: &Library) {
         if !objects.is_empty() {
-            self.meshless.append(objects);
+            self.meshless.extend(objects.drain(..));
             self.meshes = library.meshes().len();
         }
     }
@@ -37,11 +42,21 @@ pub(crate) fn lose_material(mut world: DeferredWorld, context: HookContext) {
     }
 }
 
-/// Gives the default material to objects that lost theirs, and lets those whose mesh has come look changed.
+/// Takes who lost its place out of the tables of objects and lights, and notes it.
+pub(crate) fn lose_place(mut world: DeferredWorld, context: HookContext) {
+    hidden::disable(world.reborrow(), context);
+    if let Some(mut incomplete) = world.get_resource_mut::<Incomplete>() {
+        incomplete.placeless.push(context.entity);
+    }
+}
+
+/// Gives the default material to objects that lost theirs, and lets those whose mesh or place has come look changed.
+#[allow(clippy::type_complexity)]
 pub fn complete(
     mut incomplete: ResMut<Incomplete>,
     library: Res<Library>,
-    bare: Query<(), (With<MeshId>, Without<MaterialId>, AlsoDisabled)>,
+    bare: Query<(), (Or<(With<MeshId>, With<WholeMesh>)>, Without<MaterialId>, AlsoDisabled)>,
+    placed: Query<Has<GlobalTransform>, AlsoDisabled>,
     mut meshes: Query<&mut MeshId>,
     mut commands: Commands,
 ) {
@@ -49,11 +64,21 @@ pub fn complete(
     for object in incomplete.without_material.drain(..).filter(|&object| bare.contains(object)) {
         commands.entity(object).insert(MaterialId::DEFAULT);
     }
+    let mut found: Vec<Entity> = Vec::new();
     if library.meshes().len() > incomplete.meshes {
-        for object in incomplete.meshless.drain(..) {
-            if let Ok(mut mesh) = meshes.get_mut(object) {
-                mesh.set_changed();
-            }
+        found.extend(std::mem::take(&mut incomplete.meshless));
+    }
+    incomplete.placeless.retain(|&object| match placed.get(object) {
+        Ok(false) => true,
+        Ok(true) => {
+            found.push(object);
+            false
+        }
+        Err(_) => false,
+    });
+    for object in found {
+        if let Ok(mut mesh) = meshes.get_mut(object) {
+            mesh.set_changed();
         }
     }
 }
@@ -65,7 +90,7 @@ mod tests {
     use crate::bounds::WorldBounds;
     use crate::library::Material;
     use crate::shapes;
-    use bevy_transform::components::{GlobalTransform, Transform};
+    use bevy_transform::components::Transform;
     use glam::{Vec3, Vec4};
 
     #[test]
@@ -75,7 +100,10 @@ mod tests {
         let object = simulation.world.spawn(next).id();
         let gone = simulation.world.spawn(MeshId(next.0 + 1)).id();
         simulation.frame();
+        simulation.world.get_mut::<Transform>(object).expect("a place").translation.x = 1.0;
+        simulation.frame();
         assert_eq!(simulation.draw_list().objects, 0);
+        assert_eq!(simulation.world.resource::<Incomplete>().meshless.len(), 2, "each once");
         simulation.world.despawn(gone);
         simulation.world.resource_mut::<Library>().add_mesh(shapes::cube(Vec3::ONE));
         simulation.frame();
@@ -99,11 +127,19 @@ mod tests {
         assert_eq!(drawn.len(), 1);
         assert_eq!((drawn[0].material, drawn[0].world_from_object[0][3]), (MaterialId::DEFAULT.0, 3.0));
         // What has no place is not drawn.
-        simulation.world.entity_mut(object).remove::<(Transform, GlobalTransform)>();
-        simulation.frame();
-        assert_eq!(simulation.draw_list().objects, 0);
-        simulation.world.entity_mut(object).insert(Transform::from_xyz(4.0, 0.0, 0.0));
-        simulation.frame();
-        assert_eq!(simulation.draw_list().objects, 1);
+        for place in [Transform::from_xyz(4.0, 0.0, 0.0), Transform::from_xyz(5.0, 0.0, 0.0)] {
+            simulation.world.entity_mut(object).remove::<(Transform, GlobalTransform)>();
+            simulation.frame();
+            simulation.frame();
+            assert_eq!(simulation.draw_list().objects, 0);
+            simulation.world.entity_mut(object).insert(place);
+            simulation.frame();
+            assert_eq!(simulation.draw_list().objects, 1);
+            simulation.world.entity_mut(object).remove::<GlobalTransform>();
+            simulation.frame();
+            simulation.world.entity_mut(object).insert(GlobalTransform::IDENTITY);
+            simulation.frame();
+            assert_eq!(simulation.draw_list().objects, 1);
+        }
     }
 }

@@ -5,8 +5,8 @@
 //! they lie together.
 
 use crate::changes::{LIGHT_ROWS, rows_per_task};
-use crate::draw_list::InstanceRecord;
-use crate::library::{Library, MaterialId};
+use crate::draw_list::{DrawList, InstanceRecord};
+use crate::library::MaterialId;
 use crate::parallel::in_parallel;
 use crate::pieces::PieceOf;
 use crate::selected_lights::SelectedLights;
@@ -44,8 +44,8 @@ pub struct InstanceRecords<'w> {
 }
 
 impl<'w> InstanceRecords<'w> {
-    /// Those of the objects in some slots.
-    pub fn new(world: &'w World, slots: &'w InstanceSlots) -> Self {
+    /// Those of the objects in some slots. The world must know of [`PieceOf`].
+    pub(crate) fn new(world: &'w World, slots: &'w InstanceSlots) -> Self {
         Self { world, slots }
     }
 
@@ -56,14 +56,15 @@ impl<'w> InstanceRecords<'w> {
     }
 
     /// The records of drawn objects, blended ones among them, in the order of their slots.
-    pub fn drawn(&self) -> impl Iterator<Item = InstanceRecord> {
-        let slots = (0..).zip(&self.slots.objects).filter(|(_, object)| **object != Entity::PLACEHOLDER);
-        slots.map(|(slot, _)| self.get(slot))
+    pub fn drawn(&self) -> impl Iterator<Item = InstanceRecord> + use<> {
+        let mut records = Vec::new();
+        self.read(std::slice::from_ref(&(0..self.slot_count())), &mut records);
+        records.into_iter().filter(|record| *record != InstanceRecord::default())
     }
 }
 
 /// What a record is made of.
-type Parts = (&'static GlobalTransform, &'static MaterialId, &'static SelectedLights);
+type Parts = (Option<&'static PieceOf>, &'static GlobalTransform, &'static MaterialId, &'static SelectedLights);
 
 impl Records for InstanceRecords<'_> {
     type Record = InstanceRecord;
@@ -82,25 +83,26 @@ impl Records for InstanceRecords<'_> {
             room.resize(slots.len(), InstanceRecord::default());
         }
         let records = &mut room[..slots.len()];
-        // A world that never had such components has no objects, or none in pieces.
-        let (parts, pieces) = (self.world.try_query::<Parts>(), self.world.try_query::<&PieceOf>());
-        let library = self.world.get_resource::<Library>();
-        let Some((parts, library)) = parts.zip(library) else {
+        // A world that never had such components has no objects.
+        let parts = self.world.try_query::<Parts>();
+        let Some((parts, list)) = parts.zip(self.world.get_resource::<DrawList>()) else {
             records.fill(InstanceRecord::default());
             return records;
         };
+        // Others came to the library after the frame.
+        let materials = list.materials.records.len();
+        let known =
+            |material: MaterialId| if (material.0 as usize) < materials { material } else { MaterialId::DEFAULT };
         let task = rows_per_task(slots.len(), LIGHT_ROWS / 4).max(1);
         in_parallel(records.chunks_mut(task).zip(slots.chunks(task)), |(records, slots)| {
             let parts = parts.query_manual(self.world);
-            let pieces = pieces.as_ref().map(|pieces| pieces.query_manual(self.world));
             let objects = slots.iter().map(|&slot| self.slots.objects[slot as usize]);
             for ((record, object), parts) in records.iter_mut().zip(objects.clone()).zip(parts.iter_many(objects)) {
                 *record = parts.map_or_else(
                     |_| InstanceRecord::default(),
-                    |(place, &material, lights)| {
-                        let whole = pieces.as_ref().and_then(|pieces| pieces.get(object).ok());
-                        let named = whole.map_or(object, |piece| piece.0);
-                        InstanceRecord::new(named, &place.affine(), library.known_material(material), lights)
+                    |(piece, place, &material, lights)| {
+                        let named = piece.map_or(object, |piece| piece.0);
+                        InstanceRecord::new(named, &place.affine(), known(material), lights)
                     },
                 );
             }

@@ -110,7 +110,9 @@ impl Simulation {
         set_threads(None);
         let mut world = World::new();
         world.register_component_hooks::<Disabled>().on_add(hidden::disable).on_remove(hidden::enable);
-        world.register_component_hooks::<GlobalTransform>().on_remove(hidden::disable);
+        world.register_component_hooks::<GlobalTransform>().on_remove(incomplete::lose_place);
+        // Which may have none: it is looked for all the same.
+        world.register_component::<pieces::PieceOf>();
         world.init_resource::<library::Library>();
         world.init_resource::<clock::Clock>();
         world.init_resource::<clock::Seed>();
@@ -154,7 +156,8 @@ impl Simulation {
         self.world.resource()
     }
 
-    /// What the objects of the draw list are drawn with, by slot.
+    /// What the objects of the draw list are drawn with, by slot: of the world as it is now, which is to be as the last
+    /// frame left it.
     pub fn instance_records(&self) -> instance_records::InstanceRecords<'_> {
         instance_records::InstanceRecords::new(&self.world, &self.draw_list().instances)
     }

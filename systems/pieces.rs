@@ -8,6 +8,7 @@
 use crate::bounds::{Aabb, WorldBounds};
 use crate::changes::for_each_changed;
 use crate::components::Figure;
+use crate::hidden::AlsoDisabled;
 use crate::instances::InstanceSlot;
 use crate::library::{AlphaMode, Library, MaterialId, MeshId, Shading};
 use crate::selected_lights::SelectedLights;
@@ -149,7 +150,10 @@ fn world_from(world: &World, entity: Entity) -> Affine3A {
 }
 
 /// Gives pieces the material of their object where that changed.
-pub fn follow_materials(objects: Query<(&Pieces, Ref<MaterialId>)>, mut all: Query<&mut MaterialId, Without<Pieces>>) {
+pub fn follow_materials(
+    objects: Query<(&Pieces, Ref<MaterialId>)>,
+    mut all: Query<&mut MaterialId, (Without<Pieces>, AlsoDisabled)>,
+) {
     let mut followed = Vec::new();
     for (pieces, materials) in objects.contiguous_iter().into_iter().flatten() {
         let (materials, ticks) = ContiguousRef::split(materials);
@@ -169,6 +173,7 @@ mod tests {
     use crate::components::Light;
     use crate::library::Material;
     use crate::shapes;
+    use bevy_ecs::entity_disabling::Disabled;
     use glam::{Quat, UVec2, Vec2};
 
     fn with_plane(size: Vec2) -> (Simulation, MeshId) {
@@ -247,6 +252,28 @@ mod tests {
         );
         assert_eq!(pieces_of(&simulation, linked).len(), 4);
         assert_eq!(simulation.draw_list().objects, 4 + 1 + 4);
+    }
+
+    #[test]
+    fn pieces_have_their_object_s_material_whatever_became_of_it_meanwhile() {
+        let (mut simulation, road) = with_plane(Vec2::splat(40.0));
+        let mut library = simulation.world.resource_mut::<Library>();
+        let [red, blue] = [(); 2].map(|()| library.add_material(Material::default()));
+        let object = simulation.world.spawn((road, red)).id();
+        draw_in_pieces(&mut simulation.world, object, 20.0);
+        simulation.frame();
+        let mut after = |edit: &dyn Fn(&mut EntityWorldMut)| {
+            edit(&mut simulation.world.entity_mut(object));
+            simulation.frame();
+            let mut materials: Vec<u32> = simulation.instance_records().drawn().map(|record| record.material).collect();
+            materials.dedup();
+            materials
+        };
+        after(&|object| _ = object.insert_recursive::<Children>(Disabled));
+        after(&|object| _ = object.insert(blue));
+        assert_eq!(after(&|object| _ = object.remove_recursive::<Children, Disabled>()), [blue.0]);
+        // Without a material, the default: noticed in the frame after, and theirs at once.
+        assert_eq!(after(&|object| _ = object.remove::<MaterialId>()), [MaterialId::DEFAULT.0]);
     }
 
     #[test]

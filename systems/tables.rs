@@ -15,17 +15,13 @@ pub struct DirtySlots {
 impl DirtySlots {
     /// Marks one slot.
     pub fn mark(&mut self, slot: u32) {
-        self.reach(slot, slot)[slot as usize / 64] |= 1 << (slot % 64);
-    }
-
-    /// Gets ready for marks between two slots, both included; gives a bit per slot of the table from 0 on.
-    fn reach(&mut self, low: u32, high: u32) -> &mut [u64] {
-        let (low, high) = (low as usize / 64, high as usize / 64 + 1);
-        if high > self.words.len() {
-            self.words.resize(high, 0);
+        let word = slot as usize / 64;
+        if word >= self.words.len() {
+            self.words.resize(word + 1, 0);
         }
-        (self.low, self.high) = if self.is_empty() { (low, high) } else { (self.low.min(low), self.high.max(high)) };
-        &mut self.words
+        let both = (self.low.min(word), self.high.max(word + 1));
+        (self.low, self.high) = if self.is_empty() { (word, word + 1) } else { both };
+        self.words[word] |= 1 << (slot % 64);
     }
 
     /// Whether no slot is marked.

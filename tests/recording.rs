@@ -476,6 +476,9 @@ fn what_a_run_is_kept_in_is_none_of_its_pictures() {
         fs::create_dir_all(place.path("there")).expect("a folder");
     }
     assert!(!place.path("new").exists(), "nothing is begun");
+    let film =
+        ["render", "scene.ron", "--size", "8x8", "--frames", "2", "-o", "there", "--video", "there/color_00001.png"];
+    place.is_refused(&film, &["color_00001.png", "already"]);
     if common::gpu().is_some() {
         let others = ["-o", "there", "--hash", "there/depth_00000.png", "--save-snapshot", "there/color_1.png"];
         place.succeeds(&[&args[..], &others].concat());

@@ -120,6 +120,10 @@ fn places_on_a_route_are_within_its_length_as_it_is_driven() {
         let expected = format!("expected a number from 0 to {length:.2}, the route's length, found");
         assert!(problems.iter().all(|problem| problem.contains(&expected)), "{expected}: {problems:?}");
     }
+    // One without a length has no end either.
+    let scene = Scene::new(r#"(routes: { "a": (points: [(0, 0, 0), (inf, 0, 9)], limits: [(from: 300, kmh: 30)]) })"#);
+    let problems = scene.problems();
+    assert!(problems.len() == 2 && problems.iter().all(|problem| problem.contains("points")), "{problems:?}");
 }
 
 #[test]

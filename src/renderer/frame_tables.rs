@@ -5,16 +5,18 @@ use super::tables::{GrowingBuffer, RecordTable};
 use super::timestamps::Timestamps;
 use super::{Gpu, RenderError, RenderStats};
 use systems::Simulation;
-use systems::draw_list::{DrawList, MAX_REACHING, MOST_LIGHTS, ViewRecord};
+use systems::draw_list::{
+    DrawList, InstanceRecord, LightRecord, MAX_REACHING, MOST_LIGHTS, MaterialRecord, ViewRecord,
+};
 use systems::tables::DirtySlots;
 
 /// Instances, lights, materials; and the view they are seen from.
 #[derive(Debug)]
 pub(super) struct FrameTables {
     view: wgpu::Buffer,
-    instances: RecordTable,
-    lights: RecordTable,
-    materials: RecordTable,
+    instances: RecordTable<InstanceRecord>,
+    lights: RecordTable<LightRecord>,
+    materials: RecordTable<MaterialRecord>,
     scatter: Scatter,
     reaching: GrowingBuffer,
     /// World and version of the lists that are uploaded.
@@ -78,13 +80,13 @@ impl FrameTables {
     /// Records the uploads that commands finish. First of all in a frame.
     pub fn record(&mut self, encoder: &mut wgpu::CommandEncoder, timestamps: Option<&Timestamps>) {
         let Self { scatter, instances, lights, materials, .. } = self;
-        let tables = [instances, lights, materials];
-        if tables.iter().any(|table| table.scattered.is_pending()) {
+        let tables = [&mut instances.scattered, &mut lights.scattered, &mut materials.scattered];
+        if tables.iter().any(|table| table.is_pending()) {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
                 label: Some("scatter"),
                 timestamp_writes: timestamps.and_then(|timestamps| timestamps.compute_pass("scatter")),
             });
-            tables.into_iter().for_each(|table| table.scattered.record(scatter, &mut pass));
+            tables.into_iter().for_each(|table| table.record(scatter, &mut pass));
         }
     }
 
@@ -109,13 +111,13 @@ impl FrameTables {
     }
 
     fn bind(&mut self, device: &wgpu::Device, layout: &wgpu::BindGroupLayout) {
-        let tables = [&self.instances, &self.lights, &self.materials];
-        let version = tables.iter().map(|table| table.version).sum::<u32>() + self.reaching.version;
+        let Self { instances, lights, materials, .. } = &*self;
+        let version = instances.version + lights.version + materials.version + self.reaching.version;
         if self.group.as_ref().is_some_and(|(bound, _)| *bound == version) {
             return;
         }
         let entries: Vec<_> = std::iter::once(self.view.as_entire_binding())
-            .chain(tables.iter().map(|table| wgpu::BindingResource::TextureView(&table.view)))
+            .chain([&instances.view, &lights.view, &materials.view].map(wgpu::BindingResource::TextureView))
             .chain([self.reaching.buffer().as_entire_binding()])
             .enumerate()
             .map(|(binding, resource)| wgpu::BindGroupEntry { binding: binding as u32, resource })

@@ -216,7 +216,8 @@ impl Renderer {
     }
 
     /// Uploads what changed in the draw list and makes what is missing, so that [`Self::draw`] only records. Returns
-    /// whether the picture can differ from the one last drawn; if not, [`Self::show_again`] gives it for less.
+    /// whether the picture can differ from the one last drawn; if not, [`Self::show_again`] gives it for less. The world is
+    /// to be as [`Simulation::frame`] left it: what is edited in between may be seen in part.
     ///
     /// # Errors
     /// [`RenderError`].

@@ -105,10 +105,10 @@ impl ScatterBuffers {
         table: &wgpu::TextureView,
         records: &R,
         ranges: &[Range<u32>],
+        room: &mut Vec<R::Record>,
     ) -> Result<u64, RenderError> {
         let slots: Vec<u32> = ranges.iter().cloned().flatten().collect();
-        let mut room = Vec::new();
-        let together = records.read(ranges, &mut room);
+        let together = records.read(ranges, room);
         let all = DirtySlots::default();
         let bytes = self.slots.write(gpu, &slots, &all, true)? + self.texels.write(gpu, together, &all, true)?;
         let texels = (size_of_val(together) / 16) as u32;

@@ -99,7 +99,7 @@ impl GrowingBuffer {
 /// A table of records in a texture of four 32-bit values per texel, as shaders/types.wgsl reads it: record r lies in
 /// the texels from r times its size on, row after row.
 #[derive(Debug)]
-pub(super) struct RecordTable {
+pub(super) struct RecordTable<T> {
     label: &'static str,
     texture: wgpu::Texture,
     /// For bind groups.
@@ -107,6 +107,8 @@ pub(super) struct RecordTable {
     /// Changes whenever `texture` is another one: bind groups are made anew.
     pub version: u32,
     pub scattered: ScatterBuffers,
+    /// For records that are made when they are read.
+    room: Vec<T>,
 }
 
 /// Texels in a row of a table; `TABLE_WIDTH` of shaders/types.wgsl.
@@ -143,10 +145,10 @@ impl Pace {
     }
 }
 
-impl RecordTable {
+impl<T: bytemuck::Pod> RecordTable<T> {
     pub fn new(device: &wgpu::Device, label: &'static str) -> Self {
         let (texture, view) = make_table(device, label, 1);
-        Self { label, texture, view, version: 0, scattered: ScatterBuffers::new(device) }
+        Self { label, texture, view, version: 0, scattered: ScatterBuffers::new(device), room: Vec::new() }
     }
 
     /// Makes room for that many texels; says whether the contents are lost.
@@ -170,15 +172,15 @@ impl RecordTable {
 
     /// Brings the texture up to date with the records: all of them if it grew or `everything` is asked for, else the dirty
     /// ones. Returns the bytes written.
-    pub fn mirror<R: Records>(
+    pub fn mirror(
         &mut self,
         gpu: &super::Gpu,
         scatter: &mut Scatter,
-        records: &R,
+        records: &impl Records<Record = T>,
         everything: bool,
     ) -> Result<u64, RenderError> {
         self.scattered.flush(gpu, scatter);
-        let size = size_of::<R::Record>();
+        let size = size_of::<T>();
         // Whole pages: culling looks at the slots behind the last one in use, too, and new texels are zero.
         let room = u64::from(records.slot_count().next_multiple_of(PAGE_SLOTS)) * size as u64;
         let lost = self.reserve(&gpu.device, room / TEXEL_BYTES)?;
@@ -190,16 +192,22 @@ impl RecordTable {
         let apart = if ranges.len() >= MANY_RANGES { records.dirty().ranges(0) } else { Vec::new() };
         let bytes_apart = apart.iter().map(|range| range.len() * size).sum::<usize>() as u64;
         if (1..=MOST_BYTES_UNDER_WAY).contains(&bytes_apart) {
-            return self.scattered.write(gpu, scatter, &self.view, records, &apart);
+            return self.scattered.write(gpu, scatter, &self.view, records, &apart, &mut self.room);
         }
         let mut pace = Pace::new(MOST_BYTES_UNDER_WAY);
         Ok(ranges.into_iter().map(|range| self.write_range(gpu, &mut pace, records, range)).sum())
     }
 
     /// Writes the records of some slots, a few at a time: they may be made just for this. Returns the bytes written.
-    fn write_range<R: Records>(&self, gpu: &super::Gpu, pace: &mut Pace, records: &R, slots: Range<u32>) -> u64 {
-        let size = size_of::<R::Record>();
-        let mut room = Vec::new();
+    fn write_range(
+        &mut self,
+        gpu: &super::Gpu,
+        pace: &mut Pace,
+        records: &impl Records<Record = T>,
+        slots: Range<u32>,
+    ) -> u64 {
+        let size = size_of::<T>();
+        let mut room = std::mem::take(&mut self.room);
         let mut start = slots.start;
         while start < slots.end {
             let end = slots.end.min((start + 1).next_multiple_of(READ_TOGETHER));
@@ -207,6 +215,7 @@ impl RecordTable {
             self.write(gpu, pace, u64::from(start) * size as u64 / TEXEL_BYTES, bytes);
             start = end;
         }
+        self.room = room;
         (slots.len() * size) as u64
     }
 

@@ -35,8 +35,8 @@ pub fn faults(scene: &Scene, files: &Files) -> Vec<Fault> {
 pub struct Check<'a> {
     scene: &'a Scene,
     files: &'a Files,
-    /// Of the scene's routes, metres.
-    route_lengths: Vec<f32>,
+    /// Of the scene's routes, metres; `None` where one is refused for its points.
+    route_lengths: Vec<Option<f32>>,
     at: Trail,
     pub faults: Vec<Fault>,
 }

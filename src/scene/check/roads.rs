@@ -113,21 +113,20 @@ impl<'a> Check<'a> {
         }
     }
 
-    /// A place between a route's beginning and its end; metres, which may be rounded.
-    fn along_route(&mut self, name: &'static str, at: f32, length: f32) {
-        if !(0.0..=length + ROUNDING).contains(&at) {
+    /// A place between a route's beginning and its end, if that is known; metres, which may be rounded.
+    fn along_route(&mut self, name: &'static str, at: f32, length: Option<f32>) {
+        if let Some(length) = length.filter(|length| !(0.0..=length + ROUNDING).contains(&at)) {
             self.field(name, |c| {
                 c.fault(format_args!("expected a number from 0 to {length:.2}, the route's length, found {at}"))
             });
         }
     }
 
-    fn length_of(&self, route: &str) -> f32 {
-        let index = self.scene.routes.position(route);
-        index.and_then(|index| self.route_lengths.get(index)).copied().unwrap_or_default()
+    fn length_of(&self, route: &str) -> Option<f32> {
+        self.scene.routes.position(route).and_then(|index| *self.route_lengths.get(index)?)
     }
 
-    fn stop(&mut self, stop: &Stop, length: f32) {
+    fn stop(&mut self, stop: &Stop, length: Option<f32>) {
         self.along_route("at", stop.at, length);
         self.number("keep_clear", stop.keep_clear, 0.0, FARTHEST_CLEAR);
         if stop.keep_clear > 0.0 && stop.signal.is_none() {
@@ -207,21 +206,27 @@ impl<'a> Check<'a> {
         let routes = self.scene.routes.entries().iter().filter(|(name, _)| named(name));
         let copies = |name: &str, route: &Route| {
             let lanes = if along.beside.is_some() || along.lane.is_some() { 1 } else { u64::from(route.lanes) };
-            lanes * (1 + (self.length_of(name) / along.spacing.max(0.1)) as u64)
+            lanes * (1 + (self.length_of(name).unwrap_or_default() / along.spacing.max(0.1)) as u64)
         };
         routes.map(|(name, route)| copies(name, route)).sum()
     }
 }
 
-/// Of a route as it is driven, metres; of one that is refused for its points, of the lines between them.
-pub(super) fn driven_length(route: &Route) -> f32 {
-    let straight = straight_length(route);
-    if route.points.len() > MOST.0 || straight > LONGEST {
-        return straight;
+/// Of a route as it is driven, metres; `None` of one that is refused for its points.
+pub(super) fn driven_length(route: &Route) -> Option<f32> {
+    let is_far = |x: &f32| !(-FARTHEST..=FARTHEST).contains(x);
+    let is_one_place = route.points.iter().all(|point| Some(point) == route.points.first());
+    let is_refused = route.points.len() > MOST.0
+        || route.points.iter().flatten().any(is_far)
+        || is_one_place
+        || route.closed && route.points.len() < 3
+        || straight_length(route) > LONGEST;
+    if is_refused {
+        return None;
     }
     let points = route.points.iter().map(|&point| Vec3::from_array(point)).collect();
     let spline = route.shape == Shape::Spline;
-    route_line::length(&RoutePlan { points, spline, closed: route.closed, ..RoutePlan::default() })
+    Some(route_line::length(&RoutePlan { points, spline, closed: route.closed, ..RoutePlan::default() }))
 }
 
 /// Of the lines between a route's points, metres.
