@@ -3,17 +3,19 @@
 //! Frame n is the world after n steps of its clock. The range asked for is reached by stepping, drawn frame by frame,
 //! and each picture is written whole, so that an interrupted run can be resumed by what is there.
 
-use crate::compare::CompareError;
-use crate::import::ImportError;
+mod error;
+
+pub use error::FrameError;
+
 use crate::import::cache::Cache;
 use crate::import::compress::{CompressReport, compress_images};
 use crate::import::meshes::finish_meshes;
 use crate::import::progress;
-use crate::output::{self, OutputError};
+use crate::output;
 use crate::recording::{RecordingError, RunFiles, Stepper};
-use crate::renderer::{Gpu, GpuError, RenderError, Renderer, Settings};
-use crate::scene::{self, SceneError};
-use crate::video::{self, VideoError};
+use crate::renderer::{Gpu, Renderer, Settings};
+use crate::scene;
+use crate::video;
 use crate::viewpoint::Viewpoint;
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
@@ -147,73 +149,6 @@ impl Frames {
     fn start(&self) -> u64 {
         if let Self::Range(range) = self { range.start } else { 0 }
     }
-}
-
-/// What stops a job.
-#[derive(Debug, thiserror::Error)]
-pub enum FrameError {
-    /// The scene.
-    #[error(transparent)]
-    Scene(#[from] SceneError),
-    /// No camera of that name.
-    #[error("{}: no camera named \"{wanted}\"; there are: {}; and \"chase NAME\" and \"driver NAME\" of each vehicle", scene.display(), known.join(", "))]
-    NoCamera {
-        /// The scene.
-        scene: PathBuf,
-        /// The name asked for.
-        wanted: String,
-        /// The names there are.
-        known: Vec<String>,
-    },
-    /// A gallery of a scene without figures.
-    #[error("{}: no entity has a figure: [\"MESH\", …], a list of meshes to show in turn", scene.display())]
-    NoFigure {
-        /// The scene.
-        scene: PathBuf,
-    },
-    /// No adapter.
-    #[error(transparent)]
-    Gpu(#[from] GpuError),
-    /// Too large for the adapter.
-    #[error(transparent)]
-    Render(#[from] RenderError),
-    /// A picture could not be written.
-    #[error(transparent)]
-    Output(#[from] OutputError),
-    /// The film could not be made.
-    #[error(transparent)]
-    Video(#[from] VideoError),
-    /// What is written would take the place of what is read.
-    #[error("{}: expected another name than the input's, which would be lost", path.display())]
-    Overwrites {
-        /// The file.
-        path: PathBuf,
-    },
-    /// Frames that a run does not have.
-    #[error("frames {}..{}: the run {known}", wanted.start, wanted.end)]
-    NoFrames {
-        /// The frames asked for.
-        wanted: Range<u64>,
-        /// Where it begins or ends.
-        known: String,
-    },
-    /// Steps to check that a recording does not have.
-    #[error("--from {from}: there are no steps after it, the recording ends with step {last}")]
-    NoSteps {
-        /// The step asked for.
-        from: u64,
-        /// The last.
-        last: u64,
-    },
-    /// A run that cannot be recorded, replayed or continued.
-    #[error(transparent)]
-    Recording(#[from] RecordingError),
-    /// A map that could not be read.
-    #[error(transparent)]
-    Import(#[from] ImportError),
-    /// Pictures that cannot be compared.
-    #[error(transparent)]
-    Compare(#[from] CompareError),
 }
 
 /// A scene that is loaded, with the camera it is seen from.
