@@ -301,7 +301,12 @@ pub struct ViewArgs {
 
 impl ViewArgs {
     pub fn load(&self) -> LoadOptions {
-        LoadOptions { compress: self.compress, cache: !self.no_cache, texture_bytes: self.texture_memory << 20 }
+        LoadOptions {
+            compress: self.compress,
+            cache: !self.no_cache,
+            texture_bytes: self.texture_memory << 20,
+            ..LoadOptions::for_one_renderer()
+        }
     }
 
     pub fn settings(&self) -> Settings {

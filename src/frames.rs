@@ -7,6 +7,7 @@ mod error;
 
 pub use error::FrameError;
 
+use crate::import;
 use crate::import::cache::Cache;
 use crate::import::compress::{CompressReport, compress_images};
 use crate::import::meshes::finish_meshes;
@@ -161,6 +162,19 @@ pub struct Stage {
     pub viewpoint: Viewpoint,
 }
 
+impl Stage {
+    /// Makes sure that no output is a file that the scene was made from.
+    ///
+    /// # Errors
+    /// [`FrameError::Overwrites`].
+    pub fn check_outputs(&self, is_output: impl Fn(&Path) -> bool) -> Result<(), FrameError> {
+        match import::with_files_named_by(&self.scene.files).find(|path| is_output(path)) {
+            Some(path) => Err(FrameError::Overwrites { path }),
+            None => Ok(()),
+        }
+    }
+}
+
 /// How a scene is loaded.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LoadOptions {
@@ -170,11 +184,22 @@ pub struct LoadOptions {
     pub cache: bool,
     /// Bytes that textures may take on the GPU; above it the largest are drawn smaller.
     pub texture_bytes: u64,
+    /// Whether images keep their texels when a renderer has them ([`Library::keep_texels`]): what more than one renderer
+    /// draws needs them.
+    pub keep_texels: bool,
 }
 
 impl Default for LoadOptions {
     fn default() -> Self {
-        Self { compress: false, cache: true, texture_bytes: texture_memory::DEFAULT_MEGABYTES << 20 }
+        let texture_bytes = texture_memory::DEFAULT_MEGABYTES << 20;
+        Self { compress: false, cache: true, texture_bytes, keep_texels: true }
+    }
+}
+
+impl LoadOptions {
+    /// What the first renderer takes with it: texels are not held twice.
+    pub fn for_one_renderer() -> Self {
+        Self { keep_texels: false, ..Self::default() }
     }
 }
 
@@ -235,6 +260,7 @@ pub fn load_stage(path: &Path, camera: Option<&str>, options: &LoadOptions) -> R
     drop(bar);
     work_out(&mut simulation.world.resource_mut::<Library>(), options);
     limit_textures(&mut simulation, options.texture_bytes);
+    simulation.world.resource_mut::<Library>().keep_texels(options.keep_texels);
     for warning in &scene.warnings {
         tracing::warn!("{warning}");
     }
@@ -339,6 +365,7 @@ pub fn render_frames(job: &FrameJob, mut progress: impl FnMut(u64, u64)) -> Resu
     let renderer = opening.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
     let mut stage = stage?;
     let mut renderer = renderer?;
+    stage.check_outputs(|path| job.writes(path))?;
     let mut stepper = begin_run(&mut stage, &job.scene, &job.run, job.frames.start())?;
     let now = stage.simulation.world.resource::<Clock>().step;
     let (first, last) = stepper.recording().map_or((now, None), |recording| {
@@ -362,7 +389,7 @@ pub fn render_frames(job: &FrameJob, mut progress: impl FnMut(u64, u64)) -> Resu
         if !missing.is_empty() {
             stage.simulation.frame();
             let view = stage.viewpoint.view(&stage.simulation.world, job.size);
-            renderer.prepare(&stage.simulation, &view, &settings)?;
+            renderer.prepare(&mut stage.simulation, &view, &settings)?;
             for (kind, picture) in pictures(&mut renderer, &view, &missing) {
                 let path = job.picture(kind, frame);
                 output::write_png(&path, &picture)?;

@@ -58,13 +58,18 @@ docs/techniques.md tells what each technique does, docs/scenes.md how a scene ge
 /// [`FrameError`], [`FrameError::NoFigure`] for a scene without figures; pictures written before stay.
 pub fn render(args: &GalleryArgs, mut progress: impl FnMut(u64, u64)) -> Result<Vec<PathBuf>, FrameError> {
     let scene = args.scene.clone().unwrap_or_else(demo::techniques_path);
-    let Stage { mut simulation, viewpoint, .. } = frames::load_stage(&scene, None, &LoadOptions::default())?;
-    let mut figures = simulation.world.query::<&Figure>();
-    let longest = figures.iter(&simulation.world).max_by_key(|figure| figure.meshes.len()).cloned();
+    let mut stage = frames::load_stage(&scene, None, &LoadOptions::for_one_renderer())?;
+    let world = &mut stage.simulation.world;
+    let mut figures = world.query::<&Figure>();
+    let longest = figures.iter(world).max_by_key(|figure| figure.meshes.len()).cloned();
     let Some(Figure { meshes, .. }) = longest else { return Err(FrameError::NoFigure { scene }) };
-    let library = simulation.world.resource::<Library>();
+    let library = world.resource::<Library>();
     let names = meshes.iter().map(|&mesh| library.mesh(mesh).map_or("", |entry| entry.mesh.name.as_str()));
     let names = file_names(names);
+    let picture = |name: &str| args.output.join(name).with_added_extension("png");
+    let pictures: Vec<PathBuf> = names.iter().map(String::as_str).chain([SHEET]).map(picture).collect();
+    stage.check_outputs(|path| pictures.iter().any(|picture| output::is_same(path, picture)))?;
+    let Stage { mut simulation, viewpoint, .. } = stage;
 
     let mut headless = Headless::new()?;
     output::make_folder(&args.output)?;
@@ -77,16 +82,16 @@ pub fn render(args: &GalleryArgs, mut progress: impl FnMut(u64, u64)) -> Result<
     let mut sheet = Sheet::new(args.size, names.len());
     let mut written = Vec::new();
     for name in &names {
-        let picture: RgbImage = headless.draw(&mut simulation, viewpoint, args.size)?.convert();
-        sheet.add(&picture);
-        let path = args.output.join(name).with_added_extension("png");
-        output::write_png(&path, &picture.into())?;
+        let drawn: RgbImage = headless.draw(&mut simulation, viewpoint, args.size)?.convert();
+        sheet.add(&drawn);
+        let path = picture(name);
+        output::write_png(&path, &drawn.into())?;
         written.push(path);
         progress(written.len() as u64, names.len() as u64);
         simulation.world.resource_mut::<Inputs>().push(Input::NextFigure);
         inputs::apply_queued(&mut simulation.world);
     }
-    let path = args.output.join(SHEET).with_added_extension("png");
+    let path = picture(SHEET);
     output::write_png(&path, &sheet.picture.into())?;
     written.push(path);
     Ok(written)

@@ -99,7 +99,9 @@ struct Drawn {
 /// [`FrameError`]; nothing is written before all pictures are drawn and compared.
 pub fn measure(job: &LightErrorJob) -> Result<LightReport, FrameError> {
     compare::check_size(job.size)?;
-    let mut stage = frames::load_stage(&job.scene, job.camera.as_deref(), &LoadOptions::default())?;
+    let mut stage = frames::load_stage(&job.scene, job.camera.as_deref(), &LoadOptions::for_one_renderer())?;
+    let pictures = ["all", "three", "hard", "three_error", "hard_error"].map(|name| picture(&job.folder, name));
+    stage.check_outputs(|path| pictures.iter().any(|picture| output::is_same(path, picture)))?;
     let mut renderer = Renderer::new(&Gpu::headless()?);
     for _ in 0..job.frame {
         stage.simulation.step();
@@ -152,12 +154,16 @@ fn draw(
     stage.simulation.world.insert_resource(policy);
     stage.simulation.frame();
     let view = stage.viewpoint.view(&stage.simulation.world, size);
-    renderer.prepare(&stage.simulation, &view, settings)?;
+    renderer.prepare(&mut stage.simulation, &view, settings)?;
     let picture = renderer.draw_picture().convert();
     let luminances = renderer.read_linear().unwrap_or_default().into_iter().map(compare::luminance).collect();
     Ok(Drawn { picture, luminances })
 }
 
+fn picture(folder: &Path, name: &str) -> PathBuf {
+    folder.join(name).with_extension("png")
+}
+
 fn write(folder: &Path, name: &str, picture: RgbImage) -> Result<(), FrameError> {
-    Ok(output::write_png(&folder.join(name).with_extension("png"), &picture.into())?)
+    Ok(output::write_png(&self::picture(folder, name), &picture.into())?)
 }

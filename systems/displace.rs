@@ -24,7 +24,7 @@ pub struct HeightMap {
 }
 
 impl HeightMap {
-    /// `None` for an image in blocks.
+    /// `None` for an image in blocks, or whose texels a renderer has taken.
     pub fn new(image: &Image, sampler: &Sampler) -> Option<Self> {
         let texels = image.levels.first()?;
         let heights = match image.texels {

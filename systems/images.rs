@@ -62,7 +62,8 @@ pub struct Image {
     pub kind: ImageKind,
     /// How they are stored.
     pub texels: Texels,
-    /// Level 0 is the image itself, the last is 1×1.
+    /// Level 0 is the image itself, the last is 1×1. None once a renderer has taken the texels
+    /// ([`crate::library::Library::keep_texels`]).
     pub levels: Vec<Vec<u8>>,
 }
 
@@ -103,15 +104,18 @@ impl Image {
         Self::with_levels(name.into(), width, height, kind, Texels::Rgba16Float, bytes)
     }
 
-    /// Bytes of all levels.
+    /// Bytes of all levels, also of an image whose texels a renderer has taken.
     pub fn bytes(&self) -> u64 {
-        self.levels.iter().map(|level| level.len() as u64).sum()
+        self.level_sizes().map(|(width, height)| self.texels.level_bytes(width, height) as u64).sum()
     }
 
-    /// Texels of all levels.
+    /// Texels of all levels, also of an image whose texels a renderer has taken.
     pub fn texel_count(&self) -> u64 {
-        let size = |level| level_size(self.width, self.height, level);
-        (0..self.levels.len() as u32).map(size).map(|(width, height)| u64::from(width) * u64::from(height)).sum()
+        self.level_sizes().map(|(width, height)| u64::from(width) * u64::from(height)).sum()
+    }
+
+    fn level_sizes(&self) -> impl Iterator<Item = (u32, u32)> {
+        (0..level_count(self.width, self.height)).map(|level| level_size(self.width, self.height, level))
     }
 
     /// Makes the second level the first; `false` where there is none.

@@ -381,6 +381,8 @@ pub struct Library {
     edited_materials: Vec<MaterialId>,
     /// Meshes that were cut, and their pieces.
     pieces: HashMap<(MeshId, Grid), Vec<MeshId>>,
+    /// Whether images lose their texels when a renderer has them.
+    drops_texels: bool,
 }
 
 impl Default for Library {
@@ -403,6 +405,7 @@ impl Default for Library {
             ],
             edited_materials: Vec::new(),
             pieces: HashMap::new(),
+            drops_texels: false,
         }
     }
 }
@@ -520,6 +523,21 @@ impl Library {
     /// All images in id order, to change them before the first frame that draws them.
     pub fn images_mut(&mut self) -> &mut [Image] {
         &mut self.images
+    }
+
+    /// Whether images keep their texels when a renderer has them; they do unless told otherwise. Where they do not, textures
+    /// are held once instead of twice, and no second renderer can draw them.
+    pub fn keep_texels(&mut self, keep: bool) {
+        self.drops_texels = !keep;
+    }
+
+    /// For renderers: they have the texels of that image now.
+    pub fn uploaded(&mut self, id: ImageId) {
+        if self.drops_texels
+            && let Some(image) = self.images.get_mut(id.0 as usize)
+        {
+            image.levels = Vec::new();
+        }
     }
 
     /// The meshes whose tangents or levels are still to be made, to do so before the first frame does.

@@ -335,7 +335,7 @@ fn pass_times_come_late_and_nobody_needs_to_ask_for_them() {
     let mut draw = |renderer: &mut Renderer| {
         yard.simulation.frame();
         let view = Viewpoint::Camera(yard.camera).view(&yard.simulation.world, (64, 36));
-        renderer.prepare(&yard.simulation, &view, &Settings::default()).expect("it fits");
+        renderer.prepare(&mut yard.simulation, &view, &Settings::default()).expect("it fits");
         renderer.draw_picture();
     };
     if !gpu.device.features().contains(wgpu::Features::TIMESTAMP_QUERY) {

@@ -382,3 +382,47 @@ fn textures_that_take_more_than_they_may_are_drawn_smaller_and_named() {
     let mean = whole.iter().zip(smaller.iter()).map(difference).sum::<f64>() / whole.len() as f64;
     assert!(mean < 1.0, "{mean}");
 }
+
+#[test]
+fn no_output_takes_the_place_of_what_the_scene_is_made_from() {
+    let folder = scene_folder();
+    let at = |name: &str| folder.path().join(name);
+    let picture = image::RgbImage::from_pixel(8, 8, image::Rgb([90, 120, 40]));
+    let names = ["color_00007.png", "three_error.png", "ball.png", "yard.png"];
+    names.iter().for_each(|name| picture.save(at(name)).expect("a texture"));
+    // The last is named by a model that the scene names.
+    let model = r#"{"asset": {"version": "2.0"}, "images": [{"uri": "yard.png"}], "buffers": [{"uri": "points.bin", "byteLength": 36}],
+        "textures": [{"source": 0}], "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}], "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3,
+        "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]}], "meshes": [{"primitives": [{"attributes": {"POSITION": 0},
+        "material": 0}]}], "nodes": [{"mesh": 0}], "scenes": [{"nodes": [0]}], "scene": 0}"#;
+    fs::write(at("model.gltf"), model).expect("a model");
+    let points = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0f32];
+    fs::write(at("points.bin"), points.map(f32::to_le_bytes).concat()).expect("its points");
+    let maps = "base_map: \"color_00007.png\", specular_map: \"three_error.png\", emissive_map: \"ball.png\"";
+    let scene = SCENE.replace("base_factor: (0.8, 0.1, 0.1)", maps);
+    let scene = scene.replace("entities: [", "entities: [(mesh: \"model\"), (figure: [\"ball\", \"floor\"]),");
+    let scene = scene.replace("meshes: {", "meshes: { \"model\": model(file: \"model.gltf\"),");
+    fs::write(at("scene.ron"), scene).expect("a scene");
+    let before = contents(folder.path());
+    let render = ["render", "scene.ron", "-o", ".", "--frames", "8"];
+    let gallery = ["gallery", "--scene", "scene.ron", "-o", "."];
+    let bench = ["bench", "--scene", "scene.ron", "--picture", "yard.png", "--frames", "1"];
+    let here = format!("../{}", folder.path().file_name().expect("a name").to_string_lossy());
+    let lights = ["lights", "scene.ron", "-o", &here];
+    for (args, name) in [
+        (render.to_vec(), names[0]),
+        (lights.to_vec(), names[1]),
+        (gallery.to_vec(), names[2]),
+        (bench.to_vec(), names[3]),
+    ] {
+        let output = relief(&args, folder.path());
+        assert_fails(
+            &output,
+            2,
+            &[name, "an output would take the place of this file", "expected another name or folder"],
+        );
+        assert!(contents(folder.path()) == before, "{args:?}");
+    }
+    assert!(relief(&["render", "scene.ron", "-o", "out", "--size", "64x36"], folder.path()).status.success());
+}

@@ -57,9 +57,9 @@ impl Scene {
     }
 
     /// Draws the world as it is, without another frame of the systems.
-    fn draw_with(&self, renderer: &mut Renderer, settings: Settings) -> (image::RgbaImage, Drawn) {
+    fn draw_with(&mut self, renderer: &mut Renderer, settings: Settings) -> (image::RgbaImage, Drawn) {
         let view = Viewpoint::Camera(self.camera).view(&self.simulation.world, SIZE);
-        renderer.prepare(&self.simulation, &view, &settings).expect("it fits");
+        renderer.prepare(&mut self.simulation, &view, &settings).expect("it fits");
         (renderer.draw_picture(), renderer.read_drawn())
     }
 }
@@ -192,7 +192,7 @@ fn a_still_view_is_drawn_whole_when_the_picture_or_a_surface_changes() {
         scene.draw_with(&mut renderer, Settings { samples: 1, ..on });
         assert!(scene.draw_with(&mut renderer, on) == seen, "samples, and back");
         let view = Viewpoint::Camera(scene.camera).view(&scene.simulation.world, (SIZE.0 * 2, SIZE.1 * 2));
-        renderer.prepare(&scene.simulation, &view, &on).expect("it fits");
+        renderer.prepare(&mut scene.simulation, &view, &on).expect("it fits");
         let large = renderer.draw_picture();
         let small = image::imageops::thumbnail(&large, SIZE.0, SIZE.1);
         let differs = |(a, b): (&image::Rgba<u8>, &image::Rgba<u8>)| a.0[0].abs_diff(b.0[0]) > 40;

@@ -14,6 +14,7 @@ use systems::images::{Image, ImageKind};
 use systems::levels::LevelOfDetail;
 use systems::library::{AlphaMode, Library, Map, Material};
 use systems::shapes;
+use systems::texture_memory;
 
 const SIZE: (u32, u32) = (32, 18);
 
@@ -52,6 +53,7 @@ impl Field {
             .collect();
         let eye = Transform::from_xyz(100.0, 400.0, 300.0).looking_at(Vec3::new(100.0, 0.0, -100.0), Vec3::Y);
         let camera = simulation.world.spawn((Camera::default(), eye)).id();
+        simulation.world.spawn((Light::directional(1.0), Transform::default().looking_to(Vec3::NEG_Y, Vec3::X)));
         let headless = Headless { renderer: Renderer::new(&gpu), settings: Settings::default() };
         Some(Self { simulation, headless, camera, objects })
     }
@@ -122,7 +124,7 @@ fn changes_here_and_there_arrive_also_from_frames_that_nobody_drew() {
         move_some(&mut field, first, height);
         field.simulation.frame();
         let view = relief::viewpoint::Viewpoint::Camera(field.camera).view(&field.simulation.world, SIZE);
-        field.headless.renderer.prepare(&field.simulation, &view, &Settings::default()).expect("it fits");
+        field.headless.renderer.prepare(&mut field.simulation, &view, &Settings::default()).expect("it fits");
     }
     for object in [20, 171] {
         field.simulation.world.get_mut::<Transform>(field.objects[object]).expect("a place").translation.y = 30.0;
@@ -145,7 +147,7 @@ fn a_renderer_that_missed_frames_shows_the_same_as_one_that_saw_all() {
         if frame == 1 || frame == 4 {
             std::mem::swap(&mut late, &mut field.headless.renderer);
             let view = relief::viewpoint::Viewpoint::Camera(field.camera).view(&field.simulation.world, SIZE);
-            field.headless.renderer.prepare(&field.simulation, &view, &Settings::default()).expect("it fits");
+            field.headless.renderer.prepare(&mut field.simulation, &view, &Settings::default()).expect("it fits");
             assert!(field.headless.renderer.draw_picture() == seen, "frame {frame}");
             std::mem::swap(&mut late, &mut field.headless.renderer);
         }
@@ -159,7 +161,7 @@ fn a_picture_that_cannot_differ_is_shown_again_and_any_change_is_noticed() {
     let prepare = |field: &mut Field, settings: &Settings| {
         field.simulation.frame();
         let view = relief::viewpoint::Viewpoint::Camera(field.camera).view(&field.simulation.world, SIZE);
-        field.headless.renderer.prepare(&field.simulation, &view, settings).expect("it fits")
+        field.headless.renderer.prepare(&mut field.simulation, &view, settings).expect("it fits")
     };
     // What differs is drawn then.
     let prepare = |field: &mut Field, settings: &Settings| {
@@ -202,7 +204,7 @@ fn what_was_prepared_and_not_drawn_is_still_to_be_drawn() {
     for _ in 0..2 {
         field.simulation.frame();
         let view = relief::viewpoint::Viewpoint::Camera(field.camera).view(&field.simulation.world, SIZE);
-        assert!(field.headless.renderer.prepare(&field.simulation, &view, &Settings::default()).expect("it fits"));
+        assert!(field.headless.renderer.prepare(&mut field.simulation, &view, &Settings::default()).expect("it fits"));
     }
 }
 
@@ -257,4 +259,40 @@ fn meshes_and_materials_that_come_later_are_drawn() {
     let (after, changed) = field.draw();
     assert_eq!((field.drawn(), after.draws), (drawn + 1, before.draws + 1));
     assert!(after.asset_bytes > 0 && changed != picture);
+}
+
+#[test]
+fn texels_that_are_not_kept_are_held_by_one_renderer_alone() {
+    let (Some(mut kept), Some(mut field)) = (Field::new(50), Field::new(50)) else { return };
+    for field in [&mut kept, &mut field] {
+        let near = Transform::from_xyz(20.0, 12.0, 12.0).looking_at(Vec3::X * 20.0, Vec3::Y);
+        field.simulation.world.entity_mut(field.camera).insert(near);
+    }
+    field.simulation.world.resource_mut::<Library>().keep_texels(false);
+    let library = |field: &Field| texture_memory::used(field.simulation.library());
+    let before = library(&field);
+    assert!(field.draw().1 == kept.draw().1);
+    // The first images stand in for missing maps.
+    let has_texels = |field: &Field, i: usize| !field.simulation.library().images()[i].levels.is_empty();
+    assert!(has_texels(&kept, 8) && !has_texels(&field, 8));
+    assert_eq!(library(&field), before, "what textures take stays known");
+    // One more of the same size: the array grows, and the others are where they were.
+    let add = |field: &mut Field| {
+        let mut library = field.simulation.world.resource_mut::<Library>();
+        let image = Image::rgba8("late", 8, 8, ImageKind::Color, vec![250; 256]);
+        let base_map = Some(Map::new(library.add_image(image)));
+        let material = library.add_material(Material { base_map, ..Material::default() });
+        for &object in &field.objects[..20] {
+            field.simulation.world.entity_mut(object).insert(material);
+        }
+    };
+    let old = field.draw().1;
+    [&mut kept, &mut field].into_iter().for_each(add);
+    let new = field.draw().1;
+    assert!(new != old, "it is seen");
+    assert!(new == kept.draw().1);
+    let mut other = Headless { renderer: Renderer::new(field.headless.renderer.gpu()), settings: Settings::default() };
+    let refused = other.draw(&mut field.simulation, field.camera, SIZE).expect_err("no texels").to_string();
+    assert!(refused.starts_with("image \"white colour\" has no texels any more"), "{refused}");
+    assert!(other.draw(&mut kept.simulation, kept.camera, SIZE).expect("a picture") == new);
 }

@@ -57,7 +57,7 @@ impl Scene {
     fn draw(&mut self, renderer: &mut Renderer) -> Result<image::RgbaImage, RenderError> {
         self.simulation.frame();
         let view = Viewpoint::Camera(self.camera).view(&self.simulation.world, (64, 36));
-        renderer.prepare(&self.simulation, &view, &Settings::default())?;
+        renderer.prepare(&mut self.simulation, &view, &Settings::default())?;
         Ok(renderer.draw_picture())
     }
 }
@@ -124,9 +124,9 @@ fn more_objects_than_the_largest_texture_holds_are_refused() {
     };
     slots(&mut scene, most + 1);
     let mut renderer = Renderer::new(&small);
-    let refused = renderer.prepare(&scene.simulation, &view, &Settings::default());
+    let refused = renderer.prepare(&mut scene.simulation, &view, &Settings::default());
     let error = refused.expect_err("one too many").to_string();
     assert!(error.starts_with("too large for this graphics adapter: instances: 268"), "{error}");
     slots(&mut scene, 1);
-    renderer.prepare(&scene.simulation, &view, &Settings::default()).expect("it fits");
+    renderer.prepare(&mut scene.simulation, &view, &Settings::default()).expect("it fits");
 }

@@ -125,7 +125,7 @@ fn render(gpu: &Gpu, case: &Value, folder: &Path) -> Vec<[f32; 4]> {
     let view = View::new(&eye.compute_affine(), &camera, width, height);
     let mut renderer = Renderer::new(gpu);
     let settings = Settings { samples: 1, ..Settings::default() };
-    renderer.prepare(&simulation, &view, &settings).expect("it fits");
+    renderer.prepare(&mut simulation, &view, &settings).expect("it fits");
     renderer.draw_picture();
     renderer.read_linear().expect("linear colours")
 }

@@ -279,8 +279,8 @@ impl Open {
         if let Some(command) = command {
             self.apply(command);
         }
-        let simulation = &self.viewer.simulation;
         let settings = self.viewer.drawn_settings();
+        let simulation = &mut self.viewer.simulation;
         // Where only the panel changes, the scene is not drawn again; the panel goes on telling what it took.
         if self.renderer.prepare(simulation, &view, &settings)? {
             self.renderer.draw(&frame.scene, self.screen.scene_format);
@@ -362,7 +362,7 @@ impl Open {
         self.viewer.frame_of_state();
         let view = self.viewer.view(size);
         let settings = self.viewer.drawn_settings().for_files();
-        self.renderer.prepare(&self.viewer.simulation, &view, &settings)?;
+        self.renderer.prepare(&mut self.viewer.simulation, &view, &settings)?;
         self.view = Some(view);
         let picture = self.renderer.draw_picture();
         let step = self.viewer.clock().step;

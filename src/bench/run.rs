@@ -18,7 +18,7 @@ use crate::viewpoint::Viewpoint;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
-use systems::library::Technique;
+use systems::library::{Library, Technique};
 use systems::lights::LightPolicy;
 use systems::stats::{FrameStats, Stage};
 use systems::texture_memory;
@@ -225,7 +225,9 @@ impl Bench {
             }
         };
         let gpu = renderer.gpu();
-        subject.simulation().world.insert_resource(args.lights_policy);
+        let world = &mut subject.simulation().world;
+        world.insert_resource(args.lights_policy);
+        world.resource_mut::<Library>().keep_texels(false);
         let limit = gpu.device.limits().max_texture_dimension_2d;
         let (longest, (width, height)) = (args.size().0.max(args.size().1), args.size());
         if longest > limit {

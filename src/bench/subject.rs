@@ -3,6 +3,7 @@
 use super::args::BenchArgs;
 use super::yard::Yard;
 use crate::frames::{self, FrameError, LoadOptions};
+use crate::output;
 use crate::viewpoint::Viewpoint;
 use bevy_ecs::prelude::*;
 use systems::Simulation;
@@ -22,6 +23,8 @@ impl Subject {
         // The figures of a start must not depend on those before.
         let options = LoadOptions { cache: false, ..LoadOptions::default() };
         let stage = frames::load_stage(path, args.camera.as_deref(), &options)?;
+        let outputs = || args.picture.iter().chain(&args.trace);
+        stage.check_outputs(|path| outputs().any(|output| output::is_same(path, output)))?;
         Ok(Self::Scene(Box::new(stage)))
     }
 

@@ -45,7 +45,7 @@ pub enum FrameError {
     #[error(transparent)]
     Video(#[from] VideoError),
     /// What is written would take the place of what is read.
-    #[error("{}: expected another name than the input's, which would be lost", path.display())]
+    #[error("{}: an output would take the place of this file, which is read; expected another name or folder", path.display())]
     Overwrites {
         /// The file.
         path: PathBuf,

@@ -117,6 +117,11 @@ pub fn files_named_by(path: &Path) -> Vec<PathBuf> {
     gltf::files_named_by(path)
 }
 
+/// Those files, and the files that they name in turn.
+pub fn with_files_named_by(files: &[PathBuf]) -> impl Iterator<Item = PathBuf> {
+    files.iter().flat_map(|file| std::iter::once(file.clone()).chain(files_named_by(file)))
+}
+
 /// Everything wrong with a glTF file, errors first.
 pub fn check_model(path: &Path) -> Vec<Problem> {
     gltf::check(path)

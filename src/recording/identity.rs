@@ -31,7 +31,7 @@ impl Identity {
     pub fn of(scene: &Path, named: &[PathBuf], simulation: &Simulation) -> Result<Self, RecordingError> {
         let folder = scene.parent().unwrap_or(Path::new(""));
         let mut files = BTreeMap::new();
-        for path in named.iter().flat_map(|path| std::iter::once(path.clone()).chain(import::files_named_by(path))) {
+        for path in import::with_files_named_by(named) {
             let name = path.strip_prefix(folder).unwrap_or(&path).to_string_lossy().replace('\\', "/");
             if let std::collections::btree_map::Entry::Vacant(entry) = files.entry(name) {
                 let bytes = std::fs::read(&path).map_err(|error| RecordingError::refused(&path, error))?;

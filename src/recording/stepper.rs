@@ -3,6 +3,7 @@
 
 use super::{Identity, Recorder, Recording, RecordingError, load_snapshot, save_snapshot};
 use crate::frames;
+use crate::import;
 use crate::output;
 use std::fs::File;
 use std::io::Write;
@@ -192,12 +193,12 @@ fn step_of(simulation: &Simulation) -> u64 {
 
 /// What is written must not be what is read, nor two things the same file.
 fn refuse_overwriting(files: &RunFiles, scene: &Path, named: &[PathBuf]) -> Result<(), RecordingError> {
-    let read = named.iter().map(PathBuf::as_path).chain([scene]);
+    let read = import::with_files_named_by(named).chain([scene.to_owned()]);
     // A snapshot may take the place of the one before, which has been read by then.
     let is_replaced = |from: &PathBuf| files.save_snapshot.as_ref().is_some_and(|path| output::is_same(path, from));
     let from_snapshot = files.from_snapshot.as_ref().filter(|from| !is_replaced(from));
-    let read = read.chain(files.replay.as_deref()).chain(from_snapshot.map(PathBuf::as_path));
-    let mut taken: Vec<PathBuf> = read.map(output::real).collect();
+    let read = read.chain(files.replay.iter().chain(from_snapshot).cloned());
+    let mut taken: Vec<PathBuf> = read.map(|path| output::real(&path)).collect();
     for path in files.written() {
         let real = output::real(path);
         if taken.contains(&real) {

@@ -33,6 +33,15 @@ pub enum RenderError {
         /// What the device says.
         reason: String,
     },
+    /// An image's texels have been taken (`Library::keep_texels`): by another renderer, or by this one before it drew another
+    /// world.
+    #[error(
+        "image {image:?} has no texels any more: what more than one renderer draws needs Library::keep_texels(true)"
+    )]
+    NoTexels {
+        /// Its name.
+        image: String,
+    },
     /// An image of a material has more texels than the device's textures may have.
     #[error(
         "too large for this graphics adapter: image {image:?} of {}x{} texels, it allows {limit} along a side",

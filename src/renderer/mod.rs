@@ -217,11 +217,17 @@ impl Renderer {
 
     /// Uploads what changed in the draw list and makes what is missing, so that [`Self::draw`] only records. Returns
     /// whether the picture can differ from the one last drawn; if not, [`Self::show_again`] gives it for less. The world is
-    /// to be as [`Simulation::frame`] left it: what is edited in between may be seen in part.
+    /// to be as [`Simulation::frame`] left it: what is edited in between may be seen in part. It stays as it is but for
+    /// texels that its library does not keep ([`systems::library::Library::keep_texels`]).
     ///
     /// # Errors
     /// [`RenderError`].
-    pub fn prepare(&mut self, simulation: &Simulation, view: &View, settings: &Settings) -> Result<bool, RenderError> {
+    pub fn prepare(
+        &mut self,
+        simulation: &mut Simulation,
+        view: &View,
+        settings: &Settings,
+    ) -> Result<bool, RenderError> {
         let list = simulation.draw_list();
         if self.world != 0 && list.world != self.world {
             // What is on the device belongs to another world; how it is drawn does not.
@@ -256,6 +262,7 @@ impl Renderer {
             // Some of it was uploaded.
             (self.culled_for, self.undrawn) = (None, true);
         })?;
+        let list = simulation.draw_list();
         let record = view.record(&list.environment, settings.picked_entity);
         self.tables.write_view(&self.gpu.queue, &record);
         // A material that lets more through hides less.
@@ -289,7 +296,7 @@ impl Renderer {
     /// whether lists of visible objects that were made before are no longer right.
     fn prepare_objects(
         &mut self,
-        simulation: &Simulation,
+        simulation: &mut Simulation,
         view: &View,
         settings: &Settings,
     ) -> Result<bool, RenderError> {
@@ -300,6 +307,7 @@ impl Renderer {
         let uploaded = self.upload(simulation);
         self.pipelines.finish_objects(missing);
         uploaded?;
+        let list = simulation.draw_list();
         let redrawn = self.draws.update(&self.gpu, list, &self.meshes, settings.levels.enabled)?;
         self.stats.list_bytes += redrawn.unwrap_or(0);
         let occlusion = match settings.occlusion {
@@ -318,10 +326,9 @@ impl Renderer {
     }
 
     /// Meshes, maps and tables.
-    fn upload(&mut self, simulation: &Simulation) -> Result<(), RenderError> {
-        let (list, library) = (simulation.draw_list(), simulation.library());
-        self.stats.asset_bytes = self.meshes.upload(&self.gpu, library)?;
-        self.stats.asset_bytes += self.textures.upload(&self.gpu, list, library)?;
+    fn upload(&mut self, simulation: &mut Simulation) -> Result<(), RenderError> {
+        self.stats.asset_bytes = self.meshes.upload(&self.gpu, simulation.library())?;
+        self.stats.asset_bytes += self.textures.upload(&self.gpu, simulation)?;
         self.tables.upload(&self.gpu, &self.pipelines.frame_layout, simulation, &mut self.stats)
     }
 

@@ -4,10 +4,11 @@ use super::tables::{FEW_BYTES_UNDER_WAY, Pace};
 use super::{Gpu, RenderError};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
+use systems::Simulation;
 use systems::blocks;
 use systems::draw_list::{ClassId, DrawList, MAP_COUNT, TextureArray};
 use systems::images::{Image, Texels, level_count, level_size};
-use systems::library::{Filter, Library, MipFilter, Sampler, Wrap};
+use systems::library::{Filter, ImageId, Library, MipFilter, Sampler, Wrap};
 use systems::materials;
 use wgpu::TextureUsages;
 
@@ -57,9 +58,36 @@ impl Textures {
         self.classes.get(class.0 as usize)
     }
 
-    /// Uploads layers that are new; binds classes that are new or whose arrays grew. Returns the bytes written.
-    pub fn upload(&mut self, gpu: &Gpu, list: &DrawList, library: &Library) -> Result<u64, RenderError> {
+    /// Uploads layers that are new, which is when the library may drop their texels; binds classes that are new or whose
+    /// arrays grew. Returns the bytes written.
+    pub fn upload(&mut self, gpu: &Gpu, simulation: &mut Simulation) -> Result<u64, RenderError> {
+        let missing = self.make_room(gpu, simulation.draw_list(), simulation.library())?;
         let (mut written, mut pace) = (0, Pace::new(FEW_BYTES_UNDER_WAY));
+        for (index, layer, id) in missing {
+            let array = &mut self.arrays[index];
+            if let Some(image) = simulation.library().image(id) {
+                if image.levels.is_empty() {
+                    return Err(RenderError::NoTexels { image: image.name.clone() });
+                }
+                let bytes = write_layer(gpu, &array.texture, layer as u32, image);
+                pace.handed_in(gpu, bytes);
+                written += bytes;
+                simulation.world.resource_mut::<Library>().uploaded(id);
+            }
+            array.uploaded = layer + 1;
+        }
+        self.bind(&gpu.device, simulation.draw_list());
+        Ok(written)
+    }
+
+    /// Makes arrays that are missing or too small. Returns the layers to be written, in order: array, layer and image.
+    fn make_room(
+        &mut self,
+        gpu: &Gpu,
+        list: &DrawList,
+        library: &Library,
+    ) -> Result<Vec<(usize, usize, ImageId)>, RenderError> {
+        let mut missing = Vec::new();
         for (index, wanted) in list.texture_arrays.iter().enumerate() {
             let room = self.arrays.get(index).map(|a| a.texture.depth_or_array_layers() as usize);
             if room.is_none_or(|room| room < wanted.layers.len()) {
@@ -72,19 +100,17 @@ impl Textures {
                     self.arrays.push(make_array(&gpu.device, wanted, wanted.layers.len()));
                 }
             }
-            let array = &mut self.arrays[index];
-            for layer in array.uploaded..wanted.layers.len() {
-                if let Some(image) = library.image(wanted.layers[layer]) {
-                    let bytes = write_layer(gpu, &array.texture, layer as u32, image);
-                    pace.handed_in(gpu, bytes);
-                    written += bytes;
-                }
-            }
-            array.uploaded = wanted.layers.len();
+            let uploaded = self.arrays[index].uploaded;
+            let new = wanted.layers.iter().enumerate().skip(uploaded);
+            missing.extend(new.map(|(layer, &image)| (index, layer, image)));
         }
+        Ok(missing)
+    }
+
+    fn bind(&mut self, device: &wgpu::Device, list: &DrawList) {
         for class in list.classes.iter().skip(self.classes.len()) {
             for sampler in class.samplers {
-                self.samplers.entry(sampler).or_insert_with(|| make_sampler(&gpu.device, sampler));
+                self.samplers.entry(sampler).or_insert_with(|| make_sampler(device, sampler));
             }
             let views = class.arrays.iter().map(|&a| wgpu::BindingResource::TextureView(&self.arrays[a as usize].view));
             let samplers = class.samplers.iter().map(|s| wgpu::BindingResource::Sampler(&self.samplers[s]));
@@ -93,13 +119,12 @@ impl Textures {
                 .enumerate()
                 .map(|(binding, resource)| wgpu::BindGroupEntry { binding: binding as u32, resource })
                 .collect();
-            self.classes.push(gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            self.classes.push(device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some("material class"),
                 layout: &self.layout,
                 entries: &entries,
             }));
         }
-        Ok(written)
     }
 }
 

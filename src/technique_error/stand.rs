@@ -189,7 +189,7 @@ impl Stand {
         let settings =
             Settings { technique: Some(shown.technique()), samples, occlusion, levels, ..Settings::default() };
         let view = self.view(size);
-        self.renderer.prepare(&self.simulation, &view, &settings)?;
+        self.renderer.prepare(&mut self.simulation, &view, &settings)?;
         Ok(())
     }
 
