@@ -12,7 +12,6 @@
 mod common;
 
 use bevy_ecs::prelude::*;
-use bevy_transform::components::Transform;
 use common::CpuTime;
 use cpu_time::ProcessTime;
 use criterion::measurement::Measurement;
@@ -24,6 +23,7 @@ use systems::components::Light;
 use systems::library::{Library, Material};
 use systems::shapes;
 use systems::stats::{FrameStats, Stage};
+use systems::transform::Transform;
 
 /// Metres between two cubes.
 const SPACING: f32 = 3.0;

@@ -9,7 +9,6 @@
 
 use bevy_ecs::prelude::*;
 use bevy_ecs::schedule::SingleThreadedExecutor;
-use bevy_transform::components::GlobalTransform;
 use cpu_time::{ProcessTime, ThreadTime};
 use criterion::measurement::{Measurement, ValueFormatter, WallTime};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
@@ -25,6 +24,7 @@ use systems::light_tree::LightTree;
 use systems::lights::{LightPolicy, ScoredLight, update_light_table};
 use systems::object_order::along_the_curve;
 use systems::selected_lights::SelectedLights;
+use systems::transform::GlobalTransform;
 
 /// Processor time of this thread, which other programs do not lengthen, shown per object.
 struct PerObject;

@@ -4,10 +4,10 @@
 //! holds (VmRSS) and of the most that it held (VmHWM): `spawned`, before any frame; the `world` alone after a few frames;
 //! and `drawn` by a renderer, whose buffers a software adapter keeps in the same memory.
 
-use bevy_transform::components::Transform;
 use glam::{Vec3, Vec4};
 use relief::prelude::*;
 use std::process::Command;
+use systems::transform::Transform;
 
 const OBJECTS: [usize; 3] = [0, 100_000, 1_000_000];
 

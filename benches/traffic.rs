@@ -13,7 +13,6 @@ mod common;
 
 use bevy_ecs::prelude::*;
 use bevy_ecs::schedule::SingleThreadedExecutor;
-use bevy_transform::components::Transform;
 use common::CpuTime;
 use cpu_time::ProcessTime;
 use criterion::measurement::Measurement;
@@ -25,6 +24,7 @@ use systems::clock;
 use systems::components::Light;
 use systems::library::{Library, Material};
 use systems::shapes;
+use systems::transform::Transform;
 use systems::vehicles::lamps::{self, LampKind};
 use systems::vehicles::parts::{self, Movement, Part, PartLamp};
 use systems::vehicles::routes::{RouteId, RoutePlan, Routes, Stop, Wait};

@@ -2,9 +2,9 @@
 
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
-use bevy_transform::components::{GlobalTransform, Transform};
 use glam::{Affine3A, Quat, Vec3};
 use systems::components::{Camera, Projection};
+use systems::transform::{GlobalTransform, Transform};
 use systems::vehicles::{Vehicle, VehicleType, VehicleTypes};
 use systems::view::View;
 

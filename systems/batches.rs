@@ -91,7 +91,7 @@ mod tests {
     use crate::library::{Library, Material, MaterialId, MeshId};
     use crate::shapes;
     use crate::tables::Records;
-    use bevy_transform::components::Transform;
+    use crate::transform::Transform;
     use glam::Vec3;
 
     /// `count` cubes and spheres in turn, with 3 materials of which the last is blended.

@@ -1,11 +1,11 @@
 //! Bounding volumes: of meshes in object space, of entities in world space.
 
-use crate::changes::{LIGHT_ROWS, first_changed, moved, rows_per_task, touch};
+use crate::changes::{LIGHT_ROWS, first_changed, rows_per_task, touch};
 use crate::library::{Library, MeshId};
 use crate::parallel::in_parallel;
+use crate::transform::GlobalTransform;
 use bevy_ecs::change_detection::{ContiguousMut, ContiguousRef};
 use bevy_ecs::prelude::*;
-use bevy_transform::components::GlobalTransform;
 use bytemuck::{Pod, Zeroable};
 use glam::{Affine3A, Vec3};
 
@@ -78,8 +78,6 @@ impl Sphere {
 }
 
 /// The sphere around a drawn entity, world space. Derived; written by [`update_bounds`].
-///
-/// The summary tick of its column tells of changed `GlobalTransform`s, too: those have none of their own.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default)]
 #[component(summary_tick)]
 pub struct WorldBounds(pub Sphere);
@@ -99,8 +97,7 @@ fn update_table(
 ) {
     let ((transforms, placed), (meshes, chosen)) = (ContiguousRef::split(transforms), ContiguousRef::split(meshes));
     let (bounds, mut written) = ContiguousMut::bypass_change_detection_split(bounds);
-    let may_have_moved = moved(&placed, &written.reborrow().into());
-    let Some((first, since, columns)) = first_changed([may_have_moved, Some(&chosen)]) else { return };
+    let Some((first, since, columns)) = first_changed([Some(&placed), Some(&chosen)]) else { return };
     let rows = rows_per_task(bounds.len() - first, LIGHT_ROWS);
     let targets = bounds[first..].chunks_mut(rows).zip(written.changed_mut()[first..].chunks_mut(rows));
     in_parallel(targets.enumerate(), |(part, (bounds, changed))| {

@@ -1,8 +1,8 @@
-//! What a user puts on entities, beside the ids of the [`crate::library`] and `bevy_transform`'s `Transform`.
+//! What a user puts on entities, beside the ids of the [`crate::library`] and a [`Transform`].
 
 use crate::color::linear_from_kelvin;
+use crate::transform::Transform;
 use bevy_ecs::prelude::*;
-use bevy_transform::components::Transform;
 use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 

@@ -12,13 +12,13 @@ use crate::changes::for_each_changed;
 use crate::components::Light;
 use crate::library::{MaterialId, MeshId};
 use crate::pieces::Pieces;
+use crate::transform::Transform;
 use crate::{instances, lights};
 use bevy_ecs::change_detection::ContiguousRef;
 use bevy_ecs::entity_disabling::Disabled;
 use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
-use bevy_transform::components::Transform;
 use std::collections::{HashMap, HashSet};
 
 /// Neither this entity nor what is below it is drawn.

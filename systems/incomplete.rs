@@ -6,10 +6,10 @@
 use crate::hidden::{self, AlsoDisabled};
 use crate::library::{Library, MaterialId, MeshId};
 use crate::pieces::WholeMesh;
+use crate::transform::GlobalTransform;
 use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
-use bevy_transform::components::GlobalTransform;
 use std::collections::BTreeSet;
 
 /// Who waits for what.
@@ -90,7 +90,7 @@ mod tests {
     use crate::bounds::WorldBounds;
     use crate::library::Material;
     use crate::shapes;
-    use bevy_transform::components::Transform;
+    use crate::transform::Transform;
     use glam::{Vec3, Vec4};
 
     #[test]

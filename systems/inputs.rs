@@ -11,10 +11,10 @@ use crate::interpolation::Interpolated;
 use crate::library::MeshId;
 use crate::roster::{self, Roster, StateId};
 use crate::spawn::Spawn;
+use crate::transform::Transform;
 use crate::vehicles::routes::Routes;
 use crate::vehicles::{ByHand, Controls, Motion, OnRoute};
 use bevy_ecs::prelude::*;
-use bevy_transform::components::Transform;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 

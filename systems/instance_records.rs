@@ -11,8 +11,8 @@ use crate::parallel::in_parallel;
 use crate::pieces::PieceOf;
 use crate::selected_lights::SelectedLights;
 use crate::tables::{DirtySlots, Records};
+use crate::transform::GlobalTransform;
 use bevy_ecs::prelude::*;
-use bevy_transform::components::GlobalTransform;
 use glam::{Affine3A, Vec3A};
 use std::ops::Range;
 

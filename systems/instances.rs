@@ -6,7 +6,7 @@
 
 use crate::batches::{self, BlendedChanges};
 use crate::bounds::WorldBounds;
-use crate::changes::{LIGHT_ROWS, Since, all_rows, first_changed, moved, rows_per_task};
+use crate::changes::{LIGHT_ROWS, Since, all_rows, first_changed, rows_per_task};
 use crate::draw_list::{BatchKey, DrawList, Transparent};
 use crate::hidden::InheritedHidden;
 use crate::incomplete::Incomplete;
@@ -15,11 +15,11 @@ use crate::materials::MaterialTable;
 use crate::pages::SlotPages;
 use crate::parallel::in_parallel;
 use crate::selected_lights::SelectedLights;
+use crate::transform::GlobalTransform;
 use bevy_ecs::change_detection::{ContiguousMut, ContiguousRef, Tick};
 use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
-use bevy_transform::components::GlobalTransform;
 
 /// The slot of a drawn entity in the instance table. Derived.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug)]
@@ -94,7 +94,7 @@ type Drawn<'a> = (
     Ref<'a, GlobalTransform>,
     Ref<'a, MeshId>,
     Ref<'a, MaterialId>,
-    Ref<'a, WorldBounds>,
+    &'a WorldBounds,
     Ref<'a, SelectedLights>,
     &'a mut InstanceSlot,
 );
@@ -118,9 +118,9 @@ pub fn update_instances(
     {
         let (transforms, placed) = ContiguousRef::split(transforms);
         let ((meshes, shaped), (chosen, covered)) = (ContiguousRef::split(meshes), ContiguousRef::split(chosen));
-        let ((bounds, bounded), lit) = (ContiguousRef::split(bounds), ContiguousRef::split(selections).1);
+        let lit = ContiguousRef::split(selections).1;
         let slots = ContiguousMut::bypass_change_detection_split(slots).0;
-        let columns = [moved(&placed, &bounded), Some(&shaped), Some(&covered), Some(&lit)];
+        let columns = [Some(&placed), Some(&shaped), Some(&covered), Some(&lit)];
         let mut rows = (entities, transforms, meshes, chosen, bounds, slots);
         if materials.regroups() {
             table.settle_rows(all_rows(&placed), Looking::AtMaterials, &library, &materials, list, &mut rows);

@@ -7,9 +7,9 @@
 
 use crate::changes::{LIGHT_ROWS, rows_per_task, touch};
 use crate::parallel::in_parallel;
+use crate::transform::Transform;
 use bevy_ecs::change_detection::{ContiguousMut, ContiguousRef};
 use bevy_ecs::prelude::*;
-use bevy_transform::components::Transform;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 /// How far between the last two steps frames are drawn.

@@ -55,6 +55,7 @@ pub mod tables;
 pub mod tangents;
 pub mod technique;
 pub mod texture_memory;
+pub mod transform;
 pub mod transforms;
 pub mod vehicles;
 pub mod view;
@@ -63,7 +64,6 @@ use bevy_ecs::entity_disabling::Disabled;
 use bevy_ecs::prelude::*;
 use bevy_ecs::schedule::{LogLevel, ScheduleBuildSettings, SingleThreadedExecutor};
 use bevy_tasks::{ComputeTaskPool, TaskPoolBuilder};
-use bevy_transform::components::GlobalTransform;
 use stats::{Stage, lap};
 
 /// Sets the number of worker threads of this process; `None`: one per core. Only the first call counts, and the first
@@ -110,7 +110,6 @@ impl Simulation {
         set_threads(None);
         let mut world = World::new();
         world.register_component_hooks::<Disabled>().on_add(hidden::disable).on_remove(hidden::enable);
-        world.register_component_hooks::<GlobalTransform>().on_remove(incomplete::lose_place);
         // Which may have none: it is looked for all the same.
         world.register_component::<pieces::PieceOf>();
         world.init_resource::<library::Library>();
@@ -288,7 +287,7 @@ fn begin_frame(
 mod tests {
     use super::*;
     use crate::components::Spin;
-    use bevy_transform::components::Transform;
+    use crate::transform::Transform;
 
     #[test]
     fn the_order_of_systems_is_unambiguous() {

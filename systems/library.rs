@@ -14,10 +14,10 @@ use crate::object_order::{self, Place};
 use crate::selected_lights::SelectedLights;
 use crate::split::{Grid, split};
 pub use crate::technique::Technique;
+use crate::transform::Transform;
 use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
-use bevy_transform::components::Transform;
 use glam::{Affine2, Mat2, Vec2, Vec3, Vec4};
 use std::collections::HashMap;
 

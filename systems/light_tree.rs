@@ -360,7 +360,7 @@ impl Volume {
 mod tests {
     use super::*;
     use crate::relevance::light_record;
-    use bevy_transform::components::{GlobalTransform, Transform};
+    use crate::transform::{GlobalTransform, Transform};
 
     /// Numbers from 0 to 1 that look random.
     fn any(seed: &mut u32) -> f32 {

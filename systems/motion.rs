@@ -2,8 +2,8 @@
 
 use crate::clock::Clock;
 use crate::components::Spin;
+use crate::transform::Transform;
 use bevy_ecs::prelude::*;
-use bevy_transform::components::Transform;
 use glam::Quat;
 
 /// Turns every [`Spin`] to its angle at the clock's time. From the time and not from the last angle: frame 1,000 is

@@ -13,10 +13,10 @@ use crate::instances::InstanceSlot;
 use crate::library::{AlphaMode, Library, MaterialId, MeshId, Shading};
 use crate::selected_lights::SelectedLights;
 use crate::split::Grid;
+use crate::transform::Transform;
 use bevy_ecs::change_detection::ContiguousRef;
 use bevy_ecs::entity::{ComponentCloneCtx, SourceComponent};
 use bevy_ecs::prelude::*;
-use bevy_transform::components::Transform;
 use glam::{Affine3A, Vec3};
 
 /// Metres: objects longer than this are drawn in pieces unless something else is said. A street lamp's pool of light is

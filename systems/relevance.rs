@@ -6,7 +6,7 @@
 use crate::bounds::Sphere;
 use crate::components::{Light, LightKind};
 use crate::draw_list::LightRecord;
-use bevy_transform::components::GlobalTransform;
+use crate::transform::GlobalTransform;
 use glam::{Vec3, Vec4};
 
 /// Rec. 709 luminance of linear RGB.

@@ -2,10 +2,10 @@
 //! back by building it again.
 
 use crate::components::Light;
+use crate::transform::Transform;
 use crate::vehicles::{ByHand, Controls, Vehicle, VehicleTypeId, VehicleTypes};
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
-use bevy_transform::components::Transform;
 use serde::{Deserialize, Serialize};
 
 /// Something to spawn. Equal ones build equal entities in worlds that began with the same scene.

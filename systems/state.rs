@@ -13,6 +13,7 @@ use crate::library::{MaterialId, MeshId};
 use crate::physics::{Obstacle, Physical, PhysicsState};
 use crate::roster::{FromIds, Roster, StateId, ToIds};
 use crate::state_hash::{self, Sum};
+use crate::transform::Transform;
 use crate::vehicles::ground::Ground;
 use crate::vehicles::lamps::{Lamp, Switches};
 use crate::vehicles::parts::FramePart;
@@ -21,7 +22,6 @@ use crate::vehicles::{ByHand, Controls, Motion, NextVehicleNumber, OnRoute, Stal
 use bevy_ecs::component::Mutable;
 use bevy_ecs::prelude::*;
 use bevy_ecs::query::ArchetypeFilter;
-use bevy_transform::components::Transform;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::marker::PhantomData;

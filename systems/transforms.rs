@@ -1,26 +1,24 @@
 //! Where everything is in the world: `GlobalTransform` from `Transform` and the parents above.
 //!
-//! The components, and what they come to, are `bevy_transform`'s; its systems read several columns of all objects in
-//! every frame. [`update_transforms`] reads 4 bytes of an object that stands still: the change tick of its `Transform`.
-//! Objects without parent and children are written where the scan finds them, parts of a table in parallel. Of
+//! What comes out is what `bevy_transform`'s systems make of the same hierarchies, to the bit; those read several columns of
+//! all objects in every frame. [`update_transforms`] passes over a table in which nothing moved, and of the others it reads
+//! 4 bytes of an object that stands still: the change tick of its `Transform`. Objects without parent and children are written where the scan finds them, parts of a table in parallel. Of
 //! hierarchies, `topmost` finds the changed nodes that have no changed node above, and `propagate` goes down from these.
 //! What is below an entity without `Transform`, or in a ring of parents, keeps its place.
 //!
 //! An [`Interpolated`] entity is placed between its last two transforms; where the window draws frames between steps,
 //! those that moved in the last step are placed anew in each.
 
-use crate::bounds::WorldBounds;
 use crate::changes::{LIGHT_ROWS, first_changed, for_each_changed_in, rows_per_task, touch};
 use crate::interpolation::{Interpolated, Interpolation};
 use crate::parallel::in_parallel;
+use crate::transform::{GlobalTransform, Transform};
 use bevy_ecs::change_detection::{ContiguousMut, ContiguousRef};
 use bevy_ecs::prelude::*;
-use bevy_transform::components::{GlobalTransform, Transform};
 use glam::Affine3A;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
-type Placed<'a> =
-    (Ref<'a, Transform>, Option<Ref<'a, Interpolated>>, &'a mut GlobalTransform, Option<&'a mut WorldBounds>);
+type Placed<'a> = (Ref<'a, Transform>, Option<Ref<'a, Interpolated>>, &'a mut GlobalTransform);
 type Hung<'a> = (Entity, Ref<'a, Transform>, Option<Ref<'a, Interpolated>>, Option<Ref<'a, ChildOf>>);
 type Alone = (Without<ChildOf>, Without<Children>);
 type Related = Or<(With<ChildOf>, With<Children>)>;
@@ -43,7 +41,6 @@ pub fn update_transforms(
         Query<Placed, Alone>,
         Query<Hung, (With<GlobalTransform>, Related)>,
         (Nodes, Query<&ChildOf>, Query<&Children>),
-        Query<&mut WorldBounds>,
     )>,
     mut orphaned: RemovedComponents<ChildOf>,
     interpolation: Res<Interpolation>,
@@ -51,12 +48,8 @@ pub fn update_transforms(
 ) {
     let fraction = interpolation.drawn();
     let between = Between { fraction, is_new: kept.fraction.replace(fraction).is_some_and(|last| last != fraction) };
-    for (transforms, interpolated, globals, bounds) in queries.p0().contiguous_iter_mut().into_iter().flatten() {
-        if update_table(transforms, interpolated, globals, between)
-            && let Some(bounds) = bounds
-        {
-            touch(ContiguousMut::bypass_change_detection_split(bounds).1);
-        }
+    for (transforms, interpolated, globals) in queries.p0().contiguous_iter_mut().into_iter().flatten() {
+        update_table(transforms, interpolated, globals, between);
     }
     let mut changed: Vec<Entity> = orphaned.read().collect();
     for (entities, transforms, interpolated, parents) in queries.p1().contiguous_iter().into_iter().flatten() {
@@ -76,26 +69,20 @@ pub fn update_transforms(
     let (mut nodes, parents, children) = queries.p2();
     let topmost = kept.topmost(&changed, &nodes, &parents);
     kept.forget();
-    let any = propagate(&topmost, &children, &mut nodes, fraction);
-    if any {
-        // Of all objects: what has just lost its parent is among those without.
-        for bounds in queries.p3().contiguous_iter_mut().into_iter().flatten() {
-            touch(ContiguousMut::bypass_change_detection_split(bounds).1);
-        }
-    }
+    propagate(&topmost, &children, &mut nodes, fraction);
 }
 
-/// Writes the changed rows of a table of objects without parent and children. Returns whether there may be any.
+/// Writes the changed rows of a table of objects without parent and children.
 fn update_table(
     transforms: ContiguousRef<Transform>,
     interpolated: Option<ContiguousRef<Interpolated>>,
     globals: ContiguousMut<GlobalTransform>,
     between: Between,
-) -> bool {
+) {
     let (transforms, ticks) = ContiguousRef::split(transforms);
     let (interpolated, noted) = interpolated.map(ContiguousRef::split).unzip();
     let (globals, mut written) = ContiguousMut::bypass_change_detection_split(globals);
-    let (written, this_run) = (written.changed_mut(), ticks.this_run());
+    let this_run = ticks.this_run();
     let global = |row: usize| match interpolated {
         Some(noted) => place(&noted[row].blend(&transforms[row], between.fraction)),
         None => place(&transforms[row]),
@@ -103,7 +90,7 @@ fn update_table(
     let any = AtomicBool::new(false);
     if let Some((first, since, columns)) = first_changed([Some(&ticks), noted.as_ref()]) {
         let rows = rows_per_task(globals.len() - first, LIGHT_ROWS);
-        let targets = globals[first..].chunks_mut(rows).zip(written[first..].chunks_mut(rows));
+        let targets = globals[first..].chunks_mut(rows).zip(written.changed_mut()[first..].chunks_mut(rows));
         in_parallel(targets.enumerate(), |(part, (globals, written))| {
             let start = first + part * rows;
             since.for_each(columns, start..start + globals.len(), |row| {
@@ -115,7 +102,7 @@ fn update_table(
     }
     if let Some(noted) = interpolated.filter(|_| between.is_new) {
         let rows = rows_per_task(globals.len(), LIGHT_ROWS);
-        let targets = globals.chunks_mut(rows).zip(written.chunks_mut(rows));
+        let targets = globals.chunks_mut(rows).zip(written.changed_mut().chunks_mut(rows));
         in_parallel(targets.enumerate(), |(part, (globals, written))| {
             for (i, (place, written)) in globals.iter_mut().zip(written).enumerate() {
                 let row = part * rows + i;
@@ -126,7 +113,9 @@ fn update_table(
             }
         });
     }
-    any.into_inner()
+    if any.into_inner() {
+        touch(written);
+    }
 }
 
 /// `GlobalTransform::from`, which is not inlined: what comes back through memory, in other pieces than it is read in, waits
@@ -227,15 +216,14 @@ impl Kept {
 /// A node and the transform of its parent, if it has one.
 type Below = (Entity, Option<GlobalTransform>);
 
-/// Recomputes the nodes and what is below them; returns whether anything changed. On one thread: looking an entity up
-/// takes longer than its product, and results would have to be gathered before they are written.
-fn propagate(topmost: &[Below], parents: &Query<&Children>, nodes: &mut Nodes, fraction: f32) -> bool {
-    let mut any = false;
+/// Recomputes the nodes and what is below them. On one thread: looking an entity up takes longer than its product, and
+/// results would have to be gathered before they are written.
+fn propagate(topmost: &[Below], parents: &Query<&Children>, nodes: &mut Nodes, fraction: f32) {
     let mut place = |entity: Entity, parent: Option<&GlobalTransform>, open: &mut Vec<(Entity, GlobalTransform)>| {
         let Ok((transform, noted, mut global, has_children)) = nodes.get_mut(entity) else { return };
         let local = noted.map_or(*transform, |noted| noted.blend(transform, fraction));
         let new = parent.map_or_else(|| GlobalTransform::from(local), |parent| parent.mul_transform(local));
-        any |= global.set_if_neq(new);
+        global.set_if_neq(new);
         if has_children {
             open.push((entity, new));
         }
@@ -248,5 +236,4 @@ fn propagate(topmost: &[Below], parents: &Query<&Children>, nodes: &mut Nodes, f
             children.for_each(|child| place(child, Some(&global), &mut open));
         }
     }
-    any
 }

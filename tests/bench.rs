@@ -301,10 +301,8 @@ fn share_in_view(objects: u32, view: YardView) -> f64 {
     let mut yard = Yard::new(&plan(objects, view)).expect("a yard");
     yard.simulation.frame();
     let clip_from_world = Viewpoint::Camera(yard.camera).view(&yard.simulation.world, (1280, 720)).clip_from_world();
-    let mut drawn = yard
-        .simulation
-        .world
-        .query_filtered::<&bevy_transform::components::GlobalTransform, bevy_ecs::prelude::With<MeshId>>();
+    let mut drawn =
+        yard.simulation.world.query_filtered::<&systems::transform::GlobalTransform, bevy_ecs::prelude::With<MeshId>>();
     let inside = |place: Vec3| {
         let clip = clip_from_world * place.extend(1.0);
         clip.w > 0.0 && clip.x.abs() < clip.w && clip.y.abs() < clip.w

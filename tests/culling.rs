@@ -3,7 +3,6 @@
 mod common;
 
 use bevy_ecs::prelude::*;
-use bevy_transform::components::Transform;
 use glam::{Quat, UVec2, Vec2, Vec3, Vec4};
 use proptest::prelude::RngExt;
 use proptest::test_runner::{RngAlgorithm, TestRng};
@@ -17,6 +16,7 @@ use systems::images::{Image, ImageKind};
 use systems::levels::LevelOfDetail;
 use systems::library::{AlphaMode, Library, Map, Material, MaterialId, MeshId, Shading, Technique};
 use systems::shapes;
+use systems::transform::Transform;
 
 const SIZE: (u32, u32) = (96, 54);
 

@@ -2,12 +2,12 @@
 
 mod common;
 
-use bevy_transform::components::Transform;
 use common::bumps::{Stage, hills};
 use glam::{Quat, Vec2, Vec3};
 use systems::components::{Camera, Environment};
 use systems::library::{Material, Technique};
 use systems::shapes;
+use systems::transform::Transform;
 
 /// Hills on a square and a ball before them, close to the eye, under three lights and a sky, moved by `origin`.
 fn stage(origin: Vec3) -> Option<Stage> {

@@ -3,7 +3,6 @@
 mod common;
 
 use bevy_ecs::prelude::*;
-use bevy_transform::components::Transform;
 use glam::{UVec2, Vec2, Vec3};
 use relief::frames::Headless;
 use relief::renderer::{Renderer, Settings};
@@ -15,6 +14,7 @@ use systems::levels::LevelOfDetail;
 use systems::library::{AlphaMode, Library, Map, Material};
 use systems::shapes;
 use systems::texture_memory;
+use systems::transform::Transform;
 
 const SIZE: (u32, u32) = (32, 18);
 

@@ -4,7 +4,6 @@ mod common;
 
 use base64::Engine;
 use bevy_ecs::prelude::*;
-use bevy_transform::components::Transform;
 use glam::{Quat, Vec2, Vec3, Vec4};
 use relief::import::{ImportError, Model, load_image, load_images, load_model, load_models};
 use serde_json::{Value, json};
@@ -13,6 +12,7 @@ use std::path::{Path, PathBuf};
 use systems::components::{LightKind, Projection};
 use systems::images::{ImageKind, Texels};
 use systems::library::{AlphaMode, Filter, Library, Material, Mesh, MeshId, MipFilter, Shading, Wrap};
+use systems::transform::Transform;
 
 /// Refused, each for its reason; everything else loads.
 const REFUSED: [(&str, &str); 3] = [

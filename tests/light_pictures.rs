@@ -2,13 +2,13 @@
 
 mod common;
 
-use bevy_transform::components::Transform;
 use common::square::{Square, assert_near, head_on, matte};
 use glam::{Quat, Vec3};
 use relief::renderer::{DebugView, HeatScale};
 use systems::components::{Environment, Light, LightKind};
 use systems::library::{Material, Shading};
 use systems::lights::LightPolicy;
+use systems::transform::Transform;
 
 #[test]
 fn diffuse_light_falls_off_with_angle_distance_and_range() {

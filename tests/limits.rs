@@ -4,7 +4,6 @@
 mod common;
 
 use bevy_ecs::prelude::*;
-use bevy_transform::components::Transform;
 use glam::Vec3;
 use relief::renderer::{Gpu, RenderError, Renderer, Settings};
 use relief::viewpoint::Viewpoint;
@@ -14,6 +13,7 @@ use systems::draw_list::{DrawList, InstanceRecord};
 use systems::images::{Image, ImageKind};
 use systems::library::{Library, Map, Material, MeshId};
 use systems::shapes;
+use systems::transform::Transform;
 
 /// A device with lower limits.
 fn lowered(lower: impl FnOnce(&mut wgpu::Limits)) -> Option<Gpu> {

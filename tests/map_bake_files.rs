@@ -4,7 +4,6 @@ mod common;
 #[path = "common/models.rs"]
 mod models;
 
-use bevy_transform::components::Transform;
 use glam::{Quat, UVec2, Vec2, Vec3, Vec4};
 use relief::frames::Headless;
 use relief::maps::bake::{BakeOptions, Reach, Role, Surface, Target, Wanted, bake};
@@ -21,6 +20,7 @@ use systems::levels::LevelOfDetail;
 use systems::library::{Library, Map, Material, MaterialId, Mesh, MeshId};
 use systems::shapes;
 use systems::tangents::compute_tangents;
+use systems::transform::Transform;
 
 fn relief(args: &[&str], folder: &Path) -> Output {
     Command::new(env!("CARGO_BIN_EXE_relief"))

@@ -2,7 +2,6 @@
 
 mod common;
 
-use bevy_transform::components::Transform;
 use glam::{Quat, UVec2, Vec2, Vec3};
 use proptest::prelude::*;
 use relief::frames::Headless;
@@ -18,6 +17,7 @@ use systems::components::Camera;
 use systems::images::ImageKind;
 use systems::library::{Library, Material, Technique};
 use systems::shapes;
+use systems::transform::Transform;
 
 const FILTERS: [Filter; 3] = [Filter::Central, Filter::Sobel, Filter::Scharr];
 const EDGES: [Edges; 2] = [Edges::Wrap, Edges::Clamp];

@@ -14,7 +14,7 @@ use systems::images::ImageKind;
 use systems::library::{Filter, Library, Map, Material, MipFilter, Sampler, Shading, Wrap};
 use systems::view::View;
 
-use bevy_transform::components::Transform;
+use systems::transform::Transform;
 
 fn number(value: &Value) -> f32 {
     value.as_f64().expect("a number") as f32

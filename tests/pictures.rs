@@ -2,7 +2,6 @@
 
 mod common;
 
-use bevy_transform::components::Transform;
 use common::square::{SIZE, Square, assert_near, matte};
 use glam::{Affine2, Quat, UVec2, Vec2, Vec3, Vec4};
 use relief::renderer::{DebugView, Gpu};
@@ -10,6 +9,7 @@ use systems::components::{Environment, Light, ToneMap};
 use systems::images::{Image, ImageKind};
 use systems::library::{AlphaMode, Library, Map, Material, MeshId, Shading, Technique};
 use systems::shapes;
+use systems::transform::Transform;
 
 #[test]
 fn phong_and_blinn_highlights_are_not_coloured_by_the_base() {

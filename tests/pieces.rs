@@ -4,7 +4,6 @@ mod common;
 
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
-use bevy_transform::components::Transform;
 use glam::{Quat, UVec2, Vec2, Vec3, Vec4};
 use relief::frames::{self, Headless};
 use relief::renderer::{Renderer, Settings};
@@ -19,6 +18,7 @@ use systems::lights::LightPolicy;
 use systems::pieces::{Pieces, WholeMesh, draw_in_pieces};
 use systems::relevance::LUMINANCE;
 use systems::shapes;
+use systems::transform::Transform;
 
 /// A world with one object and a camera, and what draws it.
 struct Stage {

@@ -9,7 +9,6 @@
 mod common;
 
 use bevy_ecs::prelude::*;
-use bevy_transform::components::Transform;
 use glam::{Quat, Vec3, Vec4};
 use relief::compare::luminance;
 use relief::renderer::{Gpu, PICTURE_FORMAT, Renderer, Settings};
@@ -21,6 +20,7 @@ use systems::library::{Library, Map, Material};
 use systems::lights::LightPolicy;
 use systems::selected_lights::SelectedLights;
 use systems::shapes;
+use systems::transform::Transform;
 
 /// Pixels along a side; what is compared are means of two by two, which half floats round half as much.
 const SIZE: usize = 48;

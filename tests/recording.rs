@@ -3,7 +3,6 @@
 
 mod common;
 
-use bevy_transform::components::Transform;
 use proptest::prelude::*;
 use relief::frames::{self, LoadOptions, Stage};
 use relief::recording::{Recording, RecordingError, RunFiles, Stepper};
@@ -16,6 +15,7 @@ use systems::inputs::{Input, Inputs};
 use systems::roster::StateId;
 use systems::spawn::Spawn;
 use systems::state_hash::hash;
+use systems::transform::Transform;
 use tempfile::TempDir;
 
 const SCENE: &str = r#"(

@@ -2,11 +2,11 @@
 
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
-use bevy_transform::components::Transform;
 use glam::Vec2;
 use relief::scene;
 use std::path::{Path, PathBuf};
 use systems::Simulation;
+use systems::transform::Transform;
 use systems::vehicles::ground::{Ground, Grounds};
 use systems::vehicles::routes::Routes;
 use systems::vehicles::{Motion, OnRoute, Vehicle, VehicleTypes, steering};

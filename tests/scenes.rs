@@ -2,7 +2,6 @@
 
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
-use bevy_transform::components::{GlobalTransform, Transform};
 use glam::{Quat, Vec3};
 use proptest::prelude::*;
 use relief::scene::{self, LoadedScene};
@@ -13,6 +12,7 @@ use systems::components::{Camera, Environment, Figure, Light, LightKind, Project
 use systems::hidden::{Hidden, InheritedHidden};
 use systems::images::ImageKind;
 use systems::library::{Library, MaterialId, MeshId, Shading, Technique, Wrap};
+use systems::transform::{GlobalTransform, Transform};
 
 /// A 1×1 m quad (`panel`), and below the rotated, doubled node `arm` a node `lamp`, 1 m up.
 const MODEL: &str = r#"{

@@ -2,7 +2,6 @@
 
 mod common;
 
-use bevy_transform::components::Transform;
 use common::bumps::{Stage, difference};
 use glam::{Quat, Vec2, Vec3};
 use relief::maps::files::Bits;
@@ -13,6 +12,7 @@ use relief::maps::{
 };
 use systems::images::ImageKind;
 use systems::library::{Library, Map, Material, Technique};
+use systems::transform::Transform;
 
 /// Base colour, and the height map if the set has one; deep: black is high.
 const SETS: [(&str, Option<(&str, bool)>); 5] = [

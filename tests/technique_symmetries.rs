@@ -3,7 +3,6 @@
 mod common;
 
 use bevy_ecs::prelude::*;
-use bevy_transform::components::Transform;
 use common::bumps::{Stage, difference, hills};
 use glam::{Affine2, Quat, Vec2, Vec3};
 use image::RgbaImage;
@@ -11,6 +10,7 @@ use image::imageops::flip_horizontal;
 use systems::components::Light;
 use systems::library::{Map, Material, Technique};
 use systems::shapes;
+use systems::transform::Transform;
 
 const SIDE: usize = 64;
 

@@ -2,7 +2,6 @@
 
 mod common;
 
-use bevy_transform::components::Transform;
 use common::bumps::{Stage, difference, hills};
 use glam::{Affine2, Quat, Vec2, Vec3, Vec4};
 use systems::components::Environment;
@@ -10,6 +9,7 @@ use systems::images::{Image, ImageKind};
 use systems::library::{AlphaMode, Library, Map, Material, Technique};
 use systems::lights::LightPolicy;
 use systems::shapes;
+use systems::transform::Transform;
 
 /// Techniques whose picture of a flat field is that of the smooth surface.
 const EXACT: [Technique; 11] = [

@@ -4,7 +4,6 @@ mod common;
 
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
-use bevy_transform::components::{GlobalTransform, Transform};
 use glam::Vec3;
 use relief::scene::{self, load_vehicle_types};
 use std::path::PathBuf;
@@ -13,6 +12,7 @@ use systems::components::Light;
 use systems::library::{Library, MaterialId, MeshId};
 use systems::selected_lights::SelectedLights;
 use systems::shapes;
+use systems::transform::{GlobalTransform, Transform};
 use systems::vehicles::lamps::{Lamp, LampKind};
 use systems::vehicles::parts::{Movement, MovingPart};
 use systems::vehicles::{

@@ -5,7 +5,6 @@
 
 mod common;
 
-use bevy_transform::components::Transform;
 use glam::{Vec2, Vec3};
 use image::{Rgb, RgbImage};
 use std::fs;
@@ -15,6 +14,7 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 use systems::components::Camera;
+use systems::transform::Transform;
 use systems::view::View;
 use tempfile::TempDir;
 

@@ -135,8 +135,8 @@ impl Pose {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bevy_transform::components::Transform;
     use glam::Vec4Swizzles;
+    use systems::transform::Transform;
 
     fn view() -> View {
         let at = Transform::from_xyz(3.0, 2.0, 5.0).looking_at(Vec3::Y, Vec3::Y);

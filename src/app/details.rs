@@ -3,7 +3,6 @@
 use super::panel;
 use crate::frames;
 use bevy_ecs::prelude::*;
-use bevy_transform::components::{GlobalTransform, Transform};
 use egui::{Color32, Grid};
 use glam::{EulerRot, Vec3};
 use systems::bounds::{Sphere, WorldBounds};
@@ -12,6 +11,7 @@ use systems::library::{Library, MaterialId, MeshId};
 use systems::lights::{LightSlot, ScoredLight, Selection, light_record, score};
 use systems::pieces::{Pieces, WholeMesh};
 use systems::selected_lights::SelectedLights;
+use systems::transform::{GlobalTransform, Transform};
 use systems::vehicles::routes::Routes;
 use systems::vehicles::{Motion, OnRoute, Vehicle, VehicleTypes};
 

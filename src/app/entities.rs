@@ -3,11 +3,11 @@
 
 use crate::frames;
 use bevy_ecs::prelude::*;
-use bevy_transform::components::GlobalTransform;
 use egui::{Align, Layout, RichText, ScrollArea, TextEdit, TextStyle};
 use systems::components::{Camera, Light};
 use systems::library::MeshId;
 use systems::pieces::{PieceOf, WholeMesh};
+use systems::transform::GlobalTransform;
 
 /// Points.
 const HEIGHT: f32 = 220.0;
@@ -130,7 +130,7 @@ fn fingerprint(world: &World) -> u64 {
 mod tests {
     use super::*;
     use bevy_ecs::name::Name;
-    use bevy_transform::components::Transform;
+    use systems::transform::Transform;
 
     fn names(list: &EntityList) -> Vec<&str> {
         list.found.iter().map(|&index| list.rows[index].name.as_str()).collect()

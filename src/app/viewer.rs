@@ -9,7 +9,6 @@ use crate::recording::{RecordingError, Stepper};
 use crate::renderer::{DebugView, Settings};
 use crate::viewpoint::Viewpoint;
 use bevy_ecs::prelude::*;
-use bevy_transform::components::GlobalTransform;
 use glam::Vec3;
 use std::time::{Duration, Instant};
 use systems::Simulation;
@@ -20,6 +19,7 @@ use systems::inputs::{Input, Inputs};
 use systems::interpolation::Interpolation;
 use systems::library::{MeshId, Technique};
 use systems::roster::{Roster, StateId};
+use systems::transform::GlobalTransform;
 use systems::vehicles::{Controls, Indicator, Motion, Vehicle, VehicleTypes};
 use systems::view::View;
 
@@ -371,11 +371,11 @@ fn after<T: Copy + PartialEq>(table: &[(&str, T)], now: T) -> T {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bevy_transform::components::Transform;
     use glam::Vec2;
     use systems::components::{Camera, Figure};
     use systems::library::Library;
     use systems::shapes;
+    use systems::transform::Transform;
 
     fn viewer() -> Viewer {
         let mut simulation = Simulation::new();

@@ -4,11 +4,11 @@
 
 use super::yard::Yard;
 use crate::renderer::{Gpu, PICTURE_FORMAT};
-use bevy_transform::components::GlobalTransform;
 use glam::{Mat4, Vec3, Vec4};
 use std::time::{Duration, Instant};
 use systems::bounds::{Sphere, WorldBounds};
 use systems::library::MeshId;
+use systems::transform::GlobalTransform;
 use systems::view::View;
 
 const SHADER: &str = "

@@ -1,13 +1,13 @@
 //! Objects and lights of a night, for the choice of lights: scattered evenly, or along the roads of a city.
 
 use crate::scene::Random;
-use bevy_transform::components::Transform;
 use glam::{Quat, Vec3};
 use std::f32::consts::{PI, TAU};
 use systems::bounds::Sphere;
 use systems::components::{Light, LightKind};
 use systems::draw_list::LightRecord;
 use systems::relevance::light_record;
+use systems::transform::Transform;
 
 /// Blocks of the city, metres.
 const BLOCK: f32 = 100.0;

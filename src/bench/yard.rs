@@ -7,7 +7,6 @@
 use super::maps;
 use crate::import::{self, ImportError};
 use bevy_ecs::prelude::*;
-use bevy_transform::components::Transform;
 use glam::{Quat, Vec3};
 use std::f32::consts::TAU;
 use std::path::{Path, PathBuf};
@@ -16,6 +15,7 @@ use systems::Simulation;
 use systems::components::{Camera, Environment, Light, Projection, ToneMap};
 use systems::library::{Library, Map, Material, MaterialId, Mesh, MeshId, Shading};
 use systems::shapes;
+use systems::transform::Transform;
 
 /// Metres between objects.
 const SPACING: f32 = 3.0;

@@ -3,11 +3,11 @@
 use super::Warning;
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
-use bevy_transform::components::Transform;
 use glam::Affine3A;
 use systems::bounds::Aabb;
 use systems::components::{Camera, Light};
 use systems::library::{Library, MaterialId, MeshId};
+use systems::transform::Transform;
 
 /// A model: a forest of nodes over items of a [`Library`].
 #[derive(Clone, Debug, Default)]

@@ -4,7 +4,6 @@ use super::files::Bits;
 use super::{MapError, Raster};
 use crate::frames::{FrameError, Headless};
 use crate::output;
-use bevy_transform::components::Transform;
 use glam::{UVec2, Vec2, Vec3, Vec4};
 use std::path::Path;
 use systems::Simulation;
@@ -13,6 +12,7 @@ use systems::images::{Image, ImageKind};
 use systems::library::{Library, Map, Material, Mesh};
 use systems::shapes;
 use systems::texture_memory;
+use systems::transform::Transform;
 
 /// Pixels along a side.
 pub const SIDE: u32 = 512;

@@ -5,7 +5,6 @@ use super::format::{self, MeshSource, Sampler, Scene, Uv};
 use super::places::Step;
 use super::values::MapSource;
 use crate::import::{self, Model, Node};
-use bevy_transform::components::Transform;
 use glam::{Affine2, Mat2, UVec2, Vec2};
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
@@ -13,6 +12,7 @@ use systems::bounds::Aabb;
 use systems::images::{Image, ImageKind, Texels};
 use systems::library::{ImageId, Library, Map, Material, MaterialId, Mesh, MeshId, Technique, default_specular};
 use systems::shapes;
+use systems::transform::Transform;
 
 /// What the files of a scene contained. A file that failed has a [`Fault`] and is absent.
 #[derive(Default)]

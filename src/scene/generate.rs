@@ -5,9 +5,9 @@
 
 use super::format::{Choose, Generator, Grid, Place, Region, Scatter};
 use super::traffic;
-use bevy_transform::components::Transform;
 use glam::{Quat, Vec3};
 use std::collections::HashMap;
+use systems::transform::Transform;
 use systems::vehicles::OnRoute;
 use systems::vehicles::routes::Routes;
 

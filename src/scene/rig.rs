@@ -2,7 +2,6 @@
 
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
-use bevy_transform::components::Transform;
 use glam::Vec3;
 use systems::Simulation;
 use systems::bounds::{Aabb, WorldBounds};
@@ -11,6 +10,7 @@ use systems::draw_list::LightRecord;
 use systems::library::MeshId;
 use systems::lights::irradiance;
 use systems::relevance::LUMINANCE;
+use systems::transform::Transform;
 
 /// Vertical field of view of the framing camera.
 const FOV_Y: f32 = 35.0;

@@ -6,7 +6,6 @@ use super::maps::Maps;
 use crate::frames::FrameError;
 use crate::renderer::{Gpu, Occlusion, Outputs, Renderer, Settings};
 use bevy_ecs::prelude::*;
-use bevy_transform::components::Transform;
 use glam::{Mat3, Quat, UVec2, Vec2, Vec3};
 use systems::Simulation;
 use systems::components::{Camera, Environment, Light, LightKind, Projection, ToneMap};
@@ -16,6 +15,7 @@ use systems::images::Image;
 use systems::levels::LevelOfDetail;
 use systems::library::{Library, Map, Material, MaterialId, Mesh, Shading, Technique};
 use systems::shapes;
+use systems::transform::Transform;
 use systems::view::View;
 
 /// Triangles of the displaced figure, at the most.
@@ -157,7 +157,7 @@ impl Stand {
         let Some((entity, light)) = self.lights.get(light) else { return (Vec3::Y, f32::INFINITY) };
         let place = self.simulation.world.get::<Transform>(*entity).copied().unwrap_or_default();
         if light.kind == LightKind::Directional {
-            return (-place.forward().as_vec3(), f32::INFINITY);
+            return (-place.forward(), f32::INFINITY);
         }
         let way = place.translation - from;
         (way.normalize_or(Vec3::Y), way.length())

@@ -3,12 +3,12 @@
 //!
 //! `scripts/same-in-release` compares what a debug and a release build of this print.
 
-use bevy_transform::components::Transform;
 use glam::{Quat, UVec2, Vec2, Vec3};
 use std::f32::consts::TAU;
 use systems::components::Spin;
 use systems::library::Library;
 use systems::physics::Physical;
+use systems::transform::Transform;
 use systems::vehicles::ground::Ground;
 use systems::vehicles::routes::{RouteId, RoutePlan, Routes, Stop, Wait};
 use systems::vehicles::signals::{Signal, Signals};

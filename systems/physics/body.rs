@@ -4,8 +4,8 @@
 //! mass is above the middle of its wheels, so that equal springs give equally under its weight and it stands level.
 
 use super::physical::{GRAVITY, Tuning, WheelPlace};
+use crate::transform::Transform;
 use crate::vehicles::VehicleType;
-use bevy_transform::components::Transform;
 use glam::{Vec2, Vec3};
 use rapier3d::control::{DynamicRayCastVehicleController, WheelTuning};
 use rapier3d::prelude::*;

@@ -7,10 +7,10 @@
 use super::Physics;
 use crate::library::{Library, Mesh, MeshId};
 use crate::pieces::{PieceOf, WholeMesh};
+use crate::transform::Transform;
 use crate::vehicles::ground::Ground;
 use crate::vehicles::routes::mixed;
 use bevy_ecs::prelude::*;
-use bevy_transform::components::Transform;
 use glam::{Affine3A, Vec3};
 use rapier3d::prelude::*;
 use serde::{Deserialize, Serialize};

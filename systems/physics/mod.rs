@@ -30,13 +30,13 @@ pub use springs::{Sprung, WheelsFound, find_wheels, move_springs};
 pub use traffic::follow_traffic;
 
 use crate::clock::Clock;
+use crate::transform::Transform;
 use crate::vehicles::steering::hitch_change;
 use crate::vehicles::{
     ByHand, Controls, Motion, OnRoute, Stalled, Vehicle, VehicleNumber, VehicleType, VehicleTypes, Wanted,
 };
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
-use bevy_transform::components::Transform;
 use body::{Body, Wish, forward_speed, pose};
 use glam::{Vec2, Vec3};
 use rapier3d::prelude::{PhysicsWorld, RigidBodyHandle};

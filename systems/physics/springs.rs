@@ -2,10 +2,10 @@
 
 use super::Physics;
 use super::physical::{Physical, wheels};
+use crate::transform::Transform;
 use crate::vehicles::parts::{Movement, MovingPart};
 use crate::vehicles::{Vehicle, VehicleNumber, VehicleTypes};
 use bevy_ecs::prelude::*;
-use bevy_transform::components::Transform;
 use glam::{Affine3A, Vec3};
 
 /// A physical vehicle whose wheels have been found.

@@ -1,9 +1,9 @@
 //! Crossings that are kept clear, lanes for turning, and ways that part.
 
 use bevy_ecs::prelude::*;
-use bevy_transform::components::Transform;
 use glam::Vec3;
 use systems::Simulation;
+use systems::transform::Transform;
 use systems::vehicles::forks::{Chooser, Fork};
 use systems::vehicles::routes::{RouteId, RoutePlan, Routes, Stop, Wait};
 use systems::vehicles::signals::{Signal, Signals};

@@ -1,10 +1,10 @@
 //! The models that vehicles move by, against their closed forms.
 
 use bevy_ecs::prelude::*;
-use bevy_transform::components::Transform;
 use glam::{Vec2, Vec3};
 use proptest::prelude::*;
 use systems::Simulation;
+use systems::transform::Transform;
 use systems::vehicles::following;
 use systems::vehicles::ground::Grounds;
 use systems::vehicles::routes::{RouteId, RoutePlan, Routes};

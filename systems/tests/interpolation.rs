@@ -1,11 +1,11 @@
 //! Frames between steps show what is between them, and nothing else does.
 
 use bevy_ecs::prelude::*;
-use bevy_transform::components::{GlobalTransform, Transform};
 use glam::{Quat, Vec3};
 use systems::Simulation;
 use systems::clock;
 use systems::interpolation::{Interpolated, Interpolation};
+use systems::transform::{GlobalTransform, Transform};
 
 #[derive(Component)]
 struct Speed(f32);

@@ -1,7 +1,6 @@
 //! What a light entity is, and what a frame counts about the choice of lights.
 
 use bevy_ecs::prelude::*;
-use bevy_transform::components::Transform;
 use glam::{Quat, Vec3};
 use systems::Simulation;
 use systems::color::linear_from_kelvin;
@@ -11,6 +10,7 @@ use systems::library::Library;
 use systems::lights::LightPolicy;
 use systems::shapes;
 use systems::stats::FrameStats;
+use systems::transform::Transform;
 
 #[test]
 fn a_temperature_becomes_the_colour_of_a_black_body() {

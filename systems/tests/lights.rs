@@ -4,7 +4,6 @@ mod common;
 
 use bevy_ecs::change_detection::DetectChanges;
 use bevy_ecs::prelude::*;
-use bevy_transform::components::Transform;
 use common::{any_odd_light, any_place, cases};
 use glam::{Quat, Vec3};
 use proptest::prelude::*;
@@ -17,6 +16,7 @@ use systems::lights::{LightPolicy, LightSlot, LightTable, ScoredLight, Selection
 use systems::selected_lights::SelectedLights;
 use systems::stats::FrameStats;
 use systems::tables::Records;
+use systems::transform::Transform;
 use systems::{Simulation, brute_force, shapes};
 
 #[test]

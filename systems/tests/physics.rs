@@ -2,12 +2,12 @@
 
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
-use bevy_transform::components::Transform;
 use glam::{Quat, Vec2, Vec3};
 use systems::Simulation;
 use systems::clock::Clock;
 use systems::library::{Library, Mesh, MeshId};
 use systems::physics::{GRAVITY, Obstacle, Physical, Physics};
+use systems::transform::Transform;
 use systems::vehicles::ground::Ground;
 use systems::vehicles::{
     Controls, Motion, Stalled, Vehicle, VehicleNumber, VehicleType, VehicleTypeId, VehicleTypes, Wanted, driving,

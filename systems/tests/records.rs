@@ -3,7 +3,6 @@
 
 use bevy_ecs::entity_disabling::Disabled;
 use bevy_ecs::prelude::*;
-use bevy_transform::components::Transform;
 use glam::{Affine3A, Vec3};
 use proptest::prelude::*;
 use std::collections::BTreeMap;
@@ -14,6 +13,7 @@ use systems::hidden::Hidden;
 use systems::library::{AlphaMode, Library, Material, MaterialId, MeshId};
 use systems::shapes;
 use systems::tables::Records;
+use systems::transform::Transform;
 
 #[derive(Clone, Copy, Debug)]
 enum Edit {

@@ -1,7 +1,6 @@
 //! The state of a busy world: hashed, saved, restored and continued.
 
 use bevy_ecs::prelude::*;
-use bevy_transform::components::Transform;
 use glam::{Quat, Vec3};
 use proptest::prelude::*;
 use systems::clock::{Clock, Seed};
@@ -13,6 +12,7 @@ use systems::library::{Library, Material, MaterialId, MeshId};
 use systems::roster::{Roster, StateId, enroll_all};
 use systems::spawn::Spawn;
 use systems::state_hash::{StateHash, hash};
+use systems::transform::Transform;
 use systems::vehicles::lamps::LampKind;
 use systems::vehicles::parts::{Movement, Part, PartLamp};
 use systems::vehicles::{ByHand, Controls, Indicator, Motion, Vehicle, VehicleNumber, VehicleType, VehicleTypes};

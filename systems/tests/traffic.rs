@@ -1,10 +1,10 @@
 //! Busy roads: nobody overlaps, nobody passes a red light, and neither threads nor the order of tables show.
 
 use bevy_ecs::prelude::*;
-use bevy_transform::components::Transform;
 use glam::{Vec2, Vec3};
 use proptest::prelude::*;
 use systems::Simulation;
+use systems::transform::Transform;
 use systems::vehicles::forks::{Chooser, Fork};
 use systems::vehicles::routes::{RouteId, RoutePlan, Routes, Stop, Wait};
 use systems::vehicles::signals::{Aspect, Signal, Signals};

@@ -1,8 +1,9 @@
 //! World transforms are those of `bevy_transform`'s own systems, to the bit, whatever is spawned, moved, hung elsewhere
 //! and despawned.
 
+use bevy_ecs::component::Mutable;
 use bevy_ecs::prelude::*;
-use bevy_transform::components::{GlobalTransform, Transform};
+use bevy_transform::components as theirs;
 use bevy_transform::systems::{
     StaticTransformOptimizations, mark_dirty_trees, propagate_parent_transforms, sync_simple_transforms,
 };
@@ -11,7 +12,25 @@ use proptest::prelude::*;
 use systems::Simulation;
 use systems::bounds::WorldBounds;
 use systems::library::Library;
+use systems::transform::{GlobalTransform, Transform};
 use systems::transforms::update_transforms;
+
+/// A component that a place in the parent's coordinates can be written to.
+trait Place: Component<Mutability = Mutable> {
+    fn of(place: Transform) -> Self;
+}
+
+impl Place for Transform {
+    fn of(place: Transform) -> Self {
+        place
+    }
+}
+
+impl Place for theirs::Transform {
+    fn of(Transform { translation, rotation, scale }: Transform) -> Self {
+        Self { translation, rotation, scale }
+    }
+}
 
 /// An entity is named by the order in which it was spawned.
 #[derive(Clone, Debug)]
@@ -55,15 +74,10 @@ impl Worlds {
         if let Edit::Frame = edit {
             return self.frame();
         }
-        let mut spawned = Vec::new();
-        for world in [&mut self.ours.0, &mut self.theirs.0] {
-            let entity = |index: usize| self.entities.get(index % self.entities.len().max(1)).copied();
-            spawned.extend(apply(world, edit, entity));
-        }
-        if let [ours, theirs] = spawned[..] {
-            assert_eq!(ours, theirs);
-            self.entities.push(ours);
-        }
+        let entity = |index: usize| self.entities.get(index % self.entities.len().max(1)).copied();
+        let ours = apply::<Transform>(&mut self.ours.0, edit, entity);
+        assert_eq!(ours, apply::<theirs::Transform>(&mut self.theirs.0, edit, entity));
+        self.entities.extend(ours);
     }
 
     fn frame(&mut self) {
@@ -72,8 +86,8 @@ impl Worlds {
             world.clear_trackers();
         }
         for &entity in &self.entities {
-            let of = |world: &World| world.get::<GlobalTransform>(entity).map(|place| place.affine().to_cols_array());
-            let (ours, theirs) = (of(&self.ours.0), of(&self.theirs.0));
+            let ours = self.ours.0.get::<GlobalTransform>(entity).map(|place| place.affine().to_cols_array());
+            let theirs = self.theirs.0.get::<theirs::GlobalTransform>(entity).map(|p| p.affine().to_cols_array());
             // The signs of zeros and of what is not a number are left open.
             let plain = |v: f32| if v.is_nan() { f32::NAN } else { v + 0.0 };
             let bits = |place: Option<[f32; 12]>| place.map(|m| m.map(|v| plain(v).to_bits()));
@@ -83,12 +97,12 @@ impl Worlds {
 }
 
 /// Does an edit, if it can be done; returns the entity that it spawned.
-fn apply(world: &mut World, edit: &Edit, entity: impl Fn(usize) -> Option<Entity>) -> Option<Entity> {
+fn apply<P: Place>(world: &mut World, edit: &Edit, entity: impl Fn(usize) -> Option<Entity>) -> Option<Entity> {
     let living = |world: &World, index: usize| entity(index).filter(|&entity| world.get_entity(entity).is_ok());
     match *edit {
         Edit::Spawn(place, parent) => {
             let parent = parent.and_then(|parent| living(world, parent));
-            let mut new = world.spawn(place);
+            let mut new = world.spawn(P::of(place));
             if let Some(parent) = parent {
                 new.insert(ChildOf(parent));
             }
@@ -97,11 +111,11 @@ fn apply(world: &mut World, edit: &Edit, entity: impl Fn(usize) -> Option<Entity
         Edit::Despawn(index) => _ = living(world, index).map(|entity| world.despawn(entity)),
         Edit::Move(index, place) => {
             let living = living(world, index)?;
-            *world.get_mut::<Transform>(living)? = place;
+            *world.get_mut::<P>(living)? = P::of(place);
         }
         Edit::Touch(index) => {
             let living = living(world, index)?;
-            world.get_mut::<Transform>(living)?.set_changed();
+            world.get_mut::<P>(living)?.set_changed();
         }
         Edit::Hang(index, parent) => {
             let (child, parent) = (living(world, index)?, living(world, parent)?);
@@ -114,8 +128,8 @@ fn apply(world: &mut World, edit: &Edit, entity: impl Fn(usize) -> Option<Entity
             }
         }
         Edit::Unhang(index) => _ = world.entity_mut(living(world, index)?).remove::<ChildOf>(),
-        Edit::RemoveTransform(index) => _ = world.entity_mut(living(world, index)?).remove::<Transform>(),
-        Edit::InsertTransform(index, place) => _ = world.entity_mut(living(world, index)?).insert(place),
+        Edit::RemoveTransform(index) => _ = world.entity_mut(living(world, index)?).remove::<P>(),
+        Edit::InsertTransform(index, place) => _ = world.entity_mut(living(world, index)?).insert(P::of(place)),
         Edit::Frame => {}
     }
     None

@@ -1,13 +1,13 @@
 //! Vehicles: their parts, wheels that roll and steer, lamps.
 
 use bevy_ecs::prelude::*;
-use bevy_transform::components::Transform;
 use glam::{Quat, Vec3};
 use std::f32::consts::{FRAC_PI_2, PI};
 use systems::Simulation;
 use systems::components::Light;
 use systems::library::{Library, Material, MaterialId, MeshId};
 use systems::shapes;
+use systems::transform::Transform;
 use systems::vehicles::lamps::{self, Lamp, LampKind};
 use systems::vehicles::parts::{self, Movement, MovingPart, Part, PartLamp};
 use systems::vehicles::types::VehicleTypeId;

@@ -25,9 +25,9 @@ use crate::changes::rows_per_task;
 use crate::clock::Clock;
 use crate::interpolation::Interpolated;
 use crate::parallel::in_parallel;
+use crate::transform::Transform;
 use bevy_ecs::change_detection::{ContiguousComponentTicksMut, ContiguousMut, ContiguousRef, Tick};
 use bevy_ecs::prelude::*;
-use bevy_transform::components::Transform;
 use glam::{Vec2, Vec3};
 use std::sync::atomic::Ordering;
 

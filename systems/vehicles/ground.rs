@@ -3,8 +3,8 @@
 use super::steering;
 use crate::library::{Library, MeshId};
 use crate::pieces::{PieceOf, WholeMesh};
+use crate::transform::Transform;
 use bevy_ecs::prelude::*;
-use bevy_transform::components::Transform;
 use glam::{Affine3A, Vec3};
 use serde::{Deserialize, Serialize};
 

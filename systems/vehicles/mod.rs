@@ -40,10 +40,10 @@ pub mod traffic;
 pub mod types;
 
 use crate::interpolation::Interpolated;
+use crate::transform::Transform;
 use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
-use bevy_transform::components::Transform;
 use lamps::{Lamps, Switches};
 use routes::{RouteId, Routes};
 use serde::{Deserialize, Serialize};

@@ -8,8 +8,8 @@ use crate::components::Light;
 use crate::interpolation::{Interpolated, Interpolation};
 use crate::library::{MaterialId, MeshId};
 use crate::physics::Physical;
+use crate::transform::Transform;
 use bevy_ecs::prelude::*;
-use bevy_transform::components::Transform;
 use glam::Quat;
 use std::f64::consts::TAU;
 

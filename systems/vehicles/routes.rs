@@ -11,8 +11,8 @@
 use super::OnRoute;
 use super::forks::{self, Next, Parting};
 use super::route_line::{self, Sample};
+use crate::transform::Transform;
 use bevy_ecs::prelude::*;
-use bevy_transform::components::Transform;
 use glam::{Quat, Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 

@@ -5,8 +5,8 @@ use super::parts::{Movement, Part};
 use crate::bounds::Aabb;
 use crate::library::{Library, MaterialId};
 use crate::shapes;
+use crate::transform::Transform;
 use bevy_ecs::prelude::*;
-use bevy_transform::components::Transform;
 use glam::{Quat, Vec3};
 
 /// Names a [`VehicleType`] of [`VehicleTypes`].

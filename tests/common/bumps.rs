@@ -1,7 +1,6 @@
 //! A stage for bump techniques: objects under a light of each kind, and every map of a height field given by a formula.
 
 use bevy_ecs::prelude::*;
-use bevy_transform::components::Transform;
 use glam::{UVec2, Vec2, Vec3, Vec4};
 use relief::frames::Headless;
 use relief::renderer::{Renderer, Settings};
@@ -11,6 +10,7 @@ use systems::components::{Camera, Environment, Light, Projection, ToneMap};
 use systems::images::{Image, ImageKind};
 use systems::library::{Library, Map, Material, Mesh};
 use systems::shapes;
+use systems::transform::Transform;
 
 /// A world in the dark with a camera at +Z, and what draws it.
 pub struct Stage {

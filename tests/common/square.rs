@@ -2,7 +2,6 @@
 
 use super::bumps::Stage;
 use bevy_ecs::prelude::*;
-use bevy_transform::components::Transform;
 use glam::{Quat, UVec2, Vec2, Vec3, Vec4};
 use relief::frames::Headless;
 use systems::Simulation;
@@ -10,6 +9,7 @@ use systems::components::Light;
 use systems::images::Image;
 use systems::library::{Library, Map, Material, MaterialId};
 use systems::shapes;
+use systems::transform::Transform;
 
 pub const SIZE: u32 = 17;
 

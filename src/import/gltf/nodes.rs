@@ -4,7 +4,6 @@ use super::accessors::Accessor;
 use super::document::{Document, id_of, name_or};
 use super::report::{Fault, Read, Report};
 use crate::import::Node;
-use bevy_transform::components::Transform;
 use glam::{Mat3, Mat4, Quat, Vec3, Vec4};
 use gltf::json::camera::Type as Lens;
 use gltf::json::extensions::scene::khr_lights_punctual as punctual;
@@ -12,6 +11,7 @@ use gltf::json::validation::Checked;
 use std::collections::BTreeSet;
 use std::f32::consts::{FRAC_PI_4, PI};
 use systems::components::{Camera, Light, LightKind, Projection};
+use systems::transform::Transform;
 
 /// Deeper nesting than any tool writes; despawning recurses through it.
 const MAX_DEPTH: usize = 512;

@@ -3,13 +3,13 @@
 use super::{Baked, Surface};
 use crate::frames::{FrameError, Headless};
 use crate::maps::Raster;
-use bevy_transform::components::Transform;
 use glam::{Quat, Vec3, Vec4};
 use image::{GenericImage, RgbaImage};
 use systems::Simulation;
 use systems::components::{Camera, Environment, Light, Projection};
 use systems::images::{Image, ImageKind};
 use systems::library::{Library, Map, Material, Mesh, Shading, Technique};
+use systems::transform::Transform;
 
 /// Pixels of each of the two pictures along a side.
 const SIDE: u32 = 768;

@@ -6,12 +6,12 @@
 use super::format::{Lamps, VehicleType as Source};
 use crate::import::Model;
 use crate::scene::spawn;
-use bevy_transform::components::Transform;
 use glam::{Affine3A, Vec3, Vec3A};
 use std::collections::HashMap;
 use systems::bounds::{Aabb, Sphere};
 use systems::components::LightKind;
 use systems::library::{Library, Material, MaterialId};
+use systems::transform::Transform;
 use systems::vehicles::parts::{Movement, Part, PartLamp};
 use systems::vehicles::types::{self, Limits, VehicleType};
 

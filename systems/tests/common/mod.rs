@@ -2,7 +2,6 @@
 
 #![allow(dead_code)]
 
-use bevy_transform::components::{GlobalTransform, Transform};
 use glam::{DVec3, Quat, Vec3};
 use proptest::prelude::*;
 use proptest::test_runner::FileFailurePersistence;
@@ -13,6 +12,7 @@ use systems::draw_list::LightRecord;
 use systems::light_search::{self, Found, Level, Scratch};
 use systems::light_tree::LightTree;
 use systems::lights::{LightPolicy, ScoredLight, Selection};
+use systems::transform::{GlobalTransform, Transform};
 
 pub const LUMINANCE: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
 
