@@ -118,6 +118,9 @@ pub fn select_lights(
     };
     let (count, all) = (order.dirty_count(), order.spheres().len());
     stats.selected = count;
+    if count == 0 {
+        return;
+    }
     if count * MANY_OBJECTS > all {
         order.take_all();
         for (spheres, first) in order.spheres().chunks(BLOCK).zip((0..).step_by(BLOCK)) {

@@ -68,6 +68,8 @@ pub struct ObjectOrder {
     entities: Vec<Entity>,
     /// A bit per place: lights are to be chosen again.
     dirty: Vec<u64>,
+    /// Without which no bit of `dirty` is set.
+    may_be_dirty: bool,
     /// A bit per group of 16 places: its box in the tree is not up to date.
     stale: Vec<u64>,
     /// Boxes around groups, around nodes of 16 groups, …
@@ -193,11 +195,13 @@ impl ObjectOrder {
     pub(crate) fn moved(&mut self, Place(place): Place, sphere: Sphere) {
         self.spheres[place as usize] = sphere;
         self.dirty[place as usize / 64] |= 1 << (place % 64);
+        self.may_be_dirty = true;
         self.set_stale(place);
     }
 
-    /// The order in so many parts, or fewer.
+    /// The order in so many parts, or fewer, to write in them what moved.
     pub(crate) fn parts(&mut self, count: usize) -> Vec<OrderPart<'_>> {
+        self.may_be_dirty = true;
         let places = self.spheres.len().div_ceil(count).next_multiple_of(PART_PLACES).max(PART_PLACES);
         let spheres = self.spheres.chunks_mut(places).zip(self.entities.chunks(places));
         let bits = self.dirty.chunks_mut(places / 64).zip(self.stale.chunks_mut(places / PART_PLACES));
@@ -230,6 +234,7 @@ impl ObjectOrder {
     /// Every object chooses again.
     pub(crate) fn mark_all(&mut self) {
         self.dirty.fill(u64::MAX);
+        self.may_be_dirty = true;
         let rest = self.spheres.len() % 64;
         if let (1.., Some(last)) = (rest, self.dirty.last_mut()) {
             *last = (1 << rest) - 1;
@@ -241,12 +246,16 @@ impl ObjectOrder {
 
     /// How many objects are to choose again.
     pub(crate) fn dirty_count(&self) -> usize {
+        if !self.may_be_dirty {
+            return 0;
+        }
         self.dirty.iter().map(|bits| bits.count_ones() as usize).sum()
     }
 
     /// All objects choose now, whether they are to or not.
     pub(crate) fn take_all(&mut self) {
         self.dirty.fill(0);
+        self.may_be_dirty = false;
         self.searched += self.spheres.len();
     }
 
@@ -256,6 +265,7 @@ impl ObjectOrder {
         dirty.before.clear();
         dirty.bits.clone_from(&self.dirty);
         self.dirty.fill(0);
+        self.may_be_dirty = false;
         for (word, &bits) in dirty.bits.iter().enumerate() {
             let mut bits = bits;
             dirty.before.push(dirty.places.len() as u32);
@@ -293,6 +303,7 @@ impl ObjectOrder {
         if found.iter().any(|found| found.len() > groups) {
             return self.mark_all();
         }
+        self.may_be_dirty = true;
         for (group, bits) in found.into_iter().flatten() {
             self.dirty[group as usize / 4] |= bits << (group % 4 * WIDTH as u32);
         }
@@ -450,7 +461,7 @@ impl ObjectOrder {
         }
         dirty.truncate(spheres.len().div_ceil(64));
         let stale = vec![u64::MAX; spheres.len().div_ceil(PART_PLACES)];
-        *self = Self { spheres, entities, dirty, stale, ..Self::default() };
+        *self = Self { spheres, entities, dirty, may_be_dirty: self.may_be_dirty, stale, ..Self::default() };
         self.refresh(pool);
         self.sorted_extent = self.extent();
     }
