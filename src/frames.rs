@@ -7,6 +7,7 @@ mod error;
 
 pub use error::FrameError;
 
+use crate::animation;
 use crate::import;
 use crate::import::cache::Cache;
 use crate::import::compress::{CompressReport, compress_images};
@@ -98,21 +99,32 @@ impl FrameJob {
         self.outputs.contains(&OutputKind::Id).then(|| self.folder.join("ids.json"))
     }
 
-    /// Whether a file is one that is written beside what the run is kept in.
+    /// Whether a file is one that may be written beside what the run is kept in.
     fn writes(&self, path: &Path) -> bool {
-        self.video.iter().any(|film| output::is_same(path, film)) || self.writes_beside_film(path)
+        let films = self.video.iter().flat_map(|film| [film.clone(), animation::instead_of(film)]);
+        films.into_iter().any(|film| output::is_same(path, &film)) || self.writes_beside_film(path)
     }
 
-    /// Whether a file is a picture, of whatever frame, or has the names of ids.
+    /// Whether a file may be a picture of the run, or has the names of ids.
     fn writes_beside_film(&self, path: &Path) -> bool {
         let path = &output::real(path);
         let is_picture = |kind: &OutputKind| {
             let name = path.file_name().and_then(OsStr::to_str);
             let number = name.and_then(|name| name.strip_prefix(kind.name())?.strip_prefix('_')?.strip_suffix(".png"));
-            let frame = number.and_then(|number| number.parse().ok());
+            let frame = number.and_then(|number| number.parse().ok()).filter(|&frame| self.may_draw(frame));
             frame.is_some_and(|frame| output::is_same(path, &self.picture(*kind, frame)))
         };
         self.names_of_ids().is_some_and(|names| output::is_same(path, &names)) || self.outputs.iter().any(is_picture)
+    }
+
+    /// Whether a frame may be one of the run's, as far as that is known before its files are read.
+    fn may_draw(&self, frame: u64) -> bool {
+        let begins_at_0 = self.run.from_snapshot.is_none() && self.run.replay.is_none();
+        match &self.frames {
+            Frames::Range(range) => range.contains(&frame),
+            Frames::First(count) => !begins_at_0 || frame < *count,
+            Frames::All => !begins_at_0 || frame == 0,
+        }
     }
 }
 
@@ -168,10 +180,18 @@ impl Stage {
     /// # Errors
     /// [`FrameError::Overwrites`].
     pub fn check_outputs(&self, is_output: impl Fn(&Path) -> bool) -> Result<(), FrameError> {
-        match import::with_files_named_by(&self.scene.files).find(|path| is_output(path)) {
-            Some(path) => Err(FrameError::Overwrites { path }),
-            None => Ok(()),
-        }
+        check_outputs(&self.scene.files, is_output)
+    }
+}
+
+/// Makes sure that no output is one of the files that are read, or is named by one.
+///
+/// # Errors
+/// [`FrameError::Overwrites`].
+pub fn check_outputs(read: &[PathBuf], is_output: impl Fn(&Path) -> bool) -> Result<(), FrameError> {
+    match import::with_files_named_by(read).find(|path| is_output(path)) {
+        Some(path) => Err(FrameError::Overwrites { path }),
+        None => Ok(()),
     }
 }
 

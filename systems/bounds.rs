@@ -1,6 +1,7 @@
 //! Bounding volumes: of meshes in object space, of entities in world space.
 
-use crate::changes::{LIGHT_ROWS, first_changed, rows_per_task, touch};
+use crate::changes::{LIGHT_ROWS, first_changed, rows_per_task};
+use crate::columns::Column;
 use crate::library::{Library, MeshId};
 use crate::parallel::in_parallel;
 use crate::transform::GlobalTransform;
@@ -96,24 +97,19 @@ fn update_table(
     bounds: ContiguousMut<WorldBounds>,
 ) {
     let ((transforms, placed), (meshes, chosen)) = (ContiguousRef::split(transforms), ContiguousRef::split(meshes));
-    let (bounds, mut written) = ContiguousMut::bypass_change_detection_split(bounds);
+    let mut bounds = Column::new(bounds);
     let Some((first, since, columns)) = first_changed([Some(&placed), Some(&chosen)]) else { return };
     let rows = rows_per_task(bounds.len() - first, LIGHT_ROWS);
-    let targets = bounds[first..].chunks_mut(rows).zip(written.changed_mut()[first..].chunks_mut(rows));
-    in_parallel(targets.enumerate(), |(part, (bounds, changed))| {
-        let start = first + part * rows;
-        since.for_each(columns, start..start + bounds.len(), |row| {
-            let bounds = &mut bounds[row - start];
-            let entry = library.mesh(meshes[row]);
-            let new = entry.map_or(*bounds, |entry| WorldBounds(entry.bounds.transformed(&transforms[row].affine())));
+    in_parallel(bounds.parts(first, rows), |mut part| {
+        since.for_each(columns, part.rows(), |row| {
+            let (old, entry) = (*part.get(row), library.mesh(meshes[row]));
+            let new = entry.map_or(old, |entry| WorldBounds(entry.bounds.transformed(&transforms[row].affine())));
             // Also where the bounds are what they were: an object without a mesh has lost its place among the others.
-            if new != *bounds || since.contains(&chosen.added()[row]) {
-                *bounds = new;
-                changed[row - start] = chosen.this_run();
+            if new != old || since.contains(&chosen.added()[row]) {
+                part.set(row, new);
             }
         });
     });
-    touch(written);
 }
 
 #[cfg(test)]

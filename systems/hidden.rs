@@ -13,6 +13,7 @@ use crate::components::Light;
 use crate::library::{MaterialId, MeshId};
 use crate::pieces::Pieces;
 use crate::transform::Transform;
+use crate::transforms::NewParents;
 use crate::{instances, lights};
 use bevy_ecs::change_detection::ContiguousRef;
 use bevy_ecs::entity_disabling::Disabled;
@@ -74,7 +75,8 @@ pub(crate) type AlsoDisabled = Or<(With<Disabled>, Without<Disabled>)>;
 pub fn inherit_hidden(
     hidden: Query<(Entity, Ref<Hidden>), AlsoDisabled>,
     inherited: Query<(), (With<InheritedHidden>, AlsoDisabled)>,
-    hung: Query<(Entity, Ref<ChildOf>), AlsoDisabled>,
+    hung: Query<&ChildOf, AlsoDisabled>,
+    new_parents: Res<NewParents>,
     children: Query<&Children, AlsoDisabled>,
     mut shown: RemovedComponents<Hidden>,
     mut orphaned: RemovedComponents<ChildOf>,
@@ -89,9 +91,7 @@ pub fn inherit_hidden(
     for (entities, marks) in hidden.contiguous_iter().into_iter().flatten() {
         for_each_changed(&ContiguousRef::split(marks).1, |row| open.push(entities[row]));
     }
-    for (entities, parents) in hung.contiguous_iter().into_iter().flatten() {
-        for_each_changed(&ContiguousRef::split(parents).1, |row| open.push(entities[row]));
-    }
+    open.extend(new_parents.entities().iter().filter(|&&entity| hung.contains(entity)));
     let mut known = HashMap::new();
     for top in open {
         let mut below = vec![(top, is_hidden_above(top, &hidden, &hung))];
@@ -118,9 +118,9 @@ pub fn inherit_hidden(
 fn is_hidden_above(
     entity: Entity,
     hidden: &Query<(Entity, Ref<Hidden>), AlsoDisabled>,
-    hung: &Query<(Entity, Ref<ChildOf>), AlsoDisabled>,
+    hung: &Query<&ChildOf, AlsoDisabled>,
 ) -> bool {
-    let above = |entity| hung.get(entity).ok().map(|(_, parent)| parent.parent());
+    let above = |entity| hung.get(entity).ok().map(ChildOf::parent);
     let (mut next, mut seen) = (above(entity), HashSet::new());
     while let Some(node) = next {
         if hidden.contains(node) {

@@ -5,12 +5,12 @@
 //! [`Interpolation::fraction`] says. Off, or at a fraction of 1, everything is drawn where it is: so are pictures
 //! without a window, and a window whose clock stands.
 
-use crate::changes::{LIGHT_ROWS, rows_per_task, touch};
+use crate::changes::{LIGHT_ROWS, rows_per_task};
+use crate::columns::Column;
 use crate::parallel::in_parallel;
 use crate::transform::Transform;
-use bevy_ecs::change_detection::{ContiguousMut, ContiguousRef};
+use bevy_ecs::change_detection::ContiguousRef;
 use bevy_ecs::prelude::*;
-use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 /// How far between the last two steps frames are drawn.
 #[derive(Resource, Clone, Copy, PartialEq, Debug)]
@@ -73,22 +73,12 @@ pub fn remember(interpolation: Res<Interpolation>, mut all: Query<(&mut Interpol
         return;
     }
     for (noted, transforms) in all.contiguous_iter_mut().into_iter().flatten() {
-        let (noted, mut ticks) = ContiguousMut::bypass_change_detection_split(noted);
-        let (transforms, _) = ContiguousRef::split(transforms);
+        let (mut noted, transforms) = (Column::new(noted), ContiguousRef::split(transforms).0);
         let rows = rows_per_task(noted.len(), LIGHT_ROWS);
-        let (this_run, any) = (ticks.this_run(), AtomicBool::new(false));
-        let parts = noted.chunks_mut(rows).zip(ticks.changed_mut().chunks_mut(rows)).zip(transforms.chunks(rows));
-        in_parallel(parts, |((noted, ticks), transforms)| {
-            for ((noted, tick), transform) in noted.iter_mut().zip(ticks).zip(transforms) {
-                if noted.before != Some(*transform) {
-                    noted.before = Some(*transform);
-                    *tick = this_run;
-                    any.store(true, Relaxed);
-                }
+        in_parallel(noted.parts(0, rows), |mut part| {
+            for row in part.rows() {
+                part.set_if_neq(row, Interpolated { before: Some(transforms[row]) });
             }
         });
-        if any.into_inner() {
-            touch(ticks);
-        }
     }
 }

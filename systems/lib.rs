@@ -12,6 +12,7 @@ pub mod brute_force;
 mod changes;
 pub mod clock;
 pub mod color;
+mod columns;
 pub mod components;
 mod curve;
 pub mod displace;
@@ -117,6 +118,8 @@ impl Simulation {
         world.init_resource::<clock::Seed>();
         world.init_resource::<inputs::Inputs>();
         world.init_resource::<interpolation::Interpolation>();
+        world.init_resource::<transforms::NewParents>();
+        world.add_observer(transforms::note_parent);
         world.init_resource::<roster::Roster>();
         world.insert_resource(state::StateList::standard());
         world.init_resource::<stats::FrameStats>();

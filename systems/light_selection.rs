@@ -119,6 +119,7 @@ pub fn select_lights(
     let (count, all) = (order.dirty_count(), order.spheres().len());
     stats.selected = count;
     if count == 0 {
+        order.nothing_dirty();
         return;
     }
     if count * MANY_OBJECTS > all {

@@ -252,6 +252,11 @@ impl ObjectOrder {
         self.dirty.iter().map(|bits| bits.count_ones() as usize).sum()
     }
 
+    /// There is no object that is to choose again.
+    pub(crate) fn nothing_dirty(&mut self) {
+        self.may_be_dirty = false;
+    }
+
     /// All objects choose now, whether they are to or not.
     pub(crate) fn take_all(&mut self) {
         self.dirty.fill(0);

@@ -9,21 +9,37 @@
 //! An [`Interpolated`] entity is placed between its last two transforms; where the window draws frames between steps,
 //! those that moved in the last step are placed anew in each.
 
-use crate::changes::{LIGHT_ROWS, first_changed, for_each_changed_in, rows_per_task, touch};
+use crate::changes::{LIGHT_ROWS, first_changed, for_each_changed_in, rows_per_task};
+use crate::columns::Column;
 use crate::interpolation::{Interpolated, Interpolation};
 use crate::parallel::in_parallel;
 use crate::transform::{GlobalTransform, Transform};
 use bevy_ecs::change_detection::{ContiguousMut, ContiguousRef};
 use bevy_ecs::prelude::*;
 use glam::Affine3A;
-use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 type Placed<'a> = (Ref<'a, Transform>, Option<Ref<'a, Interpolated>>, &'a mut GlobalTransform);
-type Hung<'a> = (Entity, Ref<'a, Transform>, Option<Ref<'a, Interpolated>>, Option<Ref<'a, ChildOf>>);
+type Hung<'a> = (Entity, Ref<'a, Transform>, Option<Ref<'a, Interpolated>>);
 type Alone = (Without<ChildOf>, Without<Children>);
 type Related = Or<(With<ChildOf>, With<Children>)>;
 type Node = (&'static Transform, Option<&'static Interpolated>, &'static mut GlobalTransform, Has<Children>);
 type Nodes<'w, 's> = Query<'w, 's, Node>;
+
+/// Entities whose parent is new since the last frame. `ChildOf`, which is Bevy's, has no summary tick that would tell.
+#[derive(Resource, Debug, Default)]
+pub struct NewParents(Vec<Entity>);
+
+impl NewParents {
+    /// As they came; some may be gone, or have another parent by now.
+    pub(crate) fn entities(&self) -> &[Entity] {
+        &self.0
+    }
+}
+
+/// Keeps an account of [`NewParents`]; an observer of the world.
+pub fn note_parent(inserted: On<Insert<ChildOf>>, mut new: ResMut<NewParents>) {
+    new.0.push(inserted.entity);
+}
 
 /// How a frame places what is interpolated.
 #[derive(Clone, Copy)]
@@ -43,6 +59,7 @@ pub fn update_transforms(
         (Nodes, Query<&ChildOf>, Query<&Children>),
     )>,
     mut orphaned: RemovedComponents<ChildOf>,
+    mut hung: ResMut<NewParents>,
     interpolation: Res<Interpolation>,
     mut kept: Local<Kept>,
 ) {
@@ -52,12 +69,13 @@ pub fn update_transforms(
         update_table(transforms, interpolated, globals, between);
     }
     let mut changed: Vec<Entity> = orphaned.read().collect();
-    for (entities, transforms, interpolated, parents) in queries.p1().contiguous_iter().into_iter().flatten() {
+    if !hung.0.is_empty() {
+        changed.append(&mut hung.0);
+    }
+    for (entities, transforms, interpolated) in queries.p1().contiguous_iter().into_iter().flatten() {
         let (transforms, placed) = ContiguousRef::split(transforms);
         let (interpolated, noted) = interpolated.map(ContiguousRef::split).unzip();
-        let parents = parents.map(|parents| ContiguousRef::split(parents).1);
-        let columns = [Some(&placed), noted.as_ref(), parents.as_ref()];
-        for_each_changed_in(columns, |row| changed.push(entities[row]));
+        for_each_changed_in([Some(&placed), noted.as_ref()], |row| changed.push(entities[row]));
         if let Some(interpolated) = interpolated.filter(|_| between.is_new) {
             let moving = interpolated.iter().zip(transforms).zip(entities);
             changed.extend(moving.filter(|((noted, now), _)| noted.is_moving(now)).map(|(_, entity)| *entity));
@@ -81,40 +99,26 @@ fn update_table(
 ) {
     let (transforms, ticks) = ContiguousRef::split(transforms);
     let (interpolated, noted) = interpolated.map(ContiguousRef::split).unzip();
-    let (globals, mut written) = ContiguousMut::bypass_change_detection_split(globals);
-    let this_run = ticks.this_run();
+    let mut globals = Column::new(globals);
     let global = |row: usize| match interpolated {
         Some(noted) => place(&noted[row].blend(&transforms[row], between.fraction)),
         None => place(&transforms[row]),
     };
-    let any = AtomicBool::new(false);
     if let Some((first, since, columns)) = first_changed([Some(&ticks), noted.as_ref()]) {
         let rows = rows_per_task(globals.len() - first, LIGHT_ROWS);
-        let targets = globals[first..].chunks_mut(rows).zip(written.changed_mut()[first..].chunks_mut(rows));
-        in_parallel(targets.enumerate(), |(part, (globals, written))| {
-            let start = first + part * rows;
-            since.for_each(columns, start..start + globals.len(), |row| {
-                globals[row - start] = global(row);
-                written[row - start] = this_run;
-            });
+        in_parallel(globals.parts(first, rows), |mut part| {
+            since.for_each(columns, part.rows(), |row| part.set(row, global(row)));
         });
-        any.store(true, Relaxed);
     }
     if let Some(noted) = interpolated.filter(|_| between.is_new) {
         let rows = rows_per_task(globals.len(), LIGHT_ROWS);
-        let targets = globals.chunks_mut(rows).zip(written.changed_mut().chunks_mut(rows));
-        in_parallel(targets.enumerate(), |(part, (globals, written))| {
-            for (i, (place, written)) in globals.iter_mut().zip(written).enumerate() {
-                let row = part * rows + i;
-                if *written != this_run && noted[row].is_moving(&transforms[row]) {
-                    (*place, *written) = (global(row), this_run);
-                    any.store(true, Relaxed);
+        in_parallel(globals.parts(0, rows), |mut part| {
+            for row in part.rows() {
+                if !part.is_written(row) && noted[row].is_moving(&transforms[row]) {
+                    part.set(row, global(row));
                 }
             }
         });
-    }
-    if any.into_inner() {
-        touch(written);
     }
 }
 

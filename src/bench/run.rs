@@ -8,8 +8,8 @@ use super::machine::{Build, Memory};
 use super::measurement::{Measurement, Spread};
 use super::subject::Subject;
 use super::trace::chrome_trace;
-use super::yard::{Yard, YardError};
-use crate::frames::FrameError;
+use super::yard::{Yard, YardError, YardMesh};
+use crate::frames::{self, FrameError};
 use crate::output::{self, OutputError};
 use crate::renderer::{
     Gpu, GpuError, Occlusion, PICTURE_FORMAT, PassTime, RenderError, RenderStats, Renderer, Settings,
@@ -131,6 +131,10 @@ pub fn run(args: &BenchArgs, started: Instant, mut progress: impl FnMut(u32, u32
     for file in args.picture.iter().chain(&args.trace) {
         let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
         output::check_writable(folder.unwrap_or(Path::new(".")))?;
+    }
+    if let YardMesh::Model(model) = &args.mesh {
+        let outputs = || args.picture.iter().chain(&args.trace);
+        frames::check_outputs(std::slice::from_ref(model), |path| outputs().any(|out| output::is_same(path, out)))?;
     }
     let mut start = Start::new(started);
     let mut bench = Bench::new(args, &mut start)?;

@@ -2,6 +2,7 @@
 
 use super::tables::{FEW_BYTES_UNDER_WAY, Pace};
 use super::{Gpu, RenderError};
+use bevy_ecs::change_detection::DetectChangesMut;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use systems::Simulation;
@@ -72,7 +73,7 @@ impl Textures {
                 let bytes = write_layer(gpu, &array.texture, layer as u32, image);
                 pace.handed_in(gpu, bytes);
                 written += bytes;
-                simulation.world.resource_mut::<Library>().uploaded(id);
+                simulation.world.resource_mut::<Library>().bypass_change_detection().uploaded(id);
             }
             array.uploaded = layer + 1;
         }

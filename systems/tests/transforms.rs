@@ -65,6 +65,8 @@ impl Worlds {
         worlds.iter_mut().for_each(|world| {
             world.init_resource::<StaticTransformOptimizations>();
             world.init_resource::<systems::interpolation::Interpolation>();
+            world.init_resource::<systems::transforms::NewParents>();
+            world.add_observer(systems::transforms::note_parent);
         });
         let [one, other] = worlds;
         Self { ours: (one, ours), theirs: (other, theirs), entities: Vec::new() }

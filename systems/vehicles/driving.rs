@@ -23,10 +23,11 @@ use super::{
 };
 use crate::changes::rows_per_task;
 use crate::clock::Clock;
+use crate::columns::{Column, ColumnPart};
 use crate::interpolation::Interpolated;
 use crate::parallel::in_parallel;
 use crate::transform::Transform;
-use bevy_ecs::change_detection::{ContiguousComponentTicksMut, ContiguousMut, ContiguousRef, Tick};
+use bevy_ecs::change_detection::{ContiguousMut, ContiguousRef};
 use bevy_ecs::prelude::*;
 use glam::{Vec2, Vec3};
 use std::sync::atomic::Ordering;
@@ -176,95 +177,69 @@ fn move_all(vehicles: &mut Query<Columns>, around: &Surroundings) -> Vec<Entity>
         let chunk = rows_per_task(entities.len(), LEAST_ROWS);
         let (kinds, _) = ContiguousRef::split(kinds);
         let on = on.filter(|_| !by_hand && !around.routes.is_empty());
-        let (motions, mut motion_ticks) = ContiguousMut::bypass_change_detection_split(motions);
-        let (controls, mut control_ticks) = ContiguousMut::bypass_change_detection_split(controls);
-        let (transforms, mut transform_ticks) = ContiguousMut::bypass_change_detection_split(transforms);
-        let mut on = on.map(ContiguousMut::bypass_change_detection_split);
-        let mut wanted = wanted.map(ContiguousMut::bypass_change_detection_split);
-        let mut drawn = drawn.map(ContiguousMut::bypass_change_detection_split);
-        let motions = parts(motions, &mut motion_ticks, chunk);
-        let controls = parts(controls, &mut control_ticks, chunk);
-        let transforms = parts(transforms, &mut transform_ticks, chunk);
+        let (mut motions, mut controls) = (Column::new(motions), Column::new(controls));
+        let mut transforms = Column::new(transforms);
+        let (mut on, mut wanted, mut drawn) = (on.map(Column::new), wanted.map(Column::new), drawn.map(Column::new));
+        let motions = motions.parts(0, chunk);
+        let controls = controls.parts(0, chunk);
+        let transforms = transforms.parts(0, chunk);
         let on = maybe_parts(on.as_mut(), motions.len(), chunk);
         let wanted = maybe_parts(wanted.as_mut(), motions.len(), chunk);
         let drawn = maybe_parts(drawn.as_mut(), motions.len(), chunk);
-        let parts = motions.into_iter().zip(controls).zip(transforms).zip(on).zip(wanted).zip(drawn).enumerate();
-        in_parallel(
-            parts,
-            |(part, (((((mut motions, mut controls), mut transforms), mut on), mut wanted), mut drawn))| {
-                for i in 0..motions.values.len() {
-                    let index = part * chunk + i;
-                    let mut body = Body {
-                        row: first + index,
-                        number: numbers[index].0,
-                        kind: around.types.get(kinds[index].kind),
-                        motion: motions.values[i],
-                        controls: controls.values[i],
-                        transform: transforms.values[i],
-                        jumped: false,
-                    };
-                    let mut route = on.as_ref().map(|on| on.values[i]);
-                    let mut wants = wanted.as_ref().map(|wanted| wanted.values[i]);
-                    around.step(&mut body, route.as_mut(), wants.as_mut());
-                    if !is_sound(&body, route.as_ref()) {
-                        if let Ok(mut broken) = broken.lock() {
-                            broken.push(entities[index]);
-                        }
-                        restore(&mut body, &around.traffic.rows[first + index]);
-                        route = None;
-                        wants = wants.map(|_| Wanted::default());
+        let parts = motions.zip(controls).zip(transforms).zip(on).zip(wanted).zip(drawn);
+        in_parallel(parts, |(((((mut motions, mut controls), mut transforms), mut on), mut wanted), mut drawn)| {
+            for index in motions.rows() {
+                let mut body = Body {
+                    row: first + index,
+                    number: numbers[index].0,
+                    kind: around.types.get(kinds[index].kind),
+                    motion: *motions.get(index),
+                    controls: *controls.get(index),
+                    transform: *transforms.get(index),
+                    jumped: false,
+                };
+                let mut route = on.as_ref().map(|on| *on.get(index));
+                let mut wants = wanted.as_ref().map(|wanted| *wanted.get(index));
+                around.step(&mut body, route.as_mut(), wants.as_mut());
+                if !is_sound(&body, route.as_ref()) {
+                    if let Ok(mut broken) = broken.lock() {
+                        broken.push(entities[index]);
                     }
-                    if let Some(drawn) = drawn.as_mut().filter(|_| body.jumped) {
-                        drawn.values[i].jump();
-                        drawn.changed[i] = drawn.now;
-                    }
-                    motions.set(i, body.motion);
-                    controls.set(i, body.controls);
-                    transforms.set(i, body.transform);
-                    if let (Some(on), Some(route)) = (&mut on, route) {
-                        on.set(i, route);
-                    }
-                    if let (Some(wanted), Some(wants)) = (&mut wanted, wants) {
-                        wanted.set(i, wants);
-                    }
+                    restore(&mut body, &around.traffic.rows[first + index]);
+                    route = None;
+                    wants = wants.map(|_| Wanted::default());
                 }
-            },
-        );
+                if let Some(drawn) = drawn.as_mut().filter(|_| body.jumped) {
+                    let mut noted = *drawn.get(index);
+                    noted.jump();
+                    drawn.set(index, noted);
+                }
+                motions.set_if_neq(index, body.motion);
+                controls.set_if_neq(index, body.controls);
+                transforms.set_if_neq(index, body.transform);
+                if let (Some(on), Some(route)) = (&mut on, route) {
+                    on.set_if_neq(index, route);
+                }
+                if let (Some(wanted), Some(wants)) = (&mut wanted, wants) {
+                    wanted.set_if_neq(index, wants);
+                }
+            }
+        });
     }
     let mut broken = broken.into_inner().unwrap_or_default();
     broken.sort_unstable();
     broken
 }
 
-/// A part of a column, for one task.
-struct Part<'a, T> {
-    values: &'a mut [T],
-    changed: &'a mut [Tick],
-    now: Tick,
-}
-
-type Split<'a, T> = (&'a mut [T], ContiguousComponentTicksMut<'a>);
-
-fn parts<'a, T>(values: &'a mut [T], ticks: &'a mut ContiguousComponentTicksMut, rows: usize) -> Vec<Part<'a, T>> {
-    let now = ticks.this_run();
-    let changed = ticks.changed_mut().chunks_mut(rows);
-    values.chunks_mut(rows).zip(changed).map(|(values, changed)| Part { values, changed, now }).collect()
-}
-
-/// As many of a column that a table may lack.
-fn maybe_parts<'a, T>(column: Option<&'a mut Split<'_, T>>, count: usize, rows: usize) -> Vec<Option<Part<'a, T>>> {
+/// The parts of a column that a table may lack.
+fn maybe_parts<'a, T>(
+    column: Option<&'a mut Column<'_, T>>,
+    count: usize,
+    rows: usize,
+) -> Vec<Option<ColumnPart<'a, T>>> {
     match column {
-        Some((values, ticks)) => parts(values, ticks, rows).into_iter().map(Some).collect(),
+        Some(column) => column.parts(0, rows).map(Some).collect(),
         None => (0..count).map(|_| None).collect(),
-    }
-}
-
-impl<T: PartialEq> Part<'_, T> {
-    fn set(&mut self, row: usize, value: T) {
-        if self.values[row] != value {
-            self.values[row] = value;
-            self.changed[row] = self.now;
-        }
     }
 }
 

@@ -1,0 +1,54 @@
+//! A frame shows the world as it is, whether or not there were frames before.
+
+use bevy_ecs::prelude::*;
+use relief::frames::{LoadOptions, Stage, load_stage};
+use std::collections::BTreeMap;
+use std::path::Path;
+use systems::bounds::WorldBounds;
+use systems::selected_lights::SelectedLights;
+use systems::transform::GlobalTransform;
+
+type Seen = (GlobalTransform, Option<WorldBounds>, Option<SelectedLights>);
+
+/// Where everything is that is anywhere, and its lights.
+fn seen(stage: &mut Stage) -> BTreeMap<Entity, Seen> {
+    let world = &mut stage.simulation.world;
+    let mut all = world.query::<(Entity, &GlobalTransform, Option<&WorldBounds>, Option<&SelectedLights>)>();
+    let seen = |(entity, place, bounds, lights): (_, &_, Option<&_>, Option<&_>)| {
+        (entity, (*place, bounds.copied(), lights.copied()))
+    };
+    all.iter(world).map(seen).collect()
+}
+
+#[test]
+fn scenes_are_seen_as_if_no_frame_had_been_before() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes");
+    let mut moving = Vec::new();
+    for entry in std::fs::read_dir(folder).expect("the shipped scenes").flatten() {
+        let load = || load_stage(&entry.path(), None, &LoadOptions::default());
+        // Files of vehicle types are no scenes.
+        let Ok(mut watched) = load() else { continue };
+        watched.simulation.frame();
+        let first = seen(&mut watched);
+        for step in 1..=24 {
+            watched.simulation.step();
+            watched.simulation.frame();
+            if step % 8 != 0 {
+                continue;
+            }
+            let mut fresh = load().expect("the scene");
+            (0..step).for_each(|_| fresh.simulation.step());
+            fresh.simulation.frame();
+            let (seen, expected) = (seen(&mut watched), seen(&mut fresh));
+            let others: Vec<_> =
+                expected.iter().filter(|(entity, now)| seen.get(entity) != Some(now)).take(3).collect();
+            assert!(seen.len() == expected.len() && others.is_empty(), "{}: {others:?}", entry.path().display());
+        }
+        let moved = seen(&mut watched).iter().filter(|(entity, now)| first.get(entity) != Some(now)).count();
+        moving.push((entry.file_name().into_string().expect("a name"), moved));
+    }
+    eprintln!("{moving:?}");
+    // Vehicles with their wheels and lamps; and the light that they carry away.
+    let moved = |name: &str| moving.iter().find(|(scene, _)| scene == name).map_or(0, |(_, moved)| *moved);
+    assert!(["town.ron", "traffic.ron", "lights.ron"].into_iter().all(|scene| moved(scene) > 20), "{moving:?}");
+}
