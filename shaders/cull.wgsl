@@ -12,6 +12,9 @@
 // After `cull`, a workgroup takes `TOGETHER` pages or entries: it looks which of them hold anything that is drawn, and does
 // the rest of its work for these. Most pages are out of view, and most objects of a page at one level of detail.
 //
+// No branch hangs on uniforms alone: for such a one, Mesa's software driver makes a shader of its own for each value, and
+// keeps what it made it from.
+//
 // Every list comes out in the same order however the invocations run: nothing is appended by atomic counters.
 //
 // What is near is drawn before what is far, so that fewer pixels are shaded that will be hidden: a counting sort by slices
@@ -250,11 +253,11 @@ fn is_sampled(footprint: Footprint) -> bool {
         return true;
     }
     // WebGPU, "Sample patterns"; Vulkan's standard sample locations.
-    return cull_view.samples > 1u
-        && (covers(footprint, vec2f(0.375, 0.125))
-            || covers(footprint, vec2f(0.875, 0.375))
-            || covers(footprint, vec2f(0.125, 0.625))
-            || covers(footprint, vec2f(0.625, 0.875)));
+    let between = covers(footprint, vec2f(0.375, 0.125))
+        || covers(footprint, vec2f(0.875, 0.375))
+        || covers(footprint, vec2f(0.125, 0.625))
+        || covers(footprint, vec2f(0.625, 0.875));
+    return between && cull_view.samples > 1u;
 }
 
 @compute @workgroup_size(PAGE_SLOTS)
@@ -271,11 +274,8 @@ fn cull(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index
         return;
     }
     let found = level_of(bounds, batches[page.y]) | IN_VIEW | (slice_of(bounds.center) << SLICE_SHIFT);
-    if cull_view.occlusion == 0u {
-        visibility[slot] = found | EARLY | SEEN;
-    } else {
-        visibility[slot] = found | select(0u, EARLY, (visibility[slot] & SEEN) != 0u);
-    }
+    let again = select(0u, EARLY, (visibility[slot] & SEEN) != 0u);
+    visibility[slot] = found | select(again, EARLY | SEEN, cull_view.occlusion == 0u);
 }
 
 // Whether everything in a footprint is behind what the pyramid holds.

@@ -24,6 +24,8 @@ use bevy_ecs::prelude::*;
 use image::buffer::ConvertBuffer;
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -379,6 +381,8 @@ pub fn render_frames(job: &FrameJob, mut progress: impl FnMut(u64, u64)) -> Resu
         }
         video::check(film)?;
     }
+    let begun_from: Vec<PathBuf> = job.run.replay.iter().chain(&job.run.from_snapshot).cloned().collect();
+    check_outputs(&begun_from, |path| job.writes(path))?;
     // The driver and its pipelines take their time; the scene loads meanwhile.
     let opening = std::thread::spawn(|| Gpu::headless().map(|gpu| Renderer::new(&gpu)));
     let stage = load_stage(&job.scene, job.camera.as_deref(), &job.load);
@@ -434,9 +438,17 @@ pub fn render_frames(job: &FrameJob, mut progress: impl FnMut(u64, u64)) -> Resu
     Ok(written)
 }
 
-/// Whether a picture of that size is there: pictures are written whole, so that what begins as one holds all.
+/// Whether a whole picture of that size is there: one that was cut short, by others than this program, lacks its end.
 fn is_written(path: &Path, size: (u32, u32)) -> bool {
-    image::image_dimensions(path).is_ok_and(|found| found == size)
+    // The last chunk of a PNG file: no data, its name, and the checksum of that (PNG specification, 11.2.5).
+    const END: [u8; 12] = *b"\0\0\0\0IEND\xAE\x42\x60\x82";
+    let mut end = [0; END.len()];
+    let read_end = |mut file: File| {
+        file.seek(SeekFrom::End(-(END.len() as i64)))?;
+        file.read_exact(&mut end)
+    };
+    let is_whole = File::open(path).and_then(read_end).is_ok() && end == END;
+    is_whole && image::image_dimensions(path).is_ok_and(|found| found == size)
 }
 
 fn pictures(renderer: &mut Renderer, view: &View, kinds: &[OutputKind]) -> Vec<(OutputKind, image::DynamicImage)> {

@@ -55,6 +55,18 @@ pub fn write_whole_with(
     })
 }
 
+/// Begins a file that is written as a run goes on. A file of that name is replaced, not written over: it may have other
+/// names, as those of an input.
+///
+/// # Errors
+/// What the operating system says.
+pub fn create_anew(path: &Path) -> std::io::Result<fs::File> {
+    if path.symlink_metadata().is_ok_and(|found| found.is_file()) {
+        fs::remove_file(path)?;
+    }
+    fs::File::create(path)
+}
+
 /// Encodes a picture as PNG and writes it whole.
 ///
 /// # Errors

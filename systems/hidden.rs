@@ -76,10 +76,9 @@ pub fn inherit_hidden(
     hidden: Query<(Entity, Ref<Hidden>), AlsoDisabled>,
     inherited: Query<(), (With<InheritedHidden>, AlsoDisabled)>,
     hung: Query<&ChildOf, AlsoDisabled>,
-    new_parents: Res<NewParents>,
     children: Query<&Children, AlsoDisabled>,
     mut shown: RemovedComponents<Hidden>,
-    mut orphaned: RemovedComponents<ChildOf>,
+    (new_parents, mut orphaned): (Res<NewParents>, RemovedComponents<ChildOf>),
     mut commands: Commands,
 ) {
     let mut open: Vec<Entity> = shown.read().collect();

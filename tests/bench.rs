@@ -235,6 +235,11 @@ fn a_suite_writes_everything_and_compares() {
     let report = fs::read_to_string(out.join("report.md")).expect("a report");
     assert!(report.contains("## Compared with faster.jsonl") && report.contains("**slower**"), "{report}");
     assert_eq!(names(&out).len(), 5);
+    // What is compared with is not lost.
+    let before = fs::read(out.join("results.jsonl")).expect("results");
+    let error = refusal(&bench(&[&suite, ["--compare=./out/results.jsonl"].as_slice()].concat(), folder.path()), 2);
+    assert!(error.contains("./out/results.jsonl: an output would take the place of this file"), "{error}");
+    assert!(fs::read(out.join("results.jsonl")).expect("results") == before);
 }
 
 #[test]
@@ -272,7 +277,9 @@ fn bad_files_are_refused_before_anything_is_measured() {
     fs::write(folder.path().join("other.jsonl"), b"{}\n").expect("a file");
     fs::write(folder.path().join("empty.jsonl"), b"").expect("a file");
     fs::write(folder.path().join("taken"), b"").expect("a file");
-    let cases: [(&[&str], &str); 8] = [
+    let cases: [(&[&str], &str); 10] = [
+        (&["--picture=both", "--trace=./both"], "both: the run reads or writes this file already"),
+        (&["--mesh=broken.glb", "--trace=./broken.glb"], "broken.glb: an output would take the place of this file"),
         (&["--mesh=missing.glb"], "missing.glb: "),
         (&["--mesh=broken.glb"], "broken.glb: "),
         (&["--suite", "-o", "out", "--compare", "missing.jsonl"], "missing.jsonl: "),

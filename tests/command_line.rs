@@ -98,6 +98,8 @@ fn a_resumed_run_ends_with_what_an_unbroken_one_gives() {
     let part = folder.path().join("part");
     fs::remove_file(part.join("color_00002.png")).expect("it was there");
     fs::write(part.join("color_00000.png"), b"").expect("an empty file");
+    let cut = fs::read(part.join("color_00003.png")).expect("a frame");
+    fs::write(part.join("color_00003.png"), &cut[..cut.len() - 20]).expect("a part of it");
     let kept = fs::metadata(part.join("color_00001.png")).expect("a frame").modified().expect("a time");
     let output = relief(&[&base[..], &["part", "--resume"]].concat(), folder.path());
     assert!(output.status.success());

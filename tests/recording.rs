@@ -461,6 +461,37 @@ fn nothing_that_a_run_reads_is_overwritten() {
 }
 
 #[test]
+fn what_a_run_begins_from_stays_as_it_is() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let place = Place::new();
+    let size = ["--size", "8x8"];
+    let files = ["--frames", "4", "--record", "a.rec", "--save-snapshot", "a.snap"];
+    place.succeeds(&[&["render", "scene.ron", "-o", "o"], &size[..], &files].concat());
+    for (from, to) in [("a.rec", "color_00002.png"), ("a.rec", "a.apng"), ("a.snap", "color_00004.png")] {
+        fs::copy(place.path(from), place.path(to)).expect("a copy");
+    }
+    let before = ["color_00002.png", "a.apng", "color_00004.png"].map(|name| place.read(name));
+    let refused = "an output would take the place of this file";
+    place.is_refused(&[&["replay", "color_00002.png", "-o", "."], &size[..]].concat(), &["color_00002.png", refused]);
+    let film = ["replay", "a.apng", "-o", "o", "--video", "a.apng"];
+    place.is_refused(&[&film, &size[..]].concat(), &["a.apng", refused]);
+    let on = ["render", "scene.ron", "-o", ".", "--from-snapshot", "color_00004.png", "--frames", "2"];
+    place.is_refused(&[&on, &size[..]].concat(), &["color_00004.png", refused]);
+    assert!(before == ["color_00002.png", "a.apng", "color_00004.png"].map(|name| place.read(name)));
+    // A file of the run may be another name of what is read: it gets a file of its own.
+    let read = ["scene.ron", "a.rec"].map(|name| place.read(name));
+    for (name, link) in [("scene.ron", "link"), ("a.rec", "link.rec")] {
+        fs::hard_link(place.path(name), place.path(link)).expect("a link");
+    }
+    place
+        .succeeds(&[&["render", "scene.ron", "-o", "o", "--hash", "link", "--record", "link.rec"], &size[..]].concat());
+    assert!(read == ["scene.ron", "a.rec"].map(|name| place.read(name)));
+    assert!(place.read("link") != read[0] && place.read("link.rec") != read[1]);
+}
+
+#[test]
 fn what_a_run_is_kept_in_is_none_of_its_pictures() {
     let place = Place::new();
     let args = ["render", "scene.ron", "--size", "8x8", "--frames", "2", "--outputs", "color,id", "--video", "a.gif"];

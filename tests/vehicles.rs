@@ -127,7 +127,7 @@ fn a_model_stands_on_its_wheels_whatever_its_origin() {
     let (lamp, at) = world.query_filtered::<(&Lamp, &GlobalTransform), With<MeshId>>().single(world).expect("a glass");
     assert_eq!((lamp.vehicle, lamp.kind), (vehicle, LampKind::Head));
     near(at.translation(), Vec3::new(100.0, 1.5, 3.5));
-    near(at.forward().into(), Vec3::Z);
+    near(at.forward(), Vec3::Z);
     assert_eq!(place(world, vehicle), Vec3::new(100.0, 0.0, 0.0));
     // Body, four wheels, the glass, its light: nothing that has no purpose.
     assert_eq!(world.query::<&ChildOf>().iter(world).count(), 7);

@@ -61,7 +61,7 @@ pub fn object_lights(world: &mut World, object: Entity, near: Vec3) -> Option<Ob
     for (entity, slot, light, transform) in lights.iter(world) {
         let Some(rank) = selection.lights.iter().position(|chosen| *chosen == slot.0) else { continue };
         let place = match light.kind {
-            LightKind::Directional => bounds.center + Vec3::from(transform.back()) * bounds.radius * 2.0,
+            LightKind::Directional => bounds.center + transform.back() * bounds.radius * 2.0,
             LightKind::Point | LightKind::Spot { .. } => transform.translation(),
         };
         let record = light_record(light, transform);

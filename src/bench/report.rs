@@ -9,6 +9,8 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
+/// The file of a suite's results, which a later one can be compared with.
+pub(super) const RESULTS: &str = "results.jsonl";
 /// Slower by more than this share is worth a warning.
 const WORTH_A_WARNING: f64 = 0.10;
 /// Milliseconds that a median moves by itself: less is never worth one.
@@ -73,7 +75,7 @@ impl<'a> Report<'a> {
         self.results.iter().for_each(|result| {
             let _ = writeln!(lines, "{}", result.json());
         });
-        let mut files = vec![("results.jsonl", lines)];
+        let mut files = vec![(RESULTS, lines)];
         for (axis, file, ..) in CHARTS {
             files.push((file, self.chart(axis).svg().map_err(|message| BenchError::Plot { file, message })?));
         }

@@ -11,6 +11,7 @@ use super::trace::chrome_trace;
 use super::yard::{Yard, YardError, YardMesh};
 use crate::frames::{self, FrameError};
 use crate::output::{self, OutputError};
+use crate::recording::RecordingError;
 use crate::renderer::{
     Gpu, GpuError, Occlusion, PICTURE_FORMAT, PassTime, RenderError, RenderStats, Renderer, Settings,
 };
@@ -131,6 +132,11 @@ pub fn run(args: &BenchArgs, started: Instant, mut progress: impl FnMut(u32, u32
     for file in args.picture.iter().chain(&args.trace) {
         let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
         output::check_writable(folder.unwrap_or(Path::new(".")))?;
+    }
+    if let (Some(picture), Some(trace)) = (&args.picture, &args.trace)
+        && output::is_same(picture, trace)
+    {
+        return Err(FrameError::from(RecordingError::taken(trace)).into());
     }
     if let YardMesh::Model(model) = &args.mesh {
         let outputs = || args.picture.iter().chain(&args.trace);

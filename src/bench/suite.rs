@@ -8,6 +8,7 @@ use super::measurement::Measurement;
 use super::report::{self, Earlier};
 use super::run::BenchError;
 use super::yard::YardView;
+use crate::frames;
 use crate::output;
 use crate::renderer::Occlusion;
 use std::path::Path;
@@ -98,6 +99,8 @@ pub fn run_suite(
 ) -> Result<Vec<String>, BenchError> {
     // What can be refused is refused before minutes of measuring.
     let earlier = args.compare.as_deref().map(Earlier::read).transpose()?;
+    let results = folder.join(report::RESULTS);
+    frames::check_outputs(args.compare.as_slice(), |path| output::is_same(path, &results))?;
     output::make_folder(folder)?;
     output::check_writable(folder)?;
     let sweeps = sweeps(args);

@@ -6,6 +6,7 @@
 use super::RecordingError;
 use super::identity::Identity;
 use super::records::{self, RECORDING};
+use crate::output;
 use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io::Write;
@@ -60,7 +61,7 @@ impl Recorder {
     /// # Errors
     /// [`RecordingError::Output`].
     pub fn create(path: &Path, identity: Identity, simulation: &mut Simulation) -> Result<Self, RecordingError> {
-        let file = File::create(path).map_err(|error| RecordingError::unwritable(path, error))?;
+        let file = output::create_anew(path).map_err(|error| RecordingError::unwritable(path, error))?;
         let steps_per_second = 1.0 / identity.step_seconds;
         let start = simulation.world.resource::<Clock>().step;
         let (path, next) = (path.to_owned(), start + 1);

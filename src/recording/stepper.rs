@@ -85,7 +85,7 @@ impl Stepper {
 
     fn write_hashes(&mut self, path: Option<&Path>, simulation: &mut Simulation) -> Result<(), RecordingError> {
         let Some(path) = path else { return Ok(()) };
-        let file = File::create(path).map_err(|error| RecordingError::unwritable(path, error))?;
+        let file = output::create_anew(path).map_err(|error| RecordingError::unwritable(path, error))?;
         self.hashes = Some((path.to_owned(), file));
         self.note_hash(step_of(simulation), state_hash::hash(&mut simulation.world))
     }
