@@ -7,7 +7,7 @@ mod error;
 
 pub use error::FrameError;
 
-use crate::animation;
+use crate::animation::{self, Animation};
 use crate::import;
 use crate::import::cache::Cache;
 use crate::import::compress::{CompressReport, compress_images};
@@ -103,7 +103,9 @@ impl FrameJob {
 
     /// Whether a file is one that may be written beside what the run is kept in.
     fn writes(&self, path: &Path) -> bool {
-        let films = self.video.iter().flat_map(|film| [film.clone(), animation::instead_of(film)]);
+        // What is made where ffmpeg is missing, too.
+        let instead = |film: &PathBuf| Animation::of(film).is_none().then(|| animation::instead_of(film));
+        let films = self.video.iter().flat_map(|film| std::iter::once(film.clone()).chain(instead(film)));
         films.into_iter().any(|film| output::is_same(path, &film)) || self.writes_beside_film(path)
     }
 

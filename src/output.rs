@@ -55,16 +55,27 @@ pub fn write_whole_with(
     })
 }
 
-/// Begins a file that is written as a run goes on. A file of that name is replaced, not written over: it may have other
-/// names, as those of an input.
+/// Begins a file that is written as a run goes on. One that has other names, too, as those of an input, stays what it is
+/// under these.
 ///
 /// # Errors
 /// What the operating system says.
 pub fn create_anew(path: &Path) -> std::io::Result<fs::File> {
-    if path.symlink_metadata().is_ok_and(|found| found.is_file()) {
-        fs::remove_file(path)?;
+    if has_other_names(path) {
+        fs::remove_file(real(path))?;
     }
     fs::File::create(path)
+}
+
+#[cfg(unix)]
+fn has_other_names(path: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    path.metadata().is_ok_and(|found| found.is_file() && found.nlink() > 1)
+}
+
+#[cfg(not(unix))]
+fn has_other_names(_: &Path) -> bool {
+    false
 }
 
 /// Encodes a picture as PNG and writes it whole.

@@ -103,9 +103,9 @@ impl Roster {
 }
 
 /// Numbers everything that is in the world, as the entities that the scene began with: when a scene is loaded, or what
-/// stands for one is built. Pieces of objects follow from these and have no number.
+/// stands for one is built. Pieces of objects follow from these and have no number, nor have resources and observers.
 pub fn enroll_all(world: &mut World) {
-    let mut all = world.query_filtered::<Entity, (Without<IsResource>, Without<PieceOf>)>();
+    let mut all = world.query_filtered::<Entity, (Without<IsResource>, Without<Observer>, Without<PieceOf>)>();
     let mut scene: Vec<Entity> = all.iter(world).collect();
     // In a world that has only grown, the order of indices is that of spawning.
     scene.sort_unstable_by_key(|entity| entity.index_u32());
@@ -169,4 +169,21 @@ impl EntityMapper for FromIds<'_> {
     }
 
     fn set_mapped(&mut self, _: Entity, _: Entity) {}
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Simulation;
+
+    #[test]
+    fn what_a_scene_begins_with_has_the_numbers_from_0_on_and_nothing_else_has() {
+        let mut simulation = Simulation::new();
+        let world = &mut simulation.world;
+        world.add_observer(|_: On<Insert<ChildOf>>| ());
+        let scene = [(); 3].map(|()| world.spawn_empty().id());
+        enroll_all(world);
+        let numbered: Vec<_> = world.resource::<Roster>().iter().map(|(StateId(id), entity)| (id, entity)).collect();
+        assert_eq!(numbered, [(0, scene[0]), (1, scene[1]), (2, scene[2])]);
+    }
 }

@@ -70,7 +70,7 @@ pub fn update_transforms(
     }
     let mut changed: Vec<Entity> = orphaned.read().collect();
     if !hung.0.is_empty() {
-        changed.append(&mut hung.0);
+        changed.extend(std::mem::take(&mut hung.0));
     }
     for (entities, transforms, interpolated) in queries.p1().contiguous_iter().into_iter().flatten() {
         let (transforms, placed) = ContiguousRef::split(transforms);
