@@ -12,12 +12,13 @@ use bevy_ecs::schedule::SingleThreadedExecutor;
 use cpu_time::{ProcessTime, ThreadTime};
 use criterion::measurement::{Measurement, ValueFormatter, WallTime};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use glam::{Affine3A, Quat, Vec3};
 use relief::bench::{Movers, Night};
 use std::hint::black_box;
 use std::time::Duration;
 use systems::Simulation;
-use systems::bounds::{Sphere, WorldBounds};
-use systems::library::MeshId;
+use systems::bounds::Sphere;
+use systems::library::{Library, Mesh};
 use systems::light_search::{Level, Scratch, select};
 use systems::light_selection::select_lights;
 use systems::light_tree::LightTree;
@@ -115,11 +116,18 @@ struct Frames {
     night: Night,
 }
 
+/// Where a mesh whose bounds are the unit sphere has these.
+fn filling(bounds: Sphere) -> GlobalTransform {
+    Affine3A::from_scale_rotation_translation(Vec3::splat(bounds.radius), Quat::IDENTITY, bounds.center).into()
+}
+
 impl Frames {
     fn new(night: Night) -> Self {
         let mut world = Simulation::new().world;
-        let bounds = night.objects.iter().map(|&sphere| (MeshId(u32::MAX), WorldBounds(sphere))).collect::<Vec<_>>();
-        let objects = world.spawn_batch(bounds).collect();
+        let ball = Mesh { positions: vec![Vec3::X, Vec3::NEG_X], ..Mesh::default() };
+        let ball = world.resource_mut::<Library>().add_mesh(ball);
+        let placed = night.objects.iter().map(|&sphere| (ball, filling(sphere))).collect::<Vec<_>>();
+        let objects = world.spawn_batch(placed).collect();
         let placed = night.lights.iter().map(|(light, place)| (light.clone(), GlobalTransform::from(*place)));
         let lights = world.spawn_batch(placed.collect::<Vec<_>>()).collect();
         let mut schedule = Schedule::default();
@@ -133,7 +141,7 @@ impl Frames {
     fn run(&mut self, movers: &Movers) -> Duration {
         self.night.advance(movers);
         for &i in &movers.objects {
-            self.world.get_mut::<WorldBounds>(self.objects[i]).unwrap().0 = self.night.objects[i];
+            *self.world.get_mut::<GlobalTransform>(self.objects[i]).unwrap() = filling(self.night.objects[i]);
         }
         for &i in &movers.lights {
             *self.world.get_mut::<GlobalTransform>(self.lights[i]).unwrap() = self.night.lights[i].1.into();

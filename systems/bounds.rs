@@ -1,11 +1,7 @@
-//! Bounding volumes: of meshes in object space, of entities in world space.
+//! Bounding volumes: of meshes in object space, of objects in world space.
 
-use crate::changes::{LIGHT_ROWS, first_changed, rows_per_task};
-use crate::columns::Column;
 use crate::library::{Library, MeshId};
-use crate::parallel::in_parallel;
 use crate::transform::GlobalTransform;
-use bevy_ecs::change_detection::{ContiguousMut, ContiguousRef};
 use bevy_ecs::prelude::*;
 use bytemuck::{Pod, Zeroable};
 use glam::{Affine3A, Vec3};
@@ -78,38 +74,24 @@ impl Sphere {
     }
 }
 
-/// The sphere around a drawn entity, world space. Derived; written by [`update_bounds`].
-#[derive(Component, Clone, Copy, PartialEq, Debug, Default)]
-#[component(summary_tick)]
-pub struct WorldBounds(pub Sphere);
-
-/// Recomputes the world bounds of what moved or changed its mesh.
-pub fn update_bounds(library: Res<Library>, mut drawn: Query<(Ref<GlobalTransform>, Ref<MeshId>, &mut WorldBounds)>) {
-    for (transforms, meshes, bounds) in drawn.contiguous_iter_mut().into_iter().flatten() {
-        update_table(&library, transforms, meshes, bounds);
-    }
+/// The sphere around an object of that mesh at that place, world space; `None` while the library has no such mesh. Nothing
+/// keeps it: to find it costs less than to look it up.
+#[inline]
+pub fn world_bounds(library: &Library, mesh: MeshId, place: &GlobalTransform) -> Option<Sphere> {
+    library.mesh(mesh).map(|entry| entry.bounds.transformed(&place.affine()))
 }
 
-fn update_table(
-    library: &Library,
-    transforms: ContiguousRef<GlobalTransform>,
-    meshes: ContiguousRef<MeshId>,
-    bounds: ContiguousMut<WorldBounds>,
-) {
-    let ((transforms, placed), (meshes, chosen)) = (ContiguousRef::split(transforms), ContiguousRef::split(meshes));
-    let mut bounds = Column::new(bounds);
-    let Some((first, since, columns)) = first_changed([Some(&placed), Some(&chosen)]) else { return };
-    let rows = rows_per_task(bounds.len() - first, LIGHT_ROWS);
-    in_parallel(bounds.parts(first, rows), |mut part| {
-        since.for_each(columns, part.rows(), |row| {
-            let (old, entry) = (*part.get(row), library.mesh(meshes[row]));
-            let new = entry.map_or(old, |entry| WorldBounds(entry.bounds.transformed(&transforms[row].affine())));
-            // Also where the bounds are what they were: an object without a mesh has lost its place among the others.
-            if new != old || since.contains(&chosen.added()[row]) {
-                part.set(row, new);
-            }
-        });
-    });
+/// The sphere around an entity that has a mesh, world space, where the last frame saw it; `None` for others.
+pub fn bounds_of(world: &World, entity: Entity) -> Option<Sphere> {
+    let (&mesh, place) = (world.get::<MeshId>(entity)?, world.get::<GlobalTransform>(entity)?);
+    world_bounds(world.get_resource::<Library>()?, mesh, place)
+}
+
+/// Those of all objects with a mesh, in no order.
+pub fn all_bounds(world: &mut World) -> Vec<Sphere> {
+    let mut objects = world.query::<(&MeshId, &GlobalTransform)>();
+    let library = world.resource::<Library>();
+    objects.iter(world).filter_map(|(&mesh, place)| world_bounds(library, mesh, place)).collect()
 }
 
 #[cfg(test)]

@@ -7,7 +7,6 @@
 //! An entity with bevy's `Disabled` is out of everything: neither is it drawn nor does it shine. What is below it, the
 //! pieces of a large object among that, is not disabled with it; `EntityWorldMut::insert_recursive` does that.
 
-use crate::bounds::WorldBounds;
 use crate::changes::for_each_changed;
 use crate::components::Light;
 use crate::library::{MaterialId, MeshId};
@@ -44,9 +43,6 @@ pub(crate) fn enable(mut world: DeferredWorld, context: HookContext) {
     if let Some(mut transform) = world.get_mut::<Transform>(context.entity) {
         transform.set_changed();
     }
-    if let Some(mut bounds) = world.get_mut::<WorldBounds>(context.entity) {
-        bounds.set_changed();
-    }
     if let Some(mut light) = world.get_mut::<Light>(context.entity) {
         light.set_changed();
     }
@@ -59,7 +55,7 @@ pub(crate) fn enable(mut world: DeferredWorld, context: HookContext) {
     show(world, context);
 }
 
-/// Makes an object that is drawn again look new to whoever draws it.
+/// Makes an object that is drawn again look new to whoever draws it and chooses its lights.
 fn show(mut world: DeferredWorld, context: HookContext) {
     if let Some(mut mesh) = world.get_mut::<MeshId>(context.entity) {
         mesh.set_changed();

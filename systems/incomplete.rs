@@ -87,7 +87,7 @@ pub fn complete(
 mod tests {
     use super::*;
     use crate::Simulation;
-    use crate::bounds::WorldBounds;
+    use crate::bounds::bounds_of;
     use crate::library::Material;
     use crate::shapes;
     use crate::transform::Transform;
@@ -108,7 +108,7 @@ mod tests {
         simulation.world.resource_mut::<Library>().add_mesh(shapes::cube(Vec3::ONE));
         simulation.frame();
         assert_eq!(simulation.draw_list().objects, 1);
-        assert!(simulation.world.get::<WorldBounds>(object).is_some_and(|bounds| bounds.0.radius > 0.5));
+        assert!(bounds_of(&simulation.world, object).is_some_and(|bounds| bounds.radius > 0.5));
     }
 
     #[test]

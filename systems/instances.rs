@@ -5,7 +5,7 @@
 //! else. Who is in which slot, and whose record changed, is in the [`DrawList`]; `instance_records.rs` makes the records.
 
 use crate::batches::{self, BlendedChanges};
-use crate::bounds::WorldBounds;
+use crate::bounds::world_bounds;
 use crate::changes::{LIGHT_ROWS, Since, all_rows, first_changed, rows_per_task};
 use crate::draw_list::{BatchKey, DrawList, Transparent};
 use crate::hidden::InheritedHidden;
@@ -20,6 +20,7 @@ use bevy_ecs::change_detection::{ContiguousMut, ContiguousRef, Tick};
 use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
+use std::ops::Range;
 
 /// The slot of a drawn entity in the instance table. Derived.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug)]
@@ -94,7 +95,6 @@ type Drawn<'a> = (
     Ref<'a, GlobalTransform>,
     Ref<'a, MeshId>,
     Ref<'a, MaterialId>,
-    &'a WorldBounds,
     Ref<'a, SelectedLights>,
     &'a mut InstanceSlot,
 );
@@ -113,20 +113,18 @@ pub fn update_instances(
     for slot in std::mem::take(&mut table.freed) {
         table.release(slot, list);
     }
-    for (entities, transforms, meshes, chosen, bounds, selections, slots) in
-        drawn.contiguous_iter_mut().into_iter().flatten()
-    {
+    for (entities, transforms, meshes, chosen, selections, slots) in drawn.contiguous_iter_mut().into_iter().flatten() {
         let (transforms, placed) = ContiguousRef::split(transforms);
         let ((meshes, shaped), (chosen, covered)) = (ContiguousRef::split(meshes), ContiguousRef::split(chosen));
         let lit = ContiguousRef::split(selections).1;
         let slots = ContiguousMut::bypass_change_detection_split(slots).0;
         let columns = [Some(&placed), Some(&shaped), Some(&covered), Some(&lit)];
-        let mut rows = (entities, transforms, meshes, chosen, bounds, slots);
+        let mut rows = (entities, transforms, meshes, chosen, slots);
         if materials.regroups() {
-            table.settle_rows(all_rows(&placed), Looking::AtMaterials, &library, &materials, list, &mut rows);
+            table.settle_all(all_rows(&placed), Looking::AtMaterials, &library, &materials, list, &mut rows);
         }
         if let Some(changed) = first_changed(columns) {
-            table.settle_rows(changed, Looking::AtObjects, &library, &materials, list, &mut rows);
+            table.settle_all(changed, Looking::AtObjects, &library, &materials, list, &mut rows);
         }
     }
     incomplete.bypass_change_detection().wait_for_meshes(&mut table.meshless, &library);
@@ -135,8 +133,7 @@ pub fn update_instances(
 }
 
 /// Columns that decide where an object's record goes.
-type Rows<'a> =
-    (&'a [Entity], &'a [GlobalTransform], &'a [MeshId], &'a [MaterialId], &'a [WorldBounds], &'a mut [InstanceSlot]);
+type Rows<'a> = (&'a [Entity], &'a [GlobalTransform], &'a [MeshId], &'a [MaterialId], &'a mut [InstanceSlot]);
 
 /// Why rows are looked at.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -170,15 +167,32 @@ fn is_mirrored(transform: &GlobalTransform) -> bool {
 }
 
 impl InstanceTable {
-    /// Gives rows of a table that changed the slots of their batches, and marks the records that are others now.
-    fn settle_rows(
+    /// [`Self::settle_rows`] for a table, some rows at a time: of each, what is found is kept until it is settled.
+    fn settle_all(
         &mut self,
         (first, since, columns): Changed,
         looking: Looking,
         library: &Library,
         materials: &MaterialTable,
         list: &mut DrawList,
-        (entities, transforms, meshes, chosen, bounds, slots): &mut Rows,
+        rows: &mut Rows,
+    ) {
+        let end = rows.0.len();
+        for start in (first..end).step_by(BLOCK) {
+            let block = start..end.min(start + BLOCK);
+            self.settle_rows((block, since, columns), looking, library, materials, list, rows);
+        }
+    }
+
+    /// Gives rows of a table that changed the slots of their batches, and marks the records that are others now.
+    fn settle_rows(
+        &mut self,
+        (block, since, columns): (Range<usize>, Since, [&[Tick]; 4]),
+        looking: Looking,
+        library: &Library,
+        materials: &MaterialTable,
+        list: &mut DrawList,
+        (entities, transforms, meshes, chosen, slots): &mut Rows,
     ) {
         let [_, shaped, covered, _] = columns;
         // While mesh and material are what they were, only a transform that mirrors makes the batch another.
@@ -199,7 +213,7 @@ impl InstanceTable {
             stays && key.pipeline.alpha != AlphaMode::Blend
         };
         // Most keep what they have, which is found out in parallel. The list does not shrink: to grow it costs time.
-        let most = held.len() - first;
+        let (first, most) = (block.start, block.len());
         found.resize(most.max(found.len()), (0, UNSETTLED));
         let part = rows_per_task(most, LIGHT_ROWS);
         let mut counts = vec![0; most.div_ceil(part)];
@@ -224,7 +238,8 @@ impl InstanceTable {
                     let slot = self.settle(entities[row], &mut slots[row], key, list);
                     list.instances.dirty.mark(slot);
                     if key.pipeline.alpha == AlphaMode::Blend {
-                        self.blended.insert(slot, Some(Transparent { slot, key, bounds: bounds[row].0 }));
+                        let bounds = world_bounds(library, meshes[row], &transforms[row]);
+                        self.blended.insert(slot, bounds.map(|bounds| Transparent { slot, key, bounds }));
                     }
                 } else {
                     if library.mesh(meshes[row]).is_none() {
@@ -240,5 +255,7 @@ impl InstanceTable {
     }
 }
 
+/// Rows of a table that are settled together.
+const BLOCK: usize = 1 << 18;
 /// In place of a slot that is yet to be found.
 const UNSETTLED: u32 = u32::MAX;

@@ -219,8 +219,6 @@ pub fn frame_schedule() -> Schedule {
             (vehicles::parts::turn_parts, lap(Stage::Transforms, "turn_parts")).chain(),
             // Where everything is, parents before children.
             (transforms::update_transforms, lap(Stage::Transforms, "update_transforms")).chain(),
-            // How far it reaches, for the choice of lights.
-            (bounds::update_bounds, lap(Stage::Bounds, "update_bounds")).chain(),
             // Once per mesh, before anything draws it.
             (tangents::update_tangents, lap(Stage::Tangents, "update_tangents")).chain(),
             // After the tangents: levels share the vertices that are final now.

@@ -4,7 +4,7 @@
 //! drawn, with its [`MaterialId`] (the neutral [`MaterialId::DEFAULT`] where it has none). Nothing here knows the GPU;
 //! the renderer uploads what it has not seen yet, in id order.
 
-use crate::bounds::{Aabb, Sphere, WorldBounds};
+use crate::bounds::{Aabb, Sphere};
 use crate::draw_list::MAP_COUNT;
 use crate::images::{Image, ImageKind};
 use crate::incomplete;
@@ -29,7 +29,7 @@ fn free_slots(mut world: DeferredWorld, context: HookContext) {
 
 /// Names a [`Mesh`] of the [`Library`]. As a component: this entity is drawn with that mesh.
 #[derive(Component, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, serde::Serialize, serde::Deserialize)]
-#[require(Transform, MaterialId, WorldBounds, SelectedLights, InstanceSlot, Place)]
+#[require(Transform, MaterialId, SelectedLights, InstanceSlot, Place)]
 #[component(on_remove = free_slots, summary_tick)]
 pub struct MeshId(pub u32);
 

@@ -7,11 +7,11 @@
 //!
 //! For the policy `All`, [`list_reaching`] then lists all lights that reach each object.
 
-use crate::bounds::{Sphere, WorldBounds};
-use crate::changes::{LIGHT_ROWS, first_changed, rows_per_task, touch};
+use crate::bounds::{Sphere, world_bounds};
+use crate::changes::{LIGHT_ROWS, Since, first_changed, rows_per_task, touch};
 use crate::draw_list::{DrawList, MAX_REACHING};
 use crate::instances::InstanceSlot;
-use crate::library::MeshId;
+use crate::library::{Library, MeshId};
 use crate::light_search::{self, Level, Scratch};
 use crate::light_tree::LightTree;
 use crate::lights::{LightPolicy, LightTable};
@@ -20,9 +20,11 @@ use crate::parallel::{in_parallel, map_in_parallel, on_pool};
 use crate::relevance::ScoredLight;
 use crate::selected_lights::SelectedLights;
 use crate::stats::FrameStats;
-use bevy_ecs::change_detection::{ContiguousComponentTicksRef, ContiguousMut, ContiguousRef};
+use crate::transform::GlobalTransform;
+use bevy_ecs::change_detection::{ContiguousMut, ContiguousRef, Tick};
 use bevy_ecs::prelude::*;
 use bevy_tasks::{ComputeTaskPool, TaskPool};
+use glam::Vec3;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 /// Objects per task.
@@ -78,11 +80,12 @@ pub struct Kept {
 pub fn select_lights(
     table: Res<LightTable>,
     policy: Res<LightPolicy>,
+    library: Res<Library>,
     mut order: ResMut<ObjectOrder>,
     mut kept: Local<Kept>,
     mut stats: ResMut<FrameStats>,
     mut objects: ParamSet<(
-        Query<(Entity, Ref<WorldBounds>, &Place), With<MeshId>>,
+        Query<Placed>,
         Query<&mut Place>,
         Query<&mut SelectedLights>,
         Query<(&Place, &mut SelectedLights)>,
@@ -92,12 +95,7 @@ pub fn select_lights(
     let level = Level::new();
     let kept = &mut *kept;
     order.release_freed();
-    let new = collect_moved(&objects.p0(), &mut order);
-    for (entity, place) in new {
-        if let Ok(mut component) = objects.p1().get_mut(entity) {
-            *component = place;
-        }
-    }
+    collect_moved(objects.p0(), &library, &mut order);
     if std::mem::replace(&mut kept.policy, *policy) != *policy
         || table.changes().len() > FEW_LIGHTS.max(table.scored().len() / MANY_LIGHTS)
     {
@@ -213,37 +211,42 @@ fn write_rows(places: &[Place], selections: ContiguousMut<SelectedLights>, dirty
     }
 }
 
-/// Enters the objects whose bounds changed into the order; those that are new there, with their places.
-fn collect_moved(
-    objects: &Query<(Entity, Ref<WorldBounds>, &Place), With<MeshId>>,
-    order: &mut ObjectOrder,
-) -> Vec<(Entity, Place)> {
-    let mut new = Vec::new();
-    for (entities, bounds, places) in objects.contiguous_iter().into_iter().flatten() {
-        let (bounds, ticks) = ContiguousRef::split(bounds);
-        for row in enter_known(order, (entities, bounds, places), &ticks) {
-            let place = order.claim(entities[row]);
-            order.moved(place, bounds[row].0);
-            new.push((entities[row], place));
+/// Where objects are, and in the order.
+type Placed<'a> = (Entity, Ref<'a, GlobalTransform>, Ref<'a, MeshId>, &'a mut Place);
+
+/// Enters the objects that moved or changed their mesh into the order, and gives places to those that are new there.
+fn collect_moved(mut objects: Query<Placed>, library: &Library, order: &mut ObjectOrder) {
+    for (entities, transforms, meshes, places) in objects.contiguous_iter_mut().into_iter().flatten() {
+        let ((transforms, moved), (meshes, chosen)) = (ContiguousRef::split(transforms), ContiguousRef::split(meshes));
+        // Nobody waits for places to change.
+        let places = ContiguousMut::bypass_change_detection_split(places).0;
+        let bounds = |row: usize| world_bounds(library, meshes[row], &transforms[row]);
+        let Some(changed) = first_changed([Some(&moved), Some(&chosen)]) else { continue };
+        for row in enter_known(order, (entities, places), &bounds, changed) {
+            if let Some(bounds) = bounds(row as usize) {
+                let place = order.claim(entities[row as usize]);
+                order.moved(place, bounds);
+                places[row as usize] = place;
+            }
         }
     }
-    new
 }
 
-/// Enters the changed rows of a table that have a place in the order; returns the others, ascending.
+/// Enters the rows of a table that moved or changed their mesh and have a place in the order; returns the others, ascending.
+/// What has no bounds, as its mesh is yet to come, stays where it is.
 fn enter_known(
     order: &mut ObjectOrder,
-    (entities, bounds, places): (&[Entity], &[WorldBounds], &[Place]),
-    ticks: &ContiguousComponentTicksRef,
-) -> Vec<usize> {
-    let Some((first, since, columns)) = first_changed([Some(ticks)]) else { return Vec::new() };
+    (entities, places): (&[Entity], &[Place]),
+    bounds: &(impl Fn(usize) -> Option<Sphere> + Sync),
+    (first, since, columns): (usize, Since, [&[Tick]; 2]),
+) -> Vec<u32> {
     // Each task looks through all rows for those with a place in its part of the order.
     let tasks = ((places.len() - first) / LIGHT_ROWS).clamp(1, ComputeTaskPool::get().thread_num());
     let parts = order.parts(tasks);
     let mut others = vec![Vec::new(); parts.len()];
     in_parallel(parts.into_iter().zip(&mut others), |(mut part, others)| {
-        // First they are listed, so that little lies between one access to memory and the next.
-        let mut rows = [0; ROWS];
+        // First they are listed with their bounds, so that little lies between one access to memory and the next.
+        let (mut rows, mut spheres) = ([0; ROWS], [Sphere::default(); ROWS]);
         for start in (first..places.len()).step_by(ROWS) {
             let mut count = 0;
             since.for_each(columns, start..places.len().min(start + ROWS), |row| {
@@ -257,9 +260,12 @@ fn enter_known(
                 rows[count] = row;
                 count += usize::from(part.is_concerned(places[row]));
             }
-            for &row in &rows[..count] {
-                if part.moved(entities[row], places[row], bounds[row].0) {
-                    others.push(row);
+            for (sphere, &row) in spheres.iter_mut().zip(&rows[..count]) {
+                *sphere = bounds(row).unwrap_or(NO_BOUNDS);
+            }
+            for (&row, &sphere) in rows[..count].iter().zip(&spheres) {
+                if sphere.radius != NO_BOUNDS.radius && part.moved(entities[row], places[row], sphere) {
+                    others.push(row as u32);
                 }
             }
         }
@@ -269,13 +275,17 @@ fn enter_known(
     others
 }
 
+/// Stands for the bounds of what has none.
+const NO_BOUNDS: Sphere = Sphere { center: Vec3::ZERO, radius: -1.0 };
+
 /// Lists the lights that reach each drawn object, for the policy `All`; empty for the others.
 pub fn list_reaching(
     table: Res<LightTable>,
     policy: Res<LightPolicy>,
+    library: Res<Library>,
     stats: Res<FrameStats>,
     mut list: ResMut<DrawList>,
-    objects: Query<(&WorldBounds, &SelectedLights, &InstanceSlot)>,
+    objects: Query<(&MeshId, &GlobalTransform, &SelectedLights, &InstanceSlot)>,
 ) {
     let list = list.bypass_change_detection();
     if *policy != LightPolicy::All {
@@ -289,11 +299,12 @@ pub fn list_reaching(
     let slots = list.instances.objects.len();
     list.reaching_version += 1;
     list.reaching.clear();
-    list.reaching_elements = slots as u64 + objects.iter().map(|(_, found, _)| u64::from(found.reaching)).sum::<u64>();
+    list.reaching_elements = slots as u64 + objects.iter().map(|(.., found, _)| u64::from(found.reaching)).sum::<u64>();
     if list.reaching_elements > MAX_REACHING {
         return;
     }
-    let drawn = objects.iter().filter_map(|(bounds, _, slot)| Some((slot.get()?, bounds.0)));
+    let drawn =
+        objects.iter().filter_map(|(&mesh, place, _, slot)| Some((slot.get()?, world_bounds(&library, mesh, place)?)));
     let drawn: Vec<(u32, Sphere)> = drawn.collect();
     let (level, table) = (Level::new(), &*table);
     let found = map_in_parallel(drawn.chunks(CHUNK), |drawn| {

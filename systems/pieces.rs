@@ -5,7 +5,7 @@
 //! its own. The entity stays what it was in all other respects: it moves its pieces, [`follow_materials`] gives them
 //! its material, and ids, picking and lists name it and not them.
 
-use crate::bounds::{Aabb, WorldBounds};
+use crate::bounds::Aabb;
 use crate::changes::for_each_changed;
 use crate::components::Figure;
 use crate::hidden::AlsoDisabled;
@@ -132,8 +132,8 @@ pub fn draw_one_in_pieces(world: &mut World, entity: Entity, metres: f32) -> Opt
     let aabb = whole.aabb();
     let longest = (grid.cell(aabb.max - aabb.min) * scale).max_element();
     let pieces = world.resource_mut::<Library>().pieces(mesh, grid);
-    // Bounds and lights are the pieces' now.
-    world.entity_mut(entity).remove::<(MeshId, WorldBounds, SelectedLights, InstanceSlot)>().insert(WholeMesh(mesh));
+    // Lights are the pieces' now.
+    world.entity_mut(entity).remove::<(MeshId, SelectedLights, InstanceSlot)>().insert(WholeMesh(mesh));
     let piece = |&piece: &MeshId| (piece, material, ChildOf(entity), PieceOf(entity));
     world.spawn_batch(pieces.iter().map(piece).collect::<Vec<_>>());
     Some(PiecesReport { objects: 1, pieces: pieces.len(), metres: longest })
@@ -170,6 +170,7 @@ pub fn follow_materials(
 mod tests {
     use super::*;
     use crate::Simulation;
+    use crate::bounds::bounds_of;
     use crate::components::Light;
     use crate::library::Material;
     use crate::shapes;
@@ -227,7 +228,7 @@ mod tests {
         simulation.frame();
         for piece in pieces_of(&simulation, object) {
             assert_eq!(simulation.world.get::<MaterialId>(piece), Some(&red));
-            assert_eq!(simulation.world.get::<WorldBounds>(piece).map(|b| b.0.center.y), Some(7.0));
+            assert_eq!(bounds_of(&simulation.world, piece).map(|b| b.center.y), Some(7.0));
         }
         simulation.world.despawn(object);
         simulation.frame();

@@ -9,8 +9,6 @@ use std::time::Instant;
 pub enum Stage {
     /// World transforms.
     Transforms,
-    /// World bounds.
-    Bounds,
     /// Tangents of new meshes.
     Tangents,
     /// Levels of detail of new meshes.
@@ -27,9 +25,8 @@ pub enum Stage {
 
 impl Stage {
     /// All stages in the order they run, with their names.
-    pub const ALL: [(&'static str, Self); 8] = [
+    pub const ALL: [(&'static str, Self); 7] = [
         ("transforms", Self::Transforms),
-        ("bounds", Self::Bounds),
         ("tangents", Self::Tangents),
         ("levels", Self::Levels),
         ("materials", Self::Materials),

@@ -4,20 +4,16 @@ use bevy_ecs::prelude::*;
 use relief::frames::{LoadOptions, Stage, load_stage};
 use std::collections::BTreeMap;
 use std::path::Path;
-use systems::bounds::WorldBounds;
 use systems::selected_lights::SelectedLights;
 use systems::transform::GlobalTransform;
 
-type Seen = (GlobalTransform, Option<WorldBounds>, Option<SelectedLights>);
+type Seen = (GlobalTransform, Option<SelectedLights>);
 
 /// Where everything is that is anywhere, and its lights.
 fn seen(stage: &mut Stage) -> BTreeMap<Entity, Seen> {
     let world = &mut stage.simulation.world;
-    let mut all = world.query::<(Entity, &GlobalTransform, Option<&WorldBounds>, Option<&SelectedLights>)>();
-    let seen = |(entity, place, bounds, lights): (_, &_, Option<&_>, Option<&_>)| {
-        (entity, (*place, bounds.copied(), lights.copied()))
-    };
-    all.iter(world).map(seen).collect()
+    let mut all = world.query::<(Entity, &GlobalTransform, Option<&SelectedLights>)>();
+    all.iter(world).map(|(entity, place, lights)| (entity, (*place, lights.copied()))).collect()
 }
 
 #[test]

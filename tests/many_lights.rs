@@ -7,9 +7,11 @@ use relief::renderer::{Renderer, Settings};
 use relief::{check, scene};
 use std::path::Path;
 use systems::Simulation;
-use systems::bounds::WorldBounds;
+use systems::bounds::world_bounds;
+use systems::library::MeshId;
 use systems::lights::{LightTable, score};
 use systems::selected_lights::SelectedLights;
+use systems::transform::GlobalTransform;
 
 const LIGHTS: usize = 100_000;
 
@@ -53,11 +55,12 @@ fn a_hundred_thousand_lights_load_and_draw() {
     assert!(picture.get_pixel(16, 9).0[..3].iter().any(|&byte| byte > 10), "{:?}", picture.get_pixel(16, 9));
     assert_eq!(simulation.draw_list().lights.records.len(), LIGHTS);
 
-    let mut tiles = simulation.world.query::<(&WorldBounds, &SelectedLights)>();
+    let mut tiles = simulation.world.query::<(&MeshId, &GlobalTransform, &SelectedLights)>();
     let scored = simulation.world.resource::<LightTable>().scored();
-    for (bounds, selected) in tiles.iter(&simulation.world) {
+    for (&mesh, place, selected) in tiles.iter(&simulation.world) {
+        let bounds = world_bounds(simulation.library(), mesh, place).expect("a mesh");
         let selection = selected.unpack();
-        let reaching = scored.iter().filter(|light| score(light, bounds.0) > 0.0).count();
+        let reaching = scored.iter().filter(|light| score(light, bounds) > 0.0).count();
         assert!(reaching > 3 && selection.reaching as usize == reaching, "{reaching} {selection:?}");
     }
 

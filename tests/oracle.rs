@@ -8,7 +8,7 @@ use relief::renderer::{Gpu, Renderer, Settings};
 use serde_json::Value;
 use std::path::Path;
 use systems::Simulation;
-use systems::bounds::WorldBounds;
+use systems::bounds::bounds_of;
 use systems::components::{Camera, Environment, Light, LightKind, Projection, ToneMap};
 use systems::images::ImageKind;
 use systems::library::{Filter, Library, Map, Material, MipFilter, Sampler, Shading, Wrap};
@@ -111,7 +111,7 @@ fn render(gpu: &Gpu, case: &Value, folder: &Path) -> Vec<[f32; 4]> {
     };
     simulation.world.insert_resource(black);
     simulation.frame();
-    assert!(simulation.world.get::<WorldBounds>(object).is_some());
+    assert!(bounds_of(&simulation.world, object).is_some());
 
     let c = &case["camera"];
     let fov_y = number(&c["fovy_deg"]).to_radians();

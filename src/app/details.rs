@@ -5,7 +5,7 @@ use crate::frames;
 use bevy_ecs::prelude::*;
 use egui::{Color32, Grid};
 use glam::{EulerRot, Vec3};
-use systems::bounds::{Sphere, WorldBounds};
+use systems::bounds::{Sphere, bounds_of};
 use systems::components::{Camera, Figure, Light, LightKind, Projection};
 use systems::library::{Library, MaterialId, MeshId};
 use systems::lights::{LightSlot, ScoredLight, Selection, light_record, score};
@@ -49,11 +49,11 @@ pub struct ObjectLights {
 
 /// The lights of a drawn entity, of one in pieces those of the piece nearest to a point; `None` for others.
 pub fn object_lights(world: &mut World, object: Entity, near: Vec3) -> Option<ObjectLights> {
-    let distance = |piece: &Entity| world.get::<WorldBounds>(*piece).map(|b| b.0.center.distance(near));
+    let distance = |piece: &Entity| bounds_of(world, *piece).map(|bounds| bounds.center.distance(near));
     let pieces = world.get::<Pieces>(object).into_iter().flat_map(|pieces| pieces.iter());
     let nearest = pieces.filter_map(|piece| Some((distance(&piece)?, piece))).min_by(|(a, _), (b, _)| a.total_cmp(b));
     let object = nearest.map_or(object, |(_, piece)| piece);
-    let bounds = world.get::<WorldBounds>(object)?.0;
+    let bounds = bounds_of(world, object)?;
     let selection = world.get::<SelectedLights>(object)?.unpack();
     let Selection { reaching, dropped, .. } = selection;
     let mut found = ObjectLights { bounds, lights: [None, None, None], reaching, dropped };
@@ -94,8 +94,8 @@ pub fn show(ui: &mut egui::Ui, world: &World, entity: Entity) {
         if let Some(mesh) = whole.or(world.get::<MeshId>(entity).copied()).and_then(|id| library.mesh(id)) {
             row("mesh", format!("{} ({} triangles)", named(&mesh.mesh.name), mesh.mesh.triangle_count()));
         }
-        if let Some(bounds) = world.get::<WorldBounds>(entity) {
-            row("radius", format!("{:.2} m", bounds.0.radius));
+        if let Some(bounds) = bounds_of(world, entity) {
+            row("radius", format!("{:.2} m", bounds.radius));
         }
         if let Some(pieces) = world.get::<Pieces>(entity) {
             row("pieces", pieces.len().to_string());

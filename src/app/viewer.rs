@@ -12,12 +12,12 @@ use bevy_ecs::prelude::*;
 use glam::Vec3;
 use std::time::{Duration, Instant};
 use systems::Simulation;
-use systems::bounds::{Aabb, WorldBounds};
+use systems::bounds::{Aabb, all_bounds};
 use systems::clock::{Clock, SPEEDS};
 use systems::components::Light;
 use systems::inputs::{Input, Inputs};
 use systems::interpolation::Interpolation;
-use systems::library::{MeshId, Technique};
+use systems::library::Technique;
 use systems::roster::{Roster, StateId};
 use systems::transform::GlobalTransform;
 use systems::vehicles::{Controls, Indicator, Motion, Vehicle, VehicleTypes};
@@ -337,9 +337,8 @@ impl Viewer {
 
     /// The middle and the radius of everything drawn.
     pub fn scene_extent(&mut self) -> (Vec3, f32) {
-        let mut drawn = self.simulation.world.query_filtered::<&WorldBounds, With<MeshId>>();
-        let spheres = drawn.iter(&self.simulation.world).map(|bounds| bounds.0);
-        let boxes = spheres.filter(|s| s.center.is_finite() && s.radius.is_finite()).map(|s| {
+        let spheres = all_bounds(&mut self.simulation.world);
+        let boxes = spheres.iter().filter(|s| s.center.is_finite() && s.radius.is_finite()).map(|s| {
             let half = Vec3::splat(s.radius);
             Aabb { min: s.center - half, max: s.center + half }
         });
@@ -373,7 +372,7 @@ mod tests {
     use super::*;
     use glam::Vec2;
     use systems::components::{Camera, Figure};
-    use systems::library::Library;
+    use systems::library::{Library, MeshId};
     use systems::shapes;
     use systems::transform::Transform;
 

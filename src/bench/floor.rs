@@ -6,8 +6,8 @@ use super::yard::Yard;
 use crate::renderer::{Gpu, PICTURE_FORMAT};
 use glam::{Mat4, Vec3, Vec4};
 use std::time::{Duration, Instant};
-use systems::bounds::{Sphere, WorldBounds};
-use systems::library::MeshId;
+use systems::bounds::{Sphere, world_bounds};
+use systems::library::{Library, MeshId};
 use systems::transform::GlobalTransform;
 use systems::view::View;
 
@@ -60,8 +60,10 @@ impl Floor {
         let mesh = yard.simulation.library().mesh(mesh)?.mesh.clone();
         let world = &mut yard.simulation.world;
         let mut rows: Vec<[f32; 4]> = Vec::new();
-        for (place, bounds) in world.query::<(&GlobalTransform, &WorldBounds)>().iter(world) {
-            if may_be_in_view(&clip_from_world, bounds.0) {
+        let mut objects = world.query::<(&MeshId, &GlobalTransform)>();
+        let library = world.resource::<Library>();
+        for (&mesh, place) in objects.iter(world) {
+            if world_bounds(library, mesh, place).is_some_and(|bounds| may_be_in_view(&clip_from_world, bounds)) {
                 let matrix = Mat4::from(place.affine());
                 rows.extend([matrix.row(0), matrix.row(1), matrix.row(2)].map(|row| row.to_array()));
             }

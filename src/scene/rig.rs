@@ -4,10 +4,9 @@ use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
 use glam::Vec3;
 use systems::Simulation;
-use systems::bounds::{Aabb, WorldBounds};
+use systems::bounds::{Aabb, Sphere, all_bounds};
 use systems::components::{Camera, Environment, Light, Projection};
 use systems::draw_list::LightRecord;
-use systems::library::MeshId;
 use systems::lights::irradiance;
 use systems::relevance::LUMINANCE;
 use systems::transform::Transform;
@@ -54,16 +53,15 @@ pub fn light(world: &mut World) -> Environment {
 pub fn expose(simulation: &mut Simulation) {
     simulation.frame();
     let lights = simulation.draw_list().lights.records.clone();
-    let mut objects = simulation.world.query_filtered::<&WorldBounds, With<MeshId>>();
-    let at = |bounds: &WorldBounds| {
+    let at = |bounds: &Sphere| {
         // Not nearer to the light than the object's radius: a lamp within its own shade would outshine the sun.
         let point = |light: &LightRecord| {
-            let offset = bounds.0.center - Vec3::from(light.position);
-            Vec3::from(light.position) + offset.normalize_or(Vec3::Y) * offset.length().max(bounds.0.radius)
+            let offset = bounds.center - Vec3::from(light.position);
+            Vec3::from(light.position) + offset.normalize_or(Vec3::Y) * offset.length().max(bounds.radius)
         };
         lights.iter().map(|light| irradiance(light, point(light)).dot(LUMINANCE)).sum::<f32>()
     };
-    let mut received: Vec<f32> = objects.iter(&simulation.world).map(at).filter(|e| *e > 0.0).collect();
+    let mut received: Vec<f32> = all_bounds(&mut simulation.world).iter().map(at).filter(|e| *e > 0.0).collect();
     received.sort_by(f32::total_cmp);
     let Some(&middle) = received.get(received.len() / 2) else { return };
     if let Some(mut environment) = simulation.world.get_resource_mut::<Environment>() {

@@ -8,15 +8,15 @@ use common::{any_odd_light, any_place, cases};
 use glam::{Quat, Vec3};
 use proptest::prelude::*;
 use proptest::sample::Index;
-use systems::bounds::{Sphere, WorldBounds};
+use systems::bounds::{Sphere, bounds_of, world_bounds};
 use systems::components::{Light, LightKind};
 use systems::draw_list::{LightRecord, LightTraits, NO_LIGHT};
-use systems::library::{Library, MeshId};
+use systems::library::{Library, Mesh, MeshId};
 use systems::lights::{LightPolicy, LightSlot, LightTable, ScoredLight, Selection, score};
 use systems::selected_lights::SelectedLights;
 use systems::stats::FrameStats;
 use systems::tables::Records;
-use systems::transform::Transform;
+use systems::transform::{GlobalTransform, Transform};
 use systems::{Simulation, brute_force, shapes};
 
 #[test]
@@ -61,9 +61,23 @@ fn lights_that_are_none_are_never_selected() {
     assert_eq!(simulation.draw_list().lights.records[slot as usize].attenuation, [1.0, 0.0, 0.0]);
 }
 
-/// An object that no mesh stands behind, so that nothing but the test moves its bounds.
+/// A mesh without triangles whose bounds are the unit sphere.
+fn ball(world: &mut World) -> MeshId {
+    let mut library = world.resource_mut::<Library>();
+    if library.meshes().is_empty() {
+        library.add_mesh(Mesh { positions: vec![Vec3::X, Vec3::NEG_X], ..Mesh::default() });
+    }
+    MeshId(0)
+}
+
+/// What takes that place.
+fn filling(center: Vec3, radius: f32) -> Transform {
+    Transform::from_translation(center).with_scale(Vec3::splat(radius))
+}
+
 fn spawn_object(world: &mut World, center: Vec3) -> Entity {
-    world.spawn((MeshId(u32::MAX), WorldBounds(Sphere { center, radius: 0.5 }))).id()
+    let ball = ball(world);
+    world.spawn((ball, filling(center, 0.5))).id()
 }
 
 fn spawn_light(simulation: &mut Simulation, light: Light) -> u32 {
@@ -146,7 +160,7 @@ fn only_what_changed_is_selected_and_written() {
     assert!(simulation.world.resource::<LightTable>().changes().is_empty());
 
     // An object moves to where another light is.
-    simulation.world.get_mut::<WorldBounds>(objects[1]).unwrap().0.center = place(2);
+    simulation.world.get_mut::<Transform>(objects[1]).unwrap().translation = place(2);
     assert_eq!(frame(&mut simulation, &objects), (vec![1], vec![]));
     assert_eq!(lights_of(&simulation, 1)[0], 2);
 
@@ -219,7 +233,7 @@ fn any_event(extent: Vec3) -> impl Strategy<Value = Event> {
     ]
 }
 
-/// A world of objects without meshes in the library, whose bounds the test alone moves.
+/// A world of objects that come and go.
 struct Living {
     simulation: Simulation,
     objects: Vec<Entity>,
@@ -231,14 +245,14 @@ impl Living {
         let world = &mut self.simulation.world;
         match event {
             Event::MoveObject(index, to) if !self.objects.is_empty() => {
-                world.get_mut::<WorldBounds>(*index.get(&self.objects)).unwrap().0.center = *to;
+                world.get_mut::<Transform>(*index.get(&self.objects)).unwrap().translation = *to;
             }
             Event::MoveLight(index, to) if !self.lights.is_empty() => {
                 world.get_mut::<Transform>(*index.get(&self.lights)).unwrap().translation = *to;
             }
             Event::SpawnObject(center, radius) => {
-                let sphere = Sphere { center: *center, radius: *radius };
-                self.objects.push(world.spawn((MeshId(u32::MAX), WorldBounds(sphere))).id());
+                let ball = ball(world);
+                self.objects.push(world.spawn((ball, filling(*center, *radius))).id());
             }
             Event::SpawnLight(light, at) => {
                 self.lights.push(world.spawn((light.clone(), Transform::from_translation(*at))).id());
@@ -254,11 +268,12 @@ impl Living {
                 light.enabled = !light.enabled;
             }
             Event::Strip(index) if !self.objects.is_empty() => {
+                let ball = ball(world);
                 let mut object = world.entity_mut(*index.get(&self.objects));
                 if object.contains::<MeshId>() {
                     object.remove::<MeshId>();
                 } else {
-                    object.insert(MeshId(u32::MAX));
+                    object.insert(ball);
                 }
             }
             Event::Policy(policy) => *world.resource_mut::<LightPolicy>() = *policy,
@@ -271,9 +286,11 @@ impl Living {
         let world = &mut self.simulation.world;
         let policy = *world.resource::<LightPolicy>();
         let scored = world.resource::<LightTable>().scored().to_vec();
-        let mut objects = world.query_filtered::<(&WorldBounds, &SelectedLights), With<MeshId>>();
+        let mut objects = world.query::<(&MeshId, &GlobalTransform, &SelectedLights)>();
+        let library = world.resource::<Library>();
+        let sphere = |mesh, place| world_bounds(library, mesh, place).unwrap();
         let (spheres, found): (Vec<Sphere>, Vec<SelectedLights>) =
-            objects.iter(world).map(|(bounds, selected)| (bounds.0, *selected)).unzip();
+            objects.iter(world).map(|(&mesh, place, selected)| (sphere(mesh, place), *selected)).unzip();
         let mut expected = vec![Selection::default(); spheres.len()];
         brute_force::select(&scored, policy, &spheres, &mut expected);
         for ((sphere, found), expected) in spheres.iter().zip(&found).zip(&expected) {
@@ -358,7 +375,7 @@ fn only_those_within_reach_choose_again() {
     // It moves from the first object to the third: both choose again, the one between does not.
     simulation.world.get_mut::<Transform>(lamps[0]).unwrap().translation.x = 20.0;
     assert_eq!(selected(&mut simulation), 2);
-    simulation.world.get_mut::<WorldBounds>(objects[500]).unwrap().0.center.y = 1.0;
+    simulation.world.get_mut::<Transform>(objects[500]).unwrap().translation.y = 1.0;
     assert_eq!(selected(&mut simulation), 1);
     // The sun reaches all.
     let sun = simulation.world.spawn(Light::directional(0.1)).id();
@@ -393,12 +410,11 @@ fn all_lights_that_reach_an_object_are_listed() {
             else {
                 continue;
             };
-            let Some(bounds) = entity.get::<WorldBounds>() else { continue };
+            let bounds = bounds_of(&simulation.world, entity.id()).unwrap();
             let first = list.reaching[slot] as usize;
             let mut listed = list.reaching[first..first + record.reaching as usize].to_vec();
             listed.sort_unstable();
-            let reaching =
-                scored.iter().zip(0..).filter(|(light, _)| score(light, bounds.0) > 0.0).map(|(_, slot)| slot);
+            let reaching = scored.iter().zip(0..).filter(|(light, _)| score(light, bounds) > 0.0).map(|(_, slot)| slot);
             assert_eq!(listed, reaching.collect::<Vec<u32>>());
             objects += usize::from(record.reaching > 0);
         }
@@ -453,7 +469,7 @@ fn a_copy_of_an_object_chooses_for_itself() {
         slot_of(&simulation, lamp)
     });
     let copy = simulation.world.entity_mut(object).clone_and_spawn();
-    simulation.world.get_mut::<WorldBounds>(copy).unwrap().0.center.x = 50.0;
+    simulation.world.get_mut::<Transform>(copy).unwrap().translation.x = 50.0;
     simulation.frame();
     let first = |entity| simulation.world.get::<SelectedLights>(entity).unwrap().unpack().lights[0];
     assert_eq!([first(object), first(copy)], slots);
