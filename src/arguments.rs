@@ -2,6 +2,7 @@
 
 use crate::name;
 use crate::renderer::Occlusion;
+use std::path::PathBuf;
 use systems::clock::SPEEDS;
 use systems::levels::LevelOfDetail;
 use systems::library::Technique;
@@ -18,6 +19,16 @@ pub fn parse_size(text: &str) -> Result<(u32, u32), String> {
     let parse = |side: &str| side.parse::<u32>().ok().filter(|side| (1..=16384).contains(side));
     let sides = text.split_once(['x', 'X', '×']).and_then(|(w, h)| Some((parse(w)?, parse(h)?)));
     sides.ok_or_else(|| "expected WIDTHxHEIGHT, each 1 to 16384, like 1280x720".to_owned())
+}
+
+/// The name of a picture that is written as PNG.
+///
+/// # Errors
+/// What was expected.
+pub fn parse_png(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    let is_png = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png"));
+    if is_png { Ok(path) } else { Err("expected a name that ends in .png".to_owned()) }
 }
 
 /// A light policy by name.

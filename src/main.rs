@@ -102,7 +102,10 @@ fn exit_code(error: &FrameError) -> u8 {
         | FrameError::Video(VideoError::UnknownEnding { .. })
         | FrameError::Recording(RecordingError::Refused { .. }) => 2,
         FrameError::Gpu(_) => 3,
-        FrameError::Output(_) | FrameError::Video(_) | FrameError::Recording(_) => 1,
+        FrameError::Output(error)
+        | FrameError::Video(VideoError::Output(error))
+        | FrameError::Recording(RecordingError::Output(error)) => error.exit_code(),
+        FrameError::Video(VideoError::Failed { .. }) | FrameError::Recording(RecordingError::Diverged { .. }) => 1,
     }
 }
 

@@ -16,6 +16,14 @@ pub enum OutputError {
         /// What the operating system says.
         source: std::io::Error,
     },
+    /// Its folder is not there.
+    #[error("{}: there is no folder {}; expected one that exists", path.display(), folder.display())]
+    NoFolder {
+        /// What was to be written.
+        path: PathBuf,
+        /// Where.
+        folder: PathBuf,
+    },
     /// The picture could not be encoded.
     #[error("cannot encode {}: {source}", path.display())]
     Encode {
@@ -26,10 +34,29 @@ pub enum OutputError {
     },
 }
 
+impl OutputError {
+    /// What the operating system says of a file that was to be written.
+    pub fn io(path: &Path, source: std::io::Error) -> Self {
+        let path = path.to_owned();
+        match path.parent().map(named_folder).filter(|folder| !folder.exists()) {
+            Some(folder) => Self::NoFolder { folder: folder.to_owned(), path },
+            None => Self::Io { path, source },
+        }
+    }
+
+    /// What the program exits with.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::NoFolder { .. } => 2,
+            Self::Io { .. } | Self::Encode { .. } => 1,
+        }
+    }
+}
+
 /// Writes a file under a temporary name beside it, then renames: whoever sees the name sees the whole file.
 ///
 /// # Errors
-/// [`OutputError::Io`]; the temporary file is removed.
+/// [`OutputError::NoFolder`], [`OutputError::Io`]; the temporary file is removed.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
     write_whole_with(path, |file| file.write_all(bytes))
 }
@@ -37,7 +64,7 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
 /// [`write_whole`] for what is written bit by bit.
 ///
 /// # Errors
-/// [`OutputError::Io`]; the temporary file is removed.
+/// [`OutputError::NoFolder`], [`OutputError::Io`]; the temporary file is removed.
 pub fn write_whole_with(
     path: &Path,
     write: impl FnOnce(&mut fs::File) -> std::io::Result<()>,
@@ -51,7 +78,7 @@ pub fn write_whole_with(
     let written = written.and_then(|()| fs::rename(&temporary, path));
     written.map_err(|source| {
         let _ = fs::remove_file(&temporary);
-        OutputError::Io { path: path.to_owned(), source }
+        OutputError::io(path, source)
     })
 }
 
@@ -115,9 +142,9 @@ fn probe(folder: &Path) -> std::io::Result<()> {
 /// Whether a file of that name can be written, before work that would be lost.
 ///
 /// # Errors
-/// [`OutputError::Io`]: its folder is missing or cannot be written into, or the name is that of a folder.
+/// [`OutputError::NoFolder`]; [`OutputError::Io`]: its folder cannot be written into, or the name is that of a folder.
 pub fn check_file(path: &Path) -> Result<(), OutputError> {
-    let refused = |source| OutputError::Io { path: path.to_owned(), source };
+    let refused = |source| OutputError::io(path, source);
     if path.is_dir() {
         return Err(refused(std::io::ErrorKind::IsADirectory.into()));
     }

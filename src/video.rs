@@ -38,7 +38,7 @@ pub enum VideoError {
 /// [`VideoError::Output`], [`VideoError::UnknownEnding`].
 pub fn check(path: &Path) -> Result<(), VideoError> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    folder.metadata().map_err(|source| OutputError::Io { path: path.to_owned(), source })?;
+    folder.metadata().map_err(|source| OutputError::io(path, source))?;
     if Animation::of(path).is_some() {
         return Ok(());
     }
@@ -56,7 +56,7 @@ pub fn check(path: &Path) -> Result<(), VideoError> {
 
 /// Has ffmpeg make a film of two black pictures under a name with the same ending: of one it makes pictures, too.
 fn check_ending(path: &Path) -> Result<(), VideoError> {
-    let io = |source| OutputError::Io { path: path.to_owned(), source };
+    let io = |source| OutputError::io(path, source);
     let temporary = temporary(path)?;
     let mut run = Command::new("ffmpeg")
         .args(["-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "gray", "-s", "16x16", "-i", "-"])
@@ -74,14 +74,15 @@ fn check_ending(path: &Path) -> Result<(), VideoError> {
     if output.status.success() {
         return Ok(());
     }
-    Err(VideoError::UnknownEnding { path: path.to_owned(), message: last_line(&output.stderr) })
+    let message = last_line(&output.stderr).replace(&*temporary.to_string_lossy(), &path.to_string_lossy());
+    Err(VideoError::UnknownEnding { path: path.to_owned(), message })
 }
 
 /// What ffmpeg writes before it is renamed; whole, for ffmpeg may run in another folder.
 fn temporary(path: &Path) -> Result<PathBuf, OutputError> {
     let mut name = std::ffi::OsString::from(format!(".part-{}-", std::process::id()));
     name.push(path.file_name().unwrap_or_default());
-    std::path::absolute(path.with_file_name(name)).map_err(|source| OutputError::Io { path: path.to_owned(), source })
+    std::path::absolute(path.with_file_name(name)).map_err(|source| OutputError::io(path, source))
 }
 
 fn last_line(said: &[u8]) -> String {
@@ -125,13 +126,13 @@ fn encode_film(path: &Path, folder: &Path, frames: Range<u64>, frames_per_second
         .current_dir(folder)
         .stdin(Stdio::null())
         .output()
-        .map_err(|source| OutputError::Io { path: path.to_owned(), source })?;
+        .map_err(|source| OutputError::io(path, source))?;
     if !output.status.success() {
         let _ = std::fs::remove_file(&temporary);
         return Err(VideoError::Failed { path: path.to_owned(), message: last_line(&output.stderr) });
     }
     std::fs::rename(&temporary, path).map_err(|source| {
         let _ = std::fs::remove_file(&temporary);
-        OutputError::Io { path: path.to_owned(), source }.into()
+        OutputError::io(path, source).into()
     })
 }

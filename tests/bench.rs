@@ -277,8 +277,10 @@ fn bad_files_are_refused_before_anything_is_measured() {
     fs::write(folder.path().join("other.jsonl"), b"{}\n").expect("a file");
     fs::write(folder.path().join("empty.jsonl"), b"").expect("a file");
     fs::write(folder.path().join("taken"), b"").expect("a file");
-    let cases: [(&[&str], &str); 10] = [
-        (&["--picture=both", "--trace=./both"], "both: the run reads or writes this file already"),
+    let cases: [(&[&str], &str); 12] = [
+        (&["--picture=both.png", "--trace=./both.png"], "both.png: the run reads or writes this file already"),
+        (&["--picture=nowhere/p.png"], "nowhere/p.png: there is no folder nowhere"),
+        (&["--trace=nowhere/t.json"], "nowhere/t.json: there is no folder nowhere"),
         (&["--mesh=broken.glb", "--trace=./broken.glb"], "broken.glb: an output would take the place of this file"),
         (&["--mesh=missing.glb"], "missing.glb: "),
         (&["--mesh=broken.glb"], "broken.glb: "),

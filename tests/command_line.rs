@@ -197,6 +197,19 @@ fn a_folder_that_cannot_be_written_is_one_clear_error() {
 }
 
 #[test]
+fn a_file_in_a_folder_that_is_not_there_is_refused_before_anything_is_drawn() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let folder = scene_folder();
+    for option in ["--hash=nowhere/f", "--record=nowhere/f", "--save-snapshot=nowhere/f", "--video=nowhere/f.gif"] {
+        let output = relief(&["render", "scene.ron", "-o", "out", option], folder.path());
+        assert_fails(&output, 2, &["nowhere/f", "there is no folder nowhere; expected one that exists"]);
+        assert!(!folder.path().join("out/color.png").exists(), "{option}");
+    }
+}
+
+#[test]
 #[cfg(target_os = "linux")]
 fn results_that_cannot_be_printed_are_an_error_unless_nobody_reads_them() {
     let folder = scene_folder();
@@ -261,7 +274,7 @@ fn a_film_is_made_with_ffmpeg_and_without_it_an_animated_picture() {
     assert!(run("film.gif").status.success());
     assert!(fs::read(folder.path().join("film.gif")).expect("an animation").starts_with(b"GIF89a"));
     fs::remove_dir_all(folder.path().join("out")).expect("frames");
-    assert_fails(&run("no/film.mp4"), 1, &["no/film.mp4"]);
+    assert_fails(&run("no/film.mp4"), 2, &["no/film.mp4: there is no folder no;"]);
     assert!(!folder.path().join("out").exists(), "said before rendering");
     assert_eq!(unfinished(folder.path()), [] as [PathBuf; 0]);
     if Command::new("ffmpeg").arg("-version").output().is_err() {
@@ -269,7 +282,9 @@ fn a_film_is_made_with_ffmpeg_and_without_it_an_animated_picture() {
         return;
     }
     for name in ["film.xyz", "film.jpg", "film"] {
-        assert_fails(&run(name), 2, &[name, ".mp4", ".apng"]);
+        let output = run(name);
+        assert_fails(&output, 2, &[name, ".mp4", ".apng"]);
+        assert!(!String::from_utf8_lossy(&output.stderr).contains(".part-"), "its temporary name is nobody's business");
     }
     assert!(!folder.path().join("out").exists(), "said before rendering");
     assert_eq!(unfinished(folder.path()), [] as [PathBuf; 0]);

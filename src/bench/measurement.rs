@@ -159,7 +159,9 @@ impl fmt::Display for Measurement {
         writeln!(f, "first frame {:.0} ms after the start", self.first_frame_ms)?;
         list(f, "first frame", by_cost(&self.start_ms))?;
         let (drawn, culled) = (self.drawn_objects, self.culled_objects);
-        writeln!(f, "{} draws, {drawn} objects drawn, {culled} culled, {} triangles", self.draws, self.triangles)?;
+        let s = |count: u32| if count == 1 { "" } else { "s" };
+        write!(f, "{} draw{}, {drawn} object{} drawn, {culled} culled, ", self.draws, s(self.draws), s(drawn))?;
+        writeln!(f, "{} triangles", self.triangles)?;
         writeln!(f, "{} bytes uploaded per frame", self.upload_bytes_median)?;
         writeln!(f, "{:.1} MB of textures", self.texture_bytes as f64 / f64::from(1 << 20))?;
         match (self.rss_mb, self.bytes_per_object) {

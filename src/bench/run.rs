@@ -17,7 +17,7 @@ use crate::renderer::{
 };
 use crate::viewpoint::Viewpoint;
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 use systems::library::{Library, Technique};
 use systems::lights::LightPolicy;
@@ -80,7 +80,8 @@ impl BenchError {
             Self::Gpu(_) => 3,
             Self::Apart { code, .. } => *code,
             Self::Yard(_) | Self::Scene(_) | Self::Render(_) | Self::Compare { .. } => 2,
-            Self::Output(_) | Self::Plot { .. } => 1,
+            Self::Output(error) => error.exit_code(),
+            Self::Plot { .. } => 1,
         }
     }
 }
@@ -130,8 +131,7 @@ struct Bench {
 pub fn run(args: &BenchArgs, started: Instant, mut progress: impl FnMut(u32, u32)) -> Result<Measurement, BenchError> {
     systems::set_threads(args.threads.map(usize::from));
     for file in args.picture.iter().chain(&args.trace) {
-        let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
-        output::check_writable(folder.unwrap_or(Path::new(".")))?;
+        output::check_file(file)?;
     }
     if let (Some(picture), Some(trace)) = (&args.picture, &args.trace)
         && output::is_same(picture, trace)

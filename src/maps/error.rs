@@ -57,7 +57,8 @@ impl MapError {
         match self {
             Self::Import(_) | Self::Refused { .. } | Self::Option { .. } => 2,
             Self::Preview { source: FrameError::Gpu(_), .. } => 3,
-            Self::Output(_) | Self::Preview { .. } => 1,
+            Self::Output(error) | Self::Preview { source: FrameError::Output(error), .. } => error.exit_code(),
+            Self::Preview { .. } => 1,
         }
     }
 }

@@ -63,6 +63,6 @@ impl RecordingError {
     }
 
     fn unwritable(path: &Path, source: std::io::Error) -> Self {
-        OutputError::Io { path: path.to_owned(), source }.into()
+        OutputError::io(path, source).into()
     }
 }
