@@ -255,7 +255,7 @@ impl InstanceTable {
     }
 }
 
-/// Rows of a table that are settled together.
-const BLOCK: usize = 1 << 18;
+/// Rows of a table that are settled together: in tests few, so that there are several such blocks.
+const BLOCK: usize = if cfg!(test) { 3 * LIGHT_ROWS } else { 1 << 18 };
 /// In place of a slot that is yet to be found.
 const UNSETTLED: u32 = u32::MAX;
