@@ -74,14 +74,14 @@ impl Sphere {
     }
 }
 
-/// The sphere around an object of that mesh at that place, world space; `None` while the library has no such mesh. Nothing
-/// keeps it: to find it costs less than to look it up.
+/// The sphere around an object of that mesh at that place, world space; `None` while the library has no such mesh. No
+/// component keeps it: found anew it costs little, kept it costs memory.
 #[inline]
 pub fn world_bounds(library: &Library, mesh: MeshId, place: &GlobalTransform) -> Option<Sphere> {
     library.mesh(mesh).map(|entry| entry.bounds.transformed(&place.affine()))
 }
 
-/// The sphere around an entity that has a mesh, world space, where the last frame saw it; `None` for others.
+/// The sphere around an entity that has a mesh, world space, at its place of the last frame; `None` for others.
 pub fn bounds_of(world: &World, entity: Entity) -> Option<Sphere> {
     let (&mesh, place) = (world.get::<MeshId>(entity)?, world.get::<GlobalTransform>(entity)?);
     world_bounds(world.get_resource::<Library>()?, mesh, place)
