@@ -38,7 +38,7 @@ impl OutputError {
     /// What the operating system says of a file that was to be written.
     pub fn io(path: &Path, source: std::io::Error) -> Self {
         let path = path.to_owned();
-        match path.parent().map(named_folder).filter(|folder| !folder.exists()) {
+        match path.parent().map(named_folder).filter(|folder| matches!(folder.try_exists(), Ok(false))) {
             Some(folder) => Self::NoFolder { folder: folder.to_owned(), path },
             None => Self::Io { path, source },
         }
