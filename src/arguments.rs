@@ -2,6 +2,7 @@
 
 use crate::name;
 use crate::renderer::Occlusion;
+use clap::builder::{PathBufValueParser, TypedValueParser};
 use std::path::PathBuf;
 use systems::clock::SPEEDS;
 use systems::levels::LevelOfDetail;
@@ -21,14 +22,12 @@ pub fn parse_size(text: &str) -> Result<(u32, u32), String> {
     sides.ok_or_else(|| "expected WIDTHxHEIGHT, each 1 to 16384, like 1280x720".to_owned())
 }
 
-/// The name of a picture that is written as PNG.
-///
-/// # Errors
-/// What was expected.
-pub fn parse_png(text: &str) -> Result<PathBuf, String> {
-    let path = PathBuf::from(text);
-    let is_png = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png"));
-    if is_png { Ok(path) } else { Err("expected a name that ends in .png".to_owned()) }
+/// Takes the name of a picture that is written as PNG.
+pub fn png() -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new().try_map(|path| {
+        let is_png = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png"));
+        if is_png { Ok(path) } else { Err("expected a name that ends in .png") }
+    })
 }
 
 /// A light policy by name.

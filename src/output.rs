@@ -37,11 +37,7 @@ pub enum OutputError {
 impl OutputError {
     /// What the operating system says of a file that was to be written.
     pub fn io(path: &Path, source: std::io::Error) -> Self {
-        let path = path.to_owned();
-        match path.parent().map(named_folder).filter(|folder| matches!(folder.try_exists(), Ok(false))) {
-            Some(folder) => Self::NoFolder { folder: folder.to_owned(), path },
-            None => Self::Io { path, source },
-        }
+        check_folder(path).err().unwrap_or_else(|| Self::Io { path: path.to_owned(), source })
     }
 
     /// What the program exits with.
@@ -124,6 +120,17 @@ pub fn write_png(path: &Path, picture: &image::DynamicImage) -> Result<(), Outpu
 /// [`OutputError::Io`].
 pub fn make_folder(path: &Path) -> Result<(), OutputError> {
     fs::create_dir_all(path).map_err(|source| OutputError::Io { path: path.to_owned(), source })
+}
+
+/// Whether the folder of a file is there; one that cannot be reached counts as there.
+///
+/// # Errors
+/// [`OutputError::NoFolder`].
+pub fn check_folder(path: &Path) -> Result<(), OutputError> {
+    match path.parent().map(named_folder).filter(|folder| matches!(folder.try_exists(), Ok(false))) {
+        Some(folder) => Err(OutputError::NoFolder { path: path.to_owned(), folder: folder.to_owned() }),
+        None => Ok(()),
+    }
 }
 
 /// Whether files can be written into a folder, before work that would be lost.

@@ -1,7 +1,7 @@
 //! Frames into a film, by ffmpeg where it is installed; else, or where the name asks for it, into an animated picture.
 
 use crate::animation::{self, Animation};
-use crate::output::OutputError;
+use crate::output::{self, OutputError};
 use std::io::Write;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -37,8 +37,7 @@ pub enum VideoError {
 /// # Errors
 /// [`VideoError::Output`], [`VideoError::UnknownEnding`].
 pub fn check(path: &Path) -> Result<(), VideoError> {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    folder.metadata().map_err(|source| OutputError::io(path, source))?;
+    output::check_folder(path)?;
     if Animation::of(path).is_some() {
         return Ok(());
     }

@@ -87,8 +87,9 @@ pub fn complete(
 mod tests {
     use super::*;
     use crate::Simulation;
-    use crate::bounds::bounds_of;
+    use crate::components::Light;
     use crate::library::Material;
+    use crate::selected_lights::SelectedLights;
     use crate::shapes;
     use crate::transform::Transform;
     use glam::{Vec3, Vec4};
@@ -101,6 +102,7 @@ mod tests {
         let gone = simulation.world.spawn(MeshId(next.0 + 1)).id();
         simulation.frame();
         simulation.world.get_mut::<Transform>(object).expect("a place").translation.x = 1.0;
+        simulation.world.spawn((Light::point(1.0, 5.0), Transform::from_xyz(1.0, 2.0, 0.0)));
         simulation.frame();
         assert_eq!(simulation.draw_list().objects, 0);
         assert_eq!(simulation.world.resource::<Incomplete>().meshless.len(), 2, "each once");
@@ -108,7 +110,8 @@ mod tests {
         simulation.world.resource_mut::<Library>().add_mesh(shapes::cube(Vec3::ONE));
         simulation.frame();
         assert_eq!(simulation.draw_list().objects, 1);
-        assert!(bounds_of(&simulation.world, object).is_some_and(|bounds| bounds.radius > 0.5));
+        let lights = simulation.world.get::<SelectedLights>(object).expect("an object").unpack();
+        assert_eq!((lights.reaching, lights.lights[0]), (1, 0), "it chooses its lights");
     }
 
     #[test]

@@ -245,7 +245,8 @@ fn a_suite_writes_everything_and_compares() {
 #[test]
 fn bad_arguments_are_refused_in_a_line() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let cases: [(&[&str], &str); 12] = [
+    let cases: [(&[&str], &str); 13] = [
+        (&["--picture=p.jpg"], "expected a name that ends in .png"),
         (&["--objects=0"], "--objects"),
         (&["--objects=11000000"], "--objects"),
         (&["--lights=-1"], "--lights"),

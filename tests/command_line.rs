@@ -202,10 +202,14 @@ fn a_file_in_a_folder_that_is_not_there_is_refused_before_anything_is_drawn() {
         return;
     }
     let folder = scene_folder();
+    let drawn = relief(&["render", "scene.ron", "-o", "other"], folder.path());
+    assert!(drawn.status.success() && folder.path().join("other/color_00000.png").exists());
     for option in ["--hash=nowhere/f", "--record=nowhere/f", "--save-snapshot=nowhere/f", "--video=nowhere/f.gif"] {
-        let output = relief(&["render", "scene.ron", "-o", "out", option], folder.path());
+        let begun = if option.starts_with("--record") { "--hash=begun" } else { "--record=begun" };
+        let output = relief(&["render", "scene.ron", "-o", "out", option, begun], folder.path());
+        assert!(!folder.path().join("begun").exists(), "{option}: nothing is left behind");
         assert_fails(&output, 2, &["nowhere/f", "there is no folder nowhere; expected one that exists"]);
-        assert!(!folder.path().join("out/color.png").exists(), "{option}");
+        assert!(!folder.path().join("out/color_00000.png").exists(), "{option}");
     }
 }
 

@@ -164,7 +164,11 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
             &["cannot be used with"],
         ),
         (&["bake", "sheet.glb", "sheet.glb", "-o", "taken"], 1, &["taken"]),
-        (&["bake", "sheet.glb", "sheet.glb", "-o", "out", "--preview", "a.jpg"], 2, &["a.jpg: previews are PNG"]),
+        (
+            &["bake", "sheet.glb", "sheet.glb", "-o", "out", "--preview", "a.jpg"],
+            2,
+            &["a.jpg", "expected a name that ends in .png"],
+        ),
         (
             &["tile", "sheet.glb", "-o", "out", "--maps", "height", "--bits", "8"],
             2,

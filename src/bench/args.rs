@@ -69,7 +69,7 @@ pub struct BenchArgs {
     #[arg(long)]
     pub floor: bool,
     /// Also write the last frame to this file, to see what was measured
-    #[arg(long, value_name = "FILE.png", conflicts_with = "suite", value_parser = arguments::parse_png)]
+    #[arg(long, value_name = "FILE.png", conflicts_with = "suite", value_parser = arguments::png())]
     pub picture: Option<PathBuf>,
     /// Also write the measured frames as a time line for chrome://tracing or ui.perfetto.dev
     #[arg(long, value_name = "FILE.json", conflicts_with = "suite")]

@@ -60,6 +60,9 @@ impl Stepper {
         simulation: &mut Simulation,
     ) -> Result<Self, RecordingError> {
         refuse_overwriting(files, scene, named)?;
+        // Before anything is begun: one of them comes after the last frame.
+        files.written().try_for_each(output::check_folder)?;
+        files.save_snapshot.as_deref().map_or(Ok(()), output::check_file)?;
         let mut stepper = Self::default();
         let identity = Identity::of(scene, named, &*simulation);
         let identity = match files {

@@ -4,6 +4,7 @@ use super::{
     BakeOptions, Baked, MAX_SIDE, Reach, Role, Surface, Target, TileOptions, Wanted, bake as bake_maps, bake_tile,
     preview,
 };
+use crate::arguments;
 use crate::maps::Advance;
 use crate::maps::MapError;
 use crate::maps::command::Made;
@@ -47,7 +48,7 @@ pub struct CommonArgs {
     #[arg(long, value_enum, value_name = "8|16")]
     pub bits: Option<Bits>,
     /// Also draw the mesh lit, without and with the maps, 1536x768; needs a graphics adapter
-    #[arg(long, value_name = "FILE.png")]
+    #[arg(long, value_name = "FILE.png", value_parser = arguments::png())]
     pub preview: Option<PathBuf>,
     /// Worker threads; the maps are the same for any number [default: one per core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
@@ -206,9 +207,6 @@ impl<'a> Outputs<'a> {
         output::make_folder(&args.output)?;
         args.maps.iter().try_for_each(|&map| files::check_output(&outputs.path(map), None))?;
         if let Some(preview) = &args.preview {
-            if preview.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("png")) {
-                return Err(MapError::refused(preview, "previews are PNG; expected a name that ends in .png"));
-            }
             if args.maps.iter().any(|&map| outputs.path(map) == *preview) {
                 return Err(MapError::refused(preview, "expected another name for the preview than for a map"));
             }

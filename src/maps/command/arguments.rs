@@ -1,5 +1,6 @@
 //! What each map tool takes, and its help.
 
+use crate::arguments;
 use crate::maps::files::{self, Bits, Channel};
 use crate::maps::{
     Edges, Filter, HeightOptions, HorizonOptions, MapError, NormalOptions, Polish, Relief, SpecularModel,
@@ -15,7 +16,7 @@ pub struct CommonArgs {
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
     /// Also draw the map lit, 512x512; needs a graphics adapter
-    #[arg(long, value_name = "FILE.png")]
+    #[arg(long, value_name = "FILE.png", value_parser = arguments::png())]
     pub preview: Option<PathBuf>,
     /// Worker threads; the map is the same for any number [default: one per core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
@@ -36,9 +37,6 @@ impl CommonArgs {
             return Err(MapError::refused(path, "expected another name than the input's, which would be lost"));
         }
         let Some(preview) = &self.preview else { return Ok(()) };
-        if preview.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("png")) {
-            return Err(MapError::refused(preview, "previews are PNG; expected a name that ends in .png"));
-        }
         let is_preview = |path: &&Path| output::is_same(path, preview);
         if maps.iter().any(is_preview) {
             return Err(MapError::refused(preview, "expected another name for the preview than for the map"));
