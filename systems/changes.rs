@@ -11,6 +11,8 @@
 //! }
 //! ```
 
+use crate::bits::for_each_set;
+use crate::parallel::in_parallel;
 use bevy_ecs::change_detection::{ContiguousComponentTicksMut, ContiguousComponentTicksRef, MAX_CHANGE_AGE, Tick};
 use bevy_tasks::ComputeTaskPool;
 use std::ops::Range;
@@ -48,6 +50,25 @@ pub(crate) fn first_changed<'w, const N: usize>(
         first = parts.position(|part| since.any(part)).or(first);
     }
     Some((first? * TOGETHER, since, columns))
+}
+
+/// Writes down a bit for each row of a table: whether any of some components changed since the system last ran. Returns
+/// whether there is such a row. For tasks that are each to look through all of them.
+pub(crate) fn note_changed<const N: usize>(
+    columns: [Option<&ContiguousComponentTicksRef>; N],
+    bits: &mut Vec<u64>,
+) -> bool {
+    bits.clear();
+    let Some((since, columns)) = suspects(columns) else { return false };
+    let rows = columns.iter().map(|column| column.len()).max().unwrap_or(0);
+    bits.resize(rows.div_ceil(TOGETHER), 0);
+    let words = rows_per_task(rows, LIGHT_ROWS).div_ceil(TOGETHER);
+    in_parallel(bits.chunks_mut(words).enumerate(), |(task, bits)| {
+        for (word, first) in bits.iter_mut().zip((task * words * TOGETHER..).step_by(TOGETHER)) {
+            *word = since.bits(&columns.map(|column| part(column, first..first + TOGETHER)));
+        }
+    });
+    bits.iter().any(|&word| word != 0)
 }
 
 /// What [`first_changed`] gives where all rows are to be visited, from one of the table's columns.
@@ -122,19 +143,22 @@ impl Since {
     ) {
         for start in rows.clone().step_by(TOGETHER) {
             let end = rows.end.min(start + TOGETHER);
-            let parts = columns.map(|column| &column[start.min(column.len())..end.min(column.len())]);
+            let parts = columns.map(|column| part(column, start..end));
             if parts.iter().any(|part| part.len() == end - start && self.all(part)) {
                 (start..end).for_each(&mut visit);
-            } else if parts.iter().any(|part| self.any(part)) {
-                self.visit_some(&parts, |row| visit(start + row));
+            } else {
+                for_each_set(self.bits(&parts), |row| visit(start + row as usize));
             }
         }
     }
 
-    /// Calls `visit` with each of the rows, no more than [`TOGETHER`], of which any tick is in it. Which they are is written
-    /// down first, without a branch that would be hard to predict.
+    /// A bit for each of the rows, no more than [`TOGETHER`], of which any tick is in it.
     #[inline(always)]
-    fn visit_some(self, columns: &[&[Tick]], mut visit: impl FnMut(usize)) {
+    fn bits(self, columns: &[&[Tick]]) -> u64 {
+        if !columns.iter().any(|column| self.any(column)) {
+            return 0;
+        }
+        // Without a branch that would be hard to predict.
         let mut is_changed = [0u8; TOGETHER];
         for column in columns {
             for (is_changed, tick) in is_changed.iter_mut().zip(*column) {
@@ -142,14 +166,16 @@ impl Since {
             }
         }
         let (words, _) = is_changed.as_chunks();
-        for (first, &word) in (0..).step_by(8).zip(words) {
-            let mut word = u64::from_le_bytes(word);
-            while word != 0 {
-                visit(first + word.trailing_zeros() as usize / 8);
-                word &= word - 1;
-            }
-        }
+        // The factor brings the lowest bits of eight bytes together in the highest byte.
+        let bits = words.iter().map(|&word| u64::from_le_bytes(word).wrapping_mul(0x0102_0408_1020_4080) >> 56);
+        bits.zip((0..).step_by(8)).fold(0, |all, (bits, first)| all | bits << first)
     }
+}
+
+/// Some rows of a column, those of them that it has.
+#[inline(always)]
+fn part(column: &[Tick], rows: Range<usize>) -> &[Tick] {
+    &column[rows.start.min(column.len())..rows.end.min(column.len())]
 }
 
 #[cfg(test)]
@@ -171,11 +197,19 @@ mod tests {
     #[derive(Resource, Default, PartialEq, Debug)]
     struct Found(Vec<Entity>);
 
-    fn search(all: Query<(Entity, Ref<Foreign>, Ref<Own>)>, mut found: ResMut<Found>) {
+    fn search(all: Query<(Entity, Ref<Foreign>, Ref<Own>)>, mut found: ResMut<Found>, mut bits: Local<Vec<u64>>) {
         found.0.clear();
         for (entities, foreign, own) in all.contiguous_iter().expect("tables") {
             let (foreign, own) = (ContiguousRef::split(foreign).1, ContiguousRef::split(own).1);
-            for_each_changed_in([Some(&foreign), None, Some(&own)], |row| found.0.push(entities[row]));
+            let columns = [Some(&foreign), None, Some(&own)];
+            let first = found.0.len();
+            for_each_changed_in(columns, |row| found.0.push(entities[row]));
+            let any = note_changed(columns, &mut bits);
+            let mut noted = Vec::new();
+            for (&word, start) in bits.iter().zip((0..).step_by(TOGETHER)) {
+                for_each_set(word, |bit| noted.push(entities[start + bit as usize]));
+            }
+            assert_eq!((&noted[..], any), (&found.0[first..], !noted.is_empty()));
         }
     }
 
@@ -187,9 +221,12 @@ mod tests {
 
     #[test]
     fn the_rows_are_those_of_the_changed_filter() {
+        crate::set_threads(Some(4));
         let mut world = World::new();
         world.init_resource::<Found>();
-        let entities: Vec<Entity> = (0..300).map(|i| world.spawn((Foreign(i), Own(i))).id()).collect();
+        // Enough for several tasks.
+        let many = 4 * LIGHT_ROWS + 300;
+        let entities: Vec<Entity> = (0..many as u32).map(|i| world.spawn((Foreign(i), Own(i))).id()).collect();
         entities.iter().step_by(3).for_each(|&entity| _ = world.entity_mut(entity).insert(Other));
         let (mut ours, mut theirs) = (IntoSystem::into_system(search), IntoSystem::into_system(filter));
         ours.initialize(&mut world);
@@ -201,13 +238,13 @@ mod tests {
             assert_eq!(found, world.resource::<Found>().0);
             found.len()
         };
-        assert_eq!(both(&mut world), 300, "all are new");
+        assert_eq!(both(&mut world), many, "all are new");
         assert_eq!(both(&mut world), 0);
-        for i in [0, 63, 64, 65, 66, 127, 199, 298, 299] {
+        for i in [0, 63, 64, 65, 66, 127, 199, 298, many - 1] {
             world.get_mut::<Foreign>(entities[i]).expect("lives").0 += 1;
-            world.get_mut::<Own>(entities[(i + 1) % 300]).expect("lives").0 += 1;
+            world.get_mut::<Own>(entities[(i + 1) % many]).expect("lives").0 += 1;
         }
-        assert_eq!(both(&mut world), 13);
+        assert_eq!(both(&mut world), 14);
         // A change that comes with its row from another table.
         world.get_mut::<Own>(entities[5]).expect("lives").0 += 1;
         world.entity_mut(entities[5]).insert(Other);

@@ -6,6 +6,7 @@
 //! frame, and with nothing else.
 
 pub mod batches;
+mod bits;
 pub mod blocks;
 pub mod bounds;
 pub mod brute_force;
@@ -42,6 +43,7 @@ mod pages;
 pub mod parallel;
 pub mod physics;
 pub mod pieces;
+mod read_ahead;
 pub mod relevance;
 pub mod roster;
 pub mod selected_lights;

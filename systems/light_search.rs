@@ -14,6 +14,7 @@
 //! itself and the lights that reach it. Which instructions the processor has is found out when the program runs
 //! ([`Level`]).
 
+use crate::bits::for_each_set;
 use crate::bounds::Sphere;
 use crate::brute_force;
 use crate::light_alone::select_one;
@@ -24,6 +25,7 @@ pub use crate::light_results::Found;
 use crate::light_results::Lanes;
 use crate::light_tree::{LightTree, Volume, WIDTH};
 use crate::lights::LightPolicy;
+use crate::read_ahead::read_ahead;
 use crate::relevance::ScoredLight;
 use crate::selected_lights::SelectedLights;
 pub use fearless_simd::Level;
@@ -198,8 +200,8 @@ fn select_cluster<S: Simd, F: Found, const REMAINDER: bool>(
     spots.cluster.count = 0;
     if let Some(volume) = Volume::union(groups.iter().map(|group| group.1)) {
         walk(simd, tree, &volume, stack, &mut points.cluster, &mut spots.cluster);
-        read_ahead(tree, points.cluster.places());
-        read_ahead(tree, spots.cluster.places());
+        read_lights_ahead(tree, points.cluster.places());
+        read_lights_ahead(tree, spots.cluster.places());
     }
     let mut groups = &groups[..];
     for &packet in &*packets {
@@ -332,27 +334,30 @@ fn walk<S: Simd>(
     while let Some((level, index)) = stack.pop() {
         let mut hit = node_in_range(simd, &tree.levels[level as usize][index as usize], volume);
         let first = index * WIDTH as u32;
+        if level == 0 {
+            for_each_set(hit, |block| tree.blocks[(first + block) as usize].read_ahead());
+            for_each_set(
+                hit,
+                #[inline(always)]
+                |block| take(simd, tree, first + block, volume, points, spots),
+            );
+            continue;
+        }
         while hit != 0 {
-            if level == 0 {
-                take(simd, tree, first + hit.trailing_zeros(), volume, points, spots);
-                hit &= hit - 1;
-            } else {
-                // The first child on top.
-                let last = hit.ilog2();
-                hit ^= 1 << last;
-                stack.push((level - 1, first + last));
-            }
+            // The first child on top.
+            let last = hit.ilog2();
+            hit ^= 1 << last;
+            stack.push((level - 1, first + last));
         }
     }
 }
 
-/// Reads something of both cache lines of the lights at these places, so that all have arrived when they are needed. Nothing
-/// depends on one read, so that the processor waits for many at once; later, where few objects share lights, each would wait
+/// Reads something of both cache lines of the lights at these places: later, where few objects share lights, each would wait
 /// for its own.
 #[inline(always)]
-fn read_ahead(tree: &LightTree, places: &[u32]) {
-    let read = places.iter().map(|&place| &tree.lights[place as usize]);
-    std::hint::black_box(read.fold(0.0, |sum, light| sum + (light.inverse_range_squared + light.range)));
+fn read_lights_ahead(tree: &LightTree, places: &[u32]) {
+    let lights = places.iter().map(|&place| &tree.lights[place as usize]);
+    read_ahead(lights.map(|light| light.inverse_range_squared.to_bits() ^ light.range.to_bits()));
 }
 
 /// Collects the lights of a block that may reach the volume.

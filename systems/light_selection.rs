@@ -7,8 +7,9 @@
 //!
 //! For the policy `All`, [`list_reaching`] then lists all lights that reach each object.
 
+use crate::bits::for_each_set;
 use crate::bounds::{Sphere, world_bounds};
-use crate::changes::{LIGHT_ROWS, Since, first_changed, rows_per_task, touch};
+use crate::changes::{LIGHT_ROWS, note_changed, rows_per_task, touch};
 use crate::draw_list::{DrawList, MAX_REACHING};
 use crate::instances::InstanceSlot;
 use crate::library::{Library, MeshId};
@@ -17,11 +18,12 @@ use crate::light_tree::LightTree;
 use crate::lights::{LightPolicy, LightTable};
 use crate::object_order::{Dirty, ObjectOrder, Place};
 use crate::parallel::{in_parallel, map_in_parallel, on_pool};
+use crate::read_ahead::read_ahead;
 use crate::relevance::ScoredLight;
 use crate::selected_lights::SelectedLights;
 use crate::stats::FrameStats;
 use crate::transform::GlobalTransform;
-use bevy_ecs::change_detection::{ContiguousMut, ContiguousRef, Tick};
+use bevy_ecs::change_detection::{ContiguousMut, ContiguousRef};
 use bevy_ecs::prelude::*;
 use bevy_tasks::{ComputeTaskPool, TaskPool};
 use glam::Vec3;
@@ -29,7 +31,8 @@ use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 /// Objects per task.
 const CHUNK: usize = 4096;
-/// Where all objects are searched: places whose results are kept, 40 bytes each, until they are with their objects.
+/// Where all objects are searched: places whose results are kept, 40 bytes each, until they are with their objects. To write
+/// them, all objects are looked through.
 const BLOCK: usize = 1 << 17;
 /// Objects are marked as long as no more than one in this many lights changed, or no more than a few.
 const MANY_LIGHTS: usize = 8;
@@ -70,6 +73,8 @@ pub fn select_parallel(
 #[derive(Default)]
 pub struct Kept {
     policy: LightPolicy,
+    /// A bit per row of a table.
+    changed: Vec<u64>,
     dirty: Dirty,
     spheres: Vec<Sphere>,
     selections: Vec<SelectedLights>,
@@ -95,7 +100,7 @@ pub fn select_lights(
     let level = Level::new();
     let kept = &mut *kept;
     order.release_freed();
-    collect_moved(objects.p0(), &library, &mut order);
+    collect_moved(objects.p0(), &library, &mut order, &mut kept.changed);
     if std::mem::replace(&mut kept.policy, *policy) != *policy
         || table.changes().len() > FEW_LIGHTS.max(table.scored().len() / MANY_LIGHTS)
     {
@@ -125,7 +130,9 @@ pub fn select_lights(
         for (spheres, first) in order.spheres().chunks(BLOCK).zip((0..).step_by(BLOCK)) {
             search(None, spheres, &mut kept.selections);
             for (places, selections) in objects.p3().contiguous_iter_mut().into_iter().flatten() {
-                write_block(places, selections, (first, &kept.selections));
+                let found = &kept.selections;
+                let index = |Place(place): Place| place.wrapping_sub(first) as usize;
+                write_found(places, selections, found, |place| index(place) < found.len(), index);
             }
         }
         return;
@@ -138,7 +145,7 @@ pub fn select_lights(
     let found = &kept.selections;
     if dirty.places.len() * SOME_OBJECTS > all {
         for (places, selections) in objects.p3().contiguous_iter_mut().into_iter().flatten() {
-            write_rows(places, selections, dirty, found);
+            write_found(places, selections, found, |place| dirty.contains(place), |place| dirty.index(place));
         }
     } else {
         let mut selections = objects.p2();
@@ -150,35 +157,18 @@ pub fn select_lights(
     }
 }
 
-/// Writes what was found for a block of places, from `first` on, to those objects of a table that are there.
-fn write_block(places: &[Place], selections: ContiguousMut<SelectedLights>, (first, found): (u32, &[SelectedLights])) {
-    let (selections, mut ticks) = ContiguousMut::bypass_change_detection_split(selections);
-    let (rows, this_run) = (rows_per_task(places.len(), LIGHT_ROWS), ticks.this_run());
-    let any = AtomicBool::new(false);
-    let targets = selections.chunks_mut(rows).zip(ticks.changed_mut().chunks_mut(rows));
-    in_parallel(places.chunks(rows).zip(targets), |(places, (selections, changed))| {
-        let mut differs = false;
-        for ((&Place(place), selection), changed) in places.iter().zip(selections).zip(changed) {
-            let Some(found) = found.get(place.wrapping_sub(first) as usize) else { continue };
-            if *selection != *found {
-                (*selection, *changed) = (*found, this_run);
-                differs = true;
-            }
-        }
-        any.fetch_or(differs, Relaxed);
-    });
-    if any.into_inner() {
-        touch(ticks);
-    }
-}
-
 /// Rows that are looked at together.
 const ROWS: usize = 1024;
 
-/// Writes what was found for the objects of a table. What is to be written is listed first, without a branch that is hard
-/// to predict; then little lies between one access to memory and the next, and the processor waits for many of them at
-/// once.
-fn write_rows(places: &[Place], selections: ContiguousMut<SelectedLights>, dirty: &Dirty, found: &[SelectedLights]) {
+/// Writes what was found for the objects of a table: for those at places for which `is_found` says so, the selection of that
+/// `index`. What is to be written is listed first, without a branch that is hard to predict, and read ahead.
+fn write_found(
+    places: &[Place],
+    selections: ContiguousMut<SelectedLights>,
+    found: &[SelectedLights],
+    is_found: impl Fn(Place) -> bool + Sync,
+    index: impl Fn(Place) -> usize + Sync,
+) {
     let (selections, mut ticks) = ContiguousMut::bypass_change_detection_split(selections);
     let (rows, this_run) = (rows_per_task(places.len(), LIGHT_ROWS), ticks.this_run());
     let any = AtomicBool::new(false);
@@ -190,13 +180,21 @@ fn write_rows(places: &[Place], selections: ContiguousMut<SelectedLights>, dirty
             let mut count = 0;
             for (row, &place) in places.iter().enumerate() {
                 writes[count].0 = row;
-                count += usize::from(dirty.contains(place));
+                count += usize::from(is_found(place));
             }
             let listed = count;
+            for (row, at) in &mut writes[..listed] {
+                *at = index(places[*row]);
+            }
+            let ends = |selection: &SelectedLights| selection.lights[0] ^ selection.reaching;
+            read_ahead(
+                writes[..listed]
+                    .iter()
+                    .map(|&(row, index)| ends(&selections[row]) ^ ends(&found[index]) ^ changed[row].get()),
+            );
             count = 0;
             for i in 0..listed {
-                let row = writes[i].0;
-                let index = dirty.index(places[row]);
+                let (row, index) = writes[i];
                 writes[count] = (row, index);
                 count += usize::from(selections[row] != found[index]);
             }
@@ -214,56 +212,93 @@ fn write_rows(places: &[Place], selections: ContiguousMut<SelectedLights>, dirty
 /// Where objects are, and in the order.
 type Placed<'a> = (Entity, Ref<'a, GlobalTransform>, Ref<'a, MeshId>, &'a mut Place);
 
-/// Enters the objects that moved or changed their mesh into the order, and gives places to those that are new there.
-fn collect_moved(mut objects: Query<Placed>, library: &Library, order: &mut ObjectOrder) {
+/// Enters the objects that moved or changed their mesh into the order, and gives places to those that are new there;
+/// `changed` is a list to use.
+fn collect_moved(mut objects: Query<Placed>, library: &Library, order: &mut ObjectOrder, changed: &mut Vec<u64>) {
     for (entities, transforms, meshes, places) in objects.contiguous_iter_mut().into_iter().flatten() {
         let ((transforms, moved), (meshes, chosen)) = (ContiguousRef::split(transforms), ContiguousRef::split(meshes));
         // Nobody waits for places to change.
         let places = ContiguousMut::bypass_change_detection_split(places).0;
-        let bounds = |row: usize| world_bounds(library, meshes[row], &transforms[row]);
-        let Some(changed) = first_changed([Some(&moved), Some(&chosen)]) else { continue };
-        for row in enter_known(order, (entities, places), &bounds, changed) {
-            if let Some(bounds) = bounds(row as usize) {
-                let place = order.claim(entities[row as usize]);
+        if !note_changed([Some(&moved), Some(&chosen)], changed) {
+            continue;
+        }
+        let rows = Rows { library, entities, transforms, meshes, places };
+        for row in enter_known(order, &rows, changed) {
+            let row = row as usize;
+            if let Some(bounds) = rows.bounds(row) {
+                let place = order.claim(entities[row]);
                 order.moved(place, bounds);
-                places[row as usize] = place;
+                rows.places[row] = place;
             }
         }
     }
 }
 
+/// The objects of a table.
+struct Rows<'a> {
+    library: &'a Library,
+    entities: &'a [Entity],
+    transforms: &'a [GlobalTransform],
+    meshes: &'a [MeshId],
+    places: &'a mut [Place],
+}
+
+impl Rows<'_> {
+    /// `None` where the mesh is yet to come.
+    #[inline(always)]
+    fn bounds(&self, row: usize) -> Option<Sphere> {
+        world_bounds(self.library, self.meshes[row], &self.transforms[row])
+    }
+
+    /// Reads what is needed to know of some rows.
+    #[inline(always)]
+    fn read_ahead(&self, rows: &[usize]) {
+        read_ahead(rows.iter().map(|&row| {
+            let place = self.transforms[row].translation();
+            place.x.to_bits() ^ self.entities[row].index_u32() ^ self.meshes[row].0
+        }));
+    }
+}
+
 /// Enters the rows of a table that moved or changed their mesh and have a place in the order; returns the others, ascending.
 /// What has no bounds, as its mesh is yet to come, stays where it is.
-fn enter_known(
-    order: &mut ObjectOrder,
-    (entities, places): (&[Entity], &[Place]),
-    bounds: &(impl Fn(usize) -> Option<Sphere> + Sync),
-    (first, since, columns): (usize, Since, [&[Tick]; 2]),
-) -> Vec<u32> {
-    // Each task looks through all rows for those with a place in its part of the order.
-    let tasks = ((places.len() - first) / LIGHT_ROWS).clamp(1, ComputeTaskPool::get().thread_num());
+fn enter_known(order: &mut ObjectOrder, table: &Rows, changed: &[u64]) -> Vec<u32> {
+    // Each task looks through all that changed for those with a place in its part of the order.
+    let tasks = (table.places.len() / LIGHT_ROWS).clamp(1, ComputeTaskPool::get().thread_num());
     let parts = order.parts(tasks);
     let mut others = vec![Vec::new(); parts.len()];
+    let (entities, places) = (table.entities, &*table.places);
     in_parallel(parts.into_iter().zip(&mut others), |(mut part, others)| {
-        // First they are listed with their bounds, so that little lies between one access to memory and the next.
         let (mut rows, mut spheres) = ([0; ROWS], [Sphere::default(); ROWS]);
-        for start in (first..places.len()).step_by(ROWS) {
-            let mut count = 0;
-            since.for_each(columns, start..places.len().min(start + ROWS), |row| {
-                rows[count] = row;
-                count += 1;
-            });
-            let changed = count;
-            count = 0;
-            for i in 0..changed {
+        let mut count = 0;
+        for (word, &bits) in changed.iter().enumerate() {
+            let first = word * 64;
+            if bits == u64::MAX {
+                rows[count..count + 64].iter_mut().zip(first..).for_each(|(row, changed)| *row = changed);
+                count += 64;
+            } else {
+                for_each_set(bits, |bit| {
+                    rows[count] = first + bit as usize;
+                    count += 1;
+                });
+            }
+            if count + 64 <= ROWS && word + 1 < changed.len() {
+                continue;
+            }
+            let listed = std::mem::take(&mut count);
+            let mut concerned = 0;
+            for i in 0..listed {
                 let row = rows[i];
-                rows[count] = row;
-                count += usize::from(part.is_concerned(places[row]));
+                rows[concerned] = row;
+                concerned += usize::from(part.is_concerned(places[row]));
             }
-            for (sphere, &row) in spheres.iter_mut().zip(&rows[..count]) {
-                *sphere = bounds(row).unwrap_or(NO_BOUNDS);
+            let rows = &rows[..concerned];
+            part.read_ahead(rows.iter().map(|&row| places[row]));
+            table.read_ahead(rows);
+            for (sphere, &row) in spheres.iter_mut().zip(rows) {
+                *sphere = table.bounds(row).unwrap_or(NO_BOUNDS);
             }
-            for (&row, &sphere) in rows[..count].iter().zip(&spheres) {
+            for (&row, &sphere) in rows.iter().zip(&spheres) {
                 if sphere.radius != NO_BOUNDS.radius && part.moved(entities[row], places[row], sphere) {
                     others.push(row as u32);
                 }

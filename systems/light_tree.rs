@@ -11,6 +11,7 @@
 
 use crate::draw_list::LightRecord;
 use crate::parallel::on_pool;
+use crate::read_ahead::read_ahead;
 use crate::relevance::ScoredLight;
 use bevy_tasks::ComputeTaskPool;
 use glam::Vec3;
@@ -247,6 +248,13 @@ impl Block {
             *tan = outer_tan(cos);
         }
         block
+    }
+
+    /// Reads something of each cache line.
+    #[inline(always)]
+    pub fn read_ahead(&self) {
+        let lines = self.position.iter().chain(&self.axis).chain([&self.range, &self.tan]);
+        read_ahead(lines.map(|line| line[0].to_bits()));
     }
 
     fn bounds(&self) -> Option<(Vec3, Vec3, f32)> {

@@ -11,7 +11,7 @@
 //! centre: with e the irradiance of a light (luminance) and l the direction to it, dir = Σ e l, sides = Σ e |l|
 //! (component by component), and shading adds dot(n², sides + sign(n) · dir) / 2 in the mean colour of what was left out.
 
-use crate::changes::for_each_changed;
+use crate::changes::for_each_changed_in;
 use crate::components::{Light, LightKind};
 use crate::draw_list::{DrawList, LightRecord, NO_LIGHT};
 use crate::light_tree::LightTree;
@@ -178,10 +178,7 @@ pub fn update_light_table(
         let ((lights, settings), (transforms, places)) =
             (ContiguousRef::split(lights), ContiguousRef::split(transforms));
         rows.clear();
-        for_each_changed(&settings, |row| rows.push(row));
-        for_each_changed(&places, |row| rows.push(row));
-        rows.sort_unstable();
-        rows.dedup();
+        for_each_changed_in([Some(&settings), Some(&places)], |row| rows.push(row));
         for &row in &rows {
             let mut slot = slots[row];
             if slot.0 == NO_LIGHT {

@@ -5,6 +5,7 @@
 //! when it has become slow. Beside the spheres there is a bit for each object whose lights must be chosen again: it moved,
 //! or `ObjectOrder::mark` found that a light which changed reaches it or did.
 
+use crate::bits::for_each_set;
 use crate::bounds::Sphere;
 pub use crate::curve::along_the_curve;
 use crate::curve::hilbert_keys;
@@ -14,6 +15,7 @@ use crate::light_lanes::{Floats, Objects, Shining};
 use crate::light_search::Level;
 use crate::light_tree::{Node, Volume, WIDTH, refit};
 use crate::parallel::map_on_pool;
+use crate::read_ahead::read_ahead;
 use crate::relevance::ScoredLight;
 use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
@@ -105,6 +107,16 @@ impl OrderPart<'_> {
     #[inline]
     pub fn is_concerned(&self, Place(place): Place) -> bool {
         (place as usize).wrapping_sub(self.first) < self.concerned
+    }
+
+    /// Reads what [`Self::moved`] needs to know of some places.
+    #[inline(always)]
+    pub fn read_ahead(&self, places: impl Iterator<Item = Place>) {
+        read_ahead(places.map(|Place(place)| {
+            let place = (place as usize).wrapping_sub(self.first);
+            let (entity, sphere) = (self.entities.get(place), self.spheres.get(place));
+            entity.map_or(0, |entity| entity.index_u32()) ^ sphere.map_or(0, |sphere| sphere.radius.to_bits())
+        }));
     }
 
     /// [`ObjectOrder::moved`] for a place that it is concerned with. Returns whether the object is to be given another: the
@@ -272,12 +284,8 @@ impl ObjectOrder {
         self.dirty.fill(0);
         self.may_be_dirty = false;
         for (word, &bits) in dirty.bits.iter().enumerate() {
-            let mut bits = bits;
             dirty.before.push(dirty.places.len() as u32);
-            while bits != 0 {
-                dirty.places.push(word as u32 * 64 + bits.trailing_zeros());
-                bits &= bits - 1;
-            }
+            for_each_set(bits, |bit| dirty.places.push(word as u32 * 64 + bit));
         }
         self.searched += dirty.places.len();
     }
@@ -345,19 +353,23 @@ impl ObjectOrder {
         let volume = Volume::new(min, max, range);
         while let Some((level, index)) = stack.pop() {
             let node = &self.levels[level as usize][index as usize];
-            let mut hit = node_in_range(simd, node, &volume) & in_cones(simd, node, lights);
-            while hit != 0 {
-                let child = index * WIDTH as u32 + hit.trailing_zeros();
-                hit &= hit - 1;
-                if level > 0 {
-                    stack.push((level - 1, child));
-                    continue;
-                }
-                let bits = self.reached(simd, lights, child as usize);
-                if bits != 0 {
-                    found.push((child, bits));
-                }
+            let hit = node_in_range(simd, node, &volume) & in_cones(simd, node, lights);
+            let first = index * WIDTH as u32;
+            if level > 0 {
+                for_each_set(hit, |child| stack.push((level - 1, first + child)));
+                continue;
             }
+            for_each_set(hit, |group| read_group_ahead(&self.spheres, (first + group) as usize));
+            for_each_set(
+                hit,
+                #[inline(always)]
+                |group| {
+                    let bits = self.reached(simd, lights, (first + group) as usize);
+                    if bits != 0 {
+                        found.push((first + group, bits));
+                    }
+                },
+            );
         }
     }
 
@@ -393,17 +405,17 @@ impl ObjectOrder {
         let touched = map_on_pool(pool, parts.enumerate(), |(part, ((spheres, stale), level))| {
             let mut touched: Vec<usize> = Vec::new();
             for (word, bits) in stale.iter_mut().enumerate() {
-                let mut bits = std::mem::take(bits);
-                while bits != 0 {
-                    let group = word * 64 + bits.trailing_zeros() as usize;
-                    bits &= bits - 1;
-                    let Some(spheres) = spheres.chunks(WIDTH).nth(group) else { continue };
+                let bits = std::mem::take(bits);
+                for_each_set(bits, |bit| read_group_ahead(spheres, word * 64 + bit as usize));
+                for_each_set(bits, |bit| {
+                    let group = word * 64 + bit as usize;
+                    let Some(spheres) = spheres.chunks(WIDTH).nth(group) else { return };
                     level[group / WIDTH].set(group % WIDTH, around(spheres));
                     let node = part * nodes + group / WIDTH;
                     if touched.last() != Some(&node) {
                         touched.push(node);
                     }
-                }
+                });
             }
             touched
         });
@@ -470,6 +482,14 @@ impl ObjectOrder {
         self.refresh(pool);
         self.sorted_extent = self.extent();
     }
+}
+
+/// Reads something of each cache line of a group's spheres, if there is such a group.
+#[inline(always)]
+fn read_group_ahead(spheres: &[Sphere], group: usize) {
+    let Some(group) = spheres.get(group * WIDTH..(group + 1) * WIDTH) else { return };
+    let radius = |i: usize| group[i].radius.to_bits();
+    read_ahead((0..WIDTH).step_by(64 / size_of::<Sphere>()).chain([WIDTH - 1]).map(radius));
 }
 
 /// Which children of a node some of the lights shine at: a bit each.
