@@ -38,22 +38,36 @@ prop_compose! {
 }
 
 /// What the remainder counts: the falloff at the sphere's centre, but a classic spot's without its cut, by a smooth
-/// step from the sphere outside of the cone to the sphere inside. Then how far single precision may be off where that step is
-/// taken at a right angle to the axis: there a small cosine is the difference of large products.
+/// step from the sphere outside of the cone to the sphere inside. Then how far single precision may be off, for which the
+/// cosine, the way from the edge and the way to the end of the range are small differences of large numbers.
 fn falloff_around(light: &LightRecord, sphere: Sphere) -> (f64, f64) {
     let center = sphere.center.as_dvec3();
-    if light.kind != LightRecord::SPOT_EXPONENT {
-        return (true_falloff(light, center), 0.0);
-    }
     let v = center - Vec3::from(light.position).as_dvec3();
+    // At a distance that is so much less, and a cosine that is so much more.
+    let at = |light: &LightRecord, error: f64| {
+        let mut light = *light;
+        if light.kind == LightRecord::SPOT_CONE {
+            light.cos_outer -= error as f32;
+            light.exponent_or_cos_inner -= error as f32;
+        }
+        true_falloff(&light, center - v * error)
+    };
+    if light.kind != LightRecord::SPOT_EXPONENT {
+        return (at(light, 0.0), (at(light, 1e-6) - at(light, -1e-6)).abs());
+    }
     let cos = Vec3::from(light.direction).as_dvec3().normalize().dot(v.normalize_or_zero()).clamp(-1.0, 1.0);
     // From the cone's surface to the centre: the angle between them, seen from the apex.
     let inside = v.length() * (f64::from(light.cos_outer).acos() - cos.acos()).sin();
-    let x = (0.5 + 0.5 * inside / f64::from(sphere.radius.max(1e-6))).clamp(0.0, 1.0);
-    let point = true_falloff(&LightRecord { kind: LightRecord::POINT, ..*light }, center);
-    let step = x * x * (3.0 - 2.0 * x);
-    let falloff = |cos: f64| point * cos.max(0.0).powf(f64::from(light.exponent_or_cos_inner)) * step;
-    (falloff(cos), falloff(cos + 1e-6) - falloff(cos - 1e-6))
+    let point = LightRecord { kind: LightRecord::POINT, ..*light };
+    let with = |error: f64, power_error: f64| {
+        let inside = inside + error * v.length();
+        let x = (0.5 + 0.5 * inside / f64::from(sphere.radius.max(1e-6))).clamp(0.0, 1.0);
+        let power = (cos + error).clamp(0.0, 1.0).powf(f64::from(light.exponent_or_cos_inner));
+        at(&point, error) * (power + power_error) * (x * x * (3.0 - 2.0 * x))
+    };
+    // As the power of `relevance.rs` says of itself.
+    let power_error = if cos < 0.08 { 1e-2 } else { 0.0 };
+    (with(0.0, 0.0), with(1e-6, power_error) - with(-1e-6, -power_error))
 }
 
 /// The answer by sorting all scores, weights and remainder straight from their definition; and how far single precision may
