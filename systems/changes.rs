@@ -52,7 +52,8 @@ pub(crate) fn first_changed<'w, const N: usize>(
     Some((first? * TOGETHER, since, columns))
 }
 
-/// Writes down a bit for each row of a table: whether any of some components changed since the system last ran. Returns
+/// Writes down a bit for each row of a table, row r in bit r % 64 of word r / 64: whether any of some components changed since
+/// the system last ran. Returns
 /// whether there is such a row. For tasks that are each to look through all of them.
 pub(crate) fn note_changed<const N: usize>(
     columns: [Option<&ContiguousComponentTicksRef>; N],

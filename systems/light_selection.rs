@@ -31,8 +31,8 @@ use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 /// Objects per task.
 const CHUNK: usize = 4096;
-/// Where all objects are searched: places whose results are kept, 40 bytes each, until they are with their objects. To write
-/// them, all objects are looked through.
+/// Where all objects are searched: places whose results are kept, 40 bytes each, until they are with their objects. All
+/// objects are looked through for each block.
 const BLOCK: usize = 1 << 17;
 /// Objects are marked as long as no more than one in this many lights changed, or no more than a few.
 const MANY_LIGHTS: usize = 8;
@@ -73,7 +73,7 @@ pub fn select_parallel(
 #[derive(Default)]
 pub struct Kept {
     policy: LightPolicy,
-    /// A bit per row of a table.
+    /// Scratch: a bit per row of a table, whether it changed.
     changed: Vec<u64>,
     dirty: Dirty,
     spheres: Vec<Sphere>,
@@ -201,7 +201,9 @@ fn write_found(
             for &(row, index) in &writes[..count] {
                 (selections[row], changed[row]) = (found[index], this_run);
             }
-            any.fetch_or(count > 0, Relaxed);
+            if count > 0 {
+                any.store(true, Relaxed);
+            }
         }
     });
     if any.into_inner() {
@@ -213,7 +215,7 @@ fn write_found(
 type Placed<'a> = (Entity, Ref<'a, GlobalTransform>, Ref<'a, MeshId>, &'a mut Place);
 
 /// Enters the objects that moved or changed their mesh into the order, and gives places to those that are new there;
-/// `changed` is a list to use.
+/// `changed` is scratch.
 fn collect_moved(mut objects: Query<Placed>, library: &Library, order: &mut ObjectOrder, changed: &mut Vec<u64>) {
     for (entities, transforms, meshes, places) in objects.contiguous_iter_mut().into_iter().flatten() {
         let ((transforms, moved), (meshes, chosen)) = (ContiguousRef::split(transforms), ContiguousRef::split(meshes));
@@ -261,7 +263,7 @@ impl Rows<'_> {
 }
 
 /// Enters the rows of a table that moved or changed their mesh and have a place in the order; returns the others, ascending.
-/// What has no bounds, as its mesh is yet to come, stays where it is.
+/// What has no bounds, as its mesh is yet to come, stays where it is. `changed`: see [`note_changed`].
 fn enter_known(order: &mut ObjectOrder, table: &Rows, changed: &[u64]) -> Vec<u32> {
     // Each task looks through all that changed for those with a place in its part of the order.
     let tasks = (table.places.len() / LIGHT_ROWS).clamp(1, ComputeTaskPool::get().thread_num());
@@ -273,6 +275,7 @@ fn enter_known(order: &mut ObjectOrder, table: &Rows, changed: &[u64]) -> Vec<u3
         let mut count = 0;
         for (word, &bits) in changed.iter().enumerate() {
             let first = word * 64;
+            // Bit by bit takes longer, and where many move most words are such.
             if bits == u64::MAX {
                 rows[count..count + 64].iter_mut().zip(first..).for_each(|(row, changed)| *row = changed);
                 count += 64;

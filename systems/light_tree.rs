@@ -254,7 +254,7 @@ impl Block {
     #[inline(always)]
     pub fn read_ahead(&self) {
         let lines = self.position.iter().chain(&self.axis).chain([&self.range, &self.tan]);
-        read_ahead(lines.map(|line| line[0].to_bits()));
+        read_ahead(lines.map(|line| line[0].to_bits()).chain([self.spots as u32]));
     }
 
     fn bounds(&self) -> Option<(Vec3, Vec3, f32)> {

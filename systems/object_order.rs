@@ -109,7 +109,7 @@ impl OrderPart<'_> {
         (place as usize).wrapping_sub(self.first) < self.concerned
     }
 
-    /// Reads what [`Self::moved`] needs to know of some places.
+    /// Reads what [`Self::moved`] compares, and what it writes, of some places.
     #[inline(always)]
     pub fn read_ahead(&self, places: impl Iterator<Item = Place>) {
         read_ahead(places.map(|Place(place)| {
@@ -484,7 +484,7 @@ impl ObjectOrder {
     }
 }
 
-/// Reads something of each cache line of a group's spheres, if there is such a group.
+/// Reads something of each cache line of a group's spheres, if it is a whole one.
 #[inline(always)]
 fn read_group_ahead(spheres: &[Sphere], group: usize) {
     let Some(group) = spheres.get(group * WIDTH..(group + 1) * WIDTH) else { return };

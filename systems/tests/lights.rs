@@ -332,6 +332,35 @@ proptest! {
     }
 }
 
+/// Enough objects, in two tables, for several tasks to look through those that moved: more of them than are listed at a time.
+#[test]
+fn what_is_kept_by_several_tasks_equals_a_full_search() {
+    #[derive(Component)]
+    struct Marked;
+    systems::set_threads(Some(4));
+    let mut living = Living { simulation: Simulation::new(), objects: vec![], lights: vec![] };
+    let at = |i: usize| Vec3::new((i * 7 % 131) as f32 * 2.0, 0.0, (i * 11 % 127) as f32 * 2.0);
+    for i in 0..15_000 {
+        living.happen(&Event::SpawnObject(at(i), 0.5));
+        if i % 5 == 0 {
+            living.simulation.world.entity_mut(living.objects[i]).insert(Marked);
+        }
+    }
+    for i in 0..40 {
+        living.happen(&Event::SpawnLight(Light::point(1.0 + i as f32, 40.0), at(i * 300) + Vec3::Y));
+    }
+    living.simulation.frame();
+    living.compare();
+    for (frame, step) in [3, 1, 17, 50, 3].into_iter().enumerate() {
+        for i in (frame..15_000).step_by(step) {
+            living.simulation.world.get_mut::<Transform>(living.objects[i]).unwrap().translation = at(i + frame * 1000);
+        }
+        (0..100).for_each(|i| living.happen(&Event::SpawnObject(at(i * 150), 1.0)));
+        living.simulation.frame();
+        living.compare();
+    }
+}
+
 fn live(objects: Vec<(Vec3, f32)>, lights: Vec<(Light, Vec3)>, frames: Vec<Vec<Event>>) {
     let mut living = Living { simulation: Simulation::new(), objects: vec![], lights: vec![] };
     for (center, radius) in objects {
