@@ -53,14 +53,13 @@ pub(crate) fn first_changed<'w, const N: usize>(
 }
 
 /// Writes down a bit for each row of a table, row r in bit r % 64 of word r / 64: whether any of some components changed since
-/// the system last ran. Returns
-/// whether there is such a row. For tasks that are each to look through all of them.
+/// the system last ran. Returns how many such rows there are. For tasks that are each to look through all of them.
 pub(crate) fn note_changed<const N: usize>(
     columns: [Option<&ContiguousComponentTicksRef>; N],
     bits: &mut Vec<u64>,
-) -> bool {
+) -> usize {
     bits.clear();
-    let Some((since, columns)) = suspects(columns) else { return false };
+    let Some((since, columns)) = suspects(columns) else { return 0 };
     let rows = columns.iter().map(|column| column.len()).max().unwrap_or(0);
     bits.resize(rows.div_ceil(TOGETHER), 0);
     let words = rows_per_task(rows, LIGHT_ROWS).div_ceil(TOGETHER);
@@ -69,7 +68,7 @@ pub(crate) fn note_changed<const N: usize>(
             *word = since.bits(&columns.map(|column| part(column, first..first + TOGETHER)));
         }
     });
-    bits.iter().any(|&word| word != 0)
+    bits.iter().map(|word| word.count_ones() as usize).sum()
 }
 
 /// What [`first_changed`] gives where all rows are to be visited, from one of the table's columns.
@@ -205,12 +204,12 @@ mod tests {
             let columns = [Some(&foreign), None, Some(&own)];
             let first = found.0.len();
             for_each_changed_in(columns, |row| found.0.push(entities[row]));
-            let any = note_changed(columns, &mut bits);
+            let count = note_changed(columns, &mut bits);
             let mut noted = Vec::new();
             for (&word, start) in bits.iter().zip((0..).step_by(TOGETHER)) {
                 for_each_set(word, |bit| noted.push(entities[start + bit as usize]));
             }
-            assert_eq!((&noted[..], any), (&found.0[first..], !noted.is_empty()));
+            assert_eq!((&noted[..], count), (&found.0[first..], noted.len()));
         }
     }
 

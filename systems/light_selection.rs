@@ -221,11 +221,12 @@ fn collect_moved(mut objects: Query<Placed>, library: &Library, order: &mut Obje
         let ((transforms, moved), (meshes, chosen)) = (ContiguousRef::split(transforms), ContiguousRef::split(meshes));
         // Nobody waits for places to change.
         let places = ContiguousMut::bypass_change_detection_split(places).0;
-        if !note_changed([Some(&moved), Some(&chosen)], changed) {
+        let count = note_changed([Some(&moved), Some(&chosen)], changed);
+        if count == 0 {
             continue;
         }
         let rows = Rows { library, entities, transforms, meshes, places };
-        for row in enter_known(order, &rows, changed) {
+        for row in enter_known(order, &rows, (changed, count)) {
             let row = row as usize;
             if let Some(bounds) = rows.bounds(row) {
                 let place = order.claim(entities[row]);
@@ -263,10 +264,11 @@ impl Rows<'_> {
 }
 
 /// Enters the rows of a table that moved or changed their mesh and have a place in the order; returns the others, ascending.
-/// What has no bounds, as its mesh is yet to come, stays where it is. `changed`: see [`note_changed`].
-fn enter_known(order: &mut ObjectOrder, table: &Rows, changed: &[u64]) -> Vec<u32> {
+/// What has no bounds, as its mesh is yet to come, stays where it is. The bits and how many are set: see
+/// [`note_changed`].
+fn enter_known(order: &mut ObjectOrder, table: &Rows, (changed, count): (&[u64], usize)) -> Vec<u32> {
     // Each task looks through all that changed for those with a place in its part of the order.
-    let tasks = (table.places.len() / LIGHT_ROWS).clamp(1, ComputeTaskPool::get().thread_num());
+    let tasks = (count / ROWS).clamp(1, ComputeTaskPool::get().thread_num());
     let parts = order.parts(tasks);
     let mut others = vec![Vec::new(); parts.len()];
     let (entities, places) = (table.entities, &*table.places);

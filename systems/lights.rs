@@ -172,14 +172,12 @@ pub fn update_light_table(
         table.write(&mut draw_list.lights, slot, LightRecord { kind: LightRecord::OFF, ..LightRecord::default() });
         table.free.push(Reverse(slot));
     }
-    let (mut new, mut rows) = (Vec::new(), Vec::new());
+    let mut new = Vec::new();
     let all = lights.p0();
     for (entities, lights, transforms, slots) in all.contiguous_iter().into_iter().flatten() {
         let ((lights, settings), (transforms, places)) =
             (ContiguousRef::split(lights), ContiguousRef::split(transforms));
-        rows.clear();
-        for_each_changed_in([Some(&settings), Some(&places)], |row| rows.push(row));
-        for &row in &rows {
+        for_each_changed_in([Some(&settings), Some(&places)], |row| {
             let mut slot = slots[row];
             if slot.0 == NO_LIGHT {
                 slot.0 = table.claim();
@@ -189,7 +187,7 @@ pub fn update_light_table(
             draw_list.light_traits.cones |= matches!(light.kind, LightKind::Spot { .. });
             draw_list.light_traits.ambient |= light.ambient != Vec3::ZERO;
             table.write(&mut draw_list.lights, slot.0, light_record(light, &transforms[row]));
-        }
+        });
     }
     let mut slots = lights.p1();
     for (entity, slot) in new {
