@@ -87,7 +87,7 @@ mod tests {
     use crate::bounds::Sphere;
     use crate::components::Camera;
     use crate::draw_list::PAGE_SLOTS;
-    use crate::instances::InstanceSlot;
+    use crate::instances::InstanceTable;
     use crate::library::{Library, Material, MaterialId, MeshId};
     use crate::shapes;
     use crate::tables::Records;
@@ -112,10 +112,11 @@ mod tests {
 
     /// Every object is in a page of its batch or in the blended list, once, and its record is in its slot.
     fn check_groups(simulation: &mut Simulation) {
-        let mut objects = simulation.world.query::<(Entity, &InstanceSlot)>();
+        let mut objects = simulation.world.query_filtered::<Entity, With<MeshId>>();
         let mut slots: Vec<(u32, u32)> = Vec::new();
-        for (entity, slot) in objects.iter(&simulation.world) {
-            slots.extend(slot.get().map(|slot| (slot, entity.index_u32())));
+        for entity in objects.iter(&simulation.world) {
+            let slot = simulation.world.resource::<InstanceTable>().slot(entity);
+            slots.extend(slot.map(|slot| (slot, entity.index_u32())));
         }
         slots.sort_unstable();
         let (list, table) = (simulation.draw_list(), simulation.world.resource::<InstanceTable>());
@@ -200,7 +201,7 @@ mod tests {
     fn slots_are_stable_and_the_lowest_free_one_of_the_batch_is_reused() {
         let (mut simulation, entities) = scene(60);
         simulation.frame();
-        let slot = |s: &Simulation, e| s.world.get::<InstanceSlot>(e).unwrap().get();
+        let slot = |s: &Simulation, e| s.world.resource::<InstanceTable>().slot(e);
         let before: Vec<_> = entities.iter().map(|&e| slot(&simulation, e)).collect();
         simulation.world.despawn(entities[30]);
         simulation.world.despawn(entities[12]);
@@ -223,7 +224,7 @@ mod tests {
         assert!(simulation.draw_list().instances.dirty.is_empty());
         simulation.world.get_mut::<Transform>(entities[12]).unwrap().translation.y = 1.0;
         simulation.frame();
-        let slot = simulation.world.get::<InstanceSlot>(entities[12]).unwrap().get().unwrap();
+        let slot = simulation.world.resource::<InstanceTable>().slot(entities[12]).unwrap();
         let dirty = simulation.draw_list().instances.dirty.ranges(0);
         assert_eq!(dirty.into_iter().flatten().collect::<Vec<_>>(), [slot]);
         assert_eq!(simulation.draw_list().batches_version, version);
@@ -236,7 +237,7 @@ mod tests {
         simulation.world.entity_mut(entities[0]).insert(ChildOf(parent));
         let height = |simulation: &mut Simulation| {
             simulation.frame();
-            let slot = simulation.world.get::<InstanceSlot>(entities[0]).unwrap().get().unwrap();
+            let slot = simulation.world.resource::<InstanceTable>().slot(entities[0]).unwrap();
             simulation.instance_records().get(slot).world_from_object[1][3]
         };
         assert_eq!(height(&mut simulation), 50.0);
@@ -278,10 +279,10 @@ mod tests {
             }
             simulation.frame();
             check_groups(&mut simulation);
-            let mut objects = simulation.world.query::<(&InstanceSlot, &Transform, &MeshId, &MaterialId)>();
+            let mut objects = simulation.world.query::<(Entity, &Transform, &MeshId, &MaterialId)>();
             let (records, table) = (simulation.instance_records(), simulation.world.resource::<InstanceTable>());
-            for (slot, transform, &mesh, &material) in objects.iter(&simulation.world) {
-                let slot = slot.get().unwrap();
+            for (object, transform, &mesh, &material) in objects.iter(&simulation.world) {
+                let slot = table.slot(object).unwrap();
                 let (key, record) = (table.pages.key(slot), records.get(slot));
                 assert_eq!((key.pipeline.mirrored, key.mesh), (transform.scale.x < 0.0, mesh));
                 assert_eq!((record.material, record.world_from_object[0][0]), (material.0, transform.scale.x));

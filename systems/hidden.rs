@@ -130,7 +130,7 @@ fn is_hidden_above(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::instances::InstanceSlot;
+    use crate::instances::InstanceTable;
     use crate::library::{AlphaMode, Library, Material};
     use crate::{Simulation, shapes};
     use bevy_ecs::entity_disabling::Disabled;
@@ -210,7 +210,7 @@ mod tests {
         let mut slot_after_a_frame = |edit: fn(&mut EntityWorldMut)| {
             edit(&mut simulation.world.entity_mut(object));
             simulation.frame();
-            simulation.world.get::<InstanceSlot>(object).and_then(|slot| slot.get())
+            simulation.world.resource::<InstanceTable>().slot(object)
         };
         assert_eq!(slot_after_a_frame(|_| {}), Some(0));
         assert_eq!(slot_after_a_frame(|object| _ = object.insert(Hidden)), None);

@@ -12,6 +12,7 @@ use crate::pieces::PieceOf;
 use crate::selected_lights::SelectedLights;
 use crate::tables::{DirtySlots, Records};
 use crate::transform::GlobalTransform;
+use bevy_ecs::entity::EntityIndex;
 use bevy_ecs::prelude::*;
 use glam::{Affine3A, Vec3A};
 use std::ops::Range;
@@ -19,18 +20,18 @@ use std::ops::Range;
 /// Who is in which slot, and whose records changed.
 #[derive(Clone, Debug, Default)]
 pub struct InstanceSlots {
-    /// By slot; [`Entity::PLACEHOLDER`] where there is nobody.
-    pub objects: Vec<Entity>,
+    /// By slot, if there is one.
+    pub objects: Vec<Option<EntityIndex>>,
     /// Slots whose records may differ from those of the frame before this one.
     pub dirty: DirtySlots,
 }
 
 impl InstanceSlots {
     /// Says who is in a slot from now on.
-    pub(crate) fn put(&mut self, slot: u32, object: Entity) {
+    pub(crate) fn put(&mut self, slot: u32, object: Option<EntityIndex>) {
         let index = slot as usize;
         if index >= self.objects.len() {
-            self.objects.resize(index + 1, Entity::PLACEHOLDER);
+            self.objects.resize(index + 1, None);
         }
         self.objects[index] = object;
         self.dirty.mark(slot);
@@ -96,7 +97,11 @@ impl Records for InstanceRecords<'_> {
         let task = rows_per_task(slots.len(), LIGHT_ROWS / 4).max(1);
         in_parallel(records.chunks_mut(task).zip(slots.chunks(task)), |(records, slots)| {
             let parts = parts.query_manual(self.world);
-            let objects = slots.iter().map(|&slot| self.slots.objects[slot as usize]);
+            let entities = self.world.entities();
+            let objects = slots.iter().map(|&slot| {
+                let object = self.slots.objects[slot as usize];
+                object.map_or(Entity::PLACEHOLDER, |object| entities.resolve_from_index(object))
+            });
             for ((record, object), parts) in records.iter_mut().zip(objects.clone()).zip(parts.iter_many(objects)) {
                 *record = parts.map_or_else(
                     |_| InstanceRecord::default(),

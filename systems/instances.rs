@@ -8,6 +8,7 @@ use crate::batches::{self, BlendedChanges};
 use crate::bounds::world_bounds;
 use crate::changes::{LIGHT_ROWS, Since, all_rows, first_changed, rows_per_task};
 use crate::draw_list::{BatchKey, DrawList, Transparent};
+use crate::entity_numbers::EntityNumbers;
 use crate::hidden::InheritedHidden;
 use crate::incomplete::Incomplete;
 use crate::library::{AlphaMode, Library, MaterialId, MeshId};
@@ -16,36 +17,18 @@ use crate::pages::SlotPages;
 use crate::parallel::in_parallel;
 use crate::selected_lights::SelectedLights;
 use crate::transform::GlobalTransform;
-use bevy_ecs::change_detection::{ContiguousMut, ContiguousRef, Tick};
+use bevy_ecs::change_detection::{ContiguousRef, Tick};
 use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
 use std::ops::Range;
 
-/// The slot of a drawn entity in the instance table. Derived.
-#[derive(Component, Clone, Copy, PartialEq, Eq, Debug)]
-#[component(clone_behavior = Ignore)]
-pub struct InstanceSlot(u32);
-
-impl InstanceSlot {
-    const NONE: Self = Self(u32::MAX);
-
-    /// The slot; `None` before the first frame.
-    pub fn get(self) -> Option<u32> {
-        (self != Self::NONE).then_some(self.0)
-    }
-}
-
-impl Default for InstanceSlot {
-    fn default() -> Self {
-        Self::NONE
-    }
-}
-
 /// Which slots are in use, and by what kind of object.
 #[derive(Resource, Debug, Default)]
 pub struct InstanceTable {
     pub(crate) pages: SlotPages,
+    /// Where each drawn object is.
+    slots: EntityNumbers,
     /// Given back since the last frame.
     freed: Vec<u32>,
     /// Of this frame.
@@ -57,52 +40,49 @@ pub struct InstanceTable {
 }
 
 impl InstanceTable {
+    /// The slot of a drawn object; `None` before its first frame.
+    pub fn slot(&self, object: Entity) -> Option<u32> {
+        Some(self.slots.get(object)).filter(|&slot| slot != EntityNumbers::NONE)
+    }
+
     /// Empties a slot: its record draws nothing from now on.
     fn release(&mut self, slot: u32, list: &mut DrawList) {
         if self.pages.key(slot).pipeline.alpha == AlphaMode::Blend {
             self.blended.insert(slot, None);
         }
         self.pages.release(slot);
-        list.instances.put(slot, Entity::PLACEHOLDER);
+        list.instances.put(slot, None);
     }
 
     /// The slot of an object of that batch: the one that it has, unless its batch is another now.
-    fn settle(&mut self, object: Entity, slot: &mut InstanceSlot, key: BatchKey, list: &mut DrawList) -> u32 {
-        if let Some(taken) = slot.get() {
+    fn settle(&mut self, object: Entity, key: BatchKey, list: &mut DrawList) -> u32 {
+        if let Some(taken) = self.slot(object) {
             if self.pages.key(taken) == key {
                 return taken;
             }
             self.release(taken, list);
         }
         let taken = self.pages.take(key);
-        *slot = InstanceSlot(taken);
-        list.instances.put(taken, object);
+        self.slots.set(object.index(), taken);
+        list.instances.put(taken, Some(object.index()));
         taken
     }
 }
 
 /// Runs when an entity loses its mesh, by itself or with its life.
 pub(crate) fn free_slot(mut world: DeferredWorld, context: HookContext) {
-    let Some(mut component) = world.get_mut::<InstanceSlot>(context.entity) else { return };
-    let Some(slot) = std::mem::take(&mut *component).get() else { return };
-    if let Some(mut table) = world.get_resource_mut::<InstanceTable>() {
+    let Some(mut table) = world.get_resource_mut::<InstanceTable>() else { return };
+    if let Some(slot) = table.slots.take(context.entity) {
         table.freed.push(slot);
     }
 }
 
-type Drawn<'a> = (
-    Entity,
-    Ref<'a, GlobalTransform>,
-    Ref<'a, MeshId>,
-    Ref<'a, MaterialId>,
-    Ref<'a, SelectedLights>,
-    &'a mut InstanceSlot,
-);
+type Drawn<'a> = (Entity, Ref<'a, GlobalTransform>, Ref<'a, MeshId>, Ref<'a, MaterialId>, Ref<'a, SelectedLights>);
 
 /// Gives slots to objects that are new or whose batch is another, and marks the records of those that moved or changed their
 /// mesh, material or lights.
 pub fn update_instances(
-    mut drawn: Query<Drawn, Without<InheritedHidden>>,
+    drawn: Query<Drawn, Without<InheritedHidden>>,
     library: Res<Library>,
     materials: Res<MaterialTable>,
     mut table: ResMut<InstanceTable>,
@@ -113,18 +93,17 @@ pub fn update_instances(
     for slot in std::mem::take(&mut table.freed) {
         table.release(slot, list);
     }
-    for (entities, transforms, meshes, chosen, selections, slots) in drawn.contiguous_iter_mut().into_iter().flatten() {
+    for (entities, transforms, meshes, chosen, selections) in drawn.contiguous_iter().into_iter().flatten() {
         let (transforms, placed) = ContiguousRef::split(transforms);
         let ((meshes, shaped), (chosen, covered)) = (ContiguousRef::split(meshes), ContiguousRef::split(chosen));
         let lit = ContiguousRef::split(selections).1;
-        let slots = ContiguousMut::bypass_change_detection_split(slots).0;
         let columns = [Some(&placed), Some(&shaped), Some(&covered), Some(&lit)];
-        let mut rows = (entities, transforms, meshes, chosen, slots);
+        let rows = (entities, transforms, meshes, chosen);
         if materials.regroups() {
-            table.settle_all(all_rows(&placed), Looking::AtMaterials, &library, &materials, list, &mut rows);
+            table.settle_all(all_rows(&placed), Looking::AtMaterials, &library, &materials, list, rows);
         }
         if let Some(changed) = first_changed(columns) {
-            table.settle_all(changed, Looking::AtObjects, &library, &materials, list, &mut rows);
+            table.settle_all(changed, Looking::AtObjects, &library, &materials, list, rows);
         }
     }
     incomplete.bypass_change_detection().wait_for_meshes(&mut table.meshless, &library);
@@ -133,7 +112,7 @@ pub fn update_instances(
 }
 
 /// Columns that decide where an object's record goes.
-type Rows<'a> = (&'a [Entity], &'a [GlobalTransform], &'a [MeshId], &'a [MaterialId], &'a mut [InstanceSlot]);
+type Rows<'a> = (&'a [Entity], &'a [GlobalTransform], &'a [MeshId], &'a [MaterialId]);
 
 /// Why rows are looked at.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -175,7 +154,7 @@ impl InstanceTable {
         library: &Library,
         materials: &MaterialTable,
         list: &mut DrawList,
-        rows: &mut Rows,
+        rows: Rows,
     ) {
         let end = rows.0.len();
         for start in (first..end).step_by(BLOCK) {
@@ -192,7 +171,7 @@ impl InstanceTable {
         library: &Library,
         materials: &MaterialTable,
         list: &mut DrawList,
-        (entities, transforms, meshes, chosen, slots): &mut Rows,
+        (entities, transforms, meshes, chosen): Rows,
     ) {
         let [_, shaped, covered, _] = columns;
         // While mesh and material are what they were, only a transform that mirrors makes the batch another.
@@ -202,9 +181,9 @@ impl InstanceTable {
             looking == Looking::AtMaterials && !materials.is_regrouped(library.known_material(chosen[row]))
         };
         let mut found = std::mem::take(&mut self.found);
-        let (pages, held) = (&self.pages, &**slots);
+        let table = &*self;
         let keeps = |row: usize, slot: &u32| {
-            let key = pages.key(*slot);
+            let key = table.pages.key(*slot);
             let stays = if same_kind {
                 key.pipeline.mirrored == is_mirrored(&transforms[row])
             } else {
@@ -222,7 +201,7 @@ impl InstanceTable {
             let start = first + number * part;
             since.for_each(columns, start..start + found.len(), |row| {
                 if !passes(row) {
-                    let slot = held[row].get().filter(|slot| keeps(row, slot)).unwrap_or(UNSETTLED);
+                    let slot = table.slot(entities[row]).filter(|slot| keeps(row, slot)).unwrap_or(UNSETTLED);
                     found[*count] = (row as u32, slot);
                     *count += 1;
                 }
@@ -235,7 +214,7 @@ impl InstanceTable {
                 if slot != UNSETTLED {
                     list.instances.dirty.mark(slot);
                 } else if let Some(key) = batch(row) {
-                    let slot = self.settle(entities[row], &mut slots[row], key, list);
+                    let slot = self.settle(entities[row], key, list);
                     list.instances.dirty.mark(slot);
                     if key.pipeline.alpha == AlphaMode::Blend {
                         let bounds = world_bounds(library, meshes[row], &transforms[row]);
@@ -245,7 +224,7 @@ impl InstanceTable {
                     if library.mesh(meshes[row]).is_none() {
                         self.meshless.push(entities[row]);
                     }
-                    if let Some(taken) = std::mem::take(&mut slots[row]).get() {
+                    if let Some(taken) = self.slots.take(entities[row]) {
                         self.release(taken, list);
                     }
                 }

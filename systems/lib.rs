@@ -18,6 +18,7 @@ pub mod components;
 mod curve;
 pub mod displace;
 pub mod draw_list;
+mod entity_numbers;
 pub mod hidden;
 pub mod images;
 pub mod incomplete;

@@ -8,9 +8,9 @@ use crate::bounds::{Aabb, Sphere};
 use crate::draw_list::MAP_COUNT;
 use crate::images::{Image, ImageKind};
 use crate::incomplete;
-use crate::instances::{self, InstanceSlot};
+use crate::instances;
 use crate::levels::Level;
-use crate::object_order::{self, Place};
+use crate::object_order;
 use crate::selected_lights::SelectedLights;
 use crate::split::{Grid, split};
 pub use crate::technique::Technique;
@@ -29,7 +29,7 @@ fn free_slots(mut world: DeferredWorld, context: HookContext) {
 
 /// Names a [`Mesh`] of the [`Library`]. As a component: this entity is drawn with that mesh.
 #[derive(Component, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, serde::Serialize, serde::Deserialize)]
-#[require(Transform, MaterialId, SelectedLights, InstanceSlot, Place)]
+#[require(Transform, MaterialId, SelectedLights)]
 #[component(on_remove = free_slots, summary_tick)]
 pub struct MeshId(pub u32);
 

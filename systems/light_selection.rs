@@ -11,12 +11,13 @@ use crate::bits::for_each_set;
 use crate::bounds::{Sphere, world_bounds};
 use crate::changes::{LIGHT_ROWS, note_changed, rows_per_task, touch};
 use crate::draw_list::{DrawList, MAX_REACHING};
-use crate::instances::InstanceSlot;
+use crate::entity_numbers::EntityNumbers;
+use crate::instances::InstanceTable;
 use crate::library::{Library, MeshId};
 use crate::light_search::{self, Level, Scratch};
 use crate::light_tree::LightTree;
 use crate::lights::{LightPolicy, LightTable};
-use crate::object_order::{Dirty, ObjectOrder, Place};
+use crate::object_order::{Dirty, ObjectOrder};
 use crate::parallel::{in_parallel, map_in_parallel, on_pool};
 use crate::read_ahead::read_ahead;
 use crate::relevance::ScoredLight;
@@ -24,6 +25,7 @@ use crate::selected_lights::SelectedLights;
 use crate::stats::FrameStats;
 use crate::transform::GlobalTransform;
 use bevy_ecs::change_detection::{ContiguousMut, ContiguousRef};
+use bevy_ecs::entity::Entities;
 use bevy_ecs::prelude::*;
 use bevy_tasks::{ComputeTaskPool, TaskPool};
 use glam::Vec3;
@@ -81,7 +83,7 @@ pub struct Kept {
 }
 
 /// Chooses the lights of the objects that changed or that a light which changed reaches.
-#[allow(clippy::type_complexity)]
+#[allow(clippy::too_many_arguments)]
 pub fn select_lights(
     table: Res<LightTable>,
     policy: Res<LightPolicy>,
@@ -89,18 +91,15 @@ pub fn select_lights(
     mut order: ResMut<ObjectOrder>,
     mut kept: Local<Kept>,
     mut stats: ResMut<FrameStats>,
-    mut objects: ParamSet<(
-        Query<Placed>,
-        Query<&mut Place>,
-        Query<&mut SelectedLights>,
-        Query<(&Place, &mut SelectedLights)>,
-    )>,
+    entities: &Entities,
+    objects: Query<Placed>,
+    mut selections: Query<(Entity, &mut SelectedLights)>,
 ) {
     let pool = ComputeTaskPool::get();
     let level = Level::new();
     let kept = &mut *kept;
     order.release_freed();
-    collect_moved(objects.p0(), &library, &mut order, &mut kept.changed);
+    collect_moved(objects, &library, &mut order, &mut kept.changed);
     if std::mem::replace(&mut kept.policy, *policy) != *policy
         || table.changes().len() > FEW_LIGHTS.max(table.scored().len() / MANY_LIGHTS)
     {
@@ -109,11 +108,7 @@ pub fn select_lights(
         order.mark(pool, level, table.changes());
     }
     if order.needs_sorting(pool) {
-        let mut places = objects.p1();
-        order.sort(pool, |entity, place| {
-            let found = places.get_mut(entity);
-            found.map(|mut component| *component = place).is_ok()
-        });
+        order.sort(pool);
     }
     let search = |places: Option<&[u32]>, spheres: &[Sphere], found: &mut Vec<SelectedLights>| {
         found.resize(spheres.len(), SelectedLights::default());
@@ -129,10 +124,10 @@ pub fn select_lights(
         order.take_all();
         for (spheres, first) in order.spheres().chunks(BLOCK).zip((0..).step_by(BLOCK)) {
             search(None, spheres, &mut kept.selections);
-            for (places, selections) in objects.p3().contiguous_iter_mut().into_iter().flatten() {
-                let found = &kept.selections;
-                let index = |Place(place): Place| place.wrapping_sub(first) as usize;
-                write_found(places, selections, found, |place| index(place) < found.len(), index);
+            let (places, found) = (order.places(), &kept.selections);
+            let index = |place: u32| place.wrapping_sub(first) as usize;
+            for rows in selections.contiguous_iter_mut().into_iter().flatten() {
+                write_found(rows, places, found, |place| index(place) < found.len(), index);
             }
         }
         return;
@@ -144,13 +139,13 @@ pub fn select_lights(
     search(Some(&dirty.places), &kept.spheres, &mut kept.selections);
     let found = &kept.selections;
     if dirty.places.len() * SOME_OBJECTS > all {
-        for (places, selections) in objects.p3().contiguous_iter_mut().into_iter().flatten() {
-            write_found(places, selections, found, |place| dirty.contains(place), |place| dirty.index(place));
+        for rows in selections.contiguous_iter_mut().into_iter().flatten() {
+            write_found(rows, order.places(), found, |place| dirty.contains(place), |place| dirty.index(place));
         }
     } else {
-        let mut selections = objects.p2();
         for (&place, &found) in dirty.places.iter().zip(found) {
-            if let Ok(mut selection) = selections.get_mut(order.entity(place)) {
+            let object = order.object(place).map(|object| entities.resolve_from_index(object));
+            if let Some((_, mut selection)) = object.and_then(|object| selections.get_mut(object).ok()) {
                 selection.set_if_neq(found);
             }
         }
@@ -163,28 +158,29 @@ const ROWS: usize = 1024;
 /// Writes what was found for the objects of a table: for those at places for which `is_found` says so, the selection of that
 /// `index`. What is to be written is listed first, without a branch that is hard to predict, and read ahead.
 fn write_found(
-    places: &[Place],
-    selections: ContiguousMut<SelectedLights>,
+    (objects, selections): (&[Entity], ContiguousMut<SelectedLights>),
+    places: &EntityNumbers,
     found: &[SelectedLights],
-    is_found: impl Fn(Place) -> bool + Sync,
-    index: impl Fn(Place) -> usize + Sync,
+    is_found: impl Fn(u32) -> bool + Sync,
+    index: impl Fn(u32) -> usize + Sync,
 ) {
     let (selections, mut ticks) = ContiguousMut::bypass_change_detection_split(selections);
-    let (rows, this_run) = (rows_per_task(places.len(), LIGHT_ROWS), ticks.this_run());
+    let (rows, this_run) = (rows_per_task(objects.len(), LIGHT_ROWS), ticks.this_run());
     let any = AtomicBool::new(false);
     let targets = selections.chunks_mut(rows).zip(ticks.changed_mut().chunks_mut(rows));
-    in_parallel(places.chunks(rows).zip(targets), |(places, (selections, changed))| {
+    in_parallel(objects.chunks(rows).zip(targets), |(objects, (selections, changed))| {
         let mut writes = [(0, 0); ROWS];
         let parts = selections.chunks_mut(ROWS).zip(changed.chunks_mut(ROWS));
-        for (places, (selections, changed)) in places.chunks(ROWS).zip(parts) {
+        for (objects, (selections, changed)) in objects.chunks(ROWS).zip(parts) {
             let mut count = 0;
-            for (row, &place) in places.iter().enumerate() {
-                writes[count].0 = row;
+            for (row, &object) in objects.iter().enumerate() {
+                let place = places.get(object);
+                writes[count] = (row, place as usize);
                 count += usize::from(is_found(place));
             }
             let listed = count;
-            for (row, at) in &mut writes[..listed] {
-                *at = index(places[*row]);
+            for (_, at) in &mut writes[..listed] {
+                *at = index(*at as u32);
             }
             let ends = |selection: &SelectedLights| selection.lights[0] ^ selection.reaching;
             read_ahead(
@@ -211,27 +207,24 @@ fn write_found(
     }
 }
 
-/// Where objects are, and in the order.
-type Placed<'a> = (Entity, Ref<'a, GlobalTransform>, Ref<'a, MeshId>, &'a mut Place);
+/// Where objects are, and how large.
+type Placed<'a> = (Entity, Ref<'a, GlobalTransform>, Ref<'a, MeshId>);
 
 /// Enters the objects that moved or changed their mesh into the order, and gives places to those that are new there;
 /// `changed` is scratch.
-fn collect_moved(mut objects: Query<Placed>, library: &Library, order: &mut ObjectOrder, changed: &mut Vec<u64>) {
-    for (entities, transforms, meshes, places) in objects.contiguous_iter_mut().into_iter().flatten() {
+fn collect_moved(objects: Query<Placed>, library: &Library, order: &mut ObjectOrder, changed: &mut Vec<u64>) {
+    for (entities, transforms, meshes) in objects.contiguous_iter().into_iter().flatten() {
         let ((transforms, moved), (meshes, chosen)) = (ContiguousRef::split(transforms), ContiguousRef::split(meshes));
-        // Nobody waits for places to change.
-        let places = ContiguousMut::bypass_change_detection_split(places).0;
         let count = note_changed([Some(&moved), Some(&chosen)], changed);
         if count == 0 {
             continue;
         }
-        let rows = Rows { library, entities, transforms, meshes, places };
+        let rows = Rows { library, entities, transforms, meshes };
         for row in enter_known(order, &rows, (changed, count)) {
             let row = row as usize;
             if let Some(bounds) = rows.bounds(row) {
                 let place = order.claim(entities[row]);
                 order.moved(place, bounds);
-                rows.places[row] = place;
             }
         }
     }
@@ -243,7 +236,6 @@ struct Rows<'a> {
     entities: &'a [Entity],
     transforms: &'a [GlobalTransform],
     meshes: &'a [MeshId],
-    places: &'a mut [Place],
 }
 
 impl Rows<'_> {
@@ -255,10 +247,10 @@ impl Rows<'_> {
 
     /// Reads what is needed to know of some rows.
     #[inline(always)]
-    fn read_ahead(&self, rows: &[usize]) {
-        read_ahead(rows.iter().map(|&row| {
+    fn read_ahead(&self, rows: impl Iterator<Item = usize>) {
+        read_ahead(rows.map(|row| {
             let place = self.transforms[row].translation();
-            place.x.to_bits() ^ self.entities[row].index_u32() ^ self.meshes[row].0
+            place.x.to_bits() ^ self.meshes[row].0
         }));
     }
 }
@@ -269,21 +261,20 @@ impl Rows<'_> {
 fn enter_known(order: &mut ObjectOrder, table: &Rows, (changed, count): (&[u64], usize)) -> Vec<u32> {
     // Each task looks through all that changed for those with a place in its part of the order.
     let tasks = (count / ROWS).clamp(1, ComputeTaskPool::get().thread_num());
-    let parts = order.parts(tasks);
+    let (parts, places) = order.parts(tasks);
     let mut others = vec![Vec::new(); parts.len()];
-    let (entities, places) = (table.entities, &*table.places);
     in_parallel(parts.into_iter().zip(&mut others), |(mut part, others)| {
-        let (mut rows, mut spheres) = ([0; ROWS], [Sphere::default(); ROWS]);
+        let (mut rows, mut spheres) = ([(0, 0); ROWS], [Sphere::default(); ROWS]);
         let mut count = 0;
         for (word, &bits) in changed.iter().enumerate() {
             let first = word * 64;
             // Bit by bit takes longer, and where many move most words are such.
             if bits == u64::MAX {
-                rows[count..count + 64].iter_mut().zip(first..).for_each(|(row, changed)| *row = changed);
+                rows[count..count + 64].iter_mut().zip(first..).for_each(|(row, changed)| row.0 = changed);
                 count += 64;
             } else {
                 for_each_set(bits, |bit| {
-                    rows[count] = first + bit as usize;
+                    rows[count].0 = first + bit as usize;
                     count += 1;
                 });
             }
@@ -293,18 +284,19 @@ fn enter_known(order: &mut ObjectOrder, table: &Rows, (changed, count): (&[u64],
             let listed = std::mem::take(&mut count);
             let mut concerned = 0;
             for i in 0..listed {
-                let row = rows[i];
-                rows[concerned] = row;
-                concerned += usize::from(part.is_concerned(places[row]));
+                let (row, _) = rows[i];
+                let place = places.get(table.entities[row]);
+                rows[concerned] = (row, place);
+                concerned += usize::from(part.is_concerned(place));
             }
             let rows = &rows[..concerned];
-            part.read_ahead(rows.iter().map(|&row| places[row]));
-            table.read_ahead(rows);
-            for (sphere, &row) in spheres.iter_mut().zip(rows) {
+            part.read_ahead(rows.iter().map(|&(_, place)| place));
+            table.read_ahead(rows.iter().map(|&(row, _)| row));
+            for (sphere, &(row, _)) in spheres.iter_mut().zip(rows) {
                 *sphere = table.bounds(row).unwrap_or(NO_BOUNDS);
             }
-            for (&row, &sphere) in rows.iter().zip(&spheres) {
-                if sphere.radius != NO_BOUNDS.radius && part.moved(entities[row], places[row], sphere) {
+            for (&(row, place), &sphere) in rows.iter().zip(&spheres) {
+                if sphere.radius != NO_BOUNDS.radius && part.moved(place, sphere) {
                     others.push(row as u32);
                 }
             }
@@ -325,7 +317,8 @@ pub fn list_reaching(
     library: Res<Library>,
     stats: Res<FrameStats>,
     mut list: ResMut<DrawList>,
-    objects: Query<(&MeshId, &GlobalTransform, &SelectedLights, &InstanceSlot)>,
+    instances: Res<InstanceTable>,
+    objects: Query<(Entity, &MeshId, &GlobalTransform, &SelectedLights)>,
 ) {
     let list = list.bypass_change_detection();
     if *policy != LightPolicy::All {
@@ -339,12 +332,13 @@ pub fn list_reaching(
     let slots = list.instances.objects.len();
     list.reaching_version += 1;
     list.reaching.clear();
-    list.reaching_elements = slots as u64 + objects.iter().map(|(.., found, _)| u64::from(found.reaching)).sum::<u64>();
+    list.reaching_elements = slots as u64 + objects.iter().map(|(.., found)| u64::from(found.reaching)).sum::<u64>();
     if list.reaching_elements > MAX_REACHING {
         return;
     }
-    let drawn =
-        objects.iter().filter_map(|(&mesh, place, _, slot)| Some((slot.get()?, world_bounds(&library, mesh, place)?)));
+    let drawn = objects
+        .iter()
+        .filter_map(|(object, &mesh, place, _)| Some((instances.slot(object)?, world_bounds(&library, mesh, place)?)));
     let drawn: Vec<(u32, Sphere)> = drawn.collect();
     let (level, table) = (Level::new(), &*table);
     let found = map_in_parallel(drawn.chunks(CHUNK), |drawn| {

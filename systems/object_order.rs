@@ -1,6 +1,6 @@
 //! The objects in the order in which they are searched, under a tree of boxes that finds those a light reaches.
 //!
-//! Every object has a [`Place`] in an order along a Hilbert curve, so that neighbours in the order are neighbours in
+//! Every object has a place in an order along a Hilbert curve, so that neighbours in the order are neighbours in
 //! space. The order is only as good as it was when it was sorted; results do not depend on it, so it is sorted again only
 //! when it has become slow. Beside the spheres there is a bit for each object whose lights must be chosen again: it moved,
 //! or `ObjectOrder::mark` found that a light which changed reaches it or did.
@@ -10,6 +10,7 @@ use crate::bounds::Sphere;
 pub use crate::curve::along_the_curve;
 use crate::curve::hilbert_keys;
 use crate::draw_list::LightRecord;
+use crate::entity_numbers::EntityNumbers;
 use crate::light_candidates::{node_in_cone, node_in_range};
 use crate::light_lanes::{Floats, Objects, Shining};
 use crate::light_search::Level;
@@ -17,6 +18,7 @@ use crate::light_tree::{Node, Volume, WIDTH, refit};
 use crate::parallel::map_on_pool;
 use crate::read_ahead::read_ahead;
 use crate::relevance::ScoredLight;
+use bevy_ecs::entity::EntityIndex;
 use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
@@ -36,38 +38,22 @@ const WORN: f64 = 1.3;
 /// What is in no place, or not finite.
 const NOWHERE: Sphere = Sphere { center: Vec3::NAN, radius: 0.0 };
 
-/// Where an object is in the [`ObjectOrder`]. Derived.
-#[derive(Component, Clone, Copy, PartialEq, Eq, Debug)]
-#[component(clone_behavior = Ignore)]
-pub struct Place(pub(crate) u32);
-
-impl Place {
-    pub(crate) const NONE: Self = Self(u32::MAX);
-}
-
-impl Default for Place {
-    fn default() -> Self {
-        Self::NONE
-    }
-}
-
 /// Notes the place of an object that lost its mesh or its life; the next frame empties it.
 pub(crate) fn free_place(mut world: DeferredWorld, context: HookContext) {
-    let Some(mut component) = world.get_mut::<Place>(context.entity) else { return };
-    let place = std::mem::take(&mut *component);
-    if place == Place::NONE {
-        return;
-    }
-    if let Some(mut order) = world.get_resource_mut::<ObjectOrder>() {
-        order.freed.push((context.entity, place));
+    let Some(mut order) = world.get_resource_mut::<ObjectOrder>() else { return };
+    if let Some(place) = order.places.take(context.entity) {
+        order.freed.push(place);
     }
 }
 
-/// Bounds of all objects by [`Place`], and which of them changed.
+/// Bounds of all objects by place, and which of them changed.
 #[derive(Resource, Debug, Default)]
 pub struct ObjectOrder {
     spheres: Vec<Sphere>,
-    entities: Vec<Entity>,
+    /// Who is there.
+    objects: Vec<Option<EntityIndex>>,
+    /// Where each of them is.
+    places: EntityNumbers,
     /// A bit per place: lights are to be chosen again.
     dirty: Vec<u64>,
     /// Without which no bit of `dirty` is set.
@@ -76,8 +62,8 @@ pub struct ObjectOrder {
     stale: Vec<u64>,
     /// Boxes around groups, around nodes of 16 groups, …
     levels: Vec<Vec<Node>>,
-    /// Given back since the last frame, by whom.
-    freed: Vec<(Entity, Place)>,
+    /// Given back since the last frame.
+    freed: Vec<u32>,
     free: Vec<u32>,
     /// Objects that came since the order was sorted.
     added: usize,
@@ -95,7 +81,6 @@ pub(crate) const PART_PLACES: usize = 64 * WIDTH;
 pub(crate) struct OrderPart<'a> {
     first: usize,
     spheres: &'a mut [Sphere],
-    entities: &'a [Entity],
     dirty: &'a mut [u64],
     stale: &'a mut [u64],
     /// Its places, and for the last part all behind them.
@@ -105,29 +90,25 @@ pub(crate) struct OrderPart<'a> {
 impl OrderPart<'_> {
     /// Whether it is for this part to say what becomes of an object at that place.
     #[inline]
-    pub fn is_concerned(&self, Place(place): Place) -> bool {
+    pub fn is_concerned(&self, place: u32) -> bool {
         (place as usize).wrapping_sub(self.first) < self.concerned
     }
 
-    /// Reads what [`Self::moved`] compares, and what it writes, of some places.
+    /// Reads what [`Self::moved`] writes, of some places.
     #[inline(always)]
-    pub fn read_ahead(&self, places: impl Iterator<Item = Place>) {
-        read_ahead(places.map(|Place(place)| {
-            let place = (place as usize).wrapping_sub(self.first);
-            let (entity, sphere) = (self.entities.get(place), self.spheres.get(place));
-            entity.map_or(0, |entity| entity.index_u32()) ^ sphere.map_or(0, |sphere| sphere.radius.to_bits())
+    pub fn read_ahead(&self, places: impl Iterator<Item = u32>) {
+        read_ahead(places.map(|place| {
+            let sphere = self.spheres.get((place as usize).wrapping_sub(self.first));
+            sphere.map_or(0, |sphere| sphere.radius.to_bits())
         }));
     }
 
-    /// [`ObjectOrder::moved`] for a place that it is concerned with. Returns whether the object is to be given another: the
-    /// place is another's, or in no part.
+    /// [`ObjectOrder::moved`] for a place that it is concerned with. Returns whether there is no such place.
     #[inline]
-    pub fn moved(&mut self, entity: Entity, Place(place): Place, sphere: Sphere) -> bool {
+    pub fn moved(&mut self, place: u32, sphere: Sphere) -> bool {
         let place = (place as usize).wrapping_sub(self.first);
-        if self.entities.get(place) != Some(&entity) {
-            return true;
-        }
-        self.spheres[place] = sphere;
+        let Some(old) = self.spheres.get_mut(place) else { return true };
+        *old = sphere;
         self.dirty[place / 64] |= 1 << (place % 64);
         self.stale[place / PART_PLACES] |= 1 << (place / WIDTH % 64);
         false
@@ -146,12 +127,12 @@ pub(crate) struct Dirty {
 
 impl Dirty {
     /// Whether the object at a place chooses again.
-    pub fn contains(&self, Place(place): Place) -> bool {
+    pub fn contains(&self, place: u32) -> bool {
         self.bits.get(place as usize / 64).is_some_and(|bits| bits >> (place % 64) & 1 != 0)
     }
 
     /// Which of them it is.
-    pub fn index(&self, Place(place): Place) -> usize {
+    pub fn index(&self, place: u32) -> usize {
         let word = place as usize / 64;
         self.before[word] as usize + (self.bits[word] & ((1 << (place % 64)) - 1)).count_ones() as usize
     }
@@ -163,26 +144,21 @@ impl ObjectOrder {
         &self.spheres
     }
 
-    /// Whether a place is an object's own: one that was disabled while the order was sorted, or is a copy of another
-    /// object, has a place that is not.
-    pub(crate) fn owns(&self, entity: Entity, Place(place): Place) -> bool {
-        self.entities.get(place as usize) == Some(&entity)
+    /// Where each object is.
+    pub(crate) fn places(&self) -> &EntityNumbers {
+        &self.places
     }
 
-    /// The object at a place.
-    pub fn entity(&self, place: u32) -> Entity {
-        self.entities[place as usize]
+    /// The object at a place, if there is one.
+    pub(crate) fn object(&self, place: u32) -> Option<EntityIndex> {
+        self.objects[place as usize]
     }
 
     /// Empties the places of objects that are gone.
     pub(crate) fn release_freed(&mut self) {
-        for (entity, place) in std::mem::take(&mut self.freed) {
-            if !self.owns(entity, place) {
-                continue;
-            }
-            let place = place.0;
+        for place in std::mem::take(&mut self.freed) {
             self.spheres[place as usize] = NOWHERE;
-            self.entities[place as usize] = Entity::PLACEHOLDER;
+            self.objects[place as usize] = None;
             self.dirty[place as usize / 64] &= !(1 << (place % 64));
             self.set_stale(place);
             self.free.push(place);
@@ -190,43 +166,37 @@ impl ObjectOrder {
     }
 
     /// A place for a new object.
-    pub(crate) fn claim(&mut self, entity: Entity) -> Place {
+    pub(crate) fn claim(&mut self, object: Entity) -> u32 {
         self.added += 1;
-        if let Some(place) = self.free.pop() {
-            self.entities[place as usize] = entity;
-            return Place(place);
-        }
-        self.spheres.push(NOWHERE);
-        self.entities.push(entity);
-        self.dirty.resize(self.spheres.len().div_ceil(64), 0);
-        self.stale.resize(self.spheres.len().div_ceil(PART_PLACES), 0);
-        Place(self.spheres.len() as u32 - 1)
+        let object = object.index();
+        let place = self.free.pop().unwrap_or_else(|| {
+            self.spheres.push(NOWHERE);
+            self.objects.push(None);
+            self.dirty.resize(self.spheres.len().div_ceil(64), 0);
+            self.stale.resize(self.spheres.len().div_ceil(PART_PLACES), 0);
+            self.spheres.len() as u32 - 1
+        });
+        self.objects[place as usize] = Some(object);
+        self.places.set(object, place);
+        place
     }
 
     /// The object at a place has moved.
-    pub(crate) fn moved(&mut self, Place(place): Place, sphere: Sphere) {
+    pub(crate) fn moved(&mut self, place: u32, sphere: Sphere) {
         self.spheres[place as usize] = sphere;
         self.dirty[place as usize / 64] |= 1 << (place % 64);
         self.may_be_dirty = true;
         self.set_stale(place);
     }
 
-    /// The order in so many parts, or fewer, to write in them what moved.
-    pub(crate) fn parts(&mut self, count: usize) -> Vec<OrderPart<'_>> {
+    /// The order in so many parts, or fewer, to write in them what moved; and where each object is.
+    pub(crate) fn parts(&mut self, count: usize) -> (Vec<OrderPart<'_>>, &EntityNumbers) {
         self.may_be_dirty = true;
         let places = self.spheres.len().div_ceil(count).next_multiple_of(PART_PLACES).max(PART_PLACES);
-        let spheres = self.spheres.chunks_mut(places).zip(self.entities.chunks(places));
         let bits = self.dirty.chunks_mut(places / 64).zip(self.stale.chunks_mut(places / PART_PLACES));
-        let parts = spheres.zip(bits).zip((0..).step_by(places));
+        let parts = self.spheres.chunks_mut(places).zip(bits).zip((0..).step_by(places));
         let mut parts: Vec<OrderPart> = parts
-            .map(|(((spheres, entities), (dirty, stale)), first)| OrderPart {
-                first,
-                spheres,
-                entities,
-                dirty,
-                stale,
-                concerned: places,
-            })
+            .map(|((spheres, (dirty, stale)), first)| OrderPart { first, spheres, dirty, stale, concerned: places })
             .collect();
         if parts.is_empty() {
             parts.push(OrderPart::default());
@@ -235,7 +205,7 @@ impl ObjectOrder {
             // What is before it counts as far behind it, and farther than this.
             last.concerned = usize::MAX - last.first;
         }
-        parts
+        (parts, &self.places)
     }
 
     fn set_stale(&mut self, place: u32) {
@@ -459,26 +429,28 @@ impl ObjectOrder {
         nodes.map(Node::extent).sum()
     }
 
-    /// Sorts the objects along a Hilbert curve. Calls `place` with each and its new place; where that says that the
-    /// object is not to be had, it loses its place.
-    pub(crate) fn sort(&mut self, pool: &TaskPool, mut place: impl FnMut(Entity, Place) -> bool) {
+    /// Sorts the objects along a Hilbert curve; places without one are given up.
+    pub(crate) fn sort(&mut self, pool: &TaskPool) {
         let keys = hilbert_keys(pool, &self.spheres);
         let mut order: Vec<(u32, u32)> = keys.into_iter().zip(0..).collect();
+        order.retain(|&(_, old)| self.objects[old as usize].is_some());
         radsort::sort_by_key(&mut order, |&(key, _)| key);
-        let (mut spheres, mut entities) = (Vec::with_capacity(order.len()), Vec::with_capacity(order.len()));
+        // One after another: of each list there is an old and a new one only while it is made.
         let mut dirty = vec![0; order.len().div_ceil(64)];
-        for (_, old) in order {
-            let (entity, new) = (self.entities[old as usize], entities.len());
-            if entity == Entity::PLACEHOLDER || !place(entity, Place(new as u32)) {
-                continue;
-            }
+        for (new, &(_, old)) in order.iter().enumerate() {
             dirty[new / 64] |= (self.dirty[old as usize / 64] >> (old % 64) & 1) << (new % 64);
-            spheres.push(self.spheres[old as usize]);
-            entities.push(entity);
         }
-        dirty.truncate(spheres.len().div_ceil(64));
-        let stale = vec![u64::MAX; spheres.len().div_ceil(PART_PLACES)];
-        *self = Self { spheres, entities, dirty, may_be_dirty: self.may_be_dirty, stale, ..Self::default() };
+        self.dirty = dirty;
+        self.spheres = order.iter().map(|&(_, old)| self.spheres[old as usize]).collect();
+        self.objects = order.iter().map(|&(_, old)| self.objects[old as usize]).collect();
+        for (object, place) in self.objects.iter().flatten().zip(0..) {
+            self.places.set(*object, place);
+        }
+        self.stale = vec![u64::MAX; order.len().div_ceil(PART_PLACES)];
+        drop(order);
+        self.levels.clear();
+        self.free.clear();
+        (self.added, self.searched) = (0, 0);
         self.refresh(pool);
         self.sorted_extent = self.extent();
     }
@@ -527,13 +499,13 @@ mod tests {
             let mut order = ObjectOrder::default();
             let sphere = |i: u32, turn: f32| Sphere { center: Vec3::new(i as f32 * turn, turn, -turn), radius: 1.0 };
             for i in 0..50_000 {
-                let place = order.claim(Entity::PLACEHOLDER);
+                let place = order.claim(Entity::from_raw_u32(i).unwrap());
                 order.moved(place, sphere(i, 1.0));
             }
             order.refresh(&pool);
             // Enough for a few tasks, and not all.
             for i in (0..50_000).step_by(20) {
-                order.moved(Place(i), sphere(i, -2.0));
+                order.moved(i, sphere(i, -2.0));
             }
             order.refresh(&pool);
             let bounds = |level: &Vec<Node>| level.iter().map(Node::bounds).collect::<Vec<_>>();

@@ -9,7 +9,6 @@ use crate::bounds::Aabb;
 use crate::changes::for_each_changed;
 use crate::components::Figure;
 use crate::hidden::AlsoDisabled;
-use crate::instances::InstanceSlot;
 use crate::library::{AlphaMode, Library, MaterialId, MeshId, Shading};
 use crate::selected_lights::SelectedLights;
 use crate::split::Grid;
@@ -133,7 +132,7 @@ pub fn draw_one_in_pieces(world: &mut World, entity: Entity, metres: f32) -> Opt
     let longest = (grid.cell(aabb.max - aabb.min) * scale).max_element();
     let pieces = world.resource_mut::<Library>().pieces(mesh, grid);
     // Lights are the pieces' now.
-    world.entity_mut(entity).remove::<(MeshId, SelectedLights, InstanceSlot)>().insert(WholeMesh(mesh));
+    world.entity_mut(entity).remove::<(MeshId, SelectedLights)>().insert(WholeMesh(mesh));
     let piece = |&piece: &MeshId| (piece, material, ChildOf(entity), PieceOf(entity));
     world.spawn_batch(pieces.iter().map(piece).collect::<Vec<_>>());
     Some(PiecesReport { objects: 1, pieces: pieces.len(), metres: longest })
