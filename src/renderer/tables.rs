@@ -162,8 +162,9 @@ impl<T: bytemuck::Pod> RecordTable<T> {
             let [needed, limit] = [rows, most_rows].map(|rows| rows * TABLE_WIDTH * TEXEL_BYTES);
             return Err(RenderError::TooLarge { what: self.label, unit: "bytes", needed, limit });
         }
-        // A quarter more than before, at the most: what is not used is resident on an adapter in main memory.
-        let step = (rows.next_power_of_two() / 8).max(1);
+        // What is not used is resident on an adapter in main memory: at first there is no more than what is needed, then a
+        // quarter more than before, at the most.
+        let step = if self.version == 0 { 1 } else { (rows.next_power_of_two() / 8).max(1) };
         let rows = rows.next_multiple_of(step).min(most_rows) as u32;
         (self.texture, self.view) = make_table(device, self.label, rows);
         self.version += 1;
