@@ -120,7 +120,7 @@ fn more_objects_than_the_largest_texture_holds_are_refused() {
     let view = Viewpoint::Camera(scene.camera).view(&scene.simulation.world, (64, 36));
     // As many slots as a world of so many objects has.
     let slots = |scene: &mut Scene, count| {
-        scene.simulation.world.resource_mut::<DrawList>().instances.objects = vec![Entity::PLACEHOLDER; count];
+        scene.simulation.world.resource_mut::<DrawList>().instances.objects = vec![None; count];
     };
     slots(&mut scene, most + 1);
     let mut renderer = Renderer::new(&small);
