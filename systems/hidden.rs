@@ -13,7 +13,7 @@ use crate::library::{MaterialId, MeshId};
 use crate::pieces::Pieces;
 use crate::transform::Transform;
 use crate::transforms::NewParents;
-use crate::{instances, lights};
+use crate::{instances, lights, object_order};
 use bevy_ecs::change_detection::ContiguousRef;
 use bevy_ecs::entity_disabling::Disabled;
 use bevy_ecs::lifecycle::HookContext;
@@ -34,6 +34,7 @@ pub struct InheritedHidden;
 /// Takes an entity that is disabled out of the tables of objects and lights.
 pub(crate) fn disable(mut world: DeferredWorld, context: HookContext) {
     instances::free_slot(world.reborrow(), context);
+    object_order::free_place(world.reborrow(), context);
     lights::free_slot(world, context);
 }
 
@@ -200,6 +201,24 @@ mod tests {
         assert_eq!(drawn(&mut |world| _ = world.entity_mut(lamp).insert(Disabled)), (0, 0, vec![]));
         assert_eq!(drawn(&mut |world| _ = world.entity_mut(object).remove::<Disabled>()), (0, 1, vec![0]));
         assert_eq!(drawn(&mut |world| _ = world.entity_mut(lamp).remove::<Disabled>()), (0, 1, vec![1]));
+    }
+
+    #[test]
+    fn a_disabled_object_does_not_choose_lights() {
+        let mut simulation = Simulation::new();
+        let cube = simulation.world.resource_mut::<Library>().add_mesh(shapes::cube(Vec3::ONE));
+        let objects = [(); 3].map(|()| simulation.world.spawn(cube).id());
+        let lamp = simulation.world.spawn(Light::point(1.0, 10.0)).id();
+        let mut choosing = |edit: &dyn Fn(&mut EntityWorldMut)| {
+            edit(&mut simulation.world.entity_mut(objects[0]));
+            simulation.world.get_mut::<Transform>(lamp).unwrap().translation.x += 0.1;
+            simulation.frame();
+            simulation.world.resource::<crate::stats::FrameStats>().selected
+        };
+        assert_eq!(choosing(&|_| {}), 3);
+        assert_eq!(choosing(&|object| _ = object.insert(Disabled)), 2);
+        assert_eq!(choosing(&|_| {}), 2);
+        assert_eq!(choosing(&|object| _ = object.remove::<Disabled>()), 3);
     }
 
     #[test]

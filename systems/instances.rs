@@ -40,7 +40,7 @@ pub struct InstanceTable {
 }
 
 impl InstanceTable {
-    /// The slot of a drawn object; `None` before its first frame.
+    /// The slot of a drawn object, which lives; `None` before its first frame.
     pub fn slot(&self, object: Entity) -> Option<u32> {
         Some(self.slots.get(object)).filter(|&slot| slot != EntityNumbers::NONE)
     }
