@@ -20,7 +20,7 @@ use std::ops::Range;
 /// Who is in which slot, and whose records changed.
 #[derive(Clone, Debug, Default)]
 pub struct InstanceSlots {
-    /// By slot, if there is one.
+    /// By slot; `None` where there is nobody.
     pub objects: Vec<Option<EntityIndex>>,
     /// Slots whose records may differ from those of the frame before this one.
     pub dirty: DirtySlots,

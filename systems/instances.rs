@@ -69,7 +69,7 @@ impl InstanceTable {
     }
 }
 
-/// Runs when an entity loses its mesh, by itself or with its life.
+/// Runs when an entity loses its mesh, by itself or with its life, is hidden or disabled.
 pub(crate) fn free_slot(mut world: DeferredWorld, context: HookContext) {
     let Some(mut table) = world.get_resource_mut::<InstanceTable>() else { return };
     if let Some(slot) = table.slots.take(context.entity) {

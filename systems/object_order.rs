@@ -38,7 +38,7 @@ const WORN: f64 = 1.3;
 /// What is in no place, or not finite.
 const NOWHERE: Sphere = Sphere { center: Vec3::NAN, radius: 0.0 };
 
-/// Notes the place of an object that lost its mesh or its life; the next frame empties it.
+/// Notes the place of an object that lost its mesh or its life or is disabled; the next frame empties it.
 pub(crate) fn free_place(mut world: DeferredWorld, context: HookContext) {
     let Some(mut order) = world.get_resource_mut::<ObjectOrder>() else { return };
     if let Some(place) = order.places.take(context.entity) {
