@@ -24,7 +24,7 @@ use crate::relevance::ScoredLight;
 use crate::selected_lights::SelectedLights;
 use crate::stats::FrameStats;
 use crate::transform::GlobalTransform;
-use bevy_ecs::change_detection::{ContiguousMut, ContiguousRef};
+use bevy_ecs::change_detection::{ContiguousMut, ContiguousRef, Tick};
 use bevy_ecs::entity::Entities;
 use bevy_ecs::prelude::*;
 use bevy_tasks::{ComputeTaskPool, TaskPool};
@@ -43,7 +43,7 @@ const FEW_LIGHTS: usize = 64;
 const MANY_OBJECTS: usize = 4;
 /// All objects look their selection up if more than one in this many were searched: that reads them in the order they lie
 /// in memory, and to find one by its entity costs as much as to pass so many by.
-const SOME_OBJECTS: usize = 64;
+const SOME_OBJECTS: usize = 16;
 
 /// [`light_search::select`] with the spheres shared out over the threads of a pool; `places` where they are not
 /// neighbours, see [`light_search::select_sparse`].
@@ -80,6 +80,8 @@ pub struct Kept {
     dirty: Dirty,
     spheres: Vec<Sphere>,
     selections: Vec<SelectedLights>,
+    /// Scratch.
+    targets: Vec<Target>,
 }
 
 /// Chooses the lights of the objects that changed or that a light which changed reaches.
@@ -138,25 +140,46 @@ pub fn select_lights(
     kept.spheres.extend(dirty.places.iter().map(|&place| order.spheres()[place as usize]));
     search(Some(&dirty.places), &kept.spheres, &mut kept.selections);
     let found = &kept.selections;
-    if dirty.places.len() * SOME_OBJECTS > all {
+    if count * SOME_OBJECTS > all {
         for rows in selections.contiguous_iter_mut().into_iter().flatten() {
             write_found(rows, order.places(), found, |place| dirty.contains(place), |place| dirty.index(place));
         }
-    } else {
-        for (&place, &found) in dirty.places.iter().zip(found) {
+        return;
+    }
+    locate(entities, &order, &dirty.places, &mut kept.targets);
+    for rows in selections.contiguous_iter_mut().into_iter().flatten() {
+        write_targets(rows, entities, &kept.targets, found);
+    }
+}
+
+/// Where a selection is to be written: a row of a table, and which of those that were found.
+#[derive(Clone, Copy, Default)]
+struct Target {
+    table: u32,
+    row: u32,
+    found: u32,
+}
+
+/// Lists where the objects at some places are: by table, and ascending there.
+fn locate(entities: &Entities, order: &ObjectOrder, places: &[u32], targets: &mut Vec<Target>) {
+    targets.clear();
+    for (places, first) in places.chunks(ROWS).zip((0..).step_by(ROWS)) {
+        let objects = places.iter().filter_map(|&place| order.object(place));
+        read_ahead(objects.map(|object| entities.resolve_from_index(object).generation().to_bits()));
+        for (&place, found) in places.iter().zip(first..) {
             let object = order.object(place).map(|object| entities.resolve_from_index(object));
-            if let Some((_, mut selection)) = object.and_then(|object| selections.get_mut(object).ok()) {
-                selection.set_if_neq(found);
-            }
+            let Some(Ok(at)) = object.map(|object| entities.get_spawned(object)) else { continue };
+            targets.push(Target { table: at.table_id.as_u32(), row: at.table_row.index_u32(), found });
         }
     }
+    radsort::sort_by_key(targets, |target| (target.table, target.row));
 }
 
 /// Rows that are looked at together.
 const ROWS: usize = 1024;
 
 /// Writes what was found for the objects of a table: for those at places for which `is_found` says so, the selection of that
-/// `index`. What is to be written is listed first, without a branch that is hard to predict, and read ahead.
+/// `index`. What is to be written is listed first, without a branch that is hard to predict.
 fn write_found(
     (objects, selections): (&[Entity], ContiguousMut<SelectedLights>),
     places: &EntityNumbers,
@@ -164,42 +187,99 @@ fn write_found(
     is_found: impl Fn(u32) -> bool + Sync,
     index: impl Fn(u32) -> usize + Sync,
 ) {
-    let (selections, mut ticks) = ContiguousMut::bypass_change_detection_split(selections);
-    let (rows, this_run) = (rows_per_task(objects.len(), LIGHT_ROWS), ticks.this_run());
-    let any = AtomicBool::new(false);
-    let targets = selections.chunks_mut(rows).zip(ticks.changed_mut().chunks_mut(rows));
-    in_parallel(objects.chunks(rows).zip(targets), |(objects, (selections, changed))| {
+    write_parts(selections, rows_per_task(objects.len(), LIGHT_ROWS), |mut part| {
         let mut writes = [(0, 0); ROWS];
-        let parts = selections.chunks_mut(ROWS).zip(changed.chunks_mut(ROWS));
-        for (objects, (selections, changed)) in objects.chunks(ROWS).zip(parts) {
+        let rows = part.first..part.first + part.selections.len();
+        for (objects, first) in objects[rows.clone()].chunks(ROWS).zip(rows.step_by(ROWS)) {
             let mut count = 0;
-            for (row, &object) in objects.iter().enumerate() {
+            for (&object, row) in objects.iter().zip(first as u32..) {
                 let place = places.get(object);
-                writes[count] = (row, place as usize);
+                writes[count] = (row, place);
                 count += usize::from(is_found(place));
             }
-            let listed = count;
-            for (_, at) in &mut writes[..listed] {
-                *at = index(*at as u32);
+            for (_, at) in &mut writes[..count] {
+                *at = index(*at) as u32;
             }
-            let ends = |selection: &SelectedLights| selection.lights[0] ^ selection.reaching;
-            read_ahead(
-                writes[..listed]
-                    .iter()
-                    .map(|&(row, index)| ends(&selections[row]) ^ ends(&found[index]) ^ changed[row].get()),
-            );
-            count = 0;
-            for i in 0..listed {
-                let (row, index) = writes[i];
-                writes[count] = (row, index);
-                count += usize::from(selections[row] != found[index]);
+            part.write(&mut writes[..count], found);
+        }
+        part.any
+    });
+}
+
+/// Writes what was found for those of a table's objects that are among the targets.
+fn write_targets(
+    (objects, selections): (&[Entity], ContiguousMut<SelectedLights>),
+    entities: &Entities,
+    targets: &[Target],
+    found: &[SelectedLights],
+) {
+    let Some(at) = objects.first().and_then(|&object| entities.get_spawned(object).ok()) else { return };
+    let table = at.table_id.as_u32();
+    let before = |row: usize| targets.partition_point(|target| (target.table, target.row as usize) < (table, row));
+    let count = before(objects.len()) - before(0);
+    if count == 0 {
+        return;
+    }
+    let tasks = (count / ROWS).clamp(1, ComputeTaskPool::get().thread_num());
+    write_parts(selections, objects.len().div_ceil(tasks), |mut part| {
+        let mut writes = [(0, 0); ROWS];
+        let targets = &targets[before(part.first)..before(part.first + part.selections.len())];
+        for targets in targets.chunks(ROWS) {
+            for (write, target) in writes.iter_mut().zip(targets) {
+                *write = (target.row, target.found);
             }
-            for &(row, index) in &writes[..count] {
-                (selections[row], changed[row]) = (found[index], this_run);
-            }
-            if count > 0 {
-                any.store(true, Relaxed);
-            }
+            part.write(&mut writes[..targets.len()], found);
+        }
+        part.any
+    });
+}
+
+/// Selections of some rows of a table, to write to.
+struct Part<'a> {
+    /// The first row.
+    first: usize,
+    selections: &'a mut [SelectedLights],
+    changed: &'a mut [Tick],
+    this_run: Tick,
+    /// Whether a selection is another now.
+    any: bool,
+}
+
+impl Part<'_> {
+    /// Writes to rows what was found, where it is not what they have; all of it is read ahead. The list is of no meaning
+    /// afterwards.
+    #[inline(always)]
+    fn write(&mut self, writes: &mut [(u32, u32)], found: &[SelectedLights]) {
+        let (selections, changed) = (&mut *self.selections, &mut *self.changed);
+        let at = |(row, index): (u32, u32)| (row as usize - self.first, index as usize);
+        let ends = |selection: &SelectedLights| selection.lights[0] ^ selection.reaching;
+        read_ahead(writes.iter().map(|&write| {
+            let (row, index) = at(write);
+            ends(&selections[row]) ^ ends(&found[index]) ^ changed[row].get()
+        }));
+        let mut count = 0;
+        for i in 0..writes.len() {
+            let (row, index) = at(writes[i]);
+            writes[count] = writes[i];
+            count += usize::from(selections[row] != found[index]);
+        }
+        for &write in &writes[..count] {
+            let (row, index) = at(write);
+            (selections[row], changed[row]) = (found[index], self.this_run);
+        }
+        self.any |= count > 0;
+    }
+}
+
+/// Shares the rows of a table out, so many to a task; `write` says whether it changed any.
+fn write_parts(selections: ContiguousMut<SelectedLights>, rows: usize, write: impl Fn(Part) -> bool + Sync) {
+    let (selections, mut ticks) = ContiguousMut::bypass_change_detection_split(selections);
+    let this_run = ticks.this_run();
+    let any = AtomicBool::new(false);
+    let parts = selections.chunks_mut(rows).zip(ticks.changed_mut().chunks_mut(rows));
+    in_parallel(parts.enumerate(), |(number, (selections, changed))| {
+        if write(Part { first: number * rows, selections, changed, this_run, any: false }) {
+            any.store(true, Relaxed);
         }
     });
     if any.into_inner() {
