@@ -1,0 +1,82 @@
+// three.js's own material and lights: Blinn-Phong with normal and specular map, clustered lighting.
+import * as THREE from 'three/webgpu';
+import { ClusteredLighting } from 'three/addons/lighting/ClusteredLighting.js';
+
+export async function start({ plan, size, materials, objects, lights, maps, pose, view }) {
+  const canvas = document.createElement('canvas');
+  const renderer = new THREE.WebGPURenderer({ canvas, antialias: false, forceWebGL: true });
+  renderer.lighting = new ClusteredLighting(Math.max(lights.length, 1), 32, 24, plan.room);
+  renderer.setSize(plan.width, plan.height, false);
+  renderer.setClearColor(0x101820);
+  await renderer.init();
+  const scene = new THREE.Scene();
+  const camera = new THREE.PerspectiveCamera(60, plan.width / plan.height, 0.1, 5000);
+  camera.position.set(...view.eye);
+  camera.lookAt(...view.target);
+  camera.updateMatrixWorld();
+  scene.add(new THREE.AmbientLight(0xffffff, 0.12 * Math.PI));
+  for (const { position, color } of lights) {
+    // Lambert's term of three.js divides by π.
+    const light = new THREE.PointLight(new THREE.Color(...color), Math.PI, 10, 2);
+    light.position.set(...position);
+    scene.add(light);
+  }
+  const surfaces = Array.from({ length: materials }, (_, i) => {
+    const { side, base, normal, specular } = maps(i);
+    const texture = (texels, space) => {
+      const texture = new THREE.DataTexture(texels, side, side);
+      texture.colorSpace = space;
+      texture.wrapS = texture.wrapT = THREE.RepeatWrapping;
+      texture.magFilter = THREE.LinearFilter;
+      texture.minFilter = THREE.LinearMipmapLinearFilter;
+      texture.generateMipmaps = true;
+      texture.needsUpdate = true;
+      return texture;
+    };
+    return new THREE.MeshPhongNodeMaterial({
+      map: texture(base, THREE.SRGBColorSpace),
+      normalMap: texture(normal, THREE.NoColorSpace),
+      specularMap: texture(specular, THREE.NoColorSpace),
+      specular: 0xffffff,
+      shininess: 32,
+    });
+  });
+  const cube = new THREE.BoxGeometry(size, size, size);
+  const groups = new Map();
+  for (const object of objects) {
+    if (!groups.has(object.group)) groups.set(object.group, []);
+    groups.get(object.group).push(object);
+  }
+  const meshes = [...groups].map(([group, members]) => {
+    const mesh = new THREE.InstancedMesh(cube, surfaces[group % materials], members.length);
+    scene.add(mesh);
+    return { mesh, members };
+  });
+  scene.updateMatrixWorld();
+  scene.matrixWorldAutoUpdate = false;
+  const move = (seconds) => {
+    for (const { mesh, members } of meshes) {
+      const matrices = mesh.instanceMatrix.array;
+      members.forEach((object, i) => pose(object, seconds, matrices, i * 16));
+      mesh.instanceMatrix.needsUpdate = true;
+    }
+  };
+  move(0);
+  for (const { mesh } of meshes) {
+    mesh.computeBoundingSphere();
+    mesh.boundingSphere.radius += 1;
+  }
+  await renderer.compileAsync(scene, camera);
+  const gl = renderer.backend.gl;
+  const texel = new Uint8Array(4);
+  const adapter = gl.getExtension('WEBGL_debug_renderer_info');
+  return {
+    canvas,
+    revision: THREE.REVISION,
+    adapter: gl.getParameter(adapter ? adapter.UNMASKED_RENDERER_WEBGL : gl.RENDERER),
+    move,
+    draw: () => renderer.render(scene, camera),
+    finish: () => gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, texel),
+    draws: () => renderer.info.render.drawCalls,
+  };
+}

@@ -1,0 +1,178 @@
+// Each object lit by the three lights that are nearest to it: a shader of our own, and two attributes per instance.
+import * as THREE from 'three';
+
+const RANGE = 10;
+
+const vertexShader = `
+attribute vec4 tangent;
+attribute vec3 chosen;
+varying vec3 world, normal_, tangent_, bitangent;
+varying vec2 st;
+flat varying vec3 lights;
+void main() {
+  vec4 place = modelMatrix * instanceMatrix * vec4(position, 1.0);
+  mat3 turned = mat3(modelMatrix) * mat3(instanceMatrix);
+  world = place.xyz;
+  normal_ = turned * normal;
+  tangent_ = turned * tangent.xyz;
+  bitangent = cross(normal_, tangent_) * tangent.w;
+  st = uv;
+  lights = chosen;
+  gl_Position = projectionMatrix * viewMatrix * place;
+}`;
+
+const fragmentShader = `
+uniform sampler2D baseMap, normalMap, specularMap, lightTable;
+varying vec3 world, normal_, tangent_, bitangent;
+varying vec2 st;
+flat varying vec3 lights;
+void main() {
+  vec3 base = texture2D(baseMap, st).rgb;
+  vec3 bump = texture2D(normalMap, st).xyz * 2.0 - 1.0;
+  float specular = texture2D(specularMap, st).r;
+  vec3 n = normalize(bump.x * tangent_ + bump.y * bitangent + bump.z * normal_);
+  vec3 v = normalize(cameraPosition - world);
+  vec3 color = base * 0.12;
+  for (int i = 0; i < 3; i++) {
+    int slot = int(lights[i]);
+    if (slot < 0) break;
+    vec3 l = texelFetch(lightTable, ivec2(0, slot), 0).xyz - world;
+    float squared = dot(l, l);
+    float x = squared / ${(RANGE * RANGE).toFixed(1)};
+    float window = max(1.0 - x * x, 0.0);
+    l *= inversesqrt(squared);
+    float lambert = max(dot(n, l), 0.0);
+    float shine = lambert > 0.0 ? pow(max(dot(n, normalize(l + v)), 0.0), 32.0) : 0.0;
+    vec3 light = texelFetch(lightTable, ivec2(1, slot), 0).rgb * (window * window / max(squared, 0.01));
+    color += light * (base * lambert + vec3(specular * shine));
+  }
+  gl_FragColor = vec4(color, 1.0);
+  #include <colorspace_fragment>
+}`;
+
+/** Finds the lights nearest to a place, among those in the cells of a grid within their range. */
+class Cells {
+  constructor(lights) {
+    this.lights = lights;
+    this.cells = new Map();
+    lights.forEach(({ position }, slot) => {
+      const key = this.key(Math.floor(position[0] / RANGE), Math.floor(position[2] / RANGE));
+      if (!this.cells.has(key)) this.cells.set(key, []);
+      this.cells.get(key).push(slot);
+    });
+  }
+
+  key(column, row) {
+    return row * 65536 + column;
+  }
+
+  /** Writes three slots, the nearest first; −1 for none. */
+  choose(x, y, z, reach, out, at) {
+    const [slots, nearest] = [[-1, -1, -1], [reach * reach, reach * reach, reach * reach]];
+    for (let row = Math.floor((z - reach) / RANGE); row <= Math.floor((z + reach) / RANGE); row++) {
+      for (let column = Math.floor((x - reach) / RANGE); column <= Math.floor((x + reach) / RANGE); column++) {
+        for (const slot of this.cells.get(this.key(column, row)) ?? []) {
+          const p = this.lights[slot].position;
+          const squared = (p[0] - x) ** 2 + (p[1] - y) ** 2 + (p[2] - z) ** 2;
+          if (squared >= nearest[2]) continue;
+          let k = 2;
+          for (; k > 0 && squared < nearest[k - 1]; k--) {
+            nearest[k] = nearest[k - 1];
+            slots[k] = slots[k - 1];
+          }
+          nearest[k] = squared;
+          slots[k] = slot;
+        }
+      }
+    }
+    out[at] = slots[0];
+    out[at + 1] = slots[1];
+    out[at + 2] = slots[2];
+  }
+}
+
+export async function start({ plan, size, materials, objects, lights, maps, pose, view }) {
+  const canvas = document.createElement('canvas');
+  const renderer = new THREE.WebGLRenderer({ canvas, antialias: false, preserveDrawingBuffer: true });
+  renderer.setSize(plan.width, plan.height, false);
+  renderer.setClearColor(0x101820);
+  const scene = new THREE.Scene();
+  scene.matrixWorldAutoUpdate = false;
+  const camera = new THREE.PerspectiveCamera(60, plan.width / plan.height, 0.1, 5000);
+  camera.position.set(...view.eye);
+  camera.lookAt(...view.target);
+  camera.updateMatrixWorld();
+
+  const table = new Float32Array(Math.max(lights.length, 1) * 8);
+  lights.forEach(({ position, color }, slot) => table.set([...position, 0, ...color, 0], slot * 8));
+  const lightTable = new THREE.DataTexture(table, 2, Math.max(lights.length, 1), THREE.RGBAFormat, THREE.FloatType);
+  lightTable.needsUpdate = true;
+
+  const surfaces = Array.from({ length: materials }, (_, i) => {
+    const { side, base, normal, specular } = maps(i);
+    const texture = (texels, space) => {
+      const texture = new THREE.DataTexture(texels, side, side);
+      texture.colorSpace = space;
+      texture.wrapS = texture.wrapT = THREE.RepeatWrapping;
+      texture.magFilter = THREE.LinearFilter;
+      texture.minFilter = THREE.LinearMipmapLinearFilter;
+      texture.generateMipmaps = true;
+      texture.needsUpdate = true;
+      return { value: texture };
+    };
+    const uniforms = {
+      baseMap: texture(base, THREE.SRGBColorSpace),
+      normalMap: texture(normal, THREE.NoColorSpace),
+      specularMap: texture(specular, THREE.NoColorSpace),
+      lightTable: { value: lightTable },
+    };
+    return new THREE.ShaderMaterial({ uniforms, vertexShader, fragmentShader });
+  });
+
+  const cube = new THREE.BoxGeometry(size, size, size);
+  cube.computeTangents();
+  const cells = new Cells(lights);
+  const reach = RANGE + (size / 2) * Math.sqrt(3);
+  const groups = new Map();
+  for (const object of objects) {
+    if (!groups.has(object.group)) groups.set(object.group, []);
+    groups.get(object.group).push(object);
+  }
+  const meshes = [...groups].map(([group, members]) => {
+    const geometry = cube.clone();
+    const mesh = new THREE.InstancedMesh(geometry, surfaces[group % materials], members.length);
+    const chosen = new THREE.InstancedBufferAttribute(new Float32Array(members.length * 3), 3);
+    geometry.setAttribute('chosen', chosen);
+    scene.add(mesh);
+    return { mesh, chosen, members };
+  });
+  const move = (seconds) => {
+    for (const { mesh, chosen, members } of meshes) {
+      const matrices = mesh.instanceMatrix.array;
+      members.forEach((object, i) => {
+        pose(object, seconds, matrices, i * 16);
+        cells.choose(matrices[i * 16 + 12], matrices[i * 16 + 13], matrices[i * 16 + 14], reach, chosen.array, i * 3);
+      });
+      mesh.instanceMatrix.needsUpdate = true;
+      chosen.needsUpdate = true;
+    }
+  };
+  move(0);
+  // As far as they ever move.
+  for (const { mesh } of meshes) {
+    mesh.computeBoundingSphere();
+    mesh.boundingSphere.radius += 1;
+  }
+  const gl = renderer.getContext();
+  const texel = new Uint8Array(4);
+  const adapter = gl.getExtension('WEBGL_debug_renderer_info');
+  return {
+    canvas,
+    revision: THREE.REVISION,
+    adapter: gl.getParameter(adapter ? adapter.UNMASKED_RENDERER_WEBGL : gl.RENDERER),
+    move,
+    draw: () => renderer.render(scene, camera),
+    finish: () => gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, texel),
+    draws: () => renderer.info.render.calls,
+  };
+}
