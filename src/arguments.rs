@@ -54,6 +54,14 @@ pub fn parse_levels(text: &str) -> Result<LevelOfDetail, String> {
     name::find("choice", &[("on", LevelOfDetail::default()), ("off", LevelOfDetail::OFF)], text)
 }
 
+/// `on` or `off`.
+///
+/// # Errors
+/// Names the choices.
+pub fn parse_on_off(text: &str) -> Result<bool, String> {
+    name::find("choice", &[("on", true), ("off", false)], text)
+}
+
 /// Occlusion culling: `auto`, `on` or `off`.
 ///
 /// # Errors

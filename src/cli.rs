@@ -2,7 +2,7 @@
 
 use clap::{ArgAction, Args, Parser, Subcommand};
 use relief::arguments::{
-    MOST_FRAMES, parse_levels, parse_lights, parse_occlusion, parse_size, parse_speed, parse_technique,
+    MOST_FRAMES, parse_levels, parse_lights, parse_occlusion, parse_on_off, parse_size, parse_speed, parse_technique,
 };
 use relief::bench::BenchArgs;
 use relief::frames::{Frames, LoadOptions, OutputKind};
@@ -334,10 +334,6 @@ pub fn parse_frames(text: &str) -> Result<Frames, String> {
     frames
         .filter(is_some)
         .ok_or_else(|| format!("expected a count like 60, or a range like 30..60, ending at {MOST_FRAMES} at the most"))
-}
-
-pub fn parse_on_off(text: &str) -> Result<bool, String> {
-    relief::name::find("choice", &[("on", true), ("off", false)], text)
 }
 
 pub fn parse_debug(text: &str) -> Result<DebugView, String> {

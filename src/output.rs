@@ -24,6 +24,20 @@ pub enum OutputError {
         /// Where.
         folder: PathBuf,
     },
+    /// Where a folder was to be is something else.
+    #[error("{}: {} is no folder; expected one, or nothing there yet", path.display(), taken.display())]
+    NotAFolder {
+        /// What was to be written.
+        path: PathBuf,
+        /// What is there.
+        taken: PathBuf,
+    },
+    /// Where a file was to be is a folder.
+    #[error("{}: is a folder; expected the name of a file", path.display())]
+    IsAFolder {
+        /// What was to be written.
+        path: PathBuf,
+    },
     /// The picture could not be encoded.
     #[error("cannot encode {}: {source}", path.display())]
     Encode {
@@ -43,7 +57,7 @@ impl OutputError {
     /// What the program exits with.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::NoFolder { .. } => 2,
+            Self::NoFolder { .. } | Self::NotAFolder { .. } | Self::IsAFolder { .. } => 2,
             Self::Io { .. } | Self::Encode { .. } => 1,
         }
     }
@@ -117,20 +131,32 @@ pub fn write_png(path: &Path, picture: &image::DynamicImage) -> Result<(), Outpu
 /// Makes a folder with all its parents.
 ///
 /// # Errors
-/// [`OutputError::Io`].
+/// [`OutputError::NotAFolder`], [`OutputError::Io`].
 pub fn make_folder(path: &Path) -> Result<(), OutputError> {
-    fs::create_dir_all(path).map_err(|source| OutputError::Io { path: path.to_owned(), source })
+    fs::create_dir_all(path).map_err(|source| match in_the_way(path) {
+        Some(taken) => OutputError::NotAFolder { path: path.to_owned(), taken: taken.to_owned() },
+        None => OutputError::Io { path: path.to_owned(), source },
+    })
 }
 
 /// Whether the folder of a file is there; one that cannot be reached counts as there.
 ///
 /// # Errors
-/// [`OutputError::NoFolder`].
+/// [`OutputError::NoFolder`], [`OutputError::NotAFolder`].
 pub fn check_folder(path: &Path) -> Result<(), OutputError> {
-    match path.parent().map(named_folder).filter(|folder| matches!(folder.try_exists(), Ok(false))) {
-        Some(folder) => Err(OutputError::NoFolder { path: path.to_owned(), folder: folder.to_owned() }),
-        None => Ok(()),
+    let Some(folder) = path.parent().map(named_folder) else { return Ok(()) };
+    if let Some(taken) = in_the_way(folder) {
+        return Err(OutputError::NotAFolder { path: path.to_owned(), taken: taken.to_owned() });
     }
+    match folder.try_exists() {
+        Ok(false) => Err(OutputError::NoFolder { path: path.to_owned(), folder: folder.to_owned() }),
+        _ => Ok(()),
+    }
+}
+
+/// What is there in place of a folder, or of one of its parents.
+fn in_the_way(folder: &Path) -> Option<&Path> {
+    folder.ancestors().find(|above| above.exists()).filter(|above| !above.is_dir())
 }
 
 /// Whether files can be written into a folder, before work that would be lost.
@@ -149,13 +175,13 @@ fn probe(folder: &Path) -> std::io::Result<()> {
 /// Whether a file of that name can be written, before work that would be lost.
 ///
 /// # Errors
-/// [`OutputError::NoFolder`]; [`OutputError::Io`]: its folder cannot be written into, or the name is that of a folder.
+/// [`OutputError::NoFolder`], [`OutputError::NotAFolder`], [`OutputError::IsAFolder`]; [`OutputError::Io`]: its folder
+/// cannot be written into.
 pub fn check_file(path: &Path) -> Result<(), OutputError> {
-    let refused = |source| OutputError::io(path, source);
     if path.is_dir() {
-        return Err(refused(std::io::ErrorKind::IsADirectory.into()));
+        return Err(OutputError::IsAFolder { path: path.to_owned() });
     }
-    probe(path.parent().map_or(Path::new("."), named_folder)).map_err(refused)
+    probe(path.parent().map_or(Path::new("."), named_folder)).map_err(|source| OutputError::io(path, source))
 }
 
 /// The one path that stands for all names of a file, whether it is there or not.
@@ -193,6 +219,27 @@ mod tests {
         let written = fs::read(&path).unwrap();
         assert!(written.len() == 1 << 18 && written.iter().all(|byte| *byte == written[0]));
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn names_that_cannot_be_written_are_refused_for_what_is_there() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let (file, missing) = (folder.path().join("file"), folder.path().join("missing"));
+        fs::write(&file, b"x").expect("written");
+        let refusal = |done: Result<(), OutputError>| {
+            let error = done.expect_err("refused");
+            assert_eq!(error.exit_code(), 2, "{error}");
+            error.to_string().replace(&folder.path().display().to_string(), "")
+        };
+        let no_folder = |path: &str| format!("{path}: /file is no folder; expected one, or nothing there yet");
+        assert_eq!(refusal(make_folder(&file)), no_folder("/file"));
+        assert_eq!(refusal(make_folder(&file.join("a/b"))), no_folder("/file/a/b"));
+        assert_eq!(refusal(check_file(&file.join("a/b"))), no_folder("/file/a/b"));
+        assert_eq!(refusal(write_whole(&file.join("a"), b"x")), no_folder("/file/a"));
+        let expected = "/missing/a: there is no folder /missing; expected one that exists";
+        assert_eq!(refusal(write_whole(&missing.join("a"), b"x")), expected);
+        assert_eq!(refusal(check_file(folder.path())), ": is a folder; expected the name of a file");
+        assert_eq!(fs::read_dir(folder.path()).expect("readable").count(), 1);
     }
 
     #[test]

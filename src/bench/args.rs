@@ -3,7 +3,7 @@
 use super::yard::{YardMesh, YardPlan, YardView};
 use crate::arguments;
 use crate::renderer::Occlusion;
-use clap::Args;
+use clap::{ArgAction, Args};
 use std::path::PathBuf;
 use systems::levels::LevelOfDetail;
 use systems::library::Technique;
@@ -59,6 +59,9 @@ pub struct BenchArgs {
     /// Leave out objects that others hide: on, off, or auto, where there are many
     #[arg(long, default_value = "auto", value_name = "auto|on|off", value_parser = arguments::parse_occlusion)]
     pub occlusion: Occlusion,
+    /// Textures in blocks (BC7), a quarter of the memory, where that does not show; made anew each time
+    #[arg(long, value_name = "on|off", default_value = "off", action = ArgAction::Set, value_parser = arguments::parse_on_off)]
+    pub compress: bool,
     /// Samples per pixel: 1, or 4 as elsewhere in Relief
     #[arg(long, default_value = "1", value_name = "1|4", value_parser = parse_samples)]
     pub samples: u32,

@@ -25,6 +25,8 @@ pub struct Measurement {
     pub levels: bool,
     /// Whether objects that others hide are left out: auto, on or off.
     pub occlusion: String,
+    /// Whether textures were put into blocks.
+    pub compress: bool,
     pub threads: u32,
     pub frames: u32,
     /// From the first change of an object to an idle GPU.
@@ -131,7 +133,8 @@ impl fmt::Display for Measurement {
         let mesh = if self.scene.is_some() { String::new() } else { format!("mesh {}, ", self.mesh) };
         writeln!(f, "{mesh}{} sample(s) per pixel, lights: {}", self.samples, self.lights_policy)?;
         let levels = if self.levels { "on" } else { "off" };
-        writeln!(f, "levels of detail: {levels}, occlusion: {}", self.occlusion)?;
+        let blocks = if self.compress { "on" } else { "off" };
+        writeln!(f, "levels of detail: {levels}, occlusion: {}, textures in blocks: {blocks}", self.occlusion)?;
         writeln!(f, "{}, {}", self.adapter, self.driver)?;
         writeln!(f, "{:28}{:>10}{:>10}{:>10}", format!("ms, of {} frames", self.frames), "median", "5 %", "95 %")?;
         let mut row = |name: &str, median: f64, low: f64, high: f64| {

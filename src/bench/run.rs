@@ -10,6 +10,7 @@ use super::subject::Subject;
 use super::trace::chrome_trace;
 use super::yard::{Yard, YardError, YardMesh};
 use crate::frames::{self, FrameError};
+use crate::import::compress::compress_images;
 use crate::output::{self, OutputError};
 use crate::recording::RecordingError;
 use crate::renderer::{
@@ -223,7 +224,12 @@ impl Bench {
             }
             None => {
                 let plan = args.plan();
-                let yard = Yard::empty(&plan);
+                let yard = Yard::empty(&plan).map(|(mut yard, kit)| {
+                    if args.compress {
+                        compress_images(&mut yard.simulation.world.resource_mut::<Library>(), None);
+                    }
+                    (yard, kit)
+                });
                 start.lap("mesh and maps");
                 let renderer = opened();
                 start.lap("waiting for the driver");
@@ -344,6 +350,7 @@ impl Bench {
             technique: args.technique.and_then(|technique| name_in(&Technique::ALL, technique)),
             levels: args.levels.enabled,
             occlusion: occlusion.map_or("", |(name, _)| name).to_owned(),
+            compress: args.compress,
             threads: bevy_tasks::ComputeTaskPool::get().thread_num() as u32,
             frames: costs.len() as u32,
             frame_ms_median: frame.median,

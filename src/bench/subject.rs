@@ -21,7 +21,7 @@ impl Subject {
     /// Loads the scene that the arguments name.
     pub fn scene(path: &std::path::Path, args: &BenchArgs) -> Result<Self, FrameError> {
         // The figures of a start must not depend on those before.
-        let options = LoadOptions { cache: false, ..LoadOptions::default() };
+        let options = LoadOptions { compress: args.compress, cache: false, ..LoadOptions::default() };
         let stage = frames::load_stage(path, args.camera.as_deref(), &options)?;
         let outputs = || args.picture.iter().chain(&args.trace);
         stage.check_outputs(|path| outputs().any(|output| output::is_same(path, output)))?;

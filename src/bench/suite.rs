@@ -155,7 +155,9 @@ fn arguments(args: &BenchArgs, scene: &Scene) -> Vec<String> {
     add("warm-up", args.warm_up().to_string());
     add("seconds", args.seconds().to_string());
     add("samples", args.samples.to_string());
-    add("levels", (if args.levels.enabled { "on" } else { "off" }).to_owned());
+    let on_off = |on| if on { "on" } else { "off" }.to_owned();
+    add("levels", on_off(args.levels.enabled));
+    add("compress", on_off(args.compress));
     if let Some((name, _)) = Occlusion::ALL.iter().find(|(_, occlusion)| *occlusion == args.occlusion) {
         add("occlusion", (*name).to_owned());
     }
