@@ -40,6 +40,7 @@ pub mod lights;
 pub mod materials;
 pub mod motion;
 pub mod object_order;
+mod order_sorting;
 mod pages;
 pub mod parallel;
 pub mod physics;

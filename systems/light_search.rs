@@ -200,8 +200,6 @@ fn select_cluster<S: Simd, F: Found, const REMAINDER: bool>(
     spots.cluster.count = 0;
     if let Some(volume) = Volume::union(groups.iter().map(|group| group.1)) {
         walk(simd, tree, &volume, stack, &mut points.cluster, &mut spots.cluster);
-        read_lights_ahead(tree, points.cluster.places());
-        read_lights_ahead(tree, spots.cluster.places());
     }
     let mut groups = &groups[..];
     for &packet in &*packets {
@@ -210,6 +208,8 @@ fn select_cluster<S: Simd, F: Found, const REMAINDER: bool>(
         if let Some(volume) = Volume::union(packet.iter().map(|group| group.1)) {
             points.cluster.filter::<S, false>(simd, &volume, &mut points.packet);
             spots.cluster.filter::<S, true>(simd, &volume, &mut spots.packet);
+            read_lights_ahead(tree, points.packet.places());
+            read_lights_ahead(tree, spots.packet.places());
         }
         for &(count, volume) in packet {
             let (group, later) = spheres.split_at(count);

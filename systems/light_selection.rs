@@ -102,6 +102,7 @@ pub fn select_lights(
     let kept = &mut *kept;
     order.release_freed();
     collect_moved(objects, &library, &mut order, &mut kept.changed);
+    order.gather_moving(pool);
     if std::mem::replace(&mut kept.policy, *policy) != *policy
         || table.changes().len() > FEW_LIGHTS.max(table.scored().len() / MANY_LIGHTS)
     {
@@ -303,7 +304,7 @@ fn collect_moved(objects: Query<Placed>, library: &Library, order: &mut ObjectOr
         for row in enter_known(order, &rows, (changed, count)) {
             let row = row as usize;
             if let Some(bounds) = rows.bounds(row) {
-                let place = order.claim(entities[row]);
+                let place = order.claim(entities[row].index());
                 order.moved(place, bounds);
             }
         }

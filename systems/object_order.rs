@@ -1,14 +1,13 @@
 //! The objects in the order in which they are searched, under a tree of boxes that finds those a light reaches.
 //!
 //! Every object has a place in an order along a Hilbert curve, so that neighbours in the order are neighbours in
-//! space. The order is only as good as it was when it was sorted; results do not depend on it, so it is sorted again only
-//! when it has become slow. Beside the spheres there is a bit for each object whose lights must be chosen again: it moved,
-//! or `ObjectOrder::mark` found that a light which changed reaches it or did.
+//! space. Results do not depend on the order, which is sorted when it has become slow (`order_sorting.rs`). Beside the
+//! spheres there is a bit for each object whose lights must be chosen again: it moved, or `ObjectOrder::mark` found that a
+//! light which changed reaches it or did.
 
 use crate::bits::for_each_set;
 use crate::bounds::Sphere;
 pub use crate::curve::along_the_curve;
-use crate::curve::hilbert_keys;
 use crate::draw_list::LightRecord;
 use crate::entity_numbers::EntityNumbers;
 use crate::light_candidates::{node_in_cone, node_in_range};
@@ -31,12 +30,8 @@ use glam::Vec3;
 const LIGHTS_PER_TASK: usize = 128;
 /// Groups of objects per task when their boxes are brought up to date.
 const GROUPS_PER_TASK: usize = 512;
-/// After every object was searched this often on average, the order is looked at.
-const LOOK_AFTER: usize = 16;
-/// The order is sorted again when its groups have grown by this factor.
-const WORN: f64 = 1.3;
 /// What is in no place, or not finite.
-const NOWHERE: Sphere = Sphere { center: Vec3::NAN, radius: 0.0 };
+pub(crate) const NOWHERE: Sphere = Sphere { center: Vec3::NAN, radius: 0.0 };
 
 /// Notes the place of an object that lost its mesh or its life or is disabled; the next frame empties it.
 pub(crate) fn free_place(mut world: DeferredWorld, context: HookContext) {
@@ -49,28 +44,33 @@ pub(crate) fn free_place(mut world: DeferredWorld, context: HookContext) {
 /// Bounds of all objects by place, and which of them changed.
 #[derive(Resource, Debug, Default)]
 pub struct ObjectOrder {
-    spheres: Vec<Sphere>,
+    pub(crate) spheres: Vec<Sphere>,
     /// Who is there.
-    objects: Vec<Option<EntityIndex>>,
+    pub(crate) objects: Vec<Option<EntityIndex>>,
     /// Where each of them is.
-    places: EntityNumbers,
+    pub(crate) places: EntityNumbers,
     /// A bit per place: lights are to be chosen again.
-    dirty: Vec<u64>,
+    pub(crate) dirty: Vec<u64>,
     /// Without which no bit of `dirty` is set.
     may_be_dirty: bool,
     /// A bit per group of 16 places: its box in the tree is not up to date.
-    stale: Vec<u64>,
+    pub(crate) stale: Vec<u64>,
     /// Boxes around groups, around nodes of 16 groups, …
-    levels: Vec<Vec<Node>>,
+    pub(crate) levels: Vec<Vec<Node>>,
+    /// Places before this one are as they were sorted; behind are objects that came since then, or moved.
+    pub(crate) settled: usize,
     /// Given back since the last frame.
     freed: Vec<u32>,
-    free: Vec<u32>,
-    /// Objects that came since the order was sorted.
-    added: usize,
+    /// Without an object, behind the settled ones: for the next that comes.
+    pub(crate) free: Vec<u32>,
+    /// Without an object, among the settled ones: whoever came there would have no neighbours.
+    pub(crate) left: Vec<u32>,
+    /// Objects that moved in each frame since those that do were gathered, added up.
+    pub(crate) moved: usize,
     /// Searches since the order was looked at.
-    searched: usize,
-    /// Extent of the groups just after sorting.
-    sorted_extent: f64,
+    pub(crate) searched: usize,
+    /// Extent of the settled groups just after sorting.
+    pub(crate) sorted_extent: f64,
 }
 
 /// Places whose bits fill a word of `ObjectOrder::stale`.
@@ -157,18 +157,21 @@ impl ObjectOrder {
     /// Empties the places of objects that are gone.
     pub(crate) fn release_freed(&mut self) {
         for place in std::mem::take(&mut self.freed) {
-            self.spheres[place as usize] = NOWHERE;
-            self.objects[place as usize] = None;
-            self.dirty[place as usize / 64] &= !(1 << (place % 64));
-            self.set_stale(place);
-            self.free.push(place);
+            self.leave(place);
         }
     }
 
+    /// Empties a place.
+    pub(crate) fn leave(&mut self, place: u32) {
+        self.spheres[place as usize] = NOWHERE;
+        self.objects[place as usize] = None;
+        self.dirty[place as usize / 64] &= !(1 << (place % 64));
+        self.set_stale(place);
+        if (place as usize) < self.settled { self.left.push(place) } else { self.free.push(place) }
+    }
+
     /// A place for a new object.
-    pub(crate) fn claim(&mut self, object: Entity) -> u32 {
-        self.added += 1;
-        let object = object.index();
+    pub(crate) fn claim(&mut self, object: EntityIndex) -> u32 {
         let place = self.free.pop().unwrap_or_else(|| {
             self.spheres.push(NOWHERE);
             self.objects.push(None);
@@ -208,7 +211,7 @@ impl ObjectOrder {
         (parts, &self.places)
     }
 
-    fn set_stale(&mut self, place: u32) {
+    pub(crate) fn set_stale(&mut self, place: u32) {
         let group = place as usize / WIDTH;
         self.stale[group / 64] |= 1 << (group % 64);
     }
@@ -221,7 +224,7 @@ impl ObjectOrder {
         if let (1.., Some(last)) = (rest, self.dirty.last_mut()) {
             *last = (1 << rest) - 1;
         }
-        for &place in &self.free {
+        for &place in self.free.iter().chain(&self.left) {
             self.dirty[place as usize / 64] &= !(1 << (place % 64));
         }
     }
@@ -364,7 +367,7 @@ impl ObjectOrder {
     }
 
     /// Brings the boxes of groups whose objects changed up to date, and those above them.
-    fn refresh(&mut self, pool: &TaskPool) {
+    pub(crate) fn refresh(&mut self, pool: &TaskPool) {
         self.resize_levels();
         let stale = self.stale.iter().map(|bits| bits.count_ones() as usize).sum::<usize>();
         let words = self.stale.len().div_ceil((stale / GROUPS_PER_TASK).clamp(1, 4 * threads(pool))).max(1);
@@ -392,67 +395,18 @@ impl ObjectOrder {
         refit(&mut self.levels, touched.concat());
     }
 
-    /// Makes the tree as large as the order; all of it stale where it was not.
+    /// Makes the tree as large as the order, which only grows; all of it stale where it becomes higher.
     fn resize_levels(&mut self) {
-        let nodes = self.spheres.len().div_ceil(WIDTH * WIDTH);
-        if self.levels.first().is_some_and(|level| level.len() == nodes) {
-            return;
+        let above = |&nodes: &usize| (nodes > 1).then(|| nodes.div_ceil(WIDTH));
+        let lowest = self.spheres.len().div_ceil(WIDTH * WIDTH).max(1);
+        let sizes: Vec<usize> = std::iter::successors(Some(lowest), above).collect();
+        if self.levels.len() != sizes.len() {
+            self.levels = vec![Vec::new(); sizes.len()];
+            self.stale.fill(u64::MAX);
         }
-        self.levels.clear();
-        let mut nodes = nodes.max(1);
-        loop {
-            self.levels.push(vec![Node::EMPTY; nodes]);
-            if nodes == 1 {
-                break;
-            }
-            nodes = nodes.div_ceil(WIDTH);
+        for (level, nodes) in self.levels.iter_mut().zip(sizes) {
+            level.resize(nodes, Node::EMPTY);
         }
-        self.stale.fill(u64::MAX);
-    }
-
-    /// Whether the order has changed or worn so much that sorting pays.
-    pub(crate) fn needs_sorting(&mut self, pool: &TaskPool) -> bool {
-        if self.added * 8 > self.spheres.len() {
-            return true;
-        }
-        if self.searched < LOOK_AFTER * self.spheres.len().max(WIDTH) {
-            return false;
-        }
-        self.searched = 0;
-        self.refresh(pool);
-        self.extent() > WORN * self.sorted_extent
-    }
-
-    /// Sum of the diagonals of the groups' boxes.
-    fn extent(&self) -> f64 {
-        let nodes = self.levels.first().into_iter().flatten();
-        nodes.map(Node::extent).sum()
-    }
-
-    /// Sorts the objects along a Hilbert curve; places without one are given up.
-    pub(crate) fn sort(&mut self, pool: &TaskPool) {
-        let keys = hilbert_keys(pool, &self.spheres);
-        let mut order: Vec<(u32, u32)> = keys.into_iter().zip(0..).collect();
-        order.retain(|&(_, old)| self.objects[old as usize].is_some());
-        radsort::sort_by_key(&mut order, |&(key, _)| key);
-        // One after another: of each list there is an old and a new one only while it is made.
-        let mut dirty = vec![0; order.len().div_ceil(64)];
-        for (new, &(_, old)) in order.iter().enumerate() {
-            dirty[new / 64] |= (self.dirty[old as usize / 64] >> (old % 64) & 1) << (new % 64);
-        }
-        self.dirty = dirty;
-        self.spheres = order.iter().map(|&(_, old)| self.spheres[old as usize]).collect();
-        self.objects = order.iter().map(|&(_, old)| self.objects[old as usize]).collect();
-        for (object, place) in self.objects.iter().flatten().zip(0..) {
-            self.places.set(*object, place);
-        }
-        self.stale = vec![u64::MAX; order.len().div_ceil(PART_PLACES)];
-        drop(order);
-        self.levels.clear();
-        self.free.clear();
-        (self.added, self.searched) = (0, 0);
-        self.refresh(pool);
-        self.sorted_extent = self.extent();
     }
 }
 
@@ -499,7 +453,7 @@ mod tests {
             let mut order = ObjectOrder::default();
             let sphere = |i: u32, turn: f32| Sphere { center: Vec3::new(i as f32 * turn, turn, -turn), radius: 1.0 };
             for i in 0..50_000 {
-                let place = order.claim(Entity::from_raw_u32(i).unwrap());
+                let place = order.claim(EntityIndex::from_raw_u32(i).unwrap());
                 order.moved(place, sphere(i, 1.0));
             }
             order.refresh(&pool);

@@ -361,6 +361,42 @@ fn what_is_kept_by_several_tasks_equals_a_full_search() {
     }
 }
 
+/// What moves for so long that it is given places of its own, among objects that come and go.
+#[test]
+fn what_is_kept_of_what_moves_for_long_equals_a_full_search() {
+    let mut living = Living { simulation: Simulation::new(), objects: vec![], lights: vec![] };
+    let at = |i: usize| Vec3::new((i % 60) as f32 * 2.0, 0.0, (i / 60) as f32 * 2.0);
+    for i in 0..3600 {
+        living.happen(&Event::SpawnObject(at(i), 0.5));
+    }
+    for i in 0..60 {
+        living.happen(&Event::SpawnLight(Light::point(1.0 + i as f32, 6.0), at(i * 59) + Vec3::Y));
+    }
+    let mut movers: Vec<Entity> = living.objects.iter().copied().step_by(24).collect();
+    let mut selected = Vec::new();
+    for frame in 0..110 {
+        for (i, &mover) in movers.iter().enumerate() {
+            let place = &mut living.simulation.world.get_mut::<Transform>(mover).unwrap().translation;
+            *place += Vec3::new((i % 7) as f32 - 3.0, 0.0, (i % 5) as f32 - 2.0) * 0.5;
+        }
+        let lamp = living.lights[frame % 60];
+        living.simulation.world.get_mut::<Transform>(lamp).unwrap().translation.x += 1.0;
+        if frame % 9 == 0 {
+            // One that stands, one that moves, and one that comes and moves.
+            let gone = [living.objects.swap_remove(frame * 7 % 1000), movers.swap_remove(frame % 50)];
+            living.objects.retain(|object| !gone.contains(object));
+            movers.retain(|object| !gone.contains(object));
+            gone.iter().for_each(|&object| _ = living.simulation.world.try_despawn(object));
+            living.happen(&Event::SpawnObject(at(frame * 31), 1.0));
+            movers.extend(living.objects.last());
+        }
+        living.simulation.frame();
+        selected.push(living.simulation.world.resource::<FrameStats>().selected);
+        living.compare();
+    }
+    assert!(selected[1..].iter().all(|&selected| (140..900).contains(&selected)), "some choose again: {selected:?}");
+}
+
 fn live(objects: Vec<(Vec3, f32)>, lights: Vec<(Light, Vec3)>, frames: Vec<Vec<Event>>) {
     let mut living = Living { simulation: Simulation::new(), objects: vec![], lights: vec![] };
     for (center, radius) in objects {
