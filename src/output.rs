@@ -25,7 +25,7 @@ pub enum OutputError {
         folder: PathBuf,
     },
     /// Where a folder was to be is something else.
-    #[error("{}: {} is no folder; expected one, or nothing there yet", path.display(), taken.display())]
+    #[error("{}{} is no folder; expected one, or nothing there yet", of(path, taken), taken.display())]
     NotAFolder {
         /// What was to be written.
         path: PathBuf,
@@ -33,7 +33,7 @@ pub enum OutputError {
         taken: PathBuf,
     },
     /// Where a file was to be is a folder.
-    #[error("{}: is a folder; expected the name of a file", path.display())]
+    #[error("{} is a folder; expected the name of a file", path.display())]
     IsAFolder {
         /// What was to be written.
         path: PathBuf,
@@ -46,6 +46,11 @@ pub enum OutputError {
         /// What the encoder says.
         source: image::ImageError,
     },
+}
+
+/// A path and a colon, unless what follows is the path.
+fn of(path: &Path, what: &Path) -> String {
+    if path == what { String::new() } else { format!("{}: ", path.display()) }
 }
 
 impl OutputError {
@@ -231,14 +236,14 @@ mod tests {
             assert_eq!(error.exit_code(), 2, "{error}");
             error.to_string().replace(&folder.path().display().to_string(), "")
         };
-        let no_folder = |path: &str| format!("{path}: /file is no folder; expected one, or nothing there yet");
-        assert_eq!(refusal(make_folder(&file)), no_folder("/file"));
-        assert_eq!(refusal(make_folder(&file.join("a/b"))), no_folder("/file/a/b"));
-        assert_eq!(refusal(check_file(&file.join("a/b"))), no_folder("/file/a/b"));
-        assert_eq!(refusal(write_whole(&file.join("a"), b"x")), no_folder("/file/a"));
+        let no_folder = |path: &str| format!("{path}/file is no folder; expected one, or nothing there yet");
+        assert_eq!(refusal(make_folder(&file)), no_folder(""));
+        assert_eq!(refusal(make_folder(&file.join("a/b"))), no_folder("/file/a/b: "));
+        assert_eq!(refusal(check_file(&file.join("a/b"))), no_folder("/file/a/b: "));
+        assert_eq!(refusal(write_whole(&file.join("a"), b"x")), no_folder("/file/a: "));
         let expected = "/missing/a: there is no folder /missing; expected one that exists";
         assert_eq!(refusal(write_whole(&missing.join("a"), b"x")), expected);
-        assert_eq!(refusal(check_file(folder.path())), ": is a folder; expected the name of a file");
+        assert_eq!(refusal(check_file(folder.path())), " is a folder; expected the name of a file");
         assert_eq!(fs::read_dir(folder.path()).expect("readable").count(), 1);
     }
 

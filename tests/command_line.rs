@@ -187,13 +187,17 @@ fn bad_scenes_exit_with_2_and_name_file_line_and_column() {
 }
 
 #[test]
-fn a_folder_that_cannot_be_written_is_one_clear_error() {
+fn a_folder_that_is_a_file_is_one_clear_error() {
     if common::gpu().is_none() {
         return;
     }
     let folder = scene_folder();
     fs::write(folder.path().join("taken"), "a file").expect("a file");
-    assert_fails(&relief(&["render", "scene.ron", "-o", "taken"], folder.path()), 1, &["cannot write taken"]);
+    assert_fails(
+        &relief(&["render", "scene.ron", "-o", "taken"], folder.path()),
+        2,
+        &["taken is no folder; expected one"],
+    );
 }
 
 #[test]
@@ -371,7 +375,8 @@ fn lights_with_bad_input_exits_with_2_and_writes_nothing() {
     assert!(!folder.path().join("o").exists(), "nothing is half-written");
     if common::gpu().is_some() {
         fs::write(folder.path().join("taken"), "a file").expect("a file");
-        assert_fails(&relief(&["lights", "scene.ron", "--size", "8x8", "-o", "taken"], folder.path()), 1, &["taken"]);
+        let lights = relief(&["lights", "scene.ron", "--size", "8x8", "-o", "taken"], folder.path());
+        assert_fails(&lights, 2, &["taken is no folder"]);
     }
 }
 

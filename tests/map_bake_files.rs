@@ -163,7 +163,7 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
             2,
             &["cannot be used with"],
         ),
-        (&["bake", "sheet.glb", "sheet.glb", "-o", "taken"], 1, &["taken"]),
+        (&["bake", "sheet.glb", "sheet.glb", "-o", "taken"], 2, &["taken is no folder"]),
         (
             &["bake", "sheet.glb", "sheet.glb", "-o", "out", "--preview", "a.jpg"],
             2,

@@ -205,7 +205,7 @@ fn outputs_that_cannot_be_written_are_found_before_the_work() {
     // Found first, though the input is no good either.
     let nowhere = ["nowhere/n.png: there is no folder nowhere"];
     assert_fails(&relief(&["normal", "missing.png", "-o", "nowhere/n.png"], path), 2, &nowhere);
-    assert_fails(&relief(&["normal", "height.png", "-o", "taken.png"], path), 1, &["cannot write taken.png"]);
+    assert_fails(&relief(&["normal", "height.png", "-o", "taken.png"], path), 2, &["taken.png is a folder"]);
     let preview = ["normal", "height.png", "-o", "n.png", "--preview", "nowhere/p.png"];
     assert_fails(&relief(&preview, path), 2, &["nowhere/p.png: there is no folder nowhere"]);
     assert_eq!(names(path), before, "nothing is written");
