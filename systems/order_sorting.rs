@@ -19,9 +19,9 @@ const WORN: f64 = 1.3;
 const MANY_UNSETTLED: usize = 8;
 /// Objects that move go to a part of their own, which is sorted, each time they have moved for so many frames ...
 const GATHER_AFTER: usize = 32;
-/// ... and are no fewer than these, and no more than one in so many of all.
+/// ... and are no fewer than these, and while that part is no more than one in so many of all: to sort it must not take long.
 const FEW_MOVING: usize = 64;
-const MANY_MOVING: usize = 16;
+const MANY_GATHERED: usize = 16;
 
 impl ObjectOrder {
     /// Where some objects moved for a while: gives those a part of the order of their own, sorted by itself, and the
@@ -29,7 +29,7 @@ impl ObjectOrder {
     pub(crate) fn gather_moving(&mut self, pool: &TaskPool) {
         let moving = self.dirty_count();
         self.moved += moving;
-        let range = FEW_MOVING..=self.spheres.len() / MANY_MOVING;
+        let range = FEW_MOVING..=self.spheres.len() / MANY_GATHERED;
         if !range.contains(&moving) || self.moved < GATHER_AFTER * moving {
             return;
         }
@@ -39,7 +39,11 @@ impl ObjectOrder {
         for (&bits, first) in self.dirty.iter().zip((0..settled).step_by(64)) {
             for_each_set(bits, |bit| places.push(first + bit));
         }
-        for place in places.into_iter().filter(|&place| place < settled) {
+        places.retain(|&place| place < settled);
+        if !range.contains(&(self.unsettled() + places.len())) {
+            return;
+        }
+        for place in places {
             let (sphere, object) = (self.spheres[place as usize], self.objects[place as usize]);
             self.leave(place);
             if let Some(object) = object {
@@ -48,6 +52,11 @@ impl ObjectOrder {
             }
         }
         self.sort_unsettled(pool);
+    }
+
+    /// How many objects are behind the settled ones.
+    fn unsettled(&self) -> usize {
+        self.spheres.len() - self.settled - self.free.len()
     }
 
     /// Sorts the objects behind the settled ones along a curve of their own.
@@ -71,8 +80,7 @@ impl ObjectOrder {
 
     /// Whether the order has changed or worn so much that sorting pays.
     pub(crate) fn needs_sorting(&mut self, pool: &TaskPool) -> bool {
-        let unsettled = self.spheres.len() - self.settled - self.free.len();
-        if unsettled * MANY_UNSETTLED > self.spheres.len() {
+        if self.unsettled() * MANY_UNSETTLED > self.spheres.len() {
             return true;
         }
         if self.searched < LOOK_AFTER * self.spheres.len().max(WIDTH) {
