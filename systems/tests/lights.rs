@@ -377,18 +377,24 @@ fn what_is_kept_of_what_moves_for_long_equals_a_full_search() {
     for frame in 0..110 {
         for (i, &mover) in movers.iter().enumerate() {
             let place = &mut living.simulation.world.get_mut::<Transform>(mover).unwrap().translation;
-            *place += Vec3::new((i % 7) as f32 - 3.0, 0.0, (i % 5) as f32 - 2.0) * 0.5;
+            // To and fro, so that they stay among the lamps.
+            let turn = if frame / 10 % 2 == 0 { 0.5 } else { -0.5 };
+            *place += Vec3::new((i % 7) as f32 - 3.0, 0.0, (i % 5) as f32 - 2.5) * turn;
         }
         let lamp = living.lights[frame % 60];
         living.simulation.world.get_mut::<Transform>(lamp).unwrap().translation.x += 1.0;
         if frame % 9 == 0 {
-            // One that stands, one that moves, and one that comes and moves.
-            let gone = [living.objects.swap_remove(frame * 7 % 1000), movers.swap_remove(frame % 50)];
+            // One that stands, and two that move.
+            let mut mover = || movers.swap_remove(frame % 50);
+            let gone = [living.objects[frame * 7 % 1000], mover(), mover()];
             living.objects.retain(|object| !gone.contains(object));
             movers.retain(|object| !gone.contains(object));
             gone.iter().for_each(|&object| _ = living.simulation.world.try_despawn(object));
-            living.happen(&Event::SpawnObject(at(frame * 31), 1.0));
-            movers.extend(living.objects.last());
+        } else if frame % 9 == 5 {
+            for i in 0..3 {
+                living.happen(&Event::SpawnObject(at(frame * 31 + i), 1.0));
+                movers.extend(living.objects.last());
+            }
         }
         living.simulation.frame();
         selected.push(living.simulation.world.resource::<FrameStats>().selected);
