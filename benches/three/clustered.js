@@ -1,6 +1,7 @@
 // three.js's own material and lights: Blinn-Phong with normal and specular map, clustered lighting.
 import * as THREE from 'three/webgpu';
 import { ClusteredLighting } from 'three/addons/lighting/ClusteredLighting.js';
+import { grouped, textures } from './common.js';
 
 export async function start({ plan, size, materials, objects, lights, maps, pose, view }) {
   const canvas = document.createElement('canvas');
@@ -22,32 +23,17 @@ export async function start({ plan, size, materials, objects, lights, maps, pose
     scene.add(light);
   }
   const surfaces = Array.from({ length: materials }, (_, i) => {
-    const { side, base, normal, specular } = maps(i);
-    const texture = (texels, space) => {
-      const texture = new THREE.DataTexture(texels, side, side);
-      texture.colorSpace = space;
-      texture.wrapS = texture.wrapT = THREE.RepeatWrapping;
-      texture.magFilter = THREE.LinearFilter;
-      texture.minFilter = THREE.LinearMipmapLinearFilter;
-      texture.generateMipmaps = true;
-      texture.needsUpdate = true;
-      return texture;
-    };
+    const { base, normal, specular } = textures(THREE, maps(i));
     return new THREE.MeshPhongNodeMaterial({
-      map: texture(base, THREE.SRGBColorSpace),
-      normalMap: texture(normal, THREE.NoColorSpace),
-      specularMap: texture(specular, THREE.NoColorSpace),
+      map: base,
+      normalMap: normal,
+      specularMap: specular,
       specular: 0xffffff,
       shininess: 32,
     });
   });
   const cube = new THREE.BoxGeometry(size, size, size);
-  const groups = new Map();
-  for (const object of objects) {
-    if (!groups.has(object.group)) groups.set(object.group, []);
-    groups.get(object.group).push(object);
-  }
-  const meshes = [...groups].map(([group, members]) => {
+  const meshes = grouped(objects).map(([group, members]) => {
     const mesh = new THREE.InstancedMesh(cube, surfaces[group % materials], members.length);
     scene.add(mesh);
     return { mesh, members };

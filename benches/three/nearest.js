@@ -1,5 +1,6 @@
 // Each object lit by the three lights that are nearest to it: a shader of our own, and two attributes per instance.
 import * as THREE from 'three';
+import { grouped, textures } from './common.js';
 
 const RANGE = 10;
 
@@ -109,21 +110,11 @@ export async function start({ plan, size, materials, objects, lights, maps, pose
   lightTable.needsUpdate = true;
 
   const surfaces = Array.from({ length: materials }, (_, i) => {
-    const { side, base, normal, specular } = maps(i);
-    const texture = (texels, space) => {
-      const texture = new THREE.DataTexture(texels, side, side);
-      texture.colorSpace = space;
-      texture.wrapS = texture.wrapT = THREE.RepeatWrapping;
-      texture.magFilter = THREE.LinearFilter;
-      texture.minFilter = THREE.LinearMipmapLinearFilter;
-      texture.generateMipmaps = true;
-      texture.needsUpdate = true;
-      return { value: texture };
-    };
+    const { base, normal, specular } = textures(THREE, maps(i));
     const uniforms = {
-      baseMap: texture(base, THREE.SRGBColorSpace),
-      normalMap: texture(normal, THREE.NoColorSpace),
-      specularMap: texture(specular, THREE.NoColorSpace),
+      baseMap: { value: base },
+      normalMap: { value: normal },
+      specularMap: { value: specular },
       lightTable: { value: lightTable },
     };
     return new THREE.ShaderMaterial({ uniforms, vertexShader, fragmentShader });
@@ -133,12 +124,7 @@ export async function start({ plan, size, materials, objects, lights, maps, pose
   cube.computeTangents();
   const cells = new Cells(lights);
   const reach = RANGE + (size / 2) * Math.sqrt(3);
-  const groups = new Map();
-  for (const object of objects) {
-    if (!groups.has(object.group)) groups.set(object.group, []);
-    groups.get(object.group).push(object);
-  }
-  const meshes = [...groups].map(([group, members]) => {
+  const meshes = grouped(objects).map(([group, members]) => {
     const geometry = cube.clone();
     const mesh = new THREE.InstancedMesh(geometry, surfaces[group % materials], members.length);
     const chosen = new THREE.InstancedBufferAttribute(new Float32Array(members.length * 3), 3);
