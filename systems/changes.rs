@@ -12,7 +12,7 @@
 //! ```
 
 use crate::bits::for_each_set;
-use crate::parallel::{in_parallel, threads};
+use crate::parallel::in_parallel;
 use bevy_ecs::change_detection::{ContiguousComponentTicksMut, ContiguousComponentTicksRef, MAX_CHANGE_AGE, Tick};
 use bevy_tasks::ComputeTaskPool;
 use std::ops::Range;
@@ -82,7 +82,7 @@ pub(crate) fn all_rows<'w, const N: usize>(
 
 /// Rows of a table per task, where so many are to be done and `least` are worth a task.
 pub(crate) fn rows_per_task(rows: usize, least: usize) -> usize {
-    rows.div_ceil(4 * threads(ComputeTaskPool::get())).max(least)
+    rows.div_ceil(4 * ComputeTaskPool::get().thread_num()).max(least)
 }
 
 /// Rows that are worth a task where each takes a few nanoseconds.

@@ -9,7 +9,7 @@ use glam::Vec3;
 
 /// The spheres in the order of their places on a Hilbert curve.
 pub fn along_the_curve(spheres: &[Sphere]) -> Vec<Sphere> {
-    let pool = bevy_tasks::TaskPoolBuilder::new().num_threads(0).build();
+    let pool = bevy_tasks::TaskPoolBuilder::new().num_threads(1).build();
     let mut order: Vec<(u32, u32)> = hilbert_keys(&pool, spheres).into_iter().zip(0..).collect();
     radsort::sort_by_key(&mut order, |&(key, _)| key);
     order.into_iter().map(|(_, index)| spheres[index as usize]).collect()

@@ -71,14 +71,15 @@ use bevy_ecs::schedule::{LogLevel, ScheduleBuildSettings, SingleThreadedExecutor
 use bevy_tasks::{ComputeTaskPool, TaskPoolBuilder};
 use stats::{Stage, lap};
 
-/// Sets on how many threads this process works; `None`: one per core. Only the first call counts, and the first
+/// Sets the number of worker threads of this process; `None`: one per core. Only the first call counts, and the first
 /// [`Simulation`] makes it if nobody did. Results are the same for any number.
-///
-/// Whoever shares work out does a part of it, so that the pool has a thread less.
 pub fn set_threads(threads: Option<usize>) {
     ComputeTaskPool::get_or_init(|| {
-        let threads = threads.unwrap_or_else(bevy_tasks::available_parallelism);
-        TaskPoolBuilder::new().thread_name("relief".into()).num_threads(threads.saturating_sub(1)).build()
+        let builder = TaskPoolBuilder::new().thread_name("relief".into());
+        match threads {
+            Some(threads) => builder.num_threads(threads).build(),
+            None => builder.build(),
+        }
     });
 }
 

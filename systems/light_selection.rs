@@ -18,7 +18,7 @@ use crate::light_search::{self, Level, Scratch};
 use crate::light_tree::LightTree;
 use crate::lights::{LightPolicy, LightTable};
 use crate::object_order::{Dirty, ObjectOrder};
-use crate::parallel::{in_parallel, map_in_parallel, on_pool, threads};
+use crate::parallel::{in_parallel, map_in_parallel, on_pool};
 use crate::read_ahead::read_ahead;
 use crate::relevance::ScoredLight;
 use crate::selected_lights::SelectedLights;
@@ -221,7 +221,7 @@ fn write_targets(
     if count == 0 {
         return;
     }
-    let tasks = (count / ROWS).clamp(1, threads(ComputeTaskPool::get()));
+    let tasks = (count / ROWS).clamp(1, ComputeTaskPool::get().thread_num());
     write_parts(selections, objects.len().div_ceil(tasks), |mut part| {
         let mut writes = [(0, 0); ROWS];
         let targets = &targets[before(part.first)..before(part.first + part.selections.len())];
@@ -341,7 +341,7 @@ impl Rows<'_> {
 /// [`note_changed`].
 fn enter_known(order: &mut ObjectOrder, table: &Rows, (changed, count): (&[u64], usize)) -> Vec<u32> {
     // Each task looks through all that changed for those with a place in its part of the order.
-    let tasks = (count / ROWS).clamp(1, threads(ComputeTaskPool::get()));
+    let tasks = (count / ROWS).clamp(1, ComputeTaskPool::get().thread_num());
     let (parts, places) = order.parts(tasks);
     let mut others = vec![Vec::new(); parts.len()];
     in_parallel(parts.into_iter().zip(&mut others), |(mut part, others)| {

@@ -14,7 +14,7 @@ use crate::light_candidates::{node_in_cone, node_in_range};
 use crate::light_lanes::{Floats, Objects, Shining};
 use crate::light_search::Level;
 use crate::light_tree::{Node, Volume, WIDTH, refit};
-use crate::parallel::{map_on_pool, threads};
+use crate::parallel::map_on_pool;
 use crate::read_ahead::read_ahead;
 use crate::relevance::ScoredLight;
 use bevy_ecs::entity::EntityIndex;
@@ -370,7 +370,7 @@ impl ObjectOrder {
     pub(crate) fn refresh(&mut self, pool: &TaskPool) {
         self.resize_levels();
         let stale = self.stale.iter().map(|bits| bits.count_ones() as usize).sum::<usize>();
-        let words = self.stale.len().div_ceil((stale / GROUPS_PER_TASK).clamp(1, 4 * threads(pool))).max(1);
+        let words = self.stale.len().div_ceil((stale / GROUPS_PER_TASK).clamp(1, 4 * pool.thread_num())).max(1);
         let nodes = words * PART_PLACES / (WIDTH * WIDTH);
         let Some(level) = self.levels.first_mut() else { return };
         let parts =
@@ -448,8 +448,8 @@ mod tests {
 
     #[test]
     fn boxes_are_the_same_whatever_the_number_of_threads() {
-        let levels = |workers: usize| {
-            let pool = TaskPoolBuilder::new().num_threads(workers).build();
+        let levels = |threads: usize| {
+            let pool = TaskPoolBuilder::new().num_threads(threads).build();
             let mut order = ObjectOrder::default();
             let sphere = |i: u32, turn: f32| Sphere { center: Vec3::new(i as f32 * turn, turn, -turn), radius: 1.0 };
             for i in 0..50_000 {
@@ -465,7 +465,7 @@ mod tests {
             let bounds = |level: &Vec<Node>| level.iter().map(Node::bounds).collect::<Vec<_>>();
             order.levels.iter().map(bounds).collect::<Vec<_>>()
         };
-        let [one, many] = [0, 4].map(levels);
+        let [one, many] = [1, 4].map(levels);
         assert_eq!(one, many);
         assert_eq!(
             one[2][0],

@@ -6,11 +6,6 @@
 use bevy_tasks::{ComputeTaskPool, TaskPool};
 use std::sync::Mutex;
 
-/// How many threads share work out on a pool: its own and the one that asks.
-pub fn threads(pool: &TaskPool) -> usize {
-    pool.thread_num() + 1
-}
-
 /// Does the parts of some work in tasks; a single part, and all where there is one thread, here and now.
 pub fn in_parallel<T: Send>(parts: impl ExactSizeIterator<Item = T>, work: impl Fn(T) + Sync) {
     on_pool(ComputeTaskPool::get(), parts, work);
@@ -26,7 +21,7 @@ pub fn map_in_parallel<T: Send, R: Send>(
 
 /// [`in_parallel`] on the threads of a certain pool.
 pub fn on_pool<T: Send>(pool: &TaskPool, parts: impl ExactSizeIterator<Item = T>, work: impl Fn(T) + Sync) {
-    if parts.len() < 2 || threads(pool) < 2 {
+    if parts.len() < 2 || pool.thread_num() < 2 {
         return parts.for_each(work);
     }
     let parts: Vec<Mutex<Option<T>>> = parts.map(|part| Mutex::new(Some(part))).collect();
@@ -60,8 +55,8 @@ mod tests {
 
     #[test]
     fn every_part_is_done_once_and_results_come_in_order() {
-        for workers in 0..4 {
-            let pool = TaskPoolBuilder::new().num_threads(workers).build();
+        for threads in 1..4 {
+            let pool = TaskPoolBuilder::new().num_threads(threads).build();
             for count in [0, 1, 2, 100] {
                 let mut parts: Vec<usize> = vec![0; count];
                 on_pool(&pool, parts.iter_mut().enumerate(), |(i, part)| *part += i + 1);

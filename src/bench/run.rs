@@ -351,7 +351,7 @@ impl Bench {
             levels: args.levels.enabled,
             occlusion: occlusion.map_or("", |(name, _)| name).to_owned(),
             compress: args.compress,
-            threads: systems::parallel::threads(bevy_tasks::ComputeTaskPool::get()) as u32,
+            threads: bevy_tasks::ComputeTaskPool::get().thread_num() as u32,
             frames: costs.len() as u32,
             frame_ms_median: frame.median,
             frame_ms_p05: frame.p05,

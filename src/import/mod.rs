@@ -21,7 +21,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use systems::images::{Image, ImageKind};
 use systems::library::Library;
-use systems::parallel::{map_in_parallel, threads};
+use systems::parallel::map_in_parallel;
 
 /// Why a file is refused.
 ///
@@ -104,7 +104,7 @@ pub fn load_models(paths: &[PathBuf], library: &mut Library) -> Vec<Result<Model
     systems::set_threads(None);
     let mut models = Vec::with_capacity(paths.len());
     // A few at once: each may take much memory while its images are decoded.
-    for paths in paths.chunks(threads(ComputeTaskPool::get())) {
+    for paths in paths.chunks(ComputeTaskPool::get().thread_num().max(1)) {
         let drafts = map_in_parallel(paths.iter(), |path| gltf::draft(path));
         models.extend(drafts.into_iter().map(|draft| Ok(draft?.join(library))));
     }

@@ -29,7 +29,7 @@ impl Edges {
 
 fn thread_count() -> usize {
     let cores = || thread::available_parallelism().map_or(1, usize::from);
-    ComputeTaskPool::try_get().map_or_else(cores, |pool| systems::parallel::threads(pool))
+    ComputeTaskPool::try_get().map_or_else(cores, |pool| pool.thread_num())
 }
 
 /// Texels of `channels` floats each, top left first, rows one after the other.

@@ -150,7 +150,7 @@ proptest! {
             Scene { spheres: spheres.to_vec(), ..whole.clone() }.search::<Selection>(Level::new(), LightPolicy::Three)
         });
         prop_assert!(pieces.eq(expected[..700].iter().copied()));
-        let pool = TaskPoolBuilder::new().num_threads(size % 4).build();
+        let pool = TaskPoolBuilder::new().num_threads(size % 4 + 1).build();
         let tree = LightTree::new(&whole.scored);
         let places: Vec<u32> = (0..5000).map(|i| i * size as u32).collect();
         for places in [None, Some(&places[..])] {

@@ -8,7 +8,7 @@
 use super::VehicleTypeId;
 use super::crossings::Coming;
 use super::routes::RouteId;
-use crate::parallel::{in_parallel, threads};
+use crate::parallel::in_parallel;
 use bevy_tasks::ComputeTaskPool;
 
 /// A vehicle in a lane; metres along the route.
@@ -62,7 +62,7 @@ pub(super) struct Stretches {
 
 impl Stretches {
     pub fn new(lanes: u32, vehicles: usize) -> Self {
-        let tasks = (vehicles / LEAST).clamp(1, 8 * threads(ComputeTaskPool::get()));
+        let tasks = (vehicles / LEAST).clamp(1, 8 * ComputeTaskPool::get().thread_num());
         let bits = lanes.max(1).div_ceil(tasks as u32).next_power_of_two().trailing_zeros();
         Self { bits, count: (lanes as usize).div_ceil(1 << bits) }
     }
