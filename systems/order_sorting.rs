@@ -30,6 +30,9 @@ impl ObjectOrder {
         let moving = self.dirty_count();
         self.moved += moving;
         let range = FEW_MOVING..=self.spheres.len() / MANY_GATHERED;
+        if !range.contains(&moving) {
+            self.moved = 0;
+        }
         if !range.contains(&moving) || self.moved < GATHER_AFTER * moving {
             return;
         }
@@ -41,7 +44,7 @@ impl ObjectOrder {
         }
         places.retain(|&place| place < settled);
         if !range.contains(&(self.unsettled() + places.len())) {
-            return;
+            places.clear();
         }
         for place in places {
             let (sphere, object) = (self.spheres[place as usize], self.objects[place as usize]);
