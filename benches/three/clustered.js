@@ -1,7 +1,7 @@
 // three.js's own material and lights: Blinn-Phong with normal and specular map, clustered lighting.
 import * as THREE from 'three/webgpu';
 import { ClusteredLighting } from 'three/addons/lighting/ClusteredLighting.js';
-import { grouped, textures } from './common.js';
+import { grouped, instances, reader, textures } from './common.js';
 
 export async function start({ plan, size, materials, objects, lights, maps, pose, view }) {
   const canvas = document.createElement('canvas');
@@ -34,7 +34,7 @@ export async function start({ plan, size, materials, objects, lights, maps, pose
   });
   const cube = new THREE.BoxGeometry(size, size, size);
   const meshes = grouped(objects).map(([group, members]) => {
-    const mesh = new THREE.InstancedMesh(cube, surfaces[group % materials], members.length);
+    const mesh = instances(THREE, cube, surfaces[group % materials], members.length);
     scene.add(mesh);
     return { mesh, members };
   });
@@ -53,16 +53,12 @@ export async function start({ plan, size, materials, objects, lights, maps, pose
     mesh.boundingSphere.radius += 1;
   }
   await renderer.compileAsync(scene, camera);
-  const gl = renderer.backend.gl;
-  const texel = new Uint8Array(4);
-  const adapter = gl.getExtension('WEBGL_debug_renderer_info');
   return {
     canvas,
     revision: THREE.REVISION,
-    adapter: gl.getParameter(adapter ? adapter.UNMASKED_RENDERER_WEBGL : gl.RENDERER),
+    ...reader(renderer.backend.gl),
     move,
     draw: () => renderer.render(scene, camera),
-    finish: () => gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, texel),
     draws: () => renderer.info.render.drawCalls,
   };
 }

@@ -28,3 +28,22 @@ export function grouped(objects) {
   }
   return [...groups];
 }
+
+/** So many instances of a mesh, with identities for their matrices. */
+export function instances(THREE, geometry, material, count) {
+  const mesh = new THREE.InstancedMesh(geometry, material, count);
+  mesh.instanceMatrix.setUsage(THREE.DynamicDrawUsage);
+  const identity = new THREE.Matrix4();
+  for (let i = 0; i < count; i++) mesh.setMatrixAt(i, identity);
+  return mesh;
+}
+
+/** The adapter's name, and how to wait until it has drawn. */
+export function reader(gl) {
+  const texel = new Uint8Array(4);
+  const named = gl.getExtension('WEBGL_debug_renderer_info');
+  return {
+    adapter: gl.getParameter(named ? named.UNMASKED_RENDERER_WEBGL : gl.RENDERER),
+    finish: () => gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, texel),
+  };
+}

@@ -25,10 +25,16 @@ const { FLAGS = '--use-gl=angle --use-angle=gl-egl --ignore-gpu-blocklist' } = p
 const types = { '.html': 'text/html', '.js': 'text/javascript', '.json': 'application/json' };
 const profile = mkdtempSync(join(tmpdir(), 'yard-'));
 let browser;
+let stopping = false;
 
 function stop(code) {
-  // The browser's other processes, too, which still write to the profile.
-  process.kill(-browser.pid, 'SIGKILL');
+  stopping = true;
+  try {
+    // The browser's other processes, too, which still write to the profile.
+    process.kill(-browser.pid, 'SIGKILL');
+  } catch {
+    // None is left.
+  }
   setTimeout(() => {
     rmSync(profile, { recursive: true, force: true, maxRetries: 10 });
     process.exit(code);
@@ -92,7 +98,13 @@ server.listen(0, '127.0.0.1', () => {
   browser = spawn(CHROMIUM, [...flags, address], { stdio: 'ignore', detached: true });
   browser.on('error', (error) => {
     console.error(`${CHROMIUM}: ${error.message}; CHROMIUM names the browser`);
+    rmSync(profile, { recursive: true, force: true });
     process.exit(2);
+  });
+  browser.on('exit', () => {
+    if (stopping) return;
+    console.error('the browser ended before the page was done');
+    stop(1);
   });
 });
 setTimeout(() => {

@@ -1,6 +1,6 @@
 // Each object lit by the three lights that are nearest to it: a shader of our own, and two attributes per instance.
 import * as THREE from 'three';
-import { grouped, textures } from './common.js';
+import { grouped, instances, reader, textures } from './common.js';
 
 const RANGE = 10;
 
@@ -54,41 +54,47 @@ void main() {
 /** Finds the lights nearest to a place, among those in the cells of a grid within their range. */
 class Cells {
   constructor(lights) {
-    this.lights = lights;
-    this.cells = new Map();
-    lights.forEach(({ position }, slot) => {
-      const key = this.key(Math.floor(position[0] / RANGE), Math.floor(position[2] / RANGE));
-      if (!this.cells.has(key)) this.cells.set(key, []);
-      this.cells.get(key).push(slot);
-    });
+    this.places = Float32Array.from(lights.flatMap(({ position }) => position));
+    const reach = Math.max(0, ...lights.map(({ position }) => Math.max(Math.abs(position[0]), Math.abs(position[2]))));
+    this.half = Math.ceil(reach / RANGE) + 1;
+    this.side = 2 * this.half;
+    this.cells = Array.from({ length: this.side * this.side }, () => []);
+    lights.forEach(({ position }, slot) => this.cells[this.index(position[0]) + this.side * this.index(position[2])].push(slot));
   }
 
-  key(column, row) {
-    return row * 65536 + column;
+  /** The row or column of a coordinate, of the outermost for what lies beyond. */
+  index(v) {
+    return Math.min(Math.max(Math.floor(v / RANGE) + this.half, 0), this.side - 1);
   }
 
   /** Writes three slots, the nearest first; −1 for none. */
   choose(x, y, z, reach, out, at) {
-    const [slots, nearest] = [[-1, -1, -1], [reach * reach, reach * reach, reach * reach]];
-    for (let row = Math.floor((z - reach) / RANGE); row <= Math.floor((z + reach) / RANGE); row++) {
-      for (let column = Math.floor((x - reach) / RANGE); column <= Math.floor((x + reach) / RANGE); column++) {
-        for (const slot of this.cells.get(this.key(column, row)) ?? []) {
-          const p = this.lights[slot].position;
-          const squared = (p[0] - x) ** 2 + (p[1] - y) ** 2 + (p[2] - z) ** 2;
-          if (squared >= nearest[2]) continue;
-          let k = 2;
-          for (; k > 0 && squared < nearest[k - 1]; k--) {
-            nearest[k] = nearest[k - 1];
-            slots[k] = slots[k - 1];
+    let [a, b, c] = [-1, -1, -1];
+    let nearestA = reach * reach;
+    let [nearestB, nearestC] = [nearestA, nearestA];
+    const [left, right] = [this.index(x - reach), this.index(x + reach)];
+    for (let row = this.index(z - reach), last = this.index(z + reach); row <= last; row++) {
+      for (let column = left; column <= right; column++) {
+        const cell = this.cells[row * this.side + column];
+        for (let i = 0; i < cell.length; i++) {
+          const slot = cell[i];
+          const dx = this.places[slot * 3] - x;
+          const dy = this.places[slot * 3 + 1] - y;
+          const dz = this.places[slot * 3 + 2] - z;
+          const squared = dx * dx + dy * dy + dz * dz;
+          if (squared < nearestA) {
+            [c, nearestC, b, nearestB, a, nearestA] = [b, nearestB, a, nearestA, slot, squared];
+          } else if (squared < nearestB) {
+            [c, nearestC, b, nearestB] = [b, nearestB, slot, squared];
+          } else if (squared < nearestC) {
+            [c, nearestC] = [slot, squared];
           }
-          nearest[k] = squared;
-          slots[k] = slot;
         }
       }
     }
-    out[at] = slots[0];
-    out[at + 1] = slots[1];
-    out[at + 2] = slots[2];
+    out[at] = a;
+    out[at + 1] = b;
+    out[at + 2] = c;
   }
 }
 
@@ -126,9 +132,9 @@ export async function start({ plan, size, materials, objects, lights, maps, pose
   const reach = RANGE + (size / 2) * Math.sqrt(3);
   const meshes = grouped(objects).map(([group, members]) => {
     const geometry = cube.clone();
-    const mesh = new THREE.InstancedMesh(geometry, surfaces[group % materials], members.length);
+    const mesh = instances(THREE, geometry, surfaces[group % materials], members.length);
     const chosen = new THREE.InstancedBufferAttribute(new Float32Array(members.length * 3), 3);
-    geometry.setAttribute('chosen', chosen);
+    geometry.setAttribute('chosen', chosen.setUsage(THREE.DynamicDrawUsage));
     scene.add(mesh);
     return { mesh, chosen, members };
   });
@@ -149,16 +155,12 @@ export async function start({ plan, size, materials, objects, lights, maps, pose
     mesh.computeBoundingSphere();
     mesh.boundingSphere.radius += 1;
   }
-  const gl = renderer.getContext();
-  const texel = new Uint8Array(4);
-  const adapter = gl.getExtension('WEBGL_debug_renderer_info');
   return {
     canvas,
     revision: THREE.REVISION,
-    adapter: gl.getParameter(adapter ? adapter.UNMASKED_RENDERER_WEBGL : gl.RENDERER),
+    ...reader(renderer.getContext()),
     move,
     draw: () => renderer.render(scene, camera),
-    finish: () => gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, texel),
     draws: () => renderer.info.render.calls,
   };
 }

@@ -52,11 +52,17 @@ function lights() {
   });
 }
 
-/** Turning and bobbing: writes `world_from_object`, column by column. */
-function pose(object, seconds, matrix, at) {
-  const [s, c] = [Math.sin(object.phase + seconds), Math.cos(object.phase + seconds)];
-  const y = 0.75 + 0.25 * (1 + Math.sin(2 * seconds + object.phase));
-  matrix.set([c, 0, -s, 0, 0, 1, 0, 0, s, 0, c, 0, object.x, y, object.z, 1], at);
+/** Turning and bobbing: writes `world_from_object`, column by column, into a list of identities. */
+function pose(object, seconds, matrices, at) {
+  const s = Math.sin(object.phase + seconds);
+  const c = Math.cos(object.phase + seconds);
+  matrices[at] = c;
+  matrices[at + 2] = -s;
+  matrices[at + 8] = s;
+  matrices[at + 10] = c;
+  matrices[at + 12] = object.x;
+  matrices[at + 13] = 0.75 + 0.25 * (1 + Math.sin(2 * seconds + object.phase));
+  matrices[at + 14] = object.z;
 }
 
 /** Base, normal and specular map of a material, 256×256 RGBA: bricks, plates, waves and grain in four colours each. */
