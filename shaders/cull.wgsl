@@ -42,9 +42,10 @@ struct Cull {
     allowed_error: f32,
     // Per pixel: 1 or 4.
     samples: u32,
+    // How far the rasteriser may move a vertex, pixels.
+    vertex_rounding: f32,
     pad0: u32,
     pad1: u32,
-    pad2: u32,
 }
 
 struct CullBatch {
@@ -230,8 +231,7 @@ fn footprint_of(slot: u32, batch: CullBatch) -> Footprint {
     let w_per_metre = length(vec3f(m[0].w, m[1].w, m[2].w));
     let aside = rounding * (per_metre + w_per_metre * max(abs(low), abs(high)));
     let nearer = rounding * (length(vec3f(m[0].z, m[1].z, m[2].z)) + w_per_metre * nearest);
-    // Rasterisers round to parts of pixels, at least 1/16 (Vulkan, `subPixelPrecisionBits`).
-    let room = aside * 0.5 * cull_view.size + 1.0 / 16.0;
+    let room = aside * 0.5 * cull_view.size + cull_view.vertex_rounding;
     return Footprint(
         vec2f(low.x + 1.0, 1.0 - high.y) * 0.5 * cull_view.size - room,
         vec2f(high.x + 1.0, 1.0 - low.y) * 0.5 * cull_view.size + room,

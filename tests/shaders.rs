@@ -152,9 +152,9 @@ fn the_structs_of_culling_mirror_the_renderers() {
             pyramid_levels,
             allowed_error,
             samples,
+            vertex_rounding,
             pad0,
-            pad1,
-            pad2
+            pad1
         }
     );
     assert_mirrored!(&module, "CullBatch", CullBatchRecord { center, radius, half_extents, pad0, errors });

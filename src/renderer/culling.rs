@@ -39,12 +39,12 @@ pub struct CullRecord {
     pub allowed_error: f32,
     /// Per pixel: 1 or 4.
     pub samples: u32,
+    /// How far the rasteriser may move a vertex, pixels ([`Gpu::vertex_rounding`]).
+    pub vertex_rounding: f32,
     /// Room for 16-byte alignment.
     pub pad0: u32,
     /// Room for 16-byte alignment.
     pub pad1: u32,
-    /// Room for 16-byte alignment.
-    pub pad2: u32,
 }
 
 /// One half of a frame's draws.
@@ -301,6 +301,7 @@ impl CulledView {
             pyramid_levels: self.pyramid.as_ref().map_or(1, Pyramid::level_count),
             allowed_error: settings.levels.max_error_pixels.max(0.0) / view.pixels_at_1m(),
             samples: settings.samples,
+            vertex_rounding: gpu.vertex_rounding(),
             ..CullRecord::default()
         };
         if self.counts != record {

@@ -123,6 +123,20 @@ impl Gpu {
         format!("{} ({:?}, {:?})", info.name, info.device_type, info.backend)
     }
 
+    /// How far the rasteriser may move a vertex at the most, in pixels: it rounds them to parts of a pixel. What lies
+    /// between the places where pixels are sampled by more than that need not be drawn.
+    ///
+    /// Vulkan promises sixteenths (`subPixelPrecisionBits`), Direct3D 12 has 256ths (`D3D12_SUBPIXEL_FRACTIONAL_BIT_COUNT`).
+    /// What a Vulkan driver has wgpu does not tell; those of the makers below have 256ths.
+    pub fn vertex_rounding(&self) -> f32 {
+        let info = self.adapter.get_info();
+        match info.backend {
+            wgpu::Backend::Dx12 => 1.0 / 256.0,
+            wgpu::Backend::Vulkan if FINE_RASTERISERS.contains(&info.vendor) => 1.0 / 256.0,
+            _ => 1.0 / 16.0,
+        }
+    }
+
     /// What `relief info` prints: adapter, driver, features used, limits.
     pub fn describe(&self) -> String {
         let blocks = self.device.features().contains(wgpu::Features::TEXTURE_COMPRESSION_BC);
@@ -146,6 +160,9 @@ impl Gpu {
         text
     }
 }
+
+/// PCI numbers of AMD, NVIDIA and Intel, and the number that Khronos gave to Mesa for its software driver.
+const FINE_RASTERISERS: [u32; 4] = [0x1002, 0x10de, 0x8086, 0x10005];
 
 /// Vulkan first: it is what the pictures are tested with. Then whatever else the system has (Direct3D 12, Metal).
 pub(crate) const BACKENDS: [wgpu::Backends; 2] = [wgpu::Backends::VULKAN, wgpu::Backends::all()];
