@@ -7,7 +7,7 @@
 //   scan_totals   one workgroup: the blocks' sums become the sums of all blocks before
 //   scatter       per entry: slots into the list of visible ones, slice by slice, in the order of pages and slots within a
 //                 slice
-//   finish        per draw: how many instances it has
+//   finish        per draw: how many instances each of its arguments has
 //
 // After `cull`, a workgroup takes `TOGETHER` pages or entries: it looks which of them hold anything that is drawn, and does
 // the rest of its work for these. Most pages are out of view, and most objects of a page at one level of detail.
@@ -65,6 +65,10 @@ struct CullDraw {
     end_entry: u32,
     // Where its list of visible slots begins.
     first_visible: u32,
+    // Its arguments, each of as many instances as a portion has; the last has the rest.
+    first_argument: u32,
+    end_argument: u32,
+    portion: u32,
 }
 
 struct DrawArguments {
@@ -502,6 +506,11 @@ fn scatter(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_in
 fn finish(@builtin(global_invocation_id) id: vec3u) {
     if id.x < cull_view.draw_count {
         let draw = draws[id.x];
-        arguments[id.x].instance_count = sum_before(draw.end_entry * SLICES) - sum_before(draw.first_entry * SLICES);
+        var left = sum_before(draw.end_entry * SLICES) - sum_before(draw.first_entry * SLICES);
+        for (var i = draw.first_argument; i < draw.end_argument; i++) {
+            let instances = min(left, draw.portion);
+            arguments[i].instance_count = instances;
+            left -= instances;
+        }
     }
 }

@@ -1,10 +1,12 @@
 //! Keeping freed memory in the process, where the C library would hand it back to the system at once.
 
+use std::sync::Once;
+
 /// What glibc's thresholds follow at most (`DEFAULT_MMAP_THRESHOLD_MAX`: 32 MiB on 64 bits), less room for its own
 /// header and for rounding to pages.
 const LARGEST: usize = (32 << 20) - (64 << 10);
 
-/// Has the C library keep up to 64 MiB of freed memory in each of its arenas for the next allocations.
+/// Has the C library keep up to 64 MiB of freed memory in each of its arenas for the next allocations, from the first call on.
 ///
 /// A software driver frees at the end of a frame what it holds of the frame's triangles, and allocates it again in the next.
 /// glibc returns free memory at the end of an arena to the system when it is more than 128 KiB, and the system clears every
@@ -12,8 +14,11 @@ const LARGEST: usize = (32 << 20) - (64 << 10);
 /// block that was ever mapped by itself and freed (`mallopt(3)`, "dynamic mmap threshold"): one such block, of which no page
 /// is touched, is all it takes. With other C libraries nothing changes.
 pub fn keep_freed_memory() {
-    let mut block = Vec::<u8>::new();
-    // Where so much cannot be had, everything stays as it is.
-    let _ = block.try_reserve_exact(LARGEST);
-    drop(std::hint::black_box(block));
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| {
+        let mut block = Vec::<u8>::new();
+        // Where so much cannot be had, everything stays as it is.
+        let _ = block.try_reserve_exact(LARGEST);
+        drop(std::hint::black_box(block));
+    });
 }

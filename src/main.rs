@@ -10,7 +10,6 @@ use indicatif::{ProgressBar, ProgressStyle};
 use relief::app::{self, AppError};
 use relief::bench::{self, BenchArgs};
 use relief::frames::{self, FrameError, FrameJob, Frames, OutputKind};
-use relief::freed_memory::keep_freed_memory;
 use relief::gallery::{self, GalleryArgs};
 use relief::light_error::{self, LightErrorJob};
 use relief::maps::command::{self as map_tools, MapArgs};
@@ -42,7 +41,6 @@ fn log_to_stderr() {
 
 fn main() -> ExitCode {
     let started = Instant::now();
-    keep_freed_memory();
     let matches = with_negative_numbers(Cli::command()).get_matches();
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     log_to_stderr();

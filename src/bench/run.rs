@@ -208,6 +208,17 @@ fn open() -> Result<Renderer, GpuError> {
     Ok(Renderer::new(&Gpu::headless_with(Gpu::USED | wgpu::Features::TIMESTAMP_QUERY)?))
 }
 
+/// How to draw.
+fn settings(args: &BenchArgs) -> Settings {
+    Settings {
+        technique: args.technique,
+        samples: args.samples,
+        levels: args.levels,
+        occlusion: args.occlusion,
+        ..Settings::default()
+    }
+}
+
 impl Bench {
     fn new(args: &BenchArgs, start: &mut Start) -> Result<Self, BenchError> {
         // The driver takes its time to start; the world is made meanwhile.
@@ -233,7 +244,13 @@ impl Bench {
                 start.lap("mesh and maps");
                 let renderer = opened();
                 start.lap("waiting for the driver");
-                let ((mut yard, kit), renderer) = (yard?, renderer?);
+                let ((mut yard, kit), mut renderer) = (yard?, renderer?);
+                // Maps and targets are not the objects'.
+                yard.simulation.world.resource_mut::<Library>().keep_texels(false);
+                yard.simulation.frame();
+                let view = Viewpoint::Camera(yard.camera).view(&yard.simulation.world, args.size());
+                renderer.prepare(&mut yard.simulation, &view, &settings(args))?;
+                start.lap("maps and targets");
                 start.resident_mb = Memory::now().map(|memory| memory.resident_mb);
                 yard.fill(&plan, &kit);
                 start.lap("spawn");
@@ -263,13 +280,7 @@ impl Bench {
             view_formats: &[],
         });
         let target = target.create_view(&wgpu::TextureViewDescriptor::default());
-        let settings = Settings {
-            technique: args.technique,
-            samples: args.samples,
-            levels: args.levels,
-            occlusion: args.occlusion,
-            ..Settings::default()
-        };
+        let settings = settings(args);
         Ok(Self { subject, renderer, settings, size: args.size(), target, frame: 0, started: start.started })
     }
 

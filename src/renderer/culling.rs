@@ -71,6 +71,8 @@ pub(super) struct Culling {
     finish: wgpu::ComputePipeline,
     /// Stands for the depth pyramid where there is none.
     no_pyramid: wgpu::TextureView,
+    /// [`Gpu::vertex_rounding`].
+    vertex_rounding: f32,
 }
 
 /// What one phase draws.
@@ -78,7 +80,7 @@ pub(super) struct Culling {
 pub(super) struct PhaseLists {
     /// Slots, a list per draw.
     pub visible: GrowingBuffer,
-    /// One [`DrawIndexedIndirectArgs`] per draw.
+    /// One [`DrawIndexedIndirectArgs`] per element of [`Draws::arguments`].
     pub arguments: GrowingBuffer,
     group: Option<(u32, wgpu::BindGroup)>,
 }
@@ -113,7 +115,8 @@ fn blocks(entries: u32) -> u32 {
 }
 
 impl Culling {
-    pub fn new(device: &wgpu::Device, frame_layout: &wgpu::BindGroupLayout) -> Self {
+    pub fn new(gpu: &Gpu, frame_layout: &wgpu::BindGroupLayout) -> Self {
+        let device = &gpu.device;
         let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
             binding,
             visibility: wgpu::ShaderStages::COMPUTE,
@@ -167,6 +170,7 @@ impl Culling {
             scatter: [Phase::Early, Phase::Late].map(|phase| pipeline("scatter", phase)),
             finish: pipeline("finish", Phase::Early),
             no_pyramid: whole_view(&no_pyramid, "no pyramid"),
+            vertex_rounding: gpu.vertex_rounding(),
             layout,
         }
     }
@@ -285,7 +289,7 @@ impl CulledView {
         for lists in &mut self.lists[..phases] {
             let lost = lists.arguments.reserve(&gpu.device, draws.arguments.len() as u64 * ARGUMENT_BYTES)?;
             if redrawn || lost || lists.group.is_none() {
-                let words: Vec<u32> = draws.arguments.iter().flat_map(argument_words).collect();
+                let words: Vec<u32> = draws.arguments.iter().flat_map(|draw| argument_words(&draw.indirect)).collect();
                 lists.arguments.write(gpu, &words, &DirtySlots::default(), true)?;
                 recull = true;
             }
@@ -301,7 +305,7 @@ impl CulledView {
             pyramid_levels: self.pyramid.as_ref().map_or(1, Pyramid::level_count),
             allowed_error: settings.levels.max_error_pixels.max(0.0) / view.pixels_at_1m(),
             samples: settings.samples,
-            vertex_rounding: gpu.vertex_rounding(),
+            vertex_rounding: culling.vertex_rounding,
             ..CullRecord::default()
         };
         if self.counts != record {

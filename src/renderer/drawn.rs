@@ -23,11 +23,16 @@ impl Drawn {
 
     /// What the arguments of some draws say.
     pub(super) fn add_arguments(&mut self, bytes: &[u8]) {
-        for arguments in bytes.chunks_exact(ARGUMENT_BYTES as usize) {
-            let word = |i: usize| u32::from_le_bytes([0, 1, 2, 3].map(|byte| arguments[4 * i + byte]));
-            self.add(word(1), word(0));
-        }
+        instances_and_indices(bytes).for_each(|(instances, indices)| self.add(instances, indices));
     }
+}
+
+/// Of each of the arguments of some draws.
+fn instances_and_indices(bytes: &[u8]) -> impl Iterator<Item = (u32, u32)> {
+    bytes.chunks_exact(ARGUMENT_BYTES as usize).map(|arguments| {
+        let word = |i: usize| u32::from_le_bytes([0, 1, 2, 3].map(|byte| arguments[4 * i + byte]));
+        (word(1), word(0))
+    })
 }
 
 /// Counts on their way, one frame's at a time, and the last that arrived. Nobody waits for them.
@@ -37,6 +42,8 @@ pub(super) struct DrawnCounts {
     /// Newer ones are to be sent as soon as those have arrived.
     pub wanted: bool,
     pub latest: Option<Drawn>,
+    /// The instances of each of the arguments, phase after phase.
+    instances: Vec<u32>,
 }
 
 #[derive(Debug)]
@@ -90,6 +97,14 @@ impl DrawnCounts {
             let mut drawn = counts.blended;
             drawn.add_arguments(&mapped);
             self.latest = Some(drawn);
+            self.instances.clear();
+            self.instances.extend(instances_and_indices(&mapped).map(|(instances, _)| instances));
         }
+    }
+
+    /// How many instances an argument had in a recent draw, by its place among so many, phase after phase; `None` if the
+    /// last that arrived were of another number of arguments.
+    pub fn instances(&self, place: usize, arguments: usize) -> Option<u32> {
+        self.instances.get(place).copied().filter(|_| self.instances.len() == arguments)
     }
 }

@@ -5,13 +5,18 @@
 //! pages[p]      a page of instance slots, and its batch           for `cull` and `occlude`
 //! batches[b]    what culling needs to know of the batch's mesh
 //! entries[e]    a page and a draw that looks through it           for `count` and `scatter`
-//! draws[d]      a batch at one level of detail: its entries, and where its list of visible slots begins
+//! draws[d]      a batch at one level of detail: its entries, where its list of visible slots begins, and its arguments
+//! arguments[a]  an indirect draw of the next `portion` slots of such a list
 //! ```
+//!
+//! A list has as many arguments as it takes to draw it in portions, on adapters that are to be handed no more at once
+//! (`portions.rs`); else one.
 
 use super::meshes::Meshes;
 use super::tables::GrowingBuffer;
 use super::{Gpu, RenderError};
 use bytemuck::{Pod, Zeroable};
+use std::ops::Range;
 use systems::draw_list::{BatchKey, DrawList, PAGE_SLOTS};
 use systems::levels::MOST_LEVELS;
 use systems::tables::DirtySlots;
@@ -45,26 +50,43 @@ pub struct CullDrawRecord {
     pub end_entry: u32,
     /// Where its list of visible slots begins.
     pub first_visible: u32,
+    /// First of its arguments.
+    pub first_argument: u32,
+    /// One past the last of its arguments.
+    pub end_argument: u32,
+    /// Instances of each of its arguments; the last has the rest.
+    pub portion: u32,
+}
+
+/// A batch at one level of detail.
+#[derive(Clone, Debug)]
+pub(super) struct Draw {
+    pub key: BatchKey,
+    /// Its elements of [`Draws::arguments`].
+    pub arguments: Range<usize>,
 }
 
 /// One indirect draw.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Draw {
-    pub key: BatchKey,
-    /// Where its list of visible slots begins.
+pub(super) struct DrawArguments {
+    /// What the draw reads, but for the number of instances, which culling fills in.
+    pub indirect: DrawIndexedIndirectArgs,
+    /// Where its slots begin in the list of visible ones.
     pub first_visible: u32,
+    /// Most instances that it can have.
+    pub most_instances: u32,
 }
 
-/// What changes the draws: world, version of its batches, number of meshes uploaded, levels of detail or not.
-type Version = (u64, u64, usize, bool);
+/// What changes the draws: world, version of its batches, number of meshes uploaded, levels of detail or not, triangles of a
+/// portion.
+type Version = (u64, u64, usize, bool, Option<u32>);
 
 /// All draws of a scene.
 #[derive(Debug)]
 pub(super) struct Draws {
     version: Version,
     pub list: Vec<Draw>,
-    /// What the draws read, but for the number of instances, which culling fills in.
-    pub arguments: Vec<DrawIndexedIndirectArgs>,
+    pub arguments: Vec<DrawArguments>,
     pub page_count: u32,
     pub entry_count: u32,
     /// Slots that the pages reach up to.
@@ -104,8 +126,9 @@ impl Draws {
         list: &DrawList,
         meshes: &Meshes,
         levels: bool,
+        portion_triangles: Option<u32>,
     ) -> Result<Option<u64>, RenderError> {
-        let version = (list.world, list.batches_version, meshes.count(), levels);
+        let version = (list.world, list.batches_version, meshes.count(), levels, portion_triangles);
         if version == self.version {
             return Ok(None);
         }
@@ -128,15 +151,32 @@ impl Draws {
                 let first_visible = first_entry * PAGE_SLOTS;
                 entries.extend(its_pages.iter().map(|&page| [page, draws.len() as u32]));
                 let end_entry = entries.len() as u32;
-                draws.push(CullDrawRecord { level: number, first_entry, end_entry, first_visible });
-                self.list.push(Draw { key: batch.key, first_visible });
-                self.arguments.push(DrawIndexedIndirectArgs {
-                    index_count: level.index_count,
-                    instance_count: 0,
-                    first_index: level.first_index,
-                    base_vertex: mesh.base_vertex,
-                    first_instance: if first_instance { first_visible } else { 0 },
+                let most = (end_entry - first_entry) * PAGE_SLOTS;
+                let portion = portion_of(portion_triangles, level.index_count / 3, most);
+                let first_argument = self.arguments.len();
+                let end = first_visible + most;
+                for first in (first_visible..end).step_by(portion as usize) {
+                    let indirect = DrawIndexedIndirectArgs {
+                        index_count: level.index_count,
+                        instance_count: 0,
+                        first_index: level.first_index,
+                        base_vertex: mesh.base_vertex,
+                        first_instance: if first_instance { first } else { 0 },
+                    };
+                    let most_instances = portion.min(end - first);
+                    self.arguments.push(DrawArguments { indirect, first_visible: first, most_instances });
+                }
+                let arguments = first_argument..self.arguments.len();
+                draws.push(CullDrawRecord {
+                    level: number,
+                    first_entry,
+                    end_entry,
+                    first_visible,
+                    first_argument: arguments.start as u32,
+                    end_argument: arguments.end as u32,
+                    portion,
                 });
+                self.list.push(Draw { key: batch.key, arguments });
             }
         }
         (self.page_count, self.entry_count) = (pages.len() as u32, entries.len() as u32);
@@ -148,5 +188,29 @@ impl Draws {
             + self.draws.write(gpu, &draws, &all, true)?;
         self.version = version;
         Ok(Some(bytes))
+    }
+}
+
+/// Most arguments of a draw.
+const MOST_PORTIONS: u32 = 256;
+
+/// How many of `most` instances of so many triangles are drawn at once.
+fn portion_of(portion_triangles: Option<u32>, triangles: u32, most: u32) -> u32 {
+    let most = most.max(1);
+    portion_triangles.map_or(most, |portion| (portion / triangles.max(1)).clamp(most.div_ceil(MOST_PORTIONS), most))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn portions_have_as_many_triangles_as_they_may_and_are_not_too_many() {
+        assert_eq!(portion_of(None, 12, 6400), 6400);
+        assert_eq!(portion_of(Some(1200), 12, 6400), 100);
+        assert_eq!(portion_of(Some(1200), 12, 64), 64, "no more than there are");
+        assert_eq!(portion_of(Some(1200), 5000, 64), 1, "an instance is not taken apart");
+        assert_eq!(portion_of(Some(1200), 12, 1 << 20), 4096, "256 of them");
+        assert_eq!((portion_of(Some(1200), 0, 0), portion_of(None, 0, 0)), (1, 1));
     }
 }

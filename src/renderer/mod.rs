@@ -25,6 +25,7 @@ mod gpu;
 mod meshes;
 mod outputs;
 mod pipelines;
+mod portions;
 mod pyramid;
 mod readback;
 mod record;
@@ -55,6 +56,7 @@ use emboss::EmbossPass;
 use frame_tables::FrameTables;
 use meshes::Meshes;
 use pipelines::{MissingPipelines, Pass, Pipelines};
+use portions::Portions;
 use pyramid::{Pyramid, PyramidMaker};
 use systems::Simulation;
 use systems::batches::{BlendedRun, sort_transparent};
@@ -144,6 +146,7 @@ pub struct Renderer {
     counts: DrawnCounts,
     /// Where the device was opened with them.
     timestamps: Option<Timestamps>,
+    portions: Portions,
 }
 
 impl Renderer {
@@ -152,7 +155,7 @@ impl Renderer {
         let device = &gpu.device;
         let textures = Textures::new(device);
         let pipelines = Pipelines::new(device, &textures.layout);
-        let culling = Culling::new(device, &pipelines.frame_layout);
+        let culling = Culling::new(gpu, &pipelines.frame_layout);
         Self::of_no_world(gpu, textures, pipelines, culling, PyramidMaker::new(device))
     }
 
@@ -194,6 +197,7 @@ impl Renderer {
             stats: RenderStats::default(),
             counts: DrawnCounts::default(),
             timestamps: Timestamps::new(gpu),
+            portions: Portions::new(gpu),
             pipelines,
             gpu: gpu.clone(),
         }
@@ -308,7 +312,13 @@ impl Renderer {
         self.pipelines.finish_objects(missing);
         uploaded?;
         let list = simulation.draw_list();
-        let redrawn = self.draws.update(&self.gpu, list, &self.meshes, settings.levels.enabled)?;
+        let redrawn = self.draws.update(
+            &self.gpu,
+            list,
+            &self.meshes,
+            settings.levels.enabled,
+            self.portions.triangles,
+        )?;
         self.stats.list_bytes += redrawn.unwrap_or(0);
         let occlusion = match settings.occlusion {
             Occlusion::Auto => list.objects >= FEW_OBJECTS,
@@ -459,7 +469,7 @@ impl Renderer {
     /// How much the last draw drew. Waits for the GPU.
     pub fn read_drawn(&self) -> Drawn {
         let mut drawn = self.blended_drawn();
-        let bytes = self.draws.list.len() as u64 * ARGUMENT_BYTES;
+        let bytes = self.draws.arguments.len() as u64 * ARGUMENT_BYTES;
         for phase in self.phases().filter(|_| bytes > 0) {
             drawn.add_arguments(&read_buffer(&self.gpu, self.culled.lists(phase).arguments.buffer(), bytes));
         }
@@ -477,7 +487,8 @@ impl Renderer {
         for phase in self.phases() {
             let lists = self.culled.lists(phase);
             let (visible, arguments) = (words(&lists.visible), words(&lists.arguments));
-            for (draw, arguments) in self.draws.list.iter().zip(arguments.chunks_exact(ARGUMENT_BYTES as usize / 4)) {
+            let drawn = arguments.chunks_exact(ARGUMENT_BYTES as usize / 4);
+            for (draw, arguments) in self.draws.arguments.iter().zip(drawn) {
                 let (first, count) = (draw.first_visible as usize, arguments[1] as usize);
                 slots.extend(visible.iter().skip(first).take(count));
             }

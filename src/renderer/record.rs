@@ -2,15 +2,22 @@
 
 use super::culling::{ARGUMENT_BYTES, Phase};
 use super::pipelines::{OUTPUT_FORMATS, Pass};
+use super::portions::Portion;
 use super::targets::{self, DEPTH_FORMAT, Targets, whole_view};
 use super::timestamps::Timestamps;
 use super::{Outputs, Renderer};
+use crate::freed_memory::keep_freed_memory;
+use std::ops::Range;
 use systems::draw_list::BatchKey;
 use systems::library::Technique;
 
 impl Renderer {
     /// Culling and the forward pass, in one phase or two. Returns the number of draws and of calls.
     pub(super) fn record_scene(&mut self, encoder: &mut wgpu::CommandEncoder) -> (u32, u32) {
+        if self.portions.triangles.is_some() {
+            // Not earlier: what loading and the first upload left is given back.
+            keep_freed_memory();
+        }
         self.tables.record(encoder, self.timestamps.as_ref());
         let (Some(targets), Some(frame_group)) = (&self.targets, self.tables.group()) else { return (0, 0) };
         let timestamps = self.timestamps.as_ref();
@@ -29,22 +36,16 @@ impl Renderer {
         // The lists of a still view stay what they are: one pass draws both.
         let pyramid = self.culled.pyramid().filter(|_| due);
         if let Some(pyramid) = pyramid {
-            {
-                let mut pass = begin_forward(encoder, timestamps, targets, ("early", clear, Leaves::Samples));
-                pass.set_bind_group(0, frame_group, &[]);
-                count(self.draw_objects(&mut pass, self.pass, Phase::Early));
-            }
+            let (into, early) = (("early", clear, Leaves::Samples), [Phase::Early].into_iter());
+            drop(self.draw_phases(encoder, (targets, frame_group), into, early, &mut count));
             self.pyramids.record(encoder, timestamps, pyramid);
             self.culling.record(encoder, timestamps, Phase::Late, &views);
         }
         {
             let first = clear.filter(|_| pyramid.is_none());
             let leaves = if self.behind.is_some() { Leaves::Both } else { Leaves::Picture };
-            let mut pass = begin_forward(encoder, timestamps, targets, ("forward", first, leaves));
-            pass.set_bind_group(0, frame_group, &[]);
-            for phase in self.phases().filter(|phase| *phase == Phase::Late || pyramid.is_none()) {
-                count(self.draw_objects(&mut pass, self.pass, phase));
-            }
+            let phases = self.phases().filter(|phase| *phase == Phase::Late || pyramid.is_none());
+            let mut pass = self.draw_phases(encoder, (targets, frame_group), ("forward", first, leaves), phases, &mut count);
             if let (None, Some(sky)) = (self.plain_sky, self.pipelines.sky(targets.samples)) {
                 pass.set_pipeline(sky);
                 pass.draw(0..3, 0..1);
@@ -65,11 +66,52 @@ impl Renderer {
         if due || self.counts.wanted {
             let lists: Vec<_> = self.phases().map(|phase| self.culled.lists(phase).arguments.buffer()).collect();
             let blended = self.blended_drawn();
-            self.counts.send(&self.gpu, encoder, lists.into_iter(), self.draws.list.len(), blended);
+            self.counts.send(&self.gpu, encoder, lists.into_iter(), self.draws.arguments.len(), blended);
         }
         self.cullings_due = self.cullings_due.saturating_sub(1);
         self.lists_ready = true;
         (draws, calls)
+    }
+
+    /// Draws the objects that culling kept in some phases, in as many passes as they are cut into; returns the last of
+    /// these. `count` is told the number of draws and of calls.
+    fn draw_phases<'a>(
+        &self,
+        encoder: &'a mut wgpu::CommandEncoder,
+        (targets, frame_group): (&Targets, &wgpu::BindGroup),
+        (label, mut clear, leaves): (&'static str, Option<wgpu::Color>, Leaves),
+        phases: impl Iterator<Item = Phase>,
+        count: &mut impl FnMut((u32, u32)),
+    ) -> wgpu::RenderPass<'a> {
+        let timestamps = self.timestamps.as_ref();
+        let mut draw = |pass: &mut wgpu::RenderPass<'_>, portion: &Portion| {
+            pass.set_bind_group(0, frame_group, &[]);
+            for (phase, arguments) in portion {
+                count(self.draw_objects(pass, self.pass, *phase, arguments.clone()));
+            }
+        };
+        let mut portions = self.cut(phases);
+        let last = portions.pop().unwrap_or_default();
+        for portion in &portions {
+            draw(&mut begin_forward(encoder, timestamps, targets, (label, clear.take(), Leaves::Samples)), portion);
+        }
+        let mut pass = begin_forward(encoder, timestamps, targets, (label, clear, leaves));
+        draw(&mut pass, &last);
+        pass
+    }
+
+    /// Cuts a pass over the objects in some phases into portions, by how many there were of late.
+    fn cut(&self, phases: impl Iterator<Item = Phase>) -> Vec<Portion> {
+        let arguments = &self.draws.arguments;
+        let all = self.phases().count() * arguments.len();
+        self.portions.cut(phases, arguments.len(), |phase, index| {
+            let draw = &arguments[index];
+            let told = |phase: Phase| self.counts.instances(phase as usize * arguments.len() + index, all);
+            // What was new of late is drawn in the early phase from then on.
+            let of_late = told(phase).map(|early| early + told(Phase::Late).filter(|_| phase == Phase::Early).unwrap_or(0));
+            let instances = of_late.map_or(draw.most_instances, |instances| instances.min(draw.most_instances));
+            u64::from(instances) * u64::from(draw.indirect.index_count / 3)
+        })
     }
 
     pub(super) fn record_tone_map(
@@ -122,7 +164,7 @@ impl Renderer {
             });
             pass.set_bind_group(0, frame_group, &[]);
             for phase in self.phases() {
-                self.draw_objects(&mut pass, Pass::Outputs, phase);
+                self.draw_objects(&mut pass, Pass::Outputs, phase, 0..self.draws.arguments.len());
             }
             self.draw_blended(&mut pass, Pass::Outputs);
         }
@@ -145,9 +187,15 @@ impl Renderer {
         true
     }
 
-    /// The objects that culling kept: neighbouring draws that differ in their mesh only are one call. Returns the
-    /// number of draws and of calls.
-    fn draw_objects(&self, pass: &mut wgpu::RenderPass<'_>, kind: Pass, phase: Phase) -> (u32, u32) {
+    /// The objects that culling kept, those of some arguments: neighbouring draws that differ in their mesh only are one
+    /// call. Returns the number of draws and of calls.
+    fn draw_objects(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        kind: Pass,
+        phase: Phase,
+        some: Range<usize>,
+    ) -> (u32, u32) {
         self.bind_meshes(pass);
         let first_instance = self.gpu.device.features().contains(wgpu::Features::INDIRECT_FIRST_INSTANCE);
         let lists = self.culled.lists(phase);
@@ -157,22 +205,27 @@ impl Renderer {
         }
         let (mut draws, mut calls) = (0, 0);
         let mut draw_runs = |kind: Pass, wanted: &dyn Fn(BatchKey) -> bool| {
-            let mut index = 0;
             for run in self.draws.list.chunk_by(|a, b| (a.key.pipeline, a.key.class) == (b.key.pipeline, b.key.class)) {
-                let first = index;
-                index += run.len() as u64;
-                if !wanted(run[0].key) || !self.bind_key(pass, kind, run[0].key) {
+                let (first, last) = (&run[0], &run[run.len() - 1]);
+                let range = first.arguments.start.max(some.start)..last.arguments.end.min(some.end);
+                if range.is_empty() || !wanted(first.key) || !self.bind_key(pass, kind, first.key) {
                     continue;
                 }
-                draws += run.len() as u32;
+                // Of a draw in several portions, the first counts.
+                draws += run.iter().filter(|draw| range.contains(&draw.arguments.start)).count() as u32;
                 if first_instance {
-                    pass.multi_draw_indexed_indirect(arguments, first * ARGUMENT_BYTES, run.len() as u32);
+                    pass.multi_draw_indexed_indirect(
+                        arguments,
+                        range.start as u64 * ARGUMENT_BYTES,
+                        range.len() as u32,
+                    );
                     calls += 1;
                     continue;
                 }
-                for (draw, place) in run.iter().zip(first..) {
-                    pass.set_vertex_buffer(1, visible.slice(u64::from(draw.first_visible) * 4..));
-                    pass.draw_indexed_indirect(arguments, place * ARGUMENT_BYTES);
+                for place in range {
+                    let first_visible = self.draws.arguments[place].first_visible;
+                    pass.set_vertex_buffer(1, visible.slice(u64::from(first_visible) * 4..));
+                    pass.draw_indexed_indirect(arguments, place as u64 * ARGUMENT_BYTES);
                     calls += 1;
                 }
             }
