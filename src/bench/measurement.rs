@@ -67,8 +67,8 @@ pub struct Measurement {
     pub texture_bytes: u64,
     /// The most memory the process ever had resident, in units of 2²⁰ bytes; `None` where the system does not say.
     pub rss_mb: Option<f64>,
-    /// That less what was resident before the objects were spawned, per object. At few objects, the frame's own targets
-    /// and the driver's shaders are most of it.
+    /// That less what was resident after a frame of a single object, per object; of a scene of one's own, less what was
+    /// resident before it was loaded.
     pub bytes_per_object: Option<f64>,
     /// From the start of the program to the first frame finished.
     pub first_frame_ms: f64,

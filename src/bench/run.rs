@@ -8,7 +8,7 @@ use super::machine::{Build, Memory};
 use super::measurement::{Measurement, Spread};
 use super::subject::Subject;
 use super::trace::chrome_trace;
-use super::yard::{Yard, YardError, YardMesh};
+use super::yard::{Yard, YardError, YardKit, YardMesh};
 use crate::frames::{self, FrameError};
 use crate::import::compress::compress_images;
 use crate::output::{self, OutputError};
@@ -208,34 +208,22 @@ fn open() -> Result<Renderer, GpuError> {
     Ok(Renderer::new(&Gpu::headless_with(Gpu::USED | wgpu::Features::TIMESTAMP_QUERY)?))
 }
 
-/// How to draw.
-fn settings(args: &BenchArgs) -> Settings {
-    Settings {
-        technique: args.technique,
-        samples: args.samples,
-        levels: args.levels,
-        occlusion: args.occlusion,
-        ..Settings::default()
-    }
-}
-
 impl Bench {
     fn new(args: &BenchArgs, start: &mut Start) -> Result<Self, BenchError> {
         // The driver takes its time to start; the world is made meanwhile.
         let opening = std::thread::spawn(open);
         let opened = || opening.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-        let (mut subject, renderer) = match &args.scene {
+        let (mut subject, renderer, kit) = match &args.scene {
             Some(path) => {
                 start.resident_mb = Memory::now().map(|memory| memory.resident_mb);
                 let subject = Subject::scene(path, args);
                 start.lap("load the scene");
                 let renderer = opened();
                 start.lap("waiting for the driver");
-                (subject?, renderer?)
+                (subject?, renderer?, None)
             }
             None => {
-                let plan = args.plan();
-                let yard = Yard::empty(&plan).map(|(mut yard, kit)| {
+                let yard = Yard::empty(&args.plan()).map(|(mut yard, kit)| {
                     if args.compress {
                         compress_images(&mut yard.simulation.world.resource_mut::<Library>(), None);
                     }
@@ -244,17 +232,8 @@ impl Bench {
                 start.lap("mesh and maps");
                 let renderer = opened();
                 start.lap("waiting for the driver");
-                let ((mut yard, kit), mut renderer) = (yard?, renderer?);
-                // Maps and targets are not the objects'.
-                yard.simulation.world.resource_mut::<Library>().keep_texels(false);
-                yard.simulation.frame();
-                let view = Viewpoint::Camera(yard.camera).view(&yard.simulation.world, args.size());
-                renderer.prepare(&mut yard.simulation, &view, &settings(args))?;
-                start.lap("maps and targets");
-                start.resident_mb = Memory::now().map(|memory| memory.resident_mb);
-                yard.fill(&plan, &kit);
-                start.lap("spawn");
-                (Subject::Yard(Box::new(yard)), renderer)
+                let ((yard, kit), renderer) = (yard?, renderer?);
+                (Subject::Yard(Box::new(yard)), renderer, Some(kit))
             }
         };
         let gpu = renderer.gpu();
@@ -280,8 +259,36 @@ impl Bench {
             view_formats: &[],
         });
         let target = target.create_view(&wgpu::TextureViewDescriptor::default());
-        let settings = settings(args);
-        Ok(Self { subject, renderer, settings, size: args.size(), target, frame: 0, started: start.started })
+        let settings = Settings {
+            technique: args.technique,
+            samples: args.samples,
+            levels: args.levels,
+            occlusion: args.occlusion,
+            ..Settings::default()
+        };
+        let mut bench =
+            Self { subject, renderer, settings, size: args.size(), target, frame: 0, started: start.started };
+        if let Some(kit) = kit {
+            bench.draw_one(&kit)?;
+            start.lap("one object");
+            start.resident_mb = Memory::now().map(|memory| memory.resident_mb);
+            if let Subject::Yard(yard) = &mut bench.subject {
+                yard.fill(&args.plan(), &kit);
+            }
+            start.lap("spawn");
+        }
+        Ok(bench)
+    }
+
+    /// Draws a single object, which goes again: what memory maps, targets and the driver's shaders take, and what many
+    /// objects share, is taken before they come.
+    fn draw_one(&mut self, kit: &YardKit) -> Result<(), BenchError> {
+        let Subject::Yard(yard) = &mut self.subject else { return Ok(()) };
+        let object = yard.spawn_one(kit);
+        self.draw()?;
+        self.frame = 0;
+        self.subject.simulation().world.despawn(object);
+        Ok(())
     }
 
     /// Moves what moves, draws, and waits for the GPU.

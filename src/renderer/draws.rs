@@ -192,7 +192,7 @@ impl Draws {
 }
 
 /// Most arguments of a draw.
-const MOST_PORTIONS: u32 = 256;
+const MOST_PORTIONS: u32 = 128;
 
 /// How many of `most` instances of so many triangles are drawn at once.
 fn portion_of(portion_triangles: Option<u32>, triangles: u32, most: u32) -> u32 {
@@ -210,7 +210,7 @@ mod tests {
         assert_eq!(portion_of(Some(1200), 12, 6400), 100);
         assert_eq!(portion_of(Some(1200), 12, 64), 64, "no more than there are");
         assert_eq!(portion_of(Some(1200), 5000, 64), 1, "an instance is not taken apart");
-        assert_eq!(portion_of(Some(1200), 12, 1 << 20), 4096, "256 of them");
+        assert_eq!(portion_of(Some(1200), 12, 1 << 20), 8192, "128 of them");
         assert_eq!((portion_of(Some(1200), 0, 0), portion_of(None, 0, 0)), (1, 1));
     }
 }

@@ -80,6 +80,9 @@ pub struct RenderStats {
     pub draws: u32,
     /// Calls that they took.
     pub draw_calls: u32,
+    /// Passes that they took, but for those of blended objects: one in each phase, unless passes are cut
+    /// ([`Renderer::cut_passes`]).
+    pub passes: u32,
     /// Bytes of instance records uploaded.
     pub instance_bytes: u64,
     /// Bytes of light records uploaded.
@@ -208,6 +211,14 @@ impl Renderer {
         &self.gpu
     }
 
+    /// Has passes over more triangles than these cut into several, which a driver on the processor finishes one after
+    /// another: it holds some hundred bytes of each triangle meanwhile. `None`: passes stay whole. The picture is the same.
+    /// From the beginning: 65,536 on drivers on the processor, none elsewhere. Only the order of magnitude counts: what
+    /// is in view is known from frames before.
+    pub fn cut_passes(&mut self, triangles: Option<std::num::NonZeroU32>) {
+        self.portions.triangles = triangles.map(std::num::NonZeroU32::get);
+    }
+
     /// What the last prepare and draw did.
     pub fn stats(&self) -> RenderStats {
         self.stats
@@ -312,13 +323,8 @@ impl Renderer {
         self.pipelines.finish_objects(missing);
         uploaded?;
         let list = simulation.draw_list();
-        let redrawn = self.draws.update(
-            &self.gpu,
-            list,
-            &self.meshes,
-            settings.levels.enabled,
-            self.portions.triangles,
-        )?;
+        let redrawn =
+            self.draws.update(&self.gpu, list, &self.meshes, settings.levels.enabled, self.portions.triangles)?;
         self.stats.list_bytes += redrawn.unwrap_or(0);
         let occlusion = match settings.occlusion {
             Occlusion::Auto => list.objects >= FEW_OBJECTS,
@@ -436,7 +442,9 @@ impl Renderer {
     pub fn record(&mut self, target: &wgpu::TextureView, format: wgpu::TextureFormat) -> wgpu::CommandBuffer {
         let label = wgpu::CommandEncoderDescriptor { label: Some("frame") };
         let mut encoder = self.gpu.device.create_command_encoder(&label);
-        (self.stats.draws, self.stats.draw_calls) = self.record_scene(&mut encoder);
+        let recorded = self.record_scene(&mut encoder);
+        (self.stats.draws, self.stats.draw_calls, self.stats.passes) =
+            (recorded.draws, recorded.calls, recorded.passes);
         self.record_tone_map(&mut encoder, target, format);
         self.undrawn = false;
         if let Some(timestamps) = &mut self.timestamps {

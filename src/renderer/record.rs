@@ -2,7 +2,7 @@
 
 use super::culling::{ARGUMENT_BYTES, Phase};
 use super::pipelines::{OUTPUT_FORMATS, Pass};
-use super::portions::Portion;
+use super::portions::{self, Portion};
 use super::targets::{self, DEPTH_FORMAT, Targets, whole_view};
 use super::timestamps::Timestamps;
 use super::{Outputs, Renderer};
@@ -11,15 +11,31 @@ use std::ops::Range;
 use systems::draw_list::BatchKey;
 use systems::library::Technique;
 
+/// What was recorded for a frame's objects.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Recorded {
+    pub draws: u32,
+    pub calls: u32,
+    pub passes: u32,
+}
+
+impl Recorded {
+    fn count(&mut self, (draws, calls): (u32, u32)) {
+        self.draws += draws;
+        self.calls += calls;
+    }
+}
+
 impl Renderer {
-    /// Culling and the forward pass, in one phase or two. Returns the number of draws and of calls.
-    pub(super) fn record_scene(&mut self, encoder: &mut wgpu::CommandEncoder) -> (u32, u32) {
-        if self.portions.triangles.is_some() {
+    /// Culling and the forward pass, in one phase or two.
+    pub(super) fn record_scene(&mut self, encoder: &mut wgpu::CommandEncoder) -> Recorded {
+        let mut recorded = Recorded::default();
+        if self.portions.on_processor {
             // Not earlier: what loading and the first upload left is given back.
             keep_freed_memory();
         }
         self.tables.record(encoder, self.timestamps.as_ref());
-        let (Some(targets), Some(frame_group)) = (&self.targets, self.tables.group()) else { return (0, 0) };
+        let (Some(targets), Some(frame_group)) = (&self.targets, self.tables.group()) else { return recorded };
         let timestamps = self.timestamps.as_ref();
         let views = [(&self.culled, frame_group)];
         // Unless the lists of visible objects are those of this view already.
@@ -27,17 +43,12 @@ impl Renderer {
         if due {
             self.culling.record(encoder, timestamps, Phase::Early, &views);
         }
-        let (mut draws, mut calls) = (0, 0);
-        let mut count = |(more_draws, more_calls)| {
-            draws += more_draws;
-            calls += more_calls;
-        };
         let clear = Some(self.plain_sky.unwrap_or_default());
         // The lists of a still view stay what they are: one pass draws both.
         let pyramid = self.culled.pyramid().filter(|_| due);
         if let Some(pyramid) = pyramid {
             let (into, early) = (("early", clear, Leaves::Samples), [Phase::Early].into_iter());
-            drop(self.draw_phases(encoder, (targets, frame_group), into, early, &mut count));
+            drop(self.draw_phases(encoder, (targets, frame_group), into, early, &mut recorded));
             self.pyramids.record(encoder, timestamps, pyramid);
             self.culling.record(encoder, timestamps, Phase::Late, &views);
         }
@@ -45,7 +56,8 @@ impl Renderer {
             let first = clear.filter(|_| pyramid.is_none());
             let leaves = if self.behind.is_some() { Leaves::Both } else { Leaves::Picture };
             let phases = self.phases().filter(|phase| *phase == Phase::Late || pyramid.is_none());
-            let mut pass = self.draw_phases(encoder, (targets, frame_group), ("forward", first, leaves), phases, &mut count);
+            let mut pass =
+                self.draw_phases(encoder, (targets, frame_group), ("forward", first, leaves), phases, &mut recorded);
             if let (None, Some(sky)) = (self.plain_sky, self.pipelines.sky(targets.samples)) {
                 pass.set_pipeline(sky);
                 pass.draw(0..3, 0..1);
@@ -61,7 +73,7 @@ impl Renderer {
                 pass.set_bind_group(0, frame_group, &[]);
             }
             let blended = self.draw_blended(&mut pass, self.pass);
-            count((blended, blended));
+            recorded.count((blended, blended));
         }
         if due || self.counts.wanted {
             let lists: Vec<_> = self.phases().map(|phase| self.culled.lists(phase).arguments.buffer()).collect();
@@ -70,25 +82,26 @@ impl Renderer {
         }
         self.cullings_due = self.cullings_due.saturating_sub(1);
         self.lists_ready = true;
-        (draws, calls)
+        recorded
     }
 
     /// Draws the objects that culling kept in some phases, in as many passes as they are cut into; returns the last of
-    /// these. `count` is told the number of draws and of calls.
+    /// these.
     fn draw_phases<'a>(
         &self,
         encoder: &'a mut wgpu::CommandEncoder,
         (targets, frame_group): (&Targets, &wgpu::BindGroup),
         (label, mut clear, leaves): (&'static str, Option<wgpu::Color>, Leaves),
         phases: impl Iterator<Item = Phase>,
-        count: &mut impl FnMut((u32, u32)),
+        recorded: &mut Recorded,
     ) -> wgpu::RenderPass<'a> {
         let timestamps = self.timestamps.as_ref();
         let mut draw = |pass: &mut wgpu::RenderPass<'_>, portion: &Portion| {
             pass.set_bind_group(0, frame_group, &[]);
             for (phase, arguments) in portion {
-                count(self.draw_objects(pass, self.pass, *phase, arguments.clone()));
+                recorded.count(self.draw_objects(pass, self.pass, *phase, arguments.clone()));
             }
+            recorded.passes += 1;
         };
         let mut portions = self.cut(phases);
         let last = portions.pop().unwrap_or_default();
@@ -100,17 +113,30 @@ impl Renderer {
         pass
     }
 
+    /// Whether the passes of [`Technique::EmbossMultipass`] follow those over all objects.
+    fn has_emboss_passes(&self) -> bool {
+        self.draws.list.iter().any(|draw| self.is_embossed(draw.key))
+    }
+
+    fn is_embossed(&self, key: BatchKey) -> bool {
+        self.pipeline_of(self.pass, key).technique == Technique::EmbossMultipass
+    }
+
     /// Cuts a pass over the objects in some phases into portions, by how many there were of late.
     fn cut(&self, phases: impl Iterator<Item = Phase>) -> Vec<Portion> {
         let arguments = &self.draws.arguments;
+        // Passes that add up do so over all that the others left.
+        let Some(most) = self.portions.triangles.filter(|_| !self.has_emboss_passes()) else {
+            return vec![phases.map(|phase| (phase, 0..arguments.len())).collect()];
+        };
         let all = self.phases().count() * arguments.len();
-        self.portions.cut(phases, arguments.len(), |phase, index| {
+        portions::cut(most, phases, arguments.len(), |phase, index| {
             let draw = &arguments[index];
             let told = |phase: Phase| self.counts.instances(phase as usize * arguments.len() + index, all);
             // What was new of late is drawn in the early phase from then on.
-            let of_late = told(phase).map(|early| early + told(Phase::Late).filter(|_| phase == Phase::Early).unwrap_or(0));
-            let instances = of_late.map_or(draw.most_instances, |instances| instances.min(draw.most_instances));
-            u64::from(instances) * u64::from(draw.indirect.index_count / 3)
+            let appeared = if phase == Phase::Early { told(Phase::Late).unwrap_or(0) } else { 0 };
+            let of_late = told(phase).map(|instances| (instances + appeared).min(draw.most_instances));
+            u64::from(of_late.unwrap_or(draw.most_instances)) * u64::from(draw.indirect.index_count / 3)
         })
     }
 
@@ -231,9 +257,8 @@ impl Renderer {
             }
         };
         draw_runs(kind, &|_| true);
-        let embossed = |key| self.pipeline_of(kind, key).technique == Technique::EmbossMultipass;
-        if self.draws.list.iter().any(|draw| embossed(draw.key)) {
-            self.emboss_passes().for_each(|step| draw_runs(step, &embossed));
+        if kind != Pass::Outputs && self.has_emboss_passes() {
+            self.emboss_passes().for_each(|step| draw_runs(step, &|key| self.is_embossed(key)));
         }
         (draws, calls)
     }
