@@ -222,8 +222,10 @@ fn measure(args: &BenchArgs, started: Instant) -> ExitCode {
             folder.join("report.md").display().to_string()
         })
     } else {
-        let figures = bench::run(args, started, |done, of| advance(done.into(), of.into()));
-        figures.map(|figures| if args.json { figures.json() } else { figures.to_string() })
+        bench::run(args, started, |done, of| advance(done.into(), of.into())).and_then(|mut figures| {
+            figures.bytes_per_object = bench::bytes_per_object(args, &figures)?;
+            Ok(if args.json { figures.json() } else { figures.to_string() })
+        })
     };
     bar.finish_and_clear();
     match done {

@@ -42,23 +42,10 @@ impl Build {
     }
 }
 
-/// Memory of this process, megabytes of 2²⁰ bytes; `None` where the operating system has no /proc.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Memory {
-    /// Resident now.
-    pub resident_mb: f64,
-    /// The most that was ever resident.
-    pub peak_mb: f64,
-}
-
-impl Memory {
-    /// As of now.
-    pub fn now() -> Option<Self> {
-        let status = std::fs::read_to_string("/proc/self/status").ok()?;
-        let kilobytes = |field: &str| -> Option<f64> {
-            let line = status.lines().find_map(|line| line.strip_prefix(field))?;
-            line.trim().trim_end_matches("kB").trim().parse().ok()
-        };
-        Some(Self { resident_mb: kilobytes("VmRSS:")? / 1024.0, peak_mb: kilobytes("VmHWM:")? / 1024.0 })
-    }
+/// The most memory of this process that was ever resident, megabytes of 2²⁰ bytes; `None` where the operating system has no
+/// /proc.
+pub fn peak_memory_mb() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    line.trim().trim_end_matches("kB").trim().parse().ok().map(|kilobytes: f64| kilobytes / 1024.0)
 }

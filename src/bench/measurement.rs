@@ -67,8 +67,7 @@ pub struct Measurement {
     pub texture_bytes: u64,
     /// The most memory the process ever had resident, in units of 2²⁰ bytes; `None` where the system does not say.
     pub rss_mb: Option<f64>,
-    /// That less what was resident after a frame of a single object, per object; of a scene of one's own, less what was
-    /// resident before it was loaded.
+    /// What each object adds to that: see [`super::bytes_per_object`], which finds it.
     pub bytes_per_object: Option<f64>,
     /// From the start of the program to the first frame finished.
     pub first_frame_ms: f64,
@@ -169,6 +168,7 @@ impl fmt::Display for Measurement {
         writeln!(f, "{:.1} MB of textures", self.texture_bytes as f64 / f64::from(1 << 20))?;
         match (self.rss_mb, self.bytes_per_object) {
             (Some(peak), Some(each)) => writeln!(f, "{peak:.0} MB of memory at most, {each:.0} bytes per object"),
+            (Some(peak), None) => writeln!(f, "{peak:.0} MB of memory at most"),
             _ => writeln!(f, "memory: this system does not say"),
         }
     }

@@ -5,10 +5,12 @@
 //!        run → measurement       frames are drawn and timed; one line of figures
 //!        floor                   the least that the same triangles can cost
 //!            → trace             the same frames on a time line
-//!        suite → report, plot    many runs, each a process of its own; tables and charts of them
+//!        apart                   a run in a process of its own; what an object adds to memory
+//!        suite → report, plot    many such runs; tables and charts of them
 //! night                          objects and lights for measuring the choice of lights alone
 //! ```
 
+mod apart;
 mod args;
 mod floor;
 mod machine;
@@ -23,8 +25,9 @@ mod suite;
 mod trace;
 mod yard;
 
+pub use apart::bytes_per_object;
 pub use args::BenchArgs;
-pub use machine::{Build, Memory};
+pub use machine::{Build, peak_memory_mb};
 pub use measurement::{Measurement, Spread};
 pub use night::{Movers, Night};
 pub use run::{BenchError, run};

@@ -1,9 +1,10 @@
 //! The figures of a suite as files: lines of JSON, a page of tables, and charts.
 
+use super::apart::Scene;
 use super::measurement::Measurement;
 use super::plot::{Chart, Series, count};
 use super::run::BenchError;
-use super::suite::{Axis, Scene, Sweep};
+use super::suite::{Axis, Sweep};
 use std::fmt::Write;
 use std::fs::File;
 use std::io::Read;

@@ -4,11 +4,11 @@
 
 use super::args::BenchArgs;
 use super::floor::Floor;
-use super::machine::{Build, Memory};
+use super::machine::{Build, peak_memory_mb};
 use super::measurement::{Measurement, Spread};
 use super::subject::Subject;
 use super::trace::chrome_trace;
-use super::yard::{Yard, YardError, YardKit, YardMesh};
+use super::yard::{Yard, YardError, YardMesh};
 use crate::frames::{self, FrameError};
 use crate::import::compress::compress_images;
 use crate::output::{self, OutputError};
@@ -182,13 +182,11 @@ struct Start {
     started: Instant,
     last: Instant,
     parts: BTreeMap<String, f64>,
-    /// Before the objects were spawned.
-    resident_mb: Option<f64>,
 }
 
 impl Start {
     fn new(started: Instant) -> Self {
-        Self { started, last: started, parts: BTreeMap::new(), resident_mb: None }
+        Self { started, last: started, parts: BTreeMap::new() }
     }
 
     fn lap(&mut self, part: &str) {
@@ -213,17 +211,17 @@ impl Bench {
         // The driver takes its time to start; the world is made meanwhile.
         let opening = std::thread::spawn(open);
         let opened = || opening.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-        let (mut subject, renderer, kit) = match &args.scene {
+        let (mut subject, renderer) = match &args.scene {
             Some(path) => {
-                start.resident_mb = Memory::now().map(|memory| memory.resident_mb);
                 let subject = Subject::scene(path, args);
                 start.lap("load the scene");
                 let renderer = opened();
                 start.lap("waiting for the driver");
-                (subject?, renderer?, None)
+                (subject?, renderer?)
             }
             None => {
-                let yard = Yard::empty(&args.plan()).map(|(mut yard, kit)| {
+                let plan = args.plan();
+                let yard = Yard::empty(&plan).map(|(mut yard, kit)| {
                     if args.compress {
                         compress_images(&mut yard.simulation.world.resource_mut::<Library>(), None);
                     }
@@ -232,8 +230,10 @@ impl Bench {
                 start.lap("mesh and maps");
                 let renderer = opened();
                 start.lap("waiting for the driver");
-                let ((yard, kit), renderer) = (yard?, renderer?);
-                (Subject::Yard(Box::new(yard)), renderer, Some(kit))
+                let ((mut yard, kit), renderer) = (yard?, renderer?);
+                yard.fill(&plan, &kit);
+                start.lap("spawn");
+                (Subject::Yard(Box::new(yard)), renderer)
             }
         };
         let gpu = renderer.gpu();
@@ -266,29 +266,7 @@ impl Bench {
             occlusion: args.occlusion,
             ..Settings::default()
         };
-        let mut bench =
-            Self { subject, renderer, settings, size: args.size(), target, frame: 0, started: start.started };
-        if let Some(kit) = kit {
-            bench.draw_one(&kit)?;
-            start.lap("one object");
-            start.resident_mb = Memory::now().map(|memory| memory.resident_mb);
-            if let Subject::Yard(yard) = &mut bench.subject {
-                yard.fill(&args.plan(), &kit);
-            }
-            start.lap("spawn");
-        }
-        Ok(bench)
-    }
-
-    /// Draws a single object, which goes again: what memory maps, targets and the driver's shaders take, and what many
-    /// objects share, is taken before they come.
-    fn draw_one(&mut self, kit: &YardKit) -> Result<(), BenchError> {
-        let Subject::Yard(yard) = &mut self.subject else { return Ok(()) };
-        let object = yard.spawn_one(kit);
-        self.draw()?;
-        self.frame = 0;
-        self.subject.simulation().world.despawn(object);
-        Ok(())
+        Ok(Self { subject, renderer, settings, size: args.size(), target, frame: 0, started: start.started })
     }
 
     /// Moves what moves, draws, and waits for the GPU.
@@ -347,9 +325,6 @@ impl Bench {
         let name_in = |table: &[(&'static str, Technique)], value| {
             table.iter().find(|(_, v)| *v == value).map(|(n, _)| (*n).to_owned())
         };
-        let peak_mb = Memory::now().map(|memory| memory.peak_mb);
-        let grown = peak_mb.zip(start.resident_mb).map(|(peak, before)| (peak - before).max(0.0));
-        let bytes_per_object = grown.map(|grown| grown * f64::from(1 << 20) / f64::from(objects.max(1)));
         let policy = LightPolicy::ALL.iter().find(|(_, policy)| *policy == args.lights_policy);
         let occlusion = Occlusion::ALL.iter().find(|(_, occlusion)| *occlusion == args.occlusion);
         Measurement {
@@ -398,8 +373,8 @@ impl Bench {
             triangles: drawn.triangles,
             culled_objects: objects.saturating_sub(drawn.objects),
             texture_bytes: texture_memory::used(self.subject.simulation().library()).bytes,
-            rss_mb: peak_mb,
-            bytes_per_object,
+            rss_mb: peak_memory_mb(),
+            bytes_per_object: None,
             first_frame_ms: milliseconds(start.last - start.started),
             start_ms: start.parts,
             adapter: self.renderer.gpu().name(),

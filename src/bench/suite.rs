@@ -3,40 +3,17 @@
 //! Every scene is measured in a process of its own, this program again: peak memory and the time to the first frame
 //! mean nothing in a process that has drawn others.
 
+use super::apart::{Scene, measure_apart};
 use super::args::BenchArgs;
-use super::measurement::Measurement;
 use super::report::{self, Earlier};
 use super::run::BenchError;
 use super::yard::YardView;
 use crate::frames;
 use crate::output;
-use crate::renderer::Occlusion;
 use std::path::Path;
-use std::process::Command;
-use systems::library::Technique;
-use systems::lights::LightPolicy;
 
 /// The size that shows the engine's own cost.
 const SMALL: (u32, u32) = (64, 36);
-
-/// What differs between the scenes of a suite.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub(super) struct Scene {
-    pub objects: u32,
-    pub lights: u32,
-    pub moving: f32,
-    pub view: YardView,
-    pub size: (u32, u32),
-}
-
-impl Scene {
-    /// Whether the figures are of this scene.
-    pub fn is_of(&self, m: &Measurement) -> bool {
-        let view = format!("{:?}", self.view).to_lowercase();
-        (m.objects, m.lights, m.moving, m.size) == (self.objects, self.lights, self.moving, self.size.into())
-            && m.view == view
-    }
-}
 
 /// What is on the horizontal axis.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -116,64 +93,13 @@ pub fn run_suite(
         let Scene { objects, lights, .. } = scene;
         let what = format!("{objects} objects, {lights} lights, {width}x{height} {:?}", scene.view);
         progress(done, scenes.len(), &what);
-        results.push(measure_apart(args, scene, &what)?);
+        results.push(measure_apart(args, scene, (args.frames(), args.warm_up()), &what)?);
     }
     let report = report::Report::new(&sweeps, &results, earlier.as_ref());
     for (name, text) in report.files()? {
         output::write_whole(&folder.join(name), text.as_bytes())?;
     }
     Ok(report.slower().to_vec())
-}
-
-/// Measures a scene in a process of its own.
-fn measure_apart(args: &BenchArgs, scene: &Scene, what: &str) -> Result<Measurement, BenchError> {
-    let failed = |code, message: String| BenchError::Apart { what: what.to_owned(), message, code };
-    let program = std::env::current_exe().map_err(|error| failed(1, error.to_string()))?;
-    let output = Command::new(program).args(arguments(args, scene)).output();
-    let output = output.map_err(|error| failed(1, error.to_string()))?;
-    if !output.status.success() {
-        let message = String::from_utf8_lossy(&output.stderr);
-        // The last: drivers have things to say, too, and say them first.
-        let said = message.lines().rev().find_map(|line| line.strip_prefix("error: "));
-        let message = said.unwrap_or("it stopped unexpectedly");
-        return Err(failed(output.status.code().and_then(|code| u8::try_from(code).ok()).unwrap_or(1), message.into()));
-    }
-    serde_json::from_slice(&output.stdout).map_err(|error| failed(1, error.to_string()))
-}
-
-/// The command line that measures one scene.
-fn arguments(args: &BenchArgs, scene: &Scene) -> Vec<String> {
-    let mut line = vec!["bench".to_owned(), "--json".to_owned()];
-    let mut add = |name: &str, value: String| line.push(format!("--{name}={value}"));
-    add("objects", scene.objects.to_string());
-    add("lights", scene.lights.to_string());
-    add("moving", scene.moving.to_string());
-    add("view", format!("{:?}", scene.view).to_lowercase());
-    add("size", format!("{}x{}", scene.size.0, scene.size.1));
-    add("mesh", args.mesh.name());
-    add("frames", args.frames().to_string());
-    add("warm-up", args.warm_up().to_string());
-    add("seconds", args.seconds().to_string());
-    add("samples", args.samples.to_string());
-    let on_off = |on| if on { "on" } else { "off" }.to_owned();
-    add("levels", on_off(args.levels.enabled));
-    add("compress", on_off(args.compress));
-    if let Some((name, _)) = Occlusion::ALL.iter().find(|(_, occlusion)| *occlusion == args.occlusion) {
-        add("occlusion", (*name).to_owned());
-    }
-    if let Some((name, _)) = LightPolicy::ALL.iter().find(|(_, policy)| *policy == args.lights_policy) {
-        add("lights-policy", (*name).to_owned());
-    }
-    if let Some((name, _)) = Technique::ALL.iter().find(|(_, technique)| Some(*technique) == args.technique) {
-        add("technique", (*name).to_owned());
-    }
-    if let Some(threads) = args.threads {
-        add("threads", threads.to_string());
-    }
-    if args.floor {
-        line.push("--floor".to_owned());
-    }
-    line
 }
 
 #[cfg(test)]

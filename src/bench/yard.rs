@@ -112,14 +112,6 @@ pub struct YardKit {
     materials: Vec<MaterialId>,
 }
 
-impl YardKit {
-    /// An object: its place on the ground, a number 0..1 that chooses its material, its phase.
-    fn object(&self, (foot, number, phase): (Vec3, f32, f32)) -> (MeshId, MaterialId, Transform) {
-        let material = self.materials[(number * self.materials.len() as f32) as usize];
-        (self.mesh, material, pose(foot, phase, 0.0))
-    }
-}
-
 struct Mover {
     entity: Entity,
     /// Where it stands, height left out.
@@ -185,18 +177,16 @@ impl Yard {
     /// Spawns the objects and lights.
     pub fn fill(&mut self, plan: &YardPlan, kit: &YardKit) {
         let world = &mut self.simulation.world;
-        let bundle = |place| kit.object(place);
+        let bundle = |(foot, number, phase): (Vec3, f32, f32)| {
+            let material = kit.materials[(number * kit.materials.len() as f32) as usize];
+            (kit.mesh, material, pose(foot, phase, 0.0))
+        };
         // Lists of a million elements on the way would count as memory of the engine: the places are worked out twice.
         let spawned = world.spawn_batch(places(plan.objects).map(bundle)).zip(places(plan.objects));
         let moving = spawned.zip(0..).filter(|(_, i)| moves(*i, plan.moving));
         self.movers = moving.map(|((entity, (foot, _, phase)), _)| Mover { entity, foot, phase }).collect();
         let (mut numbers, half) = (Numbers(2), half_width(plan.objects));
         world.spawn_batch((0..plan.lights).map(|_| lamp(&mut numbers, half)));
-    }
-
-    /// Spawns an object by itself, in the middle of the grid.
-    pub fn spawn_one(&mut self, kit: &YardKit) -> Entity {
-        self.simulation.world.spawn(kit.object((Vec3::ZERO, 0.0, 0.0))).id()
     }
 
     /// How many objects move.

@@ -11,6 +11,9 @@ use std::ops::Range;
 use systems::draw_list::BatchKey;
 use systems::library::Technique;
 
+/// What a driver on the processor holds of more triangles than these is worth keeping from frame to frame.
+const MANY_TRIANGLES: u64 = 10_000;
+
 /// What was recorded for a frame's objects.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Recorded {
@@ -30,7 +33,7 @@ impl Renderer {
     /// Culling and the forward pass, in one phase or two.
     pub(super) fn record_scene(&mut self, encoder: &mut wgpu::CommandEncoder) -> Recorded {
         let mut recorded = Recorded::default();
-        if self.portions.on_processor {
+        if self.portions.on_processor && self.counts.latest.is_some_and(|drawn| drawn.triangles > MANY_TRIANGLES) {
             // Not earlier: what loading and the first upload left is given back.
             keep_freed_memory();
         }
