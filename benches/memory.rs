@@ -1,4 +1,4 @@
-//! How much memory an object takes: a process with no objects beside processes with many, each a scene of its own.
+//! How much memory an object takes: a process with a single object beside processes with many, each a scene of its own.
 //!
 //! `cargo bench --bench memory` prints the columns of an object in its table, and bytes per object of what the process
 //! holds (VmRSS) and of the most that it held (VmHWM): `spawned`, before any frame; the `world` alone after a few frames;
@@ -9,7 +9,7 @@ use relief::prelude::*;
 use std::process::Command;
 use systems::transform::Transform;
 
-const OBJECTS: [usize; 3] = [0, 100_000, 1_000_000];
+const OBJECTS: [usize; 3] = [1, 100_000, 1_000_000];
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| argument != "--bench").collect();
@@ -18,7 +18,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     print_columns();
     for mode in ["spawned", "world", "drawn"] {
-        let mut empty = None;
+        let mut one = None;
         for objects in OBJECTS {
             let output = Command::new(std::env::current_exe()?).args([mode, &objects.to_string()]).output()?;
             let text = String::from_utf8(output.stdout)?;
@@ -27,14 +27,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 println!("{mode}, {objects} objects: {}", String::from_utf8_lossy(&output.stderr));
                 continue;
             };
-            let (rss_empty, peak_empty) = *empty.get_or_insert((rss, peak));
+            let (rss_one, peak_one) = *one.get_or_insert((rss, peak));
             let each = |kib: f64| kib * 1024.0 / objects.max(1) as f64;
             println!(
                 "{mode}, {objects} objects: {:.1} MB held, {:.1} MB at most; per object {:.0} B held, {:.0} B at most",
                 rss / 1e3,
                 peak / 1e3,
-                each(rss - rss_empty),
-                each(peak - peak_empty)
+                each(rss - rss_one),
+                each(peak - peak_one)
             );
         }
     }
