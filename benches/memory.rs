@@ -28,7 +28,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 continue;
             };
             let (rss_one, peak_one) = *one.get_or_insert((rss, peak));
-            let each = |kib: f64| kib * 1024.0 / objects.max(1) as f64;
+            let each = |kib: f64| kib * 1024.0 / (objects - 1).max(1) as f64;
             println!(
                 "{mode}, {objects} objects: {:.1} MB held, {:.1} MB at most; per object {:.0} B held, {:.0} B at most",
                 rss / 1e3,

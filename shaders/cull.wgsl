@@ -508,7 +508,7 @@ fn finish(@builtin(global_invocation_id) id: vec3u) {
         let draw = draws[id.x];
         var left = sum_before(draw.end_entry * SLICES) - sum_before(draw.first_entry * SLICES);
         for (var i = draw.first_argument; i < draw.end_argument; i++) {
-            let instances = min(left, draw.portion);
+            let instances = select(min(left, draw.portion), left, i + 1u == draw.end_argument);
             arguments[i].instance_count = instances;
             left -= instances;
         }

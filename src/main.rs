@@ -222,9 +222,12 @@ fn measure(args: &BenchArgs, started: Instant) -> ExitCode {
             folder.join("report.md").display().to_string()
         })
     } else {
-        bench::run(args, started, |done, of| advance(done.into(), of.into())).and_then(|mut figures| {
-            figures.bytes_per_object = bench::bytes_per_object(args, &figures)?;
-            Ok(if args.json { figures.json() } else { figures.to_string() })
+        bench::run(args, started, |done, of| advance(done.into(), of.into())).map(|mut figures| {
+            figures.bytes_per_object = bench::bytes_per_object(args, &figures).unwrap_or_else(|error| {
+                tracing::warn!("memory per object was not measured: {error}");
+                None
+            });
+            if args.json { figures.json() } else { figures.to_string() }
         })
     };
     bar.finish_and_clear();

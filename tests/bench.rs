@@ -106,7 +106,11 @@ fn a_line_has_every_figure_and_all_are_plausible() {
     assert!(first > 1.0 && (first - parts).abs() < 1e-6 * first, "{first} {parts}");
     if cfg!(target_os = "linux") {
         assert!((10.0..4000.0).contains(&number(&still, "rss_mb")));
-        assert!(number(&still, "bytes_per_object") > 100.0);
+        assert!(number(&still, "bytes_per_object") >= 0.0);
+        let many = figures(&["--objects=30000", "--frames=1"]);
+        let each = number(&many, "bytes_per_object");
+        assert!((150.0..3000.0).contains(&each), "{each} bytes per object");
+        assert_eq!(figures(&["--objects=1", "--frames=1"])["bytes_per_object"], Value::Null, "compared with nothing");
     }
     for field in ["adapter", "driver"] {
         assert!(!still[field].as_str().unwrap_or_default().is_empty(), "{field}");

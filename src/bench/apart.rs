@@ -41,7 +41,10 @@ pub fn bytes_per_object(args: &BenchArgs, measured: &Measurement) -> Result<Opti
         return Ok(None);
     }
     let one = Scene { objects: 1, lights: args.lights(), moving: 0.0, view: args.view, size: args.size() };
-    let one = measure_apart(args, &one, (1, 4), "a single object")?;
+    // With what is there for many objects, and nothing to be measured besides.
+    let occlusion = if args.occlusion.is_on(objects) { Occlusion::On } else { Occlusion::Off };
+    let args = BenchArgs { occlusion, floor: false, ..args.clone() };
+    let one = measure_apart(&args, &one, (1, 4), "a single object")?;
     Ok(one.rss_mb.map(|one| (peak - one).max(0.0) * f64::from(1 << 20) / f64::from(objects - 1)))
 }
 

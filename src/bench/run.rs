@@ -54,7 +54,7 @@ pub enum BenchError {
         /// What is the matter.
         message: String,
     },
-    /// A scene of a suite could not be measured.
+    /// A scene could not be measured in a process of its own.
     #[error("{what}: {message}")]
     Apart {
         /// The scene.

@@ -55,16 +55,16 @@ struct UnderWay {
 }
 
 impl DrawnCounts {
-    /// Sends the arguments of `draws` draws in each buffer on their way, unless others are.
+    /// Sends so many arguments of draws in each buffer on their way, unless others are.
     pub fn send<'a>(
         &mut self,
         gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,
         arguments: impl ExactSizeIterator<Item = &'a wgpu::Buffer>,
-        draws: usize,
+        count: usize,
         blended: Drawn,
     ) {
-        let bytes = draws as u64 * ARGUMENT_BYTES;
+        let bytes = count as u64 * ARGUMENT_BYTES;
         if bytes == 0 {
             self.latest = Some(blended);
         }

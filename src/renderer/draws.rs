@@ -73,8 +73,8 @@ pub(super) struct DrawArguments {
     pub indirect: DrawIndexedIndirectArgs,
     /// Where its slots begin in the list of visible ones.
     pub first_visible: u32,
-    /// Most instances that it can have.
-    pub most_instances: u32,
+    /// Instances to expect while nobody knows: all that there is room for; of a page, which may hold just one object, one.
+    pub expected_instances: u32,
 }
 
 /// What changes the draws: world, version of its batches, number of meshes uploaded, levels of detail or not, triangles of a
@@ -163,8 +163,8 @@ impl Draws {
                         base_vertex: mesh.base_vertex,
                         first_instance: if first_instance { first } else { 0 },
                     };
-                    let most_instances = portion.min(end - first);
-                    self.arguments.push(DrawArguments { indirect, first_visible: first, most_instances });
+                    let expected_instances = if its_pages.len() > 1 { portion.min(end - first) } else { 1 };
+                    self.arguments.push(DrawArguments { indirect, first_visible: first, expected_instances });
                 }
                 let arguments = first_argument..self.arguments.len();
                 draws.push(CullDrawRecord {
@@ -194,10 +194,12 @@ impl Draws {
 /// Most arguments of a draw.
 const MOST_PORTIONS: u32 = 128;
 
-/// How many of `most` instances of so many triangles are drawn at once.
+/// How many of `most` instances of so many triangles are drawn at once: no less than a page has, nor than makes
+/// [`MOST_PORTIONS`] of them.
 fn portion_of(portion_triangles: Option<u32>, triangles: u32, most: u32) -> u32 {
     let most = most.max(1);
-    portion_triangles.map_or(most, |portion| (portion / triangles.max(1)).clamp(most.div_ceil(MOST_PORTIONS), most))
+    let least = most.div_ceil(MOST_PORTIONS).max(PAGE_SLOTS).min(most);
+    portion_triangles.map_or(most, |portion| (portion / triangles.max(1)).clamp(least, most))
 }
 
 #[cfg(test)]
@@ -209,7 +211,7 @@ mod tests {
         assert_eq!(portion_of(None, 12, 6400), 6400);
         assert_eq!(portion_of(Some(1200), 12, 6400), 100);
         assert_eq!(portion_of(Some(1200), 12, 64), 64, "no more than there are");
-        assert_eq!(portion_of(Some(1200), 5000, 64), 1, "an instance is not taken apart");
+        assert_eq!(portion_of(Some(1200), 5000, 128), 64, "a page is not taken apart");
         assert_eq!(portion_of(Some(1200), 12, 1 << 20), 8192, "128 of them");
         assert_eq!((portion_of(Some(1200), 0, 0), portion_of(None, 0, 0)), (1, 1));
     }

@@ -80,8 +80,8 @@ pub struct RenderStats {
     pub draws: u32,
     /// Calls that they took.
     pub draw_calls: u32,
-    /// Passes that they took, but for those of blended objects: one in each phase, unless passes are cut
-    /// ([`Renderer::cut_passes`]).
+    /// Passes that they took, but for those of blended objects: one, or in each of two phases one; more where passes are
+    /// cut ([`Renderer::cut_passes`]).
     pub passes: u32,
     /// Bytes of instance records uploaded.
     pub instance_bytes: u64,
@@ -213,8 +213,9 @@ impl Renderer {
 
     /// Has passes over more triangles than these cut into several, which a driver on the processor finishes one after
     /// another: it holds some hundred bytes of each triangle meanwhile. `None`: passes stay whole. The picture is the same.
-    /// From the beginning: 65,536 on drivers on the processor, none elsewhere. Only the order of magnitude counts: what
-    /// is in view is known from frames before.
+    /// From the beginning: 65,536 on drivers on the processor, none elsewhere. It is a wish: what is in view is known from
+    /// frames before, a batch is cut into 128 parts at most, of no less than 64 objects each, and
+    /// [`Self::draw_outputs`] and the passes of [`Technique::EmbossMultipass`] stay whole.
     pub fn cut_passes(&mut self, triangles: Option<std::num::NonZeroU32>) {
         self.portions.triangles = triangles.map(std::num::NonZeroU32::get);
     }
@@ -248,7 +249,8 @@ impl Renderer {
             // What is on the device belongs to another world; how it is drawn does not.
             let textures = Textures::with_layout(self.textures.layout.clone());
             let (pipelines, culling, pyramids) = (self.pipelines.clone(), self.culling.clone(), self.pyramids.clone());
-            *self = Self::of_no_world(&self.gpu, textures, pipelines, culling, pyramids);
+            let portions = self.portions;
+            *self = Self { portions, ..Self::of_no_world(&self.gpu, textures, pipelines, culling, pyramids) };
         }
         self.world = list.world;
         let limit = self.gpu.device.limits().max_texture_dimension_2d;
@@ -326,11 +328,7 @@ impl Renderer {
         let redrawn =
             self.draws.update(&self.gpu, list, &self.meshes, settings.levels.enabled, self.portions.triangles)?;
         self.stats.list_bytes += redrawn.unwrap_or(0);
-        let occlusion = match settings.occlusion {
-            Occlusion::Auto => list.objects >= FEW_OBJECTS,
-            Occlusion::On => true,
-            Occlusion::Off => false,
-        };
+        let occlusion = settings.occlusion.is_on(list.objects);
         // What stands out before its bounds may be seen where they are hidden.
         let stands_out = |draw: &draws::Draw| {
             let key = draw.key.pipeline;
@@ -531,9 +529,6 @@ impl Renderer {
         Some(bytes.chunks_exact(8).map(|t| [half(&t[0..]), half(&t[2..]), half(&t[4..]), half(&t[6..])]).collect())
     }
 }
-
-/// Scenes with fewer objects are drawn in one phase: the second costs more than it can save.
-const FEW_OBJECTS: u32 = 4096;
 
 /// The colour of a sky that has only one, exposed as `sky_pass.wgsl` does.
 fn plain_sky(environment: &Environment) -> Option<wgpu::Color> {

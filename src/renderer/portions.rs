@@ -11,7 +11,7 @@ use super::culling::Phase;
 use std::ops::Range;
 
 /// How passes are cut.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Portions {
     /// The adapter is a driver on the processor.
     pub on_processor: bool,

@@ -138,8 +138,8 @@ impl Renderer {
             let told = |phase: Phase| self.counts.instances(phase as usize * arguments.len() + index, all);
             // What was new of late is drawn in the early phase from then on.
             let appeared = if phase == Phase::Early { told(Phase::Late).unwrap_or(0) } else { 0 };
-            let of_late = told(phase).map(|instances| (instances + appeared).min(draw.most_instances));
-            u64::from(of_late.unwrap_or(draw.most_instances)) * u64::from(draw.indirect.index_count / 3)
+            let instances = told(phase).map_or(draw.expected_instances, |instances| instances + appeared);
+            u64::from(instances) * u64::from(draw.indirect.index_count / 3)
         })
     }
 
@@ -232,9 +232,12 @@ impl Renderer {
         if first_instance && !self.draws.list.is_empty() {
             pass.set_vertex_buffer(1, visible.slice(..));
         }
+        let list = &self.draws.list;
+        let first = list.partition_point(|draw| draw.arguments.end <= some.start);
+        let drawn = &list[first..first.max(list.partition_point(|draw| draw.arguments.start < some.end))];
         let (mut draws, mut calls) = (0, 0);
         let mut draw_runs = |kind: Pass, wanted: &dyn Fn(BatchKey) -> bool| {
-            for run in self.draws.list.chunk_by(|a, b| (a.key.pipeline, a.key.class) == (b.key.pipeline, b.key.class)) {
+            for run in drawn.chunk_by(|a, b| (a.key.pipeline, a.key.class) == (b.key.pipeline, b.key.class)) {
                 let (first, last) = (&run[0], &run[run.len() - 1]);
                 let range = first.arguments.start.max(some.start)..last.arguments.end.min(some.end);
                 if range.is_empty() || !wanted(first.key) || !self.bind_key(pass, kind, first.key) {
@@ -260,7 +263,8 @@ impl Renderer {
             }
         };
         draw_runs(kind, &|_| true);
-        if kind != Pass::Outputs && self.has_emboss_passes() {
+        // Passes over a part of the objects have none.
+        if kind != Pass::Outputs && some.len() == self.draws.arguments.len() && self.has_emboss_passes() {
             self.emboss_passes().for_each(|step| draw_runs(step, &|key| self.is_embossed(key)));
         }
         (draws, calls)

@@ -89,7 +89,19 @@ pub enum Occlusion {
 impl Occlusion {
     /// All choices with their names.
     pub const ALL: [(&'static str, Self); 3] = [("auto", Self::Auto), ("on", Self::On), ("off", Self::Off)];
+
+    /// Whether so many objects are drawn in two phases.
+    pub fn is_on(self, objects: u32) -> bool {
+        match self {
+            Self::Auto => objects >= FEW_OBJECTS,
+            Self::On => true,
+            Self::Off => false,
+        }
+    }
 }
+
+/// Fewer objects are drawn in one phase: the second costs more than it can save.
+const FEW_OBJECTS: u32 = 4096;
 
 /// Choices for a whole view.
 #[derive(Clone, Copy, PartialEq, Debug)]

@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicU8, Ordering};
 use std::sync::{Arc, Mutex};
 
 /// Passes of a frame that are timed; more go without.
-const MOST_PASSES: u32 = 64;
+const MOST_PASSES: u32 = 512;
 /// Frames whose times may be on their way.
 const MOST_FRAMES: usize = 4;
 
