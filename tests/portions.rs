@@ -108,7 +108,8 @@ fn portions_are_of_the_size_that_was_asked_for() {
         let (drawn, passes) = (headless.renderer.read_drawn(), headless.renderer.stats().passes);
         let fewest = drawn.triangles as u32 / PORTION;
         assert!(drawn.triangles > 10 * u64::from(PORTION), "frame {frame}: {drawn:?}");
-        // A page of spheres is more than a portion. In the second frame the early phase draws what was late in the first; that nothing is late then, nobody knows.
+        // A page of spheres is more than a portion. In the second frame the early phase draws what was late in the first;
+        // that nothing is late then, nobody knows.
         let phases = if frame == 1 { 2 } else { 1 };
         assert!(4 * passes >= 3 * phases * fewest, "frame {frame}: {passes} passes, {drawn:?}");
         // In the still view it is known what is in view; not all draws fill their last portion.
