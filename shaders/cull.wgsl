@@ -199,6 +199,13 @@ struct Footprint {
     nearest: f32,
     // Some of it is in front of the near plane or beside the eye: nothing of the above is known.
     unknown: bool,
+    // The box in clip space: its middle, and half of its sides.
+    middle: vec4f,
+    sides: array<vec4f, 3>,
+    // How far it may be off, pixels.
+    room: vec2f,
+    // The largest w of its corners.
+    most_w: f32,
 }
 
 fn footprint_of(slot: u32, batch: CullBatch) -> Footprint {
@@ -216,6 +223,7 @@ fn footprint_of(slot: u32, batch: CullBatch) -> Footprint {
     var high = vec2f(-1e30);
     var nearest = 0.0;
     var least_w = 1e30;
+    var most_w = 0.0;
     var unknown = false;
     for (var i = 0u; i < 8u; i++) {
         let corner = vec3f(vec3u(i, i >> 1u, i >> 2u) & vec3u(1u)) * 2.0 - 1.0;
@@ -226,6 +234,7 @@ fn footprint_of(slot: u32, batch: CullBatch) -> Footprint {
         high = max(high, ndc.xy);
         nearest = max(nearest, ndc.z);
         least_w = min(least_w, clip.w);
+        most_w = max(most_w, clip.w);
     }
     // Room for rounding: metres, which grow with the distance from the origin, as they show in the picture and its depths.
     let m = clip_from_world;
@@ -241,14 +250,59 @@ fn footprint_of(slot: u32, batch: CullBatch) -> Footprint {
         vec2f(high.x + 1.0, 1.0 - low.y) * 0.5 * cull_view.size + room,
         nearest + nearer,
         unknown,
+        middle,
+        array<vec4f, 3>(x, y, z),
+        room,
+        most_w,
     );
 }
 
-// Whether a footprint holds the point of some pixel of the picture that lies there from the pixel's top left.
-fn covers(footprint: Footprint, point: vec2f) -> bool {
-    let first = max(ceil(footprint.low - point), vec2f(0.0));
-    let last = min(floor(footprint.high - point), cull_view.size - 1.0);
-    return all(first <= last);
+// How far a clip-space vector leads away from a point of the picture, pixels times w. Linear in the vector, and 0 for what
+// lies behind that point: so a box is seen at the point if what this makes of it, a hexagon, holds the origin.
+fn aside_of(clip: vec4f, ndc: vec2f) -> vec2f {
+    return (clip.xy - ndc * clip.w) * 0.5 * cull_view.size;
+}
+
+fn cross_2d(a: vec2f, b: vec2f) -> f32 {
+    return a.x * b.y - a.y * b.x;
+}
+
+// Whether the box is seen at a point of the picture, pixels from the top left, within the rectangle around it. If not, a
+// line along one of the hexagon's sides lies between it and the origin.
+fn is_seen_at(footprint: Footprint, point: vec2f) -> bool {
+    let ndc = vec2f(point.x, -point.y) * 2.0 / cull_view.size + vec2f(-1.0, 1.0);
+    let middle = aside_of(footprint.middle, ndc);
+    let a = aside_of(footprint.sides[0], ndc);
+    let b = aside_of(footprint.sides[1], ndc);
+    let c = aside_of(footprint.sides[2], ndc);
+    let room = footprint.room.yx * footprint.most_w;
+    let a_b = abs(cross_2d(a, b));
+    let b_c = abs(cross_2d(b, c));
+    let c_a = abs(cross_2d(c, a));
+    return abs(cross_2d(a, middle)) <= a_b + c_a + dot(abs(a), room)
+        && abs(cross_2d(b, middle)) <= b_c + a_b + dot(abs(b), room)
+        && abs(cross_2d(c, middle)) <= c_a + b_c + dot(abs(c), room);
+}
+
+// Of the box's rectangle, at how many points to look: larger boxes hardly ever lie between all of them.
+const MOST_POINTS = 4.0;
+
+// Whether a box is seen at the point of some pixel of the picture that lies there from the pixel's top left.
+fn covers(footprint: Footprint, offset: vec2f) -> bool {
+    let first = max(ceil(footprint.low - offset), vec2f(0.0));
+    let last = min(floor(footprint.high - offset), cull_view.size - 1.0);
+    let points = max(last - first + 1.0, vec2f(0.0));
+    if points.x * points.y > MOST_POINTS {
+        return true;
+    }
+    for (var y = first.y; y <= last.y; y += 1.0) {
+        for (var x = first.x; x <= last.x; x += 1.0) {
+            if is_seen_at(footprint, vec2f(x, y) + offset) {
+                return true;
+            }
+        }
+    }
+    return false;
 }
 
 // Whether a footprint has any sample in it, or the centre of a pixel, where pictures of one sample have theirs.

@@ -1,6 +1,7 @@
 //! The commands of a frame: culling and drawing in one phase or two, the sky, blended objects, the tone map.
 
 use super::culling::{ARGUMENT_BYTES, Phase};
+use super::draws::DrawArguments;
 use super::pipelines::{OUTPUT_FORMATS, Pass};
 use super::portions::{self, Portion};
 use super::targets::{self, DEPTH_FORMAT, Targets, whole_view};
@@ -33,8 +34,8 @@ impl Renderer {
     /// Culling and the forward pass, in one phase or two.
     pub(super) fn record_scene(&mut self, encoder: &mut wgpu::CommandEncoder) -> Recorded {
         let mut recorded = Recorded::default();
-        if self.portions.on_processor && self.counts.latest.is_some_and(|drawn| drawn.triangles > MANY_TRIANGLES) {
-            // Not earlier: what loading and the first upload left is given back.
+        if self.portions.on_processor && self.most_triangles() > MANY_TRIANGLES {
+            // Not earlier: what loading left is given back.
             keep_freed_memory();
         }
         self.tables.record(encoder, self.timestamps.as_ref());
@@ -86,6 +87,13 @@ impl Renderer {
         self.cullings_due = self.cullings_due.saturating_sub(1);
         self.lists_ready = true;
         recorded
+    }
+
+    /// How many triangles there were of late, or, as long as nobody knows, may be.
+    fn most_triangles(&self) -> u64 {
+        let expected = |draw: &DrawArguments| u64::from(draw.expected_instances) * u64::from(draw.indirect.index_count / 3);
+        let told = self.counts.latest.map(|drawn| drawn.triangles);
+        told.unwrap_or_else(|| self.draws.arguments.iter().map(expected).sum())
     }
 
     /// Draws the objects that culling kept in some phases, in as many passes as they are cut into; returns the last of
