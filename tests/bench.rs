@@ -343,6 +343,7 @@ fn pass_times_come_late_and_nobody_needs_to_ask_for_them() {
     let gpu = Gpu::headless_with(wgpu::Features::TIMESTAMP_QUERY).expect("an adapter");
     let mut yard = Yard::new(&plan(20, YardView::Wide)).expect("a yard");
     let mut renderer = Renderer::new(&gpu);
+    renderer.time_passes();
     let mut draw = |renderer: &mut Renderer| {
         yard.simulation.frame();
         let view = Viewpoint::Camera(yard.camera).view(&yard.simulation.world, (64, 36));
@@ -369,8 +370,21 @@ fn pass_times_come_late_and_nobody_needs_to_ask_for_them() {
         }
         assert!((1..=10).contains(&frames), "{frames}");
     }
-    // A device that was not asked for them has none.
-    let mut plain = Renderer::new(&Gpu::headless().expect("an adapter"));
-    draw(&mut plain);
-    assert_eq!(plain.pass_times(), None);
+    // Nobody asked, or the device has none.
+    let (mut unasked, mut plain) = (
+        Renderer::new(&gpu),
+        Gpu::headless_with(wgpu::Features::empty()).map(|gpu| Renderer::new(&gpu)).expect("an adapter"),
+    );
+    plain.time_passes();
+    for renderer in [&mut unasked, &mut plain] {
+        draw(renderer);
+        assert_eq!(renderer.pass_times(), None);
+    }
+    // Another world.
+    yard = Yard::new(&plan(20, YardView::Wide)).expect("a yard");
+    let view = Viewpoint::Camera(yard.camera).view(&yard.simulation.world, (64, 36));
+    yard.simulation.frame();
+    renderer.prepare(&mut yard.simulation, &view, &Settings::default()).expect("it fits");
+    renderer.draw_picture();
+    assert!(renderer.pass_times().is_some());
 }

@@ -424,6 +424,46 @@ fn what_lies_between_samples_is_not_drawn_and_nobody_sees_it() {
     }
 }
 
+/// A bar across four pixels, with the middle of two of them in it: the rectangle around it holds all four. Moved aside by a
+/// little more than its thickness, or turned the other way and moved, it has none.
+#[test]
+fn what_only_the_rectangle_around_it_covers_is_not_drawn() {
+    let Some(mut renderer) = renderer() else { return };
+    let mut scene = Scene::new();
+    // One unit is one pixel; (0, 0) is where four meet.
+    let camera =
+        Camera { projection: Projection::Orthographic { half_height: SIZE.1 as f32 / 2.0 }, ..Camera::default() };
+    scene.simulation.world.entity_mut(scene.camera).insert(camera);
+    let white = Material { base_factor: Vec4::ONE, ..Material::new(Shading::Unlit) };
+    let white = scene.simulation.world.resource_mut::<Library>().add_material(white);
+    let bar = scene.simulation.world.spawn((scene.meshes[0], white, Transform::default())).id();
+    let mut draw = |degrees: f32, aside: f32, settings: Settings| {
+        let turn = Quat::from_rotation_z(degrees.to_radians());
+        *scene.simulation.world.get_mut::<Transform>(bar).expect("lives") =
+            Transform::from_translation(turn * Vec3::Y * aside - Vec3::Z * 5.0)
+                .with_rotation(turn)
+                .with_scale(Vec3::new(1.6, 0.2, 0.2));
+        scene.simulation.frame();
+        let (picture, drawn) = scene.draw_with(&mut renderer, settings);
+        let background = *picture.get_pixel(0, 0);
+        (picture.pixels().filter(|pixel| **pixel != background).count(), drawn.objects)
+    };
+    for occlusion in [Occlusion::Off, Occlusion::On] {
+        let settings = Settings { samples: 1, ..with(occlusion) };
+        for degrees in [45.0, 135.0, -45.0] {
+            assert_eq!(draw(degrees, 0.0, settings), (2, 1), "{degrees} degrees");
+            assert_eq!(draw(degrees, 0.09, settings), (2, 1), "{degrees} degrees, its edge just beyond");
+            assert_eq!(draw(degrees, 0.13, settings), (0, 0), "{degrees} degrees, aside");
+            assert_eq!(draw(degrees, -0.13, settings), (0, 0), "{degrees} degrees, to the other side");
+        }
+        // Upright, it is between two columns of samples either way.
+        assert_eq!(draw(90.0, 0.0, settings), (0, 0));
+        // Two of four samples in a pixel lie 0.18 aside of such a diagonal.
+        let (pixels, drawn) = draw(45.0, 0.13, Settings { samples: 4, ..settings });
+        assert!(pixels > 0 && drawn == 1, "four samples: {pixels} pixels");
+    }
+}
+
 #[test]
 fn near_objects_are_drawn_before_far_ones() {
     let Some(mut renderer) = renderer() else { return };

@@ -42,8 +42,10 @@ pub struct Gpu {
 
 impl Gpu {
     /// Features that are used where they are there. Without them the same is done in more calls and more memory.
-    pub const USED: wgpu::Features =
-        wgpu::Features::INDIRECT_FIRST_INSTANCE.union(wgpu::Features::TEXTURE_COMPRESSION_BC);
+    pub const USED: wgpu::Features = wgpu::Features::INDIRECT_FIRST_INSTANCE
+        .union(wgpu::Features::TEXTURE_COMPRESSION_BC)
+        .union(wgpu::Features::TIMESTAMP_QUERY)
+        .union(wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES);
 
     /// Opens the best adapter without a window. `WGPU_BACKEND` and `WGPU_ADAPTER_NAME` choose another.
     ///

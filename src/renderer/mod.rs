@@ -147,7 +147,7 @@ pub struct Renderer {
     undrawn: bool,
     stats: RenderStats,
     counts: DrawnCounts,
-    /// Where the device was opened with them.
+    /// Where somebody asks for them and the device has them.
     timestamps: Option<Timestamps>,
     portions: Portions,
 }
@@ -199,7 +199,7 @@ impl Renderer {
             undrawn: false,
             stats: RenderStats::default(),
             counts: DrawnCounts::default(),
-            timestamps: Timestamps::new(gpu),
+            timestamps: None,
             portions: Portions::new(gpu),
             pipelines,
             gpu: gpu.clone(),
@@ -212,12 +212,13 @@ impl Renderer {
     }
 
     /// Has passes over more triangles than these cut into several, which a driver on the processor finishes one after
-    /// another: it holds some hundred bytes of each triangle meanwhile. `None`: passes stay whole. The picture is the same.
-    /// From the beginning: 65,536 on drivers on the processor, none elsewhere. It is a wish: what is in view is known from
-    /// frames before, a batch is cut into 128 parts at most, of no less than 64 objects each, and
-    /// [`Self::draw_outputs`] and the passes of [`Technique::EmbossMultipass`] stay whole.
+    /// another: it holds some hundred bytes of each triangle meanwhile. Within a pass, it is handed an eighth of them at a
+    /// time, and fills their pixels while it works on the next. `None`: passes stay whole. The picture is the same. From the
+    /// beginning: 65,536 on drivers on the processor, none elsewhere. It is a wish: what is in view is known from frames
+    /// before, a batch is cut into 128 parts at most, of no less than 64 objects each, and [`Self::draw_outputs`] and the
+    /// passes of [`Technique::EmbossMultipass`] stay whole.
     pub fn cut_passes(&mut self, triangles: Option<std::num::NonZeroU32>) {
-        self.portions.triangles = triangles.map(std::num::NonZeroU32::get);
+        self.portions.of_pass = triangles.map(std::num::NonZeroU32::get);
     }
 
     /// What the last prepare and draw did.
@@ -225,8 +226,14 @@ impl Renderer {
         self.stats
     }
 
+    /// Has the GPU note when it works on each pass, for [`Self::pass_times`]. Nothing on a device without
+    /// [`wgpu::Features::TIMESTAMP_QUERY`].
+    pub fn time_passes(&mut self) {
+        self.timestamps = Timestamps::new(&self.gpu);
+    }
+
     /// How long the GPU took over each pass of the oldest frame not asked for yet, in order; `None` while it has not
-    /// arrived, and on a device without [`wgpu::Features::TIMESTAMP_QUERY`].
+    /// arrived, and if passes are not timed ([`Self::time_passes`]).
     pub fn pass_times(&mut self) -> Option<Vec<PassTime>> {
         self.timestamps.as_mut()?.take()
     }
@@ -249,8 +256,9 @@ impl Renderer {
             // What is on the device belongs to another world; how it is drawn does not.
             let textures = Textures::with_layout(self.textures.layout.clone());
             let (pipelines, culling, pyramids) = (self.pipelines.clone(), self.culling.clone(), self.pyramids.clone());
-            let portions = self.portions;
-            *self = Self { portions, ..Self::of_no_world(&self.gpu, textures, pipelines, culling, pyramids) };
+            let (portions, timestamps) = (self.portions.clone(), self.timestamps.take());
+            *self =
+                Self { portions, timestamps, ..Self::of_no_world(&self.gpu, textures, pipelines, culling, pyramids) };
         }
         self.world = list.world;
         let limit = self.gpu.device.limits().max_texture_dimension_2d;
@@ -326,7 +334,7 @@ impl Renderer {
         uploaded?;
         let list = simulation.draw_list();
         let redrawn =
-            self.draws.update(&self.gpu, list, &self.meshes, settings.levels.enabled, self.portions.triangles)?;
+            self.draws.update(&self.gpu, list, &self.meshes, settings.levels.enabled, self.portions.smallest())?;
         self.stats.list_bytes += redrawn.unwrap_or(0);
         let occlusion = settings.occlusion.is_on(list.objects);
         // What stands out before its bounds may be seen where they are hidden.

@@ -91,7 +91,8 @@ impl Renderer {
 
     /// How many triangles there were of late, or, as long as nobody knows, may be.
     fn most_triangles(&self) -> u64 {
-        let expected = |draw: &DrawArguments| u64::from(draw.expected_instances) * u64::from(draw.indirect.index_count / 3);
+        let expected =
+            |draw: &DrawArguments| u64::from(draw.expected_instances) * u64::from(draw.indirect.index_count / 3);
         let told = self.counts.latest.map(|drawn| drawn.triangles);
         told.unwrap_or_else(|| self.draws.arguments.iter().map(expected).sum())
     }
@@ -107,17 +108,22 @@ impl Renderer {
         recorded: &mut Recorded,
     ) -> wgpu::RenderPass<'a> {
         let timestamps = self.timestamps.as_ref();
-        let mut draw = |pass: &mut wgpu::RenderPass<'_>, portion: &Portion| {
+        let mut draw = |pass: &mut wgpu::RenderPass<'_>, portions: &[Portion]| {
             pass.set_bind_group(0, frame_group, &[]);
-            for (phase, arguments) in portion {
-                recorded.count(self.draw_objects(pass, self.pass, *phase, arguments.clone()));
+            for (number, portion) in (0..).zip(portions) {
+                if number > 0 {
+                    self.portions.hand_over(pass, number);
+                }
+                for (phase, arguments) in portion {
+                    recorded.count(self.draw_objects(pass, self.pass, *phase, arguments.clone()));
+                }
             }
             recorded.passes += 1;
         };
-        let mut portions = self.cut(phases);
-        let last = portions.pop().unwrap_or_default();
-        for portion in &portions {
-            draw(&mut begin_forward(encoder, timestamps, targets, (label, clear.take(), Leaves::Samples)), portion);
+        let mut passes = self.cut(phases);
+        let last = passes.pop().unwrap_or_default();
+        for portions in &passes {
+            draw(&mut begin_forward(encoder, timestamps, targets, (label, clear.take(), Leaves::Samples)), portions);
         }
         let mut pass = begin_forward(encoder, timestamps, targets, (label, clear, leaves));
         draw(&mut pass, &last);
@@ -133,12 +139,13 @@ impl Renderer {
         self.pipeline_of(self.pass, key).technique == Technique::EmbossMultipass
     }
 
-    /// Cuts a pass over the objects in some phases into portions, by how many there were of late.
-    fn cut(&self, phases: impl Iterator<Item = Phase>) -> Vec<Portion> {
+    /// Cuts a pass over the objects in some phases into passes of portions, by how many there were of late.
+    fn cut(&self, phases: impl Iterator<Item = Phase>) -> Vec<Vec<Portion>> {
         let arguments = &self.draws.arguments;
         // Passes that add up do so over all that the others left.
-        let Some(most) = self.portions.triangles.filter(|_| !self.has_emboss_passes()) else {
-            return vec![phases.map(|phase| (phase, 0..arguments.len())).collect()];
+        let most = self.portions.of_pass.zip(self.portions.smallest()).filter(|_| !self.has_emboss_passes());
+        let Some(most) = most else {
+            return vec![vec![phases.map(|phase| (phase, 0..arguments.len())).collect()]];
         };
         let all = self.phases().count() * arguments.len();
         portions::cut(most, phases, arguments.len(), |phase, index| {

@@ -118,7 +118,8 @@ pub(super) struct Stand {
 
 impl Stand {
     pub fn new(args: &CompareArgs, maps: Maps) -> Result<Self, FrameError> {
-        let gpu = Gpu::headless_with(Gpu::USED | wgpu::Features::TIMESTAMP_QUERY)?;
+        let mut renderer = Renderer::new(&Gpu::headless()?);
+        renderer.time_passes();
         let mut simulation = Simulation::new();
         let mut library = simulation.world.resource_mut::<Library>();
         let by = Displacement { heights: &maps.heights, scale_uv: maps.scale, rest: Material::default().height_rest };
@@ -142,7 +143,7 @@ impl Stand {
             camera,
             lights: lights.into(),
             material,
-            renderer: Renderer::new(&gpu),
+            renderer,
             simulation,
         })
     }
