@@ -284,38 +284,36 @@ fn is_seen_at(footprint: Footprint, point: vec2f) -> bool {
         && abs(cross_2d(c, middle)) <= c_a + b_c + dot(abs(c), room);
 }
 
-// Of the box's rectangle, at how many points to look: larger boxes hardly ever lie between all of them.
+// Where pixels are sampled, in eighths of a pixel from its top left, a hexadecimal digit for each: in the middle, where
+// pictures of one sample have theirs, then as WebGPU ("Sample patterns") and Vulkan (standard sample locations) have four.
+const SAMPLES_X = 0x51734u;
+const SAMPLES_Y = 0x75314u;
+
+// At how many samples in its rectangle to look for a box: larger ones hardly ever lie between all of them.
 const MOST_POINTS = 4.0;
 
-// Whether a box is seen at the point of some pixel of the picture that lies there from the pixel's top left.
-fn covers(footprint: Footprint, offset: vec2f) -> bool {
-    let first = max(ceil(footprint.low - offset), vec2f(0.0));
-    let last = min(floor(footprint.high - offset), cull_view.size - 1.0);
-    let points = max(last - first + 1.0, vec2f(0.0));
-    if points.x * points.y > MOST_POINTS {
-        return true;
-    }
-    for (var y = first.y; y <= last.y; y += 1.0) {
-        for (var x = first.x; x <= last.x; x += 1.0) {
-            if is_seen_at(footprint, vec2f(x, y) + offset) {
-                return true;
-            }
+// Whether a box has any sample in it, or the middle of a pixel. One loop over all of them: Mesa's software driver goes
+// through everything once, a loop's body too, whether it has to be or not.
+fn is_sampled(footprint: Footprint) -> bool {
+    var seen = footprint.unknown;
+    var sample = 0u;
+    var i = 0.0;
+    while !seen && sample < select(1u, 5u, cull_view.samples > 1u) {
+        let offset = vec2f(vec2u(SAMPLES_X, SAMPLES_Y) >> vec2u(4u * sample) & vec2u(7u)) / 8.0;
+        let first = max(ceil(footprint.low - offset), vec2f(0.0));
+        let last = min(floor(footprint.high - offset), cull_view.size - 1.0);
+        let points = max(last - first + 1.0, vec2f(0.0));
+        let count = points.x * points.y;
+        let row = floor(i / points.x);
+        let point = first + offset + vec2f(i - row * points.x, row);
+        seen = count > MOST_POINTS || (i < count && is_seen_at(footprint, point));
+        i += 1.0;
+        if i >= count {
+            sample += 1u;
+            i = 0.0;
         }
     }
-    return false;
-}
-
-// Whether a footprint has any sample in it, or the centre of a pixel, where pictures of one sample have theirs.
-fn is_sampled(footprint: Footprint) -> bool {
-    if footprint.unknown || covers(footprint, vec2f(0.5)) {
-        return true;
-    }
-    // WebGPU, "Sample patterns"; Vulkan's standard sample locations.
-    let between = covers(footprint, vec2f(0.375, 0.125))
-        || covers(footprint, vec2f(0.875, 0.375))
-        || covers(footprint, vec2f(0.125, 0.625))
-        || covers(footprint, vec2f(0.625, 0.875));
-    return between && cull_view.samples > 1u;
+    return seen;
 }
 
 @compute @workgroup_size(PAGE_SLOTS)
