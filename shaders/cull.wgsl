@@ -197,7 +197,7 @@ struct Footprint {
     high: vec2f,
     // Reversed depth of what is nearest of it.
     nearest: f32,
-    // Some of it is in front of the near plane or beside the eye: nothing of the above is known.
+    // Some of it is in front of the near plane or beside the eye: nothing else is known.
     unknown: bool,
     // The box in clip space: its middle, and half of its sides.
     middle: vec4f,
@@ -214,6 +214,7 @@ fn footprint_of(slot: u32, batch: CullBatch) -> Footprint {
     let world = vec3f(dot(rows[0], center), dot(rows[1], center), dot(rows[2], center));
     // A little larger, as in the frustum's test.
     let half = batch.half_extents * 1.001;
+    let farthest = half + abs(batch.center);
     let clip_from_world = view.clip_from_world;
     let middle = clip_from_world * vec4f(world, 1.0);
     let x = clip_from_world * vec4f(vec3f(rows[0].x, rows[1].x, rows[2].x) * half.x, 0.0);
@@ -236,9 +237,10 @@ fn footprint_of(slot: u32, batch: CullBatch) -> Footprint {
         least_w = min(least_w, clip.w);
         most_w = max(most_w, clip.w);
     }
-    // Room for rounding: metres, which grow with the distance from the origin, as they show in the picture and its depths.
+    // Room for rounding: metres, which grow with the distance from the origin, the mesh's own too, as they show in the
+    // picture and its depths.
     let m = clip_from_world;
-    let reach = length(rows[0].xyz * half) + length(rows[1].xyz * half) + length(rows[2].xyz * half);
+    let reach = length(rows[0].xyz * farthest) + length(rows[1].xyz * farthest) + length(rows[2].xyz * farthest);
     let rounding = 2e-6 * (length(world) + reach + length(view.eye)) / least_w;
     let per_metre = vec2f(length(vec3f(m[0].x, m[1].x, m[2].x)), length(vec3f(m[0].y, m[1].y, m[2].y)));
     let w_per_metre = length(vec3f(m[0].w, m[1].w, m[2].w));
@@ -289,7 +291,7 @@ fn is_seen_at(footprint: Footprint, point: vec2f) -> bool {
 const SAMPLES_X = 0x51734u;
 const SAMPLES_Y = 0x75314u;
 
-// At how many samples in its rectangle to look for a box: larger ones hardly ever lie between all of them.
+// Pixels whose sample is in its rectangle at which to look for a box: larger ones hardly ever lie between all of them.
 const MOST_POINTS = 4.0;
 
 // Whether a box has any sample in it, or the middle of a pixel. One loop over all of them: Mesa's software driver goes
@@ -299,16 +301,18 @@ fn is_sampled(footprint: Footprint) -> bool {
     var sample = 0u;
     var i = 0.0;
     while !seen && sample < select(1u, 5u, cull_view.samples > 1u) {
-        let offset = vec2f(vec2u(SAMPLES_X, SAMPLES_Y) >> vec2u(4u * sample) & vec2u(7u)) / 8.0;
+        let offset = vec2f((vec2u(SAMPLES_X, SAMPLES_Y) >> vec2u(4u * sample)) & vec2u(7u)) / 8.0;
         let first = max(ceil(footprint.low - offset), vec2f(0.0));
         let last = min(floor(footprint.high - offset), cull_view.size - 1.0);
         let points = max(last - first + 1.0, vec2f(0.0));
         let count = points.x * points.y;
-        let row = floor(i / points.x);
+        // In the middle of a place, as a division may be off a little.
+        let row = floor((i + 0.5) / points.x);
         let point = first + offset + vec2f(i - row * points.x, row);
         seen = count > MOST_POINTS || (i < count && is_seen_at(footprint, point));
         i += 1.0;
-        if i >= count {
+        // Negated for what is not a number, which would have no end.
+        if !(i < count) {
             sample += 1u;
             i = 0.0;
         }
@@ -325,7 +329,9 @@ fn cull(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index
     let page = pages[index];
     let slot = page.x * PAGE_SLOTS + place;
     let bounds = bounds_of(slot, batches[page.y]);
-    if bounds.scale <= 0.0 || !in_frustum(bounds.center, bounds.radius) || !is_sampled(footprint_of(slot, batches[page.y])) {
+    // A mesh far from its own origin is where it is only nearly.
+    let rounding = 1e-6 * bounds.scale * length(batches[page.y].center);
+    if bounds.scale <= 0.0 || !in_frustum(bounds.center, bounds.radius + rounding) || !is_sampled(footprint_of(slot, batches[page.y])) {
         visibility[slot] = 0u;
         return;
     }

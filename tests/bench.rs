@@ -336,7 +336,7 @@ fn the_views_hold_all_and_about_a_sixth() {
 }
 
 #[test]
-fn pass_times_come_late_and_nobody_needs_to_ask_for_them() {
+fn pass_times_come_late_and_nobody_needs_to_take_them() {
     if common::gpu().is_none() {
         return;
     }

@@ -201,7 +201,7 @@ pub(super) fn milliseconds(time: Duration) -> f64 {
     time.as_secs_f64() * 1e3
 }
 
-/// Opens the adapter, with its clock where it has one.
+/// Opens the adapter; passes are timed where it has a clock.
 fn open() -> Result<Renderer, GpuError> {
     let mut renderer = Renderer::new(&Gpu::headless()?);
     renderer.time_passes();

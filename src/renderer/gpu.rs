@@ -41,7 +41,8 @@ pub struct Gpu {
 }
 
 impl Gpu {
-    /// Features that are used where they are there. Without them the same is done in more calls and more memory.
+    /// Features that are used where they are there. Without them the same is done in more calls and more memory, or time, and
+    /// passes are not timed.
     pub const USED: wgpu::Features = wgpu::Features::INDIRECT_FIRST_INSTANCE
         .union(wgpu::Features::TEXTURE_COMPRESSION_BC)
         .union(wgpu::Features::TIMESTAMP_QUERY)

@@ -212,11 +212,11 @@ impl Renderer {
     }
 
     /// Has passes over more triangles than these cut into several, which a driver on the processor finishes one after
-    /// another: it holds some hundred bytes of each triangle meanwhile. Within a pass, it is handed an eighth of them at a
-    /// time, and fills their pixels while it works on the next. `None`: passes stay whole. The picture is the same. From the
-    /// beginning: 65,536 on drivers on the processor, none elsewhere. It is a wish: what is in view is known from frames
-    /// before, a batch is cut into 128 parts at most, of no less than 64 objects each, and [`Self::draw_outputs`] and the
-    /// passes of [`Technique::EmbossMultipass`] stay whole.
+    /// another: it holds some hundred bytes of each triangle meanwhile. Within a pass, if it can note the time there, it is
+    /// handed an eighth of them at a time, and fills their pixels while it works on the next. `None`: passes stay whole. The
+    /// picture is the same. From the beginning: 65,536 on drivers on the processor, none elsewhere. It is a wish: what is in
+    /// view is known from frames before, a batch is cut into 128 parts at most, of no less than 64 objects each, and
+    /// [`Self::draw_outputs`] and the passes of [`Technique::EmbossMultipass`] stay whole.
     pub fn cut_passes(&mut self, triangles: Option<std::num::NonZeroU32>) {
         self.portions.of_pass = triangles.map(std::num::NonZeroU32::get);
     }
@@ -334,7 +334,7 @@ impl Renderer {
         uploaded?;
         let list = simulation.draw_list();
         let redrawn =
-            self.draws.update(&self.gpu, list, &self.meshes, settings.levels.enabled, self.portions.smallest())?;
+            self.draws.update(&self.gpu, list, &self.meshes, settings.levels.enabled, self.portions.of_portion())?;
         self.stats.list_bytes += redrawn.unwrap_or(0);
         let occlusion = settings.occlusion.is_on(list.objects);
         // What stands out before its bounds may be seen where they are hidden.

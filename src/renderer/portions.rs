@@ -35,8 +35,8 @@ const OF_PASS: u32 = 1 << 16;
 /// Portions that a pass is handed over in, if the draws can be cut so finely.
 const PORTIONS_OF_PASS: u32 = 8;
 
-/// A pass has no more of them: two that follow each other hold more triangles than one may.
-const MOST_HAND_OVERS: u32 = 2 * PORTIONS_OF_PASS + 2;
+/// A pass has fewer portions: two that follow each other hold more triangles than a portion may.
+const MOST_HAND_OVERS: u32 = 2 * PORTIONS_OF_PASS;
 
 impl Portions {
     pub fn new(gpu: &super::Gpu) -> Self {
@@ -53,7 +53,7 @@ impl Portions {
     }
 
     /// Triangles of a portion.
-    pub fn smallest(&self) -> Option<u32> {
+    pub fn of_portion(&self) -> Option<u32> {
         let parts = if self.hand_overs.is_some() { PORTIONS_OF_PASS } else { 1 };
         self.of_pass.map(|triangles| (triangles / parts).max(1))
     }

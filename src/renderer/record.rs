@@ -34,7 +34,7 @@ impl Renderer {
     /// Culling and the forward pass, in one phase or two.
     pub(super) fn record_scene(&mut self, encoder: &mut wgpu::CommandEncoder) -> Recorded {
         let mut recorded = Recorded::default();
-        if self.portions.on_processor && self.most_triangles() > MANY_TRIANGLES {
+        if self.portions.on_processor && self.expected_triangles() > MANY_TRIANGLES {
             // Not earlier: what loading left is given back.
             keep_freed_memory();
         }
@@ -89,8 +89,8 @@ impl Renderer {
         recorded
     }
 
-    /// How many triangles there were of late, or, as long as nobody knows, may be.
-    fn most_triangles(&self) -> u64 {
+    /// How many triangles there were of late, or, as long as nobody knows, are expected.
+    fn expected_triangles(&self) -> u64 {
         let expected =
             |draw: &DrawArguments| u64::from(draw.expected_instances) * u64::from(draw.indirect.index_count / 3);
         let told = self.counts.latest.map(|drawn| drawn.triangles);
@@ -143,7 +143,7 @@ impl Renderer {
     fn cut(&self, phases: impl Iterator<Item = Phase>) -> Vec<Vec<Portion>> {
         let arguments = &self.draws.arguments;
         // Passes that add up do so over all that the others left.
-        let most = self.portions.of_pass.zip(self.portions.smallest()).filter(|_| !self.has_emboss_passes());
+        let most = self.portions.of_pass.zip(self.portions.of_portion()).filter(|_| !self.has_emboss_passes());
         let Some(most) = most else {
             return vec![vec![phases.map(|phase| (phase, 0..arguments.len())).collect()]];
         };
