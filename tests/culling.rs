@@ -359,8 +359,8 @@ fn a_world_that_lived_looks_like_one_made_as_it_is_now() {
     assert!(objects.len() > 500, "{}", objects.len());
 }
 
-/// Small things far apart, in random poses. All in one colour, so that it does not matter which is in front. The meshes' own
-/// origins are that far away, too.
+/// Small things far apart, in random poses. All in one colour, so that it does not matter which is in front. From the
+/// middles of the meshes to their own origins it is `mesh_origin`.
 fn dust(origin: Vec3, mesh_origin: Vec3, count: usize, alpha: AlphaMode) -> Scene {
     let mut random = random();
     let mut scene = Scene::new();

@@ -7,8 +7,7 @@
 //! - a pass over many triangles is cut into several: between two of them the driver finishes what it has, which bounds the
 //!   memory;
 //! - within a pass, lists are handed over after every few triangles, by noting the time there: to do so, the driver ends a
-//!   list without waiting for it. So one thread works on vertices while the others fill pixels, and short lists stay in the
-//!   caches.
+//!   list without waiting for it. So one thread works on vertices while the others fill pixels.
 //!
 //! The lists of visible objects are drawn in the same order in any case, to the same picture.
 
