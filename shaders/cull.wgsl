@@ -7,7 +7,7 @@
 //   scan_totals   one workgroup: the blocks' sums become the sums of all blocks before
 //   scatter       per entry: slots into the list of visible ones, slice by slice, in the order of pages and slots within a
 //                 slice
-//   finish        per draw: how many instances each of its arguments has
+//   finish        per draw: how many instances each of its arguments has, and which is the first
 //
 // After `cull`, a workgroup takes `TOGETHER` pages or entries: it looks which of them hold anything that is drawn, and does
 // the rest of its work for these. Most pages are out of view, and most objects of a page at one level of detail.
@@ -44,8 +44,10 @@ struct Cull {
     samples: u32,
     // How far the rasteriser may move a vertex, pixels.
     vertex_rounding: f32,
+    // Where indirect draws must begin at the first instance: places in `visible` from a list of the early phase to that of
+    // the late one. Else 0: the one follows the other at once.
+    late_offset: u32,
     pad0: u32,
-    pad1: u32,
 }
 
 struct CullBatch {
@@ -63,9 +65,9 @@ struct CullDraw {
     level: u32,
     first_entry: u32,
     end_entry: u32,
-    // Where its list of visible slots begins.
+    // Where its list of visible slots begins, in the early phase.
     first_visible: u32,
-    // Its arguments, each of as many instances as a portion has; the last has the rest.
+    // Its arguments: the first STEP of so many instances, the next of twice as many, and so on; the last has the rest.
     first_argument: u32,
     end_argument: u32,
     portion: u32,
@@ -89,7 +91,8 @@ struct DrawArguments {
 // Per slot: what `cull` found.
 @group(1) @binding(5) var<storage, read_write> visibility: array<u32>;
 // Of each draw, its slices one after the other; of each slice, a count per entry, which `scan_blocks` replaces by the sum
-// of those before it in its block. Behind all blocks, the sums of the blocks before each block.
+// of those before it in its block. Behind all blocks, the sums of the blocks before each block, and behind these, how many
+// slots each draw has in the early phase.
 @group(1) @binding(6) var<storage, read_write> counts: array<u32>;
 @group(1) @binding(7) var<storage, read_write> visible: array<u32>;
 @group(1) @binding(8) var<storage, read_write> arguments: array<DrawArguments>;
@@ -537,6 +540,17 @@ fn scan_totals(@builtin(local_invocation_index) scanner: u32) {
     }
 }
 
+// Where the number of slots that a draw has in the early phase is noted.
+fn early_index(draw: u32) -> u32 {
+    return blocks() * (BLOCK + 1u) + draw;
+}
+
+// Where the list of a draw begins in `visible`.
+fn list_start(draw: u32) -> u32 {
+    let behind_early = select(cull_view.late_offset, counts[early_index(draw)], cull_view.late_offset == 0u);
+    return draws[draw].first_visible + select(0u, behind_early, PHASE == LATE);
+}
+
 // The sum of all counts before one, after the scans.
 fn sum_before(index: u32) -> u32 {
     return counts[index] + counts[blocks() * BLOCK + index / BLOCK];
@@ -555,19 +569,27 @@ fn scatter(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_in
         let slice = taken_slice(draw, slot);
         if slice != NO_SLICE {
             let rank = sum_before(count_index(draw, first + number, slice)) - sum_before(draw.first_entry * SLICES);
-            visible[draw.first_visible + rank + members_before(number, slice, place)] = slot;
+            visible[list_start(entry.y) + rank + members_before(number, slice, place)] = slot;
         }
     }
 }
+
+// After so many arguments, each holds twice as many instances.
+const STEP = 256u;
 
 @compute @workgroup_size(64)
 fn finish(@builtin(global_invocation_id) id: vec3u) {
     if id.x < cull_view.draw_count {
         let draw = draws[id.x];
+        var first = list_start(id.x);
         var left = sum_before(draw.end_entry * SLICES) - sum_before(draw.first_entry * SLICES);
+        counts[early_index(id.x)] = left;
         for (var i = draw.first_argument; i < draw.end_argument; i++) {
-            let instances = select(min(left, draw.portion), left, i + 1u == draw.end_argument);
+            let room = draw.portion << ((i - draw.first_argument) / STEP);
+            let instances = select(min(left, room), left, i + 1u == draw.end_argument);
             arguments[i].instance_count = instances;
+            arguments[i].first_instance = select(0u, first, cull_view.late_offset == 0u);
+            first += instances;
             left -= instances;
         }
     }

@@ -3,9 +3,12 @@
 use crate::bounds::Sphere;
 use crate::light_tree::WIDTH;
 use crate::object_order::around;
-use crate::parallel::map_on_pool;
+use crate::parallel::on_pool;
 use bevy_tasks::TaskPool;
 use glam::Vec3;
+
+/// Spheres per task.
+const PART: usize = 1 << 14;
 
 /// The spheres in the order of their places on a Hilbert curve.
 pub fn along_the_curve(spheres: &[Sphere]) -> Vec<Sphere> {
@@ -37,7 +40,12 @@ pub(crate) fn hilbert_keys(pool: &TaskPool, spheres: &[Sphere]) -> Vec<u32> {
             _ => hilbert([x, y]),
         }
     };
-    map_on_pool(pool, spheres.chunks(1 << 14), |spheres| spheres.iter().map(key).collect::<Vec<u32>>()).concat()
+    let mut keys = vec![0; spheres.len()];
+    let parts = spheres.chunks(PART).zip(keys.chunks_mut(PART));
+    on_pool(pool, parts, |(spheres, keys)| {
+        keys.iter_mut().zip(spheres).for_each(|(place, sphere)| *place = key(sphere))
+    });
+    keys
 }
 
 /// Index of a cell on the Hilbert curve of so many dimensions, with as many bits per axis as fit (J. Skilling:

@@ -32,6 +32,15 @@ impl EntityNumbers {
         self.0[index] = number;
     }
 
+    /// Makes room for the numbers of some entities at once, rather than little by little.
+    pub fn reserve(&mut self, entities: &[Entity]) {
+        // Indices are different: one of so many is at least as large.
+        if self.0.len() < entities.len() {
+            let needed = entities.iter().map(|entity| entity.index_u32() as usize + 1).max().unwrap_or(0);
+            self.0.reserve(needed - self.0.len().min(needed));
+        }
+    }
+
     /// Takes the number of an entity away from it.
     pub fn take(&mut self, entity: Entity) -> Option<u32> {
         let number = self.0.get_mut(entity.index_u32() as usize)?;

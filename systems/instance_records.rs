@@ -27,6 +27,11 @@ pub struct InstanceSlots {
 }
 
 impl InstanceSlots {
+    /// Makes room for so many objects.
+    pub(crate) fn reserve(&mut self, objects: usize) {
+        self.objects.reserve(objects.saturating_sub(self.objects.len()));
+    }
+
     /// Says who is in a slot from now on.
     pub(crate) fn put(&mut self, slot: u32, object: Option<EntityIndex>) {
         let index = slot as usize;

@@ -157,6 +157,9 @@ impl InstanceTable {
         rows: Rows,
     ) {
         let end = rows.0.len();
+        // Each row has a slot in the end, but for those that draw nothing.
+        list.instances.reserve(end);
+        self.slots.reserve(rows.0);
         for start in (first..end).step_by(BLOCK) {
             let block = start..end.min(start + BLOCK);
             self.settle_rows((block, since, columns), looking, library, materials, list, rows);
@@ -235,6 +238,6 @@ impl InstanceTable {
 }
 
 /// Rows of a table that are settled together: in tests few, so that there are several such blocks.
-const BLOCK: usize = if cfg!(test) { 3 * LIGHT_ROWS } else { 1 << 18 };
+const BLOCK: usize = if cfg!(test) { 3 * LIGHT_ROWS } else { 1 << 16 };
 /// In place of a slot that is yet to be found.
 const UNSETTLED: u32 = u32::MAX;

@@ -117,6 +117,9 @@ impl Simulation {
         world.register_component_hooks::<Disabled>().on_add(hidden::disable).on_remove(hidden::enable);
         // Which may have none: it is looked for all the same.
         world.register_component::<pieces::PieceOf>();
+        // Schedules ask for it in their first run. The later a resource comes, the more it takes: it is an entity, and where
+        // that one is stands in a list of 4 bytes for each entity before it.
+        world.init_resource::<Schedules>();
         world.init_resource::<library::Library>();
         world.init_resource::<clock::Clock>();
         world.init_resource::<clock::Seed>();

@@ -35,7 +35,7 @@ use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 const CHUNK: usize = 4096;
 /// Where all objects are searched: places whose results are kept, 40 bytes each, until they are with their objects. All
 /// objects are looked through for each block.
-const BLOCK: usize = 1 << 17;
+const BLOCK: usize = 1 << 16;
 /// Objects are marked as long as no more than one in this many lights changed, or no more than a few.
 const MANY_LIGHTS: usize = 8;
 const FEW_LIGHTS: usize = 64;
@@ -300,6 +300,7 @@ fn collect_moved(objects: Query<Placed>, library: &Library, order: &mut ObjectOr
         if count == 0 {
             continue;
         }
+        order.reserve(entities);
         let rows = Rows { library, entities, transforms, meshes };
         for row in enter_known(order, &rows, (changed, count)) {
             let row = row as usize;

@@ -184,6 +184,14 @@ impl ObjectOrder {
         place
     }
 
+    /// Makes room for the objects of a table. Lists that grow little by little leave gaps behind them in the process's memory, as
+    /// large as they are.
+    pub(crate) fn reserve(&mut self, objects: &[Entity]) {
+        self.spheres.reserve(objects.len().saturating_sub(self.spheres.len()));
+        self.objects.reserve(objects.len().saturating_sub(self.objects.len()));
+        self.places.reserve(objects);
+    }
+
     /// The object at a place has moved.
     pub(crate) fn moved(&mut self, place: u32, sphere: Sphere) {
         self.spheres[place as usize] = sphere;

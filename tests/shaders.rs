@@ -153,8 +153,8 @@ fn the_structs_of_culling_mirror_the_renderers() {
             allowed_error,
             samples,
             vertex_rounding,
-            pad0,
-            pad1
+            late_offset,
+            pad0
         }
     );
     assert_mirrored!(&module, "CullBatch", CullBatchRecord { center, radius, half_extents, pad0, errors });

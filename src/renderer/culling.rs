@@ -41,10 +41,11 @@ pub struct CullRecord {
     pub samples: u32,
     /// How far the rasteriser may move a vertex, pixels ([`Gpu::vertex_rounding`]).
     pub vertex_rounding: f32,
+    /// Where indirect draws must begin at the first instance: places from a draw's list of visible slots in the early phase to
+    /// that in the late one. Else 0: the one follows the other at once.
+    pub late_offset: u32,
     /// Room for 16-byte alignment.
     pub pad0: u32,
-    /// Room for 16-byte alignment.
-    pub pad1: u32,
 }
 
 /// One half of a frame's draws.
@@ -68,18 +69,19 @@ pub(super) struct Culling {
     scatter: [wgpu::ComputePipeline; 2],
     scan_blocks: wgpu::ComputePipeline,
     scan_totals: wgpu::ComputePipeline,
-    finish: wgpu::ComputePipeline,
+    /// By [`Phase`].
+    finish: [wgpu::ComputePipeline; 2],
     /// Stands for the depth pyramid where there is none.
     no_pyramid: wgpu::TextureView,
     /// [`Gpu::vertex_rounding`].
     vertex_rounding: f32,
+    /// Indirect draws can begin at another instance than the first.
+    first_instance: bool,
 }
 
 /// What one phase draws.
 #[derive(Debug)]
-pub(super) struct PhaseLists {
-    /// Slots, a list per draw.
-    pub visible: GrowingBuffer,
+pub(super) struct PhaseDraws {
     /// One [`DrawIndexedIndirectArgs`] per element of [`Draws::arguments`].
     pub arguments: GrowingBuffer,
     group: Option<(u32, wgpu::BindGroup)>,
@@ -91,8 +93,10 @@ pub(super) struct CulledView {
     record: wgpu::Buffer,
     visibility: GrowingBuffer,
     slice_counts: GrowingBuffer,
+    /// Visible slots, a list per draw and phase.
+    visible: GrowingBuffer,
     /// By [`Phase`].
-    lists: [PhaseLists; 2],
+    phases: [PhaseDraws; 2],
     pyramid: Option<Pyramid>,
     counts: CullRecord,
 }
@@ -168,9 +172,10 @@ impl Culling {
             scan_blocks: pipeline("scan_blocks", Phase::Early),
             scan_totals: pipeline("scan_totals", Phase::Early),
             scatter: [Phase::Early, Phase::Late].map(|phase| pipeline("scatter", phase)),
-            finish: pipeline("finish", Phase::Early),
+            finish: [Phase::Early, Phase::Late].map(|phase| pipeline("finish", phase)),
             no_pyramid: whole_view(&no_pyramid, "no pyramid"),
             vertex_rounding: gpu.vertex_rounding(),
+            first_instance: device.features().contains(wgpu::Features::INDIRECT_FIRST_INSTANCE),
             layout,
         }
     }
@@ -189,7 +194,7 @@ impl Culling {
             Phase::Late => ("occlusion", &self.occlude),
         };
         for (view, frame_group) in views {
-            let Some((_, group)) = &view.lists[phase as usize].group else { continue };
+            let Some((_, group)) = &view.phases[phase as usize].group else { continue };
             let (pages, entries) = (view.counts.page_count, view.counts.entry_count);
             if entries == 0 {
                 continue;
@@ -209,7 +214,7 @@ impl Culling {
                 (&self.scan_blocks, blocks(entries)),
                 (&self.scan_totals, 1),
                 (&self.scatter[phase as usize], taken),
-                (&self.finish, draws),
+                (&self.finish[phase as usize], draws),
             ];
             for (pipeline, workgroups) in work {
                 pass.set_pipeline(pipeline);
@@ -242,20 +247,27 @@ impl CulledView {
             }),
             visibility: buffer("visibility of objects", BufferUsages::empty()),
             slice_counts: buffer("counts of visible objects", BufferUsages::empty()),
-            lists: [("early list of visible objects", "early draws"), ("late list of visible objects", "late draws")]
-                .map(|(visible, arguments)| PhaseLists {
-                    visible: buffer(visible, BufferUsages::VERTEX),
-                    arguments: buffer(arguments, BufferUsages::INDIRECT),
-                    group: None,
-                }),
+            visible: buffer("lists of visible objects", BufferUsages::VERTEX),
+            phases: ["early draws", "late draws"]
+                .map(|label| PhaseDraws { arguments: buffer(label, BufferUsages::INDIRECT), group: None }),
             pyramid: None,
             counts: CullRecord::default(),
         }
     }
 
-    /// What a phase draws.
-    pub fn lists(&self, phase: Phase) -> &PhaseLists {
-        &self.lists[phase as usize]
+    /// The arguments of a phase's draws.
+    pub fn arguments(&self, phase: Phase) -> &wgpu::Buffer {
+        self.phases[phase as usize].arguments.buffer()
+    }
+
+    /// The lists of visible slots, of both phases.
+    pub fn visible(&self) -> &wgpu::Buffer {
+        self.visible.buffer()
+    }
+
+    /// How far behind those of the early phase the lists of a phase are, where draws must begin at the first instance; else 0.
+    pub fn list_offset(&self, phase: Phase) -> u32 {
+        if phase == Phase::Late { self.counts.late_offset } else { 0 }
     }
 
     /// The depth pyramid, while objects are drawn in two phases.
@@ -266,7 +278,7 @@ impl CulledView {
     /// The targets are others: `pyramid` belongs to them, `None` to draw in one phase.
     pub fn set_pyramid(&mut self, pyramid: Option<Pyramid>) {
         self.pyramid = pyramid;
-        self.lists.iter_mut().for_each(|lists| lists.group = None);
+        self.phases.iter_mut().for_each(|phase| phase.group = None);
     }
 
     /// Gets ready for the draws as they are now, and for a view. `redrawn`: the draws changed. Returns whether the lists
@@ -283,17 +295,20 @@ impl CulledView {
         let mut recull = redrawn;
         let entries = u64::from(draws.entry_count);
         self.visibility.reserve(&gpu.device, u64::from(draws.slot_count) * 4)?;
-        // A sum behind all blocks for each of them.
-        self.slice_counts.reserve(&gpu.device, u64::from(blocks(draws.entry_count)) * u64::from(BLOCK + 1) * 4)?;
+        // A sum behind all blocks for each of them, and a number for each draw.
+        let counts = u64::from(blocks(draws.entry_count)) * u64::from(BLOCK + 1) + draws.list.len() as u64;
+        self.slice_counts.reserve(&gpu.device, counts * 4)?;
         let phases = if self.pyramid.is_some() { 2 } else { 1 };
-        for lists in &mut self.lists[..phases] {
+        // What is drawn early is not drawn late: both have room where there is room for one, if they may follow each other.
+        let lists = if culling.first_instance { 1 } else { phases as u64 };
+        self.visible.reserve(&gpu.device, lists * entries * u64::from(PAGE_SLOTS) * 4)?;
+        for lists in &mut self.phases[..phases] {
             let lost = lists.arguments.reserve(&gpu.device, draws.arguments.len() as u64 * ARGUMENT_BYTES)?;
             if redrawn || lost || lists.group.is_none() {
                 let words: Vec<u32> = draws.arguments.iter().flat_map(|draw| argument_words(&draw.indirect)).collect();
                 lists.arguments.write(gpu, &words, &DirtySlots::default(), true)?;
                 recull = true;
             }
-            lists.visible.reserve(&gpu.device, entries * u64::from(PAGE_SLOTS) * 4)?;
         }
         let record = CullRecord {
             planes: view.frustum_planes().map(|plane| plane.to_array()),
@@ -306,6 +321,7 @@ impl CulledView {
             allowed_error: settings.levels.max_error_pixels.max(0.0) / view.pixels_at_1m(),
             samples: settings.samples,
             vertex_rounding: culling.vertex_rounding,
+            late_offset: if culling.first_instance { 0 } else { draws.entry_count * PAGE_SLOTS },
             ..CullRecord::default()
         };
         if self.counts != record {
@@ -320,8 +336,8 @@ impl CulledView {
     }
 
     fn bind(&mut self, device: &wgpu::Device, culling: &Culling, draws: &Draws, phase: usize) {
-        let lists = &self.lists[phase];
-        let own = [&self.visibility, &self.slice_counts, &lists.visible, &lists.arguments];
+        let lists = &self.phases[phase];
+        let own = [&self.visibility, &self.slice_counts, &self.visible, &lists.arguments];
         let buffers: Vec<&GrowingBuffer> = draws.buffers().into_iter().chain(own).collect();
         let version = buffers.iter().map(|buffer| buffer.version).sum();
         if lists.group.as_ref().is_some_and(|(bound, _)| *bound == version) {
@@ -337,7 +353,7 @@ impl CulledView {
             .collect();
         let descriptor =
             wgpu::BindGroupDescriptor { label: Some("culled view"), layout: &culling.layout, entries: &entries };
-        self.lists[phase].group = Some((version, device.create_bind_group(&descriptor)));
+        self.phases[phase].group = Some((version, device.create_bind_group(&descriptor)));
     }
 }
 

@@ -6,11 +6,12 @@
 //! batches[b]    what culling needs to know of the batch's mesh
 //! entries[e]    a page and a draw that looks through it           for `count` and `scatter`
 //! draws[d]      a batch at one level of detail: its entries, where its list of visible slots begins, and its arguments
-//! arguments[a]  an indirect draw of the next `portion` slots of such a list
+//! arguments[a]  an indirect draw of the next slots of such a list
 //! ```
 //!
 //! A list has as many arguments as it takes to draw it in portions, on adapters that are to be handed no more at once
-//! (`portions.rs`); else one.
+//! (`portions.rs`); else one. Lists begin with what is near, and of what is far few triangles have pixels: portions become
+//! larger and larger, which bounds their number.
 
 use super::meshes::Meshes;
 use super::tables::GrowingBuffer;
@@ -54,7 +55,7 @@ pub struct CullDrawRecord {
     pub first_argument: u32,
     /// One past the last of its arguments.
     pub end_argument: u32,
-    /// Instances of each of its arguments; the last has the rest.
+    /// Instances of each of its first arguments, see [`STEP`]; the last has the rest.
     pub portion: u32,
 }
 
@@ -69,9 +70,9 @@ pub(super) struct Draw {
 /// One indirect draw.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct DrawArguments {
-    /// What the draw reads, but for the number of instances, which culling fills in.
+    /// What the draw reads, but for the first instance and the number of them, which culling fills in.
     pub indirect: DrawIndexedIndirectArgs,
-    /// Where its slots begin in the list of visible ones.
+    /// Where its slots begin in the list of visible ones, in the early phase.
     pub first_visible: u32,
     /// Instances to expect while nobody knows: all that there is room for; of a page, which may hold just one object, one.
     pub expected_instances: u32,
@@ -134,7 +135,6 @@ impl Draws {
         }
         self.list.clear();
         self.arguments.clear();
-        let first_instance = gpu.device.features().contains(wgpu::Features::INDIRECT_FIRST_INSTANCE);
         let (mut pages, mut batches, mut entries, mut draws) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         for batch in &list.batches {
             let Some(mesh) = meshes.range(batch.key.mesh) else { continue };
@@ -154,16 +154,16 @@ impl Draws {
                 let most = (end_entry - first_entry) * PAGE_SLOTS;
                 let portion = portion_of(portion_triangles, level.index_count / 3, most);
                 let first_argument = self.arguments.len();
-                let end = first_visible + most;
-                for first in (first_visible..end).step_by(portion as usize) {
+                for places in portions_of_list(portion, most) {
+                    let first = first_visible + places.start;
                     let indirect = DrawIndexedIndirectArgs {
                         index_count: level.index_count,
                         instance_count: 0,
                         first_index: level.first_index,
                         base_vertex: mesh.base_vertex,
-                        first_instance: if first_instance { first } else { 0 },
+                        first_instance: 0,
                     };
-                    let expected_instances = if its_pages.len() > 1 { portion.min(end - first) } else { 1 };
+                    let expected_instances = if its_pages.len() > 1 { places.len() as u32 } else { 1 };
                     self.arguments.push(DrawArguments { indirect, first_visible: first, expected_instances });
                 }
                 let arguments = first_argument..self.arguments.len();
@@ -191,15 +191,23 @@ impl Draws {
     }
 }
 
-/// Most arguments of a draw.
-const MOST_PORTIONS: u32 = 128;
+/// After so many portions of a list, each holds twice as many instances; `STEP` of shaders/cull.wgsl.
+const STEP: u32 = 256;
 
-/// How many of `most` instances of so many triangles are drawn at once: no less than a page has, nor than makes
-/// [`MOST_PORTIONS`] of them.
+/// How many of `most` instances of so many triangles the first portions of a list hold: no less than a page has.
 fn portion_of(portion_triangles: Option<u32>, triangles: u32, most: u32) -> u32 {
     let most = most.max(1);
-    let least = most.div_ceil(MOST_PORTIONS).max(PAGE_SLOTS).min(most);
-    portion_triangles.map_or(most, |portion| (portion / triangles.max(1)).clamp(least, most))
+    portion_triangles.map_or(most, |portion| (portion / triangles.max(1)).clamp(PAGE_SLOTS.min(most), most))
+}
+
+/// The places in a list of `most` that each of its portions draws, if the first draw so many.
+fn portions_of_list(portion: u32, most: u32) -> impl Iterator<Item = Range<u32>> {
+    let mut start = 0;
+    (0..).map_while(move |number: u32| {
+        let size = (u64::from(portion) << (number / STEP)).min(u64::from(most - start)) as u32;
+        start += size;
+        (size > 0).then(|| start - size..start)
+    })
 }
 
 #[cfg(test)]
@@ -207,12 +215,31 @@ mod tests {
     use super::*;
 
     #[test]
-    fn portions_have_as_many_triangles_as_they_may_and_are_not_too_many() {
+    fn portions_have_as_many_triangles_as_they_may_and_a_page_at_least() {
         assert_eq!(portion_of(None, 12, 6400), 6400);
         assert_eq!(portion_of(Some(1200), 12, 6400), 100);
         assert_eq!(portion_of(Some(1200), 12, 64), 64, "no more than there are");
         assert_eq!(portion_of(Some(1200), 5000, 128), 64, "a page is not taken apart");
-        assert_eq!(portion_of(Some(1200), 12, 1 << 20), 8192, "128 of them");
         assert_eq!((portion_of(Some(1200), 0, 0), portion_of(None, 0, 0)), (1, 1));
+    }
+
+    #[test]
+    fn portions_follow_each_other_to_the_end_of_a_list_and_grow() {
+        let sizes = |portion, most| {
+            let mut end = 0;
+            let size = |places: Range<u32>| {
+                assert_eq!(places.start, end);
+                end = places.end;
+                places.len()
+            };
+            portions_of_list(portion, most).map(size).collect::<Vec<_>>()
+        };
+        assert_eq!(sizes(100, 250), [100, 100, 50]);
+        assert_eq!(sizes(1, 0), [0; 0]);
+        assert_eq!(sizes(7, 7), [7], "not cut");
+        let many = sizes(100, 100_000);
+        assert_eq!((many.len(), many[255], many[256], many[511], many[512]), (570, 100, 200, 200, 400));
+        assert_eq!(many.iter().sum::<usize>(), 100_000);
+        assert!(sizes(64, u32::MAX).len() < 19 * STEP as usize, "however many there are");
     }
 }

@@ -485,7 +485,7 @@ impl Renderer {
         let mut drawn = self.blended_drawn();
         let bytes = self.draws.arguments.len() as u64 * ARGUMENT_BYTES;
         for phase in self.phases().filter(|_| bytes > 0) {
-            drawn.add_arguments(&read_buffer(&self.gpu, self.culled.lists(phase).arguments.buffer(), bytes));
+            drawn.add_arguments(&read_buffer(&self.gpu, self.culled.arguments(phase), bytes));
         }
         drawn
     }
@@ -493,17 +493,20 @@ impl Renderer {
     /// Instance slots of the opaque objects that the last draw drew: those of each phase in the order in which it drew them.
     /// Waits for the GPU.
     pub fn read_drawn_slots(&self) -> Vec<u32> {
-        let words = |buffer: &GrowingBuffer| {
-            let bytes = read_buffer(&self.gpu, buffer.buffer(), buffer.buffer().size());
+        let words = |buffer: &wgpu::Buffer| {
+            let bytes = read_buffer(&self.gpu, buffer, buffer.size());
             bytes.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect::<Vec<_>>()
         };
+        let visible = words(self.culled.visible());
         let mut slots = Vec::new();
         for phase in self.phases() {
-            let lists = self.culled.lists(phase);
-            let (visible, arguments) = (words(&lists.visible), words(&lists.arguments));
+            let arguments = words(self.culled.arguments(phase));
             let drawn = arguments.chunks_exact(ARGUMENT_BYTES as usize / 4);
             for (draw, arguments) in self.draws.arguments.iter().zip(drawn) {
-                let (first, count) = (draw.first_visible as usize, arguments[1] as usize);
+                // Where indirect draws all begin at the first instance, it is the lists that lie apart.
+                let apart = draw.first_visible + self.culled.list_offset(phase);
+                let first = if arguments[4] > 0 { arguments[4] } else { apart } as usize;
+                let count = arguments[1] as usize;
                 slots.extend(visible.iter().skip(first).take(count));
             }
         }

@@ -80,7 +80,7 @@ impl Renderer {
             recorded.count((blended, blended));
         }
         if due || self.counts.wanted {
-            let lists: Vec<_> = self.phases().map(|phase| self.culled.lists(phase).arguments.buffer()).collect();
+            let lists: Vec<_> = self.phases().map(|phase| self.culled.arguments(phase)).collect();
             let blended = self.blended_drawn();
             self.counts.send(&self.gpu, encoder, lists.into_iter(), self.draws.arguments.len(), blended);
         }
@@ -242,8 +242,7 @@ impl Renderer {
     ) -> (u32, u32) {
         self.bind_meshes(pass);
         let first_instance = self.gpu.device.features().contains(wgpu::Features::INDIRECT_FIRST_INSTANCE);
-        let lists = self.culled.lists(phase);
-        let (visible, arguments) = (lists.visible.buffer(), lists.arguments.buffer());
+        let (visible, arguments) = (self.culled.visible(), self.culled.arguments(phase));
         if first_instance && !self.draws.list.is_empty() {
             pass.set_vertex_buffer(1, visible.slice(..));
         }
@@ -270,7 +269,7 @@ impl Renderer {
                     continue;
                 }
                 for place in range {
-                    let first_visible = self.draws.arguments[place].first_visible;
+                    let first_visible = self.draws.arguments[place].first_visible + self.culled.list_offset(phase);
                     pass.set_vertex_buffer(1, visible.slice(u64::from(first_visible) * 4..));
                     pass.draw_indexed_indirect(arguments, place as u64 * ARGUMENT_BYTES);
                     calls += 1;

@@ -23,7 +23,7 @@ fn grown(held: u64, needed: u64, limit: u64) -> u64 {
 }
 
 /// Records that are read at once, at the most. So many fill whole rows of a table, whatever their size.
-const READ_TOGETHER: u32 = 8 * TABLE_WIDTH as u32;
+const READ_TOGETHER: u32 = 4 * TABLE_WIDTH as u32;
 
 /// Clean records between two dirty ranges that are written along: a write call costs about as much as 4 KiB.
 fn gap(record_size: usize) -> u32 {
