@@ -67,9 +67,10 @@ struct CullDraw {
     end_entry: u32,
     // Where its list of visible slots begins, in the early phase.
     first_visible: u32,
-    // Its arguments: the first STEP of so many instances, the next of twice as many, and so on; the last has the rest.
+    // Its arguments.
     first_argument: u32,
     end_argument: u32,
+    // Instances of each of the first FINE of them, then of more and more; the last has the rest.
     portion: u32,
 }
 
@@ -574,8 +575,9 @@ fn scatter(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_in
     }
 }
 
-// After so many arguments, each holds twice as many instances.
-const STEP = 256u;
+// So many arguments hold as many instances as the first; behind them, after STEP of them each holds twice as many.
+const FINE = 256u;
+const STEP = 8u;
 
 @compute @workgroup_size(64)
 fn finish(@builtin(global_invocation_id) id: vec3u) {
@@ -583,9 +585,11 @@ fn finish(@builtin(global_invocation_id) id: vec3u) {
         let draw = draws[id.x];
         var first = list_start(id.x);
         var left = sum_before(draw.end_entry * SLICES) - sum_before(draw.first_entry * SLICES);
-        counts[early_index(id.x)] = left;
+        let early = counts[early_index(id.x)];
+        counts[early_index(id.x)] = select(left, early, PHASE == LATE);
         for (var i = draw.first_argument; i < draw.end_argument; i++) {
-            let room = draw.portion << ((i - draw.first_argument) / STEP);
+            let number = i - draw.first_argument;
+            let room = draw.portion << select(0u, (number - FINE) / STEP + 1u, number >= FINE);
             let instances = select(min(left, room), left, i + 1u == draw.end_argument);
             arguments[i].instance_count = instances;
             arguments[i].first_instance = select(0u, first, cull_view.late_offset == 0u);

@@ -32,12 +32,12 @@ impl EntityNumbers {
         self.0[index] = number;
     }
 
-    /// Makes room for the numbers of some entities at once, rather than little by little.
-    pub fn reserve(&mut self, entities: &[Entity]) {
+    /// Makes room for the numbers of the entities of some tables at once, rather than little by little.
+    pub fn reserve<'a, T: Iterator<Item = &'a [Entity]>>(&mut self, tables: impl Fn() -> T) {
         // Indices are different: one of so many is at least as large.
-        if self.0.len() < entities.len() {
-            let needed = entities.iter().map(|entity| entity.index_u32() as usize + 1).max().unwrap_or(0);
-            self.0.reserve(needed - self.0.len().min(needed));
+        if self.0.len() < tables().map(<[Entity]>::len).sum() {
+            let needed = tables().flatten().map(|entity| entity.index_u32() as usize + 1).max().unwrap_or(0);
+            self.0.reserve(needed.saturating_sub(self.0.len()));
         }
     }
 

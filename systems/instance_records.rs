@@ -5,7 +5,7 @@
 //! they lie together.
 
 use crate::changes::{LIGHT_ROWS, rows_per_task};
-use crate::draw_list::{DrawList, InstanceRecord};
+use crate::draw_list::{DrawList, InstanceRecord, PAGE_SLOTS};
 use crate::library::MaterialId;
 use crate::parallel::in_parallel;
 use crate::pieces::PieceOf;
@@ -27,9 +27,9 @@ pub struct InstanceSlots {
 }
 
 impl InstanceSlots {
-    /// Makes room for so many objects.
+    /// Makes room for so many objects, and for pages that are not full.
     pub(crate) fn reserve(&mut self, objects: usize) {
-        self.objects.reserve(objects.saturating_sub(self.objects.len()));
+        self.objects.reserve((objects + objects / PAGE_SLOTS as usize).saturating_sub(self.objects.len()));
     }
 
     /// Says who is in a slot from now on.

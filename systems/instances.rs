@@ -93,16 +93,22 @@ pub fn update_instances(
     for slot in std::mem::take(&mut table.freed) {
         table.release(slot, list);
     }
+    let tables = || drawn.contiguous_iter().into_iter().flatten().map(|(entities, ..)| entities);
     for (entities, transforms, meshes, chosen, selections) in drawn.contiguous_iter().into_iter().flatten() {
         let (transforms, placed) = ContiguousRef::split(transforms);
         let ((meshes, shaped), (chosen, covered)) = (ContiguousRef::split(meshes), ContiguousRef::split(chosen));
         let lit = ContiguousRef::split(selections).1;
         let columns = [Some(&placed), Some(&shaped), Some(&covered), Some(&lit)];
         let rows = (entities, transforms, meshes, chosen);
+        let changed = first_changed(columns);
+        if changed.is_some() {
+            list.instances.reserve(tables().map(<[Entity]>::len).sum());
+            table.slots.reserve(tables);
+        }
         if materials.regroups() {
             table.settle_all(all_rows(&placed), Looking::AtMaterials, &library, &materials, list, rows);
         }
-        if let Some(changed) = first_changed(columns) {
+        if let Some(changed) = changed {
             table.settle_all(changed, Looking::AtObjects, &library, &materials, list, rows);
         }
     }
@@ -157,9 +163,6 @@ impl InstanceTable {
         rows: Rows,
     ) {
         let end = rows.0.len();
-        // Each row has a slot in the end, but for those that draw nothing.
-        list.instances.reserve(end);
-        self.slots.reserve(rows.0);
         for start in (first..end).step_by(BLOCK) {
             let block = start..end.min(start + BLOCK);
             self.settle_rows((block, since, columns), looking, library, materials, list, rows);
@@ -238,6 +241,6 @@ impl InstanceTable {
 }
 
 /// Rows of a table that are settled together: in tests few, so that there are several such blocks.
-const BLOCK: usize = if cfg!(test) { 3 * LIGHT_ROWS } else { 1 << 16 };
+const BLOCK: usize = if cfg!(test) { 3 * LIGHT_ROWS } else { 1 << 17 };
 /// In place of a slot that is yet to be found.
 const UNSETTLED: u32 = u32::MAX;

@@ -295,6 +295,7 @@ fn begin_frame(
 mod tests {
     use super::*;
     use crate::components::Spin;
+    use crate::library::MeshId;
     use crate::transform::Transform;
 
     #[test]
@@ -302,6 +303,16 @@ mod tests {
         let mut world = Simulation::new().world;
         assert!(frame_schedule().initialize(&mut world).is_ok());
         assert!(step_schedule().initialize(&mut world).is_ok());
+    }
+
+    #[test]
+    fn no_resource_comes_after_the_entities_of_a_world() {
+        let mut simulation = Simulation::new();
+        let first = simulation.world.spawn(MeshId(0)).id();
+        simulation.step();
+        simulation.frame();
+        let second = simulation.world.spawn_empty().id();
+        assert_eq!(second.index_u32(), first.index_u32() + 1, "a resource is an entity, too");
     }
 
     #[test]

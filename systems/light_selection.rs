@@ -35,7 +35,7 @@ use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 const CHUNK: usize = 4096;
 /// Where all objects are searched: places whose results are kept, 40 bytes each, until they are with their objects. All
 /// objects are looked through for each block.
-const BLOCK: usize = 1 << 16;
+const BLOCK: usize = 1 << 17;
 /// Objects are marked as long as no more than one in this many lights changed, or no more than a few.
 const MANY_LIGHTS: usize = 8;
 const FEW_LIGHTS: usize = 64;
@@ -125,6 +125,7 @@ pub fn select_lights(
     }
     if count * MANY_OBJECTS > all {
         order.take_all();
+        let blocks = all.div_ceil(BLOCK);
         for (spheres, first) in order.spheres().chunks(BLOCK).zip((0..).step_by(BLOCK)) {
             search(None, spheres, &mut kept.selections);
             let (places, found) = (order.places(), &kept.selections);
@@ -132,6 +133,10 @@ pub fn select_lights(
             for rows in selections.contiguous_iter_mut().into_iter().flatten() {
                 write_found(rows, places, found, |place| index(place) < found.len(), index);
             }
+        }
+        if blocks > 1 {
+            // What comes next in the frame has room there.
+            kept.selections = Vec::new();
         }
         return;
     }
@@ -294,13 +299,14 @@ type Placed<'a> = (Entity, Ref<'a, GlobalTransform>, Ref<'a, MeshId>);
 /// Enters the objects that moved or changed their mesh into the order, and gives places to those that are new there;
 /// `changed` is scratch.
 fn collect_moved(objects: Query<Placed>, library: &Library, order: &mut ObjectOrder, changed: &mut Vec<u64>) {
+    let tables = || objects.contiguous_iter().into_iter().flatten().map(|(entities, ..)| entities);
     for (entities, transforms, meshes) in objects.contiguous_iter().into_iter().flatten() {
         let ((transforms, moved), (meshes, chosen)) = (ContiguousRef::split(transforms), ContiguousRef::split(meshes));
         let count = note_changed([Some(&moved), Some(&chosen)], changed);
         if count == 0 {
             continue;
         }
-        order.reserve(entities);
+        order.reserve(tables);
         let rows = Rows { library, entities, transforms, meshes };
         for row in enter_known(order, &rows, (changed, count)) {
             let row = row as usize;

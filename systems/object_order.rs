@@ -184,12 +184,13 @@ impl ObjectOrder {
         place
     }
 
-    /// Makes room for the objects of a table. Lists that grow little by little leave gaps behind them in the process's memory, as
-    /// large as they are.
-    pub(crate) fn reserve(&mut self, objects: &[Entity]) {
-        self.spheres.reserve(objects.len().saturating_sub(self.spheres.len()));
-        self.objects.reserve(objects.len().saturating_sub(self.objects.len()));
-        self.places.reserve(objects);
+    /// Makes room for the objects of some tables. Lists that grow little by little leave gaps behind them in the process's
+    /// memory, as large as they are.
+    pub(crate) fn reserve<'a, T: Iterator<Item = &'a [Entity]>>(&mut self, tables: impl Fn() -> T) {
+        let objects: usize = tables().map(<[Entity]>::len).sum();
+        self.spheres.reserve(objects.saturating_sub(self.spheres.len()));
+        self.objects.reserve(objects.saturating_sub(self.objects.len()));
+        self.places.reserve(tables);
     }
 
     /// The object at a place has moved.

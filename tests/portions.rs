@@ -116,3 +116,33 @@ fn portions_are_of_the_size_that_was_asked_for() {
         assert!(frame < 4 || passes <= 2 * fewest, "frame {frame}: {passes} passes, {drawn:?}");
     }
 }
+
+/// So many that the portions at the end of the list are larger than those at its beginning.
+#[test]
+fn a_picture_is_the_same_in_portions_that_grow() {
+    let Some(gpu) = common::gpu() else { return };
+    let plain = Gpu::headless_with(wgpu::Features::empty()).expect("the same adapter");
+    const COLUMNS: u32 = 200;
+    let mut simulation = Simulation::new();
+    let cube = simulation.world.resource_mut::<Library>().add_mesh(shapes::cube(Vec3::splat(0.9)));
+    let place = |i: u32| Vec3::new((i % COLUMNS) as f32 - 99.5, (i % 7) as f32 * 0.1, (i / COLUMNS) as f32 - 49.5);
+    let cubes = (0..100 * COLUMNS).map(|i| (cube, Transform::from_translation(place(i))));
+    simulation.world.spawn_batch(cubes.collect::<Vec<_>>());
+    simulation.world.spawn((Light::directional(1.0), Transform::default().looking_to(-Vec3::ONE, Vec3::Y)));
+    let eye = Transform::from_xyz(0.0, 170.0, 0.0).looking_at(Vec3::ZERO, Vec3::NEG_Z);
+    let camera = simulation.world.spawn((Camera::default(), eye)).id();
+    let settings = Settings { occlusion: Occlusion::On, samples: 1, ..Settings::default() };
+    let mut drawers = [(&gpu, 0), (&gpu, 1), (&plain, 1)].map(|(gpu, triangles)| {
+        let mut renderer = Renderer::new(gpu);
+        renderer.cut_passes(NonZeroU32::new(triangles));
+        Headless { renderer, settings }
+    });
+    for frame in 0..3 {
+        let pictures =
+            drawers.each_mut().map(|drawer| drawer.draw(&mut simulation, camera, (512, 288)).expect("a picture"));
+        let drawn = drawers.each_ref().map(|drawer| drawer.renderer.read_drawn().objects);
+        // 256 portions of 64, then larger ones.
+        assert!(drawn.iter().all(|&objects| objects > 17_000), "frame {frame}: {drawn:?} drawn");
+        assert!(pictures[0] == pictures[1] && pictures[0] == pictures[2], "frame {frame}");
+    }
+}

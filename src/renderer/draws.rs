@@ -49,13 +49,13 @@ pub struct CullDrawRecord {
     pub first_entry: u32,
     /// One past the last of its entries.
     pub end_entry: u32,
-    /// Where its list of visible slots begins.
+    /// Where its list of visible slots begins, in the early phase.
     pub first_visible: u32,
     /// First of its arguments.
     pub first_argument: u32,
     /// One past the last of its arguments.
     pub end_argument: u32,
-    /// Instances of each of its first arguments, see [`STEP`]; the last has the rest.
+    /// Instances of each of its first [`FINE`] arguments; the last has the rest.
     pub portion: u32,
 }
 
@@ -191,8 +191,11 @@ impl Draws {
     }
 }
 
-/// After so many portions of a list, each holds twice as many instances; `STEP` of shaders/cull.wgsl.
-const STEP: u32 = 256;
+/// So many portions of a list hold as many instances as the first; `FINE` of shaders/cull.wgsl.
+const FINE: u32 = 256;
+
+/// Behind them, after so many each holds twice as many; `STEP` of shaders/cull.wgsl.
+const STEP: u32 = 8;
 
 /// How many of `most` instances of so many triangles the first portions of a list hold: no less than a page has.
 fn portion_of(portion_triangles: Option<u32>, triangles: u32, most: u32) -> u32 {
@@ -204,7 +207,8 @@ fn portion_of(portion_triangles: Option<u32>, triangles: u32, most: u32) -> u32 
 fn portions_of_list(portion: u32, most: u32) -> impl Iterator<Item = Range<u32>> {
     let mut start = 0;
     (0..).map_while(move |number: u32| {
-        let size = (u64::from(portion) << (number / STEP)).min(u64::from(most - start)) as u32;
+        let doublings = number.checked_sub(FINE).map_or(0, |behind| behind / STEP + 1);
+        let size = (u64::from(portion) << doublings).min(u64::from(most - start)) as u32;
         start += size;
         (size > 0).then(|| start - size..start)
     })
@@ -237,9 +241,16 @@ mod tests {
         assert_eq!(sizes(100, 250), [100, 100, 50]);
         assert_eq!(sizes(1, 0), [0; 0]);
         assert_eq!(sizes(7, 7), [7], "not cut");
-        let many = sizes(100, 100_000);
-        assert_eq!((many.len(), many[255], many[256], many[511], many[512]), (570, 100, 200, 200, 400));
-        assert_eq!(many.iter().sum::<usize>(), 100_000);
-        assert!(sizes(64, u32::MAX).len() < 19 * STEP as usize, "however many there are");
+        let many = sizes(100, 30_000);
+        assert_eq!((many.len(), many[255], many[256], many[263], many[264]), (271, 100, 200, 200, 400));
+        assert_eq!(many.iter().sum::<usize>(), 30_000);
+        assert!(sizes(64, u32::MAX).len() < 450, "however many there are");
+    }
+
+    #[test]
+    fn the_shader_cuts_lists_in_the_same_way() {
+        for constant in [format!("const FINE = {FINE}u;"), format!("const STEP = {STEP}u;")] {
+            assert!(super::super::shaders::CULL.contains(&constant), "{constant}");
+        }
     }
 }

@@ -215,7 +215,7 @@ impl Renderer {
     /// another: it holds some hundred bytes of each triangle meanwhile. Within a pass, if it can note the time there, it is
     /// handed an eighth of them at a time, and fills their pixels while it works on the next. `None`: passes stay whole. The
     /// picture is the same. From the beginning: 65,536 on drivers on the processor, none elsewhere. It is a wish: what is in
-    /// view is known from frames before, a batch is cut into 128 parts at most, of no less than 64 objects each, and
+    /// view is known from frames before, a batch is cut into parts of no less than 64 objects each, which become larger towards its far end, and
     /// [`Self::draw_outputs`] and the passes of [`Technique::EmbossMultipass`] stay whole.
     pub fn cut_passes(&mut self, triangles: Option<std::num::NonZeroU32>) {
         self.portions.of_pass = triangles.map(std::num::NonZeroU32::get);
@@ -497,6 +497,7 @@ impl Renderer {
             let bytes = read_buffer(&self.gpu, buffer, buffer.size());
             bytes.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect::<Vec<_>>()
         };
+        let first_instance = self.gpu.device.features().contains(wgpu::Features::INDIRECT_FIRST_INSTANCE);
         let visible = words(self.culled.visible());
         let mut slots = Vec::new();
         for phase in self.phases() {
@@ -505,7 +506,7 @@ impl Renderer {
             for (draw, arguments) in self.draws.arguments.iter().zip(drawn) {
                 // Where indirect draws all begin at the first instance, it is the lists that lie apart.
                 let apart = draw.first_visible + self.culled.list_offset(phase);
-                let first = if arguments[4] > 0 { arguments[4] } else { apart } as usize;
+                let first = if first_instance { arguments[4] } else { apart } as usize;
                 let count = arguments[1] as usize;
                 slots.extend(visible.iter().skip(first).take(count));
             }
