@@ -55,7 +55,7 @@ pub struct CullDrawRecord {
     pub first_argument: u32,
     /// One past the last of its arguments.
     pub end_argument: u32,
-    /// Instances of each of its first [`FINE`] arguments; the last has the rest.
+    /// Instances of each of its first 256 arguments; the last has the rest.
     pub portion: u32,
 }
 
