@@ -125,7 +125,6 @@ pub fn select_lights(
     }
     if count * MANY_OBJECTS > all {
         order.take_all();
-        let blocks = all.div_ceil(BLOCK);
         for (spheres, first) in order.spheres().chunks(BLOCK).zip((0..).step_by(BLOCK)) {
             search(None, spheres, &mut kept.selections);
             let (places, found) = (order.places(), &kept.selections);
@@ -134,7 +133,7 @@ pub fn select_lights(
                 write_found(rows, places, found, |place| index(place) < found.len(), index);
             }
         }
-        if blocks > 1 {
+        if all > BLOCK {
             // What comes next in the frame has room there.
             kept.selections = Vec::new();
         }

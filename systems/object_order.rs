@@ -184,8 +184,8 @@ impl ObjectOrder {
         place
     }
 
-    /// Makes room for the objects of some tables. Lists that grow little by little leave gaps behind them in the process's
-    /// memory, as large as they are.
+    /// Makes room for the objects of some tables. Lists that grow little by little move, and leave gaps in the process's
+    /// memory.
     pub(crate) fn reserve<'a, T: Iterator<Item = &'a [Entity]>>(&mut self, tables: impl Fn() -> T) {
         let objects: usize = tables().map(<[Entity]>::len).sum();
         self.spheres.reserve(objects.saturating_sub(self.spheres.len()));
