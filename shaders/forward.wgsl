@@ -318,7 +318,7 @@ fn shaded(in: VertexOut, front: bool) -> Shaded {
         color = mix(refracted(in, material, bump.offset, dp_dx, dp_dy, uvs), color, alpha);
         alpha = 1.0;
     }
-    return Shaded(vec4f(color, alpha), depth_of(bump.position));
+    return Shaded(vec4f(written(color), alpha), depth_of(bump.position));
 }
 
 fn depth_of(position: vec3f) -> f32 {

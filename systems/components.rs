@@ -212,7 +212,7 @@ impl Default for Environment {
 }
 
 /// The curve from linear HDR to 0..1, before sRGB encoding.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
 pub enum ToneMap {
     /// Cut at 1: what programs of the fixed-function era did.
     Clamp,

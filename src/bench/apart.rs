@@ -86,6 +86,7 @@ fn arguments(args: &BenchArgs, scene: &Scene, (frames, warm_up): (u32, u32)) -> 
     let on_off = |on| if on { "on" } else { "off" }.to_owned();
     add("levels", on_off(args.levels.enabled));
     add("compress", on_off(args.compress));
+    add("hdr", on_off(args.hdr));
     if let Some((name, _)) = Occlusion::ALL.iter().find(|(_, occlusion)| *occlusion == args.occlusion) {
         add("occlusion", (*name).to_owned());
     }

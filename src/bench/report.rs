@@ -121,11 +121,11 @@ impl<'a> Report<'a> {
             let _ = writeln!(page, "- adapter: {}\n- driver: {}", m.adapter, m.driver);
             let _ = writeln!(page, "- build: {} {}, commit {commit}, {}", build.version, build.profile, build.target);
             let _ = writeln!(page, "- target features beyond the base: {features}; worker threads: {}", m.threads);
-            let [levels, blocks] = [m.levels, m.compress].map(|on| if on { "on" } else { "off" });
+            let [levels, blocks, hdr] = [m.levels, m.compress, m.hdr].map(|on| if on { "on" } else { "off" });
             let _ = writeln!(
                 page,
                 "- samples per pixel: {}; lights: {}; levels of detail: {levels}; occlusion: {}; textures in \
-                 blocks: {blocks}; mesh: {}",
+                 blocks: {blocks}; hdr: {hdr}; mesh: {}",
                 m.samples, m.lights_policy, m.occlusion, m.mesh
             );
         }
@@ -253,7 +253,8 @@ fn describe(scene: &Scene) -> String {
 fn same_scene(a: &Measurement, b: &Measurement) -> bool {
     let scene = |m: &Measurement| (m.objects, m.lights, m.mesh.clone(), m.moving, m.view.clone(), m.size);
     let drawn = |m: &Measurement| {
-        (m.samples, m.lights_policy.clone(), m.technique.clone(), m.levels, m.occlusion.clone(), m.compress)
+        let switches = (m.levels, m.occlusion.clone(), m.compress, m.hdr);
+        (m.samples, m.lights_policy.clone(), m.technique.clone(), switches)
     };
     scene(a) == scene(b) && drawn(a) == drawn(b)
 }

@@ -266,6 +266,7 @@ impl Bench {
             samples: args.samples,
             levels: args.levels,
             occlusion: args.occlusion,
+            hdr: args.hdr,
             ..Settings::default()
         };
         Ok(Self { subject, renderer, settings, size: args.size(), target, frame: 0, started: start.started })
@@ -346,6 +347,7 @@ impl Bench {
             levels: args.levels.enabled,
             occlusion: occlusion.map_or("", |(name, _)| name).to_owned(),
             compress: args.compress,
+            hdr: self.renderer.keeps_linear(),
             threads: bevy_tasks::ComputeTaskPool::get().thread_num() as u32,
             frames: costs.len() as u32,
             frame_ms_median: frame.median,

@@ -36,6 +36,7 @@ mod tables;
 mod targets;
 mod textures;
 mod timestamps;
+mod tone_map;
 
 pub use culling::CullRecord;
 pub use drawn::Drawn;
@@ -54,6 +55,7 @@ use drawn::DrawnCounts;
 use draws::Draws;
 use emboss::EmbossPass;
 use frame_tables::FrameTables;
+use glam::Vec3;
 use meshes::Meshes;
 use pipelines::{MissingPipelines, Pass, Pipelines};
 use portions::Portions;
@@ -61,7 +63,7 @@ use pyramid::{Pyramid, PyramidMaker};
 use systems::Simulation;
 use systems::batches::{BlendedRun, sort_transparent};
 use systems::components::{Environment, ToneMap};
-use systems::draw_list::{BatchKey, DrawList, LightTraits, PipelineKey, ViewRecord};
+use systems::draw_list::{Batch, BatchKey, DrawList, LightTraits, PipelineKey, ViewRecord};
 use systems::library::Technique;
 use systems::tables::DirtySlots;
 use systems::view::View;
@@ -138,9 +140,9 @@ pub struct Renderer {
     technique: Option<Technique>,
     pass: Pass,
     tone_map: ToneMap,
-    /// A sky of one colour is a clear, which costs nothing: a gradient takes a software rasteriser longer than a thousand
-    /// objects.
-    plain_sky: Option<wgpu::Color>,
+    /// A sky of one colour, exposed, is a clear, which costs nothing: a gradient takes a software rasteriser longer than a
+    /// thousand objects.
+    plain_sky: Option<Vec3>,
     /// What the HDR target shows: view, pass, technique, batches. `None`: nothing yet.
     shown: Option<(ViewRecord, Pass, Option<Technique>, u64)>,
     /// Something was prepared since then that the picture may differ by.
@@ -226,6 +228,12 @@ impl Renderer {
         self.stats
     }
 
+    /// Whether what was prepared last keeps colours linear until the tone map: [`Settings::hdr`] asks for it, or the scene
+    /// needs it.
+    pub fn keeps_linear(&self) -> bool {
+        self.pass.tone_map().is_none()
+    }
+
     /// Has the GPU note when it works on each pass, for [`Self::pass_times`]. Nothing on a device without
     /// [`wgpu::Features::TIMESTAMP_QUERY`].
     pub fn time_passes(&mut self) {
@@ -269,11 +277,13 @@ impl Renderer {
         }
         self.stats = RenderStats::default();
         self.counts.receive();
+        self.tone_map = if settings.debug == DebugView::Off { list.environment.tone_map } else { ToneMap::Clamp };
         self.pass = Pass::Color {
             all_lights: list.all_lights,
             lights: list.light_traits,
             debug: settings.debug,
             samples: settings.samples,
+            tone_map: (!needs_hdr(list, settings)).then_some(self.tone_map),
         };
         self.technique = settings.technique;
         // What there is no memory for fails again where it is used.
@@ -300,7 +310,6 @@ impl Renderer {
             self.culled_for = Some((record, settings.technique));
         }
 
-        self.tone_map = if settings.debug == DebugView::Off { list.environment.tone_map } else { ToneMap::Clamp };
         let size = (view.width, view.height);
         if !self.refracts() {
             self.behind = None;
@@ -309,7 +318,7 @@ impl Renderer {
         }
         self.plain_sky = plain_sky(&list.environment);
         if self.plain_sky.is_none() {
-            self.pipelines.make_sky(&self.gpu.device, settings.samples);
+            self.pipelines.make_sky(&self.gpu.device, settings.samples, self.pass.tone_map());
         }
         let showing = Some((record, self.pass, settings.technique, list.batches_version));
         self.undrawn |= recull || self.shown != showing || self.stats.uploaded_bytes() > 0;
@@ -357,8 +366,10 @@ impl Renderer {
     /// Targets of the view's size, with a depth pyramid if objects are drawn in two phases.
     fn make_targets(&mut self, view: &View, samples: u32, occlusion: bool) -> Result<(), RenderError> {
         let device = &self.gpu.device;
-        let wanted = (view.width, view.height, samples);
-        let fits = |targets: &Targets| (targets.width, targets.height, targets.samples) == wanted;
+        let hdr = self.keeps_linear();
+        let wanted = (view.width, view.height, samples, hdr);
+        let fits =
+            |targets: &Targets| (targets.width, targets.height, targets.samples, targets.hdr.is_some()) == wanted;
         if !self.targets.as_ref().is_some_and(fits) {
             // The old ones first: there may not be room for both.
             self.targets = None;
@@ -367,7 +378,7 @@ impl Renderer {
             // What there is no memory for fails again where it is used.
             let invalid = device.push_error_scope(wgpu::ErrorFilter::Validation);
             let no_memory = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
-            let layout = &self.pipelines.tone_map_layout;
+            let layout = hdr.then_some(&self.pipelines.tone_map_layout);
             let targets = Targets::new(device, layout, (view.width, view.height), samples);
             let errors = [no_memory.pop(), invalid.pop()].map(pollster::block_on);
             if let Some(error) = errors.into_iter().flatten().next() {
@@ -438,7 +449,8 @@ impl Renderer {
     }
 
     /// Draws what was prepared into `target`, a view of a texture of that format and the prepared view's size. An
-    /// sRGB format encodes; others receive linear values.
+    /// sRGB format encodes; others receive linear values. The format is [`PICTURE_FORMAT`] unless
+    /// [`Settings::hdr`] was on.
     pub fn draw(&mut self, target: &wgpu::TextureView, format: wgpu::TextureFormat) {
         let commands = self.record(target, format);
         self.gpu.queue.submit([commands]);
@@ -448,7 +460,7 @@ impl Renderer {
     pub fn record(&mut self, target: &wgpu::TextureView, format: wgpu::TextureFormat) -> wgpu::CommandBuffer {
         let label = wgpu::CommandEncoderDescriptor { label: Some("frame") };
         let mut encoder = self.gpu.device.create_command_encoder(&label);
-        let recorded = self.record_scene(&mut encoder);
+        let recorded = self.record_scene(&mut encoder, target);
         (self.stats.draws, self.stats.draw_calls, self.stats.passes) =
             (recorded.draws, recorded.calls, recorded.passes);
         self.record_tone_map(&mut encoder, target, format);
@@ -459,10 +471,14 @@ impl Renderer {
         encoder.finish()
     }
 
-    /// What was drawn last, once more: only the tone map. For a window whose panel changes above a still scene.
+    /// What was drawn last, once more: only the tone map, if colours were kept linear. For a window whose panel changes
+    /// above a still scene.
     pub fn show_again(&mut self, target: &wgpu::TextureView, format: wgpu::TextureFormat) {
         let label = wgpu::CommandEncoderDescriptor { label: Some("frame again") };
         let mut encoder = self.gpu.device.create_command_encoder(&label);
+        if !self.keeps_linear() {
+            self.record_scene(&mut encoder, target);
+        }
         self.record_tone_map(&mut encoder, target, format);
         if let Some(timestamps) = &mut self.timestamps {
             timestamps.finish(&mut encoder);
@@ -534,19 +550,24 @@ impl Renderer {
         image::RgbaImage::from_raw(size.0, size.1, bytes).unwrap_or_default()
     }
 
-    /// The linear HDR colours of the last draw, exposed, before the tone map: RGBA, rows from the top.
+    /// The linear HDR colours of the last draw, exposed, before the tone map: RGBA, rows from the top. `None` if nothing was prepared, or without [`Settings::hdr`].
     pub fn read_linear(&self) -> Option<Vec<[f32; 4]>> {
-        let bytes = read_texture(&self.gpu, &self.targets.as_ref()?.hdr_texture, wgpu::TextureAspect::All);
+        let texture = &self.targets.as_ref()?.hdr.as_ref()?.texture;
+        let bytes = read_texture(&self.gpu, texture, wgpu::TextureAspect::All);
         let half = |b: &[u8]| half::f16::from_le_bytes([b[0], b[1]]).to_f32();
         Some(bytes.chunks_exact(8).map(|t| [half(&t[0..]), half(&t[2..]), half(&t[4..]), half(&t[6..])]).collect())
     }
 }
 
+/// Whether colours have to stay linear until a pass tone-maps them.
+fn needs_hdr(list: &DrawList, settings: &Settings) -> bool {
+    let adds_up =
+        |batch: &Batch| settings.technique.unwrap_or(batch.key.pipeline.technique) == Technique::EmbossMultipass;
+    settings.hdr || settings.samples > 1 || !list.transparent.is_empty() || list.batches.iter().any(adds_up)
+}
+
 /// The colour of a sky that has only one, exposed as `sky_pass.wgsl` does.
-fn plain_sky(environment: &Environment) -> Option<wgpu::Color> {
+fn plain_sky(environment: &Environment) -> Option<Vec3> {
     let Environment { zenith, horizon, ground, exposure, .. } = environment;
-    (zenith == horizon && horizon == ground).then(|| {
-        let [r, g, b] = (*horizon * *exposure).min(glam::Vec3::splat(65504.0)).to_array().map(f64::from);
-        wgpu::Color { r, g, b, a: 1.0 }
-    })
+    (zenith == horizon && horizon == ground).then(|| (*horizon * *exposure).min(Vec3::splat(65504.0)))
 }

@@ -3,7 +3,7 @@
 use super::emboss::EmbossPass;
 use super::meshes::{SLOT_LAYOUT, VERTEX_LAYOUT};
 use super::targets::{DEPTH_FORMAT, HDR_FORMAT};
-use super::{DebugView, shaders};
+use super::{DebugView, PICTURE_FORMAT, shaders};
 use std::collections::{BTreeMap, BTreeSet};
 use std::thread::JoinHandle;
 use systems::components::ToneMap;
@@ -14,13 +14,15 @@ use systems::parallel::map_in_parallel;
 /// What the forward pass writes.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub(super) enum Pass {
-    /// HDR colour.
+    /// Colour.
     Color {
         /// Every light shades every pixel.
         all_lights: bool,
         lights: LightTraits,
         debug: DebugView,
         samples: u32,
+        /// Tone-maps itself, into a picture; else HDR colour.
+        tone_map: Option<ToneMap>,
     },
     /// One of the passes of [`Technique::EmbossMultipass`], over what `Color` drew.
     Emboss { pass: EmbossPass, lights: LightTraits, samples: u32 },
@@ -29,6 +31,14 @@ pub(super) enum Pass {
 }
 
 impl Pass {
+    /// The curve, if it tone-maps itself.
+    pub fn tone_map(self) -> Option<ToneMap> {
+        match self {
+            Self::Color { tone_map, .. } => tone_map,
+            Self::Emboss { .. } | Self::Outputs => None,
+        }
+    }
+
     fn samples(self) -> u32 {
         match self {
             Self::Color { samples, .. } | Self::Emboss { samples, .. } => samples,
@@ -79,7 +89,7 @@ pub(super) struct Pipelines {
     pub frame_layout: wgpu::BindGroupLayout,
     /// Group 2 of objects: the picture without blended ones.
     pub behind_layout: wgpu::BindGroupLayout,
-    /// Group 1 of the tone map.
+    /// Group 0 of the tone map.
     pub tone_map_layout: wgpu::BindGroupLayout,
     forward: wgpu::ShaderModule,
     sky: wgpu::ShaderModule,
@@ -88,7 +98,8 @@ pub(super) struct Pipelines {
     sky_layout: wgpu::PipelineLayout,
     tone_map_pipeline_layout: wgpu::PipelineLayout,
     objects: BTreeMap<(Pass, PipelineKey), wgpu::RenderPipeline>,
-    skies: BTreeMap<u32, wgpu::RenderPipeline>,
+    /// By samples, and the curve of those that tone-map themselves.
+    skies: BTreeMap<(u32, Option<ToneMap>), wgpu::RenderPipeline>,
     /// Few: by target format and curve.
     tone_maps: Vec<((wgpu::TextureFormat, ToneMap), wgpu::RenderPipeline)>,
 }
@@ -129,7 +140,7 @@ impl Pipelines {
             tone_map: module("tonemap.wgsl", shaders::TONE_MAP),
             forward_layout: layout("forward", &[Some(&frame_layout), Some(class_layout), Some(&behind_layout)]),
             sky_layout: layout("sky", &[Some(&frame_layout)]),
-            tone_map_pipeline_layout: layout("tone map", &[Some(&frame_layout), Some(&tone_map_layout)]),
+            tone_map_pipeline_layout: layout("tone map", &[Some(&tone_map_layout)]),
             frame_layout,
             behind_layout,
             tone_map_layout,
@@ -145,8 +156,8 @@ impl Pipelines {
     }
 
     /// The sky for that many samples, if made.
-    pub fn sky(&self, samples: u32) -> Option<&wgpu::RenderPipeline> {
-        self.skies.get(&samples)
+    pub fn sky(&self, samples: u32, tone_map: Option<ToneMap>) -> Option<&wgpu::RenderPipeline> {
+        self.skies.get(&(samples, tone_map))
     }
 
     /// Begins to make the pipelines for objects of those kinds that do not exist, on threads of their own: compiling one
@@ -199,6 +210,7 @@ impl Pipelines {
             ("LIGHTS_WITH_CONES", f64::from(u32::from(lights.cones))),
             ("LIGHTS_WITH_AMBIENT", f64::from(u32::from(lights.ambient))),
             ("DEBUG", f64::from(debug as u32)),
+            tone_map_constant(pass.tone_map()),
             ("EMBOSS_STEP", f64::from(emboss_step)),
             ("EMBOSS_LIGHT", f64::from(emboss_light)),
         ];
@@ -207,7 +219,7 @@ impl Pipelines {
         let color = Some(match pass {
             Pass::Emboss { pass, .. } => pass.target(),
             Pass::Color { .. } | Pass::Outputs => wgpu::ColorTargetState {
-                format: HDR_FORMAT,
+                format: color_format(pass.tone_map()),
                 blend: blend.then_some(wgpu::BlendState::ALPHA_BLENDING),
                 write_mask: write,
             },
@@ -251,15 +263,17 @@ impl Pipelines {
     }
 
     /// Makes the sky's pipeline unless it exists.
-    pub fn make_sky(&mut self, device: &wgpu::Device, samples: u32) {
-        if self.skies.contains_key(&samples) {
+    pub fn make_sky(&mut self, device: &wgpu::Device, samples: u32, tone_map: Option<ToneMap>) {
+        let key = (samples, tone_map);
+        if self.skies.contains_key(&key) {
             return;
         }
-        let target = Some(wgpu::ColorTargetState::from(HDR_FORMAT));
+        let target = Some(wgpu::ColorTargetState::from(color_format(tone_map)));
+        let constants = [tone_map_constant(tone_map)];
         let depth = Some(depth_state(false, wgpu::CompareFunction::Equal));
         let shader = (&self.sky, "vs_sky", "fs_sky");
-        let pipeline = fullscreen(device, "sky", &self.sky_layout, shader, &[], target, depth, samples);
-        self.skies.insert(samples, pipeline);
+        let pipeline = fullscreen(device, "sky", &self.sky_layout, shader, &constants, target, depth, samples);
+        self.skies.insert(key, pipeline);
     }
 
     /// The tone-map pipeline for a target format and curve.
@@ -271,7 +285,7 @@ impl Pipelines {
     ) -> &wgpu::RenderPipeline {
         let key = (format, curve);
         let index = self.tone_maps.iter().position(|(k, _)| *k == key).unwrap_or_else(|| {
-            let constants = [("TONE_MAP", f64::from(curve as u32))];
+            let constants = [tone_map_constant(Some(curve))];
             let shader = (&self.tone_map, "vs_tonemap", "fs_tonemap");
             let target = Some(wgpu::ColorTargetState::from(format));
             let layout = &self.tone_map_pipeline_layout;
@@ -281,6 +295,17 @@ impl Pipelines {
         });
         &self.tone_maps[index].1
     }
+}
+
+/// What passes over the scene draw into.
+fn color_format(tone_map: Option<ToneMap>) -> wgpu::TextureFormat {
+    if tone_map.is_some() { PICTURE_FORMAT } else { HDR_FORMAT }
+}
+
+/// The constant of shaders/tone.wgsl.
+fn tone_map_constant(tone_map: Option<ToneMap>) -> (&'static str, f64) {
+    const LATER: u32 = 3;
+    ("TONE_MAP", f64::from(tone_map.map_or(LATER, |curve| curve as u32)))
 }
 
 fn frame_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {

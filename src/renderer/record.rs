@@ -4,9 +4,10 @@ use super::culling::{ARGUMENT_BYTES, Phase};
 use super::draws::DrawArguments;
 use super::pipelines::{OUTPUT_FORMATS, Pass};
 use super::portions::{self, Portion};
-use super::targets::{self, DEPTH_FORMAT, Targets, whole_view};
+use super::targets::{self, Attachments, DEPTH_FORMAT, whole_view};
 use super::timestamps::Timestamps;
-use super::{Outputs, Renderer};
+use super::tone_map::tone_mapped;
+use super::{Outputs, PICTURE_FORMAT, Renderer};
 use crate::freed_memory::keep_freed_memory;
 use std::ops::Range;
 use systems::draw_list::BatchKey;
@@ -31,8 +32,8 @@ impl Recorded {
 }
 
 impl Renderer {
-    /// Culling and the forward pass, in one phase or two.
-    pub(super) fn record_scene(&mut self, encoder: &mut wgpu::CommandEncoder) -> Recorded {
+    /// Culling and the forward pass, in one phase or two; into `picture` if colours do not stay linear.
+    pub(super) fn record_scene(&mut self, encoder: &mut wgpu::CommandEncoder, picture: &wgpu::TextureView) -> Recorded {
         let mut recorded = Recorded::default();
         if self.portions.on_processor && self.expected_triangles() > MANY_TRIANGLES {
             // Not earlier: what loading left is given back.
@@ -40,6 +41,7 @@ impl Renderer {
         }
         self.tables.record(encoder, self.timestamps.as_ref());
         let (Some(targets), Some(frame_group)) = (&self.targets, self.tables.group()) else { return recorded };
+        let attachments = targets.attachments(picture);
         let timestamps = self.timestamps.as_ref();
         let views = [(&self.culled, frame_group)];
         // Unless the lists of visible objects are those of this view already.
@@ -47,12 +49,12 @@ impl Renderer {
         if due {
             self.culling.record(encoder, timestamps, Phase::Early, &views);
         }
-        let clear = Some(self.plain_sky.unwrap_or_default());
+        let clear = Some(self.sky_color());
         // The lists of a still view stay what they are: one pass draws both.
         let pyramid = self.culled.pyramid().filter(|_| due);
         if let Some(pyramid) = pyramid {
             let (into, early) = (("early", clear, Leaves::Samples), [Phase::Early].into_iter());
-            drop(self.draw_phases(encoder, (targets, frame_group), into, early, &mut recorded));
+            drop(self.draw_phases(encoder, (attachments, frame_group), into, early, &mut recorded));
             self.pyramids.record(encoder, timestamps, pyramid);
             self.culling.record(encoder, timestamps, Phase::Late, &views);
         }
@@ -60,20 +62,26 @@ impl Renderer {
             let first = clear.filter(|_| pyramid.is_none());
             let leaves = if self.behind.is_some() { Leaves::Both } else { Leaves::Picture };
             let phases = self.phases().filter(|phase| *phase == Phase::Late || pyramid.is_none());
-            let mut pass =
-                self.draw_phases(encoder, (targets, frame_group), ("forward", first, leaves), phases, &mut recorded);
-            if let (None, Some(sky)) = (self.plain_sky, self.pipelines.sky(targets.samples)) {
+            let mut pass = self.draw_phases(
+                encoder,
+                (attachments, frame_group),
+                ("forward", first, leaves),
+                phases,
+                &mut recorded,
+            );
+            let sky = self.pipelines.sky(targets.samples, self.pass.tone_map());
+            if let (None, Some(sky)) = (self.plain_sky, sky) {
                 pass.set_pipeline(sky);
                 pass.draw(0..3, 0..1);
             }
-            if let Some(behind) = &self.behind {
+            if let (Some(behind), Some(hdr)) = (&self.behind, &targets.hdr) {
                 drop(pass);
                 encoder.copy_texture_to_texture(
-                    targets.hdr_texture.as_image_copy(),
+                    hdr.texture.as_image_copy(),
                     behind.texture.as_image_copy(),
                     behind.texture.size(),
                 );
-                pass = begin_forward(encoder, timestamps, targets, ("blended", None, Leaves::Picture));
+                pass = begin_forward(encoder, timestamps, attachments, ("blended", None, Leaves::Picture));
                 pass.set_bind_group(0, frame_group, &[]);
             }
             let blended = self.draw_blended(&mut pass, self.pass);
@@ -102,7 +110,7 @@ impl Renderer {
     fn draw_phases<'a>(
         &self,
         encoder: &'a mut wgpu::CommandEncoder,
-        (targets, frame_group): (&Targets, &wgpu::BindGroup),
+        (attachments, frame_group): (Attachments<'_>, &wgpu::BindGroup),
         (label, mut clear, leaves): (&'static str, Option<wgpu::Color>, Leaves),
         phases: impl Iterator<Item = Phase>,
         recorded: &mut Recorded,
@@ -123,9 +131,12 @@ impl Renderer {
         let mut passes = self.cut(phases);
         let last = passes.pop().unwrap_or_default();
         for portions in &passes {
-            draw(&mut begin_forward(encoder, timestamps, targets, (label, clear.take(), Leaves::Samples)), portions);
+            draw(
+                &mut begin_forward(encoder, timestamps, attachments, (label, clear.take(), Leaves::Samples)),
+                portions,
+            );
         }
-        let mut pass = begin_forward(encoder, timestamps, targets, (label, clear, leaves));
+        let mut pass = begin_forward(encoder, timestamps, attachments, (label, clear, leaves));
         draw(&mut pass, &last);
         pass
     }
@@ -158,13 +169,21 @@ impl Renderer {
         })
     }
 
+    /// A sky of one colour as passes over the scene write it.
+    fn sky_color(&self) -> wgpu::Color {
+        let Some(sky) = self.plain_sky else { return wgpu::Color::TRANSPARENT };
+        let [r, g, b] = self.pass.tone_map().map_or(sky, |curve| tone_mapped(curve, sky)).to_array();
+        wgpu::Color { r: r.into(), g: g.into(), b: b.into(), a: 1.0 }
+    }
+
+    /// From linear colours, if they were kept, to the screen.
     pub(super) fn record_tone_map(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
         target: &wgpu::TextureView,
         format: wgpu::TextureFormat,
     ) {
-        let (Some(targets), Some(frame_group)) = (&self.targets, self.tables.group()) else { return };
+        let Some(hdr) = self.targets.as_ref().and_then(|targets| targets.hdr.as_ref()) else { return };
         let tone_map = self.pipelines.tone_map(&self.gpu.device, format, self.tone_map);
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("tone map"),
@@ -173,8 +192,7 @@ impl Renderer {
             ..wgpu::RenderPassDescriptor::default()
         });
         pass.set_pipeline(tone_map);
-        pass.set_bind_group(0, frame_group, &[]);
-        pass.set_bind_group(1, &targets.tone_map_source, &[]);
+        pass.set_bind_group(0, &hdr.source, &[]);
         pass.draw(0..3, 0..1);
     }
 
@@ -193,7 +211,8 @@ impl Renderer {
         self.tables.record(&mut encoder, None);
         if !self.lists_ready {
             // Nobody drew the picture, which finds out what is visible.
-            self.record_scene(&mut encoder);
+            let picture = make("picture", PICTURE_FORMAT);
+            self.record_scene(&mut encoder, &whole_view(&picture, "picture"));
             if let Some(timestamps) = &mut self.timestamps {
                 timestamps.finish(&mut encoder);
             }
@@ -202,7 +221,7 @@ impl Renderer {
         {
             let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
                 label: Some("outputs"),
-                color_attachments: &[Some(color_attachment(&views[0])), Some(color_attachment(&views[1]))],
+                color_attachments: &views.each_ref().map(|view| Some(color_attachment(view)))[..2],
                 depth_stencil_attachment: Some(depth_attachment(&views[2], wgpu::StoreOp::Store)),
                 ..wgpu::RenderPassDescriptor::default()
             });
@@ -304,7 +323,7 @@ impl Renderer {
     }
 }
 
-/// What a pass into the HDR target leaves for those that follow.
+/// What a pass over the scene leaves for those that follow.
 #[derive(Clone, Copy, PartialEq)]
 enum Leaves {
     /// Samples and depths.
@@ -315,25 +334,25 @@ enum Leaves {
     Picture,
 }
 
-/// A pass into the HDR target. `clear`: it begins with that colour and nothing else.
+/// A pass over the scene. `clear`: it begins with that colour and nothing else.
 fn begin_forward<'a>(
     encoder: &'a mut wgpu::CommandEncoder,
     timestamps: Option<&Timestamps>,
-    targets: &Targets,
+    Attachments { color, resolved, depth }: Attachments<'_>,
     (label, clear, leaves): (&'static str, Option<wgpu::Color>, Leaves),
 ) -> wgpu::RenderPass<'a> {
-    let resolve_target = (leaves != Leaves::Samples && targets.samples > 1).then_some(&targets.hdr);
+    let resolve_target = resolved.filter(|_| leaves != Leaves::Samples);
     let last = leaves == Leaves::Picture;
     let store = if last && resolve_target.is_some() { wgpu::StoreOp::Discard } else { wgpu::StoreOp::Store };
     let load = clear.map_or(wgpu::LoadOp::Load, wgpu::LoadOp::Clear);
-    let mut depth = depth_attachment(&targets.depth, if last { wgpu::StoreOp::Discard } else { wgpu::StoreOp::Store });
+    let mut depth = depth_attachment(depth, if last { wgpu::StoreOp::Discard } else { wgpu::StoreOp::Store });
     if clear.is_none() {
         depth.depth_ops = depth.depth_ops.map(|ops| wgpu::Operations { load: wgpu::LoadOp::Load, ..ops });
     }
     encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
         label: Some(label),
         color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-            view: &targets.color,
+            view: color,
             depth_slice: None,
             resolve_target,
             ops: wgpu::Operations { load, store },

@@ -7,6 +7,7 @@ macro_rules! shader {
 /// Objects: colour, and the outputs beside it.
 pub const FORWARD: &str = shader!(
     "types.wgsl",
+    "tone.wgsl",
     "sky.wgsl",
     "bump.wgsl",
     "bumped.wgsl",
@@ -20,7 +21,7 @@ pub const FORWARD: &str = shader!(
 );
 
 /// The sky behind everything.
-pub const SKY: &str = shader!("types.wgsl", "sky.wgsl", "sky_pass.wgsl");
+pub const SKY: &str = shader!("types.wgsl", "tone.wgsl", "sky.wgsl", "sky_pass.wgsl");
 
 /// What a view draws.
 pub const CULL: &str = shader!("types.wgsl", "cull.wgsl");
@@ -32,7 +33,7 @@ pub const PYRAMID: &str = shader!("pyramid.wgsl");
 pub const SCATTER: &str = shader!("scatter.wgsl");
 
 /// HDR to screen.
-pub const TONE_MAP: &str = shader!("types.wgsl", "tonemap.wgsl");
+pub const TONE_MAP: &str = shader!("tone.wgsl", "tonemap.wgsl");
 
 /// Every module with its name, for the tests that validate them.
 pub const ALL: [(&str, &str); 6] = [

@@ -1,4 +1,5 @@
-//! What a frame is drawn into before it reaches the caller's target: HDR colour with depth, multisampled and resolved.
+//! What a frame is drawn into before it reaches the caller's target, or beside it: depth, and linear HDR colours,
+//! multisampled and resolved.
 
 /// Linear HDR.
 pub(super) const HDR_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
@@ -11,43 +12,75 @@ pub(super) struct Targets {
     pub width: u32,
     pub height: u32,
     pub samples: u32,
-    /// Drawn into: multisampled, or `hdr` itself at one sample.
-    pub color: wgpu::TextureView,
-    /// Resolved.
-    pub hdr: wgpu::TextureView,
-    pub hdr_texture: wgpu::Texture,
+    /// `None` where objects are drawn into the caller's target.
+    pub hdr: Option<Hdr>,
     pub depth: wgpu::TextureView,
-    /// `hdr` for the tone-map pass.
-    pub tone_map_source: wgpu::BindGroup,
+}
+
+/// Linear colours.
+#[derive(Debug)]
+pub(super) struct Hdr {
+    pub texture: wgpu::Texture,
+    /// Of all of it.
+    view: wgpu::TextureView,
+    /// Resolved into it.
+    multisampled: Option<wgpu::TextureView>,
+    /// For the tone-map pass.
+    pub source: wgpu::BindGroup,
+}
+
+/// What the passes over a scene draw into.
+#[derive(Clone, Copy)]
+pub(super) struct Attachments<'a> {
+    pub color: &'a wgpu::TextureView,
+    /// What `color` is resolved into in the end.
+    pub resolved: Option<&'a wgpu::TextureView>,
+    pub depth: &'a wgpu::TextureView,
 }
 
 impl Targets {
+    /// `tone_map_layout`: of linear colours; `None` for targets without.
     pub fn new(
         device: &wgpu::Device,
-        tone_map_layout: &wgpu::BindGroupLayout,
-        (width, height): (u32, u32),
+        tone_map_layout: Option<&wgpu::BindGroupLayout>,
+        size: (u32, u32),
         samples: u32,
     ) -> Self {
+        let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING;
+        let depth = texture(device, "depth", size, DEPTH_FORMAT, samples, usage);
+        let depth = whole_view(&depth, "depth");
+        let hdr = tone_map_layout.map(|layout| Hdr::new(device, layout, size, samples));
+        Self { width: size.0, height: size.1, samples, hdr, depth }
+    }
+
+    /// Where the picture is drawn; `picture` if it is drawn without linear colours between.
+    pub fn attachments<'a>(&'a self, picture: &'a wgpu::TextureView) -> Attachments<'a> {
+        let (color, resolved) = match &self.hdr {
+            Some(Hdr { view, multisampled: Some(multisampled), .. }) => (multisampled, Some(view)),
+            Some(Hdr { view, .. }) => (view, None),
+            None => (picture, None),
+        };
+        Attachments { color, resolved, depth: &self.depth }
+    }
+}
+
+impl Hdr {
+    fn new(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, size: (u32, u32), samples: u32) -> Self {
         let attachment = wgpu::TextureUsages::RENDER_ATTACHMENT;
         let readable = attachment | wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_SRC;
-        let size = (width, height);
-        let hdr_texture = texture(device, "hdr", size, HDR_FORMAT, 1, readable);
-        let hdr = whole_view(&hdr_texture, "hdr");
-        let color = if samples > 1 {
-            let multisampled = texture(device, "hdr multisampled", size, HDR_FORMAT, samples, attachment);
-            whole_view(&multisampled, "hdr multisampled")
-        } else {
-            hdr.clone()
-        };
-        let depth =
-            texture(device, "depth", size, DEPTH_FORMAT, samples, attachment | wgpu::TextureUsages::TEXTURE_BINDING);
-        let tone_map_source = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("tone map source"),
-            layout: tone_map_layout,
-            entries: &[wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(&hdr) }],
+        let texture_of = |label, samples, usage| texture(device, label, size, HDR_FORMAT, samples, usage);
+        let texture = texture_of("hdr", 1, readable);
+        let view = whole_view(&texture, "hdr");
+        let multisampled = (samples > 1).then(|| {
+            let label = "hdr multisampled";
+            whole_view(&texture_of(label, samples, attachment), label)
         });
-        let depth = whole_view(&depth, "depth");
-        Self { width, height, samples, color, hdr, hdr_texture, depth, tone_map_source }
+        let source = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("tone map source"),
+            layout,
+            entries: &[wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(&view) }],
+        });
+        Self { texture, view, multisampled, source }
     }
 }
 

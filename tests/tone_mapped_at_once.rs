@@ -1,0 +1,215 @@
+//! Without [`Settings::hdr`], objects are tone-mapped as they are drawn, where the scene allows it: the same picture as
+//! with linear colours and a pass of its own.
+
+mod common;
+
+use bevy_ecs::entity::Entity;
+use glam::{Quat, Vec3};
+use image::{Rgba, RgbaImage};
+use relief::frames::Headless;
+use relief::prelude::{Camera, Library, Light, Simulation, Transform, shapes};
+use relief::renderer::{DebugView, Gpu, Occlusion, PICTURE_FORMAT, Renderer, Settings};
+use systems::components::{Environment, ToneMap};
+use systems::library::{AlphaMode, Material, MaterialId, MeshId, Technique};
+
+const SIZE: (u32, u32) = (128, 72);
+const ONCE: Settings = Settings {
+    technique: None,
+    debug: DebugView::Off,
+    levels: systems::levels::LevelOfDetail::OFF,
+    samples: 1,
+    hdr: false,
+    picked_entity: None,
+    occlusion: Occlusion::Off,
+};
+
+struct Field {
+    simulation: Simulation,
+    camera: Entity,
+    mesh: MeshId,
+}
+
+impl Field {
+    /// Bright and dark spheres in front of a sky.
+    fn new() -> Self {
+        let mut simulation = Simulation::new();
+        let mut library = simulation.world.resource_mut::<Library>();
+        let mesh = library.add_mesh(shapes::sphere(0.6, 24, 16));
+        let mut material = |color: Vec3, alpha| {
+            library.add_material(Material {
+                base_factor: color.extend(0.5),
+                alpha,
+                alpha_cutoff: 0.2,
+                ..Material::default()
+            })
+        };
+        let materials: [MaterialId; 3] = [
+            material(Vec3::new(0.9, 0.3, 0.1), AlphaMode::Opaque),
+            material(Vec3::new(0.1, 0.5, 0.9), AlphaMode::Mask),
+            material(Vec3::ONE, AlphaMode::Opaque),
+        ];
+        for i in 0..96_u16 {
+            let place = Vec3::new(f32::from(i % 12) * 1.3 - 7.0, 0.0, -1.5 * f32::from(i / 12));
+            let turned = Transform::from_translation(place).with_rotation(Quat::from_rotation_y(f32::from(i)));
+            simulation.world.spawn((mesh, materials[usize::from(i % 3)], turned));
+        }
+        simulation.world.spawn((Light::directional(2.0), Transform::default().looking_to(-Vec3::ONE, Vec3::Y)));
+        let eye = Transform::from_xyz(0.0, 4.0, 8.0).looking_at(Vec3::NEG_Z * 4.0, Vec3::Y);
+        let camera = simulation.world.spawn((Camera::default(), eye)).id();
+        Self { simulation, camera, mesh }
+    }
+
+    fn sky(&mut self, [zenith, horizon, ground]: [Vec3; 3], exposure: f32, tone_map: ToneMap) {
+        let ambient = Vec3::splat(0.05);
+        self.simulation.world.insert_resource(Environment { ambient, zenith, horizon, ground, exposure, tone_map });
+    }
+}
+
+/// Tone-mapped at once, and after.
+struct Pair {
+    once: Headless,
+    after: Headless,
+}
+
+impl Pair {
+    fn new(gpu: &Gpu) -> Self {
+        let headless = |settings| Headless { renderer: Renderer::new(gpu), settings };
+        Self { once: headless(ONCE), after: headless(Settings { hdr: true, ..ONCE }) }
+    }
+
+    fn set(&mut self, settings: Settings) {
+        self.once.settings = settings;
+        self.after.settings = Settings { hdr: true, ..settings };
+    }
+
+    fn draw(&mut self, field: &mut Field) -> [RgbaImage; 2] {
+        [&mut self.once, &mut self.after]
+            .map(|headless| headless.draw(&mut field.simulation, field.camera, SIZE).expect("a picture"))
+    }
+
+    /// Draws both: at once indeed, and alike.
+    #[track_caller]
+    fn check(&mut self, field: &mut Field, case: &str) {
+        let [once, after] = self.draw(field);
+        assert!(!self.once.renderer.keeps_linear(), "{case}");
+        assert!(self.once.renderer.read_linear().is_none(), "{case}");
+        assert_alike(&once, &after, case);
+        let sky = *after.get_pixel(0, 0);
+        let objects = after.pixels().filter(|pixel| **pixel != sky).count();
+        assert!(objects > 1000, "{case}: {objects} pixels to see");
+    }
+}
+
+/// No channel of a pixel is more than a step of 8 bits apart, and few are that: half floats round finely.
+#[track_caller]
+fn assert_alike(once: &RgbaImage, after: &RgbaImage, case: &str) {
+    let steps = |(a, b): (&u8, &u8)| a.abs_diff(*b);
+    let apart = once.iter().zip(after.iter()).map(steps);
+    assert_eq!(apart.clone().filter(|steps| *steps > 1).count(), 0, "{case}");
+    let [sky, other] = [once, after].map(|picture| *picture.get_pixel(0, 0));
+    let in_sky = |(a, b): &(&Rgba<u8>, &Rgba<u8>)| [**a, **b] == [sky, other];
+    let objects = once.pixels().zip(after.pixels()).filter(|pair| !in_sky(pair));
+    let other = objects.flat_map(|(a, b)| a.0.into_iter().zip(b.0)).filter(|(a, b)| a != b).count();
+    assert!(other * 20 < once.len(), "{case}: {other} of {}", once.len());
+}
+
+const GRADIENT: [Vec3; 3] = [Vec3::new(0.2, 0.4, 0.9), Vec3::new(0.7, 0.8, 0.9), Vec3::new(0.1, 0.09, 0.08)];
+const PLAIN: [Vec3; 3] = [Vec3::new(0.3, 0.05, 0.6); 3];
+
+#[test]
+fn the_picture_is_the_same_as_with_a_pass_of_its_own() {
+    let Some(gpu) = common::gpu() else { return };
+    let (mut field, mut pair) = (Field::new(), Pair::new(&gpu));
+    for (name, curve) in ToneMap::ALL {
+        for (kind, sky) in [("a gradient", GRADIENT), ("one colour", PLAIN)] {
+            field.sky(sky, 1.5, curve);
+            for occlusion in [Occlusion::Off, Occlusion::On] {
+                pair.set(Settings { occlusion, ..ONCE });
+                for frame in 0..3 {
+                    pair.check(&mut field, &format!("{name}, {kind}, {occlusion:?}, frame {frame}"));
+                }
+            }
+        }
+    }
+    for (name, technique) in Technique::ALL {
+        if technique != Technique::EmbossMultipass {
+            pair.set(Settings { technique: Some(technique), ..ONCE });
+            pair.check(&mut field, name);
+        }
+    }
+    for (name, debug) in DebugView::ALL {
+        pair.set(Settings { debug, ..ONCE });
+        pair.check(&mut field, name);
+    }
+}
+
+#[test]
+fn a_sky_of_one_colour_is_what_the_shader_makes_of_it() {
+    let Some(gpu) = common::gpu() else { return };
+    let (mut field, mut pair) = (Field::new(), Pair::new(&gpu));
+    for (name, curve) in ToneMap::ALL {
+        for value in 0..20_u8 {
+            let value = f32::from(value);
+            let color = Vec3::new(0.001 * value * value, 0.1 * value, 0.02 * (20.0 - value));
+            field.sky([color; 3], 1.3, curve);
+            let [once, after] = pair.draw(&mut field).map(|picture| *picture.get_pixel(0, 0));
+            let steps = once.0.iter().zip(after.0).map(|(a, b)| a.abs_diff(b)).max();
+            assert!(steps <= Some(1), "{name}, {color}: {once:?} and {after:?}");
+        }
+    }
+}
+
+#[test]
+fn what_needs_linear_colours_keeps_them() {
+    let Some(gpu) = common::gpu() else { return };
+    let (mut field, mut pair) = (Field::new(), Pair::new(&gpu));
+    field.sky(GRADIENT, 1.0, ToneMap::Agx);
+    let alike = |field: &mut Field, pair: &mut Pair, linear: bool, case: &str| {
+        let [once, after] = pair.draw(field);
+        assert_alike(&once, &after, case);
+        assert!(!linear || once == after, "{case}");
+        assert_eq!(pair.once.renderer.keeps_linear(), linear, "{case}");
+        assert_eq!(pair.once.renderer.read_linear().is_some(), linear, "{case}");
+    };
+    alike(&mut field, &mut pair, false, "at first");
+    pair.set(Settings { samples: 4, ..ONCE });
+    alike(&mut field, &mut pair, true, "four samples");
+    pair.set(Settings { technique: Some(Technique::EmbossMultipass), ..ONCE });
+    alike(&mut field, &mut pair, true, "passes that add up");
+    pair.set(ONCE);
+    alike(&mut field, &mut pair, false, "as at first");
+    let glass = Material { base_factor: Vec3::ONE.extend(0.4), alpha: AlphaMode::Blend, ..Material::default() };
+    let glass = field.simulation.world.resource_mut::<Library>().add_material(glass);
+    let object = field.simulation.world.spawn((field.mesh, glass, Transform::from_xyz(0.0, 1.0, 3.0))).id();
+    alike(&mut field, &mut pair, true, "a blended object");
+    field.simulation.world.despawn(object);
+    alike(&mut field, &mut pair, false, "without it again");
+}
+
+#[test]
+fn other_calls_work_without_linear_colours() {
+    let Some(gpu) = common::gpu() else { return };
+    let mut field = Field::new();
+    field.sky(PLAIN, 1.0, ToneMap::Aces);
+    let mut renderer = Renderer::new(&gpu);
+    let viewpoint = relief::viewpoint::Viewpoint::Camera(field.camera);
+    field.simulation.frame();
+    let view = viewpoint.view(&field.simulation.world, SIZE);
+    renderer.prepare(&mut field.simulation, &view, &ONCE).expect("prepared");
+    // Nobody drew the picture.
+    assert!(renderer.draw_outputs().is_some());
+    let drawn = renderer.draw_picture();
+    let target = gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size: wgpu::Extent3d { width: SIZE.0, height: SIZE.1, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: PICTURE_FORMAT,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+        view_formats: &[],
+    });
+    renderer.show_again(&target.create_view(&wgpu::TextureViewDescriptor::default()), PICTURE_FORMAT);
+    let again = relief::renderer::read_texture(&gpu, &target, wgpu::TextureAspect::All);
+    assert!(again == drawn.into_raw());
+}
