@@ -28,7 +28,7 @@ fn agx(color: Vec3) -> Vec3 {
         0.078_433_6,
         0.079_223_745,
         0.079_166_13,
-        0.879_142_97,
+        0.879_143,
     ]);
     const LINEAR_FROM_AGX: Mat3 = Mat3::from_cols_array(&[
         1.196_879,
