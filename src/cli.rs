@@ -239,8 +239,8 @@ yellow, the same scale in both. docs/lights.md has the definitions in full.";
 
 pub const BENCH_HELP: &str = "\
 The scene: equal objects 3 m apart on a square grid, in 16 materials with base, normal and specular
-maps of their own, under coloured point lights; the same for the same arguments. No shadows, no
-tone mapping. Each frame is drawn until the GPU is idle.
+maps of their own, under coloured point lights; the same for the same arguments. No shadows; colours
+above 1 are cut. Each frame is drawn until the GPU is idle.
   frame   from the first change of an object until the GPU is idle
   engine  the CPU's work on that: simulation, uploads, recording; not the driver's, nor the moving
   GPU     from handing the commands in until it is idle, and for each pass by its own clock

@@ -7,7 +7,8 @@
 //! simulation.step()                      0..n fixed steps: what moves by itself, moves
 //! simulation.frame()                     transforms → bounds → tangents → levels → materials → lights → instances → batches
 //! renderer.prepare(&simulation, …)       what is new or dirty goes to the GPU; missing pipelines are made
-//! renderer.draw(target)                  batches, sky, blended objects → HDR → tone map → any texture view
+//! renderer.draw(target)                  batches, sky, blended objects → HDR → tone map → any texture view;
+//!                                        without Settings::hdr, batches, sky → tone-mapped where shaded → RGBA8 sRGB
 //! ```
 //!
 //! ```text

@@ -11,7 +11,7 @@ use systems::Simulation;
 use systems::components::{Camera, Light};
 use systems::draw_list::{DrawList, InstanceRecord};
 use systems::images::{Image, ImageKind};
-use systems::library::{Library, Map, Material, MeshId};
+use systems::library::{AlphaMode, Library, Map, Material, MeshId};
 use systems::shapes;
 use systems::transform::Transform;
 
@@ -55,9 +55,13 @@ impl Scene {
     }
 
     fn draw(&mut self, renderer: &mut Renderer) -> Result<image::RgbaImage, RenderError> {
+        self.draw_with(renderer, &Settings::default())
+    }
+
+    fn draw_with(&mut self, renderer: &mut Renderer, settings: &Settings) -> Result<image::RgbaImage, RenderError> {
         self.simulation.frame();
         let view = Viewpoint::Camera(self.camera).view(&self.simulation.world, (64, 36));
-        renderer.prepare(&mut self.simulation, &view, &Settings::default())?;
+        renderer.prepare(&mut self.simulation, &view, settings)?;
         Ok(renderer.draw_picture())
     }
 }
@@ -79,6 +83,32 @@ fn a_list_grows_to_the_last_byte_and_no_further() {
     // What was too much is gone: the same renderer goes on.
     scene.simulation.world.despawn(more[0]);
     assert!(full == scene.draw(&mut small).expect("it fits again"));
+}
+
+#[test]
+fn what_is_refused_leaves_no_targets_of_another_kind() {
+    let Some(small) = lowered(|limits| limits.max_texture_dimension_2d = 4096) else { return };
+    let settings = Settings { samples: 1, hdr: false, ..Settings::default() };
+    let mut renderer = Renderer::new(&small);
+    let mut scene = Scene::new();
+    scene.spawn(0, 1000);
+    let full = scene.draw_with(&mut renderer, &settings).expect("it fits");
+    assert!(!renderer.keeps_linear());
+    // Its map is too large, and it needs linear colours, for which there are no targets yet.
+    let mut library = scene.simulation.world.resource_mut::<Library>();
+    let image = Image::rgba8("stripes.png", 4097, 1, ImageKind::Color, [200, 100, 50, 255].repeat(4097));
+    let base_map = Some(Map::new(library.add_image(image)));
+    let glass = library.add_material(Material { alpha: AlphaMode::Blend, base_map, ..Material::default() });
+    let object = scene.spawn(1000, 1)[0];
+    scene.simulation.world.entity_mut(object).insert(glass);
+    assert!(scene.draw_with(&mut renderer, &settings).is_err(), "too large a map");
+    assert!(renderer.keeps_linear());
+    // Whoever draws all the same gets nothing, until something was prepared.
+    assert_eq!(renderer.draw_picture().dimensions(), (0, 0));
+    assert!(renderer.draw_outputs().is_none());
+    let mut scene = Scene::new();
+    scene.spawn(0, 1000);
+    assert!(full == scene.draw_with(&mut renderer, &settings).expect("another world fits"));
 }
 
 #[test]

@@ -187,6 +187,74 @@ fn what_needs_linear_colours_keeps_them() {
 }
 
 #[test]
+fn a_renderer_changes_from_one_way_to_the_other() {
+    let Some(gpu) = common::gpu() else { return };
+    let mut field = Field::new();
+    field.sky(GRADIENT, 1.0, ToneMap::Agx);
+    let once = Settings { occlusion: Occlusion::On, ..ONCE };
+    let settings = [once, Settings { hdr: true, ..once }];
+    let mut draw =
+        |headless: &mut Headless, size| headless.draw(&mut field.simulation, field.camera, size).expect("a picture");
+    let mut changing = Headless { renderer: Renderer::new(&gpu), settings: once };
+    let mut known = Vec::new();
+    // Still for long enough that nothing is culled any more, then the other way; then the same in another size.
+    for (round, size) in [SIZE, SIZE, (65, 130), SIZE].into_iter().enumerate() {
+        for (which, settings) in settings.into_iter().enumerate() {
+            changing.settings = settings;
+            for frame in 0..4 {
+                let drawn = draw(&mut changing, size);
+                assert_eq!(changing.renderer.keeps_linear(), settings.hdr);
+                if !known.iter().any(|(of, _)| *of == (which, size)) {
+                    let mut fresh = Headless { renderer: Renderer::new(&gpu), settings };
+                    known.push(((which, size), draw(&mut fresh, size)));
+                }
+                let expected = known.iter().find(|(of, _)| *of == (which, size)).map(|(_, picture)| picture);
+                assert!(expected == Some(&drawn), "round {round}, way {which}, frame {frame}");
+            }
+        }
+    }
+}
+
+#[test]
+fn passes_that_are_cut_are_tone_mapped_at_once() {
+    let Some(gpu) = common::gpu() else { return };
+    let (mut field, mut pair) = (Field::new(), Pair::new(&gpu));
+    field.sky(GRADIENT, 1.0, ToneMap::Aces);
+    pair.check(&mut field, "whole");
+    let [whole, _] = pair.draw(&mut field);
+    for headless in [&mut pair.once, &mut pair.after] {
+        headless.renderer.cut_passes(std::num::NonZeroU32::new(500));
+    }
+    pair.check(&mut field, "cut");
+    assert!(pair.once.renderer.stats().passes > 1, "one pass");
+    assert!(whole == pair.draw(&mut field)[0]);
+}
+
+#[test]
+#[should_panic(expected = "expected a target of Rgba8UnormSrgb, found Bgra8UnormSrgb")]
+fn another_format_is_refused() {
+    let Some(gpu) = common::gpu() else { panic!("expected a target of Rgba8UnormSrgb, found Bgra8UnormSrgb: skipped") };
+    let (mut field, mut pair) = (Field::new(), Pair::new(&gpu));
+    pair.check(&mut field, "its own format");
+    let target = target(&gpu, wgpu::TextureFormat::Bgra8UnormSrgb);
+    let view = target.create_view(&wgpu::TextureViewDescriptor::default());
+    pair.once.renderer.draw(&view, wgpu::TextureFormat::Bgra8UnormSrgb);
+}
+
+fn target(gpu: &Gpu, format: wgpu::TextureFormat) -> wgpu::Texture {
+    gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size: wgpu::Extent3d { width: SIZE.0, height: SIZE.1, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+        view_formats: &[],
+    })
+}
+
+#[test]
 fn other_calls_work_without_linear_colours() {
     let Some(gpu) = common::gpu() else { return };
     let mut field = Field::new();
@@ -199,16 +267,7 @@ fn other_calls_work_without_linear_colours() {
     // Nobody drew the picture.
     assert!(renderer.draw_outputs().is_some());
     let drawn = renderer.draw_picture();
-    let target = gpu.device.create_texture(&wgpu::TextureDescriptor {
-        label: None,
-        size: wgpu::Extent3d { width: SIZE.0, height: SIZE.1, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: PICTURE_FORMAT,
-        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
-        view_formats: &[],
-    });
+    let target = target(&gpu, PICTURE_FORMAT);
     renderer.show_again(&target.create_view(&wgpu::TextureViewDescriptor::default()), PICTURE_FORMAT);
     let again = relief::renderer::read_texture(&gpu, &target, wgpu::TextureAspect::All);
     assert!(again == drawn.into_raw());

@@ -65,8 +65,8 @@ pub struct BenchArgs {
     /// Samples per pixel: 1, or 4 as elsewhere in Relief
     #[arg(long, default_value = "1", value_name = "1|4", value_parser = parse_samples)]
     pub samples: u32,
-    /// Keep colours linear until a pass of its own tone-maps them, as relief render does and several samples or blended
-    /// objects need; off: where the scene allows it, objects are tone-mapped as they are drawn
+    /// Keep colours linear until a pass of its own tone-maps them, as relief render does and several samples, blended
+    /// objects or emboss_multipass need; off: else objects are tone-mapped as they are drawn
     #[arg(long, value_name = "on|off", default_value = "off", action = ArgAction::Set, value_parser = arguments::parse_on_off)]
     pub hdr: bool,
     /// Worker threads [default: one per core]

@@ -27,7 +27,8 @@ pub struct Measurement {
     pub occlusion: String,
     /// Whether textures were put into blocks.
     pub compress: bool,
-    /// Whether colours were kept linear until a pass of its own.
+    /// Whether colours were kept linear until a pass of its own, as they always were before lines said so.
+    #[serde(default = "kept_linear")]
     pub hdr: bool,
     pub threads: u32,
     pub frames: u32,
@@ -178,6 +179,10 @@ impl fmt::Display for Measurement {
 }
 
 /// Names and times, the slowest first.
+fn kept_linear() -> bool {
+    true
+}
+
 fn by_cost(times: &BTreeMap<String, f64>) -> Vec<(String, f64)> {
     let mut sorted: Vec<_> = times.iter().map(|(name, ms)| (name.clone(), *ms)).collect();
     sorted.sort_by(|a, b| b.1.total_cmp(&a.1));

@@ -295,6 +295,16 @@ mod tests {
     }
 
     #[test]
+    fn lines_that_do_not_say_so_kept_colours_linear() {
+        let now = figures(1.0, 1.0);
+        let line = now.json().replace("\"hdr\":false,", "");
+        assert_ne!(line, now.json());
+        let before: Measurement = serde_json::from_slice(line.as_bytes()).expect("an earlier line");
+        assert!(!same_scene(&now, &before));
+        assert!(same_scene(&Measurement { hdr: true, ..now }, &before));
+    }
+
+    #[test]
     fn other_scenes_are_not_compared() {
         let (a, b) = (figures(1.0, 1.0), Measurement { moving: 0.5, ..figures(1.0, 1.0) });
         assert!(same_scene(&a, &a) && !same_scene(&a, &b));

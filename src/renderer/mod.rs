@@ -10,6 +10,7 @@
 //!   culling       which objects the view shows → lists of slots and arguments of draws, on the GPU
 //!   forward       an indirect draw per batch and level of detail, the sky, blended objects back to front → HDR, multisampled
 //!   tone map      → target
+//!                 or, without `Settings::hdr`, forward → target, tone-mapped where it is shaded
 //! Renderer::draw_outputs()                            the same objects once more → normal, id, depth
 //! ```
 //!
@@ -143,7 +144,7 @@ pub struct Renderer {
     /// A sky of one colour, exposed, is a clear, which costs nothing: a gradient takes a software rasteriser longer than a
     /// thousand objects.
     plain_sky: Option<Vec3>,
-    /// What the HDR target shows: view, pass, technique, batches. `None`: nothing yet.
+    /// What the targets are prepared for: view, pass, technique, batches. `None`: nothing yet.
     shown: Option<(ViewRecord, Pass, Option<Technique>, u64)>,
     /// Something was prepared since then that the picture may differ by.
     undrawn: bool,
@@ -278,14 +279,18 @@ impl Renderer {
         self.stats = RenderStats::default();
         self.counts.receive();
         self.tone_map = if settings.debug == DebugView::Off { list.environment.tone_map } else { ToneMap::Clamp };
-        self.pass = Pass::Color {
+        let pass = |tone_map| Pass::Color {
             all_lights: list.all_lights,
             lights: list.light_traits,
             debug: settings.debug,
             samples: settings.samples,
-            tone_map: (!needs_hdr(list, settings)).then_some(self.tone_map),
+            tone_map,
         };
         self.technique = settings.technique;
+        self.pass = pass(None);
+        if !self.needs_linear(list, settings) {
+            self.pass = pass(Some(self.tone_map));
+        }
         // What there is no memory for fails again where it is used.
         let invalid = self.gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
         let no_memory = self.gpu.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
@@ -296,6 +301,10 @@ impl Renderer {
         let recull = refused.map_or(recull, Err).inspect_err(|_| {
             // Some of it was uploaded.
             (self.culled_for, self.undrawn) = (None, true);
+            let wanted = (settings.samples, self.keeps_linear());
+            if self.targets.as_ref().is_some_and(|targets| (targets.samples, targets.hdr.is_some()) != wanted) {
+                self.drop_targets();
+            }
         })?;
         let list = simulation.draw_list();
         let record = view.record(&list.environment, settings.picked_entity);
@@ -365,16 +374,14 @@ impl Renderer {
 
     /// Targets of the view's size, with a depth pyramid if objects are drawn in two phases.
     fn make_targets(&mut self, view: &View, samples: u32, occlusion: bool) -> Result<(), RenderError> {
-        let device = &self.gpu.device;
         let hdr = self.keeps_linear();
         let wanted = (view.width, view.height, samples, hdr);
         let fits =
             |targets: &Targets| (targets.width, targets.height, targets.samples, targets.hdr.is_some()) == wanted;
         if !self.targets.as_ref().is_some_and(fits) {
             // The old ones first: there may not be room for both.
-            self.targets = None;
-            self.culled.set_pyramid(None);
-            self.shown = None;
+            self.drop_targets();
+            let device = &self.gpu.device;
             // What there is no memory for fails again where it is used.
             let invalid = device.push_error_scope(wgpu::ErrorFilter::Validation);
             let no_memory = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
@@ -388,9 +395,22 @@ impl Renderer {
             self.targets = Some(targets);
         }
         if let Some(targets) = self.targets.as_ref().filter(|_| occlusion != self.culled.pyramid().is_some()) {
-            self.culled.set_pyramid(occlusion.then(|| Pyramid::new(device, &self.pyramids, targets)));
+            self.culled.set_pyramid(occlusion.then(|| Pyramid::new(&self.gpu.device, &self.pyramids, targets)));
         }
         Ok(())
+    }
+
+    /// Nothing is drawn until there are others.
+    fn drop_targets(&mut self) {
+        self.targets = None;
+        self.culled.set_pyramid(None);
+        self.shown = None;
+    }
+
+    /// Whether colours have to stay linear until a pass of its own tone-maps them.
+    fn needs_linear(&self, list: &DrawList, settings: &Settings) -> bool {
+        let adds_up = |batch: &Batch| self.pipeline_of(self.pass, batch.key).technique == Technique::EmbossMultipass;
+        settings.hdr || settings.samples > 1 || !list.transparent.is_empty() || list.batches.iter().any(adds_up)
     }
 
     /// Blended objects of this view in its order.
@@ -449,8 +469,11 @@ impl Renderer {
     }
 
     /// Draws what was prepared into `target`, a view of a texture of that format and the prepared view's size. An
-    /// sRGB format encodes; others receive linear values. The format is [`PICTURE_FORMAT`] unless
-    /// [`Settings::hdr`] was on.
+    /// sRGB format encodes; others receive linear values. Unless colours are [kept linear](Self::keeps_linear), the format
+    /// must be [`PICTURE_FORMAT`].
+    ///
+    /// # Panics
+    /// If it is not.
     pub fn draw(&mut self, target: &wgpu::TextureView, format: wgpu::TextureFormat) {
         let commands = self.record(target, format);
         self.gpu.queue.submit([commands]);
@@ -460,6 +483,7 @@ impl Renderer {
     pub fn record(&mut self, target: &wgpu::TextureView, format: wgpu::TextureFormat) -> wgpu::CommandBuffer {
         let label = wgpu::CommandEncoderDescriptor { label: Some("frame") };
         let mut encoder = self.gpu.device.create_command_encoder(&label);
+        self.check_format(format);
         let recorded = self.record_scene(&mut encoder, target);
         (self.stats.draws, self.stats.draw_calls, self.stats.passes) =
             (recorded.draws, recorded.calls, recorded.passes);
@@ -472,11 +496,15 @@ impl Renderer {
     }
 
     /// What was drawn last, once more: only the tone map, if colours were kept linear. For a window whose panel changes
-    /// above a still scene.
+    /// above a still scene, after a [`Self::prepare`] that found nothing new.
+    ///
+    /// # Panics
+    /// As [`Self::draw`].
     pub fn show_again(&mut self, target: &wgpu::TextureView, format: wgpu::TextureFormat) {
         let label = wgpu::CommandEncoderDescriptor { label: Some("frame again") };
         let mut encoder = self.gpu.device.create_command_encoder(&label);
         if !self.keeps_linear() {
+            self.check_format(format);
             self.record_scene(&mut encoder, target);
         }
         self.record_tone_map(&mut encoder, target, format);
@@ -484,6 +512,14 @@ impl Renderer {
             timestamps.finish(&mut encoder);
         }
         self.gpu.queue.submit([encoder.finish()]);
+    }
+
+    /// Panics if objects are drawn into a target of that format with pipelines for another.
+    fn check_format(&self, format: wgpu::TextureFormat) {
+        assert!(
+            self.keeps_linear() || format == PICTURE_FORMAT,
+            "without Settings::hdr, expected a target of {PICTURE_FORMAT:?}, found {format:?}"
+        );
     }
 
     /// The phases that objects are drawn in.
@@ -550,20 +586,14 @@ impl Renderer {
         image::RgbaImage::from_raw(size.0, size.1, bytes).unwrap_or_default()
     }
 
-    /// The linear HDR colours of the last draw, exposed, before the tone map: RGBA, rows from the top. `None` if nothing was prepared, or without [`Settings::hdr`].
+    /// The linear HDR colours of the last draw, exposed, before the tone map: RGBA, rows from the top. `None` if nothing
+    /// was prepared, or if colours were not [kept linear](Self::keeps_linear).
     pub fn read_linear(&self) -> Option<Vec<[f32; 4]>> {
         let texture = &self.targets.as_ref()?.hdr.as_ref()?.texture;
         let bytes = read_texture(&self.gpu, texture, wgpu::TextureAspect::All);
         let half = |b: &[u8]| half::f16::from_le_bytes([b[0], b[1]]).to_f32();
         Some(bytes.chunks_exact(8).map(|t| [half(&t[0..]), half(&t[2..]), half(&t[4..]), half(&t[6..])]).collect())
     }
-}
-
-/// Whether colours have to stay linear until a pass tone-maps them.
-fn needs_hdr(list: &DrawList, settings: &Settings) -> bool {
-    let adds_up =
-        |batch: &Batch| settings.technique.unwrap_or(batch.key.pipeline.technique) == Technique::EmbossMultipass;
-    settings.hdr || settings.samples > 1 || !list.transparent.is_empty() || list.batches.iter().any(adds_up)
 }
 
 /// The colour of a sky that has only one, exposed as `sky_pass.wgsl` does.

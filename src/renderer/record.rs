@@ -210,9 +210,9 @@ impl Renderer {
         let mut encoder = self.gpu.device.create_command_encoder(&label);
         self.tables.record(&mut encoder, None);
         if !self.lists_ready {
-            // Nobody drew the picture, which finds out what is visible.
-            let picture = make("picture", PICTURE_FORMAT);
-            self.record_scene(&mut encoder, &whole_view(&picture, "picture"));
+            // Nobody drew the picture, which finds out what is visible. It is not drawn into if colours are kept linear.
+            let picture = if self.keeps_linear() { &normal } else { &make("picture", PICTURE_FORMAT) };
+            self.record_scene(&mut encoder, &whole_view(picture, "picture"));
             if let Some(timestamps) = &mut self.timestamps {
                 timestamps.finish(&mut encoder);
             }

@@ -118,7 +118,8 @@ pub struct Settings {
     /// shaded, which saves writing and reading them once more, if nothing is blended, pixels have one sample each, and no
     /// object is drawn with [`Technique::EmbossMultipass`]. Targets then have
     /// [`PICTURE_FORMAT`](super::PICTURE_FORMAT), and [`Renderer::read_linear`](super::Renderer::read_linear) has nothing.
-    /// The two pictures are at most a step of 8 bits apart, by what half floats round.
+    /// The two pictures are at most a step of 8 bits apart, by what half floats round and how the device encodes a clear.
+    /// Another tone curve is then other pipelines for all objects, and the first blended object other targets.
     pub hdr: bool,
     /// The entity (its index) that debug views point out.
     pub picked_entity: Option<u32>,
