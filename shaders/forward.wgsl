@@ -128,8 +128,18 @@ fn image_uv(material: Material, map: u32, uvs: Uvs) -> ImageUv {
     );
 }
 
+// Whether the device's own differences of the UVs choose the mip level: those in `Uvs` are the same then, and devices
+// take longer over what they are handed. Not for UVs that are made of what was read from a buffer or a map, nor once
+// pixels are discarded, whose neighbours need them.
+fn has_plain_uvs() -> bool {
+    return !TRANSFORMED_UVS && ALPHA != ALPHA_MASK && !is_parallax() && !is_relief();
+}
+
 fn sample(maps: texture_2d_array<f32>, map_sampler: sampler, material: Material, map: u32, uvs: Uvs) -> vec4f {
     let uv = image_uv(material, map, uvs);
+    if has_plain_uvs() {
+        return textureSample(maps, map_sampler, uv.at, material.layers[map]);
+    }
     return textureSampleGrad(maps, map_sampler, uv.at, material.layers[map], uv.dx, uv.dy);
 }
 

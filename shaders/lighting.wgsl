@@ -26,12 +26,6 @@ fn range_window(distance_squared: f32, inverse_range_squared: f32) -> f32 {
 // systems/relevance.rs has the twin of this function.
 fn arriving(slot: u32, position: vec3f) -> Arriving {
     let light = load_light(slot);
-    if light.kind == LIGHT_DIRECTIONAL {
-        return Arriving(light.position, light.color, light.ambient);
-    }
-    if light.kind == LIGHT_OFF {
-        return Arriving(vec3f(0.0, 1.0, 0.0), vec3f(0.0), vec3f(0.0));
-    }
     let offset = light.position - view.eye - position;
     let distance_squared = dot(offset, offset);
     let d = sqrt(distance_squared);
@@ -49,7 +43,10 @@ fn arriving(slot: u32, position: vec3f) -> Arriving {
             attenuation *= s * s;
         }
     }
-    return Arriving(toward, light.color * attenuation, light.ambient * attenuation);
+    // Chosen at the end: there is little to save by leaving early, and drivers on the processor take longer over branches.
+    let parallel = light.kind == LIGHT_DIRECTIONAL;
+    attenuation = select(select(attenuation, 0.0, light.kind == LIGHT_OFF), 1.0, parallel);
+    return Arriving(select(toward, light.position, parallel), light.color * attenuation, light.ambient * attenuation);
 }
 
 // A surface point, for all shading models.

@@ -62,7 +62,8 @@ struct Light {
     pad0: u32,
 }
 
-// Whether some light has or had a cone, or an ambient colour, on or off.
+// Whether some light has or had an attenuation other than the inverse square, a cone, or an ambient colour, on or off.
+override LIGHTS_WITH_ATTENUATION: bool = true;
 override LIGHTS_WITH_CONES: bool = true;
 override LIGHTS_WITH_AMBIENT: bool = true;
 
@@ -191,7 +192,10 @@ fn load_light(slot: u32) -> Light {
     let t = slot * 5u;
     let place = texel_of(lights, t);
     let color = floats_of(lights, t + 1u);
-    let attenuation = floats_of(lights, t + 2u);
+    var attenuation = vec4f(0.0, 0.0, 1.0, 0.0);
+    if LIGHTS_WITH_ATTENUATION || LIGHTS_WITH_CONES {
+        attenuation = floats_of(lights, t + 2u);
+    }
     var shining = vec4f(0.0);
     if LIGHTS_WITH_CONES {
         shining = floats_of(lights, t + 3u);

@@ -102,6 +102,8 @@ impl LightRecord {
 /// not wait for shaders to be compiled anew.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
 pub struct LightTraits {
+    /// An attenuation other than [`Light::INVERSE_SQUARE`](crate::components::Light::INVERSE_SQUARE).
+    pub attenuation: bool,
     /// A spot's cone.
     pub cones: bool,
     /// An ambient colour.

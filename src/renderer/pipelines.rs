@@ -207,6 +207,7 @@ impl Pipelines {
             ("ENVIRONMENT_MAP", f64::from(u32::from(key.environment_map))),
             ("VERTEX_COLORS", f64::from(u32::from(key.vertex_colors))),
             ("LIGHTS", f64::from(u32::from(all_lights))),
+            ("LIGHTS_WITH_ATTENUATION", f64::from(u32::from(lights.attenuation))),
             ("LIGHTS_WITH_CONES", f64::from(u32::from(lights.cones))),
             ("LIGHTS_WITH_AMBIENT", f64::from(u32::from(lights.ambient))),
             ("DEBUG", f64::from(debug as u32)),

@@ -552,14 +552,16 @@ fn what_some_light_has_or_had_counts_whether_it_is_on_or_off() {
     let mut add = |light: Light| {
         let entity = simulation.world.spawn((light, Transform::default())).id();
         simulation.frame();
-        let LightTraits { cones, ambient } = simulation.draw_list().light_traits;
+        let LightTraits { attenuation, cones, ambient } = simulation.draw_list().light_traits;
         simulation.world.despawn(entity);
-        (cones, ambient)
+        (attenuation, cones, ambient)
     };
-    assert_eq!(add(Light::point(1.0, 10.0)), (false, false));
-    assert_eq!(add(Light::directional(1.0)), (false, false));
-    let off = Light { enabled: false, ..Light::spot(1.0, 10.0, 0.5) };
-    assert_eq!(add(off), (true, false));
-    assert_eq!(add(Light { ambient: Vec3::X, ..Light::point(1.0, 10.0) }), (true, true));
-    assert_eq!(add(Light::point(1.0, 10.0)), (true, true), "what was there stays");
+    let point = Light::point(1.0, 10.0).with_attenuation(Light::INVERSE_SQUARE);
+    assert_eq!(add(point.clone()), (false, false, false));
+    assert_eq!(add(Light::directional(1.0)), (false, false, false));
+    let off = Light { enabled: false, ..Light::spot(1.0, 10.0, 0.5).with_attenuation(Light::INVERSE_SQUARE) };
+    assert_eq!(add(off), (false, true, false));
+    assert_eq!(add(Light { ambient: Vec3::X, ..point.clone() }), (false, true, true));
+    assert_eq!(add(Light::point(1.0, 10.0)), (true, true, true));
+    assert_eq!(add(point), (true, true, true), "what was there stays");
 }
