@@ -33,7 +33,7 @@ fn debug_color(surface: Surface, base: vec3f, instance: Instance, tangent: vec3f
         for (var i = 0u; i < 3u; i++) {
             let light = instance.lights[i];
             if light != NO_LIGHT {
-                let here = arriving(light, surface.position);
+                let here = arriving(light, surface.position, view.eye);
                 let n_l = max(dot(surface.normal, here.toward), 0.0);
                 given[i] += instance.weights[i] * luminance(here.color) * n_l;
             }

@@ -48,7 +48,7 @@ fn dot3_vectors(slot: u32, position: vec3f, frame: Frame) -> Dot3Vectors {
     if slot == NO_LIGHT {
         return Dot3Vectors(vec3f(0.5), vec3f(0.5));
     }
-    let toward = arriving(slot, position).toward;
+    let toward = arriving(slot, position, view.eye).toward;
     let halfway = normalize(toward + toward_eye(position));
     return Dot3Vectors(packed(in_frame(frame, toward)), packed(in_frame(frame, halfway)));
 }
@@ -102,7 +102,7 @@ fn dot3_reflection(surface: Surface, bump: Bump, number: u32, slot: u32, light: 
         // One vector for the whole object, the "texture factor", from its origin; as an object-space normal map has it.
         let rows = load_world_from_object(bump.slot);
         let origin = vec3f(rows[0].w, rows[1].w, rows[2].w) - view.eye;
-        let direction = arriving(slot, origin).toward;
+        let direction = arriving(slot, origin, view.eye).toward;
         toward = unpacked(packed(direction));
         halfway = unpacked(packed(normalize(direction + toward_eye(origin))));
     } else if LIGHTS == LIGHTS_ALL {

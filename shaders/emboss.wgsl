@@ -53,7 +53,7 @@ fn fs_emboss(in: VertexOut, @builtin(front_facing) front: bool) -> @location(0) 
         return vec4f(0.0);
     }
     let bump = bumped(material, in, uvs, dp_dx, dp_dy, front);
-    let arriving = arriving(slot, in.position);
+    let arriving = arriving(slot, in.position, view.eye);
     let light = along_image(bump.field, arriving.toward);
     if EMBOSS_STEP == EMBOSS_HEIGHT {
         return vec4f(0.5 * field_height(bump.field, bump.field.at));

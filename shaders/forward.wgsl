@@ -128,9 +128,9 @@ fn image_uv(material: Material, map: u32, uvs: Uvs) -> ImageUv {
     );
 }
 
-// Whether the device's own differences of the UVs choose the mip level: those in `Uvs` are the same then, and devices
-// take longer over what they are handed. Not for UVs that are made of what was read from a buffer or a map, nor once
-// pixels are discarded, whose neighbours need them.
+// Whether the device's own differences of the UVs choose the mip level: they are those of `Uvs` but for rounding, and
+// devices take longer over what they are handed. Not for UVs that are made of what was read from a buffer or a map, nor
+// once pixels are discarded, whose neighbours need them.
 fn has_plain_uvs() -> bool {
     return !TRANSFORMED_UVS && ALPHA != ALPHA_MASK && !is_parallax() && !is_relief();
 }
@@ -205,8 +205,8 @@ fn unshadowed(material_shadow: f32, bump: Bump, toward: vec3f) -> f32 {
 }
 
 // What the surface gives off of a light, whose number among the object's three is `number`.
-fn reflected(surface: Surface, bump: Bump, material: Material, number: u32, light: u32) -> vec3f {
-    let arriving = arriving(light, surface.position);
+fn reflected(surface: Surface, bump: Bump, material: Material, number: u32, light: u32, eye: vec3f) -> vec3f {
+    let arriving = arriving(light, surface.position, eye);
     let ambient = arriving.ambient * surface.diffuse;
     if TECHNIQUE == TECHNIQUE_EMBOSS_MULTIPASS {
         // The passes that follow add the rest.
@@ -235,10 +235,11 @@ fn lit(surface: Surface, bump: Bump, material: Material, slot: u32, instance: In
     var color = surface.diffuse * view.ambient * occlusion;
     var around = vec3f(0.0);
     let mirror = reflect(-surface.toward_eye, surface.normal);
+    let eye = view.eye;
     if LIGHTS == LIGHTS_ALL {
         let first = reaching[slot];
         for (var i = 0u; i < instance.reaching; i++) {
-            color += reflected(surface, bump, material, 0u, reaching[first + i]);
+            color += reflected(surface, bump, material, 0u, reaching[first + i], eye);
         }
     } else {
         // A count that is not known before keeps compilers from unrolling, so that an object with one light pays for one;
@@ -250,7 +251,7 @@ fn lit(surface: Surface, bump: Bump, material: Material, slot: u32, instance: In
         if count > 0u {
             var number = 0u;
             loop {
-                color += weights.x * reflected(surface, bump, material, number, chosen.x);
+                color += weights.x * reflected(surface, bump, material, number, chosen.x, eye);
                 weights = vec3f(weights.yz, 0.0);
                 chosen = vec3u(chosen.yz, NO_LIGHT);
                 number++;

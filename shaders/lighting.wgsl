@@ -24,9 +24,10 @@ fn range_window(distance_squared: f32, inverse_range_squared: f32) -> f32 {
 }
 
 // systems/relevance.rs has the twin of this function.
-fn arriving(slot: u32, position: vec3f) -> Arriving {
+// `eye` is the view's, which who asks for many lights reads once: Mesa's software driver would read it for each.
+fn arriving(slot: u32, position: vec3f, eye: vec3f) -> Arriving {
     let light = load_light(slot);
-    let offset = light.position - view.eye - position;
+    let offset = light.position - eye - position;
     let distance_squared = dot(offset, offset);
     let d = sqrt(distance_squared);
     let toward = offset / max(d, 1e-6);
