@@ -49,6 +49,12 @@ fn fs_emboss(in: VertexOut, @builtin(front_facing) front: bool) -> @location(0) 
     let instance = load_instance(in.slot);
     let material = load_material(instance.material);
     let slot = instance.lights[EMBOSS_LIGHT];
+    // Before any pixel leaves: its neighbours may need it to choose mip levels.
+    var diffuse = vec3f(0.0);
+    if EMBOSS_STEP == EMBOSS_COLORED {
+        let base = base_color(material, uvs, in.color).rgb;
+        diffuse = surface_at(material, base, uvs).diffuse;
+    }
     if slot == NO_LIGHT {
         return vec4f(0.0);
     }
@@ -62,7 +68,5 @@ fn fs_emboss(in: VertexOut, @builtin(front_facing) front: bool) -> @location(0) 
     } else if EMBOSS_STEP == EMBOSS_DIFFUSE {
         return vec4f(0.5 * max(light.z, 0.0) - 0.5);
     }
-    let base = base_color(material, uvs, in.color).rgb;
-    let diffuse = surface_at(material, base, uvs).diffuse;
     return vec4f(exposed(2.0 * instance.weights[EMBOSS_LIGHT] * diffuse * arriving.color), 0.0);
 }

@@ -128,7 +128,7 @@ fn image_uv(material: Material, map: u32, uvs: Uvs) -> ImageUv {
     );
 }
 
-// Whether the device's own differences of the UVs choose the mip level: they are those of `Uvs` but for rounding, and
+// Whether the device's own differences of the UVs choose the mip level: they are those of `Uvs`, finer or coarser, and
 // devices take longer over what they are handed. Not for UVs that are made of what was read from a buffer or a map, nor
 // once pixels are discarded, whose neighbours need them.
 fn has_plain_uvs() -> bool {

@@ -59,12 +59,22 @@ fn a_spot_gives_nothing_outside_its_cone_and_its_profile_inside() {
     assert_near(square.middle(), Vec3::splat(step * step));
 }
 
-/// The first light with a cone or an ambient colour needs other shaders than were compiled for those before it.
+/// The first light with another attenuation, a cone or an ambient colour needs other shaders than were compiled for those before it.
 #[test]
 fn a_light_unlike_those_before_it_is_seen_from_the_frame_on_in_which_it_comes() {
     let Some(mut square) = Square::new(matte(Vec3::ONE)) else { return };
     square.light(Light::directional(0.2), Transform::default());
     assert_near(square.middle(), Vec3::splat(0.2));
+    // Where 1 / d² is 1 and where another attenuation is a half.
+    let place = Transform::from_xyz(0.0, 0.0, 1.0);
+    let physical = Light::point(0.1, f32::INFINITY).with_attenuation(Light::INVERSE_SQUARE);
+    let physical = square.light(physical, place);
+    assert_near(square.middle(), Vec3::splat(0.3));
+    let other = square.light(Light::point(0.1, f32::INFINITY), place);
+    assert_near(square.middle(), Vec3::splat(0.35));
+    for light in [physical, other] {
+        square.simulation.world.despawn(light);
+    }
     // Shines at the square's edge and past its middle, which a point light would light.
     let aside = Transform::from_xyz(0.0, 0.0, 3.0).looking_at(Vec3::X, Vec3::Y);
     square.light(Light::spot(5.0, 20.0, 0.2), aside);
@@ -79,7 +89,7 @@ fn a_light_unlike_those_before_it_is_seen_from_the_frame_on_in_which_it_comes() 
     assert_near(square.middle(), Vec3::splat(0.2));
 }
 
-/// Lights with a cone or an ambient colour need other shaders even while they are off: the picture is the same.
+/// Lights with another attenuation, a cone or an ambient colour need other shaders even while they are off: the picture is the same.
 #[test]
 fn a_light_that_is_off_changes_no_pixel_of_what_others_light() {
     let picture = |off: &[Light]| {
@@ -88,16 +98,20 @@ fn a_light_that_is_off_changes_no_pixel_of_what_others_light() {
         square.light(Light::directional(0.2), Transform::from_rotation(Quat::from_rotation_y(0.4)));
         for i in 0..4 {
             let color = Vec3::new(1.0, 0.5 + 0.1 * i as f32, 0.3);
-            square.light(Light::point(0.7, 4.0).with_color(color), Transform::from_xyz(i as f32 - 1.5, 0.3, 0.8));
+            let light = Light::point(0.7, 4.0).with_attenuation(Light::INVERSE_SQUARE).with_color(color);
+            square.light(light, Transform::from_xyz(i as f32 - 1.5, 0.3, 0.8));
         }
         off.iter().for_each(|light| _ = square.light(Light { enabled: false, ..light.clone() }, head_on()));
         square.headless.draw(&mut square.simulation, square.camera, (96, 96)).expect("a picture");
         square.headless.renderer.read_linear()
     };
-    let (cone, ambient) = (Light::spot(1.0, 9.0, 0.5), Light { ambient: Vec3::ONE, ..Light::point(1.0, 9.0) });
+    let physical = |light: Light| light.with_attenuation(Light::INVERSE_SQUARE);
+    let attenuated = Light::point(1.0, 9.0);
+    let cone = physical(Light::spot(1.0, 9.0, 0.5));
+    let ambient = physical(Light { ambient: Vec3::ONE, ..attenuated.clone() });
     let Some(plain) = picture(&[]) else { return };
     assert!(plain.iter().any(|pixel| pixel[0] > 0.3), "something is lit");
-    for off in [vec![cone.clone()], vec![ambient.clone()], vec![cone, ambient]] {
+    for off in [vec![attenuated.clone()], vec![cone.clone()], vec![ambient.clone()], vec![attenuated, cone, ambient]] {
         let other = picture(&off).expect("a picture");
         let apart = plain.iter().flatten().zip(other.iter().flatten()).map(|(a, b)| (a - b).abs());
         // Two shaders need not round alike.

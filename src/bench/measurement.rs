@@ -178,11 +178,12 @@ impl fmt::Display for Measurement {
     }
 }
 
-/// Names and times, the slowest first.
+/// What [`Measurement::hdr`] is where nothing is said of it.
 fn kept_linear() -> bool {
     true
 }
 
+/// Names and times, the slowest first.
 fn by_cost(times: &BTreeMap<String, f64>) -> Vec<(String, f64)> {
     let mut sorted: Vec<_> = times.iter().map(|(name, ms)| (name.clone(), *ms)).collect();
     sorted.sort_by(|a, b| b.1.total_cmp(&a.1));
