@@ -221,7 +221,7 @@ impl Renderer {
         {
             let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
                 label: Some("outputs"),
-                color_attachments: &views.each_ref().map(|view| Some(color_attachment(view)))[..2],
+                color_attachments: &[Some(color_attachment(&views[0])), Some(color_attachment(&views[1]))],
                 depth_stencil_attachment: Some(depth_attachment(&views[2], wgpu::StoreOp::Store)),
                 ..wgpu::RenderPassDescriptor::default()
             });
