@@ -174,3 +174,11 @@ require_adapter() {
 target_directory() {
     cargo metadata --format-version 1 --no-deps | sed -n 's/.*"target_directory":"\([^"]*\)".*/\1/p'
 }
+
+# The test programs that compare pictures, which must pass on other drivers and with other settings of drivers as well.
+# shellcheck disable=SC2034 # for those that source this file
+picture_tests="culling every_frame far_from_origin frames light_pictures limits many_lights models oracle pictures pieces
+    popping portions technique_sets technique_symmetries techniques tone_mapped_at_once vertex_rounding"
+
+# test_arguments NAME...: for `cargo test`, to run those test programs alone.
+test_arguments() { printf -- '--test %s ' "$@"; }

@@ -21,8 +21,14 @@ impl log::Log for Heard {
     fn log(&self, record: &log::Record) {
         let text = format!("{}: {}", record.target(), record.args());
         // Machines without Vulkan's validation layer check with wgpu's own validation only. Layers older than 2023 do
-        // not know WGSL as a source language (operand 10), and name the device as the object.
-        let known = ["VK_LAYER_KHRONOS_validation", "Invalid source language operand: 10", "objects: (type: DEVICE"];
+        // not know WGSL as a source language (operand 10), and name the device as the object; newer ones want no strides
+        // of arrays in function variables, which naga gives them (VUID-StandaloneSpirv-None-10684).
+        let known = [
+            "VK_LAYER_KHRONOS_validation",
+            "Invalid source language operand: 10",
+            "VUID-StandaloneSpirv-None-10684",
+            "objects: (type: DEVICE",
+        ];
         if self.enabled(record.metadata()) && !known.iter().any(|known| text.contains(known)) {
             self.0.lock().expect("no panic while logging").push(text);
         }
