@@ -32,6 +32,24 @@ pub enum OutputError {
         /// What is there.
         taken: PathBuf,
     },
+    /// What was to be written, or a folder of it, is a link whose target is missing.
+    #[error("{}{} is a link to {}, which is not there; expected a link to something that is", of(path, link), link.display(), target.display())]
+    DanglingLink {
+        /// What was to be written.
+        path: PathBuf,
+        /// The link.
+        link: PathBuf,
+        /// Where it leads.
+        target: PathBuf,
+    },
+    /// What was to be written, or a folder of it, is a link that leads back to itself.
+    #[error("{}{} is a link that leads back to itself; expected a link to something else", of(path, link), link.display())]
+    LinkLoop {
+        /// What was to be written.
+        path: PathBuf,
+        /// The link.
+        link: PathBuf,
+    },
     /// Where a file was to be is a folder.
     #[error("{} is a folder; expected the name of a file", path.display())]
     IsAFolder {
@@ -63,6 +81,7 @@ impl OutputError {
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::NoFolder { .. } | Self::NotAFolder { .. } | Self::IsAFolder { .. } => 2,
+            Self::DanglingLink { .. } | Self::LinkLoop { .. } => 2,
             Self::Io { .. } | Self::Encode { .. } => 1,
         }
     }
@@ -79,11 +98,13 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
 /// [`write_whole`] for what is written bit by bit.
 ///
 /// # Errors
-/// [`OutputError::NoFolder`], [`OutputError::Io`]; the temporary file is removed.
+/// [`OutputError::NoFolder`], [`OutputError::DanglingLink`], [`OutputError::LinkLoop`], [`OutputError::Io`]; the temporary
+/// file is removed.
 pub fn write_whole_with(
     path: &Path,
     write: impl FnOnce(&mut fs::File) -> std::io::Result<()>,
 ) -> Result<(), OutputError> {
+    check_links(path)?;
     // Of this call alone: several threads may write the same file.
     static CALLS: AtomicUsize = AtomicUsize::new(0);
     let mut name = path.file_name().unwrap_or_default().to_owned();
@@ -136,8 +157,9 @@ pub fn write_png(path: &Path, picture: &image::DynamicImage) -> Result<(), Outpu
 /// Makes a folder with all its parents.
 ///
 /// # Errors
-/// [`OutputError::NotAFolder`], [`OutputError::Io`].
+/// [`OutputError::NotAFolder`], [`OutputError::DanglingLink`], [`OutputError::LinkLoop`], [`OutputError::Io`].
 pub fn make_folder(path: &Path) -> Result<(), OutputError> {
+    check_links(path)?;
     fs::create_dir_all(path).map_err(|source| match in_the_way(path) {
         Some(taken) => OutputError::NotAFolder { path: path.to_owned(), taken: taken.to_owned() },
         None => OutputError::Io { path: path.to_owned(), source },
@@ -147,8 +169,9 @@ pub fn make_folder(path: &Path) -> Result<(), OutputError> {
 /// Whether the folder of a file is there; one that cannot be reached counts as there.
 ///
 /// # Errors
-/// [`OutputError::NoFolder`], [`OutputError::NotAFolder`].
+/// [`OutputError::NoFolder`], [`OutputError::NotAFolder`], [`OutputError::DanglingLink`], [`OutputError::LinkLoop`].
 pub fn check_folder(path: &Path) -> Result<(), OutputError> {
+    check_links(path)?;
     let Some(folder) = path.parent().map(named_folder) else { return Ok(()) };
     if let Some(taken) = in_the_way(folder) {
         return Err(OutputError::NotAFolder { path: path.to_owned(), taken: taken.to_owned() });
@@ -156,6 +179,23 @@ pub fn check_folder(path: &Path) -> Result<(), OutputError> {
     match folder.try_exists() {
         Ok(false) => Err(OutputError::NoFolder { path: path.to_owned(), folder: folder.to_owned() }),
         _ => Ok(()),
+    }
+}
+
+/// Whether neither a path nor a folder of it is a link that leads nowhere: such a path is neither there nor free.
+///
+/// # Errors
+/// [`OutputError::DanglingLink`], [`OutputError::LinkLoop`].
+fn check_links(path: &Path) -> Result<(), OutputError> {
+    use std::io::ErrorKind::{NotADirectory, NotFound, PermissionDenied};
+    let Some(link) = path.ancestors().find(|above| above.symlink_metadata().is_ok()) else { return Ok(()) };
+    let (Ok(target), Err(error)) = (link.read_link(), link.metadata()) else { return Ok(()) };
+    let (path, link) = (path.to_owned(), link.to_owned());
+    match error.kind() {
+        // Where it leads cannot be seen; what cannot be written is told when it is tried.
+        PermissionDenied => Ok(()),
+        NotFound | NotADirectory => Err(OutputError::DanglingLink { path, link, target }),
+        _ => Err(OutputError::LinkLoop { path, link }),
     }
 }
 
@@ -180,9 +220,10 @@ fn probe(folder: &Path) -> std::io::Result<()> {
 /// Whether a file of that name can be written, before work that would be lost.
 ///
 /// # Errors
-/// [`OutputError::NoFolder`], [`OutputError::NotAFolder`], [`OutputError::IsAFolder`]; [`OutputError::Io`]: its folder
-/// cannot be written into.
+/// [`OutputError::NoFolder`], [`OutputError::NotAFolder`], [`OutputError::IsAFolder`], [`OutputError::DanglingLink`],
+/// [`OutputError::LinkLoop`]; [`OutputError::Io`]: its folder cannot be written into.
 pub fn check_file(path: &Path) -> Result<(), OutputError> {
+    check_links(path)?;
     if path.is_dir() {
         return Err(OutputError::IsAFolder { path: path.to_owned() });
     }
@@ -245,6 +286,42 @@ mod tests {
         assert_eq!(refusal(write_whole(&missing.join("a"), b"x")), expected);
         assert_eq!(refusal(check_file(folder.path())), " is a folder; expected the name of a file");
         assert_eq!(fs::read_dir(folder.path()).expect("readable").count(), 1);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_that_lead_nowhere_are_refused_with_their_target() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let link = |name: &str, target: &str| {
+            std::os::unix::fs::symlink(target, folder.path().join(name)).expect("a link");
+            folder.path().join(name)
+        };
+        let (dangling, turning) = (link("disk", "/nonexistent/disk"), link("turning", "turning"));
+        let (through_file, sound) = (link("through", "file/below"), link("sound", "."));
+        fs::write(folder.path().join("file"), b"x").expect("written");
+        let refusal = |done: Result<(), OutputError>| {
+            let error = done.expect_err("refused");
+            assert_eq!(error.exit_code(), 2, "{error}");
+            error.to_string().replace(&folder.path().display().to_string(), "")
+        };
+        let nowhere = "/disk is a link to /nonexistent/disk, which is not there; expected a link to something that is";
+        let back = "/turning is a link that leads back to itself; expected a link to something else";
+        for (attempt, place) in [
+            (make_folder as fn(&Path) -> Result<(), OutputError>, ""),
+            (check_folder, ""),
+            (check_file, ""),
+            (|path| write_whole(path, b"x"), ""),
+            (|path| make_folder(&path.join("a/b")), "/a/b: "),
+            (|path| check_file(&path.join("a")), "/a: "),
+            (|path| write_whole(&path.join("a"), b"x"), "/a: "),
+        ] {
+            let at = |link: &str| if place.is_empty() { String::new() } else { format!("{link}{place}") };
+            assert_eq!(refusal(attempt(&dangling)), format!("{}{nowhere}", at("/disk")));
+            assert_eq!(refusal(attempt(&turning)), format!("{}{back}", at("/turning")));
+        }
+        assert!(refusal(make_folder(&through_file)).contains("link to file/below, which is not there"));
+        assert!(make_folder(&sound.join("new")).is_ok() && write_whole(&sound.join("new/a"), b"x").is_ok());
+        assert!(dangling.is_symlink(), "it stays what it is");
     }
 
     #[test]
