@@ -4,6 +4,7 @@
 //! read everywhere. Both hold of a frame only the rectangle that differs from the one before, and of that only the
 //! pixels that do: the rest is transparent.
 
+use crate::frame_time::{FrameTime, Shown, Ticks};
 use crate::output::{self, OutputError};
 use image::RgbImage;
 use std::fs::File;
@@ -30,7 +31,55 @@ impl Animation {
             _ => None,
         }
     }
+
+    /// What it can say of the time that a frame is shown; APNG has fractions of two 16-bit numbers.
+    fn ticks(self, time: FrameTime) -> Ticks {
+        let longest = u64::from(u16::MAX);
+        match self {
+            Self::Gif => Ticks { per_second: 100, shortest: SHORTEST_DELAY, longest },
+            Self::Apng if time.numerator.max(time.denominator) <= longest => {
+                Ticks { per_second: time.denominator, shortest: 1, longest }
+            }
+            // As fine as leaves room for a frame.
+            Self::Apng => {
+                Ticks { per_second: (longest as f64 / time.seconds().ceil()).max(1.0) as u64, shortest: 1, longest }
+            }
+        }
+    }
+
+    /// How the film would differ from its frames' times: what the format, or those who show it, cannot do.
+    pub fn shortcomings(self, frames: Range<u64>, time: FrameTime) -> Vec<String> {
+        let count = frames.end - frames.start;
+        let ticks = self.ticks(time);
+        let mut shown = ticks.of_frames(frames, time);
+        let total: u64 = shown.iter().map(|picture| picture.ticks).sum();
+        shown.dedup_by_key(|picture| picture.frame);
+        let (left_out, exact) = (count - shown.len() as u64, count as f64 * time.seconds());
+        let made = total as f64 / ticks.per_second as f64;
+        let name = match self {
+            Self::Apng => "an APNG",
+            Self::Gif => "a GIF",
+        };
+        let mut said = Vec::new();
+        if left_out > 0 {
+            let (shortest, per_second) = (ticks.shortest, ticks.per_second);
+            said.push(format!(
+                "{left_out} of {count} frames are left out: {name} shows one for {shortest}/{per_second} s at the least"
+            ));
+        } else if self == Self::Gif && !(100 * time.numerator).is_multiple_of(time.denominator) {
+            said.push(format!(
+                "{name} counts hundredths of a second: not every frame lasts {time}, all together {made} s for {exact:.4} s"
+            ));
+        }
+        if self == Self::Apng && time.seconds() <= SLOWED_DOWN {
+            said.push(format!("browsers show frames of {SLOWED_DOWN} s and less for longer; this film's last {time}"));
+        }
+        said
+    }
 }
+
+/// Seconds; browsers take a frame of this or less for a mistake.
+const SLOWED_DOWN: f64 = 0.01;
 
 /// Writes `folder/color_NNNNN.png` of those frames, whole or not at all. It repeats for ever.
 ///
@@ -41,16 +90,18 @@ pub fn encode(
     kind: Animation,
     folder: &Path,
     frames: Range<u64>,
-    frames_per_second: f64,
+    time: FrameTime,
 ) -> std::result::Result<(), OutputError> {
+    let ticks = kind.ticks(time);
+    let shown = ticks.of_frames(frames, time);
     output::write_whole_with(path, |file| {
         let picture = |frame: u64| {
             let path = folder.join(format!("color_{frame:05}.png"));
             crate::import::load_pixels(&path).map(|picture| picture.into_rgb8()).map_err(Error::other)
         };
         match kind {
-            Animation::Apng => write_apng(file, frames, frames_per_second, picture),
-            Animation::Gif => write_gif(file, frames, frames_per_second, picture),
+            Animation::Apng => write_apng(file, &shown, ticks, picture),
+            Animation::Gif => write_gif(file, &shown, picture),
         }
     })
 }
@@ -88,19 +139,19 @@ impl Delta {
     }
 }
 
-fn write_apng(file: &mut File, frames: Range<u64>, rate: f64, picture: impl Fn(u64) -> Result<RgbImage>) -> Result<()> {
-    let count = u32::try_from(frames.end - frames.start).map_err(Error::other)?;
-    let mut before = picture(frames.start)?;
+fn write_apng(file: &mut File, shown: &[Shown], ticks: Ticks, picture: impl Fn(u64) -> Result<RgbImage>) -> Result<()> {
+    let [first, others @ ..] = shown else { return Err(Error::other("it has no frames")) };
+    let per_second = delay(ticks.per_second)?;
+    let mut before = picture(first.frame)?;
     let mut encoder = png::Encoder::new(BufWriter::new(file), before.width(), before.height());
     encoder.set_color(png::ColorType::Rgba);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_compression(png::Compression::Balanced);
-    encoder.set_animated(count, 0)?;
-    // Milliseconds are the finest that all viewers keep.
-    encoder.set_frame_delay((1000.0 / rate).round().clamp(1.0, 60_000.0) as u16, 1000)?;
+    encoder.set_animated(u32::try_from(shown.len()).map_err(Error::other)?, 0)?;
+    encoder.set_frame_delay(delay(first.ticks)?, per_second)?;
     let mut writer = encoder.write_header()?;
     writer.write_image_data(&Delta::between(None, &before).rgba)?;
-    for frame in frames.skip(1) {
+    for &Shown { frame, ticks } in others {
         let now = same_size(picture(frame)?, &before)?;
         let delta = Delta::between(Some(&before), &now);
         // Back to the corner first: size and place are checked one by one.
@@ -108,10 +159,16 @@ fn write_apng(file: &mut File, frames: Range<u64>, rate: f64, picture: impl Fn(u
         writer.set_frame_dimension(delta.width, delta.height)?;
         writer.set_frame_position(delta.x, delta.y)?;
         writer.set_blend_op(png::BlendOp::Over)?;
+        writer.set_frame_delay(delay(ticks)?, per_second)?;
         writer.write_image_data(&delta.rgba)?;
         before = now;
     }
     Ok(writer.finish()?)
+}
+
+/// Both formats have 16 bits for it.
+fn delay(ticks: u64) -> Result<u16> {
+    u16::try_from(ticks).map_err(Error::other)
 }
 
 /// Hundredths of a second; viewers take less than this for a mistake and slow down.
@@ -120,29 +177,24 @@ const SHORTEST_DELAY: u64 = 2;
 /// How much speed goes before quality when colours are chosen: 1 slow to 30 fast.
 const COLOR_SPEED: i32 = 10;
 
-fn write_gif(file: &mut File, frames: Range<u64>, rate: f64, picture: impl Fn(u64) -> Result<RgbImage>) -> Result<()> {
-    let first = picture(frames.start)?;
+fn write_gif(file: &mut File, shown: &[Shown], picture: impl Fn(u64) -> Result<RgbImage>) -> Result<()> {
+    let Some(Shown { frame, .. }) = shown.first() else { return Err(Error::other("it has no frames")) };
+    let first = picture(*frame)?;
     let side = |side: u32| u16::try_from(side).map_err(Error::other);
     let (width, height) = (side(first.width())?, side(first.height())?);
     let mut encoder = gif::Encoder::new(BufWriter::new(file), width, height, &[]).map_err(Error::other)?;
     encoder.set_repeat(gif::Repeat::Infinite).map_err(Error::other)?;
-    let time_of = |frame: u64| ((frame - frames.start) as f64 * 100.0 / rate).round() as u64;
     let mut before: Option<RgbImage> = None;
-    let mut frame = frames.start;
-    while frame < frames.end {
-        // Frames that come too fast for the format are left out.
-        let next = (frame + 1..frames.end).find(|&next| time_of(next) - time_of(frame) >= SHORTEST_DELAY);
-        let next = next.unwrap_or(frames.end);
+    for &Shown { frame, ticks } in shown {
         let now = same_size(picture(frame)?, &first)?;
         let mut delta = Delta::between(before.as_ref(), &now);
         let (width, height) = (side(delta.width)?, side(delta.height)?);
         let mut part = gif::Frame::from_rgba_speed(width, height, &mut delta.rgba, COLOR_SPEED);
         (part.left, part.top) = (side(delta.x)?, side(delta.y)?);
-        part.delay = (time_of(next) - time_of(frame)).clamp(SHORTEST_DELAY, 6000) as u16;
+        part.delay = delay(ticks)?;
         part.dispose = gif::DisposalMethod::Keep;
         encoder.write_frame(&part).map_err(Error::other)?;
         before = Some(now);
-        frame = next;
     }
     encoder.get_mut().flush()
 }
@@ -186,22 +238,74 @@ mod tests {
     fn an_animated_png_has_every_pixel_of_every_frame() {
         let folder = folder();
         let path = folder.path().join("film.apng");
-        encode(&path, Animation::Apng, folder.path(), 2..10, 50.0).expect("a film");
+        encode(&path, Animation::Apng, folder.path(), 2..10, FrameTime::of(0.02)).expect("a film");
         let file = BufReader::new(File::open(&path).expect("there"));
         let frames = PngDecoder::new(file).and_then(|decoder| decoder.apng()).expect("an animation").into_frames();
         let frames = frames.collect_frames().expect("all");
         assert_eq!(frames.len(), 8);
         for (i, seen) in (2..).zip(&frames) {
-            assert_eq!(seen.delay().numer_denom_ms(), (20, 1));
+            let (numerator, denominator) = seen.delay().numer_denom_ms();
+            assert_eq!(numerator, 20 * denominator, "milliseconds");
             assert!(image::DynamicImage::from(seen.buffer().clone()).into_rgb8() == frame(i), "frame {i}");
         }
+    }
+
+    /// Numerators and denominators of the delays of an APNG's `fcTL` chunks (PNG specification, third edition, 11.3.6.2).
+    fn delays_of(path: &Path) -> Vec<(u16, u16)> {
+        let bytes = std::fs::read(path).expect("there");
+        let chunks = bytes.windows(4).enumerate().filter(|(_, name)| *name == b"fcTL");
+        let number = |at: usize| u16::from_be_bytes([bytes[at], bytes[at + 1]]);
+        chunks.map(|(at, _)| (number(at + 24), number(at + 26))).collect()
+    }
+
+    #[test]
+    fn an_animated_png_is_exact_where_it_can_be_and_else_ends_at_its_time() {
+        let folder = folder();
+        let path = folder.path().join("film.apng");
+        let delays = |seconds: f64| {
+            encode(&path, Animation::Apng, folder.path(), 2..10, FrameTime::of(seconds)).expect("a film");
+            delays_of(&path)
+        };
+        for (seconds, expected) in [
+            (1.0 / 60.0, (1, 60)),
+            (1.0 / 144.0, (1, 144)),
+            (0.0004, (1, 2500)),
+            (100.0, (100, 1)),
+            (1000.0, (1000, 1)),
+        ] {
+            assert_eq!(delays(seconds), [expected; 8], "{seconds}");
+        }
+        // Not fractions of 16-bit numbers: the end of 8 frames is the nearest tick to their time.
+        for seconds in [0.016_666_7, 1.234_567, 999.999_99] {
+            let found = delays(seconds);
+            let per_second = f64::from(found[0].1);
+            let total: f64 = found.iter().map(|(ticks, _)| f64::from(*ticks) / per_second).sum();
+            assert!((total - 8.0 * seconds).abs() <= 0.5001 / per_second, "{seconds}: {found:?}");
+        }
+        // Frames of a microsecond, of which a tick has 15: one remains.
+        assert_eq!(delays(1e-6), [(1, 65_535)]);
+    }
+
+    #[test]
+    fn what_a_format_cannot_show_is_said() {
+        let said = |kind: Animation, seconds| kind.shortcomings(0..60, FrameTime::of(seconds)).join("; ");
+        for (kind, seconds) in [(Animation::Apng, 1.0 / 60.0), (Animation::Apng, 100.0), (Animation::Gif, 0.04)] {
+            assert_eq!(said(kind, seconds), "");
+        }
+        let gif = said(Animation::Gif, 1.0 / 60.0);
+        assert!(gif.contains("of 60 frames are left out: a GIF shows one for 2/100 s"), "{gif}");
+        assert!(
+            said(Animation::Gif, 1.0 / 30.0).contains("not every frame lasts 1/30 s, all together 2 s for 2.0000 s")
+        );
+        assert!(said(Animation::Apng, 0.0004).contains("this film's last 1/2500 s"));
+        assert!(said(Animation::Apng, 1e-6).contains("56 of 60 frames are left out"));
     }
 
     #[test]
     fn a_gif_takes_as_long_as_its_frames_though_it_leaves_some_out() {
         let folder = folder();
         let path = folder.path().join("film.gif");
-        encode(&path, Animation::Gif, folder.path(), 2..10, 100.0).expect("a film");
+        encode(&path, Animation::Gif, folder.path(), 2..10, FrameTime::of(0.01)).expect("a film");
         let mut options = gif::DecodeOptions::new();
         options.set_color_output(gif::ColorOutput::RGBA);
         let mut decoder = options.read_info(File::open(&path).expect("there")).expect("a GIF");
@@ -226,7 +330,9 @@ mod tests {
     fn a_missing_frame_leaves_nothing_behind() {
         let folder = folder();
         let path = folder.path().join("film.apng");
-        let error = encode(&path, Animation::Apng, folder.path(), 2..11, 50.0).expect_err("no frame 10").to_string();
+        let error = encode(&path, Animation::Apng, folder.path(), 2..11, FrameTime::of(0.02))
+            .expect_err("no frame 10")
+            .to_string();
         assert!(error.contains("color_00010.png"), "{error}");
         let left = std::fs::read_dir(folder.path()).expect("a folder").count();
         assert_eq!(left, 8, "the frames alone");

@@ -8,6 +8,7 @@ mod error;
 pub use error::FrameError;
 
 use crate::animation::{self, Animation};
+use crate::frame_time::FrameTime;
 use crate::import;
 use crate::import::cache::Cache;
 use crate::import::compress::{CompressReport, compress_images};
@@ -400,6 +401,10 @@ pub fn render_frames(job: &FrameJob, mut progress: impl FnMut(u64, u64)) -> Resu
     });
     let frames = job.frames.numbers(first, last)?;
     output::make_folder(&job.folder)?;
+    let frame_time = FrameTime::of(stage.simulation.world.resource::<Clock>().step_seconds);
+    if let Some(film) = &job.video {
+        video::warn_of_times(film, frames.clone(), frame_time);
+    }
     stage.simulation.world.insert_resource(job.lights);
     let settings = job.settings.for_files();
     let step_of = |simulation: &Simulation| simulation.world.resource::<Clock>().step;
@@ -434,8 +439,7 @@ pub fn render_frames(job: &FrameJob, mut progress: impl FnMut(u64, u64)) -> Resu
         written.push(names);
     }
     if let Some(film) = &job.video {
-        let rate = 1.0 / stage.simulation.world.resource::<Clock>().step_seconds;
-        written.push(video::encode(film, &job.folder, frames, rate)?);
+        written.push(video::encode(film, &job.folder, frames, frame_time)?);
     }
     Ok(written)
 }

@@ -30,6 +30,7 @@ pub mod bench;
 pub mod check;
 pub mod compare;
 pub mod demo;
+pub mod frame_time;
 pub mod frames;
 pub mod freed_memory;
 pub mod gallery;

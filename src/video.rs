@@ -1,6 +1,7 @@
 //! Frames into a film, by ffmpeg where it is installed; else, or where the name asks for it, into an animated picture.
 
 use crate::animation::{self, Animation};
+use crate::frame_time::FrameTime;
 use crate::output::{self, OutputError};
 use std::io::Write;
 use std::ops::Range;
@@ -31,26 +32,46 @@ pub enum VideoError {
     Output(#[from] OutputError),
 }
 
-/// Whether the film's folder is there and its name is one that ffmpeg makes a film of, asked before hours of rendering.
-/// Where ffmpeg is missing, says what is made instead.
+/// Whether the film can be written and its name is one that ffmpeg makes a film of, asked before hours of rendering. Where
+/// ffmpeg is missing, says what is made instead.
 ///
 /// # Errors
-/// [`VideoError::Output`], [`VideoError::UnknownEnding`].
+/// [`VideoError`].
 pub fn check(path: &Path) -> Result<(), VideoError> {
-    output::check_folder(path)?;
     if Animation::of(path).is_some() {
-        return Ok(());
+        return Ok(output::check_file(path)?);
     }
     if let Err(reason) = ffmpeg() {
+        let instead = animation::instead_of(path);
+        output::check_file(&instead)?;
         tracing::warn!(
             "{}: cannot run ffmpeg, which makes such videos ({reason}); {} is made instead, an animated PNG. To install \
              ffmpeg: apt-get install ffmpeg (Debian, Ubuntu)",
             path.display(),
-            animation::instead_of(path).display()
+            instead.display()
         );
         return Ok(());
     }
+    output::check_file(path)?;
     check_ending(path)
+}
+
+/// Says how the film will differ from its frames' times, which its format cannot give.
+pub fn warn_of_times(path: &Path, frames: Range<u64>, time: FrameTime) {
+    let (path, kind) = made(path);
+    let said = match kind {
+        Some(kind) => kind.shortcomings(frames, time),
+        None if counts_milliseconds(&path) && time.seconds() < 0.001 => {
+            vec![format!("its format counts milliseconds: frames of {time} are shown together; .mp4 keeps them apart")]
+        }
+        None => Vec::new(),
+    };
+    said.iter().for_each(|said| tracing::warn!("{}: {said}", path.display()));
+}
+
+/// Matroska's clock, as ffmpeg and most others set it.
+fn counts_milliseconds(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ["mkv", "webm"].iter().any(|known| ending.eq_ignore_ascii_case(known)))
 }
 
 /// Has ffmpeg make a film of two black pictures under a name with the same ending: of one it makes pictures, too.
@@ -74,8 +95,20 @@ fn check_ending(path: &Path) -> Result<(), VideoError> {
         return Ok(());
     }
     let message = last_line(&output.stderr).replace(&*temporary.to_string_lossy(), &path.to_string_lossy());
-    Err(VideoError::UnknownEnding { path: path.to_owned(), message })
+    let path = path.to_owned();
+    // A full disk, say, is no matter of the name.
+    let is_of_system = OF_SYSTEM.iter().any(|said| message.contains(said));
+    Err(if is_of_system { VideoError::Failed { path, message } } else { VideoError::UnknownEnding { path, message } })
 }
+
+/// What ffmpeg passes on from the operating system.
+const OF_SYSTEM: [&str; 5] = [
+    "No space left on device",
+    "Disk quota exceeded",
+    "Permission denied",
+    "Read-only file system",
+    "Input/output error",
+];
 
 /// What ffmpeg writes before it is renamed; whole, for ffmpeg may run in another folder.
 fn temporary(path: &Path) -> Result<PathBuf, OutputError> {
@@ -88,8 +121,19 @@ fn last_line(said: &[u8]) -> String {
     String::from_utf8_lossy(said).lines().last().unwrap_or("it said nothing").to_owned()
 }
 
+/// Whether it runs.
 fn ffmpeg() -> std::io::Result<()> {
-    Command::new("ffmpeg").arg("-version").stdout(Stdio::null()).stderr(Stdio::null()).status().map(drop)
+    let output = Command::new("ffmpeg").arg("-version").stdin(Stdio::null()).output()?;
+    if output.status.success() { Ok(()) } else { Err(std::io::Error::other(last_line(&output.stderr))) }
+}
+
+/// What is made of a name: an animated picture where it asks for one or ffmpeg is missing; else a film, by ffmpeg.
+fn made(path: &Path) -> (PathBuf, Option<Animation>) {
+    match Animation::of(path) {
+        Some(kind) => (path.to_owned(), Some(kind)),
+        None if ffmpeg().is_err() => (animation::instead_of(path), Some(Animation::Apng)),
+        None => (path.to_owned(), None),
+    }
 }
 
 /// Encodes `folder/color_NNNNN.png` of those frames: into an animated picture where the name asks for one or ffmpeg is
@@ -97,30 +141,38 @@ fn ffmpeg() -> std::io::Result<()> {
 ///
 /// # Errors
 /// [`VideoError`].
-pub fn encode(path: &Path, folder: &Path, frames: Range<u64>, frames_per_second: f64) -> Result<PathBuf, VideoError> {
-    let (path, kind) = match Animation::of(path) {
-        Some(kind) => (path.to_owned(), Some(kind)),
-        None if ffmpeg().is_err() => (animation::instead_of(path), Some(Animation::Apng)),
-        None => (path.to_owned(), None),
-    };
+pub fn encode(path: &Path, folder: &Path, frames: Range<u64>, time: FrameTime) -> Result<PathBuf, VideoError> {
+    let (path, kind) = made(path);
     match kind {
-        Some(kind) => animation::encode(&path, kind, folder, frames, frames_per_second)?,
-        None => encode_film(&path, folder, frames, frames_per_second)?,
+        Some(kind) => animation::encode(&path, kind, folder, frames, time)?,
+        None => encode_film(&path, folder, frames, time)?,
     }
     Ok(path)
 }
 
+/// The largest term of a rate that ffmpeg does not round (`av_parse_video_rate`).
+const LARGEST_TERM: u64 = 1_001_000;
+
+/// Most players want 4:2:0 with even sides; sRGB frames become Y′CbCr of ITU-R BT.709, 16 to 235.
+const FILTER: &str = "pad=ceil(iw/2)*2:ceil(ih/2)*2,\
+    scale=in_range=pc:out_range=tv:out_color_matrix=bt709:flags=accurate_rnd+full_chroma_int,format=yuv420p";
+
+/// And the film says so: where nothing is said, players guess by its size.
+const COLORS: [&str; 8] =
+    ["-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709", "-color_range", "tv"];
+
 /// By ffmpeg; written under another name, then renamed.
-fn encode_film(path: &Path, folder: &Path, frames: Range<u64>, frames_per_second: f64) -> Result<(), VideoError> {
+fn encode_film(path: &Path, folder: &Path, frames: Range<u64>, time: FrameTime) -> Result<(), VideoError> {
+    let FrameTime { numerator, denominator } = time.within(LARGEST_TERM);
     // ffmpeg runs in the frames' folder: a % in its name would count as a part of the pattern.
     let temporary = temporary(path)?;
     let output = Command::new("ffmpeg")
-        .args(["-y", "-loglevel", "error", "-framerate", &frames_per_second.to_string()])
+        .args(["-y", "-loglevel", "error", "-framerate", &format!("{denominator}/{numerator}")])
         .args(["-start_number", &frames.start.to_string(), "-i"])
         .arg("color_%05d.png")
         .args(["-frames:v", &(frames.end - frames.start).to_string()])
-        // Most players want 4:2:0 with even sides.
-        .args(["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p"])
+        .args(["-vf", FILTER])
+        .args(COLORS)
         .arg(&temporary)
         .current_dir(folder)
         .stdin(Stdio::null())
