@@ -9,10 +9,6 @@
 PATH="$PATH:/usr/sbin:/sbin:$HOME/.cargo/bin"
 assume_yes=no
 
-# Where a login has not set it, Mesa's Vulkan layers complain on every start.
-: "${XDG_RUNTIME_DIR:=${TMPDIR:-/tmp}}"
-export XDG_RUNTIME_DIR
-
 say() { printf '%s\n' "$*"; }
 
 fail() {

@@ -3,6 +3,7 @@
 //! Exit codes: 0 done, 2 bad input or usage, 3 no usable graphics adapter, 1 anything else.
 
 mod cli;
+mod headless;
 
 use clap::{CommandFactory, FromArgMatches};
 use cli::{Cli, Command, LightsArgs, PictureArgs, RenderArgs, ReplayArgs, RunArgs, ViewArgs};
@@ -44,7 +45,16 @@ fn main() -> ExitCode {
     let matches = with_negative_numbers(Cli::command()).get_matches();
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     log_to_stderr();
-    let done = match cli.command.unwrap_or(Command::Run(cli.run)) {
+    let command = cli.command.unwrap_or(Command::Run(cli.run));
+    let shows_window = match &command {
+        Command::Run(_) => true,
+        Command::Replay(args) => args.output.is_none() && !args.check,
+        _ => false,
+    };
+    if !shows_window || !headless::may_have_display() {
+        headless::forget_display();
+    }
+    let done = match command {
         Command::Run(args) => run(&args),
         Command::Render(args) => {
             systems::set_threads(args.view.threads.map(usize::from));

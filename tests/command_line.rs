@@ -156,7 +156,7 @@ fn bad_usage_exits_with_2_and_says_what_was_expected() {
     let run = |args: &[&str]| relief(args, folder.path());
     assert_fails(&run(&["render", "scene.ron"]), 2, &["--output"]);
     assert_fails(&run(&["render", "scene.ron", "-o", "o", "--size", "64"]), 2, &["WIDTHxHEIGHT"]);
-    assert_fails(&run(&["render", "scene.ron", "-o", "o", "--frames", "9..3"]), 2, &["30..60"]);
+    assert_fails(&run(&["render", "scene.ron", "-o", "o", "--frames", "9..3"]), 2, &["expected 3..9"]);
     assert_fails(&run(&["render", "scene.ron", "-o", "o", "--frames", "-1"]), 2, &["30..60"]);
     assert_fails(&run(&["map", "normal", "h.png", "-o", "n.png", "--height-scale", "-1"]), 2, &["from 0 to 1000"]);
     let near = ["no technique \"nomral\"", "did you mean \"normal\"?"];
@@ -247,60 +247,6 @@ fn results_that_cannot_be_printed_are_an_error_unless_nobody_reads_them() {
     }
 }
 
-/// Names of unfinished files.
-fn unfinished(folder: &Path) -> Vec<PathBuf> {
-    contents(folder).into_iter().map(|(name, _)| name).filter(|name| name.to_string_lossy().contains("part")).collect()
-}
-
-#[test]
-fn a_film_is_made_with_ffmpeg_and_without_it_an_animated_picture() {
-    if common::gpu().is_none() {
-        return;
-    }
-    let folder = scene_folder();
-    let film = |name: &str| {
-        let args = ["render", "scene.ron", "-o", "out", "--frames", "3", "--size", "65x37", "--video"];
-        [&args[..], &[name]].concat().iter().map(ToString::to_string).collect::<Vec<_>>()
-    };
-    let mut without = Command::new(env!("CARGO_BIN_EXE_relief"));
-    let output = without.args(film("film.mp4")).current_dir(folder.path()).env("PATH", "").output();
-    let output = output.expect("the binary runs");
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    let said = text(&output.stderr);
-    assert!(said.contains("film.mp4") && said.contains("film.apng is made instead"), "{said}");
-    assert!(text(&output.stdout).contains("film.apng"), "{}", text(&output.stdout));
-    assert!(!folder.path().join("film.mp4").exists());
-    let frames = image::codecs::png::PngDecoder::new(std::io::Cursor::new(
-        fs::read(folder.path().join("film.apng")).expect("an animation"),
-    ));
-    assert!(frames.and_then(|decoder| decoder.is_apng()).expect("a PNG"));
-
-    let run = |name: &str| {
-        let args = film(name);
-        relief(&args.iter().map(String::as_str).collect::<Vec<_>>(), folder.path())
-    };
-    assert!(run("film.gif").status.success());
-    assert!(fs::read(folder.path().join("film.gif")).expect("an animation").starts_with(b"GIF89a"));
-    fs::remove_dir_all(folder.path().join("out")).expect("frames");
-    assert_fails(&run("no/film.mp4"), 2, &["no/film.mp4: there is no folder no;"]);
-    assert!(!folder.path().join("out").exists(), "said before rendering");
-    assert_eq!(unfinished(folder.path()), [] as [PathBuf; 0]);
-    if Command::new("ffmpeg").arg("-version").output().is_err() {
-        eprintln!("skipped: no ffmpeg");
-        return;
-    }
-    for name in ["film.xyz", "film.jpg", "film"] {
-        let output = run(name);
-        assert_fails(&output, 2, &[name, ".mp4", ".apng"]);
-        assert!(!String::from_utf8_lossy(&output.stderr).contains(".part-"), "its temporary name is nobody's business");
-    }
-    assert!(!folder.path().join("out").exists(), "said before rendering");
-    assert_eq!(unfinished(folder.path()), [] as [PathBuf; 0]);
-    assert!(run("film.mp4").status.success());
-    assert_eq!(&fs::read(folder.path().join("film.mp4")).expect("a film")[4..8], b"ftyp");
-    assert_eq!(unfinished(folder.path()), [] as [PathBuf; 0]);
-}
-
 #[test]
 fn no_adapter_exits_with_3_and_says_what_to_install() {
     let none = |args: &[&str]| {
@@ -311,6 +257,92 @@ fn no_adapter_exits_with_3_and_says_what_to_install() {
     };
     assert_fails(&none(&["info"]), 3, &["no graphics adapter", "mesa-vulkan-drivers"]);
     assert_fails(&none(&["render", "scene.ron", "-o", "o"]), 3, &["mesa-vulkan-drivers"]);
+}
+
+/// What a headless command must not do: connect to a display.
+#[test]
+#[cfg(target_os = "linux")]
+fn headless_commands_ask_no_display() {
+    use std::os::unix::net::UnixListener;
+    use std::process::Stdio;
+    if common::gpu().is_none() {
+        return;
+    }
+    let folder = scene_folder();
+    // Displays that would hear it: X11's display N listens at port 6000 + N, Wayland's at a file.
+    let x11 = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
+    let number = x11.local_addr().expect("bound").port() - 6000;
+    let socket = folder.path().join("wayland");
+    let wayland = UnixListener::bind(&socket).expect("a socket");
+    x11.set_nonblocking(true).and_then(|()| wayland.set_nonblocking(true)).expect("no waiting");
+    let display = [("DISPLAY", format!("127.0.0.1:{number}")), ("WAYLAND_DISPLAY", socket.display().to_string())];
+    let render = ["render", "scene.ron", "-o", "out", "--size", "16x9", "--no-cache"];
+    let lights = ["lights", "scene.ron", "-o", "lights", "--size", "16x9"];
+    let cases: [&[&str]; 4] = [&["info"], &render, &lights, &["check", "scene.ron"]];
+    for args in cases {
+        for environment in [&[][..], &display] {
+            let mut command = Command::new(env!("CARGO_BIN_EXE_relief"));
+            // Which driver there is, and nothing else.
+            let drivers = std::env::vars_os().filter(|(name, _)| name.to_string_lossy().starts_with("VK_"));
+            command.args(args).current_dir(folder.path()).env_clear().envs(drivers);
+            command.envs(environment.iter().map(|(name, value)| (name, value)));
+            // What a validation layer says in builds for tests is not what is tested.
+            command.env("WGPU_VALIDATION", "0").env("WGPU_DEBUG", "0");
+            let mut running = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("the binary runs");
+            // What asks a display waits for its answer.
+            loop {
+                let has_ended = running.try_wait().expect("a state").is_some();
+                if x11.accept().is_ok() || wayland.accept().is_ok() {
+                    let _ = running.kill();
+                    panic!("{args:?} with {environment:?} connected to a display");
+                }
+                if has_ended {
+                    break;
+                }
+                std::thread::sleep(std::time::Duration::from_millis(5));
+            }
+            let output = running.wait_with_output().expect("its words");
+            assert!(output.status.success(), "{args:?}: {}", text(&output.stderr));
+            assert_eq!(text(&output.stderr), "", "{args:?} with {environment:?}");
+        }
+    }
+}
+
+#[test]
+#[cfg(unix)]
+fn links_that_lead_nowhere_are_refused_with_their_target() {
+    let folder = scene_folder();
+    for (name, target) in [("disk", "/nonexistent/disk"), ("turning", "turning")] {
+        std::os::unix::fs::symlink(target, folder.path().join(name)).expect("a link");
+    }
+    let size = ["--size", "16x9"];
+    let outputs = |name: &'static str| -> Vec<Vec<&'static str>> {
+        vec![
+            [&["render", "scene.ron", "-o", name][..], &size].concat(),
+            [&["lights", "scene.ron", "-o", name][..], &size].concat(),
+            vec!["gallery", "-o", name],
+            vec!["compare", "-o", name],
+            vec!["bench", "--objects", "4", "--suite", "-o", name],
+            vec!["bench", "--objects", "4", "--frames", "1", "--trace", name],
+            [&["render", "scene.ron", "-o", "out", "--hash", name][..], &size].concat(),
+            [&["render", "scene.ron", "-o", "out", "--record", name][..], &size].concat(),
+            [&["render", "scene.ron", "-o", "out", "--save-snapshot", name][..], &size].concat(),
+        ]
+    };
+    if common::gpu().is_none() {
+        return;
+    }
+    for args in outputs("disk") {
+        let missing = "disk is a link to /nonexistent/disk, which is not there";
+        let output = relief(&args, folder.path());
+        assert_fails(&output, 2, &[missing]);
+        let errors = text(&output.stderr).lines().filter(|line| line.starts_with("error: ")).count();
+        assert_eq!(errors, 1, "{args:?}");
+    }
+    for args in outputs("turning") {
+        assert_fails(&relief(&args, folder.path()), 2, &["turning is a link that leads back to itself"]);
+    }
+    assert_eq!(contents(folder.path()).len(), 1, "the scene alone");
 }
 
 #[test]

@@ -48,7 +48,8 @@ impl Gpu {
         .union(wgpu::Features::TIMESTAMP_QUERY)
         .union(wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES);
 
-    /// Opens the best adapter without a window. `WGPU_BACKEND` and `WGPU_ADAPTER_NAME` choose another.
+    /// Opens the best adapter without a window. `WGPU_BACKEND` and `WGPU_ADAPTER_NAME` choose another. Mesa's Vulkan layer
+    /// that sorts adapters asks for displays nevertheless, unless the environment has `NODEVICE_SELECT`.
     ///
     /// # Errors
     /// [`GpuError`] where there is no adapter or it refuses a device.
