@@ -48,26 +48,22 @@ impl SidePanel {
     /// Shows the panel; returns what a button asks for.
     pub fn show(&mut self, ui: &mut Ui, viewer: &mut Viewer, info: &FrameInfo) -> Option<Command> {
         let mut command = None;
-        let frame = Frame::new().fill(ui.visuals().panel_fill).inner_margin(Margin::symmetric(10, 8));
-        let panel = Panel::right("panel").resizable(false).exact_size(WIDTH).frame(frame).show_separator_line(false);
-        panel.show(ui, |ui| {
-            ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
-                ui.add(egui::Label::new(RichText::new(&viewer.title).heading().strong()).truncate());
-                headline(ui, viewer, info);
-                if !viewer.notice.is_empty() {
-                    ui.add(egui::Label::new(RichText::new(&viewer.notice).color(Color32::from_rgb(255, 205, 110))));
-                }
-                if viewer.help {
-                    section(ui, "Keys", true, help);
-                }
-                section(ui, "Clock", true, |ui| command = clock(ui, viewer));
-                section(ui, "Picture", true, |ui| picture(ui, viewer));
-                section(ui, "Camera", true, |ui| camera(ui, viewer, info.view));
-                section(ui, "Statistics", true, |ui| statistics(ui, viewer, info));
-                section(ui, "Entities", true, |ui| {
-                    let clicked = self.entities.show(ui, &mut viewer.simulation.world, viewer.selected);
-                    viewer.selected = clicked.or(viewer.selected);
-                });
+        in_panel(ui, |ui| {
+            ui.add(egui::Label::new(RichText::new(&viewer.title).heading().strong()).truncate());
+            headline(ui, viewer, info);
+            if !viewer.notice.is_empty() {
+                ui.add(egui::Label::new(RichText::new(&viewer.notice).color(Color32::from_rgb(255, 205, 110))));
+            }
+            if viewer.help {
+                section(ui, "Keys", true, help);
+            }
+            section(ui, "Clock", true, |ui| command = clock(ui, viewer));
+            section(ui, "Picture", true, |ui| picture(ui, viewer));
+            section(ui, "Camera", true, |ui| camera(ui, viewer, info.view));
+            section(ui, "Statistics", true, |ui| statistics(ui, viewer, info));
+            section(ui, "Entities", true, |ui| {
+                let clicked = self.entities.show(ui, &mut viewer.simulation.world, viewer.selected);
+                viewer.selected = clicked.or(viewer.selected);
             });
         });
         if let Some(object) = viewer.pointed_out() {
@@ -75,6 +71,13 @@ impl SidePanel {
         }
         command
     }
+}
+
+/// At the right, from top to bottom; what has no room is scrolled to.
+fn in_panel(ui: &mut Ui, contents: impl FnOnce(&mut Ui)) {
+    let frame = Frame::new().fill(ui.visuals().panel_fill).inner_margin(Margin::symmetric(10, 8));
+    let panel = Panel::right("panel").resizable(false).exact_size(WIDTH).frame(frame).show_separator_line(false);
+    panel.show(ui, |ui| ScrollArea::vertical().auto_shrink([false, false]).show(ui, contents));
 }
 
 fn section<R>(ui: &mut Ui, title: &str, open: bool, contents: impl FnOnce(&mut Ui) -> R) {
@@ -278,8 +281,13 @@ fn card(ui: &mut Ui, viewer: &mut Viewer, object: Entity, view: &View) {
     });
 }
 
+/// Points, for the names of keys.
+const KEYS_WIDTH: f32 = 44.0;
+
 fn help(ui: &mut Ui) {
-    Grid::new("keys").num_columns(2).striped(true).show(ui, |ui| {
+    // With a bound, what a cell says wraps rather than being cut off.
+    let widest = ui.available_width() - KEYS_WIDTH - ui.spacing().item_spacing.x;
+    Grid::new("keys").num_columns(2).striped(true).min_col_width(KEYS_WIDTH).max_col_width(widest).show(ui, |ui| {
         for binding in &KEYS {
             ui.label(binding.keys.join("  "));
             ui.weak(binding.help);
@@ -297,6 +305,45 @@ fn help(ui: &mut Ui) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Right edges of the texts that are laid out in a panel, and that of the room they have; points.
+    fn edges_of(size: egui::Vec2, mut contents: impl FnMut(&mut Ui)) -> Vec<(String, f32, f32)> {
+        let context = egui::Context::default();
+        context.all_styles_mut(crate::app::gui::set_style);
+        let screen = egui::Rect::from_min_size(egui::Pos2::ZERO, size);
+        let mut shapes = Vec::new();
+        // A grid knows the widths of its columns from the second time on.
+        for _ in 0..3 {
+            let input = egui::RawInput { screen_rect: Some(screen), ..Default::default() };
+            let mut output = context.run_ui(input, |ui| in_panel(ui, &mut contents));
+            // Nothing is painted.
+            output.textures_delta.clear();
+            shapes = output.shapes;
+        }
+        let texts = shapes.iter().filter_map(|clipped| match &clipped.shape {
+            egui::Shape::Text(text) => {
+                let right = text.pos.x + text.galley.rect.max.x;
+                Some((text.galley.text().to_owned(), right, clipped.clip_rect.max.x.min(size.x)))
+            }
+            _ => None,
+        });
+        texts.collect()
+    }
+
+    #[test]
+    fn every_key_can_be_read_to_its_end() {
+        for size in [egui::vec2(1280.0, 720.0), egui::vec2(640.0, 360.0), egui::vec2(1280.0, 4000.0)] {
+            let edges = edges_of(size, |ui| section(ui, "Keys", true, help));
+            for binding in &KEYS {
+                let of_binding = edges.iter().find(|(text, ..)| text == binding.help);
+                // What is scrolled out of sight is not laid out.
+                assert!(of_binding.is_some() || size.y < 4000.0, "{}", binding.help);
+            }
+            for (text, right, room) in &edges {
+                assert!(right <= room, "{text:?} ends at {right}, the panel at {room} of {size}");
+            }
+        }
+    }
 
     #[test]
     fn large_numbers_are_grouped() {
