@@ -19,7 +19,18 @@ pub const MOST_FRAMES: u64 = 1_000_000_000;
 pub fn parse_size(text: &str) -> Result<(u32, u32), String> {
     let parse = |side: &str| side.parse::<u32>().ok().filter(|side| (1..=16384).contains(side));
     let sides = text.split_once(['x', 'X', '×']).and_then(|(w, h)| Some((parse(w)?, parse(h)?)));
-    sides.ok_or_else(|| "expected WIDTHxHEIGHT, each 1 to 16384, like 1280x720".to_owned())
+    sides.ok_or_else(|| {
+        let other = text.split_once([',', '*', ':', ' ', ';']).and_then(|(w, h)| Some((parse(w)?, parse(h.trim())?)));
+        let meant = other.map(|(w, h)| format!("; write {w}x{h}")).unwrap_or_default();
+        format!("expected WIDTHxHEIGHT, each 1 to 16384, like 1280x720{meant}")
+    })
+}
+
+/// The end of a message about a number: what to write in place of a decimal comma; else nothing.
+pub fn pointed(text: &str) -> String {
+    let pointed = text.replacen(',', ".", 1);
+    let is_comma = text.contains(',') && pointed.parse::<f64>().is_ok();
+    if is_comma { format!("; numbers have a point and no comma: {pointed}") } else { String::new() }
 }
 
 /// Takes the name of a picture that is written as PNG.
@@ -77,7 +88,7 @@ pub fn parse_occlusion(text: &str) -> Result<Occlusion, String> {
 pub fn parse_speed(text: &str) -> Result<f64, String> {
     let (slowest, fastest) = (SPEEDS.start(), SPEEDS.end());
     let speed = text.parse().ok().filter(|speed| SPEEDS.contains(speed));
-    speed.ok_or_else(|| format!("expected a number from {slowest} to {fastest}"))
+    speed.ok_or_else(|| format!("expected a number from {slowest} to {fastest}{}", pointed(text)))
 }
 
 #[cfg(test)]
@@ -90,6 +101,10 @@ mod tests {
         for bad in ["64", "0x5", "x", "64x", "99999x2"] {
             assert!(parse_size(bad).is_err(), "{bad}");
         }
+        let refusal = |text| parse_size(text).expect_err("refused");
+        assert!(refusal("640,480").ends_with("; write 640x480") && refusal("99999,2").ends_with("like 1280x720"));
+        let comma = "expected a number from 0.1 to 100; numbers have a point and no comma: 1.5";
+        assert_eq!(parse_speed("1,5").expect_err("refused"), comma);
         assert_eq!((parse_speed("0.1"), parse_speed("100")), (Ok(0.1), Ok(100.0)));
         assert!(["0", "-1", "101", "NaN", "fast"].iter().all(|bad| parse_speed(bad).is_err()));
     }

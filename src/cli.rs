@@ -323,17 +323,26 @@ impl ViewArgs {
 pub fn parse_frames(text: &str) -> Result<Frames, String> {
     let number = |text: &str| text.parse::<u64>().ok().filter(|number| *number <= MOST_FRAMES);
     let frames = match text.split_once("..") {
-        Some((first, end)) => number(first).zip(number(end)).map(|(first, end)| Frames::Range(first..end)),
-        None => number(text).map(Frames::First),
+        Some((first, end)) => match number(first).zip(number(end)) {
+            Some((first, end)) if first > end => {
+                return Err(format!("the range runs backward; expected {end}..{first}"));
+            }
+            Some((first, end)) if first == end => {
+                return Err(format!("the range is empty, since {end} is not in it; expected {first}..{}", end + 1));
+            }
+            range => range.map(|(first, end)| Frames::Range(first..end)),
+        },
+        None => number(text).filter(|count| *count > 0).map(Frames::First),
     };
-    let is_some = |frames: &Frames| match frames {
-        Frames::Range(range) => !range.is_empty(),
-        Frames::First(count) => *count > 0,
-        Frames::All => true,
-    };
-    frames
-        .filter(is_some)
-        .ok_or_else(|| format!("expected a count like 60, or a range like 30..60, ending at {MOST_FRAMES} at the most"))
+    frames.ok_or_else(|| {
+        let expected = format!("expected a count like 60, or a range like 30..60, ending at {MOST_FRAMES} at the most");
+        // As others write ranges.
+        let apart = ["..=", "-", ":", ","].iter().find_map(|dash| text.split_once(dash));
+        match apart.and_then(|(first, last)| number(first).zip(number(last))).filter(|(first, last)| first <= last) {
+            Some((first, last)) => format!("{expected}; {first}..{} is from {first} to {last}", last + 1),
+            None => expected,
+        }
+    })
 }
 
 pub fn parse_debug(text: &str) -> Result<DebugView, String> {
@@ -354,8 +363,14 @@ mod tests {
     fn frames_are_read_strictly() {
         assert_eq!(parse_frames("60"), Ok(Frames::First(60)));
         assert_eq!(parse_frames("30..60"), Ok(Frames::Range(30..60)));
-        for bad in ["", "0", "5..5", "6..5", "-1", "a..b", "99999999999"] {
+        for bad in ["", "0", "5..5", "6..5", "-1", "a..b", "99999999999", "1,5", "3-9", "3..=9"] {
             assert!(parse_frames(bad).is_err(), "{bad}");
         }
+        let refusal = |text| parse_frames(text).expect_err("refused");
+        assert_eq!(refusal("9..3"), "the range runs backward; expected 3..9");
+        assert_eq!(refusal("5..5"), "the range is empty, since 5 is not in it; expected 5..6");
+        assert!(
+            refusal("3..=9").ends_with("; 3..10 is from 3 to 9") && refusal("3-9").ends_with("; 3..10 is from 3 to 9")
+        );
     }
 }

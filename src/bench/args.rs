@@ -146,7 +146,8 @@ impl BenchArgs {
 }
 
 fn parse_fraction(text: &str) -> Result<f32, String> {
-    text.parse().ok().filter(|f| (0.0..=1.0).contains(f)).ok_or_else(|| "expected a number from 0 to 1".to_owned())
+    let fraction = text.parse().ok().filter(|f| (0.0..=1.0).contains(f));
+    fraction.ok_or_else(|| format!("expected a number from 0 to 1{}", arguments::pointed(text)))
 }
 
 fn parse_samples(text: &str) -> Result<u32, String> {

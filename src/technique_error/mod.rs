@@ -95,12 +95,12 @@ Examples:
 
 fn parse_scale(text: &str) -> Result<f32, String> {
     let scale = text.parse().ok().filter(|scale| (0.0..=1.0).contains(scale));
-    scale.ok_or_else(|| "expected a number from 0 to 1".to_owned())
+    scale.ok_or_else(|| format!("expected a number from 0 to 1{}", arguments::pointed(text)))
 }
 
 fn parse_angle(text: &str) -> Result<f32, String> {
     let angle = text.parse().ok().filter(|angle| (0.0..=MOST_DEGREES).contains(angle));
-    angle.ok_or_else(|| format!("expected degrees from 0 to {MOST_DEGREES}"))
+    angle.ok_or_else(|| format!("expected degrees from 0 to {MOST_DEGREES}{}", arguments::pointed(text)))
 }
 
 fn parse_size(text: &str) -> Result<(u32, u32), String> {

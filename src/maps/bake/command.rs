@@ -269,7 +269,7 @@ fn parse_texels(text: &str) -> Result<(usize, usize), String> {
 
 fn parse_metres(text: &str) -> Result<f32, String> {
     let metres = text.parse().ok().filter(|metres: &f32| *metres > 0.0 && metres.is_finite());
-    metres.ok_or_else(|| "expected metres above 0, like 0.05".to_owned())
+    metres.ok_or_else(|| format!("expected metres above 0, like 0.05{}", arguments::pointed(text)))
 }
 
 fn parse_dilate(text: &str) -> Result<Dilate, String> {

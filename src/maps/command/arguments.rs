@@ -286,5 +286,5 @@ fn parse_share(text: &str) -> Result<f32, String> {
 
 fn parse(text: &str, most: f32) -> Result<f32, String> {
     let number = text.parse().ok().filter(|number| (0.0..=most).contains(number));
-    number.ok_or_else(|| format!("expected a number from 0 to {most}"))
+    number.ok_or_else(|| format!("expected a number from 0 to {most}{}", arguments::pointed(text)))
 }
