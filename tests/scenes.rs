@@ -99,18 +99,14 @@ fn wrong_names_and_types_are_told_with_place_and_nearest_name() {
             "(entities: [(light: point(attenuation: cubic))])",
             "1:45: expected (constant, linear, quadratic) or inverse_square",
         ),
-        ("(entities: [(light: point(range: \"2\"))])", "1:34: expected float"),
         ("(materials: {\"m\": (base_map: (fil: \"a.png\"))})", "1:31: unknown field \"fil\"; did you mean \"file\"?"),
         (
             "(environment: (ambient: red))",
             "1:28: expected a colour: (red, green, blue), srgb(\"#ffcc88\") or kelvin(2700)",
         ),
         ("(entities: [(transform: (scale: \"big\"))])", "1:34: expected a number or (x, y, z)"),
-        ("(entities: [(name: \"a\" mesh: \"b\")])", "1:24: expected comma"),
         ("(seed: 1, seed: 2)", "1:11: the field \"seed\" stands twice"),
         ("(generators: [()])", "1:16: the field \"place\" is missing"),
-        ("(seed: -1)", "1:9: integer is out of bounds"),
-        ("", "1:1: expected opening `(` for struct `Scene`"),
         (
             "(vehicle_types: [], entities: [(vehicle: (type: \"car\"), piece_metres: 2)])",
             "1:71: entities[0].piece_metres: expected none beside a vehicle, which is drawn whole",
@@ -129,6 +125,182 @@ fn wrong_names_and_types_are_told_with_place_and_nearest_name() {
     }
     // With the mark that some editors put first.
     assert_eq!(folder.problems("\u{feff}(seed: 1)"), [] as [String; 0]);
+}
+
+#[test]
+fn text_that_is_no_ron_is_told_with_its_field_and_what_to_write() {
+    let folder = Folder::new();
+    let exposure = |value: &str| format!("(environment: (exposure: {value}))");
+    for (value, expected) in [
+        ("1,5", "found `1,5`; numbers have a point and no comma: 1.5"),
+        ("0,05, ambient: (0, 0, 0)", "found `0,05`; numbers have a point and no comma: 0.05"),
+        ("1,500", "found `1,500`; numbers have a point and no comma: 1.500 or 1500"),
+        ("1.000,5", "found `1.000,5`; numbers have a point and no comma: 1000.5"),
+        ("0x10", "expected a decimal number, found `0x10`; write 16"),
+        ("0b101", "expected a decimal number, found `0b101`; write 5"),
+        ("5m", "expected a number and nothing behind it, found `5m`; write 5"),
+        ("50%", "expected a number and nothing behind it, found `50%`; write 50"),
+        ("1/4", "expected a number, found the fraction `1/4`; write 0.25"),
+        ("\"1.5\"", "expected a number, found `\"1.5\"`; a number has no quotes: 1.5"),
+        ("1e", "expected a number, found `1e`"),
+        ("1.000.5", "expected a number, found `1.000.5`"),
+        ("- 1", "expected a number, found `-`; a sign stands at its number"),
+        ("−1", "expected a number, found `−1`; a minus is -"),
+        ("null", "expected a number, found `null`; what is not given is left out"),
+        ("true", "expected a number, found `true`"),
+        ("", "expected a number, found `)`"),
+        ("(1)", "expected a number, found `(`"),
+    ] {
+        let column = if value.is_empty() { 26 } else { 26 + value.len() - value.trim_start().len() };
+        let expected = format!("1:{column}: environment.exposure: {expected}");
+        assert_eq!(folder.problems(&exposure(value)), [expected], "{value}");
+    }
+    for value in [".5", "1.", "+1", "1_000", "1e2", "1.0f32"] {
+        assert_eq!(folder.problems(&exposure(value)), [] as [String; 0], "{value}");
+    }
+    for value in ["inf", "NaN"] {
+        let expected = format!("1:26: environment.exposure: expected a number from 0 to 1000000, found {value}");
+        assert_eq!(folder.problems(&exposure(value)), [expected]);
+    }
+    let (around, name) = ("expected ( … ) around all fields of the file, found", "expected the name of a field, found");
+    for (text, expected) in [
+        (
+            "(\n environment: (exposure: 1,5),\n)\n",
+            "2:26: environment.exposure: found `1,5`; numbers have a point and no comma: 1.5",
+        ),
+        (
+            "(entities: [(transform: (scale: 0,5))])",
+            "1:33: entities[0].transform.scale: found `0,5`; numbers have a point and no comma: 0.5",
+        ),
+        (
+            "(entities: [(), (light: point(range: 2,5))])",
+            "1:38: entities[1].light.range: found `2,5`; numbers have a point and no comma: 2.5",
+        ),
+        (
+            "(meshes: {\"a\": cube(size: 1,5)})",
+            "1:27: meshes[\"a\"].size: found `1,5`; numbers have a point and no comma: 1.5",
+        ),
+        (
+            "(entities: [(light: point(range: \"2\"))])",
+            "1:34: entities[0].light.range: expected a number, found `\"2\"`; a number has no quotes: 2",
+        ),
+        (
+            "(entities: [(transform: (translation: (0,5, 1, 2)))])",
+            "1:39: entities[0].transform.translation: expected 3 values, found more; numbers have a point and no comma: 0.5",
+        ),
+        (
+            "(entities: [(transform: (translation: (0, 5)))])",
+            "1:44: entities[0].transform.translation: expected 3 values, found 2",
+        ),
+        (
+            "(entities: [(transform: (translation: [0, 5, 1]))])",
+            "1:39: entities[0].transform.translation: expected ( … ), found `[`",
+        ),
+        (
+            "(entities: [(transform: (translation: (x: 0, y: 1)))])",
+            "1:40: entities[0].transform.translation: expected a number, found `x`",
+        ),
+        ("(seed: 1.5)", "1:8: seed: expected a whole number, found `1.5`"),
+        ("(seed: 1e3)", "1:8: seed: expected a whole number, found `1e3`; write 1000"),
+        ("(seed: -1)", "1:8: seed: expected a whole number of 0 or more, found `-1`"),
+        ("(seed: 99999999999999999999)", "1:8: seed: expected a smaller whole number, found `99999999999999999999`"),
+        ("(clock: (paused: True))", "1:18: clock.paused: expected true or false, found `True`"),
+        (
+            "(clock: (paused: \"true\"))",
+            "1:18: clock.paused: expected true or false, found `\"true\"`; it has no quotes: true",
+        ),
+        ("(environment: (tone_map: \"agx\"))", "1:26: environment.tone_map: a choice has no quotes: agx"),
+        (
+            "(entities: [(name: 'a')])",
+            "1:20: entities[0].name: expected text in quotes, found `'`; text has double quotes",
+        ),
+        (
+            "(entities: [(name: “a”)])",
+            "1:20: entities[0].name: expected text in quotes, found `“` (U+201C); quotes are straight: \"",
+        ),
+        ("(entities: [(name: \"a\" mesh: \"b\")])", "1:24: entities[0].name: expected a comma or `)`, found `mesh`"),
+        (
+            "(environment: (exposure: 1; ambient: (0, 0, 0)))",
+            "1:27: environment.exposure: expected a comma or `)`, found `;`",
+        ),
+        (
+            "(environment: (exposure = 1))",
+            "1:25: environment: expected a colon after exposure, found `=`; a colon stands after a name",
+        ),
+        ("(environment: {exposure: 1})", "1:15: environment: expected fields in parentheses, ( … ), found `{`"),
+        ("(entities: {})", "1:12: entities: expected a list in brackets, [ … ], found `{`"),
+        ("(materials: [])", "1:13: materials: expected named entries in braces, { \"name\": … }, found `[`"),
+        ("(\"environment\": (exposure: 1))", "1:2: the name of a field has no quotes: environment"),
+        ("{ \"environment\": {} }", &format!("1:1: {around} `{{`")),
+        ("environment: (exposure: 1)", &format!("1:1: {around} `environment`")),
+        ("", &format!("1:1: {around} the end of the file")),
+        ("(seed: 1,, piece_metres: 2)", "1:10: expected the name of a field, found a second comma"),
+        ("(seed: 1, # one\n)", &format!("1:11: {name} `#`; comments begin with //")),
+        ("(seed: 1, -- one\n)", &format!("1:11: {name} `--`; comments begin with //")),
+        ("(seed: 1, /* one\n)", "1:11: a comment that begins with /* has no */"),
+        ("(environment: (exposure: 1)", "1:28: expected `)`, which closes the `(` of 1:1, found the end of the file"),
+        (
+            "(environment: (exposure: 1]",
+            "1:27: environment.exposure: expected `)`, which closes the `(` of 1:15, found `]`",
+        ),
+        ("(seed: 1))", "1:10: expected nothing more after the last bracket, found `)`"),
+        ("(seed: 1) more", "1:11: expected nothing more after the last bracket, found `more`"),
+        ("(entities: [(name: \"a)])", "1:20: entities[0].name: the text that begins here has no closing quote"),
+        ("(seed:\u{a0}1)", "1:7: seed: expected a plain blank, found the blank U+00A0"),
+    ] {
+        assert_eq!(folder.problems(text), [expected], "{text}");
+    }
+    assert_eq!(folder.problems("(\r\n\tseed: 1,\r\n)\r\n"), [] as [String; 0]);
+    let utf16: Vec<u8> = "\u{feff}(seed: 1)".encode_utf16().flat_map(u16::to_le_bytes).collect();
+    for bytes in [&utf16[..], &utf16[2..]] {
+        let problem = scene::check(&folder.file("wide.ron", bytes))[0].to_string();
+        assert!(problem.ends_with("wide.ron: expected UTF-8 text, found UTF-16; save it as UTF-8"), "{problem}");
+    }
+    let types = folder.file("vehicles.ron", "(types: {\"car\": (model: \"model.gltf\", mass: 1,5)})");
+    let problem = scene::check(&types)[0].to_string();
+    let expected = ":1:47: types[\"car\"].mass: found `1,5`; numbers have a point and no comma: 1.5";
+    assert!(problem.ends_with(expected), "{problem}");
+}
+
+#[test]
+fn names_that_two_things_have_and_ranges_that_run_backward_are_told() {
+    let folder = Folder::new();
+    let reach = "reaches that one only; expected another name";
+    let cameras = "(entities: [(name: \"a\"), (name: \"cam\", camera: ()), (children: [(name: \"cam\", camera: ())])])";
+    let vehicle = "(vehicle_types: [], entities: [(name: \"v\", vehicle: (type: \"box\")), (name: \"v\", vehicle: (type: \"box\"))])";
+    for (text, expected) in [
+        (
+            cameras,
+            format!(
+                "warning: entities[2].children[0] (line 1, column 65): entities[1] is a camera named \"cam\", too: \
+                 --camera \"cam\" {reach}"
+            ),
+        ),
+        (
+            vehicle,
+            format!(
+                "warning: entities[1] (line 1, column 69): entities[0] is a vehicle named \"v\", too: \
+                 --camera \"chase v\" {reach}"
+            ),
+        ),
+        (
+            "(generators: [(place: grid(counts: (1, 1, 1)), random_scale: (3, 1))])",
+            "1:62: generators[0].random_scale: expected (least, most), found (3, 1); write (1, 3)".to_owned(),
+        ),
+    ] {
+        assert_eq!(folder.problems(text), [expected], "{text}");
+    }
+    let other = "(entities: [(name: \"cam\", camera: ()), (name: \"cam\"), (name: \"a\", camera: ())])";
+    assert_eq!(folder.problems(other), [] as [String; 0]);
+    let camera = MODEL.replace("\"name\": \"lamp\",", "\"name\": \"lamp\", \"camera\": 0,");
+    let perspective =
+        "\"cameras\": [{\"type\": \"perspective\", \"perspective\": {\"yfov\": 1, \"znear\": 0.1}}],\n    \"meshes\"";
+    folder.file("seen.gltf", camera.replace("\"meshes\"", perspective));
+    let twice =
+        "(meshes: {\"m\": model(file: \"seen.gltf\")}, entities: [(mesh: \"m\"), (mesh: \"m\"), (mesh: \"m\")])";
+    let expected =
+        "warning: a model has a camera named \"lamp\", as an earlier one is: --camera reaches the first only";
+    assert_eq!(folder.problems(twice), [expected]);
 }
 
 #[test]

@@ -3,6 +3,7 @@
 //! One walk over the whole file collects every fault with its place, so that `relief check` shows all at once. The
 //! limits are wide: they keep arithmetic finite and memory bounded, not scenes tasteful.
 
+pub mod names;
 mod roads;
 mod surfaces;
 
@@ -410,6 +411,11 @@ impl<'a> Check<'a> {
         self.each("materials", &g.materials, |c, material| c.known_material(material));
         self.each("lights", &g.lights, Self::light);
         self.numbers("random_scale", &g.random_scale, SIZES.0, SIZES.1);
+        let [least, most] = g.random_scale;
+        if least > most {
+            let message = format!("expected (least, most), found ({least}, {most}); write ({most}, {least})");
+            self.field("random_scale", |c| c.fault(message));
+        }
         copies.saturating_mul(each)
     }
 

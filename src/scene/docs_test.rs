@@ -41,7 +41,7 @@ fn every_example_parses_as_what_it_says_it_is() {
                 _ => return Err(format!("what is a block of {info:?}?")),
             };
             *counts.entry(info).or_default() += 1;
-            parses.map_err(|((line, column), message)| format!("{info}: {line}:{column}: {message}\n{text}"))
+            parses.map_err(|slip| format!("{info}: {slip:?}\n{text}"))
         })
         .unwrap_or_else(|e: String| panic!("{e}"));
     assert_eq!(counts.len(), 19, "an example of each kind: {counts:?}");

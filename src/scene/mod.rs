@@ -4,6 +4,7 @@
 //! format, surfaces, values  the file as serde reads it (RON; docs/scenes.md)
 //! files                     the images and models it names, each read once; materials and meshes into the library
 //! check, faults, places     names and numbers: every fault at once, with line and column
+//! slips                     text that is no RON: what is common, in words that name the field
 //! roads, traffic            routes and signals
 //! vehicle_types             types of vehicles from files of their own
 //! spawn, generate           entities, and generators' copies of them
@@ -24,6 +25,7 @@ pub(crate) use generate::Random;
 mod places;
 mod rig;
 mod roads;
+mod slips;
 mod spawn;
 mod surfaces;
 mod traffic;
@@ -36,10 +38,11 @@ pub use vehicle_types::load_vehicle_types;
 use crate::import;
 use crate::problem::Problem;
 use bevy_ecs::prelude::*;
-use faults::Trail;
+use faults::{Fault, Trail};
 use files::Items;
 use places::Step;
 use ron::extensions::Extensions;
+use slips::Slip;
 use spawn::Spawned;
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -164,14 +167,17 @@ fn prepare(path: &Path, library: &mut Library) -> Result<Prepared, SceneError> {
 
 fn prepare_scene(path: &Path, library: &mut Library) -> Result<Prepared, SceneError> {
     let text = read_text(path)?;
-    let scene = parse::<format::Scene>(&text).map_err(|(at, message)| problem(path, Some(at), message))?;
+    let scene = parse::<format::Scene>(&text).map_err(|slip| slip_problem(path, slip))?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let (files, mut faults) = files::read(&scene, folder, library);
     faults.extend(check::faults(&scene, &files));
     let mut vehicles = vehicle_types::Loaded::default();
     for (i, file) in scene.vehicle_types.iter().enumerate() {
         match vehicle_types::read(&folder.join(file), library) {
-            Ok(loaded) => vehicles.extend(loaded),
+            Ok(loaded) => {
+                vehicles.warn_of_replaced(file, &loaded);
+                vehicles.extend(loaded);
+            }
             Err(problems) => {
                 let at = Trail::default().field("vehicle_types").enter(Step::Index(i), "");
                 faults.extend(problems.into_iter().map(|problem| at.fault(problem)));
@@ -191,6 +197,10 @@ fn prepare_scene(path: &Path, library: &mut Library) -> Result<Prepared, SceneEr
     }
     let mut warnings = files.warnings(&scene);
     warnings.append(&mut vehicles.warnings);
+    warnings.extend(check::names::shared(&scene).into_iter().map(|Fault { steps, place, message }| {
+        let (line, column) = places::find(&text, &steps);
+        format!("{place} (line {line}, column {column}): {message}")
+    }));
     let items = Items::new(&scene, &files, library);
     let mut named = vec![path.to_owned()];
     named.extend(files::named(&scene, folder));
@@ -208,6 +218,10 @@ fn read_text(path: &Path) -> Result<String, Problem> {
         return Err(problem(path, None, format_args!("{size} bytes; a scene has at most {LARGEST_FILE}")));
     }
     let bytes = std::fs::read(path).map_err(|e| problem(path, None, e))?;
+    if [[0xff, 0xfe], [0xfe, 0xff]].iter().any(|mark| bytes.starts_with(mark)) || bytes.iter().take(2).any(|b| *b == 0)
+    {
+        return Err(problem(path, None, "expected UTF-8 text, found UTF-16; save it as UTF-8"));
+    }
     let text = String::from_utf8(bytes).map_err(|e| {
         let valid = e.utf8_error().valid_up_to();
         problem(path, None, format_args!("expected UTF-8 text; byte {valid} is none"))
@@ -216,32 +230,15 @@ fn read_text(path: &Path) -> Result<String, Problem> {
     Ok(text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text))
 }
 
-/// Reads RON as all of this module's text is read; the error is its line and column and what was expected.
-fn parse<T: serde::de::DeserializeOwned>(text: &str) -> Result<T, ((usize, usize), String)> {
+/// Reads RON as all of this module's text is read.
+fn parse<T: serde::de::DeserializeOwned>(text: &str) -> Result<T, Slip> {
     let extensions = Extensions::IMPLICIT_SOME | Extensions::UNWRAP_NEWTYPES | Extensions::UNWRAP_VARIANT_NEWTYPES;
-    ron::Options::default().with_default_extension(extensions).from_str(text).map_err(|error| {
-        let start = error.span.start;
-        (places::next_token(text, (start.line, start.col)), describe(error.code))
-    })
+    let options = ron::Options::default().with_default_extension(extensions);
+    options.from_str(text).map_err(|error| slips::explain(text, &error))
 }
 
-/// `ron`'s message; where a name is unknown, ours with the nearest known one.
-fn describe(error: ron::Error) -> String {
-    let unknown = |kind: &str, found: &str, known: &[&str]| {
-        format!("unknown {kind} {found:?}{}", faults::suggestion(found, known))
-    };
-    match &error {
-        ron::Error::NoSuchStructField { expected, found, .. } => unknown("field", found, expected),
-        ron::Error::NoSuchEnumVariant { expected, found, .. } => unknown("choice", found, expected),
-        ron::Error::MissingStructField { field, .. } => format!("the field {field:?} is missing"),
-        ron::Error::DuplicateStructField { field, .. } => format!("the field {field:?} stands twice"),
-        ron::Error::ExceededRecursionLimit => "nested too deeply".into(),
-        _ => {
-            let text = error.to_string();
-            let mut letters = text.chars();
-            letters.next().map_or_else(String::new, |first| first.to_lowercase().chain(letters).collect())
-        }
-    }
+fn slip_problem(path: &Path, Slip { line_column, place, message }: Slip) -> Problem {
+    Problem { place, ..problem(path, Some(line_column), message) }
 }
 
 impl Prepared {

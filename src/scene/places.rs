@@ -34,16 +34,21 @@ pub fn find(text: &str, steps: &[Step]) -> (usize, usize) {
     line_column(text, node.at)
 }
 
-/// The place where the next thing stands that is neither blank nor comment: `ron` points before these.
-pub fn next_token(text: &str, (line, column): (usize, usize)) -> (usize, usize) {
+/// The byte offset of a line and column, both from 1; the nearest there is.
+pub fn offset(text: &str, (line, column): (usize, usize)) -> usize {
     let line_start = text.split_inclusive('\n').take(line.saturating_sub(1)).map(str::len).sum::<usize>();
-    let within = text[line_start..].chars().take(column.saturating_sub(1)).map(char::len_utf8).sum::<usize>();
-    let mut reader = Reader { text, at: line_start + within };
-    reader.skip_space();
-    line_column(text, reader.at)
+    line_start + text[line_start..].chars().take(column.saturating_sub(1)).map(char::len_utf8).sum::<usize>()
 }
 
-fn line_column(text: &str, at: usize) -> (usize, usize) {
+/// The byte offset of the next thing that is neither blank nor comment: `ron` points before these.
+pub fn token_after(text: &str, at: usize) -> usize {
+    let mut reader = Reader { text, at };
+    reader.skip_space();
+    reader.at
+}
+
+/// Line and column of a byte offset, both from 1.
+pub fn line_column(text: &str, at: usize) -> (usize, usize) {
     let before = &text[..at];
     let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
     (1 + before.matches('\n').count(), 1 + before[line_start..].chars().count())
@@ -61,13 +66,14 @@ enum Parts<'a> {
     Items(Vec<Node<'a>>),
 }
 
-struct Reader<'a> {
-    text: &'a str,
-    at: usize,
+/// Reads words and blanks as RON has them.
+pub struct Reader<'a> {
+    pub text: &'a str,
+    pub at: usize,
 }
 
 impl<'a> Reader<'a> {
-    fn rest(&self) -> &'a str {
+    pub fn rest(&self) -> &'a str {
         &self.text[self.at..]
     }
 
@@ -85,7 +91,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Blanks, comments (block comments nest) and `#![enable(…)]`.
-    fn skip_space(&mut self) {
+    pub fn skip_space(&mut self) {
         loop {
             let rest = self.rest();
             self.at += rest.len() - rest.trim_start().len();
@@ -108,7 +114,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn word(&mut self) -> &'a str {
+    pub fn word(&mut self) -> &'a str {
         let rest = self.rest();
         let end = rest.find(|c: char| !(c.is_alphanumeric() || "_.+-#".contains(c))).unwrap_or(rest.len());
         self.at += end;
@@ -145,7 +151,7 @@ impl<'a> Reader<'a> {
     }
 
     /// A string behind its prefix: `r#` and the like for raw ones, which have no escapes.
-    fn string(&mut self, prefix: &str) {
+    pub fn string(&mut self, prefix: &str) {
         self.at += 1;
         if prefix.contains('r') {
             return self.skip_past(&format!("\"{}", "#".repeat(prefix.matches('#').count())));

@@ -11,6 +11,7 @@ use crate::import::Model;
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
 use glam::{Affine3A, EulerRot, Quat, Vec3};
+use std::collections::HashMap;
 use systems::bounds::Aabb;
 use systems::components::{Camera, Figure, Light, LightKind, Projection, Spin};
 use systems::hidden::Hidden;
@@ -59,16 +60,34 @@ pub fn spawn(scene: &Scene, items: &Items, world: &mut World) -> Spawned {
     }
     spawner.cut();
     let Spawner { model_cameras, mut found, .. } = spawner;
+    found.warnings.extend(shared_names(&found.cameras, &model_cameras));
     found.cameras.extend(model_cameras);
     found
+}
+
+/// A word about each name of a model's camera that an earlier one has; the scene's own have been checked.
+fn shared_names(own: &[(String, Entity)], of_models: &[(String, Entity)]) -> Vec<String> {
+    let mut counts: HashMap<&str, usize> = own.iter().map(|(name, _)| (name.as_str(), 1)).collect();
+    let mut shared = Vec::new();
+    for (name, _) in of_models.iter().filter(|(name, _)| !name.is_empty()) {
+        let count = counts.entry(name).or_default();
+        *count += 1;
+        if *count == 2 {
+            shared.push(format!(
+                "a model has a camera named {name:?}, as an earlier one is: --camera reaches the first only"
+            ));
+        }
+    }
+    shared
 }
 
 /// Spawns a model as a whole scene; returns its root, too.
 pub fn spawn_model(model: &Model, bounds: Aabb, world: &mut World) -> (Entity, Spawned) {
     let root = model.spawn(world, Transform::IDENTITY);
     let cameras = cameras_below(world, root);
+    let warnings = shared_names(&[], &cameras);
     let bounds = (bounds != Aabb::default()).then_some(bounds);
-    (root, Spawned { cameras, bounds, has_lights: model.has_lights(), warnings: Vec::new() })
+    (root, Spawned { cameras, bounds, has_lights: model.has_lights(), warnings })
 }
 
 /// Draws the large objects of a model that is a whole scene in pieces. Its lengths may not be metres, so at least

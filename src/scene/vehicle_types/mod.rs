@@ -10,7 +10,7 @@ pub(super) mod assemble;
 mod check;
 pub(super) mod format;
 
-use super::{SceneError, parse, problem, read_text};
+use super::{SceneError, parse, problem, read_text, slip_problem};
 use crate::import::{self, Model};
 use crate::problem::Problem;
 use crate::scene::faults::{Fault, Trail};
@@ -32,6 +32,17 @@ pub(super) struct Loaded {
 }
 
 impl Loaded {
+    /// Notes the types of another file that take the place of one of the same name.
+    pub fn warn_of_replaced(&mut self, file: &str, other: &Self) {
+        for name in other.types.iter().map(|new| &new.name) {
+            if self.types.iter().any(|known| known.name == *name) {
+                let warning =
+                    format!("{file}: {name:?} takes the place of a vehicle type of that name in an earlier file");
+                self.warnings.push(warning);
+            }
+        }
+    }
+
     pub fn extend(&mut self, other: Self) {
         self.types.extend(other.types);
         self.warnings.extend(other.warnings);
@@ -65,7 +76,7 @@ pub fn load_vehicle_types(path: &Path, simulation: &mut Simulation) -> Result<Ve
 pub(super) fn read(path: &Path, library: &mut Library) -> Result<Loaded, Vec<Problem>> {
     let text = read_text(path).map_err(|problem| vec![problem])?;
     let source = parse::<format::VehicleTypes>(&text);
-    let source = source.map_err(|(at, message)| vec![problem(path, Some(at), message)])?;
+    let source = source.map_err(|slip| vec![slip_problem(path, slip)])?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let (models, mut faults) = read_models(&source, folder, library);
     faults.extend(check::faults(&source, &models, library));
