@@ -35,12 +35,16 @@ fn arriving(slot: u32, position: vec3f, eye: vec3f) -> Arriving {
     var attenuation = range_window(distance_squared, light.inverse_range_squared)
         / max(k.x + d * (k.y + d * k.z), 1e-4);
     if LIGHTS_WITH_CONES && light.kind != LIGHT_POINT {
-        let c = dot(light.direction, -toward);
+        // 1 − the cosine of the angle from the axis: half the square of the way between the ends of two unit vectors. The
+        // cosines of narrow cones lie too close to 1 to be told apart.
+        let between = light.direction + toward;
+        let versine = 0.5 * dot(between, between);
         if light.kind == LIGHT_SPOT_EXPONENT {
-            attenuation *= select(0.0, pow(max(c, 1e-6), light.exponent_or_cos_inner), c > light.cos_outer);
+            let profile = pow(max(1.0 - versine, 1e-6), light.exponent_or_cone_slope);
+            attenuation *= select(0.0, profile, versine < light.versine_outer);
         } else {
-            // KHR_lights_punctual, "Inner and Outer Cone Angles".
-            let s = saturate((c - light.cos_outer) / max(light.exponent_or_cos_inner - light.cos_outer, 1e-4));
+            // KHR_lights_punctual, "Inner and Outer Cone Angles", with versines for its cosines.
+            let s = saturate((light.versine_outer - versine) * light.exponent_or_cone_slope);
             attenuation *= s * s;
         }
     }

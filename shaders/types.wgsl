@@ -55,9 +55,9 @@ struct Light {
     color: vec3f,
     inverse_range_squared: f32,
     attenuation: vec3f,
-    exponent_or_cos_inner: f32,
+    exponent_or_cone_slope: f32,
     direction: vec3f,
-    cos_outer: f32,
+    versine_outer: f32,
     ambient: vec3f,
     pad0: u32,
 }

@@ -72,12 +72,12 @@ pub struct LightRecord {
     pub inverse_range_squared: f32,
     /// Constant, linear, quadratic.
     pub attenuation: [f32; 3],
-    /// Of a spot its exponent, or the cosine of its inner half angle.
-    pub exponent_or_cos_inner: f32,
+    /// Of a spot its exponent, or 1 / (`versine_outer` − versine of its inner half angle).
+    pub exponent_or_cone_slope: f32,
     /// World space, unit: the way the light shines. Shaders read it of spots.
     pub direction: [f32; 3],
-    /// Cosine of the outer half angle.
-    pub cos_outer: f32,
+    /// Versine (1 − cosine) of the outer half angle.
+    pub versine_outer: f32,
     /// Ambient colour, linear RGB.
     pub ambient: [f32; 3],
     /// Room for 16-byte alignment.

@@ -108,7 +108,7 @@ fn cone_meets_box<S: Simd>(
 /// Which children of a node of objects a spot's cone may meet: a bit each.
 #[inline(always)]
 pub(crate) fn node_in_cone<S: Simd>(simd: S, node: &Node, spot: &ScoredLight) -> u64 {
-    let (position, axis, tan) = (spot.position.to_array(), spot.axis.to_array(), outer_tan(spot.cos_outer));
+    let (position, axis, tan) = (spot.position.to_array(), spot.axis.to_array(), outer_tan(spot.versine_outer));
     let axis = [splat(simd, axis[0]), splat(simd, axis[1]), splat(simd, axis[2])];
     let mut bits = 0;
     for k in (0..WIDTH).step_by(Floats::<S>::LEN) {

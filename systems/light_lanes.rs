@@ -145,10 +145,12 @@ impl<S: Simd> Objects<S> {
         let reach = (r * r - behind * behind).max(zero).sqrt();
         let off_axis = dot(off, off).sqrt();
         let off = (off_axis - reach).max(zero);
-        let cos = along / (along * along + off * off).sqrt();
+        let hypotenuse = (along * along + off * off).sqrt();
+        let versine = off * off / (hypotenuse * (hypotenuse + along));
+        let cos = one - versine;
         let cos_squared = cos * cos;
-        let cone = window * (cone_step(simd, cos, light.cos_outer, light.inverse_cone) * cos_squared);
-        let falloff = cos_squared + light.falloff * (one - cos_squared);
+        let cone = window * (cone_step(simd, versine, light.versine_outer, light.inverse_cone) * cos_squared);
+        let falloff = cos_squared + light.falloff * (versine * (splat(simd, 2.0) - versine));
         let score = cone / (denominator * falloff);
         (along.simd_gt(zero).select(score, zero), Lengths { distance, along: t, off_axis })
     }
@@ -161,7 +163,7 @@ pub(crate) struct Shining<S: Simd> {
     pub inverse_range_squared: Floats<S>,
     pub denominator: [Floats<S>; 4],
     axis: [Floats<S>; 3],
-    cos_outer: Floats<S>,
+    pub versine_outer: Floats<S>,
     pub inverse_cone: Floats<S>,
     falloff: Floats<S>,
     /// Whole part and rest of the exponent.
@@ -181,7 +183,7 @@ impl<S: Simd> Shining<S> {
             inverse_range_squared: splat(simd, light.inverse_range_squared),
             denominator: splat4(simd, light.denominator),
             axis: splat3(simd, light.axis),
-            cos_outer: splat(simd, light.cos_outer),
+            versine_outer: splat(simd, light.versine_outer),
             inverse_cone: splat(simd, light.inverse_cone),
             falloff: splat(simd, light.falloff),
             exponent: (S::u32s::splat(simd, whole), splat(simd, fraction)),
@@ -200,7 +202,7 @@ impl<S: Simd> Shining<S> {
             let [a, b, c] = light.position.to_array();
             let [e, f, g, h] = light.denominator.to_array();
             let [i, j, k] = light.axis.to_array();
-            let (d, l, m, n) = (light.inverse_range_squared, light.cos_outer, light.inverse_cone, light.falloff);
+            let (d, l, m, n) = (light.inverse_range_squared, light.versine_outer, light.inverse_cone, light.falloff);
             let ((whole, o), [p, q]) = (split_exponent(light.exponent), light.edge);
             whole_exponents[lane] = whole;
             for (row, value) in rows.iter_mut().zip([a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q]) {
@@ -227,7 +229,7 @@ impl<S: Simd> Shining<S> {
                 Floats::<S>::from_slice(simd, rows[9]),
                 Floats::<S>::from_slice(simd, rows[10]),
             ],
-            cos_outer: Floats::<S>::from_slice(simd, rows[11]),
+            versine_outer: Floats::<S>::from_slice(simd, rows[11]),
             inverse_cone: Floats::<S>::from_slice(simd, rows[12]),
             falloff: Floats::<S>::from_slice(simd, rows[13]),
             exponent: (
@@ -318,8 +320,8 @@ pub(crate) fn denominator<S: Simd>(d: Floats<S>, [constant, linear, quadratic, l
 }
 
 #[inline(always)]
-pub(crate) fn cone_step<S: Simd>(simd: S, cos: Floats<S>, edge: Floats<S>, inverse_cone: Floats<S>) -> Floats<S> {
-    let step = (cos - edge) * inverse_cone;
+pub(crate) fn cone_step<S: Simd>(simd: S, versine: Floats<S>, edge: Floats<S>, inverse_cone: Floats<S>) -> Floats<S> {
+    let step = (edge - versine) * inverse_cone;
     let step = step.max(splat(simd, 0.0)).min(splat(simd, 1.0));
     step * step
 }

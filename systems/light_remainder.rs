@@ -76,7 +76,7 @@ pub(crate) fn at_center<S: Simd, const KIND: u32>(
     let window = range_window(simd, dot(v, v), light.inverse_range_squared);
     let mut over_distance = window / (denominator::<S>(distance, light.denominator) * d);
     if KIND == SPOT {
-        over_distance *= in_cone(simd, objects, light, lengths, lengths.along / d);
+        over_distance *= in_cone(simd, objects, light, lengths, d);
     }
     let toward = -over_distance;
     (over_distance * d, [v[0] * toward, v[1] * toward, v[2] * toward])
@@ -89,15 +89,18 @@ fn in_cone<S: Simd>(
     objects: &Objects<S>,
     light: &Shining<S>,
     lengths: &Lengths<S>,
-    cos: Floats<S>,
+    d: Floats<S>,
 ) -> Floats<S> {
-    let [cos_edge, sin_edge] = light.edge;
-    let inner_and_outer = cone_step(simd, cos, cos_edge, light.inverse_cone);
+    let zero = splat(simd, 0.0);
+    let (along, off) = (lengths.along, lengths.off_axis);
+    let step = cone_step(simd, off * off / (d * (d + along)), light.versine_outer, light.inverse_cone);
+    let inner_and_outer = along.simd_gt(zero).select(step, zero);
     if light.has_cone.all_true() {
         return inner_and_outer;
     }
-    let zero = splat(simd, 0.0);
-    let inside = lengths.along * sin_edge - lengths.off_axis * cos_edge;
+    let cos = along / d;
+    let [cos_edge, sin_edge] = light.edge;
+    let inside = along * sin_edge - off * cos_edge;
     let part = splat(simd, 0.5) + inside * objects.half_over_radius;
     let part = part.max(zero).min(splat(simd, 1.0));
     let step = part * part * (splat(simd, 3.0) - splat(simd, 2.0) * part);

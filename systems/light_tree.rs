@@ -216,9 +216,9 @@ fn fill(
     }
 }
 
-/// Tangent of a spot's outer angle, rounded up.
-pub(crate) fn outer_tan(cos: f32) -> f32 {
-    (1.0 - cos * cos).max(0.0).sqrt() / cos.max(1e-6) * (1.0 + MARGIN) + MARGIN
+/// Tangent of a spot's outer angle, rounded up, of 1 − the cosine of that.
+pub(crate) fn outer_tan(versine: f32) -> f32 {
+    (versine * (2.0 - versine)).max(0.0).sqrt() / (1.0 - versine).max(1e-6) * (1.0 + MARGIN) + MARGIN
 }
 
 impl Block {
@@ -232,7 +232,7 @@ impl Block {
     };
 
     fn new(lights: &[ScoredLight]) -> Self {
-        let mut cos = [1.0f32; WIDTH];
+        let mut versine = [0.0f32; WIDTH];
         let mut block = Self::EMPTY;
         for (i, light) in lights.iter().enumerate().take(WIDTH) {
             for axis in 0..3 {
@@ -240,12 +240,12 @@ impl Block {
                 block.axis[axis][i] = light.axis[axis];
             }
             block.range[i] = light.range;
-            cos[i] = light.cos_outer;
+            versine[i] = light.versine_outer;
             block.spots |= u64::from(light.kind != LightRecord::POINT) << i;
         }
         // Apart, so that several are computed at once.
-        for (tan, cos) in block.tan.iter_mut().zip(cos) {
-            *tan = outer_tan(cos);
+        for (tan, versine) in block.tan.iter_mut().zip(versine) {
+            *tan = outer_tan(versine);
         }
         block
     }

@@ -15,8 +15,11 @@ pub const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
 const MIN_DENOMINATOR: f32 = 1e-4;
 /// Light beyond this is no light: sums of a hundred million such lights at the least denominator stay finite.
 const MAX_LUMINANCE: f32 = 1e26;
-/// Difference of the cosines of inner and outer cone, at least; the shader divides by it.
-const MIN_CONE_STEP: f32 = 1e-4;
+/// From the inner cone's versine to the outer one's, at least, as a part of the latter: sixteen steps of single precision. A
+/// spot whose cones are closer than that has a hard edge.
+const LEAST_CONE_STEP: f64 = 1.0 / (1 << 20) as f64;
+/// Half angles that a spot's outer cone may have, radians.
+const CONES: [f32; 2] = [1e-3, 85.0 * std::f32::consts::PI / 180.0];
 /// The sphere grows by this part of its distance, so that what rounding takes from the score is less than this gives.
 pub(crate) const ROUNDING: f32 = 1e-6;
 /// A classic spot ends at its outer angle all at once. Its score must not, or weights would jump as an object leaves
@@ -37,10 +40,10 @@ pub struct ScoredLight {
     pub denominator: Vec4,
     /// World space, unit: the way the light shines.
     pub axis: Vec3,
-    /// Cosine of the half angle at which the score ends, rounded down: the outer one, or a little more for a spot with
+    /// 1 − cosine of the half angle at which the score ends, rounded up: the outer one, or a little more for a spot with
     /// exponent.
-    pub cos_outer: f32,
-    /// 1 / (cosine of the half angle within which the score is full − cosine of the one at which it ends).
+    pub versine_outer: f32,
+    /// 1 / (versine of the half angle at which the score ends − versine of the one within which it is full).
     pub inverse_cone: f32,
     /// h of the bound 1 / (1 + h·tan²) ≥ cos^exponent; 0 for a spot with inner cone.
     pub falloff: f32,
@@ -58,7 +61,7 @@ pub struct ScoredLight {
     pub even: f32,
     /// Exponent of the classic spot.
     pub exponent: f32,
-    /// Cosine and sine of the outer half angle.
+    /// Cosine and sine of the outer half angle; read of classic spots.
     pub edge: [f32; 2],
     /// Metres; infinite where the light has no end, 0 for an empty slot.
     pub range: f32,
@@ -71,7 +74,7 @@ impl ScoredLight {
         inverse_range_squared: 0.0,
         denominator: Vec4::ONE,
         axis: Vec3::NEG_Z,
-        cos_outer: 0.0,
+        versine_outer: 0.0,
         inverse_cone: 0.0,
         falloff: 0.0,
         kind: LightRecord::OFF,
@@ -96,28 +99,31 @@ impl ScoredLight {
         }
         let is_parallel = record.kind == LightRecord::DIRECTIONAL;
         let has_exponent = record.kind == LightRecord::SPOT_EXPONENT;
-        let sin_outer = (1.0 - record.cos_outer * record.cos_outer).max(0.0).sqrt();
-        let (full, end) = if has_exponent {
-            let tan = SOFT_EDGE * sin_outer / record.cos_outer.max(1e-3);
-            (record.cos_outer, 1.0 / (1.0 + tan * tan).sqrt())
+        let versine = record.versine_outer;
+        let (cos_outer, sin_outer) = (1.0 - versine, (versine * (2.0 - versine)).max(0.0).sqrt());
+        let (end, inverse_cone) = if has_exponent {
+            let tan = SOFT_EDGE * sin_outer / cos_outer.max(1e-3);
+            let secant = (1.0 + tan * tan).sqrt();
+            let end = tan * tan / (secant * (1.0 + secant));
+            (end, 1.0 / (end - versine).max(end * ROUNDING))
         } else {
-            (record.exponent_or_cos_inner, record.cos_outer)
+            (versine, record.exponent_or_cone_slope)
         };
         Self {
             position: record.position.into(),
             inverse_range_squared: record.inverse_range_squared,
             denominator,
             axis: record.direction.into(),
-            cos_outer: end - ROUNDING,
-            inverse_cone: 1.0 / (full - end).max(if has_exponent { ROUNDING } else { MIN_CONE_STEP }),
+            versine_outer: end * (1.0 + ROUNDING),
+            inverse_cone,
             falloff: if has_exponent { exponent_bound(record) } else { 0.0 },
             kind: record.kind,
             luminance,
             tint: (color + 4.0 * ambient) / luminance,
             directed: color.dot(LUMINANCE) / luminance,
             even: 2.0 * ambient.dot(LUMINANCE) / luminance,
-            exponent: if has_exponent { record.exponent_or_cos_inner } else { 0.0 },
-            edge: [record.cos_outer, sin_outer],
+            exponent: if has_exponent { record.exponent_or_cone_slope } else { 0.0 },
+            edge: [cos_outer, sin_outer],
             range: if is_parallel { f32::INFINITY } else { record.inverse_range_squared.sqrt().recip() },
         }
     }
@@ -126,11 +132,11 @@ impl ScoredLight {
 /// Least h with 1 / (1 + h·tan²) ≥ cos^exponent within the cone. For e ≥ 2, (1 + x)^(e/2) ≥ 1 + x·e/2 (Bernoulli);
 /// below, the function is concave and lies above its chord.
 fn exponent_bound(record: &LightRecord) -> f32 {
-    let half = f64::from(record.exponent_or_cos_inner) * 0.5;
+    let half = f64::from(record.exponent_or_cone_slope) * 0.5;
     if half >= 1.0 {
         return half as f32;
     }
-    let cos_squared = f64::from(record.cos_outer).powi(2).max(1e-9);
+    let cos_squared = (1.0 - f64::from(record.versine_outer)).powi(2).max(1e-9);
     let tan_squared = (1.0 / cos_squared - 1.0).max(1e-9);
     (((1.0 + tan_squared).powf(half) - 1.0) / tan_squared * 0.9999) as f32
 }
@@ -138,7 +144,10 @@ fn exponent_bound(record: &LightRecord) -> f32 {
 /// The record of a light; kind [`LightRecord::OFF`] where it is disabled, has no colour, range or cone, or is not finite.
 ///
 /// Negative attenuation coefficients count as 0: attenuation that grows with distance has no bound. A spot's outer angle
-/// is at most 85° and its inner angle a little less than the outer.
+/// is from 0.057° to 85° and its inner angle at most the outer.
+///
+/// Cones are kept as versines, 1 − cosine: the cosines of narrow ones lie too close to 1 for single precision to tell them
+/// apart.
 pub fn light_record(light: &Light, world_from_light: &GlobalTransform) -> LightRecord {
     let off = LightRecord { kind: LightRecord::OFF, ..LightRecord::default() };
     let color = light.color * light.intensity;
@@ -171,14 +180,22 @@ pub fn light_record(light: &Light, world_from_light: &GlobalTransform) -> LightR
             if !(outer > 0.0 && outer.is_finite() && exponent.is_finite() && inner.is_none_or(f32::is_finite)) {
                 return off;
             }
-            let outer = outer.clamp(1e-3, 85f32.to_radians());
-            record.cos_outer = outer.cos();
-            let cos_inner = |inner: f32| inner.clamp(0.0, outer).cos().max(record.cos_outer + MIN_CONE_STEP);
-            record.exponent_or_cos_inner = inner.map_or(exponent.max(0.0), cos_inner);
+            let outer = outer.clamp(CONES[0], CONES[1]);
+            let edge = versine(outer);
+            // A little steeper, so that the axis is full light however this and the edge are rounded.
+            let steeper = 1.0 + 1.0 / f64::from(1 << 22);
+            let slope = |inner: f32| steeper / (edge - versine(inner.clamp(0.0, outer))).max(edge * LEAST_CONE_STEP);
+            record.versine_outer = edge as f32;
+            record.exponent_or_cone_slope = inner.map_or(exponent.max(0.0), |inner| slope(inner) as f32);
             if inner.is_some() { LightRecord::SPOT_CONE } else { LightRecord::SPOT_EXPONENT }
         }
     };
     if ScoredLight::new(&record).kind == LightRecord::OFF { off } else { record }
+}
+
+/// 1 − cosine of an angle in radians, exact also where the angle is small.
+fn versine(angle: f32) -> f64 {
+    2.0 * (f64::from(angle) * 0.5).sin().powi(2)
 }
 
 /// An upper bound of the irradiance (luminance, at normal incidence) that the light gives anywhere in the sphere; 0 out
@@ -213,11 +230,14 @@ pub fn score(light: &ScoredLight, sphere: Sphere) -> f32 {
         let behind = t.min(0.0);
         let reach = (r * r - behind * behind).max(0.0).sqrt();
         let off = (off_axis.dot(off_axis).sqrt() - reach).max(0.0);
-        let cos = along / (along * along + off * off).sqrt();
+        let hypotenuse = (along * along + off * off).sqrt();
+        // 1 − cos without the difference: sin² / (1 + cos).
+        let versine = off * off / (hypotenuse * (hypotenuse + along));
+        let cos = 1.0 - versine;
         let cos_squared = cos * cos;
-        let cone = window * (cone_step(cos, light.cos_outer, light.inverse_cone) * cos_squared);
-        // 1 / (1 + h·tan²), times cos² above and below.
-        let score = cone / (denominator * (cos_squared + light.falloff * (1.0 - cos_squared)));
+        let cone = window * (cone_step(versine, light.versine_outer, light.inverse_cone) * cos_squared);
+        // 1 / (1 + h·tan²), times cos² above and below; sin² = versine · (2 − versine).
+        let score = cone / (denominator * (cos_squared + light.falloff * (versine * (2.0 - versine))));
         if along > 0.0 { score } else { 0.0 }
     };
     // Not a number where something is too far away to be squared, 10¹⁹ m.
@@ -231,9 +251,9 @@ fn range_window(distance_squared: f32, inverse_range_squared: f32) -> f32 {
     window * window
 }
 
-/// KHR_lights_punctual's step between outer and inner cone.
-fn cone_step(cos: f32, cos_outer: f32, inverse_cone: f32) -> f32 {
-    let step = ((cos - cos_outer) * inverse_cone).clamp(0.0, 1.0);
+/// KHR_lights_punctual's step between outer and inner cone, with versines for its cosines.
+fn cone_step(versine: f32, versine_outer: f32, inverse_cone: f32) -> f32 {
+    let step = ((versine_outer - versine) * inverse_cone).clamp(0.0, 1.0);
     step * step
 }
 
@@ -267,13 +287,15 @@ pub(crate) fn at_center(light: &ScoredLight, Sphere { center, radius }: Sphere) 
         1.0
     } else {
         let along = v.dot(light.axis);
-        let cos = along / d;
-        let [cos_edge, sin_edge] = light.edge;
+        let off_axis = v - light.axis * along;
+        let off = off_axis.dot(off_axis).sqrt();
         if light.kind == LightRecord::SPOT_CONE {
-            cone_step(cos, cos_edge, light.inverse_cone)
+            let step = cone_step(off * off / (d * (d + along)), light.versine_outer, light.inverse_cone);
+            if along > 0.0 { step } else { 0.0 }
         } else {
-            let off_axis = v - light.axis * along;
-            let inside = along * sin_edge - off_axis.dot(off_axis).sqrt() * cos_edge;
+            let cos = along / d;
+            let [cos_edge, sin_edge] = light.edge;
+            let inside = along * sin_edge - off * cos_edge;
             let part = (0.5 + inside * (0.5 / radius.max(MIN_RADIUS))).clamp(0.0, 1.0);
             power(cos.max(0.0), light.exponent) * (part * part * (3.0 - 2.0 * part))
         }
@@ -339,12 +361,14 @@ fn falloff(light: &LightRecord, point: Vec3) -> (f32, Vec3) {
     let [constant, linear, quadratic] = light.attenuation;
     let attenuation = 1.0 / (constant + distance * (linear + distance * quadratic)).max(MIN_DENOMINATOR);
     let window = range_window(distance * distance, light.inverse_range_squared);
-    let cos = direction.dot(-toward);
+    // Half the square of the way between the ends of two unit vectors is 1 − the cosine of their angle, and exact where that
+    // is small.
+    let versine = if distance > 0.0 { 0.5 * (direction + toward).length_squared() } else { 1.0 };
     let spot = match light.kind {
         LightRecord::POINT => 1.0,
-        LightRecord::SPOT_EXPONENT if cos <= light.cos_outer => 0.0,
-        LightRecord::SPOT_EXPONENT => cos.powf(light.exponent_or_cos_inner),
-        _ => cone_step(cos, light.cos_outer, 1.0 / (light.exponent_or_cos_inner - light.cos_outer)),
+        LightRecord::SPOT_EXPONENT if versine >= light.versine_outer => 0.0,
+        LightRecord::SPOT_EXPONENT => (1.0 - versine).max(0.0).powf(light.exponent_or_cone_slope),
+        _ => cone_step(versine, light.versine_outer, light.exponent_or_cone_slope),
     };
     (attenuation * window * spot, toward)
 }

@@ -59,6 +59,48 @@ fn a_spot_gives_nothing_outside_its_cone_and_its_profile_inside() {
     assert_near(square.middle(), Vec3::splat(step * step));
 }
 
+/// A laser's cone has its profile as a flood light's has. The reference is KHR_lights_punctual's formula in double precision.
+///
+/// Its tolerance: half floats round to 2⁻¹¹. The angle from the axis is off by at most 1e-6 radians: a rotation's matrix by a
+/// few roundings of 2⁻²⁴; the place of the pixel, which is interpolated, by a few of 3 m at a distance of 3 m; the unit
+/// vector by a few again. The factor s² changes by 2 sin θ / (cos inner − cos outer) per radian.
+#[test]
+fn a_spot_is_drawn_with_the_profile_of_its_angles_however_narrow_it_is() {
+    let Some(mut square) = Square::new(matte(Vec3::ONE)) else { return };
+    let lamp = square.light(Light::point(0.0, f32::INFINITY), head_on());
+    let versine = |angle: f64| 2.0 * (angle / 2.0).sin().powi(2);
+    for outer in [0.1f32, 0.3, 0.5, 1.0, 2.0, 30.0, 85.0].map(f32::to_radians) {
+        for (part, parts) in
+            [(0.0, [0.0f32, 0.5, 0.9]), (0.8, [0.0, 0.85, 1.01]), (0.99, [0.98, 0.993, 1.01]), (1.0, [0.0, 0.98, 1.02])]
+        {
+            for angle in parts.map(|part| part * outer) {
+                let kind = LightKind::Spot { outer, inner: Some(outer * part), exponent: 0.0 };
+                let light = Light { kind, attenuation: Vec3::X, ..Light::point(1.0, f32::INFINITY) };
+                // It turns where it is, straight before the pixel, so that the angle from the axis is its own.
+                let turned = head_on().with_rotation(Quat::from_rotation_y(angle));
+                square.simulation.world.entity_mut(lamp).insert((light, turned));
+                let (edge, full) = (versine(outer.into()), versine((outer * part).into()));
+                let width = (edge - full).max(edge / f64::from(1 << 20));
+                let wanted = ((edge - versine(angle.into())) / width).clamp(0.0, 1.0).powi(2);
+                let is_between = (part..=1.0).contains(&(angle / outer));
+                let error = 1e-6 * 2.0 * f64::from(angle).sin() / width + 1e-12 / width;
+                let bound = 1.0 / 2048.0 + if is_between { error } else { 0.0 };
+                let found = f64::from(square.middle().x);
+                assert!((found - wanted).abs() <= bound, "{outer} {part} {angle}: {found} for {wanted} ± {bound}");
+            }
+        }
+        // The classic cone: hard at its edge.
+        for (angle, wanted) in [(0.0, 1.0f32), (0.98, 1.0), (1.02, 0.0)] {
+            let kind = LightKind::Spot { outer, inner: None, exponent: 0.0 };
+            let light = Light { kind, attenuation: Vec3::X, ..Light::point(1.0, f32::INFINITY) };
+            let turned = head_on().with_rotation(Quat::from_rotation_y(angle * outer));
+            square.simulation.world.entity_mut(lamp).insert((light, turned));
+            let found = square.middle().x;
+            assert!((found - wanted).abs() <= 1.0 / 2048.0, "classic {outer}, {angle} of it: {found} for {wanted}");
+        }
+    }
+}
+
 /// The first light with another attenuation, a cone or an ambient colour needs other shaders than were compiled for those before it.
 #[test]
 fn a_light_unlike_those_before_it_is_seen_from_the_frame_on_in_which_it_comes() {

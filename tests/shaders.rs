@@ -99,9 +99,9 @@ fn shader_structs_mirror_the_draw_list() {
             color,
             inverse_range_squared,
             attenuation,
-            exponent_or_cos_inner,
+            exponent_or_cone_slope,
             direction,
-            cos_outer,
+            versine_outer,
             ambient,
             pad0,
         }

@@ -39,7 +39,7 @@ prop_compose! {
 
 /// What the remainder counts: the falloff at the sphere's centre, but a classic spot's without its cut, by a smooth
 /// step from the sphere outside of the cone to the sphere inside. Then how far single precision may be off, for which the
-/// cosine, the way from the edge and the way to the end of the range are small differences of large numbers.
+/// angle, the way from the edge and the way to the end of the range are small differences of large numbers.
 fn falloff_around(light: &LightRecord, sphere: Sphere) -> (f64, f64) {
     let center = sphere.center.as_dvec3();
     let v = center - Vec3::from(light.position).as_dvec3();
@@ -47,8 +47,8 @@ fn falloff_around(light: &LightRecord, sphere: Sphere) -> (f64, f64) {
     let at = |light: &LightRecord, error: f64| {
         let mut light = *light;
         if light.kind == LightRecord::SPOT_CONE {
-            light.cos_outer -= error as f32;
-            light.exponent_or_cos_inner -= error as f32;
+            // An angle that is so much less, but for the second order.
+            light.versine_outer += (error * (2.0 * f64::from(light.versine_outer)).sqrt()) as f32;
         }
         true_falloff(&light, center - v * error)
     };
@@ -57,12 +57,12 @@ fn falloff_around(light: &LightRecord, sphere: Sphere) -> (f64, f64) {
     }
     let cos = Vec3::from(light.direction).as_dvec3().normalize().dot(v.normalize_or_zero()).clamp(-1.0, 1.0);
     // From the cone's surface to the centre: the angle between them, seen from the apex.
-    let inside = v.length() * (f64::from(light.cos_outer).acos() - cos.acos()).sin();
+    let inside = v.length() * ((1.0 - f64::from(light.versine_outer)).acos() - cos.acos()).sin();
     let point = LightRecord { kind: LightRecord::POINT, ..*light };
     let with = |error: f64, power_error: f64| {
         let inside = inside + error * v.length();
         let x = (0.5 + 0.5 * inside / f64::from(sphere.radius.max(1e-6))).clamp(0.0, 1.0);
-        let power = (cos + error).clamp(0.0, 1.0).powf(f64::from(light.exponent_or_cos_inner));
+        let power = (cos + error).clamp(0.0, 1.0).powf(f64::from(light.exponent_or_cone_slope));
         at(&point, error) * (power + power_error) * (x * x * (3.0 - 2.0 * x))
     };
     // As the power of `relevance.rs` says of itself.

@@ -28,7 +28,7 @@ pub fn any_kind() -> impl Strategy<Value = LightKind> {
     prop_oneof![
         2 => Just(LightKind::Point),
         1 => Just(LightKind::Directional),
-        2 => (0.03f32..1.6, prop::option::of(0.0f32..1.0), 0.0f32..40.0).prop_map(|(outer, inner, exponent)| {
+        2 => (prop_oneof![3 => 0.03f32..1.6, 1 => 1e-3f32..0.03], prop::option::of(0.0f32..1.0), 0.0f32..40.0).prop_map(|(outer, inner, exponent)| {
             LightKind::Spot { outer, inner: inner.map(|part| outer * part), exponent }
         }),
     ]
@@ -110,13 +110,37 @@ pub fn true_falloff(light: &LightRecord, point: DVec3) -> f64 {
     let [kc, kl, kq] = light.attenuation.map(f64::from);
     let x = d * d * f64::from(light.inverse_range_squared);
     let reach = (1.0 - x * x).max(0.0).powi(2) / (kc + kl * d + kq * d * d).max(1e-4);
-    let cos = Vec3::from(light.direction).as_dvec3().normalize_or_zero().dot(v.normalize_or_zero());
-    let (outer, softness) = (f64::from(light.cos_outer), f64::from(light.exponent_or_cos_inner));
+    let axis = Vec3::from(light.direction).as_dvec3().normalize_or_zero();
+    // At the light itself, nowhere.
+    let versine = v.try_normalize().map_or(1.0, |along| (axis - along).length_squared() / 2.0);
+    let (outer, softness) = (f64::from(light.versine_outer), f64::from(light.exponent_or_cone_slope));
     match light.kind {
-        LightRecord::SPOT_EXPONENT if cos <= outer => 0.0,
-        LightRecord::SPOT_EXPONENT => reach * cos.powf(softness),
-        LightRecord::SPOT_CONE => reach * ((cos - outer) / (softness - outer)).clamp(0.0, 1.0).powi(2),
+        LightRecord::SPOT_EXPONENT if versine >= outer => 0.0,
+        LightRecord::SPOT_EXPONENT => reach * (1.0 - versine).powf(softness),
+        LightRecord::SPOT_CONE => reach * ((outer - versine) * softness).clamp(0.0, 1.0).powi(2),
         _ => reach,
+    }
+}
+
+/// By how much a spot's factor at a point may be off where the way from one unit vector to another, along the spot's axis
+/// and to the point, is off by `way` (radians; ε below) and other operations round to single precision.
+///
+/// The versine is v = m² / 2, |m| = 2 sin(θ/2): it is off by |m| ε + ε² / 2. Between the cones s = (v_outer − v) · slope, in
+/// which v_outer is a rounded number and the slope another: it is off by slope · (that + v_outer · 2⁻²³) + 2⁻²¹. The factor
+/// is s², s ≤ 1: off by twice that and its square. A classic factor (1 − v)^e changes by at most e · (1 − v)^(e−1) per v, and
+/// by itself at its edge.
+pub fn spot_error(light: &LightRecord, point: DVec3, way: f64) -> f64 {
+    let v = point - Vec3::from(light.position).as_dvec3();
+    let between = Vec3::from(light.direction).as_dvec3().normalize_or_zero() - v.normalize_or_zero();
+    let versine = between.length_squared() / 2.0;
+    let versine_error = between.length() * way + way * way / 2.0;
+    let (outer, softness) = (f64::from(light.versine_outer), f64::from(light.exponent_or_cone_slope));
+    let step_error = softness * (versine_error + outer / f64::from(1 << 23)) + 1.0 / f64::from(1 << 21);
+    match light.kind {
+        LightRecord::SPOT_CONE => (2.0 * step_error + step_error * step_error).min(1.0),
+        LightRecord::SPOT_EXPONENT if (versine - outer).abs() <= versine_error + outer / f64::from(1 << 23) => 1.0,
+        LightRecord::SPOT_EXPONENT => (softness * versine_error).min(1.0),
+        _ => 0.0,
     }
 }
 
