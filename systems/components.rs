@@ -114,7 +114,8 @@ impl Light {
     }
 }
 
-/// How a [`Camera`] projects.
+/// How a [`Camera`] projects. One that asks for a shape is seen whole in a target of another: more is seen to the sides, or
+/// above and below.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Projection {
     /// Vertical field of view in radians.
@@ -128,6 +129,8 @@ pub enum Projection {
     Orthographic {
         /// Half the height of the visible box in metres.
         half_height: f32,
+        /// Width over height of that box; `None`: that of the target.
+        aspect: Option<f32>,
     },
 }
 

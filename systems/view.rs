@@ -4,7 +4,7 @@ use crate::bounds::Sphere;
 use crate::components::{Camera, Environment, Projection};
 use crate::draw_list::ViewRecord;
 use glam::camera::rh::proj::directx as proj;
-use glam::{Affine3A, Mat4, Vec3, Vec4};
+use glam::{Affine3A, Mat3A, Mat4, Vec3, Vec3A, Vec4};
 
 /// Where a frame is seen from.
 #[derive(Clone, PartialEq, Debug)]
@@ -20,10 +20,10 @@ pub struct View {
 }
 
 impl View {
-    /// A view from a camera entity's transform; its scale is ignored.
+    /// A view from a camera entity's place: along its −Z, upright as near to its +Y as can be. Scale, mirrors and shear are
+    /// ignored (glTF 2.0, section 3.10).
     pub fn new(world_from_camera: &Affine3A, camera: &Camera, width: u32, height: u32) -> Self {
-        let (_, rotation, translation) = world_from_camera.to_scale_rotation_translation();
-        let world_from_view = Affine3A::from_rotation_translation(rotation, translation);
+        let world_from_view = rigid(world_from_camera);
         Self { world_from_view, camera: camera.clone(), width: width.max(1), height: height.max(1) }
     }
 
@@ -42,18 +42,19 @@ impl View {
     pub fn clip_from_view(&self) -> Mat4 {
         let (near, far) = (self.camera.near, self.camera.far);
         let target_aspect = self.width as f32 / self.height as f32;
+        // A camera that asks for a shape gets it whole: the view grows in the other direction.
+        let widen = |aspect: Option<f32>| aspect.map_or(1.0, |aspect| (aspect / target_aspect).max(1.0));
         match self.camera.projection {
             Projection::Perspective { fov_y, aspect } => {
-                // A camera that asks for a shape gets it whole: the view grows in the other direction.
-                let widen = aspect.map_or(1.0, |aspect| (aspect / target_aspect).max(1.0));
-                let fov_y = 2.0 * ((fov_y * 0.5).tan() * widen).atan();
+                let fov_y = 2.0 * ((fov_y * 0.5).tan() * widen(aspect)).atan();
                 if far.is_finite() {
                     proj::perspective(fov_y, target_aspect, far, near)
                 } else {
                     proj::perspective_infinite_reverse(fov_y, target_aspect, near)
                 }
             }
-            Projection::Orthographic { half_height } => {
+            Projection::Orthographic { half_height, aspect } => {
+                let half_height = half_height * widen(aspect);
                 let half_width = half_height * target_aspect;
                 let far = if far.is_finite() { far } else { near + 10_000.0 };
                 proj::orthographic(-half_width, half_width, -half_height, half_height, far, near)
@@ -107,6 +108,16 @@ impl View {
     }
 }
 
+/// A place without scale, mirror and shear: the axis Z keeps its direction, Y the nearest at a right angle to it. An axis
+/// without length gets a direction that suits the others.
+fn rigid(world_from_local: &Affine3A) -> Affine3A {
+    let m = world_from_local.matrix3;
+    let back = m.z_axis.try_normalize().or_else(|| m.x_axis.cross(m.y_axis).try_normalize()).unwrap_or(Vec3A::Z);
+    let up = m.y_axis.reject_from_normalized(back).try_normalize().or_else(|| back.cross(m.x_axis).try_normalize());
+    let up = up.unwrap_or_else(|| back.any_orthonormal_vector());
+    Affine3A { matrix3: Mat3A::from_cols(up.cross(back), up, back), translation: world_from_local.translation }
+}
+
 /// Whether some of a sphere, world space, is on the inner side of each plane of a frustum ([`View::frustum_planes`]): of all
 /// that can be seen, and a little more. shaders/cull.wgsl has the twin.
 pub fn in_frustum(planes: &[Vec4; 6], sphere: Sphere) -> bool {
@@ -132,14 +143,15 @@ mod tests {
         assert!(depth(perspective.clone(), -1e6) < 1e-5);
         let finite = Camera { far: 50.0, ..perspective };
         assert!((depth(finite.clone(), -0.5) - 1.0).abs() < 1e-6 && depth(finite.clone(), -50.0).abs() < 1e-6);
-        let parallel = Camera { projection: Projection::Orthographic { half_height: 2.0 }, ..finite };
+        let parallel = Camera { projection: Projection::Orthographic { half_height: 2.0, aspect: None }, ..finite };
         assert!((depth(parallel.clone(), -0.5) - 1.0).abs() < 1e-6 && depth(parallel, -50.0).abs() < 1e-6);
     }
 
     #[test]
     fn points_inside_the_frustum_are_those_that_the_projection_keeps() {
         let place = Affine3A::from_translation(Vec3::new(30.0, -4.0, 7.0)) * Affine3A::from_rotation_y(0.7);
-        let parallel = Camera { projection: Projection::Orthographic { half_height: 9.0 }, ..Camera::default() };
+        let parallel =
+            Camera { projection: Projection::Orthographic { half_height: 9.0, aspect: None }, ..Camera::default() };
         for camera in [Camera::default(), Camera { far: 40.0, ..Camera::default() }, parallel] {
             let view = View::new(&place, &camera, 160, 90);
             let (planes, clip_from_world) = (view.frustum_planes(), view.clip_from_world());
@@ -156,12 +168,43 @@ mod tests {
         }
     }
 
+    /// In a narrower target its width fits, in a wider one its height; one without a shape keeps its height.
     #[test]
-    fn a_camera_with_a_shape_is_seen_whole_in_a_narrower_target() {
-        let projection = Projection::Perspective { fov_y: 1.0, aspect: Some(2.0) };
-        let camera = Camera { projection, ..Camera::default() };
-        let right = Vec4::new(2.0 * 0.5f32.tan(), 0.0, -1.0, 1.0);
-        let clip = View::new(&Affine3A::IDENTITY, &camera, 100, 100).clip_from_world() * right;
-        assert!((clip.x / clip.w - 1.0).abs() < 1e-5);
+    fn a_camera_with_a_shape_is_seen_whole_in_every_target() {
+        let half_height = 0.5f32.tan();
+        for aspect in [Some(2.0), Some(0.5), None] {
+            let perspective = Projection::Perspective { fov_y: 1.0, aspect };
+            for projection in [perspective, Projection::Orthographic { half_height, aspect }] {
+                let camera = Camera { projection, ..Camera::default() };
+                for (width, height) in [(100, 100), (100, 300), (300, 100), (200, 100), (100, 200)] {
+                    let clip_from_world = View::new(&Affine3A::IDENTITY, &camera, width, height).clip_from_world();
+                    let clip = clip_from_world * Vec4::new(aspect.unwrap_or(0.0) * half_height, half_height, -1.0, 1.0);
+                    let corner = clip.truncate() / clip.w;
+                    // What is to fit touches a border, and nothing of it is outside.
+                    assert!((corner.x.max(corner.y) - 1.0).abs() < 1e-5, "{projection:?} {width}x{height}: {corner}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_camera_looks_where_its_z_axis_points_whatever_its_parents_do_to_it() {
+        let turned = Affine3A::from_rotation_y(0.7) * Affine3A::from_rotation_x(-0.4);
+        for scale in [Vec3::new(3.0, 1.0, 0.5), Vec3::new(-2.0, 1.0, 1.0), Vec3::splat(-1.0), Vec3::new(1.0, 5.0, 0.0)]
+        {
+            let place = Affine3A::from_translation(Vec3::ONE) * Affine3A::from_scale(scale) * turned;
+            let view = View::new(&place, &Camera::default(), 64, 64);
+            let ahead = place.transform_vector3(Vec3::NEG_Z).normalize();
+            assert!(view.direction().abs_diff_eq(ahead, 1e-6), "{scale}: {} for {ahead}", view.direction());
+            assert_eq!(view.eye(), Vec3::ONE);
+            let axes = view.world_from_view.matrix3;
+            assert!((axes.transpose() * axes).abs_diff_eq(Mat3A::IDENTITY, 1e-6) && axes.determinant() > 0.0);
+            // Upright: its Y has nothing to either side.
+            let up = place.transform_vector3(Vec3::Y);
+            assert!(up.dot(axes.x_axis.into()).abs() < 1e-5 && up.dot(axes.y_axis.into()) > 0.0, "{scale}");
+        }
+        // Nothing to go by.
+        let nowhere = View::new(&Affine3A::from_scale(Vec3::ZERO), &Camera::default(), 64, 64);
+        assert!(nowhere.world_from_view.matrix3.abs_diff_eq(Mat3A::IDENTITY, 1e-6), "{nowhere:?}");
     }
 }

@@ -116,7 +116,8 @@ fn the_picture_is_the_same_however_objects_are_culled() {
             Transform::from_xyz(frame as f32 % 5.0 - 2.0, 0.5, if frame > 7 { 24.0 } else { 0.0 }).with_rotation(turn),
         );
         if frame % 4 == 3 {
-            let camera = Camera { projection: Projection::Orthographic { half_height: 6.0 }, ..Camera::default() };
+            let camera =
+                Camera { projection: Projection::Orthographic { half_height: 6.0, aspect: None }, ..Camera::default() };
             scene.simulation.world.entity_mut(scene.camera).insert(camera);
         } else {
             scene.simulation.world.entity_mut(scene.camera).insert(Camera::default());
@@ -394,9 +395,10 @@ fn what_lies_between_samples_is_not_drawn_and_nobody_sees_it() {
         // Blended objects are drawn whatever their size.
         let dust = |alpha| dust(origin, mesh_origin, 3000, alpha);
         let (mut opaque, mut whole) = (dust(AlphaMode::Opaque), dust(AlphaMode::Blend));
-        for projection in
-            [Projection::Perspective { fov_y: 1.0, aspect: None }, Projection::Orthographic { half_height: 15.0 }]
-        {
+        for projection in [
+            Projection::Perspective { fov_y: 1.0, aspect: None },
+            Projection::Orthographic { half_height: 15.0, aspect: None },
+        ] {
             for scene in [&mut opaque, &mut whole] {
                 let camera = Camera { projection, ..Camera::default() };
                 scene.simulation.world.entity_mut(scene.camera).insert(camera);
@@ -446,8 +448,10 @@ fn what_only_the_rectangle_around_it_covers_is_not_drawn() {
     let just_beyond = 0.1 - 0.01 - renderer.gpu().vertex_rounding() * std::f32::consts::FRAC_1_SQRT_2;
     let mut scene = Scene::new();
     // One unit is one pixel; (0, 0) is where four meet.
-    let camera =
-        Camera { projection: Projection::Orthographic { half_height: SIZE.1 as f32 / 2.0 }, ..Camera::default() };
+    let camera = Camera {
+        projection: Projection::Orthographic { half_height: SIZE.1 as f32 / 2.0, aspect: None },
+        ..Camera::default()
+    };
     scene.simulation.world.entity_mut(scene.camera).insert(camera);
     let white = Material { base_factor: Vec4::ONE, ..Material::new(Shading::Unlit) };
     let white = scene.simulation.world.resource_mut::<Library>().add_material(white);

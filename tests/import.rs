@@ -4,7 +4,7 @@ mod common;
 
 use base64::Engine;
 use bevy_ecs::prelude::*;
-use glam::{Quat, Vec2, Vec3, Vec4};
+use glam::{Mat4, Quat, Vec2, Vec3, Vec4};
 use relief::import::{ImportError, Model, load_image, load_images, load_model, load_models};
 use serde_json::{Value, json};
 use std::f32::consts::PI;
@@ -12,7 +12,8 @@ use std::path::{Path, PathBuf};
 use systems::components::{LightKind, Projection};
 use systems::images::{ImageKind, Texels};
 use systems::library::{AlphaMode, Filter, Library, Material, Mesh, MeshId, MipFilter, Shading, Wrap};
-use systems::transform::Transform;
+use systems::transform::{GlobalTransform, Transform};
+use systems::view::View;
 
 /// Refused, each for its reason; everything else loads.
 const REFUSED: [(&str, &str); 3] = [
@@ -124,7 +125,7 @@ fn cameras_keep_their_lens() {
     let Some((model, _)) = load("models/Cameras/Cameras.gltf") else { return };
     let projections: Vec<_> = model.cameras().iter().map(|(_, camera, _)| camera.projection).collect();
     let perspective = Projection::Perspective { fov_y: 0.7, aspect: Some(1.0) };
-    assert_eq!(projections, [perspective, Projection::Orthographic { half_height: 1.0 }]);
+    assert_eq!(projections, [perspective, Projection::Orthographic { half_height: 1.0, aspect: Some(1.0) }]);
 }
 
 #[test]
@@ -302,6 +303,92 @@ fn quantized_and_interleaved_attributes_are_read() {
     let mesh = first_mesh(&library);
     assert_eq!(mesh.positions, [Vec3::ZERO, Vec3::X * -100.0, Vec3::Y * -128.0]);
     assert_eq!(mesh.normals, [Vec3::Z; 3]);
+}
+
+/// Whatever the matrices above them do: uneven scale, mirrors, and shear, of which transforms can keep nothing.
+#[test]
+fn cameras_and_lights_look_where_their_z_axes_point() {
+    let shear = Mat4::from_cols_array_2d(&[
+        [1.0, 0.0, 0.0, 0.0],
+        [0.6, 1.0, 0.2, 0.0],
+        [-0.5, 0.3, 1.0, 0.0],
+        [1.0, 2.0, 3.0, 1.0],
+    ]);
+    let uneven = Mat4::from_scale(Vec3::new(4.0, 1.0, 0.5));
+    let mirrored = Mat4::from_scale(Vec3::new(1.0, 1.0, -2.0));
+    let turn = Quat::from_euler(glam::EulerRot::YXZ, 0.7, -0.4, 0.3);
+    let turned = Mat4::from_rotation_translation(turn, Vec3::new(0.5, -1.0, 0.25));
+    let none = Mat4::IDENTITY;
+    for (above, below) in
+        [(uneven, none), (shear, none), (mirrored, none), (uneven, shear), (shear, mirrored), (none, shear)]
+    {
+        // The last node's matrix shears, too, in one of two documents.
+        for own in [turned, turned * shear] {
+            let (model, _) = with_triangle(|d| {
+                d["cameras"] = json!([{ "type": "perspective", "perspective": { "yfov": 1, "znear": 0.1 } }]);
+                d["extensionsUsed"] = json!(["KHR_lights_punctual"]);
+                d["extensions"]["KHR_lights_punctual"] = json!({ "lights": [{ "type": "spot", "spot": {} }] });
+                let [above, below, own] = [above, below, own].map(|matrix| json!(matrix.to_cols_array()));
+                d["nodes"] = json!([{ "matrix": above, "children": [1] }, { "matrix": below, "children": [2, 3] },
+                    { "matrix": own, "camera": 0 },
+                    { "matrix": own, "extensions": { "KHR_lights_punctual": { "light": 0 } } }]);
+            })
+            .unwrap();
+            let exact = above * below * own;
+            let (ahead, up) = (exact.transform_vector3(Vec3::NEG_Z).normalize(), exact.transform_vector3(Vec3::Y));
+            let placed = model.placed();
+            for index in [2, 3] {
+                let place = placed.iter().find(|(node, _)| *node == index).unwrap().1;
+                let found = GlobalTransform::from(place);
+                assert!(found.forward().abs_diff_eq(ahead, 1e-5), "{above} {below} {own}: {} {ahead}", found.forward());
+                assert!(found.translation().abs_diff_eq(exact.transform_point3(Vec3::ZERO), 1e-5));
+            }
+            let (_, camera, place) = model.cameras()[0].clone();
+            let view = View::new(&place, camera, 64, 64);
+            let right = Vec3::from(view.world_from_view.matrix3.x_axis);
+            assert!(view.direction().abs_diff_eq(ahead, 1e-5) && right.dot(up).abs() < 1e-4, "{above} {below} {own}");
+        }
+    }
+}
+
+#[test]
+fn a_cone_narrower_or_wider_than_is_drawn_is_said() {
+    for (outer, drawn, said) in
+        [(1e-4, 1e-3, "narrower than 0.06"), (1.55, 85f32.to_radians(), "wider than 85"), (1e-3, 1e-3, "")]
+    {
+        let (model, _) = with_triangle(|d| {
+            d["extensionsUsed"] = json!(["KHR_lights_punctual"]);
+            let spot = json!({ "type": "spot", "spot": { "innerConeAngle": 0, "outerConeAngle": outer } });
+            d["extensions"]["KHR_lights_punctual"] = json!({ "lights": [spot] });
+            d["nodes"][0]["extensions"] = json!({ "KHR_lights_punctual": { "light": 0 } });
+        })
+        .unwrap();
+        let Some(LightKind::Spot { outer, .. }) = model.nodes[0].light.as_ref().map(|light| light.kind) else {
+            panic!("a spot")
+        };
+        assert!((outer - drawn).abs() < 1e-6, "{outer} {drawn}");
+        let warnings: Vec<_> = model.warnings.iter().map(|warning| &warning.message).collect();
+        assert!(
+            if said.is_empty() { warnings.is_empty() } else { warnings.len() == 1 && warnings[0].contains(said) },
+            "{warnings:?}"
+        );
+    }
+}
+
+#[test]
+fn a_parallel_camera_has_the_shape_of_its_box() {
+    let (model, _) = with_triangle(|d| {
+        let camera = |xmag, ymag| json!({ "type": "orthographic", "orthographic": { "xmag": xmag, "ymag": ymag, "znear": 0.1, "zfar": 9 } });
+        d["cameras"] = json!([camera(2.0, 1.0), camera(-3.0, 6.0)]);
+        d["nodes"] = json!([{ "camera": 0 }, { "camera": 1 }]);
+        d["scenes"][0]["nodes"] = json!([0, 1]);
+    })
+    .unwrap();
+    let projections: Vec<_> = model.cameras().iter().map(|(_, camera, _)| camera.projection).collect();
+    let shaped = |half_height, aspect| Projection::Orthographic { half_height, aspect: Some(aspect) };
+    assert_eq!(projections, [shaped(1.0, 2.0), shaped(6.0, 0.5)]);
+    let signs = model.warnings.iter().filter(|w| w.message.contains("without their signs")).count();
+    assert_eq!(signs, 1, "{:?}", model.warnings);
 }
 
 #[test]

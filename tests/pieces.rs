@@ -72,7 +72,7 @@ fn perspective(from: Vec3, to: Vec3) -> (Camera, Transform) {
 
 /// Straight down, `half_height` metres to each side of the middle.
 fn from_above(half_height: f32) -> (Camera, Transform) {
-    let projection = Projection::Orthographic { half_height };
+    let projection = Projection::Orthographic { half_height, aspect: None };
     let at = Transform::from_xyz(0.0, 50.0, 0.0).with_rotation(Quat::from_rotation_x(-std::f32::consts::FRAC_PI_2));
     (Camera { projection, far: 100.0, ..Camera::default() }, at)
 }

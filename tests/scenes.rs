@@ -424,7 +424,7 @@ fn values_reach_their_components() {
             (name: "c", light: spot(outer_degrees: 30, ambient: (1, 2, 3), attenuation: (1, 2, 3))),
             (name: "c2", light: point(color: kelvin(2700), attenuation: inverse_square, range: 9)),
             (name: "d", light: directional(color: (1, 0, 0), intensity: 2)),
-            (name: "e", camera: (orthographic_half_height: 3, near: 1)),
+            (name: "e", camera: (orthographic_half_height: 3, aspect: 2, near: 1)),
             (name: "f", camera: (fov_y_degrees: 90, far: 50, aspect: 2), transform: (look_at: (5, 0, 0))),
             (name: "g", transform: (rotation_degrees: (0, 90, 0), translation: (1, 2, 3), scale: (1, -2, 3)),
              spin: (axis: (0, 0, 9), degrees_per_second: 180)),
@@ -455,7 +455,8 @@ fn values_reach_their_components() {
     assert_eq!(light(world, "d"), Light::directional(2.0).with_color(Vec3::X));
     let cameras: Vec<&str> = scene.cameras.iter().map(|(name, _)| name.as_str()).collect();
     assert_eq!(cameras, ["e", "f"]);
-    let parallel = Camera { projection: Projection::Orthographic { half_height: 3.0 }, near: 1.0, far: 1001.0 };
+    let parallel =
+        Camera { projection: Projection::Orthographic { half_height: 3.0, aspect: Some(2.0) }, near: 1.0, far: 1001.0 };
     assert_eq!(world.get::<Camera>(scene.cameras[0].1), Some(&parallel));
     let projection = Projection::Perspective { fov_y: 90f32.to_radians(), aspect: Some(2.0) };
     assert_eq!(world.get::<Camera>(scene.cameras[1].1), Some(&Camera { projection, near: 0.1, far: 50.0 }));

@@ -39,7 +39,7 @@ impl Controller {
     pub fn view(&self, scene: &View) -> View {
         let Some(pose) = &self.free else { return scene.clone() };
         let mut camera = scene.camera.clone();
-        if let Projection::Orthographic { half_height } = &mut camera.projection {
+        if let Projection::Orthographic { half_height, .. } = &mut camera.projection {
             *half_height *= pose.zoom;
         }
         let world_from_view = Affine3A::from_rotation_translation(pose.rotation, pose.eye);
@@ -210,14 +210,15 @@ mod tests {
 
     #[test]
     fn a_parallel_projection_zooms_by_its_height() {
-        let camera = Camera { projection: Projection::Orthographic { half_height: 4.0 }, ..Camera::default() };
+        let camera =
+            Camera { projection: Projection::Orthographic { half_height: 4.0, aspect: None }, ..Camera::default() };
         let mut controller = Controller::default();
         let scene = View::new(&Affine3A::IDENTITY, &camera, 64, 64);
         let pose = controller.grab(&scene, Vec3::NEG_Z);
         pose.zoom(2.0, &camera);
         assert_eq!(pose.eye, Vec3::ZERO);
         let zoomed = controller.view(&scene).camera.projection;
-        assert!(matches!(zoomed, Projection::Orthographic { half_height } if half_height < 3.0));
+        assert!(matches!(zoomed, Projection::Orthographic { half_height, .. } if half_height < 3.0));
     }
 
     #[test]

@@ -189,7 +189,7 @@ fn light_kind(light: &Light) -> String {
 fn projection(camera: &Camera) -> String {
     match camera.projection {
         Projection::Perspective { fov_y, .. } => format!("{:.1}° high", fov_y.to_degrees()),
-        Projection::Orthographic { half_height } => format!("parallel, {:.2} m high", half_height * 2.0),
+        Projection::Orthographic { half_height, .. } => format!("parallel, {:.2} m high", half_height * 2.0),
     }
 }
 

@@ -47,7 +47,7 @@ mod tests {
     fn a_point_is_found_again_from_its_pixel_and_depth() {
         let at = Affine3A::from_rotation_translation(Quat::from_rotation_y(0.4), Vec3::new(1.0, 2.0, 3.0));
         let point = at.transform_point3(Vec3::new(0.6, -0.2, -4.0));
-        for projection in [Camera::default().projection, Projection::Orthographic { half_height: 2.0 }] {
+        for projection in [Camera::default().projection, Projection::Orthographic { half_height: 2.0, aspect: None }] {
             let view = View::new(&at, &Camera { projection, ..Camera::default() }, 320, 180);
             let clip = view.clip_from_world() * point.extend(1.0);
             let pixel = (clip.xy() / clip.w * Vec2::new(0.5, -0.5) + 0.5) * Vec2::new(320.0, 180.0);

@@ -380,8 +380,8 @@ impl<'a> Check<'a> {
         }
         if let Some(half_height) = camera.orthographic_half_height {
             self.number("orthographic_half_height", half_height, SIZES.0, SIZES.1);
-            if camera.fov_y_degrees.is_some() || camera.aspect.is_some() {
-                self.fault("expected either fov_y_degrees (and aspect) or orthographic_half_height");
+            if camera.fov_y_degrees.is_some() {
+                self.fault("expected either fov_y_degrees or orthographic_half_height");
             }
         }
         self.number("near", camera.near, SIZES.0, SIZES.1);

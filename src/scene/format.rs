@@ -221,7 +221,7 @@ impl From<Obstacle> for systems::physics::Obstacle {
     }
 }
 
-/// Perspective with `fov_y_degrees`, or orthographic with `orthographic_half_height`.
+/// Perspective with `fov_y_degrees`, or orthographic with `orthographic_half_height`; either may have a shape.
 #[derive(Deserialize, Debug)]
 #[serde(default, deny_unknown_fields)]
 pub struct Camera {

@@ -525,7 +525,7 @@ fn camera(source: &format::Camera) -> Camera {
     let default = Camera::default();
     match (source.orthographic_half_height, source.fov_y_degrees) {
         (Some(half_height), _) => Camera {
-            projection: Projection::Orthographic { half_height },
+            projection: Projection::Orthographic { half_height, aspect: source.aspect },
             near: source.near,
             // A parallel projection has to end somewhere.
             far: source.far.unwrap_or(source.near + 1000.0),

@@ -42,7 +42,7 @@ impl Stage {
     /// A parallel projection that shows `half_height` metres up and down from the origin.
     pub fn orthographic(&mut self, half_height: f32) {
         let mut camera = self.simulation.world.get_mut::<Camera>(self.camera).expect("a camera");
-        camera.projection = Projection::Orthographic { half_height };
+        camera.projection = Projection::Orthographic { half_height, aspect: None };
     }
 
     /// A directional light, a point light and a spot, none of them from the front.

@@ -15,7 +15,8 @@ use systems::transform::Transform;
 
 /// Deeper nesting than any tool writes; despawning recurses through it.
 const MAX_DEPTH: usize = 512;
-/// Half angle of the widest spot light, radians.
+/// Half angles of the narrowest and the widest spot light, radians.
+const MIN_CONE: f32 = 1e-3;
 const MAX_CONE: f32 = 85.0 * PI / 180.0;
 /// How far a quaternion's length may be from 1: what the reference validator allows.
 const UNIT_TOLERANCE: f32 = 0.00769;
@@ -62,7 +63,31 @@ pub fn read(document: &Document, report: &mut Report) -> Read<Hierarchy> {
             return Err(Fault::invalid(format!("nodes[{node}]"), "its place in the scene is not finite"));
         }
     }
+    keep_aim(&mut nodes, &order, &model_from_node);
     Ok(Hierarchy { nodes, model_from_node })
+}
+
+/// The shear of a matrix is lost to the transforms of nodes. Cameras and lights stay where they are and look where they
+/// looked all the same: their own transforms make up for what was lost above them.
+fn keep_aim(nodes: &mut [Node], order: &[(Option<usize>, usize)], model_from_node: &[Mat4]) {
+    let mut without_shear = vec![Mat4::IDENTITY; nodes.len()];
+    for &(parent, index) in order {
+        let model_from_parent = parent.map_or(Mat4::IDENTITY, |parent| without_shear[parent]);
+        let node = &mut nodes[index];
+        let (is, should) = (model_from_parent * node.transform.to_matrix(), model_from_node[index]);
+        let largest = should.to_cols_array().into_iter().fold(0.0f32, |m, v| m.max(v.abs()));
+        let is_aimed = node.camera.is_some() || node.light.is_some();
+        if is_aimed
+            && !is.abs_diff_eq(should, 1e-4 * largest)
+            && let Some(parent_from_model) = model_from_parent.try_inverse()
+        {
+            let [_, y, z, origin] = (parent_from_model * should).to_cols_array_2d().map(|c| Vec4::from(c).truncate());
+            let scale = node.transform.scale;
+            let at = Transform { translation: origin, scale, ..Transform::IDENTITY };
+            node.transform = at.looking_to(-z * scale.z.signum(), y * scale.y.signum());
+        }
+        without_shear[index] = model_from_parent * node.transform.to_matrix();
+    }
 }
 
 /// All nodes with their parents, parents before children. Refuses what is not a forest.
@@ -211,8 +236,11 @@ fn cone(spot: Option<&punctual::Spot>, place: &str, report: &mut Report) -> Ligh
     if outer > MAX_CONE {
         report.warn(format!("{place}.spot.outerConeAngle"), "wider than 85°: drawn as 85°");
     }
-    let outer = outer.clamp(1e-3, MAX_CONE);
-    LightKind::Spot { outer, inner: Some(inner.min(outer * 0.999)), exponent: 0.0 }
+    if outer < MIN_CONE {
+        report.warn(format!("{place}.spot.outerConeAngle"), "narrower than 0.06°: drawn as 0.06°");
+    }
+    let outer = outer.clamp(MIN_CONE, MAX_CONE);
+    LightKind::Spot { outer, inner: Some(inner.min(outer)), exponent: 0.0 }
 }
 
 fn camera(json: &gltf::json::Camera, id: usize, report: &mut Report) -> Option<Camera> {
@@ -229,7 +257,12 @@ fn camera(json: &gltf::json::Camera, id: usize, report: &mut Report) -> Option<C
             if lens.ymag == 0.0 || lens.xmag == 0.0 {
                 report.invalid(format!("{place}.orthographic.ymag"), "expected xmag and ymag other than 0");
             }
-            let projection = Projection::Orthographic { half_height: lens.ymag.abs() };
+            if lens.ymag < 0.0 || lens.xmag < 0.0 {
+                report
+                    .warn(format!("{place}.orthographic"), "expected xmag and ymag above 0: drawn without their signs");
+            }
+            let aspect = Some((lens.xmag / lens.ymag).abs()).filter(|aspect| aspect.is_normal());
+            let projection = Projection::Orthographic { half_height: lens.ymag.abs(), aspect };
             Camera { projection, near: lens.znear, far: lens.zfar }
         }
         _ => {
