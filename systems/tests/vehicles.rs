@@ -8,7 +8,7 @@ use systems::components::Light;
 use systems::library::{Library, Material, MaterialId, MeshId};
 use systems::shapes;
 use systems::transform::Transform;
-use systems::vehicles::lamps::{self, Lamp, LampKind};
+use systems::vehicles::lamps::{self, Lamp, LampKind, Switches};
 use systems::vehicles::parts::{self, Movement, MovingPart, Part, PartLamp};
 use systems::vehicles::types::VehicleTypeId;
 use systems::vehicles::{Controls, Headlights, Indicator, Motion, Vehicle, VehicleNumber, VehicleType, VehicleTypes};
@@ -189,6 +189,20 @@ fn lamps_follow_controls_and_motion() {
     assert_eq!(after(|m, _| m.acceleration = 2.0), [4.0, 1.0, 0.0, 0.0, 0.0, 4.0]);
     assert_eq!(after(|m, _| m.speed = -1.0), [4.0, 1.0, 0.0, 0.0, 4.0, 4.0]);
     assert_eq!(after(|m, _| (m.speed, m.acceleration) = (-1.0, 2.0))[1], 4.0, "in reverse, too");
+}
+
+#[test]
+fn fog_lamps_are_on_with_the_head_lamps_daytime_lamps_without_and_brake_lamps_while_braking() {
+    let levels = |headlights, acceleration| {
+        let motion = Motion { speed: 10.0, acceleration, ..Motion::default() };
+        let controls = Controls { headlights, ..Controls::default() };
+        let switches = Switches::of(VehicleNumber(0), &motion, &controls, 0.0);
+        [LampKind::Fog, LampKind::Daytime, LampKind::Brake, LampKind::Tail].map(|kind| switches.level(kind))
+    };
+    assert_eq!(levels(Headlights::Off, 0.0), [0.0, 1.0, 0.0, 0.0]);
+    assert_eq!(levels(Headlights::Low, 0.0), [1.0, 0.0, 0.0, 0.25]);
+    assert_eq!(levels(Headlights::High, -2.0), [1.0, 0.0, 1.0, 1.0]);
+    assert_eq!(levels(Headlights::Off, -2.0), [0.0, 1.0, 1.0, 1.0]);
 }
 
 #[test]

@@ -16,8 +16,14 @@ use bevy_ecs::world::DeferredWorld;
 pub enum LampKind {
     /// With low or high beam.
     Head,
+    /// With the head lamps: before the vehicle, low.
+    Fog,
+    /// While the head lamps are off.
+    Daytime,
     /// With the head lamps, dimly; brightly while braking.
     Tail,
+    /// While braking.
+    Brake,
     /// Blinking, to turn left.
     IndicatorLeft,
     /// Blinking, to turn right.
@@ -169,7 +175,9 @@ impl Switches {
             LampKind::Tail if self.has(Self::BRAKE) => 1.0,
             LampKind::Tail if beam => TAIL,
             LampKind::Tail => 0.0,
-            LampKind::Head | LampKind::Interior => on(beam),
+            LampKind::Head | LampKind::Fog | LampKind::Interior => on(beam),
+            LampKind::Daytime => on(!beam),
+            LampKind::Brake => on(self.has(Self::BRAKE)),
             LampKind::IndicatorLeft => on(self.has(Self::LEFT)),
             LampKind::IndicatorRight => on(self.has(Self::RIGHT)),
             LampKind::Reverse => on(self.has(Self::REVERSE)),

@@ -3,13 +3,14 @@
 //! The model's tree is flattened: what does not move is fixed to the vehicle, or to the moving part above it, by one
 //! transform, so that a vehicle has no entity without a purpose.
 
+use super::drawn::Drawn;
 use super::format::{Lamps, VehicleType as Source};
+use super::lamps::{self, Aim};
+use super::wheels::{self, Wheel};
 use crate::import::Model;
 use crate::scene::spawn;
-use glam::{Affine3A, Vec3, Vec3A};
+use glam::{Affine3A, Mat3A, Vec3};
 use std::collections::HashMap;
-use systems::bounds::{Aabb, Sphere};
-use systems::components::LightKind;
 use systems::library::{Library, Material, MaterialId};
 use systems::transform::Transform;
 use systems::vehicles::parts::{Movement, Part, PartLamp};
@@ -17,10 +18,10 @@ use systems::vehicles::types::{self, Limits, VehicleType};
 
 /// What a node of the model is to the vehicle.
 #[derive(Default, Clone)]
-struct Role<'a> {
-    movement: Option<Movement>,
+pub struct Role<'a> {
+    pub movement: Option<Movement>,
     /// A wheel that the vehicle stands on.
-    carries: bool,
+    pub carries: bool,
     lamp: Option<&'a Lamps>,
 }
 
@@ -34,30 +35,43 @@ pub fn assemble(
 ) -> VehicleType {
     let named = |node: &str| model.nodes.iter().position(|n| n.name == node);
     let mut builder = Builder {
+        name,
         model,
         source,
         library,
         roles: roles(source, &named),
         placed: model.placed().into_iter().collect(),
         vehicle_from_model: spawn::transform(&source.transform).compute_affine(),
+        wheels: Vec::new(),
         parts: Vec::new(),
+        aims: HashMap::new(),
         painted: HashMap::new(),
         lit: HashMap::new(),
+        warnings: Vec::new(),
     };
-    builder.measure_wheels();
+    for (node, count) in
+        source.nodes().into_iter().map(|node| (node, model.nodes.iter().filter(|n| n.name == *node).count()))
+    {
+        if count > 1 {
+            builder.warn(format_args!("{count} nodes are called {node:?}: the first of them is meant"));
+        }
+    }
+    builder.find_wheels();
     builder.stand_on_wheels();
     for node in builder.build() {
-        warnings.push(format!("vehicle type {name:?}: node {node:?} is sheared; it is drawn without that"));
+        builder.warn(format_args!("node {node:?} is sheared; it is drawn without that"));
+    }
+    for warning in lamps::aim(&mut builder.parts, &builder.aims, builder.library) {
+        builder.warn(warning);
     }
     for (index, node) in model.nodes.iter().enumerate() {
         let is_lamp = builder.roles.get(&index).is_some_and(|role| role.lamp.is_some());
         if node.light.is_some() && builder.placed.contains_key(&index) && !is_lamp {
-            let node = &node.name;
-            warnings
-                .push(format!("vehicle type {name:?}: the light at node {node:?} is no lamp of it and is left out"));
+            builder.warn(format_args!("the light at node {:?} is no lamp of it and is left out", node.name));
         }
     }
-    builder.finish(name)
+    warnings.append(&mut builder.warnings);
+    builder.finish()
 }
 
 fn roles<'a>(source: &'a Source, named: &impl Fn(&str) -> Option<usize>) -> HashMap<usize, Role<'a>> {
@@ -95,6 +109,7 @@ fn roles<'a>(source: &'a Source, named: &impl Fn(&str) -> Option<usize>) -> Hash
 }
 
 struct Builder<'a> {
+    name: &'a str,
     model: &'a Model,
     source: &'a Source,
     library: &'a mut Library,
@@ -102,55 +117,46 @@ struct Builder<'a> {
     /// `model_from_node` of each node of the scene.
     placed: HashMap<usize, Affine3A>,
     vehicle_from_model: Affine3A,
+    wheels: Vec<Wheel>,
     parts: Vec<Part>,
+    /// Of the parts that are lamps.
+    aims: HashMap<usize, Aim>,
     /// Materials in all paints.
     painted: HashMap<MaterialId, Vec<MaterialId>>,
     /// Lit twins, by the colour's bits.
     lit: HashMap<(MaterialId, [u32; 3]), MaterialId>,
+    warnings: Vec<String>,
 }
 
 impl Builder<'_> {
-    /// The radii of wheels that say none: half their height.
-    fn measure_wheels(&mut self) {
-        for index in 0..self.model.nodes.len() {
-            let bounds = self.bounds_below(index, None);
-            if let Some(Role { movement: Some(Movement::Wheel { radius, .. }), .. }) = self.roles.get_mut(&index)
-                && *radius == 0.0
-            {
-                *radius = ((bounds.max.y - bounds.min.y) / 2.0).max(0.01);
-            }
-        }
+    fn warn(&mut self, message: impl std::fmt::Display) {
+        self.warnings.push(format!("vehicle type {:?}: {message}", self.name));
     }
 
-    /// Nodes that are wheels, and whether they turn with the steering, by themselves or with a fork above.
-    fn wheels(&self) -> Vec<(usize, bool)> {
-        let mut wheels = Vec::new();
-        let mut open: Vec<(usize, bool, bool)> = self.model.roots.iter().map(|&root| (root, false, false)).collect();
-        while let Some((index, in_fork, in_trailer)) = open.pop() {
-            let role = self.roles.get(&index);
-            let (movement, carries) = role.map_or((None, false), |role| (role.movement, role.carries));
-            let in_fork = in_fork || movement == Some(Movement::Fork);
-            let in_trailer = in_trailer || movement == Some(Movement::Trailer);
-            if let (Some(Movement::Wheel { steers, .. }), true, false) = (movement, carries, in_trailer) {
-                wheels.push((index, steers || in_fork));
-            }
-            open.extend(self.model.nodes[index].children.iter().map(|&child| (child, in_fork, in_trailer)));
-        }
-        wheels.sort_unstable();
-        wheels
+    fn find_wheels(&mut self) {
+        let (mut roles, mut warnings) = (std::mem::take(&mut self.roles), Vec::new());
+        self.wheels = wheels::find(&self.drawn(), &mut roles, &mut warnings);
+        self.roles = roles;
+        warnings.into_iter().for_each(|warning| self.warn(warning));
     }
 
-    /// The origin of a node, vehicle space.
-    fn hub(&self, node: usize) -> Vec3 {
-        let model_from_node = self.placed.get(&node).copied().unwrap_or_default();
-        (self.vehicle_from_model * model_from_node).translation.into()
+    fn drawn(&self) -> Drawn<'_> {
+        let (model, library, placed) = (self.model, &*self.library, &self.placed);
+        Drawn { model, library, placed, vehicle_from_model: self.vehicle_from_model }
     }
 
-    /// The hubs of the wheels that turn with the steering, and of those that do not; a trailer's apart.
-    fn axles(&self) -> [Vec<Vec3>; 2] {
-        let wheels = self.wheels();
-        [true, false]
-            .map(|front| wheels.iter().filter(|wheel| wheel.1 == front).map(|wheel| self.hub(wheel.0)).collect())
+    /// The wheels that turn with the steering, by themselves or with a fork above, and those that do not; hub in vehicle
+    /// space, and radius. A trailer's apart.
+    fn axles(&self) -> [Vec<(Vec3, f32)>; 2] {
+        let movement = |wheel: &Wheel| self.roles.get(&wheel.hangs_from?)?.movement;
+        [true, false].map(|front| {
+            let of_axle = self.wheels.iter().filter(|wheel| match movement(wheel) {
+                Some(Movement::Trailer) => false,
+                Some(Movement::Fork) => front,
+                _ => wheel.steers == front,
+            });
+            of_axle.map(|wheel| (self.vehicle_from_model.transform_point3(wheel.hub), wheel.radius)).collect()
+        })
     }
 
     /// Moves the model so that its wheels stand on the ground, the middle of its rear axle above the origin.
@@ -158,31 +164,9 @@ impl Builder<'_> {
         let [front, rear] = self.axles();
         let all = [front, rear.clone()].concat();
         let (Some(middle), Some(rear)) = (mean(&all), mean(&rear).or(mean(&all))) else { return };
-        let bottoms = self.wheels().into_iter().filter_map(|(node, _)| match self.roles.get(&node)?.movement {
-            Some(Movement::Wheel { radius, .. }) => Some(self.hub(node).y - radius),
-            _ => None,
-        });
-        let origin = Vec3::new(middle.x, bottoms.fold(f32::INFINITY, f32::min), rear.z);
+        let bottom = all.iter().map(|(hub, radius)| hub.y - radius).fold(f32::INFINITY, f32::min);
+        let origin = Vec3::new(middle.x, bottom, rear.z);
         self.vehicle_from_model = Affine3A::from_translation(-origin) * self.vehicle_from_model;
-    }
-
-    /// The box around what is drawn at a node and below, but for another node and what is below that; vehicle space.
-    fn bounds_below(&self, node: usize, but: Option<usize>) -> Aabb {
-        let (mut open, mut boxes) = (vec![node], Vec::new());
-        while let Some(index) = open.pop() {
-            if Some(index) == but {
-                continue;
-            }
-            let node = &self.model.nodes[index];
-            open.extend(&node.children);
-            let Some(model_from_node) = self.placed.get(&index) else { continue };
-            for part_from in node.part_transforms() {
-                let place = self.vehicle_from_model * *model_from_node * part_from.compute_affine();
-                let meshes = node.parts.iter().filter_map(|&(mesh, _)| self.library.mesh(mesh));
-                boxes.extend(meshes.map(|entry| entry.mesh.aabb().transformed(&place)));
-            }
-        }
-        boxes.into_iter().reduce(Aabb::union).unwrap_or_default()
     }
 
     /// Makes the parts; returns the names of nodes that had to be straightened.
@@ -197,7 +181,10 @@ impl Builder<'_> {
             let role = self.roles.get(&index).cloned().unwrap_or_default();
             let place = part_from_parent * node.transform.compute_affine();
             let (rest, is_sheared) = decomposed(&place);
-            let below = if role.movement.is_some() || role.lamp.is_some() {
+            let wheel = self.wheels.iter().position(|wheel| wheel.nodes.contains(&index));
+            let below = if let Some(number) = wheel {
+                self.wheel(number, index, parent, &place, &mut sheared)
+            } else if role.movement.is_some() || role.lamp.is_some() {
                 if is_sheared {
                     sheared.push(node.name.clone());
                 }
@@ -211,6 +198,72 @@ impl Builder<'_> {
         sheared
     }
 
+    /// Adds the parts of a wheel's node; returns what is fixed to the wheel hangs from, and `part_from_node`.
+    ///
+    /// A node of one mesh with its origin at the hub turns by itself. For others there is a part without anything drawn
+    /// that turns at the hub, about the vehicle's axes, from which they hang.
+    fn wheel(
+        &mut self,
+        number: usize,
+        index: usize,
+        parent: Option<usize>,
+        parent_from_node: &Affine3A,
+        sheared: &mut Vec<String>,
+    ) -> (Option<usize>, Affine3A) {
+        let node = &self.model.nodes[index];
+        let role = self.roles.get(&index).cloned().unwrap_or_default();
+        let vehicle_from_parent = self.vehicle_from_part(parent);
+        let wheel = &self.wheels[number];
+        let movement = Some(Movement::Wheel { radius: wheel.radius, steers: wheel.steers });
+        let hub = self.vehicle_from_model.transform_point3(wheel.hub);
+        let scale = vehicle_from_parent.matrix3.x_axis.x;
+        let is_straight = scale > 0.0
+            && vehicle_from_parent.matrix3.abs_diff_eq(Mat3A::from_diagonal(Vec3::splat(scale)), 1e-5 * scale);
+        let (rest, is_sheared) = decomposed(parent_from_node);
+        let is_alone = wheel.nodes.len() == 1 && node.parts.len() < 2 && node.instances.is_empty();
+        if is_straight && is_alone && wheel.is_at_origin && !is_sheared {
+            return (Some(self.moving(index, parent, rest, &Role { movement, ..role })), Affine3A::IDENTITY);
+        }
+        let pivot = wheel.part.unwrap_or_else(|| {
+            let part_from_vehicle = vehicle_from_parent.inverse();
+            let (straight, is_sheared) = decomposed(&(part_from_vehicle * Affine3A::from_translation(hub)));
+            let blank = Part { name: node.name.clone(), parent, ..Part::default() };
+            if is_straight {
+                let rest = Transform::from_translation(part_from_vehicle.transform_point3(hub));
+                self.parts.push(Part { rest, movement, ..blank });
+            } else {
+                if is_sheared {
+                    sheared.push(node.name.clone());
+                }
+                self.parts.push(Part { rest: straight, ..blank.clone() });
+                self.parts.push(Part { parent: Some(self.parts.len() - 1), movement, ..blank });
+            }
+            self.parts.len() - 1
+        });
+        self.wheels[number].part = Some(pivot);
+        let pivot_from_node = self.vehicle_from_part(Some(pivot)).inverse() * vehicle_from_parent * *parent_from_node;
+        if role.lamp.is_some() {
+            let (rest, is_sheared) = decomposed(&pivot_from_node);
+            if is_sheared {
+                sheared.push(node.name.clone());
+            }
+            let role = Role { movement: None, ..role };
+            return (Some(self.moving(index, Some(pivot), rest, &role)), Affine3A::IDENTITY);
+        }
+        self.fixed(index, Some(pivot), &pivot_from_node, sheared);
+        (Some(pivot), pivot_from_node)
+    }
+
+    /// While the vehicle stands straight.
+    fn vehicle_from_part(&self, part: Option<usize>) -> Affine3A {
+        let (mut vehicle_from_part, mut above) = (Affine3A::IDENTITY, part);
+        while let Some(part) = above.and_then(|index| self.parts.get(index)) {
+            vehicle_from_part = part.rest.compute_affine() * vehicle_from_part;
+            above = part.parent;
+        }
+        vehicle_from_part
+    }
+
     /// Adds the parts of a node that moves or shines; returns the first, from which others may hang.
     fn moving(&mut self, index: usize, parent: Option<usize>, rest: Transform, role: &Role) -> usize {
         let model = self.model;
@@ -221,6 +274,10 @@ impl Builder<'_> {
             lamps.color.map_or(own, |color| color.rgb()) * lamps.glow
         });
         let first = self.parts.len();
+        if let Some(lamps) = role.lamp {
+            let direction = lamps.direction.map(Vec3::from_array);
+            self.aims.insert(first, Aim { direction, has_own_light: node.light.is_some() });
+        }
         // Instances of a node that moves would each need a rest of their own: they are fixed to it.
         let at_node = if node.instances.is_empty() { node.parts.as_slice() } else { &[] };
         let blank = Part { name: node.name.clone(), parent, rest, movement: role.movement, ..Part::default() };
@@ -293,28 +350,25 @@ impl Builder<'_> {
         })
     }
 
-    fn finish(mut self, name: &str) -> VehicleType {
-        shine_from_outside(&mut self.parts, self.library);
+    fn finish(self) -> VehicleType {
         let s = self.source;
         let named = |node: &str| self.model.nodes.iter().position(|n| n.name == node);
         let trailer = s.trailer.as_ref().and_then(|trailer| Some((trailer, named(&trailer.node)?)));
-        let roots = self.model.roots.iter();
-        let whole = roots.map(|&root| self.bounds_below(root, trailer.map(|trailer| trailer.1)));
-        let whole = whole.reduce(Aabb::union).unwrap_or_default();
+        let whole = self.drawn().bounds_of_all(trailer.map(|trailer| trailer.1));
         let size = s.size.map_or(whole.max - whole.min, Vec3::from_array).max(Vec3::splat(0.01));
         let [front, rear] = self.axles();
         let axles = mean(&front).zip(mean(&rear)).map(|(front, rear)| front.z - rear.z);
-        let spread = |hubs: &[Vec3]| {
-            let x = hubs.iter().map(|hub| hub.x);
+        let spread = |wheels: &[(Vec3, f32)]| {
+            let x = wheels.iter().map(|(hub, _)| hub.x);
             (x.clone().fold(f32::NEG_INFINITY, f32::max) - x.fold(f32::INFINITY, f32::min)).max(0.0)
         };
         let trailer = trailer.map(|(trailer, node)| {
-            let hitch = self.hub(node).z;
-            let end = hitch - self.bounds_below(node, None).min.z;
+            let hitch = self.drawn().origin(node).z;
+            let end = hitch - self.drawn().bounds_below(node, None).unwrap_or_default().min.z;
             types::Trailer { hitch, length: trailer.length, end: end.max(trailer.length) }
         });
         VehicleType {
-            name: name.into(),
+            name: self.name.into(),
             size,
             rear_overhang: (-whole.min.z).clamp(0.0, size.z),
             wheelbase: s.wheelbase.or(axles.filter(|length| *length > 0.05)).unwrap_or((size.z * 0.6).max(0.05)),
@@ -345,39 +399,9 @@ impl Builder<'_> {
     }
 }
 
-/// Metres that a lamp's light is moved ahead of its glass, at most.
-const AHEAD: f32 = 1.0;
-
-/// Moves spot lights ahead, so that the vehicle's own parts are behind them and not, by their bounding spheres, among
-/// what they light: an object has room for three lights, and its own do nothing for it.
-fn shine_from_outside(parts: &mut Vec<Part>, library: &Library) {
-    let mut places: Vec<Affine3A> = Vec::new();
-    for part in &*parts {
-        let parent = part.parent.and_then(|index| places.get(index).copied()).unwrap_or_default();
-        places.push(parent * part.rest.compute_affine());
-    }
-    let spheres = |parts: &[Part]| -> Vec<Sphere> {
-        let drawn = parts.iter().zip(&places).filter_map(|(part, place)| Some((part.drawn?.0, place)));
-        drawn.filter_map(|(mesh, place)| Some(library.mesh(mesh)?.bounds.transformed(place))).collect()
-    };
-    let spheres = spheres(parts);
-    for (index, place) in places.iter().enumerate() {
-        let Some(lamp) = &mut parts[index].lamp else { continue };
-        let Some(light) = lamp.light.take_if(|light| matches!(light.kind, LightKind::Spot { .. })) else { continue };
-        let (kind, name) = (lamp.kind, parts[index].name.clone());
-        let (apex, ahead) = (place.translation, -place.matrix3.z_axis.normalize_or_zero());
-        let beyond = |sphere: &Sphere| (Vec3A::from(sphere.center) - apex).dot(ahead) + sphere.radius;
-        let needed = spheres.iter().map(beyond).fold(0.0, f32::max) + 0.01;
-        // The part may be scaled.
-        let scale = place.matrix3.z_axis.length().max(1e-6);
-        let rest = Transform::from_xyz(0.0, 0.0, -needed.min(AHEAD) / scale);
-        let lamp = Some(PartLamp { kind, light: Some(light), lit: None });
-        parts.push(Part { name, parent: Some(index), rest, lamp, ..Part::default() });
-    }
-}
-
-fn mean(points: &[Vec3]) -> Option<Vec3> {
-    (!points.is_empty()).then(|| points.iter().sum::<Vec3>() / points.len() as f32)
+/// The middle of the hubs of wheels.
+fn mean(wheels: &[(Vec3, f32)]) -> Option<Vec3> {
+    (!wheels.is_empty()).then(|| wheels.iter().map(|(hub, _)| hub).sum::<Vec3>() / wheels.len() as f32)
 }
 
 /// Scale, rotation and translation of a place, and whether that is not all of it.

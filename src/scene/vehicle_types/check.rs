@@ -104,6 +104,12 @@ fn lamps(c: &mut Check, lamps: &Lamps, model: Option<&Model>) {
     if let Some(color) = lamps.color {
         c.color("color", color, BRIGHTEST);
     }
+    if let Some(direction) = &lamps.direction {
+        c.position("direction", direction);
+        if *direction == [0.0; 3] {
+            c.field("direction", |c| c.fault("expected a direction: at least one of the three other than 0"));
+        }
+    }
     c.number("glow", lamps.glow, 0.0, BRIGHTEST);
 }
 

@@ -50,6 +50,21 @@ pub struct VehicleType {
     pub eye: Option<[f32; 3]>,
 }
 
+impl VehicleType {
+    /// The names of nodes that it gives a role, each once.
+    pub fn nodes(&self) -> Vec<&String> {
+        let listed =
+            self.wheels.iter().map(|wheels| &wheels.nodes).chain(self.cranks.iter().map(|cranks| &cranks.nodes));
+        let listed = listed.chain(self.lamps.iter().map(|lamps| &lamps.nodes)).chain([&self.forks]).flatten();
+        let single =
+            self.swings.iter().map(|swing| &swing.node).chain(self.trailer.iter().map(|trailer| &trailer.node));
+        let mut nodes: Vec<&String> = listed.chain(single).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        nodes
+    }
+}
+
 fn mass() -> f32 {
     lib::VehicleType::default().mass
 }
@@ -149,6 +164,8 @@ pub struct Lamps {
     pub light: Option<Light>,
     #[serde(default)]
     pub color: Option<Color>,
+    #[serde(default)]
+    pub direction: Option<[f32; 3]>,
     #[serde(default = "glow")]
     pub glow: f32,
 }
@@ -161,7 +178,10 @@ fn glow() -> f32 {
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
     Head,
+    Fog,
+    Daytime,
     Tail,
+    Brake,
     IndicatorLeft,
     IndicatorRight,
     Reverse,
@@ -172,7 +192,10 @@ impl From<Kind> for LampKind {
     fn from(kind: Kind) -> Self {
         match kind {
             Kind::Head => Self::Head,
+            Kind::Fog => Self::Fog,
+            Kind::Daytime => Self::Daytime,
             Kind::Tail => Self::Tail,
+            Kind::Brake => Self::Brake,
             Kind::IndicatorLeft => Self::IndicatorLeft,
             Kind::IndicatorRight => Self::IndicatorRight,
             Kind::Reverse => Self::Reverse,
