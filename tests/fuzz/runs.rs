@@ -1,0 +1,99 @@
+//! Recordings and snapshots: as files whose checksums are right, and as what is behind them.
+
+use crate::{Place, repair};
+use relief::frames::{self, LoadOptions, Stage};
+use relief::recording::{Recording, RunFiles, Stepper};
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+use systems::inputs::Input;
+use systems::snapshot;
+use systems::state_hash::{self, StateHash};
+
+/// The scene that runs are of: one of each kind of state.
+pub const SCENE: &str = include_str!("run.ron");
+
+/// Steps that are taken at the most.
+const STEPS: usize = 24;
+
+/// A block of a recording, as `src/recording/recorder.rs` has it.
+#[derive(Serialize, Deserialize)]
+pub enum Record {
+    /// What came between this step and the next.
+    Inputs(u64, Vec<Input>),
+    /// A step and its hash.
+    Mark(u64, StateHash),
+    /// A step and the state after it.
+    Snapshot(u64, Vec<u8>),
+    /// The last step and its hash.
+    End(u64, StateHash),
+}
+
+/// The scene, and where it lies.
+pub fn stage(place: &Place) -> (Stage, PathBuf) {
+    let path = place.write("scenes", ".run.ron", SCENE.as_bytes());
+    let options = LoadOptions { cache: false, ..LoadOptions::default() };
+    let stage = frames::load_stage(&path, None, &options).expect("the scene of runs is sound");
+    (stage, path)
+}
+
+/// A recording file.
+pub fn recording(place: &Place, bytes: &[u8]) {
+    run(place, &place.write("", ".rec", &repair::mostly(bytes, repair::blocks)));
+}
+
+/// What follows the first block of a recording: records, one after another.
+pub fn replay(place: &Place, bytes: &[u8]) {
+    let (mut stage, scene) = stage(place);
+    let path = place.write("", ".rec", b"");
+    let files = RunFiles { record: Some(path.clone()), ..RunFiles::default() };
+    let begun = Stepper::begin(&files, (&scene, &stage.scene.files), 0, &mut stage.simulation);
+    drop(begun.expect("a recording can be begun"));
+    let mut file = std::fs::read(&path).expect("it was just written");
+    let mut rest = bytes;
+    while let Ok((record, after)) = postcard::take_from_bytes::<Record>(rest) {
+        repair::append_block(&mut file, &postcard::to_stdvec(&record).expect("it was just read"));
+        rest = after;
+    }
+    run(place, &place.write("", ".rec", &file));
+}
+
+fn run(place: &Place, path: &Path) {
+    if let Err(error) = Recording::open(path) {
+        assert!(error.to_string().starts_with(&*path.to_string_lossy()), "which file? {error}");
+        return;
+    }
+    begin(place, &RunFiles { replay: Some(path.to_owned()), ..RunFiles::default() });
+}
+
+/// Steps from what there is to begin from, while that works.
+fn begin(place: &Place, files: &RunFiles) {
+    let (mut stage, scene) = stage(place);
+    let begun = Stepper::begin(files, (&scene, &stage.scene.files), 0, &mut stage.simulation);
+    let Ok(mut stepper) = begun else { return };
+    for _ in 0..STEPS {
+        if stepper.is_at_end(&stage.simulation) || stepper.step(&mut stage.simulation).is_err() {
+            break;
+        }
+    }
+    stage.simulation.frame();
+    snapshot::save(&mut stage.simulation.world);
+}
+
+/// A snapshot file.
+pub fn snapshot(place: &Place, bytes: &[u8]) {
+    let path = place.write("", ".snapshot", &repair::mostly(bytes, repair::blocks));
+    begin(place, &RunFiles { from_snapshot: Some(path), ..RunFiles::default() });
+}
+
+/// The state within a snapshot.
+pub fn state(place: &Place, bytes: &[u8]) {
+    let (mut stage, _) = stage(place);
+    if snapshot::restore(&mut stage.simulation.world, bytes).is_err() {
+        return;
+    }
+    for _ in 0..3 {
+        stage.simulation.step();
+    }
+    stage.simulation.frame();
+    state_hash::hash(&mut stage.simulation.world);
+}
