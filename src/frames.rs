@@ -15,6 +15,7 @@ use crate::import::compress::{CompressReport, compress_images};
 use crate::import::meshes::finish_meshes;
 use crate::import::progress;
 use crate::output;
+use crate::problem::Problem;
 use crate::recording::{RecordingError, RunFiles, Stepper};
 use crate::renderer::{Gpu, Renderer, Settings};
 use crate::scene;
@@ -301,6 +302,30 @@ pub fn load_stage(path: &Path, camera: Option<&str>, options: &LoadOptions) -> R
     Ok(Stage { simulation, scene, viewpoint })
 }
 
+/// Gives images that a renderer has taken the texels of ([`Library::keep_texels`]) their texels again, from the files that
+/// the world was loaded from: for another renderer, where that one's device was lost.
+///
+/// # Errors
+/// [`FrameError::Scene`]: the files cannot be read any more, or have changed.
+pub fn restore_texels(scene: &Path, options: &LoadOptions, simulation: &mut Simulation) -> Result<(), FrameError> {
+    if !simulation.library().lacks_texels() {
+        return Ok(());
+    }
+    let mut read = scene::load_library(scene)?;
+    if options.compress {
+        compress_images(&mut read, options.cache.then(Cache::of_user).flatten().as_ref());
+    }
+    if texture_memory::used(&read).bytes > options.texture_bytes {
+        texture_memory::limit(&mut read, options.texture_bytes);
+    }
+    let mut library = simulation.world.resource_mut::<Library>();
+    library.bypass_change_detection().restore_texels(read).map_err(|image| {
+        let message =
+            format!("image {image:?} has changed since it was loaded; the graphics device that had it was lost");
+        scene::SceneError::from(Problem::error(scene, message)).into()
+    })
+}
+
 /// A renderer without a window, for a few pictures of a world in hand.
 pub struct Headless {
     /// Draws.
@@ -332,7 +357,9 @@ impl Headless {
         simulation.frame();
         let view = from.into().view(&simulation.world, size);
         self.renderer.prepare(simulation, &view, &self.settings)?;
-        Ok(self.renderer.draw_picture())
+        let picture = self.renderer.draw_picture();
+        self.renderer.gpu().check()?;
+        Ok(picture)
     }
 }
 
@@ -421,7 +448,9 @@ pub fn render_frames(job: &FrameJob, mut progress: impl FnMut(u64, u64)) -> Resu
             stage.simulation.frame();
             let view = stage.viewpoint.view(&stage.simulation.world, job.size);
             renderer.prepare(&mut stage.simulation, &view, &settings)?;
-            for (kind, picture) in pictures(&mut renderer, &view, &missing) {
+            let pictures = pictures(&mut renderer, &view, &missing);
+            renderer.gpu().check()?;
+            for (kind, picture) in pictures {
                 let path = job.picture(kind, frame);
                 output::write_png(&path, &picture)?;
                 written.push(path);

@@ -113,6 +113,7 @@ pub fn measure(job: &LightErrorJob) -> Result<LightReport, FrameError> {
     let all = draw(LightPolicy::All)?;
     let outputs = renderer.draw_outputs();
     let ids = outputs.map(|outputs| outputs.entities(renderer.gpu())).unwrap_or_default();
+    renderer.gpu().check()?;
     let shows_object: Vec<bool> = ids.iter().map(Option::is_some).collect();
     let records = &stage.simulation.draw_list().lights.records;
 
@@ -157,6 +158,7 @@ fn draw(
     renderer.prepare(&mut stage.simulation, &view, settings)?;
     let picture = renderer.draw_picture().convert();
     let luminances = renderer.read_linear().unwrap_or_default().into_iter().map(compare::luminance).collect();
+    renderer.gpu().check()?;
     Ok(Drawn { picture, luminances })
 }
 

@@ -16,7 +16,7 @@ use relief::light_error::{self, LightErrorJob};
 use relief::maps::command::{self as map_tools, MapArgs};
 use relief::output::OutputError;
 use relief::recording::{self, Recording, RecordingError, RunFiles};
-use relief::renderer::Gpu;
+use relief::renderer::{Gpu, RenderError};
 use relief::technique_error::{self, CompareArgs};
 use relief::video::VideoError;
 use relief::{check, demo};
@@ -101,6 +101,7 @@ fn say(text: &str) -> Result<(), OutputError> {
 
 fn exit_code(error: &FrameError) -> u8 {
     match error {
+        FrameError::Render(RenderError::Lost { .. }) => 1,
         FrameError::Scene(_) | FrameError::NoCamera { .. } | FrameError::Render(_) | FrameError::Compare(_) => 2,
         FrameError::Import(_)
         | FrameError::NoFigure { .. }
@@ -350,6 +351,8 @@ fn show(job: &WindowJob, view: &ViewArgs) -> Result<(), FrameError> {
     }
     let options = app::Options {
         simulation: stage.simulation,
+        scene: job.scene.clone(),
+        load: view.load(),
         stepper,
         title: stage.scene.name,
         cameras: stage.scene.cameras,
@@ -371,6 +374,7 @@ fn show(job: &WindowJob, view: &ViewArgs) -> Result<(), FrameError> {
         }
         Err(AppError::Gpu(error)) => Err(error.into()),
         Err(AppError::Render(error)) => Err(error.into()),
+        Err(AppError::Texels(error)) => Err(error),
     }
 }
 

@@ -540,6 +540,31 @@ impl Library {
         }
     }
 
+    /// Whether an image's texels have been taken by a renderer.
+    pub fn lacks_texels(&self) -> bool {
+        self.images.iter().any(|image| image.levels.is_empty())
+    }
+
+    /// Gives images without texels those of the images that have the same ids in `same`, a library of the same files.
+    ///
+    /// # Errors
+    /// The name of the first image that is another one there; then nothing is given back.
+    pub fn restore_texels(&mut self, same: Self) -> Result<(), String> {
+        let mut others: Vec<Option<Image>> = same.images.into_iter().map(Some).collect();
+        let described = |image: &Image| (image.name.clone(), image.width, image.height, image.kind, image.texels);
+        let lacking = || self.images.iter().enumerate().filter(|(_, image)| image.levels.is_empty());
+        for (id, image) in lacking() {
+            let other = others.get(id).and_then(Option::as_ref);
+            if other.is_none_or(|other| described(other) != described(image)) {
+                return Err(image.name.clone());
+            }
+        }
+        for (image, other) in self.images.iter_mut().zip(&mut others).filter(|(image, _)| image.levels.is_empty()) {
+            image.levels = other.take().map(|other| other.levels).unwrap_or_default();
+        }
+        Ok(())
+    }
+
     /// The meshes whose tangents or levels are still to be made, to do so before the first frame does.
     pub fn unfinished_meshes(&mut self) -> impl Iterator<Item = &mut MeshEntry> {
         self.meshes.iter_mut().filter(|entry| !entry.is_finished())

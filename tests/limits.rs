@@ -23,7 +23,7 @@ fn lowered(lower: impl FnOnce(&mut wgpu::Limits)) -> Option<Gpu> {
     let required_features = gpu.device.features();
     let descriptor = wgpu::DeviceDescriptor { required_features, required_limits, ..wgpu::DeviceDescriptor::default() };
     let (device, queue) = pollster::block_on(gpu.adapter.request_device(&descriptor)).expect("less than it has");
-    Some(Gpu { device, queue, ..gpu })
+    Some(Gpu::of_device(gpu.instance, gpu.adapter, device, queue))
 }
 
 /// Buffers of no more than 64 KiB.

@@ -192,7 +192,10 @@ struct App<'a> {
 
 impl<'a> App<'a> {
     fn start(place: &Place, display: &'a Display, options: &[&str]) -> Self {
-        let mut command = place.relief();
+        Self::of(place.relief(), display, options)
+    }
+
+    fn of(mut command: Command, display: &'a Display, options: &[&str]) -> Self {
         command.args(["run", "test.ron", "--size", &size()]).args(options).env("DISPLAY", &display.name);
         let mut process = Running(command.stdout(Stdio::piped()).spawn().expect("relief starts"));
         let (sender, lines) = channel();
@@ -356,6 +359,33 @@ fn a_run_in_a_window_is_the_run_without_one_and_its_recording_replays() {
     let replayed = image::open(folder.join(format!("color_{last:05}.png"))).expect("a picture").into_rgb8();
     assert_ne!(replayed, place.rendered(last, &[]), "the figure changes in the replay");
     assert_eq!(place.rendered(last, &["--from-snapshot", &snapshot]), replayed, "and in the snapshot");
+}
+
+#[test]
+fn a_window_whose_device_is_lost_goes_on_with_another_as_if_nothing_had_happened() {
+    let place = Place::new();
+    let Some(display) = Display::start(&place) else { return };
+    let read = |name: &str| fs::read_to_string(place.path().join(name)).unwrap_or_default();
+    let mut command = place.relief();
+    // A frame is checked four times.
+    command.env("RELIEF_LOSE_DEVICE", "50").env("RUST_LOG", "warn");
+    command.stderr(fs::File::create(place.path().join("errors.txt")).expect("a file"));
+    let app = App::of(command, &display, &["--no-panel", "--hash", "window.txt"]);
+    wait_for("the loss", || read("errors.txt").contains("the graphics device was lost").then_some(()));
+    let lost = read("window.txt").lines().count();
+    wait_for("steps after it", || (read("window.txt").lines().count() > lost + 30).then_some(()));
+    app.press(&["space"]);
+    let stopped = wait_for("the clock to stop", || {
+        let before = read("window.txt").lines().count();
+        std::thread::sleep(Duration::from_millis(500));
+        (read("window.txt").lines().count() == before).then_some(before as u64 - 1)
+    });
+    let still = place.rendered(stopped, &["--hash", "render.txt"]);
+    app.shows("the picture of the step it stopped at", &still);
+    assert!(read("render.txt") == read("window.txt"), "the simulation has noticed nothing");
+    assert_eq!(read("errors.txt").lines().count(), 1, "{}", read("errors.txt"));
+    app.press(&["Escape"]);
+    assert_eq!(app.ends().code(), Some(0));
 }
 
 #[test]

@@ -8,6 +8,7 @@
 //! driving   keys become a vehicle's controls
 //! picking   what is under the pointer
 //! surface   the window's textures
+//! graphics  the device and what draws with it, opened anew where it is lost
 //! gui       egui on winit and wgpu
 //! timing    how long frames take
 //! panel, entities, details, overlay, legend, light_editor   what egui shows
@@ -21,6 +22,7 @@ mod camera;
 mod details;
 mod driving;
 mod entities;
+mod graphics;
 mod gui;
 mod input;
 mod legend;
@@ -35,11 +37,13 @@ mod window;
 
 pub use input::{KEYS, KeyBinding, POINTER};
 
+use crate::frames::{FrameError, LoadOptions};
 use crate::recording::Stepper;
 use crate::renderer::{GpuError, RenderError, Settings};
 use crate::viewpoint::Viewpoint;
 use bevy_ecs::prelude::*;
 use std::panic::{self, AssertUnwindSafe};
+use std::path::PathBuf;
 use systems::Simulation;
 use systems::clock::Clock;
 use winit::event_loop::EventLoop;
@@ -48,6 +52,10 @@ use winit::event_loop::EventLoop;
 pub struct Options {
     /// A loaded world.
     pub simulation: Simulation,
+    /// Where it was loaded from, and how: texels that only a lost device had are read again.
+    pub scene: PathBuf,
+    /// How.
+    pub load: LoadOptions,
     /// Takes its steps.
     pub stepper: Stepper,
     /// The scene's name, for the title bar.
@@ -75,9 +83,12 @@ pub enum AppError {
     /// No graphics adapter for the window.
     #[error(transparent)]
     Gpu(#[from] GpuError),
-    /// The scene is too large for the adapter.
+    /// The scene is too large for the adapter, or there is no device for long.
     #[error(transparent)]
     Render(#[from] RenderError),
+    /// What the scene was loaded from cannot be read again.
+    #[error(transparent)]
+    Texels(#[from] FrameError),
 }
 
 /// Shows a world in a window until it is closed.

@@ -388,6 +388,8 @@ mod tests {
         let settings = Settings { technique: Some(Technique::PerturbedNormal), ..Settings::default() };
         Viewer::new(Options {
             simulation,
+            scene: "test.ron".into(),
+            load: frames::LoadOptions::default(),
             stepper: Stepper::default(),
             title: "test".into(),
             viewpoint: cameras[0].1.into(),

@@ -1,16 +1,16 @@
 //! Events in, frames out.
 
 use super::driving::Wheel;
-use super::gui::Gui;
+use super::graphics::Graphics;
 use super::input::{self, Gesture, Pointer};
 use super::panel::{FrameInfo, SidePanel};
 use super::picking::{self, Hit};
-use super::surface::Screen;
 use super::timing::Timing;
 use super::viewer::{Effect, Viewer};
 use super::{AppError, Options, details, overlay, panel};
+use crate::frames::{self, LoadOptions};
 use crate::output;
-use crate::renderer::{Gpu, RenderStats, Renderer, instance_flags};
+use crate::renderer::{RenderError, RenderStats, instance_flags};
 use glam::{Vec2, Vec3};
 use image::buffer::ConvertBuffer;
 use std::io::Write;
@@ -28,6 +28,9 @@ use winit::window::{Window, WindowId};
 
 /// Pixels of a touchpad that count as a notch of a wheel.
 const NOTCH_PIXELS: f64 = 40.0;
+
+/// Devices that fail one after another before a frame is shown. What fails more often will not do.
+const MOST_REOPENED: u32 = 3;
 
 /// Flying crosses the scene in about so many seconds.
 const FLIGHT_SECONDS: f32 = 10.0;
@@ -50,12 +53,24 @@ impl App {
         self.failed.map_or(Ok(()), Err)
     }
 
-    /// Does something with the open window; an error ends the loop.
-    fn with_open(&mut self, event_loop: &ActiveEventLoop, act: impl FnOnce(&mut Open) -> Result<bool, AppError>) {
-        let Some(open) = &mut self.open else { return };
-        match act(open) {
-            Ok(true) => {}
-            Ok(false) => event_loop.exit(),
+    /// Draws a frame, with another device where the one there is fails; an error ends the loop.
+    fn redraw(&mut self, event_loop: &ActiveEventLoop) {
+        let Some(mut open) = self.open.take() else { return };
+        let drawn = match open.redraw() {
+            Err(AppError::Render(error)) if error.is_of_device() && open.reopened < MOST_REOPENED => {
+                open.reopen(&error).map(|open| (open, ControlFlow::Wait))
+            }
+            Ok(control_flow) => Ok((open, control_flow)),
+            Err(error) => {
+                open.viewer.finish();
+                Err(error)
+            }
+        };
+        match drawn {
+            Ok((open, control_flow)) => {
+                self.open = Some(open);
+                event_loop.set_control_flow(control_flow);
+            }
             Err(error) => {
                 self.failed = Some(error);
                 event_loop.exit();
@@ -83,14 +98,13 @@ impl ApplicationHandler for App {
     }
 
     fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
-        self.with_open(event_loop, |open| match event {
-            WindowEvent::CloseRequested => Ok(false),
-            WindowEvent::RedrawRequested => {
-                event_loop.set_control_flow(open.redraw()?);
-                Ok(true)
-            }
-            event => Ok(open.on_event(&event)),
-        });
+        if event == WindowEvent::RedrawRequested {
+            return self.redraw(event_loop);
+        }
+        let Some(open) = &mut self.open else { return };
+        if event == WindowEvent::CloseRequested || !open.on_event(&event) {
+            event_loop.exit();
+        }
     }
 
     fn exiting(&mut self, _: &ActiveEventLoop) {
@@ -102,9 +116,13 @@ impl ApplicationHandler for App {
     }
 }
 
-/// An open window. Fields are dropped in order: what draws before what is drawn to.
+/// An open window. Fields are dropped in order: what draws before the window.
 struct Open {
     viewer: Viewer,
+    /// What the scene was loaded from, and how.
+    source: (PathBuf, LoadOptions),
+    /// How often in a row the device failed before a frame was shown.
+    reopened: u32,
     side_panel: SidePanel,
     pointer: Pointer,
     modifiers: ModifiersState,
@@ -118,10 +136,7 @@ struct Open {
     /// What the last frame was drawn for.
     view: Option<View>,
     picture_wanted: bool,
-    gui: Gui,
-    renderer: Renderer,
-    screen: Screen,
-    gpu: Gpu,
+    graphics: Graphics,
     window: Arc<Window>,
 }
 
@@ -135,9 +150,11 @@ impl Open {
         let display = Box::new(event_loop.owned_display_handle());
         let instance =
             wgpu::Instance::new(instance_flags(wgpu::InstanceDescriptor::new_with_display_handle(display)).with_env());
-        let (gpu, screen) = Screen::open(&window, instance)?;
+        let graphics = Graphics::open(&window, instance)?;
         window.request_redraw();
         Ok(Self {
+            source: (options.scene.clone(), options.load.clone()),
+            reopened: 0,
             viewer: Viewer::new(options),
             side_panel: SidePanel::default(),
             pointer: Pointer::default(),
@@ -146,15 +163,33 @@ impl Open {
             pressed_on: None,
             timing: Timing::default(),
             stats: RenderStats::default(),
-            adapter: gpu.name(),
+            adapter: graphics.gpu.name(),
             view: None,
             picture_wanted: false,
-            gui: Gui::new(&gpu, screen.panel_format, &window),
-            renderer: Renderer::new(&gpu),
-            screen,
-            gpu,
+            graphics,
             window,
         })
+    }
+
+    /// The same window with another device; texels that only the lost one had are read again. The world stays as it is.
+    fn reopen(mut self, error: &RenderError) -> Result<Self, AppError> {
+        tracing::warn!("{error}; the window goes on with the device opened anew");
+        let reopened = self.graphics.reopen(&self.window).map_err(AppError::from).and_then(|graphics| {
+            let (scene, load) = &self.source;
+            frames::restore_texels(scene, load, &mut self.viewer.simulation)?;
+            Ok(graphics)
+        });
+        match reopened {
+            Ok(graphics) => {
+                self.window.request_redraw();
+                let (adapter, reopened) = (graphics.gpu.name(), self.reopened + 1);
+                Ok(Self { adapter, reopened, graphics, ..self })
+            }
+            Err(error) => {
+                self.viewer.finish();
+                Err(error)
+            }
+        }
     }
 
     /// Takes note of an event; `false`: close the window.
@@ -167,7 +202,7 @@ impl Open {
                 self.viewer.wheel = Wheel::default();
             }
             WindowEvent::CursorLeft { .. } if self.pointer.drag.is_none() => self.pointer.at = None,
-            WindowEvent::KeyboardInput { event: key, is_synthetic, .. } if !self.gui.is_typing() => {
+            WindowEvent::KeyboardInput { event: key, is_synthetic, .. } if !self.graphics.gui.is_typing() => {
                 let pressed = key.state == ElementState::Pressed && !is_synthetic;
                 if self.pointer.fly_key(key.physical_key, pressed) {
                     return true;
@@ -181,7 +216,7 @@ impl Open {
             }
             _ => {}
         }
-        self.gui.on_event(&self.window, event);
+        self.graphics.gui.on_event(&self.window, event);
         match event {
             WindowEvent::CursorMoved { position, .. } => self.on_moved(Vec2::new(position.x as f32, position.y as f32)),
             WindowEvent::MouseInput { state: ElementState::Pressed, button, .. } => self.on_press(*button),
@@ -204,12 +239,12 @@ impl Open {
     }
 
     fn pick(&mut self, at: Vec2) -> Option<Hit> {
-        picking::pick(&mut self.renderer, self.view.as_ref()?, at)
+        picking::pick(&mut self.graphics.renderer, self.view.as_ref()?, at)
     }
 
     /// Where the pointer is, if on the scene.
     fn on_scene(&self) -> Option<Vec2> {
-        self.pointer.at.filter(|at| !self.gui.covers(*at))
+        self.pointer.at.filter(|at| !self.graphics.gui.covers(*at))
     }
 
     fn on_press(&mut self, button: MouseButton) {
@@ -261,8 +296,15 @@ impl Open {
 
     /// Draws a frame; returns how long to wait for the next.
     fn redraw(&mut self) -> Result<ControlFlow, AppError> {
-        let size = self.screen.size();
-        let acquired = size.map(|size| self.screen.acquire(&self.gpu, size)).transpose()?.flatten();
+        let drawn = self.draw();
+        // First of all: everything else may follow from it.
+        self.graphics.gpu.check()?;
+        drawn
+    }
+
+    fn draw(&mut self) -> Result<ControlFlow, AppError> {
+        let size = self.graphics.screen.size();
+        let acquired = size.map(|size| self.graphics.screen.acquire(&self.graphics.gpu, size)).transpose()?.flatten();
         let Some((size, frame)) = size.zip(acquired) else {
             // Minimised or hidden. An event will tell when it is not; a texture that fails asks again by itself.
             self.timing.rest();
@@ -282,14 +324,18 @@ impl Open {
         let settings = self.viewer.drawn_settings();
         let simulation = &mut self.viewer.simulation;
         // Where only the panel changes, the scene is not drawn again; the panel goes on telling what it took.
-        if self.renderer.prepare(simulation, &view, &settings)? {
-            self.renderer.draw(&frame.scene, self.screen.scene_format);
-            self.stats = self.renderer.stats();
+        if self.graphics.renderer.prepare(simulation, &view, &settings)? {
+            self.graphics.renderer.draw(&frame.scene, self.graphics.screen.scene_format);
+            self.stats = self.graphics.renderer.stats();
         } else {
-            self.renderer.show_again(&frame.scene, self.screen.scene_format);
+            self.graphics.renderer.show_again(&frame.scene, self.graphics.screen.scene_format);
         }
-        self.gui.paint(&self.gpu, &frame.panel, size);
-        self.screen.present(&self.gpu, frame);
+        // egui's renderer panics where it finds the device lost.
+        self.graphics.gpu.check()?;
+        self.graphics.gui.paint(&self.graphics.gpu, &frame.panel, size);
+        self.graphics.screen.present(&self.graphics.gpu, frame);
+        self.graphics.gpu.check()?;
+        self.reopened = 0;
         self.view = Some(view);
         if std::mem::take(&mut self.picture_wanted) {
             self.save_picture(size)?;
@@ -309,7 +355,8 @@ impl Open {
     }
 
     fn run_gui(&mut self, view: &View) -> (Duration, Option<input::Command>) {
-        let Self { viewer, side_panel, stats, timing, adapter, gui, window, renderer, .. } = self;
+        let Self { viewer, side_panel, stats, timing, adapter, window, graphics, .. } = self;
+        let Graphics { gui, renderer, .. } = graphics;
         let info = FrameInfo { adapter, stats: *stats, drawn: renderer.drawn(), timing: *timing, view };
         let mut command = None;
         let still_for = gui.run(window, |ui| {
@@ -362,9 +409,10 @@ impl Open {
         self.viewer.frame_of_state();
         let view = self.viewer.view(size);
         let settings = self.viewer.drawn_settings().for_files();
-        self.renderer.prepare(&mut self.viewer.simulation, &view, &settings)?;
+        self.graphics.renderer.prepare(&mut self.viewer.simulation, &view, &settings)?;
         self.view = Some(view);
-        let picture = self.renderer.draw_picture();
+        let picture = self.graphics.renderer.draw_picture();
+        self.graphics.gpu.check()?;
         let step = self.viewer.clock().step;
         let path = free_name(&self.viewer.title, step, "png");
         let picture: image::RgbImage = picture.convert();

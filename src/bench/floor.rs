@@ -131,7 +131,7 @@ impl Floor {
         pass.draw_indexed(0..self.indices, 0, 0..self.objects);
         drop(pass);
         gpu.queue.submit([encoder.finish()]);
-        let _ = gpu.device.poll(wgpu::PollType::wait_indefinitely());
+        gpu.poll(wgpu::PollType::wait_indefinitely());
         begun.elapsed()
     }
 }

@@ -80,6 +80,7 @@ impl BenchError {
         match self {
             Self::Gpu(_) => 3,
             Self::Apart { code, .. } => *code,
+            Self::Render(RenderError::Lost { .. }) => 1,
             Self::Yard(_) | Self::Scene(_) | Self::Render(_) | Self::Compare { .. } => 2,
             Self::Output(error) => error.exit_code(),
             Self::Plot { .. } => 1,
@@ -169,7 +170,9 @@ pub fn run(args: &BenchArgs, started: Instant, mut progress: impl FnMut(u32, u32
         measurement.floor_ms_median = bench.floor(costs.len());
     }
     if let Some(path) = &args.picture {
-        output::write_png(path, &bench.renderer.draw_picture().into())?;
+        let picture = bench.renderer.draw_picture();
+        bench.renderer.gpu().check()?;
+        output::write_png(path, &picture.into())?;
     }
     if let Some(path) = &args.trace {
         output::write_whole(path, chrome_trace(&costs, &measurement.adapter).as_bytes())?;
@@ -294,7 +297,7 @@ impl Bench {
         let gpu = self.renderer.gpu();
         gpu.queue.submit([commands]);
         // A lost device has nothing left to wait for.
-        let _ = gpu.device.poll(wgpu::PollType::wait_indefinitely());
+        gpu.poll(wgpu::PollType::wait_indefinitely());
         let submit = lap();
         self.frame += 1;
         let frame = simulation.world.resource::<FrameStats>().clone();

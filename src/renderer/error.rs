@@ -1,8 +1,14 @@
-//! What stops a renderer: a scene or a picture that the device cannot hold.
+//! What stops a renderer: a scene or a picture that the device cannot hold, or a device that is lost.
 
-/// A scene that the device cannot hold.
-#[derive(Debug, thiserror::Error)]
+/// Why nothing is drawn.
+#[derive(Clone, Debug, thiserror::Error)]
 pub enum RenderError {
+    /// The device is gone: its driver was reset or replaced, it was unplugged, or it hung.
+    #[error("the graphics device was lost: {reason}")]
+    Lost {
+        /// What the driver says.
+        reason: String,
+    },
     /// A buffer or picture would be larger than the device allows.
     #[error("too large for this graphics adapter: {what}: {needed} {unit}, it allows {limit}")]
     TooLarge {
@@ -56,4 +62,12 @@ pub enum RenderError {
         /// Allowed.
         limit: u32,
     },
+}
+
+impl RenderError {
+    /// Whether it is the device that fails, and not the scene or a picture that are beyond what it allows: with another
+    /// device, or more memory, the same would be drawn.
+    pub fn is_of_device(&self) -> bool {
+        matches!(self, Self::Lost { .. } | Self::NoMemory { .. } | Self::Refused { .. })
+    }
 }

@@ -1,5 +1,7 @@
 //! The adapter and its device: one place that asks for them, whether for a window or for none.
 
+use super::RenderError;
+use super::faults::{self, Faults};
 use std::fmt::Write;
 
 /// No adapter, or none that gives a device. The binary exits with 3 on it.
@@ -38,6 +40,8 @@ pub struct Gpu {
     pub device: wgpu::Device,
     /// Where work is handed in.
     pub queue: wgpu::Queue,
+    /// What has gone wrong on it: see [`Self::check`].
+    pub faults: Faults,
 }
 
 impl Gpu {
@@ -118,7 +122,38 @@ impl Gpu {
         let opened = pollster::block_on(adapter.request_device(&descriptor));
         let (device, queue) = opened
             .map_err(|error| GpuError::NoDevice { adapter: adapter.get_info().name, reason: error.to_string() })?;
-        Ok(Self { instance, adapter, device, queue })
+        Ok(Self::of_device(instance, adapter, device, queue))
+    }
+
+    /// A device that somebody opened. Errors on it are told by [`Self::check`] from now on.
+    pub fn of_device(
+        instance: wgpu::Instance,
+        adapter: wgpu::Adapter,
+        device: wgpu::Device,
+        queue: wgpu::Queue,
+    ) -> Self {
+        let faults = Faults::watch(&device);
+        Self { instance, adapter, device, queue, faults }
+    }
+
+    /// Whether all went well since the last call: what a read-back gives while it did not is nothing to go by.
+    ///
+    /// # Errors
+    /// [`RenderError::Lost`], from then on; [`RenderError::Refused`] where the device had no memory for something or found
+    /// fault with it.
+    pub fn check(&self) -> Result<(), RenderError> {
+        if self.faults.is_due() {
+            self.device.destroy();
+            self.poll(wgpu::PollType::wait_indefinitely());
+        }
+        // Whatever is known, but not told yet.
+        self.poll(wgpu::PollType::Poll);
+        self.faults.take()
+    }
+
+    /// Has callbacks called, or waits for the device. `false` where there is nothing to wait for any more.
+    pub(crate) fn poll(&self, how: wgpu::PollType) -> bool {
+        faults::poll(&self.device, how)
     }
 
     /// Name, kind and backend of the adapter in one line.

@@ -21,6 +21,7 @@ mod drawn;
 mod draws;
 mod emboss;
 mod error;
+mod faults;
 mod frame_tables;
 mod gpu;
 mod meshes;
@@ -43,6 +44,7 @@ pub use culling::CullRecord;
 pub use drawn::Drawn;
 pub use draws::{CullBatchRecord, CullDrawRecord};
 pub use error::RenderError;
+pub use faults::Faults;
 pub(crate) use gpu::instance_flags;
 pub use gpu::{Gpu, GpuError};
 pub use outputs::Outputs;
@@ -298,7 +300,8 @@ impl Renderer {
         let errors = [no_memory.pop(), invalid.pop()].map(pollster::block_on);
         let refused =
             errors.into_iter().flatten().next().map(|error| RenderError::Refused { reason: error.to_string() });
-        let recull = refused.map_or(recull, Err).inspect_err(|_| {
+        // A device that is lost refuses everything.
+        let recull = self.gpu.check().and(refused.map_or(recull, Err)).inspect_err(|_| {
             // Some of it was uploaded.
             (self.culled_for, self.undrawn) = (None, true);
             let wanted = (settings.samples, self.keeps_linear());

@@ -1,11 +1,9 @@
 //! Textures and buffers back to the CPU.
 
-use super::Gpu;
+use super::{Gpu, RenderError};
 
-/// The texels of a texture's first level, rows tightly packed. Waits for the GPU.
-///
-/// # Panics
-/// If the device is lost meanwhile.
+/// The texels of a texture's first level, rows tightly packed. Waits for the GPU. Zeros where that fails, which
+/// [`Gpu::check`] tells.
 pub fn read_texture(gpu: &Gpu, texture: &wgpu::Texture, aspect: wgpu::TextureAspect) -> Vec<u8> {
     let size = texture.size();
     let texel = texture.format().block_copy_size(Some(aspect)).unwrap_or(4);
@@ -26,10 +24,7 @@ pub fn read_texture(gpu: &Gpu, texture: &wgpu::Texture, aspect: wgpu::TextureAsp
     bytes.chunks_exact(padded as usize).flat_map(|padded_row| &padded_row[..row as usize]).copied().collect()
 }
 
-/// The first bytes of a buffer. Waits for the GPU.
-///
-/// # Panics
-/// If the device is lost meanwhile.
+/// The first bytes of a buffer. Waits for the GPU. Zeros where that fails, as above.
 pub(super) fn read_buffer(gpu: &Gpu, source: &wgpu::Buffer, bytes: u64) -> Vec<u8> {
     let buffer = mappable(gpu, bytes);
     let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("read back") });
@@ -50,6 +45,12 @@ fn mappable(gpu: &Gpu, size: u64) -> wgpu::Buffer {
 fn map(gpu: &Gpu, buffer: &wgpu::Buffer) -> Vec<u8> {
     let slice = buffer.slice(..);
     slice.map_async(wgpu::MapMode::Read, |_| {});
-    gpu.device.poll(wgpu::PollType::wait_indefinitely()).expect("the device is alive");
-    slice.get_mapped_range().expect("mapped by the wait above").to_vec()
+    gpu.poll(wgpu::PollType::wait_indefinitely());
+    slice.get_mapped_range().map_or_else(
+        |error| {
+            gpu.faults.note(RenderError::Refused { reason: error.to_string() });
+            vec![0; buffer.size() as usize]
+        },
+        |mapped| mapped.to_vec(),
+    )
 }

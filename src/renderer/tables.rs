@@ -139,7 +139,7 @@ impl Pace {
         if self.under_way >= self.most {
             gpu.queue.submit([]);
             // A lost device shows at the next draw.
-            let _ = gpu.device.poll(wgpu::PollType::wait_indefinitely());
+            gpu.poll(wgpu::PollType::wait_indefinitely());
             self.under_way = 0;
         }
     }

@@ -119,6 +119,16 @@ pub fn load(path: &Path, simulation: &mut Simulation) -> Result<LoadedScene, Sce
     Ok(loaded)
 }
 
+/// The meshes, materials and images that [`load`] adds to an empty library, under the same ids, without a world.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_library(path: &Path) -> Result<Library, SceneError> {
+    let mut library = Library::default();
+    prepare(path, &mut library)?;
+    Ok(library)
+}
+
 /// Everything wrong with a scene file (or a glTF file as one). Empty: nothing is.
 pub fn check(path: &Path) -> Vec<Problem> {
     if is_model(path) {

@@ -77,7 +77,7 @@ fn draw(stand: &mut Stand, target: &wgpu::TextureView) -> (f64, Option<f64>) {
     let gpu = stand.renderer.gpu().clone();
     let begun = Instant::now();
     gpu.queue.submit([commands]);
-    let _ = gpu.device.poll(wgpu::PollType::wait_indefinitely());
+    gpu.poll(wgpu::PollType::wait_indefinitely());
     let idle = begun.elapsed().as_secs_f64() * 1e3;
     // Those of other pictures before are older.
     let latest = std::iter::from_fn(|| stand.renderer.pass_times()).last();

@@ -229,6 +229,7 @@ impl Stand {
         self.prepare(size, shown, lit, samples)?;
         self.renderer.draw_picture();
         let pixels = self.renderer.read_linear().unwrap_or_default();
+        self.renderer.gpu().check()?;
         Ok(pixels.into_iter().map(|[r, g, b, _]| Vec3::new(r, g, b)).collect())
     }
 
@@ -242,6 +243,7 @@ impl Stand {
     pub fn coverage(&mut self, (width, height): (u32, u32)) -> Result<Vec<u8>, FrameError> {
         let outputs = self.outputs((2 * width, 2 * height), Shown::Coarse(Technique::Off))?;
         let shows = outputs.map(|outputs| outputs.entities(self.renderer.gpu())).unwrap_or_default();
+        self.renderer.gpu().check()?;
         Ok(quarters(&shows, width).map(|parts| parts.iter().flatten().count() as u8).collect())
     }
 
