@@ -8,6 +8,11 @@ use glam::Vec3;
 use relief::frames::Headless;
 use relief::prelude::{Camera, Library, Light, Simulation, Transform, shapes};
 use relief::renderer::{Occlusion, Renderer, Settings};
+use std::collections::VecDeque;
+use systems::inputs::{Input, Inputs};
+use systems::roster::{Roster, StateId, enroll_all};
+use systems::spawn::Spawn;
+use systems::vehicles::Controls;
 
 /// Resident memory in MiB (VmRSS in proc(5)).
 fn resident() -> u64 {
@@ -41,4 +46,42 @@ fn hundreds_of_frames_take_no_more_memory_than_some() {
         let many = draw(300);
         assert!(many < some + 24, "{some} MB after 60 frames, {many} after 300 more: {occlusion:?}, {samples} samples");
     }
+}
+
+/// What went is forgotten everywhere: by the world, the roster, the tables of lights and objects, and the adapter.
+#[test]
+fn what_comes_and_goes_leaves_nothing_behind() {
+    let Some(gpu) = common::gpu() else { return };
+    let mut simulation = Simulation::new();
+    let cube = simulation.world.resource_mut::<Library>().add_mesh(shapes::cube(Vec3::ONE));
+    simulation.world.spawn(cube);
+    let eye = Transform::from_xyz(0.0, 4.0, 9.0).looking_at(Vec3::ZERO, Vec3::Y);
+    let camera = simulation.world.spawn((Camera::default(), eye)).id();
+    enroll_all(&mut simulation.world);
+    let mut headless = Headless { renderer: Renderer::new(&gpu), settings: Settings::default() };
+    let mut living: VecDeque<StateId> = VecDeque::new();
+    let mut draw = |frames: u32| {
+        for frame in 0..frames {
+            let transform = Transform::from_xyz((frame % 7) as f32 - 3.0, 0.0, 0.0);
+            let (name, kind, controls) = (format!("passing {frame}"), "box".to_owned(), Controls::default());
+            let lamp = Spawn::Light { name: name.clone(), transform, light: Light::point(2.0, 5.0) };
+            let vehicle = Spawn::Vehicle { name, transform, kind, paint: 0, controls, by_hand: true };
+            for spawn in [lamp, vehicle] {
+                let next = simulation.world.resource::<Roster>().iter().last().map_or(0, |(id, _)| id.0 + 1);
+                let mut inputs = simulation.world.resource_mut::<Inputs>();
+                inputs.push(Input::Spawn(spawn));
+                living.push_back(StateId(next));
+                if living.len() > 20 {
+                    living.pop_front().into_iter().for_each(|oldest| inputs.push(Input::Despawn(oldest)));
+                }
+                simulation.step();
+            }
+            headless.draw(&mut simulation, camera, (16, 16)).expect("a picture");
+        }
+        (resident(), simulation.world.entities().count_spawned())
+    };
+    let (some, entities) = draw(60);
+    let (many, later) = draw(300);
+    assert!(later <= entities + 20, "{entities} entities, {later} later");
+    assert!(many < some + 24, "{some} MB after 60 frames, {many} after 300 more");
 }
