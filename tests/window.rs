@@ -368,7 +368,7 @@ fn a_window_whose_device_is_lost_goes_on_with_another_as_if_nothing_had_happened
     let read = |name: &str| fs::read_to_string(place.path().join(name)).unwrap_or_default();
     let mut command = place.relief();
     // A frame is checked four times.
-    command.env("RELIEF_LOSE_DEVICE", "50").env("RUST_LOG", "warn");
+    command.env("RELIEF_LOSE_DEVICE", "50").env("RUST_LOG", "relief=warn");
     command.stderr(fs::File::create(place.path().join("errors.txt")).expect("a file"));
     let app = App::of(command, &display, &["--no-panel", "--hash", "window.txt"]);
     wait_for("the loss", || read("errors.txt").contains("the graphics device was lost").then_some(()));

@@ -9,6 +9,7 @@
 //! seeds      sound files to begin with: the project's, its documentation's, those of the test data
 //! mutate     a file with some of it changed
 //! libfuzzer  the program of scripts/fuzz
+//! readers    the tests
 //! ```
 //!
 //! A target panics where something is wrong; what a reader refuses is none of that.
@@ -17,12 +18,10 @@ mod images;
 mod models;
 pub mod mutate;
 mod place;
-mod repair;
+pub mod repair;
 mod runs;
 mod scenes;
 pub mod seeds;
-#[cfg(test)]
-mod tests;
 
 pub use place::Place;
 

@@ -1,7 +1,7 @@
 //! Each target for a second or two: what was found once, the seeds as they are, and changed ones, the same in every run.
 
-use crate::{Place, TARGETS, Target, mutate, repair, seeds};
 use fastrand::Rng;
+use fuzz::{Place, TARGETS, Target, mutate, repair, seeds};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
