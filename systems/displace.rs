@@ -32,6 +32,7 @@ impl HeightMap {
             Texels::Rgba16Float => {
                 texels.chunks_exact(8).map(|t| half::f16::from_le_bytes([t[0], t[1]]).to_f32()).collect()
             }
+            Texels::R32Float => texels.as_chunks::<4>().0.iter().map(|&height| f32::from_le_bytes(height)).collect(),
             Texels::Bc7 => return None,
         };
         let (width, height) = (image.width as usize, image.height as usize);

@@ -1,19 +1,44 @@
 //! Images on the CPU with their mip levels.
 //!
 //! Levels are made here rather than on the GPU so that every adapter draws the same texels. Each is a box filter of
-//! the one above, weighted exactly where a size is odd: colour in linear light, normals renormalised.
+//! the one above, weighted exactly where a size is odd: colour in linear light, and by its alpha where that hides it
+//! ([`crate::alpha`]); normals renormalised.
 
+use crate::alpha;
 use glam::Vec4;
 
 /// What the texels mean, which decides how they are filtered and decoded.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub enum ImageKind {
-    /// sRGB-encoded colour, linear alpha.
+    /// sRGB-encoded colour; linear alpha, which is a value by itself and hides nothing.
     Color,
+    /// sRGB-encoded colour, seen as much as its linear alpha says: of what is blended.
+    Blended,
+    /// sRGB-encoded colour, seen where its alpha is at least so many 255ths: of what a mask cuts out.
+    Masked {
+        /// The least byte that is seen, 1 to 255.
+        least: u8,
+    },
     /// Linear values.
     Data,
     /// Tangent-space unit vectors, (0.5, 0.5, 1) flat; linear.
     Normal,
+    /// Heights, 0 deepest to 1 highest; linear. Red alone is read.
+    Height,
+}
+
+impl ImageKind {
+    /// Whether it is colour, which eight bits hold sRGB-encoded.
+    pub fn is_color(self) -> bool {
+        matches!(self, Self::Color | Self::Blended | Self::Masked { .. })
+    }
+
+    /// The kind of a base map whose alpha counts as a mask with this cut-off. `base_alpha`: what its alpha is
+    /// multiplied with before. Where nothing or everything is cut out, alpha hides nothing by itself.
+    pub fn masked(cutoff: f32, base_alpha: f32) -> Self {
+        let least = (cutoff / base_alpha * 255.0).ceil();
+        if (1.0..=255.0).contains(&least) { Self::Masked { least: least as u8 } } else { Self::Color }
+    }
 }
 
 /// How texels are stored.
@@ -21,8 +46,10 @@ pub enum ImageKind {
 pub enum Texels {
     /// Four bytes per texel.
     Rgba8,
-    /// Four half floats per texel: what 16-bit files become. Never sRGB-encoded.
+    /// Four half floats per texel: what files of more than 8 bits become. Never sRGB-encoded.
     Rgba16Float,
+    /// A float per texel: heights of more than 8 bits, of which half floats would make steps.
+    R32Float,
     /// BC7: 16 bytes for 4 × 4 texels. The sides of the image are multiples of 4.
     Bc7,
 }
@@ -31,7 +58,7 @@ impl Texels {
     /// Texels along the side of a block, and its bytes. Without compression a block is a texel.
     pub fn block(self) -> (u32, usize) {
         match self {
-            Self::Rgba8 => (1, 4),
+            Self::Rgba8 | Self::R32Float => (1, 4),
             Self::Rgba16Float => (1, 8),
             Self::Bc7 => (4, 16),
         }
@@ -104,6 +131,15 @@ impl Image {
         Self::with_levels(name.into(), width, height, kind, Texels::Rgba16Float, bytes)
     }
 
+    /// A height map of floats, `heights` 0..1, one per texel. Makes the mip levels.
+    ///
+    /// # Panics
+    /// If a side is 0 or there are not `width · height` heights.
+    pub fn heights(name: impl Into<String>, width: u32, height: u32, heights: &[f32]) -> Self {
+        let bytes = heights.iter().flat_map(|height| height.to_le_bytes()).collect();
+        Self::with_levels(name.into(), width, height, ImageKind::Height, Texels::R32Float, bytes)
+    }
+
     /// Bytes of all levels, also of an image whose texels a renderer has taken.
     pub fn bytes(&self) -> u64 {
         self.level_sizes().map(|(width, height)| self.texels.level_bytes(width, height) as u64).sum()
@@ -133,25 +169,46 @@ impl Image {
     fn with_levels(name: String, width: u32, height: u32, kind: ImageKind, texels: Texels, pixels: Vec<u8>) -> Self {
         assert!(width > 0 && height > 0, "an image has at least one texel");
         assert_eq!(pixels.len(), texels.level_bytes(width, height), "one element per texel");
-        let mut levels = vec![pixels];
-        for level in 1..level_count(width, height) {
-            let (from, to) = (level_size(width, height, level - 1), level_size(width, height, level));
-            let above = &levels[level as usize - 1];
-            levels.push(match texels {
-                Texels::Rgba8 => halve(&Rgba8::new(kind), above, from, to, kind),
-                Texels::Rgba16Float => halve(&Rgba16Float, above, from, to, kind),
-                Texels::Bc7 => unreachable!("images are made of texels"),
-            });
+        let mut image = Self { name, width, height, kind, texels, levels: vec![pixels] };
+        match texels {
+            Texels::Rgba8 => image.add_levels(&Rgba8::new(kind)),
+            Texels::Rgba16Float => image.add_levels(&Rgba16Float),
+            Texels::R32Float => image.add_levels(&R32Float),
+            Texels::Bc7 => unreachable!("images are made of texels"),
         }
-        Self { name, width, height, kind, texels, levels }
+        image
+    }
+
+    fn add_levels<S: Store>(&mut self, store: &S) {
+        if matches!(self.kind, ImageKind::Blended | ImageKind::Masked { .. })
+            && alpha::is_opaque(store, &self.levels[0])
+        {
+            self.kind = ImageKind::Color;
+        }
+        for level in 1..level_count(self.width, self.height) {
+            let (from, to) =
+                (level_size(self.width, self.height, level - 1), level_size(self.width, self.height, level));
+            let level = halve(store, &self.levels[level as usize - 1], from, to, self.kind);
+            self.levels.push(level);
+        }
+        if let ImageKind::Blended | ImageKind::Masked { .. } = self.kind {
+            alpha::color_what_is_clear(store, &mut self.levels, (self.width, self.height));
+        }
+        if let ImageKind::Masked { least } = self.kind {
+            alpha::keep_coverage(store, &mut self.levels, least);
+        }
     }
 }
 
 /// How a texel is stored; a type rather than a value, so that the filter's inner loop has no branch.
-trait Store {
+pub(crate) trait Store {
     const BYTES: usize;
     fn decode(&self, bytes: &[u8]) -> Vec4;
     fn encode(&self, linear: Vec4, bytes: &mut Vec<u8>);
+    /// The alpha of a stored texel alone.
+    fn alpha(bytes: &[u8]) -> f32;
+    /// Stores another alpha, 0..1.
+    fn set_alpha(bytes: &mut [u8], alpha: f32);
 }
 
 struct Rgba8 {
@@ -163,7 +220,7 @@ struct Rgba8 {
 
 impl Rgba8 {
     fn new(kind: ImageKind) -> Self {
-        let color = kind == ImageKind::Color;
+        let color = kind.is_color();
         let channel: &'static [f32; 256] = if color { &LINEAR_FROM_SRGB8 } else { &LINEAR_FROM_UNORM8 };
         Self {
             linear: [channel, channel, channel, &LINEAR_FROM_UNORM8],
@@ -190,6 +247,14 @@ impl Store for Rgba8 {
             }
         });
     }
+
+    fn alpha(bytes: &[u8]) -> f32 {
+        f32::from(bytes[3]) / 255.0
+    }
+
+    fn set_alpha(bytes: &mut [u8], alpha: f32) {
+        bytes[3] = (alpha.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
+    }
 }
 
 struct Rgba16Float;
@@ -204,6 +269,35 @@ impl Store for Rgba16Float {
     fn encode(&self, linear: Vec4, bytes: &mut Vec<u8>) {
         linear.to_array().into_iter().for_each(|v| bytes.extend(half::f16::from_f32(v).to_le_bytes()));
     }
+
+    fn alpha(bytes: &[u8]) -> f32 {
+        half::f16::from_le_bytes([bytes[6], bytes[7]]).to_f32()
+    }
+
+    fn set_alpha(bytes: &mut [u8], alpha: f32) {
+        bytes[6..8].copy_from_slice(&half::f16::from_f32(alpha.clamp(0.0, 1.0)).to_le_bytes());
+    }
+}
+
+/// In red; without alpha.
+struct R32Float;
+
+impl Store for R32Float {
+    const BYTES: usize = 4;
+
+    fn decode(&self, bytes: &[u8]) -> Vec4 {
+        Vec4::new(f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]), 0.0, 0.0, 1.0)
+    }
+
+    fn encode(&self, linear: Vec4, bytes: &mut Vec<u8>) {
+        bytes.extend(linear.x.to_le_bytes());
+    }
+
+    fn alpha(_: &[u8]) -> f32 {
+        1.0
+    }
+
+    fn set_alpha(_: &mut [u8], _: f32) {}
 }
 
 /// One axis of the box filter: for each target texel the first source texel and the weights of so many.
@@ -226,15 +320,17 @@ fn axis_weights<const TAPS: usize>(source: u32, target: u32) -> Vec<(usize, [f32
 /// The level below: from stored texels to stored texels, without a copy of the image in floats between.
 fn halve<S: Store>(store: &S, source: &[u8], from: (u32, u32), to: (u32, u32), kind: ImageKind) -> Vec<u8> {
     // Even sides, as nearly all are, need two texels and not three: a loop of known length, and three times as fast.
-    if from == (2 * to.0, 2 * to.1) {
-        filter::<S, 2>(store, source, from, to, kind)
-    } else {
-        filter::<S, 3>(store, source, from, to, kind)
+    match (from == (2 * to.0, 2 * to.1), kind) {
+        (true, ImageKind::Blended | ImageKind::Masked { .. }) => filter::<S, 2, true>(store, source, from, to, kind),
+        (false, ImageKind::Blended | ImageKind::Masked { .. }) => filter::<S, 3, true>(store, source, from, to, kind),
+        (true, _) => filter::<S, 2, false>(store, source, from, to, kind),
+        (false, _) => filter::<S, 3, false>(store, source, from, to, kind),
     }
 }
 
-/// [`halve`] where a target texel takes up to so many source texels along an axis.
-fn filter<S: Store, const TAPS: usize>(
+/// [`halve`] where a target texel takes up to so many source texels along an axis, and colour counts by alpha or not.
+/// Where all of a target's texels are clear, their colours count alike.
+fn filter<S: Store, const TAPS: usize, const BY_ALPHA: bool>(
     store: &S,
     source: &[u8],
     (sw, sh): (u32, u32),
@@ -246,12 +342,19 @@ fn filter<S: Store, const TAPS: usize>(
     let mut target = Vec::with_capacity((tw * th) as usize * S::BYTES);
     for &(y0, wy) in &rows {
         for &(x0, wx) in &columns {
-            let mut sum = Vec4::ZERO;
+            let (mut sum, mut seen) = (Vec4::ZERO, Vec4::ZERO);
             for (ky, &wy) in wy.iter().enumerate().filter(|(_, w)| TAPS == 2 || **w > 0.0) {
                 let row = &source[(y0 + ky) * stride..][..stride];
                 for (kx, &wx) in wx.iter().enumerate().filter(|(_, w)| TAPS == 2 || **w > 0.0) {
-                    sum += store.decode(&row[(x0 + kx) * S::BYTES..][..S::BYTES]) * (wx * wy);
+                    let texel = store.decode(&row[(x0 + kx) * S::BYTES..][..S::BYTES]) * (wx * wy);
+                    sum += texel;
+                    if BY_ALPHA {
+                        seen += texel * (texel.w / (wx * wy));
+                    }
                 }
+            }
+            if BY_ALPHA && sum.w > 0.0 {
+                sum = (seen.truncate() / sum.w).extend(sum.w);
             }
             if kind == ImageKind::Normal {
                 let normal = (sum.truncate() * 2.0 - 1.0).try_normalize().unwrap_or(glam::Vec3::Z);

@@ -5,6 +5,7 @@
 //! fixed time step on; [`Simulation::frame`] brings the draw list up to date with whatever changed since the last
 //! frame, and with nothing else.
 
+mod alpha;
 pub mod batches;
 mod bits;
 pub mod blocks;

@@ -158,7 +158,8 @@ pub struct Sampler {
 /// An image as a material uses it.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Map {
-    /// The image; its [`ImageKind`] must suit the map (colour for base and emissive, normal for normal maps, data else).
+    /// The image; its [`ImageKind`] must suit the map: colour for base (blended or masked where the material's alpha is),
+    /// emissive and environment maps; normal for normal maps; height for height maps; data else.
     pub image: ImageId,
     /// Wrapping and filtering.
     pub sampler: Sampler,

@@ -5,7 +5,7 @@
 //! per map) is the material's *class*; materials with equal ones share it. A missing map is the layer of a stand-in.
 
 use crate::draw_list::{ClassId, DrawList, MAP_COUNT, MaterialClass, MaterialRecord, PipelineKey, TextureArray};
-use crate::images::{ImageKind, Texels, level_count, level_size};
+use crate::images::{Texels, level_count, level_size};
 use crate::library::{ImageId, Library, Map, Material, MaterialId};
 use bevy_ecs::prelude::*;
 use glam::Vec3;
@@ -86,7 +86,7 @@ impl MaterialTable {
         let wanted = TextureArray {
             width: source.width,
             height: source.height,
-            srgb: source.kind == ImageKind::Color && source.texels != Texels::Rgba16Float,
+            srgb: source.kind.is_color() && source.texels != Texels::Rgba16Float,
             texels: source.texels,
             layers: Vec::new(),
         };
@@ -192,7 +192,7 @@ pub fn update_materials(mut library: ResMut<Library>, mut table: ResMut<Material
 mod tests {
     use super::*;
     use crate::Simulation;
-    use crate::images::Image;
+    use crate::images::{Image, ImageKind};
     use crate::library::{Sampler, Shading, Wrap};
 
     fn image(side: u32, kind: ImageKind) -> Image {

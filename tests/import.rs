@@ -477,6 +477,260 @@ fn specular_textures_are_combined_into_one() {
     assert_eq!(image.levels[0][..4], [200, 100, 50, 90]);
 }
 
+fn uri_of(bytes: &[u8]) -> Value {
+    let data = base64::engine::general_purpose::STANDARD.encode(bytes);
+    json!({ "uri": format!("data:application/octet-stream;base64,{data}") })
+}
+
+fn png_of(rgb: [u8; 3]) -> Value {
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    image::RgbImage::from_pixel(4, 4, image::Rgb(rgb)).write_to(&mut bytes, image::ImageFormat::Png).unwrap();
+    uri_of(&bytes.into_inner())
+}
+
+#[test]
+fn an_image_of_an_extension_that_cannot_be_decoded_gives_way_to_the_source() {
+    let webp = uri_of(b"RIFF\x10\0\0\0WEBPVP8 \0\0\0\0");
+    let mut dds = vec![0u8; 148];
+    dds[..8].copy_from_slice(b"DDS \x7c\0\0\0");
+    (dds[12], dds[16], dds[80]) = (4, 4, 4);
+    // BC6H.
+    dds[84..88].copy_from_slice(b"DX10");
+    dds[128] = 95;
+    let load = |extensions: &[(&str, Value)], required: bool| {
+        with_triangle(|d| {
+            d["images"] = json!([png_of([0, 200, 0])]);
+            d["textures"] = json!([{ "source": 0, "extensions": {} }]);
+            for (name, image) in extensions {
+                let id = push(d, "images", image.clone());
+                d["textures"][0]["extensions"][*name] = json!({ "source": id });
+            }
+            let names: Vec<&str> = extensions.iter().map(|(name, _)| *name).collect();
+            d["extensionsUsed"] = json!(names);
+            if required {
+                d["extensionsRequired"] = json!(names);
+            }
+            d["materials"] = json!([{ "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 } } }]);
+            d["meshes"][0]["primitives"][0]["material"] = json!(0);
+        })
+    };
+    let gone = json!({ "uri": "gone.webp" });
+    for extensions in [
+        vec![("EXT_texture_webp", webp.clone())],
+        vec![("EXT_texture_webp", gone)],
+        vec![("MSFT_texture_dds", uri_of(&dds))],
+        vec![("EXT_texture_webp", webp.clone()), ("MSFT_texture_dds", uri_of(&dds))],
+    ] {
+        let (model, library) = load(&extensions, false).unwrap();
+        let map = material(&library, "material 0").base_map.unwrap();
+        assert_eq!(library.image(map.image).unwrap().levels[0][..4], [0, 200, 0, 255]);
+        let said = model.warnings.iter().filter(|w| w.message.contains("the source beside it is drawn")).count();
+        assert_eq!(said, extensions.len(), "{:?}", model.warnings);
+        assert!(load(&extensions, true).is_err(), "a file that requires the extension cannot do without");
+    }
+    // One that can be decoded is preferred.
+    let (_, library) = load(&[("EXT_texture_webp", png_of([1, 2, 3]))], false).unwrap();
+    let map = material(&library, "material 0").base_map.unwrap();
+    assert_eq!(library.image(map.image).unwrap().levels[0][..3], [1, 2, 3]);
+}
+
+#[test]
+fn base_maps_are_of_the_kind_that_their_alpha_asks_for() {
+    let kind = |mode: &str, base_alpha: f32, vertex_alpha: f32, alpha: u8| {
+        let (_, library) = with_triangle(|d| {
+            let mut bytes = std::io::Cursor::new(Vec::new());
+            let image = image::RgbaImage::from_pixel(4, 4, image::Rgba([9, 9, 9, alpha]));
+            image.write_to(&mut bytes, image::ImageFormat::Png).unwrap();
+            d["images"] = json!([uri_of(&bytes.into_inner())]);
+            d["textures"] = json!([{ "source": 0 }]);
+            let base = json!({ "baseColorTexture": { "index": 0 }, "baseColorFactor": [1, 1, 1, base_alpha] });
+            d["materials"] = json!([{ "alphaMode": mode, "alphaCutoff": 0.2, "pbrMetallicRoughness": base }]);
+            let vec4 = json!({ "componentType": 5126, "count": 3, "type": "VEC4" });
+            let colors = push_accessor(d, &floats(&[1.0, 1.0, 1.0, vertex_alpha].repeat(3)), vec4);
+            let primitive = &mut d["meshes"][0]["primitives"][0];
+            (primitive["material"], primitive["attributes"]["COLOR_0"]) = (json!(0), json!(colors));
+        })
+        .unwrap();
+        library.image(material(&library, "material 0").base_map.unwrap().image).unwrap().kind
+    };
+    assert_eq!(kind("OPAQUE", 1.0, 1.0, 100), ImageKind::Color);
+    assert_eq!(kind("BLEND", 1.0, 1.0, 100), ImageKind::Blended);
+    assert_eq!(kind("MASK", 1.0, 1.0, 100), ImageKind::Masked { least: 51 });
+    // Half of the texel's alpha is compared.
+    assert_eq!(kind("MASK", 0.5, 1.0, 100), ImageKind::Masked { least: 102 });
+    // Vertices have a say in what passes.
+    assert_eq!(kind("MASK", 1.0, 0.5, 100), ImageKind::Blended);
+    // Nothing is hidden.
+    assert_eq!([kind("BLEND", 1.0, 1.0, 255), kind("MASK", 1.0, 1.0, 255)], [ImageKind::Color; 2]);
+}
+
+#[test]
+fn what_a_file_can_do_without_does_not_refuse_it() {
+    let light = |light: Value| {
+        move |d: &mut Value| {
+            d["extensionsUsed"] = json!(["KHR_lights_punctual"]);
+            d["extensions"] = json!({ "KHR_lights_punctual": { "lights": [light] } });
+            d["nodes"][0]["extensions"] = json!({ "KHR_lights_punctual": { "light": 0 } });
+        }
+    };
+    let camera = |camera: Value| {
+        move |d: &mut Value| {
+            d["cameras"] = json!([camera, { "type": "perspective", "perspective": { "yfov": 0.5, "znear": 1 } }]);
+            d["nodes"][0]["camera"] = json!(0);
+            d["scenes"][0]["nodes"] = json!([0, 1]);
+            push(d, "nodes", json!({ "camera": 1 }));
+        }
+    };
+    let lens = |key: &str, value: Value| {
+        let mut lens = json!({ "yfov": 0.5, "znear": 1, "zfar": 2 });
+        lens[key] = value;
+        camera(json!({ "type": "perspective", "perspective": lens }))
+    };
+    let material = |material: Value| {
+        move |d: &mut Value| {
+            d["materials"] = json!([material]);
+            d["meshes"][0]["primitives"][0]["material"] = json!(0);
+        }
+    };
+    type Change = Box<dyn FnOnce(&mut Value)>;
+    let changes: Vec<(&str, Change)> = vec![
+        ("extensions.KHR_lights_punctual.lights[0].type", Box::new(light(json!({ "color": [1, 1, 1] })))),
+        (
+            "extensions.KHR_lights_punctual.lights[0].intensity",
+            Box::new(light(json!({ "type": "point", "intensity": -1 }))),
+        ),
+        (
+            "nodes[0].extensions.KHR_lights_punctual.light",
+            Box::new(|d| d["nodes"][0]["extensions"] = json!({ "KHR_lights_punctual": { "light": 7 } })),
+        ),
+        ("cameras[0].perspective.aspectRatio", Box::new(lens("aspectRatio", json!(0)))),
+        ("cameras[0].perspective.yfov", Box::new(lens("yfov", json!("wide")))),
+        ("cameras[0].perspective.yfov", Box::new(lens("yfov", json!(4)))),
+        ("cameras[0].perspective.zfar", Box::new(lens("zfar", json!(0.5)))),
+        ("cameras[0]", Box::new(camera(json!({ "type": "perspective" })))),
+        ("cameras[0]", Box::new(camera(json!(7)))),
+        (
+            "materials[0].extensions.KHR_materials_specular.specularFactor",
+            Box::new(material(json!({ "extensions": { "KHR_materials_specular": { "specularFactor": "much" } } }))),
+        ),
+        (
+            "materials[0].extensions.KHR_materials_emissive_strength",
+            Box::new(material(json!({ "extensions": { "KHR_materials_emissive_strength": [] } }))),
+        ),
+        ("materials[0].name", Box::new(material(json!({ "name": 5 })))),
+        ("asset.generator", Box::new(|d| d["asset"]["generator"] = json!(["a", "b"]))),
+        ("accessors[0].min", Box::new(|d| d["accessors"][0]["min"] = json!("low"))),
+        (
+            "nodes[0].extensions.EXT_mesh_gpu_instancing.attributes.SCALE",
+            Box::new(|d| {
+                let two =
+                    push_accessor(d, &floats(&[1.0; 6]), json!({ "componentType": 5126, "count": 2, "type": "VEC3" }));
+                let attributes = json!({ "TRANSLATION": 0, "SCALE": two });
+                d["nodes"][0]["extensions"] = json!({ "EXT_mesh_gpu_instancing": { "attributes": attributes } });
+            }),
+        ),
+        (
+            "nodes[0].skin",
+            Box::new(|d| {
+                let whole = json!({ "componentType": 5123, "count": 3, "type": "VEC4" });
+                let joints = push_accessor(d, &[0; 24], whole);
+                let weights = json!({ "componentType": 5126, "count": 3, "type": "VEC4" });
+                let weights = push_accessor(d, &floats(&[1.0, 0.0, 0.0, 0.0].repeat(3)), weights);
+                d["meshes"][0]["primitives"][0]["attributes"]["JOINTS_0"] = json!(joints);
+                d["meshes"][0]["primitives"][0]["attributes"]["WEIGHTS_0"] = json!(weights);
+                d["skins"] = json!([{ "joints": [0] }]);
+                (d["nodes"][0]["skin"], d["nodes"][0]["scale"]) = (json!(0), json!([0, 1, 1]));
+            }),
+        ),
+        (
+            "images[0].uri",
+            Box::new(|d| {
+                d["images"] = json!([{ "uri": "https://example.com/a.png" }]);
+                d["textures"] = json!([{ "source": 0 }]);
+                d["materials"] = json!([{ "emissiveTexture": { "index": 0 } }]);
+                d["meshes"][0]["primitives"][0]["material"] = json!(0);
+            }),
+        ),
+        (
+            "animations",
+            Box::new(|d| d["animations"] = json!([{ "channels": "none", "samplers": [{ "input": 99 }] }, 3])),
+        ),
+    ];
+    for (place, change) in changes {
+        let (model, library) = with_triangle(change).unwrap_or_else(|error| panic!("{place}: {error}"));
+        assert!(model.warnings.iter().any(|w| w.place == place), "{place}: {:?}", model.warnings);
+        assert_eq!((model.nodes[0].parts.len(), library.meshes().len()), (1, 1), "{place}");
+        if place.starts_with("cameras") {
+            assert_eq!(model.cameras().len(), 1, "{place}: the other camera stays");
+        }
+    }
+    // Not where the file says that it cannot do without.
+    let required = with_triangle(|d| {
+        light(json!({ "color": [1, 1, 1] }))(d);
+        d["extensionsRequired"] = json!(["KHR_lights_punctual"]);
+    });
+    assert!(required.unwrap_err().to_string().contains("lights[0].type"));
+    // Rounded to 32 bits, and a byte order mark.
+    with_triangle(|d| d["nodes"][0]["rotation"] = json!([0, 0, 0, 1.0000001192092896])).unwrap();
+}
+
+#[test]
+fn files_above_a_model_are_read_where_the_file_that_names_it_spans_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let root = folder.path().join("project");
+    for sub in ["models", "textures", "scenes"] {
+        std::fs::create_dir_all(root.join(sub)).unwrap();
+    }
+    let red = |path: &Path| image::RgbImage::from_pixel(4, 4, image::Rgb([250, 0, 0])).save(path).unwrap();
+    red(&root.join("textures/wood.png"));
+    red(&folder.path().join("secret.png"));
+    let load = |uri: &str, named_in: Option<&str>| {
+        let path = root.join("models/chair.gltf");
+        let positions = [[0.0f32, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        let document = json!({
+            "asset": { "version": "2.0" }, "scenes": [{ "nodes": [0] }], "nodes": [{ "mesh": 0 }],
+            "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 }, "material": 0 }] }],
+            "accessors": [{ "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
+                            "min": [0, 0, 0], "max": [1, 1, 0] }],
+            "bufferViews": [{ "buffer": 0, "byteLength": 36 }], "buffers": [buffer(&floats(positions.as_flattened()))],
+            "images": [{ "uri": uri }], "textures": [{ "source": 0 }],
+            "materials": [{ "emissiveTexture": { "index": 0 } }],
+        });
+        std::fs::write(&path, document.to_string()).unwrap();
+        let mut library = Library::default();
+        let model = match named_in {
+            None => load_model(&path, &mut library),
+            Some(named_in) => load_models(&[path], &root.join(named_in), &mut library).remove(0),
+        };
+        model.map(|model| model.warnings).map_err(|error| error.to_string())
+    };
+    for named_in in [".", "scenes", "scenes/.."] {
+        assert_eq!(load("../textures/wood.png", Some(named_in)), Ok(vec![]), "{named_in}");
+        let warnings = load("..\\textures\\wood.png", Some(named_in)).unwrap();
+        assert!(warnings.len() == 1 && warnings[0].message.contains("backslashes"), "{warnings:?}");
+    }
+    let alone = load("../textures/wood.png", None).unwrap_err();
+    assert!(alone.contains("images[0].uri") && alone.contains("scene file"), "{alone}");
+    for uri in ["../../secret.png", "..%2f..%2fsecret.png", "../textures/../../secret.png"] {
+        let error = load(uri, Some("scenes")).unwrap_err();
+        assert!(error.contains("leads outside") && error.contains("project"), "{error}");
+    }
+    // Whether there is such a file is not found out.
+    assert_eq!(
+        load("../../none", None).unwrap_err().replace("none", "secret.png"),
+        load("../../secret.png", None).unwrap_err()
+    );
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink(folder.path().join("secret.png"), root.join("models/link.png")).unwrap();
+        let error = load("link.png", Some(".")).unwrap_err();
+        assert!(error.contains("it is a link to"), "{error}");
+        // Links within are followed.
+        std::os::unix::fs::symlink(root.join("textures"), root.join("models/textures")).unwrap();
+        assert_eq!(load("textures/wood.png", Some(".")), Ok(vec![]));
+    }
+}
+
 #[test]
 fn nesting_is_limited_and_the_limit_can_be_spawned_and_despawned() {
     let nested = |depth: usize| {
@@ -631,7 +885,7 @@ fn every_valid_image_loads_with_its_levels() {
     assert!(files.len() > 150, "only {} images", files.len());
     let requests: Vec<_> = files.iter().map(|f| (f.clone(), ImageKind::Color)).collect();
     for (file, image) in files.iter().zip(load_images(&requests)) {
-        let image = image.unwrap();
+        let image = image.unwrap().image;
         assert_eq!(image.name, file.file_stem().unwrap().to_str().unwrap(), "the order is kept");
         assert_eq!(image.levels.last().unwrap().len(), image.texels.level_bytes(1, 1));
     }
@@ -674,6 +928,124 @@ fn sixteen_bits_are_linear_light_for_colour_and_as_they_are_for_data() {
 }
 
 #[test]
+fn heights_of_sixteen_bits_stay_apart() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("ramp.png");
+    // The greys between which half floats have no other: their steps there are 32 of 65535.
+    let ramp = image::ImageBuffer::from_fn(64, 1, |x, _| image::Luma([60_000 + x as u16]));
+    ramp.save(&path).unwrap();
+    let image = load_image(&path, ImageKind::Height).unwrap();
+    assert_eq!((image.texels, image.levels[0].len()), (Texels::R32Float, 4 * 64));
+    for (x, &bytes) in image.levels[0].as_chunks::<4>().0.iter().enumerate() {
+        assert_eq!((f32::from_le_bytes(bytes) * 65535.0).round(), 60_000.0 + x as f32);
+    }
+    // The mean of a ramp is the mean of its ends.
+    let last = image.levels.last().unwrap();
+    let mean = f32::from_le_bytes(last[..].try_into().unwrap()) * 65535.0;
+    assert!((mean - 60_031.5).abs() < 0.1, "{mean}");
+    // Eight bits stay eight.
+    let shallow = folder.path().join("shallow.png");
+    image::GrayImage::from_pixel(4, 4, image::Luma([7])).save(&shallow).unwrap();
+    assert_eq!(load_image(&shallow, ImageKind::Height).unwrap().texels, Texels::Rgba8);
+}
+
+#[test]
+fn images_of_one_channel_are_grey_in_every_map() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name);
+    let [eight, alpha, sixteen] = ["l8.png", "la8.png", "l16.png"].map(file);
+    image::GrayImage::from_pixel(2, 2, image::Luma([100])).save(&eight).unwrap();
+    image::GrayAlphaImage::from_pixel(2, 2, image::LumaA([100, 50])).save(&alpha).unwrap();
+    image::ImageBuffer::from_pixel(2, 2, image::Luma([25_700u16])).save(&sixteen).unwrap();
+    let others = [file("l8.tga"), file("l8.bmp"), file("one.exr"), file("two.exr")];
+    image::GrayImage::from_pixel(2, 2, image::Luma([100])).save(&others[0]).unwrap();
+    image::GrayImage::from_pixel(2, 2, image::Luma([100])).save(&others[1]).unwrap();
+    let value = 100.0f32 / 255.0;
+    write_exr(&others[2], &[("depth.Z", value)]);
+    write_exr(&others[3], &[("A", 50.0 / 255.0), ("Y", value)]);
+    for (path, expected) in [
+        (&eight, [100, 100, 100, 255]),
+        (&alpha, [100, 100, 100, 50]),
+        (&sixteen, [100, 100, 100, 255]),
+        (&others[0], [100, 100, 100, 255]),
+        (&others[1], [100, 100, 100, 255]),
+        (&others[2], [100, 100, 100, 255]),
+        (&others[3], [100, 100, 100, 50]),
+    ] {
+        let data = load_image(path, ImageKind::Data).unwrap();
+        let texel: Vec<f32> = match data.texels {
+            Texels::Rgba8 => data.levels[0][..4].iter().map(|&v| f32::from(v) / 255.0).collect(),
+            _ => data.levels[0][..8].as_chunks::<2>().0.iter().map(|&v| half::f16::from_le_bytes(v).to_f32()).collect(),
+        };
+        let expected = expected.map(|v: u8| f32::from(v) / 255.0);
+        // Half floats round to 11 bits.
+        assert!(texel.iter().zip(expected).all(|(a, b)| (a - b).abs() <= 1.0 / 4096.0), "{path:?}: {texel:?}");
+        let height = load_image(path, ImageKind::Height).unwrap();
+        let first = match height.texels {
+            Texels::Rgba8 => f32::from(height.levels[0][0]) / 255.0,
+            _ => f32::from_le_bytes(height.levels[0][..4].try_into().unwrap()),
+        };
+        assert!((first - value).abs() < 1e-6, "{path:?}: {first}");
+    }
+    let path = file("xyz.exr");
+    write_exr(&path, &[("X", 0.5), ("Y", 0.5), ("Z", 0.5)]);
+    let error = load_image(&path, ImageKind::Data).unwrap_err().to_string();
+    assert!(error.contains("R, G and B") && error.contains("X, Y, Z"), "{error}");
+}
+
+/// 2 × 2 texels of so many channels, each of one value.
+fn write_exr(path: &Path, channels: &[(&str, f32)]) {
+    use exr::prelude::*;
+    let channels = channels.iter().map(|&(name, value)| AnyChannel::new(name, FlatSamples::F32(vec![value; 4])));
+    let channels = AnyChannels::sort(channels.collect());
+    let layer = Layer::new((2, 2), LayerAttributes::default(), Encoding::UNCOMPRESSED, channels);
+    Image::from_layer(layer).write().to_file(path).unwrap();
+}
+
+#[test]
+fn normal_maps_of_two_channels_get_their_z() {
+    let folder = tempfile::tempdir().unwrap();
+    // Leans by 37° in four directions, and none: x and y are 0.6 or 0.
+    let xy = [[204, 128], [51, 128], [128, 204], [128, 51], [128, 128]];
+    let read = |name: &str, texel: &dyn Fn([u8; 2]) -> [u8; 4]| {
+        let path = folder.path().join(name);
+        image::RgbaImage::from_fn(5, 1, |x, _| image::Rgba(texel(xy[x as usize]))).save(&path).unwrap();
+        let read = load_images(&[(path, ImageKind::Normal)]).remove(0).unwrap();
+        let texels: Vec<[u8; 4]> = read.image.levels[0].as_chunks::<4>().0.to_vec();
+        (texels, read.notes)
+    };
+    // z is 0.8 where x or y is 0.6, stored 0.9; 128 is 1/255 beyond none.
+    let whole: Vec<[u8; 4]> = xy.map(|[x, y]| [x, y, if [x, y] == [128, 128] { 255 } else { 229 }, 255]).to_vec();
+    let alike =
+        |a: &[[u8; 4]], b: &[[u8; 4]]| a.iter().zip(b).all(|(a, b)| a.iter().zip(b).all(|(a, b)| a.abs_diff(*b) <= 1));
+    for (name, blue) in [("none.png", 0), ("half.png", 128), ("full.png", 255)] {
+        let (texels, notes) = read(name, &|[x, y]| [x, y, blue, 255]);
+        assert!(alike(&texels, &whole), "{name}: {texels:?}");
+        assert!(notes.len() == 1 && notes[0].contains("made from red and green"), "{name}: {notes:?}");
+    }
+    for (name, red) in [("dxt5nm_0.png", 0), ("dxt5nm_255.png", 255)] {
+        let (texels, notes) = read(name, &|[x, y]| [red, y, y, x]);
+        assert!(alike(&texels, &whole), "{name}: {texels:?}");
+        assert!(notes.len() == 1 && notes[0].contains("x in alpha"), "{name}: {notes:?}");
+    }
+    let (texels, notes) = read("whole.png", &|[x, y]| [x, y, if x == y { 255 } else { 229 }, 255]);
+    assert!(texels == whole && notes.is_empty(), "{texels:?} {notes:?}");
+    // A gentle map may well have the same blue all over.
+    let (texels, notes) = read("gentle.png", &|[x, y]| [128 + x / 20, 128 + y / 20, 254, 255]);
+    assert!(texels[0] == [138, 134, 254, 255] && notes.is_empty(), "{texels:?} {notes:?}");
+    type Texel<'a> = &'a dyn Fn([u8; 2]) -> [u8; 4];
+    let grey: Texel = &|[x, _]: [u8; 2]| [x, x, x, 255];
+    for (name, texel, word) in [
+        ("grey.png", grey, "is grey: expected a normal map"),
+        ("grey_alpha.png", &|[x, y]| [x, x, x, y], "is grey with alpha"),
+        ("inward.png", &|[x, y]| [x, y, if x == y { 0 } else { 26 }, 255], "points into the surface"),
+    ] {
+        let (_, notes) = read(name, texel);
+        assert!(notes.len() == 1 && notes[0].contains(word), "{name}: {notes:?}");
+    }
+}
+
+#[test]
 fn a_header_that_promises_too_much_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("huge.bmp");
@@ -699,7 +1071,7 @@ fn models_read_in_parallel_join_the_library_in_order() {
     let (mut one_by_one, mut together) = (Library::default(), Library::default());
     let (before, _) = relief::import::progress::counts();
     let expected: Vec<_> = paths.iter().map(|path| load_model(path, &mut one_by_one)).collect();
-    let models = load_models(&paths, &mut together);
+    let models = load_models(&paths, Path::new("."), &mut together);
     assert_eq!(models.iter().map(Result::is_ok).collect::<Vec<_>>(), [true, true, false, true]);
     for (model, expected) in models.iter().zip(&expected) {
         let parts = |model: &Result<Model, ImportError>| match model {

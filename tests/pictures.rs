@@ -229,6 +229,70 @@ fn perturbed_normals_are_those_of_the_height_fields_slope() {
 }
 
 #[test]
+fn heights_of_sixteen_bits_lean_as_they_rise() {
+    // On every kind of adapter: with 32-bit floats that are filtered, with 16-bit integers alone.
+    let kinds = [wgpu::Features::FLOAT32_FILTERABLE, wgpu::Features::TEXTURE_FORMAT_16BIT_NORM];
+    for kind in kinds {
+        let Some(mut square) = Square::new(matte(Vec3::ONE)) else { return };
+        let gpu = Gpu::headless_with(Gpu::USED.difference(kinds[0].union(kinds[1])).union(kind)).expect("an adapter");
+        if !gpu.device.features().contains(kind) {
+            println!("skipped: the adapter lacks {kind:?}");
+            continue;
+        }
+        square.headless.renderer = relief::renderer::Renderer::new(&gpu);
+        square.light(Light::directional(1.0), Transform::default());
+        // 8/65535 from texel to texel, where half floats are 32/65535 apart.
+        let heights: Vec<f32> = (0..256).map(|i| (58_000.0 + 8.0 * (i % 16) as f32) / 65535.0).collect();
+        let map = square.add_image(Image::heights("ramp", 16, 16, &heights));
+        // Over texels of 2 m / 16, at 256 m from black to white.
+        let slope = 256.0 * 8.0 / 65535.0 / 0.125;
+        square.edit(|m| {
+            (m.technique, m.height_map, m.height_scale_uv) = (Technique::PerturbedNormal, Some(map), 128.0);
+        });
+        square.headless.settings.debug = DebugView::Normal;
+        let normal = square.middle().truncate() * 2.0 - 1.0;
+        let expected = Vec3::new(-slope, 0.0, 1.0).normalize();
+        // Filters weigh in steps of 1/256 of a texel or less, and the linear picture holds half floats: both below a hundredth.
+        assert!((normal - expected).length() < 0.02, "{kind:?}: {normal}, {expected}");
+    }
+}
+
+/// White leaves on clear black, 2 × 2 texels each, cover a half from near by and from afar, whatever a mask's cut-off.
+#[test]
+fn a_half_of_clear_black_is_a_half_of_white() {
+    let leaves = |kind| {
+        let texel = |i: u32| if (i % 64 / 2 + i / 64 / 2).is_multiple_of(2) { [255; 4] } else { [0; 4] };
+        Image::rgba8("leaves", 64, 64, kind, (0..64 * 64).flat_map(texel).collect())
+    };
+    let material = Material { shading: Shading::Unlit, ..matte(Vec3::ONE) };
+    let Some(mut square) = Square::new(material) else { return };
+    let sum = |square: &mut Square, side: u32| {
+        square.headless.draw(&mut square.simulation, square.camera, (side, side)).expect("a picture");
+        let pixels = square.headless.renderer.read_linear().expect("linear colours");
+        pixels.iter().map(|pixel| f64::from(pixel[0])).sum::<f64>()
+    };
+    // Sides of the picture: at the second a texel is smaller than a pixel by far.
+    let (near, far) = (512, 8);
+    let whole = [sum(&mut square, near), sum(&mut square, far)];
+    let cutoffs = [None, Some(0.1), Some(0.3), Some(0.5), Some(0.8)];
+    for cutoff in cutoffs {
+        let kind = cutoff.map_or(ImageKind::Blended, |cutoff| ImageKind::masked(cutoff, 1.0));
+        let map = square.add_image(leaves(kind));
+        square.edit(|m| {
+            m.base_map = Some(map);
+            m.alpha = if cutoff.is_some() { AlphaMode::Mask } else { AlphaMode::Blend };
+            m.alpha_cutoff = cutoff.unwrap_or(0.5);
+        });
+        let part = [sum(&mut square, near) / whole[0], sum(&mut square, far) / whole[1]];
+        // A leaf is some 8 pixels wide: an edge that is a tenth of a pixel off on each side would be a fortieth.
+        assert!((part[0] - 0.5).abs() < 0.025, "{cutoff:?} near by: {part:?}");
+        // From afar a mask of a half, all texels alike, shows everything; half floats hold the rest to a 2048th.
+        let expected = if cutoff.is_some() { 1.0 } else { 0.5 };
+        assert!((part[1] - expected).abs() < 0.01, "{cutoff:?} from afar: {part:?}");
+    }
+}
+
+#[test]
 fn outputs_give_depth_normal_and_entity() {
     let Some(mut square) = Square::new(matte(Vec3::ONE)) else { return };
     square.middle();

@@ -511,7 +511,7 @@ fn materials_and_their_maps_arrive() {
     let kind = |map: systems::library::Map| library.image(map.image).expect("in the library").kind;
     assert_eq!(kind(base_map), ImageKind::Color);
     assert_eq!(a.normal_map.map(kind), Some(ImageKind::Normal));
-    assert_eq!(kind(height_map), ImageKind::Data);
+    assert_eq!(kind(height_map), ImageKind::Height);
     // Once as colour and once as data, however many materials and fields name it.
     assert_eq!(b.base_map.map(|m| m.image), Some(base_map.image));
     assert_eq!(b.emissive_map.map(|m| m.image), Some(base_map.image));

@@ -18,7 +18,7 @@ pub const LEAST_PSNR: f64 = 38.0;
 const FEWEST_TEXELS: u32 = 64 * 64;
 
 /// Part of every key: another encoder, or another choice, is another result.
-const VERSION: &[u8] = b"relief bc7 2";
+const VERSION: &[u8] = b"relief bc7 3";
 
 /// What [`compress_images`] did.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -62,12 +62,12 @@ pub fn compress(image: &mut Image, cache: Option<&Cache>) -> bool {
 
 fn key(image: &Image) -> Key {
     let mut hasher = blake3::Hasher::new();
-    let kind = [image.kind as u8];
-    for part in [VERSION, &kind, &image.width.to_le_bytes(), &image.height.to_le_bytes()] {
+    let kind = format!("{:?}", image.kind);
+    for part in [VERSION, kind.as_bytes(), &image.width.to_le_bytes(), &image.height.to_le_bytes()] {
         hasher.update(part);
     }
-    // The other levels follow from it.
-    hasher.update(image.levels.first().map_or(&[], Vec::as_slice));
+    // All of them: those of a mask do not follow from the finest alone.
+    image.levels.iter().for_each(|level| _ = hasher.update(level));
     hasher.finalize()
 }
 

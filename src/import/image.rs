@@ -1,7 +1,7 @@
 //! Image files and embedded images, with limits that a damaged header cannot exceed.
 
-use super::ImportError;
 use super::gltf::read_file;
+use super::{ImportError, ReadImage, dds, exr, normal_map};
 use glam::{Vec3, Vec4};
 use image::buffer::ConvertBuffer;
 use image::{DynamicImage, ImageBuffer, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits, Rgba, RgbaImage};
@@ -18,8 +18,15 @@ pub const MAX_TEXELS: u64 = 8192 * 8192;
 const MAX_ALLOC: u64 = 512 << 20;
 
 /// Formats that are read; TGA last, for it has no signature and is known by its extension alone.
-const FORMATS: [ImageFormat; 6] =
-    [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::Bmp, ImageFormat::WebP, ImageFormat::Dds, ImageFormat::Tga];
+const FORMATS: [ImageFormat; 7] = [
+    ImageFormat::Png,
+    ImageFormat::Jpeg,
+    ImageFormat::Bmp,
+    ImageFormat::WebP,
+    ImageFormat::Dds,
+    ImageFormat::OpenExr,
+    ImageFormat::Tga,
+];
 
 /// Why bytes are no image.
 #[derive(Debug)]
@@ -33,29 +40,20 @@ pub enum Unfit {
 impl std::fmt::Display for Unfit {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
         match self {
-            Self::UnknownFormat => f.write_str("expected a PNG, JPEG, TGA, BMP, WebP or DDS image"),
+            Self::UnknownFormat => f.write_str("expected a PNG, JPEG, TGA, BMP, WebP, DDS or OpenEXR image"),
             Self::Damaged(message) => f.write_str(message),
         }
     }
 }
 
 /// Reads an image file.
-pub fn load(path: &Path, kind: ImageKind) -> Result<Image, ImportError> {
+pub fn load(path: &Path, kind: ImageKind) -> Result<ReadImage, ImportError> {
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
-    read(path, guess).map(|pixels| with_levels(&name, kind, pixels))
+    pixels(path).map(|pixels| with_levels(&name, kind, pixels))
 }
 
-/// The pixels of an image file as they are; OpenEXR is read too, red, green and blue with or without alpha.
+/// The pixels of an image file as they are.
 pub fn pixels(path: &Path) -> Result<DynamicImage, ImportError> {
-    read(path, |bytes, by_name| {
-        let is_exr = image::guess_format(bytes).is_ok_and(|format| format == ImageFormat::OpenExr);
-        if is_exr { Some(ImageFormat::OpenExr) } else { guess(bytes, by_name) }
-    })
-}
-
-type Guess = fn(&[u8], Option<ImageFormat>) -> Option<ImageFormat>;
-
-fn read(path: &Path, guess: Guess) -> Result<DynamicImage, ImportError> {
     let bytes = read_file(path).map_err(|error| ImportError::Unreadable {
         path: path.to_owned(),
         place: "file".into(),
@@ -106,14 +104,23 @@ pub fn texels(bytes: &[u8], by_name: Option<ImageFormat>) -> Result<u64, Unfit> 
 }
 
 fn texels_as(bytes: &[u8], format: ImageFormat) -> Result<u64, Unfit> {
-    let decoder = reader(bytes, format).into_decoder().map_err(damaged)?;
-    let ((width, height), color) = (decoder.dimensions(), decoder.color_type());
+    let ((width, height), deep) = match format {
+        ImageFormat::Dds => {
+            let header = dds::Header::new(bytes)?;
+            ((header.width as usize, header.height as usize), header.is_deep())
+        }
+        ImageFormat::OpenExr => (exr::size(bytes)?, true),
+        _ => {
+            let decoder = reader(bytes, format).into_decoder().map_err(damaged)?;
+            let ((width, height), color) = (decoder.dimensions(), decoder.color_type());
+            ((width as usize, height as usize), color.bytes_per_pixel() > color.channel_count())
+        }
+    };
     if width == 0 || height == 0 {
         return Err(Unfit::Damaged(format!("expected at least one texel, the size is {width}×{height}")));
     }
-    let deep = color.bytes_per_pixel() > color.channel_count();
-    let texels = u64::from(width) * u64::from(height) * if deep { 2 } else { 1 };
-    if width > MAX_SIDE || height > MAX_SIDE || texels > MAX_TEXELS {
+    let texels = (width as u64).saturating_mul(height as u64).saturating_mul(if deep { 2 } else { 1 });
+    if width.max(height) > MAX_SIDE as usize || texels > MAX_TEXELS {
         return Err(too_large(&format!("{width}×{height}")));
     }
     Ok(texels)
@@ -126,7 +133,11 @@ pub fn decode(bytes: &[u8], by_name: Option<ImageFormat>) -> Result<DynamicImage
 
 fn decode_as(bytes: &[u8], format: ImageFormat) -> Result<DynamicImage, Unfit> {
     texels_as(bytes, format)?;
-    let pixels = reader(bytes, format).decode().map_err(damaged)?;
+    let pixels = match format {
+        ImageFormat::Dds => dds::Header::new(bytes)?.decode(bytes)?,
+        ImageFormat::OpenExr => exr::decode(bytes)?,
+        _ => reader(bytes, format).decode().map_err(damaged)?,
+    };
     if pixels.width() == 0 || pixels.height() == 0 {
         return Err(Unfit::Damaged("the image has no texels".into()));
     }
@@ -153,24 +164,83 @@ fn rgba16(pixels: DynamicImage) -> ImageBuffer<Rgba<u16>, Vec<u16>> {
     }
 }
 
-/// Eight bits stay eight bits; what has more becomes linear half floats.
-pub fn with_levels(name: &str, kind: ImageKind, pixels: DynamicImage) -> Image {
+/// Eight bits stay eight bits; what has more becomes linear half floats, heights floats. Normal maps that lack z get it.
+/// What floats have beyond 0 to 1 stays in colours alone.
+pub fn with_levels(name: &str, kind: ImageKind, pixels: DynamicImage) -> ReadImage {
     let (width, height) = (pixels.width(), pixels.height());
-    match pixels {
+    let mut notes = Vec::new();
+    let pixels = match kind {
+        ImageKind::Normal => {
+            let (pixels, note) = normal_map::with_z(pixels);
+            notes.extend(note.map(str::to_owned));
+            pixels
+        }
+        _ => pixels,
+    };
+    if kind == ImageKind::Height && !is_grey(&pixels) {
+        notes.push("is no grey image: its red is taken for the height".into());
+    }
+    let image = match pixels {
         DynamicImage::ImageLuma8(_)
         | DynamicImage::ImageLumaA8(_)
         | DynamicImage::ImageRgb8(_)
         | DynamicImage::ImageRgba8(_) => Image::rgba8(name, width, height, kind, rgba8(pixels).into_raw()),
-        deep => {
-            let linear = |v: f32| if kind == ImageKind::Color { linear_from_srgb(v) } else { v };
-            let texels: Vec<Vec4> = rgba16(deep)
-                .pixels()
-                .map(|p| {
-                    let [r, g, b, a] = p.0.map(|v| f32::from(v) / 65535.0);
-                    Vec3::new(linear(r), linear(g), linear(b)).extend(a)
-                })
-                .collect();
-            Image::rgba16(name, width, height, kind, &texels)
+        DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_) => {
+            let mut texels: Vec<Vec4> = pixels.into_rgba32f().pixels().map(|p| Vec4::from_array(p.0)).collect();
+            notes.extend(within_bounds(kind, &mut texels));
+            deep(name, (width, height), kind, texels)
         }
+        pixels => {
+            let linear = |v: f32| if kind.is_color() { linear_from_srgb(v) } else { v };
+            let stored = rgba16(pixels);
+            let texels = stored.pixels().map(|p| {
+                let [r, g, b, a] = p.0.map(|v| f32::from(v) / 65535.0);
+                Vec3::new(linear(r), linear(g), linear(b)).extend(a)
+            });
+            deep(name, (width, height), kind, texels.collect())
+        }
+    };
+    ReadImage { image, notes }
+}
+
+fn deep(name: &str, (width, height): (u32, u32), kind: ImageKind, texels: Vec<Vec4>) -> Image {
+    if kind != ImageKind::Height {
+        return Image::rgba16(name, width, height, kind, &texels);
+    }
+    let heights: Vec<f32> = texels.iter().map(|texel| texel.x).collect();
+    Image::heights(name, width, height, &heights)
+}
+
+/// Keeps floats within what the map can hold; returns what to say of values that it cannot. Colours may exceed 1.
+fn within_bounds(kind: ImageKind, texels: &mut [Vec4]) -> Option<String> {
+    let most = if kind.is_color() { half::f16::MAX.to_f32() } else { 1.0 };
+    let (mut lowest, mut highest, mut unknown) = (0.0f32, 0.0f32, false);
+    for texel in texels {
+        let read = if kind == ImageKind::Height { 1 } else { 3 };
+        for value in texel.to_array().into_iter().take(read) {
+            (lowest, highest) = (lowest.min(value), highest.max(value));
+            unknown |= value.is_nan();
+        }
+        // `max` first: it turns NaN into 0.
+        *texel = texel.max(Vec4::ZERO).min(Vec4::new(most, most, most, 1.0));
+    }
+    if unknown {
+        return Some("has values that are no numbers: they are read as 0".into());
+    }
+    let beyond = lowest < 0.0 || highest > most;
+    beyond.then(|| format!("has values from {lowest} to {highest}: they are kept within 0 to {most}"))
+}
+
+/// Whether red, green and blue are about the same: JPEG may leave grey a little apart.
+fn is_grey(pixels: &DynamicImage) -> bool {
+    let about = |[r, g, b]: [u8; 3]| r.abs_diff(g) <= 2 && g.abs_diff(b) <= 2;
+    match pixels {
+        DynamicImage::ImageRgb8(image) => image.pixels().all(|p| about(p.0)),
+        DynamicImage::ImageRgba8(image) => image.pixels().all(|p| about([p.0[0], p.0[1], p.0[2]])),
+        DynamicImage::ImageLuma8(_)
+        | DynamicImage::ImageLumaA8(_)
+        | DynamicImage::ImageLuma16(_)
+        | DynamicImage::ImageLumaA16(_) => true,
+        deep => deep.to_rgb8().pixels().all(|p| about(p.0)),
     }
 }

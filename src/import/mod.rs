@@ -7,10 +7,13 @@
 
 pub mod cache;
 pub mod compress;
+mod dds;
+mod exr;
 mod gltf;
 mod image;
 pub mod meshes;
 mod model;
+mod normal_map;
 pub mod progress;
 
 pub use model::{Model, Node};
@@ -73,18 +76,27 @@ impl From<Warning> for Problem {
     }
 }
 
-/// Reads an image file with its mip levels.
-pub fn load_image(path: &Path, kind: ImageKind) -> Result<Image, ImportError> {
-    image::load(path, kind)
+/// An image, and what a person should know of it: phrases about it, such as "is grey: expected a normal map".
+#[derive(Clone, Debug)]
+pub struct ReadImage {
+    /// With its mip levels.
+    pub image: Image,
+    /// What is hardly as meant, or was corrected.
+    pub notes: Vec<String>,
 }
 
-/// The pixels of an image file as they are stored. Beside what [`load_image`] reads, OpenEXR.
+/// Reads an image file with its mip levels.
+pub fn load_image(path: &Path, kind: ImageKind) -> Result<Image, ImportError> {
+    image::load(path, kind).map(|read| read.image)
+}
+
+/// The pixels of an image file as they are stored.
 pub fn load_pixels(path: &Path) -> Result<::image::DynamicImage, ImportError> {
     image::pixels(path)
 }
 
 /// Reads image files in parallel; the results are in the order of the requests.
-pub fn load_images(requests: &[(PathBuf, ImageKind)]) -> Vec<Result<Image, ImportError>> {
+pub fn load_images(requests: &[(PathBuf, ImageKind)]) -> Vec<Result<ReadImage, ImportError>> {
     systems::set_threads(None);
     progress::expect(requests.len());
     map_in_parallel(requests.iter(), |(path, kind)| {
@@ -94,18 +106,19 @@ pub fn load_images(requests: &[(PathBuf, ImageKind)]) -> Vec<Result<Image, Impor
     })
 }
 
-/// Reads a glTF file (`.gltf` or `.glb`); its meshes, materials and images join the library, or nothing does.
+/// Reads a glTF file (`.gltf` or `.glb`) and the files below its folder that it names; its meshes, materials and images join the library, or nothing does.
 pub fn load_model(path: &Path, library: &mut Library) -> Result<Model, ImportError> {
-    Ok(gltf::draft(path)?.join(library))
+    Ok(gltf::draft(path, None)?.join(library))
 }
 
-/// Reads glTF files in parallel. They join the library in the order of the requests, whichever is read first.
-pub fn load_models(paths: &[PathBuf], library: &mut Library) -> Vec<Result<Model, ImportError>> {
+/// Reads glTF files in parallel. They join the library in the order of the requests, whichever is read first. They may name
+/// files below the folder that holds both them and `named_in`, the folder of the file that names them.
+pub fn load_models(paths: &[PathBuf], named_in: &Path, library: &mut Library) -> Vec<Result<Model, ImportError>> {
     systems::set_threads(None);
     let mut models = Vec::with_capacity(paths.len());
     // A few at once: each may take much memory while its images are decoded.
     for paths in paths.chunks(ComputeTaskPool::get().thread_num().max(1)) {
-        let drafts = map_in_parallel(paths.iter(), |path| gltf::draft(path));
+        let drafts = map_in_parallel(paths.iter(), |path| gltf::draft(path, Some(named_in)));
         models.extend(drafts.into_iter().map(|draft| Ok(draft?.join(library))));
     }
     models

@@ -113,7 +113,7 @@ fn height(args: &HeightArgs, advance: Advance) -> Result<Vec<PathBuf>, MapError>
     let map = height_from_color(&color, &args.options(), advance);
     files::write(&common.output, &map, bits)?;
     finish(common, vec![common.output.clone()], Shape::plane_of(&map), |library| {
-        let height_map = Some(add_map(library, "height", ImageKind::Data, &map, bits));
+        let height_map = Some(add_map(library, "height", ImageKind::Height, &map, bits));
         let base_map = Some(add_map(library, "color", ImageKind::Color, &color, Bits::Sixteen));
         let technique = Technique::PerturbedNormal;
         Material { technique, height_map, base_map, base_factor: Vec4::ONE, ..clay() }

@@ -1,6 +1,6 @@
 //! Maps from and to files.
 //!
-//! PNG, JPEG, TGA, BMP, WebP and DDS hold integers, read as 0..1; OpenEXR holds floats, read as they are. Maps are
+//! Integers are read as 0..1, floats (OpenEXR, some DDS) as they are. Maps are
 //! written as PNG of 8 or 16 bits, or as OpenEXR of 32-bit floats.
 
 use super::{MapError, Raster};

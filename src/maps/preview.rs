@@ -65,7 +65,13 @@ pub fn add_map(library: &mut Library, name: &str, kind: ImageKind, map: &Raster,
     };
     let texels: Vec<Vec4> =
         map.values.chunks_exact(map.channels).map(|t| Vec4::from_array(texel(t).to_array().map(stored))).collect();
-    Map::new(library.add_image(Image::rgba16(name, map.width as u32, map.height as u32, kind, &texels)))
+    let (width, height) = (map.width as u32, map.height as u32);
+    let image = if kind == ImageKind::Height {
+        Image::heights(name, width, height, &texels.iter().map(|texel| texel.x).collect::<Vec<_>>())
+    } else {
+        Image::rgba16(name, width, height, kind, &texels)
+    };
+    Map::new(library.add_image(image))
 }
 
 /// Draws a material that `material` makes in a library, and writes the picture.

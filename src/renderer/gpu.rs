@@ -46,9 +46,11 @@ pub struct Gpu {
 
 impl Gpu {
     /// Features that are used where they are there. Without them the same is done in more calls and more memory, or time, and
-    /// passes are not timed.
+    /// passes are not timed; heights of more than 8 bits lose some where there is neither of the two for these.
     pub const USED: wgpu::Features = wgpu::Features::INDIRECT_FIRST_INSTANCE
         .union(wgpu::Features::TEXTURE_COMPRESSION_BC)
+        .union(wgpu::Features::FLOAT32_FILTERABLE)
+        .union(wgpu::Features::TEXTURE_FORMAT_16BIT_NORM)
         .union(wgpu::Features::TIMESTAMP_QUERY)
         .union(wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES);
 

@@ -145,6 +145,31 @@ fn reads_blocks(device: &wgpu::Device) -> bool {
     device.features().contains(wgpu::Features::TEXTURE_COMPRESSION_BC)
 }
 
+/// What holds heights of more than 8 bits and is filtered: graphics cards have one of the first two, most have both.
+fn height_format(device: &wgpu::Device) -> wgpu::TextureFormat {
+    let features = device.features();
+    if features.contains(wgpu::Features::FLOAT32_FILTERABLE) {
+        wgpu::TextureFormat::R32Float
+    } else if features.contains(wgpu::Features::TEXTURE_FORMAT_16BIT_NORM) {
+        wgpu::TextureFormat::R16Unorm
+    } else {
+        tracing::warn!("this adapter filters no heights of 16 bits: they are drawn in steps of up to 1/2048");
+        wgpu::TextureFormat::R16Float
+    }
+}
+
+/// A level's heights as a format of [`height_format`] has them.
+fn heights_as(format: wgpu::TextureFormat, level: &[u8]) -> Cow<'_, [u8]> {
+    let heights = level.as_chunks::<4>().0.iter().map(|&height| f32::from_le_bytes(height));
+    match format {
+        wgpu::TextureFormat::R16Unorm => {
+            heights.flat_map(|h| ((h.clamp(0.0, 1.0) * 65535.0).round() as u16).to_le_bytes()).collect()
+        }
+        wgpu::TextureFormat::R16Float => heights.flat_map(|h| half::f16::from_f32(h).to_le_bytes()).collect(),
+        _ => Cow::Borrowed(level),
+    }
+}
+
 /// An array with room for more layers, and those of the old one: half as many again, so that images that come one by one
 /// are not copied often.
 fn grown(gpu: &Gpu, wanted: &TextureArray, old: &ArrayTexture) -> ArrayTexture {
@@ -182,6 +207,7 @@ fn make_array(device: &wgpu::Device, wanted: &TextureArray, layers: usize) -> Ar
         (Texels::Rgba8, true) => wgpu::TextureFormat::Rgba8UnormSrgb,
         (Texels::Rgba8, false) => wgpu::TextureFormat::Rgba8Unorm,
         (Texels::Rgba16Float, _) => wgpu::TextureFormat::Rgba16Float,
+        (Texels::R32Float, _) => height_format(device),
     };
     let label = format!("maps {}x{} {format:?}", wanted.width, wanted.height);
     let texture = device.create_texture(&wgpu::TextureDescriptor {
@@ -203,13 +229,17 @@ fn make_array(device: &wgpu::Device, wanted: &TextureArray, layers: usize) -> Ar
 }
 
 fn write_layer(gpu: &Gpu, texture: &wgpu::Texture, layer: u32, image: &Image) -> u64 {
-    let unpack = image.texels == Texels::Bc7 && !reads_blocks(&gpu.device);
-    let texels = if unpack { Texels::Rgba8 } else { image.texels };
-    let (side, _) = texels.block();
+    let format = texture.format();
+    let (side, _) = format.block_dimensions();
     let mut written = 0;
     for (level, bytes) in image.levels.iter().enumerate() {
         let (width, height) = level_size(image.width, image.height, level as u32);
-        let bytes = if unpack { Cow::Owned(blocks::decode(bytes, width, height)) } else { Cow::Borrowed(bytes) };
+        let bytes = match image.texels {
+            Texels::Bc7 if side == 1 => Cow::Owned(blocks::decode(bytes, width, height)),
+            Texels::R32Float => heights_as(format, bytes),
+            _ => Cow::Borrowed(bytes.as_slice()),
+        };
+        let rows = height.div_ceil(side);
         gpu.queue.write_texture(
             wgpu::TexelCopyTextureInfo {
                 texture,
@@ -220,7 +250,7 @@ fn write_layer(gpu: &Gpu, texture: &wgpu::Texture, layer: u32, image: &Image) ->
             &bytes,
             wgpu::TexelCopyBufferLayout {
                 offset: 0,
-                bytes_per_row: Some(texels.row_bytes(width) as u32),
+                bytes_per_row: Some(bytes.len() as u32 / rows),
                 rows_per_image: None,
             },
             // Whole blocks, also where the level is smaller than one.

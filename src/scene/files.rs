@@ -9,8 +9,10 @@ use glam::{Affine2, Mat2, UVec2, Vec2};
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use systems::bounds::Aabb;
-use systems::images::{Image, ImageKind, Texels};
-use systems::library::{ImageId, Library, Map, Material, MaterialId, Mesh, MeshId, Technique, default_specular};
+use systems::images::ImageKind;
+use systems::library::{
+    AlphaMode, ImageId, Library, Map, Material, MaterialId, Mesh, MeshId, Technique, default_specular,
+};
 use systems::shapes;
 use systems::transform::Transform;
 
@@ -59,11 +61,15 @@ fn model_file(mesh: &MeshSource) -> Option<&str> {
     }
 }
 
-/// What the texels of a map mean, by the material's field.
-fn image_kind(field: &str) -> ImageKind {
-    match field {
-        "base_map" | "emissive_map" | "environment_map" => ImageKind::Color,
-        "normal_map" => ImageKind::Normal,
+/// What the texels of a map mean, by the material's field; of a base map, by what its alpha does. An image whose alpha
+/// does different things is there once for each.
+fn image_kind(field: &str, material: &format::Material) -> ImageKind {
+    match (field, AlphaMode::from(material.alpha_mode)) {
+        ("base_map", AlphaMode::Blend) => ImageKind::Blended,
+        ("base_map", AlphaMode::Mask) => ImageKind::masked(material.alpha_cutoff, material.base_alpha),
+        ("base_map" | "emissive_map" | "environment_map", _) => ImageKind::Color,
+        ("normal_map", _) => ImageKind::Normal,
+        ("height_map", _) => ImageKind::Height,
         _ => ImageKind::Data,
     }
 }
@@ -77,7 +83,7 @@ pub fn read(scene: &Scene, folder: &Path, library: &mut Library) -> (Files, Vec<
         let at = Trail::default().field("materials").enter(Step::Entry(i), name);
         for (field, map) in material.maps() {
             let Some(map) = map else { continue };
-            let key = (map.file.clone(), image_kind(field));
+            let key = (map.file.clone(), image_kind(field, material));
             places.entry(key.clone()).or_insert_with(|| {
                 wanted.push(key);
                 at.field(field)
@@ -85,9 +91,13 @@ pub fn read(scene: &Scene, folder: &Path, library: &mut Library) -> (Files, Vec<
         }
     }
     let paths: Vec<(PathBuf, ImageKind)> = wanted.iter().map(|(file, kind)| (folder.join(file), *kind)).collect();
-    for (key, image) in wanted.into_iter().zip(import::load_images(&paths)) {
-        match image {
-            Ok(image) => _ = files.images.insert(key, library.add_image(image)),
+    let mut notes: HashMap<(String, ImageKind), Vec<String>> = HashMap::new();
+    for (key, read) in wanted.into_iter().zip(import::load_images(&paths)) {
+        match read {
+            Ok(read) => {
+                notes.insert(key.clone(), read.notes);
+                files.images.insert(key, library.add_image(read.image));
+            }
             Err(error) => faults.extend(places.get(&key).map(|at| at.fault(error))),
         }
     }
@@ -106,17 +116,11 @@ pub fn read(scene: &Scene, folder: &Path, library: &mut Library) -> (Files, Vec<
             );
             faults.push(at.field("horizon_map_1").fault(message));
         }
-        let height = image(&material.height_map, ImageKind::Data).and_then(is_grey);
-        let normal = image(&material.normal_map, ImageKind::Normal).filter(|image| image.width * image.height > 1);
-        let mut doubts = Vec::new();
-        if height == Some(false) {
-            doubts.push(format!("material \"{name}\": height_map is no grey image: its red is taken for the height"));
+        for (field, map) in material.maps() {
+            let of_map = map.and_then(|map| notes.get(&(map.file.clone(), image_kind(field, material))));
+            let doubt = |note: &String| format!("material \"{name}\": {field} {note}");
+            files.doubts.extend(of_map.into_iter().flatten().map(doubt));
         }
-        if normal.and_then(is_grey) == Some(true) {
-            let wanted = "expected a normal map; relief map normal makes one";
-            doubts.push(format!("material \"{name}\": normal_map is grey: {wanted}"));
-        }
-        files.doubts.append(&mut doubts);
     }
     let mut models: Vec<(&str, Trail)> = Vec::new();
     let mut known = HashSet::new();
@@ -126,21 +130,13 @@ pub fn read(scene: &Scene, folder: &Path, library: &mut Library) -> (Files, Vec<
         }
     }
     let paths: Vec<PathBuf> = models.iter().map(|(file, _)| folder.join(file)).collect();
-    for ((file, at), model) in models.into_iter().zip(import::load_models(&paths, library)) {
+    for ((file, at), model) in models.into_iter().zip(import::load_models(&paths, folder, library)) {
         match model {
             Ok(model) => _ = files.models.insert(file.into(), model),
             Err(error) => faults.push(at.fault(error)),
         }
     }
     (files, faults)
-}
-
-/// Whether red, green and blue are about the same: JPEG may leave grey a little apart. `None` for images of more than 8 bits
-/// or in blocks, which are taken at their word.
-fn is_grey(image: &Image) -> Option<bool> {
-    let about = |a: u8, b: u8| a.abs_diff(b) <= 2;
-    let texels = image.levels.first().filter(|_| image.texels == Texels::Rgba8)?.as_chunks::<4>().0;
-    Some(texels.iter().all(|&[r, g, b, _]| about(r, g) && about(g, b)))
 }
 
 /// The images and models that the scene names, each once.
@@ -262,7 +258,7 @@ fn procedural(source: &MeshSource) -> Option<Mesh> {
 fn material(name: &str, m: &format::Material, images: &HashMap<(String, ImageKind), ImageId>) -> Material {
     let maps = m.maps().map(|(field, source)| {
         let source = source?;
-        let image = images.get(&(source.file.clone(), image_kind(field)))?;
+        let image = images.get(&(source.file.clone(), image_kind(field, m)))?;
         Some(map(*image, source, m))
     });
     let [base_map, normal_map, specular_map, metallic_roughness_map, occlusion_map, emissive_map, ..] = maps;

@@ -35,7 +35,7 @@ pub(super) fn load(args: &CompareArgs) -> Result<Maps, ImportError> {
         |name: &str, kind| import::load_image(&demo::shipped(&format!("assets/textures/techniques_{name}")), kind);
     let scale = args.height_scale.unwrap_or(SHIPPED_SCALE);
     let path = args.height.clone().unwrap_or_else(|| demo::shipped("assets/textures/techniques_height.png"));
-    let height = import::load_image(&path, ImageKind::Data)?;
+    let height = import::load_image(&path, ImageKind::Height)?;
     if height.width.max(height.height) > MOST_TEXELS {
         return Err(unfit(&path, &height, &format!("expected at most {MOST_TEXELS} texels along a side")));
     }

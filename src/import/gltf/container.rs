@@ -28,6 +28,8 @@ pub fn open(bytes: Vec<u8>, report: &mut Report) -> Read<(Value, Option<Vec<u8>>
 }
 
 fn parse(json: &[u8]) -> Read<Value> {
+    // glTF lets readers ignore a byte order mark (section 2.1 by RFC 8259).
+    let json = json.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(json);
     // The least memory that parsing takes; braces within strings count too, but are few.
     let count = |byte: u8| json.iter().filter(|&&b| b == byte).count();
     let (objects, values) = (count(b'{'), count(b'[') + count(b','));

@@ -1,11 +1,10 @@
 //! The document with what its buffers hold: everything the other readers read from.
 
 use super::report::{Fault, FaultKind, Read, Report};
-use super::uri;
+use super::uri::{self, Place};
 use gltf::json::{Index, Root};
 use std::cell::{Cell, OnceCell};
 use std::collections::BTreeMap;
-use std::path::PathBuf;
 
 /// Bytes of decoded elements that any file may make, however small.
 const FREE_BYTES: usize = 32 << 20;
@@ -16,7 +15,7 @@ const BYTES_PER_BYTE: usize = 100;
 /// A glTF document that has passed the schema: every index in it is in range.
 pub struct Document {
     pub gltf: gltf::Document,
-    folder: PathBuf,
+    place: Place,
     bin: Option<Vec<u8>>,
     /// Read when first needed: a faulty buffer that nothing uses does no harm.
     buffers: Vec<OnceCell<Read<Vec<u8>>>>,
@@ -27,7 +26,7 @@ pub struct Document {
 }
 
 impl Document {
-    pub fn new(gltf: gltf::Document, folder: PathBuf, bin: Option<Vec<u8>>, file_bytes: usize) -> Self {
+    pub fn new(gltf: gltf::Document, from: Place, bin: Option<Vec<u8>>, file_bytes: usize) -> Self {
         let buffers = vec![OnceCell::new(); gltf.buffers().len()];
         let budget = Cell::new(FREE_BYTES.saturating_add(file_bytes.saturating_mul(BYTES_PER_BYTE)));
         let mut first = BTreeMap::new();
@@ -35,7 +34,7 @@ impl Document {
         let first_images =
             images.map(|(id, i)| *first.entry((i.uri.as_deref(), id_of(i.buffer_view))).or_insert(id)).collect();
         let quantized = gltf.extensions_used().any(|name| name == "KHR_mesh_quantization");
-        Self { gltf, folder, bin, buffers, budget, quantized, first_images }
+        Self { gltf, place: from, bin, buffers, budget, quantized, first_images }
     }
 
     /// The plain structures, for what the crate's accessors over them would panic on.
@@ -69,7 +68,7 @@ impl Document {
     fn read_buffer(&self, id: usize, place: &str) -> Read<Vec<u8>> {
         let buffer = &self.json().buffers[id];
         let bytes = match (&buffer.uri, &self.bin) {
-            (Some(uri), _) => uri::fetch(uri, &self.folder, &format!("{place}.uri"))?,
+            (Some(uri), _) => uri::fetch(uri, &self.place, &format!("{place}.uri"))?,
             (None, Some(bin)) if id == 0 => bin.clone(),
             (None, _) => {
                 let fault = Fault::invalid(place, "has neither uri nor binary chunk: what needs it is left out");
@@ -124,7 +123,7 @@ impl Document {
         let image = &self.json().images[id];
         let place = format!("images[{id}]");
         match (&image.uri, id_of(image.buffer_view)) {
-            (Some(uri), None) => uri::fetch(uri, &self.folder, &format!("{place}.uri")),
+            (Some(uri), None) => uri::fetch(uri, &self.place, &format!("{place}.uri")),
             (None, Some(view)) => {
                 let bytes = self.view(view)?;
                 self.spend(bytes.len(), &place)?;

@@ -39,10 +39,16 @@ pub fn textures<'a>(material: &gltf::Material<'a>) -> Vec<Info<'a>> {
     infos.into_iter().flatten().collect()
 }
 
-/// Reads a material; the images of its maps are requests.
-pub fn read(document: &Document, gltf: &gltf::Material, images: &mut Images, report: &mut Report) -> Material {
+/// Reads a material; the images of its maps are requests. `faded`: whether any of its vertices has an alpha of its own.
+pub fn read(
+    document: &Document,
+    gltf: &gltf::Material,
+    faded: bool,
+    images: &mut Images,
+    report: &mut Report,
+) -> Material {
     let Some(id) = gltf.index() else { return default_material() };
-    let mut reader = Reader { document, images, report, place: format!("materials[{id}]") };
+    let mut reader = Reader { document, images, report, faded, place: format!("materials[{id}]") };
     let mut material = Material {
         name: name_or(gltf.name(), || format!("material {id}")),
         alpha: match document.json().materials[id].alpha_mode {
@@ -76,6 +82,7 @@ struct Reader<'a> {
     document: &'a Document,
     images: &'a mut Images,
     report: &'a mut Report,
+    faded: bool,
     place: String,
 }
 
@@ -89,9 +96,19 @@ impl Reader<'_> {
         Some(texture.map(self.images.request(Source::Plain(texture.image, kind))))
     }
 
+    /// What a base map is, by what its alpha does. Where vertices fade a mask, the texels' alpha alone decides nothing.
+    fn base_kind(&self, material: &Material) -> ImageKind {
+        match material.alpha {
+            AlphaMode::Opaque => ImageKind::Color,
+            AlphaMode::Mask if !self.faded => ImageKind::masked(material.alpha_cutoff, material.base_factor.w),
+            AlphaMode::Blend | AlphaMode::Mask => ImageKind::Blended,
+        }
+    }
+
     fn metallic_roughness(&mut self, gltf: &gltf::material::PbrMetallicRoughness, material: &mut Material) {
         material.base_factor = Vec4::from_array(gltf.base_color_factor());
-        material.base_map = self.map(gltf.base_color_texture(), "baseColorTexture", ImageKind::Color);
+        let kind = self.base_kind(material);
+        material.base_map = self.map(gltf.base_color_texture(), "baseColorTexture", kind);
         material.metallic = gltf.metallic_factor();
         material.roughness = gltf.roughness_factor();
         let texture = gltf.metallic_roughness_texture();
@@ -102,7 +119,8 @@ impl Reader<'_> {
     fn specular_glossiness(&mut self, gltf: &gltf::material::PbrSpecularGlossiness, material: &mut Material) {
         material.shading = Shading::SpecularGlossiness;
         material.base_factor = Vec4::from_array(gltf.diffuse_factor());
-        material.base_map = self.map(gltf.diffuse_texture(), "diffuseTexture", ImageKind::Color);
+        let kind = self.base_kind(material);
+        material.base_map = self.map(gltf.diffuse_texture(), "diffuseTexture", kind);
         material.specular_factor = Vec3::from_array(gltf.specular_factor());
         material.glossiness = gltf.glossiness_factor();
         let texture = gltf.specular_glossiness_texture();

@@ -29,15 +29,17 @@ mod uri;
 
 pub use uri::read_file;
 
-use super::{ImportError, Model};
+use super::{ImportError, Model, Node};
 use crate::problem::Problem;
 use document::Document;
 use report::{Fault, Read, Report};
 use serde_json::Value;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use systems::images::Image;
 use systems::library::{ImageId, Library, Map, Material, MaterialId, Mesh, MeshId};
 use textures::Images;
+use uri::Place;
 
 /// A model whose ids count from 0, with the items that they stand for.
 pub struct Draft {
@@ -47,10 +49,10 @@ pub struct Draft {
     images: Vec<Option<Image>>,
 }
 
-/// Reads a model without a library: see [`Draft::join`].
-pub fn draft(path: &Path) -> Result<Draft, ImportError> {
+/// Reads a model without a library: see [`Draft::join`]. `named_in`: the folder of the file that names it.
+pub fn draft(path: &Path, named_in: Option<&Path>) -> Result<Draft, ImportError> {
     let mut report = Report::new(path);
-    let draft = read(path, &mut report).unwrap_or_else(|fault| {
+    let draft = read(path, named_in, &mut report).unwrap_or_else(|fault| {
         report.error(fault);
         None
     });
@@ -64,7 +66,7 @@ pub fn draft(path: &Path) -> Result<Draft, ImportError> {
 /// Everything wrong with a model.
 pub fn check(path: &Path) -> Vec<Problem> {
     let mut report = Report::new(path);
-    if let Err(fault) = read(path, &mut report) {
+    if let Err(fault) = read(path, None, &mut report) {
         report.error(fault);
     }
     let errors = report.errors.into_iter().map(Problem::from);
@@ -84,19 +86,19 @@ pub fn files_named_by(path: &Path) -> Vec<PathBuf> {
 }
 
 /// Reads on after most faults; `Err` or `None` where there is nothing to go on with.
-fn read(path: &Path, report: &mut Report) -> Read<Option<Draft>> {
+fn read(path: &Path, named_in: Option<&Path>, report: &mut Report) -> Read<Option<Draft>> {
     let bytes = read_file(path).map_err(|error| Fault::unreadable("file", error.to_string()))?;
     let file_bytes = bytes.len();
-    let (root, bin) = container::open(bytes, report)?;
+    let (mut root, bin) = container::open(bytes, report)?;
     check_version(&root, report)?;
-    shape::check(&root, report);
+    let unfit = shape::check(&root, report);
     if !report.errors.is_empty() {
         // The readers rely on the schema.
         return Ok(None);
     }
-    let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+    shape::leave_out(&mut root, &unfit);
     let animated = root["animations"].as_array().is_some_and(|animations| !animations.is_empty());
-    let document = Document::new(typed::document(root)?, folder, bin, file_bytes);
+    let document = Document::new(typed::document(root)?, Place::new(path, named_in), bin, file_bytes);
     rules::check(&document, report);
     let mut hierarchy = nodes::read(&document, report)?;
     let (roots, scene_name) = nodes::scene(&document, report);
@@ -104,9 +106,12 @@ fn read(path: &Path, report: &mut Report) -> Read<Option<Draft>> {
     let name = scene_name.filter(|n| !n.is_empty()).map_or_else(|| stem.into_owned(), str::to_owned);
     let (meshes, used_materials) = parts::read(&document, &mut hierarchy, &roots, report);
     let mut images = Images::default();
-    let materials = used_materials.iter().map(|id| {
+    let faded = faded(&hierarchy.nodes, &meshes);
+    let materials = used_materials.iter().enumerate().map(|(number, id)| {
         let gltf = id.and_then(|id| document.gltf.materials().nth(id));
-        gltf.map_or_else(materials::default_material, |gltf| materials::read(&document, &gltf, &mut images, report))
+        let faded = faded.contains(&(number as u32));
+        let read = |gltf| materials::read(&document, &gltf, faded, &mut images, report);
+        gltf.map_or_else(materials::default_material, read)
     });
     let materials: Vec<Material> = materials.collect();
     let decoded = images.decode(&document, report);
@@ -115,6 +120,13 @@ fn read(path: &Path, report: &mut Report) -> Read<Option<Draft>> {
     note_what_rests(&document, animated, report);
     let model = Model { name, nodes: hierarchy.nodes, roots, warnings: Vec::new() };
     Ok(Some(Draft { model, meshes, materials, images: decoded }))
+}
+
+/// Materials of meshes whose vertices have an alpha of their own.
+fn faded(nodes: &[Node], meshes: &[Mesh]) -> BTreeSet<u32> {
+    let is_faded: Vec<bool> = meshes.iter().map(|mesh| mesh.colors.iter().any(|color| color.w < 1.0)).collect();
+    let parts = nodes.iter().flat_map(|node| &node.parts);
+    parts.filter(|(mesh, _)| is_faded[mesh.0 as usize]).map(|(_, material)| material.0).collect()
 }
 
 /// Any 2.x loads unless it says that it needs more than 2.0; an empty file needs nothing.

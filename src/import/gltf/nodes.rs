@@ -50,7 +50,7 @@ pub fn read(document: &Document, report: &mut Report) -> Read<Hierarchy> {
             transform,
             children,
             camera: node.camera().and_then(|camera| cameras[camera.index()].clone()),
-            light: node.light().map(|light| lights[light.index()].clone()),
+            light: node.light().and_then(|light| lights.get(light.index()).cloned()),
             ..Node::default()
         });
     }
@@ -248,14 +248,16 @@ fn camera(json: &gltf::json::Camera, id: usize, report: &mut Report) -> Option<C
     let camera = match (json.type_, &json.perspective, &json.orthographic) {
         (Checked::Valid(Lens::Perspective), Some(lens), _) => {
             if lens.yfov >= PI {
-                report.invalid(format!("{place}.perspective.yfov"), "expected an angle below π");
+                report.warn(format!("{place}.perspective.yfov"), "expected an angle below π: left out");
+                return None;
             }
             let projection = Projection::Perspective { fov_y: lens.yfov, aspect: lens.aspect_ratio };
             Camera { projection, near: lens.znear, far: lens.zfar.unwrap_or(f32::INFINITY) }
         }
         (Checked::Valid(Lens::Orthographic), _, Some(lens)) => {
             if lens.ymag == 0.0 || lens.xmag == 0.0 {
-                report.invalid(format!("{place}.orthographic.ymag"), "expected xmag and ymag other than 0");
+                report.warn(format!("{place}.orthographic.ymag"), "expected xmag and ymag other than 0: left out");
+                return None;
             }
             if lens.ymag < 0.0 || lens.xmag < 0.0 {
                 report
@@ -266,13 +268,14 @@ fn camera(json: &gltf::json::Camera, id: usize, report: &mut Report) -> Option<C
             Camera { projection, near: lens.znear, far: lens.zfar }
         }
         _ => {
-            report.invalid(place, "expected the property that its type names, perspective or orthographic");
+            report.warn(place, "expected the property that its type names, perspective or orthographic: left out");
             return None;
         }
     };
     let kind = if matches!(camera.projection, Projection::Perspective { .. }) { "perspective" } else { "orthographic" };
     if camera.far <= camera.near {
-        report.invalid(format!("{place}.{kind}.zfar"), format!("expected more than znear, {}", camera.near));
+        report.warn(format!("{place}.{kind}.zfar"), format!("expected more than znear, {}: left out", camera.near));
+        return None;
     }
     if json.perspective.is_some() && json.orthographic.is_some() {
         report.warn(place, format!("only its type, {kind}, is read"));

@@ -4,7 +4,7 @@ use super::document::Document;
 use super::meshes::Meshes;
 use super::nodes::{self, Hierarchy};
 use super::pose::Pose;
-use super::report::Report;
+use super::report::{FaultKind, Report};
 use super::textures::Info;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -35,11 +35,26 @@ pub fn read(
         let parts = known.entry((mesh.index(), own_pose.then_some(id)));
         let parts = parts.or_insert_with(|| {
             let pose = Pose::new(document, &mesh, &node, &hierarchy.model_from_node);
-            reader.parts(&mesh, &pose.unwrap_or_else(|fault| refuse(fault, report)), report)
+            let pose = pose.unwrap_or_else(|fault| match fault.kind {
+                // A node without size, say, is sound glTF.
+                FaultKind::Unsupported => {
+                    report.warn(fault.place, format!("{}: drawn at its node, without it", fault.message));
+                    Pose::default()
+                }
+                _ => refuse(fault, report),
+            });
+            reader.parts(&mesh, &pose, report)
         });
         hierarchy.nodes[id].parts.clone_from(parts);
         let instances = nodes::instances(document, &node, report);
-        hierarchy.nodes[id].instances = instances.unwrap_or_else(|fault| refuse(fault, report));
+        let required = document.gltf.extensions_required().any(|name| name == "EXT_mesh_gpu_instancing");
+        hierarchy.nodes[id].instances = instances.unwrap_or_else(|fault| {
+            if required {
+                return refuse(fault, report);
+            }
+            report.warn(fault.place, format!("{}: drawn once", fault.message));
+            Vec::new()
+        });
     }
     for mesh in document.gltf.meshes().filter(|mesh| !shown.contains(&mesh.index())) {
         for fault in reader.primitives.read(&mesh, &Pose::default(), report).into_iter().filter_map(Result::err) {

@@ -7,6 +7,7 @@ use super::accessors::Accessor;
 use super::document::{Document, id_of};
 use super::materials;
 use super::report::Report;
+use super::uri;
 use gltf::buffer::Target;
 use gltf::json::validation::Checked;
 use gltf::mesh::Semantic;
@@ -16,6 +17,13 @@ use std::collections::BTreeMap;
 /// Warns of all of them.
 pub fn check(document: &Document, report: &mut Report) {
     views_and_accessors(document, report);
+    let buffers = document.json().buffers.iter().map(|buffer| ("buffers", buffer.uri.as_deref())).enumerate();
+    let images = document.json().images.iter().map(|image| ("images", image.uri.as_deref())).enumerate();
+    for (id, (list, uri)) in buffers.chain(images) {
+        if uri.is_some_and(uri::has_backslashes) {
+            report.warn(format!("{list}[{id}].uri"), "has backslashes, which are read as /: URIs have / alone");
+        }
+    }
     for mesh in document.gltf.meshes() {
         let place = format!("meshes[{}].primitives", mesh.index());
         let targets: Vec<usize> = mesh.primitives().map(|primitive| primitive.morph_targets().len()).collect();

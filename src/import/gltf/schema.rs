@@ -274,7 +274,8 @@ static NODE: Schema = Schema {
         may("skin", Kind::Id("skins")),
         may("matrix", Kind::Reals(16, -MAX, MAX)),
         may("mesh", Kind::Id("meshes")),
-        may("rotation", Kind::Reals(4, -1.0, 1.0)),
+        // Exporters write 1 rounded to 32 bits and more: within what they round.
+        may("rotation", Kind::Reals(4, -1.0 - 1e-4, 1.0 + 1e-4)),
         may("scale", Kind::Reals(3, -MAX, MAX)),
         may("translation", Kind::Reals(3, -MAX, MAX)),
         may("weights", Kind::Reals(0, -MAX, MAX)),

@@ -1,20 +1,71 @@
 //! Walks a document along the tables of [`super::schema`] and reports everything that does not fit, so that the readers
 //! beside this module may take a property's type, range and target for granted and only handle its absence.
+//!
+//! What a file can do without does not refuse it: a faulty extension that it does not require, a camera, a name is left out
+//! ([`leave_out`]), with a warning.
 
 use super::report::Report;
 use super::schema::{Field, Kind, MAX, ROOT, SUPPORTED, Schema};
-use serde_json::{Map, Value};
+use serde_json::{Map, Value, json};
 use std::collections::BTreeSet;
 
-/// Reports everything in the document that does not fit the tables.
-pub fn check(root: &Value, report: &mut Report) {
-    let used = root["extensionsUsed"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
-    let mut check = Check { root, report, lenient: false, used, ignored: BTreeSet::new() };
+/// Reports everything in the document that does not fit the tables. Returns the places of what is to be left out.
+pub fn check(root: &Value, report: &mut Report) -> Vec<String> {
+    let names = |list: &str| root[list].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
+    let (used, required) = (names("extensionsUsed"), names("extensionsRequired"));
+    let (ignored, unfit) = (BTreeSet::new(), Vec::new());
+    let mut check = Check { root, report, lenient: false, used, required, ignored, faults: 0, unfit };
     check.object(root, &ROOT, "");
-    let ignored = std::mem::take(&mut check.ignored);
+    let (ignored, unfit) = (std::mem::take(&mut check.ignored), std::mem::take(&mut check.unfit));
     check.declarations(&ignored);
     for name in ignored {
         report.warn("extensionsUsed", format!("ignored: {name}"));
+    }
+    unfit
+}
+
+/// Takes out of the document what [`check`] has named.
+pub fn leave_out(root: &mut Value, unfit: &[String]) {
+    for place in unfit {
+        // From `nodes[0].name` to a JSON pointer; no name of ours has a dot or bracket.
+        let pointer = format!("/{}", place.replace('[', ".").replace(']', "").replace('.', "/"));
+        let Some((parent, name)) = pointer.rsplit_once('/') else { continue };
+        match root.pointer_mut(parent) {
+            Some(Value::Object(members)) => _ = members.remove(name),
+            // Others are counted by their place: an item is only emptied.
+            Some(Value::Array(items)) => {
+                if let Some(item) = name.parse().ok().and_then(|id: usize| items.get_mut(id)) {
+                    *item = Value::Null;
+                }
+            }
+            _ => {}
+        }
+    }
+    if unfit.iter().any(|place| place.starts_with("cameras[")) {
+        without_cameras(root);
+    }
+    // Nodes name the lights that they have by number.
+    if unfit.iter().any(|place| place == "extensions.KHR_lights_punctual") {
+        let nodes = root.get_mut("nodes").and_then(Value::as_array_mut);
+        for node in nodes.into_iter().flatten() {
+            let extensions = node.get_mut("extensions").and_then(Value::as_object_mut);
+            extensions.and_then(|extensions| extensions.remove("KHR_lights_punctual"));
+        }
+    }
+}
+
+/// Takes cameras that have been emptied from their nodes; a stand-in keeps the others' numbers.
+fn without_cameras(root: &mut Value) {
+    let cameras = root["cameras"].as_array().cloned().unwrap_or_default();
+    let is_empty = |id: &Value| whole(id).and_then(|id| cameras.get(id as usize)).is_some_and(Value::is_null);
+    let nodes = root.get_mut("nodes").and_then(Value::as_array_mut);
+    for node in nodes.into_iter().flatten().filter_map(Value::as_object_mut) {
+        if node.get("camera").is_some_and(is_empty) {
+            node.remove("camera");
+        }
+    }
+    for camera in root["cameras"].as_array_mut().into_iter().flatten().filter(|camera| camera.is_null()) {
+        *camera = json!({ "type": "perspective", "perspective": { "yfov": 1.0, "znear": 0.1 } });
     }
 }
 
@@ -33,6 +84,9 @@ pub fn is_attribute(name: &str) -> bool {
     }
 }
 
+/// Properties that nothing else depends on.
+const FORGIVEN: [&str; 5] = ["name", "copyright", "generator", "min", "max"];
+
 struct Check<'a> {
     root: &'a Value,
     report: &'a mut Report,
@@ -40,12 +94,19 @@ struct Check<'a> {
     lenient: bool,
     /// Extensions that the file declares.
     used: BTreeSet<&'a str>,
+    /// Extensions that the file cannot be read without.
+    required: BTreeSet<&'a str>,
     /// Extensions met that we do not read.
     ignored: BTreeSet<String>,
+    /// Faults so far, those that are forgiven too.
+    faults: usize,
+    /// Places of what is left out.
+    unfit: Vec<String>,
 }
 
 impl Check<'_> {
     fn fault(&mut self, place: &str, message: impl Into<String>) {
+        self.faults += 1;
         if self.lenient {
             self.report.warn(place, message);
         } else {
@@ -73,10 +134,26 @@ impl Check<'_> {
     }
 
     fn field(&mut self, value: &Value, field: &Field, place: &str) {
-        let outer = self.lenient;
-        self.lenient |= place == "animations";
-        self.value(value, field.kind, place);
+        if place == "animations" {
+            let outer = std::mem::replace(&mut self.lenient, true);
+            self.value(value, field.kind, place);
+            self.lenient = outer;
+        } else if FORGIVEN.contains(&field.name) {
+            self.forgive(place, |check| check.value(value, field.kind, place));
+        } else {
+            self.value(value, field.kind, place);
+        }
+    }
+
+    /// Checks something that is left out, with a warning, where there is a fault in it.
+    fn forgive(&mut self, place: &str, check: impl FnOnce(&mut Self)) {
+        let (outer, before) = (std::mem::replace(&mut self.lenient, true), self.faults);
+        check(self);
         self.lenient = outer;
+        if self.faults > before {
+            self.report.warn(place, "left out for that");
+            self.unfit.push(place.to_owned());
+        }
     }
 
     fn value(&mut self, value: &Value, kind: Kind, place: &str) {
@@ -144,7 +221,12 @@ impl Check<'_> {
             self.report.warn(place, "empty, which glTF does not allow: treated as absent");
         }
         for (i, value) in array.iter().enumerate() {
-            self.value(value, kind, &format!("{place}[{i}]"));
+            let item = format!("{place}[{i}]");
+            if place == "cameras" {
+                self.forgive(&item, |check| check.value(value, kind, &item));
+            } else {
+                self.value(value, kind, &item);
+            }
         }
     }
 
@@ -194,7 +276,11 @@ impl Check<'_> {
                 self.report.warn(&*place, "not declared in extensionsUsed");
             }
             if let Some((_, schema)) = schema.extensions.iter().find(|(n, _)| n == name) {
-                self.object(extension, schema, &place);
+                if self.required.contains(name.as_str()) {
+                    self.object(extension, schema, &place);
+                } else {
+                    self.forgive(&place, |check| check.object(extension, schema, &place));
+                }
             } else if SUPPORTED.contains(&name.as_str()) {
                 self.report.warn(place, "ignored: this extension has no meaning here");
             } else {

@@ -5,8 +5,9 @@
 
 use super::document::{Document, id_of};
 use super::report::{Fault, Read, Report};
+use super::uri;
 use crate::import::image::{self as decoder, Unfit};
-use crate::import::progress;
+use crate::import::{ReadImage, progress};
 use glam::Affine2;
 use gltf::json::extensions::texture::TextureTransform;
 use gltf::json::validation::Checked;
@@ -27,6 +28,9 @@ const FREE_TEXELS: u64 = decoder::MAX_TEXELS;
 const TEXELS_PER_BYTE: u64 = 64;
 /// Texels that the images of a model may have, however large it is: 1.4 GB with their levels.
 const MAX_TEXELS: u64 = 256 << 20;
+
+/// Extensions whose images are drawn rather than a texture's source, the preferred first.
+const OF_EXTENSIONS: [&str; 2] = ["EXT_texture_webp", "MSFT_texture_dds"];
 
 /// What an image of the library is made of.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -101,20 +105,42 @@ fn placement(offset: [f32; 2], rotation: f32, scale: [f32; 2]) -> Affine2 {
 pub fn texture(document: &Document, info: Info, place: &str, report: &mut Report) -> Option<Texture> {
     let Info { texture, mut uv_set, image_from_mesh_uv } = info;
     let json = &document.json().textures[texture.index()];
-    let other = |name: &str| texture.extension_value(name)?["source"].as_u64().map(|id| id as usize);
-    let source = other("EXT_texture_webp").or_else(|| other("MSFT_texture_dds")).unwrap_or(json.source.value());
-    // The crate gives an absent source the greatest index.
-    if source >= document.gltf.images().len() {
+    let Some((_, source)) = sources(document, &texture).into_iter().next() else {
         let place = format!("textures[{}]", texture.index());
         report.warn(place, "names no image that can be read: drawn without it");
         return None;
-    }
+    };
     if uv_set > 1 {
         report.warn(format!("{place}.texCoord"), format!("only the first two UV sets are read, not {uv_set}"));
         uv_set = 0;
     }
     let sampler = id_of(json.sampler).map(|id| sampler(&document.json().samplers[id])).unwrap_or_default();
     Some(Texture { image: document.first_alike(source), sampler, uv_set, image_from_mesh_uv })
+}
+
+/// The images that a texture names, the preferred first; those of extensions with the extension.
+fn sources(document: &Document, texture: &gltf::Texture) -> Vec<(Option<&'static str>, usize)> {
+    let of = |name: &'static str| Some((Some(name), texture.extension_value(name)?["source"].as_u64()? as usize));
+    let own = (None, document.json().textures[texture.index()].source.value());
+    // The crate gives an absent source the greatest index.
+    let exists = |&(_, id): &(Option<&str>, usize)| id < document.gltf.images().len();
+    OF_EXTENSIONS.into_iter().filter_map(of).chain([own]).filter(exists).collect()
+}
+
+/// What is drawn where an image cannot be decoded: what the same texture names beside it. Not for an extension that the
+/// file requires.
+fn instead(document: &Document) -> BTreeMap<usize, usize> {
+    let mut instead = BTreeMap::new();
+    for texture in document.gltf.textures() {
+        for pair in sources(document, &texture).windows(2) {
+            let (extension, [from, to]) = (pair[0].0, [pair[0].1, pair[1].1].map(|id| document.first_alike(id)));
+            let required = document.gltf.extensions_required().any(|name| Some(name) == extension);
+            if !required && from != to {
+                instead.entry(from).or_insert(to);
+            }
+        }
+    }
+    instead
 }
 
 fn sampler(json: &gltf::json::texture::Sampler) -> Sampler {
@@ -157,14 +183,19 @@ impl Images {
     /// Decodes all requests in parallel, in their order. `None` for an image of a format that we do not know, as glTF
     /// allows them: drawn as if the map were absent.
     pub fn decode(&self, document: &Document, report: &mut Report) -> Vec<Option<Image>> {
+        let instead = instead(document);
         let mut encoded = BTreeMap::new();
-        for id in self.requests.iter().flat_map(|r| r.images()) {
-            encoded.entry(id).or_insert_with(|| {
-                Encoded::new(document, id).unwrap_or_else(|fault| {
-                    report.error(fault);
-                    Encoded::default()
-                })
-            });
+        for mut id in self.requests.iter().flat_map(|r| r.images()) {
+            // With what may be needed instead of it; the chain has no more links than there are extensions.
+            for _ in 0..=OF_EXTENSIONS.len() {
+                let next = instead.get(&id).copied();
+                encoded.entry(id).or_insert_with(|| {
+                    let missing = |fault| Encoded { fault: Some(fault), ..Encoded::default() };
+                    Encoded::new(document, id).unwrap_or_else(missing)
+                });
+                let Some(next) = next else { break };
+                id = next;
+            }
         }
         let texels = match self.texels(&encoded) {
             Ok(texels) => texels,
@@ -185,7 +216,7 @@ impl Images {
             });
             let end = start + fit.count().max(1);
             decoded.extend(map_in_parallel(self.requests[start..end].iter(), |request| {
-                let image = request.decode(&encoded);
+                let image = request.decode(&encoded, &instead);
                 progress::done(1);
                 image
             }));
@@ -193,7 +224,26 @@ impl Images {
         }
         decoded
             .into_iter()
-            .map(|image| image.map_err(|(id, unfit)| complain(id, &unfit, &encoded, report)).ok())
+            .zip(&self.requests)
+            .map(|(read, request)| match read {
+                Ok((read, left)) => {
+                    for (id, unfit) in left {
+                        let Some(Encoded { place, fault, .. }) = encoded.get(&id) else { continue };
+                        let why = fault.as_ref().map_or((place.clone(), unfit.to_string()), |fault| {
+                            (fault.place.clone(), fault.message.clone())
+                        });
+                        report.warn(why.0, format!("{}: the source beside it is drawn", why.1));
+                    }
+                    for (note, id) in read.notes.iter().flat_map(|note| request.images().map(move |id| (note, id))) {
+                        report.warn(encoded.get(&id).map_or("", |e| &e.place), note);
+                    }
+                    Some(read.image)
+                }
+                Err((id, unfit)) => {
+                    complain(document, id, &unfit, &encoded, report);
+                    None
+                }
+            })
             .collect()
     }
 
@@ -218,13 +268,16 @@ impl Images {
     }
 }
 
-fn complain(id: usize, unfit: &Unfit, encoded: &BTreeMap<usize, Encoded>, report: &mut Report) {
-    let Some(Encoded { place, bytes, .. }) = encoded.get(&id) else { return };
-    match unfit {
-        // Its bytes could not be had, which has been said.
-        _ if bytes.is_empty() && place.is_empty() => {}
-        Unfit::UnknownFormat => report.warn(&**place, format!("{unfit}: drawn without it")),
-        Unfit::Damaged(_) => report.invalid(&**place, unfit.to_string()),
+fn complain(document: &Document, id: usize, unfit: &Unfit, encoded: &BTreeMap<usize, Encoded>, report: &mut Report) {
+    let Some(Encoded { place, fault, .. }) = encoded.get(&id) else { return };
+    match (fault, unfit) {
+        // glTF leaves other schemes to the reader.
+        (Some(fault), _) if document.json().images[id].uri.as_deref().is_some_and(uri::is_remote) => {
+            report.warn(&*fault.place, format!("{}: drawn without it", fault.message));
+        }
+        (Some(fault), _) => report.error(fault.clone()),
+        (None, Unfit::UnknownFormat) => report.warn(&**place, format!("{unfit}: drawn without it")),
+        (None, Unfit::Damaged(_)) => report.invalid(&**place, unfit.to_string()),
     }
 }
 
@@ -277,6 +330,8 @@ struct Encoded {
     bytes: Vec<u8>,
     /// What its media type or name says.
     format: Option<ImageFormat>,
+    /// Why its bytes could not be had.
+    fault: Option<Fault>,
 }
 
 impl Encoded {
@@ -291,7 +346,7 @@ impl Encoded {
             None => format!("images[{id}]"),
         };
         let format = by_type.or_else(|| ImageFormat::from_path(uri?).ok());
-        Ok(Self { place, name, bytes: document.image_bytes(id)?, format })
+        Ok(Self { place, name, bytes: document.image_bytes(id)?, format, fault: None })
     }
 
     fn decode(&self) -> Result<DynamicImage, Unfit> {
@@ -308,17 +363,39 @@ impl Source {
         a.into_iter().chain(b)
     }
 
-    fn decode(self, encoded: &BTreeMap<usize, Encoded>) -> Result<Image, (usize, Unfit)> {
+    /// The image, and what could not be decoded and was replaced.
+    fn decode(
+        self,
+        encoded: &BTreeMap<usize, Encoded>,
+        instead: &BTreeMap<usize, usize>,
+    ) -> Result<(ReadImage, Vec<(usize, Unfit)>), (usize, Unfit)> {
         let get = |id: usize| encoded.get(&id).ok_or((id, Unfit::UnknownFormat));
-        let pixels = |id: usize| get(id)?.decode().map_err(|unfit| (id, unfit));
-        match self {
-            Self::Plain(id, kind) => Ok(decoder::with_levels(&get(id)?.name, kind, pixels(id)?)),
-            Self::Specular { color, strength } => {
-                let name = color.or(strength).map_or(Ok(""), |id| get(id).map(|e| e.name.as_str()))?;
-                let combined = combine(color.map(pixels).transpose()?, strength.map(pixels).transpose()?);
-                Ok(Image::rgba8(name, combined.width(), combined.height(), ImageKind::Color, combined.into_raw()))
+        let mut left = Vec::new();
+        let mut pixels = |mut id: usize| loop {
+            match (get(id)?.decode(), instead.get(&id)) {
+                (Ok(pixels), _) => return Ok((get(id)?.name.as_str(), pixels)),
+                (Err(unfit), Some(&next)) if left.len() < OF_EXTENSIONS.len() * 2 => {
+                    left.push((id, unfit));
+                    id = next;
+                }
+                (Err(unfit), _) => return Err((id, unfit)),
             }
-        }
+        };
+        let read = match self {
+            Self::Plain(id, kind) => {
+                let (name, pixels) = pixels(id)?;
+                decoder::with_levels(name, kind, pixels)
+            }
+            Self::Specular { color, strength } => {
+                let (color, strength) = (color.map(&mut pixels).transpose()?, strength.map(&mut pixels).transpose()?);
+                let name = color.as_ref().or(strength.as_ref()).map_or("", |(name, _)| name);
+                let combined = combine(color.map(|(_, pixels)| pixels), strength.map(|(_, pixels)| pixels));
+                let (width, height) = combined.dimensions();
+                let image = Image::rgba8(name, width, height, ImageKind::Color, combined.into_raw());
+                ReadImage { image, notes: Vec::new() }
+            }
+        };
+        Ok((read, left))
     }
 }
 

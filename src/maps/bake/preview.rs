@@ -64,7 +64,7 @@ fn mesh(low: &Surface) -> Mesh {
 fn mapped(plain: &Material, baked: &Baked, library: &mut Library) -> Material {
     let mut add = |raster: &Raster, kind| Map::new(library.add_image(image(raster, kind)));
     let normal_map = baked.normal.as_ref().map(|raster| add(raster, ImageKind::Normal));
-    let height_map = baked.height.as_ref().map(|raster| add(raster, ImageKind::Data));
+    let height_map = baked.height.as_ref().map(|raster| add(raster, ImageKind::Height));
     let occlusion_map = baked.occlusion.as_ref().map(|raster| add(raster, ImageKind::Data));
     let technique = match (normal_map, height_map) {
         (None, Some(_)) => Technique::PerturbedNormal,
@@ -75,12 +75,17 @@ fn mapped(plain: &Material, baked: &Baked, library: &mut Library) -> Material {
 }
 
 fn image(raster: &Raster, kind: ImageKind) -> Image {
+    let (width, height) = (raster.width as u32, raster.height as u32);
+    if kind == ImageKind::Height {
+        let heights = raster.values.chunks(raster.channels.max(1)).map(|texel| texel[0].clamp(0.0, 1.0));
+        return Image::heights("baked", width, height, &heights.collect::<Vec<_>>());
+    }
     let byte = |value: f32| (value.clamp(0.0, 1.0) * 255.0).round() as u8;
     let texels = raster.values.chunks(raster.channels.max(1)).flat_map(|texel| {
         let at = |channel: usize| byte(texel.get(channel).copied().unwrap_or(texel[0]));
         [at(0), at(1), at(2), 255]
     });
-    Image::rgba8("baked", raster.width as u32, raster.height as u32, kind, texels.collect())
+    Image::rgba8("baked", width, height, kind, texels.collect())
 }
 
 /// From where an open sheet is seen face on, and a closed thing a little from above and the right.

@@ -125,7 +125,7 @@ fn read_models(
     }
     let paths: Vec<PathBuf> = wanted.iter().map(|(file, _)| folder.join(file)).collect();
     let (mut models, mut faults) = (HashMap::new(), Vec::new());
-    for ((file, at), model) in wanted.into_iter().zip(import::load_models(&paths, library)) {
+    for ((file, at), model) in wanted.into_iter().zip(import::load_models(&paths, folder, library)) {
         match model {
             Ok(model) => _ = models.insert(file.to_owned(), model),
             Err(error) => faults.push(at.fault(error)),
