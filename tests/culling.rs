@@ -166,8 +166,8 @@ fn what_a_wall_hides_is_not_drawn_and_comes_back_at_once_when_the_wall_goes() {
         scene.simulation.world.despawn(wall);
         scene.simulation.frame();
         let (seen, drawn) = scene.draw_with(&mut renderer, settings);
-        // The box in front hides a few.
-        assert!((350..=401).contains(&drawn.objects), "{}", drawn.objects);
+        // The box in front hides what is 3.3 m aside at the most, six by six boxes, of which culling may keep some.
+        assert!((365..=401).contains(&drawn.objects), "{}", drawn.objects);
         let mut fresh = Renderer::new(renderer.gpu());
         assert!(seen == scene.draw_with(&mut fresh, Settings { samples, ..with(Occlusion::Off) }).0);
     }
@@ -195,10 +195,9 @@ fn a_still_view_is_drawn_whole_when_the_picture_or_a_surface_changes() {
         let view = Viewpoint::Camera(scene.camera).view(&scene.simulation.world, (SIZE.0 * 2, SIZE.1 * 2));
         renderer.prepare(&mut scene.simulation, &view, &on).expect("it fits");
         let large = renderer.draw_picture();
-        let small = image::imageops::thumbnail(&large, SIZE.0, SIZE.1);
-        let differs = |(a, b): (&image::Rgba<u8>, &image::Rgba<u8>)| a.0[0].abs_diff(b.0[0]) > 40;
-        let different = small.pixels().zip(seen.0.pixels()).filter(|&pair| differs(pair)).count();
-        assert!(different < 60, "{different} pixels of the larger picture differ");
+        let mut fresh = Renderer::new(renderer.gpu());
+        fresh.prepare(&mut scene.simulation, &view, &with(Occlusion::Off)).expect("it fits");
+        assert!(large == fresh.draw_picture(), "a larger picture");
         for _ in 0..3 {
             scene.draw_with(&mut renderer, on);
         }
@@ -244,6 +243,16 @@ fn objects_outside_the_view_are_not_drawn() {
     assert_eq!(scene.draw_with(&mut renderer, with(Occlusion::Off)).1.objects, 0);
 }
 
+/// The sum of all differences between neighbours, along rows and columns.
+fn variation(picture: &image::RgbaImage) -> u64 {
+    let neighbours =
+        |x: u32, y: u32| [(x + 1, y), (x, y + 1)].into_iter().filter_map(move |(x, y)| picture.get_pixel_checked(x, y));
+    let apart = |a: &image::Rgba<u8>, b: &image::Rgba<u8>| {
+        a.0.iter().zip(b.0).map(|(a, b)| u64::from(a.abs_diff(b))).sum::<u64>()
+    };
+    picture.enumerate_pixels().map(|(x, y, pixel)| neighbours(x, y).map(|next| apart(pixel, next)).sum::<u64>()).sum()
+}
+
 #[test]
 fn far_objects_are_drawn_with_fewer_triangles_and_look_the_same() {
     let Some(mut renderer) = renderer() else { return };
@@ -266,7 +275,10 @@ fn far_objects_are_drawn_with_fewer_triangles_and_look_the_same() {
         assert_eq!((all.triangles, some.objects), (whole.triangles, 1));
         triangles.push(some.triangles);
         let difference: u64 = fine.as_raw().iter().zip(coarse.as_raw()).map(|(a, b)| u64::from(a.abs_diff(*b))).sum();
-        assert!(difference < 6000, "step {step}: {difference}");
+        // A level is a pixel off at the most. What moves by no more than that changes a picture by no more than it changes from
+        // pixel to pixel: on the ball, as vertices have the ball's normals, and at its rim.
+        let variation = variation(&fine);
+        assert!(difference <= variation, "step {step}: {difference}, {variation} at the most");
     }
     assert!(triangles.is_sorted_by(|near, far| near >= far), "{triangles:?}");
     assert!(triangles[0] * 2 <= whole.triangles && triangles[6] * 4 < triangles[0], "{triangles:?}");
@@ -354,8 +366,9 @@ fn a_world_that_lived_looks_like_one_made_as_it_is_now() {
         let mut renderer = Headless { renderer: Renderer::new(&gpu), settings: settings(Occlusion::Off) };
         let expected = renderer.draw(&mut fresh.simulation, fresh.camera, SIZE).expect("a picture");
         let different = picture.pixels().zip(expected.pixels()).filter(|(a, b)| a != b).count();
-        // Blended objects at equal distances are drawn in the order of their slots, which have a history.
-        assert!(different <= 2, "frame {frame}, {} objects: {different} pixels differ", objects.len());
+        // Blended objects at equal distances are drawn in the order of their slots, which have a history: places are random, and
+        // no two are equally far.
+        assert!(different == 0, "frame {frame}, {} objects: {different} pixels differ", objects.len());
     }
     assert!(objects.len() > 500, "{}", objects.len());
 }
@@ -412,7 +425,9 @@ fn what_lies_between_samples_is_not_drawn_and_nobody_sees_it() {
                 let (picture, drawn) = opaque.draw_with(&mut renderer, settings);
                 let different = picture.pixels().zip(expected.pixels()).filter(|(a, b)| a != b).count();
                 assert_eq!(different, 0, "{origin}, {mesh_origin}, {projection:?}, {samples} samples, {occlusion:?}");
-                // Far from the origin, rounding takes room.
+                // How many have a sample in the boxes around them follows from their sizes and the rasteriser's rounding: at
+                // the most 0.37 with one sample and 0.67 with four, by the same distribution of 4,000 others; far from the
+                // origin, where a metre is known to 0.04, 0.51 and 0.91. The standard error of 1,700 objects is 0.012.
                 let share = if samples == 1 {
                     0.6
                 } else if [origin, mesh_origin] == [Vec3::ZERO; 2] {
@@ -514,9 +529,11 @@ fn near_objects_are_drawn_before_far_ones() {
         let mut farthest = 0f32;
         for (place, distance) in distances.iter().enumerate() {
             farthest = farthest.max(*distance);
+            // Slices are half octaves: a factor of √2, rounded.
             assert!(distance * 1.4143 > farthest, "{place}: {distance} m after {farthest} m");
         }
         // Within a slice, in the order of slots; every object once.
+        // Of 32 slices, the distances from 2 m to 400 m are in 16.
         let descents = slots.windows(2).filter(|pair| pair[0] >= pair[1]).count();
         assert!((5..32).contains(&descents), "{descents} slices begin");
         let mut each = slots.clone();

@@ -155,8 +155,8 @@ fn a_light_that_is_off_changes_no_pixel_of_what_others_light() {
     assert!(plain.iter().any(|pixel| pixel[0] > 0.3), "something is lit");
     for off in [vec![attenuated.clone()], vec![cone.clone()], vec![ambient.clone()], vec![attenuated, cone, ambient]] {
         let other = picture(&off).expect("a picture");
-        let apart = plain.iter().flatten().zip(other.iter().flatten()).map(|(a, b)| (a - b).abs());
-        // Two shaders need not round alike.
+        let apart = plain.iter().flatten().zip(other.iter().flatten()).map(|(a, b)| (a - b).abs() / a.max(1.0));
+        // Two shaders need not round alike: what differs by 2⁻²⁰ may be two neighbouring half floats, 2⁻¹⁰ apart.
         assert!(apart.fold(0.0, f32::max) < 2e-3, "{off:?}");
     }
 }
@@ -186,15 +186,17 @@ fn three_lights_and_all_lights_agree_while_no_more_than_three_reach() {
     let three = square.middle();
     square.simulation.world.insert_resource(LightPolicy::All);
     let all = square.middle();
+    // As in `assert_near`, below 1.
     assert!(three.x > 0.1 && (three - all).abs().max_element() < 2e-3, "{three} {all}");
-    // A fourth is seen by "all" in full; by "three" about as much, through weights and remainder; by "hard" not.
+    // A fourth is seen by "all" in full; by "hard" not; by "three" as much, through weights and remainder: in the object's
+    // middle, with its normal along an axis, an ambient cube is exact. Weights have 10 bits: half a step is 2⁻¹¹ of a light.
     square.light(Light::point(0.5, 20.0), Transform::from_xyz(0.0, -1.0, 2.0));
     let all_four = square.middle();
     square.simulation.world.insert_resource(LightPolicy::Hard);
     assert!((square.middle() - three).abs().max_element() < 2e-3);
     square.simulation.world.insert_resource(LightPolicy::Three);
     let smooth = square.middle();
-    assert!((smooth - all_four).abs().max_element() < 0.35 * all_four.x, "{smooth} {all_four}");
+    assert!((smooth - all_four).abs().max_element() < 2e-3, "{smooth} {all_four}");
 }
 
 const POLICIES: [LightPolicy; 3] = [LightPolicy::Three, LightPolicy::Hard, LightPolicy::All];
@@ -231,7 +233,8 @@ fn the_error_bound_is_the_sum_of_what_is_dropped_as_bright_as_it_shows() {
     square.light(Light::directional(0.06), Transform::default());
     for policy in POLICIES {
         square.simulation.world.insert_resource(policy);
-        // 0.1 is in the middle of 0.001 … 10; ten times as bright a picture is one decade more.
+        // 0.1 is in the middle of 0.001 … 10; ten times as bright a picture is one decade more. Kept in 8 bits it is 0.1001,
+        // which is 0.0004 of a colour.
         assert_near(square.middle(), HeatScale::color(0.5));
         square.simulation.world.resource_mut::<Environment>().exposure = 10.0;
         assert_near(square.middle(), HeatScale::color(0.75));
