@@ -275,8 +275,8 @@ fn far_objects_are_drawn_with_fewer_triangles_and_look_the_same() {
         assert_eq!((all.triangles, some.objects), (whole.triangles, 1));
         triangles.push(some.triangles);
         let difference: u64 = fine.as_raw().iter().zip(coarse.as_raw()).map(|(a, b)| u64::from(a.abs_diff(*b))).sum();
-        // A level is a pixel off at the most. What moves by no more than that changes a picture by no more than it changes from
-        // pixel to pixel: on the ball, as vertices have the ball's normals, and at its rim.
+        // A level is a pixel off at the most. What moves by no more than that changes a picture by no more than it
+        // changes from pixel to pixel: on the ball, as vertices have the ball's normals, and at its rim.
         let variation = variation(&fine);
         assert!(difference <= variation, "step {step}: {difference}, {variation} at the most");
     }
@@ -366,8 +366,8 @@ fn a_world_that_lived_looks_like_one_made_as_it_is_now() {
         let mut renderer = Headless { renderer: Renderer::new(&gpu), settings: settings(Occlusion::Off) };
         let expected = renderer.draw(&mut fresh.simulation, fresh.camera, SIZE).expect("a picture");
         let different = picture.pixels().zip(expected.pixels()).filter(|(a, b)| a != b).count();
-        // Blended objects at equal distances are drawn in the order of their slots, which have a history: places are random, and
-        // no two are equally far.
+        // Blended objects at equal distances are drawn in the order of their slots, which have a history: places are
+        // random, and no two are equally far.
         assert!(different == 0, "frame {frame}, {} objects: {different} pixels differ", objects.len());
     }
     assert!(objects.len() > 500, "{}", objects.len());
@@ -425,9 +425,10 @@ fn what_lies_between_samples_is_not_drawn_and_nobody_sees_it() {
                 let (picture, drawn) = opaque.draw_with(&mut renderer, settings);
                 let different = picture.pixels().zip(expected.pixels()).filter(|(a, b)| a != b).count();
                 assert_eq!(different, 0, "{origin}, {mesh_origin}, {projection:?}, {samples} samples, {occlusion:?}");
-                // How many have a sample in the boxes around them follows from their sizes and the rasteriser's rounding: at
-                // the most 0.37 with one sample and 0.67 with four, by the same distribution of 4,000 others; far from the
-                // origin, where a metre is known to 0.04, 0.51 and 0.91. The standard error of 1,700 objects is 0.012.
+                // How many have a sample in the boxes around them follows from their sizes and the rasteriser's
+                // rounding: at the most 0.37 with one sample and 0.67 with four, by the same distribution of 4,000
+                // others; far from the origin, where a metre is known to 0.04, 0.51 and 0.91. The standard error of
+                // 1,700 objects is 0.012.
                 let share = if samples == 1 {
                     0.6
                 } else if [origin, mesh_origin] == [Vec3::ZERO; 2] {

@@ -188,8 +188,9 @@ fn three_lights_and_all_lights_agree_while_no_more_than_three_reach() {
     let all = square.middle();
     // As in `assert_near`, below 1.
     assert!(three.x > 0.1 && (three - all).abs().max_element() < 2e-3, "{three} {all}");
-    // A fourth is seen by "all" in full; by "hard" not; by "three" as much, through weights and remainder: in the object's
-    // middle, with its normal along an axis, an ambient cube is exact. Weights have 10 bits: half a step is 2⁻¹¹ of a light.
+    // A fourth is seen by "all" in full; by "hard" not; by "three" as much, through weights and remainder: in the
+    // object's middle, with its normal along an axis, an ambient cube is exact. Weights have 10 bits: half a step is
+    // 2⁻¹¹ of a light.
     square.light(Light::point(0.5, 20.0), Transform::from_xyz(0.0, -1.0, 2.0));
     let all_four = square.middle();
     square.simulation.world.insert_resource(LightPolicy::Hard);
@@ -233,8 +234,8 @@ fn the_error_bound_is_the_sum_of_what_is_dropped_as_bright_as_it_shows() {
     square.light(Light::directional(0.06), Transform::default());
     for policy in POLICIES {
         square.simulation.world.insert_resource(policy);
-        // 0.1 is in the middle of 0.001 … 10; ten times as bright a picture is one decade more. Kept in 8 bits it is 0.1001,
-        // which is 0.0004 of a colour.
+        // 0.1 is in the middle of 0.001 … 10; ten times as bright a picture is one decade more. Kept in 8 bits it is
+        // 0.1001, which is 0.0004 of a colour.
         assert_near(square.middle(), HeatScale::color(0.5));
         square.simulation.world.resource_mut::<Environment>().exposure = 10.0;
         assert_near(square.middle(), HeatScale::color(0.75));

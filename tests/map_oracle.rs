@@ -12,6 +12,7 @@ use relief::maps::{
 use serde_json::{Value, json};
 use std::fs;
 
+/// 65 roundings of 2⁻²⁴.
 const TOLERANCE: f32 = 0.001 / 255.0;
 
 /// What both are to compute.

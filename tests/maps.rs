@@ -100,6 +100,8 @@ fn a_hemisphere_has_its_analytic_normals_within_a_degree() {
                         continue;
                     }
                     let wanted = at.extend((radius.powi(2) - at.length_squared()).sqrt()) / radius;
+                    // Steps of 8 bits: half of 2/255 in three components, 0.4°. Heights of 16 bits, and differences
+                    // over two texels where the slope bends, 0.1° each.
                     let angle = normal.normalize().angle_between(wanted).to_degrees();
                     assert!(angle < 1.0, "{filter:?} at {at}: {angle}° off");
                     checked += 1;
@@ -378,5 +380,9 @@ fn the_renderer_agrees_with_the_normal_map_of_the_same_height_scale() {
         count += 1;
     }
     assert!(count > 20_000 && lean > 10.0, "{count} pixels lean up to {lean}°");
-    assert!(far < 1.0, "{far}° apart");
+    // Between texels, heights rise straight and the map's slopes change straight: they differ by half of what a slope
+    // changes from texel to texel, 0.0185 along u and 0.0124 along v: 0.64°. Half floats know two heights to 2⁻¹² each,
+    // of 6.4 texels: 0.18°. Of a pixel's 106 steps of a weight's 8 bits one may be lost, of a slope of 0.2: 0.11°.
+    // Normals as colours in half floats, √3 · 2⁻¹⁰ twice: 0.2°.
+    assert!(far < 1.2, "{far}° apart");
 }

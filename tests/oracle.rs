@@ -158,9 +158,9 @@ fn shading_agrees_with_the_independent_reference() {
         let (median, p99) = (at(0.5), at(0.99));
         println!("{}: {} values, median {median:.5}, p99 {p99:.5}, max {:.5}", case["name"], errors.len(), at(1.0));
         assert!(errors.len() > 10_000, "the object is in the picture");
-        // Half floats below 1, 2⁻¹⁰ at worst, and as much for weights of 8 bits in diffuse light. Where texels lean apart by 0.3,
-        // such weights move a normal by 0.0017 along both axes, and a highlight by twice that; one of 24 · 0.8 changes by 2.4
-        // in a radian, and lights add up to less than 2.
+        // Half floats below 1, 2⁻¹⁰ at worst, and as much for weights of 8 bits in diffuse light. Where texels lean
+        // apart by 0.3, such weights move a normal by 0.0017 along both axes, and a highlight by twice that; one of 24
+        // · 0.8 changes by 2.4 in a radian, and lights add up to less than 2.
         assert!(median <= 0.002 && p99 <= 0.02, "{}: median {median}, p99 {p99}", case["name"]);
         cases += 1;
     }

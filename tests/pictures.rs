@@ -224,8 +224,8 @@ fn perturbed_normals_are_those_of_the_height_fields_slope() {
     square.edit(|m| (m.height_map, m.height_scale_uv) = (Some(map), 0.25));
     let cosine = 1.0 / (1.0f32 + 0.25 * 0.25).sqrt();
     let got = square.middle();
-    // 255 steps over 256 texels make the slope 0.001 steeper; heights are read within a sixteenth of a texel at worst, 18
-    // texels apart, which is 0.002. A quarter of that is the cosine's, and half floats have 2⁻¹⁰.
+    // 255 steps over 256 texels make the slope 0.001 steeper; heights are read within a sixteenth of a texel at worst,
+    // 18 texels apart, which is 0.002. A quarter of that is the cosine's, and half floats have 2⁻¹⁰.
     assert!((got.x - cosine).abs() < 0.005, "{got} {cosine}");
     square.headless.settings.debug = DebugView::Normal;
     let normal = square.middle().truncate() * 2.0 - 1.0;

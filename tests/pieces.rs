@@ -203,10 +203,11 @@ fn largest_seam(metres: f32, spacing: f32) -> Option<(f32, f32)> {
 fn seams_shrink_with_the_pieces() {
     let Some((coarse, coarse_error)) = largest_seam(5.0, 10.0) else { return };
     let Some((fine, fine_error)) = largest_seam(1.25, 10.0) else { return };
-    // A step of 0.03 of the mean luminance is one of 2 in 255 at the middle of the sRGB curve, and cannot be found among
-    // cobbles. Half floats may add 0.008: four of them, each off by 2⁻¹⁰ of up to twice the mean.
+    // A step of 0.03 of the mean luminance is one of 2 in 255 at the middle of the sRGB curve, and cannot be found
+    // among cobbles. Half floats may add 0.008: four of them, each off by 2⁻¹⁰ of up to twice the mean.
     assert!(fine < 0.038, "largest step {fine}, mean error {fine_error}");
-    // A quarter as long: in proportion, a quarter as large. Half of it leaves room for what is not straight, and rounding.
+    // A quarter as long: in proportion, a quarter as large. Half of it leaves room for what is not straight, and
+    // rounding.
     assert!(coarse > 2.0 * fine && coarse_error > 2.0 * fine_error, "5 m: {coarse}, {coarse_error}");
 }
 
@@ -417,8 +418,9 @@ fn three_lights_for_each_piece_of_the_street_are_nearly_all_lights() {
         let three = stage.luminances(LightPolicy::Three, size);
         three.iter().zip(&all).map(|(three, all)| (three - all).abs()).sum::<f32>() / all.iter().sum::<f32>()
     };
-    // The pictures have the same edges and are rounded by 2⁻¹⁰ each: what is left is the choice of lights, which is the same
-    // on every machine. 3 in 100 is "nearly"; whole, the street is longer than any lamp reaches, and most lights are left out.
+    // The pictures have the same edges and are rounded by 2⁻¹⁰ each: what is left is the choice of lights, which is the
+    // same on every machine. 3 in 100 is "nearly"; whole, the street is longer than any lamp reaches, and most lights
+    // are left out.
     let (in_pieces, whole) = (error(&mut pieces), error(&mut street(&gpu, false)));
     assert!(in_pieces < 0.03, "{in_pieces}");
     assert!(whole > 0.2, "{whole}");

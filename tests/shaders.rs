@@ -247,15 +247,18 @@ fn lights_come_out_of_an_objects_record_nearly_as_they_went_in() {
         assert_eq!(found[..6], [a, b, c, 9, 70_000, s.reaching]);
         let (weights, rest) = found[6..].split_at(3);
         for (&found, weight) in weights.iter().zip(s.weights) {
+            // Half a step of 1/1023.
             assert!((f32::from_bits(found) - weight).abs() < 0.000_5, "{} for {weight}", f32::from_bits(found));
         }
         assert_eq!(f32::from_bits(weights[0]), s.weights[0], "1 and 0 are exact");
         let remainder = [s.remainder_ambient, s.remainder_direction, s.remainder_sides].map(|v| v.to_array()).concat();
         let largest = remainder.iter().fold(0.0f32, |largest, v| largest.max(v.abs()));
         for (&found, v) in rest.iter().zip(&remainder) {
+            // Half a step of 1/32767 of the largest, 1/65534, rounded a few times.
             let off = (f32::from_bits(found) - v).abs();
             assert!(off <= largest / 65_000.0 || largest < 1e-30 && off < 1e-30, "{} for {v}", f32::from_bits(found));
         }
+        // 8 bits: half a step is 1/256 at the most.
         assert!((f32::from_bits(rest[9]) - s.dropped).abs() <= s.dropped / 250.0);
     }
 }

@@ -63,16 +63,17 @@ fn pictures(stage: &mut Stage) -> Vec<(&'static str, RgbaImage)> {
     all
 }
 
-/// Few pixels, at silhouettes and shadows' edges, may fall on the other side: vertices are rounded to a sixteenth of a pixel
-/// at worst, and edges of figures are no longer than the picture's border, which is a twentieth of its pixels. Weights of 8
-/// bits move edges on the surface by 2⁻⁸ of a texel, which is about a pixel: 1 in 256, had every pixel such an edge.
+/// Few pixels, at silhouettes and shadows' edges, may fall on the other side: vertices are rounded to a sixteenth of a
+/// pixel at worst, and edges of figures are no longer than the picture's border, which is a twentieth of its pixels.
+/// Weights of 8 bits move edges on the surface by 2⁻⁸ of a texel, which is about a pixel: 1 in 256, had every pixel
+/// such an edge.
 #[track_caller]
 fn assert_same(name: &str, a: &RgbaImage, b: &RgbaImage) {
-    // Rounded weights move normals by 2⁻⁸ of 0.1, by which they lean from texel to texel; highlights make up to five times
-    // that of it, 0.002 of a light. In the dark, at 0.03 of linear light, sRGB makes 2 of 255 of it; the last is rounding.
-    // What is packed along the surface, or along the world's axes, rounds the other way when it is turned around: 128 of
-    // 255 is not the middle. That is 2/255 in each of three components, and 1/255 for the combiner: 0.018, 15 of 255 there;
-    // in highlights with an exponent of 12 and a reflectance of 0.4, 0.07 of 0.5, which are 12.
+    // Rounded weights move normals by 2⁻⁸ of 0.1, by which they lean from texel to texel; highlights make up to five
+    // times that of it, 0.002 of a light. In the dark, at 0.03 of linear light, sRGB makes 2 of 255 of it; the last is
+    // rounding. What is packed along the surface, or along the world's axes, rounds the other way when it is turned
+    // around: 128 of 255 is not the middle. That is 2/255 in each of three components, and 1/255 for the combiner:
+    // 0.018, 15 of 255 there; in highlights with an exponent of 12 and a reflectance of 0.4, 0.07 of 0.5, which are 12.
     let allowed = if name.starts_with("dot3") { 20 } else { 3 };
     let (_, far) = difference(a, b, allowed);
     let all = (a.width() * a.height()) as usize;
@@ -199,8 +200,8 @@ fn every_technique_is_lit_by_every_kind_of_light_and_by_several() {
             parts.push(part);
         }
         let together = on(stage, &|_| true);
-        // Light adds up. The parts together are off by 2⁻¹⁰ of their sum, half floats rounded toward 0, and that by as much;
-        // where passes add the lights up, once for each.
+        // Light adds up. The parts together are off by 2⁻¹⁰ of their sum, half floats rounded toward 0, and that by as
+        // much; where passes add the lights up, once for each.
         let far = (0..together.len()).filter(|&i| {
             let sum = parts.iter().map(|part| part[i]).sum::<glam::Vec4>();
             (sum - together[i]).truncate().abs().max_element() > 4e-3 * together[i].truncate().max_element().max(1.0)

@@ -59,16 +59,17 @@ fn flat_maps_give_exactly_the_smooth_picture() {
             set_technique(&mut stage, technique);
             let bumped = stage.linear();
             let far = smooth.iter().zip(&bumped).map(|(a, b)| (*a - *b).abs().max_element()).fold(0.0, f32::max);
-            // The lights add up to less than 2: a step of the half floats of the target, whichever way they are rounded.
+            // The lights add up to less than 2: a step of the half floats of the target, whichever way they are
+            // rounded.
             assert!(far <= 1.0 / 1024.0, "{technique:?} at level {level}: {far}");
         }
         for technique in [Technique::Dot3, Technique::EmbossMultipass] {
             set_technique(&mut stage, technique);
             let far = smooth.iter().zip(stage.linear()).map(|(a, b)| (*a - b).abs().max_element()).fold(0.0, f32::max);
-            // Two roundings to 8 bits on the way: 1/255 and half of that, of less than 2. And vectors get shorter between
-            // vertices that are up to 36° apart as the nearest light sees them: 1 − cos 18° of less than 1.
-            // Sums in half floats: four for each light's alpha, which is doubled, and one each for what it gives and for what
-            // they have given so far; each is off by 2⁻¹⁰ of its size at the most.
+            // Two roundings to 8 bits on the way: 1/255 and half of that, of less than 2. And vectors get shorter
+            // between vertices that are up to 36° apart as the nearest light sees them: 1 − cos 18° of less than 1.
+            // Sums in half floats: four for each light's alpha, which is doubled, and one each for what it gives and
+            // for what they have given so far; each is off by 2⁻¹⁰ of its size at the most.
             let allowed = if technique == Technique::Dot3 { 0.06 } else { 10.0 / 1024.0 };
             assert!(far <= allowed, "{technique:?} at level {level}: {far}");
         }
@@ -147,8 +148,9 @@ fn emboss_in_one_pass_is_emboss_in_many() {
             let multi = stage.linear();
             let far =
                 single.iter().zip(&multi).map(|(a, b)| (*a - *b).truncate().abs().max_element()).fold(0.0, f32::max);
-            // Sums in half floats, rounded toward 0 at worst: in alpha seven of 2⁻¹², doubled, of lights that are less than 2.2
-            // together; then seven of 2⁻¹⁰, of what each gives, of what they have given so far, and of the single pass.
+            // Sums in half floats, rounded toward 0 at worst: in alpha seven of 2⁻¹², doubled, of lights that are less
+            // than 2.2 together; then seven of 2⁻¹⁰, of what each gives, of what they have given so far, and of the
+            // single pass.
             assert!(far <= 15.0 / 1024.0, "{samples} samples, {occlusion:?}: {far}");
         }
     }
@@ -234,8 +236,8 @@ fn emboss_is_diffuse_light_plus_the_difference_of_two_heights() {
     let slant = std::f32::consts::FRAC_1_SQRT_2;
     // Toward the light the ground falls by 32 texels of 256, times the light's part along it.
     let expected = 0.8 * (slant + 32.0 / 256.0 * slant);
-    // A half float between 0.5 and 1, and two heights: half floats hold the ramp and its mip levels exactly; weights of 8 bits
-    // put them 2⁻⁸ of a texel off, of the coarsest level that is read: 32 of 256.
+    // A half float between 0.5 and 1, and two heights: half floats hold the ramp and its mip levels exactly; weights of
+    // 8 bits put them 2⁻⁸ of a texel off, of the coarsest level that is read: 32 of 256.
     assert!((middle.x - expected).abs() < 2e-3, "{middle} {expected}");
 }
 
@@ -259,8 +261,8 @@ fn the_shadow_of_a_step_ends_where_geometry_says() {
             let found = (200.0 - lit as f32 - 1.0) / 200.0;
             // 0.1 of 2 m is 0.2 m high.
             let expected = 0.2 / degrees.to_radians().tan();
-            // The ground rises over half a texel on either side of the step; a march toward the light takes steps of a texel or
-            // a 48th of its way, which ends a little lower than the light; and pixels are whole.
+            // The ground rises over half a texel on either side of the step; a march toward the light takes steps of a
+            // texel or a 48th of its way, which ends a little lower than the light; and pixels are whole.
             let (texel, pixel) = (2.0 / 256.0, 2.0 / 400.0);
             let step = f32::max(texel, 0.2 / (degrees.to_radians() - 0.04).tan() / 48.0);
             let allowed = 0.5 * texel + step + pixel;
@@ -297,8 +299,8 @@ fn a_field_at_one_height_is_a_plane_at_that_height() {
             pictures.push(image::imageops::crop_imm(&stage.picture(), 40, 40, 40, 40).to_image());
         }
         for (picture, name) in pictures[1..].iter().zip(["relief", "z_correct"]) {
-            // Drivers encode sRGB to 0.6 of a step. Weights have 8 bits, 4 at the least: a sixteenth of 21, which neighbouring
-            // texels differ by, along both axes.
+            // Drivers encode sRGB to 0.6 of a step. Weights have 8 bits, 4 at the least: a sixteenth of 21, which
+            // neighbouring texels differ by, along both axes.
             let (far, _) = difference(&pictures[0], picture, 2);
             assert!(far <= 4, "{name}: {far} of 255 apart");
         }
@@ -399,10 +401,10 @@ fn perturbed_normals_are_near_those_of_the_derived_map() {
     bumps.sort_by(f32::total_cmp);
     let at = |of: &[f32], part: f32| of[(of.len() as f32 * part) as usize];
     assert!(angles.len() > 5000 && at(&bumps, 0.5) > 8.0, "{} {}", angles.len(), at(&bumps, 0.5));
-    // Between texels, heights rise straight and the map's slopes change straight: they differ by up to half of what a slope
-    // changes from texel to texel, which is 0.056 along v and 0.037 along u: 0.033, evenly spread, so half of them by half of
-    // it. Heights half a pixel to either side differ by 85 steps of a weight's 8 bits, of which one may be lost: a hundredth
-    // of a slope of 0.4; half floats, 0.002.
+    // Between texels, heights rise straight and the map's slopes change straight: they differ by up to half of what a
+    // slope changes from texel to texel, which is 0.056 along v and 0.037 along u: 0.033, evenly spread, so half of
+    // them by half of it. Heights half a pixel to either side differ by 85 steps of a weight's 8 bits, of which one may
+    // be lost: a hundredth of a slope of 0.4; half floats, 0.002.
     let (half, most) = (at(&angles, 0.5), at(&angles, 0.99));
     let allowed = |straight: f32| (straight + 0.004 + 0.002).to_degrees();
     assert!(half < allowed(0.017) && most < allowed(0.033), "half are within {half} degrees, 99 in 100 within {most}");
@@ -440,8 +442,8 @@ fn an_offset_turns_the_mirror() {
         let angle = 2.0 * (matrix * (f32::from(du) - 128.0) / 127.0).asin();
         let (x, z) = angle.sin_cos();
         let expected = (x.atan2(-z) / std::f32::consts::TAU + 0.5) * 256.0 / 255.0;
-        // The formula leaves out half a column, 0.002; a half float is 2⁻¹¹ off; arctangents are 4096 units in the last place
-        // off (Vulkan), 0.0001 of a turn. At no offset +Z is where the picture's ends meet.
+        // The formula leaves out half a column, 0.002; a half float is 2⁻¹¹ off; arctangents are 4096 units in the last
+        // place off (Vulkan), 0.0001 of a turn. At no offset +Z is where the picture's ends meet.
         let apart = (middle.y - expected).rem_euclid(1.0);
         assert!(apart.min(1.0 - apart) < 0.01 || du == 128, "{du}: {middle} {expected}");
     }
@@ -483,8 +485,8 @@ fn an_offset_moves_what_lies_behind() {
         }
         stage.simulation.world.despawn(pane);
     }
-    // The pane is 0.1 of its 2 m thick; an offset of 1 reads 0.2 m to the right: 20 pixels of 2 m / 201, the last of which is
-    // mixed with the next.
+    // The pane is 0.1 of its 2 m thick; an offset of 1 reads 0.2 m to the right: 20 pixels of 2 m / 201, the last of
+    // which is mixed with the next.
     let moved = |i: usize| edges[i] as i32 - edges[i + 2] as i32;
     assert!((edges[0] as i32 - 100).abs() <= 1 && (edges[0] as i32 - edges[1] as i32).abs() <= 1, "{edges:?}");
     assert!((moved(0) - 20).abs() <= 1 && (moved(1) - 20).abs() <= 1, "{edges:?}");
@@ -506,8 +508,8 @@ fn dot3_computes_with_bytes() {
         let byte = |v: Vec3| (v.clamp(Vec3::ZERO, Vec3::ONE) * 255.0 + 0.5).floor() / 255.0;
         let light = byte(direction * 0.5 + 0.5) * 2.0 - 1.0;
         let normal = Vec3::new(200.0, 128.0, 220.0) / 255.0 * 2.0 - 1.0;
-        // Neither vector is unit: normal · light as the combiner has it, in 8 bits. What is rounded is not within 0.1 of where
-        // the next step begins; a half float is 2⁻¹¹ off.
+        // Neither vector is unit: normal · light as the combiner has it, in 8 bits. What is rounded is not within 0.1
+        // of where the next step begins; a half float is 2⁻¹¹ off.
         let expected = byte(Vec3::splat(normal.dot(light))).x;
         assert!((middle.x - expected).abs() < 1e-3, "{technique:?}: {middle} {expected}");
     }

@@ -58,8 +58,8 @@ impl Square {
         picture.get_pixel(SIZE / 2, SIZE / 2).0
     }
 
-    /// Drivers encode sRGB to 0.6 of a step (Direct3D 11.3 functional specification, 3.2.3.7); what is wanted is rounded by
-    /// half of one. So whole steps differ by one at most.
+    /// Drivers encode sRGB to 0.6 of a step (Direct3D 11.3 functional specification, 3.2.3.7); what is wanted is
+    /// rounded by half of one. So whole steps differ by one at most.
     #[track_caller]
     pub fn assert_byte_near(&mut self, wanted: [u8; 4]) {
         let got = self.middle_byte();
@@ -67,10 +67,10 @@ impl Square {
     }
 }
 
-/// Half of what is allowed are the half floats of the target: 2⁻¹⁰ of a value, for Vulkan lets drivers round toward 0. The
-/// other half is 2¹⁴ roundings of 2⁻²⁴, of which a pixel has some hundreds; `log2` is off by 2⁻²¹, and by that times its
-/// exponent `pow` (Vulkan, "Precision and Operation of SPIR-V Instructions"). The square lies evenly about the middle pixel,
-/// so that rounding its corners does not move that.
+/// Half of what is allowed are the half floats of the target: 2⁻¹⁰ of a value, for Vulkan lets drivers round toward 0.
+/// The other half is 2¹⁴ roundings of 2⁻²⁴, of which a pixel has some hundreds; `log2` is off by 2⁻²¹, and by that
+/// times its exponent `pow` (Vulkan, "Precision and Operation of SPIR-V Instructions"). The square lies evenly about
+/// the middle pixel, so that rounding its corners does not move that.
 #[track_caller]
 pub fn assert_near(got: Vec4, wanted: Vec3) {
     let error = (got.truncate() - wanted).abs().max_element();
