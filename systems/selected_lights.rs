@@ -123,6 +123,7 @@ mod tests {
         let found = packed.unpack();
         assert_eq!((found.lights, found.reaching, found.dropped), ([7, 0, NO_LIGHT], 100_000, 0.75));
         assert_eq!(found.weights, [1.0, 256.0 / 1023.0, 0.0]);
+        // Half a step of 0.5 / 32767 is 0.8e-5.
         assert!(found.remainder_ambient.abs_diff_eq(Vec3::new(0.25, 0.0, 0.5), 1e-5));
         assert!(found.remainder_direction.abs_diff_eq(Vec3::new(-0.5, 0.0, 0.0), 1e-5));
         assert!(found.remainder_sides.abs_diff_eq(Vec3::new(0.5, 0.0, 0.5), 1e-5));

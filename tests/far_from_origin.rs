@@ -45,8 +45,7 @@ fn the_picture_is_the_same_kilometres_away() {
         let lit = expected.iter().filter(|pixel| pixel.max_element() > 0.01).count();
         assert!(lit > 8000, "{name}: {lit} pixels are lit");
         let worst = expected.iter().zip(&found).map(|(a, b)| (*a - *b).abs().max_element()).fold(0.0, f32::max);
-        // What lies between two places is the same number here and there: no more than neighbouring half floats below
-        // 2.
+        // What lies between two places is the same number here and there: at most neighbouring half floats below 2.
         assert!(worst < 1e-3, "{name}: {worst}");
     }
 }

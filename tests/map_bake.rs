@@ -258,7 +258,8 @@ fn occlusion_is_what_form_factors_say() {
         };
         baked(&low, &high, &options).occlusion.expect("wanted")
     };
-    // A wall without end along z, 1.5 m high, at x = −1.
+    // Rays that are evenly spread err by ½ · 2048^(−3/4) = 0.0016, as only those along an edge do; three times that is
+    // allowed. A wall without end along z, 1.5 m high, at x = −1.
     let long = [wall(Vec3::new(-1.0, 0.75, 0.0), FRAC_PI_2, Vec2::new(2000.0, 1.5))];
     let map = shares(&long, 16, f32::INFINITY);
     for (x, y) in (0..16).flat_map(|y| (0..16).map(move |x| (x, y))) {

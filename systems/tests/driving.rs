@@ -50,6 +50,8 @@ fn the_turning_circle_is_the_wheelbase_over_the_tangent_of_the_steering_angle() 
         // The centre is to the left of the start, which looks along +Z.
         let center = Vec2::new(radius, 0.0);
         let worst = points.iter().map(|p| (p.distance(center) - radius.abs()).abs()).fold(0.0, f32::max);
+        // A chord for an arc is t²/24 too long, t at most 0.034 in a step; 2,000 roundings of 2⁻²⁴ of half a turn and
+        // of the circle's size are 0.001 together.
         assert!(worst < 0.01 * radius.abs(), "{steering}: {worst} of {radius}");
         assert!((motion.rolled - 2000.0 * 8.0 / 60.0).abs() < 1e-2);
     }
@@ -64,6 +66,8 @@ fn a_trailer_follows_at_its_steady_angle() {
         (0..6000).for_each(|_| _ = steering::roll(&mut motion, wheelbase, Some(&trailer), 3.0, STEP));
         let curvature = steering.tan() / wheelbase;
         let left = motion.hitch.sin() - hitch * curvature * motion.hitch.cos();
+        // The steady angle is one that a step keeps. Roundings of 2⁻²⁴ add up, of which each step takes back 0.05 m / 8
+        // m: 160.
         assert!((left + length * curvature).abs() < 1e-4, "{}: {left} {}", motion.hitch, -length * curvature);
         assert!(motion.hitch * steering < 0.0);
     }
@@ -88,6 +92,7 @@ fn a_vehicle_driven_by_hand_turns_on_its_circle() {
     let recent = &places[places.len() - 1800..];
     let low = recent.iter().copied().reduce(Vec3::min).expect("some");
     let high = recent.iter().copied().reduce(Vec3::max).expect("some");
+    // Places are 0.05 m apart: less than that is missed at either end.
     assert!(((high - low).x - 2.0 * radius).abs() < 0.05, "{} for {radius}", (high - low).x);
     assert!(high.x > 1.0, "it turned left");
 }
@@ -152,6 +157,9 @@ fn a_free_driver_accelerates_as_the_model_says() {
             speed += acceleration * 1e-3;
             at += speed * 1e-3;
         }
+        // Of Euler's method: what a step's acceleration is off decays as the speed does, so that it is never more than
+        // half a step of the greatest; places are off by half a step of the speed, and by what the speed was off for 15
+        // s.
         let motion = state::<Motion>(&simulation, entity);
         assert!((f64::from(motion.speed) - speed).abs() < 0.02, "{second} s: {} for {speed}", motion.speed);
         assert!((motion.rolled - at).abs() < 0.3, "{second} s: {} for {at}", motion.rolled);
@@ -208,6 +216,8 @@ fn pure_pursuit_keeps_to_a_circle() {
         worst = worst.max((at.length() - 30.0).abs());
     }
     let speed = state::<Motion>(&simulation, entity).speed;
+    // The arc to a place on a circle is the circle. Its 48 points are 3.93 m apart: a chord between them is 0.064 m
+    // inside.
     assert!(worst < 0.1, "{worst} m beside the line");
     // 2.5 m/s² sideways.
     assert!((speed - (30.0f32 * 2.5).sqrt()).abs() < 0.2, "{speed}");
@@ -224,6 +234,7 @@ fn pitch_and_roll_are_those_of_an_inclined_plane() {
     for yaw in [0.0f32, 0.7, 1.6, 3.0, -2.0] {
         let at = Vec3::new(3.0, height(3.0, -4.0) - 0.3, -4.0);
         let (y, pitch, roll) = grounds.posture(at, yaw, 2.6, 1.5).expect("ground");
+        // Roundings at 99 m, 4e-6 each.
         assert!((y - height(3.0, -4.0)).abs() < 1e-4, "{y}");
         let (sin, cos) = yaw.sin_cos();
         assert!((pitch.tan() - (0.1 * sin + 0.2 * cos)).abs() < 1e-4, "{pitch}");

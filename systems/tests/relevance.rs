@@ -265,7 +265,8 @@ fn a_spots_score_fades_as_an_object_falls_behind_it() {
             let scores: Vec<f32> = (0..=steps).map(|i| at(-1.0 + 2.0 * i as f32 / steps as f32)).collect();
             scores.windows(2).map(|pair| (pair[0] - pair[1]).abs()).fold(0.0, f32::max)
         };
+        // Ten times as many steps are a tenth as large; a jump would stay.
         let (coarse, fine) = (step(1_000), step(10_000));
-        assert!(fine < 0.05 && fine < coarse * 0.3, "{coarse} {fine}");
+        assert!(fine < coarse * 0.3, "{coarse} {fine}");
     }
 }

@@ -152,6 +152,7 @@ fn wheels_roll_by_the_distance_and_steer_whichever_way_they_are_mounted() {
     f.set::<Motion>(vehicle, |m| (m.rolled, m.steering, m.hitch) = (f64::from(FRAC_PI_2 * 0.5), 0.3, -0.2));
     parts_follow(&mut f.simulation);
     let rotations = f.rotations();
+    // An arccosine knows small angles to √(2 · 2⁻²⁴), and half of them are taken.
     let near = |a: Quat, b: Quat| assert!(a.angle_between(b) < 1e-3, "{a} {b}");
     let roll = Quat::from_rotation_x(FRAC_PI_2);
     near(rotations[0], Quat::from_rotation_y(0.3) * roll * Quat::from_rotation_y(PI));
