@@ -366,9 +366,10 @@ fn a_world_that_lived_looks_like_one_made_as_it_is_now() {
         let mut renderer = Headless { renderer: Renderer::new(&gpu), settings: settings(Occlusion::Off) };
         let expected = renderer.draw(&mut fresh.simulation, fresh.camera, SIZE).expect("a picture");
         let different = picture.pixels().zip(expected.pixels()).filter(|(a, b)| a != b).count();
-        // Blended objects at equal distances are drawn in the order of their slots, which have a history: places are
-        // random, and no two are equally far.
-        assert!(different == 0, "frame {frame}, {} objects: {different} pixels differ", objects.len());
+        // Where surfaces cross, the one drawn first stays if depths are equal to the bit, and the order has a history.
+        // Of 24 bits, a depth changes by a hundredth from pixel to pixel: that is one in 170,000 such pixels, and a
+        // picture has 5,184.
+        assert!(different <= 2, "frame {frame}, {} objects: {different} pixels differ", objects.len());
     }
     assert!(objects.len() > 500, "{}", objects.len());
 }

@@ -86,8 +86,8 @@ mod tests {
             }
             let (total, count) = sum.get();
             assert_eq!(count, rays * 64 * 64);
-            // The mean of cos over a cosine-weighted hemisphere is 2/3, and nothing leans sideways. Directions by chance would
-            // have a standard error of √(1 − 4/9) / √(64 · 64 · rays): 0.012 / √rays.
+            // The mean of cos over a cosine-weighted hemisphere is 2/3, and nothing leans sideways. Directions by
+            // chance would have a standard error of √(1 − 4/9) / √(64 · 64 · rays): 0.012 / √rays.
             let mean = total / count as f32;
             assert!(mean.distance(normal * (2.0 / 3.0)) < 0.02 / (rays as f32).sqrt(), "{rays} rays: {mean}");
         }
@@ -101,8 +101,8 @@ mod tests {
             let squares: f32 = shares.map(|share| (share - 0.5).powi(2)).sum();
             (squares / 1000.0).sqrt()
         };
-        // Evenly spread, only rays along the edge err: ½ · N^(−3/4), 0.063 for 16, 0.35 of that for 64 and 0.044 of it for
-        // 1,024. By chance it would be ½ · N^(−1/2): 0.125, a half and an eighth.
+        // Evenly spread, only rays along the edge err: ½ · N^(−3/4), 0.063 for 16, 0.35 of that for 64 and 0.044 of it
+        // for 1,024. By chance it would be ½ · N^(−1/2): 0.125, a half and an eighth.
         assert!(error(16) < 0.07 && error(64) < 0.5 * error(16) && error(1024) < 0.1 * error(16));
     }
 }
