@@ -236,7 +236,8 @@ fn a_bake_by_brute_force_in_python_agrees() {
             let height = (heights[i] - 0.5) * 0.6;
             assert!(normal.distance(Vec3::from_slice(texel)) < 2e-4, "texel {i}: {normal} and {texel:?}");
             assert!((height - texel[3]).abs() < 2e-5, "texel {i}: {height} and {texel:?}");
-            // Of 400 rays each, in different patterns.
+            // Of 400 rays each: theirs are a grid of 20 by 20, of which an edge may take half a row more, 0.025; ours
+            // are evenly spread and have a standard error of ½ · 400^(−3/4), 0.0056.
             assert!((shares[i] - texel[4]).abs() < 0.04, "texel {i}: {} and {texel:?}", shares[i]);
             compared += 1;
         }

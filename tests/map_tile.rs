@@ -97,6 +97,7 @@ fn what_hangs_over_the_border_comes_in_again() {
         // 16 texels to a metre; the square that is baked moves with the middle of the box, which grows with the stone.
         let centre = |at: f32| ((at + 0.5).max(1.0) + (at - 0.5).min(-1.0)) / 2.0;
         let (dx, dy) = ((16.0 * (x - centre(x))) as isize, (16.0 * (z - centre(z))) as isize);
+        // 1,024 rays that are evenly spread have a standard error of ½ · 1024^(−3/4) = 0.003, in either map.
         for (a, b, near) in [
             (&middle.height, &moved.height, 2e-3),
             (&middle.normal, &moved.normal, 0.02),
@@ -127,6 +128,7 @@ fn neighbouring_tiles_shade() {
         let shut = |from: f32| 0.5 * (1.0 - from / from.hypot(1.0));
         let wanted = 1.0 - shut(at - 0.1) - shut(2.0 - at);
         let got = occlusion.at(x, 0, 0, Edges::Wrap);
+        // Of 4,096 rays, a standard error of ½ · 4096^(−3/4) = 0.001.
         assert!((got - wanted).abs() < 0.02, "column {x}: {got} instead of {wanted}");
     }
 }
