@@ -138,11 +138,8 @@ fn a_spots_profile_is_that_of_its_angles_however_narrow_it_is() {
                     let found = f64::from(score(&scored, Sphere { center: point, radius: 0.0 }));
                     // The sphere grows by a millionth of the distance, the cone by a millionth of its versine.
                     let bound = spot_error(&record, point.as_dvec3(), 3e-6);
-                    assert!(
-                        found >= truth - 1e-6 && found <= truth + bound + 3e-6,
-                        "{}: score {found} for {truth}",
-                        what()
-                    );
+                    let range = truth - 1e-6..=truth + bound + 3e-6;
+                    assert!(range.contains(&found), "{}: score {found} for {truth}", what());
                 }
             }
         }
