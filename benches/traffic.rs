@@ -24,6 +24,7 @@ use systems::clock;
 use systems::components::Light;
 use systems::library::{Library, Material};
 use systems::shapes;
+use systems::sub_steps::SubStep;
 use systems::transform::Transform;
 use systems::vehicles::lamps::{self, LampKind};
 use systems::vehicles::parts::{self, Movement, Part, PartLamp};
@@ -64,7 +65,7 @@ fn rings(vehicles: usize) -> Vec<RoutePlan> {
         let center = Vec3::new((i % side) as f32, 0.0, (i / side) as f32) * 350.0;
         let points = (0..48).map(|k| {
             let angle = k as f32 / 48.0 * std::f32::consts::TAU;
-            center + Vec3::new(angle.sin(), 0.0, angle.cos()) * 159.0
+            (center + Vec3::new(angle.sin(), 0.0, angle.cos()) * 159.0).as_dvec3()
         });
         RoutePlan { points: points.collect(), spline: true, closed: true, lanes: 3, ..RoutePlan::default() }
     };
@@ -98,8 +99,15 @@ fn town(vehicles: usize) -> (Vec<RoutePlan>, Vec<Signal>) {
                 wait: Wait::Signal((next * 2 + way % 2) as u32),
                 clear: 2.0 * half + 1.0,
             };
-            let then = (0..3).map(|turn| across(next, way, turn)).collect();
-            streets.push(RoutePlan { points: vec![from, to], stops: vec![stop], then, ..RoutePlan::default() });
+            // Out of the town: back to where the street begins.
+            let leaves = [x + steps[way].0, z + steps[way].1].iter().any(|at| !(0..side).contains(at));
+            let then = (0..3).filter(|_| !leaves).map(|turn| across(next, way, turn)).collect();
+            streets.push(RoutePlan {
+                points: vec![from.as_dvec3(), to.as_dvec3()],
+                stops: vec![stop],
+                then,
+                ..RoutePlan::default()
+            });
             let enter = middle - direction(way) * half + beside(way);
             for turn in [0, 1, 3] {
                 let out = (way + turn) % 4;
@@ -111,7 +119,7 @@ fn town(vehicles: usize) -> (Vec<RoutePlan>, Vec<Signal>) {
                     vec![enter, a.lerp(enter, 0.5), (a + b) * 0.5, b.lerp(leave, 0.5), leave]
                 };
                 turns.push(RoutePlan {
-                    points,
+                    points: points.into_iter().map(Vec3::as_dvec3).collect(),
                     spline: turn != 0,
                     then: vec![street(at, out)],
                     ..RoutePlan::default()
@@ -159,7 +167,7 @@ impl Scene {
             let (road, place) = (i / each, i % each);
             let id = RouteId(road as u16);
             let (length, lanes) = world.resource::<Routes>().get(id).map_or((1.0, 1), |r| (r.length, r.lanes()));
-            let at = (place as f32 + 0.5) * (length - 10.0) / each as f32;
+            let at = (place as f64 + 0.5) * (length - 10.0) / each as f64;
             world.spawn((Vehicle::of(kind), OnRoute::new(id, place as u8 % lanes, at)));
         }
         // Until they drive as they will.
@@ -172,7 +180,7 @@ impl Scene {
     fn report(&mut self, name: &str) {
         let world = &mut self.simulation.world;
         let mut systems: Vec<(&str, Schedule, Vec<f64>)> = vec![
-            ("signals", one((clock::tick, signals::tick_signals, signals::light_heads).chain()), Vec::new()),
+            ("signals", one((clock::tick, next_step, signals::tick_signals, signals::light_heads).chain()), Vec::new()),
             ("ground", one(ground::update_grounds), Vec::new()),
             ("drive", one(driving::drive), Vec::new()),
             ("parts", one(parts::move_parts), Vec::new()),
@@ -198,6 +206,11 @@ impl Scene {
         }
         println!(" ms; {:.0} bytes of the process per vehicle", self.bytes / self.vehicles as f64);
     }
+}
+
+/// What the world does before vehicles drive: theirs is the whole step.
+fn next_step(clock: Res<clock::Clock>, mut now: ResMut<SubStep>) {
+    SubStep::of(&clock).for_each(|part| *now = part);
 }
 
 fn one<M>(systems: impl IntoScheduleConfigs<bevy_ecs::system::ScheduleSystem, M>) -> Schedule {

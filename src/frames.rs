@@ -23,6 +23,7 @@ use crate::video;
 use crate::viewpoint::Viewpoint;
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
+use glam::DVec3;
 use image::buffer::ConvertBuffer;
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
@@ -34,6 +35,7 @@ use std::time::{Duration, Instant};
 use systems::Simulation;
 use systems::clock::{Clock, SPEEDS};
 use systems::library::{Library, MeshId};
+use systems::origin::Origin;
 use systems::pieces::{PieceOf, WholeMesh};
 use systems::texture_memory::{self, Reduced};
 use systems::view::View;
@@ -525,15 +527,18 @@ fn pictures(renderer: &mut Renderer, view: &View, kinds: &[OutputKind]) -> Vec<(
     pictures
 }
 
-/// JSON: the id in the picture → the entity's name, its parent's where it has none.
+/// JSON: the id in the picture → the entity's name, its parent's where it has none; `origin`, where it is not zero: where
+/// the world's places count from, in the scene's coordinates.
 fn names_of_ids(world: &mut World) -> String {
     type Drawn = (Or<(With<MeshId>, With<WholeMesh>)>, Without<PieceOf>);
     let mut drawn = world.query_filtered::<Entity, Drawn>();
     let entities: Vec<Entity> = drawn.iter(world).collect();
     let names: BTreeMap<u32, String> =
         entities.into_iter().map(|entity| (entity.index().index() + 1, name_of(world, entity))).collect();
-    let quoted: Vec<String> =
-        names.iter().map(|(id, name)| format!("  \"{id}\": {}", serde_json::Value::from(name.as_str()))).collect();
+    let origin = world.resource::<Origin>().0;
+    let origin = (origin != DVec3::ZERO).then(|| format!("  \"origin\": {}", serde_json::json!(origin.to_array())));
+    let quoted = names.iter().map(|(id, name)| format!("  \"{id}\": {}", serde_json::Value::from(name.as_str())));
+    let quoted: Vec<String> = origin.into_iter().chain(quoted).collect();
     format!("{{\n{}\n}}\n", quoted.join(",\n"))
 }
 

@@ -13,9 +13,8 @@ use crate::roster::{self, Roster, StateId};
 use crate::spawn::Spawn;
 use crate::transform::Transform;
 use crate::vehicles::routes::Routes;
-use crate::vehicles::{ByHand, Controls, Motion, OnRoute};
+use crate::vehicles::{ByHand, Controls, Motion, OnRoute, steering};
 use bevy_ecs::prelude::*;
-use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 /// A change from outside. One that names an entity that is gone, or has no such component, changes nothing.
@@ -151,7 +150,11 @@ fn let_go(world: &mut World, vehicle: Entity) {
     if let Some(mut controls) = world.get_mut::<Controls>(vehicle) {
         (controls.throttle, controls.brake, controls.steer) = (0.0, 0.0, 0.0);
     }
-    let place = world.get::<Transform>(vehicle).map(|transform| transform.translation);
+    let place = world.get::<Transform>(vehicle).zip(world.get::<Motion>(vehicle)).map(|(transform, motion)| {
+        let mut motion = *motion;
+        motion.follow(transform.translation);
+        motion.place
+    });
     let on = place.zip(world.get::<OnRoute>(vehicle).copied());
     let nearest = on.and_then(|(place, on)| Some(world.resource::<Routes>().get(on.route)?.nearest(place)));
     if let (Some(at), Some(mut on)) = (nearest, world.get_mut::<OnRoute>(vehicle)) {
@@ -170,8 +173,8 @@ fn set_transform(world: &mut World, id: StateId, transform: Transform) {
         *placed = transform;
     }
     if let Some(mut motion) = world.get_mut::<Motion>(entity) {
-        let forward = transform.rotation * Vec3::Z;
-        motion.yaw = forward.x.atan2(forward.z);
+        motion.yaw = steering::yaw(transform.rotation);
+        motion.follow(transform.translation);
     }
     if let Some(mut interpolated) = world.get_mut::<Interpolated>(entity) {
         interpolated.jump();

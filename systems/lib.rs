@@ -42,6 +42,7 @@ pub mod materials;
 pub mod motion;
 pub mod object_order;
 mod order_sorting;
+pub mod origin;
 mod pages;
 pub mod parallel;
 pub mod physics;
@@ -57,6 +58,7 @@ pub mod split;
 pub mod state;
 pub mod state_hash;
 pub mod stats;
+pub mod sub_steps;
 pub mod tables;
 pub mod tangents;
 pub mod technique;
@@ -121,9 +123,12 @@ impl Simulation {
         // Schedules ask for it in their first run. The later a resource comes, the more it takes: it is an entity, and where
         // that one is stands in a list of 4 bytes for each entity before it.
         world.init_resource::<Schedules>();
+        world.resource_mut::<Schedules>().insert(sub_step_schedule());
         world.init_resource::<library::Library>();
         world.init_resource::<clock::Clock>();
         world.init_resource::<clock::Seed>();
+        world.init_resource::<sub_steps::SubStep>();
+        world.init_resource::<origin::Origin>();
         world.init_resource::<inputs::Inputs>();
         world.init_resource::<interpolation::Interpolation>();
         world.init_resource::<transforms::NewParents>();
@@ -188,18 +193,11 @@ pub fn step_schedule() -> Schedule {
             clock::tick,                      // the time of this step, before anyone reads it
             motion::spin,                     // what moves by itself
             vehicles::ground::update_grounds, // what vehicles stand on
-            vehicles::signals::tick_signals,  // what traffic lights show now
-            vehicles::signals::light_heads,   // and their lamps
-            vehicles::driving::drive,         // vehicles, as their routes or drivers want
-            // Vehicles that are bodies: after the kinematic ones, which they bump into.
+            sub_steps::drive,                 // traffic lights, vehicles and their physics, a long step in parts
+            vehicles::signals::light_heads,   // lamps of traffic lights
             (
-                physics::update_ground,  // what wheels stand on
-                physics::place_bodies,   // who is a body, and where
-                physics::follow_traffic, // kinematic vehicles near by
-                physics::step_bodies,    // springs, tyres, collisions
-                physics::write_back,     // where they are now
-                physics::find_wheels,    // whose model has springs
-                physics::move_springs,   // and how far they give
+                physics::find_wheels,  // whose model has springs
+                physics::move_springs, // and how far they give
             )
                 .chain()
                 .run_if(physics::any_physical),
@@ -209,6 +207,13 @@ pub fn step_schedule() -> Schedule {
         )
             .chain(),
     );
+    schedule
+}
+
+/// A part of a step in which vehicles drive, in order.
+pub fn sub_step_schedule() -> Schedule {
+    let mut schedule = fixed_order(Schedule::new(sub_steps::Parts));
+    sub_steps::add_systems(&mut schedule);
     schedule
 }
 
@@ -267,7 +272,10 @@ pub fn frame_schedule() -> Schedule {
 /// A schedule that runs its systems one after another and refuses any pair whose order matters and is not said.
 /// Parallel work is inside the systems that have much of it, where the order of results is fixed.
 fn in_fixed_order() -> Schedule {
-    let mut schedule = Schedule::default();
+    fixed_order(Schedule::default())
+}
+
+fn fixed_order(mut schedule: Schedule) -> Schedule {
     schedule.set_executor(SingleThreadedExecutor::new());
     schedule.set_build_settings(ScheduleBuildSettings {
         ambiguity_detection: LogLevel::Error,
@@ -304,6 +312,7 @@ mod tests {
         let mut world = Simulation::new().world;
         assert!(frame_schedule().initialize(&mut world).is_ok());
         assert!(step_schedule().initialize(&mut world).is_ok());
+        assert!(sub_step_schedule().initialize(&mut world).is_ok());
     }
 
     #[test]

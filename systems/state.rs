@@ -10,6 +10,7 @@ use crate::clock::{Clock, Seed};
 use crate::components::{Figure, Light, Spin};
 use crate::hidden::Hidden;
 use crate::library::{MaterialId, MeshId};
+use crate::origin::Origin;
 use crate::physics::{Obstacle, Physical, PhysicsState};
 use crate::roster::{FromIds, Roster, StateId, ToIds};
 use crate::state_hash::{self, Sum};
@@ -84,6 +85,7 @@ impl StateList {
         list.add(Component::<MeshId, With<Figure>>::new("shape"));
         list.add(ResourceKind::<Clock> { take_over: Clock::take_over, ..ResourceKind::new("clock") });
         list.add_resource::<Seed>("seed");
+        list.add(ResourceKind::<Origin> { take_over: Origin::take_over, ..ResourceKind::new("origin") });
         list.add_vehicles();
         list
     }

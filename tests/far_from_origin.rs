@@ -4,6 +4,7 @@ mod common;
 
 use common::bumps::{Stage, hills};
 use glam::{Quat, Vec2, Vec3};
+use relief::frames::{self, Headless, LoadOptions};
 use systems::components::{Camera, Environment};
 use systems::library::{Material, Technique};
 use systems::shapes;
@@ -48,4 +49,55 @@ fn the_picture_is_the_same_kilometres_away() {
         // What lies between two places is the same number here and there: at most neighbouring half floats below 2.
         assert!(worst < 1e-3, "{name}: {worst}");
     }
+}
+
+/// A scene file with that text, drawn as it is when it was loaded and after some steps.
+fn drawn(text: &str) -> Option<[image::RgbaImage; 2]> {
+    common::gpu()?;
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("scene.ron");
+    std::fs::write(&path, text).expect("written");
+    let options = LoadOptions { cache: false, ..LoadOptions::default() };
+    let mut stage = frames::load_stage(&path, None, &options).expect("a scene");
+    let mut headless = Headless::new().expect("an adapter");
+    let mut draw = |stage: &mut frames::Stage| {
+        headless.draw(&mut stage.simulation, stage.viewpoint, (160, 90)).expect("a picture")
+    };
+    let first = draw(&mut stage);
+    (0..60).for_each(|_| stage.simulation.step());
+    Some([first, draw(&mut stage)])
+}
+
+#[test]
+fn a_scene_on_a_map_has_the_pictures_of_the_same_scene_at_zero() {
+    let scene = |x: i64, z: i64| {
+        let at = |dx: f64, y: f64, dz: f64| format!("({}, {y}, {})", x as f64 + dx, z as f64 + dz);
+        format!(
+            r#"(
+    meshes: {{ "cube": cube(), "land": plane(size: (80, 80)) }},
+    routes: {{ "r": (points: [{}, {}], then: ["r"]) }},
+    entities: [
+        (light: directional(), transform: (rotation_degrees: (-50, 30, 0))),
+        (light: point(intensity: 9, range: 20), transform: (translation: {})),
+        (mesh: "land", transform: (translation: {})),
+        (mesh: "cube", transform: (translation: {}, rotation_degrees: (10, 20, 30))),
+        (vehicle: (type: "box", route: "r", at: 2, speed_kmh: 36)),
+        (camera: (), transform: (translation: {}, look_at: {})),
+    ],
+)"#,
+            at(1.5, 0.0, -12.25),
+            at(1.5, 0.0, 60.0),
+            at(-2.5, 2.0, 3.75),
+            at(0.0, 0.0, 0.0),
+            at(-2.25, 0.5, 4.5),
+            at(-6.5, 3.25, -7.75),
+            at(0.0, 0.5, 4.0),
+        )
+    };
+    let Some(here) = drawn(&scene(0, 0)) else { return };
+    assert!(here[0] != here[1], "it moves");
+    let distinct: std::collections::BTreeSet<_> = here[0].pixels().map(|pixel| pixel.0).collect();
+    assert!(distinct.len() > 50, "there is something to see");
+    let there = drawn(&scene(500_000, 5_000_000)).expect("an adapter");
+    assert!(here == there);
 }

@@ -245,7 +245,12 @@ fn what_does_not_belong_together_is_refused_by_name() {
     let mut other = whole.clone();
     other[8] = 9;
     fs::write(place.path("other.rec"), other).expect("a file");
-    place.is_refused(&["replay", "other.rec", "--check"], &["version 9", "reads version 1"]);
+    place.is_refused(&["replay", "other.rec", "--check"], &["version 9", "reads version 2"]);
+    let recording = Recording::open(&path).expect("a recording");
+    let mut moved = recording.identity().clone();
+    moved.origin = [5e5, 0.0, 5e6];
+    let error = recording.identity().check(&path, &moved).expect_err("another origin").to_string();
+    assert!(error.contains("made with the origin (0, 0, 0)") && error.contains("(500000, 0, 5000000)"), "{error}");
     fs::write(place.path("red.png"), place.read("run.rec")).expect("a file");
     let red = image::RgbImage::from_pixel(4, 4, image::Rgb([20, 40, 30]));
     red.save(place.path("red.png")).expect("a texture");

@@ -12,6 +12,7 @@ use systems::components::{Camera, Environment, Figure, Light, LightKind, Project
 use systems::hidden::{Hidden, InheritedHidden};
 use systems::images::ImageKind;
 use systems::library::{Library, MaterialId, MeshId, Shading, Technique, Wrap};
+use systems::origin::Origin;
 use systems::transform::{GlobalTransform, Transform};
 
 /// A 1×1 m quad (`panel`), and below the rotated, doubled node `arm` a node `lamp`, 1 m up.
@@ -850,4 +851,132 @@ fn what_is_attached_to_a_node_is_not_attached_to_a_childs_of_the_same_name() {
     let (bulb, child) = (named(world, "bulb"), named(world, "child"));
     let above = std::iter::successors(Some(bulb), |&entity| world.get::<ChildOf>(entity).map(ChildOf::parent));
     assert!(above.into_iter().all(|entity| entity != child));
+}
+
+/// A scene with everything that has places, moved by that much.
+fn on_a_map(x: f64, z: f64) -> String {
+    let at = |dx: f64, y: f64, dz: f64| format!("({}, {y}, {})", decimal(x, dx), decimal(z, dz));
+    format!(
+        r#"(
+    meshes: {{ "cube": cube(), "land": plane(size: (300, 300)) }},
+    routes: {{
+        "r": (points: [{}, {}, {}], shape: spline, then: ["s"]),
+        "s": (points: [{}, {}], then: ["s"]),
+    }},
+    entities: [
+        (light: directional(), transform: (look_at: (1, -2, 0.5))),
+        (mesh: "land", ground: true, transform: (translation: {})),
+        (name: "cube", mesh: "cube", transform: (translation: {}, look_at: {}),
+            children: [(mesh: "cube", transform: (translation: (0, 1.1, 0)))]),
+        (vehicle: (type: "box", route: "r", at: 5.3, speed_kmh: 30)),
+        (vehicle: (type: "box", route: "r", at: 40, physical: ())),
+        (vehicle: (type: "box", by_hand: true, speed_kmh: 9), transform: (translation: {})),
+        (name: "eye", camera: (), transform: (translation: {}, look_at: {})),
+    ],
+    generators: [
+        (place: grid(counts: (3, 1, 3), spacing: (2, 0, 2), center: {}, jitter: (0.3, 0, 0.3)), meshes: ["cube"]),
+        (place: scatter(region: disc(center: {}, radius: 9), count: 9), meshes: ["cube"]),
+        (place: scatter(region: box(min: {}, max: {}), count: 9), meshes: ["cube"]),
+        (place: along(routes: ["r"], spacing: 20, beside: 4), meshes: ["cube"]),
+    ],
+)"#,
+        at(0.0, 0.0, 0.0),
+        at(12.3, 0.0, 60.7),
+        at(-3.1, 0.0, 120.003),
+        at(-3.1, 0.0, 120.003),
+        at(-3.1, 0.0, 240.1),
+        at(0.0, 0.0, 100.0),
+        at(-4.7, 1.25, 0.1),
+        at(0.001, 0.3, 77.7),
+        at(20.2, 0.1, 30.4),
+        at(-14.6, 9.0, -11.9),
+        at(0.0, 0.0, 20.0),
+        at(40.9, 0.5, 7.7),
+        at(-40.9, 0.5, 7.7),
+        at(30.1, 1.0, 60.6),
+        at(39.9, 2.0, 71.3),
+    )
+}
+
+/// The sum of a whole number and one of three decimals, as one would write it.
+fn decimal(whole: f64, part: f64) -> f64 {
+    let thousandths = (whole as i64) * 1000 + (part * 1e3).round() as i64;
+    format!("{thousandths}e-3").parse().expect("a number")
+}
+
+/// All places that are kept, of what is drawn, what drives and what looks.
+fn places(simulation: &mut Simulation) -> Vec<[u32; 10]> {
+    let mut all = simulation.world.query::<&Transform>();
+    let bits = |at: &Transform| {
+        let mut bits = [0; 10];
+        let values = at.translation.to_array().into_iter().chain(at.rotation.to_array()).chain(at.scale.to_array());
+        bits.iter_mut().zip(values).for_each(|(bits, value)| *bits = value.to_bits());
+        bits
+    };
+    all.iter(&simulation.world).map(bits).collect()
+}
+
+#[test]
+fn a_scene_on_a_map_is_the_same_scene_at_zero_to_the_bit() {
+    let (mut here, scene) = load(&on_a_map(0.0, 0.0));
+    assert_eq!(scene.warnings, Vec::<String>::new());
+    for (x, z, explicit) in [(5e5, 5e6, false), (512e3, -5403e3, false), (-9_990_017.0, 123_456.0, true)] {
+        let text = on_a_map(x, z);
+        let text = if explicit { text.replacen('(', &format!("(origin: ({x}, 0, {z}),"), 1) } else { text };
+        let (mut there, scene) = load(&text);
+        assert_eq!(there.world.resource::<Origin>().0, glam::DVec3::new(x, 0.0, z));
+        match &scene.warnings[..] {
+            [] if explicit => {}
+            [one] if !explicit => assert!(one.contains(&format!("origin: ({x}, 0, {z})")), "{one}"),
+            warnings => panic!("{warnings:?}"),
+        }
+        let (mut at_zero, _) = load(&on_a_map(0.0, 0.0));
+        assert!(places(&mut at_zero).len() > 40);
+        for step in 0..300 {
+            assert!(places(&mut there) == places(&mut at_zero), "({x}, {z}), step {step}");
+            [&mut there, &mut at_zero].map(Simulation::step);
+        }
+    }
+    let before = places(&mut here);
+    (0..300).for_each(|_| here.step());
+    assert!(places(&mut here) != before, "it drives");
+}
+
+#[test]
+fn what_is_far_from_the_origin_is_a_warning_with_the_error_to_expect() {
+    let warnings = |text: &str| load(text).1.warnings;
+    let far = warnings(
+        r#"(meshes: { "c": cube() }, origin: (0, 0, 0), entities: [
+            (mesh: "c", transform: (translation: (0, 0, 19999))),
+            (mesh: "c", transform: (translation: (0, 0, 50000))),
+            (mesh: "c", transform: (translation: (1000000, 0, 0))),
+        ])"#,
+    );
+    assert_eq!(far.len(), 1, "{far:?}");
+    // From 2^19 to 2^20 m numbers of 24 bits are 2^−4 m apart.
+    for part in ["entities[2]", "1 other places", "1000.0 km", "(0, 0, 0)", "6.2e-2 m", "20 km"] {
+        assert!(far[0].contains(part), "{part}: {far:?}");
+    }
+    let near =
+        warnings(r#"(meshes: { "c": cube() }, entities: [(mesh: "c", transform: (translation: (0, 0, 19999)))])"#);
+    assert_eq!(near, Vec::<String>::new());
+    // A child's place is its own.
+    let child = r#"(children: [(transform: (translation: (0, 0, 50000)))])"#;
+    assert_eq!(warnings(&format!("(entities: [{child}])")), Vec::<String>::new());
+}
+
+#[test]
+fn a_model_that_reaches_far_from_its_own_origin_is_a_warning() {
+    let folder = Folder::new();
+    let far = MODEL.replace("[0, 0, 3]", "[500000, 0, 5000000]");
+    folder.file("far.gltf", &far);
+    for problems in [
+        folder.problems(r#"(meshes: { "m": model(file: "far.gltf") }, entities: [(mesh: "m")])"#),
+        scene::check(&folder.file("far.gltf", &far)).iter().map(ToString::to_string).collect(),
+    ] {
+        assert_eq!(problems.len(), 1, "{problems:?}");
+        for part in ["5000.0 km", "5.0e-1 m"] {
+            assert!(problems[0].contains(part), "{part}: {problems:?}");
+        }
+    }
 }

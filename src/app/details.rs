@@ -4,11 +4,12 @@ use super::panel;
 use crate::frames;
 use bevy_ecs::prelude::*;
 use egui::{Color32, Grid};
-use glam::{EulerRot, Vec3};
+use glam::{DVec3, EulerRot, Vec3};
 use systems::bounds::{Sphere, bounds_of};
 use systems::components::{Camera, Figure, Light, LightKind, Projection};
 use systems::library::{Library, MaterialId, MeshId};
 use systems::lights::{LightSlot, ScoredLight, Selection, light_record, score};
+use systems::origin::Origin;
 use systems::pieces::{Pieces, WholeMesh};
 use systems::selected_lights::SelectedLights;
 use systems::transform::{GlobalTransform, Transform};
@@ -82,7 +83,7 @@ pub fn show(ui: &mut egui::Ui, world: &World, entity: Entity) {
         let mut row = |name: &str, value: String| panel::row(ui, name, &value);
         row("entity", entity.index().to_string());
         if let Some(global) = world.get::<GlobalTransform>(entity) {
-            row("position", meters(global.translation()));
+            row("position", meters(world, global.translation()));
         }
         if let Some(local) = world.get::<Transform>(entity) {
             let (y, x, z) = local.rotation.to_euler(EulerRot::YXZ);
@@ -197,15 +198,15 @@ fn named(name: &str) -> &str {
     if name.is_empty() { "(no name)" } else { name }
 }
 
-fn triple(v: Vec3, digits: usize) -> String {
+fn triple(v: impl Into<DVec3>, digits: usize) -> String {
     // No −0.
-    let v = v + Vec3::ZERO;
+    let v = v.into() + DVec3::ZERO;
     format!("{:.digits$}, {:.digits$}, {:.digits$}", v.x, v.y, v.z)
 }
 
-/// A place, metres.
-pub fn meters(v: Vec3) -> String {
-    format!("{} m", triple(v, 2))
+/// A place, metres, in the coordinates of the scene's file.
+pub fn meters(world: &World, place: Vec3) -> String {
+    format!("{} m", triple(world.resource::<Origin>().file_from_world(place), 2))
 }
 
 #[cfg(test)]

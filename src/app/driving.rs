@@ -10,7 +10,7 @@ const RETURN: f32 = 3.0;
 /// m/s² sideways that keys do not steer beyond.
 const SIDEWAYS: f32 = 5.0;
 /// m/s: slower, the key for backward is not the brake.
-const STANDING: f32 = 0.3;
+const STANDING: f64 = 0.3;
 
 /// The keys of the wheel and the pedals.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
@@ -38,7 +38,7 @@ impl Wheel {
     /// The controls after another step of so many seconds.
     pub fn controls(self, before: Controls, motion: &Motion, kind: &VehicleType, seconds: f32) -> Controls {
         let side = |held: bool| f32::from(u8::from(held));
-        let wanted = (side(self.left) - side(self.right)) * most_steering(motion.speed, kind);
+        let wanted = (side(self.left) - side(self.right)) * most_steering(motion.speed as f32, kind);
         let rate = if wanted == 0.0 { RETURN } else { TURN } * seconds;
         let steer = before.steer + (wanted - before.steer).clamp(-rate, rate);
         let (throttle, brake) = match (self.forward, self.backward) {
@@ -86,7 +86,7 @@ mod tests {
     fn keys_steer_by_and_by_and_less_when_fast() {
         let kind = VehicleType::default();
         let wheel = Wheel { left: true, ..Wheel::default() };
-        let turned = |speed: f32| {
+        let turned = |speed: f64| {
             let motion = Motion { speed, ..Motion::default() };
             (0..200).fold(Controls::default(), |c, _| wheel.controls(c, &motion, &kind, 0.01))
         };
@@ -103,7 +103,7 @@ mod tests {
     fn the_key_for_backward_brakes_first() {
         let kind = VehicleType::default();
         let backward = Wheel { backward: true, ..Wheel::default() };
-        let pedals = |wheel: Wheel, speed: f32| {
+        let pedals = |wheel: Wheel, speed: f64| {
             let motion = Motion { speed, ..Motion::default() };
             let controls = wheel.controls(Controls::default(), &motion, &kind, 0.01);
             (controls.throttle, controls.brake)

@@ -206,7 +206,7 @@ fn camera(ui: &mut Ui, viewer: &mut Viewer, view: &View) {
         }
     });
     viewer.viewpoint = chosen;
-    ui.weak(format!("at {}", details::meters(view.eye())));
+    ui.weak(format!("at {}", details::meters(&viewer.simulation.world, view.eye())));
 }
 
 fn statistics(ui: &mut Ui, viewer: &mut Viewer, info: &FrameInfo) {

@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use systems::Simulation;
 use systems::clock::{Clock, Seed};
+use systems::origin::Origin;
 
 /// The program and the scene of a run.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
@@ -21,6 +22,8 @@ pub struct Identity {
     pub seed: u64,
     /// Length of a step in seconds.
     pub step_seconds: f64,
+    /// Where places count from, in the scene's coordinates, metres.
+    pub origin: [f64; 3],
 }
 
 impl Identity {
@@ -45,6 +48,7 @@ impl Identity {
             files,
             seed: world.resource::<Seed>().0,
             step_seconds: world.resource::<Clock>().step_seconds,
+            origin: world.resource::<Origin>().0.to_array(),
         })
     }
 
@@ -69,6 +73,10 @@ impl Identity {
         }
         if (self.seed, self.step_seconds) != (now.seed, now.step_seconds) {
             return refused(format!("made with another seed or length of step than {} has", now.scene));
+        }
+        if self.origin != now.origin {
+            let [then, today] = [self.origin, now.origin].map(|[x, y, z]| format!("({x}, {y}, {z})"));
+            return refused(format!("made with the origin {then}, from which its places count; now it is {today}"));
         }
         Ok(())
     }

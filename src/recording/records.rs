@@ -28,7 +28,7 @@ pub const RECORDING: Form = Form { magic: *b"RELIEFRC", name: "recording" };
 pub const SNAPSHOT: Form = Form { magic: *b"RELIEFSN", name: "snapshot" };
 
 /// The version of both forms: changes with what the contents of blocks mean.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 const HEAD: usize = 16;
 

@@ -12,11 +12,11 @@ use super::files::{self, Files};
 use super::format::{Camera, Entity, Generator, Grid, Light, MeshSource, Place, Region, Scatter, Scene, Transform};
 use super::places::Step;
 use super::values::{Attenuation, Color, Named, Scale};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use std::fmt::Display;
 
-/// Metres from the origin.
-const FARTHEST: f32 = 1e7;
+/// Metres on each axis.
+const FARTHEST: f64 = 1e7;
 /// Metres; also factors of scale.
 pub const SIZES: (f32, f32) = (1e-5, 1e6);
 pub const BRIGHTEST: f32 = 1e9;
@@ -24,6 +24,14 @@ pub const BRIGHTEST: f32 = 1e9;
 const PARTS_OF_A_VEHICLE: u64 = 24;
 /// Entities of a scene.
 const MOST_ENTITIES: u64 = 4_000_000;
+
+/// Seconds: a longer step of drivers and physics would be computed for minutes, and shows nothing of them.
+const LONGEST_WITH_VEHICLES: f64 = 1.0;
+
+fn has_vehicles(scene: &Scene) -> bool {
+    let of_generator = |g: &Generator| !g.vehicles.is_empty() || g.entity.vehicle.is_some();
+    scene.entities.iter().any(|e| e.vehicle.is_some()) || scene.generators.iter().any(of_generator)
+}
 
 /// All faults of a scene whose files have been read.
 pub fn faults(scene: &Scene, files: &Files) -> Vec<Fault> {
@@ -37,7 +45,7 @@ pub struct Check<'a> {
     scene: &'a Scene,
     files: &'a Files,
     /// Of the scene's routes, metres; `None` where one is refused for its points.
-    route_lengths: Vec<Option<f32>>,
+    route_lengths: Vec<Option<f64>>,
     at: Trail,
     pub faults: Vec<Fault>,
 }
@@ -89,8 +97,15 @@ impl<'a> Check<'a> {
         });
     }
 
-    pub fn position(&mut self, name: &'static str, value: &[f32; 3]) {
-        self.numbers(name, value, -FARTHEST, FARTHEST);
+    pub fn position(&mut self, name: &'static str, value: &[f64; 3]) {
+        self.field(name, |c| {
+            for (i, value) in value.iter().enumerate() {
+                if !(-FARTHEST..=FARTHEST).contains(value) {
+                    let message = format!("expected a number from -{FARTHEST} to {FARTHEST}, found {value}");
+                    c.inside(Step::Index(i), "", |c| c.fault(message));
+                }
+            }
+        });
     }
 
     fn count(&mut self, name: &'static str, value: u32, min: u32, max: u32) {
@@ -142,6 +157,7 @@ impl<'a> Check<'a> {
     fn scene(&mut self) {
         let scene = self.scene;
         self.number("piece_metres", scene.piece_metres, 0.0, SIZES.1);
+        scene.origin.iter().for_each(|origin| self.position("origin", origin));
         self.field("environment", |c| {
             let e = &scene.environment;
             c.color("ambient", e.ambient, BRIGHTEST);
@@ -152,6 +168,11 @@ impl<'a> Check<'a> {
         });
         self.field("clock", |c| {
             c.number("step_seconds", scene.clock.step_seconds as f32, 1e-6, 1e3);
+            let (seconds, most) = (scene.clock.step_seconds, LONGEST_WITH_VEHICLES);
+            if seconds > most && has_vehicles(scene) {
+                let message = format!("expected at most {most} where vehicles drive, found {seconds}");
+                c.field("step_seconds", |c| c.fault(message));
+            }
             c.number("speed", scene.clock.speed as f32, 0.0, 1e3);
         });
         self.field("materials", |c| {
@@ -297,7 +318,7 @@ impl<'a> Check<'a> {
     }
 
     pub fn transform(&mut self, t: &Transform) {
-        self.position("translation", &t.translation);
+        t.translation.iter().for_each(|translation| self.position("translation", translation));
         self.scale("scale", t.scale, true);
         let given = [t.rotation_degrees.is_some(), t.quaternion.is_some(), t.look_at.is_some()];
         if given.into_iter().filter(|&given| given).count() > 1 {
@@ -316,7 +337,8 @@ impl<'a> Check<'a> {
         }
         if let Some(target) = &t.look_at {
             self.position("look_at", target);
-            if Vec3::from_array(*target).distance(Vec3::from_array(t.translation)) < 1e-6 {
+            let translation = DVec3::from_array(t.translation.unwrap_or_default());
+            if DVec3::from_array(*target).distance(translation) < 1e-6 {
                 self.field("look_at", |c| c.fault("expected another point than the translation"));
             }
         }
@@ -332,7 +354,7 @@ impl<'a> Check<'a> {
     pub fn light(&mut self, light: &Light) {
         let local = |c: &mut Self, range: Option<f32>, Attenuation(attenuation): Attenuation| {
             if let Some(range) = range {
-                c.number("range", range, 1e-3, FARTHEST);
+                c.number("range", range, 1e-3, FARTHEST as f32);
             }
             c.numbers("attenuation", &attenuation, 0.0, 1e6);
             if attenuation.iter().sum::<f32>() <= 0.0 {
@@ -386,7 +408,7 @@ impl<'a> Check<'a> {
         }
         self.number("near", camera.near, SIZES.0, SIZES.1);
         if let Some(far) = camera.far {
-            self.number("far", far, camera.near.max(SIZES.0) * 1.001, FARTHEST);
+            self.number("far", far, camera.near.max(SIZES.0) * 1.001, FARTHEST as f32);
         }
     }
 
@@ -425,15 +447,15 @@ impl<'a> Check<'a> {
             let message = format!("expected from 1 to {MOST_ENTITIES} copies in all, found {copies}");
             self.field("counts", |c| c.fault(message));
         }
-        self.position("spacing", &grid.spacing);
-        self.position("center", &grid.center);
-        self.numbers("jitter", &grid.jitter, 0.0, FARTHEST);
+        self.numbers("spacing", &grid.spacing, -FARTHEST as f32, FARTHEST as f32);
+        grid.center.iter().for_each(|center| self.position("center", center));
+        self.numbers("jitter", &grid.jitter, 0.0, FARTHEST as f32);
         copies
     }
 
     fn scatter(&mut self, scatter: &Scatter) -> u64 {
         self.count("count", scatter.count, 1, MOST_ENTITIES as u32);
-        self.number("min_distance", scatter.min_distance, 0.0, FARTHEST);
+        self.number("min_distance", scatter.min_distance, 0.0, FARTHEST as f32);
         self.field("region", |c| match &scatter.region {
             Region::Box { min, max } => {
                 c.position("min", min);
@@ -444,7 +466,7 @@ impl<'a> Check<'a> {
             }
             Region::Disc { center, radius } => {
                 c.position("center", center);
-                c.number("radius", *radius, SIZES.0, FARTHEST);
+                c.number("radius", *radius, SIZES.0, FARTHEST as f32);
             }
         });
         scatter.count.into()

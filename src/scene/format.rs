@@ -16,6 +16,7 @@ use systems::components as world;
 #[serde(default, deny_unknown_fields)]
 pub struct Scene {
     pub seed: u64,
+    pub origin: Option<[f64; 3]>,
     pub piece_metres: f32,
     pub environment: Environment,
     pub clock: Clock,
@@ -33,6 +34,7 @@ impl Default for Scene {
     fn default() -> Self {
         Self {
             seed: 0,
+            origin: None,
             piece_metres: systems::pieces::DEFAULT_METRES,
             environment: Environment::default(),
             clock: Clock::default(),
@@ -114,10 +116,10 @@ pub struct Entity {
 #[derive(Deserialize, Debug, Default)]
 #[serde(default, deny_unknown_fields)]
 pub struct Transform {
-    pub translation: [f32; 3],
+    pub translation: Option<[f64; 3]>,
     pub rotation_degrees: Option<[f32; 3]>,
     pub quaternion: Option<[f32; 4]>,
-    pub look_at: Option<[f32; 3]>,
+    pub look_at: Option<[f64; 3]>,
     pub scale: Scale,
 }
 
@@ -305,7 +307,7 @@ pub struct Grid {
     #[serde(default = "unit_spacing")]
     pub spacing: [f32; 3],
     #[serde(default)]
-    pub center: [f32; 3],
+    pub center: Option<[f64; 3]>,
     #[serde(default)]
     pub jitter: [f32; 3],
 }
@@ -326,6 +328,6 @@ pub struct Scatter {
 #[derive(Deserialize, Debug)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Region {
-    Box { min: [f32; 3], max: [f32; 3] },
-    Disc { center: [f32; 3], radius: f32 },
+    Box { min: [f64; 3], max: [f64; 3] },
+    Disc { center: [f64; 3], radius: f32 },
 }

@@ -5,6 +5,7 @@
 
 use super::format::{Choose, Generator, Grid, Place, Region, Scatter};
 use super::traffic;
+use super::values::place;
 use glam::{Quat, Vec3};
 use std::collections::HashMap;
 use systems::transform::Transform;
@@ -128,7 +129,7 @@ pub fn copies(generator: &Generator, scene_seed: u64, routes: &Routes) -> Vec<Co
 /// Rows along X, then Z, then Y, around the centre.
 fn on_grid(grid: &Grid, random: &mut Random) -> Vec<Vec3> {
     let [nx, ny, nz] = grid.counts;
-    let (spacing, center) = (Vec3::from_array(grid.spacing), Vec3::from_array(grid.center));
+    let (spacing, center) = (Vec3::from_array(grid.spacing), place(grid.center.unwrap_or_default()));
     let jitter = Vec3::from_array(grid.jitter);
     let middle = (Vec3::new(nx as f32, ny as f32, nz as f32) - 1.0) * 0.5;
     let mut places = Vec::with_capacity(nx as usize * ny as usize * nz as usize);
@@ -148,8 +149,8 @@ const MOST_THROWS: u32 = 1000;
 
 fn scattered(scatter: &Scatter, random: &mut Random) -> Vec<Vec3> {
     let mut throw = || match &scatter.region {
-        Region::Box { min, max } => random.in_box(Vec3::from_array(*min), Vec3::from_array(*max)),
-        Region::Disc { center, radius } => Vec3::from_array(*center) + random.in_disc() * *radius,
+        Region::Box { min, max } => random.in_box(place(*min), place(*max)),
+        Region::Disc { center, radius } => place(*center) + random.in_disc() * *radius,
     };
     let distance = scatter.min_distance;
     if distance <= 0.0 {

@@ -5,7 +5,8 @@
 //! files                     the images and models it names, each read once; materials and meshes into the library
 //! check, faults, places     names and numbers: every fault at once, with line and column
 //! slips                     text that is no RON: what is common, in words that name the field
-//! roads, traffic            routes and signals
+//! origin                    places count from it
+//! roads, traffic            routes and signals; road_warnings, overlaps: what is doubtful of them and of vehicles on them
 //! vehicle_types             types of vehicles from files of their own
 //! spawn, generate           entities, and generators' copies of them
 //! rig                       light and a camera for what brings none; a glTF file is a scene as well
@@ -22,8 +23,11 @@ mod files;
 mod format;
 mod generate;
 pub(crate) use generate::Random;
+mod origin;
+mod overlaps;
 mod places;
 mod rig;
+mod road_warnings;
 mod roads;
 mod slips;
 mod spawn;
@@ -51,6 +55,7 @@ use systems::bounds::Aabb;
 use systems::clock::{Clock, Seed};
 use systems::components::Environment;
 use systems::library::Library;
+use systems::origin::Origin;
 use systems::roster;
 use systems::vehicles::{VehicleType, VehicleTypes};
 
@@ -154,6 +159,7 @@ fn is_model(path: &Path) -> bool {
 /// A scene whose files are in the library and which has been checked: spawning it cannot fail.
 struct Prepared {
     content: Content,
+    origin: Origin,
     warnings: Vec<String>,
     files: Vec<PathBuf>,
 }
@@ -167,7 +173,8 @@ fn prepare(path: &Path, library: &mut Library) -> Result<Prepared, SceneError> {
     if is_model(path) {
         let model = import::load_model(path, library).map_err(|error| import_problem(path, error.into()))?;
         let warnings = model.warnings.iter().map(ToString::to_string).collect();
-        return Ok(Prepared { content: Content::Model(model), warnings, files: vec![path.to_owned()] });
+        let (content, files) = (Content::Model(model), vec![path.to_owned()]);
+        return Ok(Prepared { content, origin: Origin::default(), warnings, files });
     }
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ron")) {
         return prepare_scene(path, library);
@@ -177,7 +184,7 @@ fn prepare(path: &Path, library: &mut Library) -> Result<Prepared, SceneError> {
 
 fn prepare_scene(path: &Path, library: &mut Library) -> Result<Prepared, SceneError> {
     let text = read_text(path)?;
-    let scene = parse::<format::Scene>(&text).map_err(|slip| slip_problem(path, slip))?;
+    let mut scene = parse::<format::Scene>(&text).map_err(|slip| slip_problem(path, slip))?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let (files, mut faults) = files::read(&scene, folder, library);
     faults.extend(check::faults(&scene, &files));
@@ -211,11 +218,14 @@ fn prepare_scene(path: &Path, library: &mut Library) -> Result<Prepared, SceneEr
         let (line, column) = places::find(&text, &steps);
         format!("{place} (line {line}, column {column}): {message}")
     }));
+    let (origin, mut of_places) = origin::move_to_origin(&mut scene);
+    warnings.append(&mut of_places);
     let items = Items::new(&scene, &files, library);
     let mut named = vec![path.to_owned()];
     named.extend(files::named(&scene, folder));
     named.append(&mut vehicles.files);
-    Ok(Prepared { content: Content::Scene(Box::new(scene), items, vehicles.types), warnings, files: named })
+    let content = Content::Scene(Box::new(scene), items, vehicles.types);
+    Ok(Prepared { content, origin: Origin(origin), warnings, files: named })
 }
 
 fn read_text(path: &Path) -> Result<String, Problem> {
@@ -256,6 +266,7 @@ impl Prepared {
     fn spawn(self, path: &Path, world: &mut World) -> (LoadedScene, Option<(Entity, Aabb)>) {
         let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
         let (mut warnings, mut whole) = (self.warnings, None);
+        world.insert_resource(self.origin);
         let spawned = match self.content {
             Content::Scene(scene, items, types) => {
                 let mut all = world.resource_mut::<VehicleTypes>();

@@ -7,7 +7,7 @@ use systems::vehicles::routes::RoutePlan;
 #[derive(Deserialize, Debug)]
 #[serde(deny_unknown_fields)]
 pub struct Route {
-    pub points: Vec<[f32; 3]>,
+    pub points: Vec<[f64; 3]>,
     #[serde(default)]
     pub shape: Shape,
     #[serde(default)]

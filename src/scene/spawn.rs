@@ -4,8 +4,11 @@ use super::faults;
 use super::files::{Items, Shape};
 use super::format::{self, Entity as Source, Scene};
 use super::generate;
+use super::overlaps;
+use super::road_warnings;
 use super::traffic::{self, LitGlass};
 use super::turned_meshes::TurnedMeshes;
+use super::values::place;
 use crate::frames;
 use crate::import::Model;
 use bevy_ecs::name::Name;
@@ -16,6 +19,7 @@ use systems::bounds::Aabb;
 use systems::components::{Camera, Figure, Light, LightKind, Projection, Spin};
 use systems::hidden::Hidden;
 use systems::library::{Library, MaterialId, MeshId};
+use systems::origin::Origin;
 use systems::physics::Obstacle;
 use systems::pieces::{self, PiecesReport};
 use systems::transform::Transform;
@@ -59,6 +63,7 @@ pub fn spawn(scene: &Scene, items: &Items, world: &mut World) -> Spawned {
         spawner.generator(i, generator, seeds.bits());
     }
     spawner.cut();
+    spawner.found.warnings.extend(of_vehicles(spawner.world));
     let Spawner { model_cameras, mut found, .. } = spawner;
     found.warnings.extend(shared_names(&found.cameras, &model_cameras));
     found.cameras.extend(model_cameras);
@@ -79,6 +84,16 @@ fn shared_names(own: &[(String, Entity)], of_models: &[(String, Entity)]) -> Vec
         }
     }
     shared
+}
+
+/// What is to be said of vehicles once all are there.
+fn of_vehicles(world: &mut World) -> Vec<String> {
+    let mut warnings = overlaps::warnings(world);
+    if world.query::<&OnRoute>().iter(world).next().is_some() {
+        let origin = world.resource::<Origin>().0;
+        warnings.extend(road_warnings::of_beginning_anew(world.resource::<Routes>(), origin));
+    }
+    warnings
 }
 
 /// Spawns a model as a whole scene; returns its root, too.
@@ -314,6 +329,7 @@ impl Spawner<'_> {
         });
         let on_route = own_route.or(on_route);
         let stands = on_route.map(|on| routes.stand(&on));
+        let place = on_route.map(|on| routes.stand_at(&on).0).unwrap_or_default();
         let world_from_vehicle = stands.map_or(*world_from_entity, |stands| stands.compute_affine());
         self.enclose(bounds.transformed(&world_from_vehicle));
         let number = self.world.resource::<NextVehicleNumber>().0;
@@ -323,13 +339,13 @@ impl Spawner<'_> {
         }
         let headlights = source.map_or_else(Default::default, |source| source.headlights.into());
         let controls = Controls { headlights, ..Controls::default() };
-        let speed = source.map_or(0.0, |source| source.speed_kmh / 3.6);
+        let speed = source.map_or(0.0, |source| f64::from(source.speed_kmh) / 3.6);
         // Paints in turn where none is asked for.
         let paint = source.and_then(|source| source.paint).unwrap_or(number);
         if let Some((on, stands)) = on_route.zip(stands) {
             entity.insert((stands, on));
         }
-        let motion = Motion { speed, ..Motion::default() };
+        let motion = Motion { place, speed, ..Motion::default() };
         entity.insert((controls, motion, Vehicle::of(kind).painted(paint)));
         if source.is_some_and(|source| source.by_hand) {
             entity.insert(ByHand);
@@ -417,24 +433,24 @@ impl Spawner<'_> {
 #[derive(Default)]
 struct Room {
     /// The lane that is being filled, and where the front of the last one on it is.
-    last: Option<(RouteId, u8, f32)>,
+    last: Option<(RouteId, u8, f64)>,
     /// Vehicles that found no room.
     full: usize,
 }
 
 impl Room {
     /// Metres between two vehicles at least.
-    const GAP: f32 = 2.0;
+    const GAP: f64 = 2.0;
 
     /// Whether a vehicle has room behind which it stands free.
     fn take(&mut self, placement: &Placement, types: &VehicleTypes) -> bool {
         let Some((on, name)) = placement.on_route.zip(placement.vehicle) else { return true };
         let kind = types.get(types.find(name).unwrap_or_default());
         let is_free = self.last.is_none_or(|(route, lane, front)| {
-            (route, lane) != (on.route, on.lane) || on.at - kind.rear() > front + Self::GAP
+            (route, lane) != (on.route, on.lane) || on.at - f64::from(kind.rear()) > front + Self::GAP
         });
         if is_free {
-            self.last = Some((on.route, on.lane, on.at + kind.front()));
+            self.last = Some((on.route, on.lane, on.at + f64::from(kind.front())));
         } else {
             self.full += 1;
         }
@@ -462,7 +478,7 @@ pub(super) fn descendants(world: &World, root: Entity) -> Vec<Entity> {
 
 /// The transform of a checked scene.
 pub fn transform(source: &format::Transform) -> Transform {
-    let translation = Vec3::from_array(source.translation);
+    let translation = place(source.translation.unwrap_or_default());
     let unrotated = Transform { translation, scale: source.scale.vec3(), ..Transform::IDENTITY };
     if let Some([x, y, z]) = source.rotation_degrees.map(|degrees| degrees.map(f32::to_radians)) {
         // Roll about the entity's own Z, then pitch, then yaw: what one expects of a camera.
@@ -470,7 +486,7 @@ pub fn transform(source: &format::Transform) -> Transform {
     } else if let Some(quaternion) = source.quaternion {
         unrotated.with_rotation(Quat::from_array(quaternion).normalize())
     } else if let Some(target) = source.look_at {
-        unrotated.looking_at(Vec3::from_array(target), Vec3::Y)
+        unrotated.looking_at(place(target), Vec3::Y)
     } else {
         unrotated
     }

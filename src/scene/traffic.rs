@@ -2,15 +2,16 @@
 
 use super::format::{self, Along, Scene};
 use super::generate::Random;
+use super::road_warnings;
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use std::collections::HashMap;
 use systems::components::Light;
 use systems::library::{Library, Material, MaterialId};
+use systems::origin::Origin;
 use systems::transform::Transform;
 use systems::vehicles::OnRoute;
-use systems::vehicles::route_line::self_crossing;
 use systems::vehicles::routes::{RouteId, RoutePlan, Routes, Stop, Wait};
 use systems::vehicles::signals::{Aspect, Signal, SignalHead, SignalLamp, Signals};
 
@@ -20,14 +21,7 @@ pub fn insert(scene: &Scene, world: &mut World) -> Vec<String> {
         Signals::new(scene.signals.entries().iter().map(|(name, signal)| plan_signal(name, signal)).collect());
     let plans = scene.routes.entries().iter().map(|(name, route)| plan_route(name, route, scene, &signals)).collect();
     let routes = Routes::new(plans, scene.traffic.left_hand, scene.seed);
-    let crossing = |name: &str, at: Vec3| {
-        format!(
-            "routes[{name:?}] crosses itself at ({:.1}, {:.1}, {:.1}): vehicles there do not see each other",
-            at.x, at.y, at.z
-        )
-    };
-    let crossings = routes.iter().filter_map(|(_, route)| Some(crossing(&route.plan.name, self_crossing(route)?)));
-    let warnings = crossings.collect();
+    let warnings = road_warnings::of_routes(&routes, world.resource::<Origin>().0);
     world.insert_resource(routes);
     world.insert_resource(signals);
     warnings
@@ -54,7 +48,7 @@ fn plan_route(name: &str, route: &format::Route, scene: &Scene, signals: &Signal
     let id = |next: &String| scene.routes.position(next).map(|index| RouteId(index as u16));
     RoutePlan {
         name: name.into(),
-        points: route.points.iter().map(|&point| Vec3::from_array(point)).collect(),
+        points: route.points.iter().map(|&point| DVec3::from_array(point)).collect(),
         spline: route.shape == format::Shape::Spline,
         closed: route.closed,
         lanes: route.lanes,
@@ -75,16 +69,17 @@ pub fn along(along: &Along, routes: &Routes, random: &mut Random) -> Vec<(Transf
     for (id, route) in routes.iter().filter(|(_, route)| is_named(&route.plan.name)) {
         let lanes = if along.beside.is_some() { 0..1 } else { 0..route.lanes() };
         for lane in lanes.filter(|lane| along.beside.is_some() || along.lane.is_none_or(|only| only == *lane)) {
-            let mut at = along.from;
+            let mut at = f64::from(along.from);
             while at < route.length {
-                let place = (at + random.between(-along.jitter, along.jitter)).clamp(0.0, route.length - 0.1);
+                let moved = f64::from(random.between(-along.jitter, along.jitter));
+                let place = (at + moved).clamp(0.0, route.length - 0.1);
                 let on = OnRoute::new(id, lane, place);
                 let mut stands = routes.stand(&on);
                 if let Some(beside) = along.beside {
-                    stands.translation = route.place(place).beside(beside);
+                    stands.translation = route.place(place).beside(beside).as_vec3();
                 }
                 places.push((stands, on));
-                at += along.spacing;
+                at += f64::from(along.spacing);
             }
         }
     }

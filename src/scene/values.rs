@@ -1,7 +1,7 @@
 //! Values with more than one way of writing: colours, scales, maps, and lists of named things.
 
 use super::format::{Sampler, Uv};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use serde::Deserialize;
 use serde::de::{Deserializer, MapAccess, Visitor, value::MapAccessDeserializer};
 use std::collections::HashMap;
@@ -27,6 +27,10 @@ impl<T> Default for Named<T> {
 impl<T> Named<T> {
     pub fn entries(&self) -> &[(String, T)] {
         &self.entries
+    }
+
+    pub fn entries_mut(&mut self) -> &mut [(String, T)] {
+        &mut self.entries
     }
 
     pub fn names(&self) -> impl Iterator<Item = &str> {
@@ -160,6 +164,11 @@ impl From<AttenuationText> for Attenuation {
             AttenuationText::Named(NamedAttenuation::InverseSquare) => Light::INVERSE_SQUARE.to_array(),
         })
     }
+}
+
+/// A place of a file as the world keeps it.
+pub fn place(place: [f64; 3]) -> Vec3 {
+    DVec3::from_array(place).as_vec3()
 }
 
 /// One number for all three axes, or one for each.

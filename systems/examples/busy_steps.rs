@@ -20,7 +20,7 @@ use systems::{Simulation, roster, shapes, state_hash};
 fn routes() -> (Vec<RoutePlan>, Signal) {
     let ring = (0..48).map(|k| k as f32 / 48.0 * TAU);
     let mut plans = vec![RoutePlan {
-        points: ring.map(|a| Vec3::new(a.sin(), 0.0, a.cos()) * 150.0).collect(),
+        points: ring.map(|a| (Vec3::new(a.sin(), 0.0, a.cos()) * 150.0).as_dvec3()).collect(),
         spline: true,
         closed: true,
         lanes: 3,
@@ -28,7 +28,8 @@ fn routes() -> (Vec<RoutePlan>, Signal) {
     }];
     for arm in 0..4u16 {
         let turn = Quat::from_rotation_y(f32::from(arm) * TAU / 4.0);
-        let line = |points: &[(f32, f32)]| points.iter().map(|&(x, z)| turn * Vec3::new(x, 0.0, z)).collect();
+        let line =
+            |points: &[(f32, f32)]| points.iter().map(|&(x, z)| (turn * Vec3::new(x, 0.0, z)).as_dvec3()).collect();
         let (ahead, left) = (2 + 3 * arm, 3 + 3 * arm);
         let out = |arm: u16| RouteId(1 + 3 * (arm % 4));
         plans.push(RoutePlan {
@@ -76,7 +77,7 @@ fn main() {
             for place in 1..(route.length / 22.0) as u32 {
                 let on = OnRoute::new(id, lane, place as f32 * 22.0 - 10.0);
                 let at = routes.stand(&on);
-                let speed = (count % 7) as f32;
+                let speed = f64::from(count % 7);
                 let kind = kinds[usize::from(count % 9 == 8)];
                 let entity = world.spawn((Vehicle::of(kind), on, at)).id();
                 world.entity_mut(entity).entry::<Motion>().and_modify(|mut motion| motion.speed = speed);

@@ -5,28 +5,28 @@
 
 use super::physical::{GRAVITY, Tuning, WheelPlace};
 use crate::transform::Transform;
-use crate::vehicles::VehicleType;
-use glam::{Vec2, Vec3};
-use rapier3d::control::{DynamicRayCastVehicleController, WheelTuning};
-use rapier3d::prelude::*;
+use crate::vehicles::{Motion, VehicleType};
+use glam::{DVec2, DVec3, Quat, Vec3};
+use rapier3d_f64::control::{DynamicRayCastVehicleController, WheelTuning};
+use rapier3d_f64::prelude::*;
 use serde::{Deserialize, Serialize};
 
 /// Metres per second below which a vehicle that brakes stands.
-const STANDSTILL: f32 = 0.05;
+const STANDSTILL: f64 = 0.05;
 
 /// What `DynamicRayCastVehicleController` takes from a wheel's sideways velocity in a step, at a side friction stiffness
 /// of 1.
-const SIDE_DAMPING: f32 = 0.2;
+const SIDE_DAMPING: f64 = 0.2;
 
 /// What is wanted of a vehicle in a step.
 #[derive(Clone, Copy, Default)]
 pub struct Wish {
     /// m/s² along its forward; against its travel, it brakes.
-    pub acceleration: f32,
+    pub acceleration: f64,
     /// Radians, of the wheel in the middle of the front axle.
-    pub steering: f32,
+    pub steering: f64,
     /// Which way it may set off when it stands: forwards, backwards, or not at all where this is 0.
-    pub sets_off: f32,
+    pub sets_off: f64,
 }
 
 /// One vehicle.
@@ -41,15 +41,15 @@ pub struct Body {
     /// Its numbers.
     pub tuning: Tuning,
     /// From the rear axle to the front axle, metres.
-    wheelbase: f32,
+    wheelbase: f64,
     /// The largest steering angle, radians.
-    most_steering: f32,
+    most_steering: f64,
     /// Radians per second.
-    steering_rate: f32,
+    steering_rate: f64,
     /// Where the world was last told that the vehicle is: elsewhere, somebody else has moved it.
-    pub written: (Vec3, glam::Quat),
+    pub written: (Vec3, Quat),
     /// Radians: of the wheel in the middle of the front axle.
-    pub steering: f32,
+    pub steering: f64,
 }
 
 impl Body {
@@ -60,11 +60,12 @@ impl Body {
         wheels: &[WheelPlace],
         tuning: Tuning,
         at: &Transform,
-        speed: f32,
+        motion: &Motion,
     ) -> Self {
-        let forward = at.rotation * Vec3::Z;
+        let pose = pose(at, motion);
+        let (forward, speed) = (pose.rotation * DVec3::Z, if motion.speed.is_finite() { motion.speed } else { 0.0 });
         let chassis = RigidBodyBuilder::dynamic()
-            .pose(pose(at))
+            .pose(pose)
             .linvel(forward * speed)
             .can_sleep(false)
             .additional_mass_properties(mass_properties(kind, wheels, tuning.mass));
@@ -78,18 +79,18 @@ impl Body {
         let deflection = tuning.static_deflection(wheels.len());
         for wheel in wheels {
             // Standing level, the spring is pressed by the static deflection and the hub is where the model has it.
-            let top = wheel.hub + Vec3::Y * (tuning.rest_length - deflection);
-            let tyre = wheel_tuning(&tuning, wheels.len());
-            controller.add_wheel(top, Vec3::NEG_Y, Vec3::NEG_X, tuning.rest_length, wheel.radius, &tyre);
+            let top = wheel.hub.as_dvec3() + DVec3::Y * (tuning.rest_length - deflection);
+            let (tyre, radius) = (wheel_tuning(&tuning, wheels.len()), wheel.radius.into());
+            controller.add_wheel(top, DVec3::NEG_Y, DVec3::NEG_X, tuning.rest_length, radius, &tyre);
         }
         Self {
             handle,
             controller,
             steers: wheels.iter().map(|wheel| wheel.steers).collect(),
             tuning,
-            wheelbase: kind.wheelbase.max(0.1),
-            most_steering: kind.limits.steering.clamp(0.0, 1.4),
-            steering_rate: kind.limits.steering_rate.max(0.0),
+            wheelbase: kind.wheelbase.max(0.1).into(),
+            most_steering: kind.limits.steering.clamp(0.0, 1.4).into(),
+            steering_rate: kind.limits.steering_rate.max(0.0).into(),
             written: (at.translation, at.rotation),
             steering: 0.0,
         }
@@ -98,10 +99,10 @@ impl Body {
     /// Gravity, air, engine, brakes, steering, springs and tyres: everything that changes the chassis' velocity in a
     /// step but its collisions. The part of gravity along the ground comes first, so that tyres and brakes hold against
     /// it within the step; the part that the springs carry comes last, lest their dampers take it for a movement.
-    pub fn drive(&mut self, world: &mut PhysicsWorld, wish: &Wish, seconds: f32) {
+    pub fn drive(&mut self, world: &mut PhysicsWorld, wish: &Wish, seconds: f64) {
         let Some(chassis) = world.bodies.get_mut(self.handle) else { return };
-        let up = *chassis.rotation() * Vec3::Y;
-        let fall = Vec3::NEG_Y * (GRAVITY * seconds);
+        let up = *chassis.rotation() * DVec3::Y;
+        let fall = DVec3::NEG_Y * (GRAVITY * seconds);
         let fall_on_springs = up * up.dot(fall);
         let velocity = chassis.linvel() + fall - fall_on_springs;
         let slowed = 1.0 + self.tuning.drag * velocity.length() * seconds / self.tuning.mass;
@@ -125,30 +126,30 @@ impl Body {
 
     /// Turns the steering toward the wanted angle, as fast as it can; each wheel so that the axes of all meet in one
     /// point on the line of the rear axle (Ackermann's steering).
-    fn steer(&mut self, wanted: f32, seconds: f32) {
+    fn steer(&mut self, wanted: f64, seconds: f64) {
         let wanted = if wanted.is_finite() { wanted.clamp(-self.most_steering, self.most_steering) } else { 0.0 };
         let most = self.steering_rate * seconds;
         self.steering += (wanted - self.steering).clamp(-most, most);
-        let turned = Vec2::from_angle(self.steering);
+        let turned = DVec2::from_angle(self.steering);
         for (wheel, steers) in self.controller.wheels_mut().iter_mut().zip(&self.steers) {
             let place = wheel.chassis_connection_point_cs;
-            let direction = Vec2::new(self.wheelbase * turned.x - place.x * turned.y, place.z * turned.y);
+            let direction = DVec2::new(self.wheelbase * turned.x - place.x * turned.y, place.z * turned.y);
             wheel.steering = if *steers { direction.to_angle() } else { 0.0 };
         }
     }
 
     /// Sets the forces of engine and brakes; returns the force of the brakes, newtons. No wheel gets more than its tyre
     /// can pass on under the load of the step before.
-    fn push(&mut self, wish: &Wish, speed: f32, seconds: f32) -> f32 {
+    fn push(&mut self, wish: &Wish, speed: f64, seconds: f64) -> f64 {
         let force = if wish.acceleration.is_finite() { wish.acceleration * self.tuning.mass } else { 0.0 };
         let stands = speed.abs() < STANDSTILL;
         let drives = if stands { force * wish.sets_off > 0.0 } else { force * speed >= 0.0 };
         let (engine, brake) = if drives {
             (force.clamp(-self.tuning.engine_force, self.tuning.engine_force), 0.0)
         } else {
-            (0.0, if force == 0.0 { f32::MAX } else { force.abs() }.min(self.tuning.brake_force))
+            (0.0, if force == 0.0 { f64::MAX } else { force.abs() }.min(self.tuning.brake_force))
         };
-        let share = 1.0 / self.controller.wheels().len() as f32;
+        let share = 1.0 / self.controller.wheels().len() as f64;
         let mut braking = 0.0;
         for wheel in self.controller.wheels_mut() {
             let grip = wheel.wheel_suspension_force * self.tuning.friction;
@@ -163,11 +164,11 @@ impl Body {
 
     /// What the brakes have left of their impulse, after the wheels' share, stops the chassis: the wheels alone leave a
     /// part of its velocity, which on a slope would be a creep. A standing vehicle is held sideways, too.
-    fn hold(&self, chassis: &mut RigidBody, most: f32) {
-        let used: f32 = self.controller.wheels().iter().map(|wheel| wheel.forward_impulse.abs()).sum();
+    fn hold(&self, chassis: &mut RigidBody, most: f64) {
+        let used: f64 = self.controller.wheels().iter().map(|wheel| wheel.forward_impulse.abs()).sum();
         let left = (most - used).max(0.0) / self.tuning.mass;
-        let along = chassis.linvel().reject_from_normalized(*chassis.rotation() * Vec3::Y);
-        let forward = *chassis.rotation() * Vec3::Z;
+        let along = chassis.linvel().reject_from_normalized(*chassis.rotation() * DVec3::Y);
+        let forward = *chassis.rotation() * DVec3::Z;
         let slides = if along.length() < STANDSTILL { along } else { forward * forward.dot(along) };
         if left > 0.0 {
             let velocity = chassis.linvel() - slides.clamp_length_max(left);
@@ -177,7 +178,7 @@ impl Body {
 
     /// How far each wheel's spring is pressed beyond its length under the standing vehicle, metres; negative where it
     /// hangs.
-    pub fn travel(&self, wheel: usize) -> Option<f32> {
+    pub fn travel(&self, wheel: usize) -> Option<f64> {
         let wheels = self.controller.wheels();
         let standing = self.tuning.rest_length - self.tuning.static_deflection(wheels.len());
         wheels.get(wheel).map(|wheel| standing - wheel.raycast_info().suspension_length)
@@ -189,7 +190,7 @@ impl Body {
     }
 
     /// Everything a step goes on from, as numbers: what a hash of the state takes in.
-    pub fn state(&self, world: &PhysicsWorld, mut add: impl FnMut(f32)) {
+    pub fn state(&self, world: &PhysicsWorld, mut add: impl FnMut(f64)) {
         let Some(chassis) = world.bodies.get(self.handle) else { return };
         let place = chassis.position();
         for vector in [place.translation, chassis.linvel(), chassis.angvel()] {
@@ -204,14 +205,16 @@ impl Body {
 }
 
 /// m/s of the chassis' origin, the middle of the rear axle, along its forward.
-pub fn forward_speed(chassis: &RigidBody) -> f32 {
+pub fn forward_speed(chassis: &RigidBody) -> f64 {
     let place = chassis.position();
-    (place.rotation * Vec3::Z).dot(chassis.velocity_at_point(place.translation))
+    (place.rotation * DVec3::Z).dot(chassis.velocity_at_point(place.translation))
 }
 
 /// The place of a body that has the vehicle's origin and axes.
-pub fn pose(at: &Transform) -> Pose {
-    Pose::from_parts(at.translation, at.rotation)
+pub fn pose(at: &Transform, motion: &Motion) -> Pose {
+    let mut motion = *motion;
+    motion.follow(at.translation);
+    Pose::from_parts(motion.place, at.rotation.as_dquat().normalize())
 }
 
 /// The box that touches other things: the type's size, above the ground by as much as its springs and wheels allow.
@@ -219,18 +222,18 @@ pub fn chassis_collider(kind: &VehicleType, wheels: &[WheelPlace]) -> ColliderBu
     let size = kind.size.max(Vec3::splat(0.2)).min(Vec3::splat(100.0));
     let radius = wheels.iter().map(|wheel| wheel.radius).fold(0.0, f32::max);
     let clearance = (0.7 * radius).min(0.5 * size.y);
-    let half = Vec3::new(size.x, size.y - clearance, size.z) / 2.0;
-    let middle = Vec3::new(0.0, clearance + half.y, half.z - kind.rear_overhang);
+    let half = (Vec3::new(size.x, size.y - clearance, size.z) / 2.0).as_dvec3();
+    let middle = DVec3::new(0.0, f64::from(clearance) + half.y, half.z - f64::from(kind.rear_overhang));
     ColliderBuilder::cuboid(half.x, half.y, half.z).translation(middle).density(0.0).friction(0.4)
 }
 
 /// Those of an even box of the type's size, its middle lowered to where a vehicle's heavy parts are.
-fn mass_properties(kind: &VehicleType, wheels: &[WheelPlace], mass: f32) -> MassProperties {
-    let size = kind.size.max(Vec3::splat(0.2)).min(Vec3::splat(100.0));
-    let middle = wheels.iter().map(|wheel| wheel.hub).sum::<Vec3>() / wheels.len().max(1) as f32;
+fn mass_properties(kind: &VehicleType, wheels: &[WheelPlace], mass: f64) -> MassProperties {
+    let size = kind.size.max(Vec3::splat(0.2)).min(Vec3::splat(100.0)).as_dvec3();
+    let middle = wheels.iter().map(|wheel| wheel.hub.as_dvec3()).sum::<DVec3>() / wheels.len().max(1) as f64;
     let squares = size * size;
-    let inertia = Vec3::new(squares.y + squares.z, squares.x + squares.z, squares.x + squares.y) * (mass / 12.0);
-    MassProperties::new(Vec3::new(middle.x, 0.35 * size.y, middle.z), mass, inertia)
+    let inertia = DVec3::new(squares.y + squares.z, squares.x + squares.z, squares.x + squares.y) * (mass / 12.0);
+    MassProperties::new(DVec3::new(middle.x, 0.35 * size.y, middle.z), mass, inertia)
 }
 
 /// The controller's numbers are per kilogram of the chassis; a wheel's sideways velocity is taken away within a step, as
@@ -241,7 +244,7 @@ fn wheel_tuning(tuning: &Tuning, wheels: usize) -> WheelTuning {
         suspension_compression: tuning.damping / tuning.mass,
         suspension_damping: tuning.damping / tuning.mass,
         max_suspension_travel: tuning.rest_length,
-        side_friction_stiffness: 1.0 / (SIDE_DAMPING * wheels as f32),
+        side_friction_stiffness: 1.0 / (SIDE_DAMPING * wheels as f64),
         friction_slip: tuning.friction,
         max_suspension_force: tuning.mass * GRAVITY * 10.0,
     }

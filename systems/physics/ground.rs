@@ -11,8 +11,8 @@ use crate::transform::Transform;
 use crate::vehicles::ground::Ground;
 use crate::vehicles::routes::mixed;
 use bevy_ecs::prelude::*;
-use glam::{Affine3A, Vec3};
-use rapier3d::prelude::*;
+use glam::{Affine3A, DVec3, Vec3};
+use rapier3d_f64::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -157,7 +157,8 @@ pub fn update_ground(
         }
     }
     let bottoms = physics.world.colliders.iter().filter(|(_, collider)| collider.parent().is_none());
-    let bottoms = bottoms.map(|(_, collider)| if plane_of(collider) { 0.0 } else { collider.compute_aabb().mins.y });
+    let bottoms =
+        bottoms.map(|(_, collider)| if plane_of(collider) { 0.0 } else { collider.compute_aabb().mins.y as f32 });
     physics.colliders.lowest = bottoms.fold(0.0, f32::min) - FALL;
 }
 
@@ -194,7 +195,7 @@ fn number_of(key: &Key) -> u64 {
 /// The collider that a key names.
 fn collider(key: &Key, library: &Library) -> Option<ColliderBuilder> {
     if *key == PLANE {
-        return Some(ColliderBuilder::new(SharedShape::halfspace(Vec3::Y)));
+        return Some(ColliderBuilder::new(SharedShape::halfspace(DVec3::Y)));
     }
     let mut columns = [0.0; 12];
     columns.iter_mut().zip(&key[2..]).for_each(|(value, bits)| *value = f32::from_bits(*bits));
@@ -212,7 +213,8 @@ fn collider(key: &Key, library: &Library) -> Option<ColliderBuilder> {
 }
 
 fn triangles(mesh: &Mesh, world_from_object: &Affine3A) -> Option<ColliderBuilder> {
-    let corners: Vec<Vec3> = mesh.positions.iter().map(|p| world_from_object.transform_point3(*p)).collect();
+    let corners: Vec<DVec3> =
+        mesh.positions.iter().map(|p| world_from_object.transform_point3(*p).as_dvec3()).collect();
     let triangles: Vec<[u32; 3]> = mesh.indices.as_chunks().0.to_vec();
     let within = triangles.iter().flatten().all(|&corner| (corner as usize) < corners.len());
     if within { ColliderBuilder::trimesh(corners, triangles).ok() } else { None }
@@ -222,6 +224,8 @@ fn bounding_box(mesh: &Mesh, world_from_object: &Affine3A) -> Option<ColliderBui
     let (scale, rotation, _) = world_from_object.to_scale_rotation_translation();
     let aabb = mesh.aabb();
     let half = ((aabb.max - aabb.min) / 2.0 * scale.abs()).max(Vec3::splat(0.001));
-    let place = Pose::from_parts(world_from_object.transform_point3(aabb.center()), rotation);
-    (half.is_finite() && rotation.is_finite()).then(|| ColliderBuilder::cuboid(half.x, half.y, half.z).position(place))
+    let middle = world_from_object.transform_point3(aabb.center()).as_dvec3();
+    let (place, is_finite) = (Pose::from_parts(middle, rotation.as_dquat().normalize()), rotation.is_finite());
+    let half = half.as_dvec3();
+    (half.is_finite() && is_finite).then(|| ColliderBuilder::cuboid(half.x, half.y, half.z).position(place))
 }

@@ -1,4 +1,4 @@
-//! Physically simulated vehicles: rigid bodies on springs and tyres that bump into each other, by `rapier3d`.
+//! Physically simulated vehicles: rigid bodies on springs and tyres that bump into each other, by `rapier3d-f64`.
 //!
 //! A [`Vehicle`] with [`Physical`] is simulated; all others are kinematic, and those near are
 //! bodies that nothing pushes. The rest of the world sees the same components either way: `Transform` and [`Motion`]
@@ -29,7 +29,7 @@ pub(crate) use saved::PhysicsState;
 pub use springs::{Sprung, WheelsFound, find_wheels, move_springs};
 pub use traffic::follow_traffic;
 
-use crate::clock::Clock;
+use crate::sub_steps::SubStep;
 use crate::transform::Transform;
 use crate::vehicles::steering::hitch_change;
 use crate::vehicles::{
@@ -38,19 +38,16 @@ use crate::vehicles::{
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
 use body::{Body, Wish, forward_speed, pose};
-use glam::{Vec2, Vec3};
-use rapier3d::prelude::{PhysicsWorld, RigidBodyHandle};
+use glam::DVec3;
+use rapier3d_f64::prelude::{PhysicsWorld, RigidBodyHandle};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Seconds; a longer step of the clock is done in several of the physics.
+/// Seconds; a longer step is done in several of the physics.
 const LONGEST: f64 = 1.0 / 60.0;
 
-/// At most so many steps of the physics in one of the clock.
-const MOST_SUBSTEPS: f64 = 64.0;
-
-/// Metres from the origin; beyond, places are too coarse for springs, and a vehicle is given up.
-const FARTHEST: f32 = 100_000.0;
+/// Metres from the origin; what gets farther was thrown out of the world.
+const FARTHEST: f64 = 1e7;
 
 /// The physics world, and which of its bodies are which vehicles.
 #[derive(Resource, Serialize, Deserialize)]
@@ -73,7 +70,7 @@ pub struct Physics {
 impl Default for Physics {
     fn default() -> Self {
         // Gravity is applied with the vehicles' other forces, before their brakes and tyres.
-        let world = PhysicsWorld { gravity: Vec3::ZERO, ..PhysicsWorld::default() };
+        let world = PhysicsWorld { gravity: DVec3::ZERO, ..PhysicsWorld::default() };
         Self {
             world,
             bodies: BTreeMap::new(),
@@ -108,24 +105,24 @@ impl Physics {
     }
 
     /// How far a wheel's spring is pressed beyond its length under the standing vehicle, metres.
-    pub fn spring_travel(&self, vehicle: VehicleNumber, wheel: usize) -> Option<f32> {
+    pub fn spring_travel(&self, vehicle: VehicleNumber, wheel: usize) -> Option<f64> {
         self.bodies.get(&vehicle.0).and_then(|body| body.travel(wheel))
     }
 
     /// World-space velocity of a vehicle's centre of mass, m/s.
-    pub fn velocity(&self, vehicle: VehicleNumber) -> Option<Vec3> {
+    pub fn velocity(&self, vehicle: VehicleNumber) -> Option<DVec3> {
         let body = self.bodies.get(&vehicle.0)?;
         self.world.bodies.get(body.handle).map(|chassis| chassis.linvel())
     }
 
     /// What a hash of the state takes in beside the components: places, velocities and wheels of all bodies, by the
     /// number of the vehicle. Contacts' impulses are left out: they show in the velocities one step later.
-    pub fn state(&self, mut add: impl FnMut(u32)) {
+    pub fn state(&self, mut add: impl FnMut(u64)) {
         for (number, body) in &self.bodies {
-            add(*number);
+            add((*number).into());
             body.state(&self.world, |value| add(value.to_bits()));
         }
-        self.frozen.iter().copied().for_each(add);
+        self.frozen.iter().for_each(|number| add((*number).into()));
     }
 }
 
@@ -156,7 +153,7 @@ pub fn place_bodies(
                 && at.is_finite()
                 && let Some(chassis) = physics.world.bodies.get_mut(body.handle)
             {
-                chassis.set_position(pose(at), true);
+                chassis.set_position(pose(at, motion), true);
                 body.written = written;
                 physics.inserted = true;
             }
@@ -186,12 +183,11 @@ impl Physics {
         motion: &Motion,
     ) -> Result<(), &'static str> {
         let wheels = wheels(kind);
-        let speed = if motion.speed.is_finite() { motion.speed } else { 0.0 };
-        if !at.is_finite() || !is_within(at.translation, f32::MIN) {
+        if !at.is_finite() || !is_within(at.translation.as_dvec3(), f32::MIN) {
             return Err("it is nowhere");
         }
         let tuning = Tuning::of(physical, kind, wheels.len());
-        let body = Body::new(&mut self.world, kind, &wheels, tuning, at, speed);
+        let body = Body::new(&mut self.world, kind, &wheels, tuning, at, motion);
         self.bodies.insert(number, body);
         self.inserted = true;
         Ok(())
@@ -214,15 +210,16 @@ type Driven<'a> = (&'a VehicleNumber, &'a Wanted, &'a Controls, Has<ByHand>, Has
 /// A standing vehicle sets off forwards where its route wants it to, or the way that its throttle says.
 fn wish((_, wanted, controls, by_hand, on_route): (&VehicleNumber, &Wanted, &Controls, bool, bool)) -> Wish {
     let pedals = by_hand || !on_route;
-    let throttle = if controls.brake > 0.0 { 0.0 } else { controls.throttle };
-    Wish { acceleration: wanted.acceleration, steering: wanted.steering, sets_off: if pedals { throttle } else { 1.0 } }
+    let throttle = if controls.brake > 0.0 { 0.0 } else { controls.throttle.into() };
+    let sets_off = if pedals { throttle } else { 1.0 };
+    Wish { acceleration: wanted.acceleration.into(), steering: wanted.steering.into(), sets_off }
 }
 
-/// Moves all bodies one step of the clock on.
-pub fn step_bodies(mut physics: ResMut<Physics>, clock: Res<Clock>, vehicles: Query<Driven, With<Physical>>) {
+/// Moves all bodies on, by a step or a part of one.
+pub fn step_bodies(mut physics: ResMut<Physics>, now: Res<SubStep>, vehicles: Query<Driven, With<Physical>>) {
     let Physics { world, bodies, inserted, .. } = &mut *physics;
-    let substeps = (clock.step_seconds / LONGEST - 1e-6).ceil().clamp(1.0, MOST_SUBSTEPS);
-    let seconds = (clock.step_seconds / substeps) as f32;
+    let substeps = (now.seconds / LONGEST - 1e-6).ceil().max(1.0);
+    let seconds = now.seconds / substeps;
     if !(seconds > 0.0 && seconds.is_finite()) {
         return;
     }
@@ -247,12 +244,12 @@ pub fn step_bodies(mut physics: ResMut<Physics>, clock: Res<Clock>, vehicles: Qu
 #[allow(clippy::type_complexity)]
 pub fn write_back(
     mut physics: ResMut<Physics>,
-    clock: Res<Clock>,
+    now: Res<SubStep>,
     types: Res<VehicleTypes>,
     mut vehicles: Query<(&VehicleNumber, &Vehicle, &mut Transform, &mut Motion, Option<&Name>), With<Physical>>,
 ) {
     let Physics { world, bodies, colliders, .. } = &mut *physics;
-    let seconds = clock.step_seconds as f32;
+    let seconds = now.seconds;
     let mut lost = BTreeMap::new();
     for (number, vehicle, mut transform, mut motion, name) in &mut vehicles {
         let Some(body) = bodies.get_mut(&number.0) else { continue };
@@ -265,15 +262,16 @@ pub fn write_back(
             continue;
         };
         let place = chassis.position();
-        body.written = (place.translation, place.rotation);
+        motion.place = place.translation;
+        body.written = (place.translation.as_vec3(), place.rotation.as_quat());
         (transform.translation, transform.rotation) = body.written;
         let speed = forward_speed(chassis);
-        motion.acceleration = (speed - motion.speed) / seconds;
+        motion.acceleration = ((speed - motion.speed) / seconds) as f32;
         motion.speed = speed;
-        motion.steering = body.steering;
-        let forward = place.rotation * Vec3::Z;
-        motion.yaw = Vec2::new(forward.z, forward.x).to_angle();
-        motion.rolled += f64::from(speed * seconds);
+        motion.steering = body.steering as f32;
+        let forward = place.rotation * DVec3::Z;
+        motion.yaw = forward.x.atan2(forward.z);
+        motion.rolled += speed * seconds;
         if let Some(trailer) = kind.trailer.filter(|trailer| trailer.length > 0.0) {
             // Without mass, as its axle rolls.
             let turn = hitch_change(&trailer, motion.hitch, motion.speed, chassis.angvel().y);
@@ -287,6 +285,6 @@ pub fn write_back(
     }
 }
 
-fn is_within(place: Vec3, lowest: f32) -> bool {
-    place.is_finite() && place.length() < FARTHEST && place.y > lowest
+fn is_within(place: DVec3, lowest: f32) -> bool {
+    place.is_finite() && place.length() < FARTHEST && place.y > f64::from(lowest)
 }

@@ -9,14 +9,14 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 /// m/s², downwards.
-pub const GRAVITY: f32 = 9.81;
+pub const GRAVITY: f64 = 9.81;
 
 /// How far springs give under the vehicle's weight where nothing is said, metres. A bounce of 1.6 Hz, as a car's.
-const STATIC_DEFLECTION: f32 = 0.1;
+const STATIC_DEFLECTION: f64 = 0.1;
 /// Of the springs' damping to critical damping, where nothing is said.
-const DAMPING_RATIO: f32 = 0.35;
+const DAMPING_RATIO: f64 = 0.35;
 /// Drag coefficient times half the density of air, kg/m³: between a car's and a van's.
-const DRAG_PER_AREA: f32 = 0.21;
+const DRAG_PER_AREA: f64 = 0.21;
 
 /// Has a [`Vehicle`](crate::vehicles::Vehicle) simulated as a rigid body on springs and tyres. What is `None` is derived
 /// from the vehicle's type. Vehicles whose wheels are in a row would fall over, and stay kinematic. Scene files have it
@@ -61,36 +61,36 @@ fn forget_wish(mut world: DeferredWorld, context: HookContext) {
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Tuning {
     /// Kilograms.
-    pub mass: f32,
+    pub mass: f64,
     /// Coulomb's coefficient.
-    pub friction: f32,
+    pub friction: f64,
     /// All wheels, newtons.
-    pub engine_force: f32,
+    pub engine_force: f64,
     /// All wheels, newtons.
-    pub brake_force: f32,
+    pub brake_force: f64,
     /// kg/m.
-    pub drag: f32,
+    pub drag: f64,
     /// The average wheel's, N/m.
-    pub stiffness: f32,
+    pub stiffness: f64,
     /// The average wheel's, N·s/m.
-    pub damping: f32,
+    pub damping: f64,
     /// Metres.
-    pub rest_length: f32,
+    pub rest_length: f64,
 }
 
 impl Tuning {
     /// The numbers of a vehicle of that type on that many wheels.
     pub fn of(physical: &Physical, kind: &VehicleType, wheels: usize) -> Self {
-        let wheels = wheels.max(1) as f32;
-        let mass = within(physical.mass, kind.mass, 10.0, 1e6);
+        let wheels = wheels.max(1) as f64;
+        let mass = within(physical.mass, kind.mass.into(), 10.0, 1e6);
         let stiffness = within(physical.stiffness, mass * GRAVITY / (wheels * STATIC_DEFLECTION), 1e2, 1e8);
         let critical = 2.0 * (stiffness * mass / wheels).sqrt();
         Self {
             mass,
             friction: within(physical.friction, 0.9, 0.0, 10.0),
-            engine_force: within(physical.engine_force, mass * kind.limits.acceleration, 0.0, 1e8),
-            brake_force: within(physical.brake_force, mass * kind.limits.braking, 0.0, 1e8),
-            drag: within(physical.drag, DRAG_PER_AREA * kind.size.x * kind.size.y, 0.0, 1e4),
+            engine_force: within(physical.engine_force, mass * f64::from(kind.limits.acceleration), 0.0, 1e8),
+            brake_force: within(physical.brake_force, mass * f64::from(kind.limits.braking), 0.0, 1e8),
+            drag: within(physical.drag, DRAG_PER_AREA * f64::from(kind.size.x * kind.size.y), 0.0, 1e4),
             stiffness,
             damping: within(physical.damping, DAMPING_RATIO * critical, 0.0, critical),
             rest_length: within(physical.rest_length, 0.3, 0.05, 2.0),
@@ -98,14 +98,14 @@ impl Tuning {
     }
 
     /// How far each spring gives under the vehicle's weight on level ground: m·g / (wheels·k), metres.
-    pub fn static_deflection(&self, wheels: usize) -> f32 {
-        self.mass * GRAVITY / (wheels.max(1) as f32 * self.stiffness)
+    pub fn static_deflection(&self, wheels: usize) -> f64 {
+        self.mass * GRAVITY / (wheels.max(1) as f64 * self.stiffness)
     }
 }
 
 /// What is given, or else derived, if it is a number; within bounds.
-fn within(given: Option<f32>, derived: f32, least: f32, most: f32) -> f32 {
-    let value = given.filter(|value| value.is_finite()).unwrap_or(derived);
+fn within(given: Option<f32>, derived: f64, least: f64, most: f64) -> f64 {
+    let value = given.map(f64::from).filter(|value| value.is_finite()).unwrap_or(derived);
     if value.is_finite() { value.clamp(least, most) } else { least }
 }
 

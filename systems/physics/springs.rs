@@ -67,7 +67,7 @@ pub fn move_springs(
     for (part, sprung, mut transform) in &mut wheels {
         let body = vehicles.get(part.vehicle).ok().and_then(|number| physics.bodies.get(&number.0));
         let Some(travel) = body.and_then(|body| body.travel(sprung.wheel)) else { continue };
-        let place = sprung.rest + sprung.up * travel;
+        let place = sprung.rest + sprung.up * travel as f32;
         if transform.translation != place {
             transform.translation = place;
         }

@@ -14,7 +14,7 @@ const LINE: f32 = 80.0;
 fn plan(name: &str, points: &[(f32, f32)], then: &[u16]) -> RoutePlan {
     RoutePlan {
         name: name.into(),
-        points: points.iter().map(|&(x, z)| Vec3::new(x, 0.0, z)).collect(),
+        points: points.iter().map(|&(x, z)| Vec3::new(x, 0.0, z).as_dvec3()).collect(),
         then: then.iter().map(|&id| RouteId(id)).collect(),
         ..RoutePlan::default()
     }
@@ -61,7 +61,7 @@ fn plans(then: &[u16]) -> Vec<RoutePlan> {
 fn drive(simulation: &mut Simulation, number: u32, route: u16, at: f32, speed: f32) -> Entity {
     let on = OnRoute::new(RouteId(route), 0, at);
     let entity = simulation.world.spawn((Vehicle::of(VehicleTypeId::STAND_IN), VehicleNumber(number), on)).id();
-    simulation.world.get_mut::<Motion>(entity).expect("one").speed = speed;
+    simulation.world.get_mut::<Motion>(entity).expect("one").speed = speed.into();
     entity
 }
 
@@ -75,7 +75,7 @@ fn steps(simulation: &mut Simulation, seconds: usize) {
 
 fn on(simulation: &Simulation, entity: Entity) -> (u16, f32) {
     let on = simulation.world.get::<OnRoute>(entity).expect("one");
-    (on.route.0, on.at)
+    (on.route.0, on.at as f32)
 }
 
 #[test]
@@ -147,7 +147,7 @@ fn a_crossing_may_lie_over_the_seam_of_a_closed_route() {
     // It begins in the crossing, and comes back to it from behind.
     let round = [(-6.0, 95.0), (60.0, 95.0), (60.0, 200.0), (-60.0, 200.0), (-60.0, 95.0), (-8.0, 95.0)];
     plans[5] = RoutePlan { closed: true, ..plan("round", &round, &[]) };
-    let length = Routes::new(plans.clone(), false, 3).get(RouteId(5)).expect("one").length;
+    let length = Routes::new(plans.clone(), false, 3).get(RouteId(5)).expect("one").length as f32;
     plans[5].stops = vec![Stop { at: length - 2.0, wait: Wait::Signal(1), clear: 30.0 }];
     is_waited_for(world_of(plans, vec![1e6, 1.0]), (5, 1.0), Some(5), 3.0);
 }

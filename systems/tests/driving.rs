@@ -1,7 +1,7 @@
 //! The models that vehicles move by, against their closed forms.
 
 use bevy_ecs::prelude::*;
-use glam::{Vec2, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 use proptest::prelude::*;
 use systems::Simulation;
 use systems::transform::Transform;
@@ -12,7 +12,7 @@ use systems::vehicles::steering;
 use systems::vehicles::types::{Driver, Trailer};
 use systems::vehicles::{ByHand, Controls, Motion, OnRoute, Vehicle, VehicleType, VehicleTypeId, VehicleTypes};
 
-const STEP: f32 = 1.0 / 60.0;
+const STEP: f64 = 1.0 / 60.0;
 
 fn simulation(plans: Vec<RoutePlan>) -> Simulation {
     let mut simulation = Simulation::new();
@@ -32,7 +32,7 @@ fn state<T: Component + Clone>(simulation: &Simulation, entity: Entity) -> T {
 fn ring(radius: f32, lanes: u8) -> RoutePlan {
     let points = (0..48).map(|i| {
         let angle = i as f32 / 48.0 * std::f32::consts::TAU;
-        Vec3::new(angle.sin(), 0.0, angle.cos()) * radius
+        (Vec3::new(angle.sin(), 0.0, angle.cos()) * radius).as_dvec3()
     });
     RoutePlan { points: points.collect(), spline: true, closed: true, lanes, ..RoutePlan::default() }
 }
@@ -41,17 +41,16 @@ fn ring(radius: f32, lanes: u8) -> RoutePlan {
 fn the_turning_circle_is_the_wheelbase_over_the_tangent_of_the_steering_angle() {
     for steering in [0.1f32, -0.3, 0.6] {
         let mut motion = Motion { steering, ..Motion::default() };
-        let (mut at, wheelbase, mut points) = (Vec2::ZERO, 2.7, Vec::new());
+        let (mut at, wheelbase, mut points) = (DVec2::ZERO, 2.7, Vec::new());
         for _ in 0..2000 {
             at += steering::roll(&mut motion, wheelbase, None, 8.0, STEP);
             points.push(at);
         }
-        let radius = wheelbase / steering.tan();
+        let radius = f64::from(wheelbase / steering.tan());
         // The centre is to the left of the start, which looks along +Z.
-        let center = Vec2::new(radius, 0.0);
-        let worst = points.iter().map(|p| (p.distance(center) - radius.abs()).abs()).fold(0.0, f32::max);
-        // A chord for an arc is t²/24 too long, t at most 0.034 in a step; 2,000 roundings of 2⁻²⁴ of half a turn and
-        // of the circle's size are 0.001 together.
+        let center = DVec2::new(radius, 0.0);
+        let worst = points.iter().map(|p| (p.distance(center) - radius.abs()).abs()).fold(0.0, f64::max);
+        // A chord for an arc is t²/24 too long, t at most 0.034 in a step; the wheel's angle of 32 bits is 2⁻²⁴ off.
         assert!(worst < 0.01 * radius.abs(), "{steering}: {worst} of {radius}");
         assert!((motion.rolled - 2000.0 * 8.0 / 60.0).abs() < 1e-2);
     }
@@ -64,12 +63,13 @@ fn a_trailer_follows_at_its_steady_angle() {
         let (wheelbase, trailer) = (3.5f32, Trailer { hitch, length, end: length + 1.0 });
         let mut motion = Motion { steering, ..Motion::default() };
         (0..6000).for_each(|_| _ = steering::roll(&mut motion, wheelbase, Some(&trailer), 3.0, STEP));
-        let curvature = steering.tan() / wheelbase;
+        let curvature = f64::from(steering.tan() / wheelbase);
+        let (hitch, length) = (f64::from(hitch), f64::from(length));
         let left = motion.hitch.sin() - hitch * curvature * motion.hitch.cos();
         // The steady angle is one that a step keeps. Roundings of 2⁻²⁴ add up, of which each step takes back 0.05 m / 8
         // m: 160.
         assert!((left + length * curvature).abs() < 1e-4, "{}: {left} {}", motion.hitch, -length * curvature);
-        assert!(motion.hitch * steering < 0.0);
+        assert!(motion.hitch * f64::from(steering) < 0.0);
     }
 }
 
@@ -133,12 +133,12 @@ fn followers_settle_at_the_equilibrium_gap() {
     let follower = spawn(&mut simulation, VehicleTypeId::STAND_IN, 100.0);
     steps(&mut simulation, 60 * 120);
     let (ahead, behind) = (state::<OnRoute>(&simulation, leader).at, state::<OnRoute>(&simulation, follower).at);
-    let length = VehicleType::default().size.z;
+    let length = f64::from(VehicleType::default().size.z);
     let gap = (ahead - behind).rem_euclid(simulation.world.resource::<Routes>().get(RouteId(0)).expect("one").length)
         - length;
     let speed = state::<Motion>(&simulation, follower).speed;
     assert!((speed - 12.0).abs() < 0.02, "{speed}");
-    let expected = following::equilibrium_gap(&driver, 12.0, limit);
+    let expected = f64::from(following::equilibrium_gap(&driver, 12.0, limit));
     assert!((gap - expected).abs() < 0.1, "{gap} for {expected}");
 }
 
@@ -146,7 +146,7 @@ fn followers_settle_at_the_equilibrium_gap() {
 fn a_free_driver_accelerates_as_the_model_says() {
     let driver = Driver::default();
     let mut simulation =
-        simulation(vec![RoutePlan { points: vec![Vec3::ZERO, Vec3::Z * 5000.0], ..RoutePlan::default() }]);
+        simulation(vec![RoutePlan { points: vec![DVec3::ZERO, DVec3::Z * 5000.0], ..RoutePlan::default() }]);
     let entity = simulation.world.spawn((Vehicle::of(VehicleTypeId::STAND_IN), OnRoute::new(RouteId(0), 0, 0.0))).id();
     let wanted = 50.0 / 3.6;
     let (mut speed, mut at) = (0.0f64, 0.0f64);
@@ -161,7 +161,7 @@ fn a_free_driver_accelerates_as_the_model_says() {
         // half a step of the greatest; places are off by half a step of the speed, and by what the speed was off for 15
         // s.
         let motion = state::<Motion>(&simulation, entity);
-        assert!((f64::from(motion.speed) - speed).abs() < 0.02, "{second} s: {} for {speed}", motion.speed);
+        assert!((motion.speed - speed).abs() < 0.02, "{second} s: {} for {speed}", motion.speed);
         assert!((motion.rolled - at).abs() < 0.3, "{second} s: {} for {at}", motion.rolled);
     }
     assert!((speed - wanted).abs() < 0.1);
@@ -177,7 +177,7 @@ proptest! {
         // Shorter headways make the model swing about its gap: its damping ratio is T·√(a / 2·s0).
         (headway, gap, braking) in (1.0f32..2.5, 1.0f32..3.0, 1.0f32..4.0),
     ) {
-        let plan = RoutePlan { points: vec![Vec3::ZERO, Vec3::Z * 400.0], speed_limit: 20.0, ..RoutePlan::default() };
+        let plan = RoutePlan { points: vec![DVec3::ZERO, DVec3::Z * 400.0], speed_limit: 20.0, ..RoutePlan::default() };
         let mut simulation = simulation(vec![plan]);
         let kind = VehicleType {
             name: "one".into(),
@@ -186,7 +186,7 @@ proptest! {
         };
         let id = simulation.world.resource_mut::<VehicleTypes>().add(kind.clone());
         let entity = simulation.world.spawn((Vehicle::of(id), OnRoute::new(RouteId(0), 0, start))).id();
-        simulation.world.get_mut::<Motion>(entity).expect("one").speed = speed;
+        simulation.world.get_mut::<Motion>(entity).expect("one").speed = speed.into();
         // Across the lane, by hand: 300 m ahead is its middle.
         let across = Transform::from_xyz(0.0, 0.0, 300.0).looking_to(Vec3::X, Vec3::Y);
         simulation.world.spawn((Vehicle::of(VehicleTypeId::STAND_IN), ByHand, across));
@@ -195,7 +195,7 @@ proptest! {
             simulation.step();
             hardest = hardest.min(state::<Motion>(&simulation, entity).acceleration);
         }
-        let front = state::<OnRoute>(&simulation, entity).at + kind.front();
+        let front = state::<OnRoute>(&simulation, entity).at as f32 + kind.front();
         let left = 300.0 - 0.9 - front;
         prop_assert_eq!(state::<Motion>(&simulation, entity).speed, 0.0);
         prop_assert!((left - gap).abs() < 0.6, "{} m left, wanted {}", left, gap);
@@ -220,7 +220,7 @@ fn pure_pursuit_keeps_to_a_circle() {
     // inside.
     assert!(worst < 0.1, "{worst} m beside the line");
     // 2.5 m/s² sideways.
-    assert!((speed - (30.0f32 * 2.5).sqrt()).abs() < 0.2, "{speed}");
+    assert!((speed - (30.0f64 * 2.5).sqrt()).abs() < 0.2, "{speed}");
 }
 
 #[test]

@@ -7,6 +7,7 @@ use systems::Simulation;
 use systems::clock::Clock;
 use systems::library::{Library, Mesh, MeshId};
 use systems::physics::{GRAVITY, Obstacle, Physical, Physics};
+use systems::sub_steps::Parts;
 use systems::transform::Transform;
 use systems::vehicles::ground::Ground;
 use systems::vehicles::{
@@ -29,7 +30,8 @@ const AIRLESS: Physical = Physical {
 const STAND_IN: Vehicle = Vehicle { kind: VehicleTypeId::STAND_IN, paint: 0 };
 
 fn spawn(simulation: &mut Simulation, physical: Physical, at: Transform, speed: f32) -> Entity {
-    simulation.world.spawn((STAND_IN, physical, at, Motion { speed, ..Motion::default() })).id()
+    let motion = Motion { speed: speed.into(), ..Motion::default() };
+    simulation.world.spawn((STAND_IN, physical, at, motion)).id()
 }
 
 fn want(simulation: &mut Simulation, vehicle: Entity, acceleration: f32, steering: f32) {
@@ -49,7 +51,8 @@ fn obey(mut wishes: Query<(&Wish, &mut Wanted)>) {
 
 fn simulation() -> Simulation {
     let mut simulation = Simulation::new();
-    simulation.step_schedule.add_systems(obey.after(driving::drive).before(systems::physics::update_ground));
+    let mut schedules = simulation.world.resource_mut::<Schedules>();
+    schedules.add_systems(Parts, obey.after(driving::drive).before(systems::physics::update_ground));
     simulation
 }
 
@@ -88,7 +91,7 @@ fn it_stands_as_its_model_does_and_springs_give_by_its_weight() {
         assert!(physics.spring_travel(number, wheel).unwrap().abs() < 0.005);
     }
     // And with another load on the same springs it stands lower by the difference of m·g / 4k.
-    let deflection = |mass: f32| mass * GRAVITY / (4.0 * 20_000.0);
+    let deflection = |mass: f32| f64::from(mass) * GRAVITY / (4.0 * 20_000.0);
     let tuning = |mass: f32| {
         let kind = VehicleType::default();
         systems::physics::Tuning::of(&Physical { mass: Some(mass), ..soft }, &kind, 4).static_deflection(4)
@@ -104,10 +107,10 @@ fn braking_distances_are_those_of_the_brakes_and_of_the_road() {
         let vehicle = rolling(&mut simulation, physical, speed);
         want(&mut simulation, vehicle, 0.0, 0.0);
         steps(&mut simulation, 60);
-        let (start, speed) = (place(&simulation, vehicle).translation.z, motion(&simulation, vehicle).speed);
+        let (start, speed) = (place(&simulation, vehicle).translation.z, motion(&simulation, vehicle).speed as f32);
         want(&mut simulation, vehicle, -100.0, 0.0);
         steps(&mut simulation, 600);
-        let deceleration = (brake_force / 1400.0).min(friction * GRAVITY);
+        let deceleration = (brake_force / 1400.0).min(friction * GRAVITY as f32);
         let expected = speed * speed / (2.0 * deceleration);
         let distance = place(&simulation, vehicle).translation.z - start;
         assert!((distance / expected - 1.0).abs() < 0.03, "{distance} m, expected {expected} m");
@@ -196,7 +199,7 @@ fn without_brakes_it_rolls_down_a_slope_at_g_times_the_sine() {
     let before = motion(&simulation, vehicle).speed;
     steps(&mut simulation, 120);
     let gained = motion(&simulation, vehicle).speed - before;
-    let expected = 2.0 * GRAVITY * 6f32.to_radians().sin();
+    let expected = 2.0 * GRAVITY * 6f64.to_radians().sin();
     assert!((gained / expected - 1.0).abs() < 0.03, "{gained}, expected {expected}");
 }
 
@@ -339,7 +342,7 @@ fn melee(order: &[u32]) -> Simulation {
     simulation
 }
 
-fn state(simulation: &Simulation) -> Vec<u32> {
+fn state(simulation: &Simulation) -> Vec<u64> {
     let mut state = Vec::new();
     simulation.world.resource::<Physics>().state(|bits| state.push(bits));
     state

@@ -1,7 +1,7 @@
 //! What drivers and signals keep to, against what the rules say.
 
 use bevy_ecs::prelude::*;
-use glam::Vec3;
+use glam::DVec3;
 use systems::Simulation;
 use systems::clock::Clock;
 use systems::components::Light;
@@ -78,14 +78,14 @@ fn nobody_changes_lanes_where_the_one_behind_would_have_to_brake_harder_than_is_
     let kind = VehicleType::default();
     // Behind a slow one; whether it changes depends on who comes on the other lane.
     let changes = |speed: f32, behind_speed: f32, gap: f32| {
-        let plan = RoutePlan { points: vec![Vec3::ZERO, Vec3::Z * 1000.0], lanes: 2, ..RoutePlan::default() };
+        let plan = RoutePlan { points: vec![DVec3::ZERO, DVec3::Z * 1000.0], lanes: 2, ..RoutePlan::default() };
         let mut simulation = Simulation::new();
         simulation.world.insert_resource(Routes::new(vec![plan], false, 0));
         let mut spawn = |number: u32, lane: u8, at: f32, speed: f32| {
             let vehicle =
                 (Vehicle::of(VehicleTypeId::STAND_IN), VehicleNumber(number), OnRoute::new(RouteId(0), lane, at));
             let entity = simulation.world.spawn(vehicle).id();
-            simulation.world.get_mut::<Motion>(entity).expect("one").speed = speed;
+            simulation.world.get_mut::<Motion>(entity).expect("one").speed = speed.into();
             entity
         };
         // Numbers decide who considers when: twice a second, this one in the first step.

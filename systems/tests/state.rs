@@ -9,6 +9,7 @@ use systems::hidden::Hidden;
 use systems::inputs::{Input, Inputs};
 use systems::interpolation::Interpolation;
 use systems::library::{Library, Material, MaterialId, MeshId};
+use systems::origin::Origin;
 use systems::roster::{Roster, StateId, enroll_all};
 use systems::spawn::Spawn;
 use systems::state_hash::{StateHash, hash};
@@ -41,7 +42,7 @@ fn busy() -> Simulation {
     }
     world.spawn((meshes[0], Figure { meshes, shown: 0 }));
     for i in 0..5 {
-        let motion = Motion { speed: 3.0 - i as f32, ..Motion::default() };
+        let motion = Motion { speed: 3.0 - f64::from(i), ..Motion::default() };
         let indicator = if i % 2 == 0 { Indicator::Hazard } else { Indicator::Off };
         let controls = Controls { indicator, ..Controls::default() };
         world.spawn((Transform::from_xyz(0.0, 0.0, i as f32), motion, controls, Vehicle::of(kind)));
@@ -64,10 +65,10 @@ fn van(mesh: MeshId, glass: MaterialId, lit: MaterialId) -> VehicleType {
 /// Stands for what moves vehicles: as far as they are steered, by the throttle.
 fn roll(mut vehicles: Query<(&mut Motion, &Controls, &mut Transform)>) {
     for (mut motion, controls, mut transform) in &mut vehicles {
-        motion.speed += controls.throttle * 0.01;
+        motion.speed += f64::from(controls.throttle) * 0.01;
         motion.steering = controls.steer;
-        motion.rolled += f64::from(motion.speed) / 60.0;
-        transform.translation.x += motion.speed / 60.0;
+        motion.rolled += motion.speed / 60.0;
+        transform.translation.x += motion.speed as f32 / 60.0;
     }
 }
 
@@ -165,7 +166,7 @@ fn a_run_continued_from_a_snapshot_is_the_same_run() {
 fn whatever_is_state_counts_and_comes_back() {
     let fresh = hash(&mut busy().world);
     type Change = fn(&mut World, &dyn Fn(u32) -> Entity);
-    let changes: [(&str, Change); 15] = [
+    let changes: [(&str, Change); 16] = [
         ("a place", |world, of| world.get_mut::<Transform>(of(4)).expect("there").translation.x += 1e-6),
         ("a sign", |world, of| world.get_mut::<Transform>(of(1)).expect("there").translation.x = -0.0),
         ("a light", |world, of| world.get_mut::<Light>(of(2)).expect("there").enabled = false),
@@ -175,6 +176,7 @@ fn whatever_is_state_counts_and_comes_back() {
         ("shown", |world, of| _ = world.entity_mut(of(2)).remove::<Hidden>()),
         ("a parent", |world, of| _ = world.entity_mut(of(4)).insert(ChildOf(of(0)))),
         ("a motion", |world, of| world.get_mut::<Motion>(of(121)).expect("there").rolled += 1.0),
+        ("a place in 64 bits", |world, of| world.get_mut::<Motion>(of(121)).expect("there").place.x += 1e-9),
         ("controls", |world, of| world.get_mut::<Controls>(of(121)).expect("there").brake = 0.5),
         ("a wheel", |world, of| _ = world.entity_mut(of(124)).insert(ByHand)),
         ("glass", |world, of| _ = world.entity_mut(of(123)).insert(MaterialId::DEFAULT)),
@@ -201,6 +203,19 @@ fn whatever_is_state_counts_and_comes_back() {
     let mut clock = viewed.world.resource_mut::<Clock>();
     (clock.paused, clock.speed) = (true, 3.0);
     assert_eq!(hash(&mut viewed.world), fresh, "how time is looked at");
+}
+
+#[test]
+fn the_origin_counts_and_a_snapshot_from_another_one_is_refused() {
+    let (mut here, mut there) = (busy(), busy());
+    there.world.insert_resource(Origin(glam::DVec3::new(5e5, 0.0, 5e6)));
+    assert_ne!(hash(&mut here.world), hash(&mut there.world));
+    let saved = snapshot::save(&mut there.world);
+    let error = snapshot::restore(&mut here.world, &saved).expect_err("another origin").to_string();
+    assert!(error.contains("origin: its places count from another origin than the scene's"), "{error}");
+    let mut again = busy();
+    again.world.insert_resource(Origin(glam::DVec3::new(5e5, 0.0, 5e6)));
+    snapshot::restore(&mut again.world, &saved).expect("the same origin");
 }
 
 #[test]

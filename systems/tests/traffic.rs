@@ -1,7 +1,7 @@
 //! Busy roads: nobody overlaps, nobody passes a red light, and neither threads nor the order of tables show.
 
 use bevy_ecs::prelude::*;
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 use proptest::prelude::*;
 use systems::Simulation;
 use systems::transform::Transform;
@@ -57,7 +57,7 @@ fn crossing(arm: f32, lanes: u8, speed_limit: f32) -> (Vec<RoutePlan>, Signals) 
     let inner = 3.0 * side;
     let plan = |name: String, points: Vec<Vec3>, spline, then: Vec<usize>| RoutePlan {
         name,
-        points,
+        points: points.into_iter().map(Vec3::as_dvec3).collect(),
         spline,
         lanes,
         // Long vehicles sweep over more than a usual lane in bends.
@@ -130,7 +130,7 @@ fn crossing(arm: f32, lanes: u8, speed_limit: f32) -> (Vec<RoutePlan>, Signals) 
 fn ring(radius: f32, lanes: u8) -> RoutePlan {
     let points = (0..64).map(|i| {
         let angle = i as f32 / 64.0 * std::f32::consts::TAU;
-        Vec3::new(angle.sin(), 0.0, angle.cos()) * radius
+        (Vec3::new(angle.sin(), 0.0, angle.cos()) * radius).as_dvec3()
     });
     RoutePlan { points: points.collect(), spline: true, closed: true, lanes, ..RoutePlan::default() }
 }
@@ -153,7 +153,8 @@ fn fill(world: &mut World, routes: &[RouteId], filling: &Filling) -> Vec<(Vehicl
     let mut state = filling.seed;
     let mut all = Vec::new();
     for &id in routes {
-        let (length, lanes) = world.resource::<Routes>().get(id).map(|r| (r.length, r.lanes())).expect("a route");
+        let (length, lanes) =
+            world.resource::<Routes>().get(id).map(|r| (r.length as f32, r.lanes())).expect("a route");
         for lane in 0..lanes {
             let mut at = 14.0;
             while at < length - 30.0 {
@@ -170,7 +171,7 @@ fn fill(world: &mut World, routes: &[RouteId], filling: &Filling) -> Vec<(Vehicl
 fn spawn(world: &mut World, vehicles: &[(VehicleNumber, Vehicle, OnRoute, f32)]) -> Vec<Entity> {
     let spawn = |&(number, vehicle, on, speed): &(VehicleNumber, Vehicle, OnRoute, f32)| {
         let entity = world.spawn((vehicle, number, on)).id();
-        world.get_mut::<Motion>(entity).expect("one").speed = speed;
+        world.get_mut::<Motion>(entity).expect("one").speed = speed.into();
         entity
     };
     vehicles.iter().map(spawn).collect()
@@ -180,7 +181,7 @@ fn spawn(world: &mut World, vehicles: &[(VehicleNumber, Vehicle, OnRoute, f32)])
 fn outline(world: &World, entity: Entity) -> (Vec2, Vec2, f32, f32) {
     let kind = world.resource::<VehicleTypes>().get(world.get::<Vehicle>(entity).expect("one").kind);
     let at = world.get::<Transform>(entity).expect("one").translation;
-    let forward = steering::forward(world.get::<Motion>(entity).expect("one").yaw);
+    let forward = steering::forward(world.get::<Motion>(entity).expect("one").yaw as f32);
     let middle = Vec2::new(at.x, at.z) + forward * (kind.front() - kind.rear_overhang) * 0.5;
     (middle, forward, kind.size.z * 0.5 - 0.1, kind.size.x * 0.5 - 0.1)
 }
@@ -256,7 +257,7 @@ proptest! {
         let before = |world: &World, entity: Entity| {
             let on = *world.get::<OnRoute>(entity).expect("one");
             let kind = world.resource::<VehicleTypes>().get(world.get::<Vehicle>(entity).expect("one").kind);
-            (on.route, on.at + kind.front() < 119.0)
+            (on.route, on.at as f32 + kind.front() < 119.0)
         };
         let mut seen: Vec<_> = entities.iter().map(|&e| before(&simulation.world, e)).collect();
         for step in 0..5000 {
@@ -283,15 +284,17 @@ proptest! {
 }
 
 /// Everything that a step writes, by vehicle.
-fn states(simulation: &mut Simulation) -> Vec<(u32, Vec<u32>)> {
+fn states(simulation: &mut Simulation) -> Vec<(u32, Vec<u64>)> {
     let mut query = simulation.world.query::<(&VehicleNumber, &Transform, &Motion, &OnRoute)>();
     let mut all: Vec<_> = query
         .iter(&simulation.world)
         .map(|(number, at, motion, on)| {
             let bits = at.translation.to_array().into_iter().chain(at.rotation.to_array());
-            let more = [motion.speed, motion.steering, motion.yaw, motion.hitch, motion.rolled as f32, on.at];
-            let ids = [u32::from(on.route.0), u32::from(on.lane), on.choices];
-            (number.0, bits.chain(more).map(f32::to_bits).chain(ids).collect())
+            let bits = bits.chain([motion.steering]).map(|value| u64::from(value.to_bits()));
+            let more = [motion.speed, motion.yaw, motion.hitch, motion.rolled, on.at].into_iter();
+            let more = more.chain(motion.place.to_array()).map(f64::to_bits);
+            let ids = [u64::from(on.route.0), on.lane.into(), on.choices.into()];
+            (number.0, bits.chain(more).chain(ids).collect())
         })
         .collect();
     all.sort();
@@ -338,7 +341,7 @@ fn neither_the_order_of_tables_nor_how_vehicles_are_spread_over_them_matters() {
 #[test]
 fn a_bus_waits_at_its_stop_and_goes_on() {
     let stops = vec![Stop { at: 150.0, wait: Wait::Dwell(5.0), clear: 0.0 }];
-    let plan = RoutePlan { points: vec![Vec3::ZERO, Vec3::Z * 400.0], stops, ..RoutePlan::default() };
+    let plan = RoutePlan { points: vec![DVec3::ZERO, DVec3::Z * 400.0], stops, ..RoutePlan::default() };
     let mut simulation = Simulation::new();
     simulation.world.insert_resource(Routes::new(vec![plan], false, 0));
     let entity = simulation.world.spawn((Vehicle::of(VehicleTypeId::STAND_IN), OnRoute::new(RouteId(0), 0, 20.0))).id();
@@ -414,7 +417,7 @@ fn one_whose_numbers_make_no_sense_is_stopped_and_the_rest_goes_on() {
     (0..120).for_each(|_| simulation.step());
     let place = *simulation.world.get::<Transform>(entities[2]).expect("one");
     simulation.world.get_mut::<Transform>(entities[2]).expect("one").translation.x = f32::NAN;
-    simulation.world.get_mut::<Motion>(entities[4]).expect("one").speed = f32::INFINITY;
+    simulation.world.get_mut::<Motion>(entities[4]).expect("one").speed = f64::INFINITY;
     (0..600).for_each(|_| simulation.step());
     let world = &simulation.world;
     let stalled: Vec<_> = entities.iter().filter(|&&e| world.get::<Stalled>(e).is_some()).collect();

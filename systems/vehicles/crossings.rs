@@ -25,7 +25,7 @@ const SLOW: f32 = 2.0;
 const BEYOND: f32 = 60.0;
 
 /// Seconds for which one waits for room in the way that it chose.
-pub(super) const PATIENCE: f32 = 2.0;
+pub(super) const PATIENCE: f64 = 2.0;
 
 /// A vehicle before the line of a crossing.
 #[derive(Clone, Copy)]
@@ -52,7 +52,7 @@ impl Coming {
         }
         let mut across = *way;
         across.advance();
-        let end = (kind.front() + distance + stop.clear).min(across.to_end());
+        let end = (kind.front() + distance + stop.clear).min(across.to_end() as f32);
         Some(Self { row, distance, end, route: way.id, head })
     }
 }
@@ -74,11 +74,12 @@ impl Inside {
 
     /// Notes a vehicle whose ends are so far from its reference point, on its route and those that it came from.
     pub fn note(&self, row: &Row, routes: &Routes, route: &Route, (front, rear): (f32, f32)) {
+        let (front, rear) = (f64::from(front), f64::from(rear));
         let mut at = row.on.at;
-        if at + front > route.first_line {
-            self.note_on(row.on.route, route, (at - rear, at + front), f32::INFINITY);
+        if at + front > f64::from(route.first_line) {
+            self.note_on(row.on.route, route, (at - rear, at + front), f64::INFINITY);
         }
-        if at - rear >= route.crossed {
+        if at - rear >= f64::from(route.crossed) {
             return;
         }
         let mut after = route;
@@ -90,9 +91,9 @@ impl Inside {
     }
 
     /// Notes one whose ends are at these metres of a route, in the crossings that begin there; they end at `most`.
-    pub fn note_on(&self, id: RouteId, route: &Route, (back, front): (f32, f32), most: f32) {
+    pub fn note_on(&self, id: RouteId, route: &Route, (back, front): (f64, f64), most: f64) {
         for stop in route.stops.iter().filter(|stop| stop.clear > 0.0) {
-            let is_in = front > stop.at && back < (stop.at + stop.clear).min(most);
+            let is_in = front > f64::from(stop.at) && back < f64::from(stop.at + stop.clear).min(most);
             if let Wait::Signal(head) = stop.wait
                 && is_in
                 && let Some(inside) = self.0.get(head as usize)
@@ -145,7 +146,8 @@ impl Traffic {
         let mut needed = takes(kind);
         for _ in 0..=ROUTES_AHEAD {
             let entries = self.lane(routes.lane(way.route, way.lane));
-            let first = entries.partition_point(|entry| way.distance + entry.front <= kind.front());
+            let before = way.distance as f32;
+            let first = entries.partition_point(|entry| before + entry.front <= kind.front());
             for entry in entries[first..].iter().filter(|entry| entry.row != coming.row) {
                 let is_routed = self.rows[entry.row as usize].is_routed;
                 // One whose rear is still in the lane before, or that changes lanes, counts where its front is.
@@ -153,7 +155,7 @@ impl Traffic {
                     continue;
                 }
                 let other = types.get(entry.kind);
-                let (front, back) = (way.distance + entry.front, way.distance + entry.back);
+                let (front, back) = (before + entry.front, before + entry.back);
                 if front < line || back > end + BEYOND {
                     // It comes to the line before, and is looked at itself; or it is far.
                     return true;
@@ -167,7 +169,7 @@ impl Traffic {
                 }
                 needed += takes(other);
             }
-            if way.to_end() > end + BEYOND {
+            if way.to_end() > f64::from(end + BEYOND) {
                 return true;
             }
             way.advance();

@@ -14,7 +14,7 @@ use super::{OnRoute, VehicleType};
 const CLOSEST: f32 = 0.05;
 
 /// m/s and m/s²: who is slower than the first and wants no more than the second stands. The model alone creeps on for ever.
-const STANDING: (f32, f32) = (0.1, 0.1);
+const STANDING: (f64, f32) = (0.1, 0.1);
 
 /// m/s²: who stands sets off for no less.
 const SETTING_OFF: f32 = 0.25;
@@ -35,9 +35,9 @@ pub fn acceleration(driver: &Driver, speed: f32, wanted_speed: f32, interaction:
 }
 
 /// The acceleration and the speed after a step, within what the vehicle can do.
-pub fn step(limits: &Limits, speed: f32, acceleration: f32, seconds: f32) -> (f32, f32) {
+pub fn step(limits: &Limits, speed: f64, acceleration: f32, seconds: f64) -> (f32, f64) {
     let possible = acceleration.clamp(-limits.braking, limits.acceleration);
-    let next = speed + possible * seconds;
+    let next = speed + f64::from(possible) * seconds;
     if speed <= 0.0 && possible < SETTING_OFF {
         return (0.0, 0.0);
     }
@@ -67,7 +67,7 @@ pub(super) struct Way<'a> {
     pub route: &'a Route,
     pub lane: u8,
     /// Metres to the beginning of `route`; negative on the one it is on.
-    pub distance: f32,
+    pub distance: f64,
     choices: u32,
 }
 
@@ -90,15 +90,15 @@ impl<'a> Way<'a> {
     }
 
     /// Metres to the end of `route`.
-    pub fn to_end(self) -> f32 {
+    pub fn to_end(self) -> f64 {
         self.distance + self.route.length
     }
 
     /// Stops of `route` before which the front still is, with the distance to them.
     pub fn stops(&self, front: f32) -> impl Iterator<Item = (Stop, f32)> + use<'a> {
-        let (stops, distance) = (&self.route.stops, self.distance);
-        let first = usize::from(self.route.stop_after(front - distance));
-        stops.iter().skip(first).map(move |&stop| (stop, distance + stop.at - front))
+        let (stops, distance) = (&self.route.stops, self.distance - f64::from(front));
+        let first = usize::from(self.route.stop_after(-distance));
+        stops.iter().skip(first).map(move |&stop| (stop, (distance + f64::from(stop.at)) as f32))
     }
 }
 
@@ -136,7 +136,7 @@ pub(super) fn dwell_ahead(routes: &Routes, number: u32, on: &OnRoute, kind: &Veh
                 _ => None,
             };
         }
-        if way.to_end() > reach + kind.front() {
+        if way.to_end() > f64::from(reach + kind.front()) || way.route.is_dead_end {
             return None;
         }
         way.advance();

@@ -7,6 +7,7 @@
 
 use super::OnRoute;
 use super::routes::{Route, RouteId, RoutePlan, Routes, mixed};
+use glam::DVec3;
 
 /// A route that may follow another.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -21,7 +22,7 @@ pub struct Next {
 
 impl Next {
     /// The route with that plan.
-    pub(super) fn new(id: RouteId, plan: &RoutePlan) -> Self {
+    pub fn new(id: RouteId, plan: &RoutePlan) -> Self {
         let lanes = plan.from_lanes.iter().fold(0, |bits, &lane| bits | 1 << lane.min(LAST_LANE));
         Self { id, lanes: if lanes == 0 { u16::MAX } else { lanes }, longest: plan.longest }
     }
@@ -81,6 +82,36 @@ impl Routes {
     }
 }
 
+/// Metres from the end of a lane within which the next one begins; who is farther from its lane is lost
+/// ([`super::on_route`]). Nobody is put across a wider gap.
+pub const APART: f64 = 12.0;
+
+/// How far the nearest lanes of a route and of one that may follow it are apart, and where.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Gap {
+    /// Between the end of the one and the beginning of the other.
+    pub metres: f64,
+    /// Where the lane ends, world space.
+    pub end: DVec3,
+    /// Where the next one begins.
+    pub beginning: DVec3,
+}
+
+/// The gap between a route and one that follows it, among the lanes that lead there.
+pub fn gap(routes: &Routes, route: &Route, next: &Next) -> Gap {
+    let Some(following) = routes.get(next.id) else {
+        return Gap { metres: 0.0, end: DVec3::ZERO, beginning: DVec3::ZERO };
+    };
+    let (last, first) = (route.place(route.length), following.place(0.0));
+    let of_lane = |lane: u8| {
+        let end = last.beside(routes.offset(route, lane));
+        let beginning = first.beside(routes.offset(following, lane));
+        Gap { metres: end.distance(beginning), end, beginning }
+    };
+    let open = (0..route.lanes()).filter(|&lane| next.is_for(lane)).map(of_lane);
+    open.min_by(|a, b| a.metres.total_cmp(&b.metres)).unwrap_or_else(|| of_lane(0))
+}
+
 /// Another way out of the same lane, in whose way a vehicle is for some metres.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Parting {
@@ -95,7 +126,7 @@ pub(super) struct Parting {
 /// Of the sum of half of both lanes' width: middles that are nearer are in each other's way.
 const NEAR: f32 = 0.9;
 /// Metres: ways part no later; steps in which the place is looked for.
-const LATEST: (f32, f32) = (40.0, 1.0);
+const LATEST: (f64, f64) = (40.0, 1.0);
 
 /// The partings of all routes, by id.
 pub(super) fn partings(routes: &Routes) -> Vec<Vec<Parting>> {
@@ -127,9 +158,10 @@ fn apart(routes: &Routes, (a, lane_a): (&Route, u8), (b, lane_b): (&Route, u8)) 
     let reach = NEAR * 0.5 * (a.lane_width() + b.lane_width());
     let (left_a, left_b) = (routes.offset(a, lane_a), routes.offset(b, lane_b));
     let end = a.length.min(b.length).min(LATEST.0);
+    let reach = f64::from(reach);
     let mut at = 0.0;
     while at < end && a.place(at).beside(left_a).distance(b.place(at).beside(left_b)) < reach {
         at += LATEST.1;
     }
-    at
+    at as f32
 }

@@ -28,8 +28,8 @@ fn resistance(controls: &Controls, limits: &Limits) -> f32 {
 }
 
 /// The acceleration and the speed after a step: brakes stop, they do not reverse.
-pub(super) fn step(controls: &Controls, limits: &Limits, speed: f32, acceleration: f32, seconds: f32) -> (f32, f32) {
-    let next = speed + acceleration * seconds;
+pub(super) fn step(controls: &Controls, limits: &Limits, speed: f64, acceleration: f32, seconds: f64) -> (f32, f64) {
+    let next = speed + f64::from(acceleration) * seconds;
     let turns_back = speed * next < 0.0;
     let is_held = speed == 0.0 && resistance(controls, limits) > controls.throttle.abs() * limits.acceleration;
     if turns_back || is_held {

@@ -91,7 +91,7 @@ const HIGH_BEAM: f32 = 2.5;
 const TAIL: f32 = 0.25;
 
 /// m/s²: slowing down more than this is done with the brakes.
-const BRAKES: f32 = -0.6;
+const BRAKES: f64 = -0.6;
 
 /// Seconds an indicator is on, and then off: 90 a minute (UN Regulation 48: 60 to 120).
 const BLINK: f64 = 1.0 / 3.0;
@@ -143,7 +143,7 @@ impl Switches {
             Headlights::High => Self::HIGH,
         };
         // A vehicle that stands is held by its brakes.
-        let is_slowing = motion.acceleration * motion.speed.signum() < BRAKES;
+        let is_slowing = f64::from(motion.acceleration) * motion.speed.signum() < BRAKES;
         if is_slowing || motion.speed == 0.0 || controls.brake > 0.0 {
             bits |= Self::BRAKE;
         }

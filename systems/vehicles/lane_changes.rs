@@ -74,14 +74,15 @@ fn starts_on(
     begun: &mut Vec<Start>,
 ) {
     let mut taken: Vec<(u32, Entry)> = Vec::new();
+    let length = route.length as f32;
     for lane in 0..route.lanes() {
         let entries = traffic.lane(routes.lane(route, lane));
         for (index, entry) in entries.iter().enumerate() {
             if entry.role != Role::Main
                 || !(entry.number % period + turn).is_multiple_of(period)
                 || entry.speed < SLOWEST
-                || entry.back < NEAR_ENDS.min(0.3 * route.length)
-                || route.length - entry.front < NEAR_ENDS
+                || entry.back < NEAR_ENDS.min(0.3 * length)
+                || length - entry.front < NEAR_ENDS
                 || traffic.rows[entry.row as usize].on.change.is_some()
             {
                 continue;

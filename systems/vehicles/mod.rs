@@ -8,7 +8,7 @@
 //! parts     what a new vehicle gets: child entities for its body, wheels and lamps; wheels roll, forks turn, legs swing
 //! lamps     which lamps are on, their light and the glow of their glass
 //!
-//! driving       the step: everybody is moved by what was noted before anybody moved
+//! driving       the step: everybody is moved by what was noted before anybody moved; on_route: as routes want
 //! routes        Routes: centre lines, lanes, limits, stops; route_line: their samples; forks: what follows
 //! signals       what traffic lights show
 //! traffic       who is ahead of whom; lanes: by lane, in order; crossings: who waits before one
@@ -31,6 +31,7 @@ mod hand;
 pub mod lamps;
 pub mod lane_changes;
 mod lanes;
+mod on_route;
 pub mod parts;
 pub mod route_line;
 pub mod routes;
@@ -44,6 +45,7 @@ use crate::transform::Transform;
 use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
+use glam::{DVec3, Vec3};
 use lamps::{Lamps, Switches};
 use routes::{RouteId, Routes};
 use serde::{Deserialize, Serialize};
@@ -92,19 +94,23 @@ impl Default for VehicleNumber {
 #[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Default)]
 pub struct NextVehicleNumber(pub u32);
 
-/// How a vehicle moves. State: written by whatever moves it.
+/// Where a vehicle is and how it moves. State: written by whatever moves it. What adds up from step to step has 64 bits: in
+/// 32, a step of 0.1 ms would be lost in a place kilometres away.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Serialize, Deserialize, Default)]
 pub struct Motion {
+    /// Of its origin in world space, metres. The entity's translation is this, rounded; where somebody else writes another
+    /// translation, this follows.
+    pub place: DVec3,
     /// Along its own forward, m/s; negative in reverse.
-    pub speed: f32,
+    pub speed: f64,
     /// Of `speed`, m/s².
     pub acceleration: f32,
     /// Of the front wheels, about the up axis: the bicycle model's, that of a wheel in the middle.
     pub steering: f32,
     /// World space, about +Y, 0 along +Z. The entity's rotation follows from it and from the ground.
-    pub yaw: f32,
+    pub yaw: f64,
     /// Of a trailer against what pulls it, about +Y.
-    pub hitch: f32,
+    pub hitch: f64,
     /// Metres along its own forward since it was spawned: how far the wheels have turned.
     pub rolled: f64,
 }
@@ -112,8 +118,16 @@ pub struct Motion {
 impl Motion {
     /// Whether its numbers are numbers.
     pub(crate) fn is_sound(&self) -> bool {
-        let numbers = [self.speed, self.acceleration, self.steering, self.yaw, self.hitch];
-        numbers.iter().all(|n| n.is_finite()) && self.rolled.is_finite()
+        let adding_up = [self.speed, self.yaw, self.hitch, self.rolled];
+        let is_finite = adding_up.iter().all(|n| n.is_finite()) && self.place.is_finite();
+        is_finite && self.acceleration.is_finite() && self.steering.is_finite()
+    }
+
+    /// The place again where that of the entity was written by somebody else.
+    pub(crate) fn follow(&mut self, translation: Vec3) {
+        if self.place.as_vec3() != translation {
+            self.place = translation.as_dvec3();
+        }
     }
 }
 
@@ -178,7 +192,7 @@ pub struct OnRoute {
     /// The route.
     pub route: RouteId,
     /// Of the reference point, metres from the route's beginning.
-    pub at: f32,
+    pub at: f64,
     /// The lane; while it changes, the one that it changes to.
     pub lane: u8,
     /// How often it chose a route: what [`Routes::next`] goes by.
@@ -188,13 +202,13 @@ pub struct OnRoute {
     /// The change of lane that is under way.
     pub change: Option<LaneChange>,
     /// Seconds that it has stood before a stop; infinite once that was long enough, until it is past it.
-    pub waited: f32,
+    pub waited: f64,
 }
 
 impl OnRoute {
     /// So many metres along a lane of a route.
-    pub fn new(route: RouteId, lane: u8, at: f32) -> Self {
-        Self { route, at, lane, ..Self::default() }
+    pub fn new(route: RouteId, lane: u8, at: impl Into<f64>) -> Self {
+        Self { route, at: at.into(), lane, ..Self::default() }
     }
 
     /// Whether its numbers are numbers.
@@ -212,7 +226,7 @@ pub struct LaneChange {
     /// The lane that it leaves.
     pub from_lane: u8,
     /// How much of it is done, 0..1.
-    pub done: f32,
+    pub done: f64,
 }
 
 /// What a driver wants of a vehicle that something else moves, as physics do: where this is, it is written in every step
@@ -244,10 +258,11 @@ fn become_vehicle(mut world: DeferredWorld, context: HookContext) {
     } else {
         next.0 = next.0.max(own.0.saturating_add(1));
     }
-    if let Some(forward) = world.get::<Transform>(entity).map(|at| at.rotation * glam::Vec3::Z)
+    if let Some(at) = world.get::<Transform>(entity).copied()
         && let Some(mut motion) = world.get_mut::<Motion>(entity)
     {
-        motion.yaw = forward.x.atan2(forward.z);
+        motion.yaw = steering::yaw(at.rotation);
+        motion.follow(at.translation);
     }
     world.commands().queue(move |world: &mut World| parts::spawn(world, entity));
 }
@@ -256,13 +271,12 @@ fn become_vehicle(mut world: DeferredWorld, context: HookContext) {
 fn stand_on_route(mut world: DeferredWorld, context: HookContext) {
     let entity = context.entity;
     let Some(on) = world.get::<OnRoute>(entity).copied() else { return };
-    let Some(place) = world.get_resource::<Routes>().map(|routes| routes.stand(&on)) else { return };
-    let is_nowhere = world.get::<Transform>(entity).is_some_and(|at| at.translation == glam::Vec3::ZERO);
+    let Some((place, yaw)) = world.get_resource::<Routes>().map(|routes| routes.stand_at(&on)) else { return };
+    let is_nowhere = world.get::<Transform>(entity).is_some_and(|at| at.translation == Vec3::ZERO);
     if is_nowhere && let Some(mut transform) = world.get_mut::<Transform>(entity) {
-        (transform.translation, transform.rotation) = (place.translation, place.rotation);
-        let forward = place.rotation * glam::Vec3::Z;
+        (transform.translation, transform.rotation) = (place.as_vec3(), steering::about_y(yaw as f32));
         if let Some(mut motion) = world.get_mut::<Motion>(entity) {
-            motion.yaw = forward.x.atan2(forward.z);
+            (motion.place, motion.yaw) = (place, yaw);
         }
     }
 }

@@ -175,7 +175,7 @@ pub fn turn_parts(
     parts.par_iter_mut().for_each(|(part, mut transform)| {
         let Ok(motion) = vehicles.get(part.vehicle) else { return };
         if motion.is_changed() || part.is_changed() || is_between && motion.speed != 0.0 {
-            part.turn(&motion, motion.rolled - f64::from(motion.speed) * seconds_ago, &mut transform);
+            part.turn(&motion, motion.rolled - motion.speed * seconds_ago, &mut transform);
         }
     });
 }
@@ -213,7 +213,7 @@ impl Movement {
                 let turns = rolled / f64::from(stride) + f64::from(phase);
                 about_x(angle * (turns.fract() * TAU).sin() as f32)
             }
-            Self::Trailer => about_y(motion.hitch),
+            Self::Trailer => about_y(motion.hitch as f32),
         }
     }
 }

@@ -2,18 +2,18 @@
 //! ahead, where a line crosses itself, and which routes are near a point.
 
 use super::routes::{Route, RouteId, RoutePlan, Routes};
-use glam::{Vec2, Vec3};
+use glam::{DVec2, DVec3, Vec2, Vec3Swizzles};
 use std::collections::HashMap;
 
 /// Metres between two samples: the first to begin with, at most the second where bends and limits allow it. A straight
 /// line between samples is nowhere farther from the centre line than the third.
-const STEP: (f32, f32, f32) = (1.0, 8.0, 0.01);
+const STEP: (f64, f64, f64) = (1.0, 8.0, 0.01);
 
 /// Samples of a route; of longer ones they are farther apart.
 const MOST_SAMPLES: usize = 1 << 16;
 
 /// Points per metre that a spline is measured with, and the most of a stretch between two of its points.
-const FINE: (f32, usize) = (4.0, 4096);
+const FINE: (f64, usize) = (4.0, 4096);
 
 /// m/s² that drivers brake with toward a lower speed limit.
 const BRAKING: f32 = 1.5;
@@ -25,7 +25,8 @@ const BRAKING_FOR_BENDS: f32 = 0.8;
 /// A place on a centre line.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Sample {
-    pub position: Vec3,
+    /// World space, metres.
+    pub position: DVec3,
     /// (x, z), unit length.
     pub tangent: Vec2,
     /// Radians per metre, left positive.
@@ -37,43 +38,43 @@ pub(super) struct Sample {
 }
 
 /// Metres of a route's centre line.
-pub fn length(plan: &RoutePlan) -> f32 {
-    measured(plan).1 as f32
+pub fn length(plan: &RoutePlan) -> f64 {
+    measured(plan).1
 }
 
 /// The centre line from point to point, each with its distance from the beginning; and the length of all of it.
-fn measured(plan: &RoutePlan) -> (Vec<(f64, Vec3)>, f64) {
+fn measured(plan: &RoutePlan) -> (Vec<(f64, DVec3)>, f64) {
     let mut fine =
         if plan.spline { spline(&distinct(plan), plan.closed) } else { polyline(&distinct(plan), plan.closed) };
     if fine.len() < 2 {
         let start = fine.first().copied().unwrap_or_default();
-        fine = vec![start, start + Vec3::Z];
+        fine = vec![start, start + DVec3::Z];
     }
     let mut along = 0.0f64;
     let mut measured = vec![(0.0f64, fine[0])];
     for pair in fine.windows(2) {
-        along += f64::from(pair[0].distance(pair[1]));
+        along += pair[0].distance(pair[1]);
         measured.push((along, pair[1]));
     }
     (measured, along)
 }
 
 /// The samples of a route and its length.
-pub(super) fn sample(plan: &RoutePlan) -> (Vec<Sample>, f32) {
+pub(super) fn sample(plan: &RoutePlan) -> (Vec<Sample>, f64) {
     let (measured, along) = measured(plan);
-    let close = with_directions(plan, &spaced(&measured, along, STEP.0), along as f32);
-    let sharpest = close.iter().map(|sample| sample.curvature.abs()).fold(1e-6, f32::max);
+    let close = with_directions(plan, &spaced(&measured, along, STEP.0), along);
+    let sharpest = f64::from(close.iter().map(|sample| sample.curvature.abs()).fold(1e-6, f32::max));
     let slopes = measured.windows(2).any(|pair| pair[0].1.y != pair[1].1.y);
     let wide = (8.0 * STEP.2 / sharpest).sqrt();
     if wide < 1.5 * STEP.0 || slopes || !plan.limits.is_empty() {
-        return (close, along as f32);
+        return (close, along);
     }
-    (with_directions(plan, &spaced(&measured, along, wide.min(STEP.1)), along as f32), along as f32)
+    (with_directions(plan, &spaced(&measured, along, wide.min(STEP.1)), along), along)
 }
 
 /// Points that are so far apart, about, on a line of points with their distances from its beginning.
-fn spaced(measured: &[(f64, Vec3)], along: f64, step: f32) -> Vec<Vec3> {
-    let count = ((along / f64::from(step)).ceil() as usize).clamp(2, MOST_SAMPLES);
+fn spaced(measured: &[(f64, DVec3)], along: f64, step: f64) -> Vec<DVec3> {
+    let count = ((along / step).ceil() as usize).clamp(2, MOST_SAMPLES);
     let mut at = 0;
     let point = |i: usize| {
         let target = along * i as f64 / count as f64;
@@ -81,14 +82,14 @@ fn spaced(measured: &[(f64, Vec3)], along: f64, step: f32) -> Vec<Vec3> {
             at += 1;
         }
         let ((from, a), (to, b)) = (measured[at], measured[at + 1]);
-        a.lerp(b, ((target - from) / (to - from).max(1e-12)).clamp(0.0, 1.0) as f32)
+        a.lerp(b, ((target - from) / (to - from).max(1e-12)).clamp(0.0, 1.0))
     };
     (0..=count).map(point).collect()
 }
 
 /// Neighbouring points that are the same count once.
-fn distinct(plan: &RoutePlan) -> Vec<Vec3> {
-    let mut points: Vec<Vec3> = plan.points.iter().copied().filter(|point| point.is_finite()).collect();
+fn distinct(plan: &RoutePlan) -> Vec<DVec3> {
+    let mut points: Vec<DVec3> = plan.points.iter().copied().filter(|point| point.is_finite()).collect();
     points.dedup_by(|a, b| a.distance(*b) < 1e-3);
     if plan.closed && points.len() > 1 && points[0].distance(points[points.len() - 1]) < 1e-3 {
         points.pop();
@@ -96,14 +97,14 @@ fn distinct(plan: &RoutePlan) -> Vec<Vec3> {
     points
 }
 
-fn polyline(points: &[Vec3], closed: bool) -> Vec<Vec3> {
+fn polyline(points: &[DVec3], closed: bool) -> Vec<DVec3> {
     points.iter().copied().chain(points.first().copied().filter(|_| closed)).collect()
 }
 
 /// A centripetal Catmull-Rom spline (Barry, Goldman, "A recursive evaluation algorithm for a class of Catmull-Rom
 /// splines", SIGGRAPH 1988; Yuksel, Schaefer, Keyser, "Parameterization and applications of Catmull-Rom curves", 2011:
 /// the centripetal one has neither cusps nor loops within a stretch).
-fn spline(points: &[Vec3], closed: bool) -> Vec<Vec3> {
+fn spline(points: &[DVec3], closed: bool) -> Vec<DVec3> {
     let n = points.len();
     if n < 3 {
         return polyline(points, closed);
@@ -121,26 +122,26 @@ fn spline(points: &[Vec3], closed: bool) -> Vec<Vec3> {
     for i in 0..if closed { n } else { n - 1 } as isize {
         let p = [point(i - 1), point(i), point(i + 1), point(i + 2)];
         let steps = ((p[1].distance(p[2]) * FINE.0).ceil() as usize).clamp(8, FINE.1);
-        fine.extend((1..=steps).map(|k| on_spline(&p, k as f32 / steps as f32)));
+        fine.extend((1..=steps).map(|k| on_spline(&p, k as f64 / steps as f64)));
     }
     fine
 }
 
 /// The point `t` of the way from `p[1]` to `p[2]`.
-fn on_spline(p: &[Vec3; 4], t: f32) -> Vec3 {
-    let knot = |a: Vec3, b: Vec3| a.distance(b).sqrt().max(1e-4);
+fn on_spline(p: &[DVec3; 4], t: f64) -> DVec3 {
+    let knot = |a: DVec3, b: DVec3| a.distance(b).sqrt().max(1e-4);
     let t1 = knot(p[0], p[1]);
     let t2 = t1 + knot(p[1], p[2]);
     let t3 = t2 + knot(p[2], p[3]);
     let t = t1 + (t2 - t1) * t;
-    let mix = |a: Vec3, b: Vec3, from: f32, to: f32| a * ((to - t) / (to - from)) + b * ((t - from) / (to - from));
+    let mix = |a: DVec3, b: DVec3, from: f64, to: f64| a * ((to - t) / (to - from)) + b * ((t - from) / (to - from));
     let (a1, a2, a3) = (mix(p[0], p[1], 0.0, t1), mix(p[1], p[2], t1, t2), mix(p[2], p[3], t2, t3));
     mix(mix(a1, a2, 0.0, t2), mix(a2, a3, t1, t3), t1, t2)
 }
 
-fn with_directions(plan: &RoutePlan, positions: &[Vec3], length: f32) -> Vec<Sample> {
-    let (last, step) = (positions.len() - 1, length / (positions.len() - 1) as f32);
-    let flat = |i: usize| Vec2::new(positions[i].x, positions[i].z);
+fn with_directions(plan: &RoutePlan, positions: &[DVec3], length: f64) -> Vec<Sample> {
+    let (last, step) = (positions.len() - 1, length / (positions.len() - 1) as f64);
+    let flat = |i: usize| positions[i].xz();
     // Of a closed route the first sample is the last, too.
     let before = |i: usize| {
         if i > 0 {
@@ -160,17 +161,17 @@ fn with_directions(plan: &RoutePlan, positions: &[Vec3], length: f32) -> Vec<Sam
             last
         }
     };
-    let tangent = |i: usize| (flat(after(i)) - flat(before(i))).normalize_or(Vec2::Y);
-    let limit = |at: f32| {
-        let stretch = plan.limits.iter().rev().find(|(from, _)| *from <= at);
+    let tangent = |i: usize| (flat(after(i)) - flat(before(i))).normalize_or(DVec2::Y).as_vec2();
+    let limit = |at: f64| {
+        let stretch = plan.limits.iter().rev().find(|(from, _)| f64::from(*from) <= at);
         stretch.map_or(plan.speed_limit, |(_, limit)| *limit)
     };
     let sample = |i: usize| {
         let turned = angle(tangent(before(i)), tangent(after(i)));
         let apart = if before(i) == i || after(i) == i { step } else { 2.0 * step };
-        let curvature = turned / apart;
+        let curvature = turned / apart as f32;
         let bend = 1.0 / curvature.abs().max(1e-9);
-        Sample { position: positions[i], tangent: tangent(i), curvature, limit: limit(i as f32 * step), bend }
+        Sample { position: positions[i], tangent: tangent(i), curvature, limit: limit(i as f64 * step), bend }
     };
     (0..=last).map(sample).collect()
 }
@@ -198,14 +199,14 @@ pub(super) fn brake_ahead(samples: &mut [Sample], step: f32, after: (f32, f32)) 
 }
 
 /// Metres of height that two stretches of a route are apart at least where one is a bridge over the other.
-const HEADROOM: f32 = 3.0;
+const HEADROOM: f64 = 3.0;
 
 /// Where the centre line crosses itself in one level, if it does.
-pub fn self_crossing(route: &Route) -> Option<Vec3> {
+pub fn self_crossing(route: &Route) -> Option<DVec3> {
     let samples = route.samples();
     let count = samples.len() - 1;
     let mut cells: HashMap<[i32; 2], Vec<usize>> = HashMap::new();
-    let longest = samples.windows(2).map(|p| p[0].position.distance(p[1].position)).fold(1.0, f32::max);
+    let longest = samples.windows(2).map(|p| p[0].position.distance(p[1].position)).fold(1.0, f64::max);
     for i in 0..count {
         let (a, b) = (samples[i].position, samples[i + 1].position);
         let middle = (a + b) * 0.5 / (2.0 * longest);
@@ -218,7 +219,7 @@ pub fn self_crossing(route: &Route) -> Option<Vec3> {
                 && let Some(part) = crossing(a, b, c, d)
             {
                 // No −0.
-                return Some(a.lerp(b, part) + Vec3::ZERO);
+                return Some(a.lerp(b, part) + DVec3::ZERO);
             }
         }
         cells.entry(cell).or_default().push(i);
@@ -231,16 +232,16 @@ fn around([x, z]: [i32; 2]) -> impl Iterator<Item = [i32; 2]> {
 }
 
 /// Where on a–b, 0..1, c–d crosses it, seen from above.
-fn crossing(a: Vec3, b: Vec3, c: Vec3, d: Vec3) -> Option<f32> {
-    let side = |a: Vec3, b: Vec3, p: Vec3| (b.x - a.x) * (p.z - a.z) - (b.z - a.z) * (p.x - a.x);
+fn crossing(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> Option<f64> {
+    let side = |a: DVec3, b: DVec3, p: DVec3| (b.x - a.x) * (p.z - a.z) - (b.z - a.z) * (p.x - a.x);
     // A point on the other line counts to one side, so that lines that cross at their points do cross.
-    let apart = |p: f32, q: f32| (p > 0.0) != (q > 0.0);
+    let apart = |p: f64, q: f64| (p > 0.0) != (q > 0.0);
     let (before, behind) = (side(c, d, a), side(c, d, b));
     (apart(side(a, b, c), side(a, b, d)) && apart(before, behind)).then(|| before / (before - behind))
 }
 
 /// Metres.
-const CELL: f32 = 16.0;
+const CELL: f64 = 16.0;
 
 /// Which routes come through a cell of a grid, and at which of their samples.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -258,7 +259,7 @@ impl Cells {
     }
 
     /// The nearest sample of each route that has some within a cell's length; by route.
-    pub fn near(&self, routes: &Routes, point: Vec3, found: &mut Vec<(RouteId, u32, f32)>) {
+    pub fn near(&self, routes: &Routes, point: DVec3, found: &mut Vec<(RouteId, u32, f64)>) {
         found.clear();
         for &(id, index) in around(cell(point)).filter_map(|cell| self.0.get(&cell)).flatten() {
             let Some(sample) = routes.get(id).and_then(|route| route.samples().get(index as usize)) else {
@@ -274,6 +275,6 @@ impl Cells {
     }
 }
 
-fn cell(point: Vec3) -> [i32; 2] {
+fn cell(point: DVec3) -> [i32; 2] {
     [(point.x / CELL).floor() as i32, (point.z / CELL).floor() as i32]
 }

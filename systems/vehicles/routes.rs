@@ -11,9 +11,10 @@
 use super::OnRoute;
 use super::forks::{self, Next, Parting};
 use super::route_line::{self, Sample};
+use super::steering::about_y;
 use crate::transform::Transform;
 use bevy_ecs::prelude::*;
-use glam::{Quat, Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3Swizzles};
 use serde::{Deserialize, Serialize};
 
 /// Names a route of [`Routes`].
@@ -26,7 +27,7 @@ pub struct RoutePlan {
     /// As scenes name it.
     pub name: String,
     /// World space, metres; of a closed route the first is not repeated at the end. At least two that differ.
-    pub points: Vec<Vec3>,
+    pub points: Vec<DVec3>,
     /// A centripetal Catmull-Rom spline through the points instead of straight lines between them.
     pub spline: bool,
     /// The end is the beginning.
@@ -42,7 +43,8 @@ pub struct RoutePlan {
     /// Where vehicles wait.
     pub stops: Vec<Stop>,
     /// What may follow at the end; a vehicle chooses evenly among those that are open to it ([`Routes::next`]). None: the
-    /// same route again, from its beginning.
+    /// same route again, from its beginning. One that begins more than [`forks::APART`] from the end is not taken, unless
+    /// it is the route itself.
     pub then: Vec<RouteId>,
     /// The lanes of the route before from which vehicles choose this one; none: from all.
     pub from_lanes: Vec<u8>,
@@ -55,7 +57,7 @@ impl Default for RoutePlan {
     fn default() -> Self {
         Self {
             name: String::new(),
-            points: vec![Vec3::ZERO, Vec3::Z * 100.0],
+            points: vec![DVec3::ZERO, DVec3::Z * 100.0],
             spline: false,
             closed: false,
             lanes: 1,
@@ -96,23 +98,25 @@ pub enum Wait {
 #[derive(Clone, PartialEq, Debug)]
 pub struct Route {
     /// Of its centre line, metres.
-    pub length: f32,
+    pub length: f64,
     /// Heading at its end against that at its beginning, radians, left positive.
     pub turn: f32,
     /// Samples per metre.
-    density: f32,
+    density: f64,
     /// The number of its lane 0 among the lanes of all routes.
     first_lane: u32,
     lane_width: f32,
     /// The height of all of it, if it is level.
-    level: Option<f32>,
+    level: Option<f64>,
     lanes: u8,
     /// The end is the beginning.
     pub closed: bool,
     /// Whether it is one of several ways that a vehicle may take: turning is indicated there only.
     pub is_one_of_several: bool,
-    /// What may follow.
+    /// What may follow: those of the plan that begin where it ends.
     pub then: Box<[Next]>,
+    /// Of the plan's `then` none begins where it ends: vehicles stop there.
+    pub is_dead_end: bool,
     /// Metres from its beginning to the first line before a crossing; infinite without.
     pub(super) first_line: f32,
     /// Metres from its beginning to where the crossings end that begin in the route before it.
@@ -132,7 +136,7 @@ pub struct Route {
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Place {
     /// World space.
-    pub position: Vec3,
+    pub position: DVec3,
     /// The way it goes, as (x, z) of a unit vector.
     pub tangent: Vec2,
     /// Radians per metre, left positive.
@@ -150,9 +154,15 @@ impl Place {
     }
 
     /// The point so far to the left of the centre line.
-    pub fn beside(&self, left: f32) -> Vec3 {
-        let aside = self.left() * left;
-        self.position + Vec3::new(aside.x, 0.0, aside.y)
+    pub fn beside(&self, left: f32) -> DVec3 {
+        let aside = (self.left() * left).as_dvec2();
+        self.position + DVec3::new(aside.x, 0.0, aside.y)
+    }
+
+    /// How far a point is from the centre line's: along the way it goes, and to the left of it.
+    pub(super) fn off(&self, point: DVec3) -> (f64, f64) {
+        let off = (point - self.position).xz();
+        (off.dot(self.tangent.as_dvec2()), off.dot(self.left().as_dvec2()))
     }
 }
 
@@ -164,16 +174,16 @@ pub fn left_of(forward: Vec2) -> Vec2 {
 impl Route {
     /// The place `at` metres from its beginning. Beyond its ends the line goes on straight, or round if it is closed.
     #[inline]
-    pub fn place(&self, at: f32) -> Place {
+    pub fn place(&self, at: f64) -> Place {
         let at = self.inside(at);
         let scaled = at * self.density;
         let last = self.samples.len().saturating_sub(2);
         let index = (scaled.max(0.0) as usize).min(last);
         let (Some(a), Some(b)) = (self.samples.get(index), self.samples.get(index + 1)) else {
-            return Place { position: Vec3::ZERO, tangent: Vec2::Y, curvature: 0.0, limit: 0.0, bend: 0.0 };
+            return Place { position: DVec3::ZERO, tangent: Vec2::Y, curvature: 0.0, limit: 0.0, bend: 0.0 };
         };
-        let t = scaled - index as f32;
-        let inside = t.clamp(0.0, 1.0);
+        let t = scaled - index as f64;
+        let inside = t.clamp(0.0, 1.0) as f32;
         let tangent = a.tangent.lerp(b.tangent, inside);
         Place {
             position: a.position + (b.position - a.position) * t,
@@ -185,7 +195,7 @@ impl Route {
     }
 
     /// The same place of a closed route, within it.
-    fn inside(&self, at: f32) -> f32 {
+    fn inside(&self, at: f64) -> f64 {
         match at {
             _ if !self.closed || (0.0..self.length).contains(&at) => at,
             _ if (0.0..2.0 * self.length).contains(&at) => at - self.length,
@@ -194,12 +204,12 @@ impl Route {
     }
 
     /// The height of the centre line, as [`Route::place`] has it.
-    pub fn height(&self, at: f32) -> f32 {
+    pub fn height(&self, at: f64) -> f64 {
         self.level.unwrap_or_else(|| self.place(at).position.y)
     }
 
     /// Of the centre line near `at`, radians per metre, left positive.
-    pub(super) fn curvature(&self, at: f32) -> f32 {
+    pub(super) fn curvature(&self, at: f64) -> f32 {
         let index = ((at * self.density).max(0.0) as usize).min(self.samples.len() - 1);
         self.samples[index].curvature
     }
@@ -215,27 +225,27 @@ impl Route {
     }
 
     /// The nearest place to a point, among the samples that are as high up to 5 m: metres from the beginning.
-    pub fn nearest(&self, point: Vec3) -> f32 {
+    pub fn nearest(&self, point: DVec3) -> f64 {
         let distance = |sample: &Sample| {
             let off = sample.position - point;
             off.x * off.x + off.z * off.z + (off.y.abs() - 5.0).max(0.0) * 1e3
         };
         let samples = self.samples.iter().enumerate();
         let nearest = samples.min_by(|a, b| distance(a.1).total_cmp(&distance(b.1)));
-        nearest.map_or(0.0, |(index, _)| index as f32 / self.density)
+        nearest.map_or(0.0, |(index, _)| self.metres_of(index))
     }
 
     /// The first stop whose line is beyond `at`.
-    pub fn stop_after(&self, at: f32) -> u16 {
-        self.stops.partition_point(|stop| stop.at <= at) as u16
+    pub fn stop_after(&self, at: f64) -> u16 {
+        self.stops.partition_point(|stop| f64::from(stop.at) <= at) as u16
     }
 
     pub(super) fn samples(&self) -> &[Sample] {
         &self.samples
     }
 
-    pub(super) fn metres_of(&self, sample: usize) -> f32 {
-        sample as f32 / self.density
+    pub(super) fn metres_of(&self, sample: usize) -> f64 {
+        sample as f64 / self.density
     }
 }
 
@@ -268,7 +278,7 @@ impl Routes {
             routes.push(Route {
                 length,
                 turn: route_line::turn(&samples),
-                density: (samples.len() - 1) as f32 / length,
+                density: (samples.len() - 1) as f64 / length,
                 first_lane: lanes,
                 lane_width: plan.lane_width,
                 level: samples.iter().all(|sample| sample.position.y == first).then_some(first),
@@ -276,6 +286,7 @@ impl Routes {
                 closed: plan.closed,
                 is_one_of_several: false,
                 then: Box::default(),
+                is_dead_end: false,
                 first_line: f32::INFINITY,
                 crossed: 0.0,
                 partings: Box::default(),
@@ -334,10 +345,22 @@ impl Routes {
 
     /// Where a vehicle that is `at` metres along a lane stands.
     pub fn stand(&self, on: &OnRoute) -> Transform {
-        let Some(route) = self.get(on.route) else { return Transform::IDENTITY };
+        let (place, yaw) = self.stand_at(on);
+        Transform::from_translation(place.as_vec3()).with_rotation(about_y(yaw as f32))
+    }
+
+    /// As [`Routes::stand`]: the place, and the yaw.
+    pub fn stand_at(&self, on: &OnRoute) -> (DVec3, f64) {
+        let Some(route) = self.get(on.route) else { return (DVec3::ZERO, 0.0) };
         let place = route.place(on.at);
-        let yaw = place.tangent.x.atan2(place.tangent.y);
-        Transform::from_translation(place.beside(self.offset(route, on.lane))).with_rotation(Quat::from_rotation_y(yaw))
+        let tangent = place.tangent.as_dvec2();
+        (place.beside(self.offset(route, on.lane)), tangent.x.atan2(tangent.y))
+    }
+
+    /// Whether who goes on from the end of a route on the same route is put to its beginning: it has no `then`, or it is
+    /// among it, and does not lead back by itself.
+    pub fn begins_anew(&self, route: &Route) -> bool {
+        route.then.is_empty() || route.place(route.length).position.distance(route.place(0.0).position) > forks::APART
     }
 
     /// Routes of several lanes.
@@ -351,12 +374,15 @@ impl Routes {
 
     fn note_forks(&mut self) {
         for index in 0..self.routes.len() {
-            let ids = &self.routes[index].plan.then;
-            let then: Box<[Next]> = ids.iter().map(|&id| Next::new(id, &self.routes[usize::from(id.0)].plan)).collect();
+            let (own, route) = (RouteId(index as u16), &self.routes[index]);
+            let all = route.plan.then.iter().map(|&id| Next::new(id, &self.routes[usize::from(id.0)].plan));
+            let meets = |next: &Next| next.id == own || forks::gap(self, route, next).metres <= forks::APART;
+            let then: Box<[Next]> = all.filter(meets).collect();
+            let is_dead_end = then.is_empty() && !route.plan.then.is_empty();
             if let [_, _, ..] = &then[..] {
                 then.iter().for_each(|way| self.routes[usize::from(way.id.0)].is_one_of_several = true);
             }
-            self.routes[index].then = then;
+            (self.routes[index].then, self.routes[index].is_dead_end) = (then, is_dead_end);
         }
         for (route, partings) in forks::partings(self).into_iter().enumerate() {
             let route = &mut self.routes[route];
@@ -378,10 +404,11 @@ impl Routes {
             let route = &mut self.routes[index];
             let lines = route.stops.iter().filter(|stop| stop.clear > 0.0).map(|stop| stop.at);
             route.first_line = lines.fold(f32::INFINITY, f32::min);
-            let over = route.stops.iter().map(|stop| stop.at + stop.clear - route.length).fold(0.0, f32::max);
+            let over = |stop: &Stop| (f64::from(stop.at + stop.clear) - route.length) as f32;
+            let over = route.stops.iter().map(over).fold(0.0, f32::max);
             for next in self.followers(index) {
                 let next = &mut self.routes[next];
-                next.crossed = next.crossed.max(over.min(next.length));
+                next.crossed = next.crossed.max(over.min(next.length as f32));
             }
         }
     }
@@ -399,7 +426,7 @@ impl Routes {
             for (index, route) in self.routes.iter_mut().enumerate() {
                 let after = followers[index].iter().filter_map(|&next| starts.get(next));
                 let after = after.fold((f32::MAX, f32::MAX), |least, s| (least.0.min(s.0), least.1.min(s.1)));
-                let step = 1.0 / route.density;
+                let step = 1.0 / route.density as f32;
                 route_line::brake_ahead(&mut route.samples, step, after);
             }
         }

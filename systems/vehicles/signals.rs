@@ -4,9 +4,9 @@
 //! [`Signals::tick`] works out once per step what every group's head shows; [`light_heads`] switches the lamps of
 //! [`SignalHead`]s when that changed.
 
-use crate::clock::Clock;
 use crate::components::Light;
 use crate::library::MaterialId;
+use crate::sub_steps::SubStep;
 use bevy_ecs::prelude::*;
 
 /// Times of a signal, seconds.
@@ -121,10 +121,10 @@ impl Signals {
     }
 }
 
-/// Brings signals to the clock's time.
-pub fn tick_signals(clock: Res<Clock>, mut signals: ResMut<Signals>) {
+/// Brings signals to the time of a step, or of a part of one.
+pub fn tick_signals(now: Res<SubStep>, mut signals: ResMut<Signals>) {
     if !signals.signals.is_empty() {
-        signals.tick(clock.seconds());
+        signals.tick(now.time);
     }
 }
 

@@ -3,18 +3,24 @@
 use super::Motion;
 use super::routes::left_of;
 use super::types::{Limits, Trailer};
-use glam::{Vec2, Vec3};
+use glam::{DVec2, Quat, Vec2, Vec3};
 
 /// Lookahead of pure pursuit: wheelbases, and metres per m/s; metres at most.
 const LOOKAHEAD: (f32, f32, f32) = (1.2, 0.6, 25.0);
 
 /// Radians to which a hitch turns at most.
-const JACKKNIFE: f32 = 1.4;
+const JACKKNIFE: f64 = 1.4;
 
 /// The way a vehicle looks, (x, z).
 pub fn forward(yaw: f32) -> Vec2 {
     let (sin, cos) = yaw.sin_cos();
     Vec2::new(sin, cos)
+}
+
+/// The yaw of what is turned so.
+pub fn yaw(rotation: Quat) -> f64 {
+    let forward = (rotation * Vec3::Z).as_dvec3();
+    forward.x.atan2(forward.z)
 }
 
 /// How far ahead on its path a driver aims at, metres.
@@ -38,17 +44,18 @@ pub fn turn_wheel(limits: &Limits, steering: f32, wanted: f32, seconds: f32) -> 
 
 /// One step of the kinematic bicycle model with the rear axle as reference (Rajamani, "Vehicle Dynamics and Control",
 /// 2nd edition, section 2.2, with ℓr = 0): dx/dt = v·sin ψ, dz/dt = v·cos ψ, dψ/dt = v·tan δ / L. `speed` is the mean of
-/// the step; the heading of its middle makes a step as exact as its square. Returns where to, (x, z).
-pub fn roll(motion: &mut Motion, wheelbase: f32, trailer: Option<&Trailer>, speed: f32, seconds: f32) -> Vec2 {
+/// the step; the heading of its middle makes a step as exact as its square. Returns where to, (x, z); the place is left to
+/// whoever knows the ground.
+pub fn roll(motion: &mut Motion, wheelbase: f32, trailer: Option<&Trailer>, speed: f64, seconds: f64) -> DVec2 {
     let metres = speed * seconds;
-    let turned = metres * motion.steering.tan() / wheelbase;
-    let off = forward(motion.yaw + turned * 0.5) * metres;
+    let turned = metres * f64::from(motion.steering.tan()) / f64::from(wheelbase);
+    let (sin, cos) = (motion.yaw + turned * 0.5).sin_cos();
     if let Some(trailer) = trailer {
         motion.hitch = pull(trailer, motion.hitch, metres, turned);
     }
     motion.yaw = wrapped(motion.yaw + turned);
-    motion.rolled += f64::from(metres);
-    off
+    motion.rolled += metres;
+    DVec2::new(sin, cos) * metres
 }
 
 /// How the angle φ = `hitch` of a trailer changes while the vehicle rolls and turns: by a step's `metres` and `turned`
@@ -56,20 +63,20 @@ pub fn roll(motion: &mut Motion, wheelbase: f32, trailer: Option<&Trailer>, spee
 /// trailer's axles only follow along the trailer, so that it turns by the part of that across it over its length (Rouchon,
 /// Fliess, Lévine, Martin, "Flatness and motion planning: the car with n trailers", ECC 1993):
 /// dψt = (−sin φ·metres + h·cos φ·turned) / Lt, dφ = dψt − `turned`.
-pub(crate) fn hitch_change(trailer: &Trailer, hitch: f32, metres: f32, turned: f32) -> f32 {
+pub(crate) fn hitch_change(trailer: &Trailer, hitch: f64, metres: f64, turned: f64) -> f64 {
     let (sin, cos) = hitch.sin_cos();
-    (trailer.hitch * cos * turned - sin * metres) / trailer.length.max(0.1) - turned
+    (f64::from(trailer.hitch) * cos * turned - sin * metres) / f64::from(trailer.length.max(0.1)) - turned
 }
 
 /// The hitch after the vehicle rolled and turned; midpoint rule.
-fn pull(trailer: &Trailer, hitch: f32, metres: f32, turned: f32) -> f32 {
-    let rate = |hitch: f32| hitch_change(trailer, hitch, metres, turned);
+fn pull(trailer: &Trailer, hitch: f64, metres: f64, turned: f64) -> f64 {
+    let rate = |hitch: f64| hitch_change(trailer, hitch, metres, turned);
     (hitch + rate(hitch + 0.5 * rate(hitch))).clamp(-JACKKNIFE, JACKKNIFE)
 }
 
 /// The same heading in −π..π.
-fn wrapped(yaw: f32) -> f32 {
-    use std::f32::consts::{PI, TAU};
+fn wrapped(yaw: f64) -> f64 {
+    use std::f64::consts::{PI, TAU};
     if yaw.abs() <= PI { yaw } else { yaw - TAU * (yaw / TAU).round() }
 }
 

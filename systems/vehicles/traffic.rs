@@ -23,7 +23,7 @@ use super::signals::Signals;
 use super::{OnRoute, VehicleType, VehicleTypeId, VehicleTypes};
 use crate::parallel::in_parallel;
 use bevy_ecs::prelude::*;
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 /// What of a vehicle others have to know.
@@ -159,9 +159,9 @@ fn enter_routed(
     let (route, front, rear) = (way.route, kind.front(), kind.rear());
     inside.note(row, routes, route, (front, rear));
     let scale = (1.0 - route.curvature(on.at) * routes.offset(route, on.lane)).clamp(0.2, 5.0);
-    let entry = |at: f32, role: Role, scale: f32| Entry {
-        front: at + front / scale,
-        back: at - rear / scale,
+    let entry = |at: f64, role: Role, scale: f32| Entry {
+        front: (at + f64::from(front / scale)) as f32,
+        back: (at - f64::from(rear / scale)) as f32,
         scale,
         speed: row.speed,
         row: index,
@@ -176,7 +176,7 @@ fn enter_routed(
     {
         found.push(routes.lane(route, change.from_lane), entry(on.at, Role::Follower, scale));
     }
-    let mut behind = on.at - rear / scale;
+    let mut behind = on.at - f64::from(rear / scale);
     let mut before = 0.0;
     for (id, lane) in on.previous.into_iter().flatten() {
         let Some(previous) = routes.get(id).filter(|_| behind < 0.0) else { break };
@@ -184,10 +184,11 @@ fn enter_routed(
         found.push(routes.lane(previous, lane), entry(on.at + before, Role::Obstacle, 1.0));
         behind += previous.length;
     }
-    if on.at - rear < route.parted
+    let back = (on.at - f64::from(rear)) as f32;
+    if back < route.parted
         && let Some(from) = on.previous[0]
     {
-        let is_near = |parting: &&Parting| parting.from == from && on.at - rear < parting.metres;
+        let is_near = |parting: &&Parting| parting.from == from && back < parting.metres;
         for parting in route.partings.iter().filter(is_near) {
             found.push(parting.lane, entry(on.at, Role::Obstacle, 1.0));
         }
@@ -205,13 +206,16 @@ fn enter_routed(
             found.coming.extend(Coming::new(index, kind, row.speed, &way, &stop, distance));
             has_waited &= !matches!(stop.wait, super::routes::Wait::Dwell(_));
         }
-        if way.to_end() > far {
+        if way.to_end() > f64::from(far) {
             break;
         }
+        if way.route.is_dead_end {
+            return following::interaction(driver, row.speed, 0.0, (way.to_end() - f64::from(front)) as f32);
+        }
         way.advance();
-        if way.distance < front {
-            let ends = (-way.distance - rear, front - way.distance);
-            inside.note_on(way.id, way.route, ends, f32::INFINITY);
+        if way.distance < f64::from(front) {
+            let ends = (-way.distance - f64::from(rear), f64::from(front) - way.distance);
+            inside.note_on(way.id, way.route, ends, f64::INFINITY);
         }
         found.push(routes.lane(way.route, way.lane), entry(-way.distance, Role::Follower, 1.0));
     }
@@ -227,27 +231,28 @@ fn enter_stray(
     row: &Row,
     kind: &VehicleType,
     routes: &Routes,
-    near: &mut Vec<(RouteId, u32, f32)>,
+    near: &mut Vec<(RouteId, u32, f64)>,
     found: &mut Found,
 ) {
     let (front, rear) = (kind.front(), kind.rear());
     let forward = super::steering::forward(row.yaw);
-    let middle = row.position + super::steering::flat(forward) * (0.5 * (front - rear));
+    let middle = (row.position + super::steering::flat(forward) * (0.5 * (front - rear))).as_dvec3();
     let (half_length, half_width) = (0.5 * (front + rear), 0.5 * kind.size.x);
     routes.cells().near(routes, middle, near);
     for &(id, sample, _) in near.iter() {
         let Some(route) = routes.get(id) else { continue };
         let place = route.place(route.metres_of(sample as usize));
-        let off = middle - place.position;
-        let off = Vec2::new(off.x, off.z);
-        let (along, across) = (off.dot(place.tangent), off.dot(place.left()));
+        let (along, across) = place.off(middle);
+        let (along, across) = (along as f32, across as f32);
         let (cos, sin) = (forward.dot(place.tangent), forward.dot(place.left()));
         let reach = cos.abs() * half_length + sin.abs() * half_width;
         let breadth = sin.abs() * half_length + cos.abs() * half_width;
-        let at = route.metres_of(sample as usize) + along;
+        let at = route.metres_of(sample as usize) as f32 + along;
         for lane in 0..route.lanes() {
             let beside = (across - routes.offset(route, lane)).abs();
-            if beside < breadth + SQUEEZE * 0.5 * route.lane_width() && along.abs() < reach + 0.6 * route.metres_of(1) {
+            if beside < breadth + SQUEEZE * 0.5 * route.lane_width()
+                && along.abs() < reach + 0.6 * route.metres_of(1) as f32
+            {
                 let entry = Entry {
                     front: at + reach,
                     back: at - reach,

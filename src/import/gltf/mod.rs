@@ -13,6 +13,7 @@
 mod accessors;
 mod container;
 mod document;
+mod far;
 mod geometry;
 mod materials;
 mod meshes;
@@ -119,6 +120,7 @@ fn read(path: &Path, named_in: Option<&Path>, report: &mut Report) -> Read<Optio
     document.check_unused_buffers(report);
     note_what_rests(&document, animated, report);
     let model = Model { name, nodes: hierarchy.nodes, roots, warnings: Vec::new() };
+    far::check(&model, &meshes, report);
     Ok(Some(Draft { model, meshes, materials, images: decoded }))
 }
 

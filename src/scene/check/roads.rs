@@ -4,16 +4,16 @@ use super::{Check, FARTHEST, SIZES};
 use crate::scene::faults::unknown;
 use crate::scene::format::{Along, Entity, Route, Shape, Signal, Stop, Vehicle};
 use crate::scene::places::Step;
-use glam::Vec3;
+use glam::DVec3;
 use systems::vehicles::route_line;
 use systems::vehicles::routes::RoutePlan;
 
 /// Metres: longer routes are refused.
-const LONGEST: f32 = 1e5;
+const LONGEST: f64 = 1e5;
 /// Points of a route, groups of a signal, routes.
 const MOST: (usize, usize, usize) = (100_000, 64, 65_000);
 /// Metres that a place may be beyond the end of its route.
-const ROUNDING: f32 = 0.01;
+const ROUNDING: f64 = 0.01;
 /// Of a route.
 const LANES: u8 = 16;
 /// Routes that may follow one.
@@ -82,7 +82,7 @@ impl<'a> Check<'a> {
         self.number("speed_limit_kmh", route.speed_limit_kmh, 1.0, FASTEST_KMH);
         let length = driven_length(route);
         self.each("limits", &route.limits, |c, limit| {
-            c.along_route("from", limit.from, length);
+            c.along_route("from", limit.from.into(), length);
             c.number("kmh", limit.kmh, 1.0, FASTEST_KMH);
         });
         self.each("stops", &route.stops, |c, stop| c.stop(stop, length));
@@ -114,7 +114,7 @@ impl<'a> Check<'a> {
     }
 
     /// A place between a route's beginning and its end, if that is known; metres, which may be rounded.
-    fn along_route(&mut self, name: &'static str, at: f32, length: Option<f32>) {
+    fn along_route(&mut self, name: &'static str, at: f64, length: Option<f64>) {
         if let Some(length) = length.filter(|length| !(0.0..=length + ROUNDING).contains(&at)) {
             self.field(name, |c| {
                 c.fault(format_args!("expected a number from 0 to {length:.2}, the route's length, found {at}"))
@@ -122,12 +122,12 @@ impl<'a> Check<'a> {
         }
     }
 
-    fn length_of(&self, route: &str) -> Option<f32> {
+    fn length_of(&self, route: &str) -> Option<f64> {
         self.scene.routes.position(route).and_then(|index| *self.route_lengths.get(index)?)
     }
 
-    fn stop(&mut self, stop: &Stop, length: Option<f32>) {
-        self.along_route("at", stop.at, length);
+    fn stop(&mut self, stop: &Stop, length: Option<f64>) {
+        self.along_route("at", stop.at.into(), length);
         self.number("keep_clear", stop.keep_clear, 0.0, FARTHEST_CLEAR);
         if stop.keep_clear > 0.0 && stop.signal.is_none() {
             self.field("keep_clear", |c| c.fault("expected at a stop with a signal only"));
@@ -178,7 +178,7 @@ impl<'a> Check<'a> {
             });
         }
         let Some(name) = &vehicle.route else {
-            return self.number("at", vehicle.at, 0.0, 0.0);
+            return self.number("at", vehicle.at as f32, 0.0, 0.0);
         };
         self.field("route", |c| c.known_route(name));
         if let Some(route) = self.scene.routes.get(name) {
@@ -188,7 +188,7 @@ impl<'a> Check<'a> {
                 self.field("lane", |c| c.fault(message));
             }
         }
-        if entity.transform.translation != [0.0; 3] {
+        if entity.transform.translation.is_some_and(|translation| translation != [0.0; 3]) {
             self.field("route", |c| c.fault("expected either a route or a translation: the route says where it is"));
         }
     }
@@ -196,9 +196,9 @@ impl<'a> Check<'a> {
     /// Returns how many copies there may be.
     pub(super) fn along(&mut self, along: &'a Along) -> u64 {
         self.each("routes", &along.routes, |c, name| c.known_route(name));
-        self.number("spacing", along.spacing, 0.1, LONGEST);
-        self.number("jitter", along.jitter, 0.0, LONGEST);
-        self.number("from", along.from, 0.0, LONGEST);
+        self.number("spacing", along.spacing, 0.1, LONGEST as f32);
+        self.number("jitter", along.jitter, 0.0, LONGEST as f32);
+        self.number("from", along.from, 0.0, LONGEST as f32);
         if let Some(beside) = along.beside {
             self.number("beside", beside, -SIZES.1, SIZES.1);
         }
@@ -206,15 +206,15 @@ impl<'a> Check<'a> {
         let routes = self.scene.routes.entries().iter().filter(|(name, _)| named(name));
         let copies = |name: &str, route: &Route| {
             let lanes = if along.beside.is_some() || along.lane.is_some() { 1 } else { u64::from(route.lanes) };
-            lanes * (1 + (self.length_of(name).unwrap_or_default() / along.spacing.max(0.1)) as u64)
+            lanes * (1 + (self.length_of(name).unwrap_or_default() / f64::from(along.spacing.max(0.1))) as u64)
         };
         routes.map(|(name, route)| copies(name, route)).sum()
     }
 }
 
 /// Of a route as it is driven, metres; `None` of one that is refused for its points.
-pub(super) fn driven_length(route: &Route) -> Option<f32> {
-    let is_far = |x: &f32| !(-FARTHEST..=FARTHEST).contains(x);
+pub(super) fn driven_length(route: &Route) -> Option<f64> {
+    let is_far = |x: &f64| !(-FARTHEST..=FARTHEST).contains(x);
     let is_one_place = route.points.iter().all(|point| Some(point) == route.points.first());
     let is_refused = route.points.len() > MOST.0
         || route.points.iter().flatten().any(is_far)
@@ -224,14 +224,14 @@ pub(super) fn driven_length(route: &Route) -> Option<f32> {
     if is_refused {
         return None;
     }
-    let points = route.points.iter().map(|&point| Vec3::from_array(point)).collect();
+    let points = route.points.iter().map(|&point| DVec3::from_array(point)).collect();
     let spline = route.shape == Shape::Spline;
     Some(route_line::length(&RoutePlan { points, spline, closed: route.closed, ..RoutePlan::default() }))
 }
 
 /// Of the lines between a route's points, metres.
-fn straight_length(route: &Route) -> f32 {
+fn straight_length(route: &Route) -> f64 {
     let points = route.points.iter().chain(route.points.first().filter(|_| route.closed));
-    let points: Vec<Vec3> = points.map(|&point| Vec3::from_array(point)).collect();
+    let points: Vec<DVec3> = points.map(|&point| DVec3::from_array(point)).collect();
     points.windows(2).map(|pair| pair[0].distance(pair[1])).sum()
 }

@@ -41,7 +41,7 @@ fn vehicle_type(c: &mut Check, t: &VehicleType, model: Option<&Model>, library: 
         c.number("track", track, 0.0, lengths.1);
     }
     if let Some(eye) = &t.eye {
-        c.position("eye", eye);
+        c.numbers("eye", eye, -1e7, 1e7);
     }
     c.number("mass", t.mass, 1.0, 1e6);
     c.field("limits", |c| {

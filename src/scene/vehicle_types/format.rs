@@ -227,7 +227,7 @@ pub struct Vehicle {
     #[serde(default)]
     pub route: Option<String>,
     #[serde(default)]
-    pub at: f32,
+    pub at: f64,
     #[serde(default)]
     pub lane: u8,
     #[serde(default)]
