@@ -79,17 +79,16 @@ fn choose_on_axis(mut coordinates: Vec<f64>) -> f64 {
     coordinates.sort_unstable_by(f64::total_cmp);
     // Of numbers in order the one in the middle: a few that are elsewhere do not draw it there.
     let (low, middle, high) = (coordinates[0], coordinates[coordinates.len() / 2], coordinates[coordinates.len() - 1]);
-    let least = ROUND[ROUND.len() - 1] / 2.0;
-    let (low, high) = ((low - least).max(middle - NEAR), (high + least).min(middle + NEAR));
-    if low <= 0.0 && high >= 0.0 {
-        return 0.0;
-    }
-    let nearest = |round: f64| {
+    let nearest = |round: f64, margin: f64| {
+        let (low, high) = ((low - margin).max(middle - NEAR), (high + margin).min(middle + NEAR));
         let inside = (low / round).ceil()..=(high / round).floor();
         let nearest = (middle / round).round().clamp(*inside.start(), inside.end().max(*inside.start()));
         (!inside.is_empty()).then_some(nearest * round + 0.0)
     };
-    ROUND.into_iter().find_map(nearest).unwrap_or_default()
+    // Within the scene rather than just beside it. Zero is a multiple of everything.
+    let beside = ROUND[ROUND.len() - 1] / 2.0;
+    let of_round = |round: &f64| nearest(*round, 0.0).or_else(|| nearest(*round, beside));
+    ROUND.iter().find_map(of_round).unwrap_or_default()
 }
 
 /// Everything in a scene that is a place in the world. Below an entity places are its own; what has none stands at the
@@ -158,7 +157,8 @@ mod tests {
         assert_eq!(of(&[-19_999.0, 0.0, 20_000.0]), 0.0, "nothing is far");
         assert_eq!(of(&[5e6, 5e6 + 600.0, 5e6 + 200.0]), 5e6);
         assert_eq!(of(&[500_000.0, 500_000.0, 504_000.0]), 500_000.0, "the roundest of five");
-        assert_eq!(of(&[512_000.0, 512_600.0]), 512_000.0);
+        assert_eq!(of(&[512_000.0, 512_700.0, 512_900.0]), 512_000.0, "within the scene");
+        assert_eq!(of(&[512_100.0, 512_400.0]), 512_000.0, "just beside it");
         assert_eq!(of(&[512_700.0, 513_300.0]), 513_000.0);
         assert_eq!(of(&[-5_403_010.0, -5_402_990.0]), -5_403_000.0);
         // Only a mountain is far; the rest is where it is.

@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 use std::collections::HashMap;
 use systems::origin::Origin;
 use systems::vehicles::routes::Routes;
-use systems::vehicles::{Motion, OnRoute, Vehicle, VehicleType, VehicleTypes};
+use systems::vehicles::{Motion, OnRoute, Vehicle, VehicleNumber, VehicleType, VehicleTypes};
 
 /// Metres that a vehicle's ends may be in another, and of its width: who stands beside or behind another does not.
 const TOUCH: (f64, f64) = (0.1, 0.2);
@@ -81,15 +81,11 @@ pub fn warnings(world: &mut World) -> Vec<String> {
 }
 
 fn outlines(world: &mut World) -> Vec<Outline> {
-    let mut vehicles = world.query::<(Entity, &Vehicle, &Motion)>();
+    let mut vehicles = world.query::<(Entity, &VehicleNumber, &Vehicle, &Motion)>();
     let types = world.resource::<VehicleTypes>();
-    let mut outlines: Vec<Outline> = vehicles
-        .iter(world)
-        .filter(|(.., motion)| motion.place.is_finite())
-        .map(|(entity, vehicle, motion)| Outline::new(entity, motion, types.get(vehicle.kind)))
-        .collect();
-    outlines.sort_unstable_by_key(|outline| outline.entity);
-    outlines
+    let mut all: Vec<_> = vehicles.iter(world).filter(|(.., motion)| motion.place.is_finite()).collect();
+    all.sort_unstable_by_key(|(_, number, ..)| *number);
+    all.into_iter().map(|(entity, _, vehicle, motion)| Outline::new(entity, motion, types.get(vehicle.kind))).collect()
 }
 
 fn tell(world: &World, (one, other, depth): &(&Outline, &Outline, f64)) -> String {

@@ -140,7 +140,9 @@ fn long_steps_do_not_run_over_stops_signals_and_each_other() {
             let first = drive(&mut simulation, 100.0, 10.0);
             let second = drive(&mut simulation, 60.0, 10.0);
             if physical {
-                [first, second].map(|entity| simulation.world.entity_mut(entity).insert(Physical::default()).id());
+                for entity in [first, second] {
+                    simulation.world.entity_mut(entity).insert(Physical::default());
+                }
             }
             run(&mut simulation, 60.0);
             stands_before(300.0, first, &simulation);

@@ -5,6 +5,7 @@ use crate::scene::faults::unknown;
 use crate::scene::format::{Along, Entity, Route, Shape, Signal, Stop, Vehicle};
 use crate::scene::places::Step;
 use glam::DVec3;
+use std::fmt::Display;
 use systems::vehicles::route_line;
 use systems::vehicles::routes::RoutePlan;
 
@@ -82,7 +83,7 @@ impl<'a> Check<'a> {
         self.number("speed_limit_kmh", route.speed_limit_kmh, 1.0, FASTEST_KMH);
         let length = driven_length(route);
         self.each("limits", &route.limits, |c, limit| {
-            c.along_route("from", limit.from.into(), length);
+            c.along_route("from", limit.from, length);
             c.number("kmh", limit.kmh, 1.0, FASTEST_KMH);
         });
         self.each("stops", &route.stops, |c, stop| c.stop(stop, length));
@@ -114,8 +115,8 @@ impl<'a> Check<'a> {
     }
 
     /// A place between a route's beginning and its end, if that is known; metres, which may be rounded.
-    fn along_route(&mut self, name: &'static str, at: f64, length: Option<f64>) {
-        if let Some(length) = length.filter(|length| !(0.0..=length + ROUNDING).contains(&at)) {
+    fn along_route(&mut self, name: &'static str, at: impl Into<f64> + Display + Copy, length: Option<f64>) {
+        if let Some(length) = length.filter(|length| !(0.0..=length + ROUNDING).contains(&at.into())) {
             self.field(name, |c| {
                 c.fault(format_args!("expected a number from 0 to {length:.2}, the route's length, found {at}"))
             });
@@ -127,7 +128,7 @@ impl<'a> Check<'a> {
     }
 
     fn stop(&mut self, stop: &Stop, length: Option<f64>) {
-        self.along_route("at", stop.at.into(), length);
+        self.along_route("at", stop.at, length);
         self.number("keep_clear", stop.keep_clear, 0.0, FARTHEST_CLEAR);
         if stop.keep_clear > 0.0 && stop.signal.is_none() {
             self.field("keep_clear", |c| c.fault("expected at a stop with a signal only"));
