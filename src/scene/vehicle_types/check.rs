@@ -105,7 +105,7 @@ fn lamps(c: &mut Check, lamps: &Lamps, model: Option<&Model>) {
         c.color("color", color, BRIGHTEST);
     }
     if let Some(direction) = &lamps.direction {
-        c.position("direction", direction);
+        c.numbers("direction", direction, -SIZES.1, SIZES.1);
         if *direction == [0.0; 3] {
             c.field("direction", |c| c.fault("expected a direction: at least one of the three other than 0"));
         }
