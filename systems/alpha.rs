@@ -1,13 +1,14 @@
 //! Images whose alpha hides colour: what their clear texels hold, and what a mask leaves from afar.
 //!
-//! Colour is filtered apart from alpha, by the sampler and in mip levels, so the colour of a texel that is not seen shows
-//! beside those that are. Painting programs leave black there. Here such texels take the colour of what is beside them, and
-//! levels weigh colour by alpha.
+//! Colour is filtered apart from alpha, by the sampler and in mip levels, so the colour of a texel that is not seen
+//! shows beside those that are. Painting programs leave black there. Here such texels take the colour of what is beside
+//! them, and levels weigh colour by alpha.
 //!
-//! What a mask leaves changes with the level too: averages of few clear and many covered texels pass the cut-off, or none
-//! do. So alpha is scaled level by level until the part that passes is the finest level's (Castano, "Computing Alpha
-//! Mipmaps", 2010). And a mask is stored so that the edge between a texel that is seen and one that is not lies halfway,
-//! whatever the cut-off: alpha is stretched linearly on both sides of the cut-off until both ends are equally far from it.
+//! What a mask leaves changes with the level too: averages of few clear and many covered texels pass the cut-off, or
+//! none do. So alpha is scaled level by level until the part that passes is the finest level's (Castano, "Computing
+//! Alpha Mipmaps", 2010). And a mask is stored so that the edge between a texel that is seen and one that is not lies
+//! halfway, whatever the cut-off: alpha is stretched linearly on both sides of the cut-off until both ends are equally
+//! far from it.
 
 use crate::images::{Store, level_size};
 use glam::Vec4;
@@ -20,8 +21,8 @@ pub fn is_opaque<S: Store>(_: &S, level: &[u8]) -> bool {
     level.chunks_exact(S::BYTES).all(|texel| S::alpha(texel) >= 1.0)
 }
 
-/// Gives texels of no alpha the colour of those around them that have some, weighted by alpha; where none has, that of the
-/// texel which they are part of in the next level. `levels`: all of them, their colour weighted by alpha.
+/// Gives texels of no alpha the colour of those around them that have some, weighted by alpha; where none has, that of
+/// the texel which they are part of in the next level. `levels`: all of them, their colour weighted by alpha.
 pub fn color_what_is_clear<S: Store>(store: &S, levels: &mut [Vec<u8>], (width, height): (u32, u32)) {
     for level in (0..levels.len()).rev() {
         let (finer, coarser) = levels.split_at_mut(level + 1);
@@ -90,8 +91,8 @@ fn stretched(alpha: f32, threshold: f32, cutoff: f32) -> f32 {
     (cutoff + above / range.max(1e-6) * reach).clamp(0.0, 1.0)
 }
 
-/// The alpha that is passed by as near this part of the texels as can be; by all of them where all are alike and as many
-/// as not should pass. Between two texels' alphas, so that filtering takes neither over it.
+/// The alpha that is passed by as near this part of the texels as can be; by all of them where all are alike and as
+/// many as not should pass. Between two texels' alphas, so that filtering takes neither over it.
 fn threshold(alphas: &mut [f32], coverage: f64) -> f32 {
     let wanted = (coverage * alphas.len() as f64).round() as usize;
     let highest = alphas.iter().copied().fold(0.0, f32::max);

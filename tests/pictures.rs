@@ -137,7 +137,8 @@ fn back_faces_are_culled_or_lit_from_their_own_side() {
 
 #[test]
 fn a_mirrored_object_still_shows_its_front_and_its_relief() {
-    // A normal map that leans 30° toward +U, lit from +X: brighter than flat. Mirrored in X, it leans toward −X: darker.
+    // A normal map that leans 30° toward +U, lit from +X: brighter than flat. Mirrored in X, it leans toward −X:
+    // darker.
     let Some(mut square) = Square::new(matte(Vec3::ONE)) else { return };
     let (lean, light) = (30f32.to_radians(), 45f32.to_radians());
     let byte = |v: f32| (v * 127.5 + 127.5).round() as u8;
@@ -257,7 +258,8 @@ fn heights_of_sixteen_bits_lean_as_they_rise() {
         square.headless.settings.debug = DebugView::Normal;
         let normal = square.middle().truncate() * 2.0 - 1.0;
         let expected = Vec3::new(-slope, 0.0, 1.0).normalize();
-        // Filters weigh in steps of 1/256 of a texel or less, and the linear picture holds half floats: both below a hundredth.
+        // Filters weigh in steps of 1/256 of a texel or less, and the linear picture holds half floats: both below a
+        // hundredth.
         assert!((normal - expected).length() < 0.02, "{kind:?}: {normal}, {expected}");
     }
 }

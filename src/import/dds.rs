@@ -1,7 +1,7 @@
 //! DirectDraw Surface files (DDS): the first level of one image, in blocks or uncompressed.
 //!
-//! Header and formats as in Microsoft's "Programming Guide for DDS" and "DXGI_FORMAT enumeration"; blocks are unpacked by
-//! bcdec. What is not read is refused by its name.
+//! Header and formats as in Microsoft's "Programming Guide for DDS" and "DXGI_FORMAT enumeration"; blocks are unpacked
+//! by bcdec. What is not read is refused by its name.
 
 use super::image::Unfit;
 use image::{DynamicImage, GrayImage, ImageBuffer, RgbImage, Rgba32FImage, RgbaImage};

@@ -144,8 +144,8 @@ fn decode_as(bytes: &[u8], format: ImageFormat) -> Result<DynamicImage, Unfit> {
     Ok(pixels)
 }
 
-/// With four channels. Formats are converted by what is generic in the image crate, and so compiled with this crate: the
-/// rest of it is not optimised (Cargo.toml).
+/// With four channels. Formats are converted by what is generic in the image crate, and so compiled with this crate:
+/// the rest of it is not optimised (Cargo.toml).
 pub fn rgba8(pixels: DynamicImage) -> RgbaImage {
     match pixels {
         DynamicImage::ImageLuma8(pixels) => pixels.convert(),
@@ -164,8 +164,8 @@ fn rgba16(pixels: DynamicImage) -> ImageBuffer<Rgba<u16>, Vec<u16>> {
     }
 }
 
-/// Eight bits stay eight bits; what has more becomes linear half floats, heights floats. Normal maps that lack z get it.
-/// What floats have beyond 0 to 1 stays in colours alone.
+/// Eight bits stay eight bits; what has more becomes linear half floats, heights floats. Normal maps that lack z get
+/// it. What floats have beyond 0 to 1 stays in colours alone.
 pub fn with_levels(name: &str, kind: ImageKind, pixels: DynamicImage) -> ReadImage {
     let (width, height) = (pixels.width(), pixels.height());
     let mut notes = Vec::new();

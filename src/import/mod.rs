@@ -106,13 +106,14 @@ pub fn load_images(requests: &[(PathBuf, ImageKind)]) -> Vec<Result<ReadImage, I
     })
 }
 
-/// Reads a glTF file (`.gltf` or `.glb`) and the files below its folder that it names; its meshes, materials and images join the library, or nothing does.
+/// Reads a glTF file (`.gltf` or `.glb`) and the files below its folder that it names; its meshes, materials and images
+/// join the library, or nothing does.
 pub fn load_model(path: &Path, library: &mut Library) -> Result<Model, ImportError> {
     Ok(gltf::draft(path, None)?.join(library))
 }
 
-/// Reads glTF files in parallel. They join the library in the order of the requests, whichever is read first. They may name
-/// files below the folder that holds both them and `named_in`, the folder of the file that names them.
+/// Reads glTF files in parallel. They join the library in the order of the requests, whichever is read first. They may
+/// name files below the folder that holds both them and `named_in`, the folder of the file that names them.
 pub fn load_models(paths: &[PathBuf], named_in: &Path, library: &mut Library) -> Vec<Result<Model, ImportError>> {
     systems::set_threads(None);
     let mut models = Vec::with_capacity(paths.len());

@@ -8,8 +8,8 @@ use image::{DynamicImage, Rgba, Rgba32FImage, RgbaImage};
 
 /// How far apart values of a channel are that count as the same: JPEG does not keep them quite.
 const SAME: f32 = 2.5 / 255.0;
-/// How far the squared length of a normal is from 1 at the most, where z is there: rounding to a byte changes it by 0.016, and
-/// filters that made the map leave it shorter.
+/// How far the squared length of a normal is from 1 at the most, where z is there: rounding to a byte changes it by
+/// 0.016, and filters that made the map leave it shorter.
 const OFF: f32 = 0.1;
 /// Texels that are looked at to see whether the map points into the surface.
 const SAMPLES: usize = 4096;

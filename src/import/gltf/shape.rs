@@ -1,8 +1,8 @@
 //! Walks a document along the tables of [`super::schema`] and reports everything that does not fit, so that the readers
 //! beside this module may take a property's type, range and target for granted and only handle its absence.
 //!
-//! What a file can do without does not refuse it: a faulty extension that it does not require, a camera, a name is left out
-//! ([`leave_out`]), with a warning.
+//! What a file can do without does not refuse it: a faulty extension that it does not require, a camera, a name is left
+//! out ([`leave_out`]), with a warning.
 
 use super::report::Report;
 use super::schema::{Field, Kind, MAX, ROOT, SUPPORTED, Schema};

@@ -1,7 +1,7 @@
 //! What a URI in a glTF file names: bytes within it, or a file below a folder that the model may read.
 //!
-//! A model may come from anywhere, so it does not choose files anywhere. It reads what is below its own folder; if a scene
-//! file names it, what is below the folder that holds both. Links are followed, as long as they lead no further.
+//! A model may come from anywhere, so it does not choose files anywhere. It reads what is below its own folder; if a
+//! scene file names it, what is below the folder that holds both. Links are followed, as long as they lead no further.
 
 use super::report::{Fault, Read};
 use base64::Engine;
