@@ -53,7 +53,8 @@ fn blocks_of_real_textures_are_near_the_texels() {
         }
         seconds += started.elapsed().as_secs_f64();
         texels += image.texel_count();
-        compressed[image.kind as usize] += 1;
+        let kinds = [ImageKind::Color, ImageKind::Data, ImageKind::Normal];
+        compressed[kinds.iter().position(|&kind| kind == image.kind).unwrap()] += 1;
         assert_eq!(blocks.texels, Texels::Bc7);
         assert_eq!(blocks.levels.len(), image.levels.len());
         assert!(blocks.bytes() * 39 / 10 < image.bytes(), "{}", file.display());
