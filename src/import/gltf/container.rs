@@ -21,15 +21,19 @@ const BYTES_PER_BYTE: usize = 12;
 pub fn open(bytes: Vec<u8>, report: &mut Report) -> Read<(Value, Option<Vec<u8>>)> {
     if bytes.starts_with(GLB_MAGIC) {
         let (json, bin) = chunks(&bytes, report)?;
-        Ok((parse(json)?, bin.map(<[u8]>::to_vec)))
+        Ok((parse(json, report)?, bin.map(<[u8]>::to_vec)))
     } else {
-        Ok((parse(&bytes)?, None))
+        Ok((parse(&bytes, report)?, None))
     }
 }
 
-fn parse(json: &[u8]) -> Read<Value> {
-    // glTF lets readers ignore a byte order mark (section 2.1 by RFC 8259).
-    let json = json.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(json);
+fn parse(json: &[u8], report: &mut Report) -> Read<Value> {
+    let text = json.strip_prefix(b"\xEF\xBB\xBF");
+    if text.is_some() {
+        // As readers may (RFC 8259, section 8.1).
+        report.warn("JSON", "begins with a byte order mark, which glTF does not allow: ignored");
+    }
+    let json = text.unwrap_or(json);
     // The least memory that parsing takes; braces within strings count too, but are few.
     let count = |byte: u8| json.iter().filter(|&&b| b == byte).count();
     let (objects, values) = (count(b'{'), count(b'[') + count(b','));
