@@ -9,10 +9,14 @@ use relief::frames::Headless;
 use relief::prelude::{Camera, Library, Light, Simulation, Transform, shapes};
 use relief::renderer::{Occlusion, Renderer, Settings};
 use std::collections::VecDeque;
+use std::sync::{Mutex, PoisonError};
 use systems::inputs::{Input, Inputs};
 use systems::roster::{Roster, StateId, enroll_all};
 use systems::spawn::Spawn;
 use systems::vehicles::Controls;
+
+/// The memory is the process's: one test at a time.
+static ALONE: Mutex<()> = Mutex::new(());
 
 /// Resident memory in MiB (VmRSS in proc(5)).
 fn resident() -> u64 {
@@ -25,6 +29,7 @@ fn resident() -> u64 {
 /// nothing but uniforms.
 #[test]
 fn hundreds_of_frames_take_no_more_memory_than_some() {
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     let Some(gpu) = common::gpu() else { return };
     for (occlusion, samples) in [(Occlusion::Off, 1), (Occlusion::Off, 4), (Occlusion::On, 1)] {
         let mut simulation = Simulation::new();
@@ -52,6 +57,7 @@ fn hundreds_of_frames_take_no_more_memory_than_some() {
 /// What went is forgotten everywhere: by the world, the roster, the tables of lights and objects, and the adapter.
 #[test]
 fn what_comes_and_goes_leaves_nothing_behind() {
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     let Some(gpu) = common::gpu() else { return };
     let mut simulation = Simulation::new();
     let cube = simulation.world.resource_mut::<Library>().add_mesh(shapes::cube(Vec3::ONE));
