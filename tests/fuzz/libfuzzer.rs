@@ -42,7 +42,7 @@ fuzz_target!(init: LazyLock::force(&WORK), |bytes: &[u8]| {
 
 fuzz_mutator!(|data: &mut [u8], size: usize, max_size: usize, seed: u32| {
     // libFuzzer's own in half of the cases: it knows what was compared with what, and other files.
-    if !WORK.0.is_text || seed % 2 == 0 {
+    if !WORK.0.is_text || seed.is_multiple_of(2) {
         return fuzzer_mutate(data, size, max_size);
     }
     let mut text = data[..size].to_vec();

@@ -72,7 +72,8 @@ fn what_is_sound_needs_no_repair() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     Place::prepare(folder.path()).expect("stand-ins for assets");
     let seeds = seeds::all(folder.path(), None).expect("seeds");
-    let repairs: [(&str, fn(&mut Vec<u8>)); 3] =
+    type Repair = fn(&mut [u8]);
+    let repairs: [(&str, Repair); 3] =
         [("png", repair::png), ("recording", repair::blocks), ("snapshot", repair::blocks)];
     for (target, repair) in repairs {
         for (number, bytes) in seeds[target].iter().enumerate() {

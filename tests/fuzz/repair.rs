@@ -3,7 +3,7 @@
 use xxhash_rust::xxh3::{xxh3_64, xxh3_64_with_seed};
 
 /// The bytes, in three of four cases repaired: which, they say themselves, so that a file is always read the same way.
-pub fn mostly(bytes: &[u8], repair: impl Fn(&mut Vec<u8>)) -> Vec<u8> {
+pub fn mostly(bytes: &[u8], repair: impl Fn(&mut [u8])) -> Vec<u8> {
     let mut bytes = bytes.to_vec();
     if !xxh3_64(&bytes).is_multiple_of(4) {
         repair(&mut bytes);
@@ -20,7 +20,7 @@ fn put(bytes: &mut [u8], at: usize, word: u32) {
 }
 
 /// A GLB file's length, and lengths of chunks that run past the end.
-pub fn glb(bytes: &mut Vec<u8>) {
+pub fn glb(bytes: &mut [u8]) {
     if bytes.len() < 20 {
         return;
     }
@@ -35,7 +35,7 @@ pub fn glb(bytes: &mut Vec<u8>) {
 }
 
 /// Lengths of a PNG file's chunks that run past its end, and the checksums of all.
-pub fn png(bytes: &mut Vec<u8>) {
+pub fn png(bytes: &mut [u8]) {
     const SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
     let mut at = SIGNATURE.len();
     while let Some(size) = bytes.get(at..).and_then(|rest| rest.first_chunk::<4>()).copied() {
@@ -51,7 +51,7 @@ pub fn png(bytes: &mut Vec<u8>) {
 const HEAD: usize = 16;
 
 /// Lengths and checksums of blocks in a recording or snapshot, as `src/recording/records.rs` writes them.
-pub fn blocks(bytes: &mut Vec<u8>) {
+pub fn blocks(bytes: &mut [u8]) {
     let mut at = 12;
     while let Some(len) = word(bytes, at).filter(|_| at + HEAD <= bytes.len()) {
         let len = (len as usize).min(bytes.len() - at - HEAD);
