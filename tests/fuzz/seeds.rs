@@ -60,7 +60,7 @@ pub fn all(place: &Path, data: Option<&Path>) -> io::Result<Seeds> {
     single_types(&mut seeds);
     pictures(&mut seeds)?;
     of_runs(&Place::new(place), &mut seeds)?;
-    let small = |target: &str| seeds[target].iter().filter(|bytes| bytes.len() < 12 << 10).cloned();
+    let small = |target: &str| seeds[target].iter().filter(|bytes| bytes.len() < 3 << 10).cloned();
     let drawn = small("scene").chain(small("gltf")).collect();
     let compared = small("png").chain(small("exr")).collect();
     seeds.insert("drawn", drawn);
