@@ -21,7 +21,7 @@
 //! viewpoint what is looked through                                     problem, name, output, video, demo  shared
 //! ```
 //!
-//! Programs begin with [`prelude`]; `examples/` has three.
+//! Programs begin with [`prelude`]; `examples/` has four.
 
 pub mod animation;
 pub mod app;
