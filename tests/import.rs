@@ -343,7 +343,7 @@ fn cameras_and_lights_look_where_their_z_axes_point() {
                 assert!(found.forward().abs_diff_eq(ahead, 1e-5), "{above} {below} {own}: {} {ahead}", found.forward());
                 assert!(found.translation().abs_diff_eq(exact.transform_point3(Vec3::ZERO), 1e-5));
             }
-            let (_, camera, place) = model.cameras()[0].clone();
+            let (_, camera, place) = model.cameras()[0];
             let view = View::new(&place, camera, 64, 64);
             let right = Vec3::from(view.world_from_view.matrix3.x_axis);
             assert!(view.direction().abs_diff_eq(ahead, 1e-5) && right.dot(up).abs() < 1e-4, "{above} {below} {own}");

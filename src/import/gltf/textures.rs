@@ -354,6 +354,9 @@ impl Encoded {
     }
 }
 
+/// An image, and what could not be decoded and was replaced.
+type Decoded = (ReadImage, Vec<(usize, Unfit)>);
+
 impl Source {
     fn images(self) -> impl Iterator<Item = usize> {
         let (a, b) = match self {
@@ -368,7 +371,7 @@ impl Source {
         self,
         encoded: &BTreeMap<usize, Encoded>,
         instead: &BTreeMap<usize, usize>,
-    ) -> Result<(ReadImage, Vec<(usize, Unfit)>), (usize, Unfit)> {
+    ) -> Result<Decoded, (usize, Unfit)> {
         let get = |id: usize| encoded.get(&id).ok_or((id, Unfit::UnknownFormat));
         let mut left = Vec::new();
         let mut pixels = |mut id: usize| loop {

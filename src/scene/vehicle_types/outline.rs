@@ -197,7 +197,7 @@ mod tests {
     fn a_disc_has_its_hub_and_radius_however_it_is_turned() {
         let at = Vec3::new(0.7, 0.4, -1.3);
         for corners in [6, 7, 12, 48, 301] {
-            for turn in [0.0, 0.1, 0.26, 0.7853] {
+            for turn in [0.0, 0.1, 0.26, std::f32::consts::FRAC_PI_4] {
                 let Shape::Round { hub, radius, reach, .. } = measure(&[disc(at, 0.35, corners, turn)]) else {
                     panic!("{corners} corners are round")
                 };
@@ -228,7 +228,7 @@ mod tests {
     fn what_is_no_wheel_is_said_to_be_none() {
         assert_eq!(measure(&[]), Shape::Nothing);
         let body = cuboid(Vec3::new(0.0, 1.0, 1.0), Vec3::new(0.9, 0.5, 2.0));
-        assert_eq!(measure(&[body.clone()]), Shape::Other([1.0, 4.0]));
+        assert_eq!(measure(std::slice::from_ref(&body)), Shape::Other([1.0, 4.0]));
         // Four wheels in one mesh; a body with a wheel.
         let four: Vec<Vec3> = [0.0, 2.5].iter().flat_map(|&z| disc(Vec3::Z * z, 0.3, 24, 0.0)).collect();
         assert!(matches!(measure(&[four]), Shape::Other([h, l]) if (h - 0.6).abs() < 1e-3 && (l - 3.1).abs() < 1e-3));
