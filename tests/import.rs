@@ -684,7 +684,7 @@ fn files_above_a_model_are_read_where_the_file_that_names_it_spans_them() {
     let red = |path: &Path| image::RgbImage::from_pixel(4, 4, image::Rgb([250, 0, 0])).save(path).unwrap();
     red(&root.join("textures/wood.png"));
     red(&folder.path().join("secret.png"));
-    let load = |uri: &str, named_in: Option<&str>| {
+    let load = |uri: &str, named_in: Option<&str>| -> Result<Vec<relief::import::Warning>, String> {
         let path = root.join("models/chair.gltf");
         let positions = [[0.0f32, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
         let document = json!({
@@ -702,7 +702,9 @@ fn files_above_a_model_are_read_where_the_file_that_names_it_spans_them() {
             None => load_model(&path, &mut library),
             Some(named_in) => load_models(&[path], &root.join(named_in), &mut library).remove(0),
         };
-        model.map(|model| model.warnings).map_err(|error| error.to_string())
+        // The triangle has no texture coordinates, which is of no account here.
+        let told = |model: Model| model.warnings.into_iter().filter(|w| !w.message.contains("TEXCOORD_0")).collect();
+        model.map(told).map_err(|error| error.to_string())
     };
     for named_in in [".", "scenes", "scenes/.."] {
         assert_eq!(load("../textures/wood.png", Some(named_in)), Ok(vec![]), "{named_in}");
