@@ -2,7 +2,7 @@
 //!
 //! Levels are made here rather than on the GPU so that every adapter draws the same texels. Each is a box filter of
 //! the one above, weighted exactly where a size is odd: colour in linear light, and by its alpha where that hides it
-//! ([`crate::alpha`]); normals renormalised.
+//! (`alpha.rs`); normals renormalised.
 
 use crate::alpha;
 use glam::Vec4;

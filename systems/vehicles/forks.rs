@@ -83,7 +83,7 @@ impl Routes {
 }
 
 /// Metres from the end of a lane within which the next one begins; who is farther from its lane is lost
-/// ([`super::on_route`]). Nobody is put across a wider gap.
+/// (`on_route.rs`). Nobody is put across a wider gap.
 pub const APART: f64 = 12.0;
 
 /// How far the nearest lanes of a route and of one that may follow it are apart, and where.
