@@ -243,7 +243,8 @@ fn a_scene_names_types_and_has_vehicles_of_them() {
             (name: "mine", vehicle: (type: "cart", paint: 1, headlights: high, by_hand: true), transform: (translation: (1, 2, 3)),
              children: [(name: "seat", camera: ())]),
             (vehicle: (type: "cart")),
-            (vehicle: (type: "crt")), (vehicle: (type: "crt")),
+            (vehicle: (type: "crt"), transform: (translation: (9, 0, 0))),
+            (vehicle: (type: "crt"), transform: (translation: (18, 0, 0))),
         ],
     )"#;
     let mut simulation = Simulation::new();
