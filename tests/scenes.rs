@@ -259,7 +259,7 @@ fn text_that_is_no_ron_is_told_with_its_field_and_what_to_write() {
     }
     let types = folder.file("vehicles.ron", "(types: {\"car\": (model: \"model.gltf\", mass: 1,5)})");
     let problem = scene::check(&types)[0].to_string();
-    let expected = ":1:47: types[\"car\"].mass: found `1,5`; numbers have a point and no comma: 1.5";
+    let expected = ":1:45: types[\"car\"].mass: found `1,5`; numbers have a point and no comma: 1.5";
     assert!(problem.ends_with(expected), "{problem}");
 }
 
@@ -268,7 +268,8 @@ fn names_that_two_things_have_and_ranges_that_run_backward_are_told() {
     let folder = Folder::new();
     let reach = "reaches that one only; expected another name";
     let cameras = "(entities: [(name: \"a\"), (name: \"cam\", camera: ()), (children: [(name: \"cam\", camera: ())])])";
-    let vehicle = "(vehicle_types: [], entities: [(name: \"v\", vehicle: (type: \"box\")), (name: \"v\", vehicle: (type: \"box\"))])";
+    let vehicle = "(vehicle_types: [], entities: [(name: \"v\", vehicle: (type: \"box\")), \
+        (name: \"v\", vehicle: (type: \"box\"), transform: (translation: (9, 0, 0)))])";
     for (text, expected) in [
         (
             cameras,
