@@ -221,8 +221,8 @@ fn within_bounds(kind: ImageKind, texels: &mut [Vec4]) -> Option<String> {
             (lowest, highest) = (lowest.min(value), highest.max(value));
             unknown |= value.is_nan();
         }
-        // `max` first: it turns NaN into 0.
-        *texel = texel.max(Vec4::ZERO).min(Vec4::new(most, most, most, 1.0));
+        let known = Vec4::from_array(texel.to_array().map(|value| if value.is_nan() { 0.0 } else { value }));
+        *texel = known.clamp(Vec4::ZERO, Vec4::new(most, most, most, 1.0));
     }
     if unknown {
         return Some("has values that are no numbers: they are read as 0".into());

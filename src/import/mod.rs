@@ -16,6 +16,7 @@ mod model;
 mod normal_map;
 pub mod progress;
 
+pub(crate) use gltf::read_file;
 pub use model::{Model, Node};
 
 use crate::problem::Problem;
@@ -125,15 +126,12 @@ pub fn load_models(paths: &[PathBuf], named_in: &Path, library: &mut Library) ->
     models
 }
 
-/// The files that a file names, for those who want to know whether any of them changed: buffers and images of a `.gltf`
-/// or `.glb` file; of others, none.
-pub fn files_named_by(path: &Path) -> Vec<PathBuf> {
-    gltf::files_named_by(path)
-}
-
-/// Those files, and the files that they name in turn.
+/// Those files, and the files that they name in turn and may read, for those who want to know whether any of them changed:
+/// buffers and images of `.gltf` and `.glb` files; of others, none. The first names the others, in its folder.
 pub fn with_files_named_by(files: &[PathBuf]) -> impl Iterator<Item = PathBuf> {
-    files.iter().flat_map(|file| std::iter::once(file.clone()).chain(files_named_by(file)))
+    let named_in = files.first().and_then(|file| file.parent());
+    let of = move |file: &PathBuf| std::iter::once(file.clone()).chain(gltf::files_named_by(file, named_in));
+    files.iter().flat_map(of)
 }
 
 /// Everything wrong with a glTF file, errors first.

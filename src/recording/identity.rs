@@ -37,7 +37,7 @@ impl Identity {
         for path in import::with_files_named_by(named) {
             let name = path.strip_prefix(folder).unwrap_or(&path).to_string_lossy().replace('\\', "/");
             if let std::collections::btree_map::Entry::Vacant(entry) = files.entry(name) {
-                let bytes = std::fs::read(&path).map_err(|error| RecordingError::refused(&path, error))?;
+                let bytes = import::read_file(&path).map_err(|error| RecordingError::refused(&path, error))?;
                 entry.insert(*blake3::hash(&bytes).as_bytes());
             }
         }

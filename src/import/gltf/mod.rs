@@ -74,16 +74,17 @@ pub fn check(path: &Path) -> Vec<Problem> {
     errors.chain(report.warnings.into_iter().map(Problem::from)).collect()
 }
 
-/// The files of a model's buffers and images; none where it cannot be read.
-pub fn files_named_by(path: &Path) -> Vec<PathBuf> {
+/// The files of a model's buffers and images that there are and that it may read, named by a file of the folder `named_in`;
+/// none where the model cannot be read.
+pub fn files_named_by(path: &Path, named_in: Option<&Path>) -> Vec<PathBuf> {
     let is_model = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gltf") || e.eq_ignore_ascii_case("glb"));
     let bytes = if is_model { read_file(path) } else { return Vec::new() };
     let root = bytes.ok().and_then(|bytes| container::open(bytes, &mut Report::new(path)).ok());
     let Some((root, _)) = root else { return Vec::new() };
-    let folder = path.parent().unwrap_or(Path::new(""));
+    let place = Place::new(path, named_in);
     let of = |list: &str| root[list].as_array().into_iter().flatten().collect::<Vec<_>>();
     let items = of("buffers").into_iter().chain(of("images"));
-    items.filter_map(|item| Some(folder.join(uri::local_path(item["uri"].as_str()?)?))).collect()
+    items.filter_map(|item| place.local_file(item["uri"].as_str()?)).collect()
 }
 
 /// Reads on after most faults; `Err` or `None` where there is nothing to go on with.

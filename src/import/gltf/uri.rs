@@ -48,6 +48,11 @@ impl Place {
         format!("{uri:?} leads outside the model's folder{how}; {wayout}")
     }
 
+    /// The file that a URI names, if there is one that may be read.
+    pub fn local_file(&self, uri: &str) -> Option<PathBuf> {
+        if uri.starts_with("data:") { None } else { self.file(uri, "").ok() }
+    }
+
     fn file(&self, uri: &str, place: &str) -> Read<PathBuf> {
         let file = self.folder.join(relative_path(uri, place)?);
         // Before anything is asked of the file.
@@ -56,8 +61,8 @@ impl Place {
         }
         let unreadable = |error: std::io::Error| Fault::unreadable(place, format!("{}: {error}", file.display()));
         let real = file.canonicalize().map_err(unreadable)?;
-        // A bound that is itself a link is what it leads to.
-        if self.bound.canonicalize().is_ok_and(|bound| !real.starts_with(bound)) {
+        // A bound that is itself a link is what it leads to; one that is not there bounds nothing.
+        if !self.bound.canonicalize().is_ok_and(|bound| real.starts_with(bound)) {
             let how = format!(": it is a link to {}", real.display());
             return Err(Fault::unsupported(place, self.outside(uri, &how)));
         }
@@ -94,11 +99,6 @@ pub fn fetch(uri: &str, from: &Place, place: &str) -> Read<Vec<u8>> {
     }
     let file = from.file(uri, place)?;
     read_file(&file).map_err(|error| Fault::unreadable(place, format!("{}: {error}", file.display())))
-}
-
-/// The file that a URI names relative to the model, if it names one.
-pub fn local_path(uri: &str) -> Option<PathBuf> {
-    if uri.starts_with("data:") { None } else { relative_path(uri, "").ok() }
 }
 
 /// Whether a URI has the separators of Windows' paths, which are read as `/`.
@@ -175,6 +175,20 @@ mod tests {
         }
     }
 
+    /// Who only wants to know which files belong to a model reads no others, either.
+    #[test]
+    fn files_beyond_the_bound_are_not_the_model_s() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        std::fs::create_dir(folder.path().join("models")).expect("a folder");
+        for file in ["wood.png", "models/wood.png"] {
+            std::fs::write(folder.path().join(file), "wood").expect("a file");
+        }
+        let model = folder.path().join("models/chair.gltf");
+        let found = |named_in: Option<&Path>, uri: &str| Place::new(&model, named_in).local_file(uri).is_some();
+        assert!(found(None, "wood.png") && !found(None, "oak.png") && !found(None, "../wood.png"));
+        assert!(found(Some(folder.path()), "../wood.png") && !found(Some(folder.path()), "../../wood.png"));
+    }
+
     #[test]
     fn schemes_and_drives_are_told_apart_from_paths() {
         assert!(is_remote("https://example.com/a.png") && is_remote("file:///etc/passwd"));
@@ -183,6 +197,6 @@ mod tests {
             assert!(relative_path(absolute, "").unwrap_err().message.contains("absolute"), "{absolute}");
         }
         assert!(has_backslashes("textures\\a.png") && has_backslashes("a%5cb") && !has_backslashes("a/b"));
-        assert_eq!(local_path("textures\\a.png").as_deref(), Some(Path::new("textures/a.png")));
+        assert_eq!(relative_path("textures\\a.png", "").ok().as_deref(), Some(Path::new("textures/a.png")));
     }
 }
