@@ -47,7 +47,7 @@ pub fn of_beginning_anew(routes: &Routes, origin: DVec3) -> Option<String> {
     let (end, beginning) = ends(farthest);
     let others = if all.len() > 1 { format!("; so it is on {} more", all.len() - 1) } else { String::new() };
     Some(format!(
-        "routes[{:?}] is open and has no `then`: who comes to its end, {}, is put to its beginning, {}, {:.1} m away{others}; \
+        "routes[{:?}] is open and has no `then`: what comes to its end, {}, is put to its beginning, {}, {:.1} m away{others}; \
          its own name in `then` says that this is meant",
         farthest.plan.name,
         told.place(end),
