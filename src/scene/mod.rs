@@ -182,6 +182,9 @@ fn prepare(path: &Path, library: &mut Library) -> Result<Prepared, SceneError> {
     Err(problem(path, None, "expected a scene (.ron) or a model (.gltf, .glb)").into())
 }
 
+/// Names that several cameras or vehicles have, of which the place is told.
+const SHARED_NAMES_SHOWN: usize = 8;
+
 fn prepare_scene(path: &Path, library: &mut Library) -> Result<Prepared, SceneError> {
     let text = read_text(path)?;
     let mut scene = parse::<format::Scene>(&text).map_err(|slip| slip_problem(path, slip))?;
@@ -214,10 +217,16 @@ fn prepare_scene(path: &Path, library: &mut Library) -> Result<Prepared, SceneEr
     }
     let mut warnings = files.warnings(&scene);
     warnings.append(&mut vehicles.warnings);
-    warnings.extend(check::names::shared(&scene).into_iter().map(|Fault { steps, place, message }| {
+    // Each place is found by reading the text once more: a few show what is meant.
+    let shared = check::names::shared(&scene);
+    let others = shared.len().saturating_sub(SHARED_NAMES_SHOWN);
+    warnings.extend(shared.into_iter().take(SHARED_NAMES_SHOWN).map(|Fault { steps, place, message }| {
         let (line, column) = places::find(&text, &steps);
         format!("{place} (line {line}, column {column}): {message}")
     }));
+    if others > 0 {
+        warnings.push(format!("{others} more cameras and vehicles have names of earlier ones"));
+    }
     let (origin, mut of_places) = origin::move_to_origin(&mut scene);
     warnings.append(&mut of_places);
     let items = Items::new(&scene, &files, library);
