@@ -1,7 +1,7 @@
 //! Triangles out of strips, fans and shared vertices; normals where there are none.
 
 use super::report::Report;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use gltf::mesh::Mode;
 use systems::library::Mesh;
 
@@ -52,24 +52,30 @@ pub fn flat_normals(mesh: &mut Mesh) {
     mesh.tangents.clear();
     mesh.indices = (0..mesh.positions.len() as u32).collect();
     let faces = mesh.positions.as_chunks::<3>().0;
-    mesh.normals = faces.iter().flat_map(|&face| [face_normal(face).try_normalize().unwrap_or(Vec3::Z); 3]).collect();
+    mesh.normals = faces.iter().flat_map(|&face| [unit(face_normal(face)).unwrap_or(Vec3::Z); 3]).collect();
 }
 
-fn face_normal([a, b, c]: [Vec3; 3]) -> Vec3 {
-    (b - a).cross(c - a)
+/// Twice as long as the face is large.
+fn face_normal([a, b, c]: [Vec3; 3]) -> DVec3 {
+    (b.as_dvec3() - a.as_dvec3()).cross(c.as_dvec3() - a.as_dvec3())
+}
+
+/// Unit length; `None` where there is no direction. In 64 bits: the squares of small numbers are none in 32.
+pub fn unit(vector: DVec3) -> Option<Vec3> {
+    vector.try_normalize().map(|unit| unit.as_vec3())
 }
 
 /// Unit length; where a normal has no direction, that of the faces around the vertex.
 pub fn unit_normals(mesh: &mut Mesh) {
-    let unit: Vec<Option<Vec3>> = mesh.normals.iter().map(|n| n.try_normalize()).collect();
+    let units: Vec<Option<Vec3>> = mesh.normals.iter().map(|n| unit(n.as_dvec3())).collect();
     let mut around = Vec::new();
-    if unit.contains(&None) {
-        around = vec![Vec3::ZERO; mesh.positions.len()];
+    if units.contains(&None) {
+        around = vec![DVec3::ZERO; mesh.positions.len()];
         for corners in mesh.indices.as_chunks::<3>().0 {
             let normal = face_normal(corners.map(|i| mesh.positions[i as usize]));
             corners.iter().for_each(|&i| around[i as usize] += normal);
         }
     }
-    let normals = unit.into_iter().enumerate();
-    mesh.normals = normals.map(|(i, n)| n.or_else(|| around[i].try_normalize()).unwrap_or(Vec3::Z)).collect();
+    let normals = units.into_iter().enumerate();
+    mesh.normals = normals.map(|(i, n)| n.or_else(|| unit(around[i])).unwrap_or(Vec3::Z)).collect();
 }

@@ -2,7 +2,7 @@
 
 use super::accessors::Accessor;
 use super::document::{Document, name_or};
-use super::geometry::{compact, flat_normals, triangles, unit_normals};
+use super::geometry::{compact, flat_normals, triangles, unit, unit_normals};
 use super::pose::{Pose, Posed};
 use super::report::{Fault, Read, Report};
 use glam::{Vec2, Vec3, Vec4};
@@ -136,9 +136,9 @@ impl Primitive<'_> {
             let message = format!("expected unit length and w = ±1, vertex {i} has {}", mesh.tangents[i]);
             report.warn(format!("{}.attributes.TANGENT", self.place), message);
         }
-        let unit = |t: &Vec4| Some(t.truncate().try_normalize()?.extend(if t.w < 0.0 { -1.0 } else { 1.0 }));
+        let unit_tangent = |t: &Vec4| Some(unit(t.truncate().as_dvec3())?.extend(if t.w < 0.0 { -1.0 } else { 1.0 }));
         // A single unusable tangent: better all computed than one lacking.
-        mesh.tangents = mesh.tangents.iter().map(unit).collect::<Option<_>>().unwrap_or_default();
+        mesh.tangents = mesh.tangents.iter().map(unit_tangent).collect::<Option<_>>().unwrap_or_default();
         Ok(())
     }
 
