@@ -1,0 +1,99 @@
+//! The samples, and glTF documents made here.
+
+use crate::common;
+use base64::Engine;
+use relief::import::{ImportError, Model, load_model};
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+use systems::library::{Library, Material, Mesh};
+
+pub fn files_below(folder: &Path, extensions: &[&str]) -> Vec<PathBuf> {
+    let (mut files, mut open) = (Vec::new(), vec![folder.to_owned()]);
+    while let Some(folder) = open.pop() {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                open.push(path);
+            } else if path.extension().is_some_and(|e| extensions.contains(&e.to_str().unwrap())) {
+                files.push(path);
+            }
+        }
+    }
+    files.sort();
+    files
+}
+
+pub fn load(path: &str) -> Option<(Model, Library)> {
+    let mut library = Library::default();
+    let model = load_model(&common::test_data()?.join(path), &mut library).unwrap();
+    Some((model, library))
+}
+
+pub fn node<'a>(model: &'a Model, name: &str) -> &'a relief::import::Node {
+    model.nodes.iter().find(|n| n.name == name).unwrap()
+}
+
+pub fn material<'a>(library: &'a Library, name: &str) -> &'a Material {
+    library.materials().iter().find(|m| m.name == name).unwrap()
+}
+
+/// A glTF document of one triangle; `change` edits it before it is written.
+pub fn with_triangle(change: impl FnOnce(&mut Value)) -> Result<(Model, Library), ImportError> {
+    let positions = [[0.0f32, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    let mut document = json!({
+        "asset": { "version": "2.0" }, "scene": 0, "scenes": [{ "nodes": [0] }], "nodes": [{ "mesh": 0 }],
+        "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 } }] }],
+        "accessors": [{ "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
+                        "min": [0, 0, 0], "max": [1, 1, 0] }],
+        "bufferViews": [{ "buffer": 0, "byteLength": 36 }],
+        "buffers": [buffer(&floats(positions.as_flattened()))],
+    });
+    change(&mut document);
+    load_document(&document)
+}
+
+pub fn load_document(document: &Value) -> Result<(Model, Library), ImportError> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("made.gltf");
+    std::fs::write(&path, document.to_string()).unwrap();
+    let mut library = Library::default();
+    load_model(&path, &mut library).map(|model| (model, library))
+}
+
+pub fn floats(values: &[f32]) -> Vec<u8> {
+    values.iter().flat_map(|v| v.to_le_bytes()).collect()
+}
+
+pub fn buffer(bytes: &[u8]) -> Value {
+    let data = base64::engine::general_purpose::STANDARD.encode(bytes);
+    json!({ "byteLength": bytes.len(), "uri": format!("data:application/octet-stream;base64,{data}") })
+}
+
+pub fn push(document: &mut Value, array: &str, item: Value) -> usize {
+    let array = document.as_object_mut().unwrap().entry(array).or_insert(json!([])).as_array_mut().unwrap();
+    array.push(item);
+    array.len() - 1
+}
+
+/// Adds a buffer, its view and an accessor of it.
+pub fn push_accessor(document: &mut Value, bytes: &[u8], mut accessor: Value) -> usize {
+    let buffer = push(document, "buffers", buffer(bytes));
+    let view = push(document, "bufferViews", json!({ "buffer": buffer, "byteLength": bytes.len() }));
+    accessor["bufferView"] = json!(view);
+    push(document, "accessors", accessor)
+}
+
+pub fn first_mesh(library: &Library) -> &Mesh {
+    &library.meshes()[0].mesh
+}
+
+pub fn uri_of(bytes: &[u8]) -> Value {
+    let data = base64::engine::general_purpose::STANDARD.encode(bytes);
+    json!({ "uri": format!("data:application/octet-stream;base64,{data}") })
+}
+
+pub fn png_of(rgb: [u8; 3]) -> Value {
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    image::RgbImage::from_pixel(4, 4, image::Rgb(rgb)).write_to(&mut bytes, image::ImageFormat::Png).unwrap();
+    uri_of(&bytes.into_inner())
+}
