@@ -34,7 +34,7 @@ fn specular_textures_are_combined_into_one() {
 
 #[test]
 fn an_image_of_an_extension_that_cannot_be_decoded_gives_way_to_the_source() {
-    let webp = uri_of(b"RIFF\x10\0\0\0WEBPVP8 \0\0\0\0");
+    let webp = uri_of(BROKEN_WEBP);
     let mut dds = vec![0u8; 148];
     dds[..8].copy_from_slice(b"DDS \x7c\0\0\0");
     (dds[12], dds[16], dds[80]) = (4, 4, 4);
@@ -76,6 +76,77 @@ fn an_image_of_an_extension_that_cannot_be_decoded_gives_way_to_the_source() {
     let (_, library) = load(&[("EXT_texture_webp", png_of([1, 2, 3]))], false).unwrap();
     let map = material(&library, "material 0").base_map.unwrap();
     assert_eq!(library.image(map.image).unwrap().levels[0][..3], [1, 2, 3]);
+}
+
+/// A WebP file with a sound header and nothing after it.
+const BROKEN_WEBP: &[u8] = b"RIFF\x10\0\0\0WEBPVP8 \0\0\0\0";
+
+/// Two materials with textures of one broken image: each draws its own source.
+#[test]
+fn textures_with_the_same_broken_image_keep_their_own_sources() {
+    let (model, library) = with_triangle(|d| {
+        d["images"] = json!([uri_of(BROKEN_WEBP), png_of([200, 0, 0]), png_of([0, 0, 200])]);
+        let webp = json!({ "EXT_texture_webp": { "source": 0 } });
+        d["textures"] = json!([{ "source": 1, "extensions": webp }, { "source": 2, "extensions": webp }]);
+        d["extensionsUsed"] = json!(["EXT_texture_webp"]);
+        let material = |id: usize| json!({ "pbrMetallicRoughness": { "baseColorTexture": { "index": id } } });
+        d["materials"] = json!([material(0), material(1)]);
+        let mut primitives = [d["meshes"][0]["primitives"][0].clone(), d["meshes"][0]["primitives"][0].clone()];
+        (primitives[0]["material"], primitives[1]["material"]) = (json!(0), json!(1));
+        d["meshes"][0]["primitives"] = json!(primitives);
+    })
+    .unwrap();
+    let first =
+        |name: &str| library.image(material(&library, name).base_map.unwrap().image).unwrap().levels[0][..3].to_vec();
+    assert_eq!([first("material 0"), first("material 1")], [[200, 0, 0], [0, 0, 200]]);
+    let said = model.warnings.iter().filter(|w| w.message.contains("the source beside it is drawn")).count();
+    assert_eq!(said, 1, "one image is broken: {:?}", model.warnings);
+}
+
+#[test]
+fn a_damaged_image_of_an_optional_extension_is_left_out_by_its_name() {
+    let mut png = std::io::Cursor::new(Vec::new());
+    let noise = image::RgbImage::from_fn(32, 32, |x, y| image::Rgb([x as u8 * 7, y as u8 * 5, (x * y) as u8]));
+    noise.write_to(&mut png, image::ImageFormat::Png).unwrap();
+    let cut = &png.get_ref()[..png.get_ref().len() / 2];
+    let load = |extension: &str, textures: Value, core: Value, required: bool| {
+        with_triangle(|d| {
+            d["images"] = json!([uri_of(cut), png_of([10, 20, 30])]);
+            d["textures"] = json!([{ "source": 0 }, { "source": 1 }]);
+            d["extensionsUsed"] = json!([extension]);
+            if required {
+                d["extensionsRequired"] = json!([extension]);
+            }
+            d["materials"] = json!([core]);
+            d["materials"][0]["extensions"] = json!({ extension: textures });
+            d["meshes"][0]["primitives"][0]["material"] = json!(0);
+        })
+    };
+    let index = |id: usize| json!({ "index": id });
+    let base = || json!({ "pbrMetallicRoughness": { "baseColorTexture": index(1) } });
+    let glossiness = "KHR_materials_pbrSpecularGlossiness";
+    for (extension, textures) in [
+        ("KHR_materials_specular", json!({ "specularColorTexture": index(0) })),
+        ("KHR_materials_specular", json!({ "specularTexture": index(0) })),
+        ("KHR_materials_specular", json!({ "specularColorTexture": index(0), "specularTexture": index(0) })),
+        (glossiness, json!({ "diffuseTexture": index(1), "specularGlossinessTexture": index(0) })),
+    ] {
+        let (model, library) = load(extension, textures.clone(), base(), false).unwrap();
+        let read = material(&library, "material 0");
+        assert!(read.specular_map.is_none() && read.base_map.is_some(), "{extension} {textures}");
+        let said: Vec<_> = model.warnings.iter().filter(|w| w.message.ends_with("drawn without it")).collect();
+        assert!(said.len() == 1 && said[0].place == "images[0]", "{extension}: {:?}", model.warnings);
+        assert!(load(extension, textures, base(), true).is_err(), "the file requires {extension}");
+    }
+    // What the core draws with refuses the file, also where an extension names it, too.
+    let core = json!({ "emissiveTexture": index(0) });
+    let both = load("KHR_materials_specular", json!({ "specularColorTexture": index(0) }), core, false);
+    assert!(both.unwrap_err().to_string().contains("images[0]"));
+    // Of two images one may be left.
+    let textures = json!({ "specularColorTexture": index(0), "specularTexture": index(1) });
+    let (_, library) = load("KHR_materials_specular", textures, base(), false).unwrap();
+    let map = material(&library, "material 0").specular_map.unwrap();
+    assert_eq!(library.image(map.image).unwrap().levels[0][..4], [255; 4], "white, with the alpha of the other");
 }
 
 #[test]

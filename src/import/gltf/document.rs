@@ -42,6 +42,11 @@ impl Document {
         self.gltf.as_json()
     }
 
+    /// Whether the file says that it cannot be read without the extension.
+    pub fn requires(&self, extension: &str) -> bool {
+        self.gltf.extensions_required().any(|name| name == extension)
+    }
+
     /// Takes decoded bytes from what this file may make.
     pub fn spend(&self, bytes: usize, place: &str) -> Read<()> {
         let left = self.budget.get().checked_sub(bytes);

@@ -48,7 +48,7 @@ pub fn read(
     report: &mut Report,
 ) -> Material {
     let Some(id) = gltf.index() else { return default_material() };
-    let mut reader = Reader { document, images, report, faded, place: format!("materials[{id}]") };
+    let mut reader = Reader { document, images, report, faded, needed: true, place: format!("materials[{id}]") };
     let mut material = Material {
         name: name_or(gltf.name(), || format!("material {id}")),
         alpha: match document.json().materials[id].alpha_mode {
@@ -83,6 +83,8 @@ struct Reader<'a> {
     images: &'a mut Images,
     report: &'a mut Report,
     faded: bool,
+    /// Whether a map that cannot be decoded refuses the file.
+    needed: bool,
     place: String,
 }
 
@@ -93,7 +95,7 @@ impl Reader<'_> {
 
     fn map<'b>(&mut self, info: Option<impl Into<Info<'b>>>, key: &str, kind: ImageKind) -> Option<Map> {
         let texture = self.texture(info, key)?;
-        Some(texture.map(self.images.request(Source::Plain(texture.image, kind))))
+        Some(texture.map(self.images.request(Source::Plain(texture.image, kind), self.needed)))
     }
 
     /// What a base map is, by what its alpha does. Where vertices fade a mask, the texels' alpha alone decides nothing.
@@ -117,6 +119,7 @@ impl Reader<'_> {
 
     /// KHR_materials_pbrSpecularGlossiness: one image holds sRGB specular colour and linear glossiness.
     fn specular_glossiness(&mut self, gltf: &gltf::material::PbrSpecularGlossiness, material: &mut Material) {
+        self.needed = self.document.requires("KHR_materials_pbrSpecularGlossiness");
         material.shading = Shading::SpecularGlossiness;
         material.base_factor = Vec4::from_array(gltf.diffuse_factor());
         let kind = self.base_kind(material);
@@ -129,6 +132,7 @@ impl Reader<'_> {
 
     /// KHR_materials_specular: strength in the alpha of one texture, colour in another; together they are one map.
     fn specular(&mut self, gltf: &gltf::material::Specular, material: &mut Material) {
+        self.needed = self.document.requires("KHR_materials_specular");
         material.specular_strength = gltf.specular_factor();
         material.specular_factor = Vec3::from_array(gltf.specular_color_factor());
         self.place += ".extensions.KHR_materials_specular";
@@ -144,6 +148,6 @@ impl Reader<'_> {
             (Some(color), Some(strength)) if color == strength => Source::Plain(color, ImageKind::Color),
             _ => Source::Specular { color, strength },
         };
-        material.specular_map = Some(shown.map(self.images.request(source)));
+        material.specular_map = Some(shown.map(self.images.request(source, self.needed)));
     }
 }

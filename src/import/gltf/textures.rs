@@ -32,19 +32,32 @@ const MAX_TEXELS: u64 = 256 << 20;
 /// Extensions whose images are drawn rather than a texture's source, the preferred first.
 const OF_EXTENSIONS: [&str; 2] = ["EXT_texture_webp", "MSFT_texture_dds"];
 
+/// The images that a texture names, the preferred first: where one cannot be decoded, the next is drawn.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub struct Choice {
+    preferred: usize,
+    instead: [Option<usize>; OF_EXTENSIONS.len()],
+}
+
+impl Choice {
+    fn images(self) -> impl Iterator<Item = usize> {
+        std::iter::once(self.preferred).chain(self.instead.into_iter().flatten())
+    }
+}
+
 /// What an image of the library is made of.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Source {
     /// An image of the file, read as that kind.
-    Plain(usize, ImageKind),
+    Plain(Choice, ImageKind),
     /// KHR_materials_specular: the colour of one image and the alpha of another; white where there is none.
-    Specular { color: Option<usize>, strength: Option<usize> },
+    Specular { color: Option<Choice>, strength: Option<Choice> },
 }
 
 /// A texture as a material names it.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Texture {
-    pub image: usize,
+    pub image: Choice,
     pub sampler: Sampler,
     pub uv_set: u32,
     pub image_from_mesh_uv: Affine2,
@@ -105,7 +118,7 @@ fn placement(offset: [f32; 2], rotation: f32, scale: [f32; 2]) -> Affine2 {
 pub fn texture(document: &Document, info: Info, place: &str, report: &mut Report) -> Option<Texture> {
     let Info { texture, mut uv_set, image_from_mesh_uv } = info;
     let json = &document.json().textures[texture.index()];
-    let Some((_, source)) = sources(document, &texture).into_iter().next() else {
+    let Some(image) = choice(document, &texture) else {
         let place = format!("textures[{}]", texture.index());
         report.warn(place, "names no image that can be read: drawn without it");
         return None;
@@ -115,32 +128,25 @@ pub fn texture(document: &Document, info: Info, place: &str, report: &mut Report
         uv_set = 0;
     }
     let sampler = id_of(json.sampler).map(|id| sampler(&document.json().samplers[id])).unwrap_or_default();
-    Some(Texture { image: document.first_alike(source), sampler, uv_set, image_from_mesh_uv })
+    Some(Texture { image, sampler, uv_set, image_from_mesh_uv })
 }
 
-/// The images that a texture names, the preferred first; those of extensions with the extension.
-fn sources(document: &Document, texture: &gltf::Texture) -> Vec<(Option<&'static str>, usize)> {
+/// The images that a texture names and that may be drawn: none instead of one whose extension the file requires.
+fn choice(document: &Document, texture: &gltf::Texture) -> Option<Choice> {
     let of = |name: &'static str| Some((Some(name), texture.extension_value(name)?["source"].as_u64()? as usize));
     let own = (None, document.json().textures[texture.index()].source.value());
     // The crate gives an absent source the greatest index.
     let exists = |&(_, id): &(Option<&str>, usize)| id < document.gltf.images().len();
-    OF_EXTENSIONS.into_iter().filter_map(of).chain([own]).filter(exists).collect()
-}
-
-/// What is drawn where an image cannot be decoded: what the same texture names beside it. Not for an extension that the
-/// file requires.
-fn instead(document: &Document) -> BTreeMap<usize, usize> {
-    let mut instead = BTreeMap::new();
-    for texture in document.gltf.textures() {
-        for pair in sources(document, &texture).windows(2) {
-            let (extension, [from, to]) = (pair[0].0, [pair[0].1, pair[1].1].map(|id| document.first_alike(id)));
-            let required = document.gltf.extensions_required().any(|name| Some(name) == extension);
-            if !required && from != to {
-                instead.entry(from).or_insert(to);
-            }
+    let mut ids = Vec::new();
+    for (extension, id) in OF_EXTENSIONS.into_iter().filter_map(of).chain([own]).filter(exists) {
+        ids.push(document.first_alike(id));
+        if extension.is_some_and(|name| document.requires(name)) {
+            break;
         }
     }
-    instead
+    ids.dedup();
+    let mut ids = ids.into_iter();
+    Some(Choice { preferred: ids.next()?, instead: std::array::from_fn(|_| ids.next()) })
 }
 
 fn sampler(json: &gltf::json::texture::Sampler) -> Sampler {
@@ -162,40 +168,41 @@ fn sampler(json: &gltf::json::texture::Sampler) -> Sampler {
     Sampler { wrap_u: wrap(json.wrap_s), wrap_v: wrap(json.wrap_t), mag, min, mip }
 }
 
+/// What a material asks for.
+struct Request {
+    source: Source,
+    /// Whether the file is refused where it cannot be decoded.
+    needed: bool,
+}
+
 /// The images that the materials of a model need.
 #[derive(Default)]
 pub struct Images {
-    requests: Vec<Source>,
+    requests: Vec<Request>,
     known: BTreeMap<Source, usize>,
 }
 
 impl Images {
-    /// The request's number as the id that stands for the image until it is in a library.
-    pub fn request(&mut self, source: Source) -> ImageId {
-        let next = self.requests.len();
-        let id = *self.known.entry(source).or_insert(next);
-        if id == next {
-            self.requests.push(source);
+    /// The request's number as the id that stands for the image until it is in a library. `needed`: whether the file is
+    /// refused without it.
+    pub fn request(&mut self, source: Source, needed: bool) -> ImageId {
+        let id = *self.known.entry(source).or_insert(self.requests.len());
+        match self.requests.get_mut(id) {
+            Some(request) => request.needed |= needed,
+            None => self.requests.push(Request { source, needed }),
         }
         ImageId(id as u32)
     }
 
-    /// Decodes all requests in parallel, in their order. `None` for an image of a format that we do not know, as glTF
-    /// allows them: drawn as if the map were absent.
+    /// Decodes all requests in parallel, in their order. `None` for an image that the model is drawn without: of a format
+    /// that we do not know, as glTF allows them, or damaged and not needed.
     pub fn decode(&self, document: &Document, report: &mut Report) -> Vec<Option<Image>> {
-        let instead = instead(document);
         let mut encoded = BTreeMap::new();
-        for mut id in self.requests.iter().flat_map(|r| r.images()) {
-            // With what may be needed instead of it; the chain has no more links than there are extensions.
-            for _ in 0..=OF_EXTENSIONS.len() {
-                let next = instead.get(&id).copied();
-                encoded.entry(id).or_insert_with(|| {
-                    let missing = |fault| Encoded { fault: Some(fault), ..Encoded::default() };
-                    Encoded::new(document, id).unwrap_or_else(missing)
-                });
-                let Some(next) = next else { break };
-                id = next;
-            }
+        for id in self.requests.iter().flat_map(|request| request.source.choices()).flat_map(Choice::images) {
+            encoded.entry(id).or_insert_with(|| {
+                let missing = |fault| Encoded { fault: Some(fault), ..Encoded::default() };
+                Encoded::new(document, id).unwrap_or_else(missing)
+            });
         }
         let texels = match self.texels(&encoded) {
             Ok(texels) => texels,
@@ -216,35 +223,14 @@ impl Images {
             });
             let end = start + fit.count().max(1);
             decoded.extend(map_in_parallel(self.requests[start..end].iter(), |request| {
-                let image = request.decode(&encoded, &instead);
+                let image = request.source.decode(&encoded);
                 progress::done(1);
                 image
             }));
             start = end;
         }
-        decoded
-            .into_iter()
-            .zip(&self.requests)
-            .map(|(read, request)| match read {
-                Ok((read, left)) => {
-                    for (id, unfit) in left {
-                        let Some(Encoded { place, fault, .. }) = encoded.get(&id) else { continue };
-                        let why = fault.as_ref().map_or((place.clone(), unfit.to_string()), |fault| {
-                            (fault.place.clone(), fault.message.clone())
-                        });
-                        report.warn(why.0, format!("{}: the source beside it is drawn", why.1));
-                    }
-                    for (note, id) in read.notes.iter().flat_map(|note| request.images().map(move |id| (note, id))) {
-                        report.warn(encoded.get(&id).map_or("", |e| &e.place), note);
-                    }
-                    Some(read.image)
-                }
-                Err((id, unfit)) => {
-                    complain(document, id, &unfit, &encoded, report);
-                    None
-                }
-            })
-            .collect()
+        let decoded = decoded.into_iter().zip(&self.requests);
+        decoded.map(|(decoded, request)| decoded.told(request.needed, document, &encoded, report)).collect()
     }
 
     /// Texels of each request by the images' headers; an error where they are too many for one model.
@@ -254,12 +240,15 @@ impl Images {
         let mut total = 0;
         let mut texels = vec![0; self.requests.len()];
         for (texels, request) in texels.iter_mut().zip(&self.requests) {
-            for encoded in request.images().filter_map(|id| encoded.get(&id)) {
-                // What cannot be read is said when it is decoded.
-                *texels += decoder::texels(&encoded.bytes, encoded.format).unwrap_or(0);
+            for choice in request.source.choices() {
+                // The largest, whichever is drawn. What cannot be read is said when it is decoded.
+                let of = |e: &Encoded| decoder::texels(&e.bytes, e.format).unwrap_or(0);
+                let choices = choice.images().filter_map(|id| encoded.get(&id));
+                let Some((largest, place)) = choices.map(|e| (of(e), &e.place)).max() else { continue };
+                *texels += largest;
                 if total + *texels > most {
                     let message = format!("too many texels in all: of this model's images, {most} are read");
-                    return Err(Fault::unsupported(&*encoded.place, message));
+                    return Err(Fault::unsupported(place, message));
                 }
             }
             total += *texels;
@@ -268,22 +257,32 @@ impl Images {
     }
 }
 
-fn complain(document: &Document, id: usize, unfit: &Unfit, encoded: &BTreeMap<usize, Encoded>, report: &mut Report) {
-    let Some(Encoded { place, fault, .. }) = encoded.get(&id) else { return };
-    match (fault, unfit) {
-        // glTF leaves other schemes to the reader.
-        (Some(fault), _) if document.json().images[id].uri.as_deref().is_some_and(uri::is_remote) => {
-            report.warn(&*fault.place, format!("{}: drawn without it", fault.message));
-        }
-        (Some(fault), _) => report.error(fault.clone()),
-        (None, Unfit::UnknownFormat) => report.warn(&**place, format!("{unfit}: drawn without it")),
-        (None, Unfit::Damaged(_)) => report.invalid(&**place, unfit.to_string()),
+/// Says why an image is not drawn: an error, or a warning where the model is drawn without it.
+fn complain(
+    document: &Document,
+    (id, unfit): (usize, Unfit),
+    needed: bool,
+    encoded: &BTreeMap<usize, Encoded>,
+    report: &mut Report,
+) {
+    let Some(encoded) = encoded.get(&id) else { return };
+    // glTF leaves other schemes and formats to the reader.
+    let may_lack = match &encoded.fault {
+        Some(_) => document.json().images[id].uri.as_deref().is_some_and(uri::is_remote),
+        None => matches!(unfit, Unfit::UnknownFormat),
+    };
+    let fault = encoded.why(&unfit);
+    if needed && !may_lack {
+        report.error(fault);
+    } else {
+        report.warn(fault.place, format!("{}: drawn without it", fault.message));
     }
 }
 
 /// Checks all images against glTF's rules, and the headers of those that nothing draws.
 pub fn check(document: &Document, images: &Images, report: &mut Report) {
-    let used: BTreeSet<usize> = images.requests.iter().flat_map(|r| r.images()).collect();
+    let used = images.requests.iter().flat_map(|request| request.source.choices());
+    let used: BTreeSet<usize> = used.map(|choice| choice.preferred).collect();
     for (id, json) in document.json().images.iter().enumerate() {
         if id_of(json.buffer_view).is_some_and(|view| document.stride(view).is_some()) {
             report.warn(format!("images[{id}].bufferView"), "the view of an image may have no byteStride");
@@ -352,53 +351,96 @@ impl Encoded {
     fn decode(&self) -> Result<DynamicImage, Unfit> {
         decoder::decode(&self.bytes, self.format)
     }
+
+    /// Why it is not drawn.
+    fn why(&self, unfit: &Unfit) -> Fault {
+        self.fault.clone().unwrap_or_else(|| Fault::invalid(&*self.place, unfit.to_string()))
+    }
 }
 
-/// An image, and what could not be decoded and was replaced.
-type Decoded = (ReadImage, Vec<(usize, Unfit)>);
+/// What has become of a request.
+#[derive(Default)]
+struct Decoded {
+    read: Option<ReadImage>,
+    /// The images that it was made of.
+    drawn: Vec<usize>,
+    /// What could not be decoded and was replaced.
+    replaced: Vec<(usize, Unfit)>,
+    /// What could not be decoded, with nothing instead of it.
+    lost: Vec<(usize, Unfit)>,
+}
+
+impl Decoded {
+    fn pixels<'a>(&mut self, choice: Choice, encoded: &'a BTreeMap<usize, Encoded>) -> Option<(&'a str, DynamicImage)> {
+        let mut unfit = Vec::new();
+        for id in choice.images() {
+            let Some(encoded) = encoded.get(&id) else { continue };
+            match encoded.decode() {
+                Ok(pixels) => {
+                    self.drawn.push(id);
+                    self.replaced.append(&mut unfit);
+                    return Some((&encoded.name, pixels));
+                }
+                Err(why) => unfit.push((id, why)),
+            }
+        }
+        self.lost.extend(unfit.pop());
+        None
+    }
+
+    /// The image, and to the report what there is to say of it.
+    fn told(
+        self,
+        needed: bool,
+        document: &Document,
+        encoded: &BTreeMap<usize, Encoded>,
+        report: &mut Report,
+    ) -> Option<Image> {
+        for (id, unfit) in self.replaced {
+            let Some(encoded) = encoded.get(&id) else { continue };
+            let Fault { place, message, .. } = encoded.why(&unfit);
+            report.warn(place, format!("{message}: the source beside it is drawn"));
+        }
+        for lost in self.lost {
+            complain(document, lost, needed, encoded, report);
+        }
+        let read = self.read?;
+        for (note, id) in read.notes.iter().flat_map(|note| self.drawn.iter().map(move |id| (note, id))) {
+            report.warn(encoded.get(id).map_or("", |e| &e.place), note);
+        }
+        Some(read.image)
+    }
+}
 
 impl Source {
-    fn images(self) -> impl Iterator<Item = usize> {
+    fn choices(self) -> impl Iterator<Item = Choice> {
         let (a, b) = match self {
-            Self::Plain(id, _) => (Some(id), None),
+            Self::Plain(choice, _) => (Some(choice), None),
             Self::Specular { color, strength } => (color, strength),
         };
         a.into_iter().chain(b)
     }
 
-    /// The image, and what could not be decoded and was replaced.
-    fn decode(
-        self,
-        encoded: &BTreeMap<usize, Encoded>,
-        instead: &BTreeMap<usize, usize>,
-    ) -> Result<Decoded, (usize, Unfit)> {
-        let get = |id: usize| encoded.get(&id).ok_or((id, Unfit::UnknownFormat));
-        let mut left = Vec::new();
-        let mut pixels = |mut id: usize| loop {
-            match (get(id)?.decode(), instead.get(&id)) {
-                (Ok(pixels), _) => return Ok((get(id)?.name.as_str(), pixels)),
-                (Err(unfit), Some(&next)) if left.len() < OF_EXTENSIONS.len() * 2 => {
-                    left.push((id, unfit));
-                    id = next;
-                }
-                (Err(unfit), _) => return Err((id, unfit)),
-            }
-        };
-        let read = match self {
-            Self::Plain(id, kind) => {
-                let (name, pixels) = pixels(id)?;
-                decoder::with_levels(name, kind, pixels)
+    fn decode(self, encoded: &BTreeMap<usize, Encoded>) -> Decoded {
+        let mut decoded = Decoded::default();
+        decoded.read = match self {
+            Self::Plain(choice, kind) => {
+                let pixels = decoded.pixels(choice, encoded);
+                pixels.map(|(name, pixels)| decoder::with_levels(name, kind, pixels))
             }
             Self::Specular { color, strength } => {
-                let (color, strength) = (color.map(&mut pixels).transpose()?, strength.map(&mut pixels).transpose()?);
-                let name = color.as_ref().or(strength.as_ref()).map_or("", |(name, _)| name);
-                let combined = combine(color.map(|(_, pixels)| pixels), strength.map(|(_, pixels)| pixels));
-                let (width, height) = combined.dimensions();
-                let image = Image::rgba8(name, width, height, ImageKind::Color, combined.into_raw());
-                ReadImage { image, notes: Vec::new() }
+                // One is drawn without the other.
+                let [color, strength] = [color, strength].map(|choice| decoded.pixels(choice?, encoded));
+                let name = color.as_ref().or(strength.as_ref()).map(|(name, _)| *name);
+                name.map(|name| {
+                    let combined = combine(color.map(|(_, pixels)| pixels), strength.map(|(_, pixels)| pixels));
+                    let (width, height) = combined.dimensions();
+                    let image = Image::rgba8(name, width, height, ImageKind::Color, combined.into_raw());
+                    ReadImage { image, notes: Vec::new() }
+                })
             }
         };
-        Ok((read, left))
+        decoded
     }
 }
 
