@@ -78,6 +78,38 @@ fn a_cone_narrower_or_wider_than_is_drawn_is_said() {
     }
 }
 
+/// The others stay, with their numbers.
+#[test]
+fn a_faulty_light_is_left_out_by_itself() {
+    let load = |lights: serde_json::Value| {
+        with_triangle(|d| {
+            d["extensionsUsed"] = json!(["KHR_lights_punctual"]);
+            d["extensions"] = json!({ "KHR_lights_punctual": { "lights": lights } });
+            let node = |light: usize| json!({ "extensions": { "KHR_lights_punctual": { "light": light } } });
+            d["nodes"] = json!([{ "mesh": 0 }, node(0), node(1), node(2)]);
+            d["scenes"][0]["nodes"] = json!([0, 1, 2, 3]);
+        })
+        .unwrap()
+        .0
+    };
+    let sun = json!({ "type": "directional", "color": [1, 0, 0] });
+    let lamp = json!({ "type": "point", "color": [0, 0, 1] });
+    for faulty in [json!({ "type": "point", "intensity": -1 }), json!({ "name": "no type" }), json!("a light")] {
+        let model = load(json!([sun, faulty, lamp]));
+        let found = |node: usize| model.nodes[node].light.as_ref().map(|light| (light.kind, light.color));
+        let expected = [Some((LightKind::Directional, Vec3::X)), None, Some((LightKind::Point, Vec3::Z))];
+        assert_eq!([1, 2, 3].map(found), expected, "{faulty}");
+        let left: Vec<_> = model.warnings.iter().filter(|w| w.message == "left out for that").collect();
+        let place = "extensions.KHR_lights_punctual.lights[1]";
+        assert!(left.len() == 1 && left[0].place == place, "{faulty}: {:?}", model.warnings);
+    }
+    // A name is no reason to leave a light out.
+    let named = load(json!([sun, { "type": "point", "name": 5 }, lamp]));
+    assert_eq!(named.nodes.iter().filter(|node| node.light.is_some()).count(), 3, "{:?}", named.warnings);
+    // Where there is no list, there are no lights.
+    assert!(!load(json!("none")).has_lights());
+}
+
 #[test]
 fn a_parallel_camera_has_the_shape_of_its_box() {
     let (model, _) = with_triangle(|d| {

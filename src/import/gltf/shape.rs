@@ -44,13 +44,26 @@ pub fn leave_out(root: &mut Value, unfit: &[String]) {
     if unfit.iter().any(|place| place.starts_with("cameras[")) {
         without_cameras(root);
     }
-    // Nodes name the lights that they have by number.
-    if unfit.iter().any(|place| place == "extensions.KHR_lights_punctual") {
-        let nodes = root.get_mut("nodes").and_then(Value::as_array_mut);
-        for node in nodes.into_iter().flatten() {
-            let extensions = node.get_mut("extensions").and_then(Value::as_object_mut);
-            extensions.and_then(|extensions| extensions.remove("KHR_lights_punctual"));
+    if unfit.iter().any(|place| place.starts_with("extensions.KHR_lights_punctual")) {
+        without_lights(root);
+    }
+}
+
+/// Takes lights that are gone or have been emptied from their nodes; a stand-in keeps the others' numbers.
+fn without_lights(root: &mut Value) {
+    let lights = root["extensions"]["KHR_lights_punctual"]["lights"].as_array().cloned().unwrap_or_default();
+    let is_left = |id: &Value| whole(id).and_then(|id| lights.get(id as usize)).is_some_and(|light| !light.is_null());
+    let nodes = root.get_mut("nodes").and_then(Value::as_array_mut);
+    for node in nodes.into_iter().flatten() {
+        let extensions = node.get_mut("extensions").and_then(Value::as_object_mut);
+        let Some(extensions) = extensions else { continue };
+        if extensions.get("KHR_lights_punctual").is_some_and(|extension| !is_left(&extension["light"])) {
+            extensions.remove("KHR_lights_punctual");
         }
+    }
+    let lights = root.pointer_mut("/extensions/KHR_lights_punctual/lights").and_then(Value::as_array_mut);
+    for light in lights.into_iter().flatten().filter(|light| light.is_null()) {
+        *light = json!({ "type": "point" });
     }
 }
 
@@ -84,6 +97,9 @@ pub fn is_attribute(name: &str) -> bool {
     }
 }
 
+/// The list of lights, of which each is left out by itself.
+const LIGHTS: &str = "extensions.KHR_lights_punctual.lights";
+
 /// Properties that nothing else depends on.
 const FORGIVEN: [&str; 5] = ["name", "copyright", "generator", "min", "max"];
 
@@ -98,7 +114,7 @@ struct Check<'a> {
     required: BTreeSet<&'a str>,
     /// Extensions met that we do not read.
     ignored: BTreeSet<String>,
-    /// Faults so far, those that are forgiven too.
+    /// Faults so far of what is not left out.
     faults: usize,
     /// Places of what is left out.
     unfit: Vec<String>,
@@ -145,7 +161,8 @@ impl Check<'_> {
         }
     }
 
-    /// Checks something that is left out, with a warning, where there is a fault in it.
+    /// Checks something that is left out, with a warning, where there is a fault in it. What it is part of is none the
+    /// worse for that.
     fn forgive(&mut self, place: &str, check: impl FnOnce(&mut Self)) {
         let (outer, before) = (std::mem::replace(&mut self.lenient, true), self.faults);
         check(self);
@@ -153,6 +170,7 @@ impl Check<'_> {
         if self.faults > before {
             self.report.warn(place, "left out for that");
             self.unfit.push(place.to_owned());
+            self.faults = before;
         }
     }
 
@@ -222,7 +240,7 @@ impl Check<'_> {
         }
         for (i, value) in array.iter().enumerate() {
             let item = format!("{place}[{i}]");
-            if place == "cameras" {
+            if place == "cameras" || place == LIGHTS && !self.required.contains("KHR_lights_punctual") {
                 self.forgive(&item, |check| check.value(value, kind, &item));
             } else {
                 self.value(value, kind, &item);
