@@ -65,6 +65,63 @@ fn files_above_a_model_are_read_where_the_file_that_names_it_spans_them() {
     }
 }
 
+/// Stores of files show a model by links. The files that it may read are those beside the link and beside its target.
+#[cfg(unix)]
+#[test]
+fn a_model_that_is_a_link_loads_with_what_is_beside_it_or_its_target() {
+    use std::os::unix::fs::symlink;
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    for sub in ["store/models/deep", "links", "annex/a", "annex/b", "annex/models"] {
+        std::fs::create_dir_all(at(sub)).unwrap();
+    }
+    let triangle = floats(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
+    let write = |name: &str, uri: &str| {
+        let document = json!({
+            "asset": { "version": "2.0" }, "scenes": [{ "nodes": [0] }], "nodes": [{ "mesh": 0 }],
+            "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 } }] }],
+            "accessors": [{ "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
+                            "min": [0, 0, 0], "max": [1, 1, 0] }],
+            "bufferViews": [{ "buffer": 0, "byteLength": 36 }], "buffers": [{ "byteLength": 36, "uri": uri }],
+        });
+        std::fs::write(at(name), document.to_string()).unwrap();
+    };
+    let load = |name: &str| load_model(&at(name), &mut Library::default()).map(|_| ()).map_err(|e| e.to_string());
+    for name in ["store/models/beside.bin", "store/models/deep/below.bin", "store/secret.bin", "links/own.bin"] {
+        std::fs::write(at(name), &triangle).unwrap();
+    }
+    std::fs::copy(at("store/models/beside.bin"), at("store/models/linked.bin")).unwrap();
+    symlink(at("store/models/linked.bin"), at("links/linked.bin")).unwrap();
+    // Beside the target, below it, beside the link, and by a link of its own.
+    for (i, uri) in ["beside.bin", "deep/below.bin", "own.bin", "linked.bin"].into_iter().enumerate() {
+        write(&format!("store/models/{i}.gltf"), uri);
+        symlink(at(&format!("store/models/{i}.gltf")), at(&format!("links/{i}.gltf"))).unwrap();
+        assert_eq!(load(&format!("links/{i}.gltf")), Ok(()), "{uri}");
+    }
+    // Nothing further: neither above the target, nor by links that lead out of both folders.
+    write("store/models/above.gltf", "../secret.bin");
+    write("store/models/out.gltf", "out.bin");
+    write("store/models/other.gltf", "other.bin");
+    symlink(at("store/secret.bin"), at("store/models/out.bin")).unwrap();
+    symlink(at("store/secret.bin"), at("links/other.bin")).unwrap();
+    for name in ["above.gltf", "out.gltf", "other.gltf"] {
+        symlink(at(&format!("store/models/{name}")), at(&format!("links/{name}"))).unwrap();
+        assert!(load(&format!("links/{name}")).is_err(), "{name}");
+    }
+    // As Git-annex has them: a folder for each.
+    write("annex/a/model.gltf", "model.bin");
+    std::fs::write(at("annex/b/model.bin"), &triangle).unwrap();
+    for (from, to) in [("annex/a/model.gltf", "model.gltf"), ("annex/b/model.bin", "model.bin")] {
+        symlink(at(from), at(&format!("annex/{to}"))).unwrap();
+        symlink(at(from), at(&format!("annex/models/{to}"))).unwrap();
+    }
+    assert_eq!(load("annex/model.gltf"), Ok(()));
+    let error = load("annex/models/model.gltf").unwrap_err();
+    assert!(error.contains("it is a link to") && error.contains("scene file"), "{error}");
+    let model = at("annex/models/model.gltf");
+    assert!(load_models(&[model], &at("annex"), &mut Library::default())[0].is_ok(), "named by a scene above both");
+}
+
 #[test]
 fn models_read_in_parallel_join_the_library_in_order() {
     let names = ["van", "barrel", "missing", "crate"];

@@ -2,6 +2,8 @@
 //!
 //! A model may come from anywhere, so it does not choose files anywhere. It reads what is below its own folder; if a
 //! scene file names it, what is below the folder that holds both. Links are followed, as long as they lead no further.
+//! A model that is itself a link is the one it leads to, which reads what is below its folder: stores of files keep a
+//! whole model so, and show its files by links elsewhere.
 
 use super::report::{Fault, Read};
 use base64::Engine;
@@ -25,6 +27,8 @@ pub struct Place {
     bound: PathBuf,
     /// Whether the bound is wider than the model's own folder.
     by_scene: bool,
+    /// The folder of the file that the model is a link to, which bounds what is read there.
+    target: Option<PathBuf>,
 }
 
 impl Place {
@@ -34,7 +38,9 @@ impl Place {
         let own = || normal(&folder);
         let both = named_in.and_then(|named_in| common(&own()?, &normal(named_in)?));
         let by_scene = both.is_some() && both != own();
-        Self { bound: both.or_else(own).unwrap_or_else(|| folder.clone()), folder, by_scene }
+        let is_link = std::fs::symlink_metadata(model).is_ok_and(|data| data.is_symlink());
+        let target = is_link.then(|| Some(model.canonicalize().ok()?.parent()?.to_owned())).flatten();
+        Self { bound: both.or_else(own).unwrap_or_else(|| folder.clone()), folder, by_scene, target }
     }
 
     fn outside(&self, uri: &str, how: &str) -> String {
@@ -53,16 +59,24 @@ impl Place {
         if uri.starts_with("data:") { None } else { self.file(uri, "").ok() }
     }
 
+    /// Beside the model, else beside the file that it is a link to.
     fn file(&self, uri: &str, place: &str) -> Read<PathBuf> {
-        let file = self.folder.join(relative_path(uri, place)?);
+        let path = relative_path(uri, place)?;
+        let found = self.file_in(&self.folder, &self.bound, &path, uri, place);
+        let target = self.target.as_deref();
+        found.or_else(|fault| target.and_then(|t| self.file_in(t, t, &path, uri, place).ok()).ok_or(fault))
+    }
+
+    fn file_in(&self, folder: &Path, bound: &Path, path: &Path, uri: &str, place: &str) -> Read<PathBuf> {
+        let file = folder.join(path);
         // Before anything is asked of the file.
-        if normal(&file).is_none_or(|file| !file.starts_with(&self.bound)) {
+        if normal(&file).is_none_or(|file| !file.starts_with(bound)) {
             return Err(Fault::unsupported(place, self.outside(uri, "")));
         }
         let unreadable = |error: std::io::Error| Fault::unreadable(place, format!("{}: {error}", file.display()));
         let real = file.canonicalize().map_err(unreadable)?;
         // A bound that is itself a link is what it leads to; one that is not there bounds nothing.
-        if !self.bound.canonicalize().is_ok_and(|bound| real.starts_with(bound)) {
+        if !bound.canonicalize().is_ok_and(|bound| real.starts_with(bound)) {
             let how = format!(": it is a link to {}", real.display());
             return Err(Fault::unsupported(place, self.outside(uri, &how)));
         }
