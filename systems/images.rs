@@ -371,6 +371,11 @@ pub fn linear_from_srgb(encoded: f32) -> f32 {
     if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
 
+/// The other way: linear light to encoded value, both 0..1.
+pub fn srgb_from_linear(linear: f32) -> f32 {
+    if linear <= 0.003_130_8 { linear * 12.92 } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
+}
+
 static LINEAR_FROM_UNORM8: std::sync::LazyLock<[f32; 256]> =
     std::sync::LazyLock::new(|| std::array::from_fn(|i| i as f32 / 255.0));
 
@@ -381,8 +386,7 @@ static LINEAR_FROM_SRGB8: std::sync::LazyLock<[f32; 256]> =
 const SRGB_STEPS: usize = 1 << 14;
 
 static SRGB8_FROM_LINEAR: std::sync::LazyLock<Vec<u8>> = std::sync::LazyLock::new(|| {
-    let encoded = |l: f32| if l <= 0.003_130_8 { l * 12.92 } else { 1.055 * l.powf(1.0 / 2.4) - 0.055 };
-    (0..=SRGB_STEPS).map(|i| (encoded(i as f32 / SRGB_STEPS as f32) * 255.0).round() as u8).collect()
+    (0..=SRGB_STEPS).map(|i| (srgb_from_linear(i as f32 / SRGB_STEPS as f32) * 255.0).round() as u8).collect()
 });
 
 #[cfg(test)]

@@ -5,9 +5,10 @@
 
 use super::image::Unfit;
 use image::{DynamicImage, GrayImage, ImageBuffer, RgbImage, Rgba32FImage, RgbaImage};
+use systems::images::{linear_from_srgb, srgb_from_linear};
 
 /// What is read, for messages.
-const READ: &str = "BC1 to BC5 and BC7 (DXT1, DXT3, DXT5, ATI1, ATI2), uncompressed RGB, RGBA and grey of up to 32 bits, \
+const READ: &str = "BC1 to BC5 and BC7 (DXT1 to DXT5, ATI1, ATI2), uncompressed RGB, RGBA and grey of up to 32 bits, \
                     and 16- and 32-bit channels are read";
 
 /// Bytes of the header, and of what follows it where the format is DXGI's.
@@ -19,6 +20,11 @@ const ALPHA_PIXELS: u32 = 0x1;
 const FOUR_CC: u32 = 0x4;
 const RGB: u32 = 0x40;
 const LUMINANCE: u32 = 0x2_0000;
+/// `miscFlags2` of the DX10 header: what alpha is. Of the other values, 0 is unknown, 1 straight, and 4 nothing that is
+/// seen; all are read as they are stored.
+const ALPHA_MODE: u32 = 0x7;
+const ALPHA_PREMULTIPLIED: u32 = 2;
+const ALPHA_OPAQUE: u32 = 3;
 /// `dwCaps2`.
 const CUBE_MAP: u32 = 0x200;
 const VOLUME: u32 = 0x20_0000;
@@ -29,8 +35,20 @@ pub struct Header {
     pub width: u32,
     pub height: u32,
     format: Format,
+    alpha: Alpha,
     /// Where the texels begin.
     offset: usize,
+}
+
+/// What is stored with alpha.
+#[derive(Clone, Copy, PartialEq, Debug)]
+enum Alpha {
+    /// Colour as it is.
+    Straight,
+    /// Colour times alpha, of sRGB-encoded colour in linear light or of what is stored.
+    Premultiplied { linear: bool },
+    /// Nothing that counts.
+    Opaque,
 }
 
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -62,7 +80,7 @@ const fn masked(bytes: usize, masks: [u32; 4]) -> Format {
 fn word(bytes: &[u8], offset: usize) -> Result<u32, Unfit> {
     let word = bytes.get(offset..).and_then(|rest| rest.first_chunk::<4>());
     word.map(|word| u32::from_le_bytes(*word))
-        .ok_or_else(|| Unfit::Damaged(format!("the file ends at byte {}, within its header", bytes.len())))
+        .ok_or_else(|| Unfit::Damaged(format!("the DDS file ends at byte {}, within its header", bytes.len())))
 }
 
 fn refused(name: impl std::fmt::Display) -> Unfit {
@@ -74,7 +92,7 @@ impl Header {
     pub fn new(bytes: &[u8]) -> Result<Self, Unfit> {
         let at = |offset| word(bytes, offset);
         if at(4)? != 124 {
-            return Err(Unfit::Damaged(format!("expected a header of 124 bytes, found {}", at(4)?)));
+            return Err(Unfit::Damaged(format!("expected a DDS header of 124 bytes, found {}", at(4)?)));
         }
         let (height, width, depth, caps) = (at(12)?, at(16)?, at(24)?, at(112)?);
         if caps & CUBE_MAP != 0 {
@@ -84,7 +102,7 @@ impl Header {
             return Err(refused("volume texture"));
         }
         let (flags, code) = (at(80)?, at(84)?);
-        let (format, offset) = if flags & FOUR_CC != 0 && &code.to_le_bytes() == b"DX10" {
+        let (format, alpha, offset) = if flags & FOUR_CC != 0 && &code.to_le_bytes() == b"DX10" {
             if at(HEADER + 4)? == 4 {
                 return Err(refused("volume texture"));
             }
@@ -94,15 +112,22 @@ impl Header {
             if at(HEADER + 12)? > 1 {
                 return Err(refused("array of textures"));
             }
-            (of_dxgi(at(HEADER)?)?, HEADER + DX10_HEADER)
+            let format = at(HEADER)?;
+            let alpha = match at(HEADER + 16)? & ALPHA_MODE {
+                ALPHA_PREMULTIPLIED => Alpha::Premultiplied { linear: is_srgb(format) },
+                ALPHA_OPAQUE => Alpha::Opaque,
+                _ => Alpha::Straight,
+            };
+            (of_dxgi(format)?, alpha, HEADER + DX10_HEADER)
         } else if flags & FOUR_CC != 0 {
-            (of_four_cc(code)?, HEADER)
+            let (format, alpha) = of_four_cc(code)?;
+            (format, alpha, HEADER)
         } else {
             let masks = [at(92)?, at(96)?, at(100)?, if flags & ALPHA_PIXELS != 0 { at(104)? } else { 0 }];
-            (of_masks(flags, at(88)?, masks)?, HEADER)
+            (of_masks(flags, at(88)?, masks)?, Alpha::Straight, HEADER)
         };
         at(offset - 4)?;
-        Ok(Self { width, height, format, offset })
+        Ok(Self { width, height, format, alpha, offset })
     }
 
     /// Whether a channel has more than eight bits.
@@ -131,7 +156,8 @@ impl Header {
     pub fn decode(&self, bytes: &[u8]) -> Result<DynamicImage, Unfit> {
         let (data, needed) = (&bytes[self.offset.min(bytes.len())..], self.bytes());
         if (data.len() as u64) < needed {
-            let message = format!("{}×{} texels take {needed} bytes, found {}", self.width, self.height, data.len());
+            let message =
+                format!("{}×{} texels of DDS take {needed} bytes, found {}", self.width, self.height, data.len());
             return Err(Unfit::Damaged(message));
         }
         let data = &data[..needed as usize];
@@ -159,7 +185,19 @@ impl Header {
             Format::Masked { bytes, masks, grey } => self.masked(data, bytes, masks, grey),
             Format::Wide { kind, count } => self.wide(data, kind, count),
         };
-        image.ok_or_else(|| Unfit::Damaged("the image has no texels".into()))
+        let image = image.ok_or_else(|| Unfit::Damaged("the image has no texels".into()))?;
+        Ok(match self.alpha {
+            Alpha::Straight => image,
+            Alpha::Opaque => each_texel(image, |[r, g, b, _]| [r, g, b, 1.0]),
+            Alpha::Premultiplied { linear } => each_texel(image, |[r, g, b, a]| {
+                let divided = |value: f32| match (a > 0.0, linear) {
+                    (false, _) => value,
+                    (true, false) => value / a,
+                    (true, true) => srgb_from_linear(linear_from_srgb(value) / a),
+                };
+                [divided(r), divided(g), divided(b), a]
+            }),
+        })
     }
 
     /// The texels of all blocks, without what the last ones have beyond the edges.
@@ -232,6 +270,29 @@ impl Header {
     }
 }
 
+/// Changes texels as values; those without alpha stay.
+fn each_texel(image: DynamicImage, change: impl Fn([f32; 4]) -> [f32; 4]) -> DynamicImage {
+    match image {
+        DynamicImage::ImageRgba8(mut image) => {
+            for texel in image.pixels_mut() {
+                texel.0 = change(texel.0.map(|v| f32::from(v) / 255.0)).map(|v| (v * 255.0).round() as u8);
+            }
+            image.into()
+        }
+        DynamicImage::ImageRgba16(mut image) => {
+            for texel in image.pixels_mut() {
+                texel.0 = change(texel.0.map(|v| f32::from(v) / 65535.0)).map(|v| (v * 65535.0).round() as u16);
+            }
+            image.into()
+        }
+        DynamicImage::ImageRgba32F(mut image) => {
+            image.pixels_mut().for_each(|texel| texel.0 = change(texel.0));
+            image.into()
+        }
+        image => image,
+    }
+}
+
 /// A channel as a byte; signed ones are from −1 to 1.
 fn byte(signed: bool) -> impl Fn(f32) -> u8 {
     move |value| (if signed { 0.5 * value + 0.5 } else { value } * 255.0).round() as u8
@@ -262,12 +323,12 @@ fn of_masks(flags: u32, bits: u32, masks: [u32; 4]) -> Result<Format, Unfit> {
     Ok(Format::Masked { bytes: bits as usize / 8, masks, grey })
 }
 
-fn of_four_cc(code: u32) -> Result<Format, Unfit> {
+fn of_four_cc(code: u32) -> Result<(Format, Alpha), Unfit> {
     let text = code.to_le_bytes();
-    Ok(match &text {
+    let format = match &text {
         b"DXT1" => Format::Color(1),
-        b"DXT3" => Format::Color(2),
-        b"DXT5" => Format::Color(3),
+        b"DXT2" | b"DXT3" => Format::Color(2),
+        b"DXT4" | b"DXT5" => Format::Color(3),
         b"ATI1" | b"BC4U" => Format::Channels { count: 1, signed: false },
         b"BC4S" => Format::Channels { count: 1, signed: true },
         b"ATI2" | b"BC5U" => Format::Channels { count: 2, signed: false },
@@ -281,13 +342,16 @@ fn of_four_cc(code: u32) -> Result<Format, Unfit> {
             114 => Format::Wide { kind: Wide::Float, count: 1 },
             115 => Format::Wide { kind: Wide::Float, count: 2 },
             116 => Format::Wide { kind: Wide::Float, count: 4 },
-            _ if text == *b"DXT2" || text == *b"DXT4" => {
-                return Err(refused(format_args!("{} (alpha multiplied in)", text.escape_ascii())));
-            }
             _ if text.iter().all(u8::is_ascii_graphic) => return Err(refused(text.escape_ascii())),
             _ => return Err(refused(format_args!("Direct3D 9 format {code}"))),
         },
-    })
+    };
+    let premultiplied = matches!(&text, b"DXT2" | b"DXT4");
+    Ok((format, if premultiplied { Alpha::Premultiplied { linear: false } } else { Alpha::Straight }))
+}
+
+fn is_srgb(dxgi: u32) -> bool {
+    matches!(dxgi, 29 | 72 | 75 | 78 | 91 | 93 | 99)
 }
 
 fn of_dxgi(format: u32) -> Result<Format, Unfit> {
@@ -421,6 +485,47 @@ mod tests {
     }
 
     #[test]
+    fn what_alpha_was_multiplied_into_is_divided_by_it() {
+        let mode = |mode: u32, format: u32, data: &[u8]| {
+            let mut bytes = dxgi((1, 1), format, data);
+            bytes[HEADER + 16] = mode as u8;
+            texel(&bytes)
+        };
+        let stored = [60, 30, 0, 120];
+        // 60/120 and 30/120 of 255; as sRGB, 60 is 0.0452 of light, over 120/255 is 0.0960, encoded 87.3.
+        assert_eq!(mode(2, 28, &stored), [128, 64, 0, 120]);
+        assert_eq!(mode(2, 29, &stored), [87, 46, 0, 120]);
+        // More colour than its alpha lets through, and colour that nothing lets through.
+        assert_eq!(mode(2, 28, &[200, 0, 0, 100]), [255, 0, 0, 100]);
+        assert_eq!(mode(2, 28, &[9, 8, 7, 0]), [9, 8, 7, 0]);
+        assert_eq!(mode(3, 28, &stored), [60, 30, 0, 255]);
+        for other in [0, 1, 4, 5] {
+            assert_eq!(mode(other, 28, &stored), stored, "{other}");
+        }
+        // 16 bits and floats, too; what has no alpha stays.
+        let floats = [0.25f32, 0.5, 0.0, 0.5].map(f32::to_le_bytes).concat();
+        let mut float = dxgi((1, 1), 2, &floats);
+        float[HEADER + 16] = 2;
+        assert_eq!(decode(&float).unwrap().into_rgba32f().get_pixel(0, 0).0, [0.5, 1.0, 0.0, 0.5]);
+        let sixteen = [0x1000u16, 0x2000, 0, 0x8000].map(u16::to_le_bytes).concat();
+        let mut deep = dxgi((1, 1), 11, &sixteen);
+        deep[HEADER + 16] = 2;
+        assert_eq!(decode(&deep).unwrap().into_rgba16().get_pixel(0, 0).0, [0x2000, 0x4000, 0, 0x8000]);
+        assert_eq!(mode(2, 61, &[77]), [77, 77, 77, 255]);
+        // DXT2 and DXT4 are DXT3 and DXT5 with alpha in their colours.
+        let half = [0x00, 0x7a, 0, 0, 0, 0, 0, 0];
+        let [straight, divided] =
+            [b"DXT3", b"DXT2"].map(|code| texel(&file((4, 4), four_cc(code), &[&[0x88; 8][..], &half].concat())));
+        assert_eq!(straight[3], 136);
+        for (straight, divided) in straight.iter().zip(divided).take(3) {
+            assert!((f32::from(divided) - f32::from(*straight) * 255.0 / 136.0).abs() <= 0.5, "{straight} {divided}");
+        }
+        let ends = [&[200, 200, 0, 0, 0, 0, 0, 0][..], &half].concat();
+        let [straight, divided] = [b"DXT5", b"DXT4"].map(|code| texel(&file((4, 4), four_cc(code), &ends)));
+        assert!((f32::from(divided[0]) - f32::from(straight[0]) * 255.0 / 200.0).abs() <= 0.5, "{divided:?}");
+    }
+
+    #[test]
     fn the_rest_is_refused_by_its_name() {
         let refusal = |bytes: &[u8]| decode(bytes).unwrap_err();
         let with = |at: usize, word: u32| {
@@ -431,7 +536,6 @@ mod tests {
         for (bytes, name) in [
             (dxgi((4, 4), 95, &[0; 16]), "BC6H"),
             (dxgi((4, 4), 134, &[0; 16]), "ASTC"),
-            (file((4, 4), four_cc(b"DXT2"), &[0; 16]), "DXT2"),
             (file((4, 4), four_cc(b"UYVY"), &[0; 32]), "UYVY"),
             (file((1, 1), [0x2, 0, 8, 0, 0, 0, 0xff], &[0]), "A8"),
             (file((1, 1), [0x20, 0, 8, 0, 0, 0, 0], &[0]), "palette"),

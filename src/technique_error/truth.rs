@@ -18,6 +18,7 @@ use obvhs::cwbvh::builder::build_cwbvh_from_tris;
 use obvhs::ray::Ray;
 use obvhs::triangle::Triangle;
 use std::time::Duration;
+use systems::images::srgb_from_linear;
 use systems::library::Mesh;
 
 /// Metres above the surface that rays begin: places have errors of a hundredth of that.
@@ -124,8 +125,7 @@ impl Rays {
 
 /// Linear light as a picture: cut at 1, sRGB.
 pub(super) fn encoded(linear: &[Vec3], (width, height): (u32, u32)) -> RgbImage {
-    let encode = |l: f32| if l <= 0.003_130_8 { l * 12.92 } else { 1.055 * l.powf(1.0 / 2.4) - 0.055 };
-    let byte = |l: f32| (encode(l.clamp(0.0, 1.0)) * 255.0).round() as u8;
+    let byte = |l: f32| (srgb_from_linear(l.clamp(0.0, 1.0)) * 255.0).round() as u8;
     let bytes = linear.iter().flat_map(|color| color.to_array().map(byte)).collect();
     RgbImage::from_raw(width, height, bytes).unwrap_or_default()
 }
