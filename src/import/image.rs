@@ -5,6 +5,7 @@ use super::{ImportError, ReadImage, dds, exr, normal_map};
 use glam::{Vec3, Vec4};
 use image::buffer::ConvertBuffer;
 use image::{DynamicImage, ImageBuffer, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits, Rgba, RgbaImage};
+use std::error::Error;
 use std::io::Cursor;
 use std::path::Path;
 use systems::images::{Image, ImageKind, linear_from_srgb};
@@ -27,6 +28,20 @@ const FORMATS: [ImageFormat; 7] = [
     ImageFormat::OpenExr,
     ImageFormat::Tga,
 ];
+
+/// What people call the format.
+pub fn name(format: ImageFormat) -> &'static str {
+    match format {
+        ImageFormat::Png => "PNG",
+        ImageFormat::Jpeg => "JPEG",
+        ImageFormat::Bmp => "BMP",
+        ImageFormat::WebP => "WebP",
+        ImageFormat::Dds => "DDS",
+        ImageFormat::OpenExr => "OpenEXR",
+        ImageFormat::Tga => "TGA",
+        _ => "image",
+    }
+}
 
 /// Why bytes are no image.
 #[derive(Debug)]
@@ -63,7 +78,7 @@ pub fn pixels(path: &Path) -> Result<DynamicImage, ImportError> {
     let pixels = format.ok_or(Unfit::UnknownFormat).and_then(|format| decode_as(&bytes, format));
     pixels.map_err(|unfit| ImportError::Invalid {
         path: path.to_owned(),
-        place: format.map_or("byte 0".into(), |format| format!("{format:?} data")),
+        place: if format.is_some() { "image data".into() } else { "byte 0".into() },
         message: unfit.to_string(),
     })
 }
@@ -84,11 +99,14 @@ fn reader(bytes: &[u8], format: ImageFormat) -> ImageReader<Cursor<&[u8]>> {
     reader
 }
 
-fn damaged(error: ImageError) -> Unfit {
-    match error {
-        ImageError::Limits(_) => too_large("it"),
-        error => Unfit::Damaged(error.to_string()),
-    }
+/// What the image crate says of a file, without its own names of formats.
+pub fn damaged(format: ImageFormat, error: &ImageError) -> Unfit {
+    let why = match error {
+        ImageError::Limits(_) => return too_large("it"),
+        ImageError::Decoding(error) => error.source().map_or_else(|| "it is damaged".into(), ToString::to_string),
+        error => error.to_string(),
+    };
+    Unfit::Damaged(format!("the {} cannot be decoded: {why}", name(format)))
 }
 
 fn too_large(what: &str) -> Unfit {
@@ -111,7 +129,7 @@ fn texels_as(bytes: &[u8], format: ImageFormat) -> Result<u64, Unfit> {
         }
         ImageFormat::OpenExr => (exr::size(bytes)?, true),
         _ => {
-            let decoder = reader(bytes, format).into_decoder().map_err(damaged)?;
+            let decoder = reader(bytes, format).into_decoder().map_err(|error| damaged(format, &error))?;
             let ((width, height), color) = (decoder.dimensions(), decoder.color_type());
             ((width as usize, height as usize), color.bytes_per_pixel() > color.channel_count())
         }
@@ -136,7 +154,7 @@ fn decode_as(bytes: &[u8], format: ImageFormat) -> Result<DynamicImage, Unfit> {
     let pixels = match format {
         ImageFormat::Dds => dds::Header::new(bytes)?.decode(bytes)?,
         ImageFormat::OpenExr => exr::decode(bytes)?,
-        _ => reader(bytes, format).decode().map_err(damaged)?,
+        _ => reader(bytes, format).decode().map_err(|error| damaged(format, &error))?,
     };
     if pixels.width() == 0 || pixels.height() == 0 {
         return Err(Unfit::Damaged("the image has no texels".into()));

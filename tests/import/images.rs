@@ -132,6 +132,80 @@ fn write_exr(path: &Path, channels: &[(&str, f32)]) {
     Image::from_layer(layer).write().to_file(path).unwrap();
 }
 
+/// The display window is the image: of 2 × 2 texels at (1, −1) one row is in a window of 3 × 2, and the rest is nothing.
+#[test]
+fn openexr_is_an_image_of_its_display_window() {
+    use exr::prelude::*;
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, channels: &[&str], data: (i32, i32), shown: ((i32, i32), (usize, usize))| {
+        let path = folder.path().join(name);
+        let values = || FlatSamples::F32(vec![0.125, 0.25, 0.5, 0.75]);
+        let channels = channels.iter().map(|&name| AnyChannel::new(name, values())).collect();
+        let attributes = LayerAttributes { layer_position: Vec2(data.0, data.1), ..LayerAttributes::default() };
+        let layer = Layer::new((2, 2), attributes, Encoding::UNCOMPRESSED, AnyChannels::sort(channels));
+        let window = IntegerBounds::new(shown.0, shown.1);
+        Image::empty(ImageAttributes::new(window)).with_layer(layer).write().to_file(&path).unwrap();
+        path
+    };
+    let texels = |path: &Path| {
+        let image = load_image(path, ImageKind::Data).unwrap();
+        let halves = image.levels[0].as_chunks::<2>().0.iter().map(|&v| half::f16::from_le_bytes(v).to_f32());
+        let texels: Vec<[f32; 2]> =
+            halves.collect::<Vec<_>>().as_chunks::<4>().0.iter().map(|t| [t[0], t[3]]).collect();
+        ((image.width, image.height), texels)
+    };
+    // Without alpha all is covered.
+    let opaque = vec![[0.0, 1.0], [0.5, 1.0], [0.75, 1.0], [0.0, 1.0], [0.0, 1.0], [0.0, 1.0]];
+    let clear = vec![[0.0; 2], [0.5; 2], [0.75; 2], [0.0; 2], [0.0; 2], [0.0; 2]];
+    for (channels, expected) in
+        [(&["Y"][..], &opaque), (&["R", "G", "B"], &opaque), (&["Y", "A"], &clear), (&["R", "G", "B", "A"], &clear)]
+    {
+        // The same, wherever the origin is.
+        for (x, y) in [(0, 0), (-40, 7)] {
+            let path = write("part.exr", channels, (x + 1, y - 1), ((x, y), (3, 2)));
+            assert_eq!(texels(&path), ((3, 2), expected.clone()), "{channels:?}");
+        }
+        let inner = write("inner.exr", channels, (-1, 0), ((0, 0), (1, 2)));
+        let (size, found) = texels(&inner);
+        assert_eq!((size, found[0][0], found[1][0]), ((1, 2), 0.25, 0.75), "{channels:?}");
+        for (x, y) in [(2, 0), (-2, 0), (0, 2), (0, -2), (1 << 29, 0)] {
+            let apart = write("apart.exr", channels, (x, y), ((0, 0), (2, 2)));
+            let error = load_image(&apart, ImageKind::Data).unwrap_err().to_string();
+            assert!(error.contains("OpenEXR") && error.contains("outside its display window"), "{error}");
+        }
+    }
+}
+
+#[test]
+fn what_cannot_be_decoded_is_said_with_the_name_of_its_format() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut dds = vec![0u8; 148];
+    dds[..8].copy_from_slice(b"DDS \x7c\0\0\0");
+    (dds[12], dds[16], dds[80]) = (4, 4, 4);
+    dds[84..88].copy_from_slice(b"DX10");
+    dds[128] = 95;
+    let encoded = |format| {
+        let mut bytes = std::io::Cursor::new(Vec::new());
+        let noise = |x, y| image::Rgb([(x * 31 % 256) as u8, (y * 47 % 256) as u8, (x * y % 256) as u8]);
+        image::RgbImage::from_fn(40, 40, noise).write_to(&mut bytes, format).unwrap();
+        let whole = bytes.into_inner();
+        whole[..whole.len() / 2].to_vec()
+    };
+    for (file, bytes, said) in [
+        ("a.dds", dds, "a.dds: image data: DDS of the kind BC6H is not read; "),
+        ("b.dds", b"DDS \x7c\0\0\0".to_vec(), "b.dds: image data: the DDS file ends at byte 8"),
+        ("a.exr", b"\x76\x2f\x31\x01\x02\0\0\0".to_vec(), "a.exr: image data: the OpenEXR cannot be decoded: "),
+        ("a.png", encoded(image::ImageFormat::Png), "a.png: image data: the PNG cannot be decoded: "),
+        ("a.bmp", encoded(image::ImageFormat::Bmp), "a.bmp: image data: the BMP cannot be decoded: "),
+    ] {
+        let path = folder.path().join(file);
+        std::fs::write(&path, bytes).unwrap();
+        let error = load_image(&path, ImageKind::Color).unwrap_err().to_string();
+        assert!(error.contains(said), "{error}");
+        assert!(!error.contains("Format error"), "{error}");
+    }
+}
+
 #[test]
 fn normal_maps_of_two_channels_get_their_z() {
     let folder = tempfile::tempdir().unwrap();

@@ -314,10 +314,10 @@ fn check_format(document: &Document, encoded: &Encoded, report: &mut Report) {
     if !allowed {
         report.warn(
             &*encoded.place,
-            format!("{format:?} is read, though glTF allows PNG and JPEG alone without an extension"),
+            format!("{} is read, though glTF allows PNG and JPEG alone without an extension", decoder::name(format)),
         );
     } else if encoded.format.is_some_and(|stated| stated != format) {
-        report.warn(&*encoded.place, format!("its media type or name says otherwise, it is {format:?}"));
+        report.warn(&*encoded.place, format!("its media type or name says otherwise, it is {}", decoder::name(format)));
     }
 }
 
