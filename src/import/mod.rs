@@ -88,7 +88,12 @@ pub struct ReadImage {
 
 /// Reads an image file with its mip levels.
 pub fn load_image(path: &Path, kind: ImageKind) -> Result<Image, ImportError> {
-    image::load(path, kind).map(|read| read.image)
+    read_image(path, kind).map(|read| read.image)
+}
+
+/// As [`load_image`], with what a person should know of the image.
+pub fn read_image(path: &Path, kind: ImageKind) -> Result<ReadImage, ImportError> {
+    image::load(path, kind)
 }
 
 /// The pixels of an image file as they are stored.

@@ -2,7 +2,7 @@
 
 use super::CompareArgs;
 use crate::demo;
-use crate::import::{self, ImportError};
+use crate::import::{self, ImportError, ReadImage};
 use crate::maps::{
     HorizonOptions, NormalOptions, Raster, Relief, horizon_from_height, normal_from_height, offset_from_height,
 };
@@ -35,7 +35,7 @@ pub(super) fn load(args: &CompareArgs) -> Result<Maps, ImportError> {
         |name: &str, kind| import::load_image(&demo::shipped(&format!("assets/textures/techniques_{name}")), kind);
     let scale = args.height_scale.unwrap_or(SHIPPED_SCALE);
     let path = args.height.clone().unwrap_or_else(|| demo::shipped("assets/textures/techniques_height.png"));
-    let height = import::load_image(&path, ImageKind::Height)?;
+    let height = load_said(&path, ImageKind::Height)?;
     if height.width.max(height.height) > MOST_TEXELS {
         return Err(unfit(&path, &height, &format!("expected at most {MOST_TEXELS} texels along a side")));
     }
@@ -44,7 +44,7 @@ pub(super) fn load(args: &CompareArgs) -> Result<Maps, ImportError> {
     };
     let own_heights = args.height.is_some();
     let (base, specular) = match &args.base {
-        Some(path) => (Some(import::load_image(path, ImageKind::Color)?), None),
+        Some(path) => (Some(load_said(path, ImageKind::Color)?), None),
         None if own_heights => (None, None),
         None => (Some(shipped("base.jpg", ImageKind::Color)?), Some(shipped("specular.png", ImageKind::Data)?)),
     };
@@ -53,7 +53,7 @@ pub(super) fn load(args: &CompareArgs) -> Result<Maps, ImportError> {
     let slopes = NormalOptions { relief, ..NormalOptions::default() };
     let raster = raster(&heights);
     let normal = match &args.normal {
-        Some(path) => import::load_image(path, ImageKind::Normal)?,
+        Some(path) => load_said(path, ImageKind::Normal)?,
         None if made => image("normal", ImageKind::Normal, &normal_from_height(&raster, &slopes, &quiet)),
         None => shipped("normal.png", ImageKind::Normal)?,
     };
@@ -67,6 +67,13 @@ pub(super) fn load(args: &CompareArgs) -> Result<Maps, ImportError> {
     };
     let environment = shipped("environment.jpg", ImageKind::Color)?;
     Ok(Maps { scale, heights, height, base, specular, normal, horizon, offset, environment })
+}
+
+/// An image that the arguments name: what is corrected in it, or hardly as meant, is said.
+fn load_said(path: &Path, kind: ImageKind) -> Result<Image, ImportError> {
+    let ReadImage { image, notes } = import::read_image(path, kind)?;
+    notes.iter().for_each(|note| tracing::warn!("{}: {note}", path.display()));
+    Ok(image)
 }
 
 fn unfit(path: &Path, image: &Image, message: &str) -> ImportError {
@@ -89,3 +96,44 @@ fn raster(heights: &HeightMap) -> Raster {
 }
 
 fn quiet(_: usize, _: usize) {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Write;
+    use std::sync::{Arc, Mutex};
+
+    #[derive(Clone, Default)]
+    struct Said(Arc<Mutex<Vec<u8>>>);
+
+    impl Write for Said {
+        fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+            self.0.lock().expect("no writer panicked").write(bytes)
+        }
+
+        fn flush(&mut self) -> std::io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn what_is_made_of_an_image_is_said() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let said = |name: &str, kind, texel: &dyn Fn(u8) -> [u8; 3]| {
+            let path = folder.path().join(name);
+            let image = image::RgbImage::from_fn(4, 1, |x, _| image::Rgb(texel(x as u8)));
+            image.save(&path).expect("a file");
+            let said = Said::default();
+            let writer = said.clone();
+            let subscriber = tracing_subscriber::fmt().with_writer(move || writer.clone()).with_ansi(false).finish();
+            tracing::subscriber::with_default(subscriber, || load_said(&path, kind)).expect("an image");
+            String::from_utf8(said.0.lock().expect("no writer panicked").clone()).expect("text")
+        };
+        let lean = |x: u8| 128 + 20 * x;
+        let two = said("two.png", ImageKind::Normal, &|x| [lean(x), 128, 0]);
+        assert!(two.contains("WARN") && two.contains("two.png: has no z in blue"), "{two}");
+        let coloured = said("coloured.png", ImageKind::Height, &|x| [x, 9, 90]);
+        assert!(coloured.contains("coloured.png: is no grey image"), "{coloured}");
+        assert_eq!(said("flat.png", ImageKind::Normal, &|_| [128, 128, 255]), "");
+    }
+}
