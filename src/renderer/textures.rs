@@ -27,6 +27,8 @@ pub(super) struct Textures {
     arrays: Vec<ArrayTexture>,
     samplers: BTreeMap<Sampler, wgpu::Sampler>,
     classes: Vec<wgpu::BindGroup>,
+    /// Whether it has been said that heights are drawn in steps: once is enough, however many arrays have them.
+    said_steps: bool,
 }
 
 impl Textures {
@@ -52,7 +54,7 @@ impl Textures {
 
     /// None yet, for pipelines that were made with that layout.
     pub fn with_layout(layout: wgpu::BindGroupLayout) -> Self {
-        Self { layout, arrays: Vec::new(), samplers: BTreeMap::new(), classes: Vec::new() }
+        Self { layout, arrays: Vec::new(), samplers: BTreeMap::new(), classes: Vec::new(), said_steps: false }
     }
 
     pub fn class(&self, class: ClassId) -> Option<&wgpu::BindGroup> {
@@ -99,6 +101,12 @@ impl Textures {
                     self.classes.clear();
                 } else {
                     self.arrays.push(make_array(&gpu.device, wanted, wanted.layers.len()));
+                }
+                if self.arrays[index].texture.format() == wgpu::TextureFormat::R16Float && !self.said_steps {
+                    tracing::warn!(
+                        "this adapter filters no heights of 16 bits: they are drawn in steps of up to 1/2048"
+                    );
+                    self.said_steps = true;
                 }
             }
             let uploaded = self.arrays[index].uploaded;
@@ -153,7 +161,6 @@ fn height_format(device: &wgpu::Device) -> wgpu::TextureFormat {
     } else if features.contains(wgpu::Features::TEXTURE_FORMAT_16BIT_NORM) {
         wgpu::TextureFormat::R16Unorm
     } else {
-        tracing::warn!("this adapter filters no heights of 16 bits: they are drawn in steps of up to 1/2048");
         wgpu::TextureFormat::R16Float
     }
 }
