@@ -21,8 +21,12 @@ pub fn is_opaque<S: Store>(_: &S, level: &[u8]) -> bool {
     level.chunks_exact(S::BYTES).all(|texel| S::alpha(texel) >= 1.0)
 }
 
-/// Gives texels of no alpha the colour of those around them that have some, weighted by alpha; where none has, that of
-/// the texel which they are part of in the next level. `levels`: all of them, their colour weighted by alpha.
+/// Gives texels of no alpha the colour of those around them that have some, weighted by alpha; at an edge, where none
+/// has, of those at the opposite one. Else that of the texel which they are part of in the next level. `levels`: all of
+/// them, their colour weighted by alpha.
+///
+/// Which sampler reads the image is not known here. One that repeats mixes texels of opposite edges, one that clamps or
+/// mirrors mixes an edge with what is within: so what is within comes first, and suits all of them.
 pub fn color_what_is_clear<S: Store>(store: &S, levels: &mut [Vec<u8>], (width, height): (u32, u32)) {
     for level in (0..levels.len()).rev() {
         let (finer, coarser) = levels.split_at_mut(level + 1);
@@ -41,12 +45,22 @@ pub fn color_what_is_clear<S: Store>(store: &S, levels: &mut [Vec<u8>], (width, 
             }
             let (x, y) = (i as u32 % w, i as u32 / w);
             let mut around = Vec4::ZERO;
+            let weighted = |x: u32, y: u32| {
+                if S::alpha(texel(x, y)) == 0.0 {
+                    return Vec4::ZERO;
+                }
+                let color = store.decode(texel(x, y));
+                color.truncate().extend(1.0) * color.w
+            };
             for y in y.saturating_sub(1)..=(y + 1).min(h - 1) {
                 for x in x.saturating_sub(1)..=(x + 1).min(w - 1) {
-                    if S::alpha(texel(x, y)) > 0.0 {
-                        let color = store.decode(texel(x, y));
-                        around += color.truncate().extend(1.0) * color.w;
-                    }
+                    around += weighted(x, y);
+                }
+            }
+            let at_edge = x == 0 || y == 0 || x + 1 == w || y + 1 == h;
+            if around.w == 0.0 && at_edge {
+                for y in [y + h - 1, y, y + 1] {
+                    [x + w - 1, x, x + 1].into_iter().for_each(|x| around += weighted(x % w, y % h));
                 }
             }
             let color = if around.w > 0.0 {
@@ -159,6 +173,50 @@ mod tests {
         // A clear image stays as it is.
         let clear = Image::rgba8("clear", 2, 2, ImageKind::Blended, [9, 8, 7, 0].repeat(4));
         assert!(clear.levels.iter().all(|level| level.chunks_exact(4).all(|t| t == [9, 8, 7, 0])));
+    }
+
+    /// A leaf at the left edge of a texture that repeats: what is clear at the right edge mixes with it, and not with the
+    /// green that is nearer within.
+    #[test]
+    fn clear_texels_at_an_edge_take_the_colour_of_the_opposite_one() {
+        let column = |x: u32| match x {
+            0 => [255, 0, 0, 255],
+            11 | 12 => [0, 255, 0, 255],
+            _ => [0; 4],
+        };
+        let columns = Image::rgba8("c", 16, 16, ImageKind::Blended, (0..256).flat_map(|i| column(i % 16)).collect());
+        let row = columns.levels[0].as_chunks::<4>().0;
+        assert_eq!([row[15], row[13], row[1]], [[255, 0, 0, 0], [0, 255, 0, 0], [255, 0, 0, 0]]);
+        let rows = Image::rgba8("r", 16, 16, ImageKind::Blended, (0..256).flat_map(|i| column(i / 16)).collect());
+        let texels = rows.levels[0].as_chunks::<4>().0;
+        assert_eq!([texels[15 * 16], texels[13 * 16]], [[255, 0, 0, 0], [0, 255, 0, 0]]);
+        // What is within comes first: a sampler that clamps sees nothing of the other edge.
+        let both = |x: u32| match x {
+            0 => [255, 0, 0, 255],
+            14 => [0, 255, 0, 255],
+            _ => [0; 4],
+        };
+        let both = Image::rgba8("b", 16, 1, ImageKind::Blended, (0..16).flat_map(both).collect());
+        assert_eq!(both.levels[0].as_chunks::<4>().0[15], [0, 255, 0, 0]);
+    }
+
+    /// What covers little is gone from afar where nothing is nearer to the truth than the least that could be shown.
+    #[test]
+    fn a_sparse_mask_ends_where_a_texel_would_show_more_than_twice_as_much() {
+        let mask = ImageKind::Masked { least: 128 };
+        let seen = |seen: &dyn Fn(u32, u32) -> bool| {
+            let image = leaves(64, mask, seen);
+            image.levels.iter().map(|level| passing(level, 128) * (level.len() / 4) as f64).collect::<Vec<_>>()
+        };
+        // A sixteenth of it: one texel of 4 × 4; of 2 × 2 one would be four times as much.
+        assert_eq!(seen(&|x, y| x < 16 && y < 16), [256.0, 64.0, 16.0, 4.0, 1.0, 0.0, 0.0]);
+        // 121 of 4096 are 30.3 of 1024, 7.6 of 256, 1.9 of 64 and 0.47 of 16. Texels that are covered alike pass together:
+        // 25 whole ones and 10 halves, 4 and 4 of three quarters, 1 and 2 of three eighths.
+        assert_eq!(seen(&|x, y| x < 11 && y < 11), [121.0, 35.0, 8.0, 3.0, 0.0, 0.0, 0.0]);
+        // A wire in every eighth column: one column in four is as near to an eighth as none, and one in two is not.
+        assert_eq!(seen(&|x, _| x.is_multiple_of(8)), [512.0, 256.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        // Half of it is one texel of two, and the last one.
+        assert_eq!(seen(&|x, _| x < 32), [2048.0, 512.0, 128.0, 32.0, 8.0, 2.0, 1.0]);
     }
 
     #[test]
