@@ -175,8 +175,8 @@ mod tests {
         assert!(clear.levels.iter().all(|level| level.chunks_exact(4).all(|t| t == [9, 8, 7, 0])));
     }
 
-    /// A leaf at the left edge of a texture that repeats: what is clear at the right edge mixes with it, and not with the
-    /// green that is nearer within.
+    /// A leaf at the left edge of a texture that repeats: what is clear at the right edge mixes with it, and not with
+    /// the green that is nearer within.
     #[test]
     fn clear_texels_at_an_edge_take_the_colour_of_the_opposite_one() {
         let column = |x: u32| match x {
@@ -210,8 +210,8 @@ mod tests {
         };
         // A sixteenth of it: one texel of 4 × 4; of 2 × 2 one would be four times as much.
         assert_eq!(seen(&|x, y| x < 16 && y < 16), [256.0, 64.0, 16.0, 4.0, 1.0, 0.0, 0.0]);
-        // 121 of 4096 are 30.3 of 1024, 7.6 of 256, 1.9 of 64 and 0.47 of 16. Texels that are covered alike pass together:
-        // 25 whole ones and 10 halves, 4 and 4 of three quarters, 1 and 2 of three eighths.
+        // 121 of 4096 are 30.3 of 1024, 7.6 of 256, 1.9 of 64 and 0.47 of 16. Texels that are covered alike pass
+        // together: 25 whole ones and 10 halves, 4 and 4 of three quarters, 1 and 2 of three eighths.
         assert_eq!(seen(&|x, y| x < 11 && y < 11), [121.0, 35.0, 8.0, 3.0, 0.0, 0.0, 0.0]);
         // A wire in every eighth column: one column in four is as near to an eighth as none, and one in two is not.
         assert_eq!(seen(&|x, _| x.is_multiple_of(8)), [512.0, 256.0, 0.0, 0.0, 0.0, 0.0, 0.0]);

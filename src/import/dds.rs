@@ -156,8 +156,8 @@ impl Header {
     pub fn decode(&self, bytes: &[u8]) -> Result<DynamicImage, Unfit> {
         let (data, needed) = (&bytes[self.offset.min(bytes.len())..], self.bytes());
         if (data.len() as u64) < needed {
-            let message =
-                format!("{}×{} texels of DDS take {needed} bytes, found {}", self.width, self.height, data.len());
+            let (width, height, found) = (self.width, self.height, data.len());
+            let message = format!("a DDS of {width}×{height} texels takes {needed} bytes, found {found}");
             return Err(Unfit::Damaged(message));
         }
         let data = &data[..needed as usize];
@@ -556,6 +556,6 @@ mod tests {
             assert!(decode(&whole[..length]).is_err(), "{length}");
         }
         let vast = decode(&file((u32::MAX, u32::MAX), four_cc(b"DXT1"), &RED)).unwrap_err();
-        assert!(vast.contains("texels take"), "{vast}");
+        assert!(vast.contains("texels takes"), "{vast}");
     }
 }

@@ -132,7 +132,7 @@ fn write_exr(path: &Path, channels: &[(&str, f32)]) {
     Image::from_layer(layer).write().to_file(path).unwrap();
 }
 
-/// The display window is the image: of 2 × 2 texels at (1, −1) one row is in a window of 3 × 2, and the rest is nothing.
+/// The display window is the image: of 2 × 2 texels at (1, −1) one row is in a window of 3 × 2. The rest is nothing.
 #[test]
 fn openexr_is_an_image_of_its_display_window() {
     use exr::prelude::*;

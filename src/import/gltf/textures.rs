@@ -194,8 +194,8 @@ impl Images {
         ImageId(id as u32)
     }
 
-    /// Decodes all requests in parallel, in their order. `None` for an image that the model is drawn without: of a format
-    /// that we do not know, as glTF allows them, or damaged and not needed.
+    /// Decodes all requests in parallel, in their order. `None` for an image that the model is drawn without: of a
+    /// format that we do not know, as glTF allows them, or damaged and not needed.
     pub fn decode(&self, document: &Document, report: &mut Report) -> Vec<Option<Image>> {
         let mut encoded = BTreeMap::new();
         for id in self.requests.iter().flat_map(|request| request.source.choices()).flat_map(Choice::images) {
