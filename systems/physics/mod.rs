@@ -134,7 +134,7 @@ pub fn any_physical(physics: Res<Physics>, vehicles: Query<(), With<Physical>>) 
 type Placed<'a> = (Entity, &'a VehicleNumber, &'a Vehicle, &'a Physical, &'a Transform, &'a Motion, Option<&'a Name>);
 
 /// Gives new physical vehicles a body, takes it from those that are none any more, and moves the bodies of those that
-/// somebody has put elsewhere.
+/// were put elsewhere: they go on as fast, the way that they now look.
 /// Those with their wheels in a row would fall over: they are none any more, and go on as all others.
 pub fn place_bodies(
     mut physics: ResMut<Physics>,
@@ -153,7 +153,12 @@ pub fn place_bodies(
                 && at.is_finite()
                 && let Some(chassis) = physics.world.bodies.get_mut(body.handle)
             {
-                chassis.set_position(pose(at, motion), true);
+                let pose = pose(at, motion);
+                let turn = pose.rotation * chassis.rotation().inverse();
+                let (velocity, spin) = (turn * chassis.linvel(), turn * chassis.angvel());
+                chassis.set_position(pose, true);
+                chassis.set_linvel(velocity, true);
+                chassis.set_angvel(spin, true);
                 body.written = written;
                 physics.inserted = true;
             }
@@ -226,8 +231,9 @@ pub fn step_bodies(mut physics: ResMut<Physics>, now: Res<SubStep>, vehicles: Qu
     world.integration_parameters.dt = seconds;
     let wishes: BTreeMap<u32, Wish> = vehicles.iter().map(|row| (row.0.0, wish(row))).collect();
     if std::mem::take(inserted) {
-        // The wheels' rays find colliders where the last step left them, and new ones are nowhere yet. (To detect collisions
-        // here would enter them, too, but take new bodies and contacts from the step, which enters these into islands.)
+        // The wheels' rays find colliders where the last step left them, and new ones are nowhere yet. (To detect
+        // collisions here would enter them, too, but take new bodies and contacts from the step, which enters these
+        // into islands.)
         for (handle, collider) in world.colliders.iter() {
             world.broad_phase.set_aabb(&world.integration_parameters, handle, collider.compute_aabb());
         }

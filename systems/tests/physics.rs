@@ -2,7 +2,7 @@
 
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
-use glam::{Quat, Vec2, Vec3};
+use glam::{DVec3, Quat, Vec2, Vec3};
 use systems::Simulation;
 use systems::clock::Clock;
 use systems::library::{Library, Mesh, MeshId};
@@ -10,8 +10,10 @@ use systems::physics::{GRAVITY, Obstacle, Physical, Physics};
 use systems::sub_steps::Parts;
 use systems::transform::Transform;
 use systems::vehicles::ground::Ground;
+use systems::vehicles::routes::{RouteId, RoutePlan, Routes, Stop, Wait};
 use systems::vehicles::{
-    Controls, Motion, Stalled, Vehicle, VehicleNumber, VehicleType, VehicleTypeId, VehicleTypes, Wanted, driving,
+    Controls, Motion, OnRoute, Stalled, Vehicle, VehicleNumber, VehicleType, VehicleTypeId, VehicleTypes, Wanted,
+    driving,
 };
 use systems::{roster, shapes, snapshot, state_hash};
 
@@ -204,7 +206,7 @@ fn without_brakes_it_rolls_down_a_slope_at_g_times_the_sine() {
 }
 
 #[test]
-fn nobody_sinks_through_the_ground() {
+fn none_sinks_through_the_ground() {
     for (velocity, height) in [(0.0f32, 130.0f32), (50.0, 1.0), (50.0, 60.0)] {
         let mut simulation = simulation();
         slope(&mut simulation, 0.0);
@@ -270,7 +272,7 @@ fn thrown_out_of_the_world_it_is_frozen_and_named_once() {
     assert_eq!(warnings.len(), 1, "{warnings:?}");
     assert!(warnings.iter().any(|text| text.contains("vehicle 1") && text.contains("thrown out")), "{warnings:?}");
     assert!(place(&simulation, vehicle).is_finite() && place(&simulation, mad).is_finite());
-    // Those whose numbers never made sense are told by whoever moves vehicles, and are no bodies.
+    // Those whose numbers never made sense are told by what moves vehicles, and are no bodies.
     assert!([odd, mad].into_iter().all(|vehicle| simulation.world.get::<Stalled>(vehicle).is_some()));
     assert!(simulation.world.resource::<Physics>().is_empty());
     let rest = place(&simulation, vehicle);
@@ -294,7 +296,8 @@ fn what_cannot_stand_on_its_wheels_stays_kinematic() {
 
 #[test]
 fn obstacles_that_come_move_and_go_are_there_where_they_are() {
-    // A cube hung below something far away that is not in the way itself; what is done to them before the vehicle comes.
+    // A cube hung below something far away that is not in the way itself; what is done to them before the vehicle
+    // comes.
     type Change = fn(&mut World, Entity, Entity);
     let cases: [(&str, bool, Change); 5] = [
         ("left alone", true, |_, _, _| {}),
@@ -417,4 +420,69 @@ fn bodies_come_and_go_in_the_middle_of_a_run() {
     }
     let height = simulation.world.get::<Transform>(stays).unwrap().translation.y;
     assert!(height.abs() < 0.3, "{height}");
+}
+
+/// A straight level route of 600 m for 54 km/h, before whose end one waits.
+fn straight(simulation: &mut Simulation) {
+    let points = vec![DVec3::ZERO, DVec3::Z * 600.0];
+    let stop = Stop { at: 550.0, wait: Wait::Dwell(1e9), clear: 0.0 };
+    let plan = RoutePlan { points, speed_limit: 15.0, stops: vec![stop], ..RoutePlan::default() };
+    simulation.world.insert_resource(Routes::new(vec![plan], false, 0));
+}
+
+#[test]
+fn on_a_route_it_is_carried_by_its_forces_alone() {
+    let (mut routed, mut free) = (simulation(), simulation());
+    straight(&mut routed);
+    let driven = rolling(&mut routed, AIRLESS, 10.0);
+    routed.world.entity_mut(driven).insert(OnRoute::new(RouteId(0), 0, 0.0));
+    let other = rolling(&mut free, AIRLESS, 10.0);
+    let (mut fastest, mut dive, mut rise) = (0.0f64, 0.0f32, 0.0f32);
+    for step in 0..60 * 90 {
+        routed.step();
+        // The same wishes to one that no route drives.
+        let wanted = *routed.world.get::<Wanted>(driven).unwrap();
+        let controls = Controls { throttle: 1.0, ..Controls::default() };
+        free.world.entity_mut(other).insert((Wish(wanted), controls));
+        free.step();
+        assert_eq!(place(&routed, driven), place(&free, other), "step {step}");
+        fastest = fastest.max(motion(&routed, driven).speed);
+        let pitch = (place(&routed, driven).rotation * Vec3::Z).y;
+        (dive, rise) = (dive.min(pitch), rise.max(pitch));
+    }
+    // The model of following comes to the limit, and nothing else takes anything from it.
+    assert!((fastest - 15.0).abs() < 0.05, "{fastest}");
+    let at = place(&routed, driven).translation.z;
+    let front = VehicleType::default().front();
+    assert!((at + front - 548.0).abs() < 1.0 && motion(&routed, driven).speed.abs() < 1e-3, "stands 2 m before: {at}");
+    // A road that is level has no pitch: it is the springs' that it rises with 1.5 m/s² and dives with about 2.
+    assert!(dive < -0.002 && rise > 0.001, "{dive} {rise}");
+}
+
+#[test]
+fn put_to_a_routes_beginning_it_goes_on_as_fast_the_way_that_begins_there() {
+    let mut simulation = simulation();
+    // A quarter of a circle: from +Z to +X.
+    let points = (0..=18).map(|i| f64::to_radians(5.0 * f64::from(i)));
+    let points = points.map(|angle| DVec3::new(1.0 - angle.cos(), 0.0, angle.sin()) * 60.0).collect();
+    let plan = RoutePlan { points, spline: true, speed_limit: 10.0, ..RoutePlan::default() };
+    simulation.world.insert_resource(Routes::new(vec![plan], false, 0));
+    let vehicle = rolling(&mut simulation, AIRLESS, 10.0);
+    simulation.world.entity_mut(vehicle).insert(OnRoute::new(RouteId(0), 0, 0.0));
+    let (mut jumps, mut before, mut speed) = (0, 0.0, 10.0);
+    for _ in 0..60 * 25 {
+        simulation.step();
+        let at = simulation.world.get::<OnRoute>(vehicle).unwrap().at;
+        let now = motion(&simulation, vehicle).speed;
+        if at < before - 50.0 {
+            jumps += 1;
+            // No driver asks for more than 6 m/s², 0.1 m/s in a step.
+            assert!((now - speed).abs() < 0.1, "{now} after {speed}");
+        }
+        (before, speed) = (at, now);
+        let off = place(&simulation, vehicle).translation - Vec3::X * 60.0;
+        assert!((off.length() - 60.0).abs() < 1.0, "on its circle: {off}");
+    }
+    // 250 m at the most on a route of 94 m.
+    assert_eq!(jumps, 2);
 }

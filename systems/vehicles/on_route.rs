@@ -8,11 +8,11 @@ use super::{Indicator, LaneChange, OnRoute, VehicleType, Wanted, following, stee
 use glam::Vec3Swizzles;
 use std::sync::atomic::Ordering;
 
-/// Seconds that a lane change takes; and metres at least, beside three wheelbases: who hardly moves cannot change.
+/// Seconds that a lane change takes; and metres at least, beside three wheelbases: what hardly moves cannot change.
 const LANE_CHANGE: (f64, f32) = (3.0, 8.0);
 /// Radians: a route that turns by more is indicated; metres before it.
 const INDICATED: (f32, f64) = (0.5, 40.0);
-/// Metres from its lane at which a vehicle is looked for along its whole route again: somebody else moved it.
+/// Metres from its lane at which a vehicle is looked for along its whole route again: something else moved it.
 const LOST: f32 = APART as f32;
 
 impl Surroundings<'_> {
@@ -36,6 +36,7 @@ impl Surroundings<'_> {
         let acceleration = following::acceleration(&kind.driver, speed as f32, allowed, pressing);
         let (acceleration, next_speed) = following::step(&kind.limits, speed, acceleration, seconds);
         let angle = self.aim(body, on, route);
+        let is_moved_elsewhere = wanted.is_some();
         if let Some(wanted) = wanted {
             *wanted = Wanted { acceleration, steering: angle };
         } else {
@@ -47,6 +48,12 @@ impl Surroundings<'_> {
             }
         }
         self.advance(body, on, route, &place);
+        // What something else moves stands as it was put by that, unless it is put to a route's beginning.
+        if (!is_moved_elsewhere || body.jumped)
+            && let Some(route) = self.routes.get(on.route)
+        {
+            self.stand(body, |wheelbase| route.height(on.at + wheelbase));
+        }
         self.wait(body, on);
         if let Some(change) = &mut on.change {
             let rolled = body.motion.speed.abs() * seconds / f64::from(LANE_CHANGE.1 + 3.0 * kind.wheelbase);
@@ -112,7 +119,7 @@ impl Surroundings<'_> {
             on.waited = 0.0;
         }
         if on.at < route.length || route.is_dead_end {
-            return self.stand(body, |wheelbase| route.height(on.at + wheelbase));
+            return;
         }
         let next = self.next(body, on);
         let Some(following) = self.routes.get(next) else { return };
@@ -140,7 +147,6 @@ impl Surroundings<'_> {
                 kept => kept,
             };
         }
-        self.stand(body, |wheelbase| following.height(on.at + wheelbase));
     }
 
     /// Counts the time before a stop, as long as it stands there; before a crossing that is blocked it chooses again.
