@@ -6,7 +6,8 @@
 //! check, faults, places     names and numbers: every fault at once, with line and column
 //! slips                     text that is no RON: what is common, in words that name the field
 //! origin                    places count from it
-//! roads, traffic            routes and signals; road_warnings, overlaps: what is doubtful of them and of vehicles on them
+//! roads, traffic            routes and signals
+//! road_warnings, overlaps   what is doubtful of them and of vehicles on them
 //! vehicle_types             types of vehicles from files of their own
 //! spawn, generate           entities, and generators' copies of them
 //! rig                       light and a camera for what brings none; a glTF file is a scene as well
@@ -182,8 +183,40 @@ fn prepare(path: &Path, library: &mut Library) -> Result<Prepared, SceneError> {
     Err(problem(path, None, "expected a scene (.ron) or a model (.gltf, .glb)").into())
 }
 
-/// Names that several cameras or vehicles have, of which the place is told.
+/// Names that several cameras or vehicles have, each of which is told.
 const SHARED_NAMES_SHOWN: usize = 8;
+
+/// A line for each name that several cameras or vehicles have; the rest is counted.
+fn shared_names(scene: &format::Scene, text: &str) -> Vec<String> {
+    let shared = check::names::shared(scene);
+    let place = |fault: &Fault| {
+        let (line, column) = places::find(text, &fault.steps);
+        format!("{} (line {line}, column {column})", fault.place)
+    };
+    let tell = |name: &check::names::Shared| {
+        let mut places: Vec<String> = name.faults.iter().map(place).collect();
+        if name.more > 0 {
+            places.push(format!("{} more", name.more));
+        }
+        let message = name.faults.first().map_or("", |fault| &fault.message);
+        format!("{}: {message}", listed(&places))
+    };
+    let mut warnings: Vec<String> = shared.iter().take(SHARED_NAMES_SHOWN).map(tell).collect();
+    match shared.len().saturating_sub(SHARED_NAMES_SHOWN) {
+        0 => {}
+        1 => warnings.push("1 more name is shared by several cameras or vehicles".into()),
+        more => warnings.push(format!("{more} more names are shared by several cameras or vehicles")),
+    }
+    warnings
+}
+
+/// `a`, `a and b`, `a, b and c`.
+fn listed(all: &[String]) -> String {
+    match all {
+        [before @ .., last] if !before.is_empty() => format!("{} and {last}", before.join(", ")),
+        _ => all.concat(),
+    }
+}
 
 fn prepare_scene(path: &Path, library: &mut Library) -> Result<Prepared, SceneError> {
     let text = read_text(path)?;
@@ -217,16 +250,7 @@ fn prepare_scene(path: &Path, library: &mut Library) -> Result<Prepared, SceneEr
     }
     let mut warnings = files.warnings(&scene);
     warnings.append(&mut vehicles.warnings);
-    // Each place is found by reading the text once more: a few show what is meant.
-    let shared = check::names::shared(&scene);
-    let others = shared.len().saturating_sub(SHARED_NAMES_SHOWN);
-    warnings.extend(shared.into_iter().take(SHARED_NAMES_SHOWN).map(|Fault { steps, place, message }| {
-        let (line, column) = places::find(&text, &steps);
-        format!("{place} (line {line}, column {column}): {message}")
-    }));
-    if others > 0 {
-        warnings.push(format!("{others} more cameras and vehicles have names of earlier ones"));
-    }
+    warnings.extend(shared_names(&scene, &text));
     let (origin, mut of_places) = origin::move_to_origin(&mut scene);
     warnings.append(&mut of_places);
     let items = Items::new(&scene, &files, library);

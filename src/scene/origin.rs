@@ -1,11 +1,12 @@
 //! Where a scene's coordinates count from: its `origin`, or one that is chosen where they are large.
 //!
-//! A file has its places in 64 bits. The origin is taken from each before anything is made of it, as decimal numbers: what
-//! is left of 500012.3 is the 12.3 that the same scene near zero would have, and not the 12.299999999988 that is left of
-//! the binary numbers. So both scenes are the same to the bit.
+//! A file has its places in 64 bits. The origin is taken from each before anything is made of it, as decimal numbers:
+//! what is left of 500012.3 is the 12.3 that the same scene near zero would have, and not the 12.299999999988 that is
+//! left of the binary numbers. So both scenes are the same to the bit.
 
-use super::format::{Entity, Place, Region, Scene};
-use glam::DVec3;
+use super::format::{Entity, Generator, Light, Place, Region, Scene};
+use super::spawn;
+use glam::{Affine3A, DVec3};
 use systems::origin::{PRECISE, spacing};
 
 /// Metres from the middle of a scene within which its origin is chosen, if something in it is as near.
@@ -30,13 +31,15 @@ pub fn move_to_origin(scene: &mut Scene) -> (DVec3, Vec<String>) {
         }
         chosen
     });
-    let mut farthest: Option<(f64, Whose)> = None;
-    let mut count = 0usize;
-    each_place(scene, |whose, place| {
+    each_place(scene, |_, place| {
         for (coordinate, from) in place.iter_mut().zip(origin) {
             *coordinate = minus(*coordinate, from);
         }
-        let distance = place.iter().fold(0.0, |most: f64, coordinate| most.max(coordinate.abs()));
+    });
+    let mut farthest: Option<(f64, Whose)> = None;
+    let mut count = 0usize;
+    each_reach(scene, |whose, place| {
+        let distance = place.abs().max_element();
         if distance > PRECISE {
             count += 1;
             if farthest.is_none_or(|(most, _)| distance > most) {
@@ -45,7 +48,11 @@ pub fn move_to_origin(scene: &mut Scene) -> (DVec3, Vec<String>) {
         }
     });
     if let Some((distance, (list, index))) = farthest {
-        let others = if count > 1 { format!(" and {} other places are", count - 1) } else { " is".to_owned() };
+        let others = match count - 1 {
+            0 => " is".to_owned(),
+            1 => " and 1 other place are".to_owned(),
+            more => format!(" and {more} other places are"),
+        };
         warnings.push(format!(
             "{list}[{index}]{others} up to {:.1} km from the origin {}: places there are kept to {:.1e} m; up to {} km \
              they are precise",
@@ -55,15 +62,34 @@ pub fn move_to_origin(scene: &mut Scene) -> (DVec3, Vec<String>) {
             PRECISE / 1e3,
         ));
     }
+    warnings.extend(scene.entities.iter().enumerate().filter_map(|(i, entity)| looks_far(i, entity)));
     (DVec3::from_array(origin), warnings)
+}
+
+/// What stands at the origin for want of a place, and looks at one that is hardly meant to count from there.
+fn looks_far(index: usize, entity: &Entity) -> Option<String> {
+    let what = match &entity.light {
+        _ if entity.camera.is_some() => "camera",
+        Some(Light::Spot(_)) => "light",
+        _ => return None,
+    };
+    let target = entity.transform.look_at.filter(|_| entity.transform.translation.is_none())?;
+    let distance = DVec3::from_array(target).abs().max_element();
+    (distance > PRECISE).then(|| {
+        format!(
+            "entities[{index}].transform.look_at is {:.1} km from the origin, where the {what} stands without a \
+             `translation`, and counts from there: is one missing?",
+            distance / 1e3
+        )
+    })
 }
 
 fn tuple([x, y, z]: [f64; 3]) -> String {
     format!("({x}, {y}, {z})")
 }
 
-/// Zero where nothing lies far from it on an axis. Else the roundest number of kilometres that lies within the scene, near
-/// its middle: a scene that was built near zero and moved to a map gets the place that it was moved to.
+/// Zero where nothing lies far from it on an axis. Else the roundest number of kilometres that lies within the scene,
+/// near its middle: a scene that was built near zero and moved to a map gets the place that it was moved to.
 fn choose(scene: &mut Scene) -> [f64; 3] {
     let mut coordinates: [Vec<f64>; 3] = Default::default();
     each_place(scene, |_, place| {
@@ -89,6 +115,66 @@ fn choose_on_axis(mut coordinates: Vec<f64>) -> f64 {
     let beside = ROUND[ROUND.len() - 1] / 2.0;
     let of_round = |round: &f64| nearest(*round, 0.0).or_else(|| nearest(*round, beside));
     ROUND.iter().find_map(of_round).unwrap_or_default()
+}
+
+/// As far as a scene reaches from its origin, axis by axis, once its places count from there: with the extents of grids
+/// and regions, and what is below an entity.
+fn each_reach(scene: &Scene, mut see: impl FnMut(Whose, DVec3)) {
+    for (i, entity) in scene.entities.iter().enumerate() {
+        let target = entity.transform.look_at.filter(|_| entity.transform.translation.is_some());
+        target.iter().for_each(|target| see(("entities", i), DVec3::from_array(*target)));
+        each_below(entity, &Affine3A::IDENTITY, &mut |at| see(("entities", i), at));
+    }
+    for (i, (_, route)) in scene.routes.entries().iter().enumerate() {
+        route.points.iter().for_each(|point| see(("routes", i), DVec3::from_array(*point)));
+    }
+    for (i, generator) in scene.generators.iter().enumerate() {
+        let extent = extent(&generator.place, scene);
+        each_below(&generator.entity, &Affine3A::IDENTITY, &mut |at| {
+            see(("generators", i), extent + turned(generator, at));
+        });
+    }
+}
+
+/// Where an entity and all below it are in its parent. What is attached counts as if its node were at the model's
+/// origin.
+fn each_below(entity: &Entity, parent: &Affine3A, see: &mut impl FnMut(DVec3)) {
+    let at = *parent * spawn::transform(&entity.transform).compute_affine();
+    see(at.translation.as_dvec3());
+    entity.children.iter().chain(&entity.attach).for_each(|below| each_below(below, &at, see));
+}
+
+/// As far as places of a generator reach, axis by axis.
+fn extent(place: &Place, scene: &Scene) -> DVec3 {
+    let vector = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
+    match place {
+        Place::Grid(grid) => {
+            let middle = (DVec3::from_array(grid.counts.map(f64::from)) - 1.0) * 0.5;
+            let center = DVec3::from_array(grid.center.unwrap_or_default());
+            center.abs() + (middle * vector(grid.spacing)).abs() + vector(grid.jitter)
+        }
+        Place::Scatter(scatter) => match scatter.region {
+            Region::Box { min, max } => DVec3::from_array(min).abs().max(DVec3::from_array(max).abs()),
+            Region::Disc { center, radius } => {
+                DVec3::from_array(center).abs() + DVec3::new(1.0, 0.0, 1.0) * f64::from(radius)
+            }
+        },
+        Place::Along(along) => {
+            let is_named = |name: &String| along.routes.is_empty() || along.routes.contains(name);
+            let routes = scene.routes.entries().iter().filter(|(name, _)| is_named(name));
+            let points = routes.flat_map(|(_, route)| &route.points).map(|point| DVec3::from_array(*point).abs());
+            let beside = along.beside.map_or(0.0, |metres| f64::from(metres.abs()));
+            points.fold(DVec3::ZERO, DVec3::max) + DVec3::new(beside, 0.0, beside)
+        }
+    }
+}
+
+/// A place in a copy, axis by axis, however the generator turns and scales it.
+fn turned(generator: &Generator, at: DVec3) -> DVec3 {
+    let is_turned = generator.random_yaw || matches!(generator.place, Place::Along(_));
+    let flat = at.x.hypot(at.z);
+    let at = if is_turned { DVec3::new(flat, at.y.abs(), flat) } else { at.abs() };
+    at * f64::from(generator.random_scale[1])
 }
 
 /// Everything in a scene that is a place in the world. Below an entity places are its own; what has none stands at the

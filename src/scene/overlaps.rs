@@ -8,7 +8,7 @@ use systems::origin::Origin;
 use systems::vehicles::routes::Routes;
 use systems::vehicles::{Motion, OnRoute, Vehicle, VehicleNumber, VehicleType, VehicleTypes};
 
-/// Metres that a vehicle's ends may be in another, and of its width: who stands beside or behind another does not.
+/// Metres that a vehicle's ends may be in another, and of its width: one beside or behind another is not in it.
 const TOUCH: (f64, f64) = (0.1, 0.2);
 /// Metres of height between two that stand over each other, on a bridge.
 const HEADROOM: f64 = 2.0;
@@ -74,7 +74,8 @@ pub fn warnings(world: &mut World) -> Vec<String> {
     let mut told: Vec<String> = pairs.iter().take(MOST.0).map(|pair| tell(world, pair)).collect();
     match pairs.len().saturating_sub(MOST.0) {
         0 => {}
-        _ if pairs.len() > MOST.1 => told.push("so do more than 1000 other pairs of vehicles".into()),
+        _ if pairs.len() > MOST.1 => told.push(format!("so do more than {} other pairs of vehicles", MOST.1 - MOST.0)),
+        1 => told.push("so does 1 other pair of vehicles".into()),
         more => told.push(format!("so do {more} other pairs of vehicles")),
     }
     told

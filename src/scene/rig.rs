@@ -48,8 +48,9 @@ pub fn light(world: &mut World) -> Environment {
     Environment { ambient: Vec3::splat(0.15), ..Environment::default() }
 }
 
-/// Sets the exposure for a file's own lights. glTF's are physical: candela and lux, thousands as soon as one is meant as
-/// daylight. The object in the middle of all objects by irradiance comes out as if lit by 1; dim files stay as they are.
+/// Sets the exposure for a file's own lights. glTF's are physical: candela and lux, thousands as soon as one is meant
+/// as daylight. The object in the middle of all objects by irradiance comes out as if lit by 1; dim files stay as they
+/// are.
 pub fn expose(simulation: &mut Simulation) {
     simulation.frame();
     let lights = simulation.draw_list().lights.records.clone();

@@ -1,8 +1,8 @@
-//! What a person should know of a scene's roads though they can be driven on: lines that do not meet, points that are hardly
-//! meant, and vehicles that stand in each other. Each with its place in the file's coordinates.
+//! What a person should know of a scene's roads though they can be driven on: lines that do not meet, points that are
+//! hardly meant, and vehicles that stand in each other. Each with its place in the file's coordinates.
 
 use glam::DVec3;
-use systems::vehicles::forks::{APART, Next, gap};
+use systems::vehicles::forks::{APART, Gap, Next, gap};
 use systems::vehicles::route_line::self_crossing;
 use systems::vehicles::routes::{Route, Routes};
 
@@ -16,10 +16,12 @@ const STRAY: (f64, f64) = (300.0, 30.0);
 const OPEN: (f64, f64) = (100.0, 4.0);
 /// Cosine of 60°.
 const SHARP: f64 = 0.5;
+/// Degrees: a route that turns off by more where another ends heads back along it.
+const BACK: f64 = 100.0;
 
 /// What is to be said of routes; `origin`: where the world's places count from.
 pub fn of_routes(routes: &Routes, origin: DVec3) -> Vec<String> {
-    let told = Told { routes, origin };
+    let told = Told { origin };
     let mut warnings = Vec::new();
     for (_, route) in routes.iter() {
         warnings.extend(told.crossing(route));
@@ -27,7 +29,8 @@ pub fn of_routes(routes: &Routes, origin: DVec3) -> Vec<String> {
         warnings.extend(told.open_end(route));
         warnings.extend(route.plan.then.iter().filter_map(|&id| {
             let following = routes.get(id).filter(|following| !std::ptr::eq(*following, route))?;
-            told.gap(route, following, &Next::new(id, &following.plan))
+            let gap = gap(routes, route, &Next::new(id, &following.plan));
+            told.gap(route, following, &gap).or_else(|| told.heading_back(route, following, &gap))
         }));
     }
     warnings
@@ -35,7 +38,7 @@ pub fn of_routes(routes: &Routes, origin: DVec3) -> Vec<String> {
 
 /// What is to be said where vehicles drive on routes that begin anew. Naming the route itself says that it is meant.
 pub fn of_beginning_anew(routes: &Routes, origin: DVec3) -> Option<String> {
-    let told = Told { routes, origin };
+    let told = Told { origin };
     let ends = |route: &Route| (route.place(route.length).position, route.place(0.0).position);
     let jumps = |route: &&Route| {
         let (end, beginning) = ends(route);
@@ -47,8 +50,8 @@ pub fn of_beginning_anew(routes: &Routes, origin: DVec3) -> Option<String> {
     let (end, beginning) = ends(farthest);
     let others = if all.len() > 1 { format!("; so it is on {} more", all.len() - 1) } else { String::new() };
     Some(format!(
-        "routes[{:?}] is open and has no `then`: what comes to its end, {}, is put to its beginning, {}, {:.1} m away{others}; \
-         its own name in `then` says that this is meant",
+        "routes[{:?}] is open and has no `then`: what comes to its end, {}, is put to its beginning, {}, {:.1} m \
+         away{others}; its own name in `then` says that this is meant",
         farthest.plan.name,
         told.place(end),
         told.place(beginning),
@@ -56,12 +59,11 @@ pub fn of_beginning_anew(routes: &Routes, origin: DVec3) -> Option<String> {
     ))
 }
 
-struct Told<'a> {
-    routes: &'a Routes,
+struct Told {
     origin: DVec3,
 }
 
-impl Told<'_> {
+impl Told {
     fn place(&self, at: DVec3) -> String {
         // No −0.
         let at = at + self.origin + DVec3::ZERO;
@@ -73,8 +75,7 @@ impl Told<'_> {
         Some(format!("routes[{name:?}] crosses itself at {at}: vehicles there do not see each other"))
     }
 
-    fn gap(&self, route: &Route, following: &Route, next: &Next) -> Option<String> {
-        let gap = gap(self.routes, route, next);
+    fn gap(&self, route: &Route, following: &Route, gap: &Gap) -> Option<String> {
         let lanes = f64::from(route.lane_width().max(following.lane_width()));
         if gap.metres <= MEETS * lanes {
             return None;
@@ -94,7 +95,22 @@ impl Told<'_> {
         ))
     }
 
-    /// The first point that is hardly meant: far to the side of its neighbours, or where a long line turns at both ends.
+    fn heading_back(&self, route: &Route, following: &Route, gap: &Gap) -> Option<String> {
+        let (before, after) = (route.place(route.length).tangent, following.place(0.0).tangent);
+        let degrees = f64::from(before.angle_to(after).to_degrees().abs());
+        (degrees > BACK).then(|| {
+            format!(
+                "routes[{:?}] ends at {}, and {:?}, which may follow, turns back there, by {degrees:.0}°: \
+                 vehicles leave the road",
+                route.plan.name,
+                self.place(gap.end),
+                following.plan.name,
+            )
+        })
+    }
+
+    /// The first point that is hardly meant: far to the side of its neighbours, or where a long line turns at both
+    /// ends.
     fn stray_point(&self, route: &Route) -> Option<String> {
         let (name, points) = (&route.plan.name, &route.plan.points);
         let is_spike = |[a, b, c]: [DVec3; 3]| {
@@ -128,8 +144,8 @@ impl Told<'_> {
         (metres > OPEN.0.max(OPEN.1 * longest)).then(|| {
             let line = if plan.spline { "in a curve" } else { "straight" };
             format!(
-                "routes[{:?}] is closed, and its last point, {}, is {metres:.1} m from its first, {}: vehicles drive there \
-                 {line}",
+                "routes[{:?}] is closed, and its last point, {}, is {metres:.1} m from its first, {}: vehicles drive \
+                 there {line}",
                 plan.name,
                 self.place(*last),
                 self.place(*first),

@@ -1,8 +1,8 @@
 //! What is written where RON wants something else, in words that name the field and say what to write.
 //!
-//! A parser says what it wanted next, which is far from what is wrong with `exposure: 1,5`. Here the text around the place
-//! where it gave up is read once more, for the slips that are common: numbers, quotes, brackets, and what other formats
-//! have.
+//! A parser says what it wanted next, which is far from what is wrong with `exposure: 1,5`. Here the text around the
+//! place where it gave up is read once more, for the slips that are common: numbers, quotes, brackets, and what other
+//! formats have.
 
 use super::faults;
 use super::places::{self, Reader};
@@ -20,12 +20,16 @@ pub struct Slip {
 
 /// What is wrong with a text that RON's parser refuses.
 pub fn explain(text: &str, error: &ron::error::SpannedError) -> Slip {
-    let gave_up = places::offset(text, (error.span.start.line, error.span.start.col));
+    // In a comment that nothing follows, the parser gives up within it.
+    let has_nothing = places::token_after(text, 0) == text.len();
+    let gave_up =
+        if has_nothing { text.len() } else { places::offset(text, (error.span.start.line, error.span.start.col)) };
     let at = places::token_after(text, gave_up);
     let around = Around { text, at, levels: levels(text, at) };
     let odd_blank = text[gave_up..at].chars().find(|&c| c.is_whitespace() && !is_blank_of_ron(c));
     let (at, levels, message) = if let Some(blank) = odd_blank {
-        (gave_up, around.levels.clone(), format!("expected a plain blank, found the blank U+{:04X}", u32::from(blank)))
+        let message = format!("expected an ordinary space, found the space U+{:04X}", u32::from(blank));
+        (gave_up, around.levels.clone(), message)
     } else {
         around.explain(&error.code).unwrap_or_else(|| (at, Vec::new(), describe(&error.code)))
     };
@@ -198,7 +202,9 @@ impl<'a> Around<'a> {
                 let begins = self.text[..self.at].rfind("/*").unwrap_or(self.at);
                 Some((begins, Vec::new(), "a comment that begins with /* has no */".into()))
             }
+            _ if self.rest().is_empty() && self.levels.is_empty() => expected("( … ) around all fields of the file"),
             Eof => self.unclosed(),
+            Message(wanted) => self.numbers(wanted),
             _ => None,
         }
     }
@@ -396,6 +402,28 @@ impl<'a> Around<'a> {
         let count = level.index;
         let message = format!("expected {count} values, found more; numbers have a point and no comma: 0.5");
         Some((level.at, outside, message))
+    }
+
+    /// Behind numbers in parentheses that are another count than what was wanted, as a colour's.
+    fn numbers(&self, wanted: &str) -> Explained<'a> {
+        const COMMA: &str = "; numbers have a point and no comma: 0.5";
+        if !wanted.starts_with("expected") {
+            return None;
+        }
+        // The parser stops behind them, or at the bracket that closes them.
+        let before = self.text[..self.at].trim_end();
+        let inside = before.strip_suffix(')').or_else(|| self.rest().starts_with(')').then_some(before))?;
+        let (before, inside) = inside.rsplit_once('(')?;
+        let inside = inside.trim().trim_end_matches(',');
+        let count = inside.split(',').map(|word| word.trim().parse::<f64>()).collect::<Result<Vec<_>, _>>().ok()?.len();
+        // Three are as many as there should be, and wrong in another way.
+        let hint = match count {
+            3 => return None,
+            4.. => COMMA,
+            _ => "",
+        };
+        let message = format!("{wanted}, found {count} numbers{hint}");
+        Some((before.len(), levels(self.text, before.len()), message))
     }
 }
 

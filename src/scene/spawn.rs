@@ -127,8 +127,8 @@ fn too_many(name: &str, report: PiecesReport, metres: f32) -> Option<String> {
     })
 }
 
-/// Pieces of a scene, beyond which objects are left whole. Each takes a page of 64 slots in the instance table: so many are
-/// 805 MB, and a texture of 16384 rows, which adapters have, holds a third more.
+/// Pieces of a scene, beyond which objects are left whole. Each takes a page of 64 slots in the instance table: so many
+/// are 805 MB, and a texture of 16384 rows, which adapters have, holds a third more.
 const MOST_PIECES: usize = 1 << 17;
 
 struct Spawner<'a> {
@@ -275,7 +275,8 @@ impl Spawner<'_> {
             if made >= MOST_PIECES {
                 let whole = large.len() - i;
                 self.found.warnings.push(format!(
-                    "{whole} large objects are drawn whole: the scene has {made} pieces already; choose a larger piece_metres"
+                    "{whole} large objects are drawn whole: the scene has {made} pieces already; choose a \
+                     larger piece_metres"
                 ));
                 break;
             }

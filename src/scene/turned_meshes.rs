@@ -1,7 +1,7 @@
 //! Copies of a model's meshes for materials that place their bumps by the other UV set.
 //!
-//! Tangents are the directions of an image on a surface, and a mesh has one set of them. A model's follow the normal map of
-//! its own material; a material of the scene may be placed by the other set, in which the image lies otherwise.
+//! Tangents are the directions of an image on a surface, and a mesh has one set of them. A model's follow the normal
+//! map of its own material; a material of the scene may be placed by the other set, in which the image lies otherwise.
 
 use std::collections::HashMap;
 use systems::library::{Library, Material, MaterialId, Mesh, MeshId};

@@ -1,23 +1,39 @@
-//! Names that a command may use and that two things have: it reaches the first of them only.
+//! Names that a command may use and that several things have: it reaches the first of them only.
 
 use crate::scene::faults::{Fault, Trail};
 use crate::scene::format::{Entity, Scene};
 use crate::scene::places::Step;
 use std::collections::HashMap;
 
-/// Cameras and vehicles whose name is that of an earlier one; none of it is refused.
-pub fn shared(scene: &Scene) -> Vec<Fault> {
+/// Places of a name that are told. Each is found by reading the text once more.
+const PLACES_SHOWN: usize = 8;
+
+/// A name of several cameras, or of several vehicles.
+pub struct Shared {
+    /// Where the second of them stands and those after it, up to a bound; and what is wrong.
+    pub faults: Vec<Fault>,
+    /// How many more there are.
+    pub more: usize,
+}
+
+/// Names of cameras, and of vehicles, that earlier ones have, in the order of the file; none of it is refused.
+pub fn shared(scene: &Scene) -> Vec<Shared> {
     let mut names = Names::default();
     names.entities(&Trail::default().field("entities"), &scene.entities);
-    names.faults
+    names.shared
+}
+
+/// Where the first thing of a name stands, and the index in [`Names::shared`] if there are more.
+struct Known {
+    first: String,
+    shared: Option<usize>,
 }
 
 #[derive(Default)]
 struct Names<'a> {
-    /// Where the first of each name stands.
-    cameras: HashMap<&'a str, String>,
-    vehicles: HashMap<&'a str, String>,
-    faults: Vec<Fault>,
+    cameras: HashMap<&'a str, Known>,
+    vehicles: HashMap<&'a str, Known>,
+    shared: Vec<Shared>,
 }
 
 impl<'a> Names<'a> {
@@ -32,11 +48,11 @@ impl<'a> Names<'a> {
             let at = at.enter(Step::Index(i), "");
             if let Some(name) = named.filter(|_| entity.camera.is_some()) {
                 let command = format!("--camera {name:?}");
-                note(&mut self.cameras, &mut self.faults, &at, ("camera", name), &command);
+                note(&mut self.cameras, &mut self.shared, &at, ("camera", name), &command);
             }
             if let Some(name) = named.filter(|_| entity.vehicle.is_some()) {
                 let command = format!("--camera \"chase {name}\"");
-                note(&mut self.vehicles, &mut self.faults, &at, ("vehicle", name), &command);
+                note(&mut self.vehicles, &mut self.shared, &at, ("vehicle", name), &command);
             }
             self.entities(&at.field("children"), &entity.children);
             self.entities(&at.field("attach"), &entity.attach);
@@ -45,17 +61,26 @@ impl<'a> Names<'a> {
 }
 
 fn note<'a>(
-    known: &mut HashMap<&'a str, String>,
-    faults: &mut Vec<Fault>,
+    known: &mut HashMap<&'a str, Known>,
+    all: &mut Vec<Shared>,
     at: &Trail,
     (kind, name): (&str, &'a str),
     command: &str,
 ) {
-    let own = at.fault("");
-    match known.get(name) {
-        Some(first) => faults.push(at.fault(format_args!(
+    let Some(Known { first, shared }) = known.get_mut(name) else {
+        known.insert(name, Known { first: at.fault("").place, shared: None });
+        return;
+    };
+    let index = *shared.get_or_insert_with(|| {
+        all.push(Shared { faults: Vec::new(), more: 0 });
+        all.len() - 1
+    });
+    let shared = &mut all[index];
+    if shared.faults.len() == PLACES_SHOWN {
+        shared.more += 1;
+    } else {
+        shared.faults.push(at.fault(format_args!(
             "{first} is a {kind} named {name:?}, too: {command} reaches that one only; expected another name"
-        ))),
-        None => _ = known.insert(name, own.place),
+        )));
     }
 }

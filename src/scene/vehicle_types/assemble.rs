@@ -9,7 +9,7 @@ use super::lamps::{self, Aim};
 use super::wheels::{self, Wheel};
 use crate::import::Model;
 use crate::scene::spawn;
-use glam::{Affine3A, Mat3A, Vec3};
+use glam::{Affine3A, Mat3A, Quat, Vec3, Vec3A};
 use std::collections::HashMap;
 use systems::library::{Library, Material, MaterialId};
 use systems::transform::Transform;
@@ -145,8 +145,8 @@ impl Builder<'_> {
         Drawn { model, library, placed, vehicle_from_model: self.vehicle_from_model }
     }
 
-    /// The wheels that turn with the steering, by themselves or with a fork above, and those that do not; hub in vehicle
-    /// space, and radius. A trailer's apart.
+    /// The wheels that turn with the steering, by themselves or with a fork above, and those that do not; hub in
+    /// vehicle space, and radius. A trailer's apart.
     fn axles(&self) -> [Vec<(Vec3, f32)>; 2] {
         let movement = |wheel: &Wheel| self.roles.get(&wheel.hangs_from?)?.movement;
         [true, false].map(|front| {
@@ -276,7 +276,8 @@ impl Builder<'_> {
         let first = self.parts.len();
         if let Some(lamps) = role.lamp {
             let direction = lamps.direction.map(Vec3::from_array);
-            self.aims.insert(first, Aim { direction, has_own_light: node.light.is_some() });
+            let is_flat = self.placed.get(&index).is_some_and(lamps::is_flat);
+            self.aims.insert(first, Aim { direction, has_own_light: node.light.is_some(), is_flat });
         }
         // Instances of a node that moves would each need a rest of their own: they are fixed to it.
         let at_node = if node.instances.is_empty() { node.parts.as_slice() } else { &[] };
@@ -406,10 +407,28 @@ fn mean(wheels: &[(Vec3, f32)]) -> Option<Vec3> {
 
 /// Scale, rotation and translation of a place, and whether that is not all of it.
 fn decomposed(place: &Affine3A) -> (Transform, bool) {
-    let (scale, rotation, translation) = place.to_scale_rotation_translation();
+    let is_flat = |axis: &Vec3A| axis.length_squared() == 0.0;
+    let axes = [place.matrix3.x_axis, place.matrix3.y_axis, place.matrix3.z_axis];
+    let filled = Affine3A { matrix3: filled(axes), ..*place };
+    let (mut scale, rotation, translation) = filled.to_scale_rotation_translation();
+    axes.iter().zip(scale.as_mut()).filter(|(axis, _)| is_flat(axis)).for_each(|(_, scale)| *scale = 0.0);
+    // Axes that lie in a plane are no rotation.
+    let rotation = Some(rotation).filter(|q| q.is_finite()).map_or(Quat::IDENTITY, Quat::normalize);
     let transform = Transform { translation, rotation, scale };
     let again = transform.compute_affine();
     let error = (again.matrix3 - place.matrix3).abs();
     let error = error.x_axis.max(error.y_axis).max(error.z_axis).max_element();
     (transform, error > 1e-4 * scale.abs().max_element())
+}
+
+/// Axes of no length get that of 1 across the others: what is flat is turned some way all the same.
+fn filled(mut axes: [Vec3A; 3]) -> Mat3A {
+    for i in 0..3 {
+        let (a, b) = (axes[(i + 1) % 3].normalize_or_zero(), axes[(i + 2) % 3].normalize_or_zero());
+        if axes[i] == Vec3A::ZERO {
+            let across = || (a + b).try_normalize().map_or(Vec3A::AXES[i], |along| along.any_orthonormal_vector());
+            axes[i] = a.cross(b).try_normalize().unwrap_or_else(across);
+        }
+    }
+    Mat3A::from_cols(axes[0], axes[1], axes[2])
 }

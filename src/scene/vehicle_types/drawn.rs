@@ -22,8 +22,8 @@ impl Drawn<'_> {
         (self.vehicle_from_model * model_from_node).translation.into()
     }
 
-    /// Calls back for what is drawn at a node and below, but for another node and what is below that: with the mesh, and
-    /// `vehicle_from_mesh`.
+    /// Calls back for what is drawn at a node and below, but for another node and what is below that: with the mesh,
+    /// and `vehicle_from_mesh`.
     fn for_each_drawn(&self, node: usize, but: Option<usize>, mut take: impl FnMut(&Mesh, &Affine3A)) {
         let mut open = vec![node];
         while let Some(index) = open.pop() {

@@ -1,9 +1,9 @@
 //! Which way the lamps of a type shine, and from where.
 //!
-//! A lamp shines the way its kind says, unless its node has a light of its own, or its entry a direction. A node that is
-//! turned about that way, as the dipped beam of a head lamp is, is followed.
+//! A lamp shines the way its kind says, unless its node has a light of its own, or its entry a direction. A node that
+//! is turned about that way, as the dipped beam of a head lamp is, is followed.
 
-use glam::{Affine3A, Vec3, Vec3A};
+use glam::{Affine3A, Mat3A, Vec3, Vec3A};
 use std::collections::HashMap;
 use systems::bounds::Sphere;
 use systems::components::LightKind;
@@ -26,6 +26,8 @@ pub struct Aim {
     pub direction: Option<Vec3>,
     /// The node has a light of its own, whose way is the node's.
     pub has_own_light: bool,
+    /// The node has no volume, so that nothing points anywhere in it.
+    pub is_flat: bool,
 }
 
 /// The way of a kind in the vehicle's space; none for a kind that has none.
@@ -43,9 +45,17 @@ fn way(kind: LampKind) -> Option<(Vec3, &'static str, &'static str)> {
     }
 }
 
-/// Gives the lights of lamps their way, by parts of their own below the lamps' where that is not the lamp's −Z. Moves spot
-/// lights ahead, so that the vehicle's own parts are behind them and not, by their bounding spheres, among what they light:
-/// an object has room for three lights, and its own do nothing for it. `aims`: by part. Returns what is probably not meant.
+/// Whether a place has no volume: a scale of 0, its own or that of something above.
+pub fn is_flat(place: &Affine3A) -> bool {
+    let Mat3A { x_axis, y_axis, z_axis } = place.matrix3;
+    let most = x_axis.length() * y_axis.length() * z_axis.length();
+    place.matrix3.determinant().abs() <= 1e-5 * most
+}
+
+/// Gives the lights of lamps their way, by parts of their own below the lamps' where that is not the lamp's −Z. Moves
+/// spot lights ahead, so that the vehicle's own parts are behind them and not, by their bounding spheres, among what
+/// they light: an object has room for three lights, and its own do nothing for it. `aims`: by part. Returns what is
+/// probably not meant.
 pub fn aim(parts: &mut Vec<Part>, aims: &HashMap<usize, Aim>, library: &Library) -> Vec<String> {
     let mut warnings = Vec::new();
     let mut places: Vec<Affine3A> = Vec::new();
@@ -68,6 +78,11 @@ pub fn aim(parts: &mut Vec<Part>, aims: &HashMap<usize, Aim>, library: &Library)
                     "the direction of lamp {name:?} changes nothing: it has no spot or directional light"
                 ));
             }
+            continue;
+        }
+        if aim.is_flat {
+            lamp.light = None;
+            warnings.push(format!("lamp {name:?} has a scale of 0 at its node or above: its light is left out"));
             continue;
         }
         let own = -place.matrix3.z_axis.normalize_or_zero();

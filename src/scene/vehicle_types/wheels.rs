@@ -7,7 +7,8 @@ use glam::Vec3;
 use std::collections::HashMap;
 use systems::vehicles::parts::Movement;
 
-/// How far a wheel's node may be from its hub, of the radius, and count as being there: no more than models are rounded.
+/// How far a wheel's node may be from its hub, of the radius, and count as being there: no more than models are
+/// rounded.
 const OFF_AXLE: f32 = 0.02;
 /// How far the hubs of two nodes may be apart, of the larger radius, for these to be one wheel.
 const SAME_HUB: f32 = 0.1;
@@ -30,8 +31,8 @@ pub struct Wheel {
     pub part: Option<usize>,
 }
 
-/// The wheels with their hubs, and the radii of those that say none. Nodes that are no wheels after all lose that role. What a
-/// person should know is added to `warnings`.
+/// The wheels with their hubs, and the radii of those that say none. Nodes that are no wheels after all lose that role.
+/// What a person should know is added to `warnings`.
 pub fn find(drawn: &Drawn, roles: &mut HashMap<usize, Role>, warnings: &mut Vec<String>) -> Vec<Wheel> {
     let mut wheels: Vec<Wheel> = Vec::new();
     let mut open: Vec<(usize, Option<usize>)> = drawn.model.roots.iter().rev().map(|&root| (root, None)).collect();
@@ -89,8 +90,8 @@ fn measured(drawn: &Drawn, index: usize, given: Option<f32>, warnings: &mut Vec<
             let is_beside = (hub.x - origin.x).abs() > half_width + radius / 2.0;
             if reach > radius {
                 warnings.push(format!(
-                    "what sticks out of wheel {name:?} turns with it, up to {reach:.2} m from the axle; the wheel's own \
-                     radius is {radius:.2} m"
+                    "what sticks out of wheel {name:?} turns with it, up to {reach:.2} m from the axle; the wheel's \
+                     own radius is {radius:.2} m"
                 ));
             }
             Some((if is_off_axle || is_beside { hub } else { origin }, given.unwrap_or(radius)))
@@ -98,8 +99,8 @@ fn measured(drawn: &Drawn, index: usize, given: Option<f32>, warnings: &mut Vec<
         Shape::Uneven { middle, half_height, reach: [near, far] } => {
             if given.is_none() {
                 warnings.push(format!(
-                    "wheel {name:?} is not round about the vehicle's X: its outline is {near:.2} to {far:.2} m from its \
-                     middle; its radius is half its height, {half_height:.2} m"
+                    "wheel {name:?} is not round about the vehicle's X: its outline is {near:.2} to {far:.2} m from \
+                     its middle; its radius is half its height, {half_height:.2} m"
                 ));
             }
             let is_off = (middle - origin).with_x(0.0).length() > OFF_AXLE * half_height;
@@ -107,8 +108,8 @@ fn measured(drawn: &Drawn, index: usize, given: Option<f32>, warnings: &mut Vec<
         }
         Shape::Other([height, length]) => {
             warnings.push(format!(
-                "node {name:?} is no wheel and is not turned: what is drawn there, {height:.2} m high and {length:.2} m \
-                 long, is not round about the vehicle's X; a wheel has to be a node of its own, apart from the body"
+                "node {name:?} is no wheel and is not turned: what is drawn there, {height:.2} m high and {length:.2} \
+                 m long, is not round about the vehicle's X; a wheel has to be a node of its own, apart from the body"
             ));
             None
         }
@@ -116,8 +117,8 @@ fn measured(drawn: &Drawn, index: usize, given: Option<f32>, warnings: &mut Vec<
             let radius = given.unwrap_or((origin.y - drawn.bounds_of_all(None).min.y).max(0.01));
             if given.is_none() {
                 warnings.push(format!(
-                    "nothing is drawn at wheel {name:?}: its radius is its height above the lowest point, {radius:.2} m; \
-                     expected a radius"
+                    "nothing is drawn at wheel {name:?}: its radius is its height above the lowest point, \
+                     {radius:.2} m; expected a radius"
                 ));
             }
             Some((origin, radius))

@@ -1,0 +1,87 @@
+//! Scene files from text to entities: what loads, what is refused and in which words.
+
+mod faults;
+mod files;
+mod generators;
+mod models;
+mod places;
+mod values;
+
+use bevy_ecs::name::Name;
+use bevy_ecs::prelude::*;
+use glam::{Quat, Vec3};
+use proptest::prelude::*;
+use relief::scene::{self, LoadedScene};
+use std::path::{Path, PathBuf};
+use systems::Simulation;
+use systems::clock::Clock;
+use systems::components::{Camera, Environment, Figure, Light, LightKind, Projection, Spin, ToneMap};
+use systems::hidden::{Hidden, InheritedHidden};
+use systems::images::ImageKind;
+use systems::library::{Library, MaterialId, MeshId, Shading, Technique, Wrap};
+use systems::origin::Origin;
+use systems::transform::{GlobalTransform, Transform};
+
+/// A 1×1 m quad (`panel`), and below the rotated, doubled node `arm` a node `lamp`, 1 m up.
+const MODEL: &str = r#"{
+    "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0, 1]}],
+    "nodes": [
+        {"name": "panel", "mesh": 0, "translation": [0, 0, 3]},
+        {"name": "arm", "children": [2], "scale": [2, 2, 2], "rotation": [0, 0.70710678, 0, 0.70710678]},
+        {"name": "lamp", "translation": [0, 1, 0], "mesh": 0}
+    ],
+    "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+    "accessors": [
+        {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "min": [-0.5, -0.5, 0], "max": [0.5, 0.5, 0]},
+        {"bufferView": 1, "componentType": 5123, "count": 6, "type": "SCALAR"}
+    ],
+    "bufferViews": [{"buffer": 0, "byteLength": 48}, {"buffer": 0, "byteOffset": 48, "byteLength": 12}],
+    "buffers": [{"byteLength": 60, "uri": "data:application/octet-stream;base64,AAAAvwAAAL8AAAAAAAAAPwAAAL8AAAAAAAAAPwAAAD8AAAAAAAAAvwAAAD8AAAAAAAABAAIAAAACAAMA"}]
+}"#;
+
+/// A folder with a scene in it, and the model beside it.
+struct Folder(tempfile::TempDir);
+
+impl Folder {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        std::fs::write(folder.path().join("model.gltf"), MODEL).expect("written");
+        Self(folder)
+    }
+
+    fn file(&self, name: &str, content: impl AsRef<[u8]>) -> PathBuf {
+        let path = self.0.path().join(name);
+        std::fs::write(&path, content).expect("written");
+        path
+    }
+
+    fn load(&self, text: &str) -> (Simulation, LoadedScene) {
+        let mut simulation = Simulation::new();
+        let scene = scene::load(&self.file("scene.ron", text), &mut simulation).unwrap_or_else(|e| panic!("{e}"));
+        simulation.frame();
+        (simulation, scene)
+    }
+
+    /// Everything wrong with a scene, without the path.
+    fn problems(&self, text: &str) -> Vec<String> {
+        let path = self.file("scene.ron", text);
+        let start = format!("{}:", path.display());
+        let folder = format!("{}/", self.0.path().display());
+        let texts = scene::check(&path).into_iter().map(|p| p.to_string());
+        texts.map(|t| t.strip_prefix(&start).expect("starts with the path").trim().replace(&folder, "")).collect()
+    }
+}
+
+fn load(text: &str) -> (Simulation, LoadedScene) {
+    Folder::new().load(text)
+}
+
+fn named(world: &mut World, name: &str) -> Entity {
+    let mut entities = world.query::<(Entity, &Name)>();
+    let found = entities.iter(world).find(|(_, n)| n.as_str() == name).map(|(entity, _)| entity);
+    found.unwrap_or_else(|| panic!("no entity {name:?}"))
+}
+
+fn all<C: Component + Clone>(world: &mut World) -> Vec<C> {
+    world.query::<&C>().iter(world).cloned().collect()
+}
