@@ -3,7 +3,10 @@
 use crate::name;
 use crate::renderer::Occlusion;
 use clap::builder::{PathBufValueParser, TypedValueParser};
+use std::fmt::Display;
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
+use std::str::FromStr;
 use systems::clock::SPEEDS;
 use systems::levels::LevelOfDetail;
 use systems::library::Technique;
@@ -31,6 +34,20 @@ pub fn pointed(text: &str) -> String {
     let pointed = text.replacen(',', ".", 1);
     let is_comma = text.contains(',') && pointed.parse::<f64>().is_ok();
     if is_comma { format!("; numbers have a point and no comma: {pointed}") } else { String::new() }
+}
+
+/// Takes a whole number of a range.
+pub fn whole<T>(range: RangeInclusive<T>) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static
+where
+    T: FromStr + PartialOrd + Display + Clone + Send + Sync + 'static,
+{
+    move |text: &str| {
+        let number = text.parse().ok().filter(|number| range.contains(number));
+        number.ok_or_else(|| {
+            let comma = if text.contains(',') { "; whole numbers have no comma" } else { "" };
+            format!("expected a whole number from {} to {}{comma}", range.start(), range.end())
+        })
+    }
 }
 
 /// Takes the name of a picture that is written as PNG.
@@ -107,5 +124,11 @@ mod tests {
         assert_eq!(parse_speed("1,5").expect_err("refused"), comma);
         assert_eq!((parse_speed("0.1"), parse_speed("100")), (Ok(0.1), Ok(100.0)));
         assert!(["0", "-1", "101", "NaN", "fast"].iter().all(|bad| parse_speed(bad).is_err()));
+        let threads = whole(1..=256u16);
+        assert_eq!((threads("1"), threads("256")), (Ok(1), Ok(256)));
+        let refused = Err("expected a whole number from 1 to 256".to_owned());
+        assert!(["0", "-1", "257", "1.5", "1e2", "", "all"].iter().all(|bad| threads(bad) == refused));
+        let comma = Err("expected a whole number from 1 to 256; whole numbers have no comma".to_owned());
+        assert_eq!((threads("1,5"), threads("1,000")), (comma.clone(), comma));
     }
 }

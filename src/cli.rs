@@ -3,6 +3,7 @@
 use clap::{ArgAction, Args, Parser, Subcommand};
 use relief::arguments::{
     MOST_FRAMES, parse_levels, parse_lights, parse_occlusion, parse_on_off, parse_size, parse_speed, parse_technique,
+    whole,
 };
 use relief::bench::BenchArgs;
 use relief::frames::{Frames, LoadOptions, OutputKind};
@@ -56,7 +57,8 @@ pub enum Command {
     /// Say how far a frame lit by three lights per object is from one lit by all, in figures and pictures
     #[command(after_help = LIGHTS_HELP)]
     Lights(LightsArgs),
-    /// Draw a scene once for each shape of its figures, and all on one sheet: every bump technique, if no scene is named
+    /// Draw a scene once for each shape of its figures, and all on one sheet: every bump technique, if no scene is
+    /// named
     #[command(after_help = gallery::HELP)]
     Gallery(GalleryArgs),
     /// Say how far each bump technique is from real geometry, and what it costs, in figures and pictures
@@ -182,7 +184,7 @@ pub struct ReplayArgs {
     #[arg(long, conflicts_with = "output")]
     pub check: bool,
     /// The step that the window, or the check, begins after [default: the first]
-    #[arg(long, value_name = "N", default_value_t = 0, conflicts_with = "output")]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = whole(0..=MOST_FRAMES), conflicts_with = "output")]
     pub from: u64,
     /// The scene, if it is no longer where it was
     #[arg(long, value_name = "FILE")]
@@ -208,7 +210,7 @@ pub struct LightsArgs {
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
     /// Which frame: steps of the scene's clock before the picture
-    #[arg(long, default_value_t = 0, value_name = "N", value_parser = clap::value_parser!(u64).range(..MOST_FRAMES))]
+    #[arg(long, default_value_t = 0, value_name = "N", value_parser = whole(0..=MOST_FRAMES - 1))]
     pub frame: u64,
     /// Pixels; 16 million at the most
     #[arg(long, default_value = "1280x720", value_name = "WxH", value_parser = parse_size)]
@@ -220,7 +222,7 @@ pub struct LightsArgs {
     #[arg(long, value_name = "NAME", value_parser = parse_technique)]
     pub technique: Option<Technique>,
     /// Worker threads; pictures are the same for any number [default: one per core]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
+    #[arg(long, value_name = "N", value_parser = whole(1u16..=256))]
     pub threads: Option<u16>,
     /// Print one line of JSON rather than a table
     #[arg(long)]
@@ -272,16 +274,16 @@ pub struct ViewArgs {
     #[arg(long, value_name = "NAME", value_parser = parse_technique)]
     pub technique: Option<Technique>,
     /// Show something else than light: base, normal, tangent; light_count: how many lights reach each object, 1 blue to
-    /// 64 red, none grey; three_lights: what an object's three give, as red, green and blue; error_bound: brightness that
-    /// an object lit by three lights alone may miss, 0.001 blue to 10 red, nothing grey
+    /// 64 red, none grey; three_lights: what an object's three give, as red, green and blue; error_bound: brightness
+    /// that an object lit by three lights alone may miss, 0.001 blue to 10 red, nothing grey
     #[arg(long, value_name = "VIEW", default_value = "off", value_parser = parse_debug)]
     pub debug: DebugView,
     /// Levels of detail: on, meshes far away have fewer triangles where the difference is less than a pixel; off, every
     /// mesh as it is
     #[arg(long, value_name = "on | off", default_value = "on", value_parser = parse_levels)]
     pub levels: LevelOfDetail,
-    /// Leave out objects that others hide: on, off, or auto: in a window, where there are many. The picture is the same, but
-    /// which of two faces in one plane is in front may depend on the frames before
+    /// Leave out objects that others hide: on, off, or auto: in a window, where there are many. The picture is the
+    /// same, but which of two faces in one plane is in front may depend on the frames before
     #[arg(long, value_name = "auto | on | off", default_value = "auto", value_parser = parse_occlusion)]
     pub occlusion: Occlusion,
     /// Textures in blocks (BC7), a quarter of the memory, where that does not show; made once and kept in the cache
@@ -291,11 +293,12 @@ pub struct ViewArgs {
     /// (RELIEF_CACHE_DIR, else the platform's folder for caches; about 2 GiB at most)
     #[arg(long)]
     pub no_cache: bool,
-    /// Most memory that textures take on the GPU; where they are larger, the largest are drawn at half their size and less
-    #[arg(long, value_name = "MB", default_value_t = DEFAULT_MEGABYTES, value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
+    /// Most memory that textures take on the GPU; where they are larger, the largest are drawn at half their size and
+    /// less
+    #[arg(long, value_name = "MB", default_value_t = DEFAULT_MEGABYTES, value_parser = whole(1u64..=1 << 20))]
     pub texture_memory: u64,
     /// Worker threads; pictures are the same for any number [default: one per core]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
+    #[arg(long, value_name = "N", value_parser = whole(1u16..=256))]
     pub threads: Option<u16>,
 }
 

@@ -33,7 +33,7 @@ pub struct GalleryArgs {
     #[arg(long, default_value = "1600x900", value_name = "WxH", value_parser = arguments::parse_size)]
     pub size: (u32, u32),
     /// Which frame: steps of the scene's clock before the pictures
-    #[arg(long, default_value_t = 0, value_name = "N", value_parser = clap::value_parser!(u64).range(..arguments::MOST_FRAMES))]
+    #[arg(long, default_value_t = 0, value_name = "N", value_parser = arguments::whole(0..=arguments::MOST_FRAMES - 1))]
     pub frame: u64,
 }
 

@@ -33,7 +33,10 @@ pub enum OutputError {
         taken: PathBuf,
     },
     /// What was to be written, or a folder of it, is a link whose target is missing.
-    #[error("{}{} is a link to {}, which is not there; expected a link to something that is", of(path, link), link.display(), target.display())]
+    #[error(
+        "{}{} is a link to {}, which is not there; expected a link to something that is",
+        of(path, link), link.display(), target.display()
+    )]
     DanglingLink {
         /// What was to be written.
         path: PathBuf,
@@ -43,7 +46,10 @@ pub enum OutputError {
         target: PathBuf,
     },
     /// What was to be written, or a folder of it, is a link that leads back to itself.
-    #[error("{}{} is a link that leads back to itself; expected a link to something else", of(path, link), link.display())]
+    #[error(
+        "{}{} is a link that leads back to itself; expected a link to something else",
+        of(path, link), link.display()
+    )]
     LinkLoop {
         /// What was to be written.
         path: PathBuf,
@@ -53,6 +59,18 @@ pub enum OutputError {
     /// Where a file was to be is a folder.
     #[error("{} is a folder; expected the name of a file", path.display())]
     IsAFolder {
+        /// What was to be written.
+        path: PathBuf,
+    },
+    /// Where a file was to be is something that files are not renamed over: a device, a pipe.
+    #[error("{} is no ordinary file; expected the name of one", path.display())]
+    NotAFile {
+        /// What was to be written.
+        path: PathBuf,
+    },
+    /// Its folder is there and takes no files, as those of the operating system.
+    #[error("{}: no file can be made there; expected another folder", path.display())]
+    TakesNoFiles {
         /// What was to be written.
         path: PathBuf,
     },
@@ -74,20 +92,29 @@ fn of(path: &Path, what: &Path) -> String {
 impl OutputError {
     /// What the operating system says of a file that was to be written.
     pub fn io(path: &Path, source: std::io::Error) -> Self {
-        check_folder(path).err().unwrap_or_else(|| Self::Io { path: path.to_owned(), source })
+        check_folder(path).err().unwrap_or_else(|| Self::of_system(path, source))
+    }
+
+    /// The same where the folder is known to be there: one that nothing is found in even as it is made takes no files.
+    fn of_system(path: &Path, source: std::io::Error) -> Self {
+        let path = path.to_owned();
+        match source.kind() {
+            std::io::ErrorKind::NotFound => Self::TakesNoFiles { path },
+            _ => Self::Io { path, source },
+        }
     }
 
     /// What the program exits with.
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::NoFolder { .. } | Self::NotAFolder { .. } | Self::IsAFolder { .. } => 2,
-            Self::DanglingLink { .. } | Self::LinkLoop { .. } => 2,
+            Self::DanglingLink { .. } | Self::LinkLoop { .. } | Self::NotAFile { .. } | Self::TakesNoFiles { .. } => 2,
             Self::Io { .. } | Self::Encode { .. } => 1,
         }
     }
 }
 
-/// Writes a file under a temporary name beside it, then renames: whoever sees the name sees the whole file.
+/// Writes a file under a temporary name beside it, then renames: what has the name is the whole file.
 ///
 /// # Errors
 /// [`OutputError::NoFolder`], [`OutputError::Io`]; the temporary file is removed.
@@ -98,13 +125,13 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
 /// [`write_whole`] for what is written bit by bit.
 ///
 /// # Errors
-/// [`OutputError::NoFolder`], [`OutputError::DanglingLink`], [`OutputError::LinkLoop`], [`OutputError::Io`]; the temporary
-/// file is removed.
+/// [`OutputError`], but for `Encode`; the temporary file is removed.
 pub fn write_whole_with(
     path: &Path,
     write: impl FnOnce(&mut fs::File) -> std::io::Result<()>,
 ) -> Result<(), OutputError> {
     check_links(path)?;
+    check_ordinary(path)?;
     // Of this call alone: several threads may write the same file.
     static CALLS: AtomicUsize = AtomicUsize::new(0);
     let mut name = path.file_name().unwrap_or_default().to_owned();
@@ -118,8 +145,8 @@ pub fn write_whole_with(
     })
 }
 
-/// Begins a file that is written as a run goes on. One that has other names, too, as those of an input, stays what it is
-/// under these.
+/// Begins a file that is written as a run goes on. One that has other names, too, as those of an input, stays what it
+/// is under these.
 ///
 /// # Errors
 /// What the operating system says.
@@ -157,12 +184,14 @@ pub fn write_png(path: &Path, picture: &image::DynamicImage) -> Result<(), Outpu
 /// Makes a folder with all its parents.
 ///
 /// # Errors
-/// [`OutputError::NotAFolder`], [`OutputError::DanglingLink`], [`OutputError::LinkLoop`], [`OutputError::Io`].
+/// [`OutputError::NotAFolder`], [`OutputError::DanglingLink`], [`OutputError::LinkLoop`],
+/// [`OutputError::TakesNoFiles`],
+/// [`OutputError::Io`].
 pub fn make_folder(path: &Path) -> Result<(), OutputError> {
     check_links(path)?;
     fs::create_dir_all(path).map_err(|source| match in_the_way(path) {
         Some(taken) => OutputError::NotAFolder { path: path.to_owned(), taken: taken.to_owned() },
-        None => OutputError::Io { path: path.to_owned(), source },
+        None => OutputError::of_system(path, source),
     })
 }
 
@@ -180,6 +209,12 @@ pub fn check_folder(path: &Path) -> Result<(), OutputError> {
         Ok(false) => Err(OutputError::NoFolder { path: path.to_owned(), folder: folder.to_owned() }),
         _ => Ok(()),
     }
+}
+
+/// Whether a file that is renamed to that name takes the place of nothing else.
+fn check_ordinary(path: &Path) -> Result<(), OutputError> {
+    let is_other = path.metadata().is_ok_and(|found| !found.is_file() && !found.is_dir());
+    if is_other { Err(OutputError::NotAFile { path: path.to_owned() }) } else { Ok(()) }
 }
 
 /// Whether neither a path nor a folder of it is a link that leads nowhere: such a path is neither there nor free.
@@ -207,9 +242,9 @@ fn in_the_way(folder: &Path) -> Option<&Path> {
 /// Whether files can be written into a folder, before work that would be lost.
 ///
 /// # Errors
-/// [`OutputError::Io`].
+/// [`OutputError::TakesNoFiles`], [`OutputError::Io`].
 pub fn check_writable(folder: &Path) -> Result<(), OutputError> {
-    probe(folder).map_err(|source| OutputError::Io { path: folder.to_owned(), source })
+    probe(folder).map_err(|source| OutputError::of_system(folder, source))
 }
 
 fn probe(folder: &Path) -> std::io::Result<()> {
@@ -220,10 +255,10 @@ fn probe(folder: &Path) -> std::io::Result<()> {
 /// Whether a file of that name can be written, before work that would be lost.
 ///
 /// # Errors
-/// [`OutputError::NoFolder`], [`OutputError::NotAFolder`], [`OutputError::IsAFolder`], [`OutputError::DanglingLink`],
-/// [`OutputError::LinkLoop`]; [`OutputError::Io`]: its folder cannot be written into.
+/// [`OutputError`], but for `Encode`; [`OutputError::Io`]: its folder cannot be written into.
 pub fn check_file(path: &Path) -> Result<(), OutputError> {
     check_links(path)?;
+    check_ordinary(path)?;
     if path.is_dir() {
         return Err(OutputError::IsAFolder { path: path.to_owned() });
     }
@@ -286,6 +321,27 @@ mod tests {
         assert_eq!(refusal(write_whole(&missing.join("a"), b"x")), expected);
         assert_eq!(refusal(check_file(folder.path())), " is a folder; expected the name of a file");
         assert_eq!(fs::read_dir(folder.path()).expect("readable").count(), 1);
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn devices_stay_and_the_systems_own_folders_are_refused() {
+        use std::os::unix::fs::FileTypeExt;
+        for name in ["/dev/null", "/dev/full"] {
+            let path = Path::new(name);
+            for done in [check_file(path), write_whole(path, b"x")] {
+                let error = done.expect_err("refused");
+                assert_eq!(error.to_string(), format!("{name} is no ordinary file; expected the name of one"));
+                assert_eq!(error.exit_code(), 2);
+            }
+            assert!(path.metadata().is_ok_and(|found| found.file_type().is_char_device()), "it stays what it is");
+        }
+        let path = Path::new("/proc/x.mp4");
+        for done in [check_file(path), write_whole(path, b"x"), make_folder(path)] {
+            let error = done.expect_err("refused");
+            assert_eq!(error.to_string(), "/proc/x.mp4: no file can be made there; expected another folder");
+            assert_eq!(error.exit_code(), 2);
+        }
     }
 
     #[cfg(unix)]

@@ -20,7 +20,10 @@ pub enum VideoError {
         message: String,
     },
     /// ffmpeg does not know what to make of the name.
-    #[error("{}: ffmpeg makes no film of that name; .mp4, .mkv, .webm, .gif and .apng are known ({message})", path.display())]
+    #[error(
+        "{}: ffmpeg makes no film of that name; .mp4, .mkv, .webm, .gif and .apng are known ({message})",
+        path.display()
+    )]
     UnknownEnding {
         /// The film.
         path: PathBuf,
@@ -32,27 +35,27 @@ pub enum VideoError {
     Output(#[from] OutputError),
 }
 
-/// Whether the film can be written and its name is one that ffmpeg makes a film of, asked before hours of rendering. Where
-/// ffmpeg is missing, says what is made instead.
+/// Whether the film can be written and its name is one that ffmpeg makes a film of, asked before hours of rendering.
+/// Where ffmpeg is missing, says what is made instead.
 ///
 /// # Errors
 /// [`VideoError`].
 pub fn check(path: &Path) -> Result<(), VideoError> {
+    output::check_file(path)?;
     if Animation::of(path).is_some() {
-        return Ok(output::check_file(path)?);
+        return Ok(());
     }
     if let Err(reason) = ffmpeg() {
         let instead = animation::instead_of(path);
         output::check_file(&instead)?;
         tracing::warn!(
-            "{}: cannot run ffmpeg, which makes such videos ({reason}); {} is made instead, an animated PNG. To install \
-             ffmpeg: apt-get install ffmpeg (Debian, Ubuntu)",
+            "{}: cannot run ffmpeg, which makes such videos ({reason}); {} is made instead, an animated PNG. To \
+             install ffmpeg: apt-get install ffmpeg (Debian, Ubuntu)",
             path.display(),
             instead.display()
         );
         return Ok(());
     }
-    output::check_file(path)?;
     check_ending(path)
 }
 

@@ -1,7 +1,9 @@
-//! `relief bench` as a user runs it: its figures make sense, its suite writes what it says, its scene is always the same.
+//! `relief bench` as a user runs it: its figures make sense, its suite writes what it says, its scene is always the
+//! same.
 
 mod common;
 
+use common::text;
 use glam::Vec3;
 use relief::bench::{Yard, YardMesh, YardPlan, YardView};
 use relief::renderer::{Gpu, Renderer, Settings};
@@ -31,10 +33,6 @@ fn bench(args: &[&str], folder: &Path) -> Output {
         .env_remove("WAYLAND_DISPLAY")
         .output()
         .expect("the binary runs")
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
 }
 
 /// The figures of a small scene, with further arguments.
@@ -99,7 +97,8 @@ fn a_line_has_every_figure_and_all_are_plausible() {
     assert_eq!(number(&still, "drawn_objects"), 60.0, "the whole grid is in view");
     assert_eq!(number(&still, "culled_objects"), 0.0);
     assert_eq!(number(&still, "triangles"), 720.0);
-    // 16 materials with three maps of 256², a third more for their mip levels; and maps of one texel for what is missing.
+    // 16 materials with three maps of 256², a third more for their mip levels; and maps of one texel for what is
+    // missing.
     assert_eq!(number(&still, "texture_bytes"), 48.0 * 4.0 * f64::from((4 * 256 * 256 - 1) / 3) + 24.0);
     let first = number(&still, "first_frame_ms");
     let parts: f64 = still["start_ms"].as_object().expect("parts").values().filter_map(Value::as_f64).sum();

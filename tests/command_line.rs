@@ -2,6 +2,7 @@
 
 mod common;
 
+use common::{assert_fails, text};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -33,19 +34,6 @@ fn relief(args: &[&str], folder: &Path) -> Output {
         .env_remove("WAYLAND_DISPLAY")
         .output()
         .expect("the binary runs")
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
-
-#[track_caller]
-fn assert_fails(output: &Output, code: i32, needles: &[&str]) {
-    let error = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(code), "{error}");
-    for needle in needles {
-        assert!(error.contains(needle), "\"{needle}\" is not in: {error}");
-    }
 }
 
 fn scene_folder() -> tempfile::TempDir {
@@ -168,6 +156,73 @@ fn bad_usage_exits_with_2_and_says_what_was_expected() {
     );
     assert_fails(&run(&["render", "missing.ron", "-o", "o"]), 2, &["missing.ron"]);
     assert!(!folder.path().join("o").exists(), "nothing is half-written");
+}
+
+#[test]
+fn numbers_with_commas_are_refused_with_what_was_expected() {
+    let folder = scene_folder();
+    let render = ["render", "scene.ron", "-o", "o"];
+    for (command, option, range) in [
+        (&render[..], "--threads", "1 to 256"),
+        (&render, "--texture-memory", "1 to 1048576"),
+        (&["lights", "scene.ron", "-o", "o"], "--frame", "0 to 999999999"),
+        (&["gallery", "-o", "o"], "--frame", "0 to 999999999"),
+        (&["replay", "drive.rec"], "--from", "0 to 1000000000"),
+        (&["bench"], "--objects", "1 to 10000000"),
+        (&["bench"], "--lights", "0 to 1000000"),
+        (&["bench"], "--seconds", "1 to 86400"),
+        (&["map", "bake", "low.glb", "high.glb", "-o", "o"], "--rays", "1 to 65536"),
+        (&["map", "horizon", "h.png", "-o", "o.png"], "--max-distance", "1 to 4294967295"),
+    ] {
+        let said = format!("expected a whole number from {range}; whole numbers have no comma\n");
+        let value = format!("error: invalid value '1,5' for '{option} <");
+        assert_fails(&relief(&[command, &[option, "1,5"]].concat(), folder.path()), 2, &[&value, &said]);
+    }
+    let said = "numbers have a point and no comma: 0.5";
+    for (command, option) in [
+        (&["run", "scene.ron"][..], "--speed"),
+        (&["bench"], "--moving"),
+        (&["compare", "-o", "o"], "--height-scale"),
+        (&["compare", "-o", "o"], "--angle"),
+        (&["map", "normal", "h.png", "-o", "o.png"], "--height-scale"),
+        (&["map", "bake", "low.glb", "high.glb", "-o", "o"], "--cage"),
+    ] {
+        assert_fails(&relief(&[command, &[option, "0,5"]].concat(), folder.path()), 2, &["'0,5'", said]);
+    }
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn devices_and_folders_of_the_system_are_written_to_or_refused_and_stay() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let folder = scene_folder();
+    let run = |args: &[&str]| {
+        let command = ["render", "scene.ron", "--size", "8x8"];
+        relief(&[&command, args].concat(), folder.path())
+    };
+    for (args, said) in [
+        (&["-o", "/dev/null"][..], "/dev/null is no folder; expected one"),
+        (&["-o", "/proc/relief"], "/proc/relief: no file can be made there; expected another folder"),
+        (&["-o", "/proc"], "no file can be made there; expected another folder"),
+        (&["-o", "out", "--save-snapshot", "/dev/null"], "/dev/null is no ordinary file; expected the name of one"),
+        (&["-o", "out", "--hash", "/proc/hash"], "/proc/hash: no file can be made there; expected another folder"),
+    ] {
+        let output = run(args);
+        assert_fails(&output, 2, &["error: ", said]);
+        assert_eq!(text(&output.stderr).lines().count(), 1, "{}", text(&output.stderr));
+    }
+    assert!(
+        run(&["-o", "out", "--hash", "/dev/null", "--record", "/dev/null"]).status.code() != Some(0),
+        "taken twice"
+    );
+    for option in ["--hash", "--record"] {
+        let output = run(&["-o", "out", option, "/dev/null"]);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        assert_fails(&run(&["-o", "out", option, "/dev/full"]), 1, &["error: cannot write /dev/full: No space left"]);
+    }
+    assert!(!Path::new("/dev/null").is_file() && !Path::new("/dev/full").is_file());
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 mod common;
 
+use common::{assert_fails, text};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -35,19 +36,6 @@ fn film(folder: &Path, frames: &str, name: &str) -> Output {
     let quiet = [("WGPU_VALIDATION", "0"), ("WGPU_DEBUG", "0")];
     let mut command = Command::new(env!("CARGO_BIN_EXE_relief"));
     command.args(args).current_dir(folder).envs(quiet).output().expect("the binary runs")
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
-
-#[track_caller]
-fn assert_fails(output: &Output, code: i32, needles: &[&str]) {
-    let error = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(code), "{error}");
-    for needle in needles {
-        assert!(error.contains(needle), "\"{needle}\" is not in: {error}");
-    }
 }
 
 /// Names of unfinished files.
@@ -108,7 +96,7 @@ fn a_film_is_made_with_ffmpeg_and_without_it_an_animated_picture() {
     for name in ["film.xyz", "film.jpg", "film"] {
         let output = run(name);
         assert_fails(&output, 2, &[name, ".mp4", ".apng"]);
-        assert!(!String::from_utf8_lossy(&output.stderr).contains(".part-"), "its temporary name is nobody's business");
+        assert!(!String::from_utf8_lossy(&output.stderr).contains(".part-"), "its temporary name is not told");
     }
     assert!(!folder.path().join("out").exists(), "said before rendering");
     assert_eq!(unfinished(folder.path()), [] as [PathBuf; 0]);
@@ -158,8 +146,8 @@ fn a_film_has_the_colours_of_its_frames_and_says_in_which_space() {
         let quarter = 33 * 19;
         let found =
             [18 * 66 + 32, 66 * 38 + 9 * 33 + 16, 66 * 38 + quarter + 9 * 33 + 16].map(|at| f64::from(planes[at]));
-        // One for the rounding of the values, and two for the encoders', whose steps at such qualities are a few values on
-        // an even picture. By BT.601 luma would be 13 more: 0.299 of red rather than 0.2126, 0.587 of green.
+        // One for the rounding of the values, and two for the encoders', whose steps at such qualities are a few values
+        // on an even picture. By BT.601 luma would be 13 more: 0.299 of red rather than 0.2126, 0.587 of green.
         for (found, expected) in found.iter().zip(expected) {
             assert!((found - expected).abs() <= 3.0, "{name}: {found} for {expected:.1}");
         }
@@ -210,6 +198,17 @@ fn a_film_that_cannot_be_written_is_refused_before_the_first_frame() {
     for name in ["taken.apng", "taken.mp4", "taken.gif"] {
         fs::create_dir(folder.path().join(name)).expect("a folder");
         assert_fails(&film(folder.path(), "3", name), 2, &[name, "is a folder; expected the name of a file"]);
+    }
+    #[cfg(target_os = "linux")]
+    for (name, said) in [
+        ("/dev/null", "is no ordinary file; expected the name of one"),
+        ("/dev/full", "is no ordinary file; expected the name of one"),
+        ("/proc/film.mp4", "no file can be made there; expected another folder"),
+        ("/proc/film.apng", "no file can be made there; expected another folder"),
+    ] {
+        let output = film(folder.path(), "3", name);
+        assert_fails(&output, 2, &[name, said]);
+        assert_eq!(text(&output.stderr).lines().count(), 1, "{}", text(&output.stderr));
     }
     #[cfg(unix)]
     for name in ["link.apng", "link.mp4"] {

@@ -2,6 +2,7 @@
 
 mod common;
 
+use common::text;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
@@ -10,10 +11,6 @@ fn gallery(folder: &Path, args: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_relief"));
     command.args(["gallery", "-o", "out"]).args(args).current_dir(folder);
     command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").output().expect("the binary runs")
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
 }
 
 /// The scene is found although the working directory is another, and its figures' shapes differ.

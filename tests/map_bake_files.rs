@@ -4,6 +4,7 @@ mod common;
 #[path = "common/models.rs"]
 mod models;
 
+use common::text;
 use glam::{Quat, UVec2, Vec2, Vec3, Vec4};
 use relief::frames::Headless;
 use relief::maps::bake::{BakeOptions, Reach, Role, Surface, Target, Wanted, bake};
@@ -31,10 +32,6 @@ fn relief(args: &[&str], folder: &Path) -> Output {
         .env_remove("WAYLAND_DISPLAY")
         .output()
         .expect("the binary runs")
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
 }
 
 fn named(name: &str, mesh: Mesh) -> Mesh {

@@ -2,6 +2,7 @@
 
 mod common;
 
+use common::{assert_fails, text};
 use relief::maps::files;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -12,23 +13,9 @@ fn relief(args: &[&str], folder: &Path) -> Output {
     command.arg("map").args(args).current_dir(folder).output().expect("the binary runs")
 }
 
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
-
 #[track_caller]
 fn assert_done(output: &Output) {
     assert!(output.status.success(), "{}", text(&output.stderr));
-}
-
-/// One line that holds all needles, and the exit code.
-#[track_caller]
-fn assert_fails(output: &Output, code: i32, needles: &[&str]) {
-    let error = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(code), "{error}");
-    for needle in needles {
-        assert!(error.contains(needle), "\"{needle}\" is not in: {error}");
-    }
 }
 
 /// Bumps, a photograph's colours, gloss, and a metallic-roughness map, all 48×32.

@@ -3,6 +3,7 @@
 
 mod common;
 
+use common::text;
 use proptest::prelude::*;
 use relief::frames::{self, LoadOptions, Stage};
 use relief::recording::{Recording, RecordingError, RunFiles, Stepper};
@@ -100,10 +101,6 @@ impl Place {
     fn read(&self, name: &str) -> Vec<u8> {
         fs::read(self.path(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
     }
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
 }
 
 struct Run {

@@ -69,6 +69,11 @@ impl Place {
         self.0.path()
     }
 
+    /// What is written so far.
+    fn read(&self, name: &str) -> String {
+        fs::read_to_string(self.path().join(name)).unwrap_or_default()
+    }
+
     fn relief(&self) -> Command {
         let mut command = Command::new(RELIEF);
         command.current_dir(self.path()).env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
@@ -113,6 +118,15 @@ fn wait_for<T>(what: &str, mut answer: impl FnMut() -> Option<T>) -> T {
         assert!(Instant::now() < end, "waited {PATIENCE:?} for {what}");
         std::thread::sleep(Duration::from_millis(20));
     }
+}
+
+/// The step that a stopped clock stays at, by what is written: a line for each, and one for the beginning.
+fn last_step(written: impl Fn() -> String) -> u64 {
+    wait_for("the clock to stop", || {
+        let before = written().lines().count();
+        std::thread::sleep(Duration::from_millis(500));
+        (written().lines().count() == before).then_some(before as u64 - 1)
+    })
 }
 
 /// A display without a screen. No window manager: windows are at the top left.
@@ -330,14 +344,10 @@ fn a_run_in_a_window_is_the_run_without_one_and_its_recording_replays() {
     let Some(display) = Display::start(&place) else { return };
     let files = ["--record", "run.rec", "--hash", "window.txt", "--speed", "5"];
     let app = App::start(&place, &display, &[&["--no-panel"], &files[..]].concat());
-    let read = |name: &str| fs::read_to_string(place.path().join(name)).unwrap_or_default();
+    let read = |name: &str| place.read(name);
     wait_for("steps", || (read("window.txt").lines().count() > 100).then_some(()));
     app.press(&["space"]);
-    let stopped = wait_for("the clock to stop", || {
-        let before = read("window.txt").lines().count();
-        std::thread::sleep(Duration::from_millis(500));
-        (read("window.txt").lines().count() == before).then_some(before as u64 - 1)
-    });
+    let stopped = last_step(|| read("window.txt"));
     let still = place.rendered(stopped, &["--hash", "render.txt"]);
     app.shows("the state itself, and nothing between steps", &still);
     let headless = read("render.txt");
@@ -365,7 +375,7 @@ fn a_run_in_a_window_is_the_run_without_one_and_its_recording_replays() {
 fn a_window_whose_device_is_lost_goes_on_with_another_as_if_nothing_had_happened() {
     let place = Place::new();
     let Some(display) = Display::start(&place) else { return };
-    let read = |name: &str| fs::read_to_string(place.path().join(name)).unwrap_or_default();
+    let read = |name: &str| place.read(name);
     let mut command = place.relief();
     // A frame is checked four times.
     command.env("RELIEF_LOSE_DEVICE", "50").env("RUST_LOG", "relief=warn");
@@ -375,11 +385,7 @@ fn a_window_whose_device_is_lost_goes_on_with_another_as_if_nothing_had_happened
     let lost = read("window.txt").lines().count();
     wait_for("steps after it", || (read("window.txt").lines().count() > lost + 30).then_some(()));
     app.press(&["space"]);
-    let stopped = wait_for("the clock to stop", || {
-        let before = read("window.txt").lines().count();
-        std::thread::sleep(Duration::from_millis(500));
-        (read("window.txt").lines().count() == before).then_some(before as u64 - 1)
-    });
+    let stopped = last_step(|| read("window.txt"));
     let still = place.rendered(stopped, &["--hash", "render.txt"]);
     app.shows("the picture of the step it stopped at", &still);
     assert!(read("render.txt") == read("window.txt"), "the simulation has noticed nothing");
@@ -508,7 +514,7 @@ fn a_vehicle_is_driven_by_hand_and_seen_from_behind() {
     fs::write(place.path().join("test.ron"), scene).expect("a scene file");
     let Some(display) = Display::start(&place) else { return };
     let app = App::start(&place, &display, &["--no-panel", "--record", "run.rec", "--hash", "window.txt"]);
-    let read = |name: &str| fs::read_to_string(place.path().join(name)).unwrap_or_default();
+    let read = |name: &str| place.read(name);
     let steps = || read("window.txt").lines().count();
     let go_on = |count: usize| {
         let wanted = steps() + count;

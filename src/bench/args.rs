@@ -13,36 +13,38 @@ use systems::lights::LightPolicy;
 #[derive(Args, Clone, Debug)]
 pub struct BenchArgs {
     /// Measure this scene (.ron, .gltf, .glb) rather than a grid: its clock makes a step before every frame
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["objects", "lights", "mesh", "moving", "view", "floor", "suite"])]
+    #[arg(long, value_name = "FILE")]
+    #[arg(conflicts_with_all = ["objects", "lights", "mesh", "moving", "view", "floor", "suite"])]
     pub scene: Option<PathBuf>,
     /// The scene's camera by name, or "chase NAME" or "driver NAME" of a vehicle [default: the first]
     #[arg(long, value_name = "NAME", requires = "scene")]
     pub camera: Option<String>,
     /// Objects on the grid; in a suite, the most [default: 10000; in a suite 100000, if quick 1000]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
+    #[arg(long, value_name = "N", value_parser = arguments::whole(1u32..=10_000_000))]
     pub objects: Option<u32>,
     /// Point lights above it, each of 10 m range; in a suite, the most [default: 1000, if quick 100]
-    #[arg(long, value_name = "M", value_parser = clap::value_parser!(u32).range(..=1_000_000))]
+    #[arg(long, value_name = "M", value_parser = arguments::whole(0..=1_000_000u32))]
     pub lights: Option<u32>,
     /// What stands there: cube (12 triangles), sphere (1,024 triangles), or the largest mesh of a .glb or .gltf file
     #[arg(long, default_value = "cube", value_name = "cube|sphere|PATH")]
     pub mesh: YardMesh,
     /// The share of objects that gets a new transform before every frame, 0 to 1
-    #[arg(long, default_value_t = 0.0, value_name = "FRACTION", value_parser = parse_fraction, conflicts_with = "suite")]
+    #[arg(long, default_value_t = 0.0, value_name = "FRACTION", value_parser = parse_fraction)]
+    #[arg(conflicts_with = "suite")]
     pub moving: f32,
-    /// Pixels; 64x36 shows the engine's cost, as a rasteriser in software takes long over pixels [default: 1280x720, in a
-    /// quick suite 64x36]
+    /// Pixels; 64x36 shows the engine's cost, as a rasteriser in software takes long over pixels [default: 1280x720, in
+    /// a quick suite 64x36]
     #[arg(long, value_name = "WxH", value_parser = arguments::parse_size)]
     pub size: Option<(u32, u32)>,
     /// Frames to measure [default: 120, in a quick suite 5]
-    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(long, value_name = "K", value_parser = arguments::whole(1u32..=1_000_000))]
     pub frames: Option<u32>,
     /// Frames before those, not measured; the first takes far longer than others [default: 10, in a quick suite 2]
-    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    #[arg(long, value_name = "K", value_parser = arguments::whole(1u32..=100_000))]
     pub warm_up: Option<u32>,
-    /// Stop measuring after so many seconds, once there are 5 frames; warming up ends after a quarter of that [default: 40,
-    /// in a suite 10 for each scene]
-    #[arg(long, value_name = "S", value_parser = clap::value_parser!(u32).range(1..=86_400))]
+    /// Stop measuring after so many seconds, once there are 5 frames; warming up ends after a quarter of that [default:
+    /// 40, in a suite 10 for each scene]
+    #[arg(long, value_name = "S", value_parser = arguments::whole(1u32..=86_400))]
     pub seconds: Option<u32>,
     /// Where the camera stands
     #[arg(long, value_enum, default_value = "wide", conflicts_with = "suite")]
@@ -60,19 +62,22 @@ pub struct BenchArgs {
     #[arg(long, default_value = "auto", value_name = "auto|on|off", value_parser = arguments::parse_occlusion)]
     pub occlusion: Occlusion,
     /// Textures in blocks (BC7), a quarter of the memory, where that does not show; made anew each time
-    #[arg(long, value_name = "on|off", default_value = "off", action = ArgAction::Set, value_parser = arguments::parse_on_off)]
+    #[arg(long, value_name = "on|off", default_value = "off", action = ArgAction::Set)]
+    #[arg(value_parser = arguments::parse_on_off)]
     pub compress: bool,
     /// Samples per pixel: 1, or 4 as elsewhere in Relief
     #[arg(long, default_value = "1", value_name = "1|4", value_parser = parse_samples)]
     pub samples: u32,
     /// Keep colours linear until a pass of its own tone-maps them, as relief render does and several samples, blended
     /// objects or emboss_multipass need; off: else objects are tone-mapped as they are drawn
-    #[arg(long, value_name = "on|off", default_value = "off", action = ArgAction::Set, value_parser = arguments::parse_on_off)]
+    #[arg(long, value_name = "on|off", default_value = "off", action = ArgAction::Set)]
+    #[arg(value_parser = arguments::parse_on_off)]
     pub hdr: bool,
     /// Worker threads [default: one per core]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
+    #[arg(long, value_name = "N", value_parser = arguments::whole(1u16..=256))]
     pub threads: Option<u16>,
-    /// Then also draw all objects in view with the plainest shader, meshes whole: what their triangles cost by themselves
+    /// Then also draw all objects in view with the plainest shader, meshes whole: what their triangles cost by
+    /// themselves
     #[arg(long)]
     pub floor: bool,
     /// Also write the last frame to this file, to see what was measured

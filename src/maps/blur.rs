@@ -2,8 +2,8 @@
 
 use super::{Edges, Raster};
 
-/// The first channel blurred with a standard deviation of `sigma` texels; unchanged where it is 0. `done` is told the rows
-/// finished, of twice as many as there are.
+/// The first channel blurred with a standard deviation of `sigma` texels; unchanged where it is 0. `done` is told the
+/// rows finished, of twice as many as there are.
 pub(super) fn gaussian(of: &Raster, sigma: f32, edges: Edges, done: &(dyn Fn(usize) + Sync)) -> Raster {
     let kernel = kernel(sigma);
     let reach = kernel.len() as isize / 2;

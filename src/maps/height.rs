@@ -43,7 +43,8 @@ impl Default for HeightOptions {
     }
 }
 
-/// A height map (1 channel, mean ½) from linear colour (3 channels). `advance` is told the rows finished, in all passes.
+/// A height map (1 channel, mean ½) from linear colour (3 channels). `advance` is told the rows finished, in all
+/// passes.
 pub fn height_from_color(color: &Raster, options: &HeightOptions, advance: Advance) -> Raster {
     let blurs = [options.remove_shading, options.blur, options.sharpen].iter().filter(|&&x| x > 0.0).count();
     let (passes, mut passed) = (1 + 2 * blurs, 0);

@@ -9,9 +9,9 @@
 //! Values are floats 0..1 in linear light, so that 8-bit, 16-bit and float images go the same way. Every tool computes
 //! rows independently of each other, on all cores, and gives the same bytes for any number of them.
 //!
-//! Heights become slopes by one rule. Texels are square, lengths are in widths of the image, and a height scale says how
-//! many of those lie between black and white: it is [`systems::library::Material::height_scale_uv`]. From one texel to
-//! the next, 1/width away, the surface rises by scale · Δh, so its slope is scale · width · Δh, in either direction.
+//! Heights become slopes by one rule. Texels are square, lengths are in widths of the image, and a height scale says
+//! how many of those lie between black and white: it is [`systems::library::Material::height_scale_uv`]. From one texel
+//! to the next, 1/width away, the surface rises by scale · Δh, so its slope is scale · width · Δh, in either direction.
 
 pub mod bake;
 mod blur;

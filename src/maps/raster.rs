@@ -4,7 +4,7 @@ use bevy_tasks::ComputeTaskPool;
 use std::sync::Mutex;
 use std::thread;
 
-/// Who is told how far a tool is: rows or lines finished, and of how many. Any thread may tell.
+/// What is told how far a tool is: rows or lines finished, and of how many. Any thread may tell.
 pub type Advance<'a> = &'a (dyn Fn(usize, usize) + Sync);
 
 /// What lies beyond the edges of a map.
@@ -51,8 +51,8 @@ impl Raster {
         Self { width, height, channels, values: vec![0.0; width * height * channels] }
     }
 
-    /// Computes every row: `fill(y, row)` writes row y, `width · channels` values that are 0 before. Rows are shared out
-    /// among as many threads as [`systems::set_threads`] says, else one per core; `done(n)` is told how many are
+    /// Computes every row: `fill(y, row)` writes row y, `width · channels` values that are 0 before. Rows are shared
+    /// out among as many threads as [`systems::set_threads`] says, else one per core; `done(n)` is told how many are
     /// finished, from any of them.
     pub fn from_rows(
         (width, height, channels): (usize, usize, usize),

@@ -7,9 +7,9 @@
 //! central ½ [-1 0 1]    Sobel ⅛ [1 2 1]ᵀ [-1 0 1]    Scharr 1/32 [3 10 3]ᵀ [-1 0 1]
 //! ```
 //!
-//! Sobel and Scharr smooth across the slope, which hides the steps of 8-bit heights; Scharr's weights are those that turn
-//! best with the image (Jähne, Scharr, Körkel: "Principles of Filter Design", 1999). Central differences keep the most
-//! detail.
+//! Sobel and Scharr smooth across the slope, which hides the steps of 8-bit heights; Scharr's weights are those that
+//! turn best with the image (Jähne, Scharr, Körkel: "Principles of Filter Design", 1999). Central differences keep the
+//! most detail.
 
 use super::{Edges, Raster};
 

@@ -9,8 +9,8 @@
 //! ```
 //!
 //! which is also GGX's at normal incidence. A classic material has one exponent for all its texels; the map then holds
-//! each texel's own peak, at most 1: what is polished flashes, what is dull hardly shines, as with an exponent of its own.
-//! A specular-glossiness material spreads the highlight itself; its map holds F0 alone.
+//! each texel's own peak, at most 1: what is polished flashes, what is dull hardly shines, as with an exponent of its
+//! own. A specular-glossiness material spreads the highlight itself; its map holds F0 alone.
 //!
 //! F0, the reflectance at normal incidence, is that of a dielectric, 0.04, or a metal's base colour:
 //! F0 = 0.04·(1 − metallic) + base·metallic, as in glTF. Alpha is the glossiness, 1 − roughness.

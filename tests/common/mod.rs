@@ -41,6 +41,26 @@ pub fn gpu() -> Option<relief::renderer::Gpu> {
     }
 }
 
+/// What a program wrote.
+#[allow(dead_code)]
+pub fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// The exit code of a program, and that its errors hold all needles.
+///
+/// # Panics
+/// Where they do not.
+#[track_caller]
+#[allow(dead_code)]
+pub fn assert_fails(output: &std::process::Output, code: i32, needles: &[&str]) {
+    let error = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{error}");
+    for needle in needles {
+        assert!(error.contains(needle), "\"{needle}\" is not in: {error}");
+    }
+}
+
 /// Bump techniques.
 #[allow(dead_code)]
 pub mod bumps;

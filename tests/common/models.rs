@@ -20,8 +20,8 @@ pub fn fine_torus(segments: u32, sides: u32) -> Mesh {
     })
 }
 
-/// A mesh moved along its normals by metres that depend on the UV, with normals to match. Vertices in the same place stay
-/// together if heights agree there.
+/// A mesh moved along its normals by metres that depend on the UV, with normals to match. Vertices in the same place
+/// stay together if heights agree there.
 pub fn displaced(mut mesh: Mesh, height: impl Fn(Vec2) -> f32) -> Mesh {
     for ((position, normal), uv) in mesh.positions.iter_mut().zip(&mesh.normals).zip(&mesh.uvs[0]) {
         *position += *normal * height(*uv);

@@ -39,7 +39,7 @@ pub struct CommonArgs {
     #[arg(long, value_enum, value_delimiter = ',', default_value = "normal,height,occlusion", value_name = "MAPS")]
     pub maps: Vec<BakedMap>,
     /// Rays of each texel for the occlusion map: more take longer and leave less noise
-    #[arg(long, default_value_t = 24, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
+    #[arg(long, default_value_t = 24, value_name = "N", value_parser = arguments::whole(1u32..=65536))]
     pub rays: u32,
     /// What is farther away shades nothing [default: everything shades]
     #[arg(long, value_name = "METRES", value_parser = parse_metres)]
@@ -51,7 +51,7 @@ pub struct CommonArgs {
     #[arg(long, value_name = "FILE.png", value_parser = arguments::png())]
     pub preview: Option<PathBuf>,
     /// Worker threads; the maps are the same for any number [default: one per core]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
+    #[arg(long, value_name = "N", value_parser = arguments::whole(1u16..=256))]
     pub threads: Option<u16>,
 }
 
@@ -79,7 +79,7 @@ pub struct BakeArgs {
     #[arg(long, default_value = "16", value_name = "TEXELS | all", value_parser = parse_dilate)]
     pub dilate: Dilate,
     /// Which UVs the maps are for
-    #[arg(long, default_value_t = 0, value_name = "0|1", value_parser = clap::value_parser!(u8).range(0..=1))]
+    #[arg(long, default_value_t = 0, value_name = "0|1", value_parser = arguments::whole(0u8..=1))]
     pub uv_set: u8,
     /// Only this node of LOW with what is below it; may be repeated
     #[arg(long, value_name = "NAME")]

@@ -3,8 +3,8 @@
 use crate::maps::Raster;
 
 /// Grows the filled texels by one texel all round, so many times (`None`: until all are filled). A texel takes the mean
-/// of its filled neighbours among eight. The map goes around at its edges, as a repeating texture does. Returns how many
-/// were filled.
+/// of its filled neighbours among eight. The map goes around at its edges, as a repeating texture does. Returns how
+/// many were filled.
 pub fn dilate(maps: &mut [&mut Raster], filled: &mut [bool], width: usize, steps: Option<usize>) -> usize {
     let height = filled.len() / width.max(1);
     let mut queued = filled.to_vec();

@@ -10,9 +10,9 @@
 //! (`tile.rs`). Both take the fine mesh's normal, its distance, and the share of the sky that it leaves open
 //! (`occlusion.rs`).
 //!
-//! Every texel is worked out by itself, so that any number of threads gives the same bytes. What the frame of a texel is
-//! must be what the renderer makes of the same mesh, or the map would tilt the light: [`Surface`] and [`bake`] follow
-//! `vs_main` and `tangent_frame` of the shaders step by step.
+//! Every texel is worked out by itself, so that any number of threads gives the same bytes. What the frame of a texel
+//! is must be what the renderer makes of the same mesh, or the map would tilt the light: [`Surface`] and [`bake`]
+//! follow `vs_main` and `tangent_frame` of the shaders step by step.
 
 mod bands;
 pub mod command;

@@ -2,8 +2,8 @@
 //!
 //! Light from a sky that is equally bright everywhere counts by the cosine to the normal. So the rays are spread with
 //! that density, and the share that meets nothing is the answer (Malley's method). They lie on Vogel's spiral, each
-//! turned by the golden angle and each for an equal share of the hemisphere's projected disc, which spreads any number of
-//! them evenly; a hash of the texel turns the spiral and shifts it outward, so that neighbours err differently and
+//! turned by the golden angle and each for an equal share of the hemisphere's projected disc, which spreads any number
+//! of them evenly; a hash of the texel turns the spiral and shifts it outward, so that neighbours err differently and
 //! filtering the map averages their errors.
 
 use super::Target;

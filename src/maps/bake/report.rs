@@ -73,8 +73,8 @@ pub struct Report {
     pub height_range: (f32, f32),
     /// The lowest and highest that were met, metres.
     pub heights_met: (f32, f32),
-    /// Metres of a width of the image, whose texels are square: the mean over the map in the middle; a twentieth of the map has less than the first, a
-    /// twentieth more than the last.
+    /// Metres of a width of the image, whose texels are square: the mean over the map in the middle; a twentieth of the
+    /// map has less than the first, a twentieth more than the last.
     pub metres_per_width: (f32, f32, f32),
 }
 

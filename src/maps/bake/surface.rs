@@ -28,7 +28,7 @@ pub enum Role {
 /// All triangles of a model or of some of its nodes, model space, metres.
 #[derive(Clone, Debug, Default)]
 pub struct Surface {
-    /// The file it comes from, or the mesh's name: whom an error names.
+    /// The file it comes from, or the mesh's name: what an error names.
     pub source: PathBuf,
     /// One for each vertex.
     pub positions: Vec<Vec3>,

@@ -9,8 +9,8 @@ use crate::maps::{MapError, Raster};
 use glam::{Vec2, Vec3};
 use std::time::Instant;
 
-/// Floats have more digits than a ray is exact to. Rounded to this, a flat surface gives the same byte everywhere, rather
-/// than now one and now the next.
+/// Floats have more digits than a ray is exact to. Rounded to this, a flat surface gives the same byte everywhere,
+/// rather than now one and now the next.
 const STEP: f32 = 1.0 / (1 << 20) as f32;
 /// Rays of a texel at the most.
 const MAX_RAYS: usize = 65536;
@@ -270,8 +270,8 @@ pub(super) fn finish(baked: &mut Baked, options: &BakeOptions, height_range: (f3
     }
 }
 
-/// Metres of a width of the image, were its texels square where they are, with the area that they have there: of a twentieth
-/// of the map less than the first, of a twentieth more than the last; the mean over the map between them.
+/// Metres of a width of the image, were its texels square where they are, with the area that they have there: of a
+/// twentieth of the map less than the first, of a twentieth more than the last; the mean over the map between them.
 fn metres_per_width(low: &Surface, (width, height): (usize, usize)) -> (f32, f32, f32) {
     let mut widths = Vec::with_capacity(low.triangles.len());
     for triangle in 0..low.triangles.len() as u32 {

@@ -1,9 +1,9 @@
 //! Maps that tile, of a patch seen straight from above.
 //!
-//! The patch repeats with a period along X and Z. Rays go down −Y in the square of one period; what hangs over its border
-//! comes in again on the other side. A ray that meets a copy of the patch is the same as one, moved by whole periods
-//! the other way, that meets the patch itself: so there is one BVH, and each ray is cast once for every copy whose box it
-//! crosses.
+//! The patch repeats with a period along X and Z. Rays go down −Y in the square of one period; what hangs over its
+//! border comes in again on the other side. A ray that meets a copy of the patch is the same as one, moved by whole
+//! periods the other way, that meets the patch itself: so there is one BVH, and each ray is cast once for every copy
+//! whose box it crosses.
 //!
 //! u runs along +X and v along +Z, as on the plane of [`systems::shapes`]: T = +X, B = −Z, N = +Y.
 

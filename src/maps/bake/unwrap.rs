@@ -9,11 +9,11 @@ use super::Surface;
 use glam::{DVec2, DVec3, Vec3};
 use std::ops::RangeInclusive;
 
-/// How near a triangle must come to a texel's centre, in texels: a little less than half a side. A chart that ends where a
-/// texel begins does not claim it, and nor does one that touches it by rounding.
+/// How near a triangle must come to a texel's centre, in texels: a little less than half a side. A chart that ends
+/// where a texel begins does not claim it, and nor does one that touches it by rounding.
 const NEAR: f64 = 0.49;
-/// How far toward the triangle's middle the nearest point of an edge is moved: the fine mesh may end right there, and by
-/// rounding the ray would miss it.
+/// How far toward the triangle's middle the nearest point of an edge is moved: the fine mesh may end right there, and
+/// by rounding the ray would miss it.
 const INWARD: f64 = 1e-3;
 /// Texels looked at, for each texel of the map: UVs that go around the map more often are no chart of it.
 const MAX_COVER: usize = 256;
@@ -180,7 +180,7 @@ impl Chart {
         if self.edges().iter().all(within) {
             return 0.0;
         }
-        // A centre on an edge that belongs to the neighbour, or to nobody.
+        // A centre on an edge that belongs to the neighbour, or to none.
         self.at(self.weights(at)).distance(at).max(f64::from(f32::MIN_POSITIVE))
     }
 

@@ -19,7 +19,7 @@ pub struct CommonArgs {
     #[arg(long, value_name = "FILE.png", value_parser = arguments::png())]
     pub preview: Option<PathBuf>,
     /// Worker threads; the map is the same for any number [default: one per core]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
+    #[arg(long, value_name = "N", value_parser = arguments::whole(1u16..=256))]
     pub threads: Option<u16>,
 }
 
@@ -180,7 +180,7 @@ pub struct HorizonArgs {
     #[command(flatten)]
     pub common: CommonArgs,
     /// Only what is at most so many texels away makes a horizon [default: all of the map]
-    #[arg(long, value_name = "TEXELS", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "TEXELS", value_parser = arguments::whole(1..=u32::MAX))]
     pub max_distance: Option<u32>,
     /// Bits of a PNG's values [default: 8]
     #[arg(long, value_enum, value_name = "8|16")]
