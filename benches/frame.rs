@@ -1,5 +1,5 @@
-//! How long the CPU half of a frame takes: [`Simulation::frame`] with cubes on a square grid, 3 m apart, 16 materials and
-//! 1,000 point lights of 10 m range spread over them; nothing moves, one object in a hundred, or all of them.
+//! How long the CPU half of a frame takes: [`Simulation::frame`] with cubes on a square grid, 3 m apart, 16 materials
+//! and 1,000 point lights of 10 m range spread over them; nothing moves, one object in a hundred, or all of them.
 //!
 //! `…/100000 in tens` has ten cubes below each entity that moves.
 //!

@@ -1,4 +1,5 @@
-//! How long the choice of lights takes, in nanoseconds of processor time per object, which other programs do not lengthen.
+//! How long the choice of lights takes, in nanoseconds of processor time per object, which other programs do not
+//! lengthen.
 //!
 //! `scattered/…` and `city/…` search for all objects on one thread: `three alone` is the hard choice, `tree` what the
 //! light tree costs, `floor` what memory alone costs, every sphere read and every selection written. `frame/…` runs the

@@ -1,8 +1,8 @@
 //! How much memory an object takes: a process with a single object beside processes with many, each a scene of its own.
 //!
 //! `cargo bench --bench memory` prints the columns of an object in its table, and bytes per object of what the process
-//! holds (VmRSS) and of the most that it held (VmHWM): `spawned`, before any frame; the `world` alone after a few frames;
-//! and `drawn` by a renderer, whose buffers a software adapter keeps in the same memory.
+//! holds (VmRSS) and of the most that it held (VmHWM): `spawned`, before any frame; the `world` alone after a few
+//! frames; and `drawn` by a renderer, whose buffers a software adapter keeps in the same memory.
 
 use glam::{Vec3, Vec4};
 use relief::prelude::*;

@@ -10,8 +10,8 @@ use systems::physics::{Physical, Physics};
 use systems::transform::Transform;
 use systems::vehicles::{Controls, Vehicle, VehicleTypeId};
 
-/// Stand-ins on the plane that drive in circles of 15 m at full throttle, so many metres from one to the next: 40 apart,
-/// or 12, where they crash into each other.
+/// Stand-ins on the plane that drive in circles of 15 m at full throttle, so many metres from one to the next: 40
+/// apart, or 12, where they crash into each other.
 fn vehicles(count: usize, spacing: f32) -> Simulation {
     let mut simulation = Simulation::new();
     let columns = (count as f32).sqrt().ceil() as usize;

@@ -1,5 +1,5 @@
-//! How long a step takes with 10,000 and 100,000 vehicles that follow each other, change lanes and wait at signals; each
-//! has four wheels that turn and eight lamps with lights.
+//! How long a step takes with 10,000 and 100,000 vehicles that follow each other, change lanes and wait at signals;
+//! each has four wheels that turn and eight lamps with lights.
 //!
 //! `rings`: closed roads of three lanes, 1,000 m round. `town`: a grid of streets of one lane, a crossing with signals
 //! every 160 m, where vehicles go straight on or turn.

@@ -1,8 +1,9 @@
-//! A run in which lamps and vehicles come and go, as a recording and without a window: `scripts/soak` compares it with the
-//! same run in a window.
+//! A run in which lamps and vehicles come and go, as a recording and without a window: `scripts/soak` compares it with
+//! the same run in a window.
 //!
-//! `cargo run --release --example comings_and_goings -- SCENE MINUTES FOLDER` writes `FOLDER/run.rec`, then takes its steps,
-//! draws a picture for each simulated second, and writes the state's hash after each step to `FOLDER/headless.txt`.
+//! `cargo run --release --example comings_and_goings -- SCENE MINUTES FOLDER` writes `FOLDER/run.rec`, then takes its
+//! steps, draws a picture for each simulated second, and writes the state's hash after each step to
+//! `FOLDER/headless.txt`.
 
 use relief::frames::{self, Headless, LoadOptions};
 use relief::prelude::*;

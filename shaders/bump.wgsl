@@ -69,9 +69,9 @@ fn tangent_frame(normal: vec3f, tangent: vec4f) -> Frame {
     return Frame(t, cross(n, t) * tangent.w, n);
 }
 
-// The frame along the axes of the image where a UV transform turns or mirrors it. T lies along the mesh's +u and B along
-// its −v, so the image's axes are the columns of the inverse of the transform, taken in that frame. Lengths do not
-// count: a texture that repeats twice as often is as steep.
+// The frame along the axes of the image where a UV transform turns or mirrors it. T lies along the mesh's +u and B
+// along its −v, so the image's axes are the columns of the inverse of the transform, taken in that frame. Lengths do
+// not count: a texture that repeats twice as often is as steep.
 fn turned_frame(frame: Frame, image_from_mesh_uv: vec4f) -> Frame {
     let m = image_from_mesh_uv; // columns (m.x, m.y), (m.z, m.w)
     let determinant = m.x * m.w - m.z * m.y;

@@ -1,5 +1,5 @@
-// What a technique makes of a pixel before it is lit: where maps are read, where the surface is, and its normal. The one
-// place where techniques part; they meet again in forward.wgsl, in `reflected`.
+// What a technique makes of a pixel before it is lit: where maps are read, where the surface is, and its normal. The
+// one place where techniques part; they meet again in forward.wgsl, in `reflected`.
 
 // What a technique makes of a pixel before any light is added.
 struct Bump {

@@ -1,24 +1,24 @@
 // Which objects a view draws: one compute pass per view, before its draws. src/renderer/culling.rs records it.
 //
 //   cull          per slot: is the object in view, at which level of detail, and how far away?
-//   count         per entry (a page as one draw sees it): of the slots that the draw takes, how many are in each slice of
-//                 distance?
+//   count         per entry (a page as one draw sees it): of the slots that the draw takes, how many are in each slice
+//                 of distance?
 //   scan_blocks   one workgroup per block of these counts: each becomes the sum of those before it in the block
 //   scan_totals   one workgroup: the blocks' sums become the sums of all blocks before
-//   scatter       per entry: slots into the list of visible ones, slice by slice, in the order of pages and slots within a
-//                 slice
+//   scatter       per entry: slots into the list of visible ones, slice by slice, in the order of pages and slots within
+//                 a slice
 //   finish        per draw: how many instances each of its arguments has, and which is the first
 //
-// After `cull`, a workgroup takes `TOGETHER` pages or entries: it looks which of them hold anything that is drawn, and does
-// the rest of its work for these. Most pages are out of view, and most objects of a page at one level of detail.
+// After `cull`, a workgroup takes `TOGETHER` pages or entries: it looks which of them hold anything that is drawn, and
+// does the rest of its work for these. Most pages are out of view, and most objects of a page at one level of detail.
 //
-// No branch hangs on uniforms alone: for such a one, Mesa's software driver makes a shader of its own for each value, and
-// keeps what it made it from.
+// No branch hangs on uniforms alone: for such a one, Mesa's software driver makes a shader of its own for each value,
+// and keeps what it made it from.
 //
 // Every list comes out in the same order however the invocations run: nothing is appended by atomic counters.
 //
-// What is near is drawn before what is far, so that fewer pixels are shaded that will be hidden: a counting sort by slices
-// of distance, each √2 times as far as the one before.
+// What is near is drawn before what is far, so that fewer pixels are shaded that will be hidden: a counting sort by
+// slices of distance, each √2 times as far as the one before.
 //
 // An object that lies between the places where pixels are sampled is not drawn (Wihlidal: "Optimizing the Graphics
 // Pipeline with Compute", GDC 2016, of triangles): far away, most are.
@@ -44,8 +44,8 @@ struct Cull {
     samples: u32,
     // How far the rasteriser may move a vertex, pixels.
     vertex_rounding: f32,
-    // Where indirect draws must begin at the first instance: places in `visible` from a list of the early phase to that of
-    // the late one. Else 0: the one follows the other at once.
+    // Where indirect draws must begin at the first instance: places in `visible` from a list of the early phase to that
+    // of the late one. Else 0: the one follows the other at once.
     late_offset: u32,
     pad0: u32,
 }
@@ -91,9 +91,9 @@ struct DrawArguments {
 @group(1) @binding(4) var<storage, read> draws: array<CullDraw>;
 // Per slot: what `cull` found.
 @group(1) @binding(5) var<storage, read_write> visibility: array<u32>;
-// Of each draw, its slices one after the other; of each slice, a count per entry, which `scan_blocks` replaces by the sum
-// of those before it in its block. Behind all blocks, the sums of the blocks before each block, and behind these, how many
-// slots each draw has in the early phase.
+// Of each draw, its slices one after the other; of each slice, a count per entry, which `scan_blocks` replaces by the
+// sum of those before it in its block. Behind all blocks, the sums of the blocks before each block, and behind these,
+// how many slots each draw has in the early phase.
 @group(1) @binding(6) var<storage, read_write> counts: array<u32>;
 @group(1) @binding(7) var<storage, read_write> visible: array<u32>;
 @group(1) @binding(8) var<storage, read_write> arguments: array<DrawArguments>;
@@ -263,8 +263,8 @@ fn footprint_of(slot: u32, batch: CullBatch) -> Footprint {
     );
 }
 
-// How far a clip-space vector leads away from a point of the picture, pixels times w. Linear in the vector, and 0 for what
-// lies behind that point: so a box is seen at the point if what this makes of it, a hexagon, holds the origin.
+// How far a clip-space vector leads away from a point of the picture, pixels times w. Linear in the vector, and 0 for
+// what lies behind that point: so a box is seen at the point if what this makes of it, a hexagon, holds the origin.
 fn aside_of(clip: vec4f, ndc: vec2f) -> vec2f {
     return (clip.xy - ndc * clip.w) * 0.5 * cull_view.size;
 }
@@ -273,8 +273,8 @@ fn cross_2d(a: vec2f, b: vec2f) -> f32 {
     return a.x * b.y - a.y * b.x;
 }
 
-// Whether the box is seen at a point of the picture, pixels from the top left, within the rectangle around it. If not, a
-// line along one of the hexagon's sides lies between it and the origin.
+// Whether the box is seen at a point of the picture, pixels from the top left, within the rectangle around it. If not,
+// a line along one of the hexagon's sides lies between it and the origin.
 fn is_seen_at(footprint: Footprint, point: vec2f) -> bool {
     let ndc = vec2f(point.x, -point.y) * 2.0 / cull_view.size + vec2f(-1.0, 1.0);
     let middle = aside_of(footprint.middle, ndc);
@@ -291,7 +291,8 @@ fn is_seen_at(footprint: Footprint, point: vec2f) -> bool {
 }
 
 // Where pixels are sampled, in eighths of a pixel from its top left, a hexadecimal digit for each: in the middle, where
-// pictures of one sample have theirs, then as WebGPU ("Sample patterns") and Vulkan (standard sample locations) have four.
+// pictures of one sample have theirs, then as WebGPU ("Sample patterns") and Vulkan (standard sample locations) have
+// four.
 const SAMPLES_X = 0x51734u;
 const SAMPLES_Y = 0x75314u;
 
@@ -335,7 +336,8 @@ fn cull(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index
     let bounds = bounds_of(slot, batches[page.y]);
     // A mesh far from its own origin is where it is only nearly.
     let rounding = 1e-6 * bounds.scale * length(batches[page.y].center);
-    if bounds.scale <= 0.0 || !in_frustum(bounds.center, bounds.radius + rounding) || !is_sampled(footprint_of(slot, batches[page.y])) {
+    if bounds.scale <= 0.0 || !in_frustum(bounds.center, bounds.radius + rounding)
+        || !is_sampled(footprint_of(slot, batches[page.y])) {
         visibility[slot] = 0u;
         return;
     }
@@ -354,7 +356,8 @@ fn is_hidden(footprint: Footprint) -> bool {
     let last_pixel = vec2u(clamp(footprint.high, vec2f(0.0), last));
     // The level at which two by two texels cover them.
     let extent = vec2f(last_pixel - first_pixel);
-    let level = u32(clamp(ceil(log2(max(max(extent.x, extent.y), 1.0))) - 1.0, 0.0, f32(cull_view.pyramid_levels - 1u)));
+    let coarsest = f32(cull_view.pyramid_levels - 1u);
+    let level = u32(clamp(ceil(log2(max(max(extent.x, extent.y), 1.0))) - 1.0, 0.0, coarsest));
     let low_texel = first_pixel >> vec2u(level + 1u);
     let high_texel = last_pixel >> vec2u(level + 1u);
     var farthest = 1.0;
@@ -410,7 +413,7 @@ fn count_index(draw: CullDraw, entry: u32, slice: u32) -> u32 {
 // Of each entry at hand and each slice, 64 bits for the slots that it holds.
 var<workgroup> members: array<atomic<u32>, 2u * SLICES * TOGETHER>;
 
-// Notes a slot in its slice. (Not by adding up: which bits are set does not depend on who comes first.)
+// Notes a slot in its slice. (Not by adding up: which bits are set does not depend on which comes first.)
 fn enter(number: u32, slice: u32, place: u32) {
     if slice != NO_SLICE {
         atomicOr(&members[2u * (number * SLICES + slice) + place / 32u], 1u << (place % 32u));

@@ -1,5 +1,6 @@
-// DOT3 bump mapping, as fixed-function hardware did it: light vectors per vertex in tangent space, packed into colours of
-// 8 bits, interpolated and not made unit again, dotted with the normal map by a texture combiner whose result has 8 bits.
+// DOT3 bump mapping, as fixed-function hardware did it: light vectors per vertex in tangent space, packed into colours
+// of 8 bits, interpolated and not made unit again, dotted with the normal map by a texture combiner whose result has 8
+// bits.
 
 struct Dot3Out {
     @builtin(position) clip_position: vec4f,

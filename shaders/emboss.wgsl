@@ -1,6 +1,6 @@
-// Emboss bump mapping (Blinn, "Simulation of Wrinkled Surfaces", 1978, gave the idea of differences of heights; Gold: "Emboss
-// bump mapping", 1999): N·L of the bumped surface is that of the smooth one plus how much lower the height is a step
-// toward the light.
+// Emboss bump mapping (Blinn, "Simulation of Wrinkled Surfaces", 1978, gave the idea of differences of heights; Gold:
+// "Emboss bump mapping", 1999): N·L of the bumped surface is that of the smooth one plus how much lower the height is a
+// step toward the light.
 
 // Directions that slant by less are read a smaller step away: a light behind the surface lights nothing.
 const EMBOSS_FULL_COSINE = 0.125;

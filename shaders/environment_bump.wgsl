@@ -1,5 +1,5 @@
-// Environment-mapped bump mapping ("perturbed UV"; the bump environment of Direct3D 6): an offset per texel moves the place
-// where a picture of the surroundings is read.
+// Environment-mapped bump mapping ("perturbed UV"; the bump environment of Direct3D 6): an offset per texel moves the
+// place where a picture of the surroundings is read.
 
 // The surroundings in a direction: the material's picture all around, or the sky. Blur 0..1.
 fn environment(material: Material, direction: vec3f, blur: f32) -> vec3f {

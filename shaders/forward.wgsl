@@ -56,7 +56,8 @@ struct VertexIn {
 
 struct VertexOut {
     @invariant @builtin(position) clip_position: vec4f,
-    // From the eye, along the world's axes: far from the origin, differences from pixel to pixel would be lost in rounding.
+    // From the eye, along the world's axes: far from the origin, differences from pixel to pixel would be lost in
+    // rounding.
     @location(0) position: vec3f,
     @location(1) normal: vec3f,
     @location(2) tangent: vec4f,
@@ -175,7 +176,8 @@ fn surface_at(material: Material, base: vec3f, uvs: Uvs) -> Surface {
         surface.gloss = max(roughness * roughness, 1e-3);
     } else if SHADING == SHADING_METALLIC_ROUGHNESS {
         // glTF 2.0, appendix B.3.5, with KHR_materials_specular.
-        let metal_rough = sample(metallic_roughness_maps, metallic_roughness_sampler, material, MAP_METALLIC_ROUGHNESS, uvs);
+        let metal_rough = sample(
+            metallic_roughness_maps, metallic_roughness_sampler, material, MAP_METALLIC_ROUGHNESS, uvs);
         let metallic = saturate(metal_rough.b * material.metallic);
         let roughness = saturate(metal_rough.g * material.roughness);
         let strength = texel.a * material.specular_strength;
@@ -213,7 +215,8 @@ fn reflected(surface: Surface, bump: Bump, material: Material, number: u32, ligh
         return ambient;
     } else if is_emboss() {
         // No highlight: a difference of heights says nothing of the direction that a mirror would look in.
-        return arriving.color * surface.diffuse * embossed(bump.field, material.emboss_step_texels, arriving.toward) + ambient;
+        let lit = embossed(bump.field, material.emboss_step_texels, arriving.toward);
+        return arriving.color * surface.diffuse * lit + ambient;
     } else if is_dot3() {
         return arriving.color * dot3_reflection(surface, bump, number, light, arriving) + ambient;
     }
@@ -242,9 +245,9 @@ fn lit(surface: Surface, bump: Bump, material: Material, slot: u32, instance: In
             color += reflected(surface, bump, material, 0u, reaching[first + i], eye);
         }
     } else {
-        // A count that is not known before keeps compilers from unrolling, so that an object with one light pays for one;
-        // it is asked at the end of the loop: where it comes first, Mesa's software driver, which runs eight pixels in
-        // step, runs the body once more for none of them.
+        // A count that is not known before keeps compilers from unrolling, so that an object with one light pays for
+        // one; it is asked at the end of the loop: where it comes first, Mesa's software driver, which runs eight
+        // pixels in step, runs the body once more for none of them.
         var chosen = vec3u(instance.lights[0], instance.lights[1], instance.lights[2]);
         var weights = vec3f(instance.weights[0], instance.weights[1], instance.weights[2]);
         let count = dot(vec3u(1u), select(vec3u(1u), vec3u(0u), chosen == vec3u(NO_LIGHT)));

@@ -1,7 +1,7 @@
 // The height map as a surface below (or about) the mesh's own: where a pixel lies in it, rays through it, its horizon.
 //
-// Directions are taken apart along the image: right (+u), up (−v) and out of the surface toward the side that is seen. A
-// sheet that is seen from behind is the same sheet: its heights count the other way.
+// Directions are taken apart along the image: right (+u), up (−v) and out of the surface toward the side that is seen.
+// A sheet that is seen from behind is the same sheet: its heights count the other way.
 
 struct HeightField {
     // Where the pixel is, in the image's UV.
@@ -38,7 +38,9 @@ const MOST_SHADOW_STEPS = 48.0;
 // Half the angle in which a horizon takes a light away, radians.
 const HORIZON_SOFTNESS = 0.04;
 
-fn height_field(material: Material, map: u32, frame: Frame, uv: ImageUv, dp_dx: vec3f, dp_dy: vec3f, front: bool) -> HeightField {
+fn height_field(
+    material: Material, map: u32, frame: Frame, uv: ImageUv, dp_dx: vec3f, dp_dy: vec3f, front: bool,
+) -> HeightField {
     var field: HeightField;
     field.at = uv.at;
     field.layer = material.layers[MAP_HEIGHT];
@@ -68,7 +70,8 @@ fn height_field(material: Material, map: u32, frame: Frame, uv: ImageUv, dp_dx: 
 
 // A direction in world space as right, up, out.
 fn along_image(field: HeightField, direction: vec3f) -> vec3f {
-    return vec3f(dot(direction, field.frame.tangent), dot(direction, field.frame.bitangent), dot(direction, field.frame.normal));
+    let frame = field.frame;
+    return vec3f(dot(direction, frame.tangent), dot(direction, frame.bitangent), dot(direction, frame.normal));
 }
 
 // The change of the image's UV over so many metres to the right and up.
@@ -97,8 +100,8 @@ fn parallax_point(field: HeightField, toward_eye: vec3f) -> FieldPoint {
 }
 
 // Where the ray from the eye meets the height field first: steps of a texel, then regula falsi between the last two
-// (Policarpo, Oliveira, Comba: "Real-Time Relief Mapping on Arbitrary Polygonal Surfaces", I3D 2005; Tatarchuk: "Dynamic
-// Parallax Occlusion Mapping", I3D 2006).
+// (Policarpo, Oliveira, Comba: "Real-Time Relief Mapping on Arbitrary Polygonal Surfaces", I3D 2005; Tatarchuk:
+// "Dynamic Parallax Occlusion Mapping", I3D 2006).
 fn relief_point(field: HeightField, toward_eye: vec3f) -> FieldPoint {
     let v = along_image(field, toward_eye);
     // Change of UV per unit of height along the ray.
@@ -144,8 +147,8 @@ fn displaced(field: HeightField, position: vec3f, height: f32, toward_eye: vec3f
     return position + toward_eye * ((height - field.rest) * field.depth / cosine);
 }
 
-// How much of a light a horizon lets through. `horizon`: its slope (tangent of the elevation), `light`: the direction to
-// the light as right, up, out. A flat field's horizon, 0, takes nothing from a light above it.
+// How much of a light a horizon lets through. `horizon`: its slope (tangent of the elevation), `light`: the direction
+// to the light as right, up, out. A flat field's horizon, 0, takes nothing from a light above it.
 fn over_horizon(horizon: f32, light: vec3f) -> f32 {
     let elevation = atan2(light.z, length(light.xy));
     let edge = atan(horizon);

@@ -24,7 +24,7 @@ fn range_window(distance_squared: f32, inverse_range_squared: f32) -> f32 {
 }
 
 // systems/relevance.rs has the twin of this function.
-// `eye` is the view's, which who asks for many lights reads once: Mesa's software driver would read it for each.
+// `eye` is the view's, which is read once for many lights: Mesa's software driver would read it for each.
 fn arriving(slot: u32, position: vec3f, eye: vec3f) -> Arriving {
     let light = load_light(slot);
     let offset = light.position - eye - position;
@@ -35,8 +35,8 @@ fn arriving(slot: u32, position: vec3f, eye: vec3f) -> Arriving {
     var attenuation = range_window(distance_squared, light.inverse_range_squared)
         / max(k.x + d * (k.y + d * k.z), 1e-4);
     if LIGHTS_WITH_CONES && light.kind != LIGHT_POINT {
-        // 1 − the cosine of the angle from the axis: half the square of the way between the ends of two unit vectors. The
-        // cosines of narrow cones lie too close to 1 to be told apart.
+        // 1 − the cosine of the angle from the axis: half the square of the way between the ends of two unit vectors.
+        // The cosines of narrow cones lie too close to 1 to be told apart.
         let between = light.direction + toward;
         let versine = 0.5 * dot(between, between);
         if light.kind == LIGHT_SPOT_EXPONENT {
@@ -48,7 +48,8 @@ fn arriving(slot: u32, position: vec3f, eye: vec3f) -> Arriving {
             attenuation *= s * s;
         }
     }
-    // Chosen at the end: there is little to save by leaving early, and drivers on the processor take longer over branches.
+    // Chosen at the end: there is little to save by leaving early, and drivers on the processor take longer over
+    // branches.
     let parallel = light.kind == LIGHT_DIRECTIONAL;
     attenuation = select(select(attenuation, 0.0, light.kind == LIGHT_OFF), 1.0, parallel);
     return Arriving(select(toward, light.position, parallel), light.color * attenuation, light.ambient * attenuation);

@@ -1,4 +1,5 @@
-// The tone curves, from linear colours, which are exposed already, to 0..1 linear; src/renderer/tone_map.rs has their twins.
+// The tone curves, from linear colours, which are exposed already, to 0..1 linear; src/renderer/tone_map.rs has their
+// twins.
 
 const TONE_MAP_CLAMP = 0u;
 const TONE_MAP_ACES = 1u;

@@ -1,7 +1,7 @@
 // What the shaders read. Each struct mirrors the one of the same purpose in systems/draw_list.rs (…Record);
 // tests/shaders.rs compares every offset. Instances, lights and materials are tables in textures: record r lies in the
 // texels from r times its size on, four values in each, and its load_… function gathers it. (Why textures:
-// docs/architecture.md, "Tables in textures".) Compilers leave out the texels whose values nobody uses.
+// docs/architecture.md, "Tables in textures".) Compilers leave out the texels whose values nothing uses.
 
 struct View {
     clip_from_world: mat4x4f,

@@ -47,7 +47,7 @@ impl Animation {
         }
     }
 
-    /// How the film would differ from its frames' times: what the format, or those who show it, cannot do.
+    /// How the film would differ from its frames' times: what the format, or what shows it, cannot do.
     pub fn shortcomings(self, frames: Range<u64>, time: FrameTime) -> Vec<String> {
         let count = frames.end - frames.start;
         let ticks = self.ticks(time);
@@ -68,7 +68,8 @@ impl Animation {
             ));
         } else if self == Self::Gif && !(100 * time.numerator).is_multiple_of(time.denominator) {
             said.push(format!(
-                "{name} counts hundredths of a second: not every frame lasts {time}, all together {made} s for {exact:.4} s"
+                "{name} counts hundredths of a second: not every frame lasts {time}, all together {made} s \
+                 for {exact:.4} s"
             ));
         }
         if self == Self::Apng && time.seconds() <= SLOWED_DOWN {
@@ -250,7 +251,8 @@ mod tests {
         }
     }
 
-    /// Numerators and denominators of the delays of an APNG's `fcTL` chunks (PNG specification, third edition, 11.3.6.2).
+    /// Numerators and denominators of the delays of an APNG's `fcTL` chunks (PNG specification, third edition,
+    /// 11.3.6.2).
     fn delays_of(path: &Path) -> Vec<(u16, u16)> {
         let bytes = std::fs::read(path).expect("there");
         let chunks = bytes.windows(4).enumerate().filter(|(_, name)| *name == b"fcTL");

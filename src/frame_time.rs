@@ -13,9 +13,9 @@ pub struct FrameTime {
 }
 
 impl FrameTime {
-    /// The first convergent of the seconds' continued fraction that rounds to them: what is written 0.016666666666666666 is
-    /// 1/60, what is written 0.0004 is 1/2500. Seconds from a nanosecond to a billion; others are taken for the nearest of
-    /// these.
+    /// The first convergent of the seconds' continued fraction that rounds to them: what is written
+    /// 0.016666666666666666 is 1/60, what is written 0.0004 is 1/2500. Seconds from a nanosecond to a billion; others
+    /// are taken for the nearest of these.
     pub fn of(seconds: f64) -> Self {
         let seconds = if seconds.is_finite() { seconds.clamp(1e-9, 1e9) } else { 1.0 };
         Self::convergents(seconds)
@@ -32,9 +32,9 @@ impl FrameTime {
         Self::convergents(self.seconds()).filter(|time| time.numerator > 0).take_while(fits).last().unwrap_or(self)
     }
 
-    /// Fractions ever nearer to a number, the last equal to it (Hardy, Wright: "An Introduction to the Theory of Numbers",
-    /// chapter X), in whole numbers: a double is one over a power of two. Stops at terms that no double holds exactly,
-    /// which are nearer than any double is.
+    /// Fractions ever nearer to a number, the last equal to it (Hardy, Wright: "An Introduction to the Theory of
+    /// Numbers", chapter X), in whole numbers: a double is one over a power of two. Stops at terms that no double holds
+    /// exactly, which are nearer than any double is.
     fn convergents(seconds: f64) -> impl Iterator<Item = Self> {
         const EXACT: u128 = 1 << f64::MANTISSA_DIGITS;
         // At most 2⁵³ · 2⁸³ for a nanosecond, 2⁻³⁰.
@@ -91,9 +91,9 @@ pub struct Shown {
 }
 
 impl Ticks {
-    /// Which frames are shown, each for how long. Every picture begins, and the last ends, at the tick nearest to its time,
-    /// so that roundings do not add up. Frames that would be shown for less than the shortest time are left out; one
-    /// that is shown for more than the longest stands there again. A film is one shortest time long at the least.
+    /// Which frames are shown, each for how long. Every picture begins, and the last ends, at the tick nearest to its
+    /// time, so that roundings do not add up. Frames that would be shown for less than the shortest time are left out;
+    /// one that is shown for more than the longest stands there again. A film is one shortest time long at the least.
     pub fn of_frames(&self, frames: Range<u64>, time: FrameTime) -> Vec<Shown> {
         let (of_second, of_time) = (u128::from(self.per_second), u128::from(time.numerator));
         let tick_of = |frame: u64| {

@@ -212,8 +212,8 @@ pub struct LoadOptions {
     pub cache: bool,
     /// Bytes that textures may take on the GPU; above it the largest are drawn smaller.
     pub texture_bytes: u64,
-    /// Whether images keep their texels when a renderer has them ([`Library::keep_texels`]): what more than one renderer
-    /// draws needs them.
+    /// Whether images keep their texels when a renderer has them ([`Library::keep_texels`]): what more than one
+    /// renderer draws needs them.
     pub keep_texels: bool,
 }
 
@@ -304,8 +304,8 @@ pub fn load_stage(path: &Path, camera: Option<&str>, options: &LoadOptions) -> R
     Ok(Stage { simulation, scene, viewpoint })
 }
 
-/// Gives images that a renderer has taken the texels of ([`Library::keep_texels`]) their texels again, from the files that
-/// the world was loaded from: for another renderer, where that one's device was lost.
+/// Gives images that a renderer has taken the texels of ([`Library::keep_texels`]) their texels again, from the files
+/// that the world was loaded from: for another renderer, where that one's device was lost.
 ///
 /// # Errors
 /// [`FrameError::Scene`]: the files cannot be read any more, or have changed.
@@ -527,8 +527,8 @@ fn pictures(renderer: &mut Renderer, view: &View, kinds: &[OutputKind]) -> Vec<(
     pictures
 }
 
-/// JSON: the id in the picture → the entity's name, its parent's where it has none; `origin`, where it is not zero: where
-/// the world's places count from, in the scene's coordinates.
+/// JSON: the id in the picture → the entity's name, its parent's where it has none; `origin`, where it is not zero:
+/// where the world's places count from, in the scene's coordinates.
 fn names_of_ids(world: &mut World) -> String {
     type Drawn = (Or<(With<MeshId>, With<WholeMesh>)>, Without<PieceOf>);
     let mut drawn = world.query_filtered::<Entity, Drawn>();

@@ -6,13 +6,14 @@ use std::sync::Once;
 /// header and for rounding to pages.
 const LARGEST: usize = (32 << 20) - (64 << 10);
 
-/// Has the C library keep up to 64 MiB of freed memory in each of its arenas for the next allocations, from the first call on.
+/// Has the C library keep up to 64 MiB of freed memory in each of its arenas for the next allocations, from the first
+/// call on.
 ///
-/// A software driver frees at the end of a frame what it holds of the frame's triangles, and allocates it again in the next.
-/// glibc returns free memory at the end of an arena to the system when it is more than 128 KiB, and the system clears every
-/// page that it hands out again: a quarter of a frame of 17,000 cubes. The limit grows to twice the size of the largest
-/// block that was ever mapped by itself and freed (`mallopt(3)`, "dynamic mmap threshold"): one such block, of which no page
-/// is touched, is all it takes. With other C libraries nothing changes.
+/// A software driver frees at the end of a frame what it holds of the frame's triangles, and allocates it again in the
+/// next. glibc returns free memory at the end of an arena to the system when it is more than 128 KiB, and the system
+/// clears every page that it hands out again: a quarter of a frame of 17,000 cubes. The limit grows to twice the size
+/// of the largest block that was ever mapped by itself and freed (`mallopt(3)`, "dynamic mmap threshold"): one such
+/// block, of which no page is touched, is all it takes. With other C libraries nothing changes.
 pub fn keep_freed_memory() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {

@@ -24,12 +24,13 @@ pub fn may_have_display() -> bool {
     true
 }
 
-/// Takes the program's place with one that knows of no display, unless it knows of none as it is. Where that fails, goes on.
+/// Takes the program's place with one that knows of no display, unless it knows of none as it is. Where that fails,
+/// goes on.
 #[cfg(all(unix, not(target_vendor = "apple")))]
 pub fn forget_display() {
     use std::os::unix::process::CommandExt;
     let is_set = |name: &&str| std::env::var_os(name).is_some();
-    // Whoever has the layer choose a device keeps it: it asks no display then.
+    // Where the layer is told to choose a device it is kept: it asks no display then.
     let keeps_layer = ["MESA_VK_DEVICE_SELECT", "DRI_PRIME"].iter().any(is_set);
     if !DISPLAYS.iter().any(is_set) && (keeps_layer || is_set(&NO_LAYER)) {
         return;

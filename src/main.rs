@@ -82,14 +82,15 @@ fn exit(done: Result<(), FrameError>) -> ExitCode {
     }
 }
 
-/// Has a command and those below it take -1 for a value, so that it is refused for what it is, not for an unknown option.
+/// Has a command and those below it take -1 for a value, so that it is refused for what it is, not for an unknown
+/// option.
 fn with_negative_numbers(command: clap::Command) -> clap::Command {
     let names: Vec<String> = command.get_subcommands().map(|below| below.get_name().to_owned()).collect();
     let command = command.allow_negative_numbers(true);
     names.iter().fold(command, |command, name| command.mut_subcommand(name, with_negative_numbers))
 }
 
-/// Prints a line. Whoever reads standard output may have stopped reading; the work is done all the same.
+/// Prints a line. What reads standard output may have stopped reading; the work is done all the same.
 fn say(text: &str) -> Result<(), OutputError> {
     match writeln!(std::io::stdout(), "{text}") {
         Err(source) if source.kind() != ErrorKind::BrokenPipe => {

@@ -81,7 +81,8 @@ fn vehicle_type<T>(world: &World, entity: Entity, get: impl FnOnce(&VehicleType)
     get(world.resource::<VehicleTypes>().get(kind))
 }
 
-/// World from view: behind a vehicle of that type and above it, upright whatever the slope; over its trailer if it has one.
+/// World from view: behind a vehicle of that type and above it, upright whatever the slope; over its trailer if it has
+/// one.
 fn behind(world_from_vehicle: &Affine3A, kind: &VehicleType) -> Affine3A {
     let (size, trailer) = (kind.size, kind.rear() - kind.rear_overhang);
     let forward = Vec3::from(world_from_vehicle.matrix3.z_axis).with_y(0.0).normalize_or(Vec3::Z);

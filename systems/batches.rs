@@ -60,8 +60,8 @@ pub struct BlendedRun {
     pub slots: std::ops::Range<u32>,
 }
 
-/// Orders the blended objects that may be in a view: farthest first along the viewing direction, equal ones by slot. Returns
-/// their slots, and the runs of neighbours with the same key.
+/// Orders the blended objects that may be in a view: farthest first along the viewing direction, equal ones by slot.
+/// Returns their slots, and the runs of neighbours with the same key.
 pub fn sort_transparent(transparent: &[Transparent], view: &View) -> (Vec<u32>, Vec<BlendedRun>) {
     let (planes, eye, direction) = (view.frustum_planes(), view.eye(), view.direction());
     let mut order: Vec<&Transparent> = transparent.iter().filter(|item| in_frustum(&planes, item.bounds)).collect();
@@ -316,7 +316,8 @@ mod tests {
         assert_eq!((slots.len(), runs.len()), (4, 2));
     }
 
-    /// Panes a few centimetres apart, tens of kilometres from the origin, where their coordinates are worth less than that.
+    /// Panes a few centimetres apart, tens of kilometres from the origin, where their coordinates are worth less than
+    /// that.
     #[test]
     fn blended_objects_far_from_the_origin_are_sorted_by_what_lies_between_them() {
         let far = Vec3::new(65_536.0, 0.0, 65_536.0);

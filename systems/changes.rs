@@ -52,8 +52,9 @@ pub(crate) fn first_changed<'w, const N: usize>(
     Some((first? * TOGETHER, since, columns))
 }
 
-/// Writes down a bit for each row of a table, row r in bit r % 64 of word r / 64: whether any of some components changed since
-/// the system last ran. Returns how many such rows there are. For tasks that are each to look through all of them.
+/// Writes down a bit for each row of a table, row r in bit r % 64 of word r / 64: whether any of some components
+/// changed since the system last ran. Returns how many such rows there are. For tasks that are each to look through all
+/// of them.
 pub(crate) fn note_changed<const N: usize>(
     columns: [Option<&ContiguousComponentTicksRef>; N],
     bits: &mut Vec<u64>,

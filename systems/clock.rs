@@ -45,8 +45,9 @@ impl Clock {
         self.step as f64 * self.step_seconds
     }
 
-    /// Takes note of real time gone by; returns how many steps are due. Whoever has no time for them all leaves the rest
-    /// out: nothing is caught up with later, so that a slow machine sees slow motion and not a standstill.
+    /// Takes note of real time gone by; returns how many steps are due. Where there is no time for all of them,
+    /// leave the rest out: nothing is caught up with later, so that a slow machine sees slow motion and not a
+    /// standstill.
     pub fn advance(&mut self, real_seconds: f64) -> u64 {
         if self.paused {
             self.owed = 0.0;

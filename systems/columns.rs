@@ -1,7 +1,7 @@
 //! Writing a column of a table in parts, for tasks to share.
 //!
-//! A contiguous column that is written past change detection owes two notes: the change tick of each row, and the summary
-//! tick of the column, without which readers pass over it (`changes.rs`). A [`Column`] gives both.
+//! A contiguous column that is written past change detection owes two notes: the change tick of each row, and the
+//! summary tick of the column, without which readers pass over it (`changes.rs`). A [`Column`] gives both.
 
 use crate::changes::touch;
 use bevy_ecs::change_detection::{ContiguousComponentTicksMut, ContiguousMut, Tick};
@@ -113,7 +113,8 @@ mod tests {
     #[component(summary_tick)]
     struct Number(usize);
 
-    /// Writes `what` to the rows from `first` on, four to a task; returns which changed, and whether the column says so.
+    /// Writes `what` to the rows from `first` on, four to a task; returns which changed, and whether the column says
+    /// so.
     fn write(world: &mut World, first: usize, what: fn(usize) -> Option<Number>) -> (Vec<usize>, Option<bool>) {
         world.clear_trackers();
         let write = move |mut numbers: Query<&mut Number>| {

@@ -49,8 +49,8 @@ pub struct Light {
 }
 
 impl Light {
-    /// The attenuation 1 / d², times the window that ends it at the range; what glTF's lights have. The intensity is the
-    /// irradiance at 1 m. Nearer than 1 cm it grows no more.
+    /// The attenuation 1 / d², times the window that ends it at the range; what glTF's lights have. The intensity is
+    /// the irradiance at 1 m. Nearer than 1 cm it grows no more.
     pub const INVERSE_SQUARE: Vec3 = Vec3::Z;
 
     /// A white point light with inverse-square attenuation of unit reach: 1 / (1 + d²).
@@ -114,8 +114,8 @@ impl Light {
     }
 }
 
-/// How a [`Camera`] projects. One that asks for a shape is seen whole in a target of another: more is seen to the sides, or
-/// above and below.
+/// How a [`Camera`] projects. One that asks for a shape is seen whole in a target of another: more is seen to the
+/// sides, or above and below.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Projection {
     /// Vertical field of view in radians.

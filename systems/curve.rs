@@ -49,8 +49,8 @@ pub(crate) fn hilbert_keys(pool: &TaskPool, spheres: &[Sphere]) -> Vec<u32> {
 }
 
 /// Index of a cell on the Hilbert curve of so many dimensions, with as many bits per axis as fit (J. Skilling:
-/// "Programming the Hilbert curve", AIP Conference Proceedings 707, 2004): coordinates to the transposed index in place,
-/// then its bits interleaved.
+/// "Programming the Hilbert curve", AIP Conference Proceedings 707, 2004): coordinates to the transposed index in
+/// place, then its bits interleaved.
 fn hilbert<const AXES: usize>(mut x: [u32; AXES]) -> u32 {
     let bits = u32::BITS / AXES as u32;
     let mut bit = 1 << (bits - 1);

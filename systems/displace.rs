@@ -1,12 +1,14 @@
 //! Real geometry from a height map: what the bump techniques imitate.
 //!
 //! ```text
-//! mesh, fine enough for the map → vertices that lie at one place found → moved along the normal → normals of the new faces
+//! mesh, fine enough for the map → vertices that lie at one place found → moved along the normal
+//! → normals of the new faces
 //! ```
 //!
 //! A vertex goes to p + n · (h(uv) − rest) · D. D is metres from black to white: [`Displacement::scale_uv`] times the
-//! metres in a unit of UV, the square root of the area that a unit square of UV covers there, as `shaders/height_field.wgsl`
-//! has it of a pixel. Nothing is cut: a mesh shows what of the map its vertices are near enough together for.
+//! metres in a unit of UV, the square root of the area that a unit square of UV covers there, as
+//! `shaders/height_field.wgsl` has it of a pixel. Nothing is cut: a mesh shows what of the map its vertices are near
+//! enough together for.
 
 use crate::images::{Image, Texels};
 use crate::library::{Mesh, Sampler, Wrap};
@@ -85,8 +87,9 @@ pub struct Displacement<'a> {
 
 /// The mesh with its bumps as geometry; a mesh without UVs as it is.
 ///
-/// Vertices at one place stay at one place, moved by the mean of what each would be, and share a normal, the mean of the
-/// faces around by their areas: no gap and no crease opens along a seam of the UVs. A mesh with sharp edges loses them.
+/// Vertices at one place stay at one place, moved by the mean of what each would be, and share a normal, the mean of
+/// the faces around by their areas: no gap and no crease opens along a seam of the UVs. A mesh with sharp edges loses
+/// them.
 pub fn displace(mesh: &Mesh, by: &Displacement) -> Mesh {
     let mut bumped = mesh.clone();
     let places = Places::new(mesh);

@@ -1,8 +1,8 @@
-//! The seam between the world and the GPU: the plain structs that shaders read, and the batches. What of them changed is in
-//! their tables (`tables.rs`).
+//! The seam between the world and the GPU: the plain structs that shaders read, and the batches. What of them changed
+//! is in their tables (`tables.rs`).
 //!
-//! The systems write a [`DrawList`] each frame; the renderer reads it and nothing else of the world. `shaders/types.wgsl`
-//! mirrors the `…Record` structs; `tests/shaders.rs` compares every offset of the two.
+//! The systems write a [`DrawList`] each frame; the renderer reads it and nothing else of the world.
+//! `shaders/types.wgsl` mirrors the `…Record` structs; `tests/shaders.rs` compares every offset of the two.
 //!
 //! ```text
 //! instances[slot]  one record per drawn object, in pages of 64 slots; an object keeps its slot while it lives
@@ -44,11 +44,11 @@ pub struct InstanceRecord {
     pub lights: [u32; 3],
     /// Slot in the material table.
     pub material: u32,
-    /// Irradiance of what the three lights leave out, linear RGB; the same, times its luminance-weighted direction (world
-    /// space); the same, times how much of it comes along each axis, from either side, but for the last.
+    /// Irradiance of what the three lights leave out, linear RGB; the same, times its luminance-weighted direction
+    /// (world space); the same, times how much of it comes along each axis, from either side, but for the last.
     pub remainder: [u32; 4],
-    /// How much comes along z. Sum of the scores of the lights that are not among the three: what the object's three, each
-    /// in full, may miss.
+    /// How much comes along z. Sum of the scores of the lights that are not among the three: what the object's three,
+    /// each in full, may miss.
     pub last_side_and_dropped: u32,
     /// What the numbers of the remainder are multiples of.
     pub remainder_unit: f32,
@@ -97,9 +97,9 @@ impl LightRecord {
     pub const OFF: u32 = 4;
 }
 
-/// What some light of a world has or had, enabled or not. Shaders are compiled without what none had: each value that they
-/// do not read of every light makes a pixel cheaper. What was there once stays: the frame in which the last one goes does
-/// not wait for shaders to be compiled anew.
+/// What some light of a world has or had, enabled or not. Shaders are compiled without what none had: each value that
+/// they do not read of every light makes a pixel cheaper. What was there once stays: the frame in which the last one
+/// goes does not wait for shaders to be compiled anew.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
 pub struct LightTraits {
     /// An attenuation other than [`Light::INVERSE_SQUARE`](crate::components::Light::INVERSE_SQUARE).
@@ -326,7 +326,7 @@ pub struct DrawList {
     pub world: u64,
     /// Counts frames. Dirty slots are relative to the frame before: a reader that missed one uploads everything.
     pub frame: u64,
-    /// Who is in the slots of drawn objects; their records are made when they are read.
+    /// What is in the slots of drawn objects; their records are made when they are read.
     pub instances: InstanceSlots,
     /// One per light.
     pub lights: Table<LightRecord>,

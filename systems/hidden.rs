@@ -1,8 +1,8 @@
 //! Objects that are not drawn for a while: [`Hidden`] hides an entity and all that is below it.
 //!
-//! [`inherit_hidden`] keeps [`InheritedHidden`] on what is hidden by itself or from above. Hidden objects are in tables of
-//! their own, so that whoever draws leaves them out by the filter `Without<InheritedHidden>` and no object pays for it.
-//! Lights shine on: they have a switch of their own.
+//! [`inherit_hidden`] keeps [`InheritedHidden`] on what is hidden by itself or from above. Hidden objects are in tables
+//! of their own, so that what draws leaves them out by the filter `Without<InheritedHidden>` and no object pays for
+//! it. Lights shine on: they have a switch of their own.
 //!
 //! An entity with bevy's `Disabled` is out of everything: neither is it drawn nor does it shine. What is below it, the
 //! pieces of a large object among that, is not disabled with it; `EntityWorldMut::insert_recursive` does that.
@@ -38,8 +38,8 @@ pub(crate) fn disable(mut world: DeferredWorld, context: HookContext) {
     lights::free_slot(world, context);
 }
 
-/// Makes an entity that is enabled again look new to whoever places it and what is below it, draws it, chooses its lights,
-/// or lists lights.
+/// Makes an entity that is enabled again look new to what places it and what is below it, draws it, chooses its
+/// lights, or lists lights.
 pub(crate) fn enable(mut world: DeferredWorld, context: HookContext) {
     if let Some(mut transform) = world.get_mut::<Transform>(context.entity) {
         transform.set_changed();
@@ -56,7 +56,7 @@ pub(crate) fn enable(mut world: DeferredWorld, context: HookContext) {
     show(world, context);
 }
 
-/// Makes an object that is drawn again look new to whoever draws it and chooses its lights.
+/// Makes an object that is drawn again look new to what draws it and chooses its lights.
 fn show(mut world: DeferredWorld, context: HookContext) {
     if let Some(mut mesh) = world.get_mut::<MeshId>(context.entity) {
         mesh.set_changed();

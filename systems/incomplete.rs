@@ -1,7 +1,7 @@
 //! Objects that lack what they are drawn with: a mesh that the library does not have yet; a material or a place, which
-//! somebody took from them.
+//! was taken from them.
 //!
-//! All are noted where they are met, and looked at in the next frame, so that nobody searches for them.
+//! All are noted where they are met, and looked at in the next frame, so that nothing searches for them.
 
 use crate::hidden::{self, AlsoDisabled};
 use crate::library::{Library, MaterialId, MeshId};
@@ -12,7 +12,7 @@ use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
 use std::collections::BTreeSet;
 
-/// Who waits for what.
+/// What waits for what.
 #[derive(Resource, Debug, Default)]
 pub struct Incomplete {
     /// Their mesh was not in the library.
@@ -35,14 +35,14 @@ impl Incomplete {
     }
 }
 
-/// Notes who lost its material.
+/// Notes what lost its material.
 pub(crate) fn lose_material(mut world: DeferredWorld, context: HookContext) {
     if let Some(mut incomplete) = world.get_resource_mut::<Incomplete>() {
         incomplete.without_material.push(context.entity);
     }
 }
 
-/// Takes who lost its place out of the tables of objects and lights, and notes it.
+/// Takes what lost its place out of the tables of objects and lights, and notes it.
 pub(crate) fn lose_place(mut world: DeferredWorld, context: HookContext) {
     hidden::disable(world.reborrow(), context);
     if let Some(mut incomplete) = world.get_resource_mut::<Incomplete>() {

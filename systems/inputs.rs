@@ -86,7 +86,7 @@ impl Inputs {
     }
 }
 
-/// Queues other settings for an entity's light. Nothing is queued for an entity that nobody enrolled.
+/// Queues other settings for an entity's light. Nothing is queued for an entity that was not enrolled.
 pub fn edit_light(world: &mut World, entity: Entity, light: Light) {
     if let Some(entity) = world.resource::<Roster>().id(entity) {
         world.resource_mut::<Inputs>().push(Input::EditLight { entity, light });

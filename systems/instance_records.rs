@@ -1,8 +1,8 @@
-//! The records of drawn objects, one per slot, made of the objects' components by whoever reads them.
+//! The records of drawn objects, one per slot, made of the objects' components by what reads them.
 //!
-//! The world keeps no copy: what it knows of a slot is who is in it and whether its record changed. The renderer reads the
-//! records of those that changed, and all of them when it knows none, on their way to the GPU, which is the only place where
-//! they lie together.
+//! The world keeps no copy: what it knows of a slot is what is in it and whether its record changed. The renderer reads
+//! the records of those that changed, and all of them when it knows none, on their way to the GPU, which is the only
+//! place where they lie together.
 
 use crate::changes::{LIGHT_ROWS, rows_per_task};
 use crate::draw_list::{DrawList, InstanceRecord, PAGE_SLOTS};
@@ -17,10 +17,10 @@ use bevy_ecs::prelude::*;
 use glam::{Affine3A, Vec3A};
 use std::ops::Range;
 
-/// Who is in which slot, and whose records changed.
+/// What is in which slot, and which records changed.
 #[derive(Clone, Debug, Default)]
 pub struct InstanceSlots {
-    /// By slot; `None` where there is nobody.
+    /// By slot; `None` where there is none.
     pub objects: Vec<Option<EntityIndex>>,
     /// Slots whose records may differ from those of the frame before this one.
     pub dirty: DirtySlots,
@@ -32,7 +32,7 @@ impl InstanceSlots {
         self.objects.reserve((objects + objects / PAGE_SLOTS as usize).saturating_sub(self.objects.len()));
     }
 
-    /// Says who is in a slot from now on.
+    /// Says what is in a slot from now on.
     pub(crate) fn put(&mut self, slot: u32, object: Option<EntityIndex>) {
         let index = slot as usize;
         if index >= self.objects.len() {
@@ -55,7 +55,7 @@ impl<'w> InstanceRecords<'w> {
         Self { world, slots }
     }
 
-    /// The record in a slot, all zero where nobody is.
+    /// The record in a slot, all zero where there is none.
     pub fn get(&self, slot: u32) -> InstanceRecord {
         let mut room = Vec::new();
         self.read(std::slice::from_ref(&(slot..slot + 1)), &mut room)[0]

@@ -2,7 +2,8 @@
 //!
 //! A slot is taken when an object first appears in a frame and kept while it lives and is drawn with the same mesh,
 //! pipeline and class (`pages.rs` gives slots out). So an object that moves has its own record rewritten and nothing
-//! else. Who is in which slot, and whose record changed, is in the [`DrawList`]; `instance_records.rs` makes the records.
+//! else. What is in which slot, and which records changed, is in the [`DrawList`]; `instance_records.rs` makes the
+//! records.
 
 use crate::batches::{self, BlendedChanges};
 use crate::bounds::world_bounds;
@@ -79,8 +80,8 @@ pub(crate) fn free_slot(mut world: DeferredWorld, context: HookContext) {
 
 type Drawn<'a> = (Entity, Ref<'a, GlobalTransform>, Ref<'a, MeshId>, Ref<'a, MaterialId>, Ref<'a, SelectedLights>);
 
-/// Gives slots to objects that are new or whose batch is another, and marks the records of those that moved or changed their
-/// mesh, material or lights.
+/// Gives slots to objects that are new or whose batch is another, and marks the records of those that moved or changed
+/// their mesh, material or lights.
 pub fn update_instances(
     drawn: Query<Drawn, Without<InheritedHidden>>,
     library: Res<Library>,

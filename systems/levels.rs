@@ -1,8 +1,8 @@
 //! Levels of detail: each mesh with fewer triangles, for where it is small in the picture.
 //!
 //! [`update_levels`] runs [`simplify`] once per mesh, after its tangents, the meshes of a frame in parallel. All levels
-//! share the vertices of the mesh; a level is a range of indices and an error ([`Level`]). Which one is drawn depends on
-//! how large that error would be in the picture: the renderer chooses it for each object in the pass that culls, and
+//! share the vertices of the mesh; a level is a range of indices and an error ([`Level`]). Which one is drawn depends
+//! on how large that error would be in the picture: the renderer chooses it for each object in the pass that culls, and
 //! [`LevelOfDetail::choose`] is the same choice in words that can be tested.
 //!
 //! An open border stays as it is in every level, vertex by vertex. So nothing gapes where meshes meet: pieces of a mesh
@@ -29,7 +29,7 @@ const FEWEST_IN_A_LEVEL: usize = 32;
 /// A level that keeps more than this part of the one before is not worth its memory.
 const WORTHWHILE: f64 = 0.8;
 
-/// Levels further from the mesh than this, as a part of its longest side, are of no use to anyone.
+/// Levels further from the mesh than this, as a part of its longest side, are of no use.
 const MOST_ERROR: f32 = 0.25;
 
 /// What simplifying says of an error is a mean over the planes around a vertex. On round shapes the farthest point of a
@@ -81,7 +81,8 @@ impl LevelOfDetail {
     /// Every mesh as it is.
     pub const OFF: Self = Self { enabled: false, max_error_pixels: 0.0 };
 
-    /// The coarsest level whose error covers no more pixels than it may: `error · world_scale · pixels_at_1m / distance`.
+    /// The coarsest level whose error covers no more pixels than it may: `error · world_scale · pixels_at_1m /
+    /// distance`.
     ///
     /// `world_scale` is the longest that an object-space unit is in the world. `distance` is metres from the eye to the
     /// nearest point of the object's bounds; where it is not above 0 the eye is inside and the mesh is drawn as it is.
@@ -122,7 +123,7 @@ impl MeshEntry {
         self.tangents_ready && !self.levels.is_empty()
     }
 
-    /// Makes what is missing of tangents and levels, for those who do not want to leave it to the systems.
+    /// Makes what is missing of tangents and levels, where it is not to be left to the systems.
     pub fn finish(&mut self) {
         if !self.tangents_ready {
             self.make_tangents();
@@ -224,8 +225,9 @@ impl<'a> Simplifier<'a> {
     }
 }
 
-/// Vertices that are one of several at their place because their texture coordinates or tangents differ: a triangle from
-/// one side of such a seam to the other would show what neither shows. Edges that are hard in their normals alone may go.
+/// Vertices that are one of several at their place because their texture coordinates or tangents differ: a triangle
+/// from one side of such a seam to the other would show what neither shows. Edges that are hard in their normals alone
+/// may go.
 fn protected(mesh: &Mesh) -> Vec<SimplifyVertex> {
     let same = |a: usize, b: usize| {
         let uvs = mesh.uvs.iter().all(|uvs| uvs.get(a) == uvs.get(b));

@@ -75,7 +75,7 @@ use bevy_tasks::{ComputeTaskPool, TaskPoolBuilder};
 use stats::{Stage, lap};
 
 /// Sets the number of worker threads of this process; `None`: one per core. Only the first call counts, and the first
-/// [`Simulation`] makes it if nobody did. Results are the same for any number.
+/// [`Simulation`] makes it if nothing did. Results are the same for any number.
 pub fn set_threads(threads: Option<usize>) {
     ComputeTaskPool::get_or_init(|| {
         let builder = TaskPoolBuilder::new().thread_name("relief".into());
@@ -120,8 +120,8 @@ impl Simulation {
         world.register_component_hooks::<Disabled>().on_add(hidden::disable).on_remove(hidden::enable);
         // Which may have none: it is looked for all the same.
         world.register_component::<pieces::PieceOf>();
-        // Schedules ask for it in their first run. The later a resource comes, the more it takes: it is an entity, and where
-        // that one is stands in a list of 4 bytes for each entity before it.
+        // Schedules ask for it in their first run. The later a resource comes, the more it takes: it is an entity, and
+        // where that one is stands in a list of 4 bytes for each entity before it.
         world.init_resource::<Schedules>();
         world.resource_mut::<Schedules>().insert(sub_step_schedule());
         world.init_resource::<library::Library>();
@@ -190,7 +190,7 @@ pub fn step_schedule() -> Schedule {
         (
             inputs::apply_inputs,             // what changes from outside, before anything else does
             interpolation::remember,          // where everything is, before it moves
-            clock::tick,                      // the time of this step, before anyone reads it
+            clock::tick,                      // the time of this step, before anything reads it
             motion::spin,                     // what moves by itself
             vehicles::ground::update_grounds, // what vehicles stand on
             sub_steps::drive,                 // traffic lights, vehicles and their physics, a long step in parts
@@ -224,9 +224,9 @@ pub fn frame_schedule() -> Schedule {
         (
             // A new frame: what was dirty has been uploaded by now.
             (stats::begin, begin_frame, lap(Stage::Transforms, "begin_frame")).chain(),
-            // Before anyone looks for objects: who has got by now what it is drawn with.
+            // Before anything looks for objects: what has got by now what it is drawn with.
             (incomplete::complete, lap(Stage::Transforms, "complete")).chain(),
-            // What is hidden with something above it, before anyone looks for objects.
+            // What is hidden with something above it, before anything looks for objects.
             (hidden::inherit_hidden, lap(Stage::Transforms, "inherit_hidden")).chain(),
             // Wheels and the like, as their vehicles moved.
             (vehicles::parts::turn_parts, lap(Stage::Transforms, "turn_parts")).chain(),

@@ -158,8 +158,8 @@ pub struct Sampler {
 /// An image as a material uses it.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Map {
-    /// The image; its [`ImageKind`] must suit the map: colour for base (blended or masked where the material's alpha is),
-    /// emissive and environment maps; normal for normal maps; height for height maps; data else.
+    /// The image; its [`ImageKind`] must suit the map: colour for base (blended or masked where the material's alpha
+    /// is), emissive and environment maps; normal for normal maps; height for height maps; data else.
     pub image: ImageId,
     /// Wrapping and filtering.
     pub sampler: Sampler,
@@ -347,8 +347,8 @@ impl Material {
         ]
     }
 
-    /// The UV set that the surface's bumps are placed by, which tangents are to follow; `None` without any. The normal map's,
-    /// where other maps are placed otherwise.
+    /// The UV set that the surface's bumps are placed by, which tangents are to follow; `None` without any. The normal
+    /// map's, where other maps are placed otherwise.
     pub fn bump_uv_set(&self) -> Option<usize> {
         let [first, second] = self.horizon_maps;
         let maps = [self.normal_map, self.height_map, first, second, self.offset_map];
@@ -470,7 +470,7 @@ impl Library {
     }
 
     /// Takes back everything added since [`Library::sizes`] was `sizes`: for a loader that fails half-way, before
-    /// anyone has seen the new ids.
+    /// anything has seen the new ids.
     pub fn truncate(&mut self, [meshes, materials, images]: [usize; 3]) {
         self.meshes.truncate(meshes);
         self.pieces.retain(|_, pieces| pieces.iter().all(|piece| (piece.0 as usize) < meshes));
@@ -526,8 +526,8 @@ impl Library {
         &mut self.images
     }
 
-    /// Whether images keep their texels when a renderer has them; they do unless told otherwise. Where they do not, textures
-    /// are held once instead of twice, and no second renderer can draw them.
+    /// Whether images keep their texels when a renderer has them; they do unless told otherwise. Where they do not,
+    /// textures are held once instead of twice, and no second renderer can draw them.
     pub fn keep_texels(&mut self, keep: bool) {
         self.drops_texels = !keep;
     }

@@ -1,5 +1,5 @@
-//! The choice for objects that are too far from others to share vectors with: lights are in the lanes for their scores and
-//! for what arrives from them, and the rest is the plain search's.
+//! The choice for objects that are too far from others to share vectors with: lights are in the lanes for their scores
+//! and for what arrives from them, and the rest is the plain search's.
 //!
 //! A moving object among many that do not move is such a one, and most of a city's are when little moves.
 

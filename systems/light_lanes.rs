@@ -1,9 +1,9 @@
 //! The arithmetic of the search with objects in the lanes of a vector: scores and the best four; the remainder is in
 //! [`crate::light_remainder`].
 //!
-//! Each function is the twin of one in [`crate::relevance`] or [`crate::brute_force`], operation by operation: nothing is
-//! fused, approximated or reordered, so that every instruction set gives the same bits. Functions and closures must be
-//! inlined into the one that was compiled for the instruction set, or each operation becomes a call.
+//! Each function is the twin of one in [`crate::relevance`] or [`crate::brute_force`], operation by operation: nothing
+//! is fused, approximated or reordered, so that every instruction set gives the same bits. Functions and closures must
+//! be inlined into the one that was compiled for the instruction set, or each operation becomes a call.
 
 use crate::bounds::Sphere;
 use crate::draw_list::{LightRecord, NO_LIGHT};
@@ -37,8 +37,8 @@ pub(crate) fn splat4<S: Simd>(simd: S, value: Vec4) -> [Floats<S>; 4] {
     [splat(simd, value.x), splat(simd, value.y), splat(simd, value.z), splat(simd, value.w)]
 }
 
-/// A group of objects, one per lane. Lanes without an object, or with one that is not finite, are out of reach: no score
-/// of theirs is above 0.
+/// A group of objects, one per lane. Lanes without an object, or with one that is not finite, are out of reach: no
+/// score of theirs is above 0.
 pub(crate) struct Objects<S: Simd> {
     center: [Floats<S>; 3],
     radius: Floats<S>,
@@ -156,8 +156,8 @@ impl<S: Simd> Objects<S> {
     }
 }
 
-/// What [`Objects::score`] and [`crate::light_remainder`] read of lights: of one for all lanes, or of one per lane. What is
-/// not used of it is not loaded.
+/// What [`Objects::score`] and [`crate::light_remainder`] read of lights: of one for all lanes, or of one per lane.
+/// What is not used of it is not loaded.
 pub(crate) struct Shining<S: Simd> {
     pub position: [Floats<S>; 3],
     pub inverse_range_squared: Floats<S>,

@@ -1,5 +1,5 @@
-//! What the search finds, from the lanes of vectors to one element per object: whole, as tests compare it with the plain
-//! search, or packed, as objects keep it.
+//! What the search finds, from the lanes of vectors to one element per object: whole, as tests compare it with the
+//! plain search, or packed, as objects keep it.
 
 use crate::light_lanes::{Floats, LANES, Top, splat};
 use crate::light_remainder::Remainder;

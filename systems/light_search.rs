@@ -1,17 +1,18 @@
-//! The search for the three most relevant lights of each object: exact, and fast at a million objects and 100,000 lights.
+//! The search for the three most relevant lights of each object: exact, and fast at a million objects and 100,000
+//! lights.
 //!
 //! Objects come in an order in which neighbours are near each other ([`crate::object_order`]), in packets of
 //! `PACKET`. Several packets ask the [`LightTree`] once for the lights that may reach any of their objects, and each
-//! packet takes its own from that list. So do groups of as many objects as a vector has lanes (lanes are lights). A group
-//! then scores what is left (lanes are objects), lists what reaches any of its objects, and goes through that list twice:
-//! for the best, which stay in registers, and for the remainder.
+//! packet takes its own from that list. So do groups of as many objects as a vector has lanes (lanes are lights). A
+//! group then scores what is left (lanes are objects), lists what reaches any of its objects, and goes through that
+//! list twice: for the best, which stay in registers, and for the remainder.
 //!
-//! Where only some of the objects are searched ([`select_sparse`]), packets and groups end where the next object is too far
-//! away in the order, and what is left alone goes through its packet's list by itself (`light_alone.rs`).
+//! Where only some of the objects are searched ([`select_sparse`]), packets and groups end where the next object is too
+//! far away in the order, and what is left alone goes through its packet's list by itself (`light_alone.rs`).
 //!
 //! The result equals [`crate::brute_force`] bit for bit on every instruction set: lights are added up in
-//! [`crate::light_tree::search_order`], nothing is fused or approximated, and each object's result depends on nothing but
-//! itself and the lights that reach it. Which instructions the processor has is found out when the program runs
+//! [`crate::light_tree::search_order`], nothing is fused or approximated, and each object's result depends on nothing
+//! but itself and the lights that reach it. Which instructions the processor has is found out when the program runs
 //! ([`Level`]).
 
 use crate::bits::for_each_set;
@@ -36,8 +37,8 @@ use fearless_simd::{Simd, dispatch};
 const CLUSTER: usize = 1024;
 /// Objects that share a list of candidates, from which each group takes its own.
 const PACKET: usize = 128;
-/// Places that clusters, packets and groups span at most: the objects of some places only, too far from each other, would
-/// share long lists for little.
+/// Places that clusters, packets and groups span at most: the objects of some places only, too far from each other,
+/// would share long lists for little.
 const CLUSTER_SPAN: u32 = 2048;
 const PACKET_SPAN: u32 = 256;
 const GROUP_SPAN: u32 = 64;
@@ -106,8 +107,8 @@ impl Reaching {
     }
 }
 
-/// Chooses the lights of each sphere; `scored` is indexed by slot, and `tree` built from it. A sphere that is not finite
-/// has none. Fast where neighbours in `spheres` are near each other.
+/// Chooses the lights of each sphere; `scored` is indexed by slot, and `tree` built from it. A sphere that is not
+/// finite has none. Fast where neighbours in `spheres` are near each other.
 pub fn select<F: Found>(
     level: Level,
     tree: &LightTree,
@@ -292,8 +293,8 @@ fn select_group<S: Simd, F: Found, const REMAINDER: bool>(
     F::store(simd, &Lanes { top: &top, weights, remainder: &remainder }, out);
 }
 
-/// Lists those of the lights at these places of the tree that reach some object. There is no branch on whether one does,
-/// which is hard to predict.
+/// Lists those of the lights at these places of the tree that reach some object. There is no branch on whether one
+/// does, which is hard to predict.
 #[inline(always)]
 fn meet<S: Simd, const SPOTS: bool, const REMAINDER: bool>(
     simd: S,
@@ -352,8 +353,8 @@ fn walk<S: Simd>(
     }
 }
 
-/// Reads something of both cache lines of the lights at these places: later, where few objects share lights, each would wait
-/// for its own.
+/// Reads something of both cache lines of the lights at these places: later, where few objects share lights, each would
+/// wait for its own.
 #[inline(always)]
 fn read_lights_ahead(tree: &LightTree, places: &[u32]) {
     let lights = places.iter().map(|&place| &tree.lights[place as usize]);

@@ -41,8 +41,8 @@ const MANY_LIGHTS: usize = 8;
 const FEW_LIGHTS: usize = 64;
 /// All objects are searched if more than one in this many are marked.
 const MANY_OBJECTS: usize = 4;
-/// All objects look their selection up if more than one in this many were searched: that reads them in the order they lie
-/// in memory, and to find one by its entity costs as much as to pass so many by.
+/// All objects look their selection up if more than one in this many were searched: that reads them in the order they
+/// lie in memory, and to find one by its entity costs as much as to pass so many by.
 const SOME_OBJECTS: usize = 16;
 
 /// [`light_search::select`] with the spheres shared out over the threads of a pool; `places` where they are not
@@ -183,8 +183,8 @@ fn locate(entities: &Entities, order: &ObjectOrder, places: &[u32], targets: &mu
 /// Rows that are looked at together.
 const ROWS: usize = 1024;
 
-/// Writes what was found for the objects of a table: for those at places for which `is_found` says so, the selection of that
-/// `index`. What is to be written is listed first, without a branch that is hard to predict.
+/// Writes what was found for the objects of a table: for those at places for which `is_found` says so, the selection of
+/// that `index`. What is to be written is listed first, without a branch that is hard to predict.
 fn write_found(
     (objects, selections): (&[Entity], ContiguousMut<SelectedLights>),
     places: &EntityNumbers,
@@ -251,8 +251,8 @@ struct Part<'a> {
 }
 
 impl Part<'_> {
-    /// Writes to rows what was found, where it is not what they have; all of it is read ahead. The list is of no meaning
-    /// afterwards.
+    /// Writes to rows what was found, where it is not what they have; all of it is read ahead. The list is of no
+    /// meaning afterwards.
     #[inline(always)]
     fn write(&mut self, writes: &mut [(u32, u32)], found: &[SelectedLights]) {
         let (selections, changed) = (&mut *self.selections, &mut *self.changed);
@@ -342,8 +342,8 @@ impl Rows<'_> {
     }
 }
 
-/// Enters the rows of a table that moved or changed their mesh and have a place in the order; returns the others, ascending.
-/// What has no bounds, as its mesh is yet to come, stays where it is. The bits and how many are set: see
+/// Enters the rows of a table that moved or changed their mesh and have a place in the order; returns the others,
+/// ascending. What has no bounds, as its mesh is yet to come, stays where it is. The bits and how many are set: see
 /// [`note_changed`].
 fn enter_known(order: &mut ObjectOrder, table: &Rows, (changed, count): (&[u64], usize)) -> Vec<u32> {
     // Each task looks through all that changed for those with a place in its part of the order.

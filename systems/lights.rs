@@ -1,15 +1,17 @@
 //! Lights in a table, the policy, and what an object knows of its lights.
 //!
-//! [`update_light_table`] gives every [`Light`] entity a slot and writes its [`LightRecord`] (what shaders read) and its
+//! [`update_light_table`] gives every [`Light`] entity a slot and writes its [`LightRecord`] (what shaders read) and
+//! its
 //! [`ScoredLight`] (what the search reads). [`crate::light_selection`] then gives objects their
 //! [`SelectedLights`](crate::selected_lights::SelectedLights).
 //!
 //! Relevance is [`score`]: no point of the object's bounding sphere receives more irradiance (luminance, unshadowed,
-//! facing the light) from the light. The three highest scores win; of equal scores, the lower slot. So that nothing pops
-//! when the three change, a light's weight is 1 − (s₄/s)⁴, s₄ the fourth highest score: a light comes and goes at
+//! facing the light) from the light. The three highest scores win; of equal scores, the lower slot. So that nothing
+//! pops when the three change, a light's weight is 1 − (s₄/s)⁴, s₄ the fourth highest score: a light comes and goes at
 //! weight 0. What the weights leave out goes into the remainder, an ambient cube of the irradiance at the object's
 //! centre: with e the irradiance of a light (luminance) and l the direction to it, dir = Σ e l, sides = Σ e |l|
-//! (component by component), and shading adds dot(n², sides + sign(n) · dir) / 2 in the mean colour of what was left out.
+//! (component by component), and shading adds dot(n², sides + sign(n) · dir) / 2 in the mean colour of what was left
+//! out.
 
 use crate::changes::for_each_changed_in;
 use crate::components::{Light, LightKind};

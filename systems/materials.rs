@@ -55,8 +55,8 @@ pub struct MaterialTable {
 }
 
 impl MaterialTable {
-    /// The class and the pipeline of a material, without what the object decides (mesh, mirroring); those of the default
-    /// for an unknown one.
+    /// The class and the pipeline of a material, without what the object decides (mesh, mirroring); those of the
+    /// default for an unknown one.
     pub fn placed(&self, material: MaterialId) -> (ClassId, PipelineKey) {
         self.placed.get(material.0 as usize).or(self.placed.first()).copied().unwrap_or_default()
     }

@@ -2,8 +2,8 @@
 //!
 //! Every object has a place in an order along a Hilbert curve, so that neighbours in the order are neighbours in
 //! space. Results do not depend on the order, which is sorted when it has become slow (`order_sorting.rs`). Beside the
-//! spheres there is a bit for each object whose lights must be chosen again: it moved, or `ObjectOrder::mark` found that a
-//! light which changed reaches it or did.
+//! spheres there is a bit for each object whose lights must be chosen again: it moved, or `ObjectOrder::mark` found
+//! that a light which changed reaches it or did.
 
 use crate::bits::for_each_set;
 use crate::bounds::Sphere;
@@ -45,7 +45,7 @@ pub(crate) fn free_place(mut world: DeferredWorld, context: HookContext) {
 #[derive(Resource, Debug, Default)]
 pub struct ObjectOrder {
     pub(crate) spheres: Vec<Sphere>,
-    /// Who is there.
+    /// What is there.
     pub(crate) objects: Vec<Option<EntityIndex>>,
     /// Where each of them is.
     pub(crate) places: EntityNumbers,
@@ -63,7 +63,7 @@ pub struct ObjectOrder {
     freed: Vec<u32>,
     /// Without an object, behind the settled ones: for the next that comes.
     pub(crate) free: Vec<u32>,
-    /// Without an object, among the settled ones: whoever came there would have no neighbours.
+    /// Without an object, among the settled ones: what came there would have no neighbours.
     pub(crate) left: Vec<u32>,
     /// Objects that moved in each frame since those that do were gathered, added up.
     pub(crate) moved: usize,
@@ -184,8 +184,8 @@ impl ObjectOrder {
         place
     }
 
-    /// Makes room for the objects of some tables. Lists that grow little by little move, and leave gaps in the process's
-    /// memory.
+    /// Makes room for the objects of some tables. Lists that grow little by little move, and leave gaps in the
+    /// process's memory.
     pub(crate) fn reserve<'a, T: Iterator<Item = &'a [Entity]>>(&mut self, tables: impl Fn() -> T) {
         let objects: usize = tables().map(<[Entity]>::len).sum();
         self.spheres.reserve(objects.saturating_sub(self.spheres.len()));
@@ -272,8 +272,8 @@ impl ObjectOrder {
         self.searched += dirty.places.len();
     }
 
-    /// Every object that one of the lights reaches chooses again; each light as it was before a change and as it is after
-    /// it.
+    /// Every object that one of the lights reaches chooses again; each light as it was before a change and as it is
+    /// after it.
     pub(crate) fn mark(&mut self, pool: &TaskPool, level: Level, lights: &[[ScoredLight; 2]]) {
         if lights.iter().flatten().any(|light| light.range == f32::INFINITY) {
             return self.mark_all();

@@ -1,9 +1,9 @@
 //! When the order of objects is sorted, and how.
 //!
-//! An order is only as good as it was when it was sorted. All of it is sorted again when its groups have grown, which costs as
-//! much as searching everything once. What moves on while the rest stands would stretch the boxes of its neighbours long
-//! before that: such objects leave for a part of their own behind the settled ones, where the newcomers are, too, and
-//! which is sorted by itself now and then.
+//! An order is only as good as it was when it was sorted. All of it is sorted again when its groups have grown, which
+//! costs as much as searching everything once. What moves on while the rest stands would stretch the boxes of its
+//! neighbours long before that: such objects leave for a part of their own behind the settled ones, where the newcomers
+//! are, too, and which is sorted by itself now and then.
 
 use crate::bits::for_each_set;
 use crate::curve::hilbert_keys;
@@ -19,7 +19,8 @@ const WORN: f64 = 1.3;
 const MANY_UNSETTLED: usize = 8;
 /// Objects that move go to a part of their own, which is sorted, each time they have moved for so many frames ...
 const GATHER_AFTER: usize = 32;
-/// ... and are no fewer than these, and while that part is no more than one in so many of all: to sort it must not take long.
+/// ... and are no fewer than these, and while that part is no more than one in so many of all: to sort it must not take
+/// long.
 const FEW_MOVING: usize = 64;
 const MANY_GATHERED: usize = 16;
 

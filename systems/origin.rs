@@ -1,8 +1,8 @@
 //! Where the world's coordinates count from.
 //!
 //! Places are kept in 32 bits, which are a millimetre apart 10 km from zero and half a metre apart where maps are, at
-//! thousands of kilometres. So whatever is read from files has its places in 64 bits, and the world has them from an origin
-//! near by: a scene on a map is the same, to the bit, as the same scene at zero.
+//! thousands of kilometres. So whatever is read from files has its places in 64 bits, and the world has them from an
+//! origin near by: a scene on a map is the same, to the bit, as the same scene at zero.
 
 use bevy_ecs::prelude::*;
 use glam::{DVec3, Vec3};
@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 /// Metres on each axis from the origin within which places are precise: in 32 bits they are less than 2 mm apart there.
 pub const PRECISE: f64 = 20_000.0;
 
-/// `file_from_world`, which is a translation only: where the world's zero is in the coordinates of the scene's file. State:
-/// recordings and snapshots have their places from it. Metres.
+/// `file_from_world`, which is a translation only: where the world's zero is in the coordinates of the scene's file.
+/// State: recordings and snapshots have their places from it. Metres.
 #[derive(Resource, Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct Origin(pub DVec3);
 

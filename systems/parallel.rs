@@ -1,7 +1,7 @@
 //! Work in parts, for the threads of a pool to share.
 //!
-//! What is shared out over tasks comes through here. A scope of `bevy_tasks` brings an executor compiled for what it runs, some
-//! ten thousand lines of its own; so there is one, which runs numbers.
+//! What is shared out over tasks comes through here. A scope of `bevy_tasks` brings an executor compiled for what it
+//! runs, some ten thousand lines of its own; so there is one, which runs numbers.
 
 use bevy_tasks::{ComputeTaskPool, TaskPool};
 use std::sync::Mutex;
@@ -26,7 +26,7 @@ pub fn on_pool<T: Send>(pool: &TaskPool, parts: impl ExactSizeIterator<Item = T>
     }
     let parts: Vec<Mutex<Option<T>>> = parts.map(|part| Mutex::new(Some(part))).collect();
     run(pool, parts.len(), &|number| {
-        // Nobody else asks for the part of that number, and nothing panics while it is taken out.
+        // Nothing else asks for the part of that number, and nothing panics while it is taken out.
         let part = parts[number].lock().ok().and_then(|mut part| part.take());
         part.into_iter().for_each(&work);
     });

@@ -15,8 +15,8 @@ pub const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
 const MIN_DENOMINATOR: f32 = 1e-4;
 /// Light beyond this is no light: sums of a hundred million such lights at the least denominator stay finite.
 const MAX_LUMINANCE: f32 = 1e26;
-/// From the inner cone's versine to the outer one's, at least, as a part of the latter: sixteen steps of single precision. A
-/// spot whose cones are closer than that has a hard edge.
+/// From the inner cone's versine to the outer one's, at least, as a part of the latter: sixteen steps of single
+/// precision. A spot whose cones are closer than that has a hard edge.
 const LEAST_CONE_STEP: f64 = 1.0 / (1 << 20) as f64;
 /// Half angles that a spot's outer cone may have, radians.
 const CONES: [f32; 2] = [1e-3, 85.0 * std::f32::consts::PI / 180.0];
@@ -26,7 +26,8 @@ pub(crate) const ROUNDING: f32 = 1e-6;
 /// the cone: it goes to 0 from there to this many times the angle's tangent.
 const SOFT_EDGE: f32 = 1.25;
 
-/// A light as the search reads it: one per slot, folded from its [`LightRecord`]. Two cache lines: the first is all that
+/// A light as the search reads it: one per slot, folded from its [`LightRecord`]. Two cache lines: the first is all
+/// that
 /// [`score`] reads.
 #[derive(Clone, Copy, PartialEq, Debug)]
 #[repr(C, align(64))]
@@ -40,8 +41,8 @@ pub struct ScoredLight {
     pub denominator: Vec4,
     /// World space, unit: the way the light shines.
     pub axis: Vec3,
-    /// 1 − cosine of the half angle at which the score ends, rounded up: the outer one, or a little more for a spot with
-    /// exponent.
+    /// 1 − cosine of the half angle at which the score ends, rounded up: the outer one, or a little more for a spot
+    /// with exponent.
     pub versine_outer: f32,
     /// 1 / (versine of the half angle at which the score ends − versine of the one within which it is full).
     pub inverse_cone: f32,
@@ -51,13 +52,13 @@ pub struct ScoredLight {
     pub kind: u32,
     /// Luminance of the magnitude of its colour or of its ambient colour, whichever is larger.
     pub luminance: f32,
-    /// What an irradiance of luminance 1 adds to the remainder's ambient: colour and four times the ambient colour, over
-    /// luminance.
+    /// What an irradiance of luminance 1 adds to the remainder's ambient: colour and four times the ambient colour,
+    /// over luminance.
     pub tint: Vec3,
     /// What it adds to the remainder's direction: luminance of the (signed) colour over luminance.
     pub directed: f32,
-    /// What it adds to each side of the remainder, wherever it comes from: twice the luminance of the ambient colour over
-    /// luminance.
+    /// What it adds to each side of the remainder, wherever it comes from: twice the luminance of the ambient colour
+    /// over luminance.
     pub even: f32,
     /// Exponent of the classic spot.
     pub exponent: f32,
@@ -141,13 +142,14 @@ fn exponent_bound(record: &LightRecord) -> f32 {
     (((1.0 + tan_squared).powf(half) - 1.0) / tan_squared * 0.9999) as f32
 }
 
-/// The record of a light; kind [`LightRecord::OFF`] where it is disabled, has no colour, range or cone, or is not finite.
+/// The record of a light; kind [`LightRecord::OFF`] where it is disabled, has no colour, range or cone, or is not
+/// finite.
 ///
-/// Negative attenuation coefficients count as 0: attenuation that grows with distance has no bound. A spot's outer angle
-/// is from 0.057° to 85° and its inner angle at most the outer.
+/// Negative attenuation coefficients count as 0: attenuation that grows with distance has no bound. A spot's outer
+/// angle is from 0.057° to 85° and its inner angle at most the outer.
 ///
-/// Cones are kept as versines, 1 − cosine: the cosines of narrow ones lie too close to 1 for single precision to tell them
-/// apart.
+/// Cones are kept as versines, 1 − cosine: the cosines of narrow ones lie too close to 1 for single precision to tell
+/// them apart.
 pub fn light_record(light: &Light, world_from_light: &GlobalTransform) -> LightRecord {
     let off = LightRecord { kind: LightRecord::OFF, ..LightRecord::default() };
     let color = light.color * light.intensity;
@@ -203,8 +205,8 @@ fn versine(angle: f32) -> f64 {
 ///
 /// Attenuation and window fall with the distance, so the sphere's nearest point bounds them. The spot's factor falls
 /// with the angle from the axis, and the sphere fits in a cylinder along the axis: no point of it is further along than
-/// A = t + r or nearer to the axis than B = q − √(r² − min(t, 0)²) (t, q: the centre's place along and off the axis), so
-/// no angle's tangent is less than B/A. A larger sphere around this one never scores lower.
+/// A = t + r or nearer to the axis than B = q − √(r² − min(t, 0)²) (t, q: the centre's place along and off the axis),
+/// so no angle's tangent is less than B/A. A larger sphere around this one never scores lower.
 pub fn score(light: &ScoredLight, sphere: Sphere) -> f32 {
     match light.kind {
         LightRecord::OFF => return 0.0,
@@ -309,8 +311,8 @@ pub(crate) const MIN_RADIUS: f32 = 1e-6;
 /// x^e for x in 0..=1 and e ≥ 0 from basic operations only, which round alike everywhere: within 1e-4 from x = 0.08 on,
 /// within a hundredth below.
 ///
-/// The whole part of e by squaring; the rest from exp(f · ln x), ln x = 4 ln x^¼ by the series of the inverse hyperbolic
-/// tangent, exp by its own and [`SQUARINGS`] squarings.
+/// The whole part of e by squaring; the rest from exp(f · ln x), ln x = 4 ln x^¼ by the series of the inverse
+/// hyperbolic tangent, exp by its own and [`SQUARINGS`] squarings.
 fn power(x: f32, e: f32) -> f32 {
     let (whole, fraction) = split_exponent(e);
     let (mut result, mut square, mut bits) = (1.0, x, whole);
@@ -361,8 +363,8 @@ fn falloff(light: &LightRecord, point: Vec3) -> (f32, Vec3) {
     let [constant, linear, quadratic] = light.attenuation;
     let attenuation = 1.0 / (constant + distance * (linear + distance * quadratic)).max(MIN_DENOMINATOR);
     let window = range_window(distance * distance, light.inverse_range_squared);
-    // Half the square of the way between the ends of two unit vectors is 1 − the cosine of their angle, and exact where that
-    // is small.
+    // Half the square of the way between the ends of two unit vectors is 1 − the cosine of their angle, and exact where
+    // that is small.
     let versine = if distance > 0.0 { 0.5 * (direction + toward).length_squared() } else { 1.0 };
     let spot = match light.kind {
         LightRecord::POINT => 1.0,

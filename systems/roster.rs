@@ -18,7 +18,7 @@ use std::collections::BTreeMap;
 pub struct StateId(pub u32);
 
 /// What no entity is called.
-const NOBODY: u32 = u32::MAX;
+const NO_ID: u32 = u32::MAX;
 
 /// The entities of a run by [`StateId`].
 #[derive(Resource, Default, Debug)]
@@ -27,7 +27,7 @@ pub struct Roster {
     scene: Vec<Entity>,
     /// What came later, by the id of its first entity.
     later: BTreeMap<u32, Family>,
-    /// Ids by the indices of entities; [`NOBODY`] for those that have none.
+    /// Ids by the indices of entities; [`NO_ID`] for those that have none.
     ids: Vec<u32>,
     /// The id that comes next.
     next: u32,
@@ -43,7 +43,7 @@ pub(crate) struct Family {
 }
 
 impl Roster {
-    /// The id of an entity; `None` for one that nobody enrolled.
+    /// The id of an entity; `None` for one that was not enrolled.
     pub fn id(&self, entity: Entity) -> Option<StateId> {
         let id = StateId(*self.ids.get(entity.index_u32() as usize)?);
         // The place of an entity that is gone may be another's now.
@@ -91,12 +91,12 @@ impl Roster {
     fn number(&mut self, entity: Entity, id: u32) {
         let index = entity.index_u32() as usize;
         if index >= self.ids.len() {
-            self.ids.resize(index + 1, NOBODY);
+            self.ids.resize(index + 1, NO_ID);
         }
         self.ids[index] = id;
     }
 
-    /// Forgets what has nobody left.
+    /// Forgets what has no entity left.
     fn sweep(&mut self, world: &World) {
         self.later.retain(|_, family| family.members.iter().any(|&entity| world.get_entity(entity).is_ok()));
     }
@@ -163,7 +163,7 @@ impl EntityMapper for FromIds<'_> {
     fn get_mapped(&mut self, source: Entity) -> Entity {
         let entity = self.world.resource::<Roster>().entity(StateId(source.index_u32()));
         let living = entity.filter(|&entity| self.world.get_entity(entity).is_ok());
-        // Who was named and had gone stays nobody.
+        // What was named and had gone stays gone.
         self.missed |= living.is_none() && source != Entity::PLACEHOLDER;
         living.unwrap_or(Entity::PLACEHOLDER)
     }

@@ -20,7 +20,7 @@ pub enum Spawn {
         /// What it shines like.
         light: Light,
     },
-    /// A vehicle that somebody drives, or nobody.
+    /// A vehicle, driven by hand or not.
     Vehicle {
         /// For people.
         name: String,

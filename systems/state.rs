@@ -1,5 +1,5 @@
-//! What the simulation's state is: one list, which hashing ([`crate::state_hash`]) and saving ([`crate::snapshot`]) both
-//! go by, so that nothing is in one and missing in the other.
+//! What the simulation's state is: one list, which hashing ([`crate::state_hash`]) and saving ([`crate::snapshot`])
+//! both go by, so that nothing is in one and missing in the other.
 //!
 //! State is what steps change or read, and nothing that follows from it: not `GlobalTransform`, bounds, tangents,
 //! selections of lights, slots; not how the world is looked at (cameras of the window, exposure, the clock's speed). A

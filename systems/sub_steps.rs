@@ -1,9 +1,9 @@
 //! Long steps of what drives, in parts.
 //!
 //! A driver decides once in a step and drives on blindly until the next. The longer that takes, the farther a vehicle
-//! gets beyond the place where it would have braked: steps of a second run over stops, signals and each other. So a step
-//! longer than [`LONGEST`] is driven in equal parts that are not: signals, drivers and physics see each of them, and only
-//! what is drawn, heard of or saved waits for the whole step.
+//! gets beyond the place where it would have braked: steps of a second run over stops, signals and each other. So a
+//! step longer than [`LONGEST`] is driven in equal parts that are not: signals, drivers and physics see each of them,
+//! and only what is drawn, heard of or saved waits for the whole step.
 
 use crate::clock::Clock;
 use crate::physics;
@@ -11,15 +11,16 @@ use crate::vehicles::{driving, signals};
 use bevy_ecs::prelude::*;
 use bevy_ecs::schedule::ScheduleLabel;
 
-/// Seconds. Drivers stop some 2 m before a line ([`crate::vehicles::types::Driver::gap`]); nobody drives farther than that
-/// in 0.05 s below 40 m/s, 144 km/h, so that whoever decides a step too late still stops before it.
+/// Seconds. Drivers stop some 2 m before a line ([`crate::vehicles::types::Driver::gap`]); none drives farther than
+/// that in 0.05 s below 40 m/s, 144 km/h, so that a driver that decides a step too late still stops before it.
 pub const LONGEST: f64 = 0.05;
 
 /// The schedule of a part: systems that have to see every one of them are added here.
 #[derive(ScheduleLabel, Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Parts;
 
-/// The part of a step that is driven now; the whole of it where steps are short. Follows from the clock, and is no state.
+/// The part of a step that is driven now; the whole of it where steps are short. Follows from the clock, and is no
+/// state.
 #[derive(Resource, Clone, Copy, PartialEq, Debug)]
 pub struct SubStep {
     /// How long it is.
@@ -70,7 +71,7 @@ pub(crate) fn add_systems(schedule: &mut Schedule) {
             // Vehicles that are bodies: after the kinematic ones, which they bump into.
             (
                 physics::update_ground,  // what wheels stand on
-                physics::place_bodies,   // who is a body, and where
+                physics::place_bodies,   // which of them are bodies, and where
                 physics::follow_traffic, // kinematic vehicles near by
                 physics::step_bodies,    // springs, tyres, collisions
                 physics::write_back,     // where they are now

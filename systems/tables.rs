@@ -1,5 +1,5 @@
-//! Tables of records that shaders read, and what of them changed since the frame before: a bit per slot, read out as few
-//! ranges. The renderer's copies are in `src/renderer/tables.rs`.
+//! Tables of records that shaders read, and what of them changed since the frame before: a bit per slot, read out as
+//! few ranges. The renderer's copies are in `src/renderer/tables.rs`.
 
 use bytemuck::Pod;
 use std::ops::Range;
@@ -98,8 +98,8 @@ pub trait Records {
     /// Slots written since the frame before this one.
     fn dirty(&self) -> &DirtySlots;
 
-    /// The records in ranges of slots, one after another; those that lie nowhere as they are wanted are put in `room`, which
-    /// grows as needed.
+    /// The records in ranges of slots, one after another; those that lie nowhere as they are wanted are put in `room`,
+    /// which grows as needed.
     ///
     /// # Panics
     /// If a range goes beyond [`Self::slot_count`].

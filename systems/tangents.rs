@@ -4,8 +4,8 @@
 //! tangents keeps them. For the others `corner_tangents` gives every triangle corner its own tangent, as MikkTSpace
 //! defines it, and `split_vertices` makes vertices of them: a vertex on a mirror seam of the UVs becomes two.
 //!
-//! The UV set that the normal map is placed by counts ([`Mesh::tangent_uv_set`]). T.w is glTF's sign, B = cross(N, T)·w toward image-up: the negative of the sign of
-//! the reference implementation, whose V axis points the other way.
+//! The UV set that the normal map is placed by counts ([`Mesh::tangent_uv_set`]). T.w is glTF's sign, B = cross(N, T)·w
+//! toward image-up: the negative of the sign of the reference implementation, whose V axis points the other way.
 
 use crate::library::{Library, Mesh, MeshEntry};
 use crate::parallel::in_parallel;

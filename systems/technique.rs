@@ -20,7 +20,8 @@ pub enum Technique {
     Dot3,
     /// The same with one light vector for the whole object.
     Dot3Constant,
-    /// Environment-mapped bump mapping: the offset map shifts the look-up into the environment, or into what lies behind.
+    /// Environment-mapped bump mapping: the offset map shifts the look-up into the environment, or into what lies
+    /// behind.
     PerturbedUv,
     /// Parallax with offset limiting, then the normal map.
     Parallax,

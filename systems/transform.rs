@@ -1,8 +1,8 @@
 //! Where an entity is: [`Transform`] among its siblings, [`GlobalTransform`] in the world.
 //!
-//! As `bevy_transform`'s components of these names, in what matters to those who write systems for a frame: both columns
-//! have a summary tick, so that a table in which nothing moved is passed over in one comparison, however many rows it has;
-//! and a place in the world takes 48 bytes, not 64. `transforms.rs` derives the one from the other.
+//! As `bevy_transform`'s components of these names, in what matters to systems for a frame: both
+//! columns have a summary tick, so that a table in which nothing moved is passed over in one comparison, however many
+//! rows it has; and a place in the world takes 48 bytes, not 64. `transforms.rs` derives the one from the other.
 
 use crate::incomplete;
 use bevy_ecs::prelude::*;
@@ -10,8 +10,8 @@ use glam::{Affine3, Affine3A, Mat3, Mat4, Quat, Vec3};
 use serde::{Deserialize, Serialize};
 use std::ops::Mul;
 
-/// Place, direction and size of an entity in the coordinates of its parent; in the world's for one that has none. A point p
-/// of the entity is at translation + rotation · (scale · p).
+/// Place, direction and size of an entity in the coordinates of its parent; in the world's for one that has none. A
+/// point p of the entity is at translation + rotation · (scale · p).
 ///
 /// An entity looks along its −Z, with Y up and X to the right.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
@@ -87,8 +87,8 @@ impl Transform {
     }
 
     /// The same, looking along a direction of the parent's coordinates, with `up` as near to its own Y as can be. A
-    /// direction without length, or with an infinite one, counts as −Z and such an `up` as Y; where the two are parallel,
-    /// any Y at a right angle is taken.
+    /// direction without length, or with an infinite one, counts as −Z and such an `up` as Y; where the two are
+    /// parallel, any Y at a right angle is taken.
     #[must_use]
     pub fn looking_to(self, direction: Vec3, up: Vec3) -> Self {
         let back = -unit(direction).unwrap_or(Vec3::NEG_Z);
@@ -119,8 +119,8 @@ impl Transform {
         self.rotation * (self.scale * point) + self.translation
     }
 
-    /// That of a child of this one, in the coordinates of this one's parent; without the shear that a turned child has in a
-    /// parent of uneven scale.
+    /// That of a child of this one, in the coordinates of this one's parent; without the shear that a turned child has
+    /// in a parent of uneven scale.
     #[must_use]
     pub fn mul_transform(&self, child: Self) -> Self {
         Self {

@@ -1,10 +1,11 @@
 //! Where everything is in the world: `GlobalTransform` from `Transform` and the parents above.
 //!
-//! What comes out is what `bevy_transform`'s systems make of the same hierarchies, to the bit; those read several columns of
-//! all objects in every frame. [`update_transforms`] passes over a table in which nothing moved, and of the others it reads
-//! 4 bytes of an object that stands still: the change tick of its `Transform`. Objects without parent and children are written where the scan finds them, parts of a table in parallel. Of
-//! hierarchies, `topmost` finds the changed nodes that have no changed node above, and `propagate` goes down from these.
-//! What is below an entity without `Transform`, or in a ring of parents, keeps its place.
+//! What comes out is what `bevy_transform`'s systems make of the same hierarchies, to the bit; those read several
+//! columns of all objects in every frame. [`update_transforms`] passes over a table in which nothing moved, and of the
+//! others it reads 4 bytes of an object that stands still: the change tick of its `Transform`. Objects without parent
+//! and children are written where the scan finds them, parts of a table in parallel. Of hierarchies, `topmost` finds
+//! the changed nodes that have no changed node above, and `propagate` goes down from these. What is below an entity
+//! without `Transform`, or in a ring of parents, keeps its place.
 //!
 //! An [`Interpolated`] entity is placed between its last two transforms; where the window draws frames between steps,
 //! those that moved in the last step are placed anew in each.
@@ -122,8 +123,8 @@ fn update_table(
     }
 }
 
-/// `GlobalTransform::from`, which is not inlined: what comes back through memory, in other pieces than it is read in, waits
-/// there for all that was written before it.
+/// `GlobalTransform::from`, which is not inlined: what comes back through memory, in other pieces than it is read in,
+/// waits there for all that was written before it.
 #[inline(always)]
 fn place(Transform { translation, rotation, scale }: &Transform) -> GlobalTransform {
     GlobalTransform::from(Affine3A::from_scale_rotation_translation(*scale, *rotation, *translation))
@@ -136,7 +137,7 @@ enum Mark {
     Unknown,
     /// Its `Transform` or its parent changed.
     Changed,
-    /// On the way up that is being climbed: who meets it is in a ring.
+    /// On the way up that is being climbed: what meets it is in a ring.
     Climbed,
     /// No node above it changed, nor did it.
     Still,

@@ -20,8 +20,8 @@ pub struct View {
 }
 
 impl View {
-    /// A view from a camera entity's place: along its −Z, upright as near to its +Y as can be. Scale, mirrors and shear are
-    /// ignored (glTF 2.0, section 3.10).
+    /// A view from a camera entity's place: along its −Z, upright as near to its +Y as can be. Scale, mirrors and shear
+    /// are ignored (glTF 2.0, section 3.10).
     pub fn new(world_from_camera: &Affine3A, camera: &Camera, width: u32, height: u32) -> Self {
         let world_from_view = rigid(world_from_camera);
         Self { world_from_view, camera: camera.clone(), width: width.max(1), height: height.max(1) }
@@ -108,8 +108,8 @@ impl View {
     }
 }
 
-/// A place without scale, mirror and shear: the axis Z keeps its direction, Y the nearest at a right angle to it. An axis
-/// without length gets a direction that suits the others.
+/// A place without scale, mirror and shear: the axis Z keeps its direction, Y the nearest at a right angle to it. An
+/// axis without length gets a direction that suits the others.
 fn rigid(world_from_local: &Affine3A) -> Affine3A {
     let m = world_from_local.matrix3;
     let back = m.z_axis.try_normalize().or_else(|| m.x_axis.cross(m.y_axis).try_normalize()).unwrap_or(Vec3A::Z);
@@ -118,8 +118,8 @@ fn rigid(world_from_local: &Affine3A) -> Affine3A {
     Affine3A { matrix3: Mat3A::from_cols(up.cross(back), up, back), translation: world_from_local.translation }
 }
 
-/// Whether some of a sphere, world space, is on the inner side of each plane of a frustum ([`View::frustum_planes`]): of all
-/// that can be seen, and a little more. shaders/cull.wgsl has the twin.
+/// Whether some of a sphere, world space, is on the inner side of each plane of a frustum ([`View::frustum_planes`]):
+/// of all that can be seen, and a little more. shaders/cull.wgsl has the twin.
 pub fn in_frustum(planes: &[Vec4; 6], sphere: Sphere) -> bool {
     // Room for rounding, which grows with the distance from the origin.
     let reach = -(sphere.radius * 1.001 + 1e-6 * sphere.center.length());

@@ -1,5 +1,5 @@
-//! Broken and hostile files: what the manifest calls valid loads; the rest is refused by name and place, or loads with a
-//! warning. Nothing panics, hangs or fills the memory.
+//! Broken and hostile files: what the manifest calls valid loads; the rest is refused by name and place, or loads with
+//! a warning. Nothing panics, hangs or fills the memory.
 
 mod common;
 

@@ -1,4 +1,5 @@
-//! `relief compare`: what must hold between techniques and real geometry, on height maps small enough for any rasteriser.
+//! `relief compare`: what must hold between techniques and real geometry, on height maps small enough for any
+//! rasteriser.
 
 mod common;
 

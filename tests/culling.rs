@@ -455,13 +455,13 @@ fn what_lies_between_samples_is_not_drawn_and_nobody_sees_it() {
     }
 }
 
-/// A bar across four pixels, with the middles of two of them in it: the rectangle around it holds all four. Moved aside by
-/// a little more than its thickness, it has none.
+/// A bar across four pixels, with the middles of two of them in it: the rectangle around it holds all four. Moved aside
+/// by a little more than its thickness, it has none.
 #[test]
 fn what_only_the_rectangle_around_it_covers_is_not_drawn() {
     let Some(mut renderer) = renderer() else { return };
-    // How far aside the bar's edge, 0.1 from its middle, is surely still beyond the two pixels' middles: vertices are rounded
-    // by half of what they are rounded to, along both axes.
+    // How far aside the bar's edge, 0.1 from its middle, is surely still beyond the two pixels' middles: vertices are
+    // rounded by half of what they are rounded to, along both axes.
     let just_beyond = 0.1 - 0.01 - renderer.gpu().vertex_rounding() * std::f32::consts::FRAC_1_SQRT_2;
     let mut scene = Scene::new();
     // One unit is one pixel; (0, 0) is where four meet.

@@ -101,7 +101,7 @@ fn what_moves_is_uploaded_and_nothing_else() {
     assert_eq!((moved.instance_bytes, moved.list_bytes, moved.asset_bytes), (3 * record, 0, 0));
     let lamp = field.simulation.world.spawn((Light::point(1.0, 0.5), Transform::from_xyz(-50.0, 0.0, 0.0))).id();
     let (lit, _) = field.draw();
-    assert_eq!((lit.light_bytes, lit.instance_bytes), (size_of::<LightRecord>() as u64, 0), "it reaches nobody");
+    assert_eq!((lit.light_bytes, lit.instance_bytes), (size_of::<LightRecord>() as u64, 0), "it reaches nothing");
     field.simulation.world.despawn(lamp);
     field.simulation.world.despawn(field.objects[5]);
     let (gone, _) = field.draw();

@@ -59,11 +59,12 @@ fn a_spot_gives_nothing_outside_its_cone_and_its_profile_inside() {
     assert_near(square.middle(), Vec3::splat(step * step));
 }
 
-/// A laser's cone has its profile as a flood light's has. The reference is KHR_lights_punctual's formula in double precision.
+/// A laser's cone has its profile as a flood light's has. The reference is KHR_lights_punctual's formula in double
+/// precision.
 ///
-/// Its tolerance: half floats round to 2⁻¹¹. The angle from the axis is off by at most 1e-6 radians: a rotation's matrix by a
-/// few roundings of 2⁻²⁴; the place of the pixel, which is interpolated, by a few of 3 m at a distance of 3 m; the unit
-/// vector by a few again. The factor s² changes by 2 sin θ / (cos inner − cos outer) per radian.
+/// Its tolerance: half floats round to 2⁻¹¹. The angle from the axis is off by at most 1e-6 radians: a rotation's
+/// matrix by a few roundings of 2⁻²⁴; the place of the pixel, which is interpolated, by a few of 3 m at a distance of 3
+/// m; the unit vector by a few again. The factor s² changes by 2 sin θ / (cos inner − cos outer) per radian.
 #[test]
 fn a_spot_is_drawn_with_the_profile_of_its_angles_however_narrow_it_is() {
     let Some(mut square) = Square::new(matte(Vec3::ONE)) else { return };
@@ -101,7 +102,8 @@ fn a_spot_is_drawn_with_the_profile_of_its_angles_however_narrow_it_is() {
     }
 }
 
-/// The first light with another attenuation, a cone or an ambient colour needs other shaders than were compiled for those before it.
+/// The first light with another attenuation, a cone or an ambient colour needs other shaders than were compiled for
+/// those before it.
 #[test]
 fn a_light_unlike_those_before_it_is_seen_from_the_frame_on_in_which_it_comes() {
     let Some(mut square) = Square::new(matte(Vec3::ONE)) else { return };
@@ -131,7 +133,8 @@ fn a_light_unlike_those_before_it_is_seen_from_the_frame_on_in_which_it_comes() 
     assert_near(square.middle(), Vec3::splat(0.2));
 }
 
-/// Lights with another attenuation, a cone or an ambient colour need other shaders even while they are off: the picture is the same.
+/// Lights with another attenuation, a cone or an ambient colour need other shaders even while they are off: the picture
+/// is the same.
 #[test]
 fn a_light_that_is_off_changes_no_pixel_of_what_others_light() {
     let picture = |off: &[Light]| {

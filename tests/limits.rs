@@ -103,7 +103,7 @@ fn what_is_refused_leaves_no_targets_of_another_kind() {
     scene.simulation.world.entity_mut(object).insert(glass);
     assert!(scene.draw_with(&mut renderer, &settings).is_err(), "too large a map");
     assert!(renderer.keeps_linear());
-    // Whoever draws all the same gets nothing, until something was prepared.
+    // A draw all the same gives nothing, until something was prepared.
     assert_eq!(renderer.draw_picture().dimensions(), (0, 0));
     assert!(renderer.draw_outputs().is_none());
     let mut scene = Scene::new();

@@ -230,7 +230,8 @@ fn the_cage_takes_the_first_and_the_distance_the_nearest() {
     assert!(map.normal.expect("wanted").values.as_chunks::<3>().0.iter().all(|texel| texel[2] == 1.0));
 }
 
-/// The open share at the middle of an open box's floor: all but the walls' (a parallel rectangle's configuration factor).
+/// The open share at the middle of an open box's floor: all but the walls' (a parallel rectangle's configuration
+/// factor).
 fn open_box(half_width: f32, half_depth: f32, height: f32) -> f32 {
     let (x, y) = (half_width / height, half_depth / height);
     let part = |a: f32, b: f32| a / (1.0 + a * a).sqrt() * (b / (1.0 + a * a).sqrt()).atan();

@@ -21,15 +21,15 @@ impl log::Log for Heard {
     fn log(&self, record: &log::Record) {
         let text = format!("{}: {}", record.target(), record.args());
         // Machines without Vulkan's validation layer check with wgpu's own validation only. Layers older than 2023 do
-        // not know WGSL as a source language (operand 10), and name the device as the object; newer ones want no strides
-        // of arrays in function variables, which naga gives them (VUID-StandaloneSpirv-None-10684).
+        // not know WGSL as a source language (operand 10), and name the device as the object; newer ones want no
+        // strides of arrays in function variables, which naga gives them (VUID-StandaloneSpirv-None-10684).
         let known = [
             "VK_LAYER_KHRONOS_validation",
             "Invalid source language operand: 10",
             "VUID-StandaloneSpirv-None-10684",
             "objects: (type: DEVICE",
-            // Mesa's software driver where the processor has no half floats, which no shader here packs; the second says the
-            // same at length.
+            // Mesa's software driver where the processor has no half floats, which no shader here packs; the second
+            // says the same at length.
             "Missing downlevel flags: DownlevelFlags(SHADER_F16_IN_F32)\nThe underlying API",
             "DownlevelCapabilities {",
         ];

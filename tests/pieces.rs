@@ -133,9 +133,9 @@ fn under_all_lights_whole_and_pieces_look_the_same() {
         }
         // What remains: rasterisers round vertices, so an edge with a new vertex on it may lie on the other side of a
         // sample, which then has the colour of what is beside the edge; and what is seen of a surface moves by as much.
-        // Edges are at most twice as long as the picture's border, in pixels of four samples and three values; samples are
-        // in reach that are within the rounding of an edge. On a curved mesh, what is between two cuts is between their
-        // unit normals, which is not quite what the whole has there.
+        // Edges are at most twice as long as the picture's border, in pixels of four samples and three values; samples
+        // are in reach that are within the rounding of an edge. On a curved mesh, what is between two cuts is between
+        // their unit normals, which is not quite what the whole has there.
         let edges = 4.0 * (size.0 + size.1) as f32;
         let most = 3.0 * 4.0 * 2.0 * rounding * edges;
         assert!(different as f32 <= most, "mesh {i}: {different} values differ, {most} at the most");
@@ -197,8 +197,8 @@ fn largest_seam(metres: f32, spacing: f32) -> Option<(f32, f32)> {
 }
 
 /// Where pieces choose different lights, what they leave out makes a step at their border. It is in proportion to how
-/// far the neighbours' middles are from each other, so it halves with the pieces, and it is small where pieces are small
-/// beside the distance between lamps: a fourth light does not matter there.
+/// far the neighbours' middles are from each other, so it halves with the pieces, and it is small where pieces are
+/// small beside the distance between lamps: a fourth light does not matter there.
 #[test]
 fn seams_shrink_with_the_pieces() {
     let Some((coarse, coarse_error)) = largest_seam(5.0, 10.0) else { return };

@@ -1,8 +1,8 @@
 //! Nothing pops: an object that passes lamps changes from one sub-frame to the next as it does under all of them.
 //!
 //! The lamps move and the object stays: only light changes its pixels, not how their edges and texels are rounded.
-//! Between two places of the row, a pixel's jump is the change of its luminance beyond that by all lights, over the mean
-//! luminance by all lights, in linear HDR. The search begins with coarse steps, and halves each in which some
+//! Between two places of the row, a pixel's jump is the change of its luminance beyond that by all lights, over the
+//! mean luminance by all lights, in linear HDR. The search begins with coarse steps, and halves each in which some
 //! pixel jumps by more than [`BOUND`] or the three lights change, down to [`SUB_FRAME`]. A smooth change becomes small
 //! by that, a jump stays.
 

@@ -89,8 +89,8 @@ fn a_picture_is_the_same_in_portions() {
     }
 }
 
-/// In the first frame nobody knows what is in view; in the next one what the late phase drew is drawn early: there are as many
-/// passes as the triangles take.
+/// In the first frame it is unknown what is in view; in the next one what the late phase drew is drawn early: there are
+/// as many passes as the triangles take.
 #[test]
 fn portions_are_of_the_size_that_was_asked_for() {
     let Some(gpu) = common::gpu() else { return };
@@ -108,8 +108,8 @@ fn portions_are_of_the_size_that_was_asked_for() {
         let (drawn, passes) = (headless.renderer.read_drawn(), headless.renderer.stats().passes);
         let fewest = drawn.triangles as u32 / PORTION;
         assert!(drawn.triangles > 10 * u64::from(PORTION), "frame {frame}: {drawn:?}");
-        // A page of spheres is more than a portion. In the second frame the early phase draws what was late in the first;
-        // that nothing is late then, nobody knows.
+        // A page of spheres is more than a portion. In the second frame the early phase draws what was late in the
+        // first; that nothing is late then is not certain.
         let phases = if frame == 1 { 2 } else { 1 };
         assert!(4 * passes >= 3 * phases * fewest, "frame {frame}: {passes} passes, {drawn:?}");
         // In the still view it is known what is in view; not all draws fill their last portion.

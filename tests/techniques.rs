@@ -243,8 +243,8 @@ fn emboss_is_diffuse_light_plus_the_difference_of_two_heights() {
 
 #[test]
 fn the_shadow_of_a_step_ends_where_geometry_says() {
-    // Seen from the front in parallel projection, 5 mm per pixel: a step at the middle of 2 m, up to the right, where the
-    // light comes from.
+    // Seen from the front in parallel projection, 5 mm per pixel: a step at the middle of 2 m, up to the right, where
+    // the light comes from.
     let Some(mut stage) = Stage::new((400, 3)) else { return };
     stage.orthographic(3.0 / 400.0);
     let step = stage.material(256, 0.1, |u, _| if u < 0.5 { 0.0 } else { 1.0 });
@@ -277,7 +277,8 @@ fn the_shadow_of_a_step_ends_where_geometry_says() {
 
 #[test]
 fn a_field_at_one_height_is_a_plane_at_that_height() {
-    // A pattern without symmetry, seen from the side: on a plane at half of 0.1 of 2 m below its mesh, and on one there.
+    // A pattern without symmetry, seen from the side: on a plane at half of 0.1 of 2 m below its mesh, and on one
+    // there.
     let pattern = |u: f32, v: f32| (hills(u, v) * 200.0) as u8;
     let texels = (0..64 * 64u32).flat_map(|i| {
         let (u, v) = ((i % 64) as f32 / 64.0, (i / 64) as f32 / 64.0);

@@ -111,8 +111,8 @@ impl Pair {
 
 /// Pixels of both ways are what the curve makes of the linear colours that the other way kept, as half floats.
 ///
-/// A half float has 11 bits, and Vulkan lets a driver round to the nearest or to zero: before it was rounded, a colour was
-/// within 2⁻¹⁰ of its own size, or 2⁻²⁴. That leaves room for what two compiled shaders may
+/// A half float has 11 bits, and Vulkan lets a driver round to the nearest or to zero: before it was rounded, a colour
+/// was within 2⁻¹⁰ of its own size, or 2⁻²⁴. That leaves room for what two compiled shaders may
 /// round differently, some units of 2⁻²⁴. What the curve makes of both ends encloses the pixel.
 #[track_caller]
 fn assert_alike([once, after]: &[RgbaImage; 2], linear: &[[f32; 4]], curve: ToneMap, case: &str) {
@@ -133,9 +133,9 @@ fn assert_alike([once, after]: &[RgbaImage; 2], linear: &[[f32; 4]], curve: Tone
 }
 
 /// In steps of 8 bits, how far from exact arithmetic a device may be: 0.6 for encoding sRGB (Direct3D 11.3 functional
-/// specification, 3.2.3.7; Vulkan names no bound), and the rest for `log2` and `pow` in the curves. Of 16.5 stops that AgX
-/// covers, with a slope below 4 and the powers 2.2 and 1/2.4 after it, 0.4 of a step is 2⁻⁸ of a stop: software drivers,
-/// which take polynomials for both functions, are much finer.
+/// specification, 3.2.3.7; Vulkan names no bound), and the rest for `log2` and `pow` in the curves. Of 16.5 stops that
+/// AgX covers, with a slope below 4 and the powers 2.2 and 1/2.4 after it, 0.4 of a step is 2⁻⁸ of a stop: software
+/// drivers, which take polynomials for both functions, are much finer.
 const SLACK: f64 = 1.0;
 
 /// The tone curves of shaders/tone.wgsl in double precision, of intervals.
@@ -353,7 +353,7 @@ fn other_calls_work_without_linear_colours() {
     field.simulation.frame();
     let view = viewpoint.view(&field.simulation.world, SIZE);
     renderer.prepare(&mut field.simulation, &view, &ONCE).expect("prepared");
-    // Nobody drew the picture.
+    // The picture was not drawn.
     assert!(renderer.draw_outputs().is_some());
     let drawn = renderer.draw_picture();
     let target = target(&gpu, PICTURE_FORMAT);

@@ -1,5 +1,5 @@
-//! What the adapter's rasteriser does to vertices is no more than what culling reckons with: objects between samples are
-//! left out by that.
+//! What the adapter's rasteriser does to vertices is no more than what culling reckons with: objects between samples
+//! are left out by that.
 
 mod common;
 
@@ -11,14 +11,14 @@ const EDGES: u32 = WIDTH / 2;
 /// Rows of pixels, one for each kind of edge.
 const KINDS: u32 = 4;
 
-/// The distance of an edge from the middle of its pixel, which is on its inner side where it is negative: from −1/16 to 1/16
-/// of a pixel.
+/// The distance of an edge from the middle of its pixel, which is on its inner side where it is negative: from −1/16 to
+/// 1/16 of a pixel.
 fn offset(edge: u32) -> f64 {
     (f64::from(edge) / f64::from(EDGES - 1) * 2.0 - 1.0) / 16.0
 }
 
-/// Squares of about half a pixel, each with one edge beside the middle of its pixel: its left, right, upper or lower one,
-/// by the row.
+/// Squares of about half a pixel, each with one edge beside the middle of its pixel: its left, right, upper or lower
+/// one, by the row.
 const SHADER: &str = "
 @vertex fn vs(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instance: u32) -> @builtin(position) vec4f {
     let edge = instance % 1024u;

@@ -1,4 +1,4 @@
-//! What is painted over the scene: lines from an object to its three lights, and the speed of whoever drives.
+//! What is painted over the scene: lines from an object to its three lights, and the speed of what is driven.
 
 use super::details::{LIGHT_COLORS, ObjectLights};
 use egui::{Align2, Color32, FontId, Painter, Pos2, Stroke};

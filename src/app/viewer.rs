@@ -59,7 +59,8 @@ pub struct Viewer {
     pub light_lines: bool,
     /// Under the pointer; kept up only where a debug view points it out.
     pub hovered: Option<Entity>,
-    /// Where the pointer last was on something that was asked about: which piece of a large object is meant. World space.
+    /// Where the pointer last was on something that was asked about: which piece of a large object is meant. World
+    /// space.
     pub pointed_at: Vec3,
     /// What there is to say: a picture saved, or why not.
     pub notice: String,

@@ -403,8 +403,8 @@ impl Open {
         Instant::now().checked_add(still_for).map_or(ControlFlow::Wait, ControlFlow::WaitUntil)
     }
 
-    /// Writes the scene as it is seen, without the panel, into the working directory: the state of the step in its name,
-    /// as it is, which the window shows only when the clock stands.
+    /// Writes the scene as it is seen, without the panel, into the working directory: the state of the step in its
+    /// name, as it is, which the window shows only when the clock stands.
     fn save_picture(&mut self, size: (u32, u32)) -> Result<(), AppError> {
         self.viewer.frame_of_state();
         let view = self.viewer.view(size);

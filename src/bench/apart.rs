@@ -1,5 +1,5 @@
-//! Scenes measured in a process of their own, this program again: peak memory and the time to the first frame mean nothing
-//! in a process that has drawn others.
+//! Scenes measured in a process of their own, this program again: peak memory and the time to the first frame mean
+//! nothing in a process that has drawn others.
 
 use super::args::BenchArgs;
 use super::measurement::Measurement;
@@ -29,9 +29,9 @@ impl Scene {
     }
 }
 
-/// What each object of a yard adds to the most memory of its process: that of the measured one less that of one that draws a
-/// single object in the same way, so that driver, shaders, maps and targets do not count. `None` for a scene of one's own, a
-/// single object, and where the system does not say.
+/// What each object of a yard adds to the most memory of its process: that of the measured one less that of one that
+/// draws a single object in the same way, so that driver, shaders, maps and targets do not count. `None` for a scene of
+/// one's own, a single object, and where the system does not say.
 ///
 /// # Errors
 /// [`BenchError`]. It is for this program alone: others have no such command line.

@@ -1,6 +1,7 @@
 //! What the triangles of the objects in view cost by themselves on this adapter: one instanced draw with the plainest
-//! shader, a matrix and a colour. What a frame takes beyond that is Relief's. Everything in view is drawn, meshes whole, one
-//! sample per pixel: a frame can take less, which leaves out hidden objects, those between samples, and levels of detail.
+//! shader, a matrix and a colour. What a frame takes beyond that is Relief's. Everything in view is drawn, meshes
+//! whole, one sample per pixel: a frame can take less, which leaves out hidden objects, those between samples, and
+//! levels of detail.
 
 use super::yard::Yard;
 use crate::renderer::{Gpu, PICTURE_FORMAT};

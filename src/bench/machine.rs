@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 pub struct Build {
     /// Of the package.
     pub version: String,
-    /// `RELIEF_COMMIT` as it was when this was compiled: the commit, where whoever compiles says so.
+    /// `RELIEF_COMMIT` as it was when this was compiled: the commit, where the build says so.
     pub commit: Option<String>,
     /// `release` or `debug`.
     pub profile: String,
@@ -42,8 +42,8 @@ impl Build {
     }
 }
 
-/// The most memory of this process that was ever resident, megabytes of 2²⁰ bytes; `None` where the operating system has no
-/// /proc.
+/// The most memory of this process that was ever resident, megabytes of 2²⁰ bytes; `None` where the operating system
+/// has no /proc.
 pub fn peak_memory_mb() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;

@@ -28,8 +28,8 @@ pub struct Night {
 }
 
 impl Night {
-    /// Objects and lights at random on 10 km × 10 km, a third of the lights spots; about thirteen lights reach an object
-    /// whatever their number.
+    /// Objects and lights at random on 10 km × 10 km, a third of the lights spots; about thirteen lights reach an
+    /// object whatever their number.
     pub fn scattered(objects: usize, lights: usize, seed: u64) -> Self {
         let mut random = Random::new(seed);
         let width = 10_000.0;
@@ -62,9 +62,9 @@ impl Night {
         night
     }
 
-    /// A city: a road every 100 m, a street lamp on every 30 m of road for a fifth of the lights, the others in fours on
-    /// vehicles, two head lamps and two tail lamps. Objects are vehicles, people and things beside the roads, in random
-    /// order.
+    /// A city: a road every 100 m, a street lamp on every 30 m of road for a fifth of the lights, the others in fours
+    /// on vehicles, two head lamps and two tail lamps. Objects are vehicles, people and things beside the roads, in
+    /// random order.
     pub fn city(objects: usize, lights: usize, seed: u64) -> Self {
         let mut random = Random::new(seed);
         let vehicles = lights / 5;
@@ -156,8 +156,8 @@ impl Night {
         Movers { objects: (0..self.objects.len()).collect(), lights: (0..self.lights.len()).collect() }
     }
 
-    /// One in so many objects and lights, all of them with a velocity: evenly spread over the world, of vehicles all lamps
-    /// or none.
+    /// One in so many objects and lights, all of them with a velocity: evenly spread over the world, of vehicles all
+    /// lamps or none.
     pub fn some(&self, part: usize) -> Movers {
         let spread = |velocities: &[Vec3], together: usize| {
             let moving: Vec<usize> = (0..velocities.len()).filter(|&i| velocities[i] != Vec3::ZERO).collect();

@@ -17,7 +17,10 @@ pub enum FrameError {
     #[error(transparent)]
     Scene(#[from] SceneError),
     /// No camera of that name.
-    #[error("{}: no camera named \"{wanted}\"; there are: {}; and \"chase NAME\" and \"driver NAME\" of each vehicle", scene.display(), known.join(", "))]
+    #[error(
+        "{}: no camera named \"{wanted}\"; there are: {}; and \"chase NAME\" and \"driver NAME\" of each vehicle",
+        scene.display(), known.join(", ")
+    )]
     NoCamera {
         /// The scene.
         scene: PathBuf,
@@ -45,7 +48,10 @@ pub enum FrameError {
     #[error(transparent)]
     Video(#[from] VideoError),
     /// What is written would take the place of what is read.
-    #[error("{}: an output would take the place of this file, which is read; expected another name or folder", path.display())]
+    #[error(
+        "{}: an output would take the place of this file, which is read; expected another name or folder",
+        path.display()
+    )]
     Overwrites {
         /// The file.
         path: PathBuf,

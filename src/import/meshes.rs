@@ -1,8 +1,8 @@
 //! Tangents and levels of detail, from the [`Cache`] where a mesh has been loaded before.
 //!
-//! The systems make both in the first frame: three to five microseconds of processor time per triangle, seconds for scanned
-//! models. Here they are made before it, with the same functions, and kept, under the hash of the mesh and of all that
-//! works them out, so that no other version of Relief takes them for its own.
+//! The systems make both in the first frame: three to five microseconds of processor time per triangle, seconds for
+//! scanned models. Here they are made before it, with the same functions, and kept, under the hash of the mesh and of
+//! all that works them out, so that no other version of Relief takes them for its own.
 
 use super::cache::{Cache, Key};
 use bytemuck::{Pod, pod_collect_to_vec};

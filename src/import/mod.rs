@@ -131,8 +131,8 @@ pub fn load_models(paths: &[PathBuf], named_in: &Path, library: &mut Library) ->
     models
 }
 
-/// Those files, and the files that they name in turn and may read, for those who want to know whether any of them changed:
-/// buffers and images of `.gltf` and `.glb` files; of others, none. The first names the others, in its folder.
+/// Those files, and the files that they name in turn and may read, to find out whether any of them
+/// changed: buffers and images of `.gltf` and `.glb` files; of others, none. The first names the others, in its folder.
 pub fn with_files_named_by(files: &[PathBuf]) -> impl Iterator<Item = PathBuf> {
     let named_in = files.first().and_then(|file| file.parent());
     let of = move |file: &PathBuf| std::iter::once(file.clone()).chain(gltf::files_named_by(file, named_in));

@@ -1,7 +1,7 @@
 //! How far loading is: images decoded, of those known to be needed.
 //!
-//! Two counters for the whole process, which the decoders add to and [`Bar`] looks at. What is needed becomes known while
-//! models are read, so the total grows.
+//! Two counters for the whole process, which the decoders add to and [`Bar`] looks at. What is needed becomes known
+//! while models are read, so the total grows.
 
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::IsTerminal;

@@ -9,8 +9,8 @@
 //! snapshots  files of one snapshot
 //! ```
 //!
-//! A run follows from its scene and its inputs. So a recording holds no frames and no movements but who is asked for at
-//! the start, and what came from outside at which step; snapshots in between are there to begin in the middle.
+//! A run follows from its scene and its inputs. So a recording holds no frames and no movements but what is asked for
+//! at the start, and what came from outside at which step; snapshots in between are there to begin in the middle.
 
 mod identity;
 mod player;
@@ -40,7 +40,10 @@ pub enum RecordingError {
         message: String,
     },
     /// A step that does not come out as it was recorded.
-    #[error("{}: step {step} comes out otherwise than it was recorded; was it recorded on another kind of machine?", path.display())]
+    #[error(
+        "{}: step {step} comes out otherwise than it was recorded; was it recorded on another kind of machine?",
+        path.display()
+    )]
     Diverged {
         /// The recording.
         path: PathBuf,

@@ -1,9 +1,9 @@
 //! The form of recordings and snapshots: a magic number and the version of the form, then blocks.
 //!
-//! A block is the length of its contents (4 bytes, little-endian), a checksum of that length and of the block's place in
-//! the file (4), a checksum of the contents (8), and the contents. A block is written by one call to the system, so a
-//! program that is killed leaves whole blocks, or the last one cut short; a block that is all there and does not fit its
-//! checksums was damaged.
+//! A block is the length of its contents (4 bytes, little-endian), a checksum of that length and of the block's place
+//! in the file (4), a checksum of the contents (8), and the contents. A block is written by one call to the system, so
+//! a program that is killed leaves whole blocks, or the last one cut short; a block that is all there and does not fit
+//! its checksums was damaged.
 
 use super::RecordingError;
 use serde::Serialize;

@@ -1,5 +1,5 @@
-//! Takes the steps of a run, in a window and without one: the one place where inputs, steps, hashes and recordings meet,
-//! so that all are in the same order everywhere.
+//! Takes the steps of a run, in a window and without one: the one place where inputs, steps, hashes and recordings
+//! meet, so that all are in the same order everywhere.
 
 use super::{Identity, Recorder, Recording, RecordingError, load_snapshot, save_snapshot};
 use crate::frames;
@@ -93,7 +93,7 @@ impl Stepper {
         self.note_hash(step_of(simulation), state_hash::hash(&mut simulation.world))
     }
 
-    /// Whether a recording says what happens, and not who sits before the window.
+    /// Whether a recording says what happens, and not the keys of a window.
     pub fn is_replay(&self) -> bool {
         self.recording.is_some()
     }

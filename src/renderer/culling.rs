@@ -41,8 +41,8 @@ pub struct CullRecord {
     pub samples: u32,
     /// How far the rasteriser may move a vertex, pixels ([`Gpu::vertex_rounding`]).
     pub vertex_rounding: f32,
-    /// Where indirect draws must begin at the first instance: places from a draw's list of visible slots in the early phase to
-    /// that in the late one. Else 0: the one follows the other at once.
+    /// Where indirect draws must begin at the first instance: places from a draw's list of visible slots in the early
+    /// phase to that in the late one. Else 0: the one follows the other at once.
     pub late_offset: u32,
     /// Room for 16-byte alignment.
     pub pad0: u32,
@@ -265,7 +265,8 @@ impl CulledView {
         self.visible.buffer()
     }
 
-    /// How far behind those of the early phase the lists of a phase are, where draws must begin at the first instance; else 0.
+    /// How far behind those of the early phase the lists of a phase are, where draws must begin at the first instance;
+    /// else 0.
     pub fn list_offset(&self, phase: Phase) -> u32 {
         if phase == Phase::Late { self.counts.late_offset } else { 0 }
     }
@@ -281,8 +282,8 @@ impl CulledView {
         self.phases.iter_mut().for_each(|phase| phase.group = None);
     }
 
-    /// Gets ready for the draws as they are now, and for a view. `redrawn`: the draws changed. Returns whether the lists
-    /// that were made before are no longer right.
+    /// Gets ready for the draws as they are now, and for a view. `redrawn`: the draws changed. Returns whether the
+    /// lists that were made before are no longer right.
     pub fn prepare(
         &mut self,
         gpu: &Gpu,
@@ -299,7 +300,8 @@ impl CulledView {
         let counts = u64::from(blocks(draws.entry_count)) * u64::from(BLOCK + 1) + draws.list.len() as u64;
         self.slice_counts.reserve(&gpu.device, counts * 4)?;
         let phases = if self.pyramid.is_some() { 2 } else { 1 };
-        // What is drawn early is not drawn late: both have room where there is room for one, if they may follow each other.
+        // What is drawn early is not drawn late: both have room where there is room for one, if they may follow each
+        // other.
         let lists = if culling.first_instance { 1 } else { phases as u64 };
         self.visible.reserve(&gpu.device, lists * entries * u64::from(PAGE_SLOTS) * 4)?;
         for lists in &mut self.phases[..phases] {

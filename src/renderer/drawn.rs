@@ -35,7 +35,7 @@ fn instances_and_indices(bytes: &[u8]) -> impl Iterator<Item = (u32, u32)> {
     })
 }
 
-/// Counts on their way, one frame's at a time, and the last that arrived. Nobody waits for them.
+/// Counts on their way, one frame's at a time, and the last that arrived. Nothing waits for them.
 #[derive(Debug, Default)]
 pub(super) struct DrawnCounts {
     under_way: Option<UnderWay>,
@@ -102,8 +102,8 @@ impl DrawnCounts {
         }
     }
 
-    /// How many instances an argument had in a recent draw, by its place among so many, phase after phase; `None` if the
-    /// last that arrived were of another number of arguments.
+    /// How many instances an argument had in a recent draw, by its place among so many, phase after phase; `None` if
+    /// the last that arrived were of another number of arguments.
     pub fn instances(&self, place: usize, arguments: usize) -> Option<u32> {
         self.instances.get(place).copied().filter(|_| self.instances.len() == arguments)
     }

@@ -10,8 +10,8 @@
 //! ```
 //!
 //! A list has as many arguments as it takes to draw it in portions, on adapters that are to be handed no more at once
-//! (`portions.rs`); else one. Lists begin with what is near, and of what is far few triangles have pixels: portions become
-//! larger and larger, which bounds their number.
+//! (`portions.rs`); else one. Lists begin with what is near, and of what is far few triangles have pixels: portions
+//! become larger and larger, which bounds their number.
 
 use super::meshes::Meshes;
 use super::tables::GrowingBuffer;
@@ -74,12 +74,13 @@ pub(super) struct DrawArguments {
     pub indirect: DrawIndexedIndirectArgs,
     /// Where its slots begin in the list of visible ones, in the early phase.
     pub first_visible: u32,
-    /// Instances to expect while nobody knows: all that there is room for; of a page, which may hold just one object, one.
+    /// Instances to expect while that is unknown: all that there is room for; of a page, which may hold just one
+    /// object, one.
     pub expected_instances: u32,
 }
 
-/// What changes the draws: world, version of its batches, number of meshes uploaded, levels of detail or not, triangles of a
-/// portion.
+/// What changes the draws: world, version of its batches, number of meshes uploaded, levels of detail or not, triangles
+/// of a portion.
 type Version = (u64, u64, usize, bool, Option<u32>);
 
 /// All draws of a scene.

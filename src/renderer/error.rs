@@ -39,8 +39,8 @@ pub enum RenderError {
         /// What the device says.
         reason: String,
     },
-    /// An image's texels have been taken (`Library::keep_texels`): by another renderer, or by this one before it drew another
-    /// world.
+    /// An image's texels have been taken (`Library::keep_texels`): by another renderer, or by this one before it drew
+    /// another world.
     #[error(
         "image {image:?} has no texels any more: what more than one renderer draws needs Library::keep_texels(true)"
     )]

@@ -1,4 +1,4 @@
-//! What goes wrong on a device while nobody waits for it: wgpu tells it to callbacks, from any thread.
+//! What goes wrong on a device while nothing waits for it: wgpu tells it to callbacks, from any thread.
 
 use super::RenderError;
 use std::panic;
@@ -65,8 +65,8 @@ fn losing_after() -> u32 {
     wanted.filter(|_| FIRST.swap(false, Relaxed)).unwrap_or(0)
 }
 
-/// Polls a device. wgpu 30 panics here where a driver says that the device is lost, after it has told the callback; that
-/// is neither a panic for the caller nor a message.
+/// Polls a device. wgpu 30 panics here where a driver says that the device is lost, after it has told the callback;
+/// that is neither a panic for the caller nor a message.
 pub(super) fn poll(device: &wgpu::Device, how: wgpu::PollType) -> bool {
     static QUIET: Once = Once::new();
     QUIET.call_once(|| {

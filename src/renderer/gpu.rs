@@ -45,8 +45,9 @@ pub struct Gpu {
 }
 
 impl Gpu {
-    /// Features that are used where they are there. Without them the same is done in more calls and more memory, or time, and
-    /// passes are not timed; heights of more than 8 bits lose some where there is neither of the two for these.
+    /// Features that are used where they are there. Without them the same is done in more calls and more memory, or
+    /// time, and passes are not timed; heights of more than 8 bits lose some where there is neither of the two for
+    /// these.
     pub const USED: wgpu::Features = wgpu::Features::INDIRECT_FIRST_INSTANCE
         .union(wgpu::Features::TEXTURE_COMPRESSION_BC)
         .union(wgpu::Features::FLOAT32_FILTERABLE)
@@ -54,8 +55,8 @@ impl Gpu {
         .union(wgpu::Features::TIMESTAMP_QUERY)
         .union(wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES);
 
-    /// Opens the best adapter without a window. `WGPU_BACKEND` and `WGPU_ADAPTER_NAME` choose another. Mesa's Vulkan layer
-    /// that sorts adapters asks for displays nevertheless, unless the environment has `NODEVICE_SELECT`.
+    /// Opens the best adapter without a window. `WGPU_BACKEND` and `WGPU_ADAPTER_NAME` choose another. Mesa's Vulkan
+    /// layer that sorts adapters asks for displays nevertheless, unless the environment has `NODEVICE_SELECT`.
     ///
     /// # Errors
     /// [`GpuError`] where there is no adapter or it refuses a device.
@@ -127,7 +128,7 @@ impl Gpu {
         Ok(Self::of_device(instance, adapter, device, queue))
     }
 
-    /// A device that somebody opened. Errors on it are told by [`Self::check`] from now on.
+    /// A device that was opened elsewhere. Errors on it are told by [`Self::check`] from now on.
     pub fn of_device(
         instance: wgpu::Instance,
         adapter: wgpu::Adapter,
@@ -141,8 +142,8 @@ impl Gpu {
     /// Whether all went well since the last call: what a read-back gives while it did not is nothing to go by.
     ///
     /// # Errors
-    /// [`RenderError::Lost`], from then on; [`RenderError::Refused`] where the device had no memory for something or found
-    /// fault with it.
+    /// [`RenderError::Lost`], from then on; [`RenderError::Refused`] where the device had no memory for something or
+    /// found fault with it.
     pub fn check(&self) -> Result<(), RenderError> {
         if self.faults.is_due() {
             self.device.destroy();
@@ -167,8 +168,9 @@ impl Gpu {
     /// How far the rasteriser may move a vertex at the most, in pixels: it rounds them to parts of a pixel. What lies
     /// between the places where pixels are sampled by more than that need not be drawn.
     ///
-    /// Vulkan promises sixteenths (`subPixelPrecisionBits`), Direct3D 12 has 256ths (`D3D12_SUBPIXEL_FRACTIONAL_BIT_COUNT`).
-    /// What a Vulkan driver has wgpu does not tell; those of the makers below have 256ths.
+    /// Vulkan promises sixteenths (`subPixelPrecisionBits`), Direct3D 12 has 256ths
+    /// (`D3D12_SUBPIXEL_FRACTIONAL_BIT_COUNT`). What a Vulkan driver has wgpu does not tell; those of the makers below
+    /// have 256ths.
     pub fn vertex_rounding(&self) -> f32 {
         let info = self.adapter.get_info();
         match info.backend {

@@ -8,7 +8,8 @@
 //!   draws         what the culling pass reads, if the batches changed
 //! Renderer::draw(target)                              records only
 //!   culling       which objects the view shows → lists of slots and arguments of draws, on the GPU
-//!   forward       an indirect draw per batch and level of detail, the sky, blended objects back to front → HDR, multisampled
+//!   forward       an indirect draw per batch and level of detail, the sky, blended objects back to front
+//!                 → HDR, multisampled
 //!   tone map      → target
 //!                 or, without `Settings::hdr`, forward → target, tone-mapped where it is shaded
 //! Renderer::draw_outputs()                            the same objects once more → normal, id, depth
@@ -85,8 +86,8 @@ pub struct RenderStats {
     pub draws: u32,
     /// Calls that they took.
     pub draw_calls: u32,
-    /// Passes that they took, but for those of blended objects: one, or in each of two phases one; more where passes are
-    /// cut ([`Renderer::cut_passes`]).
+    /// Passes that they took, but for those of blended objects: one, or in each of two phases one; more where passes
+    /// are cut ([`Renderer::cut_passes`]).
     pub passes: u32,
     /// Bytes of instance records uploaded.
     pub instance_bytes: u64,
@@ -143,8 +144,8 @@ pub struct Renderer {
     technique: Option<Technique>,
     pass: Pass,
     tone_map: ToneMap,
-    /// A sky of one colour, exposed, is a clear, which costs nothing: a gradient takes a software rasteriser longer than a
-    /// thousand objects.
+    /// A sky of one colour, exposed, is a clear, which costs nothing: a gradient takes a software rasteriser longer
+    /// than a thousand objects.
     plain_sky: Option<Vec3>,
     /// What the targets are prepared for: view, pass, technique, batches. `None`: nothing yet.
     shown: Option<(ViewRecord, Pass, Option<Technique>, u64)>,
@@ -152,7 +153,7 @@ pub struct Renderer {
     undrawn: bool,
     stats: RenderStats,
     counts: DrawnCounts,
-    /// Where somebody asks for them and the device has them.
+    /// Where they are asked for and the device has them.
     timestamps: Option<Timestamps>,
     portions: Portions,
 }
@@ -217,10 +218,11 @@ impl Renderer {
     }
 
     /// Has passes over more triangles than these cut into several, which a driver on the processor finishes one after
-    /// another: it holds some hundred bytes of each triangle meanwhile. Within a pass, if it can note the time there, it is
-    /// handed an eighth of them at a time, and fills their pixels while it works on the next. `None`: passes stay whole. The
-    /// picture is the same. From the beginning: 65,536 on drivers on the processor, none elsewhere. It is a wish: what is in
-    /// view is known from frames before, a batch is cut into parts of no less than 64 objects each, which become larger towards its far end, and
+    /// another: it holds some hundred bytes of each triangle meanwhile. Within a pass, if it can note the time there,
+    /// it is handed an eighth of them at a time, and fills their pixels while it works on the next. `None`: passes stay
+    /// whole. The picture is the same. From the beginning: 65,536 on drivers on the processor, none elsewhere. It is a
+    /// wish: what is in view is known from frames before, a batch is cut into parts of no less than 64 objects each,
+    /// which become larger towards its far end, and
     /// [`Self::draw_outputs`] and the passes of [`Technique::EmbossMultipass`] stay whole.
     pub fn cut_passes(&mut self, triangles: Option<std::num::NonZeroU32>) {
         self.portions.of_pass = triangles.map(std::num::NonZeroU32::get);
@@ -231,8 +233,8 @@ impl Renderer {
         self.stats
     }
 
-    /// Whether what was prepared last keeps colours linear until the tone map: [`Settings::hdr`] asks for it, or the scene
-    /// needs it.
+    /// Whether what was prepared last keeps colours linear until the tone map: [`Settings::hdr`] asks for it, or the
+    /// scene needs it.
     pub fn keeps_linear(&self) -> bool {
         self.pass.tone_map().is_none()
     }
@@ -250,9 +252,9 @@ impl Renderer {
     }
 
     /// Uploads what changed in the draw list and makes what is missing, so that [`Self::draw`] only records. Returns
-    /// whether the picture can differ from the one last drawn; if not, [`Self::show_again`] gives it for less. The world is
-    /// to be as [`Simulation::frame`] left it: what is edited in between may be seen in part. It stays as it is but for
-    /// texels that its library does not keep ([`systems::library::Library::keep_texels`]).
+    /// whether the picture can differ from the one last drawn; if not, [`Self::show_again`] gives it for less. The
+    /// world is to be as [`Simulation::frame`] left it: what is edited in between may be seen in part. It stays as it
+    /// is but for texels that its library does not keep ([`systems::library::Library::keep_texels`]).
     ///
     /// # Errors
     /// [`RenderError`].
@@ -315,8 +317,8 @@ impl Renderer {
         // A material that lets more through hides less.
         let surfaces_changed = self.stats.instance_bytes + self.stats.material_bytes + self.stats.asset_bytes > 0;
         if recull || surfaces_changed || self.culled_for != Some((record, settings.technique)) {
-            // Twice more in two phases: the first time little may be known to be seen, and so hide anything; the second time
-            // all that is in sight hides what is behind it, which the third time's early phase leaves out.
+            // Twice more in two phases: the first time little may be known to be seen, and so hide anything; the second
+            // time all that is in sight hides what is behind it, which the third time's early phase leaves out.
             self.cullings_due = if self.culled.pyramid().is_some() { 3 } else { 1 };
             self.lists_ready = false;
             self.culled_for = Some((record, settings.technique));
@@ -472,8 +474,8 @@ impl Renderer {
     }
 
     /// Draws what was prepared into `target`, a view of a texture of that format and the prepared view's size. An
-    /// sRGB format encodes; others receive linear values. Unless colours are [kept linear](Self::keeps_linear), the format
-    /// must be [`PICTURE_FORMAT`].
+    /// sRGB format encodes; others receive linear values. Unless colours are [kept linear](Self::keeps_linear), the
+    /// format must be [`PICTURE_FORMAT`].
     ///
     /// # Panics
     /// If it is not.
@@ -482,7 +484,7 @@ impl Renderer {
         self.gpu.queue.submit([commands]);
     }
 
-    /// [`Self::draw`] without handing the commands in, for who measures the two apart.
+    /// [`Self::draw`] without handing the commands in, to measure the two apart.
     pub fn record(&mut self, target: &wgpu::TextureView, format: wgpu::TextureFormat) -> wgpu::CommandBuffer {
         let label = wgpu::CommandEncoderDescriptor { label: Some("frame") };
         let mut encoder = self.gpu.device.create_command_encoder(&label);
@@ -545,8 +547,8 @@ impl Renderer {
         drawn
     }
 
-    /// Instance slots of the opaque objects that the last draw drew: those of each phase in the order in which it drew them.
-    /// Waits for the GPU.
+    /// Instance slots of the opaque objects that the last draw drew: those of each phase in the order in which it drew
+    /// them. Waits for the GPU.
     pub fn read_drawn_slots(&self) -> Vec<u32> {
         let words = |buffer: &wgpu::Buffer| {
             let bytes = read_buffer(&self.gpu, buffer, buffer.size());
@@ -589,8 +591,8 @@ impl Renderer {
         image::RgbaImage::from_raw(size.0, size.1, bytes).unwrap_or_default()
     }
 
-    /// The linear HDR colours of the last draw, exposed, before the tone map: RGBA, rows from the top. `None` if nothing
-    /// was prepared, or if colours were not [kept linear](Self::keeps_linear).
+    /// The linear HDR colours of the last draw, exposed, before the tone map: RGBA, rows from the top. `None` if
+    /// nothing was prepared, or if colours were not [kept linear](Self::keeps_linear).
     pub fn read_linear(&self) -> Option<Vec<[f32; 4]>> {
         let texture = &self.targets.as_ref()?.hdr.as_ref()?.texture;
         let bytes = read_texture(&self.gpu, texture, wgpu::TextureAspect::All);

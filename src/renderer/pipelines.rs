@@ -160,8 +160,8 @@ impl Pipelines {
         self.skies.get(&(samples, tone_map))
     }
 
-    /// Begins to make the pipelines for objects of those kinds that do not exist, on threads of their own: compiling one
-    /// takes long.
+    /// Begins to make the pipelines for objects of those kinds that do not exist, on threads of their own: compiling
+    /// one takes long.
     pub fn start_objects(
         &self,
         device: &wgpu::Device,

@@ -1,13 +1,13 @@
 //! Drawing in portions: a driver on the processor is not handed all triangles of a large scene at once.
 //!
-//! Such a driver first lists the triangles in each part of the picture, then fills their pixels. Mesa's llvmpipe keeps about
-//! 400 bytes of each triangle that may have pixels, in lists of 36 MB at most, and begins new ones before the old ones are
-//! drawn: of 100,000 cubes it holds up to 150 MB at a time. So
+//! Such a driver first lists the triangles in each part of the picture, then fills their pixels. Mesa's llvmpipe keeps
+//! about 400 bytes of each triangle that may have pixels, in lists of 36 MB at most, and begins new ones before the old
+//! ones are drawn: of 100,000 cubes it holds up to 150 MB at a time. So
 //!
-//! - a pass over many triangles is cut into several: between two of them the driver finishes what it has, which bounds the
-//!   memory;
-//! - within a pass, lists are handed over after every few triangles, by noting the time there: to do so, the driver ends a
-//!   list without waiting for it. So one thread works on vertices while the others fill pixels.
+//! - a pass over many triangles is cut into several: between two of them the driver finishes what it has, which bounds
+//!   the memory;
+//! - within a pass, lists are handed over after every few triangles, by noting the time there: to do so, the driver
+//!   ends a list without waiting for it. So one thread works on vertices while the others fill pixels.
 //!
 //! The lists of visible objects are drawn in the same order in any case, to the same picture.
 
@@ -21,7 +21,8 @@ pub(super) struct Portions {
     pub on_processor: bool,
     /// Triangles of a pass; `None`: passes stay whole.
     pub of_pass: Option<u32>,
-    /// Where the times go that lists are handed over at; nobody reads them. `None` where the device cannot note any in a pass.
+    /// Where the times go that lists are handed over at; nothing reads them. `None` where the device cannot note any in
+    /// a pass.
     hand_overs: Option<wgpu::QuerySet>,
 }
 
@@ -66,8 +67,8 @@ impl Portions {
 }
 
 /// Cuts a pass that draws in some phases all of so many arguments, `triangles` of each: where a portion would have more
-/// triangles than the second of `most`, another begins, and where a pass would have more than the first, another pass. At
-/// least one.
+/// triangles than the second of `most`, another begins, and where a pass would have more than the first, another pass.
+/// At least one.
 pub(super) fn cut(
     most: (u32, u32),
     phases: impl Iterator<Item = Phase>,

@@ -97,7 +97,7 @@ impl Renderer {
         recorded
     }
 
-    /// How many triangles there were of late, or, as long as nobody knows, are expected.
+    /// How many triangles there were of late, or, as long as that is unknown, are expected.
     fn expected_triangles(&self) -> u64 {
         let expected =
             |draw: &DrawArguments| u64::from(draw.expected_instances) * u64::from(draw.indirect.index_count / 3);
@@ -210,7 +210,8 @@ impl Renderer {
         let mut encoder = self.gpu.device.create_command_encoder(&label);
         self.tables.record(&mut encoder, None);
         if !self.lists_ready {
-            // Nobody drew the picture, which finds out what is visible. It is not drawn into if colours are kept linear.
+            // The picture was not drawn, which finds out what is visible. It is not drawn into if colours are kept
+            // linear.
             let picture = if self.keeps_linear() { &normal } else { &make("picture", PICTURE_FORMAT) };
             self.record_scene(&mut encoder, &whole_view(picture, "picture"));
             if let Some(timestamps) = &mut self.timestamps {
@@ -250,8 +251,8 @@ impl Renderer {
         true
     }
 
-    /// The objects that culling kept, those of some arguments: neighbouring draws that differ in their mesh only are one
-    /// call. Returns the number of draws and of calls.
+    /// The objects that culling kept, those of some arguments: neighbouring draws that differ in their mesh only are
+    /// one call. Returns the number of draws and of calls.
     fn draw_objects(
         &self,
         pass: &mut wgpu::RenderPass<'_>,

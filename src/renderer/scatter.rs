@@ -1,6 +1,6 @@
 //! Records that lie apart in a table, uploaded together: where objects here and there have moved, a call for each would
-//! cost more than all else. The records go into a buffer in one call, and shaders/scatter.wgsl puts them in their places
-//! at the beginning of the frame's commands.
+//! cost more than all else. The records go into a buffer in one call, and shaders/scatter.wgsl puts them in their
+//! places at the beginning of the frame's commands.
 
 use super::tables::GrowingBuffer;
 use super::{Gpu, RenderError, shaders};
@@ -97,7 +97,8 @@ impl ScatterBuffers {
         Self { slots: buffer("scattered slots"), texels: buffer("scattered records"), pending: None }
     }
 
-    /// Uploads the records in `ranges` of a table; [`Self::record`] puts them in their places. Returns the bytes written.
+    /// Uploads the records in `ranges` of a table; [`Self::record`] puts them in their places. Returns the bytes
+    /// written.
     pub fn write<R: Records>(
         &mut self,
         gpu: &Gpu,

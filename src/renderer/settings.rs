@@ -115,11 +115,12 @@ pub struct Settings {
     /// Samples per pixel: 4, or 1 for comparing single samples.
     pub samples: u32,
     /// Whether colours stay linear until a pass of its own tone-maps them. `false`: they are tone-mapped where they are
-    /// shaded, which saves writing and reading them once more, if nothing is blended, pixels have one sample each, and no
-    /// object is drawn with [`Technique::EmbossMultipass`]. Targets then have
-    /// [`PICTURE_FORMAT`](super::PICTURE_FORMAT), and [`Renderer::read_linear`](super::Renderer::read_linear) has nothing.
-    /// The two pictures are at most a step of 8 bits apart, by what half floats round and how the device encodes a clear.
-    /// Another tone curve is then other pipelines for all objects, and the first blended object other targets.
+    /// shaded, which saves writing and reading them once more, if nothing is blended, pixels have one sample each, and
+    /// no object is drawn with [`Technique::EmbossMultipass`]. Targets then have
+    /// [`PICTURE_FORMAT`](super::PICTURE_FORMAT), and [`Renderer::read_linear`](super::Renderer::read_linear) has
+    /// nothing. The two pictures are at most a step of 8 bits apart, by what half floats round and how the device
+    /// encodes a clear. Another tone curve is then other pipelines for all objects, and the first blended object other
+    /// targets.
     pub hdr: bool,
     /// The entity (its index) that debug views point out.
     pub picked_entity: Option<u32>,
@@ -128,8 +129,8 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// For pictures that are written to files. In two phases, which of two faces in one plane is in front depends on what
-    /// was seen before; such a picture depends on its scene alone.
+    /// For pictures that are written to files. In two phases, which of two faces in one plane is in front depends on
+    /// what was seen before; such a picture depends on its scene alone.
     pub fn for_files(self) -> Self {
         let occlusion = if self.occlusion == Occlusion::Auto { Occlusion::Off } else { self.occlusion };
         Self { occlusion, ..self }

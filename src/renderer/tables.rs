@@ -114,8 +114,8 @@ pub(super) struct RecordTable<T> {
 /// Texels in a row of a table; `TABLE_WIDTH` of shaders/types.wgsl.
 const TABLE_WIDTH: u64 = 4096;
 const TEXEL_BYTES: u64 = 16;
-/// Uploads of all there is wait for each other after this many bytes: of what is under way there is a copy, whose memory
-/// the driver may keep.
+/// Uploads of all there is wait for each other after this many bytes: of what is under way there is a copy, whose
+/// memory the driver may keep.
 pub(super) const FEW_BYTES_UNDER_WAY: u64 = 4 << 20;
 /// Uploads of what changed do so after this many: in every frame, waiting costs more than memory.
 const MOST_BYTES_UNDER_WAY: u64 = 12 << 20;
@@ -162,8 +162,8 @@ impl<T: bytemuck::Pod> RecordTable<T> {
             let [needed, limit] = [rows, most_rows].map(|rows| rows * TABLE_WIDTH * TEXEL_BYTES);
             return Err(RenderError::TooLarge { what: self.label, unit: "bytes", needed, limit });
         }
-        // What is not used is resident on an adapter in main memory: at first there is no more than what is needed, then a
-        // quarter more than before, at the most.
+        // What is not used is resident on an adapter in main memory: at first there is no more than what is needed,
+        // then a quarter more than before, at the most.
         let step = if self.version == 0 { 1 } else { (rows.next_power_of_two() / 8).max(1) };
         let rows = rows.next_multiple_of(step).min(most_rows) as u32;
         (self.texture, self.view) = make_table(device, self.label, rows);
@@ -171,8 +171,8 @@ impl<T: bytemuck::Pod> RecordTable<T> {
         Ok(true)
     }
 
-    /// Brings the texture up to date with the records: all of them if it grew or `everything` is asked for, else the dirty
-    /// ones. Returns the bytes written.
+    /// Brings the texture up to date with the records: all of them if it grew or `everything` is asked for, else the
+    /// dirty ones. Returns the bytes written.
     pub fn mirror(
         &mut self,
         gpu: &super::Gpu,

@@ -61,8 +61,8 @@ impl Textures {
         self.classes.get(class.0 as usize)
     }
 
-    /// Uploads layers that are new, which is when the library may drop their texels; binds classes that are new or whose
-    /// arrays grew. Returns the bytes written.
+    /// Uploads layers that are new, which is when the library may drop their texels; binds classes that are new or
+    /// whose arrays grew. Returns the bytes written.
     pub fn upload(&mut self, gpu: &Gpu, simulation: &mut Simulation) -> Result<u64, RenderError> {
         let missing = self.make_room(gpu, simulation.draw_list(), simulation.library())?;
         let (mut written, mut pace) = (0, Pace::new(FEW_BYTES_UNDER_WAY));
@@ -177,8 +177,8 @@ fn heights_as(format: wgpu::TextureFormat, level: &[u8]) -> Cow<'_, [u8]> {
     }
 }
 
-/// An array with room for more layers, and those of the old one: half as many again, so that images that come one by one
-/// are not copied often.
+/// An array with room for more layers, and those of the old one: half as many again, so that images that come one by
+/// one are not copied often.
 fn grown(gpu: &Gpu, wanted: &TextureArray, old: &ArrayTexture) -> ArrayTexture {
     let held = old.texture.depth_or_array_layers() as usize;
     let layers = (held + held / 2).min(materials::most_layers(wanted)).max(wanted.layers.len());

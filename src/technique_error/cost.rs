@@ -1,5 +1,5 @@
-//! What a draw takes: the same view with each technique in turn, round and round, so that a machine that is slower for a
-//! while is so for all of them.
+//! What a draw takes: the same view with each technique in turn, round and round, so that a machine that is slower for
+//! a while is so for all of them.
 
 use super::stand::{Lit, Shown, Stand};
 use crate::frames::FrameError;

@@ -79,7 +79,8 @@ impl Report {
     pub fn csv(&self) -> String {
         let errors = |e: &Errors| format!("{:.5},{:.5},{:.5}", e.mean, e.p99, e.flip);
         let mut text = String::from(
-            "technique,shadowed_mean,shadowed_p99,shadowed_flip,unshadowed_mean,unshadowed_p99,unshadowed_flip,wrong_shadows,ms,times_off\n",
+            "technique,shadowed_mean,shadowed_p99,shadowed_flip,unshadowed_mean,unshadowed_p99,unshadowed_flip,\
+             wrong_shadows,ms,times_off\n",
         );
         for row in &self.rows {
             let shadows = row.shadows.map_or(String::new(), |share| format!("{share:.5}"));

@@ -1,5 +1,5 @@
-//! A world for the comparison: one figure twice, coarse as techniques have it and displaced, of which one is shown; a sun,
-//! a lamp and a spot; a camera. All around is black, so that light passes add up.
+//! A world for the comparison: one figure twice, coarse as techniques have it and displaced, of which one is shown; a
+//! sun, a lamp and a spot; a camera. All around is black, so that light passes add up.
 
 use super::CompareArgs;
 use super::maps::Maps;
@@ -67,7 +67,8 @@ impl FigureShape {
         })
     }
 
-    /// Two quads for each texel each way, so that a vertex is in the middle of every texel; fewer where that were too many.
+    /// Two quads for each texel each way, so that a vertex is in the middle of every texel; fewer where that were too
+    /// many.
     fn fine(self, texels: (usize, usize)) -> Mesh {
         let wanted = self.repeats() * Vec2::new(texels.0 as f32, texels.1 as f32) * 2.0;
         let scale = (MOST_TRIANGLES / (2.0 * wanted.x * wanted.y)).sqrt().min(1.0);
@@ -102,7 +103,7 @@ impl Shown {
     }
 }
 
-/// The world and who draws it.
+/// The world and what draws it.
 pub(super) struct Stand {
     pub simulation: Simulation,
     pub renderer: Renderer,

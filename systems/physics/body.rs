@@ -14,8 +14,8 @@ use serde::{Deserialize, Serialize};
 /// Metres per second below which a vehicle that brakes stands.
 const STANDSTILL: f64 = 0.05;
 
-/// What `DynamicRayCastVehicleController` takes from a wheel's sideways velocity in a step, at a side friction stiffness
-/// of 1.
+/// What `DynamicRayCastVehicleController` takes from a wheel's sideways velocity in a step, at a side friction
+/// stiffness of 1.
 const SIDE_DAMPING: f64 = 0.2;
 
 /// What is wanted of a vehicle in a step.
@@ -46,7 +46,7 @@ pub struct Body {
     most_steering: f64,
     /// Radians per second.
     steering_rate: f64,
-    /// Where the world was last told that the vehicle is: elsewhere, somebody else has moved it.
+    /// Where the world was last told that the vehicle is: elsewhere, something else has moved it.
     pub written: (Vec3, Quat),
     /// Radians: of the wheel in the middle of the front axle.
     pub steering: f64,
@@ -236,8 +236,8 @@ fn mass_properties(kind: &VehicleType, wheels: &[WheelPlace], mass: f64) -> Mass
     MassProperties::new(DVec3::new(middle.x, 0.35 * size.y, middle.z), mass, inertia)
 }
 
-/// The controller's numbers are per kilogram of the chassis; a wheel's sideways velocity is taken away within a step, as
-/// far as friction goes.
+/// The controller's numbers are per kilogram of the chassis; a wheel's sideways velocity is taken away within a step,
+/// as far as friction goes.
 fn wheel_tuning(tuning: &Tuning, wheels: usize) -> WheelTuning {
     WheelTuning {
         suspension_stiffness: tuning.stiffness / tuning.mass,

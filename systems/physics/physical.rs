@@ -18,9 +18,9 @@ const DAMPING_RATIO: f64 = 0.35;
 /// Drag coefficient times half the density of air, kg/m³: between a car's and a van's.
 const DRAG_PER_AREA: f64 = 0.21;
 
-/// Has a [`Vehicle`](crate::vehicles::Vehicle) simulated as a rigid body on springs and tyres. What is `None` is derived
-/// from the vehicle's type. Vehicles whose wheels are in a row would fall over, and stay kinematic. Scene files have it
-/// with these fields.
+/// Has a [`Vehicle`](crate::vehicles::Vehicle) simulated as a rigid body on springs and tyres. What is `None` is
+/// derived from the vehicle's type. Vehicles whose wheels are in a row would fall over, and stay kinematic. Scene files
+/// have it with these fields.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[component(immutable, on_add = hold_wheels, on_remove = forget_wish)]
@@ -120,8 +120,8 @@ pub struct WheelPlace {
     pub steers: bool,
 }
 
-/// The wheels of a type, those of its trailer apart, in the order of its parts; those of a box where its model has none.
-/// Empty where they are in a row, or where numbers do not make a vehicle.
+/// The wheels of a type, those of its trailer apart, in the order of its parts; those of a box where its model has
+/// none. Empty where they are in a row, or where numbers do not make a vehicle.
 pub fn wheels(kind: &VehicleType) -> Vec<WheelPlace> {
     let mut wheels: Vec<WheelPlace> =
         (0..kind.parts.len()).filter_map(|index| wheel_of_part(&kind.parts, index)).collect();

@@ -24,8 +24,8 @@ fn stop(head: u32) -> Vec<Stop> {
     vec![Stop { at: LINE, wait: Wait::Signal(head), clear: 60.0 }]
 }
 
-/// Toward +Z over a crossing of 20 m, 85 m from the beginning, straight on or to the left; a road that crosses it toward
-/// +X, with a line of its own. The first group's signal is green for ever.
+/// Toward +Z over a crossing of 20 m, 85 m from the beginning, straight on or to the left; a road that crosses it
+/// toward +X, with a line of its own. The first group's signal is green for ever.
 fn world(then: &[u16]) -> Simulation {
     world_of(plans(then), vec![1e6, 1.0])
 }

@@ -243,7 +243,7 @@ fn pitch_and_roll_are_those_of_an_inclined_plane() {
     }
     assert_eq!(grounds.height(Vec3::new(0.0, -5.0, 0.0), 1.0), None, "below it");
     assert_eq!(grounds.height(Vec3::new(120.0, 50.0, 0.0), 1.0), None, "beside it");
-    // A bridge above does not count for who is below.
+    // A bridge above does not count for what is below.
     let flat = |y: f32| [Vec3::new(-9.0, y, -9.0), Vec3::new(0.0, y, 20.0), Vec3::new(9.0, y, -9.0)];
     let grounds = Grounds::new([flat(0.0), flat(6.0)]);
     assert_eq!(grounds.height(Vec3::new(0.0, 0.3, 0.0), 1.0), Some(0.0));

@@ -28,7 +28,7 @@ fn drive(clock: Res<clock::Clock>, mut all: Query<(&Speed, &mut Transform, &mut 
 
 struct Scene {
     simulation: Simulation,
-    /// Alone; with a child; a child that moves; one that stands; one that nobody interpolates.
+    /// Alone; with a child; a child that moves; one that stands; one that is not interpolated.
     all: [Entity; 5],
 }
 

@@ -1,4 +1,5 @@
-//! The choice of lights: the plain search against its definition, the fast one against the plain one, weights and remainder.
+//! The choice of lights: the plain search against its definition, the fast one against the plain one, weights and
+//! remainder.
 
 mod common;
 
@@ -38,8 +39,8 @@ prop_compose! {
 }
 
 /// What the remainder counts: the falloff at the sphere's centre, but a classic spot's without its cut, by a smooth
-/// step from the sphere outside of the cone to the sphere inside. Then how far single precision may be off, for which the
-/// angle, the way from the edge and the way to the end of the range are small differences of large numbers.
+/// step from the sphere outside of the cone to the sphere inside. Then how far single precision may be off, for which
+/// the angle, the way from the edge and the way to the end of the range are small differences of large numbers.
 fn falloff_around(light: &LightRecord, sphere: Sphere) -> (f64, f64) {
     let center = sphere.center.as_dvec3();
     let v = center - Vec3::from(light.position).as_dvec3();
@@ -70,8 +71,8 @@ fn falloff_around(light: &LightRecord, sphere: Sphere) -> (f64, f64) {
     (with(0.0, 0.0), with(1e-6, power_error) - with(-1e-6, -power_error))
 }
 
-/// The answer by sorting all scores, weights and remainder straight from their definition; and how far single precision may
-/// be off from the remainder.
+/// The answer by sorting all scores, weights and remainder straight from their definition; and how far single precision
+/// may be off from the remainder.
 fn brute_force(scene: &Scene, sphere: Sphere, policy: LightPolicy) -> (Selection, f32) {
     let mut scores: Vec<(f32, u32)> =
         scene.scored.iter().zip(0..).map(|(light, slot)| (score(light, sphere), slot)).filter(|s| s.0 > 0.0).collect();
@@ -128,7 +129,8 @@ proptest! {
             prop_assert!(found.weights.iter().zip(expected.weights).all(|(a, b)| (a - b).abs() < 1e-6));
             prop_assert_eq!(found.reaching, expected.reaching);
             prop_assert!((found.dropped - expected.dropped).abs() <= 1e-4 * expected.dropped);
-            // At the very range of a light, where the window ends, rounding decides between nothing and next to nothing.
+            // At the very range of a light, where the window ends, rounding decides between nothing and next to
+            // nothing.
             let colors = scene.records.iter().map(|record| Vec3::from(record.color).abs().max_element());
             let tolerance = error + 1e-8 * colors.fold(0.0, f32::max) + 1e-30;
             prop_assert!((found.remainder_ambient - expected.remainder_ambient).abs().max_element() <= tolerance,
@@ -293,8 +295,8 @@ fn equal_lights_go_by_slot_and_all_into_the_remainder() {
     assert_eq!(none, Selection::default());
 }
 
-/// The largest change of any light's weight, and of the remainder, between two of many steps of an object along a row of
-/// lamps.
+/// The largest change of any light's weight, and of the remainder, between two of many steps of an object along a row
+/// of lamps.
 fn largest_jump(policy: LightPolicy, steps: usize) -> (f32, f32) {
     let lamps = (0..24).map(|i| {
         let place = placed(Vec3::new(i as f32 * 2.5 - 4.0, 4.0, (i % 4) as f32), Vec3::NEG_Y);
@@ -328,8 +330,8 @@ fn weights_and_remainder_change_smoothly_where_lights_pass_each_other() {
     assert_eq!(largest_jump(LightPolicy::Hard, 50_000).0, 1.0);
 }
 
-/// An ambient cube: two equal pairs of lamps on opposite sides light both, and cancel in the direction; an ambient colour
-/// lights all sides alike.
+/// An ambient cube: two equal pairs of lamps on opposite sides light both, and cancel in the direction; an ambient
+/// colour lights all sides alike.
 #[test]
 fn the_remainder_knows_how_much_comes_from_each_side() {
     let lamp = |x: f32, ambient: f32| {

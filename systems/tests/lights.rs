@@ -332,7 +332,8 @@ proptest! {
     }
 }
 
-/// Enough objects, in two tables, for several tasks to look through those that moved: more of them than are listed at a time.
+/// Enough objects, in two tables, for several tasks to look through those that moved: more of them than are listed at a
+/// time.
 #[test]
 fn what_is_kept_by_several_tasks_equals_a_full_search() {
     #[derive(Component)]

@@ -1,5 +1,5 @@
-//! Whatever is edited between frames: who takes the records that changed, frame by frame, has the record of every object
-//! that is drawn, as it is, and nothing else.
+//! Whatever is edited between frames: taking the records that changed, frame by frame, gives the record of every
+//! object that is drawn, as it is, and nothing else.
 
 use bevy_ecs::entity_disabling::Disabled;
 use bevy_ecs::prelude::*;
@@ -116,7 +116,7 @@ impl Edited {
                 }
             }
             Edit::Copy(i) => {
-                // With its parent, who comes before it.
+                // With its parent, which comes before it.
                 if let Some(object) = entity(i) {
                     let copy = world.entity_mut(object).clone_and_spawn();
                     self.objects.push(copy);

@@ -103,8 +103,9 @@ proptest! {
     }
 }
 
-/// From the narrowest cone to the widest, from a cone that fades from its axis on to a hard edge, in the middle and beside
-/// the edges: the factor is KHR_lights_punctual's in double precision, but for what single precision can tell apart.
+/// From the narrowest cone to the widest, from a cone that fades from its axis on to a hard edge, in the middle and
+/// beside the edges: the factor is KHR_lights_punctual's in double precision, but for what single precision can tell
+/// apart.
 #[test]
 fn a_spots_profile_is_that_of_its_angles_however_narrow_it_is() {
     let directions = [Vec3::NEG_Z, Vec3::X, Vec3::new(0.3, -0.8, 0.5).normalize()];
@@ -167,7 +168,8 @@ fn outside_of_range_and_cone_the_score_is_zero() {
     }
 }
 
-/// The figures of docs/lights.md: a window that differs from the one that KHR_lights_punctual recommends, and by how much.
+/// The figures of docs/lights.md: a window that differs from the one that KHR_lights_punctual recommends, and by how
+/// much.
 #[test]
 fn the_window_is_the_square_of_the_recommended_one() {
     let light = Light { range: 4.0, ..Light::point(1.0, 4.0) }.with_attenuation(Light::INVERSE_SQUARE);
@@ -248,8 +250,8 @@ fn the_irradiance_of_known_lights() {
     assert_eq!(at(&wide, Vec3::ZERO), Vec3::ZERO);
 }
 
-/// The score of a spot, and with it every weight, changes little by little as an object that the axis passes through falls
-/// behind the lamp.
+/// The score of a spot, and with it every weight, changes little by little as an object that the axis passes through
+/// falls behind the lamp.
 #[test]
 fn a_spots_score_fades_as_an_object_falls_behind_it() {
     for inner in [Some(0.4), None] {

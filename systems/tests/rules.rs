@@ -76,7 +76,7 @@ fn gap_of_braking(driver: &Driver, speed: f32, leader_speed: f32, braking: f32) 
 #[test]
 fn nobody_changes_lanes_where_the_one_behind_would_have_to_brake_harder_than_is_safe() {
     let kind = VehicleType::default();
-    // Behind a slow one; whether it changes depends on who comes on the other lane.
+    // Behind a slow one; whether it changes depends on what comes on the other lane.
     let changes = |speed: f32, behind_speed: f32, gap: f32| {
         let plan = RoutePlan { points: vec![DVec3::ZERO, DVec3::Z * 1000.0], lanes: 2, ..RoutePlan::default() };
         let mut simulation = Simulation::new();

@@ -198,7 +198,7 @@ fn whatever_is_state_counts_and_comes_back() {
     let [a, b] = [0, 3].map(|id| swapped.world.resource::<Roster>().entity(StateId(id)).expect("an arm"));
     let [mut a, mut b] = swapped.world.entity_mut([a, b]).map(|entity| entity.into_mut::<Transform>().expect("there"));
     std::mem::swap(&mut *a, &mut *b);
-    assert_ne!(hash(&mut swapped.world), fresh, "who is where");
+    assert_ne!(hash(&mut swapped.world), fresh, "which is where");
     let mut viewed = busy();
     let mut clock = viewed.world.resource_mut::<Clock>();
     (clock.paused, clock.speed) = (true, 3.0);

@@ -1,4 +1,4 @@
-//! Busy roads: nobody overlaps, nobody passes a red light, and neither threads nor the order of tables show.
+//! Busy roads: none overlaps, none passes a red light, and neither threads nor the order of tables show.
 
 use bevy_ecs::prelude::*;
 use glam::{DVec3, Vec2, Vec3};
@@ -240,7 +240,7 @@ proptest! {
         }
         let moved: f64 = entities.iter().map(|&e| simulation.world.get::<Motion>(e).expect("one").rolled).sum();
         prop_assert!(moved > 60.0 * entities.len() as f64, "they drive: {moved} m by {}", entities.len());
-        prop_assert!(lanes == 1 || spacing < 40.0 || changes > 0, "nobody changed lanes");
+        prop_assert!(lanes == 1 || spacing < 40.0 || changes > 0, "none changed lanes");
     }
 
     #[test]
@@ -266,7 +266,7 @@ proptest! {
             for (seen, &entity) in seen.iter_mut().zip(&entities) {
                 let now = before(world, entity);
                 if seen.0.0 < 4 && seen.1 && !now.1 && now.0 == seen.0 {
-                    // Red for 55 s. Who goes at amber and then meets another may be slower than it thought.
+                    // Red for 55 s. One that goes at amber and then meets another may be slower than it thought.
                     let (aspect, left) = world.resource::<Signals>().heads()[usize::from(now.0.0)];
                     let passes = aspect != Aspect::Red || left > 54.0;
                     prop_assert!(passes, "step {}: {left} s, {:?}", step, world.get::<OnRoute>(entity));

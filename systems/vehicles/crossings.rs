@@ -1,12 +1,12 @@
-//! Crossings that are kept clear: who may drive into one although its signal is green.
+//! Crossings that are kept clear: which may drive into one although its signal is green.
 //!
-//! A stop at a signal may have a stretch beyond its line in which nobody should stand ([`super::routes::Stop::clear`]): the
-//! crossing. A vehicle waits before the line while one that came in elsewhere, by another group of the signal, is in its
-//! own stretch, and while there is no room for it beyond: whoever stands there leaves less than it and those ahead of it
-//! need. Who cannot stop any more drives on. Who has stood there for some seconds for want of room draws again which way to
-//! take: else vehicles that wait for each other round a block would do so for ever.
+//! A stop at a signal may have a stretch beyond its line in which none should stand ([`super::routes::Stop::clear`]):
+//! the crossing. A vehicle waits before the line while one that came in elsewhere, by another group of the signal, is
+//! in its own stretch, and while there is no room for it beyond: what stands there leaves less than it and those
+//! ahead of it need. What cannot stop any more drives on. What has stood there for some seconds for want of room draws
+//! again which way to take: else vehicles that wait for each other round a block would do so for ever.
 //!
-//! Vehicles in crossings are noted while lanes are filled, per head of a signal; who comes to a line is looked at when
+//! Vehicles in crossings are noted while lanes are filled, per head of a signal; what comes to a line is looked at when
 //! lanes are complete. Both follow from where vehicles are, and nothing of it is kept.
 
 use super::following::{self, ROUTES_AHEAD, Way};
@@ -19,9 +19,9 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 /// Metres, and of the distance that comfortable braking takes: so far before a line one looks.
 const LOOK: (f32, f32) = (5.0, 1.3);
-/// m/s: who is slower beyond a crossing may be about to stand.
+/// m/s: what is slower beyond a crossing may be about to stand.
 const SLOW: f32 = 2.0;
-/// Metres beyond a crossing in which those who stand are looked for.
+/// Metres beyond a crossing in which those that stand are looked for.
 const BEYOND: f32 = 60.0;
 
 /// Seconds for which one waits for room in the way that it chose.
@@ -57,19 +57,19 @@ impl Coming {
     }
 }
 
-/// Who is in crossings: of each head of a signal, by which route those came in that passed its line and are inside.
+/// What is in crossings: of each head of a signal, by which route those came in that passed its line and are inside.
 #[derive(Default)]
 pub(super) struct Inside(Vec<AtomicU32>);
 
-/// Nobody is; several are, by different routes. Else it is the number of the route.
-const NOBODY: u32 = u32::MAX;
+/// None is; several are, by different routes. Else it is the number of the route.
+const EMPTY: u32 = u32::MAX;
 const SEVERAL: u32 = u32::MAX - 1;
 
 impl Inside {
     /// Forgets all.
     pub fn reset(&mut self, heads: usize) {
         self.0.resize_with(heads, AtomicU32::default);
-        self.0.iter_mut().for_each(|inside| *inside.get_mut() = NOBODY);
+        self.0.iter_mut().for_each(|inside| *inside.get_mut() = EMPTY);
     }
 
     /// Notes a vehicle whose ends are so far from its reference point, on its route and those that it came from.
@@ -99,7 +99,7 @@ impl Inside {
                 && let Some(inside) = self.0.get(head as usize)
             {
                 let id = u32::from(id.0);
-                let before = inside.compare_exchange(NOBODY, id, Ordering::Relaxed, Ordering::Relaxed);
+                let before = inside.compare_exchange(EMPTY, id, Ordering::Relaxed, Ordering::Relaxed);
                 if before.is_err_and(|before| before != id) {
                     inside.store(SEVERAL, Ordering::Relaxed);
                 }
@@ -107,11 +107,11 @@ impl Inside {
         }
     }
 
-    /// Whether somebody is who passed the line of one of the heads, on a route that is not among these.
+    /// Whether one is there that passed the line of one of the heads, on a route that is not among these.
     fn is_any(&self, mut heads: impl Iterator<Item = u32>, mut own: impl FnMut(u32) -> bool) -> bool {
         heads.any(|head| {
-            let inside = self.0.get(head as usize).map_or(NOBODY, |inside| inside.load(Ordering::Relaxed));
-            inside != NOBODY && !own(inside)
+            let inside = self.0.get(head as usize).map_or(EMPTY, |inside| inside.load(Ordering::Relaxed));
+            inside != EMPTY && !own(inside)
         })
     }
 }
@@ -119,7 +119,7 @@ impl Inside {
 impl Traffic {
     /// Lets a vehicle wait before a crossing into which it may not drive.
     pub(super) fn hold(&self, coming: &Coming, routes: &Routes, signals: &Signals, types: &VehicleTypes) {
-        // It itself, and those who came in where it comes from, are not in its way but ahead of it.
+        // It itself, and those that came in where it comes from, are not in its way but ahead of it.
         let on = &self.rows[coming.row as usize].on;
         let before = on.previous.iter().flatten().map(|(id, _)| *id);
         let own = [coming.route, on.route].into_iter().chain(before);
@@ -136,7 +136,7 @@ impl Traffic {
         }
     }
 
-    /// Whether those who stand beyond the crossing leave room for it and all between.
+    /// Whether those that stand beyond the crossing leave room for it and all between.
     fn has_room(&self, coming: &Coming, routes: &Routes, types: &VehicleTypes) -> bool {
         let row = &self.rows[coming.row as usize];
         let kind = types.get(row.kind);

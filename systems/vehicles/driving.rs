@@ -1,14 +1,15 @@
-//! The step of all vehicles: note them, see who minds whom, then move each by itself.
+//! The step of all vehicles: note them, see which minds which, then move each by itself.
 //!
 //! ```text
 //! rows          where every vehicle is, in the order of the tables
-//! traffic       lanes filled and sorted, and what everyone minds          super::traffic
-//! lane changes  who begins to change in this step                         super::lane_changes
+//! traffic       lanes filled and sorted, and what each minds          super::traffic
+//! lane changes  which begin to change in this step                         super::lane_changes
 //! moving        speed, steering, place and height of each                 here, and super::on_route
 //! ```
 //!
-//! Each vehicle is moved by what was noted before any moved, and decisions that touch two are made in the order of lanes
-//! and vehicle numbers: neither threads nor the order of tables show in results. What did not change is not written.
+//! Each vehicle is moved by what was noted before any moved, and decisions that touch two are made in the order of
+//! lanes and vehicle numbers: neither threads nor the order of tables show in results. What did not change is not
+//! written.
 
 use super::ground::Grounds;
 use super::lane_changes::{self, Start};
@@ -154,7 +155,8 @@ pub(super) struct Body<'a> {
 }
 
 impl Body<'_> {
-    /// Moves it as it is steered, at a step's mean speed; what follows from the place is left to [`Surroundings::stand`].
+    /// Moves it as it is steered, at a step's mean speed; what follows from the place is left to
+    /// [`Surroundings::stand`].
     pub fn roll(&mut self, speed: f64, seconds: f64) {
         let (wheelbase, trailer) = (self.kind.wheelbase, self.kind.trailer.as_ref());
         let off = steering::roll(&mut self.motion, wheelbase, trailer, speed, seconds);
@@ -284,7 +286,8 @@ impl Surroundings<'_> {
         body.motion.steering = steering::turn_wheel(&kind.limits, body.motion.steering, angle, seconds as f32);
         if speed != 0.0 || before != 0.0 || self.settle || self.traffic.rows[body.row].put {
             body.roll(0.5 * (before + speed), seconds);
-            // Until nothing changes, so that who stands is where it would be put again: ground counts up to a step above.
+            // Until nothing changes, so that what stands is where it would be put again: ground counts up to a step
+            // above.
             for _ in 0..SETTLED {
                 let height = body.motion.place.y;
                 self.stand(body, |_| height);

@@ -13,10 +13,11 @@ use super::{OnRoute, VehicleType};
 /// Metres: nearer ones count as this far.
 const CLOSEST: f32 = 0.05;
 
-/// m/s and m/s²: who is slower than the first and wants no more than the second stands. The model alone creeps on for ever.
+/// m/s and m/s²: what is slower than the first and wants no more than the second stands. The model alone creeps on for
+/// ever.
 const STANDING: (f64, f32) = (0.1, 0.1);
 
-/// m/s²: who stands sets off for no less.
+/// m/s²: what stands sets off for no less.
 const SETTING_OFF: f32 = 0.25;
 
 /// (s*/s)² for a leader at `gap` metres, from front bumper to rear bumper.
@@ -57,8 +58,8 @@ pub(super) fn look_ahead(driver: &Driver, speed: f32) -> f32 {
 /// Routes that one looks ahead over.
 pub(super) const ROUTES_AHEAD: usize = 4;
 
-/// The way ahead of a vehicle: the route it is on, and those that it will choose, with the lane there and the metres from
-/// its reference point to their beginning.
+/// The way ahead of a vehicle: the route it is on, and those that it will choose, with the lane there and the metres
+/// from its reference point to their beginning.
 #[derive(Clone, Copy)]
 pub(super) struct Way<'a> {
     pub routes: &'a Routes,

@@ -1,9 +1,9 @@
 //! Where several routes may follow one: which of them a vehicle takes, and how far they are in each other's way.
 //!
-//! A route may be for some lanes of the one before it only, as a lane for turning, and for vehicles up to a length. Among
-//! those that are open to it a vehicle chooses by a function of the seed, its number and how often it chose before: it
-//! knows beforehand, looks ahead and indicates. Where two ways begin in one lane, a vehicle that has just turned into one
-//! is still in the way of those that take the other.
+//! A route may be for some lanes of the one before it only, as a lane for turning, and for vehicles up to a length.
+//! Among those that are open to it a vehicle chooses by a function of the seed, its number and how often it chose
+//! before: it knows beforehand, looks ahead and indicates. Where two ways begin in one lane, a vehicle that has just
+//! turned into one is still in the way of those that take the other.
 
 use super::OnRoute;
 use super::routes::{Route, RouteId, RoutePlan, Routes, mixed};
@@ -52,7 +52,7 @@ impl From<&OnRoute> for Fork {
     }
 }
 
-/// Who chooses.
+/// A vehicle that chooses.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Chooser {
     /// Of its [`super::VehicleNumber`].
@@ -62,8 +62,8 @@ pub struct Chooser {
 }
 
 impl Routes {
-    /// The route that a vehicle takes at a fork. Where none is open to it, one that is at least long enough for it; where
-    /// none is, any.
+    /// The route that a vehicle takes at a fork. Where none is open to it, one that is at least long enough for it;
+    /// where none is, any.
     pub fn next(&self, fork: Fork, chooser: Chooser) -> RouteId {
         let then = match self.get(fork.route).map_or(&[][..], |route| &route.then) {
             [] => return fork.route,
@@ -82,8 +82,8 @@ impl Routes {
     }
 }
 
-/// Metres from the end of a lane within which the next one begins; who is farther from its lane is lost
-/// (`on_route.rs`). Nobody is put across a wider gap.
+/// Metres from the end of a lane within which the next one begins; what is farther from its lane is lost
+/// (`on_route.rs`). Nothing is put across a wider gap.
 pub const APART: f64 = 12.0;
 
 /// How far the nearest lanes of a route and of one that may follow it are apart, and where.

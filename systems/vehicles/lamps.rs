@@ -48,7 +48,7 @@ pub struct Lamp {
     pub glass: Option<(MaterialId, MaterialId)>,
 }
 
-/// The lamps of a vehicle, so that nobody has to look for them. Follows from the [`Lamp`]s; nothing else writes it.
+/// The lamps of a vehicle, so that nothing has to look for them. Follows from the [`Lamp`]s; nothing else writes it.
 #[derive(Component, Clone, PartialEq, Debug, Default)]
 #[component(clone_behavior = Ignore)]
 pub struct Lamps(Vec<(LampKind, Entity)>);
@@ -87,7 +87,7 @@ impl Lamp {
 /// How much brighter than low beam high beam is.
 const HIGH_BEAM: f32 = 2.5;
 
-/// What a tail lamp shines with while nobody brakes, of what it shines with then.
+/// What a tail lamp shines with while it does not brake, of what it shines with then.
 const TAIL: f32 = 0.25;
 
 /// m/s²: slowing down more than this is done with the brakes.
@@ -209,7 +209,7 @@ pub fn light_lamps(
         let now = *switches;
         let shown = Switches::from(now.shown);
         let differ = |kind: LampKind| now.shown == Switches::UNKNOWN || shown.level(kind) != now.level(kind);
-        // Nobody follows that.
+        // Nothing follows that.
         switches.bypass_change_detection().shown = now.on;
         for &(kind, entity) in list.0.iter().filter(|(kind, _)| differ(*kind)) {
             let Ok((lamp, light, material)) = lamps.get_mut(entity) else { continue };

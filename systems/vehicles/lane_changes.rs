@@ -1,8 +1,8 @@
 //! When to change lanes: MOBIL, simplified.
 //!
 //! Kesting, Treiber, Helbing, "General lane-changing model MOBIL for car-following models", Transportation Research
-//! Record 1999 (2007). A driver changes if it is safe, nobody in the other lane would have to brake harder than b_safe, and
-//! if it pays: what they gain in acceleration, plus a part p of what their followers gain or lose, is more than a
+//! Record 1999 (2007). A driver changes if it is safe, none in the other lane would have to brake harder than b_safe,
+//! and if it pays: what they gain in acceleration, plus a part p of what their followers gain or lose, is more than a
 //! threshold, lower toward the edge of the road than away from it. Of the model's accelerations the terms without a
 //! leader are the same in both lanes and cancel; where they do not, in b_safe, they count as at the wanted speed.
 
@@ -25,9 +25,9 @@ pub const EDGE_BIAS: f32 = 0.3;
 
 /// Seconds between two considerations of a driver.
 const PERIOD: f32 = 0.5;
-/// m/s, below which nobody changes.
+/// m/s, below which none changes.
 const SLOWEST: f32 = 3.0;
-/// Metres before and behind the ends of a route in which nobody changes.
+/// Metres before and behind the ends of a route in which none changes.
 const NEAR_ENDS: f32 = 40.0;
 
 /// A change of lane that begins in this step.
@@ -40,8 +40,8 @@ pub(super) struct Start {
 /// Routes of several lanes that are worth a task.
 const LEAST: usize = 16;
 
-/// All changes that begin in a step, by row. Drivers consider in turn, lane by lane from the hindmost on; who comes later
-/// sees the gaps of those before taken.
+/// All changes that begin in a step, by row. Drivers consider in turn, lane by lane from the hindmost on; one that
+/// comes later sees the gaps of those before taken.
 pub(super) fn starts(
     traffic: &Traffic,
     routes: &Routes,

@@ -1,9 +1,9 @@
 //! Lanes and the vehicles in them: entries sorted by where their fronts are.
 //!
-//! Tasks first list [`Entry`]s as they find them, by stretches of lanes ([`Found`]). Then each stretch is put in order by
-//! one task, which needs nothing of the others: entries go to their lanes, are sorted there, and mind those ahead.
-//! Vehicles are entered in the order in which they were in their lanes in the last step, so that lanes are nearly sorted
-//! before they are: insertion sort does the rest.
+//! Tasks first list [`Entry`]s as they find them, by stretches of lanes ([`Found`]). Then each stretch is put in order
+//! by one task, which needs nothing of the others: entries go to their lanes, are sorted there, and mind those ahead.
+//! Vehicles are entered in the order in which they were in their lanes in the last step, so that lanes are nearly
+//! sorted before they are: insertion sort does the rest.
 
 use super::VehicleTypeId;
 use super::crossings::Coming;
@@ -32,7 +32,7 @@ pub(super) enum Role {
     /// In its lane.
     #[default]
     Main,
-    /// Minds who is ahead: in a lane that it leaves, or will come to.
+    /// Minds what is ahead: in a lane that it leaves, or will come to.
     Follower,
     /// Is only minded.
     Obstacle,
@@ -68,7 +68,7 @@ impl Stretches {
     }
 }
 
-/// What one task found: entries and their lanes, by stretch; who comes to a crossing.
+/// What one task found: entries and their lanes, by stretch; what comes to a crossing.
 #[derive(Default)]
 pub(super) struct Found {
     bits: u32,

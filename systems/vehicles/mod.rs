@@ -1,26 +1,27 @@
 //! Vehicles: entities that drive, on wheels that roll, under lamps that light the road.
 //!
-//! Spawning one is one line: `world.spawn(Vehicle::of(kind))`. What it consists of comes from its type: a [`VehicleType`]
-//! holds the numbers that motion goes by and the parts of its model, and is data, not code.
+//! Spawning one is one line: `world.spawn(Vehicle::of(kind))`. What it consists of comes from its type: a
+//! [`VehicleType`] holds the numbers that motion goes by and the parts of its model, and is data, not code.
 //!
 //! ```text
 //! types     VehicleTypes: dimensions, limits, driver, parts; shared by all vehicles of a type
-//! parts     what a new vehicle gets: child entities for its body, wheels and lamps; wheels roll, forks turn, legs swing
+//! parts     what a new vehicle gets: child entities for its body, wheels and lamps; wheels roll, forks turn, legs
+//!           swing
 //! lamps     which lamps are on, their light and the glow of their glass
 //!
-//! driving       the step: everybody is moved by what was noted before anybody moved; on_route: as routes want
+//! driving       the step: each is moved by what was noted before any moved; on_route: as routes want
 //! routes        Routes: centre lines, lanes, limits, stops; route_line: their samples; forks: what follows
 //! signals       what traffic lights show
-//! traffic       who is ahead of whom; lanes: by lane, in order; crossings: who waits before one
+//! traffic       which vehicle is ahead of which; lanes: by lane, in order; crossings: which wait before one
 //! following     how fast: the Intelligent Driver Model
 //! lane_changes  MOBIL
 //! steering      where to: pure pursuit, bicycle model, trailer; hand: by Controls instead
 //! ground        what vehicles stand on
 //! ```
 //!
-//! Conventions: metres, seconds, radians. A vehicle looks along its local +Z, left is +X, up is +Y (glTF); its origin is
-//! on the ground, under the middle of the rear axle, which is the reference point of the bicycle model. Steering angles
-//! and yaw are positive to the left.
+//! Conventions: metres, seconds, radians. A vehicle looks along its local +Z, left is +X, up is +Y (glTF); its origin
+//! is on the ground, under the middle of the rear axle, which is the reference point of the bicycle model. Steering
+//! angles and yaw are positive to the left.
 
 mod crossings;
 pub mod driving;
@@ -94,12 +95,12 @@ impl Default for VehicleNumber {
 #[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Default)]
 pub struct NextVehicleNumber(pub u32);
 
-/// Where a vehicle is and how it moves. State: written by whatever moves it. What adds up from step to step has 64 bits: in
-/// 32, a step of 0.1 ms would be lost in a place kilometres away.
+/// Where a vehicle is and how it moves. State: written by whatever moves it. What adds up from step to step has 64
+/// bits: in 32, a step of 0.1 ms would be lost in a place kilometres away.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Serialize, Deserialize, Default)]
 pub struct Motion {
-    /// Of its origin in world space, metres. The entity's translation is this, rounded; where somebody else writes another
-    /// translation, this follows.
+    /// Of its origin in world space, metres. The entity's translation is this, rounded; where something else writes
+    /// another translation, this follows.
     pub place: DVec3,
     /// Along its own forward, m/s; negative in reverse.
     pub speed: f64,
@@ -123,7 +124,7 @@ impl Motion {
         is_finite && self.acceleration.is_finite() && self.steering.is_finite()
     }
 
-    /// The place again where that of the entity was written by somebody else.
+    /// The place again where that of the entity was written by something else.
     pub(crate) fn follow(&mut self, translation: Vec3) {
         if self.place.as_vec3() != translation {
             self.place = translation.as_dvec3();
@@ -229,8 +230,8 @@ pub struct LaneChange {
     pub done: f64,
 }
 
-/// What a driver wants of a vehicle that something else moves, as physics do: where this is, it is written in every step
-/// instead of [`Motion`] and `Transform`. The route follows where the vehicle gets to.
+/// What a driver wants of a vehicle that something else moves, as physics do: where this is, it is written in every
+/// step instead of [`Motion`] and `Transform`. The route follows where the vehicle gets to.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct Wanted {
     /// m/s², as [`Motion::acceleration`].

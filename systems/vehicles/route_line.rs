@@ -18,8 +18,8 @@ const FINE: (f64, usize) = (4.0, 4096);
 /// m/s² that drivers brake with toward a lower speed limit.
 const BRAKING: f32 = 1.5;
 
-/// Of the sideways acceleration that a driver allows: what they brake with toward a bend. Who takes bends gently brakes
-/// gently too.
+/// Of the sideways acceleration that a driver allows: what they brake with toward a bend. One that takes bends gently
+/// brakes gently too.
 const BRAKING_FOR_BENDS: f32 = 0.8;
 
 /// A place on a centre line.

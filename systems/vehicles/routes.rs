@@ -1,12 +1,13 @@
 //! Routes: where vehicles drive by themselves.
 //!
 //! A [`RoutePlan`] says what a route is: a centre line, lanes, speed limits, stops, and the routes that may follow. All
-//! plans together become [`Routes`], whose centre lines are sampled at even steps of arc length ([`super::route_line`]),
-//! so that where `at` metres along a route is, which way it goes there and how fast one may be is looked up at once.
+//! plans together become [`Routes`], whose centre lines are sampled at even steps of arc length
+//! ([`super::route_line`]), so that where `at` metres along a route is, which way it goes there and how fast one may be
+//! is looked up at once.
 //!
-//! A vehicle's `at` is that of its reference point, the rear axle. Lanes lie side by side around the centre line; lane 0
-//! is the one at the edge of the road: the rightmost, or the leftmost where traffic keeps left. All lanes of a route go
-//! the same way.
+//! A vehicle's `at` is that of its reference point, the rear axle. Lanes lie side by side around the centre line; lane
+//! 0 is the one at the edge of the road: the rightmost, or the leftmost where traffic keeps left. All lanes of a route
+//! go the same way.
 
 use super::OnRoute;
 use super::forks::{self, Next, Parting};
@@ -42,9 +43,9 @@ pub struct RoutePlan {
     pub limits: Vec<(f32, f32)>,
     /// Where vehicles wait.
     pub stops: Vec<Stop>,
-    /// What may follow at the end; a vehicle chooses evenly among those that are open to it ([`Routes::next`]). None: the
-    /// same route again, from its beginning. One that begins more than [`forks::APART`] from the end is not taken, unless
-    /// it is the route itself.
+    /// What may follow at the end; a vehicle chooses evenly among those that are open to it ([`Routes::next`]). None:
+    /// the same route again, from its beginning. One that begins more than [`forks::APART`] from the end is not taken,
+    /// unless it is the route itself.
     pub then: Vec<RouteId>,
     /// The lanes of the route before from which vehicles choose this one; none: from all.
     pub from_lanes: Vec<u8>,
@@ -79,9 +80,9 @@ pub struct Stop {
     pub at: f32,
     /// What for.
     pub wait: Wait,
-    /// Of a signal: metres beyond the line that are a crossing, in which nobody should stand; it ends with the route after
-    /// this one at the latest. Who would have to stand in it, or would meet one there that came by another group of the
-    /// signal, waits before the line.
+    /// Of a signal: metres beyond the line that are a crossing, in which none should stand; it ends with the route
+    /// after this one at the latest. One that would have to stand in it, or would meet one there that came by another
+    /// group of the signal, waits before the line.
     pub clear: f32,
 }
 
@@ -357,8 +358,8 @@ impl Routes {
         (place.beside(self.offset(route, on.lane)), tangent.x.atan2(tangent.y))
     }
 
-    /// Whether who goes on from the end of a route on the same route is put to its beginning: it has no `then`, or it is
-    /// among it, and does not lead back by itself.
+    /// Whether what goes on from the end of a route on the same route is put to its beginning: it has no `then`, or it
+    /// is among it, and does not lead back by itself.
     pub fn begins_anew(&self, route: &Route) -> bool {
         route.then.is_empty() || route.place(route.length).position.distance(route.place(0.0).position) > forks::APART
     }

@@ -45,7 +45,7 @@ impl Signal {
     /// What a group shows, and for how many seconds still (of red: until its own green).
     pub fn aspect(&self, group: usize, seconds: f64) -> (Aspect, f32) {
         let cycle = self.cycle();
-        // A signal without a cycle never lets anyone go.
+        // A signal without a cycle never lets anything go.
         if cycle.is_nan() || cycle <= 0.0 {
             return (Aspect::Red, f32::INFINITY);
         }

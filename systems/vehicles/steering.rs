@@ -43,9 +43,9 @@ pub fn turn_wheel(limits: &Limits, steering: f32, wanted: f32, seconds: f32) -> 
 }
 
 /// One step of the kinematic bicycle model with the rear axle as reference (Rajamani, "Vehicle Dynamics and Control",
-/// 2nd edition, section 2.2, with ℓr = 0): dx/dt = v·sin ψ, dz/dt = v·cos ψ, dψ/dt = v·tan δ / L. `speed` is the mean of
-/// the step; the heading of its middle makes a step as exact as its square. Returns where to, (x, z); the place is left to
-/// whoever knows the ground.
+/// 2nd edition, section 2.2, with ℓr = 0): dx/dt = v·sin ψ, dz/dt = v·cos ψ, dψ/dt = v·tan δ / L. `speed` is the mean
+/// of the step; the heading of its middle makes a step as exact as its square. Returns where to, (x, z); the place is
+/// left to what knows the ground.
 pub fn roll(motion: &mut Motion, wheelbase: f32, trailer: Option<&Trailer>, speed: f64, seconds: f64) -> DVec2 {
     let metres = speed * seconds;
     let turned = metres * f64::from(motion.steering.tan()) / f64::from(wheelbase);
@@ -60,8 +60,8 @@ pub fn roll(motion: &mut Motion, wheelbase: f32, trailer: Option<&Trailer>, spee
 
 /// How the angle φ = `hitch` of a trailer changes while the vehicle rolls and turns: by a step's `metres` and `turned`
 /// radians, or per second. The hitch moves by `metres` along the vehicle's forward and by h·`turned` to its left; the
-/// trailer's axles only follow along the trailer, so that it turns by the part of that across it over its length (Rouchon,
-/// Fliess, Lévine, Martin, "Flatness and motion planning: the car with n trailers", ECC 1993):
+/// trailer's axles only follow along the trailer, so that it turns by the part of that across it over its length
+/// (Rouchon, Fliess, Lévine, Martin, "Flatness and motion planning: the car with n trailers", ECC 1993):
 /// dψt = (−sin φ·metres + h·cos φ·turned) / Lt, dφ = dψt − `turned`.
 pub(crate) fn hitch_change(trailer: &Trailer, hitch: f64, metres: f64, turned: f64) -> f64 {
     let (sin, cos) = hitch.sin_cos();
@@ -90,8 +90,8 @@ pub fn posture(yaw: f32, pitch: f32, roll: f32) -> glam::Quat {
     turned * glam::Quat::from_rotation_x(-pitch) * glam::Quat::from_rotation_z(roll)
 }
 
-/// A turn about +X. Every wheel takes one in every step: glam's, which the physics' determinism makes it compute without
-/// the platform's library, takes several times as long.
+/// A turn about +X. Every wheel takes one in every step: glam's, which the physics' determinism makes it compute
+/// without the platform's library, takes several times as long.
 pub(super) fn about_x(angle: f32) -> glam::Quat {
     let (sin, cos) = (0.5 * angle).sin_cos();
     glam::Quat::from_xyzw(sin, 0.0, 0.0, cos)

@@ -1,4 +1,4 @@
-//! Who is ahead of whom.
+//! Which vehicle is ahead of which.
 //!
 //! In every step all vehicles are noted as `Row`s in the order of their tables, and lanes are filled with entries
 //! (`lanes.rs`). A vehicle has an entry wherever others have to mind it, and where it has to mind others:
@@ -6,12 +6,12 @@
 //! - in its lane, and while it changes, in the lane that it leaves;
 //! - behind its rear, in the lanes that it came from, as long as it is not wholly out of them;
 //! - beside it, in the lanes of other ways that begin where its own does, until they have parted;
-//! - ahead, in the lanes that it will choose: before their beginnings, at negative metres. So vehicles see across the ends
-//!   of routes, and where several lanes lead into one, they follow each other in the order in which they will be there.
-//!   Who will stand before a stop on the way has no entries beyond it;
+//! - ahead, in the lanes that it will choose: before their beginnings, at negative metres. So vehicles see across the
+//!   ends of routes, and where several lanes lead into one, they follow each other in the order in which they will be
+//!   there. What will stand before a stop on the way has no entries beyond it;
 //! - of a vehicle that no route drives, in all lanes that it stands in.
 //!
-//! Every entry minds the next one in its lane. Who comes to a crossing then minds its line, if it may not enter
+//! Every entry minds the next one in its lane. What comes to a crossing then minds its line, if it may not enter
 //! (`crossings.rs`).
 
 use super::crossings::{Coming, Inside};
@@ -78,7 +78,8 @@ impl Traffic {
         self.lanes.get(lane)
     }
 
-    /// After rows were noted: fills the lanes and works out what everyone minds. `is_new`: rows are others than last time.
+    /// After rows were noted: fills the lanes and works out what each of them minds. `is_new`: rows are others than
+    /// last time.
     pub(super) fn observe(&mut self, is_new: bool, routes: &Routes, signals: &Signals, types: &VehicleTypes) {
         self.interactions.resize_with(self.rows.len(), AtomicU32::default);
         self.interactions.iter_mut().for_each(|interaction| *interaction.get_mut() = 0);

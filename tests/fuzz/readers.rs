@@ -1,4 +1,5 @@
-//! Each target for a second or two: what was found once, the seeds as they are, and changed ones, the same in every run.
+//! Each target for a second or two: what was found once, the seeds as they are, and changed ones, the same in every
+//! run.
 
 use fastrand::Rng;
 use fuzz::{Place, TARGETS, Target, mutate, repair, seeds};

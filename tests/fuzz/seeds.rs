@@ -22,8 +22,8 @@ const MOST_BYTES: u64 = 40 << 10;
 /// Seeds by the names of targets.
 pub type Seeds = BTreeMap<&'static str, Vec<Vec<u8>>>;
 
-/// Of all targets: from the folder of test data, if there is one, from the project's files, and made for it. What models
-/// name is put into the place.
+/// Of all targets: from the folder of test data, if there is one, from the project's files, and made for it. What
+/// models name is put into the place.
 ///
 /// # Errors
 /// What the file system says.

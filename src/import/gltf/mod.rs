@@ -2,9 +2,9 @@
 //!
 //! [`container`] yields the JSON, [`shape`] checks every property and reference in it against [`schema`], and [`typed`]
 //! turns it into the types of the gltf crate. [`document`] and [`accessors`] give bounds-checked access to the data; on
-//! these stand [`nodes`], [`parts`], [`meshes`], [`materials`] and [`textures`]; [`rules`] are what nothing else depends
-//! on. All report to one [`report::Report`] and go on, so that loading and checking are the same reading. Nothing joins
-//! the library before the whole file has been found sound.
+//! these stand [`nodes`], [`parts`], [`meshes`], [`materials`] and [`textures`]; [`rules`] are what nothing else
+//! depends on. All report to one [`report::Report`] and go on, so that loading and checking are the same reading.
+//! Nothing joins the library before the whole file has been found sound.
 //!
 //! Of the gltf crate the types and their links are used. Its validation is not: it stops at the first fault of a type
 //! without saying where, refuses files that the specification allows, and panics on an index out of range. Nor are its
@@ -74,8 +74,8 @@ pub fn check(path: &Path) -> Vec<Problem> {
     errors.chain(report.warnings.into_iter().map(Problem::from)).collect()
 }
 
-/// The files of a model's buffers and images that there are and that it may read, named by a file of the folder `named_in`;
-/// none where the model cannot be read.
+/// The files of a model's buffers and images that there are and that it may read, named by a file of the folder
+/// `named_in`; none where the model cannot be read.
 pub fn files_named_by(path: &Path, named_in: Option<&Path>) -> Vec<PathBuf> {
     let is_model = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gltf") || e.eq_ignore_ascii_case("glb"));
     let bytes = if is_model { read_file(path) } else { return Vec::new() };

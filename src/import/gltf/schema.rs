@@ -1,5 +1,6 @@
 //! The shape of a glTF 2.0 document: every object's properties with their types, ranges and references, as tables for
-//! [`super::shape`] to walk. Written from the JSON schema of the glTF 2.0 specification and of the extensions named here.
+//! [`super::shape`] to walk. Written from the JSON schema of the glTF 2.0 specification and of the extensions named
+//! here.
 
 /// What a property holds.
 #[derive(Clone, Copy)]

@@ -189,7 +189,7 @@ mod tests {
         }
     }
 
-    /// Who only wants to know which files belong to a model reads no others, either.
+    /// Where only the names of a model's files are wanted, no others are read, either.
     #[test]
     fn files_beyond_the_bound_are_not_the_model_s() {
         let folder = tempfile::tempdir().expect("a temporary folder");

@@ -122,13 +122,13 @@ pub fn true_falloff(light: &LightRecord, point: DVec3) -> f64 {
     }
 }
 
-/// By how much a spot's factor at a point may be off where the way from one unit vector to another, along the spot's axis
-/// and to the point, is off by `way` (radians; ε below) and other operations round to single precision.
+/// By how much a spot's factor at a point may be off where the way from one unit vector to another, along the spot's
+/// axis and to the point, is off by `way` (radians; ε below) and other operations round to single precision.
 ///
-/// The versine is v = m² / 2, |m| = 2 sin(θ/2): it is off by |m| ε + ε² / 2. Between the cones s = (v_outer − v) · slope, in
-/// which v_outer is a rounded number and the slope another: it is off by slope · (that + v_outer · 2⁻²³) + 2⁻²¹. The factor
-/// is s², s ≤ 1: off by twice that and its square. A classic factor (1 − v)^e changes by at most e · (1 − v)^(e−1) per v, and
-/// by itself at its edge.
+/// The versine is v = m² / 2, |m| = 2 sin(θ/2): it is off by |m| ε + ε² / 2. Between the cones s = (v_outer − v) ·
+/// slope, in which v_outer is a rounded number and the slope another: it is off by slope · (that + v_outer · 2⁻²³) +
+/// 2⁻²¹. The factor is s², s ≤ 1: off by twice that and its square. A classic factor (1 − v)^e changes by at most e ·
+/// (1 − v)^(e−1) per v, and by itself at its edge.
 pub fn spot_error(light: &LightRecord, point: DVec3, way: f64) -> f64 {
     let v = point - Vec3::from(light.position).as_dvec3();
     let between = Vec3::from(light.direction).as_dvec3().normalize_or_zero() - v.normalize_or_zero();
