@@ -17,7 +17,7 @@ use crate::import::progress;
 use crate::output;
 use crate::problem::Problem;
 use crate::recording::{RecordingError, RunFiles, Stepper};
-use crate::renderer::{Gpu, Renderer, Settings};
+use crate::renderer::{Gpu, Settings, SingleView};
 use crate::scene;
 use crate::video;
 use crate::viewpoint::Viewpoint;
@@ -331,7 +331,7 @@ pub fn restore_texels(scene: &Path, options: &LoadOptions, simulation: &mut Simu
 /// A renderer without a window, for a few pictures of a world in hand.
 pub struct Headless {
     /// Draws.
-    pub renderer: Renderer,
+    pub renderer: SingleView,
     /// How to draw.
     pub settings: Settings,
 }
@@ -342,7 +342,7 @@ impl Headless {
     /// # Errors
     /// [`FrameError::Gpu`].
     pub fn new() -> Result<Self, FrameError> {
-        Ok(Self { renderer: Renderer::new(&Gpu::headless()?), settings: Settings::default() })
+        Ok(Self { renderer: SingleView::new(&Gpu::headless()?), settings: Settings::default() })
     }
 
     /// Brings the world's draw list up to date and draws it as seen from a camera's entity, or another viewpoint, in
@@ -416,7 +416,7 @@ pub fn render_frames(job: &FrameJob, mut progress: impl FnMut(u64, u64)) -> Resu
     let begun_from: Vec<PathBuf> = job.run.replay.iter().chain(&job.run.from_snapshot).cloned().collect();
     check_outputs(&begun_from, |path| job.writes(path))?;
     // The driver and its pipelines take their time; the scene loads meanwhile.
-    let opening = std::thread::spawn(|| Gpu::headless().map(|gpu| Renderer::new(&gpu)));
+    let opening = std::thread::spawn(|| Gpu::headless().map(|gpu| SingleView::new(&gpu)));
     let stage = load_stage(&job.scene, job.camera.as_deref(), &job.load);
     let renderer = opening.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
     let mut stage = stage?;
@@ -488,7 +488,7 @@ fn is_written(path: &Path, size: (u32, u32)) -> bool {
     is_whole && image::image_dimensions(path).is_ok_and(|found| found == size)
 }
 
-fn pictures(renderer: &mut Renderer, view: &View, kinds: &[OutputKind]) -> Vec<(OutputKind, image::DynamicImage)> {
+fn pictures(renderer: &mut SingleView, view: &View, kinds: &[OutputKind]) -> Vec<(OutputKind, image::DynamicImage)> {
     let mut pictures = Vec::new();
     if kinds.contains(&OutputKind::Color) {
         let rgb: image::RgbImage = renderer.draw_picture().convert();

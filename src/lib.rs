@@ -1,15 +1,16 @@
 //! Relief: a data-oriented ECS simulation renderer. The world is plain data in an ECS ([`systems`]); systems turn what
 //! changed in it into a draw list; [`renderer`] draws that, in a window ([`app`]) or without one ([`frames`]).
 //!
-//! A frame, whatever asks for it:
+//! A frame, whoever asks for it:
 //!
 //! ```text
 //! simulation.step()                      0..n fixed steps: what moves by itself, moves
 //! simulation.frame()                     transforms → bounds → tangents → levels → materials → lights → instances
 //!                                        → batches
-//! renderer.prepare(&simulation, …)       what is new or dirty goes to the GPU; missing pipelines are made
-//! renderer.draw(target)                  batches, sky, blended objects → HDR → tone map → any texture view;
+//! renderer.prepare(&mut simulation, …)   what is new or dirty goes to the GPU, once; missing pipelines are made
+//! renderer.record(encoder, views)        of each view: batches, sky, blended objects → HDR → tone map → its texture;
 //!                                        without Settings::hdr, batches, sky → tone-mapped where shaded → RGBA8 sRGB
+//! queue.submit(…)                        is the caller's
 //! ```
 //!
 //! ```text

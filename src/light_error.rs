@@ -6,7 +6,7 @@
 use crate::compare::{self, LuminanceError};
 use crate::frames::{self, FrameError, LoadOptions, Stage};
 use crate::output;
-use crate::renderer::{Gpu, Renderer, Settings};
+use crate::renderer::{Gpu, Settings, SingleView};
 use image::RgbImage;
 use image::buffer::ConvertBuffer;
 use std::fmt;
@@ -102,7 +102,7 @@ pub fn measure(job: &LightErrorJob) -> Result<LightReport, FrameError> {
     let mut stage = frames::load_stage(&job.scene, job.camera.as_deref(), &LoadOptions::for_one_renderer())?;
     let pictures = ["all", "three", "hard", "three_error", "hard_error"].map(|name| picture(&job.folder, name));
     stage.check_outputs(|path| pictures.iter().any(|picture| output::is_same(path, picture)))?;
-    let mut renderer = Renderer::new(&Gpu::headless()?);
+    let mut renderer = SingleView::new(&Gpu::headless()?);
     for _ in 0..job.frame {
         stage.simulation.step();
     }
@@ -147,7 +147,7 @@ pub fn measure(job: &LightErrorJob) -> Result<LightReport, FrameError> {
 
 fn draw(
     stage: &mut Stage,
-    renderer: &mut Renderer,
+    renderer: &mut SingleView,
     size: (u32, u32),
     settings: &Settings,
     policy: LightPolicy,

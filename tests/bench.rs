@@ -6,7 +6,7 @@ mod common;
 use common::text;
 use glam::Vec3;
 use relief::bench::{Yard, YardMesh, YardPlan, YardView};
-use relief::renderer::{Gpu, Renderer, Settings};
+use relief::renderer::{Gpu, Settings, SingleView};
 use relief::viewpoint::Viewpoint;
 use serde_json::Value;
 use std::fs;
@@ -341,9 +341,9 @@ fn pass_times_come_late_and_nobody_needs_to_take_them() {
     }
     let gpu = Gpu::headless_with(wgpu::Features::TIMESTAMP_QUERY).expect("an adapter");
     let mut yard = Yard::new(&plan(20, YardView::Wide)).expect("a yard");
-    let mut renderer = Renderer::new(&gpu);
+    let mut renderer = SingleView::new(&gpu);
     renderer.time_passes();
-    let mut draw = |renderer: &mut Renderer| {
+    let mut draw = |renderer: &mut SingleView| {
         yard.simulation.frame();
         let view = Viewpoint::Camera(yard.camera).view(&yard.simulation.world, (64, 36));
         renderer.prepare(&mut yard.simulation, &view, &Settings::default()).expect("it fits");
@@ -371,8 +371,8 @@ fn pass_times_come_late_and_nobody_needs_to_take_them() {
     }
     // Nobody asked, or the device has none.
     let (mut unasked, mut plain) = (
-        Renderer::new(&gpu),
-        Gpu::headless_with(wgpu::Features::empty()).map(|gpu| Renderer::new(&gpu)).expect("an adapter"),
+        SingleView::new(&gpu),
+        Gpu::headless_with(wgpu::Features::empty()).map(|gpu| SingleView::new(&gpu)).expect("an adapter"),
     );
     plain.time_passes();
     for renderer in [&mut unasked, &mut plain] {

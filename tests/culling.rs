@@ -7,7 +7,7 @@ use glam::{Quat, UVec2, Vec2, Vec3, Vec4};
 use proptest::prelude::RngExt;
 use proptest::test_runner::{RngAlgorithm, TestRng};
 use relief::frames::Headless;
-use relief::renderer::{Drawn, Gpu, Occlusion, Renderer, Settings};
+use relief::renderer::{Drawn, Gpu, Occlusion, Settings, SingleView};
 use relief::viewpoint::Viewpoint;
 use systems::Simulation;
 use systems::components::{Camera, Light, Projection};
@@ -57,15 +57,15 @@ impl Scene {
     }
 
     /// Draws the world as it is, without another frame of the systems.
-    fn draw_with(&mut self, renderer: &mut Renderer, settings: Settings) -> (image::RgbaImage, Drawn) {
+    fn draw_with(&mut self, renderer: &mut SingleView, settings: Settings) -> (image::RgbaImage, Drawn) {
         let view = Viewpoint::Camera(self.camera).view(&self.simulation.world, SIZE);
         renderer.prepare(&mut self.simulation, &view, &settings).expect("it fits");
         (renderer.draw_picture(), renderer.read_drawn())
     }
 }
 
-fn renderer() -> Option<Renderer> {
-    Some(Renderer::new(&common::gpu()?))
+fn renderer() -> Option<SingleView> {
+    Some(SingleView::new(&common::gpu()?))
 }
 
 fn with(occlusion: Occlusion) -> Settings {
@@ -95,10 +95,10 @@ fn the_picture_is_the_same_however_objects_are_culled() {
     let plain = Gpu::headless_with(wgpu::Features::empty()).expect("the same adapter");
     assert!(!plain.device.features().contains(wgpu::Features::INDIRECT_FIRST_INSTANCE));
     let mut renderers = [
-        (Renderer::new(&gpu), Occlusion::Off, 4),
-        (Renderer::new(&gpu), Occlusion::On, 4),
-        (Renderer::new(&plain), Occlusion::Off, 4),
-        (Renderer::new(&plain), Occlusion::On, 4),
+        (SingleView::new(&gpu), Occlusion::Off, 4),
+        (SingleView::new(&gpu), Occlusion::On, 4),
+        (SingleView::new(&plain), Occlusion::Off, 4),
+        (SingleView::new(&plain), Occlusion::On, 4),
     ];
     let mut random = random();
     let mut scene = Scene::new();
@@ -168,7 +168,7 @@ fn what_a_wall_hides_is_not_drawn_and_comes_back_at_once_when_the_wall_goes() {
         let (seen, drawn) = scene.draw_with(&mut renderer, settings);
         // The box in front hides what is 3.3 m aside at the most, six by six boxes, of which culling may keep some.
         assert!((365..=401).contains(&drawn.objects), "{}", drawn.objects);
-        let mut fresh = Renderer::new(renderer.gpu());
+        let mut fresh = SingleView::new(renderer.gpu());
         assert!(seen == scene.draw_with(&mut fresh, Settings { samples, ..with(Occlusion::Off) }).0);
     }
 }
@@ -195,7 +195,7 @@ fn a_still_view_is_drawn_whole_when_the_picture_or_a_surface_changes() {
         let view = Viewpoint::Camera(scene.camera).view(&scene.simulation.world, (SIZE.0 * 2, SIZE.1 * 2));
         renderer.prepare(&mut scene.simulation, &view, &on).expect("it fits");
         let large = renderer.draw_picture();
-        let mut fresh = Renderer::new(renderer.gpu());
+        let mut fresh = SingleView::new(renderer.gpu());
         fresh.prepare(&mut scene.simulation, &view, &with(Occlusion::Off)).expect("it fits");
         assert!(large == fresh.draw_picture(), "a larger picture");
         for _ in 0..3 {
@@ -294,7 +294,7 @@ fn a_world_that_lived_looks_like_one_made_as_it_is_now() {
     let mut random = random();
     let mut scene = Scene::new();
     let settings = |occlusion| Settings { samples: 1, ..with(occlusion) };
-    let mut lived = Headless { renderer: Renderer::new(&gpu), settings: settings(Occlusion::On) };
+    let mut lived = Headless { renderer: SingleView::new(&gpu), settings: settings(Occlusion::On) };
     let mut objects: Vec<(Entity, usize, usize)> = Vec::new();
     let mut anchor = None;
     scene.look(Transform::from_xyz(0.0, 14.0, 24.0).looking_at(Vec3::ZERO, Vec3::Y));
@@ -363,7 +363,7 @@ fn a_world_that_lived_looks_like_one_made_as_it_is_now() {
                 fresh.simulation.world.entity_mut(copy).insert(ChildOf(parent));
             }
         }
-        let mut renderer = Headless { renderer: Renderer::new(&gpu), settings: settings(Occlusion::Off) };
+        let mut renderer = Headless { renderer: SingleView::new(&gpu), settings: settings(Occlusion::Off) };
         let expected = renderer.draw(&mut fresh.simulation, fresh.camera, SIZE).expect("a picture");
         let different = picture.pixels().zip(expected.pixels()).filter(|(a, b)| a != b).count();
         // Where surfaces cross, the one drawn first stays if depths are equal to the bit, and the order has a history.
@@ -440,7 +440,7 @@ fn what_lies_between_samples_is_not_drawn_and_nobody_sees_it() {
                 let most = share * f64::from(all.objects);
                 assert!(drawn.objects > 100 && f64::from(drawn.objects) < most, "{drawn:?} of {all:?}");
                 // The outputs have one sample in each pixel's middle, whatever the picture has.
-                let covered = |renderer: &mut Renderer| {
+                let covered = |renderer: &mut SingleView| {
                     let outputs = renderer.draw_outputs().expect("a picture was drawn");
                     outputs.entities(renderer.gpu()).iter().map(Option::is_some).collect::<Vec<_>>()
                 };
@@ -549,7 +549,7 @@ fn near_objects_are_drawn_before_far_ones() {
 fn a_still_view_keeps_what_rounding_puts_before_its_own_bounds() {
     let Some(mut renderer) = renderer() else { return };
     let mut random = random();
-    let mut fresh = Renderer::new(renderer.gpu());
+    let mut fresh = SingleView::new(renderer.gpu());
     for i in 0..60 {
         let mut scene = Scene::new();
         // A face of no thickness far from the origin, close to the eye and straight before it.
@@ -599,7 +599,7 @@ fn a_still_view_shows_what_another_technique_uncovers() {
     assert_eq!(drawn.objects, 1, "the plate hides the box");
     let (picture, drawn) = scene.draw_with(&mut renderer, technique(Technique::ZCorrect, Occlusion::On));
     assert_eq!(drawn.objects, 2);
-    let mut fresh = Renderer::new(renderer.gpu());
+    let mut fresh = SingleView::new(renderer.gpu());
     assert!(picture == scene.draw_with(&mut fresh, technique(Technique::ZCorrect, Occlusion::Off)).0);
 }
 
@@ -623,7 +623,7 @@ fn what_is_sunk_stands_out_from_behind() {
     scene.simulation.world.spawn((plate, sunk, Transform::from_xyz(0.0, 0.0, -5.0).with_rotation(turn)));
     scene.spawn(0, 0, Transform::from_xyz(0.0, 0.0, -4.8).with_scale(Vec3::new(20.0, 20.0, 0.1)));
     scene.simulation.frame();
-    let mut fresh = Renderer::new(renderer.gpu());
+    let mut fresh = SingleView::new(renderer.gpu());
     let (expected, _) = scene.draw_with(&mut fresh, with(Occlusion::Off));
     let center = expected.get_pixel(SIZE.0 / 2, SIZE.1 / 2);
     assert!(center.0[0].abs_diff(center.0[1]) < 9, "the white surface is seen, not the red plate: {center:?}");

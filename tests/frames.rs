@@ -5,7 +5,7 @@ mod common;
 use bevy_ecs::prelude::*;
 use glam::{UVec2, Vec2, Vec3};
 use relief::frames::Headless;
-use relief::renderer::{Renderer, Settings};
+use relief::renderer::{Settings, SingleView};
 use systems::Simulation;
 use systems::components::{Camera, Light};
 use systems::draw_list::{InstanceRecord, LightRecord};
@@ -54,7 +54,7 @@ impl Field {
         let eye = Transform::from_xyz(100.0, 400.0, 300.0).looking_at(Vec3::new(100.0, 0.0, -100.0), Vec3::Y);
         let camera = simulation.world.spawn((Camera::default(), eye)).id();
         simulation.world.spawn((Light::directional(1.0), Transform::default().looking_to(Vec3::NEG_Y, Vec3::X)));
-        let mut renderer = Renderer::new(&gpu);
+        let mut renderer = SingleView::new(&gpu);
         // Calls are counted as where passes stay whole, whatever the adapter.
         renderer.cut_passes(None);
         let headless = Headless { renderer, settings: Settings::default() };
@@ -133,7 +133,7 @@ fn changes_here_and_there_arrive_also_from_frames_that_nobody_drew() {
         field.simulation.world.get_mut::<Transform>(field.objects[object]).expect("a place").translation.y = 30.0;
     }
     let (_, seen) = field.draw();
-    let fresh = Headless { renderer: Renderer::new(&gpu), settings: Settings::default() };
+    let fresh = Headless { renderer: SingleView::new(&gpu), settings: Settings::default() };
     field.headless = fresh;
     assert!(field.draw().1 == seen);
 }
@@ -141,7 +141,7 @@ fn changes_here_and_there_arrive_also_from_frames_that_nobody_drew() {
 #[test]
 fn a_renderer_that_missed_frames_shows_the_same_as_one_that_saw_all() {
     let (Some(mut field), Some(gpu)) = (Field::new(300), common::gpu()) else { return };
-    let mut late = Renderer::new(&gpu);
+    let mut late = SingleView::new(&gpu);
     for frame in 0..5 {
         for (i, &object) in field.objects.iter().enumerate().skip(frame).step_by(3) {
             field.simulation.world.get_mut::<Transform>(object).expect("a place").translation.y = i as f32 * 0.1;
@@ -230,7 +230,7 @@ fn images_that_come_one_by_one_are_uploaded_once_each() {
         assert_eq!(stats.asset_bytes, bytes as u64, "image {i}");
     }
     let (_, seen) = field.draw();
-    let mut fresh = Headless { renderer: Renderer::new(&gpu), settings: Settings::default() };
+    let mut fresh = Headless { renderer: SingleView::new(&gpu), settings: Settings::default() };
     assert!(fresh.draw(&mut field.simulation, field.camera, SIZE).expect("a picture") == seen);
 }
 
@@ -294,7 +294,8 @@ fn texels_that_are_not_kept_are_held_by_one_renderer_alone() {
     let new = field.draw().1;
     assert!(new != old, "it is seen");
     assert!(new == kept.draw().1);
-    let mut other = Headless { renderer: Renderer::new(field.headless.renderer.gpu()), settings: Settings::default() };
+    let mut other =
+        Headless { renderer: SingleView::new(field.headless.renderer.gpu()), settings: Settings::default() };
     let refused = other.draw(&mut field.simulation, field.camera, SIZE).expect_err("no texels").to_string();
     assert!(refused.starts_with("image \"white colour\" has no texels any more"), "{refused}");
     assert!(other.draw(&mut kept.simulation, kept.camera, SIZE).expect("a picture") == new);

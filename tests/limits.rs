@@ -5,7 +5,7 @@ mod common;
 
 use bevy_ecs::prelude::*;
 use glam::Vec3;
-use relief::renderer::{Gpu, RenderError, Renderer, Settings};
+use relief::renderer::{Gpu, RenderError, Settings, SingleView};
 use relief::viewpoint::Viewpoint;
 use systems::Simulation;
 use systems::components::{Camera, Light};
@@ -54,11 +54,11 @@ impl Scene {
         (first..first + count).map(|i| self.simulation.world.spawn((self.cube, place(i))).id()).collect()
     }
 
-    fn draw(&mut self, renderer: &mut Renderer) -> Result<image::RgbaImage, RenderError> {
+    fn draw(&mut self, renderer: &mut SingleView) -> Result<image::RgbaImage, RenderError> {
         self.draw_with(renderer, &Settings::default())
     }
 
-    fn draw_with(&mut self, renderer: &mut Renderer, settings: &Settings) -> Result<image::RgbaImage, RenderError> {
+    fn draw_with(&mut self, renderer: &mut SingleView, settings: &Settings) -> Result<image::RgbaImage, RenderError> {
         self.simulation.frame();
         let view = Viewpoint::Camera(self.camera).view(&self.simulation.world, (64, 36));
         renderer.prepare(&mut self.simulation, &view, settings)?;
@@ -69,7 +69,7 @@ impl Scene {
 #[test]
 fn a_list_grows_to_the_last_byte_and_no_further() {
     let (Some(gpu), Some(small)) = (common::gpu(), small_buffers()) else { return };
-    let (mut large, mut small) = (Renderer::new(&gpu), Renderer::new(&small));
+    let (mut large, mut small) = (SingleView::new(&gpu), SingleView::new(&small));
     let mut scene = Scene::new();
     // Four bytes for each of 256 pages of 64 objects.
     scene.spawn(0, 16_384);
@@ -89,7 +89,7 @@ fn a_list_grows_to_the_last_byte_and_no_further() {
 fn what_is_refused_leaves_no_targets_of_another_kind() {
     let Some(small) = lowered(|limits| limits.max_texture_dimension_2d = 4096) else { return };
     let settings = Settings { samples: 1, hdr: false, ..Settings::default() };
-    let mut renderer = Renderer::new(&small);
+    let mut renderer = SingleView::new(&small);
     let mut scene = Scene::new();
     scene.spawn(0, 1000);
     let full = scene.draw_with(&mut renderer, &settings).expect("it fits");
@@ -114,7 +114,7 @@ fn what_is_refused_leaves_no_targets_of_another_kind() {
 #[test]
 fn a_mesh_that_is_too_large_is_refused() {
     let Some(small) = small_buffers() else { return };
-    let mut renderer = Renderer::new(&small);
+    let mut renderer = SingleView::new(&small);
     let mut scene = Scene::new();
     scene.cube = scene.simulation.world.resource_mut::<Library>().add_mesh_without_levels(shapes::sphere(1.0, 64, 64));
     scene.spawn(0, 1);
@@ -126,7 +126,7 @@ fn a_mesh_that_is_too_large_is_refused() {
 fn a_map_that_is_too_large_is_refused_by_its_name() {
     let Some(small) = lowered(|limits| limits.max_texture_dimension_2d = 4096) else { return };
     for (width, fits) in [(4096, true), (4097, false)] {
-        let mut renderer = Renderer::new(&small);
+        let mut renderer = SingleView::new(&small);
         let mut scene = Scene::new();
         let mut library = scene.simulation.world.resource_mut::<Library>();
         let texels = [200, 100, 50, 255].repeat(width as usize);
@@ -153,7 +153,7 @@ fn more_objects_than_the_largest_texture_holds_are_refused() {
         scene.simulation.world.resource_mut::<DrawList>().instances.objects = vec![None; count];
     };
     slots(&mut scene, most + 1);
-    let mut renderer = Renderer::new(&small);
+    let mut renderer = SingleView::new(&small);
     let refused = renderer.prepare(&mut scene.simulation, &view, &Settings::default());
     let error = refused.expect_err("one too many").to_string();
     assert!(error.starts_with("too large for this graphics adapter: instances: 268"), "{error}");

@@ -77,7 +77,7 @@ impl Place {
 }
 
 fn headless(gpu: &Gpu) -> Headless {
-    Headless { renderer: relief::renderer::Renderer::new(gpu), settings: Default::default() }
+    Headless { renderer: relief::renderer::SingleView::new(gpu), settings: Default::default() }
 }
 
 fn draw(headless: &mut Headless, stage: &mut Stage) -> Result<image::RgbaImage, FrameError> {

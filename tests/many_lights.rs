@@ -3,7 +3,7 @@
 mod common;
 
 use relief::frames::Headless;
-use relief::renderer::{Renderer, Settings};
+use relief::renderer::{Settings, SingleView};
 use relief::{check, scene};
 use std::path::Path;
 use systems::Simulation;
@@ -49,7 +49,7 @@ fn a_hundred_thousand_lights_load_and_draw() {
     let loaded = scene::load(&path, &mut simulation).expect("a scene");
     assert_eq!(loaded.warnings, [""; 0]);
 
-    let mut headless = Headless { renderer: Renderer::new(&gpu), settings: Settings::default() };
+    let mut headless = Headless { renderer: SingleView::new(&gpu), settings: Settings::default() };
     let camera = loaded.cameras[0].1;
     let picture = headless.draw(&mut simulation, camera, (32, 18)).expect("a picture");
     assert!(picture.get_pixel(16, 9).0[..3].iter().any(|&byte| byte > 10), "{:?}", picture.get_pixel(16, 9));

@@ -8,7 +8,7 @@ use common::text;
 use glam::{Quat, UVec2, Vec2, Vec3, Vec4};
 use relief::frames::Headless;
 use relief::maps::bake::{BakeOptions, Reach, Role, Surface, Target, Wanted, bake};
-use relief::renderer::{DebugView, Renderer, Settings};
+use relief::renderer::{DebugView, Settings, SingleView};
 use std::f32::consts::TAU;
 use std::ffi::OsStr;
 use std::fs;
@@ -284,7 +284,7 @@ fn leaning(segments: u32, sides: u32) -> Mesh {
 #[test]
 fn the_renderer_shows_the_normals_that_were_baked() {
     let Some(gpu) = common::gpu() else { return };
-    let mut headless = Headless { renderer: Renderer::new(&gpu), settings: Settings::default() };
+    let mut headless = Headless { renderer: SingleView::new(&gpu), settings: Settings::default() };
     headless.settings =
         Settings { debug: DebugView::Normal, samples: 1, levels: LevelOfDetail::OFF, ..headless.settings };
     let fine = leaning(600, 300);

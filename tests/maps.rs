@@ -11,7 +11,7 @@ use relief::maps::{
     Edges, Filter, HeightOptions, HorizonOptions, NormalOptions, Polish, Raster, Relief, SpecularModel,
     SpecularOptions, height_from_color, horizon_from_height, normal_from_height, offset_from_height, specular_from,
 };
-use relief::renderer::{DebugView, Renderer, Settings};
+use relief::renderer::{DebugView, Settings, SingleView};
 use systems::Simulation;
 use systems::components::Camera;
 use systems::images::ImageKind;
@@ -367,7 +367,7 @@ fn the_renderer_agrees_with_the_normal_map_of_the_same_height_scale() {
         simulation.world.spawn((plane, material, facing));
         let camera = simulation.world.spawn((Camera::default(), Transform::from_xyz(0.0, 0.0, 3.0))).id();
         let settings = Settings { samples: 1, debug: DebugView::Normal, ..Settings::default() };
-        let mut headless = Headless { renderer: Renderer::new(&gpu), settings };
+        let mut headless = Headless { renderer: SingleView::new(&gpu), settings };
         headless.draw(&mut simulation, camera, (size, size)).expect("a picture");
         let pixels = headless.renderer.read_linear().expect("linear colours");
         pixels.iter().map(|p| Vec3::new(p[0], p[1], p[2]) * 2.0 - 1.0).collect::<Vec<_>>()

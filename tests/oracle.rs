@@ -4,7 +4,7 @@ mod common;
 
 use glam::{Quat, Vec3};
 use relief::import;
-use relief::renderer::{Gpu, Renderer, Settings};
+use relief::renderer::{Gpu, Settings, SingleView};
 use serde_json::Value;
 use std::path::Path;
 use systems::Simulation;
@@ -121,7 +121,7 @@ fn render(gpu: &Gpu, case: &Value, folder: &Path) -> Vec<[f32; 4]> {
     let eye = Transform::from_translation(vec3(&c["position"])).looking_at(vec3(&c["target"]), vec3(&c["up"]));
     let (width, height) = (number(&case["resolution"][0]) as u32, number(&case["resolution"][1]) as u32);
     let view = View::new(&eye.compute_affine(), &camera, width, height);
-    let mut renderer = Renderer::new(gpu);
+    let mut renderer = SingleView::new(gpu);
     let settings = Settings { samples: 1, ..Settings::default() };
     renderer.prepare(&mut simulation, &view, &settings).expect("it fits");
     renderer.draw_picture();

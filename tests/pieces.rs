@@ -7,7 +7,7 @@ use bevy_ecs::prelude::*;
 use glam::{Quat, UVec2, Vec2, Vec3, Vec4};
 use image::Rgba;
 use relief::frames::{self, Headless};
-use relief::renderer::{Renderer, Settings};
+use relief::renderer::{Settings, SingleView};
 use relief::scene;
 use relief::viewpoint::Viewpoint;
 use std::path::{Path, PathBuf};
@@ -46,7 +46,7 @@ impl Stage {
         let object = simulation.world.spawn(mesh).id();
         let camera = simulation.world.spawn(camera).id();
         let settings = Settings { samples, ..Settings::default() };
-        Some(Self { simulation, headless: Headless { renderer: Renderer::new(&gpu), settings }, camera, object })
+        Some(Self { simulation, headless: Headless { renderer: SingleView::new(&gpu), settings }, camera, object })
     }
 
     fn material(&mut self, material: Material) {
@@ -404,7 +404,7 @@ fn street(gpu: &relief::renderer::Gpu, in_pieces: bool) -> Stage {
         frames::load_stage(&write(&folder, "street.ron", &text), Some("along"), &frames::LoadOptions::default());
     let frames::Stage { simulation, viewpoint, .. } = stage.unwrap_or_else(|e| panic!("{e}"));
     let Viewpoint::Camera(camera) = viewpoint else { panic!("a camera of the scene") };
-    let headless = Headless { renderer: Renderer::new(gpu), settings: Settings::default() };
+    let headless = Headless { renderer: SingleView::new(gpu), settings: Settings::default() };
     Stage { simulation, headless, camera, object: camera }
 }
 

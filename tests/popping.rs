@@ -11,7 +11,7 @@ mod common;
 use bevy_ecs::prelude::*;
 use glam::{Quat, Vec3, Vec4};
 use relief::compare::luminance;
-use relief::renderer::{Gpu, PICTURE_FORMAT, Renderer, Settings};
+use relief::renderer::{Gpu, PICTURE_FORMAT, Settings, SingleView};
 use relief::viewpoint::Viewpoint;
 use systems::Simulation;
 use systems::components::{Camera, Environment, Light, LightKind};
@@ -34,7 +34,7 @@ const ROAD: f32 = 14.0;
 /// An object, a camera before it, and a row of lamps that moves past.
 struct Drive {
     simulation: Simulation,
-    renderer: Renderer,
+    renderer: SingleView,
     /// Where tone-mapped pictures go that no one reads.
     target: wgpu::TextureView,
     object: Entity,
@@ -125,7 +125,7 @@ impl Drive {
         let row = simulation.world.spawn(Transform::default()).id();
         simulation.world.spawn_batch(lamps.into_iter().map(move |lamp| (lamp, ChildOf(row))).collect::<Vec<_>>());
         let target = picture_target(&gpu);
-        Some(Self { simulation, renderer: Renderer::new(&gpu), target, object, camera, row })
+        Some(Self { simulation, renderer: SingleView::new(&gpu), target, object, camera, row })
     }
 
     fn luminances(&mut self, policy: LightPolicy) -> Vec<f32> {

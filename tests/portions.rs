@@ -5,7 +5,7 @@ mod common;
 use glam::Vec3;
 use relief::frames::Headless;
 use relief::prelude::{Camera, Library, Light, Simulation, Transform, shapes};
-use relief::renderer::{Gpu, Occlusion, Renderer, Settings};
+use relief::renderer::{Gpu, Occlusion, Settings, SingleView};
 use std::num::NonZeroU32;
 use systems::library::{AlphaMode, Material, MaterialId, Technique};
 
@@ -51,7 +51,7 @@ fn a_picture_is_the_same_in_portions() {
         let case = format!("{occlusion:?}, {samples} samples, {technique:?}");
         let (mut simulation, camera) = field(24);
         let drawer = |gpu: &Gpu, triangles| {
-            let mut renderer = Renderer::new(gpu);
+            let mut renderer = SingleView::new(gpu);
             renderer.cut_passes(NonZeroU32::new(triangles));
             Headless { renderer, settings }
         };
@@ -94,7 +94,7 @@ fn a_picture_is_the_same_in_portions() {
 #[test]
 fn portions_are_of_the_size_that_was_asked_for() {
     let Some(gpu) = common::gpu() else { return };
-    let mut renderer = Renderer::new(&gpu);
+    let mut renderer = SingleView::new(&gpu);
     let settings = Settings { occlusion: Occlusion::On, ..Settings::default() };
     const PORTION: u32 = 2000;
     renderer.cut_passes(NonZeroU32::new(PORTION));
@@ -133,7 +133,7 @@ fn a_picture_is_the_same_in_portions_that_grow() {
     let camera = simulation.world.spawn((Camera::default(), eye)).id();
     let settings = Settings { occlusion: Occlusion::On, samples: 1, ..Settings::default() };
     let mut drawers = [(&gpu, 0), (&gpu, 1), (&plain, 1)].map(|(gpu, triangles)| {
-        let mut renderer = Renderer::new(gpu);
+        let mut renderer = SingleView::new(gpu);
         renderer.cut_passes(NonZeroU32::new(triangles));
         Headless { renderer, settings }
     });

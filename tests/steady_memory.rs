@@ -7,7 +7,7 @@ mod common;
 use glam::Vec3;
 use relief::frames::Headless;
 use relief::prelude::{Camera, Library, Light, Simulation, Transform, shapes};
-use relief::renderer::{Occlusion, Renderer, Settings};
+use relief::renderer::{Occlusion, Settings, SingleView};
 use std::collections::VecDeque;
 use std::sync::{Mutex, PoisonError};
 use systems::inputs::{Input, Inputs};
@@ -39,7 +39,7 @@ fn hundreds_of_frames_take_no_more_memory_than_some() {
         let eye = Transform::from_xyz(0.0, 1.0, 4.0).looking_at(Vec3::ZERO, Vec3::Y);
         let camera = simulation.world.spawn((Camera::default(), eye)).id();
         let settings = Settings { occlusion, samples, ..Settings::default() };
-        let mut headless = Headless { renderer: Renderer::new(&gpu), settings };
+        let mut headless = Headless { renderer: SingleView::new(&gpu), settings };
         let mut draw = |frames: u32| {
             for frame in 0..frames {
                 simulation.world.get_mut::<Transform>(object).expect("lives").translation.x = frame as f32 * 1e-3;
@@ -65,7 +65,7 @@ fn what_comes_and_goes_leaves_nothing_behind() {
     let eye = Transform::from_xyz(0.0, 4.0, 9.0).looking_at(Vec3::ZERO, Vec3::Y);
     let camera = simulation.world.spawn((Camera::default(), eye)).id();
     enroll_all(&mut simulation.world);
-    let mut headless = Headless { renderer: Renderer::new(&gpu), settings: Settings::default() };
+    let mut headless = Headless { renderer: SingleView::new(&gpu), settings: Settings::default() };
     let mut living: VecDeque<StateId> = VecDeque::new();
     let mut draw = |frames: u32| {
         for frame in 0..frames {

@@ -8,7 +8,7 @@ use glam::{DVec3, Quat, Vec3};
 use image::RgbaImage;
 use relief::frames::Headless;
 use relief::prelude::{Camera, Library, Light, Simulation, Transform, shapes};
-use relief::renderer::{DebugView, Gpu, Occlusion, PICTURE_FORMAT, Renderer, Settings};
+use relief::renderer::{DebugView, Gpu, Occlusion, PICTURE_FORMAT, Settings, SingleView};
 use systems::components::{Environment, ToneMap};
 use systems::library::{AlphaMode, Material, MaterialId, MeshId, Technique};
 
@@ -73,7 +73,7 @@ struct Pair {
 
 impl Pair {
     fn new(gpu: &Gpu) -> Self {
-        let headless = |settings| Headless { renderer: Renderer::new(gpu), settings };
+        let headless = |settings| Headless { renderer: SingleView::new(gpu), settings };
         Self { once: headless(ONCE), after: headless(Settings { hdr: true, ..ONCE }) }
     }
 
@@ -284,7 +284,7 @@ fn a_renderer_changes_from_one_way_to_the_other() {
     let settings = [once, Settings { hdr: true, ..once }];
     let mut draw =
         |headless: &mut Headless, size| headless.draw(&mut field.simulation, field.camera, size).expect("a picture");
-    let mut changing = Headless { renderer: Renderer::new(&gpu), settings: once };
+    let mut changing = Headless { renderer: SingleView::new(&gpu), settings: once };
     let mut known = Vec::new();
     // Still for long enough that nothing is culled any more, then the other way; then the same in another size.
     for (round, size) in [SIZE, SIZE, (65, 130), SIZE].into_iter().enumerate() {
@@ -294,7 +294,7 @@ fn a_renderer_changes_from_one_way_to_the_other() {
                 let drawn = draw(&mut changing, size);
                 assert_eq!(changing.renderer.keeps_linear(), settings.hdr);
                 if !known.iter().any(|(of, _)| *of == (which, size)) {
-                    let mut fresh = Headless { renderer: Renderer::new(&gpu), settings };
+                    let mut fresh = Headless { renderer: SingleView::new(&gpu), settings };
                     known.push(((which, size), draw(&mut fresh, size)));
                 }
                 let expected = known.iter().find(|(of, _)| *of == (which, size)).map(|(_, picture)| picture);
@@ -348,7 +348,7 @@ fn other_calls_work_without_linear_colours() {
     let Some(gpu) = common::gpu() else { return };
     let mut field = Field::new();
     field.sky(PLAIN, 1.0, ToneMap::Aces);
-    let mut renderer = Renderer::new(&gpu);
+    let mut renderer = SingleView::new(&gpu);
     let viewpoint = relief::viewpoint::Viewpoint::Camera(field.camera);
     field.simulation.frame();
     let view = viewpoint.view(&field.simulation.world, SIZE);

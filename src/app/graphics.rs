@@ -2,7 +2,7 @@
 
 use super::gui::Gui;
 use super::surface::Screen;
-use crate::renderer::{Gpu, GpuError, Renderer};
+use crate::renderer::{Gpu, GpuError, SingleView};
 use std::sync::Arc;
 use std::time::Duration;
 use winit::window::Window;
@@ -14,7 +14,7 @@ const BETWEEN_TRIES: Duration = Duration::from_millis(500);
 /// Device, surface, and what draws. Fields are dropped in order: what draws before what is drawn to.
 pub struct Graphics {
     pub gui: Gui,
-    pub renderer: Renderer,
+    pub renderer: SingleView,
     pub screen: Screen,
     pub gpu: Gpu,
 }
@@ -27,7 +27,7 @@ impl Graphics {
     pub fn open(window: &Arc<Window>, instance: wgpu::Instance) -> Result<Self, GpuError> {
         let (gpu, screen) = Screen::open(window, instance)?;
         let gui = Gui::new(&gpu, screen.panel_format, window);
-        Ok(Self { gui, renderer: Renderer::new(&gpu), screen, gpu })
+        Ok(Self { gui, renderer: SingleView::new(&gpu), screen, gpu })
     }
 
     /// Another device in the place of one that is lost, with nothing uploaded; the panel is as it was.

@@ -1,6 +1,6 @@
 //! What is under the pointer, from the ids and depths of the last frame.
 
-use crate::renderer::Renderer;
+use crate::renderer::SingleView;
 use glam::{Vec2, Vec3};
 use systems::components::Projection;
 use systems::view::View;
@@ -15,7 +15,7 @@ pub struct Hit {
 }
 
 /// What the last frame shows at a pixel. Draws the ids once more and waits for them: for clicks, not for every frame.
-pub fn pick(renderer: &mut Renderer, view: &View, at: Vec2) -> Option<Hit> {
+pub fn pick(renderer: &mut SingleView, view: &View, at: Vec2) -> Option<Hit> {
     let outputs = renderer.draw_outputs()?;
     let inside = at.cmpge(Vec2::ZERO).all() && at.x < outputs.width as f32 && at.y < outputs.height as f32;
     let index = inside.then_some(at.y as usize * outputs.width as usize + at.x as usize)?;

@@ -14,7 +14,7 @@ use crate::import::compress::compress_images;
 use crate::output::{self, OutputError};
 use crate::recording::RecordingError;
 use crate::renderer::{
-    Gpu, GpuError, Occlusion, PICTURE_FORMAT, PassTime, RenderError, RenderStats, Renderer, Settings,
+    Gpu, GpuError, Occlusion, PICTURE_FORMAT, PassTime, RenderError, RenderStats, Settings, SingleView,
 };
 use crate::viewpoint::Viewpoint;
 use std::collections::BTreeMap;
@@ -117,7 +117,7 @@ impl FrameCost {
 /// Draws a world into a texture.
 struct Bench {
     subject: Subject,
-    renderer: Renderer,
+    renderer: SingleView,
     settings: Settings,
     size: (u32, u32),
     target: wgpu::TextureView,
@@ -205,8 +205,8 @@ pub(super) fn milliseconds(time: Duration) -> f64 {
 }
 
 /// Opens the adapter; passes are timed where it has a clock.
-fn open() -> Result<Renderer, GpuError> {
-    let mut renderer = Renderer::new(&Gpu::headless()?);
+fn open() -> Result<SingleView, GpuError> {
+    let mut renderer = SingleView::new(&Gpu::headless()?);
     renderer.time_passes();
     Ok(renderer)
 }

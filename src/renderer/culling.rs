@@ -5,7 +5,7 @@
 //! With occlusion there are two sets of lists: of the objects that were seen when the view was last drawn, and of those
 //! that the depths of the first show to be in sight as well.
 
-use super::draws::Draws;
+use super::draws::{Draws, DrawsVersion};
 use super::pyramid::Pyramid;
 use super::tables::GrowingBuffer;
 use super::targets::{texture, whole_view};
@@ -84,7 +84,8 @@ pub(super) struct Culling {
 pub(super) struct PhaseDraws {
     /// One [`DrawIndexedIndirectArgs`] per element of [`Draws::arguments`].
     pub arguments: GrowingBuffer,
-    group: Option<(u32, wgpu::BindGroup)>,
+    /// With what it was made for: draws with levels of detail or without, and the versions of its buffers.
+    group: Option<((bool, u32), wgpu::BindGroup)>,
 }
 
 /// What culling keeps for one view.
@@ -99,6 +100,8 @@ pub(super) struct CulledView {
     phases: [PhaseDraws; 2],
     pyramid: Option<Pyramid>,
     counts: CullRecord,
+    /// The draws that the lists were made for.
+    draws: DrawsVersion,
 }
 
 /// Bytes of one draw's arguments.
@@ -252,6 +255,7 @@ impl CulledView {
                 .map(|label| PhaseDraws { arguments: buffer(label, BufferUsages::INDIRECT), group: None }),
             pyramid: None,
             counts: CullRecord::default(),
+            draws: DrawsVersion::default(),
         }
     }
 
@@ -282,8 +286,8 @@ impl CulledView {
         self.phases.iter_mut().for_each(|phase| phase.group = None);
     }
 
-    /// Gets ready for the draws as they are now, and for a view. `redrawn`: the draws changed. Returns whether the
-    /// lists that were made before are no longer right.
+    /// Gets ready for the draws as they are now, and for a view. Returns whether the lists that were made before are no
+    /// longer right.
     pub fn prepare(
         &mut self,
         gpu: &Gpu,
@@ -291,8 +295,8 @@ impl CulledView {
         draws: &Draws,
         view: &View,
         settings: &Settings,
-        redrawn: bool,
     ) -> Result<bool, RenderError> {
+        let redrawn = self.draws != draws.version();
         let mut recull = redrawn;
         let entries = u64::from(draws.entry_count);
         self.visibility.reserve(&gpu.device, u64::from(draws.slot_count) * 4)?;
@@ -334,6 +338,7 @@ impl CulledView {
         for phase in 0..phases {
             self.bind(&gpu.device, culling, draws, phase);
         }
+        self.draws = draws.version();
         Ok(recull)
     }
 
@@ -341,7 +346,7 @@ impl CulledView {
         let lists = &self.phases[phase];
         let own = [&self.visibility, &self.slice_counts, &self.visible, &lists.arguments];
         let buffers: Vec<&GrowingBuffer> = draws.buffers().into_iter().chain(own).collect();
-        let version = buffers.iter().map(|buffer| buffer.version).sum();
+        let version = (draws.with_levels(), buffers.iter().map(|buffer| buffer.version).sum());
         if lists.group.as_ref().is_some_and(|(bound, _)| *bound == version) {
             return;
         }

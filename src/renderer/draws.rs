@@ -74,19 +74,19 @@ pub(super) struct DrawArguments {
     pub indirect: DrawIndexedIndirectArgs,
     /// Where its slots begin in the list of visible ones, in the early phase.
     pub first_visible: u32,
-    /// Instances to expect while that is unknown: all that there is room for; of a page, which may hold just one
-    /// object, one.
+    /// Instances to expect while nobody knows: all that there is room for; of a page, which may hold just one object,
+    /// one.
     pub expected_instances: u32,
 }
 
 /// What changes the draws: world, version of its batches, number of meshes uploaded, levels of detail or not, triangles
 /// of a portion.
-type Version = (u64, u64, usize, bool, Option<u32>);
+pub(super) type DrawsVersion = (u64, u64, usize, bool, Option<u32>);
 
 /// All draws of a scene.
 #[derive(Debug)]
 pub(super) struct Draws {
-    version: Version,
+    version: DrawsVersion,
     pub list: Vec<Draw>,
     pub arguments: Vec<DrawArguments>,
     pub page_count: u32,
@@ -103,7 +103,7 @@ impl Draws {
     pub fn new(device: &wgpu::Device) -> Self {
         let storage = |label| GrowingBuffer::new(device, label, wgpu::BufferUsages::STORAGE);
         Self {
-            version: Version::default(),
+            version: DrawsVersion::default(),
             list: Vec::new(),
             arguments: Vec::new(),
             page_count: 0,
@@ -121,7 +121,17 @@ impl Draws {
         [&self.pages, &self.batches, &self.entries, &self.draws]
     }
 
-    /// Brings the draws up to date. Returns the bytes uploaded, `None` if nothing changed.
+    /// Whether they have levels of detail.
+    pub fn with_levels(&self) -> bool {
+        self.version.3
+    }
+
+    /// Tells draws from others.
+    pub fn version(&self) -> DrawsVersion {
+        self.version
+    }
+
+    /// Brings the draws up to date. Returns the bytes uploaded.
     pub fn update(
         &mut self,
         gpu: &Gpu,
@@ -129,10 +139,10 @@ impl Draws {
         meshes: &Meshes,
         levels: bool,
         portion_triangles: Option<u32>,
-    ) -> Result<Option<u64>, RenderError> {
+    ) -> Result<u64, RenderError> {
         let version = (list.world, list.batches_version, meshes.count(), levels, portion_triangles);
         if version == self.version {
-            return Ok(None);
+            return Ok(0);
         }
         self.list.clear();
         self.arguments.clear();
@@ -188,7 +198,7 @@ impl Draws {
             + self.entries.write(gpu, &entries, &all, true)?
             + self.draws.write(gpu, &draws, &all, true)?;
         self.version = version;
-        Ok(Some(bytes))
+        Ok(bytes)
     }
 }
 

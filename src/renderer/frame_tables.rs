@@ -1,19 +1,16 @@
-//! The tables of a draw list on the GPU, and the bind group that every pass reads them through.
+//! The tables of a draw list on the GPU, which all views share, and the bind group through which passes read them.
 
 use super::scatter::Scatter;
 use super::tables::{GrowingBuffer, RecordTable};
 use super::timestamps::Timestamps;
 use super::{Gpu, RenderError, RenderStats};
 use systems::Simulation;
-use systems::draw_list::{
-    DrawList, InstanceRecord, LightRecord, MAX_REACHING, MOST_LIGHTS, MaterialRecord, ViewRecord,
-};
+use systems::draw_list::{DrawList, InstanceRecord, LightRecord, MAX_REACHING, MOST_LIGHTS, MaterialRecord};
 use systems::tables::DirtySlots;
 
-/// Instances, lights, materials; and the view they are seen from.
+/// Instances, lights, materials.
 #[derive(Debug)]
 pub(super) struct FrameTables {
-    view: wgpu::Buffer,
     instances: RecordTable<InstanceRecord>,
     lights: RecordTable<LightRecord>,
     materials: RecordTable<MaterialRecord>,
@@ -23,18 +20,11 @@ pub(super) struct FrameTables {
     uploaded_reaching: (u64, u64),
     /// The frame of the draw list whose tables are uploaded.
     uploaded_frame: u64,
-    group: Option<(u32, wgpu::BindGroup)>,
 }
 
 impl FrameTables {
     pub fn new(device: &wgpu::Device) -> Self {
         Self {
-            view: device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("view"),
-                size: size_of::<ViewRecord>() as u64,
-                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-                mapped_at_creation: false,
-            }),
             instances: RecordTable::new(device, "instances"),
             lights: RecordTable::new(device, "lights"),
             materials: RecordTable::new(device, "materials"),
@@ -42,23 +32,11 @@ impl FrameTables {
             reaching: GrowingBuffer::new(device, "lights of objects", wgpu::BufferUsages::STORAGE),
             uploaded_reaching: (0, 0),
             uploaded_frame: 0,
-            group: None,
         }
     }
 
-    /// What every pass binds as group 0; `None` before the first upload.
-    pub fn group(&self) -> Option<&wgpu::BindGroup> {
-        self.group.as_ref().map(|(_, group)| group)
-    }
-
     /// Uploads what changed since the frame that was uploaded last, and books the bytes.
-    pub fn upload(
-        &mut self,
-        gpu: &Gpu,
-        layout: &wgpu::BindGroupLayout,
-        simulation: &Simulation,
-        stats: &mut RenderStats,
-    ) -> Result<(), RenderError> {
+    pub fn upload(&mut self, gpu: &Gpu, simulation: &Simulation, stats: &mut RenderStats) -> Result<(), RenderError> {
         let list = simulation.draw_list();
         if list.lights.records.len() > MOST_LIGHTS {
             let (needed, limit) = (list.lights.records.len() as u64, MOST_LIGHTS as u64);
@@ -73,7 +51,6 @@ impl FrameTables {
             self.uploaded_frame = list.frame;
         }
         stats.light_bytes += self.upload_reaching(gpu, list)?;
-        self.bind(&gpu.device, layout);
         Ok(())
     }
 
@@ -88,10 +65,6 @@ impl FrameTables {
             });
             tables.into_iter().for_each(|table| table.record(scatter, &mut pass));
         }
-    }
-
-    pub fn write_view(&self, queue: &wgpu::Queue, record: &ViewRecord) {
-        queue.write_buffer(&self.view, 0, bytemuck::bytes_of(record));
     }
 
     /// The lists of the policy that shades with every light.
@@ -110,19 +83,20 @@ impl FrameTables {
         Ok(bytes)
     }
 
-    fn bind(&mut self, device: &wgpu::Device, layout: &wgpu::BindGroupLayout) {
-        let Self { instances, lights, materials, .. } = &*self;
-        let version = instances.version + lights.version + materials.version + self.reaching.version;
-        if self.group.as_ref().is_some_and(|(bound, _)| *bound == version) {
-            return;
-        }
-        let entries: Vec<_> = std::iter::once(self.view.as_entire_binding())
+    /// Changes whenever bind groups of views are to be made anew.
+    pub fn version(&self) -> u32 {
+        self.instances.version + self.lights.version + self.materials.version + self.reaching.version
+    }
+
+    /// What every pass over a view binds as group 0: the view's record, and the tables.
+    pub fn bind(&self, device: &wgpu::Device, layout: &wgpu::BindGroupLayout, view: &wgpu::Buffer) -> wgpu::BindGroup {
+        let Self { instances, lights, materials, .. } = self;
+        let entries: Vec<_> = std::iter::once(view.as_entire_binding())
             .chain([&instances.view, &lights.view, &materials.view].map(wgpu::BindingResource::TextureView))
             .chain([self.reaching.buffer().as_entire_binding()])
             .enumerate()
             .map(|(binding, resource)| wgpu::BindGroupEntry { binding: binding as u32, resource })
             .collect();
-        let descriptor = wgpu::BindGroupDescriptor { label: Some("frame"), layout, entries: &entries };
-        self.group = Some((version, device.create_bind_group(&descriptor)));
+        device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("frame"), layout, entries: &entries })
     }
 }

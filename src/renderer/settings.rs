@@ -117,7 +117,7 @@ pub struct Settings {
     /// Whether colours stay linear until a pass of its own tone-maps them. `false`: they are tone-mapped where they are
     /// shaded, which saves writing and reading them once more, if nothing is blended, pixels have one sample each, and
     /// no object is drawn with [`Technique::EmbossMultipass`]. Targets then have
-    /// [`PICTURE_FORMAT`](super::PICTURE_FORMAT), and [`Renderer::read_linear`](super::Renderer::read_linear) has
+    /// [`PICTURE_FORMAT`](super::PICTURE_FORMAT), and [`ViewState::read_linear`](super::ViewState::read_linear) has
     /// nothing. The two pictures are at most a step of 8 bits apart, by what half floats round and how the device
     /// encodes a clear. Another tone curve is then other pipelines for all objects, and the first blended object other
     /// targets.

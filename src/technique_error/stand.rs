@@ -4,7 +4,7 @@
 use super::CompareArgs;
 use super::maps::Maps;
 use crate::frames::FrameError;
-use crate::renderer::{Gpu, Occlusion, Outputs, Renderer, Settings};
+use crate::renderer::{Gpu, Occlusion, Outputs, Settings, SingleView};
 use bevy_ecs::prelude::*;
 use glam::{Mat3, Quat, UVec2, Vec2, Vec3};
 use systems::Simulation;
@@ -106,7 +106,7 @@ impl Shown {
 /// The world and what draws it.
 pub(super) struct Stand {
     pub simulation: Simulation,
-    pub renderer: Renderer,
+    pub renderer: SingleView,
     /// Of the displaced figure.
     pub triangles: usize,
     pub displaced: Mesh,
@@ -119,7 +119,7 @@ pub(super) struct Stand {
 
 impl Stand {
     pub fn new(args: &CompareArgs, maps: Maps) -> Result<Self, FrameError> {
-        let mut renderer = Renderer::new(&Gpu::headless()?);
+        let mut renderer = SingleView::new(&Gpu::headless()?);
         renderer.time_passes();
         let mut simulation = Simulation::new();
         let mut library = simulation.world.resource_mut::<Library>();

@@ -3,7 +3,7 @@
 use bevy_ecs::prelude::*;
 use glam::{UVec2, Vec2, Vec3, Vec4};
 use relief::frames::Headless;
-use relief::renderer::{Renderer, Settings};
+use relief::renderer::{Settings, SingleView};
 use std::f32::consts::{FRAC_PI_2, TAU};
 use systems::Simulation;
 use systems::components::{Camera, Environment, Light, Projection, ToneMap};
@@ -36,7 +36,7 @@ impl Stage {
         simulation.world.insert_resource(dark);
         let camera = simulation.world.spawn((Camera::default(), Transform::from_xyz(0.0, 0.0, 3.0))).id();
         let settings = Settings { samples: 1, ..Settings::default() };
-        Some(Self { simulation, headless: Headless { renderer: Renderer::new(&gpu), settings }, camera, size })
+        Some(Self { simulation, headless: Headless { renderer: SingleView::new(&gpu), settings }, camera, size })
     }
 
     /// A parallel projection that shows `half_height` metres up and down from the origin.

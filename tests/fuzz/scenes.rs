@@ -4,7 +4,7 @@ use crate::Place;
 use bevy_ecs::entity::Entity;
 use relief::frames::Headless;
 use relief::prelude::{Simulation, Transform, Vehicle, VehicleTypes, load_vehicle_types};
-use relief::renderer::{Gpu, Renderer, Settings};
+use relief::renderer::{Gpu, Settings, SingleView};
 use relief::scene::{self, LoadedScene};
 use std::path::Path;
 use std::sync::LazyLock;
@@ -69,7 +69,7 @@ pub fn drawn(place: &Place, bytes: &[u8]) {
     let mut simulation = Simulation::new();
     let Some(loaded) = load(&place.write(folder, suffix, bytes), &mut simulation) else { return };
     let (Some(gpu), Some(&(_, camera))) = (&*GPU, loaded.cameras.first()) else { return };
-    let mut headless = Headless { renderer: Renderer::new(gpu), settings: Settings::default() };
+    let mut headless = Headless { renderer: SingleView::new(gpu), settings: Settings::default() };
     for _ in 0..2 {
         draw(&mut headless, &mut simulation, camera);
         simulation.step();

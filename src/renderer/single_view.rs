@@ -1,0 +1,141 @@
+//! A renderer with one view: most programs have one camera.
+
+use super::{
+    Drawn, Gpu, Outputs, PICTURE_FORMAT, PassTime, RenderError, RenderStats, Renderer, Settings, ViewPlan, ViewState,
+    ViewTarget, read_texture, targets,
+};
+use std::num::NonZeroU32;
+use systems::Simulation;
+use systems::view::View;
+
+/// A [`Renderer`] and the state of its only view.
+#[derive(Debug)]
+pub struct SingleView {
+    renderer: Renderer,
+    state: ViewState,
+}
+
+impl SingleView {
+    /// For a device.
+    pub fn new(gpu: &Gpu) -> Self {
+        Self { renderer: Renderer::new(gpu), state: ViewState::new(gpu) }
+    }
+
+    /// The device it draws with.
+    pub fn gpu(&self) -> &Gpu {
+        self.renderer.gpu()
+    }
+
+    /// The view.
+    pub fn state(&self) -> &ViewState {
+        &self.state
+    }
+
+    /// [`Renderer::prepare`]. Returns whether the picture can differ from the one last drawn; if not,
+    /// [`Self::show_again`] gives it for less.
+    ///
+    /// # Errors
+    /// [`RenderError`].
+    pub fn prepare(
+        &mut self,
+        simulation: &mut Simulation,
+        view: &View,
+        settings: &Settings,
+    ) -> Result<bool, RenderError> {
+        let plan = ViewPlan { view: view.clone(), settings: *settings };
+        self.renderer.prepare(simulation, &mut [(&mut self.state, plan)])?;
+        Ok(self.state.needs_redraw())
+    }
+
+    /// [`Renderer::record`] into `target`, handed in.
+    ///
+    /// # Panics
+    /// As that.
+    pub fn draw(&mut self, target: &wgpu::TextureView, format: wgpu::TextureFormat) {
+        let commands = self.record(target, format);
+        self.gpu().queue.submit([commands]);
+    }
+
+    /// [`Self::draw`] without handing the commands in, for who measures the two apart.
+    ///
+    /// # Panics
+    /// As [`Renderer::record`].
+    pub fn record(&mut self, target: &wgpu::TextureView, format: wgpu::TextureFormat) -> wgpu::CommandBuffer {
+        let label = wgpu::CommandEncoderDescriptor { label: Some("frame") };
+        let mut encoder = self.gpu().device.create_command_encoder(&label);
+        self.renderer.record(&mut encoder, &mut [ViewTarget { state: &mut self.state, target, format }]);
+        encoder.finish()
+    }
+
+    /// [`Renderer::record_again`], handed in.
+    ///
+    /// # Panics
+    /// As that.
+    pub fn show_again(&mut self, target: &wgpu::TextureView, format: wgpu::TextureFormat) {
+        let label = wgpu::CommandEncoderDescriptor { label: Some("frame again") };
+        let mut encoder = self.gpu().device.create_command_encoder(&label);
+        self.renderer.record_again(&mut encoder, &mut [ViewTarget { state: &mut self.state, target, format }]);
+        self.gpu().queue.submit([encoder.finish()]);
+    }
+
+    /// Draws what was prepared and reads the picture back: 8-bit sRGB RGBA, rows from the top. Empty if nothing was
+    /// prepared.
+    pub fn draw_picture(&mut self) -> image::RgbaImage {
+        let Some(size) = self.state.size() else { return image::RgbaImage::default() };
+        let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
+        let texture = targets::texture(&self.gpu().device, "picture", size, PICTURE_FORMAT, 1, usage);
+        self.draw(&targets::whole_view(&texture, "picture"), PICTURE_FORMAT);
+        let bytes = read_texture(self.gpu(), &texture, wgpu::TextureAspect::All);
+        image::RgbaImage::from_raw(size.0, size.1, bytes).unwrap_or_default()
+    }
+
+    /// [`Renderer::draw_outputs`].
+    pub fn draw_outputs(&mut self) -> Option<Outputs> {
+        self.renderer.draw_outputs(&mut self.state)
+    }
+
+    /// [`ViewState::read_linear`].
+    pub fn read_linear(&self) -> Option<Vec<[f32; 4]>> {
+        self.state.read_linear(self.gpu())
+    }
+
+    /// [`ViewState::keeps_linear`].
+    pub fn keeps_linear(&self) -> bool {
+        self.state.keeps_linear()
+    }
+
+    /// [`ViewState::drawn`].
+    pub fn drawn(&self) -> Option<Drawn> {
+        self.state.drawn()
+    }
+
+    /// [`Renderer::read_drawn`].
+    pub fn read_drawn(&self) -> Drawn {
+        self.renderer.read_drawn(&self.state)
+    }
+
+    /// [`Renderer::read_drawn_slots`].
+    pub fn read_drawn_slots(&self) -> Vec<u32> {
+        self.renderer.read_drawn_slots(&self.state)
+    }
+
+    /// [`Renderer::stats`].
+    pub fn stats(&self) -> RenderStats {
+        self.renderer.stats()
+    }
+
+    /// [`Renderer::cut_passes`].
+    pub fn cut_passes(&mut self, triangles: Option<NonZeroU32>) {
+        self.renderer.cut_passes(triangles);
+    }
+
+    /// [`Renderer::time_passes`].
+    pub fn time_passes(&mut self) {
+        self.renderer.time_passes();
+    }
+
+    /// [`Renderer::pass_times`].
+    pub fn pass_times(&mut self) -> Option<Vec<PassTime>> {
+        self.renderer.pass_times()
+    }
+}

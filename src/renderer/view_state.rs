@@ -1,0 +1,447 @@
+//! What belongs to one view of a scene: a camera, a sensor, a picture of a test. Everything else the views of a frame
+//! share ([`super::Renderer`]).
+//!
+//! A view keeps its targets, the lists of what it shows and what it saw last from frame to frame: one that is drawn
+//! again makes nothing anew. Views of a frame may differ in size and in all settings.
+
+use super::culling::{CulledView, Culling, Phase};
+use super::drawn::{Drawn, DrawnCounts};
+use super::draws::{Draw, Draws};
+use super::emboss::EmbossPass;
+use super::frame_tables::FrameTables;
+use super::pipelines::{Pass, Pipelines};
+use super::pyramid::{Pyramid, PyramidMaker};
+use super::tables::GrowingBuffer;
+use super::targets::{Behind, Targets};
+use super::{DebugView, Gpu, PICTURE_FORMAT, RenderError, Settings, Uploads, read_texture};
+use glam::Vec3;
+use systems::batches::{BlendedRun, sort_transparent};
+use systems::components::{Environment, ToneMap};
+use systems::draw_list::{Batch, BatchKey, DrawList, LightTraits, PipelineKey, ViewRecord};
+use systems::library::Technique;
+use systems::tables::DirtySlots;
+use systems::view::View;
+
+/// What a view shows in a frame, and how.
+#[derive(Clone, PartialEq, Debug)]
+pub struct ViewPlan {
+    /// The camera at its place, and the size of the picture.
+    pub view: View,
+    /// How to draw.
+    pub settings: Settings,
+}
+
+impl ViewPlan {
+    /// Pixels.
+    pub(super) fn size(&self) -> (u32, u32) {
+        (self.view.width, self.view.height)
+    }
+}
+
+/// What a view keeps from frame to frame. For one [`Renderer`](super::Renderer) and its world: with another it begins
+/// anew.
+#[derive(Debug)]
+pub struct ViewState {
+    /// Of the renderer ([`super::Renderer`]); 0: none yet.
+    epoch: u64,
+    /// The [`ViewRecord`].
+    record: wgpu::Buffer,
+    /// Group 0 of all passes, and the version of the tables that it was made for.
+    group: Option<(u32, wgpu::BindGroup)>,
+    pub(super) culled: CulledView,
+    /// The view that `culled` was made for, and the technique, which may write depths of its own.
+    culled_for: Option<(ViewRecord, Option<Technique>)>,
+    /// Lists that were made before are no longer right.
+    recull: bool,
+    /// The lists of visible objects are of that view.
+    pub(super) lists_ready: bool,
+    /// How often culling is to be done before the lists of visible objects stay as they are.
+    pub(super) cullings_due: u32,
+    pub(super) targets: Option<Targets>,
+    /// What blended objects refract, while any does.
+    pub(super) behind: Option<Behind>,
+    /// Slots of blended objects as they were last uploaded, farthest first.
+    blended_slots: Vec<u32>,
+    pub(super) blended: GrowingBuffer,
+    /// Version of the blended objects, and view, that the order is for.
+    blended_for: Option<(u64, View)>,
+    pub(super) blended_runs: Vec<BlendedRun>,
+    technique: Option<Technique>,
+    pub(super) pass: Pass,
+    pub(super) tone_map: ToneMap,
+    /// Objects have levels of detail.
+    pub(super) levels: bool,
+    /// A sky of one colour, exposed, is a clear, which costs nothing: a gradient takes a software rasteriser longer
+    /// than a thousand objects.
+    pub(super) plain_sky: Option<Vec3>,
+    /// What the targets are prepared for: view, pass, technique, batches. `None`: nothing yet.
+    shown: Option<(ViewRecord, Pass, Option<Technique>, u64)>,
+    /// What the renderer had uploaded when this view was last prepared.
+    uploads: Uploads,
+    needs_redraw: bool,
+    pub(super) counts: DrawnCounts,
+}
+
+impl ViewState {
+    /// A view that shows nothing yet.
+    pub fn new(gpu: &Gpu) -> Self {
+        let device = &gpu.device;
+        Self {
+            epoch: 0,
+            record: device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("view"),
+                size: size_of::<ViewRecord>() as u64,
+                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            }),
+            group: None,
+            culled: CulledView::new(device),
+            culled_for: None,
+            recull: false,
+            cullings_due: 0,
+            lists_ready: false,
+            targets: None,
+            behind: None,
+            blended_slots: Vec::new(),
+            blended: GrowingBuffer::new(device, "list of blended objects", wgpu::BufferUsages::VERTEX),
+            blended_runs: Vec::new(),
+            blended_for: None,
+            technique: None,
+            pass: Pass::Outputs,
+            tone_map: ToneMap::default(),
+            levels: false,
+            plain_sky: None,
+            shown: None,
+            uploads: Uploads::default(),
+            needs_redraw: false,
+            counts: DrawnCounts::default(),
+        }
+    }
+
+    /// Pixels of the picture; `None` while nothing is prepared.
+    pub fn size(&self) -> Option<(u32, u32)> {
+        self.targets.as_ref().map(|targets| (targets.width, targets.height))
+    }
+
+    /// Whether what was prepared can look different from what was last drawn.
+    pub fn needs_redraw(&self) -> bool {
+        self.needs_redraw
+    }
+
+    /// Whether what was prepared last keeps colours linear until the tone map: [`Settings::hdr`] asks for it, or the
+    /// scene needs it.
+    pub fn keeps_linear(&self) -> bool {
+        self.pass.tone_map().is_none()
+    }
+
+    /// How much a recent frame drew, as far as the GPU has told; waits for nothing.
+    pub fn drawn(&self) -> Option<Drawn> {
+        self.counts.latest
+    }
+
+    /// The linear HDR colours of the last frame, exposed, before the tone map: RGBA, rows from the top. `None` if
+    /// nothing was prepared, or if colours were not [kept linear](Self::keeps_linear). Waits for the GPU.
+    pub fn read_linear(&self, gpu: &Gpu) -> Option<Vec<[f32; 4]>> {
+        let texture = &self.targets.as_ref()?.hdr.as_ref()?.texture;
+        let bytes = read_texture(gpu, texture, wgpu::TextureAspect::All);
+        let half = |b: &[u8]| half::f16::from_le_bytes([b[0], b[1]]).to_f32();
+        Some(bytes.chunks_exact(8).map(|t| [half(&t[0..]), half(&t[2..]), half(&t[4..]), half(&t[6..])]).collect())
+    }
+
+    /// What every pass binds as group 0; `None` before the first `prepare`.
+    pub(super) fn group(&self) -> Option<&wgpu::BindGroup> {
+        self.group.as_ref().map(|(_, group)| group)
+    }
+
+    /// The phases that objects are drawn in.
+    pub(super) fn phases(&self) -> impl Iterator<Item = Phase> + use<> {
+        [Phase::Early, Phase::Late].into_iter().take(if self.culled.pyramid().is_some() { 2 } else { 1 })
+    }
+
+    /// The pipeline that objects with that key are drawn with in a pass.
+    pub(super) fn pipeline_of(&self, pass: Pass, key: BatchKey) -> PipelineKey {
+        let technique = self.technique.unwrap_or(key.pipeline.technique);
+        let PipelineKey { alpha, shading, .. } = key.pipeline;
+        PipelineKey { technique: pass.technique(technique, alpha, shading), ..key.pipeline }
+    }
+
+    /// The passes that add the light of [`Technique::EmbossMultipass`], if the colour pass leaves it to them.
+    pub(super) fn emboss_passes(&self) -> impl Iterator<Item = Pass> + use<> {
+        let (lights, samples) = match self.pass {
+            Pass::Color { lights, samples, .. } | Pass::Emboss { lights, samples, .. } => (lights, samples),
+            Pass::Outputs => (LightTraits::default(), 1),
+        };
+        EmbossPass::all().map(move |pass| Pass::Emboss { pass, lights, samples })
+    }
+
+    /// First of all when a view is prepared: whom it belongs to, and which pass it draws.
+    pub(super) fn begin(&mut self, gpu: &Gpu, epoch: u64, list: &DrawList, settings: &Settings) {
+        if self.epoch != epoch {
+            *self = Self { epoch, ..Self::new(gpu) };
+        }
+        self.counts.receive();
+        self.levels = settings.levels.enabled;
+        self.technique = settings.technique;
+        self.tone_map = if settings.debug == DebugView::Off { list.environment.tone_map } else { ToneMap::Clamp };
+        let pass = |tone_map| Pass::Color {
+            all_lights: list.all_lights,
+            lights: list.light_traits,
+            debug: settings.debug,
+            samples: settings.samples,
+            tone_map,
+        };
+        self.pass = pass(None);
+        if !self.needs_linear(list, settings) {
+            self.pass = pass(Some(self.tone_map));
+        }
+    }
+
+    /// Whether colours have to stay linear until a pass of its own tone-maps them.
+    fn needs_linear(&self, list: &DrawList, settings: &Settings) -> bool {
+        let adds_up = |batch: &Batch| self.pipeline_of(self.pass, batch.key).technique == Technique::EmbossMultipass;
+        settings.hdr || settings.samples > 1 || !list.transparent.is_empty() || list.batches.iter().any(adds_up)
+    }
+
+    /// Blended objects in this view's order. Returns the bytes written.
+    pub(super) fn upload_blended(&mut self, gpu: &Gpu, list: &DrawList, view: &View) -> Result<u64, RenderError> {
+        if matches!(&self.blended_for, Some((version, of)) if *version == list.transparent_version && of == view) {
+            return Ok(0);
+        }
+        let (slots, runs) = sort_transparent(&list.transparent, view);
+        self.blended_runs = runs;
+        let mut written = 0;
+        if slots != self.blended_slots {
+            written = self.blended.write(gpu, &slots, &DirtySlots::default(), true)?;
+            self.needs_redraw |= written > 0;
+            self.blended_slots = slots;
+        }
+        self.blended_for = Some((list.transparent_version, view.clone()));
+        Ok(written)
+    }
+
+    /// Targets of the view's size, with a depth pyramid if so many objects are drawn in two phases.
+    pub(super) fn make_targets(
+        &mut self,
+        gpu: &Gpu,
+        pipelines: &Pipelines,
+        pyramids: &PyramidMaker,
+        plan: &ViewPlan,
+        draws: &Draws,
+        objects: u32,
+    ) -> Result<(), RenderError> {
+        let (size, samples, hdr) = (plan.size(), plan.settings.samples, self.keeps_linear());
+        let fits = |targets: &Targets| {
+            ((targets.width, targets.height), targets.samples, targets.hdr.is_some()) == (size, samples, hdr)
+        };
+        if !self.targets.as_ref().is_some_and(fits) {
+            // The old ones first: there may not be room for both.
+            self.drop_targets();
+            let device = &gpu.device;
+            // What there is no memory for fails again where it is used.
+            let invalid = device.push_error_scope(wgpu::ErrorFilter::Validation);
+            let no_memory = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+            let targets = Targets::new(device, hdr.then_some(&pipelines.tone_map_layout), size, samples);
+            let errors = [no_memory.pop(), invalid.pop()].map(pollster::block_on);
+            if let Some(error) = errors.into_iter().flatten().next() {
+                return Err(RenderError::NoMemory { size: size.into(), samples, reason: error.to_string() });
+            }
+            self.targets = Some(targets);
+        }
+        // What stands out before its bounds may be seen where they are hidden.
+        let stands_out = |draw: &Draw| {
+            let key = draw.key.pipeline;
+            key.raised && self.technique.unwrap_or(key.technique).writes_depth()
+        };
+        let occlusion = plan.settings.occlusion.is_on(objects) && !draws.list.iter().any(stands_out);
+        if let Some(targets) = self.targets.as_ref().filter(|_| occlusion != self.culled.pyramid().is_some()) {
+            self.culled.set_pyramid(occlusion.then(|| Pyramid::new(&gpu.device, pyramids, targets)));
+        }
+        Ok(())
+    }
+
+    /// Nothing is drawn until there are others.
+    fn drop_targets(&mut self) {
+        self.targets = None;
+        self.culled.set_pyramid(None);
+        self.shown = None;
+    }
+
+    /// Gets ready to cull for a view.
+    pub(super) fn prepare_lists(
+        &mut self,
+        gpu: &Gpu,
+        culling: &Culling,
+        draws: &Draws,
+        plan: &ViewPlan,
+    ) -> Result<(), RenderError> {
+        self.recull = self.culled.prepare(gpu, culling, draws, &plan.view, &plan.settings)?;
+        Ok(())
+    }
+
+    /// Makes the bind group of the view and the tables, if these are others.
+    pub(super) fn bind(&mut self, device: &wgpu::Device, layout: &wgpu::BindGroupLayout, tables: &FrameTables) {
+        let version = tables.version();
+        if self.group.as_ref().is_none_or(|(bound, _)| *bound != version) {
+            self.group = Some((version, tables.bind(device, layout, &self.record)));
+        }
+    }
+
+    /// Something failed: some of it was uploaded.
+    pub(super) fn forget(&mut self, settings: &Settings) {
+        (self.culled_for, self.needs_redraw) = (None, true);
+        let wanted = (settings.samples, self.keeps_linear());
+        if self.targets.as_ref().is_some_and(|targets| (targets.samples, targets.hdr.is_some()) != wanted) {
+            self.drop_targets();
+        }
+    }
+
+    /// Last of all when a view is prepared: its record, and what has to be done anew.
+    pub(super) fn finish(&mut self, gpu: &Gpu, list: &DrawList, plan: &ViewPlan, uploads: Uploads) {
+        let record = plan.view.record(&list.environment, plan.settings.picked_entity);
+        gpu.queue.write_buffer(&self.record, 0, bytemuck::bytes_of(&record));
+        let surfaces_changed = self.uploads.surfaces != uploads.surfaces;
+        let culled_for = Some((record, plan.settings.technique));
+        if self.recull || surfaces_changed || self.culled_for != culled_for {
+            // Twice more in two phases: the first time little may be known to be seen, and so hide anything; the second
+            // time all that is in sight hides what is behind it, which the third time's early phase leaves out.
+            self.cullings_due = if self.culled.pyramid().is_some() { 3 } else { 1 };
+            self.lists_ready = false;
+            self.culled_for = culled_for;
+        }
+        self.plain_sky = plain_sky(&list.environment);
+        let showing = Some((record, self.pass, plan.settings.technique, list.batches_version));
+        self.needs_redraw |= self.recull || self.shown != showing || self.uploads != uploads;
+        self.shown = showing;
+        self.uploads = uploads;
+    }
+
+    /// Whether the sky is more than a clear.
+    pub(super) fn needs_sky(&self) -> bool {
+        self.plain_sky.is_none()
+    }
+
+    /// Makes a copy of the picture for blended objects to refract, while any does.
+    pub(super) fn fit_behind(
+        &mut self,
+        device: &wgpu::Device,
+        layout: &wgpu::BindGroupLayout,
+        size: (u32, u32),
+        blended: &[BatchKey],
+    ) {
+        if !self.refracts(blended) {
+            self.behind = None;
+        } else if self.behind.as_ref().is_none_or(|behind| behind.size() != size) {
+            self.behind = Some(Behind::new(device, layout, size));
+        }
+    }
+
+    /// Whether a blended object, in view or not, shows what lies behind it elsewhere than it is.
+    fn refracts(&self, blended: &[BatchKey]) -> bool {
+        let shown = matches!(self.pass, Pass::Color { debug: DebugView::Off, .. });
+        let technique = |key: &BatchKey| self.pipeline_of(self.pass, *key).technique;
+        shown && blended.iter().any(|key| technique(key) == Technique::PerturbedUv)
+    }
+
+    /// The picture is drawn.
+    pub(super) fn drawn_now(&mut self) {
+        self.needs_redraw = false;
+    }
+
+    /// Panics if objects are drawn into a target of that format with pipelines for another.
+    pub(super) fn check_format(&self, format: wgpu::TextureFormat) {
+        assert!(
+            self.keeps_linear() || format == PICTURE_FORMAT,
+            "without Settings::hdr, expected a target of {PICTURE_FORMAT:?}, found {format:?}"
+        );
+    }
+}
+
+/// The colour of a sky that has only one, exposed as `sky_pass.wgsl` does.
+fn plain_sky(environment: &Environment) -> Option<Vec3> {
+    let Environment { zenith, horizon, ground, exposure, .. } = environment;
+    (zenith == horizon && horizon == ground).then(|| (*horizon * *exposure).min(Vec3::splat(65504.0)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Renderer, SingleView, ViewTarget};
+    use super::*;
+    use crate::renderer::Occlusion;
+    use systems::Simulation;
+    use systems::components::{Camera, Light};
+    use systems::levels::LevelOfDetail;
+    use systems::library::{Library, Material};
+    use systems::transform::{GlobalTransform, Transform};
+
+    /// All that a view draws into and reads. Handles of other textures, buffers and groups are not equal to these.
+    fn resources(state: &ViewState) -> impl PartialEq {
+        let targets = state.targets.as_ref().expect("prepared");
+        let hdr = targets.hdr.as_ref().map(|hdr| (hdr.texture.clone(), hdr.source.clone()));
+        let lists: Vec<_> = state.phases().map(|phase| state.culled.arguments(phase).clone()).collect();
+        let pyramid = state.culled.pyramid().map(|pyramid| pyramid.view.clone());
+        let buffers = (state.record.clone(), state.culled.visible().clone(), state.blended.buffer().clone(), lists);
+        (targets.depth.clone(), hdr, state.group().cloned(), pyramid, buffers)
+    }
+
+    #[test]
+    fn two_views_of_different_sizes_and_settings_make_nothing_from_the_second_frame_on() {
+        let gpu = match Gpu::headless() {
+            Ok(gpu) => gpu,
+            Err(error) => {
+                assert!(std::env::var_os("RELIEF_STRICT").is_none_or(|strict| strict == "0"), "{error}");
+                eprintln!("skipped: no graphics adapter");
+                return;
+            }
+        };
+        let mut simulation = Simulation::new();
+        let mut library = simulation.world.resource_mut::<Library>();
+        let cube = library.add_mesh(systems::shapes::cube(Vec3::ONE));
+        let glass = Material { alpha: systems::library::AlphaMode::Blend, ..Material::default() };
+        let glass = library.add_material(glass);
+        let objects: Vec<_> =
+            (0..30).map(|i| simulation.world.spawn((cube, Transform::from_xyz(i as f32, 0.0, -9.0))).id()).collect();
+        simulation.world.spawn((cube, glass, Transform::from_xyz(0.0, 0.0, -4.0)));
+        simulation.world.spawn(Light::directional(1.0));
+        let settings = [
+            Settings { occlusion: Occlusion::On, ..Settings::default() },
+            Settings { samples: 1, levels: LevelOfDetail::OFF, ..Settings::default() },
+        ];
+        let sizes = [(64, 36), (33, 47)];
+        let mut renderer = Renderer::new(&gpu);
+        let mut states = [ViewState::new(&gpu), ViewState::new(&gpu)];
+        let usage = wgpu::TextureUsages::RENDER_ATTACHMENT;
+        let textures =
+            sizes.map(|size| super::super::targets::texture(&gpu.device, "", size, PICTURE_FORMAT, 1, usage));
+        let targets = textures.map(|texture| super::super::targets::whole_view(&texture, ""));
+        let mut draw = |frame: u32, states: &mut [ViewState; 2]| {
+            for &object in &objects {
+                simulation.world.get_mut::<Transform>(object).expect("lives").translation.y = frame as f32 * 0.1;
+            }
+            simulation.frame();
+            let eye = GlobalTransform::from(Transform::from_xyz(frame as f32 * 0.2, 0.0, 0.0));
+            let plan = |i: usize| {
+                let view = View::new(&eye.affine(), &Camera::default(), sizes[i].0, sizes[i].1);
+                ViewPlan { view, settings: settings[i] }
+            };
+            let [first, second] = states;
+            renderer
+                .prepare(&mut simulation, &mut [(&mut *first, plan(0)), (&mut *second, plan(1))])
+                .expect("they fit");
+            let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let views = [(first, &targets[0]), (second, &targets[1])];
+            let mut views = views.map(|(state, target)| ViewTarget { state, target, format: PICTURE_FORMAT });
+            renderer.record(&mut encoder, &mut views);
+            gpu.queue.submit([encoder.finish()]);
+        };
+        draw(0, &mut states);
+        let first = states.each_ref().map(resources);
+        for frame in 1..5 {
+            draw(frame, &mut states);
+            assert!(states.each_ref().map(resources) == first, "frame {frame}");
+        }
+        let mut single = SingleView::new(&gpu);
+        let view = View::new(&GlobalTransform::default().affine(), &Camera::default(), 8, 8);
+        single.prepare(&mut simulation, &view, &settings[0]).expect("it fits");
+        assert!(resources(single.state()) != first[0], "handles of other resources are others");
+    }
+}
