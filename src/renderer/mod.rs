@@ -244,12 +244,12 @@ impl Renderer {
         self.enter(list.world);
         self.stats = RenderStats::default();
         let limit = self.gpu.device.limits().max_texture_dimension_2d;
+        let longest = views.iter().map(|(_, plan)| plan.view.width.max(plan.view.height)).max().unwrap_or(0);
+        if longest > limit {
+            let (needed, limit) = (longest.into(), limit.into());
+            return Err(RenderError::TooLarge { what: "the picture", unit: "pixels along a side", needed, limit });
+        }
         for (state, plan) in &mut *views {
-            let longest = plan.view.width.max(plan.view.height);
-            if longest > limit {
-                let (needed, limit) = (longest.into(), limit.into());
-                return Err(RenderError::TooLarge { what: "the picture", unit: "pixels along a side", needed, limit });
-            }
             state.begin(&self.gpu, self.epoch, list, &plan.settings);
         }
         // What there is no memory for fails again where it is used.

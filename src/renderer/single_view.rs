@@ -56,7 +56,7 @@ impl SingleView {
         self.gpu().queue.submit([commands]);
     }
 
-    /// [`Self::draw`] without handing the commands in, for who measures the two apart.
+    /// [`Self::draw`] without handing the commands in, to measure the two apart.
     ///
     /// # Panics
     /// As [`Renderer::record`].
