@@ -374,7 +374,7 @@ mod tests {
     use systems::transform::{GlobalTransform, Transform};
 
     /// All that a view draws into and reads. Handles of other textures, buffers and groups are not equal to these.
-    fn resources(state: &ViewState) -> impl PartialEq {
+    fn resources(state: &ViewState) -> impl PartialEq + use<> {
         let targets = state.targets.as_ref().expect("prepared");
         let hdr = targets.hdr.as_ref().map(|hdr| (hdr.texture.clone(), hdr.source.clone()));
         let lists: Vec<_> = state.phases().map(|phase| state.culled.arguments(phase).clone()).collect();
