@@ -23,7 +23,7 @@
 //! viewpoint what is looked through                                     problem, name, output, video, demo  shared
 //! ```
 //!
-//! Programs begin with [`prelude`]; `examples/` has four.
+//! Programs begin with [`prelude`]; `examples/` has five.
 
 pub mod animation;
 pub mod app;

@@ -47,3 +47,8 @@ fn add_vehicle() {
 fn many_objects() {
     pictures_of("many_objects", &["many_objects.png"]);
 }
+
+#[test]
+fn several_cameras() {
+    pictures_of("several_cameras", &["front.png", "above.png"]);
+}

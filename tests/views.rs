@@ -111,7 +111,7 @@ fn draw(
     let mut views: Vec<_> = states.iter_mut().zip(plans).collect();
     renderer.prepare(&mut scene.simulation, &mut views).expect("they fit");
     let gpu = renderer.gpu().clone();
-    let textures: Vec<_> = sizes.into_iter().map(|size| target(&gpu, size)).collect();
+    let textures: Vec<_> = sizes.into_iter().map(|size| picture_texture(&gpu, size)).collect();
     let targets: Vec<_> = textures.iter().map(|texture| texture.create_view(&Default::default())).collect();
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     let mut views: Vec<_> = states
@@ -123,19 +123,6 @@ fn draw(
     gpu.queue.submit([encoder.finish()]);
     let pictures = textures.iter().map(|texture| read_texture(&gpu, texture, wgpu::TextureAspect::All));
     pictures.zip(states).map(|(picture, state)| (picture, renderer.read_drawn(state))).collect()
-}
-
-fn target(gpu: &Gpu, (width, height): (u32, u32)) -> wgpu::Texture {
-    gpu.device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("view of a test"),
-        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: PICTURE_FORMAT,
-        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
-        view_formats: &[],
-    })
 }
 
 /// The picture of a view by itself, with a renderer of its own, and how much that drew.

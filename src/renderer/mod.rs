@@ -55,7 +55,7 @@ pub(crate) use gpu::instance_flags;
 pub use gpu::{Gpu, GpuError};
 pub use outputs::Outputs;
 use readback::read_buffer;
-pub use readback::read_texture;
+pub use readback::{picture_texture, read_texture};
 pub use record::ViewTarget;
 pub use settings::{DebugView, HeatScale, Occlusion, Settings};
 pub use single_view::SingleView;

@@ -1,6 +1,12 @@
 //! Textures and buffers back to the CPU.
 
-use super::{Gpu, RenderError};
+use super::{Gpu, PICTURE_FORMAT, RenderError, targets};
+
+/// A texture of [`PICTURE_FORMAT`] for a view to be drawn into and [`read_texture`] to read. `size`: pixels.
+pub fn picture_texture(gpu: &Gpu, size: (u32, u32)) -> wgpu::Texture {
+    let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
+    targets::texture(&gpu.device, "picture", size, PICTURE_FORMAT, 1, usage)
+}
 
 /// The texels of a texture's first level, rows tightly packed. Waits for the GPU. Zeros where that fails, which
 /// [`Gpu::check`] tells.

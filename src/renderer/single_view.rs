@@ -2,7 +2,7 @@
 
 use super::{
     Drawn, Gpu, Outputs, PICTURE_FORMAT, PassTime, RenderError, RenderStats, Renderer, Settings, ViewPlan, ViewState,
-    ViewTarget, read_texture, targets,
+    ViewTarget, picture_texture, read_texture, targets,
 };
 use std::num::NonZeroU32;
 use systems::Simulation;
@@ -82,8 +82,7 @@ impl SingleView {
     /// prepared.
     pub fn draw_picture(&mut self) -> image::RgbaImage {
         let Some(size) = self.state.size() else { return image::RgbaImage::default() };
-        let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
-        let texture = targets::texture(&self.gpu().device, "picture", size, PICTURE_FORMAT, 1, usage);
+        let texture = picture_texture(self.gpu(), size);
         self.draw(&targets::whole_view(&texture, "picture"), PICTURE_FORMAT);
         let bytes = read_texture(self.gpu(), &texture, wgpu::TextureAspect::All);
         image::RgbaImage::from_raw(size.0, size.1, bytes).unwrap_or_default()
