@@ -21,7 +21,6 @@ fn main() -> Result<(), Box<dyn Error>> {
     let scene = arguments.next().map_or_else(|| demo::shipped("assets/scenes/fleet.ron"), PathBuf::from);
     let folder = PathBuf::from(arguments.next().unwrap_or_else(|| ".".into()));
     let mut stage = load_stage(&scene, None, &LoadOptions::for_one_renderer())?;
-    stage.simulation.frame();
     let cameras: Vec<_> = stage.scene.cameras.iter().take(4).cloned().collect();
 
     let gpu = Gpu::headless()?;
@@ -30,9 +29,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     let pictures: Vec<_> = cameras.iter().map(|_| picture_texture(&gpu, SIZE)).collect();
     let targets: Vec<_> = pictures.iter().map(|picture| picture.create_view(&Default::default())).collect();
 
-    // A frame of some of the cameras, until the GPU is idle; milliseconds.
+    // A step of the simulation and a frame of some of the cameras, until the GPU is idle; milliseconds.
     let mut draw = |some: std::ops::Range<usize>| -> Result<f64, Box<dyn Error>> {
         let begun = Instant::now();
+        stage.simulation.step();
+        stage.simulation.frame();
         let plan = |camera: usize| ViewPlan {
             view: Viewpoint::Camera(cameras[camera].1).view(&stage.simulation.world, SIZE),
             settings: Settings::default(),

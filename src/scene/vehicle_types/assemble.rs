@@ -413,7 +413,12 @@ fn decomposed(place: &Affine3A) -> (Transform, bool) {
     let (mut scale, rotation, translation) = filled.to_scale_rotation_translation();
     axes.iter().zip(scale.as_mut()).filter(|(axis, _)| is_flat(axis)).for_each(|(_, scale)| *scale = 0.0);
     // Axes that lie in a plane are no rotation.
-    let rotation = Some(rotation).filter(|q| q.is_finite()).map_or(Quat::IDENTITY, Quat::normalize);
+    let is_rotation = rotation.is_finite() && rotation.length_squared() > 0.0;
+    let rotation = match rotation {
+        _ if !is_rotation => Quat::IDENTITY,
+        unit if unit.is_normalized() => unit,
+        other => other.normalize(),
+    };
     let transform = Transform { translation, rotation, scale };
     let again = transform.compute_affine();
     let error = (again.matrix3 - place.matrix3).abs();
