@@ -305,7 +305,8 @@ fn axis_weights<const TAPS: usize>(source: u32, target: u32) -> Vec<(usize, [f32
     let ratio = source as f32 / target as f32;
     (0..target)
         .map(|i| {
-            let (start, end) = (i as f32 * ratio, (i + 1) as f32 * ratio);
+            // Rounded, the last one's end may lie behind the image.
+            let (start, end) = (i as f32 * ratio, ((i + 1) as f32 * ratio).min(source as f32));
             let first = start as u32;
             let mut weights = [0.0; TAPS];
             for (k, weight) in weights.iter_mut().enumerate() {
@@ -392,6 +393,18 @@ static SRGB8_FROM_LINEAR: std::sync::LazyLock<Vec<u8>> = std::sync::LazyLock::ne
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn levels_are_made_of_texels_that_there_are() {
+        for side in (3..=16_384u32).step_by(2) {
+            let weights = axis_weights::<3>(side, side / 2);
+            for &(first, weights) in weights.iter().rev().take(8) {
+                let behind =
+                    weights.iter().zip(first..).find(|&(weight, texel)| *weight > 0.0 && texel >= side as usize);
+                assert_eq!(behind, None, "side {side}");
+            }
+        }
+    }
 
     #[test]
     fn srgb_bytes_survive_the_round_trip() {

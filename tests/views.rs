@@ -7,8 +7,8 @@ use glam::{Quat, Vec3};
 use proptest::prelude::RngExt;
 use proptest::test_runner::{RngAlgorithm, TestRng};
 use relief::renderer::{
-    Drawn, Gpu, Occlusion, PICTURE_FORMAT, RenderStats, Renderer, Settings, SingleView, ViewPlan, ViewState,
-    ViewTarget, read_texture,
+    Drawn, Occlusion, PICTURE_FORMAT, RenderStats, Renderer, Settings, SingleView, ViewPlan, ViewState, ViewTarget,
+    picture_texture, read_texture,
 };
 use relief::viewpoint::Viewpoint;
 use systems::Simulation;
@@ -206,4 +206,32 @@ fn a_view_is_to_be_drawn_again_if_it_or_the_world_has_changed() {
     let moved = scene.place();
     *scene.simulation.world.get_mut::<Transform>(scene.objects[0]).expect("a place") = moved;
     assert_eq!(needs_redraw(&mut renderer, &mut scene), [true, true], "an object moved");
+}
+
+/// What lists are made of has changed for a view that rests: nothing is drawn of it, and nothing is told.
+#[test]
+fn a_view_that_rests_is_not_drawn_and_shows_nothing() {
+    let Some(gpu) = common::gpu() else { return };
+    let mut scene = Scene::new(30);
+    scene.go_on();
+    let mut renderer = Renderer::new(&gpu);
+    let mut states = [ViewState::new(&gpu), ViewState::new(&gpu)];
+    draw(&mut renderer, &mut states, &mut scene, &[0, 1]);
+    assert!(renderer.draw_outputs(&mut states[1]).is_some() && renderer.read_drawn(&states[1]).objects > 0);
+    (0..200).for_each(|_| scene.spawn());
+    let torus = scene.simulation.world.resource_mut::<Library>().add_mesh(shapes::torus(0.5, 0.2, 8, 6));
+    scene.simulation.world.spawn((torus, scene.materials[1]));
+    scene.go_on();
+    draw(&mut renderer, &mut states[..1], &mut scene, &[0]);
+    assert!(renderer.draw_outputs(&mut states[1]).is_none());
+    assert_eq!(renderer.read_drawn(&states[1]), Drawn::default());
+    assert!(renderer.read_drawn_slots(&states[1]).is_empty());
+    let picture = picture_texture(&gpu, views()[1].0);
+    let target = picture.create_view(&Default::default());
+    let record = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        let view = ViewTarget { state: &mut states[1], target: &target, format: PICTURE_FORMAT };
+        renderer.record(&mut encoder, &mut [view]);
+    }));
+    assert!(record.is_err(), "refused");
 }

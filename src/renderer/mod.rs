@@ -145,6 +145,8 @@ pub struct Renderer {
     world: u64,
     /// Tells what is uploaded from what was, or what another renderer has: views that knew that begin anew.
     epoch: u64,
+    /// How often views were prepared: those of the last time may be recorded.
+    prepared: u64,
     uploads: Uploads,
     /// What blended objects are drawn with, also those out of view, and the version that this is for.
     blended_keys: (Option<u64>, Vec<BatchKey>),
@@ -184,6 +186,7 @@ impl Renderer {
             nothing_behind: Behind::new(device, &pipelines.behind_layout, (1, 1)),
             world: 0,
             epoch: EPOCHS.fetch_add(1, Ordering::Relaxed),
+            prepared: 0,
             uploads: Uploads::default(),
             blended_keys: (None, Vec::new()),
             stats: RenderStats::default(),
@@ -233,8 +236,12 @@ impl Renderer {
     /// what is edited in between may be seen in part. It stays as it is but for texels that its library does not keep
     /// ([`systems::library::Library::keep_texels`]).
     ///
+    /// Those views can be recorded until the next `prepare`. Others rest, with what they saw last: what lists are made of
+    /// may change meanwhile.
+    ///
     /// # Errors
-    /// [`RenderError`]. No view can be recorded then until another `prepare` goes well.
+    /// [`RenderError`]. No view can be recorded then until another `prepare` goes well, but where a picture is too large:
+    /// nothing changes for that.
     pub fn prepare(
         &mut self,
         simulation: &mut Simulation,
@@ -252,6 +259,7 @@ impl Renderer {
         for (state, plan) in &mut *views {
             state.begin(&self.gpu, self.epoch, list, &plan.settings);
         }
+        self.prepared += 1;
         // What there is no memory for fails again where it is used.
         let invalid = self.gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
         let no_memory = self.gpu.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
@@ -269,7 +277,7 @@ impl Renderer {
         }
         let list = simulation.draw_list();
         for (state, plan) in views {
-            state.finish(&self.gpu, list, plan, self.uploads);
+            state.finish(&self.gpu, list, plan, self.uploads, self.prepared);
             state.fit_behind(&self.gpu.device, &self.pipelines.behind_layout, plan.size(), &self.blended_keys.1);
             if state.needs_sky() {
                 self.pipelines.make_sky(&self.gpu.device, plan.settings.samples, state.pass.tone_map());
@@ -325,6 +333,11 @@ impl Renderer {
         self.stats.asset_bytes = self.meshes.upload(&self.gpu, simulation.library())?;
         self.stats.asset_bytes += self.textures.upload(&self.gpu, simulation)?;
         self.tables.upload(&self.gpu, simulation, &mut self.stats)
+    }
+
+    /// Whether a view is one of those that were prepared last.
+    fn is_prepared(&self, view: &ViewState) -> bool {
+        view.is_of(self.epoch, self.prepared)
     }
 
     /// The draws that a view draws.

@@ -45,12 +45,13 @@ pub struct ViewTarget<'a> {
 }
 
 impl Renderer {
-    /// Records a frame: every view that was prepared, in the order in which the GPU draws them. The caller submits.
+    /// Records a frame: some of the views of the last [`Self::prepare`], in the order in which the GPU draws them. The
+    /// caller submits.
     ///
     /// # Panics
-    /// If a target has the wrong format ([`ViewTarget::format`]).
+    /// If a view is not one of those, or a target has the wrong format ([`ViewTarget::format`]).
     pub fn record(&mut self, encoder: &mut wgpu::CommandEncoder, views: &mut [ViewTarget<'_>]) {
-        views.iter().for_each(|view| view.state.check_format(view.format));
+        self.check(views);
         let recorded = self.record_scene(encoder, views);
         views.iter_mut().for_each(|view| self.record_tone_map(encoder, view));
         (self.stats.draws, self.stats.draw_calls, self.stats.passes) =
@@ -65,14 +66,21 @@ impl Renderer {
     /// # Panics
     /// As [`Self::record`].
     pub fn record_again(&mut self, encoder: &mut wgpu::CommandEncoder, views: &mut [ViewTarget<'_>]) {
+        self.check(views);
         for view in views {
             if !view.state.keeps_linear() {
-                view.state.check_format(view.format);
                 self.record_scene(encoder, std::slice::from_mut(view));
             }
             self.record_tone_map(encoder, view);
         }
         self.finish_timestamps(encoder);
+    }
+
+    fn check(&self, views: &[ViewTarget<'_>]) {
+        for view in views {
+            assert!(self.is_prepared(view.state), "expected a view of the last Renderer::prepare");
+            view.state.check_format(view.format);
+        }
     }
 
     fn finish_timestamps(&mut self, encoder: &mut wgpu::CommandEncoder) {
@@ -299,8 +307,11 @@ impl Renderer {
         Some(Outputs { width: size.0, height: size.1, normal, id, depth })
     }
 
-    /// How much the last frame drew of a view. Waits for the GPU.
+    /// How much the last frame drew of a view; nothing of one that was not prepared for it. Waits for the GPU.
     pub fn read_drawn(&self, view: &ViewState) -> Drawn {
+        if !self.is_prepared(view) {
+            return Drawn::default();
+        }
         let mut drawn = self.blended_drawn(view);
         let bytes = self.draws_of(view).arguments.len() as u64 * ARGUMENT_BYTES;
         for phase in view.phases().filter(|_| bytes > 0) {
@@ -310,8 +321,11 @@ impl Renderer {
     }
 
     /// Instance slots of the opaque objects that the last frame drew of a view: those of each phase in the order in
-    /// which it drew them. Waits for the GPU.
+    /// which it drew them; none of one that was not prepared for it. Waits for the GPU.
     pub fn read_drawn_slots(&self, view: &ViewState) -> Vec<u32> {
+        if !self.is_prepared(view) {
+            return Vec::new();
+        }
         let words = |buffer: &wgpu::Buffer| {
             let bytes = read_buffer(&self.gpu, buffer, buffer.size());
             bytes.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect::<Vec<_>>()

@@ -44,6 +44,8 @@ impl ViewPlan {
 pub struct ViewState {
     /// Of the renderer ([`super::Renderer`]); 0: none yet.
     epoch: u64,
+    /// The number of the renderer's `prepare` that went well for it last; 0: none.
+    prepared: u64,
     /// The [`ViewRecord`].
     record: wgpu::Buffer,
     /// Group 0 of all passes, and the version of the tables that it was made for.
@@ -88,6 +90,7 @@ impl ViewState {
         let device = &gpu.device;
         Self {
             epoch: 0,
+            prepared: 0,
             record: device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("view"),
                 size: size_of::<ViewRecord>() as u64,
@@ -120,7 +123,12 @@ impl ViewState {
 
     /// Pixels of the picture; `None` while nothing is prepared.
     pub fn size(&self) -> Option<(u32, u32)> {
-        self.targets.as_ref().map(|targets| (targets.width, targets.height))
+        self.targets.as_ref().filter(|_| self.prepared > 0).map(|targets| (targets.width, targets.height))
+    }
+
+    /// Whether it was prepared by a renderer's `prepare` of that number.
+    pub(super) fn is_of(&self, epoch: u64, prepared: u64) -> bool {
+        (self.epoch, self.prepared) == (epoch, prepared)
     }
 
     /// Whether what was prepared can look different from what was last drawn.
@@ -288,7 +296,7 @@ impl ViewState {
 
     /// Something failed: some of it was uploaded.
     pub(super) fn forget(&mut self, settings: &Settings) {
-        (self.culled_for, self.needs_redraw) = (None, true);
+        (self.culled_for, self.needs_redraw, self.prepared) = (None, true, 0);
         let wanted = (settings.samples, self.keeps_linear());
         if self.targets.as_ref().is_some_and(|targets| (targets.samples, targets.hdr.is_some()) != wanted) {
             self.drop_targets();
@@ -296,7 +304,7 @@ impl ViewState {
     }
 
     /// Last of all when a view is prepared: its record, and what has to be done anew.
-    pub(super) fn finish(&mut self, gpu: &Gpu, list: &DrawList, plan: &ViewPlan, uploads: Uploads) {
+    pub(super) fn finish(&mut self, gpu: &Gpu, list: &DrawList, plan: &ViewPlan, uploads: Uploads, prepared: u64) {
         let record = plan.view.record(&list.environment, plan.settings.picked_entity);
         gpu.queue.write_buffer(&self.record, 0, bytemuck::bytes_of(&record));
         let surfaces_changed = self.uploads.surfaces != uploads.surfaces;
@@ -313,6 +321,7 @@ impl ViewState {
         self.needs_redraw |= self.recull || self.shown != showing || self.uploads != uploads;
         self.shown = showing;
         self.uploads = uploads;
+        self.prepared = prepared;
     }
 
     /// Whether the sky is more than a clear.

@@ -414,15 +414,23 @@ impl<'a> Around<'a> {
         let before = self.text[..self.at].trim_end();
         let inside = before.strip_suffix(')').or_else(|| self.rest().starts_with(')').then_some(before))?;
         let (before, inside) = inside.rsplit_once('(')?;
-        let inside = inside.trim().trim_end_matches(',');
-        let count = inside.split(',').map(|word| word.trim().parse::<f64>()).collect::<Result<Vec<_>, _>>().ok()?.len();
+        // What a word stands before is a choice, and not the numbers themselves.
+        if before.ends_with(|c: char| c.is_alphanumeric() || c == '_') {
+            return None;
+        }
+        let words: Vec<&str> = inside.trim().trim_end_matches(',').split(',').map(str::trim).collect();
+        if words.iter().any(|word| word.parse::<f64>().is_err()) {
+            return None;
+        }
         // Three are as many as there should be, and wrong in another way.
-        let hint = match count {
+        let hint = match words.len() {
             3 => return None,
-            4.. => COMMA,
+            4.. if words.iter().all(|word| !word.contains('.')) => COMMA,
             _ => "",
         };
-        let message = format!("{wanted}, found {count} numbers{hint}");
+        let count = words.len();
+        let numbers = if count == 1 { "number" } else { "numbers" };
+        let message = format!("{wanted}, found {count} {numbers}{hint}");
         Some((before.len(), levels(self.text, before.len()), message))
     }
 }

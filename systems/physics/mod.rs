@@ -31,6 +31,9 @@ pub use traffic::follow_traffic;
 
 use crate::sub_steps::SubStep;
 use crate::transform::Transform;
+use crate::vehicles::driving::standing;
+use crate::vehicles::ground::Grounds;
+use crate::vehicles::routes::Routes;
 use crate::vehicles::steering::hitch_change;
 use crate::vehicles::{
     ByHand, Controls, Motion, OnRoute, Stalled, Vehicle, VehicleNumber, VehicleType, VehicleTypes, Wanted,
@@ -131,14 +134,24 @@ pub fn any_physical(physics: Res<Physics>, vehicles: Query<(), With<Physical>>) 
     !physics.is_empty() || !vehicles.is_empty()
 }
 
-type Placed<'a> = (Entity, &'a VehicleNumber, &'a Vehicle, &'a Physical, &'a Transform, &'a Motion, Option<&'a Name>);
+type Placed<'a> = (
+    Entity,
+    &'a VehicleNumber,
+    &'a Vehicle,
+    &'a Physical,
+    &'a Transform,
+    &'a Motion,
+    Option<&'a OnRoute>,
+    Option<&'a Name>,
+);
 
-/// Gives new physical vehicles a body, takes it from those that are none any more, and moves the bodies of those that
+/// Gives new physical vehicles a body, those on routes where others would stand there; takes it from those that are none any more, and moves the bodies of those that
 /// were put elsewhere: they go on as fast, the way that they now look.
 /// Those with their wheels in a row would fall over: they are none any more, and go on as all others.
 pub fn place_bodies(
     mut physics: ResMut<Physics>,
     types: Res<VehicleTypes>,
+    (routes, grounds): (Res<Routes>, Res<Grounds>),
     vehicles: Query<Placed, Without<Stalled>>,
     mut commands: Commands,
 ) {
@@ -146,7 +159,7 @@ pub fn place_bodies(
     let present: BTreeMap<u32, _> = vehicles.iter().map(|row| (row.1.0, row)).collect();
     let gone: Vec<u32> = physics.bodies.keys().filter(|number| !present.contains_key(number)).copied().collect();
     gone.into_iter().for_each(|number| physics.remove(number));
-    for (number, (entity, _, vehicle, physical, at, motion, name)) in present {
+    for (number, (entity, _, vehicle, physical, at, motion, on, name)) in present {
         if let Some(body) = physics.bodies.get_mut(&number) {
             let written = (at.translation, at.rotation);
             if written != body.written
@@ -169,7 +182,13 @@ pub fn place_bodies(
             commands.entity(entity).remove::<Physical>();
         } else if !physics.frozen.contains(&number) {
             let kind = types.get(vehicle.kind);
-            if let Err(why) = physics.add(number, kind, physical, at, motion) {
+            let (mut at, mut motion) = (*at, *motion);
+            if let Some((on, route)) = on.and_then(|on| Some((on, routes.get(on.route)?))) {
+                let height = |ahead| route.height(on.at + ahead);
+                (motion.place.y, at.rotation) = standing(&grounds, kind, &motion, height);
+                at.translation = motion.place.as_vec3();
+            }
+            if let Err(why) = physics.add(number, kind, physical, &at, &motion) {
                 physics.frozen.insert(number);
                 physics.warnings.push(format!("{} is not simulated physically: {why}", told(name, number, kind)));
             }

@@ -459,6 +459,33 @@ fn on_a_route_it_is_carried_by_its_forces_alone() {
     assert!(dive < -0.002 && rise > 0.001, "{dive} {rise}");
 }
 
+/// A route says where its line lies, not what is below: vehicles begin on the ground, up to a metre above it or far
+/// below, and as steep as that is.
+#[test]
+fn on_a_route_it_begins_on_the_ground() {
+    for (height, slope) in [(0.8f32, 0.0f32), (-3.0, 0.0), (0.0, 0.3), (0.3, -0.15)] {
+        let mut simulation = simulation();
+        straight(&mut simulation);
+        let corners = [(-50.0, -50.0), (-50.0, 700.0), (50.0, 700.0), (50.0, -50.0)];
+        let positions = corners.map(|(x, z)| Vec3::new(x, height + slope * z, z)).to_vec();
+        let mesh = Mesh { positions, indices: vec![0, 1, 2, 0, 2, 3], ..Mesh::default() };
+        let mesh = simulation.world.resource_mut::<Library>().add_mesh(mesh);
+        simulation.world.spawn((mesh, Ground));
+        let vehicle = spawn(&mut simulation, AIRLESS, Transform::IDENTITY, 10.0);
+        simulation.world.entity_mut(vehicle).insert(OnRoute::new(RouteId(0), 0, 0.0));
+        for step in 0..90 {
+            simulation.step();
+            let at = place(&simulation, vehicle);
+            let above = at.translation.y - (height + slope * at.translation.z);
+            // Springs of a car give some centimetres; the kinematic ones lie on the ground to the millimetre.
+            assert!(above.abs() < 0.1, "{height} {slope}: {above} m above the ground after {step} steps");
+            let lean = (at.rotation * Vec3::Y).dot(Vec3::new(0.0, 1.0, -slope).normalize());
+            assert!(lean > 0.999, "{height} {slope}: leans {lean} after {step} steps");
+        }
+        assert!(place(&simulation, vehicle).translation.z > 10.0, "{height} {slope}: it drives on");
+    }
+}
+
 #[test]
 fn put_to_a_routes_beginning_it_goes_on_as_fast_the_way_that_begins_there() {
     let mut simulation = simulation();

@@ -28,7 +28,7 @@ use crate::sub_steps::SubStep;
 use crate::transform::Transform;
 use bevy_ecs::change_detection::{ContiguousMut, ContiguousRef};
 use bevy_ecs::prelude::*;
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Quat, Vec3};
 
 /// How often a vehicle that stands is put on the ground at most.
 const SETTLED: usize = 16;
@@ -300,15 +300,26 @@ impl Surroundings<'_> {
 
     /// Puts a vehicle on the ground, or to heights of its own: `height` so many metres ahead of the rear axle.
     pub fn stand(&self, body: &mut Body, height: impl Fn(f64) -> f64) {
-        let (wheelbase, yaw) = (body.kind.wheelbase, body.motion.yaw as f32);
-        let at = body.motion.place.as_vec3();
-        let posture = self.grounds.posture(at, yaw, wheelbase, body.kind.track);
-        let (y, pitch, roll) = posture.map(|(y, pitch, roll)| (f64::from(y), pitch, roll)).unwrap_or_else(|| {
-            let (rear, front) = (height(0.0), height(wheelbase.into()));
-            (rear, ((front - rear) as f32 / wheelbase).atan(), 0.0)
-        });
+        let (y, rotation) = standing(self.grounds, body.kind, &body.motion, height);
         body.motion.place.y = y;
         body.transform.translation = body.motion.place.as_vec3();
-        body.transform.rotation = steering::posture(yaw, pitch, roll);
+        body.transform.rotation = rotation;
     }
+}
+
+/// Height and rotation of a vehicle on the ground, or else at heights of its own: `height` so many metres ahead of the
+/// rear axle.
+pub(crate) fn standing(
+    grounds: &Grounds,
+    kind: &VehicleType,
+    motion: &Motion,
+    height: impl Fn(f64) -> f64,
+) -> (f64, Quat) {
+    let (wheelbase, yaw) = (kind.wheelbase, motion.yaw as f32);
+    let posture = grounds.posture(motion.place.as_vec3(), yaw, wheelbase, kind.track);
+    let (y, pitch, roll) = posture.map(|(y, pitch, roll)| (f64::from(y), pitch, roll)).unwrap_or_else(|| {
+        let (rear, front) = (height(0.0), height(wheelbase.into()));
+        (rear, ((front - rear) as f32 / wheelbase).atan(), 0.0)
+    });
+    (y, steering::posture(yaw, pitch, roll))
 }

@@ -166,6 +166,11 @@ fn text_that_is_no_ron_is_told_with_its_field_and_what_to_write() {
         ),
         ("(environment: (ambient: (1, 0)))", &format!("1:25: environment.ambient: {color}, found 2 numbers")),
         (
+            "(environment: (ambient: (0.1, 0.2, 0.3, 1.0)))",
+            &format!("1:25: environment.ambient: {color}, found 4 numbers"),
+        ),
+        ("(environment: (ambient: (0.5)))", &format!("1:25: environment.ambient: {color}, found 1 number")),
+        (
             "(entities: [(light: point(attenuation: (1, 0,5, 0)))])",
             &format!(
                 "1:40: entities[0].light.attenuation: expected (constant, linear, quadratic) or inverse_square, \
