@@ -265,9 +265,12 @@ impl Renderer {
         pass.draw(0..3, 0..1);
     }
 
-    /// Draws the objects of a prepared view once more, one sample per pixel, for their normals, ids and depths; `None`
-    /// if nothing was prepared. Submits.
+    /// Draws the objects of a view once more, one sample per pixel, for their normals, ids and depths; `None` unless it
+    /// is one of those of the last [`Self::prepare`]. Submits.
     pub fn draw_outputs(&mut self, view: &mut ViewState) -> Option<Outputs> {
+        if !self.is_prepared(view) {
+            return None;
+        }
         let opaque = self.draws_of(view).list.iter().map(|draw| draw.key);
         let missing = self.start_pipelines(std::iter::once((&*view, Pass::Outputs)), opaque);
         self.pipelines.finish_objects(missing);

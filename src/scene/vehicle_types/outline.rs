@@ -268,11 +268,13 @@ mod tests {
         #[test]
         fn several_corners_at_a_time_leave_the_circle_that_one_by_one_leaves(
             corners in 6usize..3000, part in 0.0f64..0.33, bump in 0.05f64..0.4, turn in 0.0f64..6.0,
+            spread: bool,
         ) {
             // A wheel of radius 1 with a bump over a part of its corners.
             let out = (corners as f64 * part) as usize;
             let corner = |i: usize| {
-                let radius = if i < out { 1.0 + bump } else { 1.0 };
+                let sticks_out = if spread { i * out % corners < out } else { i < out };
+                let radius = if sticks_out { 1.0 + bump } else { 1.0 };
                 DVec2::from_angle(turn + std::f64::consts::TAU * i as f64 / corners as f64) * radius
             };
             let outline: Vec<DVec2> = (0..corners).map(corner).collect();
