@@ -1,7 +1,7 @@
 //! The cameras of a scene in one frame: what they share is uploaded once, and each keeps what belongs to it.
 //!
-//! `cargo run --release --example several_cameras [SCENE [FOLDER]]` writes a picture for each of the first four cameras,
-//! and tells how long a frame of all takes, and one of each.
+//! `cargo run --release --example several_cameras [SCENE [FOLDER]]` writes a picture for each of the first four
+//! cameras, and tells how long a frame of all takes, and one of each.
 
 use relief::demo;
 use relief::frames::{LoadOptions, load_stage};

@@ -5,7 +5,7 @@
 //                 of distance?
 //   scan_blocks   one workgroup per block of these counts: each becomes the sum of those before it in the block
 //   scan_totals   one workgroup: the blocks' sums become the sums of all blocks before
-//   scatter       per entry: slots into the list of visible ones, slice by slice, in the order of pages and slots within
+//   scatter       per entry: slots into the list of visible ones, slice by slice, in the order of pages and slots in
 //                 a slice
 //   finish        per draw: how many instances each of its arguments has, and which is the first
 //

@@ -184,7 +184,8 @@ pub struct ReplayArgs {
     #[arg(long, conflicts_with = "output")]
     pub check: bool,
     /// The step that the window, or the check, begins after [default: the first]
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = whole(0..=MOST_FRAMES), conflicts_with = "output")]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = whole(0..=MOST_FRAMES))]
+    #[arg(conflicts_with = "output")]
     pub from: u64,
     /// The scene, if it is no longer where it was
     #[arg(long, value_name = "FILE")]
