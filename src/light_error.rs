@@ -11,9 +11,9 @@ use image::RgbImage;
 use image::buffer::ConvertBuffer;
 use std::fmt;
 use std::path::{Path, PathBuf};
-use systems::draw_list::LightRecord;
 use systems::library::Technique;
 use systems::lights::LightPolicy;
+use systems::records::LightRecord;
 
 /// What to compare.
 #[derive(Clone, Debug)]

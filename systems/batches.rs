@@ -139,7 +139,7 @@ mod tests {
         for slot in 0..records.slot_count() {
             match slots.binary_search_by_key(&slot, |s| s.0) {
                 Ok(index) => assert_eq!(records.get(slot).entity, slots[index].1),
-                Err(_) => assert_eq!(records.get(slot), crate::draw_list::InstanceRecord::default()),
+                Err(_) => assert_eq!(records.get(slot), crate::records::InstanceRecord::default()),
             }
         }
     }

@@ -1,8 +1,5 @@
-//! Bounding volumes: of meshes in object space, of objects in world space.
+//! Bounding volumes: boxes and spheres.
 
-use crate::library::{Library, MeshId};
-use crate::transform::GlobalTransform;
-use bevy_ecs::prelude::*;
 use bytemuck::{Pod, Zeroable};
 use glam::{Affine3A, Vec3};
 
@@ -74,24 +71,13 @@ impl Sphere {
     }
 }
 
-/// The sphere around an object of that mesh at that place, world space; `None` while the library has no such mesh. No
-/// component keeps it: found anew it costs little, kept it costs memory.
-#[inline]
-pub fn world_bounds(library: &Library, mesh: MeshId, place: &GlobalTransform) -> Option<Sphere> {
-    library.mesh(mesh).map(|entry| entry.bounds.transformed(&place.affine()))
-}
-
-/// The sphere around an entity that has a mesh, world space, at its place of the last frame; `None` for others.
-pub fn bounds_of(world: &World, entity: Entity) -> Option<Sphere> {
-    let (&mesh, place) = (world.get::<MeshId>(entity)?, world.get::<GlobalTransform>(entity)?);
-    world_bounds(world.get_resource::<Library>()?, mesh, place)
-}
-
-/// Those of all objects with a mesh, in no order.
-pub fn all_bounds(world: &mut World) -> Vec<Sphere> {
-    let mut objects = world.query::<(&MeshId, &GlobalTransform)>();
-    let library = world.resource::<Library>();
-    objects.iter(world).filter_map(|(&mesh, place)| world_bounds(library, mesh, place)).collect()
+/// Box around the centres and largest radius; nothing where no sphere is finite.
+pub(crate) fn around(spheres: &[Sphere]) -> Option<(Vec3, Vec3, f32)> {
+    let finite = spheres.iter().filter(|sphere| sphere.center.is_finite() && sphere.radius.is_finite());
+    finite.fold(None, |bounds, sphere| {
+        let (min, max, radius) = bounds.unwrap_or((Vec3::MAX, Vec3::MIN, 0.0f32));
+        Some((min.min(sphere.center), max.max(sphere.center), radius.max(sphere.radius)))
+    })
 }
 
 #[cfg(test)]

@@ -4,9 +4,9 @@
 //! Sums need an order, because rounding depends on it: that of [`search_order`].
 
 use crate::bounds::Sphere;
-use crate::draw_list::NO_LIGHT;
 use crate::light_tree::search_order;
 use crate::lights::{LightPolicy, Selection};
+use crate::records::NO_LIGHT;
 use crate::relevance::{ScoredLight, at_center, score};
 use glam::Vec3;
 

@@ -29,8 +29,8 @@ pub enum LightKind {
 ///
 /// An intensity of 1 at attenuation 1 lights a white surface that faces the light to a radiance of 1.
 #[derive(Component, Clone, PartialEq, Debug, Serialize, Deserialize)]
-#[require(Transform, crate::lights::LightSlot)]
-#[component(on_remove = crate::lights::free_slot, summary_tick)]
+#[require(Transform)]
+#[component(summary_tick)]
 pub struct Light {
     /// Point, spot or directional.
     pub kind: LightKind,
@@ -158,7 +158,7 @@ impl Default for Camera {
 
 /// Turns about its parent's axis at an even rate; the step system writes the entity's rotation.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
-#[require(Transform, crate::interpolation::Interpolated)]
+#[require(Transform)]
 pub struct Spin {
     /// Unit axis in the parent's space.
     pub axis: Vec3,

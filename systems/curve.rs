@@ -1,8 +1,7 @@
 //! Hilbert curves through the spheres of objects: neighbours on the curve are neighbours in space.
 
-use crate::bounds::Sphere;
+use crate::bounds::{Sphere, around};
 use crate::light_tree::WIDTH;
-use crate::object_order::around;
 use crate::parallel::on_pool;
 use bevy_tasks::TaskPool;
 use glam::Vec3;

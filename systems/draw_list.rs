@@ -1,8 +1,7 @@
-//! The seam between the world and the GPU: the plain structs that shaders read, and the batches. What of them changed
-//! is in their tables (`tables.rs`).
+//! The seam between the world and the GPU: tables of the records that shaders read (`records.rs`), what of them changed
+//! (`tables.rs`), and the batches that they are drawn in.
 //!
 //! The systems write a [`DrawList`] each frame; the renderer reads it and nothing else of the world.
-//! `shaders/types.wgsl` mirrors the `…Record` structs; `tests/shaders.rs` compares every offset of the two.
 //!
 //! ```text
 //! instances[slot]  one record per drawn object, in pages of 64 slots; an object keeps its slot while it lives
@@ -14,88 +13,18 @@ use crate::bounds::Sphere;
 use crate::components::Environment;
 use crate::images::Texels;
 use crate::instance_records::InstanceSlots;
-use crate::library::{AlphaMode, ImageId, MeshId, Sampler, Shading, Technique};
+use crate::library::{AlphaMode, ImageId, MAP_COUNT, MeshId, Sampler, Shading, Technique};
+use crate::records::{LightRecord, MaterialRecord};
 use crate::tables::Table;
 use bevy_ecs::prelude::*;
-use bytemuck::{Pod, Zeroable};
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Most elements of [`DrawList::reaching`]: 1 GiB.
 pub const MAX_REACHING: u64 = 1 << 28;
 
-/// Most slots of the light table: what fits beside a weight.
-pub const MOST_LIGHTS: usize = 1 << 21;
-
 /// Slots in a page of instances; a page holds objects of one batch.
 pub const PAGE_SLOTS: u32 = 64;
-
-/// An unused light slot of an instance.
-pub const NO_LIGHT: u32 = u32::MAX;
-
-/// One drawn object; all zero in a slot that is not in use, which no pass draws. Mirrors `PackedInstance`; how its
-/// lights are packed is said in `selected_lights.rs`.
-#[repr(C)]
-#[derive(Clone, Copy, PartialEq, Debug, Default, Pod, Zeroable)]
-pub struct InstanceRecord {
-    /// Rows of the 3×4 matrix from object to world space.
-    pub world_from_object: [[f32; 4]; 3],
-    /// Slots in the light table, [`NO_LIGHT`] where fewer than three lights reach the object, and the weights 0..1.
-    pub lights: [u32; 3],
-    /// Slot in the material table.
-    pub material: u32,
-    /// Irradiance of what the three lights leave out, linear RGB; the same, times its luminance-weighted direction
-    /// (world space); the same, times how much of it comes along each axis, from either side, but for the last.
-    pub remainder: [u32; 4],
-    /// How much comes along z. Sum of the scores of the lights that are not among the three: what the object's three,
-    /// each in full, may miss.
-    pub last_side_and_dropped: u32,
-    /// What the numbers of the remainder are multiples of.
-    pub remainder_unit: f32,
-    /// How many lights reach the object.
-    pub reaching: u32,
-    /// The entity's index, of a piece its object's: picking and segmentation.
-    pub entity: u32,
-}
-
-/// One light. Mirrors `Light`.
-#[repr(C)]
-#[derive(Clone, Copy, PartialEq, Debug, Default, Pod, Zeroable)]
-pub struct LightRecord {
-    /// World space, metres; of a directional light the unit vector towards it.
-    pub position: [f32; 3],
-    /// 0 point, 1 spot with exponent, 2 spot with inner cone, 3 directional; [`LightRecord::OFF`] for an empty slot.
-    pub kind: u32,
-    /// Colour times intensity, linear RGB.
-    pub color: [f32; 3],
-    /// 1 / range², 0 where the light has no range.
-    pub inverse_range_squared: f32,
-    /// Constant, linear, quadratic.
-    pub attenuation: [f32; 3],
-    /// Of a spot its exponent, or 1 / (`versine_outer` − versine of its inner half angle).
-    pub exponent_or_cone_slope: f32,
-    /// World space, unit: the way the light shines. Shaders read it of spots.
-    pub direction: [f32; 3],
-    /// Versine (1 − cosine) of the outer half angle.
-    pub versine_outer: f32,
-    /// Ambient colour, linear RGB.
-    pub ambient: [f32; 3],
-    /// Room for 16-byte alignment.
-    pub pad0: u32,
-}
-
-impl LightRecord {
-    /// Kind of a point light.
-    pub const POINT: u32 = 0;
-    /// Kind of a spot with the classic exponent.
-    pub const SPOT_EXPONENT: u32 = 1;
-    /// Kind of a spot with inner and outer cone.
-    pub const SPOT_CONE: u32 = 2;
-    /// Kind of a directional light.
-    pub const DIRECTIONAL: u32 = 3;
-    /// Kind of an empty slot.
-    pub const OFF: u32 = 4;
-}
 
 /// What some light of a world has or had, enabled or not. Shaders are compiled without what none had: each value that
 /// they do not read of every light makes a pixel cheaper. What was there once stays: the frame in which the last one
@@ -108,123 +37,6 @@ pub struct LightTraits {
     pub cones: bool,
     /// An ambient colour.
     pub ambient: bool,
-}
-
-/// The maps of a material, in the order of its bindings.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-#[repr(usize)]
-pub enum MapSlot {
-    /// Base colour.
-    Base,
-    /// Tangent-space normals.
-    Normal,
-    /// Specular.
-    Specular,
-    /// Metallic (b) and roughness (g).
-    MetallicRoughness,
-    /// Ambient occlusion (r).
-    Occlusion,
-    /// Emissive colour.
-    Emissive,
-    /// Height (r).
-    Height,
-    /// Horizon in the first four directions.
-    Horizon0,
-    /// Horizon in the other four.
-    Horizon1,
-    /// Offsets of the environment's look-up (rg).
-    Offset,
-    /// Environment.
-    Environment,
-}
-
-/// Number of [`MapSlot`]s.
-pub const MAP_COUNT: usize = 11;
-
-/// One material. Mirrors `Material`; the fields are [`crate::library::Material`]'s.
-#[repr(C)]
-#[derive(Clone, Copy, PartialEq, Debug, Default, Pod, Zeroable)]
-pub struct MaterialRecord {
-    /// Linear RGBA.
-    pub base_factor: [f32; 4],
-    /// Linear RGB.
-    pub specular_factor: [f32; 3],
-    /// Phong and Blinn exponent.
-    pub shininess: f32,
-    /// Linear RGB.
-    pub emissive_factor: [f32; 3],
-    /// Times the normal map's xy.
-    pub normal_scale: f32,
-    /// 0..1.
-    pub metallic: f32,
-    /// 0..1.
-    pub roughness: f32,
-    /// 0..1.
-    pub occlusion_strength: f32,
-    /// 0..1.
-    pub alpha_cutoff: f32,
-    /// 0..1.
-    pub glossiness: f32,
-    /// 0..1.
-    pub specular_strength: f32,
-    /// UV units.
-    pub height_scale_uv: f32,
-    /// Bit m: map m is placed by the second UV set.
-    pub second_uvs: u32,
-    /// Rows of the 2×2 matrix from the offset map to the environment's disc.
-    pub offset_matrix: [f32; 4],
-    /// 0..1.
-    pub height_rest: f32,
-    /// Texels.
-    pub emboss_step_texels: f32,
-    /// 0..1.
-    pub self_shadow: f32,
-    /// Room for 16-byte alignment.
-    pub pad0: u32,
-    /// Layer of each map in its class's texture array, by [`MapSlot`].
-    pub layers: [u32; MAP_COUNT],
-    /// Room for 16-byte alignment.
-    pub pad1: u32,
-    /// Columns of the 2×2 matrix from mesh UV to image UV, by [`MapSlot`].
-    pub image_from_mesh_uv: [[f32; 4]; MAP_COUNT],
-    /// Its translation, by [`MapSlot`]; the last is unused.
-    pub offsets: [[f32; 2]; MAP_COUNT + 1],
-}
-
-/// What is the same for every pixel of a view. Mirrors `View`.
-#[repr(C)]
-#[derive(Clone, Copy, PartialEq, Debug, Default, Pod, Zeroable)]
-pub struct ViewRecord {
-    /// Column-major; reversed depth: 1 at the near plane, 0 at the far plane or infinity.
-    pub clip_from_world: [[f32; 4]; 4],
-    /// The same for positions from the eye, along the world's axes: nothing is lost in rounding far from the origin.
-    pub clip_from_eye: [[f32; 4]; 4],
-    /// Its inverse, for the sky's directions.
-    pub eye_from_clip: [[f32; 4]; 4],
-    /// Of the eye, world space.
-    pub eye: [f32; 3],
-    /// 1 where the projection is parallel, else 0.
-    pub parallel: u32,
-    /// Unit vector from the scene towards the eye where the projection is parallel.
-    pub toward_eye: [f32; 3],
-    /// Times every pixel.
-    pub exposure: f32,
-    /// Linear RGB.
-    pub ambient: [f32; 3],
-    /// Entity under the pointer, for debug views; `u32::MAX` for none.
-    pub picked_entity: u32,
-    /// Linear RGB.
-    pub zenith: [f32; 3],
-    /// Room for 16-byte alignment.
-    pub pad0: u32,
-    /// Linear RGB.
-    pub horizon: [f32; 3],
-    /// Room for 16-byte alignment.
-    pub pad1: u32,
-    /// Linear RGB.
-    pub ground: [f32; 3],
-    /// Room for 16-byte alignment.
-    pub pad2: u32,
 }
 
 /// The fixed choices of a pipeline that objects bring with them.
@@ -275,7 +87,8 @@ impl TextureArray {
     }
 }
 
-/// What a draw binds for its materials: per [`MapSlot`] an index into [`DrawList::texture_arrays`] and a sampler.
+/// What a draw binds for its materials: per [`MapSlot`](crate::library::MapSlot) an index into
+/// [`DrawList::texture_arrays`] and a sampler.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
 pub struct MaterialClass {
     /// Texture arrays.

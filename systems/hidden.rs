@@ -8,17 +8,10 @@
 //! pieces of a large object among that, is not disabled with it; `EntityWorldMut::insert_recursive` does that.
 
 use crate::changes::for_each_changed;
-use crate::components::Light;
-use crate::library::{MaterialId, MeshId};
-use crate::pieces::Pieces;
-use crate::transform::Transform;
 use crate::transforms::NewParents;
-use crate::{instances, lights, object_order};
 use bevy_ecs::change_detection::ContiguousRef;
 use bevy_ecs::entity_disabling::Disabled;
-use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
-use bevy_ecs::world::DeferredWorld;
 use std::collections::{HashMap, HashSet};
 
 /// Neither this entity nor what is below it is drawn.
@@ -28,40 +21,8 @@ pub struct Hidden;
 
 /// This entity is hidden, by itself or by one above. Derived; written by [`inherit_hidden`].
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default)]
-#[component(on_add = instances::free_slot, on_remove = show, clone_behavior = Ignore)]
+#[component(clone_behavior = Ignore)]
 pub struct InheritedHidden;
-
-/// Takes an entity that is disabled out of the tables of objects and lights.
-pub(crate) fn disable(mut world: DeferredWorld, context: HookContext) {
-    instances::free_slot(world.reborrow(), context);
-    object_order::free_place(world.reborrow(), context);
-    lights::free_slot(world, context);
-}
-
-/// Makes an entity that is enabled again look new to what places it and what is below it, draws it, chooses its
-/// lights, or lists lights.
-pub(crate) fn enable(mut world: DeferredWorld, context: HookContext) {
-    if let Some(mut transform) = world.get_mut::<Transform>(context.entity) {
-        transform.set_changed();
-    }
-    if let Some(mut light) = world.get_mut::<Light>(context.entity) {
-        light.set_changed();
-    }
-    // Pieces follow their object's material.
-    if world.get::<Pieces>(context.entity).is_some()
-        && let Some(mut material) = world.get_mut::<MaterialId>(context.entity)
-    {
-        material.set_changed();
-    }
-    show(world, context);
-}
-
-/// Makes an object that is drawn again look new to what draws it and chooses its lights.
-fn show(mut world: DeferredWorld, context: HookContext) {
-    if let Some(mut mesh) = world.get_mut::<MeshId>(context.entity) {
-        mesh.set_changed();
-    }
-}
 
 /// A filter that lets disabled entities through, which queries pass over otherwise.
 pub(crate) type AlsoDisabled = Or<(With<Disabled>, Without<Disabled>)>;
@@ -131,8 +92,10 @@ fn is_hidden_above(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::components::Light;
     use crate::instances::InstanceTable;
     use crate::library::{AlphaMode, Library, Material};
+    use crate::transform::Transform;
     use crate::{Simulation, shapes};
     use bevy_ecs::entity_disabling::Disabled;
     use glam::Vec3;

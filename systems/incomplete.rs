@@ -3,7 +3,7 @@
 //!
 //! All are noted where they are met, and looked at in the next frame, so that nothing searches for them.
 
-use crate::hidden::{self, AlsoDisabled};
+use crate::hidden::AlsoDisabled;
 use crate::library::{Library, MaterialId, MeshId};
 use crate::pieces::WholeMesh;
 use crate::transform::GlobalTransform;
@@ -42,9 +42,8 @@ pub(crate) fn lose_material(mut world: DeferredWorld, context: HookContext) {
     }
 }
 
-/// Takes what lost its place out of the tables of objects and lights, and notes it.
+/// Notes what lost its place.
 pub(crate) fn lose_place(mut world: DeferredWorld, context: HookContext) {
-    hidden::disable(world.reborrow(), context);
     if let Some(mut incomplete) = world.get_resource_mut::<Incomplete>() {
         incomplete.placeless.push(context.entity);
     }

@@ -5,10 +5,11 @@
 //! place where they lie together.
 
 use crate::changes::{LIGHT_ROWS, rows_per_task};
-use crate::draw_list::{DrawList, InstanceRecord, PAGE_SLOTS};
+use crate::draw_list::{DrawList, PAGE_SLOTS};
 use crate::library::MaterialId;
 use crate::parallel::in_parallel;
 use crate::pieces::PieceOf;
+use crate::records::InstanceRecord;
 use crate::selected_lights::SelectedLights;
 use crate::tables::{DirtySlots, Records};
 use crate::transform::GlobalTransform;

@@ -6,7 +6,6 @@
 //! records.
 
 use crate::batches::{self, BlendedChanges};
-use crate::bounds::world_bounds;
 use crate::changes::{LIGHT_ROWS, Since, all_rows, first_changed, rows_per_task};
 use crate::draw_list::{BatchKey, DrawList, Transparent};
 use crate::entity_numbers::EntityNumbers;
@@ -14,6 +13,7 @@ use crate::hidden::InheritedHidden;
 use crate::incomplete::Incomplete;
 use crate::library::{AlphaMode, Library, MaterialId, MeshId};
 use crate::materials::MaterialTable;
+use crate::object_bounds::world_bounds;
 use crate::pages::SlotPages;
 use crate::parallel::in_parallel;
 use crate::selected_lights::SelectedLights;

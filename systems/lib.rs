@@ -21,6 +21,7 @@ pub mod displace;
 pub mod draw_list;
 mod entity_numbers;
 pub mod hidden;
+pub mod hooks;
 pub mod images;
 pub mod incomplete;
 pub mod inputs;
@@ -40,6 +41,7 @@ pub mod light_tree;
 pub mod lights;
 pub mod materials;
 pub mod motion;
+pub mod object_bounds;
 pub mod object_order;
 mod order_sorting;
 pub mod origin;
@@ -48,6 +50,7 @@ pub mod parallel;
 pub mod physics;
 pub mod pieces;
 mod read_ahead;
+pub mod records;
 pub mod relevance;
 pub mod roster;
 pub mod selected_lights;
@@ -68,7 +71,6 @@ pub mod transforms;
 pub mod vehicles;
 pub mod view;
 
-use bevy_ecs::entity_disabling::Disabled;
 use bevy_ecs::prelude::*;
 use bevy_ecs::schedule::{LogLevel, ScheduleBuildSettings, SingleThreadedExecutor};
 use bevy_tasks::{ComputeTaskPool, TaskPoolBuilder};
@@ -117,9 +119,7 @@ impl Simulation {
     pub fn new() -> Self {
         set_threads(None);
         let mut world = World::new();
-        world.register_component_hooks::<Disabled>().on_add(hidden::disable).on_remove(hidden::enable);
-        // Which may have none: it is looked for all the same.
-        world.register_component::<pieces::PieceOf>();
+        hooks::register(&mut world);
         // Schedules ask for it in their first run. The later a resource comes, the more it takes: it is an entity, and
         // where that one is stands in a list of 4 bytes for each entity before it.
         world.init_resource::<Schedules>();

@@ -5,37 +5,24 @@
 //! the renderer uploads what it has not seen yet, in id order.
 
 use crate::bounds::{Aabb, Sphere};
-use crate::draw_list::MAP_COUNT;
 use crate::images::{Image, ImageKind};
-use crate::incomplete;
-use crate::instances;
 use crate::levels::Level;
-use crate::object_order;
-use crate::selected_lights::SelectedLights;
 use crate::split::{Grid, split};
 pub use crate::technique::Technique;
 use crate::transform::Transform;
-use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
-use bevy_ecs::world::DeferredWorld;
 use glam::{Affine2, Mat2, Vec2, Vec3, Vec4};
 use std::collections::HashMap;
 
-/// Runs when an entity loses its mesh, by itself or with its life.
-fn free_slots(mut world: DeferredWorld, context: HookContext) {
-    instances::free_slot(world.reborrow(), context);
-    object_order::free_place(world, context);
-}
-
 /// Names a [`Mesh`] of the [`Library`]. As a component: this entity is drawn with that mesh.
 #[derive(Component, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, serde::Serialize, serde::Deserialize)]
-#[require(Transform, MaterialId, SelectedLights)]
-#[component(on_remove = free_slots, summary_tick)]
+#[require(Transform, MaterialId)]
+#[component(summary_tick)]
 pub struct MeshId(pub u32);
 
 /// Names a [`Material`] of the [`Library`]. As a component: the material of a drawn entity.
 #[derive(Component, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, serde::Serialize, serde::Deserialize)]
-#[component(on_remove = incomplete::lose_material, summary_tick)]
+#[component(summary_tick)]
 pub struct MaterialId(pub u32);
 
 impl MaterialId {
@@ -180,6 +167,37 @@ impl Map {
         self.uv_set != 0 || self.image_from_mesh_uv != Affine2::IDENTITY
     }
 }
+
+/// The maps of a material, in the order of its bindings.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[repr(usize)]
+pub enum MapSlot {
+    /// Base colour.
+    Base,
+    /// Tangent-space normals.
+    Normal,
+    /// Specular.
+    Specular,
+    /// Metallic (b) and roughness (g).
+    MetallicRoughness,
+    /// Ambient occlusion (r).
+    Occlusion,
+    /// Emissive colour.
+    Emissive,
+    /// Height (r).
+    Height,
+    /// Horizon in the first four directions.
+    Horizon0,
+    /// Horizon in the other four.
+    Horizon1,
+    /// Offsets of the environment's look-up (rg).
+    Offset,
+    /// Environment.
+    Environment,
+}
+
+/// Number of [`MapSlot`]s.
+pub const MAP_COUNT: usize = 11;
 
 /// The lighting model of a material; the formulas are in `shaders/lighting.wgsl`.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
@@ -330,7 +348,7 @@ impl Material {
         Self { shading, specular_factor: default_specular(shading), ..Self::default() }
     }
 
-    /// The maps in the order of [`crate::draw_list::MapSlot`].
+    /// The maps in the order of [`MapSlot`].
     pub fn maps(&self) -> [Option<Map>; MAP_COUNT] {
         [
             self.base_map,

@@ -6,9 +6,9 @@
 //! be inlined into the one that was compiled for the instruction set, or each operation becomes a call.
 
 use crate::bounds::Sphere;
-use crate::draw_list::{LightRecord, NO_LIGHT};
 use crate::light_tree::Volume;
 use crate::lights::LightPolicy;
+use crate::records::{LightRecord, NO_LIGHT};
 use crate::relevance::{MIN_RADIUS, ROUNDING, ScoredLight, split_exponent};
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;

@@ -1,10 +1,10 @@
 //! What the weights leave out, with objects in the lanes of a vector: the last part of [`crate::light_lanes`], of whose
 //! functions all is true that is said there.
 
-use crate::draw_list::LightRecord;
 use crate::light_lanes::{
     Floats, Lengths, Met, Objects, Shining, cone_step, denominator, dot, range_window, splat, splat3,
 };
+use crate::records::LightRecord;
 use crate::relevance::{EXPONENT_SCALE, MIN_RADIUS, SQUARINGS, ScoredLight};
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;

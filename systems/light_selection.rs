@@ -8,7 +8,7 @@
 //! For the policy `All`, [`list_reaching`] then lists all lights that reach each object.
 
 use crate::bits::for_each_set;
-use crate::bounds::{Sphere, world_bounds};
+use crate::bounds::Sphere;
 use crate::changes::{LIGHT_ROWS, note_changed, rows_per_task, touch};
 use crate::draw_list::{DrawList, MAX_REACHING};
 use crate::entity_numbers::EntityNumbers;
@@ -17,6 +17,7 @@ use crate::library::{Library, MeshId};
 use crate::light_search::{self, Level, Scratch};
 use crate::light_tree::LightTree;
 use crate::lights::{LightPolicy, LightTable};
+use crate::object_bounds::world_bounds;
 use crate::object_order::{Dirty, ObjectOrder};
 use crate::parallel::{in_parallel, map_in_parallel, on_pool};
 use crate::read_ahead::read_ahead;

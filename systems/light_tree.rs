@@ -9,9 +9,9 @@
 //! it: directional lights by slot, then point lights, then spots along the curve. The curve's cells do not depend on
 //! the other lights, so two lights keep their order whatever happens around them.
 
-use crate::draw_list::LightRecord;
 use crate::parallel::on_pool;
 use crate::read_ahead::read_ahead;
+use crate::records::LightRecord;
 use crate::relevance::ScoredLight;
 use bevy_tasks::ComputeTaskPool;
 use glam::Vec3;

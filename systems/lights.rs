@@ -15,8 +15,9 @@
 
 use crate::changes::for_each_changed_in;
 use crate::components::{Light, LightKind};
-use crate::draw_list::{DrawList, LightRecord, NO_LIGHT};
+use crate::draw_list::DrawList;
 use crate::light_tree::LightTree;
+use crate::records::{LightRecord, NO_LIGHT};
 pub use crate::relevance::{ScoredLight, irradiance, light_record, score};
 use crate::tables::Table;
 use crate::transform::GlobalTransform;

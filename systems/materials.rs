@@ -4,9 +4,10 @@
 //! together: only the layer index differs, and that is in the record. What a draw must bind (one array and one sampler
 //! per map) is the material's *class*; materials with equal ones share it. A missing map is the layer of a stand-in.
 
-use crate::draw_list::{ClassId, DrawList, MAP_COUNT, MaterialClass, MaterialRecord, PipelineKey, TextureArray};
+use crate::draw_list::{ClassId, DrawList, MaterialClass, PipelineKey, TextureArray};
 use crate::images::{Texels, level_count, level_size};
-use crate::library::{ImageId, Library, Map, Material, MaterialId};
+use crate::library::{ImageId, Library, MAP_COUNT, Map, Material, MaterialId};
+use crate::records::MaterialRecord;
 use bevy_ecs::prelude::*;
 use glam::Vec3;
 use std::collections::BTreeMap;
@@ -28,7 +29,7 @@ pub fn most_layers(array: &TextureArray) -> usize {
     (MOST_ARRAY_BYTES / levels.sum::<u64>().max(1)).clamp(1, MOST_LAYERS as u64) as usize
 }
 
-/// Stand-ins for missing maps, in the order of [`crate::draw_list::MapSlot`].
+/// Stand-ins for missing maps, in the order of [`crate::library::MapSlot`].
 const STAND_INS: [ImageId; MAP_COUNT] = [
     ImageId::WHITE_COLOR,
     ImageId::FLAT_NORMAL,

@@ -6,9 +6,8 @@
 //! that a light which changed reaches it or did.
 
 use crate::bits::for_each_set;
-use crate::bounds::Sphere;
+use crate::bounds::{Sphere, around};
 pub use crate::curve::along_the_curve;
-use crate::draw_list::LightRecord;
 use crate::entity_numbers::EntityNumbers;
 use crate::light_candidates::{node_in_cone, node_in_range};
 use crate::light_lanes::{Floats, Objects, Shining};
@@ -16,6 +15,7 @@ use crate::light_search::Level;
 use crate::light_tree::{Node, Volume, WIDTH, refit};
 use crate::parallel::map_on_pool;
 use crate::read_ahead::read_ahead;
+use crate::records::LightRecord;
 use crate::relevance::ScoredLight;
 use bevy_ecs::entity::EntityIndex;
 use bevy_ecs::lifecycle::HookContext;
@@ -439,15 +439,6 @@ fn in_cones<S: Simd>(simd: S, node: &Node, lights: &[ScoredLight]) -> u64 {
         };
     }
     bits
-}
-
-/// Box around the centres and largest radius; nothing where no sphere is finite.
-pub(crate) fn around(spheres: &[Sphere]) -> Option<(Vec3, Vec3, f32)> {
-    let finite = spheres.iter().filter(|sphere| sphere.center.is_finite() && sphere.radius.is_finite());
-    finite.fold(None, |bounds, sphere| {
-        let (min, max, radius) = bounds.unwrap_or((Vec3::MAX, Vec3::MIN, 0.0f32));
-        Some((min.min(sphere.center), max.max(sphere.center), radius.max(sphere.radius)))
-    })
 }
 
 #[cfg(test)]

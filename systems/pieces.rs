@@ -169,9 +169,9 @@ pub fn follow_materials(
 mod tests {
     use super::*;
     use crate::Simulation;
-    use crate::bounds::bounds_of;
     use crate::components::Light;
     use crate::library::Material;
+    use crate::object_bounds::bounds_of;
     use crate::shapes;
     use bevy_ecs::entity_disabling::Disabled;
     use glam::{Quat, UVec2, Vec2};
@@ -204,7 +204,7 @@ mod tests {
         let first = |light| world.get::<crate::lights::LightSlot>(light).expect("a light").0;
         let chosen = |piece| world.get::<SelectedLights>(piece).expect("a piece is drawn").unpack().lights[0];
         let chosen: Vec<u32> = pieces_of(&simulation, object).into_iter().map(chosen).collect();
-        let none = crate::draw_list::NO_LIGHT;
+        let none = crate::records::NO_LIGHT;
         assert_eq!(chosen, [first(lights[0]), first(lights[0]), none, first(lights[1]), first(lights[1])]);
         let list = simulation.draw_list();
         assert_eq!(list.objects, 5);

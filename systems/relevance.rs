@@ -5,7 +5,7 @@
 
 use crate::bounds::Sphere;
 use crate::components::{Light, LightKind};
-use crate::draw_list::LightRecord;
+use crate::records::LightRecord;
 use crate::transform::GlobalTransform;
 use glam::{Vec3, Vec4};
 

@@ -11,8 +11,8 @@
 //! So weights are at most 0.0005 off, remainders a 65,534th of the largest of their numbers, whatever its size.
 //! [`SelectedLights::unpack`] undoes it, and for shaders `load_instance` of shaders/types.wgsl.
 
-use crate::draw_list::NO_LIGHT;
 use crate::lights::Selection;
+use crate::records::NO_LIGHT;
 use bevy_ecs::prelude::*;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
@@ -26,7 +26,7 @@ pub(crate) const LEAST: f32 = 1e-30;
 pub(crate) const ROUNDER: f32 = 12_582_912.0;
 
 /// The lights of an object. Derived; written by [`crate::light_selection::select_lights`]. The fields are those of
-/// [`crate::draw_list::InstanceRecord`].
+/// [`crate::records::InstanceRecord`].
 #[derive(Component, Clone, Copy, Debug, Pod, Zeroable)]
 #[component(summary_tick)]
 #[repr(C)]

@@ -1,6 +1,6 @@
 //! The bump techniques: their names, the maps they go by, and what they write.
 
-use crate::draw_list::MapSlot;
+use crate::library::MapSlot;
 
 /// A way to bump a surface. A choice of pipeline, not a branch in a shader. `docs/techniques.md` tells what each does.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]

@@ -4,7 +4,6 @@
 //! columns have a summary tick, so that a table in which nothing moved is passed over in one comparison, however many
 //! rows it has; and a place in the world takes 48 bytes, not 64. `transforms.rs` derives the one from the other.
 
-use crate::incomplete;
 use bevy_ecs::prelude::*;
 use glam::{Affine3, Affine3A, Mat3, Mat4, Quat, Vec3};
 use serde::{Deserialize, Serialize};
@@ -184,7 +183,7 @@ fn unit(vector: Vec3) -> Option<Vec3> {
 /// From an entity's coordinates to the world's. Derived in each frame from its [`Transform`] and those above; what is
 /// written here by others is lost when they next change.
 #[derive(Component, Clone, Copy, PartialEq, Debug)]
-#[component(summary_tick, on_remove = incomplete::lose_place)]
+#[component(summary_tick)]
 pub struct GlobalTransform(Affine3);
 
 impl Default for GlobalTransform {

@@ -2,7 +2,7 @@
 
 use crate::bounds::Sphere;
 use crate::components::{Camera, Environment, Projection};
-use crate::draw_list::ViewRecord;
+use crate::records::ViewRecord;
 use glam::camera::rh::proj::directx as proj;
 use glam::{Affine3A, Mat3A, Mat4, Vec3, Vec3A, Vec4};
 

@@ -125,7 +125,7 @@ fn what_moves_is_uploaded() {
         return;
     }
     let all = number(&figures(&["--moving=1"]), "upload_bytes_median");
-    let record = size_of::<systems::draw_list::InstanceRecord>() as f64;
+    let record = size_of::<systems::records::InstanceRecord>() as f64;
     assert!(all >= 60.0 * record, "{all} bytes for 60 records of {record}");
     let some = number(&figures(&["--moving=0.1", "--objects=4000"]), "upload_bytes_median");
     assert!((400.0 * record..4500.0 * record).contains(&some), "{some} bytes for 400 records of {record}");

@@ -9,9 +9,10 @@ use relief::renderer::{Gpu, RenderError, Settings, SingleView};
 use relief::viewpoint::Viewpoint;
 use systems::Simulation;
 use systems::components::{Camera, Light};
-use systems::draw_list::{DrawList, InstanceRecord};
+use systems::draw_list::DrawList;
 use systems::images::{Image, ImageKind};
 use systems::library::{AlphaMode, Library, Map, Material, MeshId};
+use systems::records::InstanceRecord;
 use systems::shapes;
 use systems::transform::Transform;
 

@@ -12,10 +12,10 @@ use egui::{Align2, Area, CollapsingHeader, Color32, ComboBox, Frame, Grid, Id, M
 use egui::{Slider, SliderClamping, Ui};
 use systems::clock::{Clock, SPEEDS};
 use systems::components::{Environment, ToneMap};
-use systems::draw_list::LightRecord;
 use systems::levels::LevelOfDetail;
 use systems::library::Technique;
 use systems::lights::LightPolicy;
+use systems::records::LightRecord;
 use systems::stats::{FrameStats, Stage};
 use systems::texture_memory;
 use systems::view::View;

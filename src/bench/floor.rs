@@ -7,8 +7,9 @@ use super::yard::Yard;
 use crate::renderer::{Gpu, PICTURE_FORMAT};
 use glam::{Mat4, Vec3, Vec4};
 use std::time::{Duration, Instant};
-use systems::bounds::{Sphere, world_bounds};
+use systems::bounds::Sphere;
 use systems::library::{Library, MeshId};
+use systems::object_bounds::world_bounds;
 use systems::transform::GlobalTransform;
 use systems::view::View;
 

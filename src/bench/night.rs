@@ -5,7 +5,7 @@ use glam::{Quat, Vec3};
 use std::f32::consts::{PI, TAU};
 use systems::bounds::Sphere;
 use systems::components::{Light, LightKind};
-use systems::draw_list::LightRecord;
+use systems::records::LightRecord;
 use systems::relevance::light_record;
 use systems::transform::Transform;
 

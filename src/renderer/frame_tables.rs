@@ -5,7 +5,8 @@ use super::tables::{GrowingBuffer, RecordTable};
 use super::timestamps::Timestamps;
 use super::{Gpu, RenderError, RenderStats};
 use systems::Simulation;
-use systems::draw_list::{DrawList, InstanceRecord, LightRecord, MAX_REACHING, MOST_LIGHTS, MaterialRecord};
+use systems::draw_list::{DrawList, MAX_REACHING};
+use systems::records::{InstanceRecord, LightRecord, MOST_LIGHTS, MaterialRecord};
 use systems::tables::DirtySlots;
 
 /// Instances, lights, materials.

@@ -7,9 +7,9 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use systems::Simulation;
 use systems::blocks;
-use systems::draw_list::{ClassId, DrawList, MAP_COUNT, TextureArray};
+use systems::draw_list::{ClassId, DrawList, TextureArray};
 use systems::images::{Image, Texels, level_count, level_size};
-use systems::library::{Filter, ImageId, Library, MipFilter, Sampler, Wrap};
+use systems::library::{Filter, ImageId, Library, MAP_COUNT, MipFilter, Sampler, Wrap};
 use systems::materials;
 use wgpu::TextureUsages;
 

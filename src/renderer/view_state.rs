@@ -17,8 +17,9 @@ use super::{DebugView, Gpu, PICTURE_FORMAT, RenderError, Settings, Uploads, read
 use glam::Vec3;
 use systems::batches::{BlendedRun, sort_transparent};
 use systems::components::{Environment, ToneMap};
-use systems::draw_list::{Batch, BatchKey, DrawList, LightTraits, PipelineKey, ViewRecord};
+use systems::draw_list::{Batch, BatchKey, DrawList, LightTraits, PipelineKey};
 use systems::library::Technique;
+use systems::records::ViewRecord;
 use systems::tables::DirtySlots;
 use systems::view::View;
 

@@ -4,10 +4,11 @@ use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
 use glam::Vec3;
 use systems::Simulation;
-use systems::bounds::{Aabb, Sphere, all_bounds};
+use systems::bounds::{Aabb, Sphere};
 use systems::components::{Camera, Environment, Light, Projection};
-use systems::draw_list::LightRecord;
 use systems::lights::irradiance;
+use systems::object_bounds::all_bounds;
+use systems::records::LightRecord;
 use systems::relevance::LUMINANCE;
 use systems::transform::Transform;
 

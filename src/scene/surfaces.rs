@@ -2,8 +2,8 @@
 
 use super::values::{Color, MapSource, Scale};
 use serde::Deserialize;
-use systems::draw_list::MAP_COUNT;
 use systems::library as lib;
+use systems::library::MAP_COUNT;
 
 /// Enums of the other crate under the names that scene files use.
 macro_rules! named_choices {

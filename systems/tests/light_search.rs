@@ -11,11 +11,11 @@ use proptest::sample::Index;
 use std::collections::BTreeMap;
 use systems::bounds::Sphere;
 use systems::components::{Light, LightKind};
-use systems::draw_list::{LightRecord, NO_LIGHT};
 use systems::light_search::{Level, Scratch, select_sparse};
 use systems::light_selection::select_parallel;
 use systems::light_tree::LightTree;
 use systems::lights::{LightPolicy, Selection, irradiance, light_record, score};
+use systems::records::{LightRecord, NO_LIGHT};
 use systems::selected_lights::SelectedLights;
 
 prop_compose! {

@@ -7,8 +7,8 @@ use glam::Vec3;
 use proptest::prelude::*;
 use systems::bounds::Sphere;
 use systems::components::{Light, LightKind};
-use systems::draw_list::LightRecord;
 use systems::lights::{ScoredLight, irradiance, light_record, score};
+use systems::records::LightRecord;
 
 /// A unit vector in single precision: three components, each off by at most 2⁻²⁴ where it is stored and by three more
 /// roundings of as much where it is computed: √3 · 4 · 2⁻²⁴ is less than this. Two of them are subtracted.

@@ -8,10 +8,10 @@ use proptest::test_runner::FileFailurePersistence;
 use systems::bounds::Sphere;
 use systems::brute_force;
 use systems::components::{Light, LightKind};
-use systems::draw_list::LightRecord;
 use systems::light_search::{self, Found, Level, Scratch};
 use systems::light_tree::LightTree;
 use systems::lights::{LightPolicy, ScoredLight, Selection};
+use systems::records::LightRecord;
 use systems::transform::{GlobalTransform, Transform};
 
 pub const LUMINANCE: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
