@@ -19,11 +19,10 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use glam::{Vec3, Vec4};
 use std::time::{Duration, Instant};
 use systems::Simulation;
-use systems::components::Light;
-use systems::library::{Library, Material};
-use systems::shapes;
-use systems::stats::{FrameStats, Stage};
-use systems::transform::Transform;
+use systems::assets::{Library, Material, shapes};
+use systems::ecs::stats::{FrameStats, Stage};
+use systems::lights::Light;
+use systems::space::Transform;
 
 /// Metres between two cubes.
 const SPACING: f32 = 3.0;

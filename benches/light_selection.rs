@@ -18,15 +18,11 @@ use relief::bench::{Movers, Night};
 use std::hint::black_box;
 use std::time::Duration;
 use systems::Simulation;
-use systems::bounds::Sphere;
-use systems::library::{Library, Mesh};
-use systems::light_search::{Level, Scratch, select};
-use systems::light_selection::select_lights;
-use systems::light_tree::LightTree;
-use systems::lights::{LightPolicy, ScoredLight, update_light_table};
-use systems::object_order::along_the_curve;
-use systems::selected_lights::SelectedLights;
-use systems::transform::GlobalTransform;
+use systems::assets::{Library, Mesh};
+use systems::draw::update_light_table;
+use systems::lights::search::{Level, Scratch, select};
+use systems::lights::{LightPolicy, LightTree, ScoredLight, SelectedLights, along_the_curve, select_lights};
+use systems::space::{GlobalTransform, Sphere};
 
 /// Processor time of this thread, which other programs do not lengthen, shown per object.
 struct PerObject;

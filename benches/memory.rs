@@ -7,7 +7,7 @@
 use glam::{Vec3, Vec4};
 use relief::prelude::*;
 use std::process::Command;
-use systems::transform::Transform;
+use systems::space::Transform;
 
 const OBJECTS: [usize; 3] = [1, 100_000, 1_000_000];
 

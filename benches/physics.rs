@@ -7,7 +7,7 @@ use glam::{Quat, Vec3};
 use std::f32::consts::TAU;
 use systems::Simulation;
 use systems::physics::{Physical, Physics};
-use systems::transform::Transform;
+use systems::space::Transform;
 use systems::vehicles::{Controls, Vehicle, VehicleTypeId};
 
 /// Stand-ins on the plane that drive in circles of 15 m at full throttle, so many metres from one to the next: 40

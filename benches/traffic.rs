@@ -20,17 +20,18 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use glam::Vec3;
 use std::time::{Duration, Instant};
 use systems::Simulation;
-use systems::clock;
-use systems::components::Light;
-use systems::library::{Library, Material};
-use systems::shapes;
-use systems::sub_steps::SubStep;
-use systems::transform::Transform;
-use systems::vehicles::lamps::{self, LampKind};
-use systems::vehicles::parts::{self, Movement, Part, PartLamp};
-use systems::vehicles::routes::{RouteId, RoutePlan, Routes, Stop, Wait};
-use systems::vehicles::signals::{self, Signal, Signals};
-use systems::vehicles::{OnRoute, Vehicle, VehicleType, VehicleTypeId, VehicleTypes, driving, ground};
+use systems::assets::{Library, Material, shapes};
+use systems::ecs::clock;
+use systems::ecs::sub_steps::SubStep;
+use systems::lights::Light;
+use systems::space::Transform;
+use systems::vehicles::lamps::LampKind;
+use systems::vehicles::parts::{Movement, Part, PartLamp};
+use systems::vehicles::routes::{RoutePlan, Routes, Stop, Wait};
+use systems::vehicles::signals::{Signal, Signals};
+use systems::vehicles::{
+    OnRoute, RouteId, Vehicle, VehicleType, VehicleTypeId, VehicleTypes, driving, ground, lamps, parts, signals,
+};
 
 /// A body, four wheels, eight lamps.
 fn car(world: &mut World) -> VehicleTypeId {

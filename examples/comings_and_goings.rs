@@ -11,10 +11,11 @@ use relief::recording::{Identity, Recorder, RunFiles};
 use std::collections::VecDeque;
 use std::error::Error;
 use std::path::{Path, PathBuf};
-use systems::clock::Clock;
-use systems::inputs::{self, Input, Inputs};
-use systems::roster::{Roster, StateId};
-use systems::spawn::Spawn;
+use systems::ecs::clock::Clock;
+use systems::run::inputs;
+use systems::run::inputs::{Input, Inputs};
+use systems::run::roster::{Roster, StateId};
+use systems::run::spawn::Spawn;
 use systems::vehicles::Controls;
 
 /// So many of each there are at once; then the oldest goes.

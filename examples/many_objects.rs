@@ -3,8 +3,8 @@
 //! `cargo run --release --example many_objects [COUNT]` writes `many_objects.png`.
 
 use relief::prelude::*;
-use systems::images::{Image, ImageKind};
-use systems::stats::FrameStats;
+use systems::assets::{Image, ImageKind};
+use systems::ecs::stats::FrameStats;
 
 /// A normal map of round studs, so that there is something to bump.
 fn studs(side: u32) -> Image {

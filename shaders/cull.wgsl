@@ -136,8 +136,8 @@ fn index_of(workgroup: vec3u) -> u32 {
     return workgroup.x + workgroup.y * ROW;
 }
 
-// The largest stretch of the matrix with those rows, bounded by Gershgorin's theorem on MᵀM; systems/bounds.rs has the
-// twin. 0 in a slot that is not in use.
+// The largest stretch of the matrix with those rows, bounded by Gershgorin's theorem on MᵀM; systems/space/bounds.rs has
+// the twin. 0 in a slot that is not in use.
 fn stretch(rows: array<vec4f, 3>) -> f32 {
     let x = vec3f(rows[0].x, rows[1].x, rows[2].x);
     let y = vec3f(rows[0].y, rows[1].y, rows[2].y);
@@ -173,7 +173,7 @@ fn bounds_of(slot: u32, batch: CullBatch) -> Ball {
     return Ball(vec3f(dot(rows[0], center), dot(rows[1], center), dot(rows[2], center)), batch.radius * scale, scale);
 }
 
-// The coarsest level whose error covers no more pixels than it may; systems/levels.rs has the twin.
+// The coarsest level whose error covers no more pixels than it may; systems/assets/levels.rs has the twin.
 fn level_of(bounds: Ball, batch: CullBatch) -> u32 {
     let distance = select(length(bounds.center - view.eye) - bounds.radius, 1.0, view.parallel == 1u);
     let allowed = cull_view.allowed_error * max(distance, 0.0);

@@ -1,4 +1,4 @@
-// Light on one point of a surface. Light units: see systems/components.rs, Light.
+// Light on one point of a surface. Light units: see systems/lights/components.rs, Light.
 
 const SHADING_PHONG = 0u;
 const SHADING_BLINN = 1u;
@@ -23,7 +23,7 @@ fn range_window(distance_squared: f32, inverse_range_squared: f32) -> f32 {
     return w * w;
 }
 
-// systems/relevance.rs has the twin of this function.
+// systems/lights/relevance.rs has the twin of this function.
 // `eye` is the view's, which is read once for many lights: Mesa's software driver would read it for each.
 fn arriving(slot: u32, position: vec3f, eye: vec3f) -> Arriving {
     let light = load_light(slot);

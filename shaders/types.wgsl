@@ -1,7 +1,8 @@
-// What the shaders read. Each struct mirrors the one of the same purpose in systems/draw_list.rs (…Record);
-// tests/shaders.rs compares every offset. Instances, lights and materials are tables in textures: record r lies in the
-// texels from r times its size on, four values in each, and its load_… function gathers it. (Why textures:
-// docs/architecture.md, "Tables in textures".) Compilers leave out the texels whose values nothing uses.
+// What the shaders read. Each struct mirrors the one of the same purpose in systems/draw/records.rs, of a light in
+// systems/lights/record.rs (…Record); tests/shaders.rs compares every offset. Instances, lights and materials are
+// tables in textures: record r lies in the texels from r times its size on, four values in each, and its load_…
+// function gathers it. (Why textures: docs/architecture.md, "Tables in textures".) Compilers leave out the texels whose
+// values nothing uses.
 
 struct View {
     clip_from_world: mat4x4f,
@@ -21,7 +22,7 @@ struct View {
     pad2: u32,
 }
 
-// systems/selected_lights.rs says how it is packed.
+// systems/lights/selected.rs says how it is packed.
 struct PackedInstance {
     world_from_object: array<vec4f, 3>,
     lights: array<u32, 3>,

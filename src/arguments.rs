@@ -7,9 +7,9 @@ use std::fmt::Display;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::str::FromStr;
-use systems::clock::SPEEDS;
-use systems::levels::LevelOfDetail;
-use systems::library::Technique;
+use systems::assets::Technique;
+use systems::assets::levels::LevelOfDetail;
+use systems::ecs::clock::SPEEDS;
 use systems::lights::LightPolicy;
 
 /// Frame numbers stay below this.

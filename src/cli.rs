@@ -13,10 +13,10 @@ use relief::recording::RunFiles;
 use relief::renderer::{DebugView, Occlusion, Settings};
 use relief::technique_error::{self, CompareArgs};
 use std::path::PathBuf;
-use systems::levels::LevelOfDetail;
-use systems::library::Technique;
+use systems::assets::Technique;
+use systems::assets::levels::LevelOfDetail;
+use systems::assets::texture_memory::DEFAULT_MEGABYTES;
 use systems::lights::LightPolicy;
-use systems::texture_memory::DEFAULT_MEGABYTES;
 
 /// A simulation renderer for scenes of many bump-mapped objects, each lit by its three most relevant lights.
 ///

@@ -4,7 +4,7 @@
 //! Neither knows where the pictures come from.
 
 use image::RgbImage;
-use systems::relevance::LUMINANCE;
+use systems::lights::LUMINANCE;
 
 /// How large a pixel appears to the viewer that [`flip`] assumes: pixels per degree of visual angle. FLIP's own
 /// default, a 0.7 m wide screen of 3840 pixels seen from 0.7 m.

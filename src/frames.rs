@@ -33,12 +33,12 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use systems::Simulation;
-use systems::clock::{Clock, SPEEDS};
-use systems::library::{Library, MeshId};
-use systems::origin::Origin;
-use systems::pieces::{PieceOf, WholeMesh};
-use systems::texture_memory::{self, Reduced};
-use systems::view::View;
+use systems::assets::texture_memory::Reduced;
+use systems::assets::{Library, MeshId, texture_memory};
+use systems::draw::View;
+use systems::draw::pieces::{PieceOf, WholeMesh};
+use systems::ecs::clock::{Clock, SPEEDS};
+use systems::space::origin::Origin;
 
 /// A kind of picture that is written for each frame.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, clap::ValueEnum)]

@@ -9,9 +9,9 @@ use image::RgbImage;
 use image::buffer::ConvertBuffer;
 use image::imageops::{self, FilterType};
 use std::path::PathBuf;
-use systems::components::Figure;
-use systems::inputs::{self, Input, Inputs};
-use systems::library::Library;
+use systems::assets::{Figure, Library};
+use systems::run::inputs;
+use systems::run::inputs::{Input, Inputs};
 
 /// Pixels along the longer side of the sheet.
 const LONGEST_SHEET: u32 = 2560;

@@ -11,9 +11,8 @@ use image::RgbImage;
 use image::buffer::ConvertBuffer;
 use std::fmt;
 use std::path::{Path, PathBuf};
-use systems::library::Technique;
-use systems::lights::LightPolicy;
-use systems::records::LightRecord;
+use systems::assets::Technique;
+use systems::lights::{LightPolicy, LightRecord};
 
 /// What to compare.
 #[derive(Clone, Debug)]

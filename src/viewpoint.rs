@@ -3,10 +3,9 @@
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
 use glam::{Affine3A, Quat, Vec3};
-use systems::components::{Camera, Projection};
-use systems::transform::{GlobalTransform, Transform};
+use systems::draw::{Camera, Projection, View};
+use systems::space::{GlobalTransform, Transform};
 use systems::vehicles::{Vehicle, VehicleType, VehicleTypes};
-use systems::view::View;
 
 /// What is looked through. Nothing of it is in the world: it follows from where things are.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

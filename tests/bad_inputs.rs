@@ -8,8 +8,7 @@ use relief::problem::{Problem, Severity};
 use serde_json::{Value, json};
 use std::path::Path;
 use std::time::{Duration, Instant};
-use systems::images::ImageKind;
-use systems::library::Library;
+use systems::assets::{ImageKind, Library};
 
 const TIME_LIMIT: Duration = Duration::from_secs(5);
 const MEMORY_LIMIT_KB: u64 = 1 << 20;

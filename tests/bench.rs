@@ -12,7 +12,7 @@ use serde_json::Value;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
-use systems::library::MeshId;
+use systems::assets::MeshId;
 
 const SMALL: [&str; 7] =
     ["--objects=60", "--lights=5", "--size=64x36", "--frames=4", "--warm-up=2", "--seconds=60", "--threads=2"];
@@ -125,7 +125,7 @@ fn what_moves_is_uploaded() {
         return;
     }
     let all = number(&figures(&["--moving=1"]), "upload_bytes_median");
-    let record = size_of::<systems::records::InstanceRecord>() as f64;
+    let record = size_of::<systems::draw::InstanceRecord>() as f64;
     assert!(all >= 60.0 * record, "{all} bytes for 60 records of {record}");
     let some = number(&figures(&["--moving=0.1", "--objects=4000"]), "upload_bytes_median");
     assert!((400.0 * record..4500.0 * record).contains(&some), "{some} bytes for 400 records of {record}");
@@ -314,7 +314,7 @@ fn share_in_view(objects: u32, view: YardView) -> f64 {
     yard.simulation.frame();
     let clip_from_world = Viewpoint::Camera(yard.camera).view(&yard.simulation.world, (1280, 720)).clip_from_world();
     let mut drawn =
-        yard.simulation.world.query_filtered::<&systems::transform::GlobalTransform, bevy_ecs::prelude::With<MeshId>>();
+        yard.simulation.world.query_filtered::<&systems::space::GlobalTransform, bevy_ecs::prelude::With<MeshId>>();
     let inside = |place: Vec3| {
         let clip = clip_from_world * place.extend(1.0);
         clip.w > 0.0 && clip.x.abs() < clip.w && clip.y.abs() < clip.w

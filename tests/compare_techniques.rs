@@ -8,7 +8,7 @@ use relief::technique_error::{CompareArgs, FigureShape, Report, Row, measure};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
-use systems::library::Technique;
+use systems::assets::Technique;
 
 const TEXELS: u32 = 64;
 

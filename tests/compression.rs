@@ -7,8 +7,7 @@ use relief::import::compress::{LEAST_PSNR, compress};
 use relief::import::load_image;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-use systems::blocks;
-use systems::images::{Image, ImageKind, Texels};
+use systems::assets::{Image, ImageKind, Texels, blocks};
 
 fn kind_of(path: &Path) -> ImageKind {
     let name = path.file_stem().unwrap_or_default().to_string_lossy().to_lowercase();

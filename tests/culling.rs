@@ -10,13 +10,13 @@ use relief::frames::Headless;
 use relief::renderer::{Drawn, Gpu, Occlusion, Settings, SingleView};
 use relief::viewpoint::Viewpoint;
 use systems::Simulation;
-use systems::components::{Camera, Light, Projection};
-use systems::hidden::Hidden;
-use systems::images::{Image, ImageKind};
-use systems::levels::LevelOfDetail;
-use systems::library::{AlphaMode, Library, Map, Material, MaterialId, MeshId, Shading, Technique};
-use systems::shapes;
-use systems::transform::Transform;
+use systems::assets::levels::LevelOfDetail;
+use systems::assets::{
+    AlphaMode, Image, ImageKind, Library, Map, Material, MaterialId, MeshId, Shading, Technique, shapes,
+};
+use systems::draw::{Camera, Projection};
+use systems::lights::Light;
+use systems::space::{Hidden, Transform};
 
 const SIZE: (u32, u32) = (96, 54);
 

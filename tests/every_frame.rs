@@ -4,8 +4,8 @@ use bevy_ecs::prelude::*;
 use relief::frames::{LoadOptions, Stage, load_stage};
 use std::collections::BTreeMap;
 use std::path::Path;
-use systems::selected_lights::SelectedLights;
-use systems::transform::GlobalTransform;
+use systems::lights::SelectedLights;
+use systems::space::GlobalTransform;
 
 type Seen = (GlobalTransform, Option<SelectedLights>);
 

@@ -5,10 +5,9 @@ mod common;
 use common::bumps::{Stage, hills};
 use glam::{Quat, Vec2, Vec3};
 use relief::frames::{self, Headless, LoadOptions};
-use systems::components::{Camera, Environment};
-use systems::library::{Material, Technique};
-use systems::shapes;
-use systems::transform::Transform;
+use systems::assets::{Material, Technique, shapes};
+use systems::draw::{Camera, Environment};
+use systems::space::Transform;
 
 /// Hills on a square and a ball before them, close to the eye, under three lights and a sky, moved by `origin`.
 fn stage(origin: Vec3) -> Option<Stage> {

@@ -7,14 +7,11 @@ use glam::{UVec2, Vec2, Vec3};
 use relief::frames::Headless;
 use relief::renderer::{Settings, SingleView};
 use systems::Simulation;
-use systems::components::{Camera, Light};
-use systems::images::{Image, ImageKind};
-use systems::levels::LevelOfDetail;
-use systems::library::{AlphaMode, Library, Map, Material};
-use systems::records::{InstanceRecord, LightRecord};
-use systems::shapes;
-use systems::texture_memory;
-use systems::transform::Transform;
+use systems::assets::levels::LevelOfDetail;
+use systems::assets::{AlphaMode, Image, ImageKind, Library, Map, Material, shapes, texture_memory};
+use systems::draw::{Camera, InstanceRecord};
+use systems::lights::{Light, LightRecord};
+use systems::space::Transform;
 
 const SIZE: (u32, u32) = (32, 18);
 
@@ -176,7 +173,7 @@ fn a_picture_that_cannot_differ_is_shown_again_and_any_change_is_noticed() {
     assert!(!prepare(&mut field, &still), "nothing changed");
     assert!(field.headless.renderer.draw_picture() == drawn);
     assert!(!prepare(&mut field, &still));
-    let technique = Some(systems::library::Technique::Off);
+    let technique = Some(systems::assets::Technique::Off);
     assert!(prepare(&mut field, &Settings { technique, ..still }), "another technique");
     assert!(prepare(&mut field, &still), "and back");
     let levels = LevelOfDetail { max_error_pixels: 4.0, ..still.levels };
@@ -186,7 +183,7 @@ fn a_picture_that_cannot_differ_is_shown_again_and_any_change_is_noticed() {
     assert!(prepare(&mut field, &still), "an object moved");
     field.simulation.world.get_mut::<Transform>(field.camera).expect("a place").translation.y += 1.0;
     assert!(prepare(&mut field, &still), "the camera moved");
-    field.simulation.world.resource_mut::<systems::components::Environment>().ambient = Vec3::ONE;
+    field.simulation.world.resource_mut::<systems::draw::Environment>().ambient = Vec3::ONE;
     assert!(prepare(&mut field, &still), "the environment changed");
     field.simulation.world.insert_resource(systems::lights::LightPolicy::All);
     assert!(prepare(&mut field, &still), "the lights' policy changed");
@@ -238,11 +235,11 @@ fn images_that_come_one_by_one_are_uploaded_once_each() {
 fn an_entity_whose_mesh_becomes_an_empty_one_is_gone() {
     let Some(mut field) = Field::new(9) else { return };
     field.draw();
-    let empty = field.simulation.world.resource_mut::<Library>().add_mesh(systems::library::Mesh::default());
+    let empty = field.simulation.world.resource_mut::<Library>().add_mesh(systems::assets::Mesh::default());
     field.simulation.world.entity_mut(field.objects[4]).insert(empty);
     field.draw();
     assert_eq!(field.drawn(), 8);
-    let back = *field.simulation.world.get::<systems::library::MeshId>(field.objects[0]).expect("a mesh");
+    let back = *field.simulation.world.get::<systems::assets::MeshId>(field.objects[0]).expect("a mesh");
     field.simulation.world.entity_mut(field.objects[4]).insert(back);
     field.draw();
     assert_eq!(field.drawn(), 9);

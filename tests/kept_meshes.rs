@@ -10,8 +10,7 @@ use relief::import::cache::{Cache, Key};
 use relief::import::meshes::finish_meshes;
 use std::path::Path;
 use std::process::Command;
-use systems::library::{Library, Mesh, MeshEntry};
-use systems::shapes;
+use systems::assets::{Library, Mesh, MeshEntry, shapes};
 
 /// With both sets of UVs and with colours.
 fn full() -> Mesh {

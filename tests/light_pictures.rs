@@ -5,10 +5,10 @@ mod common;
 use common::square::{Square, assert_near, head_on, matte};
 use glam::{Quat, Vec3};
 use relief::renderer::{DebugView, HeatScale};
-use systems::components::{Environment, Light, LightKind};
-use systems::library::{Material, Shading};
-use systems::lights::LightPolicy;
-use systems::transform::Transform;
+use systems::assets::{Material, Shading};
+use systems::draw::Environment;
+use systems::lights::{Light, LightKind, LightPolicy};
+use systems::space::Transform;
 
 #[test]
 fn diffuse_light_falls_off_with_angle_distance_and_range() {

@@ -8,13 +8,10 @@ use glam::Vec3;
 use relief::renderer::{Gpu, RenderError, Settings, SingleView};
 use relief::viewpoint::Viewpoint;
 use systems::Simulation;
-use systems::components::{Camera, Light};
-use systems::draw_list::DrawList;
-use systems::images::{Image, ImageKind};
-use systems::library::{AlphaMode, Library, Map, Material, MeshId};
-use systems::records::InstanceRecord;
-use systems::shapes;
-use systems::transform::Transform;
+use systems::assets::{AlphaMode, Image, ImageKind, Library, Map, Material, MeshId, shapes};
+use systems::draw::{Camera, DrawList, InstanceRecord};
+use systems::lights::Light;
+use systems::space::Transform;
 
 /// A device with lower limits.
 fn lowered(lower: impl FnOnce(&mut wgpu::Limits)) -> Option<Gpu> {

@@ -8,7 +8,7 @@ use relief::renderer::{Gpu, RenderError};
 use std::fs;
 use std::path::PathBuf;
 use std::process::{Command, Output};
-use systems::state_hash;
+use systems::run::state_hash;
 use tempfile::TempDir;
 
 const SCENE: &str = r#"(

@@ -7,11 +7,9 @@ use relief::renderer::{Settings, SingleView};
 use relief::{check, scene};
 use std::path::Path;
 use systems::Simulation;
-use systems::library::MeshId;
-use systems::lights::{LightTable, score};
-use systems::object_bounds::world_bounds;
-use systems::selected_lights::SelectedLights;
-use systems::transform::GlobalTransform;
+use systems::assets::{MeshId, world_bounds};
+use systems::lights::{LightTable, SelectedLights, score};
+use systems::space::GlobalTransform;
 
 const LIGHTS: usize = 100_000;
 

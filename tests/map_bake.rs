@@ -8,8 +8,7 @@ use relief::maps::Raster;
 use relief::maps::bake::{BakeOptions, Baked, Coverage, Reach, Role, Surface, Target, Texel, Unwrap, Wanted, bake};
 use std::f32::consts::{FRAC_PI_2, PI};
 use std::num::NonZero;
-use systems::library::Mesh;
-use systems::shapes;
+use systems::assets::{Mesh, shapes};
 
 const LOW: Role = Role::Low { uv_set: 0 };
 

@@ -15,13 +15,11 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 use systems::Simulation;
-use systems::components::Camera;
-use systems::images::{Image, ImageKind};
-use systems::levels::LevelOfDetail;
-use systems::library::{Library, Map, Material, MaterialId, Mesh, MeshId};
-use systems::shapes;
-use systems::tangents::compute_tangents;
-use systems::transform::Transform;
+use systems::assets::levels::LevelOfDetail;
+use systems::assets::tangents::compute_tangents;
+use systems::assets::{Image, ImageKind, Library, Map, Material, MaterialId, Mesh, MeshId, shapes};
+use systems::draw::Camera;
+use systems::space::Transform;
 
 fn relief(args: &[&str], folder: &Path) -> Output {
     Command::new(env!("CARGO_BIN_EXE_relief"))

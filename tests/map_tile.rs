@@ -9,8 +9,7 @@ use relief::maps::bake::{BakeOptions, Baked, Role, Surface, Target, TileOptions,
 use relief::maps::{Edges, Raster};
 use std::f32::consts::TAU;
 use std::num::NonZero;
-use systems::library::Mesh;
-use systems::shapes;
+use systems::assets::{Mesh, shapes};
 
 fn tiled(meshes: &[(Mesh, Vec3)], size: (usize, usize), period: Option<f32>, rays: usize) -> Baked {
     let mut patch = Surface::default();

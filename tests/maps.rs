@@ -13,11 +13,9 @@ use relief::maps::{
 };
 use relief::renderer::{DebugView, Settings, SingleView};
 use systems::Simulation;
-use systems::components::Camera;
-use systems::images::ImageKind;
-use systems::library::{Library, Material, Technique};
-use systems::shapes;
-use systems::transform::Transform;
+use systems::assets::{ImageKind, Library, Material, Technique, shapes};
+use systems::draw::Camera;
+use systems::space::Transform;
 
 const FILTERS: [Filter; 3] = [Filter::Central, Filter::Sobel, Filter::Scharr];
 const EDGES: [Edges; 2] = [Edges::Wrap, Edges::Clamp];

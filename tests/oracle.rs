@@ -8,12 +8,11 @@ use relief::renderer::{Gpu, Settings, SingleView};
 use serde_json::Value;
 use std::path::Path;
 use systems::Simulation;
-use systems::components::{Camera, Environment, Light, LightKind, Projection, ToneMap};
-use systems::images::ImageKind;
-use systems::library::{Filter, Library, Map, Material, MipFilter, Sampler, Shading, Wrap};
-use systems::view::View;
+use systems::assets::{Filter, ImageKind, Library, Map, Material, MipFilter, Sampler, Shading, Wrap};
+use systems::draw::{Camera, Environment, Projection, ToneMap, View};
+use systems::lights::{Light, LightKind};
 
-use systems::transform::Transform;
+use systems::space::Transform;
 
 fn number(value: &Value) -> f32 {
     value.as_f64().expect("a number") as f32

@@ -5,11 +5,10 @@ mod common;
 use common::square::{SIZE, Square, assert_near, matte};
 use glam::{Affine2, Quat, UVec2, Vec2, Vec3, Vec4};
 use relief::renderer::{DebugView, Gpu};
-use systems::components::{Environment, Light, ToneMap};
-use systems::images::{Image, ImageKind};
-use systems::library::{AlphaMode, Library, Map, Material, MeshId, Shading, Technique};
-use systems::shapes;
-use systems::transform::Transform;
+use systems::assets::{AlphaMode, Image, ImageKind, Library, Map, Material, MeshId, Shading, Technique, shapes};
+use systems::draw::{Environment, ToneMap};
+use systems::lights::Light;
+use systems::space::Transform;
 
 #[test]
 fn phong_and_blinn_highlights_are_not_coloured_by_the_base() {

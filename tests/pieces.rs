@@ -12,14 +12,11 @@ use relief::scene;
 use relief::viewpoint::Viewpoint;
 use std::path::{Path, PathBuf};
 use systems::Simulation;
-use systems::components::{Camera, Environment, Light, Projection, ToneMap};
-use systems::images::{Image, ImageKind};
-use systems::library::{Library, Map, Material, Mesh, MeshId};
-use systems::lights::LightPolicy;
-use systems::pieces::{Pieces, WholeMesh, draw_in_pieces};
-use systems::relevance::LUMINANCE;
-use systems::shapes;
-use systems::transform::Transform;
+use systems::assets::{Image, ImageKind, Library, Map, Material, Mesh, MeshId, shapes};
+use systems::draw::pieces::{Pieces, WholeMesh, draw_in_pieces};
+use systems::draw::{Camera, Environment, Projection, ToneMap};
+use systems::lights::{LUMINANCE, Light, LightPolicy};
+use systems::space::Transform;
 
 /// A world with one object and a camera, and what draws it.
 struct Stage {
@@ -312,7 +309,7 @@ fn what_makes_no_sense_is_refused_and_too_many_pieces_are_warned_of() {
     let [warning] = loaded.warnings.as_slice() else { panic!("{:?}", loaded.warnings) };
     assert!(warning.starts_with("the land: drawn in pieces of "), "{warning}");
     assert!(warning.ends_with(" m, not 1 m, of which there would be too many"), "{warning}");
-    assert!(pieces_by_name(&mut simulation)[0].1 <= systems::split::MOST_PIECES as usize);
+    assert!(pieces_by_name(&mut simulation)[0].1 <= systems::assets::split::MOST_PIECES as usize);
 }
 
 /// A quad of 1 m, 100 times as large, and as many lights.

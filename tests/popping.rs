@@ -14,13 +14,10 @@ use relief::compare::luminance;
 use relief::renderer::{Gpu, PICTURE_FORMAT, Settings, SingleView};
 use relief::viewpoint::Viewpoint;
 use systems::Simulation;
-use systems::components::{Camera, Environment, Light, LightKind};
-use systems::images::{Image, ImageKind};
-use systems::library::{Library, Map, Material};
-use systems::lights::LightPolicy;
-use systems::selected_lights::SelectedLights;
-use systems::shapes;
-use systems::transform::Transform;
+use systems::assets::{Image, ImageKind, Library, Map, Material, shapes};
+use systems::draw::{Camera, Environment};
+use systems::lights::{Light, LightKind, LightPolicy, SelectedLights};
+use systems::space::Transform;
 
 /// Pixels along a side; what is compared are means of two by two, which half floats round half as much.
 const SIZE: usize = 48;

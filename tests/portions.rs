@@ -7,7 +7,7 @@ use relief::frames::Headless;
 use relief::prelude::{Camera, Library, Light, Simulation, Transform, shapes};
 use relief::renderer::{Gpu, Occlusion, Settings, SingleView};
 use std::num::NonZeroU32;
-use systems::library::{AlphaMode, Material, MaterialId, Technique};
+use systems::assets::{AlphaMode, Material, MaterialId, Technique};
 
 /// Cubes, spheres and a few blended objects in 16 rows; a directional light; a camera that sees them all.
 fn field(columns: u32) -> (Simulation, bevy_ecs::entity::Entity) {

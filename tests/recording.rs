@@ -10,13 +10,13 @@ use relief::recording::{Recording, RecordingError, RunFiles, Stepper};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
-use systems::clock::Clock;
-use systems::components::Light;
-use systems::inputs::{Input, Inputs};
-use systems::roster::StateId;
-use systems::spawn::Spawn;
-use systems::state_hash::hash;
-use systems::transform::Transform;
+use systems::ecs::clock::Clock;
+use systems::lights::Light;
+use systems::run::inputs::{Input, Inputs};
+use systems::run::roster::StateId;
+use systems::run::spawn::Spawn;
+use systems::run::state_hash::hash;
+use systems::space::Transform;
 use tempfile::TempDir;
 
 const SCENE: &str = r#"(

@@ -6,7 +6,7 @@ use glam::Vec2;
 use relief::scene;
 use std::path::{Path, PathBuf};
 use systems::Simulation;
-use systems::transform::Transform;
+use systems::space::Transform;
 use systems::vehicles::ground::{Ground, Grounds};
 use systems::vehicles::routes::Routes;
 use systems::vehicles::{Motion, OnRoute, Vehicle, VehicleTypes, steering};

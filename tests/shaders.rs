@@ -6,10 +6,9 @@ use bevy_ecs::entity::Entity;
 use glam::{Affine3A, Vec3};
 use relief::renderer::{CullBatchRecord, CullDrawRecord, CullRecord, Gpu, shaders};
 use std::mem::offset_of;
-use systems::records::*;
-use systems::library::MaterialId;
-use systems::lights::Selection;
-use systems::selected_lights::SelectedLights;
+use systems::assets::MaterialId;
+use systems::draw::*;
+use systems::lights::{LightRecord, MOST_LIGHTS, NO_LIGHT, SelectedLights, Selection};
 use wgpu::naga;
 
 fn parse(source: &str) -> naga::Module {
@@ -338,7 +337,7 @@ fn shader_constants_are_those_of_the_draw_list() {
         }
     };
     use relief::renderer::DebugView;
-    use systems::library::{AlphaMode, MapSlot, Shading, Technique};
+    use systems::assets::{AlphaMode, MapSlot, Shading, Technique};
     let pairs = [
         ("LIGHT_POINT", LightRecord::POINT),
         ("LIGHT_SPOT_EXPONENT", LightRecord::SPOT_EXPONENT),

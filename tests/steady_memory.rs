@@ -10,9 +10,9 @@ use relief::prelude::{Camera, Library, Light, Simulation, Transform, shapes};
 use relief::renderer::{Occlusion, Settings, SingleView};
 use std::collections::VecDeque;
 use std::sync::{Mutex, PoisonError};
-use systems::inputs::{Input, Inputs};
-use systems::roster::{Roster, StateId, enroll_all};
-use systems::spawn::Spawn;
+use systems::run::inputs::{Input, Inputs};
+use systems::run::roster::{Roster, StateId, enroll_all};
+use systems::run::spawn::Spawn;
 use systems::vehicles::Controls;
 
 /// The memory is the process's: one test at a time.

@@ -10,9 +10,8 @@ use relief::maps::{
     HeightOptions, HorizonOptions, NormalOptions, Raster, Relief, files, height_from_color, horizon_from_height,
     normal_from_height, offset_from_height,
 };
-use systems::images::ImageKind;
-use systems::library::{Library, Map, Material, Technique};
-use systems::transform::Transform;
+use systems::assets::{ImageKind, Library, Map, Material, Technique};
+use systems::space::Transform;
 
 /// Base colour, and the height map if the set has one; deep: black is high.
 const SETS: [(&str, Option<(&str, bool)>); 5] = [

@@ -7,10 +7,9 @@ use common::bumps::{Stage, difference, hills};
 use glam::{Affine2, Quat, Vec2, Vec3};
 use image::RgbaImage;
 use image::imageops::flip_horizontal;
-use systems::components::Light;
-use systems::library::{Map, Material, Technique};
-use systems::shapes;
-use systems::transform::Transform;
+use systems::assets::{Map, Material, Technique, shapes};
+use systems::lights::Light;
+use systems::space::Transform;
 
 const SIDE: usize = 64;
 
@@ -89,7 +88,7 @@ fn a_mirrored_world_gives_a_mirrored_picture() {
 }
 
 /// A square of two metres with a material, lit and tilted.
-fn square(edit: impl FnOnce(&mut Stage) -> (systems::library::Mesh, Material, Transform)) -> Option<Stage> {
+fn square(edit: impl FnOnce(&mut Stage) -> (systems::assets::Mesh, Material, Transform)) -> Option<Stage> {
     let mut stage = Stage::new((96, 72))?;
     stage.three_lights();
     let (mesh, material, at) = edit(&mut stage);

@@ -4,12 +4,10 @@ mod common;
 
 use common::bumps::{Stage, difference, hills};
 use glam::{Affine2, Quat, Vec2, Vec3, Vec4};
-use systems::components::Environment;
-use systems::images::{Image, ImageKind};
-use systems::library::{AlphaMode, Library, Map, Material, Technique};
+use systems::assets::{AlphaMode, Image, ImageKind, Library, Map, Material, Technique, shapes};
+use systems::draw::Environment;
 use systems::lights::LightPolicy;
-use systems::shapes;
-use systems::transform::Transform;
+use systems::space::Transform;
 
 /// Techniques whose picture of a flat field is that of the smooth surface.
 const EXACT: [Technique; 11] = [
@@ -164,7 +162,7 @@ fn emboss_in_one_pass_is_emboss_in_many() {
 #[test]
 fn what_is_unlit_stays_so() {
     let unlit = |stage: &mut Stage| Material {
-        shading: systems::library::Shading::Unlit,
+        shading: systems::assets::Shading::Unlit,
         base_factor: Vec4::new(0.2, 0.4, 0.6, 1.0),
         ..stage.material(16, 0.05, hills)
     };
@@ -231,7 +229,7 @@ fn emboss_is_diffuse_light_plus_the_difference_of_two_heights() {
     let material = Material { technique: Technique::Emboss, emboss_step_texels: 32.0, ..ramp };
     stage.spawn(mesh, Material { specular_factor: Vec3::splat(9.0), ..material }, at);
     let from_left = Transform::from_xyz(-1.0, 0.0, 1.0).looking_at(Vec3::ZERO, Vec3::Y);
-    stage.simulation.world.spawn((systems::components::Light::directional(0.8), from_left));
+    stage.simulation.world.spawn((systems::lights::Light::directional(0.8), from_left));
     let middle = stage.linear()[17 * 17 / 2];
     let slant = std::f32::consts::FRAC_1_SQRT_2;
     // Toward the light the ground falls by 32 texels of 256, times the light's part along it.
@@ -253,7 +251,7 @@ fn the_shadow_of_a_step_ends_where_geometry_says() {
     for degrees in [20.0f32, 35.0, 50.0] {
         let (sin, cos) = degrees.to_radians().sin_cos();
         let from_right = Transform::from_xyz(cos, 0.0, sin).looking_at(Vec3::ZERO, Vec3::Y);
-        let light = stage.simulation.world.spawn((systems::components::Light::directional(1.0), from_right)).id();
+        let light = stage.simulation.world.spawn((systems::lights::Light::directional(1.0), from_right)).id();
         for technique in [Technique::Horizon, Technique::ReliefHorizon, Technique::Relief, Technique::ZCorrect] {
             set_technique(&mut stage, technique);
             let row = stage.linear()[400..800].to_vec();
@@ -340,7 +338,7 @@ fn an_image_twice_as_wide_as_high_has_square_texels() {
     stage.spawn(mesh, material, at);
     let (sin, cos) = 45f32.to_radians().sin_cos();
     let from_above = Transform::from_xyz(0.0, cos, sin).looking_at(Vec3::ZERO, Vec3::Y);
-    stage.simulation.world.spawn((systems::components::Light::directional(1.0), from_above));
+    stage.simulation.world.spawn((systems::lights::Light::directional(1.0), from_above));
     for technique in [Technique::Relief, Technique::Horizon] {
         set_technique(&mut stage, technique);
         let column: Vec<Vec4> = stage.linear().chunks(3).map(|row| row[1]).collect();
@@ -456,7 +454,7 @@ fn an_offset_moves_what_lies_behind() {
     stage.orthographic(5.0 / 201.0);
     // Behind: dark to the left of x = 0, bright to the right.
     let glow = |value: f32| Material {
-        shading: systems::library::Shading::Unlit,
+        shading: systems::assets::Shading::Unlit,
         base_factor: Vec4::new(value, value, value, 1.0),
         ..Material::default()
     };
@@ -504,7 +502,7 @@ fn dot3_computes_with_bytes() {
         stage.spawn(mesh, material, at);
         let direction = Vec3::new(0.48, 0.6, 0.64);
         let place = Transform::from_translation(direction).looking_at(Vec3::ZERO, Vec3::Y);
-        stage.simulation.world.spawn((systems::components::Light::directional(1.0), place));
+        stage.simulation.world.spawn((systems::lights::Light::directional(1.0), place));
         let middle = stage.linear()[40];
         let byte = |v: Vec3| (v.clamp(Vec3::ZERO, Vec3::ONE) * 255.0 + 0.5).floor() / 255.0;
         let light = byte(direction * 0.5 + 0.5) * 2.0 - 1.0;

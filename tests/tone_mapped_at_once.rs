@@ -9,14 +9,14 @@ use image::RgbaImage;
 use relief::frames::Headless;
 use relief::prelude::{Camera, Library, Light, Simulation, Transform, shapes};
 use relief::renderer::{DebugView, Gpu, Occlusion, PICTURE_FORMAT, Settings, SingleView};
-use systems::components::{Environment, ToneMap};
-use systems::library::{AlphaMode, Material, MaterialId, MeshId, Technique};
+use systems::assets::{AlphaMode, Material, MaterialId, MeshId, Technique};
+use systems::draw::{Environment, ToneMap};
 
 const SIZE: (u32, u32) = (128, 72);
 const ONCE: Settings = Settings {
     technique: None,
     debug: DebugView::Off,
-    levels: systems::levels::LevelOfDetail::OFF,
+    levels: systems::assets::levels::LevelOfDetail::OFF,
     samples: 1,
     hdr: false,
     picked_entity: None,
@@ -141,7 +141,7 @@ const SLACK: f64 = 1.0;
 /// The tone curves of shaders/tone.wgsl in double precision, of intervals.
 mod tone {
     use glam::{DMat3, DVec3};
-    use systems::components::ToneMap;
+    use systems::draw::ToneMap;
 
     /// The ends of what a curve makes of all colours between two.
     pub fn mapped(curve: ToneMap, low: DVec3, high: DVec3) -> [DVec3; 2] {

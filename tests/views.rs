@@ -12,11 +12,11 @@ use relief::renderer::{
 };
 use relief::viewpoint::Viewpoint;
 use systems::Simulation;
-use systems::components::{Camera, Light};
-use systems::levels::LevelOfDetail;
-use systems::library::{AlphaMode, Library, Material, MaterialId, MeshId, Technique};
-use systems::shapes;
-use systems::transform::Transform;
+use systems::assets::levels::LevelOfDetail;
+use systems::assets::{AlphaMode, Library, Material, MaterialId, MeshId, Technique, shapes};
+use systems::draw::Camera;
+use systems::lights::Light;
+use systems::space::Transform;
 
 /// What each view is drawn with: its size, and settings that differ in all that targets and lists depend on.
 fn views() -> [((u32, u32), Settings); 3] {

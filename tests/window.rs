@@ -13,9 +13,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
-use systems::components::Camera;
-use systems::transform::Transform;
-use systems::view::View;
+use systems::draw::{Camera, View};
+use systems::space::Transform;
 use tempfile::TempDir;
 
 const RELIEF: &str = env!("CARGO_BIN_EXE_relief");

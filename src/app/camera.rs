@@ -2,9 +2,8 @@
 //! its own, and the scene's entities stay as they are.
 
 use glam::{Affine3A, Quat, Vec2, Vec3};
-use systems::bounds::Sphere;
-use systems::components::{Camera, Projection};
-use systems::view::View;
+use systems::draw::{Camera, Projection, View};
+use systems::space::Sphere;
 
 /// Radians per pixel of dragging.
 const TURN: f32 = 0.005;
@@ -136,7 +135,7 @@ impl Pose {
 mod tests {
     use super::*;
     use glam::Vec4Swizzles;
-    use systems::transform::Transform;
+    use systems::space::Transform;
 
     fn view() -> View {
         let at = Transform::from_xyz(3.0, 2.0, 5.0).looking_at(Vec3::Y, Vec3::Y);

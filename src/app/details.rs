@@ -5,15 +5,12 @@ use crate::frames;
 use bevy_ecs::prelude::*;
 use egui::{Color32, Grid};
 use glam::{DVec3, EulerRot, Vec3};
-use systems::bounds::Sphere;
-use systems::components::{Camera, Figure, Light, LightKind, Projection};
-use systems::library::{Library, MaterialId, MeshId};
-use systems::lights::{LightSlot, ScoredLight, Selection, light_record, score};
-use systems::object_bounds::bounds_of;
-use systems::origin::Origin;
-use systems::pieces::{Pieces, WholeMesh};
-use systems::selected_lights::SelectedLights;
-use systems::transform::{GlobalTransform, Transform};
+use systems::assets::{Figure, Library, MaterialId, MeshId, bounds_of};
+use systems::draw::pieces::{Pieces, WholeMesh};
+use systems::draw::{Camera, Projection};
+use systems::lights::{Light, LightKind, LightSlot, ScoredLight, SelectedLights, Selection, light_record, score};
+use systems::space::origin::Origin;
+use systems::space::{GlobalTransform, Sphere, Transform};
 use systems::vehicles::routes::Routes;
 use systems::vehicles::{Motion, OnRoute, Vehicle, VehicleTypes};
 
@@ -161,7 +158,7 @@ pub fn show_lights(ui: &mut egui::Ui, world: &World, lights: &ObjectLights) -> O
     });
     match lights.reaching.saturating_sub(lights.lights.iter().flatten().count() as u32) {
         0 => {}
-        // Kept to two digits, see `systems::selected_lights`.
+        // Kept to two digits, see `systems::lights`.
         1 => _ = ui.weak(format!("1 more, score about {}", two_digits(lights.dropped))),
         more => _ = ui.weak(format!("{more} more, scores about {} in all", two_digits(lights.dropped))),
     }
@@ -214,7 +211,8 @@ pub fn meters(world: &World, place: Vec3) -> String {
 mod tests {
     use super::*;
     use glam::{UVec2, Vec2};
-    use systems::{Simulation, shapes};
+    use systems::Simulation;
+    use systems::assets::shapes;
 
     #[test]
     fn an_objects_lights_are_found_in_order_with_their_places() {
@@ -241,7 +239,7 @@ mod tests {
         let road = shapes::plane(Vec2::new(1.0, 100.0), UVec2::ONE);
         let road = simulation.world.resource_mut::<Library>().add_mesh(road);
         let road = simulation.world.spawn(road).id();
-        systems::pieces::draw_in_pieces(&mut simulation.world, road, 10.0);
+        systems::draw::pieces::draw_in_pieces(&mut simulation.world, road, 10.0);
         let mut light =
             |z: f32| simulation.world.spawn((Light::point(1.0, 8.0), Transform::from_xyz(0.0, 2.0, z))).id();
         let (back, front) = (light(-44.0), light(44.0));

@@ -4,10 +4,11 @@
 use crate::frames;
 use bevy_ecs::prelude::*;
 use egui::{Align, Layout, RichText, ScrollArea, TextEdit, TextStyle};
-use systems::components::{Camera, Light};
-use systems::library::MeshId;
-use systems::pieces::{PieceOf, WholeMesh};
-use systems::transform::GlobalTransform;
+use systems::assets::MeshId;
+use systems::draw::Camera;
+use systems::draw::pieces::{PieceOf, WholeMesh};
+use systems::lights::Light;
+use systems::space::GlobalTransform;
 
 /// Points.
 const HEIGHT: f32 = 220.0;
@@ -130,7 +131,7 @@ fn fingerprint(world: &World) -> u64 {
 mod tests {
     use super::*;
     use bevy_ecs::name::Name;
-    use systems::transform::Transform;
+    use systems::space::Transform;
 
     fn names(list: &EntityList) -> Vec<&str> {
         list.found.iter().map(|&index| list.rows[index].name.as_str()).collect()

@@ -4,8 +4,8 @@ use bevy_ecs::prelude::*;
 use egui::emath::Numeric;
 use egui::{Checkbox, DragValue, Grid, Id, Slider, SliderClamping, Ui};
 use glam::Vec3;
-use systems::components::{Light, LightKind};
-use systems::inputs;
+use systems::lights::{Light, LightKind};
+use systems::run::inputs;
 
 /// What a light gets that shall end and had no end. Metres.
 const FIRST_RANGE: f32 = 10.0;
@@ -137,7 +137,7 @@ mod tests {
         let mut world = World::new();
         world.init_resource::<inputs::Inputs>();
         let entity = world.spawn(light).id();
-        systems::roster::enroll_all(&mut world);
+        systems::run::roster::enroll_all(&mut world);
         (world, entity)
     }
 

@@ -45,7 +45,7 @@ use bevy_ecs::prelude::*;
 use std::panic::{self, AssertUnwindSafe};
 use std::path::PathBuf;
 use systems::Simulation;
-use systems::clock::Clock;
+use systems::ecs::clock::Clock;
 use winit::event_loop::EventLoop;
 
 /// What the window shows, and how it starts.

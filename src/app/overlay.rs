@@ -3,7 +3,7 @@
 use super::details::{LIGHT_COLORS, ObjectLights};
 use egui::{Align2, Color32, FontId, Painter, Pos2, Stroke};
 use glam::{Mat4, Vec2, Vec3, Vec4, Vec4Swizzles};
-use systems::view::View;
+use systems::draw::View;
 
 /// Points between a weight and the edge.
 const MARGIN: Vec2 = Vec2::splat(8.0);
@@ -71,7 +71,7 @@ fn last_inside(from: Vec2, to: Vec2, low: Vec2, high: Vec2) -> Vec2 {
 mod tests {
     use super::*;
     use glam::Affine3A;
-    use systems::components::Camera;
+    use systems::draw::Camera;
 
     #[test]
     fn a_weight_is_beside_its_light_or_where_the_line_leaves_the_picture() {

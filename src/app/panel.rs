@@ -10,15 +10,12 @@ use crate::renderer::{DebugView, Drawn, Occlusion, RenderStats};
 use bevy_ecs::prelude::*;
 use egui::{Align2, Area, CollapsingHeader, Color32, ComboBox, Frame, Grid, Id, Margin, Panel, RichText, ScrollArea};
 use egui::{Slider, SliderClamping, Ui};
-use systems::clock::{Clock, SPEEDS};
-use systems::components::{Environment, ToneMap};
-use systems::levels::LevelOfDetail;
-use systems::library::Technique;
-use systems::lights::LightPolicy;
-use systems::records::LightRecord;
-use systems::stats::{FrameStats, Stage};
-use systems::texture_memory;
-use systems::view::View;
+use systems::assets::levels::LevelOfDetail;
+use systems::assets::{Technique, texture_memory};
+use systems::draw::{Environment, ToneMap, View};
+use systems::ecs::clock::{Clock, SPEEDS};
+use systems::ecs::stats::{FrameStats, Stage};
+use systems::lights::{LightPolicy, LightRecord};
 
 /// Points.
 pub const WIDTH: f32 = 292.0;

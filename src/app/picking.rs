@@ -2,8 +2,7 @@
 
 use crate::renderer::SingleView;
 use glam::{Vec2, Vec3};
-use systems::components::Projection;
-use systems::view::View;
+use systems::draw::{Projection, View};
 
 /// A point of the scene.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -41,7 +40,7 @@ fn point_at(view: &View, pixel: Vec2, depth: f32) -> Vec3 {
 mod tests {
     use super::*;
     use glam::{Affine3A, Quat, Vec4Swizzles};
-    use systems::components::Camera;
+    use systems::draw::Camera;
 
     #[test]
     fn a_point_is_found_again_from_its_pixel_and_depth() {

@@ -12,17 +12,14 @@ use bevy_ecs::prelude::*;
 use glam::Vec3;
 use std::time::{Duration, Instant};
 use systems::Simulation;
-use systems::bounds::Aabb;
-use systems::clock::{Clock, SPEEDS};
-use systems::components::Light;
-use systems::inputs::{Input, Inputs};
-use systems::interpolation::Interpolation;
-use systems::library::Technique;
-use systems::object_bounds::all_bounds;
-use systems::roster::{Roster, StateId};
-use systems::transform::GlobalTransform;
+use systems::assets::{Technique, all_bounds};
+use systems::draw::View;
+use systems::ecs::clock::{Clock, SPEEDS};
+use systems::lights::Light;
+use systems::run::inputs::{Input, Inputs};
+use systems::run::roster::{Roster, StateId};
+use systems::space::{Aabb, GlobalTransform, Interpolation};
 use systems::vehicles::{Controls, Indicator, Motion, Vehicle, VehicleTypes};
-use systems::view::View;
 
 /// At most so long the window works on steps before it draws again: slow motion rather than a standstill.
 const STEPPING: Duration = Duration::from_millis(30);
@@ -373,10 +370,9 @@ fn after<T: Copy + PartialEq>(table: &[(&str, T)], now: T) -> T {
 mod tests {
     use super::*;
     use glam::Vec2;
-    use systems::components::{Camera, Figure};
-    use systems::library::{Library, MeshId};
-    use systems::shapes;
-    use systems::transform::Transform;
+    use systems::assets::{Figure, Library, MeshId, shapes};
+    use systems::draw::Camera;
+    use systems::space::Transform;
 
     fn viewer() -> Viewer {
         let mut simulation = Simulation::new();
@@ -385,7 +381,7 @@ mod tests {
         simulation.world.spawn((meshes[0], Figure { meshes, shown: 0 }));
         let mut camera = |z| simulation.world.spawn((Camera::default(), Transform::from_xyz(0.0, 0.0, z))).id();
         let cameras = vec![("near".to_owned(), camera(5.0)), ("far".to_owned(), camera(9.0))];
-        systems::roster::enroll_all(&mut simulation.world);
+        systems::run::roster::enroll_all(&mut simulation.world);
         simulation.frame();
         let settings = Settings { technique: Some(Technique::PerturbedNormal), ..Settings::default() };
         Viewer::new(Options {
@@ -442,7 +438,7 @@ mod tests {
         let mut viewer = viewer();
         viewer.apply(Command::ToggleLight);
         let lamp = viewer.simulation.world.spawn(Light::point(1.0, 5.0)).id();
-        systems::roster::enroll_all(&mut viewer.simulation.world);
+        systems::run::roster::enroll_all(&mut viewer.simulation.world);
         viewer.selected = Some(lamp);
         let mut shines_after_o = || {
             viewer.apply(Command::ToggleLight);

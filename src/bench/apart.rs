@@ -7,7 +7,7 @@ use super::run::BenchError;
 use super::yard::YardView;
 use crate::renderer::Occlusion;
 use std::process::Command;
-use systems::library::Technique;
+use systems::assets::Technique;
 use systems::lights::LightPolicy;
 
 /// A yard.

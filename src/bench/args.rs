@@ -5,8 +5,8 @@ use crate::arguments;
 use crate::renderer::Occlusion;
 use clap::{ArgAction, Args};
 use std::path::PathBuf;
-use systems::levels::LevelOfDetail;
-use systems::library::Technique;
+use systems::assets::Technique;
+use systems::assets::levels::LevelOfDetail;
 use systems::lights::LightPolicy;
 
 /// What to measure.

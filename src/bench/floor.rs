@@ -7,11 +7,9 @@ use super::yard::Yard;
 use crate::renderer::{Gpu, PICTURE_FORMAT};
 use glam::{Mat4, Vec3, Vec4};
 use std::time::{Duration, Instant};
-use systems::bounds::Sphere;
-use systems::library::{Library, MeshId};
-use systems::object_bounds::world_bounds;
-use systems::transform::GlobalTransform;
-use systems::view::View;
+use systems::assets::{Library, MeshId, world_bounds};
+use systems::draw::View;
+use systems::space::{GlobalTransform, Sphere};
 
 const SHADER: &str = "
 @group(0) @binding(0) var<uniform> clip_from_world: mat4x4f;

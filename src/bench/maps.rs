@@ -4,8 +4,8 @@
 //! A surface is a function from a place on it to height, colour and gloss. The normal map is the slope of the height.
 
 use glam::{IVec2, Vec2, Vec3};
-use systems::images::{Image, ImageKind};
-use systems::parallel::map_in_parallel;
+use systems::assets::{Image, ImageKind};
+use systems::ecs::parallel::map_in_parallel;
 
 /// Texels along a side of every map.
 const SIDE: u32 = 256;

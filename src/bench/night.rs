@@ -3,11 +3,8 @@
 use crate::scene::Random;
 use glam::{Quat, Vec3};
 use std::f32::consts::{PI, TAU};
-use systems::bounds::Sphere;
-use systems::components::{Light, LightKind};
-use systems::records::LightRecord;
-use systems::relevance::light_record;
-use systems::transform::Transform;
+use systems::lights::{Light, LightKind, LightRecord, light_record};
+use systems::space::{Sphere, Transform};
 
 /// Blocks of the city, metres.
 const BLOCK: f32 = 100.0;

@@ -20,11 +20,10 @@ use crate::viewpoint::Viewpoint;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
-use systems::library::{Library, Technique};
+use systems::assets::{Library, Technique, texture_memory};
+use systems::draw::View;
+use systems::ecs::stats::{FrameStats, Stage};
 use systems::lights::LightPolicy;
-use systems::stats::{FrameStats, Stage};
-use systems::texture_memory;
-use systems::view::View;
 
 /// What stops a benchmark.
 #[derive(Debug, thiserror::Error)]

@@ -7,7 +7,7 @@ use crate::output;
 use crate::viewpoint::Viewpoint;
 use bevy_ecs::prelude::*;
 use systems::Simulation;
-use systems::library::MeshId;
+use systems::assets::MeshId;
 
 /// A world that changes before every frame.
 pub(super) enum Subject {
@@ -54,7 +54,7 @@ impl Subject {
     pub fn counts(&mut self) -> (u32, u32) {
         let world = &mut self.simulation().world;
         let objects = world.query_filtered::<(), With<MeshId>>().iter(world).count();
-        let lights = world.query::<&systems::components::Light>().iter(world).filter(|light| light.enabled).count();
+        let lights = world.query::<&systems::lights::Light>().iter(world).filter(|light| light.enabled).count();
         (objects as u32, lights as u32)
     }
 }

@@ -5,7 +5,7 @@
 
 use super::run::FrameCost;
 use serde_json::{Value, json};
-use systems::stats::Stage;
+use systems::ecs::stats::Stage;
 
 const CPU: u32 = 1;
 const GPU: u32 = 2;

@@ -12,10 +12,10 @@ use std::f32::consts::TAU;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use systems::Simulation;
-use systems::components::{Camera, Environment, Light, Projection, ToneMap};
-use systems::library::{Library, Map, Material, MaterialId, Mesh, MeshId, Shading};
-use systems::shapes;
-use systems::transform::Transform;
+use systems::assets::{Library, Map, Material, MaterialId, Mesh, MeshId, Shading, shapes};
+use systems::draw::{Camera, Environment, Projection, ToneMap};
+use systems::lights::Light;
+use systems::space::Transform;
 
 /// Metres between objects.
 const SPACING: f32 = 3.0;

@@ -5,10 +5,9 @@
 //! which block formats ask of textures.
 
 use super::cache::{Cache, Key};
-use systems::blocks::{decode, encode, psnr};
-use systems::images::{Image, Texels, level_size};
-use systems::library::Library;
-use systems::parallel::map_in_parallel;
+use systems::assets::blocks::{decode, encode, psnr};
+use systems::assets::{Image, Library, Texels, level_size};
+use systems::ecs::parallel::map_in_parallel;
 
 /// Decibels: what the finest level keeps at least, by the mean square over the channels that are read. At 38 a byte is
 /// off by 3 in the root of the mean square.

@@ -5,7 +5,7 @@
 
 use super::image::Unfit;
 use image::{DynamicImage, GrayImage, ImageBuffer, RgbImage, Rgba32FImage, RgbaImage};
-use systems::images::{linear_from_srgb, srgb_from_linear};
+use systems::assets::color::{linear_from_srgb, srgb_from_linear};
 
 /// What is read, for messages.
 const READ: &str = "BC1 to BC5 and BC7 (DXT1 to DXT5, ATI1, ATI2), uncompressed RGB, RGBA and grey of up to 32 bits, \

@@ -8,7 +8,8 @@ use image::{DynamicImage, ImageBuffer, ImageDecoder, ImageError, ImageFormat, Im
 use std::error::Error;
 use std::io::Cursor;
 use std::path::Path;
-use systems::images::{Image, ImageKind, linear_from_srgb};
+use systems::assets::color::linear_from_srgb;
+use systems::assets::{Image, ImageKind};
 
 /// Texels along one side.
 const MAX_SIDE: u32 = 16384;

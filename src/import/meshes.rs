@@ -7,17 +7,16 @@
 use super::cache::{Cache, Key};
 use bytemuck::{Pod, pod_collect_to_vec};
 use std::collections::BTreeMap;
-use systems::levels::Level;
-use systems::library::{Library, Mesh, MeshEntry};
-use systems::parallel::{in_parallel, map_in_parallel};
+use systems::assets::{Level, Library, Mesh, MeshEntry};
+use systems::ecs::parallel::{in_parallel, map_in_parallel};
 
 /// Triangles of the smallest meshes that are worth a file: one is worked out in some milliseconds.
 const FEWEST_TRIANGLES: usize = 2048;
 
 /// What works the results out, and how they are written: part of every key.
 const MADE_BY: [&str; 5] = [
-    include_str!("../../systems/tangents.rs"),
-    include_str!("../../systems/levels.rs"),
+    include_str!("../../systems/assets/tangents.rs"),
+    include_str!("../../systems/assets/levels.rs"),
     include_str!("meshes.rs"),
     include_str!("../../Cargo.lock"),
     std::env::consts::ARCH,

@@ -23,9 +23,8 @@ use crate::problem::Problem;
 use bevy_tasks::ComputeTaskPool;
 use std::fmt;
 use std::path::{Path, PathBuf};
-use systems::images::{Image, ImageKind};
-use systems::library::Library;
-use systems::parallel::map_in_parallel;
+use systems::assets::{Image, ImageKind, Library};
+use systems::ecs::parallel::map_in_parallel;
 
 /// Why a file is refused.
 ///

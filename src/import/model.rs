@@ -4,10 +4,10 @@ use super::Warning;
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
 use glam::Affine3A;
-use systems::bounds::Aabb;
-use systems::components::{Camera, Light};
-use systems::library::{Library, MaterialId, MeshId};
-use systems::transform::Transform;
+use systems::assets::{Library, MaterialId, MeshId};
+use systems::draw::Camera;
+use systems::lights::Light;
+use systems::space::{Aabb, Transform};
 
 /// A model: a forest of nodes over items of a [`Library`].
 #[derive(Clone, Debug, Default)]

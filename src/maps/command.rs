@@ -20,8 +20,7 @@ use arguments::{HEIGHT_HELP, HORIZON_HELP, NORMAL_HELP, OFFSET_HELP, SPECULAR_HE
 use clap::{Args, Subcommand};
 use glam::{Vec3, Vec4};
 use std::path::{Path, PathBuf};
-use systems::images::ImageKind;
-use systems::library::{Library, Material, Shading, Technique};
+use systems::assets::{ImageKind, Library, Material, Shading, Technique};
 
 /// Which map to make.
 #[derive(Args, Clone, Debug)]

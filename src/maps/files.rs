@@ -10,8 +10,8 @@ use glam::Vec3;
 use image::{DynamicImage, ImageBuffer, ImageFormat};
 use std::io::Cursor;
 use std::path::Path;
-use systems::images::linear_from_srgb;
-use systems::relevance::LUMINANCE;
+use systems::assets::color::linear_from_srgb;
+use systems::lights::LUMINANCE;
 
 /// What is read of an image that is to be one value per texel.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, clap::ValueEnum)]

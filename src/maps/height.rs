@@ -15,7 +15,7 @@
 use super::blur::gaussian;
 use super::{Advance, Edges, Raster};
 use glam::Vec3;
-use systems::relevance::LUMINANCE;
+use systems::lights::LUMINANCE;
 
 /// Standard deviation of the unsharp mask, texels.
 const SHARPEN_SIGMA: f32 = 2.0;

@@ -10,7 +10,7 @@
 //! rows independently of each other, on all cores, and gives the same bytes for any number of them.
 //!
 //! Heights become slopes by one rule. Texels are square, lengths are in widths of the image, and a height scale says
-//! how many of those lie between black and white: it is [`systems::library::Material::height_scale_uv`]. From one texel
+//! how many of those lie between black and white: it is [`systems::assets::Material::height_scale_uv`]. From one texel
 //! to the next, 1/width away, the surface rises by scale · Δh, so its slope is scale · width · Δh, in either direction.
 
 pub mod bake;

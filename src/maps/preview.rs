@@ -7,12 +7,10 @@ use crate::output;
 use glam::{UVec2, Vec2, Vec3, Vec4};
 use std::path::Path;
 use systems::Simulation;
-use systems::components::{Camera, Light};
-use systems::images::{Image, ImageKind};
-use systems::library::{Library, Map, Material, Mesh};
-use systems::shapes;
-use systems::texture_memory;
-use systems::transform::Transform;
+use systems::assets::{Image, ImageKind, Library, Map, Material, Mesh, shapes, texture_memory};
+use systems::draw::Camera;
+use systems::lights::Light;
+use systems::space::Transform;
 
 /// Pixels along a side.
 pub const SIDE: u32 = 512;

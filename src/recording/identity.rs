@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use systems::Simulation;
-use systems::clock::{Clock, Seed};
-use systems::origin::Origin;
+use systems::ecs::clock::{Clock, Seed};
+use systems::space::origin::Origin;
 
 /// The program and the scene of a run.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]

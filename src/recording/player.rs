@@ -6,9 +6,9 @@ use super::recorder::{Header, Record};
 use super::records::{Blocks, Next, RECORDING};
 use std::path::{Path, PathBuf};
 use systems::Simulation;
-use systems::inputs::Input;
-use systems::snapshot;
-use systems::state_hash::StateHash;
+use systems::run::inputs::Input;
+use systems::run::snapshot;
+use systems::run::state_hash::StateHash;
 
 /// A recording that was read and found sound.
 #[derive(Debug)]

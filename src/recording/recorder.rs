@@ -12,10 +12,10 @@ use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use systems::Simulation;
-use systems::clock::Clock;
-use systems::inputs::Input;
-use systems::snapshot;
-use systems::state_hash::StateHash;
+use systems::ecs::clock::Clock;
+use systems::run::inputs::Input;
+use systems::run::snapshot;
+use systems::run::state_hash::StateHash;
 
 /// The first block of a recording.
 #[derive(Serialize, Deserialize, Debug)]

@@ -6,7 +6,7 @@ use super::records::{self, Blocks, Next, SNAPSHOT};
 use crate::output;
 use std::path::Path;
 use systems::Simulation;
-use systems::snapshot;
+use systems::run::snapshot;
 
 /// Writes the state as it is now, whole or not at all.
 ///

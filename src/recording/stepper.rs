@@ -9,10 +9,11 @@ use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use systems::Simulation;
-use systems::clock::Clock;
-use systems::inputs::{self, Inputs};
+use systems::ecs::clock::Clock;
 use systems::physics::Physics;
-use systems::state_hash::{self, StateHash};
+use systems::run::inputs::Inputs;
+use systems::run::state_hash::StateHash;
+use systems::run::{inputs, state_hash};
 use systems::vehicles::traffic::Traffic;
 
 /// The files that a run is kept in and begins from.

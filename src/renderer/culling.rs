@@ -12,9 +12,8 @@ use super::targets::{texture, whole_view};
 use super::timestamps::Timestamps;
 use super::{Gpu, RenderError, Settings, shaders};
 use bytemuck::{Pod, Zeroable};
-use systems::draw_list::PAGE_SLOTS;
-use systems::tables::DirtySlots;
-use systems::view::View;
+use systems::draw::{PAGE_SLOTS, View};
+use systems::ecs::tables::DirtySlots;
 use wgpu::util::DrawIndexedIndirectArgs;
 
 /// Mirrors `Cull` of shaders/cull.wgsl.

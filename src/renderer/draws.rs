@@ -18,9 +18,9 @@ use super::tables::GrowingBuffer;
 use super::{Gpu, RenderError};
 use bytemuck::{Pod, Zeroable};
 use std::ops::Range;
-use systems::draw_list::{BatchKey, DrawList, PAGE_SLOTS};
-use systems::levels::MOST_LEVELS;
-use systems::tables::DirtySlots;
+use systems::assets::levels::MOST_LEVELS;
+use systems::draw::{BatchKey, DrawList, PAGE_SLOTS};
+use systems::ecs::tables::DirtySlots;
 use wgpu::util::DrawIndexedIndirectArgs;
 
 /// Mirrors `CullBatch` of shaders/cull.wgsl.

@@ -5,9 +5,9 @@ use super::tables::{GrowingBuffer, RecordTable};
 use super::timestamps::Timestamps;
 use super::{Gpu, RenderError, RenderStats};
 use systems::Simulation;
-use systems::draw_list::{DrawList, MAX_REACHING};
-use systems::records::{InstanceRecord, LightRecord, MOST_LIGHTS, MaterialRecord};
-use systems::tables::DirtySlots;
+use systems::draw::{DrawList, InstanceRecord, MAX_REACHING, MaterialRecord};
+use systems::ecs::tables::DirtySlots;
+use systems::lights::{LightRecord, MOST_LIGHTS};
 
 /// Instances, lights, materials.
 #[derive(Debug)]

@@ -3,9 +3,8 @@
 use super::tables::GrowingBuffer;
 use super::{Gpu, RenderError};
 use glam::Vec3;
-use systems::bounds::Sphere;
-use systems::levels::Level;
-use systems::library::{Library, Mesh, MeshId};
+use systems::assets::{Level, Library, Mesh, MeshId};
+use systems::space::Sphere;
 
 /// One vertex as the forward shader's `VertexIn` reads it.
 #[repr(C)]

@@ -71,8 +71,8 @@ use portions::Portions;
 use pyramid::PyramidMaker;
 use std::sync::atomic::{AtomicU64, Ordering};
 use systems::Simulation;
-use systems::draw_list::{BatchKey, DrawList};
-use systems::library::Technique;
+use systems::assets::Technique;
+use systems::draw::{BatchKey, DrawList};
 use targets::Behind;
 use textures::Textures;
 use timestamps::Timestamps;
@@ -234,7 +234,7 @@ impl Renderer {
     /// only records. Afterwards [`ViewState::needs_redraw`] says whether a view's picture can differ from the one last
     /// drawn; if not, [`Self::record_again`] gives it for less. The world is to be as [`Simulation::frame`] left it:
     /// what is edited in between may be seen in part. It stays as it is but for texels that its library does not keep
-    /// ([`systems::library::Library::keep_texels`]).
+    /// ([`systems::assets::Library::keep_texels`]).
     ///
     /// Those views can be recorded until the next `prepare`. Others rest, with what they saw last: what lists are made of
     /// may change meanwhile.

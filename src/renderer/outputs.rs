@@ -1,7 +1,7 @@
 //! Normal, id and depth of a view, read back.
 
 use super::{Gpu, read_texture};
-use systems::view::View;
+use systems::draw::View;
 
 /// Normal, id and depth of a view, for pictures other than colour and for picking.
 #[derive(Debug)]

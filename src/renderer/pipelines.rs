@@ -6,10 +6,9 @@ use super::targets::{DEPTH_FORMAT, HDR_FORMAT};
 use super::{DebugView, PICTURE_FORMAT, shaders};
 use std::collections::{BTreeMap, BTreeSet};
 use std::thread::JoinHandle;
-use systems::components::ToneMap;
-use systems::draw_list::{LightTraits, PipelineKey};
-use systems::library::{AlphaMode, Shading, Technique};
-use systems::parallel::map_in_parallel;
+use systems::assets::{AlphaMode, Shading, Technique};
+use systems::draw::{LightTraits, PipelineKey, ToneMap};
+use systems::ecs::parallel::map_in_parallel;
 
 /// What the forward pass writes.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]

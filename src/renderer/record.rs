@@ -11,8 +11,8 @@ use super::tone_map::tone_mapped;
 use super::{Drawn, Outputs, PICTURE_FORMAT, Renderer, ViewState, read_buffer};
 use crate::freed_memory::keep_freed_memory;
 use std::ops::Range;
-use systems::draw_list::BatchKey;
-use systems::library::Technique;
+use systems::assets::Technique;
+use systems::draw::BatchKey;
 
 /// What a driver on the processor holds of more triangles than these is worth keeping from frame to frame.
 const MANY_TRIANGLES: u64 = 10_000;

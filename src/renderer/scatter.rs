@@ -6,7 +6,7 @@ use super::tables::GrowingBuffer;
 use super::{Gpu, RenderError, shaders};
 use std::collections::BTreeMap;
 use std::ops::Range;
-use systems::tables::{DirtySlots, Records};
+use systems::ecs::tables::{DirtySlots, Records};
 
 /// Fewer ranges than this are written by a call each.
 pub(super) const MANY_RANGES: usize = 32;

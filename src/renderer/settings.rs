@@ -1,8 +1,8 @@
 //! Choices for a whole view.
 
 use glam::Vec3;
-use systems::levels::LevelOfDetail;
-use systems::library::Technique;
+use systems::assets::Technique;
+use systems::assets::levels::LevelOfDetail;
 
 /// What to look at instead of the lit picture.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]

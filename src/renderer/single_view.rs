@@ -6,7 +6,7 @@ use super::{
 };
 use std::num::NonZeroU32;
 use systems::Simulation;
-use systems::view::View;
+use systems::draw::View;
 
 /// A [`Renderer`] and the state of its only view.
 #[derive(Debug)]

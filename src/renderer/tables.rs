@@ -3,8 +3,8 @@
 use super::RenderError;
 use super::scatter::{MANY_RANGES, Scatter, ScatterBuffers};
 use std::ops::Range;
-use systems::draw_list::PAGE_SLOTS;
-use systems::tables::{DirtySlots, Records};
+use systems::draw::PAGE_SLOTS;
+use systems::ecs::tables::{DirtySlots, Records};
 
 /// A storage or vertex buffer that grows.
 #[derive(Debug)]

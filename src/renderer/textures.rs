@@ -6,11 +6,10 @@ use bevy_ecs::change_detection::DetectChangesMut;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use systems::Simulation;
-use systems::blocks;
-use systems::draw_list::{ClassId, DrawList, TextureArray};
-use systems::images::{Image, Texels, level_count, level_size};
-use systems::library::{Filter, ImageId, Library, MAP_COUNT, MipFilter, Sampler, Wrap};
-use systems::materials;
+use systems::assets::{
+    Filter, Image, ImageId, Library, MAP_COUNT, MipFilter, Sampler, Texels, Wrap, blocks, level_count, level_size,
+};
+use systems::draw::{ClassId, DrawList, TextureArray, most_layers};
 use wgpu::TextureUsages;
 
 #[derive(Debug)]
@@ -181,7 +180,7 @@ fn heights_as(format: wgpu::TextureFormat, level: &[u8]) -> Cow<'_, [u8]> {
 /// one are not copied often.
 fn grown(gpu: &Gpu, wanted: &TextureArray, old: &ArrayTexture) -> ArrayTexture {
     let held = old.texture.depth_or_array_layers() as usize;
-    let layers = (held + held / 2).min(materials::most_layers(wanted)).max(wanted.layers.len());
+    let layers = (held + held / 2).min(most_layers(wanted)).max(wanted.layers.len());
     let mut array = make_array(&gpu.device, wanted, layers);
     let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("grow maps") });
     let (side, _) = old.texture.format().block_dimensions();

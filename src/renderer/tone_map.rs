@@ -1,7 +1,7 @@
 //! The tone curves of shaders/tone.wgsl once more, for a sky of one colour, which is a clear.
 
 use glam::{Mat3, Vec3};
-use systems::components::ToneMap;
+use systems::draw::ToneMap;
 
 /// What a curve makes of a linear colour, which is exposed already: 0..1, linear.
 pub(super) fn tone_mapped(curve: ToneMap, linear: Vec3) -> Vec3 {

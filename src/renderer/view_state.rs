@@ -15,13 +15,12 @@ use super::tables::GrowingBuffer;
 use super::targets::{Behind, Targets};
 use super::{DebugView, Gpu, PICTURE_FORMAT, RenderError, Settings, Uploads, read_texture};
 use glam::Vec3;
-use systems::batches::{BlendedRun, sort_transparent};
-use systems::components::{Environment, ToneMap};
-use systems::draw_list::{Batch, BatchKey, DrawList, LightTraits, PipelineKey};
-use systems::library::Technique;
-use systems::records::ViewRecord;
-use systems::tables::DirtySlots;
-use systems::view::View;
+use systems::assets::Technique;
+use systems::draw::{
+    Batch, BatchKey, BlendedRun, DrawList, Environment, LightTraits, PipelineKey, ToneMap, View, ViewRecord,
+    sort_transparent,
+};
+use systems::ecs::tables::DirtySlots;
 
 /// What a view shows in a frame, and how.
 #[derive(Clone, PartialEq, Debug)]
@@ -378,10 +377,11 @@ mod tests {
     use super::*;
     use crate::renderer::Occlusion;
     use systems::Simulation;
-    use systems::components::{Camera, Light};
-    use systems::levels::LevelOfDetail;
-    use systems::library::{Library, Material};
-    use systems::transform::{GlobalTransform, Transform};
+    use systems::assets::levels::LevelOfDetail;
+    use systems::assets::{Library, Material};
+    use systems::draw::Camera;
+    use systems::lights::Light;
+    use systems::space::{GlobalTransform, Transform};
 
     /// All that a view draws into and reads. Handles of other textures, buffers and groups are not equal to these.
     fn resources(state: &ViewState) -> impl PartialEq + use<> {
@@ -405,8 +405,8 @@ mod tests {
         };
         let mut simulation = Simulation::new();
         let mut library = simulation.world.resource_mut::<Library>();
-        let cube = library.add_mesh(systems::shapes::cube(Vec3::ONE));
-        let glass = Material { alpha: systems::library::AlphaMode::Blend, ..Material::default() };
+        let cube = library.add_mesh(systems::assets::shapes::cube(Vec3::ONE));
+        let glass = Material { alpha: systems::assets::AlphaMode::Blend, ..Material::default() };
         let glass = library.add_material(glass);
         let objects: Vec<_> =
             (0..30).map(|i| simulation.world.spawn((cube, Transform::from_xyz(i as f32, 0.0, -9.0))).id()).collect();

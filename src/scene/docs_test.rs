@@ -148,10 +148,10 @@ fn documented_defaults_are_the_defaults() {
 /// The names of the command line and those of scene files are the same.
 #[test]
 fn choices_have_the_same_names_everywhere() {
-    for (name, technique) in systems::library::Technique::ALL {
+    for (name, technique) in systems::assets::Technique::ALL {
         assert_eq!(parse::<format::Technique>(name).map(Into::into), Ok(technique));
     }
-    for (name, tone_map) in systems::components::ToneMap::ALL {
+    for (name, tone_map) in systems::draw::ToneMap::ALL {
         assert_eq!(parse::<format::ToneMap>(name).map(Into::into), Ok(tone_map));
     }
 }

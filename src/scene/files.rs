@@ -8,13 +8,11 @@ use crate::import::{self, Model, Node};
 use glam::{Affine2, Mat2, UVec2, Vec2};
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
-use systems::bounds::Aabb;
-use systems::images::ImageKind;
-use systems::library::{
-    AlphaMode, ImageId, Library, Map, Material, MaterialId, Mesh, MeshId, Technique, default_specular,
+use systems::assets::{
+    AlphaMode, ImageId, ImageKind, Library, Map, Material, MaterialId, Mesh, MeshId, Technique, default_specular,
+    shapes,
 };
-use systems::shapes;
-use systems::transform::Transform;
+use systems::space::{Aabb, Transform};
 
 /// What the files of a scene contained. A file that failed has a [`Fault`] and is absent.
 #[derive(Default)]
@@ -308,10 +306,10 @@ fn map(image: ImageId, source: &MapSource, material: &format::Material) -> Map {
     }
 }
 
-fn sampler(s: Sampler) -> systems::library::Sampler {
-    let default = systems::library::Sampler::default();
+fn sampler(s: Sampler) -> systems::assets::Sampler {
+    let default = systems::assets::Sampler::default();
     let wrap = |own: Option<format::Wrap>, otherwise| own.or(s.wrap).map_or(otherwise, Into::into);
-    systems::library::Sampler {
+    systems::assets::Sampler {
         wrap_u: wrap(s.wrap_u, default.wrap_u),
         wrap_v: wrap(s.wrap_v, default.wrap_v),
         mag: s.mag.map_or(default.mag, Into::into),

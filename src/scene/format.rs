@@ -9,7 +9,7 @@ pub use super::surfaces::*;
 use super::values::{Attenuation, Color, Named, Scale};
 pub use super::vehicle_types::format::Vehicle;
 use serde::Deserialize;
-use systems::components as world;
+use systems::{draw, lights};
 
 /// A whole file.
 #[derive(Deserialize, Debug)]
@@ -35,7 +35,7 @@ impl Default for Scene {
         Self {
             seed: 0,
             origin: None,
-            piece_metres: systems::pieces::DEFAULT_METRES,
+            piece_metres: systems::draw::pieces::DEFAULT_METRES,
             environment: Environment::default(),
             clock: Clock::default(),
             vehicle_types: Vec::new(),
@@ -63,7 +63,7 @@ pub struct Environment {
 
 impl Default for Environment {
     fn default() -> Self {
-        let e = world::Environment::default();
+        let e = draw::Environment::default();
         Self {
             ambient: Color::linear(e.ambient),
             zenith: Color::linear(e.zenith),
@@ -85,7 +85,7 @@ pub struct Clock {
 
 impl Default for Clock {
     fn default() -> Self {
-        let clock = systems::clock::Clock::default();
+        let clock = systems::ecs::clock::Clock::default();
         Self { step_seconds: clock.step_seconds, speed: clock.speed, paused: clock.paused }
     }
 }
@@ -144,7 +144,7 @@ pub struct PointLight {
 
 impl Default for PointLight {
     fn default() -> Self {
-        let light = world::Light::point(1.0, f32::INFINITY);
+        let light = lights::Light::point(1.0, f32::INFINITY);
         Self {
             color: Color::linear(light.color),
             intensity: light.intensity,
@@ -236,7 +236,7 @@ pub struct Camera {
 
 impl Default for Camera {
     fn default() -> Self {
-        let near = world::Camera::default().near;
+        let near = draw::Camera::default().near;
         Self { fov_y_degrees: None, aspect: None, orthographic_half_height: None, near, far: None }
     }
 }

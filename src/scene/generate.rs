@@ -8,7 +8,7 @@ use super::traffic;
 use super::values::place;
 use glam::{Quat, Vec3};
 use std::collections::HashMap;
-use systems::transform::Transform;
+use systems::space::Transform;
 use systems::vehicles::OnRoute;
 use systems::vehicles::routes::Routes;
 

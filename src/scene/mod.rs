@@ -52,12 +52,12 @@ use spawn::Spawned;
 use std::fmt;
 use std::path::{Path, PathBuf};
 use systems::Simulation;
-use systems::bounds::Aabb;
-use systems::clock::{Clock, Seed};
-use systems::components::Environment;
-use systems::library::Library;
-use systems::origin::Origin;
-use systems::roster;
+use systems::assets::Library;
+use systems::draw::Environment;
+use systems::ecs::clock::{Clock, Seed};
+use systems::run::roster;
+use systems::space::Aabb;
+use systems::space::origin::Origin;
 use systems::vehicles::{VehicleType, VehicleTypes};
 
 /// Bytes; a scene of a million written-out entities fits.

@@ -7,7 +7,7 @@
 use super::format::{Entity, Generator, Light, Place, Region, Scene};
 use super::spawn;
 use glam::{Affine3A, DVec3};
-use systems::origin::{PRECISE, spacing};
+use systems::space::origin::{PRECISE, spacing};
 
 /// Metres from the middle of a scene within which its origin is chosen, if something in it is as near.
 const NEAR: f64 = 10_000.0;

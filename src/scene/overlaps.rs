@@ -4,7 +4,7 @@ use crate::frames::name_of;
 use bevy_ecs::prelude::*;
 use glam::{DVec2, DVec3};
 use std::collections::HashMap;
-use systems::origin::Origin;
+use systems::space::origin::Origin;
 use systems::vehicles::routes::Routes;
 use systems::vehicles::{Motion, OnRoute, Vehicle, VehicleNumber, VehicleType, VehicleTypes};
 

@@ -4,13 +4,10 @@ use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
 use glam::Vec3;
 use systems::Simulation;
-use systems::bounds::{Aabb, Sphere};
-use systems::components::{Camera, Environment, Light, Projection};
-use systems::lights::irradiance;
-use systems::object_bounds::all_bounds;
-use systems::records::LightRecord;
-use systems::relevance::LUMINANCE;
-use systems::transform::Transform;
+use systems::assets::all_bounds;
+use systems::draw::{Camera, Environment, Projection};
+use systems::lights::{LUMINANCE, Light, LightRecord, irradiance};
+use systems::space::{Aabb, Sphere, Transform};
 
 /// Vertical field of view of the framing camera.
 const FOV_Y: f32 = 35.0;

@@ -15,18 +15,19 @@ use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
 use glam::{Affine3A, EulerRot, Quat, Vec3};
 use std::collections::HashMap;
-use systems::bounds::Aabb;
-use systems::components::{Camera, Figure, Light, LightKind, Projection, Spin};
-use systems::hidden::Hidden;
-use systems::library::{Library, MaterialId, MeshId};
-use systems::origin::Origin;
+use systems::assets::{Figure, Library, MaterialId, MeshId};
+use systems::draw::pieces::PiecesReport;
+use systems::draw::{Camera, Projection, pieces};
+use systems::lights::{Light, LightKind};
 use systems::physics::Obstacle;
-use systems::pieces::{self, PiecesReport};
-use systems::transform::Transform;
+use systems::space::origin::Origin;
+use systems::space::{Aabb, Hidden, Spin, Transform};
 use systems::vehicles::ground::Ground;
-use systems::vehicles::routes::{RouteId, Routes};
+use systems::vehicles::routes::Routes;
 use systems::vehicles::signals::Signals;
-use systems::vehicles::{ByHand, Controls, Motion, NextVehicleNumber, OnRoute, Vehicle, VehicleTypeId, VehicleTypes};
+use systems::vehicles::{
+    ByHand, Controls, Motion, NextVehicleNumber, OnRoute, RouteId, Vehicle, VehicleTypeId, VehicleTypes,
+};
 
 /// What spawning found out about the scene.
 #[derive(Default)]

@@ -2,8 +2,8 @@
 
 use super::values::{Color, MapSource, Scale};
 use serde::Deserialize;
-use systems::library as lib;
-use systems::library::MAP_COUNT;
+use systems::assets as lib;
+use systems::assets::MAP_COUNT;
 
 /// Enums of the other crate under the names that scene files use.
 macro_rules! named_choices {
@@ -21,7 +21,7 @@ macro_rules! named_choices {
 }
 
 named_choices! {
-    ToneMap => systems::components::ToneMap { Clamp, Aces, Agx }
+    ToneMap => systems::draw::ToneMap { Clamp, Aces, Agx }
     Shading => lib::Shading { Phong, Blinn, MetallicRoughness, SpecularGlossiness, Unlit }
     Technique => lib::Technique {
         Off, Normal, PerturbedNormal, Emboss, EmbossMultipass, Dot3, Dot3Constant, PerturbedUv, Parallax, Relief,

@@ -7,13 +7,13 @@ use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;
-use systems::components::Light;
-use systems::library::{Library, Material, MaterialId};
-use systems::origin::Origin;
-use systems::transform::Transform;
-use systems::vehicles::OnRoute;
-use systems::vehicles::routes::{RouteId, RoutePlan, Routes, Stop, Wait};
+use systems::assets::{Library, Material, MaterialId};
+use systems::lights::Light;
+use systems::space::Transform;
+use systems::space::origin::Origin;
+use systems::vehicles::routes::{RoutePlan, Routes, Stop, Wait};
 use systems::vehicles::signals::{Aspect, Signal, SignalHead, SignalLamp, Signals};
+use systems::vehicles::{OnRoute, RouteId};
 
 /// Gives the world the scene's routes and signals; returns what a person should know of them.
 pub fn insert(scene: &Scene, world: &mut World) -> Vec<String> {

@@ -4,7 +4,7 @@
 //! map of its own material; a material of the scene may be placed by the other set, in which the image lies otherwise.
 
 use std::collections::HashMap;
-use systems::library::{Library, Material, MaterialId, Mesh, MeshId};
+use systems::assets::{Library, Material, MaterialId, Mesh, MeshId};
 
 /// The copies made so far, by mesh and UV set.
 #[derive(Debug, Default)]
@@ -34,8 +34,7 @@ mod tests {
     use super::*;
     use glam::{UVec2, Vec2, Vec3};
     use systems::Simulation;
-    use systems::library::{ImageId, Map};
-    use systems::shapes;
+    use systems::assets::{ImageId, Map, shapes};
 
     #[test]
     fn a_material_of_the_other_uv_set_gets_a_mesh_of_its_own() {

@@ -7,8 +7,8 @@ use serde::de::{Deserializer, MapAccess, Visitor, value::MapAccessDeserializer};
 use std::collections::HashMap;
 use std::fmt;
 use std::marker::PhantomData;
-use systems::color::{linear_from_kelvin, linear_from_srgb};
-use systems::components::Light;
+use systems::assets::color::{linear_from_kelvin, linear_from_srgb};
+use systems::lights::Light;
 
 /// `{ "name": value, … }` in the order of the file; the same name twice is kept for the check to find.
 #[derive(Debug)]

@@ -7,9 +7,8 @@ use crate::maps::{
     HorizonOptions, NormalOptions, Raster, Relief, horizon_from_height, normal_from_height, offset_from_height,
 };
 use std::path::Path;
-use systems::displace::HeightMap;
-use systems::images::{Image, ImageKind};
-use systems::library::Sampler;
+use systems::assets::displace::HeightMap;
+use systems::assets::{Image, ImageKind, Sampler};
 
 /// The depth that the shipped maps are made for.
 const SHIPPED_SCALE: f32 = 0.06;

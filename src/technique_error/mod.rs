@@ -27,7 +27,7 @@ use crate::output::{self, OutputError};
 use image::RgbImage;
 use stand::{Lit, Shown, Stand};
 use std::path::PathBuf;
-use systems::library::Technique;
+use systems::assets::Technique;
 use truth::Truth;
 
 /// Pictures of at most so many pixels are compared: the truth has four samples in each.

@@ -8,15 +8,12 @@ use crate::renderer::{Gpu, Occlusion, Outputs, Settings, SingleView};
 use bevy_ecs::prelude::*;
 use glam::{Mat3, Quat, UVec2, Vec2, Vec3};
 use systems::Simulation;
-use systems::components::{Camera, Environment, Light, LightKind, Projection, ToneMap};
-use systems::displace::{Displacement, displace};
-use systems::hidden::Hidden;
-use systems::images::Image;
-use systems::levels::LevelOfDetail;
-use systems::library::{Library, Map, Material, MaterialId, Mesh, Shading, Technique};
-use systems::shapes;
-use systems::transform::Transform;
-use systems::view::View;
+use systems::assets::displace::{Displacement, displace};
+use systems::assets::levels::LevelOfDetail;
+use systems::assets::{Image, Library, Map, Material, MaterialId, Mesh, Shading, Technique, shapes};
+use systems::draw::{Camera, Environment, Projection, ToneMap, View};
+use systems::lights::{Light, LightKind};
+use systems::space::{Hidden, Transform};
 
 /// Triangles of the displaced figure, at the most.
 const MOST_TRIANGLES: f32 = 2.1e6;

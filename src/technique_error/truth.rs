@@ -18,8 +18,8 @@ use obvhs::cwbvh::builder::build_cwbvh_from_tris;
 use obvhs::ray::Ray;
 use obvhs::triangle::Triangle;
 use std::time::Duration;
-use systems::images::srgb_from_linear;
-use systems::library::Mesh;
+use systems::assets::Mesh;
+use systems::assets::color::srgb_from_linear;
 
 /// Metres above the surface that rays begin: places have errors of a hundredth of that.
 const ABOVE: f32 = 1e-4;
@@ -134,7 +134,7 @@ pub(super) fn encoded(linear: &[Vec3], (width, height): (u32, u32)) -> RgbImage 
 mod tests {
     use super::*;
     use glam::{UVec2, Vec2};
-    use systems::shapes;
+    use systems::assets::shapes;
 
     #[test]
     fn rays_stop_at_what_is_in_the_way_and_before_what_is_behind_the_light() {

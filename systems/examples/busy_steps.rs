@@ -5,16 +5,16 @@
 
 use glam::{Quat, UVec2, Vec2, Vec3};
 use std::f32::consts::TAU;
-use systems::components::Spin;
-use systems::library::Library;
+use systems::Simulation;
+use systems::assets::{Library, shapes};
 use systems::physics::Physical;
-use systems::transform::Transform;
+use systems::run::{roster, state_hash};
+use systems::space::{Spin, Transform};
 use systems::vehicles::ground::Ground;
-use systems::vehicles::routes::{RouteId, RoutePlan, Routes, Stop, Wait};
+use systems::vehicles::routes::{RoutePlan, Routes, Stop, Wait};
 use systems::vehicles::signals::{Signal, Signals};
 use systems::vehicles::types::Trailer;
-use systems::vehicles::{Motion, OnRoute, Vehicle, VehicleType, VehicleTypes};
-use systems::{Simulation, roster, shapes, state_hash};
+use systems::vehicles::{Motion, OnRoute, RouteId, Vehicle, VehicleType, VehicleTypes};
 
 /// A ring of three lanes, and within it a crossing: out along each arm, round, and back.
 fn routes() -> (Vec<RoutePlan>, Signal) {

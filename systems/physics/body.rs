@@ -4,8 +4,9 @@
 //! mass is above the middle of its wheels, so that equal springs give equally under its weight and it stands level.
 
 use super::physical::{GRAVITY, Tuning, WheelPlace};
-use crate::transform::Transform;
-use crate::vehicles::{Motion, VehicleType};
+use crate::space::transform::Transform;
+use crate::vehicles::components::Motion;
+use crate::vehicles::types::VehicleType;
 use glam::{DVec2, DVec3, Quat, Vec3};
 use rapier3d_f64::control::{DynamicRayCastVehicleController, WheelTuning};
 use rapier3d_f64::prelude::*;

@@ -4,10 +4,11 @@
 //! every step, does not depend on the order of spawning, and a world restored from a snapshot, whose entities are
 //! others, finds its colliders as they were.
 
-use super::Physics;
-use crate::library::{Library, Mesh, MeshId};
-use crate::pieces::{PieceOf, WholeMesh};
-use crate::transform::Transform;
+use super::bodies::Physics;
+use crate::assets::library::Library;
+use crate::assets::mesh::{Mesh, MeshId};
+use crate::draw::pieces::{PieceOf, WholeMesh};
+use crate::space::transform::Transform;
 use crate::vehicles::ground::Ground;
 use crate::vehicles::routes::mixed;
 use bevy_ecs::prelude::*;

@@ -1,7 +1,8 @@
 //! What a physically simulated vehicle is made of: numbers of its own, or derived from its type.
 
+use crate::vehicles::components::Wanted;
 use crate::vehicles::parts::{self, Movement, Part};
-use crate::vehicles::{VehicleType, Wanted};
+use crate::vehicles::types::VehicleType;
 use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;

@@ -1,10 +1,11 @@
 //! The wheels of a physical vehicle's model go up and down with its springs.
 
-use super::Physics;
+use super::bodies::Physics;
 use super::physical::{Physical, wheels};
-use crate::transform::Transform;
+use crate::space::transform::Transform;
+use crate::vehicles::components::{Vehicle, VehicleNumber};
 use crate::vehicles::parts::{Movement, MovingPart};
-use crate::vehicles::{Vehicle, VehicleNumber, VehicleTypes};
+use crate::vehicles::types::VehicleTypes;
 use bevy_ecs::prelude::*;
 use glam::{Affine3A, Vec3};
 

@@ -1,11 +1,12 @@
 //! Kinematic vehicles near physical ones: bodies that nothing pushes, for physical vehicles to bump into.
 
-use super::Physics;
+use super::bodies::Physics;
 use super::body::{chassis_collider, pose};
 use super::physical::wheels;
-use crate::sub_steps::SubStep;
-use crate::transform::Transform;
-use crate::vehicles::{Motion, Vehicle, VehicleNumber, VehicleTypes};
+use crate::ecs::sub_steps::SubStep;
+use crate::space::transform::Transform;
+use crate::vehicles::components::{Motion, Vehicle, VehicleNumber};
+use crate::vehicles::types::VehicleTypes;
 use bevy_ecs::prelude::*;
 use glam::Vec3;
 use rapier3d_f64::prelude::*;

@@ -3,11 +3,11 @@
 use bevy_ecs::prelude::*;
 use glam::Vec3;
 use systems::Simulation;
-use systems::transform::Transform;
+use systems::space::Transform;
 use systems::vehicles::forks::{Chooser, Fork};
-use systems::vehicles::routes::{RouteId, RoutePlan, Routes, Stop, Wait};
+use systems::vehicles::routes::{RoutePlan, Routes, Stop, Wait};
 use systems::vehicles::signals::{Signal, Signals};
-use systems::vehicles::{Motion, OnRoute, Vehicle, VehicleNumber, VehicleType, VehicleTypeId};
+use systems::vehicles::{Motion, OnRoute, RouteId, Vehicle, VehicleNumber, VehicleType, VehicleTypeId};
 
 const LINE: f32 = 80.0;
 

@@ -4,13 +4,13 @@ use bevy_ecs::prelude::*;
 use glam::{DVec2, DVec3, Vec3};
 use proptest::prelude::*;
 use systems::Simulation;
-use systems::transform::Transform;
-use systems::vehicles::following;
+use systems::space::Transform;
 use systems::vehicles::ground::Grounds;
-use systems::vehicles::routes::{RouteId, RoutePlan, Routes};
-use systems::vehicles::steering;
+use systems::vehicles::routes::{RoutePlan, Routes};
 use systems::vehicles::types::{Driver, Trailer};
-use systems::vehicles::{ByHand, Controls, Motion, OnRoute, Vehicle, VehicleType, VehicleTypeId, VehicleTypes};
+use systems::vehicles::{
+    ByHand, Controls, Motion, OnRoute, RouteId, Vehicle, VehicleType, VehicleTypeId, VehicleTypes, following, steering,
+};
 
 const STEP: f64 = 1.0 / 60.0;
 

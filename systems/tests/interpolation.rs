@@ -3,9 +3,8 @@
 use bevy_ecs::prelude::*;
 use glam::{Quat, Vec3};
 use systems::Simulation;
-use systems::clock;
-use systems::interpolation::{Interpolated, Interpolation};
-use systems::transform::{GlobalTransform, Transform};
+use systems::ecs::clock;
+use systems::space::{GlobalTransform, Interpolated, Interpolation, Transform};
 
 #[derive(Component)]
 struct Speed(f32);

@@ -4,11 +4,10 @@ use glam::{Mat3, UVec2, UVec3, Vec2, Vec3, Vec4};
 use proptest::prelude::*;
 use std::collections::HashMap;
 use systems::Simulation;
-use systems::levels::{Level, LevelOfDetail, MOST_LEVELS, simplify};
-use systems::library::{Library, Mesh};
-use systems::shapes;
-use systems::split::{Grid, split};
-use systems::tangents::compute_tangents;
+use systems::assets::levels::{LevelOfDetail, MOST_LEVELS, simplify};
+use systems::assets::split::{Grid, split};
+use systems::assets::tangents::compute_tangents;
+use systems::assets::{Level, Library, Mesh, shapes};
 
 /// A mesh with its tangents, its levels, and the triangles of each.
 fn with_levels(mut mesh: Mesh) -> (Mesh, Vec<Level>, Vec<Vec<[u32; 3]>>) {

@@ -3,14 +3,11 @@
 use bevy_ecs::prelude::*;
 use glam::{Quat, Vec3};
 use systems::Simulation;
-use systems::color::linear_from_kelvin;
-use systems::components::Light;
-use systems::library::Library;
-use systems::lights::LightPolicy;
-use systems::records::LightRecord;
-use systems::shapes;
-use systems::stats::FrameStats;
-use systems::transform::Transform;
+use systems::assets::color::linear_from_kelvin;
+use systems::assets::{Library, shapes};
+use systems::ecs::stats::FrameStats;
+use systems::lights::{Light, LightPolicy, LightRecord};
+use systems::space::Transform;
 
 #[test]
 fn a_temperature_becomes_the_colour_of_a_black_body() {

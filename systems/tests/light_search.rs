@@ -9,14 +9,12 @@ use glam::{DVec3, Vec3};
 use proptest::prelude::*;
 use proptest::sample::Index;
 use std::collections::BTreeMap;
-use systems::bounds::Sphere;
-use systems::components::{Light, LightKind};
-use systems::light_search::{Level, Scratch, select_sparse};
-use systems::light_selection::select_parallel;
-use systems::light_tree::LightTree;
-use systems::lights::{LightPolicy, Selection, irradiance, light_record, score};
-use systems::records::{LightRecord, NO_LIGHT};
-use systems::selected_lights::SelectedLights;
+use systems::lights::search::{Level, Scratch, select_sparse};
+use systems::lights::{
+    Light, LightKind, LightPolicy, LightRecord, LightTree, NO_LIGHT, SelectedLights, Selection, irradiance,
+    light_record, score, select_parallel,
+};
+use systems::space::Sphere;
 
 prop_compose! {
     /// Lights (some of them twice and more, so that scores tie) and objects, around the origin or 10 km off.

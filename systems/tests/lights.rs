@@ -8,18 +8,16 @@ use common::{any_odd_light, any_place, cases};
 use glam::{Quat, Vec3};
 use proptest::prelude::*;
 use proptest::sample::Index;
-use systems::bounds::Sphere;
-use systems::components::{Light, LightKind};
-use systems::draw_list::LightTraits;
-use systems::library::{Library, Mesh, MeshId};
-use systems::lights::{LightPolicy, LightSlot, LightTable, ScoredLight, Selection, score};
-use systems::object_bounds::{bounds_of, world_bounds};
-use systems::records::{LightRecord, NO_LIGHT};
-use systems::selected_lights::SelectedLights;
-use systems::stats::FrameStats;
-use systems::tables::Records;
-use systems::transform::{GlobalTransform, Transform};
-use systems::{Simulation, brute_force, shapes};
+use systems::Simulation;
+use systems::assets::{Library, Mesh, MeshId, bounds_of, shapes, world_bounds};
+use systems::draw::LightTraits;
+use systems::ecs::stats::FrameStats;
+use systems::ecs::tables::Records;
+use systems::lights::{
+    Light, LightKind, LightPolicy, LightRecord, LightSlot, LightTable, NO_LIGHT, ScoredLight, SelectedLights,
+    Selection, brute_force, score,
+};
+use systems::space::{GlobalTransform, Sphere, Transform};
 
 #[test]
 fn lights_that_are_none_are_never_selected() {

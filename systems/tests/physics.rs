@@ -4,18 +4,18 @@ use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
 use glam::{DVec3, Quat, Vec2, Vec3};
 use systems::Simulation;
-use systems::clock::Clock;
-use systems::library::{Library, Mesh, MeshId};
+use systems::assets::{Library, Mesh, MeshId, shapes};
+use systems::ecs::clock::Clock;
+use systems::ecs::sub_steps::Parts;
 use systems::physics::{GRAVITY, Obstacle, Physical, Physics};
-use systems::sub_steps::Parts;
-use systems::transform::Transform;
+use systems::run::{roster, snapshot, state_hash};
+use systems::space::Transform;
 use systems::vehicles::ground::Ground;
-use systems::vehicles::routes::{RouteId, RoutePlan, Routes, Stop, Wait};
+use systems::vehicles::routes::{RoutePlan, Routes, Stop, Wait};
 use systems::vehicles::{
-    Controls, Motion, OnRoute, Stalled, Vehicle, VehicleNumber, VehicleType, VehicleTypeId, VehicleTypes, Wanted,
-    driving,
+    Controls, Motion, OnRoute, RouteId, Stalled, Vehicle, VehicleNumber, VehicleType, VehicleTypeId, VehicleTypes,
+    Wanted, driving,
 };
-use systems::{roster, shapes, snapshot, state_hash};
 
 /// The box of a car's size, without air.
 const AIRLESS: Physical = Physical {

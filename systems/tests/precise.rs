@@ -3,13 +3,13 @@
 use bevy_ecs::prelude::*;
 use glam::DVec3;
 use systems::Simulation;
-use systems::clock::Clock;
+use systems::ecs::clock::Clock;
 use systems::physics::Physical;
-use systems::transform::Transform;
-use systems::vehicles::routes::{RouteId, RoutePlan, Routes, Stop, Wait};
+use systems::space::Transform;
+use systems::vehicles::routes::{RoutePlan, Routes, Stop, Wait};
 use systems::vehicles::signals::{Signal, Signals};
 use systems::vehicles::types::Driver;
-use systems::vehicles::{ByHand, Controls, Motion, OnRoute, Vehicle, VehicleType, VehicleTypeId};
+use systems::vehicles::{ByHand, Controls, Motion, OnRoute, RouteId, Vehicle, VehicleType, VehicleTypeId};
 
 const STAND_IN: Vehicle = Vehicle { kind: VehicleTypeId::STAND_IN, paint: 0 };
 

@@ -7,13 +7,11 @@ use glam::{Affine3A, Vec3};
 use proptest::prelude::*;
 use std::collections::BTreeMap;
 use systems::Simulation;
-use systems::components::Light;
-use systems::hidden::Hidden;
-use systems::library::{AlphaMode, Library, Material, MaterialId, MeshId};
-use systems::records::InstanceRecord;
-use systems::shapes;
-use systems::tables::Records;
-use systems::transform::Transform;
+use systems::assets::{AlphaMode, Library, Material, MaterialId, MeshId, shapes};
+use systems::draw::InstanceRecord;
+use systems::ecs::tables::Records;
+use systems::lights::Light;
+use systems::space::{Hidden, Transform};
 
 #[derive(Clone, Copy, Debug)]
 enum Edit {

@@ -3,14 +3,14 @@
 use bevy_ecs::prelude::*;
 use glam::DVec3;
 use systems::Simulation;
-use systems::clock::Clock;
-use systems::components::Light;
-use systems::library::MaterialId;
+use systems::assets::MaterialId;
+use systems::ecs::clock::Clock;
+use systems::lights::Light;
 use systems::vehicles::lane_changes::SAFE_BRAKING;
-use systems::vehicles::routes::{RouteId, RoutePlan, Routes};
+use systems::vehicles::routes::{RoutePlan, Routes};
 use systems::vehicles::signals::{Aspect, Signal, SignalHead, SignalLamp, Signals};
 use systems::vehicles::types::Driver;
-use systems::vehicles::{Motion, OnRoute, Vehicle, VehicleNumber, VehicleType, VehicleTypeId};
+use systems::vehicles::{Motion, OnRoute, RouteId, Vehicle, VehicleNumber, VehicleType, VehicleTypeId};
 
 #[test]
 fn signals_go_through_their_phases() {

@@ -3,11 +3,10 @@
 use glam::{UVec2, UVec3, Vec2, Vec3, Vec4};
 use proptest::prelude::*;
 use std::collections::HashMap;
-use systems::bounds::Aabb;
-use systems::library::{Library, Mesh};
-use systems::shapes;
-use systems::split::{Grid, MOST_PIECES, split};
-use systems::tangents::compute_tangents;
+use systems::assets::split::{Grid, MOST_PIECES, split};
+use systems::assets::tangents::compute_tangents;
+use systems::assets::{Library, Mesh, shapes};
+use systems::space::Aabb;
 
 fn bits(v: Vec3) -> [u32; 3] {
     (v + 0.0).to_array().map(f32::to_bits)

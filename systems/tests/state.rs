@@ -3,21 +3,21 @@
 use bevy_ecs::prelude::*;
 use glam::{Quat, Vec3};
 use proptest::prelude::*;
-use systems::clock::{Clock, Seed};
-use systems::components::{Figure, Light, Spin};
-use systems::hidden::Hidden;
-use systems::inputs::{Input, Inputs};
-use systems::interpolation::Interpolation;
-use systems::library::{Library, Material, MaterialId, MeshId};
-use systems::origin::Origin;
-use systems::roster::{Roster, StateId, enroll_all};
-use systems::spawn::Spawn;
-use systems::state_hash::{StateHash, hash};
-use systems::transform::Transform;
+use systems::Simulation;
+use systems::assets::{Figure, Library, Material, MaterialId, MeshId, shapes};
+use systems::draw::pieces;
+use systems::ecs::clock::{Clock, Seed};
+use systems::lights::Light;
+use systems::run::inputs::{Input, Inputs};
+use systems::run::roster::{Roster, StateId, enroll_all};
+use systems::run::snapshot;
+use systems::run::spawn::Spawn;
+use systems::run::state_hash::{StateHash, hash};
+use systems::space::origin::Origin;
+use systems::space::{Hidden, Interpolation, Spin, Transform};
 use systems::vehicles::lamps::LampKind;
 use systems::vehicles::parts::{Movement, Part, PartLamp};
 use systems::vehicles::{ByHand, Controls, Indicator, Motion, Vehicle, VehicleNumber, VehicleType, VehicleTypes};
-use systems::{Simulation, pieces, shapes, snapshot};
 
 /// Spinning arms with lamps at their ends, some of them hidden, a figure, and a road in pieces.
 fn busy() -> Simulation {

@@ -6,8 +6,8 @@ use proptest::prelude::*;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use systems::Simulation;
-use systems::library::{Library, Mesh};
-use systems::tangents::{TangentReport, compute_tangents};
+use systems::assets::tangents::{TangentReport, compute_tangents};
+use systems::assets::{Library, Mesh};
 
 /// `RELIEF_TEST_DATA`, or `shared/data` beside the project; `None`, said aloud, where there is none.
 fn test_data() -> Option<PathBuf> {

@@ -4,13 +4,13 @@ use bevy_ecs::prelude::*;
 use glam::{DVec3, Vec2, Vec3};
 use proptest::prelude::*;
 use systems::Simulation;
-use systems::transform::Transform;
+use systems::space::Transform;
 use systems::vehicles::forks::{Chooser, Fork};
-use systems::vehicles::routes::{RouteId, RoutePlan, Routes, Stop, Wait};
+use systems::vehicles::routes::{RoutePlan, Routes, Stop, Wait};
 use systems::vehicles::signals::{Aspect, Signal, Signals};
 use systems::vehicles::types::{Driver, Limits, Trailer};
 use systems::vehicles::{
-    ByHand, Controls, Indicator, Motion, OnRoute, Stalled, Vehicle, VehicleNumber, VehicleType, VehicleTypeId,
+    ByHand, Controls, Indicator, Motion, OnRoute, RouteId, Stalled, Vehicle, VehicleNumber, VehicleType, VehicleTypeId,
     VehicleTypes, steering,
 };
 

@@ -10,10 +10,9 @@ use bevy_transform::systems::{
 use glam::{Quat, Vec3};
 use proptest::prelude::*;
 use systems::Simulation;
-use systems::library::Library;
-use systems::stats::FrameStats;
-use systems::transform::{GlobalTransform, Transform};
-use systems::transforms::update_transforms;
+use systems::assets::Library;
+use systems::ecs::stats::FrameStats;
+use systems::space::{GlobalTransform, Transform, update_transforms};
 
 /// A component that a place in the parent's coordinates can be written to.
 trait Place: Component<Mutability = Mutable> {
@@ -64,9 +63,9 @@ impl Worlds {
         let mut worlds = [World::new(), World::new()];
         worlds.iter_mut().for_each(|world| {
             world.init_resource::<StaticTransformOptimizations>();
-            world.init_resource::<systems::interpolation::Interpolation>();
-            world.init_resource::<systems::transforms::NewParents>();
-            world.add_observer(systems::transforms::note_parent);
+            world.init_resource::<systems::space::Interpolation>();
+            world.init_resource::<systems::space::NewParents>();
+            world.add_observer(systems::space::note_parent);
         });
         let [one, other] = worlds;
         Self { ours: (one, ours), theirs: (other, theirs), entities: Vec::new() }
@@ -242,7 +241,7 @@ fn chains_of_any_length_and_rings_end() {
 #[test]
 fn what_stands_still_does_not_count_as_changed() {
     let mut simulation = Simulation::new();
-    let cube = simulation.world.resource_mut::<Library>().add_mesh(systems::shapes::cube(Vec3::ONE));
+    let cube = simulation.world.resource_mut::<Library>().add_mesh(systems::assets::shapes::cube(Vec3::ONE));
     let parent = simulation.world.spawn(Transform::IDENTITY).id();
     let below: Vec<Entity> = (0..100).map(|_| simulation.world.spawn((cube, ChildOf(parent))).id()).collect();
     let alone: Vec<Entity> = (0..100).map(|_| simulation.world.spawn(cube).id()).collect();

@@ -4,14 +4,15 @@ use bevy_ecs::prelude::*;
 use glam::{Quat, Vec3};
 use std::f32::consts::{FRAC_PI_2, PI};
 use systems::Simulation;
-use systems::components::Light;
-use systems::library::{Library, Material, MaterialId, MeshId};
-use systems::shapes;
-use systems::transform::Transform;
-use systems::vehicles::lamps::{self, Lamp, LampKind, Switches};
-use systems::vehicles::parts::{self, Movement, MovingPart, Part, PartLamp};
-use systems::vehicles::types::VehicleTypeId;
-use systems::vehicles::{Controls, Headlights, Indicator, Motion, Vehicle, VehicleNumber, VehicleType, VehicleTypes};
+use systems::assets::{Library, Material, MaterialId, MeshId, shapes};
+use systems::lights::Light;
+use systems::space::Transform;
+use systems::vehicles::lamps::{Lamp, LampKind, Switches};
+use systems::vehicles::parts::{Movement, MovingPart, Part, PartLamp};
+use systems::vehicles::{
+    Controls, Headlights, Indicator, Motion, Vehicle, VehicleNumber, VehicleType, VehicleTypeId, VehicleTypes, lamps,
+    parts,
+};
 
 /// A type with a painted body, a wheel that steers, one that does not, a fork with a wheel below it, legs, a trailer
 /// and a lamp of each kind.

@@ -1,17 +1,19 @@
 //! Crossings that are kept clear: which may drive into one although its signal is green.
 //!
-//! A stop at a signal may have a stretch beyond its line in which none should stand ([`super::routes::Stop::clear`]):
-//! the crossing. A vehicle waits before the line while one that came in elsewhere, by another group of the signal, is
-//! in its own stretch, and while there is no room for it beyond: what stands there leaves less than it and those
-//! ahead of it need. What cannot stop any more drives on. What has stood there for some seconds for want of room draws
-//! again which way to take: else vehicles that wait for each other round a block would do so for ever.
+//! A stop at a signal may have a stretch beyond its line in which none should stand
+//! ([`crate::vehicles::routes::Stop::clear`]): the crossing. A vehicle waits before the line while one that came in
+//! elsewhere, by another group of the signal, is in its own stretch, and while there is no room for it beyond: what
+//! stands there leaves less than it and those ahead of it need. What cannot stop any more drives on. What has stood
+//! there for some seconds for want of room draws again which way to take: else vehicles that wait for each other round
+//! a block would do so for ever.
 //!
 //! Vehicles in crossings are noted while lanes are filled, per head of a signal; what comes to a line is looked at when
 //! lanes are complete. Both follow from where vehicles are, and nothing of it is kept.
 
+use super::components::RouteId;
 use super::following::{self, ROUTES_AHEAD, Way};
 use super::lanes::Role;
-use super::routes::{Route, RouteId, Routes, Stop, Wait};
+use super::routes::{Route, Routes, Stop, Wait};
 use super::signals::Signals;
 use super::traffic::{Row, Traffic};
 use super::types::{VehicleType, VehicleTypes};

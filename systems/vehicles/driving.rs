@@ -3,7 +3,7 @@
 //! ```text
 //! rows          where every vehicle is, in the order of the tables
 //! traffic       lanes filled and sorted, and what each minds          super::traffic
-//! lane changes  which begin to change in this step                         super::lane_changes
+//! lane changes  which begin to change in this step                         crate::vehicles::lane_changes
 //! moving        speed, steering, place and height of each                 here, and super::on_route
 //! ```
 //!
@@ -11,21 +11,20 @@
 //! lanes and vehicle numbers: neither threads nor the order of tables show in results. What did not change is not
 //! written.
 
+use super::components::{ByHand, Controls, Motion, OnRoute, Stalled, Vehicle, VehicleNumber, Wanted};
 use super::ground::Grounds;
-use super::lane_changes::{self, Start};
+use super::lane_changes::Start;
 use super::routes::Routes;
 use super::signals::Signals;
-use super::steering;
 use super::traffic::{Row, Traffic};
-use super::{
-    ByHand, Controls, Motion, OnRoute, Stalled, Vehicle, VehicleNumber, VehicleType, VehicleTypes, Wanted, hand,
-};
-use crate::changes::rows_per_task;
-use crate::columns::{Column, ColumnPart};
-use crate::interpolation::Interpolated;
-use crate::parallel::in_parallel;
-use crate::sub_steps::SubStep;
-use crate::transform::Transform;
+use super::types::{VehicleType, VehicleTypes};
+use super::{hand, lane_changes, steering};
+use crate::ecs::changes::rows_per_task;
+use crate::ecs::columns::{Column, ColumnPart};
+use crate::ecs::parallel::in_parallel;
+use crate::ecs::sub_steps::SubStep;
+use crate::space::interpolation::Interpolated;
+use crate::space::transform::Transform;
 use bevy_ecs::change_detection::{ContiguousMut, ContiguousRef};
 use bevy_ecs::prelude::*;
 use glam::{DVec3, Quat, Vec3};

@@ -4,11 +4,11 @@
 //! Physical Review E 62 (2000): dv/dt = a·(1 − (v/v0)^δ − (s*/s)²) with s* = s0 + max(0, v·T + v·Δv / (2·√(a·b))).
 //! The last term is what is called interaction here; of several leaders the one with the largest counts.
 
+use super::components::{OnRoute, RouteId};
 use super::forks::{Chooser, Fork};
-use super::routes::{Route, RouteId, Routes, Stop, Wait};
+use super::routes::{Route, Routes, Stop, Wait};
 use super::signals::{Aspect, Signals};
-use super::types::{Driver, Limits};
-use super::{OnRoute, VehicleType};
+use super::types::{Driver, Limits, VehicleType};
 
 /// Metres: nearer ones count as this far.
 const CLOSEST: f32 = 0.05;

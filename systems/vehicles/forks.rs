@@ -5,8 +5,8 @@
 //! before: it knows beforehand, looks ahead and indicates. Where two ways begin in one lane, a vehicle that has just
 //! turned into one is still in the way of those that take the other.
 
-use super::OnRoute;
-use super::routes::{Route, RouteId, RoutePlan, Routes, mixed};
+use super::components::{OnRoute, RouteId};
+use super::routes::{Route, RoutePlan, Routes, mixed};
 use glam::DVec3;
 
 /// A route that may follow another.

@@ -1,9 +1,10 @@
 //! What vehicles stand on: the triangles of entities that are [`Ground`], in a grid seen from above.
 
 use super::steering;
-use crate::library::{Library, MeshId};
-use crate::pieces::{PieceOf, WholeMesh};
-use crate::transform::Transform;
+use crate::assets::library::Library;
+use crate::assets::mesh::MeshId;
+use crate::draw::pieces::{PieceOf, WholeMesh};
+use crate::space::transform::Transform;
 use bevy_ecs::prelude::*;
 use glam::{Affine3A, Vec3};
 use serde::{Deserialize, Serialize};

@@ -1,7 +1,7 @@
 //! What a vehicle does when somebody drives it by hand.
 
-use super::types::Limits;
-use super::{Controls, VehicleType};
+use super::components::Controls;
+use super::types::{Limits, VehicleType};
 
 /// m/s²: what rolls slows down by so much.
 const ROLLING: f32 = 0.2;

@@ -3,10 +3,10 @@
 //! [`switch_lamps`] works out the [`Switches`] of each vehicle from how it moves and what its driver wants; only where
 //! these changed does [`light_lamps`] touch those of its [`Lamps`] that are another way now.
 
-use super::{Controls, Headlights, Indicator, Motion, Vehicle, VehicleNumber};
-use crate::clock::Clock;
-use crate::components::Light;
-use crate::library::MaterialId;
+use super::components::{Controls, Headlights, Indicator, Motion, Vehicle, VehicleNumber};
+use crate::assets::material::MaterialId;
+use crate::ecs::clock::Clock;
+use crate::lights::components::Light;
 use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;

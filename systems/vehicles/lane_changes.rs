@@ -11,8 +11,8 @@ use super::lanes::{Entry, Role};
 use super::routes::{Route, Routes};
 use super::traffic::Traffic;
 use super::types::VehicleTypes;
-use crate::changes::rows_per_task;
-use crate::parallel::in_parallel;
+use crate::ecs::changes::rows_per_task;
+use crate::ecs::parallel::in_parallel;
 
 /// b_safe, m/s².
 pub const SAFE_BRAKING: f32 = 4.0;

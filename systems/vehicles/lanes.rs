@@ -5,10 +5,9 @@
 //! Vehicles are entered in the order in which they were in their lanes in the last step, so that lanes are nearly
 //! sorted before they are: insertion sort does the rest.
 
-use super::VehicleTypeId;
+use super::components::{RouteId, VehicleTypeId};
 use super::crossings::Coming;
-use super::routes::RouteId;
-use crate::parallel::in_parallel;
+use crate::ecs::parallel::in_parallel;
 use bevy_tasks::ComputeTaskPool;
 
 /// A vehicle in a lane; metres along the route.
@@ -227,7 +226,7 @@ mod tests {
             tasks in 1usize..5,
             all in prop::collection::vec((0u32..40, any::<i8>(), 0u8..20, 0u8..3), 0..300),
         ) {
-            crate::set_threads(None);
+            crate::ecs::parallel::set_threads(None);
             let all: Vec<Plain> = all.into_iter().map(|(lane, front, n, role)| (lane % lanes, front, n, role)).collect();
             let stretches = Stretches::new(lanes, 512 * tasks);
             let mut found: Vec<Found> = (0..tasks).map(|_| Found::default()).collect();

@@ -4,10 +4,11 @@
 //! [`VehicleType`] holds the numbers that motion goes by and the parts of its model, and is data, not code.
 //!
 //! ```text
-//! types     VehicleTypes: dimensions, limits, driver, parts; shared by all vehicles of a type
-//! parts     what a new vehicle gets: child entities for its body, wheels and lamps; wheels roll, forks turn, legs
-//!           swing
-//! lamps     which lamps are on, their light and the glow of their glass
+//! components    what is on vehicles; hooks: what becomes of an entity that is made one
+//! types         VehicleTypes: dimensions, limits, driver, parts; shared by all vehicles of a type
+//! parts         what a new vehicle gets: child entities for its body, wheels and lamps; wheels roll, forks turn, legs
+//!               swing
+//! lamps         which lamps are on, their light and the glow of their glass
 //!
 //! driving       the step: each is moved by what was noted before any moved; on_route: as routes want
 //! routes        Routes: centre lines, lanes, limits, stops; route_line: their samples; forks: what follows
@@ -15,7 +16,7 @@
 //! traffic       which vehicle is ahead of which; lanes: by lane, in order; crossings: which wait before one
 //! following     how fast: the Intelligent Driver Model
 //! lane_changes  MOBIL
-//! steering      where to: pure pursuit, bicycle model, trailer; hand: by Controls instead
+//! steering      where to: pure pursuit, bicycle model, trailer; hand: by Controls instead; turns: about the axes
 //! ground        what vehicles stand on
 //! ```
 //!
@@ -23,12 +24,14 @@
 //! is on the ground, under the middle of the rear axle, which is the reference point of the bicycle model. Steering
 //! angles and yaw are positive to the left.
 
+pub(crate) mod components;
 mod crossings;
 pub mod driving;
 pub mod following;
 pub mod forks;
 pub mod ground;
 mod hand;
+pub mod hooks;
 pub mod lamps;
 pub mod lane_changes;
 mod lanes;
@@ -39,245 +42,11 @@ pub mod routes;
 pub mod signals;
 pub mod steering;
 pub mod traffic;
+mod turns;
 pub mod types;
 
-use crate::interpolation::Interpolated;
-use crate::transform::Transform;
-use bevy_ecs::lifecycle::HookContext;
-use bevy_ecs::prelude::*;
-use bevy_ecs::world::DeferredWorld;
-use glam::{DVec3, Vec3};
-use lamps::{Lamps, Switches};
-use routes::{RouteId, Routes};
-use serde::{Deserialize, Serialize};
-pub use types::{VehicleType, VehicleTypeId, VehicleTypes};
-
-/// Makes an entity a vehicle of a type; its parts become entities below it as it is spawned.
-#[derive(Component, Clone, Copy, PartialEq, Eq, Debug)]
-#[require(Transform, VehicleNumber, Motion, Controls, Switches, Lamps, Interpolated)]
-#[component(on_add = become_vehicle, immutable)]
-pub struct Vehicle {
-    /// What it is.
-    pub kind: VehicleTypeId,
-    /// Which of the type's paints; counted round.
-    pub paint: u32,
-}
-
-impl Vehicle {
-    /// A vehicle of that type, in its first paint.
-    pub fn of(kind: VehicleTypeId) -> Self {
-        Self { kind, paint: 0 }
-    }
-
-    /// The same vehicle in another of its type's paints, counted round.
-    pub fn painted(self, paint: u32) -> Self {
-        Self { paint, ..self }
-    }
-}
-
-/// Tells vehicles apart, whatever order tables are in: what happens first is decided by it. Given to a vehicle as it is
-/// spawned, counting up, and never given twice; one that is written beforehand is kept.
-#[derive(Component, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Serialize, Deserialize)]
-pub struct VehicleNumber(pub u32);
-
-impl VehicleNumber {
-    /// Not given yet.
-    pub const NONE: Self = Self(u32::MAX);
-}
-
-impl Default for VehicleNumber {
-    fn default() -> Self {
-        Self::NONE
-    }
-}
-
-/// The number that the next vehicle gets.
-#[derive(Resource, Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Default)]
-pub struct NextVehicleNumber(pub u32);
-
-/// Where a vehicle is and how it moves. State: written by whatever moves it. What adds up from step to step has 64
-/// bits: in 32, a step of 0.1 ms would be lost in a place kilometres away.
-#[derive(Component, Clone, Copy, PartialEq, Debug, Serialize, Deserialize, Default)]
-pub struct Motion {
-    /// Of its origin in world space, metres. The entity's translation is this, rounded; where something else writes
-    /// another translation, this follows.
-    pub place: DVec3,
-    /// Along its own forward, m/s; negative in reverse.
-    pub speed: f64,
-    /// Of `speed`, m/s².
-    pub acceleration: f32,
-    /// Of the front wheels, about the up axis: the bicycle model's, that of a wheel in the middle.
-    pub steering: f32,
-    /// World space, about +Y, 0 along +Z. The entity's rotation follows from it and from the ground.
-    pub yaw: f64,
-    /// Of a trailer against what pulls it, about +Y.
-    pub hitch: f64,
-    /// Metres along its own forward since it was spawned: how far the wheels have turned.
-    pub rolled: f64,
-}
-
-impl Motion {
-    /// Whether its numbers are numbers.
-    pub(crate) fn is_sound(&self) -> bool {
-        let adding_up = [self.speed, self.yaw, self.hitch, self.rolled];
-        let is_finite = adding_up.iter().all(|n| n.is_finite()) && self.place.is_finite();
-        is_finite && self.acceleration.is_finite() && self.steering.is_finite()
-    }
-
-    /// The place again where that of the entity was written by something else.
-    pub(crate) fn follow(&mut self, translation: Vec3) {
-        if self.place.as_vec3() != translation {
-            self.place = translation.as_dvec3();
-        }
-    }
-}
-
-/// What the one at the wheel wants; applies to a vehicle that no route drives, or that is driven [`ByHand`].
-#[derive(Component, Clone, Copy, PartialEq, Debug, Serialize, Deserialize, Default)]
-pub struct Controls {
-    /// 0..1 of the type's acceleration; −1..0 in reverse.
-    pub throttle: f32,
-    /// 0..1 of the type's hardest braking.
-    pub brake: f32,
-    /// −1..1 of the type's steering angle, left positive.
-    pub steer: f32,
-    /// Head lamps.
-    pub headlights: Headlights,
-    /// Indicators.
-    pub indicator: Indicator,
-}
-
-impl Controls {
-    /// Whether its numbers are within their ranges.
-    pub(crate) fn is_sound(&self) -> bool {
-        let ranges = [(self.throttle, -1.0), (self.brake, 0.0), (self.steer, -1.0)];
-        ranges.iter().all(|(value, least)| (*least..=1.0).contains(value))
-    }
-}
-
-/// Head and tail lamps.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Default)]
-pub enum Headlights {
-    /// None; nor the tail lamps.
-    Off,
-    /// Low beam, and the tail lamps.
-    #[default]
-    Low,
-    /// High beam, and the tail lamps.
-    High,
-}
-
-/// Indicators, as somebody at the wheel sets them. Routes set them by themselves.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Default)]
-pub enum Indicator {
-    /// Neither side.
-    #[default]
-    Off,
-    /// Left.
-    Left,
-    /// Right.
-    Right,
-    /// Both.
-    Hazard,
-}
-
-/// Driven by somebody through [`Controls`], even where it has a route.
-#[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Default)]
-pub struct ByHand;
-
-/// Drives along a route by itself, unless it is driven [`ByHand`]. State. As it is added, an entity that stands at the
-/// origin is put to its place on the route; later the vehicle's place decides, and `at` follows it.
-#[derive(Component, Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
-#[component(on_add = stand_on_route)]
-pub struct OnRoute {
-    /// The route.
-    pub route: RouteId,
-    /// Of the reference point, metres from the route's beginning.
-    pub at: f64,
-    /// The lane; while it changes, the one that it changes to.
-    pub lane: u8,
-    /// How often it chose a route: what [`Routes::next`] goes by.
-    pub choices: u32,
-    /// The routes and lanes that it came from, latest first.
-    pub previous: [Option<(RouteId, u8)>; 2],
-    /// The change of lane that is under way.
-    pub change: Option<LaneChange>,
-    /// Seconds that it has stood before a stop; infinite once that was long enough, until it is past it.
-    pub waited: f64,
-}
-
-impl OnRoute {
-    /// So many metres along a lane of a route.
-    pub fn new(route: RouteId, lane: u8, at: impl Into<f64>) -> Self {
-        Self { route, at: at.into(), lane, ..Self::default() }
-    }
-
-    /// Whether its numbers are numbers.
-    pub(crate) fn is_sound(&self) -> bool {
-        let change = self.change.is_none_or(|change| change.from.is_finite() && change.done.is_finite());
-        self.at.is_finite() && !self.waited.is_nan() && change
-    }
-}
-
-/// A change of lane that is under way.
-#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
-pub struct LaneChange {
-    /// Where it began, metres to the left of the centre line.
-    pub from: f32,
-    /// The lane that it leaves.
-    pub from_lane: u8,
-    /// How much of it is done, 0..1.
-    pub done: f64,
-}
-
-/// What a driver wants of a vehicle that something else moves, as physics do: where this is, it is written in every
-/// step instead of [`Motion`] and `Transform`. The route follows where the vehicle gets to.
-#[derive(Component, Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
-pub struct Wanted {
-    /// m/s², as [`Motion::acceleration`].
-    pub acceleration: f32,
-    /// Radians, as [`Motion::steering`].
-    pub steering: f32,
-}
-
-/// A vehicle whose numbers made no sense any more (infinite, or none at all): it was put back to where it last was, and
-/// stands there until this is removed.
-#[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
-pub struct Stalled;
-
-/// Numbers a new vehicle, turns it as its entity stands, and has its parts spawned.
-fn become_vehicle(mut world: DeferredWorld, context: HookContext) {
-    let entity = context.entity;
-    let own = world.get::<VehicleNumber>(entity).copied().unwrap_or_default();
-    let mut next = world.resource_mut::<NextVehicleNumber>();
-    if own == VehicleNumber::NONE {
-        let number = VehicleNumber(next.0);
-        next.0 += 1;
-        if let Some(mut own) = world.get_mut(entity) {
-            *own = number;
-        }
-    } else {
-        next.0 = next.0.max(own.0.saturating_add(1));
-    }
-    if let Some(at) = world.get::<Transform>(entity).copied()
-        && let Some(mut motion) = world.get_mut::<Motion>(entity)
-    {
-        motion.yaw = steering::yaw(at.rotation);
-        motion.follow(at.translation);
-    }
-    world.commands().queue(move |world: &mut World| parts::spawn(world, entity));
-}
-
-/// Puts a vehicle that was placed nowhere else to its place on the route.
-fn stand_on_route(mut world: DeferredWorld, context: HookContext) {
-    let entity = context.entity;
-    let Some(on) = world.get::<OnRoute>(entity).copied() else { return };
-    let Some((place, yaw)) = world.get_resource::<Routes>().map(|routes| routes.stand_at(&on)) else { return };
-    let is_nowhere = world.get::<Transform>(entity).is_some_and(|at| at.translation == Vec3::ZERO);
-    if is_nowhere && let Some(mut transform) = world.get_mut::<Transform>(entity) {
-        (transform.translation, transform.rotation) = (place.as_vec3(), steering::about_y(yaw as f32));
-        if let Some(mut motion) = world.get_mut::<Motion>(entity) {
-            (motion.place, motion.yaw) = (place, yaw);
-        }
-    }
-}
+pub use components::{
+    ByHand, Controls, Headlights, Indicator, LaneChange, Motion, NextVehicleNumber, OnRoute, RouteId, Stalled, Vehicle,
+    VehicleNumber, VehicleTypeId, Wanted,
+};
+pub use types::{VehicleType, VehicleTypes};

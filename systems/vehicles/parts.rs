@@ -1,19 +1,21 @@
 //! What a vehicle consists of: entities below it, some of which move with it.
 
+use super::components::{Controls, Motion, Vehicle, VehicleNumber, VehicleTypeId};
 use super::lamps::{Lamp, LampKind, Switches};
-use super::steering::{about_x, about_y};
-use super::{Controls, Motion, Vehicle, VehicleNumber, VehicleTypeId, VehicleTypes};
-use crate::clock::Clock;
-use crate::components::Light;
-use crate::interpolation::{Interpolated, Interpolation};
-use crate::library::{MaterialId, MeshId};
-use crate::physics::Physical;
-use crate::transform::Transform;
+use super::turns::{about_x, about_y};
+use super::types::VehicleTypes;
+use crate::assets::material::MaterialId;
+use crate::assets::mesh::MeshId;
+use crate::ecs::clock::Clock;
+use crate::lights::components::Light;
+use crate::physics::physical::Physical;
+use crate::space::interpolation::{Interpolated, Interpolation};
+use crate::space::transform::Transform;
 use bevy_ecs::prelude::*;
 use glam::Quat;
 use std::f64::consts::TAU;
 
-/// One part of a [`super::VehicleType`].
+/// One part of a [`crate::vehicles::types::VehicleType`].
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Part {
     /// As its node is called.

@@ -1,7 +1,8 @@
 //! The centre line of a route: from points to samples at even steps of arc length, what these know of bends and limits
 //! ahead, where a line crosses itself, and which routes are near a point.
 
-use super::routes::{Route, RouteId, RoutePlan, Routes};
+use super::components::RouteId;
+use super::routes::{Route, RoutePlan, Routes};
 use glam::{DVec2, DVec3, Vec2, Vec3Swizzles};
 use std::collections::HashMap;
 

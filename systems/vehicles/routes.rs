@@ -9,18 +9,13 @@
 //! 0 is the one at the edge of the road: the rightmost, or the leftmost where traffic keeps left. All lanes of a route
 //! go the same way.
 
-use super::OnRoute;
+use super::components::{OnRoute, RouteId};
 use super::forks::{self, Next, Parting};
 use super::route_line::{self, Sample};
-use super::steering::about_y;
-use crate::transform::Transform;
+use super::turns::{about_y, left_of};
+use crate::space::transform::Transform;
 use bevy_ecs::prelude::*;
 use glam::{DVec3, Vec2, Vec3Swizzles};
-use serde::{Deserialize, Serialize};
-
-/// Names a route of [`Routes`].
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default, Serialize, Deserialize)]
-pub struct RouteId(pub u16);
 
 /// What a route is; all lengths along the centre line, from its beginning.
 #[derive(Clone, PartialEq, Debug)]
@@ -165,11 +160,6 @@ impl Place {
         let off = (point - self.position).xz();
         (off.dot(self.tangent.as_dvec2()), off.dot(self.left().as_dvec2()))
     }
-}
-
-/// The direction 90° to the left of (x, z), seen from above.
-pub fn left_of(forward: Vec2) -> Vec2 {
-    Vec2::new(forward.y, -forward.x)
 }
 
 impl Route {

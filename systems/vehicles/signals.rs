@@ -4,9 +4,9 @@
 //! [`Signals::tick`] works out once per step what every group's head shows; [`light_heads`] switches the lamps of
 //! [`SignalHead`]s when that changed.
 
-use crate::components::Light;
-use crate::library::MaterialId;
-use crate::sub_steps::SubStep;
+use crate::assets::material::MaterialId;
+use crate::ecs::sub_steps::SubStep;
+use crate::lights::components::Light;
 use bevy_ecs::prelude::*;
 
 /// Times of a signal, seconds.

@@ -1,7 +1,7 @@
 //! Where vehicles go: pure pursuit, the kinematic bicycle model, and what a trailer does behind it.
 
-use super::Motion;
-use super::routes::left_of;
+use super::components::Motion;
+use super::turns::{about_y, left_of};
 use super::types::{Limits, Trailer};
 use glam::{DVec2, Quat, Vec2, Vec3};
 
@@ -88,19 +88,6 @@ pub fn posture(yaw: f32, pitch: f32, roll: f32) -> glam::Quat {
         return turned;
     }
     turned * glam::Quat::from_rotation_x(-pitch) * glam::Quat::from_rotation_z(roll)
-}
-
-/// A turn about +X. Every wheel takes one in every step: glam's, which the physics' determinism makes it compute
-/// without the platform's library, takes several times as long.
-pub(super) fn about_x(angle: f32) -> glam::Quat {
-    let (sin, cos) = (0.5 * angle).sin_cos();
-    glam::Quat::from_xyzw(sin, 0.0, 0.0, cos)
-}
-
-/// A turn about +Y.
-pub(super) fn about_y(angle: f32) -> glam::Quat {
-    let (sin, cos) = (0.5 * angle).sin_cos();
-    glam::Quat::from_xyzw(0.0, sin, 0.0, cos)
 }
 
 /// A vector of the ground plane as one of space.

@@ -14,14 +14,15 @@
 //! Every entry minds the next one in its lane. What comes to a crossing then minds its line, if it may not enter
 //! (`crossings.rs`).
 
+use super::components::{OnRoute, RouteId, VehicleTypeId};
 use super::crossings::{Coming, Inside};
 use super::following::{self, ROUTES_AHEAD, Way};
 use super::forks::Parting;
 use super::lanes::{Entry, Found, Lanes, Role, Stretches};
-use super::routes::{RouteId, Routes};
+use super::routes::Routes;
 use super::signals::Signals;
-use super::{OnRoute, VehicleType, VehicleTypeId, VehicleTypes};
-use crate::parallel::in_parallel;
+use super::types::{VehicleType, VehicleTypes};
+use crate::ecs::parallel::in_parallel;
 use bevy_ecs::prelude::*;
 use glam::Vec3;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};

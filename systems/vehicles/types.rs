@@ -1,22 +1,15 @@
 //! Types of vehicles: what all vehicles of a type share.
 
+use super::components::VehicleTypeId;
 use super::forks::Chooser;
 use super::parts::{Movement, Part};
-use crate::bounds::Aabb;
-use crate::library::{Library, MaterialId};
-use crate::shapes;
-use crate::transform::Transform;
+use crate::assets::library::Library;
+use crate::assets::material::MaterialId;
+use crate::assets::shapes;
+use crate::space::bounds::Aabb;
+use crate::space::transform::Transform;
 use bevy_ecs::prelude::*;
 use glam::{Quat, Vec3};
-
-/// Names a [`VehicleType`] of [`VehicleTypes`].
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
-pub struct VehicleTypeId(pub u16);
-
-impl VehicleTypeId {
-    /// The stand-in that is always there: a box of a car's size on four wheels, without lamps.
-    pub const STAND_IN: Self = Self(0);
-}
 
 /// All types, by id.
 #[derive(Resource, Clone, Debug)]

@@ -6,11 +6,10 @@ use relief::frames::Headless;
 use relief::renderer::{Settings, SingleView};
 use std::f32::consts::{FRAC_PI_2, TAU};
 use systems::Simulation;
-use systems::components::{Camera, Environment, Light, Projection, ToneMap};
-use systems::images::{Image, ImageKind};
-use systems::library::{Library, Map, Material, Mesh};
-use systems::shapes;
-use systems::transform::Transform;
+use systems::assets::{Image, ImageKind, Library, Map, Material, Mesh, shapes};
+use systems::draw::{Camera, Environment, Projection, ToneMap};
+use systems::lights::Light;
+use systems::space::Transform;
 
 /// A world in the dark with a camera at +Z, and what draws it.
 pub struct Stage {

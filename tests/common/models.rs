@@ -4,8 +4,7 @@
 
 use glam::{UVec2, Vec2, Vec3, Vec4};
 use serde_json::{Value, json};
-use systems::library::Mesh;
-use systems::shapes;
+use systems::assets::{Mesh, shapes};
 
 /// A torus of few triangles, 1 m and 0.4 m.
 pub fn coarse_torus() -> Mesh {

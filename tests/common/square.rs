@@ -5,11 +5,9 @@ use bevy_ecs::prelude::*;
 use glam::{Quat, UVec2, Vec2, Vec3, Vec4};
 use relief::frames::Headless;
 use systems::Simulation;
-use systems::components::Light;
-use systems::images::Image;
-use systems::library::{Library, Map, Material, MaterialId};
-use systems::shapes;
-use systems::transform::Transform;
+use systems::assets::{Image, Library, Map, Material, MaterialId, shapes};
+use systems::lights::Light;
+use systems::space::Transform;
 
 pub const SIZE: u32 = 17;
 

@@ -4,7 +4,7 @@ use crate::{Place, repair};
 use relief::compare;
 use relief::import::{load_image, load_pixels};
 use std::path::Path;
-use systems::images::ImageKind;
+use systems::assets::ImageKind;
 
 /// A PNG file.
 pub fn png(place: &Place, bytes: &[u8]) {

@@ -4,7 +4,7 @@ use crate::{Place, repair};
 use relief::import::load_model;
 use relief::prelude::{Simulation, Transform};
 use std::path::Path;
-use systems::library::Library;
+use systems::assets::Library;
 
 /// A document.
 pub fn gltf(place: &Place, bytes: &[u8]) {

@@ -6,7 +6,7 @@ use serde_json::json;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
-use systems::library::Library;
+use systems::assets::Library;
 
 /// The folder, and the name that this process gives its files there.
 #[derive(Debug)]

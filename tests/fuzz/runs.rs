@@ -5,9 +5,9 @@ use relief::frames::{self, LoadOptions, Stage};
 use relief::recording::{Recording, RunFiles, Stepper};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
-use systems::inputs::Input;
-use systems::snapshot;
-use systems::state_hash::{self, StateHash};
+use systems::run::inputs::Input;
+use systems::run::state_hash::StateHash;
+use systems::run::{snapshot, state_hash};
 
 /// The scene that runs are of: one of each kind of state.
 pub const SCENE: &str = include_str!("run.ron");

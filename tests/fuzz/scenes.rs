@@ -8,8 +8,8 @@ use relief::renderer::{Gpu, Settings, SingleView};
 use relief::scene::{self, LoadedScene};
 use std::path::Path;
 use std::sync::LazyLock;
-use systems::roster::{Roster, enroll_all};
-use systems::state_hash;
+use systems::run::roster::{Roster, enroll_all};
+use systems::run::state_hash;
 use systems::vehicles::VehicleTypeId;
 
 /// A scene that is accepted may be a large one on purpose. Beyond so many entities it is loaded and no more.

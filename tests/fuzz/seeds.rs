@@ -8,12 +8,12 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::io::{self, Cursor};
 use std::path::{Path, PathBuf};
-use systems::components::Light;
-use systems::inputs::{Input, Inputs};
-use systems::roster::StateId;
-use systems::snapshot;
-use systems::spawn::Spawn;
-use systems::transform::Transform;
+use systems::lights::Light;
+use systems::run::inputs::{Input, Inputs};
+use systems::run::roster::StateId;
+use systems::run::snapshot;
+use systems::run::spawn::Spawn;
+use systems::space::Transform;
 use systems::vehicles::Controls;
 
 /// Files of at most so many bytes; what is small is changed where it matters.

@@ -3,8 +3,8 @@
 use crate::support::{buffer, first_mesh, floats, material, push, push_accessor, with_triangle};
 use base64::Engine;
 use serde_json::{Value, json};
-use systems::components::LightKind;
-use systems::library::AlphaMode;
+use systems::assets::AlphaMode;
+use systems::lights::LightKind;
 
 #[test]
 fn what_a_file_can_do_without_does_not_refuse_it() {

@@ -4,7 +4,7 @@ use crate::support::{buffer, floats};
 use relief::import::{ImportError, Model, load_model, load_models};
 use serde_json::json;
 use std::path::{Path, PathBuf};
-use systems::library::Library;
+use systems::assets::Library;
 
 #[test]
 fn files_above_a_model_are_read_where_the_file_that_names_it_spans_them() {

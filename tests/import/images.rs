@@ -5,7 +5,7 @@ use crate::support::files_below;
 use glam::Vec4;
 use relief::import::{ImportError, load_image, load_images};
 use std::path::Path;
-use systems::images::{ImageKind, Texels};
+use systems::assets::{ImageKind, Texels};
 
 #[test]
 fn every_valid_image_loads_with_its_levels() {

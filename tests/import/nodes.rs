@@ -4,9 +4,9 @@ use crate::support::{first_mesh, floats, push_accessor, with_triangle};
 use bevy_ecs::prelude::*;
 use glam::{Mat4, Quat, Vec3};
 use serde_json::json;
-use systems::components::{LightKind, Projection};
-use systems::transform::{GlobalTransform, Transform};
-use systems::view::View;
+use systems::draw::{Projection, View};
+use systems::lights::LightKind;
+use systems::space::{GlobalTransform, Transform};
 
 /// Whatever the matrices above them do: uneven scale, mirrors, and shear, of which transforms can keep nothing.
 #[test]

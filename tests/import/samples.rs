@@ -6,10 +6,10 @@ use bevy_ecs::prelude::*;
 use glam::{Vec2, Vec3};
 use relief::import::load_model;
 use std::f32::consts::PI;
-use systems::components::{LightKind, Projection};
-use systems::images::ImageKind;
-use systems::library::{AlphaMode, Filter, Library, MeshId, MipFilter, Shading, Wrap};
-use systems::transform::Transform;
+use systems::assets::{AlphaMode, Filter, ImageKind, Library, MeshId, MipFilter, Shading, Wrap};
+use systems::draw::Projection;
+use systems::lights::LightKind;
+use systems::space::Transform;
 
 /// Refused, each for its reason; everything else loads.
 const REFUSED: [(&str, &str); 3] = [

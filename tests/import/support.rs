@@ -5,7 +5,7 @@ use base64::Engine;
 use relief::import::{ImportError, Model, load_model};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
-use systems::library::{Library, Material, Mesh};
+use systems::assets::{Library, Material, Mesh};
 
 pub fn files_below(folder: &Path, extensions: &[&str]) -> Vec<PathBuf> {
     let (mut files, mut open) = (Vec::new(), vec![folder.to_owned()]);

@@ -3,7 +3,7 @@
 use crate::support::{floats, material, png_of, push, push_accessor, uri_of, with_triangle};
 use base64::Engine;
 use serde_json::{Value, json};
-use systems::images::ImageKind;
+use systems::assets::ImageKind;
 
 #[test]
 fn specular_textures_are_combined_into_one() {

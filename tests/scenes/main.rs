@@ -14,13 +14,12 @@ use proptest::prelude::*;
 use relief::scene::{self, LoadedScene};
 use std::path::{Path, PathBuf};
 use systems::Simulation;
-use systems::clock::Clock;
-use systems::components::{Camera, Environment, Figure, Light, LightKind, Projection, Spin, ToneMap};
-use systems::hidden::{Hidden, InheritedHidden};
-use systems::images::ImageKind;
-use systems::library::{Library, MaterialId, MeshId, Shading, Technique, Wrap};
-use systems::origin::Origin;
-use systems::transform::{GlobalTransform, Transform};
+use systems::assets::{Figure, ImageKind, Library, MaterialId, MeshId, Shading, Technique, Wrap};
+use systems::draw::{Camera, Environment, Projection, ToneMap};
+use systems::ecs::clock::Clock;
+use systems::lights::{Light, LightKind};
+use systems::space::origin::Origin;
+use systems::space::{GlobalTransform, Hidden, InheritedHidden, Spin, Transform};
 
 /// A 1×1 m quad (`panel`), and below the rotated, doubled node `arm` a node `lamp`, 1 m up.
 const MODEL: &str = r#"{

@@ -108,7 +108,7 @@ fn materials_and_their_maps_arrive() {
     assert_eq!((base_map.sampler.wrap_u, base_map.sampler.wrap_v), (Wrap::Clamp, Wrap::Clamp));
     assert_eq!((height_map.uv_set, height_map.image_from_mesh_uv.translation), (1, glam::Vec2::ZERO));
     assert_eq!(height_map.image_from_mesh_uv.matrix2.col(1), glam::Vec2::new(0.0, 3.0));
-    let kind = |map: systems::library::Map| library.image(map.image).expect("in the library").kind;
+    let kind = |map: systems::assets::Map| library.image(map.image).expect("in the library").kind;
     assert_eq!(kind(base_map), ImageKind::Color);
     assert_eq!(a.normal_map.map(kind), Some(ImageKind::Normal));
     assert_eq!(kind(height_map), ImageKind::Height);
@@ -136,7 +136,7 @@ fn a_technique_brings_its_maps_and_factors_or_a_word_about_them() {
     assert_eq!((all.height_rest, all.self_shadow, all.emboss_step_texels), (0.5, 0.75, 3.0));
     // Rows in the file, and in what it does.
     assert_eq!(all.offset_matrix * glam::Vec2::X, glam::Vec2::new(1.0, 3.0));
-    let kind = |map: Option<systems::library::Map>| library.image(map.expect("given").image).expect("there").kind;
+    let kind = |map: Option<systems::assets::Map>| library.image(map.expect("given").image).expect("there").kind;
     assert_eq!([all.horizon_maps[0], all.horizon_maps[1], all.offset_map].map(kind), [ImageKind::Data; 3]);
     assert_eq!(kind(all.environment_map), ImageKind::Color);
     assert_eq!(plain.technique, Technique::ReliefHorizon);

@@ -15,12 +15,10 @@ use serde_json::{Value, json};
 use std::f32::consts::PI;
 use std::path::PathBuf;
 use systems::Simulation;
-use systems::components::Light;
-use systems::library::{Library, MaterialId, Mesh, MeshId};
+use systems::assets::{Library, MaterialId, Mesh, MeshId, shapes};
+use systems::lights::{Light, SelectedLights};
 use systems::physics;
-use systems::selected_lights::SelectedLights;
-use systems::shapes;
-use systems::transform::{GlobalTransform, Transform};
+use systems::space::{GlobalTransform, Transform};
 use systems::vehicles::lamps::{Lamp, LampKind};
 use systems::vehicles::parts::{Movement, MovingPart, Part};
 use systems::vehicles::{

@@ -3,8 +3,8 @@
 use super::report::Report;
 use crate::import::Model;
 use glam::Vec3;
-use systems::library::Mesh;
-use systems::origin::{PRECISE, spacing};
+use systems::assets::Mesh;
+use systems::space::origin::{PRECISE, spacing};
 
 /// Warns of the node that reaches farthest, where that is too far to be precise. `meshes`: those that parts name.
 pub fn check(model: &Model, meshes: &[Mesh], report: &mut Report) {

@@ -3,7 +3,7 @@
 use super::report::Report;
 use glam::{DVec3, Vec3};
 use gltf::mesh::Mode;
-use systems::library::Mesh;
+use systems::assets::Mesh;
 
 /// Three indices per triangle from a triangle list, strip or fan (glTF 2.0, section 3.7.2.1).
 pub fn triangles(mode: Mode, indices: Option<&[u32]>, vertices: usize, place: &str, report: &mut Report) -> Vec<u32> {

@@ -5,8 +5,7 @@ use super::report::Report;
 use super::textures::{Images, Info, Source, Texture, texture};
 use glam::{Vec3, Vec4};
 use gltf::json::validation::Checked;
-use systems::images::ImageKind;
-use systems::library::{AlphaMode, Map, Material, Shading};
+use systems::assets::{AlphaMode, ImageKind, Map, Material, Shading};
 
 /// What a primitive without a material is drawn with (glTF 2.0, section 3.7.2.1).
 pub fn default_material() -> Material {

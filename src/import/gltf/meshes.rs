@@ -12,7 +12,7 @@ use gltf::mesh::{Mode, Semantic};
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::rc::Rc;
-use systems::library::Mesh;
+use systems::assets::Mesh;
 
 /// How far a normal's length may be from 1: what the reference validator allows.
 const UNIT_TOLERANCE: f32 = 0.00674;

@@ -37,8 +37,7 @@ use report::{Fault, Read, Report};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use systems::images::Image;
-use systems::library::{ImageId, Library, Map, Material, MaterialId, Mesh, MeshId};
+use systems::assets::{Image, ImageId, Library, Map, Material, MaterialId, Mesh, MeshId};
 use textures::Images;
 use uri::Place;
 

@@ -10,8 +10,9 @@ use gltf::json::extensions::scene::khr_lights_punctual as punctual;
 use gltf::json::validation::Checked;
 use std::collections::BTreeSet;
 use std::f32::consts::{FRAC_PI_4, PI};
-use systems::components::{Camera, Light, LightKind, Projection};
-use systems::transform::Transform;
+use systems::draw::{Camera, Projection};
+use systems::lights::{Light, LightKind};
+use systems::space::Transform;
 
 /// Deeper nesting than any tool writes; despawning recurses through it.
 const MAX_DEPTH: usize = 512;

@@ -8,7 +8,7 @@ use super::report::{FaultKind, Report};
 use super::textures::Info;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::hash::{DefaultHasher, Hash, Hasher};
-use systems::library::{MaterialId, Mesh, MeshId};
+use systems::assets::{MaterialId, Mesh, MeshId};
 
 /// Fills the parts and instances of the nodes that the scene shows. Returns the meshes and the materials that they need
 /// (`None`: glTF's default), which the ids in the parts number from 0.

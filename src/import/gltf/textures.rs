@@ -18,9 +18,8 @@ use serde::Deserialize;
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
-use systems::images::{Image, ImageKind};
-use systems::library::{Filter, ImageId, Map, MipFilter, Sampler, Wrap};
-use systems::parallel::map_in_parallel;
+use systems::assets::{Filter, Image, ImageId, ImageKind, Map, MipFilter, Sampler, Wrap};
+use systems::ecs::parallel::map_in_parallel;
 
 /// Texels that the images of any model may have, however small it is.
 const FREE_TEXELS: u64 = decoder::MAX_TEXELS;

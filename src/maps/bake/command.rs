@@ -14,7 +14,7 @@ use clap::{Args, ValueEnum};
 use glam::{Affine3A, UVec2, Vec2};
 use std::num::NonZero;
 use std::path::{Path, PathBuf};
-use systems::shapes;
+use systems::assets::shapes;
 
 /// A map that a bake makes; its file is named after it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]

@@ -6,10 +6,10 @@ use crate::maps::Raster;
 use glam::{Quat, Vec3, Vec4};
 use image::{GenericImage, RgbaImage};
 use systems::Simulation;
-use systems::components::{Camera, Environment, Light, Projection};
-use systems::images::{Image, ImageKind};
-use systems::library::{Library, Map, Material, Mesh, Shading, Technique};
-use systems::transform::Transform;
+use systems::assets::{Image, ImageKind, Library, Map, Material, Mesh, Shading, Technique};
+use systems::draw::{Camera, Environment, Projection};
+use systems::lights::Light;
+use systems::space::Transform;
 
 /// Pixels of each of the two pictures along a side.
 const SIDE: u32 = 768;

@@ -6,9 +6,9 @@ use crate::name;
 use glam::{Affine3A, Vec2, Vec3, Vec4};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use systems::bounds::Aabb;
-use systems::library::{Library, Mesh};
-use systems::tangents::compute_tangents;
+use systems::assets::tangents::compute_tangents;
+use systems::assets::{Library, Mesh};
+use systems::space::Aabb;
 
 /// Triangles that a bake takes at the most: repeated nodes and instances could ask for any number.
 const MAX_TRIANGLES: usize = 1 << 26;
@@ -191,7 +191,7 @@ fn chosen_nodes(model: &Model, names: &[String]) -> Result<BTreeSet<usize>, Stri
 mod tests {
     use super::*;
     use glam::{Quat, UVec2};
-    use systems::shapes;
+    use systems::assets::shapes;
 
     const LOW: Role = Role::Low { uv_set: 0 };
 

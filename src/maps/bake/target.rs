@@ -218,7 +218,7 @@ mod tests {
     use super::*;
     use glam::UVec2;
     use proptest::prelude::*;
-    use systems::shapes;
+    use systems::assets::shapes;
 
     fn soup(corners: Vec<[Vec3; 3]>) -> Surface {
         Surface {

@@ -5,7 +5,7 @@
 //! periods the other way, that meets the patch itself: so there is one BVH, and each ray is cast once for every copy
 //! whose box it crosses.
 //!
-//! u runs along +X and v along +Z, as on the plane of [`systems::shapes`]: T = +X, B = −Z, N = +Y.
+//! u runs along +X and v along +Z, as on the plane of [`systems::assets::shapes`]: T = +X, B = −Z, N = +Y.
 
 use super::occlusion::Sky;
 use super::texels::{Outcome, Sample, cast, check_options, finish};
@@ -13,7 +13,7 @@ use super::{BakeOptions, Baked, Sides, Target};
 use crate::maps::MapError;
 use glam::{Vec2, Vec3, Vec3Swizzles};
 use std::ops::RangeInclusive;
-use systems::bounds::Aabb;
+use systems::space::Aabb;
 
 /// How many periods a patch may be wide: each asks for as many rays again.
 const MOST_PERIODS: f32 = 8.0;

@@ -230,8 +230,7 @@ mod tests {
     use super::*;
     use glam::{Affine3A, UVec2, Vec2};
     use proptest::prelude::*;
-    use systems::library::Mesh;
-    use systems::shapes;
+    use systems::assets::{Mesh, shapes};
 
     fn surface(mesh: &Mesh) -> Surface {
         Surface::of_mesh(mesh, &Affine3A::IDENTITY, Role::Low { uv_set: 0 }).expect("UVs")

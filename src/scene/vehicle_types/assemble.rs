@@ -11,8 +11,8 @@ use crate::import::Model;
 use crate::scene::spawn;
 use glam::{Affine3A, Mat3A, Quat, Vec3, Vec3A};
 use std::collections::HashMap;
-use systems::library::{Library, Material, MaterialId};
-use systems::transform::Transform;
+use systems::assets::{Library, Material, MaterialId};
+use systems::space::Transform;
 use systems::vehicles::parts::{Movement, Part, PartLamp};
 use systems::vehicles::types::{self, Limits, VehicleType};
 

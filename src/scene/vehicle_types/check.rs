@@ -8,7 +8,7 @@ use crate::scene::files::Files;
 use crate::scene::format::Scene;
 use crate::scene::places::Step;
 use std::collections::HashMap;
-use systems::library::Library;
+use systems::assets::Library;
 use systems::vehicles::VehicleType as StandIn;
 
 /// Metres per second squared: more than any wheel gives.

@@ -3,8 +3,8 @@
 use crate::import::Model;
 use glam::{Affine3A, Vec3};
 use std::collections::HashMap;
-use systems::bounds::Aabb;
-use systems::library::{Library, Mesh};
+use systems::assets::{Library, Mesh};
+use systems::space::Aabb;
 
 /// A model, and where it is.
 pub struct Drawn<'a> {

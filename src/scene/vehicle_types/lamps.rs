@@ -5,10 +5,9 @@
 
 use glam::{Affine3A, Mat3A, Vec3, Vec3A};
 use std::collections::HashMap;
-use systems::bounds::Sphere;
-use systems::components::LightKind;
-use systems::library::Library;
-use systems::transform::Transform;
+use systems::assets::Library;
+use systems::lights::LightKind;
+use systems::space::{Sphere, Transform};
 use systems::vehicles::lamps::LampKind;
 use systems::vehicles::parts::{Part, PartLamp};
 

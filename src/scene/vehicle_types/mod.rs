@@ -27,7 +27,7 @@ use bevy_ecs::prelude::*;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use systems::Simulation;
-use systems::library::Library;
+use systems::assets::Library;
 use systems::vehicles::{VehicleType, VehicleTypes};
 
 /// Types that were read, and what a person should know of them.

@@ -5,14 +5,11 @@
 use glam::{DVec3, Quat, Vec3};
 use proptest::prelude::*;
 use proptest::test_runner::FileFailurePersistence;
-use systems::bounds::Sphere;
-use systems::brute_force;
-use systems::components::{Light, LightKind};
-use systems::light_search::{self, Found, Level, Scratch};
-use systems::light_tree::LightTree;
-use systems::lights::{LightPolicy, ScoredLight, Selection};
-use systems::records::LightRecord;
-use systems::transform::{GlobalTransform, Transform};
+use systems::lights::search::{Found, Level, Scratch};
+use systems::lights::{
+    Light, LightKind, LightPolicy, LightRecord, LightTree, ScoredLight, Selection, brute_force, search,
+};
+use systems::space::{GlobalTransform, Sphere, Transform};
 
 pub const LUMINANCE: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
 
@@ -95,7 +92,7 @@ impl Scene {
         let mut out = vec![F::default(); self.spheres.len()];
         let tree = LightTree::new(&self.scored);
         let work = (&self.spheres[..], &mut out[..]);
-        light_search::select(level, &tree, &self.scored, policy, work, &mut Scratch::default());
+        search::select(level, &tree, &self.scored, policy, work, &mut Scratch::default());
         out
     }
 }

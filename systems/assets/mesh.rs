@@ -1,0 +1,99 @@
+//! Meshes, and the component that names one.
+
+use super::material::MaterialId;
+use crate::space::bounds::{Aabb, Sphere};
+use crate::space::transform::Transform;
+use bevy_ecs::prelude::*;
+use bytemuck::{Pod, Zeroable};
+use glam::{Vec2, Vec3, Vec4};
+
+/// Names a [`Mesh`] of the [`Library`]. As a component: this entity is drawn with that mesh.
+#[derive(Component, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, serde::Serialize, serde::Deserialize)]
+#[require(Transform, MaterialId)]
+#[component(summary_tick)]
+pub struct MeshId(pub u32);
+
+/// A triangle list. All filled attribute arrays have one element per vertex.
+#[derive(Clone, Debug, Default)]
+pub struct Mesh {
+    /// For people: panels, warnings, GPU labels.
+    pub name: String,
+    /// Object space, metres.
+    pub positions: Vec<Vec3>,
+    /// Object space, unit length.
+    pub normals: Vec<Vec3>,
+    /// Object space xyz and handedness w = ±1. Empty: the tangents system fills it.
+    pub tangents: Vec<Vec4>,
+    /// Two sets of texture coordinates, origin at the top left. The first may be empty (no UVs at all), the second
+    /// empty (the same as the first).
+    pub uvs: [Vec<Vec2>; 2],
+    /// Which UV set computed tangents follow: the one that the normal map is placed by. 0 or 1.
+    pub tangent_uv_set: usize,
+    /// Linear RGBA, multiplied with the base colour. Empty: white.
+    pub colors: Vec<Vec4>,
+    /// Three per triangle, counter-clockwise seen from the front.
+    pub indices: Vec<u32>,
+}
+
+impl Mesh {
+    /// The axis-aligned box around all positions, object space; empty at the origin where there are none.
+    pub fn aabb(&self) -> Aabb {
+        Aabb::around(&self.positions)
+    }
+
+    /// The UVs that tangents follow; the first set where the second is empty.
+    pub fn tangent_uvs(&self) -> &[Vec2] {
+        let second = self.tangent_uv_set == 1 && !self.uvs[1].is_empty();
+        &self.uvs[usize::from(second)]
+    }
+
+    /// Triangles in the mesh.
+    pub fn triangle_count(&self) -> usize {
+        self.indices.len() / 3
+    }
+}
+
+/// One level of detail of a mesh.
+#[derive(Clone, Copy, PartialEq, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub struct Level {
+    /// Where its indices start in the mesh's indices followed by [`MeshEntry::level_indices`].
+    pub first_index: u32,
+    /// How many indices it has.
+    pub index_count: u32,
+    /// Metres in object space: how far the level seems to be from the mesh. Distances of surfaces, and what normals and
+    /// texture coordinates differ by in the terms of such. 0 for the mesh itself; never less than the level before.
+    pub error: f32,
+}
+
+impl Level {
+    /// The mesh itself.
+    pub fn whole(mesh: &Mesh) -> Self {
+        Self { first_index: 0, index_count: mesh.indices.len() as u32, error: 0.0 }
+    }
+}
+
+/// A mesh with what is derived from it when it is added.
+#[derive(Clone, Debug)]
+pub struct MeshEntry {
+    /// The mesh; once `tangents_ready`, with tangents.
+    pub mesh: Mesh,
+    /// Encloses all positions, object space.
+    pub bounds: Sphere,
+    /// Set by the tangents system.
+    pub tangents_ready: bool,
+    /// Levels of detail, the mesh itself first; made by the levels system. Empty until then: the renderer draws only
+    /// meshes that have them.
+    pub levels: Vec<Level>,
+    /// The indices of all levels but the first, which is [`Mesh::indices`].
+    pub level_indices: Vec<u32>,
+}
+
+/// An entity that can show one of several meshes in turn; the window's key F cycles it.
+#[derive(Component, Clone, PartialEq, Debug, serde::Serialize, serde::Deserialize)]
+pub struct Figure {
+    /// The meshes, in order; the entity starts with the first.
+    pub meshes: Vec<MeshId>,
+    /// Which one is shown.
+    pub shown: usize,
+}

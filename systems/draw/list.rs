@@ -1,0 +1,230 @@
+//! The seam between the world and the GPU: tables of the records that shaders read (`records.rs`), what of them changed
+//! ([`tables`](crate::ecs::tables)), and the batches that they are drawn in.
+//!
+//! The systems write a [`DrawList`] each frame; the renderer reads it and nothing else of the world.
+//!
+//! ```text
+//! instances[slot]  one record per drawn object, in pages of 64 slots; an object keeps its slot while it lives
+//! batches[b]       objects with the same pipeline, material class and mesh: those of pages[batches[b].pages]
+//! transparent[i]   objects that are culled and sorted per view and drawn after the batches
+//! ```
+
+use super::environment::Environment;
+use super::instance_records::InstanceSlots;
+use super::records::MaterialRecord;
+use crate::assets::image::{ImageId, Texels};
+use crate::assets::material::{AlphaMode, MAP_COUNT, Sampler, Shading};
+use crate::assets::mesh::MeshId;
+use crate::assets::technique::Technique;
+use crate::ecs::stats::FrameStats;
+use crate::ecs::tables::Table;
+use crate::lights::record::LightRecord;
+use crate::lights::table::LightPolicy;
+use crate::space::bounds::Sphere;
+use bevy_ecs::prelude::*;
+use std::ops::Range;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Most elements of [`DrawList::reaching`]: 1 GiB.
+pub const MAX_REACHING: u64 = 1 << 28;
+
+/// Slots in a page of instances; a page holds objects of one batch.
+pub const PAGE_SLOTS: u32 = 64;
+
+/// What some light of a world has or had, enabled or not. Shaders are compiled without what none had: each value that
+/// they do not read of every light makes a pixel cheaper. What was there once stays: the frame in which the last one
+/// goes does not wait for shaders to be compiled anew.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
+pub struct LightTraits {
+    /// An attenuation other than [`Light::INVERSE_SQUARE`](crate::lights::Light::INVERSE_SQUARE).
+    pub attenuation: bool,
+    /// A spot's cone.
+    pub cones: bool,
+    /// An ambient colour.
+    pub ambient: bool,
+}
+
+/// The fixed choices of a pipeline that objects bring with them.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
+pub struct PipelineKey {
+    /// Opaque before mask before blend.
+    pub alpha: AlphaMode,
+    /// Lighting model.
+    pub shading: Shading,
+    /// Bump technique.
+    pub technique: Technique,
+    /// Some map has a UV transform or the second UV set; else every map is sampled at the first set as it is, and the
+    /// shader reads nothing of that.
+    pub transformed_uvs: bool,
+    /// The material sends out light of its own.
+    pub emissive: bool,
+    /// The material brings the environment that it mirrors, for [`Technique::PerturbedUv`].
+    pub environment_map: bool,
+    /// The height map rises above the mesh, on either side: with [`Technique::writes_depth`], depths lie before it.
+    pub raised: bool,
+    /// The mesh has colours.
+    pub vertex_colors: bool,
+    /// Back faces are drawn.
+    pub double_sided: bool,
+    /// The transform mirrors, so front faces are clockwise.
+    pub mirrored: bool,
+}
+
+/// Images of one size and format, each a layer of one texture. Only grows.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct TextureArray {
+    /// Texels.
+    pub width: u32,
+    /// Texels.
+    pub height: u32,
+    /// Decoded from sRGB when sampled.
+    pub srgb: bool,
+    /// Storage.
+    pub texels: Texels,
+    /// The image of each layer.
+    pub layers: Vec<ImageId>,
+}
+
+impl TextureArray {
+    /// Whether a layer of one could be a layer of the other.
+    pub fn same_format(&self, other: &Self) -> bool {
+        (self.width, self.height, self.srgb, self.texels) == (other.width, other.height, other.srgb, other.texels)
+    }
+}
+
+/// What a draw binds for its materials: per [`MapSlot`](crate::assets::MapSlot) an index into
+/// [`DrawList::texture_arrays`] and a sampler.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
+pub struct MaterialClass {
+    /// Texture arrays.
+    pub arrays: [u32; MAP_COUNT],
+    /// Samplers.
+    pub samplers: [Sampler; MAP_COUNT],
+}
+
+/// Names a [`MaterialClass`]; see `materials.rs`.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
+pub struct ClassId(pub u32);
+
+/// What the instances of one draw have in common; batches are sorted by it.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub struct BatchKey {
+    /// Pipeline.
+    pub pipeline: PipelineKey,
+    /// Texture arrays and samplers.
+    pub class: ClassId,
+    /// Mesh.
+    pub mesh: MeshId,
+}
+
+/// Objects that are drawn together.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Batch {
+    /// What they share.
+    pub key: BatchKey,
+    /// Which elements of [`DrawList::pages`] hold them.
+    pub pages: Range<u32>,
+}
+
+/// An object that is blended: culled and sorted per view.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Transparent {
+    /// Instance slot.
+    pub slot: u32,
+    /// What it is drawn with.
+    pub key: BatchKey,
+    /// World space.
+    pub bounds: Sphere,
+}
+
+/// Everything a frame draws. Made by the frame schedule, read by the renderer.
+#[derive(Resource, Debug)]
+pub struct DrawList {
+    /// Tells the draw list of one world from that of another in the same process.
+    pub world: u64,
+    /// Counts frames. Dirty slots are relative to the frame before: a reader that missed one uploads everything.
+    pub frame: u64,
+    /// What is in the slots of drawn objects; their records are made when they are read.
+    pub instances: InstanceSlots,
+    /// One per light.
+    pub lights: Table<LightRecord>,
+    /// What they have or had.
+    pub light_traits: LightTraits,
+    /// One per material of the library.
+    pub materials: Table<MaterialRecord>,
+    /// The textures that maps are layers of.
+    pub texture_arrays: Vec<TextureArray>,
+    /// Indexed by [`ClassId`].
+    pub classes: Vec<MaterialClass>,
+    /// Objects drawn, blended ones among them.
+    pub objects: u32,
+    /// Pages of opaque and masked objects, grouped by batch: page p holds the slots from p times [`PAGE_SLOTS`] on.
+    pub pages: Vec<u32>,
+    /// In drawing order.
+    pub batches: Vec<Batch>,
+    /// Changes whenever `pages` and `batches` did.
+    pub batches_version: u64,
+    /// Blended objects, in slot order.
+    pub transparent: Vec<Transparent>,
+    /// Changes whenever `transparent` did.
+    pub transparent_version: u64,
+    /// Every light that reaches an object shades it: the reference for the choice of three.
+    pub all_lights: bool,
+    /// The lights that reach each object, while `all_lights`: element i is where the list of the object in slot i
+    /// begins, which has as many elements as its record says.
+    pub reaching: Vec<u32>,
+    /// Elements that `reaching` would have; it stays empty if they are more than [`MAX_REACHING`].
+    pub reaching_elements: u64,
+    /// Changes whenever `reaching` did.
+    pub reaching_version: u64,
+    /// Ambient light, sky and tone map.
+    pub environment: Environment,
+}
+
+impl Default for DrawList {
+    fn default() -> Self {
+        static WORLDS: AtomicU64 = AtomicU64::new(1);
+        Self {
+            world: WORLDS.fetch_add(1, Ordering::Relaxed),
+            frame: 0,
+            instances: InstanceSlots::default(),
+            lights: Table::default(),
+            light_traits: LightTraits::default(),
+            materials: Table::default(),
+            texture_arrays: Vec::new(),
+            classes: Vec::new(),
+            objects: 0,
+            pages: Vec::new(),
+            batches: Vec::new(),
+            batches_version: 0,
+            transparent: Vec::new(),
+            transparent_version: 0,
+            all_lights: false,
+            reaching: Vec::new(),
+            reaching_elements: 0,
+            reaching_version: 0,
+            environment: Environment::default(),
+        }
+    }
+}
+
+/// Begins a frame: nothing is dirty, what holds for all of it is known.
+pub(crate) fn begin_frame(mut list: ResMut<DrawList>, environment: Res<Environment>, policy: Res<LightPolicy>) {
+    let list = list.bypass_change_detection();
+    list.frame += 1;
+    list.instances.dirty.clear();
+    list.lights.dirty.clear();
+    list.materials.dirty.clear();
+    list.all_lights = *policy == LightPolicy::All;
+    if list.environment != *environment {
+        list.environment = environment.clone();
+    }
+}
+
+/// Counts what a frame draws.
+pub(crate) fn count(mut stats: ResMut<FrameStats>, list: Res<DrawList>) {
+    stats.objects = list.objects as usize;
+    stats.instances_written = list.instances.dirty.ranges(0).iter().map(ExactSizeIterator::len).sum();
+    stats.batches = list.batches.len();
+    stats.transparent = list.transparent.len();
+}

@@ -1,0 +1,117 @@
+//! The structs that shaders read, but for those of lights. `shaders/types.wgsl` mirrors each of them;
+//! `tests/shaders.rs` compares every offset of the two.
+
+use crate::assets::material::MAP_COUNT;
+use bytemuck::{Pod, Zeroable};
+
+/// One drawn object; all zero in a slot that is not in use, which no pass draws. Mirrors `PackedInstance`; how its
+/// lights are packed is said in `lights/selected.rs`.
+#[repr(C)]
+#[derive(Clone, Copy, PartialEq, Debug, Default, Pod, Zeroable)]
+pub struct InstanceRecord {
+    /// Rows of the 3×4 matrix from object to world space.
+    pub world_from_object: [[f32; 4]; 3],
+    /// Slots in the light table, [`NO_LIGHT`](crate::lights::NO_LIGHT) where fewer than three lights reach the object,
+    /// and the weights 0..1.
+    pub lights: [u32; 3],
+    /// Slot in the material table.
+    pub material: u32,
+    /// Irradiance of what the three lights leave out, linear RGB; the same, times its luminance-weighted direction
+    /// (world space); the same, times how much of it comes along each axis, from either side, but for the last.
+    pub remainder: [u32; 4],
+    /// How much comes along z. Sum of the scores of the lights that are not among the three: what the object's three,
+    /// each in full, may miss.
+    pub last_side_and_dropped: u32,
+    /// What the numbers of the remainder are multiples of.
+    pub remainder_unit: f32,
+    /// How many lights reach the object.
+    pub reaching: u32,
+    /// The entity's index, of a piece its object's: picking and segmentation.
+    pub entity: u32,
+}
+
+/// One material. Mirrors `Material`; the fields are [`crate::assets::Material`]'s.
+#[repr(C)]
+#[derive(Clone, Copy, PartialEq, Debug, Default, Pod, Zeroable)]
+pub struct MaterialRecord {
+    /// Linear RGBA.
+    pub base_factor: [f32; 4],
+    /// Linear RGB.
+    pub specular_factor: [f32; 3],
+    /// Phong and Blinn exponent.
+    pub shininess: f32,
+    /// Linear RGB.
+    pub emissive_factor: [f32; 3],
+    /// Times the normal map's xy.
+    pub normal_scale: f32,
+    /// 0..1.
+    pub metallic: f32,
+    /// 0..1.
+    pub roughness: f32,
+    /// 0..1.
+    pub occlusion_strength: f32,
+    /// 0..1.
+    pub alpha_cutoff: f32,
+    /// 0..1.
+    pub glossiness: f32,
+    /// 0..1.
+    pub specular_strength: f32,
+    /// UV units.
+    pub height_scale_uv: f32,
+    /// Bit m: map m is placed by the second UV set.
+    pub second_uvs: u32,
+    /// Rows of the 2×2 matrix from the offset map to the environment's disc.
+    pub offset_matrix: [f32; 4],
+    /// 0..1.
+    pub height_rest: f32,
+    /// Texels.
+    pub emboss_step_texels: f32,
+    /// 0..1.
+    pub self_shadow: f32,
+    /// Room for 16-byte alignment.
+    pub pad0: u32,
+    /// Layer of each map in its class's texture array, by [`MapSlot`](crate::assets::MapSlot).
+    pub layers: [u32; MAP_COUNT],
+    /// Room for 16-byte alignment.
+    pub pad1: u32,
+    /// Columns of the 2×2 matrix from mesh UV to image UV, by `MapSlot`.
+    pub image_from_mesh_uv: [[f32; 4]; MAP_COUNT],
+    /// Its translation, by `MapSlot`; the last is unused.
+    pub offsets: [[f32; 2]; MAP_COUNT + 1],
+}
+
+/// What is the same for every pixel of a view. Mirrors `View`.
+#[repr(C)]
+#[derive(Clone, Copy, PartialEq, Debug, Default, Pod, Zeroable)]
+pub struct ViewRecord {
+    /// Column-major; reversed depth: 1 at the near plane, 0 at the far plane or infinity.
+    pub clip_from_world: [[f32; 4]; 4],
+    /// The same for positions from the eye, along the world's axes: nothing is lost in rounding far from the origin.
+    pub clip_from_eye: [[f32; 4]; 4],
+    /// Its inverse, for the sky's directions.
+    pub eye_from_clip: [[f32; 4]; 4],
+    /// Of the eye, world space.
+    pub eye: [f32; 3],
+    /// 1 where the projection is parallel, else 0.
+    pub parallel: u32,
+    /// Unit vector from the scene towards the eye where the projection is parallel.
+    pub toward_eye: [f32; 3],
+    /// Times every pixel.
+    pub exposure: f32,
+    /// Linear RGB.
+    pub ambient: [f32; 3],
+    /// Entity under the pointer, for debug views; `u32::MAX` for none.
+    pub picked_entity: u32,
+    /// Linear RGB.
+    pub zenith: [f32; 3],
+    /// Room for 16-byte alignment.
+    pub pad0: u32,
+    /// Linear RGB.
+    pub horizon: [f32; 3],
+    /// Room for 16-byte alignment.
+    pub pad1: u32,
+    /// Linear RGB.
+    pub ground: [f32; 3],
+    /// Room for 16-byte alignment.
+    pub pad2: u32,
+}

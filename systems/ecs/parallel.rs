@@ -1,0 +1,82 @@
+//! Work in parts, for the threads of a pool to share.
+//!
+//! What is shared out over tasks comes through here. A scope of `bevy_tasks` brings an executor compiled for what it
+//! runs, some ten thousand lines of its own; so there is one, which runs numbers.
+
+use bevy_tasks::{ComputeTaskPool, TaskPool, TaskPoolBuilder};
+use std::sync::Mutex;
+
+/// Sets the number of worker threads of this process; `None`: one per core. Only the first call counts, and the first
+/// [`Simulation`] makes it if nothing did. Results are the same for any number.
+pub fn set_threads(threads: Option<usize>) {
+    ComputeTaskPool::get_or_init(|| {
+        let builder = TaskPoolBuilder::new().thread_name("relief".into());
+        match threads {
+            Some(threads) => builder.num_threads(threads).build(),
+            None => builder.build(),
+        }
+    });
+}
+
+/// Does the parts of some work in tasks; a single part, and all where there is one thread, here and now.
+pub fn in_parallel<T: Send>(parts: impl ExactSizeIterator<Item = T>, work: impl Fn(T) + Sync) {
+    on_pool(ComputeTaskPool::get(), parts, work);
+}
+
+/// [`in_parallel`] with results, in the order of the parts.
+pub fn map_in_parallel<T: Send, R: Send>(
+    parts: impl ExactSizeIterator<Item = T>,
+    work: impl Fn(T) -> R + Sync,
+) -> Vec<R> {
+    map_on_pool(ComputeTaskPool::get(), parts, work)
+}
+
+/// [`in_parallel`] on the threads of a certain pool.
+pub fn on_pool<T: Send>(pool: &TaskPool, parts: impl ExactSizeIterator<Item = T>, work: impl Fn(T) + Sync) {
+    if parts.len() < 2 || pool.thread_num() < 2 {
+        return parts.for_each(work);
+    }
+    let parts: Vec<Mutex<Option<T>>> = parts.map(|part| Mutex::new(Some(part))).collect();
+    run(pool, parts.len(), &|number| {
+        // Nothing else asks for the part of that number, and nothing panics while it is taken out.
+        let part = parts[number].lock().ok().and_then(|mut part| part.take());
+        part.into_iter().for_each(&work);
+    });
+}
+
+/// [`map_in_parallel`] on the threads of a certain pool.
+pub fn map_on_pool<T: Send, R: Send>(
+    pool: &TaskPool,
+    parts: impl ExactSizeIterator<Item = T>,
+    work: impl Fn(T) -> R + Sync,
+) -> Vec<R> {
+    let mut results: Vec<Option<R>> = Vec::new();
+    results.resize_with(parts.len(), || None);
+    on_pool(pool, parts.zip(&mut results), |(part, result)| *result = Some(work(part)));
+    results.into_iter().flatten().collect()
+}
+
+fn run(pool: &TaskPool, count: usize, work: &(dyn Fn(usize) + Sync)) {
+    pool.scope(|scope| (0..count).for_each(|number| scope.spawn(async move { work(number) })));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_part_is_done_once_and_results_come_in_order() {
+        for threads in 1..4 {
+            let pool = TaskPoolBuilder::new().num_threads(threads).build();
+            for count in [0, 1, 2, 100] {
+                let mut parts: Vec<usize> = vec![0; count];
+                on_pool(&pool, parts.iter_mut().enumerate(), |(i, part)| *part += i + 1);
+                assert_eq!(parts, (1..=count).collect::<Vec<_>>());
+                // A part may be work in parts itself.
+                let sums =
+                    map_on_pool(&pool, 0..count, |i| map_on_pool(&pool, 0..3, |k| i * 10 + k).iter().sum::<usize>());
+                assert_eq!(sums, (0..count).map(|i| 30 * i + 3).collect::<Vec<_>>());
+            }
+        }
+    }
+}

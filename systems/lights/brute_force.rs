@@ -1,0 +1,113 @@
+//! The plain search: every object against every light. It is the definition that [`crate::lights::search`] must equal
+//! bit for bit, and much slower.
+//!
+//! Sums need an order, because rounding depends on it: that of [`search_order`].
+
+use super::record::NO_LIGHT;
+use super::relevance::{ScoredLight, at_center, score};
+use super::table::{LightPolicy, Selection};
+use super::tree::search_order;
+use crate::space::bounds::Sphere;
+use glam::Vec3;
+
+/// Chooses the lights of each sphere; `scored` is indexed by slot. A sphere that is not finite has none.
+pub fn select(scored: &[ScoredLight], policy: LightPolicy, spheres: &[Sphere], out: &mut [Selection]) {
+    let order = search_order(scored);
+    let mut reached = Vec::new();
+    for (&sphere, out) in spheres.iter().zip(out) {
+        reached.clear();
+        let is_finite = sphere.center.is_finite() && sphere.radius.is_finite();
+        for &slot in order.iter().filter(|_| is_finite) {
+            let light = &scored[slot as usize];
+            let score = score(light, sphere);
+            if score > 0.0 {
+                let (irradiance, arriving) = at_center(light, sphere);
+                reached.push(Reaching { score, slot, place: slot, irradiance, arriving });
+            }
+        }
+        *out = choose(&reached, |slot| &scored[slot as usize], policy);
+    }
+}
+
+/// A light whose score for an object is above 0.
+pub(crate) struct Reaching {
+    pub score: f32,
+    pub slot: u32,
+    /// Where the light is.
+    pub place: u32,
+    /// What [`at_center`] gives.
+    pub irradiance: f32,
+    pub arriving: Vec3,
+}
+
+/// Chooses from the lights that reach an object, in the order in which they are added up.
+#[inline(always)]
+pub(crate) fn choose<'a>(
+    lights: &[Reaching],
+    light: impl Fn(u32) -> &'a ScoredLight,
+    policy: LightPolicy,
+) -> Selection {
+    let mut top = Top { scores: [0.0; 4], slots: [NO_LIGHT; 3], dropped: 0.0 };
+    for reaching in lights {
+        top.offer(reaching.score, reaching.slot);
+    }
+    let mut selection = top.selection(policy);
+    selection.reaching = lights.len() as u32;
+    if policy != LightPolicy::Hard && top.scores[3] > 0.0 {
+        for reaching in lights {
+            add_remainder(reaching, light(reaching.place), &mut selection);
+        }
+    }
+    selection
+}
+
+/// The best lights so far.
+struct Top {
+    /// Best first.
+    scores: [f32; 4],
+    slots: [u32; 3],
+    /// Sum of the scores that are not among the first three.
+    dropped: f32,
+}
+
+impl Top {
+    /// Takes a light in; of equal scores the lower slot is ahead.
+    #[inline(always)]
+    fn offer(&mut self, mut score: f32, mut slot: u32) {
+        for (other, taken) in self.scores.iter_mut().zip(&mut self.slots) {
+            if score > *other || score == *other && slot < *taken {
+                std::mem::swap(other, &mut score);
+                std::mem::swap(taken, &mut slot);
+            }
+        }
+        // What is left is out.
+        self.dropped += score;
+        self.scores[3] = self.scores[3].max(score);
+    }
+
+    /// The first three with their weights, no remainder yet.
+    fn selection(&self, policy: LightPolicy) -> Selection {
+        let [scores @ .., fourth] = self.scores;
+        let weights = scores.map(|score| match policy {
+            _ if score <= 0.0 => 0.0,
+            LightPolicy::Hard => 1.0,
+            LightPolicy::Three | LightPolicy::All => {
+                let ratio = fourth / score;
+                1.0 - (ratio * ratio) * (ratio * ratio)
+            }
+        });
+        Selection { lights: self.slots, weights, dropped: self.dropped, ..Selection::default() }
+    }
+}
+
+/// Adds what the weights leave out of a light that reaches the object.
+#[inline(always)]
+fn add_remainder(reaching: &Reaching, light: &ScoredLight, selection: &mut Selection) {
+    let &Reaching { slot, irradiance, arriving, .. } = reaching;
+    let weight = selection.lights.iter().position(|&chosen| chosen == slot).map_or(0.0, |i| selection.weights[i]);
+    let left_out = 1.0 - weight;
+    selection.remainder_ambient += light.tint * (left_out * irradiance);
+    selection.remainder_direction += arriving * (left_out * light.directed);
+    let even = left_out * irradiance * light.even;
+    selection.remainder_sides += arriving.abs() * (left_out * light.directed.abs()) + even;
+}

@@ -1,0 +1,31 @@
+//! Lights, and the choice of three for each object.
+//!
+//! A [`Light`] has a slot in the [`LightTable`], as a [`LightRecord`], which shaders read, and as a [`ScoredLight`],
+//! which the choice reads; the [`LightTree`] sorts these in space. How much a light matters to an object is its
+//! [`score`] (`relevance`). [`brute_force`] compares every object with every light and so defines the result;
+//! [`search`] finds the same, bit for bit, from the tree and the [`ObjectOrder`], which has the objects along a curve.
+//! [`select_lights`] searches for those objects only that moved or that a changed light reaches, and keeps what was
+//! found as their [`SelectedLights`].
+
+pub mod brute_force;
+pub(crate) mod components;
+pub(crate) mod curve;
+pub(crate) mod order;
+pub(crate) mod order_sorting;
+pub(crate) mod record;
+pub(crate) mod relevance;
+pub mod search;
+pub(crate) mod selected;
+pub(crate) mod selection;
+pub(crate) mod table;
+pub(crate) mod tree;
+
+pub use components::{Light, LightKind};
+pub use curve::along_the_curve;
+pub use order::ObjectOrder;
+pub use record::{LightRecord, MOST_LIGHTS, NO_LIGHT};
+pub use relevance::{LUMINANCE, ScoredLight, irradiance, light_record, score};
+pub use selected::SelectedLights;
+pub use selection::{select_lights, select_parallel};
+pub use table::{LightPolicy, LightSlot, LightTable, Selection};
+pub use tree::{LightTree, search_order};

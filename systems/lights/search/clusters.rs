@@ -1,0 +1,397 @@
+//! The search for the three most relevant lights of each object: exact, and fast at a million objects and 100,000
+//! lights.
+//!
+//! Objects come in an order in which neighbours are near each other ([`crate::lights::ObjectOrder`]), in packets of
+//! `PACKET`. Several packets ask the [`LightTree`] once for the lights that may reach any of their objects, and each
+//! packet takes its own from that list. So do groups of as many objects as a vector has lanes (lanes are lights). A
+//! group then scores what is left (lanes are objects), lists what reaches any of its objects, and goes through that
+//! list twice: for the best, which stay in registers, and for the remainder.
+//!
+//! Where only some of the objects are searched ([`select_sparse`]), packets and groups end where the next object is too
+//! far away in the order, and what is left alone goes through its packet's list by itself (`alone.rs`).
+//!
+//! The result equals [`crate::lights::brute_force`] bit for bit on every instruction set: lights are added up in
+//! [`crate::lights::search_order`], nothing is fused or approximated, and each object's result depends on nothing
+//! but itself and the lights that reach it. Which instructions the processor has is found out when the program runs
+//! ([`Level`]).
+
+use super::alone::select_one;
+use super::candidates::{Candidates, Row, cone_meets, gap_squared, load, load3, node_in_range, within};
+use super::lanes::{Floats, Met, Objects, Shining, Top};
+use super::remainder::{DIRECTIONAL, POINT, Remainder, SPOT};
+use super::results::{Found, Lanes};
+use crate::ecs::bits::for_each_set;
+use crate::ecs::read_ahead::read_ahead;
+use crate::lights::brute_force;
+use crate::lights::relevance::ScoredLight;
+use crate::lights::selected::SelectedLights;
+use crate::lights::table::LightPolicy;
+use crate::lights::tree::{LightTree, Volume, WIDTH};
+use crate::space::bounds::Sphere;
+pub use fearless_simd::Level;
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, dispatch};
+
+/// Objects that share one walk through the tree.
+const CLUSTER: usize = 1024;
+/// Objects that share a list of candidates, from which each group takes its own.
+const PACKET: usize = 128;
+/// Places that clusters, packets and groups span at most: the objects of some places only, too far from each other,
+/// would share long lists for little.
+const CLUSTER_SPAN: u32 = 2048;
+const PACKET_SPAN: u32 = 256;
+const GROUP_SPAN: u32 = 64;
+/// Groups of no more objects are not worth a vector: they choose one by one.
+const FEW: usize = 3;
+
+/// Lists that a search reuses.
+#[derive(Default)]
+pub struct Scratch {
+    /// How many objects each group of the cluster has, and what is around them.
+    groups: Vec<(usize, Option<Volume>)>,
+    /// How many groups each packet of the cluster has.
+    packets: Vec<usize>,
+    stack: Vec<(u32, u32)>,
+    points: Nearby,
+    spots: Nearby,
+    /// What reaches some object of the group: directional, point and spot lights.
+    reaching: [Reaching; 3],
+    /// What reaches an object that chooses by itself.
+    one: Vec<brute_force::Reaching>,
+}
+
+/// Lights of one kind that may reach a cluster of objects.
+#[derive(Default)]
+pub(crate) struct Nearby {
+    cluster: Candidates,
+    /// Those that may reach the packet.
+    packet: Candidates,
+    /// Those of them that may reach the group: places in the tree.
+    group: Vec<u32>,
+    group_count: usize,
+}
+
+impl Nearby {
+    /// Finds those of the packet that may reach the volume.
+    #[inline(always)]
+    pub fn find<S: Simd, const SPOTS: bool>(&mut self, simd: S, volume: &Volume) {
+        self.group_count = self.packet.find::<S, SPOTS>(simd, volume, &mut self.group);
+    }
+
+    pub fn near(&self) -> &[u32] {
+        &self.group[..self.group_count]
+    }
+}
+
+/// Lights that reach some object of a group.
+#[derive(Default)]
+struct Reaching {
+    lights: Vec<Met>,
+    count: usize,
+}
+
+impl Reaching {
+    /// An empty list with room for so many, and one that does not count.
+    #[inline(always)]
+    fn room(&mut self, lights: usize) -> &mut [Met] {
+        self.count = 0;
+        if self.lights.len() < lights + 1 {
+            self.lights.resize((lights + 1).next_power_of_two().max(256), Met::default());
+        }
+        &mut self.lights[..lights + 1]
+    }
+
+    fn as_slice(&self) -> &[Met] {
+        &self.lights[..self.count]
+    }
+}
+
+/// Chooses the lights of each sphere; `scored` is indexed by slot, and `tree` built from it. A sphere that is not
+/// finite has none. Fast where neighbours in `spheres` are near each other.
+pub fn select<F: Found>(
+    level: Level,
+    tree: &LightTree,
+    scored: &[ScoredLight],
+    policy: LightPolicy,
+    (spheres, out): (&[Sphere], &mut [F]),
+    scratch: &mut Scratch,
+) {
+    let places: [u32; CLUSTER] = std::array::from_fn(|place| place as u32);
+    for (spheres, out) in spheres.chunks(CLUSTER).zip(out.chunks_mut(CLUSTER)) {
+        select_sparse(level, tree, scored, policy, (&places[..spheres.len()], spheres, out), scratch);
+    }
+}
+
+/// [`select`] for objects at some places only of a longer list of neighbours; ascending.
+pub fn select_sparse<F: Found>(
+    level: Level,
+    tree: &LightTree,
+    scored: &[ScoredLight],
+    policy: LightPolicy,
+    (mut places, mut spheres, mut out): (&[u32], &[Sphere], &mut [F]),
+    scratch: &mut Scratch,
+) {
+    dispatch!(level, simd => {
+        while !places.is_empty() {
+            let count = together(places, CLUSTER, CLUSTER_SPAN);
+            let (cluster, later) = out.split_at_mut(count);
+            let work = (&places[..count], &spheres[..count], cluster);
+            if policy == LightPolicy::Hard {
+                select_cluster::<_, _, false>(simd, tree, scored, policy, work, scratch);
+            } else {
+                select_cluster::<_, _, true>(simd, tree, scored, policy, work, scratch);
+            }
+            (places, spheres, out) = (&places[count..], &spheres[count..], later);
+        }
+    });
+}
+
+/// How many of the first places belong together: at most so many, in so long a span.
+#[inline(always)]
+fn together(places: &[u32], count: usize, span: u32) -> usize {
+    let places = &places[..count.min(places.len())];
+    places.partition_point(|&place| place - places[0] < span)
+}
+
+/// The slots of all lights that reach a sphere, in [`crate::lights::search_order`].
+pub fn reaching(
+    level: Level,
+    tree: &LightTree,
+    scored: &[ScoredLight],
+    sphere: Sphere,
+    scratch: &mut Scratch,
+) -> Vec<u32> {
+    if !sphere.center.is_finite() || !sphere.radius.is_finite() {
+        return Vec::new();
+    }
+    let mut out = [SelectedLights::default()];
+    select(level, tree, scored, LightPolicy::Hard, (&[sphere], &mut out), scratch);
+    scratch.one.iter().map(|light| light.slot).collect()
+}
+
+#[inline(always)]
+fn select_cluster<S: Simd, F: Found, const REMAINDER: bool>(
+    simd: S,
+    tree: &LightTree,
+    scored: &[ScoredLight],
+    policy: LightPolicy,
+    (places, mut spheres, mut out): (&[u32], &[Sphere], &mut [F]),
+    scratch: &mut Scratch,
+) {
+    let lanes = Floats::<S>::LEN;
+    let Scratch { groups, packets, stack, points, spots, reaching, one } = scratch;
+    groups.clear();
+    packets.clear();
+    let mut first = 0;
+    while first < places.len() {
+        let packet = &places[first..first + together(&places[first..], PACKET, PACKET_SPAN)];
+        let groups_before = groups.len();
+        let mut start = 0;
+        while start < packet.len() {
+            let count = together(&packet[start..], lanes, GROUP_SPAN);
+            let spheres = &spheres[first + start..first + start + count];
+            groups.push((count, Objects::load(simd, spheres).volume(simd)));
+            start += count;
+        }
+        packets.push(groups.len() - groups_before);
+        first += packet.len();
+    }
+    points.cluster.count = 0;
+    spots.cluster.count = 0;
+    if let Some(volume) = Volume::union(groups.iter().map(|group| group.1)) {
+        walk(simd, tree, &volume, stack, &mut points.cluster, &mut spots.cluster);
+    }
+    let mut groups = &groups[..];
+    for &packet in &*packets {
+        let (packet, later) = groups.split_at(packet);
+        groups = later;
+        if let Some(volume) = Volume::union(packet.iter().map(|group| group.1)) {
+            points.cluster.filter::<S, false>(simd, &volume, &mut points.packet);
+            spots.cluster.filter::<S, true>(simd, &volume, &mut spots.packet);
+            read_lights_ahead(tree, points.packet.places());
+            read_lights_ahead(tree, spots.packet.places());
+        }
+        for &(count, volume) in packet {
+            let (group, later) = spheres.split_at(count);
+            let (found, later_out) = std::mem::take(&mut out).split_at_mut(count);
+            (spheres, out) = (later, later_out);
+            let Some(volume) = volume else {
+                found.fill(F::default());
+                continue;
+            };
+            if count <= FEW {
+                for (&sphere, found) in group.iter().zip(found) {
+                    *found = F::new(&select_one(simd, tree, scored, policy, sphere, (points, spots), one));
+                }
+                continue;
+            }
+            points.find::<S, false>(simd, &volume);
+            spots.find::<S, true>(simd, &volume);
+            if points.near().is_empty() && spots.near().is_empty() && tree.everywhere.is_empty() {
+                found.fill(F::default());
+                continue;
+            }
+            let objects = Objects::load(simd, group);
+            select_group::<_, _, REMAINDER>(
+                simd,
+                tree,
+                scored,
+                policy,
+                &objects,
+                (points.near(), spots.near()),
+                reaching,
+                found,
+            );
+        }
+    }
+}
+
+#[inline(always)]
+#[allow(clippy::too_many_arguments)]
+fn select_group<S: Simd, F: Found, const REMAINDER: bool>(
+    simd: S,
+    tree: &LightTree,
+    scored: &[ScoredLight],
+    policy: LightPolicy,
+    objects: &Objects<S>,
+    (near_points, near_spots): (&[u32], &[u32]),
+    [everywhere, points, spots]: &mut [Reaching; 3],
+    out: &mut [F],
+) {
+    let list = everywhere.room(tree.everywhere.len());
+    let mut count = 0;
+    for &slot in &tree.everywhere {
+        list[count].slot = slot;
+        count += usize::from(list[count].set_score(simd, objects.everywhere(simd, &scored[slot as usize])));
+    }
+    everywhere.count = count;
+    meet::<S, false, REMAINDER>(simd, tree, objects, near_points, points);
+    meet::<S, true, REMAINDER>(simd, tree, objects, near_spots, spots);
+    let mut top = Top::new(simd);
+    for list in [&*everywhere, points, spots] {
+        for met in list.as_slice() {
+            top.offer(simd, met);
+        }
+    }
+    let weights = top.weights(simd, policy);
+    let mut remainder = Remainder::new(simd);
+    if REMAINDER && top.has_fourth() {
+        for met in everywhere.as_slice() {
+            let left_out = top.left_out(simd, weights, met.slot);
+            remainder.add::<DIRECTIONAL>(simd, objects, &scored[met.slot as usize], met, left_out);
+        }
+        for met in points.as_slice() {
+            let left_out = top.left_out(simd, weights, met.slot);
+            remainder.add::<POINT>(simd, objects, &tree.lights[met.place as usize], met, left_out);
+        }
+        for met in spots.as_slice() {
+            let left_out = top.left_out(simd, weights, met.slot);
+            remainder.add::<SPOT>(simd, objects, &tree.lights[met.place as usize], met, left_out);
+        }
+    }
+    F::store(simd, &Lanes { top: &top, weights, remainder: &remainder }, out);
+}
+
+/// Lists those of the lights at these places of the tree that reach some object. There is no branch on whether one
+/// does, which is hard to predict.
+#[inline(always)]
+fn meet<S: Simd, const SPOTS: bool, const REMAINDER: bool>(
+    simd: S,
+    tree: &LightTree,
+    objects: &Objects<S>,
+    places: &[u32],
+    reaching: &mut Reaching,
+) {
+    let list = reaching.room(places.len());
+    let (lights, slots) = (&tree.lights[..], &tree.slots[..tree.lights.len()]);
+    let mut count = 0;
+    for &place in places {
+        let (score, lengths) = objects.score::<SPOTS>(simd, &Shining::of(simd, &lights[place as usize]));
+        let met = &mut list[count];
+        (met.place, met.slot) = (place, slots[place as usize]);
+        if REMAINDER {
+            met.set_lengths::<S, SPOTS>(&lengths);
+        }
+        count += usize::from(met.set_score(simd, score));
+    }
+    reaching.count = count;
+}
+
+/// Collects the lights that may reach the volume, in order.
+#[inline(always)]
+fn walk<S: Simd>(
+    simd: S,
+    tree: &LightTree,
+    volume: &Volume,
+    stack: &mut Vec<(u32, u32)>,
+    points: &mut Candidates,
+    spots: &mut Candidates,
+) {
+    stack.clear();
+    if !tree.blocks.is_empty() {
+        stack.push((tree.levels.len() as u32 - 1, 0));
+    }
+    while let Some((level, index)) = stack.pop() {
+        let mut hit = node_in_range(simd, &tree.levels[level as usize][index as usize], volume);
+        let first = index * WIDTH as u32;
+        if level == 0 {
+            for_each_set(hit, |block| tree.blocks[(first + block) as usize].read_ahead());
+            for_each_set(
+                hit,
+                #[inline(always)]
+                |block| take(simd, tree, first + block, volume, points, spots),
+            );
+            continue;
+        }
+        while hit != 0 {
+            // The first child on top.
+            let last = hit.ilog2();
+            hit ^= 1 << last;
+            stack.push((level - 1, first + last));
+        }
+    }
+}
+
+/// Reads something of both cache lines of the lights at these places: later, where few objects share lights, each would
+/// wait for its own.
+#[inline(always)]
+fn read_lights_ahead(tree: &LightTree, places: &[u32]) {
+    let lights = places.iter().map(|&place| &tree.lights[place as usize]);
+    read_ahead(lights.map(|light| light.inverse_range_squared.to_bits() ^ light.range.to_bits()));
+}
+
+/// Collects the lights of a block that may reach the volume.
+#[inline(always)]
+fn take<S: Simd>(
+    simd: S,
+    tree: &LightTree,
+    block: u32,
+    volume: &Volume,
+    points: &mut Candidates,
+    spots: &mut Candidates,
+) {
+    let lanes = Floats::<S>::LEN;
+    let first = block * WIDTH as u32;
+    let block = &tree.blocks[block as usize];
+    for k in (0..WIDTH).step_by(lanes) {
+        let row = Row {
+            position: load3(simd, &block.position, k),
+            range: load(simd, &block.range, k),
+            axis: load3(simd, &block.axis, k),
+            tan: load(simd, &block.tan, k),
+            places: S::u32s::from_slice(simd, &COUNT[k..k + lanes]) + S::u32s::splat(simd, first),
+        };
+        let gap = gap_squared(simd, row.position, row.position, volume);
+        let near = within(simd, row.range, gap, volume);
+        let are_spots = block.spots >> k;
+        if near & !are_spots != 0 {
+            points.append::<S, false>(simd, &row, near & !are_spots);
+        }
+        if near & are_spots != 0 {
+            let near = near & are_spots & cone_meets(simd, row.position, row.axis, row.tan, volume);
+            spots.append::<S, true>(simd, &row, near);
+        }
+    }
+}
+
+const COUNT: [u32; WIDTH] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];

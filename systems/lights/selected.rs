@@ -1,0 +1,132 @@
+//! What an object keeps of its [`Selection`]: packed, in the words that its record takes over. Every frame in which an
+//! object moves writes them, uploads them and reads them in every pixel.
+//!
+//! ```text
+//! lights                 slot · 2¹⁰ + weight · 1023, rounded; of no light all bits of the slot are set
+//! remainder              nine numbers, ambient, direction and sides, in 16 bits each: in units of `remainder_unit`,
+//!                        of which the largest has 32767, rounded
+//! last_side_and_dropped  the last of the nine, and the upper half of the float that is `dropped`: 8 bits of mantissa
+//! ```
+//!
+//! So weights are at most 0.0005 off, remainders a 65,534th of the largest of their numbers, whatever its size.
+//! [`SelectedLights::unpack`] undoes it, and for shaders `load_instance` of shaders/types.wgsl.
+
+use super::record::NO_LIGHT;
+use super::table::Selection;
+use bevy_ecs::prelude::*;
+use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
+
+pub(crate) const WEIGHT_BITS: u32 = 10;
+pub(crate) const MOST_WEIGHT: f32 = ((1 << WEIGHT_BITS) - 1) as f32;
+pub(crate) const MOST_UNITS: f32 = 32767.0;
+/// Less than this is nothing: its inverse would not be finite.
+pub(crate) const LEAST: f32 = 1e-30;
+/// 1.5 · 2²³: beside it no fraction of a float has room, which rounds it. A conversion would take longer.
+pub(crate) const ROUNDER: f32 = 12_582_912.0;
+
+/// The lights of an object. Derived; written by [`crate::lights::select_lights`]. The fields are those of
+/// [`crate::draw::InstanceRecord`].
+#[derive(Component, Clone, Copy, Debug, Pod, Zeroable)]
+#[component(summary_tick)]
+#[repr(C)]
+pub struct SelectedLights {
+    pub(crate) lights: [u32; 3],
+    pub(crate) remainder: [u32; 4],
+    pub(crate) last_side_and_dropped: u32,
+    pub(crate) remainder_unit: f32,
+    pub(crate) reaching: u32,
+}
+
+/// By their bits.
+impl PartialEq for SelectedLights {
+    #[inline(always)]
+    fn eq(&self, other: &Self) -> bool {
+        let (a, b): (&[u32; 10], &[u32; 10]) = (bytemuck::cast_ref(self), bytemuck::cast_ref(other));
+        a.iter().zip(b).fold(0, |bits, (a, b)| bits | (a ^ b)) == 0
+    }
+}
+
+impl Default for SelectedLights {
+    fn default() -> Self {
+        Self::pack(&Selection::default())
+    }
+}
+
+impl SelectedLights {
+    /// Packs.
+    #[inline]
+    pub fn pack(selection: &Selection) -> Self {
+        let Selection { lights, weights, remainder_ambient: a, remainder_direction: d, remainder_sides: s, .. } =
+            *selection;
+        let light = |i: usize| lights[i] << WEIGHT_BITS | whole(weights[i] * MOST_WEIGHT);
+        let numbers = [a.x, a.y, a.z, d.x, d.y, d.z, s.x, s.y, s.z];
+        // What is infinite counts as nothing.
+        let largest = numbers.iter().fold(0.0f32, |largest, v| largest.max(v.abs())).min(f32::MAX);
+        let units = if largest > LEAST { MOST_UNITS / largest } else { 0.0 };
+        let [a, b, c, d, e, f, g, h, last] = numbers.map(|v| whole(v * units));
+        let dropped = selection.dropped.to_bits().wrapping_add(1 << 15) & 0xffff_0000;
+        Self {
+            lights: [light(0), light(1), light(2)],
+            remainder: [a | b << 16, c | d << 16, e | f << 16, g | h << 16],
+            last_side_and_dropped: last | dropped,
+            remainder_unit: largest / MOST_UNITS,
+            reaching: selection.reaching,
+        }
+    }
+
+    /// What was packed, as far as it came through.
+    pub fn unpack(&self) -> Selection {
+        let all = u32::MAX >> WEIGHT_BITS;
+        let numbers: [f32; 9] = std::array::from_fn(|i| {
+            let word = self.remainder.get(i / 2).copied().unwrap_or(self.last_side_and_dropped);
+            f32::from((word >> (i % 2 * 16)) as u16 as i16) * self.remainder_unit
+        });
+        Selection {
+            lights: self.lights.map(|light| if light >> WEIGHT_BITS == all { NO_LIGHT } else { light >> WEIGHT_BITS }),
+            weights: self.lights.map(|light| (light & ((1 << WEIGHT_BITS) - 1)) as f32 / MOST_WEIGHT),
+            remainder_ambient: Vec3::from_slice(&numbers[0..]),
+            remainder_direction: Vec3::from_slice(&numbers[3..]),
+            remainder_sides: Vec3::from_slice(&numbers[6..]),
+            dropped: f32::from_bits(self.last_side_and_dropped & 0xffff_0000),
+            reaching: self.reaching,
+        }
+    }
+}
+
+/// The nearest whole number, 16 bits of it in two's complement.
+fn whole(v: f32) -> u32 {
+    (v + ROUNDER).to_bits() & 0xffff
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_are_those_of_the_table_above_and_come_out_again() {
+        let selection = Selection {
+            lights: [7, 0, NO_LIGHT],
+            weights: [1.0, 0.25, 0.0],
+            remainder_ambient: Vec3::new(0.25, 0.0, 0.5),
+            remainder_direction: Vec3::new(-0.5, 0.0, -0.0),
+            remainder_sides: Vec3::new(0.5, 0.0, 0.5),
+            dropped: 0.75,
+            reaching: 100_000,
+        };
+        let packed = SelectedLights::pack(&selection);
+        // 0.25 · 1023 is 255.75; half of 32767, 16383.5, goes to the even number.
+        assert_eq!(packed.lights, [7 << 10 | 1023, 256, u32::MAX << 10]);
+        assert_eq!(packed.remainder, [0x4000, 0x8001_7fff, 0, 0x7fff]);
+        assert_eq!((packed.last_side_and_dropped, packed.reaching), (0x3f40_7fff, 100_000));
+        assert_eq!(packed.remainder_unit, 0.5 / 32767.0);
+        let found = packed.unpack();
+        assert_eq!((found.lights, found.reaching, found.dropped), ([7, 0, NO_LIGHT], 100_000, 0.75));
+        assert_eq!(found.weights, [1.0, 256.0 / 1023.0, 0.0]);
+        // Half a step of 0.5 / 32767 is 0.8e-5.
+        assert!(found.remainder_ambient.abs_diff_eq(Vec3::new(0.25, 0.0, 0.5), 1e-5));
+        assert!(found.remainder_direction.abs_diff_eq(Vec3::new(-0.5, 0.0, 0.0), 1e-5));
+        assert!(found.remainder_sides.abs_diff_eq(Vec3::new(0.5, 0.0, 0.5), 1e-5));
+        assert_eq!(SelectedLights::default().unpack(), Selection::default());
+    }
+}

@@ -1,0 +1,171 @@
+//! Lights in a table, the policy, and what an object knows of its lights.
+//!
+//! Every entity with a [`Light`](crate::lights::Light) has a slot, with a [`LightRecord`] (what shaders read) and a
+//! [`ScoredLight`] (what the search reads); `update_light_table` of `draw` writes both, from the lights that changed.
+//! [`crate::lights::select_lights`] then gives objects their [`SelectedLights`](crate::lights::SelectedLights).
+//!
+//! Relevance is [`score`](crate::lights::score): no point of the object's bounding sphere receives more irradiance (luminance, unshadowed,
+//! facing the light) from the light. The three highest scores win; of equal scores, the lower slot. So that nothing
+//! pops when the three change, a light's weight is 1 − (s₄/s)⁴, s₄ the fourth highest score: a light comes and goes at
+//! weight 0. What the weights leave out goes into the remainder, an ambient cube of the irradiance at the object's
+//! centre: with e the irradiance of a light (luminance) and l the direction to it, dir = Σ e l, sides = Σ e |l|
+//! (component by component), and shading adds dot(n², sides + sign(n) · dir) / 2 in the mean colour of what was left
+//! out.
+
+use super::record::{LightRecord, NO_LIGHT};
+use super::relevance::ScoredLight;
+use super::tree::LightTree;
+use crate::ecs::tables::Table;
+use bevy_ecs::lifecycle::HookContext;
+use bevy_ecs::prelude::*;
+use bevy_ecs::world::DeferredWorld;
+use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+/// Whether shading uses the three selected lights or all of them.
+#[derive(Resource, Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
+pub enum LightPolicy {
+    /// Three lights with smooth weights, the rest in the remainder.
+    #[default]
+    Three,
+    /// Three lights at full weight and nothing else: lights pop. To compare with.
+    Hard,
+    /// Every light that reaches the object: what the others are measured against. The selection is that of `Three`.
+    All,
+}
+
+impl LightPolicy {
+    /// All policies with the names that the command line uses.
+    pub const ALL: [(&'static str, Self); 3] = [("three", Self::Three), ("hard", Self::Hard), ("all", Self::All)];
+}
+
+/// The slot of a light in the light table; stable while the light lives. Derived.
+#[derive(Component, Clone, Copy, PartialEq, Eq, Debug)]
+#[component(clone_behavior = Ignore)]
+pub struct LightSlot(pub u32);
+
+impl Default for LightSlot {
+    fn default() -> Self {
+        Self(NO_LIGHT)
+    }
+}
+
+/// What the search finds for an object; [`SelectedLights`](crate::lights::SelectedLights) is what it keeps.
+#[derive(Clone, Copy, PartialEq, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub struct Selection {
+    /// Slots in the light table, most relevant first; [`NO_LIGHT`] where there are fewer.
+    pub lights: [u32; 3],
+    /// Selection weights, 0..1.
+    pub weights: [f32; 3],
+    /// Irradiance of what the three leave out, linear RGB; a light's ambient counts four times, because shading takes
+    /// a quarter of this for every side.
+    pub remainder_ambient: Vec3,
+    /// Its luminance times the direction it comes from (world space), summed.
+    pub remainder_direction: Vec3,
+    /// Its luminance times how much of it comes along each axis, from either side (world space), summed.
+    pub remainder_sides: Vec3,
+    /// Sum of the scores of the lights that are not among the three: what the object's three, each in full, may miss.
+    pub dropped: f32,
+    /// How many lights reach the object (score above 0).
+    pub reaching: u32,
+}
+
+impl Default for Selection {
+    fn default() -> Self {
+        Self {
+            lights: [NO_LIGHT; 3],
+            weights: [0.0; 3],
+            remainder_ambient: Vec3::ZERO,
+            remainder_direction: Vec3::ZERO,
+            remainder_sides: Vec3::ZERO,
+            reaching: 0,
+            dropped: 0.0,
+        }
+    }
+}
+
+/// Slots of lights, and the lights as the search reads them.
+#[derive(Resource, Clone, Debug, Default)]
+pub struct LightTable {
+    scored: Vec<ScoredLight>,
+    /// Given back since the last frame.
+    freed: Vec<u32>,
+    free: BinaryHeap<Reverse<u32>>,
+    /// Lights that changed since the last frame, as they were before and as they are, and their slots.
+    changes: Vec<[ScoredLight; 2]>,
+    changed: Vec<u32>,
+    tree: LightTree,
+}
+
+impl LightTable {
+    /// One per slot, [`ScoredLight::OFF`] where the slot is empty or its light off.
+    pub fn scored(&self) -> &[ScoredLight] {
+        &self.scored
+    }
+
+    /// A tree over all of them.
+    pub fn tree(&self) -> &LightTree {
+        &self.tree
+    }
+
+    /// The lights that changed in this frame, each as it was before and as it is.
+    pub fn changes(&self) -> &[[ScoredLight; 2]] {
+        &self.changes
+    }
+
+    /// Forgets what changed in the last frame, and empties the slots of lights that went since then.
+    pub(crate) fn begin_frame(&mut self, records: &mut Table<LightRecord>) {
+        self.changes.clear();
+        self.changed.clear();
+        for slot in std::mem::take(&mut self.freed) {
+            self.write(records, slot, LightRecord { kind: LightRecord::OFF, ..LightRecord::default() });
+            self.free.push(Reverse(slot));
+        }
+    }
+
+    /// The lowest free slot.
+    pub(crate) fn claim(&mut self) -> u32 {
+        self.free.pop().map_or_else(
+            || {
+                self.scored.push(ScoredLight::OFF);
+                self.scored.len() as u32 - 1
+            },
+            |Reverse(slot)| slot,
+        )
+    }
+
+    /// Writes a light into a claimed slot, here and in the records that shaders read.
+    pub(crate) fn write(&mut self, records: &mut Table<LightRecord>, slot: u32, record: LightRecord) {
+        if records.records.get(slot as usize) == Some(&record) {
+            return;
+        }
+        records.write(slot, record);
+        if let Some(scored) = self.scored.get_mut(slot as usize) {
+            let before = std::mem::replace(scored, ScoredLight::new(&record));
+            self.changes.push([before, *scored]);
+            self.changed.push(slot);
+        }
+    }
+
+    /// Brings the tree up to date with what changed in this frame.
+    pub(crate) fn update_tree(&mut self) {
+        self.tree.update(&self.scored, &self.changed);
+    }
+}
+
+/// Notes the slot of a light that is removed or despawned; the next frame empties it.
+pub(crate) fn free_slot(mut world: DeferredWorld, context: HookContext) {
+    let Some(mut component) = world.get_mut::<LightSlot>(context.entity) else { return };
+    // Reset too: the component stays where only the light is removed, and another light may come.
+    let LightSlot(slot) = std::mem::take(&mut *component);
+    if slot == NO_LIGHT {
+        return;
+    }
+    // Emptied by the next frame: what is written between frames would not count as changed in any.
+    if let Some(mut table) = world.get_resource_mut::<LightTable>() {
+        table.freed.push(slot);
+    }
+}

@@ -1,0 +1,14 @@
+//! A run of the simulation: what it begins with, what changes it from outside, and what is kept of it.
+//!
+//! [`inputs`] are the one place where anything from outside changes a running world; what they bring into being is a
+//! [`spawn::Spawn`], which is data. The [`roster`] gives entities numbers that mean the same in every run. [`state`]
+//! lists what is state; by that list [`state_hash`] makes one number of a world, and [`snapshot`] saves it and brings
+//! it back. The physics hold more than components do, which `physics_state` adds to the list.
+
+pub mod inputs;
+pub(crate) mod physics_state;
+pub mod roster;
+pub mod snapshot;
+pub mod spawn;
+pub mod state;
+pub mod state_hash;

@@ -1,0 +1,189 @@
+//! Names for entities that mean the same in every run: a [`StateId`] is a place in the order in which entities came to
+//! be, where an `Entity` is a place in one world's memory.
+//!
+//! Loading a scene spawns the same entities in the same order each time; [`enroll_all`] numbers them when it is done.
+//! Whatever comes later comes by [`spawn`], which numbers it and keeps the [`Spawn`] it came by, so that a snapshot can
+//! bring it into being again. Hashes, recordings and snapshots know entities by these numbers only.
+
+use super::spawn::Spawn;
+use crate::draw::pieces::PieceOf;
+use bevy_ecs::entity::EntityMapper;
+use bevy_ecs::prelude::*;
+use bevy_ecs::resource::IsResource;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// Which entity of a run: its place in the order in which they came to be.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Serialize, Deserialize)]
+pub struct StateId(pub u32);
+
+/// What no entity is called.
+const NO_ID: u32 = u32::MAX;
+
+/// The entities of a run by [`StateId`].
+#[derive(Resource, Default, Debug)]
+pub struct Roster {
+    /// Those that the scene began with, by id.
+    scene: Vec<Entity>,
+    /// What came later, by the id of its first entity.
+    later: BTreeMap<u32, Family>,
+    /// Ids by the indices of entities; [`NO_ID`] for those that have none.
+    ids: Vec<u32>,
+    /// The id that comes next.
+    next: u32,
+}
+
+/// What one [`Spawn`] brought into being.
+#[derive(Debug)]
+pub(crate) struct Family {
+    /// How it came to be.
+    pub spawn: Spawn,
+    /// Its entities, roots before what is below them; some may be gone.
+    pub members: Vec<Entity>,
+}
+
+impl Roster {
+    /// The id of an entity; `None` for one that was not enrolled.
+    pub fn id(&self, entity: Entity) -> Option<StateId> {
+        let id = StateId(*self.ids.get(entity.index_u32() as usize)?);
+        // The place of an entity that is gone may be another's now.
+        (self.entity(id) == Some(entity)).then_some(id)
+    }
+
+    /// The entity of an id. It may be gone from the world.
+    pub fn entity(&self, id: StateId) -> Option<Entity> {
+        if let Some(&entity) = self.scene.get(id.0 as usize) {
+            return Some(entity);
+        }
+        let (first, family) = self.later.range(..=id.0).next_back()?;
+        family.members.get((id.0 - first) as usize).copied()
+    }
+
+    /// How many entities the scene began with.
+    pub fn scene_len(&self) -> u32 {
+        self.scene.len() as u32
+    }
+
+    /// The id that the next entity gets.
+    pub(crate) fn next(&self) -> u32 {
+        self.next
+    }
+
+    /// Ids from here on go to what comes next.
+    pub(crate) fn set_next(&mut self, next: u32) {
+        self.next = self.next.max(next);
+    }
+
+    /// What came after the scene, by first id, in that order.
+    pub(crate) fn later(&self) -> impl Iterator<Item = (u32, &Family)> {
+        self.later.iter().map(|(first, family)| (*first, family))
+    }
+
+    /// All ids with their entities, ascending; some may be gone.
+    pub fn iter(&self) -> impl Iterator<Item = (StateId, Entity)> {
+        let numbered = |first: u32, entities: &[Entity]| {
+            let entities: Vec<Entity> = entities.to_vec();
+            entities.into_iter().enumerate().map(move |(i, entity)| (StateId(first + i as u32), entity))
+        };
+        numbered(0, &self.scene).chain(self.later().flat_map(move |(first, family)| numbered(first, &family.members)))
+    }
+
+    fn number(&mut self, entity: Entity, id: u32) {
+        let index = entity.index_u32() as usize;
+        if index >= self.ids.len() {
+            self.ids.resize(index + 1, NO_ID);
+        }
+        self.ids[index] = id;
+    }
+
+    /// Forgets what has no entity left.
+    fn sweep(&mut self, world: &World) {
+        self.later.retain(|_, family| family.members.iter().any(|&entity| world.get_entity(entity).is_ok()));
+    }
+}
+
+/// Numbers everything that is in the world, as the entities that the scene began with: when a scene is loaded, or what
+/// stands for one is built. Pieces of objects follow from these and have no number, nor have resources and observers.
+pub fn enroll_all(world: &mut World) {
+    let mut all = world.query_filtered::<Entity, (Without<IsResource>, Without<Observer>, Without<PieceOf>)>();
+    let mut scene: Vec<Entity> = all.iter(world).collect();
+    // In a world that has only grown, the order of indices is that of spawning.
+    scene.sort_unstable_by_key(|entity| entity.index_u32());
+    let mut roster = Roster { next: scene.len() as u32, ..Roster::default() };
+    scene.iter().enumerate().for_each(|(id, &entity)| roster.number(entity, id as u32));
+    roster.scene = scene;
+    world.insert_resource(roster);
+}
+
+/// Brings something into being while the simulation runs, and numbers it with all that is below it. Returns its roots.
+///
+/// Systems do this by a command: `commands.queue(move |world: &mut World| _ = roster::spawn(world, what))`.
+pub fn spawn(world: &mut World, spawn: Spawn) -> Vec<Entity> {
+    let roots = spawn.build(world);
+    let mut members = Vec::new();
+    let mut open: Vec<Entity> = roots.iter().rev().copied().collect();
+    while let Some(entity) = open.pop() {
+        members.push(entity);
+        open.extend(world.get::<Children>(entity).into_iter().flat_map(|children| children.iter().rev()));
+    }
+    let mut roster = world.resource_mut::<Roster>();
+    let first = roster.next;
+    members.iter().zip(first..).for_each(|(&entity, id)| roster.number(entity, id));
+    roster.next += members.len() as u32;
+    roster.later.insert(first, Family { spawn, members });
+    roots
+}
+
+/// Takes an entity out of the world, with all that is below it. Nothing happens where it is gone.
+pub fn despawn(world: &mut World, id: StateId) {
+    let Some(entity) = world.resource::<Roster>().entity(id) else { return };
+    world.try_despawn(entity).ok();
+    world.resource_scope(|world, mut roster: Mut<Roster>| roster.sweep(world));
+}
+
+/// From entities to what stands for them in hashes and files: an entity whose index is the id.
+pub(crate) struct ToIds<'a>(pub &'a Roster);
+
+/// And back.
+pub(crate) struct FromIds<'a> {
+    pub world: &'a World,
+    /// Whether some id was that of no living entity.
+    pub missed: bool,
+}
+
+impl EntityMapper for ToIds<'_> {
+    fn get_mapped(&mut self, source: Entity) -> Entity {
+        self.0.id(source).and_then(|id| Entity::from_raw_u32(id.0)).unwrap_or(Entity::PLACEHOLDER)
+    }
+
+    fn set_mapped(&mut self, _: Entity, _: Entity) {}
+}
+
+impl EntityMapper for FromIds<'_> {
+    fn get_mapped(&mut self, source: Entity) -> Entity {
+        let entity = self.world.resource::<Roster>().entity(StateId(source.index_u32()));
+        let living = entity.filter(|&entity| self.world.get_entity(entity).is_ok());
+        // What was named and had gone stays gone.
+        self.missed |= living.is_none() && source != Entity::PLACEHOLDER;
+        living.unwrap_or(Entity::PLACEHOLDER)
+    }
+
+    fn set_mapped(&mut self, _: Entity, _: Entity) {}
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simulation::Simulation;
+
+    #[test]
+    fn what_a_scene_begins_with_has_the_numbers_from_0_on_and_nothing_else_has() {
+        let mut simulation = Simulation::new();
+        let world = &mut simulation.world;
+        world.add_observer(|_: On<Insert<ChildOf>>| ());
+        let scene = [(); 3].map(|()| world.spawn_empty().id());
+        enroll_all(world);
+        let numbered: Vec<_> = world.resource::<Roster>().iter().map(|(StateId(id), entity)| (id, entity)).collect();
+        assert_eq!(numbered, [(0, scene[0]), (1, scene[1]), (2, scene[2])]);
+    }
+}

@@ -1,0 +1,130 @@
+//! The whole state of a simulation as bytes, and back.
+//!
+//! A snapshot belongs to a scene: it is restored into a world that has just loaded that scene. Loading spawns the same
+//! entities in the same order, so a number names each of them ([`crate::run::roster`]); those that are gone by the time
+//! of the snapshot are named and taken out again; what came later is built again from what it came by and numbered as
+//! it was. Then every kind of state ([`crate::run::state`]) gets its values. What follows from the state is worked out
+//! by the next frame, as ever.
+
+use super::roster::{self, Roster, StateId};
+use super::spawn::Spawn;
+use super::state::{StateError, StateList, decode, encode};
+use bevy_ecs::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::collections::HashSet;
+
+/// Entities that a snapshot may bring into being; more is a file that is broken.
+const MOST_SPAWNED: usize = 1 << 24;
+
+#[derive(Serialize, Deserialize)]
+struct Saved {
+    /// How many entities the scene began with.
+    scene: u32,
+    /// The id that comes next.
+    next: u32,
+    /// Ids of those that are gone, ascending; families that are gone as wholes are not among them.
+    gone: Vec<u32>,
+    /// What came later: the id of its first entity, how many there are, what it came by.
+    later: Vec<(u32, u32, Spawn)>,
+    /// Kinds of state by name.
+    kinds: Vec<(String, Vec<u8>)>,
+}
+
+/// The state of a world whose scene's entities are enrolled.
+pub fn save(world: &mut World) -> Vec<u8> {
+    let kinds = world.resource_scope(|world, mut list: Mut<StateList>| {
+        list.kinds.iter_mut().map(|kind| (kind.name().to_owned(), kind.save(world))).collect()
+    });
+    let roster = world.resource::<Roster>();
+    let is_gone = |entity: Entity| world.get_entity(entity).is_err();
+    let living = roster.later().filter(|(_, family)| !family.members.iter().all(|&member| is_gone(member)));
+    let later: Vec<_> =
+        living.map(|(first, family)| (first, family.members.len() as u32, family.spawn.clone())).collect();
+    let is_listed = |id: StateId| {
+        id.0 < roster.scene_len() || later.iter().any(|(first, count, _)| (*first..first + count).contains(&id.0))
+    };
+    let gone = roster.iter().filter(|(id, entity)| is_gone(*entity) && is_listed(*id)).map(|(id, _)| id.0).collect();
+    encode(&Saved { scene: roster.scene_len(), next: roster.next(), gone, later, kinds })
+}
+
+/// Makes the state of a world, which has just loaded the scene, that of [`save`].
+///
+/// # Errors
+/// Where the bytes are no snapshot of that scene. The world is of no use then.
+pub fn restore(world: &mut World, bytes: &[u8]) -> Result<(), StateError> {
+    let saved: Saved = decode("snapshot", bytes)?;
+    let refused = |message: String| Err(StateError::new("snapshot", message));
+    let (scene, fresh) = (saved.scene, world.resource::<Roster>());
+    if (fresh.scene_len(), fresh.next()) != (scene, scene) {
+        return refused(format!("expected a scene of {scene} entities, found one of {}", fresh.next()));
+    }
+    let spawned: u64 = saved.later.iter().map(|(_, count, _)| u64::from(*count)).sum();
+    if spawned > MOST_SPAWNED as u64 {
+        return refused(format!("{spawned} entities came later; at most {MOST_SPAWNED} may"));
+    }
+    for (first, count, spawn) in saved.later {
+        if !spawn.is_sound() || first < world.resource::<Roster>().next() {
+            return refused(format!("what came as entity {first} is nothing that can"));
+        }
+        world.resource_mut::<Roster>().set_next(first);
+        roster::spawn(world, spawn);
+        if world.resource::<Roster>().next().checked_sub(first) != Some(count) {
+            return refused(format!("entity {first} came with {count} in all, which is another number now"));
+        }
+    }
+    if saved.next < world.resource::<Roster>().next() {
+        return refused(format!("entity {} comes next, which is there already", saved.next));
+    }
+    world.resource_mut::<Roster>().set_next(saved.next);
+    take_out(world, &saved.gone)?;
+    restore_kinds(world, saved.kinds)?;
+    if has_ring(world) {
+        return refused("an entity hangs below itself".into());
+    }
+    Ok(())
+}
+
+/// Takes entities out. What is below them and lives has come to hang elsewhere since: it gets its parent later.
+fn take_out(world: &mut World, gone: &[u32]) -> Result<(), StateError> {
+    let known: HashSet<u32> = gone.iter().copied().collect();
+    for &id in gone {
+        let roster = world.resource::<Roster>();
+        let Some(entity) = roster.entity(StateId(id)) else {
+            return Err(StateError::new("snapshot", format_args!("entity {id} is gone, which never was")));
+        };
+        let children = world.get::<Children>(entity).into_iter().flat_map(|children| children.iter());
+        let lives = |child: &Entity| roster.id(*child).is_some_and(|id| !known.contains(&id.0));
+        let moved: Vec<Entity> = children.filter(lives).collect();
+        moved.into_iter().for_each(|child| _ = world.entity_mut(child).remove::<ChildOf>());
+        // With its pieces, if it is drawn in some.
+        world.try_despawn(entity).ok();
+    }
+    Ok(())
+}
+
+fn restore_kinds(world: &mut World, saved: Vec<(String, Vec<u8>)>) -> Result<(), StateError> {
+    world.resource_scope(|world, mut list: Mut<StateList>| {
+        let names = list.kinds.iter().map(|kind| kind.name());
+        if !names.eq(saved.iter().map(|(name, _)| name.as_str())) {
+            return Err(StateError::new("snapshot", "it holds other kinds of state than this program has"));
+        }
+        list.kinds.iter_mut().zip(saved).try_for_each(|(kind, (_, bytes))| kind.restore(world, &bytes))
+    })
+}
+
+/// Whether anything is above itself: no simulation does that, but a broken file may.
+fn has_ring(world: &mut World) -> bool {
+    let mut hung = world.query::<(Entity, &ChildOf)>();
+    let mut ends = HashSet::new();
+    for (entity, parent) in hung.iter(world) {
+        let (mut way, mut next) = (HashSet::from([entity]), Some(parent.parent()));
+        while let Some(above) = next.filter(|above| !ends.contains(above)) {
+            if !way.insert(above) {
+                return true;
+            }
+            next = world.get::<ChildOf>(above).map(ChildOf::parent);
+        }
+        ends.extend(way);
+    }
+    false
+}

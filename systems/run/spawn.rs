@@ -1,0 +1,68 @@
+//! What can come into being while a simulation runs, described by data: a recording holds it, and a snapshot brings it
+//! back by building it again.
+
+use crate::lights::components::Light;
+use crate::space::transform::Transform;
+use crate::vehicles::components::{ByHand, Controls, Vehicle, VehicleTypeId};
+use crate::vehicles::types::VehicleTypes;
+use bevy_ecs::name::Name;
+use bevy_ecs::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// Something to spawn. Equal ones build equal entities in worlds that began with the same scene.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+pub enum Spawn {
+    /// A light.
+    Light {
+        /// For people.
+        name: String,
+        /// In the world.
+        transform: Transform,
+        /// What it shines like.
+        light: Light,
+    },
+    /// A vehicle, driven by hand or not.
+    Vehicle {
+        /// For people.
+        name: String,
+        /// In the world, the middle of the rear axle.
+        transform: Transform,
+        /// The name of its type; the stand-in where there is none of that name.
+        kind: String,
+        /// Which of the type's paints; counted round.
+        paint: u32,
+        /// How it stands there.
+        controls: Controls,
+        /// Whether it goes by its controls even where it has a route.
+        by_hand: bool,
+    },
+}
+
+impl Spawn {
+    /// Makes the entities; returns those that hang below no other. By [`crate::run::roster::spawn`], which numbers
+    /// them.
+    pub(crate) fn build(&self, world: &mut World) -> Vec<Entity> {
+        match self {
+            Self::Light { name, transform, light } => {
+                vec![world.spawn((Name::new(name.clone()), *transform, light.clone())).id()]
+            }
+            Self::Vehicle { name, transform, kind, paint, controls, by_hand } => {
+                let kind = world.resource::<VehicleTypes>().find(kind).unwrap_or(VehicleTypeId::STAND_IN);
+                let vehicle = Vehicle::of(kind).painted(*paint);
+                let root = world.spawn((Name::new(name.clone()), *transform, *controls, vehicle)).id();
+                if *by_hand {
+                    world.entity_mut(root).insert(ByHand);
+                }
+                vec![root]
+            }
+        }
+    }
+
+    /// Whether its numbers are numbers.
+    pub(crate) fn is_sound(&self) -> bool {
+        match self {
+            Self::Light { transform, light, .. } => transform.is_finite() && light.is_sound(),
+            Self::Vehicle { transform, controls, .. } => transform.is_finite() && controls.is_sound(),
+        }
+    }
+}

@@ -1,0 +1,295 @@
+//! What the simulation's state is: one list, which hashing ([`crate::run::state_hash`]) and saving
+//! ([`crate::run::snapshot`]) both go by, so that nothing is in one and missing in the other.
+//!
+//! State is what steps change or read, and nothing that follows from it: not `GlobalTransform`, bounds, tangents,
+//! selections of lights, slots; not how the world is looked at (cameras of the window, exposure, the clock's speed). A
+//! component or resource becomes state by deriving serde's traits and a line in [`StateList::standard`]; one that a
+//! program of yours adds, by [`StateList::add_component`] before the first step.
+
+use super::physics_state::PhysicsState;
+use super::roster::{FromIds, Roster, StateId, ToIds};
+use super::state_hash::{self, Sum};
+use crate::assets::material::MaterialId;
+use crate::assets::mesh::{Figure, MeshId};
+use crate::ecs::clock::{Clock, Seed};
+use crate::lights::components::Light;
+use crate::physics::ground::Obstacle;
+use crate::physics::physical::Physical;
+use crate::space::hidden::Hidden;
+use crate::space::motion::Spin;
+use crate::space::origin::Origin;
+use crate::space::transform::Transform;
+use crate::vehicles::components::{
+    ByHand, Controls, Motion, NextVehicleNumber, OnRoute, Stalled, VehicleNumber, Wanted,
+};
+use crate::vehicles::ground::Ground;
+use crate::vehicles::lamps::{Lamp, Switches};
+use crate::vehicles::parts::FramePart;
+use crate::vehicles::signals::SignalLamp;
+use bevy_ecs::component::Mutable;
+use bevy_ecs::prelude::*;
+use bevy_ecs::query::ArchetypeFilter;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use std::marker::PhantomData;
+
+/// What a saved state is refused for.
+#[derive(Debug, thiserror::Error)]
+#[error("{kind}: {message}")]
+pub struct StateError {
+    /// The kind of state.
+    pub kind: String,
+    /// What was expected.
+    pub message: String,
+}
+
+impl StateError {
+    pub(crate) fn new(kind: &str, message: impl std::fmt::Display) -> Self {
+        Self { kind: kind.to_owned(), message: message.to_string() }
+    }
+}
+
+/// A kind of state: a component of all entities that have it, or a resource.
+pub trait StateKind: Send + Sync + 'static {
+    /// Its name in files.
+    fn name(&self) -> &'static str;
+
+    /// The sum of the hashes of all its values; its order does not matter.
+    fn hash(&mut self, world: &mut World) -> Sum;
+
+    /// All its values.
+    fn save(&mut self, world: &mut World) -> Vec<u8>;
+
+    /// Makes its values those of [`Self::save`] and no others.
+    ///
+    /// # Errors
+    /// Where the bytes are none of `save`'s; the world may be changed in part.
+    fn restore(&mut self, world: &mut World, bytes: &[u8]) -> Result<(), StateError>;
+}
+
+/// Everything that is state.
+#[derive(Resource)]
+pub struct StateList {
+    pub(crate) kinds: Vec<Box<dyn StateKind>>,
+}
+
+impl StateList {
+    /// What every simulation has.
+    pub fn standard() -> Self {
+        let mut list = Self { kinds: Vec::new() };
+        // Parents first: where things hang decides what is below a hidden entity.
+        let hangs = |parent: &ChildOf| parent.parent() != Entity::PLACEHOLDER;
+        list.add(Component::<ChildOf, ()> { is_sound: hangs, ..Component::new("parent") });
+        list.add(Component::<Transform, Without<FramePart>> {
+            is_sound: |value| value.is_finite(),
+            ..Component::new("transform")
+        });
+        list.add(Component::<Light> { is_sound: Light::is_sound, ..Component::new("light") });
+        list.add(Component::<Spin> { is_sound: Spin::is_sound, ..Component::new("spin") });
+        list.add_component::<Hidden>("hidden");
+        list.add_component::<Figure>("figure");
+        list.add(Component::<MeshId, With<Figure>>::new("shape"));
+        list.add(ResourceKind::<Clock> { take_over: Clock::take_over, ..ResourceKind::new("clock") });
+        list.add_resource::<Seed>("seed");
+        list.add(ResourceKind::<Origin> { take_over: Origin::take_over, ..ResourceKind::new("origin") });
+        list.add_vehicles();
+        list
+    }
+
+    fn add_vehicles(&mut self) {
+        self.add_resource::<NextVehicleNumber>("next vehicle");
+        self.add_component::<VehicleNumber>("vehicle");
+        self.add(Component::<Motion> { is_sound: Motion::is_sound, ..Component::new("motion") });
+        self.add(Component::<Controls> { is_sound: Controls::is_sound, ..Component::new("controls") });
+        self.add_component::<ByHand>("by hand");
+        self.add(Component::<OnRoute> { is_sound: OnRoute::is_sound, ..Component::new("on route") });
+        self.add_component::<Stalled>("stalled");
+        self.add_component::<Switches>("lamps");
+        self.add(Component::<MaterialId, Or<(With<Lamp>, With<SignalLamp>)>>::new("glass"));
+        self.add_component::<Physical>("physical");
+        self.add_component::<Wanted>("wanted");
+        self.add_component::<Ground>("ground");
+        self.add_component::<Obstacle>("obstacle");
+        self.add(PhysicsState);
+    }
+
+    /// A component, all of whose values are state. Entities within it are told apart by `Component::map_entities`.
+    pub fn add_component<T: StateComponent>(&mut self, name: &'static str) {
+        self.add(Component::<T, ()>::new(name));
+    }
+
+    /// A resource that is always there.
+    pub fn add_resource<R: StateResource>(&mut self, name: &'static str) {
+        self.add(ResourceKind::<R>::new(name));
+    }
+
+    /// State that neither of the two fits.
+    ///
+    /// # Panics
+    /// If there is a kind of that name: its values would be taken for the other's.
+    pub fn add(&mut self, kind: impl StateKind) {
+        assert!(self.kinds.iter().all(|known| known.name() != kind.name()), "{} is state already", kind.name());
+        self.kinds.push(Box::new(kind));
+    }
+}
+
+/// What a component needs to be state.
+pub trait StateComponent: bevy_ecs::component::Component + Clone + Serialize + DeserializeOwned {}
+impl<T: bevy_ecs::component::Component + Clone + Serialize + DeserializeOwned> StateComponent for T {}
+
+/// What a resource needs to be state.
+pub trait StateResource:
+    Resource + bevy_ecs::component::Component<Mutability = Mutable> + Serialize + DeserializeOwned
+{
+}
+impl<R: Resource + bevy_ecs::component::Component<Mutability = Mutable> + Serialize + DeserializeOwned> StateResource
+    for R
+{
+}
+
+/// A component as state, of the entities that pass a filter.
+struct Component<T: StateComponent, F: ArchetypeFilter + 'static = ()> {
+    name: &'static str,
+    /// Whether a value from a file can be what a world holds.
+    is_sound: fn(&T) -> bool,
+    /// Kept from step to step.
+    query: Option<QueryState<(Entity, &'static T), F>>,
+}
+
+impl<T: StateComponent, F: ArchetypeFilter + 'static> Component<T, F> {
+    fn new(name: &'static str) -> Self {
+        Self { name, is_sound: |_| true, query: None }
+    }
+
+    /// The values of all enrolled entities by id, entities within them as ids.
+    fn values(&mut self, world: &mut World) -> Vec<(u32, T)> {
+        let query = self.query.get_or_insert_with(|| world.query_filtered());
+        let roster = world.resource::<Roster>();
+        let value = |(entity, value): (Entity, &T)| Some((roster.id(entity)?.0, with_ids(value, roster)));
+        let mut values: Vec<(u32, T)> = query.iter(world).filter_map(value).collect();
+        values.sort_unstable_by_key(|(id, _)| *id);
+        values
+    }
+}
+
+/// A value with ids for entities.
+pub(crate) fn with_ids<T: StateComponent>(value: &T, roster: &Roster) -> T {
+    let mut value = value.clone();
+    T::map_entities(&mut value, &mut ToIds(roster));
+    value
+}
+
+impl<T: StateComponent, F: ArchetypeFilter + 'static> StateKind for Component<T, F> {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn hash(&mut self, world: &mut World) -> Sum {
+        let query = self.query.get_or_insert_with(|| world.query_filtered());
+        state_hash::of_component(self.name, query, world)
+    }
+
+    fn save(&mut self, world: &mut World) -> Vec<u8> {
+        encode(&self.values(world))
+    }
+
+    fn restore(&mut self, world: &mut World, bytes: &[u8]) -> Result<(), StateError> {
+        let wanted: Vec<(u32, T)> = decode(self.name, bytes)?;
+        let mut present = self.values(world).into_iter().map(|(id, value)| (id, encode(&value))).peekable();
+        let mut remove = Vec::new();
+        let mut insert = Vec::new();
+        let mut last = None;
+        for (id, value) in wanted {
+            if last.replace(id).is_some_and(|last| last >= id) || !(self.is_sound)(&value) {
+                return Err(StateError::new(self.name, format_args!("the value of entity {id} is none")));
+            }
+            while let Some((gone, _)) = present.next_if(|(present, _)| *present < id) {
+                remove.push(gone);
+            }
+            // What is as it was is left alone: nothing has to follow it.
+            if present.next_if(|(present, _)| *present == id).is_none_or(|(_, bytes)| bytes != encode(&value)) {
+                insert.push((id, value));
+            }
+        }
+        remove.extend(present.map(|(id, _)| id));
+        let find = |world: &World, id| world.resource::<Roster>().entity(StateId(id));
+        for id in remove {
+            let entity = find(world, id).and_then(|entity| world.get_entity_mut(entity).ok());
+            entity.into_iter().for_each(|mut entity| _ = entity.remove::<T>());
+        }
+        for (id, mut value) in insert {
+            let mut mapper = FromIds { world, missed: false };
+            T::map_entities(&mut value, &mut mapper);
+            let known = find(world, id).filter(|_| !mapper.missed);
+            let Some(mut entity) = known.and_then(|entity| world.get_entity_mut(entity).ok()) else {
+                return Err(StateError::new(
+                    self.name,
+                    format_args!("entity {id}, or one that it names, is not there"),
+                ));
+            };
+            entity.insert(value);
+        }
+        Ok(())
+    }
+}
+
+/// A resource as state.
+struct ResourceKind<R: StateResource> {
+    name: &'static str,
+    /// Gives the world's resource the saved values, or says what was expected.
+    take_over: fn(&mut R, R) -> Result<(), &'static str>,
+    resource: PhantomData<R>,
+}
+
+impl<R: StateResource> ResourceKind<R> {
+    fn new(name: &'static str) -> Self {
+        Self { name, take_over: Self::replace, resource: PhantomData }
+    }
+
+    fn replace(own: &mut R, saved: R) -> Result<(), &'static str> {
+        *own = saved;
+        Ok(())
+    }
+}
+
+impl<R: StateResource> StateKind for ResourceKind<R> {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn hash(&mut self, world: &mut World) -> Sum {
+        state_hash::of_bytes(self.name, &self.save(world))
+    }
+
+    fn save(&mut self, world: &mut World) -> Vec<u8> {
+        encode(world.resource::<R>())
+    }
+
+    fn restore(&mut self, world: &mut World, bytes: &[u8]) -> Result<(), StateError> {
+        let saved = decode(self.name, bytes)?;
+        (self.take_over)(&mut world.resource_mut::<R>(), saved).map_err(|message| StateError::new(self.name, message))
+    }
+}
+
+/// As bytes. Of the types that are state, each has a form in bytes.
+pub(crate) fn encode<T: Serialize + ?Sized>(value: &T) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    encode_onto(value, &mut bytes);
+    bytes
+}
+
+/// As bytes after others.
+pub(crate) fn encode_onto<T: Serialize + ?Sized>(value: &T, bytes: &mut Vec<u8>) {
+    // Fails for sequences of unknown length only, which no vector, map or struct is.
+    let written = postcard::to_extend(value, std::mem::take(bytes));
+    debug_assert!(written.is_ok(), "no form in bytes");
+    *bytes = written.unwrap_or_default();
+}
+
+pub(crate) fn decode<T: DeserializeOwned>(kind: &str, bytes: &[u8]) -> Result<T, StateError> {
+    match postcard::take_from_bytes(bytes) {
+        Ok((value, [])) => Ok(value),
+        Ok(_) => Err(StateError::new(kind, "there is more than it should hold")),
+        Err(error) => Err(StateError::new(kind, error)),
+    }
+}

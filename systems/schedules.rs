@@ -1,0 +1,160 @@
+//! The two schedules, a step's and a frame's: which systems there are, in which order and why.
+
+use crate::assets::{levels, tangents};
+use crate::draw::{batches, incomplete, instances, light_records, list, materials, pieces, reaching};
+use crate::ecs::stats::{self, Stage, lap};
+use crate::ecs::{clock, sub_steps};
+use crate::lights::selection;
+use crate::physics::ground as colliders;
+use crate::physics::{bodies, springs, traffic};
+use crate::run::inputs;
+use crate::space::{hidden, interpolation, motion, propagation};
+use crate::vehicles::{driving, ground, lamps, parts, signals};
+use bevy_ecs::prelude::*;
+use bevy_ecs::schedule::{LogLevel, ScheduleBuildSettings, SingleThreadedExecutor};
+
+/// One fixed step of simulated time, in order.
+pub fn step_schedule() -> Schedule {
+    let mut schedule = in_fixed_order();
+    schedule.add_systems(
+        (
+            inputs::apply_inputs,    // what changes from outside, before anything else does
+            interpolation::remember, // where everything is, before it moves
+            clock::tick,             // the time of this step, before anything reads it
+            motion::spin,            // what moves by itself
+            ground::update_grounds,  // what vehicles stand on
+            sub_steps::drive,        // traffic lights, vehicles and their physics, a long step in parts
+            signals::light_heads,    // lamps of traffic lights
+            (
+                springs::find_wheels,  // whose model has springs
+                springs::move_springs, // and how far they give
+            )
+                .chain()
+                .run_if(bodies::any_physical),
+            parts::move_parts,   // trailers and sprung wheels, as their vehicles moved
+            lamps::switch_lamps, // which lamps are on after that
+            lamps::light_lamps,  // and what they do
+        )
+            .chain(),
+    );
+    schedule
+}
+
+/// A part of a step in which vehicles drive, in order.
+pub fn sub_step_schedule() -> Schedule {
+    let mut schedule = fixed_order(Schedule::new(sub_steps::Parts));
+    schedule.add_systems(
+        (
+            signals::tick_signals, // what traffic lights show now
+            driving::drive,        // vehicles, as their routes or drivers want
+            // Vehicles that are bodies: after the kinematic ones, which they bump into.
+            (
+                colliders::update_ground, // what wheels stand on
+                bodies::place_bodies,     // which of them are bodies, and where
+                traffic::follow_traffic,  // kinematic vehicles near by
+                bodies::step_bodies,      // springs, tyres, collisions
+                bodies::write_back,       // where they are now
+            )
+                .chain()
+                .run_if(bodies::any_physical),
+        )
+            .chain(),
+    );
+    schedule
+}
+
+/// The CPU half of a frame, in order. Each system looks only at what changed.
+pub fn frame_schedule() -> Schedule {
+    let mut schedule = in_fixed_order();
+    schedule.add_systems(
+        (
+            // A new frame: what was dirty has been uploaded by now.
+            (stats::begin, list::begin_frame, lap(Stage::Transforms, "begin_frame")).chain(),
+            // Before anything looks for objects: what has got by now what it is drawn with.
+            (incomplete::complete, lap(Stage::Transforms, "complete")).chain(),
+            // What is hidden with something above it, before anything looks for objects.
+            (hidden::inherit_hidden, lap(Stage::Transforms, "inherit_hidden")).chain(),
+            // Wheels and the like, as their vehicles moved.
+            (parts::turn_parts, lap(Stage::Transforms, "turn_parts")).chain(),
+            // Where everything is, parents before children.
+            (propagation::update_transforms, lap(Stage::Transforms, "update_transforms")).chain(),
+            // Once per mesh, before anything draws it.
+            (tangents::update_tangents, lap(Stage::Tangents, "update_tangents")).chain(),
+            // After the tangents: levels share the vertices that are final now.
+            (levels::update_levels, lap(Stage::Levels, "update_levels")).chain(),
+            // Maps into texture arrays; decides the class and pipeline of a material, which batches sort by.
+            // Pieces look like the object that they are of.
+            (
+                pieces::follow_materials,
+                lap(Stage::Materials, "follow_materials"),
+                materials::update_materials,
+                lap(Stage::Materials, "update_materials"),
+            )
+                .chain(),
+            // The light table first: the choice reads it.
+            (
+                light_records::update_light_table,
+                lap(Stage::Lights, "update_light_table"),
+                selection::select_lights,
+                lap(Stage::Lights, "select_lights"),
+            )
+                .chain(),
+            // Everything an object's record holds is known now.
+            (
+                instances::update_instances,
+                lap(Stage::Instances, "update_instances"),
+                reaching::list_reaching,
+                lap(Stage::Instances, "list_reaching"),
+            )
+                .chain(),
+            // Slots are final: list their pages by draw.
+            (batches::update_batches, lap(Stage::Batches, "update_batches"), list::count).chain(),
+        )
+            .chain(),
+    );
+    schedule
+}
+
+/// A schedule that runs its systems one after another and refuses any pair whose order matters and is not said.
+/// Parallel work is inside the systems that have much of it, where the order of results is fixed.
+fn in_fixed_order() -> Schedule {
+    fixed_order(Schedule::default())
+}
+
+fn fixed_order(mut schedule: Schedule) -> Schedule {
+    schedule.set_executor(SingleThreadedExecutor::new());
+    schedule.set_build_settings(ScheduleBuildSettings {
+        ambiguity_detection: LogLevel::Error,
+        ..ScheduleBuildSettings::default()
+    });
+    schedule
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simulation::Simulation;
+    use crate::space::motion::Spin;
+    use crate::space::transform::Transform;
+
+    #[test]
+    fn the_order_of_systems_is_unambiguous() {
+        let mut world = Simulation::new().world;
+        assert!(frame_schedule().initialize(&mut world).is_ok());
+        assert!(step_schedule().initialize(&mut world).is_ok());
+        assert!(sub_step_schedule().initialize(&mut world).is_ok());
+    }
+
+    #[test]
+    fn a_system_whose_order_matters_and_is_not_said_is_refused() {
+        fn shake(mut moving: Query<&mut Transform, With<Spin>>) {
+            moving.iter_mut().for_each(|mut transform| transform.translation.y += 1.0);
+        }
+        let mut simulation = Simulation::new();
+        simulation.step_schedule.add_systems(shake);
+        assert!(simulation.step_schedule.initialize(&mut simulation.world).is_err());
+        let mut ordered = Simulation::new();
+        ordered.step_schedule.add_systems(shake.after(motion::spin).before(ground::update_grounds));
+        assert!(ordered.step_schedule.initialize(&mut ordered.world).is_ok());
+    }
+}

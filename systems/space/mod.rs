@@ -1,0 +1,21 @@
+//! Where entities are, and what follows from that alone.
+//!
+//! An entity has a [`Transform`] among its siblings; `propagation` derives its [`GlobalTransform`], parents before
+//! children, from what moved. Between two steps `interpolation` draws it somewhere on the way, and [`spin`] moves what
+//! moves by itself. What is [`Hidden`] hides all that is below it. [`Aabb`] and [`Sphere`] are the volumes that bounds
+//! are made of, and [`origin`] is where the world's coordinates count from.
+
+pub(crate) mod bounds;
+pub(crate) mod hidden;
+pub(crate) mod interpolation;
+pub(crate) mod motion;
+pub mod origin;
+pub(crate) mod propagation;
+pub(crate) mod transform;
+
+pub use bounds::{Aabb, Sphere};
+pub use hidden::{Hidden, InheritedHidden, inherit_hidden};
+pub use interpolation::{Interpolated, Interpolation, remember};
+pub use motion::{Spin, spin};
+pub use propagation::{NewParents, note_parent, update_transforms};
+pub use transform::{GlobalTransform, Transform};
