@@ -158,7 +158,7 @@ pub fn show_lights(ui: &mut egui::Ui, world: &World, lights: &ObjectLights) -> O
     });
     match lights.reaching.saturating_sub(lights.lights.iter().flatten().count() as u32) {
         0 => {}
-        // Kept to two digits, see `systems::lights`.
+        // Kept to two digits, see `systems::lights::SelectedLights`.
         1 => _ = ui.weak(format!("1 more, score about {}", two_digits(lights.dropped))),
         more => _ = ui.weak(format!("{more} more, scores about {} in all", two_digits(lights.dropped))),
     }
