@@ -1,7 +1,8 @@
 //! The seam between the world and the GPU: the plain structs that shaders read, and the batches. What of them changed
 //! is in their tables (`tables.rs`).
 //!
-//! The systems write a [`DrawList`] each frame; the renderer reads it and nothing else of the world.
+//! The systems write a [`DrawList`] each frame. The renderer reads it, the meshes and images of the library that are
+//! not uploaded yet, and the records of objects that changed (`instance_records.rs`).
 //! `shaders/types.wgsl` mirrors the `…Record` structs; `tests/shaders.rs` compares every offset of the two.
 //!
 //! ```text

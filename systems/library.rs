@@ -54,9 +54,9 @@ impl Default for MaterialId {
 pub struct ImageId(pub u32);
 
 impl ImageId {
-    /// 1×1 white colour: stands in for a missing base or emissive map.
+    /// 1×1 white colour: stands in for a missing base, emissive or environment map.
     pub const WHITE_COLOR: Self = Self(0);
-    /// 1×1 white data: stands in for a missing specular, metallic-roughness or occlusion map.
+    /// 1×1 white data: stands in for a missing specular, metallic-roughness, occlusion or height map.
     pub const WHITE_DATA: Self = Self(1);
     /// 1×1 flat normal (0.5, 0.5, 1): stands in for a missing normal map.
     pub const FLAT_NORMAL: Self = Self(2);
@@ -209,7 +209,8 @@ pub enum AlphaMode {
     Blend,
 }
 
-/// A surface. Which fields count depends on `shading`; a missing map stands for the constant 1 (normal: flat).
+/// A surface. Which fields count depends on `shading`; a missing map stands for the constant 1 (normal: flat; horizon
+/// and offset: 0).
 #[derive(Clone, PartialEq, Debug)]
 pub struct Material {
     /// For people.
@@ -516,7 +517,7 @@ impl Library {
         &self.materials
     }
 
-    /// All images in id order; the first four are the stand-ins for missing maps.
+    /// All images in id order; the first five are the stand-ins for missing maps.
     pub fn images(&self) -> &[Image] {
         &self.images
     }
