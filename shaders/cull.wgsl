@@ -478,9 +478,9 @@ fn count(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_inde
 }
 
 const SCANNERS = 64u;
-// Counts that a scanner adds up; `BLOCK` is their product.
+// Counts that a scanner adds up.
 const SHARE = 16u;
-const BLOCK = 1024u;
+const BLOCK = SCANNERS * SHARE;
 
 fn count_of_counts() -> u32 {
     return cull_view.entry_count * SLICES;

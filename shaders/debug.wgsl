@@ -18,6 +18,12 @@ fn heat_color(heat: f32) -> vec3f {
 // Where there is nothing to count.
 const HEAT_NONE = vec3f(0.2);
 
+// What the colours stand for; the legend says the same. Of the number of lights: 1 blue, so many doublings on red.
+const LIGHT_COUNT_DOUBLINGS: f32 = 6.0;
+// Of the error bound: this power of ten blue, so many decades on red.
+const ERROR_BOUND_FIRST_DECADE: f32 = -3.0;
+const ERROR_BOUND_DECADES: f32 = 4.0;
+
 fn debug_color(surface: Surface, base: vec3f, instance: Instance, tangent: vec3f) -> vec3f {
     if DEBUG == DEBUG_BASE {
         return base;
@@ -43,12 +49,13 @@ fn debug_color(surface: Surface, base: vec3f, instance: Instance, tangent: vec3f
     }
     // Heat maps of what the selection knows of the object: the same wherever on it, whatever the number of lights.
     if DEBUG == DEBUG_LIGHT_COUNT {
-        // 1 blue to 64 red, each doubling as far as the other.
         let count = f32(instance.reaching);
-        return headlight * select(HEAT_NONE, heat_color(log2(max(count, 1.0)) / 6.0), count > 0.0);
+        let heat = log2(max(count, 1.0)) / LIGHT_COUNT_DOUBLINGS;
+        return headlight * select(HEAT_NONE, heat_color(heat), count > 0.0);
     }
-    // Error bound, as bright as the picture shows it: 0.001 blue to 10 red, each ten times as far as the other.
+    // Error bound, as bright as the picture shows it.
     let bound = instance.dropped * view.exposure;
     let decades = log2(max(bound, 1e-9)) / log2(10.0);
-    return headlight * select(HEAT_NONE, heat_color((decades + 3.0) / 4.0), bound > 0.0);
+    let heat = (decades - ERROR_BOUND_FIRST_DECADE) / ERROR_BOUND_DECADES;
+    return headlight * select(HEAT_NONE, heat_color(heat), bound > 0.0);
 }

@@ -16,7 +16,7 @@
 //! ```text
 //! scene     scene files (and glTF files as scenes) into entities     import   glTF and images into library items
 //! frames    pictures to files; Headless for programs of one's own    app      the window, its keys and panel
-//! renderer  the only place that knows wgpu                           check    everything wrong with a file
+//! renderer  all that draws scenes, by wgpu                           check    everything wrong with a file
 //! compare   how far two pictures are apart                           light_error   a scene by three lights and by all
 //! gallery   a scene once for each shape of its figures               maps     the map tools: relief map
 //! technique_error   every bump technique against real geometry

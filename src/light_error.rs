@@ -105,7 +105,7 @@ pub fn measure(job: &LightErrorJob) -> Result<LightReport, FrameError> {
     for _ in 0..job.frame {
         stage.simulation.step();
     }
-    let settings = Settings { technique: job.technique, ..Settings::default() };
+    let settings = Settings { technique: job.technique, ..Settings::default() }.for_files();
     let mut draw = |policy| draw(&mut stage, &mut renderer, job.size, &settings, policy);
     let three = draw(LightPolicy::Three)?;
     let hard = draw(LightPolicy::Hard)?;

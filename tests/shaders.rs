@@ -1,4 +1,5 @@
 //! The shaders by themselves: every module is valid, and its structs lie in memory as the Rust ones that fill them do.
+//! Their constants are compared in src/renderer/shaders.rs, where the renderer's own can be seen.
 
 mod common;
 
@@ -320,74 +321,4 @@ fn run(gpu: &Gpu, (table, binding): (&str, u32), source: String, values: &[u32],
     device.poll(wgpu::PollType::wait_indefinitely()).expect("the device is alive");
     let mapped = back.slice(..).get_mapped_range().expect("mapped");
     bytemuck::cast_slice(&mapped).to_vec()
-}
-
-/// Constants that stand for the same on both sides.
-#[test]
-fn shader_constants_are_those_of_the_draw_list() {
-    let module = parse(shaders::FORWARD);
-    let constant = |name: &str| {
-        let found = module.constants.iter().find(|(_, c)| c.name.as_deref() == Some(name));
-        let (_, constant) = found.unwrap_or_else(|| panic!("no constant {name}"));
-        match module.global_expressions[constant.init] {
-            naga::Expression::Literal(naga::Literal::U32(v)) => v,
-            naga::Expression::Literal(naga::Literal::AbstractInt(v)) => v as u32,
-            naga::Expression::Literal(naga::Literal::I32(v)) => v as u32,
-            ref other => panic!("{name} is {other:?}"),
-        }
-    };
-    use relief::renderer::DebugView;
-    use systems::assets::{AlphaMode, MapSlot, Shading, Technique};
-    let pairs = [
-        ("LIGHT_POINT", LightRecord::POINT),
-        ("LIGHT_SPOT_EXPONENT", LightRecord::SPOT_EXPONENT),
-        ("LIGHT_SPOT_CONE", LightRecord::SPOT_CONE),
-        ("LIGHT_DIRECTIONAL", LightRecord::DIRECTIONAL),
-        ("LIGHT_OFF", LightRecord::OFF),
-        ("NO_LIGHT", NO_LIGHT),
-        ("MAP_BASE", MapSlot::Base as u32),
-        ("MAP_NORMAL", MapSlot::Normal as u32),
-        ("MAP_SPECULAR", MapSlot::Specular as u32),
-        ("MAP_METALLIC_ROUGHNESS", MapSlot::MetallicRoughness as u32),
-        ("MAP_OCCLUSION", MapSlot::Occlusion as u32),
-        ("MAP_EMISSIVE", MapSlot::Emissive as u32),
-        ("MAP_HEIGHT", MapSlot::Height as u32),
-        ("MAP_HORIZON_0", MapSlot::Horizon0 as u32),
-        ("MAP_HORIZON_1", MapSlot::Horizon1 as u32),
-        ("MAP_OFFSET", MapSlot::Offset as u32),
-        ("MAP_ENVIRONMENT", MapSlot::Environment as u32),
-        ("TECHNIQUE_OFF", Technique::Off as u32),
-        ("TECHNIQUE_NORMAL", Technique::Normal as u32),
-        ("TECHNIQUE_PERTURBED_NORMAL", Technique::PerturbedNormal as u32),
-        ("TECHNIQUE_EMBOSS", Technique::Emboss as u32),
-        ("TECHNIQUE_EMBOSS_MULTIPASS", Technique::EmbossMultipass as u32),
-        ("TECHNIQUE_DOT3", Technique::Dot3 as u32),
-        ("TECHNIQUE_DOT3_CONSTANT", Technique::Dot3Constant as u32),
-        ("TECHNIQUE_PERTURBED_UV", Technique::PerturbedUv as u32),
-        ("TECHNIQUE_PARALLAX", Technique::Parallax as u32),
-        ("TECHNIQUE_RELIEF", Technique::Relief as u32),
-        ("TECHNIQUE_HORIZON", Technique::Horizon as u32),
-        ("TECHNIQUE_PARALLAX_HORIZON", Technique::ParallaxHorizon as u32),
-        ("TECHNIQUE_RELIEF_HORIZON", Technique::ReliefHorizon as u32),
-        ("TECHNIQUE_Z_CORRECT_PARALLAX", Technique::ZCorrectParallax as u32),
-        ("TECHNIQUE_Z_CORRECT", Technique::ZCorrect as u32),
-        ("TECHNIQUE_COMBINED", Technique::Combined as u32),
-        ("SHADING_PHONG", Shading::Phong as u32),
-        ("SHADING_BLINN", Shading::Blinn as u32),
-        ("SHADING_METALLIC_ROUGHNESS", Shading::MetallicRoughness as u32),
-        ("SHADING_SPECULAR_GLOSSINESS", Shading::SpecularGlossiness as u32),
-        ("SHADING_UNLIT", Shading::Unlit as u32),
-        ("ALPHA_OPAQUE", AlphaMode::Opaque as u32),
-        ("ALPHA_MASK", AlphaMode::Mask as u32),
-        ("ALPHA_BLEND", AlphaMode::Blend as u32),
-        ("DEBUG_BASE", DebugView::Base as u32),
-        ("DEBUG_NORMAL", DebugView::Normal as u32),
-        ("DEBUG_TANGENT", DebugView::Tangent as u32),
-        ("DEBUG_LIGHT_COUNT", DebugView::LightCount as u32),
-        ("DEBUG_THREE_LIGHTS", DebugView::ThreeLights as u32),
-        ("DEBUG_ERROR_BOUND", DebugView::ErrorBound as u32),
-    ];
-    for (name, value) in pairs {
-        assert_eq!(constant(name), value, "{name}");
-    }
 }

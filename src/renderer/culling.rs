@@ -107,13 +107,15 @@ pub(super) struct CulledView {
 pub(super) const ARGUMENT_BYTES: u64 = size_of::<DrawIndexedIndirectArgs>() as u64;
 
 /// Workgroups in a row of a dispatch; `ROW` of shaders/cull.wgsl.
-const ROW: u32 = 32768;
+pub(super) const ROW: u32 = 32768;
 /// Pages or entries that a workgroup takes; `TOGETHER` of shaders/cull.wgsl.
-const TOGETHER: u32 = 8;
+pub(super) const TOGETHER: u32 = 8;
 /// Slices of distance; `SLICES` of shaders/cull.wgsl.
-const SLICES: u32 = 32;
+pub(super) const SLICES: u32 = 32;
 /// Counts that are added up together; `BLOCK` of shaders/cull.wgsl.
-const BLOCK: u32 = 1024;
+pub(super) const BLOCK: u32 = 1024;
+/// Draws that a workgroup of `finish` takes.
+pub(super) const DRAWS_TOGETHER: u32 = 64;
 
 /// Blocks that the counts of so many entries fill, the sum of all among them.
 fn blocks(entries: u32) -> u32 {
@@ -207,7 +209,7 @@ impl Culling {
             });
             pass.set_bind_group(0, *frame_group, &[]);
             pass.set_bind_group(1, group, &[]);
-            let draws = view.counts.draw_count.div_ceil(64);
+            let draws = view.counts.draw_count.div_ceil(DRAWS_TOGETHER);
             let tests = if phase == Phase::Early { pages } else { pages.div_ceil(TOGETHER) };
             let taken = entries.div_ceil(TOGETHER);
             let work = [
@@ -228,7 +230,7 @@ impl Culling {
 
 impl Phase {
     /// Its bit in the shader's `visibility`.
-    fn bit(self) -> f64 {
+    pub(super) fn bit(self) -> f64 {
         match self {
             Self::Early => f64::from(0x200),
             Self::Late => f64::from(0x400),

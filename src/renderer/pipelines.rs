@@ -185,35 +185,7 @@ impl Pipelines {
     }
 
     fn make_object(&self, device: &wgpu::Device, pass: Pass, key: PipelineKey) -> wgpu::RenderPipeline {
-        let (all_lights, debug) = match pass {
-            Pass::Color { all_lights, debug, .. } => (all_lights, debug),
-            Pass::Emboss { .. } | Pass::Outputs => (false, DebugView::Off),
-        };
-        let lights = match pass {
-            Pass::Color { lights, .. } | Pass::Emboss { lights, .. } => lights,
-            Pass::Outputs => LightTraits::default(),
-        };
-        let (emboss_step, emboss_light) = match pass {
-            Pass::Emboss { pass, .. } => pass.constants(),
-            Pass::Color { .. } | Pass::Outputs => (0, 0),
-        };
-        let constants = [
-            ("TECHNIQUE", f64::from(key.technique as u32)),
-            ("SHADING", f64::from(key.shading as u32)),
-            ("ALPHA", f64::from(key.alpha as u32)),
-            ("TRANSFORMED_UVS", f64::from(u32::from(key.transformed_uvs))),
-            ("EMISSIVE", f64::from(u32::from(key.emissive))),
-            ("ENVIRONMENT_MAP", f64::from(u32::from(key.environment_map))),
-            ("VERTEX_COLORS", f64::from(u32::from(key.vertex_colors))),
-            ("LIGHTS", f64::from(u32::from(all_lights))),
-            ("LIGHTS_WITH_ATTENUATION", f64::from(u32::from(lights.attenuation))),
-            ("LIGHTS_WITH_CONES", f64::from(u32::from(lights.cones))),
-            ("LIGHTS_WITH_AMBIENT", f64::from(u32::from(lights.ambient))),
-            ("DEBUG", f64::from(debug as u32)),
-            tone_map_constant(pass.tone_map()),
-            ("EMBOSS_STEP", f64::from(emboss_step)),
-            ("EMBOSS_LIGHT", f64::from(emboss_light)),
-        ];
+        let constants = object_constants(pass, key);
         let blend = key.alpha == AlphaMode::Blend && pass != Pass::Outputs;
         let write = wgpu::ColorWrites::ALL;
         let color = Some(match pass {
@@ -302,8 +274,41 @@ fn color_format(tone_map: Option<ToneMap>) -> wgpu::TextureFormat {
     if tone_map.is_some() { PICTURE_FORMAT } else { HDR_FORMAT }
 }
 
+/// What the forward shader's overrides are in a pass over objects of a kind.
+pub(super) fn object_constants(pass: Pass, key: PipelineKey) -> [(&'static str, f64); 15] {
+    let (all_lights, debug) = match pass {
+        Pass::Color { all_lights, debug, .. } => (all_lights, debug),
+        Pass::Emboss { .. } | Pass::Outputs => (false, DebugView::Off),
+    };
+    let lights = match pass {
+        Pass::Color { lights, .. } | Pass::Emboss { lights, .. } => lights,
+        Pass::Outputs => LightTraits::default(),
+    };
+    let (emboss_step, emboss_light) = match pass {
+        Pass::Emboss { pass, .. } => pass.constants(),
+        Pass::Color { .. } | Pass::Outputs => (0, 0),
+    };
+    [
+        ("TECHNIQUE", f64::from(key.technique as u32)),
+        ("SHADING", f64::from(key.shading as u32)),
+        ("ALPHA", f64::from(key.alpha as u32)),
+        ("TRANSFORMED_UVS", f64::from(u32::from(key.transformed_uvs))),
+        ("EMISSIVE", f64::from(u32::from(key.emissive))),
+        ("ENVIRONMENT_MAP", f64::from(u32::from(key.environment_map))),
+        ("VERTEX_COLORS", f64::from(u32::from(key.vertex_colors))),
+        ("LIGHTS", f64::from(u32::from(all_lights))),
+        ("LIGHTS_WITH_ATTENUATION", f64::from(u32::from(lights.attenuation))),
+        ("LIGHTS_WITH_CONES", f64::from(u32::from(lights.cones))),
+        ("LIGHTS_WITH_AMBIENT", f64::from(u32::from(lights.ambient))),
+        ("DEBUG", f64::from(debug as u32)),
+        tone_map_constant(pass.tone_map()),
+        ("EMBOSS_STEP", f64::from(emboss_step)),
+        ("EMBOSS_LIGHT", f64::from(emboss_light)),
+    ]
+}
+
 /// The constant of shaders/tone.wgsl.
-fn tone_map_constant(tone_map: Option<ToneMap>) -> (&'static str, f64) {
+pub(super) fn tone_map_constant(tone_map: Option<ToneMap>) -> (&'static str, f64) {
     const LATER: u32 = 3;
     ("TONE_MAP", f64::from(tone_map.map_or(LATER, |curve| curve as u32)))
 }

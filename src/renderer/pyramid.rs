@@ -7,6 +7,9 @@ use super::timestamps::Timestamps;
 
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Float;
 
+/// Texels along each side of the square that a workgroup makes.
+pub(super) const SIDE: u32 = 8;
+
 /// The pipelines that make pyramids.
 #[derive(Clone, Debug)]
 pub(super) struct PyramidMaker {
@@ -60,7 +63,7 @@ impl PyramidMaker {
             };
             pass.set_pipeline(&reduction.pipeline);
             pass.set_bind_group(0, group, &[]);
-            pass.dispatch_workgroups(width.div_ceil(8), height.div_ceil(8), 1);
+            pass.dispatch_workgroups(width.div_ceil(SIDE), height.div_ceil(SIDE), 1);
         }
     }
 }

@@ -12,7 +12,9 @@ use systems::ecs::tables::{DirtySlots, Records};
 pub(super) const MANY_RANGES: usize = 32;
 
 /// Workgroups in a row of a dispatch; `ROW` of shaders/scatter.wgsl.
-const ROW: u32 = 32768;
+pub(super) const ROW: u32 = 32768;
+/// Texels that a workgroup writes.
+pub(super) const TEXELS_TOGETHER: u32 = 64;
 
 /// What all tables share: pipelines by the texels of a record.
 #[derive(Debug)]
@@ -126,7 +128,7 @@ impl ScatterBuffers {
                 wgpu::BindGroupEntry { binding: 2, resource: wgpu::BindingResource::TextureView(table) },
             ],
         });
-        self.pending = Some(Pending { group, record_texels, workgroups: texels.div_ceil(64) });
+        self.pending = Some(Pending { group, record_texels, workgroups: texels.div_ceil(TEXELS_TOGETHER) });
         Ok(bytes)
     }
 

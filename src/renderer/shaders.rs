@@ -44,3 +44,225 @@ pub const ALL: [(&str, &str); 6] = [
     ("scatter", SCATTER),
     ("tonemap", TONE_MAP),
 ];
+
+#[cfg(test)]
+mod tests {
+    use super::super::culling::{self, Phase};
+    use super::super::emboss::EmbossPass;
+    use super::super::pipelines::{Pass, object_constants, tone_map_constant};
+    use super::super::{DebugView, HeatScale, draws, pyramid, scatter, tables};
+    use super::*;
+    use std::collections::{BTreeMap, BTreeSet};
+    use systems::assets::{AlphaMode, MapSlot, Shading, Technique};
+    use systems::draw::{InstanceRecord, PAGE_SLOTS, PipelineKey, ToneMap};
+    use systems::lights::{LightRecord, NO_LIGHT};
+    use wgpu::naga;
+
+    /// Constants that stand for the same in shaders and in Rust, with what Rust has. A name is in here more than once
+    /// where several of Rust's are its twins.
+    fn pairs() -> Vec<(&'static str, f64)> {
+        let number = |name, value: u32| (name, f64::from(value));
+        let legend = |view: DebugView| {
+            let ticks = view.heat_scale().expect("a heat map").ticks;
+            ticks.iter().map(|tick| tick.parse::<f64>().expect("a number")).collect::<Vec<_>>()
+        };
+        let (counts, bounds) = (legend(DebugView::LightCount), legend(DebugView::ErrorBound));
+        let step_of = |pass: EmbossPass| pass.constants().0;
+        vec![
+            number("PAGE_SLOTS", PAGE_SLOTS),
+            number("ROW", culling::ROW),
+            number("ROW", scatter::ROW),
+            ("EARLY", Phase::Early.bit()),
+            ("LATE", Phase::Late.bit()),
+            number("SLICES", culling::SLICES),
+            number("TOGETHER", culling::TOGETHER),
+            number("BLOCK", culling::BLOCK),
+            number("FINE", draws::FINE),
+            number("STEP", draws::STEP),
+            ("TABLE_WIDTH", tables::TABLE_WIDTH as f64),
+            ("INSTANCE_TEXELS", size_of::<InstanceRecord>() as f64 / 16.0),
+            number("LIGHT_POINT", LightRecord::POINT),
+            number("LIGHT_SPOT_EXPONENT", LightRecord::SPOT_EXPONENT),
+            number("LIGHT_SPOT_CONE", LightRecord::SPOT_CONE),
+            number("LIGHT_DIRECTIONAL", LightRecord::DIRECTIONAL),
+            number("LIGHT_OFF", LightRecord::OFF),
+            number("NO_LIGHT", NO_LIGHT),
+            number("MAP_BASE", MapSlot::Base as u32),
+            number("MAP_NORMAL", MapSlot::Normal as u32),
+            number("MAP_SPECULAR", MapSlot::Specular as u32),
+            number("MAP_METALLIC_ROUGHNESS", MapSlot::MetallicRoughness as u32),
+            number("MAP_OCCLUSION", MapSlot::Occlusion as u32),
+            number("MAP_EMISSIVE", MapSlot::Emissive as u32),
+            number("MAP_HEIGHT", MapSlot::Height as u32),
+            number("MAP_HORIZON_0", MapSlot::Horizon0 as u32),
+            number("MAP_HORIZON_1", MapSlot::Horizon1 as u32),
+            number("MAP_OFFSET", MapSlot::Offset as u32),
+            number("MAP_ENVIRONMENT", MapSlot::Environment as u32),
+            number("TECHNIQUE_OFF", Technique::Off as u32),
+            number("TECHNIQUE_NORMAL", Technique::Normal as u32),
+            number("TECHNIQUE_PERTURBED_NORMAL", Technique::PerturbedNormal as u32),
+            number("TECHNIQUE_EMBOSS", Technique::Emboss as u32),
+            number("TECHNIQUE_EMBOSS_MULTIPASS", Technique::EmbossMultipass as u32),
+            number("TECHNIQUE_DOT3", Technique::Dot3 as u32),
+            number("TECHNIQUE_DOT3_CONSTANT", Technique::Dot3Constant as u32),
+            number("TECHNIQUE_PERTURBED_UV", Technique::PerturbedUv as u32),
+            number("TECHNIQUE_PARALLAX", Technique::Parallax as u32),
+            number("TECHNIQUE_RELIEF", Technique::Relief as u32),
+            number("TECHNIQUE_HORIZON", Technique::Horizon as u32),
+            number("TECHNIQUE_PARALLAX_HORIZON", Technique::ParallaxHorizon as u32),
+            number("TECHNIQUE_RELIEF_HORIZON", Technique::ReliefHorizon as u32),
+            number("TECHNIQUE_Z_CORRECT_PARALLAX", Technique::ZCorrectParallax as u32),
+            number("TECHNIQUE_Z_CORRECT", Technique::ZCorrect as u32),
+            number("TECHNIQUE_COMBINED", Technique::Combined as u32),
+            number("SHADING_PHONG", Shading::Phong as u32),
+            number("SHADING_BLINN", Shading::Blinn as u32),
+            number("SHADING_METALLIC_ROUGHNESS", Shading::MetallicRoughness as u32),
+            number("SHADING_SPECULAR_GLOSSINESS", Shading::SpecularGlossiness as u32),
+            number("SHADING_UNLIT", Shading::Unlit as u32),
+            number("ALPHA_OPAQUE", AlphaMode::Opaque as u32),
+            number("ALPHA_MASK", AlphaMode::Mask as u32),
+            number("ALPHA_BLEND", AlphaMode::Blend as u32),
+            // Whether every light shades every pixel.
+            number("LIGHTS_SELECTED", u32::from(false)),
+            number("LIGHTS_ALL", u32::from(true)),
+            number("EMBOSS_HEIGHT", step_of(EmbossPass::Height { light: 2 })),
+            number("EMBOSS_SHIFTED", step_of(EmbossPass::Shifted { light: 2 })),
+            number("EMBOSS_DIFFUSE", step_of(EmbossPass::Diffuse { light: 2 })),
+            number("EMBOSS_CLAMPED", step_of(EmbossPass::Clamped)),
+            number("EMBOSS_COLORED", step_of(EmbossPass::Colored { light: 2 })),
+            number("EMBOSS_OPAQUE", step_of(EmbossPass::Opaque)),
+            ("TONE_MAP_CLAMP", tone_map_constant(Some(ToneMap::Clamp)).1),
+            ("TONE_MAP_ACES", tone_map_constant(Some(ToneMap::Aces)).1),
+            ("TONE_MAP_AGX", tone_map_constant(Some(ToneMap::Agx)).1),
+            ("TONE_MAP_LATER", tone_map_constant(None).1),
+            number("DEBUG_BASE", DebugView::Base as u32),
+            number("DEBUG_NORMAL", DebugView::Normal as u32),
+            number("DEBUG_TANGENT", DebugView::Tangent as u32),
+            number("DEBUG_LIGHT_COUNT", DebugView::LightCount as u32),
+            number("DEBUG_THREE_LIGHTS", DebugView::ThreeLights as u32),
+            number("DEBUG_ERROR_BOUND", DebugView::ErrorBound as u32),
+            ("HEAT_NONE", f64::from(HeatScale::NONE.x)),
+            ("HEAT_NONE", f64::from(HeatScale::NONE.y)),
+            ("HEAT_NONE", f64::from(HeatScale::NONE.z)),
+            // Ticks are powers of two and of ten, whose logarithms need not be whole to the last bit.
+            ("LIGHT_COUNT_DOUBLINGS", (counts[counts.len() - 1] / counts[0]).log2().round()),
+            ("ERROR_BOUND_FIRST_DECADE", bounds[0].log10().round()),
+            ("ERROR_BOUND_DECADES", (bounds[bounds.len() - 1] / bounds[0]).log10().round()),
+        ]
+    }
+
+    /// Constants that only shaders have, and why.
+    const SHADERS_OWN: [(&str, &str); 18] = [
+        ("LEVEL_MASK", "a bit of `visibility`, which no other program reads"),
+        ("IN_VIEW", "a bit of `visibility`"),
+        ("SEEN", "a bit of `visibility`"),
+        ("SLICE_SHIFT", "a bit of `visibility`"),
+        ("NO_SLICE", "what a function returns"),
+        ("LOOKERS", "follows from PAGE_SLOTS and TOGETHER"),
+        ("SLOTS_EACH", "follows from PAGE_SLOTS and LOOKERS"),
+        ("SAMPLES_X", "the standard's; tests/culling.rs compares pictures"),
+        ("SAMPLES_Y", "the standard's; tests/culling.rs compares pictures"),
+        ("MOST_POINTS", "how long a shader looks"),
+        ("SCANNERS", "a size of workgroups; its product with SHARE is BLOCK"),
+        ("SHARE", "its product with SCANNERS is BLOCK"),
+        ("EMBOSS_FULL_COSINE", "a part of the technique's formula"),
+        ("LEAST_COSINE", "a part of the techniques' formulas"),
+        ("MOST_STEPS", "how far a ray is followed"),
+        ("MOST_SHADOW_STEPS", "how far a ray is followed"),
+        ("HORIZON_SOFTNESS", "a part of the techniques' formulas"),
+        ("PI", "π"),
+    ];
+
+    fn parse((name, source): (&str, &str)) -> naga::Module {
+        naga::front::wgsl::parse_str(source).unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(source)))
+    }
+
+    /// Names that the shaders declare with `const` or `override`.
+    fn declared(keyword: &str) -> BTreeSet<&'static str> {
+        let name = |line: &'static str| {
+            let rest = line.strip_prefix(keyword)?.strip_prefix(' ')?;
+            Some(rest.split([':', ' ', '=']).next().unwrap_or_default())
+        };
+        ALL.iter().flat_map(|(_, source)| source.lines().filter_map(name)).collect()
+    }
+
+    /// A constant's value; of a vector with equal components, theirs.
+    fn value(module: &naga::Module, expression: naga::Handle<naga::Expression>) -> Option<f64> {
+        use naga::Literal;
+        match module.global_expressions[expression] {
+            naga::Expression::Literal(Literal::U32(value)) => Some(value.into()),
+            naga::Expression::Literal(Literal::I32(value)) => Some(value.into()),
+            naga::Expression::Literal(Literal::F32(value)) => Some(value.into()),
+            naga::Expression::Constant(constant) => value(module, module.constants[constant].init),
+            naga::Expression::Splat { value: all, .. } => value(module, all),
+            naga::Expression::Compose { ref components, .. } => {
+                let first = value(module, *components.first()?)?;
+                components.iter().all(|&component| value(module, component) == Some(first)).then_some(first)
+            }
+            _ => None,
+        }
+    }
+
+    /// Every value that a name has in any module: those of an inexact type (no suffix, no type) are not among them.
+    fn values() -> BTreeMap<String, Vec<f64>> {
+        let mut values = BTreeMap::<String, Vec<f64>>::new();
+        for module in ALL.map(parse) {
+            for (_, constant) in module.constants.iter() {
+                if let (Some(name), Some(value)) = (&constant.name, value(&module, constant.init)) {
+                    values.entry(name.clone()).or_default().push(value);
+                }
+            }
+        }
+        values
+    }
+
+    #[test]
+    fn constants_are_the_same_in_shaders_and_in_rust() {
+        let values = values();
+        for (name, expected) in pairs() {
+            let found = values.get(name).unwrap_or_else(|| panic!("no {name} with a type and a value in the shaders"));
+            assert!(found.iter().all(|&value| value == expected), "{name}: {found:?} in shaders, {expected} in Rust");
+        }
+    }
+
+    #[test]
+    fn every_constant_of_the_shaders_is_compared_or_has_a_reason() {
+        let compared: BTreeSet<&str> = pairs().into_iter().map(|(name, _)| name).collect();
+        let own: BTreeSet<&str> = SHADERS_OWN.into_iter().map(|(name, _)| name).collect();
+        assert!(compared.is_disjoint(&own));
+        let other = &declared("const") ^ &(&compared | &own);
+        assert!(other.is_empty(), "neither compared nor listed with a reason, or no longer there: {other:?}");
+    }
+
+    #[test]
+    fn every_override_of_the_shaders_is_set() {
+        let of_objects = object_constants(Pass::Outputs, PipelineKey::default()).map(|(name, _)| name);
+        // By `Culling::new` and `Scatter::make`; shaders/sky.wgsl and tonemap.wgsl have TONE_MAP only.
+        let set: BTreeSet<&str> = of_objects.into_iter().chain(["PHASE", "TEXELS"]).collect();
+        let other = &declared("override") ^ &set;
+        assert!(other.is_empty(), "not set, or no longer there: {other:?}");
+        let of_forward: BTreeSet<String> =
+            parse(("forward", FORWARD)).overrides.iter().filter_map(|(_, found)| found.name.clone()).collect();
+        assert_eq!(of_forward, of_objects.map(String::from).into());
+    }
+
+    #[test]
+    fn workgroups_take_as_much_as_is_dispatched_for() {
+        let sizes = [
+            ("cull", CULL, "cull", [PAGE_SLOTS, 1, 1]),
+            ("cull", CULL, "occlude", [PAGE_SLOTS, 1, 1]),
+            ("cull", CULL, "count", [PAGE_SLOTS, 1, 1]),
+            ("cull", CULL, "scatter", [PAGE_SLOTS, 1, 1]),
+            ("cull", CULL, "finish", [culling::DRAWS_TOGETHER, 1, 1]),
+            ("scatter", SCATTER, "scatter", [scatter::TEXELS_TOGETHER, 1, 1]),
+            ("pyramid", PYRAMID, "from_single", [pyramid::SIDE, pyramid::SIDE, 1]),
+            ("pyramid", PYRAMID, "from_multisampled", [pyramid::SIDE, pyramid::SIDE, 1]),
+            ("pyramid", PYRAMID, "from_finer", [pyramid::SIDE, pyramid::SIDE, 1]),
+        ];
+        for (name, source, entry, size) in sizes {
+            let module = parse((name, source));
+            let found = module.entry_points.iter().find(|point| point.name == entry).expect("an entry point");
+            assert_eq!(found.workgroup_size, size, "{name}: {entry}");
+        }
+    }
+}

@@ -112,7 +112,7 @@ pub(super) struct RecordTable<T> {
 }
 
 /// Texels in a row of a table; `TABLE_WIDTH` of shaders/types.wgsl.
-const TABLE_WIDTH: u64 = 4096;
+pub(super) const TABLE_WIDTH: u64 = 4096;
 const TEXEL_BYTES: u64 = 16;
 /// Uploads of all there is wait for each other after this many bytes: of what is under way there is a copy, whose
 /// memory the driver may keep.

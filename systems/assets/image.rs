@@ -13,9 +13,9 @@ use glam::Vec4;
 pub struct ImageId(pub u32);
 
 impl ImageId {
-    /// 1×1 white colour: stands in for a missing base or emissive map.
+    /// 1×1 white colour: stands in for a missing base, emissive or environment map.
     pub const WHITE_COLOR: Self = Self(0);
-    /// 1×1 white data: stands in for a missing specular, metallic-roughness or occlusion map.
+    /// 1×1 white data: stands in for a missing specular, metallic-roughness, occlusion or height map.
     pub const WHITE_DATA: Self = Self(1);
     /// 1×1 flat normal (0.5, 0.5, 1): stands in for a missing normal map.
     pub const FLAT_NORMAL: Self = Self(2);

@@ -157,7 +157,7 @@ impl Library {
         &self.materials
     }
 
-    /// All images in id order; the first four are the stand-ins for missing maps.
+    /// All images in id order; the first five are the stand-ins for missing maps.
     pub fn images(&self) -> &[Image] {
         &self.images
     }

@@ -155,7 +155,8 @@ pub enum AlphaMode {
     Blend,
 }
 
-/// A surface. Which fields count depends on `shading`; a missing map stands for the constant 1 (normal: flat).
+/// A surface. Which fields count depends on `shading`; a missing map stands for the constant 1 (normal: flat; horizon
+/// and offset: 0).
 #[derive(Clone, PartialEq, Debug)]
 pub struct Material {
     /// For people.

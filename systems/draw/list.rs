@@ -1,7 +1,8 @@
 //! The seam between the world and the GPU: tables of the records that shaders read (`records.rs`), what of them changed
 //! ([`tables`](crate::ecs::tables)), and the batches that they are drawn in.
 //!
-//! The systems write a [`DrawList`] each frame; the renderer reads it and nothing else of the world.
+//! The systems write a [`DrawList`] each frame. The renderer reads it, the meshes and images of the library that are
+//! not uploaded yet, and the records of objects that changed (`instance_records.rs`).
 //!
 //! ```text
 //! instances[slot]  one record per drawn object, in pages of 64 slots; an object keeps its slot while it lives
