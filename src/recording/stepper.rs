@@ -2,8 +2,8 @@
 //! meet, so that all are in the same order everywhere.
 
 use super::{Identity, Recorder, Recording, RecordingError, load_snapshot, save_snapshot};
-use crate::frames;
 use crate::import;
+use crate::name;
 use crate::output;
 use std::fs::File;
 use std::io::Write;
@@ -220,7 +220,7 @@ fn warn(simulation: &mut Simulation) {
     }
     let stalled = std::mem::take(&mut simulation.world.resource_mut::<Traffic>().faults);
     for vehicle in stalled {
-        let name = frames::name_of(&simulation.world, vehicle);
+        let name = name::of_entity(&simulation.world, vehicle);
         tracing::warn!("{name}: its place or speed was no number any more; it stands where it was last");
     }
 }

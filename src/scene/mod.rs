@@ -23,6 +23,7 @@ mod faults;
 mod files;
 mod format;
 mod generate;
+#[cfg(feature = "tools")]
 pub(crate) use generate::Random;
 mod origin;
 mod overlaps;
@@ -336,7 +337,7 @@ fn environment(e: &format::Environment) -> Environment {
         horizon: e.horizon.rgb(),
         ground: e.ground.rgb(),
         exposure: e.exposure,
-        tone_map: e.tone_map.into(),
+        tone_map: e.tone_map,
     }
 }
 

@@ -9,8 +9,8 @@ use super::road_warnings;
 use super::traffic::{self, LitGlass};
 use super::turned_meshes::TurnedMeshes;
 use super::values::place;
-use crate::frames;
 use crate::import::Model;
+use crate::name;
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
 use glam::{Affine3A, EulerRot, Quat, Vec3};
@@ -80,7 +80,7 @@ fn shared_names(own: &[(String, Entity)], of_models: &[(String, Entity)]) -> Vec
         *count += 1;
         if *count == 2 {
             shared.push(format!(
-                "a model has a camera named {name:?}, as an earlier one is: --camera reaches the first only"
+                "a model has a camera named {name:?}, as an earlier one is: the name reaches the first only"
             ));
         }
     }
@@ -283,7 +283,7 @@ impl Spawner<'_> {
             }
             let report = pieces::draw_one_in_pieces(self.world, entity, metres).unwrap_or_default();
             made += report.pieces;
-            self.found.warnings.extend(too_many(&frames::name_of(self.world, entity), report, metres));
+            self.found.warnings.extend(too_many(&name::of_entity(self.world, entity), report, metres));
         }
     }
 
@@ -362,7 +362,7 @@ impl Spawner<'_> {
         let Some(head) = self.world.resource::<Signals>().head(&source.signal, source.group) else { return };
         let below = descendants(self.world, entity);
         if !self.glass.make_head(self.world, entity, &below, head) {
-            let name = frames::name_of(self.world, entity);
+            let name = name::of_entity(self.world, entity);
             self.found.warnings.push(format!("{name}: no node lamp_red, lamp_amber or lamp_green: it shows no signal"));
         }
     }
