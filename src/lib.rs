@@ -25,8 +25,8 @@
 //!
 //! Programs begin with [`prelude`]; `examples/` has five.
 //!
-//! Features, all on unless told otherwise: `window` (`app`), and `tools` (`bench`, `gallery`, `light_error` and
-//! `technique_error`, and the program `relief`, which needs both).
+//! Features, all on unless told otherwise: `window` (`app`), `tools` (`bench`, `gallery`, `light_error` and
+//! `technique_error`), `physics` (vehicles as rigid bodies). The program `relief` needs the first two.
 
 pub mod animation;
 #[cfg(feature = "window")]

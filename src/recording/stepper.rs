@@ -10,7 +10,6 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use systems::Simulation;
 use systems::ecs::clock::Clock;
-use systems::physics::Physics;
 use systems::run::inputs::Inputs;
 use systems::run::state_hash::StateHash;
 use systems::run::{inputs, state_hash};
@@ -215,7 +214,8 @@ fn refuse_overwriting(files: &RunFiles, scene: &Path, named: &[PathBuf]) -> Resu
 
 /// Says what went wrong in a step with single vehicles, each thing once; everything else goes on.
 fn warn(simulation: &mut Simulation) {
-    for warning in simulation.world.resource_mut::<Physics>().take_warnings() {
+    #[cfg(feature = "physics")]
+    for warning in simulation.world.resource_mut::<systems::physics::Physics>().take_warnings() {
         tracing::warn!("{warning}");
     }
     let stalled = std::mem::take(&mut simulation.world.resource_mut::<Traffic>().faults);

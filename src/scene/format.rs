@@ -220,15 +220,6 @@ pub enum Obstacle {
     Mesh,
 }
 
-impl From<Obstacle> for systems::physics::Obstacle {
-    fn from(obstacle: Obstacle) -> Self {
-        match obstacle {
-            Obstacle::Box => Self::Box,
-            Obstacle::Mesh => Self::Mesh,
-        }
-    }
-}
-
 /// Perspective with `fov_y_degrees`, or orthographic with `orthographic_half_height`; either may have a shape.
 #[derive(Deserialize, Debug)]
 #[serde(default, deny_unknown_fields)]

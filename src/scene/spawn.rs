@@ -5,6 +5,7 @@ use super::files::{Items, Shape};
 use super::format::{self, Entity as Source, Scene};
 use super::generate;
 use super::overlaps;
+use super::physical;
 use super::road_warnings;
 use super::traffic::{self, LitGlass};
 use super::turned_meshes::TurnedMeshes;
@@ -19,7 +20,6 @@ use systems::assets::{Figure, Library, MaterialId, MeshId};
 use systems::draw::pieces::PiecesReport;
 use systems::draw::{Camera, Projection, pieces};
 use systems::lights::{Light, LightKind};
-use systems::physics::Obstacle;
 use systems::space::origin::Origin;
 use systems::space::{Aabb, Hidden, Spin, Transform};
 use systems::vehicles::ground::Ground;
@@ -223,7 +223,7 @@ impl Spawner<'_> {
             self.world.entity_mut(entity).insert(Ground);
         }
         if let Some(obstacle) = source.obstacle {
-            self.world.entity_mut(entity).insert(Obstacle::from(obstacle));
+            physical::make_obstacle(&mut self.world.entity_mut(entity), obstacle);
         }
         if let Some(head) = &source.signal_head {
             self.signal_head(head, entity);
@@ -353,7 +353,7 @@ impl Spawner<'_> {
             entity.insert(ByHand);
         }
         if let Some(physical) = source.and_then(|source| source.physical) {
-            entity.insert(physical);
+            physical::make_physical(&mut entity, physical);
         }
         self.found.has_lights = true;
     }
