@@ -1,5 +1,5 @@
-//! Scenes measured in a process of their own, by a program that the caller starts: peak memory and the time to the first frame mean
-//! nothing in a process that has drawn others.
+//! Scenes measured in a process of their own, by a program that the caller starts: peak memory and the time to the
+//! first frame mean nothing in a process that has drawn others.
 
 use super::job::BenchJob;
 use super::measurement::Measurement;

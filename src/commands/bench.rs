@@ -79,13 +79,15 @@ pub struct BenchArgs {
     #[arg(long, value_name = "NAME", value_parser = arguments::named("technique", &Technique::ALL))]
     pub technique: Option<Technique>,
     /// How objects are lit: three, hard or all; relief render --help tells them apart
-    #[arg(long, value_name = "POLICY", default_value = "three", value_parser = arguments::named("light policy", &LightPolicy::ALL))]
+    #[arg(long, value_name = "POLICY", default_value = "three")]
+    #[arg(value_parser = arguments::named("light policy", &LightPolicy::ALL))]
     pub lights_policy: LightPolicy,
     /// Draw meshes with fewer triangles where they are small: on or off
     #[arg(long, default_value = "on", value_name = "on|off", value_parser = arguments::parse_levels)]
     pub levels: LevelOfDetail,
     /// Leave out objects that others hide: on, off, or auto, where there are many
-    #[arg(long, default_value = "auto", value_name = "auto|on|off", value_parser = arguments::named("choice", &Occlusion::ALL))]
+    #[arg(long, default_value = "auto", value_name = "auto|on|off")]
+    #[arg(value_parser = arguments::named("choice", &Occlusion::ALL))]
     pub occlusion: Occlusion,
     /// Textures in blocks (BC7), a quarter of the memory, where that does not show; made anew each time
     #[arg(long, value_name = "on|off", default_value = "off", action = ArgAction::Set)]

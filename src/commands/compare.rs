@@ -58,7 +58,8 @@ pub struct CompareArgs {
     #[arg(long, value_name = "WxH", default_value = "640x480", value_parser = parse_size)]
     pub size: (u32, u32),
     /// Techniques, separated by commas [default: all]
-    #[arg(long, value_name = "NAME,…", value_delimiter = ',', value_parser = arguments::named("technique", &Technique::ALL))]
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
+    #[arg(value_parser = arguments::named("technique", &Technique::ALL))]
     pub technique: Vec<Technique>,
     /// Print one line of JSON rather than a table
     #[arg(long)]

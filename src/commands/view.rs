@@ -23,7 +23,8 @@ pub struct ViewArgs {
     pub camera: Option<String>,
     /// How objects are lit. three: by their three most relevant lights, which fade as they change, and a remainder
     /// for the others; hard: by the three alone; all: by every light that reaches them, slow, the reference
-    #[arg(long, value_name = "POLICY", default_value = "three", value_parser = arguments::named("light policy", &LightPolicy::ALL))]
+    #[arg(long, value_name = "POLICY", default_value = "three")]
+    #[arg(value_parser = arguments::named("light policy", &LightPolicy::ALL))]
     pub lights: LightPolicy,
     /// Draw every material with this bump technique: off, normal, relief, … (docs/techniques.md)
     #[arg(long, value_name = "NAME", value_parser = arguments::named("technique", &Technique::ALL))]
@@ -31,7 +32,8 @@ pub struct ViewArgs {
     /// Show something else than light: base, normal, tangent; light_count: how many lights reach each object, 1 blue to
     /// 64 red, none grey; three_lights: what an object's three give, as red, green and blue; error_bound: brightness
     /// that an object lit by three lights alone may miss, 0.001 blue to 10 red, nothing grey
-    #[arg(long, value_name = "VIEW", default_value = "off", value_parser = arguments::named("debug view", &DebugView::ALL))]
+    #[arg(long, value_name = "VIEW", default_value = "off")]
+    #[arg(value_parser = arguments::named("debug view", &DebugView::ALL))]
     pub debug: DebugView,
     /// Levels of detail: on, meshes far away have fewer triangles where the difference is less than a pixel; off, every
     /// mesh as it is
@@ -39,10 +41,12 @@ pub struct ViewArgs {
     pub levels: LevelOfDetail,
     /// Leave out objects that others hide: on, off, or auto: in a window, where there are many. The picture is the
     /// same, but which of two faces in one plane is in front may depend on the frames before
-    #[arg(long, value_name = "auto | on | off", default_value = "auto", value_parser = arguments::named("choice", &Occlusion::ALL))]
+    #[arg(long, value_name = "auto | on | off", default_value = "auto")]
+    #[arg(value_parser = arguments::named("choice", &Occlusion::ALL))]
     pub occlusion: Occlusion,
     /// Textures in blocks (BC7), a quarter of the memory, where that does not show; made once and kept in the cache
-    #[arg(long, value_name = "on | off", default_value = "off", action = ArgAction::Set, value_parser = arguments::named("choice", &ON_OFF))]
+    #[arg(long, value_name = "on | off", default_value = "off", action = ArgAction::Set)]
+    #[arg(value_parser = arguments::named("choice", &ON_OFF))]
     pub compress: bool,
     /// Neither read nor write the cache: what took long to work out of meshes and textures, for the next start
     /// (RELIEF_CACHE_DIR, else the platform's folder for caches; about 2 GiB at most)
@@ -50,7 +54,8 @@ pub struct ViewArgs {
     pub no_cache: bool,
     /// Most memory that textures take on the GPU; where they are larger, the largest are drawn at half their size and
     /// less
-    #[arg(long, value_name = "MB", default_value_t = DEFAULT_MEGABYTES, value_parser = arguments::whole(1u64..=1 << 20))]
+    #[arg(long, value_name = "MB", default_value_t = DEFAULT_MEGABYTES)]
+    #[arg(value_parser = arguments::whole(1u64..=1 << 20))]
     pub texture_memory: u64,
     /// Worker threads; pictures are the same for any number [default: one per core]
     #[arg(long, value_name = "N", value_parser = arguments::whole(1u16..=256))]
