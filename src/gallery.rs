@@ -1,7 +1,5 @@
 //! A scene once for each shape of its figures, and all of these on one sheet: `relief gallery`.
 
-use crate::arguments;
-use crate::demo;
 use crate::frames::{self, FrameError, Headless, LoadOptions, Stage};
 use crate::output;
 use crate::renderer::Occlusion;
@@ -21,68 +19,51 @@ const GAP: u32 = 8;
 const SHEET: &str = "gallery";
 
 /// What to draw.
-#[derive(clap::Args, Clone, Debug)]
-pub struct GalleryArgs {
-    /// Folder for the pictures; made if missing
-    #[arg(short, long, value_name = "DIR")]
-    pub output: PathBuf,
-    /// A scene with figures [default: every bump technique on one figure, assets/scenes/techniques.ron]
-    #[arg(long, value_name = "FILE")]
-    pub scene: Option<PathBuf>,
-    /// Pixels of each picture; the sheet has 2560 at the most along its longer side
-    #[arg(long, default_value = "1600x900", value_name = "WxH", value_parser = arguments::parse_size)]
+#[derive(Clone, Debug)]
+pub struct GalleryJob {
+    /// A scene with figures.
+    pub scene: PathBuf,
+    /// How the scene is loaded.
+    pub load: LoadOptions,
+    /// Where the pictures go; made if missing.
+    pub folder: PathBuf,
+    /// Pixels of each picture.
     pub size: (u32, u32),
-    /// Which frame: steps of the scene's clock before the pictures
-    #[arg(long, default_value_t = 0, value_name = "N", value_parser = arguments::whole(0..=arguments::MOST_FRAMES - 1))]
+    /// Steps of the clock before the pictures.
     pub frame: u64,
 }
-
-/// What `relief gallery --help` ends with.
-pub const HELP: &str = "\
-An entity of a scene may have a figure, a list of meshes of which it shows one; key F of the window
-shows the next of every figure. Here each gets a picture of its own, as the scene's first camera
-sees it: torus.png, sphere.png, cube.png and quad.png of the scene that comes with Relief, named by
-the meshes' names in the scene. gallery.png has them all, side by side.
-
-Examples:
-  relief gallery -o pictures                        every bump technique on four shapes
-  relief gallery -o pictures --frame 300            five seconds later: its light goes round
-  relief gallery -o pictures --scene my.ron --size 800x600
-
-docs/techniques.md tells what each technique does, docs/scenes.md how a scene gets figures.";
 
 /// Draws the pictures of a gallery and then the sheet; `progress` is called after each picture with how many are done,
 /// and of how many. Returns the files written.
 ///
 /// # Errors
 /// [`FrameError`], [`FrameError::NoFigure`] for a scene without figures; pictures written before stay.
-pub fn render(args: &GalleryArgs, mut progress: impl FnMut(u64, u64)) -> Result<Vec<PathBuf>, FrameError> {
-    let scene = args.scene.clone().unwrap_or_else(demo::techniques_path);
-    let mut stage = frames::load_stage(&scene, None, &LoadOptions::for_one_renderer())?;
+pub fn render(job: &GalleryJob, mut progress: impl FnMut(u64, u64)) -> Result<Vec<PathBuf>, FrameError> {
+    let mut stage = frames::load_stage(&job.scene, None, &job.load)?;
     let world = &mut stage.simulation.world;
     let mut figures = world.query::<&Figure>();
     let longest = figures.iter(world).max_by_key(|figure| figure.meshes.len()).cloned();
-    let Some(Figure { meshes, .. }) = longest else { return Err(FrameError::NoFigure { scene }) };
+    let Some(Figure { meshes, .. }) = longest else { return Err(FrameError::NoFigure { scene: job.scene.clone() }) };
     let library = world.resource::<Library>();
     let names = meshes.iter().map(|&mesh| library.mesh(mesh).map_or("", |entry| entry.mesh.name.as_str()));
     let names = file_names(names);
-    let picture = |name: &str| args.output.join(name).with_added_extension("png");
+    let picture = |name: &str| job.folder.join(name).with_added_extension("png");
     let pictures: Vec<PathBuf> = names.iter().map(String::as_str).chain([SHEET]).map(picture).collect();
     stage.check_outputs(|path| pictures.iter().any(|picture| output::is_same(path, picture)))?;
     let Stage { mut simulation, viewpoint, .. } = stage;
 
     let mut headless = Headless::new()?;
-    output::make_folder(&args.output)?;
-    output::check_writable(&args.output)?;
+    output::make_folder(&job.folder)?;
+    output::check_writable(&job.folder)?;
     // As in all frames that are written.
     headless.settings.occlusion = Occlusion::Off;
-    for _ in 0..args.frame {
+    for _ in 0..job.frame {
         simulation.step();
     }
-    let mut sheet = Sheet::new(args.size, names.len());
+    let mut sheet = Sheet::new(job.size, names.len());
     let mut written = Vec::new();
     for name in &names {
-        let drawn: RgbImage = headless.draw(&mut simulation, viewpoint, args.size)?.convert();
+        let drawn: RgbImage = headless.draw(&mut simulation, viewpoint, job.size)?.convert();
         sheet.add(&drawn);
         let path = picture(name);
         output::write_png(&path, &drawn.into())?;

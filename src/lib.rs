@@ -1,5 +1,5 @@
 //! Relief: a data-oriented ECS simulation renderer. The world is plain data in an ECS ([`systems`]); systems turn what
-//! changed in it into a draw list; [`renderer`] draws that, in a window ([`app`]) or without one ([`frames`]).
+//! changed in it into a draw list; [`renderer`] draws that, in a window (`app`) or without one ([`frames`]).
 //!
 //! A frame, whoever asks for it:
 //!
@@ -15,19 +15,23 @@
 //!
 //! ```text
 //! scene     scene files (and glTF files as scenes) into entities     import   glTF and images into library items
-//! frames    pictures to files; Headless for programs of one's own    app      the window, its keys and panel
+//! frames    scenes to pictures; Headless for programs of one's own   app      the window, its keys and panel
 //! renderer  all that draws scenes, by wgpu                           check    everything wrong with a file
 //! compare   how far two pictures are apart                           light_error   a scene by three lights and by all
-//! gallery   a scene once for each shape of its figures               maps     the map tools: relief map
-//! technique_error   every bump technique against real geometry
+//! gallery   a scene once for each shape of its figures               maps     the map tools
+//! technique_error   every bump technique against real geometry       bench    what many objects cost
 //! viewpoint what is looked through                                     problem, name, output, video, demo  shared
 //! ```
 //!
 //! Programs begin with [`prelude`]; `examples/` has five.
+//!
+//! Features, all on unless told otherwise: `window` (`app`), `tools` (`bench`, `gallery`, `light_error` and
+//! `technique_error`), `physics` (vehicles as rigid bodies). The program `relief` needs the first two.
 
 pub mod animation;
+#[cfg(feature = "window")]
 pub mod app;
-pub mod arguments;
+#[cfg(feature = "tools")]
 pub mod bench;
 pub mod check;
 pub mod compare;
@@ -35,8 +39,10 @@ pub mod demo;
 pub mod frame_time;
 pub mod frames;
 pub mod freed_memory;
+#[cfg(feature = "tools")]
 pub mod gallery;
 pub mod import;
+#[cfg(feature = "tools")]
 pub mod light_error;
 pub mod maps;
 pub mod name;
@@ -46,6 +52,7 @@ pub mod problem;
 pub mod recording;
 pub mod renderer;
 pub mod scene;
+#[cfg(feature = "tools")]
 pub mod technique_error;
 pub mod video;
 pub mod viewpoint;

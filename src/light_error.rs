@@ -19,6 +19,8 @@ use systems::lights::{LightPolicy, LightRecord};
 pub struct LightErrorJob {
     /// Scene file or model.
     pub scene: PathBuf,
+    /// How the scene is loaded.
+    pub load: LoadOptions,
     /// Where the pictures go; made if missing.
     pub folder: PathBuf,
     /// Steps of the clock before the picture.
@@ -98,7 +100,7 @@ struct Drawn {
 /// [`FrameError`]; nothing is written before all pictures are drawn and compared.
 pub fn measure(job: &LightErrorJob) -> Result<LightReport, FrameError> {
     compare::check_size(job.size)?;
-    let mut stage = frames::load_stage(&job.scene, job.camera.as_deref(), &LoadOptions::for_one_renderer())?;
+    let mut stage = frames::load_stage(&job.scene, job.camera.as_deref(), &job.load)?;
     let pictures = ["all", "three", "hard", "three_error", "hard_error"].map(|name| picture(&job.folder, name));
     stage.check_outputs(|path| pictures.iter().any(|picture| output::is_same(path, picture)))?;
     let mut renderer = SingleView::new(&Gpu::headless()?);

@@ -1,4 +1,8 @@
-//! Names that people type: looked up in a table, and when unknown answered with the nearest that is known.
+//! Names for people: those that they type, looked up in a table, and when unknown answered with the nearest that is
+//! known; and those of entities.
+
+use bevy_ecs::name::Name;
+use bevy_ecs::prelude::*;
 
 /// The value of a name; else a message that names the nearest.
 ///
@@ -11,6 +15,23 @@ pub fn find<T: Copy>(what: &str, table: &[(&str, T)], wanted: &str) -> Result<T,
     let names: Vec<&str> = table.iter().map(|(name, _)| *name).collect();
     let hint = nearest(&names, wanted).map_or(".".to_owned(), |name| format!("; did you mean \"{name}\"?"));
     Err(format!("no {what} \"{wanted}\"{hint} There are: {}", names.join(", ")))
+}
+
+/// The name of a value in such a table; empty where it has none.
+pub fn of<T: PartialEq>(table: &[(&'static str, T)], value: T) -> &'static str {
+    table.iter().find(|(_, known)| *known == value).map_or("", |(name, _)| name)
+}
+
+/// An entity's name: its own, else its nearest named ancestor's, else its id.
+pub fn of_entity(world: &World, entity: Entity) -> String {
+    let mut next = Some(entity);
+    while let Some(current) = next {
+        if let Some(name) = world.get::<Name>(current) {
+            return name.as_str().to_owned();
+        }
+        next = world.get::<ChildOf>(current).map(ChildOf::parent);
+    }
+    format!("entity {}", entity.index())
 }
 
 /// The known name most like the wanted one, if any is near.

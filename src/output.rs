@@ -104,13 +104,9 @@ impl OutputError {
         }
     }
 
-    /// What the program exits with.
-    pub fn exit_code(&self) -> u8 {
-        match self {
-            Self::NoFolder { .. } | Self::NotAFolder { .. } | Self::IsAFolder { .. } => 2,
-            Self::DanglingLink { .. } | Self::LinkLoop { .. } | Self::NotAFile { .. } | Self::TakesNoFiles { .. } => 2,
-            Self::Io { .. } | Self::Encode { .. } => 1,
-        }
+    /// Whether the name was refused for what is or is not there; else writing failed.
+    pub fn is_refusal(&self) -> bool {
+        !matches!(self, Self::Io { .. } | Self::Encode { .. })
     }
 }
 
@@ -309,7 +305,7 @@ mod tests {
         fs::write(&file, b"x").expect("written");
         let refusal = |done: Result<(), OutputError>| {
             let error = done.expect_err("refused");
-            assert_eq!(error.exit_code(), 2, "{error}");
+            assert!(error.is_refusal(), "{error}");
             error.to_string().replace(&folder.path().display().to_string(), "")
         };
         let no_folder = |path: &str| format!("{path}/file is no folder; expected one, or nothing there yet");
@@ -332,7 +328,7 @@ mod tests {
             for done in [check_file(path), write_whole(path, b"x")] {
                 let error = done.expect_err("refused");
                 assert_eq!(error.to_string(), format!("{name} is no ordinary file; expected the name of one"));
-                assert_eq!(error.exit_code(), 2);
+                assert!(error.is_refusal());
             }
             assert!(path.metadata().is_ok_and(|found| found.file_type().is_char_device()), "it stays what it is");
         }
@@ -340,7 +336,7 @@ mod tests {
         for done in [check_file(path), write_whole(path, b"x"), make_folder(path)] {
             let error = done.expect_err("refused");
             assert_eq!(error.to_string(), "/proc/x.mp4: no file can be made there; expected another folder");
-            assert_eq!(error.exit_code(), 2);
+            assert!(error.is_refusal());
         }
     }
 
@@ -357,7 +353,7 @@ mod tests {
         fs::write(folder.path().join("file"), b"x").expect("written");
         let refusal = |done: Result<(), OutputError>| {
             let error = done.expect_err("refused");
-            assert_eq!(error.exit_code(), 2, "{error}");
+            assert!(error.is_refusal(), "{error}");
             error.to_string().replace(&folder.path().display().to_string(), "")
         };
         let nowhere = "/disk is a link to /nonexistent/disk, which is not there; expected a link to something that is";

@@ -21,6 +21,7 @@ pub mod assets;
 pub mod draw;
 pub mod ecs;
 pub mod lights;
+#[cfg(feature = "physics")]
 pub mod physics;
 pub mod run;
 mod schedules;

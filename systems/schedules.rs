@@ -5,8 +5,8 @@ use crate::draw::{batches, incomplete, instances, light_records, list, materials
 use crate::ecs::stats::{self, Stage, lap};
 use crate::ecs::{clock, sub_steps};
 use crate::lights::selection;
-use crate::physics::ground as colliders;
-use crate::physics::{bodies, springs, traffic};
+#[cfg(feature = "physics")]
+use crate::physics::{bodies, ground as colliders, springs, traffic};
 use crate::run::inputs;
 use crate::space::{hidden, interpolation, motion, propagation};
 use crate::vehicles::{driving, ground, lamps, parts, signals};
@@ -25,6 +25,7 @@ pub fn step_schedule() -> Schedule {
             ground::update_grounds,  // what vehicles stand on
             sub_steps::drive,        // traffic lights, vehicles and their physics, a long step in parts
             signals::light_heads,    // lamps of traffic lights
+            #[cfg(feature = "physics")]
             (
                 springs::find_wheels,  // whose model has springs
                 springs::move_springs, // and how far they give
@@ -48,6 +49,7 @@ pub fn sub_step_schedule() -> Schedule {
             signals::tick_signals, // what traffic lights show now
             driving::drive,        // vehicles, as their routes or drivers want
             // Vehicles that are bodies: after the kinematic ones, which they bump into.
+            #[cfg(feature = "physics")]
             (
                 colliders::update_ground, // what wheels stand on
                 bodies::place_bodies,     // which of them are bodies, and where

@@ -14,6 +14,7 @@ use crate::ecs::stats::FrameStats;
 use crate::ecs::sub_steps::SubStep;
 use crate::lights::order::ObjectOrder;
 use crate::lights::table::{LightPolicy, LightTable};
+#[cfg(feature = "physics")]
 use crate::physics::bodies::Physics;
 use crate::run::inputs::Inputs;
 use crate::run::roster::Roster;
@@ -88,6 +89,7 @@ impl Simulation {
         world.init_resource::<InstanceTable>();
         world.init_resource::<Incomplete>();
         world.init_resource::<DrawList>();
+        #[cfg(feature = "physics")]
         world.init_resource::<Physics>();
         world.init_resource::<VehicleTypes>();
         world.init_resource::<NextVehicleNumber>();

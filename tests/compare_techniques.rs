@@ -4,7 +4,7 @@
 mod common;
 
 use image::{ImageBuffer, Luma, Rgb, RgbImage};
-use relief::technique_error::{CompareArgs, FigureShape, Report, Row, measure};
+use relief::technique_error::{CompareJob, FigureShape, Report, Row, measure};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
@@ -31,9 +31,9 @@ fn studs(u: f32, v: f32) -> f32 {
     0.1 + 0.9 * inside * inside * (3.0 - 2.0 * inside)
 }
 
-fn compare(folder: &Path, change: impl FnOnce(&mut CompareArgs)) -> Report {
-    let mut args = CompareArgs {
-        output: folder.join("out"),
+fn compare(folder: &Path, change: impl FnOnce(&mut CompareJob)) -> Report {
+    let mut job = CompareJob {
+        folder: folder.join("out"),
         figure: FigureShape::Plane,
         height: Some(folder.join("heights.png")),
         normal: None,
@@ -41,11 +41,10 @@ fn compare(folder: &Path, change: impl FnOnce(&mut CompareArgs)) -> Report {
         height_scale: Some(0.1),
         angle: 45.0,
         size: (160, 120),
-        technique: Vec::new(),
-        json: false,
+        techniques: Vec::new(),
     };
-    change(&mut args);
-    let report = measure(&args, |_, _, _| {}).expect("a report");
+    change(&mut job);
+    let report = measure(&job, |_, _, _| {}).expect("a report");
     eprintln!("{report}");
     report
 }
@@ -100,9 +99,9 @@ fn shadows_are_where_rays_through_the_geometry_have_them() {
     }
     let folder = tempfile::tempdir().expect("a temporary folder");
     heights(folder.path(), studs);
-    let report = compare(folder.path(), |args| {
-        args.technique = vec![Technique::Relief, Technique::Horizon, Technique::ReliefHorizon];
-        args.angle = 0.0;
+    let report = compare(folder.path(), |job| {
+        job.techniques = vec![Technique::Relief, Technique::Horizon, Technique::ReliefHorizon];
+        job.angle = 0.0;
     });
     let wrong = |technique: &str| row(&report, technique).shadows.expect("a share");
     // That much of it is in shadow.
@@ -120,9 +119,9 @@ fn relief_at_full_depth_is_the_displaced_geometry_seen_from_above() {
     }
     let folder = tempfile::tempdir().expect("a temporary folder");
     heights(folder.path(), studs);
-    let report = compare(folder.path(), |args| {
-        args.technique = vec![Technique::Relief, Technique::Normal];
-        args.angle = 0.0;
+    let report = compare(folder.path(), |job| {
+        job.techniques = vec![Technique::Relief, Technique::Normal];
+        job.angle = 0.0;
     });
     let (relief, normal) = (row(&report, "relief"), row(&report, "normal"));
     let (relief, normal) = (relief.shadowed, normal.shadowed);
@@ -136,7 +135,7 @@ fn a_flat_map_leaves_nothing_to_tell_techniques_apart() {
     }
     let folder = tempfile::tempdir().expect("a temporary folder");
     heights(folder.path(), |_, _| 1.0);
-    let report = compare(folder.path(), |args| args.size = (80, 60));
+    let report = compare(folder.path(), |job| job.size = (80, 60));
     assert!(report.silhouette_pixels == 0.0, "{report}");
     for row in &report.rows {
         let bound = match row.technique {
@@ -163,10 +162,10 @@ fn a_sunken_plane_is_seen_where_it_lies() {
     heights(folder.path(), |_, _| 0.25);
     let checkers = |x: u32, y: u32| Rgb([if (x / 8 + y / 8).is_multiple_of(2) { 230 } else { 40 }; 3]);
     RgbImage::from_fn(64, 64, checkers).save(folder.path().join("base.png")).expect("a map");
-    let report = compare(folder.path(), |args| {
-        args.base = Some(folder.path().join("base.png"));
-        args.technique = vec![Technique::Normal, Technique::Relief, Technique::Combined];
-        args.angle = 35.0;
+    let report = compare(folder.path(), |job| {
+        job.base = Some(folder.path().join("base.png"));
+        job.techniques = vec![Technique::Normal, Technique::Relief, Technique::Combined];
+        job.angle = 35.0;
     });
     let mean = |technique: &str| row(&report, technique).unshadowed.mean;
     assert!(mean("normal") > 0.3, "{report}");
@@ -185,10 +184,10 @@ fn round_figures_are_compared_too() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     heights(folder.path(), studs);
     for figure in [FigureShape::Sphere, FigureShape::Torus] {
-        let report = compare(folder.path(), |args| {
-            args.figure = figure;
-            args.height_scale = Some(0.03);
-            args.technique = vec![Technique::Normal, Technique::Relief];
+        let report = compare(folder.path(), |job| {
+            job.figure = figure;
+            job.height_scale = Some(0.03);
+            job.techniques = vec![Technique::Normal, Technique::Relief];
         });
         let mean = |technique: &str| row(&report, technique).shadowed.mean;
         assert!(mean("relief") < mean("normal") && mean("normal") < mean("off"), "{report}");

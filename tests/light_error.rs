@@ -2,6 +2,7 @@
 
 mod common;
 
+use relief::frames::LoadOptions;
 use relief::light_error::{LightErrorJob, LightReport, PolicyError, measure};
 use std::fs;
 use std::path::Path;
@@ -31,6 +32,7 @@ fn report(scene: &str) -> LightReport {
     let path = folder.path().join("scene.ron");
     fs::write(&path, scene).expect("a scene");
     let job = LightErrorJob {
+        load: LoadOptions::for_one_renderer(),
         scene: path,
         folder: folder.path().join("out"),
         frame: 0,
@@ -105,6 +107,7 @@ fn on_the_shipped_scene_three_are_nearer_than_hard() {
     }
     let folder = tempfile::tempdir().expect("a temporary folder");
     let job = LightErrorJob {
+        load: LoadOptions::for_one_renderer(),
         scene: Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes/lights.ron"),
         folder: folder.path().to_owned(),
         frame: 0,

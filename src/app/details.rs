@@ -1,7 +1,7 @@
 //! What is known of one entity, and the lights of an object.
 
 use super::panel;
-use crate::frames;
+use crate::name;
 use bevy_ecs::prelude::*;
 use egui::{Color32, Grid};
 use glam::{DVec3, EulerRot, Vec3};
@@ -149,7 +149,7 @@ pub fn show_lights(ui: &mut egui::Ui, world: &World, lights: &ObjectLights) -> O
             });
             ui.label(format!("{:.3}", light.score));
             ui.label(light.distance.map_or_else(|| "∞".to_owned(), |distance| format!("{distance:.2} m")));
-            let name = egui::Button::selectable(false, frames::name_of(world, light.entity)).truncate();
+            let name = egui::Button::selectable(false, name::of_entity(world, light.entity)).truncate();
             if ui.add(name).clicked() {
                 clicked = Some(light.entity);
             }

@@ -1,7 +1,7 @@
 //! The list of entities. Names are gathered when the number of entities changes, and only the rows that are seen are
 //! laid out, so that the list of a large world costs as little as that of a small one.
 
-use crate::frames;
+use crate::name;
 use bevy_ecs::prelude::*;
 use egui::{Align, Layout, RichText, ScrollArea, TextEdit, TextStyle};
 use systems::assets::MeshId;
@@ -102,7 +102,7 @@ impl EntityList {
             _ => (entity, Kind::Group),
         };
         let kinds: Vec<_> = placed.iter(world).map(kind).collect();
-        let row = |(entity, kind)| Row { entity, kind, name: frames::name_of(world, entity) };
+        let row = |(entity, kind)| Row { entity, kind, name: name::of_entity(world, entity) };
         self.rows = kinds.into_iter().map(row).collect();
         self.rows.sort_by_key(|row| row.entity.index_u32());
     }

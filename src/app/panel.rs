@@ -5,7 +5,7 @@ use super::input::{Command, KEYS, POINTER};
 use super::timing::Timing;
 use super::viewer::Viewer;
 use super::{details, legend, light_editor};
-use crate::frames;
+use crate::name;
 use crate::renderer::{DebugView, Drawn, Occlusion, RenderStats};
 use bevy_ecs::prelude::*;
 use egui::{Align2, Area, CollapsingHeader, Color32, ComboBox, Frame, Grid, Id, Margin, Panel, RichText, ScrollArea};
@@ -255,7 +255,7 @@ fn card(ui: &mut Ui, viewer: &mut Viewer, object: Entity, view: &View) {
         frame.show(ui, |ui| {
             ui.set_width(CARD_WIDTH);
             let world = &mut viewer.simulation.world;
-            ui.label(RichText::new(frames::name_of(world, object)).strong());
+            ui.label(RichText::new(name::of_entity(world, object)).strong());
             let lights = details::object_lights(world, object, viewer.pointed_at);
             if let Some(lights) = &lights {
                 let clicked = details::show_lights(ui, world, lights);

@@ -4,7 +4,7 @@ use super::Options;
 use super::camera::Controller;
 use super::driving::{self, Wheel};
 use super::input::Command;
-use crate::frames;
+use crate::name;
 use crate::recording::{RecordingError, Stepper};
 use crate::renderer::{DebugView, Settings};
 use crate::viewpoint::Viewpoint;
@@ -184,7 +184,7 @@ impl Viewer {
         let cameras = self.cameras.iter().map(|(name, camera)| (name.clone(), Viewpoint::Camera(*camera)));
         let vehicle = self.driven.or(self.viewpoint.vehicle()).or_else(|| self.selected_vehicle());
         let follows = vehicle.into_iter().flat_map(|vehicle| {
-            let name = frames::name_of(&self.simulation.world, vehicle);
+            let name = name::of_entity(&self.simulation.world, vehicle);
             [
                 (format!("chase {name}"), Viewpoint::Chase(vehicle)),
                 (format!("driver {name}"), Viewpoint::Driver(vehicle)),
@@ -387,7 +387,7 @@ mod tests {
         Viewer::new(Options {
             simulation,
             scene: "test.ron".into(),
-            load: frames::LoadOptions::default(),
+            load: crate::frames::LoadOptions::default(),
             stepper: Stepper::default(),
             title: "test".into(),
             viewpoint: cameras[0].1.into(),

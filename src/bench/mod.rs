@@ -1,7 +1,7 @@
 //! Scenes to measure with, the same ones for benchmarks, tests and examples, and `relief bench`, which measures.
 //!
 //! ```text
-//! args → yard (with maps)        what is asked for becomes a world
+//! job  → yard (with maps)        what is asked for becomes a world
 //!        run → measurement       frames are drawn and timed; one line of figures
 //!        floor                   the least that the same triangles can cost
 //!            → trace             the same frames on a time line
@@ -11,8 +11,8 @@
 //! ```
 
 mod apart;
-mod args;
 mod floor;
+mod job;
 mod machine;
 mod maps;
 mod measurement;
@@ -25,8 +25,8 @@ mod suite;
 mod trace;
 mod yard;
 
-pub use apart::bytes_per_object;
-pub use args::BenchArgs;
+pub use apart::{Launch, bytes_per_object};
+pub use job::{BenchJob, SuiteJob};
 pub use machine::{Build, peak_memory_mb};
 pub use measurement::{Measurement, Spread};
 pub use night::{Movers, Night};

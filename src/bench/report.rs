@@ -5,6 +5,8 @@ use super::measurement::Measurement;
 use super::plot::{Chart, Series, count};
 use super::run::BenchError;
 use super::suite::{Axis, Sweep};
+use super::yard::YardView;
+use crate::name;
 use std::fmt::Write;
 use std::fs::File;
 use std::io::Read;
@@ -39,12 +41,15 @@ impl Earlier {
             let result: Measurement =
                 serde_json::from_slice(line.as_bytes()).map_err(|error| refuse(place.clone(), error.to_string()))?;
             if result.objects == 0 || result.frames == 0 {
-                return Err(refuse(place, "expected a line that relief bench --json wrote".into()));
+                return Err(refuse(place, "expected a line of figures as relief bench writes them".into()));
             }
             results.push(result);
         }
         if results.is_empty() {
-            return Err(refuse("the file".into(), "expected lines that relief bench --json wrote; it has none".into()));
+            return Err(refuse(
+                "the file".into(),
+                "expected lines of figures as relief bench writes them; it has none".into(),
+            ));
         }
         Ok(Self { path: path.to_owned(), results })
     }
@@ -130,7 +135,7 @@ impl<'a> Report<'a> {
             );
         }
         page += "\nMedians; times in milliseconds. *engine*: the CPU's work up to handing the frame in. *GPU*: from there until\n\
-                 the GPU is idle. *floor* (with `--floor`): the triangles in view\n\
+                 the GPU is idle. *floor* (where measured): the triangles in view\n\
                  by themselves, with the plainest shader. *bytes*: uploaded per frame. *memory*: the most the process had, MB.\n";
         for (axis, file, title, _) in CHARTS {
             let _ = write!(page, "\n## {title}\n\n![{title}]({file})\n");
@@ -247,7 +252,7 @@ fn place(axis: Axis, m: &Measurement) -> f64 {
 
 /// What the scenes of a sweep share that others do not.
 fn describe(scene: &Scene) -> String {
-    format!("{:?} {}x{}", scene.view, scene.size.0, scene.size.1).to_lowercase()
+    format!("{} {}x{}", name::of(&YardView::ALL, scene.view), scene.size.0, scene.size.1)
 }
 
 fn same_scene(a: &Measurement, b: &Measurement) -> bool {

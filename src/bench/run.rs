@@ -2,15 +2,16 @@
 //!
 //! Waiting in every frame keeps one frame's work out of another's time, at the price of work that could overlap.
 
-use super::args::BenchArgs;
 use super::floor::Floor;
+use super::job::BenchJob;
 use super::machine::{Build, peak_memory_mb};
 use super::measurement::{Measurement, Spread};
 use super::subject::Subject;
 use super::trace::chrome_trace;
-use super::yard::{Yard, YardError, YardMesh};
+use super::yard::{Yard, YardError, YardMesh, YardView};
 use crate::frames::{self, FrameError};
 use crate::import::compress::compress_images;
+use crate::name;
 use crate::output::{self, OutputError};
 use crate::recording::RecordingError;
 use crate::renderer::{
@@ -20,7 +21,8 @@ use crate::viewpoint::Viewpoint;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
-use systems::assets::{Library, Technique, texture_memory};
+use systems::assets::Library;
+use systems::assets::texture_memory;
 use systems::draw::View;
 use systems::ecs::stats::{FrameStats, Stage};
 use systems::lights::LightPolicy;
@@ -73,20 +75,6 @@ pub enum BenchError {
     },
 }
 
-impl BenchError {
-    /// The exit code that says so.
-    pub fn exit_code(&self) -> u8 {
-        match self {
-            Self::Gpu(_) => 3,
-            Self::Apart { code, .. } => *code,
-            Self::Render(RenderError::Lost { .. }) => 1,
-            Self::Yard(_) | Self::Scene(_) | Self::Render(_) | Self::Compare { .. } => 2,
-            Self::Output(error) => error.exit_code(),
-            Self::Plot { .. } => 1,
-        }
-    }
-}
-
 /// What one frame took.
 #[derive(Clone, Debug)]
 pub(super) struct FrameCost {
@@ -124,32 +112,32 @@ struct Bench {
     started: Instant,
 }
 
-/// Measures the scene that the arguments ask for; `started` is when the program started. `progress` is called after
+/// Measures a scene; `started` is when the program started. `progress` is called after
 /// each frame with how many are done and how many there will be at the most.
 ///
 /// # Errors
 /// [`BenchError`].
-pub fn run(args: &BenchArgs, started: Instant, mut progress: impl FnMut(u32, u32)) -> Result<Measurement, BenchError> {
-    systems::set_threads(args.threads.map(usize::from));
-    for file in args.picture.iter().chain(&args.trace) {
+pub fn run(job: &BenchJob, started: Instant, mut progress: impl FnMut(u32, u32)) -> Result<Measurement, BenchError> {
+    systems::set_threads(job.threads);
+    for file in job.picture.iter().chain(&job.trace) {
         output::check_file(file)?;
     }
-    if let (Some(picture), Some(trace)) = (&args.picture, &args.trace)
+    if let (Some(picture), Some(trace)) = (&job.picture, &job.trace)
         && output::is_same(picture, trace)
     {
         return Err(FrameError::from(RecordingError::taken(trace)).into());
     }
-    if let YardMesh::Model(model) = &args.mesh {
-        let outputs = || args.picture.iter().chain(&args.trace);
+    if let YardMesh::Model(model) = &job.plan.mesh {
+        let outputs = || job.picture.iter().chain(&job.trace);
         frames::check_outputs(std::slice::from_ref(model), |path| outputs().any(|out| output::is_same(path, out)))?;
     }
     let mut start = Start::new(started);
-    let mut bench = Bench::new(args, &mut start)?;
+    let mut bench = Bench::new(job, &mut start)?;
     bench.draw()?;
     start.lap("first draw");
 
-    let (cap, measured) = (Duration::from_secs(args.seconds().into()), args.frames());
-    let (warm_up, whole) = (args.warm_up(), args.warm_up() + measured);
+    let (cap, measured) = (Duration::from_secs(job.seconds.into()), job.frames);
+    let (warm_up, whole) = (job.warm_up, job.warm_up + measured);
     let begun = Instant::now();
     for done in 1..warm_up {
         if done > 3 && begun.elapsed() > cap / 4 {
@@ -164,16 +152,16 @@ pub fn run(args: &BenchArgs, started: Instant, mut progress: impl FnMut(u32, u32
         costs.push(bench.draw()?);
         progress(warm_up + costs.len() as u32, whole);
     }
-    let mut measurement = bench.measurement(args, &costs, start);
-    if args.floor {
+    let mut measurement = bench.measurement(job, &costs, start);
+    if job.floor {
         measurement.floor_ms_median = bench.floor(costs.len());
     }
-    if let Some(path) = &args.picture {
+    if let Some(path) = &job.picture {
         let picture = bench.renderer.draw_picture();
         bench.renderer.gpu().check()?;
         output::write_png(path, &picture.into())?;
     }
-    if let Some(path) = &args.trace {
+    if let Some(path) = &job.trace {
         output::write_whole(path, chrome_trace(&costs, &measurement.adapter).as_bytes())?;
     }
     Ok(measurement)
@@ -211,22 +199,22 @@ fn open() -> Result<SingleView, GpuError> {
 }
 
 impl Bench {
-    fn new(args: &BenchArgs, start: &mut Start) -> Result<Self, BenchError> {
+    fn new(job: &BenchJob, start: &mut Start) -> Result<Self, BenchError> {
         // The driver takes its time to start; the world is made meanwhile.
         let opening = std::thread::spawn(open);
         let opened = || opening.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-        let (mut subject, renderer) = match &args.scene {
+        let (mut subject, renderer) = match &job.scene {
             Some(path) => {
-                let subject = Subject::scene(path, args);
+                let subject = Subject::scene(path, job);
                 start.lap("load the scene");
                 let renderer = opened();
                 start.lap("waiting for the driver");
                 (subject?, renderer?)
             }
             None => {
-                let plan = args.plan();
-                let yard = Yard::empty(&plan).map(|(mut yard, kit)| {
-                    if args.compress {
+                let plan = &job.plan;
+                let yard = Yard::empty(plan).map(|(mut yard, kit)| {
+                    if job.load.compress {
                         compress_images(&mut yard.simulation.world.resource_mut::<Library>(), None);
                     }
                     (yard, kit)
@@ -235,17 +223,17 @@ impl Bench {
                 let renderer = opened();
                 start.lap("waiting for the driver");
                 let ((mut yard, kit), renderer) = (yard?, renderer?);
-                yard.fill(&plan, &kit);
+                yard.fill(plan, &kit);
                 start.lap("spawn");
                 (Subject::Yard(Box::new(yard)), renderer)
             }
         };
         let gpu = renderer.gpu();
         let world = &mut subject.simulation().world;
-        world.insert_resource(args.lights_policy);
+        world.insert_resource(job.lights_policy);
         world.resource_mut::<Library>().keep_texels(false);
         let limit = gpu.device.limits().max_texture_dimension_2d;
-        let (longest, (width, height)) = (args.size().0.max(args.size().1), args.size());
+        let (longest, (width, height)) = (job.size.0.max(job.size.1), job.size);
         if longest > limit {
             let (needed, limit) = (longest.into(), limit.into());
             return Err(
@@ -264,14 +252,14 @@ impl Bench {
         });
         let target = target.create_view(&wgpu::TextureViewDescriptor::default());
         let settings = Settings {
-            technique: args.technique,
-            samples: args.samples,
-            levels: args.levels,
-            occlusion: args.occlusion,
-            hdr: args.hdr,
+            technique: job.technique,
+            samples: job.samples,
+            levels: job.levels,
+            occlusion: job.occlusion,
+            hdr: job.hdr,
             ..Settings::default()
         };
-        Ok(Self { subject, renderer, settings, size: args.size(), target, frame: 0, started: start.started })
+        Ok(Self { subject, renderer, settings, size: job.size, target, frame: 0, started: start.started })
     }
 
     /// Moves what moves, draws, and waits for the GPU.
@@ -316,10 +304,10 @@ impl Bench {
         Some(Spread::of(times).median)
     }
 
-    fn measurement(&mut self, args: &BenchArgs, costs: &[FrameCost], start: Start) -> Measurement {
-        let (objects, lights) = match &args.scene {
+    fn measurement(&mut self, job: &BenchJob, costs: &[FrameCost], start: Start) -> Measurement {
+        let (objects, lights) = match &job.scene {
             Some(_) => self.subject.counts(),
-            None => (args.objects(), args.lights()),
+            None => (job.plan.objects, job.plan.lights),
         };
         let spread = |of: &dyn Fn(&FrameCost) -> f64| Spread::of(costs.iter().map(of));
         let ms = |of: &dyn Fn(&FrameCost) -> Duration| spread(&|cost| milliseconds(of(cost)));
@@ -327,28 +315,24 @@ impl Bench {
         let last = costs.last().map(|cost| cost.render).unwrap_or_default();
         let drawn = self.renderer.read_drawn();
         let info = self.renderer.gpu().adapter.get_info();
-        let name_in = |table: &[(&'static str, Technique)], value| {
-            table.iter().find(|(_, v)| *v == value).map(|(n, _)| (*n).to_owned())
+        let view = match &job.scene {
+            Some(_) => job.camera.clone().unwrap_or_default(),
+            None => name::of(&YardView::ALL, job.plan.view).to_owned(),
         };
-        let policy = LightPolicy::ALL.iter().find(|(_, policy)| *policy == args.lights_policy);
-        let occlusion = Occlusion::ALL.iter().find(|(_, occlusion)| *occlusion == args.occlusion);
         Measurement {
-            scene: args.scene.as_ref().map(|path| path.display().to_string()),
+            scene: job.scene.as_ref().map(|path| path.display().to_string()),
             objects,
             lights,
-            mesh: if args.scene.is_some() { String::new() } else { args.mesh.name() },
-            moving: args.moving,
-            view: args
-                .scene
-                .as_ref()
-                .map_or_else(|| format!("{:?}", args.view).to_lowercase(), |_| args.camera.clone().unwrap_or_default()),
+            mesh: if job.scene.is_some() { String::new() } else { job.plan.mesh.name() },
+            moving: job.plan.moving,
+            view,
             size: self.size.into(),
-            samples: args.samples,
-            lights_policy: policy.map_or("", |(name, _)| name).to_owned(),
-            technique: args.technique.and_then(|technique| name_in(&Technique::ALL, technique)),
-            levels: args.levels.enabled,
-            occlusion: occlusion.map_or("", |(name, _)| name).to_owned(),
-            compress: args.compress,
+            samples: job.samples,
+            lights_policy: name::of(&LightPolicy::ALL, job.lights_policy).to_owned(),
+            technique: job.technique.map(|technique| technique.name().to_owned()),
+            levels: job.levels.enabled,
+            occlusion: name::of(&Occlusion::ALL, job.occlusion).to_owned(),
+            compress: job.load.compress,
             hdr: self.renderer.keeps_linear(),
             threads: bevy_tasks::ComputeTaskPool::get().thread_num() as u32,
             frames: costs.len() as u32,

@@ -1,6 +1,6 @@
 //! What is measured: a yard, or a scene of the user's.
 
-use super::args::BenchArgs;
+use super::job::BenchJob;
 use super::yard::Yard;
 use crate::frames::{self, FrameError, LoadOptions};
 use crate::output;
@@ -18,12 +18,12 @@ pub(super) enum Subject {
 }
 
 impl Subject {
-    /// Loads the scene that the arguments name.
-    pub fn scene(path: &std::path::Path, args: &BenchArgs) -> Result<Self, FrameError> {
+    /// Loads the scene of a job.
+    pub fn scene(path: &std::path::Path, job: &BenchJob) -> Result<Self, FrameError> {
         // The figures of a start must not depend on those before.
-        let options = LoadOptions { compress: args.compress, cache: false, ..LoadOptions::default() };
-        let stage = frames::load_stage(path, args.camera.as_deref(), &options)?;
-        let outputs = || args.picture.iter().chain(&args.trace);
+        let options = LoadOptions { cache: false, ..job.load.clone() };
+        let stage = frames::load_stage(path, job.camera.as_deref(), &options)?;
+        let outputs = || job.picture.iter().chain(&job.trace);
         stage.check_outputs(|path| outputs().any(|output| output::is_same(path, output)))?;
         Ok(Self::Scene(Box::new(stage)))
     }

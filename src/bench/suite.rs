@@ -1,16 +1,15 @@
-//! `relief bench --suite`: how cost grows with the objects, the lights, and the share that moves.
+//! The suite of `relief bench`: how cost grows with the objects, the lights, and the share that moves.
 //!
-//! Every scene is measured in a process of its own, this program again: peak memory and the time to the first frame
+//! Every scene is measured in a process of its own: peak memory and the time to the first frame
 //! mean nothing in a process that has drawn others.
 
-use super::apart::{Scene, measure_apart};
-use super::args::BenchArgs;
+use super::apart::{Launch, Scene, measure_apart};
+use super::job::SuiteJob;
 use super::report::{self, Earlier};
 use super::run::BenchError;
 use super::yard::YardView;
 use crate::frames;
 use crate::output;
-use std::path::Path;
 
 /// The size that shows the engine's own cost.
 const SMALL: (u32, u32) = (64, 36);
@@ -30,13 +29,13 @@ pub(super) struct Sweep {
     pub scenes: Vec<Scene>,
 }
 
-/// The sweeps that the arguments ask for.
-pub(super) fn sweeps(args: &BenchArgs) -> Vec<Sweep> {
-    let most =
-        Scene { objects: args.objects(), lights: args.lights(), moving: 0.0, view: YardView::Wide, size: args.size() };
-    let objects = if args.quick { tenths(most.objects, 2) } else { tenths(most.objects, 4) };
-    let lights = if args.quick { tenths(most.lights, 2) } else { tenths(most.lights, 4) };
-    let moving: &[f32] = if args.quick { &[0.0, 1.0] } else { &[0.0, 0.01, 0.1, 1.0] };
+/// The sweeps that a suite consists of.
+pub(super) fn sweeps(suite: &SuiteJob) -> Vec<Sweep> {
+    let (plan, size) = (&suite.most.plan, suite.most.size);
+    let most = Scene { objects: plan.objects, lights: plan.lights, moving: 0.0, view: YardView::Wide, size };
+    let objects = if suite.quick { tenths(most.objects, 2) } else { tenths(most.objects, 4) };
+    let lights = if suite.quick { tenths(most.lights, 2) } else { tenths(most.lights, 4) };
+    let moving: &[f32] = if suite.quick { &[0.0, 1.0] } else { &[0.0, 0.01, 0.1, 1.0] };
     let over_objects = |base: Scene| Sweep {
         axis: Axis::Objects,
         scenes: objects.iter().map(|&objects| Scene { objects, ..base }).collect(),
@@ -70,17 +69,17 @@ fn tenths(most: u32, count: u32) -> Vec<u32> {
 /// # Errors
 /// [`BenchError`]; nothing is written then.
 pub fn run_suite(
-    args: &BenchArgs,
-    folder: &Path,
+    suite: &SuiteJob,
+    launch: Launch,
     mut progress: impl FnMut(usize, usize, &str),
 ) -> Result<Vec<String>, BenchError> {
     // What can be refused is refused before minutes of measuring.
-    let earlier = args.compare.as_deref().map(Earlier::read).transpose()?;
-    let results = folder.join(report::RESULTS);
-    frames::check_outputs(args.compare.as_slice(), |path| output::is_same(path, &results))?;
-    output::make_folder(folder)?;
-    output::check_writable(folder)?;
-    let sweeps = sweeps(args);
+    let earlier = suite.earlier.as_deref().map(Earlier::read).transpose()?;
+    let results = suite.folder.join(report::RESULTS);
+    frames::check_outputs(suite.earlier.as_slice(), |path| output::is_same(path, &results))?;
+    output::make_folder(&suite.folder)?;
+    output::check_writable(&suite.folder)?;
+    let sweeps = sweeps(suite);
     let mut scenes: Vec<Scene> = Vec::new();
     for scene in sweeps.iter().flat_map(|sweep| &sweep.scenes) {
         if !scenes.contains(scene) {
@@ -93,11 +92,11 @@ pub fn run_suite(
         let Scene { objects, lights, .. } = scene;
         let what = format!("{objects} objects, {lights} lights, {width}x{height} {:?}", scene.view);
         progress(done, scenes.len(), &what);
-        results.push(measure_apart(args, scene, (args.frames(), args.warm_up()), &what)?);
+        results.push(measure_apart(&suite.most, scene, &what, launch)?);
     }
     let report = report::Report::new(&sweeps, &results, earlier.as_ref());
     for (name, text) in report.files()? {
-        output::write_whole(&folder.join(name), text.as_bytes())?;
+        output::write_whole(&suite.folder.join(name), text.as_bytes())?;
     }
     Ok(report.slower().to_vec())
 }

@@ -35,7 +35,7 @@ pub enum YardMesh {
 }
 
 impl YardMesh {
-    /// As it is written on the command line.
+    /// Its name, or the path of its model.
     pub fn name(&self) -> String {
         match self {
             Self::Cube => "cube".into(),
@@ -62,13 +62,18 @@ impl FromStr for YardMesh {
 }
 
 /// Where the camera stands.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, clap::ValueEnum)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum YardView {
     /// Outside and above, the whole grid in view
     #[default]
     Wide,
     /// Between the rows at 2 m, about a sixth of the grid in view
     Inside,
+}
+
+impl YardView {
+    /// All with their names.
+    pub const ALL: [(&'static str, Self); 2] = [("wide", Self::Wide), ("inside", Self::Inside)];
 }
 
 /// What a yard holds.

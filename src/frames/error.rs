@@ -64,14 +64,6 @@ pub enum FrameError {
         /// Where it begins or ends.
         known: String,
     },
-    /// Steps to check that a recording does not have.
-    #[error("--from {from}: there are no steps after it, the recording ends with step {last}")]
-    NoSteps {
-        /// The step asked for.
-        from: u64,
-        /// The last.
-        last: u64,
-    },
     /// A run that cannot be recorded, replayed or continued.
     #[error(transparent)]
     Recording(#[from] RecordingError),

@@ -20,10 +20,36 @@ pub enum MapError {
         /// What was expected.
         message: String,
     },
+    /// A colour image where one value per texel is needed, and none of its channels was chosen.
+    #[error(
+        "{}: expected a grey image, one value per texel; at texel ({}, {}) red, green and blue differ",
+        path.display(), texel.0, texel.1
+    )]
+    NotGrey {
+        /// The image.
+        path: PathBuf,
+        /// The first coloured texel, from the left and from above.
+        texel: (usize, usize),
+    },
+    /// A bake in which no ray met the fine mesh.
+    #[error(
+        "{}: none of {rays} rays met {} within {metres} m of the surface: expected meshes in the same place",
+        path.display(), fine.display()
+    )]
+    NothingMet {
+        /// The coarse mesh.
+        path: PathBuf,
+        /// Rays cast.
+        rays: usize,
+        /// The fine mesh.
+        fine: PathBuf,
+        /// The reach of a ray either way.
+        metres: f32,
+    },
     /// An option that makes no sense.
     #[error("{option}: {message}")]
     Option {
-        /// As it is typed.
+        /// The name of its field.
         option: &'static str,
         /// What was expected.
         message: String,
@@ -50,15 +76,5 @@ impl MapError {
     /// An option that makes no sense.
     pub fn option(option: &'static str, message: impl fmt::Display) -> Self {
         Self::Option { option, message: message.to_string() }
-    }
-
-    /// The exit code that says so.
-    pub fn exit_code(&self) -> u8 {
-        match self {
-            Self::Import(_) | Self::Refused { .. } | Self::Option { .. } => 2,
-            Self::Preview { source: FrameError::Gpu(_), .. } => 3,
-            Self::Output(error) | Self::Preview { source: FrameError::Output(error), .. } => error.exit_code(),
-            Self::Preview { .. } => 1,
-        }
     }
 }

@@ -14,7 +14,7 @@ use systems::assets::color::linear_from_srgb;
 use systems::lights::LUMINANCE;
 
 /// What is read of an image that is to be one value per texel.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, clap::ValueEnum)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Channel {
     /// Red
     R,
@@ -28,16 +28,25 @@ pub enum Channel {
     Luminance,
 }
 
+impl Channel {
+    /// All with their names.
+    pub const ALL: [(&'static str, Self); 5] =
+        [("r", Self::R), ("g", Self::G), ("b", Self::B), ("a", Self::A), ("luminance", Self::Luminance)];
+}
+
 /// Bits of each value of a PNG file.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, clap::ValueEnum)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum Bits {
     /// 8 bits
     #[default]
-    #[value(name = "8")]
     Eight,
     /// 16 bits
-    #[value(name = "16")]
     Sixteen,
+}
+
+impl Bits {
+    /// All with their names.
+    pub const ALL: [(&'static str, Self); 2] = [("8", Self::Eight), ("16", Self::Sixteen)];
 }
 
 /// An image as it is stored: 1 channel (grey), 2 (grey, alpha), 3 or 4.
@@ -66,7 +75,7 @@ pub fn read_color(path: &Path) -> Result<Raster, MapError> {
 /// JPEG leaves them.
 ///
 /// # Errors
-/// As [`read`]; [`MapError::Refused`] for a colour image where no channel is asked for.
+/// As [`read`]; [`MapError::NotGrey`] for a colour image where no channel is asked for.
 pub fn read_grey(path: &Path, channel: Option<Channel>) -> Result<Raster, MapError> {
     if let Some(channel) = channel {
         return read_channel(path, channel);
@@ -78,13 +87,7 @@ pub fn read_grey(path: &Path, channel: Option<Channel>) -> Result<Raster, MapErr
     };
     if let Some(index) = raster.values.chunks_exact(raster.channels).position(|texel| !is_grey(texel)) {
         let (x, y) = (index % raster.width, index / raster.width);
-        return Err(MapError::refused(
-            path,
-            format!(
-                "expected a grey image, one value per texel; at texel ({x}, {y}) red, green and blue differ. \
-                 --channel r, g, b, a or luminance takes one of them; relief map height guesses heights from colours"
-            ),
-        ));
+        return Err(MapError::NotGrey { path: path.to_owned(), texel: (x, y) });
     }
     Ok(map_texels(&raster, 1, |texel, to| to[0] = texel[0]))
 }
@@ -105,7 +108,7 @@ pub fn read_channel(path: &Path, channel: Channel) -> Result<Raster, MapError> {
 pub fn check_output(path: &Path, bits: Option<Bits>) -> Result<(), MapError> {
     if format(path)? == ImageFormat::OpenExr && bits.is_some() {
         let message = format!("{} holds 32-bit floats; expected a name that ends in .png", path.display());
-        return Err(MapError::option("--bits", message));
+        return Err(MapError::option("bits", message));
     }
     Ok(output::check_file(path)?)
 }

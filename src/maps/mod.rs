@@ -2,8 +2,7 @@
 //!
 //! ```text
 //! file → Raster → tool → Raster → PNG (or EXR)          files, raster
-//!                   └→ a material, drawn lit            preview (--preview)
-//! command: the command line's arguments, and what it does with them
+//!                   └→ a material, drawn lit            preview
 //! ```
 //!
 //! Values are floats 0..1 in linear light, so that 8-bit, 16-bit and float images go the same way. Every tool computes
@@ -15,7 +14,6 @@
 
 pub mod bake;
 mod blur;
-pub mod command;
 mod error;
 pub mod files;
 mod height;

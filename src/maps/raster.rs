@@ -8,7 +8,7 @@ use std::thread;
 pub type Advance<'a> = &'a (dyn Fn(usize, usize) + Sync);
 
 /// What lies beyond the edges of a map.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, clap::ValueEnum)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum Edges {
     /// The map again: it is a tile.
     #[default]
@@ -18,6 +18,9 @@ pub enum Edges {
 }
 
 impl Edges {
+    /// All with their names.
+    pub const ALL: [(&'static str, Self); 2] = [("wrap", Self::Wrap), ("clamp", Self::Clamp)];
+
     /// The place on a side of that many texels that `at` stands for.
     pub fn inside(self, at: isize, size: usize) -> usize {
         match self {

@@ -14,7 +14,7 @@
 use super::{Edges, Raster};
 
 /// How the difference of neighbouring heights is taken.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, clap::ValueEnum)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum Filter {
     /// Three rows weighted 1 2 1: the usual choice
     #[default]
@@ -23,6 +23,12 @@ pub enum Filter {
     Scharr,
     /// The two neighbours alone: sharpest, and shows the steps of 8-bit heights
     Central,
+}
+
+impl Filter {
+    /// All with their names.
+    pub const ALL: [(&'static str, Self); 3] =
+        [("sobel", Self::Sobel), ("scharr", Self::Scharr), ("central", Self::Central)];
 }
 
 /// How heights are to be understood.

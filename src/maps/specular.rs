@@ -19,7 +19,7 @@ use super::{Advance, Raster};
 use glam::Vec3;
 
 /// What the map that is given holds.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, clap::ValueEnum)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Polish {
     /// 1 is polished
     Gloss,
@@ -27,15 +27,25 @@ pub enum Polish {
     Roughness,
 }
 
+impl Polish {
+    /// All with their names.
+    pub const ALL: [(&'static str, Self); 2] = [("gloss", Self::Gloss), ("roughness", Self::Roughness)];
+}
+
 /// For which lighting model the map is.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, clap::ValueEnum)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum SpecularModel {
     /// Phong and Blinn: rgb is the highlight's peak
     #[default]
     Phong,
     /// Specular-glossiness: rgb is F0
-    #[value(name = "specular_glossiness")]
     SpecularGlossiness,
+}
+
+impl SpecularModel {
+    /// All with their names.
+    pub const ALL: [(&'static str, Self); 2] =
+        [("phong", Self::Phong), ("specular_glossiness", Self::SpecularGlossiness)];
 }
 
 /// How a specular map is made.

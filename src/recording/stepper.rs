@@ -2,15 +2,14 @@
 //! meet, so that all are in the same order everywhere.
 
 use super::{Identity, Recorder, Recording, RecordingError, load_snapshot, save_snapshot};
-use crate::frames;
 use crate::import;
+use crate::name;
 use crate::output;
 use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use systems::Simulation;
 use systems::ecs::clock::Clock;
-use systems::physics::Physics;
 use systems::run::inputs::Inputs;
 use systems::run::state_hash::StateHash;
 use systems::run::{inputs, state_hash};
@@ -215,12 +214,13 @@ fn refuse_overwriting(files: &RunFiles, scene: &Path, named: &[PathBuf]) -> Resu
 
 /// Says what went wrong in a step with single vehicles, each thing once; everything else goes on.
 fn warn(simulation: &mut Simulation) {
-    for warning in simulation.world.resource_mut::<Physics>().take_warnings() {
+    #[cfg(feature = "physics")]
+    for warning in simulation.world.resource_mut::<systems::physics::Physics>().take_warnings() {
         tracing::warn!("{warning}");
     }
     let stalled = std::mem::take(&mut simulation.world.resource_mut::<Traffic>().faults);
     for vehicle in stalled {
-        let name = frames::name_of(&simulation.world, vehicle);
+        let name = name::of_entity(&simulation.world, vehicle);
         tracing::warn!("{name}: its place or speed was no number any more; it stands where it was last");
     }
 }

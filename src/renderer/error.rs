@@ -32,9 +32,7 @@ pub enum RenderError {
         reason: String,
     },
     /// The device has no memory for the scene's meshes, textures or tables, or finds fault with them.
-    #[error(
-        "this graphics adapter does not take the scene (--texture-memory and --compress make it smaller): {reason}"
-    )]
+    #[error("this graphics adapter does not take the scene: {reason}")]
     Refused {
         /// What the device says.
         reason: String,

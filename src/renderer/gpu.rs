@@ -218,7 +218,7 @@ fn instance(backends: wgpu::Backends) -> wgpu::Instance {
 
 /// Without wgpu's own pass over the arguments of every indirect draw: they come from the culling shader, which keeps
 /// within the lists that they index, as no slot is in the lists of both phases.
-pub(crate) fn instance_flags(mut descriptor: wgpu::InstanceDescriptor) -> wgpu::InstanceDescriptor {
+pub fn instance_flags(mut descriptor: wgpu::InstanceDescriptor) -> wgpu::InstanceDescriptor {
     descriptor.flags.remove(wgpu::InstanceFlags::VALIDATION_INDIRECT_CALL);
     descriptor
 }

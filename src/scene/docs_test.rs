@@ -145,13 +145,14 @@ fn documented_defaults_are_the_defaults() {
     assert_defaults::<format::Scatter>("scatter", "count: 1, region: disc(center: (0, 0, 0), radius: 1),");
 }
 
-/// The names of the command line and those of scene files are the same.
 #[test]
-fn choices_have_the_same_names_everywhere() {
+fn every_name_of_a_technique_and_a_tone_map_is_read() {
     for (name, technique) in systems::assets::Technique::ALL {
-        assert_eq!(parse::<format::Technique>(name).map(Into::into), Ok(technique));
+        let material = parse::<format::Material>(&format!("(technique: {name})"));
+        assert_eq!(material.map(|material| material.technique).ok(), Some(technique), "{name}");
     }
     for (name, tone_map) in systems::draw::ToneMap::ALL {
-        assert_eq!(parse::<format::ToneMap>(name).map(Into::into), Ok(tone_map));
+        let environment = parse::<format::Environment>(&format!("(tone_map: {name})"));
+        assert_eq!(environment.map(|environment| environment.tone_map).ok(), Some(tone_map), "{name}");
     }
 }

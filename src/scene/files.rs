@@ -8,11 +8,11 @@ use crate::import::{self, Model, Node};
 use glam::{Affine2, Mat2, UVec2, Vec2};
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
-use systems::assets::{
-    AlphaMode, ImageId, ImageKind, Library, Map, Material, MaterialId, Mesh, MeshId, Technique, default_specular,
-    shapes,
-};
-use systems::space::{Aabb, Transform};
+use systems::assets::ImageKind;
+use systems::assets::shapes;
+use systems::assets::{AlphaMode, ImageId, Library, Map, Material, MaterialId, Mesh, MeshId, default_specular};
+use systems::space::Aabb;
+use systems::space::Transform;
 
 /// What the files of a scene contained. A file that failed has a [`Fault`] and is absent.
 #[derive(Default)]
@@ -40,7 +40,7 @@ impl Files {
 
 /// What to say of a material whose technique finds nothing to bump it by.
 fn lacking(name: &str, material: &format::Material) -> Option<String> {
-    let technique: Technique = material.technique.into();
+    let technique = material.technique;
     let maps = material.maps();
     let missing: Vec<&str> = technique
         .needs()
@@ -264,7 +264,7 @@ fn material(name: &str, m: &format::Material, images: &HashMap<(String, ImageKin
     Material {
         name: name.into(),
         shading: m.shading.into(),
-        technique: m.technique.into(),
+        technique: m.technique,
         alpha: m.alpha_mode.into(),
         alpha_cutoff: m.alpha_cutoff,
         double_sided: m.double_sided,

@@ -6,9 +6,9 @@
 
 pub use super::roads::*;
 pub use super::surfaces::*;
-use super::values::{Attenuation, Color, Named, Scale};
+use super::values::{Attenuation, Color, Named, Scale, names, one_of};
 pub use super::vehicle_types::format::Vehicle;
-use serde::Deserialize;
+use serde::{Deserialize, Deserializer};
 use systems::{draw, lights};
 
 /// A whole file.
@@ -58,7 +58,13 @@ pub struct Environment {
     pub horizon: Color,
     pub ground: Color,
     pub exposure: f32,
-    pub tone_map: ToneMap,
+    #[serde(deserialize_with = "tone_map")]
+    pub tone_map: draw::ToneMap,
+}
+
+fn tone_map<'de, D: Deserializer<'de>>(deserializer: D) -> Result<draw::ToneMap, D::Error> {
+    const NAMES: [&str; draw::ToneMap::ALL.len()] = names(&draw::ToneMap::ALL);
+    one_of(&draw::ToneMap::ALL, &NAMES, deserializer)
 }
 
 impl Default for Environment {
@@ -70,7 +76,7 @@ impl Default for Environment {
             horizon: Color::linear(e.horizon),
             ground: Color::linear(e.ground),
             exposure: e.exposure,
-            tone_map: ToneMap::Agx,
+            tone_map: e.tone_map,
         }
     }
 }
@@ -212,15 +218,6 @@ impl Default for DirectionalLight {
 pub enum Obstacle {
     Box,
     Mesh,
-}
-
-impl From<Obstacle> for systems::physics::Obstacle {
-    fn from(obstacle: Obstacle) -> Self {
-        match obstacle {
-            Obstacle::Box => Self::Box,
-            Obstacle::Mesh => Self::Mesh,
-        }
-    }
 }
 
 /// Perspective with `fov_y_degrees`, or orthographic with `orthographic_half_height`; either may have a shape.

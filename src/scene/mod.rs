@@ -9,6 +9,7 @@
 //! roads, traffic            routes and signals
 //! road_warnings, overlaps   what is doubtful of them and of vehicles on them
 //! vehicle_types             types of vehicles from files of their own
+//! physical                  vehicles as bodies, if the build has physics
 //! spawn, generate           entities, and generators' copies of them
 //! rig                       light and a camera for what brings none; a glTF file is a scene as well
 //! ```
@@ -17,15 +18,21 @@
 //! was.
 
 mod check;
-#[cfg(test)]
+#[cfg(all(test, feature = "physics"))]
 mod docs_test;
 mod faults;
 mod files;
 mod format;
 mod generate;
+#[cfg(feature = "tools")]
 pub(crate) use generate::Random;
 mod origin;
 mod overlaps;
+#[cfg(feature = "physics")]
+mod physical;
+#[cfg(not(feature = "physics"))]
+#[path = "no_physics.rs"]
+mod physical;
 mod places;
 mod rig;
 mod road_warnings;
@@ -336,7 +343,7 @@ fn environment(e: &format::Environment) -> Environment {
         horizon: e.horizon.rgb(),
         ground: e.ground.rgb(),
         exposure: e.exposure,
-        tone_map: e.tone_map.into(),
+        tone_map: e.tone_map,
     }
 }
 

@@ -1,6 +1,6 @@
 //! Vehicles that a scene puts into each other: neither sees the other as ahead, and none gets out of it by driving.
 
-use crate::frames::name_of;
+use crate::name;
 use bevy_ecs::prelude::*;
 use glam::{DVec2, DVec3};
 use std::collections::HashMap;
@@ -97,7 +97,7 @@ fn tell(world: &World, (one, other, depth): &(&Outline, &Outline, f64)) -> Strin
     let road = road.map_or_else(String::new, |(route, on)| {
         format!(", {:.1} m along routes[{:?}] in lane {}", on.at, route.plan.name, on.lane)
     });
-    let [one, other] = [one, other].map(|outline| name_of(world, outline.entity));
+    let [one, other] = [one, other].map(|outline| name::of_entity(world, outline.entity));
     format!(
         "{one:?} and {other:?} stand in each other, {depth:.1} m deep, at ({:.1}, {:.1}, {:.1}){road}: \
          neither gives way",

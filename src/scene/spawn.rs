@@ -5,12 +5,13 @@ use super::files::{Items, Shape};
 use super::format::{self, Entity as Source, Scene};
 use super::generate;
 use super::overlaps;
+use super::physical;
 use super::road_warnings;
 use super::traffic::{self, LitGlass};
 use super::turned_meshes::TurnedMeshes;
 use super::values::place;
-use crate::frames;
 use crate::import::Model;
+use crate::name;
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
 use glam::{Affine3A, EulerRot, Quat, Vec3};
@@ -19,7 +20,6 @@ use systems::assets::{Figure, Library, MaterialId, MeshId};
 use systems::draw::pieces::PiecesReport;
 use systems::draw::{Camera, Projection, pieces};
 use systems::lights::{Light, LightKind};
-use systems::physics::Obstacle;
 use systems::space::origin::Origin;
 use systems::space::{Aabb, Hidden, Spin, Transform};
 use systems::vehicles::ground::Ground;
@@ -80,7 +80,7 @@ fn shared_names(own: &[(String, Entity)], of_models: &[(String, Entity)]) -> Vec
         *count += 1;
         if *count == 2 {
             shared.push(format!(
-                "a model has a camera named {name:?}, as an earlier one is: --camera reaches the first only"
+                "a model has a camera named {name:?}, as an earlier one is: the name reaches the first only"
             ));
         }
     }
@@ -223,7 +223,7 @@ impl Spawner<'_> {
             self.world.entity_mut(entity).insert(Ground);
         }
         if let Some(obstacle) = source.obstacle {
-            self.world.entity_mut(entity).insert(Obstacle::from(obstacle));
+            physical::make_obstacle(&mut self.world.entity_mut(entity), obstacle);
         }
         if let Some(head) = &source.signal_head {
             self.signal_head(head, entity);
@@ -283,7 +283,7 @@ impl Spawner<'_> {
             }
             let report = pieces::draw_one_in_pieces(self.world, entity, metres).unwrap_or_default();
             made += report.pieces;
-            self.found.warnings.extend(too_many(&frames::name_of(self.world, entity), report, metres));
+            self.found.warnings.extend(too_many(&name::of_entity(self.world, entity), report, metres));
         }
     }
 
@@ -353,7 +353,7 @@ impl Spawner<'_> {
             entity.insert(ByHand);
         }
         if let Some(physical) = source.and_then(|source| source.physical) {
-            entity.insert(physical);
+            physical::make_physical(&mut entity, physical);
         }
         self.found.has_lights = true;
     }
@@ -362,7 +362,7 @@ impl Spawner<'_> {
         let Some(head) = self.world.resource::<Signals>().head(&source.signal, source.group) else { return };
         let below = descendants(self.world, entity);
         if !self.glass.make_head(self.world, entity, &below, head) {
-            let name = frames::name_of(self.world, entity);
+            let name = name::of_entity(self.world, entity);
             self.found.warnings.push(format!("{name}: no node lamp_red, lamp_amber or lamp_green: it shows no signal"));
         }
     }

@@ -1,11 +1,11 @@
 //! The part of the scene file's format that says what surfaces look like: materials and meshes.
 
-use super::values::{Color, MapSource, Scale};
-use serde::Deserialize;
+use super::values::{Color, MapSource, Scale, names, one_of};
+use serde::{Deserialize, Deserializer};
 use systems::assets as lib;
 use systems::assets::MAP_COUNT;
 
-/// Enums of the other crate under the names that scene files use.
+/// Enums of the other crate that have names in scene files alone.
 macro_rules! named_choices {
     ($($name:ident => $target:ty { $($variant:ident),* })*) => {$(
         #[derive(Deserialize, Clone, Copy, Debug, PartialEq)]
@@ -21,23 +21,24 @@ macro_rules! named_choices {
 }
 
 named_choices! {
-    ToneMap => systems::draw::ToneMap { Clamp, Aces, Agx }
     Shading => lib::Shading { Phong, Blinn, MetallicRoughness, SpecularGlossiness, Unlit }
-    Technique => lib::Technique {
-        Off, Normal, PerturbedNormal, Emboss, EmbossMultipass, Dot3, Dot3Constant, PerturbedUv, Parallax, Relief,
-        Horizon, ParallaxHorizon, ReliefHorizon, ZCorrectParallax, ZCorrect, Combined
-    }
     AlphaMode => lib::AlphaMode { Opaque, Mask, Blend }
     Wrap => lib::Wrap { Repeat, Mirror, Clamp }
     Filter => lib::Filter { Nearest, Linear }
     MipFilter => lib::MipFilter { None, Nearest, Linear }
 }
 
+fn technique<'de, D: Deserializer<'de>>(deserializer: D) -> Result<lib::Technique, D::Error> {
+    const NAMES: [&str; lib::Technique::ALL.len()] = names(&lib::Technique::ALL);
+    one_of(&lib::Technique::ALL, &NAMES, deserializer)
+}
+
 #[derive(Deserialize, Debug)]
 #[serde(default, deny_unknown_fields)]
 pub struct Material {
     pub shading: Shading,
-    pub technique: Technique,
+    #[serde(deserialize_with = "technique")]
+    pub technique: lib::Technique,
     pub alpha_mode: AlphaMode,
     pub alpha_cutoff: f32,
     pub double_sided: bool,
@@ -77,7 +78,7 @@ impl Default for Material {
         let m = lib::Material::default();
         Self {
             shading: Shading::Phong,
-            technique: Technique::Normal,
+            technique: m.technique,
             alpha_mode: AlphaMode::Opaque,
             alpha_cutoff: m.alpha_cutoff,
             double_sided: m.double_sided,

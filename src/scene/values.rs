@@ -3,7 +3,9 @@
 use super::format::{Sampler, Uv};
 use glam::{DVec3, Vec3};
 use serde::Deserialize;
-use serde::de::{Deserializer, MapAccess, Visitor, value::MapAccessDeserializer};
+use serde::de::{
+    DeserializeSeed, Deserializer, EnumAccess, Error, MapAccess, VariantAccess, Visitor, value::MapAccessDeserializer,
+};
 use std::collections::HashMap;
 use std::fmt;
 use std::marker::PhantomData;
@@ -68,6 +70,59 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for Named<T> {
         }
         deserializer.deserialize_map(Entries(PhantomData))
     }
+}
+
+/// The names of a list.
+pub const fn names<T: Copy, const N: usize>(all: &[(&'static str, T); N]) -> [&'static str; N] {
+    let mut names = [""; N];
+    let mut i = 0;
+    while i < N {
+        names[i] = all[i].0;
+        i += 1;
+    }
+    names
+}
+
+/// Reads one of the names of a list as serde reads the variants of an enum.
+pub fn one_of<'de, D: Deserializer<'de>, T: Copy>(
+    all: &'static [(&'static str, T)],
+    names: &'static [&'static str],
+    deserializer: D,
+) -> Result<T, D::Error> {
+    #[derive(Clone, Copy)]
+    struct OneOf<T: 'static> {
+        all: &'static [(&'static str, T)],
+        names: &'static [&'static str],
+    }
+
+    impl<'de, T: Copy> Visitor<'de> for OneOf<T> {
+        type Value = T;
+
+        fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+            write!(f, "one of {}", self.names.join(", "))
+        }
+
+        fn visit_enum<A: EnumAccess<'de>>(self, data: A) -> Result<T, A::Error> {
+            let (value, rest) = data.variant_seed(self)?;
+            rest.unit_variant()?;
+            Ok(value)
+        }
+
+        fn visit_str<E: Error>(self, name: &str) -> Result<T, E> {
+            let found = self.all.iter().find(|(known, _)| *known == name);
+            found.map(|(_, value)| *value).ok_or_else(|| E::unknown_variant(name, self.names))
+        }
+    }
+
+    impl<'de, T: Copy> DeserializeSeed<'de> for OneOf<T> {
+        type Value = T;
+
+        fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<T, D::Error> {
+            deserializer.deserialize_identifier(self)
+        }
+    }
+
+    deserializer.deserialize_enum("", names, OneOf { all, names })
 }
 
 /// A linear RGB colour, written in one of three ways.

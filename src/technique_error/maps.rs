@@ -1,6 +1,6 @@
 //! The maps that all techniques are given: one height map, and what follows from it.
 
-use super::CompareArgs;
+use super::CompareJob;
 use crate::demo;
 use crate::import::{self, ImportError, ReadImage};
 use crate::maps::{
@@ -28,12 +28,12 @@ pub(super) struct Maps {
     pub environment: Image,
 }
 
-/// Reads what the arguments name, and makes the rest.
-pub(super) fn load(args: &CompareArgs) -> Result<Maps, ImportError> {
+/// Reads what the job names, and makes the rest.
+pub(super) fn load(job: &CompareJob) -> Result<Maps, ImportError> {
     let shipped =
         |name: &str, kind| import::load_image(&demo::shipped(&format!("assets/textures/techniques_{name}")), kind);
-    let scale = args.height_scale.unwrap_or(SHIPPED_SCALE);
-    let path = args.height.clone().unwrap_or_else(|| demo::shipped("assets/textures/techniques_height.png"));
+    let scale = job.height_scale.unwrap_or(SHIPPED_SCALE);
+    let path = job.height.clone().unwrap_or_else(|| demo::shipped("assets/textures/techniques_height.png"));
     let height = load_said(&path, ImageKind::Height)?;
     if height.width.max(height.height) > MOST_TEXELS {
         return Err(unfit(&path, &height, &format!("expected at most {MOST_TEXELS} texels along a side")));
@@ -41,17 +41,17 @@ pub(super) fn load(args: &CompareArgs) -> Result<Maps, ImportError> {
     let Some(heights) = HeightMap::new(&height, &Sampler::default()) else {
         return Err(unfit(&path, &height, "expected an image that is not compressed in blocks"));
     };
-    let own_heights = args.height.is_some();
-    let (base, specular) = match &args.base {
+    let own_heights = job.height.is_some();
+    let (base, specular) = match &job.base {
         Some(path) => (Some(load_said(path, ImageKind::Color)?), None),
         None if own_heights => (None, None),
         None => (Some(shipped("base.jpg", ImageKind::Color)?), Some(shipped("specular.png", ImageKind::Data)?)),
     };
-    let made = own_heights || args.height_scale.is_some();
+    let made = own_heights || job.height_scale.is_some();
     let relief = Relief { height_scale: scale, ..Relief::default() };
     let slopes = NormalOptions { relief, ..NormalOptions::default() };
     let raster = raster(&heights);
-    let normal = match &args.normal {
+    let normal = match &job.normal {
         Some(path) => load_said(path, ImageKind::Normal)?,
         None if made => image("normal", ImageKind::Normal, &normal_from_height(&raster, &slopes, &quiet)),
         None => shipped("normal.png", ImageKind::Normal)?,
@@ -68,7 +68,7 @@ pub(super) fn load(args: &CompareArgs) -> Result<Maps, ImportError> {
     Ok(Maps { scale, heights, height, base, specular, normal, horizon, offset, environment })
 }
 
-/// An image that the arguments name: what is corrected in it, or hardly as meant, is said.
+/// An image that the job names: what is corrected in it, or hardly as meant, is said.
 fn load_said(path: &Path, kind: ImageKind) -> Result<Image, ImportError> {
     let ReadImage { image, notes } = import::read_image(path, kind)?;
     notes.iter().for_each(|note| tracing::warn!("{}: {note}", path.display()));

@@ -19,7 +19,6 @@ mod truth;
 pub use report::{Errors, Report, Row};
 pub use stand::FigureShape;
 
-use crate::arguments;
 use crate::compare::{self, CompareError};
 use crate::frames::FrameError;
 use crate::gallery::Sheet;
@@ -31,89 +30,38 @@ use systems::assets::Technique;
 use truth::Truth;
 
 /// Pictures of at most so many pixels are compared: the truth has four samples in each.
-const MOST_PIXELS: u32 = 1 << 22;
+pub const MOST_PIXELS: u32 = 1 << 22;
 /// Degrees; beyond, the plane is seen from its edge.
-const MOST_DEGREES: f32 = 85.0;
+pub const MOST_DEGREES: f32 = 85.0;
 
 /// What to compare.
-#[derive(clap::Args, Clone, Debug)]
-pub struct CompareArgs {
-    /// Folder for the figures and pictures; made if missing
-    #[arg(short, long, value_name = "DIR")]
-    pub output: PathBuf,
-    /// What is bumped: plane (one quad, 2 m), sphere or torus (the map four times around)
-    #[arg(long, value_enum, default_value = "plane")]
+#[derive(Clone, Debug)]
+pub struct CompareJob {
+    /// Where figures and pictures go; made if missing.
+    pub folder: PathBuf,
+    /// What is bumped.
     pub figure: FigureShape,
-    /// Height map, 0 deepest; normal and horizon maps are made from it [default: that of the scene of all techniques,
-    /// assets/textures/techniques_height.png, with its other maps]
-    #[arg(long, value_name = "FILE")]
+    /// Height map, 0 deepest; `None`: that of the scene of all techniques, with its other maps.
     pub height: Option<PathBuf>,
-    /// Normal map, green up, instead of the one made from the height map
-    #[arg(long, value_name = "FILE")]
+    /// Normal map, green up; `None`: made from the height map.
     pub normal: Option<PathBuf>,
-    /// Base colour
-    #[arg(long, value_name = "FILE")]
+    /// Base colour; `None`: that of the scene of all techniques, or grey with other heights.
     pub base: Option<PathBuf>,
-    /// Depth of the height map from black to white, in widths of the image, 0 to 1 [default: 0.06]
-    #[arg(long, value_name = "X", value_parser = parse_scale)]
+    /// Depth of the height map from black to white, in widths of the image, 0 to 1; `None`: 0.06.
     pub height_scale: Option<f32>,
-    /// Between the line of sight and the vertical, 0 to 85: 0 looks straight at the plane
-    #[arg(long, value_name = "DEGREES", default_value_t = 45.0, value_parser = parse_angle)]
+    /// Degrees between the line of sight and the vertical, 0 to [`MOST_DEGREES`].
     pub angle: f32,
-    /// Pixels; 4 million at the most
-    #[arg(long, value_name = "WxH", default_value = "640x480", value_parser = parse_size)]
+    /// Pixels; at most [`MOST_PIXELS`].
     pub size: (u32, u32),
-    /// Techniques, separated by commas [default: all]
-    #[arg(long, value_name = "NAME,…", value_delimiter = ',', value_parser = arguments::parse_technique)]
-    pub technique: Vec<Technique>,
-    /// Print one line of JSON rather than a table
-    #[arg(long)]
-    pub json: bool,
+    /// None: all.
+    pub techniques: Vec<Technique>,
 }
 
-/// What `relief compare --help` ends with.
-pub const HELP: &str = "\
-The truth is the same height map as real triangles, drawn by the same renderer under the same three
-lights (a sun, a lamp, a spot), one light at a time; whether a light is seen from a pixel is traced.
-  shadowed    techniques against that
-  unshadowed  against the same without shadows: all that techniques without shadows can hope for
-  mean        over pixels where both show the figure: mean of |L - L_truth| / mean L_truth
-  p99         99 % of those pixels have |L - L_truth| / mean L_truth of at most this
-  FLIP        what a viewer notices who flips between the pictures: 0 nothing to 1
-  shadows     share of the pixels turned to the sun on which the two disagree whether it shines
-  ms, × off   what a draw takes, by the GPU's own clock if it has one, and over that of off
-
-Files: compare.csv, compare.svg (error against cost), truth.png, truth_unshadowed.png, NAME.png and
-NAME_error.png of each technique (|L - L_truth| / mean, 0 black to 1 and more pale yellow), and
-compare.png, all on one sheet: the truth first, then the techniques in the order of the table.
-
-Examples:
-  relief compare -o out                                all techniques on a plane, seen at 45°
-  relief compare -o out --angle 0                      looked straight at
-  relief compare -o out --figure torus --technique normal,parallax,relief
-  relief compare -o out --height wall.png --base wall.jpg --height-scale 0.03";
-
-fn parse_scale(text: &str) -> Result<f32, String> {
-    let scale = text.parse().ok().filter(|scale| (0.0..=1.0).contains(scale));
-    scale.ok_or_else(|| format!("expected a number from 0 to 1{}", arguments::pointed(text)))
-}
-
-fn parse_angle(text: &str) -> Result<f32, String> {
-    let angle = text.parse().ok().filter(|angle| (0.0..=MOST_DEGREES).contains(angle));
-    angle.ok_or_else(|| format!("expected degrees from 0 to {MOST_DEGREES}{}", arguments::pointed(text)))
-}
-
-fn parse_size(text: &str) -> Result<(u32, u32), String> {
-    let (width, height) = arguments::parse_size(text)?;
-    let fits = width.saturating_mul(height) <= MOST_PIXELS;
-    fits.then_some((width, height)).ok_or_else(|| format!("expected at most {MOST_PIXELS} pixels"))
-}
-
-impl CompareArgs {
+impl CompareJob {
     fn techniques(&self) -> Vec<Technique> {
         let all = Technique::ALL.iter().map(|(_, technique)| *technique);
         // In the order of the table, each once; off is what costs are compared with.
-        let is_wanted = |technique: &Technique| self.technique.is_empty() || self.technique.contains(technique);
+        let is_wanted = |technique: &Technique| self.techniques.is_empty() || self.techniques.contains(technique);
         all.filter(|technique| *technique == Technique::Off || is_wanted(technique)).collect()
     }
 }
@@ -123,36 +71,36 @@ impl CompareArgs {
 ///
 /// # Errors
 /// [`FrameError`]; nothing is written before all is drawn and compared.
-pub fn measure(args: &CompareArgs, mut progress: impl FnMut(&str, u64, u64)) -> Result<Report, FrameError> {
-    let techniques = args.techniques();
-    refuse_overwriting(args, &techniques)?;
+pub fn measure(job: &CompareJob, mut progress: impl FnMut(&str, u64, u64)) -> Result<Report, FrameError> {
+    let techniques = job.techniques();
+    refuse_overwriting(job, &techniques)?;
     let steps = (techniques.len() + 4) as u64;
     progress("maps", 0, steps);
-    let maps = maps::load(args)?;
-    output::make_folder(&args.output)?;
-    output::check_writable(&args.output)?;
-    let mut stand = Stand::new(args, maps)?;
+    let maps = maps::load(job)?;
+    output::make_folder(&job.folder)?;
+    output::check_writable(&job.folder)?;
+    let mut stand = Stand::new(job, maps)?;
     progress("truth", 1, steps);
-    let truth = Truth::new(&mut stand, args.size)?;
-    let coverage = stand.coverage(args.size)?;
+    let truth = Truth::new(&mut stand, job.size)?;
+    let coverage = stand.coverage(job.size)?;
     let counted: Vec<bool> = coverage.iter().zip(&truth.coverage).map(|(&c, &t)| c == 4 && t == 4).collect();
     let apart: u32 = coverage.iter().zip(&truth.coverage).map(|(c, t)| u32::from(c.abs_diff(*t))).sum();
 
-    let judge = Judge { truth: &truth, counted: &counted, size: args.size };
+    let judge = Judge { truth: &truth, counted: &counted, size: job.size };
     let mut drawn = Vec::new();
     for (i, &technique) in techniques.iter().enumerate() {
         progress(technique.name(), 2 + i as u64, steps);
-        let linear = stand.linear(args.size, Shown::Coarse(technique), Lit::All)?;
-        let sun = stand.sun_shadow(args.size, technique)?;
+        let linear = stand.linear(job.size, Shown::Coarse(technique), Lit::All)?;
+        let sun = stand.sun_shadow(job.size, technique)?;
         drawn.push(judge.judge(technique.name(), linear, Some(sun))?);
     }
-    let geometry = stand.linear(args.size, Shown::Displaced, Lit::All)?;
+    let geometry = stand.linear(job.size, Shown::Displaced, Lit::All)?;
     drawn.push(judge.judge(report::GEOMETRY, geometry, None)?);
 
     progress("cost", steps - 2, steps);
     let shown: Vec<Shown> = techniques.iter().map(|&technique| Shown::Coarse(technique)).collect();
-    let costs = cost::measure(&mut stand, args.size, &shown, cost::ROUNDS)?;
-    let geometry = cost::measure(&mut stand, args.size, &[Shown::Displaced], cost::FEW_ROUNDS)?;
+    let costs = cost::measure(&mut stand, job.size, &shown, cost::ROUNDS)?;
+    let geometry = cost::measure(&mut stand, job.size, &[Shown::Displaced], cost::FEW_ROUNDS)?;
     let off = costs.ms.first().copied().unwrap_or(0.0).max(1e-9);
     let times = costs.ms.iter().copied().zip(costs.times_first.iter().copied());
     let times = times.chain(geometry.ms.iter().map(|&ms| (ms, ms / off)));
@@ -160,10 +108,10 @@ pub fn measure(args: &CompareArgs, mut progress: impl FnMut(&str, u64, u64)) -> 
         (judged.row.ms, judged.row.times_off) = (ms, times_off);
     }
     let report = Report {
-        figure: args.figure,
-        angle: args.angle,
-        width: args.size.0,
-        height: args.size.1,
+        figure: job.figure,
+        angle: job.angle,
+        width: job.size.0,
+        height: job.size.1,
         adapter: stand.adapter(),
         timed_by: costs.by,
         triangles: stand.triangles,
@@ -173,18 +121,18 @@ pub fn measure(args: &CompareArgs, mut progress: impl FnMut(&str, u64, u64)) -> 
         rows: drawn.iter().map(|drawn| drawn.row.clone()).collect(),
     };
     progress("files", steps - 1, steps);
-    write(args, &report, &truth, &drawn)?;
+    write(job, &report, &truth, &drawn)?;
     Ok(report)
 }
 
 /// What is read must be none of the files that [`write`] writes.
-fn refuse_overwriting(args: &CompareArgs, techniques: &[Technique]) -> Result<(), FrameError> {
+fn refuse_overwriting(job: &CompareJob, techniques: &[Technique]) -> Result<(), FrameError> {
     let drawn = techniques.iter().map(|technique| technique.name()).chain([report::GEOMETRY]);
     let mut written: Vec<String> =
         drawn.flat_map(|name| [format!("{name}.png"), format!("{name}_error.png")]).collect();
     written.extend(["truth", "truth_unshadowed", "compare"].map(|name| format!("{name}.png")));
-    let is_written = |input: &&PathBuf| written.iter().any(|name| output::is_same(&args.output.join(name), input));
-    match [&args.height, &args.normal, &args.base].into_iter().flatten().find(is_written) {
+    let is_written = |input: &&PathBuf| written.iter().any(|name| output::is_same(&job.folder.join(name), input));
+    match [&job.height, &job.normal, &job.base].into_iter().flatten().find(is_written) {
         Some(path) => Err(FrameError::Overwrites { path: path.clone() }),
         None => Ok(()),
     }
@@ -247,18 +195,18 @@ impl Judge<'_> {
     }
 }
 
-fn write(args: &CompareArgs, report: &Report, truth: &Truth, drawn: &[Judged]) -> Result<(), FrameError> {
-    let file = |name: &str| args.output.join(name);
+fn write(job: &CompareJob, report: &Report, truth: &Truth, drawn: &[Judged]) -> Result<(), FrameError> {
+    let file = |name: &str| job.folder.join(name);
     let picture = |name: &str, picture: &RgbImage| output::write_png(&file(name), &picture.clone().into());
-    let shadowed = truth::encoded(&truth.shadowed, args.size);
-    let mut sheet = Sheet::new(args.size, drawn.len() + 1);
+    let shadowed = truth::encoded(&truth.shadowed, job.size);
+    let mut sheet = Sheet::new(job.size, drawn.len() + 1);
     sheet.add(&shadowed);
     picture("truth.png", &shadowed)?;
-    picture("truth_unshadowed.png", &truth::encoded(&truth.unshadowed, args.size))?;
+    picture("truth_unshadowed.png", &truth::encoded(&truth.unshadowed, job.size))?;
     for Judged { row, picture: own, error } in drawn {
         sheet.add(own);
         picture(&format!("{}.png", row.technique), own)?;
-        let heat = compare::heat_map(error, args.size.0, args.size.1).unwrap_or_default();
+        let heat = compare::heat_map(error, job.size.0, job.size.1).unwrap_or_default();
         picture(&format!("{}_error.png", row.technique), &heat)?;
     }
     picture("compare.png", &sheet.picture)?;

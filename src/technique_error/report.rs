@@ -1,6 +1,7 @@
 //! The figures for people and programs: a table, CSV, JSON, a chart.
 
 use super::FigureShape;
+use crate::name;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use std::fmt::{self, Write};
@@ -113,7 +114,8 @@ impl Report {
         };
         let area = SVGBackend::with_string(svg, SIZE).into_drawing_area();
         area.fill(&WHITE)?;
-        let caption = format!("Error against cost: {:?}, seen at {}°", self.figure, self.angle).to_lowercase();
+        let caption =
+            format!("error against cost: {}, seen at {}°", name::of(&FigureShape::ALL, self.figure), self.angle);
         let mut chart = ChartBuilder::on(&area)
             .caption(caption, ("sans-serif", 22))
             .margin(12)
@@ -162,7 +164,7 @@ fn label_places(points: &[(i32, i32)]) -> Vec<(i32, i32)> {
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let Self { figure, angle, width, height, triangles, pixels, silhouette_pixels, mean_luminance, .. } = self;
-        let figure = format!("{figure:?}").to_lowercase();
+        let figure = name::of(&FigureShape::ALL, *figure);
         writeln!(f, "{figure} seen at {angle}°, {width}x{height}; the truth has {triangles} triangles")?;
         writeln!(
             f,

@@ -1,9 +1,10 @@
 //! A world for the comparison: one figure twice, coarse as techniques have it and displaced, of which one is shown; a
 //! sun, a lamp and a spot; a camera. All around is black, so that light passes add up.
 
-use super::CompareArgs;
+use super::CompareJob;
 use super::maps::Maps;
 use crate::frames::FrameError;
+use crate::name;
 use crate::renderer::{Gpu, Occlusion, Outputs, Settings, SingleView};
 use bevy_ecs::prelude::*;
 use glam::{Mat3, Quat, UVec2, Vec2, Vec3};
@@ -26,8 +27,7 @@ pub(super) const SUN: usize = 0;
 pub(super) const FAINT: f32 = 0.01;
 
 /// What is bumped.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, clap::ValueEnum, serde::Serialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum FigureShape {
     /// One quad of 2 m
     Plane,
@@ -37,7 +37,17 @@ pub enum FigureShape {
     Torus,
 }
 
+impl serde::Serialize for FigureShape {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(name::of(&Self::ALL, *self))
+    }
+}
+
 impl FigureShape {
+    /// All with their names.
+    pub const ALL: [(&'static str, Self); 3] =
+        [("plane", Self::Plane), ("sphere", Self::Sphere), ("torus", Self::Torus)];
+
     /// How often the image repeats along U and V: texels are about square.
     fn repeats(self) -> Vec2 {
         match self {
@@ -115,14 +125,14 @@ pub(super) struct Stand {
 }
 
 impl Stand {
-    pub fn new(args: &CompareArgs, maps: Maps) -> Result<Self, FrameError> {
+    pub fn new(job: &CompareJob, maps: Maps) -> Result<Self, FrameError> {
         let mut renderer = SingleView::new(&Gpu::headless()?);
         renderer.time_passes();
         let mut simulation = Simulation::new();
         let mut library = simulation.world.resource_mut::<Library>();
         let by = Displacement { heights: &maps.heights, scale_uv: maps.scale, rest: Material::default().height_rest };
-        let displaced = displace(&args.figure.fine(maps.heights.size()), &by);
-        let coarse = library.add_mesh(args.figure.coarse());
+        let displaced = displace(&job.figure.fine(maps.heights.size()), &by);
+        let coarse = library.add_mesh(job.figure.coarse());
         let fine = library.add_mesh_without_levels(displaced.clone());
         let material = material(&mut library, maps);
         let material = library.add_material(material);
@@ -132,7 +142,7 @@ impl Stand {
         let lights = lights().map(|(light, place)| (world.spawn((light.clone(), place)).id(), light));
         let projection = Projection::Perspective { fov_y: 30f32.to_radians(), aspect: Some(4.0 / 3.0) };
         let camera =
-            world.spawn((Camera { projection, ..Camera::default() }, camera_place(args.angle.to_radians()))).id();
+            world.spawn((Camera { projection, ..Camera::default() }, camera_place(job.angle.to_radians()))).id();
         Ok(Self {
             triangles: displaced.triangle_count(),
             displaced,

@@ -6,6 +6,7 @@
 //! it back. The physics hold more than components do, which `physics_state` adds to the list.
 
 pub mod inputs;
+#[cfg(feature = "physics")]
 pub(crate) mod physics_state;
 pub mod roster;
 pub mod snapshot;

@@ -1,10 +1,19 @@
 //! The physics as state of the simulation: what is saved of them, and what is hashed.
 
-use super::state::{StateError, StateKind, decode, encode};
+use super::state::{StateError, StateKind, StateList, decode, encode};
 use super::state_hash::{Sum, of_bytes};
 use crate::physics::bodies::Physics;
+use crate::physics::ground::Obstacle;
 use bevy_ecs::prelude::*;
 use xxhash_rust::xxh3::xxh3_128;
+
+impl StateList {
+    /// What bodies stand on and bump into, and the bodies.
+    pub(super) fn add_physics(&mut self) {
+        self.add_component::<Obstacle>("obstacle");
+        self.add(PhysicsState);
+    }
+}
 
 /// [`Physics`] as a kind of state.
 pub(crate) struct PhysicsState;

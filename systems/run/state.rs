@@ -6,15 +6,12 @@
 //! component or resource becomes state by deriving serde's traits and a line in [`StateList::standard`]; one that a
 //! program of yours adds, by [`StateList::add_component`] before the first step.
 
-use super::physics_state::PhysicsState;
 use super::roster::{FromIds, Roster, StateId, ToIds};
 use super::state_hash::{self, Sum};
 use crate::assets::material::MaterialId;
 use crate::assets::mesh::{Figure, MeshId};
 use crate::ecs::clock::{Clock, Seed};
 use crate::lights::components::Light;
-use crate::physics::ground::Obstacle;
-use crate::physics::physical::Physical;
 use crate::space::hidden::Hidden;
 use crate::space::motion::Spin;
 use crate::space::origin::Origin;
@@ -106,11 +103,12 @@ impl StateList {
         self.add_component::<Stalled>("stalled");
         self.add_component::<Switches>("lamps");
         self.add(Component::<MaterialId, Or<(With<Lamp>, With<SignalLamp>)>>::new("glass"));
-        self.add_component::<Physical>("physical");
+        #[cfg(feature = "physics")]
+        self.add_component::<crate::physics::physical::Physical>("physical");
         self.add_component::<Wanted>("wanted");
         self.add_component::<Ground>("ground");
-        self.add_component::<Obstacle>("obstacle");
-        self.add(PhysicsState);
+        #[cfg(feature = "physics")]
+        self.add_physics();
     }
 
     /// A component, all of whose values are state. Entities within it are told apart by `Component::map_entities`.

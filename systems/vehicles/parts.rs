@@ -1,6 +1,6 @@
 //! What a vehicle consists of: entities below it, some of which move with it.
 
-use super::components::{Controls, Motion, Vehicle, VehicleNumber, VehicleTypeId};
+use super::components::{Controls, Motion, Vehicle, VehicleNumber, VehicleTypeId, Wanted};
 use super::lamps::{Lamp, LampKind, Switches};
 use super::turns::{about_x, about_y};
 use super::types::VehicleTypes;
@@ -8,7 +8,6 @@ use crate::assets::material::MaterialId;
 use crate::assets::mesh::MeshId;
 use crate::ecs::clock::Clock;
 use crate::lights::components::Light;
-use crate::physics::physical::Physical;
 use crate::space::interpolation::{Interpolated, Interpolation};
 use crate::space::transform::Transform;
 use bevy_ecs::prelude::*;
@@ -127,7 +126,8 @@ impl Part {
                 Movement::Wheel { .. } | Movement::Fork | Movement::Swing { .. } => _ = entity.insert(FramePart),
             }
             let part = entity.id();
-            if world.get::<Physical>(root).is_some() {
+            // What moves the vehicle moves its wheels, too.
+            if world.get::<Wanted>(root).is_some() {
                 turn_in_steps(world, part);
             }
             entity = world.entity_mut(part);

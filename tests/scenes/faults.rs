@@ -221,14 +221,14 @@ fn names_that_two_things_have_and_ranges_that_run_backward_are_told() {
             cameras,
             format!(
                 "warning: entities[2].children[0] (line 1, column 65): entities[1] is a camera named \"cam\", too: \
-                 --camera \"cam\" {reach}"
+                 \"cam\" {reach}"
             ),
         ),
         (
             vehicle,
             format!(
                 "warning: entities[1] (line 1, column 69): entities[0] is a vehicle named \"v\", too: \
-                 --camera \"chase v\" {reach}"
+                 \"chase v\" {reach}"
             ),
         ),
         (
@@ -251,7 +251,7 @@ fn names_that_two_things_have_and_ranges_that_run_backward_are_told() {
     let found = folder.problems(&format!("(vehicle_types: [], entities: [{crowd}])"));
     assert_eq!(found.len(), 9, "{found:?}");
     assert_eq!(found[0].matches(" (line 1, column ").count(), 8, "{}", found[0]);
-    let told = format!(" and 91 more: entities[0] is a camera named \"cam\", too: --camera \"cam\" {reach}");
+    let told = format!(" and 91 more: entities[0] is a camera named \"cam\", too: \"cam\" {reach}");
     assert!(found[0].starts_with("warning: entities[2] (line 1, column ") && found[0].ends_with(&told), "{}", found[0]);
     let three = [51, 101, 151].map(|i| format!("entities[{i}] (line 1"));
     assert!(three.iter().all(|place| found[1].contains(place)) && !found[1].contains("more"), "{}", found[1]);
@@ -266,7 +266,7 @@ fn names_that_two_things_have_and_ranges_that_run_backward_are_told() {
     let twice =
         "(meshes: {\"m\": model(file: \"seen.gltf\")}, entities: [(mesh: \"m\"), (mesh: \"m\"), (mesh: \"m\")])";
     let expected =
-        "warning: a model has a camera named \"lamp\", as an earlier one is: --camera reaches the first only";
+        "warning: a model has a camera named \"lamp\", as an earlier one is: the name reaches the first only";
     assert_eq!(folder.problems(twice), [expected]);
 }
 

@@ -15,7 +15,6 @@
 //! follow `vs_main` and `tangent_frame` of the shaders step by step.
 
 mod bands;
-pub mod command;
 mod dilate;
 mod occlusion;
 mod preview;

@@ -49,7 +49,7 @@ pub fn bake(
     let reach = options.reach.unwrap_or_else(|| auto_cage(low));
     let metres = reach.metres();
     if !(metres > 0.0 && metres.is_finite()) {
-        return Err(MapError::option("--cage", format!("expected metres above 0, is {metres}")));
+        return Err(MapError::option("reach", format!("expected metres above 0, is {metres}")));
     }
     let unwrap = Unwrap::new(low, options.size).map_err(|message| MapError::refused(&low.source, message))?;
     let sky = Sky::new(options.rays, options.occlusion_distance);
@@ -76,13 +76,12 @@ pub fn bake(
     baked.report.metres_per_width = metres_per_width(low, baked.report.size);
     baked.report.triangles = target.surface.triangles.len();
     if baked.report.baked == 0 {
-        let message = format!(
-            "none of {} rays met {} within {metres} m of the surface: expected meshes in the same place, or a larger \
-             --cage",
-            baked.report.missed,
-            target.surface.source.display()
-        );
-        return Err(MapError::refused(&low.source, message));
+        return Err(MapError::NothingMet {
+            path: low.source.clone(),
+            rays: baked.report.missed,
+            fine: target.surface.source.clone(),
+            metres,
+        });
     }
     finish(&mut baked, options, (-metres, metres));
     Ok(baked)
@@ -93,11 +92,11 @@ pub(super) fn check_options(options: &BakeOptions) -> Result<(), MapError> {
     check_size(options.size)?;
     if !(1..=MAX_RAYS).contains(&options.rays) {
         let message = format!("expected 1 to {MAX_RAYS} rays for each texel, is {}", options.rays);
-        return Err(MapError::option("--rays", message));
+        return Err(MapError::option("rays", message));
     }
     if options.occlusion_distance.is_nan() || options.occlusion_distance <= 0.0 {
         let message = format!("expected metres above 0, is {}", options.occlusion_distance);
-        return Err(MapError::option("--occlusion-distance", message));
+        return Err(MapError::option("occlusion_distance", message));
     }
     Ok(())
 }
@@ -110,7 +109,7 @@ pub fn check_size((width, height): (usize, usize)) -> Result<(), MapError> {
     if (1..=MAX_SIDE).contains(&width) && (1..=MAX_SIDE).contains(&height) {
         return Ok(());
     }
-    Err(MapError::option("--size", format!("expected 1 to {MAX_SIDE} texels along each side, is {width}×{height}")))
+    Err(MapError::option("size", format!("expected 1 to {MAX_SIDE} texels along each side, is {width}×{height}")))
 }
 
 fn auto_cage(low: &Surface) -> Reach {

@@ -85,14 +85,14 @@ impl<'a> Patch<'a> {
         let extent = (aabb.max - aabb.min).xz();
         let period = period.unwrap_or(extent.max_element());
         if !(period > 0.0 && period.is_finite()) {
-            return Err(MapError::option("--period", format!("expected metres above 0, is {period}")));
+            return Err(MapError::option("period", format!("expected metres above 0, is {period}")));
         }
         if extent.max_element() > MOST_PERIODS * period {
             let message = format!(
                 "{period} m is too short for a patch of {} m by {} m: expected at least an eighth of that",
                 extent.x, extent.y
             );
-            return Err(MapError::option("--period", message));
+            return Err(MapError::option("period", message));
         }
         let corner = aabb.center().xz() - period * 0.5;
         Ok(Self { target, aabb, period, corner })

@@ -1,4 +1,4 @@
-//! Names that a command may use and that several things have: it reaches the first of them only.
+//! Names that a reached_by may use and that several things have: it reaches the first of them only.
 
 use crate::scene::faults::{Fault, Trail};
 use crate::scene::format::{Entity, Scene};
@@ -47,12 +47,12 @@ impl<'a> Names<'a> {
             }
             let at = at.enter(Step::Index(i), "");
             if let Some(name) = named.filter(|_| entity.camera.is_some()) {
-                let command = format!("--camera {name:?}");
-                note(&mut self.cameras, &mut self.shared, &at, ("camera", name), &command);
+                let reached_by = format!("{name:?}");
+                note(&mut self.cameras, &mut self.shared, &at, ("camera", name), &reached_by);
             }
             if let Some(name) = named.filter(|_| entity.vehicle.is_some()) {
-                let command = format!("--camera \"chase {name}\"");
-                note(&mut self.vehicles, &mut self.shared, &at, ("vehicle", name), &command);
+                let reached_by = format!("\"chase {name}\"");
+                note(&mut self.vehicles, &mut self.shared, &at, ("vehicle", name), &reached_by);
             }
             self.entities(&at.field("children"), &entity.children);
             self.entities(&at.field("attach"), &entity.attach);
@@ -65,7 +65,7 @@ fn note<'a>(
     all: &mut Vec<Shared>,
     at: &Trail,
     (kind, name): (&str, &'a str),
-    command: &str,
+    reached_by: &str,
 ) {
     let Some(Known { first, shared }) = known.get_mut(name) else {
         known.insert(name, Known { first: at.fault("").place, shared: None });
@@ -80,7 +80,7 @@ fn note<'a>(
         shared.more += 1;
     } else {
         shared.faults.push(at.fault(format_args!(
-            "{first} is a {kind} named {name:?}, too: {command} reaches that one only; expected another name"
+            "{first} is a {kind} named {name:?}, too: {reached_by} reaches that one only; expected another name"
         )));
     }
 }

@@ -163,22 +163,8 @@ impl<'a> Check<'a> {
 
     pub(super) fn vehicle(&mut self, entity: &Entity, vehicle: &Vehicle) {
         self.number("speed_kmh", vehicle.speed_kmh, 0.0, FASTEST_KMH);
-        if let Some(p) = &vehicle.physical {
-            self.field("physical", |c| {
-                let positive = [
-                    ("mass", p.mass, 1e6),
-                    ("friction", p.friction, 10.0),
-                    ("engine_force", p.engine_force, 1e9),
-                    ("brake_force", p.brake_force, 1e9),
-                    ("drag", p.drag, 1e4),
-                    ("stiffness", p.stiffness, 1e9),
-                    ("damping", p.damping, 1e9),
-                    ("rest_length", p.rest_length, 5.0),
-                ];
-                for (name, value, most) in positive {
-                    value.into_iter().for_each(|value| c.number(name, value, 1e-3, most));
-                }
-            });
+        if let Some(physical) = &vehicle.physical {
+            self.field("physical", |c| c.physical(physical));
         }
         let Some(name) = &vehicle.route else {
             return self.number("at", vehicle.at as f32, 0.0, 0.0);

@@ -1,9 +1,9 @@
 //! A file of vehicle types as serde reads it; `docs/vehicles.md` says what every field means.
 
 use crate::scene::format::{Light, Transform};
+use crate::scene::physical::Physical;
 use crate::scene::values::{Color, Named};
 use serde::Deserialize;
-use systems::physics::Physical;
 use systems::vehicles::lamps::LampKind;
 use systems::vehicles::types::{self as lib, Limits};
 

@@ -1,17 +1,17 @@
 //! `relief map bake` and `relief map tile`: what they take, and what they do with it.
 
-use super::{
+use super::Made;
+use super::arguments::bits;
+use crate::commands::arguments;
+use clap::{Args, ValueEnum};
+use glam::{Affine3A, UVec2, Vec2};
+use relief::maps::bake::{
     BakeOptions, Baked, MAX_SIDE, Reach, Role, Surface, Target, TileOptions, Wanted, bake as bake_maps, bake_tile,
     preview,
 };
-use crate::arguments;
-use crate::maps::Advance;
-use crate::maps::MapError;
-use crate::maps::command::Made;
-use crate::maps::files::{self, Bits};
-use crate::output;
-use clap::{Args, ValueEnum};
-use glam::{Affine3A, UVec2, Vec2};
+use relief::maps::files::{self, Bits};
+use relief::maps::{Advance, MapError};
+use relief::output;
 use std::num::NonZero;
 use std::path::{Path, PathBuf};
 use systems::assets::shapes;
@@ -30,7 +30,7 @@ pub enum BakedMap {
 }
 
 /// What both tools take.
-#[derive(Args, Clone, Debug)]
+#[derive(Args)]
 pub struct CommonArgs {
     /// Folder for normal.png, height.png, occlusion.png; made if missing, what is there is replaced
     #[arg(short, long, value_name = "DIR")]
@@ -45,7 +45,7 @@ pub struct CommonArgs {
     #[arg(long, value_name = "METRES", value_parser = parse_metres)]
     pub occlusion_distance: Option<f32>,
     /// Bits of the normal map's values [default: 8]
-    #[arg(long, value_enum, value_name = "8|16")]
+    #[arg(long, value_name = "8|16", value_parser = bits())]
     pub bits: Option<Bits>,
     /// Also draw the mesh lit, without and with the maps, 1536x768; needs a graphics adapter
     #[arg(long, value_name = "FILE.png", value_parser = arguments::png())]
@@ -56,8 +56,7 @@ pub struct CommonArgs {
 }
 
 /// `relief map bake`.
-#[derive(Args, Clone, Debug)]
-#[allow(missing_docs)]
+#[derive(Args)]
 pub struct BakeArgs {
     /// The coarse mesh, with UVs (.gltf, .glb)
     #[arg(value_name = "LOW")]
@@ -92,8 +91,7 @@ pub struct BakeArgs {
 }
 
 /// `relief map tile`.
-#[derive(Args, Clone, Debug)]
-#[allow(missing_docs)]
+#[derive(Args)]
 pub struct TileArgs {
     /// The patch (.gltf, .glb), +Y up
     #[arg(value_name = "PATCH")]
@@ -115,7 +113,7 @@ pub struct TileArgs {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Dilate(pub Option<usize>);
 
-pub(in crate::maps) const BAKE_HELP: &str = "\
+pub const BAKE_HELP: &str = "\
 For each texel a ray goes along the coarse mesh's interpolated normal, from --cage above it to as
 far below, to the front of the fine mesh. The normal it meets is written in the coarse mesh's
 tangent space (MikkTSpace, or the tangents it brings), and so are its distance (0.5 at the coarse
@@ -129,7 +127,7 @@ Examples:
   relief map bake low.glb high.glb -o maps --rays 128        a smoother occlusion map
 A material then has: normal_map: \"maps/normal.png\", occlusion_map: \"maps/occlusion.png\", ...";
 
-pub(in crate::maps) const TILE_HELP: &str = "\
+pub const TILE_HELP: &str = "\
 The patch is looked at straight down (-Y) in a square of one period around the middle of its box;
 u runs along +X, v along +Z. What hangs over the border comes in again on the other side, and
 shades there. Heights: black the lowest that is seen, white the highest. Holes are filled.
@@ -138,11 +136,8 @@ Examples:
   relief map tile cobbles.glb -o maps --preview look.png
   relief map tile cobbles.glb -o maps --period 2 --size 1024";
 
-/// Runs `relief map bake`.
-///
-/// # Errors
-/// [`MapError`]; no map is written then, unless the preview alone could not be drawn.
-pub fn bake(args: &BakeArgs, advance: Advance) -> Result<Made, MapError> {
+/// Runs `relief map bake`. Where it fails, no map is written, unless the preview alone could not be drawn.
+pub(super) fn bake(args: &BakeArgs, advance: Advance) -> Result<Made, MapError> {
     let outputs = Outputs::begin(&args.common)?;
     let reach = args.cage.map(Reach::Cage).or(args.max_distance.map(Reach::MaxDistance));
     let options = BakeOptions { reach, dilate: args.dilate.0, ..args.common.options(args.size) };
@@ -153,10 +148,7 @@ pub fn bake(args: &BakeArgs, advance: Advance) -> Result<Made, MapError> {
 }
 
 /// Runs `relief map tile`.
-///
-/// # Errors
-/// As [`bake`].
-pub fn tile(args: &TileArgs, advance: Advance) -> Result<Made, MapError> {
+pub(super) fn tile(args: &TileArgs, advance: Advance) -> Result<Made, MapError> {
     let outputs = Outputs::begin(&args.common)?;
     let options = TileOptions { bake: args.common.options(args.size), period: args.period };
     let patch = Surface::load(&args.patch, &args.node, Role::High)?;
@@ -200,7 +192,7 @@ impl<'a> Outputs<'a> {
     /// Finds out before the work whether all that is to be written can be.
     fn begin(args: &'a CommonArgs) -> Result<Self, MapError> {
         if args.bits.is_some() && !args.wants(BakedMap::Normal) {
-            return Err(MapError::option("--bits", "only the normal map has a choice; expected normal among --maps"));
+            return Err(MapError::option("bits", "only the normal map has a choice; expected normal among --maps"));
         }
         systems::set_threads(args.threads.map(usize::from));
         let outputs = Self { args, made_folder: !args.output.exists() };

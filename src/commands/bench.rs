@@ -1,16 +1,42 @@
-//! The arguments of `relief bench`.
+//! `relief bench`.
 
-use super::yard::{YardMesh, YardPlan, YardView};
-use crate::arguments;
-use crate::renderer::Occlusion;
+use super::arguments::{self, ON_OFF};
+use super::failure::{Failure, say};
+use super::progress;
+use clap::builder::TypedValueParser;
 use clap::{ArgAction, Args};
+use relief::bench::{self, BenchJob, SuiteJob, YardMesh, YardPlan, YardView};
+use relief::frames::LoadOptions;
+use relief::name;
+use relief::renderer::Occlusion;
+use std::io;
 use std::path::PathBuf;
+use std::process::Command;
+use std::time::Instant;
 use systems::assets::Technique;
 use systems::assets::levels::LevelOfDetail;
 use systems::lights::LightPolicy;
 
-/// What to measure.
-#[derive(Args, Clone, Debug)]
+pub const HELP: &str = "\
+The scene: equal objects 3 m apart on a square grid, in 16 materials with base, normal and specular
+maps of their own, under coloured point lights; the same for the same arguments. No shadows; colours
+above 1 are cut. Each frame is drawn until the GPU is idle.
+  frame   from the first change of an object until the GPU is idle
+  engine  the CPU's work on that: simulation, uploads, recording; not the driver's, nor the moving
+  GPU     from handing the commands in until it is idle, and for each pass by its own clock
+
+Examples:
+  relief bench --objects 100000 --size 64x36             the engine's cost of many objects
+  relief bench --objects 100000 --moving 1 --json        all of them moving, as one line of JSON
+  relief bench --view inside --picture yard.png          what it looks like
+  relief bench --scene town.ron --camera \"chase car 7\"   a scene of yours, a step of its clock per frame
+  relief bench --trace frames.json                       open it in chrome://tracing
+  relief bench --suite -o before                         everything, with a report (minutes)
+  relief bench --suite -o after --compare before/results.jsonl
+
+docs/benchmarks.md says what other engines take for the same scenes.";
+
+#[derive(Args)]
 pub struct BenchArgs {
     /// Measure this scene (.ron, .gltf, .glb) rather than a grid: its clock makes a step before every frame
     #[arg(long, value_name = "FILE")]
@@ -47,23 +73,25 @@ pub struct BenchArgs {
     #[arg(long, value_name = "S", value_parser = arguments::whole(1u32..=86_400))]
     pub seconds: Option<u32>,
     /// Where the camera stands
-    #[arg(long, value_enum, default_value = "wide", conflicts_with = "suite")]
+    #[arg(long, default_value = "wide", value_parser = view(), conflicts_with = "suite")]
     pub view: YardView,
     /// Draw every material with this bump technique: off, normal, relief, … (docs/techniques.md)
-    #[arg(long, value_name = "NAME", value_parser = arguments::parse_technique)]
+    #[arg(long, value_name = "NAME", value_parser = arguments::named("technique", &Technique::ALL))]
     pub technique: Option<Technique>,
     /// How objects are lit: three, hard or all; relief render --help tells them apart
-    #[arg(long, value_name = "POLICY", default_value = "three", value_parser = arguments::parse_lights)]
+    #[arg(long, value_name = "POLICY", default_value = "three")]
+    #[arg(value_parser = arguments::named("light policy", &LightPolicy::ALL))]
     pub lights_policy: LightPolicy,
     /// Draw meshes with fewer triangles where they are small: on or off
     #[arg(long, default_value = "on", value_name = "on|off", value_parser = arguments::parse_levels)]
     pub levels: LevelOfDetail,
     /// Leave out objects that others hide: on, off, or auto, where there are many
-    #[arg(long, default_value = "auto", value_name = "auto|on|off", value_parser = arguments::parse_occlusion)]
+    #[arg(long, default_value = "auto", value_name = "auto|on|off")]
+    #[arg(value_parser = arguments::named("choice", &Occlusion::ALL))]
     pub occlusion: Occlusion,
     /// Textures in blocks (BC7), a quarter of the memory, where that does not show; made anew each time
     #[arg(long, value_name = "on|off", default_value = "off", action = ArgAction::Set)]
-    #[arg(value_parser = arguments::parse_on_off)]
+    #[arg(value_parser = arguments::named("choice", &ON_OFF))]
     pub compress: bool,
     /// Samples per pixel: 1, or 4 as elsewhere in Relief
     #[arg(long, default_value = "1", value_name = "1|4", value_parser = parse_samples)]
@@ -71,7 +99,7 @@ pub struct BenchArgs {
     /// Keep colours linear until a pass of its own tone-maps them, as relief render does and several samples, blended
     /// objects or emboss_multipass need; off: else objects are tone-mapped as they are drawn
     #[arg(long, value_name = "on|off", default_value = "off", action = ArgAction::Set)]
-    #[arg(value_parser = arguments::parse_on_off)]
+    #[arg(value_parser = arguments::named("choice", &ON_OFF))]
     pub hdr: bool,
     /// Worker threads [default: one per core]
     #[arg(long, value_name = "N", value_parser = arguments::whole(1u16..=256))]
@@ -104,8 +132,7 @@ pub struct BenchArgs {
 }
 
 impl BenchArgs {
-    /// Objects on the grid.
-    pub fn objects(&self) -> u32 {
+    fn objects(&self) -> u32 {
         self.objects.unwrap_or(match (self.suite, self.quick) {
             (_, true) => 1000,
             (true, _) => 100_000,
@@ -113,41 +140,119 @@ impl BenchArgs {
         })
     }
 
-    /// Lights above it.
-    pub fn lights(&self) -> u32 {
+    fn lights(&self) -> u32 {
         self.lights.unwrap_or(if self.quick { 100 } else { 1000 })
     }
 
-    /// Pixels.
-    pub fn size(&self) -> (u32, u32) {
+    fn size(&self) -> (u32, u32) {
         self.size.unwrap_or(if self.quick { (64, 36) } else { (1280, 720) })
     }
 
-    /// Frames to measure, at the most.
-    pub fn frames(&self) -> u32 {
+    fn frames(&self) -> u32 {
         self.frames.unwrap_or(if self.quick { 5 } else { 120 })
     }
 
-    /// Frames before those, at the most.
-    pub fn warm_up(&self) -> u32 {
+    fn warm_up(&self) -> u32 {
         self.warm_up.unwrap_or(if self.quick { 2 } else { 10 })
     }
 
-    /// Seconds after which measuring stops.
-    pub fn seconds(&self) -> u32 {
+    fn seconds(&self) -> u32 {
         self.seconds.unwrap_or(if self.suite { 10 } else { 40 })
     }
 
-    /// The scene they ask for.
-    pub fn plan(&self) -> YardPlan {
-        YardPlan {
-            objects: self.objects(),
-            lights: self.lights(),
-            moving: self.moving,
-            mesh: self.mesh.clone(),
-            view: self.view,
+    fn job(&self) -> BenchJob {
+        BenchJob {
+            scene: self.scene.clone(),
+            camera: self.camera.clone(),
+            plan: YardPlan {
+                objects: self.objects(),
+                lights: self.lights(),
+                moving: self.moving,
+                mesh: self.mesh.clone(),
+                view: self.view,
+            },
+            size: self.size(),
+            frames: self.frames(),
+            warm_up: self.warm_up(),
+            seconds: self.seconds(),
+            technique: self.technique,
+            lights_policy: self.lights_policy,
+            levels: self.levels,
+            occlusion: self.occlusion,
+            load: LoadOptions { compress: self.compress, watch: Some(progress::of_loading), ..LoadOptions::default() },
+            samples: self.samples,
+            hdr: self.hdr,
+            threads: self.threads.map(usize::from),
+            floor: self.floor,
+            picture: self.picture.clone(),
+            trace: self.trace.clone(),
         }
     }
+}
+
+/// `started` is when the program started.
+pub fn run(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
+    let bar = progress::bar("{bar:40} {pos}/{len}  {msg}  {eta} left");
+    let job = args.job();
+    let said = if let (true, Some(folder)) = (args.suite, &args.output) {
+        let (earlier, quick) = (args.compare.clone(), args.quick);
+        let suite = SuiteJob { most: job, folder: folder.clone(), earlier, quick };
+        let slower = bench::run_suite(&suite, &apart, |done, of, scene| {
+            progress::show(&bar, done as u64, of as u64);
+            bar.set_message(scene.to_owned());
+        })?;
+        slower.iter().for_each(|what| eprintln!("slower: {what}"));
+        folder.join("report.md").display().to_string()
+    } else {
+        let mut figures = bench::run(&job, started, |done, of| progress::show(&bar, done.into(), of.into()))?;
+        figures.bytes_per_object = bench::bytes_per_object(&job, &figures, &apart).unwrap_or_else(|error| {
+            tracing::warn!("memory per object was not measured: {error}");
+            None
+        });
+        if args.json { figures.json() } else { figures.to_string() }
+    };
+    bar.finish_and_clear();
+    Ok(say(said.trim_end())?)
+}
+
+/// This program again, to measure a grid in a process of its own.
+fn apart(job: &BenchJob) -> io::Result<Command> {
+    let mut command = Command::new(std::env::current_exe()?);
+    command.args(["bench", "--json"]);
+    let mut add = |name: &str, value: &str| _ = command.arg(format!("--{name}={value}"));
+    let on_off = |on| name::of(&ON_OFF, on);
+    add("objects", &job.plan.objects.to_string());
+    add("lights", &job.plan.lights.to_string());
+    add("moving", &job.plan.moving.to_string());
+    add("view", name::of(&YardView::ALL, job.plan.view));
+    add("size", &format!("{}x{}", job.size.0, job.size.1));
+    add("mesh", &job.plan.mesh.name());
+    add("frames", &job.frames.to_string());
+    add("warm-up", &job.warm_up.to_string());
+    add("seconds", &job.seconds.to_string());
+    add("samples", &job.samples.to_string());
+    add("levels", on_off(job.levels.enabled));
+    add("compress", on_off(job.load.compress));
+    add("hdr", on_off(job.hdr));
+    add("occlusion", name::of(&Occlusion::ALL, job.occlusion));
+    add("lights-policy", name::of(&LightPolicy::ALL, job.lights_policy));
+    if let Some(technique) = job.technique {
+        add("technique", technique.name());
+    }
+    if let Some(threads) = job.threads {
+        add("threads", &threads.to_string());
+    }
+    if job.floor {
+        command.arg("--floor");
+    }
+    Ok(command)
+}
+
+fn view() -> impl TypedValueParser<Value = YardView> {
+    arguments::choice(&YardView::ALL, |view| match view {
+        YardView::Wide => "Outside and above, the whole grid in view",
+        YardView::Inside => "Between the rows at 2 m, about a sixth of the grid in view",
+    })
 }
 
 fn parse_fraction(text: &str) -> Result<f32, String> {

@@ -4,35 +4,32 @@
 //! only then is the preview drawn, so that a map is not lost to a missing graphics adapter.
 
 mod arguments;
+mod bake;
 
-pub use arguments::{
-    CommonArgs, HeightArgs, HeightsArgs, HorizonArgs, NormalArgs, OffsetArgs, SlopeArgs, SpecularArgs,
-};
-
-use super::bake::command::{self as baking, BAKE_HELP, BakeArgs, TILE_HELP, TileArgs};
-use super::files::{self, Bits, Channel};
-use super::preview::{self, Shape, add_map};
-use super::{
+use super::failure::{Failure, say};
+use super::progress;
+use arguments::{CommonArgs, HeightArgs, HorizonArgs, NormalArgs, OffsetArgs, SpecularArgs};
+use arguments::{HEIGHT_HELP, HORIZON_HELP, NORMAL_HELP, OFFSET_HELP, SPECULAR_HELP};
+use bake::{BAKE_HELP, BakeArgs, TILE_HELP, TileArgs};
+use clap::{Args, Subcommand};
+use glam::{Vec3, Vec4};
+use relief::maps::files::{self, Bits, Channel};
+use relief::maps::preview::{self, Shape, add_map};
+use relief::maps::{
     Advance, MapError, NormalOptions, Raster, SpecularModel, SpecularOptions, height_from_color, horizon_from_height,
     normal_from_height, offset_from_height, specular_from,
 };
-use arguments::{HEIGHT_HELP, HORIZON_HELP, NORMAL_HELP, OFFSET_HELP, SPECULAR_HELP};
-use clap::{Args, Subcommand};
-use glam::{Vec3, Vec4};
 use std::path::{Path, PathBuf};
 use systems::assets::{ImageKind, Library, Material, Shading, Technique};
 
-/// Which map to make.
-#[derive(Args, Clone, Debug)]
+#[derive(Args)]
 #[command(arg_required_else_help = true)]
 pub struct MapArgs {
-    /// The tool.
     #[command(subcommand)]
     pub tool: MapTool,
 }
 
-/// The map tools.
-#[derive(Subcommand, Clone, Debug)]
+#[derive(Subcommand)]
 pub enum MapTool {
     /// Height map to tangent-space normal map
     #[command(after_help = NORMAL_HELP)]
@@ -58,12 +55,11 @@ pub enum MapTool {
 }
 
 /// What a tool did.
-#[derive(Clone, Debug, Default)]
-pub struct Made {
+struct Made {
     /// The files, in the order of writing.
-    pub written: Vec<PathBuf>,
+    written: Vec<PathBuf>,
     /// What there is to know of it; ends with a line, if there is anything.
-    pub report: String,
+    report: String,
 }
 
 impl From<Vec<PathBuf>> for Made {
@@ -72,19 +68,24 @@ impl From<Vec<PathBuf>> for Made {
     }
 }
 
-/// Makes a map.
-///
-/// # Errors
-/// [`MapError`]. No map is half-written; where only the preview could not be drawn, the map is there.
-pub fn run(args: &MapArgs, advance: Advance) -> Result<Made, MapError> {
+pub fn run(args: &MapArgs) -> Result<(), Failure> {
+    let bar = progress::bar("{bar:40} {percent} %  {eta} left");
+    let made = make(args, &|done, of| progress::show(&bar, done as u64, of as u64))?;
+    bar.finish_and_clear();
+    made.report.lines().try_for_each(say)?;
+    Ok(made.written.iter().try_for_each(|path| say(&path.display().to_string()))?)
+}
+
+/// Makes a map. None is half-written; where only the preview could not be drawn, the map is there.
+fn make(args: &MapArgs, advance: Advance) -> Result<Made, MapError> {
     let written = match &args.tool {
         MapTool::Normal(args) => normal(args, advance),
         MapTool::Height(args) => height(args, advance),
         MapTool::Horizon(args) => horizon(args, advance),
         MapTool::Offset(args) => offset(args, advance),
         MapTool::Specular(args) => specular(args, advance),
-        MapTool::Bake(args) => return baking::bake(args, advance),
-        MapTool::Tile(args) => return baking::tile(args, advance),
+        MapTool::Bake(args) => return bake::bake(args, advance),
+        MapTool::Tile(args) => return bake::tile(args, advance),
     };
     written.map(Made::from)
 }

@@ -1,24 +1,18 @@
 //! Values that several subcommands read from the command line.
 
-use crate::name;
-use crate::renderer::Occlusion;
-use clap::builder::{PathBufValueParser, TypedValueParser};
+use clap::builder::{PathBufValueParser, PossibleValue, PossibleValuesParser, TypedValueParser};
+use relief::name;
 use std::fmt::Display;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::str::FromStr;
-use systems::assets::Technique;
 use systems::assets::levels::LevelOfDetail;
 use systems::ecs::clock::SPEEDS;
-use systems::lights::LightPolicy;
 
 /// Frame numbers stay below this.
 pub const MOST_FRAMES: u64 = 1_000_000_000;
 
 /// A picture's size, like 1280x720.
-///
-/// # Errors
-/// What was expected.
 pub fn parse_size(text: &str) -> Result<(u32, u32), String> {
     let parse = |side: &str| side.parse::<u32>().ok().filter(|side| (1..=16384).contains(side));
     let sides = text.split_once(['x', 'X', '×']).and_then(|(w, h)| Some((parse(w)?, parse(h)?)));
@@ -58,50 +52,33 @@ pub fn png() -> impl TypedValueParser<Value = PathBuf> {
     })
 }
 
-/// A light policy by name.
-///
-/// # Errors
-/// Names what there is.
-pub fn parse_lights(text: &str) -> Result<LightPolicy, String> {
-    name::find("light policy", &LightPolicy::ALL, text)
+/// Takes one of the names of a list; an unknown one is answered with the nearest.
+pub fn named<T: Copy + Send + Sync + 'static>(
+    what: &'static str,
+    all: &'static [(&'static str, T)],
+) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static {
+    move |text: &str| name::find(what, all, text)
 }
 
-/// A bump technique by name.
-///
-/// # Errors
-/// Names what there is.
-pub fn parse_technique(text: &str) -> Result<Technique, String> {
-    name::find("technique", &Technique::ALL, text)
+/// Takes one of the names of a list, all of which the help explains.
+pub fn choice<T: Copy + Send + Sync + 'static>(
+    all: &'static [(&'static str, T)],
+    help: fn(T) -> &'static str,
+) -> impl TypedValueParser<Value = T> {
+    let values = all.iter().map(|&(name, value)| PossibleValue::new(name).help(help(value)));
+    PossibleValuesParser::new(values).try_map(|text| name::find("choice", all, &text))
 }
+
+/// `on` and `off`.
+pub const ON_OFF: [(&str, bool); 2] = [("on", true), ("off", false)];
 
 /// Levels of detail: `on` or `off`.
-///
-/// # Errors
-/// Names the choices.
 pub fn parse_levels(text: &str) -> Result<LevelOfDetail, String> {
-    name::find("choice", &[("on", LevelOfDetail::default()), ("off", LevelOfDetail::OFF)], text)
-}
-
-/// `on` or `off`.
-///
-/// # Errors
-/// Names the choices.
-pub fn parse_on_off(text: &str) -> Result<bool, String> {
-    name::find("choice", &[("on", true), ("off", false)], text)
-}
-
-/// Occlusion culling: `auto`, `on` or `off`.
-///
-/// # Errors
-/// Names the choices.
-pub fn parse_occlusion(text: &str) -> Result<Occlusion, String> {
-    name::find("choice", &Occlusion::ALL, text)
+    let on = name::find("choice", &ON_OFF, text)?;
+    Ok(if on { LevelOfDetail::default() } else { LevelOfDetail::OFF })
 }
 
 /// Simulated seconds per real second.
-///
-/// # Errors
-/// What was expected.
 pub fn parse_speed(text: &str) -> Result<f64, String> {
     let (slowest, fastest) = (SPEEDS.start(), SPEEDS.end());
     let speed = text.parse().ok().filter(|speed| SPEEDS.contains(speed));

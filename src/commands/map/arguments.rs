@@ -1,16 +1,17 @@
 //! What each map tool takes, and its help.
 
-use crate::arguments;
-use crate::maps::files::{self, Bits, Channel};
-use crate::maps::{
+use crate::commands::arguments::{self, choice};
+use clap::Args;
+use clap::builder::TypedValueParser;
+use relief::maps::files::{self, Bits, Channel};
+use relief::maps::{
     Edges, Filter, HeightOptions, HorizonOptions, MapError, NormalOptions, Polish, Relief, SpecularModel,
 };
-use crate::output;
-use clap::Args;
+use relief::output;
 use std::path::{Path, PathBuf};
 
 /// What every tool takes.
-#[derive(Args, Clone, Debug)]
+#[derive(Args)]
 pub struct CommonArgs {
     /// The map to write: .png, or .exr for 32-bit floats; what is there is replaced
     #[arg(short, long, value_name = "FILE")]
@@ -26,9 +27,6 @@ pub struct CommonArgs {
 impl CommonArgs {
     /// Before the work: sets the threads, and finds out whether all that is to be written can be, `maps` of so many
     /// `bits`, if that was said, and the preview, and is none of `inputs`.
-    ///
-    /// # Errors
-    /// [`MapError::Refused`], [`MapError::Option`], [`MapError::Output`].
     pub fn begin(&self, inputs: &[&Path], maps: &[&Path], bits: Option<Bits>) -> Result<(), MapError> {
         systems::set_threads(self.threads.map(usize::from));
         maps.iter().try_for_each(|path| files::check_output(path, bits))?;
@@ -46,18 +44,18 @@ impl CommonArgs {
 }
 
 /// How heights are read and understood.
-#[derive(Args, Clone, Debug)]
+#[derive(Args)]
 pub struct HeightsArgs {
     /// Height map: 0 deepest, 1 highest; grey of 8 or 16 bits, or floats (.exr)
     pub height: PathBuf,
     /// Which channel of a colour image holds the heights
-    #[arg(long, value_enum, value_name = "CHANNEL")]
+    #[arg(long, value_name = "CHANNEL", value_parser = channel())]
     pub channel: Option<Channel>,
     /// Depth from black to white in widths of the image, as a material's height_scale_uv; texels are square
     #[arg(long, value_name = "S", default_value_t = 0.02, value_parser = parse_factor)]
     pub height_scale: f32,
     /// Beyond the edges
-    #[arg(long, value_enum, default_value_t, value_name = "EDGES")]
+    #[arg(long, default_value = "wrap", value_name = "EDGES", value_parser = edges())]
     pub edges: Edges,
     /// Dents for bumps: for maps in which white is deep
     #[arg(long)]
@@ -72,10 +70,10 @@ impl HeightsArgs {
 }
 
 /// How slopes are taken from heights.
-#[derive(Args, Clone, Debug)]
+#[derive(Args)]
 pub struct SlopeArgs {
     /// How differences of neighbouring heights are taken
-    #[arg(long, value_enum, default_value_t, value_name = "FILTER")]
+    #[arg(long, default_value = "sobel", value_name = "FILTER", value_parser = filter())]
     pub filter: Filter,
     /// Times every slope: 1, as the heights say; 2, twice as steep
     #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = parse_factor)]
@@ -94,8 +92,7 @@ impl SlopeArgs {
 }
 
 /// `relief map normal`.
-#[derive(Args, Clone, Debug)]
-#[allow(missing_docs)]
+#[derive(Args)]
 pub struct NormalArgs {
     #[command(flatten)]
     pub heights: HeightsArgs,
@@ -104,7 +101,7 @@ pub struct NormalArgs {
     #[command(flatten)]
     pub slopes: SlopeArgs,
     /// Bits of a PNG's values [default: 8]
-    #[arg(long, value_enum, value_name = "8|16")]
+    #[arg(long, value_name = "8|16", value_parser = bits())]
     pub bits: Option<Bits>,
 }
 
@@ -122,8 +119,7 @@ Examples:
 docs/maps.md has all map tools, with formulas and limits.";
 
 /// `relief map height`.
-#[derive(Args, Clone, Debug)]
-#[allow(missing_docs)]
+#[derive(Args)]
 pub struct HeightArgs {
     /// Colour image; integers are sRGB, floats (.exr) linear
     pub color: PathBuf,
@@ -145,10 +141,10 @@ pub struct HeightArgs {
     #[arg(long)]
     pub invert: bool,
     /// Beyond the edges
-    #[arg(long, value_enum, default_value_t, value_name = "EDGES")]
+    #[arg(long, default_value = "wrap", value_name = "EDGES", value_parser = edges())]
     pub edges: Edges,
     /// Bits of a PNG's values; 8 leave steps that show in normals [default: 16]
-    #[arg(long, value_enum, value_name = "8|16")]
+    #[arg(long, value_name = "8|16", value_parser = bits())]
     pub bits: Option<Bits>,
 }
 
@@ -172,8 +168,7 @@ Examples:
   relief map normal brick_height.png -o brick_normal.png       and go on from there";
 
 /// `relief map horizon`.
-#[derive(Args, Clone, Debug)]
-#[allow(missing_docs)]
+#[derive(Args)]
 pub struct HorizonArgs {
     #[command(flatten)]
     pub heights: HeightsArgs,
@@ -183,7 +178,7 @@ pub struct HorizonArgs {
     #[arg(long, value_name = "TEXELS", value_parser = arguments::whole(1..=u32::MAX))]
     pub max_distance: Option<u32>,
     /// Bits of a PNG's values [default: 8]
-    #[arg(long, value_enum, value_name = "8|16")]
+    #[arg(long, value_name = "8|16", value_parser = bits())]
     pub bits: Option<Bits>,
 }
 
@@ -208,8 +203,7 @@ A material then has: height_scale_uv: 0.05, horizon_map_0: \"rock_horizon_0.png\
 horizon_map_1: \"rock_horizon_1.png\"";
 
 /// `relief map offset`.
-#[derive(Args, Clone, Debug)]
-#[allow(missing_docs)]
+#[derive(Args)]
 pub struct OffsetArgs {
     #[command(flatten)]
     pub heights: HeightsArgs,
@@ -229,20 +223,19 @@ Examples:
 A material then has: technique: perturbed_uv, offset_map: \"ripples_offset.png\"";
 
 /// `relief map specular`.
-#[derive(Args, Clone, Debug)]
-#[allow(missing_docs)]
+#[derive(Args)]
 pub struct SpecularArgs {
     /// Gloss or roughness map, grey
     #[arg(value_name = "MAP")]
     pub polish: PathBuf,
     /// Which channel of a colour image holds it; glTF keeps roughness in green
-    #[arg(long, value_enum, value_name = "CHANNEL")]
+    #[arg(long, value_name = "CHANNEL", value_parser = channel())]
     pub channel: Option<Channel>,
     /// What the map holds
-    #[arg(long, value_enum, value_name = "WHAT")]
+    #[arg(long, value_name = "WHAT", value_parser = polish())]
     pub from: Polish,
     /// The lighting model that the map is for
-    #[arg(long, value_enum, default_value_t, value_name = "MODEL")]
+    #[arg(long, default_value = "phong", value_name = "MODEL", value_parser = model())]
     pub shading: SpecularModel,
     /// Reflectance at normal incidence of what is no metal
     #[arg(long, value_name = "F0", default_value_t = 0.04, value_parser = parse_share)]
@@ -256,7 +249,7 @@ pub struct SpecularArgs {
     #[command(flatten)]
     pub common: CommonArgs,
     /// Bits of a PNG's values [default: 8]
-    #[arg(long, value_enum, value_name = "8|16")]
+    #[arg(long, value_name = "8|16", value_parser = bits())]
     pub bits: Option<Bits>,
 }
 
@@ -269,6 +262,52 @@ Examples:
   relief map specular sword_gloss.png -o sword_specular.png --from gloss --preview look.png
   relief map specular orm.png -o s.png --from roughness --channel g --base color.png --metallic orm.png
 A Phong material then has: specular_map: \"sword_specular.png\", specular_factor: (1, 1, 1)";
+
+fn channel() -> impl TypedValueParser<Value = Channel> {
+    choice(&Channel::ALL, |channel| match channel {
+        Channel::R => "Red",
+        Channel::G => "Green",
+        Channel::B => "Blue",
+        Channel::A => "Alpha; 1 in an image that has none",
+        Channel::Luminance => "0.2126 r + 0.7152 g + 0.0722 b of the values as stored",
+    })
+}
+
+pub(super) fn bits() -> impl TypedValueParser<Value = Bits> {
+    choice(&Bits::ALL, |bits| match bits {
+        Bits::Eight => "8 bits",
+        Bits::Sixteen => "16 bits",
+    })
+}
+
+fn edges() -> impl TypedValueParser<Value = Edges> {
+    choice(&Edges::ALL, |edges| match edges {
+        Edges::Wrap => "The map again: it is a tile",
+        Edges::Clamp => "The edge's texel",
+    })
+}
+
+fn filter() -> impl TypedValueParser<Value = Filter> {
+    choice(&Filter::ALL, |filter| match filter {
+        Filter::Sobel => "Three rows weighted 1 2 1: the usual choice",
+        Filter::Scharr => "Three rows weighted 3 10 3: slopes turn with the image more exactly",
+        Filter::Central => "The two neighbours alone: sharpest, and shows the steps of 8-bit heights",
+    })
+}
+
+fn polish() -> impl TypedValueParser<Value = Polish> {
+    choice(&Polish::ALL, |polish| match polish {
+        Polish::Gloss => "1 is polished",
+        Polish::Roughness => "1 is dull",
+    })
+}
+
+fn model() -> impl TypedValueParser<Value = SpecularModel> {
+    choice(&SpecularModel::ALL, |model| match model {
+        SpecularModel::Phong => "Phong and Blinn: rgb is the highlight's peak",
+        SpecularModel::SpecularGlossiness => "Specular-glossiness: rgb is F0",
+    })
+}
 
 /// A scale or strength.
 fn parse_factor(text: &str) -> Result<f32, String> {

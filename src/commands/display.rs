@@ -14,20 +14,20 @@ const NO_LAYER: &str = "NODEVICE_SELECT";
 
 /// Whether there may be a display to show a window on.
 #[cfg(all(unix, not(target_vendor = "apple")))]
-pub fn may_have_display() -> bool {
+pub fn may_exist() -> bool {
     DISPLAYS.iter().any(|name| std::env::var_os(name).is_some_and(|value| !value.is_empty()))
 }
 
 /// Elsewhere displays have no names in the environment.
 #[cfg(not(all(unix, not(target_vendor = "apple"))))]
-pub fn may_have_display() -> bool {
+pub fn may_exist() -> bool {
     true
 }
 
 /// Takes the program's place with one that knows of no display, unless it knows of none as it is. Where that fails,
 /// goes on.
 #[cfg(all(unix, not(target_vendor = "apple")))]
-pub fn forget_display() {
+pub fn forget() {
     use std::os::unix::process::CommandExt;
     let is_set = |name: &&str| std::env::var_os(name).is_some();
     // Where the layer is told to choose a device it is kept: it asks no display then.
@@ -48,4 +48,4 @@ pub fn forget_display() {
 
 /// Nothing to forget.
 #[cfg(not(all(unix, not(target_vendor = "apple"))))]
-pub fn forget_display() {}
+pub fn forget() {}

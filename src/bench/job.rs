@@ -1,0 +1,63 @@
+//! What to measure.
+
+use super::yard::YardPlan;
+use crate::frames::LoadOptions;
+use crate::renderer::Occlusion;
+use std::path::PathBuf;
+use systems::assets::Technique;
+use systems::assets::levels::LevelOfDetail;
+use systems::lights::LightPolicy;
+
+/// One scene to measure, and how.
+#[derive(Clone, Debug)]
+pub struct BenchJob {
+    /// A scene file or model, whose clock makes a step before every frame; `None`: the grid of [`Self::plan`].
+    pub scene: Option<PathBuf>,
+    /// The scene's camera by name, or `chase NAME`, `driver NAME` of a vehicle; `None`: its first.
+    pub camera: Option<String>,
+    /// The grid.
+    pub plan: YardPlan,
+    /// Pixels.
+    pub size: (u32, u32),
+    /// Frames to measure, at the most.
+    pub frames: u32,
+    /// Frames before those, which are not measured.
+    pub warm_up: u32,
+    /// Seconds after which measuring stops, once there are 5 frames; warming up ends after a quarter of that.
+    pub seconds: u32,
+    /// Draws every material with this technique.
+    pub technique: Option<Technique>,
+    /// How lights are chosen.
+    pub lights_policy: LightPolicy,
+    /// How coarse distant meshes may be.
+    pub levels: LevelOfDetail,
+    /// Whether objects that others hide are left out.
+    pub occlusion: Occlusion,
+    /// How the scene is loaded; never from the cache. A grid's textures are put into blocks by the same choice.
+    pub load: LoadOptions,
+    /// Samples per pixel, 1 or 4.
+    pub samples: u32,
+    /// [`Settings::hdr`](crate::renderer::Settings::hdr).
+    pub hdr: bool,
+    /// Worker threads; `None`: one per core.
+    pub threads: Option<usize>,
+    /// Whether all objects in view are also drawn with the plainest shader.
+    pub floor: bool,
+    /// A file for the last frame.
+    pub picture: Option<PathBuf>,
+    /// A file for the measured frames on a time line.
+    pub trace: Option<PathBuf>,
+}
+
+/// Many grids to measure, each in a process of its own.
+#[derive(Clone, Debug)]
+pub struct SuiteJob {
+    /// How to measure; its grid is the largest.
+    pub most: BenchJob,
+    /// Where results, report and plots go; made if missing.
+    pub folder: PathBuf,
+    /// The results of an earlier suite, to compare with.
+    pub earlier: Option<PathBuf>,
+    /// Few scenes, to see that it works.
+    pub quick: bool,
+}

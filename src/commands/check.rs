@@ -1,0 +1,26 @@
+//! `relief check`.
+
+use super::failure::{Failure, say};
+use clap::Args;
+use relief::check;
+use std::path::PathBuf;
+
+#[derive(Args)]
+pub struct CheckArgs {
+    /// Scenes (.ron), models (.gltf, .glb), images
+    #[arg(required = true, value_name = "FILE")]
+    pub files: Vec<PathBuf>,
+}
+
+pub fn run(args: &CheckArgs) -> Result<(), Failure> {
+    let mut errors = 0;
+    for file in &args.files {
+        let problems = check::check(file);
+        errors += problems.iter().filter(|problem| problem.is_error()).count();
+        problems.iter().try_for_each(|problem| say(&problem.to_string()))?;
+        if problems.is_empty() {
+            say(&format!("{}: ok", file.display()))?;
+        }
+    }
+    if errors == 0 { Ok(()) } else { Err(Failure::said()) }
+}

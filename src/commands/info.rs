@@ -1,0 +1,8 @@
+//! `relief info`.
+
+use super::failure::{Failure, say};
+use relief::renderer::Gpu;
+
+pub fn run() -> Result<(), Failure> {
+    Ok(say(Gpu::headless()?.describe().trim_end())?)
+}

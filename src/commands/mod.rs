@@ -1,0 +1,155 @@
+//! The commands: what each takes from the command line, its help, and what it does with the library.
+//!
+//! ```text
+//! run, render, replay, lights, gallery, compare, bench, map, check, info    a command each
+//! window     what `run` and `replay` show
+//! view       what several commands take;  arguments: how their values are read
+//! progress   bars on a terminal
+//! failure    messages and exit codes
+//! display    a command without a window asks no display for anything
+//! ```
+
+mod arguments;
+mod bench;
+mod check;
+mod compare;
+pub mod display;
+mod failure;
+mod gallery;
+mod info;
+mod lights;
+mod map;
+mod progress;
+mod render;
+mod replay;
+mod run;
+mod view;
+mod window;
+
+use bench::BenchArgs;
+use check::CheckArgs;
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use compare::CompareArgs;
+use failure::Failure;
+use gallery::GalleryArgs;
+use lights::LightsArgs;
+use map::MapArgs;
+use render::RenderArgs;
+use replay::ReplayArgs;
+use run::RunArgs;
+use std::time::Instant;
+
+/// A simulation renderer for scenes of many bump-mapped objects, each lit by its three most relevant lights.
+///
+/// Without a subcommand: `relief run`.
+#[derive(Parser)]
+#[command(version, args_conflicts_with_subcommands = true, after_help = EXAMPLES)]
+pub struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    run: RunArgs,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  relief                                          the demo, in a window
+  relief model.glb                                a model, with its own lights and cameras
+  relief render scene.ron -o frames --frames 60   frames/color_00000.png … color_00059.png
+  relief run scene.ron --record drive.rec         and relief replay drive.rec: the same run again
+  relief lights scene.ron -o out                  how far three lights per object are from all lights
+  relief gallery -o out                           every bump technique on four shapes
+  relief compare -o out                           how far each of them is from real geometry
+  relief bench --objects 100000                   what many objects cost
+  relief map normal height.png -o normal.png      a normal map from a height map
+  relief check scene.ron model.glb                everything that is wrong with the files
+
+Exit codes: 0 done, 2 bad input or usage, 3 no usable graphics adapter, 1 anything else.";
+
+impl Cli {
+    /// What the command line says; where it says nothing sensible, ends the program.
+    pub fn read() -> Self {
+        let matches = with_negative_numbers(Self::command()).get_matches();
+        Self::from_arg_matches(&matches).unwrap_or_else(|error| error.exit())
+    }
+
+    /// The command to run.
+    pub fn chosen(self) -> Command {
+        self.command.unwrap_or(Command::Run(self.run))
+    }
+}
+
+/// Has a command and those below it take -1 for a value, so that it is refused for what it is, not for an unknown
+/// option.
+fn with_negative_numbers(command: clap::Command) -> clap::Command {
+    let names: Vec<String> = command.get_subcommands().map(|below| below.get_name().to_owned()).collect();
+    let command = command.allow_negative_numbers(true);
+    names.iter().fold(command, |command, name| command.mut_subcommand(name, with_negative_numbers))
+}
+
+#[derive(Subcommand)]
+pub enum Command {
+    /// Show a scene in a window; without a display, render pictures instead
+    Run(RunArgs),
+    /// Render frames to PNG files, without a window
+    Render(RenderArgs),
+    /// Show a recorded run again, in a window or as pictures
+    #[command(after_help = replay::HELP)]
+    Replay(ReplayArgs),
+    /// Say how far a frame lit by three lights per object is from one lit by all, in figures and pictures
+    #[command(after_help = lights::HELP)]
+    Lights(LightsArgs),
+    /// Draw a scene once for each shape of its figures, and all on one sheet: every bump technique, if no scene is
+    /// named
+    #[command(after_help = gallery::HELP)]
+    Gallery(GalleryArgs),
+    /// Say how far each bump technique is from real geometry, and what it costs, in figures and pictures
+    #[command(after_help = compare::HELP)]
+    Compare(CompareArgs),
+    /// Measure a grid of many bump-mapped objects under many lights, or any scene
+    #[command(after_help = bench::HELP)]
+    Bench(BenchArgs),
+    /// Make normal, height, horizon and other maps from images
+    Map(MapArgs),
+    /// Say everything that is wrong with scenes, models and images; exit code 2 if anything is
+    Check(CheckArgs),
+    /// Print the graphics adapter, its driver and limits
+    Info,
+}
+
+impl Command {
+    /// Whether it shows a window where there is a display.
+    pub fn shows_window(&self) -> bool {
+        match self {
+            Self::Run(_) => true,
+            Self::Replay(args) => args.output.is_none() && !args.check,
+            _ => false,
+        }
+    }
+
+    /// Does it; `started` is when the program started.
+    pub fn run(self, started: Instant) -> Result<(), Failure> {
+        match self {
+            Self::Run(args) => run::run(&args),
+            Self::Render(args) => render::run(&args),
+            Self::Replay(args) => replay::run(&args),
+            Self::Lights(args) => lights::run(&args),
+            Self::Gallery(args) => gallery::run(&args),
+            Self::Compare(args) => compare::run(&args),
+            Self::Bench(args) => bench::run(&args, started),
+            Self::Map(args) => map::run(&args),
+            Self::Check(args) => check::run(&args),
+            Self::Info => info::run(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+}

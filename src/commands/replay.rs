@@ -1,0 +1,97 @@
+//! `relief replay`.
+
+use super::arguments::{self, MOST_FRAMES};
+use super::failure::{Failure, say};
+use super::progress;
+use super::render::render;
+use super::view::{PictureArgs, ViewArgs, parse_frames};
+use super::window::{WindowJob, show};
+use clap::Args;
+use relief::frames::{self, FrameJob, Frames};
+use relief::recording::{self, Recording, RunFiles};
+use std::path::{Path, PathBuf};
+use systems::ecs::clock::Clock;
+
+pub const HELP: &str = "\
+Examples:
+  relief replay drive.rec                               in a window
+  relief replay drive.rec --from 3600                   from step 3600 on
+  relief replay drive.rec -o frames --frames 600..660   ten seconds in, a second of pictures
+  relief replay drive.rec --check                       no pictures: does every step come out as recorded?
+
+docs/simulation.md says what a recording holds.";
+
+#[derive(Args)]
+pub struct ReplayArgs {
+    /// A recording, by relief run --record or relief render --record
+    pub recording: PathBuf,
+    /// Folder for pictures, made if missing; without it, a window
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
+    /// Which frames [default: all]
+    #[arg(long, value_name = "N | A..B", value_parser = parse_frames, requires = "output")]
+    pub frames: Option<Frames>,
+    #[command(flatten)]
+    pub pictures: PictureArgs,
+    /// Take the steps without drawing anything, and compare them with what was recorded
+    #[arg(long, conflicts_with = "output")]
+    pub check: bool,
+    /// The step that the window, or the check, begins after [default: the first]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = arguments::whole(0..=MOST_FRAMES))]
+    #[arg(conflicts_with = "output")]
+    pub from: u64,
+    /// The scene, if it is no longer where it was
+    #[arg(long, value_name = "FILE")]
+    pub scene: Option<PathBuf>,
+    /// Write a line for each step: its number and a hash of the whole state after it
+    #[arg(long, value_name = "FILE")]
+    pub hash: Option<PathBuf>,
+    /// Start with the clock stopped
+    #[arg(long)]
+    pub paused: bool,
+    /// Start with the panel hidden (Tab shows it)
+    #[arg(long)]
+    pub no_panel: bool,
+    #[command(flatten)]
+    pub view: ViewArgs,
+}
+
+pub fn run(args: &ReplayArgs) -> Result<(), Failure> {
+    let scene = match &args.scene {
+        Some(scene) => scene.clone(),
+        None => recording::scene_of(&args.recording)?,
+    };
+    let (hash, recording) = (args.hash.clone(), args.recording.clone());
+    let files = RunFiles { hash, replay: Some(recording), ..RunFiles::default() };
+    if let Some(folder) = &args.output {
+        args.view.set_threads();
+        let frames = args.frames.clone().unwrap_or(Frames::All);
+        return render(&FrameJob { frames, run: files, ..args.pictures.job(&scene, folder, &args.view) });
+    }
+    if args.check {
+        return check_steps(&scene, &files, args);
+    }
+    let (pictures, paused, panel) = (args.pictures.clone(), args.paused, !args.no_panel);
+    show(&WindowJob { scene, files, from: args.from, speed: None, paused, panel, pictures }, &args.view)
+}
+
+/// Takes the steps of a recording, which compares them, and draws nothing.
+fn check_steps(scene: &Path, files: &RunFiles, args: &ReplayArgs) -> Result<(), Failure> {
+    args.view.set_threads();
+    let mut stage = frames::load_stage(scene, None, &args.view.load())?;
+    let mut stepper = frames::begin_run(&mut stage, scene, files, args.from)?;
+    if let Some((_, last)) = stepper.recording().map(Recording::steps).filter(|&(_, last)| args.from >= last) {
+        let from = args.from;
+        let message = format!("--from {from}: there are no steps after it, the recording ends with step {last}");
+        return Err(Failure::bad_input(message));
+    }
+    let begun = stage.simulation.world.resource::<Clock>().step;
+    let bar = progress::bar("{bar:40} step {pos}/{len}  {per_sec}  {eta} left");
+    while !stepper.is_at_end(&stage.simulation) {
+        stepper.step(&mut stage.simulation)?;
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    let step = stage.simulation.world.resource::<Clock>().step;
+    Ok(say(&format!("{}: steps {begun} to {step} come out as recorded", args.recording.display()))?)
+}

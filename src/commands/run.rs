@@ -1,0 +1,42 @@
+//! `relief run`, which `relief` alone means, too.
+
+use super::arguments;
+use super::failure::Failure;
+use super::view::{FileArgs, PictureArgs, ViewArgs};
+use super::window::{WindowJob, show};
+use clap::Args;
+use relief::demo;
+use relief::frames::OutputKind;
+use std::path::PathBuf;
+
+#[derive(Args)]
+pub struct RunArgs {
+    /// Scene (.ron) or model (.gltf, .glb); the demo scene if left out
+    pub scene: Option<PathBuf>,
+    #[command(flatten)]
+    pub view: ViewArgs,
+    #[command(flatten)]
+    pub files: FileArgs,
+    /// Simulated seconds per real second, 0.1 to 100 [default: the scene's]
+    #[arg(long, value_name = "X", value_parser = arguments::parse_speed)]
+    pub speed: Option<f64>,
+    /// Start with the clock stopped
+    #[arg(long)]
+    pub paused: bool,
+    /// Start with the panel hidden (Tab shows it)
+    #[arg(long)]
+    pub no_panel: bool,
+}
+
+pub fn run(args: &RunArgs) -> Result<(), Failure> {
+    let window = WindowJob {
+        scene: args.scene.clone().unwrap_or_else(demo::scene_path),
+        files: args.files.run_files(),
+        from: 0,
+        speed: args.speed,
+        paused: args.paused,
+        panel: !args.no_panel,
+        pictures: PictureArgs { outputs: vec![OutputKind::Color], resume: false, video: None, realtime: false },
+    };
+    show(&window, &args.view)
+}

@@ -1,0 +1,67 @@
+//! The window of `relief run` and `relief replay`.
+
+use super::failure::Failure;
+use super::render::render;
+use super::view::{PictureArgs, ViewArgs};
+use relief::app::{self, AppError};
+use relief::frames::{self, FrameError, FrameJob, Frames};
+use relief::recording::RunFiles;
+use std::path::{Path, PathBuf};
+use systems::ecs::clock::Clock;
+
+/// What is shown in a window.
+pub struct WindowJob {
+    pub scene: PathBuf,
+    pub files: RunFiles,
+    /// The step that a replay begins after.
+    pub from: u64,
+    pub speed: Option<f64>,
+    pub paused: bool,
+    pub panel: bool,
+    /// What is made where there is no display.
+    pub pictures: PictureArgs,
+}
+
+/// Shows it; without a display, renders a picture.
+pub fn show(job: &WindowJob, view: &ViewArgs) -> Result<(), Failure> {
+    view.set_threads();
+    let mut stage = frames::load_stage(&job.scene, view.camera.as_deref(), &view.load())?;
+    let mut stepper = frames::begin_run(&mut stage, &job.scene, &job.files, job.from)?;
+    while stepper.is_replay() && stage.simulation.world.resource::<Clock>().step < job.from {
+        if stepper.is_at_end(&stage.simulation) {
+            break;
+        }
+        stepper.step(&mut stage.simulation)?;
+    }
+    stage.simulation.world.insert_resource(view.lights);
+    if let Some(speed) = job.speed {
+        stage.simulation.world.resource_mut::<Clock>().speed = speed;
+    }
+    let options = app::Options {
+        simulation: stage.simulation,
+        scene: job.scene.clone(),
+        load: view.load(),
+        stepper,
+        title: stage.scene.name,
+        cameras: stage.scene.cameras,
+        viewpoint: stage.viewpoint,
+        size: view.size,
+        settings: view.settings(),
+        paused: job.paused,
+        panel: job.panel,
+    };
+    match app::run(options) {
+        Ok(()) => Ok(()),
+        Err(AppError::NoDisplay(reason)) => {
+            eprintln!("no window: {reason}\nrendering a picture instead");
+            let folder = Path::new("relief-frames");
+            let frames =
+                if job.files.replay.is_some() { Frames::Range(job.from..job.from + 1) } else { Frames::First(1) };
+            let pictures = job.pictures.job(&job.scene, folder, view);
+            render(&FrameJob { frames, run: job.files.clone(), ..pictures })
+        }
+        Err(AppError::Gpu(error)) => Err(error.into()),
+        Err(AppError::Render(error)) => Err(FrameError::from(error).into()),
+        Err(AppError::Texels(error)) => Err(error.into()),
+    }
+}

@@ -1,0 +1,111 @@
+//! What of a frame is written, and in which form.
+
+use crate::name;
+use crate::renderer::SingleView;
+use bevy_ecs::prelude::*;
+use glam::DVec3;
+use image::buffer::ConvertBuffer;
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
+use std::path::Path;
+use systems::assets::MeshId;
+use systems::draw::View;
+use systems::draw::pieces::{PieceOf, WholeMesh};
+use systems::space::origin::Origin;
+
+/// A kind of picture that is written for each frame.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub enum OutputKind {
+    /// The tone-mapped picture, 8-bit sRGB.
+    Color,
+    /// Distance along the viewing direction: 16-bit grey, 1/256 m per step, 0 where there is nothing or it is farther
+    /// than 255.99 m (the convention of the KITTI data set).
+    Depth,
+    /// World-space shading normal, 8 bits: 0.5 + 0.5·n.
+    Normal,
+    /// Entity ids as 24-bit colour (red lowest byte), 0 for nothing; `ids.json` names them.
+    Id,
+}
+
+impl OutputKind {
+    /// All kinds with their names, with which the names of their files begin.
+    pub const ALL: [(&'static str, Self); 4] =
+        [("color", Self::Color), ("depth", Self::Depth), ("normal", Self::Normal), ("id", Self::Id)];
+
+    pub(super) fn name(self) -> &'static str {
+        name::of(&Self::ALL, self)
+    }
+}
+
+/// Whether a whole picture of that size is there: one that was cut short, by others than this program, lacks its end.
+pub(super) fn is_written(path: &Path, size: (u32, u32)) -> bool {
+    // The last chunk of a PNG file: no data, its name, and the checksum of that (PNG specification, 11.2.5).
+    const END: [u8; 12] = *b"\0\0\0\0IEND\xAE\x42\x60\x82";
+    let mut end = [0; END.len()];
+    let read_end = |mut file: File| {
+        file.seek(SeekFrom::End(-(END.len() as i64)))?;
+        file.read_exact(&mut end)
+    };
+    let is_whole = File::open(path).and_then(read_end).is_ok() && end == END;
+    is_whole && image::image_dimensions(path).is_ok_and(|found| found == size)
+}
+
+/// The pictures of what was prepared, of each kind once.
+pub(super) fn pictures(
+    renderer: &mut SingleView,
+    view: &View,
+    kinds: &[OutputKind],
+) -> Vec<(OutputKind, image::DynamicImage)> {
+    let mut pictures = Vec::new();
+    if kinds.contains(&OutputKind::Color) {
+        let rgb: image::RgbImage = renderer.draw_picture().convert();
+        pictures.push((OutputKind::Color, rgb.into()));
+    }
+    if kinds.iter().all(|&kind| kind == OutputKind::Color) {
+        return pictures;
+    }
+    let Some(outputs) = renderer.draw_outputs() else { return pictures };
+    let (gpu, width, height) = (renderer.gpu(), outputs.width, outputs.height);
+    for &kind in kinds {
+        let picture: Option<image::DynamicImage> = match kind {
+            OutputKind::Color => continue,
+            OutputKind::Depth => {
+                let step = |metres: f32| if metres < 255.99 { (metres * 256.0).round() as u16 } else { 0 };
+                let depths = outputs.depths(gpu, view).into_iter().map(step).collect();
+                image::ImageBuffer::<image::Luma<u16>, _>::from_raw(width, height, depths).map(Into::into)
+            }
+            OutputKind::Normal => {
+                let byte = |v: f32| ((v * 0.5 + 0.5) * 255.0).round() as u8;
+                let rgb = |n: [f32; 3]| if n == [0.0; 3] { [0; 3] } else { n.map(byte) };
+                let normals = outputs.normals(gpu).into_iter().flat_map(rgb).collect();
+                image::RgbImage::from_raw(width, height, normals).map(Into::into)
+            }
+            OutputKind::Id => {
+                let rgb = |id: Option<u32>| {
+                    let [r, g, b, _] = id.map_or(0, |id| id + 1).to_le_bytes();
+                    [r, g, b]
+                };
+                let ids = outputs.entities(gpu).into_iter().flat_map(rgb).collect();
+                image::RgbImage::from_raw(width, height, ids).map(Into::into)
+            }
+        };
+        pictures.extend(picture.map(|picture| (kind, picture)));
+    }
+    pictures
+}
+
+/// JSON: the id in the picture → the entity's name, its parent's where it has none; `origin`, where it is not zero:
+/// where the world's places count from, in the scene's coordinates.
+pub(super) fn names_of_ids(world: &mut World) -> String {
+    type Drawn = (Or<(With<MeshId>, With<WholeMesh>)>, Without<PieceOf>);
+    let mut drawn = world.query_filtered::<Entity, Drawn>();
+    let entities: Vec<Entity> = drawn.iter(world).collect();
+    let names: BTreeMap<u32, String> =
+        entities.into_iter().map(|entity| (entity.index().index() + 1, name::of_entity(world, entity))).collect();
+    let origin = world.resource::<Origin>().0;
+    let origin = (origin != DVec3::ZERO).then(|| format!("  \"origin\": {}", serde_json::json!(origin.to_array())));
+    let quoted = names.iter().map(|(id, name)| format!("  \"{id}\": {}", serde_json::Value::from(name.as_str())));
+    let quoted: Vec<String> = origin.into_iter().chain(quoted).collect();
+    format!("{{\n{}\n}}\n", quoted.join(",\n"))
+}

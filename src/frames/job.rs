@@ -1,0 +1,224 @@
+//! The frames of a run, one after the other, as files.
+//!
+//! Frame n is the world after n steps of its clock. The range asked for is reached by stepping, drawn frame by frame,
+//! and each picture is written whole, so that an interrupted run can be resumed by what is there.
+
+use super::FrameError;
+use super::encoding::{OutputKind, is_written, names_of_ids, pictures};
+use super::stage::{LoadOptions, begin_run, check_outputs, load_stage};
+use crate::animation::{self, Animation};
+use crate::frame_time::FrameTime;
+use crate::output;
+use crate::recording::{RecordingError, RunFiles};
+use crate::renderer::{Gpu, Settings, SingleView};
+use crate::video;
+use std::ffi::OsStr;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+use systems::Simulation;
+use systems::ecs::clock::{Clock, SPEEDS};
+
+/// What to render.
+#[derive(Clone, Debug)]
+pub struct FrameJob {
+    /// Scene file or model.
+    pub scene: PathBuf,
+    /// Where the pictures go; made if missing.
+    pub folder: PathBuf,
+    /// Which frames.
+    pub frames: Frames,
+    /// Pixels.
+    pub size: (u32, u32),
+    /// The name of the camera, or `chase NAME`, `driver NAME` of a vehicle; `None`: the scene's first camera.
+    pub camera: Option<String>,
+    /// Kinds of pictures.
+    pub outputs: Vec<OutputKind>,
+    /// How to draw.
+    pub settings: Settings,
+    /// How lights are chosen.
+    pub lights: systems::lights::LightPolicy,
+    /// Leaves frames alone whose pictures are all there.
+    pub resume: bool,
+    /// How the scene is loaded.
+    pub load: LoadOptions,
+    /// A film of the colour frames, made when they are all there; its rate is that of the scene's clock.
+    pub video: Option<PathBuf>,
+    /// What the run begins from and is kept in.
+    pub run: RunFiles,
+    /// Takes the steps at the speed of the scene's clock rather than as fast as possible.
+    pub realtime: bool,
+}
+
+impl FrameJob {
+    fn picture(&self, kind: OutputKind, frame: u64) -> PathBuf {
+        self.folder.join(format!("{}_{frame:05}.png", kind.name()))
+    }
+
+    fn names_of_ids(&self) -> Option<PathBuf> {
+        self.outputs.contains(&OutputKind::Id).then(|| self.folder.join("ids.json"))
+    }
+
+    /// Whether a file is one that may be written beside what the run is kept in.
+    fn writes(&self, path: &Path) -> bool {
+        // What is made where ffmpeg is missing, too.
+        let instead = |film: &PathBuf| Animation::of(film).is_none().then(|| animation::instead_of(film));
+        let films = self.video.iter().flat_map(|film| std::iter::once(film.clone()).chain(instead(film)));
+        films.into_iter().any(|film| output::is_same(path, &film)) || self.writes_beside_film(path)
+    }
+
+    /// Whether a file may be a picture of the run, or has the names of ids.
+    fn writes_beside_film(&self, path: &Path) -> bool {
+        let path = &output::real(path);
+        let is_picture = |kind: &OutputKind| {
+            let name = path.file_name().and_then(OsStr::to_str);
+            let number = name.and_then(|name| name.strip_prefix(kind.name())?.strip_prefix('_')?.strip_suffix(".png"));
+            let frame = number.and_then(|number| number.parse().ok()).filter(|&frame| self.may_draw(frame));
+            frame.is_some_and(|frame| output::is_same(path, &self.picture(*kind, frame)))
+        };
+        self.names_of_ids().is_some_and(|names| output::is_same(path, &names)) || self.outputs.iter().any(is_picture)
+    }
+
+    /// Whether a frame may be one of the run's, as far as that is known before its files are read.
+    fn may_draw(&self, frame: u64) -> bool {
+        let begins_at_0 = self.run.from_snapshot.is_none() && self.run.replay.is_none();
+        match &self.frames {
+            Frames::Range(range) => range.contains(&frame),
+            Frames::First(count) => !begins_at_0 || frame < *count,
+            Frames::All => !begins_at_0 || frame == 0,
+        }
+    }
+}
+
+/// Frames of a run. Frame n shows the state after n steps.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub enum Frames {
+    /// So many, from where the run begins: 0, or a snapshot's step.
+    First(u64),
+    /// These.
+    Range(Range<u64>),
+    /// All of a recording; without one, the first.
+    All,
+}
+
+impl Frames {
+    /// The numbers, of a run whose first and last steps are known, the last of a recording only.
+    fn numbers(&self, first: u64, last: Option<u64>) -> Result<Range<u64>, FrameError> {
+        let wanted = match self {
+            Self::First(count) => first..first + count,
+            Self::Range(range) => range.clone(),
+            Self::All => first..last.unwrap_or(first) + 1,
+        };
+        if wanted.start < first {
+            return Err(FrameError::NoFrames { wanted, known: format!("begins with frame {first}") });
+        }
+        match last {
+            Some(last) if wanted.end > last + 1 => {
+                Err(FrameError::NoFrames { wanted, known: format!("ends with frame {last}") })
+            }
+            _ => Ok(wanted),
+        }
+    }
+
+    /// The first that is known to be wanted.
+    fn start(&self) -> u64 {
+        if let Self::Range(range) = self { range.start } else { 0 }
+    }
+}
+
+/// Steps at the speed of the clock.
+struct Pace {
+    began: Instant,
+    first: u64,
+    seconds_per_step: f64,
+}
+
+impl Pace {
+    fn begin(clock: &Clock) -> Self {
+        let seconds_per_step = clock.step_seconds / clock.speed.clamp(*SPEEDS.start(), *SPEEDS.end());
+        Self { began: Instant::now(), first: clock.step, seconds_per_step }
+    }
+
+    /// Waits until a step is due; one that is late is not waited for.
+    fn wait(&self, step: u64) {
+        let due = Duration::from_secs_f64((step - self.first) as f64 * self.seconds_per_step);
+        std::thread::sleep(due.saturating_sub(self.began.elapsed()));
+    }
+}
+
+/// Renders a job; `progress` is called after each frame with how many are done, and of how many. Returns the files
+/// written.
+///
+/// # Errors
+/// [`FrameError`]; pictures written before stay.
+pub fn render_frames(job: &FrameJob, mut progress: impl FnMut(u64, u64)) -> Result<Vec<PathBuf>, FrameError> {
+    if let Some(path) = job.run.written().find(|path| job.writes(path)) {
+        return Err(RecordingError::taken(path).into());
+    }
+    if let Some(film) = &job.video {
+        if job.writes_beside_film(film) {
+            return Err(RecordingError::taken(film).into());
+        }
+        video::check(film)?;
+    }
+    let begun_from: Vec<PathBuf> = job.run.replay.iter().chain(&job.run.from_snapshot).cloned().collect();
+    check_outputs(&begun_from, |path| job.writes(path))?;
+    // The driver and its pipelines take their time; the scene loads meanwhile.
+    let opening = std::thread::spawn(|| Gpu::headless().map(|gpu| SingleView::new(&gpu)));
+    let stage = load_stage(&job.scene, job.camera.as_deref(), &job.load);
+    let renderer = opening.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+    let mut stage = stage?;
+    let mut renderer = renderer?;
+    stage.check_outputs(|path| job.writes(path))?;
+    let mut stepper = begin_run(&mut stage, &job.scene, &job.run, job.frames.start())?;
+    let now = stage.simulation.world.resource::<Clock>().step;
+    let (first, last) = stepper.recording().map_or((now, None), |recording| {
+        let (first, last) = recording.steps();
+        (first, Some(last))
+    });
+    let frames = job.frames.numbers(first, last)?;
+    output::make_folder(&job.folder)?;
+    let frame_time = FrameTime::of(stage.simulation.world.resource::<Clock>().step_seconds);
+    if let Some(film) = &job.video {
+        video::warn_of_times(film, frames.clone(), frame_time);
+    }
+    stage.simulation.world.insert_resource(job.lights);
+    let settings = job.settings.for_files();
+    let step_of = |simulation: &Simulation| simulation.world.resource::<Clock>().step;
+    let pace = job.realtime.then(|| Pace::begin(stage.simulation.world.resource()));
+    let mut written = Vec::new();
+    for frame in frames.clone() {
+        while step_of(&stage.simulation) < frame {
+            pace.iter().for_each(|pace| pace.wait(step_of(&stage.simulation) + 1));
+            stepper.step(&mut stage.simulation)?;
+        }
+        let is_missing = |kind: &OutputKind| !job.resume || !is_written(&job.picture(*kind, frame), job.size);
+        let missing: Vec<_> = job.outputs.iter().copied().filter(is_missing).collect();
+        if !missing.is_empty() {
+            stage.simulation.frame();
+            let view = stage.viewpoint.view(&stage.simulation.world, job.size);
+            renderer.prepare(&mut stage.simulation, &view, &settings)?;
+            let pictures = pictures(&mut renderer, &view, &missing);
+            renderer.gpu().check()?;
+            for (kind, picture) in pictures {
+                let path = job.picture(kind, frame);
+                output::write_png(&path, &picture)?;
+                written.push(path);
+            }
+        }
+        progress(frame + 1 - frames.start, frames.end - frames.start);
+    }
+    stepper.finish(&mut stage.simulation)?;
+    if let Some(path) = &job.run.save_snapshot {
+        stepper.save_snapshot(path, &mut stage.simulation)?;
+        written.push(path.clone());
+    }
+    if let Some(names) = job.names_of_ids() {
+        output::write_whole(&names, names_of_ids(&mut stage.simulation.world).as_bytes())?;
+        written.push(names);
+    }
+    if let Some(film) = &job.video {
+        written.push(video::encode(film, &job.folder, frames, frame_time)?);
+    }
+    Ok(written)
+}
