@@ -44,7 +44,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let mut views: Vec<_> = states[some.clone()]
             .iter_mut()
             .zip(&targets[some])
-            .map(|(state, target)| ViewTarget { state, target, format: PICTURE_FORMAT })
+            .map(|(state, target)| ViewTarget::new(state, target, PICTURE_FORMAT))
             .collect();
         renderer.record(&mut encoder, &mut views);
         gpu.queue.submit([encoder.finish()]);
@@ -64,7 +64,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mean = |sum: f64| sum / f64::from(FRAMES);
     println!("a frame of all: {:.1} ms; frames of each: {:.1} ms together", mean(together), mean(apart));
     for ((name, _), picture) in cameras.iter().zip(&pictures) {
-        let texels = read_texture(&gpu, picture, wgpu::TextureAspect::All);
+        let texels = read_texture(&gpu, picture);
         let picture = image::RgbaImage::from_raw(SIZE.0, SIZE.1, texels).ok_or("a picture of another size")?;
         picture.save(folder.join(format!("{name}.png")))?;
     }

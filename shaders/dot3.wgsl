@@ -82,16 +82,25 @@ fn vs_dot3(in: VertexIn) -> Dot3Out {
     );
 }
 
-// The interpolated vectors of this pixel; set by fs_dot3 before anything is lit.
+// The interpolated vectors of this pixel; set by dot3_shaded before anything is lit.
 var<private> interpolated: array<Dot3Vectors, 3>;
 
-@fragment
-fn fs_dot3(in: Dot3Out, @builtin(front_facing) front: bool) -> @location(0) vec4f {
+fn dot3_shaded(in: Dot3Out, front: bool) -> Shaded {
     interpolated[0] = Dot3Vectors(in.toward_0, in.halfway_0);
     interpolated[1] = Dot3Vectors(in.toward_1, in.halfway_1);
     interpolated[2] = Dot3Vectors(in.toward_2, in.halfway_2);
     let vertex = VertexOut(in.clip_position, in.position, in.normal, in.tangent, in.uvs, in.color, in.slot);
-    return shaded(vertex, front).color;
+    return shaded(vertex, front);
+}
+
+@fragment
+fn fs_dot3(in: Dot3Out, @builtin(front_facing) front: bool) -> @location(0) vec4f {
+    return dot3_shaded(in, front).color;
+}
+
+@fragment
+fn fs_dot3_with_outputs(in: Dot3Out, @builtin(front_facing) front: bool) -> ColorAndOutputs {
+    return color_and_outputs(dot3_shaded(in, front));
 }
 
 // What the surface reflects of a light, whose number among the object's three is `number`. `light` gives its colour:

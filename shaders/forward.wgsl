@@ -287,6 +287,10 @@ struct Shaded {
     color: vec4f,
     // Of the surface, reversed.
     depth: f32,
+    // Of the surface, world space.
+    normal: vec3f,
+    // Entity index + 1.
+    id: u32,
 }
 
 // A pixel of an object. Discards what a mask leaves out.
@@ -332,7 +336,8 @@ fn shaded(in: VertexOut, front: bool) -> Shaded {
         color = mix(refracted(in, material, bump.offset, dp_dx, dp_dy, uvs), color, alpha);
         alpha = 1.0;
     }
-    return Shaded(vec4f(written(color), alpha), depth_of(bump.position));
+    let id = instance.entity + 1u;
+    return Shaded(vec4f(written(color), alpha), depth_of(bump.position), bump.normal, id);
 }
 
 fn depth_of(position: vec3f) -> f32 {
@@ -356,6 +361,35 @@ struct ColorAndDepth {
 fn fs_z_correct(in: VertexOut, @builtin(front_facing) front: bool) -> ColorAndDepth {
     let pixel = shaded(in, front);
     return ColorAndDepth(pixel.color, pixel.depth);
+}
+
+// For views of one sample per pixel, whose picture and outputs are drawn together.
+struct ColorAndOutputs {
+    @location(0) color: vec4f,
+    @location(1) normal: vec4f,
+    @location(2) id: u32,
+}
+
+fn color_and_outputs(pixel: Shaded) -> ColorAndOutputs {
+    return ColorAndOutputs(pixel.color, vec4f(pixel.normal, 1.0), pixel.id);
+}
+
+@fragment
+fn fs_main_with_outputs(in: VertexOut, @builtin(front_facing) front: bool) -> ColorAndOutputs {
+    return color_and_outputs(shaded(in, front));
+}
+
+struct ColorOutputsAndDepth {
+    @location(0) color: vec4f,
+    @location(1) normal: vec4f,
+    @location(2) id: u32,
+    @builtin(frag_depth) depth: f32,
+}
+
+@fragment
+fn fs_z_correct_with_outputs(in: VertexOut, @builtin(front_facing) front: bool) -> ColorOutputsAndDepth {
+    let pixel = shaded(in, front);
+    return ColorOutputsAndDepth(pixel.color, vec4f(pixel.normal, 1.0), pixel.id, pixel.depth);
 }
 
 struct Outputs {

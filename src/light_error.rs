@@ -6,7 +6,7 @@
 use crate::compare::{self, LuminanceError};
 use crate::frames::{self, FrameError, LoadOptions, Stage};
 use crate::output;
-use crate::renderer::{Gpu, Settings, SingleView};
+use crate::renderer::{Gpu, OutputSet, Settings, SingleView};
 use image::RgbImage;
 use image::buffer::ConvertBuffer;
 use std::fmt;
@@ -112,8 +112,8 @@ pub fn measure(job: &LightErrorJob) -> Result<LightReport, FrameError> {
     let three = draw(LightPolicy::Three)?;
     let hard = draw(LightPolicy::Hard)?;
     let all = draw(LightPolicy::All)?;
-    let outputs = renderer.draw_outputs();
-    let ids = outputs.map(|outputs| outputs.entities(renderer.gpu())).unwrap_or_default();
+    let outputs = renderer.draw_outputs(OutputSet { id: true, ..OutputSet::NONE });
+    let ids = outputs.map(|outputs| outputs.entities()).unwrap_or_default();
     renderer.gpu().check()?;
     let shows_object: Vec<bool> = ids.iter().map(Option::is_some).collect();
     let records = &stage.simulation.draw_list().lights.records;

@@ -7,7 +7,7 @@ use glam::{Quat, UVec2, Vec2, Vec3, Vec4};
 use proptest::prelude::RngExt;
 use proptest::test_runner::{RngAlgorithm, TestRng};
 use relief::frames::Headless;
-use relief::renderer::{Drawn, Gpu, Occlusion, Settings, SingleView};
+use relief::renderer::{Drawn, Gpu, Occlusion, OutputSet, Settings, SingleView};
 use relief::viewpoint::Viewpoint;
 use systems::Simulation;
 use systems::assets::levels::LevelOfDetail;
@@ -441,8 +441,9 @@ fn what_lies_between_samples_is_not_drawn_and_nobody_sees_it() {
                 assert!(drawn.objects > 100 && f64::from(drawn.objects) < most, "{drawn:?} of {all:?}");
                 // The outputs have one sample in each pixel's middle, whatever the picture has.
                 let covered = |renderer: &mut SingleView| {
-                    let outputs = renderer.draw_outputs().expect("a picture was drawn");
-                    outputs.entities(renderer.gpu()).iter().map(Option::is_some).collect::<Vec<_>>()
+                    let outputs =
+                        renderer.draw_outputs(OutputSet { id: true, ..OutputSet::NONE }).expect("a picture was drawn");
+                    outputs.entities().iter().map(Option::is_some).collect::<Vec<_>>()
                 };
                 let seen = covered(&mut renderer);
                 whole.draw_with(&mut renderer, settings);

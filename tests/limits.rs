@@ -5,7 +5,7 @@ mod common;
 
 use bevy_ecs::prelude::*;
 use glam::Vec3;
-use relief::renderer::{Gpu, RenderError, Settings, SingleView};
+use relief::renderer::{Gpu, OutputSet, RenderError, Settings, SingleView};
 use relief::viewpoint::Viewpoint;
 use systems::Simulation;
 use systems::assets::{AlphaMode, Image, ImageKind, Library, Map, Material, MeshId, shapes};
@@ -103,7 +103,7 @@ fn what_is_refused_leaves_no_targets_of_another_kind() {
     assert!(renderer.keeps_linear());
     // A draw all the same gives nothing, until something was prepared.
     assert_eq!(renderer.draw_picture().dimensions(), (0, 0));
-    assert!(renderer.draw_outputs().is_none());
+    assert!(renderer.draw_outputs(OutputSet::ALL).is_none());
     let mut scene = Scene::new();
     scene.spawn(0, 1000);
     assert!(full == scene.draw_with(&mut renderer, &settings).expect("another world fits"));

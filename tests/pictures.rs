@@ -4,7 +4,7 @@ mod common;
 
 use common::square::{SIZE, Square, assert_near, matte};
 use glam::{Affine2, Quat, UVec2, Vec2, Vec3, Vec4};
-use relief::renderer::{DebugView, Gpu};
+use relief::renderer::{DebugView, Gpu, OutputSet};
 use systems::assets::{AlphaMode, Image, ImageKind, Library, Map, Material, MeshId, Shading, Technique, shapes};
 use systems::draw::{Environment, ToneMap};
 use systems::lights::Light;
@@ -302,17 +302,15 @@ fn a_half_of_clear_black_is_a_half_of_white() {
 fn outputs_give_depth_normal_and_entity() {
     let Some(mut square) = Square::new(matte(Vec3::ONE)) else { return };
     square.middle();
-    let view = relief::viewpoint::Viewpoint::Camera(square.camera).view(&square.simulation.world, (SIZE, SIZE));
-    let gpu: Gpu = square.headless.renderer.gpu().clone();
-    let outputs = square.headless.renderer.draw_outputs().expect("outputs");
+    let outputs = square.headless.renderer.draw_outputs(OutputSet::ALL).expect("outputs");
     let (middle, corner) = ((SIZE * SIZE / 2) as usize, 0);
-    let depths = outputs.depths(&gpu, &view);
+    let depths = outputs.depths();
     // A depth of 32 bits is near / distance: some roundings of 2⁻²⁴. Half floats hold +Z, and small numbers to 2⁻¹⁰.
     assert!((depths[middle] - 3.0).abs() < 1e-3, "{}", depths[middle]);
     assert_eq!(depths[corner], f32::INFINITY);
-    assert_eq!(outputs.entities(&gpu)[middle], Some(square.square.index().index()));
-    assert_eq!(outputs.entities(&gpu)[corner], None);
-    assert!((Vec3::from(outputs.normals(&gpu)[middle]) - Vec3::Z).length() < 1e-3);
+    assert_eq!(outputs.entities()[middle], Some(square.square.index().index()));
+    assert_eq!(outputs.entities()[corner], None);
+    assert!((Vec3::from(outputs.normals()[middle]) - Vec3::Z).length() < 1e-3);
 }
 
 #[test]

@@ -4,6 +4,7 @@ mod common;
 
 use common::bumps::{Stage, difference, hills};
 use glam::{Affine2, Quat, Vec2, Vec3, Vec4};
+use relief::renderer::OutputSet;
 use systems::assets::{AlphaMode, Image, ImageKind, Library, Map, Material, Technique, shapes};
 use systems::draw::Environment;
 use systems::lights::LightPolicy;
@@ -364,8 +365,8 @@ fn z_correct_surfaces_meet_where_the_displaced_ones_do() {
         let slanted = Transform::from_rotation(Quat::from_rotation_y(-std::f32::consts::FRAC_PI_4)) * at;
         stage.spawn(mesh, Material::default(), slanted);
         stage.picture();
-        let outputs = stage.headless.renderer.draw_outputs().expect("outputs");
-        let ids = outputs.entities(stage.headless.renderer.gpu());
+        let outputs = stage.headless.renderer.draw_outputs(OutputSet { id: true, ..OutputSet::NONE }).expect("outputs");
+        let ids = outputs.entities();
         let row = &ids[201..402];
         let is_ground = |id: &Option<u32>| *id == Some(ground.index_u32());
         let edge = row.iter().position(|id| !is_ground(id)).expect("the sheet shows");

@@ -93,7 +93,7 @@ fn drawn(gpu: &Gpu) -> Vec<bool> {
         pass.draw(0..4, 0..EDGES * KINDS);
     }
     gpu.queue.submit([encoder.finish()]);
-    let bytes = read_texture(gpu, &texture, wgpu::TextureAspect::All);
+    let bytes = read_texture(gpu, &texture);
     (0..EDGES * KINDS).map(|edge| bytes[edge as usize * 8] > 0).collect()
 }
 

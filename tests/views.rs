@@ -7,8 +7,8 @@ use glam::{Quat, Vec3};
 use proptest::prelude::RngExt;
 use proptest::test_runner::{RngAlgorithm, TestRng};
 use relief::renderer::{
-    Drawn, Occlusion, PICTURE_FORMAT, RenderStats, Renderer, Settings, SingleView, ViewPlan, ViewState, ViewTarget,
-    picture_texture, read_texture,
+    Drawn, Occlusion, OutputSet, PICTURE_FORMAT, RenderStats, Renderer, Settings, SingleView, ViewPlan, ViewState,
+    ViewTarget, picture_texture, read_texture,
 };
 use relief::viewpoint::Viewpoint;
 use systems::Simulation;
@@ -114,14 +114,11 @@ fn draw(
     let textures: Vec<_> = sizes.into_iter().map(|size| picture_texture(&gpu, size)).collect();
     let targets: Vec<_> = textures.iter().map(|texture| texture.create_view(&Default::default())).collect();
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    let mut views: Vec<_> = states
-        .iter_mut()
-        .zip(&targets)
-        .map(|(state, target)| ViewTarget { state, target, format: PICTURE_FORMAT })
-        .collect();
+    let mut views: Vec<_> =
+        states.iter_mut().zip(&targets).map(|(state, target)| ViewTarget::new(state, target, PICTURE_FORMAT)).collect();
     renderer.record(&mut encoder, &mut views);
     gpu.queue.submit([encoder.finish()]);
-    let pictures = textures.iter().map(|texture| read_texture(&gpu, texture, wgpu::TextureAspect::All));
+    let pictures = textures.iter().map(|texture| read_texture(&gpu, texture));
     pictures.zip(states).map(|(picture, state)| (picture, renderer.read_drawn(state))).collect()
 }
 
@@ -217,20 +214,22 @@ fn a_view_that_rests_is_not_drawn_and_shows_nothing() {
     let mut renderer = Renderer::new(&gpu);
     let mut states = [ViewState::new(&gpu), ViewState::new(&gpu)];
     draw(&mut renderer, &mut states, &mut scene, &[0, 1]);
-    assert!(renderer.draw_outputs(&mut states[1]).is_some() && renderer.read_drawn(&states[1]).objects > 0);
+    assert!(
+        renderer.draw_outputs(&mut states[1], OutputSet::ALL).is_some() && renderer.read_drawn(&states[1]).objects > 0
+    );
     (0..200).for_each(|_| scene.spawn());
     let torus = scene.simulation.world.resource_mut::<Library>().add_mesh(shapes::torus(0.5, 0.2, 8, 6));
     scene.simulation.world.spawn((torus, scene.materials[1]));
     scene.go_on();
     draw(&mut renderer, &mut states[..1], &mut scene, &[0]);
-    assert!(renderer.draw_outputs(&mut states[1]).is_none());
+    assert!(renderer.draw_outputs(&mut states[1], OutputSet::ALL).is_none());
     assert_eq!(renderer.read_drawn(&states[1]), Drawn::default());
     assert!(renderer.read_drawn_slots(&states[1]).is_empty());
     let picture = picture_texture(&gpu, views()[1].0);
     let target = picture.create_view(&Default::default());
     let record = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        let view = ViewTarget { state: &mut states[1], target: &target, format: PICTURE_FORMAT };
+        let view = ViewTarget::new(&mut states[1], &target, PICTURE_FORMAT);
         renderer.record(&mut encoder, &mut [view]);
     }));
     assert!(record.is_err(), "refused");

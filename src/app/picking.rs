@@ -1,6 +1,6 @@
 //! What is under the pointer, from the ids and depths of the last frame.
 
-use crate::renderer::SingleView;
+use crate::renderer::{Picked, SingleView};
 use glam::{Vec2, Vec3};
 use systems::draw::{Projection, View};
 
@@ -13,14 +13,11 @@ pub struct Hit {
     pub point: Vec3,
 }
 
-/// What the last frame shows at a pixel. Draws the ids once more and waits for them: for clicks, not for every frame.
+/// What the last frame shows at a pixel. Waits for the GPU: for clicks, not for every frame.
 pub fn pick(renderer: &mut SingleView, view: &View, at: Vec2) -> Option<Hit> {
-    let outputs = renderer.draw_outputs()?;
-    let inside = at.cmpge(Vec2::ZERO).all() && at.x < outputs.width as f32 && at.y < outputs.height as f32;
-    let index = inside.then_some(at.y as usize * outputs.width as usize + at.x as usize)?;
-    let entity = *outputs.entities(renderer.gpu()).get(index)?;
-    let depth = *outputs.depths(renderer.gpu(), view).get(index)?;
-    Some(Hit { entity: entity?, point: point_at(view, at.floor() + 0.5, depth) })
+    let pixel = at.cmpge(Vec2::ZERO).all().then(|| at.as_uvec2())?;
+    let Picked { entity, depth } = renderer.pick(pixel)?;
+    Some(Hit { entity, point: point_at(view, at.floor() + 0.5, depth) })
 }
 
 /// The point seen at a pixel, at a distance along the viewing direction; world space.

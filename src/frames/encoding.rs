@@ -1,7 +1,7 @@
 //! What of a frame is written, and in which form.
 
 use crate::name;
-use crate::renderer::SingleView;
+use crate::renderer::{OutputSet, SingleView};
 use bevy_ecs::prelude::*;
 use glam::DVec3;
 use image::buffer::ConvertBuffer;
@@ -10,7 +10,6 @@ use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 use systems::assets::MeshId;
-use systems::draw::View;
 use systems::draw::pieces::{PieceOf, WholeMesh};
 use systems::space::origin::Origin;
 
@@ -51,34 +50,38 @@ pub(super) fn is_written(path: &Path, size: (u32, u32)) -> bool {
     is_whole && image::image_dimensions(path).is_ok_and(|found| found == size)
 }
 
+/// What is drawn for some kinds.
+pub(super) fn outputs_of(kinds: &[OutputKind]) -> OutputSet {
+    kinds.iter().fold(OutputSet::NONE, |all, kind| {
+        all.with(match kind {
+            OutputKind::Color => OutputSet::COLOR,
+            OutputKind::Depth => OutputSet { depth: true, ..OutputSet::NONE },
+            OutputKind::Normal => OutputSet { normal: true, ..OutputSet::NONE },
+            OutputKind::Id => OutputSet { id: true, ..OutputSet::NONE },
+        })
+    })
+}
+
 /// The pictures of what was prepared, of each kind once.
-pub(super) fn pictures(
-    renderer: &mut SingleView,
-    view: &View,
-    kinds: &[OutputKind],
-) -> Vec<(OutputKind, image::DynamicImage)> {
+pub(super) fn pictures(renderer: &mut SingleView, kinds: &[OutputKind]) -> Vec<(OutputKind, image::DynamicImage)> {
     let mut pictures = Vec::new();
-    if kinds.contains(&OutputKind::Color) {
-        let rgb: image::RgbImage = renderer.draw_picture().convert();
-        pictures.push((OutputKind::Color, rgb.into()));
-    }
-    if kinds.iter().all(|&kind| kind == OutputKind::Color) {
-        return pictures;
-    }
-    let Some(outputs) = renderer.draw_outputs() else { return pictures };
-    let (gpu, width, height) = (renderer.gpu(), outputs.width, outputs.height);
+    let Some(mut outputs) = renderer.draw_outputs(outputs_of(kinds)) else { return pictures };
+    let (width, height) = (outputs.width, outputs.height);
     for &kind in kinds {
         let picture: Option<image::DynamicImage> = match kind {
-            OutputKind::Color => continue,
+            OutputKind::Color => outputs.picture.take().map(|picture| {
+                let rgb: image::RgbImage = picture.convert();
+                rgb.into()
+            }),
             OutputKind::Depth => {
                 let step = |metres: f32| if metres < 255.99 { (metres * 256.0).round() as u16 } else { 0 };
-                let depths = outputs.depths(gpu, view).into_iter().map(step).collect();
+                let depths = outputs.depths().into_iter().map(step).collect();
                 image::ImageBuffer::<image::Luma<u16>, _>::from_raw(width, height, depths).map(Into::into)
             }
             OutputKind::Normal => {
                 let byte = |v: f32| ((v * 0.5 + 0.5) * 255.0).round() as u8;
                 let rgb = |n: [f32; 3]| if n == [0.0; 3] { [0; 3] } else { n.map(byte) };
-                let normals = outputs.normals(gpu).into_iter().flat_map(rgb).collect();
+                let normals = outputs.normals().into_iter().flat_map(rgb).collect();
                 image::RgbImage::from_raw(width, height, normals).map(Into::into)
             }
             OutputKind::Id => {
@@ -86,7 +89,7 @@ pub(super) fn pictures(
                     let [r, g, b, _] = id.map_or(0, |id| id + 1).to_le_bytes();
                     [r, g, b]
                 };
-                let ids = outputs.entities(gpu).into_iter().flat_map(rgb).collect();
+                let ids = outputs.entities().into_iter().flat_map(rgb).collect();
                 image::RgbImage::from_raw(width, height, ids).map(Into::into)
             }
         };

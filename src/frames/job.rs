@@ -4,7 +4,7 @@
 //! and each picture is written whole, so that an interrupted run can be resumed by what is there.
 
 use super::FrameError;
-use super::encoding::{OutputKind, is_written, names_of_ids, pictures};
+use super::encoding::{OutputKind, is_written, names_of_ids, outputs_of, pictures};
 use super::stage::{LoadOptions, begin_run, check_outputs, load_stage};
 use crate::animation::{self, Animation};
 use crate::frame_time::FrameTime;
@@ -197,8 +197,9 @@ pub fn render_frames(job: &FrameJob, mut progress: impl FnMut(u64, u64)) -> Resu
         if !missing.is_empty() {
             stage.simulation.frame();
             let view = stage.viewpoint.view(&stage.simulation.world, job.size);
+            let settings = Settings { outputs: outputs_of(&missing), ..settings };
             renderer.prepare(&mut stage.simulation, &view, &settings)?;
-            let pictures = pictures(&mut renderer, &view, &missing);
+            let pictures = pictures(&mut renderer, &missing);
             renderer.gpu().check()?;
             for (kind, picture) in pictures {
                 let path = job.picture(kind, frame);

@@ -1,7 +1,7 @@
 //! How much was drawn. Only the GPU knows; its counts are in the arguments of the indirect draws.
 
-use super::Gpu;
 use super::culling::ARGUMENT_BYTES;
+use super::{Gpu, Renderer, ViewState, read_buffer};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -106,5 +106,57 @@ impl DrawnCounts {
     /// the last that arrived were of another number of arguments.
     pub fn instances(&self, place: usize, arguments: usize) -> Option<u32> {
         self.instances.get(place).copied().filter(|_| self.instances.len() == arguments)
+    }
+}
+
+impl Renderer {
+    /// How much the last frame drew of a view; nothing of one that was not prepared for it. Waits for the GPU.
+    pub fn read_drawn(&self, view: &ViewState) -> Drawn {
+        if !self.is_prepared(view) {
+            return Drawn::default();
+        }
+        let mut drawn = self.blended_drawn(view);
+        let bytes = self.draws_of(view).arguments.len() as u64 * ARGUMENT_BYTES;
+        for phase in view.phases().filter(|_| bytes > 0) {
+            drawn.add_arguments(&read_buffer(&self.gpu, view.culled.arguments(phase), bytes));
+        }
+        drawn
+    }
+
+    /// Instance slots of the opaque objects that the last frame drew of a view: those of each phase in the order in
+    /// which it drew them; none of one that was not prepared for it. Waits for the GPU.
+    pub fn read_drawn_slots(&self, view: &ViewState) -> Vec<u32> {
+        if !self.is_prepared(view) {
+            return Vec::new();
+        }
+        let words = |buffer: &wgpu::Buffer| {
+            let bytes = read_buffer(&self.gpu, buffer, buffer.size());
+            bytes.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect::<Vec<_>>()
+        };
+        let first_instance = self.gpu.device.features().contains(wgpu::Features::INDIRECT_FIRST_INSTANCE);
+        let visible = words(view.culled.visible());
+        let mut slots = Vec::new();
+        for phase in view.phases() {
+            let arguments = words(view.culled.arguments(phase));
+            let drawn = arguments.chunks_exact(ARGUMENT_BYTES as usize / 4);
+            for (draw, arguments) in self.draws_of(view).arguments.iter().zip(drawn) {
+                // Where indirect draws all begin at the first instance, it is the lists that lie apart.
+                let apart = draw.first_visible + view.culled.list_offset(phase);
+                let first = if first_instance { arguments[4] } else { apart } as usize;
+                let count = arguments[1] as usize;
+                slots.extend(visible.iter().skip(first).take(count));
+            }
+        }
+        slots
+    }
+
+    /// Blended objects are not culled by the GPU.
+    pub(super) fn blended_drawn(&self, view: &ViewState) -> Drawn {
+        let mut drawn = Drawn::default();
+        for run in &view.blended_runs {
+            let whole = self.meshes.range(run.key.mesh).and_then(|mesh| mesh.levels.first());
+            drawn.add(run.slots.len() as u32, whole.map_or(0, |level| level.index_count));
+        }
+        drawn
     }
 }

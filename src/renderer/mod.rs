@@ -21,6 +21,7 @@
 //! [`SingleView`].
 
 mod culling;
+mod custom_passes;
 mod drawn;
 mod draws;
 mod emboss;
@@ -29,7 +30,9 @@ mod faults;
 mod frame_tables;
 mod gpu;
 mod meshes;
+mod objects;
 mod outputs;
+mod pass;
 mod pipelines;
 mod portions;
 mod pyramid;
@@ -47,12 +50,13 @@ mod tone_map;
 mod view_state;
 
 pub use culling::CullRecord;
+pub use custom_passes::{PassPlace, PassTargets};
 pub use drawn::Drawn;
 pub use draws::{CullBatchRecord, CullDrawRecord};
 pub use error::RenderError;
 pub use faults::Faults;
 pub use gpu::{Gpu, GpuError, instance_flags};
-pub use outputs::Outputs;
+pub use outputs::{OutputSet, Outputs, Picked};
 use readback::read_buffer;
 pub use readback::{picture_texture, read_texture};
 pub use record::ViewTarget;
@@ -65,7 +69,7 @@ use culling::Culling;
 use draws::Draws;
 use frame_tables::FrameTables;
 use meshes::Meshes;
-use pipelines::{MissingPipelines, Pass, Pipelines};
+use pipelines::{MissingPipelines, Pipelines};
 use portions::Portions;
 use pyramid::PyramidMaker;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -279,7 +283,7 @@ impl Renderer {
             state.finish(&self.gpu, list, plan, self.uploads, self.prepared);
             state.fit_behind(&self.gpu.device, &self.pipelines.behind_layout, plan.size(), &self.blended_keys.1);
             if state.needs_sky() {
-                self.pipelines.make_sky(&self.gpu.device, plan.settings.samples, state.pass.tone_map());
+                self.pipelines.make_sky(&self.gpu.device, state.pass.sky());
             }
         }
         Ok(())
@@ -309,8 +313,8 @@ impl Renderer {
             self.stats.list_bytes += state.upload_blended(&self.gpu, list, &plan.view)?;
         }
         // Compiled while the rest is uploaded.
-        let passes = views.iter().map(|(state, _)| (&**state, state.pass));
-        let missing = self.start_pipelines(passes, list.batches.iter().map(|batch| batch.key));
+        let states = views.iter().map(|(state, _)| &**state);
+        let missing = self.start_pipelines(states, list.batches.iter().map(|batch| batch.key));
         let uploaded = self.upload(simulation);
         self.pipelines.finish_objects(missing);
         uploaded?;
@@ -321,6 +325,7 @@ impl Renderer {
             self.stats.list_bytes += draws.update(&self.gpu, list, &self.meshes, levels, self.portions.of_portion())?;
             let draws = &self.draws[usize::from(levels)];
             state.make_targets(&self.gpu, &self.pipelines, &self.pyramids, plan, draws, list.objects)?;
+            state.fit_outputs(&self.gpu.device, plan.size());
             state.prepare_lists(&self.gpu, &self.culling, draws, plan)?;
             state.bind(&self.gpu.device, &self.pipelines.frame_layout, &self.tables);
         }
@@ -356,21 +361,29 @@ impl Renderer {
         }
     }
 
-    /// Begins to make the pipelines that passes of views over these opaque objects and the blended ones need.
+    /// What the opaque objects that a view draws are drawn with.
+    fn opaque_keys(&self, view: &ViewState) -> impl Iterator<Item = BatchKey> + Clone {
+        self.draws_of(view).list.iter().map(|draw| draw.key)
+    }
+
+    /// Begins to make the pipelines that views need for these opaque objects and the blended ones.
     fn start_pipelines<'a>(
         &self,
-        passes: impl Iterator<Item = (&'a ViewState, Pass)>,
+        views: impl Iterator<Item = &'a ViewState>,
         opaque: impl Iterator<Item = BatchKey> + Clone,
     ) -> Option<MissingPipelines> {
         let mut kinds = Vec::new();
-        for (view, pass) in passes {
-            let keys = opaque.clone().chain(self.blended_keys.1.iter().copied());
-            let mut keys: Vec<_> = keys.map(|key| view.pipeline_of(pass, key)).collect();
-            keys.dedup();
-            for key in keys {
-                kinds.push((pass, key));
-                if key.technique == Technique::EmbossMultipass {
-                    kinds.extend(view.emboss_passes().map(|pass| (pass, key)));
+        for view in views {
+            for (pass, draws_opaque) in view.passes() {
+                let opaque = opaque.clone().filter(|_| draws_opaque);
+                let keys = opaque.chain(self.blended_keys.1.iter().copied());
+                let mut keys: Vec<_> = keys.map(|key| view.pipeline_of(pass, key)).collect();
+                keys.dedup();
+                for key in keys {
+                    kinds.push((pass, key));
+                    if key.technique == Technique::EmbossMultipass {
+                        kinds.extend(view.emboss_passes().map(|pass| (pass, key)));
+                    }
                 }
             }
         }

@@ -1,82 +1,14 @@
 //! Pipelines: one forward shader, specialised by override constants, made when a batch first needs it.
 
-use super::emboss::EmbossPass;
 use super::meshes::{SLOT_LAYOUT, VERTEX_LAYOUT};
-use super::targets::{DEPTH_FORMAT, HDR_FORMAT};
-use super::{DebugView, PICTURE_FORMAT, shaders};
+use super::pass::{Pass, SkyKey, color_format};
+use super::targets::DEPTH_FORMAT;
+use super::{DebugView, shaders};
 use std::collections::{BTreeMap, BTreeSet};
 use std::thread::JoinHandle;
-use systems::assets::{AlphaMode, Shading, Technique};
+use systems::assets::AlphaMode;
 use systems::draw::{LightTraits, PipelineKey, ToneMap};
 use systems::ecs::parallel::map_in_parallel;
-
-/// What the forward pass writes.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
-pub(super) enum Pass {
-    /// Colour.
-    Color {
-        /// Every light shades every pixel.
-        all_lights: bool,
-        lights: LightTraits,
-        debug: DebugView,
-        samples: u32,
-        /// Tone-maps itself, into a picture; else HDR colour.
-        tone_map: Option<ToneMap>,
-    },
-    /// One of the passes of [`Technique::EmbossMultipass`], over what `Color` drew.
-    Emboss { pass: EmbossPass, lights: LightTraits, samples: u32 },
-    /// Normal and id.
-    Outputs,
-}
-
-impl Pass {
-    /// The curve, if it tone-maps itself.
-    pub fn tone_map(self) -> Option<ToneMap> {
-        match self {
-            Self::Color { tone_map, .. } => tone_map,
-            Self::Emboss { .. } | Self::Outputs => None,
-        }
-    }
-
-    fn samples(self) -> u32 {
-        match self {
-            Self::Color { samples, .. } | Self::Emboss { samples, .. } => samples,
-            Self::Outputs => 1,
-        }
-    }
-
-    /// The technique that objects of a technique are drawn with in this pass.
-    pub fn technique(self, technique: Technique, alpha: AlphaMode, shading: Shading) -> Technique {
-        // Passes add up over what is opaque, and there is one per light of three.
-        let passes = match self {
-            Self::Color { all_lights, debug, .. } => !all_lights && debug == DebugView::Off,
-            Self::Emboss { .. } => true,
-            Self::Outputs => false,
-        };
-        match technique {
-            Technique::EmbossMultipass if !passes || alpha == AlphaMode::Blend || shading == Shading::Unlit => {
-                Technique::Emboss
-            }
-            other => other,
-        }
-    }
-
-    /// The entry points of the forward shader.
-    fn entry_points(self, technique: Technique) -> (&'static str, &'static str) {
-        match (self, technique) {
-            (Self::Emboss { .. }, _) => ("vs_main", "fs_emboss"),
-            (Self::Outputs, technique) if technique.writes_depth() => ("vs_main", "fs_z_correct_outputs"),
-            (Self::Outputs, _) => ("vs_main", "fs_outputs"),
-            (Self::Color { .. }, technique) if technique.writes_depth() => ("vs_main", "fs_z_correct"),
-            (Self::Color { all_lights: false, .. }, Technique::Dot3) => ("vs_dot3", "fs_dot3"),
-            (Self::Color { .. }, _) => ("vs_main", "fs_main"),
-        }
-    }
-}
-
-/// Normal and id, in the order of the shader's `Outputs`.
-pub(super) const OUTPUT_FORMATS: [wgpu::TextureFormat; 2] =
-    [wgpu::TextureFormat::Rgba16Float, wgpu::TextureFormat::R32Uint];
 
 /// Pipelines that are being made.
 pub(super) type MissingPipelines = JoinHandle<Vec<((Pass, PipelineKey), wgpu::RenderPipeline)>>;
@@ -97,8 +29,7 @@ pub(super) struct Pipelines {
     sky_layout: wgpu::PipelineLayout,
     tone_map_pipeline_layout: wgpu::PipelineLayout,
     objects: BTreeMap<(Pass, PipelineKey), wgpu::RenderPipeline>,
-    /// By samples, and the curve of those that tone-map themselves.
-    skies: BTreeMap<(u32, Option<ToneMap>), wgpu::RenderPipeline>,
+    skies: BTreeMap<SkyKey, wgpu::RenderPipeline>,
     /// Few: by target format and curve.
     tone_maps: Vec<((wgpu::TextureFormat, ToneMap), wgpu::RenderPipeline)>,
 }
@@ -154,9 +85,9 @@ impl Pipelines {
         self.objects.get(&(pass, key))
     }
 
-    /// The sky for that many samples, if made.
-    pub fn sky(&self, samples: u32, tone_map: Option<ToneMap>) -> Option<&wgpu::RenderPipeline> {
-        self.skies.get(&(samples, tone_map))
+    /// The sky, if made.
+    pub fn sky(&self, key: SkyKey) -> Option<&wgpu::RenderPipeline> {
+        self.skies.get(&key)
     }
 
     /// Begins to make the pipelines for objects of those kinds that do not exist, on threads of their own: compiling
@@ -186,24 +117,12 @@ impl Pipelines {
 
     fn make_object(&self, device: &wgpu::Device, pass: Pass, key: PipelineKey) -> wgpu::RenderPipeline {
         let constants = object_constants(pass, key);
-        let blend = key.alpha == AlphaMode::Blend && pass != Pass::Outputs;
-        let write = wgpu::ColorWrites::ALL;
-        let color = Some(match pass {
-            Pass::Emboss { pass, .. } => pass.target(),
-            Pass::Color { .. } | Pass::Outputs => wgpu::ColorTargetState {
-                format: color_format(pass.tone_map()),
-                blend: blend.then_some(wgpu::BlendState::ALPHA_BLENDING),
-                write_mask: write,
-            },
-        });
-        let outputs =
-            OUTPUT_FORMATS.map(|format| Some(wgpu::ColorTargetState { format, blend: None, write_mask: write }));
-        let color = [color];
-        let targets: &[_] = if pass == Pass::Outputs { &outputs } else { &color };
-        let (vertex_entry, fragment_entry) = pass.entry_points(key.technique);
+        let blend = key.alpha == AlphaMode::Blend && !matches!(pass, Pass::Outputs(_));
+        let targets = pass.targets(key);
+        let (vertex_entry, fragment_entry) = pass.entry_points(key);
         let depth = match pass {
             Pass::Emboss { .. } => depth_state(false, wgpu::CompareFunction::Equal),
-            Pass::Color { .. } | Pass::Outputs => depth_state(!blend, wgpu::CompareFunction::Greater),
+            Pass::Color { .. } | Pass::Outputs(_) => depth_state(!blend, wgpu::CompareFunction::Greater),
         };
         let compilation_options =
             wgpu::PipelineCompilationOptions { constants: &constants, ..wgpu::PipelineCompilationOptions::default() };
@@ -227,7 +146,7 @@ impl Pipelines {
                 module: &self.forward,
                 entry_point: Some(fragment_entry),
                 compilation_options,
-                targets,
+                targets: &targets,
             }),
             multiview_mask: None,
             cache: None,
@@ -235,16 +154,17 @@ impl Pipelines {
     }
 
     /// Makes the sky's pipeline unless it exists.
-    pub fn make_sky(&mut self, device: &wgpu::Device, samples: u32, tone_map: Option<ToneMap>) {
-        let key = (samples, tone_map);
+    pub fn make_sky(&mut self, device: &wgpu::Device, key: SkyKey) {
         if self.skies.contains_key(&key) {
             return;
         }
-        let target = Some(wgpu::ColorTargetState::from(color_format(tone_map)));
+        let SkyKey { samples, tone_map, beside } = key;
+        let color = wgpu::ColorTargetState::from(color_format(tone_map));
+        let targets = beside.targets_beside(color, wgpu::ColorWrites::empty());
         let constants = [tone_map_constant(tone_map)];
         let depth = Some(depth_state(false, wgpu::CompareFunction::Equal));
         let shader = (&self.sky, "vs_sky", "fs_sky");
-        let pipeline = fullscreen(device, "sky", &self.sky_layout, shader, &constants, target, depth, samples);
+        let pipeline = fullscreen(device, "sky", &self.sky_layout, shader, &constants, &targets, depth, samples);
         self.skies.insert(key, pipeline);
     }
 
@@ -261,7 +181,7 @@ impl Pipelines {
             let shader = (&self.tone_map, "vs_tonemap", "fs_tonemap");
             let target = Some(wgpu::ColorTargetState::from(format));
             let layout = &self.tone_map_pipeline_layout;
-            let pipeline = fullscreen(device, "tone map", layout, shader, &constants, target, None, 1);
+            let pipeline = fullscreen(device, "tone map", layout, shader, &constants, &[target], None, 1);
             self.tone_maps.push((key, pipeline));
             self.tone_maps.len() - 1
         });
@@ -269,24 +189,19 @@ impl Pipelines {
     }
 }
 
-/// What passes over the scene draw into.
-fn color_format(tone_map: Option<ToneMap>) -> wgpu::TextureFormat {
-    if tone_map.is_some() { PICTURE_FORMAT } else { HDR_FORMAT }
-}
-
 /// What the forward shader's overrides are in a pass over objects of a kind.
 pub(super) fn object_constants(pass: Pass, key: PipelineKey) -> [(&'static str, f64); 15] {
     let (all_lights, debug) = match pass {
         Pass::Color { all_lights, debug, .. } => (all_lights, debug),
-        Pass::Emboss { .. } | Pass::Outputs => (false, DebugView::Off),
+        Pass::Emboss { .. } | Pass::Outputs(_) => (false, DebugView::Off),
     };
     let lights = match pass {
         Pass::Color { lights, .. } | Pass::Emboss { lights, .. } => lights,
-        Pass::Outputs => LightTraits::default(),
+        Pass::Outputs(_) => LightTraits::default(),
     };
     let (emboss_step, emboss_light) = match pass {
         Pass::Emboss { pass, .. } => pass.constants(),
-        Pass::Color { .. } | Pass::Outputs => (0, 0),
+        Pass::Color { .. } | Pass::Outputs(_) => (0, 0),
     };
     [
         ("TECHNIQUE", f64::from(key.technique as u32)),
@@ -352,7 +267,7 @@ fn fullscreen(
     layout: &wgpu::PipelineLayout,
     (module, vertex, fragment): (&wgpu::ShaderModule, &str, &str),
     constants: &[(&str, f64)],
-    target: Option<wgpu::ColorTargetState>,
+    targets: &[Option<wgpu::ColorTargetState>],
     depth_stencil: Option<wgpu::DepthStencilState>,
     samples: u32,
 ) -> wgpu::RenderPipeline {
@@ -370,12 +285,7 @@ fn fullscreen(
         primitive: wgpu::PrimitiveState::default(),
         depth_stencil,
         multisample: wgpu::MultisampleState { count: samples, ..wgpu::MultisampleState::default() },
-        fragment: Some(wgpu::FragmentState {
-            module,
-            entry_point: Some(fragment),
-            compilation_options,
-            targets: &[target],
-        }),
+        fragment: Some(wgpu::FragmentState { module, entry_point: Some(fragment), compilation_options, targets }),
         multiview_mask: None,
         cache: None,
     })

@@ -1,6 +1,7 @@
 //! Textures and buffers back to the CPU.
 
 use super::{Gpu, PICTURE_FORMAT, RenderError, targets};
+use glam::UVec2;
 
 /// A texture of [`PICTURE_FORMAT`] for a view to be drawn into and [`read_texture`] to read. `size`: pixels.
 pub fn picture_texture(gpu: &Gpu, size: (u32, u32)) -> wgpu::Texture {
@@ -10,24 +11,127 @@ pub fn picture_texture(gpu: &Gpu, size: (u32, u32)) -> wgpu::Texture {
 
 /// The texels of a texture's first level, rows tightly packed. Waits for the GPU. Zeros where that fails, which
 /// [`Gpu::check`] tells.
-pub fn read_texture(gpu: &Gpu, texture: &wgpu::Texture, aspect: wgpu::TextureAspect) -> Vec<u8> {
-    let size = texture.size();
-    let texel = texture.format().block_copy_size(Some(aspect)).unwrap_or(4);
-    let row = size.width * texel;
-    let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-    let buffer = mappable(gpu, u64::from(padded) * u64::from(size.height));
-    let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("read back") });
+pub fn read_texture(gpu: &Gpu, texture: &wgpu::Texture) -> Vec<u8> {
+    let label = wgpu::CommandEncoderDescriptor { label: Some("read back") };
+    let encoder = gpu.device.create_command_encoder(&label);
+    let [texels] = Readback::default().read(gpu, encoder, &[Some(texture.clone())]);
+    texels
+}
+
+/// Textures on their way to the CPU, through one buffer, which is kept.
+#[derive(Debug, Default)]
+pub(super) struct Readback {
+    buffer: Option<wgpu::Buffer>,
+}
+
+/// Where the first level of a texture lies in a buffer.
+struct Copied {
+    offset: u64,
+    row: usize,
+    padded_row: usize,
+    rows: usize,
+}
+
+impl Readback {
+    /// Submits commands, and behind them copies of the first levels of some textures: their texels, rows tightly packed,
+    /// none of those that are `None`. Waits for the GPU, once.
+    pub fn read<const N: usize>(
+        &mut self,
+        gpu: &Gpu,
+        mut encoder: wgpu::CommandEncoder,
+        textures: &[Option<wgpu::Texture>; N],
+    ) -> [Vec<u8>; N] {
+        let mut end = 0;
+        let copied = textures.each_ref().map(|texture| {
+            texture.as_ref().map(|texture| {
+                let row = texture.width() * texel_bytes(texture, aspect_of(texture));
+                let padded_row = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT) as usize;
+                let copied = Copied { offset: end, row: row as usize, padded_row, rows: texture.height() as usize };
+                end += padded_row as u64 * u64::from(texture.height());
+                copied
+            })
+        });
+        if self.buffer.as_ref().is_none_or(|buffer| buffer.size() < end) {
+            self.buffer = Some(mappable(gpu, end.max(4)));
+        }
+        let Some(buffer) = &self.buffer else { return [const { Vec::new() }; N] };
+        for (texture, copied) in textures.iter().zip(&copied) {
+            let (Some(texture), Some(copied)) = (texture, copied) else { continue };
+            let layout = wgpu::TexelCopyBufferLayout {
+                offset: copied.offset,
+                bytes_per_row: Some(copied.padded_row as u32),
+                rows_per_image: None,
+            };
+            encoder.copy_texture_to_buffer(
+                first_level(texture, aspect_of(texture), wgpu::Origin3d::ZERO),
+                wgpu::TexelCopyBufferInfo { buffer, layout },
+                texture.size(),
+            );
+        }
+        gpu.queue.submit([encoder.finish()]);
+        mapped(gpu, buffer, |bytes| {
+            copied.map(|copied| {
+                let Some(copied) = copied else { return Vec::new() };
+                let rows = bytes[copied.offset as usize..].chunks_exact(copied.padded_row).take(copied.rows);
+                let mut texels = Vec::with_capacity(copied.row * copied.rows);
+                rows.for_each(|row| texels.extend_from_slice(&row[..copied.row]));
+                texels
+            })
+        })
+    }
+}
+
+fn aspect_of(texture: &wgpu::Texture) -> wgpu::TextureAspect {
+    let is_depth = texture.format().has_depth_aspect();
+    if is_depth { wgpu::TextureAspect::DepthOnly } else { wgpu::TextureAspect::All }
+}
+
+fn texel_bytes(texture: &wgpu::Texture, aspect: wgpu::TextureAspect) -> u32 {
+    texture.format().block_copy_size(Some(aspect)).unwrap_or(4)
+}
+
+fn first_level(
+    texture: &wgpu::Texture,
+    aspect: wgpu::TextureAspect,
+    origin: wgpu::Origin3d,
+) -> wgpu::TexelCopyTextureInfo<'_> {
+    wgpu::TexelCopyTextureInfo { texture, mip_level: 0, origin, aspect }
+}
+
+/// Submits commands, and behind them a copy of one texel of ids and one of depths. Waits for the GPU.
+pub(super) fn read_id_and_depth(
+    gpu: &Gpu,
+    mut encoder: wgpu::CommandEncoder,
+    id: &wgpu::Texture,
+    depth: &wgpu::Texture,
+    pixel: UVec2,
+) -> [[u8; 4]; 2] {
+    let buffer = mappable(gpu, 8);
+    let one = wgpu::Extent3d { width: 1, height: 1, depth_or_array_layers: 1 };
+    let origin = wgpu::Origin3d { x: pixel.x, y: pixel.y, z: 0 };
+    let layout = |bytes_per_row| wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row, rows_per_image: None };
     encoder.copy_texture_to_buffer(
-        wgpu::TexelCopyTextureInfo { texture, mip_level: 0, origin: wgpu::Origin3d::ZERO, aspect },
-        wgpu::TexelCopyBufferInfo {
-            buffer: &buffer,
-            layout: wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(padded), rows_per_image: None },
-        },
-        size,
+        first_level(id, wgpu::TextureAspect::All, origin),
+        wgpu::TexelCopyBufferInfo { buffer: &buffer, layout: layout(None) },
+        one,
     );
+    // Of depths there are copies of whole textures only (WebGPU, "texture-to-buffer copies"): on the GPU.
+    let row = (depth.width() * 4).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+    let all = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("depths"),
+        size: u64::from(row) * u64::from(depth.height()),
+        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC,
+        mapped_at_creation: false,
+    });
+    encoder.copy_texture_to_buffer(
+        first_level(depth, wgpu::TextureAspect::DepthOnly, wgpu::Origin3d::ZERO),
+        wgpu::TexelCopyBufferInfo { buffer: &all, layout: layout(Some(row)) },
+        depth.size(),
+    );
+    let texel = u64::from(pixel.y) * u64::from(row) + u64::from(pixel.x) * 4;
+    encoder.copy_buffer_to_buffer(&all, texel, &buffer, 4, 4);
     gpu.queue.submit([encoder.finish()]);
-    let bytes = map(gpu, &buffer);
-    bytes.chunks_exact(padded as usize).flat_map(|padded_row| &padded_row[..row as usize]).copied().collect()
+    mapped(gpu, &buffer, |bytes| [[0, 1, 2, 3], [4, 5, 6, 7]].map(|places| places.map(|place| bytes[place])))
 }
 
 /// The first bytes of a buffer. Waits for the GPU. Zeros where that fails, as above.
@@ -49,14 +153,21 @@ fn mappable(gpu: &Gpu, size: u64) -> wgpu::Buffer {
 }
 
 fn map(gpu: &Gpu, buffer: &wgpu::Buffer) -> Vec<u8> {
+    mapped(gpu, buffer, <[u8]>::to_vec)
+}
+
+/// What is made of the bytes of a buffer; of zeros where it cannot be mapped. Waits for the GPU.
+fn mapped<T>(gpu: &Gpu, buffer: &wgpu::Buffer, make: impl FnOnce(&[u8]) -> T) -> T {
     let slice = buffer.slice(..);
     slice.map_async(wgpu::MapMode::Read, |_| {});
     gpu.poll(wgpu::PollType::wait_indefinitely());
-    slice.get_mapped_range().map_or_else(
-        |error| {
+    let made = match slice.get_mapped_range() {
+        Ok(bytes) => make(&bytes),
+        Err(error) => {
             gpu.faults.note(RenderError::Refused { reason: error.to_string() });
-            vec![0; buffer.size() as usize]
-        },
-        |mapped| mapped.to_vec(),
-    )
+            return make(&vec![0; buffer.size() as usize]);
+        }
+    };
+    buffer.unmap();
+    made
 }

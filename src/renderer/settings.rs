@@ -1,5 +1,6 @@
 //! Choices for a whole view.
 
+use super::OutputSet;
 use glam::Vec3;
 use systems::assets::Technique;
 use systems::assets::levels::LevelOfDetail;
@@ -126,6 +127,10 @@ pub struct Settings {
     pub picked_entity: Option<u32>,
     /// Whether objects that others hide are left out.
     pub occlusion: Occlusion,
+    /// What is drawn of the view. Without the picture, its target stays as it is, or has undefined colours. Others are
+    /// drawn with the picture where pixels have one sample each and no object is drawn with
+    /// [`Technique::EmbossMultipass`], else in a pass after it.
+    pub outputs: OutputSet,
 }
 
 impl Settings {
@@ -147,6 +152,7 @@ impl Default for Settings {
             hdr: true,
             picked_entity: None,
             occlusion: Occlusion::Auto,
+            outputs: OutputSet::COLOR,
         }
     }
 }

@@ -49,7 +49,8 @@ pub const ALL: [(&str, &str); 6] = [
 mod tests {
     use super::super::culling::{self, Phase};
     use super::super::emboss::EmbossPass;
-    use super::super::pipelines::{Pass, object_constants, tone_map_constant};
+    use super::super::pass::{Attached, Pass};
+    use super::super::pipelines::{object_constants, tone_map_constant};
     use super::super::{DebugView, HeatScale, draws, pyramid, scatter, tables};
     use super::*;
     use std::collections::{BTreeMap, BTreeSet};
@@ -236,7 +237,8 @@ mod tests {
 
     #[test]
     fn every_override_of_the_shaders_is_set() {
-        let of_objects = object_constants(Pass::Outputs, PipelineKey::default()).map(|(name, _)| name);
+        let of_objects =
+            object_constants(Pass::Outputs(Attached::default()), PipelineKey::default()).map(|(name, _)| name);
         // By `Culling::new` and `Scatter::make`; shaders/sky.wgsl and tonemap.wgsl have TONE_MAP only.
         let set: BTreeSet<&str> = of_objects.into_iter().chain(["PHASE", "TEXELS"]).collect();
         let other = &declared("override") ^ &set;

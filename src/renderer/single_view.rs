@@ -1,9 +1,10 @@
 //! A renderer with one view: most programs have one camera.
 
 use super::{
-    Drawn, Gpu, Outputs, PICTURE_FORMAT, PassTime, RenderError, RenderStats, Renderer, Settings, ViewPlan, ViewState,
-    ViewTarget, picture_texture, read_texture, targets,
+    Drawn, Gpu, OutputSet, Outputs, PassTime, Picked, RenderError, RenderStats, Renderer, Settings, ViewPlan,
+    ViewState, ViewTarget,
 };
+use glam::UVec2;
 use std::num::NonZeroU32;
 use systems::Simulation;
 use systems::draw::View;
@@ -63,7 +64,7 @@ impl SingleView {
     pub fn record(&mut self, target: &wgpu::TextureView, format: wgpu::TextureFormat) -> wgpu::CommandBuffer {
         let label = wgpu::CommandEncoderDescriptor { label: Some("frame") };
         let mut encoder = self.gpu().device.create_command_encoder(&label);
-        self.renderer.record(&mut encoder, &mut [ViewTarget { state: &mut self.state, target, format }]);
+        self.renderer.record(&mut encoder, &mut [ViewTarget::new(&mut self.state, target, format)]);
         encoder.finish()
     }
 
@@ -74,23 +75,24 @@ impl SingleView {
     pub fn show_again(&mut self, target: &wgpu::TextureView, format: wgpu::TextureFormat) {
         let label = wgpu::CommandEncoderDescriptor { label: Some("frame again") };
         let mut encoder = self.gpu().device.create_command_encoder(&label);
-        self.renderer.record_again(&mut encoder, &mut [ViewTarget { state: &mut self.state, target, format }]);
+        self.renderer.record_again(&mut encoder, &mut [ViewTarget::new(&mut self.state, target, format)]);
         self.gpu().queue.submit([encoder.finish()]);
     }
 
     /// Draws what was prepared and reads the picture back: 8-bit sRGB RGBA, rows from the top. Empty if nothing was
     /// prepared.
     pub fn draw_picture(&mut self) -> image::RgbaImage {
-        let Some(size) = self.state.size() else { return image::RgbaImage::default() };
-        let texture = picture_texture(self.gpu(), size);
-        self.draw(&targets::whole_view(&texture, "picture"), PICTURE_FORMAT);
-        let bytes = read_texture(self.gpu(), &texture, wgpu::TextureAspect::All);
-        image::RgbaImage::from_raw(size.0, size.1, bytes).unwrap_or_default()
+        self.draw_outputs(OutputSet::COLOR).and_then(|outputs| outputs.picture).unwrap_or_default()
     }
 
     /// [`Renderer::draw_outputs`].
-    pub fn draw_outputs(&mut self) -> Option<Outputs> {
-        self.renderer.draw_outputs(&mut self.state)
+    pub fn draw_outputs(&mut self, outputs: OutputSet) -> Option<Outputs> {
+        self.renderer.draw_outputs(&mut self.state, outputs)
+    }
+
+    /// [`Renderer::pick`].
+    pub fn pick(&mut self, pixel: UVec2) -> Option<Picked> {
+        self.renderer.pick(&mut self.state, pixel)
     }
 
     /// [`ViewState::read_linear`].

@@ -15,6 +15,7 @@ pub(super) struct Targets {
     /// `None` where objects are drawn into the caller's target.
     pub hdr: Option<Hdr>,
     pub depth: wgpu::TextureView,
+    pub depth_texture: wgpu::Texture,
 }
 
 /// Linear colours.
@@ -36,6 +37,8 @@ pub(super) struct Attachments<'a> {
     /// What `color` is resolved into in the end.
     pub resolved: Option<&'a wgpu::TextureView>,
     pub depth: &'a wgpu::TextureView,
+    /// Normals and ids that are drawn with the colour.
+    pub beside: [Option<&'a wgpu::TextureView>; 2],
 }
 
 impl Targets {
@@ -46,21 +49,29 @@ impl Targets {
         size: (u32, u32),
         samples: u32,
     ) -> Self {
-        let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING;
-        let depth = texture(device, "depth", size, DEPTH_FORMAT, samples, usage);
-        let depth = whole_view(&depth, "depth");
+        let mut usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING;
+        if samples == 1 {
+            // It may be read back.
+            usage |= wgpu::TextureUsages::COPY_SRC;
+        }
+        let depth_texture = texture(device, "depth", size, DEPTH_FORMAT, samples, usage);
+        let depth = whole_view(&depth_texture, "depth");
         let hdr = tone_map_layout.map(|layout| Hdr::new(device, layout, size, samples));
-        Self { width: size.0, height: size.1, samples, hdr, depth }
+        Self { width: size.0, height: size.1, samples, hdr, depth, depth_texture }
     }
 
     /// Where the picture is drawn; `picture` if it is drawn without linear colours between.
-    pub fn attachments<'a>(&'a self, picture: &'a wgpu::TextureView) -> Attachments<'a> {
+    pub fn attachments<'a>(
+        &'a self,
+        picture: &'a wgpu::TextureView,
+        beside: [Option<&'a wgpu::TextureView>; 2],
+    ) -> Attachments<'a> {
         let (color, resolved) = match &self.hdr {
             Some(Hdr { view, multisampled: Some(multisampled), .. }) => (multisampled, Some(view)),
             Some(Hdr { view, .. }) => (view, None),
             None => (picture, None),
         };
-        Attachments { color, resolved, depth: &self.depth }
+        Attachments { color, resolved, depth: &self.depth, beside }
     }
 }
 

@@ -9,12 +9,15 @@ use super::drawn::{Drawn, DrawnCounts};
 use super::draws::{Draw, Draws};
 use super::emboss::EmbossPass;
 use super::frame_tables::FrameTables;
-use super::pipelines::{Pass, Pipelines};
+use super::outputs::{OutputSet, OutputTextures};
+use super::pass::{Attached, Pass};
+use super::pipelines::Pipelines;
 use super::pyramid::{Pyramid, PyramidMaker};
+use super::readback::Readback;
 use super::tables::GrowingBuffer;
-use super::targets::{Behind, Targets};
+use super::targets::{Attachments, Behind, Targets};
 use super::{DebugView, Gpu, PICTURE_FORMAT, RenderError, Settings, Uploads, read_texture};
-use glam::Vec3;
+use glam::{Mat4, Vec3};
 use systems::assets::Technique;
 use systems::draw::{
     Batch, BatchKey, BlendedRun, DrawList, Environment, LightTraits, PipelineKey, ToneMap, View, ViewRecord,
@@ -76,12 +79,21 @@ pub struct ViewState {
     /// A sky of one colour, exposed, is a clear, which costs nothing: a gradient takes a software rasteriser longer
     /// than a thousand objects.
     pub(super) plain_sky: Option<Vec3>,
-    /// What the targets are prepared for: view, pass, technique, batches. `None`: nothing yet.
-    shown: Option<(ViewRecord, Pass, Option<Technique>, u64)>,
+    /// What the targets are prepared for: view, pass, technique, batches, outputs. `None`: nothing yet.
+    shown: Option<(ViewRecord, Pass, Option<Technique>, u64, OutputSet)>,
     /// What the renderer had uploaded when this view was last prepared.
     uploads: Uploads,
     needs_redraw: bool,
     pub(super) counts: DrawnCounts,
+    /// What the settings ask for.
+    pub(super) outputs: OutputSet,
+    /// The picture's own pass can write what they ask for beside it.
+    pub(super) together: bool,
+    pub(super) output_textures: OutputTextures,
+    /// What of them is of the frame that was prepared last.
+    pub(super) drawn_outputs: OutputSet,
+    pub(super) readback: Readback,
+    pub(super) view_from_clip: Mat4,
 }
 
 impl ViewState {
@@ -110,7 +122,7 @@ impl ViewState {
             blended_runs: Vec::new(),
             blended_for: None,
             technique: None,
-            pass: Pass::Outputs,
+            pass: Pass::Outputs(Attached::default()),
             tone_map: ToneMap::default(),
             levels: false,
             plain_sky: None,
@@ -118,6 +130,12 @@ impl ViewState {
             uploads: Uploads::default(),
             needs_redraw: false,
             counts: DrawnCounts::default(),
+            outputs: OutputSet::COLOR,
+            together: false,
+            output_textures: OutputTextures::default(),
+            drawn_outputs: OutputSet::NONE,
+            readback: Readback::default(),
+            view_from_clip: Mat4::IDENTITY,
         }
     }
 
@@ -151,9 +169,19 @@ impl ViewState {
     /// nothing was prepared, or if colours were not [kept linear](Self::keeps_linear). Waits for the GPU.
     pub fn read_linear(&self, gpu: &Gpu) -> Option<Vec<[f32; 4]>> {
         let texture = &self.targets.as_ref()?.hdr.as_ref()?.texture;
-        let bytes = read_texture(gpu, texture, wgpu::TextureAspect::All);
+        let bytes = read_texture(gpu, texture);
         let half = |b: &[u8]| half::f16::from_le_bytes([b[0], b[1]]).to_f32();
         Some(bytes.chunks_exact(8).map(|t| [half(&t[0..]), half(&t[2..]), half(&t[4..]), half(&t[6..])]).collect())
+    }
+
+    /// Whether the passes over the scene are recorded: for the picture, or to find what hides what.
+    pub(super) fn draws_scene(&self) -> bool {
+        self.outputs.color || (self.culled.pyramid().is_some() && self.cullings_due > 0)
+    }
+
+    /// What the passes over the scene draw into.
+    pub(super) fn attachments<'a>(&'a self, targets: &'a Targets, picture: &'a wgpu::TextureView) -> Attachments<'a> {
+        targets.attachments(picture, self.output_textures.attached(self.pass.sky().beside))
     }
 
     /// What every pass binds as group 0; `None` before the first `prepare`.
@@ -177,7 +205,7 @@ impl ViewState {
     pub(super) fn emboss_passes(&self) -> impl Iterator<Item = Pass> + use<> {
         let (lights, samples) = match self.pass {
             Pass::Color { lights, samples, .. } | Pass::Emboss { lights, samples, .. } => (lights, samples),
-            Pass::Outputs => (LightTraits::default(), 1),
+            Pass::Outputs(_) => (LightTraits::default(), 1),
         };
         EmbossPass::all().map(move |pass| Pass::Emboss { pass, lights, samples })
     }
@@ -191,23 +219,28 @@ impl ViewState {
         self.levels = settings.levels.enabled;
         self.technique = settings.technique;
         self.tone_map = if settings.debug == DebugView::Off { list.environment.tone_map } else { ToneMap::Clamp };
-        let pass = |tone_map| Pass::Color {
+        self.outputs = settings.outputs;
+        let pass = |tone_map, beside| Pass::Color {
             all_lights: list.all_lights,
             lights: list.light_traits,
             debug: settings.debug,
             samples: settings.samples,
             tone_map,
+            beside,
         };
-        self.pass = pass(None);
-        if !self.needs_linear(list, settings) {
-            self.pass = pass(Some(self.tone_map));
-        }
+        self.pass = pass(None, Attached::default());
+        let adds_up = self.adds_up(list);
+        self.together =
+            settings.outputs.color && settings.outputs != OutputSet::COLOR && settings.samples == 1 && !adds_up;
+        let beside = if self.together { settings.outputs.attached() } else { Attached::default() };
+        let needs_linear = settings.hdr || settings.samples > 1 || !list.transparent.is_empty() || adds_up;
+        self.pass = pass((!needs_linear).then_some(self.tone_map), beside);
     }
 
-    /// Whether colours have to stay linear until a pass of its own tone-maps them.
-    fn needs_linear(&self, list: &DrawList, settings: &Settings) -> bool {
+    /// Whether the light of an object is the sum of several passes over it.
+    fn adds_up(&self, list: &DrawList) -> bool {
         let adds_up = |batch: &Batch| self.pipeline_of(self.pass, batch.key).technique == Technique::EmbossMultipass;
-        settings.hdr || settings.samples > 1 || !list.transparent.is_empty() || list.batches.iter().any(adds_up)
+        list.batches.iter().any(adds_up)
     }
 
     /// Blended objects in this view's order. Returns the bytes written.
@@ -317,9 +350,13 @@ impl ViewState {
             self.culled_for = culled_for;
         }
         self.plain_sky = plain_sky(&list.environment);
-        let showing = Some((record, self.pass, plan.settings.technique, list.batches_version));
+        let showing = Some((record, self.pass, plan.settings.technique, list.batches_version, self.outputs));
         self.needs_redraw |= self.recull || self.shown != showing || self.uploads != uploads;
         self.shown = showing;
+        if self.needs_redraw {
+            self.drawn_outputs = OutputSet::NONE;
+        }
+        self.view_from_clip = plan.view.clip_from_view().inverse();
         self.uploads = uploads;
         self.prepared = prepared;
     }
@@ -439,7 +476,7 @@ mod tests {
                 .expect("they fit");
             let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             let views = [(first, &targets[0]), (second, &targets[1])];
-            let mut views = views.map(|(state, target)| ViewTarget { state, target, format: PICTURE_FORMAT });
+            let mut views = views.map(|(state, target)| ViewTarget::new(state, target, PICTURE_FORMAT));
             renderer.record(&mut encoder, &mut views);
             gpu.queue.submit([encoder.finish()]);
         };

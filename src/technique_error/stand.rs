@@ -5,7 +5,7 @@ use super::CompareJob;
 use super::maps::Maps;
 use crate::frames::FrameError;
 use crate::name;
-use crate::renderer::{Gpu, Occlusion, Outputs, Settings, SingleView};
+use crate::renderer::{Gpu, Occlusion, OutputSet, Outputs, Settings, SingleView};
 use bevy_ecs::prelude::*;
 use glam::{Mat3, Quat, UVec2, Vec2, Vec3};
 use systems::Simulation;
@@ -244,13 +244,13 @@ impl Stand {
     /// Depth and the like of the figure shown; `None` does not happen.
     pub fn outputs(&mut self, size: (u32, u32), shown: Shown) -> Result<Option<Outputs>, FrameError> {
         self.prepare(size, shown, Lit::All, 1)?;
-        Ok(self.renderer.draw_outputs())
+        Ok(self.renderer.draw_outputs(OutputSet::ALL.beside_color()))
     }
 
     /// Of each pixel, how many of its 2 × 2 parts show the coarse figure.
     pub fn coverage(&mut self, (width, height): (u32, u32)) -> Result<Vec<u8>, FrameError> {
         let outputs = self.outputs((2 * width, 2 * height), Shown::Coarse(Technique::Off))?;
-        let shows = outputs.map(|outputs| outputs.entities(self.renderer.gpu())).unwrap_or_default();
+        let shows = outputs.map(|outputs| outputs.entities()).unwrap_or_default();
         self.renderer.gpu().check()?;
         Ok(quarters(&shows, width).map(|parts| parts.iter().flatten().count() as u8).collect())
     }

@@ -86,8 +86,8 @@ impl Truth {
 /// Place and shading normal of each pixel that shows the displaced figure.
 fn samples(stand: &mut Stand, size: (u32, u32)) -> Result<Vec<Option<(Vec3, Vec3)>>, FrameError> {
     let Some(outputs) = stand.outputs(size, Shown::Displaced)? else { return Ok(Vec::new()) };
-    let (gpu, view) = (stand.renderer.gpu(), stand.view(size));
-    let (depths, normals) = (outputs.depths(gpu, &view), outputs.normals(gpu));
+    let view = stand.view(size);
+    let (depths, normals) = (outputs.depths(), outputs.normals());
     let clip_from_view = view.clip_from_view();
     let (across, up) = (clip_from_view.x_axis.x, clip_from_view.y_axis.y);
     let sample = |(i, (depth, normal)): (usize, (f32, [f32; 3]))| {

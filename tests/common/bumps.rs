@@ -3,7 +3,7 @@
 use bevy_ecs::prelude::*;
 use glam::{UVec2, Vec2, Vec3, Vec4};
 use relief::frames::Headless;
-use relief::renderer::{Settings, SingleView};
+use relief::renderer::{OutputSet, Settings, SingleView};
 use std::f32::consts::{FRAC_PI_2, TAU};
 use systems::Simulation;
 use systems::assets::{Image, ImageKind, Library, Map, Material, Mesh, shapes};
@@ -77,8 +77,9 @@ impl Stage {
     /// Shading normals, world space; zero where nothing is.
     pub fn normals(&mut self) -> Vec<Vec3> {
         self.linear();
-        let outputs = self.headless.renderer.draw_outputs().expect("outputs");
-        let normals = outputs.normals(self.headless.renderer.gpu());
+        let outputs =
+            self.headless.renderer.draw_outputs(OutputSet { normal: true, ..OutputSet::NONE }).expect("outputs");
+        let normals = outputs.normals();
         normals.into_iter().map(Vec3::from_array).collect()
     }
 

@@ -1,0 +1,48 @@
+//! Passes of the caller's own, at named places between those of a view.
+
+use super::PICTURE_FORMAT;
+use super::targets::{DEPTH_FORMAT, HDR_FORMAT};
+
+/// Where a pass of the caller's own is recorded.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub enum PassPlace {
+    /// After opaque objects, before the sky and blended objects: what writes depth hides these.
+    AfterOpaque,
+    /// After blended objects, before samples are resolved and the tone map.
+    AfterBlended,
+    /// After the tone map, onto the view's target.
+    AfterToneMap,
+}
+
+/// What a pass of the caller's own may draw into or read. It loads and stores all of these.
+#[derive(Clone, Copy, Debug)]
+pub struct PassTargets<'a> {
+    /// Pixels.
+    pub size: (u32, u32),
+    /// The colours so far. Before the tone map: exposed linear HDR of [`Self::samples`] samples, or, unless colours are
+    /// [kept linear](super::ViewState::keeps_linear), the view's target. After it: the view's target.
+    pub color: &'a wgpu::TextureView,
+    /// Of `color`.
+    pub color_format: wgpu::TextureFormat,
+    /// Samples in each pixel of `color`.
+    pub color_samples: u32,
+    /// Reversed depth: 1 at the near plane, 0 infinitely far. [`Self::DEPTH_FORMAT`]; can also be bound as a texture.
+    pub depth: &'a wgpu::TextureView,
+    /// Samples in each pixel of `depth`: after the tone map there may be more of them than in `color`.
+    pub samples: u32,
+}
+
+impl PassTargets<'_> {
+    /// Of the depths.
+    pub const DEPTH_FORMAT: wgpu::TextureFormat = DEPTH_FORMAT;
+    /// Of the colours before the tone map, where they are kept linear; else [`PICTURE_FORMAT`].
+    pub const LINEAR_FORMAT: wgpu::TextureFormat = HDR_FORMAT;
+
+    /// The format of colours before the tone map.
+    pub(super) fn scene_format(linear: bool) -> wgpu::TextureFormat {
+        if linear { HDR_FORMAT } else { PICTURE_FORMAT }
+    }
+}
+
+/// Records a pass.
+pub(super) type RecordPass<'a> = Box<dyn FnMut(&mut wgpu::CommandEncoder, &PassTargets<'_>) + 'a>;

@@ -1,0 +1,155 @@
+//! The passes over a scene: what each writes, and by which entry points of the forward shader.
+
+use super::emboss::EmbossPass;
+use super::targets::HDR_FORMAT;
+use super::{DebugView, PICTURE_FORMAT};
+use systems::assets::{AlphaMode, Shading, Technique};
+use systems::draw::{LightTraits, PipelineKey, ToneMap};
+
+/// World-space normals.
+pub(super) const NORMAL_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
+/// Entity indices, plus 1.
+pub(super) const ID_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
+
+/// What the forward pass writes.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub(super) enum Pass {
+    /// Colour.
+    Color {
+        /// Every light shades every pixel.
+        all_lights: bool,
+        lights: LightTraits,
+        debug: DebugView,
+        samples: u32,
+        /// Tone-maps itself, into a picture; else HDR colour.
+        tone_map: Option<ToneMap>,
+        /// What is written beside the colour.
+        beside: Attached,
+    },
+    /// One of the passes of [`Technique::EmbossMultipass`], over what `Color` drew.
+    Emboss { pass: EmbossPass, lights: LightTraits, samples: u32 },
+    /// Outputs without colour.
+    Outputs(Attached),
+}
+
+/// The outputs that are attachments of a pass. Depth always is.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
+pub(super) struct Attached {
+    pub normal: bool,
+    pub id: bool,
+}
+
+impl Attached {
+    pub fn any(self) -> bool {
+        self.normal || self.id
+    }
+
+    /// Their targets in the order of the shader's structs.
+    fn targets(self, write_mask: wgpu::ColorWrites) -> [Option<wgpu::ColorTargetState>; 2] {
+        let target = |format| wgpu::ColorTargetState { format, blend: None, write_mask };
+        [self.normal.then_some(target(NORMAL_FORMAT)), self.id.then_some(target(ID_FORMAT))]
+    }
+
+    /// The targets of a pass that writes colour: it, and these beside it.
+    pub fn targets_beside(
+        self,
+        color: wgpu::ColorTargetState,
+        write_mask: wgpu::ColorWrites,
+    ) -> Vec<Option<wgpu::ColorTargetState>> {
+        let beside = if self.any() { self.targets(write_mask).to_vec() } else { Vec::new() };
+        std::iter::once(Some(color)).chain(beside).collect()
+    }
+}
+
+impl Pass {
+    /// The curve, if it tone-maps itself.
+    pub fn tone_map(self) -> Option<ToneMap> {
+        match self {
+            Self::Color { tone_map, .. } => tone_map,
+            Self::Emboss { .. } | Self::Outputs(_) => None,
+        }
+    }
+
+    pub fn samples(self) -> u32 {
+        match self {
+            Self::Color { samples, .. } | Self::Emboss { samples, .. } => samples,
+            Self::Outputs(_) => 1,
+        }
+    }
+
+    /// The technique that objects of a technique are drawn with in this pass.
+    pub fn technique(self, technique: Technique, alpha: AlphaMode, shading: Shading) -> Technique {
+        // Passes add up over what is opaque, and there is one per light of three.
+        let passes = match self {
+            Self::Color { all_lights, debug, .. } => !all_lights && debug == DebugView::Off,
+            Self::Emboss { .. } => true,
+            Self::Outputs(_) => false,
+        };
+        match technique {
+            Technique::EmbossMultipass if !passes || alpha == AlphaMode::Blend || shading == Shading::Unlit => {
+                Technique::Emboss
+            }
+            other => other,
+        }
+    }
+
+    /// The entry points of the forward shader.
+    pub fn entry_points(self, key: PipelineKey) -> (&'static str, &'static str) {
+        let technique = key.technique;
+        match self {
+            Self::Emboss { .. } => ("vs_main", "fs_emboss"),
+            Self::Outputs(_) if technique.writes_depth() => ("vs_main", "fs_z_correct_outputs"),
+            Self::Outputs(_) => ("vs_main", "fs_outputs"),
+            Self::Color { all_lights, .. } => match (technique, self.writes_outputs(key)) {
+                (technique, false) if technique.writes_depth() => ("vs_main", "fs_z_correct"),
+                (technique, true) if technique.writes_depth() => ("vs_main", "fs_z_correct_with_outputs"),
+                (Technique::Dot3, false) if !all_lights => ("vs_dot3", "fs_dot3"),
+                (Technique::Dot3, true) if !all_lights => ("vs_dot3", "fs_dot3_with_outputs"),
+                (_, false) => ("vs_main", "fs_main"),
+                (_, true) => ("vs_main", "fs_main_with_outputs"),
+            },
+        }
+    }
+
+    /// Whether objects write outputs beside their colour. Blended ones do so afterwards: they hide by other rules than
+    /// they blend by.
+    fn writes_outputs(self, key: PipelineKey) -> bool {
+        matches!(self, Self::Color { beside, .. } if beside.any()) && key.alpha != AlphaMode::Blend
+    }
+
+    /// What it writes into.
+    pub fn targets(self, key: PipelineKey) -> Vec<Option<wgpu::ColorTargetState>> {
+        let (all, none) = (wgpu::ColorWrites::ALL, wgpu::ColorWrites::empty());
+        match self {
+            Self::Outputs(attached) => attached.targets(all).to_vec(),
+            Self::Emboss { pass, .. } => vec![Some(pass.target())],
+            Self::Color { tone_map, beside, .. } => {
+                let blend = (key.alpha == AlphaMode::Blend).then_some(wgpu::BlendState::ALPHA_BLENDING);
+                let color = wgpu::ColorTargetState { format: color_format(tone_map), blend, write_mask: all };
+                beside.targets_beside(color, if self.writes_outputs(key) { all } else { none })
+            }
+        }
+    }
+
+    /// The sky that is drawn in a colour pass; in others it has no meaning.
+    pub fn sky(self) -> SkyKey {
+        let beside = match self {
+            Self::Color { beside, .. } => beside,
+            Self::Emboss { .. } | Self::Outputs(_) => Attached::default(),
+        };
+        SkyKey { samples: self.samples(), tone_map: self.tone_map(), beside }
+    }
+}
+
+/// What the sky's pipeline depends on: that of a pass of objects.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub(super) struct SkyKey {
+    pub samples: u32,
+    pub tone_map: Option<ToneMap>,
+    pub beside: Attached,
+}
+
+/// What passes over the scene draw into.
+pub(super) fn color_format(tone_map: Option<ToneMap>) -> wgpu::TextureFormat {
+    if tone_map.is_some() { PICTURE_FORMAT } else { HDR_FORMAT }
+}

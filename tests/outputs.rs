@@ -1,0 +1,187 @@
+//! Outputs of a view: drawn with the picture or after it, read back together, and picked at a pixel.
+
+mod common;
+
+use bevy_ecs::prelude::*;
+use glam::{UVec2, Vec3};
+use proptest::prelude::RngExt;
+use proptest::test_runner::{RngAlgorithm, TestRng};
+use relief::renderer::{Gpu, Occlusion, OutputSet, Outputs, Picked, Settings, SingleView};
+use relief::viewpoint::Viewpoint;
+use systems::Simulation;
+use systems::assets::{AlphaMode, Library, Material, MeshId, Technique, shapes};
+use systems::draw::{Camera, View};
+use systems::lights::Light;
+use systems::space::Transform;
+
+const SIZE: (u32, u32) = (70, 45);
+
+struct Scene {
+    simulation: Simulation,
+    camera: Entity,
+}
+
+impl Scene {
+    /// Objects of all kinds before a camera, some behind others: opaque, masked and blended, of a technique that writes
+    /// depth, one with a vertex shader of its own, and two without either.
+    fn new() -> Self {
+        let mut simulation = Simulation::new();
+        let mut random = TestRng::deterministic_rng(RngAlgorithm::ChaCha);
+        let camera = simulation.world.spawn(Camera::default()).id();
+        simulation.world.spawn(Light::directional(2.0));
+        let mut library = simulation.world.resource_mut::<Library>();
+        let cube = library.add_mesh(shapes::cube(Vec3::ONE));
+        let techniques = [Technique::Normal, Technique::ZCorrect, Technique::Dot3, Technique::Off];
+        let alphas = [AlphaMode::Opaque, AlphaMode::Opaque, AlphaMode::Mask, AlphaMode::Blend];
+        let materials: Vec<_> = techniques
+            .into_iter()
+            .flat_map(|technique| alphas.map(|alpha| (technique, alpha)))
+            .map(|(technique, alpha)| {
+                let base_factor = Vec3::new(0.7, 0.4, 0.2).extend(if alpha == AlphaMode::Opaque { 1.0 } else { 0.6 });
+                library.add_material(Material { base_factor, alpha, technique, ..Material::default() })
+            })
+            .collect();
+        for index in 0..120 {
+            let mut number = || random.random::<f32>() * 2.0 - 1.0;
+            let place = Vec3::new(number() * 4.0, number() * 3.0, -7.0 + number() * 4.0);
+            simulation.world.spawn((cube, materials[index % materials.len()], Transform::from_translation(place)));
+        }
+        Self { simulation, camera }
+    }
+
+    fn view(&self) -> View {
+        Viewpoint::Camera(self.camera).view(&self.simulation.world, SIZE)
+    }
+
+    fn prepare(&mut self, renderer: &mut SingleView, settings: &Settings) {
+        self.simulation.frame();
+        renderer.prepare(&mut self.simulation, &self.view(), settings).expect("it fits");
+    }
+
+    fn draw(&mut self, gpu: &Gpu, settings: Settings, wanted: OutputSet) -> Outputs {
+        let mut renderer = SingleView::new(gpu);
+        self.prepare(&mut renderer, &settings);
+        renderer.draw_outputs(wanted).expect("prepared")
+    }
+}
+
+/// Settings with one sample per pixel.
+fn single(outputs: OutputSet) -> Settings {
+    Settings { samples: 1, outputs, ..Settings::default() }
+}
+
+/// The same pixels: entities, and depths and normals of the same surfaces. Two compiled shaders may round apart: a depth
+/// of 32 bits is the end of some ten operations, of less than 2⁻²⁴ each; a normal is stored in half floats, to 2⁻¹¹.
+fn assert_same(found: &Outputs, expected: &Outputs, what: &str) {
+    let (entities, wanted) = (found.entities(), expected.entities());
+    assert!(wanted.iter().any(Option::is_some) && wanted.iter().any(Option::is_none), "{what}: both");
+    assert_eq!(entities, wanted, "{what}: entities");
+    for (pixel, (a, b)) in found.depths().into_iter().zip(expected.depths()).enumerate() {
+        assert!(a == b || (a - b).abs() < 1e-5 * b, "{what}: depth of pixel {pixel}: {a}, not {b}");
+    }
+    for (pixel, (a, b)) in found.normals().into_iter().zip(expected.normals()).enumerate() {
+        let apart = Vec3::from(a).distance(Vec3::from(b));
+        assert!(apart < 2e-3, "{what}: normal of pixel {pixel}: {a:?}, not {b:?}");
+    }
+}
+
+#[test]
+fn outputs_that_are_drawn_with_the_picture_are_those_of_a_pass_of_their_own() {
+    let Some(gpu) = common::gpu() else { return };
+    let mut scene = Scene::new();
+    for occlusion in [Occlusion::Off, Occlusion::On] {
+        for hdr in [true, false] {
+            let of = |outputs| Settings { occlusion, hdr, ..single(outputs) };
+            let apart = scene.draw(&gpu, of(OutputSet::COLOR), OutputSet::ALL);
+            let together = scene.draw(&gpu, of(OutputSet::ALL), OutputSet::ALL);
+            assert_same(&together, &apart, "together");
+            let (found, expected) = (together.picture.expect("asked for"), apart.picture.expect("asked for"));
+            // Two compiled shaders may round a half float apart, which is at most one step of 8 bits.
+            let steps = found.iter().zip(expected.iter()).map(|(a, b)| a.abs_diff(*b)).max();
+            assert!(steps <= Some(1), "{occlusion:?}, {hdr}: {steps:?} steps");
+        }
+    }
+}
+
+#[test]
+fn what_is_drawn_together_is_one_pass() {
+    let Some(gpu) = common::gpu() else { return };
+    let mut scene = Scene::new();
+    let mut renderer = SingleView::new(&gpu);
+    for (settings, together) in [
+        (single(OutputSet::ALL), true),
+        (single(OutputSet { normal: false, ..OutputSet::ALL }), true),
+        (single(OutputSet::COLOR), false),
+        (single(OutputSet::ALL.beside_color()), false),
+        (Settings { samples: 4, ..single(OutputSet::ALL) }, false),
+        (Settings { technique: Some(Technique::EmbossMultipass), ..single(OutputSet::ALL) }, false),
+    ] {
+        scene.prepare(&mut renderer, &settings);
+        assert_eq!(renderer.state().draws_together(), together, "{settings:?}");
+    }
+}
+
+#[test]
+fn each_set_of_outputs_is_what_it_is_among_all() {
+    let Some(gpu) = common::gpu() else { return };
+    let mut scene = Scene::new();
+    let all = scene.draw(&gpu, Settings::default(), OutputSet::ALL);
+    let mut renderer = SingleView::new(&gpu);
+    for bits in 0..16_u32 {
+        let bit = |place: u32| bits >> place & 1 == 1;
+        let wanted = OutputSet { color: bit(0), depth: bit(1), normal: bit(2), id: bit(3) };
+        // Asked for in the settings, or afterwards, with a renderer that has drawn other sets before.
+        for outputs in [wanted, OutputSet::COLOR] {
+            scene.prepare(&mut renderer, &Settings { outputs, ..Settings::default() });
+            let found = renderer.draw_outputs(wanted).expect("prepared");
+            assert_eq!(found.picture, all.picture.clone().filter(|_| wanted.color), "{wanted:?} of {outputs:?}");
+            let or_none = |wanted: bool, all: Vec<f32>| if wanted { all } else { Vec::new() };
+            assert_eq!(found.depths(), or_none(wanted.depth, all.depths()), "{wanted:?} of {outputs:?}");
+            let normals = found.normals().concat();
+            assert_eq!(normals, or_none(wanted.normal, all.normals().concat()), "{wanted:?} of {outputs:?}");
+            let entities = if wanted.id { all.entities() } else { Vec::new() };
+            assert_eq!(found.entities(), entities, "{wanted:?} of {outputs:?}");
+        }
+    }
+}
+
+/// What is picked is what the outputs have there; a pick leaves nothing of its one pixel in those that follow.
+#[test]
+fn a_pixel_is_picked_as_the_outputs_have_it() {
+    let Some(gpu) = common::gpu() else { return };
+    let mut scene = Scene::new();
+    for settings in [Settings::default(), single(OutputSet::COLOR), single(OutputSet::ALL)] {
+        let all = scene.draw(&gpu, settings, OutputSet::ALL);
+        let (entities, depths) = (all.entities(), all.depths());
+        let mut renderer = SingleView::new(&gpu);
+        scene.prepare(&mut renderer, &settings);
+        renderer.draw_picture();
+        for pixel in (0..SIZE.0 * SIZE.1).step_by(97) {
+            let expected = entities[pixel as usize].map(|entity| Picked { entity, depth: depths[pixel as usize] });
+            assert_eq!(renderer.pick(UVec2::new(pixel % SIZE.0, pixel / SIZE.0)), expected, "pixel {pixel}");
+        }
+        assert_eq!(renderer.pick(UVec2::new(SIZE.0, 0)), None, "outside");
+        assert_eq!(renderer.pick(UVec2::new(0, u32::MAX)), None, "outside");
+        assert_same(&renderer.draw_outputs(OutputSet::ALL).expect("prepared"), &all, "after a pick");
+    }
+}
+
+/// A still view's outputs are those of its last frame; what moves shows in the next.
+#[test]
+fn outputs_follow_the_world() {
+    let Some(gpu) = common::gpu() else { return };
+    let mut scene = Scene::new();
+    let mut objects = scene.simulation.world.query_filtered::<&mut Transform, With<MeshId>>();
+    let mut renderer = SingleView::new(&gpu);
+    for frame in 0..4 {
+        if frame != 2 {
+            objects.iter_mut(&mut scene.simulation.world).for_each(|mut place| place.translation.x += 0.2);
+        }
+        for settings in [single(OutputSet::ALL), Settings { outputs: OutputSet::ALL, ..Settings::default() }] {
+            scene.prepare(&mut renderer, &settings);
+            let found = renderer.draw_outputs(OutputSet::ALL.beside_color()).expect("prepared");
+            let expected = scene.draw(&gpu, settings, OutputSet::ALL);
+            assert_same(&found, &expected, &format!("frame {frame}"));
+        }
+    }
+}
