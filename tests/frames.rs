@@ -140,7 +140,8 @@ fn changes_here_and_there_arrive_also_from_frames_that_nobody_drew() {
 
 #[test]
 fn a_table_that_grows_takes_the_others_along() {
-    let (Some(mut field), Some(gpu)) = (Field::new(2_000), common::gpu()) else { return };
+    // Each table fits into the one row that it has at first.
+    let (Some(mut field), Some(gpu)) = (Field::new(300), common::gpu()) else { return };
     let (_, before) = field.draw();
     // More than the 819 lights of a row, and no object near them.
     let lamps = 2_000;
@@ -158,7 +159,7 @@ fn a_table_that_grows_takes_the_others_along() {
     }
     let (more, seen) = field.draw();
     let record = size_of::<InstanceRecord>() as u64;
-    assert!((2_000 * record..4_000 * record).contains(&more.instance_bytes), "{}", more.instance_bytes);
+    assert!((2_000 * record..2_300 * record).contains(&more.instance_bytes), "{}", more.instance_bytes);
     assert!(seen != before);
     field.headless.renderer = SingleView::new(&gpu);
     assert!(field.draw().1 == seen);

@@ -204,9 +204,7 @@ impl TableTexture {
         }
         let rows = grown_rows(self.rows, needed, self.version == 0, most as u32);
         let larger = Self::with_rows(&gpu.device, rows, self.version + 1);
-        if self.version > 0 {
-            self.copy_into(gpu, &larger);
-        }
+        self.copy_into(gpu, &larger);
         *self = larger;
         Ok(())
     }
