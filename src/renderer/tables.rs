@@ -212,17 +212,17 @@ impl TableTexture {
     fn copy_into(&self, gpu: &super::Gpu, larger: &Self) {
         let mut encoder =
             gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("grow tables") });
-        let (from, to) = (first_rows(self.rows), first_rows(larger.rows));
-        for table in 0..TABLE_COUNT {
+        let places = first_rows(self.rows).into_iter().zip(first_rows(larger.rows));
+        let heights = self.rows.iter().zip(larger.rows).map(|(&old, new)| old.min(new));
+        for ((from, to), height) in places.zip(heights) {
             let place = |texture, y| wgpu::TexelCopyTextureInfo {
                 texture,
                 mip_level: 0,
                 origin: wgpu::Origin3d { x: 0, y, z: 0 },
                 aspect: wgpu::TextureAspect::All,
             };
-            let height = self.rows[table].min(larger.rows[table]);
             let size = wgpu::Extent3d { width: TABLE_WIDTH as u32, height, depth_or_array_layers: 1 };
-            let (from, to) = (place(&self.texture, from[table]), place(&larger.texture, to[table]));
+            let (from, to) = (place(&self.texture, from), place(&larger.texture, to));
             encoder.copy_texture_to_texture(from, to, size);
         }
         gpu.queue.submit([encoder.finish()]);
