@@ -54,7 +54,7 @@ fn bumped(material: Material, in: VertexOut, uvs: Uvs, dp_dx: vec3f, dp_dy: vec3
     } else if TECHNIQUE == TECHNIQUE_PERTURBED_UV {
         bump.offset = environment_offset(material, frame, uvs);
     } else if TECHNIQUE != TECHNIQUE_OFF && !is_emboss() {
-        let texel = sample(normal_maps, normal_sampler, material, MAP_NORMAL, bump.uvs).xyz;
+        let texel = sample(normal_or_offset_maps, normal_or_offset_sampler, material, MAP_NORMAL, bump.uvs).xyz;
         var turned = frame;
         if TRANSFORMED_UVS {
             turned = turned_frame(frame, material.image_from_mesh_uv[MAP_NORMAL]);
@@ -88,7 +88,7 @@ fn shifted(material: Material, at: vec4f, shift: vec2f) -> vec4f {
 }
 
 fn height(layer: u32, uv: vec2f, dx: vec2f, dy: vec2f) -> f32 {
-    return textureSampleGrad(height_maps, height_sampler, uv, layer, dx, dy).r;
+    return textureSampleGrad(height_or_environment_maps, height_or_environment_sampler, uv, layer, dx, dy).r;
 }
 
 // Metres in a width of the image, by the area that it covers; 0 on a mesh without UVs. `size`: its texels, which are
@@ -102,7 +102,8 @@ fn image_width(uv: ImageUv, dp_dx: vec3f, dp_dy: vec3f, size: vec2f) -> f32 {
 // The perturbed normal: heights half a pixel away on either side.
 fn perturbed(material: Material, normal: vec3f, uv: ImageUv, dp_dx: vec3f, dp_dy: vec3f) -> vec3f {
     let layer = material.layers[MAP_HEIGHT];
-    let scale = material.height_scale_uv * image_width(uv, dp_dx, dp_dy, vec2f(textureDimensions(height_maps)));
+    let size = vec2f(textureDimensions(height_or_environment_maps));
+    let scale = material.height_scale_uv * image_width(uv, dp_dx, dp_dy, size);
     let dx = 0.5 * uv.dx;
     let dy = 0.5 * uv.dy;
     let across = height(layer, uv.at + dx, uv.dx, uv.dy) - height(layer, uv.at - dx, uv.dx, uv.dy);
@@ -112,7 +113,7 @@ fn perturbed(material: Material, normal: vec3f, uv: ImageUv, dp_dx: vec3f, dp_dy
 
 // The offset map's texel through the material's matrix, along the surface in world space.
 fn environment_offset(material: Material, frame: Frame, uvs: Uvs) -> vec3f {
-    let texel = sample(offset_maps, offset_sampler, material, MAP_OFFSET, uvs).rg;
+    let texel = sample(normal_or_offset_maps, normal_or_offset_sampler, material, MAP_OFFSET, uvs).rg;
     // 128 is none, 1 and 255 are −1 and 1.
     let offset = (texel * 255.0 - 128.0) / 127.0;
     let m = material.offset_matrix;

@@ -8,7 +8,7 @@ const EMBOSS_FULL_COSINE = 0.125;
 // UV a step away from the pixel toward a light, given as right, up, out. Nowhere else on a mesh without UVs.
 fn emboss_uv(field: HeightField, step_texels: f32, light: vec3f) -> vec2f {
     let texels = select(0.0, step_texels, field.metres > 0.0);
-    let step = texels * saturate(light.z / EMBOSS_FULL_COSINE) / vec2f(textureDimensions(height_maps));
+    let step = texels * saturate(light.z / EMBOSS_FULL_COSINE) / vec2f(textureDimensions(height_or_environment_maps));
     return field.at + light.xy * step * vec2f(1.0, -1.0);
 }
 

@@ -7,12 +7,13 @@ fn environment(material: Material, direction: vec3f, blur: f32) -> vec3f {
         return sky_blurred(direction, blur);
     }
     // Equirectangular: −Z in the middle, +X to its right.
-    let level = blur * f32(textureNumLevels(environment_maps) - 1u);
+    let level = blur * f32(textureNumLevels(height_or_environment_maps) - 1u);
     // The poles do not continue on the other side: no row is blended with the one that a repeated image has there.
-    let half_row = min(0.5 * exp2(ceil(level)) / f32(textureDimensions(environment_maps).y), 0.5);
+    let half_row = min(0.5 * exp2(ceil(level)) / f32(textureDimensions(height_or_environment_maps).y), 0.5);
     let down = clamp(acos(clamp(direction.y, -1.0, 1.0)) / PI, half_row, 1.0 - half_row);
     let uv = vec2f(atan2(direction.x, -direction.z) / (2.0 * PI) + 0.5, down);
-    return textureSampleLevel(environment_maps, environment_sampler, uv, material.layers[MAP_ENVIRONMENT], level).rgb;
+    let layer = material.layers[MAP_ENVIRONMENT];
+    return textureSampleLevel(height_or_environment_maps, height_or_environment_sampler, uv, layer, level).rgb;
 }
 
 // The look-up is a place on the disc that a mirroring ball shows to the eye: the part of the normal across the line of
@@ -30,7 +31,7 @@ fn shifted_mirror(surface: Surface, offset: vec3f) -> vec3f {
 // its height map's depth. Not what is really behind that place if something stands in front of it.
 fn refracted(in: VertexOut, material: Material, offset: vec3f, dp_dx: vec3f, dp_dy: vec3f, uvs: Uvs) -> vec3f {
     let uv = image_uv(material, MAP_OFFSET, uvs);
-    let width = image_width(uv, dp_dx, dp_dy, vec2f(textureDimensions(offset_maps)));
+    let width = image_width(uv, dp_dx, dp_dy, vec2f(textureDimensions(normal_or_offset_maps)));
     let thickness = material.height_scale_uv * width;
     let here = view.clip_from_eye * vec4f(in.position, 1.0);
     let there = view.clip_from_eye * vec4f(in.position + offset * thickness, 1.0);

@@ -17,28 +17,26 @@ const ALPHA_BLEND = 2u;
 const LIGHTS_SELECTED = 0u;
 const LIGHTS_ALL = 1u;
 
+// The maps that pixels of one technique read: `bound_maps` of src/renderer/textures.rs has the same order. Perturbed UV
+// reads neither normal nor height map; its own two are bound in their places.
 @group(1) @binding(0) var base_maps: texture_2d_array<f32>;
-@group(1) @binding(1) var normal_maps: texture_2d_array<f32>;
+@group(1) @binding(1) var normal_or_offset_maps: texture_2d_array<f32>;
 @group(1) @binding(2) var specular_maps: texture_2d_array<f32>;
 @group(1) @binding(3) var metallic_roughness_maps: texture_2d_array<f32>;
 @group(1) @binding(4) var occlusion_maps: texture_2d_array<f32>;
 @group(1) @binding(5) var emissive_maps: texture_2d_array<f32>;
-@group(1) @binding(6) var height_maps: texture_2d_array<f32>;
+@group(1) @binding(6) var height_or_environment_maps: texture_2d_array<f32>;
 @group(1) @binding(7) var horizon_0_maps: texture_2d_array<f32>;
 @group(1) @binding(8) var horizon_1_maps: texture_2d_array<f32>;
-@group(1) @binding(9) var offset_maps: texture_2d_array<f32>;
-@group(1) @binding(10) var environment_maps: texture_2d_array<f32>;
-@group(1) @binding(11) var base_sampler: sampler;
-@group(1) @binding(12) var normal_sampler: sampler;
-@group(1) @binding(13) var specular_sampler: sampler;
-@group(1) @binding(14) var metallic_roughness_sampler: sampler;
-@group(1) @binding(15) var occlusion_sampler: sampler;
-@group(1) @binding(16) var emissive_sampler: sampler;
-@group(1) @binding(17) var height_sampler: sampler;
-@group(1) @binding(18) var horizon_0_sampler: sampler;
-@group(1) @binding(19) var horizon_1_sampler: sampler;
-@group(1) @binding(20) var offset_sampler: sampler;
-@group(1) @binding(21) var environment_sampler: sampler;
+@group(1) @binding(9) var base_sampler: sampler;
+@group(1) @binding(10) var normal_or_offset_sampler: sampler;
+@group(1) @binding(11) var specular_sampler: sampler;
+@group(1) @binding(12) var metallic_roughness_sampler: sampler;
+@group(1) @binding(13) var occlusion_sampler: sampler;
+@group(1) @binding(14) var emissive_sampler: sampler;
+@group(1) @binding(15) var height_or_environment_sampler: sampler;
+@group(1) @binding(16) var horizon_0_sampler: sampler;
+@group(1) @binding(17) var horizon_1_sampler: sampler;
 
 // The picture without blended objects, for those that refract it.
 @group(2) @binding(0) var behind: texture_2d<f32>;

@@ -44,7 +44,7 @@ fn height_field(
     var field: HeightField;
     field.at = uv.at;
     field.layer = material.layers[MAP_HEIGHT];
-    let size = vec2f(textureDimensions(height_maps));
+    let size = vec2f(textureDimensions(height_or_environment_maps));
     let texels = max(length(uv.dx * size), length(uv.dy * size));
     field.lod = max(log2(max(texels, 1e-6)), 0.0);
     field.frame = frame;
@@ -80,13 +80,13 @@ fn uv_shift(field: HeightField, metres: vec2f) -> vec2f {
 }
 
 fn field_height(field: HeightField, uv: vec2f) -> f32 {
-    let h = textureSampleLevel(height_maps, height_sampler, uv, field.layer, field.lod).r;
+    let h = textureSampleLevel(height_or_environment_maps, height_or_environment_sampler, uv, field.layer, field.lod).r;
     return select(h, 1.0 - h, field.from_behind);
 }
 
 // Steps that go no further than a texel each.
 fn steps_along(field: HeightField, shift: vec2f, most: f32) -> f32 {
-    let texels = length(shift * vec2f(textureDimensions(height_maps))) * exp2(-field.lod);
+    let texels = length(shift * vec2f(textureDimensions(height_or_environment_maps))) * exp2(-field.lod);
     return clamp(ceil(texels), 1.0, most);
 }
 

@@ -1,10 +1,10 @@
 // Records that lie apart in a table, written in one go: one invocation per texel. src/renderer/scatter.rs records it.
 
-// Where each record goes.
-@group(0) @binding(0) var<storage, read> slots: array<u32>;
+// The first texel of where each record goes.
+@group(0) @binding(0) var<storage, read> places: array<u32>;
 // The records, one after another.
 @group(0) @binding(1) var<storage, read> texels: array<vec4u>;
-@group(0) @binding(2) var table: texture_storage_2d<rgba32uint, write>;
+@group(0) @binding(2) var tables: texture_storage_2d<rgba32uint, write>;
 
 // Of a record.
 override TEXELS: u32 = 1u;
@@ -19,6 +19,6 @@ fn scatter(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_in
     if index >= arrayLength(&texels) {
         return;
     }
-    let texel = slots[index / TEXELS] * TEXELS + index % TEXELS;
-    textureStore(table, vec2u(texel % TABLE_WIDTH, texel / TABLE_WIDTH), texels[index]);
+    let texel = places[index / TEXELS] + index % TEXELS;
+    textureStore(tables, vec2u(texel % TABLE_WIDTH, texel / TABLE_WIDTH), texels[index]);
 }

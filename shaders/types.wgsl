@@ -1,8 +1,8 @@
 // What the shaders read. Each struct mirrors the one of the same purpose in systems/draw/records.rs, of a light in
-// systems/lights/record.rs (…Record); tests/shaders.rs compares every offset. Instances, lights and materials are
-// tables in textures: record r lies in the texels from r times its size on, four values in each, and its load_…
-// function gathers it. (Why textures: docs/architecture.md, "Tables in textures".) Compilers leave out the texels whose
-// values nothing uses.
+// systems/lights/record.rs (…Record); tests/shaders.rs compares every offset. Instances, lights and materials are tables
+// in one texture: record r lies r times its size behind the first texel of its table, four values in each, and its
+// load_… function gathers it. (Why a texture: docs/architecture.md, "Tables in a texture".) Compilers leave out the
+// texels whose values nothing uses.
 
 struct View {
     clip_from_world: mat4x4f,
@@ -116,36 +116,42 @@ struct Material {
     offsets: array<vec2f, 12>,
 }
 
-@group(0) @binding(0) var<uniform> view: View;
-@group(0) @binding(1) var instances: texture_2d<u32>;
-@group(0) @binding(2) var lights: texture_2d<u32>;
-@group(0) @binding(3) var materials: texture_2d<u32>;
-// For LIGHTS_ALL: reaching[slot] is where the list of the lights that reach the object in that slot begins.
-@group(0) @binding(4) var<storage, read> reaching: array<u32>;
-
-// Texels in a row of a table.
-const TABLE_WIDTH = 4096u;
-
-fn texel_of(table: texture_2d<u32>, index: u32) -> vec4u {
-    return textureLoad(table, vec2u(index % TABLE_WIDTH, index / TABLE_WIDTH), 0);
+// The first texel of each table.
+struct TableStarts {
+    instances: u32,
+    lights: u32,
+    materials: u32,
 }
 
-fn floats_of(table: texture_2d<u32>, index: u32) -> vec4f {
-    return bitcast<vec4f>(texel_of(table, index));
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var tables: texture_2d<u32>;
+@group(0) @binding(2) var<uniform> starts: TableStarts;
+// For LIGHTS_ALL: reaching[slot] is where the list of the lights that reach the object in that slot begins.
+@group(0) @binding(3) var<storage, read> reaching: array<u32>;
+
+// Texels in a row of the tables.
+const TABLE_WIDTH = 4096u;
+
+fn texel_of(index: u32) -> vec4u {
+    return textureLoad(tables, vec2u(index % TABLE_WIDTH, index / TABLE_WIDTH), 0);
+}
+
+fn floats_of(index: u32) -> vec4f {
+    return bitcast<vec4f>(texel_of(index));
 }
 
 const INSTANCE_TEXELS = 6u;
 
 fn load_world_from_object(slot: u32) -> array<vec4f, 3> {
-    let t = slot * INSTANCE_TEXELS;
-    return array<vec4f, 3>(floats_of(instances, t), floats_of(instances, t + 1u), floats_of(instances, t + 2u));
+    let t = starts.instances + slot * INSTANCE_TEXELS;
+    return array<vec4f, 3>(floats_of(t), floats_of(t + 1u), floats_of(t + 2u));
 }
 
 fn load_packed_instance(slot: u32) -> PackedInstance {
-    let t = slot * INSTANCE_TEXELS;
-    let chosen = texel_of(instances, t + 3u);
-    let remainder = texel_of(instances, t + 4u);
-    let rest = texel_of(instances, t + 5u);
+    let t = starts.instances + slot * INSTANCE_TEXELS;
+    let chosen = texel_of(t + 3u);
+    let remainder = texel_of(t + 4u);
+    let rest = texel_of(t + 5u);
     return PackedInstance(
         load_world_from_object(slot),
         array<u32, 3>(chosen.x, chosen.y, chosen.z),
@@ -190,20 +196,20 @@ fn load_instance(slot: u32) -> Instance {
 }
 
 fn load_light(slot: u32) -> Light {
-    let t = slot * 5u;
-    let place = texel_of(lights, t);
-    let color = floats_of(lights, t + 1u);
+    let t = starts.lights + slot * 5u;
+    let place = texel_of(t);
+    let color = floats_of(t + 1u);
     var attenuation = vec4f(0.0, 0.0, 1.0, 0.0);
     if LIGHTS_WITH_ATTENUATION || LIGHTS_WITH_CONES {
-        attenuation = floats_of(lights, t + 2u);
+        attenuation = floats_of(t + 2u);
     }
     var shining = vec4f(0.0);
     if LIGHTS_WITH_CONES {
-        shining = floats_of(lights, t + 3u);
+        shining = floats_of(t + 3u);
     }
     var ambient = vec3f(0.0);
     if LIGHTS_WITH_AMBIENT {
-        ambient = floats_of(lights, t + 4u).xyz;
+        ambient = floats_of(t + 4u).xyz;
     }
     return Light(
         bitcast<vec3f>(place.xyz),
@@ -220,24 +226,24 @@ fn load_light(slot: u32) -> Light {
 }
 
 fn load_material(index: u32) -> Material {
-    let t = index * 27u;
-    let specular = floats_of(materials, t + 1u);
-    let emissive = floats_of(materials, t + 2u);
-    let factors = floats_of(materials, t + 3u);
-    let others = texel_of(materials, t + 4u);
+    let t = starts.materials + index * 27u;
+    let specular = floats_of(t + 1u);
+    let emissive = floats_of(t + 2u);
+    let factors = floats_of(t + 3u);
+    let others = texel_of(t + 4u);
     let other_factors = bitcast<vec3f>(others.xyz);
-    let bumps = floats_of(materials, t + 6u);
-    let layers_0 = texel_of(materials, t + 7u);
-    let layers_4 = texel_of(materials, t + 8u);
-    let layers_8 = texel_of(materials, t + 9u);
-    let offsets_0 = floats_of(materials, t + 21u);
-    let offsets_2 = floats_of(materials, t + 22u);
-    let offsets_4 = floats_of(materials, t + 23u);
-    let offsets_6 = floats_of(materials, t + 24u);
-    let offsets_8 = floats_of(materials, t + 25u);
-    let offsets_10 = floats_of(materials, t + 26u);
+    let bumps = floats_of(t + 6u);
+    let layers_0 = texel_of(t + 7u);
+    let layers_4 = texel_of(t + 8u);
+    let layers_8 = texel_of(t + 9u);
+    let offsets_0 = floats_of(t + 21u);
+    let offsets_2 = floats_of(t + 22u);
+    let offsets_4 = floats_of(t + 23u);
+    let offsets_6 = floats_of(t + 24u);
+    let offsets_8 = floats_of(t + 25u);
+    let offsets_10 = floats_of(t + 26u);
     return Material(
-        floats_of(materials, t),
+        floats_of(t),
         specular.xyz,
         specular.w,
         emissive.xyz,
@@ -250,7 +256,7 @@ fn load_material(index: u32) -> Material {
         other_factors.y,
         other_factors.z,
         others.w,
-        floats_of(materials, t + 5u),
+        floats_of(t + 5u),
         bumps.x,
         bumps.y,
         bumps.z,
@@ -270,17 +276,17 @@ fn load_material(index: u32) -> Material {
         ),
         0u,
         array<vec4f, 11>(
-            floats_of(materials, t + 10u),
-            floats_of(materials, t + 11u),
-            floats_of(materials, t + 12u),
-            floats_of(materials, t + 13u),
-            floats_of(materials, t + 14u),
-            floats_of(materials, t + 15u),
-            floats_of(materials, t + 16u),
-            floats_of(materials, t + 17u),
-            floats_of(materials, t + 18u),
-            floats_of(materials, t + 19u),
-            floats_of(materials, t + 20u),
+            floats_of(t + 10u),
+            floats_of(t + 11u),
+            floats_of(t + 12u),
+            floats_of(t + 13u),
+            floats_of(t + 14u),
+            floats_of(t + 15u),
+            floats_of(t + 16u),
+            floats_of(t + 17u),
+            floats_of(t + 18u),
+            floats_of(t + 19u),
+            floats_of(t + 20u),
         ),
         array<vec2f, 12>(
             offsets_0.xy,

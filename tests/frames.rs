@@ -8,7 +8,7 @@ use relief::frames::Headless;
 use relief::renderer::{Settings, SingleView};
 use systems::Simulation;
 use systems::assets::levels::LevelOfDetail;
-use systems::assets::{AlphaMode, Image, ImageKind, Library, Map, Material, shapes, texture_memory};
+use systems::assets::{AlphaMode, Image, ImageKind, Library, Map, Material, MeshId, shapes, texture_memory};
 use systems::draw::{Camera, InstanceRecord};
 use systems::lights::{Light, LightRecord};
 use systems::space::Transform;
@@ -132,6 +132,33 @@ fn changes_here_and_there_arrive_also_from_frames_that_nobody_drew() {
     let (_, seen) = field.draw();
     let fresh = Headless { renderer: SingleView::new(&gpu), settings: Settings::default() };
     field.headless = fresh;
+    assert!(field.draw().1 == seen);
+}
+
+#[test]
+fn a_table_that_grows_takes_the_others_along() {
+    // Each table fits into the one row that it has at first.
+    let (Some(mut field), Some(gpu)) = (Field::new(300), common::gpu()) else { return };
+    let (_, before) = field.draw();
+    // More than the 819 lights of a row, and no object near them.
+    let lamps = 2_000;
+    for _ in 0..lamps {
+        field.simulation.world.spawn((Light::point(1.0, 0.5), Transform::from_xyz(-50.0, 0.0, 0.0)));
+    }
+    let (lit, same) = field.draw();
+    assert_eq!((lit.light_bytes, lit.instance_bytes), (lamps * size_of::<LightRecord>() as u64, 0));
+    assert!(same == before);
+    // Lights and materials lie behind the objects, whose table is the next to grow.
+    let mesh = *field.simulation.world.get::<MeshId>(field.objects[0]).expect("a mesh");
+    for i in 0..2_000u16 {
+        let place = Transform::from_xyz(f32::from(i % 100) * 2.0, 1.0, f32::from(i / 100) * -2.0);
+        field.simulation.world.spawn((mesh, place));
+    }
+    let (more, seen) = field.draw();
+    let record = size_of::<InstanceRecord>() as u64;
+    assert!((2_000 * record..2_300 * record).contains(&more.instance_bytes), "{}", more.instance_bytes);
+    assert!(seen != before);
+    field.headless.renderer = SingleView::new(&gpu);
     assert!(field.draw().1 == seen);
 }
 

@@ -55,7 +55,8 @@ impl Scene {
 
     fn prepare(&mut self, renderer: &mut SingleView, settings: &Settings) {
         self.simulation.frame();
-        renderer.prepare(&mut self.simulation, &self.view(), settings).expect("it fits");
+        let view = self.view();
+        renderer.prepare(&mut self.simulation, &view, settings).expect("it fits");
     }
 
     fn draw(&mut self, gpu: &Gpu, settings: Settings, wanted: OutputSet) -> Outputs {

@@ -11,6 +11,7 @@ use systems::assets::MaterialId;
 use systems::draw::*;
 use systems::lights::{LightRecord, MOST_LIGHTS, NO_LIGHT, SelectedLights, Selection};
 use wgpu::naga;
+use wgpu::util::DeviceExt;
 
 fn parse(source: &str) -> naga::Module {
     naga::front::wgsl::parse_str(source).unwrap_or_else(|e| panic!("{}", e.emit_to_string(source)))
@@ -169,13 +170,13 @@ fn the_structs_of_culling_mirror_the_renderers() {
 #[test]
 fn records_come_out_of_their_tables_as_they_went_in() {
     let Some(gpu) = common::gpu() else { return };
-    check_table(&gpu, "instances", 1, "PackedInstance", "load_packed_instance", size_of::<InstanceRecord>());
-    check_table(&gpu, "lights", 2, "Light", "load_light", size_of::<LightRecord>());
-    check_table(&gpu, "materials", 3, "Material", "load_material", size_of::<MaterialRecord>());
+    check_table(&gpu, 0, "PackedInstance", "load_packed_instance", size_of::<InstanceRecord>());
+    check_table(&gpu, 1, "Light", "load_light", size_of::<LightRecord>());
+    check_table(&gpu, 2, "Material", "load_material", size_of::<MaterialRecord>());
 }
 
 /// Fills a table with numbers, loads a record by its function, and compares the bytes; room between fields stays 0.
-fn check_table(gpu: &Gpu, table: &str, binding: u32, kind: &str, load: &str, size: usize) {
+fn check_table(gpu: &Gpu, table: usize, kind: &str, load: &str, size: usize) {
     const RECORD: u32 = 229;
     let types = include_str!("../shaders/types.wgsl");
     let source = format!(
@@ -185,7 +186,7 @@ fn check_table(gpu: &Gpu, table: &str, binding: u32, kind: &str, load: &str, siz
     );
     // Each value another one.
     let values: Vec<u32> = (0..4096 * 2 * 4).map(|i| 0x3f00_0000 + i).collect();
-    let found = run(gpu, (table, binding), source, &values, size);
+    let found = run(gpu, table, source, &values, size);
     let first = RECORD as usize * size / 4;
     for (place, (&found, &expected)) in found.iter().zip(&values[first..]).enumerate() {
         assert!(found == expected || found == 0, "value {place} of {kind}: {found:#x}, not {expected:#x}");
@@ -241,7 +242,7 @@ fn lights_come_out_of_an_objects_record_nearly_as_they_went_in() {
     let records: Vec<InstanceRecord> = selections.iter().map(record).collect();
     let mut values: Vec<u32> = bytemuck::cast_slice(&records).to_vec();
     values.resize(4096 * 2 * 4, 0);
-    let found = run(&gpu, ("instances", 1), source, &values, 4 * 19 * selections.len());
+    let found = run(&gpu, 0, source, &values, 4 * 19 * selections.len());
     for (s, found) in selections.iter().zip(found.chunks_exact(19)) {
         let [a, b, c] = s.lights;
         assert_eq!(found[..6], [a, b, c, 9, 70_000, s.reaching]);
@@ -263,25 +264,34 @@ fn lights_come_out_of_an_objects_record_nearly_as_they_went_in() {
     }
 }
 
-/// Runs a shader with `values` in a table of two rows; what it leaves in the binding for that, `size` bytes.
-fn run(gpu: &Gpu, (table, binding): (&str, u32), source: String, values: &[u32], size: usize) -> Vec<u32> {
+/// Runs a shader with `values` in a table of two rows, the others empty; what it leaves in the binding for that, `size`
+/// bytes. Tables by their number: instances, lights, materials.
+fn run(gpu: &Gpu, table: usize, source: String, values: &[u32], size: usize) -> Vec<u32> {
     let device = &gpu.device;
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: Some(table),
+        label: Some("reads a table"),
         source: wgpu::ShaderSource::Wgsl(source.into()),
     });
     let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: Some(table),
+        label: Some("reads a table"),
         layout: None,
         module: &module,
         entry_point: Some("main"),
         compilation_options: wgpu::PipelineCompilationOptions::default(),
         cache: None,
     });
+    // The table begins in the row of its number plus one.
+    let mut starts = [0; 3];
+    starts[table] = 4096 * (table as u32 + 1);
+    let starts = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+        label: Some("starts"),
+        contents: bytemuck::bytes_of(&starts),
+        usage: wgpu::BufferUsages::UNIFORM,
+    });
     let extent = wgpu::Extent3d { width: 4096, height: 2, depth_or_array_layers: 1 };
     let texture = device.create_texture(&wgpu::TextureDescriptor {
-        label: Some(table),
-        size: extent,
+        label: Some("tables"),
+        size: wgpu::Extent3d { height: 5, ..extent },
         mip_level_count: 1,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
@@ -290,7 +300,9 @@ fn run(gpu: &Gpu, (table, binding): (&str, u32), source: String, values: &[u32],
         view_formats: &[],
     });
     let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(4096 * 16), rows_per_image: None };
-    gpu.queue.write_texture(texture.as_image_copy(), bytemuck::cast_slice(values), layout, extent);
+    let mut place = texture.as_image_copy();
+    place.origin.y = table as u32 + 1;
+    gpu.queue.write_texture(place, bytemuck::cast_slice(values), layout, extent);
     let buffer = |usage| {
         device.create_buffer(&wgpu::BufferDescriptor {
             label: None,
@@ -301,18 +313,20 @@ fn run(gpu: &Gpu, (table, binding): (&str, u32), source: String, values: &[u32],
     };
     let loaded = buffer(wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC);
     let back = buffer(wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST);
-    let group = |index, binding, resource| {
+    let group = |index, resources: Vec<(u32, wgpu::BindingResource<'_>)>| {
         let layout = &pipeline.get_bind_group_layout(index);
-        let entries = &[wgpu::BindGroupEntry { binding, resource }];
+        let entries = resources.into_iter().map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource });
+        let entries = &entries.collect::<Vec<_>>();
         device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries })
     };
     let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+    let tables = vec![(1, wgpu::BindingResource::TextureView(&view)), (2, starts.as_entire_binding())];
     let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     {
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
         pass.set_pipeline(&pipeline);
-        pass.set_bind_group(0, &group(0, binding, wgpu::BindingResource::TextureView(&view)), &[]);
-        pass.set_bind_group(1, &group(1, 0, loaded.as_entire_binding()), &[]);
+        pass.set_bind_group(0, &group(0, tables), &[]);
+        pass.set_bind_group(1, &group(1, vec![(0, loaded.as_entire_binding())]), &[]);
         pass.dispatch_workgroups(1, 1, 1);
     }
     encoder.copy_buffer_to_buffer(&loaded, 0, &back, 0, size as u64);

@@ -1,7 +1,7 @@
 //! The tables of a draw list on the GPU, which all views share, and the bind group through which passes read them.
 
 use super::scatter::Scatter;
-use super::tables::{GrowingBuffer, RecordTable};
+use super::tables::{GrowingBuffer, RecordTable, TableKind, TableTexture};
 use super::timestamps::Timestamps;
 use super::{Gpu, RenderError, RenderStats};
 use systems::Simulation;
@@ -12,6 +12,7 @@ use systems::lights::{LightRecord, MOST_LIGHTS};
 /// Instances, lights, materials.
 #[derive(Debug)]
 pub(super) struct FrameTables {
+    texture: TableTexture,
     instances: RecordTable<InstanceRecord>,
     lights: RecordTable<LightRecord>,
     materials: RecordTable<MaterialRecord>,
@@ -26,9 +27,10 @@ pub(super) struct FrameTables {
 impl FrameTables {
     pub fn new(device: &wgpu::Device) -> Self {
         Self {
-            instances: RecordTable::new(device, "instances"),
-            lights: RecordTable::new(device, "lights"),
-            materials: RecordTable::new(device, "materials"),
+            texture: TableTexture::new(device),
+            instances: RecordTable::new(device, TableKind::Instances),
+            lights: RecordTable::new(device, TableKind::Lights),
+            materials: RecordTable::new(device, TableKind::Materials),
             scatter: Scatter::new(device),
             reaching: GrowingBuffer::new(device, "lights of objects", wgpu::BufferUsages::STORAGE),
             uploaded_reaching: (0, 0),
@@ -44,11 +46,21 @@ impl FrameTables {
             return Err(RenderError::TooLarge { what: "the light table", unit: "lights", needed, limit });
         }
         if list.frame != self.uploaded_frame {
-            let missed = list.frame != self.uploaded_frame + 1;
-            let scatter = &mut self.scatter;
-            stats.instance_bytes = self.instances.mirror(gpu, scatter, &simulation.instance_records(), missed)?;
-            stats.light_bytes = self.lights.mirror(gpu, scatter, &list.lights, missed)?;
-            stats.material_bytes = self.materials.mirror(gpu, scatter, &list.materials, missed)?;
+            let all = self.uploaded_frame == 0 || list.frame != self.uploaded_frame + 1;
+            let Self { texture, instances, lights, materials, scatter, .. } = self;
+            let objects = simulation.instance_records();
+            instances.scattered.flush(gpu, scatter);
+            lights.scattered.flush(gpu, scatter);
+            materials.scattered.flush(gpu, scatter);
+            let texels = [
+                RecordTable::texels(&objects),
+                RecordTable::texels(&list.lights),
+                RecordTable::texels(&list.materials),
+            ];
+            texture.reserve(gpu, texels)?;
+            stats.instance_bytes = instances.mirror(gpu, scatter, texture, &objects, all)?;
+            stats.light_bytes = lights.mirror(gpu, scatter, texture, &list.lights, all)?;
+            stats.material_bytes = materials.mirror(gpu, scatter, texture, &list.materials, all)?;
             self.uploaded_frame = list.frame;
         }
         stats.light_bytes += self.upload_reaching(gpu, list)?;
@@ -86,18 +98,19 @@ impl FrameTables {
 
     /// Changes whenever bind groups of views are to be made anew.
     pub fn version(&self) -> u32 {
-        self.instances.version + self.lights.version + self.materials.version + self.reaching.version
+        self.texture.version + self.reaching.version
     }
 
     /// What every pass over a view binds as group 0: the view's record, and the tables.
     pub fn bind(&self, device: &wgpu::Device, layout: &wgpu::BindGroupLayout, view: &wgpu::Buffer) -> wgpu::BindGroup {
-        let Self { instances, lights, materials, .. } = self;
-        let entries: Vec<_> = std::iter::once(view.as_entire_binding())
-            .chain([&instances.view, &lights.view, &materials.view].map(wgpu::BindingResource::TextureView))
-            .chain([self.reaching.buffer().as_entire_binding()])
-            .enumerate()
-            .map(|(binding, resource)| wgpu::BindGroupEntry { binding: binding as u32, resource })
-            .collect();
+        let resources = [
+            view.as_entire_binding(),
+            wgpu::BindingResource::TextureView(&self.texture.view),
+            self.texture.starts.as_entire_binding(),
+            self.reaching.buffer().as_entire_binding(),
+        ];
+        let entries: Vec<_> =
+            (0..).zip(resources).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
         device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("frame"), layout, entries: &entries })
     }
 }

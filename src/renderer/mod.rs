@@ -4,7 +4,7 @@
 //! ```text
 //! Renderer::prepare(simulation, views)                uploads what changed, makes the pipelines that are missing
 //!   meshes        new ones into the shared vertex and index buffers
-//!   textures      new layers of the texture arrays; a bind group per material class
+//!   textures      new layers of the texture arrays; bind groups of each material class
 //!   frame tables  dirty records of instances, lights, materials
 //!   draws         what the culling pass reads, if the batches changed
 //!   each view     targets, the order of blended objects, room for the lists of visible ones

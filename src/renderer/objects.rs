@@ -104,8 +104,10 @@ impl Renderer {
 
     /// Sets pipeline and class; `false` if there is nothing to draw with.
     fn bind_key(&self, pass: &mut wgpu::RenderPass<'_>, view: &ViewState, kind: Pass, key: BatchKey) -> bool {
-        let pipeline = self.pipelines.object(kind, view.pipeline_of(kind, key));
-        let (Some(pipeline), Some(class)) = (pipeline, self.textures.class(key.class)) else { return false };
+        let drawn_with = view.pipeline_of(kind, key);
+        let pipeline = self.pipelines.object(kind, drawn_with);
+        let class = self.textures.class(key.class, drawn_with.technique);
+        let (Some(pipeline), Some(class)) = (pipeline, class) else { return false };
         pass.set_pipeline(pipeline);
         pass.set_bind_group(1, class, &[]);
         true

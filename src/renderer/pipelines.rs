@@ -243,9 +243,8 @@ fn frame_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
         entries: &[
             entry(0, all, buffer(wgpu::BufferBindingType::Uniform)),
             entry(1, all, table),
-            entry(2, all, table),
-            entry(3, all, table),
-            entry(4, wgpu::ShaderStages::FRAGMENT, reaching),
+            entry(2, all, buffer(wgpu::BufferBindingType::Uniform)),
+            entry(3, wgpu::ShaderStages::FRAGMENT, reaching),
         ],
     })
 }

@@ -28,7 +28,7 @@ pub(super) struct Scatter {
 /// The buffers of one table.
 #[derive(Debug)]
 pub(super) struct ScatterBuffers {
-    slots: GrowingBuffer,
+    places: GrowingBuffer,
     texels: GrowingBuffer,
     pending: Option<Pending>,
 }
@@ -96,36 +96,37 @@ impl Scatter {
 impl ScatterBuffers {
     pub fn new(device: &wgpu::Device) -> Self {
         let buffer = |label| GrowingBuffer::new(device, label, wgpu::BufferUsages::STORAGE);
-        Self { slots: buffer("scattered slots"), texels: buffer("scattered records"), pending: None }
+        Self { places: buffer("places of records"), texels: buffer("scattered records"), pending: None }
     }
 
-    /// Uploads the records in `ranges` of a table; [`Self::record`] puts them in their places. Returns the bytes
-    /// written.
+    /// Uploads the records in `ranges` of a table that begins at a texel of a texture; [`Self::record`] puts them in
+    /// their places. Returns the bytes written.
     pub fn write<R: Records>(
         &mut self,
         gpu: &Gpu,
         scatter: &mut Scatter,
-        table: &wgpu::TextureView,
+        (texture, start): (&wgpu::TextureView, u32),
         records: &R,
         ranges: &[Range<u32>],
         room: &mut Vec<R::Record>,
     ) -> Result<u64, RenderError> {
-        let slots: Vec<u32> = ranges.iter().cloned().flatten().collect();
+        let record_texels = (size_of::<R::Record>() / 16) as u32;
+        let places: Vec<u32> = ranges.iter().cloned().flatten().map(|slot| start + slot * record_texels).collect();
         let together = records.read(ranges, room);
         let all = DirtySlots::default();
-        let bytes = self.slots.write(gpu, &slots, &all, true)? + self.texels.write(gpu, together, &all, true)?;
+        let bytes = self.places.write(gpu, &places, &all, true)? + self.texels.write(gpu, together, &all, true)?;
         let texels = (size_of_val(together) / 16) as u32;
-        let record_texels = (size_of::<R::Record>() / 16) as u32;
         scatter.make(&gpu.device, record_texels);
         // No more than what was written: the shader takes the number of texels from it.
-        let (slots, together) = (part(&self.slots, size_of_val(&slots[..])), part(&self.texels, size_of_val(together)));
+        let places = part(&self.places, size_of_val(&places[..]));
+        let together = part(&self.texels, size_of_val(together));
         let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("scatter"),
             layout: &scatter.layout,
             entries: &[
-                wgpu::BindGroupEntry { binding: 0, resource: slots },
+                wgpu::BindGroupEntry { binding: 0, resource: places },
                 wgpu::BindGroupEntry { binding: 1, resource: together },
-                wgpu::BindGroupEntry { binding: 2, resource: wgpu::BindingResource::TextureView(table) },
+                wgpu::BindGroupEntry { binding: 2, resource: wgpu::BindingResource::TextureView(texture) },
             ],
         });
         self.pending = Some(Pending { group, record_texels, workgroups: texels.div_ceil(TEXELS_TOGETHER) });

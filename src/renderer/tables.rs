@@ -1,10 +1,11 @@
-//! Buffers that grow, and textures that mirror the tables of the draw list, which take only what changed.
+//! Buffers that grow, and the texture that mirrors the tables of the draw list; both take only what changed.
 
 use super::RenderError;
 use super::scatter::{MANY_RANGES, Scatter, ScatterBuffers};
 use std::ops::Range;
 use systems::draw::PAGE_SLOTS;
 use systems::ecs::tables::{DirtySlots, Records};
+use wgpu::util::DeviceExt;
 
 /// A storage or vertex buffer that grows.
 #[derive(Debug)]
@@ -96,22 +97,42 @@ impl GrowingBuffer {
     }
 }
 
-/// A table of records in a texture of four 32-bit values per texel, as shaders/types.wgsl reads it: record r lies in
-/// the texels from r times its size on, row after row.
+/// The tables, in the order in which they lie in their texture.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum TableKind {
+    Instances,
+    Lights,
+    Materials,
+}
+
+/// Number of [`TableKind`]s.
+pub(super) const TABLE_COUNT: usize = 3;
+
+/// The tables in one texture of four 32-bit values per texel, as shaders/types.wgsl reads it: each has whole rows, and
+/// record r lies r times its size behind its table's first texel, row after row.
 #[derive(Debug)]
-pub(super) struct RecordTable<T> {
-    label: &'static str,
+pub(super) struct TableTexture {
     texture: wgpu::Texture,
     /// For bind groups.
     pub view: wgpu::TextureView,
+    /// Of each table.
+    rows: [u32; TABLE_COUNT],
+    /// The first texel of each table, for bind groups: `TableStarts` of shaders/types.wgsl.
+    pub starts: wgpu::Buffer,
     /// Changes whenever `texture` is another one: bind groups are made anew.
     pub version: u32,
+}
+
+/// What one table of records takes to bring its part of the texture up to date.
+#[derive(Debug)]
+pub(super) struct RecordTable<T> {
+    kind: TableKind,
     pub scattered: ScatterBuffers,
     /// For records that are made when they are read.
     room: Vec<T>,
 }
 
-/// Texels in a row of a table; `TABLE_WIDTH` of shaders/types.wgsl.
+/// Texels in a row of the tables; `TABLE_WIDTH` of shaders/types.wgsl.
 pub(super) const TABLE_WIDTH: u64 = 4096;
 const TEXEL_BYTES: u64 = 16;
 /// Uploads of all there is wait for each other after this many bytes: of what is under way there is a copy, whose
@@ -145,79 +166,71 @@ impl Pace {
     }
 }
 
-impl<T: bytemuck::Pod> RecordTable<T> {
-    pub fn new(device: &wgpu::Device, label: &'static str) -> Self {
-        let (texture, view) = make_table(device, label, 1);
-        Self { label, texture, view, version: 0, scattered: ScatterBuffers::new(device), room: Vec::new() }
+impl TableTexture {
+    pub fn new(device: &wgpu::Device) -> Self {
+        Self::with_rows(device, [1; TABLE_COUNT], 0)
     }
 
-    /// Makes room for that many texels; says whether the contents are lost.
-    fn reserve(&mut self, device: &wgpu::Device, texels: u64) -> Result<bool, RenderError> {
-        let rows = texels.div_ceil(TABLE_WIDTH);
-        if rows <= u64::from(self.texture.height()) {
-            return Ok(false);
-        }
-        let most_rows = u64::from(device.limits().max_texture_dimension_2d);
-        if rows > most_rows {
-            let [needed, limit] = [rows, most_rows].map(|rows| rows * TABLE_WIDTH * TEXEL_BYTES);
-            return Err(RenderError::TooLarge { what: self.label, unit: "bytes", needed, limit });
-        }
-        // What is not used is resident on an adapter in main memory: at first there is no more than what is needed,
-        // then a quarter more than before, at the most.
-        let step = if self.version == 0 { 1 } else { (rows.next_power_of_two() / 8).max(1) };
-        let rows = rows.next_multiple_of(step).min(most_rows) as u32;
-        (self.texture, self.view) = make_table(device, self.label, rows);
-        self.version += 1;
-        Ok(true)
+    fn with_rows(device: &wgpu::Device, rows: [u32; TABLE_COUNT], version: u32) -> Self {
+        use wgpu::TextureUsages;
+        let usage = TextureUsages::TEXTURE_BINDING
+            | TextureUsages::STORAGE_BINDING
+            | TextureUsages::COPY_DST
+            | TextureUsages::COPY_SRC;
+        let size = (TABLE_WIDTH as u32, rows.iter().sum());
+        let texture = super::targets::texture(device, "tables", size, wgpu::TextureFormat::Rgba32Uint, 1, usage);
+        let view = super::targets::whole_view(&texture, "tables");
+        let starts = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some("starts of tables"),
+            contents: bytemuck::bytes_of(&first_rows(rows).map(|row| row * TABLE_WIDTH as u32)),
+            usage: wgpu::BufferUsages::UNIFORM,
+        });
+        Self { texture, view, rows, starts, version }
     }
 
-    /// Brings the texture up to date with the records: all of them if it grew or `everything` is asked for, else the
-    /// dirty ones. Returns the bytes written.
-    pub fn mirror(
-        &mut self,
-        gpu: &super::Gpu,
-        scatter: &mut Scatter,
-        records: &impl Records<Record = T>,
-        everything: bool,
-    ) -> Result<u64, RenderError> {
-        self.scattered.flush(gpu, scatter);
-        let size = size_of::<T>();
-        // Whole pages: culling looks at the slots behind the last one in use, too, and new texels are zero.
-        let room = u64::from(records.slot_count().next_multiple_of(PAGE_SLOTS)) * size as u64;
-        let lost = self.reserve(&gpu.device, room / TEXEL_BYTES)?;
-        if lost || everything {
-            return Ok(self.write_range(gpu, &mut Pace::new(FEW_BYTES_UNDER_WAY), records, 0..records.slot_count()));
+    /// Makes room for that many texels in each table. What they hold moves along.
+    pub fn reserve(&mut self, gpu: &super::Gpu, texels: [u64; TABLE_COUNT]) -> Result<(), RenderError> {
+        let needed = texels.map(|texels| texels.div_ceil(TABLE_WIDTH).max(1));
+        let most = u64::from(gpu.device.limits().max_texture_dimension_2d);
+        let sum = needed.iter().sum::<u64>();
+        if sum > most {
+            let [needed, limit] = [sum, most].map(|rows| rows * TABLE_WIDTH * TEXEL_BYTES);
+            let what = "the tables of objects, lights and materials";
+            return Err(RenderError::TooLarge { what, unit: "bytes", needed, limit });
         }
-        let ranges = records.dirty().ranges(gap(size));
-        // Each record by itself: what lies between costs as much as they do.
-        let apart = if ranges.len() >= MANY_RANGES { records.dirty().ranges(0) } else { Vec::new() };
-        let bytes_apart = apart.iter().map(|range| range.len() * size).sum::<usize>() as u64;
-        if (1..=MOST_BYTES_UNDER_WAY).contains(&bytes_apart) {
-            return self.scattered.write(gpu, scatter, &self.view, records, &apart, &mut self.room);
+        let needed = needed.map(|rows| rows as u32);
+        if needed.iter().zip(self.rows).all(|(&needed, rows)| needed <= rows) {
+            return Ok(());
         }
-        let mut pace = Pace::new(MOST_BYTES_UNDER_WAY);
-        Ok(ranges.into_iter().map(|range| self.write_range(gpu, &mut pace, records, range)).sum())
+        let rows = grown_rows(self.rows, needed, self.version == 0, most as u32);
+        let larger = Self::with_rows(&gpu.device, rows, self.version + 1);
+        self.copy_into(gpu, &larger);
+        *self = larger;
+        Ok(())
     }
 
-    /// Writes the records of some slots, a few at a time: they may be made just for this. Returns the bytes written.
-    fn write_range(
-        &mut self,
-        gpu: &super::Gpu,
-        pace: &mut Pace,
-        records: &impl Records<Record = T>,
-        slots: Range<u32>,
-    ) -> u64 {
-        let size = size_of::<T>();
-        let mut room = std::mem::take(&mut self.room);
-        let mut start = slots.start;
-        while start < slots.end {
-            let end = slots.end.min((start + 1).next_multiple_of(READ_TOGETHER));
-            let bytes = bytemuck::cast_slice(records.read(std::slice::from_ref(&(start..end)), &mut room));
-            self.write(gpu, pace, u64::from(start) * size as u64 / TEXEL_BYTES, bytes);
-            start = end;
+    fn copy_into(&self, gpu: &super::Gpu, larger: &Self) {
+        let mut encoder =
+            gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("grow tables") });
+        let places = first_rows(self.rows).into_iter().zip(first_rows(larger.rows));
+        let heights = self.rows.iter().zip(larger.rows).map(|(&old, new)| old.min(new));
+        for ((from, to), height) in places.zip(heights) {
+            let place = |texture, y| wgpu::TexelCopyTextureInfo {
+                texture,
+                mip_level: 0,
+                origin: wgpu::Origin3d { x: 0, y, z: 0 },
+                aspect: wgpu::TextureAspect::All,
+            };
+            let size = wgpu::Extent3d { width: TABLE_WIDTH as u32, height, depth_or_array_layers: 1 };
+            let (from, to) = (place(&self.texture, from), place(&larger.texture, to));
+            encoder.copy_texture_to_texture(from, to, size);
         }
-        self.room = room;
-        (slots.len() * size) as u64
+        gpu.queue.submit([encoder.finish()]);
+    }
+
+    /// The first texel of a table.
+    fn start(&self, kind: TableKind) -> u64 {
+        u64::from(first_rows(self.rows)[kind as usize]) * TABLE_WIDTH
     }
 
     /// Writes texels from one on: the rest of its row, whole rows, and the beginning of the last.
@@ -252,13 +265,85 @@ impl<T: bytemuck::Pod> RecordTable<T> {
     }
 }
 
-fn make_table(device: &wgpu::Device, label: &str, rows: u32) -> (wgpu::Texture, wgpu::TextureView) {
-    use wgpu::TextureUsages;
-    let usage = TextureUsages::TEXTURE_BINDING | TextureUsages::STORAGE_BINDING | TextureUsages::COPY_DST;
-    let format = wgpu::TextureFormat::Rgba32Uint;
-    let texture = super::targets::texture(device, label, (TABLE_WIDTH as u32, rows), format, 1, usage);
-    let view = super::targets::whole_view(&texture, label);
-    (texture, view)
+/// Where each table begins, if they have that many rows.
+fn first_rows(rows: [u32; TABLE_COUNT]) -> [u32; TABLE_COUNT] {
+    let [instances, lights, _] = rows;
+    [0, instances, instances + lights]
+}
+
+/// The rows of tables that had `rows` and need more. What is not used is resident on an adapter in main memory: at
+/// `first` there is no more than what is needed, then a quarter more than before, at the most; and no more than `most`
+/// in all while what is `needed` fits.
+fn grown_rows(rows: [u32; TABLE_COUNT], needed: [u32; TABLE_COUNT], first: bool, most: u32) -> [u32; TABLE_COUNT] {
+    let grown = |table: usize| {
+        let needed = needed[table];
+        let step = if first { 1 } else { (needed.next_power_of_two() / 8).max(1) };
+        if needed > rows[table] { needed.next_multiple_of(step) } else { rows[table] }
+    };
+    let grown = std::array::from_fn(grown);
+    if grown.iter().sum::<u32>() <= most { grown } else { needed }
+}
+
+impl<T: bytemuck::Pod> RecordTable<T> {
+    pub fn new(device: &wgpu::Device, kind: TableKind) -> Self {
+        Self { kind, scattered: ScatterBuffers::new(device), room: Vec::new() }
+    }
+
+    /// Texels that the records take. Whole pages: culling looks at the slots behind the last one in use, too, and new
+    /// texels are zero.
+    pub fn texels(records: &impl Records<Record = T>) -> u64 {
+        u64::from(records.slot_count().next_multiple_of(PAGE_SLOTS)) * size_of::<T>() as u64 / TEXEL_BYTES
+    }
+
+    /// Brings the texture, which has room for them, up to date with the records: all of them if `everything` is asked
+    /// for, else the dirty ones. Returns the bytes written.
+    pub fn mirror(
+        &mut self,
+        gpu: &super::Gpu,
+        scatter: &mut Scatter,
+        texture: &TableTexture,
+        records: &impl Records<Record = T>,
+        everything: bool,
+    ) -> Result<u64, RenderError> {
+        if everything {
+            let (mut pace, all) = (Pace::new(FEW_BYTES_UNDER_WAY), 0..records.slot_count());
+            return Ok(self.write_range(gpu, &mut pace, texture, records, all));
+        }
+        let size = size_of::<T>();
+        let ranges = records.dirty().ranges(gap(size));
+        // Each record by itself: what lies between costs as much as they do.
+        let apart = if ranges.len() >= MANY_RANGES { records.dirty().ranges(0) } else { Vec::new() };
+        let bytes_apart = apart.iter().map(|range| range.len() * size).sum::<usize>() as u64;
+        if (1..=MOST_BYTES_UNDER_WAY).contains(&bytes_apart) {
+            let place = (&texture.view, texture.start(self.kind) as u32);
+            return self.scattered.write(gpu, scatter, place, records, &apart, &mut self.room);
+        }
+        let mut pace = Pace::new(MOST_BYTES_UNDER_WAY);
+        Ok(ranges.into_iter().map(|range| self.write_range(gpu, &mut pace, texture, records, range)).sum())
+    }
+
+    /// Writes the records of some slots, a few at a time: they may be made just for this. Returns the bytes written.
+    fn write_range(
+        &mut self,
+        gpu: &super::Gpu,
+        pace: &mut Pace,
+        texture: &TableTexture,
+        records: &impl Records<Record = T>,
+        slots: Range<u32>,
+    ) -> u64 {
+        let size = size_of::<T>();
+        let mut room = std::mem::take(&mut self.room);
+        let mut start = slots.start;
+        while start < slots.end {
+            let end = slots.end.min((start + 1).next_multiple_of(READ_TOGETHER));
+            let bytes = bytemuck::cast_slice(records.read(std::slice::from_ref(&(start..end)), &mut room));
+            let texel = texture.start(self.kind) + u64::from(start) * size as u64 / TEXEL_BYTES;
+            texture.write(gpu, pace, texel, bytes);
+            start = end;
+        }
+        self.room = room;
+        (slots.len() * size) as u64
+    }
 }
 
 fn make(device: &wgpu::Device, label: &'static str, usage: wgpu::BufferUsages, size: u64) -> wgpu::Buffer {
@@ -275,5 +360,14 @@ mod tests {
         assert_eq!(grown(1024, 1025, 1 << 30), 1536, "little by little");
         assert_eq!(grown(512, 600, 700), 700);
         assert_eq!(grown(0, 1024, 1 << 30), 1024);
+    }
+
+    #[test]
+    fn tables_grow_by_themselves_and_give_up_room_where_there_is_no_more() {
+        assert_eq!(grown_rows([1, 1, 1], [100, 3, 1], true, 4096), [100, 3, 1], "at first no more than needed");
+        assert_eq!(grown_rows([100, 3, 1], [101, 2, 1], false, 4096), [112, 3, 1], "steps of an eighth of 128");
+        assert_eq!(grown_rows([112, 3, 1], [101, 4, 1], false, 4096), [112, 4, 1]);
+        assert_eq!(grown_rows([112, 20, 1], [113, 2, 1], false, 130), [113, 2, 1], "128, 20 and 1 are too many");
+        assert_eq!(first_rows([112, 4, 1]), [0, 112, 116]);
     }
 }

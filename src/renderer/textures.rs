@@ -7,9 +7,10 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use systems::Simulation;
 use systems::assets::{
-    Filter, Image, ImageId, Library, MAP_COUNT, MipFilter, Sampler, Texels, Wrap, blocks, level_count, level_size,
+    Filter, Image, ImageId, Library, MapSlot, MipFilter, Sampler, Technique, Texels, Wrap, blocks, level_count,
+    level_size,
 };
-use systems::draw::{ClassId, DrawList, TextureArray, most_layers};
+use systems::draw::{ClassId, DrawList, MaterialClass, TextureArray, most_layers};
 use wgpu::TextureUsages;
 
 #[derive(Debug)]
@@ -19,13 +20,31 @@ struct ArrayTexture {
     uploaded: usize,
 }
 
+/// Maps that a pixel may read; a texture and a sampler each.
+const BOUND_MAPS: usize = 9;
+
+/// The maps that pixels of a technique may read, in the order of their bindings, which shaders/forward.wgsl has too.
+/// [`Technique::PerturbedUv`] reads neither normal nor height map; its own two are bound in their places.
+fn bound_maps(technique: Technique) -> [MapSlot; BOUND_MAPS] {
+    use MapSlot::*;
+    let (normal, height) = if technique == Technique::PerturbedUv { (Offset, Environment) } else { (Normal, Height) };
+    [Base, normal, Specular, MetallicRoughness, Occlusion, Emissive, height, Horizon0, Horizon1]
+}
+
+/// The maps of a class, as techniques bind them.
+#[derive(Debug)]
+struct ClassGroups {
+    perturbed_uv: wgpu::BindGroup,
+    others: wgpu::BindGroup,
+}
+
 /// What materials bind.
 #[derive(Debug)]
 pub(super) struct Textures {
     pub layout: wgpu::BindGroupLayout,
     arrays: Vec<ArrayTexture>,
     samplers: BTreeMap<Sampler, wgpu::Sampler>,
-    classes: Vec<wgpu::BindGroup>,
+    classes: Vec<ClassGroups>,
     /// Whether it has been said that heights are drawn in steps: once is enough, however many arrays have them.
     said_steps: bool,
 }
@@ -44,7 +63,7 @@ impl Textures {
             multisampled: false,
         };
         let sampler = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
-        let maps = MAP_COUNT as u32;
+        let maps = BOUND_MAPS as u32;
         let entries: Vec<_> =
             (0..maps).map(|i| entry(i, texture)).chain((maps..2 * maps).map(|i| entry(i, sampler))).collect();
         let descriptor = wgpu::BindGroupLayoutDescriptor { label: Some("material class"), entries: &entries };
@@ -56,8 +75,10 @@ impl Textures {
         Self { layout, arrays: Vec::new(), samplers: BTreeMap::new(), classes: Vec::new(), said_steps: false }
     }
 
-    pub fn class(&self, class: ClassId) -> Option<&wgpu::BindGroup> {
-        self.classes.get(class.0 as usize)
+    /// What a class binds for a technique.
+    pub fn class(&self, class: ClassId, technique: Technique) -> Option<&wgpu::BindGroup> {
+        let groups = self.classes.get(class.0 as usize)?;
+        Some(if technique == Technique::PerturbedUv { &groups.perturbed_uv } else { &groups.others })
     }
 
     /// Uploads layers that are new, which is when the library may drop their texels; binds classes that are new or
@@ -120,19 +141,27 @@ impl Textures {
             for sampler in class.samplers {
                 self.samplers.entry(sampler).or_insert_with(|| make_sampler(device, sampler));
             }
-            let views = class.arrays.iter().map(|&a| wgpu::BindingResource::TextureView(&self.arrays[a as usize].view));
-            let samplers = class.samplers.iter().map(|s| wgpu::BindingResource::Sampler(&self.samplers[s]));
-            let entries: Vec<_> = views
-                .chain(samplers)
-                .enumerate()
-                .map(|(binding, resource)| wgpu::BindGroupEntry { binding: binding as u32, resource })
-                .collect();
-            self.classes.push(device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some("material class"),
-                layout: &self.layout,
-                entries: &entries,
-            }));
+            let group = |technique| self.group(device, class, bound_maps(technique));
+            let groups = ClassGroups { perturbed_uv: group(Technique::PerturbedUv), others: group(Technique::Normal) };
+            self.classes.push(groups);
         }
+    }
+
+    fn group(&self, device: &wgpu::Device, class: &MaterialClass, maps: [MapSlot; BOUND_MAPS]) -> wgpu::BindGroup {
+        let array = |map: MapSlot| &self.arrays[class.arrays[map as usize] as usize];
+        let sampler = |map: MapSlot| &self.samplers[&class.samplers[map as usize]];
+        let views = maps.iter().map(|&map| wgpu::BindingResource::TextureView(&array(map).view));
+        let samplers = maps.iter().map(|&map| wgpu::BindingResource::Sampler(sampler(map)));
+        let entries: Vec<_> = views
+            .chain(samplers)
+            .enumerate()
+            .map(|(binding, resource)| wgpu::BindGroupEntry { binding: binding as u32, resource })
+            .collect();
+        device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("material class"),
+            layout: &self.layout,
+            entries: &entries,
+        })
     }
 }
 
@@ -294,4 +323,20 @@ fn make_sampler(device: &wgpu::Device, sampler: Sampler) -> wgpu::Sampler {
         lod_max_clamp: if sampler.mip == MipFilter::None { 0.0 } else { 32.0 },
         ..wgpu::SamplerDescriptor::default()
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_technique_finds_the_maps_that_it_goes_by() {
+        for (name, technique) in Technique::ALL {
+            let bound = bound_maps(technique);
+            for map in technique.needs() {
+                assert!(bound.contains(map), "{name} finds no {map:?}");
+            }
+        }
+        assert!(bound_maps(Technique::PerturbedUv).contains(&MapSlot::Environment));
+    }
 }
