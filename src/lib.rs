@@ -25,8 +25,9 @@
 //!
 //! Programs begin with [`prelude`]; `examples/` has five.
 //!
-//! Features, all on unless told otherwise: `window` (`app`), `tools` (`bench`, `gallery`, `light_error` and
-//! `technique_error`), `physics` (vehicles as rigid bodies). The program `relief` needs the first two.
+//! Features, all on unless told otherwise: `vehicles` (with their routes and traffic lights), `physics` (vehicles as
+//! rigid bodies), `window` (`app`), `tools` (`bench`, `gallery`, `light_error` and `technique_error`). `physics` and
+//! `window` bring `vehicles` with them; the program `relief` needs `window` and `tools`.
 
 pub mod animation;
 #[cfg(feature = "window")]
@@ -63,6 +64,6 @@ pub mod viewpoint;
 struct Readme;
 
 /// The program of the page on vehicles.
-#[cfg(doctest)]
+#[cfg(all(doctest, feature = "vehicles"))]
 #[doc = include_str!("../docs/vehicles.md")]
 struct VehiclesPage;

@@ -2,6 +2,7 @@
 
 pub use crate::frames::Headless;
 pub use crate::import::load_model;
+#[cfg(feature = "vehicles")]
 pub use crate::scene::load_vehicle_types;
 pub use crate::viewpoint::Viewpoint;
 pub use bevy_ecs::prelude::*;
@@ -12,4 +13,5 @@ pub use systems::draw::pieces::draw_in_pieces;
 pub use systems::draw::{Camera, Environment, Projection, ToneMap};
 pub use systems::lights::{Light, LightKind};
 pub use systems::space::{Spin, Transform};
+#[cfg(feature = "vehicles")]
 pub use systems::vehicles::{Vehicle, VehicleTypes};

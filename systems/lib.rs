@@ -27,6 +27,7 @@ pub mod run;
 mod schedules;
 mod simulation;
 pub mod space;
+#[cfg(feature = "vehicles")]
 pub mod vehicles;
 
 pub use ecs::parallel::set_threads;

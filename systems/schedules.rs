@@ -9,6 +9,7 @@ use crate::lights::selection;
 use crate::physics::{bodies, ground as colliders, springs, traffic};
 use crate::run::inputs;
 use crate::space::{hidden, interpolation, motion, propagation};
+#[cfg(feature = "vehicles")]
 use crate::vehicles::{driving, ground, lamps, parts, signals};
 use bevy_ecs::prelude::*;
 use bevy_ecs::schedule::{LogLevel, ScheduleBuildSettings, SingleThreadedExecutor};
@@ -22,9 +23,11 @@ pub fn step_schedule() -> Schedule {
             interpolation::remember, // where everything is, before it moves
             clock::tick,             // the time of this step, before anything reads it
             motion::spin,            // what moves by itself
-            ground::update_grounds,  // what vehicles stand on
+            #[cfg(feature = "vehicles")]
+            ground::update_grounds, // what vehicles stand on
             sub_steps::drive,        // traffic lights, vehicles and their physics, a long step in parts
-            signals::light_heads,    // lamps of traffic lights
+            #[cfg(feature = "vehicles")]
+            signals::light_heads, // lamps of traffic lights
             #[cfg(feature = "physics")]
             (
                 springs::find_wheels,  // whose model has springs
@@ -32,9 +35,13 @@ pub fn step_schedule() -> Schedule {
             )
                 .chain()
                 .run_if(bodies::any_physical),
-            parts::move_parts,   // trailers and sprung wheels, as their vehicles moved
-            lamps::switch_lamps, // which lamps are on after that
-            lamps::light_lamps,  // and what they do
+            #[cfg(feature = "vehicles")]
+            (
+                parts::move_parts,   // trailers and sprung wheels, as their vehicles moved
+                lamps::switch_lamps, // which lamps are on after that
+                lamps::light_lamps,  // and what they do
+            )
+                .chain(),
         )
             .chain(),
     );
@@ -43,7 +50,14 @@ pub fn step_schedule() -> Schedule {
 
 /// A part of a step in which vehicles drive, in order.
 pub fn sub_step_schedule() -> Schedule {
-    let mut schedule = fixed_order(Schedule::new(sub_steps::Parts));
+    let schedule = fixed_order(Schedule::new(sub_steps::Parts));
+    #[cfg(feature = "vehicles")]
+    let schedule = with_vehicles(schedule);
+    schedule
+}
+
+#[cfg(feature = "vehicles")]
+fn with_vehicles(mut schedule: Schedule) -> Schedule {
     schedule.add_systems(
         (
             signals::tick_signals, // what traffic lights show now
@@ -77,6 +91,7 @@ pub fn frame_schedule() -> Schedule {
             // What is hidden with something above it, before anything looks for objects.
             (hidden::inherit_hidden, lap(Stage::Transforms, "inherit_hidden")).chain(),
             // Wheels and the like, as their vehicles moved.
+            #[cfg(feature = "vehicles")]
             (parts::turn_parts, lap(Stage::Transforms, "turn_parts")).chain(),
             // Where everything is, parents before children.
             (propagation::update_transforms, lap(Stage::Transforms, "update_transforms")).chain(),

@@ -23,13 +23,8 @@ use crate::schedules::{frame_schedule, step_schedule, sub_step_schedule};
 use crate::space::interpolation::Interpolation;
 use crate::space::origin::Origin;
 use crate::space::propagation::{NewParents, note_parent};
-use crate::vehicles::components::NextVehicleNumber;
-use crate::vehicles::ground::Grounds;
+#[cfg(feature = "vehicles")]
 use crate::vehicles::hooks as vehicle_hooks;
-use crate::vehicles::routes::Routes;
-use crate::vehicles::signals::Signals;
-use crate::vehicles::traffic::Traffic;
-use crate::vehicles::types::VehicleTypes;
 use bevy_ecs::prelude::*;
 
 /// A world with its schedules.
@@ -65,6 +60,7 @@ impl Simulation {
         set_threads(None);
         let mut world = World::new();
         hooks::register(&mut world);
+        #[cfg(feature = "vehicles")]
         vehicle_hooks::register(&mut world);
         // Schedules ask for it in their first run. The later a resource comes, the more it takes: it is an entity, and
         // where that one is stands in a list of 4 bytes for each entity before it.
@@ -91,12 +87,6 @@ impl Simulation {
         world.init_resource::<DrawList>();
         #[cfg(feature = "physics")]
         world.init_resource::<Physics>();
-        world.init_resource::<VehicleTypes>();
-        world.init_resource::<NextVehicleNumber>();
-        world.init_resource::<Routes>();
-        world.init_resource::<Signals>();
-        world.init_resource::<Grounds>();
-        world.init_resource::<Traffic>();
         world.insert_resource(Environment::default());
         Self { world, step_schedule: step_schedule(), frame_schedule: frame_schedule() }
     }

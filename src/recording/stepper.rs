@@ -3,6 +3,7 @@
 
 use super::{Identity, Recorder, Recording, RecordingError, load_snapshot, save_snapshot};
 use crate::import;
+#[cfg(feature = "vehicles")]
 use crate::name;
 use crate::output;
 use std::fs::File;
@@ -13,7 +14,6 @@ use systems::ecs::clock::Clock;
 use systems::run::inputs::Inputs;
 use systems::run::state_hash::StateHash;
 use systems::run::{inputs, state_hash};
-use systems::vehicles::traffic::Traffic;
 
 /// The files that a run is kept in and begins from.
 #[derive(Clone, Debug, Default)]
@@ -213,14 +213,18 @@ fn refuse_overwriting(files: &RunFiles, scene: &Path, named: &[PathBuf]) -> Resu
 }
 
 /// Says what went wrong in a step with single vehicles, each thing once; everything else goes on.
+#[cfg(feature = "vehicles")]
 fn warn(simulation: &mut Simulation) {
     #[cfg(feature = "physics")]
     for warning in simulation.world.resource_mut::<systems::physics::Physics>().take_warnings() {
         tracing::warn!("{warning}");
     }
-    let stalled = std::mem::take(&mut simulation.world.resource_mut::<Traffic>().faults);
-    for vehicle in stalled {
+    let mut traffic = simulation.world.resource_mut::<systems::vehicles::traffic::Traffic>();
+    for vehicle in std::mem::take(&mut traffic.faults) {
         let name = name::of_entity(&simulation.world, vehicle);
         tracing::warn!("{name}: its place or speed was no number any more; it stands where it was last");
     }
 }
+
+#[cfg(not(feature = "vehicles"))]
+fn warn(_: &mut Simulation) {}

@@ -4,6 +4,7 @@
 //! limits are wide: they keep arithmetic finite and memory bounded, not scenes tasteful.
 
 pub mod names;
+#[cfg(feature = "vehicles")]
 mod roads;
 mod surfaces;
 
@@ -42,9 +43,10 @@ pub fn faults(scene: &Scene, files: &Files) -> Vec<Fault> {
 
 /// A walk over a file: where it is, and what it found.
 pub struct Check<'a> {
-    scene: &'a Scene,
+    pub(super) scene: &'a Scene,
     files: &'a Files,
     /// Of the scene's routes, metres; `None` where one is refused for its points.
+    #[cfg(feature = "vehicles")]
     route_lengths: Vec<Option<f64>>,
     at: Trail,
     pub faults: Vec<Fault>,
@@ -52,8 +54,14 @@ pub struct Check<'a> {
 
 impl<'a> Check<'a> {
     pub fn new(scene: &'a Scene, files: &'a Files) -> Self {
-        let route_lengths = scene.routes.entries().iter().map(|(_, route)| roads::driven_length(route)).collect();
-        Self { scene, files, route_lengths, at: Trail::default(), faults: Vec::new() }
+        Self {
+            scene,
+            files,
+            #[cfg(feature = "vehicles")]
+            route_lengths: scene.routes.entries().iter().map(|(_, route)| roads::driven_length(route)).collect(),
+            at: Trail::default(),
+            faults: Vec::new(),
+        }
     }
 
     pub fn fault(&mut self, message: impl Display) {

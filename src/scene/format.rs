@@ -7,7 +7,6 @@
 pub use super::roads::*;
 pub use super::surfaces::*;
 use super::values::{Attenuation, Color, Named, Scale, names, one_of};
-pub use super::vehicle_types::format::Vehicle;
 use serde::{Deserialize, Deserializer};
 use systems::{draw, lights};
 

@@ -4,13 +4,12 @@
 //! gives the same scene to the last bit on every platform. (Sines and cosines do not.)
 
 use super::format::{Choose, Generator, Grid, Place, Region, Scatter};
-use super::traffic;
 use super::values::place;
+use super::vehicles::{self, OnRoute};
+use bevy_ecs::prelude::*;
 use glam::{Quat, Vec3};
 use std::collections::HashMap;
 use systems::space::Transform;
-use systems::vehicles::OnRoute;
-use systems::vehicles::routes::Routes;
 
 /// SplitMix64 (Steele, Lea, Flood: "Fast Splittable Pseudorandom Number Generators", OOPSLA 2014; constants of
 /// Vigna's public domain `splitmix64.c`): 64 bits of state, fine for placing things, not for secrets.
@@ -82,7 +81,7 @@ pub struct Copy {
 }
 
 /// The copies of a generator in order; fewer than asked for where `min_distance` leaves no room.
-pub fn copies(generator: &Generator, scene_seed: u64, routes: &Routes) -> Vec<Copy> {
+pub fn copies(generator: &Generator, scene_seed: u64, world: &World) -> Vec<Copy> {
     let mut random = Random::new(generator.seed.unwrap_or(scene_seed));
     let standing = Transform::from_translation;
     let mut on_routes = Vec::new();
@@ -90,7 +89,7 @@ pub fn copies(generator: &Generator, scene_seed: u64, routes: &Routes) -> Vec<Co
         Place::Grid(grid) => on_grid(grid, &mut random).into_iter().map(standing).collect(),
         Place::Scatter(scatter) => scattered(scatter, &mut random).into_iter().map(standing).collect(),
         Place::Along(along) => {
-            let places = traffic::along(along, routes, &mut random);
+            let places = vehicles::along(along, world, &mut random);
             on_routes.extend(places.iter().map(|place| place.1));
             places.into_iter().map(|place| place.0).collect()
         }

@@ -9,6 +9,7 @@
 //! roads, traffic            routes and signals
 //! road_warnings, overlaps   what is doubtful of them and of vehicles on them
 //! vehicle_types             types of vehicles from files of their own
+//! vehicles                  what spawning asks for of all these, if the build has vehicles
 //! physical                  vehicles as bodies, if the build has physics
 //! spawn, generate           entities, and generators' copies of them
 //! rig                       light and a camera for what brings none; a glTF file is a scene as well
@@ -27,32 +28,43 @@ mod generate;
 #[cfg(feature = "tools")]
 pub(crate) use generate::Random;
 mod origin;
+#[cfg(feature = "vehicles")]
 mod overlaps;
 #[cfg(feature = "physics")]
 mod physical;
 #[cfg(not(feature = "physics"))]
+#[cfg_attr(not(feature = "vehicles"), allow(dead_code))]
 #[path = "no_physics.rs"]
 mod physical;
 mod places;
 mod rig;
+#[cfg(feature = "vehicles")]
 mod road_warnings;
+#[cfg_attr(not(feature = "vehicles"), allow(dead_code))]
 mod roads;
 mod slips;
 mod spawn;
 mod surfaces;
+#[cfg(feature = "vehicles")]
 mod traffic;
 mod turned_meshes;
 mod values;
+#[cfg(feature = "vehicles")]
 mod vehicle_types;
+#[cfg(feature = "vehicles")]
+mod vehicles;
+#[cfg(not(feature = "vehicles"))]
+#[path = "no_vehicles.rs"]
+mod vehicles;
 
+#[cfg(feature = "vehicles")]
 pub use vehicle_types::load_vehicle_types;
 
 use crate::import;
 use crate::problem::Problem;
 use bevy_ecs::prelude::*;
-use faults::{Fault, Trail};
+use faults::Fault;
 use files::Items;
-use places::Step;
 use ron::extensions::Extensions;
 use slips::Slip;
 use spawn::Spawned;
@@ -65,7 +77,6 @@ use systems::ecs::clock::{Clock, Seed};
 use systems::run::roster;
 use systems::space::Aabb;
 use systems::space::origin::Origin;
-use systems::vehicles::{VehicleType, VehicleTypes};
 
 /// Bytes; a scene of a million written-out entities fits.
 const LARGEST_FILE: u64 = 256 << 20;
@@ -147,11 +158,8 @@ pub fn check(path: &Path) -> Vec<Problem> {
     if is_model(path) {
         return import::check_model(path).into_iter().map(|p| import_problem(path, p)).collect();
     }
-    if vehicle_types::is_file_of_types(path) {
-        return match vehicle_types::read(path, &mut Library::default()) {
-            Ok(loaded) => loaded.warnings.into_iter().map(|message| Problem::warning(path, message)).collect(),
-            Err(problems) => problems,
-        };
+    if let Some(problems) = vehicles::check_types(path) {
+        return problems;
     }
     // Into a world of its own: some of it shows only there.
     match load(path, &mut Simulation::new()) {
@@ -173,7 +181,7 @@ struct Prepared {
 }
 
 enum Content {
-    Scene(Box<format::Scene>, Items, Vec<VehicleType>),
+    Scene(Box<format::Scene>, Items, vehicles::Types),
     Model(import::Model),
 }
 
@@ -231,19 +239,7 @@ fn prepare_scene(path: &Path, library: &mut Library) -> Result<Prepared, SceneEr
     let folder = path.parent().unwrap_or(Path::new(""));
     let (files, mut faults) = files::read(&scene, folder, library);
     faults.extend(check::faults(&scene, &files));
-    let mut vehicles = vehicle_types::Loaded::default();
-    for (i, file) in scene.vehicle_types.iter().enumerate() {
-        match vehicle_types::read(&folder.join(file), library) {
-            Ok(loaded) => {
-                vehicles.warn_of_replaced(file, &loaded);
-                vehicles.extend(loaded);
-            }
-            Err(problems) => {
-                let at = Trail::default().field("vehicle_types").enter(Step::Index(i), "");
-                faults.extend(problems.into_iter().map(|problem| at.fault(problem)));
-            }
-        }
-    }
+    let mut vehicles = vehicles::read_types(&scene, folder, library, &mut faults);
     if !faults.is_empty() {
         let mut problems: Vec<Problem> = faults
             .into_iter()
@@ -309,8 +305,7 @@ impl Prepared {
         world.insert_resource(self.origin);
         let spawned = match self.content {
             Content::Scene(scene, items, types) => {
-                let mut all = world.resource_mut::<VehicleTypes>();
-                types.into_iter().for_each(|vehicle_type| _ = all.add(vehicle_type));
+                vehicles::add_types(types, world);
                 world.insert_resource(environment(&scene.environment));
                 world.insert_resource(clock(&scene.clock));
                 world.insert_resource(Seed(scene.seed));

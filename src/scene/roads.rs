@@ -1,9 +1,9 @@
-//! Routes and signals as serde reads them; `docs/scenes.md` says what every field means.
+//! Routes, signals and vehicles as serde reads them; `docs/scenes.md` says what every field means.
 
+use super::physical::Physical;
 use serde::Deserialize;
-use systems::vehicles::routes::RoutePlan;
 
-/// A route; without a speed limit of its own, that of [`RoutePlan`].
+/// A route; its defaults are those of `RoutePlan`.
 #[derive(Deserialize, Debug)]
 #[serde(deny_unknown_fields)]
 pub struct Route {
@@ -31,11 +31,11 @@ pub struct Route {
 }
 
 fn lanes() -> u8 {
-    RoutePlan::default().lanes
+    1
 }
 
 fn lane_width() -> f32 {
-    RoutePlan::default().lane_width
+    3.5
 }
 
 fn speed_limit_kmh() -> f32 {
@@ -121,4 +121,36 @@ pub struct Along {
     pub lane: Option<u8>,
     #[serde(default)]
     pub beside: Option<f32>,
+}
+
+/// A vehicle as an entity of a scene file.
+#[derive(Deserialize, Debug)]
+#[serde(deny_unknown_fields)]
+pub struct Vehicle {
+    pub r#type: String,
+    #[serde(default)]
+    pub paint: Option<u32>,
+    #[serde(default)]
+    pub headlights: Headlights,
+    #[serde(default)]
+    pub by_hand: bool,
+    #[serde(default)]
+    pub physical: Option<Physical>,
+    #[serde(default)]
+    pub route: Option<String>,
+    #[serde(default)]
+    pub at: f64,
+    #[serde(default)]
+    pub lane: u8,
+    #[serde(default)]
+    pub speed_kmh: f32,
+}
+
+#[derive(Deserialize, Clone, Copy, Debug, Default)]
+#[serde(rename_all = "snake_case")]
+pub enum Headlights {
+    Off,
+    #[default]
+    Low,
+    High,
 }

@@ -1,15 +1,12 @@
 //! A checked scene becomes entities.
 
-use super::faults;
 use super::files::{Items, Shape};
 use super::format::{self, Entity as Source, Scene};
 use super::generate;
-use super::overlaps;
 use super::physical;
-use super::road_warnings;
-use super::traffic::{self, LitGlass};
 use super::turned_meshes::TurnedMeshes;
 use super::values::place;
+use super::vehicles::{self, OnRoute, Room, VehiclesFound};
 use crate::import::Model;
 use crate::name;
 use bevy_ecs::name::Name;
@@ -20,14 +17,7 @@ use systems::assets::{Figure, Library, MaterialId, MeshId};
 use systems::draw::pieces::PiecesReport;
 use systems::draw::{Camera, Projection, pieces};
 use systems::lights::{Light, LightKind};
-use systems::space::origin::Origin;
 use systems::space::{Aabb, Hidden, Spin, Transform};
-use systems::vehicles::ground::Ground;
-use systems::vehicles::routes::Routes;
-use systems::vehicles::signals::Signals;
-use systems::vehicles::{
-    ByHand, Controls, Motion, NextVehicleNumber, OnRoute, RouteId, Vehicle, VehicleTypeId, VehicleTypes,
-};
 
 /// What spawning found out about the scene.
 #[derive(Default)]
@@ -51,11 +41,10 @@ pub fn spawn(scene: &Scene, items: &Items, world: &mut World) -> Spawned {
         large: Vec::new(),
         model_cameras: Vec::new(),
         turned: TurnedMeshes::default(),
-        unknown_types: Vec::new(),
-        glass: LitGlass::default(),
+        vehicles: VehiclesFound::default(),
         found: Spawned::default(),
     };
-    spawner.found.warnings = traffic::insert(scene, spawner.world);
+    spawner.found.warnings = vehicles::insert(scene, spawner.world);
     for entity in &scene.entities {
         spawner.entity(entity, &Placement::of(entity), None);
     }
@@ -64,7 +53,7 @@ pub fn spawn(scene: &Scene, items: &Items, world: &mut World) -> Spawned {
         spawner.generator(i, generator, seeds.bits());
     }
     spawner.cut();
-    spawner.found.warnings.extend(of_vehicles(spawner.world));
+    spawner.found.warnings.extend(vehicles::warnings(spawner.world));
     let Spawner { model_cameras, mut found, .. } = spawner;
     found.warnings.extend(shared_names(&found.cameras, &model_cameras));
     found.cameras.extend(model_cameras);
@@ -85,16 +74,6 @@ fn shared_names(own: &[(String, Entity)], of_models: &[(String, Entity)]) -> Vec
         }
     }
     shared
-}
-
-/// What is to be said of vehicles once all are there.
-fn of_vehicles(world: &mut World) -> Vec<String> {
-    let mut warnings = overlaps::warnings(world);
-    if world.query::<&OnRoute>().iter(world).next().is_some() {
-        let origin = world.resource::<Origin>().0;
-        warnings.extend(road_warnings::of_beginning_anew(world.resource::<Routes>(), origin));
-    }
-    warnings
 }
 
 /// Spawns a model as a whole scene; returns its root, too.
@@ -132,22 +111,21 @@ fn too_many(name: &str, report: PiecesReport, metres: f32) -> Option<String> {
 /// are 805 MB, and a texture of 16384 rows, which adapters have, holds a third more.
 const MOST_PIECES: usize = 1 << 17;
 
-struct Spawner<'a> {
+pub(super) struct Spawner<'a> {
     items: &'a Items,
-    world: &'a mut World,
+    pub(super) world: &'a mut World,
     piece_metres: f32,
     /// What may be larger than that, or than a length of its own.
     large: Vec<(Entity, f32)>,
     model_cameras: Vec<(String, Entity)>,
     turned: TurnedMeshes,
-    /// Names of types that were asked for in vain.
-    unknown_types: Vec<String>,
-    glass: LitGlass,
-    found: Spawned,
+    #[cfg_attr(not(feature = "vehicles"), allow(dead_code))]
+    pub(super) vehicles: VehiclesFound,
+    pub(super) found: Spawned,
 }
 
 /// Where an entity goes and what it looks like; a generator's copies differ from the file's entity in these.
-struct Placement<'a> {
+pub(super) struct Placement<'a> {
     name: Option<String>,
     parent_from_entity: Transform,
     world_from_parent: Affine3A,
@@ -155,8 +133,8 @@ struct Placement<'a> {
     material: Option<&'a str>,
     light: Option<&'a format::Light>,
     /// The vehicle's type instead of the entity's, and where it drives.
-    vehicle: Option<&'a str>,
-    on_route: Option<OnRoute>,
+    pub(super) vehicle: Option<&'a str>,
+    pub(super) on_route: Option<OnRoute>,
 }
 
 impl<'a> Placement<'a> {
@@ -220,7 +198,7 @@ impl Spawner<'_> {
             self.vehicle(name, source.vehicle.as_ref(), placement.on_route, entity, &world_from_entity);
         }
         if source.ground {
-            self.world.entity_mut(entity).insert(Ground);
+            vehicles::make_ground(&mut self.world.entity_mut(entity));
         }
         if let Some(obstacle) = source.obstacle {
             physical::make_obstacle(&mut self.world.entity_mut(entity), obstacle);
@@ -287,7 +265,7 @@ impl Spawner<'_> {
         }
     }
 
-    fn enclose(&mut self, aabb: Aabb) {
+    pub(super) fn enclose(&mut self, aabb: Aabb) {
         self.found.bounds = Some(self.found.bounds.map_or(aabb, |bounds| bounds.union(aabb)));
     }
 
@@ -303,68 +281,6 @@ impl Spawner<'_> {
             }
         }
         root
-    }
-
-    /// Of a type, with what the entity's `vehicle` says beside it, if it has one.
-    fn vehicle(
-        &mut self,
-        name: &str,
-        source: Option<&format::Vehicle>,
-        on_route: Option<OnRoute>,
-        entity: Entity,
-        world_from_entity: &Affine3A,
-    ) {
-        let types = self.world.resource::<VehicleTypes>();
-        let kind = types.find(name);
-        if kind.is_none() && !self.unknown_types.iter().any(|known| known == name) {
-            let names: Vec<&str> = types.iter().map(|(_, known)| known.name.as_str()).collect();
-            let hint = faults::suggestion(name, &names);
-            self.found.warnings.push(format!("no vehicle type {name:?}{hint}; a box stands in"));
-            self.unknown_types.push(name.to_owned());
-        }
-        let kind = kind.unwrap_or(VehicleTypeId::STAND_IN);
-        let bounds = types.get(kind).bounds();
-        let routes = self.world.resource::<Routes>();
-        let own_route = source.and_then(|source| {
-            let id = routes.find(source.route.as_deref()?)?;
-            Some(OnRoute::new(id, source.lane, source.at.min(routes.get(id)?.length)))
-        });
-        let on_route = own_route.or(on_route);
-        let stands = on_route.map(|on| routes.stand(&on));
-        let place = on_route.map(|on| routes.stand_at(&on).0).unwrap_or_default();
-        let world_from_vehicle = stands.map_or(*world_from_entity, |stands| stands.compute_affine());
-        self.enclose(bounds.transformed(&world_from_vehicle));
-        let number = self.world.resource::<NextVehicleNumber>().0;
-        let mut entity = self.world.entity_mut(entity);
-        if !entity.contains::<Name>() {
-            entity.insert(Name::new(format!("{name} {}", number + 1)));
-        }
-        let headlights = source.map_or_else(Default::default, |source| source.headlights.into());
-        let controls = Controls { headlights, ..Controls::default() };
-        let speed = source.map_or(0.0, |source| f64::from(source.speed_kmh) / 3.6);
-        // Paints in turn where none is asked for.
-        let paint = source.and_then(|source| source.paint).unwrap_or(number);
-        if let Some((on, stands)) = on_route.zip(stands) {
-            entity.insert((stands, on));
-        }
-        let motion = Motion { place, speed, ..Motion::default() };
-        entity.insert((controls, motion, Vehicle::of(kind).painted(paint)));
-        if source.is_some_and(|source| source.by_hand) {
-            entity.insert(ByHand);
-        }
-        if let Some(physical) = source.and_then(|source| source.physical) {
-            physical::make_physical(&mut entity, physical);
-        }
-        self.found.has_lights = true;
-    }
-
-    fn signal_head(&mut self, source: &format::SignalHead, entity: Entity) {
-        let Some(head) = self.world.resource::<Signals>().head(&source.signal, source.group) else { return };
-        let below = descendants(self.world, entity);
-        if !self.glass.make_head(self.world, entity, &below, head) {
-            let name = name::of_entity(self.world, entity);
-            self.found.warnings.push(format!("{name}: no node lamp_red, lamp_amber or lamp_green: it shows no signal"));
-        }
     }
 
     fn figure(&mut self, source: &Source, material: Option<MaterialId>, entity: Entity, world_from_entity: &Affine3A) {
@@ -396,7 +312,7 @@ impl Spawner<'_> {
     }
 
     fn generator(&mut self, index: usize, generator: &format::Generator, scene_seed: u64) {
-        let copies = generate::copies(generator, scene_seed, self.world.resource::<Routes>());
+        let copies = generate::copies(generator, scene_seed, self.world);
         let name = generator.name.clone().unwrap_or_else(|| format!("generator {}", index + 1));
         if let format::Place::Scatter(scatter) = &generator.place
             && copies.len() < scatter.count as usize
@@ -420,7 +336,7 @@ impl Spawner<'_> {
                 on_route: copy.on_route,
                 ..own
             };
-            if placement.vehicle.is_none() || room.take(&placement, self.world.resource()) {
+            if placement.vehicle.is_none() || room.take(&placement, self.world) {
                 self.entity(&generator.entity, &placement, None);
             }
         }
@@ -428,35 +344,6 @@ impl Spawner<'_> {
             let warning = format!("{name}: {} of {} left out: no room between those before", room.full, copies.len());
             self.found.warnings.push(warning);
         }
-    }
-}
-
-/// How far the vehicles that a generator puts on a lane reach.
-#[derive(Default)]
-struct Room {
-    /// The lane that is being filled, and where the front of the last one on it is.
-    last: Option<(RouteId, u8, f64)>,
-    /// Vehicles that found no room.
-    full: usize,
-}
-
-impl Room {
-    /// Metres between two vehicles at least.
-    const GAP: f64 = 2.0;
-
-    /// Whether a vehicle has room behind which it stands free.
-    fn take(&mut self, placement: &Placement, types: &VehicleTypes) -> bool {
-        let Some((on, name)) = placement.on_route.zip(placement.vehicle) else { return true };
-        let kind = types.get(types.find(name).unwrap_or_default());
-        let is_free = self.last.is_none_or(|(route, lane, front)| {
-            (route, lane) != (on.route, on.lane) || on.at - f64::from(kind.rear()) > front + Self::GAP
-        });
-        if is_free {
-            self.last = Some((on.route, on.lane, on.at + f64::from(kind.front())));
-        } else {
-            self.full += 1;
-        }
-        is_free
     }
 }
 

@@ -7,14 +7,15 @@
 
 use super::roster::{self, Roster, StateId};
 use super::spawn::Spawn;
+#[cfg(feature = "vehicles")]
+use super::vehicle_inputs;
 use crate::assets::mesh::{Figure, MeshId};
 use crate::lights::components::Light;
 use crate::space::hidden::Hidden;
 use crate::space::interpolation::Interpolated;
 use crate::space::transform::Transform;
-use crate::vehicles::components::{ByHand, Controls, Motion, OnRoute};
-use crate::vehicles::routes::Routes;
-use crate::vehicles::steering;
+#[cfg(feature = "vehicles")]
+use crate::vehicles::components::Controls;
 use bevy_ecs::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -45,6 +46,7 @@ pub enum Input {
     /// Every figure shows its next shape.
     NextFigure,
     /// Somebody at the wheel wants something else.
+    #[cfg(feature = "vehicles")]
     Drive {
         /// What is driven.
         vehicle: StateId,
@@ -52,6 +54,7 @@ pub enum Input {
         controls: Controls,
     },
     /// Somebody takes the wheel of a vehicle that has a route, or lets it go.
+    #[cfg(feature = "vehicles")]
     TakeWheel {
         /// Which.
         vehicle: StateId,
@@ -128,38 +131,18 @@ fn apply(world: &mut World, input: &Input) {
             };
         }
         Input::NextFigure => next_figure(world),
+        #[cfg(feature = "vehicles")]
         Input::Drive { vehicle, controls } => {
             let vehicle = find(world, *vehicle).and_then(|vehicle| world.get_mut::<Controls>(vehicle));
             vehicle.into_iter().for_each(|mut own| *own = *controls);
         }
+        #[cfg(feature = "vehicles")]
         Input::TakeWheel { vehicle, by_hand } => {
             let Some(vehicle) = find(world, *vehicle) else { return };
-            if *by_hand {
-                world.entity_mut(vehicle).insert(ByHand);
-            } else {
-                let_go(world, vehicle);
-            }
+            vehicle_inputs::take_wheel(world, vehicle, *by_hand);
         }
         Input::Spawn(spawn) => _ = roster::spawn(world, spawn.clone()),
         Input::Despawn(entity) => roster::despawn(world, *entity),
-    }
-}
-
-/// Nobody has the wheel any more: feet are off the pedals, and its route goes on from where it is.
-fn let_go(world: &mut World, vehicle: Entity) {
-    world.entity_mut(vehicle).remove::<ByHand>();
-    if let Some(mut controls) = world.get_mut::<Controls>(vehicle) {
-        (controls.throttle, controls.brake, controls.steer) = (0.0, 0.0, 0.0);
-    }
-    let place = world.get::<Transform>(vehicle).zip(world.get::<Motion>(vehicle)).map(|(transform, motion)| {
-        let mut motion = *motion;
-        motion.follow(transform.translation);
-        motion.place
-    });
-    let on = place.zip(world.get::<OnRoute>(vehicle).copied());
-    let nearest = on.and_then(|(place, on)| Some(world.resource::<Routes>().get(on.route)?.nearest(place)));
-    if let (Some(at), Some(mut on)) = (nearest, world.get_mut::<OnRoute>(vehicle)) {
-        on.at = at;
     }
 }
 
@@ -173,10 +156,8 @@ fn set_transform(world: &mut World, id: StateId, transform: Transform) {
     if let Some(mut placed) = world.get_mut::<Transform>(entity) {
         *placed = transform;
     }
-    if let Some(mut motion) = world.get_mut::<Motion>(entity) {
-        motion.yaw = steering::yaw(transform.rotation);
-        motion.follow(transform.translation);
-    }
+    #[cfg(feature = "vehicles")]
+    vehicle_inputs::put(world, entity, transform);
     if let Some(mut interpolated) = world.get_mut::<Interpolated>(entity) {
         interpolated.jump();
     }
@@ -199,8 +180,11 @@ impl Input {
             Self::EditLight { light, .. } => light.is_sound(),
             Self::SetTransform { transform, .. } => transform.is_finite(),
             Self::Spawn(spawn) => spawn.is_sound(),
+            #[cfg(feature = "vehicles")]
             Self::Drive { controls, .. } => controls.is_sound(),
-            Self::Hide { .. } | Self::NextFigure | Self::TakeWheel { .. } | Self::Despawn(_) => true,
+            #[cfg(feature = "vehicles")]
+            Self::TakeWheel { .. } => true,
+            Self::Hide { .. } | Self::NextFigure | Self::Despawn(_) => true,
         }
     }
 }

@@ -3,7 +3,8 @@
 //! [`inputs`] are the one place where anything from outside changes a running world; what they bring into being is a
 //! [`spawn::Spawn`], which is data. The [`roster`] gives entities numbers that mean the same in every run. [`state`]
 //! lists what is state; by that list [`state_hash`] makes one number of a world, and [`snapshot`] saves it and brings
-//! it back. The physics hold more than components do, which `physics_state` adds to the list.
+//! it back. `vehicle_state` adds vehicles
+//! to the list, and `physics_state` what the physics hold beside components.
 
 pub mod inputs;
 #[cfg(feature = "physics")]
@@ -13,3 +14,7 @@ pub mod snapshot;
 pub mod spawn;
 pub mod state;
 pub mod state_hash;
+#[cfg(feature = "vehicles")]
+pub(crate) mod vehicle_inputs;
+#[cfg(feature = "vehicles")]
+pub(crate) mod vehicle_state;

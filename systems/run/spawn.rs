@@ -3,8 +3,8 @@
 
 use crate::lights::components::Light;
 use crate::space::transform::Transform;
-use crate::vehicles::components::{ByHand, Controls, Vehicle, VehicleTypeId};
-use crate::vehicles::types::VehicleTypes;
+#[cfg(feature = "vehicles")]
+use crate::vehicles::components::Controls;
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -22,6 +22,7 @@ pub enum Spawn {
         light: Light,
     },
     /// A vehicle, driven by hand or not.
+    #[cfg(feature = "vehicles")]
     Vehicle {
         /// For people.
         name: String,
@@ -46,14 +47,10 @@ impl Spawn {
             Self::Light { name, transform, light } => {
                 vec![world.spawn((Name::new(name.clone()), *transform, light.clone())).id()]
             }
+            #[cfg(feature = "vehicles")]
             Self::Vehicle { name, transform, kind, paint, controls, by_hand } => {
-                let kind = world.resource::<VehicleTypes>().find(kind).unwrap_or(VehicleTypeId::STAND_IN);
-                let vehicle = Vehicle::of(kind).painted(*paint);
-                let root = world.spawn((Name::new(name.clone()), *transform, *controls, vehicle)).id();
-                if *by_hand {
-                    world.entity_mut(root).insert(ByHand);
-                }
-                vec![root]
+                let others = (Name::new(name.clone()), *transform, *controls);
+                vec![super::vehicle_inputs::spawn(world, kind, *paint, *by_hand, others)]
             }
         }
     }
@@ -62,6 +59,7 @@ impl Spawn {
     pub(crate) fn is_sound(&self) -> bool {
         match self {
             Self::Light { transform, light, .. } => transform.is_finite() && light.is_sound(),
+            #[cfg(feature = "vehicles")]
             Self::Vehicle { transform, controls, .. } => transform.is_finite() && controls.is_sound(),
         }
     }

@@ -8,7 +8,6 @@
 
 use super::roster::{FromIds, Roster, StateId, ToIds};
 use super::state_hash::{self, Sum};
-use crate::assets::material::MaterialId;
 use crate::assets::mesh::{Figure, MeshId};
 use crate::ecs::clock::{Clock, Seed};
 use crate::lights::components::Light;
@@ -16,13 +15,6 @@ use crate::space::hidden::Hidden;
 use crate::space::motion::Spin;
 use crate::space::origin::Origin;
 use crate::space::transform::Transform;
-use crate::vehicles::components::{
-    ByHand, Controls, Motion, NextVehicleNumber, OnRoute, Stalled, VehicleNumber, Wanted,
-};
-use crate::vehicles::ground::Ground;
-use crate::vehicles::lamps::{Lamp, Switches};
-use crate::vehicles::parts::FramePart;
-use crate::vehicles::signals::SignalLamp;
 use bevy_ecs::component::Mutable;
 use bevy_ecs::prelude::*;
 use bevy_ecs::query::ArchetypeFilter;
@@ -64,6 +56,12 @@ pub trait StateKind: Send + Sync + 'static {
     fn restore(&mut self, world: &mut World, bytes: &[u8]) -> Result<(), StateError>;
 }
 
+/// Whose place is state: not that of parts which frames turn.
+#[cfg(feature = "vehicles")]
+type Placed = Without<crate::vehicles::parts::FramePart>;
+#[cfg(not(feature = "vehicles"))]
+type Placed = ();
+
 /// Everything that is state.
 #[derive(Resource)]
 pub struct StateList {
@@ -76,39 +74,19 @@ impl StateList {
         let mut list = Self { kinds: Vec::new() };
         // Parents first: where things hang decides what is below a hidden entity.
         let hangs = |parent: &ChildOf| parent.parent() != Entity::PLACEHOLDER;
-        list.add(Component::<ChildOf, ()> { is_sound: hangs, ..Component::new("parent") });
-        list.add(Component::<Transform, Without<FramePart>> {
-            is_sound: |value| value.is_finite(),
-            ..Component::new("transform")
-        });
-        list.add(Component::<Light> { is_sound: Light::is_sound, ..Component::new("light") });
-        list.add(Component::<Spin> { is_sound: Spin::is_sound, ..Component::new("spin") });
+        list.add(Component::<ChildOf, ()>::checked("parent", hangs));
+        list.add(Component::<Transform, Placed>::checked("transform", Transform::is_finite));
+        list.add(Component::<Light>::checked("light", Light::is_sound));
+        list.add(Component::<Spin>::checked("spin", Spin::is_sound));
         list.add_component::<Hidden>("hidden");
         list.add_component::<Figure>("figure");
         list.add(Component::<MeshId, With<Figure>>::new("shape"));
         list.add(ResourceKind::<Clock> { take_over: Clock::take_over, ..ResourceKind::new("clock") });
         list.add_resource::<Seed>("seed");
         list.add(ResourceKind::<Origin> { take_over: Origin::take_over, ..ResourceKind::new("origin") });
+        #[cfg(feature = "vehicles")]
         list.add_vehicles();
         list
-    }
-
-    fn add_vehicles(&mut self) {
-        self.add_resource::<NextVehicleNumber>("next vehicle");
-        self.add_component::<VehicleNumber>("vehicle");
-        self.add(Component::<Motion> { is_sound: Motion::is_sound, ..Component::new("motion") });
-        self.add(Component::<Controls> { is_sound: Controls::is_sound, ..Component::new("controls") });
-        self.add_component::<ByHand>("by hand");
-        self.add(Component::<OnRoute> { is_sound: OnRoute::is_sound, ..Component::new("on route") });
-        self.add_component::<Stalled>("stalled");
-        self.add_component::<Switches>("lamps");
-        self.add(Component::<MaterialId, Or<(With<Lamp>, With<SignalLamp>)>>::new("glass"));
-        #[cfg(feature = "physics")]
-        self.add_component::<crate::physics::physical::Physical>("physical");
-        self.add_component::<Wanted>("wanted");
-        self.add_component::<Ground>("ground");
-        #[cfg(feature = "physics")]
-        self.add_physics();
     }
 
     /// A component, all of whose values are state. Entities within it are told apart by `Component::map_entities`.
@@ -146,7 +124,7 @@ impl<R: Resource + bevy_ecs::component::Component<Mutability = Mutable> + Serial
 }
 
 /// A component as state, of the entities that pass a filter.
-struct Component<T: StateComponent, F: ArchetypeFilter + 'static = ()> {
+pub(super) struct Component<T: StateComponent, F: ArchetypeFilter + 'static = ()> {
     name: &'static str,
     /// Whether a value from a file can be what a world holds.
     is_sound: fn(&T) -> bool,
@@ -155,8 +133,12 @@ struct Component<T: StateComponent, F: ArchetypeFilter + 'static = ()> {
 }
 
 impl<T: StateComponent, F: ArchetypeFilter + 'static> Component<T, F> {
-    fn new(name: &'static str) -> Self {
-        Self { name, is_sound: |_| true, query: None }
+    pub fn new(name: &'static str) -> Self {
+        Self::checked(name, |_| true)
+    }
+
+    pub fn checked(name: &'static str, is_sound: fn(&T) -> bool) -> Self {
+        Self { name, is_sound, query: None }
     }
 
     /// The values of all enrolled entities by id, entities within them as ids.

@@ -1,8 +1,12 @@
 //! What vehicles bring with them, and what becomes of an entity that is made one.
 
 use super::components::{Motion, NextVehicleNumber, OnRoute, Vehicle, VehicleNumber};
+use super::ground::Grounds;
 use super::lamps::{Lamps, Switches};
 use super::routes::Routes;
+use super::signals::Signals;
+use super::traffic::Traffic;
+use super::types::VehicleTypes;
 use super::{parts, steering, turns};
 use crate::space::transform::Transform;
 use bevy_ecs::lifecycle::HookContext;
@@ -10,9 +14,9 @@ use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
 use glam::Vec3;
 
-/// Registers the hooks and the required components of vehicles. [`Simulation::new`](crate::Simulation::new)
-/// does so; a world that is made otherwise is to be given to it before its first vehicle, with the resources that
-/// vehicles need: without, a vehicle has neither a number nor parts.
+/// Registers the hooks and the required components of vehicles, and inserts the resources that they need.
+/// [`Simulation::new`](crate::Simulation::new) does so; a world that is made otherwise is to be given to it before its
+/// first vehicle: without, a vehicle has neither a number nor parts.
 ///
 /// # Panics
 /// If an entity of the world is or was a vehicle, or the world was registered before.
@@ -21,6 +25,12 @@ pub fn register(world: &mut World) {
     world.register_required_components::<Vehicle, Lamps>();
     world.register_component_hooks::<Vehicle>().on_add(become_vehicle);
     world.register_component_hooks::<OnRoute>().on_add(stand_on_route);
+    world.init_resource::<VehicleTypes>();
+    world.init_resource::<NextVehicleNumber>();
+    world.init_resource::<Routes>();
+    world.init_resource::<Signals>();
+    world.init_resource::<Grounds>();
+    world.init_resource::<Traffic>();
 }
 
 /// Numbers a new vehicle, turns it as its entity stands, and has its parts spawned.

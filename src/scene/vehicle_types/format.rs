@@ -1,7 +1,6 @@
 //! A file of vehicle types as serde reads it; `docs/vehicles.md` says what every field means.
 
 use crate::scene::format::{Light, Transform};
-use crate::scene::physical::Physical;
 use crate::scene::values::{Color, Named};
 use serde::Deserialize;
 use systems::vehicles::lamps::LampKind;
@@ -209,46 +208,4 @@ impl From<Kind> for LampKind {
 pub struct Paint {
     pub materials: Vec<String>,
     pub colors: Vec<Color>,
-}
-
-/// A vehicle as an entity of a scene file.
-#[derive(Deserialize, Debug)]
-#[serde(deny_unknown_fields)]
-pub struct Vehicle {
-    pub r#type: String,
-    #[serde(default)]
-    pub paint: Option<u32>,
-    #[serde(default)]
-    pub headlights: Headlights,
-    #[serde(default)]
-    pub by_hand: bool,
-    #[serde(default)]
-    pub physical: Option<Physical>,
-    #[serde(default)]
-    pub route: Option<String>,
-    #[serde(default)]
-    pub at: f64,
-    #[serde(default)]
-    pub lane: u8,
-    #[serde(default)]
-    pub speed_kmh: f32,
-}
-
-#[derive(Deserialize, Clone, Copy, Debug, Default)]
-#[serde(rename_all = "snake_case")]
-pub enum Headlights {
-    Off,
-    #[default]
-    Low,
-    High,
-}
-
-impl From<Headlights> for systems::vehicles::Headlights {
-    fn from(headlights: Headlights) -> Self {
-        match headlights {
-            Headlights::Off => Self::Off,
-            Headlights::Low => Self::Low,
-            Headlights::High => Self::High,
-        }
-    }
 }

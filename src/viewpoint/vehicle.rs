@@ -1,77 +1,46 @@
-//! Where a picture is seen from: a camera of the scene, or a vehicle, from behind or from the driver's seat.
+//! Vehicles seen from behind, and the road seen from their seats.
 
+use super::{Viewpoint, place};
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
 use glam::{Affine3A, Quat, Vec3};
 use systems::draw::{Camera, Projection, View};
-use systems::space::{GlobalTransform, Transform};
+use systems::space::Transform;
 use systems::vehicles::{Vehicle, VehicleType, VehicleTypes};
 
-/// What is looked through. Nothing of it is in the world: it follows from where things are.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Viewpoint {
-    /// An entity with a [`Camera`].
-    Camera(Entity),
-    /// From behind a vehicle and above it, looking ahead.
-    Chase(Entity),
-    /// From the driver's seat.
-    Driver(Entity),
+/// `chase NAME` or `driver NAME`, with the name of a vehicle.
+pub fn find(wanted: &str, world: &mut World) -> Option<Viewpoint> {
+    let (kind, name) = wanted.split_once(' ')?;
+    let kind = match kind {
+        "chase" => Viewpoint::Chase,
+        "driver" => Viewpoint::Driver,
+        _ => return None,
+    };
+    let mut vehicles = world.query_filtered::<(Entity, &Name), With<Vehicle>>();
+    vehicles.iter(world).find(|(_, known)| known.as_str() == name).map(|(vehicle, _)| kind(vehicle))
 }
 
-impl From<Entity> for Viewpoint {
-    fn from(camera: Entity) -> Self {
-        Self::Camera(camera)
-    }
+/// From behind a vehicle and above it.
+pub fn from_behind(world: &World, vehicle: Entity, (width, height): (u32, u32)) -> View {
+    let behind = vehicle_type(world, vehicle, |kind| behind(&place(world, vehicle), kind));
+    View::new(&behind, &wide(), width, height)
 }
 
-impl Viewpoint {
-    /// The viewpoint that a person names: a camera's name, `chase NAME` or `driver NAME` with the name of a vehicle.
-    pub fn find(wanted: &str, cameras: &[(String, Entity)], world: &mut World) -> Option<Self> {
-        if let Some((_, camera)) = cameras.iter().find(|(name, _)| name == wanted) {
-            return Some(Self::Camera(*camera));
-        }
-        let (kind, name) = wanted.split_once(' ')?;
-        let kind = match kind {
-            "chase" => Self::Chase,
-            "driver" => Self::Driver,
-            _ => return None,
-        };
-        let mut vehicles = world.query_filtered::<(Entity, &Name), With<Vehicle>>();
-        vehicles.iter(world).find(|(_, known)| known.as_str() == name).map(|(vehicle, _)| kind(vehicle))
-    }
+/// From the driver's seat.
+pub fn from_seat(world: &World, vehicle: Entity, (width, height): (u32, u32)) -> View {
+    let (eye, front) = vehicle_type(world, vehicle, |t| (t.eye, t.front()));
+    // A camera looks down −Z, a vehicle along +Z.
+    let around = Quat::from_rotation_y(std::f32::consts::PI);
+    let vehicle_from_eye = Affine3A::from_rotation_translation(around, eye);
+    let wide = wide();
+    // The picture begins at the bumper: models have no insides.
+    let near = (front - eye.z).max(wide.near);
+    View::new(&(place(world, vehicle) * vehicle_from_eye), &Camera { near, ..wide }, width, height)
+}
 
-    /// The vehicle, of the two that follow one.
-    pub fn vehicle(self) -> Option<Entity> {
-        match self {
-            Self::Camera(_) => None,
-            Self::Chase(vehicle) | Self::Driver(vehicle) => Some(vehicle),
-        }
-    }
-
-    /// What is seen, as of the last frame.
-    pub fn view(self, world: &World, (width, height): (u32, u32)) -> View {
-        let place = |entity| world.get::<GlobalTransform>(entity).copied().unwrap_or_default().affine();
-        let wide = Camera { projection: Projection::Perspective { fov_y: 0.9, aspect: None }, ..Camera::default() };
-        match self {
-            Self::Camera(camera) => {
-                let seen = world.get::<Camera>(camera).cloned().unwrap_or_default();
-                View::new(&place(camera), &seen, width, height)
-            }
-            Self::Chase(vehicle) => {
-                let behind = vehicle_type(world, vehicle, |kind| behind(&place(vehicle), kind));
-                View::new(&behind, &wide, width, height)
-            }
-            Self::Driver(vehicle) => {
-                let (eye, front) = vehicle_type(world, vehicle, |t| (t.eye, t.front()));
-                // A camera looks down −Z, a vehicle along +Z.
-                let around = Quat::from_rotation_y(std::f32::consts::PI);
-                let vehicle_from_eye = Affine3A::from_rotation_translation(around, eye);
-                // The picture begins at the bumper: models have no insides.
-                let near = (front - eye.z).max(wide.near);
-                View::new(&(place(vehicle) * vehicle_from_eye), &Camera { near, ..wide }, width, height)
-            }
-        }
-    }
+/// How a vehicle is seen.
+fn wide() -> Camera {
+    Camera { projection: Projection::Perspective { fov_y: 0.9, aspect: None }, ..Camera::default() }
 }
 
 /// Something of the type that a vehicle is of; of the stand-in where it is no vehicle.

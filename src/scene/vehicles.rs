@@ -1,0 +1,200 @@
+//! What spawning asks for of vehicles, routes and signals. A build without vehicles has `no_vehicles.rs` instead.
+
+use super::faults::{self, Fault, Trail};
+use super::format::{self, Along, Scene};
+use super::generate::Random;
+use super::overlaps;
+use super::physical;
+use super::places::Step;
+use super::road_warnings;
+use super::spawn::{Placement, Spawner, descendants};
+use super::traffic::{self, LitGlass};
+use super::vehicle_types::{self, Loaded};
+use crate::name;
+use crate::problem::Problem;
+use bevy_ecs::name::Name;
+use bevy_ecs::prelude::*;
+use glam::Affine3A;
+use std::path::Path;
+use systems::assets::Library;
+use systems::space::Transform;
+use systems::space::origin::Origin;
+pub use systems::vehicles::OnRoute;
+use systems::vehicles::ground::Ground;
+use systems::vehicles::routes::Routes;
+use systems::vehicles::signals::Signals;
+use systems::vehicles::{
+    ByHand, Controls, Headlights, Motion, NextVehicleNumber, RouteId, Vehicle, VehicleType, VehicleTypeId, VehicleTypes,
+};
+
+/// What is known of a scene's vehicles and signals while it is spawned.
+#[derive(Default)]
+pub struct VehiclesFound {
+    /// Names of types that were asked for in vain.
+    unknown_types: Vec<String>,
+    glass: LitGlass,
+}
+
+/// Gives the world the scene's routes and signals; returns what a person should know of them.
+pub fn insert(scene: &Scene, world: &mut World) -> Vec<String> {
+    traffic::insert(scene, world)
+}
+
+/// Places along routes.
+pub fn along(along: &Along, world: &World, random: &mut Random) -> Vec<(Transform, OnRoute)> {
+    traffic::along(along, world.resource::<Routes>(), random)
+}
+
+/// The types of a scene's files.
+pub type Types = Vec<VehicleType>;
+
+/// Reads the files of types that a scene names.
+pub fn read_types(scene: &Scene, folder: &Path, library: &mut Library, faults: &mut Vec<Fault>) -> Loaded {
+    let mut vehicles = Loaded::default();
+    for (i, file) in scene.vehicle_types.iter().enumerate() {
+        match vehicle_types::read(&folder.join(file), library) {
+            Ok(loaded) => {
+                vehicles.warn_of_replaced(file, &loaded);
+                vehicles.extend(loaded);
+            }
+            Err(problems) => {
+                let at = Trail::default().field("vehicle_types").enter(Step::Index(i), "");
+                faults.extend(problems.into_iter().map(|problem| at.fault(problem)));
+            }
+        }
+    }
+    vehicles
+}
+
+/// What is wrong with a file, if it is one of types.
+pub fn check_types(path: &Path) -> Option<Vec<Problem>> {
+    vehicle_types::is_file_of_types(path).then(|| match vehicle_types::read(path, &mut Library::default()) {
+        Ok(loaded) => loaded.warnings.into_iter().map(|message| Problem::warning(path, message)).collect(),
+        Err(problems) => problems,
+    })
+}
+
+/// Adds types to those of the world.
+pub fn add_types(types: Types, world: &mut World) {
+    let mut all = world.resource_mut::<VehicleTypes>();
+    types.into_iter().for_each(|vehicle_type| _ = all.add(vehicle_type));
+}
+
+/// Has vehicles stand on an entity.
+pub fn make_ground(entity: &mut EntityWorldMut) {
+    entity.insert(Ground);
+}
+
+/// What is to be said of vehicles once all are there.
+pub fn warnings(world: &mut World) -> Vec<String> {
+    let mut warnings = overlaps::warnings(world);
+    if world.query::<&OnRoute>().iter(world).next().is_some() {
+        let origin = world.resource::<Origin>().0;
+        warnings.extend(road_warnings::of_beginning_anew(world.resource::<Routes>(), origin));
+    }
+    warnings
+}
+
+impl Spawner<'_> {
+    /// Of a type, with what the entity's `vehicle` says beside it, if it has one.
+    pub(super) fn vehicle(
+        &mut self,
+        name: &str,
+        source: Option<&format::Vehicle>,
+        on_route: Option<OnRoute>,
+        entity: Entity,
+        world_from_entity: &Affine3A,
+    ) {
+        let types = self.world.resource::<VehicleTypes>();
+        let kind = types.find(name);
+        if kind.is_none() && !self.vehicles.unknown_types.iter().any(|known| known == name) {
+            let names: Vec<&str> = types.iter().map(|(_, known)| known.name.as_str()).collect();
+            let hint = faults::suggestion(name, &names);
+            self.found.warnings.push(format!("no vehicle type {name:?}{hint}; a box stands in"));
+            self.vehicles.unknown_types.push(name.to_owned());
+        }
+        let kind = kind.unwrap_or(VehicleTypeId::STAND_IN);
+        let bounds = types.get(kind).bounds();
+        let routes = self.world.resource::<Routes>();
+        let own_route = source.and_then(|source| {
+            let id = routes.find(source.route.as_deref()?)?;
+            Some(OnRoute::new(id, source.lane, source.at.min(routes.get(id)?.length)))
+        });
+        let on_route = own_route.or(on_route);
+        let stands = on_route.map(|on| routes.stand(&on));
+        let place = on_route.map(|on| routes.stand_at(&on).0).unwrap_or_default();
+        let world_from_vehicle = stands.map_or(*world_from_entity, |stands| stands.compute_affine());
+        self.enclose(bounds.transformed(&world_from_vehicle));
+        let number = self.world.resource::<NextVehicleNumber>().0;
+        let mut entity = self.world.entity_mut(entity);
+        if !entity.contains::<Name>() {
+            entity.insert(Name::new(format!("{name} {}", number + 1)));
+        }
+        let headlights = source.map_or_else(Default::default, |source| source.headlights.into());
+        let controls = Controls { headlights, ..Controls::default() };
+        let speed = source.map_or(0.0, |source| f64::from(source.speed_kmh) / 3.6);
+        // Paints in turn where none is asked for.
+        let paint = source.and_then(|source| source.paint).unwrap_or(number);
+        if let Some((on, stands)) = on_route.zip(stands) {
+            entity.insert((stands, on));
+        }
+        let motion = Motion { place, speed, ..Motion::default() };
+        entity.insert((controls, motion, Vehicle::of(kind).painted(paint)));
+        if source.is_some_and(|source| source.by_hand) {
+            entity.insert(ByHand);
+        }
+        if let Some(physical) = source.and_then(|source| source.physical) {
+            physical::make_physical(&mut entity, physical);
+        }
+        self.found.has_lights = true;
+    }
+
+    pub(super) fn signal_head(&mut self, source: &format::SignalHead, entity: Entity) {
+        let Some(head) = self.world.resource::<Signals>().head(&source.signal, source.group) else { return };
+        let below = descendants(self.world, entity);
+        if !self.vehicles.glass.make_head(self.world, entity, &below, head) {
+            let name = name::of_entity(self.world, entity);
+            self.found.warnings.push(format!("{name}: no node lamp_red, lamp_amber or lamp_green: it shows no signal"));
+        }
+    }
+}
+
+impl From<format::Headlights> for Headlights {
+    fn from(headlights: format::Headlights) -> Self {
+        match headlights {
+            format::Headlights::Off => Self::Off,
+            format::Headlights::Low => Self::Low,
+            format::Headlights::High => Self::High,
+        }
+    }
+}
+
+/// How far the vehicles that a generator puts on a lane reach.
+#[derive(Default)]
+pub struct Room {
+    /// The lane that is being filled, and where the front of the last one on it is.
+    last: Option<(RouteId, u8, f64)>,
+    /// Vehicles that found no room.
+    pub full: usize,
+}
+
+impl Room {
+    /// Metres between two vehicles at least.
+    const GAP: f64 = 2.0;
+
+    /// Whether a vehicle has room behind which it stands free.
+    pub fn take(&mut self, placement: &Placement, world: &World) -> bool {
+        let types = world.resource::<VehicleTypes>();
+        let Some((on, name)) = placement.on_route.zip(placement.vehicle) else { return true };
+        let kind = types.get(types.find(name).unwrap_or_default());
+        let is_free = self.last.is_none_or(|(route, lane, front)| {
+            (route, lane) != (on.route, on.lane) || on.at - f64::from(kind.rear()) > front + Self::GAP
+        });
+        if is_free {
+            self.last = Some((on.route, on.lane, on.at + f64::from(kind.front())));
+        } else {
+            self.full += 1;
+        }
+        is_free
+    }
+}

@@ -1,0 +1,53 @@
+//! What changes vehicles from outside, and how they come into being.
+
+use crate::space::transform::Transform;
+use crate::vehicles::components::{ByHand, Controls, Motion, OnRoute, Vehicle, VehicleTypeId};
+use crate::vehicles::routes::Routes;
+use crate::vehicles::steering;
+use crate::vehicles::types::VehicleTypes;
+use bevy_ecs::prelude::*;
+
+/// Somebody takes the wheel, or lets it go.
+pub(super) fn take_wheel(world: &mut World, vehicle: Entity, by_hand: bool) {
+    if by_hand {
+        world.entity_mut(vehicle).insert(ByHand);
+    } else {
+        let_go(world, vehicle);
+    }
+}
+
+/// Nobody has the wheel any more: feet are off the pedals, and its route goes on from where it is.
+fn let_go(world: &mut World, vehicle: Entity) {
+    world.entity_mut(vehicle).remove::<ByHand>();
+    if let Some(mut controls) = world.get_mut::<Controls>(vehicle) {
+        (controls.throttle, controls.brake, controls.steer) = (0.0, 0.0, 0.0);
+    }
+    let place = world.get::<Transform>(vehicle).zip(world.get::<Motion>(vehicle)).map(|(transform, motion)| {
+        let mut motion = *motion;
+        motion.follow(transform.translation);
+        motion.place
+    });
+    let on = place.zip(world.get::<OnRoute>(vehicle).copied());
+    let nearest = on.and_then(|(place, on)| Some(world.resource::<Routes>().get(on.route)?.nearest(place)));
+    if let (Some(at), Some(mut on)) = (nearest, world.get_mut::<OnRoute>(vehicle)) {
+        on.at = at;
+    }
+}
+
+/// What moves follows where its entity was put.
+pub(super) fn put(world: &mut World, entity: Entity, at: Transform) {
+    if let Some(mut motion) = world.get_mut::<Motion>(entity) {
+        motion.yaw = steering::yaw(at.rotation);
+        motion.follow(at.translation);
+    }
+}
+
+/// A vehicle of a type by name, the stand-in where there is none of that name.
+pub(super) fn spawn(world: &mut World, kind: &str, paint: u32, by_hand: bool, others: impl Bundle) -> Entity {
+    let kind = world.resource::<VehicleTypes>().find(kind).unwrap_or(VehicleTypeId::STAND_IN);
+    let root = world.spawn((others, Vehicle::of(kind).painted(paint))).id();
+    if by_hand {
+        world.entity_mut(root).insert(ByHand);
+    }
+    root
+}
