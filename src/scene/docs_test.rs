@@ -156,3 +156,11 @@ fn every_name_of_a_technique_and_a_tone_map_is_read() {
         assert_eq!(environment.map(|environment| environment.tone_map).ok(), Some(tone_map), "{name}");
     }
 }
+
+/// A build without vehicles reads routes, too, so that their defaults are written down twice.
+#[test]
+fn a_route_begins_with_the_defaults_of_a_plan() {
+    let route = parse::<format::Route>("(points: [])").expect("a route");
+    let plan = systems::vehicles::routes::RoutePlan::default();
+    assert_eq!((route.lanes, route.lane_width), (plan.lanes, plan.lane_width));
+}

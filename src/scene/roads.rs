@@ -35,7 +35,7 @@ fn lanes() -> u8 {
 }
 
 fn lane_width() -> f32 {
-    3.5
+    3.2
 }
 
 fn speed_limit_kmh() -> f32 {
