@@ -39,7 +39,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             settings: Settings::default(),
         };
         let mut views: Vec<_> = states[some.clone()].iter_mut().zip(some.clone().map(plan)).collect();
-        renderer.prepare(&mut stage.simulation, &mut views)?;
+        stage.simulation.with_frame(|frame| renderer.prepare(frame, &mut views))?;
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         let mut views: Vec<_> = states[some.clone()]
             .iter_mut()

@@ -7,7 +7,7 @@
 //! simulation.step()                      0..n fixed steps: what moves by itself, moves
 //! simulation.frame()                     transforms → bounds → tangents → levels → materials → lights → instances
 //!                                        → batches
-//! renderer.prepare(&mut simulation, …)   what is new or dirty goes to the GPU, once; missing pipelines are made
+//! simulation.with_frame(|frame| renderer.prepare(frame, …))   what is new or dirty goes to the GPU, once; missing pipelines are made
 //! renderer.record(encoder, views)        of each view: batches, sky, blended objects → HDR → tone map → its texture;
 //!                                        without Settings::hdr, batches, sky → tone-mapped where shaded → RGBA8 sRGB
 //! queue.submit(…)                        is the caller's

@@ -156,7 +156,7 @@ fn draw(
     stage.simulation.world.insert_resource(policy);
     stage.simulation.frame();
     let view = stage.viewpoint.view(&stage.simulation.world, size);
-    renderer.prepare(&mut stage.simulation, &view, settings)?;
+    stage.simulation.with_frame(|frame| renderer.prepare(frame, &view, settings))?;
     let picture = renderer.draw_picture().convert();
     let luminances = renderer.read_linear().unwrap_or_default().into_iter().map(compare::luminance).collect();
     renderer.gpu().check()?;

@@ -5,8 +5,8 @@
 //! fixed time step on; [`Simulation::frame`] brings the draw list up to date with whatever changed since the last
 //! frame, and with nothing else. `schedules.rs` has the systems of both in order, with a reason beside each.
 //!
-//! A world that is not made by [`Simulation::new`] gets its hooks by [`draw::hooks::register`] and
-//! [`vehicles::hooks::register`], before its first entity.
+//! A world that is not made by [`Simulation::new`] gets what it needs by the functions of [`install`], before its first
+//! entity.
 //!
 //! Each folder is a layer that uses those before it, and none after:
 //!
@@ -20,6 +20,7 @@
 pub mod assets;
 pub mod draw;
 pub mod ecs;
+pub mod install;
 pub mod lights;
 #[cfg(feature = "physics")]
 pub mod physics;
@@ -31,5 +32,5 @@ pub mod space;
 pub mod vehicles;
 
 pub use ecs::parallel::set_threads;
-pub use schedules::{frame_schedule, step_schedule, sub_step_schedule};
+pub use schedules::{FrameSet, StepSet, frame_schedule, step_schedule, sub_step_schedule};
 pub use simulation::Simulation;

@@ -1,4 +1,7 @@
 //! The two schedules, a step's and a frame's: which systems there are, in which order and why.
+//!
+//! Systems of one's own take their place by the sets: `system.after(StepSet::Motion).before(StepSet::Drive)`. A pair of
+//! systems whose order matters and is not said is refused.
 
 use crate::assets::{levels, tangents};
 use crate::draw::{batches, incomplete, instances, light_records, list, materials, pieces, reaching};
@@ -14,19 +17,45 @@ use crate::vehicles::{driving, ground, lamps, parts, signals};
 use bevy_ecs::prelude::*;
 use bevy_ecs::schedule::{LogLevel, ScheduleBuildSettings, SingleThreadedExecutor};
 
+/// The parts of a step, in order.
+#[derive(SystemSet, Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum StepSet {
+    /// [`Inputs`](crate::run::inputs::Inputs) are applied.
+    Inputs,
+    /// The places before the step are kept for interpolation, and the clock goes on.
+    Begin,
+    /// What moves by itself.
+    Motion,
+    /// Traffic lights, vehicles and their physics.
+    Drive,
+    /// What follows from where vehicles are: their parts and lamps.
+    Follow,
+}
+
 /// One fixed step of simulated time, in order.
 pub fn step_schedule() -> Schedule {
+    use StepSet::{Begin, Drive, Follow, Inputs, Motion};
     let mut schedule = in_fixed_order();
-    schedule.add_systems(
+    schedule.configure_sets((Inputs, Begin, Motion, Drive, Follow).chain());
+    schedule.add_systems((
+        // What changes from outside, before anything else does.
+        inputs::apply_inputs.in_set(Inputs),
         (
-            inputs::apply_inputs,    // what changes from outside, before anything else does
             interpolation::remember, // where everything is, before it moves
             clock::tick,             // the time of this step, before anything reads it
-            motion::spin,            // what moves by itself
+        )
+            .chain()
+            .in_set(Begin),
+        motion::spin.in_set(Motion),
+        (
             #[cfg(feature = "vehicles")]
             ground::update_grounds, // what vehicles stand on
-            sub_steps::drive,        // traffic lights, vehicles and their physics, a long step in parts
-            #[cfg(feature = "vehicles")]
+            sub_steps::drive, // traffic lights, vehicles and their physics, a long step in parts
+        )
+            .chain()
+            .in_set(Drive),
+        #[cfg(feature = "vehicles")]
+        (
             signals::light_heads, // lamps of traffic lights
             #[cfg(feature = "physics")]
             (
@@ -35,16 +64,13 @@ pub fn step_schedule() -> Schedule {
             )
                 .chain()
                 .run_if(bodies::any_physical),
-            #[cfg(feature = "vehicles")]
-            (
-                parts::move_parts,   // trailers and sprung wheels, as their vehicles moved
-                lamps::switch_lamps, // which lamps are on after that
-                lamps::light_lamps,  // and what they do
-            )
-                .chain(),
+            parts::move_parts,   // trailers and sprung wheels, as their vehicles moved
+            lamps::switch_lamps, // which lamps are on after that
+            lamps::light_lamps,  // and what they do
         )
-            .chain(),
-    );
+            .chain()
+            .in_set(Follow),
+    ));
     schedule
 }
 
@@ -79,13 +105,30 @@ fn with_vehicles(mut schedule: Schedule) -> Schedule {
     schedule
 }
 
+/// The parts of a frame's CPU half, in order.
+#[derive(SystemSet, Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum FrameSet {
+    /// What was dirty is no longer.
+    Begin,
+    /// Where everything is, and what is hidden. What only pictures need is posed before: after [`FrameSet::Begin`].
+    Transforms,
+    /// Tangents, levels of detail, and materials in texture arrays.
+    Assets,
+    /// The light table, and the lights of each object.
+    Lights,
+    /// Slots, records and batches: the draw list is complete afterwards.
+    DrawList,
+}
+
 /// The CPU half of a frame, in order. Each system looks only at what changed.
 pub fn frame_schedule() -> Schedule {
+    use FrameSet::{Assets, Begin, DrawList, Lights, Transforms};
     let mut schedule = in_fixed_order();
-    schedule.add_systems(
+    schedule.configure_sets((Begin, Transforms, Assets, Lights, DrawList).chain());
+    schedule.add_systems((
+        // A new frame: what was dirty has been uploaded by now.
+        (stats::begin, list::begin_frame, lap(Stage::Transforms, "begin_frame")).chain().in_set(Begin),
         (
-            // A new frame: what was dirty has been uploaded by now.
-            (stats::begin, list::begin_frame, lap(Stage::Transforms, "begin_frame")).chain(),
             // Before anything looks for objects: what has got by now what it is drawn with.
             (incomplete::complete, lap(Stage::Transforms, "complete")).chain(),
             // What is hidden with something above it, before anything looks for objects.
@@ -95,6 +138,10 @@ pub fn frame_schedule() -> Schedule {
             (parts::turn_parts, lap(Stage::Transforms, "turn_parts")).chain(),
             // Where everything is, parents before children.
             (propagation::update_transforms, lap(Stage::Transforms, "update_transforms")).chain(),
+        )
+            .chain()
+            .in_set(Transforms),
+        (
             // Once per mesh, before anything draws it.
             (tangents::update_tangents, lap(Stage::Tangents, "update_tangents")).chain(),
             // After the tangents: levels share the vertices that are final now.
@@ -108,14 +155,19 @@ pub fn frame_schedule() -> Schedule {
                 lap(Stage::Materials, "update_materials"),
             )
                 .chain(),
-            // The light table first: the choice reads it.
-            (
-                light_records::update_light_table,
-                lap(Stage::Lights, "update_light_table"),
-                selection::select_lights,
-                lap(Stage::Lights, "select_lights"),
-            )
-                .chain(),
+        )
+            .chain()
+            .in_set(Assets),
+        // The light table first: the choice reads it.
+        (
+            light_records::update_light_table,
+            lap(Stage::Lights, "update_light_table"),
+            selection::select_lights,
+            lap(Stage::Lights, "select_lights"),
+        )
+            .chain()
+            .in_set(Lights),
+        (
             // Everything an object's record holds is known now.
             (
                 instances::update_instances,
@@ -127,8 +179,9 @@ pub fn frame_schedule() -> Schedule {
             // Slots are final: list their pages by draw.
             (batches::update_batches, lap(Stage::Batches, "update_batches"), list::count).chain(),
         )
-            .chain(),
-    );
+            .chain()
+            .in_set(DrawList),
+    ));
     schedule
 }
 
@@ -171,7 +224,7 @@ mod tests {
         simulation.step_schedule.add_systems(shake);
         assert!(simulation.step_schedule.initialize(&mut simulation.world).is_err());
         let mut ordered = Simulation::new();
-        ordered.step_schedule.add_systems(shake.after(motion::spin).before(ground::update_grounds));
+        ordered.step_schedule.add_systems(shake.after(StepSet::Motion).before(StepSet::Drive));
         assert!(ordered.step_schedule.initialize(&mut ordered.world).is_ok());
     }
 }

@@ -1,30 +1,12 @@
 //! [`Simulation`]: a world with its schedules.
 
 use crate::assets::library::Library;
-use crate::draw::environment::Environment;
-use crate::draw::hooks;
-use crate::draw::incomplete::Incomplete;
+use crate::draw::frame_data::FrameData;
 use crate::draw::instance_records::InstanceRecords;
-use crate::draw::instances::InstanceTable;
 use crate::draw::list::DrawList;
-use crate::draw::materials::MaterialTable;
-use crate::ecs::clock::{Clock, Seed};
 use crate::ecs::parallel::set_threads;
-use crate::ecs::stats::FrameStats;
-use crate::ecs::sub_steps::SubStep;
-use crate::lights::order::ObjectOrder;
-use crate::lights::table::{LightPolicy, LightTable};
-#[cfg(feature = "physics")]
-use crate::physics::bodies::Physics;
-use crate::run::inputs::Inputs;
-use crate::run::roster::Roster;
-use crate::run::state::StateList;
-use crate::schedules::{frame_schedule, step_schedule, sub_step_schedule};
-use crate::space::interpolation::Interpolation;
-use crate::space::origin::Origin;
-use crate::space::propagation::{NewParents, note_parent};
-#[cfg(feature = "vehicles")]
-use crate::vehicles::hooks as vehicle_hooks;
+use crate::install;
+use crate::schedules::{frame_schedule, step_schedule};
 use bevy_ecs::prelude::*;
 
 /// A world with its schedules.
@@ -41,11 +23,14 @@ use bevy_ecs::prelude::*;
 /// assert_eq!(simulation.draw_list().batches.len(), 1);
 /// ```
 pub struct Simulation {
-    /// Entities and resources: [`Library`], [`Environment`], [`Clock`], [`LightPolicy`], [`DrawList`], [`FrameStats`].
+    /// Entities and resources: [`Library`], [`Environment`](crate::draw::Environment),
+    /// [`Clock`](crate::ecs::clock::Clock), [`LightPolicy`](crate::lights::LightPolicy), [`DrawList`],
+    /// [`FrameStats`](crate::ecs::stats::FrameStats).
     pub world: World,
-    /// What happens in a step; systems of your own are added here.
+    /// What happens in a step; systems of your own are added here, by [`StepSet`](crate::StepSet).
     pub step_schedule: Schedule,
-    frame_schedule: Schedule,
+    /// What happens for a frame; systems of your own are added here, by [`FrameSet`](crate::FrameSet).
+    pub frame_schedule: Schedule,
 }
 
 impl Default for Simulation {
@@ -59,35 +44,12 @@ impl Simulation {
     pub fn new() -> Self {
         set_threads(None);
         let mut world = World::new();
-        hooks::register(&mut world);
+        install::core(&mut world);
+        install::recording(&mut world);
         #[cfg(feature = "vehicles")]
-        vehicle_hooks::register(&mut world);
-        // Schedules ask for it in their first run. The later a resource comes, the more it takes: it is an entity, and
-        // where that one is stands in a list of 4 bytes for each entity before it.
-        world.init_resource::<Schedules>();
-        world.resource_mut::<Schedules>().insert(sub_step_schedule());
-        world.init_resource::<Library>();
-        world.init_resource::<Clock>();
-        world.init_resource::<Seed>();
-        world.init_resource::<SubStep>();
-        world.init_resource::<Origin>();
-        world.init_resource::<Inputs>();
-        world.init_resource::<Interpolation>();
-        world.init_resource::<NewParents>();
-        world.add_observer(note_parent);
-        world.init_resource::<Roster>();
-        world.insert_resource(StateList::standard());
-        world.init_resource::<FrameStats>();
-        world.init_resource::<MaterialTable>();
-        world.init_resource::<LightTable>();
-        world.init_resource::<LightPolicy>();
-        world.init_resource::<ObjectOrder>();
-        world.init_resource::<InstanceTable>();
-        world.init_resource::<Incomplete>();
-        world.init_resource::<DrawList>();
+        install::vehicles(&mut world);
         #[cfg(feature = "physics")]
-        world.init_resource::<Physics>();
-        world.insert_resource(Environment::default());
+        install::physics(&mut world);
         Self { world, step_schedule: step_schedule(), frame_schedule: frame_schedule() }
     }
 
@@ -101,6 +63,11 @@ impl Simulation {
         self.frame_schedule.run(&mut self.world);
         // Else the world would note for ever what was removed from it.
         self.world.clear_trackers();
+    }
+
+    /// Lends the last frame to a renderer.
+    pub fn with_frame<R>(&mut self, read: impl FnOnce(&mut FrameData<'_>) -> R) -> R {
+        FrameData::of_world(&mut self.world, read)
     }
 
     /// What the last frame drew.

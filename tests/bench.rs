@@ -346,7 +346,7 @@ fn pass_times_come_late_and_nobody_needs_to_take_them() {
     let mut draw = |renderer: &mut SingleView| {
         yard.simulation.frame();
         let view = Viewpoint::Camera(yard.camera).view(&yard.simulation.world, (64, 36));
-        renderer.prepare(&mut yard.simulation, &view, &Settings::default()).expect("it fits");
+        yard.simulation.with_frame(|frame| renderer.prepare(frame, &view, &Settings::default())).expect("it fits");
         renderer.draw_picture();
     };
     if !gpu.device.features().contains(wgpu::Features::TIMESTAMP_QUERY) {
@@ -383,7 +383,7 @@ fn pass_times_come_late_and_nobody_needs_to_take_them() {
     yard = Yard::new(&plan(20, YardView::Wide)).expect("a yard");
     let view = Viewpoint::Camera(yard.camera).view(&yard.simulation.world, (64, 36));
     yard.simulation.frame();
-    renderer.prepare(&mut yard.simulation, &view, &Settings::default()).expect("it fits");
+    yard.simulation.with_frame(|frame| renderer.prepare(frame, &view, &Settings::default())).expect("it fits");
     renderer.draw_picture();
     assert!(renderer.pass_times().is_some());
 }

@@ -59,7 +59,7 @@ impl Scene {
     /// Draws the world as it is, without another frame of the systems.
     fn draw_with(&mut self, renderer: &mut SingleView, settings: Settings) -> (image::RgbaImage, Drawn) {
         let view = Viewpoint::Camera(self.camera).view(&self.simulation.world, SIZE);
-        renderer.prepare(&mut self.simulation, &view, &settings).expect("it fits");
+        self.simulation.with_frame(|frame| renderer.prepare(frame, &view, &settings)).expect("it fits");
         (renderer.draw_picture(), renderer.read_drawn())
     }
 }
@@ -193,10 +193,10 @@ fn a_still_view_is_drawn_whole_when_the_picture_or_a_surface_changes() {
         scene.draw_with(&mut renderer, Settings { samples: 1, ..on });
         assert!(scene.draw_with(&mut renderer, on) == seen, "samples, and back");
         let view = Viewpoint::Camera(scene.camera).view(&scene.simulation.world, (SIZE.0 * 2, SIZE.1 * 2));
-        renderer.prepare(&mut scene.simulation, &view, &on).expect("it fits");
+        scene.simulation.with_frame(|frame| renderer.prepare(frame, &view, &on)).expect("it fits");
         let large = renderer.draw_picture();
         let mut fresh = SingleView::new(renderer.gpu());
-        fresh.prepare(&mut scene.simulation, &view, &with(Occlusion::Off)).expect("it fits");
+        scene.simulation.with_frame(|frame| fresh.prepare(frame, &view, &with(Occlusion::Off))).expect("it fits");
         assert!(large == fresh.draw_picture(), "a larger picture");
         for _ in 0..3 {
             scene.draw_with(&mut renderer, on);

@@ -133,7 +133,9 @@ impl Stage {
         self.simulation.frame();
         let view = View::new(&GlobalTransform::default().affine(), &Camera::default(), SIZE.0, SIZE.1);
         let plan = ViewPlan { view, settings };
-        self.renderer.prepare(&mut self.simulation, &mut [(&mut self.state, plan)]).expect("it fits");
+        self.simulation
+            .with_frame(|frame| self.renderer.prepare(frame, &mut [(&mut self.state, plan)]))
+            .expect("it fits");
         let target = self.picture.create_view(&Default::default());
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         let own = |encoder: &mut wgpu::CommandEncoder, targets: &PassTargets<'_>| {
@@ -212,7 +214,10 @@ fn an_empty_pass_changes_nothing() {
             let view = View::new(&GlobalTransform::default().affine(), &Camera::default(), SIZE.0, SIZE.1);
             let pictures = [false, true].map(|own| {
                 let plan = ViewPlan { view: view.clone(), settings };
-                stage.renderer.prepare(&mut stage.simulation, &mut [(&mut stage.state, plan)]).expect("it fits");
+                stage
+                    .simulation
+                    .with_frame(|frame| stage.renderer.prepare(frame, &mut [(&mut stage.state, plan)]))
+                    .expect("it fits");
                 let target = stage.picture.create_view(&Default::default());
                 let mut encoder = gpu.device.create_command_encoder(&Default::default());
                 let called = RefCell::new(0);

@@ -124,7 +124,10 @@ fn changes_here_and_there_arrive_also_from_frames_that_nobody_drew() {
         move_some(&mut field, first, height);
         field.simulation.frame();
         let view = relief::viewpoint::Viewpoint::Camera(field.camera).view(&field.simulation.world, SIZE);
-        field.headless.renderer.prepare(&mut field.simulation, &view, &Settings::default()).expect("it fits");
+        field
+            .simulation
+            .with_frame(|frame| field.headless.renderer.prepare(frame, &view, &Settings::default()))
+            .expect("it fits");
     }
     for object in [20, 171] {
         field.simulation.world.get_mut::<Transform>(field.objects[object]).expect("a place").translation.y = 30.0;
@@ -174,7 +177,10 @@ fn a_renderer_that_missed_frames_shows_the_same_as_one_that_saw_all() {
         if frame == 1 || frame == 4 {
             std::mem::swap(&mut late, &mut field.headless.renderer);
             let view = relief::viewpoint::Viewpoint::Camera(field.camera).view(&field.simulation.world, SIZE);
-            field.headless.renderer.prepare(&mut field.simulation, &view, &Settings::default()).expect("it fits");
+            field
+                .simulation
+                .with_frame(|frame| field.headless.renderer.prepare(frame, &view, &Settings::default()))
+                .expect("it fits");
             assert!(field.headless.renderer.draw_picture() == seen, "frame {frame}");
             std::mem::swap(&mut late, &mut field.headless.renderer);
         }
@@ -188,7 +194,7 @@ fn a_picture_that_cannot_differ_is_shown_again_and_any_change_is_noticed() {
     let prepare = |field: &mut Field, settings: &Settings| {
         field.simulation.frame();
         let view = relief::viewpoint::Viewpoint::Camera(field.camera).view(&field.simulation.world, SIZE);
-        field.headless.renderer.prepare(&mut field.simulation, &view, settings).expect("it fits")
+        field.simulation.with_frame(|frame| field.headless.renderer.prepare(frame, &view, settings)).expect("it fits")
     };
     // What differs is drawn then.
     let prepare = |field: &mut Field, settings: &Settings| {
@@ -231,7 +237,12 @@ fn what_was_prepared_and_not_drawn_is_still_to_be_drawn() {
     for _ in 0..2 {
         field.simulation.frame();
         let view = relief::viewpoint::Viewpoint::Camera(field.camera).view(&field.simulation.world, SIZE);
-        assert!(field.headless.renderer.prepare(&mut field.simulation, &view, &Settings::default()).expect("it fits"));
+        assert!(
+            field
+                .simulation
+                .with_frame(|frame| field.headless.renderer.prepare(frame, &view, &Settings::default()))
+                .expect("it fits")
+        );
     }
 }
 

@@ -59,7 +59,7 @@ impl Scene {
     fn draw_with(&mut self, renderer: &mut SingleView, settings: &Settings) -> Result<image::RgbaImage, RenderError> {
         self.simulation.frame();
         let view = Viewpoint::Camera(self.camera).view(&self.simulation.world, (64, 36));
-        renderer.prepare(&mut self.simulation, &view, settings)?;
+        self.simulation.with_frame(|frame| renderer.prepare(frame, &view, settings))?;
         Ok(renderer.draw_picture())
     }
 }
@@ -164,10 +164,10 @@ fn more_objects_than_the_largest_texture_holds_are_refused() {
     };
     slots(&mut scene, most + 1);
     let mut renderer = SingleView::new(&small);
-    let refused = renderer.prepare(&mut scene.simulation, &view, &Settings::default());
+    let refused = scene.simulation.with_frame(|frame| renderer.prepare(frame, &view, &Settings::default()));
     let error = refused.expect_err("one too many").to_string();
     let refused = "too large for this graphics adapter: the tables of objects, lights and materials: 268500992 bytes";
     assert!(error.starts_with(refused), "{error}");
     slots(&mut scene, 1);
-    renderer.prepare(&mut scene.simulation, &view, &Settings::default()).expect("it fits");
+    scene.simulation.with_frame(|frame| renderer.prepare(frame, &view, &Settings::default())).expect("it fits");
 }

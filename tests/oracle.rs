@@ -122,7 +122,7 @@ fn render(gpu: &Gpu, case: &Value, folder: &Path) -> Vec<[f32; 4]> {
     let view = View::new(&eye.compute_affine(), &camera, width, height);
     let mut renderer = SingleView::new(gpu);
     let settings = Settings { samples: 1, ..Settings::default() };
-    renderer.prepare(&mut simulation, &view, &settings).expect("it fits");
+    simulation.with_frame(|frame| renderer.prepare(frame, &view, &settings)).expect("it fits");
     renderer.draw_picture();
     renderer.read_linear().expect("linear colours")
 }

@@ -56,7 +56,7 @@ impl Scene {
     fn prepare(&mut self, renderer: &mut SingleView, settings: &Settings) {
         self.simulation.frame();
         let view = self.view();
-        renderer.prepare(&mut self.simulation, &view, settings).expect("it fits");
+        self.simulation.with_frame(|frame| renderer.prepare(frame, &view, settings)).expect("it fits");
     }
 
     fn draw(&mut self, gpu: &Gpu, settings: Settings, wanted: OutputSet) -> Outputs {

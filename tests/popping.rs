@@ -130,7 +130,7 @@ impl Drive {
         self.simulation.frame();
         let view = Viewpoint::Camera(self.camera).view(&self.simulation.world, (SIZE as u32, SIZE as u32));
         let settings = Settings { samples: 1, ..Settings::default() };
-        self.renderer.prepare(&mut self.simulation, &view, &settings).expect("room for it");
+        self.simulation.with_frame(|frame| self.renderer.prepare(frame, &view, &settings)).expect("room for it");
         self.renderer.draw(&self.target, PICTURE_FORMAT);
         let pixels = self.renderer.read_linear().expect("linear colours");
         let at = |x: usize, y: usize| luminance(pixels[y * SIZE + x]);

@@ -353,7 +353,7 @@ fn other_calls_work_without_linear_colours() {
     let viewpoint = relief::viewpoint::Viewpoint::Camera(field.camera);
     field.simulation.frame();
     let view = viewpoint.view(&field.simulation.world, SIZE);
-    renderer.prepare(&mut field.simulation, &view, &ONCE).expect("prepared");
+    field.simulation.with_frame(|frame| renderer.prepare(frame, &view, &ONCE)).expect("prepared");
     // The picture was not drawn.
     assert!(renderer.draw_outputs(OutputSet::ALL.beside_color()).is_some());
     let drawn = renderer.draw_picture();

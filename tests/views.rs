@@ -109,7 +109,7 @@ fn draw(
     let plans: Vec<_> = which.iter().map(|&view| scene.plan(view)).collect();
     let sizes: Vec<_> = plans.iter().map(|plan| (plan.view.width, plan.view.height)).collect();
     let mut views: Vec<_> = states.iter_mut().zip(plans).collect();
-    renderer.prepare(&mut scene.simulation, &mut views).expect("they fit");
+    scene.simulation.with_frame(|frame| renderer.prepare(frame, &mut views)).expect("they fit");
     let gpu = renderer.gpu().clone();
     let textures: Vec<_> = sizes.into_iter().map(|size| picture_texture(&gpu, size)).collect();
     let targets: Vec<_> = textures.iter().map(|texture| texture.create_view(&Default::default())).collect();
@@ -117,6 +117,7 @@ fn draw(
     let mut views: Vec<_> =
         states.iter_mut().zip(&targets).map(|(state, target)| ViewTarget::new(state, target, PICTURE_FORMAT)).collect();
     renderer.record(&mut encoder, &mut views);
+    drop(views);
     gpu.queue.submit([encoder.finish()]);
     let pictures = textures.iter().map(|texture| read_texture(&gpu, texture));
     pictures.zip(states).map(|(picture, state)| (picture, renderer.read_drawn(state))).collect()
@@ -125,7 +126,7 @@ fn draw(
 /// The picture of a view by itself, with a renderer of its own, and how much that drew.
 fn draw_alone(renderer: &mut SingleView, scene: &mut Scene, view: usize) -> (Vec<u8>, Drawn) {
     let ViewPlan { view, settings } = scene.plan(view);
-    renderer.prepare(&mut scene.simulation, &view, &settings).expect("it fits");
+    scene.simulation.with_frame(|frame| renderer.prepare(frame, &view, &settings)).expect("it fits");
     (renderer.draw_picture().into_raw(), renderer.read_drawn())
 }
 
@@ -187,7 +188,7 @@ fn a_view_is_to_be_drawn_again_if_it_or_the_world_has_changed() {
         scene.simulation.frame();
         let plans = [scene.plan(0), scene.plan(1)];
         let mut views: Vec<_> = states.iter_mut().zip(plans).collect();
-        renderer.prepare(&mut scene.simulation, &mut views).expect("they fit");
+        scene.simulation.with_frame(|frame| renderer.prepare(frame, &mut views)).expect("they fit");
         let needs = views.iter().map(|(state, _)| state.needs_redraw()).collect::<Vec<_>>();
         draw(renderer, &mut states, scene, &[0, 1]);
         needs

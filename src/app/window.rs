@@ -324,7 +324,7 @@ impl Open {
         let settings = self.viewer.drawn_settings();
         let simulation = &mut self.viewer.simulation;
         // Where only the panel changes, the scene is not drawn again; the panel goes on telling what it took.
-        if self.graphics.renderer.prepare(simulation, &view, &settings)? {
+        if simulation.with_frame(|frame| self.graphics.renderer.prepare(frame, &view, &settings))? {
             self.graphics.renderer.draw(&frame.scene, self.graphics.screen.scene_format);
             self.stats = self.graphics.renderer.stats();
         } else {
@@ -409,7 +409,7 @@ impl Open {
         self.viewer.frame_of_state();
         let view = self.viewer.view(size);
         let settings = self.viewer.drawn_settings().for_files();
-        self.graphics.renderer.prepare(&mut self.viewer.simulation, &view, &settings)?;
+        self.viewer.simulation.with_frame(|frame| self.graphics.renderer.prepare(frame, &view, &settings))?;
         self.view = Some(view);
         let picture = self.graphics.renderer.draw_picture();
         self.graphics.gpu.check()?;

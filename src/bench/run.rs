@@ -277,7 +277,7 @@ impl Bench {
         simulation.frame();
         let simulate = lap();
         let view: View = viewpoint.view(&simulation.world, self.size);
-        self.renderer.prepare(simulation, &view, &self.settings)?;
+        simulation.with_frame(|frame| self.renderer.prepare(frame, &view, &self.settings))?;
         let prepare = lap();
         let commands = self.renderer.record(&self.target, PICTURE_FORMAT);
         let record = lap();

@@ -35,7 +35,7 @@ impl Headless {
     ) -> Result<image::RgbaImage, FrameError> {
         simulation.frame();
         let view = from.into().view(&simulation.world, size);
-        self.renderer.prepare(simulation, &view, &self.settings)?;
+        simulation.with_frame(|frame| self.renderer.prepare(frame, &view, &self.settings))?;
         let picture = self.renderer.draw_picture();
         self.renderer.gpu().check()?;
         Ok(picture)

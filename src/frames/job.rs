@@ -198,7 +198,7 @@ pub fn render_frames(job: &FrameJob, mut progress: impl FnMut(u64, u64)) -> Resu
             stage.simulation.frame();
             let view = stage.viewpoint.view(&stage.simulation.world, job.size);
             let settings = Settings { outputs: outputs_of(&missing), ..settings };
-            renderer.prepare(&mut stage.simulation, &view, &settings)?;
+            stage.simulation.with_frame(|frame| renderer.prepare(frame, &view, &settings))?;
             let pictures = pictures(&mut renderer, &missing);
             renderer.gpu().check()?;
             for (kind, picture) in pictures {

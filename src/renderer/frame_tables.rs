@@ -4,8 +4,7 @@ use super::scatter::Scatter;
 use super::tables::{GrowingBuffer, RecordTable, TableKind, TableTexture};
 use super::timestamps::Timestamps;
 use super::{Gpu, RenderError, RenderStats};
-use systems::Simulation;
-use systems::draw::{DrawList, InstanceRecord, MAX_REACHING, MaterialRecord};
+use systems::draw::{DrawList, FrameData, InstanceRecord, MAX_REACHING, MaterialRecord};
 use systems::ecs::tables::DirtySlots;
 use systems::lights::{LightRecord, MOST_LIGHTS};
 
@@ -39,8 +38,8 @@ impl FrameTables {
     }
 
     /// Uploads what changed since the frame that was uploaded last, and books the bytes.
-    pub fn upload(&mut self, gpu: &Gpu, simulation: &Simulation, stats: &mut RenderStats) -> Result<(), RenderError> {
-        let list = simulation.draw_list();
+    pub fn upload(&mut self, gpu: &Gpu, frame: &FrameData<'_>, stats: &mut RenderStats) -> Result<(), RenderError> {
+        let list = frame.list;
         if list.lights.records.len() > MOST_LIGHTS {
             let (needed, limit) = (list.lights.records.len() as u64, MOST_LIGHTS as u64);
             return Err(RenderError::TooLarge { what: "the light table", unit: "lights", needed, limit });
@@ -48,17 +47,14 @@ impl FrameTables {
         if list.frame != self.uploaded_frame {
             let all = self.uploaded_frame == 0 || list.frame != self.uploaded_frame + 1;
             let Self { texture, instances, lights, materials, scatter, .. } = self;
-            let objects = simulation.instance_records();
+            let objects = frame.instances;
             instances.scattered.flush(gpu, scatter);
             lights.scattered.flush(gpu, scatter);
             materials.scattered.flush(gpu, scatter);
-            let texels = [
-                RecordTable::texels(&objects),
-                RecordTable::texels(&list.lights),
-                RecordTable::texels(&list.materials),
-            ];
+            let texels =
+                [RecordTable::texels(objects), RecordTable::texels(&list.lights), RecordTable::texels(&list.materials)];
             texture.reserve(gpu, texels)?;
-            stats.instance_bytes = instances.mirror(gpu, scatter, texture, &objects, all)?;
+            stats.instance_bytes = instances.mirror(gpu, scatter, texture, objects, all)?;
             stats.light_bytes = lights.mirror(gpu, scatter, texture, &list.lights, all)?;
             stats.material_bytes = materials.mirror(gpu, scatter, texture, &list.materials, all)?;
             self.uploaded_frame = list.frame;

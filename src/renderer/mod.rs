@@ -2,7 +2,7 @@
 //! belongs to one camera. A frame draws a list of views:
 //!
 //! ```text
-//! Renderer::prepare(simulation, views)                uploads what changed, makes the pipelines that are missing
+//! Renderer::prepare(frame, views)                     uploads what changed, makes the pipelines that are missing
 //!   meshes        new ones into the shared vertex and index buffers
 //!   textures      new layers of the texture arrays; bind groups of each material class
 //!   frame tables  dirty records of instances, lights, materials
@@ -73,9 +73,8 @@ use pipelines::{MissingPipelines, Pipelines};
 use portions::Portions;
 use pyramid::PyramidMaker;
 use std::sync::atomic::{AtomicU64, Ordering};
-use systems::Simulation;
 use systems::assets::Technique;
-use systems::draw::{BatchKey, DrawList};
+use systems::draw::{BatchKey, DrawList, FrameData};
 use targets::Behind;
 use textures::Textures;
 use timestamps::Timestamps;
@@ -233,11 +232,12 @@ impl Renderer {
         self.timestamps.as_mut()?.take()
     }
 
-    /// Uploads what changed in the draw list, once for all views, and makes what views lack, so that [`Self::record`]
+    /// Uploads what changed in a frame's data, once for all views, and makes what views lack, so that [`Self::record`]
     /// only records. Afterwards [`ViewState::needs_redraw`] says whether a view's picture can differ from the one last
-    /// drawn; if not, [`Self::record_again`] gives it for less. The world is to be as [`Simulation::frame`] left it:
-    /// what is edited in between may be seen in part. It stays as it is but for texels that its library does not keep
-    /// ([`systems::assets::Library::keep_texels`]).
+    /// drawn; if not, [`Self::record_again`] gives it for less. A world lends its frame by
+    /// [`Simulation::with_frame`](systems::Simulation::with_frame), and is to be as its frame's systems left it: what is
+    /// edited in between may be seen in part. Data of other programs are a frame, too ([`FrameData`]). Texels that the
+    /// library does not keep ([`systems::assets::Library::keep_texels`]) are released.
     ///
     /// Those views can be recorded until the next `prepare`. Others rest, with what they saw last: what lists are made of
     /// may change meanwhile.
@@ -247,10 +247,10 @@ impl Renderer {
     /// nothing changes for that.
     pub fn prepare(
         &mut self,
-        simulation: &mut Simulation,
+        frame: &mut FrameData<'_>,
         views: &mut [(&mut ViewState, ViewPlan)],
     ) -> Result<(), RenderError> {
-        let list = simulation.draw_list();
+        let list = frame.list;
         self.enter(list.world);
         self.stats = RenderStats::default();
         let limit = self.gpu.device.limits().max_texture_dimension_2d;
@@ -266,7 +266,7 @@ impl Renderer {
         // What there is no memory for fails again where it is used.
         let invalid = self.gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
         let no_memory = self.gpu.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
-        let prepared = self.prepare_scene(simulation, views);
+        let prepared = self.prepare_scene(frame, views);
         let errors = [no_memory.pop(), invalid.pop()].map(pollster::block_on);
         let refused =
             errors.into_iter().flatten().next().map(|error| RenderError::Refused { reason: error.to_string() });
@@ -278,7 +278,7 @@ impl Renderer {
             views.iter_mut().for_each(|(state, plan)| state.forget(&plan.settings));
             return Err(error);
         }
-        let list = simulation.draw_list();
+        let list = frame.list;
         for (state, plan) in views {
             state.finish(&self.gpu, list, plan, self.uploads, self.prepared);
             state.fit_behind(&self.gpu.device, &self.pipelines.behind_layout, plan.size(), &self.blended_keys.1);
@@ -304,10 +304,10 @@ impl Renderer {
     /// Uploads the scene, makes the pipelines and targets that are missing, and gets ready to cull for each view.
     fn prepare_scene(
         &mut self,
-        simulation: &mut Simulation,
+        frame: &mut FrameData<'_>,
         views: &mut [(&mut ViewState, ViewPlan)],
     ) -> Result<(), RenderError> {
-        let list = simulation.draw_list();
+        let list = frame.list;
         self.note_blended(list);
         for (state, plan) in &mut *views {
             self.stats.list_bytes += state.upload_blended(&self.gpu, list, &plan.view)?;
@@ -315,10 +315,10 @@ impl Renderer {
         // Compiled while the rest is uploaded.
         let states = views.iter().map(|(state, _)| &**state);
         let missing = self.start_pipelines(states, list.batches.iter().map(|batch| batch.key));
-        let uploaded = self.upload(simulation);
+        let uploaded = self.upload(frame);
         self.pipelines.finish_objects(missing);
         uploaded?;
-        let list = simulation.draw_list();
+        let list = frame.list;
         for (state, plan) in views {
             let levels = plan.settings.levels.enabled;
             let draws = &mut self.draws[usize::from(levels)];
@@ -333,10 +333,10 @@ impl Renderer {
     }
 
     /// Meshes, maps and tables.
-    fn upload(&mut self, simulation: &mut Simulation) -> Result<(), RenderError> {
-        self.stats.asset_bytes = self.meshes.upload(&self.gpu, simulation.library())?;
-        self.stats.asset_bytes += self.textures.upload(&self.gpu, simulation)?;
-        self.tables.upload(&self.gpu, simulation, &mut self.stats)
+    fn upload(&mut self, frame: &mut FrameData<'_>) -> Result<(), RenderError> {
+        self.stats.asset_bytes = self.meshes.upload(&self.gpu, frame.library)?;
+        self.stats.asset_bytes += self.textures.upload(&self.gpu, frame.list, frame.library)?;
+        self.tables.upload(&self.gpu, frame, &mut self.stats)
     }
 
     /// Whether a view is one of those that were prepared last.

@@ -101,7 +101,7 @@ impl ScatterBuffers {
 
     /// Uploads the records in `ranges` of a table that begins at a texel of a texture; [`Self::record`] puts them in
     /// their places. Returns the bytes written.
-    pub fn write<R: Records>(
+    pub fn write<R: Records + ?Sized>(
         &mut self,
         gpu: &Gpu,
         scatter: &mut Scatter,

@@ -6,8 +6,7 @@ use super::{
 };
 use glam::UVec2;
 use std::num::NonZeroU32;
-use systems::Simulation;
-use systems::draw::View;
+use systems::draw::{FrameData, View};
 
 /// A [`Renderer`] and the state of its only view.
 #[derive(Debug)]
@@ -39,12 +38,12 @@ impl SingleView {
     /// [`RenderError`].
     pub fn prepare(
         &mut self,
-        simulation: &mut Simulation,
+        frame: &mut FrameData<'_>,
         view: &View,
         settings: &Settings,
     ) -> Result<bool, RenderError> {
         let plan = ViewPlan { view: view.clone(), settings: *settings };
-        self.renderer.prepare(simulation, &mut [(&mut self.state, plan)])?;
+        self.renderer.prepare(frame, &mut [(&mut self.state, plan)])?;
         Ok(self.state.needs_redraw())
     }
 

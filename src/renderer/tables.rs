@@ -291,7 +291,7 @@ impl<T: bytemuck::Pod> RecordTable<T> {
 
     /// Texels that the records take. Whole pages: culling looks at the slots behind the last one in use, too, and new
     /// texels are zero.
-    pub fn texels(records: &impl Records<Record = T>) -> u64 {
+    pub fn texels(records: &(impl Records<Record = T> + ?Sized)) -> u64 {
         u64::from(records.slot_count().next_multiple_of(PAGE_SLOTS)) * size_of::<T>() as u64 / TEXEL_BYTES
     }
 
@@ -302,7 +302,7 @@ impl<T: bytemuck::Pod> RecordTable<T> {
         gpu: &super::Gpu,
         scatter: &mut Scatter,
         texture: &TableTexture,
-        records: &impl Records<Record = T>,
+        records: &(impl Records<Record = T> + ?Sized),
         everything: bool,
     ) -> Result<u64, RenderError> {
         if everything {
@@ -328,7 +328,7 @@ impl<T: bytemuck::Pod> RecordTable<T> {
         gpu: &super::Gpu,
         pace: &mut Pace,
         texture: &TableTexture,
-        records: &impl Records<Record = T>,
+        records: &(impl Records<Record = T> + ?Sized),
         slots: Range<u32>,
     ) -> u64 {
         let size = size_of::<T>();

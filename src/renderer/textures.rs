@@ -2,10 +2,8 @@
 
 use super::tables::{FEW_BYTES_UNDER_WAY, Pace};
 use super::{Gpu, RenderError};
-use bevy_ecs::change_detection::DetectChangesMut;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
-use systems::Simulation;
 use systems::assets::{
     Filter, Image, ImageId, Library, MapSlot, MipFilter, Sampler, Technique, Texels, Wrap, blocks, level_count,
     level_size,
@@ -83,23 +81,23 @@ impl Textures {
 
     /// Uploads layers that are new, which is when the library may drop their texels; binds classes that are new or
     /// whose arrays grew. Returns the bytes written.
-    pub fn upload(&mut self, gpu: &Gpu, simulation: &mut Simulation) -> Result<u64, RenderError> {
-        let missing = self.make_room(gpu, simulation.draw_list(), simulation.library())?;
+    pub fn upload(&mut self, gpu: &Gpu, list: &DrawList, library: &mut Library) -> Result<u64, RenderError> {
+        let missing = self.make_room(gpu, list, library)?;
         let (mut written, mut pace) = (0, Pace::new(FEW_BYTES_UNDER_WAY));
         for (index, layer, id) in missing {
             let array = &mut self.arrays[index];
-            if let Some(image) = simulation.library().image(id) {
+            if let Some(image) = library.image(id) {
                 if image.levels.is_empty() {
                     return Err(RenderError::NoTexels { image: image.name.clone() });
                 }
                 let bytes = write_layer(gpu, &array.texture, layer as u32, image);
                 pace.handed_in(gpu, bytes);
                 written += bytes;
-                simulation.world.resource_mut::<Library>().bypass_change_detection().uploaded(id);
+                library.release_texels(id);
             }
             array.uploaded = layer + 1;
         }
-        self.bind(&gpu.device, simulation.draw_list());
+        self.bind(&gpu.device, list);
         Ok(written)
     }
 

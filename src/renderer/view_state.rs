@@ -471,8 +471,8 @@ mod tests {
                 ViewPlan { view, settings: settings[i] }
             };
             let [first, second] = states;
-            renderer
-                .prepare(&mut simulation, &mut [(&mut *first, plan(0)), (&mut *second, plan(1))])
+            simulation
+                .with_frame(|frame| renderer.prepare(frame, &mut [(&mut *first, plan(0)), (&mut *second, plan(1))]))
                 .expect("they fit");
             let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             let views = [(first, &targets[0]), (second, &targets[1])];
@@ -488,7 +488,7 @@ mod tests {
         }
         let mut single = SingleView::new(&gpu);
         let view = View::new(&GlobalTransform::default().affine(), &Camera::default(), 8, 8);
-        single.prepare(&mut simulation, &view, &settings[0]).expect("it fits");
+        simulation.with_frame(|frame| single.prepare(frame, &view, &settings[0])).expect("it fits");
         assert!(resources(single.state()) != first[0], "handles of other resources are others");
     }
 }

@@ -198,7 +198,7 @@ impl Stand {
         let settings =
             Settings { technique: Some(shown.technique()), samples, occlusion, levels, ..Settings::default() };
         let view = self.view(size);
-        self.renderer.prepare(&mut self.simulation, &view, &settings)?;
+        self.simulation.with_frame(|frame| self.renderer.prepare(frame, &view, &settings))?;
         Ok(())
     }
 

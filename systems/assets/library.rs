@@ -173,8 +173,9 @@ impl Library {
         self.drops_texels = !keep;
     }
 
-    /// For renderers: they have the texels of that image now.
-    pub fn uploaded(&mut self, id: ImageId) {
+    /// For renderers, which have the texels of that image now: releases them, unless images
+    /// [keep theirs](Self::keep_texels).
+    pub fn release_texels(&mut self, id: ImageId) {
         if self.drops_texels
             && let Some(image) = self.images.get_mut(id.0 as usize)
         {

@@ -4,13 +4,14 @@
 //! and those of lights); its batches say what is drawn together. `materials` and `light_records` write their tables.
 //! `instances` gives every object a slot in a page of its batch (`pages`), `instance_records` makes an object's record
 //! of its components when it is read, and `batches` lists the pages. `reaching` lists all lights of each object where
-//! that is asked for. Objects that lack their mesh, material or place wait as `incomplete`; large ones are drawn in
+//! that is asked for. A renderer reads a frame as [`FrameData`]. Objects that lack their mesh, material or place wait as `incomplete`; large ones are drawn in
 //! [`pieces`]. [`hooks`] take what goes out of all these tables. A [`View`] is a [`Camera`] at a place, under an
 //! [`Environment`].
 
 pub(crate) mod batches;
 pub(crate) mod camera;
 pub(crate) mod environment;
+pub(crate) mod frame_data;
 pub mod hooks;
 pub(crate) mod incomplete;
 pub(crate) mod instance_records;
@@ -27,6 +28,7 @@ pub(crate) mod view;
 pub use batches::{BlendedRun, sort_transparent, update_batches};
 pub use camera::{Camera, Projection};
 pub use environment::{Environment, ToneMap};
+pub use frame_data::FrameData;
 pub use incomplete::{Incomplete, complete};
 pub use instance_records::{InstanceRecords, InstanceSlots};
 pub use instances::{InstanceTable, update_instances};

@@ -1,0 +1,37 @@
+//! What a renderer reads of a world for a frame, as data. Renderers need no world: programs with data of their own fill
+//! a [`DrawList`] and a table of records themselves.
+
+use super::instance_records::InstanceRecords;
+use super::list::DrawList;
+use super::records::InstanceRecord;
+use crate::assets::library::Library;
+use crate::ecs::tables::Records;
+use bevy_ecs::change_detection::DetectChangesMut;
+use bevy_ecs::prelude::*;
+
+/// A frame of a world, for renderers.
+pub struct FrameData<'a> {
+    /// What is drawn, and what of it changed.
+    pub list: &'a DrawList,
+    /// The records of drawn objects by slot, and which of them changed.
+    pub instances: &'a dyn Records<Record = InstanceRecord>,
+    /// Meshes and images of the list. A renderer releases the texels that it has uploaded
+    /// ([`Library::release_texels`]).
+    pub library: &'a mut Library,
+}
+
+impl FrameData<'_> {
+    /// Borrows the frame of a world that has a [`DrawList`] and a [`Library`], as the last run of the frame's schedule
+    /// left them.
+    ///
+    /// # Panics
+    /// If the world has no draw list or no library.
+    pub fn of_world<R>(world: &mut World, read: impl FnOnce(&mut FrameData<'_>) -> R) -> R {
+        world.resource_scope(|world, mut library: Mut<Library>| {
+            let list = world.resource::<DrawList>();
+            let instances = InstanceRecords::new(world, &list.instances);
+            // What is released is no change: no system reads texels of images that a renderer has.
+            read(&mut FrameData { list, instances: &instances, library: library.bypass_change_detection() })
+        })
+    }
+}

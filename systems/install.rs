@@ -1,0 +1,91 @@
+//! What a world needs before its first entity: resources, hooks and required components, feature by feature. For worlds
+//! that [`Simulation::new`](crate::Simulation::new), which uses these, does not make.
+//!
+//! ```
+//! use bevy_ecs::prelude::*;
+//! use systems::draw::FrameData;
+//! let mut world = World::new();
+//! systems::install::core(&mut world);
+//! let mut frame = systems::frame_schedule();
+//! world.spawn(systems::lights::Light::point(1.0, 10.0));
+//! frame.run(&mut world);
+//! world.clear_trackers();
+//! FrameData::of_world(&mut world, |frame| assert_eq!(frame.list.lights.records.len(), 1));
+//! ```
+
+use crate::assets::library::Library;
+use crate::draw::environment::Environment;
+use crate::draw::hooks;
+use crate::draw::incomplete::Incomplete;
+use crate::draw::instances::InstanceTable;
+use crate::draw::list::DrawList;
+use crate::draw::materials::MaterialTable;
+use crate::ecs::clock::{Clock, Seed};
+use crate::ecs::stats::FrameStats;
+use crate::ecs::sub_steps::SubStep;
+use crate::lights::order::ObjectOrder;
+use crate::lights::table::{LightPolicy, LightTable};
+#[cfg(feature = "physics")]
+use crate::physics::bodies::Physics;
+use crate::run::inputs::Inputs;
+use crate::run::roster::Roster;
+use crate::run::state::StateList;
+use crate::schedules::sub_step_schedule;
+use crate::space::interpolation::Interpolation;
+use crate::space::origin::Origin;
+use crate::space::propagation::{NewParents, note_parent};
+#[cfg(feature = "vehicles")]
+use crate::vehicles::hooks as vehicle_hooks;
+use bevy_ecs::prelude::*;
+
+/// Objects, materials, lights and the clock: what the [frame's schedule](crate::frame_schedule) needs, and that of
+/// steps but for vehicles, recordings and physics.
+///
+/// # Panics
+/// If an entity of the world has, or had, one of the components, or it was called before.
+pub fn core(world: &mut World) {
+    hooks::register(world);
+    // Schedules ask for it in their first run. The later a resource comes, the more it takes: it is an entity, and
+    // where that one is stands in a list of 4 bytes for each entity before it.
+    world.init_resource::<Schedules>();
+    world.resource_mut::<Schedules>().insert(sub_step_schedule());
+    world.init_resource::<Library>();
+    world.init_resource::<Clock>();
+    world.init_resource::<Seed>();
+    world.init_resource::<SubStep>();
+    world.init_resource::<Origin>();
+    world.init_resource::<Interpolation>();
+    world.init_resource::<NewParents>();
+    world.add_observer(note_parent);
+    world.init_resource::<FrameStats>();
+    world.init_resource::<MaterialTable>();
+    world.init_resource::<LightTable>();
+    world.init_resource::<LightPolicy>();
+    world.init_resource::<ObjectOrder>();
+    world.init_resource::<InstanceTable>();
+    world.init_resource::<Incomplete>();
+    world.init_resource::<DrawList>();
+    world.insert_resource(Environment::default());
+}
+
+/// Inputs, and the state that hashes, snapshots and recordings go by. Steps need it.
+pub fn recording(world: &mut World) {
+    world.init_resource::<Inputs>();
+    world.init_resource::<Roster>();
+    world.insert_resource(StateList::standard());
+}
+
+/// Vehicles, routes and traffic lights. Steps need it.
+///
+/// # Panics
+/// If an entity of the world is or was a vehicle, or it was called before.
+#[cfg(feature = "vehicles")]
+pub fn vehicles(world: &mut World) {
+    vehicle_hooks::register(world);
+}
+
+/// Vehicles as rigid bodies. Steps need it.
+#[cfg(feature = "physics")]
+pub fn physics(world: &mut World) {
+    world.init_resource::<Physics>();
+}
