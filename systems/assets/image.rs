@@ -8,7 +8,7 @@ use super::alpha;
 use super::color::{linear_from_srgb, srgb_from_linear};
 use glam::Vec4;
 
-/// Names an [`Image`] of the [`Library`].
+/// Names an [`Image`] of the [`Library`](crate::assets::Library).
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub struct ImageId(pub u32);
 

@@ -5,7 +5,7 @@ use super::technique::Technique;
 use bevy_ecs::prelude::*;
 use glam::{Affine2, Mat2, Vec3, Vec4};
 
-/// Names a [`Material`] of the [`Library`]. As a component: the material of a drawn entity.
+/// Names a [`Material`] of the [`Library`](crate::assets::Library). As a component: the material of a drawn entity.
 #[derive(Component, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, serde::Serialize, serde::Deserialize)]
 #[component(summary_tick)]
 pub struct MaterialId(pub u32);
@@ -73,8 +73,9 @@ pub struct Sampler {
 /// An image as a material uses it.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Map {
-    /// The image; its [`ImageKind`] must suit the map: colour for base (blended or masked where the material's alpha
-    /// is), emissive and environment maps; normal for normal maps; height for height maps; data else.
+    /// The image; its [`ImageKind`](crate::assets::ImageKind) must suit the map: colour for base (blended or masked
+    /// where the material's alpha is), emissive and environment maps; normal for normal maps; height for height maps;
+    /// data else.
     pub image: ImageId,
     /// Wrapping and filtering.
     pub sampler: Sampler,

@@ -7,7 +7,7 @@ use bevy_ecs::prelude::*;
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3, Vec4};
 
-/// Names a [`Mesh`] of the [`Library`]. As a component: this entity is drawn with that mesh.
+/// Names a [`Mesh`] of the [`Library`](crate::assets::Library). As a component: this entity is drawn with that mesh.
 #[derive(Component, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, serde::Serialize, serde::Deserialize)]
 #[require(Transform, MaterialId)]
 #[component(summary_tick)]

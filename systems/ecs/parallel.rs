@@ -7,7 +7,7 @@ use bevy_tasks::{ComputeTaskPool, TaskPool, TaskPoolBuilder};
 use std::sync::Mutex;
 
 /// Sets the number of worker threads of this process; `None`: one per core. Only the first call counts, and the first
-/// [`Simulation`] makes it if nothing did. Results are the same for any number.
+/// [`Simulation`](crate::Simulation) makes it if nothing did. Results are the same for any number.
 pub fn set_threads(threads: Option<usize>) {
     ComputeTaskPool::get_or_init(|| {
         let builder = TaskPoolBuilder::new().thread_name("relief".into());

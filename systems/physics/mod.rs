@@ -1,8 +1,9 @@
 //! Physically simulated vehicles: rigid bodies on springs and tyres that bump into each other, by `rapier3d-f64`.
 //!
-//! A [`Vehicle`] with [`Physical`] is simulated; all others are kinematic, and those near are
-//! bodies that nothing pushes. The rest of the world sees the same components either way: `Transform` and [`Motion`]
-//! are written here instead of by the kinematic model, which says what the driver wants by [`Wanted`].
+//! A [`Vehicle`](crate::vehicles::Vehicle) with [`Physical`] is simulated; all others are kinematic, and those near are
+//! bodies that nothing pushes. The rest of the world sees the same components either way: `Transform` and
+//! [`Motion`](crate::vehicles::Motion) are written here instead of by the kinematic model, which says what the driver
+//! wants by [`Wanted`](crate::vehicles::Wanted).
 //!
 //! ```text
 //! physical  Physical and Wanted, and the numbers derived from a type
