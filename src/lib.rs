@@ -7,7 +7,8 @@
 //! simulation.step()                      0..n fixed steps: what moves by itself, moves
 //! simulation.frame()                     transforms → bounds → tangents → levels → materials → lights → instances
 //!                                        → batches
-//! simulation.with_frame(|frame| renderer.prepare(frame, …))   what is new or dirty goes to the GPU, once; missing pipelines are made
+//! simulation.with_frame(|frame| renderer.prepare(frame, …))
+//!                                        what is new or dirty goes to the GPU, once; missing pipelines are made
 //! renderer.record(encoder, views)        of each view: batches, sky, blended objects → HDR → tone map → its texture;
 //!                                        without Settings::hdr, batches, sky → tone-mapped where shaded → RGBA8 sRGB
 //! queue.submit(…)                        is the caller's
@@ -23,7 +24,7 @@
 //! viewpoint what is looked through                                     problem, name, output, video, demo  shared
 //! ```
 //!
-//! Programs begin with [`prelude`]; `examples/` has five.
+//! Programs begin with [`prelude`]; `examples/` has seven; `docs/extending.md` says where yours join in.
 //!
 //! Features, all on unless told otherwise: `vehicles` (with their routes and traffic lights), `physics` (vehicles as
 //! rigid bodies), `window` (`app`), `tools` (`bench`, `gallery`, `light_error` and `technique_error`). `physics` and

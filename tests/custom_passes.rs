@@ -179,18 +179,22 @@ fn a_pass_after_opaque_objects_is_hidden_by_them_and_hides_the_sky() {
     }
 }
 
+/// Devices may encode sRGB a step apart.
+fn assert_near(found: [[u8; 3]; 4], expected: [[u8; 3]; 4], what: &Settings) {
+    let apart = found.as_flattened().iter().zip(expected.as_flattened()).map(|(a, b)| a.abs_diff(*b)).max();
+    assert!(apart <= Some(1), "{found:?}, not {expected:?}: {what:?}");
+}
+
 #[test]
 fn blended_objects_are_drawn_over_a_pass_after_opaque_ones_and_below_one_after_blended_ones() {
     let Some(gpu) = common::gpu() else { return };
-    // Half of green over it, in linear light: 0.5 is 188 of 255 in sRGB, and half floats hold it exactly.
-    let below = |color: [u8; 3]| {
-        [[188, 188, 0], [0, 188, 188], [188, 255, 188]][usize::from(color == BLUE) + 2 * usize::from(color == WHITE)]
-    };
+    // Half of green over half of the colour, in linear light: 0.5 is 188 of 255 in sRGB.
+    let (red, blue, white) = ([188, 188, 0], [0, 188, 188], [188, 255, 188]);
     for settings in settings() {
         let found = Stage::new(&gpu, true).draw(settings, PassPlace::AfterOpaque, Some(behind_the_wall()));
-        assert_eq!(found, [RED, BLUE, WHITE, WHITE].map(below), "{settings:?}");
+        assert_near(found, [red, blue, white, white], &settings);
         let found = Stage::new(&gpu, true).draw(settings, PassPlace::AfterBlended, Some(behind_the_wall()));
-        assert_eq!(found, [RED, below(BLUE), below(WHITE), below(WHITE)], "{settings:?}");
+        assert_near(found, [RED, blue, white, white], &settings);
     }
 }
 

@@ -52,3 +52,13 @@ fn many_objects() {
 fn several_cameras() {
     pictures_of("several_cameras", &["front.png", "above.png"]);
 }
+
+#[test]
+fn own_pass() {
+    pictures_of("own_pass", &["own_pass.png"]);
+}
+
+#[test]
+fn own_world() {
+    pictures_of("own_world", &["own_world.png"]);
+}

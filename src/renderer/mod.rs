@@ -14,7 +14,8 @@
 //!                 → HDR, multisampled
 //!   tone map      → the view's target
 //!                 or, without `Settings::hdr`, forward → target, tone-mapped where it is shaded
-//! Renderer::draw_outputs(view)                        the same objects once more → normal, id, depth
+//!   outputs       depths, normals and ids that are asked for, with the picture or after it
+//! Renderer::draw_outputs(view, outputs)               the same for those that were not asked for; reads them back
 //! ```
 //!
 //! A window, a file and a test call the same functions: a target is any texture view. Programs with one camera have
