@@ -17,7 +17,7 @@ pub enum OutputError {
         source: std::io::Error,
     },
     /// Its folder is not there.
-    #[error("{}: there is no folder {}; expected one that exists", path.display(), folder.display())]
+    #[error("{}: no such directory: {}", path.display(), folder.display())]
     NoFolder {
         /// What was to be written.
         path: PathBuf,
@@ -25,7 +25,7 @@ pub enum OutputError {
         folder: PathBuf,
     },
     /// Where a folder was to be is something else.
-    #[error("{}{} is no folder; expected one, or nothing there yet", of(path, taken), taken.display())]
+    #[error("{}{}: not a directory", of(path, taken), taken.display())]
     NotAFolder {
         /// What was to be written.
         path: PathBuf,
@@ -33,10 +33,7 @@ pub enum OutputError {
         taken: PathBuf,
     },
     /// What was to be written, or a folder of it, is a link whose target is missing.
-    #[error(
-        "{}{} is a link to {}, which is not there; expected a link to something that is",
-        of(path, link), link.display(), target.display()
-    )]
+    #[error("{}{}: broken symbolic link: {} does not exist", of(path, link), link.display(), target.display())]
     DanglingLink {
         /// What was to be written.
         path: PathBuf,
@@ -46,10 +43,7 @@ pub enum OutputError {
         target: PathBuf,
     },
     /// What was to be written, or a folder of it, is a link that leads back to itself.
-    #[error(
-        "{}{} is a link that leads back to itself; expected a link to something else",
-        of(path, link), link.display()
-    )]
+    #[error("{}{}: circular symbolic link", of(path, link), link.display())]
     LinkLoop {
         /// What was to be written.
         path: PathBuf,
@@ -57,19 +51,19 @@ pub enum OutputError {
         link: PathBuf,
     },
     /// Where a file was to be is a folder.
-    #[error("{} is a folder; expected the name of a file", path.display())]
+    #[error("{}: is a directory; expected a file name", path.display())]
     IsAFolder {
         /// What was to be written.
         path: PathBuf,
     },
     /// Where a file was to be is something that files are not renamed over: a device, a pipe.
-    #[error("{} is no ordinary file; expected the name of one", path.display())]
+    #[error("{}: not a regular file", path.display())]
     NotAFile {
         /// What was to be written.
         path: PathBuf,
     },
     /// Its folder is there and takes no files, as those of the operating system.
-    #[error("{}: no file can be made there; expected another folder", path.display())]
+    #[error("{}: files cannot be created in this directory", path.display())]
     TakesNoFiles {
         /// What was to be written.
         path: PathBuf,
@@ -308,14 +302,14 @@ mod tests {
             assert!(error.is_refusal(), "{error}");
             error.to_string().replace(&folder.path().display().to_string(), "")
         };
-        let no_folder = |path: &str| format!("{path}/file is no folder; expected one, or nothing there yet");
+        let no_folder = |path: &str| format!("{path}/file: not a directory");
         assert_eq!(refusal(make_folder(&file)), no_folder(""));
         assert_eq!(refusal(make_folder(&file.join("a/b"))), no_folder("/file/a/b: "));
         assert_eq!(refusal(check_file(&file.join("a/b"))), no_folder("/file/a/b: "));
         assert_eq!(refusal(write_whole(&file.join("a"), b"x")), no_folder("/file/a: "));
-        let expected = "/missing/a: there is no folder /missing; expected one that exists";
+        let expected = "/missing/a: no such directory: /missing";
         assert_eq!(refusal(write_whole(&missing.join("a"), b"x")), expected);
-        assert_eq!(refusal(check_file(folder.path())), " is a folder; expected the name of a file");
+        assert_eq!(refusal(check_file(folder.path())), ": is a directory; expected a file name");
         assert_eq!(fs::read_dir(folder.path()).expect("readable").count(), 1);
     }
 
@@ -327,7 +321,7 @@ mod tests {
             let path = Path::new(name);
             for done in [check_file(path), write_whole(path, b"x")] {
                 let error = done.expect_err("refused");
-                assert_eq!(error.to_string(), format!("{name} is no ordinary file; expected the name of one"));
+                assert_eq!(error.to_string(), format!("{name}: not a regular file"));
                 assert!(error.is_refusal());
             }
             assert!(path.metadata().is_ok_and(|found| found.file_type().is_char_device()), "it stays what it is");
@@ -335,7 +329,7 @@ mod tests {
         let path = Path::new("/proc/x.mp4");
         for done in [check_file(path), write_whole(path, b"x"), make_folder(path)] {
             let error = done.expect_err("refused");
-            assert_eq!(error.to_string(), "/proc/x.mp4: no file can be made there; expected another folder");
+            assert_eq!(error.to_string(), "/proc/x.mp4: files cannot be created in this directory");
             assert!(error.is_refusal());
         }
     }
@@ -356,8 +350,8 @@ mod tests {
             assert!(error.is_refusal(), "{error}");
             error.to_string().replace(&folder.path().display().to_string(), "")
         };
-        let nowhere = "/disk is a link to /nonexistent/disk, which is not there; expected a link to something that is";
-        let back = "/turning is a link that leads back to itself; expected a link to something else";
+        let nowhere = "/disk: broken symbolic link: /nonexistent/disk does not exist";
+        let back = "/turning: circular symbolic link";
         for (attempt, place) in [
             (make_folder as fn(&Path) -> Result<(), OutputError>, ""),
             (check_folder, ""),
@@ -371,7 +365,7 @@ mod tests {
             assert_eq!(refusal(attempt(&dangling)), format!("{}{nowhere}", at("/disk")));
             assert_eq!(refusal(attempt(&turning)), format!("{}{back}", at("/turning")));
         }
-        assert!(refusal(make_folder(&through_file)).contains("link to file/below, which is not there"));
+        assert!(refusal(make_folder(&through_file)).contains("link: file/below does not exist"));
         assert!(make_folder(&sound.join("new")).is_ok() && write_whole(&sound.join("new/a"), b"x").is_ok());
         assert!(dangling.is_symlink(), "it stays what it is");
     }

@@ -270,7 +270,7 @@ fn no_input_is_overwritten() {
         let output = relief(folder.path(), &[option, &path, "--size", "8x8", "--technique", "relief"]);
         let error = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(2), "{path}: {error}");
-        assert!(error.contains(&format!("{path}: an output would take the place of this file")), "{error}");
+        assert!(error.contains(&format!("{path}: an output would overwrite this input file")), "{error}");
         assert!(fs::read(out.join(name)).expect("the input") == before, "{path}");
         fs::remove_file(out.join(name)).expect("the input");
         assert!(fs::read_dir(&out).expect("a folder").next().is_none(), "nothing is written");

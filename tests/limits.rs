@@ -134,7 +134,7 @@ fn a_map_that_is_too_large_is_refused_by_its_name() {
         scene.simulation.world.entity_mut(cube).insert(material);
         let drawn = scene.draw(&mut renderer).map_err(|error| error.to_string());
         let refused =
-            "too large for this graphics adapter: image \"stripes.png\" of 4097x1 texels, it allows 4096 along a side";
+            "too large for this graphics adapter: image \"stripes.png\" of 4097x1 texels, at most 4096 along a side";
         assert_eq!(drawn.err().as_deref(), (!fits).then_some(refused));
     }
 }

@@ -221,6 +221,6 @@ fn warn(simulation: &mut Simulation) {
     let stalled = std::mem::take(&mut simulation.world.resource_mut::<Traffic>().faults);
     for vehicle in stalled {
         let name = name::of_entity(&simulation.world, vehicle);
-        tracing::warn!("{name}: its place or speed was no number any more; it stands where it was last");
+        tracing::warn!("{name}: its position or speed is no longer finite; it stays at its last position");
     }
 }

@@ -79,9 +79,7 @@ fn shared_names(own: &[(String, Entity)], of_models: &[(String, Entity)]) -> Vec
         let count = counts.entry(name).or_default();
         *count += 1;
         if *count == 2 {
-            shared.push(format!(
-                "a model has a camera named {name:?}, as an earlier one is: the name reaches the first only"
-            ));
+            shared.push(format!("duplicate camera name {name:?} in a model: the name selects the first camera only"));
         }
     }
     shared
@@ -319,7 +317,7 @@ impl Spawner<'_> {
         if kind.is_none() && !self.unknown_types.iter().any(|known| known == name) {
             let names: Vec<&str> = types.iter().map(|(_, known)| known.name.as_str()).collect();
             let hint = faults::suggestion(name, &names);
-            self.found.warnings.push(format!("no vehicle type {name:?}{hint}; a box stands in"));
+            self.found.warnings.push(format!("unknown vehicle type {name:?}{hint}; a box is drawn instead"));
             self.unknown_types.push(name.to_owned());
         }
         let kind = kind.unwrap_or(VehicleTypeId::STAND_IN);
@@ -425,7 +423,8 @@ impl Spawner<'_> {
             }
         }
         if room.full > 0 {
-            let warning = format!("{name}: {} of {} left out: no room between those before", room.full, copies.len());
+            let warning =
+                format!("{name}: {} of {} left out: no room between the earlier ones", room.full, copies.len());
             self.found.warnings.push(warning);
         }
     }
