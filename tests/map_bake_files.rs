@@ -167,7 +167,7 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
         (
             &["tile", "sheet.glb", "-o", "out", "--maps", "height", "--bits", "8"],
             2,
-            &["--bits: only the normal map has a choice", "--maps"],
+            &["--bits: only valid for the normal map", "--maps"],
         ),
         (&["tile", "sheet.glb", "-o", "out", "--period", "0.01"], 2, &["--period: 0.01 m is too short"]),
     ];

@@ -237,7 +237,7 @@ fn no_input_is_overwritten() {
         ],
     ];
     for args in refused {
-        assert_fails(&relief(args, folder.path()), 2, &["expected another name than the input's"]);
+        assert_fails(&relief(args, folder.path()), 2, &["the output would overwrite the input; expected another name"]);
     }
     assert_eq!(fs::read(folder.path().join("height.png")).expect("there"), before);
     assert_eq!(names(folder.path()), names_before);

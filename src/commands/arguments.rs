@@ -66,7 +66,7 @@ pub fn choice<T: Copy + Send + Sync + 'static>(
     help: fn(T) -> &'static str,
 ) -> impl TypedValueParser<Value = T> {
     let values = all.iter().map(|&(name, value)| PossibleValue::new(name).help(help(value)));
-    PossibleValuesParser::new(values).try_map(|text| name::find("choice", all, &text))
+    PossibleValuesParser::new(values).try_map(|text| name::find("value", all, &text))
 }
 
 /// `on` and `off`.
@@ -74,7 +74,7 @@ pub const ON_OFF: [(&str, bool); 2] = [("on", true), ("off", false)];
 
 /// Levels of detail: `on` or `off`.
 pub fn parse_levels(text: &str) -> Result<LevelOfDetail, String> {
-    let on = name::find("choice", &ON_OFF, text)?;
+    let on = name::find("value", &ON_OFF, text)?;
     Ok(if on { LevelOfDetail::default() } else { LevelOfDetail::OFF })
 }
 

@@ -10,7 +10,7 @@ fn wrong_names_and_types_are_told_with_place_and_nearest_name() {
             "(\n  entities: [\n    (name: \"x\", trasform: (scale: 2)),\n  ],\n)",
             "3:17: unknown field \"trasform\"; did you mean \"transform\"?",
         ),
-        ("(entities: [(light: pont())])", "1:21: unknown choice \"pont\"; did you mean \"point\"?"),
+        ("(entities: [(light: pont())])", "1:21: unknown variant \"pont\"; did you mean \"point\"?"),
         ("(entities: [(light: spot(rang: 2))])", "1:26: unknown field \"rang\"; did you mean \"range\"?"),
         (
             "(entities: [(light: point(attenuation: cubic))])",
