@@ -234,7 +234,7 @@ fn the_command_writes_figures_and_pictures_or_nothing() {
         (&["--height", "broken.png"][..], "broken.png"),
         (&["--height", "missing.png"], "missing.png"),
         (&["--normal", "broken.png"], "broken.png"),
-        (&["--technique", "bumpy"], "no technique \"bumpy\""),
+        (&["--technique", "bumpy"], "unknown technique \"bumpy\""),
         (&["--height-scale", "2"], "expected a number from 0 to 1"),
         (&["--angle", "90"], "expected degrees from 0 to 85"),
         (&["--size", "9000x9000"], "expected at most 4194304 pixels"),

@@ -68,7 +68,7 @@ const fn key(keys: &'static [&'static str], command: Command, help: &'static str
 
 /// All keys of the window.
 pub const KEYS: [KeyBinding; 20] = [
-    key(&["Space"], Command::Pause, "pause, go on"),
+    key(&["Space"], Command::Pause, "pause, resume"),
     key(&[".", "N"], Command::Step, "one step, while paused"),
     key(&["+", "="], Command::Faster, "faster"),
     key(&["-"], Command::Slower, "slower"),
