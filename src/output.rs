@@ -8,70 +8,70 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 /// An output that could not be written.
 #[derive(Debug, thiserror::Error)]
 pub enum OutputError {
-    /// The folder or the file.
+    /// Reading or writing the directory or the file failed.
     #[error("cannot write {}: {source}", path.display())]
     Io {
-        /// What was to be written.
+        /// The output.
         path: PathBuf,
         /// What the operating system says.
         source: std::io::Error,
     },
-    /// Its folder is not there.
+    /// The parent directory does not exist.
     #[error("{}: no such directory: {}", path.display(), folder.display())]
     NoFolder {
-        /// What was to be written.
+        /// The output.
         path: PathBuf,
-        /// Where.
+        /// The missing directory.
         folder: PathBuf,
     },
-    /// Where a folder was to be is something else.
+    /// A directory was expected, found something else.
     #[error("{}{}: not a directory", of(path, taken), taken.display())]
     NotAFolder {
-        /// What was to be written.
+        /// The output.
         path: PathBuf,
-        /// What is there.
+        /// The path that is not a directory.
         taken: PathBuf,
     },
-    /// What was to be written, or a folder of it, is a link whose target is missing.
+    /// The output, or a directory of its path, is a broken symbolic link.
     #[error("{}{}: broken symbolic link: {} does not exist", of(path, link), link.display(), target.display())]
     DanglingLink {
-        /// What was to be written.
+        /// The output.
         path: PathBuf,
         /// The link.
         link: PathBuf,
-        /// Where it leads.
+        /// Its target.
         target: PathBuf,
     },
-    /// What was to be written, or a folder of it, is a link that leads back to itself.
+    /// The output, or a directory of its path, is a circular symbolic link.
     #[error("{}{}: circular symbolic link", of(path, link), link.display())]
     LinkLoop {
-        /// What was to be written.
+        /// The output.
         path: PathBuf,
         /// The link.
         link: PathBuf,
     },
-    /// Where a file was to be is a folder.
+    /// A file name was expected, found a directory.
     #[error("{}: is a directory; expected a file name", path.display())]
     IsAFolder {
-        /// What was to be written.
+        /// The output.
         path: PathBuf,
     },
-    /// Where a file was to be is something that files are not renamed over: a device, a pipe.
+    /// The output is a device or a pipe, over which no file is renamed.
     #[error("{}: not a regular file", path.display())]
     NotAFile {
-        /// What was to be written.
+        /// The output.
         path: PathBuf,
     },
-    /// Its folder is there and takes no files, as those of the operating system.
+    /// The directory exists, but files cannot be created in it, as in `/proc`.
     #[error("{}: files cannot be created in this directory", path.display())]
     TakesNoFiles {
-        /// What was to be written.
+        /// The output.
         path: PathBuf,
     },
     /// The picture could not be encoded.
     #[error("cannot encode {}: {source}", path.display())]
     Encode {
-        /// What was to be written.
+        /// The output.
         path: PathBuf,
         /// What the encoder says.
         source: image::ImageError,
@@ -98,7 +98,7 @@ impl OutputError {
         }
     }
 
-    /// Whether the name was refused for what is or is not there; else writing failed.
+    /// Whether the name was refused before writing; else writing failed.
     pub fn is_refusal(&self) -> bool {
         !matches!(self, Self::Io { .. } | Self::Encode { .. })
     }

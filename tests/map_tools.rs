@@ -192,7 +192,7 @@ fn outputs_that_cannot_be_written_are_found_before_the_work() {
     // Found first, though the input is no good either.
     let nowhere = ["nowhere/n.png: no such directory: nowhere"];
     assert_fails(&relief(&["normal", "missing.png", "-o", "nowhere/n.png"], path), 2, &nowhere);
-    assert_fails(&relief(&["normal", "height.png", "-o", "taken.png"], path), 2, &["taken.png is a folder"]);
+    assert_fails(&relief(&["normal", "height.png", "-o", "taken.png"], path), 2, &["taken.png: is a directory"]);
     let preview = ["normal", "height.png", "-o", "n.png", "--preview", "nowhere/p.png"];
     assert_fails(&relief(&preview, path), 2, &["nowhere/p.png: no such directory: nowhere"]);
     assert_eq!(names(path), before, "nothing is written");

@@ -131,7 +131,7 @@ fn refusals_name_the_place() {
     );
     expect(|d| d["nodes"] = json!([{ "children": [2] }, { "children": [2] }, {}]), "nodes[1].children[0]");
     expect(|d| d["buffers"][0]["uri"] = json!("/etc/passwd"), "buffers[0].uri");
-    expect(|d| d["buffers"][0]["uri"] = json!("..%2Fsecret.bin"), "outside the model's folder");
+    expect(|d| d["buffers"][0]["uri"] = json!("..%2Fsecret.bin"), "outside the model's directory");
     expect(|d| d["buffers"][0]["uri"] = json!("https://example.com/a.bin"), "https: URIs are not read");
     expect(|d| d["buffers"][0]["uri"] = json!("none.bin"), "none.bin");
     expect(|d| d["nodes"][0]["mesh"] = json!("0"), "nodes[0].mesh: expected an index into meshes");
