@@ -143,7 +143,7 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
         (
             &["bake", "sheet.glb", "sheet.glb", "-o", "out", "--node", "shed"],
             2,
-            &["sheet.glb: unknown node \"shed\"; did you mean \"sheet\"?"],
+            &["sheet.glb: unknown node \"shed\" (did you mean \"sheet\"?)"],
         ),
         (&["bake", "sheet.glb", "sheet.glb", "-o", "out", "--size", "0"], 2, &["expected a number of texels", "8192"]),
         (

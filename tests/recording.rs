@@ -236,8 +236,8 @@ fn what_does_not_belong_together_is_refused_by_name() {
     let renamed = place.relief(&["replay", "run.rec", "--check", "--scene", "renamed.ron"]);
     assert!(text(&renamed.stdout).contains("come out as recorded"), "{}", text(&renamed.stderr));
     place.is_refused(&["replay", "nowhere.rec", "--check"], &["nowhere.rec"]);
-    place.is_refused(&["replay", "scene.ron", "--check"], &["scene.ron", "not a recording"]);
-    place.is_refused(&["render", "scene.ron", "-o", "o", "--from-snapshot", "run.rec"], &["not a snapshot"]);
+    place.is_refused(&["replay", "scene.ron", "--check"], &["scene.ron", "not a Relief recording"]);
+    place.is_refused(&["render", "scene.ron", "-o", "o", "--from-snapshot", "run.rec"], &["not a Relief snapshot"]);
     let whole = fs::read(&path).expect("a file");
     let mut other = whole.clone();
     other[8] = 9;
