@@ -23,7 +23,7 @@ fn wrong_names_and_types_are_told_with_place_and_nearest_name() {
         ),
         ("(entities: [(transform: (scale: \"big\"))])", "1:34: expected a number or (x, y, z)"),
         ("(seed: 1, seed: 2)", "1:11: duplicate field \"seed\""),
-        ("(generators: [()])", "1:16: the field \"place\" is missing"),
+        ("(generators: [()])", "1:16: missing field \"place\""),
         (
             "(vehicle_types: [], entities: [(vehicle: (type: \"car\"), piece_metres: 2)])",
             "1:71: entities[0].piece_metres: not allowed with a vehicle, which is drawn as a whole",

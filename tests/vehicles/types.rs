@@ -178,7 +178,7 @@ fn the_milk_truck_drives() {
         format!("(types: {{\"truck\": (model: {model:?}, transform: (rotation_degrees: (0, 90, 0)), {wheels})}})")
     };
     let wrong = folder.problems("vehicles.ron", &of_nodes("nod 2", "node 4"));
-    assert!(wrong.len() == 1 && wrong[0].contains("no node \"nod 2\"; did you mean \"node 2\"?"), "{wrong:?}");
+    assert!(wrong.len() == 1 && wrong[0].contains("unknown node \"nod 2\"; did you mean \"node 2\"?"), "{wrong:?}");
     let (mut simulation, _) = folder.types(&of_nodes("node 2", "node 4"));
     let (kind, truck) = find(&simulation, "truck");
     assert!((truck.wheelbase - 2.785).abs() < 1e-3 && (4.0..6.0).contains(&truck.size.z), "{truck:?}");
