@@ -13,7 +13,7 @@ pub const HELP: &str = "\
 The ground truth is the same height map as real triangles, drawn by the same renderer under the same
 three lights (directional, point, spot), one at a time, with ray-traced shadows.
   shadowed    error against the ground truth
-  unshadowed  error against the ground truth without shadows: the bound for techniques without shadows
+  unshadowed  error against it without shadows: the bound for techniques without shadows
   mean        over pixels where both show the surface: mean of |L - L_truth| / mean L_truth
   p99         99th percentile of |L - L_truth| / mean L_truth over those pixels
   FLIP        perceived difference when alternating between the pictures, 0 none to 1

@@ -9,10 +9,10 @@ use relief::gallery::{self, GalleryJob};
 use std::path::PathBuf;
 
 pub const HELP: &str = "\
-An entity of a scene may have mesh variants (field `figure`): a list of meshes of which it shows one;
-key F in the window switches all of them to the next. This command draws one picture per variant
-from the scene's first camera, named after the mesh: torus.png, sphere.png, cube.png and quad.png of
-the default scene. gallery.png is a contact sheet of all.
+An entity of a scene may have mesh variants (field `figure`): a list of meshes of which it shows
+one; key F in the window switches all of them to the next. This command draws one picture per
+variant from the scene's first camera, named after the mesh: torus.png, sphere.png, cube.png and
+quad.png of the default scene. gallery.png is a contact sheet of all.
 
 Examples:
   relief gallery -o pictures                        every bump technique on four mesh variants

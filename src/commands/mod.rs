@@ -57,7 +57,7 @@ Examples:
   relief model.glb                                a model, with its own lights and cameras
   relief render scene.ron -o frames --frames 60   frames/color_00000.png … color_00059.png
   relief run scene.ron --record drive.rec         then: relief replay drive.rec
-  relief lights scene.ron -o out                  error of three lights per object against all lights
+  relief lights scene.ron -o out                  error of three lights per object against all
   relief gallery -o out                           every bump technique on four mesh variants
   relief compare -o out                           error of each against displaced geometry
   relief bench --objects 100000                   time and memory of many objects

@@ -17,7 +17,7 @@ Examples:
   relief replay drive.rec                               in a window
   relief replay drive.rec --from 3600                   from step 3600 on
   relief replay drive.rec -o frames --frames 600..660   ten seconds in, a second of pictures
-  relief replay drive.rec --check                       no pictures: compare every step with the recording
+  relief replay drive.rec --check                       no pictures: compare every step
 
 See docs/simulation.md for the contents of a recording.";
 

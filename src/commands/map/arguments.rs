@@ -254,8 +254,8 @@ pub struct SpecularArgs {
 }
 
 pub(super) const SPECULAR_HELP: &str = "\
-rgb: specular reflectance. For phong (and Blinn) the peak of the highlight, F0/(4·α²) up to 1, with α
-the roughness squared: high for glossy, low for rough surfaces. For specular_glossiness F0 alone.
+rgb: specular reflectance. For phong (and Blinn) the peak of the highlight, F0/(4·α²) up to 1, with
+α the roughness squared: high for glossy, low for rough surfaces. For specular_glossiness F0 alone.
 F0: 0.04, or a metal's base colour. Alpha: glossiness, 1 - roughness.
 
 Examples:

@@ -114,11 +114,11 @@ pub struct TileArgs {
 pub struct Dilate(pub Option<usize>);
 
 pub const BAKE_HELP: &str = "\
-For each texel a ray is cast along the low-poly mesh's interpolated normal, from --cage above it to as
-far below, to the front of the high-poly mesh. The normal at the hit is stored in the low-poly mesh's
-tangent space (MikkTSpace, or the tangents of the file), its distance in the height map (0.5 at the
-low-poly mesh), its ambient occlusion in the occlusion map. Printed: missed texels, texels covered by
-several triangles, height_scale_uv and height_rest for the material, rays per second.
+For each texel a ray is cast along the low-poly mesh's interpolated normal, from --cage above it to
+as far below, to the front of the high-poly mesh. The normal at the hit is stored in the low-poly
+mesh's tangent space (MikkTSpace, or the tangents of the file), its distance in the height map (0.5
+at the low-poly mesh), its ambient occlusion in the occlusion map. Printed: missed texels, texels
+covered by several triangles, height_scale_uv and height_rest for the material, rays per second.
 
 Examples:
   relief map bake low.glb high.glb -o maps --cage 0.02 --preview look.png
