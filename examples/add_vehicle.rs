@@ -12,7 +12,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     load_vehicle_types(&types, &mut simulation)?;
     let wanted = std::env::args().nth(1).unwrap_or_else(|| "car".to_owned());
     let kind =
-        simulation.world.resource::<VehicleTypes>().find(&wanted).ok_or(format!("no vehicle type {wanted:?}"))?;
+        simulation.world.resource::<VehicleTypes>().find(&wanted).ok_or(format!("unknown vehicle type {wanted:?}"))?;
     let turned = Transform::from_rotation(Quat::from_rotation_y(0.9));
     let vehicle = simulation.world.spawn((Vehicle::of(kind), turned)).id();
 

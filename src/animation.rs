@@ -64,16 +64,18 @@ impl Animation {
         if left_out > 0 {
             let (shortest, per_second) = (ticks.shortest, ticks.per_second);
             said.push(format!(
-                "{left_out} of {count} frames are left out: {name} shows one for {shortest}/{per_second} s at the least"
+                "{left_out} of {count} frames are dropped: {name} shows a frame for at least {shortest}/{per_second} s"
             ));
         } else if self == Self::Gif && !(100 * time.numerator).is_multiple_of(time.denominator) {
             said.push(format!(
-                "{name} counts hundredths of a second: not every frame lasts {time}, all together {made} s \
+                "{name} counts hundredths of a second: not every frame lasts {time}; the total is {made} s \
                  for {exact:.4} s"
             ));
         }
         if self == Self::Apng && time.seconds() <= SLOWED_DOWN {
-            said.push(format!("browsers show frames of {SLOWED_DOWN} s and less for longer; this film's last {time}"));
+            said.push(format!(
+                "browsers show frames of {SLOWED_DOWN} s and less for longer; frames of this film last {time}"
+            ));
         }
         said
     }
@@ -141,7 +143,7 @@ impl Delta {
 }
 
 fn write_apng(file: &mut File, shown: &[Shown], ticks: Ticks, picture: impl Fn(u64) -> Result<RgbImage>) -> Result<()> {
-    let [first, others @ ..] = shown else { return Err(Error::other("it has no frames")) };
+    let [first, others @ ..] = shown else { return Err(Error::other("no frames")) };
     let per_second = delay(ticks.per_second)?;
     let mut before = picture(first.frame)?;
     let mut encoder = png::Encoder::new(BufWriter::new(file), before.width(), before.height());
@@ -179,7 +181,7 @@ const SHORTEST_DELAY: u64 = 2;
 const COLOR_SPEED: i32 = 10;
 
 fn write_gif(file: &mut File, shown: &[Shown], picture: impl Fn(u64) -> Result<RgbImage>) -> Result<()> {
-    let Some(Shown { frame, .. }) = shown.first() else { return Err(Error::other("it has no frames")) };
+    let Some(Shown { frame, .. }) = shown.first() else { return Err(Error::other("no frames")) };
     let first = picture(*frame)?;
     let side = |side: u32| u16::try_from(side).map_err(Error::other);
     let (width, height) = (side(first.width())?, side(first.height())?);
@@ -205,7 +207,7 @@ fn same_size(picture: RgbImage, first: &RgbImage) -> Result<RgbImage> {
     if picture.dimensions() == first.dimensions() {
         return Ok(picture);
     }
-    Err(Error::other("its frames differ in size"))
+    Err(Error::other("frames differ in size"))
 }
 
 /// Beside a film that cannot be made: the same name as an animated PNG.
@@ -295,12 +297,10 @@ mod tests {
             assert_eq!(said(kind, seconds), "");
         }
         let gif = said(Animation::Gif, 1.0 / 60.0);
-        assert!(gif.contains("of 60 frames are left out: a GIF shows one for 2/100 s"), "{gif}");
-        assert!(
-            said(Animation::Gif, 1.0 / 30.0).contains("not every frame lasts 1/30 s, all together 2 s for 2.0000 s")
-        );
-        assert!(said(Animation::Apng, 0.0004).contains("this film's last 1/2500 s"));
-        assert!(said(Animation::Apng, 1e-6).contains("56 of 60 frames are left out"));
+        assert!(gif.contains("of 60 frames are dropped: a GIF shows a frame for at least 2/100 s"), "{gif}");
+        assert!(said(Animation::Gif, 1.0 / 30.0).contains("not every frame lasts 1/30 s; the total is 2 s"));
+        assert!(said(Animation::Apng, 0.0004).contains("frames of this film last 1/2500 s"));
+        assert!(said(Animation::Apng, 1e-6).contains("56 of 60 frames are dropped"));
     }
 
     #[test]

@@ -13,8 +13,8 @@ pub fn find<T: Copy>(what: &str, table: &[(&str, T)], wanted: &str) -> Result<T,
         return Ok(*value);
     }
     let names: Vec<&str> = table.iter().map(|(name, _)| *name).collect();
-    let hint = nearest(&names, wanted).map_or(".".to_owned(), |name| format!("; did you mean \"{name}\"?"));
-    Err(format!("no {what} \"{wanted}\"{hint} There are: {}", names.join(", ")))
+    let hint = nearest(&names, wanted).map_or(String::new(), |name| format!(" (did you mean \"{name}\"?)"));
+    Err(format!("unknown {what} \"{wanted}\"{hint}; expected one of: {}", names.join(", ")))
 }
 
 /// The name of a value in such a table; empty where it has none.
@@ -49,7 +49,7 @@ mod tests {
         let table = [("off", 1), ("normal", 2)];
         assert_eq!(find("technique", &table, "normal"), Ok(2));
         let message = find("technique", &table, "nomral").unwrap_err();
-        assert_eq!(message, "no technique \"nomral\"; did you mean \"normal\"? There are: off, normal");
+        assert_eq!(message, "unknown technique \"nomral\" (did you mean \"normal\"?); expected one of: off, normal");
         assert!(!find("technique", &table, "zzz").unwrap_err().contains("did you mean"));
     }
 }

@@ -8,76 +8,70 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 /// An output that could not be written.
 #[derive(Debug, thiserror::Error)]
 pub enum OutputError {
-    /// The folder or the file.
+    /// Reading or writing the directory or the file failed.
     #[error("cannot write {}: {source}", path.display())]
     Io {
-        /// What was to be written.
+        /// The output.
         path: PathBuf,
         /// What the operating system says.
         source: std::io::Error,
     },
-    /// Its folder is not there.
-    #[error("{}: there is no folder {}; expected one that exists", path.display(), folder.display())]
+    /// The parent directory does not exist.
+    #[error("{}: no such directory: {}", path.display(), folder.display())]
     NoFolder {
-        /// What was to be written.
+        /// The output.
         path: PathBuf,
-        /// Where.
+        /// The missing directory.
         folder: PathBuf,
     },
-    /// Where a folder was to be is something else.
-    #[error("{}{} is no folder; expected one, or nothing there yet", of(path, taken), taken.display())]
+    /// A directory was expected, found something else.
+    #[error("{}{}: not a directory", of(path, taken), taken.display())]
     NotAFolder {
-        /// What was to be written.
+        /// The output.
         path: PathBuf,
-        /// What is there.
+        /// The path that is not a directory.
         taken: PathBuf,
     },
-    /// What was to be written, or a folder of it, is a link whose target is missing.
-    #[error(
-        "{}{} is a link to {}, which is not there; expected a link to something that is",
-        of(path, link), link.display(), target.display()
-    )]
+    /// The output, or a directory of its path, is a broken symbolic link.
+    #[error("{}{}: broken symbolic link: {} does not exist", of(path, link), link.display(), target.display())]
     DanglingLink {
-        /// What was to be written.
+        /// The output.
         path: PathBuf,
         /// The link.
         link: PathBuf,
-        /// Where it leads.
+        /// Its target.
         target: PathBuf,
     },
-    /// What was to be written, or a folder of it, is a link that leads back to itself.
-    #[error(
-        "{}{} is a link that leads back to itself; expected a link to something else",
-        of(path, link), link.display()
-    )]
+    /// The output, or a directory of its path, is a circular symbolic link.
+    #[error("{}{}: circular symbolic link", of(path, link), link.display())]
     LinkLoop {
-        /// What was to be written.
+        /// The output.
         path: PathBuf,
         /// The link.
         link: PathBuf,
     },
-    /// Where a file was to be is a folder.
-    #[error("{} is a folder; expected the name of a file", path.display())]
+    /// A file name was expected, found a directory.
+    #[error("{}: is a directory; expected a file name", path.display())]
     IsAFolder {
-        /// What was to be written.
+        /// The output.
         path: PathBuf,
     },
-    /// Where a file was to be is something that files are not renamed over: a device, a pipe.
-    #[error("{} is no ordinary file; expected the name of one", path.display())]
+    /// The output is a device or a pipe, over which no file is renamed.
+    #[error("{}: not a regular file", path.display())]
     NotAFile {
-        /// What was to be written.
+        /// The output.
         path: PathBuf,
     },
-    /// Its folder is there and takes no files, as those of the operating system.
-    #[error("{}: no file can be made there; expected another folder", path.display())]
+    /// The directory exists, but files cannot be created in it, as in `/proc`.
+    #[error("{}: files cannot be created in this directory", path.display())]
     TakesNoFiles {
-        /// What was to be written.
+        /// The output.
         path: PathBuf,
     },
     /// The picture could not be encoded.
     #[error("cannot encode {}: {source}", path.display())]
     Encode {
-        /// What was to be written.
+        /// The output.
         path: PathBuf,
         /// What the encoder says.
         source: image::ImageError,
@@ -104,7 +98,7 @@ impl OutputError {
         }
     }
 
-    /// Whether the name was refused for what is or is not there; else writing failed.
+    /// Whether the name was refused before writing; else writing failed.
     pub fn is_refusal(&self) -> bool {
         !matches!(self, Self::Io { .. } | Self::Encode { .. })
     }
@@ -308,14 +302,14 @@ mod tests {
             assert!(error.is_refusal(), "{error}");
             error.to_string().replace(&folder.path().display().to_string(), "")
         };
-        let no_folder = |path: &str| format!("{path}/file is no folder; expected one, or nothing there yet");
+        let no_folder = |path: &str| format!("{path}/file: not a directory");
         assert_eq!(refusal(make_folder(&file)), no_folder(""));
         assert_eq!(refusal(make_folder(&file.join("a/b"))), no_folder("/file/a/b: "));
         assert_eq!(refusal(check_file(&file.join("a/b"))), no_folder("/file/a/b: "));
         assert_eq!(refusal(write_whole(&file.join("a"), b"x")), no_folder("/file/a: "));
-        let expected = "/missing/a: there is no folder /missing; expected one that exists";
+        let expected = "/missing/a: no such directory: /missing";
         assert_eq!(refusal(write_whole(&missing.join("a"), b"x")), expected);
-        assert_eq!(refusal(check_file(folder.path())), " is a folder; expected the name of a file");
+        assert_eq!(refusal(check_file(folder.path())), ": is a directory; expected a file name");
         assert_eq!(fs::read_dir(folder.path()).expect("readable").count(), 1);
     }
 
@@ -327,7 +321,7 @@ mod tests {
             let path = Path::new(name);
             for done in [check_file(path), write_whole(path, b"x")] {
                 let error = done.expect_err("refused");
-                assert_eq!(error.to_string(), format!("{name} is no ordinary file; expected the name of one"));
+                assert_eq!(error.to_string(), format!("{name}: not a regular file"));
                 assert!(error.is_refusal());
             }
             assert!(path.metadata().is_ok_and(|found| found.file_type().is_char_device()), "it stays what it is");
@@ -335,7 +329,7 @@ mod tests {
         let path = Path::new("/proc/x.mp4");
         for done in [check_file(path), write_whole(path, b"x"), make_folder(path)] {
             let error = done.expect_err("refused");
-            assert_eq!(error.to_string(), "/proc/x.mp4: no file can be made there; expected another folder");
+            assert_eq!(error.to_string(), "/proc/x.mp4: files cannot be created in this directory");
             assert!(error.is_refusal());
         }
     }
@@ -356,8 +350,8 @@ mod tests {
             assert!(error.is_refusal(), "{error}");
             error.to_string().replace(&folder.path().display().to_string(), "")
         };
-        let nowhere = "/disk is a link to /nonexistent/disk, which is not there; expected a link to something that is";
-        let back = "/turning is a link that leads back to itself; expected a link to something else";
+        let nowhere = "/disk: broken symbolic link: /nonexistent/disk does not exist";
+        let back = "/turning: circular symbolic link";
         for (attempt, place) in [
             (make_folder as fn(&Path) -> Result<(), OutputError>, ""),
             (check_folder, ""),
@@ -371,7 +365,7 @@ mod tests {
             assert_eq!(refusal(attempt(&dangling)), format!("{}{nowhere}", at("/disk")));
             assert_eq!(refusal(attempt(&turning)), format!("{}{back}", at("/turning")));
         }
-        assert!(refusal(make_folder(&through_file)).contains("link to file/below, which is not there"));
+        assert!(refusal(make_folder(&through_file)).contains("link: file/below does not exist"));
         assert!(make_folder(&sound.join("new")).is_ok() && write_whole(&sound.join("new/a"), b"x").is_ok());
         assert!(dangling.is_symlink(), "it stays what it is");
     }

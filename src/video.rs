@@ -21,7 +21,7 @@ pub enum VideoError {
     },
     /// ffmpeg does not know what to make of the name.
     #[error(
-        "{}: ffmpeg makes no film of that name; .mp4, .mkv, .webm, .gif and .apng are known ({message})",
+        "{}: unsupported video format; use .mp4, .mkv, .webm, .gif or .apng ({message})",
         path.display()
     )]
     UnknownEnding {
@@ -49,7 +49,7 @@ pub fn check(path: &Path) -> Result<(), VideoError> {
         let instead = animation::instead_of(path);
         output::check_file(&instead)?;
         tracing::warn!(
-            "{}: cannot run ffmpeg, which makes such videos ({reason}); {} is made instead, an animated PNG. To \
+            "{}: cannot run ffmpeg, which encodes such videos ({reason}); writing {} instead, an animated PNG. To \
              install ffmpeg: apt-get install ffmpeg (Debian, Ubuntu)",
             path.display(),
             instead.display()
@@ -65,7 +65,7 @@ pub fn warn_of_times(path: &Path, frames: Range<u64>, time: FrameTime) {
     let said = match kind {
         Some(kind) => kind.shortcomings(frames, time),
         None if counts_milliseconds(&path) && time.seconds() < 0.001 => {
-            vec![format!("its format counts milliseconds: frames of {time} are shown together; .mp4 keeps them apart")]
+            vec![format!("this format counts milliseconds: frames of {time} are merged; .mp4 keeps them separate")]
         }
         None => Vec::new(),
     };
@@ -121,7 +121,7 @@ fn temporary(path: &Path) -> Result<PathBuf, OutputError> {
 }
 
 fn last_line(said: &[u8]) -> String {
-    String::from_utf8_lossy(said).lines().last().unwrap_or("it said nothing").to_owned()
+    String::from_utf8_lossy(said).lines().last().unwrap_or("no message").to_owned()
 }
 
 /// Whether it runs.

@@ -241,7 +241,7 @@ fn a_suite_writes_everything_and_compares() {
     // What is compared with is not lost.
     let before = fs::read(out.join("results.jsonl")).expect("results");
     let error = refusal(&bench(&[&suite, ["--compare=./out/results.jsonl"].as_slice()].concat(), folder.path()), 2);
-    assert!(error.contains("./out/results.jsonl: an output would take the place of this file"), "{error}");
+    assert!(error.contains("./out/results.jsonl: an output would overwrite this input file"), "{error}");
     assert!(fs::read(out.join("results.jsonl")).expect("results") == before);
 }
 
@@ -282,17 +282,17 @@ fn bad_files_are_refused_before_anything_is_measured() {
     fs::write(folder.path().join("empty.jsonl"), b"").expect("a file");
     fs::write(folder.path().join("taken"), b"").expect("a file");
     let cases: [(&[&str], &str); 12] = [
-        (&["--picture=both.png", "--trace=./both.png"], "both.png: the run reads or writes this file already"),
-        (&["--picture=nowhere/p.png"], "nowhere/p.png: there is no folder nowhere"),
-        (&["--trace=nowhere/t.json"], "nowhere/t.json: there is no folder nowhere"),
-        (&["--mesh=broken.glb", "--trace=./broken.glb"], "broken.glb: an output would take the place of this file"),
+        (&["--picture=both.png", "--trace=./both.png"], "both.png: the run already reads or writes this file"),
+        (&["--picture=nowhere/p.png"], "nowhere/p.png: no such directory: nowhere"),
+        (&["--trace=nowhere/t.json"], "nowhere/t.json: no such directory: nowhere"),
+        (&["--mesh=broken.glb", "--trace=./broken.glb"], "broken.glb: an output would overwrite this input file"),
         (&["--mesh=missing.glb"], "missing.glb: "),
         (&["--mesh=broken.glb"], "broken.glb: "),
         (&["--suite", "-o", "out", "--compare", "missing.jsonl"], "missing.jsonl: "),
         (&["--suite", "-o", "out", "--compare", "words.jsonl"], "words.jsonl: line 1: "),
         (&["--suite", "-o", "out", "--compare", "other.jsonl"], "other.jsonl: line 1: "),
         (&["--suite", "-o", "out", "--compare", "empty.jsonl"], "empty.jsonl: "),
-        (&["--suite", "-o", "taken"], "taken is no folder; expected one"),
+        (&["--suite", "-o", "taken"], "taken: not a directory"),
         (&["--suite", "--quick", "-o", "out", "--mesh=missing.glb"], "missing.glb: "),
     ];
     for (args, needle) in cases {

@@ -234,7 +234,7 @@ fn the_command_writes_figures_and_pictures_or_nothing() {
         (&["--height", "broken.png"][..], "broken.png"),
         (&["--height", "missing.png"], "missing.png"),
         (&["--normal", "broken.png"], "broken.png"),
-        (&["--technique", "bumpy"], "no technique \"bumpy\""),
+        (&["--technique", "bumpy"], "unknown technique \"bumpy\""),
         (&["--height-scale", "2"], "expected a number from 0 to 1"),
         (&["--angle", "90"], "expected degrees from 0 to 85"),
         (&["--size", "9000x9000"], "expected at most 4194304 pixels"),
@@ -270,7 +270,7 @@ fn no_input_is_overwritten() {
         let output = relief(folder.path(), &[option, &path, "--size", "8x8", "--technique", "relief"]);
         let error = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(2), "{path}: {error}");
-        assert!(error.contains(&format!("{path}: an output would take the place of this file")), "{error}");
+        assert!(error.contains(&format!("{path}: an output would overwrite this input file")), "{error}");
         assert!(fs::read(out.join(name)).expect("the input") == before, "{path}");
         fs::remove_file(out.join(name)).expect("the input");
         assert!(fs::read_dir(&out).expect("a folder").next().is_none(), "nothing is written");

@@ -75,7 +75,7 @@ fn a_film_is_made_with_ffmpeg_and_without_it_an_animated_picture() {
     let output = output.expect("the binary runs");
     assert!(output.status.success(), "{}", text(&output.stderr));
     let said = text(&output.stderr);
-    assert!(said.contains("film.mp4") && said.contains("film.apng is made instead"), "{said}");
+    assert!(said.contains("film.mp4") && said.contains("writing film.apng instead"), "{said}");
     assert!(text(&output.stdout).contains("film.apng"), "{}", text(&output.stdout));
     assert!(!folder.path().join("film.mp4").exists());
     let frames = image::codecs::png::PngDecoder::new(std::io::Cursor::new(
@@ -87,7 +87,7 @@ fn a_film_is_made_with_ffmpeg_and_without_it_an_animated_picture() {
     assert!(run("film.gif").status.success());
     assert!(fs::read(folder.path().join("film.gif")).expect("an animation").starts_with(b"GIF89a"));
     fs::remove_dir_all(folder.path().join("out")).expect("frames");
-    assert_fails(&run("no/film.mp4"), 2, &["no/film.mp4: there is no folder no;"]);
+    assert_fails(&run("no/film.mp4"), 2, &["no/film.mp4: no such directory: no"]);
     assert!(!folder.path().join("out").exists(), "said before rendering");
     assert_eq!(unfinished(folder.path()), [] as [PathBuf; 0]);
     if !has_ffmpeg() {
@@ -180,9 +180,12 @@ fn a_film_lasts_as_long_as_its_steps() {
     assert!(output.status.success() && output.stderr.is_empty(), "{}", text(&output.stderr));
     fs::write(folder.path().join("scene.ron"), scene(0.0004)).expect("a scene");
     for (name, said) in [
-        ("film.gif", "film.gif: 5 of 6 frames are left out: a GIF shows one for 2/100 s at the least"),
-        ("film.apng", "film.apng: browsers show frames of 0.01 s and less for longer; this film's last 1/2500 s"),
-        ("film.mkv", "film.mkv: its format counts milliseconds: frames of 1/2500 s are shown together"),
+        ("film.gif", "film.gif: 5 of 6 frames are dropped: a GIF shows a frame for at least 2/100 s"),
+        (
+            "film.apng",
+            "film.apng: browsers show frames of 0.01 s and less for longer; frames of this film last 1/2500 s",
+        ),
+        ("film.mkv", "film.mkv: this format counts milliseconds: frames of 1/2500 s are merged"),
     ] {
         let output = film(folder.path(), "6", name);
         assert!(output.status.success() && text(&output.stderr).contains(said), "{}", text(&output.stderr));
@@ -197,14 +200,14 @@ fn a_film_that_cannot_be_written_is_refused_before_the_first_frame() {
     let folder = scene_folder();
     for name in ["taken.apng", "taken.mp4", "taken.gif"] {
         fs::create_dir(folder.path().join(name)).expect("a folder");
-        assert_fails(&film(folder.path(), "3", name), 2, &[name, "is a folder; expected the name of a file"]);
+        assert_fails(&film(folder.path(), "3", name), 2, &[name, "is a directory; expected a file name"]);
     }
     #[cfg(target_os = "linux")]
     for (name, said) in [
-        ("/dev/null", "is no ordinary file; expected the name of one"),
-        ("/dev/full", "is no ordinary file; expected the name of one"),
-        ("/proc/film.mp4", "no file can be made there; expected another folder"),
-        ("/proc/film.apng", "no file can be made there; expected another folder"),
+        ("/dev/null", "not a regular file"),
+        ("/dev/full", "not a regular file"),
+        ("/proc/film.mp4", "files cannot be created in this directory"),
+        ("/proc/film.apng", "files cannot be created in this directory"),
     ] {
         let output = film(folder.path(), "3", name);
         assert_fails(&output, 2, &[name, said]);
@@ -213,7 +216,7 @@ fn a_film_that_cannot_be_written_is_refused_before_the_first_frame() {
     #[cfg(unix)]
     for name in ["link.apng", "link.mp4"] {
         std::os::unix::fs::symlink("/nonexistent/disk", folder.path().join(name)).expect("a link");
-        let missing = "is a link to /nonexistent/disk, which is not there";
+        let missing = "broken symbolic link: /nonexistent/disk does not exist";
         assert_fails(&film(folder.path(), "3", name), 2, &[name, missing]);
     }
     assert!(!folder.path().join("out").exists(), "said before rendering");

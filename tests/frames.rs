@@ -332,6 +332,6 @@ fn texels_that_are_not_kept_are_held_by_one_renderer_alone() {
     let mut other =
         Headless { renderer: SingleView::new(field.headless.renderer.gpu()), settings: Settings::default() };
     let refused = other.draw(&mut field.simulation, field.camera, SIZE).expect_err("no texels").to_string();
-    assert!(refused.starts_with("image \"white colour\" has no texels any more"), "{refused}");
+    assert!(refused.starts_with("texels of image \"white colour\" were released"), "{refused}");
     assert!(other.draw(&mut kept.simulation, kept.camera, SIZE).expect("a picture") == new);
 }

@@ -78,7 +78,7 @@ fn scenes_that_cannot_be_drawn_leave_nothing_behind() {
     fs::write(folder.path().join("plain.ron"), plain).expect("a scene");
     fs::write(folder.path().join("broken.ron"), "(entities: [").expect("a scene");
     let cases = [
-        (&["--scene", "plain.ron"][..], "plain.ron: no entity has a figure"),
+        (&["--scene", "plain.ron"][..], "plain.ron: no entity has mesh variants"),
         (&["--scene", "broken.ron"], "broken.ron"),
         (&["--scene", "missing.ron"], "missing.ron"),
         (&["--size", "0x9"], "expected WIDTHxHEIGHT"),

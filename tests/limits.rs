@@ -76,7 +76,7 @@ fn a_list_grows_to_the_last_byte_and_no_further() {
     assert!(full.pixels().any(|pixel| pixel.0[..3] != full.get_pixel(0, 0).0[..3]), "cubes are in sight");
     let more = scene.spawn(16_384, 1);
     let error = scene.draw(&mut small).expect_err("one too many").to_string();
-    assert_eq!(error, "too large for this graphics adapter: visibility of objects: 65792 bytes, it allows 65536");
+    assert_eq!(error, "too large for this graphics adapter: visibility of objects: 65792 bytes, at most 65536");
     scene.draw(&mut large).expect("it fits");
     // What was too much is gone: the same renderer goes on.
     scene.simulation.world.despawn(more[0]);
@@ -117,7 +117,7 @@ fn a_mesh_that_is_too_large_is_refused() {
     scene.cube = scene.simulation.world.resource_mut::<Library>().add_mesh_without_levels(shapes::sphere(1.0, 64, 64));
     scene.spawn(0, 1);
     let error = scene.draw(&mut renderer).expect_err("4,225 vertices").to_string();
-    assert!(error.starts_with("too large for this graphics adapter: vertices: ") && error.ends_with("allows 65536"));
+    assert!(error.starts_with("too large for this graphics adapter: vertices: ") && error.ends_with("at most 65536"));
 }
 
 #[test]
@@ -134,7 +134,7 @@ fn a_map_that_is_too_large_is_refused_by_its_name() {
         scene.simulation.world.entity_mut(cube).insert(material);
         let drawn = scene.draw(&mut renderer).map_err(|error| error.to_string());
         let refused =
-            "too large for this graphics adapter: image \"stripes.png\" of 4097x1 texels, it allows 4096 along a side";
+            "too large for this graphics adapter: image \"stripes.png\" of 4097x1 texels, at most 4096 along a side";
         assert_eq!(drawn.err().as_deref(), (!fits).then_some(refused));
     }
 }

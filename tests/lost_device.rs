@@ -181,6 +181,9 @@ fn an_adapter_without_memory_is_an_error() {
     let errors = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(2), "{errors}");
     assert_eq!(errors.lines().count(), 1, "one error: {errors}");
-    assert!(errors.starts_with("error: no memory for a picture of 16384x16384 pixels with 4 samples each"), "{errors}");
+    assert!(
+        errors.starts_with("error: out of memory for a picture of 16384x16384 pixels with 4 samples each"),
+        "{errors}"
+    );
     assert!(place.frames("out").is_empty());
 }

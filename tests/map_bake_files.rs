@@ -135,7 +135,7 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
             &["repeated.glb: the UVs cover the map more than 256 times"],
         ),
         (&["bake", "sheet.glb", "far.glb", "-o", "out"], 2, &["sheet.glb: none of ", "met far.glb", "--cage"]),
-        (&["bake", "sheet.glb", "point.glb", "-o", "out"], 2, &["point.glb: all triangles lie in one point"]),
+        (&["bake", "sheet.glb", "point.glb", "-o", "out"], 2, &["point.glb: all triangles are at one point"]),
         (&["bake", "empty.gltf", "sheet.glb", "-o", "out"], 2, &["empty.gltf: has no triangles"]),
         (&["bake", "sheet.glb", "empty.gltf", "-o", "out"], 2, &["empty.gltf: has no triangles"]),
         (&["bake", "missing.glb", "sheet.glb", "-o", "out"], 2, &["missing.glb: "]),
@@ -143,7 +143,7 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
         (
             &["bake", "sheet.glb", "sheet.glb", "-o", "out", "--node", "shed"],
             2,
-            &["sheet.glb: no node \"shed\"; did you mean \"sheet\"?"],
+            &["sheet.glb: unknown node \"shed\" (did you mean \"sheet\"?)"],
         ),
         (&["bake", "sheet.glb", "sheet.glb", "-o", "out", "--size", "0"], 2, &["expected a number of texels", "8192"]),
         (
@@ -158,7 +158,7 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
             2,
             &["cannot be used with"],
         ),
-        (&["bake", "sheet.glb", "sheet.glb", "-o", "taken"], 2, &["taken is no folder"]),
+        (&["bake", "sheet.glb", "sheet.glb", "-o", "taken"], 2, &["taken: not a directory"]),
         (
             &["bake", "sheet.glb", "sheet.glb", "-o", "out", "--preview", "a.jpg"],
             2,
@@ -167,7 +167,7 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
         (
             &["tile", "sheet.glb", "-o", "out", "--maps", "height", "--bits", "8"],
             2,
-            &["--bits: only the normal map has a choice", "--maps"],
+            &["--bits: only valid for the normal map", "--maps"],
         ),
         (&["tile", "sheet.glb", "-o", "out", "--period", "0.01"], 2, &["--period: 0.01 m is too short"]),
     ];

@@ -187,14 +187,14 @@ fn outputs_that_cannot_be_written_are_found_before_the_work() {
     fs::create_dir(path.join("taken.png")).expect("a folder");
     let before = names(path);
     for (args, _) in TOOLS {
-        assert_fails(&run_into("nowhere", args, &[], path), 2, &["there is no folder nowhere"]);
+        assert_fails(&run_into("nowhere", args, &[], path), 2, &["no such directory: nowhere"]);
     }
     // Found first, though the input is no good either.
-    let nowhere = ["nowhere/n.png: there is no folder nowhere"];
+    let nowhere = ["nowhere/n.png: no such directory: nowhere"];
     assert_fails(&relief(&["normal", "missing.png", "-o", "nowhere/n.png"], path), 2, &nowhere);
-    assert_fails(&relief(&["normal", "height.png", "-o", "taken.png"], path), 2, &["taken.png is a folder"]);
+    assert_fails(&relief(&["normal", "height.png", "-o", "taken.png"], path), 2, &["taken.png: is a directory"]);
     let preview = ["normal", "height.png", "-o", "n.png", "--preview", "nowhere/p.png"];
-    assert_fails(&relief(&preview, path), 2, &["nowhere/p.png: there is no folder nowhere"]);
+    assert_fails(&relief(&preview, path), 2, &["nowhere/p.png: no such directory: nowhere"]);
     assert_eq!(names(path), before, "nothing is written");
 }
 
@@ -237,7 +237,7 @@ fn no_input_is_overwritten() {
         ],
     ];
     for args in refused {
-        assert_fails(&relief(args, folder.path()), 2, &["expected another name than the input's"]);
+        assert_fails(&relief(args, folder.path()), 2, &["the output would overwrite the input; expected another name"]);
     }
     assert_eq!(fs::read(folder.path().join("height.png")).expect("there"), before);
     assert_eq!(names(folder.path()), names_before);

@@ -176,7 +176,7 @@ fn a_world_that_moves_otherwise_is_noticed() {
         }
     };
     // Marks are a second apart; the first is at once.
-    assert!(error.to_string().contains("step 1 comes out otherwise"), "{error}");
+    assert!(error.to_string().contains("step 1 differs from the recording"), "{error}");
 }
 
 #[test]
@@ -192,7 +192,7 @@ fn a_recording_cut_anywhere_replays_up_to_the_cut() {
     assert_eq!(last_of(&whole).expect("whole"), (130, true));
     let mut before = 130;
     for end in (whole.len() - 600..whole.len()).rev() {
-        let (last, is_whole) = last_of(&whole[..end]).expect("cut short");
+        let (last, is_whole) = last_of(&whole[..end]).expect("truncated");
         assert!(!is_whole && last <= before && last >= 91, "cut at {end}: {last}");
         before = last;
     }
@@ -216,7 +216,7 @@ fn damage_in_the_middle_is_refused_with_its_place() {
         damaged[at] ^= 0x10;
         fs::write(&path, &damaged).expect("a file");
         let error = Recording::open(&path).expect_err("damaged").to_string();
-        let offset = error.split("damaged at byte ").nth(1).and_then(|rest| rest.split(':').next());
+        let offset = error.split("corrupt at byte ").nth(1).and_then(|rest| rest.split(':').next());
         let offset: usize = offset.and_then(|offset| offset.parse().ok()).unwrap_or_else(|| panic!("{error}"));
         assert!(offset <= at && error.contains("run.rec"), "damaged at {at}: {error}");
     }
@@ -236,13 +236,13 @@ fn what_does_not_belong_together_is_refused_by_name() {
     let renamed = place.relief(&["replay", "run.rec", "--check", "--scene", "renamed.ron"]);
     assert!(text(&renamed.stdout).contains("come out as recorded"), "{}", text(&renamed.stderr));
     place.is_refused(&["replay", "nowhere.rec", "--check"], &["nowhere.rec"]);
-    place.is_refused(&["replay", "scene.ron", "--check"], &["scene.ron", "not a recording"]);
-    place.is_refused(&["render", "scene.ron", "-o", "o", "--from-snapshot", "run.rec"], &["not a snapshot"]);
+    place.is_refused(&["replay", "scene.ron", "--check"], &["scene.ron", "not a Relief recording"]);
+    place.is_refused(&["render", "scene.ron", "-o", "o", "--from-snapshot", "run.rec"], &["not a Relief snapshot"]);
     let whole = fs::read(&path).expect("a file");
     let mut other = whole.clone();
     other[8] = 9;
     fs::write(place.path("other.rec"), other).expect("a file");
-    place.is_refused(&["replay", "other.rec", "--check"], &["version 9", "reads version 2"]);
+    place.is_refused(&["replay", "other.rec", "--check"], &["recording version", "expected 2, found 9"]);
     let recording = Recording::open(&path).expect("a recording");
     let mut moved = recording.identity().clone();
     moved.origin = [5e5, 0.0, 5e6];
@@ -251,7 +251,7 @@ fn what_does_not_belong_together_is_refused_by_name() {
     fs::write(place.path("red.png"), place.read("run.rec")).expect("a file");
     let red = image::RgbImage::from_pixel(4, 4, image::Rgb([20, 40, 30]));
     red.save(place.path("red.png")).expect("a texture");
-    place.is_refused(&check, &["run.rec", "another red.png"]);
+    place.is_refused(&check, &["run.rec", "red.png has changed"]);
     fs::write(place.path("scene.ron"), SCENE.replace("base_map: \"red.png\"", "")).expect("a scene");
     place.is_refused(&check, &["run.rec", "scene"]);
 }
@@ -346,7 +346,7 @@ fn the_binary_records_and_replays_the_same_pictures_and_hashes() {
     let cut = place.read("a.rec");
     fs::write(place.path("a.rec"), &cut[..cut.len() - 9]).expect("a file");
     let said = run(&["replay", "a.rec", "-o", "h", "--frames", "120..121"]);
-    assert!(said.contains("cut short") && said.contains("step 121"), "{said}");
+    assert!(said.contains("truncated") && said.contains("step 121"), "{said}");
 }
 
 #[test]
@@ -452,7 +452,7 @@ fn nothing_that_a_run_reads_is_overwritten() {
     let before = place.read("scene.ron");
     let args = ["render", "scene.ron", "-o", "o", "--size", "8x8"];
     for more in [["--record", "scene.ron"], ["--hash", "./scene.ron"]] {
-        place.is_refused(&[&args[..], &more].concat(), &["scene.ron", "reads or writes this file already"]);
+        place.is_refused(&[&args[..], &more].concat(), &["scene.ron", "already reads or writes this file"]);
     }
     place.is_refused(&[&args[..], &["--record", "q", "--hash", "q"]].concat(), &["q", "already"]);
     place.is_refused(&[&args[..], &["--record", "q", "--hash", "./q"]].concat(), &["q", "already"]);
@@ -475,7 +475,7 @@ fn what_a_run_begins_from_stays_as_it_is() {
         fs::copy(place.path(from), place.path(to)).expect("a copy");
     }
     let before = ["color_00002.png", "a.apng", "color_00004.png"].map(|name| place.read(name));
-    let refused = "an output would take the place of this file";
+    let refused = "an output would overwrite this input file";
     place.is_refused(&[&["replay", "color_00002.png", "-o", "."], &size[..]].concat(), &["color_00002.png", refused]);
     let film = ["replay", "a.apng", "-o", "o", "--video", "a.apng"];
     place.is_refused(&[&film, &size[..]].concat(), &["a.apng", refused]);
@@ -506,7 +506,7 @@ fn what_a_run_is_kept_in_is_none_of_its_pictures() {
             for name in ["color_00001.png", "id_00000.png", "ids.json"] {
                 let file = format!("./{folder}/{name}");
                 let more = ["-o", folder, option, &file];
-                place.is_refused(&[&args[..], &more].concat(), &[name, "reads or writes this file already"]);
+                place.is_refused(&[&args[..], &more].concat(), &[name, "already reads or writes this file"]);
             }
             place.is_refused(&[&args[..], &["-o", folder, option, "./a.gif"]].concat(), &["a.gif", "already"]);
         }

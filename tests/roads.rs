@@ -72,21 +72,21 @@ fn every_fault_of_a_road_is_named_with_its_line() {
         "4: routes[\"one\"].points: expected at least two points that differ",
         "5: routes[\"two\"].points[1]: expected a point within",
         "5: routes[\"two\"].lanes: expected from 1 to 16 lanes, found 0",
-        "6: routes[\"three\"].then[0]: no route \"fuor\"; did you mean \"four\"?",
-        "8: routes[\"four\"].stops[0].signal: no signal \"u\"",
-        "9: routes[\"four\"].stops[1].group: the signal \"t\" has 2 groups, counted from 0; found 2",
+        "6: routes[\"three\"].then[0]: unknown route \"fuor\"; did you mean \"four\"?",
+        "8: routes[\"four\"].stops[0].signal: unknown signal \"u\"",
+        "9: routes[\"four\"].stops[1].group: signal \"t\" has 2 groups, counted from 0; found 2",
         "10: routes[\"four\"].stops[2].at: expected a number from 0 to 50.00, the route's length, found 50.1",
         "11: routes[\"four\"].stops[3]: expected either a signal (and its group) or seconds",
-        "12: routes[\"four\"].stops[4].keep_clear: expected at a stop with a signal only",
+        "12: routes[\"four\"].stops[4].keep_clear: only allowed at a stop with a signal",
         "14: routes[\"six\"].limits[1].from: expected a number from 0 to 50.00, the route's length, found 60",
-        "14: routes[\"six\"].then[0]: \"seven\" is from the lanes [2, 16] only; this route has 2, counted from 0",
+        "14: routes[\"six\"].then[0]: \"seven\" follows the lanes [2, 16] only; this route has 2 lanes, counted from 0",
         "15: routes[\"seven\"].from_lanes[1]: expected a lane from 0 to 15, found 16",
         "15: routes[\"seven\"].longest_vehicle: expected a number from 0.1",
-        "18: entities[0].vehicle.route: no route \"tree\"; did you mean \"three\"?",
+        "18: entities[0].vehicle.route: unknown route \"tree\"; did you mean \"three\"?",
         "19: entities[1].vehicle.at: expected a number from 0 to 50.00, the route's length, found 50.1",
         "20: entities[2].vehicle.lane: the route has 1 lanes, counted from 0; found 1",
-        "21: entities[3].signal_head.group: the signal \"t\" has 2 groups",
-        "23: generators[0].place.routes[0]: no route \"five\"",
+        "21: entities[3].signal_head.group: signal \"t\" has 2 groups",
+        "23: generators[0].place.routes[0]: unknown route \"five\"",
         "23: generators[0].place.spacing: expected a number from 0.1",
     ];
     for expected in expected {
@@ -188,7 +188,7 @@ fn roads_that_do_not_meet_are_warned_of_with_distance_and_place() {
         assert!(far.contains(part), "{part}: {far}");
     }
     let near = begins("points: [(0, 0, 55), (0, 0, 100)]");
-    assert!(near.contains("5.0 m") && near.contains("drive there across"), "{near}");
+    assert!(near.contains("5.0 m") && near.contains("cross the gap"), "{near}");
     let above = begins("points: [(0, 9, 50), (0, 9, 100)]");
     assert!(above.contains("9.0 m"), "{above}");
     // A lane that goes over into one beside it, and what is rounded, meets.
@@ -255,7 +255,7 @@ fn vehicles_in_each_other_are_warned_of_whoever_put_them_there() {
     let of = |entities: &[String], more: &str| warnings_of(road, &entities.join(", "), more);
     let found = of(&[car("one", 50.0, 0), car("two", 51.0, 0)], "");
     assert_eq!(found.len(), 1, "{found:?}");
-    for part in ["\"one\"", "\"two\"", "deep", "51.0)", "51.0 m along routes[\"r\"] in lane 0"] {
+    for part in ["\"one\"", "\"two\"", "overlap by", "51.0)", "51.0 m along routes[\"r\"] in lane 0"] {
         assert!(found[0].contains(part), "{part}: {found:?}");
     }
     // Beside each other, bumper to bumper, and on a bridge.
@@ -272,7 +272,7 @@ fn vehicles_in_each_other_are_warned_of_whoever_put_them_there() {
     let found = of(&[], &format!("generators: [{generated}, {generated}]"));
     assert!(found.len() == 6 && found[5].contains("5 other pairs"), "{found:?}");
     let six: Vec<String> = (0..7).map(|i| car(&format!("car {i}"), 50.0 + 4.0 * i as f32, 0)).collect();
-    assert_eq!(of(&six, "").last().map(String::as_str), Some("so does 1 other pair of vehicles"));
+    assert_eq!(of(&six, "").last().map(String::as_str), Some("1 other pair of vehicles overlaps, too"));
 }
 
 #[test]
@@ -281,7 +281,7 @@ fn what_is_put_back_to_the_beginning_is_not_put_there_in_silence() {
     let routes = r#""r": (points: [(0, 0, 0), (0, 0, 500)]), "s": (points: [(9, 0, 0), (9, 0, 100)])"#;
     let found = warnings_of(routes, vehicle, "");
     assert_eq!(found.len(), 1, "{found:?}");
-    for part in ["routes[\"r\"]", "500.0 m", "(0.0, 0.0, 500.0)", "so it is on 1 more", "`then`"] {
+    for part in ["routes[\"r\"]", "500.0 m", "(0.0, 0.0, 500.0)", "the same holds for 1 more", "`then`"] {
         assert!(found[0].contains(part), "{part}: {found:?}");
     }
     assert_eq!(warnings_of(routes, "", ""), Vec::<String>::new(), "none drives there");

@@ -85,7 +85,7 @@ pub fn show(ui: &mut egui::Ui, world: &World, entity: Entity) {
         }
         if let Some(local) = world.get::<Transform>(entity) {
             let (y, x, z) = local.rotation.to_euler(EulerRot::YXZ);
-            row("turned", format!("{}°", triple(Vec3::new(x, y, z).map(f32::to_degrees), 1)));
+            row("rotation", format!("{}°", triple(Vec3::new(x, y, z).map(f32::to_degrees), 1)));
             row("scale", triple(local.scale, 2));
         }
         let library = world.resource::<Library>();
@@ -104,12 +104,12 @@ pub fn show(ui: &mut egui::Ui, world: &World, entity: Entity) {
             row("shading", format!("{:?}, {:?}", material.shading, material.technique));
         }
         if let Some(figure) = world.get::<Figure>(entity) {
-            row("figure", format!("{} of {}", figure.shown + 1, figure.meshes.len()));
+            row("mesh variant", format!("{} of {}", figure.shown + 1, figure.meshes.len()));
         }
         if let Some(light) = world.get::<Light>(entity) {
             row("light", light_kind(light));
             row("intensity", format!("{:.2} × ({})", light.intensity, triple(light.color, 2)));
-            row("range", if light.range.is_finite() { format!("{:.1} m", light.range) } else { "no end".into() });
+            row("range", if light.range.is_finite() { format!("{:.1} m", light.range) } else { "unlimited".into() });
         }
         if let Some(camera) = world.get::<Camera>(entity) {
             row("camera", projection(camera));
@@ -123,7 +123,7 @@ pub fn show(ui: &mut egui::Ui, world: &World, entity: Entity) {
             && let Some(route) = world.resource::<Routes>().get(on.route)
         {
             row("route", route.plan.name.clone());
-            row("on it", format!("{:.1} m, lane {}", on.at, on.lane));
+            row("on route", format!("{:.1} m, lane {}", on.at, on.lane));
         }
     });
 }
@@ -136,7 +136,7 @@ pub fn show_lights(ui: &mut egui::Ui, world: &World, lights: &ObjectLights) -> O
         return clicked;
     }
     Grid::new("lights of the object").num_columns(4).spacing([8.0, 2.0]).show(ui, |ui| {
-        for title in ["weight", "score", "away", "light"] {
+        for title in ["weight", "score", "distance", "light"] {
             ui.weak(title);
         }
         ui.end_row();
@@ -188,7 +188,7 @@ fn light_kind(light: &Light) -> String {
 fn projection(camera: &Camera) -> String {
     match camera.projection {
         Projection::Perspective { fov_y, .. } => format!("{:.1}° high", fov_y.to_degrees()),
-        Projection::Orthographic { half_height, .. } => format!("parallel, {:.2} m high", half_height * 2.0),
+        Projection::Orthographic { half_height, .. } => format!("orthographic, {:.2} m high", half_height * 2.0),
     }
 }
 

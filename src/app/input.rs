@@ -19,7 +19,7 @@ pub enum Command {
     Slower,
     /// Bump mapping off, or as before.
     ToggleBump,
-    /// The next shape of every figure.
+    /// The next mesh variant of every entity that has some.
     NextFigure,
     /// The next debug view.
     NextDebugView,
@@ -29,7 +29,7 @@ pub enum Command {
     ToggleLightLines,
     /// The selected light on, or off.
     ToggleLight,
-    /// Takes the wheel of a vehicle, or gives it back.
+    /// Manual control of a vehicle on, or off.
     Drive,
     /// The driven vehicle's head lamps: off, low, high.
     Headlights,
@@ -68,17 +68,17 @@ const fn key(keys: &'static [&'static str], command: Command, help: &'static str
 
 /// All keys of the window.
 pub const KEYS: [KeyBinding; 20] = [
-    key(&["Space"], Command::Pause, "pause, go on"),
+    key(&["Space"], Command::Pause, "pause, resume"),
     key(&[".", "N"], Command::Step, "one step, while paused"),
     key(&["+", "="], Command::Faster, "faster"),
     key(&["-"], Command::Slower, "slower"),
     key(&["B"], Command::ToggleBump, "bump mapping on, off"),
-    key(&["F"], Command::NextFigure, "next figure"),
+    key(&["F"], Command::NextFigure, "next mesh variant"),
     key(&["V"], Command::NextDebugView, "next debug view"),
     key(&["L"], Command::ToggleLightLines, "lines to an object's lights on, off"),
     key(&["O"], Command::ToggleLight, "the selected light on, off"),
     key(&["C"], Command::NextCamera, "next camera: the scene's, and those that follow a vehicle"),
-    key(&["G"], Command::Drive, "take the wheel of the selected or nearest vehicle; give it back"),
+    key(&["G"], Command::Drive, "manual control of the selected or nearest vehicle on, off"),
     key(&["K"], Command::Headlights, "its head lamps: off, low, high"),
     key(&["["], Command::IndicateLeft, "its indicators, left"),
     key(&["]"], Command::IndicateRight, "its indicators, right"),
@@ -86,7 +86,7 @@ pub const KEYS: [KeyBinding; 20] = [
     key(&["Tab"], Command::TogglePanel, "show or hide the panel"),
     key(&["H", "F1"], Command::ToggleHelp, "show or hide this list"),
     key(&["P", "F12"], Command::SavePicture, "save a picture"),
-    key(&["F5"], Command::SaveSnapshot, "save a snapshot to go on from"),
+    key(&["F5"], Command::SaveSnapshot, "save a snapshot of the state"),
     key(&["Esc"], Command::Quit, "close the window"),
 ];
 
@@ -98,7 +98,7 @@ pub const POINTER: [(&str, &str); 7] = [
     ("wheel", "nearer, farther"),
     ("right drag", "look around"),
     ("right held + W A S D Q E", "fly; faster with Shift"),
-    ("arrow keys", "drive the vehicle whose wheel was taken"),
+    ("arrow keys", "drive the vehicle under manual control"),
 ];
 
 /// The binding of a key press, if any. A repeated press counts only where repeating makes sense.

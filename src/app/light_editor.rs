@@ -44,10 +44,10 @@ fn number<N: Numeric>(value: &mut N) -> DragValue<'_> {
 }
 
 fn common(ui: &mut Ui, entity: Entity, light: &mut Light) {
-    field(ui, "shines", |ui| ui.add(Checkbox::without_text(&mut light.enabled)));
+    field(ui, "enabled", |ui| ui.add(Checkbox::without_text(&mut light.enabled)));
     field(ui, "colour", |ui| {
         color(ui, &mut light.color);
-        ui.weak("from all sides");
+        ui.weak("ambient");
         color(ui, &mut light.ambient);
     });
     field(ui, "temperature", |ui| {
@@ -81,7 +81,7 @@ fn reach(ui: &mut Ui, light: &mut Light) {
         if ends {
             ui.add(number(&mut light.range).range(1e-3..=1e7).speed(0.1).suffix(" m"));
         } else {
-            ui.weak("no end");
+            ui.weak("unlimited");
         }
     });
     let inverse_square = light.attenuation == Light::INVERSE_SQUARE;
@@ -108,7 +108,7 @@ fn cone(ui: &mut Ui, outer: &mut f32, inner: &mut Option<f32>, exponent: &mut f3
         angle(ui, outer, 85.0);
         match inner {
             Some(inner) => {
-                ui.weak("full within");
+                ui.weak("inner");
                 angle(ui, inner, outer.to_degrees());
             }
             None => {

@@ -107,7 +107,7 @@ fn clock(ui: &mut Ui, viewer: &mut Viewer) -> Option<Command> {
     let Clock { paused, step, speed, .. } = *clock;
     let seconds = clock.seconds();
     ui.horizontal(|ui| {
-        if ui.button(if paused { "go on" } else { "pause" }).clicked() {
+        if ui.button(if paused { "resume" } else { "pause" }).clicked() {
             command = Some(Command::Pause);
         }
         if ui.add_enabled(paused, egui::Button::new("step")).clicked() {
@@ -127,7 +127,7 @@ fn clock(ui: &mut Ui, viewer: &mut Viewer) -> Option<Command> {
 fn picture(ui: &mut Ui, viewer: &mut Viewer) {
     let settings = &mut viewer.settings;
     choice(ui, "bump mapping", |ui| {
-        ui.selectable_value(&mut settings.technique, None, "as the material");
+        ui.selectable_value(&mut settings.technique, None, "from the material");
         for (name, technique) in Technique::ALL {
             ui.selectable_value(&mut settings.technique, Some(technique), words(name));
         }
@@ -141,10 +141,9 @@ fn picture(ui: &mut Ui, viewer: &mut Viewer) {
         }
     });
     policy.set_if_neq(wanted);
-    choice(ui, "shown", |ui| {
+    choice(ui, "debug view", |ui| {
         for (name, view) in DebugView::ALL {
-            let name = if view == DebugView::Off { "light".to_owned() } else { words(name) };
-            ui.selectable_value(&mut settings.debug, view, name);
+            ui.selectable_value(&mut settings.debug, view, words(name));
         }
     });
     if let Some(scale) = settings.debug.heat_scale() {
@@ -152,12 +151,12 @@ fn picture(ui: &mut Ui, viewer: &mut Viewer) {
     }
     ui.checkbox(&mut viewer.light_lines, "lines to the selected object's lights");
     let mut fewer = settings.levels.enabled;
-    ui.checkbox(&mut fewer, "fewer triangles where objects are small");
+    ui.checkbox(&mut fewer, "levels of detail");
     if fewer != settings.levels.enabled {
         settings.levels = if fewer { LevelOfDetail::default() } else { LevelOfDetail::OFF };
     }
     let mut hidden = settings.occlusion != Occlusion::Off;
-    ui.checkbox(&mut hidden, "leave out what others hide");
+    ui.checkbox(&mut hidden, "occlusion culling");
     settings.occlusion = if hidden { Occlusion::Auto } else { Occlusion::Off };
     let mut environment = world.resource_mut::<Environment>();
     let (mut tone_map, mut exposure) = (environment.tone_map, environment.exposure);
@@ -198,7 +197,7 @@ fn camera(ui: &mut Ui, viewer: &mut Viewer, view: &View) {
             }
         });
         let moved = viewer.controller.pose().is_some();
-        if ui.add_enabled(moved, egui::Button::new("back to it")).clicked() || chosen != before {
+        if ui.add_enabled(moved, egui::Button::new("reset")).clicked() || chosen != before {
             viewer.controller.reset();
         }
     });
@@ -270,7 +269,7 @@ fn card(ui: &mut Ui, viewer: &mut Viewer, object: Entity, view: &View) {
                 if let Some(lights) = lights.filter(|_| ui.button("go to it").clicked()) {
                     viewer.controller.grab(view, lights.bounds.center).go_to(lights.bounds);
                 }
-                if ui.button("let go").clicked() {
+                if ui.button("deselect").clicked() {
                     viewer.selected = None;
                 }
             });

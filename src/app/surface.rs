@@ -37,7 +37,8 @@ impl Screen {
         let surface = make_surface(&instance, window)?;
         let gpu = Gpu::for_surface(instance, &surface)?;
         let refused = |reason: &str| GpuError::NoSurface(reason.to_owned());
-        let mut config = surface.get_default_config(&gpu.adapter, 1, 1).ok_or_else(|| refused("no format at all"))?;
+        let mut config =
+            surface.get_default_config(&gpu.adapter, 1, 1).ok_or_else(|| refused("no supported format"))?;
         let flags = gpu.adapter.get_downlevel_capabilities().flags;
         let views = flags.contains(wgpu::DownlevelFlags::SURFACE_VIEW_FORMATS);
         let offered = surface.get_capabilities(&gpu.adapter).formats;
@@ -85,7 +86,7 @@ impl Screen {
         }
         self.failures += 1;
         if self.failures > MOST_FAILURES {
-            return Err(GpuError::NoSurface("it gives no more textures to draw into".to_owned()));
+            return Err(GpuError::NoSurface("the surface yields no more textures".to_owned()));
         }
         self.window.request_redraw();
         Ok(None)

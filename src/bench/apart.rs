@@ -67,7 +67,7 @@ pub(super) fn measure_apart(
         let message = String::from_utf8_lossy(&output.stderr);
         // The last: drivers have things to say, too, and say them first.
         let said = message.lines().rev().find_map(|line| line.strip_prefix("error: "));
-        let message = said.unwrap_or("it stopped unexpectedly");
+        let message = said.unwrap_or("unexpected end of the process");
         return Err(failed(output.status.code().and_then(|code| u8::try_from(code).ok()).unwrap_or(1), message.into()));
     }
     serde_json::from_slice(&output.stdout).map_err(|error| failed(1, error.to_string()))

@@ -173,7 +173,7 @@ impl fmt::Display for Measurement {
         match (self.rss_mb, self.bytes_per_object) {
             (Some(peak), Some(each)) => writeln!(f, "{peak:.0} MB of memory at most, {each:.0} bytes per object"),
             (Some(peak), None) => writeln!(f, "{peak:.0} MB of memory at most"),
-            _ => writeln!(f, "memory: this system does not say"),
+            _ => writeln!(f, "memory: not reported by this system"),
         }
     }
 }

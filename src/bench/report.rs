@@ -48,7 +48,7 @@ impl Earlier {
         if results.is_empty() {
             return Err(refuse(
                 "the file".into(),
-                "expected lines of figures as relief bench writes them; it has none".into(),
+                "expected lines of figures as relief bench writes them, found none".into(),
             ));
         }
         Ok(Self { path: path.to_owned(), results })

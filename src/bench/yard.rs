@@ -98,7 +98,7 @@ pub enum YardError {
     #[error(transparent)]
     Model(#[from] ImportError),
     /// A model without any.
-    #[error("{}: no triangles in it", .0.display())]
+    #[error("{}: no triangles", .0.display())]
     NoMesh(PathBuf),
 }
 

@@ -27,7 +27,7 @@ pub fn parse_size(text: &str) -> Result<(u32, u32), String> {
 pub fn pointed(text: &str) -> String {
     let pointed = text.replacen(',', ".", 1);
     let is_comma = text.contains(',') && pointed.parse::<f64>().is_ok();
-    if is_comma { format!("; numbers have a point and no comma: {pointed}") } else { String::new() }
+    if is_comma { format!("; use a decimal point, not a comma: {pointed}") } else { String::new() }
 }
 
 /// Takes a whole number of a range.
@@ -66,7 +66,7 @@ pub fn choice<T: Copy + Send + Sync + 'static>(
     help: fn(T) -> &'static str,
 ) -> impl TypedValueParser<Value = T> {
     let values = all.iter().map(|&(name, value)| PossibleValue::new(name).help(help(value)));
-    PossibleValuesParser::new(values).try_map(|text| name::find("choice", all, &text))
+    PossibleValuesParser::new(values).try_map(|text| name::find("value", all, &text))
 }
 
 /// `on` and `off`.
@@ -74,7 +74,7 @@ pub const ON_OFF: [(&str, bool); 2] = [("on", true), ("off", false)];
 
 /// Levels of detail: `on` or `off`.
 pub fn parse_levels(text: &str) -> Result<LevelOfDetail, String> {
-    let on = name::find("choice", &ON_OFF, text)?;
+    let on = name::find("value", &ON_OFF, text)?;
     Ok(if on { LevelOfDetail::default() } else { LevelOfDetail::OFF })
 }
 
@@ -97,7 +97,7 @@ mod tests {
         }
         let refusal = |text| parse_size(text).expect_err("refused");
         assert!(refusal("640,480").ends_with("; write 640x480") && refusal("99999,2").ends_with("like 1280x720"));
-        let comma = "expected a number from 0.1 to 100; numbers have a point and no comma: 1.5";
+        let comma = "expected a number from 0.1 to 100; use a decimal point, not a comma: 1.5";
         assert_eq!(parse_speed("1,5").expect_err("refused"), comma);
         assert_eq!((parse_speed("0.1"), parse_speed("100")), (Ok(0.1), Ok(100.0)));
         assert!(["0", "-1", "101", "NaN", "fast"].iter().all(|bad| parse_speed(bad).is_err()));

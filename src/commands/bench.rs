@@ -18,115 +18,114 @@ use systems::assets::levels::LevelOfDetail;
 use systems::lights::LightPolicy;
 
 pub const HELP: &str = "\
-The scene: equal objects 3 m apart on a square grid, in 16 materials with base, normal and specular
-maps of their own, under coloured point lights; the same for the same arguments. No shadows; colours
-above 1 are cut. Each frame is drawn until the GPU is idle.
+The scene: equal objects 3 m apart on a square grid, with 16 materials, each with base, normal and
+specular maps, under coloured point lights; deterministic for given arguments. No shadows; colours
+are clamped at 1. Each frame waits until the GPU is idle.
   frame   from the first change of an object until the GPU is idle
-  engine  the CPU's work on that: simulation, uploads, recording; not the driver's, nor the moving
-  GPU     from handing the commands in until it is idle, and for each pass by its own clock
+  engine  CPU time of simulation, uploads and command encoding, without the driver and the moving
+  GPU     from submission until the GPU is idle, and each pass by GPU timestamps
 
 Examples:
-  relief bench --objects 100000 --size 64x36             the engine's cost of many objects
-  relief bench --objects 100000 --moving 1 --json        all of them moving, as one line of JSON
-  relief bench --view inside --picture yard.png          what it looks like
-  relief bench --scene town.ron --camera \"chase car 7\"   a scene of yours, a step of its clock per frame
+  relief bench --objects 100000 --size 64x36             CPU cost of many objects
+  relief bench --objects 100000 --moving 1 --json        all objects moving, as one line of JSON
+  relief bench --view inside --picture yard.png          write a picture of the scene
+  relief bench --scene town.ron --camera \"chase car 7\"   your own scene, one step per frame
   relief bench --trace frames.json                       open it in chrome://tracing
-  relief bench --suite -o before                         everything, with a report (minutes)
+  relief bench --suite -o before                         all sweeps, with a report (minutes)
   relief bench --suite -o after --compare before/results.jsonl
 
-docs/benchmarks.md says what other engines take for the same scenes.";
+See docs/benchmarks.md for results of other engines on the same scenes.";
 
 #[derive(Args)]
 pub struct BenchArgs {
-    /// Measure this scene (.ron, .gltf, .glb) rather than a grid: its clock makes a step before every frame
+    /// Measure this scene (.ron, .gltf, .glb) instead of a grid, with one step before every frame
     #[arg(long, value_name = "FILE")]
     #[arg(conflicts_with_all = ["objects", "lights", "mesh", "moving", "view", "floor", "suite"])]
     pub scene: Option<PathBuf>,
-    /// The scene's camera by name, or "chase NAME" or "driver NAME" of a vehicle [default: the first]
+    /// Name of the camera, or "chase NAME" or "driver NAME" of a vehicle [default: the first camera]
     #[arg(long, value_name = "NAME", requires = "scene")]
     pub camera: Option<String>,
-    /// Objects on the grid; in a suite, the most [default: 10000; in a suite 100000, if quick 1000]
+    /// Objects on the grid; in a suite, the maximum [default: 10000; in a suite 100000, if quick 1000]
     #[arg(long, value_name = "N", value_parser = arguments::whole(1u32..=10_000_000))]
     pub objects: Option<u32>,
-    /// Point lights above it, each of 10 m range; in a suite, the most [default: 1000, if quick 100]
+    /// Point lights above the grid, with a range of 10 m; in a suite, the maximum [default: 1000, if quick 100]
     #[arg(long, value_name = "M", value_parser = arguments::whole(0..=1_000_000u32))]
     pub lights: Option<u32>,
-    /// What stands there: cube (12 triangles), sphere (1,024 triangles), or the largest mesh of a .glb or .gltf file
+    /// Mesh of the objects: cube (12 triangles), sphere (1,024 triangles), or the largest mesh of a .glb or .gltf file
     #[arg(long, default_value = "cube", value_name = "cube|sphere|PATH")]
     pub mesh: YardMesh,
-    /// The share of objects that gets a new transform before every frame, 0 to 1
+    /// Fraction of the objects that get a new transform before every frame, 0 to 1
     #[arg(long, default_value_t = 0.0, value_name = "FRACTION", value_parser = parse_fraction)]
     #[arg(conflicts_with = "suite")]
     pub moving: f32,
-    /// Pixels; 64x36 shows the engine's cost, as a rasteriser in software takes long over pixels [default: 1280x720, in
-    /// a quick suite 64x36]
+    /// Size in pixels; 64x36 shows the CPU cost where a software rasterizer draws [default: 1280x720, in a quick suite
+    /// 64x36]
     #[arg(long, value_name = "WxH", value_parser = arguments::parse_size)]
     pub size: Option<(u32, u32)>,
     /// Frames to measure [default: 120, in a quick suite 5]
     #[arg(long, value_name = "K", value_parser = arguments::whole(1u32..=1_000_000))]
     pub frames: Option<u32>,
-    /// Frames before those, not measured; the first takes far longer than others [default: 10, in a quick suite 2]
+    /// Warm-up frames, not measured [default: 10, in a quick suite 2]
     #[arg(long, value_name = "K", value_parser = arguments::whole(1u32..=100_000))]
     pub warm_up: Option<u32>,
-    /// Stop measuring after so many seconds, once there are 5 frames; warming up ends after a quarter of that [default:
-    /// 40, in a suite 10 for each scene]
+    /// Time limit of the measurement, applied after 5 frames; warm-up ends after a quarter of it [default: 40, in a
+    /// suite 10 for each scene]
     #[arg(long, value_name = "S", value_parser = arguments::whole(1u32..=86_400))]
     pub seconds: Option<u32>,
-    /// Where the camera stands
+    /// Camera position
     #[arg(long, default_value = "wide", value_parser = view(), conflicts_with = "suite")]
     pub view: YardView,
-    /// Draw every material with this bump technique: off, normal, relief, … (docs/techniques.md)
+    /// Override the bump technique of all materials: off, normal, relief, … (docs/techniques.md)
     #[arg(long, value_name = "NAME", value_parser = arguments::named("technique", &Technique::ALL))]
     pub technique: Option<Technique>,
-    /// How objects are lit: three, hard or all; relief render --help tells them apart
+    /// How objects are lit: three, hard or all; see relief render --help
     #[arg(long, value_name = "POLICY", default_value = "three")]
     #[arg(value_parser = arguments::named("light policy", &LightPolicy::ALL))]
     pub lights_policy: LightPolicy,
-    /// Draw meshes with fewer triangles where they are small: on or off
+    /// Levels of detail: on or off
     #[arg(long, default_value = "on", value_name = "on|off", value_parser = arguments::parse_levels)]
     pub levels: LevelOfDetail,
-    /// Leave out objects that others hide: on, off, or auto, where there are many
+    /// Occlusion culling: on, off, or auto (on with many objects)
     #[arg(long, default_value = "auto", value_name = "auto|on|off")]
-    #[arg(value_parser = arguments::named("choice", &Occlusion::ALL))]
+    #[arg(value_parser = arguments::named("value", &Occlusion::ALL))]
     pub occlusion: Occlusion,
-    /// Textures in blocks (BC7), a quarter of the memory, where that does not show; made anew each time
+    /// Compress textures to BC7, a quarter of the memory, where no loss is visible; not cached
     #[arg(long, value_name = "on|off", default_value = "off", action = ArgAction::Set)]
-    #[arg(value_parser = arguments::named("choice", &ON_OFF))]
+    #[arg(value_parser = arguments::named("value", &ON_OFF))]
     pub compress: bool,
-    /// Samples per pixel: 1, or 4 as elsewhere in Relief
+    /// Samples per pixel: 1, or 4 as in other commands
     #[arg(long, default_value = "1", value_name = "1|4", value_parser = parse_samples)]
     pub samples: u32,
-    /// Keep colours linear until a pass of its own tone-maps them, as relief render does and several samples, blended
-    /// objects or emboss_multipass need; off: else objects are tone-mapped as they are drawn
+    /// Tone-map in a separate pass, as relief render does. off: in the forward pass, unless several samples, blended
+    /// objects or emboss_multipass need the separate pass
     #[arg(long, value_name = "on|off", default_value = "off", action = ArgAction::Set)]
-    #[arg(value_parser = arguments::named("choice", &ON_OFF))]
+    #[arg(value_parser = arguments::named("value", &ON_OFF))]
     pub hdr: bool,
     /// Worker threads [default: one per core]
     #[arg(long, value_name = "N", value_parser = arguments::whole(1u16..=256))]
     pub threads: Option<u16>,
-    /// Then also draw all objects in view with the plainest shader, meshes whole: what their triangles cost by
-    /// themselves
+    /// Also measure the visible triangles with a minimal shader, without levels of detail: a lower bound
     #[arg(long)]
     pub floor: bool,
-    /// Also write the last frame to this file, to see what was measured
+    /// Also write the last frame to this file
     #[arg(long, value_name = "FILE.png", conflicts_with = "suite", value_parser = arguments::png())]
     pub picture: Option<PathBuf>,
-    /// Also write the measured frames as a time line for chrome://tracing or ui.perfetto.dev
+    /// Also write a trace of the measured frames for chrome://tracing or ui.perfetto.dev
     #[arg(long, value_name = "FILE.json", conflicts_with = "suite")]
     pub trace: Option<PathBuf>,
-    /// Print one line of JSON rather than a table
+    /// Print one line of JSON instead of a table
     #[arg(long, conflicts_with = "suite")]
     pub json: bool,
-    /// Measure many scenes, each in a process of its own: how cost grows with objects, lights and what moves
+    /// Measure sweeps over objects, lights and moving objects, each scene in its own process
     #[arg(long, requires = "output")]
     pub suite: bool,
-    /// Suite: folder for results.jsonl, report.md and plots; made if missing
+    /// Suite: output directory for results.jsonl, report.md and plots, created if missing
     #[arg(short, long, value_name = "DIR", requires = "suite")]
     pub output: Option<PathBuf>,
-    /// Suite: the results.jsonl of an earlier one; the report has ratios, and says what got slower by more than 10 %
+    /// Suite: results.jsonl of an earlier one; the report has ratios and marks what is slower by more than 10 %
     #[arg(long, value_name = "FILE", requires = "suite")]
     pub compare: Option<PathBuf>,
-    /// Suite: few small scenes and few frames, to see that it works
+    /// Suite: few small scenes and frames, as a smoke test
     #[arg(long, requires = "suite")]
     pub quick: bool,
 }
@@ -250,7 +249,7 @@ fn apart(job: &BenchJob) -> io::Result<Command> {
 
 fn view() -> impl TypedValueParser<Value = YardView> {
     arguments::choice(&YardView::ALL, |view| match view {
-        YardView::Wide => "Outside and above, the whole grid in view",
+        YardView::Wide => "Outside and above, with the whole grid in view",
         YardView::Inside => "Between the rows at 2 m, about a sixth of the grid in view",
     })
 }

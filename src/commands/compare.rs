@@ -10,58 +10,58 @@ use std::path::PathBuf;
 use systems::assets::Technique;
 
 pub const HELP: &str = "\
-The truth is the same height map as real triangles, drawn by the same renderer under the same three
-lights (a sun, a lamp, a spot), one light at a time; whether a light is seen from a pixel is traced.
-  shadowed    techniques against that
-  unshadowed  against the same without shadows: all that techniques without shadows can hope for
-  mean        over pixels where both show the figure: mean of |L - L_truth| / mean L_truth
-  p99         99 % of those pixels have |L - L_truth| / mean L_truth of at most this
-  FLIP        what a viewer notices who flips between the pictures: 0 nothing to 1
-  shadows     share of the pixels turned to the sun on which the two disagree whether it shines
-  ms, × off   what a draw takes, by the GPU's own clock if it has one, and over that of off
+The ground truth is the same height map as real triangles, drawn by the same renderer under the same
+three lights (directional, point, spot), one at a time, with ray-traced shadows.
+  shadowed    error against the ground truth
+  unshadowed  error against it without shadows: the bound for techniques without shadows
+  mean        over pixels where both show the surface: mean of |L - L_truth| / mean L_truth
+  p99         99th percentile of |L - L_truth| / mean L_truth over those pixels
+  FLIP        perceived difference when alternating between the pictures, 0 none to 1
+  shadows     share of the pixels facing the directional light with a different shadow
+  ms, × off   time of a draw, by GPU timestamps if available, and relative to off
 
 Files: compare.csv, compare.svg (error against cost), truth.png, truth_unshadowed.png, NAME.png and
 NAME_error.png of each technique (|L - L_truth| / mean, 0 black to 1 and more pale yellow), and
-compare.png, all on one sheet: the truth first, then the techniques in the order of the table.
+compare.png, a contact sheet: the ground truth first, then the techniques in table order.
 
 Examples:
   relief compare -o out                                all techniques on a plane, seen at 45°
-  relief compare -o out --angle 0                      looked straight at
+  relief compare -o out --angle 0                      viewed head-on
   relief compare -o out --figure torus --technique normal,parallax,relief
   relief compare -o out --height wall.png --base wall.jpg --height-scale 0.03";
 
 #[derive(Args)]
 pub struct CompareArgs {
-    /// Folder for the figures and pictures; made if missing
+    /// Output directory for figures and pictures, created if missing
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
-    /// What is bumped: plane (one quad, 2 m), sphere or torus (the map four times around)
+    /// Base mesh: plane (one quad, 2 m), sphere or torus (the map repeats four times around)
     #[arg(long, default_value = "plane", value_parser = figure())]
     pub figure: FigureShape,
-    /// Height map, 0 deepest; normal and horizon maps are made from it [default: that of the scene of all techniques,
-    /// assets/textures/techniques_height.png, with its other maps]
+    /// Height map, 0 deepest; normal and horizon maps are derived from it [default: the maps of the techniques scene,
+    /// assets/textures/techniques_height.png]
     #[arg(long, value_name = "FILE")]
     pub height: Option<PathBuf>,
-    /// Normal map, green up, instead of the one made from the height map
+    /// Normal map, green up, instead of the one derived from the height map
     #[arg(long, value_name = "FILE")]
     pub normal: Option<PathBuf>,
-    /// Base colour
+    /// Base colour map
     #[arg(long, value_name = "FILE")]
     pub base: Option<PathBuf>,
-    /// Depth of the height map from black to white, in widths of the image, 0 to 1 [default: 0.06]
+    /// Depth of the height map from black to white, as a fraction of the image width, 0 to 1 [default: 0.06]
     #[arg(long, value_name = "X", value_parser = parse_scale)]
     pub height_scale: Option<f32>,
-    /// Between the line of sight and the vertical, 0 to 85: 0 looks straight at the plane
+    /// Angle between viewing direction and surface normal, 0 to 85: 0 is head-on
     #[arg(long, value_name = "DEGREES", default_value_t = 45.0, value_parser = parse_angle)]
     pub angle: f32,
-    /// Pixels; 4 million at the most
+    /// Size in pixels, at most 4 million
     #[arg(long, value_name = "WxH", default_value = "640x480", value_parser = parse_size)]
     pub size: (u32, u32),
     /// Techniques, separated by commas [default: all]
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     #[arg(value_parser = arguments::named("technique", &Technique::ALL))]
     pub technique: Vec<Technique>,
-    /// Print one line of JSON rather than a table
+    /// Print one line of JSON instead of a table
     #[arg(long)]
     pub json: bool,
 }

@@ -11,36 +11,36 @@ use systems::assets::Technique;
 pub const HELP: &str = "\
 The frame is drawn with --lights all (the reference), three and hard. L: linear luminance.
   mean   over pixels that show objects, the mean of |L - L_all|, over the mean of L_all there
-  p99    99 % of those pixels have |L - L_all| / mean L_all of at most this
-  FLIP   what a viewer notices who flips between the pictures: 0 nothing to 1
+  p99    99th percentile of |L - L_all| / mean L_all over those pixels
+  FLIP   perceived difference when alternating between the pictures, 0 none to 1
 
 Files: all.png, three.png, hard.png as relief render writes them; three_error.png, hard_error.png:
-|L - L_all| / mean L_all of each pixel, from 0 black over violet and orange to 1 and more pale
-yellow, the same scale in both. docs/lights.md has the definitions in full.";
+|L - L_all| / mean L_all of each pixel, from 0 (black) over violet and orange to 1 and more (pale
+yellow), the same scale in both. See docs/lights.md for the full definitions.";
 
 #[derive(Args)]
 pub struct LightsArgs {
     /// Scene (.ron) or model (.gltf, .glb)
     pub scene: PathBuf,
-    /// Folder for the pictures; made if missing
+    /// Output directory, created if missing
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
-    /// Which frame: steps of the scene's clock before the picture
+    /// Frame number: simulation steps before the picture
     #[arg(long, default_value_t = 0, value_name = "N", value_parser = arguments::whole(0..=MOST_FRAMES - 1))]
     pub frame: u64,
-    /// Pixels; 16 million at the most
+    /// Size in pixels, at most 16 million
     #[arg(long, default_value = "1280x720", value_name = "WxH", value_parser = arguments::parse_size)]
     pub size: (u32, u32),
-    /// Camera of the scene, by name; its first if left out
+    /// Name of the camera, or "chase NAME" or "driver NAME" of a vehicle [default: the first camera]
     #[arg(long, value_name = "NAME")]
     pub camera: Option<String>,
-    /// Draw every material with this bump technique: off, normal, relief, … (docs/techniques.md)
+    /// Override the bump technique of all materials: off, normal, relief, … (docs/techniques.md)
     #[arg(long, value_name = "NAME", value_parser = arguments::named("technique", &Technique::ALL))]
     pub technique: Option<Technique>,
-    /// Worker threads; pictures are the same for any number [default: one per core]
+    /// Worker threads; the number does not change pictures [default: one per core]
     #[arg(long, value_name = "N", value_parser = arguments::whole(1u16..=256))]
     pub threads: Option<u16>,
-    /// Print one line of JSON rather than a table
+    /// Print one line of JSON instead of a table
     #[arg(long)]
     pub json: bool,
 }

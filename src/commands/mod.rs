@@ -56,13 +56,13 @@ Examples:
   relief                                          the demo, in a window
   relief model.glb                                a model, with its own lights and cameras
   relief render scene.ron -o frames --frames 60   frames/color_00000.png … color_00059.png
-  relief run scene.ron --record drive.rec         and relief replay drive.rec: the same run again
-  relief lights scene.ron -o out                  how far three lights per object are from all lights
-  relief gallery -o out                           every bump technique on four shapes
-  relief compare -o out                           how far each of them is from real geometry
-  relief bench --objects 100000                   what many objects cost
+  relief run scene.ron --record drive.rec         then: relief replay drive.rec
+  relief lights scene.ron -o out                  error of three lights per object against all
+  relief gallery -o out                           every bump technique on four mesh variants
+  relief compare -o out                           error of each against displaced geometry
+  relief bench --objects 100000                   time and memory of many objects
   relief map normal height.png -o normal.png      a normal map from a height map
-  relief check scene.ron model.glb                everything that is wrong with the files
+  relief check scene.ron model.glb                validate the files
 
 Exit codes: 0 done, 2 bad input or usage, 3 no usable graphics adapter, 1 anything else.";
 
@@ -93,25 +93,24 @@ pub enum Command {
     Run(RunArgs),
     /// Render frames to PNG files, without a window
     Render(RenderArgs),
-    /// Show a recorded run again, in a window or as pictures
+    /// Replay a recorded run, in a window or as pictures
     #[command(after_help = replay::HELP)]
     Replay(ReplayArgs),
-    /// Say how far a frame lit by three lights per object is from one lit by all, in figures and pictures
+    /// Compare a frame lit by three lights per object with one lit by all: error figures and pictures
     #[command(after_help = lights::HELP)]
     Lights(LightsArgs),
-    /// Draw a scene once for each shape of its figures, and all on one sheet: every bump technique, if no scene is
-    /// named
+    /// Draw a scene once for each mesh variant, and all on one contact sheet [default scene: every bump technique]
     #[command(after_help = gallery::HELP)]
     Gallery(GalleryArgs),
-    /// Say how far each bump technique is from real geometry, and what it costs, in figures and pictures
+    /// Compare bump techniques with displaced geometry: error, cost and pictures
     #[command(after_help = compare::HELP)]
     Compare(CompareArgs),
-    /// Measure a grid of many bump-mapped objects under many lights, or any scene
+    /// Benchmark a grid of bump-mapped objects under many lights, or any scene
     #[command(after_help = bench::HELP)]
     Bench(BenchArgs),
     /// Make normal, height, horizon and other maps from images
     Map(MapArgs),
-    /// Say everything that is wrong with scenes, models and images; exit code 2 if anything is
+    /// Validate scenes, models and images; exit code 2 on errors
     Check(CheckArgs),
     /// Print the graphics adapter, its driver and limits
     Info,

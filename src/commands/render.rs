@@ -12,17 +12,17 @@ use std::path::PathBuf;
 pub struct RenderArgs {
     /// Scene (.ron) or model (.gltf, .glb)
     pub scene: PathBuf,
-    /// Folder for the pictures; made if missing
+    /// Output directory, created if missing
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
-    /// How many frames, or a range of frame numbers A..B (B not included)
+    /// Number of frames, or a range A..B of frame numbers, B excluded
     #[arg(long, default_value = "1", value_name = "N | A..B", value_parser = parse_frames)]
     pub frames: Frames,
     #[command(flatten)]
     pub pictures: PictureArgs,
     #[command(flatten)]
     pub files: FileArgs,
-    /// Write a snapshot of the state after the last frame, to go on from with --from-snapshot
+    /// Write a snapshot of the state after the last frame, for --from-snapshot
     #[arg(long, value_name = "FILE")]
     pub save_snapshot: Option<PathBuf>,
     #[command(flatten)]

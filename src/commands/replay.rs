@@ -17,36 +17,36 @@ Examples:
   relief replay drive.rec                               in a window
   relief replay drive.rec --from 3600                   from step 3600 on
   relief replay drive.rec -o frames --frames 600..660   ten seconds in, a second of pictures
-  relief replay drive.rec --check                       no pictures: does every step come out as recorded?
+  relief replay drive.rec --check                       no pictures: compare every step
 
-docs/simulation.md says what a recording holds.";
+See docs/simulation.md for the contents of a recording.";
 
 #[derive(Args)]
 pub struct ReplayArgs {
-    /// A recording, by relief run --record or relief render --record
+    /// Recording made by relief run --record or relief render --record
     pub recording: PathBuf,
-    /// Folder for pictures, made if missing; without it, a window
+    /// Output directory for pictures, created if missing [default: replay in a window]
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
-    /// Which frames [default: all]
+    /// Number of frames, or a range A..B of frame numbers, B excluded [default: all]
     #[arg(long, value_name = "N | A..B", value_parser = parse_frames, requires = "output")]
     pub frames: Option<Frames>,
     #[command(flatten)]
     pub pictures: PictureArgs,
-    /// Take the steps without drawing anything, and compare them with what was recorded
+    /// Simulate without drawing and compare every step with the recording
     #[arg(long, conflicts_with = "output")]
     pub check: bool,
-    /// The step that the window, or the check, begins after [default: the first]
+    /// Start after this step, in the window or in the check
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = arguments::whole(0..=MOST_FRAMES))]
     #[arg(conflicts_with = "output")]
     pub from: u64,
-    /// The scene, if it is no longer where it was
+    /// Scene file, if it has moved since the recording
     #[arg(long, value_name = "FILE")]
     pub scene: Option<PathBuf>,
-    /// Write a line for each step: its number and a hash of the whole state after it
+    /// Write the step number and a hash of the whole state after each step, one line per step
     #[arg(long, value_name = "FILE")]
     pub hash: Option<PathBuf>,
-    /// Start with the clock stopped
+    /// Start paused
     #[arg(long)]
     pub paused: bool,
     /// Start with the panel hidden (Tab shows it)

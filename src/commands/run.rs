@@ -11,7 +11,7 @@ use std::path::PathBuf;
 
 #[derive(Args)]
 pub struct RunArgs {
-    /// Scene (.ron) or model (.gltf, .glb); the demo scene if left out
+    /// Scene (.ron) or model (.gltf, .glb) [default: the demo scene]
     pub scene: Option<PathBuf>,
     #[command(flatten)]
     pub view: ViewArgs,
@@ -20,7 +20,7 @@ pub struct RunArgs {
     /// Simulated seconds per real second, 0.1 to 100 [default: the scene's]
     #[arg(long, value_name = "X", value_parser = arguments::parse_speed)]
     pub speed: Option<f64>,
-    /// Start with the clock stopped
+    /// Start paused
     #[arg(long)]
     pub paused: bool,
     /// Start with the panel hidden (Tab shows it)

@@ -15,49 +15,47 @@ use systems::lights::LightPolicy;
 
 #[derive(Args, Clone)]
 pub struct ViewArgs {
-    /// Pixels
+    /// Size of the picture, or of the window, in pixels
     #[arg(long, default_value = "1280x720", value_name = "WxH", value_parser = arguments::parse_size)]
     pub size: (u32, u32),
-    /// Camera of the scene, by name; its first if left out
+    /// Name of the camera, or "chase NAME" or "driver NAME" of a vehicle [default: the first camera]
     #[arg(long, value_name = "NAME")]
     pub camera: Option<String>,
-    /// How objects are lit. three: by their three most relevant lights, which fade as they change, and a remainder
-    /// for the others; hard: by the three alone; all: by every light that reaches them, slow, the reference
+    /// How objects are lit. three: the three most relevant lights, cross-faded, and an ambient cube for the others;
+    /// hard: these three lights alone; all: every light in range (slow reference)
     #[arg(long, value_name = "POLICY", default_value = "three")]
     #[arg(value_parser = arguments::named("light policy", &LightPolicy::ALL))]
     pub lights: LightPolicy,
-    /// Draw every material with this bump technique: off, normal, relief, … (docs/techniques.md)
+    /// Override the bump technique of all materials: off, normal, relief, … (docs/techniques.md)
     #[arg(long, value_name = "NAME", value_parser = arguments::named("technique", &Technique::ALL))]
     pub technique: Option<Technique>,
-    /// Show something else than light: base, normal, tangent; light_count: how many lights reach each object, 1 blue to
-    /// 64 red, none grey; three_lights: what an object's three give, as red, green and blue; error_bound: brightness
-    /// that an object lit by three lights alone may miss, 0.001 blue to 10 red, nothing grey
+    /// Draw a debug view instead of the shaded picture: base, normal, tangent; light_count: lights in range of each
+    /// object, 1 blue to 64 red, none grey; three_lights: contributions of the three lights as red, green and blue;
+    /// error_bound: upper bound of the luminance that three lights miss, 0.001 blue to 10 red, none grey
     #[arg(long, value_name = "VIEW", default_value = "off")]
     #[arg(value_parser = arguments::named("debug view", &DebugView::ALL))]
     pub debug: DebugView,
-    /// Levels of detail: on, meshes far away have fewer triangles where the difference is less than a pixel; off, every
-    /// mesh as it is
+    /// Levels of detail. on: distant meshes have fewer triangles where the error is below one pixel; off: full meshes
     #[arg(long, value_name = "on | off", default_value = "on", value_parser = arguments::parse_levels)]
     pub levels: LevelOfDetail,
-    /// Leave out objects that others hide: on, off, or auto: in a window, where there are many. The picture is the
-    /// same, but which of two faces in one plane is in front may depend on the frames before
+    /// Occlusion culling: on, off, or auto (on in a window with many objects). The picture is the same, except that
+    /// the order of coplanar faces may depend on earlier frames
     #[arg(long, value_name = "auto | on | off", default_value = "auto")]
-    #[arg(value_parser = arguments::named("choice", &Occlusion::ALL))]
+    #[arg(value_parser = arguments::named("value", &Occlusion::ALL))]
     pub occlusion: Occlusion,
-    /// Textures in blocks (BC7), a quarter of the memory, where that does not show; made once and kept in the cache
+    /// Compress textures to BC7, a quarter of the memory, where no loss is visible; kept in the cache
     #[arg(long, value_name = "on | off", default_value = "off", action = ArgAction::Set)]
-    #[arg(value_parser = arguments::named("choice", &ON_OFF))]
+    #[arg(value_parser = arguments::named("value", &ON_OFF))]
     pub compress: bool,
-    /// Neither read nor write the cache: what took long to work out of meshes and textures, for the next start
-    /// (RELIEF_CACHE_DIR, else the platform's folder for caches; about 2 GiB at most)
+    /// Neither read nor write the cache of processed meshes and textures (RELIEF_CACHE_DIR, else the platform's cache
+    /// directory; about 2 GiB at most)
     #[arg(long)]
     pub no_cache: bool,
-    /// Most memory that textures take on the GPU; where they are larger, the largest are drawn at half their size and
-    /// less
+    /// GPU memory limit for textures; above it, the largest textures are halved until they fit
     #[arg(long, value_name = "MB", default_value_t = DEFAULT_MEGABYTES)]
     #[arg(value_parser = arguments::whole(1u64..=1 << 20))]
     pub texture_memory: u64,
-    /// Worker threads; pictures are the same for any number [default: one per core]
+    /// Worker threads; the number does not change pictures [default: one per core]
     #[arg(long, value_name = "N", value_parser = arguments::whole(1u16..=256))]
     pub threads: Option<u16>,
 }
@@ -95,18 +93,18 @@ pub fn loading() -> LoadOptions {
 /// What is made of frames.
 #[derive(Args, Clone)]
 pub struct PictureArgs {
-    /// Kinds of pictures, separated by commas. Where a blended object hides less than half of what is behind it, depth,
-    /// normal and id show that, else the object
+    /// Outputs, separated by commas. Depth, normal and id show a blended object where its opacity is at least one half,
+    /// else the surface behind it
     #[arg(long, value_delimiter = ',', default_value = "color", value_parser = output_kind())]
     pub outputs: Vec<OutputKind>,
-    /// Also make a film of the colour frames, one per step of the scene's clock: with ffmpeg, or an animated picture if
-    /// the name ends in .apng or .gif; where there is no ffmpeg, an .apng beside it
+    /// Also encode the colour frames as a video, one per simulation step: with ffmpeg, or as an animated picture if the
+    /// name ends in .apng or .gif; without ffmpeg, an .apng is written instead
     #[arg(long, value_name = "FILE.mp4")]
     pub video: Option<PathBuf>,
-    /// Go on after an interruption: leave frames alone whose pictures are there in that size
+    /// Resume after an interruption: skip frames whose pictures exist in that size
     #[arg(long)]
     pub resume: bool,
-    /// Take the steps at the speed of the scene's clock rather than as fast as possible
+    /// Run at the speed of the simulation clock instead of as fast as possible
     #[arg(long)]
     pub realtime: bool,
 }
@@ -140,24 +138,24 @@ fn output_kind() -> impl TypedValueParser<Value = OutputKind> {
     arguments::choice(&OutputKind::ALL, |kind| match kind {
         OutputKind::Color => "The tone-mapped picture, 8-bit sRGB",
         OutputKind::Depth => {
-            "Distance along the viewing direction: 16-bit grey, 1/256 m per step, 0 where there is nothing or it is \
-             farther than 255.99 m (the convention of the KITTI data set)"
+            "Distance along the viewing direction: 16-bit grey, 1/256 m per unit, 0 for the background and beyond \
+             255.99 m (as in the KITTI data set)"
         }
         OutputKind::Normal => "World-space shading normal, 8 bits: 0.5 + 0.5·n",
-        OutputKind::Id => "Entity ids as 24-bit colour (red lowest byte), 0 for nothing; `ids.json` names them",
+        OutputKind::Id => "Entity ids as 24-bit colour (red lowest byte), 0 for the background; names in `ids.json`",
     })
 }
 
 /// What a run is kept in and begins from.
 #[derive(Args, Clone)]
 pub struct FileArgs {
-    /// Write a line for each step: its number and a hash of the whole state after it
+    /// Write the step number and a hash of the whole state after each step, one line per step
     #[arg(long, value_name = "FILE")]
     pub hash: Option<PathBuf>,
     /// Record the run, for relief replay
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
-    /// Go on from a snapshot of this scene rather than from its beginning
+    /// Start from a snapshot of this scene instead of its initial state
     #[arg(long, value_name = "FILE")]
     pub from_snapshot: Option<PathBuf>,
 }

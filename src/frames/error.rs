@@ -18,7 +18,7 @@ pub enum FrameError {
     Scene(#[from] SceneError),
     /// No camera of that name.
     #[error(
-        "{}: no camera named \"{wanted}\"; there are: {}; and \"chase NAME\" and \"driver NAME\" of each vehicle",
+        "{}: unknown camera \"{wanted}\"; expected one of: {}; or \"chase NAME\" or \"driver NAME\" of a vehicle",
         scene.display(), known.join(", ")
     )]
     NoCamera {
@@ -30,7 +30,7 @@ pub enum FrameError {
         known: Vec<String>,
     },
     /// A gallery of a scene without figures.
-    #[error("{}: no entity has a figure: [\"MESH\", …], a list of meshes to show in turn", scene.display())]
+    #[error("{}: no entity has mesh variants, figure: [\"MESH\", …]", scene.display())]
     NoFigure {
         /// The scene.
         scene: PathBuf,
@@ -49,7 +49,7 @@ pub enum FrameError {
     Video(#[from] VideoError),
     /// What is written would take the place of what is read.
     #[error(
-        "{}: an output would take the place of this file, which is read; expected another name or folder",
+        "{}: an output would overwrite this input file; expected another name or directory",
         path.display()
     )]
     Overwrites {

@@ -96,7 +96,7 @@ fn limit_textures(simulation: &mut Simulation, most_bytes: u64) {
     largest.sort_by_key(|r| std::cmp::Reverse(u64::from(r.from.0) * u64::from(r.from.1)));
     let named: Vec<String> = largest.iter().take(3).map(name).collect();
     tracing::warn!(
-        "textures of {} MB are drawn in {} MB, the most that they may take is {}: {} are smaller, among them {}",
+        "textures reduced from {} MB to {} MB (limit: {} MB): {} are smaller, among them {}",
         megabytes(before.bytes),
         megabytes(texture_memory::used(&library).bytes),
         most_bytes >> 20,
@@ -183,7 +183,7 @@ pub fn begin_run(stage: &mut Stage, scene: &Path, files: &RunFiles, from: u64) -
     let stepper = Stepper::begin(files, (scene, &stage.scene.files), from, &mut stage.simulation)?;
     if let (Some(path), Some(recording)) = (&files.replay, stepper.recording().filter(|r| !r.is_whole())) {
         let last = recording.steps().1;
-        tracing::warn!("{}: the recording was cut short; it ends with step {last}", path.display());
+        tracing::warn!("{}: the recording is truncated; it ends with step {last}", path.display());
     }
     Ok(stepper)
 }

@@ -197,7 +197,7 @@ pub fn with_levels(name: &str, kind: ImageKind, pixels: DynamicImage) -> ReadIma
         _ => pixels,
     };
     if kind == ImageKind::Height && !is_grey(&pixels) {
-        notes.push("is no grey image: its red is taken for the height".into());
+        notes.push("is not a grey image: red is used as the height".into());
     }
     let image = match pixels {
         DynamicImage::ImageLuma8(_)
@@ -244,10 +244,10 @@ fn within_bounds(kind: ImageKind, texels: &mut [Vec4]) -> Option<String> {
         *texel = known.clamp(Vec4::ZERO, Vec4::new(most, most, most, 1.0));
     }
     if unknown {
-        return Some("has values that are no numbers: they are read as 0".into());
+        return Some("has values that are NaN: they are read as 0".into());
     }
     let beyond = lowest < 0.0 || highest > most;
-    beyond.then(|| format!("has values from {lowest} to {highest}: they are kept within 0 to {most}"))
+    beyond.then(|| format!("has values from {lowest} to {highest}: they are clamped to 0 to {most}"))
 }
 
 /// Whether red, green and blue are about the same: JPEG may leave grey a little apart.

@@ -14,8 +14,8 @@ const OFF: f32 = 0.1;
 /// Texels that are looked at to see whether the map points into the surface.
 const SAMPLES: usize = 4096;
 
-const FROM_RED_GREEN: &str = "has no z in blue: it is made from red and green, √(1 − x² − y²)";
-const FROM_ALPHA_GREEN: &str = "has x in alpha and y in green, and no z: it is made from them";
+const FROM_RED_GREEN: &str = "has no z in blue: it is reconstructed from red and green, √(1 − x² − y²)";
+const FROM_ALPHA_GREEN: &str = "has x in alpha and y in green, and no z: it is reconstructed from them";
 const GREY: &str = "is grey: expected a normal map; relief map normal makes one";
 const GREY_ALPHA: &str = "is grey with alpha: expected a normal map, x in red and y in green (or x in alpha)";
 const INWARD: &str = "points into the surface: expected z, in blue, above one half";

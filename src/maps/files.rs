@@ -130,7 +130,7 @@ pub fn write(path: &Path, map: &Raster, bits: Bits) -> Result<(), MapError> {
 fn format(path: &Path) -> Result<ImageFormat, MapError> {
     match ImageFormat::from_path(path) {
         Ok(format @ (ImageFormat::Png | ImageFormat::OpenExr)) => Ok(format),
-        _ => Err(MapError::refused(path, "maps are written as .png or .exr; expected a name that ends so")),
+        _ => Err(MapError::refused(path, "expected a file name that ends in .png or .exr")),
     }
 }
 

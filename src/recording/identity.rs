@@ -64,19 +64,21 @@ impl Identity {
         for (name, hash) in &self.files {
             match now.files.get(if *name == then { &today } else { name }) {
                 Some(found) if found == hash => {}
-                Some(_) => return refused(format!("made with another {name}, which has changed since")),
-                None => return refused(format!("made with another scene: {} does not name {name}", now.scene)),
+                Some(_) => return refused(format!("{name} has changed since this file was made")),
+                None => return refused(format!("made with another scene: {} does not use {name}", now.scene)),
             }
         }
         if let Some(name) = now.files.keys().find(|&name| *name != today && !self.files.contains_key(name)) {
-            return refused(format!("made with another scene: {} names {name}, too", now.scene));
+            return refused(format!("made with another scene: {} also uses {name}", now.scene));
         }
         if (self.seed, self.step_seconds) != (now.seed, now.step_seconds) {
-            return refused(format!("made with another seed or length of step than {} has", now.scene));
+            return refused(format!("made with another seed or step length than that of {}", now.scene));
         }
         if self.origin != now.origin {
             let [then, today] = [self.origin, now.origin].map(|[x, y, z]| format!("({x}, {y}, {z})"));
-            return refused(format!("made with the origin {then}, from which its places count; now it is {today}"));
+            return refused(format!(
+                "made with the origin {then}, to which its positions are relative; the scene has {today}"
+            ));
         }
         Ok(())
     }

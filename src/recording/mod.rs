@@ -41,7 +41,7 @@ pub enum RecordingError {
     },
     /// A step that does not come out as it was recorded.
     #[error(
-        "{}: step {step} comes out otherwise than it was recorded; was it recorded on another kind of machine?",
+        "{}: step {step} differs from the recording; was it recorded on another kind of machine?",
         path.display()
     )]
     Diverged {
@@ -62,7 +62,7 @@ impl RecordingError {
 
     /// A file that is to be written, and that the run needs for something else.
     pub(crate) fn taken(path: &Path) -> Self {
-        Self::refused(path, "the run reads or writes this file already; expected another")
+        Self::refused(path, "the run already reads or writes this file; expected another file")
     }
 
     fn unwritable(path: &Path, source: std::io::Error) -> Self {

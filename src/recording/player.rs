@@ -51,7 +51,7 @@ pub fn scene_of(path: &Path) -> Result<PathBuf, RecordingError> {
 fn read_header(path: &Path, blocks: &mut Blocks) -> Result<Header, RecordingError> {
     match blocks.next::<Header>()? {
         Next::Block(_, header) => header.identity.check_program(path).map(|()| header),
-        Next::Cut | Next::End => Err(RecordingError::refused(path, "cut short before anything was recorded")),
+        Next::Cut | Next::End => Err(RecordingError::refused(path, "truncated before the first step")),
     }
 }
 
@@ -73,14 +73,14 @@ impl Recording {
             };
             is_whole = matches!(record, Record::End(..));
             if step < last {
-                let message = format!("damaged at byte {offset}: step {step} comes after step {last}");
+                let message = format!("corrupt at byte {offset}: step {step} comes after step {last}");
                 return Err(RecordingError::refused(path, message));
             }
             last = step;
             index.push(Entry { step, kind, offset });
         }
         if start > 0 && index.first().is_none_or(|entry| (entry.step, entry.kind) != (start, Kind::Snapshot)) {
-            return Err(RecordingError::refused(path, "cut short before anything was recorded"));
+            return Err(RecordingError::refused(path, "truncated before the first step"));
         }
         Ok(Self { blocks, header, index, last, is_whole, next: 0 })
     }
@@ -114,7 +114,7 @@ impl Recording {
         if let Record::Snapshot(_, state) = self.blocks.read(offset)? {
             let path = self.blocks.path();
             snapshot::restore(&mut simulation.world, &state)
-                .map_err(|error| RecordingError::refused(path, format_args!("damaged at byte {offset}: {error}")))?;
+                .map_err(|error| RecordingError::refused(path, format_args!("corrupt at byte {offset}: {error}")))?;
         }
         self.next = position + 1;
         Ok(())

@@ -81,18 +81,18 @@ impl Blocks {
         let io = |error: std::io::Error| refused(error.to_string());
         let metadata = std::fs::metadata(path).map_err(io)?;
         if !metadata.is_file() {
-            return Err(refused(format!("expected a {}, which is a file", form.name)));
+            return Err(refused(format!("expected a {}, found a directory or device", form.name)));
         }
         let mut file = File::open(path).map_err(io)?;
         let mut first = [0; 12];
         let is_long = file.read_exact(&mut first).is_ok();
         if !is_long || first[..8] != form.magic {
-            return Err(refused(format!("not a {} of this program", form.name)));
+            return Err(refused(format!("not a Relief {}", form.name)));
         }
         let version = u32::from_le_bytes([first[8], first[9], first[10], first[11]]);
         if version != VERSION {
             let name = form.name;
-            return Err(refused(format!("a {name} of version {version}; this program reads version {VERSION}")));
+            return Err(refused(format!("unsupported {name} version: expected {VERSION}, found {version}")));
         }
         Ok(Self { path: path.to_owned(), file, len: metadata.len(), offset: 12 })
     }
@@ -116,14 +116,14 @@ impl Blocks {
             return Ok(Next::Cut);
         }
         let io = |error: std::io::Error| RecordingError::refused(&self.path, error);
-        let damaged = |what: &str| RecordingError::refused(&self.path, format!("damaged at byte {offset}: {what}"));
+        let damaged = |what: &str| RecordingError::refused(&self.path, format!("corrupt at byte {offset}: {what}"));
         let mut head = [0; HEAD];
         self.file.seek(SeekFrom::Start(offset)).map_err(io)?;
         self.file.read_exact(&mut head).map_err(io)?;
         let word = |at: usize| u32::from_le_bytes([head[at], head[at + 1], head[at + 2], head[at + 3]]);
         let (len, sum) = (word(0), u64::from(word(8)) | u64::from(word(12)) << 32);
         if word(4) != head_sum(len, offset) {
-            return Err(damaged("a length that does not fit its checksum"));
+            return Err(damaged("checksum mismatch of a length"));
         }
         if left - (HEAD as u64) < u64::from(len) {
             return Ok(Next::Cut);
@@ -132,11 +132,11 @@ impl Blocks {
         let mut contents = vec![0; len as usize];
         self.file.read_exact(&mut contents).map_err(io)?;
         if xxh3_64(&contents) != sum {
-            return Err(damaged("contents that do not fit their checksum"));
+            return Err(damaged("checksum mismatch"));
         }
         let value = match postcard::take_from_bytes(&contents) {
             Ok((value, [])) => value,
-            _ => return Err(damaged("contents that mean nothing")),
+            _ => return Err(damaged("invalid contents")),
         };
         self.offset = offset + HEAD as u64 + u64::from(len);
         Ok(Next::Block(offset, value))
@@ -155,7 +155,7 @@ impl Blocks {
         self.go_to(offset);
         match self.next()? {
             Next::Block(_, value) => Ok(value),
-            Next::Cut | Next::End => Err(RecordingError::refused(&self.path, "it changed while it was read")),
+            Next::Cut | Next::End => Err(RecordingError::refused(&self.path, "the file changed while it was read")),
         }
     }
 }

@@ -14,7 +14,7 @@ use systems::run::snapshot;
 /// [`RecordingError::Output`].
 pub fn save_snapshot(path: &Path, identity: &Identity, simulation: &mut Simulation) -> Result<(), RecordingError> {
     let mut bytes = records::prelude(SNAPSHOT);
-    let too_long = || RecordingError::unwritable(path, std::io::Error::other("the state is longer than 4 GB"));
+    let too_long = || RecordingError::unwritable(path, std::io::Error::other("the state exceeds 4 GB"));
     bytes.extend(records::block(identity, bytes.len() as u64).ok_or_else(too_long)?);
     let state = snapshot::save(&mut simulation.world);
     bytes.extend(records::block(&state, bytes.len() as u64).ok_or_else(too_long)?);
@@ -36,6 +36,6 @@ pub fn load_snapshot(path: &Path, now: &Identity, simulation: &mut Simulation) -
 fn whole<T>(path: &Path, next: Next<T>) -> Result<T, RecordingError> {
     match next {
         Next::Block(_, value) => Ok(value),
-        Next::Cut | Next::End => Err(RecordingError::refused(path, "cut short")),
+        Next::Cut | Next::End => Err(RecordingError::refused(path, "truncated")),
     }
 }

@@ -222,7 +222,7 @@ fn warn(simulation: &mut Simulation) {
     let mut traffic = simulation.world.resource_mut::<systems::vehicles::traffic::Traffic>();
     for vehicle in std::mem::take(&mut traffic.faults) {
         let name = name::of_entity(&simulation.world, vehicle);
-        tracing::warn!("{name}: its place or speed was no number any more; it stands where it was last");
+        tracing::warn!("{name}: its position or speed is no longer finite; it stays at its last position");
     }
 }
 

@@ -10,7 +10,7 @@ pub enum RenderError {
         reason: String,
     },
     /// A buffer or picture would be larger than the device allows.
-    #[error("too large for this graphics adapter: {what}: {needed} {unit}, it allows {limit}")]
+    #[error("too large for this graphics adapter: {what}: {needed} {unit}, at most {limit}")]
     TooLarge {
         /// Which buffer, or the picture.
         what: &'static str,
@@ -22,7 +22,7 @@ pub enum RenderError {
         limit: u64,
     },
     /// There is no memory for the picture.
-    #[error("no memory for a picture of {}x{} pixels with {samples} samples each: {reason}", size[0], size[1])]
+    #[error("out of memory for a picture of {}x{} pixels with {samples} samples each: {reason}", size[0], size[1])]
     NoMemory {
         /// Pixels.
         size: [u32; 2],
@@ -32,23 +32,21 @@ pub enum RenderError {
         reason: String,
     },
     /// The device has no memory for the scene's meshes, textures or tables, or finds fault with them.
-    #[error("this graphics adapter does not take the scene: {reason}")]
+    #[error("the graphics adapter rejected the scene: {reason}")]
     Refused {
         /// What the device says.
         reason: String,
     },
     /// An image's texels have been taken (`Library::keep_texels`): by another renderer, or by this one before it drew
     /// another world.
-    #[error(
-        "image {image:?} has no texels any more: what more than one renderer draws needs Library::keep_texels(true)"
-    )]
+    #[error("texels of image {image:?} were released: drawing by several renderers needs Library::keep_texels(true)")]
     NoTexels {
         /// Its name.
         image: String,
     },
     /// An image of a material has more texels than the device's textures may have.
     #[error(
-        "too large for this graphics adapter: image {image:?} of {}x{} texels, it allows {limit} along a side",
+        "too large for this graphics adapter: image {image:?} of {}x{} texels, at most {limit} along a side",
         size[0],
         size[1]
     )]

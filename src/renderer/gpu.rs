@@ -246,8 +246,8 @@ fn adapters(instance: &wgpu::Instance, surface: Option<&wgpu::Surface<'_>>) -> R
     found.sort_by_key(rank);
     if found.is_empty() {
         return Err(GpuError::NoAdapter(match &wanted {
-            Some(name) => format!("none with \"{name}\" in its name"),
-            None => "neither Vulkan nor another interface offers one".to_owned(),
+            Some(name) => format!("no adapter name contains \"{name}\""),
+            None => "no backend, Vulkan or other, offers one".to_owned(),
         }));
     }
     Ok(found)

@@ -122,7 +122,7 @@ impl Textures {
                 }
                 if self.arrays[index].texture.format() == wgpu::TextureFormat::R16Float && !self.said_steps {
                     tracing::warn!(
-                        "this adapter filters no heights of 16 bits: they are drawn in steps of up to 1/2048"
+                        "this adapter cannot filter 16-bit heights: they are drawn in steps of up to 1/2048"
                     );
                     self.said_steps = true;
                 }

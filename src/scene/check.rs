@@ -195,7 +195,7 @@ impl<'a> Check<'a> {
         self.each("generators", &scene.generators, |c, g| entities = entities.saturating_add(c.generator(g)));
         // A count that is refused by itself need not be refused twice.
         if entities > MOST_ENTITIES && self.faults.is_empty() {
-            let message = format!("the scene has {entities} entities; at most {MOST_ENTITIES} are possible");
+            let message = format!("expected at most {MOST_ENTITIES} entities, found {entities}");
             self.field("generators", |c| c.fault(message));
         }
     }
@@ -204,7 +204,7 @@ impl<'a> Check<'a> {
         for (i, (name, value)) in named.entries().iter().enumerate() {
             self.inside(Step::Entry(i), name, |c| {
                 if named.position(name) != Some(i) {
-                    c.fault(format_args!("the name {name:?} is taken: it stands twice"));
+                    c.fault(format_args!("duplicate name {name:?}"));
                 }
                 check(c, value);
             });
@@ -214,7 +214,7 @@ impl<'a> Check<'a> {
     /// Returns how many entities it becomes. `alternatives`: the meshes that a generator may give it.
     fn entity(&mut self, e: &'a Entity, alternatives: &'a [String], attached: bool) -> u64 {
         if let (Some(_), false) = (&e.node, attached) {
-            self.field("node", |c| c.fault("only what stands in `attach` is at a node"));
+            self.field("node", |c| c.fault("only allowed for entities in `attach`"));
         }
         self.field("transform", |c| c.transform(&e.transform));
         let meshes: Vec<&str> = e.mesh.iter().chain(alternatives).map(String::as_str).collect();
@@ -243,17 +243,17 @@ impl<'a> Check<'a> {
             self.field("vehicle", |c| c.fault("expected either a vehicle, which has a model of its own, or a mesh"));
         }
         if e.vehicle.is_some() && e.piece_metres.is_some() {
-            self.field("piece_metres", |c| c.fault("expected none beside a vehicle, which is drawn whole"));
+            self.field("piece_metres", |c| c.fault("not allowed with a vehicle, which is drawn as a whole"));
         }
         if e.vehicle.is_some() && (e.ground || e.obstacle.is_some() || e.spin.is_some()) {
             self.field("vehicle", |c| {
-                c.fault("expected no ground, obstacle or spin beside a vehicle, which moves by itself")
+                c.fault("ground, obstacle and spin are not allowed with a vehicle, which moves by itself")
             });
         }
         for (field, below) in [("children", &e.children), ("attach", &e.attach)] {
             for (i, _) in below.iter().enumerate().filter(|(_, item)| item.vehicle.is_some()) {
                 self.field(field, |c| {
-                    let message = "expected a vehicle at the top level of the scene: it moves by itself";
+                    let message = "vehicles are only allowed at the top level of the scene: they move by themselves";
                     c.inside(Step::Index(i), "", |c| c.field("vehicle", |c| c.fault(message)));
                 });
             }
@@ -292,7 +292,7 @@ impl<'a> Check<'a> {
 
     fn attached(&mut self, item: &'a Entity, meshes: &[&str]) {
         let Some(node) = &item.node else {
-            return self.fault("expected a `node`: the model's node that this is attached to");
+            return self.fault("missing field `node`: the node of the model that this is attached to");
         };
         if meshes.is_empty() {
             return self.fault("expected `mesh` to be a model beside `attach`");
@@ -309,7 +309,7 @@ impl<'a> Check<'a> {
                         self.field("node", |c| c.fault(message));
                     }
                 }
-                Some(_) => self.fault(format_args!("mesh {mesh:?} is no model, so it has no nodes")),
+                Some(_) => self.fault(format_args!("mesh {mesh:?} is not a model and has no nodes")),
                 None => {}
             }
         }
@@ -321,7 +321,7 @@ impl<'a> Check<'a> {
         let Some(model) = self.files.model(&source.file) else { return };
         let parts: usize = files::nodes(model, source.node.as_deref()).map(|n| n.parts.len()).sum();
         if parts != 1 {
-            self.fault(format_args!("a figure's model has one mesh; {mesh:?} has {parts}"));
+            self.fault(format_args!("expected a model with one mesh, found {parts} in {mesh:?}"));
         }
     }
 
@@ -347,7 +347,7 @@ impl<'a> Check<'a> {
             self.position("look_at", target);
             let translation = DVec3::from_array(t.translation.unwrap_or_default());
             if DVec3::from_array(*target).distance(translation) < 1e-6 {
-                self.field("look_at", |c| c.fault("expected another point than the translation"));
+                self.field("look_at", |c| c.fault("expected a point other than the translation"));
             }
         }
     }
@@ -434,7 +434,7 @@ impl<'a> Check<'a> {
                 each += PARTS_OF_A_VEHICLE;
             }
             if g.entity.camera.is_some() {
-                c.field("camera", |c| c.fault("a camera cannot be generated"));
+                c.field("camera", |c| c.fault("cameras are not allowed in generators"));
             }
         });
         self.each("meshes", &g.meshes, |c, mesh| c.known_mesh(mesh));

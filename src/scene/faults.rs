@@ -41,10 +41,10 @@ impl Trail {
     }
 }
 
-/// "no material "brik"; did you mean "brick"?", or the names there are where none is near.
+/// `unknown material "brik"; did you mean "brick"?`, or the names there are where none is near.
 pub fn unknown<'n>(kind: &str, name: &str, known: impl Iterator<Item = &'n str>) -> String {
     let known: Vec<&str> = known.collect();
-    format!("no {kind} {name:?}{}", suggestion(name, &known))
+    format!("unknown {kind} {name:?}{}", suggestion(name, &known))
 }
 
 /// The end of a message about an unknown name.
@@ -55,9 +55,9 @@ pub fn suggestion(name: &str, known: &[&str]) -> String {
         return format!("; did you mean {near:?}?");
     }
     if known.is_empty() {
-        return "; there are none".into();
+        return "; none are defined".into();
     }
     let shown: Vec<String> = known.iter().take(12).map(|k| format!("{k:?}")).collect();
     let more = if known.len() > shown.len() { ", …" } else { "" };
-    format!("; there are {}{more}", shown.join(", "))
+    format!("; expected one of {}{more}", shown.join(", "))
 }

@@ -48,7 +48,8 @@ fn lacking(name: &str, material: &format::Material) -> Option<String> {
         .filter_map(|&slot| maps[slot as usize].1.is_none().then_some(maps[slot as usize].0))
         .collect();
     let technique = technique.name();
-    let message = || format!("material \"{name}\" is smooth: technique {technique} goes by {}", missing.join(" and "));
+    let missing_maps = missing.join(" and ");
+    let message = || format!("material \"{name}\": technique {technique} has no effect without {missing_maps}");
     (!missing.is_empty()).then(message)
 }
 

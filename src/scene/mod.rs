@@ -103,7 +103,7 @@ pub struct SceneError {
 
 impl fmt::Display for SceneError {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let Some((first, others)) = self.problems.split_first() else { return f.write_str("the scene is refused") };
+        let Some((first, others)) = self.problems.split_first() else { return f.write_str("invalid scene") };
         match others.len() {
             0 => write!(f, "{first}"),
             1 => write!(f, "{first} (and 1 more problem)"),
@@ -271,7 +271,7 @@ fn read_text(path: &Path) -> Result<String, Problem> {
     }
     if metadata.len() > LARGEST_FILE {
         let size = metadata.len();
-        return Err(problem(path, None, format_args!("{size} bytes; a scene has at most {LARGEST_FILE}")));
+        return Err(problem(path, None, format_args!("file too large: {size} bytes, at most {LARGEST_FILE}")));
     }
     let bytes = std::fs::read(path).map_err(|e| problem(path, None, e))?;
     if [[0xff, 0xfe], [0xfe, 0xff]].iter().any(|mark| bytes.starts_with(mark)) || bytes.iter().take(2).any(|b| *b == 0)
@@ -280,7 +280,7 @@ fn read_text(path: &Path) -> Result<String, Problem> {
     }
     let text = String::from_utf8(bytes).map_err(|e| {
         let valid = e.utf8_error().valid_up_to();
-        problem(path, None, format_args!("expected UTF-8 text; byte {valid} is none"))
+        problem(path, None, format_args!("invalid UTF-8 at byte {valid}"))
     })?;
     // Some editors put a mark before the text that says that it is UTF-8.
     Ok(text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text))

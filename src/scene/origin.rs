@@ -24,8 +24,8 @@ pub fn move_to_origin(scene: &mut Scene) -> (DVec3, Vec<String>) {
         let chosen = choose(scene);
         if chosen != [0.0; 3] {
             warnings.push(format!(
-                "the origin is {0}, as the scene's coordinates are large: places count from there; \
-                 to say so, or another: origin: {0}",
+                "the scene's coordinates are large: positions are relative to the origin {0}; \
+                 set it explicitly: origin: {0}",
                 tuple(chosen)
             ));
         }
@@ -50,12 +50,12 @@ pub fn move_to_origin(scene: &mut Scene) -> (DVec3, Vec<String>) {
     if let Some((distance, (list, index))) = farthest {
         let others = match count - 1 {
             0 => " is".to_owned(),
-            1 => " and 1 other place are".to_owned(),
-            more => format!(" and {more} other places are"),
+            1 => " and 1 other position are".to_owned(),
+            more => format!(" and {more} other positions are"),
         };
         warnings.push(format!(
-            "{list}[{index}]{others} up to {:.1} km from the origin {}: places there are kept to {:.1e} m; up to {} km \
-             they are precise",
+            "{list}[{index}]{others} up to {:.1} km from the origin {}: positions there are rounded to {:.1e} m; \
+             within {} km they are precise",
             distance / 1e3,
             tuple(origin),
             spacing(distance),
@@ -77,8 +77,8 @@ fn looks_far(index: usize, entity: &Entity) -> Option<String> {
     let distance = DVec3::from_array(target).abs().max_element();
     (distance > PRECISE).then(|| {
         format!(
-            "entities[{index}].transform.look_at is {:.1} km from the origin, where the {what} stands without a \
-             `translation`, and counts from there: is one missing?",
+            "entities[{index}].transform.look_at is {:.1} km from the origin: without a `translation`, the \
+             {what} is at the origin and looks at a point relative to it; is `translation` missing?",
             distance / 1e3
         )
     })

@@ -74,9 +74,11 @@ pub fn warnings(world: &mut World) -> Vec<String> {
     let mut told: Vec<String> = pairs.iter().take(MOST.0).map(|pair| tell(world, pair)).collect();
     match pairs.len().saturating_sub(MOST.0) {
         0 => {}
-        _ if pairs.len() > MOST.1 => told.push(format!("so do more than {} other pairs of vehicles", MOST.1 - MOST.0)),
-        1 => told.push("so does 1 other pair of vehicles".into()),
-        more => told.push(format!("so do {more} other pairs of vehicles")),
+        _ if pairs.len() > MOST.1 => {
+            told.push(format!("more than {} other pairs of vehicles overlap, too", MOST.1 - MOST.0))
+        }
+        1 => told.push("1 other pair of vehicles overlaps, too".into()),
+        more => told.push(format!("{more} other pairs of vehicles overlap, too")),
     }
     told
 }
@@ -99,7 +101,7 @@ fn tell(world: &World, (one, other, depth): &(&Outline, &Outline, f64)) -> Strin
     });
     let [one, other] = [one, other].map(|outline| name::of_entity(world, outline.entity));
     format!(
-        "{one:?} and {other:?} stand in each other, {depth:.1} m deep, at ({:.1}, {:.1}, {:.1}){road}: \
+        "{one:?} and {other:?} overlap by {depth:.1} m at ({:.1}, {:.1}, {:.1}){road}: \
          neither gives way",
         at.x, at.y, at.z
     )

@@ -48,10 +48,10 @@ pub fn of_beginning_anew(routes: &Routes, origin: DVec3) -> Option<String> {
     let metres = |route: &Route| ends(route).0.distance(ends(route).1);
     let farthest = all.iter().copied().max_by(|a, b| metres(a).total_cmp(&metres(b)))?;
     let (end, beginning) = ends(farthest);
-    let others = if all.len() > 1 { format!("; so it is on {} more", all.len() - 1) } else { String::new() };
+    let others = if all.len() > 1 { format!("; the same holds for {} more", all.len() - 1) } else { String::new() };
     Some(format!(
-        "routes[{:?}] is open and has no `then`: what comes to its end, {}, is put to its beginning, {}, {:.1} m \
-         away{others}; its own name in `then` says that this is meant",
+        "routes[{:?}] is open and has no `then`: vehicles that reach its end, {}, are moved to its beginning, {}, \
+         {:.1} m away{others}; if this is intended, put its own name in `then`",
         farthest.plan.name,
         told.place(end),
         told.place(beginning),
@@ -81,7 +81,7 @@ impl Told {
             return None;
         }
         let becomes = match () {
-            () if gap.metres <= APART => "vehicles drive there across the land",
+            () if gap.metres <= APART => "vehicles cross the gap off the road",
             () if route.is_dead_end => "vehicles stop at the end",
             () => "no vehicle takes it",
         };
@@ -131,7 +131,7 @@ impl Told {
         let at = self.place(points[index]);
         Some(format!(
             "routes[{name:?}].points[{index}] is {metres:.1} m from the point before it, at {at}, \
-             where the route turns back: is it meant?"
+             where the route turns back: is this intended?"
         ))
     }
 

@@ -51,9 +51,9 @@ fn describe(error: &ron::Error) -> String {
     };
     match error {
         ron::Error::NoSuchStructField { expected, found, .. } => unknown("field", found, expected),
-        ron::Error::NoSuchEnumVariant { expected, found, .. } => unknown("choice", found, expected),
-        ron::Error::MissingStructField { field, .. } => format!("the field {field:?} is missing"),
-        ron::Error::DuplicateStructField { field, .. } => format!("the field {field:?} stands twice"),
+        ron::Error::NoSuchEnumVariant { expected, found, .. } => unknown("variant", found, expected),
+        ron::Error::MissingStructField { field, .. } => format!("missing field {field:?}"),
+        ron::Error::DuplicateStructField { field, .. } => format!("duplicate field {field:?}"),
         ron::Error::ExceededRecursionLimit => "nested too deeply".into(),
         _ => {
             let text = error.to_string();
@@ -177,7 +177,7 @@ impl<'a> Around<'a> {
             InvalidIntegerDigit { .. } | ExpectedInteger => self.whole_number(),
             IntegerOutOfBounds => self.out_of_bounds(),
             ExpectedBoolean => expected("true or false"),
-            ExpectedString => expected("text in quotes"),
+            ExpectedString => expected("a string in quotes"),
             ExpectedArray => expected("a list in brackets, [ … ]"),
             ExpectedMap => expected("named entries in braces, { \"name\": … }"),
             ExpectedStructLike => expected("( … )"),
@@ -193,14 +193,14 @@ impl<'a> Around<'a> {
                 (!wanted.is_empty()).then_some((self.at, levels, message))
             }
             ExpectedMapColon => expected(&format!("a colon after {}", self.before().1)),
-            TrailingCharacters => expected("nothing more after the last bracket"),
-            ExpectedStringEnd => here("the text that begins here has no closing quote".into()),
+            TrailingCharacters => expected("the end of the file"),
+            ExpectedStringEnd => here("unterminated string: missing closing quote".into()),
             InvalidEscape(_) => {
-                here(r"expected \\ for a backslash in text; the folders of a path are parted by /".into())
+                here(r"expected \\ for a backslash in a string; separate directories in a path by /".into())
             }
             UnclosedBlockComment => {
                 let begins = self.text[..self.at].rfind("/*").unwrap_or(self.at);
-                Some((begins, Vec::new(), "a comment that begins with /* has no */".into()))
+                Some((begins, Vec::new(), "unterminated comment: missing */".into()))
             }
             _ if self.rest().is_empty() && self.levels.is_empty() => expected("( … ) around all fields of the file"),
             Eof => self.unclosed(),
@@ -251,16 +251,16 @@ impl<'a> Around<'a> {
         let inside = token.trim_matches('"');
         let is_text = token.starts_with('"');
         match token {
-            _ if is_text && inside.parse::<f64>().is_ok() => format!("; a number has no quotes: {inside}"),
-            _ if is_text && matches!(inside, "true" | "false") => format!("; it has no quotes: {inside}"),
-            "null" | "nil" | "none" | "None" => "; what is not given is left out".into(),
+            _ if is_text && inside.parse::<f64>().is_ok() => format!("; write numbers without quotes: {inside}"),
+            _ if is_text && matches!(inside, "true" | "false") => format!("; write it without quotes: {inside}"),
+            "null" | "nil" | "none" | "None" => "; leave out the field instead".into(),
             "True" | "TRUE" | "yes" | "on" | "1" | "False" | "FALSE" | "no" | "off" | "0" => String::new(),
-            "-" | "+" => "; a sign stands at its number".into(),
-            "=" => "; a colon stands after a name".into(),
+            "-" | "+" => "; write the sign directly before the number".into(),
+            "=" => "; write a colon after a field name".into(),
             "{" | "[" | "(" => String::new(),
-            "“" | "”" | "„" | "‘" | "’" | "«" => "; quotes are straight: \"".into(),
-            _ if token.starts_with('−') => "; a minus is -".into(),
-            _ if token.starts_with('\'') => "; text has double quotes".into(),
+            "“" | "”" | "„" | "‘" | "’" | "«" => "; use straight quotes: \"".into(),
+            _ if token.starts_with('−') => "; use - for minus".into(),
+            _ if token.starts_with('\'') => "; use double quotes".into(),
             _ => String::new(),
         }
     }
@@ -294,20 +294,18 @@ impl<'a> Around<'a> {
                 3 => format!("{digits}.{token} or {digits}{token}"),
                 _ => format!("{digits}.{token}"),
             };
-            let message = format!("found `{whole},{token}`; numbers have a point and no comma: {remedy}");
+            let message = format!("found `{whole},{token}`; use a decimal point, not a comma: {remedy}");
             return Some((start, levels, message));
         }
         match (token.chars().next(), self.wants_name()) {
-            (Some('"'), true) => here(format!("the name of a field has no quotes: {}", token.trim_matches('"'))),
-            (Some('"'), false) => here(format!("a choice has no quotes: {}", token.trim_matches('"'))),
-            (Some(','), true) => here("expected the name of a field, found a second comma".into()),
-            (Some('#'), _) => here("expected the name of a field, found `#`; comments begin with //".into()),
-            (Some('-'), _) if token == "--" => {
-                here("expected the name of a field, found `--`; comments begin with //".into())
-            }
+            (Some('"'), true) => here(format!("write field names without quotes: {}", token.trim_matches('"'))),
+            (Some('"'), false) => here(format!("write variants without quotes: {}", token.trim_matches('"'))),
+            (Some(','), true) => here("expected a field name, found a second comma".into()),
+            (Some('#'), _) => here("expected a field name, found `#`; comments begin with //".into()),
+            (Some('-'), _) if token == "--" => here("expected a field name, found `--`; comments begin with //".into()),
             (None, _) => self.unclosed(),
-            (_, true) => here(format!("expected the name of a field, found {}", self.found())),
-            (_, false) => here(format!("expected a choice by its name, found {}", self.found())),
+            (_, true) => here(format!("expected a field name, found {}", self.found())),
+            (_, false) => here(format!("expected a variant, found {}", self.found())),
         }
     }
 
@@ -357,10 +355,10 @@ impl<'a> Around<'a> {
                 return at_number(format!("expected a whole number, found `{whole}`"));
             }
             if token.starts_with(is_of_word) {
-                return at_number(format!("expected a number and nothing behind it, found `{whole}`; write {number}"));
+                return at_number(format!("expected a number without a suffix, found `{whole}`; write {number}"));
             }
             if token == "'" {
-                return at_number(format!("expected a number without marks in it, found `{whole}…`"));
+                return at_number(format!("expected a number without separators, found `{whole}…`"));
             }
         }
         let level = self.levels.last()?;
@@ -400,13 +398,13 @@ impl<'a> Around<'a> {
         let Some(level) = level else { return self.unclosed() };
         let outside = self.levels[..self.levels.len() - 1].to_vec();
         let count = level.index;
-        let message = format!("expected {count} values, found more; numbers have a point and no comma: 0.5");
+        let message = format!("expected {count} values, found more; use a decimal point, not a comma: 0.5");
         Some((level.at, outside, message))
     }
 
     /// Behind numbers in parentheses that are another count than what was wanted, as a colour's.
     fn numbers(&self, wanted: &str) -> Explained<'a> {
-        const COMMA: &str = "; numbers have a point and no comma: 0.5";
+        const COMMA: &str = "; use a decimal point, not a comma: 0.5";
         if !wanted.starts_with("expected") {
             return None;
         }

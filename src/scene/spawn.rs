@@ -68,9 +68,7 @@ fn shared_names(own: &[(String, Entity)], of_models: &[(String, Entity)]) -> Vec
         let count = counts.entry(name).or_default();
         *count += 1;
         if *count == 2 {
-            shared.push(format!(
-                "a model has a camera named {name:?}, as an earlier one is: the name reaches the first only"
-            ));
+            shared.push(format!("duplicate camera name {name:?} in a model: the name selects the first camera only"));
         }
     }
     shared
@@ -341,7 +339,8 @@ impl Spawner<'_> {
             }
         }
         if room.full > 0 {
-            let warning = format!("{name}: {} of {} left out: no room between those before", room.full, copies.len());
+            let warning =
+                format!("{name}: {} of {} left out: no room between the earlier ones", room.full, copies.len());
             self.found.warnings.push(warning);
         }
     }

@@ -110,7 +110,7 @@ impl Spawner<'_> {
         if kind.is_none() && !self.vehicles.unknown_types.iter().any(|known| known == name) {
             let names: Vec<&str> = types.iter().map(|(_, known)| known.name.as_str()).collect();
             let hint = faults::suggestion(name, &names);
-            self.found.warnings.push(format!("no vehicle type {name:?}{hint}; a box stands in"));
+            self.found.warnings.push(format!("unknown vehicle type {name:?}{hint}; a box is drawn instead"));
             self.vehicles.unknown_types.push(name.to_owned());
         }
         let kind = kind.unwrap_or(VehicleTypeId::STAND_IN);

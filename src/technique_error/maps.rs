@@ -132,7 +132,7 @@ mod tests {
         let two = said("two.png", ImageKind::Normal, &|x| [lean(x), 128, 0]);
         assert!(two.contains("WARN") && two.contains("two.png: has no z in blue"), "{two}");
         let coloured = said("coloured.png", ImageKind::Height, &|x| [x, 9, 90]);
-        assert!(coloured.contains("coloured.png: is no grey image"), "{coloured}");
+        assert!(coloured.contains("coloured.png: is not a grey image"), "{coloured}");
         assert_eq!(said("flat.png", ImageKind::Normal, &|_| [128, 128, 255]), "");
     }
 }

@@ -70,7 +70,7 @@ impl Clock {
     /// Takes the time from a saved clock and goes on at its own speed.
     pub(crate) fn take_over(&mut self, saved: Self) -> Result<(), &'static str> {
         if saved.step_seconds != self.step_seconds || saved.step > Self::MOST_STEPS {
-            return Err("expected steps as long as the scene's");
+            return Err("expected the scene's step length");
         }
         (self.step, self.owed) = (saved.step, 0.0);
         Ok(())

@@ -180,7 +180,7 @@ impl Physics {
     ) -> Result<(), &'static str> {
         let wheels = wheels(kind);
         if !at.is_finite() || !is_within(at.translation.as_dvec3(), f32::MIN) {
-            return Err("it is nowhere");
+            return Err("its position is out of range");
         }
         let tuning = Tuning::of(physical, kind, wheels.len());
         let body = Body::new(&mut self.world, kind, &wheels, tuning, at, motion);
@@ -278,7 +278,7 @@ pub fn write_back(
     for (number, name) in lost {
         physics.remove(number);
         physics.frozen.insert(number);
-        physics.warnings.push(format!("{name} was thrown out of the world and stays where it was last"));
+        physics.warnings.push(format!("{name} left the world and stays at its last position"));
     }
 }
 

@@ -40,10 +40,10 @@ impl StateKind for PhysicsState {
 
     fn restore(&mut self, world: &mut World, bytes: &[u8]) -> Result<(), StateError> {
         let Some((saved, sum)) = bytes.split_last_chunk() else {
-            return Err(StateError::new(self.name(), "there is less than it should hold"));
+            return Err(StateError::new(self.name(), "unexpected end of data"));
         };
         if xxh3_128(saved) != u128::from_le_bytes(*sum) {
-            return Err(StateError::new(self.name(), "it is damaged"));
+            return Err(StateError::new(self.name(), "checksum mismatch"));
         }
         *world.resource_mut::<Physics>() = decode(self.name(), saved)?;
         Ok(())

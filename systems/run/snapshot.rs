@@ -56,30 +56,30 @@ pub fn restore(world: &mut World, bytes: &[u8]) -> Result<(), StateError> {
     let refused = |message: String| Err(StateError::new("snapshot", message));
     let (scene, fresh) = (saved.scene, world.resource::<Roster>());
     if (fresh.scene_len(), fresh.next()) != (scene, scene) {
-        return refused(format!("expected a scene of {scene} entities, found one of {}", fresh.next()));
+        return refused(format!("expected a scene with {scene} entities, found {}", fresh.next()));
     }
     let spawned: u64 = saved.later.iter().map(|(_, count, _)| u64::from(*count)).sum();
     if spawned > MOST_SPAWNED as u64 {
-        return refused(format!("{spawned} entities came later; at most {MOST_SPAWNED} may"));
+        return refused(format!("expected at most {MOST_SPAWNED} spawned entities, found {spawned}"));
     }
     for (first, count, spawn) in saved.later {
         if !spawn.is_sound() || first < world.resource::<Roster>().next() {
-            return refused(format!("what came as entity {first} is nothing that can"));
+            return refused(format!("entity {first}: invalid spawn"));
         }
         world.resource_mut::<Roster>().set_next(first);
         roster::spawn(world, spawn);
         if world.resource::<Roster>().next().checked_sub(first) != Some(count) {
-            return refused(format!("entity {first} came with {count} in all, which is another number now"));
+            return refused(format!("entity {first}: expected {count} spawned entities, found another number"));
         }
     }
     if saved.next < world.resource::<Roster>().next() {
-        return refused(format!("entity {} comes next, which is there already", saved.next));
+        return refused(format!("next entity number {} already exists", saved.next));
     }
     world.resource_mut::<Roster>().set_next(saved.next);
     take_out(world, &saved.gone)?;
     restore_kinds(world, saved.kinds)?;
     if has_ring(world) {
-        return refused("an entity hangs below itself".into());
+        return refused("an entity is its own ancestor".into());
     }
     Ok(())
 }
@@ -90,7 +90,7 @@ fn take_out(world: &mut World, gone: &[u32]) -> Result<(), StateError> {
     for &id in gone {
         let roster = world.resource::<Roster>();
         let Some(entity) = roster.entity(StateId(id)) else {
-            return Err(StateError::new("snapshot", format_args!("entity {id} is gone, which never was")));
+            return Err(StateError::new("snapshot", format_args!("despawned entity {id} never existed")));
         };
         let children = world.get::<Children>(entity).into_iter().flat_map(|children| children.iter());
         let lives = |child: &Entity| roster.id(*child).is_some_and(|id| !known.contains(&id.0));
@@ -106,7 +106,7 @@ fn restore_kinds(world: &mut World, saved: Vec<(String, Vec<u8>)>) -> Result<(),
     world.resource_scope(|world, mut list: Mut<StateList>| {
         let names = list.kinds.iter().map(|kind| kind.name());
         if !names.eq(saved.iter().map(|(name, _)| name.as_str())) {
-            return Err(StateError::new("snapshot", "it holds other kinds of state than this program has"));
+            return Err(StateError::new("snapshot", "its kinds of state differ from those of this program"));
         }
         list.kinds.iter_mut().zip(saved).try_for_each(|(kind, (_, bytes))| kind.restore(world, &bytes))
     })

@@ -181,7 +181,7 @@ impl<T: StateComponent, F: ArchetypeFilter + 'static> StateKind for Component<T,
         let mut last = None;
         for (id, value) in wanted {
             if last.replace(id).is_some_and(|last| last >= id) || !(self.is_sound)(&value) {
-                return Err(StateError::new(self.name, format_args!("the value of entity {id} is none")));
+                return Err(StateError::new(self.name, format_args!("entity {id}: invalid value")));
             }
             while let Some((gone, _)) = present.next_if(|(present, _)| *present < id) {
                 remove.push(gone);
@@ -204,7 +204,7 @@ impl<T: StateComponent, F: ArchetypeFilter + 'static> StateKind for Component<T,
             let Some(mut entity) = known.and_then(|entity| world.get_entity_mut(entity).ok()) else {
                 return Err(StateError::new(
                     self.name,
-                    format_args!("entity {id}, or one that it names, is not there"),
+                    format_args!("entity {id}, or an entity it refers to, does not exist"),
                 ));
             };
             entity.insert(value);
@@ -269,7 +269,7 @@ pub(crate) fn encode_onto<T: Serialize + ?Sized>(value: &T, bytes: &mut Vec<u8>)
 pub(crate) fn decode<T: DeserializeOwned>(kind: &str, bytes: &[u8]) -> Result<T, StateError> {
     match postcard::take_from_bytes(bytes) {
         Ok((value, [])) => Ok(value),
-        Ok(_) => Err(StateError::new(kind, "there is more than it should hold")),
+        Ok(_) => Err(StateError::new(kind, "unexpected data after the end")),
         Err(error) => Err(StateError::new(kind, error)),
     }
 }

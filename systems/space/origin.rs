@@ -24,7 +24,7 @@ impl Origin {
 
     /// Takes nothing over: what was saved has to count from the same origin.
     pub(crate) fn take_over(&mut self, saved: Self) -> Result<(), &'static str> {
-        if saved == *self { Ok(()) } else { Err("its places count from another origin than the scene's") }
+        if saved == *self { Ok(()) } else { Err("expected the scene's origin, found another") }
     }
 }
 

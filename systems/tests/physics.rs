@@ -270,7 +270,7 @@ fn thrown_out_of_the_world_it_is_frozen_and_named_once() {
     steps(&mut simulation, 900);
     let warnings = simulation.world.resource_mut::<Physics>().take_warnings();
     assert_eq!(warnings.len(), 1, "{warnings:?}");
-    assert!(warnings.iter().any(|text| text.contains("vehicle 1") && text.contains("thrown out")), "{warnings:?}");
+    assert!(warnings.iter().any(|text| text.contains("vehicle 1") && text.contains("left the world")), "{warnings:?}");
     assert!(place(&simulation, vehicle).is_finite() && place(&simulation, mad).is_finite());
     // Those whose numbers never made sense are told by what moves vehicles, and are no bodies.
     assert!([odd, mad].into_iter().all(|vehicle| simulation.world.get::<Stalled>(vehicle).is_some()));

@@ -212,7 +212,7 @@ fn the_origin_counts_and_a_snapshot_from_another_one_is_refused() {
     assert_ne!(hash(&mut here.world), hash(&mut there.world));
     let saved = snapshot::save(&mut there.world);
     let error = snapshot::restore(&mut here.world, &saved).expect_err("another origin").to_string();
-    assert!(error.contains("origin: its places count from another origin than the scene's"), "{error}");
+    assert!(error.contains("origin: expected the scene's origin, found another"), "{error}");
     let mut again = busy();
     again.world.insert_resource(Origin(glam::DVec3::new(5e5, 0.0, 5e6)));
     snapshot::restore(&mut again.world, &saved).expect("the same origin");
@@ -225,7 +225,7 @@ fn a_snapshot_of_another_scene_is_refused() {
     other.world.spawn(Transform::IDENTITY);
     enroll_all(&mut other.world);
     let error = snapshot::restore(&mut other.world, &saved).expect_err("one entity more").to_string();
-    assert!(error.contains("expected a scene of 137 entities, found one of 138"), "{error}");
+    assert!(error.contains("expected a scene with 137 entities, found 138"), "{error}");
 }
 
 /// A snapshot with something in it.

@@ -225,7 +225,7 @@ fn normal_maps_of_two_channels_get_their_z() {
     for (name, blue) in [("none.png", 0), ("half.png", 128), ("full.png", 255)] {
         let (texels, notes) = read(name, &|[x, y]| [x, y, blue, 255]);
         assert!(alike(&texels, &whole), "{name}: {texels:?}");
-        assert!(notes.len() == 1 && notes[0].contains("made from red and green"), "{name}: {notes:?}");
+        assert!(notes.len() == 1 && notes[0].contains("reconstructed from red and green"), "{name}: {notes:?}");
     }
     for (name, red) in [("dxt5nm_0.png", 0), ("dxt5nm_255.png", 255)] {
         let (texels, notes) = read(name, &|[x, y]| [red, y, y, x]);

@@ -99,7 +99,7 @@ fn a_faulty_light_is_left_out_by_itself() {
         let found = |node: usize| model.nodes[node].light.as_ref().map(|light| (light.kind, light.color));
         let expected = [Some((LightKind::Directional, Vec3::X)), None, Some((LightKind::Point, Vec3::Z))];
         assert_eq!([1, 2, 3].map(found), expected, "{faulty}");
-        let left: Vec<_> = model.warnings.iter().filter(|w| w.message == "left out for that").collect();
+        let left: Vec<_> = model.warnings.iter().filter(|w| w.message == "ignored for this reason").collect();
         let place = "extensions.KHR_lights_punctual.lights[1]";
         assert!(left.len() == 1 && left[0].place == place, "{faulty}: {:?}", model.warnings);
     }

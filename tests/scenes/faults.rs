@@ -10,7 +10,7 @@ fn wrong_names_and_types_are_told_with_place_and_nearest_name() {
             "(\n  entities: [\n    (name: \"x\", trasform: (scale: 2)),\n  ],\n)",
             "3:17: unknown field \"trasform\"; did you mean \"transform\"?",
         ),
-        ("(entities: [(light: pont())])", "1:21: unknown choice \"pont\"; did you mean \"point\"?"),
+        ("(entities: [(light: pont())])", "1:21: unknown variant \"pont\"; did you mean \"point\"?"),
         ("(entities: [(light: spot(rang: 2))])", "1:26: unknown field \"rang\"; did you mean \"range\"?"),
         (
             "(entities: [(light: point(attenuation: cubic))])",
@@ -22,11 +22,11 @@ fn wrong_names_and_types_are_told_with_place_and_nearest_name() {
             "1:28: expected a colour: (red, green, blue), srgb(\"#ffcc88\") or kelvin(2700)",
         ),
         ("(entities: [(transform: (scale: \"big\"))])", "1:34: expected a number or (x, y, z)"),
-        ("(seed: 1, seed: 2)", "1:11: the field \"seed\" stands twice"),
-        ("(generators: [()])", "1:16: the field \"place\" is missing"),
+        ("(seed: 1, seed: 2)", "1:11: duplicate field \"seed\""),
+        ("(generators: [()])", "1:16: missing field \"place\""),
         (
             "(vehicle_types: [], entities: [(vehicle: (type: \"car\"), piece_metres: 2)])",
-            "1:71: entities[0].piece_metres: expected none beside a vehicle, which is drawn whole",
+            "1:71: entities[0].piece_metres: not allowed with a vehicle, which is drawn as a whole",
         ),
         // What loading warns of.
         (
@@ -35,7 +35,7 @@ fn wrong_names_and_types_are_told_with_place_and_nearest_name() {
         ),
         (
             "(entities: [(vehicle: (type: \"car\"))])",
-            "warning: no vehicle type \"car\"; there are \"box\"; a box stands in",
+            "warning: unknown vehicle type \"car\"; expected one of \"box\"; a box is drawn instead",
         ),
     ] {
         assert_eq!(folder.problems(text), [expected], "{text}");
@@ -49,21 +49,21 @@ fn text_that_is_no_ron_is_told_with_its_field_and_what_to_write() {
     let folder = Folder::new();
     let exposure = |value: &str| format!("(environment: (exposure: {value}))");
     for (value, expected) in [
-        ("1,5", "found `1,5`; numbers have a point and no comma: 1.5"),
-        ("0,05, ambient: (0, 0, 0)", "found `0,05`; numbers have a point and no comma: 0.05"),
-        ("1,500", "found `1,500`; numbers have a point and no comma: 1.500 or 1500"),
-        ("1.000,5", "found `1.000,5`; numbers have a point and no comma: 1000.5"),
+        ("1,5", "found `1,5`; use a decimal point, not a comma: 1.5"),
+        ("0,05, ambient: (0, 0, 0)", "found `0,05`; use a decimal point, not a comma: 0.05"),
+        ("1,500", "found `1,500`; use a decimal point, not a comma: 1.500 or 1500"),
+        ("1.000,5", "found `1.000,5`; use a decimal point, not a comma: 1000.5"),
         ("0x10", "expected a decimal number, found `0x10`; write 16"),
         ("0b101", "expected a decimal number, found `0b101`; write 5"),
-        ("5m", "expected a number and nothing behind it, found `5m`; write 5"),
-        ("50%", "expected a number and nothing behind it, found `50%`; write 50"),
+        ("5m", "expected a number without a suffix, found `5m`; write 5"),
+        ("50%", "expected a number without a suffix, found `50%`; write 50"),
         ("1/4", "expected a number, found the fraction `1/4`; write 0.25"),
-        ("\"1.5\"", "expected a number, found `\"1.5\"`; a number has no quotes: 1.5"),
+        ("\"1.5\"", "expected a number, found `\"1.5\"`; write numbers without quotes: 1.5"),
         ("1e", "expected a number, found `1e`"),
         ("1.000.5", "expected a number, found `1.000.5`"),
-        ("- 1", "expected a number, found `-`; a sign stands at its number"),
-        ("−1", "expected a number, found `−1`; a minus is -"),
-        ("null", "expected a number, found `null`; what is not given is left out"),
+        ("- 1", "expected a number, found `-`; write the sign directly before the number"),
+        ("−1", "expected a number, found `−1`; use - for minus"),
+        ("null", "expected a number, found `null`; leave out the field instead"),
         ("true", "expected a number, found `true`"),
         ("", "expected a number, found `)`"),
         ("(1)", "expected a number, found `(`"),
@@ -80,32 +80,32 @@ fn text_that_is_no_ron_is_told_with_its_field_and_what_to_write() {
         assert_eq!(folder.problems(&exposure(value)), [expected]);
     }
     let color = "expected a colour: (red, green, blue), srgb(\"#ffcc88\") or kelvin(2700)";
-    let comma = "; numbers have a point and no comma: 0.5";
-    let (around, name) = ("expected ( … ) around all fields of the file, found", "expected the name of a field, found");
+    let comma = "; use a decimal point, not a comma: 0.5";
+    let (around, name) = ("expected ( … ) around all fields of the file, found", "expected a field name, found");
     for (text, expected) in [
         (
             "(\n environment: (exposure: 1,5),\n)\n",
-            "2:26: environment.exposure: found `1,5`; numbers have a point and no comma: 1.5",
+            "2:26: environment.exposure: found `1,5`; use a decimal point, not a comma: 1.5",
         ),
         (
             "(entities: [(transform: (scale: 0,5))])",
-            "1:33: entities[0].transform.scale: found `0,5`; numbers have a point and no comma: 0.5",
+            "1:33: entities[0].transform.scale: found `0,5`; use a decimal point, not a comma: 0.5",
         ),
         (
             "(entities: [(), (light: point(range: 2,5))])",
-            "1:38: entities[1].light.range: found `2,5`; numbers have a point and no comma: 2.5",
+            "1:38: entities[1].light.range: found `2,5`; use a decimal point, not a comma: 2.5",
         ),
         (
             "(meshes: {\"a\": cube(size: 1,5)})",
-            "1:27: meshes[\"a\"].size: found `1,5`; numbers have a point and no comma: 1.5",
+            "1:27: meshes[\"a\"].size: found `1,5`; use a decimal point, not a comma: 1.5",
         ),
         (
             "(entities: [(light: point(range: \"2\"))])",
-            "1:34: entities[0].light.range: expected a number, found `\"2\"`; a number has no quotes: 2",
+            "1:34: entities[0].light.range: expected a number, found `\"2\"`; write numbers without quotes: 2",
         ),
         (
             "(entities: [(transform: (translation: (0,5, 1, 2)))])",
-            "1:39: entities[0].transform.translation: expected 3 values, found more; numbers have a point and no comma: 0.5",
+            "1:39: entities[0].transform.translation: expected 3 values, found more; use a decimal point, not a comma: 0.5",
         ),
         (
             "(entities: [(transform: (translation: (0, 5)))])",
@@ -126,16 +126,16 @@ fn text_that_is_no_ron_is_told_with_its_field_and_what_to_write() {
         ("(clock: (paused: True))", "1:18: clock.paused: expected true or false, found `True`"),
         (
             "(clock: (paused: \"true\"))",
-            "1:18: clock.paused: expected true or false, found `\"true\"`; it has no quotes: true",
+            "1:18: clock.paused: expected true or false, found `\"true\"`; write it without quotes: true",
         ),
-        ("(environment: (tone_map: \"agx\"))", "1:26: environment.tone_map: a choice has no quotes: agx"),
+        ("(environment: (tone_map: \"agx\"))", "1:26: environment.tone_map: write variants without quotes: agx"),
         (
             "(entities: [(name: 'a')])",
-            "1:20: entities[0].name: expected text in quotes, found `'`; text has double quotes",
+            "1:20: entities[0].name: expected a string in quotes, found `'`; use double quotes",
         ),
         (
             "(entities: [(name: “a”)])",
-            "1:20: entities[0].name: expected text in quotes, found `“` (U+201C); quotes are straight: \"",
+            "1:20: entities[0].name: expected a string in quotes, found `“` (U+201C); use straight quotes: \"",
         ),
         ("(entities: [(name: \"a\" mesh: \"b\")])", "1:24: entities[0].name: expected a comma or `)`, found `mesh`"),
         (
@@ -144,12 +144,12 @@ fn text_that_is_no_ron_is_told_with_its_field_and_what_to_write() {
         ),
         (
             "(environment: (exposure = 1))",
-            "1:25: environment: expected a colon after exposure, found `=`; a colon stands after a name",
+            "1:25: environment: expected a colon after exposure, found `=`; write a colon after a field name",
         ),
         ("(environment: {exposure: 1})", "1:15: environment: expected fields in parentheses, ( … ), found `{`"),
         ("(entities: {})", "1:12: entities: expected a list in brackets, [ … ], found `{`"),
         ("(materials: [])", "1:13: materials: expected named entries in braces, { \"name\": … }, found `[`"),
-        ("(\"environment\": (exposure: 1))", "1:2: the name of a field has no quotes: environment"),
+        ("(\"environment\": (exposure: 1))", "1:2: write field names without quotes: environment"),
         ("{ \"environment\": {} }", &format!("1:1: {around} `{{`")),
         ("environment: (exposure: 1)", &format!("1:1: {around} `environment`")),
         ("", &format!("1:1: {around} the end of the file")),
@@ -181,18 +181,18 @@ fn text_that_is_no_ron_is_told_with_its_field_and_what_to_write() {
             "(entities: [(transform: (scale: (1,5, 1, 1)))])",
             &format!("1:33: entities[0].transform.scale: expected a number or (x, y, z), found 4 numbers{comma}"),
         ),
-        ("(seed: 1,, piece_metres: 2)", "1:10: expected the name of a field, found a second comma"),
+        ("(seed: 1,, piece_metres: 2)", "1:10: expected a field name, found a second comma"),
         ("(seed: 1, # one\n)", &format!("1:11: {name} `#`; comments begin with //")),
         ("(seed: 1, -- one\n)", &format!("1:11: {name} `--`; comments begin with //")),
-        ("(seed: 1, /* one\n)", "1:11: a comment that begins with /* has no */"),
+        ("(seed: 1, /* one\n)", "1:11: unterminated comment: missing */"),
         ("(environment: (exposure: 1)", "1:28: expected `)`, which closes the `(` of 1:1, found the end of the file"),
         (
             "(environment: (exposure: 1]",
             "1:27: environment.exposure: expected `)`, which closes the `(` of 1:15, found `]`",
         ),
-        ("(seed: 1))", "1:10: expected nothing more after the last bracket, found `)`"),
-        ("(seed: 1) more", "1:11: expected nothing more after the last bracket, found `more`"),
-        ("(entities: [(name: \"a)])", "1:20: entities[0].name: the text that begins here has no closing quote"),
+        ("(seed: 1))", "1:10: expected the end of the file, found `)`"),
+        ("(seed: 1) more", "1:11: expected the end of the file, found `more`"),
+        ("(entities: [(name: \"a)])", "1:20: entities[0].name: unterminated string: missing closing quote"),
         ("(seed:\u{a0}1)", "1:7: seed: expected an ordinary space, found the space U+00A0"),
     ] {
         assert_eq!(folder.problems(text), [expected], "{text}");
@@ -205,14 +205,14 @@ fn text_that_is_no_ron_is_told_with_its_field_and_what_to_write() {
     }
     let types = folder.file("vehicles.ron", "(types: {\"car\": (model: \"model.gltf\", mass: 1,5)})");
     let problem = scene::check(&types)[0].to_string();
-    let expected = ":1:45: types[\"car\"].mass: found `1,5`; numbers have a point and no comma: 1.5";
+    let expected = ":1:45: types[\"car\"].mass: found `1,5`; use a decimal point, not a comma: 1.5";
     assert!(problem.ends_with(expected), "{problem}");
 }
 
 #[test]
 fn names_that_two_things_have_and_ranges_that_run_backward_are_told() {
     let folder = Folder::new();
-    let reach = "reaches that one only; expected another name";
+    let reach = "selects that one only";
     let cameras = "(entities: [(name: \"a\"), (name: \"cam\", camera: ()), (children: [(name: \"cam\", camera: ())])])";
     let vehicle = "(vehicle_types: [], entities: [(name: \"v\", vehicle: (type: \"box\")), \
         (name: \"v\", vehicle: (type: \"box\"), transform: (translation: (9, 0, 0)))])";
@@ -220,15 +220,15 @@ fn names_that_two_things_have_and_ranges_that_run_backward_are_told() {
         (
             cameras,
             format!(
-                "warning: entities[2].children[0] (line 1, column 65): entities[1] is a camera named \"cam\", too: \
-                 \"cam\" {reach}"
+                "warning: entities[2].children[0] (line 1, column 65): duplicate camera name \"cam\": entities[1] has \
+                 it, too, and \"cam\" {reach}"
             ),
         ),
         (
             vehicle,
             format!(
-                "warning: entities[1] (line 1, column 69): entities[0] is a vehicle named \"v\", too: \
-                 \"chase v\" {reach}"
+                "warning: entities[1] (line 1, column 69): duplicate vehicle name \"v\": entities[0] has \
+                 it, too, and \"chase v\" {reach}"
             ),
         ),
         (
@@ -251,7 +251,7 @@ fn names_that_two_things_have_and_ranges_that_run_backward_are_told() {
     let found = folder.problems(&format!("(vehicle_types: [], entities: [{crowd}])"));
     assert_eq!(found.len(), 9, "{found:?}");
     assert_eq!(found[0].matches(" (line 1, column ").count(), 8, "{}", found[0]);
-    let told = format!(" and 91 more: entities[0] is a camera named \"cam\", too: \"cam\" {reach}");
+    let told = format!(" and 91 more: duplicate camera name \"cam\": entities[0] has it, too, and \"cam\" {reach}");
     assert!(found[0].starts_with("warning: entities[2] (line 1, column ") && found[0].ends_with(&told), "{}", found[0]);
     let three = [51, 101, 151].map(|i| format!("entities[{i}] (line 1"));
     assert!(three.iter().all(|place| found[1].contains(place)) && !found[1].contains("more"), "{}", found[1]);
@@ -265,8 +265,7 @@ fn names_that_two_things_have_and_ranges_that_run_backward_are_told() {
     folder.file("seen.gltf", camera.replace("\"meshes\"", perspective));
     let twice =
         "(meshes: {\"m\": model(file: \"seen.gltf\")}, entities: [(mesh: \"m\"), (mesh: \"m\"), (mesh: \"m\")])";
-    let expected =
-        "warning: a model has a camera named \"lamp\", as an earlier one is: the name reaches the first only";
+    let expected = "warning: duplicate camera name \"lamp\" in a model: the name selects the first camera only";
     assert_eq!(folder.problems(twice), [expected]);
 }
 
@@ -299,21 +298,21 @@ fn every_fault_is_told_with_its_place() {
         "4:54: materials[\"brick\"].shininess: expected a number from 0 to 100000, found NaN",
         "4:72: materials[\"brick\"].base_factor: expected a temperature from 1667 to 25000 kelvin",
         "7:32: meshes[\"wall\"].size[1]: expected a number from 0.00001 to 1000000, found 0",
-        "8:17: meshes[\"wall\"]: the name \"wall\" is taken: it stands twice",
+        "8:17: meshes[\"wall\"]: duplicate name \"wall\"",
         "8:33: meshes[\"wall\"].segments: expected counts from 1 to 1024, found [0, 1]",
         "9:28: meshes[\"van\"].file: absent.glb: file: No such file or directory (os error 2)",
-        "12:16: entities[0].mesh: no mesh \"wal\"; did you mean \"wall\"?",
-        "12:33: entities[0].material: no material \"brik\"; did you mean \"brick\"?",
+        "12:16: entities[0].mesh: unknown mesh \"wal\"; did you mean \"wall\"?",
+        "12:33: entities[0].material: unknown material \"brik\"; did you mean \"brick\"?",
         "13:29: entities[1].light.range: expected a number from 0.001 to 10000000, found -2",
         "13:48: entities[1].light.outer_degrees: expected a number from 0.1 to 85, found 86",
         "13:65: entities[1].light.attenuation: expected at least one of the three to be more than 0",
         "14:17: entities[2].light: expected either cutoff_degrees (and exponent) or outer_degrees (and inner_degrees)",
         "15:21: entities[3].transform: expected one of rotation_degrees, quaternion and look_at",
-        "15:60: entities[3].transform.look_at: expected another point than the translation",
+        "15:60: entities[3].transform.look_at: expected a point other than the translation",
         "15:78: entities[3].transform.scale: expected a number from 0.00001 to 1000000, found 0",
         "16:33: entities[4].camera.far: expected a number from 1.001 to 10000000, found 0.5",
         "16:52: entities[4].spin.axis: expected a direction, found one of length 0",
-        "16:70: entities[4].node: only what stands in `attach` is at a node",
+        "16:70: entities[4].node: only allowed for entities in `attach`",
         "19:33: generators[0].place.region: expected min to be at most max on every axis, found [1.0, 0.0, 0.0] and [0.0, 0.0, 0.0]",
         "19:77: generators[0].place.count: expected a count from 1 to 4000000, found 0",
         "19:99: generators[0].random_scale[1]: expected a number from 0.00001 to 1000000, found inf",
@@ -341,14 +340,14 @@ fn hostile_files_are_refused_quickly() {
     let most = "expected from 1 to 4000000 copies in all, found 1000000000";
     assert_eq!(problems, [format!("1:36: generators[0].place.counts: {most}")]);
     let crowds = "(place: grid(counts: (1000, 1, 1000))),".repeat(5);
-    let too_many = "1:14: generators: the scene has 5000000 entities; at most 4000000 are possible";
+    let too_many = "1:14: generators: expected at most 4000000 entities, found 5000000";
     assert_eq!(folder.problems(&format!("(generators: [{crowds}])")), [too_many]);
     let deep = format!("(entities: [{}{}])", "(children: [".repeat(100_000), "])".repeat(100_000));
     assert!(folder.problems(&deep)[0].ends_with("nested too deeply"), "{:?}", folder.problems(&deep));
     let name = "x".repeat(1 << 20);
     assert_eq!(folder.problems(&format!("(meshes: {{\"{name}\": cube()}}, entities: [(mesh: \"{name}y\")])")).len(), 1);
     let broken = folder.file("broken.ron", b"(\xff)");
-    assert!(scene::check(&broken)[0].to_string().ends_with("expected UTF-8 text; byte 1 is none"));
+    assert!(scene::check(&broken)[0].to_string().ends_with("invalid UTF-8 at byte 1"));
     std::fs::create_dir(folder.0.path().join("folder.ron")).expect("made");
     assert!(scene::check(&folder.0.path().join("folder.ron"))[0].to_string().ends_with(": expected a file"));
     assert!(scene::check(Path::new("absent.ron"))[0].to_string().starts_with("absent.ron: No such file"));

@@ -50,9 +50,9 @@ fn things_are_attached_to_nodes_of_models() {
     assert!(at.distance(Vec3::new(12.0, 2.0, 0.0)) < 1e-5, "{at}");
     let folder = Folder::new();
     let wrong = folder.problems(&scene.replace("\"lamp\"", "\"lampe\""));
-    assert_eq!(wrong, ["3:16: entities[0].attach[0].node: no node \"lampe\"; did you mean \"lamp\"?"]);
+    assert_eq!(wrong, ["3:16: entities[0].attach[0].node: unknown node \"lampe\"; did you mean \"lamp\"?"]);
     let cube = folder.problems(&scene.replace("(mesh: \"model\"", "(mesh: \"cube\""));
-    assert_eq!(cube, ["3:9: entities[0].attach[0]: mesh \"cube\" is no model, so it has no nodes"]);
+    assert_eq!(cube, ["3:9: entities[0].attach[0]: mesh \"cube\" is not a model and has no nodes"]);
 }
 
 #[test]

@@ -103,7 +103,7 @@ fn what_is_far_from_the_origin_is_a_warning_with_the_error_to_expect() {
     );
     assert_eq!(far.len(), 1, "{far:?}");
     // From 2^19 to 2^20 m numbers of 24 bits are 2^−4 m apart.
-    for part in ["entities[2]", "1 other place are", "1000.0 km", "(0, 0, 0)", "6.2e-2 m", "20 km"] {
+    for part in ["entities[2]", "1 other position are", "1000.0 km", "(0, 0, 0)", "6.2e-2 m", "20 km"] {
         assert!(far[0].contains(part), "{part}: {far:?}");
     }
     let near =

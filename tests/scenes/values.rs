@@ -140,8 +140,7 @@ fn a_technique_brings_its_maps_and_factors_or_a_word_about_them() {
     assert_eq!([all.horizon_maps[0], all.horizon_maps[1], all.offset_map].map(kind), [ImageKind::Data; 3]);
     assert_eq!(kind(all.environment_map), ImageKind::Color);
     assert_eq!(plain.technique, Technique::ReliefHorizon);
-    let word =
-        "material \"plain\" is smooth: technique relief_horizon goes by height_map and horizon_map_0 and horizon_map_1";
+    let word = "material \"plain\": technique relief_horizon has no effect without height_map and horizon_map_0 and horizon_map_1";
     assert_eq!(scene.warnings, [word]);
 }
 
@@ -169,5 +168,5 @@ fn maps_that_are_hardly_what_they_should_be_are_told() {
         load("horizon_map_0: \"grey.png\", horizon_map_1: \"small.png\"").expect_err("of two sizes").to_string();
     assert!(unlike.contains("expected 4×4 texels, as horizon_map_0 has, found 2×2"), "{unlike}");
     let alone = load("horizon_map_1: \"grey.png\"").expect_err("one of two").to_string();
-    assert!(alone.contains("expected horizon_map_0 too"), "{alone}");
+    assert!(alone.contains("missing horizon_map_0"), "{alone}");
 }

@@ -139,7 +139,7 @@ fn a_lamp_follows_its_node_its_light_and_its_direction() {
     }
     let nodes = node(turned(0.0, 0.0), false);
     let (_, warnings) = ways("(nodes: [\"lamp\"], kind: head, light: point(), direction: (0, 0, 1))", nodes);
-    assert!(warnings.len() == 1 && warnings[0].contains("direction of lamp \"lamp\" changes nothing"), "{warnings:?}");
+    assert!(warnings.len() == 1 && warnings[0].contains("direction of lamp \"lamp\" has no effect"), "{warnings:?}");
     let text =
         r#"(types: { "t": (model: "cart.gltf", lamps: [(nodes: ["lamp"], kind: head, direction: (0, 0, 0))]) })"#;
     let problems = Folder::new().problems("vehicles.ron", text);
@@ -181,5 +181,5 @@ fn nodes_of_one_name_are_said_to_be_ambiguous() {
         { "name": "other", "mesh": 0 }, { "name": "other", "mesh": 0 },
     ]);
     let (_, warnings) = ways("(nodes: [\"lamp\"], kind: head), (nodes: [\"lamp\"], kind: tail)", nodes);
-    assert_eq!(warnings, ["vehicle type \"t\": 3 nodes are called \"lamp\": the first of them is meant"]);
+    assert_eq!(warnings, ["vehicle type \"t\": 3 nodes are named \"lamp\": the first is used"]);
 }

@@ -73,22 +73,22 @@ fn everything_wrong_with_types_is_said_with_its_place() {
     let problems = folder.problems("vehicles.ron", text);
     let expected = [
         r#"2:42: types["a"].wheelbase: expected a number from 0.05 to 100, found 0"#,
-        r#"2:63: types["a"].wheels[0].nodes[0]: no node "front lft"; did you mean "front left"?"#,
+        r#"2:63: types["a"].wheels[0].nodes[0]: unknown node "front lft"; did you mean "front left"?"#,
         r#"2:85: types["a"].wheels[0].radius: expected a number from 0.01 to 10, found -1"#,
         r#"2:97: types["a"].mass: expected a number from 1 to 1000000"#,
         r#"3:18: types["b"].model: missing.gltf"#,
-        r#"4:12: types["box"]: the name "box" is that of the stand-in; expected another"#,
+        r#"4:12: types["box"]: reserved name "box": the placeholder vehicle type has it"#,
         r#"5:75: types["c"].lamps[0].glow: expected a number from 0 to 1000000000, found inf"#,
         r#"5:87: types["c"].lamps[0].color: expected a colour like"#,
-        r#"5:122: types["c"].paint.materials[0]: no material "cat"; did you mean "coat"?"#,
-        r#"6:10: types["c"]: the name "c" is taken: it stands twice"#,
+        r#"5:122: types["c"].paint.materials[0]: unknown material "cat"; did you mean "coat"?"#,
+        r#"6:10: types["c"]: duplicate name "c""#,
         r#"6:49: types["c"].limits.braking: expected a number from 0.01 to 100, found 0"#,
         r#"6:70: types["c"].limits.steering_degrees: expected a number from 0.1 to 85, found 90"#,
         r#"6:101: types["c"].driver.headway_seconds: expected a number from 0 to 60, found -1"#,
         r#"7:83: types["d"].swings[0].stride_metres: expected a number from 0.01"#,
-        r#"7:104: types["d"].trailer.node: no node "bdy"; did you mean "body"?"#,
+        r#"7:104: types["d"].trailer.node: unknown node "bdy"; did you mean "body"?"#,
         r#"7:119: types["d"].trailer.length: expected a number from 0.05 to 100, found 0"#,
-        r#"7:131: types["d"].forks[0]: no node """#,
+        r#"7:131: types["d"].forks[0]: unknown node """#,
     ];
     assert_eq!(problems.len(), expected.len(), "{problems:#?}");
     for (problem, expected) in problems.iter().zip(expected) {
@@ -128,7 +128,7 @@ fn a_scene_names_types_and_has_vehicles_of_them() {
     )"#;
     let mut simulation = Simulation::new();
     let loaded = scene::load(&folder.file("scene.ron", text), &mut simulation).unwrap_or_else(|e| panic!("{e}"));
-    assert_eq!(loaded.warnings, [r#"no vehicle type "crt"; did you mean "cart"?; a box stands in"#]);
+    assert_eq!(loaded.warnings, [r#"unknown vehicle type "crt"; did you mean "cart"?; a box is drawn instead"#]);
     assert_eq!(loaded.cameras.first().map(|(name, _)| name.as_str()), Some("seat"));
     let world = &mut simulation.world;
     let mut vehicles = world.query::<(&Name, &Vehicle, &Controls, &Transform, Has<ByHand>, &VehicleNumber)>();
@@ -178,7 +178,7 @@ fn the_milk_truck_drives() {
         format!("(types: {{\"truck\": (model: {model:?}, transform: (rotation_degrees: (0, 90, 0)), {wheels})}})")
     };
     let wrong = folder.problems("vehicles.ron", &of_nodes("nod 2", "node 4"));
-    assert!(wrong.len() == 1 && wrong[0].contains("no node \"nod 2\"; did you mean \"node 2\"?"), "{wrong:?}");
+    assert!(wrong.len() == 1 && wrong[0].contains("unknown node \"nod 2\"; did you mean \"node 2\"?"), "{wrong:?}");
     let (mut simulation, _) = folder.types(&of_nodes("node 2", "node 4"));
     let (kind, truck) = find(&simulation, "truck");
     assert!((truck.wheelbase - 2.785).abs() < 1e-3 && (4.0..6.0).contains(&truck.size.z), "{truck:?}");

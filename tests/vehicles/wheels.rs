@@ -211,9 +211,9 @@ fn what_is_no_round_wheel_is_said_with_what_was_measured() {
     let cases = [
         (
             r#"(nodes: ["car"])"#,
-            r#"node "car" is no wheel and is not turned: what is drawn there, 1.60 m high and 4.00 m long, is not round about the vehicle's X; a wheel has to be a node of its own, apart from the body"#,
+            r#"node "car" is not a wheel and is not turned: its geometry, 1.60 m high and 4.00 m long, is not round about the vehicle's X; a wheel needs a node of its own, separate from the body"#,
         ),
-        (r#"(nodes: ["car"], radius: 0.5)"#, r#"node "car" is no wheel and is not turned"#),
+        (r#"(nodes: ["car"], radius: 0.5)"#, r#"node "car" is not a wheel and is not turned"#),
         (
             r#"(nodes: ["square"])"#,
             r#"wheel "square" is not round about the vehicle's X: its outline is 0.50 to 0.71 m from its middle; its radius is half its height, 0.50 m"#,
@@ -224,7 +224,7 @@ fn what_is_no_round_wheel_is_said_with_what_was_measured() {
         ),
         (
             r#"(nodes: ["brake"])"#,
-            r#"what sticks out of wheel "brake" turns with it, up to 0.65 m from the axle; the wheel's own radius is 0.50 m"#,
+            r#"parts that stick out of wheel "brake" turn with it, up to 0.65 m from the axle; the wheel's own radius is 0.50 m"#,
         ),
     ];
     for (wheels, expected) in cases {

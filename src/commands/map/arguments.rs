@@ -13,13 +13,13 @@ use std::path::{Path, PathBuf};
 /// What every tool takes.
 #[derive(Args)]
 pub struct CommonArgs {
-    /// The map to write: .png, or .exr for 32-bit floats; what is there is replaced
+    /// Output file: .png, or .exr for 32-bit floats; an existing file is replaced
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
-    /// Also draw the map lit, 512x512; needs a graphics adapter
+    /// Also draw a lit preview of the map, 512x512; needs a graphics adapter
     #[arg(long, value_name = "FILE.png", value_parser = arguments::png())]
     pub preview: Option<PathBuf>,
-    /// Worker threads; the map is the same for any number [default: one per core]
+    /// Worker threads; the number does not change the map [default: one per core]
     #[arg(long, value_name = "N", value_parser = arguments::whole(1u16..=256))]
     pub threads: Option<u16>,
 }
@@ -32,7 +32,7 @@ impl CommonArgs {
         maps.iter().try_for_each(|path| files::check_output(path, bits))?;
         let written = maps.iter().copied().chain(self.preview.as_deref());
         if let Some(path) = written.into_iter().find(|path| inputs.iter().any(|input| output::is_same(path, input))) {
-            return Err(MapError::refused(path, "expected another name than the input's, which would be lost"));
+            return Err(MapError::refused(path, "the output would overwrite the input; expected another name"));
         }
         let Some(preview) = &self.preview else { return Ok(()) };
         let is_preview = |path: &&Path| output::is_same(path, preview);
@@ -48,16 +48,16 @@ impl CommonArgs {
 pub struct HeightsArgs {
     /// Height map: 0 deepest, 1 highest; grey of 8 or 16 bits, or floats (.exr)
     pub height: PathBuf,
-    /// Which channel of a colour image holds the heights
+    /// Channel of a colour image that holds the heights
     #[arg(long, value_name = "CHANNEL", value_parser = channel())]
     pub channel: Option<Channel>,
-    /// Depth from black to white in widths of the image, as a material's height_scale_uv; texels are square
+    /// Depth from black to white as a fraction of the image width, like height_scale_uv; texels are square
     #[arg(long, value_name = "S", default_value_t = 0.02, value_parser = parse_factor)]
     pub height_scale: f32,
-    /// Beyond the edges
+    /// Values beyond the edges
     #[arg(long, default_value = "wrap", value_name = "EDGES", value_parser = edges())]
     pub edges: Edges,
-    /// Dents for bumps: for maps in which white is deep
+    /// Invert the heights, for maps in which white is deep
     #[arg(long)]
     pub invert: bool,
 }
@@ -72,13 +72,13 @@ impl HeightsArgs {
 /// How slopes are taken from heights.
 #[derive(Args)]
 pub struct SlopeArgs {
-    /// How differences of neighbouring heights are taken
+    /// Derivative filter
     #[arg(long, default_value = "sobel", value_name = "FILTER", value_parser = filter())]
     pub filter: Filter,
-    /// Times every slope: 1, as the heights say; 2, twice as steep
+    /// Factor of all slopes
     #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = parse_factor)]
     pub strength: f32,
-    /// Green toward image-down, for programs that read it so; Relief and glTF read it up
+    /// Green points down the image, as in DirectX; Relief and glTF expect up
     #[arg(long)]
     pub flip_green: bool,
 }
@@ -100,23 +100,23 @@ pub struct NormalArgs {
     pub common: CommonArgs,
     #[command(flatten)]
     pub slopes: SlopeArgs,
-    /// Bits of a PNG's values [default: 8]
+    /// Bits per channel of a PNG [default: 8]
     #[arg(long, value_name = "8|16", value_parser = bits())]
     pub bits: Option<Bits>,
 }
 
 pub(super) const NORMAL_HELP: &str = "\
 n = normalize(-S·W·dh/dx, -S·W·dh/dy, 1), h 0..1, x right and y up in texels, W texels wide,
-S the height scale: the normals of the surface that the same map and scale give by parallax,
-relief or displacement. Written as 0.5 + 0.5·n; flat is (128, 128, 255), or the like in 16 bits.
+S the height scale: the normals of the surface that parallax, relief and displacement show for the
+same map and scale. Stored as 0.5 + 0.5·n; flat is (128, 128, 255), or the like in 16 bits.
 
 Examples:
   relief map normal rock_height.png -o rock_normal.png
   relief map normal rock_height.png -o rock_normal.png --height-scale 0.05 --preview look.png
   relief map normal terrain.exr -o terrain.png --edges clamp --filter scharr --bits 16
-  relief map normal depth.png -o normal.png --invert        where white is deep
+  relief map normal depth.png -o normal.png --invert        if white is deep
 
-docs/maps.md has all map tools, with formulas and limits.";
+See docs/maps.md for all map tools, with formulas and limits.";
 
 /// `relief map height`.
 #[derive(Args)]
@@ -125,25 +125,25 @@ pub struct HeightArgs {
     pub color: PathBuf,
     #[command(flatten)]
     pub common: CommonArgs,
-    /// Remove what is wider than so many texels, as light and shade in a photograph; 0: nothing
+    /// High-pass radius in texels, to remove shading from a photograph; 0: off
     #[arg(long, value_name = "TEXELS", default_value_t = 0.0, value_parser = parse_radius)]
     pub remove_shading: f32,
-    /// Smooth over so many texels, against grain; 0: not at all
+    /// Blur radius in texels, against noise; 0: off
     #[arg(long, value_name = "TEXELS", default_value_t = 0.0, value_parser = parse_radius)]
     pub blur: f32,
-    /// Bring out edges by so much; 1 is plenty
+    /// Amount of sharpening; 1 is strong
     #[arg(long, value_name = "X", default_value_t = 0.0, value_parser = parse_factor)]
     pub sharpen: f32,
-    /// Times the distance from mid grey
+    /// Factor of the distance from mid grey
     #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = parse_factor)]
     pub contrast: f32,
-    /// Dark is high
+    /// Invert: dark is high
     #[arg(long)]
     pub invert: bool,
-    /// Beyond the edges
+    /// Values beyond the edges
     #[arg(long, default_value = "wrap", value_name = "EDGES", value_parser = edges())]
     pub edges: Edges,
-    /// Bits of a PNG's values; 8 leave steps that show in normals [default: 16]
+    /// Bits per channel of a PNG; 8 cause visible steps in normals [default: 16]
     #[arg(long, value_name = "8|16", value_parser = bits())]
     pub bits: Option<Bits>,
 }
@@ -157,15 +157,15 @@ impl HeightArgs {
 }
 
 pub(super) const HEIGHT_HELP: &str = "\
-A guess: colour is not height. The height is the luminance in linear light, moved so that its
-mean is mid grey. It serves where light and dark come from shape, as with joints between bricks;
-a dark stone becomes a hole. Measured or modelled heights are better (relief map bake).
+An approximation: colour is not height. The height is the linear luminance, shifted to a mean of mid
+grey. It works where brightness follows shape, as with joints between bricks; a dark stone becomes a
+hole. Measured or modelled heights are better (relief map bake).
 
 Examples:
   relief map height brick.jpg -o brick_height.png --preview look.png
   relief map height rock.png -o rock_height.png --remove-shading 64 --blur 1 --contrast 2
-  relief map height tiles.png -o tiles_height.png --invert     where the joints are light
-  relief map normal brick_height.png -o brick_normal.png       and go on from there";
+  relief map height tiles.png -o tiles_height.png --invert     for light joints
+  relief map normal brick_height.png -o brick_normal.png       the next step";
 
 /// `relief map horizon`.
 #[derive(Args)]
@@ -174,10 +174,10 @@ pub struct HorizonArgs {
     pub heights: HeightsArgs,
     #[command(flatten)]
     pub common: CommonArgs,
-    /// Only what is at most so many texels away makes a horizon [default: all of the map]
+    /// Maximum search distance in texels [default: the whole map]
     #[arg(long, value_name = "TEXELS", value_parser = arguments::whole(1..=u32::MAX))]
     pub max_distance: Option<u32>,
-    /// Bits of a PNG's values [default: 8]
+    /// Bits per channel of a PNG [default: 8]
     #[arg(long, value_name = "8|16", value_parser = bits())]
     pub bits: Option<Bits>,
 }
@@ -193,8 +193,8 @@ pub(super) const HORIZON_HELP: &str = "\
 Two maps, -o NAME.png for NAME_0.png and NAME_1.png. A channel is the elevation of the horizon
 over a right angle, 0 level to 1 straight up, in one direction, counted from image-right toward
 image-up: r, g, b, a of the first 0°, 45°, 90°, 135°; of the second 180°, 225°, 270°, 315°.
-They are right for one height scale, that of the material they are put on.
-With --edges clamp, nothing beyond the edge rises.
+They are valid for one height scale, which must be that of the material.
+With --edges clamp, there is no occluder beyond the edge.
 
 Examples:
   relief map horizon rock_height.png -o rock_horizon.png --height-scale 0.05
@@ -228,35 +228,35 @@ pub struct SpecularArgs {
     /// Gloss or roughness map, grey
     #[arg(value_name = "MAP")]
     pub polish: PathBuf,
-    /// Which channel of a colour image holds it; glTF keeps roughness in green
+    /// Channel of a colour image that holds the map; glTF stores roughness in green
     #[arg(long, value_name = "CHANNEL", value_parser = channel())]
     pub channel: Option<Channel>,
-    /// What the map holds
+    /// Meaning of the map
     #[arg(long, value_name = "WHAT", value_parser = polish())]
     pub from: Polish,
-    /// The lighting model that the map is for
+    /// Lighting model of the material
     #[arg(long, default_value = "phong", value_name = "MODEL", value_parser = model())]
     pub shading: SpecularModel,
-    /// Reflectance at normal incidence of what is no metal
+    /// Reflectance of dielectrics at normal incidence
     #[arg(long, value_name = "F0", default_value_t = 0.04, value_parser = parse_share)]
     pub dielectric: f32,
     /// Base colour map, for metals
     #[arg(long, value_name = "COLOR", requires = "metallic")]
     pub base: Option<PathBuf>,
-    /// Metallic map: where it is white, the base colour is what is reflected; blue is read of a colour image
+    /// Metallic map, 1 for metals, which reflect the base colour; blue channel of a colour image
     #[arg(long, value_name = "MAP", requires = "base")]
     pub metallic: Option<PathBuf>,
     #[command(flatten)]
     pub common: CommonArgs,
-    /// Bits of a PNG's values [default: 8]
+    /// Bits per channel of a PNG [default: 8]
     #[arg(long, value_name = "8|16", value_parser = bits())]
     pub bits: Option<Bits>,
 }
 
 pub(super) const SPECULAR_HELP: &str = "\
-rgb: how much a texel reflects. For phong (and Blinn) the peak of its highlight, F0/(4·α²) up to
-1, α the roughness squared: what is polished flashes, what is dull hardly shines. For
-specular_glossiness F0 alone. F0: 0.04, or a metal's base colour. Alpha: glossiness, 1 - roughness.
+rgb: specular reflectance. For phong (and Blinn) the peak of the highlight, F0/(4·α²) up to 1, with
+α the roughness squared: high for glossy, low for rough surfaces. For specular_glossiness F0 alone.
+F0: 0.04, or a metal's base colour. Alpha: glossiness, 1 - roughness.
 
 Examples:
   relief map specular sword_gloss.png -o sword_specular.png --from gloss --preview look.png
@@ -268,7 +268,7 @@ fn channel() -> impl TypedValueParser<Value = Channel> {
         Channel::R => "Red",
         Channel::G => "Green",
         Channel::B => "Blue",
-        Channel::A => "Alpha; 1 in an image that has none",
+        Channel::A => "Alpha; 1 in an image without alpha",
         Channel::Luminance => "0.2126 r + 0.7152 g + 0.0722 b of the values as stored",
     })
 }
@@ -282,23 +282,23 @@ pub(super) fn bits() -> impl TypedValueParser<Value = Bits> {
 
 fn edges() -> impl TypedValueParser<Value = Edges> {
     choice(&Edges::ALL, |edges| match edges {
-        Edges::Wrap => "The map again: it is a tile",
-        Edges::Clamp => "The edge's texel",
+        Edges::Wrap => "Repeat the map (tileable)",
+        Edges::Clamp => "Repeat the edge texel",
     })
 }
 
 fn filter() -> impl TypedValueParser<Value = Filter> {
     choice(&Filter::ALL, |filter| match filter {
-        Filter::Sobel => "Three rows weighted 1 2 1: the usual choice",
-        Filter::Scharr => "Three rows weighted 3 10 3: slopes turn with the image more exactly",
-        Filter::Central => "The two neighbours alone: sharpest, and shows the steps of 8-bit heights",
+        Filter::Sobel => "3×3, weights 1 2 1: the usual choice",
+        Filter::Scharr => "3×3, weights 3 10 3: closer to rotation invariance",
+        Filter::Central => "Central difference of two neighbours: sharpest, shows the steps of 8-bit heights",
     })
 }
 
 fn polish() -> impl TypedValueParser<Value = Polish> {
     choice(&Polish::ALL, |polish| match polish {
-        Polish::Gloss => "1 is polished",
-        Polish::Roughness => "1 is dull",
+        Polish::Gloss => "1 is smooth",
+        Polish::Roughness => "1 is rough",
     })
 }
 

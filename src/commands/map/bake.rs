@@ -21,36 +21,36 @@ use systems::assets::shapes;
 pub enum BakedMap {
     /// Tangent-space normals, green up
     Normal,
-    /// Distance from the coarse mesh, 16 bits
+    /// Distance from the low-poly mesh, 16 bits
     Height,
-    /// Share of the sky that is open, 8 bits
+    /// Ambient occlusion: unoccluded share of the sky, 8 bits
     Occlusion,
-    /// White baked, grey missed, black beyond the charts, 8 bits
+    /// White baked, grey missed, black outside the UV charts, 8 bits
     Coverage,
 }
 
 /// What both tools take.
 #[derive(Args)]
 pub struct CommonArgs {
-    /// Folder for normal.png, height.png, occlusion.png; made if missing, what is there is replaced
+    /// Output directory for normal.png, height.png, occlusion.png, created if missing; existing files are replaced
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
-    /// Which maps, separated by commas
+    /// Maps to write, separated by commas
     #[arg(long, value_enum, value_delimiter = ',', default_value = "normal,height,occlusion", value_name = "MAPS")]
     pub maps: Vec<BakedMap>,
-    /// Rays of each texel for the occlusion map: more take longer and leave less noise
+    /// Rays per texel for the occlusion map: more are slower and less noisy
     #[arg(long, default_value_t = 24, value_name = "N", value_parser = arguments::whole(1u32..=65536))]
     pub rays: u32,
-    /// What is farther away shades nothing [default: everything shades]
+    /// Maximum distance of occluders [default: unlimited]
     #[arg(long, value_name = "METRES", value_parser = parse_metres)]
     pub occlusion_distance: Option<f32>,
-    /// Bits of the normal map's values [default: 8]
+    /// Bits per channel of the normal map [default: 8]
     #[arg(long, value_name = "8|16", value_parser = bits())]
     pub bits: Option<Bits>,
-    /// Also draw the mesh lit, without and with the maps, 1536x768; needs a graphics adapter
+    /// Also draw a lit preview of the mesh without and with the maps, 1536x768; needs a graphics adapter
     #[arg(long, value_name = "FILE.png", value_parser = arguments::png())]
     pub preview: Option<PathBuf>,
-    /// Worker threads; the maps are the same for any number [default: one per core]
+    /// Worker threads; the number does not change the maps [default: one per core]
     #[arg(long, value_name = "N", value_parser = arguments::whole(1u16..=256))]
     pub threads: Option<u16>,
 }
@@ -58,32 +58,32 @@ pub struct CommonArgs {
 /// `relief map bake`.
 #[derive(Args)]
 pub struct BakeArgs {
-    /// The coarse mesh, with UVs (.gltf, .glb)
+    /// Low-poly mesh, with UVs (.gltf, .glb)
     #[arg(value_name = "LOW")]
     pub low: PathBuf,
-    /// The fine mesh, in the same place (.gltf, .glb); may be the same file
+    /// High-poly mesh, at the same position (.gltf, .glb); may be the same file
     #[arg(value_name = "HIGH")]
     pub high: PathBuf,
-    /// Texels, one number or WIDTHxHEIGHT
+    /// Size in texels, one number or WIDTHxHEIGHT
     #[arg(long, default_value = "2048", value_name = "N[xM]", value_parser = parse_texels)]
     pub size: (usize, usize),
-    /// Look so far above and below the coarse mesh, and take what is met first from above [default: a fiftieth of its
-    /// box's diagonal]
+    /// Cage distance: search so far above and below the low-poly mesh and take the first hit from above [default: 1/50
+    /// of the bounding box diagonal]
     #[arg(long, value_name = "METRES", value_parser = parse_metres, conflicts_with = "max_distance")]
     pub cage: Option<f32>,
-    /// Look at most so far above and below, and take what is nearest
+    /// Search at most so far above and below and take the nearest hit
     #[arg(long, value_name = "METRES", value_parser = parse_metres)]
     pub max_distance: Option<f32>,
-    /// Fill so many texels beyond the charts, or all
+    /// Dilate the UV charts by so many texels, or all
     #[arg(long, default_value = "16", value_name = "TEXELS | all", value_parser = parse_dilate)]
     pub dilate: Dilate,
-    /// Which UVs the maps are for
+    /// UV set of the maps
     #[arg(long, default_value_t = 0, value_name = "0|1", value_parser = arguments::whole(0u8..=1))]
     pub uv_set: u8,
-    /// Only this node of LOW with what is below it; may be repeated
+    /// Only this node of LOW with its descendants; may be repeated
     #[arg(long, value_name = "NAME")]
     pub node: Vec<String>,
-    /// Only this node of HIGH with what is below it; may be repeated
+    /// Only this node of HIGH with its descendants; may be repeated
     #[arg(long, value_name = "NAME")]
     pub high_node: Vec<String>,
     #[command(flatten)]
@@ -93,16 +93,16 @@ pub struct BakeArgs {
 /// `relief map tile`.
 #[derive(Args)]
 pub struct TileArgs {
-    /// The patch (.gltf, .glb), +Y up
+    /// Patch (.gltf, .glb), +Y up
     #[arg(value_name = "PATCH")]
     pub patch: PathBuf,
-    /// Texels, one number or WIDTHxHEIGHT
+    /// Size in texels, one number or WIDTHxHEIGHT
     #[arg(long, default_value = "2048", value_name = "N[xM]", value_parser = parse_texels)]
     pub size: (usize, usize),
-    /// After how far along X and Z the patch repeats [default: the longer side of its box]
+    /// Period of the patch along X and Z [default: the longer side of its bounding box]
     #[arg(long, value_name = "METRES", value_parser = parse_metres)]
     pub period: Option<f32>,
-    /// Only this node with what is below it; may be repeated
+    /// Only this node with its descendants; may be repeated
     #[arg(long, value_name = "NAME")]
     pub node: Vec<String>,
     #[command(flatten)]
@@ -114,11 +114,11 @@ pub struct TileArgs {
 pub struct Dilate(pub Option<usize>);
 
 pub const BAKE_HELP: &str = "\
-For each texel a ray goes along the coarse mesh's interpolated normal, from --cage above it to as
-far below, to the front of the fine mesh. The normal it meets is written in the coarse mesh's
-tangent space (MikkTSpace, or the tangents it brings), and so are its distance (0.5 at the coarse
-mesh) and how open it is to the sky. Printed: texels that met nothing, texels that several
-triangles claim, height_scale_uv and height_rest for the material, rays per second.
+For each texel a ray is cast along the low-poly mesh's interpolated normal, from --cage above it to
+as far below, to the front of the high-poly mesh. The normal at the hit is stored in the low-poly
+mesh's tangent space (MikkTSpace, or the tangents of the file), its distance in the height map (0.5
+at the low-poly mesh), its ambient occlusion in the occlusion map. Printed: missed texels, texels
+covered by several triangles, height_scale_uv and height_rest for the material, rays per second.
 
 Examples:
   relief map bake low.glb high.glb -o maps --cage 0.02 --preview look.png
@@ -128,9 +128,9 @@ Examples:
 A material then has: normal_map: \"maps/normal.png\", occlusion_map: \"maps/occlusion.png\", ...";
 
 pub const TILE_HELP: &str = "\
-The patch is looked at straight down (-Y) in a square of one period around the middle of its box;
-u runs along +X, v along +Z. What hangs over the border comes in again on the other side, and
-shades there. Heights: black the lowest that is seen, white the highest. Holes are filled.
+The patch is seen from above (-Y) in a square of one period around the centre of its bounding box; u
+runs along +X, v along +Z. Geometry beyond the border wraps around to the other side, and occludes
+there. Heights: black is the lowest visible point, white the highest. Holes are filled.
 
 Examples:
   relief map tile cobbles.glb -o maps --preview look.png
@@ -192,7 +192,7 @@ impl<'a> Outputs<'a> {
     /// Finds out before the work whether all that is to be written can be.
     fn begin(args: &'a CommonArgs) -> Result<Self, MapError> {
         if args.bits.is_some() && !args.wants(BakedMap::Normal) {
-            return Err(MapError::option("bits", "only the normal map has a choice; expected normal among --maps"));
+            return Err(MapError::option("bits", "only valid for the normal map; expected normal among --maps"));
         }
         systems::set_threads(args.threads.map(usize::from));
         let outputs = Self { args, made_folder: !args.output.exists() };

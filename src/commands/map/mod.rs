@@ -34,22 +34,22 @@ pub enum MapTool {
     /// Height map to tangent-space normal map
     #[command(after_help = NORMAL_HELP)]
     Normal(NormalArgs),
-    /// Colour to height map, a guess
+    /// Colour image to height map (approximation)
     #[command(after_help = HEIGHT_HELP)]
     Height(HeightArgs),
-    /// Height map to the two horizon maps, for shadows of bumps
+    /// Height map to two horizon maps, for self-shadowing
     #[command(after_help = HORIZON_HELP)]
     Horizon(HorizonArgs),
-    /// Height map to offset map (du, dv), for bumped reflections
+    /// Height map to offset map (du, dv), for perturbed reflections
     #[command(after_help = OFFSET_HELP)]
     Offset(OffsetArgs),
     /// Gloss or roughness map to specular map
     #[command(after_help = SPECULAR_HELP)]
     Specular(SpecularArgs),
-    /// Detail of a fine mesh into normal, height and occlusion maps of a coarse one
+    /// Bake the detail of a high-poly mesh into normal, height and occlusion maps of a low-poly mesh
     #[command(after_help = BAKE_HELP)]
     Bake(BakeArgs),
-    /// A patch of geometry that repeats, seen from above, into maps that tile
+    /// Bake a repeating patch of geometry, seen from above, into tileable maps
     #[command(after_help = TILE_HELP)]
     Tile(TileArgs),
 }

@@ -65,7 +65,7 @@ impl<'a> Accessor<'a> {
     /// All elements, converted component by component; `N` must be the accessor's width.
     pub fn elements<const N: usize, T: Copy + Default>(&self, convert: impl Fn(f64) -> T) -> Read<Vec<[T; N]>> {
         if self.width != N || self.dimensions == Dimensions::Mat2 {
-            let message = format!("expected {N} components, is {:?}", self.dimensions);
+            let message = format!("expected {N} components, found {:?}", self.dimensions);
             return Err(Fault::invalid(format!("{}.type", self.place), message));
         }
         let range = self.range()?;

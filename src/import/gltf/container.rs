@@ -39,7 +39,7 @@ fn parse(json: &[u8], report: &mut Report) -> Read<Value> {
     let (objects, values) = (count(b'{'), count(b'[') + count(b','));
     let memory = objects.saturating_mul(OBJECT_BYTES).saturating_add(values.saturating_mul(VALUE_BYTES));
     if memory > FREE_BYTES.saturating_add(json.len().saturating_mul(BYTES_PER_BYTE)) {
-        let message = format!("{objects} objects and {values} values are far more than so short a text holds");
+        let message = format!("{objects} objects and {values} values: too many for the length of the text");
         return Err(Fault::unsupported("JSON", message));
     }
     serde_json::from_slice(json).map_err(|error| {
@@ -52,7 +52,7 @@ fn parse(json: &[u8], report: &mut Report) -> Read<Value> {
 fn word(bytes: &[u8], offset: usize) -> Read<u32> {
     let word = bytes.get(offset..).and_then(|rest| rest.first_chunk::<4>());
     word.map(|w| u32::from_le_bytes(*w))
-        .ok_or_else(|| Fault::invalid(format!("byte {offset}"), "the file ends too early"))
+        .ok_or_else(|| Fault::invalid(format!("byte {offset}"), "unexpected end of file"))
 }
 
 fn chunks<'a>(bytes: &'a [u8], report: &mut Report) -> Read<(&'a [u8], Option<&'a [u8]>)> {
@@ -62,7 +62,7 @@ fn chunks<'a>(bytes: &'a [u8], report: &mut Report) -> Read<(&'a [u8], Option<&'
     }
     let length = word(bytes, 8)? as usize;
     if length > bytes.len() {
-        let message = format!("the header promises {length} bytes, the file has {}", bytes.len());
+        let message = format!("the header states {length} bytes, the file has {}", bytes.len());
         return Err(Fault::invalid("byte 8", message));
     }
     if length < bytes.len() {
@@ -77,7 +77,7 @@ fn chunks<'a>(bytes: &'a [u8], report: &mut Report) -> Read<(&'a [u8], Option<&'
         let end = end.ok_or_else(|| Fault::invalid(&*place, format!("a chunk of {size} bytes runs past the end")))?;
         let chunk = &bytes[offset + 8..end];
         if !size.is_multiple_of(4) {
-            report.warn(&*place, format!("a chunk's length must be a multiple of 4, is {size}"));
+            report.warn(&*place, format!("a chunk's length must be a multiple of 4, found {size}"));
         }
         match (number, kind) {
             (0, JSON_CHUNK) => json = Some(chunk),

@@ -50,7 +50,7 @@ impl Document {
     /// Takes decoded bytes from what this file may make.
     pub fn spend(&self, bytes: usize, place: &str) -> Read<()> {
         let left = self.budget.get().checked_sub(bytes);
-        self.budget.set(left.ok_or_else(|| Fault::unsupported(place, "far more elements than the file has data for"))?);
+        self.budget.set(left.ok_or_else(|| Fault::unsupported(place, "more elements than the file has data for"))?);
         Ok(())
     }
 
@@ -76,13 +76,13 @@ impl Document {
             (Some(uri), _) => uri::fetch(uri, &self.place, &format!("{place}.uri"))?,
             (None, Some(bin)) if id == 0 => bin.clone(),
             (None, _) => {
-                let fault = Fault::invalid(place, "has neither uri nor binary chunk: what needs it is left out");
+                let fault = Fault::invalid(place, "has neither uri nor binary chunk: its data is ignored");
                 return Err(Fault { kind: FaultKind::NoData, ..fault });
             }
         };
         let length = buffer.byte_length.0;
         if (bytes.len() as u64) < length {
-            let message = format!("{length} bytes promised, {} found", bytes.len());
+            let message = format!("expected {length} bytes, found {}", bytes.len());
             return Err(Fault::invalid(format!("{place}.byteLength"), message));
         }
         Ok(bytes)

@@ -16,7 +16,7 @@ pub fn triangles(mode: Mode, indices: Option<&[u32]>, vertices: usize, place: &s
     };
     let strip = mode != Mode::Triangles;
     if !strip && !count.is_multiple_of(3) {
-        report.warn(place, format!("{count} corners make no whole number of triangles: the last are left out"));
+        report.warn(place, format!("{count} vertices are not a multiple of 3: the last are ignored"));
     }
     let number = if strip { count.saturating_sub(2) } else { count / 3 };
     let triangles = (0..number).map(|i| corners(i).map(at));

@@ -299,7 +299,7 @@ impl Primitive<'_> {
         if count == self.vertices {
             return Ok(());
         }
-        Err(Fault::invalid(place, format!("expected {} elements as POSITION has, has {count}", self.vertices)))
+        Err(Fault::invalid(place, format!("expected {} elements as POSITION has, found {count}", self.vertices)))
     }
 
     fn finite(&self, positions: &Chunks<3>) -> Read<()> {

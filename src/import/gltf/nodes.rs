@@ -43,7 +43,7 @@ pub fn read(document: &Document, report: &mut Report) -> Read<Hierarchy> {
     for (node, children) in document.gltf.nodes().zip(children) {
         let (transform, matrix) = placement(document, &node, report);
         if !transform.is_finite() {
-            return Err(Fault::invalid(format!("nodes[{}]", node.index()), "its place in the scene is not finite"));
+            return Err(Fault::invalid(format!("nodes[{}]", node.index()), "its transform in the scene is not finite"));
         }
         parent_from_node.push(matrix);
         nodes.push(Node {
@@ -61,7 +61,7 @@ pub fn read(document: &Document, report: &mut Report) -> Read<Hierarchy> {
             model_from_node[node] = model_from_node[parent] * model_from_node[node];
         }
         if !model_from_node[node].is_finite() {
-            return Err(Fault::invalid(format!("nodes[{node}]"), "its place in the scene is not finite"));
+            return Err(Fault::invalid(format!("nodes[{node}]"), "its transform in the scene is not finite"));
         }
     }
     keep_aim(&mut nodes, &order, &model_from_node);
@@ -297,7 +297,7 @@ pub fn instances(document: &Document, node: &gltf::Node, report: &mut Report) ->
             document.spend(accessor.count.saturating_mul(size_of::<Transform>()), &place)?;
             instances = vec![Transform::IDENTITY; accessor.count];
         } else if instances.len() != accessor.count {
-            let message = format!("expected {} elements as the others have, has {}", instances.len(), accessor.count);
+            let message = format!("expected {} elements as the others have, found {}", instances.len(), accessor.count);
             return Err(Fault::invalid(place, message));
         }
         let finite = |values: &[f32]| {

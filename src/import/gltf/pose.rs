@@ -33,7 +33,7 @@ fn node_from_bind(document: &Document, skin: &gltf::Skin, node: usize, model_fro
     if let Some(accessor) = skin.inverse_bind_matrices() {
         let matrices = Accessor::new(document, accessor.index())?.elements::<16, f32>(|v| v as f32)?;
         if matrices.len() < joints.len() {
-            let message = format!("expected a matrix for each of {} joints, has {}", joints.len(), matrices.len());
+            let message = format!("expected a matrix for each of {} joints, found {}", joints.len(), matrices.len());
             return Err(Fault::invalid(format!("skins[{}].inverseBindMatrices", skin.index()), message));
         }
         for (target, matrix) in inverse_bind.iter_mut().zip(&matrices) {

@@ -160,7 +160,7 @@ fn node_and_mesh(node: &gltf::Node, report: &mut Report) {
     };
     let targets = mesh.primitives().next().map_or(0, |primitive| primitive.morph_targets().len());
     if let Some(weights) = node.weights().filter(|weights| weights.len() != targets) {
-        let message = format!("expected {targets}, one for each morph target, has {}", weights.len());
+        let message = format!("expected {targets}, one for each morph target, found {}", weights.len());
         report.warn(format!("{place}.weights"), message);
     }
     if node.skin().is_some() && mesh.primitives().any(|primitive| primitive.get(&Semantic::Joints(0)).is_none()) {

@@ -136,7 +136,7 @@ impl Check<'_> {
             let place = join(place, field.name);
             match object.get(field.name) {
                 Some(value) => self.field(value, field, &place),
-                None if field.required => self.fault(&place, "required, and missing"),
+                None if field.required => self.fault(&place, "missing required property"),
                 None => {}
             }
         }
@@ -168,7 +168,7 @@ impl Check<'_> {
         check(self);
         self.lenient = outer;
         if self.faults > before {
-            self.report.warn(place, "left out for that");
+            self.report.warn(place, "ignored for this reason");
             self.unfit.push(place.to_owned());
             self.faults = before;
         }
@@ -181,7 +181,7 @@ impl Check<'_> {
             Kind::Texts => self.each(value, Kind::Text, place),
             Kind::Whole(min, max) => match whole(value) {
                 Some(n) => {
-                    self.expect((min..=max).contains(&n), place, format_args!("expected {min} to {max}, is {n}"))
+                    self.expect((min..=max).contains(&n), place, format_args!("expected {min} to {max}, found {n}"))
                 }
                 None => self.fault(place, format!("expected a whole number of at least {min}")),
             },
@@ -190,7 +190,7 @@ impl Check<'_> {
             Kind::Reals(count, min, max) => {
                 let length = value.as_array().map_or(0, Vec::len);
                 if count > 0 && value.is_array() && length != count {
-                    return self.fault(place, format!("expected {count} numbers, has {length}"));
+                    return self.fault(place, format!("expected {count} numbers, found {length}"));
                 }
                 self.each(value, Kind::Real(min, max), place);
             }
@@ -228,7 +228,7 @@ impl Check<'_> {
 
     fn real(&mut self, value: &Value, place: &str, fits: impl Fn(f64) -> bool, expected: impl Fn() -> String) {
         match value.as_f64() {
-            Some(n) => self.expect(fits(n), place, format_args!("expected {}, is {n}", expected())),
+            Some(n) => self.expect(fits(n), place, format_args!("expected {}, found {n}", expected())),
             None => self.fault(place, "expected a number"),
         }
     }

@@ -119,7 +119,7 @@ pub fn texture(document: &Document, info: Info, place: &str, report: &mut Report
     let json = &document.json().textures[texture.index()];
     let Some(image) = choice(document, &texture) else {
         let place = format!("textures[{}]", texture.index());
-        report.warn(place, "names no image that can be read: drawn without it");
+        report.warn(place, "no readable image: drawn without it");
         return None;
     };
     if uv_set > 1 {
@@ -316,7 +316,10 @@ fn check_format(document: &Document, encoded: &Encoded, report: &mut Report) {
             format!("{} is read, though glTF allows PNG and JPEG alone without an extension", decoder::name(format)),
         );
     } else if encoded.format.is_some_and(|stated| stated != format) {
-        report.warn(&*encoded.place, format!("its media type or name says otherwise, it is {}", decoder::name(format)));
+        report.warn(
+            &*encoded.place,
+            format!("does not match its media type or name: the data is {}", decoder::name(format)),
+        );
     }
 }
 

@@ -46,12 +46,10 @@ impl Place {
     fn outside(&self, uri: &str, how: &str) -> String {
         if self.by_scene {
             let bound = self.bound.display();
-            return format!(
-                "{uri:?} leads outside {bound}, the folder that holds both the model and what names it{how}"
-            );
+            return format!("{uri:?} leads outside {bound}, the directory of the model and the scene{how}");
         }
-        let wayout = "to read it, let a scene file (.ron) in a folder that holds both name the model";
-        format!("{uri:?} leads outside the model's folder{how}; {wayout}")
+        let wayout = "to allow it, load the model from a scene file (.ron) in a common parent directory";
+        format!("{uri:?} leads outside the model's directory{how}; {wayout}")
     }
 
     /// The file that a URI names, if there is one that may be read.

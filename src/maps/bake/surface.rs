@@ -74,7 +74,7 @@ impl Surface {
             return Err(MapError::refused(path, "has no triangles in its scene: nothing to bake; expected a mesh"));
         }
         if let Some(place) = surface.positions.iter().find(|p| !p.is_finite()) {
-            return Err(MapError::refused(path, format!("expected finite places, a vertex is at {place}")));
+            return Err(MapError::refused(path, format!("expected finite positions, found a vertex at {place}")));
         }
         Ok(surface)
     }

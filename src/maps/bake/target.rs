@@ -76,7 +76,7 @@ impl<'a> Target<'a> {
         let path = &surface.source;
         let largest = surface.positions.iter().fold(0.0f32, |largest, p| largest.max(p.abs().max_element()));
         if surface.triangles.is_empty() || largest == 0.0 {
-            return Err(MapError::refused(path, "all triangles lie in one point: expected a mesh with a surface"));
+            return Err(MapError::refused(path, "all triangles are at one point: expected a mesh with a surface"));
         }
         let inner_from_metres = (INNER_SIZE / largest).log2().floor().exp2();
         if !(inner_from_metres > 1e-30 && inner_from_metres < 1e30) {
@@ -99,7 +99,7 @@ impl<'a> Target<'a> {
             .collect();
         let bvh = build(&boxes);
         if depth(&bvh) > MAX_DEPTH {
-            return Err(MapError::refused(path, "its triangles lie too unevenly for a BVH: expected an ordinary mesh"));
+            return Err(MapError::refused(path, "the triangles are distributed too unevenly for a BVH"));
         }
         let triangles = bvh.primitive_indices.iter();
         let corners = triangles.map(|&triangle| inner(&surface.triangles[triangle as usize])).collect();

@@ -49,7 +49,7 @@ pub fn bake(
     let reach = options.reach.unwrap_or_else(|| auto_cage(low));
     let metres = reach.metres();
     if !(metres > 0.0 && metres.is_finite()) {
-        return Err(MapError::option("reach", format!("expected metres above 0, is {metres}")));
+        return Err(MapError::option("reach", format!("expected metres above 0, found {metres}")));
     }
     let unwrap = Unwrap::new(low, options.size).map_err(|message| MapError::refused(&low.source, message))?;
     let sky = Sky::new(options.rays, options.occlusion_distance);
@@ -91,11 +91,11 @@ pub fn bake(
 pub(super) fn check_options(options: &BakeOptions) -> Result<(), MapError> {
     check_size(options.size)?;
     if !(1..=MAX_RAYS).contains(&options.rays) {
-        let message = format!("expected 1 to {MAX_RAYS} rays for each texel, is {}", options.rays);
+        let message = format!("expected 1 to {MAX_RAYS} rays for each texel, found {}", options.rays);
         return Err(MapError::option("rays", message));
     }
     if options.occlusion_distance.is_nan() || options.occlusion_distance <= 0.0 {
-        let message = format!("expected metres above 0, is {}", options.occlusion_distance);
+        let message = format!("expected metres above 0, found {}", options.occlusion_distance);
         return Err(MapError::option("occlusion_distance", message));
     }
     Ok(())
@@ -109,7 +109,7 @@ pub fn check_size((width, height): (usize, usize)) -> Result<(), MapError> {
     if (1..=MAX_SIDE).contains(&width) && (1..=MAX_SIDE).contains(&height) {
         return Ok(());
     }
-    Err(MapError::option("size", format!("expected 1 to {MAX_SIDE} texels along each side, is {width}×{height}")))
+    Err(MapError::option("size", format!("expected 1 to {MAX_SIDE} texels along each side, found {width}×{height}")))
 }
 
 fn auto_cage(low: &Surface) -> Reach {

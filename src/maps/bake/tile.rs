@@ -63,7 +63,7 @@ pub fn bake_tile(
     let width = patch.period * (size.x / size.y).sqrt();
     baked.report.metres_per_width = (width, width, width);
     if baked.report.baked == 0 {
-        let message = "nothing of it is seen from above: expected faces that look up (+Y)";
+        let message = "nothing is visible from above: expected faces that point up (+Y)";
         return Err(MapError::refused(&target.surface.source, message));
     }
     let range = baked.report.heights_met;
@@ -85,7 +85,7 @@ impl<'a> Patch<'a> {
         let extent = (aabb.max - aabb.min).xz();
         let period = period.unwrap_or(extent.max_element());
         if !(period > 0.0 && period.is_finite()) {
-            return Err(MapError::option("period", format!("expected metres above 0, is {period}")));
+            return Err(MapError::option("period", format!("expected metres above 0, found {period}")));
         }
         if extent.max_element() > MOST_PERIODS * period {
             let message = format!(

@@ -80,7 +80,7 @@ fn note<'a>(
         shared.more += 1;
     } else {
         shared.faults.push(at.fault(format_args!(
-            "{first} is a {kind} named {name:?}, too: {reached_by} reaches that one only; expected another name"
+            "duplicate {kind} name {name:?}: {first} has it, too, and {reached_by} selects that one only"
         )));
     }
 }

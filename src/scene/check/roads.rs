@@ -75,7 +75,7 @@ impl<'a> Check<'a> {
             let is_far = |x: &f64| !(-FARTHEST..=FARTHEST).contains(x);
             // Points that are refused need not be refused twice, by a length that may be infinite.
             if length > LONGEST && !route.points.iter().flatten().any(is_far) {
-                c.fault(format_args!("the route is {length} m long; at most {LONGEST} m are possible"));
+                c.fault(format_args!("expected a length of at most {LONGEST} m, found {length} m"));
             }
         });
         if !(1..=LANES).contains(&route.lanes) {
@@ -90,7 +90,7 @@ impl<'a> Check<'a> {
         });
         self.each("stops", &route.stops, |c, stop| c.stop(stop, length));
         if route.closed && !route.then.is_empty() {
-            self.field("then", |c| c.fault("a closed route goes on at its own beginning; expected no other"));
+            self.field("then", |c| c.fault("not allowed for a closed route, which continues at its own beginning"));
         }
         if route.then.len() > MOST_WAYS {
             let count = route.then.len();
@@ -102,7 +102,7 @@ impl<'a> Check<'a> {
             if !lanes.is_empty() && lanes.iter().all(|lane| *lane >= route.lanes) {
                 let count = route.lanes;
                 c.fault(format_args!(
-                    "{name:?} is from the lanes {lanes:?} only; this route has {count}, counted from 0"
+                    "{name:?} follows the lanes {lanes:?} only; this route has {count} lanes, counted from 0"
                 ));
             }
         });
@@ -133,7 +133,7 @@ impl<'a> Check<'a> {
         self.along_route("at", stop.at, length);
         self.number("keep_clear", stop.keep_clear, 0.0, FARTHEST_CLEAR);
         if stop.keep_clear > 0.0 && stop.signal.is_none() {
-            self.field("keep_clear", |c| c.fault("expected at a stop with a signal only"));
+            self.field("keep_clear", |c| c.fault("only allowed at a stop with a signal"));
         }
         match (&stop.signal, stop.seconds) {
             (Some(signal), None) => self.known_group(signal, stop.group),
@@ -149,7 +149,7 @@ impl<'a> Check<'a> {
         };
         let count = signal.green_seconds.len();
         if group >= count {
-            let message = format!("the signal {name:?} has {count} groups, counted from 0; found {group}");
+            let message = format!("signal {name:?} has {count} groups, counted from 0; found {group}");
             self.field("group", |c| c.fault(message));
         }
     }

@@ -36,7 +36,7 @@ impl<'a> Check<'a> {
         }
         if m.horizon_map_0.is_some() != m.horizon_map_1.is_some() {
             let missing = if m.horizon_map_0.is_some() { "horizon_map_1" } else { "horizon_map_0" };
-            self.fault(format_args!("expected {missing} too: the two horizon maps have four directions each"));
+            self.fault(format_args!("missing {missing}: each of the two horizon maps has four directions"));
         }
         for (name, map) in m.maps() {
             let Some(map) = map else { continue };

@@ -53,13 +53,13 @@ pub fn assemble(
         source.nodes().into_iter().map(|node| (node, model.nodes.iter().filter(|n| n.name == *node).count()))
     {
         if count > 1 {
-            builder.warn(format_args!("{count} nodes are called {node:?}: the first of them is meant"));
+            builder.warn(format_args!("{count} nodes are named {node:?}: the first is used"));
         }
     }
     builder.find_wheels();
     builder.stand_on_wheels();
     for node in builder.build() {
-        builder.warn(format_args!("node {node:?} is sheared; it is drawn without that"));
+        builder.warn(format_args!("node {node:?} is sheared; it is drawn without the shear"));
     }
     for warning in lamps::aim(&mut builder.parts, &builder.aims, builder.library) {
         builder.warn(warning);
@@ -67,7 +67,7 @@ pub fn assemble(
     for (index, node) in model.nodes.iter().enumerate() {
         let is_lamp = builder.roles.get(&index).is_some_and(|role| role.lamp.is_some());
         if node.light.is_some() && builder.placed.contains_key(&index) && !is_lamp {
-            builder.warn(format_args!("the light at node {:?} is no lamp of it and is left out", node.name));
+            builder.warn(format_args!("the light at node {:?} belongs to none of its lamps and is ignored", node.name));
         }
     }
     warnings.append(&mut builder.warnings);

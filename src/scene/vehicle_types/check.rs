@@ -21,7 +21,7 @@ pub fn faults(source: &VehicleTypes, models: &HashMap<String, Model>, library: &
     check.field("types", |c| {
         c.entries(&source.types, |c, value| vehicle_type(c, value, models.get(&value.model), library));
         for (i, name) in source.types.names().enumerate().filter(|(_, name)| *name == StandIn::default().name) {
-            let message = format!("the name {name:?} is that of the stand-in; expected another");
+            let message = format!("reserved name {name:?}: the placeholder vehicle type has it");
             c.inside(Step::Entry(i), name, |c| c.fault(message));
         }
     });

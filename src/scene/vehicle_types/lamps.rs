@@ -73,9 +73,8 @@ pub fn aim(parts: &mut Vec<Part>, aims: &HashMap<usize, Aim>, library: &Library)
         let is_aimed = |kind| matches!(kind, LightKind::Spot { .. } | LightKind::Directional);
         if !lamp.light.as_ref().is_some_and(|light| is_aimed(light.kind)) {
             if aim.direction.is_some() {
-                warnings.push(format!(
-                    "the direction of lamp {name:?} changes nothing: it has no spot or directional light"
-                ));
+                warnings
+                    .push(format!("the direction of lamp {name:?} has no effect: it has no spot or directional light"));
             }
             continue;
         }

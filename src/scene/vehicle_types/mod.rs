@@ -44,8 +44,7 @@ impl Loaded {
     pub fn warn_of_replaced(&mut self, file: &str, other: &Self) {
         for name in other.types.iter().map(|new| &new.name) {
             if self.types.iter().any(|known| known.name == *name) {
-                let warning =
-                    format!("{file}: {name:?} takes the place of a vehicle type of that name in an earlier file");
+                let warning = format!("{file}: {name:?} replaces the vehicle type of that name in an earlier file");
                 self.warnings.push(warning);
             }
         }

@@ -90,8 +90,8 @@ fn measured(drawn: &Drawn, index: usize, given: Option<f32>, warnings: &mut Vec<
             let is_beside = (hub.x - origin.x).abs() > half_width + radius / 2.0;
             if reach > radius {
                 warnings.push(format!(
-                    "what sticks out of wheel {name:?} turns with it, up to {reach:.2} m from the axle; the wheel's \
-                     own radius is {radius:.2} m"
+                    "parts that stick out of wheel {name:?} turn with it, up to {reach:.2} m from the axle; the \
+                     wheel's own radius is {radius:.2} m"
                 ));
             }
             Some((if is_off_axle || is_beside { hub } else { origin }, given.unwrap_or(radius)))
@@ -108,8 +108,8 @@ fn measured(drawn: &Drawn, index: usize, given: Option<f32>, warnings: &mut Vec<
         }
         Shape::Other([height, length]) => {
             warnings.push(format!(
-                "node {name:?} is no wheel and is not turned: what is drawn there, {height:.2} m high and {length:.2} \
-                 m long, is not round about the vehicle's X; a wheel has to be a node of its own, apart from the body"
+                "node {name:?} is not a wheel and is not turned: its geometry, {height:.2} m high and {length:.2} m \
+                 long, is not round about the vehicle's X; a wheel needs a node of its own, separate from the body"
             ));
             None
         }
