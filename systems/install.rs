@@ -21,6 +21,7 @@ use crate::draw::instances::InstanceTable;
 use crate::draw::list::DrawList;
 use crate::draw::materials::MaterialTable;
 use crate::ecs::clock::{Clock, Seed};
+use crate::ecs::parallel::set_threads;
 use crate::ecs::stats::FrameStats;
 use crate::ecs::sub_steps::SubStep;
 use crate::lights::order::ObjectOrder;
@@ -39,11 +40,12 @@ use crate::vehicles::hooks as vehicle_hooks;
 use bevy_ecs::prelude::*;
 
 /// Objects, materials, lights and the clock: what the [frame's schedule](crate::frame_schedule) needs, and that of
-/// steps but for vehicles, recordings and physics.
+/// steps but for vehicles, recordings and physics. Starts the [worker threads](crate::set_threads) of this process.
 ///
 /// # Panics
 /// If an entity of the world has, or had, one of the components, or it was called before.
 pub fn core(world: &mut World) {
+    set_threads(None);
     hooks::register(world);
     // Schedules ask for it in their first run. The later a resource comes, the more it takes: it is an entity, and
     // where that one is stands in a list of 4 bytes for each entity before it.

@@ -4,7 +4,6 @@ use crate::assets::library::Library;
 use crate::draw::frame_data::FrameData;
 use crate::draw::instance_records::InstanceRecords;
 use crate::draw::list::DrawList;
-use crate::ecs::parallel::set_threads;
 use crate::install;
 use crate::schedules::{frame_schedule, step_schedule};
 use bevy_ecs::prelude::*;
@@ -42,7 +41,6 @@ impl Default for Simulation {
 impl Simulation {
     /// An empty world.
     pub fn new() -> Self {
-        set_threads(None);
         let mut world = World::new();
         install::core(&mut world);
         install::recording(&mut world);
