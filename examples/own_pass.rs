@@ -1,4 +1,5 @@
-//! A render pass of one's own between those of a view: lines along the axes of the world, hidden by what is before them.
+//! A render pass of one's own between those of a view: lines along the axes of the world, hidden by what is before
+//! them.
 //!
 //! `cargo run --release --example own_pass` writes `own_pass.png`.
 

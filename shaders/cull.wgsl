@@ -136,8 +136,8 @@ fn index_of(workgroup: vec3u) -> u32 {
     return workgroup.x + workgroup.y * ROW;
 }
 
-// The largest stretch of the matrix with those rows, bounded by Gershgorin's theorem on MᵀM; systems/space/bounds.rs has
-// the twin. 0 in a slot that is not in use.
+// The largest stretch of the matrix with those rows, bounded by Gershgorin's theorem on MᵀM; systems/space/bounds.rs
+// has the twin. 0 in a slot that is not in use.
 fn stretch(rows: array<vec4f, 3>) -> f32 {
     let x = vec3f(rows[0].x, rows[1].x, rows[2].x);
     let y = vec3f(rows[0].y, rows[1].y, rows[2].y);

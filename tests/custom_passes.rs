@@ -92,8 +92,8 @@ struct Stage {
 }
 
 impl Stage {
-    /// A white wall 4 m before the camera in the lower half of the picture, blue sky above it; perhaps green glass before
-    /// both.
+    /// A white wall 4 m before the camera in the lower half of the picture, blue sky above it; perhaps green glass
+    /// before both.
     fn new(gpu: &Gpu, glass: bool) -> Self {
         let mut simulation = Simulation::new();
         let blue = Vec3::new(0.0, 0.0, 1.0);

@@ -71,8 +71,9 @@ fn single(outputs: OutputSet) -> Settings {
     Settings { samples: 1, outputs, ..Settings::default() }
 }
 
-/// The same pixels: entities, and depths and normals of the same surfaces. Two compiled shaders may round apart: a depth
-/// of 32 bits is the end of some ten operations, of less than 2⁻²⁴ each; a normal is stored in half floats, to 2⁻¹¹.
+/// The same pixels: entities, and depths and normals of the same surfaces. Two compiled shaders may round apart: a
+/// depth of 32 bits is the end of some ten operations, of less than 2⁻²⁴ each; a normal is stored in half floats, to
+/// 2⁻¹¹.
 fn assert_same(found: &Outputs, expected: &Outputs, what: &str) {
     let (entities, wanted) = (found.entities(), expected.entities());
     assert!(wanted.iter().any(Option::is_some) && wanted.iter().any(Option::is_none), "{what}: both");

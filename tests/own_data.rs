@@ -1,4 +1,5 @@
-//! Renderers draw data that no `Simulation` made: a world with resources and a schedule of its own, and no world at all.
+//! Renderers draw data that no `Simulation` made: a world with resources and a schedule of its own, and no world at
+//! all.
 
 mod common;
 

@@ -134,8 +134,8 @@ fn scene_bytes(stats: RenderStats) -> u64 {
     stats.instance_bytes + stats.light_bytes + stats.material_bytes + stats.asset_bytes
 }
 
-/// Each view has what it would have had alone, to the bit: its picture, and what was seen of it before, which decides how
-/// much is drawn. What they share is uploaded once.
+/// Each view has what it would have had alone, to the bit: its picture, and what was seen of it before, which decides
+/// how much is drawn. What they share is uploaded once.
 #[test]
 fn views_of_a_frame_look_as_if_each_were_drawn_alone() {
     let Some(gpu) = common::gpu() else { return };

@@ -236,16 +236,16 @@ impl Renderer {
     /// Uploads what changed in a frame's data, once for all views, and makes what views lack, so that [`Self::record`]
     /// only records. Afterwards [`ViewState::needs_redraw`] says whether a view's picture can differ from the one last
     /// drawn; if not, [`Self::record_again`] gives it for less. A world lends its frame by
-    /// [`Simulation::with_frame`](systems::Simulation::with_frame), and is to be as its frame's systems left it: what is
-    /// edited in between may be seen in part. Data of other programs are a frame, too ([`FrameData`]). Texels that the
-    /// library does not keep ([`systems::assets::Library::keep_texels`]) are released.
+    /// [`Simulation::with_frame`](systems::Simulation::with_frame), and is to be as its frame's systems left it: what
+    /// is edited in between may be seen in part. Data of other programs are a frame, too ([`FrameData`]). Texels that
+    /// the library does not keep ([`systems::assets::Library::keep_texels`]) are released.
     ///
-    /// Those views can be recorded until the next `prepare`. Others rest, with what they saw last: what lists are made of
-    /// may change meanwhile.
+    /// Those views can be recorded until the next `prepare`. Others rest, with what they saw last: what lists are made
+    /// of may change meanwhile.
     ///
     /// # Errors
-    /// [`RenderError`]. No view can be recorded then until another `prepare` goes well, but where a picture is too large:
-    /// nothing changes for that.
+    /// [`RenderError`]. No view can be recorded then until another `prepare` goes well, but where a picture is too
+    /// large: nothing changes for that.
     pub fn prepare(
         &mut self,
         frame: &mut FrameData<'_>,

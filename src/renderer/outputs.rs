@@ -173,7 +173,8 @@ impl ViewState {
         self.together && self.outputs.color
     }
 
-    /// Shading normals as the last frame drew them, `Rgba16Float`, world space; `None` unless the settings ask for them.
+    /// Shading normals as the last frame drew them, `Rgba16Float`, world space; `None` unless the settings ask for
+    /// them.
     pub fn normal_texture(&self) -> Option<&wgpu::Texture> {
         self.output_textures.normal.as_ref().filter(|_| self.outputs.normal).map(|kept| &kept.texture)
     }
@@ -213,8 +214,8 @@ impl ViewState {
 
 impl Renderer {
     /// Draws outputs of a view and reads them back, with one wait for the GPU. What the settings ask for
-    /// ([`Settings::outputs`](super::Settings::outputs)) and [`Self::record`] has drawn already is read only; the rest is
-    /// drawn once more for it. `None` unless the view is one of those of the last [`Self::prepare`].
+    /// ([`Settings::outputs`](super::Settings::outputs)) and [`Self::record`] has drawn already is read only; the rest
+    /// is drawn once more for it. `None` unless the view is one of those of the last [`Self::prepare`].
     pub fn draw_outputs(&mut self, view: &mut ViewState, outputs: OutputSet) -> Option<Outputs> {
         if !self.is_prepared(view) {
             return None;
@@ -246,8 +247,8 @@ impl Renderer {
         Some(Outputs { width, height, picture, normal, id, depth, view_from_clip: view.view_from_clip })
     }
 
-    /// The entity at a pixel, and its distance; `None` where there is nothing, or if the view is not one of those of the
-    /// last [`Self::prepare`]. Shades that pixel only and waits for the GPU: for clicks, not for every frame.
+    /// The entity at a pixel, and its distance; `None` where there is nothing, or if the view is not one of those of
+    /// the last [`Self::prepare`]. Shades that pixel only and waits for the GPU: for clicks, not for every frame.
     pub fn pick(&mut self, view: &mut ViewState, pixel: UVec2) -> Option<Picked> {
         let size = view.size().filter(|_| self.is_prepared(view))?;
         if pixel.cmpge(size.into()).any() {

@@ -33,8 +33,8 @@ struct Copied {
 }
 
 impl Readback {
-    /// Submits commands, and behind them copies of the first levels of some textures: their texels, rows tightly packed,
-    /// none of those that are `None`. Waits for the GPU, once.
+    /// Submits commands, and behind them copies of the first levels of some textures: their texels, rows tightly
+    /// packed, none of those that are `None`. Waits for the GPU, once.
     pub fn read<const N: usize>(
         &mut self,
         gpu: &Gpu,

@@ -4,9 +4,9 @@
 //! and those of lights); its batches say what is drawn together. `materials` and `light_records` write their tables.
 //! `instances` gives every object a slot in a page of its batch (`pages`), `instance_records` makes an object's record
 //! of its components when it is read, and `batches` lists the pages. `reaching` lists all lights of each object where
-//! that is asked for. A renderer reads a frame as [`FrameData`]. Objects that lack their mesh, material or place wait as `incomplete`; large ones are drawn in
-//! [`pieces`]. [`hooks`] take what goes out of all these tables. A [`View`] is a [`Camera`] at a place, under an
-//! [`Environment`].
+//! that is asked for. A renderer reads a frame as [`FrameData`]. Objects that lack their mesh, material or place wait
+//! as `incomplete`; large ones are drawn in [`pieces`]. [`hooks`] take what goes out of all these tables. A [`View`] is
+//! a [`Camera`] at a place, under an [`Environment`].
 
 pub(crate) mod batches;
 pub(crate) mod camera;

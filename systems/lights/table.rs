@@ -4,13 +4,13 @@
 //! [`ScoredLight`] (what the search reads); `update_light_table` of `draw` writes both, from the lights that changed.
 //! [`crate::lights::select_lights`] then gives objects their [`SelectedLights`](crate::lights::SelectedLights).
 //!
-//! Relevance is [`score`](crate::lights::score): no point of the object's bounding sphere receives more irradiance (luminance, unshadowed,
-//! facing the light) from the light. The three highest scores win; of equal scores, the lower slot. So that nothing
-//! pops when the three change, a light's weight is 1 − (s₄/s)⁴, s₄ the fourth highest score: a light comes and goes at
-//! weight 0. What the weights leave out goes into the remainder, an ambient cube of the irradiance at the object's
-//! centre: with e the irradiance of a light (luminance) and l the direction to it, dir = Σ e l, sides = Σ e |l|
-//! (component by component), and shading adds dot(n², sides + sign(n) · dir) / 2 in the mean colour of what was left
-//! out.
+//! Relevance is [`score`](crate::lights::score): no point of the object's bounding sphere receives more irradiance
+//! (luminance, unshadowed, facing the light) from the light. The three highest scores win; of equal scores, the lower
+//! slot. So that nothing pops when the three change, a light's weight is 1 − (s₄/s)⁴, s₄ the fourth highest score: a
+//! light comes and goes at weight 0. What the weights leave out goes into the remainder, an ambient cube of the
+//! irradiance at the object's centre: with e the irradiance of a light (luminance) and l the direction to it, dir = Σ e
+//! l, sides = Σ e |l| (component by component), and shading adds dot(n², sides + sign(n) · dir) / 2 in the mean colour
+//! of what was left out.
 
 use super::record::{LightRecord, NO_LIGHT};
 use super::relevance::ScoredLight;
