@@ -74,6 +74,29 @@ fn the_same_frames_bit_for_bit_on_two_runs_and_with_one_or_two_threads() {
     assert!(first[0].1 != first[1].1, "frames differ: something moves");
 }
 
+/// Depth, normal and id have one sample per pixel, whatever the picture has; they lie in one pass with it or another.
+#[test]
+fn outputs_are_the_same_for_one_sample_and_for_four() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let folder = scene_folder();
+    let render = |out: &str, samples: &str| {
+        let args = ["render", "scene.ron", "-o", out, "--frames", "8..10", "--size", "96x54", "--samples", samples];
+        let output = relief(&[&args[..], &["--outputs", "color,id"]].concat(), folder.path());
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        contents(&folder.path().join(out))
+    };
+    let (one, four) = (render("one", "1"), render("four", "4"));
+    let (colors, others): (Vec<_>, Vec<_>) =
+        one.iter().zip(&four).partition(|((path, _), _)| path.to_string_lossy().contains("color"));
+    assert!(colors.len() == 2 && colors.iter().all(|(one, four)| one.1 != four.1), "pictures have other edges");
+    assert!(others.len() == 3 && others.iter().all(|(one, four)| one == four), "ids and their names");
+    let output = relief(&["render", "scene.ron", "-o", "two", "--samples", "2"], folder.path());
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("expected 1 or 4"), "{}", text(&output.stderr));
+}
+
 #[test]
 fn a_resumed_run_ends_with_what_an_unbroken_one_gives() {
     if common::gpu().is_none() {

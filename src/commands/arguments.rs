@@ -78,6 +78,11 @@ pub fn parse_levels(text: &str) -> Result<LevelOfDetail, String> {
     Ok(if on { LevelOfDetail::default() } else { LevelOfDetail::OFF })
 }
 
+/// Samples per pixel.
+pub fn parse_samples(text: &str) -> Result<u32, String> {
+    text.parse().ok().filter(|n| [1, 4].contains(n)).ok_or_else(|| "expected 1 or 4".to_owned())
+}
+
 /// Simulated seconds per real second.
 pub fn parse_speed(text: &str) -> Result<f64, String> {
     let (slowest, fastest) = (SPEEDS.start(), SPEEDS.end());

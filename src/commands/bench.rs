@@ -94,7 +94,7 @@ pub struct BenchArgs {
     #[arg(value_parser = arguments::named("value", &ON_OFF))]
     pub compress: bool,
     /// Samples per pixel: 1, or 4 as in other commands
-    #[arg(long, default_value = "1", value_name = "1|4", value_parser = parse_samples)]
+    #[arg(long, default_value = "1", value_name = "1|4", value_parser = arguments::parse_samples)]
     pub samples: u32,
     /// Tone-map in a separate pass, as relief render does. off: in the forward pass, unless several samples, blended
     /// objects or emboss_multipass need the separate pass
@@ -257,8 +257,4 @@ fn view() -> impl TypedValueParser<Value = YardView> {
 fn parse_fraction(text: &str) -> Result<f32, String> {
     let fraction = text.parse().ok().filter(|f| (0.0..=1.0).contains(f));
     fraction.ok_or_else(|| format!("expected a number from 0 to 1{}", arguments::pointed(text)))
-}
-
-fn parse_samples(text: &str) -> Result<u32, String> {
-    text.parse().ok().filter(|n| [1, 4].contains(n)).ok_or_else(|| "expected 1 or 4".to_owned())
 }
