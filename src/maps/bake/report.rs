@@ -110,7 +110,7 @@ impl fmt::Display for Report {
         }
         writeln!(f, "\noverlap   {} texels claimed by several triangles", self.overlapping)?;
         if self.flat_triangles > 0 {
-            writeln!(f, "flat      {} triangles of the coarse mesh have no area in the UVs", self.flat_triangles)?;
+            writeln!(f, "flat      {} triangles of the low-poly mesh have no area in the UVs", self.flat_triangles)?;
         }
         let ((black, white), (low, high)) = (self.height_range, self.heights_met);
         writeln!(f, "height    black {black} m, white {white} m; met {low:.5} to {high:.5} m")?;
