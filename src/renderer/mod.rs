@@ -76,7 +76,7 @@ use pyramid::PyramidMaker;
 use std::sync::atomic::{AtomicU64, Ordering};
 use systems::assets::Technique;
 use systems::draw::{BatchKey, DrawList, FrameData};
-use targets::Behind;
+use targets::SceneColorCopy;
 use textures::Textures;
 use timestamps::Timestamps;
 
@@ -143,7 +143,7 @@ pub struct Renderer {
     /// With whole meshes only, and with levels of detail.
     draws: [Draws; 2],
     /// Stands in for the picture behind blended objects where none refracts it.
-    nothing_behind: Behind,
+    no_scene_color: SceneColorCopy,
     /// The world whose meshes, textures and tables are uploaded.
     world: u64,
     /// Tells what is uploaded from what was, or what another renderer has: views that knew that begin anew.
@@ -186,7 +186,7 @@ impl Renderer {
             meshes: Meshes::new(device),
             tables: FrameTables::new(device),
             draws: [Draws::new(device), Draws::new(device)],
-            nothing_behind: Behind::new(device, &pipelines.behind_layout, (1, 1)),
+            no_scene_color: SceneColorCopy::new(device, &pipelines.scene_color_layout, (1, 1)),
             world: 0,
             epoch: EPOCHS.fetch_add(1, Ordering::Relaxed),
             prepared: 0,
@@ -282,7 +282,12 @@ impl Renderer {
         let list = frame.list;
         for (state, plan) in views {
             state.finish(&self.gpu, list, plan, self.uploads, self.prepared);
-            state.fit_behind(&self.gpu.device, &self.pipelines.behind_layout, plan.size(), &self.blended_keys.1);
+            state.fit_scene_color(
+                &self.gpu.device,
+                &self.pipelines.scene_color_layout,
+                plan.size(),
+                &self.blended_keys.1,
+            );
             if state.needs_sky() {
                 self.pipelines.make_sky(&self.gpu.device, state.pass.sky());
             }

@@ -97,7 +97,7 @@ impl Renderer {
     }
 
     fn bind_meshes(&self, pass: &mut wgpu::RenderPass<'_>, view: &ViewState) {
-        pass.set_bind_group(2, &view.behind.as_ref().unwrap_or(&self.nothing_behind).group, &[]);
+        pass.set_bind_group(2, &view.scene_color.as_ref().unwrap_or(&self.no_scene_color).group, &[]);
         pass.set_vertex_buffer(0, self.meshes.vertices.buffer().slice(..));
         pass.set_index_buffer(self.meshes.indices.buffer().slice(..), wgpu::IndexFormat::Uint32);
     }

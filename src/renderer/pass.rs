@@ -4,7 +4,7 @@ use super::emboss::EmbossPass;
 use super::targets::HDR_FORMAT;
 use super::{DebugView, PICTURE_FORMAT};
 use systems::assets::{AlphaMode, Shading, Technique};
-use systems::draw::{LightTraits, PipelineKey, ToneMap};
+use systems::draw::{LightFeatures, PipelineKey, ToneMap};
 
 /// World-space normals.
 pub(super) const NORMAL_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
@@ -18,7 +18,7 @@ pub(super) enum Pass {
     Color {
         /// Every light shades every pixel.
         all_lights: bool,
-        lights: LightTraits,
+        lights: LightFeatures,
         debug: DebugView,
         samples: u32,
         /// Tone-maps itself, into a picture; else HDR colour.
@@ -27,7 +27,7 @@ pub(super) enum Pass {
         beside: Attached,
     },
     /// One of the passes of [`Technique::EmbossMultipass`], over what `Color` drew.
-    Emboss { pass: EmbossPass, lights: LightTraits, samples: u32 },
+    Emboss { pass: EmbossPass, lights: LightFeatures, samples: u32 },
     /// Outputs without colour.
     Outputs(Attached),
 }

@@ -7,7 +7,7 @@ use super::{DebugView, shaders};
 use std::collections::{BTreeMap, BTreeSet};
 use std::thread::JoinHandle;
 use systems::assets::AlphaMode;
-use systems::draw::{LightTraits, PipelineKey, ToneMap};
+use systems::draw::{LightFeatures, PipelineKey, ToneMap};
 use systems::ecs::parallel::map_in_parallel;
 
 /// Pipelines that are being made.
@@ -19,7 +19,7 @@ pub(super) struct Pipelines {
     /// Group 0 of all passes: view and tables.
     pub frame_layout: wgpu::BindGroupLayout,
     /// Group 2 of objects: the picture without blended ones.
-    pub behind_layout: wgpu::BindGroupLayout,
+    pub scene_color_layout: wgpu::BindGroupLayout,
     /// Group 0 of the tone map.
     pub tone_map_layout: wgpu::BindGroupLayout,
     forward: wgpu::ShaderModule,
@@ -56,7 +56,8 @@ impl Pipelines {
                 }],
             })
         };
-        let (behind_layout, tone_map_layout) = (picture_layout("behind"), picture_layout("tone map source"));
+        let (scene_color_layout, tone_map_layout) =
+            (picture_layout("scene color copy"), picture_layout("tone map source"));
         let layout = |label, groups: &[Option<&wgpu::BindGroupLayout>]| {
             device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
                 label: Some(label),
@@ -68,11 +69,11 @@ impl Pipelines {
             forward: module("forward.wgsl", shaders::FORWARD),
             sky: module("sky.wgsl", shaders::SKY),
             tone_map: module("tonemap.wgsl", shaders::TONE_MAP),
-            forward_layout: layout("forward", &[Some(&frame_layout), Some(class_layout), Some(&behind_layout)]),
+            forward_layout: layout("forward", &[Some(&frame_layout), Some(class_layout), Some(&scene_color_layout)]),
             sky_layout: layout("sky", &[Some(&frame_layout)]),
             tone_map_pipeline_layout: layout("tone map", &[Some(&tone_map_layout)]),
             frame_layout,
-            behind_layout,
+            scene_color_layout,
             tone_map_layout,
             objects: BTreeMap::new(),
             skies: BTreeMap::new(),
@@ -197,7 +198,7 @@ pub(super) fn object_constants(pass: Pass, key: PipelineKey) -> [(&'static str, 
     };
     let lights = match pass {
         Pass::Color { lights, .. } | Pass::Emboss { lights, .. } => lights,
-        Pass::Outputs(_) => LightTraits::default(),
+        Pass::Outputs(_) => LightFeatures::default(),
     };
     let (emboss_step, emboss_light) = match pass {
         Pass::Emboss { pass, .. } => pass.constants(),

@@ -184,7 +184,7 @@ impl Renderer {
         let picture = Leaves { picture: true, samples: false, depth: keeps_depth };
         // What the pass over blended objects leaves, and that over the sky before it.
         let last = if after_blended { Leaves::SAMPLES } else { picture };
-        let copies = view.state.behind.is_some();
+        let copies = view.state.scene_color.is_some();
         let opaque = if copies { Leaves { picture: true, ..Leaves::SAMPLES } } else { last };
 
         let state = &*view.state;
@@ -210,12 +210,12 @@ impl Renderer {
             pass.draw(0..3, 0..1);
         }
         let hdr = state.targets.as_ref().and_then(|targets| targets.hdr.as_ref());
-        if let (Some(behind), Some(hdr)) = (&state.behind, hdr) {
+        if let (Some(copy), Some(hdr)) = (&state.scene_color, hdr) {
             drop(pass);
             encoder.copy_texture_to_texture(
                 hdr.texture.as_image_copy(),
-                behind.texture.as_image_copy(),
-                behind.texture.size(),
+                copy.texture.as_image_copy(),
+                copy.texture.size(),
             );
             let Some(blended) = self.go_on(encoder, view, "blended", last) else { return };
             pass = blended;

@@ -97,19 +97,19 @@ impl Hdr {
 
 /// A picture of what lies behind blended objects, for those that refract it.
 #[derive(Debug)]
-pub(super) struct Behind {
+pub(super) struct SceneColorCopy {
     pub texture: wgpu::Texture,
     /// As objects read it.
     pub group: wgpu::BindGroup,
 }
 
-impl Behind {
+impl SceneColorCopy {
     pub fn new(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, size: (u32, u32)) -> Self {
         let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST;
-        let texture = texture(device, "behind", size, HDR_FORMAT, 1, usage);
-        let view = whole_view(&texture, "behind");
+        let texture = texture(device, "scene color copy", size, HDR_FORMAT, 1, usage);
+        let view = whole_view(&texture, "scene color copy");
         let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("behind"),
+            label: Some("scene color copy"),
             layout,
             entries: &[wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(&view) }],
         });

@@ -15,12 +15,12 @@ use super::pipelines::Pipelines;
 use super::pyramid::{Pyramid, PyramidMaker};
 use super::readback::Readback;
 use super::tables::GrowingBuffer;
-use super::targets::{Attachments, Behind, Targets};
+use super::targets::{Attachments, SceneColorCopy, Targets};
 use super::{DebugView, Gpu, PICTURE_FORMAT, RenderError, Settings, Uploads, read_texture};
 use glam::{Mat4, Vec3};
 use systems::assets::Technique;
 use systems::draw::{
-    Batch, BatchKey, BlendedRun, DrawList, Environment, LightTraits, PipelineKey, ToneMap, View, ViewRecord,
+    Batch, BatchKey, BlendedRun, DrawList, Environment, LightFeatures, PipelineKey, ToneMap, View, ViewRecord,
     sort_transparent,
 };
 use systems::ecs::tables::DirtySlots;
@@ -64,7 +64,7 @@ pub struct ViewState {
     pub(super) cullings_due: u32,
     pub(super) targets: Option<Targets>,
     /// What blended objects refract, while any does.
-    pub(super) behind: Option<Behind>,
+    pub(super) scene_color: Option<SceneColorCopy>,
     /// Slots of blended objects as they were last uploaded, farthest first.
     blended_slots: Vec<u32>,
     pub(super) blended: GrowingBuffer,
@@ -116,7 +116,7 @@ impl ViewState {
             cullings_due: 0,
             lists_ready: false,
             targets: None,
-            behind: None,
+            scene_color: None,
             blended_slots: Vec::new(),
             blended: GrowingBuffer::new(device, "list of blended objects", wgpu::BufferUsages::VERTEX),
             blended_runs: Vec::new(),
@@ -205,7 +205,7 @@ impl ViewState {
     pub(super) fn emboss_passes(&self) -> impl Iterator<Item = Pass> + use<> {
         let (lights, samples) = match self.pass {
             Pass::Color { lights, samples, .. } | Pass::Emboss { lights, samples, .. } => (lights, samples),
-            Pass::Outputs(_) => (LightTraits::default(), 1),
+            Pass::Outputs(_) => (LightFeatures::default(), 1),
         };
         EmbossPass::all().map(move |pass| Pass::Emboss { pass, lights, samples })
     }
@@ -222,7 +222,7 @@ impl ViewState {
         self.outputs = settings.outputs;
         let pass = |tone_map, beside| Pass::Color {
             all_lights: list.all_lights,
-            lights: list.light_traits,
+            lights: list.light_features,
             debug: settings.debug,
             samples: settings.samples,
             tone_map,
@@ -367,7 +367,7 @@ impl ViewState {
     }
 
     /// Makes a copy of the picture for blended objects to refract, while any does.
-    pub(super) fn fit_behind(
+    pub(super) fn fit_scene_color(
         &mut self,
         device: &wgpu::Device,
         layout: &wgpu::BindGroupLayout,
@@ -375,9 +375,9 @@ impl ViewState {
         blended: &[BatchKey],
     ) {
         if !self.refracts(blended) {
-            self.behind = None;
-        } else if self.behind.as_ref().is_none_or(|behind| behind.size() != size) {
-            self.behind = Some(Behind::new(device, layout, size));
+            self.scene_color = None;
+        } else if self.scene_color.as_ref().is_none_or(|copy| copy.size() != size) {
+            self.scene_color = Some(SceneColorCopy::new(device, layout, size));
         }
     }
 

@@ -33,9 +33,9 @@ pub fn update_light_table(
             }
             let light = &lights[row];
             let attenuated = light.kind != LightKind::Directional;
-            draw_list.light_traits.attenuation |= attenuated && light.attenuation != Light::INVERSE_SQUARE;
-            draw_list.light_traits.cones |= matches!(light.kind, LightKind::Spot { .. });
-            draw_list.light_traits.ambient |= light.ambient != Vec3::ZERO;
+            draw_list.light_features.attenuation |= attenuated && light.attenuation != Light::INVERSE_SQUARE;
+            draw_list.light_features.cones |= matches!(light.kind, LightKind::Spot { .. });
+            draw_list.light_features.ambient |= light.ambient != Vec3::ZERO;
             table.write(&mut draw_list.lights, slot.0, light_record(light, &transforms[row]));
         });
     }

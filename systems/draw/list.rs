@@ -36,7 +36,7 @@ pub const PAGE_SLOTS: u32 = 64;
 /// they do not read of every light makes a pixel cheaper. What was there once stays: the frame in which the last one
 /// goes does not wait for shaders to be compiled anew.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
-pub struct LightTraits {
+pub struct LightFeatures {
     /// An attenuation other than [`Light::INVERSE_SQUARE`](crate::lights::Light::INVERSE_SQUARE).
     pub attenuation: bool,
     /// A spot's cone.
@@ -150,7 +150,7 @@ pub struct DrawList {
     /// One per light.
     pub lights: Table<LightRecord>,
     /// What they have or had.
-    pub light_traits: LightTraits,
+    pub light_features: LightFeatures,
     /// One per material of the library.
     pub materials: Table<MaterialRecord>,
     /// The textures that maps are layers of.
@@ -190,7 +190,7 @@ impl Default for DrawList {
             frame: 0,
             instances: InstanceSlots::default(),
             lights: Table::default(),
-            light_traits: LightTraits::default(),
+            light_features: LightFeatures::default(),
             materials: Table::default(),
             texture_arrays: Vec::new(),
             classes: Vec::new(),

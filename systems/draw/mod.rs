@@ -34,7 +34,7 @@ pub use instance_records::{InstanceRecords, InstanceSlots};
 pub use instances::{InstanceTable, update_instances};
 pub use light_records::update_light_table;
 pub use list::{
-    Batch, BatchKey, ClassId, DrawList, LightTraits, MAX_REACHING, MaterialClass, PAGE_SLOTS, PipelineKey,
+    Batch, BatchKey, ClassId, DrawList, LightFeatures, MAX_REACHING, MaterialClass, PAGE_SLOTS, PipelineKey,
     TextureArray, Transparent,
 };
 pub use materials::{MOST_LAYERS, MaterialTable, most_layers, update_materials};

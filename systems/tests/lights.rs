@@ -10,7 +10,7 @@ use proptest::prelude::*;
 use proptest::sample::Index;
 use systems::Simulation;
 use systems::assets::{Library, Mesh, MeshId, bounds_of, shapes, world_bounds};
-use systems::draw::LightTraits;
+use systems::draw::LightFeatures;
 use systems::ecs::stats::FrameStats;
 use systems::ecs::tables::Records;
 use systems::lights::{
@@ -553,7 +553,7 @@ fn what_some_light_has_or_had_counts_whether_it_is_on_or_off() {
     let mut add = |light: Light| {
         let entity = simulation.world.spawn((light, Transform::default())).id();
         simulation.frame();
-        let LightTraits { attenuation, cones, ambient } = simulation.draw_list().light_traits;
+        let LightFeatures { attenuation, cones, ambient } = simulation.draw_list().light_features;
         simulation.world.despawn(entity);
         (attenuation, cones, ambient)
     };
