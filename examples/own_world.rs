@@ -1,5 +1,4 @@
-//! A world, a component, a system and a schedule of one's own: boats that follow waves, drawn through a renderer with a
-//! device of one's own.
+//! A world, a component, a system and a schedule of one's own: boats that follow waves, drawn without a `Simulation`.
 //!
 //! `cargo run --release --example own_world` writes `own_world.png`.
 

@@ -3,7 +3,7 @@
 // bits.
 
 struct Dot3Out {
-    @builtin(position) clip_position: vec4f,
+    @invariant @builtin(position) clip_position: vec4f,
     @location(0) position: vec3f,
     @location(1) normal: vec3f,
     @location(2) tangent: vec4f,

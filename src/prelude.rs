@@ -11,7 +11,9 @@ pub use systems::Simulation;
 pub use systems::assets::{Library, Map, Material, MaterialId, MeshId, Shading, Technique, shapes};
 pub use systems::draw::pieces::draw_in_pieces;
 pub use systems::draw::{Camera, Environment, Projection, ToneMap};
-pub use systems::lights::{Light, LightKind};
-pub use systems::space::{Spin, Transform};
+pub use systems::ecs::clock::Clock;
+pub use systems::lights::{Light, LightKind, LightPolicy};
+pub use systems::run::inputs::Inputs;
+pub use systems::space::{Hidden, Spin, Transform};
 #[cfg(feature = "vehicles")]
-pub use systems::vehicles::{Vehicle, VehicleTypes};
+pub use systems::vehicles::{Controls, Vehicle, VehicleTypes};

@@ -4,8 +4,8 @@ mod common;
 
 use glam::Vec3;
 use relief::renderer::{
-    Gpu, PICTURE_FORMAT, PassPlace, PassTargets, Renderer, Settings, ViewPlan, ViewState, ViewTarget, picture_texture,
-    read_texture,
+    Gpu, Occlusion, OutputSet, PICTURE_FORMAT, PassPlace, PassTargets, Renderer, Settings, ViewPlan, ViewState,
+    ViewTarget, picture_texture, read_texture,
 };
 use std::cell::RefCell;
 use systems::Simulation;
@@ -100,7 +100,8 @@ impl Stage {
         let sky = Environment {
             zenith: blue,
             horizon: blue,
-            ground: blue,
+            // Below the horizon, behind the wall: so that the sky is drawn.
+            ground: Vec3::ZERO,
             tone_map: ToneMap::Clamp,
             ..Environment::default()
         };
@@ -164,9 +165,12 @@ fn behind_the_wall() -> f32 {
     Camera::default().near / 8.0
 }
 
-fn settings() -> [Settings; 3] {
+fn settings() -> [Settings; 5] {
     let four = Settings::default();
-    [four, Settings { samples: 1, ..four }, Settings { samples: 1, hdr: false, ..four }]
+    let single = Settings { samples: 1, ..four };
+    let outputs = OutputSet::ALL;
+    let occlusion = Occlusion::On;
+    [four, single, Settings { hdr: false, ..single }, Settings { outputs, ..single }, Settings { occlusion, ..four }]
 }
 
 #[test]
@@ -205,6 +209,26 @@ fn a_pass_after_the_tone_map_is_over_everything() {
         let found = Stage::new(&gpu, false).draw(settings, PassPlace::AfterToneMap, None);
         assert_eq!(found, [RED, BLUE, RED, WHITE], "{settings:?}");
     }
+}
+
+/// A still frame is shown again with a pass that the last one did not have: what it draws is hidden by the scene.
+#[test]
+fn a_pass_after_the_tone_map_of_a_frame_that_is_shown_again_has_its_depths() {
+    let Some(gpu) = common::gpu() else { return };
+    let mut stage = Stage::new(&gpu, false);
+    let settings = Settings { samples: 1, ..Settings::default() };
+    stage.draw(settings, PassPlace::AfterBlended, None);
+    let target = stage.picture.create_view(&Default::default());
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    let own = |encoder: &mut wgpu::CommandEncoder, targets: &PassTargets<'_>| {
+        draw_half(&gpu, encoder, targets, Some(behind_the_wall()));
+    };
+    let view = ViewTarget::new(&mut stage.state, &target, PICTURE_FORMAT).with_pass(PassPlace::AfterToneMap, own);
+    stage.renderer.record_again(&mut encoder, &mut [view]);
+    gpu.queue.submit([encoder.finish()]);
+    let bytes = read_texture(&gpu, &stage.picture);
+    let pixel = |x: u32, y: u32| bytes[4 * (y * SIZE.0 + x) as usize..][..3].to_vec();
+    assert_eq!([pixel(10, 5), pixel(10, 27)], [RED.to_vec(), WHITE.to_vec()]);
 }
 
 /// A pass that does nothing leaves the picture what it is, in every place, with any samples.

@@ -6,7 +6,7 @@ use bevy_ecs::prelude::*;
 use glam::{UVec2, Vec3};
 use proptest::prelude::RngExt;
 use proptest::test_runner::{RngAlgorithm, TestRng};
-use relief::renderer::{Gpu, Occlusion, OutputSet, Outputs, Picked, Settings, SingleView};
+use relief::renderer::{Gpu, Occlusion, OutputSet, Outputs, Picked, Settings, SingleView, read_texture};
 use relief::viewpoint::Viewpoint;
 use systems::Simulation;
 use systems::assets::{AlphaMode, Library, Material, MeshId, Technique, shapes};
@@ -25,6 +25,10 @@ impl Scene {
     /// Objects of all kinds before a camera, some behind others: opaque, masked and blended, of a technique that writes
     /// depth, one with a vertex shader of its own, and two without either.
     fn new() -> Self {
+        Self::of([AlphaMode::Opaque, AlphaMode::Opaque, AlphaMode::Mask, AlphaMode::Blend])
+    }
+
+    fn of(alphas: [AlphaMode; 4]) -> Self {
         let mut simulation = Simulation::new();
         let mut random = TestRng::deterministic_rng(RngAlgorithm::ChaCha);
         let camera = simulation.world.spawn(Camera::default()).id();
@@ -32,7 +36,6 @@ impl Scene {
         let mut library = simulation.world.resource_mut::<Library>();
         let cube = library.add_mesh(shapes::cube(Vec3::ONE));
         let techniques = [Technique::Normal, Technique::ZCorrect, Technique::Dot3, Technique::Off];
-        let alphas = [AlphaMode::Opaque, AlphaMode::Opaque, AlphaMode::Mask, AlphaMode::Blend];
         let materials: Vec<_> = techniques
             .into_iter()
             .flat_map(|technique| alphas.map(|alpha| (technique, alpha)))
@@ -71,13 +74,12 @@ fn single(outputs: OutputSet) -> Settings {
     Settings { samples: 1, outputs, ..Settings::default() }
 }
 
-/// The same pixels: entities, and depths and normals of the same surfaces. Two compiled shaders may round apart: a
-/// depth of 32 bits is the end of some ten operations, of less than 2⁻²⁴ each; a normal is stored in half floats, to
-/// 2⁻¹¹.
-fn assert_same(found: &Outputs, expected: &Outputs, what: &str) {
-    let (entities, wanted) = (found.entities(), expected.entities());
-    assert!(wanted.iter().any(Option::is_some) && wanted.iter().any(Option::is_none), "{what}: both");
-    assert_eq!(entities, wanted, "{what}: entities");
+/// The same pixels of the outputs that were asked for: entities, and depths and normals of the same surfaces. Two
+/// compiled shaders may round apart: a depth of 32 bits is the end of some ten operations, of less than 2⁻²⁴ each; a
+/// normal is stored in half floats, to 2⁻¹¹.
+fn assert_near(found: &Outputs, expected: &Outputs, what: &str) {
+    let entities = found.entities();
+    assert!(entities.is_empty() || entities == expected.entities(), "{what}: entities");
     for (pixel, (a, b)) in found.depths().into_iter().zip(expected.depths()).enumerate() {
         assert!(a == b || (a - b).abs() < 1e-5 * b, "{what}: depth of pixel {pixel}: {a}, not {b}");
     }
@@ -87,15 +89,28 @@ fn assert_same(found: &Outputs, expected: &Outputs, what: &str) {
     }
 }
 
+/// [`assert_near`], of all outputs.
+fn assert_same(found: &Outputs, expected: &Outputs, what: &str) {
+    let seen = expected.entities();
+    assert!(seen.iter().any(Option::is_some) && seen.iter().any(Option::is_none), "{what}: both");
+    let counts = |outputs: &Outputs| [outputs.depths().len(), outputs.normals().len(), outputs.entities().len()];
+    assert_eq!(counts(found), counts(expected), "{what}");
+    assert_near(found, expected, what);
+}
+
 #[test]
 fn outputs_that_are_drawn_with_the_picture_are_those_of_a_pass_of_their_own() {
     let Some(gpu) = common::gpu() else { return };
-    let mut scene = Scene::new();
+    let solid = [AlphaMode::Opaque, AlphaMode::Mask, AlphaMode::Opaque, AlphaMode::Mask];
     for occlusion in [Occlusion::Off, Occlusion::On] {
-        for hdr in [true, false] {
+        // Blended objects keep colours linear.
+        for (mut scene, hdr) in [(Scene::new(), true), (Scene::of(solid), false)] {
             let of = |outputs| Settings { occlusion, hdr, ..single(outputs) };
             let apart = scene.draw(&gpu, of(OutputSet::COLOR), OutputSet::ALL);
-            let together = scene.draw(&gpu, of(OutputSet::ALL), OutputSet::ALL);
+            let mut renderer = SingleView::new(&gpu);
+            scene.prepare(&mut renderer, &of(OutputSet::ALL));
+            assert_eq!((renderer.keeps_linear(), renderer.state().draws_together()), (hdr, true));
+            let together = renderer.draw_outputs(OutputSet::ALL).expect("prepared");
             assert_same(&together, &apart, "together");
             let (found, expected) = (together.picture.expect("asked for"), apart.picture.expect("asked for"));
             // Two compiled shaders may round a half float apart, which is at most one step of 8 bits.
@@ -106,7 +121,7 @@ fn outputs_that_are_drawn_with_the_picture_are_those_of_a_pass_of_their_own() {
 }
 
 #[test]
-fn what_is_drawn_together_is_one_pass() {
+fn a_view_says_whether_outputs_are_drawn_with_the_picture() {
     let Some(gpu) = common::gpu() else { return };
     let mut scene = Scene::new();
     let mut renderer = SingleView::new(&gpu);
@@ -137,12 +152,11 @@ fn each_set_of_outputs_is_what_it_is_among_all() {
             scene.prepare(&mut renderer, &Settings { outputs, ..Settings::default() });
             let found = renderer.draw_outputs(wanted).expect("prepared");
             assert_eq!(found.picture, all.picture.clone().filter(|_| wanted.color), "{wanted:?} of {outputs:?}");
-            let or_none = |wanted: bool, all: Vec<f32>| if wanted { all } else { Vec::new() };
-            assert_eq!(found.depths(), or_none(wanted.depth, all.depths()), "{wanted:?} of {outputs:?}");
-            let normals = found.normals().concat();
-            assert_eq!(normals, or_none(wanted.normal, all.normals().concat()), "{wanted:?} of {outputs:?}");
-            let entities = if wanted.id { all.entities() } else { Vec::new() };
-            assert_eq!(found.entities(), entities, "{wanted:?} of {outputs:?}");
+            let counts = [found.depths().len(), found.normals().len(), found.entities().len()];
+            let pixels = (SIZE.0 * SIZE.1) as usize;
+            let expected = [wanted.depth, wanted.normal, wanted.id].map(|wanted| if wanted { pixels } else { 0 });
+            assert_eq!(counts, expected, "{wanted:?} of {outputs:?}");
+            assert_near(&found, &all, &format!("{wanted:?} of {outputs:?}"));
         }
     }
 }
@@ -159,8 +173,12 @@ fn a_pixel_is_picked_as_the_outputs_have_it() {
         scene.prepare(&mut renderer, &settings);
         renderer.draw_picture();
         for pixel in (0..SIZE.0 * SIZE.1).step_by(97) {
-            let expected = entities[pixel as usize].map(|entity| Picked { entity, depth: depths[pixel as usize] });
-            assert_eq!(renderer.pick(UVec2::new(pixel % SIZE.0, pixel / SIZE.0)), expected, "pixel {pixel}");
+            let found = renderer.pick(UVec2::new(pixel % SIZE.0, pixel / SIZE.0));
+            let (entity, depth) = (entities[pixel as usize], depths[pixel as usize]);
+            assert_eq!(found.map(|found| found.entity), entity, "pixel {pixel}");
+            // As in `assert_near`.
+            let near = |found: Picked| (found.depth - depth).abs() < 1e-5 * depth;
+            assert!(found.is_none_or(near), "pixel {pixel}: {found:?}, not {depth}");
         }
         assert_eq!(renderer.pick(UVec2::new(SIZE.0, 0)), None, "outside");
         assert_eq!(renderer.pick(UVec2::new(0, u32::MAX)), None, "outside");
@@ -168,22 +186,44 @@ fn a_pixel_is_picked_as_the_outputs_have_it() {
     }
 }
 
-/// A still view's outputs are those of its last frame; what moves shows in the next.
+/// What the last frame drew is read, not drawn again, while nothing moves; what moves shows in the next.
 #[test]
 fn outputs_follow_the_world() {
     let Some(gpu) = common::gpu() else { return };
-    let mut scene = Scene::new();
-    let mut objects = scene.simulation.world.query_filtered::<&mut Transform, With<MeshId>>();
-    let mut renderer = SingleView::new(&gpu);
-    for frame in 0..4 {
-        if frame != 2 {
-            objects.iter_mut(&mut scene.simulation.world).for_each(|mut place| place.translation.x += 0.2);
-        }
-        for settings in [single(OutputSet::ALL), Settings { outputs: OutputSet::ALL, ..Settings::default() }] {
+    for settings in [single(OutputSet::ALL), Settings { outputs: OutputSet::ALL, ..Settings::default() }] {
+        let mut scene = Scene::new();
+        let mut objects = scene.simulation.world.query_filtered::<&mut Transform, With<MeshId>>();
+        let mut renderer = SingleView::new(&gpu);
+        for frame in 0..4 {
+            if frame != 2 {
+                objects.iter_mut(&mut scene.simulation.world).for_each(|mut place| place.translation.x += 0.2);
+            }
             scene.prepare(&mut renderer, &settings);
-            let found = renderer.draw_outputs(OutputSet::ALL.beside_color()).expect("prepared");
             let expected = scene.draw(&gpu, settings, OutputSet::ALL);
-            assert_same(&found, &expected, &format!("frame {frame}"));
+            // Before the frame is drawn, and after it, with a pick between: nothing of the frame before.
+            let early = renderer.draw_outputs(OutputSet::ALL.beside_color()).expect("prepared");
+            assert_same(&early, &expected, &format!("frame {frame}, not drawn yet"));
+            renderer.draw_picture();
+            renderer.pick(UVec2::splat(9));
+            let drawn = renderer.draw_outputs(OutputSet::ALL.beside_color()).expect("prepared");
+            assert_same(&drawn, &expected, &format!("frame {frame}, drawn"));
         }
     }
+}
+
+/// Textures that the settings ask for stay whole when a pixel is picked.
+#[test]
+fn a_pick_leaves_the_textures_that_are_asked_for() {
+    let Some(gpu) = common::gpu() else { return };
+    let mut scene = Scene::new();
+    let id = OutputSet { color: true, id: true, ..OutputSet::NONE };
+    let expected = scene.draw(&gpu, Settings::default(), OutputSet::ALL);
+    let mut renderer = SingleView::new(&gpu);
+    scene.prepare(&mut renderer, &Settings { outputs: id, ..Settings::default() });
+    renderer.draw_picture();
+    renderer.pick(UVec2::splat(9));
+    let texels = read_texture(&gpu, renderer.state().id_texture().expect("asked for"));
+    let entity = |texel: &[u8]| u32::from_le_bytes([texel[0], texel[1], texel[2], texel[3]]).checked_sub(1);
+    assert!(texels.chunks_exact(4).map(entity).eq(expected.entities()));
+    assert!(renderer.state().normal_texture().is_none(), "not asked for");
 }

@@ -113,6 +113,7 @@ impl From<MapError> for Failure {
         let message = match &error {
             MapError::NotGrey { .. } => format!("{error}. {CHANNELS}"),
             MapError::NothingMet { .. } => format!("{error}, or a larger --cage"),
+            MapError::Option { option: "reach", message } => format!("--cage: {message}"),
             // Options are called as fields are.
             MapError::Option { option, message } => format!("--{}: {message}", option.replace('_', "-")),
             _ => error.to_string(),

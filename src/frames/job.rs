@@ -197,7 +197,9 @@ pub fn render_frames(job: &FrameJob, mut progress: impl FnMut(u64, u64)) -> Resu
         if !missing.is_empty() {
             stage.simulation.frame();
             let view = stage.viewpoint.view(&stage.simulation.world, job.size);
-            let settings = Settings { outputs: outputs_of(&missing), ..settings };
+            // With one sample, others than those of a whole run would be drawn by other shaders.
+            let drawn = if settings.samples == 1 { &job.outputs } else { &missing };
+            let settings = Settings { outputs: outputs_of(drawn), ..settings };
             stage.simulation.with_frame(|frame| renderer.prepare(frame, &view, &settings))?;
             let pictures = pictures(&mut renderer, &missing);
             renderer.gpu().check()?;

@@ -26,6 +26,15 @@ pub struct Identity {
     pub origin: [f64; 3],
 }
 
+/// The version, and what this build lacks: states and inputs of another are numbered otherwise.
+const PROGRAM: &str = if cfg!(feature = "physics") {
+    env!("CARGO_PKG_VERSION")
+} else if cfg!(feature = "vehicles") {
+    concat!(env!("CARGO_PKG_VERSION"), " without physics")
+} else {
+    concat!(env!("CARGO_PKG_VERSION"), " without vehicles")
+};
+
 impl Identity {
     /// That of a scene which has been loaded; reads its files again.
     ///
@@ -43,7 +52,7 @@ impl Identity {
         }
         let world = &simulation.world;
         Ok(Self {
-            program: env!("CARGO_PKG_VERSION").to_owned(),
+            program: PROGRAM.to_owned(),
             scene: scene.to_string_lossy().into_owned(),
             files,
             seed: world.resource::<Seed>().0,
@@ -93,11 +102,10 @@ impl Identity {
     /// # Errors
     /// [`RecordingError::Refused`].
     pub fn check_program(&self, path: &Path) -> Result<(), RecordingError> {
-        let own = env!("CARGO_PKG_VERSION");
-        if self.program == own {
+        if self.program == PROGRAM {
             return Ok(());
         }
-        let message = format!("made by version {:?} of the program; this is {own}", self.program);
+        let message = format!("made by version {:?} of the program; this is {PROGRAM}", self.program);
         Err(RecordingError::refused(path, message))
     }
 }

@@ -27,6 +27,8 @@ pub struct PassTargets<'a> {
     /// Samples in each pixel of `color`.
     pub color_samples: u32,
     /// Reversed depth: 1 at the near plane, 0 infinitely far. [`Self::DEPTH_FORMAT`]; can also be bound as a texture.
+    /// Of opaque objects; after the tone map also of blended ones, where outputs are drawn with the picture
+    /// ([`ViewState::draws_together`](super::ViewState::draws_together)). What passes write there is in that output.
     pub depth: &'a wgpu::TextureView,
     /// Samples in each pixel of `depth`: after the tone map there may be more of them than in `color`.
     pub samples: u32,

@@ -39,7 +39,9 @@ pub enum RenderError {
     },
     /// An image's texels have been taken (`Library::keep_texels`): by another renderer, or by this one before it drew
     /// another world.
-    #[error("texels of image {image:?} were released: drawing by several renderers needs Library::keep_texels(true)")]
+    #[error(
+        "texels of image {image:?} were released: several renderers, or several worlds of one, need Library::keep_texels(true)"
+    )]
     NoTexels {
         /// Its name.
         image: String,

@@ -20,7 +20,7 @@ pub(super) struct FrameTables {
     /// World and version of the lists that are uploaded.
     uploaded_reaching: (u64, u64),
     /// The frame of the draw list whose tables are uploaded.
-    uploaded_frame: u64,
+    uploaded_frame: Option<u64>,
 }
 
 impl FrameTables {
@@ -33,7 +33,7 @@ impl FrameTables {
             scatter: Scatter::new(device),
             reaching: GrowingBuffer::new(device, "lights of objects", wgpu::BufferUsages::STORAGE),
             uploaded_reaching: (0, 0),
-            uploaded_frame: 0,
+            uploaded_frame: None,
         }
     }
 
@@ -44,8 +44,8 @@ impl FrameTables {
             let (needed, limit) = (list.lights.records.len() as u64, MOST_LIGHTS as u64);
             return Err(RenderError::TooLarge { what: "the light table", unit: "lights", needed, limit });
         }
-        if list.frame != self.uploaded_frame {
-            let all = self.uploaded_frame == 0 || list.frame != self.uploaded_frame + 1;
+        if self.uploaded_frame != Some(list.frame) {
+            let all = self.uploaded_frame.is_none_or(|uploaded| list.frame != uploaded + 1);
             let Self { texture, instances, lights, materials, scatter, .. } = self;
             let objects = frame.instances;
             instances.scattered.flush(gpu, scatter);
@@ -57,7 +57,7 @@ impl FrameTables {
             stats.instance_bytes = instances.mirror(gpu, scatter, texture, objects, all)?;
             stats.light_bytes = lights.mirror(gpu, scatter, texture, &list.lights, all)?;
             stats.material_bytes = materials.mirror(gpu, scatter, texture, &list.materials, all)?;
-            self.uploaded_frame = list.frame;
+            self.uploaded_frame = Some(list.frame);
         }
         stats.light_bytes += self.upload_reaching(gpu, list)?;
         Ok(())

@@ -252,14 +252,14 @@ impl Renderer {
         views: &mut [(&mut ViewState, ViewPlan)],
     ) -> Result<(), RenderError> {
         let list = frame.list;
-        self.enter(list.world);
-        self.stats = RenderStats::default();
         let limit = self.gpu.device.limits().max_texture_dimension_2d;
         let longest = views.iter().map(|(_, plan)| plan.view.width.max(plan.view.height)).max().unwrap_or(0);
         if longest > limit {
             let (needed, limit) = (longest.into(), limit.into());
             return Err(RenderError::TooLarge { what: "the picture", unit: "pixels along a side", needed, limit });
         }
+        self.enter(list.world);
+        self.stats = RenderStats::default();
         for (state, plan) in &mut *views {
             state.begin(&self.gpu, self.epoch, list, &plan.settings);
         }

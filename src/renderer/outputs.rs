@@ -208,14 +208,16 @@ impl ViewState {
     pub(super) fn passes(&self) -> impl Iterator<Item = (Pass, bool)> + use<> {
         let beside = self.outputs.beside_color();
         let outputs = (Pass::Outputs(beside.attached()), !self.draws_together());
-        std::iter::once((self.pass, true)).chain((beside != OutputSet::NONE).then_some(outputs))
+        let scene = (self.outputs.color || self.may_hide).then_some((self.pass, true));
+        scene.into_iter().chain((beside != OutputSet::NONE).then_some(outputs))
     }
 }
 
 impl Renderer {
     /// Draws outputs of a view and reads them back, with one wait for the GPU. What the settings ask for
     /// ([`Settings::outputs`](super::Settings::outputs)) and [`Self::record`] has drawn already is read only; the rest
-    /// is drawn once more for it. `None` unless the view is one of those of the last [`Self::prepare`].
+    /// is drawn once more for it. The picture is without the caller's own passes, and so is what [`Self::record_again`]
+    /// shows next. `None` unless the view is one of those of the last [`Self::prepare`].
     pub fn draw_outputs(&mut self, view: &mut ViewState, outputs: OutputSet) -> Option<Outputs> {
         if !self.is_prepared(view) {
             return None;
@@ -259,7 +261,9 @@ impl Renderer {
         let wanted = OutputSet { depth: true, id: true, ..OutputSet::NONE };
         let rest = wanted.without(view.drawn_outputs);
         if rest != OutputSet::NONE {
-            self.record_rest(&mut encoder, view, size, wanted, Some(pixel))?;
+            // Textures that the settings ask for stay whole.
+            let alone = Some(pixel).filter(|_| !view.outputs.depth && !view.outputs.id);
+            self.record_rest(&mut encoder, view, size, wanted, alone)?;
         }
         let id = &view.output_textures.id.as_ref()?.texture;
         let depth = view.drawn_depth(rest == OutputSet::NONE && view.draws_together())?;
@@ -293,7 +297,8 @@ impl Renderer {
         let planned = std::mem::replace(&mut view.outputs, rest);
         let missing = self.start_pipelines(std::iter::once(&*view), self.opaque_keys(view));
         self.pipelines.finish_objects(missing);
-        let scratch = OutputSet { color: !view.lists_ready && !view.keeps_linear(), ..rest };
+        let unseen = !view.lists_ready && view.culled.pyramid().is_some();
+        let scratch = OutputSet { color: unseen && !view.keeps_linear(), ..rest };
         view.output_textures.fit(&self.gpu.device, size, scratch, true);
         if view.lists_ready {
             self.tables.record(encoder, None);

@@ -12,9 +12,7 @@ pub fn picture_texture(gpu: &Gpu, size: (u32, u32)) -> wgpu::Texture {
 /// The texels of a texture's first level, rows tightly packed. Waits for the GPU. Zeros where that fails, which
 /// [`Gpu::check`] tells.
 pub fn read_texture(gpu: &Gpu, texture: &wgpu::Texture) -> Vec<u8> {
-    let label = wgpu::CommandEncoderDescriptor { label: Some("read back") };
-    let encoder = gpu.device.create_command_encoder(&label);
-    let [texels] = Readback::default().read(gpu, encoder, &[Some(texture.clone())]);
+    let [texels] = Readback::default().read(gpu, new_encoder(gpu), &[Some(texture.clone())]);
     texels
 }
 
@@ -51,6 +49,14 @@ impl Readback {
                 copied
             })
         });
+        if N > 1 && end > gpu.device.limits().max_buffer_size {
+            // One after another, with a wait for each.
+            gpu.queue.submit([encoder.finish()]);
+            return textures.each_ref().map(|texture| {
+                let [texels] = Self::default().read(gpu, new_encoder(gpu), std::array::from_ref(texture));
+                texels
+            });
+        }
         if self.buffer.as_ref().is_none_or(|buffer| buffer.size() < end) {
             self.buffer = Some(mappable(gpu, end.max(4)));
         }
@@ -79,6 +85,10 @@ impl Readback {
             })
         })
     }
+}
+
+fn new_encoder(gpu: &Gpu) -> wgpu::CommandEncoder {
+    gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("read back") })
 }
 
 fn aspect_of(texture: &wgpu::Texture) -> wgpu::TextureAspect {

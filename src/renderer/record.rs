@@ -32,7 +32,8 @@ impl<'a> ViewTarget<'a> {
     }
 
     /// With a pass of the caller's own, which `record` records; several at one place in the order in which they were
-    /// added. Between passes samples and depths are kept, which costs bandwidth on GPUs that draw in tiles.
+    /// added; none if the settings ask for no picture. Between passes samples and depths are kept, which costs bandwidth
+    /// on GPUs that draw in tiles.
     #[must_use]
     pub fn with_pass(
         mut self,
@@ -44,11 +45,14 @@ impl<'a> ViewTarget<'a> {
     }
 
     fn has_pass(&self, place: PassPlace) -> bool {
-        self.passes.iter().any(|(at, _)| *at == place)
+        self.state.outputs.color && self.passes.iter().any(|(at, _)| *at == place)
     }
 
     /// Records the caller's passes of a place.
     fn record_passes(&mut self, encoder: &mut wgpu::CommandEncoder, place: PassPlace) {
+        if !self.state.outputs.color {
+            return;
+        }
         let linear = self.state.keeps_linear();
         let Some(targets) = &self.state.targets else { return };
         let scene = targets.attachments(self.target, [None; 2]);
@@ -69,7 +73,8 @@ impl<'a> ViewTarget<'a> {
 
 impl Renderer {
     /// Records a frame: some of the views of the last [`Self::prepare`], in the order in which the GPU draws them. The
-    /// caller submits.
+    /// caller submits. All views are drawn before the first is tone-mapped: a view whose own passes read the picture of
+    /// another is recorded by a call after that one's.
     ///
     /// # Panics
     /// If a view is not one of those, or a target has the wrong format ([`ViewTarget::format`]).
@@ -87,14 +92,16 @@ impl Renderer {
     }
 
     /// Records what was drawn last, once more: only the tone map, where colours were kept linear. For a window whose
-    /// panel changes above a still scene, after a [`Self::prepare`] that found nothing new.
+    /// panel changes above a still scene, after a [`Self::prepare`] that found nothing new. Of the caller's own passes
+    /// those after the tone map; what the others drew is still there.
     ///
     /// # Panics
     /// As [`Self::record`].
     pub fn record_again(&mut self, encoder: &mut wgpu::CommandEncoder, views: &mut [ViewTarget<'_>]) {
         self.check(views);
         for view in views {
-            if !view.state.keeps_linear() {
+            let lacks_depth = view.has_pass(PassPlace::AfterToneMap) && !view.state.kept_depth;
+            if !view.state.keeps_linear() || lacks_depth {
                 self.record_scene(encoder, std::slice::from_mut(view));
             }
             self.record_tone_map(encoder, view);
@@ -181,6 +188,7 @@ impl Renderer {
         let after = [PassPlace::AfterOpaque, PassPlace::AfterBlended].map(|place| view.has_pass(place));
         let [after_opaque, after_blended] = after;
         let keeps_depth = view.has_pass(PassPlace::AfterToneMap) || view.state.draws_together();
+        view.state.kept_depth = keeps_depth;
         let picture = Leaves { picture: true, samples: false, depth: keeps_depth };
         // What the pass over blended objects leaves, and that over the sky before it.
         let last = if after_blended { Leaves::SAMPLES } else { picture };

@@ -87,6 +87,10 @@ pub struct ViewState {
     pub(super) counts: DrawnCounts,
     /// What the settings ask for.
     pub(super) outputs: OutputSet,
+    /// Objects may be drawn in two phases, to find what hides what.
+    pub(super) may_hide: bool,
+    /// The depths of the scene's last pass were kept for the caller's own passes.
+    pub(super) kept_depth: bool,
     /// The picture's own pass can write what they ask for beside it.
     pub(super) together: bool,
     pub(super) output_textures: OutputTextures,
@@ -131,6 +135,8 @@ impl ViewState {
             needs_redraw: false,
             counts: DrawnCounts::default(),
             outputs: OutputSet::COLOR,
+            may_hide: false,
+            kept_depth: false,
             together: false,
             output_textures: OutputTextures::default(),
             drawn_outputs: OutputSet::NONE,
@@ -220,6 +226,7 @@ impl ViewState {
         self.technique = settings.technique;
         self.tone_map = if settings.debug == DebugView::Off { list.environment.tone_map } else { ToneMap::Clamp };
         self.outputs = settings.outputs;
+        self.may_hide = settings.occlusion.is_on(list.objects);
         let pass = |tone_map, beside| Pass::Color {
             all_lights: list.all_lights,
             lights: list.light_features,
@@ -330,6 +337,8 @@ impl ViewState {
     /// Something failed: some of it was uploaded.
     pub(super) fn forget(&mut self, settings: &Settings) {
         (self.culled_for, self.needs_redraw, self.prepared) = (None, true, 0);
+        // There may have been no memory for them.
+        self.output_textures = OutputTextures::default();
         let wanted = (settings.samples, self.keeps_linear());
         if self.targets.as_ref().is_some_and(|targets| (targets.samples, targets.hdr.is_some()) != wanted) {
             self.drop_targets();

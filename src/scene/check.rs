@@ -437,6 +437,9 @@ impl<'a> Check<'a> {
                 c.field("camera", |c| c.fault("cameras are not allowed in generators"));
             }
         });
+        if !g.vehicles.is_empty() {
+            self.field("vehicles", Self::generated_vehicles);
+        }
         self.each("meshes", &g.meshes, |c, mesh| c.known_mesh(mesh));
         self.each("materials", &g.materials, |c, material| c.known_material(material));
         self.each("lights", &g.lights, Self::light);

@@ -70,6 +70,10 @@ impl Check<'_> {
         self.fault(REFUSED);
     }
 
+    pub(super) fn generated_vehicles(&mut self) {
+        self.fault(REFUSED);
+    }
+
     pub(super) fn known_group(&mut self, _: &str, _: usize) {
         self.fault(REFUSED);
     }

@@ -161,6 +161,9 @@ impl<'a> Check<'a> {
         }
     }
 
+    /// Types that a generator chooses from: types that are not known are warned of where they are spawned.
+    pub(in crate::scene) fn generated_vehicles(&mut self) {}
+
     pub(super) fn vehicle(&mut self, entity: &Entity, vehicle: &Vehicle) {
         self.number("speed_kmh", vehicle.speed_kmh, 0.0, FASTEST_KMH);
         if let Some(physical) = &vehicle.physical {
