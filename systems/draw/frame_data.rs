@@ -27,11 +27,14 @@ impl FrameData<'_> {
     /// # Panics
     /// If the world has no draw list or no library.
     pub fn of_world<R>(world: &mut World, read: impl FnOnce(&mut FrameData<'_>) -> R) -> R {
-        world.resource_scope(|world, mut library: Mut<Library>| {
+        // What is released is no change: no system reads texels of images that a renderer has.
+        let changed = world.resource_ref::<Library>().last_changed();
+        let made = world.resource_scope(|world, mut library: Mut<Library>| {
             let list = world.resource::<DrawList>();
             let instances = InstanceRecords::new(world, &list.instances);
-            // What is released is no change: no system reads texels of images that a renderer has.
             read(&mut FrameData { list, instances: &instances, library: library.bypass_change_detection() })
-        })
+        });
+        world.resource_mut::<Library>().set_last_changed(changed);
+        made
     }
 }
