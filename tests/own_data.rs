@@ -99,7 +99,10 @@ impl Data {
         list.batches = vec![Batch { key, pages: 0..1 }];
         list.pages = vec![0];
         (list.objects, list.batches_version) = (1, 1);
-        Self { list, instances: Table::default(), library }
+        // The second slot is empty.
+        let mut instances = Table::default();
+        instances.write(1, InstanceRecord::default());
+        Self { list, instances, library }
     }
 
     /// The next frame, with the object at a place.
