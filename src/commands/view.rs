@@ -43,8 +43,8 @@ pub struct ViewArgs {
     #[arg(long, value_name = "auto | on | off", default_value = "auto")]
     #[arg(value_parser = arguments::named("value", &Occlusion::ALL))]
     pub occlusion: Occlusion,
-    /// Samples per pixel of the picture: 4, or 1 without antialiasing. With 1, all outputs of opaque objects are drawn in
-    /// one pass
+    /// Samples per pixel of the picture: 4, or 1 without antialiasing. With 1, all outputs of opaque objects are drawn
+    /// in one pass
     #[arg(long, default_value = "4", value_name = "1|4", value_parser = arguments::parse_samples)]
     pub samples: u32,
     /// Compress textures to BC7, a quarter of the memory, where no loss is visible; kept in the cache

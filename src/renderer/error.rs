@@ -40,7 +40,8 @@ pub enum RenderError {
     /// An image's texels have been taken (`Library::keep_texels`): by another renderer, or by this one before it drew
     /// another world.
     #[error(
-        "texels of image {image:?} were released: several renderers, or several worlds of one, need Library::keep_texels(true)"
+        "texels of image {image:?} were released: several renderers, or several worlds of one, need \
+         Library::keep_texels(true)"
     )]
     NoTexels {
         /// Its name.

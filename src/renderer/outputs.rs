@@ -230,7 +230,7 @@ impl Renderer {
         }
         let rest = outputs.beside_color().without(view.drawn_outputs);
         if rest != OutputSet::NONE {
-            self.record_rest(&mut encoder, view, size, rest, None)?;
+            self.record_rest(&mut encoder, view, size, rest, None);
         }
         let textures = &view.output_textures;
         let kept = |kept: &Option<OutputTexture>, wanted: bool| {
@@ -263,7 +263,7 @@ impl Renderer {
         if rest != OutputSet::NONE {
             // Textures that the settings ask for stay whole.
             let alone = Some(pixel).filter(|_| !view.outputs.depth && !view.outputs.id);
-            self.record_rest(&mut encoder, view, size, wanted, alone)?;
+            self.record_rest(&mut encoder, view, size, wanted, alone);
         }
         let id = &view.output_textures.id.as_ref()?.texture;
         let depth = view.drawn_depth(rest == OutputSet::NONE && view.draws_together())?;
@@ -293,28 +293,27 @@ impl Renderer {
         size: (u32, u32),
         rest: OutputSet,
         pixel: Option<UVec2>,
-    ) -> Option<()> {
+    ) {
         let planned = std::mem::replace(&mut view.outputs, rest);
         let missing = self.start_pipelines(std::iter::once(&*view), self.opaque_keys(view));
         self.pipelines.finish_objects(missing);
         let unseen = !view.lists_ready && view.culled.pyramid().is_some();
         let scratch = OutputSet { color: unseen && !view.keeps_linear(), ..rest };
         view.output_textures.fit(&self.gpu.device, size, scratch, true);
+        let textures = &view.output_textures;
+        // Linear colours are drawn elsewhere.
+        let target = textures.color.as_ref().or(textures.depth.as_ref()).map(|kept| kept.view.clone());
         if view.lists_ready {
             self.tables.record(encoder, None);
             self.record_outputs(encoder, view, None, pixel);
-        } else {
+        } else if let Some(target) = target {
             // Nobody drew the picture, which finds out what is visible.
-            let textures = &view.output_textures;
-            // Linear colours are drawn elsewhere.
-            let target = textures.color.as_ref().or(textures.depth.as_ref())?.view.clone();
             self.record_scene(encoder, &mut [ViewTarget::new(&mut *view, &target, PICTURE_FORMAT)]);
             self.finish_timestamps(encoder);
         }
         view.outputs = planned;
         // Of one pixel only, or beside those that the settings ask for.
         view.drawn_outputs = OutputSet::NONE;
-        Some(())
     }
 
     /// What the settings ask for beside the picture: all of it, or blended objects alone, where opaque ones were drawn

@@ -32,8 +32,8 @@ impl<'a> ViewTarget<'a> {
     }
 
     /// With a pass of the caller's own, which `record` records; several at one place in the order in which they were
-    /// added; none if the settings ask for no picture. Between passes samples and depths are kept, which costs bandwidth
-    /// on GPUs that draw in tiles.
+    /// added; none if the settings ask for no picture. Between passes samples and depths are kept, which costs
+    /// bandwidth on GPUs that draw in tiles.
     #[must_use]
     pub fn with_pass(
         mut self,

@@ -21,8 +21,8 @@ use bevy_ecs::world::DeferredWorld;
 /// Registers the hooks and the required components of everything that is drawn or shines.
 ///
 /// [`install::core`](crate::install::core) does so, and [`Simulation::new`](crate::Simulation::new) by it. A world that
-/// is run by these schedules is to be given to it before its first entity: without, an object has no [`SelectedLights`] and a light no [`LightSlot`],
-/// so neither is drawn nor shines, and what goes stays in the tables.
+/// is run by these schedules is to be given to it before its first entity: without, an object has no [`SelectedLights`]
+/// and a light no [`LightSlot`], so neither is drawn nor shines, and what goes stays in the tables.
 ///
 /// # Panics
 /// If an entity of the world has, or had, one of these components, or the world was registered before.
