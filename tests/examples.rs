@@ -2,6 +2,7 @@
 
 mod common;
 
+use common::display::{Display, Running, wait_for};
 use std::path::PathBuf;
 use std::process::Command;
 
@@ -12,24 +13,36 @@ fn built(example: &str) -> PathBuf {
     folder.join("examples").join(format!("{example}{}", std::env::consts::EXE_SUFFIX))
 }
 
+/// The command for an example; `None`, said aloud, where it is not built.
+fn command(example: &str) -> Option<Command> {
+    let program = built(example);
+    if program.exists() {
+        return Some(Command::new(program));
+    }
+    assert!(!common::strict(), "{} is not built", program.display());
+    eprintln!("skipped: {example} is not built (cargo build --examples)");
+    None
+}
+
+fn colors_of(picture: &image::RgbImage) -> usize {
+    let mut colors: Vec<[u8; 3]> = picture.pixels().map(|p| p.0).collect();
+    colors.sort_unstable();
+    colors.dedup();
+    colors.len()
+}
+
 fn pictures_of(example: &str, names: &[&str]) {
     if common::gpu().is_none() {
         return;
     }
-    let program = built(example);
-    if !program.exists() {
-        assert!(!common::strict(), "{} is not built", program.display());
-        return eprintln!("skipped: {example} is not built (cargo build --examples)");
-    }
+    let Some(mut command) = command(example) else { return };
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let output = Command::new(program).current_dir(folder.path()).output().expect("it runs");
+    let output = command.current_dir(folder.path()).output().expect("it runs");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     for name in names {
         let picture = image::open(folder.path().join(name)).expect("a picture").into_rgb8();
-        let mut colors: Vec<[u8; 3]> = picture.pixels().map(|p| p.0).collect();
-        colors.sort_unstable();
-        colors.dedup();
-        assert!(colors.len() > 300, "{name} has {} colours", colors.len());
+        let colors = colors_of(&picture);
+        assert!(colors > 300, "{name} has {colors} colours");
     }
 }
 
@@ -61,4 +74,16 @@ fn own_pass() {
 #[test]
 fn own_world() {
     pictures_of("own_world", &["own_world.png"]);
+}
+
+#[test]
+fn own_window() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let Some(display) = Display::start(folder.path()) else { return };
+    let Some(mut command) = command("own_window") else { return };
+    command.env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET").env("DISPLAY", &display.name);
+    let _running = Running(command.spawn().expect("it starts"));
+    let look = || display.look((480, 270)).filter(|picture| colors_of(picture) > 300);
+    let first = wait_for("a picture", look);
+    wait_for("another one", || look().filter(|picture| *picture != first));
 }

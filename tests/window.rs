@@ -1,16 +1,15 @@
 //! The window under a display of its own, with real key presses: what is seen is compared with what `relief render`
 //! writes, pixel for pixel.
-//!
-//! Xvfb keeps its screen in a file, so a look at the screen takes no further tool; xdotool presses the keys.
 
 mod common;
 
+use common::display::{Display, PATIENCE, Running, missing, wait_for};
 use glam::{Vec2, Vec3};
 use image::{Rgb, RgbImage};
 use std::fs;
 use std::io::{BufRead, BufReader};
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::path::Path;
+use std::process::{Command, ExitStatus, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 use systems::draw::{Camera, View};
@@ -23,8 +22,6 @@ const SIZE: (u32, u32) = (480, 270);
 const PANEL_WIDTH: u32 = 292;
 /// The pointer goes where it hides nothing of the window.
 const AWAY: [&str; 3] = ["mousemove", "700", "500"];
-/// Software rendering on a busy machine.
-const PATIENCE: Duration = Duration::from_secs(60);
 
 const SCENE: &str = r#"(
     materials: {
@@ -97,28 +94,6 @@ fn size() -> String {
     format!("{}x{}", SIZE.0, SIZE.1)
 }
 
-/// Ends a process with the test, however the test ends.
-struct Running(Child);
-
-impl Drop for Running {
-    fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
-}
-
-/// Waits until there is an answer.
-fn wait_for<T>(what: &str, mut answer: impl FnMut() -> Option<T>) -> T {
-    let end = Instant::now() + PATIENCE;
-    loop {
-        if let Some(answer) = answer() {
-            return answer;
-        }
-        assert!(Instant::now() < end, "waited {PATIENCE:?} for {what}");
-        std::thread::sleep(Duration::from_millis(20));
-    }
-}
-
 /// The step that a stopped clock stays at, by what is written: a line for each, and one for the beginning.
 fn last_step(written: impl Fn() -> String) -> u64 {
     wait_for("the clock to stop", || {
@@ -126,74 +101,6 @@ fn last_step(written: impl Fn() -> String) -> u64 {
         std::thread::sleep(Duration::from_millis(500));
         (written().lines().count() == before).then_some(before as u64 - 1)
     })
-}
-
-/// A display without a screen. No window manager: windows are at the top left.
-struct Display {
-    name: String,
-    screen: PathBuf,
-    _server: Running,
-}
-
-impl Display {
-    /// `None`, said aloud, where something is missing to test with.
-    fn start(place: &Place) -> Option<Self> {
-        let missing = missing();
-        if !missing.is_empty() {
-            assert!(!common::strict(), "missing: {}", missing.join(", "));
-            eprintln!("skipped: missing: {}", missing.join(", "));
-            return None;
-        }
-        let folder = place.path().join("display");
-        fs::create_dir(&folder).expect("a folder");
-        let mut server = Command::new("Xvfb");
-        // Larger than the window, so that the pointer, in the middle, is outside of it. Without `-noreset`, the server
-        // would start anew whenever its last client goes: xdotool, while the program is about to connect.
-        let screen = ["-noreset", "-nolisten", "tcp", "-screen", "0", "1024x600x24"];
-        server.args(screen).args(["-displayfd", "1", "-fbdir"]).arg(&folder);
-        let server = server.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().expect("Xvfb starts");
-        let mut server = Running(server);
-        let mut number = String::new();
-        let output = server.0.stdout.take().expect("piped");
-        BufReader::new(output).read_line(&mut number).expect("the number of the display");
-        let name = format!(":{}", number.trim());
-        Some(Self { name, screen: folder.join("Xvfb_screen0"), _server: server })
-    }
-
-    fn xdotool(&self, arguments: &[&str]) -> Option<String> {
-        let output = Command::new("xdotool").args(arguments).env("DISPLAY", &self.name).output();
-        let output = output.expect("xdotool starts");
-        output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
-    }
-
-    /// The top left of the screen. The file is an X window dump: a header of big-endian words, colours, pixels.
-    fn look(&self) -> Option<RgbImage> {
-        let dump = fs::read(&self.screen).ok()?;
-        let word = |index: usize| {
-            let bytes = dump.get(index * 4..index * 4 + 4)?;
-            Some(u32::from_be_bytes(bytes.try_into().ok()?) as usize)
-        };
-        let (header, line, colors) = (word(0)?, word(12)?, word(19)?);
-        let little_endian = word(7)? == 0;
-        let pixels = dump.get(header + colors * 12..)?;
-        let mut picture = RgbImage::new(SIZE.0, SIZE.1);
-        for (x, y, pixel) in picture.enumerate_pixels_mut() {
-            let at = y as usize * line + x as usize * 4;
-            let bytes: [u8; 4] = pixels.get(at..at + 4)?.try_into().ok()?;
-            let value = if little_endian { u32::from_le_bytes(bytes) } else { u32::from_be_bytes(bytes) };
-            let [blue, green, red, _] = value.to_le_bytes();
-            *pixel = Rgb([red, green, blue]);
-        }
-        Some(picture)
-    }
-}
-
-fn missing() -> Vec<&'static str> {
-    let lacks = |program: &&str| Command::new(program).arg("-help").output().is_err();
-    let mut missing: Vec<&str> = ["Xvfb", "xdotool"].into_iter().filter(lacks).collect();
-    let adapter = Command::new(RELIEF).arg("info").output().is_ok_and(|output| output.status.success());
-    missing.extend((!adapter).then_some("a graphics adapter"));
-    missing
 }
 
 /// The program with its window open.
@@ -234,7 +141,7 @@ impl<'a> App<'a> {
     fn wait_for_picture(&self, what: &str, wanted: impl Fn(&RgbImage) -> bool) -> RgbImage {
         let end = Instant::now() + PATIENCE;
         loop {
-            let seen = self.display.look().expect("a look at the screen");
+            let seen = self.display.look(SIZE).expect("a look at the screen");
             if wanted(&seen) {
                 return seen;
             }
@@ -259,7 +166,7 @@ impl<'a> App<'a> {
 #[test]
 fn the_window_shows_what_render_writes_and_keys_change_it() {
     let place = Place::new();
-    let Some(display) = Display::start(&place) else { return };
+    let Some(display) = Display::start(place.path()) else { return };
     let app = App::start(&place, &display, &["--paused", "--no-panel"]);
     let plain = place.rendered(0, &[]);
     app.shows("the picture of frame 0", &plain);
@@ -295,7 +202,7 @@ fn the_window_shows_what_render_writes_and_keys_change_it() {
 #[test]
 fn the_clock_stops_steps_and_goes_on() {
     let place = Place::new();
-    let Some(display) = Display::start(&place) else { return };
+    let Some(display) = Display::start(place.path()) else { return };
     let app = App::start(&place, &display, &["--paused", "--no-panel"]);
     app.press(&["period", "n", "period"]);
     let third = place.rendered(3, &[]);
@@ -316,7 +223,7 @@ fn the_clock_stops_steps_and_goes_on() {
 #[test]
 fn a_picture_saved_while_the_clock_goes_is_that_of_its_step() {
     let place = Place::new();
-    let Some(display) = Display::start(&place) else { return };
+    let Some(display) = Display::start(place.path()) else { return };
     let app = App::start(&place, &display, &["--no-panel"]);
     let saved_is_rendered = |camera: &str| {
         app.press(&["p"]);
@@ -340,7 +247,7 @@ fn a_picture_saved_while_the_clock_goes_is_that_of_its_step() {
 #[test]
 fn a_run_in_a_window_is_the_run_without_one_and_its_recording_replays() {
     let place = Place::new();
-    let Some(display) = Display::start(&place) else { return };
+    let Some(display) = Display::start(place.path()) else { return };
     let files = ["--record", "run.rec", "--hash", "window.txt", "--speed", "5"];
     let app = App::start(&place, &display, &[&["--no-panel"], &files[..]].concat());
     let read = |name: &str| place.read(name);
@@ -373,7 +280,7 @@ fn a_run_in_a_window_is_the_run_without_one_and_its_recording_replays() {
 #[test]
 fn a_window_whose_device_is_lost_goes_on_with_another_as_if_nothing_had_happened() {
     let place = Place::new();
-    let Some(display) = Display::start(&place) else { return };
+    let Some(display) = Display::start(place.path()) else { return };
     let read = |name: &str| place.read(name);
     let mut command = place.relief();
     // A frame is checked four times.
@@ -398,7 +305,7 @@ fn a_window_whose_device_is_lost_goes_on_with_another_as_if_nothing_had_happened
 #[test]
 fn the_panel_floats_over_the_scene_and_leaves_the_rest_alone() {
     let place = Place::new();
-    let Some(display) = Display::start(&place) else { return };
+    let Some(display) = Display::start(place.path()) else { return };
     let app = App::start(&place, &display, &["--paused"]);
     let plain = place.rendered(0, &[]);
     let scene = |picture: &RgbImage| image::imageops::crop_imm(picture, 0, 0, SIZE.0 - PANEL_WIDTH, SIZE.1).to_image();
@@ -423,7 +330,7 @@ fn the_panel_floats_over_the_scene_and_leaves_the_rest_alone() {
 #[test]
 fn the_mouse_moves_the_camera_and_a_key_puts_it_back() {
     let place = Place::new();
-    let Some(display) = Display::start(&place) else { return };
+    let Some(display) = Display::start(place.path()) else { return };
     let app = App::start(&place, &display, &["--paused", "--no-panel"]);
     let plain = place.rendered(0, &[]);
     app.shows("the picture of frame 0", &plain);
@@ -443,7 +350,7 @@ fn the_mouse_moves_the_camera_and_a_key_puts_it_back() {
         let mut last = before.clone();
         before = wait_for(what, || {
             std::thread::sleep(Duration::from_millis(300));
-            let seen = display.look()?;
+            let seen = display.look(SIZE)?;
             let still = seen == last && seen != before;
             last = seen;
             still.then(|| last.clone())
@@ -476,7 +383,7 @@ fn share_along(picture: &RgbImage, from: Vec2, to: Vec2, passes: impl Fn(&Rgb<u8
 #[test]
 fn lines_lead_from_the_selected_object_to_its_lights() {
     let place = Place::new();
-    let Some(display) = Display::start(&place) else { return };
+    let Some(display) = Display::start(place.path()) else { return };
     let app = App::start(&place, &display, &["--paused", "--no-panel"]);
     let plain = place.rendered(0, &[]);
     app.shows("the picture of frame 0", &plain);
@@ -511,7 +418,7 @@ fn a_vehicle_is_driven_by_hand_and_seen_from_behind() {
     let vehicle = r#"(name: "mine", vehicle: (type: "box"), transform: (translation: (0, 0, -4))),"#;
     let scene = SCENE.replace("    entities: [", &format!("    entities: [{vehicle}"));
     fs::write(place.path().join("test.ron"), scene).expect("a scene file");
-    let Some(display) = Display::start(&place) else { return };
+    let Some(display) = Display::start(place.path()) else { return };
     let app = App::start(&place, &display, &["--no-panel", "--record", "run.rec", "--hash", "window.txt"]);
     let read = |name: &str| place.read(name);
     let steps = || read("window.txt").lines().count();
@@ -571,7 +478,7 @@ fn without_a_display_a_picture_is_rendered_and_said_so() {
     expect_picture(nobody_there);
 
     // A library that is opened only when the window is: a file that is none stands in for one that is missing.
-    let Some(display) = Display::start(&place).filter(|_| cfg!(target_os = "linux")) else { return };
+    let Some(display) = Display::start(place.path()).filter(|_| cfg!(target_os = "linux")) else { return };
     let libraries = place.path().join("libraries");
     fs::create_dir(&libraries).expect("a folder");
     for name in ["libxkbcommon-x11.so.0", "libxkbcommon-x11.so"] {

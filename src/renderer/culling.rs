@@ -184,46 +184,44 @@ impl Culling {
         }
     }
 
-    /// Records a phase of the culling of views, each with the frame group of its tables and eye. The late phase reads
-    /// the depths that the early one left.
+    /// Records a phase of the culling of a view, with the frame group of its tables and eye. The late phase reads the
+    /// depths that the early one left.
     pub fn record(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         timestamps: Option<&Timestamps>,
         phase: Phase,
-        views: &[(&CulledView, &wgpu::BindGroup)],
+        (view, frame_group): (&CulledView, &wgpu::BindGroup),
     ) {
         let (name, test) = match phase {
             Phase::Early => ("culling", &self.cull),
             Phase::Late => ("occlusion", &self.occlude),
         };
-        for (view, frame_group) in views {
-            let Some((_, group)) = &view.phases[phase as usize].group else { continue };
-            let (pages, entries) = (view.counts.page_count, view.counts.entry_count);
-            if entries == 0 {
-                continue;
-            }
-            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-                label: Some(name),
-                timestamp_writes: timestamps.and_then(|timestamps| timestamps.compute_pass(name)),
-            });
-            pass.set_bind_group(0, *frame_group, &[]);
-            pass.set_bind_group(1, group, &[]);
-            let draws = view.counts.draw_count.div_ceil(DRAWS_TOGETHER);
-            let tests = if phase == Phase::Early { pages } else { pages.div_ceil(TOGETHER) };
-            let taken = entries.div_ceil(TOGETHER);
-            let work = [
-                (test, tests),
-                (&self.count[phase as usize], taken),
-                (&self.scan_blocks, blocks(entries)),
-                (&self.scan_totals, 1),
-                (&self.scatter[phase as usize], taken),
-                (&self.finish[phase as usize], draws),
-            ];
-            for (pipeline, workgroups) in work {
-                pass.set_pipeline(pipeline);
-                pass.dispatch_workgroups(workgroups.min(ROW), workgroups.div_ceil(ROW), 1);
-            }
+        let Some((_, group)) = &view.phases[phase as usize].group else { return };
+        let (pages, entries) = (view.counts.page_count, view.counts.entry_count);
+        if entries == 0 {
+            return;
+        }
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some(name),
+            timestamp_writes: timestamps.and_then(|timestamps| timestamps.compute_pass(name)),
+        });
+        pass.set_bind_group(0, frame_group, &[]);
+        pass.set_bind_group(1, group, &[]);
+        let draws = view.counts.draw_count.div_ceil(DRAWS_TOGETHER);
+        let tests = if phase == Phase::Early { pages } else { pages.div_ceil(TOGETHER) };
+        let taken = entries.div_ceil(TOGETHER);
+        let work = [
+            (test, tests),
+            (&self.count[phase as usize], taken),
+            (&self.scan_blocks, blocks(entries)),
+            (&self.scan_totals, 1),
+            (&self.scatter[phase as usize], taken),
+            (&self.finish[phase as usize], draws),
+        ];
+        for (pipeline, workgroups) in work {
+            pass.set_pipeline(pipeline);
+            pass.dispatch_workgroups(workgroups.min(ROW), workgroups.div_ceil(ROW), 1);
         }
     }
 }

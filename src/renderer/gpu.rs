@@ -64,7 +64,7 @@ impl Gpu {
         Self::headless_with(Self::USED)
     }
 
-    /// As [`Self::headless`], with those of the `wanted` features that the adapter offers.
+    /// As [`Self::headless`], with those of [`Self::USED`] alone that are `wanted`.
     ///
     /// # Errors
     /// [`GpuError`] where there is no adapter or it refuses a device.
@@ -108,24 +108,30 @@ impl Gpu {
     }
 
     fn of_adapter(instance: wgpu::Instance, adapter: wgpu::Adapter, wanted: wgpu::Features) -> Result<Self, GpuError> {
-        let offered = adapter.limits();
-        let required_limits = wgpu::Limits {
-            // Scenes grow past the portable defaults in these; everything else stays portable.
-            max_buffer_size: offered.max_buffer_size,
-            max_storage_buffer_binding_size: offered.max_storage_buffer_binding_size,
-            max_texture_dimension_2d: offered.max_texture_dimension_2d,
-            ..wgpu::Limits::default()
-        };
-        let descriptor = wgpu::DeviceDescriptor {
-            label: Some("relief device"),
-            required_features: adapter.features() & wanted,
-            required_limits,
-            ..wgpu::DeviceDescriptor::default()
-        };
+        let mut descriptor = Self::device_descriptor(&adapter);
+        descriptor.required_features &= wanted;
         let opened = pollster::block_on(adapter.request_device(&descriptor));
         let (device, queue) = opened
             .map_err(|error| GpuError::NoDevice { adapter: adapter.get_info().name, reason: error.to_string() })?;
         Ok(Self::of_device(instance, adapter, device, queue))
+    }
+
+    /// What relief asks of an adapter for a device: the [features that are used](Self::USED) where it has them, and the
+    /// limits that scenes grow past. A program that opens its own device adds what it needs itself.
+    pub fn device_descriptor(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
+        let offered = adapter.limits();
+        wgpu::DeviceDescriptor {
+            label: Some("relief device"),
+            required_features: adapter.features() & Self::USED,
+            required_limits: wgpu::Limits {
+                // Scenes grow past the portable defaults in these; everything else stays portable.
+                max_buffer_size: offered.max_buffer_size,
+                max_storage_buffer_binding_size: offered.max_storage_buffer_binding_size,
+                max_texture_dimension_2d: offered.max_texture_dimension_2d,
+                ..wgpu::Limits::default()
+            },
+            ..wgpu::DeviceDescriptor::default()
+        }
     }
 
     /// A device that was opened elsewhere. Errors on it are told by [`Self::check`] from now on.

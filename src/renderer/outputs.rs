@@ -3,6 +3,7 @@
 //! Where the view has one sample per pixel, all are drawn in one pass ([`ViewState::draws_together`]). Else depths,
 //! normals and ids are drawn in a second pass of one sample per pixel: they have no mean.
 
+use super::objects::Recorded;
 use super::pass::{Attached, ID_FORMAT, NORMAL_FORMAT, Pass};
 use super::readback::read_id_and_depth;
 use super::record::{color_attachment, depth_attachment};
@@ -308,7 +309,9 @@ impl Renderer {
             self.record_outputs(encoder, view, None, pixel);
         } else if let Some(target) = target {
             // Nobody drew the picture, which finds out what is visible.
-            self.record_scene(encoder, &mut [ViewTarget::new(&mut *view, &target, PICTURE_FORMAT)]);
+            let mut view = ViewTarget::new(&mut *view, &target, PICTURE_FORMAT);
+            self.begin_recording(encoder, std::slice::from_ref(&view));
+            self.record_scene(encoder, &mut view, &mut Recorded::default());
             self.finish_timestamps(encoder);
         }
         view.outputs = planned;

@@ -72,22 +72,23 @@ impl<'a> ViewTarget<'a> {
 }
 
 impl Renderer {
-    /// Records a frame: some of the views of the last [`Self::prepare`], in the order in which the GPU draws them. The
-    /// caller submits. All views are drawn before the first is tone-mapped: a view whose own passes read the picture of
-    /// another is recorded by a call after that one's.
+    /// Records a frame: some of the views of the last [`Self::prepare`], one after the other. The caller submits. A
+    /// view's own passes may read the pictures of the views before it.
     ///
     /// # Panics
     /// If a view is not one of those, or a target has the wrong format ([`ViewTarget::format`]).
     pub fn record(&mut self, encoder: &mut wgpu::CommandEncoder, views: &mut [ViewTarget<'_>]) {
         self.check(views);
-        let recorded = self.record_scene(encoder, views);
+        self.begin_recording(encoder, views);
+        let mut recorded = Recorded::default();
         for view in &mut *views {
+            self.record_scene(encoder, view, &mut recorded);
             self.record_tone_map(encoder, view);
             view.record_passes(encoder, PassPlace::AfterToneMap);
+            view.state.drawn_now();
         }
         (self.stats.draws, self.stats.draw_calls, self.stats.passes) =
             (recorded.draws, recorded.calls, recorded.passes);
-        views.iter_mut().for_each(|view| view.state.drawn_now());
         self.finish_timestamps(encoder);
     }
 
@@ -99,10 +100,11 @@ impl Renderer {
     /// As [`Self::record`].
     pub fn record_again(&mut self, encoder: &mut wgpu::CommandEncoder, views: &mut [ViewTarget<'_>]) {
         self.check(views);
+        self.begin_recording(encoder, views);
         for view in views {
             let lacks_depth = view.has_pass(PassPlace::AfterToneMap) && !view.state.kept_depth;
             if !view.state.keeps_linear() || lacks_depth {
-                self.record_scene(encoder, std::slice::from_mut(view));
+                self.record_scene(encoder, view, &mut Recorded::default());
             }
             self.record_tone_map(encoder, view);
             view.record_passes(encoder, PassPlace::AfterToneMap);
@@ -123,51 +125,43 @@ impl Renderer {
         }
     }
 
-    /// All but the tone map.
-    pub(super) fn record_scene(
-        &mut self,
-        encoder: &mut wgpu::CommandEncoder,
-        views: &mut [ViewTarget<'_>],
-    ) -> Recorded {
-        let mut recorded = Recorded::default();
+    /// What all views share, before the first of them.
+    pub(super) fn begin_recording(&mut self, encoder: &mut wgpu::CommandEncoder, views: &[ViewTarget<'_>]) {
         let triangles: u64 = views.iter().map(|view| self.expected_triangles(view.state)).sum();
         if self.portions.on_processor && triangles > MANY_TRIANGLES {
             // Not earlier: what loading left is given back.
             keep_freed_memory();
         }
         self.tables.record(encoder, self.timestamps.as_ref());
-        self.cull(encoder, Phase::Early, views);
-        for view in &*views {
-            self.draw_early(encoder, view, &mut recorded);
-        }
-        self.cull(encoder, Phase::Late, views);
-        for view in &mut *views {
-            if view.state.draws_scene() {
-                self.draw_scene(encoder, view, &mut recorded);
-            }
-            self.record_outputs(encoder, view.state, self.timestamps.as_ref(), None);
-            view.state.drawn_outputs = view.state.outputs.beside_color();
-            self.send_counts(encoder, view.state);
-            view.state.cullings_due = view.state.cullings_due.saturating_sub(1);
-            view.state.lists_ready = true;
-        }
-        recorded
     }
 
-    /// Finds what is visible, unless the lists of visible objects are those of a view already.
-    fn cull(&self, encoder: &mut wgpu::CommandEncoder, phase: Phase, views: &[ViewTarget<'_>]) {
-        let due = |view: &&ViewTarget<'_>| {
-            let state = &view.state;
-            state.targets.is_some()
-                && state.cullings_due > 0
-                && (phase == Phase::Early || state.culled.pyramid().is_some())
-        };
-        let views: Vec<_> = views
-            .iter()
-            .filter(due)
-            .filter_map(|view| view.state.group().map(|group| (&view.state.culled, group)))
-            .collect();
-        self.culling.record(encoder, self.timestamps.as_ref(), phase, &views);
+    /// All of a view but the tone map. View by view, as its samples and depths are still in caches between its passes.
+    pub(super) fn record_scene(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        view: &mut ViewTarget<'_>,
+        recorded: &mut Recorded,
+    ) {
+        self.cull(encoder, Phase::Early, view.state);
+        self.draw_early(encoder, view, recorded);
+        self.cull(encoder, Phase::Late, view.state);
+        if view.state.draws_scene() {
+            self.draw_scene(encoder, view, recorded);
+        }
+        self.record_outputs(encoder, view.state, self.timestamps.as_ref(), None);
+        view.state.drawn_outputs = view.state.outputs.beside_color();
+        self.send_counts(encoder, view.state);
+        view.state.cullings_due = view.state.cullings_due.saturating_sub(1);
+        view.state.lists_ready = true;
+    }
+
+    /// Finds what is visible, unless the lists of visible objects are those of the view already.
+    fn cull(&self, encoder: &mut wgpu::CommandEncoder, phase: Phase, state: &ViewState) {
+        let has_phase = phase == Phase::Early || state.culled.pyramid().is_some();
+        let due = state.targets.is_some() && state.cullings_due > 0 && has_phase;
+        if let Some(group) = state.group().filter(|_| due) {
+            self.culling.record(encoder, self.timestamps.as_ref(), phase, (&state.culled, group));
+        }
     }
 
     /// Of a view in two phases, what was seen before, and the depths that it leaves. The lists of a still view stay

@@ -65,6 +65,10 @@ pub fn assert_fails(output: &std::process::Output, code: i32, needles: &[&str]) 
 #[allow(dead_code)]
 pub mod bumps;
 
+/// A display for windows.
+#[allow(dead_code)]
+pub mod display;
+
 /// Pictures of one square.
 #[allow(dead_code)]
 pub mod square;
