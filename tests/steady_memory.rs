@@ -11,7 +11,7 @@ use relief::renderer::{Occlusion, Settings, SingleView};
 use std::collections::VecDeque;
 use std::sync::{Mutex, PoisonError};
 use systems::run::inputs::{Input, Inputs};
-use systems::run::roster::{Roster, StateId, enroll_all};
+use systems::run::roster::{Roster, StateId, register_all};
 use systems::run::spawn::Spawn;
 use systems::vehicles::Controls;
 
@@ -64,7 +64,7 @@ fn what_comes_and_goes_leaves_nothing_behind() {
     simulation.world.spawn(cube);
     let eye = Transform::from_xyz(0.0, 4.0, 9.0).looking_at(Vec3::ZERO, Vec3::Y);
     let camera = simulation.world.spawn((Camera::default(), eye)).id();
-    enroll_all(&mut simulation.world);
+    register_all(&mut simulation.world);
     let mut headless = Headless { renderer: SingleView::new(&gpu), settings: Settings::default() };
     let mut living: VecDeque<StateId> = VecDeque::new();
     let mut draw = |frames: u32| {

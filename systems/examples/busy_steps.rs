@@ -90,7 +90,7 @@ fn main() {
     }
     world.insert_resource(routes);
     world.insert_resource(Signals::new(vec![signal]));
-    roster::enroll_all(world);
+    roster::register_all(world);
     for step in 1..=1000 {
         simulation.step();
         println!("{step} {}", state_hash::hash(&mut simulation.world));

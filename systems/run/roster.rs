@@ -1,7 +1,7 @@
 //! Names for entities that mean the same in every run: a [`StateId`] is a place in the order in which entities came to
 //! be, where an `Entity` is a place in one world's memory.
 //!
-//! Loading a scene spawns the same entities in the same order each time; [`enroll_all`] numbers them when it is done.
+//! Loading a scene spawns the same entities in the same order each time; [`register_all`] numbers them when it is done.
 //! Whatever comes later comes by [`spawn`], which numbers it and keeps the [`Spawn`] it came by, so that a snapshot can
 //! bring it into being again. Hashes, recordings and snapshots know entities by these numbers only.
 
@@ -43,7 +43,7 @@ pub(crate) struct Family {
 }
 
 impl Roster {
-    /// The id of an entity; `None` for one that was not enrolled.
+    /// The id of an entity; `None` for one that was not registered.
     pub fn id(&self, entity: Entity) -> Option<StateId> {
         let id = StateId(*self.ids.get(entity.index_u32() as usize)?);
         // The place of an entity that is gone may be another's now.
@@ -104,7 +104,7 @@ impl Roster {
 
 /// Numbers everything that is in the world, as the entities that the scene began with: when a scene is loaded, or what
 /// stands for one is built. Pieces of objects follow from these and have no number, nor have resources and observers.
-pub fn enroll_all(world: &mut World) {
+pub fn register_all(world: &mut World) {
     let mut all = world.query_filtered::<Entity, (Without<IsResource>, Without<Observer>, Without<PieceOf>)>();
     let mut scene: Vec<Entity> = all.iter(world).collect();
     // In a world that has only grown, the order of indices is that of spawning.
@@ -182,7 +182,7 @@ mod tests {
         let world = &mut simulation.world;
         world.add_observer(|_: On<Insert<ChildOf>>| ());
         let scene = [(); 3].map(|()| world.spawn_empty().id());
-        enroll_all(world);
+        register_all(world);
         let numbered: Vec<_> = world.resource::<Roster>().iter().map(|(StateId(id), entity)| (id, entity)).collect();
         assert_eq!(numbered, [(0, scene[0]), (1, scene[1]), (2, scene[2])]);
     }

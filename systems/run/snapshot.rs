@@ -30,7 +30,7 @@ struct Saved {
     kinds: Vec<(String, Vec<u8>)>,
 }
 
-/// The state of a world whose scene's entities are enrolled.
+/// The state of a world whose scene's entities are registered.
 pub fn save(world: &mut World) -> Vec<u8> {
     let kinds = world.resource_scope(|world, mut list: Mut<StateList>| {
         list.kinds.iter_mut().map(|kind| (kind.name().to_owned(), kind.save(world))).collect()

@@ -141,7 +141,7 @@ impl<T: StateComponent, F: ArchetypeFilter + 'static> Component<T, F> {
         Self { name, is_sound, query: None }
     }
 
-    /// The values of all enrolled entities by id, entities within them as ids.
+    /// The values of all registered entities by id, entities within them as ids.
     fn values(&mut self, world: &mut World) -> Vec<(u32, T)> {
         let query = self.query.get_or_insert_with(|| world.query_filtered());
         let roster = world.resource::<Roster>();

@@ -43,8 +43,8 @@ impl std::iter::Sum for Sum {
     }
 }
 
-/// The hash of a world's state as it is now. Of entities, those count that are enrolled
-/// ([`crate::run::roster::enroll_all`]).
+/// The hash of a world's state as it is now. Of entities, those count that are registered
+/// ([`crate::run::roster::register_all`]).
 pub fn hash(world: &mut World) -> StateHash {
     let sum: Sum = world
         .resource_scope(|world, mut list: Mut<StateList>| list.kinds.iter_mut().map(|kind| kind.hash(world)).sum());

@@ -374,11 +374,11 @@ fn a_restored_run_goes_on_as_if_nothing_had_been() {
 fn a_run_restored_after(done: usize) {
     let order: Vec<u32> = (0..16).collect();
     let mut kept = melee(&order);
-    roster::enroll_all(&mut kept.world);
+    roster::register_all(&mut kept.world);
     steps(&mut kept, done);
     let saved = snapshot::save(&mut kept.world);
     let mut other = melee(&order);
-    roster::enroll_all(&mut other.world);
+    roster::register_all(&mut other.world);
     snapshot::restore(&mut other.world, &saved).expect("a snapshot of this scene");
     assert_eq!(snapshot::save(&mut other.world), saved);
     for step in 0..300 {

@@ -8,7 +8,7 @@ use relief::renderer::{Gpu, Settings, SingleView};
 use relief::scene::{self, LoadedScene};
 use std::path::Path;
 use std::sync::LazyLock;
-use systems::run::roster::{Roster, enroll_all};
+use systems::run::roster::{Roster, register_all};
 use systems::run::state_hash;
 use systems::vehicles::VehicleTypeId;
 
@@ -57,7 +57,7 @@ pub fn vehicle_types(place: &Place, bytes: &[u8]) {
         let at = Transform::from_xyz(f32::from(kind) * 10.0, 0.0, 0.0);
         simulation.world.spawn((at, Vehicle::of(VehicleTypeId(kind))));
     }
-    enroll_all(&mut simulation.world);
+    register_all(&mut simulation.world);
     move_on(&mut simulation);
 }
 
