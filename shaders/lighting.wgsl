@@ -1,5 +1,12 @@
 // Light on one point of a surface. Light units: see systems/lights/components.rs, Light.
 
+// A light's kind.
+const LIGHT_POINT = 0u;
+const LIGHT_SPOT_EXPONENT = 1u;
+const LIGHT_SPOT_CONE = 2u;
+const LIGHT_DIRECTIONAL = 3u;
+const LIGHT_OFF = 4u;
+
 const SHADING_PHONG = 0u;
 const SHADING_BLINN = 1u;
 const SHADING_METALLIC_ROUGHNESS = 2u;

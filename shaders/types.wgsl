@@ -68,11 +68,6 @@ override LIGHTS_WITH_ATTENUATION: bool = true;
 override LIGHTS_WITH_CONES: bool = true;
 override LIGHTS_WITH_AMBIENT: bool = true;
 
-const LIGHT_POINT = 0u;
-const LIGHT_SPOT_EXPONENT = 1u;
-const LIGHT_SPOT_CONE = 2u;
-const LIGHT_DIRECTIONAL = 3u;
-const LIGHT_OFF = 4u;
 const NO_LIGHT = 0xffffffffu;
 
 const MAP_BASE = 0u;

@@ -15,7 +15,7 @@ pub const NO_LIGHT: u32 = u32::MAX;
 pub struct LightRecord {
     /// World space, metres; of a directional light the unit vector towards it.
     pub position: [f32; 3],
-    /// 0 point, 1 spot with exponent, 2 spot with inner cone, 3 directional; [`LightRecord::OFF`] for an empty slot.
+    /// One of [`LightRecord::KINDS`]; [`LightRecord::OFF`] for an empty slot.
     pub kind: u32,
     /// Colour times intensity, linear RGB.
     pub color: [f32; 3],
@@ -46,4 +46,12 @@ impl LightRecord {
     pub const DIRECTIONAL: u32 = 3;
     /// Kind of an empty slot.
     pub const OFF: u32 = 4;
+    /// All kinds with their names.
+    pub const KINDS: [(&'static str, u32); 5] = [
+        ("point", Self::POINT),
+        ("spot_exponent", Self::SPOT_EXPONENT),
+        ("spot_cone", Self::SPOT_CONE),
+        ("directional", Self::DIRECTIONAL),
+        ("off", Self::OFF),
+    ];
 }
