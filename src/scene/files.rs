@@ -63,7 +63,7 @@ fn model_file(mesh: &MeshSource) -> Option<&str> {
 /// What the texels of a map mean, by the material's field; of a base map, by what its alpha does. An image whose alpha
 /// does different things is there once for each.
 fn image_kind(field: &str, material: &format::Material) -> ImageKind {
-    match (field, AlphaMode::from(material.alpha_mode)) {
+    match (field, material.alpha_mode) {
         ("base_map", AlphaMode::Blend) => ImageKind::Blended,
         ("base_map", AlphaMode::Mask) => ImageKind::masked(material.alpha_cutoff, material.base_alpha),
         ("base_map" | "emissive_map" | "environment_map", _) => ImageKind::Color,
@@ -198,7 +198,7 @@ impl Items {
         self.shapes.get(name)
     }
 
-    /// The one mesh of a figure's shape, with its own material where it is a model.
+    /// The one mesh of a mesh variant, with its own material where it is a model.
     pub fn single_mesh(&self, name: &str) -> Option<(MeshId, MaterialId)> {
         match self.shape(name)? {
             Shape::Mesh(mesh, _) => Some((*mesh, MaterialId::DEFAULT)),
@@ -264,16 +264,16 @@ fn material(name: &str, m: &format::Material, images: &HashMap<(String, ImageKin
     let [.., height_map, horizon_map_0, horizon_map_1, offset_map, environment_map] = maps;
     Material {
         name: name.into(),
-        shading: m.shading.into(),
+        shading: m.shading,
         technique: m.technique,
-        alpha: m.alpha_mode.into(),
+        alpha: m.alpha_mode,
         alpha_cutoff: m.alpha_cutoff,
         double_sided: m.double_sided,
         base_factor: m.base_factor.rgb().extend(m.base_alpha),
         base_map,
         normal_scale: m.normal_scale,
         normal_map,
-        specular_factor: m.specular_factor.map_or(default_specular(m.shading.into()), |color| color.rgb()),
+        specular_factor: m.specular_factor.map_or(default_specular(m.shading), |color| color.rgb()),
         specular_map,
         specular_strength: m.specular_strength,
         shininess: m.shininess,
@@ -309,13 +309,12 @@ fn map(image: ImageId, source: &MapSource, material: &format::Material) -> Map {
 
 fn sampler(s: Sampler) -> systems::assets::Sampler {
     let default = systems::assets::Sampler::default();
-    let wrap = |own: Option<format::Wrap>, otherwise| own.or(s.wrap).map_or(otherwise, Into::into);
     systems::assets::Sampler {
-        wrap_u: wrap(s.wrap_u, default.wrap_u),
-        wrap_v: wrap(s.wrap_v, default.wrap_v),
-        mag: s.mag.map_or(default.mag, Into::into),
-        min: s.min.map_or(default.min, Into::into),
-        mip: s.mip.map_or(default.mip, Into::into),
+        wrap_u: s.wrap_u.or(s.wrap).unwrap_or(default.wrap_u),
+        wrap_v: s.wrap_v.or(s.wrap).unwrap_or(default.wrap_v),
+        mag: s.mag.unwrap_or(default.mag),
+        min: s.min.unwrap_or(default.min),
+        mip: s.mip.unwrap_or(default.mip),
     }
 }
 

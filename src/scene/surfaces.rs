@@ -2,35 +2,11 @@
 
 use super::values::{Color, MapSource, Scale, names, one_of};
 use serde::{Deserialize, Deserializer};
-use systems::assets as lib;
-use systems::assets::MAP_COUNT;
+use systems::assets::{self, AlphaMode, Filter, MAP_COUNT, MipFilter, Shading, Technique, Wrap};
 
-/// Enums of the other crate that have names in scene files alone.
-macro_rules! named_choices {
-    ($($name:ident => $target:ty { $($variant:ident),* })*) => {$(
-        #[derive(Deserialize, Clone, Copy, Debug, PartialEq)]
-        #[serde(rename_all = "snake_case")]
-        pub enum $name { $($variant),* }
-
-        impl From<$name> for $target {
-            fn from(choice: $name) -> Self {
-                match choice { $($name::$variant => <$target>::$variant),* }
-            }
-        }
-    )*};
-}
-
-named_choices! {
-    Shading => lib::Shading { Phong, Blinn, MetallicRoughness, SpecularGlossiness, Unlit }
-    AlphaMode => lib::AlphaMode { Opaque, Mask, Blend }
-    Wrap => lib::Wrap { Repeat, Mirror, Clamp }
-    Filter => lib::Filter { Nearest, Linear }
-    MipFilter => lib::MipFilter { None, Nearest, Linear }
-}
-
-fn technique<'de, D: Deserializer<'de>>(deserializer: D) -> Result<lib::Technique, D::Error> {
-    const NAMES: [&str; lib::Technique::ALL.len()] = names(&lib::Technique::ALL);
-    one_of(&lib::Technique::ALL, &NAMES, deserializer)
+fn technique<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Technique, D::Error> {
+    const NAMES: [&str; Technique::ALL.len()] = names(&Technique::ALL);
+    one_of(&Technique::ALL, &NAMES, deserializer)
 }
 
 #[derive(Deserialize, Debug)]
@@ -38,7 +14,7 @@ fn technique<'de, D: Deserializer<'de>>(deserializer: D) -> Result<lib::Techniqu
 pub struct Material {
     pub shading: Shading,
     #[serde(deserialize_with = "technique")]
-    pub technique: lib::Technique,
+    pub technique: Technique,
     pub alpha_mode: AlphaMode,
     pub alpha_cutoff: f32,
     pub double_sided: bool,
@@ -75,11 +51,11 @@ pub struct Material {
 
 impl Default for Material {
     fn default() -> Self {
-        let m = lib::Material::default();
+        let m = assets::Material::default();
         Self {
-            shading: Shading::Phong,
+            shading: m.shading,
             technique: m.technique,
-            alpha_mode: AlphaMode::Opaque,
+            alpha_mode: m.alpha,
             alpha_cutoff: m.alpha_cutoff,
             double_sided: m.double_sided,
             sampler: Sampler::default(),

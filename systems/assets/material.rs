@@ -4,9 +4,10 @@ use super::image::ImageId;
 use super::technique::Technique;
 use bevy_ecs::prelude::*;
 use glam::{Affine2, Mat2, Vec3, Vec4};
+use serde::{Deserialize, Serialize};
 
 /// Names a [`Material`] of the [`Library`](crate::assets::Library). As a component: the material of a drawn entity.
-#[derive(Component, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, serde::Serialize, serde::Deserialize)]
+#[derive(Component, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Serialize, Deserialize)]
 #[component(summary_tick)]
 pub struct MaterialId(pub u32);
 
@@ -22,7 +23,8 @@ impl Default for MaterialId {
 }
 
 /// How a texture coordinate outside 0..1 is read.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
+#[derive(Deserialize, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
+#[serde(rename_all = "snake_case")]
 pub enum Wrap {
     /// The image repeats.
     #[default]
@@ -34,7 +36,8 @@ pub enum Wrap {
 }
 
 /// How texels are filtered.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
+#[derive(Deserialize, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
+#[serde(rename_all = "snake_case")]
 pub enum Filter {
     /// The nearest texel.
     Nearest,
@@ -44,7 +47,8 @@ pub enum Filter {
 }
 
 /// How mip levels are chosen.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
+#[derive(Deserialize, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
+#[serde(rename_all = "snake_case")]
 pub enum MipFilter {
     /// Only the full-size level.
     None,
@@ -129,7 +133,8 @@ pub enum MapSlot {
 pub const MAP_COUNT: usize = 11;
 
 /// The lighting model of a material; the formulas are in `shaders/lighting.wgsl`.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
+#[derive(Deserialize, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
+#[serde(rename_all = "snake_case")]
 pub enum Shading {
     /// Diffuse plus Phong's reflected vector: base, specular map and shininess.
     #[default]
@@ -145,7 +150,8 @@ pub enum Shading {
 }
 
 /// What base alpha means.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
+#[derive(Deserialize, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
+#[serde(rename_all = "snake_case")]
 pub enum AlphaMode {
     /// Alpha is ignored.
     #[default]

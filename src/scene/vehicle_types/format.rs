@@ -158,7 +158,7 @@ pub struct Trailer {
 #[serde(deny_unknown_fields)]
 pub struct Lamps {
     pub nodes: Vec<String>,
-    pub kind: Kind,
+    pub kind: LampKind,
     #[serde(default)]
     pub light: Option<Light>,
     #[serde(default)]
@@ -171,36 +171,6 @@ pub struct Lamps {
 
 fn glow() -> f32 {
     2.0
-}
-
-#[derive(Deserialize, Clone, Copy, Debug)]
-#[serde(rename_all = "snake_case")]
-pub enum Kind {
-    Head,
-    Fog,
-    Daytime,
-    Tail,
-    Brake,
-    IndicatorLeft,
-    IndicatorRight,
-    Reverse,
-    Interior,
-}
-
-impl From<Kind> for LampKind {
-    fn from(kind: Kind) -> Self {
-        match kind {
-            Kind::Head => Self::Head,
-            Kind::Fog => Self::Fog,
-            Kind::Daytime => Self::Daytime,
-            Kind::Tail => Self::Tail,
-            Kind::Brake => Self::Brake,
-            Kind::IndicatorLeft => Self::IndicatorLeft,
-            Kind::IndicatorRight => Self::IndicatorRight,
-            Kind::Reverse => Self::Reverse,
-            Kind::Interior => Self::Interior,
-        }
-    }
 }
 
 #[derive(Deserialize, Debug)]
