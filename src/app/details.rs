@@ -59,16 +59,15 @@ pub fn object_lights(world: &mut World, object: Entity, near: Vec3) -> Option<Ob
     let mut lights = world.query::<(Entity, &LightSlot, &Light, &GlobalTransform)>();
     for (entity, slot, light, transform) in lights.iter(world) {
         let Some(rank) = selection.lights.iter().position(|chosen| *chosen == slot.0) else { continue };
-        let place = match light.kind {
-            LightKind::Directional => bounds.center + transform.back() * bounds.radius * 2.0,
-            LightKind::Point | LightKind::Spot { .. } => transform.translation(),
-        };
+        let is_far = light.kind == LightKind::Directional;
+        let toward = bounds.center + transform.back() * bounds.radius * 2.0;
+        let place = if is_far { toward } else { transform.translation() };
         let record = light_record(light, transform);
         found.lights[rank] = Some(ObjectLight {
             entity,
             weight: selection.weights[rank],
             score: score(&ScoredLight::new(&record), bounds),
-            distance: (light.kind != LightKind::Directional).then(|| place.distance(bounds.center)),
+            distance: (!is_far).then(|| place.distance(bounds.center)),
             place,
         });
     }
@@ -177,12 +176,11 @@ pub fn kilometres_per_hour(motion: &Motion) -> String {
 }
 
 fn light_kind(light: &Light) -> String {
-    let kind = match light.kind {
-        LightKind::Point => "point".to_owned(),
-        LightKind::Spot { outer, .. } => format!("spot, {:.0}° to its edge", outer.to_degrees()),
-        LightKind::Directional => "directional".to_owned(),
-    };
-    if light.enabled { kind } else { format!("{kind}, off") }
+    let mut text = light.kind.name().to_owned();
+    if let LightKind::Spot { outer, .. } = light.kind {
+        text += &format!(", {:.0}° to its edge", outer.to_degrees());
+    }
+    if light.enabled { text } else { text + ", off" }
 }
 
 fn projection(camera: &Camera) -> String {

@@ -10,14 +10,14 @@ mod surfaces;
 
 use super::faults::{Fault, Trail, unknown};
 use super::files::{self, Files};
-use super::format::{Camera, Entity, Generator, Grid, Light, MeshSource, Place, Region, Scatter, Scene, Transform};
+use super::format::{Camera, Entity, Generator, Grid, MeshSource, Place, Region, Scatter, Scene, Transform};
 use super::places::Step;
-use super::values::{Attenuation, Color, Named, Scale};
+use super::values::{Color, Named, Scale};
 use glam::{DVec3, Vec3};
 use std::fmt::Display;
 
 /// Metres on each axis.
-const FARTHEST: f64 = 1e7;
+pub const FARTHEST: f64 = 1e7;
 /// Metres; also factors of scale.
 pub const SIZES: (f32, f32) = (1e-5, 1e6);
 pub const BRIGHTEST: f32 = 1e9;
@@ -356,48 +356,6 @@ impl<'a> Check<'a> {
         let length = Vec3::from_array(value).length();
         if !(1e-6..=1e6).contains(&length) {
             self.field(name, |c| c.fault(format_args!("expected a direction, found one of length {length}")));
-        }
-    }
-
-    pub fn light(&mut self, light: &Light) {
-        let local = |c: &mut Self, range: Option<f32>, Attenuation(attenuation): Attenuation| {
-            if let Some(range) = range {
-                c.number("range", range, 1e-3, FARTHEST as f32);
-            }
-            c.numbers("attenuation", &attenuation, 0.0, 1e6);
-            if attenuation.iter().sum::<f32>() <= 0.0 {
-                c.field("attenuation", |c| c.fault("expected at least one of the three to be more than 0"));
-            }
-        };
-        let (color, intensity, ambient) = match light {
-            Light::Point(l) => (l.color, l.intensity, l.ambient),
-            Light::Spot(l) => (l.color, l.intensity, l.ambient),
-            Light::Directional(l) => (l.color, l.intensity, l.ambient),
-        };
-        self.color("color", color, BRIGHTEST);
-        self.color("ambient", ambient, BRIGHTEST);
-        self.number("intensity", intensity, 0.0, BRIGHTEST);
-        match light {
-            Light::Point(l) => local(self, l.range, l.attenuation),
-            Light::Spot(l) => {
-                local(self, l.range, l.attenuation);
-                let classic = l.cutoff_degrees.is_some() || l.exponent.is_some();
-                let cone = l.outer_degrees.is_some() || l.inner_degrees.is_some();
-                if classic == cone || (classic && l.cutoff_degrees.is_none()) || (cone && l.outer_degrees.is_none()) {
-                    self.fault("expected either cutoff_degrees (and exponent) or outer_degrees (and inner_degrees)");
-                }
-                if let Some(cutoff) = l.cutoff_degrees {
-                    self.number("cutoff_degrees", cutoff, 0.1, 85.0);
-                }
-                if let Some(exponent) = l.exponent {
-                    self.number("exponent", exponent, 0.0, 1e4);
-                }
-                if let Some(outer) = l.outer_degrees {
-                    self.number("outer_degrees", outer, 0.1, 85.0);
-                    self.number("inner_degrees", l.inner_degrees.unwrap_or(0.0), 0.0, outer);
-                }
-            }
-            Light::Directional(_) => {}
         }
     }
 

@@ -1,14 +1,15 @@
 //! The scene file as text describes it: plain structs for serde, before names are resolved and files are read.
-//! Materials and meshes are in [`super::surfaces`].
+//! Materials and meshes are in [`super::surfaces`], lights in [`super::lights`].
 //!
 //! `docs/scenes.md` says what every field means; a test looks for each of them there. Defaults are those of the
 //! components and library items that the fields become.
 
+pub use super::lights::Light;
 pub use super::roads::*;
 pub use super::surfaces::*;
-use super::values::{Attenuation, Color, Named, Scale, names, one_of};
+use super::values::{Color, Named, Scale, names, one_of};
 use serde::{Deserialize, Deserializer};
-use systems::{draw, lights};
+use systems::draw;
 
 /// A whole file.
 #[derive(Deserialize, Debug)]
@@ -126,89 +127,6 @@ pub struct Transform {
     pub quaternion: Option<[f32; 4]>,
     pub look_at: Option<[f64; 3]>,
     pub scale: Scale,
-}
-
-#[derive(Deserialize, Debug)]
-#[serde(rename_all = "snake_case")]
-pub enum Light {
-    Point(PointLight),
-    Spot(SpotLight),
-    Directional(DirectionalLight),
-}
-
-#[derive(Deserialize, Debug)]
-#[serde(default, deny_unknown_fields)]
-pub struct PointLight {
-    pub color: Color,
-    pub intensity: f32,
-    pub range: Option<f32>,
-    pub attenuation: Attenuation,
-    pub ambient: Color,
-    pub on: bool,
-}
-
-impl Default for PointLight {
-    fn default() -> Self {
-        let light = lights::Light::point(1.0, f32::INFINITY);
-        Self {
-            color: Color::linear(light.color),
-            intensity: light.intensity,
-            range: None,
-            attenuation: Attenuation(light.attenuation.to_array()),
-            ambient: Color::linear(light.ambient),
-            on: light.enabled,
-        }
-    }
-}
-
-/// Two kinds of cone: `cutoff_degrees` with `exponent`, or `outer_degrees` with `inner_degrees`.
-#[derive(Deserialize, Debug)]
-#[serde(default, deny_unknown_fields)]
-pub struct SpotLight {
-    pub color: Color,
-    pub intensity: f32,
-    pub range: Option<f32>,
-    pub attenuation: Attenuation,
-    pub ambient: Color,
-    pub on: bool,
-    pub cutoff_degrees: Option<f32>,
-    pub exponent: Option<f32>,
-    pub inner_degrees: Option<f32>,
-    pub outer_degrees: Option<f32>,
-}
-
-impl Default for SpotLight {
-    fn default() -> Self {
-        let PointLight { color, intensity, range, attenuation, ambient, on } = PointLight::default();
-        Self {
-            color,
-            intensity,
-            range,
-            attenuation,
-            ambient,
-            on,
-            cutoff_degrees: None,
-            exponent: None,
-            inner_degrees: None,
-            outer_degrees: None,
-        }
-    }
-}
-
-#[derive(Deserialize, Debug)]
-#[serde(default, deny_unknown_fields)]
-pub struct DirectionalLight {
-    pub color: Color,
-    pub intensity: f32,
-    pub ambient: Color,
-    pub on: bool,
-}
-
-impl Default for DirectionalLight {
-    fn default() -> Self {
-        let PointLight { color, intensity, ambient, on, .. } = PointLight::default();
-        Self { color, intensity, ambient, on }
-    }
 }
 
 /// What physical vehicles bump into.

@@ -25,6 +25,7 @@ mod faults;
 mod files;
 mod format;
 mod generate;
+mod lights;
 #[cfg(feature = "tools")]
 pub(crate) use generate::Random;
 mod origin;
@@ -139,7 +140,7 @@ pub fn load(path: &Path, simulation: &mut Simulation) -> Result<LoadedScene, Sce
     if let Some((root, bounds)) = model {
         spawn::cut_model(root, bounds, &mut simulation.world);
     }
-    roster::enroll_all(&mut simulation.world);
+    roster::register_all(&mut simulation.world);
     Ok(loaded)
 }
 

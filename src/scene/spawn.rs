@@ -3,6 +3,7 @@
 use super::files::{Items, Shape};
 use super::format::{self, Entity as Source, Scene};
 use super::generate;
+use super::lights;
 use super::physical;
 use super::turned_meshes::TurnedMeshes;
 use super::values::place;
@@ -16,7 +17,7 @@ use std::collections::HashMap;
 use systems::assets::{Figure, Library, MaterialId, MeshId};
 use systems::draw::pieces::PiecesReport;
 use systems::draw::{Camera, Projection, pieces};
-use systems::lights::{Light, LightKind};
+use systems::lights::Light;
 use systems::space::{Aabb, Hidden, Spin, Transform};
 
 /// What spawning found out about the scene.
@@ -183,7 +184,7 @@ impl Spawner<'_> {
         }
         if let Some(source) = placement.light {
             self.found.has_lights = true;
-            self.world.entity_mut(entity).insert(light(source));
+            self.world.entity_mut(entity).insert(lights::light(source));
         }
         if let Some(spin) = &source.spin {
             self.world.entity_mut(entity).insert(Spin {
@@ -377,51 +378,6 @@ pub fn transform(source: &format::Transform) -> Transform {
         unrotated.looking_at(place(target), Vec3::Y)
     } else {
         unrotated
-    }
-}
-
-/// The light of a checked scene.
-pub fn light(source: &format::Light) -> Light {
-    let range = |range: Option<f32>| range.unwrap_or(f32::INFINITY);
-    match source {
-        format::Light::Point(l) => Light {
-            kind: LightKind::Point,
-            color: l.color.rgb(),
-            intensity: l.intensity,
-            ambient: l.ambient.rgb(),
-            range: range(l.range),
-            attenuation: Vec3::from_array(l.attenuation.0),
-            enabled: l.on,
-        },
-        format::Light::Spot(l) => Light {
-            kind: cone(l),
-            color: l.color.rgb(),
-            intensity: l.intensity,
-            ambient: l.ambient.rgb(),
-            range: range(l.range),
-            attenuation: Vec3::from_array(l.attenuation.0),
-            enabled: l.on,
-        },
-        format::Light::Directional(l) => Light {
-            ambient: l.ambient.rgb(),
-            enabled: l.on,
-            ..Light::directional(l.intensity).with_color(l.color.rgb())
-        },
-    }
-}
-
-fn cone(l: &format::SpotLight) -> LightKind {
-    match (l.cutoff_degrees, l.outer_degrees) {
-        (None, Some(outer)) => LightKind::Spot {
-            outer: outer.to_radians(),
-            inner: Some(l.inner_degrees.unwrap_or(outer * 0.8).to_radians()),
-            exponent: 0.0,
-        },
-        (cutoff, _) => LightKind::Spot {
-            outer: cutoff.unwrap_or(45.0).to_radians(),
-            inner: None,
-            exponent: l.exponent.unwrap_or(0.0),
-        },
     }
 }
 

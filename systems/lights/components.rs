@@ -25,6 +25,17 @@ pub enum LightKind {
     Directional,
 }
 
+impl LightKind {
+    /// The name that people see.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Point => "point",
+            Self::Spot { .. } => "spot",
+            Self::Directional => "directional",
+        }
+    }
+}
+
 /// A light. Its place and direction are the entity's transform, so it follows its parent.
 ///
 /// An intensity of 1 at attenuation 1 lights a white surface that faces the light to a radiance of 1.

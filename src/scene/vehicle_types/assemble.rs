@@ -3,12 +3,12 @@
 //! The model's tree is flattened: what does not move is fixed to the vehicle, or to the moving part above it, by one
 //! transform, so that a vehicle has no entity without a purpose.
 
-use super::drawn::Drawn;
 use super::format::{Lamps, VehicleType as Source};
 use super::lamps::{self, Aim};
+use super::placed_model::PlacedModel;
 use super::wheels::{self, Wheel};
 use crate::import::Model;
-use crate::scene::spawn;
+use crate::scene::{lights, spawn};
 use glam::{Affine3A, Mat3A, Quat, Vec3, Vec3A};
 use std::collections::HashMap;
 use systems::assets::{Library, Material, MaterialId};
@@ -135,14 +135,14 @@ impl Builder<'_> {
 
     fn find_wheels(&mut self) {
         let (mut roles, mut warnings) = (std::mem::take(&mut self.roles), Vec::new());
-        self.wheels = wheels::find(&self.drawn(), &mut roles, &mut warnings);
+        self.wheels = wheels::find(&self.placed_model(), &mut roles, &mut warnings);
         self.roles = roles;
         warnings.into_iter().for_each(|warning| self.warn(warning));
     }
 
-    fn drawn(&self) -> Drawn<'_> {
+    fn placed_model(&self) -> PlacedModel<'_> {
         let (model, library, placed) = (self.model, &*self.library, &self.placed);
-        Drawn { model, library, placed, vehicle_from_model: self.vehicle_from_model }
+        PlacedModel { model, library, placed, vehicle_from_model: self.vehicle_from_model }
     }
 
     /// The wheels that turn with the steering, by themselves or with a fork above, and those that do not; hub in
@@ -268,7 +268,7 @@ impl Builder<'_> {
     fn moving(&mut self, index: usize, parent: Option<usize>, rest: Transform, role: &Role) -> usize {
         let model = self.model;
         let node = &model.nodes[index];
-        let light = role.lamp.and_then(|lamps| lamps.light.as_ref().map(spawn::light).or(node.light.clone()));
+        let light = role.lamp.and_then(|lamps| lamps.light.as_ref().map(lights::light).or(node.light.clone()));
         let glow = role.lamp.map(|lamps| {
             let own = light.as_ref().map_or(Vec3::ONE, |light| light.color);
             lamps.color.map_or(own, |color| color.rgb()) * lamps.glow
@@ -286,7 +286,7 @@ impl Builder<'_> {
             let drawn = at_node.get(number).copied();
             let lit = drawn.zip(glow).map(|((_, material), glow)| self.lit(material, glow));
             let light = light.clone().filter(|_| number == 0);
-            let lamp = role.lamp.map(|lamps| PartLamp { kind: lamps.kind.into(), light, lit });
+            let lamp = role.lamp.map(|lamps| PartLamp { kind: lamps.kind, light, lit });
             let painted = drawn.map_or(Vec::new(), |(_, material)| self.painted(material));
             self.parts.push(Part { drawn, painted, lamp, ..blank.clone() });
         }
@@ -355,7 +355,7 @@ impl Builder<'_> {
         let s = self.source;
         let named = |node: &str| self.model.nodes.iter().position(|n| n.name == node);
         let trailer = s.trailer.as_ref().and_then(|trailer| Some((trailer, named(&trailer.node)?)));
-        let whole = self.drawn().bounds_of_all(trailer.map(|trailer| trailer.1));
+        let whole = self.placed_model().bounds_of_all(trailer.map(|trailer| trailer.1));
         let size = s.size.map_or(whole.max - whole.min, Vec3::from_array).max(Vec3::splat(0.01));
         let [front, rear] = self.axles();
         let axles = mean(&front).zip(mean(&rear)).map(|(front, rear)| front.z - rear.z);
@@ -364,8 +364,8 @@ impl Builder<'_> {
             (x.clone().fold(f32::NEG_INFINITY, f32::max) - x.fold(f32::INFINITY, f32::min)).max(0.0)
         };
         let trailer = trailer.map(|(trailer, node)| {
-            let hitch = self.drawn().origin(node).z;
-            let end = hitch - self.drawn().bounds_below(node, None).unwrap_or_default().min.z;
+            let hitch = self.placed_model().origin(node).z;
+            let end = hitch - self.placed_model().bounds_below(node, None).unwrap_or_default().min.z;
             types::Trailer { hitch, length: trailer.length, end: end.max(trailer.length) }
         });
         VehicleType {

@@ -1,21 +1,21 @@
 //! Types of vehicles from files: text, and the models that it names, into [`VehicleTypes`].
 //!
 //! ```text
-//! format    the file as serde reads it (RON; docs/vehicles.md)
-//! check     names of nodes, numbers: every fault at once, with line and column
-//! assemble  a model's nodes into the parts of a type
-//! drawn     what a model draws at its nodes
-//! outline   what is drawn at a wheel's node, seen along its axle: hub and radius
-//! wheels    which nodes are one wheel
-//! lamps     which way lamps shine
+//! format        the file as serde reads it (RON; docs/vehicles.md)
+//! check         names of nodes, numbers: every fault at once, with line and column
+//! assemble      a model's nodes into the parts of a type
+//! placed_model  what a model draws at its nodes
+//! outline       what is drawn at a wheel's node, seen along its axle: hub and radius
+//! wheels        which nodes are one wheel
+//! lamps         which way lamps shine
 //! ```
 
 pub(super) mod assemble;
 mod check;
-mod drawn;
 pub(super) mod format;
 mod lamps;
 mod outline;
+mod placed_model;
 mod wheels;
 
 use super::{SceneError, parse, problem, read_text, slip_problem};

@@ -1,8 +1,8 @@
 //! Finds the wheels of a model among the nodes that a type names as such.
 
 use super::assemble::Role;
-use super::drawn::Drawn;
 use super::outline::{Shape, measure};
+use super::placed_model::PlacedModel;
 use glam::Vec3;
 use std::collections::HashMap;
 use systems::vehicles::parts::Movement;
@@ -33,31 +33,31 @@ pub struct Wheel {
 
 /// The wheels with their hubs, and the radii of those that say none. Nodes that are no wheels after all lose that role.
 /// What a person should know is added to `warnings`.
-pub fn find(drawn: &Drawn, roles: &mut HashMap<usize, Role>, warnings: &mut Vec<String>) -> Vec<Wheel> {
+pub fn find(placed: &PlacedModel, roles: &mut HashMap<usize, Role>, warnings: &mut Vec<String>) -> Vec<Wheel> {
     let mut wheels: Vec<Wheel> = Vec::new();
-    let mut open: Vec<(usize, Option<usize>)> = drawn.model.roots.iter().rev().map(|&root| (root, None)).collect();
+    let mut open: Vec<(usize, Option<usize>)> = placed.model.roots.iter().rev().map(|&root| (root, None)).collect();
     while let Some((index, hangs_from)) = open.pop() {
         let movement = roles.get(&index).and_then(|role| role.movement.filter(|_| role.carries));
         let below =
             if roles.get(&index).is_some_and(|role| role.movement.is_some()) { Some(index) } else { hangs_from };
-        open.extend(drawn.model.nodes[index].children.iter().rev().map(|&child| (child, below)));
+        open.extend(placed.model.nodes[index].children.iter().rev().map(|&child| (child, below)));
         let Some(Movement::Wheel { radius, steers }) = movement else { continue };
         let given = Some(radius).filter(|radius| *radius > 0.0);
         // A tyre below its rim is turned by that.
         let is_on_wheel = hangs_from.and_then(|above| roles.get(&above)).is_some_and(|role| role.carries);
-        let measured = if is_on_wheel { None } else { measured(drawn, index, given, warnings) };
+        let measured = if is_on_wheel { None } else { measured(placed, index, given, warnings) };
         let Some((hub, radius)) = measured else {
             roles.entry(index).and_modify(|role| (role.movement, role.carries) = (None, false));
             continue;
         };
-        let is_at_origin = hub == drawn.origin(index);
+        let is_at_origin = hub == placed.origin(index);
         let wheel = Wheel { hub, radius, steers, hangs_from, nodes: vec![index], is_at_origin, part: None };
         match wheels.iter_mut().find(|other| other.is_one_with(&wheel, given)) {
             Some(other) => other.join(wheel),
             None => wheels.push(wheel),
         }
     }
-    let model_from_vehicle = drawn.vehicle_from_model.inverse();
+    let model_from_vehicle = placed.vehicle_from_model.inverse();
     wheels.iter_mut().for_each(|wheel| wheel.hub = model_from_vehicle.transform_point3(wheel.hub));
     wheels
 }
@@ -82,9 +82,9 @@ impl Wheel {
 }
 
 /// Hub (vehicle space) and radius of a wheel's node; none where it is no wheel.
-fn measured(drawn: &Drawn, index: usize, given: Option<f32>, warnings: &mut Vec<String>) -> Option<(Vec3, f32)> {
-    let (name, origin) = (&drawn.model.nodes[index].name, drawn.origin(index));
-    match measure(&drawn.vertices_below(index)) {
+fn measured(placed: &PlacedModel, index: usize, given: Option<f32>, warnings: &mut Vec<String>) -> Option<(Vec3, f32)> {
+    let (name, origin) = (&placed.model.nodes[index].name, placed.origin(index));
+    match measure(&placed.vertices_below(index)) {
         Shape::Round { hub, half_width, radius, reach } => {
             let is_off_axle = (hub - origin).with_x(0.0).length() > OFF_AXLE * radius;
             let is_beside = (hub.x - origin.x).abs() > half_width + radius / 2.0;
@@ -114,7 +114,7 @@ fn measured(drawn: &Drawn, index: usize, given: Option<f32>, warnings: &mut Vec<
             None
         }
         Shape::Nothing => {
-            let radius = given.unwrap_or((origin.y - drawn.bounds_of_all(None).min.y).max(0.01));
+            let radius = given.unwrap_or((origin.y - placed.bounds_of_all(None).min.y).max(0.01));
             if given.is_none() {
                 warnings.push(format!(
                     "nothing is drawn at wheel {name:?}: its radius is its height above the lowest point, \

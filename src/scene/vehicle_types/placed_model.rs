@@ -7,7 +7,7 @@ use systems::assets::{Library, Mesh};
 use systems::space::Aabb;
 
 /// A model, and where it is.
-pub struct Drawn<'a> {
+pub struct PlacedModel<'a> {
     pub model: &'a Model,
     pub library: &'a Library,
     /// `model_from_node` of each node of the scene.
@@ -15,7 +15,7 @@ pub struct Drawn<'a> {
     pub vehicle_from_model: Affine3A,
 }
 
-impl Drawn<'_> {
+impl PlacedModel<'_> {
     /// The origin of a node, vehicle space.
     pub fn origin(&self, node: usize) -> Vec3 {
         let model_from_node = self.placed.get(&node).copied().unwrap_or_default();
