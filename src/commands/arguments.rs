@@ -69,6 +69,15 @@ pub fn choice<T: Copy + Send + Sync + 'static>(
     PossibleValuesParser::new(values).try_map(|text| name::find("value", all, &text))
 }
 
+/// Help that lists names in a sentence: first those without a meaning, then the others, each with its own.
+pub fn listed<T: Copy>(before: &str, all: &[(&str, T)], meaning: fn(T) -> &'static str) -> String {
+    let (plain, others): (Vec<_>, Vec<_>) = all.iter().partition(|(_, value)| meaning(*value).is_empty());
+    let plain = plain.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
+    let others = others.iter().map(|(name, value)| format!("{name}: {}", meaning(*value)));
+    let parts: Vec<String> = std::iter::once(plain).filter(|plain| !plain.is_empty()).chain(others).collect();
+    before.to_owned() + &parts.join("; ")
+}
+
 /// `on` and `off`.
 pub const ON_OFF: [(&str, bool); 2] = [("on", true), ("off", false)];
 
@@ -93,6 +102,14 @@ pub fn parse_speed(text: &str) -> Result<f64, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn names_and_what_they_mean_make_a_sentence() {
+        let meaning = |value: u32| ["", "", "one", "two"][value as usize];
+        let all = [("a", 0), ("b", 1), ("c", 2), ("d", 3)];
+        assert_eq!(listed("Of: ", &all, meaning), "Of: a, b; c: one; d: two");
+        assert_eq!(listed("", &all[2..3], meaning), "c: one");
+    }
 
     #[test]
     fn sizes_are_read_strictly() {

@@ -13,6 +13,8 @@ use systems::assets::levels::LevelOfDetail;
 use systems::assets::texture_memory::DEFAULT_MEGABYTES;
 use systems::lights::LightPolicy;
 
+const DEBUG_HELP: &str = "Draw a debug view instead of the shaded picture: ";
+
 #[derive(Args, Clone)]
 pub struct ViewArgs {
     /// Size of the picture, or of the window, in pixels
@@ -21,18 +23,15 @@ pub struct ViewArgs {
     /// Name of the camera, or "chase NAME" or "driver NAME" of a vehicle [default: the first camera]
     #[arg(long, value_name = "NAME")]
     pub camera: Option<String>,
-    /// How objects are lit. three: the three most relevant lights, cross-faded, and an ambient cube for the others;
-    /// hard: these three lights alone; all: every light in range (slow reference)
     #[arg(long, value_name = "POLICY", default_value = "three")]
+    #[arg(help = arguments::listed("How objects are lit. ", &LightPolicy::ALL, LightPolicy::lights_by))]
     #[arg(value_parser = arguments::named("light policy", &LightPolicy::ALL))]
     pub lights: LightPolicy,
     /// Override the bump technique of all materials: off, normal, relief, … (docs/techniques.md)
     #[arg(long, value_name = "NAME", value_parser = arguments::named("technique", &Technique::ALL))]
     pub technique: Option<Technique>,
-    /// Draw a debug view instead of the shaded picture: base, normal, tangent; light_count: lights in range of each
-    /// object, 1 blue to 64 red, none grey; three_lights: contributions of the three lights as red, green and blue;
-    /// error_bound: upper bound of the luminance that three lights miss, 0.001 blue to 10 red, none grey
     #[arg(long, value_name = "VIEW", default_value = "off")]
+    #[arg(help = arguments::listed(DEBUG_HELP, &DebugView::ALL[1..], DebugView::shows))]
     #[arg(value_parser = arguments::named("debug view", &DebugView::ALL))]
     pub debug: DebugView,
     /// Levels of detail. on: distant meshes have fewer triangles where the error is below one pixel; off: full meshes

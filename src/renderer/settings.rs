@@ -38,6 +38,16 @@ impl DebugView {
         ("error_bound", Self::ErrorBound),
     ];
 
+    /// What it shows, in a few words; empty where its name says so.
+    pub fn shows(self) -> &'static str {
+        match self {
+            Self::Off | Self::Base | Self::Normal | Self::Tangent => "",
+            Self::LightCount => "lights in range of each object, 1 blue to 64 red, none grey",
+            Self::ThreeLights => "contributions of the three lights as red, green and blue",
+            Self::ErrorBound => "upper bound of the luminance that three lights miss, 0.001 blue to 10 red, none grey",
+        }
+    }
+
     /// What the colours of a heat map mean; `None` for other views. `shaders/debug.wgsl` paints by the same scale.
     pub fn heat_scale(self) -> Option<HeatScale> {
         match self {
@@ -109,7 +119,7 @@ const FEW_OBJECTS: u32 = 4096;
 pub struct Settings {
     /// Draws every material with this technique.
     pub technique: Option<Technique>,
-    /// Shows something else than light.
+    /// A debug view instead of the shaded picture.
     pub debug: DebugView,
     /// How coarse distant meshes may be.
     pub levels: LevelOfDetail,

@@ -7,7 +7,7 @@
 //! Relevance is [`score`](crate::lights::score): no point of the object's bounding sphere receives more irradiance
 //! (luminance, unshadowed, facing the light) from the light. The three highest scores win; of equal scores, the lower
 //! slot. So that nothing pops when the three change, a light's weight is 1 − (s₄/s)⁴, s₄ the fourth highest score: a
-//! light comes and goes at weight 0. What the weights leave out goes into the remainder, an ambient cube of the
+//! light comes and goes at weight 0. What the weights leave out goes into an ambient cube of the
 //! irradiance at the object's centre: with e the irradiance of a light (luminance) and l the direction to it, dir = Σ e
 //! l, sides = Σ e |l| (component by component), and shading adds dot(n², sides + sign(n) · dir) / 2 in the mean colour
 //! of what was left out.
@@ -27,7 +27,7 @@ use std::collections::BinaryHeap;
 /// Whether shading uses the three selected lights or all of them.
 #[derive(Resource, Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 pub enum LightPolicy {
-    /// Three lights with smooth weights, the rest in the remainder.
+    /// Three lights with smooth weights, the others in an ambient cube.
     #[default]
     Three,
     /// Three lights at full weight and nothing else: lights pop. To compare with.
@@ -39,6 +39,15 @@ pub enum LightPolicy {
 impl LightPolicy {
     /// All policies with the names that the command line uses.
     pub const ALL: [(&'static str, Self); 3] = [("three", Self::Three), ("hard", Self::Hard), ("all", Self::All)];
+
+    /// What lights an object, in a few words.
+    pub fn lights_by(self) -> &'static str {
+        match self {
+            Self::Three => "the three most relevant lights, cross-faded, and an ambient cube for the others",
+            Self::Hard => "these three lights alone",
+            Self::All => "every light in range (slow reference)",
+        }
+    }
 }
 
 /// The slot of a light in the light table; stable while the light lives. Derived.

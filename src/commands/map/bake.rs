@@ -3,7 +3,8 @@
 use super::Made;
 use super::arguments::bits;
 use crate::commands::arguments;
-use clap::{Args, ValueEnum};
+use clap::Args;
+use clap::builder::TypedValueParser;
 use glam::{Affine3A, UVec2, Vec2};
 use relief::maps::bake::{
     BakeOptions, Baked, MAX_SIDE, Reach, Role, Surface, Target, TileOptions, Wanted, bake as bake_maps, bake_tile,
@@ -11,22 +12,37 @@ use relief::maps::bake::{
 };
 use relief::maps::files::{self, Bits};
 use relief::maps::{Advance, MapError};
-use relief::output;
+use relief::{name, output};
 use std::num::NonZero;
 use std::path::{Path, PathBuf};
 use systems::assets::shapes;
 
 /// A map that a bake makes; its file is named after it.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum BakedMap {
-    /// Tangent-space normals, green up
     Normal,
-    /// Distance from the low-poly mesh, 16 bits
     Height,
-    /// Ambient occlusion: unoccluded share of the sky, 8 bits
     Occlusion,
-    /// White baked, grey missed, black outside the UV charts, 8 bits
     Coverage,
+}
+
+impl BakedMap {
+    /// All maps with the names that they are asked for by, and that their files have.
+    const ALL: [(&'static str, Self); 4] = [
+        ("normal", Self::Normal),
+        ("height", Self::Height),
+        ("occlusion", Self::Occlusion),
+        ("coverage", Self::Coverage),
+    ];
+}
+
+fn baked_map() -> impl TypedValueParser<Value = BakedMap> {
+    arguments::choice(&BakedMap::ALL, |map| match map {
+        BakedMap::Normal => "Tangent-space normals, green up",
+        BakedMap::Height => "Distance from the low-poly mesh, 16 bits",
+        BakedMap::Occlusion => "Ambient occlusion: unoccluded share of the sky, 8 bits",
+        BakedMap::Coverage => "White baked, grey missed, black outside the UV charts, 8 bits",
+    })
 }
 
 /// What both tools take.
@@ -36,7 +52,8 @@ pub struct CommonArgs {
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
     /// Maps to write, separated by commas
-    #[arg(long, value_enum, value_delimiter = ',', default_value = "normal,height,occlusion", value_name = "MAPS")]
+    #[arg(long, value_delimiter = ',', default_value = "normal,height,occlusion", value_name = "MAPS")]
+    #[arg(value_parser = baked_map())]
     pub maps: Vec<BakedMap>,
     /// Rays per texel for the occlusion map: more are slower and less noisy
     #[arg(long, default_value_t = 24, value_name = "N", value_parser = arguments::whole(1u32..=65536))]
@@ -208,13 +225,7 @@ impl<'a> Outputs<'a> {
     }
 
     fn path(&self, map: BakedMap) -> PathBuf {
-        let name = match map {
-            BakedMap::Normal => "normal.png",
-            BakedMap::Height => "height.png",
-            BakedMap::Occlusion => "occlusion.png",
-            BakedMap::Coverage => "coverage.png",
-        };
-        self.args.output.join(name)
+        self.args.output.join(name::of(&BakedMap::ALL, map)).with_extension("png")
     }
 
     /// The maps, then the preview.
