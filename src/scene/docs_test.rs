@@ -1,9 +1,10 @@
-//! Keeps `docs/scenes.md` true: its examples parse, its tables have every field and the right defaults.
+//! Keeps `docs/scenes.md` true: its examples parse, its tables have every field and the right defaults. And the lists
+//! of names in other documents.
 
 use super::vehicle_types::format as vehicles;
-use super::{format, parse, values};
+use super::{format, lights, parse, values};
 use serde::de::DeserializeOwned;
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::fmt::Debug;
 
 const DOCS: &str = concat!(include_str!("../../docs/scenes.md"), "\n", include_str!("../../docs/vehicles.md"));
@@ -67,7 +68,8 @@ fn every_field_has_its_row() {
     let physical =
         include_str!("../../systems/physics/physical.rs").split("pub struct Tuning").next().unwrap_or_default();
     let types = include_str!("vehicle_types/format.rs");
-    let own = [include_str!("format.rs"), include_str!("surfaces.rs"), include_str!("roads.rs")];
+    let own =
+        [include_str!("format.rs"), include_str!("lights.rs"), include_str!("surfaces.rs"), include_str!("roads.rs")];
     let sources = own.into_iter().chain([&*maps, types, physical]);
     let mut checked = 0;
     for source in sources {
@@ -121,9 +123,9 @@ fn documented_defaults_are_the_defaults() {
     assert_defaults::<format::Cylinder>("cylinder", "");
     assert_defaults::<format::Entity>("entity", "");
     assert_defaults::<format::Transform>("transform", "");
-    assert_defaults::<format::PointLight>("pointlight", "");
-    assert_defaults::<format::SpotLight>("spotlight", "");
-    assert_defaults::<format::DirectionalLight>("directionallight", "");
+    assert_defaults::<lights::PointLight>("pointlight", "");
+    assert_defaults::<lights::SpotLight>("spotlight", "");
+    assert_defaults::<lights::DirectionalLight>("directionallight", "");
     assert_defaults::<format::Camera>("camera", "");
     assert_defaults::<format::Spin>("spin", "");
     assert_defaults::<format::Route>("route", "points: [(0, 0, 0), (1, 0, 0)],");
@@ -156,6 +158,26 @@ fn every_name_of_a_technique_and_a_tone_map_is_read() {
         let environment = parse::<format::Environment>(&format!("(tone_map: {name})"));
         assert_eq!(environment.map(|environment| environment.tone_map).ok(), Some(tone_map), "{name}");
     }
+}
+
+/// The names in a document's table that begins with such a line: those in backticks in its first column.
+fn names_in(document: &str, head: &str) -> BTreeSet<String> {
+    let mut lines = document.lines().skip_while(|line| !line.starts_with(head));
+    assert!(lines.next().is_some(), "no table {head}");
+    let cells = lines.take_while(|line| line.starts_with('|')).filter_map(|line| line.split('|').nth(1));
+    cells.flat_map(|cell| cell.split('`').skip(1).step_by(2)).map(str::to_owned).collect()
+}
+
+#[test]
+fn the_documents_list_every_name() {
+    let techniques = systems::assets::Technique::ALL.map(|(name, _)| name.to_owned());
+    assert_eq!(names_in(include_str!("../../docs/techniques.md"), "| technique | needs"), techniques.into());
+    // Others say by their name what they show.
+    let explained = crate::renderer::DebugView::ALL.into_iter().filter(|(_, view)| !view.shows().is_empty());
+    let explained = explained.map(|(name, _)| name.to_owned()).collect();
+    assert_eq!(names_in(include_str!("../../docs/lights.md"), "| view | shows"), explained);
+    let tone_maps = values::names(&systems::draw::ToneMap::ALL).map(|name| format!("`{name}`")).join(", ");
+    assert!(DOCS.contains(&format!("| `tone_map` | {tone_maps} |")), "{tone_maps}");
 }
 
 /// A build without vehicles reads routes, too, so that their defaults are written down twice.
