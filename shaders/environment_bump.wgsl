@@ -35,7 +35,7 @@ fn refracted(in: VertexOut, material: Material, offset: vec3f, dp_dx: vec3f, dp_
     let thickness = material.height_scale_uv * width;
     let here = view.clip_from_eye * vec4f(in.position, 1.0);
     let there = view.clip_from_eye * vec4f(in.position + offset * thickness, 1.0);
-    let size = vec2f(textureDimensions(behind));
+    let size = vec2f(textureDimensions(scene_color));
     // Behind the eye there is nothing to read.
     let moved = select(vec2f(0.0), there.xy / there.w - here.xy / here.w, there.w > 0.0) * vec2f(0.5, -0.5) * size;
     let last = vec2i(size) - 1;
@@ -43,9 +43,9 @@ fn refracted(in: VertexOut, material: Material, offset: vec3f, dp_dx: vec3f, dp_
     let corner = vec2i(floor(place));
     let part = place - floor(place);
     let zero = vec2i(0);
-    let a = textureLoad(behind, clamp(corner, zero, last), 0).rgb;
-    let b = textureLoad(behind, clamp(corner + vec2i(1, 0), zero, last), 0).rgb;
-    let c = textureLoad(behind, clamp(corner + vec2i(0, 1), zero, last), 0).rgb;
-    let d = textureLoad(behind, clamp(corner + vec2i(1, 1), zero, last), 0).rgb;
+    let a = textureLoad(scene_color, clamp(corner, zero, last), 0).rgb;
+    let b = textureLoad(scene_color, clamp(corner + vec2i(1, 0), zero, last), 0).rgb;
+    let c = textureLoad(scene_color, clamp(corner + vec2i(0, 1), zero, last), 0).rgb;
+    let d = textureLoad(scene_color, clamp(corner + vec2i(1, 1), zero, last), 0).rgb;
     return mix(mix(a, b, part.x), mix(c, d, part.x), part.y);
 }

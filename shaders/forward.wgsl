@@ -39,7 +39,7 @@ const LIGHTS_ALL = 1u;
 @group(1) @binding(17) var horizon_1_sampler: sampler;
 
 // The picture without blended objects, for those that refract it.
-@group(2) @binding(0) var behind: texture_2d<f32>;
+@group(2) @binding(0) var scene_color: texture_2d<f32>;
 
 struct VertexIn {
     @location(0) position: vec3f,

@@ -89,7 +89,7 @@ impl fmt::Display for LightReport {
 }
 
 /// A frame by one policy.
-struct Drawn {
+struct PolicyPicture {
     picture: RgbImage,
     luminances: Vec<f32>,
 }
@@ -118,7 +118,7 @@ pub fn measure(job: &LightErrorJob) -> Result<LightReport, FrameError> {
     let shows_object: Vec<bool> = ids.iter().map(Option::is_some).collect();
     let records = &stage.simulation.draw_list().lights.records;
 
-    let compared = |other: &Drawn| -> Result<(PolicyError, LuminanceError), FrameError> {
+    let compared = |other: &PolicyPicture| -> Result<(PolicyError, LuminanceError), FrameError> {
         let error = compare::luminance_error(&all.luminances, &other.luminances, &shows_object);
         let flip = compare::flip(&all.picture, &other.picture)?;
         Ok((PolicyError { mean: error.mean, p99: error.p99, flip }, error))
@@ -136,8 +136,8 @@ pub fn measure(job: &LightErrorJob) -> Result<LightReport, FrameError> {
         hard: hard_error,
     };
     output::make_folder(&job.folder)?;
-    for (name, drawn) in [("all", all), ("three", three), ("hard", hard)] {
-        write(&job.folder, name, drawn.picture)?;
+    for (name, of_policy) in [("all", all), ("three", three), ("hard", hard)] {
+        write(&job.folder, name, of_policy.picture)?;
     }
     for (name, map) in [("three_error", three_map), ("hard_error", hard_map)] {
         let heat = compare::heat_map(&map.of_pixels, job.size.0, job.size.1).unwrap_or_default();
@@ -152,7 +152,7 @@ fn draw(
     size: (u32, u32),
     settings: &Settings,
     policy: LightPolicy,
-) -> Result<Drawn, FrameError> {
+) -> Result<PolicyPicture, FrameError> {
     stage.simulation.world.insert_resource(policy);
     stage.simulation.frame();
     let view = stage.viewpoint.view(&stage.simulation.world, size);
@@ -160,7 +160,7 @@ fn draw(
     let picture = renderer.draw_picture().convert();
     let luminances = renderer.read_linear().unwrap_or_default().into_iter().map(compare::luminance).collect();
     renderer.gpu().check()?;
-    Ok(Drawn { picture, luminances })
+    Ok(PolicyPicture { picture, luminances })
 }
 
 fn picture(folder: &Path, name: &str) -> PathBuf {

@@ -101,8 +101,8 @@ pub(super) fn pictures(renderer: &mut SingleView, kinds: &[OutputKind]) -> Vec<(
 /// JSON: the id in the picture → the entity's name, its parent's where it has none; `origin`, where it is not zero:
 /// where the world's places count from, in the scene's coordinates.
 pub(super) fn names_of_ids(world: &mut World) -> String {
-    type Drawn = (Or<(With<MeshId>, With<WholeMesh>)>, Without<PieceOf>);
-    let mut drawn = world.query_filtered::<Entity, Drawn>();
+    type DrawnEntity = (Or<(With<MeshId>, With<WholeMesh>)>, Without<PieceOf>);
+    let mut drawn = world.query_filtered::<Entity, DrawnEntity>();
     let entities: Vec<Entity> = drawn.iter(world).collect();
     let names: BTreeMap<u32, String> =
         entities.into_iter().map(|entity| (entity.index().index() + 1, name::of_entity(world, entity))).collect();

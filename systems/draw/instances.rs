@@ -80,12 +80,13 @@ pub(crate) fn free_slot(mut world: DeferredWorld, context: HookContext) {
     }
 }
 
-type Drawn<'a> = (Entity, Ref<'a, GlobalTransform>, Ref<'a, MeshId>, Ref<'a, MaterialId>, Ref<'a, SelectedLights>);
+type DrawnObject<'a> =
+    (Entity, Ref<'a, GlobalTransform>, Ref<'a, MeshId>, Ref<'a, MaterialId>, Ref<'a, SelectedLights>);
 
 /// Gives slots to objects that are new or whose batch is another, and marks the records of those that moved or changed
 /// their mesh, material or lights.
 pub fn update_instances(
-    drawn: Query<Drawn, Without<InheritedHidden>>,
+    drawn: Query<DrawnObject, Without<InheritedHidden>>,
     library: Res<Library>,
     materials: Res<MaterialTable>,
     mut table: ResMut<InstanceTable>,
