@@ -1,6 +1,6 @@
 //! How far a picture is from a reference: luminance error in linear HDR, and FLIP of what is shown.
 //!
-//! Luminance error asks how much light is missing or too much, FLIP what a viewer notices who flips between the two.
+//! Luminance error asks how much light is missing or too much, FLIP what a viewer notices on flipping between the two.
 //! Neither knows where the pictures come from.
 
 use image::RgbImage;

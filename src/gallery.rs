@@ -1,4 +1,4 @@
-//! A scene once for each shape of its figures, and all of these on one sheet: `relief gallery`.
+//! A scene once for each of its mesh variants, and all of these on one sheet: `relief gallery`.
 
 use crate::frames::{self, FrameError, Headless, LoadOptions, Stage};
 use crate::output;
@@ -21,7 +21,7 @@ const SHEET: &str = "gallery";
 /// What to draw.
 #[derive(Clone, Debug)]
 pub struct GalleryJob {
-    /// A scene with figures.
+    /// A scene with mesh variants.
     pub scene: PathBuf,
     /// How the scene is loaded.
     pub load: LoadOptions,
@@ -37,7 +37,7 @@ pub struct GalleryJob {
 /// and of how many. Returns the files written.
 ///
 /// # Errors
-/// [`FrameError`], [`FrameError::NoFigure`] for a scene without figures; pictures written before stay.
+/// [`FrameError`], [`FrameError::NoFigure`] for a scene without mesh variants; pictures written before stay.
 pub fn render(job: &GalleryJob, mut progress: impl FnMut(u64, u64)) -> Result<Vec<PathBuf>, FrameError> {
     let mut stage = frames::load_stage(&job.scene, None, &job.load)?;
     let world = &mut stage.simulation.world;

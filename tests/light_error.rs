@@ -70,7 +70,7 @@ fn dropping_one_of_four_equal_lights_is_an_error_of_a_quarter() {
     // 0.667: 0.003.
     assert!((found.hard.p99 - 0.25 / found.mean_luminance).abs() < 0.01, "{found:?}");
     assert!(found.hard.flip > 0.02, "{found:?}");
-    // Four that tie go into the remainder, which lights the ball from the same side, but not as sharply.
+    // Four that tie go into the ambient cube, which lights the ball from the same side, but not as sharply.
     assert!(found.three.mean > 0.0 && found.three.mean < 0.25, "{found:?}");
 }
 
@@ -117,7 +117,7 @@ fn on_the_shipped_scene_three_are_nearer_than_hard() {
     };
     let LightReport { three, hard, lights, .. } = measure(&job).expect("a report");
     assert_eq!(lights, 44);
-    // What three leave out, the remainder gives back in part.
+    // What three leave out, the ambient cube gives back in part.
     assert!(0.0 < three.mean && three.mean < hard.mean, "{three:?} {hard:?}");
     assert!(three.flip < hard.flip && three.p99 < hard.p99, "{three:?} {hard:?}");
 }

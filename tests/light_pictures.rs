@@ -191,7 +191,7 @@ fn three_lights_and_all_lights_agree_while_no_more_than_three_reach() {
     let all = square.middle();
     // As in `assert_near`, below 1.
     assert!(three.x > 0.1 && (three - all).abs().max_element() < 2e-3, "{three} {all}");
-    // A fourth is seen by "all" in full; by "hard" not; by "three" as much, through weights and remainder: in the
+    // A fourth is seen by "all" in full; by "hard" not; by "three" as much, through weights and ambient cube: in the
     // object's middle, with its normal along an axis, an ambient cube is exact. Weights have 10 bits: half a step is
     // 2⁻¹¹ of a light.
     square.light(Light::point(0.5, 20.0), Transform::from_xyz(0.0, -1.0, 2.0));

@@ -64,7 +64,7 @@ impl Place {
         Ok(Run { stage, stepper })
     }
 
-    /// A run of so many steps in which somebody does this and that; its hashes, and the file of its recording.
+    /// A run of so many steps with inputs of several kinds; its hashes, and the file of its recording.
     fn recorded(&self, steps: u64) -> (Vec<u128>, PathBuf) {
         let path = self.path("run.rec");
         let files = RunFiles { record: Some(path.clone()), ..RunFiles::default() };

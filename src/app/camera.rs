@@ -1,4 +1,4 @@
-//! The free camera. Until somebody moves it, the view is the scene camera's, exactly; after that it is a [`Pose`] of
+//! The free camera. Until it is moved, the view is the scene camera's, exactly; after that it is a [`Pose`] of
 //! its own, and the scene's entities stay as they are.
 
 use glam::{Affine3A, Quat, Vec2, Vec3};
@@ -20,7 +20,7 @@ pub struct Controller {
     free: Option<Pose>,
 }
 
-/// A camera that somebody moved.
+/// A camera that was moved.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Pose {
     /// World space.
@@ -45,7 +45,7 @@ impl Controller {
         View::new(&world_from_view, &camera, scene.width, scene.height)
     }
 
-    /// The pose to move: what it is, or the current view's where nobody moved yet.
+    /// The pose to move: what it is, or the current view's where it was not moved yet.
     pub fn grab(&mut self, view: &View, pivot: Vec3) -> &mut Pose {
         self.free.get_or_insert_with(|| Pose {
             eye: view.eye(),
@@ -55,7 +55,7 @@ impl Controller {
         })
     }
 
-    /// The pose, if somebody moved.
+    /// The pose, if it was moved.
     pub fn pose(&self) -> Option<&Pose> {
         self.free.as_ref()
     }

@@ -1,4 +1,4 @@
-//! Somebody at the wheel: keys that are held become a vehicle's [`Controls`], step by step.
+//! Manual control: keys that are held become a vehicle's [`Controls`], step by step.
 
 use glam::Vec3;
 use systems::vehicles::{Controls, Headlights, Indicator, Motion, VehicleType};

@@ -48,7 +48,7 @@ impl Gui {
         let _ = self.state.on_window_event(window, event);
     }
 
-    /// Whether somebody types into a field.
+    /// Whether a text field has the keyboard.
     pub fn is_typing(&self) -> bool {
         self.context.text_edit_focused()
     }

@@ -9,7 +9,7 @@ use systems::run::inputs;
 
 /// What a light gets that shall end and had no end. Metres.
 const FIRST_RANGE: f32 = 10.0;
-/// What the temperature stands at before somebody moves it: a light keeps its colour, not where that is from. Kelvin.
+/// What the temperature stands at before it is moved: a light keeps its colour, not where that is from. Kelvin.
 const DAYLIGHT: f32 = 6500.0;
 
 /// Shows the settings of an entity's light, if it has one, and takes over what is changed.
@@ -38,7 +38,7 @@ fn field<R>(ui: &mut Ui, name: &str, contents: impl FnOnce(&mut Ui) -> R) {
     ui.end_row();
 }
 
-/// A field that leaves a value beyond its range alone until somebody changes it.
+/// A field that leaves a value beyond its range alone until it is edited.
 fn number<N: Numeric>(value: &mut N) -> DragValue<'_> {
     DragValue::new(value).clamp_existing_to_range(false)
 }
@@ -137,7 +137,7 @@ mod tests {
         let mut world = World::new();
         world.init_resource::<inputs::Inputs>();
         let entity = world.spawn(light).id();
-        systems::run::roster::enroll_all(&mut world);
+        systems::run::roster::register_all(&mut world);
         (world, entity)
     }
 

@@ -15,7 +15,7 @@
 //! ```
 //!
 //! The scene fills the whole window and the panel floats over it, so the window shows the pixels that rendering the
-//! same scene, camera and size to a file gives. While the clock runs or somebody moves, frames follow one another;
+//! same scene, camera and size to a file gives. While the clock runs or the camera moves, frames follow one another;
 //! otherwise nothing is drawn until an event comes.
 
 mod camera;

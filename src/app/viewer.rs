@@ -37,7 +37,7 @@ pub struct Viewer {
     pub title: String,
     /// Names and entities of the scene's cameras.
     pub cameras: Vec<(String, Entity)>,
-    /// What is looked through, or was until somebody moved.
+    /// What is looked through, or was until the camera was moved.
     pub viewpoint: Viewpoint,
     /// The vehicle that is driven, and the keys held.
     pub driven: Option<Entity>,
@@ -201,7 +201,7 @@ impl Viewer {
         std::iter::successors(self.selected, above).take(64).find(|&entity| world.get::<Vehicle>(entity).is_some())
     }
 
-    /// Takes the wheel of the selected vehicle, or of the nearest; gives it back if somebody has it.
+    /// Takes manual control of the selected vehicle, or of the nearest; gives it back if it is taken.
     fn drive(&mut self) {
         if let Some(vehicle) = self.driven.take() {
             self.input(vehicle, |vehicle| Input::TakeWheel { vehicle, by_hand: false });
@@ -264,7 +264,7 @@ impl Viewer {
         self.note(applied);
     }
 
-    /// Lets real time go by: applies what somebody did, and takes the steps that are due, as far as there is time for
+    /// Lets real time go by: applies the inputs, and takes the steps that are due, as far as there is time for
     /// them. Returns how many.
     pub fn advance(&mut self, seconds: f64) -> u64 {
         self.apply_inputs();
@@ -381,7 +381,7 @@ mod tests {
         simulation.world.spawn((meshes[0], Figure { meshes, shown: 0 }));
         let mut camera = |z| simulation.world.spawn((Camera::default(), Transform::from_xyz(0.0, 0.0, z))).id();
         let cameras = vec![("near".to_owned(), camera(5.0)), ("far".to_owned(), camera(9.0))];
-        systems::run::roster::enroll_all(&mut simulation.world);
+        systems::run::roster::register_all(&mut simulation.world);
         simulation.frame();
         let settings = Settings { technique: Some(Technique::PerturbedNormal), ..Settings::default() };
         Viewer::new(Options {
@@ -438,7 +438,7 @@ mod tests {
         let mut viewer = viewer();
         viewer.apply(Command::ToggleLight);
         let lamp = viewer.simulation.world.spawn(Light::point(1.0, 5.0)).id();
-        systems::run::roster::enroll_all(&mut viewer.simulation.world);
+        systems::run::roster::register_all(&mut viewer.simulation.world);
         viewer.selected = Some(lamp);
         let mut shines_after_o = || {
             viewer.apply(Command::ToggleLight);

@@ -29,7 +29,7 @@ pub enum FrameError {
         /// The names there are.
         known: Vec<String>,
     },
-    /// A gallery of a scene without figures.
+    /// A gallery of a scene without mesh variants.
     #[error("{}: no entity has mesh variants, figure: [\"MESH\", …]", scene.display())]
     NoFigure {
         /// The scene.

@@ -35,7 +35,7 @@ pub enum Record {
     Mark(u64, StateHash),
     /// The whole state after this step, before any input.
     Snapshot(u64, Vec<u8>),
-    /// The run ended here, and nobody killed it.
+    /// The run ended here, and was not killed.
     End(u64, StateHash),
 }
 

@@ -74,8 +74,8 @@ pub(super) struct DrawArguments {
     pub indirect: DrawIndexedIndirectArgs,
     /// Where its slots begin in the list of visible ones, in the early phase.
     pub first_visible: u32,
-    /// Instances to expect while nobody knows: all that there is room for; of a page, which may hold just one object,
-    /// one.
+    /// Instances to expect while the number is not known: all that there is room for; of a page,
+    /// which may hold just one object, one.
     pub expected_instances: u32,
 }
 

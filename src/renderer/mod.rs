@@ -154,7 +154,7 @@ pub struct Renderer {
     /// What blended objects are drawn with, also those out of view, and the version that this is for.
     blended_keys: (Option<u64>, Vec<BatchKey>),
     stats: RenderStats,
-    /// Where somebody asks for them and the device has them.
+    /// Where they are asked for and the device has them.
     timestamps: Option<Timestamps>,
     portions: Portions,
 }

@@ -27,7 +27,7 @@ impl Recorded {
 }
 
 impl Renderer {
-    /// How many triangles of a view there were of late, or, as long as nobody knows, are expected.
+    /// How many triangles of a view there were of late, or, as long as that is not known, are expected.
     pub(super) fn expected_triangles(&self, view: &ViewState) -> u64 {
         let expected =
             |draw: &DrawArguments| u64::from(draw.expected_instances) * u64::from(draw.indirect.index_count / 3);

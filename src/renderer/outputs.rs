@@ -308,7 +308,7 @@ impl Renderer {
             self.tables.record(encoder, None);
             self.record_outputs(encoder, view, None, pixel);
         } else if let Some(target) = target {
-            // Nobody drew the picture, which finds out what is visible.
+            // The picture was not drawn, which finds out what is visible.
             let mut view = ViewTarget::new(&mut *view, &target, PICTURE_FORMAT);
             self.begin_recording(encoder, std::slice::from_ref(&view));
             self.record_scene(encoder, &mut view, &mut Recorded::default());

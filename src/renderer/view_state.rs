@@ -216,7 +216,7 @@ impl ViewState {
         EmbossPass::all().map(move |pass| Pass::Emboss { pass, lights, samples })
     }
 
-    /// First of all when a view is prepared: whom it belongs to, and which pass it draws.
+    /// First of all when a view is prepared: which renderer it belongs to, and which pass it draws.
     pub(super) fn begin(&mut self, gpu: &Gpu, epoch: u64, list: &DrawList, settings: &Settings) {
         if self.epoch != epoch {
             *self = Self { epoch, ..Self::new(gpu) };

@@ -49,7 +49,7 @@ pub fn unknown<'n>(kind: &str, name: &str, known: impl Iterator<Item = &'n str>)
 
 /// The end of a message about an unknown name.
 pub fn suggestion(name: &str, known: &[&str]) -> String {
-    // Comparing costs the product of the lengths; nobody meant a name of a thousand letters.
+    // Comparing costs the product of the lengths; no name of a thousand letters is meant.
     let comparable: Vec<&str> = known.iter().copied().filter(|k| k.len() + name.len() < 200).collect();
     if let Some(near) = crate::name::nearest(&comparable, name) {
         return format!("; did you mean {near:?}?");

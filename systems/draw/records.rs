@@ -22,7 +22,7 @@ pub struct InstanceRecord {
     /// How much comes along z. Sum of the scores of the lights that are not among the three: what the object's three,
     /// each in full, may miss.
     pub last_side_and_dropped: u32,
-    /// What the numbers of the remainder are multiples of.
+    /// What the numbers of the ambient cube are multiples of.
     pub remainder_unit: f32,
     /// How many lights reach the object.
     pub reaching: u32,

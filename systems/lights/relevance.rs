@@ -52,12 +52,12 @@ pub struct ScoredLight {
     pub kind: u32,
     /// Luminance of the magnitude of its colour or of its ambient colour, whichever is larger.
     pub luminance: f32,
-    /// What an irradiance of luminance 1 adds to the remainder's ambient: colour and four times the ambient colour,
-    /// over luminance.
+    /// What an irradiance of luminance 1 adds to the ambient cube's irradiance: colour and four times the ambient
+    /// colour, over luminance.
     pub tint: Vec3,
-    /// What it adds to the remainder's direction: luminance of the (signed) colour over luminance.
+    /// What it adds to the ambient cube's direction: luminance of the (signed) colour over luminance.
     pub directed: f32,
-    /// What it adds to each side of the remainder, wherever it comes from: twice the luminance of the ambient colour
+    /// What it adds to each side of the ambient cube, wherever it comes from: twice the luminance of the ambient colour
     /// over luminance.
     pub even: f32,
     /// Exponent of the classic spot.
@@ -265,8 +265,8 @@ pub fn irradiance(light: &LightRecord, point: Vec3) -> Vec3 {
     Vec3::from(light.color) * falloff(light, point).0
 }
 
-/// What the remainder takes from a light at an object's centre: the irradiance (luminance), and a vector of that length
-/// towards the light.
+/// What the ambient cube takes from a light at an object's centre: the irradiance (luminance), and a vector of that
+/// length towards the light.
 ///
 /// A classic spot counts by how far the sphere is in its cone, so that the hard edge does not pass the whole object at
 /// once: 0 where it is outside, 1 where it is inside, a smooth step between.

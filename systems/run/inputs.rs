@@ -43,9 +43,9 @@ pub enum Input {
         /// Whether it is hidden now.
         hidden: bool,
     },
-    /// Every figure shows its next shape.
+    /// Every entity with mesh variants shows its next one.
     NextFigure,
-    /// Somebody at the wheel wants something else.
+    /// Other controls under manual control.
     #[cfg(feature = "vehicles")]
     Drive {
         /// What is driven.
@@ -53,12 +53,12 @@ pub enum Input {
         /// What is wanted.
         controls: Controls,
     },
-    /// Somebody takes the wheel of a vehicle that has a route, or lets it go.
+    /// Begins or ends manual control of a vehicle that has a route.
     #[cfg(feature = "vehicles")]
     TakeWheel {
         /// Which.
         vehicle: StateId,
-        /// Whether it is driven by hand now.
+        /// Whether it is under manual control now.
         by_hand: bool,
     },
     /// Something comes into being.
@@ -90,7 +90,7 @@ impl Inputs {
     }
 }
 
-/// Queues other settings for an entity's light. Nothing is queued for an entity that was not enrolled.
+/// Queues other settings for an entity's light. Nothing is queued for an entity that was not registered.
 pub fn edit_light(world: &mut World, entity: Entity, light: Light) {
     if let Some(entity) = world.resource::<Roster>().id(entity) {
         world.resource_mut::<Inputs>().push(Input::EditLight { entity, light });

@@ -21,7 +21,7 @@ pub enum Spawn {
         /// What it shines like.
         light: Light,
     },
-    /// A vehicle, driven by hand or not.
+    /// A vehicle, under manual control or not.
     #[cfg(feature = "vehicles")]
     Vehicle {
         /// For people.

@@ -7,7 +7,7 @@ use crate::vehicles::steering;
 use crate::vehicles::types::VehicleTypes;
 use bevy_ecs::prelude::*;
 
-/// Somebody takes the wheel, or lets it go.
+/// Begins or ends manual control.
 pub(super) fn take_wheel(world: &mut World, vehicle: Entity, by_hand: bool) {
     if by_hand {
         world.entity_mut(vehicle).insert(ByHand);
@@ -16,7 +16,7 @@ pub(super) fn take_wheel(world: &mut World, vehicle: Entity, by_hand: bool) {
     }
 }
 
-/// Nobody has the wheel any more: feet are off the pedals, and its route goes on from where it is.
+/// Manual control has ended: pedals are released, and its route goes on from where it is.
 fn let_go(world: &mut World, vehicle: Entity) {
     world.entity_mut(vehicle).remove::<ByHand>();
     if let Some(mut controls) = world.get_mut::<Controls>(vehicle) {

@@ -9,7 +9,7 @@ use systems::draw::pieces;
 use systems::ecs::clock::{Clock, Seed};
 use systems::lights::Light;
 use systems::run::inputs::{Input, Inputs};
-use systems::run::roster::{Roster, StateId, enroll_all};
+use systems::run::roster::{Roster, StateId, register_all};
 use systems::run::snapshot;
 use systems::run::spawn::Spawn;
 use systems::run::state_hash::{StateHash, hash};
@@ -49,7 +49,7 @@ fn busy() -> Simulation {
     }
     let road = world.spawn(road).id();
     pieces::draw_in_pieces(world, road, 8.0);
-    enroll_all(world);
+    register_all(world);
     simulation
 }
 
@@ -88,7 +88,7 @@ fn lamp(i: u64) -> Spawn {
     }
 }
 
-/// What somebody does at a step of a run.
+/// The inputs at a step of a run.
 fn inputs_at(step: u64) -> Vec<Input> {
     let id = |n: u64| StateId((n % 120) as u32);
     let mut inputs = Vec::new();
@@ -223,7 +223,7 @@ fn a_snapshot_of_another_scene_is_refused() {
     let saved = snapshot::save(&mut busy().world);
     let mut other = busy();
     other.world.spawn(Transform::IDENTITY);
-    enroll_all(&mut other.world);
+    register_all(&mut other.world);
     let error = snapshot::restore(&mut other.world, &saved).expect_err("one entity more").to_string();
     assert!(error.contains("expected a scene with 137 entities, found 138"), "{error}");
 }

@@ -134,7 +134,7 @@ pub enum Headlights {
     High,
 }
 
-/// Indicators, as somebody at the wheel sets them. Routes set them by themselves.
+/// Indicators under manual control. Routes set them by themselves.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Default)]
 pub enum Indicator {
     /// Neither side.
@@ -148,7 +148,7 @@ pub enum Indicator {
     Hazard,
 }
 
-/// Driven by somebody through [`Controls`], even where it has a route.
+/// Under manual control: driven through [`Controls`], even where it has a route.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Default)]
 pub struct ByHand;
 

@@ -1,11 +1,11 @@
-//! What a vehicle does when somebody drives it by hand.
+//! What a vehicle does under manual control.
 
 use super::components::Controls;
 use super::types::{Limits, VehicleType};
 
 /// m/s²: what rolls slows down by so much.
 const ROLLING: f32 = 0.2;
-/// m/s²: who steers gets no more of it sideways, which is about what tyres hold.
+/// m/s² sideways, the most that steering gets: about what tyres hold.
 const GRIP: f32 = 7.0;
 /// m/s: slower than that, pedals for the other direction change it.
 const TURNING_POINT: f32 = 0.2;

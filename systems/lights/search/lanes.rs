@@ -1,4 +1,4 @@
-//! The arithmetic of the search with objects in the lanes of a vector: scores and the best four; the remainder is in
+//! The arithmetic of the search with objects in the lanes of a vector: scores and the best four; the ambient cube is in
 //! `remainder.rs`.
 //!
 //! Each function is the twin of one in `relevance.rs` or [`crate::lights::brute_force`], operation by
@@ -250,7 +250,7 @@ pub(crate) struct Lengths<S: Simd> {
     pub off_axis: Floats<S>,
 }
 
-/// A light that reaches some object of a group, and what its score and its part of the remainder have in common.
+/// A light that reaches some object of a group, and what its score and its part of the ambient cube have in common.
 #[derive(Clone, Copy, Default)]
 #[repr(C, align(64))]
 pub(crate) struct Met {
@@ -376,7 +376,7 @@ impl<S: Simd> Top<S> {
         [weight(simd, first, fourth, policy), weight(simd, second, fourth, policy), weight(simd, third, fourth, policy)]
     }
 
-    /// Whether more than three lights reach some object, so that there is a remainder.
+    /// Whether more than three lights reach some object, so that there is an ambient cube.
     #[inline(always)]
     pub fn has_fourth(&self) -> bool {
         self.scores[3].simd_gt(0.0).any_true()
