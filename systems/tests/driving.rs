@@ -187,7 +187,7 @@ proptest! {
         let id = simulation.world.resource_mut::<VehicleTypes>().add(kind.clone());
         let entity = simulation.world.spawn((Vehicle::of(id), OnRoute::new(RouteId(0), 0, start))).id();
         simulation.world.get_mut::<Motion>(entity).expect("one").speed = speed.into();
-        // Across the lane, by hand: 300 m ahead is its middle.
+        // Across the lane, under manual control: 300 m ahead is its middle.
         let across = Transform::from_xyz(0.0, 0.0, 300.0).looking_to(Vec3::X, Vec3::Y);
         simulation.world.spawn((Vehicle::of(VehicleTypeId::STAND_IN), ByHand, across));
         let mut hardest = 0.0f32;
