@@ -24,11 +24,14 @@
 //! viewpoint what is looked through                                     problem, name, output, video, demo  shared
 //! ```
 //!
-//! Programs begin with [`prelude`]; `examples/` has seven; `docs/extending.md` says where yours join in.
+//! Programs begin with [`prelude`]; `examples/` continue from there; `docs/extending.md` says where your own code joins in.
+//! The crates whose types are in this one's interface are re-exported: [`systems`], [`bevy_ecs`], [`glam`], [`wgpu`].
 //!
 //! Features, all on unless told otherwise: `vehicles` (with their routes and traffic lights), `physics` (vehicles as
 //! rigid bodies), `window` (`app`), `tools` (`bench`, `gallery`, `light_error` and `technique_error`). `physics` and
 //! `window` bring `vehicles` with them; the program `relief` needs `window` and `tools`.
+
+pub use {bevy_ecs, glam, systems, wgpu};
 
 pub mod animation;
 #[cfg(feature = "window")]
