@@ -41,7 +41,7 @@ fn written(folder: &Path) -> std::path::PathBuf {
 fn a_hundred_thousand_lights_load_and_draw() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = written(folder.path());
-    assert_eq!(check::check(&path), []);
+    assert_eq!(check::check(&path, Simulation::new), []);
     let Some(gpu) = common::gpu() else { return };
     let mut simulation = Simulation::new();
     let loaded = scene::load(&path, &mut simulation).expect("a scene");

@@ -292,7 +292,7 @@ fn what_makes_no_sense_is_refused_and_too_many_pieces_are_warned_of() {
         piece_metres: -1,
         entities: [(piece_metres: 1e9)],
     )"#;
-    let problems = scene::check(&write(&folder, "scene.ron", text)).into_iter().map(|p| p.to_string());
+    let problems = scene::check(&write(&folder, "scene.ron", text), Simulation::new).into_iter().map(|p| p.to_string());
     let problems: Vec<String> = problems.map(|p| p.rsplit('/').next().unwrap_or_default().to_owned()).collect();
     assert_eq!(
         problems,

@@ -27,7 +27,7 @@ impl Scene {
             let place = problem.line_column.map_or(String::new(), |(line, _)| format!("{line}: "));
             format!("{place}{}: {}", problem.place, problem.message)
         };
-        scene::check(&self.1).iter().map(text).collect()
+        scene::check(&self.1, Simulation::new).iter().map(text).collect()
     }
 
     fn load(&self) -> (Simulation, Vec<String>) {

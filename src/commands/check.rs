@@ -4,6 +4,7 @@ use super::failure::{Failure, say};
 use clap::Args;
 use relief::check;
 use std::path::PathBuf;
+use systems::Simulation;
 
 #[derive(Args)]
 pub struct CheckArgs {
@@ -15,7 +16,7 @@ pub struct CheckArgs {
 pub fn run(args: &CheckArgs) -> Result<(), Failure> {
     let mut errors = 0;
     for file in &args.files {
-        let problems = check::check(file);
+        let problems = check::check(file, Simulation::new);
         errors += problems.iter().filter(|problem| problem.is_error()).count();
         problems.iter().try_for_each(|problem| say(&problem.to_string()))?;
         if problems.is_empty() {

@@ -50,6 +50,9 @@ pub fn check_outputs(read: &[PathBuf], is_output: impl Fn(&Path) -> bool) -> Res
 /// How a scene is loaded.
 #[derive(Clone, Debug)]
 pub struct LoadOptions {
+    /// Makes what the scene is loaded into: `Simulation::new`, or a program's own, with its state, inputs, systems and
+    /// [`scene::SceneFields`].
+    pub simulation: fn() -> Simulation,
     /// Whether images are put into blocks (BC7), a quarter of the memory.
     pub compress: bool,
     /// Whether results that take long to work out are kept on disk ([`crate::import::cache`]).
@@ -67,7 +70,14 @@ pub struct LoadOptions {
 impl Default for LoadOptions {
     fn default() -> Self {
         let texture_bytes = texture_memory::DEFAULT_MEGABYTES << 20;
-        Self { compress: false, cache: true, texture_bytes, keep_texels: true, watch: None }
+        Self {
+            simulation: Simulation::new,
+            compress: false,
+            cache: true,
+            texture_bytes,
+            keep_texels: true,
+            watch: None,
+        }
     }
 }
 
@@ -129,7 +139,7 @@ fn work_out(library: &mut Library, options: &LoadOptions) {
 /// # Errors
 /// [`FrameError::Scene`], [`FrameError::NoCamera`].
 pub fn load_stage(path: &Path, camera: Option<&str>, options: &LoadOptions) -> Result<Stage, FrameError> {
-    let mut simulation = Simulation::new();
+    let mut simulation = (options.simulation)();
     let watch = options.watch.map(|begin| begin());
     let scene = scene::load(path, &mut simulation)?;
     drop(watch);
@@ -160,7 +170,8 @@ pub fn restore_texels(scene: &Path, options: &LoadOptions, simulation: &mut Simu
     if !simulation.library().lacks_texels() {
         return Ok(());
     }
-    let mut read = scene::load_library(scene)?;
+    let fields = simulation.world.get_resource::<scene::SceneFields>().cloned().unwrap_or_default();
+    let mut read = scene::load_library(scene, &fields)?;
     if options.compress {
         compress_images(&mut read, options.cache.then(Cache::of_user).flatten().as_ref());
     }

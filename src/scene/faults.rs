@@ -36,6 +36,10 @@ impl Trail {
         self.enter(Step::Field(name), "")
     }
 
+    pub fn steps(&self) -> &[Step] {
+        &self.steps
+    }
+
     pub fn fault(&self, message: impl Display) -> Fault {
         Fault { steps: self.steps.clone(), place: self.place.clone(), message: message.to_string() }
     }

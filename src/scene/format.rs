@@ -4,6 +4,7 @@
 //! `docs/scenes.md` says what every field means; a test looks for each of them there. Defaults are those of the
 //! components and library items that the fields become.
 
+use super::custom_fields::{self, Custom};
 pub use super::lights::Light;
 pub use super::roads::*;
 pub use super::surfaces::*;
@@ -13,7 +14,7 @@ use systems::draw;
 
 /// A whole file.
 #[derive(Deserialize, Debug)]
-#[serde(default, deny_unknown_fields)]
+#[serde(default, remote = "Self")]
 pub struct Scene {
     pub seed: u64,
     pub origin: Option<[f64; 3]>,
@@ -28,6 +29,16 @@ pub struct Scene {
     pub traffic: Traffic,
     pub entities: Vec<Entity>,
     pub generators: Vec<Generator>,
+    #[serde(skip)]
+    pub custom: Custom,
+}
+
+/// By what serde derives, which is a function of that name, but for the fields that a program has added.
+impl<'de> Deserialize<'de> for Scene {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let (scene, custom) = custom_fields::beside(deserializer, |deserializer| Self::deserialize(deserializer))?;
+        Ok(Self { custom, ..scene })
+    }
 }
 
 impl Default for Scene {
@@ -46,6 +57,7 @@ impl Default for Scene {
             traffic: Traffic::default(),
             entities: Vec::new(),
             generators: Vec::new(),
+            custom: Custom::default(),
         }
     }
 }
@@ -98,7 +110,7 @@ impl Default for Clock {
 
 /// One entity, or one kind of entity for a generator. `node` counts only within `attach`.
 #[derive(Deserialize, Debug, Default)]
-#[serde(default, deny_unknown_fields)]
+#[serde(default, remote = "Self")]
 pub struct Entity {
     pub name: Option<String>,
     pub node: Option<String>,
@@ -117,6 +129,16 @@ pub struct Entity {
     pub figure: Vec<String>,
     pub attach: Vec<Entity>,
     pub children: Vec<Entity>,
+    #[serde(skip)]
+    pub custom: Custom,
+}
+
+/// As [`Scene`] is read.
+impl<'de> Deserialize<'de> for Entity {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let (entity, custom) = custom_fields::beside(deserializer, |deserializer| Self::deserialize(deserializer))?;
+        Ok(Self { custom, ..entity })
+    }
 }
 
 #[derive(Deserialize, Debug, Default)]

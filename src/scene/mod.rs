@@ -5,6 +5,7 @@
 //! files                     the images and models it names, each read once; materials and meshes into the library
 //! check, faults, places     names and numbers: every fault at once, with line and column
 //! slips                     text that is no RON: what is common, in words that name the field
+//! custom_fields             fields that a program adds
 //! origin                    places count from it
 //! roads, traffic            routes and signals
 //! road_warnings, overlaps   what is doubtful of them and of vehicles on them
@@ -19,6 +20,7 @@
 //! was.
 
 mod check;
+mod custom_fields;
 #[cfg(all(test, feature = "physics"))]
 mod docs_test;
 mod faults;
@@ -58,6 +60,7 @@ mod vehicles;
 #[path = "no_vehicles.rs"]
 mod vehicles;
 
+pub use custom_fields::{EntityField, SceneField, SceneFields};
 #[cfg(feature = "vehicles")]
 pub use vehicle_types::load_vehicle_types;
 
@@ -66,7 +69,9 @@ use crate::problem::Problem;
 use bevy_ecs::prelude::*;
 use faults::Fault;
 use files::Items;
+use ron::error::SpannedError;
 use ron::extensions::Extensions;
+use serde::de::DeserializeOwned;
 use slips::Slip;
 use spawn::Spawned;
 use std::fmt;
@@ -123,13 +128,15 @@ impl From<Problem> for SceneError {
 
 /// Loads a scene file (`.ron`), or a glTF file (`.gltf`, `.glb`) as a whole scene, into the world.
 ///
-/// The scene's environment and clock replace the world's. A glTF file without lights gets a neutral rig. A scene
-/// without a camera gets one that sees everything.
+/// The scene's environment and clock replace the world's. Fields that the program adds are those of the world's
+/// [`SceneFields`]. A glTF file without lights gets a neutral rig. A scene without a camera gets one that sees
+/// everything.
 pub fn load(path: &Path, simulation: &mut Simulation) -> Result<LoadedScene, SceneError> {
     let world = &mut simulation.world;
+    let fields = world.get_resource::<SceneFields>().cloned().unwrap_or_default();
     let prepared = world.resource_scope(|_, mut library: Mut<Library>| {
         let before = library.sizes();
-        prepare(path, &mut library).inspect_err(|_| library.truncate(before))
+        prepare(path, &fields, &mut library).inspect_err(|_| library.truncate(before))
     })?;
     let bright = matches!(&prepared.content, Content::Model(model) if model.has_lights());
     let (loaded, model) = prepared.spawn(path, world);
@@ -148,14 +155,15 @@ pub fn load(path: &Path, simulation: &mut Simulation) -> Result<LoadedScene, Sce
 ///
 /// # Errors
 /// As [`load`].
-pub fn load_library(path: &Path) -> Result<Library, SceneError> {
+pub fn load_library(path: &Path, fields: &SceneFields) -> Result<Library, SceneError> {
     let mut library = Library::default();
-    prepare(path, &mut library)?;
+    prepare(path, fields, &mut library)?;
     Ok(library)
 }
 
-/// Everything wrong with a scene file (or a glTF file as one). Empty: nothing is.
-pub fn check(path: &Path) -> Vec<Problem> {
+/// Everything wrong with a scene file (or a glTF file as one). Empty: nothing is. `simulation` makes what scenes are
+/// loaded into: `Simulation::new`, or a program's own, with its [`SceneFields`].
+pub fn check(path: &Path, simulation: fn() -> Simulation) -> Vec<Problem> {
     if is_model(path) {
         return import::check_model(path).into_iter().map(|p| import_problem(path, p)).collect();
     }
@@ -163,7 +171,7 @@ pub fn check(path: &Path) -> Vec<Problem> {
         return problems;
     }
     // Into a world of its own: some of it shows only there.
-    match load(path, &mut Simulation::new()) {
+    match load(path, &mut simulation()) {
         Ok(loaded) => loaded.warnings.into_iter().map(|message| Problem::warning(path, message)).collect(),
         Err(error) => error.problems,
     }
@@ -186,7 +194,7 @@ enum Content {
     Model(import::Model),
 }
 
-fn prepare(path: &Path, library: &mut Library) -> Result<Prepared, SceneError> {
+fn prepare(path: &Path, fields: &SceneFields, library: &mut Library) -> Result<Prepared, SceneError> {
     if is_model(path) {
         let model = import::load_model(path, library).map_err(|error| import_problem(path, error.into()))?;
         let warnings = model.warnings.iter().map(ToString::to_string).collect();
@@ -194,7 +202,7 @@ fn prepare(path: &Path, library: &mut Library) -> Result<Prepared, SceneError> {
         return Ok(Prepared { content, origin: Origin::default(), warnings, files });
     }
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ron")) {
-        return prepare_scene(path, library);
+        return prepare_scene(path, fields, library);
     }
     Err(problem(path, None, "expected a scene (.ron) or a model (.gltf, .glb)").into())
 }
@@ -234,11 +242,13 @@ fn listed(all: &[String]) -> String {
     }
 }
 
-fn prepare_scene(path: &Path, library: &mut Library) -> Result<Prepared, SceneError> {
+fn prepare_scene(path: &Path, fields: &SceneFields, library: &mut Library) -> Result<Prepared, SceneError> {
     let text = read_text(path)?;
     let mut scene = parse::<format::Scene>(&text).map_err(|slip| slip_problem(path, slip))?;
+    let mut faults = custom_fields::read(&mut scene, fields, &text).map_err(|slip| slip_problem(path, slip))?;
     let folder = path.parent().unwrap_or(Path::new(""));
-    let (files, mut faults) = files::read(&scene, folder, library);
+    let (files, mut of_files) = files::read(&scene, folder, library);
+    faults.append(&mut of_files);
     faults.extend(check::faults(&scene, &files));
     let mut vehicles = vehicles::read_types(&scene, folder, library, &mut faults);
     if !faults.is_empty() {
@@ -288,10 +298,14 @@ fn read_text(path: &Path) -> Result<String, Problem> {
 }
 
 /// Reads RON as all of this module's text is read.
-fn parse<T: serde::de::DeserializeOwned>(text: &str) -> Result<T, Slip> {
+fn from_ron<T: DeserializeOwned>(text: &str) -> Result<T, SpannedError> {
     let extensions = Extensions::IMPLICIT_SOME | Extensions::UNWRAP_NEWTYPES | Extensions::UNWRAP_VARIANT_NEWTYPES;
-    let options = ron::Options::default().with_default_extension(extensions);
-    options.from_str(text).map_err(|error| slips::explain(text, &error))
+    ron::Options::default().with_default_extension(extensions).from_str(text)
+}
+
+/// The same, with errors for people.
+fn parse<T: DeserializeOwned>(text: &str) -> Result<T, Slip> {
+    from_ron(text).map_err(|error| slips::explain(text, &error))
 }
 
 fn slip_problem(path: &Path, Slip { line_column, place, message }: Slip) -> Problem {
@@ -310,6 +324,7 @@ impl Prepared {
                 world.insert_resource(environment(&scene.environment));
                 world.insert_resource(clock(&scene.clock));
                 world.insert_resource(Seed(scene.seed));
+                scene.custom.insert_into_world(world);
                 spawn::spawn(&scene, &items, world)
             }
             Content::Model(model) => {

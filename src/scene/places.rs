@@ -16,7 +16,24 @@ pub enum Step {
 
 /// Line and column, both from 1, of the value that the steps lead to, or of the nearest value around it that is there.
 pub fn find(text: &str, steps: &[Step]) -> (usize, usize) {
-    let mut node = &Reader { text, at: 0 }.value();
+    line_column(text, find_offset(text, steps))
+}
+
+/// The byte offset of that value.
+pub fn find_offset(text: &str, steps: &[Step]) -> usize {
+    follow(&Reader { text, at: 0 }.value(), steps).at
+}
+
+/// The byte offset of a field's name in the struct that the steps lead to, behind `earlier` fields of that name; of the
+/// struct, if it is not there.
+pub fn find_name(text: &str, steps: &[Step], name: &str, earlier: usize) -> usize {
+    let root = Reader { text, at: 0 }.value();
+    let node = follow(&root, steps);
+    let Parts::Fields(fields) = &node.parts else { return node.at };
+    fields.iter().filter(|field| field.name == name).nth(earlier).map_or(node.at, |field| field.at)
+}
+
+fn follow<'n, 'a>(mut node: &'n Node<'a>, steps: &[Step]) -> &'n Node<'a> {
     for step in steps {
         // `Some(value)`, and the one value of a newtype variant, are as good as the value itself.
         while let (Parts::Items(items), Step::Field(_)) = (&node.parts, step) {
@@ -24,14 +41,16 @@ pub fn find(text: &str, steps: &[Step]) -> (usize, usize) {
             node = only;
         }
         let next = match (&node.parts, step) {
-            (Parts::Fields(fields), Step::Field(name)) => fields.iter().find(|(n, _)| n == name).map(|(_, node)| node),
+            (Parts::Fields(fields), Step::Field(name)) => {
+                fields.iter().find(|field| field.name == *name).map(|field| &field.value)
+            }
             (Parts::Items(items), Step::Index(i) | Step::Entry(i)) => items.get(*i),
             _ => None,
         };
         let Some(next) = next else { break };
         node = next;
     }
-    line_column(text, node.at)
+    node
 }
 
 /// The byte offset of a line and column, both from 1; the nearest there is.
@@ -62,8 +81,15 @@ struct Node<'a> {
 
 enum Parts<'a> {
     None,
-    Fields(Vec<(&'a str, Node<'a>)>),
+    Fields(Vec<Field<'a>>),
     Items(Vec<Node<'a>>),
+}
+
+struct Field<'a> {
+    name: &'a str,
+    /// Byte offset of the name.
+    at: usize,
+    value: Node<'a>,
 }
 
 /// Reads words and blanks as RON has them.
@@ -175,15 +201,15 @@ impl<'a> Reader<'a> {
                 break;
             }
             let before = self.at;
-            let mut node = self.value();
-            let key = self.text[node.at..self.at].trim_start_matches("r#");
+            let node = self.value();
+            let (at, name) = (node.at, self.text[node.at..self.at].trim_start_matches("r#"));
             self.skip_space();
             if self.take(":") {
-                node = self.value();
+                let value = self.value();
                 if end == ')' {
-                    fields.push((key, node));
+                    fields.push(Field { name, at, value });
                 } else {
-                    items.push(node);
+                    items.push(value);
                 }
                 self.skip_space();
             } else {

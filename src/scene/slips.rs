@@ -24,6 +24,11 @@ pub fn explain(text: &str, error: &ron::error::SpannedError) -> Slip {
     let has_nothing = places::token_after(text, 0) == text.len();
     let gave_up =
         if has_nothing { text.len() } else { places::offset(text, (error.span.start.line, error.span.start.col)) };
+    explain_at(text, gave_up, &error.code)
+}
+
+/// What is wrong with a text that a parser gave up at a byte offset.
+pub fn explain_at(text: &str, gave_up: usize, error: &ron::Error) -> Slip {
     let at = places::token_after(text, gave_up);
     let around = Around { text, at, levels: levels(text, at) };
     let odd_blank = text[gave_up..at].chars().find(|&c| c.is_whitespace() && !is_blank_of_ron(c));
@@ -31,7 +36,7 @@ pub fn explain(text: &str, error: &ron::error::SpannedError) -> Slip {
         let message = format!("expected an ordinary space, found the space U+{:04X}", u32::from(blank));
         (gave_up, around.levels.clone(), message)
     } else {
-        around.explain(&error.code).unwrap_or_else(|| (at, Vec::new(), describe(&error.code)))
+        around.explain(error).unwrap_or_else(|| (at, Vec::new(), describe(error)))
     };
     Slip { line_column: places::line_column(text, at), place: place(&levels), message }
 }
@@ -173,7 +178,7 @@ impl<'a> Around<'a> {
             SuggestRawIdentifier(_) | InvalidIdentifier(_) | ExpectedIdentifier => self.name(),
             ExpectedComma => self.after_value(),
             ExpectedFloat => expected("a number"),
-            UnexpectedChar(_) => self.division(),
+            UnexpectedChar(_) | ExpectedChar => self.division().or_else(|| expected("a value")),
             InvalidIntegerDigit { .. } | ExpectedInteger => self.whole_number(),
             IntegerOutOfBounds => self.out_of_bounds(),
             ExpectedBoolean => expected("true or false"),

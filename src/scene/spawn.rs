@@ -217,6 +217,7 @@ impl Spawner<'_> {
         self.figure(source, material, entity, &world_from_entity);
         // Before there are children, whose nodes may have the same names.
         let nodes: Vec<_> = source.attach.iter().map(|item| self.node(entity, item.node.as_deref())).collect();
+        source.custom.insert(self.world, entity);
         for child in &source.children {
             let placement = Placement { world_from_parent: world_from_entity, ..Placement::of(child) };
             self.entity(child, &placement, Some(entity));

@@ -200,11 +200,11 @@ fn text_that_is_no_ron_is_told_with_its_field_and_what_to_write() {
     assert_eq!(folder.problems("(\r\n\tseed: 1,\r\n)\r\n"), [] as [String; 0]);
     let utf16: Vec<u8> = "\u{feff}(seed: 1)".encode_utf16().flat_map(u16::to_le_bytes).collect();
     for bytes in [&utf16[..], &utf16[2..]] {
-        let problem = scene::check(&folder.file("wide.ron", bytes))[0].to_string();
+        let problem = scene::check(&folder.file("wide.ron", bytes), Simulation::new)[0].to_string();
         assert!(problem.ends_with("wide.ron: expected UTF-8 text, found UTF-16; save it as UTF-8"), "{problem}");
     }
     let types = folder.file("vehicles.ron", "(types: {\"car\": (model: \"model.gltf\", mass: 1,5)})");
-    let problem = scene::check(&types)[0].to_string();
+    let problem = scene::check(&types, Simulation::new)[0].to_string();
     let expected = ":1:45: types[\"car\"].mass: found `1,5`; use a decimal point, not a comma: 1.5";
     assert!(problem.ends_with(expected), "{problem}");
 }
@@ -347,11 +347,17 @@ fn hostile_files_are_refused_quickly() {
     let name = "x".repeat(1 << 20);
     assert_eq!(folder.problems(&format!("(meshes: {{\"{name}\": cube()}}, entities: [(mesh: \"{name}y\")])")).len(), 1);
     let broken = folder.file("broken.ron", b"(\xff)");
-    assert!(scene::check(&broken)[0].to_string().ends_with("invalid UTF-8 at byte 1"));
+    assert!(scene::check(&broken, Simulation::new)[0].to_string().ends_with("invalid UTF-8 at byte 1"));
     std::fs::create_dir(folder.0.path().join("folder.ron")).expect("made");
-    assert!(scene::check(&folder.0.path().join("folder.ron"))[0].to_string().ends_with(": expected a file"));
-    assert!(scene::check(Path::new("absent.ron"))[0].to_string().starts_with("absent.ron: No such file"));
-    let other = scene::check(Path::new("scene.txt"))[0].to_string();
+    assert!(
+        scene::check(&folder.0.path().join("folder.ron"), Simulation::new)[0]
+            .to_string()
+            .ends_with(": expected a file")
+    );
+    assert!(
+        scene::check(Path::new("absent.ron"), Simulation::new)[0].to_string().starts_with("absent.ron: No such file")
+    );
+    let other = scene::check(Path::new("scene.txt"), Simulation::new)[0].to_string();
     assert_eq!(other, "scene.txt: expected a scene (.ron) or a model (.gltf, .glb)");
     assert!(start.elapsed().as_secs() < 5);
 }
@@ -419,6 +425,6 @@ proptest! {
         let end = |i: usize| (0..=i.min(text.len())).rev().find(|&i| text.is_char_boundary(i)).unwrap_or(0);
         let damaged = format!("{}{byte}{}", &text[..end(cut)], &text[end(cut + length)..]);
         let folder = Folder::new();
-        scene::check(&folder.file("scene.ron", damaged));
+        scene::check(&folder.file("scene.ron", damaged), Simulation::new);
     }
 }

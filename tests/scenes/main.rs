@@ -1,5 +1,6 @@
 //! Scene files from text to entities: what loads, what is refused and in which words.
 
+mod custom_fields;
 mod faults;
 mod files;
 mod generators;
@@ -63,10 +64,15 @@ impl Folder {
 
     /// Everything wrong with a scene, without the path.
     fn problems(&self, text: &str) -> Vec<String> {
+        self.problems_in(Simulation::new, text)
+    }
+
+    /// Of a program with fields of its own.
+    fn problems_in(&self, simulation: fn() -> Simulation, text: &str) -> Vec<String> {
         let path = self.file("scene.ron", text);
         let start = format!("{}:", path.display());
         let folder = format!("{}/", self.0.path().display());
-        let texts = scene::check(&path).into_iter().map(|p| p.to_string());
+        let texts = scene::check(&path, simulation).into_iter().map(|p| p.to_string());
         texts.map(|t| t.strip_prefix(&start).expect("starts with the path").trim().replace(&folder, "")).collect()
     }
 }

@@ -177,7 +177,7 @@ fn a_model_that_reaches_far_from_its_own_origin_is_a_warning() {
     folder.file("far.gltf", &far);
     for problems in [
         folder.problems(r#"(meshes: { "m": model(file: "far.gltf") }, entities: [(mesh: "m")])"#),
-        scene::check(&folder.file("far.gltf", &far)).iter().map(ToString::to_string).collect(),
+        scene::check(&folder.file("far.gltf", &far), Simulation::new).iter().map(ToString::to_string).collect(),
     ] {
         assert_eq!(problems.len(), 1, "{problems:?}");
         for part in ["5000.0 km", "5.0e-1 m"] {

@@ -88,7 +88,7 @@ impl Folder {
         let path = self.file(name, text);
         let start = format!("{}:", path.display());
         let folder = format!("{}/", self.0.path().display());
-        let texts = scene::check(&path).into_iter().map(|p| p.to_string());
+        let texts = scene::check(&path, Simulation::new).into_iter().map(|p| p.to_string());
         texts.map(|t| t.strip_prefix(&start).expect("starts with the path").trim().replace(&folder, "")).collect()
     }
 }
