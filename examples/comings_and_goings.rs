@@ -13,9 +13,10 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 use systems::ecs::clock::Clock;
 use systems::run::inputs;
-use systems::run::inputs::{Input, Inputs};
+use systems::run::inputs::{Inputs, SavedInput};
 use systems::run::roster::{Roster, StateId};
 use systems::run::spawn::Spawn;
+use systems::run::standard_inputs::Despawn;
 use systems::vehicles::Controls;
 
 /// So many of each there are at once; then the oldest goes.
@@ -50,10 +51,10 @@ fn record(scene: &Path, recording: &Path, seconds: f64) -> Result<u64, Box<dyn E
     let steps = (seconds.max(1.0) as u64) * second;
     for number in 0..steps / second {
         let mut applied = Vec::new();
-        let mut apply = |world: &mut World, input: Input| {
+        let mut apply = |world: &mut World, input: SavedInput| {
             // Numbers ascend; what came last is there.
             let next = world.resource::<Roster>().iter().last().map_or(0, |(id, _)| id.0 + 1);
-            world.resource_mut::<Inputs>().push(input);
+            world.resource_mut::<Inputs>().push_saved(input);
             applied.extend(inputs::apply_queued(world));
             StateId(next)
         };
@@ -61,9 +62,10 @@ fn record(scene: &Path, recording: &Path, seconds: f64) -> Result<u64, Box<dyn E
         // A golden angle apart, at most 90 m from the middle.
         let (angle, radius) = (number as f32 * 2.399_963, (number % 90) as f32);
         let transform = Transform::from_xyz(radius * angle.cos(), 3.0, radius * angle.sin());
-        lamps.push_back(apply(world, Input::Spawn(Spawn::Light { name: name.clone(), transform, light })));
+        let lamp = Spawn::Light { name: name.clone(), transform, light };
+        lamps.push_back(apply(world, SavedInput::of(&lamp)));
         if lamps.len() > LAMPS {
-            lamps.pop_front().map(|oldest| apply(world, Input::Despawn(oldest)));
+            lamps.pop_front().map(|oldest| apply(world, SavedInput::of(&Despawn(oldest))));
         }
         if number % 2 == 0 {
             let kind = kinds[number as usize % kinds.len()].clone();
@@ -71,10 +73,10 @@ fn record(scene: &Path, recording: &Path, seconds: f64) -> Result<u64, Box<dyn E
             let transform = Transform { translation: transform.translation.with_y(0.0), ..transform };
             let paint = number as u32;
             let vehicle = Spawn::Vehicle { name, transform, kind, paint, controls, by_hand: true };
-            vehicles.push_back(apply(world, Input::Spawn(vehicle)));
+            vehicles.push_back(apply(world, SavedInput::of(&vehicle)));
         }
         if vehicles.len() > VEHICLES {
-            vehicles.pop_front().map(|oldest| apply(world, Input::Despawn(oldest)));
+            vehicles.pop_front().map(|oldest| apply(world, SavedInput::of(&Despawn(oldest))));
         }
         recorder.inputs(number * second, applied)?;
     }

@@ -9,7 +9,8 @@ use image::imageops::{self, FilterType};
 use std::path::PathBuf;
 use systems::assets::{Figure, Library};
 use systems::run::inputs;
-use systems::run::inputs::{Input, Inputs};
+use systems::run::inputs::Inputs;
+use systems::run::standard_inputs::NextFigure;
 
 /// Pixels along the longer side of the sheet.
 const LONGEST_SHEET: u32 = 2560;
@@ -69,7 +70,7 @@ pub fn render(job: &GalleryJob, mut progress: impl FnMut(u64, u64)) -> Result<Ve
         output::write_png(&path, &drawn.into())?;
         written.push(path);
         progress(written.len() as u64, names.len() as u64);
-        simulation.world.resource_mut::<Inputs>().push(Input::NextFigure);
+        simulation.world.resource_mut::<Inputs>().push(NextFigure);
         inputs::apply_queued(&mut simulation.world);
     }
     let path = picture(SHEET);

@@ -3,20 +3,25 @@
 
 mod common;
 
+use bevy_ecs::prelude::*;
 use common::text;
 use proptest::prelude::*;
 use relief::frames::{self, LoadOptions, Stage};
-use relief::recording::{Recording, RecordingError, RunFiles, Stepper};
+use relief::recording::{Identity, Recorder, Recording, RecordingError, RunFiles, Stepper};
+use serde::{Deserialize, Serialize};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+use systems::Simulation;
 use systems::ecs::clock::Clock;
 use systems::lights::Light;
-use systems::run::inputs::{Input, Inputs};
-use systems::run::roster::StateId;
+use systems::run::inputs::{Input, Inputs, SavedInput};
+use systems::run::roster::{Roster, StateId};
 use systems::run::spawn::Spawn;
+use systems::run::standard_inputs::{Despawn, NextFigure, SetTransform};
+use systems::run::state::StateList;
 use systems::run::state_hash::hash;
-use systems::space::Transform;
+use systems::space::{Spin, Transform};
 use tempfile::TempDir;
 
 const SCENE: &str = r#"(
@@ -52,13 +57,14 @@ impl Place {
         self.0.path().join(name)
     }
 
-    fn stage(&self) -> Stage {
-        let options = LoadOptions { cache: false, ..LoadOptions::default() };
-        frames::load_stage(&self.path("scene.ron"), None, &options).expect("a scene")
+    fn begin(&self, files: &RunFiles, from: u64) -> Result<Run, RecordingError> {
+        self.begin_in(Simulation::new, files, from)
     }
 
-    fn begin(&self, files: &RunFiles, from: u64) -> Result<Run, RecordingError> {
-        let mut stage = self.stage();
+    /// By a program with more state or inputs.
+    fn begin_in(&self, simulation: fn() -> Simulation, files: &RunFiles, from: u64) -> Result<Run, RecordingError> {
+        let options = LoadOptions { simulation, cache: false, ..LoadOptions::default() };
+        let mut stage = frames::load_stage(&self.path("scene.ron"), None, &options).expect("a scene");
         let scene = self.path("scene.ron");
         let stepper = Stepper::begin(files, (&scene, &stage.scene.files), from, &mut stage.simulation)?;
         Ok(Run { stage, stepper })
@@ -123,11 +129,11 @@ impl Run {
         let at = |x: f32| Transform::from_xyz(x, 2.0, 0.0);
         if step % 20 == 3 {
             let (name, light) = (format!("lamp {step}"), Light::point(3.0, 6.0));
-            inputs.push(Input::Spawn(Spawn::Light { name, transform: at(step as f32 * 0.01), light }));
+            inputs.push(Spawn::Light { name, transform: at(step as f32 * 0.01), light });
         }
         if step % 50 == 9 {
-            inputs.push(Input::SetTransform { entity: StateId(1), transform: at(-1.0) });
-            inputs.push(Input::Despawn(StateId(3 + step as u32 / 10)));
+            inputs.push(SetTransform { entity: StateId(1), transform: at(-1.0) });
+            inputs.push(Despawn(StateId(3 + step as u32 / 10)));
         }
         self.step()
     }
@@ -187,7 +193,7 @@ fn a_recording_cut_anywhere_replays_up_to_the_cut() {
     let cut = place.path("cut.rec");
     let last_of = |bytes: &[u8]| {
         fs::write(&cut, bytes).expect("a file");
-        Recording::open(&cut).map(|recording| (recording.steps().1, recording.is_whole()))
+        Recording::open(&cut, &Inputs::default()).map(|recording| (recording.steps().1, recording.is_whole()))
     };
     assert_eq!(last_of(&whole).expect("whole"), (130, true));
     let mut before = 130;
@@ -215,7 +221,7 @@ fn damage_in_the_middle_is_refused_with_its_place() {
         let mut damaged = whole.clone();
         damaged[at] ^= 0x10;
         fs::write(&path, &damaged).expect("a file");
-        let error = Recording::open(&path).expect_err("damaged").to_string();
+        let error = Recording::open(&path, &Inputs::default()).expect_err("damaged").to_string();
         let offset = error.split("corrupt at byte ").nth(1).and_then(|rest| rest.split(':').next());
         let offset: usize = offset.and_then(|offset| offset.parse().ok()).unwrap_or_else(|| panic!("{error}"));
         assert!(offset <= at && error.contains("run.rec"), "damaged at {at}: {error}");
@@ -242,8 +248,8 @@ fn what_does_not_belong_together_is_refused_by_name() {
     let mut other = whole.clone();
     other[8] = 9;
     fs::write(place.path("other.rec"), other).expect("a file");
-    place.is_refused(&["replay", "other.rec", "--check"], &["recording version", "expected 2, found 9"]);
-    let recording = Recording::open(&path).expect("a recording");
+    place.is_refused(&["replay", "other.rec", "--check"], &["recording version", "expected 3, found 9"]);
+    let recording = Recording::open(&path, &Inputs::default()).expect("a recording");
     let mut moved = recording.identity().clone();
     moved.origin = [5e5, 0.0, 5e6];
     let error = recording.identity().check(&path, &moved).expect_err("another origin").to_string();
@@ -289,12 +295,12 @@ proptest! {
     #[test]
     fn files_that_are_anything_are_errors(
         bytes in proptest::collection::vec(any::<u8>(), 0..300),
-        magic in proptest::sample::select(vec![&b""[..], b"RELIEFRC\x01\0\0\0", b"RELIEFSN\x01\0\0\0"]),
+        magic in proptest::sample::select(vec![&b""[..], b"RELIEFRC\x03\0\0\0", b"RELIEFSN\x02\0\0\0"]),
     ) {
         let place = Place::new();
         let bytes = [magic, &bytes].concat();
         prop_assert!(!try_snapshot(&place, &bytes));
-        prop_assert!(Recording::open(&place.path("any.snapshot")).is_err());
+        prop_assert!(Recording::open(&place.path("any.snapshot"), &Inputs::default()).is_err());
     }
 }
 
@@ -439,7 +445,7 @@ fn what_happens_after_the_last_step_does_not_make_a_recording_differ() {
     let files = RunFiles { record: Some(path.clone()), ..RunFiles::default() };
     let mut run = place.begin(&files, 0).expect("a recording");
     (0..5).for_each(|step| _ = run.act_and_step(step));
-    run.stage.simulation.world.resource_mut::<Inputs>().push(Input::NextFigure);
+    run.stage.simulation.world.resource_mut::<Inputs>().push(NextFigure);
     run.stepper.finish(&mut run.stage.simulation).expect("an end");
     let files = RunFiles { replay: Some(path), ..RunFiles::default() };
     let mut again = place.begin(&files, 0).expect("a replay");
@@ -522,4 +528,147 @@ fn what_a_run_is_kept_in_is_none_of_its_pictures() {
         let again = ["-o", "there", "--from-snapshot", "there/color_1.png", "--save-snapshot", "there/color_1.png"];
         place.succeeds(&[&args[..], &again].concat());
     }
+}
+
+/// An input of a program of one's own: arms turn otherwise.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+struct Turn {
+    arms: Vec<StateId>,
+    rate: f32,
+    why: Option<String>,
+}
+
+/// All that were applied.
+#[derive(Resource, Default)]
+struct Turned(Vec<Turn>);
+
+impl Input for Turn {
+    const NAME: &'static str = "turn";
+
+    fn apply(&self, world: &mut World) {
+        for arm in &self.arms {
+            let Some(arm) = world.resource::<Roster>().entity(*arm) else { continue };
+            if let Some(mut spin) = world.get_mut::<Spin>(arm) {
+                spin.rate = self.rate;
+            }
+        }
+        world.resource_mut::<Turned>().0.push(self.clone());
+    }
+
+    fn is_sound(&self) -> bool {
+        self.rate.is_finite()
+    }
+}
+
+fn with_turns() -> Simulation {
+    let mut simulation = Simulation::new();
+    simulation.world.init_resource::<Turned>();
+    simulation.world.resource_mut::<Inputs>().register::<Turn>();
+    simulation
+}
+
+fn turns() -> impl Strategy<Value = Vec<(u64, Turn)>> {
+    let arms = proptest::collection::vec((0u32..200).prop_map(StateId), 0..4);
+    let turn =
+        (arms, proptest::num::f32::ANY, any::<Option<String>>()).prop_map(|(arms, rate, why)| Turn { arms, rate, why });
+    proptest::collection::vec((0u64..20, turn), 0..12)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(12))]
+
+    #[test]
+    fn inputs_of_ones_own_are_replayed_like_the_others(turns in turns()) {
+        let place = Place::new();
+        let record = RunFiles { record: Some(place.path("run.rec")), ..RunFiles::default() };
+        let mut run = place.begin_in(with_turns, &record, 0).expect("a recording");
+        let act = |step: u64, run: &mut Run| {
+            let mut inputs = run.stage.simulation.world.resource_mut::<Inputs>();
+            turns.iter().filter(|(at, _)| *at == step).for_each(|(_, turn)| inputs.push(turn.clone()));
+            run.act_and_step(step)
+        };
+        let hashes: Vec<u128> = (0..20).map(|step| act(step, &mut run)).collect();
+        run.stepper.finish(&mut run.stage.simulation).expect("an end");
+        let mut again = place.begin_in(with_turns, &replay(&place.path("run.rec")), 0).expect("a recording");
+        let replayed: Vec<u128> = (0..20).map(|_| again.step()).collect();
+        prop_assert_eq!(replayed, hashes);
+        let applied = |run: &Run| run.stage.simulation.world.resource::<Turned>().0.clone();
+        let sound = (0..20).flat_map(|step| turns.iter().filter(move |(at, turn)| *at == step && turn.is_sound()));
+        let sound: Vec<Turn> = sound.map(|(_, turn)| turn.clone()).collect();
+        prop_assert_eq!(&applied(&run), &sound);
+        prop_assert_eq!(&applied(&again), &sound);
+    }
+}
+
+/// A recording whose only block of inputs holds this one.
+fn recording_of(place: &Place, input: SavedInput) -> PathBuf {
+    let path = place.path("one.rec");
+    let Run { mut stage, .. } = place.begin_in(with_turns, &RunFiles::default(), 0).expect("a run");
+    let scene = PathBuf::from("scene.ron");
+    let identity = Identity::of(&place.path("scene.ron"), &stage.scene.files, &stage.simulation).expect("files");
+    let identity = Identity { scene: scene.to_string_lossy().into_owned(), ..identity };
+    let mut recorder = Recorder::create(&path, identity, &mut stage.simulation).expect("a recording");
+    recorder.inputs(0, vec![input]).expect("written");
+    path
+}
+
+#[test]
+fn an_input_that_the_program_does_not_know_is_refused_by_name() {
+    let place = Place::new();
+    let turn = Turn { arms: vec![StateId(3)], rate: 1.0, why: None };
+    let path = recording_of(&place, SavedInput::of(&turn));
+    place.begin_in(with_turns, &replay(&path), 0).expect("known");
+    let refused = "unknown input \"turn\", which this program does not register";
+    let error = place.begin(&replay(&path), 0).err().expect("refused").to_string();
+    assert!(error.contains("one.rec: at byte ") && error.ends_with(refused), "{error}");
+    for more in [&["--check", "--hash", "h.txt"][..], &["-o", "frames"]] {
+        place.is_refused(&[&["replay", "one.rec"], more].concat(), &["one.rec: at byte ", refused]);
+    }
+    assert!(!place.path("h.txt").exists() && !place.path("frames").exists(), "nothing is begun");
+}
+
+#[test]
+fn inputs_of_files_that_are_no_values_are_refused_by_name() {
+    let place = Place::new();
+    // As many arms as a length can say, too many to be there.
+    let long = [0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0x01];
+    let whole = SavedInput::of(&Turn { arms: Vec::new(), rate: f32::NAN, why: None }).value;
+    let cases = [
+        ("turn", &long[..], "corrupt at byte ", "input \"turn\": "),
+        ("turn", &[], "corrupt at byte ", "input \"turn\": "),
+        ("turn", &whole, "corrupt at byte ", "input \"turn\": invalid value"),
+        ("turn", &[&whole[..], &[0]].concat(), "corrupt at byte ", "input \"turn\": unexpected data after the end"),
+        ("edit light", &[0, 9], "corrupt at byte ", "input \"edit light\": "),
+        ("Turn", &whole, "at byte ", "unknown input \"Turn\""),
+    ];
+    for (name, value, at, what) in cases {
+        let path = recording_of(&place, SavedInput { name: name.into(), value: value.to_vec() });
+        let error = place.begin_in(with_turns, &replay(&path), 0).err().expect("refused").to_string();
+        assert!(error.contains(&format!("one.rec: {at}")) && error.contains(what), "{error}");
+    }
+}
+
+#[derive(Component, Clone, Serialize, Deserialize)]
+struct Fuel(f32);
+
+fn with_fuel() -> Simulation {
+    let mut simulation = Simulation::new();
+    simulation.world.resource_mut::<StateList>().add_component::<Fuel>("fuel");
+    simulation
+}
+
+#[test]
+fn a_recording_of_a_program_with_other_state_is_refused_by_name() {
+    let place = Place::new();
+    let record = |simulation: fn() -> Simulation, name: &str| {
+        let files = RunFiles { record: Some(place.path(name)), ..RunFiles::default() };
+        drop(place.begin_in(simulation, &files, 0).expect("a recording"));
+    };
+    record(with_fuel, "more.rec");
+    record(Simulation::new, "less.rec");
+    let error = place.begin(&replay(&place.path("more.rec")), 0).err().expect("refused").to_string();
+    assert!(error.ends_with("more.rec: made by a program with the state \"fuel\", which this program does not have"));
+    let error = place.begin_in(with_fuel, &replay(&place.path("less.rec")), 0).err().expect("refused").to_string();
+    assert!(error.ends_with("less.rec: made by a program without the state \"fuel\", which this program has"));
+    place.begin_in(with_fuel, &replay(&place.path("more.rec")), 0).expect("the same");
 }

@@ -10,9 +10,10 @@ use relief::prelude::{Camera, Library, Light, Simulation, Transform, shapes};
 use relief::renderer::{Occlusion, Settings, SingleView};
 use std::collections::VecDeque;
 use std::sync::{Mutex, PoisonError};
-use systems::run::inputs::{Input, Inputs};
+use systems::run::inputs::Inputs;
 use systems::run::roster::{Roster, StateId, register_all};
 use systems::run::spawn::Spawn;
+use systems::run::standard_inputs::Despawn;
 use systems::vehicles::Controls;
 
 /// The memory is the process's: one test at a time.
@@ -76,10 +77,10 @@ fn what_comes_and_goes_leaves_nothing_behind() {
             for spawn in [lamp, vehicle] {
                 let next = simulation.world.resource::<Roster>().iter().last().map_or(0, |(id, _)| id.0 + 1);
                 let mut inputs = simulation.world.resource_mut::<Inputs>();
-                inputs.push(Input::Spawn(spawn));
+                inputs.push(spawn);
                 living.push_back(StateId(next));
                 if living.len() > 20 {
-                    living.pop_front().into_iter().for_each(|oldest| inputs.push(Input::Despawn(oldest)));
+                    living.pop_front().into_iter().for_each(|oldest| inputs.push(Despawn(oldest)));
                 }
                 simulation.step();
             }

@@ -5,7 +5,7 @@ use egui::emath::Numeric;
 use egui::{Checkbox, DragValue, Grid, Id, Slider, SliderClamping, Ui};
 use glam::Vec3;
 use systems::lights::{Light, LightKind};
-use systems::run::inputs;
+use systems::run::standard_inputs::edit_light;
 
 /// What a light gets that shall end and had no end. Metres.
 const FIRST_RANGE: f32 = 10.0;
@@ -28,7 +28,7 @@ pub fn show(ui: &mut Ui, world: &mut World, entity: Entity) {
     });
     // Only a real change, as an input: a recording holds it.
     if world.get::<Light>(entity).is_some_and(|light| *light != edited) {
-        inputs::edit_light(world, entity, edited);
+        edit_light(world, entity, edited);
     }
 }
 
@@ -132,6 +132,7 @@ mod tests {
     use super::*;
     use bevy_ecs::change_detection::DetectChanges;
     use egui::{Event, Modifiers, PointerButton, Pos2, RawInput, Rect};
+    use systems::run::inputs;
 
     fn world_with(light: Light) -> (World, Entity) {
         let mut world = World::new();

@@ -18,6 +18,7 @@ use systems::ecs::clock::{Clock, SPEEDS};
 use systems::lights::Light;
 use systems::run::inputs::{Input, Inputs};
 use systems::run::roster::{Roster, StateId};
+use systems::run::standard_inputs::{Drive, EditLight, NextFigure, TakeWheel};
 use systems::space::{Aabb, GlobalTransform, Interpolation};
 use systems::vehicles::{Controls, Indicator, Motion, Vehicle, VehicleTypes};
 
@@ -120,7 +121,7 @@ impl Viewer {
             Command::Slower => self.change_speed(0.5),
             Command::ToggleBump => self.toggle_bump(),
             Command::NextFigure => {
-                self.simulation.world.resource_mut::<Inputs>().push(Input::NextFigure);
+                self.simulation.world.resource_mut::<Inputs>().push(NextFigure);
                 self.apply_inputs();
             }
             Command::NextDebugView => self.settings.debug = after(&DebugView::ALL, self.settings.debug),
@@ -165,7 +166,7 @@ impl Viewer {
         let Some(entity) = self.selected else { return };
         if let Some(light) = self.simulation.world.get::<Light>(entity) {
             let light = Light { enabled: !light.enabled, ..light.clone() };
-            self.input(entity, |entity| Input::EditLight { entity, light });
+            self.input(entity, |entity| EditLight { entity, light });
         }
     }
 
@@ -204,7 +205,7 @@ impl Viewer {
     /// Takes manual control of the selected vehicle, or of the nearest; gives it back if it is taken.
     fn drive(&mut self) {
         if let Some(vehicle) = self.driven.take() {
-            self.input(vehicle, |vehicle| Input::TakeWheel { vehicle, by_hand: false });
+            self.input(vehicle, |vehicle| TakeWheel { vehicle, by_hand: false });
             self.wheel = Wheel::default();
             return;
         }
@@ -218,7 +219,7 @@ impl Viewer {
             self.notice = "there is no vehicle to drive".into();
             return;
         };
-        self.input(vehicle, |vehicle| Input::TakeWheel { vehicle, by_hand: true });
+        self.input(vehicle, |vehicle| TakeWheel { vehicle, by_hand: true });
         self.driven = Some(vehicle);
         self.viewpoint = Viewpoint::Chase(vehicle);
         self.controller.reset();
@@ -231,7 +232,7 @@ impl Viewer {
         let mut controls = before;
         edit(&mut controls);
         if controls != before {
-            self.input(vehicle, |vehicle| Input::Drive { vehicle, controls });
+            self.input(vehicle, |vehicle| Drive { vehicle, controls });
         }
     }
 
@@ -251,7 +252,7 @@ impl Viewer {
     }
 
     /// Changes the world from outside: now, between two steps.
-    fn input(&mut self, entity: Entity, input: impl FnOnce(StateId) -> Input) {
+    fn input<T: Input>(&mut self, entity: Entity, input: impl FnOnce(StateId) -> T) {
         let world = &mut self.simulation.world;
         if let Some(id) = world.resource::<Roster>().id(entity) {
             world.resource_mut::<Inputs>().push(input(id));

@@ -26,7 +26,7 @@ pub struct Identity {
     pub origin: [f64; 3],
 }
 
-/// The version, and what this build lacks: states and inputs of another are numbered otherwise.
+/// The version, and what this build lacks: the state of another is other state.
 const PROGRAM: &str = if cfg!(feature = "physics") {
     env!("CARGO_PKG_VERSION")
 } else if cfg!(feature = "vehicles") {

@@ -6,8 +6,9 @@ use super::recorder::{Header, Record};
 use super::records::{Blocks, Next, RECORDING};
 use std::path::{Path, PathBuf};
 use systems::Simulation;
-use systems::run::inputs::Input;
+use systems::run::inputs::{InputError, Inputs, SavedInput};
 use systems::run::snapshot;
+use systems::run::state::StateList;
 use systems::run::state_hash::StateHash;
 
 /// A recording that was read and found sound.
@@ -55,23 +56,36 @@ fn read_header(path: &Path, blocks: &mut Blocks) -> Result<Header, RecordingErro
     }
 }
 
+fn refused_input(path: &Path, offset: u64, error: &InputError) -> RecordingError {
+    let message = match error {
+        InputError::Unknown(_) => format!("at byte {offset}: {error}"),
+        InputError::Invalid { .. } => format!("corrupt at byte {offset}: {error}"),
+    };
+    RecordingError::refused(path, message)
+}
+
 impl Recording {
-    /// Opens a recording and reads it through.
+    /// Opens a recording and reads it through. Its inputs are of the types that `known` has.
     ///
     /// # Errors
-    /// [`RecordingError::Refused`]: not a recording, of another version, or damaged. One that was cut short is none.
-    pub fn open(path: &Path) -> Result<Self, RecordingError> {
+    /// [`RecordingError::Refused`]: not a recording, of another version, damaged, or with an input of another type. One
+    /// that was cut short is none of these.
+    pub fn open(path: &Path, known: &Inputs) -> Result<Self, RecordingError> {
         let mut blocks = Blocks::open(path, RECORDING)?;
         let header = read_header(path, &mut blocks)?;
         let (start, mut index, mut is_whole) = (header.start, Vec::new(), false);
         let mut last = start;
         while let Next::Block(offset, record) = blocks.next()? {
+            is_whole = matches!(record, Record::End(..));
             let (step, kind) = match record {
-                Record::Inputs(step, _) => (step, Kind::Inputs),
+                Record::Inputs(step, inputs) => {
+                    let check = inputs.iter().try_for_each(|input| known.check(input));
+                    check.map_err(|error| refused_input(path, offset, &error))?;
+                    (step, Kind::Inputs)
+                }
                 Record::Snapshot(step, _) => (step, Kind::Snapshot),
                 Record::Mark(step, hash) | Record::End(step, hash) => (step, Kind::Hash(hash)),
             };
-            is_whole = matches!(record, Record::End(..));
             if step < last {
                 let message = format!("corrupt at byte {offset}: step {step} comes after step {last}");
                 return Err(RecordingError::refused(path, message));
@@ -88,6 +102,22 @@ impl Recording {
     /// What it belongs to.
     pub fn identity(&self) -> &Identity {
         &self.header.identity
+    }
+
+    /// Whether the state that it tells of is the program's: the hashes of another would differ from the first step on.
+    ///
+    /// # Errors
+    /// [`RecordingError::Refused`] names a kind of state that only one of the two has.
+    pub fn check_state(&self, now: &StateList) -> Result<(), RecordingError> {
+        let refused = |message: String| Err(RecordingError::refused(self.blocks.path(), message));
+        let kinds = &self.header.kinds;
+        if let Some(kind) = kinds.iter().find(|kind| !now.names().any(|name| name == **kind)) {
+            return refused(format!("made by a program with the state {kind:?}, which this program does not have"));
+        }
+        match now.names().find(|name| !kinds.iter().any(|kind| kind == name)) {
+            Some(name) => refused(format!("made by a program without the state {name:?}, which this program has")),
+            None => Ok(()),
+        }
     }
 
     /// The steps that it holds the states after, first and last.
@@ -124,7 +154,7 @@ impl Recording {
     ///
     /// # Errors
     /// [`RecordingError::Refused`].
-    pub fn inputs(&mut self, step: u64) -> Result<Vec<Input>, RecordingError> {
+    pub fn inputs(&mut self, step: u64) -> Result<Vec<SavedInput>, RecordingError> {
         let mut inputs = Vec::new();
         while let Some(&Entry { kind, offset, .. }) = self.index.get(self.next).filter(|entry| entry.step <= step) {
             self.next += 1;

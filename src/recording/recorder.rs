@@ -13,8 +13,9 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use systems::Simulation;
 use systems::ecs::clock::Clock;
-use systems::run::inputs::Input;
+use systems::run::inputs::SavedInput;
 use systems::run::snapshot;
+use systems::run::state::StateList;
 use systems::run::state_hash::StateHash;
 
 /// The first block of a recording.
@@ -24,13 +25,15 @@ pub struct Header {
     pub identity: Identity,
     /// The step that it begins after: 0, or that of a snapshot, which is the next block.
     pub start: u64,
+    /// The names of the kinds of state that hashes and snapshots go by.
+    pub kinds: Vec<String>,
 }
 
 /// A block of a recording. Numbers of steps are those done before.
 #[derive(Serialize, Deserialize, Debug)]
 pub enum Record {
     /// What came from outside between this step and the next.
-    Inputs(u64, Vec<Input>),
+    Inputs(u64, Vec<SavedInput>),
     /// The run got as far as this step, and what its state was.
     Mark(u64, StateHash),
     /// The whole state after this step, before any input.
@@ -67,7 +70,8 @@ impl Recorder {
         let (path, next) = (path.to_owned(), start + 1);
         let mut recorder = Self { path, file, offset: 0, steps_per_second, next_mark: next, next_snapshot: next };
         recorder.put(&records::prelude(RECORDING))?;
-        recorder.write(&Header { identity, start })?;
+        let kinds = simulation.world.resource::<StateList>().names().map(str::to_owned).collect();
+        recorder.write(&Header { identity, start, kinds })?;
         if start > 0 {
             recorder.snapshot(start, simulation)?;
         } else {
@@ -80,7 +84,7 @@ impl Recorder {
     ///
     /// # Errors
     /// [`RecordingError::Output`].
-    pub fn inputs(&mut self, step: u64, inputs: Vec<Input>) -> Result<(), RecordingError> {
+    pub fn inputs(&mut self, step: u64, inputs: Vec<SavedInput>) -> Result<(), RecordingError> {
         self.write(&Record::Inputs(step, inputs))
     }
 

@@ -18,23 +18,22 @@ use xxhash_rust::xxh3::{xxh3_64, xxh3_64_with_seed};
 pub struct Form {
     /// The first eight bytes.
     pub magic: [u8; 8],
+    /// Changes with what the contents of blocks mean.
+    pub version: u32,
     /// What people call such a file.
     pub name: &'static str,
 }
 
 /// A recording.
-pub const RECORDING: Form = Form { magic: *b"RELIEFRC", name: "recording" };
+pub const RECORDING: Form = Form { magic: *b"RELIEFRC", version: 3, name: "recording" };
 /// A snapshot.
-pub const SNAPSHOT: Form = Form { magic: *b"RELIEFSN", name: "snapshot" };
-
-/// The version of both forms: changes with what the contents of blocks mean.
-const VERSION: u32 = 2;
+pub const SNAPSHOT: Form = Form { magic: *b"RELIEFSN", version: 2, name: "snapshot" };
 
 const HEAD: usize = 16;
 
 /// The first bytes of a file.
 pub fn prelude(form: Form) -> Vec<u8> {
-    [&form.magic[..], &VERSION.to_le_bytes()].concat()
+    [&form.magic[..], &form.version.to_le_bytes()].concat()
 }
 
 /// A block with these contents, to stand at `offset`. `None`: longer than a block may be.
@@ -90,9 +89,9 @@ impl Blocks {
             return Err(refused(format!("not a Relief {}", form.name)));
         }
         let version = u32::from_le_bytes([first[8], first[9], first[10], first[11]]);
-        if version != VERSION {
-            let name = form.name;
-            return Err(refused(format!("unsupported {name} version: expected {VERSION}, found {version}")));
+        if version != form.version {
+            let Form { name, version: expected, .. } = form;
+            return Err(refused(format!("unsupported {name} version: expected {expected}, found {version}")));
         }
         Ok(Self { path: path.to_owned(), file, len: metadata.len(), offset: 12 })
     }

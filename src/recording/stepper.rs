@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use systems::Simulation;
 use systems::ecs::clock::Clock;
 use systems::run::inputs::Inputs;
+use systems::run::state::StateList;
 use systems::run::state_hash::StateHash;
 use systems::run::{inputs, state_hash};
 
@@ -71,8 +72,9 @@ impl Stepper {
         };
         stepper.identity.clone_from(&identity);
         if let (Some(path), Some(identity)) = (&files.replay, &identity) {
-            let mut recording = Recording::open(path)?;
+            let mut recording = Recording::open(path, simulation.world.resource::<Inputs>())?;
             recording.identity().check(path, identity)?;
+            recording.check_state(simulation.world.resource::<StateList>())?;
             recording.seek(from, simulation)?;
             stepper.recording = Some(recording);
         }
@@ -142,7 +144,7 @@ impl Stepper {
         if let Some(recording) = &mut self.recording {
             let recorded = recording.inputs(step_of(simulation))?;
             let mut inputs = simulation.world.resource_mut::<Inputs>();
-            recorded.into_iter().for_each(|input| inputs.push(input));
+            recorded.into_iter().for_each(|input| inputs.push_saved(input));
         }
         simulation.step();
         warn(simulation);

@@ -4,79 +4,167 @@
 //! [`Inputs::push`] queues; [`apply_queued`] applies, between steps: the first system of the step schedule does it, and
 //! a window does it in every frame, so that an edit shows while the clock stands. Nothing happens between two steps
 //! that steps read, so it makes no difference when between them an input comes.
+//!
+//! Types of inputs are registered by name ([`Inputs::register`]), those of [`super::standard_inputs`] and those of a
+//! program of yours alike. An input is queued as bytes, and applied from them: in a replay it comes from the same.
 
-use super::roster::{self, Roster, StateId};
-use super::spawn::Spawn;
-#[cfg(feature = "vehicles")]
-use super::vehicle_inputs;
-use crate::assets::mesh::{Figure, MeshId};
-use crate::lights::components::Light;
-use crate::space::hidden::Hidden;
-use crate::space::interpolation::Interpolated;
-use crate::space::transform::Transform;
-#[cfg(feature = "vehicles")]
-use crate::vehicles::components::Controls;
+use super::state::{decode, encode};
 use bevy_ecs::prelude::*;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
+use std::any::TypeId;
 
-/// A change from outside. One that names an entity that is gone, or has no such component, changes nothing.
-#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
-pub enum Input {
-    /// A light gets other settings.
-    EditLight {
-        /// Whose.
-        entity: StateId,
-        /// All of them.
-        light: Light,
-    },
-    /// Something is put elsewhere at once.
-    SetTransform {
-        /// What.
-        entity: StateId,
-        /// Relative to its parent.
-        transform: Transform,
-    },
-    /// Something is hidden, or shown again.
-    Hide {
-        /// What.
-        entity: StateId,
-        /// Whether it is hidden now.
-        hidden: bool,
-    },
-    /// Every entity with mesh variants shows its next one.
-    NextFigure,
-    /// Other controls under manual control.
-    #[cfg(feature = "vehicles")]
-    Drive {
-        /// What is driven.
-        vehicle: StateId,
-        /// What is wanted.
-        controls: Controls,
-    },
-    /// Begins or ends manual control of a vehicle that has a route.
-    #[cfg(feature = "vehicles")]
-    TakeWheel {
-        /// Which.
-        vehicle: StateId,
-        /// Whether it is under manual control now.
-        by_hand: bool,
-    },
-    /// Something comes into being.
-    Spawn(Spawn),
-    /// Something goes, with all that is below it.
-    Despawn(StateId),
+/// A type of input: a change from outside.
+///
+/// Entities within it are [`StateId`](super::roster::StateId)s, which mean the same in every run. Recordings hold its
+/// values as [postcard](https://docs.rs/postcard) writes them, which reads no `serde(flatten)`, `untagged` or
+/// `skip_serializing_if`. A recording may come from anyone, so a type must not contain itself: values could be nested
+/// without end.
+///
+/// ```
+/// use bevy_ecs::prelude::*;
+/// use systems::Simulation;
+/// use systems::run::inputs::{Input, Inputs};
+/// use systems::run::roster::{Roster, StateId};
+/// use systems::space::Transform;
+///
+/// #[derive(serde::Serialize, serde::Deserialize)]
+/// struct Lift { entity: StateId, metres: f32 }
+///
+/// impl Input for Lift {
+///     const NAME: &'static str = "lift";
+///
+///     fn apply(&self, world: &mut World) {
+///         let Some(entity) = world.resource::<Roster>().entity(self.entity) else { return };
+///         if let Some(mut place) = world.get_mut::<Transform>(entity) {
+///             place.translation.y += self.metres;
+///         }
+///     }
+///
+///     fn is_sound(&self) -> bool {
+///         self.metres.is_finite()
+///     }
+/// }
+///
+/// let mut simulation = Simulation::new();
+/// simulation.world.resource_mut::<Inputs>().register::<Lift>();
+/// simulation.world.resource_mut::<Inputs>().push(Lift { entity: StateId(0), metres: 2.0 });
+/// ```
+pub trait Input: Serialize + DeserializeOwned + Send + Sync + 'static {
+    /// Its name in recordings, which no other type has.
+    const NAME: &'static str;
+
+    /// Changes the world, by nothing but the value and the state. An input that names an entity that is gone, or has no
+    /// such component, changes nothing.
+    fn apply(&self, world: &mut World);
+
+    /// Whether its numbers can be what a world holds. Others are not applied.
+    fn is_sound(&self) -> bool {
+        true
+    }
 }
 
-/// Inputs that wait for the time between two steps.
-#[derive(Resource, Default, Debug)]
+/// An input as recordings hold it.
+#[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
+pub struct SavedInput {
+    /// That of its type, [`Input::NAME`].
+    pub name: String,
+    /// Its value.
+    pub value: Vec<u8>,
+}
+
+impl SavedInput {
+    /// An input's.
+    pub fn of<T: Input>(input: &T) -> Self {
+        let value = encode(input);
+        debug_assert!(decode::<T>(T::NAME, &value).is_ok(), "input {:?} cannot be read as it is written", T::NAME);
+        Self { name: T::NAME.to_owned(), value }
+    }
+}
+
+/// Why an input of a file is refused.
+#[derive(Debug, thiserror::Error)]
+pub enum InputError {
+    /// No type of that name is registered.
+    #[error("unknown input {0:?}, which this program does not register")]
+    Unknown(String),
+    /// Its bytes are no value of its type, or one that is not sound.
+    #[error("input {name:?}: {message}")]
+    Invalid {
+        /// Its type's.
+        name: &'static str,
+        /// What is the matter.
+        message: String,
+    },
+}
+
+/// Letters of an unknown name that a message shows.
+const MOST_SHOWN: usize = 60;
+
+/// A registered type.
+#[derive(Clone, Copy, Debug)]
+struct InputType {
+    name: &'static str,
+    id: TypeId,
+    check: fn(&[u8]) -> Result<(), InputError>,
+    apply: fn(&mut World, &[u8]) -> Result<(), InputError>,
+}
+
+fn read<T: Input>(bytes: &[u8]) -> Result<T, InputError> {
+    let invalid = |message: String| InputError::Invalid { name: T::NAME, message };
+    let input: T = decode(T::NAME, bytes).map_err(|error| invalid(error.message))?;
+    if input.is_sound() { Ok(input) } else { Err(invalid("invalid value".into())) }
+}
+
+/// The types of inputs that there are, and inputs that wait for the time between two steps.
+#[derive(Resource, Debug)]
 pub struct Inputs {
-    queued: Vec<Input>,
+    types: Vec<InputType>,
+    queued: Vec<SavedInput>,
 }
 
 impl Inputs {
+    /// Without any type.
+    pub(super) fn empty() -> Self {
+        Self { types: Vec::new(), queued: Vec::new() }
+    }
+
+    /// Makes a type known: from then on it can be pushed, and recordings that hold it are replayed.
+    ///
+    /// # Panics
+    /// If there is a type of that name: its values would be taken for the other's.
+    pub fn register<T: Input>(&mut self) {
+        assert!(self.find(T::NAME).is_none(), "{} is an input already", T::NAME);
+        self.types.push(InputType {
+            name: T::NAME,
+            id: TypeId::of::<T>(),
+            check: |bytes| read::<T>(bytes).map(drop),
+            apply: |world, bytes| read::<T>(bytes).map(|input| input.apply(world)),
+        });
+    }
+
     /// Queues an input.
-    pub fn push(&mut self, input: Input) {
+    ///
+    /// # Panics
+    /// If its type is not registered.
+    pub fn push<T: Input>(&mut self, input: T) {
+        let is_known = self.find(T::NAME).is_some_and(|known| known.id == TypeId::of::<T>());
+        assert!(is_known, "input {:?} is not registered: call Inputs::register first", T::NAME);
+        self.push_saved(SavedInput::of(&input));
+    }
+
+    /// Queues an input of a recording. One that [`Self::check`] refuses changes nothing.
+    pub fn push_saved(&mut self, input: SavedInput) {
         self.queued.push(input);
+    }
+
+    /// Whether an input of a recording can be applied.
+    ///
+    /// # Errors
+    /// Its type is not registered, or its bytes are none of its type's.
+    pub fn check(&self, input: &SavedInput) -> Result<(), InputError> {
+        let unknown = || InputError::Unknown(input.name.chars().take(MOST_SHOWN).collect());
+        (self.find(&input.name).ok_or_else(unknown)?.check)(&input.value)
     }
 
     /// Whether nothing waits.
@@ -88,23 +176,22 @@ impl Inputs {
     pub fn clear(&mut self) {
         self.queued.clear();
     }
-}
 
-/// Queues other settings for an entity's light. Nothing is queued for an entity that was not registered.
-pub fn edit_light(world: &mut World, entity: Entity, light: Light) {
-    if let Some(entity) = world.resource::<Roster>().id(entity) {
-        world.resource_mut::<Inputs>().push(Input::EditLight { entity, light });
+    fn find(&self, name: &str) -> Option<&InputType> {
+        self.types.iter().find(|known| known.name == name)
     }
 }
 
-/// Applies what is queued, in order, and returns it.
-pub fn apply_queued(world: &mut World) -> Vec<Input> {
-    if world.resource::<Inputs>().queued.is_empty() {
+/// Applies what is queued, in order, and returns what was applied.
+pub fn apply_queued(world: &mut World) -> Vec<SavedInput> {
+    if world.resource::<Inputs>().is_empty() {
         return Vec::new();
     }
     let mut queued = std::mem::take(&mut world.resource_mut::<Inputs>().queued);
-    queued.retain(Input::is_sound);
-    queued.iter().for_each(|input| apply(world, input));
+    queued.retain(|input| {
+        let known = world.resource::<Inputs>().find(&input.name).copied();
+        known.is_some_and(|known| (known.apply)(world, &input.value).is_ok())
+    });
     queued
 }
 
@@ -113,78 +200,44 @@ pub(crate) fn apply_inputs(world: &mut World) {
     apply_queued(world);
 }
 
-fn apply(world: &mut World, input: &Input) {
-    match input {
-        Input::EditLight { entity, light } => {
-            if let Some(mut edited) = find(world, *entity).and_then(|entity| world.get_mut::<Light>(entity)) {
-                edited.set_if_neq(light.clone());
-            }
-        }
-        Input::SetTransform { entity, transform } => set_transform(world, *entity, *transform),
-        Input::Hide { entity, hidden } => {
-            let Some(entity) = find(world, *entity) else { return };
-            let mut entity = world.entity_mut(entity);
-            if *hidden {
-                entity.insert(Hidden)
-            } else {
-                entity.remove::<Hidden>()
-            };
-        }
-        Input::NextFigure => next_figure(world),
-        #[cfg(feature = "vehicles")]
-        Input::Drive { vehicle, controls } => {
-            let vehicle = find(world, *vehicle).and_then(|vehicle| world.get_mut::<Controls>(vehicle));
-            vehicle.into_iter().for_each(|mut own| *own = *controls);
-        }
-        #[cfg(feature = "vehicles")]
-        Input::TakeWheel { vehicle, by_hand } => {
-            let Some(vehicle) = find(world, *vehicle) else { return };
-            vehicle_inputs::take_wheel(world, vehicle, *by_hand);
-        }
-        Input::Spawn(spawn) => _ = roster::spawn(world, spawn.clone()),
-        Input::Despawn(entity) => roster::despawn(world, *entity),
-    }
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::run::standard_inputs::{Despawn, NextFigure};
 
-fn find(world: &World, id: StateId) -> Option<Entity> {
-    let entity = world.resource::<Roster>().entity(id)?;
-    world.get_entity(entity).is_ok().then_some(entity)
-}
+    #[derive(Serialize, Deserialize)]
+    struct Other;
 
-fn set_transform(world: &mut World, id: StateId, transform: Transform) {
-    let Some(entity) = find(world, id) else { return };
-    if let Some(mut placed) = world.get_mut::<Transform>(entity) {
-        *placed = transform;
-    }
-    #[cfg(feature = "vehicles")]
-    vehicle_inputs::put(world, entity, transform);
-    if let Some(mut interpolated) = world.get_mut::<Interpolated>(entity) {
-        interpolated.jump();
-    }
-}
+    impl Input for Other {
+        const NAME: &'static str = NextFigure::NAME;
 
-fn next_figure(world: &mut World) {
-    let mut figures = world.query::<(&mut Figure, &mut MeshId)>();
-    for (mut figure, mut mesh) in figures.iter_mut(world) {
-        figure.shown = (figure.shown + 1) % figure.meshes.len().max(1);
-        if let Some(&shown) = figure.meshes.get(figure.shown) {
-            *mesh = shown;
-        }
+        fn apply(&self, _: &mut World) {}
     }
-}
 
-impl Input {
-    /// Whether its numbers are numbers. Others are dropped: they may come from a file.
-    fn is_sound(&self) -> bool {
-        match self {
-            Self::EditLight { light, .. } => light.is_sound(),
-            Self::SetTransform { transform, .. } => transform.is_finite(),
-            Self::Spawn(spawn) => spawn.is_sound(),
-            #[cfg(feature = "vehicles")]
-            Self::Drive { controls, .. } => controls.is_sound(),
-            #[cfg(feature = "vehicles")]
-            Self::TakeWheel { .. } => true,
-            Self::Hide { .. } | Self::NextFigure | Self::Despawn(_) => true,
+    #[test]
+    #[should_panic(expected = "next figure is an input already")]
+    fn a_name_is_registered_once() {
+        Inputs::default().register::<Other>();
+    }
+
+    #[test]
+    #[should_panic(expected = "input \"next figure\" is not registered")]
+    fn a_type_that_is_not_registered_cannot_be_pushed() {
+        Inputs::default().push(Other);
+    }
+
+    #[test]
+    fn inputs_of_files_are_checked() {
+        let inputs = Inputs::default();
+        let input = |name: &str, value: &[u8]| SavedInput { name: name.into(), value: value.into() };
+        assert!(inputs.check(&SavedInput::of(&Despawn(crate::run::roster::StateId(300)))).is_ok());
+        for (input, expected) in [
+            (input("honk", &[]), "unknown input \"honk\", which this program does not register"),
+            (input("despawn", &[0x80]), "input \"despawn\": "),
+            (input("despawn", &[1, 2]), "input \"despawn\": unexpected data after the end"),
+        ] {
+            let error = inputs.check(&input).expect_err("refused").to_string();
+            assert!(error.starts_with(expected), "{error}");
         }
     }
 }

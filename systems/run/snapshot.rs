@@ -104,8 +104,7 @@ fn take_out(world: &mut World, gone: &[u32]) -> Result<(), StateError> {
 
 fn restore_kinds(world: &mut World, saved: Vec<(String, Vec<u8>)>) -> Result<(), StateError> {
     world.resource_scope(|world, mut list: Mut<StateList>| {
-        let names = list.kinds.iter().map(|kind| kind.name());
-        if !names.eq(saved.iter().map(|(name, _)| name.as_str())) {
+        if !list.names().eq(saved.iter().map(|(name, _)| name.as_str())) {
             return Err(StateError::new("snapshot", "its kinds of state differ from those of this program"));
         }
         list.kinds.iter_mut().zip(saved).try_for_each(|(kind, (_, bytes))| kind.restore(world, &bytes))

@@ -99,12 +99,17 @@ impl StateList {
         self.add(ResourceKind::<R>::new(name));
     }
 
+    /// The names of all kinds of state, in the order in which they were added.
+    pub fn names(&self) -> impl Iterator<Item = &'static str> {
+        self.kinds.iter().map(|kind| kind.name())
+    }
+
     /// State that neither of the two fits.
     ///
     /// # Panics
     /// If there is a kind of that name: its values would be taken for the other's.
     pub fn add(&mut self, kind: impl StateKind) {
-        assert!(self.kinds.iter().all(|known| known.name() != kind.name()), "{} is state already", kind.name());
+        assert!(self.names().all(|known| known != kind.name()), "{} is state already", kind.name());
         self.kinds.push(Box::new(kind));
     }
 }

@@ -8,10 +8,11 @@ use systems::assets::{Figure, Library, Material, MaterialId, MeshId, shapes};
 use systems::draw::pieces;
 use systems::ecs::clock::{Clock, Seed};
 use systems::lights::Light;
-use systems::run::inputs::{Input, Inputs};
-use systems::run::roster::{Roster, StateId, register_all};
+use systems::run::inputs::{Inputs, SavedInput, apply_queued};
+use systems::run::roster::{self, Roster, StateId, register_all};
 use systems::run::snapshot;
 use systems::run::spawn::Spawn;
+use systems::run::standard_inputs::{Despawn, Drive, EditLight, Hide, NextFigure, SetTransform, TakeWheel};
 use systems::run::state_hash::{StateHash, hash};
 use systems::space::origin::Origin;
 use systems::space::{Hidden, Interpolation, Spin, Transform};
@@ -88,40 +89,41 @@ fn lamp(i: u64) -> Spawn {
     }
 }
 
-/// The inputs at a step of a run.
-fn inputs_at(step: u64) -> Vec<Input> {
+/// What somebody does at a step of a run.
+fn inputs_at(step: u64) -> Vec<SavedInput> {
     let id = |n: u64| StateId((n % 120) as u32);
     let mut inputs = Vec::new();
+    let mut add = |input: SavedInput| inputs.push(input);
     if step.is_multiple_of(5) {
-        inputs.push(Input::Spawn(lamp(step)));
+        add(SavedInput::of(&lamp(step)));
     }
     if step % 13 == 4 {
-        inputs.push(Input::Spawn(vehicle(step)));
+        add(SavedInput::of(&vehicle(step)));
         let vehicle = StateId(121 + (step % 5) as u32 * 3);
         let controls = Controls { steer: (step as f32 * 0.1).sin(), throttle: -0.2, ..Controls::default() };
-        inputs.push(Input::Drive { vehicle, controls });
-        inputs.push(Input::TakeWheel { vehicle, by_hand: step.is_multiple_of(2) });
+        add(SavedInput::of(&Drive { vehicle, controls }));
+        add(SavedInput::of(&TakeWheel { vehicle, by_hand: step.is_multiple_of(2) }));
     }
     if step % 11 == 3 {
         // Some of what came.
-        inputs.push(Input::Despawn(StateId(137 + (step / 11 * 2) as u32)));
-        inputs.push(Input::Despawn(id(step * 3)));
+        add(SavedInput::of(&Despawn(StateId(137 + (step / 11 * 2) as u32))));
+        add(SavedInput::of(&Despawn(id(step * 3))));
     }
     if step % 4 == 1 {
         let light = Light::spot(step as f32, 8.0, 0.4);
-        inputs.push(Input::EditLight { entity: id(step * 3 + 2), light });
-        inputs.push(Input::SetTransform { entity: id(step), transform: Transform::from_xyz(0.0, step as f32, 0.0) });
-        inputs.push(Input::Hide { entity: id(step + 1), hidden: step % 8 == 1 });
+        add(SavedInput::of(&EditLight { entity: id(step * 3 + 2), light }));
+        add(SavedInput::of(&SetTransform { entity: id(step), transform: Transform::from_xyz(0.0, step as f32, 0.0) }));
+        add(SavedInput::of(&Hide { entity: id(step + 1), hidden: step % 8 == 1 }));
     }
     if step % 9 == 2 {
-        inputs.push(Input::NextFigure);
+        add(SavedInput::of(&NextFigure));
     }
     inputs
 }
 
 fn step(simulation: &mut Simulation) -> StateHash {
     let now = simulation.world.resource::<Clock>().step;
-    inputs_at(now).into_iter().for_each(|input| simulation.world.resource_mut::<Inputs>().push(input));
+    inputs_at(now).into_iter().for_each(|input| simulation.world.resource_mut::<Inputs>().push_saved(input));
     simulation.step();
     simulation.world.run_system_cached(roll).expect("rolls");
     hash(&mut simulation.world)
@@ -203,6 +205,55 @@ fn whatever_is_state_counts_and_comes_back() {
     let mut clock = viewed.world.resource_mut::<Clock>();
     (clock.paused, clock.speed) = (true, 3.0);
     assert_eq!(hash(&mut viewed.world), fresh, "how time is looked at");
+}
+
+/// Each input that there is, and the same change by hand.
+#[test]
+fn inputs_change_what_they_name_and_nothing_else() {
+    let light = Light::spot(3.0, 8.0, 0.4);
+    let place = Transform::from_xyz(1.0, 2.0, 3.0);
+    let controls = Controls { throttle: 0.25, ..Controls::default() };
+    let by_input = |input: SavedInput| {
+        let mut simulation = busy();
+        simulation.world.resource_mut::<Inputs>().push_saved(input.clone());
+        assert_eq!(apply_queued(&mut simulation.world), [input]);
+        hash(&mut simulation.world)
+    };
+    type Change<'a> = &'a dyn Fn(&mut World, &dyn Fn(u32) -> Entity);
+    let changes: [(SavedInput, Change); 8] = [
+        (SavedInput::of(&EditLight { entity: StateId(2), light: light.clone() }), &|world, of| {
+            *world.get_mut::<Light>(of(2)).expect("there") = light.clone();
+        }),
+        (SavedInput::of(&SetTransform { entity: StateId(4), transform: place }), &|world, of| {
+            *world.get_mut::<Transform>(of(4)).expect("there") = place;
+        }),
+        (SavedInput::of(&Hide { entity: StateId(3), hidden: true }), &|world, of| {
+            world.entity_mut(of(3)).insert(Hidden);
+        }),
+        (SavedInput::of(&NextFigure), &|world, of| {
+            let mut figure = world.get_mut::<Figure>(of(120)).expect("there");
+            figure.shown = 1;
+            let mesh = figure.meshes[1];
+            world.entity_mut(of(120)).insert(mesh);
+        }),
+        (SavedInput::of(&Drive { vehicle: StateId(121), controls }), &|world, of| {
+            *world.get_mut::<Controls>(of(121)).expect("there") = controls;
+        }),
+        (SavedInput::of(&TakeWheel { vehicle: StateId(124), by_hand: true }), &|world, of| {
+            world.entity_mut(of(124)).insert(ByHand);
+        }),
+        (SavedInput::of(&lamp(7)), &|world, _| _ = roster::spawn(world, lamp(7))),
+        (SavedInput::of(&Despawn(StateId(0))), &|world, of| _ = world.despawn(of(0))),
+    ];
+    let fresh = hash(&mut busy().world);
+    for (input, change) in changes {
+        let mut simulation = busy();
+        let entities: Vec<Entity> = simulation.world.resource::<Roster>().iter().map(|(_, entity)| entity).collect();
+        change(&mut simulation.world, &|id| entities[id as usize]);
+        let changed = hash(&mut simulation.world);
+        assert_ne!(changed, fresh, "{input:?}");
+        assert_eq!(by_input(input.clone()), changed, "{input:?}");
+    }
 }
 
 #[test]

@@ -5,7 +5,7 @@ use relief::frames::{self, LoadOptions, Stage};
 use relief::recording::{Recording, RunFiles, Stepper};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
-use systems::run::inputs::Input;
+use systems::run::inputs::{Inputs, SavedInput};
 use systems::run::state_hash::StateHash;
 use systems::run::{snapshot, state_hash};
 
@@ -19,7 +19,7 @@ const STEPS: usize = 24;
 #[derive(Serialize, Deserialize)]
 pub enum Record {
     /// What came between this step and the next.
-    Inputs(u64, Vec<Input>),
+    Inputs(u64, Vec<SavedInput>),
     /// A step and its hash.
     Mark(u64, StateHash),
     /// A step and the state after it.
@@ -58,7 +58,7 @@ pub fn replay(place: &Place, bytes: &[u8]) {
 }
 
 fn run(place: &Place, path: &Path) {
-    if let Err(error) = Recording::open(path) {
+    if let Err(error) = Recording::open(path, &Inputs::default()) {
         assert!(error.to_string().starts_with(&*path.to_string_lossy()), "which file? {error}");
         return;
     }

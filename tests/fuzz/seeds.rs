@@ -9,10 +9,11 @@ use std::fs;
 use std::io::{self, Cursor};
 use std::path::{Path, PathBuf};
 use systems::lights::Light;
-use systems::run::inputs::{Input, Inputs};
+use systems::run::inputs::{Inputs, SavedInput};
 use systems::run::roster::StateId;
 use systems::run::snapshot;
 use systems::run::spawn::Spawn;
+use systems::run::standard_inputs::{Despawn, Drive, EditLight, Hide, NextFigure, SetTransform, TakeWheel};
 use systems::space::Transform;
 use systems::vehicles::Controls;
 
@@ -191,7 +192,7 @@ fn of_runs(place: &Place, seeds: &mut Seeds) -> io::Result<()> {
         let inputs = inputs(step);
         records.push(Record::Inputs(step, inputs.clone()));
         let mut queue = stage.simulation.world.resource_mut::<Inputs>();
-        inputs.into_iter().for_each(|input| queue.push(input));
+        inputs.into_iter().for_each(|input| queue.push_saved(input));
         stepper.step(&mut stage.simulation).map_err(io::Error::other)?;
     }
     stepper.finish(&mut stage.simulation).map_err(io::Error::other)?;
@@ -212,21 +213,21 @@ fn of_runs(place: &Place, seeds: &mut Seeds) -> io::Result<()> {
     Ok(())
 }
 
-fn inputs(step: u64) -> Vec<Input> {
+fn inputs(step: u64) -> Vec<SavedInput> {
     let (at, light) = (Transform::from_xyz(step as f32, 1.0, 0.0), Light::point(2.0, 5.0));
     let controls = Controls { throttle: 0.5, steer: 0.3, ..Controls::default() };
     let (entity, vehicle, name) = (StateId(step as u32), StateId(3 + step as u32 % 4), format!("new {step}"));
     let van =
         Spawn::Vehicle { name: name.clone(), transform: at, kind: "box".into(), paint: 0, controls, by_hand: true };
     match step % 8 {
-        0 => vec![Input::Spawn(Spawn::Light { name, transform: at, light: light.clone() })],
-        1 => vec![Input::Spawn(van)],
-        2 => vec![Input::SetTransform { entity, transform: at }, Input::NextFigure],
-        3 => vec![Input::Drive { vehicle, controls }, Input::TakeWheel { vehicle, by_hand: true }],
-        4 => vec![Input::TakeWheel { vehicle, by_hand: false }],
-        5 => vec![Input::Hide { entity, hidden: true }],
-        6 => vec![Input::EditLight { entity: StateId(8), light }],
-        _ => vec![Input::Despawn(StateId(20)), Input::Despawn(entity)],
+        0 => vec![SavedInput::of(&Spawn::Light { name, transform: at, light: light.clone() })],
+        1 => vec![SavedInput::of(&van)],
+        2 => vec![SavedInput::of(&SetTransform { entity, transform: at }), SavedInput::of(&NextFigure)],
+        3 => vec![SavedInput::of(&Drive { vehicle, controls }), SavedInput::of(&TakeWheel { vehicle, by_hand: true })],
+        4 => vec![SavedInput::of(&TakeWheel { vehicle, by_hand: false })],
+        5 => vec![SavedInput::of(&Hide { entity, hidden: true })],
+        6 => vec![SavedInput::of(&EditLight { entity: StateId(8), light })],
+        _ => vec![SavedInput::of(&Despawn(StateId(20))), SavedInput::of(&Despawn(entity))],
     }
 }
 

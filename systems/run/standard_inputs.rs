@@ -1,0 +1,209 @@
+//! The inputs that every simulation knows: edits of lights, places and visibility, what comes and goes, vehicles at the
+//! wheel.
+
+use super::inputs::{Input, Inputs};
+use super::roster::{self, Roster, StateId};
+use super::spawn::Spawn;
+#[cfg(feature = "vehicles")]
+use super::vehicle_inputs;
+use crate::assets::mesh::{Figure, MeshId};
+use crate::lights::components::Light;
+use crate::space::hidden::Hidden;
+use crate::space::interpolation::Interpolated;
+use crate::space::transform::Transform;
+#[cfg(feature = "vehicles")]
+use crate::vehicles::components::Controls;
+use bevy_ecs::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// With all types of this file.
+impl Default for Inputs {
+    fn default() -> Self {
+        let mut inputs = Self::empty();
+        inputs.register::<EditLight>();
+        inputs.register::<SetTransform>();
+        inputs.register::<Hide>();
+        inputs.register::<NextFigure>();
+        #[cfg(feature = "vehicles")]
+        inputs.register::<Drive>();
+        #[cfg(feature = "vehicles")]
+        inputs.register::<TakeWheel>();
+        inputs.register::<Spawn>();
+        inputs.register::<Despawn>();
+        inputs
+    }
+}
+
+/// A light gets other settings.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+pub struct EditLight {
+    /// Whose.
+    pub entity: StateId,
+    /// All of them.
+    pub light: Light,
+}
+
+impl Input for EditLight {
+    const NAME: &'static str = "edit light";
+
+    fn apply(&self, world: &mut World) {
+        if let Some(mut edited) = find(world, self.entity).and_then(|entity| world.get_mut::<Light>(entity)) {
+            edited.set_if_neq(self.light.clone());
+        }
+    }
+
+    fn is_sound(&self) -> bool {
+        self.light.is_sound()
+    }
+}
+
+/// Queues other settings for an entity's light. Nothing is queued for an entity that was not registered.
+pub fn edit_light(world: &mut World, entity: Entity, light: Light) {
+    if let Some(entity) = world.resource::<Roster>().id(entity) {
+        world.resource_mut::<Inputs>().push(EditLight { entity, light });
+    }
+}
+
+/// Something is put elsewhere at once.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+pub struct SetTransform {
+    /// What.
+    pub entity: StateId,
+    /// Relative to its parent.
+    pub transform: Transform,
+}
+
+impl Input for SetTransform {
+    const NAME: &'static str = "set transform";
+
+    fn apply(&self, world: &mut World) {
+        let Some(entity) = find(world, self.entity) else { return };
+        if let Some(mut placed) = world.get_mut::<Transform>(entity) {
+            *placed = self.transform;
+        }
+        #[cfg(feature = "vehicles")]
+        vehicle_inputs::put(world, entity, self.transform);
+        if let Some(mut interpolated) = world.get_mut::<Interpolated>(entity) {
+            interpolated.jump();
+        }
+    }
+
+    fn is_sound(&self) -> bool {
+        self.transform.is_finite()
+    }
+}
+
+/// Something is hidden, or shown again.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+pub struct Hide {
+    /// What.
+    pub entity: StateId,
+    /// Whether it is hidden now.
+    pub hidden: bool,
+}
+
+impl Input for Hide {
+    const NAME: &'static str = "hide";
+
+    fn apply(&self, world: &mut World) {
+        let Some(entity) = find(world, self.entity) else { return };
+        let mut entity = world.entity_mut(entity);
+        if self.hidden {
+            entity.insert(Hidden)
+        } else {
+            entity.remove::<Hidden>()
+        };
+    }
+}
+
+/// Every figure shows its next shape.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+pub struct NextFigure;
+
+impl Input for NextFigure {
+    const NAME: &'static str = "next figure";
+
+    fn apply(&self, world: &mut World) {
+        let mut figures = world.query::<(&mut Figure, &mut MeshId)>();
+        for (mut figure, mut mesh) in figures.iter_mut(world) {
+            figure.shown = (figure.shown + 1) % figure.meshes.len().max(1);
+            if let Some(&shown) = figure.meshes.get(figure.shown) {
+                *mesh = shown;
+            }
+        }
+    }
+}
+
+/// Somebody at the wheel wants something else.
+#[cfg(feature = "vehicles")]
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+pub struct Drive {
+    /// What is driven.
+    pub vehicle: StateId,
+    /// What is wanted.
+    pub controls: Controls,
+}
+
+#[cfg(feature = "vehicles")]
+impl Input for Drive {
+    const NAME: &'static str = "drive";
+
+    fn apply(&self, world: &mut World) {
+        let vehicle = find(world, self.vehicle).and_then(|vehicle| world.get_mut::<Controls>(vehicle));
+        vehicle.into_iter().for_each(|mut own| *own = self.controls);
+    }
+
+    fn is_sound(&self) -> bool {
+        self.controls.is_sound()
+    }
+}
+
+/// Somebody takes the wheel of a vehicle that has a route, or lets it go.
+#[cfg(feature = "vehicles")]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+pub struct TakeWheel {
+    /// Which.
+    pub vehicle: StateId,
+    /// Whether it is driven by hand now.
+    pub by_hand: bool,
+}
+
+#[cfg(feature = "vehicles")]
+impl Input for TakeWheel {
+    const NAME: &'static str = "take wheel";
+
+    fn apply(&self, world: &mut World) {
+        let Some(vehicle) = find(world, self.vehicle) else { return };
+        vehicle_inputs::take_wheel(world, vehicle, self.by_hand);
+    }
+}
+
+/// Something comes into being.
+impl Input for Spawn {
+    const NAME: &'static str = "spawn";
+
+    fn apply(&self, world: &mut World) {
+        roster::spawn(world, self.clone());
+    }
+
+    fn is_sound(&self) -> bool {
+        Self::is_sound(self)
+    }
+}
+
+/// Something goes, with all that is below it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+pub struct Despawn(pub StateId);
+
+impl Input for Despawn {
+    const NAME: &'static str = "despawn";
+
+    fn apply(&self, world: &mut World) {
+        roster::despawn(world, self.0);
+    }
+}
+
+fn find(world: &World, id: StateId) -> Option<Entity> {
+    let entity = world.resource::<Roster>().entity(id)?;
+    world.get_entity(entity).is_ok().then_some(entity)
+}
