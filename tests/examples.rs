@@ -1,9 +1,9 @@
-//! The examples run without a window and leave pictures of something.
+//! The examples run without a window, and those that draw leave pictures of something.
 
 mod common;
 
 use common::display::{Display, Running, wait_for};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Where cargo puts examples: beside the folder of this test's program.
@@ -24,6 +24,13 @@ fn command(example: &str) -> Option<Command> {
     None
 }
 
+/// Runs an example in a folder; returns what it prints.
+fn run(example: &str, folder: &Path) -> Option<String> {
+    let output = command(example)?.current_dir(folder).output().expect("it runs");
+    assert!(output.status.success(), "{}", common::text(&output.stderr));
+    Some(common::text(&output.stdout))
+}
+
 fn colors_of(picture: &image::RgbImage) -> usize {
     let mut colors: Vec<[u8; 3]> = picture.pixels().map(|p| p.0).collect();
     colors.sort_unstable();
@@ -35,10 +42,10 @@ fn pictures_of(example: &str, names: &[&str]) {
     if common::gpu().is_none() {
         return;
     }
-    let Some(mut command) = command(example) else { return };
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let output = command.current_dir(folder.path()).output().expect("it runs");
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    if run(example, folder.path()).is_none() {
+        return;
+    }
     for name in names {
         let picture = image::open(folder.path().join(name)).expect("a picture").into_rgb8();
         let colors = colors_of(&picture);
@@ -69,6 +76,13 @@ fn several_cameras() {
 #[test]
 fn own_pass() {
     pictures_of("own_pass", &["own_pass.png"]);
+}
+
+#[test]
+fn own_state() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let said = run("own_state", folder.path());
+    assert!(said.is_none_or(|said| said == "100 steps come out as recorded\n"));
 }
 
 #[test]

@@ -1,0 +1,111 @@
+//! State of one's own: balloons, whose component a scene file sets, a system moves and an input changes. It is hashed
+//! and saved like all state, so that a run can be recorded and replayed.
+//!
+//! `cargo run --release --example own_state` writes `own_state.ron` and `own_state.rec`.
+
+use relief::check::check;
+use relief::frames::{self, LoadOptions};
+use relief::prelude::*;
+use relief::recording::RunFiles;
+use serde::{Deserialize, Serialize};
+use std::error::Error;
+use std::path::Path;
+use systems::StepSet;
+use systems::run::roster::Roster;
+use systems::run::state_hash::{self, StateHash};
+
+const SCENE: &str = r#"(
+    meshes: { "ball": sphere(radius: 0.4) },
+    entities: [(name: "red", mesh: "ball", balloon: (rise: 0.5))],
+    generators: [
+        (place: grid(counts: (5, 1, 5), spacing: (2, 1, 2)), entity: (mesh: "ball", balloon: (rise: 0.2))),
+    ],
+)"#;
+
+/// What rises, in metres per second.
+#[derive(Component, Serialize, Deserialize, Clone)]
+#[serde(deny_unknown_fields)]
+struct Balloon {
+    rise: f32,
+}
+
+/// A field of entities in scene files.
+impl EntityField for Balloon {
+    const NAME: &'static str = "balloon";
+
+    fn check(&self) -> Result<(), String> {
+        let is_sound = self.rise.abs() <= 10.0;
+        is_sound.then_some(()).ok_or_else(|| format!("expected at most 10 m/s, found {}", self.rise))
+    }
+
+    fn insert(&self, entity: &mut EntityWorldMut) {
+        entity.insert(self.clone());
+    }
+}
+
+/// What somebody does to a balloon.
+#[derive(Serialize, Deserialize)]
+struct Puncture {
+    balloon: StateId,
+}
+
+impl Input for Puncture {
+    const NAME: &'static str = "puncture";
+
+    fn apply(&self, world: &mut World) {
+        let Some(entity) = world.resource::<Roster>().entity(self.balloon) else { return };
+        if let Some(mut balloon) = world.get_mut::<Balloon>(entity) {
+            balloon.rise = -2.0;
+        }
+    }
+}
+
+fn rise(clock: Res<Clock>, mut balloons: Query<(&Balloon, &mut Transform)>) {
+    for (balloon, mut place) in &mut balloons {
+        place.translation.y += balloon.rise * clock.step_seconds as f32;
+    }
+}
+
+/// A simulation that knows balloons.
+fn simulation() -> Simulation {
+    let mut simulation = Simulation::new();
+    simulation.step_schedule.add_systems(rise.after(StepSet::Motion).before(StepSet::Drive));
+    let world = &mut simulation.world;
+    world.resource_mut::<StateList>().add_component::<Balloon>("balloon");
+    world.resource_mut::<Inputs>().register::<Puncture>();
+    world.init_resource::<SceneFields>();
+    world.resource_mut::<SceneFields>().register::<Balloon>();
+    simulation
+}
+
+/// Takes a hundred steps of the scene, in which the red balloon is punctured; a replay does what was recorded instead.
+fn run(scene: &Path, files: &RunFiles) -> Result<Vec<StateHash>, Box<dyn Error>> {
+    let mut stage = frames::load_stage(scene, None, &LoadOptions { simulation, ..LoadOptions::default() })?;
+    let mut stepper = frames::begin_run(&mut stage, scene, files, 0)?;
+    let mut hashes = Vec::new();
+    for step in 0..100 {
+        let world = &mut stage.simulation.world;
+        if step == 30 && !stepper.is_replay() {
+            let mut named = world.query::<(Entity, &Name)>();
+            let red = named.iter(world).find(|(_, name)| name.as_str() == "red").map(|(entity, _)| entity);
+            let red = red.and_then(|entity| world.resource::<Roster>().id(entity)).ok_or("there is no red balloon")?;
+            world.resource_mut::<Inputs>().push(Puncture { balloon: red });
+        }
+        stepper.step(&mut stage.simulation)?;
+        hashes.push(state_hash::hash(&mut stage.simulation.world));
+    }
+    stepper.finish(&mut stage.simulation)?;
+    Ok(hashes)
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let (scene, recording) = (Path::new("own_state.ron"), Path::new("own_state.rec"));
+    std::fs::write(scene, SCENE)?;
+    // As `relief check`, which does not know balloons.
+    check(scene, simulation).iter().for_each(|problem| println!("{problem}"));
+    let recorded = run(scene, &RunFiles { record: Some(recording.into()), ..RunFiles::default() })?;
+    let replayed = run(scene, &RunFiles { replay: Some(recording.into()), ..RunFiles::default() })?;
+    assert!(recorded == replayed, "a replay is the run");
+    println!("{} steps come out as recorded", replayed.len());
+    Ok(())
+}
