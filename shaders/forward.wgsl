@@ -335,7 +335,7 @@ fn shaded(in: VertexOut, front: bool) -> Shaded {
         alpha = 1.0;
     }
     let id = instance.entity + 1u;
-    return Shaded(vec4f(written(color), alpha), depth_of(bump.position), bump.normal, id);
+    return Shaded(vec4f(color, alpha), depth_of(bump.position), bump.normal, id);
 }
 
 fn depth_of(position: vec3f) -> f32 {

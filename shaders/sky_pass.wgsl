@@ -15,5 +15,5 @@ fn vs_sky(@builtin(vertex_index) index: u32) -> SkyVertex {
 fn fs_sky(in: SkyVertex) -> @location(0) vec4f {
     let near = view.eye_from_clip * vec4f(in.ndc, 1.0, 1.0);
     let direction = select(near.xyz / near.w, -view.toward_eye, view.parallel == 1u);
-    return vec4f(written(exposed(sky_radiance(normalize(direction)))), 1.0);
+    return vec4f(exposed(sky_radiance(normalize(direction))), 1.0);
 }

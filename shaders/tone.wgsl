@@ -1,13 +1,10 @@
-// The tone curves, from linear colours, which are exposed already, to 0..1 linear; src/renderer/tone_map.rs has their
-// twins.
+// The tone curves, from linear colours, which are exposed already, to 0..1 linear.
 
 const TONE_MAP_CLAMP = 0u;
 const TONE_MAP_ACES = 1u;
 const TONE_MAP_AGX = 2u;
-// By a pass that follows.
-const TONE_MAP_LATER = 3u;
 
-override TONE_MAP: u32 = TONE_MAP_LATER;
+override TONE_MAP: u32 = TONE_MAP_CLAMP;
 
 // Narkowicz 2016, "ACES Filmic Tone Mapping Curve".
 fn aces(x: vec3f) -> vec3f {
@@ -44,12 +41,4 @@ fn tone_mapped(linear: vec3f) -> vec3f {
         color = agx(color);
     }
     return saturate(color);
-}
-
-// What a pass over the scene writes: linear colours, or, where no pass follows, what that would make of them.
-fn written(color: vec3f) -> vec3f {
-    if TONE_MAP == TONE_MAP_LATER {
-        return color;
-    }
-    return tone_mapped(color);
 }

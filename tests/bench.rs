@@ -67,7 +67,7 @@ fn a_line_has_every_figure_and_all_are_plausible() {
     }
     let still = figures(&[]);
     let echoed =
-        [("objects", 60.0), ("lights", 5.0), ("moving", 0.0), ("frames", 4.0), ("samples", 1.0), ("threads", 2.0)];
+        [("objects", 60.0), ("lights", 5.0), ("moving", 0.0), ("frames", 4.0), ("samples", 4.0), ("threads", 2.0)];
     for (field, value) in echoed {
         assert_eq!(number(&still, field), value, "{field}");
     }
@@ -165,6 +165,31 @@ fn the_same_arguments_give_the_same_picture() {
     assert_eq!(first.dimensions(), (160, 90));
     assert!(first == picture("second", &["--moving=0.5"]));
     assert!(first != picture("still", &[]), "what moved shows");
+}
+
+/// What is measured is what other commands draw, by default.
+#[test]
+fn a_scene_is_drawn_as_render_draws_it() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/scenes/shapes.ron");
+    let size = "--size=160x90";
+    let measured = ["--scene", scene, size, "--warm-up=1", "--frames=2", "--seconds=60", "--picture=bench.png"];
+    let output = bench(&measured, folder.path());
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    // A step before each frame: of one to warm up and two that are measured, the last is number 3.
+    let output = Command::new(env!("CARGO_BIN_EXE_relief"))
+        .args(["render", scene, size, "--frames=3..4", "--output=frames"])
+        .current_dir(folder.path())
+        .output()
+        .expect("the binary runs");
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let rendered = text(&output.stdout);
+    let [measured, rendered] = ["bench.png", rendered.trim()]
+        .map(|file| image::open(folder.path().join(file)).expect("a picture").into_rgb8());
+    assert!(measured == rendered, "the pictures differ");
 }
 
 #[test]

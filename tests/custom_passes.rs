@@ -165,12 +165,12 @@ fn behind_the_wall() -> f32 {
     Camera::default().near / 8.0
 }
 
-fn settings() -> [Settings; 5] {
+fn settings() -> [Settings; 4] {
     let four = Settings::default();
     let single = Settings { samples: 1, ..four };
     let outputs = OutputSet::ALL;
     let occlusion = Occlusion::On;
-    [four, single, Settings { hdr: false, ..single }, Settings { outputs, ..single }, Settings { occlusion, ..four }]
+    [four, single, Settings { outputs, ..single }, Settings { occlusion, ..four }]
 }
 
 #[test]

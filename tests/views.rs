@@ -23,7 +23,7 @@ fn views() -> [((u32, u32), Settings); 3] {
     let plain = Settings { occlusion: Occlusion::Off, levels: LevelOfDetail::OFF, ..Settings::default() };
     [
         ((96, 54), Settings { occlusion: Occlusion::On, ..plain }),
-        ((40, 64), Settings { samples: 1, hdr: false, levels: LevelOfDetail::default(), ..plain }),
+        ((40, 64), Settings { samples: 1, levels: LevelOfDetail::default(), ..plain }),
         ((64, 64), Settings { occlusion: Occlusion::On, samples: 1, technique: Some(Technique::PerturbedUv), ..plain }),
     ]
 }

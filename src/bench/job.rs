@@ -37,8 +37,6 @@ pub struct BenchJob {
     pub load: LoadOptions,
     /// Samples per pixel, 1 or 4.
     pub samples: u32,
-    /// [`Settings::hdr`](crate::renderer::Settings::hdr).
-    pub hdr: bool,
     /// Worker threads; `None`: one per core.
     pub threads: Option<usize>,
     /// Whether all objects in view are also drawn with the plainest shader.

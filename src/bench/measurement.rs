@@ -27,7 +27,8 @@ pub struct Measurement {
     pub occlusion: String,
     /// Whether textures were put into blocks.
     pub compress: bool,
-    /// Whether colours were kept linear until a pass of its own, as they always were before lines said so.
+    /// Whether a pass of its own tone-mapped the picture, as it does. Earlier programs could do without, and some said
+    /// nothing of it.
     #[serde(default = "kept_linear")]
     pub hdr: bool,
     pub threads: u32,
@@ -135,9 +136,9 @@ impl fmt::Display for Measurement {
         let mesh = if self.scene.is_some() { String::new() } else { format!("mesh {}, ", self.mesh) };
         writeln!(f, "{mesh}{} sample(s) per pixel, lights: {}", self.samples, self.lights_policy)?;
         let levels = if self.levels { "on" } else { "off" };
-        let [blocks, hdr] = [self.compress, self.hdr].map(|on| if on { "on" } else { "off" });
+        let blocks = if self.compress { "on" } else { "off" };
         let occlusion = &self.occlusion;
-        writeln!(f, "levels of detail: {levels}, occlusion: {occlusion}, textures in blocks: {blocks}, hdr: {hdr}")?;
+        writeln!(f, "levels of detail: {levels}, occlusion: {occlusion}, textures in blocks: {blocks}")?;
         writeln!(f, "{}, {}", self.adapter, self.driver)?;
         writeln!(f, "{:28}{:>10}{:>10}{:>10}", format!("ms, of {} frames", self.frames), "median", "5 %", "95 %")?;
         let mut row = |name: &str, median: f64, low: f64, high: f64| {

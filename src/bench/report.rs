@@ -126,11 +126,11 @@ impl<'a> Report<'a> {
             let _ = writeln!(page, "- adapter: {}\n- driver: {}", m.adapter, m.driver);
             let _ = writeln!(page, "- build: {} {}, commit {commit}, {}", build.version, build.profile, build.target);
             let _ = writeln!(page, "- target features beyond the base: {features}; worker threads: {}", m.threads);
-            let [levels, blocks, hdr] = [m.levels, m.compress, m.hdr].map(|on| if on { "on" } else { "off" });
+            let [levels, blocks] = [m.levels, m.compress].map(|on| if on { "on" } else { "off" });
             let _ = writeln!(
                 page,
                 "- samples per pixel: {}; lights: {}; levels of detail: {levels}; occlusion: {}; textures in \
-                 blocks: {blocks}; hdr: {hdr}; mesh: {}",
+                 blocks: {blocks}; mesh: {}",
                 m.samples, m.lights_policy, m.occlusion, m.mesh
             );
         }

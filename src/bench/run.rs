@@ -256,7 +256,6 @@ impl Bench {
             samples: job.samples,
             levels: job.levels,
             occlusion: job.occlusion,
-            hdr: job.hdr,
             ..Settings::default()
         };
         Ok(Self { subject, renderer, settings, size: job.size, target, frame: 0, started: start.started })
@@ -333,7 +332,7 @@ impl Bench {
             levels: job.levels.enabled,
             occlusion: name::of(&Occlusion::ALL, job.occlusion).to_owned(),
             compress: job.load.compress,
-            hdr: self.renderer.keeps_linear(),
+            hdr: true,
             threads: bevy_tasks::ComputeTaskPool::get().thread_num() as u32,
             frames: costs.len() as u32,
             frame_ms_median: frame.median,

@@ -93,14 +93,9 @@ pub struct BenchArgs {
     #[arg(long, value_name = "on|off", default_value = "off", action = ArgAction::Set)]
     #[arg(value_parser = arguments::named("value", &ON_OFF))]
     pub compress: bool,
-    /// Samples per pixel: 1, or 4 as in other commands
-    #[arg(long, default_value = "1", value_name = "1|4", value_parser = arguments::parse_samples)]
+    /// Samples per pixel: 4 as in other commands, or 1
+    #[arg(long, default_value = "4", value_name = "1|4", value_parser = arguments::parse_samples)]
     pub samples: u32,
-    /// Tone-map in a separate pass, as relief render does. off: in the forward pass, unless several samples, blended
-    /// objects or emboss_multipass need the separate pass
-    #[arg(long, value_name = "on|off", default_value = "off", action = ArgAction::Set)]
-    #[arg(value_parser = arguments::named("value", &ON_OFF))]
-    pub hdr: bool,
     /// Worker threads [default: one per core]
     #[arg(long, value_name = "N", value_parser = arguments::whole(1u16..=256))]
     pub threads: Option<u16>,
@@ -180,7 +175,6 @@ impl BenchArgs {
             occlusion: self.occlusion,
             load: LoadOptions { compress: self.compress, watch: Some(progress::of_loading), ..LoadOptions::default() },
             samples: self.samples,
-            hdr: self.hdr,
             threads: self.threads.map(usize::from),
             floor: self.floor,
             picture: self.picture.clone(),
@@ -232,7 +226,6 @@ fn apart(job: &BenchJob) -> io::Result<Command> {
     add("samples", &job.samples.to_string());
     add("levels", on_off(job.levels.enabled));
     add("compress", on_off(job.load.compress));
-    add("hdr", on_off(job.hdr));
     add("occlusion", name::of(&Occlusion::ALL, job.occlusion));
     add("lights-policy", name::of(&LightPolicy::ALL, job.lights_policy));
     if let Some(technique) = job.technique {

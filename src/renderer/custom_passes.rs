@@ -1,6 +1,5 @@
 //! Passes of the caller's own, at named places between those of a view.
 
-use super::PICTURE_FORMAT;
 use super::targets::{DEPTH_FORMAT, HDR_FORMAT};
 
 /// Where a pass of the caller's own is recorded.
@@ -19,8 +18,8 @@ pub enum PassPlace {
 pub struct PassTargets<'a> {
     /// Pixels.
     pub size: (u32, u32),
-    /// The colours so far. Before the tone map: exposed linear HDR of [`Self::samples`] samples, or, unless colours are
-    /// [kept linear](super::ViewState::keeps_linear), the view's target. After it: the view's target.
+    /// The colours so far. Before the tone map: exposed linear HDR of [`Self::samples`] samples. After it: the view's
+    /// target.
     pub color: &'a wgpu::TextureView,
     /// Of `color`.
     pub color_format: wgpu::TextureFormat,
@@ -37,13 +36,8 @@ pub struct PassTargets<'a> {
 impl PassTargets<'_> {
     /// Of the depths.
     pub const DEPTH_FORMAT: wgpu::TextureFormat = DEPTH_FORMAT;
-    /// Of the colours before the tone map, where they are kept linear; else [`PICTURE_FORMAT`].
+    /// Of the colours before the tone map.
     pub const LINEAR_FORMAT: wgpu::TextureFormat = HDR_FORMAT;
-
-    /// The format of colours before the tone map.
-    pub(super) fn scene_format(linear: bool) -> wgpu::TextureFormat {
-        if linear { HDR_FORMAT } else { PICTURE_FORMAT }
-    }
 }
 
 /// Records a pass.

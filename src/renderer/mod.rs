@@ -13,7 +13,6 @@
 //!   forward       an indirect draw per batch and level of detail, the sky, blended objects back to front
 //!                 → HDR, multisampled
 //!   tone map      → the view's target
-//!                 or, without `Settings::hdr`, forward → target, tone-mapped where it is shaded
 //!   outputs       depths, normals and ids that are asked for, with the picture or after it
 //! Renderer::draw_outputs(view, outputs)               the same for those that were not asked for; reads them back
 //! ```
@@ -47,7 +46,6 @@ mod tables;
 mod targets;
 mod textures;
 mod timestamps;
-mod tone_map;
 mod view_state;
 
 pub use culling::CullRecord;

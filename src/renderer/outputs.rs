@@ -298,12 +298,9 @@ impl Renderer {
         let planned = std::mem::replace(&mut view.outputs, rest);
         let missing = self.start_pipelines(std::iter::once(&*view), self.opaque_keys(view));
         self.pipelines.finish_objects(missing);
-        let unseen = !view.lists_ready && view.culled.pyramid().is_some();
-        let scratch = OutputSet { color: unseen && !view.keeps_linear(), ..rest };
-        view.output_textures.fit(&self.gpu.device, size, scratch, true);
-        let textures = &view.output_textures;
-        // Linear colours are drawn elsewhere.
-        let target = textures.color.as_ref().or(textures.depth.as_ref()).map(|kept| kept.view.clone());
+        view.output_textures.fit(&self.gpu.device, size, rest, true);
+        // Nothing is drawn into it: there is no tone map.
+        let target = view.output_textures.depth.as_ref().map(|kept| kept.view.clone());
         if view.lists_ready {
             self.tables.record(encoder, None);
             self.record_outputs(encoder, view, None, pixel);

@@ -1,10 +1,10 @@
 //! The passes over a scene: what each writes, and by which entry points of the forward shader.
 
+use super::DebugView;
 use super::emboss::EmbossPass;
 use super::targets::HDR_FORMAT;
-use super::{DebugView, PICTURE_FORMAT};
 use systems::assets::{AlphaMode, Shading, Technique};
-use systems::draw::{LightFeatures, PipelineKey, ToneMap};
+use systems::draw::{LightFeatures, PipelineKey};
 
 /// World-space normals.
 pub(super) const NORMAL_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
@@ -21,8 +21,6 @@ pub(super) enum Pass {
         lights: LightFeatures,
         debug: DebugView,
         samples: u32,
-        /// Tone-maps itself, into a picture; else HDR colour.
-        tone_map: Option<ToneMap>,
         /// What is written beside the colour.
         beside: Attached,
     },
@@ -62,14 +60,6 @@ impl Attached {
 }
 
 impl Pass {
-    /// The curve, if it tone-maps itself.
-    pub fn tone_map(self) -> Option<ToneMap> {
-        match self {
-            Self::Color { tone_map, .. } => tone_map,
-            Self::Emboss { .. } | Self::Outputs(_) => None,
-        }
-    }
-
     pub fn samples(self) -> u32 {
         match self {
             Self::Color { samples, .. } | Self::Emboss { samples, .. } => samples,
@@ -123,9 +113,9 @@ impl Pass {
         match self {
             Self::Outputs(attached) => attached.targets(all).to_vec(),
             Self::Emboss { pass, .. } => vec![Some(pass.target())],
-            Self::Color { tone_map, beside, .. } => {
+            Self::Color { beside, .. } => {
                 let blend = (key.alpha == AlphaMode::Blend).then_some(wgpu::BlendState::ALPHA_BLENDING);
-                let color = wgpu::ColorTargetState { format: color_format(tone_map), blend, write_mask: all };
+                let color = wgpu::ColorTargetState { format: HDR_FORMAT, blend, write_mask: all };
                 beside.targets_beside(color, if self.writes_outputs(key) { all } else { none })
             }
         }
@@ -137,7 +127,7 @@ impl Pass {
             Self::Color { beside, .. } => beside,
             Self::Emboss { .. } | Self::Outputs(_) => Attached::default(),
         };
-        SkyKey { samples: self.samples(), tone_map: self.tone_map(), beside }
+        SkyKey { samples: self.samples(), beside }
     }
 }
 
@@ -145,11 +135,5 @@ impl Pass {
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub(super) struct SkyKey {
     pub samples: u32,
-    pub tone_map: Option<ToneMap>,
     pub beside: Attached,
-}
-
-/// What passes over the scene draw into.
-pub(super) fn color_format(tone_map: Option<ToneMap>) -> wgpu::TextureFormat {
-    if tone_map.is_some() { PICTURE_FORMAT } else { HDR_FORMAT }
 }

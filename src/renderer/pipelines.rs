@@ -1,8 +1,8 @@
 //! Pipelines: one forward shader, specialised by override constants, made when a batch first needs it.
 
 use super::meshes::{SLOT_LAYOUT, VERTEX_LAYOUT};
-use super::pass::{Pass, SkyKey, color_format};
-use super::targets::DEPTH_FORMAT;
+use super::pass::{Pass, SkyKey};
+use super::targets::{DEPTH_FORMAT, HDR_FORMAT};
 use super::{DebugView, shaders};
 use std::collections::{BTreeMap, BTreeSet};
 use std::thread::JoinHandle;
@@ -159,13 +159,12 @@ impl Pipelines {
         if self.skies.contains_key(&key) {
             return;
         }
-        let SkyKey { samples, tone_map, beside } = key;
-        let color = wgpu::ColorTargetState::from(color_format(tone_map));
+        let SkyKey { samples, beside } = key;
+        let color = wgpu::ColorTargetState::from(HDR_FORMAT);
         let targets = beside.targets_beside(color, wgpu::ColorWrites::empty());
-        let constants = [tone_map_constant(tone_map)];
         let depth = Some(depth_state(false, wgpu::CompareFunction::Equal));
         let shader = (&self.sky, "vs_sky", "fs_sky");
-        let pipeline = fullscreen(device, "sky", &self.sky_layout, shader, &constants, &targets, depth, samples);
+        let pipeline = fullscreen(device, "sky", &self.sky_layout, shader, &[], &targets, depth, samples);
         self.skies.insert(key, pipeline);
     }
 
@@ -178,7 +177,7 @@ impl Pipelines {
     ) -> &wgpu::RenderPipeline {
         let key = (format, curve);
         let index = self.tone_maps.iter().position(|(k, _)| *k == key).unwrap_or_else(|| {
-            let constants = [tone_map_constant(Some(curve))];
+            let constants = [("TONE_MAP", f64::from(curve as u32))];
             let shader = (&self.tone_map, "vs_tonemap", "fs_tonemap");
             let target = Some(wgpu::ColorTargetState::from(format));
             let layout = &self.tone_map_pipeline_layout;
@@ -191,7 +190,7 @@ impl Pipelines {
 }
 
 /// What the forward shader's overrides are in a pass over objects of a kind.
-pub(super) fn object_constants(pass: Pass, key: PipelineKey) -> [(&'static str, f64); 15] {
+pub(super) fn object_constants(pass: Pass, key: PipelineKey) -> [(&'static str, f64); 14] {
     let (all_lights, debug) = match pass {
         Pass::Color { all_lights, debug, .. } => (all_lights, debug),
         Pass::Emboss { .. } | Pass::Outputs(_) => (false, DebugView::Off),
@@ -217,16 +216,9 @@ pub(super) fn object_constants(pass: Pass, key: PipelineKey) -> [(&'static str, 
         ("LIGHTS_WITH_CONES", f64::from(u32::from(lights.cones))),
         ("LIGHTS_WITH_AMBIENT", f64::from(u32::from(lights.ambient))),
         ("DEBUG", f64::from(debug as u32)),
-        tone_map_constant(pass.tone_map()),
         ("EMBOSS_STEP", f64::from(emboss_step)),
         ("EMBOSS_LIGHT", f64::from(emboss_light)),
     ]
-}
-
-/// The constant of shaders/tone.wgsl.
-pub(super) fn tone_map_constant(tone_map: Option<ToneMap>) -> (&'static str, f64) {
-    const LATER: u32 = 3;
-    ("TONE_MAP", f64::from(tone_map.map_or(LATER, |curve| curve as u32)))
 }
 
 fn frame_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {

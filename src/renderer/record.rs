@@ -6,7 +6,6 @@ use super::custom_passes::{PassPlace, PassTargets, RecordPass};
 use super::objects::Recorded;
 use super::targets::Attachments;
 use super::timestamps::Timestamps;
-use super::tone_map::tone_mapped;
 use super::{Renderer, ViewState};
 use crate::freed_memory::keep_freed_memory;
 
@@ -19,8 +18,7 @@ pub struct ViewTarget<'a> {
     pub state: &'a mut ViewState,
     /// All of a texture of the prepared view's size, or a part of one.
     pub target: &'a wgpu::TextureView,
-    /// Of the target. An sRGB format encodes; others receive linear values. Unless colours are
-    /// [kept linear](ViewState::keeps_linear), it must be [`PICTURE_FORMAT`](super::PICTURE_FORMAT).
+    /// Of the target. An sRGB format encodes; others receive linear values.
     pub format: wgpu::TextureFormat,
     passes: Vec<(PassPlace, RecordPass<'a>)>,
 }
@@ -53,13 +51,12 @@ impl<'a> ViewTarget<'a> {
         if !self.state.outputs.color {
             return;
         }
-        let linear = self.state.keeps_linear();
         let Some(targets) = &self.state.targets else { return };
-        let scene = targets.attachments(self.target, [None; 2]);
+        let scene = targets.attachments([None; 2]);
         let (color, color_format, color_samples) = match place {
             PassPlace::AfterToneMap => (self.target, self.format, 1),
             PassPlace::AfterOpaque | PassPlace::AfterBlended => {
-                (scene.color, PassTargets::scene_format(linear), targets.samples)
+                (scene.color, PassTargets::LINEAR_FORMAT, targets.samples)
             }
         };
         let size = (targets.width, targets.height);
@@ -76,7 +73,7 @@ impl Renderer {
     /// view's own passes may read the pictures of the views before it.
     ///
     /// # Panics
-    /// If a view is not one of those, or a target has the wrong format ([`ViewTarget::format`]).
+    /// If a view is not one of those.
     pub fn record(&mut self, encoder: &mut wgpu::CommandEncoder, views: &mut [ViewTarget<'_>]) {
         self.check(views);
         self.begin_recording(encoder, views);
@@ -92,9 +89,9 @@ impl Renderer {
         self.finish_timestamps(encoder);
     }
 
-    /// Records what was drawn last, once more: only the tone map, where colours were kept linear. For a window whose
-    /// panel changes above a still scene, after a [`Self::prepare`] that found nothing new. Of the caller's own passes
-    /// those after the tone map; what the others drew is still there.
+    /// Records what was drawn last, once more: only the tone map. For a window whose panel changes above a still scene,
+    /// after a [`Self::prepare`] that found nothing new. Of the caller's own passes those after the tone map; what the
+    /// others drew is still there.
     ///
     /// # Panics
     /// As [`Self::record`].
@@ -103,7 +100,7 @@ impl Renderer {
         self.begin_recording(encoder, views);
         for view in views {
             let lacks_depth = view.has_pass(PassPlace::AfterToneMap) && !view.state.kept_depth;
-            if !view.state.keeps_linear() || lacks_depth {
+            if lacks_depth {
                 self.record_scene(encoder, view, &mut Recorded::default());
             }
             self.record_tone_map(encoder, view);
@@ -115,7 +112,6 @@ impl Renderer {
     fn check(&self, views: &[ViewTarget<'_>]) {
         for view in views {
             assert!(self.is_prepared(view.state), "expected a view of the last Renderer::prepare");
-            view.state.check_format(view.format);
         }
     }
 
@@ -172,7 +168,7 @@ impl Renderer {
         let (Some(pyramid), Some(targets), Some(group)) = (pyramid, &state.targets, state.group()) else { return };
         let into = ("early", Some(sky_color(state)), Leaves::SAMPLES);
         let early = [Phase::Early].into_iter();
-        let attachments = state.attachments(targets, view.target);
+        let attachments = state.attachments(targets);
         drop(self.draw_phases(encoder, state, (attachments, group), into, early, recorded));
         self.pyramids.record(encoder, self.timestamps.as_ref(), pyramid);
     }
@@ -194,7 +190,7 @@ impl Renderer {
         let has_early = state.culled.pyramid().is_some() && state.cullings_due > 0;
         let clear = (!has_early).then(|| sky_color(state));
         let phases = state.phases().filter(|phase| *phase == Phase::Late || !has_early);
-        let attachments = state.attachments(targets, view.target);
+        let attachments = state.attachments(targets);
         let into = ("forward", clear, if after_opaque { Leaves::SAMPLES } else { opaque });
         // Passes end where they are dropped, on either way: the compiler cannot tell.
         let pass = self.draw_phases(encoder, state, (attachments, group), into, phases, recorded);
@@ -211,11 +207,10 @@ impl Renderer {
             pass.set_pipeline(sky);
             pass.draw(0..3, 0..1);
         }
-        let hdr = state.targets.as_ref().and_then(|targets| targets.hdr.as_ref());
-        if let (Some(copy), Some(hdr)) = (&state.scene_color, hdr) {
+        if let Some(copy) = &state.scene_color {
             drop(pass);
             encoder.copy_texture_to_texture(
-                hdr.texture.as_image_copy(),
+                targets.hdr.texture.as_image_copy(),
                 copy.texture.as_image_copy(),
                 copy.texture.size(),
             );
@@ -243,7 +238,7 @@ impl Renderer {
         leaves: Leaves,
     ) -> Option<wgpu::RenderPass<'static>> {
         let targets = view.state.targets.as_ref()?;
-        let attachments = view.state.attachments(targets, view.target);
+        let attachments = view.state.attachments(targets);
         let into = (label, None, leaves);
         let mut pass = begin_forward(encoder, self.timestamps.as_ref(), attachments, into).forget_lifetime();
         pass.set_bind_group(0, view.state.group()?, &[]);
@@ -260,12 +255,12 @@ impl Renderer {
         }
     }
 
-    /// From linear colours, if they were kept, to the screen.
+    /// From linear colours to the screen.
     fn record_tone_map(&mut self, encoder: &mut wgpu::CommandEncoder, view: &ViewTarget<'_>) {
         if !view.state.outputs.color {
             return;
         }
-        let Some(hdr) = view.state.targets.as_ref().and_then(|targets| targets.hdr.as_ref()) else { return };
+        let Some(targets) = &view.state.targets else { return };
         let tone_map = self.pipelines.tone_map(&self.gpu.device, view.format, view.state.tone_map);
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("tone map"),
@@ -274,7 +269,7 @@ impl Renderer {
             ..wgpu::RenderPassDescriptor::default()
         });
         pass.set_pipeline(tone_map);
-        pass.set_bind_group(0, &hdr.source, &[]);
+        pass.set_bind_group(0, &targets.hdr.source, &[]);
         pass.draw(0..3, 0..1);
     }
 }
@@ -282,7 +277,7 @@ impl Renderer {
 /// A sky of one colour as passes over the scene write it.
 fn sky_color(view: &ViewState) -> wgpu::Color {
     let Some(sky) = view.plain_sky else { return wgpu::Color::TRANSPARENT };
-    let [r, g, b] = view.pass.tone_map().map_or(sky, |curve| tone_mapped(curve, sky)).to_array();
+    let [r, g, b] = sky.to_array();
     wgpu::Color { r: r.into(), g: g.into(), b: b.into(), a: 1.0 }
 }
 

@@ -125,14 +125,6 @@ pub struct Settings {
     pub levels: LevelOfDetail,
     /// Samples per pixel: 4, or 1 for comparing single samples.
     pub samples: u32,
-    /// Whether colours stay linear until a pass of its own tone-maps them. `false`: they are tone-mapped where they are
-    /// shaded, which saves writing and reading them once more, if nothing is blended, pixels have one sample each, and
-    /// no object is drawn with [`Technique::EmbossMultipass`]. Targets then have
-    /// [`PICTURE_FORMAT`](super::PICTURE_FORMAT), and [`ViewState::read_linear`](super::ViewState::read_linear) has
-    /// nothing. The two pictures are at most a step of 8 bits apart, by what half floats round and how the device
-    /// encodes a clear. Another tone curve is then other pipelines for all objects, and the first blended object other
-    /// targets.
-    pub hdr: bool,
     /// The entity (its index) that debug views point out.
     pub picked_entity: Option<u32>,
     /// Whether objects that others hide are left out.
@@ -159,7 +151,6 @@ impl Default for Settings {
             debug: DebugView::Off,
             levels: LevelOfDetail::default(),
             samples: 4,
-            hdr: true,
             picked_entity: None,
             occlusion: Occlusion::Auto,
             outputs: OutputSet::COLOR,

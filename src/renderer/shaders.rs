@@ -7,7 +7,6 @@ macro_rules! shader {
 /// Objects: colour, and the outputs beside it.
 pub const FORWARD: &str = shader!(
     "types.wgsl",
-    "tone.wgsl",
     "sky.wgsl",
     "bump.wgsl",
     "bumped.wgsl",
@@ -21,7 +20,7 @@ pub const FORWARD: &str = shader!(
 );
 
 /// The sky behind everything.
-pub const SKY: &str = shader!("types.wgsl", "tone.wgsl", "sky.wgsl", "sky_pass.wgsl");
+pub const SKY: &str = shader!("types.wgsl", "sky.wgsl", "sky_pass.wgsl");
 
 /// What a view draws.
 pub const CULL: &str = shader!("types.wgsl", "cull.wgsl");
@@ -50,7 +49,7 @@ mod tests {
     use super::super::culling::{self, Phase};
     use super::super::emboss::EmbossPass;
     use super::super::pass::{Attached, Pass};
-    use super::super::pipelines::{object_constants, tone_map_constant};
+    use super::super::pipelines::object_constants;
     use super::super::{DebugView, HeatScale, draws, pyramid, scatter, tables};
     use super::*;
     use std::collections::{BTreeMap, BTreeSet};
@@ -119,7 +118,6 @@ mod tests {
             number("EMBOSS_CLAMPED", step_of(EmbossPass::Clamped)),
             number("EMBOSS_COLORED", step_of(EmbossPass::Colored { light: 2 })),
             number("EMBOSS_OPAQUE", step_of(EmbossPass::Opaque)),
-            ("TONE_MAP_LATER", tone_map_constant(None).1),
             ("HEAT_NONE", f64::from(HeatScale::NONE.x)),
             ("HEAT_NONE", f64::from(HeatScale::NONE.y)),
             ("HEAT_NONE", f64::from(HeatScale::NONE.z)),
@@ -225,8 +223,8 @@ mod tests {
     fn every_override_of_the_shaders_is_set() {
         let of_objects =
             object_constants(Pass::Outputs(Attached::default()), PipelineKey::default()).map(|(name, _)| name);
-        // By `Culling::new` and `Scatter::make`; shaders/sky.wgsl and tonemap.wgsl have TONE_MAP only.
-        let set: BTreeSet<&str> = of_objects.into_iter().chain(["PHASE", "TEXELS"]).collect();
+        // By `Culling::new`, `Scatter::make` and `Pipelines::tone_map`.
+        let set: BTreeSet<&str> = of_objects.into_iter().chain(["PHASE", "TEXELS", "TONE_MAP"]).collect();
         let other = &declared("override") ^ &set;
         assert!(other.is_empty(), "not set, or no longer there: {other:?}");
         let of_forward: BTreeSet<String> =

@@ -99,11 +99,6 @@ impl SingleView {
         self.state.read_linear(self.gpu())
     }
 
-    /// [`ViewState::keeps_linear`].
-    pub fn keeps_linear(&self) -> bool {
-        self.state.keeps_linear()
-    }
-
     /// [`ViewState::drawn`].
     pub fn drawn(&self) -> Option<Drawn> {
         self.state.drawn()

@@ -12,8 +12,7 @@ pub(super) struct Targets {
     pub width: u32,
     pub height: u32,
     pub samples: u32,
-    /// `None` where objects are drawn into the caller's target.
-    pub hdr: Option<Hdr>,
+    pub hdr: Hdr,
     pub depth: wgpu::TextureView,
     pub depth_texture: wgpu::Texture,
 }
@@ -42,13 +41,7 @@ pub(super) struct Attachments<'a> {
 }
 
 impl Targets {
-    /// `tone_map_layout`: of linear colours; `None` for targets without.
-    pub fn new(
-        device: &wgpu::Device,
-        tone_map_layout: Option<&wgpu::BindGroupLayout>,
-        size: (u32, u32),
-        samples: u32,
-    ) -> Self {
+    pub fn new(device: &wgpu::Device, tone_map_layout: &wgpu::BindGroupLayout, size: (u32, u32), samples: u32) -> Self {
         let mut usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING;
         if samples == 1 {
             // It may be read back.
@@ -56,20 +49,15 @@ impl Targets {
         }
         let depth_texture = texture(device, "depth", size, DEPTH_FORMAT, samples, usage);
         let depth = whole_view(&depth_texture, "depth");
-        let hdr = tone_map_layout.map(|layout| Hdr::new(device, layout, size, samples));
+        let hdr = Hdr::new(device, tone_map_layout, size, samples);
         Self { width: size.0, height: size.1, samples, hdr, depth, depth_texture }
     }
 
-    /// Where the picture is drawn; `picture` if it is drawn without linear colours between.
-    pub fn attachments<'a>(
-        &'a self,
-        picture: &'a wgpu::TextureView,
-        beside: [Option<&'a wgpu::TextureView>; 2],
-    ) -> Attachments<'a> {
+    /// Where the scene is drawn.
+    pub fn attachments<'a>(&'a self, beside: [Option<&'a wgpu::TextureView>; 2]) -> Attachments<'a> {
         let (color, resolved) = match &self.hdr {
-            Some(Hdr { view, multisampled: Some(multisampled), .. }) => (multisampled, Some(view)),
-            Some(Hdr { view, .. }) => (view, None),
-            None => (picture, None),
+            Hdr { view, multisampled: Some(multisampled), .. } => (multisampled, Some(view)),
+            Hdr { view, .. } => (view, None),
         };
         Attachments { color, resolved, depth: &self.depth, beside }
     }

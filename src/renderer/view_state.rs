@@ -16,7 +16,7 @@ use super::pyramid::{Pyramid, PyramidMaker};
 use super::readback::Readback;
 use super::tables::GrowingBuffer;
 use super::targets::{Attachments, SceneColorCopy, Targets};
-use super::{DebugView, Gpu, PICTURE_FORMAT, RenderError, Settings, Uploads, read_texture};
+use super::{DebugView, Gpu, RenderError, Settings, Uploads, read_texture};
 use glam::{Mat4, Vec3};
 use systems::assets::Technique;
 use systems::draw::{
@@ -160,21 +160,15 @@ impl ViewState {
         self.needs_redraw
     }
 
-    /// Whether what was prepared last keeps colours linear until the tone map: [`Settings::hdr`] asks for it, or the
-    /// scene needs it.
-    pub fn keeps_linear(&self) -> bool {
-        self.pass.tone_map().is_none()
-    }
-
     /// How much a recent frame drew, as far as the GPU has told; waits for nothing.
     pub fn drawn(&self) -> Option<Drawn> {
         self.counts.latest
     }
 
     /// The linear HDR colours of the last frame, exposed, before the tone map: RGBA, rows from the top. `None` if
-    /// nothing was prepared, or if colours were not [kept linear](Self::keeps_linear). Waits for the GPU.
+    /// nothing was prepared. Waits for the GPU.
     pub fn read_linear(&self, gpu: &Gpu) -> Option<Vec<[f32; 4]>> {
-        let texture = &self.targets.as_ref()?.hdr.as_ref()?.texture;
+        let texture = &self.targets.as_ref()?.hdr.texture;
         let bytes = read_texture(gpu, texture);
         let half = |b: &[u8]| half::f16::from_le_bytes([b[0], b[1]]).to_f32();
         Some(bytes.chunks_exact(8).map(|t| [half(&t[0..]), half(&t[2..]), half(&t[4..]), half(&t[6..])]).collect())
@@ -186,8 +180,8 @@ impl ViewState {
     }
 
     /// What the passes over the scene draw into.
-    pub(super) fn attachments<'a>(&'a self, targets: &'a Targets, picture: &'a wgpu::TextureView) -> Attachments<'a> {
-        targets.attachments(picture, self.output_textures.attached(self.pass.sky().beside))
+    pub(super) fn attachments<'a>(&'a self, targets: &'a Targets) -> Attachments<'a> {
+        targets.attachments(self.output_textures.attached(self.pass.sky().beside))
     }
 
     /// What every pass binds as group 0; `None` before the first `prepare`.
@@ -227,21 +221,19 @@ impl ViewState {
         self.tone_map = if settings.debug == DebugView::Off { list.environment.tone_map } else { ToneMap::Clamp };
         self.outputs = settings.outputs;
         self.may_hide = settings.occlusion.is_on(list.objects);
-        let pass = |tone_map, beside| Pass::Color {
+        let pass = |beside| Pass::Color {
             all_lights: list.all_lights,
             lights: list.light_features,
             debug: settings.debug,
             samples: settings.samples,
-            tone_map,
             beside,
         };
-        self.pass = pass(None, Attached::default());
+        self.pass = pass(Attached::default());
         let adds_up = self.adds_up(list);
         self.together =
             settings.outputs.color && settings.outputs != OutputSet::COLOR && settings.samples == 1 && !adds_up;
         let beside = if self.together { settings.outputs.attached() } else { Attached::default() };
-        let needs_linear = settings.hdr || settings.samples > 1 || !list.transparent.is_empty() || adds_up;
-        self.pass = pass((!needs_linear).then_some(self.tone_map), beside);
+        self.pass = pass(beside);
     }
 
     /// Whether the light of an object is the sum of several passes over it.
@@ -277,10 +269,8 @@ impl ViewState {
         draws: &Draws,
         objects: u32,
     ) -> Result<(), RenderError> {
-        let (size, samples, hdr) = (plan.size(), plan.settings.samples, self.keeps_linear());
-        let fits = |targets: &Targets| {
-            ((targets.width, targets.height), targets.samples, targets.hdr.is_some()) == (size, samples, hdr)
-        };
+        let (size, samples) = (plan.size(), plan.settings.samples);
+        let fits = |targets: &Targets| ((targets.width, targets.height), targets.samples) == (size, samples);
         if !self.targets.as_ref().is_some_and(fits) {
             // The old ones first: there may not be room for both.
             self.drop_targets();
@@ -288,7 +278,7 @@ impl ViewState {
             // What there is no memory for fails again where it is used.
             let invalid = device.push_error_scope(wgpu::ErrorFilter::Validation);
             let no_memory = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
-            let targets = Targets::new(device, hdr.then_some(&pipelines.tone_map_layout), size, samples);
+            let targets = Targets::new(device, &pipelines.tone_map_layout, size, samples);
             let errors = [no_memory.pop(), invalid.pop()].map(pollster::block_on);
             if let Some(error) = errors.into_iter().flatten().next() {
                 return Err(RenderError::NoMemory { size: size.into(), samples, reason: error.to_string() });
@@ -339,8 +329,7 @@ impl ViewState {
         (self.culled_for, self.needs_redraw, self.prepared) = (None, true, 0);
         // There may have been no memory for them.
         self.output_textures = OutputTextures::default();
-        let wanted = (settings.samples, self.keeps_linear());
-        if self.targets.as_ref().is_some_and(|targets| (targets.samples, targets.hdr.is_some()) != wanted) {
+        if self.targets.as_ref().is_some_and(|targets| targets.samples != settings.samples) {
             self.drop_targets();
         }
     }
@@ -401,14 +390,6 @@ impl ViewState {
     pub(super) fn drawn_now(&mut self) {
         self.needs_redraw = false;
     }
-
-    /// Panics if objects are drawn into a target of that format with pipelines for another.
-    pub(super) fn check_format(&self, format: wgpu::TextureFormat) {
-        assert!(
-            self.keeps_linear() || format == PICTURE_FORMAT,
-            "without Settings::hdr, expected a target of {PICTURE_FORMAT:?}, found {format:?}"
-        );
-    }
 }
 
 /// The colour of a sky that has only one, exposed as `sky_pass.wgsl` does.
@@ -419,7 +400,7 @@ fn plain_sky(environment: &Environment) -> Option<Vec3> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Renderer, SingleView, ViewTarget};
+    use super::super::{PICTURE_FORMAT, Renderer, SingleView, ViewTarget};
     use super::*;
     use crate::renderer::Occlusion;
     use systems::Simulation;
@@ -432,7 +413,7 @@ mod tests {
     /// All that a view draws into and reads. Handles of other textures, buffers and groups are not equal to these.
     fn resources(state: &ViewState) -> impl PartialEq + use<> {
         let targets = state.targets.as_ref().expect("prepared");
-        let hdr = targets.hdr.as_ref().map(|hdr| (hdr.texture.clone(), hdr.source.clone()));
+        let hdr = (targets.hdr.texture.clone(), targets.hdr.source.clone());
         let lists: Vec<_> = state.phases().map(|phase| state.culled.arguments(phase).clone()).collect();
         let pyramid = state.culled.pyramid().map(|pyramid| pyramid.view.clone());
         let buffers = (state.record.clone(), state.culled.visible().clone(), state.blended.buffer().clone(), lists);
