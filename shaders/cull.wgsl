@@ -67,11 +67,6 @@ struct CullDraw {
     end_entry: u32,
     // Where its list of visible slots begins, in the early phase.
     first_visible: u32,
-    // Its arguments.
-    first_argument: u32,
-    end_argument: u32,
-    // Instances of each of the first FINE of them, then of more and more; the last has the rest.
-    portion: u32,
 }
 
 struct DrawArguments {
@@ -578,26 +573,15 @@ fn scatter(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_in
     }
 }
 
-// So many arguments hold as many instances as the first; behind them, after STEP of them each holds twice as many.
-const FINE = 256u;
-const STEP = 8u;
-
 @compute @workgroup_size(64)
 fn finish(@builtin(global_invocation_id) id: vec3u) {
     if id.x < cull_view.draw_count {
         let draw = draws[id.x];
-        var first = list_start(id.x);
-        var left = sum_before(draw.end_entry * SLICES) - sum_before(draw.first_entry * SLICES);
+        let first = list_start(id.x);
+        let instances = sum_before(draw.end_entry * SLICES) - sum_before(draw.first_entry * SLICES);
         let early = counts[early_index(id.x)];
-        counts[early_index(id.x)] = select(left, early, PHASE == LATE);
-        for (var i = draw.first_argument; i < draw.end_argument; i++) {
-            let number = i - draw.first_argument;
-            let room = draw.portion << select(0u, (number - FINE) / STEP + 1u, number >= FINE);
-            let instances = select(min(left, room), left, i + 1u == draw.end_argument);
-            arguments[i].instance_count = instances;
-            arguments[i].first_instance = select(0u, first, cull_view.late_offset == 0u);
-            first += instances;
-            left -= instances;
-        }
+        counts[early_index(id.x)] = select(instances, early, PHASE == LATE);
+        arguments[id.x].instance_count = instances;
+        arguments[id.x].first_instance = select(0u, first, cull_view.late_offset == 0u);
     }
 }

@@ -42,7 +42,6 @@ pub mod compare;
 pub mod demo;
 pub mod frame_time;
 pub mod frames;
-pub mod freed_memory;
 #[cfg(feature = "tools")]
 pub mod gallery;
 pub mod import;

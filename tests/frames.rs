@@ -51,10 +51,7 @@ impl Field {
         let eye = Transform::from_xyz(100.0, 400.0, 300.0).looking_at(Vec3::new(100.0, 0.0, -100.0), Vec3::Y);
         let camera = simulation.world.spawn((Camera::default(), eye)).id();
         simulation.world.spawn((Light::directional(1.0), Transform::default().looking_to(Vec3::NEG_Y, Vec3::X)));
-        let mut renderer = SingleView::new(&gpu);
-        // Calls are counted as where passes stay whole, whatever the adapter.
-        renderer.cut_passes(None);
-        let headless = Headless { renderer, settings: Settings::default() };
+        let headless = Headless { renderer: SingleView::new(&gpu), settings: Settings::default() };
         Some(Self { simulation, headless, camera, objects })
     }
 

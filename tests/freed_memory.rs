@@ -2,7 +2,7 @@
 
 #![cfg(all(target_os = "linux", target_env = "gnu"))]
 
-use relief::freed_memory::keep_freed_memory;
+use relief::renderer::keep_freed_memory;
 
 /// Pages that the system has given to this process so far: field 10 of /proc/self/stat, `minflt` of proc(5).
 fn faults() -> u64 {

@@ -81,7 +81,7 @@ pub(super) struct Culling {
 /// What one phase draws.
 #[derive(Debug)]
 pub(super) struct PhaseDraws {
-    /// One [`DrawIndexedIndirectArgs`] per element of [`Draws::arguments`].
+    /// One [`DrawIndexedIndirectArgs`] per element of [`Draws::list`].
     pub arguments: GrowingBuffer,
     /// With what it was made for: draws with levels of detail or without, and the versions of its buffers.
     group: Option<((bool, u32), wgpu::BindGroup)>,
@@ -308,9 +308,9 @@ impl CulledView {
         let lists = if culling.first_instance { 1 } else { phases as u64 };
         self.visible.reserve(&gpu.device, lists * entries * u64::from(PAGE_SLOTS) * 4)?;
         for lists in &mut self.phases[..phases] {
-            let lost = lists.arguments.reserve(&gpu.device, draws.arguments.len() as u64 * ARGUMENT_BYTES)?;
+            let lost = lists.arguments.reserve(&gpu.device, draws.list.len() as u64 * ARGUMENT_BYTES)?;
             if redrawn || lost || lists.group.is_none() {
-                let words: Vec<u32> = draws.arguments.iter().flat_map(|draw| argument_words(&draw.indirect)).collect();
+                let words: Vec<u32> = draws.list.iter().flat_map(|draw| argument_words(&draw.indirect)).collect();
                 lists.arguments.write(gpu, &words, &DirtySlots::default(), true)?;
                 recull = true;
             }

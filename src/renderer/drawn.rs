@@ -23,16 +23,12 @@ impl Drawn {
 
     /// What the arguments of some draws say.
     pub(super) fn add_arguments(&mut self, bytes: &[u8]) {
-        instances_and_indices(bytes).for_each(|(instances, indices)| self.add(instances, indices));
+        for arguments in bytes.chunks_exact(ARGUMENT_BYTES as usize) {
+            let word = |i: usize| u32::from_le_bytes([0, 1, 2, 3].map(|byte| arguments[4 * i + byte]));
+            let (indices, instances) = (word(0), word(1));
+            self.add(instances, indices);
+        }
     }
-}
-
-/// Of each of the arguments of some draws.
-fn instances_and_indices(bytes: &[u8]) -> impl Iterator<Item = (u32, u32)> {
-    bytes.chunks_exact(ARGUMENT_BYTES as usize).map(|arguments| {
-        let word = |i: usize| u32::from_le_bytes([0, 1, 2, 3].map(|byte| arguments[4 * i + byte]));
-        (word(1), word(0))
-    })
 }
 
 /// Counts on their way, one frame's at a time, and the last that arrived. Nothing waits for them.
@@ -42,8 +38,6 @@ pub(super) struct DrawnCounts {
     /// Newer ones are to be sent as soon as those have arrived.
     pub wanted: bool,
     pub latest: Option<Drawn>,
-    /// The instances of each of the arguments, phase after phase.
-    instances: Vec<u32>,
 }
 
 #[derive(Debug)]
@@ -97,15 +91,7 @@ impl DrawnCounts {
             let mut drawn = counts.blended;
             drawn.add_arguments(&mapped);
             self.latest = Some(drawn);
-            self.instances.clear();
-            self.instances.extend(instances_and_indices(&mapped).map(|(instances, _)| instances));
         }
-    }
-
-    /// How many instances an argument had in a recent draw, by its place among so many, phase after phase; `None` if
-    /// the last that arrived were of another number of arguments.
-    pub fn instances(&self, place: usize, arguments: usize) -> Option<u32> {
-        self.instances.get(place).copied().filter(|_| self.instances.len() == arguments)
     }
 }
 
@@ -116,7 +102,7 @@ impl Renderer {
             return Drawn::default();
         }
         let mut drawn = self.blended_drawn(view);
-        let bytes = self.draws_of(view).arguments.len() as u64 * ARGUMENT_BYTES;
+        let bytes = self.draws_of(view).list.len() as u64 * ARGUMENT_BYTES;
         for phase in view.phases().filter(|_| bytes > 0) {
             drawn.add_arguments(&read_buffer(&self.gpu, view.culled.arguments(phase), bytes));
         }
@@ -139,7 +125,7 @@ impl Renderer {
         for phase in view.phases() {
             let arguments = words(view.culled.arguments(phase));
             let drawn = arguments.chunks_exact(ARGUMENT_BYTES as usize / 4);
-            for (draw, arguments) in self.draws_of(view).arguments.iter().zip(drawn) {
+            for (draw, arguments) in self.draws_of(view).list.iter().zip(drawn) {
                 // Where indirect draws all begin at the first instance, it is the lists that lie apart.
                 let apart = draw.first_visible + view.culled.list_offset(phase);
                 let first = if first_instance { arguments[4] } else { apart } as usize;

@@ -5,19 +5,14 @@
 //! pages[p]      a page of instance slots, and its batch           for `cull` and `occlude`
 //! batches[b]    what culling needs to know of the batch's mesh
 //! entries[e]    a page and a draw that looks through it           for `count` and `scatter`
-//! draws[d]      a batch at one level of detail: its entries, where its list of visible slots begins, and its arguments
-//! arguments[a]  an indirect draw of the next slots of such a list
+//! draws[d]      a batch at one level of detail: its entries, and where its list of visible slots begins
+//! arguments[d]  the indirect draw of such a list
 //! ```
-//!
-//! A list has as many arguments as it takes to draw it in portions, on adapters that are to be handed no more at once
-//! (`portions.rs`); else one. Lists begin with what is near, and of what is far few triangles have pixels: portions
-//! become larger and larger, which bounds their number.
 
 use super::meshes::Meshes;
 use super::tables::GrowingBuffer;
 use super::{Gpu, RenderError};
 use bytemuck::{Pod, Zeroable};
-use std::ops::Range;
 use systems::assets::levels::MOST_LEVELS;
 use systems::draw::{BatchKey, DrawList, PAGE_SLOTS};
 use systems::ecs::tables::DirtySlots;
@@ -51,44 +46,26 @@ pub struct CullDrawRecord {
     pub end_entry: u32,
     /// Where its list of visible slots begins, in the early phase.
     pub first_visible: u32,
-    /// First of its arguments.
-    pub first_argument: u32,
-    /// One past the last of its arguments.
-    pub end_argument: u32,
-    /// Instances of each of its first 256 arguments; the last has the rest.
-    pub portion: u32,
 }
 
 /// A batch at one level of detail.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Draw {
     pub key: BatchKey,
-    /// Its elements of [`Draws::arguments`].
-    pub arguments: Range<usize>,
-}
-
-/// One indirect draw.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct DrawArguments {
-    /// What the draw reads, but for the first instance and the number of them, which culling fills in.
+    /// What it reads, but for the first instance and the number of them, which culling fills in.
     pub indirect: DrawIndexedIndirectArgs,
     /// Where its slots begin in the list of visible ones, in the early phase.
     pub first_visible: u32,
-    /// Instances to expect while the number is not known: all that there is room for; of a page,
-    /// which may hold just one object, one.
-    pub expected_instances: u32,
 }
 
-/// What changes the draws: world, version of its batches, number of meshes uploaded, levels of detail or not, triangles
-/// of a portion.
-pub(super) type DrawsVersion = (u64, u64, usize, bool, Option<u32>);
+/// What changes the draws: world, version of its batches, number of meshes uploaded, levels of detail or not.
+pub(super) type DrawsVersion = (u64, u64, usize, bool);
 
 /// All draws of a scene.
 #[derive(Debug)]
 pub(super) struct Draws {
     version: DrawsVersion,
     pub list: Vec<Draw>,
-    pub arguments: Vec<DrawArguments>,
     pub page_count: u32,
     pub entry_count: u32,
     /// Slots that the pages reach up to.
@@ -105,7 +82,6 @@ impl Draws {
         Self {
             version: DrawsVersion::default(),
             list: Vec::new(),
-            arguments: Vec::new(),
             page_count: 0,
             entry_count: 0,
             slot_count: 0,
@@ -132,20 +108,12 @@ impl Draws {
     }
 
     /// Brings the draws up to date. Returns the bytes uploaded.
-    pub fn update(
-        &mut self,
-        gpu: &Gpu,
-        list: &DrawList,
-        meshes: &Meshes,
-        levels: bool,
-        portion_triangles: Option<u32>,
-    ) -> Result<u64, RenderError> {
-        let version = (list.world, list.batches_version, meshes.count(), levels, portion_triangles);
+    pub fn update(&mut self, gpu: &Gpu, list: &DrawList, meshes: &Meshes, levels: bool) -> Result<u64, RenderError> {
+        let version = (list.world, list.batches_version, meshes.count(), levels);
         if version == self.version {
             return Ok(0);
         }
         self.list.clear();
-        self.arguments.clear();
         let (mut pages, mut batches, mut entries, mut draws) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         for batch in &list.batches {
             let Some(mesh) = meshes.range(batch.key.mesh) else { continue };
@@ -162,32 +130,15 @@ impl Draws {
                 let first_visible = first_entry * PAGE_SLOTS;
                 entries.extend(its_pages.iter().map(|&page| [page, draws.len() as u32]));
                 let end_entry = entries.len() as u32;
-                let most = (end_entry - first_entry) * PAGE_SLOTS;
-                let portion = portion_of(portion_triangles, level.index_count / 3, most);
-                let first_argument = self.arguments.len();
-                for places in portions_of_list(portion, most) {
-                    let first = first_visible + places.start;
-                    let indirect = DrawIndexedIndirectArgs {
-                        index_count: level.index_count,
-                        instance_count: 0,
-                        first_index: level.first_index,
-                        base_vertex: mesh.base_vertex,
-                        first_instance: 0,
-                    };
-                    let expected_instances = if its_pages.len() > 1 { places.len() as u32 } else { 1 };
-                    self.arguments.push(DrawArguments { indirect, first_visible: first, expected_instances });
-                }
-                let arguments = first_argument..self.arguments.len();
-                draws.push(CullDrawRecord {
-                    level: number,
-                    first_entry,
-                    end_entry,
-                    first_visible,
-                    first_argument: arguments.start as u32,
-                    end_argument: arguments.end as u32,
-                    portion,
-                });
-                self.list.push(Draw { key: batch.key, arguments });
+                draws.push(CullDrawRecord { level: number, first_entry, end_entry, first_visible });
+                let indirect = DrawIndexedIndirectArgs {
+                    index_count: level.index_count,
+                    instance_count: 0,
+                    first_index: level.first_index,
+                    base_vertex: mesh.base_vertex,
+                    first_instance: 0,
+                };
+                self.list.push(Draw { key: batch.key, indirect, first_visible });
             }
         }
         (self.page_count, self.entry_count) = (pages.len() as u32, entries.len() as u32);
@@ -199,62 +150,5 @@ impl Draws {
             + self.draws.write(gpu, &draws, &all, true)?;
         self.version = version;
         Ok(bytes)
-    }
-}
-
-/// So many portions of a list hold as many instances as the first; `FINE` of shaders/cull.wgsl.
-pub(super) const FINE: u32 = 256;
-
-/// Behind them, after so many each holds twice as many; `STEP` of shaders/cull.wgsl.
-pub(super) const STEP: u32 = 8;
-
-/// How many of `most` instances of so many triangles the first portions of a list hold: no less than a page has.
-fn portion_of(portion_triangles: Option<u32>, triangles: u32, most: u32) -> u32 {
-    let most = most.max(1);
-    portion_triangles.map_or(most, |portion| (portion / triangles.max(1)).clamp(PAGE_SLOTS.min(most), most))
-}
-
-/// The places in a list of `most` that each of its portions draws, if the first draw so many.
-fn portions_of_list(portion: u32, most: u32) -> impl Iterator<Item = Range<u32>> {
-    let mut start = 0;
-    (0..).map_while(move |number: u32| {
-        let doublings = number.checked_sub(FINE).map_or(0, |behind| behind / STEP + 1);
-        let size = (u64::from(portion) << doublings).min(u64::from(most - start)) as u32;
-        start += size;
-        (size > 0).then(|| start - size..start)
-    })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn portions_have_as_many_triangles_as_they_may_and_a_page_at_least() {
-        assert_eq!(portion_of(None, 12, 6400), 6400);
-        assert_eq!(portion_of(Some(1200), 12, 6400), 100);
-        assert_eq!(portion_of(Some(1200), 12, 64), 64, "no more than there are");
-        assert_eq!(portion_of(Some(1200), 5000, 128), 64, "a page is not taken apart");
-        assert_eq!((portion_of(Some(1200), 0, 0), portion_of(None, 0, 0)), (1, 1));
-    }
-
-    #[test]
-    fn portions_follow_each_other_to_the_end_of_a_list_and_grow() {
-        let sizes = |portion, most| {
-            let mut end = 0;
-            let size = |places: Range<u32>| {
-                assert_eq!(places.start, end);
-                end = places.end;
-                places.len()
-            };
-            portions_of_list(portion, most).map(size).collect::<Vec<_>>()
-        };
-        assert_eq!(sizes(100, 250), [100, 100, 50]);
-        assert_eq!(sizes(1, 0), [0; 0]);
-        assert_eq!(sizes(7, 7), [7], "not cut");
-        let many = sizes(100, 30_000);
-        assert_eq!((many.len(), many[255], many[256], many[263], many[264]), (271, 100, 200, 200, 400));
-        assert_eq!(many.iter().sum::<usize>(), 30_000);
-        assert!(sizes(64, u32::MAX).len() < 450, "however many there are");
     }
 }

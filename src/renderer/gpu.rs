@@ -52,8 +52,7 @@ impl Gpu {
         .union(wgpu::Features::TEXTURE_COMPRESSION_BC)
         .union(wgpu::Features::FLOAT32_FILTERABLE)
         .union(wgpu::Features::TEXTURE_FORMAT_16BIT_NORM)
-        .union(wgpu::Features::TIMESTAMP_QUERY)
-        .union(wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES);
+        .union(wgpu::Features::TIMESTAMP_QUERY);
 
     /// Opens the best adapter without a window. `WGPU_BACKEND` and `WGPU_ADAPTER_NAME` choose another. Mesa's Vulkan
     /// layer that sorts adapters asks for displays nevertheless, unless the environment has `NODEVICE_SELECT`.

@@ -20,6 +20,7 @@
 //! A window, a file and a test call the same functions: a target is any texture view. Programs with one camera have
 //! [`SingleView`].
 
+mod cpu_rasterizer;
 mod culling;
 mod custom_passes;
 mod drawn;
@@ -34,7 +35,6 @@ mod objects;
 mod outputs;
 mod pass;
 mod pipelines;
-mod portions;
 mod pyramid;
 mod readback;
 mod record;
@@ -48,6 +48,7 @@ mod textures;
 mod timestamps;
 mod view_state;
 
+pub use cpu_rasterizer::keep_freed_memory;
 pub use culling::CullRecord;
 pub use custom_passes::{PassPlace, PassTargets};
 pub use drawn::Drawn;
@@ -64,12 +65,12 @@ pub use single_view::SingleView;
 pub use timestamps::PassTime;
 pub use view_state::{ViewPlan, ViewState};
 
+use cpu_rasterizer::CpuRasterizer;
 use culling::Culling;
 use draws::Draws;
 use frame_tables::FrameTables;
 use meshes::Meshes;
 use pipelines::{MissingPipelines, Pipelines};
-use portions::Portions;
 use pyramid::PyramidMaker;
 use std::sync::atomic::{AtomicU64, Ordering};
 use systems::assets::Technique;
@@ -88,9 +89,6 @@ pub struct RenderStats {
     pub draws: u32,
     /// Calls that they took.
     pub draw_calls: u32,
-    /// Passes that they took, but for those of blended objects: in each view one, or in each of two phases one; more
-    /// where passes are cut ([`Renderer::cut_passes`]).
-    pub passes: u32,
     /// Bytes of instance records uploaded.
     pub instance_bytes: u64,
     /// Bytes of light records uploaded.
@@ -154,7 +152,7 @@ pub struct Renderer {
     stats: RenderStats,
     /// Where they are asked for and the device has them.
     timestamps: Option<Timestamps>,
-    portions: Portions,
+    cpu_rasterizer: CpuRasterizer,
 }
 
 impl Renderer {
@@ -192,7 +190,7 @@ impl Renderer {
             blended_keys: (None, Vec::new()),
             stats: RenderStats::default(),
             timestamps: None,
-            portions: Portions::new(gpu),
+            cpu_rasterizer: CpuRasterizer::new(&gpu.adapter),
             pipelines,
             gpu: gpu.clone(),
         }
@@ -201,17 +199,6 @@ impl Renderer {
     /// The device it draws with.
     pub fn gpu(&self) -> &Gpu {
         &self.gpu
-    }
-
-    /// Has passes over more triangles than these cut into several, which a driver on the processor finishes one after
-    /// another: it holds some hundred bytes of each triangle meanwhile. Within a pass, if it can note the time there,
-    /// it is handed an eighth of them at a time, and fills their pixels while it works on the next. `None`: passes stay
-    /// whole. The picture is the same. From the beginning: 65,536 on drivers on the processor, none elsewhere. It is a
-    /// wish: what is in view is known from frames before, a batch is cut into parts of no less than 64 objects each,
-    /// which become larger towards its far end, and [`Self::draw_outputs`] and the passes of
-    /// [`Technique::EmbossMultipass`] stay whole.
-    pub fn cut_passes(&mut self, triangles: Option<std::num::NonZeroU32>) {
-        self.portions.of_pass = triangles.map(std::num::NonZeroU32::get);
     }
 
     /// What the last prepare and record did, of all views together.
@@ -298,9 +285,8 @@ impl Renderer {
         if self.world != 0 && world != self.world {
             let textures = Textures::with_layout(self.textures.layout.clone());
             let (pipelines, culling, pyramids) = (self.pipelines.clone(), self.culling.clone(), self.pyramids.clone());
-            let (portions, timestamps) = (self.portions.clone(), self.timestamps.take());
-            *self =
-                Self { portions, timestamps, ..Self::of_no_world(&self.gpu, textures, pipelines, culling, pyramids) };
+            let timestamps = self.timestamps.take();
+            *self = Self { timestamps, ..Self::of_no_world(&self.gpu, textures, pipelines, culling, pyramids) };
         }
         self.world = world;
     }
@@ -326,7 +312,7 @@ impl Renderer {
         for (state, plan) in views {
             let levels = plan.settings.levels.enabled;
             let draws = &mut self.draws[usize::from(levels)];
-            self.stats.list_bytes += draws.update(&self.gpu, list, &self.meshes, levels, self.portions.of_portion())?;
+            self.stats.list_bytes += draws.update(&self.gpu, list, &self.meshes, levels)?;
             let draws = &self.draws[usize::from(levels)];
             state.make_targets(&self.gpu, &self.pipelines, &self.pyramids, plan, draws, list.objects)?;
             state.fit_outputs(&self.gpu.device, plan.size());

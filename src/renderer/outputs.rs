@@ -357,7 +357,7 @@ impl Renderer {
         pass.set_bind_group(0, group, &[]);
         let kind = Pass::Outputs(attached);
         for phase in view.phases().filter(|_| !together) {
-            self.draw_objects(&mut pass, view, kind, phase, 0..self.draws_of(view).arguments.len());
+            self.draw_objects(&mut pass, view, kind, phase);
         }
         self.draw_blended(&mut pass, view, kind);
     }

@@ -7,10 +7,6 @@ use super::objects::Recorded;
 use super::targets::Attachments;
 use super::timestamps::Timestamps;
 use super::{Renderer, ViewState};
-use crate::freed_memory::keep_freed_memory;
-
-/// What a driver on the processor holds of more triangles than these is worth keeping from frame to frame.
-const MANY_TRIANGLES: u64 = 10_000;
 
 /// Where a view of a frame is drawn.
 pub struct ViewTarget<'a> {
@@ -84,8 +80,7 @@ impl Renderer {
             view.record_passes(encoder, PassPlace::AfterToneMap);
             view.state.drawn_now();
         }
-        (self.stats.draws, self.stats.draw_calls, self.stats.passes) =
-            (recorded.draws, recorded.calls, recorded.passes);
+        (self.stats.draws, self.stats.draw_calls) = (recorded.draws, recorded.calls);
         self.finish_timestamps(encoder);
     }
 
@@ -123,11 +118,8 @@ impl Renderer {
 
     /// What all views share, before the first of them.
     pub(super) fn begin_recording(&mut self, encoder: &mut wgpu::CommandEncoder, views: &[ViewTarget<'_>]) {
-        let triangles: u64 = views.iter().map(|view| self.expected_triangles(view.state)).sum();
-        if self.portions.on_processor && triangles > MANY_TRIANGLES {
-            // Not earlier: what loading left is given back.
-            keep_freed_memory();
-        }
+        let of_late = views.iter().filter_map(|view| view.state.counts.latest);
+        self.cpu_rasterizer.begin_frame(of_late.map(|drawn| drawn.triangles).sum());
         self.tables.record(encoder, self.timestamps.as_ref());
     }
 
@@ -207,7 +199,7 @@ impl Renderer {
             pass.set_pipeline(sky);
             pass.draw(0..3, 0..1);
         }
-        if let Some(copy) = &state.scene_color {
+        if let (Some(copy), Some(targets)) = (&state.scene_color, &state.targets) {
             drop(pass);
             encoder.copy_texture_to_texture(
                 targets.hdr.texture.as_image_copy(),
@@ -250,7 +242,7 @@ impl Renderer {
         if state.targets.is_some() && (state.cullings_due > 0 || state.counts.wanted) {
             let lists: Vec<_> = state.phases().map(|phase| state.culled.arguments(phase)).collect();
             let blended = self.blended_drawn(state);
-            let arguments = self.draws_of(state).arguments.len();
+            let arguments = self.draws_of(state).list.len();
             state.counts.send(&self.gpu, encoder, lists.into_iter(), arguments, blended);
         }
     }

@@ -50,7 +50,7 @@ mod tests {
     use super::super::emboss::EmbossPass;
     use super::super::pass::{Attached, Pass};
     use super::super::pipelines::object_constants;
-    use super::super::{DebugView, HeatScale, draws, pyramid, scatter, tables};
+    use super::super::{DebugView, HeatScale, pyramid, scatter, tables};
     use super::*;
     use std::collections::{BTreeMap, BTreeSet};
     use systems::assets::{AlphaMode, MapSlot, Shading, Technique};
@@ -85,8 +85,6 @@ mod tests {
             number("SLICES", culling::SLICES),
             number("TOGETHER", culling::TOGETHER),
             number("BLOCK", culling::BLOCK),
-            number("FINE", draws::FINE),
-            number("STEP", draws::STEP),
             ("TABLE_WIDTH", tables::TABLE_WIDTH as f64),
             ("INSTANCE_TEXELS", size_of::<InstanceRecord>() as f64 / 16.0),
             number("NO_LIGHT", NO_LIGHT),

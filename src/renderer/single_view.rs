@@ -5,7 +5,6 @@ use super::{
     ViewState, ViewTarget,
 };
 use glam::UVec2;
-use std::num::NonZeroU32;
 use systems::draw::{FrameData, View};
 
 /// A [`Renderer`] and the state of its only view.
@@ -117,11 +116,6 @@ impl SingleView {
     /// [`Renderer::stats`].
     pub fn stats(&self) -> RenderStats {
         self.renderer.stats()
-    }
-
-    /// [`Renderer::cut_passes`].
-    pub fn cut_passes(&mut self, triangles: Option<NonZeroU32>) {
-        self.renderer.cut_passes(triangles);
     }
 
     /// [`Renderer::time_passes`].
