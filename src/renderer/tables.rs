@@ -135,13 +135,13 @@ pub(super) struct RecordTable<T> {
 /// Texels in a row of the tables; `TABLE_WIDTH` of shaders/types.wgsl.
 pub(super) const TABLE_WIDTH: u64 = 4096;
 const TEXEL_BYTES: u64 = 16;
-/// Uploads of all there is wait for each other after this many bytes: of what is under way there is a copy, whose
-/// memory the driver may keep.
+/// Uploads of all there is are submitted after this many bytes: until the GPU has them there is a copy, whose memory the
+/// driver may keep.
 pub(super) const FEW_BYTES_UNDER_WAY: u64 = 4 << 20;
-/// Uploads of what changed do so after this many: in every frame, waiting costs more than memory.
+/// Uploads of what changed are so after this many: in every frame, calls cost more than memory.
 const MOST_BYTES_UNDER_WAY: u64 = 12 << 20;
 
-/// Counts bytes under way.
+/// Submits uploads little by little. Nothing waits for them.
 #[derive(Debug)]
 pub(super) struct Pace {
     under_way: u64,
@@ -149,7 +149,7 @@ pub(super) struct Pace {
 }
 
 impl Pace {
-    /// Waits after so many bytes.
+    /// Submits after so many bytes.
     pub fn new(most: u64) -> Self {
         Self { under_way: 0, most }
     }
@@ -159,8 +159,8 @@ impl Pace {
         self.under_way += bytes;
         if self.under_way >= self.most {
             gpu.queue.submit([]);
-            // A lost device shows at the next draw.
-            gpu.poll(wgpu::PollType::wait_indefinitely());
+            // Copies of what has arrived are freed.
+            gpu.poll(wgpu::PollType::Poll);
             self.under_way = 0;
         }
     }
