@@ -69,13 +69,17 @@ mod tests {
         let (counts, bounds) = (legend(DebugView::LightCount), legend(DebugView::ErrorBound));
         let step_of = |pass: EmbossPass| pass.constants().0;
         let techniques = Technique::ALL.map(|(name, technique)| (constant("TECHNIQUE", name), technique as u32));
-        let curve = |curve| tone_map_constant(Some(curve)).1;
-        let tone_maps = ToneMap::ALL.map(|(name, map)| (constant("TONE_MAP", name), curve(map)));
+        let tone_maps = ToneMap::ALL.map(|(name, map)| (constant("TONE_MAP", name), map as u32));
         // Shaders have no name for the lit picture.
         let views = DebugView::ALL.into_iter().filter(|(_, view)| *view != DebugView::Off);
         let views = views.map(|(name, view)| (constant("DEBUG", name), view as u32));
         let lights = LightRecord::KINDS.map(|(name, kind)| (constant("LIGHT", name), kind));
-        let listed = techniques.into_iter().chain(views).chain(lights).map(|(name, value)| (name, f64::from(value)));
+        let listed = techniques
+            .into_iter()
+            .chain(tone_maps)
+            .chain(views)
+            .chain(lights)
+            .map(|(name, value)| (name, f64::from(value)));
         let others = [
             number("PAGE_SLOTS", PAGE_SLOTS),
             number("ROW", culling::ROW),
@@ -125,7 +129,7 @@ mod tests {
             ("ERROR_BOUND_DECADES", (bounds[bounds.len() - 1] / bounds[0]).log10().round()),
         ];
         let others = others.map(|(name, value)| (name.to_owned(), value));
-        listed.chain(tone_maps).chain(others).collect()
+        listed.chain(others).collect()
     }
 
     /// A shader's name for an entry of a list.
