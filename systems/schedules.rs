@@ -131,6 +131,8 @@ pub fn frame_schedule() -> Schedule {
         (
             // Before anything looks for objects: what has got by now what it is drawn with.
             (incomplete::complete, lap(Stage::Transforms, "complete")).chain(),
+            // Pieces of meshes that were replaced, before anything places them.
+            (pieces::follow_meshes, lap(Stage::Transforms, "follow_meshes")).chain(),
             // What is hidden with something above it, before anything looks for objects.
             (hidden::inherit_hidden, lap(Stage::Transforms, "inherit_hidden")).chain(),
             // Wheels and the like, as their vehicles moved.

@@ -94,7 +94,7 @@ mod tests {
     #[test]
     fn no_resource_comes_after_the_entities_of_a_world() {
         let mut simulation = Simulation::new();
-        let first = simulation.world.spawn(MeshId(0)).id();
+        let first = simulation.world.spawn(MeshId::from_slot(0)).id();
         simulation.step();
         simulation.frame();
         let second = simulation.world.spawn_empty().id();

@@ -55,11 +55,10 @@ fn load(path: &Path) -> Outcome {
         return load_image(path, ImageKind::Color).map_or_else(Outcome::Refused, |_| Outcome::Clean);
     }
     let mut library = Library::default();
-    let before = library.images().len() + library.materials().len() + library.meshes().len();
+    let before = library.sizes();
     match load_model(path, &mut library) {
         Err(error) => {
-            let after = library.images().len() + library.materials().len() + library.meshes().len();
-            assert_eq!(before, after, "{}: refused, yet something joined the library", path.display());
+            assert_eq!(before, library.sizes(), "{}: refused, yet something joined the library", path.display());
             Outcome::Refused(error)
         }
         Ok(model) => {
@@ -77,7 +76,7 @@ fn assert_sane(model: &relief::import::Model, library: &Library, path: &Path) {
     for (_, place) in model.placed() {
         assert!(place.is_finite(), "{}: a node's place is not finite", path.display());
     }
-    for entry in library.meshes() {
+    for (_, entry) in library.meshes() {
         let mesh = &entry.mesh;
         let count = mesh.positions.len();
         assert!(

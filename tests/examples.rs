@@ -74,6 +74,11 @@ fn several_cameras() {
 }
 
 #[test]
+fn swap_assets() {
+    pictures_of("swap_assets", &["swap_assets_1.png", "swap_assets_2.png"]);
+}
+
+#[test]
 fn own_pass() {
     pictures_of("own_pass", &["own_pass.png"]);
 }

@@ -8,7 +8,7 @@ use relief::frames::Headless;
 use relief::renderer::{Settings, SingleView};
 use systems::Simulation;
 use systems::assets::levels::LevelOfDetail;
-use systems::assets::{AlphaMode, Image, ImageKind, Library, Map, Material, MeshId, shapes, texture_memory};
+use systems::assets::{AlphaMode, Image, ImageId, ImageKind, Library, Map, Material, MeshId, shapes, texture_memory};
 use systems::draw::{Camera, InstanceRecord};
 use systems::lights::{Light, LightRecord};
 use systems::space::Transform;
@@ -308,7 +308,9 @@ fn texels_that_are_not_kept_are_held_by_one_renderer_alone() {
     let before = library(&field);
     assert!(field.draw().1 == kept.draw().1);
     // The first images stand in for missing maps.
-    let has_texels = |field: &Field, i: usize| !field.simulation.library().images()[i].levels.is_empty();
+    let has_texels = |field: &Field, i: u32| {
+        !field.simulation.library().image(ImageId::from_slot(i)).expect("it is there").levels.is_empty()
+    };
     assert!(has_texels(&kept, 8) && !has_texels(&field, 8));
     assert_eq!(library(&field), before, "what textures take stays known");
     // One more of the same size: the array grows, and the others are where they were.

@@ -25,14 +25,14 @@ fn finished(mesh: Mesh, cache: &Cache) -> MeshEntry {
     let mut library = Library::default();
     library.add_mesh(mesh);
     finish_meshes(&mut library, cache);
-    library.meshes()[0].clone()
+    library.mesh_in_slot(0).unwrap().1.clone()
 }
 
 fn by_itself(mesh: Mesh) -> MeshEntry {
     let mut library = Library::default();
     library.add_mesh(mesh);
     library.unfinished_meshes().for_each(MeshEntry::finish);
-    library.meshes()[0].clone()
+    library.mesh_in_slot(0).unwrap().1.clone()
 }
 
 fn assert_same(a: &MeshEntry, b: &MeshEntry) {
@@ -119,7 +119,7 @@ fn equal_meshes_are_worked_out_once() {
         }
         finish_meshes(&mut library, &cache);
         assert_eq!(cache.counts(), counts);
-        for (entry, name) in library.meshes().iter().zip(["a", "b", "c"]) {
+        for ((_, entry), name) in library.meshes().zip(["a", "b", "c"]) {
             assert_eq!(entry.mesh.name, name);
             let unnamed = Mesh { name: truth.mesh.name.clone(), ..entry.mesh.clone() };
             assert_same(&MeshEntry { mesh: unnamed, ..entry.clone() }, &truth);
@@ -135,7 +135,7 @@ fn a_mesh_that_is_to_have_no_levels_has_none_and_small_ones_are_left_to_the_syst
         let (mut library, cache) = (Library::default(), open(folder.path()));
         library.add_mesh_without_levels(full());
         finish_meshes(&mut library, &cache);
-        let entry = &library.meshes()[0];
+        let (_, entry) = library.mesh_in_slot(0).unwrap();
         assert!(entry.is_finished() && entry.levels.len() == 1 && entry.level_indices.is_empty());
         assert_eq!(cache.counts(), counts);
     }

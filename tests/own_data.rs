@@ -87,7 +87,7 @@ impl Data {
         let mut list = DrawList { environment: blue_sky(), ..DrawList::default() };
         // Maps that are missing are layers of stand-ins: base colours in one texture array, all else in another.
         let array =
-            |srgb, image| TextureArray { width: 1, height: 1, srgb, texels: Texels::Rgba8, layers: vec![image] };
+            |srgb, image| TextureArray { width: 1, height: 1, srgb, texels: Texels::Rgba8, layers: vec![Some(image)] };
         list.texture_arrays = vec![array(true, ImageId::WHITE_COLOR), array(false, ImageId::FLAT_NORMAL)];
         let mut arrays = [1; MAP_COUNT];
         arrays[MapSlot::Base as usize] = 0;

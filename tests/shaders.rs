@@ -233,8 +233,9 @@ fn lights_come_out_of_an_objects_record_nearly_as_they_went_in() {
         selections.len()
     );
     let entity = Entity::from_raw_u32(70_000).expect("an index");
-    let record =
-        |s: &Selection| InstanceRecord::new(entity, &Affine3A::IDENTITY, MaterialId(9), &SelectedLights::pack(s));
+    let record = |s: &Selection| {
+        InstanceRecord::new(entity, &Affine3A::IDENTITY, MaterialId::from_slot(9), &SelectedLights::pack(s))
+    };
     let records: Vec<InstanceRecord> = selections.iter().map(record).collect();
     let mut values: Vec<u32> = bytemuck::cast_slice(&records).to_vec();
     values.resize(4096 * 2 * 4, 0);

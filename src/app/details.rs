@@ -88,7 +88,7 @@ pub fn show(ui: &mut egui::Ui, world: &World, entity: Entity) {
             row("scale", triple(local.scale, 2));
         }
         let library = world.resource::<Library>();
-        let whole = world.get::<WholeMesh>(entity).map(|whole| whole.0);
+        let whole = world.get::<WholeMesh>(entity).map(|whole| whole.mesh);
         if let Some(mesh) = whole.or(world.get::<MeshId>(entity).copied()).and_then(|id| library.mesh(id)) {
             row("mesh", format!("{} ({} triangles)", named(&mesh.mesh.name), mesh.mesh.triangle_count()));
         }

@@ -154,8 +154,14 @@ mod tests {
         list.gather(&mut world);
         list.find();
         assert_eq!(names(&list), ["Lamp post", "Lamp 2"], "a new entity is searched too");
-        let road = world.spawn((Name::new("Road lamp"), Transform::default(), WholeMesh(MeshId(0)))).id();
-        world.spawn((Transform::default(), MeshId(1), ChildOf(road), PieceOf(road)));
+        let road = world
+            .spawn((
+                Name::new("Road lamp"),
+                Transform::default(),
+                WholeMesh { mesh: MeshId::from_slot(0), metres: 8.0 },
+            ))
+            .id();
+        world.spawn((Transform::default(), MeshId::from_slot(1), ChildOf(road), PieceOf(road)));
         list.gather(&mut world);
         list.find();
         assert_eq!(names(&list), ["Lamp post", "Lamp 2", "Road lamp"], "an object in pieces is one row");

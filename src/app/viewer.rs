@@ -417,7 +417,7 @@ mod tests {
         let mut viewer = viewer();
         let shown = |viewer: &mut Viewer| {
             let world = &mut viewer.simulation.world;
-            world.query::<&MeshId>().iter(world).map(|mesh| mesh.0).collect::<Vec<_>>()
+            world.query::<&MeshId>().iter(world).copied().collect::<Vec<_>>()
         };
         let first = shown(&mut viewer);
         viewer.apply(Command::NextFigure);

@@ -249,7 +249,7 @@ fn yard_mesh(mesh: &YardMesh) -> Result<Mesh, YardError> {
             // A library of its own: the model's materials and images are not drawn.
             let mut library = Library::default();
             import::load_model(path, &mut library)?;
-            let meshes = library.meshes().iter().map(|entry| &entry.mesh);
+            let meshes = library.meshes().map(|(_, entry)| &entry.mesh);
             let largest = meshes.max_by_key(|mesh| mesh.triangle_count()).filter(|mesh| mesh.triangle_count() > 0);
             largest.map(fitted).ok_or_else(|| YardError::NoMesh(path.clone()))
         }

@@ -28,11 +28,11 @@ pub struct CompressReport {
     pub kept: usize,
 }
 
-/// Puts the images of a library into blocks, in parallel. For images that have not been drawn yet.
+/// Puts the images of a library that have their texels into blocks, in parallel.
 pub fn compress_images(library: &mut Library, cache: Option<&Cache>) -> CompressReport {
     systems::set_threads(None);
-    let images = library.images_mut();
-    let done = map_in_parallel(images.iter_mut(), |image| compress(image, cache));
+    let images: Vec<_> = library.images_mut().collect();
+    let done = map_in_parallel(images.into_iter(), |(_, image)| compress(image, cache));
     let compressed = done.iter().filter(|&&done| done).count();
     CompressReport { compressed, kept: done.len() - compressed }
 }

@@ -58,8 +58,8 @@ pub(super) struct Draw {
     pub first_visible: u32,
 }
 
-/// What changes the draws: world, version of its batches, number of meshes uploaded, levels of detail or not.
-pub(super) type DrawsVersion = (u64, u64, usize, bool);
+/// What changes the draws: world, version of its batches, version of the meshes, levels of detail or not.
+pub(super) type DrawsVersion = (u64, u64, u64, bool);
 
 /// All draws of a scene.
 #[derive(Debug)]
@@ -109,7 +109,7 @@ impl Draws {
 
     /// Brings the draws up to date. Returns the bytes uploaded.
     pub fn update(&mut self, gpu: &Gpu, list: &DrawList, meshes: &Meshes, levels: bool) -> Result<u64, RenderError> {
-        let version = (list.world, list.batches_version, meshes.count(), levels);
+        let version = (list.world, list.batches_version, meshes.version(), levels);
         if version == self.version {
             return Ok(0);
         }
@@ -134,8 +134,8 @@ impl Draws {
                 let indirect = DrawIndexedIndirectArgs {
                     index_count: level.index_count,
                     instance_count: 0,
-                    first_index: level.first_index,
-                    base_vertex: mesh.base_vertex,
+                    first_index: mesh.first_index() + level.first_index,
+                    base_vertex: mesh.base_vertex(),
                     first_instance: 0,
                 };
                 self.list.push(Draw { key: batch.key, indirect, first_visible });

@@ -1,9 +1,11 @@
-//! All meshes in one vertex and one index buffer, uploaded once, in id order.
+//! All meshes in one vertex and one index buffer, uploaded when they are new or replaced, in the order of their slots.
 
-use super::tables::GrowingBuffer;
+use super::shared_buffer::SharedBuffer;
 use super::{Gpu, RenderError};
 use glam::Vec3;
-use systems::assets::{Level, Library, Mesh, MeshId};
+use std::collections::BTreeSet;
+use std::ops::Range;
+use systems::assets::{Level, Library, Mesh, MeshEntry, MeshId};
 use systems::space::Sphere;
 
 /// One vertex as the forward shader's `VertexIn` reads it.
@@ -36,77 +38,136 @@ pub(super) const SLOT_LAYOUT: wgpu::VertexBufferLayout<'static> = wgpu::VertexBu
 /// Where a mesh lies in the shared buffers.
 #[derive(Clone, Debug)]
 pub(super) struct MeshRange {
-    pub base_vertex: i32,
+    id: MeshId,
+    vertices: Range<u64>,
+    indices: Range<u64>,
     /// Object space.
     pub bounds: Sphere,
     /// Of the box around it, whose centre is the sphere's, object space.
     pub half_extents: Vec3,
-    /// Levels of detail, the mesh itself first; their indices counted from the start of the shared buffer.
+    /// Levels of detail, the mesh itself first; their indices counted from [`Self::first_index`].
     pub levels: Vec<Level>,
+}
+
+impl MeshRange {
+    /// What is added to its indices.
+    pub fn base_vertex(&self) -> i32 {
+        self.vertices.start as i32
+    }
+
+    /// Where the indices of its levels begin.
+    pub fn first_index(&self) -> u32 {
+        self.indices.start as u32
+    }
 }
 
 /// The shared buffers.
 #[derive(Debug)]
 pub(super) struct Meshes {
-    pub vertices: GrowingBuffer,
-    pub indices: GrowingBuffer,
-    ranges: Vec<MeshRange>,
-    vertex_count: u64,
-    index_count: u64,
+    pub vertices: SharedBuffer,
+    pub indices: SharedBuffer,
+    /// By slot.
+    ranges: Vec<Option<MeshRange>>,
+    /// The revision of the library's meshes that was looked at last.
+    seen: u64,
+    /// Slots of meshes that are to be uploaded once they are finished.
+    waiting: BTreeSet<u32>,
+    version: u64,
 }
 
 impl Meshes {
     pub fn new(device: &wgpu::Device) -> Self {
         Self {
-            vertices: GrowingBuffer::new(device, "vertices", wgpu::BufferUsages::VERTEX),
-            indices: GrowingBuffer::new(device, "indices", wgpu::BufferUsages::INDEX),
+            vertices: SharedBuffer::new(device, "vertices", wgpu::BufferUsages::VERTEX, size_of::<Vertex>()),
+            indices: SharedBuffer::new(device, "indices", wgpu::BufferUsages::INDEX, size_of::<u32>()),
             ranges: Vec::new(),
-            vertex_count: 0,
-            index_count: 0,
+            seen: 0,
+            waiting: BTreeSet::new(),
+            version: 0,
         }
     }
 
     pub fn range(&self, mesh: MeshId) -> Option<&MeshRange> {
-        self.ranges.get(mesh.0 as usize)
+        self.ranges.get(mesh.slot() as usize)?.as_ref().filter(|range| range.id == mesh)
     }
 
-    /// How many are uploaded.
-    pub fn count(&self) -> usize {
-        self.ranges.len()
+    /// Changes whenever a mesh is another one, elsewhere, or gone.
+    pub fn version(&self) -> u64 {
+        self.version
     }
 
-    /// Uploads the meshes that are ready and were not there before. Returns the bytes written.
+    /// Bytes of the buffers.
+    pub fn bytes(&self) -> u64 {
+        self.vertices.buffer().size() + self.indices.buffer().size()
+    }
+
+    /// Uploads the meshes that are ready and were not there before, gives up the room of those that are gone. Returns
+    /// the bytes written.
     pub fn upload(&mut self, gpu: &Gpu, library: &Library) -> Result<u64, RenderError> {
-        let new = library.meshes().get(self.ranges.len()..).unwrap_or_default();
-        let ready = new.iter().take_while(|entry| !entry.levels.is_empty()).count();
-        let new = &new[..ready];
-        let vertices: u64 = new.iter().map(|e| e.mesh.positions.len() as u64).sum();
-        let indices: u64 = new.iter().map(|e| (e.mesh.indices.len() + e.level_indices.len()) as u64).sum();
-        let (stride, index) = (size_of::<Vertex>() as u64, size_of::<u32>() as u64);
-        self.vertices.extend(gpu, self.vertex_count * stride, (self.vertex_count + vertices) * stride)?;
-        self.indices.extend(gpu, self.index_count * index, (self.index_count + indices) * index)?;
-        for entry in new {
-            let mesh = &entry.mesh;
-            let packed = pack(mesh);
-            gpu.queue.write_buffer(self.vertices.buffer(), self.vertex_count * stride, bytemuck::cast_slice(&packed));
-            let first_index = self.index_count as u32;
-            let levels =
-                entry.levels.iter().map(|l| Level { first_index: first_index + l.first_index, ..*l }).collect();
-            let aabb = mesh.aabb();
-            self.ranges.push(MeshRange {
-                base_vertex: self.vertex_count as i32,
-                bounds: entry.bounds,
-                half_extents: (aabb.max - aabb.min) * 0.5,
-                levels,
-            });
-            self.vertex_count += packed.len() as u64;
-            for indices in [&mesh.indices, &entry.level_indices] {
-                let bytes: &[u8] = bytemuck::cast_slice(indices);
-                gpu.queue.write_buffer(self.indices.buffer(), self.index_count * index, bytes);
-                self.index_count += indices.len() as u64;
+        if self.seen == library.revisions().meshes && self.waiting.is_empty() {
+            return Ok(0);
+        }
+        self.waiting.extend(library.changed_meshes(self.seen));
+        self.seen = library.revisions().meshes;
+        let mut ready: Vec<(MeshId, &MeshEntry)> = Vec::new();
+        for slot in std::mem::take(&mut self.waiting) {
+            match library.mesh_in_slot(slot) {
+                Some((id, entry)) if entry.levels.is_empty() => {
+                    self.waiting.insert(slot);
+                    // What it replaces is drawn meanwhile.
+                    if self.range(id).is_none() {
+                        self.release(slot);
+                    }
+                }
+                Some(new) => {
+                    self.release(slot);
+                    ready.push(new);
+                }
+                None => self.release(slot),
             }
         }
-        Ok(vertices * stride + indices * index)
+        let sizes = |entry: &MeshEntry| {
+            let indices = entry.mesh.indices.len() + entry.level_indices.len();
+            [entry.mesh.positions.len() as u64, indices as u64]
+        };
+        if let Err(error) = self.make_room(gpu, ready.iter().map(|(_, entry)| sizes(entry))) {
+            self.waiting.extend(ready.iter().map(|(id, _)| id.slot()));
+            return Err(error);
+        }
+        let mut written = 0;
+        for (id, entry) in ready {
+            let (mesh, [vertices, indices]) = (&entry.mesh, sizes(entry));
+            let (vertices, indices) = (self.vertices.take(vertices), self.indices.take(indices));
+            written += self.vertices.write(gpu, vertices.start, &pack(mesh));
+            written += self.indices.write(gpu, indices.start, &mesh.indices);
+            let behind = indices.start + mesh.indices.len() as u64;
+            written += self.indices.write(gpu, behind, &entry.level_indices);
+            let (aabb, slot) = (mesh.aabb(), id.slot() as usize);
+            let half_extents = (aabb.max - aabb.min) * 0.5;
+            self.ranges.resize(self.ranges.len().max(slot + 1), None);
+            let (bounds, levels) = (entry.bounds, entry.levels.clone());
+            self.ranges[slot] = Some(MeshRange { id, vertices, indices, bounds, half_extents, levels });
+            self.version += 1;
+        }
+        Ok(written)
+    }
+
+    fn release(&mut self, slot: u32) {
+        if let Some(range) = self.ranges.get_mut(slot as usize).and_then(Option::take) {
+            self.vertices.release(range.vertices);
+            self.indices.release(range.indices);
+            self.version += 1;
+        }
+    }
+
+    /// Makes room for meshes of so many vertices and indices, and gives up room that is not needed.
+    fn make_room(&mut self, gpu: &Gpu, sizes: impl Iterator<Item = [u64; 2]> + Clone) -> Result<(), RenderError> {
+        let Self { vertices, indices, ranges, version, .. } = self;
+        let held = ranges.iter_mut().flatten().map(|range| &mut range.vertices);
+        *version += u64::from(vertices.make_room(gpu, sizes.clone().map(|[vertices, _]| vertices), held)?);
+        let held = ranges.iter_mut().flatten().map(|range| &mut range.indices);
+        *version += u64::from(indices.make_room(gpu, sizes.map(|[_, indices]| indices), held)?);
+        Ok(())
     }
 }
 

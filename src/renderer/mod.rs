@@ -3,8 +3,8 @@
 //!
 //! ```text
 //! Renderer::prepare(frame, views)                     uploads what changed, makes the pipelines that are missing
-//!   meshes        new ones into the shared vertex and index buffers
-//!   textures      new layers of the texture arrays; bind groups of each material class
+//!   meshes        new and replaced ones into the shared vertex and index buffers; removed ones make room
+//!   textures      new and replaced layers of the texture arrays; bind groups of each material class
 //!   frame tables  dirty records of instances, lights, materials
 //!   draws         what the culling pass reads, if the batches changed
 //!   each view     targets, the order of blended objects, room for the lists of visible ones
@@ -41,6 +41,7 @@ mod record;
 mod scatter;
 mod settings;
 pub mod shaders;
+mod shared_buffer;
 mod single_view;
 mod tables;
 mod targets;
@@ -117,6 +118,15 @@ impl RenderStats {
     }
 }
 
+/// What meshes and textures take on a device, with what is kept free for others.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct HeldBytes {
+    /// Vertices and indices.
+    pub meshes: u64,
+    /// Images of materials, with all their levels.
+    pub textures: u64,
+}
+
 /// What was uploaded since a renderer began, in numbers that only grow.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 struct Uploads {
@@ -147,6 +157,8 @@ pub struct Renderer {
     /// How often views were prepared: those of the last time may be recorded.
     prepared: u64,
     uploads: Uploads,
+    /// Versions of meshes and textures when a frame was prepared last.
+    asset_versions: (u64, u64),
     /// What blended objects are drawn with, also those out of view, and the version that this is for.
     blended_keys: (Option<u64>, Vec<BatchKey>),
     stats: RenderStats,
@@ -187,6 +199,7 @@ impl Renderer {
             epoch: EPOCHS.fetch_add(1, Ordering::Relaxed),
             prepared: 0,
             uploads: Uploads::default(),
+            asset_versions: (0, 0),
             blended_keys: (None, Vec::new()),
             stats: RenderStats::default(),
             timestamps: None,
@@ -199,6 +212,11 @@ impl Renderer {
     /// The device it draws with.
     pub fn gpu(&self) -> &Gpu {
         &self.gpu
+    }
+
+    /// What meshes and textures of the scene take on the device.
+    pub fn held_bytes(&self) -> HeldBytes {
+        HeldBytes { meshes: self.meshes.bytes(), textures: self.textures.bytes() }
     }
 
     /// What the last prepare and record did, of all views together.
@@ -258,8 +276,11 @@ impl Renderer {
             errors.into_iter().flatten().next().map(|error| RenderError::Refused { reason: error.to_string() });
         // A device that is lost refuses everything.
         let prepared = self.gpu.check().and(refused.map_or(prepared, Err));
-        self.uploads.any += u64::from(self.stats.scene_bytes() > 0);
-        self.uploads.surfaces += u64::from(self.stats.surface_bytes() > 0);
+        // What is given up is no upload, and may be missing in a picture.
+        let versions = (self.meshes.version(), self.textures.version());
+        let assets_changed = std::mem::replace(&mut self.asset_versions, versions) != versions;
+        self.uploads.any += u64::from(assets_changed || self.stats.scene_bytes() > 0);
+        self.uploads.surfaces += u64::from(assets_changed || self.stats.surface_bytes() > 0);
         if let Err(error) = prepared {
             views.iter_mut().for_each(|(state, plan)| state.forget(&plan.settings));
             return Err(error);

@@ -120,8 +120,8 @@ impl Renderer {
             let Some(mesh) = self.meshes.range(run.key.mesh) else { continue };
             let Some(whole) = mesh.levels.first() else { continue };
             if self.bind_key(pass, view, kind, run.key) {
-                let indices = whole.first_index..whole.first_index + whole.index_count;
-                pass.draw_indexed(indices, mesh.base_vertex, run.slots.clone());
+                let first = mesh.first_index() + whole.first_index;
+                pass.draw_indexed(first..first + whole.index_count, mesh.base_vertex(), run.slots.clone());
                 draws += 1;
             }
         }

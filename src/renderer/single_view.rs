@@ -1,8 +1,8 @@
 //! A renderer with one view: most programs have one camera.
 
 use super::{
-    Drawn, Gpu, OutputSet, Outputs, PassTime, Picked, RenderError, RenderStats, Renderer, Settings, ViewPlan,
-    ViewState, ViewTarget,
+    Drawn, Gpu, HeldBytes, OutputSet, Outputs, PassTime, Picked, RenderError, RenderStats, Renderer, Settings,
+    ViewPlan, ViewState, ViewTarget,
 };
 use glam::UVec2;
 use systems::draw::{FrameData, View};
@@ -111,6 +111,11 @@ impl SingleView {
     /// [`Renderer::read_drawn_slots`].
     pub fn read_drawn_slots(&self) -> Vec<u32> {
         self.renderer.read_drawn_slots(&self.state)
+    }
+
+    /// [`Renderer::held_bytes`].
+    pub fn held_bytes(&self) -> HeldBytes {
+        self.renderer.held_bytes()
     }
 
     /// [`Renderer::stats`].

@@ -60,6 +60,12 @@ impl GrowingBuffer {
         Ok(true)
     }
 
+    /// Another buffer of at least so many bytes, whatever it had; its contents are lost.
+    pub fn resize(&mut self, device: &wgpu::Device, bytes: u64) {
+        self.buffer = make(device, self.label, self.usage, bytes.max(256).next_multiple_of(256));
+        self.version += 1;
+    }
+
     /// As [`Self::reserve`], keeping the first `used` bytes.
     pub fn extend(&mut self, gpu: &super::Gpu, used: u64, bytes: u64) -> Result<(), RenderError> {
         let old = self.buffer.clone();

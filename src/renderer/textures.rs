@@ -15,7 +15,11 @@ use wgpu::TextureUsages;
 struct ArrayTexture {
     texture: wgpu::Texture,
     view: wgpu::TextureView,
-    uploaded: usize,
+    /// Of the array that it was made for.
+    srgb: bool,
+    texels: Texels,
+    /// What is in each layer: an image as it was in a revision of the library.
+    layers: Vec<Option<(ImageId, u64)>>,
 }
 
 /// Maps that a pixel may read; a texture and a sampler each.
@@ -40,9 +44,14 @@ struct ClassGroups {
 #[derive(Debug)]
 pub(super) struct Textures {
     pub layout: wgpu::BindGroupLayout,
-    arrays: Vec<ArrayTexture>,
+    /// `None` where no image is.
+    arrays: Vec<Option<ArrayTexture>>,
     samplers: BTreeMap<Sampler, wgpu::Sampler>,
-    classes: Vec<ClassGroups>,
+    /// By number; without groups where one of the arrays has no images.
+    classes: Vec<(MaterialClass, Option<ClassGroups>)>,
+    /// The version of the list's textures and the revision of the library's images that were looked at last.
+    seen: Option<(u64, u64)>,
+    version: u64,
     /// Whether it has been said that heights are drawn in steps: once is enough, however many arrays have them.
     said_steps: bool,
 }
@@ -70,23 +79,53 @@ impl Textures {
 
     /// None yet, for pipelines that were made with that layout.
     pub fn with_layout(layout: wgpu::BindGroupLayout) -> Self {
-        Self { layout, arrays: Vec::new(), samplers: BTreeMap::new(), classes: Vec::new(), said_steps: false }
+        Self {
+            layout,
+            arrays: Vec::new(),
+            samplers: BTreeMap::new(),
+            classes: Vec::new(),
+            seen: None,
+            version: 0,
+            said_steps: false,
+        }
     }
 
     /// What a class binds for a technique.
     pub fn class(&self, class: ClassId, technique: Technique) -> Option<&wgpu::BindGroup> {
-        let groups = self.classes.get(class.0 as usize)?;
+        let (_, groups) = self.classes.get(class.0 as usize)?;
+        let groups = groups.as_ref()?;
         Some(if technique == Technique::PerturbedUv { &groups.perturbed_uv } else { &groups.others })
     }
 
-    /// Uploads layers that are new, which is when the library may drop their texels; binds classes that are new or
-    /// whose arrays grew. Returns the bytes written.
+    /// Changes whenever what a layer shows did.
+    pub fn version(&self) -> u64 {
+        self.version
+    }
+
+    /// Bytes of all texture arrays.
+    pub fn bytes(&self) -> u64 {
+        self.arrays.iter().flatten().map(|array| texture_bytes(&array.texture)).sum()
+    }
+
+    /// Uploads layers that are new or replaced, which is when the library may drop their texels; gives up those without
+    /// an image; binds classes that are new or whose arrays are other textures. Returns the bytes written.
     pub fn upload(&mut self, gpu: &Gpu, list: &DrawList, library: &mut Library) -> Result<u64, RenderError> {
-        let missing = self.make_room(gpu, list, library)?;
+        let now = Some((list.textures_version, library.revisions().images));
+        if self.seen == now {
+            return Ok(0);
+        }
+        self.fit(gpu, list, library)?;
         let (mut written, mut pace) = (0, Pace::new(FEW_BYTES_UNDER_WAY));
-        for (index, layer, id) in missing {
-            let array = &mut self.arrays[index];
-            if let Some(image) = library.image(id) {
+        for (wanted, array) in list.texture_arrays.iter().zip(&mut self.arrays) {
+            let Some(array) = array else { continue };
+            for (layer, content) in contents(wanted, library).into_iter().enumerate() {
+                let held = array.layers[layer];
+                if content == held {
+                    continue;
+                }
+                self.version += 1;
+                array.layers[layer] = None;
+                let Some((id, image)) = content.and_then(|(id, _)| Some((id, library.image(id)?))) else { continue };
                 if image.levels.is_empty() {
                     return Err(RenderError::NoTexels { image: image.name.clone() });
                 }
@@ -94,72 +133,97 @@ impl Textures {
                 pace.handed_in(gpu, bytes);
                 written += bytes;
                 library.release_texels(id);
+                array.layers[layer] = content;
             }
-            array.uploaded = layer + 1;
         }
         self.bind(&gpu.device, list);
+        self.seen = now;
         Ok(written)
     }
 
-    /// Makes arrays that are missing or too small. Returns the layers to be written, in order: array, layer and image.
-    fn make_room(
-        &mut self,
-        gpu: &Gpu,
-        list: &DrawList,
-        library: &Library,
-    ) -> Result<Vec<(usize, usize, ImageId)>, RenderError> {
-        let mut missing = Vec::new();
-        for (index, wanted) in list.texture_arrays.iter().enumerate() {
-            let room = self.arrays.get(index).map(|a| a.texture.depth_or_array_layers() as usize);
-            if room.is_none_or(|room| room < wanted.layers.len()) {
+    /// Makes arrays that are missing, too small, or much too large; what they have in common with the old ones is copied.
+    fn fit(&mut self, gpu: &Gpu, list: &DrawList, library: &Library) -> Result<(), RenderError> {
+        self.arrays.resize_with(list.texture_arrays.len(), || None);
+        for (wanted, array) in list.texture_arrays.iter().zip(&mut self.arrays) {
+            let old = array.take_if(|old| wanted.layers.is_empty() || !old.is_for(wanted));
+            let mut changed = old.is_some();
+            drop(old);
+            let held = array.as_ref().map(|array| array.texture.depth_or_array_layers() as usize);
+            let needed = wanted.layers.len();
+            let layers = match held {
+                _ if needed == 0 => None,
+                None => Some(needed),
+                // Half as many again, so that images that come one by one are not copied often.
+                Some(held) if needed > held => Some((held + held / 2).min(most_layers(wanted)).max(needed)),
+                Some(held) if 2 * needed <= held => Some(needed),
+                Some(held) => array.as_ref().is_some_and(|array| array.is_mixed_up(wanted, library)).then_some(held),
+            };
+            if let Some(layers) = layers {
                 check_size(&gpu.device, wanted, library)?;
-                if let Some(old) = self.arrays.get_mut(index) {
-                    *old = grown(gpu, wanted, old);
-                    // Any class may hold a view of the old texture.
-                    self.classes.clear();
-                } else {
-                    self.arrays.push(make_array(&gpu.device, wanted, wanted.layers.len()));
+                let mut new = make_array(&gpu.device, wanted, layers);
+                if let Some(old) = array.as_ref() {
+                    new.take_over(gpu, old, wanted, library);
                 }
-                if self.arrays[index].texture.format() == wgpu::TextureFormat::R16Float && !self.said_steps {
+                if new.texture.format() == wgpu::TextureFormat::R16Float && !self.said_steps {
                     tracing::warn!(
                         "this adapter cannot filter 16-bit heights: they are drawn in steps of up to 1/2048"
                     );
                     self.said_steps = true;
                 }
+                *array = Some(new);
+                changed = true;
             }
-            let uploaded = self.arrays[index].uploaded;
-            let new = wanted.layers.iter().enumerate().skip(uploaded);
-            missing.extend(new.map(|(layer, &image)| (index, layer, image)));
+            if changed {
+                self.version += 1;
+                // Any class may hold a view of the old texture.
+                self.classes.clear();
+            }
         }
-        Ok(missing)
+        Ok(())
     }
 
     fn bind(&mut self, device: &wgpu::Device, list: &DrawList) {
-        for class in list.classes.iter().skip(self.classes.len()) {
+        self.classes.truncate(list.classes.len());
+        for (number, class) in list.classes.iter().enumerate() {
+            if self.classes.get(number).is_some_and(|(bound, _)| bound == class) {
+                continue;
+            }
             for sampler in class.samplers {
                 self.samplers.entry(sampler).or_insert_with(|| make_sampler(device, sampler));
             }
             let group = |technique| self.group(device, class, bound_maps(technique));
-            let groups = ClassGroups { perturbed_uv: group(Technique::PerturbedUv), others: group(Technique::Normal) };
-            self.classes.push(groups);
+            let groups = group(Technique::PerturbedUv).zip(group(Technique::Normal));
+            let groups = groups.map(|(perturbed_uv, others)| ClassGroups { perturbed_uv, others });
+            match self.classes.get_mut(number) {
+                Some(bound) => *bound = (*class, groups),
+                None => self.classes.push((*class, groups)),
+            }
         }
     }
 
-    fn group(&self, device: &wgpu::Device, class: &MaterialClass, maps: [MapSlot; BOUND_MAPS]) -> wgpu::BindGroup {
-        let array = |map: MapSlot| &self.arrays[class.arrays[map as usize] as usize];
+    /// `None` where one of the arrays has no images.
+    fn group(
+        &self,
+        device: &wgpu::Device,
+        class: &MaterialClass,
+        maps: [MapSlot; BOUND_MAPS],
+    ) -> Option<wgpu::BindGroup> {
+        let array = |map: MapSlot| self.arrays.get(class.arrays[map as usize] as usize)?.as_ref();
         let sampler = |map: MapSlot| &self.samplers[&class.samplers[map as usize]];
-        let views = maps.iter().map(|&map| wgpu::BindingResource::TextureView(&array(map).view));
+        let views = maps.iter().map(|&map| Some(wgpu::BindingResource::TextureView(&array(map)?.view)));
+        let views: Vec<_> = views.collect::<Option<_>>()?;
         let samplers = maps.iter().map(|&map| wgpu::BindingResource::Sampler(sampler(map)));
         let entries: Vec<_> = views
+            .into_iter()
             .chain(samplers)
             .enumerate()
             .map(|(binding, resource)| wgpu::BindGroupEntry { binding: binding as u32, resource })
             .collect();
-        device.create_bind_group(&wgpu::BindGroupDescriptor {
+        Some(device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("material class"),
             layout: &self.layout,
             entries: &entries,
-        })
+        }))
     }
 }
 
@@ -169,7 +233,7 @@ fn check_size(device: &wgpu::Device, wanted: &TextureArray, library: &Library) -
     if wanted.width.max(wanted.height) <= limit {
         return Ok(());
     }
-    let image = wanted.layers.first().and_then(|&image| library.image(image));
+    let image = wanted.layers.iter().flatten().next().and_then(|&image| library.image(image));
     let image = image.map_or_else(String::new, |image| image.name.clone());
     Err(RenderError::MapTooLarge { image, size: [wanted.width, wanted.height], limit })
 }
@@ -203,33 +267,73 @@ fn heights_as(format: wgpu::TextureFormat, level: &[u8]) -> Cow<'_, [u8]> {
     }
 }
 
-/// An array with room for more layers, and those of the old one: half as many again, so that images that come one by
-/// one are not copied often.
-fn grown(gpu: &Gpu, wanted: &TextureArray, old: &ArrayTexture) -> ArrayTexture {
-    let held = old.texture.depth_or_array_layers() as usize;
-    let layers = (held + held / 2).min(most_layers(wanted)).max(wanted.layers.len());
-    let mut array = make_array(&gpu.device, wanted, layers);
-    let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("grow maps") });
-    let (side, _) = old.texture.format().block_dimensions();
-    for level in 0..old.texture.mip_level_count() {
-        let (width, height) = level_size(wanted.width, wanted.height, level);
-        let part = |texture| wgpu::TexelCopyTextureInfo {
-            texture,
-            mip_level: level,
-            origin: wgpu::Origin3d::ZERO,
-            aspect: wgpu::TextureAspect::All,
-        };
-        // Whole blocks, also where the level is smaller than one.
-        let size = wgpu::Extent3d {
-            width: width.next_multiple_of(side),
-            height: height.next_multiple_of(side),
-            depth_or_array_layers: old.uploaded as u32,
-        };
-        encoder.copy_texture_to_texture(part(&old.texture), part(&array.texture), size);
+/// What each layer of an array is to show: images of the library that fit it, as they are now.
+fn contents(wanted: &TextureArray, library: &Library) -> Vec<Option<(ImageId, u64)>> {
+    let content = |id: ImageId| {
+        let fits = library.image(id).is_some_and(|image| TextureArray::of(image).same_format(wanted));
+        library.image_revision(id).filter(|_| fits).map(|revision| (id, revision))
+    };
+    wanted.layers.iter().map(|layer| layer.and_then(content)).collect()
+}
+
+impl ArrayTexture {
+    /// Whether its layers can hold the images of that array.
+    fn is_for(&self, wanted: &TextureArray) -> bool {
+        let size = (self.texture.width(), self.texture.height());
+        (size, self.srgb, self.texels) == ((wanted.width, wanted.height), wanted.srgb, wanted.texels)
     }
-    gpu.queue.submit([encoder.finish()]);
-    array.uploaded = old.uploaded;
-    array
+
+    /// The layer that shows that.
+    fn find(&self, content: (ImageId, u64)) -> Option<usize> {
+        self.layers.iter().position(|layer| *layer == Some(content))
+    }
+
+    /// Whether an image is in another layer than it is to be.
+    fn is_mixed_up(&self, wanted: &TextureArray, library: &Library) -> bool {
+        let contents = contents(wanted, library);
+        (0..)
+            .zip(contents)
+            .any(|(layer, content)| content.is_some_and(|content| self.find(content).is_some_and(|held| held != layer)))
+    }
+
+    /// Copies the layers that an old one has.
+    fn take_over(&mut self, gpu: &Gpu, old: &Self, wanted: &TextureArray, library: &Library) {
+        let mut encoder =
+            gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("move maps") });
+        let (side, _) = old.texture.format().block_dimensions();
+        for (layer, content) in contents(wanted, library).into_iter().enumerate() {
+            let Some(from) = content.and_then(|content| old.find(content)) else { continue };
+            for level in 0..old.texture.mip_level_count() {
+                let (width, height) = level_size(wanted.width, wanted.height, level);
+                let part = |texture, layer: usize| wgpu::TexelCopyTextureInfo {
+                    texture,
+                    mip_level: level,
+                    origin: wgpu::Origin3d { x: 0, y: 0, z: layer as u32 },
+                    aspect: wgpu::TextureAspect::All,
+                };
+                // Whole blocks, also where the level is smaller than one.
+                let size = wgpu::Extent3d {
+                    width: width.next_multiple_of(side),
+                    height: height.next_multiple_of(side),
+                    depth_or_array_layers: 1,
+                };
+                encoder.copy_texture_to_texture(part(&old.texture, from), part(&self.texture, layer), size);
+            }
+            self.layers[layer] = content;
+        }
+        gpu.queue.submit([encoder.finish()]);
+    }
+}
+
+/// What all levels of all layers take.
+fn texture_bytes(texture: &wgpu::Texture) -> u64 {
+    let (side, format) = (texture.format().block_dimensions().0, texture.format());
+    let blocks = (0..texture.mip_level_count()).map(|level| {
+        let (width, height) = level_size(texture.width(), texture.height(), level);
+        u64::from(width.div_ceil(side)) * u64::from(height.div_ceil(side))
+    });
+    let block = u64::from(format.block_copy_size(None).unwrap_or_default());
+    u64::from(texture.depth_or_array_layers()) * blocks.sum::<u64>() * block
 }
 
 fn make_array(device: &wgpu::Device, wanted: &TextureArray, layers: usize) -> ArrayTexture {
@@ -258,7 +362,7 @@ fn make_array(device: &wgpu::Device, wanted: &TextureArray, layers: usize) -> Ar
         dimension: Some(wgpu::TextureViewDimension::D2Array),
         ..wgpu::TextureViewDescriptor::default()
     });
-    ArrayTexture { texture, view, uploaded: 0 }
+    ArrayTexture { texture, view, srgb: wanted.srgb, texels: wanted.texels, layers: vec![None; layers] }
 }
 
 fn write_layer(gpu: &Gpu, texture: &wgpu::Texture, layer: u32, image: &Image) -> u64 {

@@ -135,8 +135,8 @@ pub fn load(path: &Path, simulation: &mut Simulation) -> Result<LoadedScene, Sce
     let world = &mut simulation.world;
     let fields = world.get_resource::<SceneFields>().cloned().unwrap_or_default();
     let prepared = world.resource_scope(|_, mut library: Mut<Library>| {
-        let before = library.sizes();
-        prepare(path, &fields, &mut library).inspect_err(|_| library.truncate(before))
+        let before = library.revisions();
+        prepare(path, &fields, &mut library).inspect_err(|_| library.take_back(before))
     })?;
     let bright = matches!(&prepared.content, Content::Model(model) if model.has_lights());
     let (loaded, model) = prepared.spawn(path, world);

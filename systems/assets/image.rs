@@ -6,23 +6,25 @@
 
 use super::alpha;
 use super::color::{linear_from_srgb, srgb_from_linear};
+use super::slots::slot_id;
 use glam::Vec4;
 
 /// Names an [`Image`] of the [`Library`](crate::assets::Library).
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
-pub struct ImageId(pub u32);
+pub struct ImageId(u32);
+slot_id!(ImageId);
 
 impl ImageId {
     /// 1×1 white colour: stands in for a missing base, emissive or environment map.
-    pub const WHITE_COLOR: Self = Self(0);
+    pub const WHITE_COLOR: Self = Self::from_slot(0);
     /// 1×1 white data: stands in for a missing specular, metallic-roughness, occlusion or height map.
-    pub const WHITE_DATA: Self = Self(1);
+    pub const WHITE_DATA: Self = Self::from_slot(1);
     /// 1×1 flat normal (0.5, 0.5, 1): stands in for a missing normal map.
-    pub const FLAT_NORMAL: Self = Self(2);
+    pub const FLAT_NORMAL: Self = Self::from_slot(2);
     /// 1×1 black data: stands in for a missing horizon map.
-    pub const BLACK_DATA: Self = Self(3);
+    pub const BLACK_DATA: Self = Self::from_slot(3);
     /// 1×1 offset of nothing (128, 128): stands in for a missing offset map.
-    pub const NO_OFFSET: Self = Self(4);
+    pub const NO_OFFSET: Self = Self::from_slot(4);
 }
 
 /// What the texels mean, which decides how they are filtered and decoded.

@@ -90,10 +90,10 @@ impl LevelOfDetail {
 
 /// Simplifies meshes that were added since the last frame.
 pub fn update_levels(mut library: ResMut<Library>) {
-    if !library.is_changed() || library.meshes().iter().all(|entry| !entry.levels.is_empty()) {
+    if !library.is_changed() || library.meshes().all(|(_, entry)| !entry.levels.is_empty()) {
         return;
     }
-    let pending = library.meshes_mut().iter_mut().filter(|entry| entry.levels.is_empty());
+    let pending = library.meshes_mut().filter(|entry| entry.levels.is_empty());
     in_parallel(pending.collect::<Vec<_>>().into_iter(), MeshEntry::make_levels);
 }
 

@@ -1,14 +1,19 @@
 //! What many entities share: meshes, materials and images on the CPU, each behind a small copyable id.
 //!
-//! An item is added once and its id never changes. Two of the ids are components: an entity with a [`MeshId`] is
-//! drawn, with its [`MaterialId`] (the neutral [`MaterialId::DEFAULT`] where it has none). Nothing here knows the GPU;
-//! the renderer uploads what it has not seen yet, in id order.
+//! Items are added, replaced and removed at any time; an id names one item as long as it is there, and nothing
+//! afterwards ([`slots`](super::slots)). Two of the ids are components: an entity with a [`MeshId`] is drawn, with its
+//! [`MaterialId`] (the neutral [`MaterialId::DEFAULT`] where it has none). Whatever still uses an item can lose it: an
+//! object without its mesh is not drawn, one without its material has the default, a material without an image has the
+//! stand-in for it.
+//!
+//! Nothing here knows the GPU. Systems and renderers compare [`Library::revisions`] with those that they have seen last,
+//! and look at what changed since.
 
 use super::image::{Image, ImageId, ImageKind};
 use super::material::{Material, MaterialId};
 use super::mesh::{Level, Mesh, MeshEntry, MeshId};
+use super::slots::Slots;
 use super::split::{Grid, split};
-use crate::space::bounds::Sphere;
 use bevy_ecs::prelude::*;
 use glam::Vec4;
 use std::collections::HashMap;
@@ -16,71 +21,112 @@ use std::collections::HashMap;
 /// All meshes, materials and images of a world.
 #[derive(Resource, Debug)]
 pub struct Library {
-    meshes: Vec<MeshEntry>,
-    materials: Vec<Material>,
-    images: Vec<Image>,
-    /// Materials edited since the materials system last looked.
-    edited_materials: Vec<MaterialId>,
+    meshes: Slots<MeshId, MeshEntry>,
+    materials: Slots<MaterialId, Material>,
+    images: Slots<ImageId, Image>,
     /// Meshes that were cut, and their pieces.
     pieces: HashMap<(MeshId, Grid), Vec<MeshId>>,
     /// Whether images lose their texels when a renderer has them.
     drops_texels: bool,
 }
 
+/// How often meshes, materials and images were added, changed or removed.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Revisions {
+    /// Of meshes.
+    pub meshes: u64,
+    /// Of materials.
+    pub materials: u64,
+    /// Of images.
+    pub images: u64,
+}
+
+/// What a library takes on the CPU.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct LibraryBytes {
+    /// Vertices and indices.
+    pub meshes: u64,
+    /// Texels that are kept.
+    pub images: u64,
+}
+
+/// Images that stand in for missing maps: the first ones.
+const STAND_INS: u32 = 5;
+
 impl Default for Library {
     fn default() -> Self {
-        let one = |name: &str, kind, rgba: [u8; 4]| Image::rgba8(name, 1, 1, kind, rgba.to_vec());
-        Self {
-            meshes: Vec::new(),
-            materials: vec![Material {
-                name: "default".into(),
-                base_factor: Vec4::new(0.5, 0.5, 0.5, 1.0),
-                ..Material::default()
-            }],
-            images: vec![
-                one("white colour", ImageKind::Color, [255; 4]),
-                one("white data", ImageKind::Data, [255; 4]),
-                // In half floats, because no byte is exactly 0.5.
-                Image::rgba16("flat normal", 1, 1, ImageKind::Normal, &[Vec4::new(0.5, 0.5, 1.0, 1.0)]),
-                one("black data", ImageKind::Data, [0; 4]),
-                one("no offset", ImageKind::Data, [128, 128, 0, 255]),
-            ],
-            edited_materials: Vec::new(),
+        let mut library = Self {
+            meshes: Slots::default(),
+            materials: Slots::default(),
+            images: Slots::default(),
             pieces: HashMap::new(),
             drops_texels: false,
-        }
+        };
+        library.add_material(Material {
+            name: "default".into(),
+            base_factor: Vec4::new(0.5, 0.5, 0.5, 1.0),
+            ..Material::default()
+        });
+        let one = |name: &str, kind, rgba: [u8; 4]| Image::rgba8(name, 1, 1, kind, rgba.to_vec());
+        let stand_ins: [Image; STAND_INS as usize] = [
+            one("white colour", ImageKind::Color, [255; 4]),
+            one("white data", ImageKind::Data, [255; 4]),
+            // In half floats, because no byte is exactly 0.5.
+            Image::rgba16("flat normal", 1, 1, ImageKind::Normal, &[Vec4::new(0.5, 0.5, 1.0, 1.0)]),
+            one("black data", ImageKind::Data, [0; 4]),
+            one("no offset", ImageKind::Data, [128, 128, 0, 255]),
+        ];
+        stand_ins.into_iter().for_each(|image| _ = library.add_image(image));
+        library
     }
 }
 
 impl Library {
     /// Adds a mesh. Its tangents are computed in the next frame where it brings none.
     pub fn add_mesh(&mut self, mesh: Mesh) -> MeshId {
-        let bounds = Sphere::around(&mesh.positions);
-        self.meshes.push(MeshEntry {
-            mesh,
-            bounds,
-            tangents_ready: false,
-            levels: Vec::new(),
-            level_indices: Vec::new(),
-        });
-        MeshId(self.meshes.len() as u32 - 1)
+        self.meshes.add(MeshEntry::new(mesh, false))
     }
 
     /// Adds a mesh that is drawn as it is at any distance: one that would take long to simplify.
     pub fn add_mesh_without_levels(&mut self, mesh: Mesh) -> MeshId {
-        let whole = Level::whole(&mesh);
-        let id = self.add_mesh(mesh);
-        self.meshes[id.0 as usize].levels.push(whole);
-        id
+        self.meshes.add(MeshEntry::new(mesh, true))
+    }
+
+    /// Puts another mesh in the place of one. What uses it is drawn with the new one from the next frame on, has its
+    /// bounds, and stands on it; objects in pieces are cut anew. `false`: no such mesh.
+    pub fn replace_mesh(&mut self, id: MeshId, mesh: Mesh) -> bool {
+        let Some(entry) = self.meshes.edit(id) else { return false };
+        *entry = MeshEntry::new(mesh, entry.without_levels);
+        self.remove_pieces(id);
+        true
+    }
+
+    /// Removes a mesh and the pieces that it was cut into. What uses it is not drawn any more.
+    pub fn remove_mesh(&mut self, id: MeshId) -> Option<MeshEntry> {
+        let removed = self.meshes.remove(id)?;
+        self.remove_pieces(id);
+        Some(removed)
+    }
+
+    fn remove_pieces(&mut self, whole: MeshId) {
+        let Self { meshes, pieces, .. } = self;
+        pieces.retain(|(mesh, _), pieces| {
+            let is_kept = *mesh != whole;
+            if !is_kept {
+                pieces.iter().for_each(|&piece| _ = meshes.remove(piece));
+            }
+            is_kept
+        });
     }
 
     /// The pieces of a mesh in the cells of a grid, with the tangents that the whole mesh has; made when they are first
-    /// asked for. None for an id of another library.
+    /// asked for. None for a mesh that is not there. They are removed with the mesh, or when it is replaced.
     pub fn pieces(&mut self, mesh: MeshId, grid: Grid) -> Vec<MeshId> {
-        if let Some(pieces) = self.pieces.get(&(mesh, grid)) {
+        let is_there = |piece: &MeshId| self.meshes.get(*piece).is_some();
+        if let Some(pieces) = self.pieces.get(&(mesh, grid)).filter(|pieces| pieces.iter().all(is_there)) {
             return pieces.clone();
         }
-        let Some(entry) = self.meshes.get_mut(mesh.0 as usize) else { return Vec::new() };
+        let Some(entry) = self.meshes.get_mut(mesh) else { return Vec::new() };
         if !entry.tangents_ready {
             entry.make_tangents();
         }
@@ -95,14 +141,34 @@ impl Library {
 
     /// Adds a material.
     pub fn add_material(&mut self, material: Material) -> MaterialId {
-        self.materials.push(material);
-        MaterialId(self.materials.len() as u32 - 1)
+        self.materials.add(material)
+    }
+
+    /// Changes a material; what uses it is drawn anew from the next frame on. `false`: no such material.
+    pub fn edit_material(&mut self, id: MaterialId, edit: impl FnOnce(&mut Material)) -> bool {
+        self.materials.edit(id).map(edit).is_some()
+    }
+
+    /// Removes a material; what uses it has the default. The default itself stays: `None`, as for an id of none.
+    pub fn remove_material(&mut self, id: MaterialId) -> Option<Material> {
+        if id == MaterialId::DEFAULT { None } else { self.materials.remove(id) }
     }
 
     /// Adds an image.
     pub fn add_image(&mut self, image: Image) -> ImageId {
-        self.images.push(image);
-        ImageId(self.images.len() as u32 - 1)
+        self.images.add(image)
+    }
+
+    /// Puts another image in the place of one, of any size and kind. `false`: no such image, or one that stands in for
+    /// missing maps.
+    pub fn replace_image(&mut self, id: ImageId, image: Image) -> bool {
+        !is_stand_in(id) && self.images.edit(id).map(|replaced| *replaced = image).is_some()
+    }
+
+    /// Removes an image; materials that use it have the stand-in for a missing map. Stand-ins themselves stay: `None`,
+    /// as for an id of none.
+    pub fn remove_image(&mut self, id: ImageId) -> Option<Image> {
+        if is_stand_in(id) { None } else { self.images.remove(id) }
     }
 
     /// How many meshes, materials and images there are.
@@ -110,61 +176,117 @@ impl Library {
         [self.meshes.len(), self.materials.len(), self.images.len()]
     }
 
-    /// Takes back everything added since [`Library::sizes`] was `sizes`: for a loader that fails half-way, before
-    /// anything has seen the new ids.
-    pub fn truncate(&mut self, [meshes, materials, images]: [usize; 3]) {
-        self.meshes.truncate(meshes);
-        self.pieces.retain(|_, pieces| pieces.iter().all(|piece| (piece.0 as usize) < meshes));
-        self.materials.truncate(materials);
-        self.images.truncate(images);
+    /// What it takes on the CPU.
+    pub fn bytes(&self) -> LibraryBytes {
+        let texels = |image: &Image| image.levels.iter().map(|level| level.len() as u64).sum::<u64>();
+        LibraryBytes {
+            meshes: self.meshes.iter().map(|(_, entry)| entry.bytes()).sum(),
+            images: self.images.iter().map(|(_, image)| texels(image)).sum(),
+        }
     }
 
-    /// The mesh of an id; `None` for an id of another library.
+    /// Tells whether anything changed: what has seen these has seen everything.
+    pub fn revisions(&self) -> Revisions {
+        Revisions {
+            meshes: self.meshes.revision(),
+            materials: self.materials.revision(),
+            images: self.images.revision(),
+        }
+    }
+
+    /// Takes back everything added since [`Library::revisions`] were `since`, as if it had never been there: for a
+    /// loader that fails half-way, before anything has seen the new ids.
+    pub fn take_back(&mut self, since: Revisions) {
+        self.meshes.take_back(since.meshes);
+        self.materials.take_back(since.materials);
+        self.images.take_back(since.images);
+        let Self { meshes, pieces, .. } = self;
+        pieces.retain(|_, pieces| pieces.iter().all(|&piece| meshes.get(piece).is_some()));
+    }
+
+    /// The mesh of an id; `None` for one that is not there.
     pub fn mesh(&self, id: MeshId) -> Option<&MeshEntry> {
-        self.meshes.get(id.0 as usize)
+        self.meshes.get(id)
     }
 
     /// The material of an id.
     pub fn material(&self, id: MaterialId) -> Option<&Material> {
-        self.materials.get(id.0 as usize)
+        self.materials.get(id)
     }
 
-    /// The material, or the default where there is no such yet.
+    /// The material, or the default where there is no such.
     pub(crate) fn known_material(&self, id: MaterialId) -> MaterialId {
         if self.material(id).is_some() { id } else { MaterialId::DEFAULT }
     }
 
     /// The image of an id.
     pub fn image(&self, id: ImageId) -> Option<&Image> {
-        self.images.get(id.0 as usize)
+        self.images.get(id)
     }
 
-    /// Changes a material; what uses it is drawn anew from the next frame on. `false`: no such material.
-    pub fn edit_material(&mut self, id: MaterialId, edit: impl FnOnce(&mut Material)) -> bool {
-        let Some(material) = self.materials.get_mut(id.0 as usize) else { return false };
-        edit(material);
-        self.edited_materials.push(id);
-        true
+    /// All meshes in the order of their slots.
+    pub fn meshes(&self) -> impl Iterator<Item = (MeshId, &MeshEntry)> + Clone {
+        self.meshes.iter()
     }
 
-    /// All meshes in id order.
-    pub fn meshes(&self) -> &[MeshEntry] {
-        &self.meshes
+    /// All materials in the order of their slots.
+    pub fn materials(&self) -> impl Iterator<Item = (MaterialId, &Material)> + Clone {
+        self.materials.iter()
     }
 
-    /// All materials in id order.
-    pub fn materials(&self) -> &[Material] {
-        &self.materials
+    /// All images in the order of their slots; the first five are the stand-ins for missing maps.
+    pub fn images(&self) -> impl Iterator<Item = (ImageId, &Image)> + Clone {
+        self.images.iter()
     }
 
-    /// All images in id order; the first five are the stand-ins for missing maps.
-    pub fn images(&self) -> &[Image] {
-        &self.images
+    /// All images that have their texels in the order of their slots, to be changed: each counts as replaced.
+    pub fn images_mut(&mut self) -> impl Iterator<Item = (ImageId, &mut Image)> {
+        let with_texels = self.images.iter().filter(|(_, image)| !image.levels.is_empty());
+        for id in with_texels.map(|(id, _)| id).collect::<Vec<_>>() {
+            self.images.edit(id);
+        }
+        self.images.iter_mut().filter(|(_, image)| !image.levels.is_empty())
     }
 
-    /// All images in id order, to change them before the first frame that draws them.
-    pub fn images_mut(&mut self) -> &mut [Image] {
-        &mut self.images
+    /// What is in a slot ([`MeshId::slot`]) now.
+    pub fn mesh_in_slot(&self, slot: u32) -> Option<(MeshId, &MeshEntry)> {
+        self.meshes.in_slot(slot)
+    }
+
+    /// What is in a slot ([`MaterialId::slot`]) now.
+    pub fn material_in_slot(&self, slot: u32) -> Option<(MaterialId, &Material)> {
+        self.materials.in_slot(slot)
+    }
+
+    /// Slots whose mesh was added, replaced or removed since [`Revisions::meshes`] was `revision`; each once.
+    pub fn changed_meshes(&self, revision: u64) -> impl Iterator<Item = u32> {
+        self.meshes.changed_since(revision)
+    }
+
+    /// Slots whose material was added, edited or removed since [`Revisions::materials`] was `revision`; each once.
+    pub fn changed_materials(&self, revision: u64) -> impl Iterator<Item = u32> {
+        self.materials.changed_since(revision)
+    }
+
+    /// Slots whose image was added, replaced or removed since [`Revisions::images`] was `revision`; each once.
+    pub fn changed_images(&self, revision: u64) -> impl Iterator<Item = u32> {
+        self.images.changed_since(revision)
+    }
+
+    /// [`Revisions::images`] when an image was added or last replaced: tells its texels from those that it had before.
+    pub fn image_revision(&self, id: ImageId) -> Option<u64> {
+        self.images.revision_of(id)
+    }
+
+    /// [`Revisions::meshes`] when a mesh was last replaced or removed: what has seen it knows of none but new ones.
+    pub(crate) fn meshes_edited(&self) -> u64 {
+        self.meshes.edited()
+    }
+
+    /// How often a mesh was replaced; `None` where there is none.
+    #[cfg(feature = "physics")]
+    pub(crate) fn mesh_edits(&self, id: MeshId) -> Option<u32> {
+        self.meshes.edits_of(id)
     }
 
     /// Whether images keep their texels when a renderer has them; they do unless told otherwise. Where they do not,
@@ -177,7 +299,7 @@ impl Library {
     /// [keep theirs](Self::keep_texels).
     pub fn release_texels(&mut self, id: ImageId) {
         if self.drops_texels
-            && let Some(image) = self.images.get_mut(id.0 as usize)
+            && let Some(image) = self.images.get_mut(id)
         {
             image.levels = Vec::new();
         }
@@ -185,43 +307,36 @@ impl Library {
 
     /// Whether an image's texels have been taken by a renderer.
     pub fn lacks_texels(&self) -> bool {
-        self.images.iter().any(|image| image.levels.is_empty())
+        self.images.iter().any(|(_, image)| image.levels.is_empty())
     }
 
     /// Gives images without texels those of the images that have the same ids in `same`, a library of the same files.
     ///
     /// # Errors
     /// The name of the first image that is another one there; then nothing is given back.
-    pub fn restore_texels(&mut self, same: Self) -> Result<(), String> {
-        let mut others: Vec<Option<Image>> = same.images.into_iter().map(Some).collect();
+    pub fn restore_texels(&mut self, mut same: Self) -> Result<(), String> {
         let described = |image: &Image| (image.name.clone(), image.width, image.height, image.kind, image.texels);
-        let lacking = || self.images.iter().enumerate().filter(|(_, image)| image.levels.is_empty());
-        for (id, image) in lacking() {
-            let other = others.get(id).and_then(Option::as_ref);
-            if other.is_none_or(|other| described(other) != described(image)) {
+        for (id, image) in self.images.iter().filter(|(_, image)| image.levels.is_empty()) {
+            if same.image(id).is_none_or(|other| described(other) != described(image)) {
                 return Err(image.name.clone());
             }
         }
-        for (image, other) in self.images.iter_mut().zip(&mut others).filter(|(image, _)| image.levels.is_empty()) {
-            image.levels = other.take().map(|other| other.levels).unwrap_or_default();
+        for (id, image) in self.images.iter_mut().filter(|(_, image)| image.levels.is_empty()) {
+            image.levels = same.images.get_mut(id).map(|other| std::mem::take(&mut other.levels)).unwrap_or_default();
         }
         Ok(())
     }
 
     /// The meshes whose tangents or levels are still to be made, to do so before the first frame does.
     pub fn unfinished_meshes(&mut self) -> impl Iterator<Item = &mut MeshEntry> {
-        self.meshes.iter_mut().filter(|entry| !entry.is_finished())
+        self.meshes_mut().filter(|entry| !entry.is_finished())
     }
 
-    pub(crate) fn meshes_mut(&mut self) -> &mut [MeshEntry] {
-        &mut self.meshes
+    pub(crate) fn meshes_mut(&mut self) -> impl Iterator<Item = &mut MeshEntry> {
+        self.meshes.iter_mut().map(|(_, entry)| entry)
     }
+}
 
-    pub(crate) fn has_edited_materials(&self) -> bool {
-        !self.edited_materials.is_empty()
-    }
-
-    pub(crate) fn take_edited_materials(&mut self) -> Vec<MaterialId> {
-        std::mem::take(&mut self.edited_materials)
-    }
+fn is_stand_in(id: ImageId) -> bool {
+    id.slot() < STAND_INS
 }

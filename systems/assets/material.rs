@@ -1,6 +1,7 @@
 //! Materials: what a surface looks like, the maps that say so, and the component that names one.
 
 use super::image::ImageId;
+use super::slots::slot_id;
 use super::technique::Technique;
 use bevy_ecs::prelude::*;
 use glam::{Affine2, Mat2, Vec3, Vec4};
@@ -9,11 +10,12 @@ use serde::{Deserialize, Serialize};
 /// Names a [`Material`] of the [`Library`](crate::assets::Library). As a component: the material of a drawn entity.
 #[derive(Component, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Serialize, Deserialize)]
 #[component(summary_tick)]
-pub struct MaterialId(pub u32);
+pub struct MaterialId(u32);
+slot_id!(MaterialId);
 
 impl MaterialId {
     /// The neutral grey material that every library starts with.
-    pub const DEFAULT: Self = Self(0);
+    pub const DEFAULT: Self = Self::from_slot(0);
 }
 
 impl Default for MaterialId {
@@ -298,6 +300,24 @@ impl Material {
             self.horizon_maps[1],
             self.offset_map,
             self.environment_map,
+        ]
+    }
+
+    /// The maps in the order of [`MapSlot`], to be changed.
+    pub fn maps_mut(&mut self) -> [&mut Option<Map>; MAP_COUNT] {
+        let [first_horizon, second_horizon] = &mut self.horizon_maps;
+        [
+            &mut self.base_map,
+            &mut self.normal_map,
+            &mut self.specular_map,
+            &mut self.metallic_roughness_map,
+            &mut self.occlusion_map,
+            &mut self.emissive_map,
+            &mut self.height_map,
+            first_horizon,
+            second_horizon,
+            &mut self.offset_map,
+            &mut self.environment_map,
         ]
     }
 

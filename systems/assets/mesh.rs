@@ -1,6 +1,7 @@
 //! Meshes, and the component that names one.
 
 use super::material::MaterialId;
+use super::slots::slot_id;
 use crate::space::bounds::{Aabb, Sphere};
 use crate::space::transform::Transform;
 use bevy_ecs::prelude::*;
@@ -11,7 +12,8 @@ use glam::{Vec2, Vec3, Vec4};
 #[derive(Component, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, serde::Serialize, serde::Deserialize)]
 #[require(Transform, MaterialId)]
 #[component(summary_tick)]
-pub struct MeshId(pub u32);
+pub struct MeshId(u32);
+slot_id!(MeshId);
 
 /// A triangle list. All filled attribute arrays have one element per vertex.
 #[derive(Clone, Debug, Default)]
@@ -87,6 +89,32 @@ pub struct MeshEntry {
     pub levels: Vec<Level>,
     /// The indices of all levels but the first, which is [`Mesh::indices`].
     pub level_indices: Vec<u32>,
+    /// It is drawn as it is at any distance; so is a mesh that replaces it.
+    pub without_levels: bool,
+}
+
+impl MeshEntry {
+    /// A mesh whose tangents, and levels if it has any, are still to be made.
+    pub(super) fn new(mesh: Mesh, without_levels: bool) -> Self {
+        let levels = if without_levels { vec![Level::whole(&mesh)] } else { Vec::new() };
+        let bounds = Sphere::around(&mesh.positions);
+        Self { mesh, bounds, tangents_ready: false, levels, level_indices: Vec::new(), without_levels }
+    }
+
+    /// What it takes on the CPU.
+    pub fn bytes(&self) -> u64 {
+        let Mesh { positions, normals, tangents, uvs: [first, second], colors, indices, .. } = &self.mesh;
+        let bytes = size_of_val(&positions[..])
+            + size_of_val(&normals[..])
+            + size_of_val(&tangents[..])
+            + size_of_val(&first[..])
+            + size_of_val(&second[..])
+            + size_of_val(&colors[..])
+            + size_of_val(&indices[..])
+            + size_of_val(&self.levels[..])
+            + size_of_val(&self.level_indices[..]);
+        bytes as u64
+    }
 }
 
 /// An entity that can show one of several meshes in turn; the window's key F cycles it.

@@ -1,6 +1,6 @@
 //! What many entities share: meshes, materials and images.
 //!
-//! The [`Library`] holds them, each behind a small id. A [`MeshId`] and a [`MaterialId`] are components: what is drawn
+//! The [`Library`] holds them, each behind a small id ([`slots`]). A [`MeshId`] and a [`MaterialId`] are components: what is drawn
 //! has both. A [`Mesh`] comes from a file or from [`shapes`], may be displaced ([`displace`]) or cut ([`split`]), and
 //! gets [`tangents`] and [`levels`] of detail before its first frame. A [`Material`] names its [`Technique`] and its
 //! [`Map`]s, which are [`Image`]s with mip levels: `alpha` says what clear texels hold, [`blocks`] packs texels and
@@ -19,13 +19,14 @@ pub(crate) mod material;
 pub(crate) mod mesh;
 pub(crate) mod object_bounds;
 pub mod shapes;
+pub mod slots;
 pub mod split;
 pub mod tangents;
 pub(crate) mod technique;
 pub mod texture_memory;
 
 pub use image::{Image, ImageId, ImageKind, Texels, level_count, level_size};
-pub use library::Library;
+pub use library::{Library, LibraryBytes, Revisions};
 pub use material::{
     AlphaMode, Filter, MAP_COUNT, Map, MapSlot, Material, MaterialId, MipFilter, Sampler, Shading, Wrap,
     default_specular,

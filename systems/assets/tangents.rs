@@ -31,10 +31,10 @@ pub struct TangentReport {
 
 /// Computes the tangents of meshes that were added since the last frame.
 pub fn update_tangents(mut library: ResMut<Library>) {
-    if !library.is_changed() || library.meshes().iter().all(|entry| entry.tangents_ready) {
+    if !library.is_changed() || library.meshes().all(|(_, entry)| entry.tangents_ready) {
         return;
     }
-    let pending = library.meshes_mut().iter_mut().filter(|entry| !entry.tangents_ready);
+    let pending = library.meshes_mut().filter(|entry| !entry.tangents_ready);
     in_parallel(pending.collect::<Vec<_>>().into_iter(), MeshEntry::make_tangents);
 }
 

@@ -23,12 +23,12 @@ pub struct TextureMemory {
 
 /// What the images of a library take.
 pub fn used(library: &Library) -> TextureMemory {
-    let add = |sum: TextureMemory, image: &Image| TextureMemory {
+    let add = |sum: TextureMemory, (_, image): (ImageId, &Image)| TextureMemory {
         images: sum.images + 1,
         texels: sum.texels + image.texel_count(),
         bytes: sum.bytes + image.bytes(),
     };
-    library.images().iter().fold(TextureMemory::default(), add)
+    library.images().fold(TextureMemory::default(), add)
 }
 
 /// An image that is drawn smaller than it is.
@@ -46,14 +46,14 @@ pub struct Reduced {
 /// be taken. Returns what became smaller, in order of ids. For images that have not been drawn yet.
 pub fn limit(library: &mut Library, most_bytes: u64) -> Vec<Reduced> {
     let mut bytes = used(library).bytes;
-    let images = library.images_mut();
+    let mut images: Vec<_> = library.images_mut().collect();
     // The first of equals goes first, so that the choice is the same everywhere.
     let mut largest: BinaryHeap<_> =
-        images.iter().enumerate().map(|(i, image)| (image.bytes(), std::cmp::Reverse(i))).collect();
+        images.iter().enumerate().map(|(i, (_, image))| (image.bytes(), std::cmp::Reverse(i))).collect();
     let mut before = HashMap::new();
     while bytes > most_bytes {
         let Some((own, index)) = largest.pop() else { break };
-        let image = &mut images[index.0];
+        let image = &mut *images[index.0].1;
         before.entry(index.0).or_insert((image.width, image.height));
         if image.drop_finest_level() {
             bytes = bytes - own + image.bytes();
@@ -61,8 +61,8 @@ pub fn limit(library: &mut Library, most_bytes: u64) -> Vec<Reduced> {
         }
     }
     let reduced = |(index, from)| {
-        let image: &Image = &images[index];
-        Reduced { image: ImageId(index as u32), from, to: (image.width, image.height) }
+        let (id, image): &(ImageId, &mut Image) = &images[index];
+        Reduced { image: *id, from, to: (image.width, image.height) }
     };
     let mut all: Vec<Reduced> = before.into_iter().map(reduced).filter(|r| r.from != r.to).collect();
     all.sort_by_key(|r| r.image);
@@ -99,12 +99,12 @@ mod tests {
         assert_eq!(limit(&mut library, all), []);
         // One byte too many: the large one gives a level, and that is enough.
         let reduced = limit(&mut library, all - 1);
-        assert_eq!(reduced, [Reduced { image: ImageId(7), from: (128, 128), to: (64, 64) }]);
+        assert_eq!(reduced, [Reduced { image: ImageId::from_slot(7), from: (128, 128), to: (64, 64) }]);
         let most = 3000;
         let reduced = limit(&mut library, most);
         assert!(used(&library).bytes <= most);
-        assert_eq!(reduced.iter().map(|r| r.image.0).collect::<Vec<_>>(), [5, 7, 8], "the smallest is left alone");
-        for image in library.images() {
+        assert_eq!(reduced.iter().map(|r| r.image.slot()).collect::<Vec<_>>(), [5, 7, 8], "the smallest is left alone");
+        for (_, image) in library.images() {
             let size = crate::assets::image::level_count(image.width, image.height) as usize;
             assert_eq!(image.levels.len(), size);
             assert_eq!(image.levels[0].len(), image.texels.level_bytes(image.width, image.height));
@@ -115,6 +115,6 @@ mod tests {
     fn a_bound_that_cannot_be_kept_ends() {
         let mut library = library_of(&[(16, 4)]);
         limit(&mut library, 0);
-        assert!(library.images().iter().all(|image| (image.width, image.height) == (1, 1)));
+        assert!(library.images().all(|(_, image)| (image.width, image.height) == (1, 1)));
     }
 }

@@ -164,14 +164,14 @@ mod tests {
         for (i, &entity) in entities.iter().enumerate().skip(60) {
             match i % 7 {
                 0..4 => drop(simulation.world.despawn(entity)),
-                4 => drop(simulation.world.entity_mut(entity).insert(MeshId(1))),
+                4 => drop(simulation.world.entity_mut(entity).insert(MeshId::from_slot(1))),
                 _ => {}
             }
         }
         simulation.frame();
         check_groups(&mut simulation);
         for i in 0..100 {
-            simulation.world.spawn((MeshId(i % 2), MaterialId(i % 4)));
+            simulation.world.spawn((MeshId::from_slot(i % 2), MaterialId::from_slot(i % 4)));
         }
         simulation.frame();
         check_groups(&mut simulation);
@@ -188,7 +188,7 @@ mod tests {
     #[test]
     fn a_material_that_comes_after_its_objects_is_theirs_then() {
         let (mut simulation, entities) = scene(2);
-        let next = MaterialId(simulation.library().materials().len() as u32);
+        let next = MaterialId::from_slot(simulation.library().materials().count() as u32);
         simulation.world.entity_mut(entities[0]).insert(next);
         simulation.frame();
         assert!(simulation.draw_list().transparent.is_empty(), "drawn as the default");
@@ -211,7 +211,7 @@ mod tests {
         let kept = |i: &usize| ![12, 30].contains(i);
         assert!((0..60).filter(kept).all(|i| slot(&simulation, entities[i]) == before[i]));
         let version = simulation.draw_list().batches_version;
-        let new = simulation.world.spawn((MeshId(0), MaterialId(1))).id();
+        let new = simulation.world.spawn((MeshId::from_slot(0), MaterialId::from_slot(1))).id();
         simulation.frame();
         assert_eq!(slot(&simulation, new), before[12]);
         assert_eq!(simulation.draw_list().batches_version, version, "a page with room was there");
@@ -276,7 +276,7 @@ mod tests {
                 }
                 // In the first turn only: in the others, all keep what they look like.
                 if turn == 3 && i % 11 == 0 {
-                    entity.insert(MaterialId((i % 3) as u32));
+                    entity.insert(MaterialId::from_slot((i % 3) as u32));
                 }
             }
             simulation.frame();
@@ -287,7 +287,7 @@ mod tests {
                 let slot = table.slot(object).unwrap();
                 let (key, record) = (table.pages.key(slot), records.get(slot));
                 assert_eq!((key.pipeline.mirrored, key.mesh), (transform.scale.x < 0.0, mesh));
-                assert_eq!((record.material, record.world_from_object[0][0]), (material.0, transform.scale.x));
+                assert_eq!((record.material, record.world_from_object[0][0]), (material.slot(), transform.scale.x));
                 assert_eq!(record.world_from_object[1][3], transform.translation.y);
             }
         }
@@ -329,7 +329,7 @@ mod tests {
             let center = far + Vec3::new(0.0, 0.03 * (7 - slot) as f32, 0.0);
             Transparent {
                 slot,
-                key: BatchKey { pipeline: Default::default(), class: Default::default(), mesh: MeshId(0) },
+                key: BatchKey { pipeline: Default::default(), class: Default::default(), mesh: MeshId::from_slot(0) },
                 bounds: Sphere { center, radius: 0.5 },
             }
         };

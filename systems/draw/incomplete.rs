@@ -1,7 +1,8 @@
-//! Objects that lack what they are drawn with: a mesh that the library does not have yet; a material or a place, which
-//! was taken from them.
+//! Objects that lack what they are drawn with: a mesh that the library does not have; a material or a place, which was
+//! taken from them.
 //!
-//! All are noted where they are met, and looked at in the next frame, so that nothing searches for them.
+//! All are noted where they are met, and looked at in the next frame, so that nothing searches for them. Objects whose
+//! mesh is another now, or gone, are searched for: all are looked through in a frame after such an edit.
 
 use super::pieces::WholeMesh;
 use crate::assets::library::Library;
@@ -19,8 +20,8 @@ use std::collections::BTreeSet;
 pub struct Incomplete {
     /// Their mesh was not in the library.
     meshless: BTreeSet<Entity>,
-    /// Meshes that the library had by then.
-    meshes: usize,
+    /// The revision of the library's meshes that was seen last.
+    meshes: u64,
     /// Lost their material, some of them with their life.
     without_material: Vec<Entity>,
     /// Lost their `GlobalTransform`, most of them with their life.
@@ -29,11 +30,8 @@ pub struct Incomplete {
 
 impl Incomplete {
     /// Takes note of objects whose mesh is not among those of the library.
-    pub(crate) fn wait_for_meshes(&mut self, objects: &mut Vec<Entity>, library: &Library) {
-        if !objects.is_empty() {
-            self.meshless.extend(objects.drain(..));
-            self.meshes = library.meshes().len();
-        }
+    pub(crate) fn wait_for_meshes(&mut self, objects: &mut Vec<Entity>) {
+        self.meshless.extend(objects.drain(..));
     }
 }
 
@@ -51,7 +49,8 @@ pub(crate) fn lose_place(mut world: DeferredWorld, context: HookContext) {
     }
 }
 
-/// Gives the default material to objects that lost theirs, and lets those whose mesh or place has come look changed.
+/// Gives the default material to objects that lost theirs, and lets those look changed whose mesh or place has come, or
+/// whose mesh was replaced or removed.
 #[allow(clippy::type_complexity)]
 pub fn complete(
     mut incomplete: ResMut<Incomplete>,
@@ -66,8 +65,13 @@ pub fn complete(
         commands.entity(object).insert(MaterialId::DEFAULT);
     }
     let mut found: Vec<Entity> = Vec::new();
-    if library.meshes().len() > incomplete.meshes {
+    let seen = std::mem::replace(&mut incomplete.meshes, library.revisions().meshes);
+    if library.revisions().meshes > seen {
         found.extend(std::mem::take(&mut incomplete.meshless));
+    }
+    if library.meshes_edited() > seen {
+        let changed: BTreeSet<u32> = library.changed_meshes(seen).collect();
+        meshes.iter_mut().filter(|mesh| changed.contains(&mesh.slot())).for_each(|mut mesh| mesh.set_changed());
     }
     incomplete.placeless.retain(|&object| match placed.get(object) {
         Ok(false) => true,
@@ -98,9 +102,10 @@ mod tests {
     #[test]
     fn a_mesh_that_comes_after_its_object_is_drawn() {
         let mut simulation = Simulation::new();
-        let next = MeshId(simulation.library().meshes().len() as u32);
+        let next = simulation.library().meshes().count() as u32;
+        let [next, later] = [next, next + 1].map(MeshId::from_slot);
         let object = simulation.world.spawn(next).id();
-        let gone = simulation.world.spawn(MeshId(next.0 + 1)).id();
+        let gone = simulation.world.spawn(later).id();
         simulation.frame();
         simulation.world.get_mut::<Transform>(object).expect("a place").translation.x = 1.0;
         simulation.world.spawn((Light::point(1.0, 5.0), Transform::from_xyz(1.0, 2.0, 0.0)));
@@ -129,7 +134,7 @@ mod tests {
         simulation.frame();
         let drawn: Vec<_> = simulation.instance_records().drawn().collect();
         assert_eq!(drawn.len(), 1);
-        assert_eq!((drawn[0].material, drawn[0].world_from_object[0][3]), (MaterialId::DEFAULT.0, 3.0));
+        assert_eq!((drawn[0].material, drawn[0].world_from_object[0][3]), (MaterialId::DEFAULT.slot(), 3.0));
         // What has no place is not drawn.
         for place in [Transform::from_xyz(4.0, 0.0, 0.0), Transform::from_xyz(5.0, 0.0, 0.0)] {
             simulation.world.entity_mut(object).remove::<(Transform, GlobalTransform)>();

@@ -4,7 +4,8 @@
 //! the records of those that changed, and all of them when it knows none, on their way to the GPU, which is the only
 //! place where they lie together.
 
-use super::list::{DrawList, PAGE_SLOTS};
+use super::list::PAGE_SLOTS;
+use super::materials::MaterialTable;
 use super::pieces::PieceOf;
 use super::records::InstanceRecord;
 use crate::assets::material::MaterialId;
@@ -92,14 +93,10 @@ impl Records for InstanceRecords<'_> {
         let records = &mut room[..slots.len()];
         // A world that never had such components has no objects.
         let parts = self.world.try_query::<Parts>();
-        let Some((parts, list)) = parts.zip(self.world.get_resource::<DrawList>()) else {
+        let Some((parts, materials)) = parts.zip(self.world.get_resource::<MaterialTable>()) else {
             records.fill(InstanceRecord::default());
             return records;
         };
-        // Others came to the library after the frame.
-        let materials = list.materials.records.len();
-        let known =
-            |material: MaterialId| if (material.0 as usize) < materials { material } else { MaterialId::DEFAULT };
         let task = rows_per_task(slots.len(), LIGHT_ROWS / 4).max(1);
         in_parallel(records.chunks_mut(task).zip(slots.chunks(task)), |(records, slots)| {
             let parts = parts.query_manual(self.world);
@@ -113,7 +110,8 @@ impl Records for InstanceRecords<'_> {
                     |_| InstanceRecord::default(),
                     |(piece, place, &material, lights)| {
                         let named = piece.map_or(object, |piece| piece.0);
-                        InstanceRecord::new(named, &place.affine(), known(material), lights)
+                        // Others may have come to the library after the frame.
+                        InstanceRecord::new(named, &place.affine(), materials.known(material), lights)
                     },
                 );
             }
@@ -132,7 +130,7 @@ impl InstanceRecord {
         Self {
             world_from_object: [row(m.x_axis, t.x), row(m.y_axis, t.y), row(m.z_axis, t.z)],
             lights,
-            material: material.0,
+            material: material.slot(),
             remainder,
             last_side_and_dropped,
             remainder_unit,

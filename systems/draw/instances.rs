@@ -116,7 +116,7 @@ pub fn update_instances(
             table.settle_all(changed, Looking::AtObjects, &library, &materials, list, rows);
         }
     }
-    incomplete.bypass_change_detection().wait_for_meshes(&mut table.meshless, &library);
+    incomplete.bypass_change_detection().wait_for_meshes(&mut table.meshless);
     batches::change_transparent(list, std::mem::take(&mut table.blended));
     list.objects = table.pages.used_slots();
 }
@@ -127,7 +127,7 @@ type Rows<'a> = (&'a [Entity], &'a [GlobalTransform], &'a [MeshId], &'a [Materia
 /// Why rows are looked at.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Looking {
-    /// Their material's batch is another now, or their material is new. The others are passed over.
+    /// Their material's batch is another now, or their material is new or gone. The others are passed over.
     AtMaterials,
     /// They changed themselves.
     AtObjects,
@@ -187,9 +187,11 @@ impl InstanceTable {
         // While mesh and material are what they were, only a transform that mirrors makes the batch another.
         let same_kind = looking == Looking::AtObjects && shaped.is_empty() && covered.is_empty();
         let batch = |row: usize| batch_of(library, materials, meshes[row], chosen[row], &transforms[row]);
-        let passes = |row: usize| {
-            looking == Looking::AtMaterials && !materials.is_regrouped(library.known_material(chosen[row]))
+        // What has a material that is not there follows the default.
+        let is_regrouped = |material: MaterialId| {
+            materials.is_regrouped(material) || materials.is_regrouped(library.known_material(material))
         };
+        let passes = |row: usize| looking == Looking::AtMaterials && !is_regrouped(chosen[row]);
         let mut found = std::mem::take(&mut self.found);
         let table = &*self;
         let keeps = |row: usize, slot: &u32| {

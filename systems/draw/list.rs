@@ -1,8 +1,8 @@
 //! The seam between the world and the GPU: tables of the records that shaders read (`records.rs`), what of them changed
 //! ([`tables`](crate::ecs::tables)), and the batches that they are drawn in.
 //!
-//! The systems write a [`DrawList`] each frame. The renderer reads it, the meshes and images of the library that are
-//! not uploaded yet, and the records of objects that changed (`instance_records.rs`).
+//! The systems write a [`DrawList`] each frame. The renderer reads it, the meshes and images of the library that it has
+//! not uploaded as they are, and the records of objects that changed (`instance_records.rs`).
 //!
 //! ```text
 //! instances[slot]  one record per drawn object, in pages of 64 slots; an object keeps its slot while it lives
@@ -13,7 +13,7 @@
 use super::environment::Environment;
 use super::instance_records::InstanceSlots;
 use super::records::MaterialRecord;
-use crate::assets::image::{ImageId, Texels};
+use crate::assets::image::{Image, ImageId, Texels};
 use crate::assets::material::{AlphaMode, MAP_COUNT, Sampler, Shading};
 use crate::assets::mesh::MeshId;
 use crate::assets::technique::Technique;
@@ -71,7 +71,7 @@ pub struct PipelineKey {
     pub mirrored: bool,
 }
 
-/// Images of one size and format, each a layer of one texture. Only grows.
+/// Images of one size and format, each a layer of one texture.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct TextureArray {
     /// Texels.
@@ -82,11 +82,22 @@ pub struct TextureArray {
     pub srgb: bool,
     /// Storage.
     pub texels: Texels,
-    /// The image of each layer.
-    pub layers: Vec<ImageId>,
+    /// The image of each layer; `None` for a layer that is free. Without any, there is no texture.
+    pub layers: Vec<Option<ImageId>>,
 }
 
 impl TextureArray {
+    /// One for images like that, without any yet.
+    pub fn of(image: &Image) -> Self {
+        Self {
+            width: image.width,
+            height: image.height,
+            srgb: image.kind.is_color() && image.texels != Texels::Rgba16Float,
+            texels: image.texels,
+            layers: Vec::new(),
+        }
+    }
+
     /// Whether a layer of one could be a layer of the other.
     pub fn same_format(&self, other: &Self) -> bool {
         (self.width, self.height, self.srgb, self.texels) == (other.width, other.height, other.srgb, other.texels)
@@ -151,12 +162,14 @@ pub struct DrawList {
     pub lights: Table<LightRecord>,
     /// What they have or had.
     pub light_features: LightFeatures,
-    /// One per material of the library.
+    /// One per slot of the library's materials.
     pub materials: Table<MaterialRecord>,
     /// The textures that maps are layers of.
     pub texture_arrays: Vec<TextureArray>,
     /// Indexed by [`ClassId`].
     pub classes: Vec<MaterialClass>,
+    /// Changes whenever `texture_arrays` or `classes` did.
+    pub textures_version: u64,
     /// Objects drawn, blended ones among them.
     pub objects: u32,
     /// Pages of opaque and masked objects, grouped by batch: page p holds the slots from p times [`PAGE_SLOTS`] on.
@@ -194,6 +207,7 @@ impl Default for DrawList {
             materials: Table::default(),
             texture_arrays: Vec::new(),
             classes: Vec::new(),
+            textures_version: 0,
             objects: 0,
             pages: Vec::new(),
             batches: Vec::new(),

@@ -3,15 +3,20 @@
 //! Images of the same size and format share a texture array, so that objects with different materials can be drawn
 //! together: only the layer index differs, and that is in the record. What a draw must bind (one array and one sampler
 //! per map) is the material's *class*; materials with equal ones share it. A missing map is the layer of a stand-in.
+//!
+//! An image that is removed leaves a hole in its array, which the next of that size and format fills. Where half of an
+//! array are holes the others move up, so arrays shrink; one without images is free for another format. The numbers of
+//! classes that no material has are used again, too.
 
 use super::list::{ClassId, DrawList, MaterialClass, PipelineKey, TextureArray};
 use super::records::MaterialRecord;
-use crate::assets::image::{ImageId, Texels, level_count, level_size};
-use crate::assets::library::Library;
+use crate::assets::image::{Image, ImageId, Texels, level_count, level_size};
+use crate::assets::library::{Library, Revisions};
 use crate::assets::material::{MAP_COUNT, Map, Material, MaterialId};
 use bevy_ecs::prelude::*;
 use glam::Vec3;
-use std::collections::BTreeMap;
+use std::borrow::Cow;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Layers that every adapter offers (WebGPU's default limit); a fuller array is followed by another.
 pub const MOST_LAYERS: usize = 256;
@@ -48,19 +53,57 @@ const STAND_INS: [ImageId; MAP_COUNT] = [
 /// Where materials and images went.
 #[derive(Resource, Debug, Default)]
 pub struct MaterialTable {
-    placed: Vec<(ClassId, PipelineKey)>,
-    layer_of_image: BTreeMap<ImageId, (u32, u32)>,
-    id_of_class: BTreeMap<MaterialClass, ClassId>,
-    /// By number, up to the last of them: materials whose objects are to be grouped anew. Their class or pipeline is
-    /// another, or they are new: objects that came before them were drawn with the default.
+    /// By slot.
+    placed: Vec<Option<Placed>>,
+    /// The layer of each image that has one, by slot.
+    layers: Vec<Option<Layer>>,
+    classes: BTreeMap<MaterialClass, ClassUse>,
+    free_classes: BTreeSet<u32>,
+    /// What of the library has been placed.
+    seen: Revisions,
+    /// By slot, up to the last of them: materials whose objects are to be grouped anew. Their class or pipeline is
+    /// another, or they are new or gone: objects with a material that is not there are drawn with the default.
     regrouped: Vec<bool>,
+}
+
+/// Where a material went.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+struct Placed {
+    id: MaterialId,
+    class: ClassId,
+    pipeline: PipelineKey,
+}
+
+/// Where an image went.
+#[derive(Clone, Copy, Debug)]
+struct Layer {
+    image: ImageId,
+    array: u32,
+    layer: u32,
+}
+
+/// A class, and how many materials have it.
+#[derive(Clone, Copy, Debug)]
+struct ClassUse {
+    id: ClassId,
+    materials: u32,
 }
 
 impl MaterialTable {
     /// The class and the pipeline of a material, without what the object decides (mesh, mirroring); those of the
     /// default for an unknown one.
     pub fn placed(&self, material: MaterialId) -> (ClassId, PipelineKey) {
-        self.placed.get(material.0 as usize).or(self.placed.first()).copied().unwrap_or_default()
+        let found = self.find(material).or(self.find(MaterialId::DEFAULT));
+        found.map(|placed| (placed.class, placed.pipeline)).unwrap_or_default()
+    }
+
+    /// The material, or the default where it has no record.
+    pub(crate) fn known(&self, material: MaterialId) -> MaterialId {
+        if self.find(material).is_some() { material } else { MaterialId::DEFAULT }
+    }
+
+    fn find(&self, material: MaterialId) -> Option<&Placed> {
+        self.placed.get(material.slot() as usize)?.as_ref().filter(|placed| placed.id == material)
     }
 
     /// Whether any objects are to be grouped anew.
@@ -68,39 +111,84 @@ impl MaterialTable {
         !self.regrouped.is_empty()
     }
 
-    /// Whether objects of that material are.
+    /// Whether objects of that material are: one that was in its slot, or came there.
     pub(crate) fn is_regrouped(&self, material: MaterialId) -> bool {
-        self.regrouped.get(material.0 as usize).is_some_and(|is| *is)
+        self.regrouped.get(material.slot() as usize).is_some_and(|is| *is)
     }
 
-    fn regroup(&mut self, index: usize) {
+    fn regroup(&mut self, slot: u32) {
+        let index = slot as usize;
         self.regrouped.resize(self.regrouped.len().max(index + 1), false);
         self.regrouped[index] = true;
     }
 
-    fn layer(&mut self, image: ImageId, library: &Library, arrays: &mut Vec<TextureArray>) -> (u32, u32) {
-        if let Some(&place) = self.layer_of_image.get(&image) {
-            return place;
+    /// Frees the layers of images that are gone or have another format now; adds the slots of materials whose images
+    /// changed, or lie in another layer.
+    fn follow_images(&mut self, library: &Library, list: &mut DrawList, materials: &mut BTreeSet<u32>) {
+        let mut moved: BTreeSet<u32> = library.changed_images(self.seen.images).collect();
+        if moved.is_empty() {
+            return;
         }
-        let Some(source) = library.image(image) else {
-            return self.layer(ImageId::WHITE_DATA, library, arrays);
-        };
-        let wanted = TextureArray {
-            width: source.width,
-            height: source.height,
-            srgb: source.kind.is_color() && source.texels != Texels::Rgba16Float,
-            texels: source.texels,
-            layers: Vec::new(),
-        };
-        let index = arrays.iter().position(|a| a.same_format(&wanted) && a.layers.len() < most_layers(a));
-        let index = index.unwrap_or_else(|| {
-            arrays.push(wanted);
-            arrays.len() - 1
+        let mut with_holes = BTreeSet::new();
+        for &slot in &moved {
+            let Some(place) = self.layers.get_mut(slot as usize) else { break };
+            let Some(Layer { image, array, layer }) = *place else { continue };
+            let layers = &mut list.texture_arrays[array as usize];
+            if library.image(image).is_none_or(|image| !layers.same_format(&TextureArray::of(image))) {
+                layers.layers[layer as usize] = None;
+                *place = None;
+                with_holes.insert(array);
+            }
+        }
+        for array in with_holes {
+            let layers = &mut list.texture_arrays[array as usize].layers;
+            close_holes(layers);
+            for (layer, image) in (0..).zip(layers.iter()).filter_map(|(layer, image)| Some((layer, (*image)?))) {
+                let place = &mut self.layers[image.slot() as usize];
+                if place.is_some_and(|place| place.layer != layer) {
+                    moved.insert(image.slot());
+                }
+                *place = Some(Layer { image, array, layer });
+            }
+            list.textures_version += 1;
+        }
+        for id in self.placed.iter().flatten().map(|placed| placed.id) {
+            let maps = library.material(id).map(Material::maps).unwrap_or_default();
+            if maps.into_iter().flatten().any(|map| moved.contains(&map.image.slot())) {
+                materials.insert(id.slot());
+            }
+        }
+    }
+
+    /// The array and the layer of an image of the library.
+    fn layer(&mut self, id: ImageId, image: &Image, list: &mut DrawList) -> (u32, u32) {
+        let slot = id.slot() as usize;
+        self.layers.resize(self.layers.len().max(slot + 1), None);
+        if let Some(place) = self.layers[slot] {
+            return (place.array, place.layer);
+        }
+        let (wanted, arrays) = (TextureArray::of(image), &mut list.texture_arrays);
+        let has_room = |a: &TextureArray| a.layers.len() < most_layers(a) || a.layers.contains(&None);
+        let array = arrays.iter().position(|a| a.same_format(&wanted) && has_room(a)).unwrap_or_else(|| {
+            // One that lost all its images, or a new one.
+            let empty = arrays.iter().position(|a| a.layers.is_empty()).unwrap_or(arrays.len());
+            if empty == arrays.len() {
+                arrays.push(wanted);
+            } else {
+                arrays[empty] = wanted;
+            }
+            empty
         });
-        arrays[index].layers.push(image);
-        let place = (index as u32, arrays[index].layers.len() as u32 - 1);
-        self.layer_of_image.insert(image, place);
-        place
+        let layers = &mut arrays[array].layers;
+        let layer = layers.iter().position(Option::is_none).unwrap_or(layers.len());
+        if layer == layers.len() {
+            layers.push(None);
+        }
+        layers[layer] = Some(id);
+        list.textures_version += 1;
+        let (array, layer) = (array as u32, layer as u32);
+        self.layers[slot] = Some(Layer { image: id, array, layer });
+        (array, layer)
     }
 
     fn place(&mut self, material: &Material, library: &Library, list: &mut DrawList) -> (ClassId, MaterialRecord) {
@@ -108,7 +196,8 @@ impl MaterialTable {
         let mut record = record(material);
         for (slot, map) in material.maps().into_iter().enumerate() {
             let map = map.unwrap_or_else(|| Map::new(STAND_INS[slot]));
-            let (array, layer) = self.layer(map.image, library, &mut list.texture_arrays);
+            let Some(image) = library.image(map.image) else { continue };
+            let (array, layer) = self.layer(map.image, image, list);
             class.arrays[slot] = array;
             class.samplers[slot] = map.sampler;
             record.layers[slot] = layer;
@@ -116,12 +205,80 @@ impl MaterialTable {
             record.offsets[slot] = map.image_from_mesh_uv.translation.to_array();
             record.second_uvs |= map.uv_set.min(1) << slot;
         }
-        let id = *self.id_of_class.entry(class).or_insert_with(|| {
-            list.classes.push(class);
-            ClassId(list.classes.len() as u32 - 1)
-        });
-        (id, record)
+        (self.take_class(class, list), record)
     }
+
+    /// The id of a class, which one more material has.
+    fn take_class(&mut self, class: MaterialClass, list: &mut DrawList) -> ClassId {
+        let used = self.classes.entry(class).or_insert_with(|| {
+            let id = self.free_classes.pop_first().unwrap_or(list.classes.len() as u32);
+            match list.classes.get_mut(id as usize) {
+                Some(free) => *free = class,
+                None => list.classes.push(class),
+            }
+            list.textures_version += 1;
+            ClassUse { id: ClassId(id), materials: 0 }
+        });
+        used.materials += 1;
+        used.id
+    }
+
+    /// One material less has that class.
+    fn release_class(&mut self, id: ClassId, list: &mut DrawList) {
+        let class = list.classes[id.0 as usize];
+        let Some(used) = self.classes.get_mut(&class) else { return };
+        used.materials -= 1;
+        if used.materials == 0 {
+            self.classes.remove(&class);
+            self.free_classes.insert(id.0);
+            // Nothing that may go is bound for it.
+            list.classes[id.0 as usize] = MaterialClass::default();
+            list.textures_version += 1;
+        }
+    }
+
+    /// Brings what is known of the material in a slot up to date; says whether it went elsewhere.
+    fn update(&mut self, slot: u32, library: &Library, list: &mut DrawList) -> bool {
+        let placed = library.material_in_slot(slot).map(|(id, material)| {
+            let material = with_images(material, library);
+            let (class, record) = self.place(&material, library, list);
+            list.materials.write(slot, record);
+            Placed { id, class, pipeline: pipeline(&material) }
+        });
+        let index = slot as usize;
+        self.placed.resize(self.placed.len().max(index + 1), None);
+        let before = std::mem::replace(&mut self.placed[index], placed);
+        if let Some(before) = before {
+            self.release_class(before.class, list);
+        }
+        if placed.is_none() && before.is_some() {
+            list.materials.write(slot, MaterialRecord::default());
+        }
+        placed != before
+    }
+}
+
+/// Takes holes off the end of an array, and all of them where they are half of it or more.
+fn close_holes(layers: &mut Vec<Option<ImageId>>) {
+    while layers.last() == Some(&None) {
+        layers.pop();
+    }
+    if 2 * layers.iter().flatten().count() <= layers.len() {
+        layers.retain(Option::is_some);
+    }
+}
+
+/// The material without maps whose images are not there.
+fn with_images<'a>(material: &'a Material, library: &Library) -> Cow<'a, Material> {
+    let lacks = |map: &Map| library.image(map.image).is_none();
+    if !material.maps().iter().flatten().any(lacks) {
+        return Cow::Borrowed(material);
+    }
+    let mut material = material.clone();
+    for map in material.maps_mut() {
+        map.take_if(|map| lacks(map));
+    }
+    Cow::Owned(material)
 }
 
 /// Without its maps.
@@ -164,30 +321,25 @@ fn pipeline(material: &Material) -> PipelineKey {
     }
 }
 
-/// Writes the records of new and edited materials.
-pub fn update_materials(mut library: ResMut<Library>, mut table: ResMut<MaterialTable>, mut list: ResMut<DrawList>) {
+/// Writes the records of materials that are new or edited, or whose images changed; gives up what removed ones had.
+pub fn update_materials(library: Res<Library>, mut table: ResMut<MaterialTable>, mut list: ResMut<DrawList>) {
     let (table, list) = (table.bypass_change_detection(), list.bypass_change_detection());
     table.regrouped.clear();
-    let known = table.placed.len();
-    let mut pending: Vec<usize> = (known..library.materials().len()).collect();
-    if library.has_edited_materials() {
-        pending.extend(library.take_edited_materials().into_iter().map(|id| id.0 as usize).filter(|&id| id < known));
+    let now = library.revisions();
+    if (now.materials, now.images) == (table.seen.materials, table.seen.images) {
+        return;
     }
-    for index in pending {
-        let material = &library.materials()[index];
-        let (class, record) = table.place(material, &library, list);
-        list.materials.write(index as u32, record);
-        let placed = (class, pipeline(material));
-        if index >= table.placed.len() {
-            table.placed.push(placed);
-            if known > 0 {
-                table.regroup(index);
-            }
-        } else if table.placed[index] != placed {
-            table.placed[index] = placed;
-            table.regroup(index);
+    let is_first = table.placed.is_empty();
+    // In the order of slots, whatever the order of changes.
+    let mut changed: BTreeSet<u32> = library.changed_materials(table.seen.materials).collect();
+    table.follow_images(&library, list, &mut changed);
+    for slot in changed {
+        // In the first frame all objects are new.
+        if table.update(slot, &library, list) && !is_first {
+            table.regroup(slot);
         }
     }
+    table.seen = now;
 }
 
 #[cfg(test)]
@@ -216,7 +368,7 @@ mod tests {
         assert_eq!(classes[0], classes[1]);
         assert_ne!(classes[0], classes[2]);
         let list = simulation.draw_list();
-        let layers: Vec<_> = ids.iter().map(|id| list.materials.records[id.0 as usize].layers[0]).collect();
+        let layers: Vec<_> = ids.iter().map(|id| list.materials.records[id.slot() as usize].layers[0]).collect();
         assert_eq!(layers, [0, 1, 0]);
     }
 

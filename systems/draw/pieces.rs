@@ -3,7 +3,8 @@
 //! An object is lit by three lights; a road would have three for all its length. [`draw_in_pieces`] takes the mesh off
 //! such an entity and hangs the pieces of it ([`crate::assets::split`]) below, each an object with bounds, lights and a
 //! draw of its own. The entity stays what it was in all other respects: it moves its pieces, [`follow_materials`] gives
-//! them its material, and ids, picking and lists name it and not them.
+//! them its material, [`follow_meshes`] cuts it anew when its mesh is replaced, and ids, picking and lists name it and
+//! not them.
 
 use crate::assets::library::Library;
 use crate::assets::material::{AlphaMode, MaterialId, Shading};
@@ -16,8 +17,10 @@ use crate::space::hidden::AlsoDisabled;
 use crate::space::transform::Transform;
 use bevy_ecs::change_detection::ContiguousRef;
 use bevy_ecs::entity::{ComponentCloneCtx, SourceComponent};
+use bevy_ecs::entity_disabling::Disabled;
 use bevy_ecs::prelude::*;
 use glam::{Affine3A, Vec3};
+use std::collections::BTreeSet;
 
 /// Metres: objects longer than this are drawn in pieces unless something else is said. A street lamp's pool of light is
 /// about twice as wide, a room lamp's as wide.
@@ -36,9 +39,14 @@ pub struct Pieces(Vec<Entity>);
 /// The mesh of an object that is drawn in pieces: it has no [`MeshId`] of its own.
 ///
 /// A copy of the entity without its children has no pieces, and gets the mesh itself.
-#[derive(Component, Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Component, Clone, Copy, PartialEq, Debug)]
 #[component(clone_behavior = Custom(copy_whole))]
-pub struct WholeMesh(pub MeshId);
+pub struct WholeMesh {
+    /// The mesh.
+    pub mesh: MeshId,
+    /// Metres: how long pieces may be.
+    pub metres: f32,
+}
 
 fn copy_whole(source: &SourceComponent, context: &mut ComponentCloneCtx) {
     let Some(&whole) = source.read::<WholeMesh>() else { return };
@@ -49,7 +57,7 @@ fn copy_whole(source: &SourceComponent, context: &mut ComponentCloneCtx) {
     let copy = context.target();
     context.queue_deferred(move |world, _| {
         if let Ok(mut copy) = world.get_entity_mut(copy) {
-            copy.insert(whole.0);
+            copy.insert(whole.mesh);
         }
     });
 }
@@ -135,7 +143,7 @@ pub fn draw_one_in_pieces(world: &mut World, entity: Entity, metres: f32) -> Opt
     let longest = (grid.cell(aabb.max - aabb.min) * scale).max_element();
     let pieces = world.resource_mut::<Library>().pieces(mesh, grid);
     // Lights are the pieces' now.
-    world.entity_mut(entity).remove::<(MeshId, SelectedLights)>().insert(WholeMesh(mesh));
+    world.entity_mut(entity).remove::<(MeshId, SelectedLights)>().insert(WholeMesh { mesh, metres });
     let piece = |&piece: &MeshId| (piece, material, ChildOf(entity), PieceOf(entity));
     world.spawn_batch(pieces.iter().map(piece).collect::<Vec<_>>());
     Some(PiecesReport { objects: 1, pieces: pieces.len(), metres: longest })
@@ -149,6 +157,47 @@ fn world_from(world: &World, entity: Entity) -> Affine3A {
         next = world.get::<ChildOf>(current).map(ChildOf::parent);
     }
     place
+}
+
+/// Cuts objects anew whose mesh was replaced, in pieces as long as before; one that has become short is one piece.
+/// Objects whose mesh was removed lose their pieces.
+pub fn follow_meshes(
+    world: &mut World,
+    objects: &mut QueryState<(Entity, &WholeMesh), AlsoDisabled>,
+    mut seen: Local<u64>,
+) {
+    let library = world.resource::<Library>();
+    let since = std::mem::replace(&mut *seen, library.revisions().meshes);
+    if library.meshes_edited() <= since {
+        return;
+    }
+    let changed: BTreeSet<u32> = library.changed_meshes(since).collect();
+    let concerned = objects.iter(world).filter(|(_, whole)| changed.contains(&whole.mesh.slot()));
+    for (entity, whole) in concerned.map(|(entity, &whole)| (entity, whole)).collect::<Vec<_>>() {
+        cut_anew(world, entity, whole);
+    }
+}
+
+fn cut_anew(world: &mut World, entity: Entity, WholeMesh { mesh, metres }: WholeMesh) {
+    let before: Vec<Entity> = world.get::<Pieces>(entity).map(|pieces| pieces.iter().collect()).unwrap_or_default();
+    before.into_iter().for_each(|piece| _ = world.despawn(piece));
+    let world_from_object = world_from(world, entity);
+    let Some(entry) = world.resource::<Library>().mesh(mesh) else { return };
+    let mut pieces = vec![mesh];
+    if is_longer(entry.mesh.aabb(), &world_from_object, metres) {
+        let grid = Grid::new(&entry.mesh, metres / axis_scale(&world_from_object));
+        if !grid.is_whole() {
+            pieces = world.resource_mut::<Library>().pieces(mesh, grid);
+        }
+    }
+    let material = world.get::<MaterialId>(entity).copied().unwrap_or_default();
+    let is_disabled = world.get::<Disabled>(entity).is_some();
+    for mesh in pieces {
+        let mut piece = world.spawn((mesh, material, ChildOf(entity), PieceOf(entity)));
+        if is_disabled {
+            piece.insert(Disabled);
+        }
+    }
 }
 
 /// Gives pieces the material of their object where that changed.
@@ -176,7 +225,6 @@ mod tests {
     use crate::assets::shapes;
     use crate::lights::components::Light;
     use crate::simulation::Simulation;
-    use bevy_ecs::entity_disabling::Disabled;
     use glam::{Quat, UVec2, Vec2};
 
     fn with_plane(size: Vec2) -> (Simulation, MeshId) {
@@ -274,9 +322,9 @@ mod tests {
         };
         after(&|object| _ = object.insert_recursive::<Children>(Disabled));
         after(&|object| _ = object.insert(blue));
-        assert_eq!(after(&|object| _ = object.remove_recursive::<Children, Disabled>()), [blue.0]);
+        assert_eq!(after(&|object| _ = object.remove_recursive::<Children, Disabled>()), [blue.slot()]);
         // Without a material, the default: noticed in the frame after, and theirs at once.
-        assert_eq!(after(&|object| _ = object.remove::<MaterialId>()), [MaterialId::DEFAULT.0]);
+        assert_eq!(after(&|object| _ = object.remove::<MaterialId>()), [MaterialId::DEFAULT.slot()]);
     }
 
     #[test]
@@ -311,7 +359,7 @@ mod tests {
             world.spawn((plane, unlit)).id(),
             world.spawn((plane, Figure { meshes: vec![plane], shown: 0 })).id(),
             world.spawn(Light::point(1.0, 1.0)).id(),
-            world.spawn(MeshId(77)).id(),
+            world.spawn(MeshId::from_slot(77)).id(),
         ];
         for entity in whole {
             assert_eq!(draw_in_pieces(world, entity, 10.0), PiecesReport::default());

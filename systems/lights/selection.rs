@@ -335,7 +335,7 @@ impl Rows<'_> {
     fn read_ahead(&self, rows: impl Iterator<Item = usize>) {
         read_ahead(rows.map(|row| {
             let place = self.transforms[row].translation();
-            place.x.to_bits() ^ self.meshes[row].0
+            place.x.to_bits() ^ self.meshes[row].slot()
         }));
     }
 }

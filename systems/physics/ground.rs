@@ -2,11 +2,12 @@
 //!
 //! Colliders are known by what they are (mesh, shape and place) and not by their entities: their order, and with it
 //! every step, does not depend on the order of spawning, and a world restored from a snapshot, whose entities are
-//! others, finds its colliders as they were.
+//! others, finds its colliders as they were. A mesh is known by its id and by how often it was replaced.
 
 use super::bodies::Physics;
 use crate::assets::library::Library;
 use crate::assets::mesh::{Mesh, MeshId};
+use crate::assets::slots::SlotId;
 use crate::draw::pieces::{PieceOf, WholeMesh};
 use crate::space::transform::Transform;
 use crate::vehicles::ground::Ground;
@@ -27,11 +28,15 @@ pub enum Obstacle {
     Mesh,
 }
 
-/// What a collider is: its mesh, its shape, and the bits of `world_from_object`.
+/// What a collider is: its mesh, its shape and twice the number of the mesh's edits, and the bits of
+/// `world_from_object`.
 pub(super) type Key = [u32; 14];
 
 /// The key of the plane at y = 0.
 const PLANE: Key = [u32::MAX; 14];
+
+/// In place of the number of edits of a mesh that is not there.
+const NO_MESH: u32 = u32::MAX >> 1;
 
 /// How far below everything a vehicle falls before it is given up, metres.
 const FALL: f32 = 100.0;
@@ -45,10 +50,10 @@ pub(super) struct Colliders {
     sum: Option<u64>,
     /// Metres: what is below is thrown out of the world.
     pub lowest: f32,
-    /// Of the last look: how many grounds and obstacles there were, and all entities that their places and meshes come
-    /// from.
+    /// Of the last look: how many grounds and obstacles there were, the revision of the library's meshes, and all
+    /// entities that their places and meshes come from.
     #[serde(skip)]
-    watched: Option<(usize, Vec<Source>)>,
+    watched: Option<((usize, u64), Vec<Source>)>,
 }
 
 /// An entity, and which of the components it had that colliders come from.
@@ -72,9 +77,14 @@ type Watched<'w, 's> = Query<
 >;
 
 /// Whether nothing that colliders come from has changed since they were last looked at.
-fn is_as_before(watched: Option<&(usize, Vec<Source>)>, count: usize, news: &News, entities: &Watched) -> bool {
+fn is_as_before(
+    watched: Option<&((usize, u64), Vec<Source>)>,
+    now: (usize, u64),
+    news: &News,
+    entities: &Watched,
+) -> bool {
     let is_same = |(entity, had): &Source| look(entities, *entity).is_some_and(|(has, new)| has == *had && !new);
-    watched.is_some_and(|(before, list)| *before == count && news.is_empty() && list.iter().all(is_same))
+    watched.is_some_and(|(before, list)| *before == now && news.is_empty() && list.iter().all(is_same))
 }
 
 /// Which of the components an entity has, and whether one of them changed.
@@ -101,9 +111,9 @@ pub fn update_ground(
     meshes: Meshes,
     places: Query<(&Transform, Option<&ChildOf>)>,
 ) {
-    let (children, meshes, places) = (&children, &meshes, &places);
-    let count = statics.iter().count();
-    if is_as_before(physics.colliders.watched.as_ref(), count, &news, &entities) {
+    let (children, meshes, places, library) = (&children, &meshes, &places, &*library);
+    let now = (statics.iter().count(), library.revisions().meshes);
+    if is_as_before(physics.colliders.watched.as_ref(), now, &news, &entities) {
         return;
     }
     let mut list: Vec<Entity> = Vec::new();
@@ -114,16 +124,16 @@ pub fn update_ground(
         list.extend(std::iter::successors(above(root), |&entity| above(entity)));
     }
     let seen = |entity| look(&entities, entity).map(|(has, _)| (entity, has));
-    physics.colliders.watched = Some((count, list.into_iter().filter_map(seen).collect()));
+    physics.colliders.watched = Some((now, list.into_iter().filter_map(seen).collect()));
     let keys = || {
         statics.iter().flat_map(|(root, ground, obstacle)| {
             let parts = std::iter::once(root).chain(children.iter_descendants(root));
             let shapes = [ground.then_some(Obstacle::Mesh), obstacle.copied()];
             parts.flat_map(move |entity| {
                 let (mesh, whole) = meshes.get(entity).unwrap_or_default();
-                let mesh = whole.map(|whole| whole.0).or(mesh.copied());
+                let mesh = whole.map(|whole| whole.mesh).or(mesh.copied());
                 let place = mesh.map(|_| world_from(entity, places)).unwrap_or_default();
-                shapes.into_iter().flatten().filter_map(move |shape| Some(key(mesh?, shape, &place)))
+                shapes.into_iter().flatten().filter_map(move |shape| Some(key(mesh?, library, shape, &place)))
             })
         })
     };
@@ -146,11 +156,12 @@ pub fn update_ground(
     }
     for key in wanted {
         if !physics.colliders.known.contains_key(&key) {
-            let collider = collider(&key, &library);
+            let collider = collider(&key, library);
             if collider.is_none() {
-                physics
-                    .warnings
-                    .push(format!("mesh {} cannot be ground or an obstacle: it has no finite triangles", key[0]));
+                physics.warnings.push(format!(
+                    "mesh {} cannot be ground or an obstacle: it has no finite triangles",
+                    MeshId::from_bits(key[0]).slot()
+                ));
             }
             let handle = collider.map(|collider| physics.world.insert_collider(collider, None));
             physics.colliders.known.insert(key, handle);
@@ -178,10 +189,10 @@ fn world_from(entity: Entity, places: &Query<(&Transform, Option<&ChildOf>)>) ->
     place
 }
 
-fn key(mesh: MeshId, shape: Obstacle, world_from_object: &Affine3A) -> Key {
+fn key(mesh: MeshId, library: &Library, shape: Obstacle, world_from_object: &Affine3A) -> Key {
     let mut key = [0; 14];
-    key[0] = mesh.0;
-    key[1] = shape as u32;
+    key[0] = mesh.to_bits();
+    key[1] = shape as u32 + 2 * library.mesh_edits(mesh).unwrap_or(NO_MESH);
     // Zero has two signs, which are one place.
     let bits = world_from_object.to_cols_array().map(|value| (value + 0.0).to_bits());
     key[2..].copy_from_slice(&bits);
@@ -201,12 +212,12 @@ fn collider(key: &Key, library: &Library) -> Option<ColliderBuilder> {
     let mut columns = [0.0; 12];
     columns.iter_mut().zip(&key[2..]).for_each(|(value, bits)| *value = f32::from_bits(*bits));
     let world_from_object = Affine3A::from_cols_array(&columns);
-    let mesh = &library.mesh(MeshId(key[0]))?.mesh;
+    let mesh = &library.mesh(MeshId::from_bits(key[0]))?.mesh;
     let finite = world_from_object.is_finite() && mesh.positions.iter().all(|position| position.is_finite());
     if !finite || mesh.indices.len() < 3 {
         return None;
     }
-    if key[1] == Obstacle::Mesh as u32 {
+    if key[1] % 2 == Obstacle::Mesh as u32 {
         triangles(mesh, &world_from_object)
     } else {
         bounding_box(mesh, &world_from_object)

@@ -179,7 +179,7 @@ fn new_meshes_have_levels_after_a_frame_the_same_as_by_themselves() {
         simulation.world.resource_mut::<Library>().add_mesh(mesh);
     }
     simulation.frame();
-    for entry in simulation.library().meshes() {
+    for (_, entry) in simulation.library().meshes() {
         let (levels, indices) = simplify(&entry.mesh);
         assert!(levels.len() > 1);
         assert_eq!((&levels, &indices), (&entry.levels, &entry.level_indices));

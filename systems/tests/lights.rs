@@ -64,10 +64,8 @@ fn lights_that_are_none_are_never_selected() {
 /// A mesh without triangles whose bounds are the unit sphere.
 fn ball(world: &mut World) -> MeshId {
     let mut library = world.resource_mut::<Library>();
-    if library.meshes().is_empty() {
-        library.add_mesh(Mesh { positions: vec![Vec3::X, Vec3::NEG_X], ..Mesh::default() });
-    }
-    MeshId(0)
+    let found = library.mesh_in_slot(0).map(|(id, _)| id);
+    found.unwrap_or_else(|| library.add_mesh(Mesh { positions: vec![Vec3::X, Vec3::NEG_X], ..Mesh::default() }))
 }
 
 /// What takes that place.

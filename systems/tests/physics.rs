@@ -513,3 +513,34 @@ fn put_to_a_routes_beginning_it_goes_on_as_fast_the_way_that_begins_there() {
     // 250 m at the most on a route of 94 m.
     assert_eq!(jumps, 2);
 }
+
+#[test]
+fn ground_and_obstacles_follow_their_meshes() {
+    let plane = |height: f32| {
+        let mut mesh: Mesh = shapes::plane(Vec2::splat(60.0), glam::UVec2::ONE);
+        mesh.positions.iter_mut().for_each(|p| p.y = height);
+        mesh
+    };
+    let mut simulation = simulation();
+    let mesh = simulation.world.resource_mut::<Library>().add_mesh(plane(0.0));
+    simulation.world.spawn((mesh, Ground));
+    let vehicle = spawn(&mut simulation, AIRLESS, Transform::from_xyz(0.0, 0.2, 0.0), 0.0);
+    let kinematic = simulation.world.spawn((STAND_IN, Transform::from_xyz(15.0, 0.2, 0.0), Motion::default())).id();
+    steps(&mut simulation, 240);
+    let heights = |simulation: &Simulation| [vehicle, kinematic].map(|it| place(simulation, it).translation.y);
+    let before = heights(&simulation);
+    let saved = snapshot::save(&mut simulation.world);
+    for _ in 0..2 {
+        simulation.world.resource_mut::<Library>().replace_mesh(mesh, plane(-0.5));
+        steps(&mut simulation, 240);
+        // A millimetre: it has come to rest on its springs, as it had before.
+        heights(&simulation).iter().zip(before).for_each(|(now, before)| {
+            assert!((now - before + 0.5).abs() < 1e-3, "from {before} to {now}");
+        });
+        // A snapshot of before has other colliders: those of the mesh as it is now take their place.
+        snapshot::restore(&mut simulation.world, &saved).expect("of this world");
+    }
+    simulation.world.resource_mut::<Library>().remove_mesh(mesh);
+    steps(&mut simulation, 120);
+    assert!(heights(&simulation)[0] < before[0] - 1.0, "nothing is below it");
+}

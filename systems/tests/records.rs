@@ -7,7 +7,7 @@ use glam::{Affine3A, Vec3};
 use proptest::prelude::*;
 use std::collections::BTreeMap;
 use systems::Simulation;
-use systems::assets::{AlphaMode, Library, Material, MaterialId, MeshId, shapes};
+use systems::assets::{AlphaMode, Library, Material, MaterialId, Mesh, MeshId, shapes};
 use systems::draw::InstanceRecord;
 use systems::ecs::tables::Records;
 use systems::lights::Light;
@@ -17,8 +17,8 @@ use systems::space::{Hidden, Transform};
 enum Edit {
     Move(usize, f32),
     Mirror(usize),
-    SetMesh(usize, u32),
-    SetMaterial(usize, u32),
+    SetMesh(usize, usize),
+    SetMaterial(usize, usize),
     RemoveMaterial(usize),
     Hide(usize),
     Disable(usize),
@@ -27,8 +27,11 @@ enum Edit {
     Copy(usize),
     Spawn,
     AddMesh,
+    ReplaceMesh(usize, bool),
+    RemoveMesh(usize),
     AddMaterial(bool),
-    TurnMaterial(u32),
+    RemoveMaterialOfAll(usize),
+    TurnMaterial(usize),
     MoveLamp(f32),
     Frame,
 }
@@ -38,8 +41,8 @@ fn edit() -> impl Strategy<Value = Edit> {
     let change = prop_oneof![
         (who.clone(), -20.0f32..20.0).prop_map(|(i, x)| Edit::Move(i, x)),
         who.clone().prop_map(Edit::Mirror),
-        (who.clone(), 0..4u32).prop_map(|(i, mesh)| Edit::SetMesh(i, mesh)),
-        (who.clone(), 0..6u32).prop_map(|(i, material)| Edit::SetMaterial(i, material)),
+        (who.clone(), 0..5usize).prop_map(|(i, mesh)| Edit::SetMesh(i, mesh)),
+        (who.clone(), 0..6usize).prop_map(|(i, material)| Edit::SetMaterial(i, material)),
         who.clone().prop_map(Edit::RemoveMaterial),
         who.clone().prop_map(Edit::Hide),
         who.clone().prop_map(Edit::Disable),
@@ -48,8 +51,11 @@ fn edit() -> impl Strategy<Value = Edit> {
         who.prop_map(Edit::Copy),
         Just(Edit::Spawn),
         Just(Edit::AddMesh),
+        (0..5usize, any::<bool>()).prop_map(|(mesh, empty)| Edit::ReplaceMesh(mesh, empty)),
+        (0..5usize).prop_map(Edit::RemoveMesh),
+        (0..6usize).prop_map(Edit::RemoveMaterialOfAll),
         any::<bool>().prop_map(Edit::AddMaterial),
-        (0..6u32).prop_map(Edit::TurnMaterial),
+        (0..6usize).prop_map(Edit::TurnMaterial),
         (-20.0f32..20.0).prop_map(Edit::MoveLamp),
     ];
     prop_oneof![4 => change, 1 => Just(Edit::Frame)]
@@ -59,18 +65,42 @@ struct Edited {
     simulation: Simulation,
     objects: Vec<Entity>,
     lamp: Entity,
+    /// All ids that the library gave out, and some that it has yet to give: the first of their slots.
+    meshes: Vec<MeshId>,
+    materials: Vec<MaterialId>,
     taken: Vec<InstanceRecord>,
 }
 
 impl Edited {
     fn new() -> Self {
         let mut simulation = Simulation::new();
-        let objects = (0..8).map(|i| simulation.world.spawn((MeshId(i % 3), MaterialId(i % 4))).id()).collect();
+        let objects = (0..8)
+            .map(|i| simulation.world.spawn((MeshId::from_slot(i % 3), MaterialId::from_slot(i % 4))).id())
+            .collect();
         let lamp = simulation.world.spawn(Light::point(1.0, 8.0)).id();
-        Self { simulation, objects, lamp, taken: Vec::new() }
+        let meshes = (0..3).map(MeshId::from_slot).collect();
+        let materials = (0..4).map(MaterialId::from_slot).collect();
+        Self { simulation, objects, lamp, meshes, materials, taken: Vec::new() }
+    }
+
+    /// One of the last ids, counted from the end.
+    fn mesh(&self, number: usize) -> MeshId {
+        self.meshes[self.meshes.len().saturating_sub(number + 1)]
+    }
+
+    fn material(&self, number: usize) -> MaterialId {
+        self.materials[self.materials.len().saturating_sub(number + 1)]
     }
 
     fn apply(&mut self, edit: Edit) {
+        let (mesh_of, material_of) = match edit {
+            Edit::SetMesh(_, mesh) | Edit::ReplaceMesh(mesh, _) | Edit::RemoveMesh(mesh) => (self.mesh(mesh), None),
+            Edit::SetMaterial(_, number) | Edit::TurnMaterial(number) | Edit::RemoveMaterialOfAll(number) => {
+                (self.mesh(0), Some(self.material(number)))
+            }
+            _ => (self.mesh(0), None),
+        };
+        let material_of = material_of.unwrap_or_default();
         let world = &mut self.simulation.world;
         let entity = |i: usize| self.objects.get(i).copied();
         let switch = |world: &mut World, entity: Entity, is_hidden: bool| {
@@ -89,11 +119,11 @@ impl Edited {
             Edit::Mirror(i) => entity(i)
                 .into_iter()
                 .for_each(|entity| world.get_mut::<Transform>(entity).expect("a place").scale.x *= -1.0),
-            Edit::SetMesh(i, mesh) => entity(i).into_iter().for_each(|entity| {
-                world.entity_mut(entity).insert(MeshId(mesh));
+            Edit::SetMesh(i, _) => entity(i).into_iter().for_each(|entity| {
+                world.entity_mut(entity).insert(mesh_of);
             }),
-            Edit::SetMaterial(i, material) => entity(i).into_iter().for_each(|entity| {
-                world.entity_mut(entity).insert(MaterialId(material));
+            Edit::SetMaterial(i, _) => entity(i).into_iter().for_each(|entity| {
+                world.entity_mut(entity).insert(material_of);
             }),
             Edit::RemoveMaterial(i) => entity(i).into_iter().for_each(|entity| {
                 world.entity_mut(entity).remove::<MaterialId>();
@@ -120,17 +150,23 @@ impl Edited {
                     self.objects.push(copy);
                 }
             }
-            Edit::Spawn => self.objects.push(world.spawn((MeshId(0), MaterialId(1))).id()),
-            Edit::AddMesh => _ = world.resource_mut::<Library>().add_mesh(shapes::cube(Vec3::ONE)),
+            Edit::Spawn => self.objects.push(world.spawn((MeshId::from_slot(0), MaterialId::from_slot(1))).id()),
+            Edit::AddMesh => self.meshes.push(world.resource_mut::<Library>().add_mesh(shapes::cube(Vec3::ONE))),
+            // Without triangles it is not drawn, with colours by another pipeline.
+            Edit::ReplaceMesh(_, empty) => {
+                let mut mesh = if empty { Mesh::default() } else { shapes::cube(Vec3::ONE) };
+                mesh.colors = vec![glam::Vec4::ONE; mesh.positions.len()];
+                world.resource_mut::<Library>().replace_mesh(mesh_of, mesh);
+            }
+            Edit::RemoveMesh(_) => _ = world.resource_mut::<Library>().remove_mesh(mesh_of),
+            Edit::RemoveMaterialOfAll(_) => _ = world.resource_mut::<Library>().remove_material(material_of),
             Edit::AddMaterial(blended) => {
                 let alpha = if blended { AlphaMode::Blend } else { AlphaMode::Opaque };
-                world.resource_mut::<Library>().add_material(Material { alpha, ..Material::default() });
+                let new = Material { alpha, ..Material::default() };
+                self.materials.push(world.resource_mut::<Library>().add_material(new));
             }
-            Edit::TurnMaterial(material) => {
-                let mut library = world.resource_mut::<Library>();
-                if library.material(MaterialId(material)).is_some() {
-                    library.edit_material(MaterialId(material), |material| material.double_sided ^= true);
-                }
+            Edit::TurnMaterial(_) => {
+                world.resource_mut::<Library>().edit_material(material_of, |material| material.double_sided ^= true);
             }
             Edit::MoveLamp(x) => world.get_mut::<Transform>(self.lamp).expect("a place").translation.x = x,
             Edit::Frame => self.frame(),
@@ -161,14 +197,15 @@ impl Edited {
                 next = world.get::<ChildOf>(node).map(ChildOf::parent);
             }
             let mesh = world.get::<MeshId>(object).expect("a mesh");
-            let is_drawn = !hidden && world.get::<Disabled>(object).is_none() && library.mesh(*mesh).is_some();
+            let mesh = library.mesh(*mesh).filter(|entry| !entry.mesh.indices.is_empty());
+            let is_drawn = !hidden && world.get::<Disabled>(object).is_none() && mesh.is_some();
             let record = drawn.get(&object.index_u32());
             assert_eq!(record.is_some(), is_drawn, "{object}");
             let Some(record) = record else { continue };
             expected += 1;
             let material = world.get::<MaterialId>(object).expect("a material");
             let known = library.material(*material).map_or(MaterialId::DEFAULT, |_| *material);
-            assert_eq!(record.material, known.0);
+            assert_eq!(record.material, known.slot());
             // What is below a disabled entity stays where it is until that is enabled.
             if !disabled_above {
                 let [x, y, z] = record.world_from_object.map(|row| row[3]);
@@ -181,7 +218,7 @@ impl Edited {
         let list = self.simulation.draw_list();
         assert!(list.transparent.is_sorted_by(|a, b| a.slot < b.slot));
         let is_blended = |record: &&&InstanceRecord| {
-            library.material(MaterialId(record.material)).is_some_and(|material| material.alpha == AlphaMode::Blend)
+            library.material_in_slot(record.material).is_some_and(|(_, material)| material.alpha == AlphaMode::Blend)
         };
         assert_eq!(list.transparent.len(), drawn.values().filter(is_blended).count());
     }

@@ -33,7 +33,7 @@ fn heads_show_what_their_signal_does_over_a_whole_cycle() {
     let signal = Signal { name: "s".into(), green: vec![4.0, 2.5], amber: 1.5, red: 1.0, offset: 2.3 };
     let mut simulation = Simulation::new();
     simulation.world.insert_resource(Signals::new(vec![signal.clone()]));
-    let (dark, lit) = (MaterialId(1), MaterialId(2));
+    let (dark, lit) = (MaterialId::from_slot(1), MaterialId::from_slot(2));
     let world = &mut simulation.world;
     let head = |world: &mut World, group: u32| {
         let root = world.spawn(SignalHead { head: group, shown: None }).id();

@@ -142,7 +142,7 @@ fn an_unknown_type_is_a_box_on_four_wheels() {
     let world = &mut simulation.world;
     assert_eq!(world.query::<(&MeshId, &ChildOf)>().iter(world).count(), 10);
     assert_eq!(world.query::<&MovingPart>().iter(world).count(), 8);
-    assert_eq!(world.resource::<Library>().meshes().len(), 2, "built once");
+    assert_eq!(world.resource::<Library>().meshes().count(), 2, "built once");
 }
 
 #[test]

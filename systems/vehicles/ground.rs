@@ -8,6 +8,7 @@ use crate::space::transform::Transform;
 use bevy_ecs::prelude::*;
 use glam::{Affine3A, Vec3};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
 
 /// The entity's mesh, and those below it, are ground.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
@@ -32,6 +33,8 @@ pub struct Grounds {
     entries: Vec<u32>,
     /// The entities that it is of.
     roots: Vec<Entity>,
+    /// The slots of their meshes, and the revision of the library's meshes that it is of.
+    meshes: (BTreeSet<u32>, u64),
 }
 
 impl Grounds {
@@ -150,7 +153,8 @@ fn height_in([a, b, c]: &[Vec3; 3], point: Vec3) -> Option<f32> {
 
 type NewGround = Or<(Added<Ground>, (With<Ground>, Changed<Transform>))>;
 
-/// Rebuilds the grid when an entity became ground, ceased to be it, or was moved itself.
+/// Rebuilds the grid when an entity became ground, ceased to be it, or was moved itself, and when one of the meshes was
+/// replaced or removed.
 #[allow(clippy::type_complexity, clippy::too_many_arguments)]
 pub fn update_grounds(
     new: Query<(), NewGround>,
@@ -162,7 +166,11 @@ pub fn update_grounds(
     library: Res<Library>,
     mut grounds: ResMut<Grounds>,
 ) {
-    if new.is_empty() && all.iter().eq(grounds.roots.iter().copied()) {
+    let (slots, seen) = &mut grounds.bypass_change_detection().meshes;
+    let since = std::mem::replace(seen, library.revisions().meshes);
+    let same_meshes =
+        library.meshes_edited() <= since || !library.changed_meshes(since).any(|slot| slots.contains(&slot));
+    if same_meshes && new.is_empty() && all.iter().eq(grounds.roots.iter().copied()) {
         return;
     }
     let roots: Vec<Entity> = all.iter().collect();
@@ -171,13 +179,13 @@ pub fn update_grounds(
         own.filter_map(|entity| transforms.get(entity).ok())
             .fold(Affine3A::IDENTITY, |below, transform| transform.compute_affine() * below)
     };
-    let mut triangles = Vec::new();
+    let (mut triangles, mut slots) = (Vec::new(), BTreeSet::new());
     for root in &all {
         for entity in std::iter::once(root).chain(children.iter_descendants(root)) {
             let Ok((mesh, whole)) = meshes.get(entity) else { continue };
-            let Some(entry) = whole.map(|whole| whole.0).or(mesh.copied()).and_then(|mesh| library.mesh(mesh)) else {
-                continue;
-            };
+            let Some(mesh) = whole.map(|whole| whole.mesh).or(mesh.copied()) else { continue };
+            slots.insert(mesh.slot());
+            let Some(entry) = library.mesh(mesh) else { continue };
             let place = world_from(entity);
             let corner = |index: u32| {
                 entry.mesh.positions.get(index as usize).map_or(Vec3::NAN, |corner| place.transform_point3(*corner))
@@ -185,5 +193,5 @@ pub fn update_grounds(
             triangles.extend(entry.mesh.indices.chunks_exact(3).map(|t| [corner(t[0]), corner(t[1]), corner(t[2])]));
         }
     }
-    *grounds = Grounds { roots, ..Grounds::new(triangles) };
+    *grounds = Grounds { roots, meshes: (slots, library.revisions().meshes), ..Grounds::new(triangles) };
 }

@@ -38,7 +38,7 @@ fn look_through(model: &relief::import::Model, library: &Library) {
     for (_, place) in model.placed() {
         assert!(place.is_finite(), "a node's place is not finite");
     }
-    for entry in library.meshes() {
+    for (_, entry) in library.meshes() {
         let mesh = &entry.mesh;
         let count = mesh.positions.len();
         assert!(mesh.indices.len().is_multiple_of(3) && mesh.indices.iter().all(|&i| (i as usize) < count));

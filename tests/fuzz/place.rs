@@ -42,7 +42,7 @@ impl Place {
             let Ok(model) = load_model(&entry.path(), &mut library) else { continue };
             let names: Vec<&str> = model.nodes.iter().map(|node| node.name.as_str()).collect();
             let materials: Vec<&str> =
-                library.materials().iter().map(|material| material.name.as_str()).filter(|n| !n.is_empty()).collect();
+                library.materials().map(|(_, material)| material.name.as_str()).filter(|n| !n.is_empty()).collect();
             fs::write(folder.join("models").join(entry.file_name()), boxes(&names, &materials))?;
         }
         Ok(())

@@ -1,7 +1,7 @@
 //! Models of others, against what is known of them.
 
 use crate::common;
-use crate::support::{files_below, load, material, node};
+use crate::support::{files_below, first_mesh, load, material, node};
 use bevy_ecs::prelude::*;
 use glam::{Vec2, Vec3};
 use relief::import::load_model;
@@ -81,9 +81,9 @@ fn instances_become_entities_under_their_node() {
 fn names_uris_and_files_may_be_unicode() {
     let Some((model, library)) = load("models/EncodingTest-Unicode/Unicode ❤♻ Test.gltf") else { return };
     assert_eq!(model.nodes.len(), 1);
-    assert_eq!(library.images().len(), Library::default().images().len() + 1);
+    assert_eq!(library.images().count(), Library::default().images().count() + 1);
     let Some((_, library)) = load("models/BoxWithSpaces/Box With Spaces.gltf") else { return };
-    assert_eq!(library.images().iter().filter(|i| i.kind == ImageKind::Normal).count(), 2);
+    assert_eq!(library.images().filter(|(_, i)| i.kind == ImageKind::Normal).count(), 2);
 }
 
 #[test]
@@ -97,7 +97,7 @@ fn cameras_keep_their_lens() {
 #[test]
 fn vertex_colours_are_read() {
     let Some((_, library)) = load("models/BoxVertexColors/BoxVertexColors.glb") else { return };
-    let colors = &library.meshes()[0].mesh.colors;
+    let colors = &first_mesh(&library).colors;
     assert_eq!(colors.len(), 24);
     assert!(colors.iter().any(|c| *c != colors[0]));
 }
@@ -105,26 +105,26 @@ fn vertex_colours_are_read() {
 #[test]
 fn copies_of_a_mesh_are_one_mesh() {
     let Some((model, library)) = load("models/ManyCubes/many-cubes.gltf") else { return };
-    assert_eq!((model.nodes.len(), library.meshes().len()), (506, 1));
+    assert_eq!((model.nodes.len(), library.meshes().count()), (506, 1));
 }
 
 #[test]
 fn specular_glossiness_and_specular_are_read() {
     let Some((_, library)) = load("models/BoxTextured-SpecGloss/BoxTextured.gltf") else { return };
-    let shaded = |l: &Library, s| l.materials().iter().filter(|m| m.shading == s).count();
+    let shaded = |l: &Library, s| l.materials().filter(|(_, m)| m.shading == s).count();
     assert_eq!(shaded(&library, Shading::SpecularGlossiness), 1);
     let Some((_, library)) = load("models/SpecularTest/SpecularTest.glb") else { return };
     assert_eq!(shaded(&library, Shading::MetallicRoughness), 24);
-    assert!(library.materials().iter().any(|m| m.specular_strength < 1.0));
-    let maps = library.materials().iter().filter_map(|m| m.specular_map);
-    assert!(maps.into_iter().all(|map| library.image(map.image).unwrap().kind == ImageKind::Color));
+    assert!(library.materials().any(|(_, m)| m.specular_strength < 1.0));
+    let mut maps = library.materials().filter_map(|(_, m)| m.specular_map);
+    assert!(maps.all(|map| library.image(map.image).unwrap().kind == ImageKind::Color));
 }
 
 #[test]
 fn samplers_are_those_of_the_generators_table() {
     let sampler = |number: usize| {
         let (_, library) = load(&format!("asset-generator/Texture_Sampler/Texture_Sampler_{number:02}.gltf"))?;
-        Some(library.materials().iter().find_map(|m| m.base_map).unwrap().sampler)
+        Some(library.materials().find_map(|(_, m)| m.base_map).unwrap().sampler)
     };
     let Some(plain) = sampler(0) else { return };
     assert_eq!((plain.wrap_u, plain.wrap_v, plain.mip), (Wrap::Repeat, Wrap::Repeat, MipFilter::Linear));
@@ -153,7 +153,7 @@ fn strips_and_fans_cover_the_same_square_as_lists() {
     for number in [4, 5, 6, 11, 12, 13, 14, 15] {
         let path = format!("asset-generator/Mesh_PrimitiveMode/Mesh_PrimitiveMode_{number:02}.gltf");
         let Some((_, library)) = load(&path) else { return };
-        let mesh = &library.meshes()[0].mesh;
+        let mesh = first_mesh(&library);
         let corners = |t: &[u32]| [0, 1, 2].map(|i| mesh.positions[t[i] as usize]);
         let areas = mesh.indices.chunks_exact(3).map(corners).map(|[a, b, c]| (b - a).cross(c - a) * 0.5);
         let area: Vec3 = areas.inspect(|a| assert!(a.z > 0.0, "{path}: a triangle faces away")).sum();
@@ -165,9 +165,9 @@ fn strips_and_fans_cover_the_same_square_as_lists() {
 fn alpha_modes_are_read() {
     let Some((_, library)) = load("models/AlphaBlendModeTest/AlphaBlendModeTest.glb") else { return };
     for mode in [AlphaMode::Opaque, AlphaMode::Mask, AlphaMode::Blend] {
-        assert!(library.materials().iter().any(|m| m.alpha == mode), "{mode:?}");
+        assert!(library.materials().any(|(_, m)| m.alpha == mode), "{mode:?}");
     }
-    assert!(library.materials().iter().any(|m| m.alpha == AlphaMode::Mask && m.alpha_cutoff != 0.5));
+    assert!(library.materials().any(|(_, m)| m.alpha == AlphaMode::Mask && m.alpha_cutoff != 0.5));
 }
 
 #[test]

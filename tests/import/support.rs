@@ -34,7 +34,7 @@ pub fn node<'a>(model: &'a Model, name: &str) -> &'a relief::import::Node {
 }
 
 pub fn material<'a>(library: &'a Library, name: &str) -> &'a Material {
-    library.materials().iter().find(|m| m.name == name).unwrap()
+    library.materials().map(|(_, material)| material).find(|m| m.name == name).unwrap()
 }
 
 /// A glTF document of one triangle; `change` edits it before it is written.
@@ -84,7 +84,7 @@ pub fn push_accessor(document: &mut Value, bytes: &[u8], mut accessor: Value) ->
 }
 
 pub fn first_mesh(library: &Library) -> &Mesh {
-    &library.meshes()[0].mesh
+    &library.mesh_in_slot(0).unwrap().1.mesh
 }
 
 pub fn uri_of(bytes: &[u8]) -> Value {

@@ -23,9 +23,9 @@ fn grids_have_their_counts_and_every_pair_of_alternatives() {
     assert_eq!(place(1) - place(0), Vec3::new(2.0, 0.0, 0.0));
     assert_eq!(place(4) - place(0), Vec3::new(0.0, 0.0, 4.0));
     assert_eq!(place(12) - place(0), Vec3::new(0.0, 3.0, 0.0));
-    for mesh in [MeshId(0), MeshId(1)] {
+    for mesh in [0, 1].map(MeshId::from_slot) {
         for material in [1, 2, 3, 4] {
-            let count = things.iter().filter(|t| t.2 == mesh && t.3 == MaterialId(material)).count();
+            let count = things.iter().filter(|t| t.2 == mesh && t.3 == MaterialId::from_slot(material)).count();
             assert_eq!(count, 3, "{mesh:?} with material {material}");
         }
     }

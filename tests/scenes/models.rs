@@ -14,7 +14,7 @@ fn models_are_placed_overridden_and_picked_apart() {
             (name: "figure", figure: ["cube", "part"], material: "red"),
         ])"#,
     );
-    let library_meshes = simulation.library().meshes().len();
+    let library_meshes = simulation.library().meshes().count();
     assert_eq!(library_meshes, 2, "the model's mesh once, and the cube");
     let world = &mut simulation.world;
     assert_eq!(all::<MeshId>(world).len(), 2 + 2 + 1 + 1);
@@ -22,7 +22,9 @@ fn models_are_placed_overridden_and_picked_apart() {
         world.get::<Children>(root).map(|children| children.iter().collect()).unwrap_or_default()
     };
     let red = named(world, "red");
-    assert!(below(world, red).iter().filter_map(|&e| world.get::<MaterialId>(e)).all(|m| *m == MaterialId(2)));
+    assert!(
+        below(world, red).iter().filter_map(|&e| world.get::<MaterialId>(e)).all(|m| *m == MaterialId::from_slot(2))
+    );
     let whole = named(world, "whole");
     let panel = below(world, whole)[0];
     assert_eq!(world.get::<GlobalTransform>(panel).expect("placed").translation(), Vec3::new(10.0, 0.0, 3.0));

@@ -100,7 +100,7 @@ fn materials_and_their_maps_arrive() {
         }})"
     ));
     let library = simulation.library();
-    let [a, b] = [1, 2].map(|id| library.material(MaterialId(id)).expect("in file order"));
+    let [a, b] = [1, 2].map(|id| library.material(MaterialId::from_slot(id)).expect("in file order"));
     assert_eq!((a.name.as_str(), a.shading, a.technique), ("a", Shading::Blinn, Technique::PerturbedNormal));
     assert_eq!((a.base_factor, a.height_scale_uv), (glam::Vec4::new(1.0, 2.0, 3.0, 0.5), 0.1));
     let (base_map, height_map) = (a.base_map.expect("has it"), a.height_map.expect("has it"));
@@ -115,7 +115,7 @@ fn materials_and_their_maps_arrive() {
     // Once as colour and once as data, however many materials and fields name it.
     assert_eq!(b.base_map.map(|m| m.image), Some(base_map.image));
     assert_eq!(b.emissive_map.map(|m| m.image), Some(base_map.image));
-    assert_eq!(library.images().len(), 5 + 4);
+    assert_eq!(library.images().count(), 5 + 4);
 }
 
 #[test]
@@ -132,7 +132,7 @@ fn a_technique_brings_its_maps_and_factors_or_a_word_about_them() {
         }})"
     ));
     let library = simulation.library();
-    let [all, plain] = [1, 2].map(|id| library.material(MaterialId(id)).expect("in file order"));
+    let [all, plain] = [1, 2].map(|id| library.material(MaterialId::from_slot(id)).expect("in file order"));
     assert_eq!((all.height_rest, all.self_shadow, all.emboss_step_texels), (0.5, 0.75, 3.0));
     // Rows in the file, and in what it does.
     assert_eq!(all.offset_matrix * glam::Vec2::X, glam::Vec2::new(1.0, 3.0));

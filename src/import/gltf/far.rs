@@ -12,7 +12,7 @@ pub fn check(model: &Model, meshes: &[Mesh], report: &mut Report) {
         let node = &model.nodes[index];
         let corners = node.part_transforms().iter().flat_map(|part_from| {
             let model_from_part = model_from_node * part_from.compute_affine();
-            let meshes = node.parts.iter().filter_map(|(mesh, _)| meshes.get(mesh.0 as usize));
+            let meshes = node.parts.iter().filter_map(|(mesh, _)| meshes.get(mesh.slot() as usize));
             meshes.flat_map(move |mesh| {
                 let aabb = mesh.aabb().transformed(&model_from_part);
                 [aabb.min, aabb.max]

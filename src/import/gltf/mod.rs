@@ -128,7 +128,7 @@ fn read(path: &Path, named_in: Option<&Path>, report: &mut Report) -> Read<Optio
 fn faded(nodes: &[Node], meshes: &[Mesh]) -> BTreeSet<u32> {
     let is_faded: Vec<bool> = meshes.iter().map(|mesh| mesh.colors.iter().any(|color| color.w < 1.0)).collect();
     let parts = nodes.iter().flat_map(|node| &node.parts);
-    parts.filter(|(mesh, _)| is_faded[mesh.0 as usize]).map(|(_, material)| material.0).collect()
+    parts.filter(|(mesh, _)| is_faded[mesh.slot() as usize]).map(|(_, material)| material.slot()).collect()
 }
 
 /// Any 2.x loads unless it says that it needs more than 2.0; an empty file needs nothing.
@@ -169,7 +169,7 @@ impl Draft {
         let images: Vec<Option<ImageId>> = images.collect();
         let place = |map: Option<Map>| {
             let map = map?;
-            Some(Map { image: images.get(map.image.0 as usize).copied().flatten()?, ..map })
+            Some(Map { image: images.get(map.image.slot() as usize).copied().flatten()?, ..map })
         };
         let materials = self.materials.into_iter().map(|m| {
             library.add_material(Material {
@@ -186,7 +186,7 @@ impl Draft {
         let meshes: Vec<MeshId> = self.meshes.into_iter().map(|mesh| library.add_mesh(mesh)).collect();
         let mut model = self.model;
         for (mesh, material) in model.nodes.iter_mut().flat_map(|node| &mut node.parts) {
-            (*mesh, *material) = (meshes[mesh.0 as usize], materials[material.0 as usize]);
+            (*mesh, *material) = (meshes[mesh.slot() as usize], materials[material.slot() as usize]);
         }
         model
     }

@@ -109,7 +109,7 @@ impl Reader<'_> {
             self.materials.push(material);
             self.materials.len() - 1
         });
-        MaterialId(id as u32)
+        MaterialId::from_slot(id as u32)
     }
 
     /// Some exporters write a copy of a mesh for every object; what shares a mesh is drawn together.
@@ -121,7 +121,7 @@ impl Reader<'_> {
             self.meshes.push(mesh);
             self.meshes.len() - 1
         });
-        MeshId(id as u32)
+        MeshId::from_slot(id as u32)
     }
 }
 

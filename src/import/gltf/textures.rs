@@ -190,7 +190,7 @@ impl Images {
             Some(request) => request.needed |= needed,
             None => self.requests.push(Request { source, needed }),
         }
-        ImageId(id as u32)
+        ImageId::from_slot(id as u32)
     }
 
     /// Decodes all requests in parallel, in their order. `None` for an image that the model is drawn without: of a

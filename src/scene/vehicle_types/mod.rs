@@ -70,8 +70,8 @@ pub(super) fn is_file_of_types(path: &Path) -> bool {
 pub fn load_vehicle_types(path: &Path, simulation: &mut Simulation) -> Result<Vec<String>, SceneError> {
     let world = &mut simulation.world;
     let loaded = world.resource_scope(|_, mut library: Mut<Library>| {
-        let before = library.sizes();
-        read(path, &mut library).inspect_err(|_| library.truncate(before))
+        let before = library.revisions();
+        read(path, &mut library).inspect_err(|_| library.take_back(before))
     });
     let Loaded { types, warnings, .. } = loaded.map_err(|problems| SceneError { problems })?;
     let mut all = world.resource_mut::<VehicleTypes>();
