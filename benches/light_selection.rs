@@ -14,7 +14,7 @@ use cpu_time::{ProcessTime, ThreadTime};
 use criterion::measurement::{Measurement, ValueFormatter, WallTime};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::{Affine3A, Quat, Vec3};
-use relief::bench::{Movers, Night};
+use relief::bench::{Movers, NightLights};
 use std::hint::black_box;
 use std::time::Duration;
 use systems::Simulation;
@@ -74,7 +74,9 @@ impl ValueFormatter for PerObject {
 
 fn searches(criterion: &mut Criterion<PerObject>) {
     println!("instruction set: {:?}", Level::new());
-    for (name, scene) in [("scattered", Night::scattered as fn(usize, usize, u64) -> Night), ("city", Night::city)] {
+    for (name, scene) in
+        [("scattered", NightLights::scattered as fn(usize, usize, u64) -> NightLights), ("city", NightLights::city)]
+    {
         for objects in [10_000, 100_000, 1_000_000] {
             let mut group = criterion.benchmark_group(format!("{name}/{objects}"));
             group.throughput(Throughput::Elements(objects as u64));
@@ -86,8 +88,7 @@ fn searches(criterion: &mut Criterion<PerObject>) {
                 let mut out = vec![SelectedLights::default(); objects];
                 let mut tree = LightTree::new(&scored);
                 group.bench_function(BenchmarkId::new("tree", lights), |b| b.iter(|| tree.build(black_box(&scored))));
-                for (kind, policy) in
-                    [("three alone", LightPolicy::Hard), ("weights and remainder", LightPolicy::Three)]
+                for (kind, policy) in [("three alone", LightPolicy::Hard), ("weights and residual", LightPolicy::Three)]
                 {
                     let mut scratch = Scratch::default();
                     group.bench_function(BenchmarkId::new(kind, lights), |b| {
@@ -110,7 +111,7 @@ struct Frames {
     schedule: Schedule,
     objects: Vec<Entity>,
     lights: Vec<Entity>,
-    night: Night,
+    night: NightLights,
 }
 
 /// Where a mesh whose bounds are the unit sphere has these.
@@ -119,7 +120,7 @@ fn filling(bounds: Sphere) -> GlobalTransform {
 }
 
 impl Frames {
-    fn new(night: Night) -> Self {
+    fn new(night: NightLights) -> Self {
         let mut world = Simulation::new().world;
         let ball = Mesh { positions: vec![Vec3::X, Vec3::NEG_X], ..Mesh::default() };
         let ball = world.resource_mut::<Library>().add_mesh(ball);
@@ -150,18 +151,20 @@ impl Frames {
 }
 
 fn frames(criterion: &mut Criterion<PerObject>) {
-    for (name, scene) in [("scattered", Night::scattered as fn(usize, usize, u64) -> Night), ("city", Night::city)] {
+    for (name, scene) in
+        [("scattered", NightLights::scattered as fn(usize, usize, u64) -> NightLights), ("city", NightLights::city)]
+    {
         let (objects, lights) = (1_000_000, 100_000);
         let mut group = criterion.benchmark_group(format!("frame/{name}/{objects}"));
         group.throughput(Throughput::Elements(objects as u64));
         group.sample_size(10).warm_up_time(Duration::from_millis(500)).measurement_time(Duration::from_secs(4));
         let mut frames = None;
-        type Choice = fn(&Night) -> Movers;
+        type Choice = fn(&NightLights) -> Movers;
         let kinds: [(&str, Choice); 4] = [
             ("still", |_| Movers::default()),
             ("one in a hundred", |night| night.some(100)),
             ("one in a hundred, a district", |night| night.district(100)),
-            ("all", Night::all),
+            ("all", NightLights::all),
         ];
         for (kind, movers) in kinds {
             group.bench_function(BenchmarkId::new(kind, lights), |b| {

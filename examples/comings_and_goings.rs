@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use systems::ecs::clock::Clock;
 use systems::run::inputs;
 use systems::run::inputs::{Inputs, SavedInput};
-use systems::run::roster::{Roster, StateId};
+use systems::run::registry::{EntityRegistry, StateId};
 use systems::run::spawn::Spawn;
 use systems::run::standard_inputs::Despawn;
 use systems::vehicles::Controls;
@@ -53,7 +53,7 @@ fn record(scene: &Path, recording: &Path, seconds: f64) -> Result<u64, Box<dyn E
         let mut applied = Vec::new();
         let mut apply = |world: &mut World, input: SavedInput| {
             // Numbers ascend; what came last is there.
-            let next = world.resource::<Roster>().iter().last().map_or(0, |(id, _)| id.0 + 1);
+            let next = world.resource::<EntityRegistry>().iter().last().map_or(0, |(id, _)| id.0 + 1);
             world.resource_mut::<Inputs>().push_saved(input);
             applied.extend(inputs::apply_queued(world));
             StateId(next)
@@ -72,7 +72,7 @@ fn record(scene: &Path, recording: &Path, seconds: f64) -> Result<u64, Box<dyn E
             let controls = Controls { throttle: 0.3, steer: 0.4, ..Controls::default() };
             let transform = Transform { translation: transform.translation.with_y(0.0), ..transform };
             let paint = number as u32;
-            let vehicle = Spawn::Vehicle { name, transform, kind, paint, controls, by_hand: true };
+            let vehicle = Spawn::Vehicle { name, transform, kind, paint, controls, manual: true };
             vehicles.push_back(apply(world, SavedInput::of(&vehicle)));
         }
         if vehicles.len() > VEHICLES {

@@ -60,7 +60,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let first = headless.renderer.stats();
     headless.draw(&mut simulation, camera, (1280, 720))?;
     let still = headless.renderer.stats();
-    let drawn = headless.renderer.read_drawn();
+    let drawn = headless.renderer.read_visible_counts();
     println!("{} objects in view, {} draws, {} triangles", drawn.objects, still.draws, drawn.triangles);
     println!("first frame: {} bytes uploaded; a still frame: {}", first.uploaded_bytes(), still.uploaded_bytes());
     println!("CPU of a still frame: {:.2} ms", simulation.world.resource::<FrameStats>().cpu_ms());

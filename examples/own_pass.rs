@@ -85,7 +85,7 @@ impl Lines {
         Self { pipeline, group }
     }
 
-    fn record(&self, encoder: &mut wgpu::CommandEncoder, targets: &PassTargets<'_>) {
+    fn encode(&self, encoder: &mut wgpu::CommandEncoder, targets: &PassTargets<'_>) {
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("lines"),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
@@ -129,8 +129,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let target = picture.create_view(&Default::default());
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     let view = ViewTarget::new(&mut state, &target, PICTURE_FORMAT)
-        .with_pass(PassPlace::AfterOpaque, |encoder, targets| lines.record(encoder, targets));
-    renderer.record(&mut encoder, &mut [view]);
+        .with_pass(PassPlace::AfterOpaque, |encoder, targets| lines.encode(encoder, targets));
+    renderer.encode(&mut encoder, &mut [view]);
     gpu.queue.submit([encoder.finish()]);
 
     let texels = read_texture(&gpu, &picture);

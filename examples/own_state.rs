@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use std::error::Error;
 use std::path::Path;
 use systems::StepSet;
-use systems::run::roster::Roster;
+use systems::run::registry::EntityRegistry;
 use systems::run::state_hash::{self, StateHash};
 
 const SCENE: &str = r#"(
@@ -53,7 +53,7 @@ impl Input for Puncture {
     const NAME: &'static str = "puncture";
 
     fn apply(&self, world: &mut World) {
-        let Some(entity) = world.resource::<Roster>().entity(self.balloon) else { return };
+        let Some(entity) = world.resource::<EntityRegistry>().entity(self.balloon) else { return };
         if let Some(mut balloon) = world.get_mut::<Balloon>(entity) {
             balloon.rise = -2.0;
         }
@@ -88,7 +88,9 @@ fn run(scene: &Path, files: &RunFiles) -> Result<Vec<StateHash>, Box<dyn Error>>
         if step == 30 && !stepper.is_replay() {
             let mut named = world.query::<(Entity, &Name)>();
             let red = named.iter(world).find(|(_, name)| name.as_str() == "red").map(|(entity, _)| entity);
-            let red = red.and_then(|entity| world.resource::<Roster>().id(entity)).ok_or("there is no red balloon")?;
+            let red = red
+                .and_then(|entity| world.resource::<EntityRegistry>().id(entity))
+                .ok_or("there is no red balloon")?;
             world.resource_mut::<Inputs>().push(Puncture { balloon: red });
         }
         stepper.step(&mut stage.simulation)?;

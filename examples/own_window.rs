@@ -79,7 +79,7 @@ impl Open {
         let Self { gpu, renderer, state, .. } = self;
         simulation.with_frame(|frame| renderer.prepare(frame, &mut [(&mut *state, plan)]))?;
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        renderer.record(&mut encoder, &mut [ViewTarget::new(state, &target, format)]);
+        renderer.encode(&mut encoder, &mut [ViewTarget::new(state, &target, format)]);
         gpu.queue.submit([encoder.finish()]);
 
         self.window.pre_present_notify();

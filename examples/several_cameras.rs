@@ -46,7 +46,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             .zip(&targets[some])
             .map(|(state, target)| ViewTarget::new(state, target, PICTURE_FORMAT))
             .collect();
-        renderer.record(&mut encoder, &mut views);
+        renderer.encode(&mut encoder, &mut views);
         gpu.queue.submit([encoder.finish()]);
         gpu.device.poll(wgpu::PollType::wait_indefinitely())?;
         Ok(begun.elapsed().as_secs_f64() * 1e3)

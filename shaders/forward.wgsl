@@ -261,13 +261,13 @@ fn lit(surface: Surface, bump: Bump, material: Material, slot: u32, instance: In
                 }
             }
         }
-        let ambient = instance.remainder_ambient;
-        let direction = instance.remainder_direction;
-        let sides = instance.remainder_sides;
-        color += surface.diffuse * remainder(ambient, direction, sides, surface.normal);
+        let ambient = instance.residual_ambient;
+        let direction = instance.residual_direction;
+        let sides = instance.residual_sides;
+        color += surface.diffuse * residual(ambient, direction, sides, surface.normal);
         if is_ggx() {
             // The duller the surface, the more of the lights its highlight finds.
-            around = remainder(ambient, direction, sides, mirror) * surface.gloss;
+            around = residual(ambient, direction, sides, mirror) * surface.gloss;
         }
     }
     if TECHNIQUE == TECHNIQUE_PERTURBED_UV {

@@ -124,7 +124,7 @@ fn mirrored_share(surface: Surface) -> vec3f {
 
 // What an object's three lights leave out, as it arrives at a surface: an ambient cube (McTaggart: "Half-Life 2 /
 // Valve Source Shading", GDC 2004), exact where the normal is along an axis; its colour is the mean one.
-fn remainder(ambient: vec3f, direction: vec3f, sides: vec3f, normal: vec3f) -> vec3f {
+fn residual(ambient: vec3f, direction: vec3f, sides: vec3f, normal: vec3f) -> vec3f {
     let arriving = 0.5 * dot(normal * normal, sides + sign(normal) * direction);
     return max(vec3f(0.0), ambient * (arriving / max(luminance(ambient), 1e-6)));
 }

@@ -27,9 +27,9 @@ struct PackedInstance {
     world_from_object: array<vec4f, 3>,
     lights: array<u32, 3>,
     material: u32,
-    remainder: array<u32, 4>,
+    residual: array<u32, 4>,
     last_side_and_dropped: u32,
-    remainder_unit: f32,
+    residual_unit: f32,
     reaching: u32,
     entity: u32,
 }
@@ -40,9 +40,9 @@ struct Instance {
     weights: array<f32, 3>,
     material: u32,
     entity: u32,
-    remainder_ambient: vec3f,
-    remainder_direction: vec3f,
-    remainder_sides: vec3f,
+    residual_ambient: vec3f,
+    residual_direction: vec3f,
+    residual_sides: vec3f,
     // How many lights reach the object.
     reaching: u32,
     // Sum of the scores of the lights that are not among the three.
@@ -145,13 +145,13 @@ fn load_world_from_object(slot: u32) -> array<vec4f, 3> {
 fn load_packed_instance(slot: u32) -> PackedInstance {
     let t = starts.instances + slot * INSTANCE_TEXELS;
     let chosen = texel_of(t + 3u);
-    let remainder = texel_of(t + 4u);
+    let residual = texel_of(t + 4u);
     let rest = texel_of(t + 5u);
     return PackedInstance(
         load_world_from_object(slot),
         array<u32, 3>(chosen.x, chosen.y, chosen.z),
         chosen.w,
-        array<u32, 4>(remainder.x, remainder.y, remainder.z, remainder.w),
+        array<u32, 4>(residual.x, residual.y, residual.z, residual.w),
         rest.x,
         bitcast<f32>(rest.y),
         rest.z,
@@ -170,11 +170,11 @@ fn load_instance(slot: u32) -> Instance {
     // Shifted with its sign: no light stays NO_LIGHT.
     let lights = bitcast<vec3u>(bitcast<vec3i>(chosen) >> vec3u(10u));
     let weights = vec3f(chosen & vec3u(1023u)) / 1023.0;
-    let unit = packed.remainder_unit;
-    let a = halves(packed.remainder[0]) * unit;
-    let b = halves(packed.remainder[1]) * unit;
-    let c = halves(packed.remainder[2]) * unit;
-    let d = halves(packed.remainder[3]) * unit;
+    let unit = packed.residual_unit;
+    let a = halves(packed.residual[0]) * unit;
+    let b = halves(packed.residual[1]) * unit;
+    let c = halves(packed.residual[2]) * unit;
+    let d = halves(packed.residual[3]) * unit;
     let last = halves(packed.last_side_and_dropped).x * unit;
     return Instance(
         packed.world_from_object,

@@ -7,10 +7,10 @@ use image::RgbImage;
 use image::buffer::ConvertBuffer;
 use image::imageops::{self, FilterType};
 use std::path::PathBuf;
-use systems::assets::{Figure, Library};
+use systems::assets::{Library, MeshVariants};
 use systems::run::inputs;
 use systems::run::inputs::Inputs;
-use systems::run::standard_inputs::NextFigure;
+use systems::run::standard_inputs::NextMeshVariant;
 
 /// Pixels along the longer side of the sheet.
 const LONGEST_SHEET: u32 = 2560;
@@ -38,13 +38,15 @@ pub struct GalleryJob {
 /// and of how many. Returns the files written.
 ///
 /// # Errors
-/// [`FrameError`], [`FrameError::NoFigure`] for a scene without mesh variants; pictures written before stay.
+/// [`FrameError`], [`FrameError::NoMeshVariants`] for a scene without mesh variants; pictures written before stay.
 pub fn render(job: &GalleryJob, mut progress: impl FnMut(u64, u64)) -> Result<Vec<PathBuf>, FrameError> {
     let mut stage = frames::load_stage(&job.scene, None, &job.load)?;
     let world = &mut stage.simulation.world;
-    let mut figures = world.query::<&Figure>();
+    let mut figures = world.query::<&MeshVariants>();
     let longest = figures.iter(world).max_by_key(|figure| figure.meshes.len()).cloned();
-    let Some(Figure { meshes, .. }) = longest else { return Err(FrameError::NoFigure { scene: job.scene.clone() }) };
+    let Some(MeshVariants { meshes, .. }) = longest else {
+        return Err(FrameError::NoMeshVariants { scene: job.scene.clone() });
+    };
     let library = world.resource::<Library>();
     let names = meshes.iter().map(|&mesh| library.mesh(mesh).map_or("", |entry| entry.mesh.name.as_str()));
     let names = file_names(names);
@@ -70,7 +72,7 @@ pub fn render(job: &GalleryJob, mut progress: impl FnMut(u64, u64)) -> Result<Ve
         output::write_png(&path, &drawn.into())?;
         written.push(path);
         progress(written.len() as u64, names.len() as u64);
-        simulation.world.resource_mut::<Inputs>().push(NextFigure);
+        simulation.world.resource_mut::<Inputs>().push(NextMeshVariant);
         inputs::apply_queued(&mut simulation.world);
     }
     let path = picture(SHEET);

@@ -9,7 +9,7 @@
 //!                                        → batches
 //! simulation.with_frame(|frame| renderer.prepare(frame, …))
 //!                                        what is new or dirty goes to the GPU, once; missing pipelines are made
-//! renderer.record(encoder, views)        of each view: batches, sky, blended objects → HDR → tone map → its texture
+//! renderer.encode(encoder, views)        of each view: batches, sky, blended objects → HDR → tone map → its texture
 //! queue.submit(…)                        is the caller's
 //! ```
 //!

@@ -29,7 +29,7 @@ use crate::lights::table::{LightPolicy, LightTable};
 #[cfg(feature = "physics")]
 use crate::physics::bodies::Physics;
 use crate::run::inputs::Inputs;
-use crate::run::roster::Roster;
+use crate::run::registry::EntityRegistry;
 use crate::run::state::StateList;
 use crate::schedules::sub_step_schedule;
 use crate::space::interpolation::Interpolation;
@@ -73,7 +73,7 @@ pub fn core(world: &mut World) {
 /// Inputs, and the state that hashes, snapshots and recordings go by. Steps need it.
 pub fn recording(world: &mut World) {
     world.init_resource::<Inputs>();
-    world.init_resource::<Roster>();
+    world.init_resource::<EntityRegistry>();
     world.insert_resource(StateList::standard());
 }
 

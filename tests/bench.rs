@@ -5,7 +5,7 @@ mod common;
 
 use common::text;
 use glam::Vec3;
-use relief::bench::{Yard, YardMesh, YardPlan, YardView};
+use relief::bench::{Grid, GridMesh, GridPlan, GridView};
 use relief::renderer::{Gpu, Settings, SingleView};
 use relief::viewpoint::Viewpoint;
 use serde_json::Value;
@@ -79,7 +79,7 @@ fn a_line_has_every_figure_and_all_are_plausible() {
         assert!(0.0 < low && low <= median && median <= high, "{what}: {low} {median} {high}");
     }
     assert!(number(&still, "frame_ms_p95") >= number(&still, "cpu_ms_p05"));
-    for field in ["select_ms_median", "simulate_ms_median", "prepare_ms_median", "record_ms_median", "mutate_ms_median"]
+    for field in ["select_ms_median", "simulate_ms_median", "prepare_ms_median", "encode_ms_median", "mutate_ms_median"]
     {
         assert!(number(&still, field) >= 0.0, "{field}");
     }
@@ -329,13 +329,13 @@ fn bad_files_are_refused_before_anything_is_measured() {
     }
 }
 
-fn plan(objects: u32, view: YardView) -> YardPlan {
-    YardPlan { objects, lights: 3, moving: 0.0, mesh: YardMesh::Cube, view }
+fn plan(objects: u32, view: GridView) -> GridPlan {
+    GridPlan { objects, lights: 3, moving: 0.0, mesh: GridMesh::Cube, view }
 }
 
 /// The share of the objects whose middle is in view.
-fn share_in_view(objects: u32, view: YardView) -> f64 {
-    let mut yard = Yard::new(&plan(objects, view)).expect("a yard");
+fn share_in_view(objects: u32, view: GridView) -> f64 {
+    let mut yard = Grid::new(&plan(objects, view)).expect("a yard");
     yard.simulation.frame();
     let clip_from_world = Viewpoint::Camera(yard.camera).view(&yard.simulation.world, (1280, 720)).clip_from_world();
     let mut drawn =
@@ -351,10 +351,10 @@ fn share_in_view(objects: u32, view: YardView) -> f64 {
 #[test]
 fn the_views_hold_all_and_about_a_sixth() {
     for objects in [1, 2, 100, 10_000] {
-        assert_eq!(share_in_view(objects, YardView::Wide), 1.0, "{objects}");
+        assert_eq!(share_in_view(objects, GridView::Wide), 1.0, "{objects}");
     }
     for objects in [1_000, 10_000, 100_000] {
-        let share = share_in_view(objects, YardView::Inside);
+        let share = share_in_view(objects, GridView::Inside);
         assert!((0.14..0.2).contains(&share), "{objects}: {share}");
     }
 }
@@ -365,7 +365,7 @@ fn pass_times_come_late_and_nobody_needs_to_take_them() {
         return;
     }
     let gpu = Gpu::headless_with(wgpu::Features::TIMESTAMP_QUERY).expect("an adapter");
-    let mut yard = Yard::new(&plan(20, YardView::Wide)).expect("a yard");
+    let mut yard = Grid::new(&plan(20, GridView::Wide)).expect("a yard");
     let mut renderer = SingleView::new(&gpu);
     renderer.time_passes();
     let mut draw = |renderer: &mut SingleView| {
@@ -405,7 +405,7 @@ fn pass_times_come_late_and_nobody_needs_to_take_them() {
         assert_eq!(renderer.pass_times(), None);
     }
     // Another world.
-    yard = Yard::new(&plan(20, YardView::Wide)).expect("a yard");
+    yard = Grid::new(&plan(20, GridView::Wide)).expect("a yard");
     let view = Viewpoint::Camera(yard.camera).view(&yard.simulation.world, (64, 36));
     yard.simulation.frame();
     yard.simulation.with_frame(|frame| renderer.prepare(frame, &view, &Settings::default())).expect("it fits");

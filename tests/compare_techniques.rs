@@ -4,7 +4,7 @@
 mod common;
 
 use image::{ImageBuffer, Luma, Rgb, RgbImage};
-use relief::technique_error::{CompareJob, FigureShape, Report, Row, measure};
+use relief::technique_error::{BaseMesh, CompareJob, Report, Row, measure};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
@@ -34,7 +34,7 @@ fn studs(u: f32, v: f32) -> f32 {
 fn compare(folder: &Path, change: impl FnOnce(&mut CompareJob)) -> Report {
     let mut job = CompareJob {
         folder: folder.join("out"),
-        figure: FigureShape::Plane,
+        figure: BaseMesh::Plane,
         height: Some(folder.join("heights.png")),
         normal: None,
         base: None,
@@ -183,7 +183,7 @@ fn round_figures_are_compared_too() {
     }
     let folder = tempfile::tempdir().expect("a temporary folder");
     heights(folder.path(), studs);
-    for figure in [FigureShape::Sphere, FigureShape::Torus] {
+    for figure in [BaseMesh::Sphere, BaseMesh::Torus] {
         let report = compare(folder.path(), |job| {
             job.figure = figure;
             job.height_scale = Some(0.03);

@@ -7,7 +7,7 @@ use glam::{Quat, UVec2, Vec2, Vec3, Vec4};
 use proptest::prelude::RngExt;
 use proptest::test_runner::{RngAlgorithm, TestRng};
 use relief::frames::Headless;
-use relief::renderer::{Drawn, Gpu, Occlusion, OutputSet, Settings, SingleView};
+use relief::renderer::{Gpu, Occlusion, OutputSet, Settings, SingleView, VisibleCounts};
 use relief::viewpoint::Viewpoint;
 use systems::Simulation;
 use systems::assets::levels::LevelOfDetail;
@@ -57,10 +57,10 @@ impl Scene {
     }
 
     /// Draws the world as it is, without another frame of the systems.
-    fn draw_with(&mut self, renderer: &mut SingleView, settings: Settings) -> (image::RgbaImage, Drawn) {
+    fn draw_with(&mut self, renderer: &mut SingleView, settings: Settings) -> (image::RgbaImage, VisibleCounts) {
         let view = Viewpoint::Camera(self.camera).view(&self.simulation.world, SIZE);
         self.simulation.with_frame(|frame| renderer.prepare(frame, &view, &settings)).expect("it fits");
-        (renderer.draw_picture(), renderer.read_drawn())
+        (renderer.draw_picture(), renderer.read_visible_counts())
     }
 }
 
@@ -517,7 +517,7 @@ fn near_objects_are_drawn_before_far_ones() {
         scene.look(Transform::from_xyz(0.3, 0.0, 0.0).with_rotation(Quat::from_rotation_y(turn)));
         scene.simulation.frame();
         let (_, drawn) = scene.draw_with(&mut renderer, with(Occlusion::Off));
-        let slots = renderer.read_drawn_slots();
+        let slots = renderer.read_visible_slots();
         assert_eq!(slots.len() as u32, drawn.objects);
         assert!(slots.len() > 500, "{}", slots.len());
         let eye = Vec3::new(0.3, 0.0, 0.0);

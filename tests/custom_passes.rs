@@ -144,7 +144,7 @@ impl Stage {
             draw_half(&gpu, encoder, targets, depth);
         };
         let view = ViewTarget::new(&mut self.state, &target, PICTURE_FORMAT).with_pass(place, own);
-        self.renderer.record(&mut encoder, &mut [view]);
+        self.renderer.encode(&mut encoder, &mut [view]);
         gpu.queue.submit([encoder.finish()]);
         let bytes = read_texture(&gpu, &self.picture);
         gpu.check().expect("nothing was refused");
@@ -224,7 +224,7 @@ fn a_pass_after_the_tone_map_of_a_frame_that_is_shown_again_has_its_depths() {
         draw_half(&gpu, encoder, targets, Some(behind_the_wall()));
     };
     let view = ViewTarget::new(&mut stage.state, &target, PICTURE_FORMAT).with_pass(PassPlace::AfterToneMap, own);
-    stage.renderer.record_again(&mut encoder, &mut [view]);
+    stage.renderer.encode_again(&mut encoder, &mut [view]);
     gpu.queue.submit([encoder.finish()]);
     let bytes = read_texture(&gpu, &stage.picture);
     let pixel = |x: u32, y: u32| bytes[4 * (y * SIZE.0 + x) as usize..][..3].to_vec();
@@ -253,7 +253,7 @@ fn an_empty_pass_changes_nothing() {
                 if own {
                     view = view.with_pass(place, |_, _| *called.borrow_mut() += 1);
                 }
-                stage.renderer.record(&mut encoder, &mut [view]);
+                stage.renderer.encode(&mut encoder, &mut [view]);
                 gpu.queue.submit([encoder.finish()]);
                 assert_eq!(called.into_inner(), i32::from(own));
                 read_texture(&gpu, &stage.picture)

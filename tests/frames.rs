@@ -61,9 +61,9 @@ impl Field {
     }
 
     /// Objects in a picture that is large enough for each of them to cover a pixel.
-    fn drawn(&mut self) -> u32 {
+    fn visible_counts(&mut self) -> u32 {
         self.headless.draw(&mut self.simulation, self.camera, (1280, 720)).expect("a picture");
-        self.headless.renderer.read_drawn().objects
+        self.headless.renderer.read_visible_counts().objects
     }
 }
 
@@ -80,7 +80,7 @@ fn ten_thousand_objects_draw_in_few_calls_and_a_still_frame_uploads_nothing() {
     assert!(first.instance_bytes <= pages * 64 * size_of::<InstanceRecord>() as u64, "{}", first.instance_bytes);
     let (still, _) = field.draw();
     assert_eq!((still.uploaded_bytes(), still.draws), (0, 8));
-    assert_eq!(field.drawn(), 10_000);
+    assert_eq!(field.visible_counts(), 10_000);
 }
 
 #[test]
@@ -99,7 +99,7 @@ fn what_moves_is_uploaded_and_nothing_else() {
     field.simulation.world.despawn(lamp);
     field.simulation.world.despawn(field.objects[5]);
     let (gone, _) = field.draw();
-    assert_eq!((gone.light_bytes, field.drawn()), (size_of::<LightRecord>() as u64, 1_999));
+    assert_eq!((gone.light_bytes, field.visible_counts()), (size_of::<LightRecord>() as u64, 1_999));
 }
 
 #[test]
@@ -273,18 +273,18 @@ fn an_entity_whose_mesh_becomes_an_empty_one_is_gone() {
     let empty = field.simulation.world.resource_mut::<Library>().add_mesh(systems::assets::Mesh::default());
     field.simulation.world.entity_mut(field.objects[4]).insert(empty);
     field.draw();
-    assert_eq!(field.drawn(), 8);
+    assert_eq!(field.visible_counts(), 8);
     let back = *field.simulation.world.get::<systems::assets::MeshId>(field.objects[0]).expect("a mesh");
     field.simulation.world.entity_mut(field.objects[4]).insert(back);
     field.draw();
-    assert_eq!(field.drawn(), 9);
+    assert_eq!(field.visible_counts(), 9);
 }
 
 #[test]
 fn meshes_and_materials_that_come_later_are_drawn() {
     let Some(mut field) = Field::new(50) else { return };
     let (before, picture) = field.draw();
-    let drawn = field.drawn();
+    let drawn = field.visible_counts();
     let mut library = field.simulation.world.resource_mut::<Library>();
     let big = library.add_mesh(shapes::sphere(30.0, 12, 8));
     let image = Image::rgba8("late", 16, 16, ImageKind::Color, vec![200; 1024]);
@@ -292,7 +292,7 @@ fn meshes_and_materials_that_come_later_are_drawn() {
     let material = library.add_material(Material { base_map, alpha: AlphaMode::Blend, ..Material::default() });
     field.simulation.world.spawn((big, material, Transform::from_xyz(100.0, 0.0, -40.0)));
     let (after, changed) = field.draw();
-    assert_eq!((field.drawn(), after.draws), (drawn + 1, before.draws + 1));
+    assert_eq!((field.visible_counts(), after.draws), (drawn + 1, before.draws + 1));
     assert!(after.asset_bytes > 0 && changed != picture);
 }
 

@@ -80,7 +80,7 @@ fn every_model_draws_without_a_warning_or_is_refused_for_a_named_reason() {
         let picture = headless.draw(&mut stage.simulation, stage.viewpoint, (side, side)).expect("a picture");
         // Points and lines are left out with a warning; some files hold nothing but lights.
         let explained = !stage.scene.warnings.is_empty() || name.contains("Lights");
-        assert!(headless.renderer.read_drawn().objects > 0 || explained, "{name}: nothing drawn");
+        assert!(headless.renderer.read_visible_counts().objects > 0 || explained, "{name}: nothing drawn");
         let burnt = picture.pixels().filter(|p| p.0.iter().all(|&c| c > 250)).count();
         assert!(burnt < (side * side / 2) as usize, "{name}: {burnt} pixels are white");
         drawn.push((name, picture));

@@ -16,9 +16,9 @@ use systems::Simulation;
 use systems::ecs::clock::Clock;
 use systems::lights::Light;
 use systems::run::inputs::{Input, Inputs, SavedInput};
-use systems::run::roster::{Roster, StateId};
+use systems::run::registry::{EntityRegistry, StateId};
 use systems::run::spawn::Spawn;
-use systems::run::standard_inputs::{Despawn, NextFigure, SetTransform};
+use systems::run::standard_inputs::{Despawn, NextMeshVariant, SetTransform};
 use systems::run::state::StateList;
 use systems::run::state_hash::hash;
 use systems::space::{Spin, Transform};
@@ -445,7 +445,7 @@ fn what_happens_after_the_last_step_does_not_make_a_recording_differ() {
     let files = RunFiles { record: Some(path.clone()), ..RunFiles::default() };
     let mut run = place.begin(&files, 0).expect("a recording");
     (0..5).for_each(|step| _ = run.act_and_step(step));
-    run.stage.simulation.world.resource_mut::<Inputs>().push(NextFigure);
+    run.stage.simulation.world.resource_mut::<Inputs>().push(NextMeshVariant);
     run.stepper.finish(&mut run.stage.simulation).expect("an end");
     let files = RunFiles { replay: Some(path), ..RunFiles::default() };
     let mut again = place.begin(&files, 0).expect("a replay");
@@ -547,7 +547,7 @@ impl Input for Turn {
 
     fn apply(&self, world: &mut World) {
         for arm in &self.arms {
-            let Some(arm) = world.resource::<Roster>().entity(*arm) else { continue };
+            let Some(arm) = world.resource::<EntityRegistry>().entity(*arm) else { continue };
             if let Some(mut spin) = world.get_mut::<Spin>(arm) {
                 spin.rate = self.rate;
             }

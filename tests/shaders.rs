@@ -84,9 +84,9 @@ fn shader_structs_mirror_the_draw_list() {
             world_from_object,
             lights,
             material,
-            remainder,
+            residual,
             last_side_and_dropped,
-            remainder_unit,
+            residual_unit,
             reaching,
             entity,
         }
@@ -201,16 +201,16 @@ fn lights_come_out_of_an_objects_record_nearly_as_they_went_in() {
         Selection {
             lights: [most, 0, NO_LIGHT],
             weights: [1.0, 0.3337, 0.0],
-            remainder_ambient: Vec3::new(0.25, 1e-5, 0.125),
-            remainder_direction: Vec3::new(-0.2, 0.1, -0.0),
-            remainder_sides: Vec3::new(0.2, 0.11, 0.05),
+            residual_ambient: Vec3::new(0.25, 1e-5, 0.125),
+            residual_direction: Vec3::new(-0.2, 0.1, -0.0),
+            residual_sides: Vec3::new(0.2, 0.11, 0.05),
             dropped: 0.777,
             reaching: 100_000,
         },
         // A sun or two left out, and hardly anything.
-        Selection { remainder_ambient: Vec3::new(3e5, 2e5, 1e5), dropped: 1e6, ..Selection::default() },
-        Selection { remainder_direction: Vec3::new(1e-12, -3e-12, 2e-12), dropped: 1e-9, ..Selection::default() },
-        Selection { remainder_sides: Vec3::splat(1e-35), ..Selection::default() },
+        Selection { residual_ambient: Vec3::new(3e5, 2e5, 1e5), dropped: 1e6, ..Selection::default() },
+        Selection { residual_direction: Vec3::new(1e-12, -3e-12, 2e-12), dropped: 1e-9, ..Selection::default() },
+        Selection { residual_sides: Vec3::splat(1e-35), ..Selection::default() },
     ];
     let source = format!(
         "{}
@@ -220,11 +220,11 @@ fn lights_come_out_of_an_objects_record_nearly_as_they_went_in() {
                 let o = load_instance(i);
                 var all = array<u32, 19>(o.lights[0], o.lights[1], o.lights[2], o.material, o.entity, o.reaching,
                     bitcast<u32>(o.weights[0]), bitcast<u32>(o.weights[1]), bitcast<u32>(o.weights[2]),
-                    bitcast<u32>(o.remainder_ambient.x), bitcast<u32>(o.remainder_ambient.y),
-                    bitcast<u32>(o.remainder_ambient.z), bitcast<u32>(o.remainder_direction.x),
-                    bitcast<u32>(o.remainder_direction.y), bitcast<u32>(o.remainder_direction.z),
-                    bitcast<u32>(o.remainder_sides.x), bitcast<u32>(o.remainder_sides.y),
-                    bitcast<u32>(o.remainder_sides.z), bitcast<u32>(o.dropped));
+                    bitcast<u32>(o.residual_ambient.x), bitcast<u32>(o.residual_ambient.y),
+                    bitcast<u32>(o.residual_ambient.z), bitcast<u32>(o.residual_direction.x),
+                    bitcast<u32>(o.residual_direction.y), bitcast<u32>(o.residual_direction.z),
+                    bitcast<u32>(o.residual_sides.x), bitcast<u32>(o.residual_sides.y),
+                    bitcast<u32>(o.residual_sides.z), bitcast<u32>(o.dropped));
                 for (var k = 0u; k < 19u; k++) {{ loaded[i * 19u + k] = all[k]; }}
             }}
         }}",
@@ -249,9 +249,9 @@ fn lights_come_out_of_an_objects_record_nearly_as_they_went_in() {
             assert!((f32::from_bits(found) - weight).abs() < 0.000_5, "{} for {weight}", f32::from_bits(found));
         }
         assert_eq!(f32::from_bits(weights[0]), s.weights[0], "1 and 0 are exact");
-        let remainder = [s.remainder_ambient, s.remainder_direction, s.remainder_sides].map(|v| v.to_array()).concat();
-        let largest = remainder.iter().fold(0.0f32, |largest, v| largest.max(v.abs()));
-        for (&found, v) in rest.iter().zip(&remainder) {
+        let residual = [s.residual_ambient, s.residual_direction, s.residual_sides].map(|v| v.to_array()).concat();
+        let largest = residual.iter().fold(0.0f32, |largest, v| largest.max(v.abs()));
+        for (&found, v) in rest.iter().zip(&residual) {
             // Half a step of 1/32767 of the largest, 1/65534, rounded a few times.
             let off = (f32::from_bits(found) - v).abs();
             assert!(off <= largest / 65_000.0 || largest < 1e-30 && off < 1e-30, "{} for {v}", f32::from_bits(found));

@@ -11,7 +11,7 @@ use relief::renderer::{Occlusion, Settings, SingleView};
 use std::collections::VecDeque;
 use std::sync::{Mutex, PoisonError};
 use systems::run::inputs::Inputs;
-use systems::run::roster::{Roster, StateId, register_all};
+use systems::run::registry::{EntityRegistry, StateId, register_all};
 use systems::run::spawn::Spawn;
 use systems::run::standard_inputs::Despawn;
 use systems::vehicles::Controls;
@@ -55,7 +55,7 @@ fn hundreds_of_frames_take_no_more_memory_than_some() {
     }
 }
 
-/// What went is forgotten everywhere: by the world, the roster, the tables of lights and objects, and the adapter.
+/// What went is forgotten everywhere: by the world, the registry, the tables of lights and objects, and the adapter.
 #[test]
 fn what_comes_and_goes_leaves_nothing_behind() {
     let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
@@ -73,9 +73,9 @@ fn what_comes_and_goes_leaves_nothing_behind() {
             let transform = Transform::from_xyz((frame % 7) as f32 - 3.0, 0.0, 0.0);
             let (name, kind, controls) = (format!("passing {frame}"), "box".to_owned(), Controls::default());
             let lamp = Spawn::Light { name: name.clone(), transform, light: Light::point(2.0, 5.0) };
-            let vehicle = Spawn::Vehicle { name, transform, kind, paint: 0, controls, by_hand: true };
+            let vehicle = Spawn::Vehicle { name, transform, kind, paint: 0, controls, manual: true };
             for spawn in [lamp, vehicle] {
-                let next = simulation.world.resource::<Roster>().iter().last().map_or(0, |(id, _)| id.0 + 1);
+                let next = simulation.world.resource::<EntityRegistry>().iter().last().map_or(0, |(id, _)| id.0 + 1);
                 let mut inputs = simulation.world.resource_mut::<Inputs>();
                 inputs.push(spawn);
                 living.push_back(StateId(next));

@@ -534,5 +534,5 @@ fn a_technique_is_a_draw_and_not_a_draw_per_object() {
     let stats = stage.headless.renderer.stats();
     // One each, and the sixteen passes that the historic emboss takes.
     assert_eq!(stats.draws as usize, Technique::ALL.len() + 16);
-    assert_eq!(stage.headless.renderer.read_drawn().objects, 320);
+    assert_eq!(stage.headless.renderer.read_visible_counts().objects, 320);
 }

@@ -7,8 +7,8 @@ use glam::{Quat, Vec3};
 use proptest::prelude::RngExt;
 use proptest::test_runner::{RngAlgorithm, TestRng};
 use relief::renderer::{
-    Drawn, Occlusion, OutputSet, PICTURE_FORMAT, RenderStats, Renderer, Settings, SingleView, ViewPlan, ViewState,
-    ViewTarget, picture_texture, read_texture,
+    Occlusion, OutputSet, PICTURE_FORMAT, RenderStats, Renderer, Settings, SingleView, ViewPlan, ViewState, ViewTarget,
+    VisibleCounts, picture_texture, read_texture,
 };
 use relief::viewpoint::Viewpoint;
 use systems::Simulation;
@@ -105,7 +105,7 @@ fn draw(
     states: &mut [ViewState],
     scene: &mut Scene,
     which: &[usize],
-) -> Vec<(Vec<u8>, Drawn)> {
+) -> Vec<(Vec<u8>, VisibleCounts)> {
     let plans: Vec<_> = which.iter().map(|&view| scene.plan(view)).collect();
     let sizes: Vec<_> = plans.iter().map(|plan| (plan.view.width, plan.view.height)).collect();
     let mut views: Vec<_> = states.iter_mut().zip(plans).collect();
@@ -116,18 +116,18 @@ fn draw(
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     let mut views: Vec<_> =
         states.iter_mut().zip(&targets).map(|(state, target)| ViewTarget::new(state, target, PICTURE_FORMAT)).collect();
-    renderer.record(&mut encoder, &mut views);
+    renderer.encode(&mut encoder, &mut views);
     drop(views);
     gpu.queue.submit([encoder.finish()]);
     let pictures = textures.iter().map(|texture| read_texture(&gpu, texture));
-    pictures.zip(states).map(|(picture, state)| (picture, renderer.read_drawn(state))).collect()
+    pictures.zip(states).map(|(picture, state)| (picture, renderer.read_visible_counts(state))).collect()
 }
 
 /// The picture of a view by itself, with a renderer of its own, and how much that drew.
-fn draw_alone(renderer: &mut SingleView, scene: &mut Scene, view: usize) -> (Vec<u8>, Drawn) {
+fn draw_alone(renderer: &mut SingleView, scene: &mut Scene, view: usize) -> (Vec<u8>, VisibleCounts) {
     let ViewPlan { view, settings } = scene.plan(view);
     scene.simulation.with_frame(|frame| renderer.prepare(frame, &view, &settings)).expect("it fits");
-    (renderer.draw_picture().into_raw(), renderer.read_drawn())
+    (renderer.draw_picture().into_raw(), renderer.read_visible_counts())
 }
 
 fn scene_bytes(stats: RenderStats) -> u64 {
@@ -216,7 +216,8 @@ fn a_view_that_rests_is_not_drawn_and_shows_nothing() {
     let mut states = [ViewState::new(&gpu), ViewState::new(&gpu)];
     draw(&mut renderer, &mut states, &mut scene, &[0, 1]);
     assert!(
-        renderer.draw_outputs(&mut states[1], OutputSet::ALL).is_some() && renderer.read_drawn(&states[1]).objects > 0
+        renderer.draw_outputs(&mut states[1], OutputSet::ALL).is_some()
+            && renderer.read_visible_counts(&states[1]).objects > 0
     );
     (0..200).for_each(|_| scene.spawn());
     let torus = scene.simulation.world.resource_mut::<Library>().add_mesh(shapes::torus(0.5, 0.2, 8, 6));
@@ -224,14 +225,14 @@ fn a_view_that_rests_is_not_drawn_and_shows_nothing() {
     scene.go_on();
     draw(&mut renderer, &mut states[..1], &mut scene, &[0]);
     assert!(renderer.draw_outputs(&mut states[1], OutputSet::ALL).is_none());
-    assert_eq!(renderer.read_drawn(&states[1]), Drawn::default());
-    assert!(renderer.read_drawn_slots(&states[1]).is_empty());
+    assert_eq!(renderer.read_visible_counts(&states[1]), VisibleCounts::default());
+    assert!(renderer.read_visible_slots(&states[1]).is_empty());
     let picture = picture_texture(&gpu, views()[1].0);
     let target = picture.create_view(&Default::default());
     let record = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         let view = ViewTarget::new(&mut states[1], &target, PICTURE_FORMAT);
-        renderer.record(&mut encoder, &mut [view]);
+        renderer.encode(&mut encoder, &mut [view]);
     }));
     assert!(record.is_err(), "refused");
 }

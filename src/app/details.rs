@@ -5,7 +5,7 @@ use crate::name;
 use bevy_ecs::prelude::*;
 use egui::{Color32, Grid};
 use glam::{DVec3, EulerRot, Vec3};
-use systems::assets::{Figure, Library, MaterialId, MeshId, bounds_of};
+use systems::assets::{Library, MaterialId, MeshId, MeshVariants, bounds_of};
 use systems::draw::pieces::{Pieces, WholeMesh};
 use systems::draw::{Camera, Projection};
 use systems::lights::{Light, LightKind, LightSlot, ScoredLight, SelectedLights, Selection, light_record, score};
@@ -102,7 +102,7 @@ pub fn show(ui: &mut egui::Ui, world: &World, entity: Entity) {
             row("material", named(&material.name).to_owned());
             row("shading", format!("{:?}, {:?}", material.shading, material.technique));
         }
-        if let Some(figure) = world.get::<Figure>(entity) {
+        if let Some(figure) = world.get::<MeshVariants>(entity) {
             row("mesh variant", format!("{} of {}", figure.shown + 1, figure.meshes.len()));
         }
         if let Some(light) = world.get::<Light>(entity) {

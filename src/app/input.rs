@@ -20,7 +20,7 @@ pub enum Command {
     /// Bump mapping off, or as before.
     ToggleBump,
     /// The next mesh variant of every entity that has some.
-    NextFigure,
+    NextMeshVariant,
     /// The next debug view.
     NextDebugView,
     /// The next camera of the scene.
@@ -73,7 +73,7 @@ pub const KEYS: [KeyBinding; 20] = [
     key(&["+", "="], Command::Faster, "faster"),
     key(&["-"], Command::Slower, "slower"),
     key(&["B"], Command::ToggleBump, "bump mapping on, off"),
-    key(&["F"], Command::NextFigure, "next mesh variant"),
+    key(&["F"], Command::NextMeshVariant, "next mesh variant"),
     key(&["V"], Command::NextDebugView, "next debug view"),
     key(&["L"], Command::ToggleLightLines, "lines to an object's lights on, off"),
     key(&["O"], Command::ToggleLight, "the selected light on, off"),

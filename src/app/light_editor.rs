@@ -138,7 +138,7 @@ mod tests {
         let mut world = World::new();
         world.init_resource::<inputs::Inputs>();
         let entity = world.spawn(light).id();
-        systems::run::roster::register_all(&mut world);
+        systems::run::registry::register_all(&mut world);
         (world, entity)
     }
 

@@ -6,7 +6,7 @@ use super::timing::Timing;
 use super::viewer::Viewer;
 use super::{details, legend, light_editor};
 use crate::name;
-use crate::renderer::{DebugView, Drawn, Occlusion, RenderStats};
+use crate::renderer::{DebugView, Occlusion, RenderStats, VisibleCounts};
 use bevy_ecs::prelude::*;
 use egui::{Align2, Area, CollapsingHeader, Color32, ComboBox, Frame, Grid, Id, Margin, Panel, RichText, ScrollArea};
 use egui::{Slider, SliderClamping, Ui};
@@ -28,7 +28,7 @@ pub struct FrameInfo<'a> {
     /// What was drawn and uploaded.
     pub stats: RenderStats,
     /// What was in view, as far as the GPU has told.
-    pub drawn: Option<Drawn>,
+    pub drawn: Option<VisibleCounts>,
     /// How long it took.
     pub timing: Timing,
     /// What it was drawn for.
@@ -214,7 +214,8 @@ fn statistics(ui: &mut Ui, viewer: &mut Viewer, info: &FrameInfo) {
         row(ui, "adapter", info.adapter);
         row(ui, "picture", &format!("{} × {}", info.view.width, info.view.height));
         row(ui, "objects", &count(frame.objects as u64));
-        let drawn = |drawn: Drawn| format!("{}, {} triangles", count(drawn.objects.into()), count(drawn.triangles));
+        let drawn =
+            |drawn: VisibleCounts| format!("{}, {} triangles", count(drawn.objects.into()), count(drawn.triangles));
         row(ui, "in view", &info.drawn.map_or_else(String::new, drawn));
         row(ui, "draws", &format!("{} in {} calls ({} blended)", stats.draws, stats.draw_calls, frame.transparent));
         row(ui, "lights", &count(lights as u64));

@@ -17,8 +17,8 @@ use systems::draw::View;
 use systems::ecs::clock::{Clock, SPEEDS};
 use systems::lights::Light;
 use systems::run::inputs::{Input, Inputs};
-use systems::run::roster::{Roster, StateId};
-use systems::run::standard_inputs::{Drive, EditLight, NextFigure, TakeWheel};
+use systems::run::registry::{EntityRegistry, StateId};
+use systems::run::standard_inputs::{Drive, EditLight, NextMeshVariant, SetManualControl};
 use systems::space::{Aabb, GlobalTransform, Interpolation};
 use systems::vehicles::{Controls, Indicator, Motion, Vehicle, VehicleTypes};
 
@@ -120,8 +120,8 @@ impl Viewer {
             Command::Faster => self.change_speed(2.0),
             Command::Slower => self.change_speed(0.5),
             Command::ToggleBump => self.toggle_bump(),
-            Command::NextFigure => {
-                self.simulation.world.resource_mut::<Inputs>().push(NextFigure);
+            Command::NextMeshVariant => {
+                self.simulation.world.resource_mut::<Inputs>().push(NextMeshVariant);
                 self.apply_inputs();
             }
             Command::NextDebugView => self.settings.debug = after(&DebugView::ALL, self.settings.debug),
@@ -205,7 +205,7 @@ impl Viewer {
     /// Takes manual control of the selected vehicle, or of the nearest; gives it back if it is taken.
     fn drive(&mut self) {
         if let Some(vehicle) = self.driven.take() {
-            self.input(vehicle, |vehicle| TakeWheel { vehicle, by_hand: false });
+            self.input(vehicle, |vehicle| SetManualControl { vehicle, manual: false });
             self.wheel = Wheel::default();
             return;
         }
@@ -219,7 +219,7 @@ impl Viewer {
             self.notice = "there is no vehicle to drive".into();
             return;
         };
-        self.input(vehicle, |vehicle| TakeWheel { vehicle, by_hand: true });
+        self.input(vehicle, |vehicle| SetManualControl { vehicle, manual: true });
         self.driven = Some(vehicle);
         self.viewpoint = Viewpoint::Chase(vehicle);
         self.controller.reset();
@@ -254,7 +254,7 @@ impl Viewer {
     /// Changes the world from outside: now, between two steps.
     fn input<T: Input>(&mut self, entity: Entity, input: impl FnOnce(StateId) -> T) {
         let world = &mut self.simulation.world;
-        if let Some(id) = world.resource::<Roster>().id(entity) {
+        if let Some(id) = world.resource::<EntityRegistry>().id(entity) {
             world.resource_mut::<Inputs>().push(input(id));
             self.apply_inputs();
         }
@@ -371,7 +371,7 @@ fn after<T: Copy + PartialEq>(table: &[(&str, T)], now: T) -> T {
 mod tests {
     use super::*;
     use glam::Vec2;
-    use systems::assets::{Figure, Library, MeshId, shapes};
+    use systems::assets::{Library, MeshId, MeshVariants, shapes};
     use systems::draw::Camera;
     use systems::space::Transform;
 
@@ -379,10 +379,10 @@ mod tests {
         let mut simulation = Simulation::new();
         let mut library = simulation.world.resource_mut::<Library>();
         let meshes = vec![library.add_mesh(shapes::cube(Vec3::ONE)), library.add_mesh(shapes::cube(Vec3::splat(2.0)))];
-        simulation.world.spawn((meshes[0], Figure { meshes, shown: 0 }));
+        simulation.world.spawn((meshes[0], MeshVariants { meshes, shown: 0 }));
         let mut camera = |z| simulation.world.spawn((Camera::default(), Transform::from_xyz(0.0, 0.0, z))).id();
         let cameras = vec![("near".to_owned(), camera(5.0)), ("far".to_owned(), camera(9.0))];
-        systems::run::roster::register_all(&mut simulation.world);
+        systems::run::registry::register_all(&mut simulation.world);
         simulation.frame();
         let settings = Settings { technique: Some(Technique::PerturbedNormal), ..Settings::default() };
         Viewer::new(Options {
@@ -420,9 +420,9 @@ mod tests {
             world.query::<&MeshId>().iter(world).copied().collect::<Vec<_>>()
         };
         let first = shown(&mut viewer);
-        viewer.apply(Command::NextFigure);
+        viewer.apply(Command::NextMeshVariant);
         assert_ne!(shown(&mut viewer), first);
-        viewer.apply(Command::NextFigure);
+        viewer.apply(Command::NextMeshVariant);
         assert_eq!(shown(&mut viewer), first);
 
         let at = |viewer: &Viewer| viewer.view((64, 36)).eye().z;
@@ -439,7 +439,7 @@ mod tests {
         let mut viewer = viewer();
         viewer.apply(Command::ToggleLight);
         let lamp = viewer.simulation.world.spawn(Light::point(1.0, 5.0)).id();
-        systems::run::roster::register_all(&mut viewer.simulation.world);
+        systems::run::registry::register_all(&mut viewer.simulation.world);
         viewer.selected = Some(lamp);
         let mut shines_after_o = || {
             viewer.apply(Command::ToggleLight);

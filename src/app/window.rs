@@ -357,7 +357,7 @@ impl Open {
     fn run_gui(&mut self, view: &View) -> (Duration, Option<input::Command>) {
         let Self { viewer, side_panel, stats, timing, adapter, window, graphics, .. } = self;
         let Graphics { gui, renderer, .. } = graphics;
-        let info = FrameInfo { adapter, stats: *stats, drawn: renderer.drawn(), timing: *timing, view };
+        let info = FrameInfo { adapter, stats: *stats, drawn: renderer.visible_counts(), timing: *timing, view };
         let mut command = None;
         let still_for = gui.run(window, |ui| {
             // Painted first, so that the panel is above the lines.

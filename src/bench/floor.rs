@@ -3,7 +3,7 @@
 //! whole, one sample per pixel: a frame can take less, which leaves out hidden objects, those between samples, and
 //! levels of detail.
 
-use super::yard::Yard;
+use super::grid::Grid;
 use crate::renderer::{Gpu, PICTURE_FORMAT};
 use glam::{Mat4, Vec3, Vec4};
 use std::time::{Duration, Instant};
@@ -53,7 +53,7 @@ pub(super) struct Floor {
 
 impl Floor {
     /// For the objects of the yard as they are now; `None` where it is empty, or larger than a buffer of the device.
-    pub fn new(gpu: &Gpu, yard: &mut Yard, view: &View) -> Option<Self> {
+    pub fn new(gpu: &Gpu, yard: &mut Grid, view: &View) -> Option<Self> {
         let clip_from_world = view.clip_from_world();
         let world = &mut yard.simulation.world;
         let mesh = *world.query::<&MeshId>().iter(world).next()?;

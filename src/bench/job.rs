@@ -1,6 +1,6 @@
 //! What to measure.
 
-use super::yard::YardPlan;
+use super::grid::GridPlan;
 use crate::frames::LoadOptions;
 use crate::renderer::Occlusion;
 use std::path::PathBuf;
@@ -16,7 +16,7 @@ pub struct BenchJob {
     /// The scene's camera by name, or `chase NAME`, `driver NAME` of a vehicle; `None`: its first.
     pub camera: Option<String>,
     /// The grid.
-    pub plan: YardPlan,
+    pub plan: GridPlan,
     /// Pixels.
     pub size: (u32, u32),
     /// Frames to measure, at the most.

@@ -37,7 +37,7 @@ pub struct Measurement {
     pub frame_ms_median: f64,
     pub frame_ms_p05: f64,
     pub frame_ms_p95: f64,
-    /// Simulation, prepare and recording: all of the engine's work, up to handing in.
+    /// Simulation, prepare and encoding: all of the engine's work, up to handing in.
     pub cpu_ms_median: f64,
     pub cpu_ms_p05: f64,
     pub cpu_ms_p95: f64,
@@ -51,7 +51,7 @@ pub struct Measurement {
     pub select_ms_median: f64,
     pub simulate_ms_median: f64,
     pub prepare_ms_median: f64,
-    pub record_ms_median: f64,
+    pub encode_ms_median: f64,
     /// Giving the moving objects their transforms, of a file's scene a step of its clock: in the frame, not in the
     /// engine's time.
     pub mutate_ms_median: f64,
@@ -155,7 +155,7 @@ impl fmt::Display for Measurement {
         let parts = [
             ("simulation", self.simulate_ms_median),
             ("prepare", self.prepare_ms_median),
-            ("record", self.record_ms_median),
+            ("encode", self.encode_ms_median),
         ];
         list(f, "engine", parts.map(|(name, ms)| (name.to_owned(), ms)))?;
         list(f, "systems", by_cost(&self.systems))?;

@@ -10,26 +10,26 @@
 //! night                          objects and lights for measuring the choice of lights alone
 //! ```
 
-mod apart;
 mod floor;
+mod grid;
 mod job;
 mod machine;
 mod maps;
 mod measurement;
-mod night;
+mod night_lights;
 mod plot;
 mod report;
 mod run;
+mod separate_process;
 mod subject;
 mod suite;
 mod trace;
-mod yard;
 
-pub use apart::{Launch, bytes_per_object};
+pub use grid::{Grid, GridError, GridKit, GridMesh, GridPlan, GridView};
 pub use job::{BenchJob, SuiteJob};
 pub use machine::{Build, peak_memory_mb};
 pub use measurement::{Measurement, Spread};
-pub use night::{Movers, Night};
+pub use night_lights::{Movers, NightLights};
 pub use run::{BenchError, run};
+pub use separate_process::{Launch, bytes_per_object};
 pub use suite::run_suite;
-pub use yard::{Yard, YardError, YardKit, YardMesh, YardPlan, YardView};

@@ -1,11 +1,11 @@
 //! The figures of a suite as files: lines of JSON, a page of tables, and charts.
 
-use super::apart::Scene;
+use super::grid::GridView;
 use super::measurement::Measurement;
 use super::plot::{Chart, Series, count};
 use super::run::BenchError;
+use super::separate_process::Scene;
 use super::suite::{Axis, Sweep};
-use super::yard::YardView;
 use crate::name;
 use std::fmt::Write;
 use std::fs::File;
@@ -252,7 +252,7 @@ fn place(axis: Axis, m: &Measurement) -> f64 {
 
 /// What the scenes of a sweep share that others do not.
 fn describe(scene: &Scene) -> String {
-    format!("{} {}x{}", name::of(&YardView::ALL, scene.view), scene.size.0, scene.size.1)
+    format!("{} {}x{}", name::of(&GridView::ALL, scene.view), scene.size.0, scene.size.1)
 }
 
 fn same_scene(a: &Measurement, b: &Measurement) -> bool {

@@ -3,12 +3,12 @@
 //! Waiting in every frame keeps one frame's work out of another's time, at the price of work that could overlap.
 
 use super::floor::Floor;
+use super::grid::{Grid, GridError, GridMesh, GridView};
 use super::job::BenchJob;
 use super::machine::{Build, peak_memory_mb};
 use super::measurement::{Measurement, Spread};
 use super::subject::Subject;
 use super::trace::chrome_trace;
-use super::yard::{Yard, YardError, YardMesh, YardView};
 use crate::frames::{self, FrameError};
 use crate::import::compress::compress_images;
 use crate::name;
@@ -32,7 +32,7 @@ use systems::lights::LightPolicy;
 pub enum BenchError {
     /// The scene.
     #[error(transparent)]
-    Yard(#[from] YardError),
+    Grid(#[from] GridError),
     /// The scene of a file.
     #[error(transparent)]
     Scene(#[from] FrameError),
@@ -57,7 +57,7 @@ pub enum BenchError {
     },
     /// A scene could not be measured in a process of its own.
     #[error("{what}: {message}")]
-    Apart {
+    SeparateProcess {
         /// The scene.
         what: String,
         /// What the process that measured it said.
@@ -83,7 +83,7 @@ pub(super) struct FrameCost {
     pub mutate: Duration,
     pub simulate: Duration,
     pub prepare: Duration,
-    pub record: Duration,
+    pub encode: Duration,
     pub submit: Duration,
     pub frame: FrameStats,
     pub render: RenderStats,
@@ -93,7 +93,7 @@ pub(super) struct FrameCost {
 
 impl FrameCost {
     fn engine(&self) -> Duration {
-        self.simulate + self.prepare + self.record
+        self.simulate + self.prepare + self.encode
     }
 
     pub fn total(&self) -> Duration {
@@ -127,7 +127,7 @@ pub fn run(job: &BenchJob, started: Instant, mut progress: impl FnMut(u32, u32))
     {
         return Err(FrameError::from(RecordingError::taken(trace)).into());
     }
-    if let YardMesh::Model(model) = &job.plan.mesh {
+    if let GridMesh::Model(model) = &job.plan.mesh {
         let outputs = || job.picture.iter().chain(&job.trace);
         frames::check_outputs(std::slice::from_ref(model), |path| outputs().any(|out| output::is_same(path, out)))?;
     }
@@ -213,7 +213,7 @@ impl Bench {
             }
             None => {
                 let plan = &job.plan;
-                let yard = Yard::empty(plan).map(|(mut yard, kit)| {
+                let yard = Grid::empty(plan).map(|(mut yard, kit)| {
                     if job.load.compress {
                         compress_images(&mut yard.simulation.world.resource_mut::<Library>(), None);
                     }
@@ -225,7 +225,7 @@ impl Bench {
                 let ((mut yard, kit), renderer) = (yard?, renderer?);
                 yard.fill(plan, &kit);
                 start.lap("spawn");
-                (Subject::Yard(Box::new(yard)), renderer)
+                (Subject::Grid(Box::new(yard)), renderer)
             }
         };
         let gpu = renderer.gpu();
@@ -278,8 +278,8 @@ impl Bench {
         let view: View = viewpoint.view(&simulation.world, self.size);
         simulation.with_frame(|frame| self.renderer.prepare(frame, &view, &self.settings))?;
         let prepare = lap();
-        let commands = self.renderer.record(&self.target, PICTURE_FORMAT);
-        let record = lap();
+        let commands = self.renderer.encode(&self.target, PICTURE_FORMAT);
+        let encode = lap();
         let gpu = self.renderer.gpu();
         gpu.queue.submit([commands]);
         // A lost device has nothing left to wait for.
@@ -288,12 +288,12 @@ impl Bench {
         self.frame += 1;
         let frame = simulation.world.resource::<FrameStats>().clone();
         let passes = self.renderer.pass_times().unwrap_or_default();
-        Ok(FrameCost { at, mutate, simulate, prepare, record, submit, frame, render: self.renderer.stats(), passes })
+        Ok(FrameCost { at, mutate, simulate, prepare, encode, submit, frame, render: self.renderer.stats(), passes })
     }
 
     /// What the triangles of the objects in view take by themselves, the median of so many frames.
     fn floor(&mut self, frames: usize) -> Option<f64> {
-        let Subject::Yard(yard) = &mut self.subject else { return None };
+        let Subject::Grid(yard) = &mut self.subject else { return None };
         let view = Viewpoint::Camera(yard.camera).view(&yard.simulation.world, self.size);
         let gpu = self.renderer.gpu();
         let floor = Floor::new(gpu, yard, &view)?;
@@ -312,11 +312,11 @@ impl Bench {
         let ms = |of: &dyn Fn(&FrameCost) -> Duration| spread(&|cost| milliseconds(of(cost)));
         let (frame, cpu, gpu) = (ms(&FrameCost::total), ms(&FrameCost::engine), ms(&|c| c.submit));
         let last = costs.last().map(|cost| cost.render).unwrap_or_default();
-        let drawn = self.renderer.read_drawn();
+        let drawn = self.renderer.read_visible_counts();
         let info = self.renderer.gpu().adapter.get_info();
         let view = match &job.scene {
             Some(_) => job.camera.clone().unwrap_or_default(),
-            None => name::of(&YardView::ALL, job.plan.view).to_owned(),
+            None => name::of(&GridView::ALL, job.plan.view).to_owned(),
         };
         Measurement {
             scene: job.scene.as_ref().map(|path| path.display().to_string()),
@@ -348,7 +348,7 @@ impl Bench {
             select_ms_median: spread(&|c| c.frame.stage_ms[Stage::Lights as usize]).median,
             simulate_ms_median: ms(&|c| c.simulate).median,
             prepare_ms_median: ms(&|c| c.prepare).median,
-            record_ms_median: ms(&|c| c.record).median,
+            encode_ms_median: ms(&|c| c.encode).median,
             mutate_ms_median: ms(&|c| c.mutate).median,
             stages: medians(costs, |c| {
                 Stage::ALL.iter().map(|&(name, stage)| (name, c.frame.stage_ms[stage as usize])).collect()

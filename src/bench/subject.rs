@@ -1,7 +1,7 @@
 //! What is measured: a yard, or a scene of the user's.
 
+use super::grid::Grid;
 use super::job::BenchJob;
-use super::yard::Yard;
 use crate::frames::{self, FrameError, LoadOptions};
 use crate::output;
 use crate::viewpoint::Viewpoint;
@@ -12,7 +12,7 @@ use systems::assets::MeshId;
 /// A world that changes before every frame.
 pub(super) enum Subject {
     /// A grid of objects, some of which are moved from outside.
-    Yard(Box<Yard>),
+    Grid(Box<Grid>),
     /// A scene, whose clock steps.
     Scene(Box<frames::Stage>),
 }
@@ -30,14 +30,14 @@ impl Subject {
 
     pub fn simulation(&mut self) -> &mut Simulation {
         match self {
-            Self::Yard(yard) => &mut yard.simulation,
+            Self::Grid(yard) => &mut yard.simulation,
             Self::Scene(stage) => &mut stage.simulation,
         }
     }
 
     pub fn viewpoint(&self) -> Viewpoint {
         match self {
-            Self::Yard(yard) => Viewpoint::Camera(yard.camera),
+            Self::Grid(yard) => Viewpoint::Camera(yard.camera),
             Self::Scene(stage) => stage.viewpoint,
         }
     }
@@ -45,7 +45,7 @@ impl Subject {
     /// What happens before a frame: objects of the yard are moved, the scene's clock steps.
     pub fn advance(&mut self, frame: u32) {
         match self {
-            Self::Yard(yard) => yard.advance(frame),
+            Self::Grid(yard) => yard.advance(frame),
             Self::Scene(stage) => stage.simulation.step(),
         }
     }

@@ -3,11 +3,11 @@
 //! Every scene is measured in a process of its own: peak memory and the time to the first frame
 //! mean nothing in a process that has drawn others.
 
-use super::apart::{Launch, Scene, measure_apart};
+use super::grid::GridView;
 use super::job::SuiteJob;
 use super::report::{self, Earlier};
 use super::run::BenchError;
-use super::yard::YardView;
+use super::separate_process::{Launch, Scene, measure_apart};
 use crate::frames;
 use crate::output;
 
@@ -32,7 +32,7 @@ pub(super) struct Sweep {
 /// The sweeps that a suite consists of.
 pub(super) fn sweeps(suite: &SuiteJob) -> Vec<Sweep> {
     let (plan, size) = (&suite.most.plan, suite.most.size);
-    let most = Scene { objects: plan.objects, lights: plan.lights, moving: 0.0, view: YardView::Wide, size };
+    let most = Scene { objects: plan.objects, lights: plan.lights, moving: 0.0, view: GridView::Wide, size };
     let objects = if suite.quick { tenths(most.objects, 2) } else { tenths(most.objects, 4) };
     let lights = if suite.quick { tenths(most.lights, 2) } else { tenths(most.lights, 4) };
     let moving: &[f32] = if suite.quick { &[0.0, 1.0] } else { &[0.0, 0.01, 0.1, 1.0] };
@@ -43,7 +43,7 @@ pub(super) fn sweeps(suite: &SuiteJob) -> Vec<Sweep> {
     let mut sweeps = vec![
         over_objects(Scene { size: SMALL, ..most }),
         over_objects(most),
-        over_objects(Scene { view: YardView::Inside, ..most }),
+        over_objects(Scene { view: GridView::Inside, ..most }),
         Sweep { axis: Axis::Lights, scenes: lights.iter().map(|&lights| Scene { lights, ..most }).collect() },
         Sweep {
             axis: Axis::Moving,

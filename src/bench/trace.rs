@@ -36,7 +36,7 @@ fn add_frame(events: &mut Vec<Value>, number: usize, cost: &FrameCost) {
         ("move objects", cost.mutate),
         ("simulation", cost.simulate),
         ("prepare", cost.prepare),
-        ("record", cost.record),
+        ("encode", cost.encode),
         ("submit, wait for the GPU", cost.submit),
     ];
     let mut at = begin;

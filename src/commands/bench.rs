@@ -5,7 +5,7 @@ use super::failure::{Failure, say};
 use super::progress;
 use clap::builder::TypedValueParser;
 use clap::{ArgAction, Args};
-use relief::bench::{self, BenchJob, SuiteJob, YardMesh, YardPlan, YardView};
+use relief::bench::{self, BenchJob, GridMesh, GridPlan, GridView, SuiteJob};
 use relief::frames::LoadOptions;
 use relief::name;
 use relief::renderer::Occlusion;
@@ -53,7 +53,7 @@ pub struct BenchArgs {
     pub lights: Option<u32>,
     /// Mesh of the objects: cube (12 triangles), sphere (1,024 triangles), or the largest mesh of a .glb or .gltf file
     #[arg(long, default_value = "cube", value_name = "cube|sphere|PATH")]
-    pub mesh: YardMesh,
+    pub mesh: GridMesh,
     /// Fraction of the objects that get a new transform before every frame, 0 to 1
     #[arg(long, default_value_t = 0.0, value_name = "FRACTION", value_parser = parse_fraction)]
     #[arg(conflicts_with = "suite")]
@@ -74,7 +74,7 @@ pub struct BenchArgs {
     pub seconds: Option<u32>,
     /// Camera position
     #[arg(long, default_value = "wide", value_parser = view(), conflicts_with = "suite")]
-    pub view: YardView,
+    pub view: GridView,
     /// Override the bump technique of all materials: off, normal, relief, … (docs/techniques.md)
     #[arg(long, value_name = "NAME", value_parser = arguments::named("technique", &Technique::ALL))]
     pub technique: Option<Technique>,
@@ -158,7 +158,7 @@ impl BenchArgs {
         BenchJob {
             scene: self.scene.clone(),
             camera: self.camera.clone(),
-            plan: YardPlan {
+            plan: GridPlan {
                 objects: self.objects(),
                 lights: self.lights(),
                 moving: self.moving,
@@ -217,7 +217,7 @@ fn apart(job: &BenchJob) -> io::Result<Command> {
     add("objects", &job.plan.objects.to_string());
     add("lights", &job.plan.lights.to_string());
     add("moving", &job.plan.moving.to_string());
-    add("view", name::of(&YardView::ALL, job.plan.view));
+    add("view", name::of(&GridView::ALL, job.plan.view));
     add("size", &format!("{}x{}", job.size.0, job.size.1));
     add("mesh", &job.plan.mesh.name());
     add("frames", &job.frames.to_string());
@@ -240,10 +240,10 @@ fn apart(job: &BenchJob) -> io::Result<Command> {
     Ok(command)
 }
 
-fn view() -> impl TypedValueParser<Value = YardView> {
-    arguments::choice(&YardView::ALL, |view| match view {
-        YardView::Wide => "Outside and above, with the whole grid in view",
-        YardView::Inside => "Between the rows at 2 m, about a sixth of the grid in view",
+fn view() -> impl TypedValueParser<Value = GridView> {
+    arguments::choice(&GridView::ALL, |view| match view {
+        GridView::Wide => "Outside and above, with the whole grid in view",
+        GridView::Inside => "Between the rows at 2 m, about a sixth of the grid in view",
     })
 }
 

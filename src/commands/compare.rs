@@ -5,7 +5,7 @@ use super::failure::{Failure, say};
 use super::progress;
 use clap::Args;
 use clap::builder::TypedValueParser;
-use relief::technique_error::{self, CompareJob, FigureShape, MOST_DEGREES, MOST_PIXELS};
+use relief::technique_error::{self, BaseMesh, CompareJob, MOST_DEGREES, MOST_PIXELS};
 use std::path::PathBuf;
 use systems::assets::Technique;
 
@@ -37,7 +37,7 @@ pub struct CompareArgs {
     pub output: PathBuf,
     /// Base mesh: plane (one quad, 2 m), sphere or torus (the map repeats four times around)
     #[arg(long, default_value = "plane", value_parser = figure())]
-    pub figure: FigureShape,
+    pub figure: BaseMesh,
     /// Height map, 0 deepest; normal and horizon maps are derived from it [default: the maps of the techniques scene,
     /// assets/textures/techniques_height.png]
     #[arg(long, value_name = "FILE")]
@@ -92,11 +92,11 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-fn figure() -> impl TypedValueParser<Value = FigureShape> {
-    arguments::choice(&FigureShape::ALL, |figure| match figure {
-        FigureShape::Plane => "One quad of 2 m",
-        FigureShape::Sphere => "1.8 m wide, of 32 × 16 quads",
-        FigureShape::Torus => "2.08 m wide, of 48 × 24 quads",
+fn figure() -> impl TypedValueParser<Value = BaseMesh> {
+    arguments::choice(&BaseMesh::ALL, |figure| match figure {
+        BaseMesh::Plane => "One quad of 2 m",
+        BaseMesh::Sphere => "1.8 m wide, of 32 × 16 quads",
+        BaseMesh::Torus => "2.08 m wide, of 48 × 24 quads",
     })
 }
 

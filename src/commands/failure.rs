@@ -81,9 +81,9 @@ impl From<BenchError> for Failure {
     fn from(error: BenchError) -> Self {
         let code = match &error {
             BenchError::Gpu(_) => NO_ADAPTER,
-            BenchError::Apart { code, .. } => *code,
+            BenchError::SeparateProcess { code, .. } => *code,
             BenchError::Render(RenderError::Lost { .. }) | BenchError::Plot { .. } => OTHER,
-            BenchError::Yard(_) | BenchError::Scene(_) | BenchError::Render(_) | BenchError::Compare { .. } => {
+            BenchError::Grid(_) | BenchError::Scene(_) | BenchError::Render(_) | BenchError::Compare { .. } => {
                 BAD_INPUT
             }
             BenchError::Output(error) => code_of_output(error),
@@ -138,7 +138,7 @@ fn code_of_frame(error: &FrameError) -> u8 {
         | FrameError::Render(_)
         | FrameError::Compare(_)
         | FrameError::Import(_)
-        | FrameError::NoFigure { .. }
+        | FrameError::NoMeshVariants { .. }
         | FrameError::Overwrites { .. }
         | FrameError::NoFrames { .. }
         | FrameError::Video(VideoError::UnknownEnding { .. })

@@ -31,7 +31,7 @@ pub enum FrameError {
     },
     /// A gallery of a scene without mesh variants.
     #[error("{}: no entity has mesh variants, figure: [\"MESH\", …]", scene.display())]
-    NoFigure {
+    NoMeshVariants {
         /// The scene.
         scene: PathBuf,
     },

@@ -5,7 +5,7 @@
 //! With occlusion there are two sets of lists: of the objects that were seen when the view was last drawn, and of those
 //! that the depths of the first show to be in sight as well.
 
-use super::draws::{Draws, DrawsVersion};
+use super::indirect_draws::{IndirectDraws, IndirectDrawsVersion};
 use super::pyramid::Pyramid;
 use super::tables::GrowingBuffer;
 use super::targets::{texture, whole_view};
@@ -81,7 +81,7 @@ pub(super) struct Culling {
 /// What one phase draws.
 #[derive(Debug)]
 pub(super) struct PhaseDraws {
-    /// One [`DrawIndexedIndirectArgs`] per element of [`Draws::list`].
+    /// One [`DrawIndexedIndirectArgs`] per element of [`IndirectDraws::list`].
     pub arguments: GrowingBuffer,
     /// With what it was made for: draws with levels of detail or without, and the versions of its buffers.
     group: Option<((bool, u32), wgpu::BindGroup)>,
@@ -100,7 +100,7 @@ pub(super) struct CulledView {
     pyramid: Option<Pyramid>,
     counts: CullRecord,
     /// The draws that the lists were made for.
-    draws: DrawsVersion,
+    draws: IndirectDrawsVersion,
 }
 
 /// Bytes of one draw's arguments.
@@ -186,7 +186,7 @@ impl Culling {
 
     /// Records a phase of the culling of a view, with the frame group of its tables and eye. The late phase reads the
     /// depths that the early one left.
-    pub fn record(
+    pub fn encode(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         timestamps: Option<&Timestamps>,
@@ -254,7 +254,7 @@ impl CulledView {
                 .map(|label| PhaseDraws { arguments: buffer(label, BufferUsages::INDIRECT), group: None }),
             pyramid: None,
             counts: CullRecord::default(),
-            draws: DrawsVersion::default(),
+            draws: IndirectDrawsVersion::default(),
         }
     }
 
@@ -291,7 +291,7 @@ impl CulledView {
         &mut self,
         gpu: &Gpu,
         culling: &Culling,
-        draws: &Draws,
+        draws: &IndirectDraws,
         view: &View,
         settings: &Settings,
     ) -> Result<bool, RenderError> {
@@ -341,7 +341,7 @@ impl CulledView {
         Ok(recull)
     }
 
-    fn bind(&mut self, device: &wgpu::Device, culling: &Culling, draws: &Draws, phase: usize) {
+    fn bind(&mut self, device: &wgpu::Device, culling: &Culling, draws: &IndirectDraws, phase: usize) {
         let lists = &self.phases[phase];
         let own = [&self.visibility, &self.slice_counts, &self.visible, &lists.arguments];
         let buffers: Vec<&GrowingBuffer> = draws.buffers().into_iter().chain(own).collect();

@@ -2,7 +2,7 @@
 
 use super::targets::{DEPTH_FORMAT, HDR_FORMAT};
 
-/// Where a pass of the caller's own is recorded.
+/// Where a pass of the caller's own is encoded.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub enum PassPlace {
     /// After opaque objects, before the sky and blended objects: what writes depth hides these.
@@ -41,4 +41,4 @@ impl PassTargets<'_> {
 }
 
 /// Records a pass.
-pub(super) type RecordPass<'a> = Box<dyn FnMut(&mut wgpu::CommandEncoder, &PassTargets<'_>) + 'a>;
+pub(super) type EncodePass<'a> = Box<dyn FnMut(&mut wgpu::CommandEncoder, &PassTargets<'_>) + 'a>;

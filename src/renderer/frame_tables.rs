@@ -64,7 +64,7 @@ impl FrameTables {
     }
 
     /// Records the uploads that commands finish. First of all in a frame.
-    pub fn record(&mut self, encoder: &mut wgpu::CommandEncoder, timestamps: Option<&Timestamps>) {
+    pub fn encode(&mut self, encoder: &mut wgpu::CommandEncoder, timestamps: Option<&Timestamps>) {
         let Self { scatter, instances, lights, materials, .. } = self;
         let tables = [&mut instances.scattered, &mut lights.scattered, &mut materials.scattered];
         if tables.iter().any(|table| table.is_pending()) {
@@ -72,7 +72,7 @@ impl FrameTables {
                 label: Some("scatter"),
                 timestamp_writes: timestamps.and_then(|timestamps| timestamps.compute_pass("scatter")),
             });
-            tables.into_iter().for_each(|table| table.record(scatter, &mut pass));
+            tables.into_iter().for_each(|table| table.encode(scatter, &mut pass));
         }
     }
 

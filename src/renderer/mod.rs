@@ -8,7 +8,7 @@
 //!   frame tables  dirty records of instances, lights, materials
 //!   draws         what the culling pass reads, if the batches changed
 //!   each view     targets, the order of blended objects, room for the lists of visible ones
-//! Renderer::record(encoder, views)                    records only; the caller submits
+//! Renderer::encode(encoder, views)                    encodes only; the caller submits
 //!   culling       which objects each view shows → lists of slots and arguments of draws, on the GPU
 //!   forward       an indirect draw per batch and level of detail, the sky, blended objects back to front
 //!                 → HDR, multisampled
@@ -23,13 +23,13 @@
 mod cpu_rasterizer;
 mod culling;
 mod custom_passes;
-mod drawn;
-mod draws;
 mod emboss;
+mod encode;
 mod error;
 mod faults;
 mod frame_tables;
 mod gpu;
+mod indirect_draws;
 mod meshes;
 mod objects;
 mod outputs;
@@ -37,7 +37,6 @@ mod pass;
 mod pipelines;
 mod pyramid;
 mod readback;
-mod record;
 mod scatter;
 mod settings;
 pub mod shaders;
@@ -48,28 +47,29 @@ mod targets;
 mod textures;
 mod timestamps;
 mod view_state;
+mod visible_counts;
 
 pub use cpu_rasterizer::keep_freed_memory;
 pub use culling::CullRecord;
 pub use custom_passes::{PassPlace, PassTargets};
-pub use drawn::Drawn;
-pub use draws::{CullBatchRecord, CullDrawRecord};
+pub use encode::ViewTarget;
 pub use error::RenderError;
 pub use faults::Faults;
 pub use gpu::{Gpu, GpuError, instance_flags};
+pub use indirect_draws::{CullBatchRecord, CullDrawRecord};
 pub use outputs::{OutputSet, Outputs, Picked};
 use readback::read_buffer;
 pub use readback::{picture_texture, read_texture};
-pub use record::ViewTarget;
 pub use settings::{DebugView, HeatScale, Occlusion, Settings};
 pub use single_view::SingleView;
 pub use timestamps::PassTime;
 pub use view_state::{ViewPlan, ViewState};
+pub use visible_counts::VisibleCounts;
 
 use cpu_rasterizer::CpuRasterizer;
 use culling::Culling;
-use draws::Draws;
 use frame_tables::FrameTables;
+use indirect_draws::IndirectDraws;
 use meshes::Meshes;
 use pipelines::{MissingPipelines, Pipelines};
 use pyramid::PyramidMaker;
@@ -83,7 +83,7 @@ use timestamps::Timestamps;
 /// The format of pictures that are written or compared; a window's surface has the like.
 pub const PICTURE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
 
-/// What the last prepare and record did, of all views together.
+/// What the last prepare and encode did, of all views together.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct RenderStats {
     /// Draws of objects: batches at each level of detail in each phase, and runs of blended objects.
@@ -147,14 +147,14 @@ pub struct Renderer {
     culling: Culling,
     pyramids: PyramidMaker,
     /// With whole meshes only, and with levels of detail.
-    draws: [Draws; 2],
+    draws: [IndirectDraws; 2],
     /// Stands in for the picture behind blended objects where none refracts it.
     no_scene_color: SceneColorCopy,
     /// The world whose meshes, textures and tables are uploaded.
     world: u64,
     /// Tells what is uploaded from what was, or what another renderer has: views that knew that begin anew.
     epoch: u64,
-    /// How often views were prepared: those of the last time may be recorded.
+    /// How often views were prepared: those of the last time may be encoded.
     prepared: u64,
     uploads: Uploads,
     /// Versions of meshes and textures when a frame was prepared last.
@@ -193,7 +193,7 @@ impl Renderer {
             textures,
             meshes: Meshes::new(device),
             tables: FrameTables::new(device),
-            draws: [Draws::new(device), Draws::new(device)],
+            draws: [IndirectDraws::new(device), IndirectDraws::new(device)],
             no_scene_color: SceneColorCopy::new(device, &pipelines.scene_color_layout, (1, 1)),
             world: 0,
             epoch: EPOCHS.fetch_add(1, Ordering::Relaxed),
@@ -219,7 +219,7 @@ impl Renderer {
         HeldBytes { meshes: self.meshes.bytes(), textures: self.textures.bytes() }
     }
 
-    /// What the last prepare and record did, of all views together.
+    /// What the last prepare and encode did, of all views together.
     pub fn stats(&self) -> RenderStats {
         self.stats
     }
@@ -236,18 +236,18 @@ impl Renderer {
         self.timestamps.as_mut()?.take()
     }
 
-    /// Uploads what changed in a frame's data, once for all views, and makes what views lack, so that [`Self::record`]
-    /// only records. Afterwards [`ViewState::needs_redraw`] says whether a view's picture can differ from the one last
-    /// drawn; if not, [`Self::record_again`] gives it for less. A world lends its frame by
+    /// Uploads what changed in a frame's data, once for all views, and makes what views lack, so that [`Self::encode`]
+    /// only encodes. Afterwards [`ViewState::needs_redraw`] says whether a view's picture can differ from the one last
+    /// drawn; if not, [`Self::encode_again`] gives it for less. A world lends its frame by
     /// [`Simulation::with_frame`](systems::Simulation::with_frame), and is to be as its frame's systems left it: what
     /// is edited in between may be seen in part. Data of other programs are a frame, too ([`FrameData`]). Texels that
     /// the library does not keep ([`systems::assets::Library::keep_texels`]) are released.
     ///
-    /// Those views can be recorded until the next `prepare`. Others rest, with what they saw last: what lists are made
+    /// Those views can be encoded until the next `prepare`. Others rest, with what they saw last: what lists are made
     /// of may change meanwhile.
     ///
     /// # Errors
-    /// [`RenderError`]. No view can be recorded then until another `prepare` goes well, but where a picture is too
+    /// [`RenderError`]. No view can be encoded then until another `prepare` goes well, but where a picture is too
     /// large: nothing changes for that.
     pub fn prepare(
         &mut self,
@@ -356,7 +356,7 @@ impl Renderer {
     }
 
     /// The draws that a view draws.
-    fn draws_of(&self, view: &ViewState) -> &Draws {
+    fn draws_of(&self, view: &ViewState) -> &IndirectDraws {
         &self.draws[usize::from(view.levels)]
     }
 

@@ -1,21 +1,21 @@
 //! The objects of a view in a pass: which draws, and with which pipelines.
 
 use super::culling::{ARGUMENT_BYTES, Phase};
+use super::encode::{Leaves, begin_forward};
 use super::pass::Pass;
-use super::record::{Leaves, begin_forward};
 use super::targets::Attachments;
 use super::{Renderer, ViewState};
 use systems::assets::Technique;
 use systems::draw::BatchKey;
 
-/// What was recorded for a frame's objects.
+/// What was encoded for a frame's objects.
 #[derive(Clone, Copy, Default)]
-pub(super) struct Recorded {
+pub(super) struct Encoded {
     pub draws: u32,
     pub calls: u32,
 }
 
-impl Recorded {
+impl Encoded {
     pub fn count(&mut self, (draws, calls): (u32, u32)) {
         self.draws += draws;
         self.calls += calls;
@@ -23,7 +23,7 @@ impl Recorded {
 }
 
 impl Renderer {
-    /// Draws the objects that culling kept in some phases, in a pass that it begins and returns.
+    /// IndirectDraws the objects that culling kept in some phases, in a pass that it begins and returns.
     pub(super) fn draw_phases<'a>(
         &self,
         encoder: &'a mut wgpu::CommandEncoder,
@@ -31,12 +31,12 @@ impl Renderer {
         (attachments, frame_group): (Attachments<'_>, &wgpu::BindGroup),
         into: (&'static str, Option<wgpu::Color>, Leaves),
         phases: impl Iterator<Item = Phase>,
-        recorded: &mut Recorded,
+        encoded: &mut Encoded,
     ) -> wgpu::RenderPass<'a> {
         let mut pass = begin_forward(encoder, self.timestamps.as_ref(), attachments, into);
         pass.set_bind_group(0, frame_group, &[]);
         for phase in phases {
-            recorded.count(self.draw_objects(&mut pass, view, view.pass, phase));
+            encoded.count(self.draw_objects(&mut pass, view, view.pass, phase));
         }
         pass
     }

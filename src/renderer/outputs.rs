@@ -3,10 +3,10 @@
 //! Where the view has one sample per pixel, all are drawn in one pass ([`ViewState::draws_together`]). Else depths,
 //! normals and ids are drawn in a second pass of one sample per pixel: they have no mean.
 
-use super::objects::Recorded;
+use super::encode::{color_attachment, depth_attachment};
+use super::objects::Encoded;
 use super::pass::{Attached, ID_FORMAT, NORMAL_FORMAT, Pass};
 use super::readback::read_id_and_depth;
-use super::record::{color_attachment, depth_attachment};
 use super::targets::{self, DEPTH_FORMAT, whole_view};
 use super::timestamps::Timestamps;
 use super::{PICTURE_FORMAT, Renderer, ViewState, ViewTarget};
@@ -215,9 +215,9 @@ impl ViewState {
 }
 
 impl Renderer {
-    /// Draws outputs of a view and reads them back, with one wait for the GPU. What the settings ask for
-    /// ([`Settings::outputs`](super::Settings::outputs)) and [`Self::record`] has drawn already is read only; the rest
-    /// is drawn once more for it. The picture is without the caller's own passes, and so is what [`Self::record_again`]
+    /// IndirectDraws outputs of a view and reads them back, with one wait for the GPU. What the settings ask for
+    /// ([`Settings::outputs`](super::Settings::outputs)) and [`Self::encode`] has drawn already is read only; the rest
+    /// is drawn once more for it. The picture is without the caller's own passes, and so is what [`Self::encode_again`]
     /// shows next. `None` unless the view is one of those of the last [`Self::prepare`].
     pub fn draw_outputs(&mut self, view: &mut ViewState, outputs: OutputSet) -> Option<Outputs> {
         if !self.is_prepared(view) {
@@ -227,11 +227,11 @@ impl Renderer {
         let label = wgpu::CommandEncoderDescriptor { label: Some("outputs") };
         let mut encoder = self.gpu.device.create_command_encoder(&label);
         if outputs.color {
-            self.record_picture(&mut encoder, view, size);
+            self.encode_picture(&mut encoder, view, size);
         }
         let rest = outputs.beside_color().without(view.drawn_outputs);
         if rest != OutputSet::NONE {
-            self.record_rest(&mut encoder, view, size, rest, None);
+            self.encode_rest(&mut encoder, view, size, rest, None);
         }
         let textures = &view.output_textures;
         let kept = |kept: &Option<OutputTexture>, wanted: bool| {
@@ -264,7 +264,7 @@ impl Renderer {
         if rest != OutputSet::NONE {
             // Textures that the settings ask for stay whole.
             let alone = Some(pixel).filter(|_| !view.outputs.depth && !view.outputs.id);
-            self.record_rest(&mut encoder, view, size, wanted, alone);
+            self.encode_rest(&mut encoder, view, size, wanted, alone);
         }
         let id = &view.output_textures.id.as_ref()?.texture;
         let depth = view.drawn_depth(rest == OutputSet::NONE && view.draws_together())?;
@@ -272,8 +272,8 @@ impl Renderer {
         Some(Picked { entity: entity_of(id)?, depth: metres(depth, view.view_from_clip) })
     }
 
-    /// Draws the picture into the texture that the view keeps, with what the settings ask for.
-    fn record_picture(&mut self, encoder: &mut wgpu::CommandEncoder, view: &mut ViewState, size: (u32, u32)) {
+    /// IndirectDraws the picture into the texture that the view keeps, with what the settings ask for.
+    fn encode_picture(&mut self, encoder: &mut wgpu::CommandEncoder, view: &mut ViewState, size: (u32, u32)) {
         let planned = view.outputs;
         view.outputs.color = true;
         let missing = self.start_pipelines(std::iter::once(&*view), self.opaque_keys(view));
@@ -281,13 +281,13 @@ impl Renderer {
         view.output_textures.fit(&self.gpu.device, size, OutputSet::COLOR.with(planned), false);
         view.fit_outputs(&self.gpu.device, size);
         if let Some(picture) = view.output_textures.color.as_ref().map(|kept| kept.view.clone()) {
-            self.record(encoder, &mut [ViewTarget::new(&mut *view, &picture, PICTURE_FORMAT)]);
+            self.encode(encoder, &mut [ViewTarget::new(&mut *view, &picture, PICTURE_FORMAT)]);
         }
         view.outputs = planned;
     }
 
-    /// Draws outputs that the settings do not ask for; `pixel`: at that only.
-    fn record_rest(
+    /// IndirectDraws outputs that the settings do not ask for; `pixel`: at that only.
+    fn encode_rest(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
         view: &mut ViewState,
@@ -302,13 +302,13 @@ impl Renderer {
         // Nothing is drawn into it: there is no tone map.
         let target = view.output_textures.depth.as_ref().map(|kept| kept.view.clone());
         if view.lists_ready {
-            self.tables.record(encoder, None);
-            self.record_outputs(encoder, view, None, pixel);
+            self.tables.encode(encoder, None);
+            self.encode_outputs(encoder, view, None, pixel);
         } else if let Some(target) = target {
             // The picture was not drawn, which finds out what is visible.
             let mut view = ViewTarget::new(&mut *view, &target, PICTURE_FORMAT);
-            self.begin_recording(encoder, std::slice::from_ref(&view));
-            self.record_scene(encoder, &mut view, &mut Recorded::default());
+            self.begin_encoding(encoder, std::slice::from_ref(&view));
+            self.encode_scene(encoder, &mut view, &mut Encoded::default());
             self.finish_timestamps(encoder);
         }
         view.outputs = planned;
@@ -318,7 +318,7 @@ impl Renderer {
 
     /// What the settings ask for beside the picture: all of it, or blended objects alone, where opaque ones were drawn
     /// with the picture.
-    pub(super) fn record_outputs(
+    pub(super) fn encode_outputs(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         view: &ViewState,

@@ -33,7 +33,7 @@ pub(super) struct ScatterBuffers {
     pending: Option<Pending>,
 }
 
-/// What is yet to be recorded.
+/// What is yet to be encoded.
 #[derive(Debug)]
 struct Pending {
     group: wgpu::BindGroup,
@@ -99,7 +99,7 @@ impl ScatterBuffers {
         Self { places: buffer("places of records"), texels: buffer("scattered records"), pending: None }
     }
 
-    /// Uploads the records in `ranges` of a table that begins at a texel of a texture; [`Self::record`] puts them in
+    /// Uploads the records in `ranges` of a table that begins at a texel of a texture; [`Self::encode`] puts them in
     /// their places. Returns the bytes written.
     pub fn write<R: Records + ?Sized>(
         &mut self,
@@ -133,7 +133,7 @@ impl ScatterBuffers {
         Ok(bytes)
     }
 
-    /// Whether something is yet to be recorded.
+    /// Whether something is yet to be encoded.
     pub fn is_pending(&self) -> bool {
         self.pending.is_some()
     }
@@ -143,13 +143,13 @@ impl ScatterBuffers {
         if self.is_pending() {
             let label = wgpu::CommandEncoderDescriptor { label: Some("scatter") };
             let mut encoder = gpu.device.create_command_encoder(&label);
-            self.record(scatter, &mut encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default()));
+            self.encode(scatter, &mut encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default()));
             gpu.queue.submit([encoder.finish()]);
         }
     }
 
     /// Records what is pending.
-    pub fn record(&mut self, scatter: &Scatter, pass: &mut wgpu::ComputePass<'_>) {
+    pub fn encode(&mut self, scatter: &Scatter, pass: &mut wgpu::ComputePass<'_>) {
         let Some(pending) = self.pending.take() else { return };
         let Some(pipeline) = scatter.pipelines.get(&pending.record_texels) else { return };
         pass.set_pipeline(pipeline);

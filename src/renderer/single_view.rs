@@ -1,8 +1,8 @@
 //! A renderer with one view: most programs have one camera.
 
 use super::{
-    Drawn, Gpu, HeldBytes, OutputSet, Outputs, PassTime, Picked, RenderError, RenderStats, Renderer, Settings,
-    ViewPlan, ViewState, ViewTarget,
+    Gpu, HeldBytes, OutputSet, Outputs, PassTime, Picked, RenderError, RenderStats, Renderer, Settings, ViewPlan,
+    ViewState, ViewTarget, VisibleCounts,
 };
 use glam::UVec2;
 use systems::draw::{FrameData, View};
@@ -46,38 +46,38 @@ impl SingleView {
         Ok(self.state.needs_redraw())
     }
 
-    /// [`Renderer::record`] into `target`, handed in.
+    /// [`Renderer::encode`] into `target`, handed in.
     ///
     /// # Panics
     /// As that.
     pub fn draw(&mut self, target: &wgpu::TextureView, format: wgpu::TextureFormat) {
-        let commands = self.record(target, format);
+        let commands = self.encode(target, format);
         self.gpu().queue.submit([commands]);
     }
 
     /// [`Self::draw`] without handing the commands in, to measure the two apart.
     ///
     /// # Panics
-    /// As [`Renderer::record`].
-    pub fn record(&mut self, target: &wgpu::TextureView, format: wgpu::TextureFormat) -> wgpu::CommandBuffer {
+    /// As [`Renderer::encode`].
+    pub fn encode(&mut self, target: &wgpu::TextureView, format: wgpu::TextureFormat) -> wgpu::CommandBuffer {
         let label = wgpu::CommandEncoderDescriptor { label: Some("frame") };
         let mut encoder = self.gpu().device.create_command_encoder(&label);
-        self.renderer.record(&mut encoder, &mut [ViewTarget::new(&mut self.state, target, format)]);
+        self.renderer.encode(&mut encoder, &mut [ViewTarget::new(&mut self.state, target, format)]);
         encoder.finish()
     }
 
-    /// [`Renderer::record_again`], handed in.
+    /// [`Renderer::encode_again`], handed in.
     ///
     /// # Panics
     /// As that.
     pub fn show_again(&mut self, target: &wgpu::TextureView, format: wgpu::TextureFormat) {
         let label = wgpu::CommandEncoderDescriptor { label: Some("frame again") };
         let mut encoder = self.gpu().device.create_command_encoder(&label);
-        self.renderer.record_again(&mut encoder, &mut [ViewTarget::new(&mut self.state, target, format)]);
+        self.renderer.encode_again(&mut encoder, &mut [ViewTarget::new(&mut self.state, target, format)]);
         self.gpu().queue.submit([encoder.finish()]);
     }
 
-    /// Draws what was prepared and reads the picture back: 8-bit sRGB RGBA, rows from the top. Empty if nothing was
+    /// IndirectDraws what was prepared and reads the picture back: 8-bit sRGB RGBA, rows from the top. Empty if nothing was
     /// prepared.
     pub fn draw_picture(&mut self) -> image::RgbaImage {
         self.draw_outputs(OutputSet::COLOR).and_then(|outputs| outputs.picture).unwrap_or_default()
@@ -99,18 +99,18 @@ impl SingleView {
     }
 
     /// [`ViewState::drawn`].
-    pub fn drawn(&self) -> Option<Drawn> {
-        self.state.drawn()
+    pub fn visible_counts(&self) -> Option<VisibleCounts> {
+        self.state.visible_counts()
     }
 
-    /// [`Renderer::read_drawn`].
-    pub fn read_drawn(&self) -> Drawn {
-        self.renderer.read_drawn(&self.state)
+    /// [`Renderer::read_visible_counts`].
+    pub fn read_visible_counts(&self) -> VisibleCounts {
+        self.renderer.read_visible_counts(&self.state)
     }
 
-    /// [`Renderer::read_drawn_slots`].
-    pub fn read_drawn_slots(&self) -> Vec<u32> {
-        self.renderer.read_drawn_slots(&self.state)
+    /// [`Renderer::read_visible_slots`].
+    pub fn read_visible_slots(&self) -> Vec<u32> {
+        self.renderer.read_visible_slots(&self.state)
     }
 
     /// [`Renderer::held_bytes`].

@@ -49,7 +49,7 @@ pub(super) struct Timestamps {
     resolved: wgpu::Buffer,
     /// Nanoseconds per tick.
     period: f64,
-    /// The passes of the frame that is being recorded. Behind a lock, because recording borrows the renderer shared.
+    /// The passes of the frame that is being encoded. Behind a lock, because encoding borrows the renderer shared.
     names: Mutex<Vec<&'static str>>,
     arrivals: VecDeque<Arrival>,
     free: Vec<wgpu::Buffer>,

@@ -5,10 +5,9 @@
 //! again makes nothing anew. Views of a frame may differ in size and in all settings.
 
 use super::culling::{CulledView, Culling, Phase};
-use super::drawn::{Drawn, DrawnCounts};
-use super::draws::{Draw, Draws};
 use super::emboss::EmbossPass;
 use super::frame_tables::FrameTables;
+use super::indirect_draws::{Draw, IndirectDraws};
 use super::outputs::{OutputSet, OutputTextures};
 use super::pass::{Attached, Pass};
 use super::pipelines::Pipelines;
@@ -16,6 +15,7 @@ use super::pyramid::{Pyramid, PyramidMaker};
 use super::readback::Readback;
 use super::tables::GrowingBuffer;
 use super::targets::{Attachments, SceneColorCopy, Targets};
+use super::visible_counts::{CountReadback, VisibleCounts};
 use super::{DebugView, Gpu, RenderError, Settings, Uploads, read_texture};
 use glam::{Mat4, Vec3};
 use systems::assets::Technique;
@@ -84,7 +84,7 @@ pub struct ViewState {
     /// What the renderer had uploaded when this view was last prepared.
     uploads: Uploads,
     needs_redraw: bool,
-    pub(super) counts: DrawnCounts,
+    pub(super) counts: CountReadback,
     /// What the settings ask for.
     pub(super) outputs: OutputSet,
     /// Objects may be drawn in two phases, to find what hides what.
@@ -133,7 +133,7 @@ impl ViewState {
             shown: None,
             uploads: Uploads::default(),
             needs_redraw: false,
-            counts: DrawnCounts::default(),
+            counts: CountReadback::default(),
             outputs: OutputSet::COLOR,
             may_hide: false,
             kept_depth: false,
@@ -161,7 +161,7 @@ impl ViewState {
     }
 
     /// How much a recent frame drew, as far as the GPU has told; waits for nothing.
-    pub fn drawn(&self) -> Option<Drawn> {
+    pub fn visible_counts(&self) -> Option<VisibleCounts> {
         self.counts.latest
     }
 
@@ -174,7 +174,7 @@ impl ViewState {
         Some(bytes.chunks_exact(8).map(|t| [half(&t[0..]), half(&t[2..]), half(&t[4..]), half(&t[6..])]).collect())
     }
 
-    /// Whether the passes over the scene are recorded: for the picture, or to find what hides what.
+    /// Whether the passes over the scene are encoded: for the picture, or to find what hides what.
     pub(super) fn draws_scene(&self) -> bool {
         self.outputs.color || (self.culled.pyramid().is_some() && self.cullings_due > 0)
     }
@@ -266,7 +266,7 @@ impl ViewState {
         pipelines: &Pipelines,
         pyramids: &PyramidMaker,
         plan: &ViewPlan,
-        draws: &Draws,
+        draws: &IndirectDraws,
         objects: u32,
     ) -> Result<(), RenderError> {
         let (size, samples) = (plan.size(), plan.settings.samples);
@@ -309,7 +309,7 @@ impl ViewState {
         &mut self,
         gpu: &Gpu,
         culling: &Culling,
-        draws: &Draws,
+        draws: &IndirectDraws,
         plan: &ViewPlan,
     ) -> Result<(), RenderError> {
         self.recull = self.culled.prepare(gpu, culling, draws, &plan.view, &plan.settings)?;
@@ -467,7 +467,7 @@ mod tests {
             let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             let views = [(first, &targets[0]), (second, &targets[1])];
             let mut views = views.map(|(state, target)| ViewTarget::new(state, target, PICTURE_FORMAT));
-            renderer.record(&mut encoder, &mut views);
+            renderer.encode(&mut encoder, &mut views);
             gpu.queue.submit([encoder.finish()]);
         };
         draw(0, &mut states);

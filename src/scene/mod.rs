@@ -80,7 +80,7 @@ use systems::Simulation;
 use systems::assets::Library;
 use systems::draw::Environment;
 use systems::ecs::clock::{Clock, Seed};
-use systems::run::roster;
+use systems::run::registry;
 use systems::space::Aabb;
 use systems::space::origin::Origin;
 
@@ -147,7 +147,7 @@ pub fn load(path: &Path, simulation: &mut Simulation) -> Result<LoadedScene, Sce
     if let Some((root, bounds)) = model {
         spawn::cut_model(root, bounds, &mut simulation.world);
     }
-    roster::register_all(&mut simulation.world);
+    registry::register_all(&mut simulation.world);
     Ok(loaded)
 }
 

@@ -133,7 +133,7 @@ pub struct Vehicle {
     #[serde(default)]
     pub headlights: Headlights,
     #[serde(default)]
-    pub by_hand: bool,
+    pub manual: bool,
     #[serde(default)]
     pub physical: Option<Physical>,
     #[serde(default)]

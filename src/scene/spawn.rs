@@ -14,7 +14,7 @@ use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
 use glam::{Affine3A, EulerRot, Quat, Vec3};
 use std::collections::HashMap;
-use systems::assets::{Figure, Library, MaterialId, MeshId};
+use systems::assets::{Library, MaterialId, MeshId, MeshVariants};
 use systems::draw::pieces::PiecesReport;
 use systems::draw::{Camera, Projection, pieces};
 use systems::lights::Light;
@@ -295,7 +295,7 @@ impl Spawner<'_> {
             let aabb = self.world.resource::<Library>().mesh(mesh).map(|entry| entry.mesh.aabb());
             aabb.into_iter().for_each(|aabb| self.enclose(aabb.transformed(world_from_entity)));
         }
-        let figure = Figure { meshes, shown: 0 };
+        let figure = MeshVariants { meshes, shown: 0 };
         self.world.entity_mut(entity).insert((figure.meshes[0], material.unwrap_or(own_material), figure));
     }
 

@@ -24,7 +24,8 @@ use systems::vehicles::ground::Ground;
 use systems::vehicles::routes::Routes;
 use systems::vehicles::signals::Signals;
 use systems::vehicles::{
-    ByHand, Controls, Headlights, Motion, NextVehicleNumber, RouteId, Vehicle, VehicleType, VehicleTypeId, VehicleTypes,
+    Controls, Headlights, ManualControl, Motion, NextVehicleNumber, RouteId, Vehicle, VehicleType, VehicleTypeId,
+    VehicleTypes,
 };
 
 /// What is known of a scene's vehicles and signals while it is spawned.
@@ -140,8 +141,8 @@ impl Spawner<'_> {
         }
         let motion = Motion { place, speed, ..Motion::default() };
         entity.insert((controls, motion, Vehicle::of(kind).painted(paint)));
-        if source.is_some_and(|source| source.by_hand) {
-            entity.insert(ByHand);
+        if source.is_some_and(|source| source.manual) {
+            entity.insert(ManualControl);
         }
         if let Some(physical) = source.and_then(|source| source.physical) {
             physical::make_physical(&mut entity, physical);

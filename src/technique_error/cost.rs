@@ -1,7 +1,7 @@
 //! What a draw takes: the same view with each technique in turn, round and round, so that a machine that is slower for
 //! a while is so for all of them.
 
-use super::stand::{Lit, Shown, Stand};
+use super::test_scene::{Lit, Shown, TestScene};
 use crate::frames::FrameError;
 use crate::renderer::{PICTURE_FORMAT, Settings};
 use std::ops::RangeInclusive;
@@ -25,7 +25,7 @@ pub(super) struct Costs {
 }
 
 pub(super) fn measure(
-    stand: &mut Stand,
+    stand: &mut TestScene,
     size: (u32, u32),
     shown: &[Shown],
     counts: RangeInclusive<usize>,
@@ -72,8 +72,8 @@ fn median(mut values: Vec<f64>) -> f64 {
 }
 
 /// Milliseconds from handing the commands in until the GPU is idle, and the sum over its passes by its own clock.
-fn draw(stand: &mut Stand, target: &wgpu::TextureView) -> (f64, Option<f64>) {
-    let commands = stand.renderer.record(target, PICTURE_FORMAT);
+fn draw(stand: &mut TestScene, target: &wgpu::TextureView) -> (f64, Option<f64>) {
+    let commands = stand.renderer.encode(target, PICTURE_FORMAT);
     let gpu = stand.renderer.gpu().clone();
     let begun = Instant::now();
     gpu.queue.submit([commands]);

@@ -13,20 +13,20 @@
 mod cost;
 mod maps;
 mod report;
-mod stand;
+mod test_scene;
 mod truth;
 
 pub use report::{Errors, Report, Row};
-pub use stand::FigureShape;
+pub use test_scene::BaseMesh;
 
 use crate::compare::{self, CompareError};
 use crate::frames::FrameError;
 use crate::gallery::Sheet;
 use crate::output::{self, OutputError};
 use image::RgbImage;
-use stand::{Lit, Shown, Stand};
 use std::path::PathBuf;
 use systems::assets::Technique;
+use test_scene::{Lit, Shown, TestScene};
 use truth::Truth;
 
 /// Pictures of at most so many pixels are compared: the truth has four samples in each.
@@ -40,7 +40,7 @@ pub struct CompareJob {
     /// Where figures and pictures go; made if missing.
     pub folder: PathBuf,
     /// What is bumped.
-    pub figure: FigureShape,
+    pub figure: BaseMesh,
     /// Height map, 0 deepest; `None`: that of the scene of all techniques, with its other maps.
     pub height: Option<PathBuf>,
     /// Normal map, green up; `None`: made from the height map.
@@ -79,7 +79,7 @@ pub fn measure(job: &CompareJob, mut progress: impl FnMut(&str, u64, u64)) -> Re
     let maps = maps::load(job)?;
     output::make_folder(&job.folder)?;
     output::check_writable(&job.folder)?;
-    let mut stand = Stand::new(job, maps)?;
+    let mut stand = TestScene::new(job, maps)?;
     progress("truth", 1, steps);
     let truth = Truth::new(&mut stand, job.size)?;
     let coverage = stand.coverage(job.size)?;

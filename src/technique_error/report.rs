@@ -1,6 +1,6 @@
 //! The figures for people and programs: a table, CSV, JSON, a chart.
 
-use super::FigureShape;
+use super::BaseMesh;
 use crate::name;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -42,7 +42,7 @@ pub struct Row {
 #[derive(Clone, PartialEq, Debug, serde::Serialize)]
 pub struct Report {
     /// What was bumped.
-    pub figure: FigureShape,
+    pub figure: BaseMesh,
     /// Degrees between the line of sight and the vertical.
     pub angle: f32,
     /// Pixels.
@@ -114,8 +114,7 @@ impl Report {
         };
         let area = SVGBackend::with_string(svg, SIZE).into_drawing_area();
         area.fill(&WHITE)?;
-        let caption =
-            format!("error against cost: {}, seen at {}°", name::of(&FigureShape::ALL, self.figure), self.angle);
+        let caption = format!("error against cost: {}, seen at {}°", name::of(&BaseMesh::ALL, self.figure), self.angle);
         let mut chart = ChartBuilder::on(&area)
             .caption(caption, ("sans-serif", 22))
             .margin(12)
@@ -164,7 +163,7 @@ fn label_places(points: &[(i32, i32)]) -> Vec<(i32, i32)> {
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let Self { figure, angle, width, height, triangles, pixels, silhouette_pixels, mean_luminance, .. } = self;
-        let figure = name::of(&FigureShape::ALL, *figure);
+        let figure = name::of(&BaseMesh::ALL, *figure);
         writeln!(f, "{figure} seen at {angle}°, {width}x{height}; the truth has {triangles} triangles")?;
         writeln!(
             f,

@@ -7,7 +7,7 @@
 //! The renderer draws each light alone at twice the size, one sample per pixel. Depth gives each sample's place, from
 //! which a ray goes to each light through the displaced triangles. Four samples are a pixel.
 
-use super::stand::{FAINT, Lit, SUN, Shown, Stand, quarters};
+use super::test_scene::{FAINT, Lit, SUN, Shown, TestScene, quarters};
 use crate::frames::FrameError;
 use crate::maps::Raster;
 use glam::{Vec3, Vec3A};
@@ -37,7 +37,7 @@ pub(super) struct Truth {
 }
 
 impl Truth {
-    pub fn new(stand: &mut Stand, (width, height): (u32, u32)) -> Result<Self, FrameError> {
+    pub fn new(stand: &mut TestScene, (width, height): (u32, u32)) -> Result<Self, FrameError> {
         let size = (2 * width, 2 * height);
         let count = stand.light_count();
         let rays = Rays::new(&stand.displaced);
@@ -84,7 +84,7 @@ impl Truth {
 }
 
 /// Place and shading normal of each pixel that shows the displaced figure.
-fn samples(stand: &mut Stand, size: (u32, u32)) -> Result<Vec<Option<(Vec3, Vec3)>>, FrameError> {
+fn samples(stand: &mut TestScene, size: (u32, u32)) -> Result<Vec<Option<(Vec3, Vec3)>>, FrameError> {
     let Some(outputs) = stand.outputs(size, Shown::Displaced)? else { return Ok(Vec::new()) };
     let view = stand.view(size);
     let (depths, normals) = (outputs.depths(), outputs.normals());

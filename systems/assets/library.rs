@@ -165,7 +165,7 @@ impl Library {
         !is_stand_in(id) && self.images.edit(id).map(|replaced| *replaced = image).is_some()
     }
 
-    /// Removes an image; materials that use it have the stand-in for a missing map. Stand-ins themselves stay: `None`,
+    /// Removes an image; materials that use it have the stand-in for a missing map. TestScene-ins themselves stay: `None`,
     /// as for an id of none.
     pub fn remove_image(&mut self, id: ImageId) -> Option<Image> {
         if is_stand_in(id) { None } else { self.images.remove(id) }

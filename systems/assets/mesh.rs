@@ -119,7 +119,7 @@ impl MeshEntry {
 
 /// An entity that can show one of several meshes in turn; the window's key F cycles it.
 #[derive(Component, Clone, PartialEq, Debug, serde::Serialize, serde::Deserialize)]
-pub struct Figure {
+pub struct MeshVariants {
     /// The meshes, in order; the entity starts with the first.
     pub meshes: Vec<MeshId>,
     /// Which one is shown.

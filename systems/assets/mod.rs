@@ -31,6 +31,6 @@ pub use material::{
     AlphaMode, Filter, MAP_COUNT, Map, MapSlot, Material, MaterialId, MipFilter, Sampler, Shading, Wrap,
     default_specular,
 };
-pub use mesh::{Figure, Level, Mesh, MeshEntry, MeshId};
+pub use mesh::{Level, Mesh, MeshEntry, MeshId, MeshVariants};
 pub use object_bounds::{all_bounds, bounds_of, world_bounds};
 pub use technique::Technique;

@@ -8,7 +8,7 @@
 
 use crate::assets::library::Library;
 use crate::assets::material::{AlphaMode, MaterialId, Shading};
-use crate::assets::mesh::{Figure, MeshId};
+use crate::assets::mesh::{MeshId, MeshVariants};
 use crate::assets::split::Grid;
 use crate::ecs::changes::for_each_changed;
 use crate::lights::selected::SelectedLights;
@@ -78,7 +78,7 @@ pub struct PiecesReport {
 /// a mesh share its pieces, if their scale is the same.
 ///
 /// Left whole: unlit objects, which choose no lights; blended ones, which are sorted as wholes; those with a
-/// [`Figure`], whose mesh changes. With three lights or fewer in the world nothing is gained by pieces.
+/// [`MeshVariants`], whose mesh changes. With three lights or fewer in the world nothing is gained by pieces.
 ///
 /// ```
 /// use systems::Simulation;
@@ -122,7 +122,7 @@ fn axis_scale(world_from_object: &Affine3A) -> Vec3 {
 /// [`draw_in_pieces`] without what is below; `None` where the entity is left whole.
 pub fn draw_one_in_pieces(world: &mut World, entity: Entity, metres: f32) -> Option<PiecesReport> {
     let object = world.get_entity(entity).ok()?;
-    if object.contains::<PieceOf>() || object.contains::<Figure>() {
+    if object.contains::<PieceOf>() || object.contains::<MeshVariants>() {
         return None;
     }
     let (mesh, material) = (*object.get::<MeshId>()?, *object.get::<MaterialId>()?);
@@ -357,7 +357,7 @@ mod tests {
         let whole = [
             world.spawn((plane, blended)).id(),
             world.spawn((plane, unlit)).id(),
-            world.spawn((plane, Figure { meshes: vec![plane], shown: 0 })).id(),
+            world.spawn((plane, MeshVariants { meshes: vec![plane], shown: 0 })).id(),
             world.spawn(Light::point(1.0, 1.0)).id(),
             world.spawn(MeshId::from_slot(77)).id(),
         ];

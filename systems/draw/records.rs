@@ -18,12 +18,12 @@ pub struct InstanceRecord {
     pub material: u32,
     /// Irradiance of what the three lights leave out, linear RGB; the same, times its luminance-weighted direction
     /// (world space); the same, times how much of it comes along each axis, from either side, but for the last.
-    pub remainder: [u32; 4],
+    pub residual: [u32; 4],
     /// How much comes along z. Sum of the scores of the lights that are not among the three: what the object's three,
     /// each in full, may miss.
     pub last_side_and_dropped: u32,
     /// What the numbers of the ambient cube are multiples of.
-    pub remainder_unit: f32,
+    pub residual_unit: f32,
     /// How many lights reach the object.
     pub reaching: u32,
     /// The entity's index, of a piece its object's: picking and segmentation.

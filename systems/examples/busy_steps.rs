@@ -8,7 +8,7 @@ use std::f32::consts::TAU;
 use systems::Simulation;
 use systems::assets::{Library, shapes};
 use systems::physics::Physical;
-use systems::run::{roster, state_hash};
+use systems::run::{registry, state_hash};
 use systems::space::{Spin, Transform};
 use systems::vehicles::ground::Ground;
 use systems::vehicles::routes::{RoutePlan, Routes, Stop, Wait};
@@ -90,7 +90,7 @@ fn main() {
     }
     world.insert_resource(routes);
     world.insert_resource(Signals::new(vec![signal]));
-    roster::register_all(world);
+    registry::register_all(world);
     for step in 1..=1000 {
         simulation.step();
         println!("{step} {}", state_hash::hash(&mut simulation.world));

@@ -55,7 +55,7 @@ pub(crate) fn choose<'a>(
     selection.reaching = lights.len() as u32;
     if policy != LightPolicy::Hard && top.scores[3] > 0.0 {
         for reaching in lights {
-            add_remainder(reaching, light(reaching.place), &mut selection);
+            add_residual(reaching, light(reaching.place), &mut selection);
         }
     }
     selection
@@ -85,7 +85,7 @@ impl Top {
         self.scores[3] = self.scores[3].max(score);
     }
 
-    /// The first three with their weights, no remainder yet.
+    /// The first three with their weights, no residual yet.
     fn selection(&self, policy: LightPolicy) -> Selection {
         let [scores @ .., fourth] = self.scores;
         let weights = scores.map(|score| match policy {
@@ -102,12 +102,12 @@ impl Top {
 
 /// Adds what the weights leave out of a light that reaches the object.
 #[inline(always)]
-fn add_remainder(reaching: &Reaching, light: &ScoredLight, selection: &mut Selection) {
+fn add_residual(reaching: &Reaching, light: &ScoredLight, selection: &mut Selection) {
     let &Reaching { slot, irradiance, arriving, .. } = reaching;
     let weight = selection.lights.iter().position(|&chosen| chosen == slot).map_or(0.0, |i| selection.weights[i]);
     let left_out = 1.0 - weight;
-    selection.remainder_ambient += light.tint * (left_out * irradiance);
-    selection.remainder_direction += arriving * (left_out * light.directed);
+    selection.residual_ambient += light.tint * (left_out * irradiance);
+    selection.residual_direction += arriving * (left_out * light.directed);
     let even = left_out * irradiance * light.even;
-    selection.remainder_sides += arriving.abs() * (left_out * light.directed.abs()) + even;
+    selection.residual_sides += arriving.abs() * (left_out * light.directed.abs()) + even;
 }

@@ -3,12 +3,12 @@
 //!
 //! ```text
 //! lights                 slot · 2¹⁰ + weight · 1023, rounded; of no light all bits of the slot are set
-//! remainder              nine numbers, ambient, direction and sides, in 16 bits each: in units of `remainder_unit`,
+//! residual              nine numbers, ambient, direction and sides, in 16 bits each: in units of `residual_unit`,
 //!                        of which the largest has 32767, rounded
 //! last_side_and_dropped  the last of the nine, and the upper half of the float that is `dropped`: 8 bits of mantissa
 //! ```
 //!
-//! So weights are at most 0.0005 off, remainders a 65,534th of the largest of their numbers, whatever its size.
+//! So weights are at most 0.0005 off, residuals a 65,534th of the largest of their numbers, whatever its size.
 //! [`SelectedLights::unpack`] undoes it, and for shaders `load_instance` of shaders/types.wgsl.
 
 use super::record::NO_LIGHT;
@@ -32,9 +32,9 @@ pub(crate) const ROUNDER: f32 = 12_582_912.0;
 #[repr(C)]
 pub struct SelectedLights {
     pub(crate) lights: [u32; 3],
-    pub(crate) remainder: [u32; 4],
+    pub(crate) residual: [u32; 4],
     pub(crate) last_side_and_dropped: u32,
-    pub(crate) remainder_unit: f32,
+    pub(crate) residual_unit: f32,
     pub(crate) reaching: u32,
 }
 
@@ -57,7 +57,7 @@ impl SelectedLights {
     /// Packs.
     #[inline]
     pub fn pack(selection: &Selection) -> Self {
-        let Selection { lights, weights, remainder_ambient: a, remainder_direction: d, remainder_sides: s, .. } =
+        let Selection { lights, weights, residual_ambient: a, residual_direction: d, residual_sides: s, .. } =
             *selection;
         let light = |i: usize| lights[i] << WEIGHT_BITS | whole(weights[i] * MOST_WEIGHT);
         let numbers = [a.x, a.y, a.z, d.x, d.y, d.z, s.x, s.y, s.z];
@@ -68,9 +68,9 @@ impl SelectedLights {
         let dropped = selection.dropped.to_bits().wrapping_add(1 << 15) & 0xffff_0000;
         Self {
             lights: [light(0), light(1), light(2)],
-            remainder: [a | b << 16, c | d << 16, e | f << 16, g | h << 16],
+            residual: [a | b << 16, c | d << 16, e | f << 16, g | h << 16],
             last_side_and_dropped: last | dropped,
-            remainder_unit: largest / MOST_UNITS,
+            residual_unit: largest / MOST_UNITS,
             reaching: selection.reaching,
         }
     }
@@ -79,15 +79,15 @@ impl SelectedLights {
     pub fn unpack(&self) -> Selection {
         let all = u32::MAX >> WEIGHT_BITS;
         let numbers: [f32; 9] = std::array::from_fn(|i| {
-            let word = self.remainder.get(i / 2).copied().unwrap_or(self.last_side_and_dropped);
-            f32::from((word >> (i % 2 * 16)) as u16 as i16) * self.remainder_unit
+            let word = self.residual.get(i / 2).copied().unwrap_or(self.last_side_and_dropped);
+            f32::from((word >> (i % 2 * 16)) as u16 as i16) * self.residual_unit
         });
         Selection {
             lights: self.lights.map(|light| if light >> WEIGHT_BITS == all { NO_LIGHT } else { light >> WEIGHT_BITS }),
             weights: self.lights.map(|light| (light & ((1 << WEIGHT_BITS) - 1)) as f32 / MOST_WEIGHT),
-            remainder_ambient: Vec3::from_slice(&numbers[0..]),
-            remainder_direction: Vec3::from_slice(&numbers[3..]),
-            remainder_sides: Vec3::from_slice(&numbers[6..]),
+            residual_ambient: Vec3::from_slice(&numbers[0..]),
+            residual_direction: Vec3::from_slice(&numbers[3..]),
+            residual_sides: Vec3::from_slice(&numbers[6..]),
             dropped: f32::from_bits(self.last_side_and_dropped & 0xffff_0000),
             reaching: self.reaching,
         }
@@ -108,25 +108,25 @@ mod tests {
         let selection = Selection {
             lights: [7, 0, NO_LIGHT],
             weights: [1.0, 0.25, 0.0],
-            remainder_ambient: Vec3::new(0.25, 0.0, 0.5),
-            remainder_direction: Vec3::new(-0.5, 0.0, -0.0),
-            remainder_sides: Vec3::new(0.5, 0.0, 0.5),
+            residual_ambient: Vec3::new(0.25, 0.0, 0.5),
+            residual_direction: Vec3::new(-0.5, 0.0, -0.0),
+            residual_sides: Vec3::new(0.5, 0.0, 0.5),
             dropped: 0.75,
             reaching: 100_000,
         };
         let packed = SelectedLights::pack(&selection);
         // 0.25 · 1023 is 255.75; half of 32767, 16383.5, goes to the even number.
         assert_eq!(packed.lights, [7 << 10 | 1023, 256, u32::MAX << 10]);
-        assert_eq!(packed.remainder, [0x4000, 0x8001_7fff, 0, 0x7fff]);
+        assert_eq!(packed.residual, [0x4000, 0x8001_7fff, 0, 0x7fff]);
         assert_eq!((packed.last_side_and_dropped, packed.reaching), (0x3f40_7fff, 100_000));
-        assert_eq!(packed.remainder_unit, 0.5 / 32767.0);
+        assert_eq!(packed.residual_unit, 0.5 / 32767.0);
         let found = packed.unpack();
         assert_eq!((found.lights, found.reaching, found.dropped), ([7, 0, NO_LIGHT], 100_000, 0.75));
         assert_eq!(found.weights, [1.0, 256.0 / 1023.0, 0.0]);
         // Half a step of 0.5 / 32767 is 0.8e-5.
-        assert!(found.remainder_ambient.abs_diff_eq(Vec3::new(0.25, 0.0, 0.5), 1e-5));
-        assert!(found.remainder_direction.abs_diff_eq(Vec3::new(-0.5, 0.0, 0.0), 1e-5));
-        assert!(found.remainder_sides.abs_diff_eq(Vec3::new(0.5, 0.0, 0.5), 1e-5));
+        assert!(found.residual_ambient.abs_diff_eq(Vec3::new(0.25, 0.0, 0.5), 1e-5));
+        assert!(found.residual_direction.abs_diff_eq(Vec3::new(-0.5, 0.0, 0.0), 1e-5));
+        assert!(found.residual_sides.abs_diff_eq(Vec3::new(0.5, 0.0, 0.5), 1e-5));
         assert_eq!(SelectedLights::default().unpack(), Selection::default());
     }
 }

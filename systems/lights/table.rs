@@ -71,11 +71,11 @@ pub struct Selection {
     pub weights: [f32; 3],
     /// Irradiance of what the three leave out, linear RGB; a light's ambient counts four times, because shading takes
     /// a quarter of this for every side.
-    pub remainder_ambient: Vec3,
+    pub residual_ambient: Vec3,
     /// Its luminance times the direction it comes from (world space), summed.
-    pub remainder_direction: Vec3,
+    pub residual_direction: Vec3,
     /// Its luminance times how much of it comes along each axis, from either side (world space), summed.
-    pub remainder_sides: Vec3,
+    pub residual_sides: Vec3,
     /// Sum of the scores of the lights that are not among the three: what the object's three, each in full, may miss.
     pub dropped: f32,
     /// How many lights reach the object (score above 0).
@@ -87,9 +87,9 @@ impl Default for Selection {
         Self {
             lights: [NO_LIGHT; 3],
             weights: [0.0; 3],
-            remainder_ambient: Vec3::ZERO,
-            remainder_direction: Vec3::ZERO,
-            remainder_sides: Vec3::ZERO,
+            residual_ambient: Vec3::ZERO,
+            residual_direction: Vec3::ZERO,
+            residual_sides: Vec3::ZERO,
             reaching: 0,
             dropped: 0.0,
         }

@@ -5,7 +5,7 @@ use super::ground::Colliders;
 use super::physical::{Physical, Tuning, wheels};
 use crate::ecs::sub_steps::SubStep;
 use crate::space::transform::Transform;
-use crate::vehicles::components::{ByHand, Controls, Motion, OnRoute, Stalled, Vehicle, VehicleNumber, Wanted};
+use crate::vehicles::components::{Controls, ManualControl, Motion, OnRoute, Stalled, Vehicle, VehicleNumber, Wanted};
 use crate::vehicles::driving::standing;
 use crate::vehicles::ground::Grounds;
 use crate::vehicles::routes::Routes;
@@ -201,11 +201,11 @@ fn told(name: Option<&Name>, number: u32, kind: &VehicleType) -> String {
     name.map_or_else(|| format!("vehicle {} ({})", number + 1, kind.name), Name::to_string)
 }
 
-type Driven<'a> = (&'a VehicleNumber, &'a Wanted, &'a Controls, Has<ByHand>, Has<OnRoute>);
+type Driven<'a> = (&'a VehicleNumber, &'a Wanted, &'a Controls, Has<ManualControl>, Has<OnRoute>);
 
 /// A standing vehicle sets off forwards where its route wants it to, or the way that its throttle says.
-fn wish((_, wanted, controls, by_hand, on_route): (&VehicleNumber, &Wanted, &Controls, bool, bool)) -> Wish {
-    let pedals = by_hand || !on_route;
+fn wish((_, wanted, controls, manual, on_route): (&VehicleNumber, &Wanted, &Controls, bool, bool)) -> Wish {
+    let pedals = manual || !on_route;
     let throttle = if controls.brake > 0.0 { 0.0 } else { controls.throttle.into() };
     let sets_off = if pedals { throttle } else { 1.0 };
     Wish { acceleration: wanted.acceleration.into(), steering: wanted.steering.into(), sets_off }

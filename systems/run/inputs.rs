@@ -16,7 +16,7 @@ use std::any::TypeId;
 
 /// A type of input: a change from outside.
 ///
-/// Entities within it are [`StateId`](super::roster::StateId)s, which mean the same in every run. Recordings hold its
+/// Entities within it are [`StateId`](super::registry::StateId)s, which mean the same in every run. Recordings hold its
 /// values as [postcard](https://docs.rs/postcard) writes them, which reads no `serde(flatten)`, `untagged` or
 /// `skip_serializing_if`. A recording may come from anyone, so a type must not contain itself: values could be nested
 /// without end.
@@ -25,7 +25,7 @@ use std::any::TypeId;
 /// use bevy_ecs::prelude::*;
 /// use systems::Simulation;
 /// use systems::run::inputs::{Input, Inputs};
-/// use systems::run::roster::{Roster, StateId};
+/// use systems::run::registry::{EntityRegistry, StateId};
 /// use systems::space::Transform;
 ///
 /// #[derive(serde::Serialize, serde::Deserialize)]
@@ -35,7 +35,7 @@ use std::any::TypeId;
 ///     const NAME: &'static str = "lift";
 ///
 ///     fn apply(&self, world: &mut World) {
-///         let Some(entity) = world.resource::<Roster>().entity(self.entity) else { return };
+///         let Some(entity) = world.resource::<EntityRegistry>().entity(self.entity) else { return };
 ///         if let Some(mut place) = world.get_mut::<Transform>(entity) {
 ///             place.translation.y += self.metres;
 ///         }
@@ -203,13 +203,13 @@ pub(crate) fn apply_inputs(world: &mut World) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run::standard_inputs::{Despawn, NextFigure};
+    use crate::run::standard_inputs::{Despawn, NextMeshVariant};
 
     #[derive(Serialize, Deserialize)]
     struct Other;
 
     impl Input for Other {
-        const NAME: &'static str = NextFigure::NAME;
+        const NAME: &'static str = NextMeshVariant::NAME;
 
         fn apply(&self, _: &mut World) {}
     }
@@ -230,7 +230,7 @@ mod tests {
     fn inputs_of_files_are_checked() {
         let inputs = Inputs::default();
         let input = |name: &str, value: &[u8]| SavedInput { name: name.into(), value: value.into() };
-        assert!(inputs.check(&SavedInput::of(&Despawn(crate::run::roster::StateId(300)))).is_ok());
+        assert!(inputs.check(&SavedInput::of(&Despawn(crate::run::registry::StateId(300)))).is_ok());
         for (input, expected) in [
             (input("honk", &[]), "unknown input \"honk\", which this program does not register"),
             (input("despawn", &[0x80]), "input \"despawn\": "),

@@ -1,12 +1,12 @@
 //! The whole state of a simulation as bytes, and back.
 //!
 //! A snapshot belongs to a scene: it is restored into a world that has just loaded that scene. Loading spawns the same
-//! entities in the same order, so a number names each of them ([`crate::run::roster`]); those that are gone by the time
+//! entities in the same order, so a number names each of them ([`crate::run::registry`]); those that are gone by the time
 //! of the snapshot are named and taken out again; what came later is built again from what it came by and numbered as
 //! it was. Then every kind of state ([`crate::run::state`]) gets its values. What follows from the state is worked out
 //! by the next frame, as ever.
 
-use super::roster::{self, Roster, StateId};
+use super::registry::{self, EntityRegistry, StateId};
 use super::spawn::Spawn;
 use super::state::{StateError, StateList, decode, encode};
 use bevy_ecs::prelude::*;
@@ -35,16 +35,16 @@ pub fn save(world: &mut World) -> Vec<u8> {
     let kinds = world.resource_scope(|world, mut list: Mut<StateList>| {
         list.kinds.iter_mut().map(|kind| (kind.name().to_owned(), kind.save(world))).collect()
     });
-    let roster = world.resource::<Roster>();
+    let registry = world.resource::<EntityRegistry>();
     let is_gone = |entity: Entity| world.get_entity(entity).is_err();
-    let living = roster.later().filter(|(_, family)| !family.members.iter().all(|&member| is_gone(member)));
+    let living = registry.later().filter(|(_, family)| !family.members.iter().all(|&member| is_gone(member)));
     let later: Vec<_> =
         living.map(|(first, family)| (first, family.members.len() as u32, family.spawn.clone())).collect();
     let is_listed = |id: StateId| {
-        id.0 < roster.scene_len() || later.iter().any(|(first, count, _)| (*first..first + count).contains(&id.0))
+        id.0 < registry.scene_len() || later.iter().any(|(first, count, _)| (*first..first + count).contains(&id.0))
     };
-    let gone = roster.iter().filter(|(id, entity)| is_gone(*entity) && is_listed(*id)).map(|(id, _)| id.0).collect();
-    encode(&Saved { scene: roster.scene_len(), next: roster.next(), gone, later, kinds })
+    let gone = registry.iter().filter(|(id, entity)| is_gone(*entity) && is_listed(*id)).map(|(id, _)| id.0).collect();
+    encode(&Saved { scene: registry.scene_len(), next: registry.next(), gone, later, kinds })
 }
 
 /// Makes the state of a world, which has just loaded the scene, that of [`save`].
@@ -54,7 +54,7 @@ pub fn save(world: &mut World) -> Vec<u8> {
 pub fn restore(world: &mut World, bytes: &[u8]) -> Result<(), StateError> {
     let saved: Saved = decode("snapshot", bytes)?;
     let refused = |message: String| Err(StateError::new("snapshot", message));
-    let (scene, fresh) = (saved.scene, world.resource::<Roster>());
+    let (scene, fresh) = (saved.scene, world.resource::<EntityRegistry>());
     if (fresh.scene_len(), fresh.next()) != (scene, scene) {
         return refused(format!("expected a scene with {scene} entities, found {}", fresh.next()));
     }
@@ -63,19 +63,19 @@ pub fn restore(world: &mut World, bytes: &[u8]) -> Result<(), StateError> {
         return refused(format!("expected at most {MOST_SPAWNED} spawned entities, found {spawned}"));
     }
     for (first, count, spawn) in saved.later {
-        if !spawn.is_sound() || first < world.resource::<Roster>().next() {
+        if !spawn.is_sound() || first < world.resource::<EntityRegistry>().next() {
             return refused(format!("entity {first}: invalid spawn"));
         }
-        world.resource_mut::<Roster>().set_next(first);
-        roster::spawn(world, spawn);
-        if world.resource::<Roster>().next().checked_sub(first) != Some(count) {
+        world.resource_mut::<EntityRegistry>().set_next(first);
+        registry::spawn(world, spawn);
+        if world.resource::<EntityRegistry>().next().checked_sub(first) != Some(count) {
             return refused(format!("entity {first}: expected {count} spawned entities, found another number"));
         }
     }
-    if saved.next < world.resource::<Roster>().next() {
+    if saved.next < world.resource::<EntityRegistry>().next() {
         return refused(format!("next entity number {} already exists", saved.next));
     }
-    world.resource_mut::<Roster>().set_next(saved.next);
+    world.resource_mut::<EntityRegistry>().set_next(saved.next);
     take_out(world, &saved.gone)?;
     restore_kinds(world, saved.kinds)?;
     if has_ring(world) {
@@ -88,12 +88,12 @@ pub fn restore(world: &mut World, bytes: &[u8]) -> Result<(), StateError> {
 fn take_out(world: &mut World, gone: &[u32]) -> Result<(), StateError> {
     let known: HashSet<u32> = gone.iter().copied().collect();
     for &id in gone {
-        let roster = world.resource::<Roster>();
-        let Some(entity) = roster.entity(StateId(id)) else {
+        let registry = world.resource::<EntityRegistry>();
+        let Some(entity) = registry.entity(StateId(id)) else {
             return Err(StateError::new("snapshot", format_args!("despawned entity {id} never existed")));
         };
         let children = world.get::<Children>(entity).into_iter().flat_map(|children| children.iter());
-        let lives = |child: &Entity| roster.id(*child).is_some_and(|id| !known.contains(&id.0));
+        let lives = |child: &Entity| registry.id(*child).is_some_and(|id| !known.contains(&id.0));
         let moved: Vec<Entity> = children.filter(lives).collect();
         moved.into_iter().for_each(|child| _ = world.entity_mut(child).remove::<ChildOf>());
         // With its pieces, if it is drawn in some.

@@ -35,12 +35,12 @@ pub enum Spawn {
         /// How it stands there.
         controls: Controls,
         /// Whether it goes by its controls even where it has a route.
-        by_hand: bool,
+        manual: bool,
     },
 }
 
 impl Spawn {
-    /// Makes the entities; returns those that hang below no other. By [`crate::run::roster::spawn`], which numbers
+    /// Makes the entities; returns those that hang below no other. By [`crate::run::registry::spawn`], which numbers
     /// them.
     pub(crate) fn build(&self, world: &mut World) -> Vec<Entity> {
         match self {
@@ -48,9 +48,9 @@ impl Spawn {
                 vec![world.spawn((Name::new(name.clone()), *transform, light.clone())).id()]
             }
             #[cfg(feature = "vehicles")]
-            Self::Vehicle { name, transform, kind, paint, controls, by_hand } => {
+            Self::Vehicle { name, transform, kind, paint, controls, manual } => {
                 let others = (Name::new(name.clone()), *transform, *controls);
-                vec![super::vehicle_inputs::spawn(world, kind, *paint, *by_hand, others)]
+                vec![super::vehicle_inputs::spawn(world, kind, *paint, *manual, others)]
             }
         }
     }

@@ -2,11 +2,11 @@
 //! wheel.
 
 use super::inputs::{Input, Inputs};
-use super::roster::{self, Roster, StateId};
+use super::registry::{self, EntityRegistry, StateId};
 use super::spawn::Spawn;
 #[cfg(feature = "vehicles")]
 use super::vehicle_inputs;
-use crate::assets::mesh::{Figure, MeshId};
+use crate::assets::mesh::{MeshId, MeshVariants};
 use crate::lights::components::Light;
 use crate::space::hidden::Hidden;
 use crate::space::interpolation::Interpolated;
@@ -23,11 +23,11 @@ impl Default for Inputs {
         inputs.register::<EditLight>();
         inputs.register::<SetTransform>();
         inputs.register::<Hide>();
-        inputs.register::<NextFigure>();
+        inputs.register::<NextMeshVariant>();
         #[cfg(feature = "vehicles")]
         inputs.register::<Drive>();
         #[cfg(feature = "vehicles")]
-        inputs.register::<TakeWheel>();
+        inputs.register::<SetManualControl>();
         inputs.register::<Spawn>();
         inputs.register::<Despawn>();
         inputs
@@ -59,7 +59,7 @@ impl Input for EditLight {
 
 /// Queues other settings for an entity's light. Nothing is queued for an entity that was not registered.
 pub fn edit_light(world: &mut World, entity: Entity, light: Light) {
-    if let Some(entity) = world.resource::<Roster>().id(entity) {
+    if let Some(entity) = world.resource::<EntityRegistry>().id(entity) {
         world.resource_mut::<Inputs>().push(EditLight { entity, light });
     }
 }
@@ -118,13 +118,13 @@ impl Input for Hide {
 
 /// Every figure shows its next shape.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
-pub struct NextFigure;
+pub struct NextMeshVariant;
 
-impl Input for NextFigure {
+impl Input for NextMeshVariant {
     const NAME: &'static str = "next figure";
 
     fn apply(&self, world: &mut World) {
-        let mut figures = world.query::<(&mut Figure, &mut MeshId)>();
+        let mut figures = world.query::<(&mut MeshVariants, &mut MeshId)>();
         for (mut figure, mut mesh) in figures.iter_mut(world) {
             figure.shown = (figure.shown + 1) % figure.meshes.len().max(1);
             if let Some(&shown) = figure.meshes.get(figure.shown) {
@@ -161,20 +161,20 @@ impl Input for Drive {
 /// Somebody takes the wheel of a vehicle that has a route, or lets it go.
 #[cfg(feature = "vehicles")]
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
-pub struct TakeWheel {
+pub struct SetManualControl {
     /// Which.
     pub vehicle: StateId,
     /// Whether it is driven by hand now.
-    pub by_hand: bool,
+    pub manual: bool,
 }
 
 #[cfg(feature = "vehicles")]
-impl Input for TakeWheel {
+impl Input for SetManualControl {
     const NAME: &'static str = "take wheel";
 
     fn apply(&self, world: &mut World) {
         let Some(vehicle) = find(world, self.vehicle) else { return };
-        vehicle_inputs::take_wheel(world, vehicle, self.by_hand);
+        vehicle_inputs::set_manual_control(world, vehicle, self.manual);
     }
 }
 
@@ -183,7 +183,7 @@ impl Input for Spawn {
     const NAME: &'static str = "spawn";
 
     fn apply(&self, world: &mut World) {
-        roster::spawn(world, self.clone());
+        registry::spawn(world, self.clone());
     }
 
     fn is_sound(&self) -> bool {
@@ -199,11 +199,11 @@ impl Input for Despawn {
     const NAME: &'static str = "despawn";
 
     fn apply(&self, world: &mut World) {
-        roster::despawn(world, self.0);
+        registry::despawn(world, self.0);
     }
 }
 
 fn find(world: &World, id: StateId) -> Option<Entity> {
-    let entity = world.resource::<Roster>().entity(id)?;
+    let entity = world.resource::<EntityRegistry>().entity(id)?;
     world.get_entity(entity).is_ok().then_some(entity)
 }

@@ -6,9 +6,9 @@
 //! component or resource becomes state by deriving serde's traits and a line in [`StateList::standard`]; one that a
 //! program of yours adds, by [`StateList::add_component`] before the first step.
 
-use super::roster::{FromIds, Roster, StateId, ToIds};
+use super::registry::{EntityRegistry, FromIds, StateId, ToIds};
 use super::state_hash::{self, Sum};
-use crate::assets::mesh::{Figure, MeshId};
+use crate::assets::mesh::{MeshId, MeshVariants};
 use crate::ecs::clock::{Clock, Seed};
 use crate::lights::components::Light;
 use crate::space::hidden::Hidden;
@@ -79,8 +79,8 @@ impl StateList {
         list.add(Component::<Light>::checked("light", Light::is_sound));
         list.add(Component::<Spin>::checked("spin", Spin::is_sound));
         list.add_component::<Hidden>("hidden");
-        list.add_component::<Figure>("figure");
-        list.add(Component::<MeshId, With<Figure>>::new("shape"));
+        list.add_component::<MeshVariants>("figure");
+        list.add(Component::<MeshId, With<MeshVariants>>::new("shape"));
         list.add(ResourceKind::<Clock> { take_over: Clock::take_over, ..ResourceKind::new("clock") });
         list.add_resource::<Seed>("seed");
         list.add(ResourceKind::<Origin> { take_over: Origin::take_over, ..ResourceKind::new("origin") });
@@ -149,8 +149,8 @@ impl<T: StateComponent, F: ArchetypeFilter + 'static> Component<T, F> {
     /// The values of all registered entities by id, entities within them as ids.
     fn values(&mut self, world: &mut World) -> Vec<(u32, T)> {
         let query = self.query.get_or_insert_with(|| world.query_filtered());
-        let roster = world.resource::<Roster>();
-        let value = |(entity, value): (Entity, &T)| Some((roster.id(entity)?.0, with_ids(value, roster)));
+        let registry = world.resource::<EntityRegistry>();
+        let value = |(entity, value): (Entity, &T)| Some((registry.id(entity)?.0, with_ids(value, registry)));
         let mut values: Vec<(u32, T)> = query.iter(world).filter_map(value).collect();
         values.sort_unstable_by_key(|(id, _)| *id);
         values
@@ -158,9 +158,9 @@ impl<T: StateComponent, F: ArchetypeFilter + 'static> Component<T, F> {
 }
 
 /// A value with ids for entities.
-pub(crate) fn with_ids<T: StateComponent>(value: &T, roster: &Roster) -> T {
+pub(crate) fn with_ids<T: StateComponent>(value: &T, registry: &EntityRegistry) -> T {
     let mut value = value.clone();
-    T::map_entities(&mut value, &mut ToIds(roster));
+    T::map_entities(&mut value, &mut ToIds(registry));
     value
 }
 
@@ -197,7 +197,7 @@ impl<T: StateComponent, F: ArchetypeFilter + 'static> StateKind for Component<T,
             }
         }
         remove.extend(present.map(|(id, _)| id));
-        let find = |world: &World, id| world.resource::<Roster>().entity(StateId(id));
+        let find = |world: &World, id| world.resource::<EntityRegistry>().entity(StateId(id));
         for id in remove {
             let entity = find(world, id).and_then(|entity| world.get_entity_mut(entity).ok());
             entity.into_iter().for_each(|mut entity| _ = entity.remove::<T>());

@@ -5,7 +5,7 @@
 //! on an order, so neither tables nor entities need one, and parts of a table are added up in parallel. Values are
 //! hashed as their bytes: 0 and −0 are two numbers, and a NaN is the NaN that it is.
 
-use super::roster::Roster;
+use super::registry::EntityRegistry;
 use super::state::{StateComponent, StateList, encode_onto, with_ids};
 use crate::ecs::parallel::in_parallel;
 use bevy_ecs::prelude::*;
@@ -44,7 +44,7 @@ impl std::iter::Sum for Sum {
 }
 
 /// The hash of a world's state as it is now. Of entities, those count that are registered
-/// ([`crate::run::roster::register_all`]).
+/// ([`crate::run::registry::register_all`]).
 pub fn hash(world: &mut World) -> StateHash {
     let sum: Sum = world
         .resource_scope(|world, mut list: Mut<StateList>| list.kinds.iter_mut().map(|kind| kind.hash(world)).sum());
@@ -67,17 +67,17 @@ pub(crate) fn of_component<T: StateComponent, F: ArchetypeFilter>(
     query: &mut QueryState<(Entity, &'static T), F>,
     world: &World,
 ) -> Sum {
-    let roster = world.resource::<Roster>();
+    let registry = world.resource::<EntityRegistry>();
     let kind = xxh3_64(kind.as_bytes());
     let Ok(tables) = query.contiguous_iter(world) else {
-        let mut one = Hasher { kind, roster, bytes: Vec::new() };
+        let mut one = Hasher { kind, registry, bytes: Vec::new() };
         return query.iter(world).map(|(entity, value)| one.value(entity, value)).sum();
     };
     let parts: Vec<(&[Entity], &[T])> =
         tables.flat_map(|(entities, values)| entities.chunks(TOGETHER).zip(values.chunks(TOGETHER))).collect();
     let sum = Mutex::new(Sum::default());
     in_parallel(parts.into_iter(), |(entities, values)| {
-        let mut hasher = Hasher { kind, roster, bytes: Vec::new() };
+        let mut hasher = Hasher { kind, registry, bytes: Vec::new() };
         let part = entities.iter().zip(values).map(|(&entity, value)| hasher.value(entity, value)).sum();
         *sum.lock().unwrap_or_else(|poisoned| poisoned.into_inner()) += part;
     });
@@ -86,18 +86,18 @@ pub(crate) fn of_component<T: StateComponent, F: ArchetypeFilter>(
 
 struct Hasher<'a> {
     kind: u64,
-    roster: &'a Roster,
+    registry: &'a EntityRegistry,
     /// Kept from value to value, lest it be allocated for each.
     bytes: Vec<u8>,
 }
 
 impl Hasher<'_> {
     fn value<T: StateComponent>(&mut self, entity: Entity, value: &T) -> Sum {
-        let Some(id) = self.roster.id(entity) else { return Sum::default() };
+        let Some(id) = self.registry.id(entity) else { return Sum::default() };
         self.bytes.clear();
         self.bytes.extend(self.kind.to_le_bytes());
         self.bytes.extend(id.0.to_le_bytes());
-        encode_onto(&with_ids(value, self.roster), &mut self.bytes);
+        encode_onto(&with_ids(value, self.registry), &mut self.bytes);
         Sum(xxh3_128(&self.bytes))
     }
 }

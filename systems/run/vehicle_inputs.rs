@@ -1,16 +1,16 @@
 //! What changes vehicles from outside, and how they come into being.
 
 use crate::space::transform::Transform;
-use crate::vehicles::components::{ByHand, Controls, Motion, OnRoute, Vehicle, VehicleTypeId};
+use crate::vehicles::components::{Controls, ManualControl, Motion, OnRoute, Vehicle, VehicleTypeId};
 use crate::vehicles::routes::Routes;
 use crate::vehicles::steering;
 use crate::vehicles::types::VehicleTypes;
 use bevy_ecs::prelude::*;
 
 /// Begins or ends manual control.
-pub(super) fn take_wheel(world: &mut World, vehicle: Entity, by_hand: bool) {
-    if by_hand {
-        world.entity_mut(vehicle).insert(ByHand);
+pub(super) fn set_manual_control(world: &mut World, vehicle: Entity, manual: bool) {
+    if manual {
+        world.entity_mut(vehicle).insert(ManualControl);
     } else {
         let_go(world, vehicle);
     }
@@ -18,7 +18,7 @@ pub(super) fn take_wheel(world: &mut World, vehicle: Entity, by_hand: bool) {
 
 /// Manual control has ended: pedals are released, and its route goes on from where it is.
 fn let_go(world: &mut World, vehicle: Entity) {
-    world.entity_mut(vehicle).remove::<ByHand>();
+    world.entity_mut(vehicle).remove::<ManualControl>();
     if let Some(mut controls) = world.get_mut::<Controls>(vehicle) {
         (controls.throttle, controls.brake, controls.steer) = (0.0, 0.0, 0.0);
     }
@@ -43,11 +43,11 @@ pub(super) fn put(world: &mut World, entity: Entity, at: Transform) {
 }
 
 /// A vehicle of a type by name, the stand-in where there is none of that name.
-pub(super) fn spawn(world: &mut World, kind: &str, paint: u32, by_hand: bool, others: impl Bundle) -> Entity {
+pub(super) fn spawn(world: &mut World, kind: &str, paint: u32, manual: bool, others: impl Bundle) -> Entity {
     let kind = world.resource::<VehicleTypes>().find(kind).unwrap_or(VehicleTypeId::STAND_IN);
     let root = world.spawn((others, Vehicle::of(kind).painted(paint))).id();
-    if by_hand {
-        world.entity_mut(root).insert(ByHand);
+    if manual {
+        world.entity_mut(root).insert(ManualControl);
     }
     root
 }

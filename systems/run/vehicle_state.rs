@@ -3,7 +3,7 @@
 use super::state::{Component, StateList};
 use crate::assets::material::MaterialId;
 use crate::vehicles::components::{
-    ByHand, Controls, Motion, NextVehicleNumber, OnRoute, Stalled, VehicleNumber, Wanted,
+    Controls, ManualControl, Motion, NextVehicleNumber, OnRoute, Stalled, VehicleNumber, Wanted,
 };
 use crate::vehicles::ground::Ground;
 use crate::vehicles::lamps::{Lamp, Switches};
@@ -16,7 +16,7 @@ impl StateList {
         self.add_component::<VehicleNumber>("vehicle");
         self.add(Component::<Motion>::checked("motion", Motion::is_sound));
         self.add(Component::<Controls>::checked("controls", Controls::is_sound));
-        self.add_component::<ByHand>("by hand");
+        self.add_component::<ManualControl>("by hand");
         self.add(Component::<OnRoute>::checked("on route", OnRoute::is_sound));
         self.add_component::<Stalled>("stalled");
         self.add_component::<Switches>("lamps");

@@ -9,7 +9,8 @@ use systems::vehicles::ground::Grounds;
 use systems::vehicles::routes::{RoutePlan, Routes};
 use systems::vehicles::types::{Driver, Trailer};
 use systems::vehicles::{
-    ByHand, Controls, Motion, OnRoute, RouteId, Vehicle, VehicleType, VehicleTypeId, VehicleTypes, following, steering,
+    Controls, ManualControl, Motion, OnRoute, RouteId, Vehicle, VehicleType, VehicleTypeId, VehicleTypes, following,
+    steering,
 };
 
 const STEP: f64 = 1.0 / 60.0;
@@ -76,7 +77,7 @@ fn a_trailer_follows_at_its_steady_angle() {
 #[test]
 fn a_vehicle_driven_by_hand_turns_on_its_circle() {
     let mut simulation = Simulation::new();
-    let entity = simulation.world.spawn((Vehicle::of(VehicleTypeId::STAND_IN), ByHand)).id();
+    let entity = simulation.world.spawn((Vehicle::of(VehicleTypeId::STAND_IN), ManualControl)).id();
     let kind = VehicleType::default();
     simulation.world.get_mut::<Motion>(entity).expect("one").speed = 3.0;
     let steer = 0.5;
@@ -100,7 +101,7 @@ fn a_vehicle_driven_by_hand_turns_on_its_circle() {
 #[test]
 fn pedals_drive_brake_and_reverse() {
     let mut simulation = Simulation::new();
-    let entity = simulation.world.spawn((Vehicle::of(VehicleTypeId::STAND_IN), ByHand)).id();
+    let entity = simulation.world.spawn((Vehicle::of(VehicleTypeId::STAND_IN), ManualControl)).id();
     let mut press = |throttle: f32, brake: f32, count: usize| {
         *simulation.world.get_mut::<Controls>(entity).expect("one") =
             Controls { throttle, brake, ..Controls::default() };
@@ -189,7 +190,7 @@ proptest! {
         simulation.world.get_mut::<Motion>(entity).expect("one").speed = speed.into();
         // Across the lane, under manual control: 300 m ahead is its middle.
         let across = Transform::from_xyz(0.0, 0.0, 300.0).looking_to(Vec3::X, Vec3::Y);
-        simulation.world.spawn((Vehicle::of(VehicleTypeId::STAND_IN), ByHand, across));
+        simulation.world.spawn((Vehicle::of(VehicleTypeId::STAND_IN), ManualControl, across));
         let mut hardest = 0.0f32;
         for _ in 0..60 * 90 {
             simulation.step();

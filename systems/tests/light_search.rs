@@ -1,5 +1,5 @@
 //! The choice of lights: the plain search against its definition, the fast one against the plain one, weights and
-//! remainder.
+//! residual.
 
 mod common;
 
@@ -36,7 +36,7 @@ prop_compose! {
     }
 }
 
-/// What the remainder counts: the falloff at the sphere's centre, but a classic spot's without its cut, by a smooth
+/// What the residual counts: the falloff at the sphere's centre, but a classic spot's without its cut, by a smooth
 /// step from the sphere outside of the cone to the sphere inside. Then how far single precision may be off, for which
 /// the angle, the way from the edge and the way to the end of the range are small differences of large numbers.
 fn falloff_around(light: &LightRecord, sphere: Sphere) -> (f64, f64) {
@@ -69,8 +69,8 @@ fn falloff_around(light: &LightRecord, sphere: Sphere) -> (f64, f64) {
     (with(0.0, 0.0), with(1e-6, power_error) - with(-1e-6, -power_error))
 }
 
-/// The answer by sorting all scores, weights and remainder straight from their definition; and how far single precision
-/// may be off from the remainder.
+/// The answer by sorting all scores, weights and residual straight from their definition; and how far single precision
+/// may be off from the residual.
 fn brute_force(scene: &Scene, sphere: Sphere, policy: LightPolicy) -> (Selection, f32) {
     let mut scores: Vec<(f32, u32)> =
         scene.scored.iter().zip(0..).map(|(light, slot)| (score(light, sphere), slot)).filter(|s| s.0 > 0.0).collect();
@@ -109,9 +109,9 @@ fn brute_force(scene: &Scene, sphere: Sphere, policy: LightPolicy) -> (Selection
         scores.iter().for_each(|&(_, slot)| add(slot, 1.0));
         (0..3).filter(|&i| i < scores.len()).for_each(|i| add(selection.lights[i], -f64::from(selection.weights[i])));
     }
-    selection.remainder_ambient = ambient.as_vec3();
-    selection.remainder_direction = direction.as_vec3();
-    selection.remainder_sides = sides.as_vec3();
+    selection.residual_ambient = ambient.as_vec3();
+    selection.residual_direction = direction.as_vec3();
+    selection.residual_sides = sides.as_vec3();
     // The edge of a narrow cone is worth a few thousandths in single precision.
     (selection, (5e-3 * magnitude + error) as f32)
 }
@@ -131,11 +131,11 @@ proptest! {
             // nothing.
             let colors = scene.records.iter().map(|record| Vec3::from(record.color).abs().max_element());
             let tolerance = error + 1e-8 * colors.fold(0.0, f32::max) + 1e-30;
-            prop_assert!((found.remainder_ambient - expected.remainder_ambient).abs().max_element() <= tolerance,
+            prop_assert!((found.residual_ambient - expected.residual_ambient).abs().max_element() <= tolerance,
                 "{found:?} {expected:?}");
-            prop_assert!((found.remainder_sides - expected.remainder_sides).abs().max_element() <= tolerance,
+            prop_assert!((found.residual_sides - expected.residual_sides).abs().max_element() <= tolerance,
                 "{found:?} {expected:?}");
-            prop_assert!((found.remainder_direction - expected.remainder_direction).abs().max_element() <= tolerance,
+            prop_assert!((found.residual_direction - expected.residual_direction).abs().max_element() <= tolerance,
                 "{found:?} {expected:?}");
         }
     }
@@ -278,22 +278,22 @@ fn equal_lights_go_by_slot_and_all_into_the_remainder() {
     let four = scene(vec![record; 6], vec![sphere]).select(LightPolicy::Three)[0];
     assert_eq!((four.lights, four.weights), ([0, 1, 2], [0.0; 3]));
     let each = irradiance(&record, Vec3::ZERO);
-    assert!((four.remainder_ambient - 6.0 * each).length() < 1e-4);
-    assert!((four.remainder_direction - Vec3::Y * 6.0 * each.x).length() < 1e-4);
-    assert!((four.remainder_sides - Vec3::Y * 6.0 * each.x).length() < 1e-4);
+    assert!((four.residual_ambient - 6.0 * each).length() < 1e-4);
+    assert!((four.residual_direction - Vec3::Y * 6.0 * each.x).length() < 1e-4);
+    assert!((four.residual_sides - Vec3::Y * 6.0 * each.x).length() < 1e-4);
 
     let three = scene(vec![record; 3], vec![sphere]).select(LightPolicy::Three)[0];
     assert_eq!((three.lights, three.weights), ([0, 1, 2], [1.0; 3]));
-    assert_eq!((three.remainder_ambient, three.remainder_direction), (Vec3::ZERO, Vec3::ZERO));
+    assert_eq!((three.residual_ambient, three.residual_direction), (Vec3::ZERO, Vec3::ZERO));
 
     let hard = scene(vec![record; 6], vec![sphere]).select(LightPolicy::Hard)[0];
-    assert_eq!((hard.weights, hard.remainder_ambient), ([1.0; 3], Vec3::ZERO));
+    assert_eq!((hard.weights, hard.residual_ambient), ([1.0; 3], Vec3::ZERO));
 
     let none = scene(vec![], vec![sphere]).select(LightPolicy::Three)[0];
     assert_eq!(none, Selection::default());
 }
 
-/// The largest change of any light's weight, and of the remainder, between two of many steps of an object along a row
+/// The largest change of any light's weight, and of the residual, between two of many steps of an object along a row
 /// of lamps.
 fn largest_jump(policy: LightPolicy, steps: usize) -> (f32, f32) {
     let lamps = (0..24).map(|i| {
@@ -307,31 +307,31 @@ fn largest_jump(policy: LightPolicy, steps: usize) -> (f32, f32) {
     let spheres = (0..steps).map(|i| Sphere { center: Vec3::X * (i as f32 * 50.0 / steps as f32), radius: 1.0 });
     let weights = |s: &Selection| s.lights.into_iter().zip(s.weights).collect::<BTreeMap<u32, f32>>();
     let path = scene(lamps.collect(), spheres.collect()).select(policy);
-    let (mut weight_jump, mut remainder_jump) = (0.0f32, 0.0f32);
+    let (mut weight_jump, mut residual_jump) = (0.0f32, 0.0f32);
     for pair in path.windows(2) {
         let (a, b) = (weights(&pair[0]), weights(&pair[1]));
         for slot in a.keys().chain(b.keys()).filter(|&&slot| slot != NO_LIGHT) {
             weight_jump = weight_jump.max((a.get(slot).unwrap_or(&0.0) - b.get(slot).unwrap_or(&0.0)).abs());
         }
-        remainder_jump = remainder_jump.max((pair[0].remainder_ambient - pair[1].remainder_ambient).length());
+        residual_jump = residual_jump.max((pair[0].residual_ambient - pair[1].residual_ambient).length());
     }
-    (weight_jump, remainder_jump)
+    (weight_jump, residual_jump)
 }
 
 #[test]
-fn weights_and_remainder_change_smoothly_where_lights_pass_each_other() {
-    let (weight, remainder) = largest_jump(LightPolicy::Three, 5_000);
-    let (weight_finer, remainder_finer) = largest_jump(LightPolicy::Three, 50_000);
+fn weights_and_residual_change_smoothly_where_lights_pass_each_other() {
+    let (weight, residual) = largest_jump(LightPolicy::Three, 5_000);
+    let (weight_finer, residual_finer) = largest_jump(LightPolicy::Three, 50_000);
     // Ten times as many steps are a tenth as large; a jump, which is 1 without weights, would stay.
     assert!(weight < 1.0, "{weight}");
-    assert!(weight_finer < weight * 0.2 && remainder_finer < remainder * 0.2, "{weight_finer} {remainder_finer}");
+    assert!(weight_finer < weight * 0.2 && residual_finer < residual * 0.2, "{weight_finer} {residual_finer}");
     assert_eq!(largest_jump(LightPolicy::Hard, 50_000).0, 1.0);
 }
 
 /// An ambient cube: two equal pairs of lamps on opposite sides light both, and cancel in the direction; an ambient
 /// colour lights all sides alike.
 #[test]
-fn the_remainder_knows_how_much_comes_from_each_side() {
+fn the_residual_knows_how_much_comes_from_each_side() {
     let lamp = |x: f32, ambient: f32| {
         let light = Light { ambient: Vec3::splat(ambient), ..Light::point(1.0, 100.0) };
         light_record(&light, &placed(Vec3::X * x, Vec3::NEG_Y))
@@ -341,11 +341,11 @@ fn the_remainder_knows_how_much_comes_from_each_side() {
         scene([4.0, 4.0, -4.0, -4.0].map(|x| lamp(x, 0.0)).to_vec(), vec![sphere]).select(LightPolicy::Three)[0];
     let each = irradiance(&lamp(4.0, 0.0), Vec3::ZERO).x;
     assert_eq!(found.weights, [0.0; 3]);
-    assert!((found.remainder_sides - Vec3::X * 4.0 * each).length() < 1e-5, "{found:?}");
-    assert!(found.remainder_direction.length() < 1e-6);
+    assert!((found.residual_sides - Vec3::X * 4.0 * each).length() < 1e-5, "{found:?}");
+    assert!(found.residual_direction.length() < 1e-6);
     // Half of dot(n², sides + sign(n) · dir): two lamps at either end, none across.
     let found =
         scene([4.0, 4.0, -4.0, -4.0].map(|x| lamp(x, 0.5)).to_vec(), vec![sphere]).select(LightPolicy::Three)[0];
     let even = 2.0 * 0.5 * 4.0 * each;
-    assert!((found.remainder_sides - Vec3::new(4.0 * each + even, even, even)).length() < 1e-5, "{found:?}");
+    assert!((found.residual_sides - Vec3::new(4.0 * each + even, even, even)).length() < 1e-5, "{found:?}");
 }

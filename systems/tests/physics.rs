@@ -8,7 +8,7 @@ use systems::assets::{Library, Mesh, MeshId, shapes};
 use systems::ecs::clock::Clock;
 use systems::ecs::sub_steps::Parts;
 use systems::physics::{GRAVITY, Obstacle, Physical, Physics};
-use systems::run::{roster, snapshot, state_hash};
+use systems::run::{registry, snapshot, state_hash};
 use systems::space::Transform;
 use systems::vehicles::ground::Ground;
 use systems::vehicles::routes::{RoutePlan, Routes, Stop, Wait};
@@ -374,11 +374,11 @@ fn a_restored_run_goes_on_as_if_nothing_had_been() {
 fn a_run_restored_after(done: usize) {
     let order: Vec<u32> = (0..16).collect();
     let mut kept = melee(&order);
-    roster::register_all(&mut kept.world);
+    registry::register_all(&mut kept.world);
     steps(&mut kept, done);
     let saved = snapshot::save(&mut kept.world);
     let mut other = melee(&order);
-    roster::register_all(&mut other.world);
+    registry::register_all(&mut other.world);
     snapshot::restore(&mut other.world, &saved).expect("a snapshot of this scene");
     assert_eq!(snapshot::save(&mut other.world), saved);
     for step in 0..300 {

@@ -9,7 +9,7 @@ use systems::space::Transform;
 use systems::vehicles::routes::{RoutePlan, Routes, Stop, Wait};
 use systems::vehicles::signals::{Signal, Signals};
 use systems::vehicles::types::Driver;
-use systems::vehicles::{ByHand, Controls, Motion, OnRoute, RouteId, Vehicle, VehicleType, VehicleTypeId};
+use systems::vehicles::{Controls, ManualControl, Motion, OnRoute, RouteId, Vehicle, VehicleType, VehicleTypeId};
 
 const STAND_IN: Vehicle = Vehicle { kind: VehicleTypeId::STAND_IN, paint: 0 };
 
@@ -75,7 +75,7 @@ fn what_drives_by_hand_or_as_a_body_keeps_its_way_far_from_the_origin_in_short_s
         let motion = Motion { speed: 10.0, ..Motion::default() };
         // The throttle that keeps the speed it has, but for what it takes not to roll out.
         let controls = Controls { throttle: 1e-6, ..Controls::default() };
-        let entity = simulation.world.spawn((STAND_IN, ByHand, at, motion, controls)).id();
+        let entity = simulation.world.spawn((STAND_IN, ManualControl, at, motion, controls)).id();
         if physical {
             simulation.world.entity_mut(entity).insert(airless);
         }
@@ -94,7 +94,7 @@ fn a_body_in_steps_of_a_tenth_of_a_millisecond_stands_and_sets_off_as_it_should(
     let mut simulation = Simulation::new();
     simulation.world.resource_mut::<Clock>().step_seconds = 1e-4;
     let controls = Controls { throttle: 1.0, ..Controls::default() };
-    let entity = simulation.world.spawn((STAND_IN, ByHand, Physical::default(), controls)).id();
+    let entity = simulation.world.spawn((STAND_IN, ManualControl, Physical::default(), controls)).id();
     run(&mut simulation, 1.0);
     // The throttle gives the type's acceleration, less with speed: v = V·(1 − exp(−a·t / V)) without air.
     let limits = VehicleType::default().limits;

@@ -4,21 +4,23 @@ use bevy_ecs::prelude::*;
 use glam::{Quat, Vec3};
 use proptest::prelude::*;
 use systems::Simulation;
-use systems::assets::{Figure, Library, Material, MaterialId, MeshId, shapes};
+use systems::assets::{Library, Material, MaterialId, MeshId, MeshVariants, shapes};
 use systems::draw::pieces;
 use systems::ecs::clock::{Clock, Seed};
 use systems::lights::Light;
 use systems::run::inputs::{Inputs, SavedInput, apply_queued};
-use systems::run::roster::{self, Roster, StateId, register_all};
+use systems::run::registry::{self, EntityRegistry, StateId, register_all};
 use systems::run::snapshot;
 use systems::run::spawn::Spawn;
-use systems::run::standard_inputs::{Despawn, Drive, EditLight, Hide, NextFigure, SetTransform, TakeWheel};
+use systems::run::standard_inputs::{Despawn, Drive, EditLight, Hide, NextMeshVariant, SetManualControl, SetTransform};
 use systems::run::state_hash::{StateHash, hash};
 use systems::space::origin::Origin;
 use systems::space::{Hidden, Interpolation, Spin, Transform};
 use systems::vehicles::lamps::LampKind;
 use systems::vehicles::parts::{Movement, Part, PartLamp};
-use systems::vehicles::{ByHand, Controls, Indicator, Motion, Vehicle, VehicleNumber, VehicleType, VehicleTypes};
+use systems::vehicles::{
+    Controls, Indicator, ManualControl, Motion, Vehicle, VehicleNumber, VehicleType, VehicleTypes,
+};
 
 /// Spinning arms with lamps at their ends, some of them hidden, a figure, and a road in pieces.
 fn busy() -> Simulation {
@@ -41,7 +43,7 @@ fn busy() -> Simulation {
             world.entity_mut(lamp).insert(Hidden);
         }
     }
-    world.spawn((meshes[0], Figure { meshes, shown: 0 }));
+    world.spawn((meshes[0], MeshVariants { meshes, shown: 0 }));
     for i in 0..5 {
         let motion = Motion { speed: 3.0 - f64::from(i), ..Motion::default() };
         let indicator = if i % 2 == 0 { Indicator::Hazard } else { Indicator::Off };
@@ -77,7 +79,7 @@ fn vehicle(i: u64) -> Spawn {
     let transform = Transform::from_xyz(0.0, 0.0, i as f32);
     let controls = Controls { throttle: 0.5, indicator: Indicator::Left, ..Controls::default() };
     let (name, kind) = (format!("van {i}"), if i.is_multiple_of(2) { "van" } else { "none such" });
-    Spawn::Vehicle { name, transform, kind: kind.into(), paint: 0, controls, by_hand: i.is_multiple_of(3) }
+    Spawn::Vehicle { name, transform, kind: kind.into(), paint: 0, controls, manual: i.is_multiple_of(3) }
 }
 
 fn lamp(i: u64) -> Spawn {
@@ -102,7 +104,7 @@ fn inputs_at(step: u64) -> Vec<SavedInput> {
         let vehicle = StateId(121 + (step % 5) as u32 * 3);
         let controls = Controls { steer: (step as f32 * 0.1).sin(), throttle: -0.2, ..Controls::default() };
         add(SavedInput::of(&Drive { vehicle, controls }));
-        add(SavedInput::of(&TakeWheel { vehicle, by_hand: step.is_multiple_of(2) }));
+        add(SavedInput::of(&SetManualControl { vehicle, manual: step.is_multiple_of(2) }));
     }
     if step % 11 == 3 {
         // Some of what came.
@@ -116,7 +118,7 @@ fn inputs_at(step: u64) -> Vec<SavedInput> {
         add(SavedInput::of(&Hide { entity: id(step + 1), hidden: step % 8 == 1 }));
     }
     if step % 9 == 2 {
-        add(SavedInput::of(&NextFigure));
+        add(SavedInput::of(&NextMeshVariant));
     }
     inputs
 }
@@ -173,14 +175,14 @@ fn whatever_is_state_counts_and_comes_back() {
         ("a sign", |world, of| world.get_mut::<Transform>(of(1)).expect("there").translation.x = -0.0),
         ("a light", |world, of| world.get_mut::<Light>(of(2)).expect("there").enabled = false),
         ("a spin", |world, of| world.get_mut::<Spin>(of(0)).expect("there").rate += 1.0),
-        ("a figure", |world, of| world.get_mut::<Figure>(of(120)).expect("there").shown = 1),
+        ("a figure", |world, of| world.get_mut::<MeshVariants>(of(120)).expect("there").shown = 1),
         ("hidden", |world, of| _ = world.entity_mut(of(3)).insert(Hidden)),
         ("shown", |world, of| _ = world.entity_mut(of(2)).remove::<Hidden>()),
         ("a parent", |world, of| _ = world.entity_mut(of(4)).insert(ChildOf(of(0)))),
         ("a motion", |world, of| world.get_mut::<Motion>(of(121)).expect("there").rolled += 1.0),
         ("a place in 64 bits", |world, of| world.get_mut::<Motion>(of(121)).expect("there").place.x += 1e-9),
         ("controls", |world, of| world.get_mut::<Controls>(of(121)).expect("there").brake = 0.5),
-        ("a wheel", |world, of| _ = world.entity_mut(of(124)).insert(ByHand)),
+        ("a wheel", |world, of| _ = world.entity_mut(of(124)).insert(ManualControl)),
         ("glass", |world, of| _ = world.entity_mut(of(123)).insert(MaterialId::DEFAULT)),
         ("a number", |world, of| world.get_mut::<VehicleNumber>(of(121)).expect("there").0 = 9),
         ("the time", |world, _| world.resource_mut::<Clock>().step += 1),
@@ -188,7 +190,8 @@ fn whatever_is_state_counts_and_comes_back() {
     ];
     for (what, change) in changes {
         let mut simulation = busy();
-        let entities: Vec<Entity> = simulation.world.resource::<Roster>().iter().map(|(_, entity)| entity).collect();
+        let entities: Vec<Entity> =
+            simulation.world.resource::<EntityRegistry>().iter().map(|(_, entity)| entity).collect();
         change(&mut simulation.world, &|id| entities[id as usize]);
         let changed = hash(&mut simulation.world);
         assert_ne!(changed, fresh, "{what}");
@@ -197,7 +200,7 @@ fn whatever_is_state_counts_and_comes_back() {
         assert_eq!(hash(&mut other.world), changed, "{what}");
     }
     let mut swapped = busy();
-    let [a, b] = [0, 3].map(|id| swapped.world.resource::<Roster>().entity(StateId(id)).expect("an arm"));
+    let [a, b] = [0, 3].map(|id| swapped.world.resource::<EntityRegistry>().entity(StateId(id)).expect("an arm"));
     let [mut a, mut b] = swapped.world.entity_mut([a, b]).map(|entity| entity.into_mut::<Transform>().expect("there"));
     std::mem::swap(&mut *a, &mut *b);
     assert_ne!(hash(&mut swapped.world), fresh, "which is where");
@@ -230,8 +233,8 @@ fn inputs_change_what_they_name_and_nothing_else() {
         (SavedInput::of(&Hide { entity: StateId(3), hidden: true }), &|world, of| {
             world.entity_mut(of(3)).insert(Hidden);
         }),
-        (SavedInput::of(&NextFigure), &|world, of| {
-            let mut figure = world.get_mut::<Figure>(of(120)).expect("there");
+        (SavedInput::of(&NextMeshVariant), &|world, of| {
+            let mut figure = world.get_mut::<MeshVariants>(of(120)).expect("there");
             figure.shown = 1;
             let mesh = figure.meshes[1];
             world.entity_mut(of(120)).insert(mesh);
@@ -239,16 +242,17 @@ fn inputs_change_what_they_name_and_nothing_else() {
         (SavedInput::of(&Drive { vehicle: StateId(121), controls }), &|world, of| {
             *world.get_mut::<Controls>(of(121)).expect("there") = controls;
         }),
-        (SavedInput::of(&TakeWheel { vehicle: StateId(124), by_hand: true }), &|world, of| {
-            world.entity_mut(of(124)).insert(ByHand);
+        (SavedInput::of(&SetManualControl { vehicle: StateId(124), manual: true }), &|world, of| {
+            world.entity_mut(of(124)).insert(ManualControl);
         }),
-        (SavedInput::of(&lamp(7)), &|world, _| _ = roster::spawn(world, lamp(7))),
+        (SavedInput::of(&lamp(7)), &|world, _| _ = registry::spawn(world, lamp(7))),
         (SavedInput::of(&Despawn(StateId(0))), &|world, of| _ = world.despawn(of(0))),
     ];
     let fresh = hash(&mut busy().world);
     for (input, change) in changes {
         let mut simulation = busy();
-        let entities: Vec<Entity> = simulation.world.resource::<Roster>().iter().map(|(_, entity)| entity).collect();
+        let entities: Vec<Entity> =
+            simulation.world.resource::<EntityRegistry>().iter().map(|(_, entity)| entity).collect();
         change(&mut simulation.world, &|id| entities[id as usize]);
         let changed = hash(&mut simulation.world);
         assert_ne!(changed, fresh, "{input:?}");

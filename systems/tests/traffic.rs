@@ -10,8 +10,8 @@ use systems::vehicles::routes::{RoutePlan, Routes, Stop, Wait};
 use systems::vehicles::signals::{Aspect, Signal, Signals};
 use systems::vehicles::types::{Driver, Limits, Trailer};
 use systems::vehicles::{
-    ByHand, Controls, Indicator, Motion, OnRoute, RouteId, Stalled, Vehicle, VehicleNumber, VehicleType, VehicleTypeId,
-    VehicleTypes, steering,
+    Controls, Indicator, ManualControl, Motion, OnRoute, RouteId, Stalled, Vehicle, VehicleNumber, VehicleType,
+    VehicleTypeId, VehicleTypes, steering,
 };
 
 /// Car, van, bus, truck with trailer, of that much variety.
@@ -368,7 +368,7 @@ fn nobody_drives_through_the_one_driven_by_hand() {
     let vehicles = fill(&mut simulation.world, &[RouteId(0)], &Filling { seed: 1, spacing: 40.0 });
     let mut entities = spawn(&mut simulation.world, &vehicles);
     // One of them is taken over and left standing.
-    simulation.world.entity_mut(entities[3]).insert(ByHand);
+    simulation.world.entity_mut(entities[3]).insert(ManualControl);
     simulation.world.get_mut::<Controls>(entities[3]).expect("one").brake = 1.0;
     (0..3000).for_each(|_| simulation.step());
     assert_eq!(collision(&simulation.world, &entities), None);
@@ -376,7 +376,7 @@ fn nobody_drives_through_the_one_driven_by_hand() {
     assert!(entities.iter().all(|&entity| speed(&simulation, entity) == 0.0), "all wait behind it");
     // Given back to its route, it drives on.
     let taken = entities.swap_remove(3);
-    simulation.world.entity_mut(taken).remove::<ByHand>();
+    simulation.world.entity_mut(taken).remove::<ManualControl>();
     (0..1200).for_each(|_| simulation.step());
     assert!(speed(&simulation, taken) > 3.0 && speed(&simulation, entities[0]) > 3.0);
 }

@@ -11,7 +11,7 @@
 //! lanes and vehicle numbers: neither threads nor the order of tables show in results. What did not change is not
 //! written.
 
-use super::components::{ByHand, Controls, Motion, OnRoute, Stalled, Vehicle, VehicleNumber, Wanted};
+use super::components::{Controls, ManualControl, Motion, OnRoute, Stalled, Vehicle, VehicleNumber, Wanted};
 use super::ground::Grounds;
 use super::lane_changes::Start;
 use super::routes::Routes;
@@ -42,7 +42,7 @@ type Columns<'a> = (
     Option<&'a mut OnRoute>,
     Option<&'a mut Wanted>,
     Option<&'a mut Interpolated>,
-    Has<ByHand>,
+    Has<ManualControl>,
     Has<Stalled>,
 );
 
@@ -95,7 +95,7 @@ pub fn drive(
 /// Notes all vehicles as rows. Returns whether they are others than in the last step, or in another order.
 fn note(vehicles: &mut Query<Columns>, traffic: &mut Traffic, without_routes: bool) -> bool {
     let (mut count, mut is_new) = (0, false);
-    for (entities, numbers, kinds, motions, _, transforms, on, _, _, by_hand, _) in
+    for (entities, numbers, kinds, motions, _, transforms, on, _, _, manual, _) in
         vehicles.contiguous_iter_mut().into_iter().flatten()
     {
         let end = count + entities.len();
@@ -106,7 +106,7 @@ fn note(vehicles: &mut Query<Columns>, traffic: &mut Traffic, without_routes: bo
             traffic.rows.truncate(count);
         }
         traffic.rows.resize(traffic.rows.len().max(end), Row::default());
-        let on = on.filter(|_| !by_hand && !without_routes);
+        let on = on.filter(|_| !manual && !without_routes);
         is_new |= traffic.rows[count..end].first().is_some_and(|row| row.is_routed != on.is_some());
         let on = on.map(|on| ContiguousMut::bypass_change_detection_split(on).0);
         let (kinds, _) = ContiguousRef::split(kinds);
@@ -167,7 +167,7 @@ impl Body<'_> {
 fn move_all(vehicles: &mut Query<Columns>, around: &Surroundings) -> Vec<Entity> {
     let broken = std::sync::Mutex::new(Vec::new());
     let mut count = 0;
-    for (entities, numbers, kinds, motions, controls, transforms, on, wanted, drawn, by_hand, is_stalled) in
+    for (entities, numbers, kinds, motions, controls, transforms, on, wanted, drawn, manual, is_stalled) in
         vehicles.contiguous_iter_mut().into_iter().flatten()
     {
         let first = count;
@@ -177,7 +177,7 @@ fn move_all(vehicles: &mut Query<Columns>, around: &Surroundings) -> Vec<Entity>
         }
         let chunk = rows_per_task(entities.len(), LEAST_ROWS);
         let (kinds, _) = ContiguousRef::split(kinds);
-        let on = on.filter(|_| !by_hand && !around.routes.is_empty());
+        let on = on.filter(|_| !manual && !around.routes.is_empty());
         let (mut motions, mut controls) = (Column::new(motions), Column::new(controls));
         let mut transforms = Column::new(transforms);
         let (mut on, mut wanted, mut drawn) = (on.map(Column::new), wanted.map(Column::new), drawn.map(Column::new));
@@ -266,12 +266,12 @@ impl Surroundings<'_> {
     fn step(&self, body: &mut Body, on: Option<&mut OnRoute>, wanted: Option<&mut Wanted>) {
         match on {
             Some(on) => self.follow(body, on, wanted),
-            None => self.by_hand(body, wanted),
+            None => self.manual(body, wanted),
         }
     }
 
     /// As the one at the wheel wants.
-    fn by_hand(&self, body: &mut Body, wanted: Option<&mut Wanted>) {
+    fn manual(&self, body: &mut Body, wanted: Option<&mut Wanted>) {
         let (kind, seconds, speed) = (body.kind, self.seconds, body.motion.speed as f32);
         let acceleration = hand::acceleration(&body.controls, &kind.limits, speed);
         let angle = hand::steering(&body.controls, kind, speed);

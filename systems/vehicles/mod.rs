@@ -46,7 +46,7 @@ mod turns;
 pub mod types;
 
 pub use components::{
-    ByHand, Controls, Headlights, Indicator, LaneChange, Motion, NextVehicleNumber, OnRoute, RouteId, Stalled, Vehicle,
-    VehicleNumber, VehicleTypeId, Wanted,
+    Controls, Headlights, Indicator, LaneChange, ManualControl, Motion, NextVehicleNumber, OnRoute, RouteId, Stalled,
+    Vehicle, VehicleNumber, VehicleTypeId, Wanted,
 };
 pub use types::{VehicleType, VehicleTypes};

@@ -8,7 +8,7 @@ use relief::renderer::{Gpu, Settings, SingleView};
 use relief::scene::{self, LoadedScene};
 use std::path::Path;
 use std::sync::LazyLock;
-use systems::run::roster::{Roster, register_all};
+use systems::run::registry::{EntityRegistry, register_all};
 use systems::run::state_hash;
 use systems::vehicles::VehicleTypeId;
 
@@ -26,7 +26,7 @@ pub fn scene(place: &Place, bytes: &[u8]) {
 
 fn load(path: &Path, simulation: &mut Simulation) -> Option<LoadedScene> {
     match scene::load(path, simulation) {
-        Ok(loaded) => (simulation.world.resource::<Roster>().iter().count() <= MOST_MOVED).then_some(loaded),
+        Ok(loaded) => (simulation.world.resource::<EntityRegistry>().iter().count() <= MOST_MOVED).then_some(loaded),
         Err(error) => {
             assert!(!error.problems.is_empty());
             let text = error.to_string();

@@ -10,10 +10,10 @@ use std::io::{self, Cursor};
 use std::path::{Path, PathBuf};
 use systems::lights::Light;
 use systems::run::inputs::{Inputs, SavedInput};
-use systems::run::roster::StateId;
+use systems::run::registry::StateId;
 use systems::run::snapshot;
 use systems::run::spawn::Spawn;
-use systems::run::standard_inputs::{Despawn, Drive, EditLight, Hide, NextFigure, SetTransform, TakeWheel};
+use systems::run::standard_inputs::{Despawn, Drive, EditLight, Hide, NextMeshVariant, SetManualControl, SetTransform};
 use systems::space::Transform;
 use systems::vehicles::Controls;
 
@@ -218,13 +218,16 @@ fn inputs(step: u64) -> Vec<SavedInput> {
     let controls = Controls { throttle: 0.5, steer: 0.3, ..Controls::default() };
     let (entity, vehicle, name) = (StateId(step as u32), StateId(3 + step as u32 % 4), format!("new {step}"));
     let van =
-        Spawn::Vehicle { name: name.clone(), transform: at, kind: "box".into(), paint: 0, controls, by_hand: true };
+        Spawn::Vehicle { name: name.clone(), transform: at, kind: "box".into(), paint: 0, controls, manual: true };
     match step % 8 {
         0 => vec![SavedInput::of(&Spawn::Light { name, transform: at, light: light.clone() })],
         1 => vec![SavedInput::of(&van)],
-        2 => vec![SavedInput::of(&SetTransform { entity, transform: at }), SavedInput::of(&NextFigure)],
-        3 => vec![SavedInput::of(&Drive { vehicle, controls }), SavedInput::of(&TakeWheel { vehicle, by_hand: true })],
-        4 => vec![SavedInput::of(&TakeWheel { vehicle, by_hand: false })],
+        2 => vec![SavedInput::of(&SetTransform { entity, transform: at }), SavedInput::of(&NextMeshVariant)],
+        3 => vec![
+            SavedInput::of(&Drive { vehicle, controls }),
+            SavedInput::of(&SetManualControl { vehicle, manual: true }),
+        ],
+        4 => vec![SavedInput::of(&SetManualControl { vehicle, manual: false })],
         5 => vec![SavedInput::of(&Hide { entity, hidden: true })],
         6 => vec![SavedInput::of(&EditLight { entity: StateId(8), light })],
         _ => vec![SavedInput::of(&Despawn(StateId(20))), SavedInput::of(&Despawn(entity))],

@@ -15,7 +15,7 @@ use proptest::prelude::*;
 use relief::scene::{self, LoadedScene};
 use std::path::{Path, PathBuf};
 use systems::Simulation;
-use systems::assets::{Figure, ImageKind, Library, MaterialId, MeshId, Shading, Technique, Wrap};
+use systems::assets::{ImageKind, Library, MaterialId, MeshId, MeshVariants, Shading, Technique, Wrap};
 use systems::draw::{Camera, Environment, Projection, ToneMap};
 use systems::ecs::clock::Clock;
 use systems::lights::{Light, LightKind};

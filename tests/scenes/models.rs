@@ -34,7 +34,7 @@ fn models_are_placed_overridden_and_picked_apart() {
     let expected = Vec3::new(0.0, 0.0, -2.0);
     assert!(lamp.transform_vector3(Vec3::X).distance(expected) < 1e-5, "turned and doubled as in the model");
     let figure = named(world, "figure");
-    let meshes = world.get::<Figure>(figure).expect("a figure").meshes.clone();
+    let meshes = world.get::<MeshVariants>(figure).expect("a figure").meshes.clone();
     assert_eq!((meshes.len(), world.get::<MeshId>(figure)), (2, Some(&meshes[0])));
 }
 

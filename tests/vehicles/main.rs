@@ -22,7 +22,7 @@ use systems::space::{GlobalTransform, Transform};
 use systems::vehicles::lamps::{Lamp, LampKind};
 use systems::vehicles::parts::{Movement, MovingPart, Part};
 use systems::vehicles::{
-    ByHand, Controls, Headlights, Motion, Vehicle, VehicleNumber, VehicleType, VehicleTypeId, VehicleTypes,
+    Controls, Headlights, ManualControl, Motion, Vehicle, VehicleNumber, VehicleType, VehicleTypeId, VehicleTypes,
 };
 
 /// A cart: four wheels of half a metre's radius whose middle is far from the model's origin, a lamp below the turned

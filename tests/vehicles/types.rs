@@ -119,7 +119,7 @@ fn a_scene_names_types_and_has_vehicles_of_them() {
     let text = r#"(
         vehicle_types: ["vehicles.ron"],
         entities: [
-            (name: "mine", vehicle: (type: "cart", paint: 1, headlights: high, by_hand: true), transform: (translation: (1, 2, 3)),
+            (name: "mine", vehicle: (type: "cart", paint: 1, headlights: high, manual: true), transform: (translation: (1, 2, 3)),
              children: [(name: "seat", camera: ())]),
             (vehicle: (type: "cart")),
             (vehicle: (type: "crt"), transform: (translation: (9, 0, 0))),
@@ -131,14 +131,14 @@ fn a_scene_names_types_and_has_vehicles_of_them() {
     assert_eq!(loaded.warnings, [r#"unknown vehicle type "crt"; did you mean "cart"?; a box is drawn instead"#]);
     assert_eq!(loaded.cameras.first().map(|(name, _)| name.as_str()), Some("seat"));
     let world = &mut simulation.world;
-    let mut vehicles = world.query::<(&Name, &Vehicle, &Controls, &Transform, Has<ByHand>, &VehicleNumber)>();
+    let mut vehicles = world.query::<(&Name, &Vehicle, &Controls, &Transform, Has<ManualControl>, &VehicleNumber)>();
     let mut all: Vec<_> = vehicles.iter(world).collect();
     all.sort_by_key(|vehicle| vehicle.5);
     let names: Vec<&str> = all.iter().map(|v| v.0.as_str()).collect();
     assert_eq!(names, ["mine", "cart 2", "crt 3", "crt 4"]);
-    let (_, mine, controls, at, by_hand, _) = all[0];
+    let (_, mine, controls, at, manual, _) = all[0];
     assert_eq!(
-        (mine.paint, controls.headlights, at.translation, by_hand),
+        (mine.paint, controls.headlights, at.translation, manual),
         (1, Headlights::High, Vec3::new(1.0, 2.0, 3.0), true)
     );
     assert!(!all[1].4 && all[1].1.kind == mine.kind && all[2].1.kind == VehicleTypeId::STAND_IN);

@@ -5,7 +5,7 @@
 
 use super::clusters::Nearby;
 use super::lanes::{Floats, LANES, Objects, Shining};
-use super::remainder::{POINT, SPOT, at_center};
+use super::residual::{POINT, SPOT, at_center};
 use crate::lights::brute_force::{Reaching, choose};
 use crate::lights::relevance::{self, ScoredLight};
 use crate::lights::table::{LightPolicy, Selection};

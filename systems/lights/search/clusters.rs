@@ -18,7 +18,7 @@
 use super::alone::select_one;
 use super::candidates::{Candidates, Row, cone_meets, gap_squared, load, load3, node_in_range, within};
 use super::lanes::{Floats, Met, Objects, Shining, Top};
-use super::remainder::{DIRECTIONAL, POINT, Remainder, SPOT};
+use super::residual::{DIRECTIONAL, POINT, Residual, SPOT};
 use super::results::{Found, Lanes};
 use crate::ecs::bits::for_each_set;
 use crate::ecs::read_ahead::read_ahead;
@@ -274,22 +274,22 @@ fn select_group<S: Simd, F: Found, const REMAINDER: bool>(
         }
     }
     let weights = top.weights(simd, policy);
-    let mut remainder = Remainder::new(simd);
+    let mut residual = Residual::new(simd);
     if REMAINDER && top.has_fourth() {
         for met in everywhere.as_slice() {
             let left_out = top.left_out(simd, weights, met.slot);
-            remainder.add::<DIRECTIONAL>(simd, objects, &scored[met.slot as usize], met, left_out);
+            residual.add::<DIRECTIONAL>(simd, objects, &scored[met.slot as usize], met, left_out);
         }
         for met in points.as_slice() {
             let left_out = top.left_out(simd, weights, met.slot);
-            remainder.add::<POINT>(simd, objects, &tree.lights[met.place as usize], met, left_out);
+            residual.add::<POINT>(simd, objects, &tree.lights[met.place as usize], met, left_out);
         }
         for met in spots.as_slice() {
             let left_out = top.left_out(simd, weights, met.slot);
-            remainder.add::<SPOT>(simd, objects, &tree.lights[met.place as usize], met, left_out);
+            residual.add::<SPOT>(simd, objects, &tree.lights[met.place as usize], met, left_out);
         }
     }
-    F::store(simd, &Lanes { top: &top, weights, remainder: &remainder }, out);
+    F::store(simd, &Lanes { top: &top, weights, residual: &residual }, out);
 }
 
 /// Lists those of the lights at these places of the tree that reach some object. There is no branch on whether one

@@ -1,5 +1,5 @@
 //! The arithmetic of the search with objects in the lanes of a vector: scores and the best four; the ambient cube is in
-//! `remainder.rs`.
+//! `residual.rs`.
 //!
 //! Each function is the twin of one in `relevance.rs` or [`crate::lights::brute_force`], operation by
 //! operation: nothing is fused, approximated or reordered, so that every instruction set gives the same bits. Functions
@@ -157,7 +157,7 @@ impl<S: Simd> Objects<S> {
     }
 }
 
-/// What [`Objects::score`] and `remainder.rs` read of lights: of one for all lanes, or of one per lane.
+/// What [`Objects::score`] and `residual.rs` read of lights: of one for all lanes, or of one per lane.
 /// What is not used of it is not loaded.
 pub(crate) struct Shining<S: Simd> {
     pub position: [Floats<S>; 3],

@@ -2,7 +2,7 @@
 //! plain search, or packed, as objects keep it.
 
 use super::lanes::{Floats, LANES, Top, splat};
-use super::remainder::Remainder;
+use super::residual::Residual;
 use crate::lights::selected::{LEAST, MOST_UNITS, MOST_WEIGHT, ROUNDER, SelectedLights, WEIGHT_BITS};
 use crate::lights::table::Selection;
 use fearless_simd::Simd;
@@ -22,7 +22,7 @@ pub trait Found: Copy + Default {
 pub struct Lanes<'a, S: Simd> {
     pub(crate) top: &'a Top<S>,
     pub(crate) weights: [Floats<S>; 3],
-    pub(crate) remainder: &'a Remainder<S>,
+    pub(crate) residual: &'a Residual<S>,
 }
 
 impl Found for Selection {
@@ -32,9 +32,9 @@ impl Found for Selection {
 
     #[inline(always)]
     fn store<S: Simd>(_: S, lanes: &Lanes<S>, out: &mut [Self]) {
-        let Lanes { top, weights: [u, v, w], remainder } = *lanes;
+        let Lanes { top, weights: [u, v, w], residual } = *lanes;
         let [i, j, k] = top.slots.each_ref().map(|slots| slots.bitcast::<Floats<S>>());
-        let ([r, g, b], [x, y, z], [p, q, t]) = (remainder.ambient, remainder.direction, remainder.sides);
+        let ([r, g, b], [x, y, z], [p, q, t]) = (residual.ambient, residual.direction, residual.sides);
         let mut quads = [[[0.0f32; 4]; LANES]; 4];
         interleave([i, j, k, u], &mut quads[0]);
         interleave([v, w, r, g], &mut quads[1]);
@@ -60,8 +60,8 @@ impl Found for SelectedLights {
     /// [`SelectedLights::pack`], to the bit.
     #[inline(always)]
     fn store<S: Simd>(simd: S, lanes: &Lanes<S>, out: &mut [Self]) {
-        let Lanes { top, weights, remainder } = *lanes;
-        let ([a, b, c], [d, e, f], [g, h, last]) = (remainder.ambient, remainder.direction, remainder.sides);
+        let Lanes { top, weights, residual } = *lanes;
+        let ([a, b, c], [d, e, f], [g, h, last]) = (residual.ambient, residual.direction, residual.sides);
         let numbers = [a, b, c, d, e, f, g, h, last];
         let mut largest = splat(simd, 0.0);
         for number in numbers {
@@ -71,7 +71,7 @@ impl Found for SelectedLights {
         let largest = largest.min(splat(simd, f32::MAX));
         let units = splat(simd, MOST_UNITS) / largest;
         let units = largest.simd_gt(LEAST).select(units, splat(simd, 0.0));
-        let remainder = [
+        let residual = [
             two(simd, a * units, b * units),
             two(simd, c * units, d * units),
             two(simd, e * units, f * units),
@@ -85,8 +85,8 @@ impl Found for SelectedLights {
         let dropped = top.dropped.bitcast::<S::u32s>() + S::u32s::splat(simd, 1 << 15);
         let last_side_and_dropped = whole(simd, last * units) | (dropped & S::u32s::splat(simd, 0xffff_0000));
         let mut quads = [[[0u32; 4]; LANES]; 2];
-        interleave::<S, S::u32s>([lights[0], lights[1], lights[2], remainder[0]], &mut quads[0]);
-        interleave::<S, S::u32s>([remainder[1], remainder[2], remainder[3], last_side_and_dropped], &mut quads[1]);
+        interleave::<S, S::u32s>([lights[0], lights[1], lights[2], residual[0]], &mut quads[0]);
+        interleave::<S, S::u32s>([residual[1], residual[2], residual[3], last_side_and_dropped], &mut quads[1]);
         let unit = largest / splat(simd, MOST_UNITS);
         let (unit, reaching) = (unit.as_slice(), top.reaching.as_slice());
         for (lane, out) in out.iter_mut().enumerate().take(Floats::<S>::LEN) {

@@ -1,10 +1,10 @@
 //! Scenes measured in a process of their own, by a program that the caller starts: peak memory and the time to the
 //! first frame mean nothing in a process that has drawn others.
 
+use super::grid::{GridPlan, GridView};
 use super::job::BenchJob;
 use super::measurement::Measurement;
 use super::run::BenchError;
-use super::yard::{YardPlan, YardView};
 use crate::name;
 use crate::renderer::Occlusion;
 use std::io;
@@ -19,14 +19,14 @@ pub(super) struct Scene {
     pub objects: u32,
     pub lights: u32,
     pub moving: f32,
-    pub view: YardView,
+    pub view: GridView,
     pub size: (u32, u32),
 }
 
 impl Scene {
     /// Whether the figures are of this scene.
     pub fn is_of(&self, m: &Measurement) -> bool {
-        let view = name::of(&YardView::ALL, self.view);
+        let view = name::of(&GridView::ALL, self.view);
         (m.objects, m.lights, m.moving, m.size) == (self.objects, self.lights, self.moving, self.size.into())
             && m.view == view
     }
@@ -58,9 +58,9 @@ pub(super) fn measure_apart(
     what: &str,
     launch: Launch,
 ) -> Result<Measurement, BenchError> {
-    let failed = |code, message: String| BenchError::Apart { what: what.to_owned(), message, code };
+    let failed = |code, message: String| BenchError::SeparateProcess { what: what.to_owned(), message, code };
     let Scene { objects, lights, moving, view, size } = *scene;
-    let plan = YardPlan { objects, lights, moving, view, mesh: job.plan.mesh.clone() };
+    let plan = GridPlan { objects, lights, moving, view, mesh: job.plan.mesh.clone() };
     let output = launch(&BenchJob { plan, size, ..job.clone() }).and_then(|mut command| command.output());
     let output = output.map_err(|error| failed(1, error.to_string()))?;
     if !output.status.success() {

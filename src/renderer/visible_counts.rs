@@ -7,14 +7,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What the GPU drew, read back.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub struct Drawn {
+pub struct VisibleCounts {
     /// Objects that culling kept, and blended ones in view.
     pub objects: u32,
     /// Triangles of those objects.
     pub triangles: u64,
 }
 
-impl Drawn {
+impl VisibleCounts {
     /// As many objects more, with that many indices each.
     pub(super) fn add(&mut self, objects: u32, indices: u32) {
         self.objects += objects;
@@ -33,22 +33,22 @@ impl Drawn {
 
 /// Counts on their way, one frame's at a time, and the last that arrived. Nothing waits for them.
 #[derive(Debug, Default)]
-pub(super) struct DrawnCounts {
+pub(super) struct CountReadback {
     under_way: Option<UnderWay>,
     /// Newer ones are to be sent as soon as those have arrived.
     pub wanted: bool,
-    pub latest: Option<Drawn>,
+    pub latest: Option<VisibleCounts>,
 }
 
 #[derive(Debug)]
 struct UnderWay {
     buffer: wgpu::Buffer,
     /// What is known already.
-    blended: Drawn,
+    blended: VisibleCounts,
     arrived: Arc<AtomicBool>,
 }
 
-impl DrawnCounts {
+impl CountReadback {
     /// Sends so many arguments of draws in each buffer on their way, unless others are.
     pub fn send<'a>(
         &mut self,
@@ -56,7 +56,7 @@ impl DrawnCounts {
         encoder: &mut wgpu::CommandEncoder,
         arguments: impl ExactSizeIterator<Item = &'a wgpu::Buffer>,
         count: usize,
-        blended: Drawn,
+        blended: VisibleCounts,
     ) {
         let bytes = count as u64 * ARGUMENT_BYTES;
         if bytes == 0 {
@@ -97,11 +97,11 @@ impl DrawnCounts {
 
 impl Renderer {
     /// How much the last frame drew of a view; nothing of one that was not prepared for it. Waits for the GPU.
-    pub fn read_drawn(&self, view: &ViewState) -> Drawn {
+    pub fn read_visible_counts(&self, view: &ViewState) -> VisibleCounts {
         if !self.is_prepared(view) {
-            return Drawn::default();
+            return VisibleCounts::default();
         }
-        let mut drawn = self.blended_drawn(view);
+        let mut drawn = self.visible_blended(view);
         let bytes = self.draws_of(view).list.len() as u64 * ARGUMENT_BYTES;
         for phase in view.phases().filter(|_| bytes > 0) {
             drawn.add_arguments(&read_buffer(&self.gpu, view.culled.arguments(phase), bytes));
@@ -111,7 +111,7 @@ impl Renderer {
 
     /// Instance slots of the opaque objects that the last frame drew of a view: those of each phase in the order in
     /// which it drew them; none of one that was not prepared for it. Waits for the GPU.
-    pub fn read_drawn_slots(&self, view: &ViewState) -> Vec<u32> {
+    pub fn read_visible_slots(&self, view: &ViewState) -> Vec<u32> {
         if !self.is_prepared(view) {
             return Vec::new();
         }
@@ -137,8 +137,8 @@ impl Renderer {
     }
 
     /// Blended objects are not culled by the GPU.
-    pub(super) fn blended_drawn(&self, view: &ViewState) -> Drawn {
-        let mut drawn = Drawn::default();
+    pub(super) fn visible_blended(&self, view: &ViewState) -> VisibleCounts {
+        let mut drawn = VisibleCounts::default();
         for run in &view.blended_runs {
             let whole = self.meshes.range(run.key.mesh).and_then(|mesh| mesh.levels.first());
             drawn.add(run.slots.len() as u32, whole.map_or(0, |level| level.index_count));

@@ -28,7 +28,7 @@ pub(super) const FAINT: f32 = 0.01;
 
 /// What is bumped.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum FigureShape {
+pub enum BaseMesh {
     /// One quad of 2 m
     Plane,
     /// 1.8 m wide, of 32 × 16 quads
@@ -37,13 +37,13 @@ pub enum FigureShape {
     Torus,
 }
 
-impl serde::Serialize for FigureShape {
+impl serde::Serialize for BaseMesh {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.serialize_str(name::of(&Self::ALL, *self))
     }
 }
 
-impl FigureShape {
+impl BaseMesh {
     /// All with their names.
     pub const ALL: [(&'static str, Self); 3] =
         [("plane", Self::Plane), ("sphere", Self::Sphere), ("torus", Self::Torus)];
@@ -111,7 +111,7 @@ impl Shown {
 }
 
 /// The world and what draws it.
-pub(super) struct Stand {
+pub(super) struct TestScene {
     pub simulation: Simulation,
     pub renderer: SingleView,
     /// Of the displaced figure.
@@ -124,7 +124,7 @@ pub(super) struct Stand {
     material: MaterialId,
 }
 
-impl Stand {
+impl TestScene {
     pub fn new(job: &CompareJob, maps: Maps) -> Result<Self, FrameError> {
         let mut renderer = SingleView::new(&Gpu::headless()?);
         renderer.time_passes();

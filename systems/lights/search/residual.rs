@@ -13,13 +13,13 @@ pub(crate) const POINT: u32 = LightRecord::POINT;
 pub(crate) const SPOT: u32 = LightRecord::SPOT_CONE;
 
 /// What the weights leave out, summed per lane.
-pub(crate) struct Remainder<S: Simd> {
+pub(crate) struct Residual<S: Simd> {
     pub ambient: [Floats<S>; 3],
     pub direction: [Floats<S>; 3],
     pub sides: [Floats<S>; 3],
 }
 
-impl<S: Simd> Remainder<S> {
+impl<S: Simd> Residual<S> {
     #[inline(always)]
     pub fn new(simd: S) -> Self {
         let zero = [splat(simd, 0.0); 3];

@@ -24,7 +24,7 @@ const SIZE: f32 = 1.5;
 
 /// The mesh of all objects.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
-pub enum YardMesh {
+pub enum GridMesh {
     /// 24 vertices, 12 triangles.
     #[default]
     Cube,
@@ -34,7 +34,7 @@ pub enum YardMesh {
     Model(PathBuf),
 }
 
-impl YardMesh {
+impl GridMesh {
     /// Its name, or the path of its model.
     pub fn name(&self) -> String {
         match self {
@@ -45,11 +45,11 @@ impl YardMesh {
     }
 }
 
-impl FromStr for YardMesh {
+impl FromStr for GridMesh {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        const SHAPES: [(&str, YardMesh); 2] = [("cube", YardMesh::Cube), ("sphere", YardMesh::Sphere)];
+        const SHAPES: [(&str, GridMesh); 2] = [("cube", GridMesh::Cube), ("sphere", GridMesh::Sphere)];
         let path = Path::new(text);
         let is_model =
             path.extension().is_some_and(|e| e.eq_ignore_ascii_case("glb") || e.eq_ignore_ascii_case("gltf"));
@@ -63,7 +63,7 @@ impl FromStr for YardMesh {
 
 /// Where the camera stands.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub enum YardView {
+pub enum GridView {
     /// Outside and above, the whole grid in view
     #[default]
     Wide,
@@ -71,14 +71,14 @@ pub enum YardView {
     Inside,
 }
 
-impl YardView {
+impl GridView {
     /// All with their names.
     pub const ALL: [(&'static str, Self); 2] = [("wide", Self::Wide), ("inside", Self::Inside)];
 }
 
 /// What a yard holds.
 #[derive(Clone, PartialEq, Debug)]
-pub struct YardPlan {
+pub struct GridPlan {
     /// At least 1.
     pub objects: u32,
     /// Point lights.
@@ -86,14 +86,14 @@ pub struct YardPlan {
     /// 0..1: how many of the objects move, spread evenly.
     pub moving: f32,
     /// The mesh of all objects.
-    pub mesh: YardMesh,
+    pub mesh: GridMesh,
     /// Where the camera stands.
-    pub view: YardView,
+    pub view: GridView,
 }
 
 /// A mesh that cannot be had.
 #[derive(Debug, thiserror::Error)]
-pub enum YardError {
+pub enum GridError {
     /// The model.
     #[error(transparent)]
     Model(#[from] ImportError),
@@ -103,7 +103,7 @@ pub enum YardError {
 }
 
 /// A world to measure.
-pub struct Yard {
+pub struct Grid {
     /// The world.
     pub simulation: Simulation,
     /// Sees it.
@@ -112,7 +112,7 @@ pub struct Yard {
 }
 
 /// What the objects of a yard are made of.
-pub struct YardKit {
+pub struct GridKit {
     mesh: MeshId,
     materials: Vec<MaterialId>,
 }
@@ -144,12 +144,12 @@ fn pose(foot: Vec3, phase: f32, seconds: f32) -> Transform {
     }
 }
 
-impl Yard {
+impl Grid {
     /// The world of a plan: [`Self::empty`], filled.
     ///
     /// # Errors
-    /// [`YardError`] where the model cannot be read or is empty.
-    pub fn new(plan: &YardPlan) -> Result<Self, YardError> {
+    /// [`GridError`] where the model cannot be read or is empty.
+    pub fn new(plan: &GridPlan) -> Result<Self, GridError> {
         let (mut yard, kit) = Self::empty(plan)?;
         yard.fill(plan, &kit);
         Ok(yard)
@@ -158,13 +158,13 @@ impl Yard {
     /// A world with the mesh and the materials, a camera, and nothing to see yet.
     ///
     /// # Errors
-    /// [`YardError`] where the model cannot be read or is empty.
-    pub fn empty(plan: &YardPlan) -> Result<(Self, YardKit), YardError> {
+    /// [`GridError`] where the model cannot be read or is empty.
+    pub fn empty(plan: &GridPlan) -> Result<(Self, GridKit), GridError> {
         let mut simulation = Simulation::new();
         let mesh = yard_mesh(&plan.mesh)?;
         let world = &mut simulation.world;
         let mut library = world.resource_mut::<Library>();
-        let kit = YardKit { mesh: library.add_mesh(mesh), materials: add_materials(&mut library) };
+        let kit = GridKit { mesh: library.add_mesh(mesh), materials: add_materials(&mut library) };
         // Nothing between the light and the screen but what the screen needs, and a plain background.
         let dusk = Vec3::new(0.03, 0.04, 0.07);
         world.insert_resource(Environment {
@@ -180,7 +180,7 @@ impl Yard {
     }
 
     /// Spawns the objects and lights.
-    pub fn fill(&mut self, plan: &YardPlan, kit: &YardKit) {
+    pub fn fill(&mut self, plan: &GridPlan, kit: &GridKit) {
         let world = &mut self.simulation.world;
         let bundle = |(foot, number, phase): (Vec3, f32, f32)| {
             let material = kit.materials[(number * kit.materials.len() as f32) as usize];
@@ -241,17 +241,17 @@ fn moves(index: u32, fraction: f32) -> bool {
     before(index + 1) > before(index)
 }
 
-fn yard_mesh(mesh: &YardMesh) -> Result<Mesh, YardError> {
+fn yard_mesh(mesh: &GridMesh) -> Result<Mesh, GridError> {
     match mesh {
-        YardMesh::Cube => Ok(shapes::cube(Vec3::splat(SIZE))),
-        YardMesh::Sphere => Ok(shapes::sphere(SIZE / 2.0, 32, 17)),
-        YardMesh::Model(path) => {
+        GridMesh::Cube => Ok(shapes::cube(Vec3::splat(SIZE))),
+        GridMesh::Sphere => Ok(shapes::sphere(SIZE / 2.0, 32, 17)),
+        GridMesh::Model(path) => {
             // A library of its own: the model's materials and images are not drawn.
             let mut library = Library::default();
             import::load_model(path, &mut library)?;
             let meshes = library.meshes().map(|(_, entry)| &entry.mesh);
             let largest = meshes.max_by_key(|mesh| mesh.triangle_count()).filter(|mesh| mesh.triangle_count() > 0);
-            largest.map(fitted).ok_or_else(|| YardError::NoMesh(path.clone()))
+            largest.map(fitted).ok_or_else(|| GridError::NoMesh(path.clone()))
         }
     }
 }
@@ -302,16 +302,16 @@ fn triangle(k: f32) -> f32 {
     (k - 3.0).min(9.0 - k).clamp(-1.0, 1.0)
 }
 
-fn camera(view: YardView, half: f32) -> (Camera, Transform) {
+fn camera(view: GridView, half: f32) -> (Camera, Transform) {
     let projection = Projection::Perspective { fov_y: 60f32.to_radians(), aspect: None };
     let camera = Camera { projection, ..Camera::default() };
     let at = match view {
-        YardView::Wide => {
+        GridView::Wide => {
             let radius = half * 2f32.sqrt() + SIZE;
             let eye = Vec3::new(0.0, 1.0, 1.0).normalize() * radius * 2.0;
             Transform::from_translation(eye).looking_at(Vec3::ZERO, Vec3::Y)
         }
-        YardView::Inside => {
+        GridView::Inside => {
             // Between rows, so that the view down them holds about a sixth of the grid.
             let between = |v: f32| ((v + half) / SPACING).floor() * SPACING - half + SPACING / 2.0;
             let eye = Vec3::new(between(0.194 * half), 2.0, between(0.0));
@@ -338,7 +338,7 @@ mod tests {
 
     #[test]
     fn meshes_are_of_the_size_that_is_said() {
-        for (mesh, vertices, triangles) in [(YardMesh::Cube, 24, 12), (YardMesh::Sphere, 594, 1024)] {
+        for (mesh, vertices, triangles) in [(GridMesh::Cube, 24, 12), (GridMesh::Sphere, 594, 1024)] {
             let mesh = yard_mesh(&mesh).expect("a mesh");
             assert_eq!((mesh.positions.len(), mesh.triangle_count()), (vertices, triangles));
             let longest = |mesh: &Mesh| (mesh.aabb().max - mesh.aabb().min).max_element();
@@ -351,8 +351,8 @@ mod tests {
 
     #[test]
     fn meshes_are_named_or_files() {
-        assert_eq!("sphere".parse(), Ok(YardMesh::Sphere));
-        assert_eq!("a/b.GLB".parse(), Ok(YardMesh::Model("a/b.GLB".into())));
-        assert!("torus".parse::<YardMesh>().is_err());
+        assert_eq!("sphere".parse(), Ok(GridMesh::Sphere));
+        assert_eq!("a/b.GLB".parse(), Ok(GridMesh::Model("a/b.GLB".into())));
+        assert!("torus".parse::<GridMesh>().is_err());
     }
 }

@@ -13,7 +13,7 @@ const FRAME: f32 = 1.0 / 60.0;
 
 /// Spheres and lights, and how each moves.
 #[derive(Clone, Debug, Default)]
-pub struct Night {
+pub struct NightLights {
     /// Bounds of the objects, world space.
     pub objects: Vec<Sphere>,
     /// Metres per second.
@@ -24,7 +24,7 @@ pub struct Night {
     pub light_velocities: Vec<Vec3>,
 }
 
-impl Night {
+impl NightLights {
     /// Objects and lights at random on 10 km × 10 km, a third of the lights spots; about thirteen lights reach an
     /// object whatever their number.
     pub fn scattered(objects: usize, lights: usize, seed: u64) -> Self {
@@ -184,9 +184,9 @@ impl Night {
 /// Which objects and lights move in a frame.
 #[derive(Clone, Debug, Default)]
 pub struct Movers {
-    /// Places in [`Night::objects`].
+    /// Places in [`NightLights::objects`].
     pub objects: Vec<usize>,
-    /// Places in [`Night::lights`].
+    /// Places in [`NightLights::lights`].
     pub lights: Vec<usize>,
 }
 

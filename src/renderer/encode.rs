@@ -2,8 +2,8 @@
 //! tone map.
 
 use super::culling::Phase;
-use super::custom_passes::{PassPlace, PassTargets, RecordPass};
-use super::objects::Recorded;
+use super::custom_passes::{EncodePass, PassPlace, PassTargets};
+use super::objects::Encoded;
 use super::targets::Attachments;
 use super::timestamps::Timestamps;
 use super::{Renderer, ViewState};
@@ -16,7 +16,7 @@ pub struct ViewTarget<'a> {
     pub target: &'a wgpu::TextureView,
     /// Of the target. An sRGB format encodes; others receive linear values.
     pub format: wgpu::TextureFormat,
-    passes: Vec<(PassPlace, RecordPass<'a>)>,
+    passes: Vec<(PassPlace, EncodePass<'a>)>,
 }
 
 impl<'a> ViewTarget<'a> {
@@ -25,16 +25,16 @@ impl<'a> ViewTarget<'a> {
         Self { state, target, format, passes: Vec::new() }
     }
 
-    /// With a pass of the caller's own, which `record` records; several at one place in the order in which they were
+    /// With a pass of the caller's own, which `encode` encodes; several at one place in the order in which they were
     /// added; none if the settings ask for no picture. Between passes samples and depths are kept, which costs
     /// bandwidth on GPUs that draw in tiles.
     #[must_use]
     pub fn with_pass(
         mut self,
         place: PassPlace,
-        record: impl FnMut(&mut wgpu::CommandEncoder, &PassTargets<'_>) + 'a,
+        encode: impl FnMut(&mut wgpu::CommandEncoder, &PassTargets<'_>) + 'a,
     ) -> Self {
-        self.passes.push((place, Box::new(record)));
+        self.passes.push((place, Box::new(encode)));
         self
     }
 
@@ -43,7 +43,7 @@ impl<'a> ViewTarget<'a> {
     }
 
     /// Records the caller's passes of a place.
-    fn record_passes(&mut self, encoder: &mut wgpu::CommandEncoder, place: PassPlace) {
+    fn encode_passes(&mut self, encoder: &mut wgpu::CommandEncoder, place: PassPlace) {
         if !self.state.outputs.color {
             return;
         }
@@ -58,8 +58,8 @@ impl<'a> ViewTarget<'a> {
         let size = (targets.width, targets.height);
         let own =
             PassTargets { size, color, color_format, color_samples, depth: scene.depth, samples: targets.samples };
-        for (_, record) in self.passes.iter_mut().filter(|(at, _)| *at == place) {
-            record(encoder, &own);
+        for (_, encode) in self.passes.iter_mut().filter(|(at, _)| *at == place) {
+            encode(encoder, &own);
         }
     }
 }
@@ -70,17 +70,17 @@ impl Renderer {
     ///
     /// # Panics
     /// If a view is not one of those.
-    pub fn record(&mut self, encoder: &mut wgpu::CommandEncoder, views: &mut [ViewTarget<'_>]) {
+    pub fn encode(&mut self, encoder: &mut wgpu::CommandEncoder, views: &mut [ViewTarget<'_>]) {
         self.check(views);
-        self.begin_recording(encoder, views);
-        let mut recorded = Recorded::default();
+        self.begin_encoding(encoder, views);
+        let mut encoded = Encoded::default();
         for view in &mut *views {
-            self.record_scene(encoder, view, &mut recorded);
-            self.record_tone_map(encoder, view);
-            view.record_passes(encoder, PassPlace::AfterToneMap);
+            self.encode_scene(encoder, view, &mut encoded);
+            self.encode_tone_map(encoder, view);
+            view.encode_passes(encoder, PassPlace::AfterToneMap);
             view.state.drawn_now();
         }
-        (self.stats.draws, self.stats.draw_calls) = (recorded.draws, recorded.calls);
+        (self.stats.draws, self.stats.draw_calls) = (encoded.draws, encoded.calls);
         self.finish_timestamps(encoder);
     }
 
@@ -89,17 +89,17 @@ impl Renderer {
     /// others drew is still there.
     ///
     /// # Panics
-    /// As [`Self::record`].
-    pub fn record_again(&mut self, encoder: &mut wgpu::CommandEncoder, views: &mut [ViewTarget<'_>]) {
+    /// As [`Self::encode`].
+    pub fn encode_again(&mut self, encoder: &mut wgpu::CommandEncoder, views: &mut [ViewTarget<'_>]) {
         self.check(views);
-        self.begin_recording(encoder, views);
+        self.begin_encoding(encoder, views);
         for view in views {
             let lacks_depth = view.has_pass(PassPlace::AfterToneMap) && !view.state.kept_depth;
             if lacks_depth {
-                self.record_scene(encoder, view, &mut Recorded::default());
+                self.encode_scene(encoder, view, &mut Encoded::default());
             }
-            self.record_tone_map(encoder, view);
-            view.record_passes(encoder, PassPlace::AfterToneMap);
+            self.encode_tone_map(encoder, view);
+            view.encode_passes(encoder, PassPlace::AfterToneMap);
         }
         self.finish_timestamps(encoder);
     }
@@ -117,26 +117,26 @@ impl Renderer {
     }
 
     /// What all views share, before the first of them.
-    pub(super) fn begin_recording(&mut self, encoder: &mut wgpu::CommandEncoder, views: &[ViewTarget<'_>]) {
+    pub(super) fn begin_encoding(&mut self, encoder: &mut wgpu::CommandEncoder, views: &[ViewTarget<'_>]) {
         let of_late = views.iter().filter_map(|view| view.state.counts.latest);
         self.cpu_rasterizer.begin_frame(of_late.map(|drawn| drawn.triangles).sum());
-        self.tables.record(encoder, self.timestamps.as_ref());
+        self.tables.encode(encoder, self.timestamps.as_ref());
     }
 
     /// All of a view but the tone map. View by view, as its samples and depths are still in caches between its passes.
-    pub(super) fn record_scene(
+    pub(super) fn encode_scene(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
         view: &mut ViewTarget<'_>,
-        recorded: &mut Recorded,
+        encoded: &mut Encoded,
     ) {
         self.cull(encoder, Phase::Early, view.state);
-        self.draw_early(encoder, view, recorded);
+        self.draw_early(encoder, view, encoded);
         self.cull(encoder, Phase::Late, view.state);
         if view.state.draws_scene() {
-            self.draw_scene(encoder, view, recorded);
+            self.draw_scene(encoder, view, encoded);
         }
-        self.record_outputs(encoder, view.state, self.timestamps.as_ref(), None);
+        self.encode_outputs(encoder, view.state, self.timestamps.as_ref(), None);
         view.state.drawn_outputs = view.state.outputs.beside_color();
         self.send_counts(encoder, view.state);
         view.state.cullings_due = view.state.cullings_due.saturating_sub(1);
@@ -148,25 +148,25 @@ impl Renderer {
         let has_phase = phase == Phase::Early || state.culled.pyramid().is_some();
         let due = state.targets.is_some() && state.cullings_due > 0 && has_phase;
         if let Some(group) = state.group().filter(|_| due) {
-            self.culling.record(encoder, self.timestamps.as_ref(), phase, (&state.culled, group));
+            self.culling.encode(encoder, self.timestamps.as_ref(), phase, (&state.culled, group));
         }
     }
 
     /// Of a view in two phases, what was seen before, and the depths that it leaves. The lists of a still view stay
     /// what they are: one pass draws both.
-    fn draw_early(&self, encoder: &mut wgpu::CommandEncoder, view: &ViewTarget<'_>, recorded: &mut Recorded) {
+    fn draw_early(&self, encoder: &mut wgpu::CommandEncoder, view: &ViewTarget<'_>, encoded: &mut Encoded) {
         let state = &*view.state;
         let pyramid = state.culled.pyramid().filter(|_| state.cullings_due > 0);
         let (Some(pyramid), Some(targets), Some(group)) = (pyramid, &state.targets, state.group()) else { return };
         let into = ("early", Some(sky_color(state)), Leaves::SAMPLES);
         let early = [Phase::Early].into_iter();
         let attachments = state.attachments(targets);
-        drop(self.draw_phases(encoder, state, (attachments, group), into, early, recorded));
-        self.pyramids.record(encoder, self.timestamps.as_ref(), pyramid);
+        drop(self.draw_phases(encoder, state, (attachments, group), into, early, encoded));
+        self.pyramids.encode(encoder, self.timestamps.as_ref(), pyramid);
     }
 
     /// The rest of a view's opaque objects, the sky and blended objects, and the caller's passes between these.
-    fn draw_scene(&self, encoder: &mut wgpu::CommandEncoder, view: &mut ViewTarget<'_>, recorded: &mut Recorded) {
+    fn draw_scene(&self, encoder: &mut wgpu::CommandEncoder, view: &mut ViewTarget<'_>, encoded: &mut Encoded) {
         let after = [PassPlace::AfterOpaque, PassPlace::AfterBlended].map(|place| view.has_pass(place));
         let [after_opaque, after_blended] = after;
         let keeps_depth = view.has_pass(PassPlace::AfterToneMap) || view.state.draws_together();
@@ -185,11 +185,11 @@ impl Renderer {
         let attachments = state.attachments(targets);
         let into = ("forward", clear, if after_opaque { Leaves::SAMPLES } else { opaque });
         // Passes end where they are dropped, on either way: the compiler cannot tell.
-        let pass = self.draw_phases(encoder, state, (attachments, group), into, phases, recorded);
+        let pass = self.draw_phases(encoder, state, (attachments, group), into, phases, encoded);
         let mut pass = pass.forget_lifetime();
         if after_opaque {
             drop(pass);
-            view.record_passes(encoder, PassPlace::AfterOpaque);
+            view.encode_passes(encoder, PassPlace::AfterOpaque);
             let Some(sky) = self.go_on(encoder, view, "sky", opaque) else { return };
             pass = sky;
         }
@@ -210,11 +210,11 @@ impl Renderer {
             pass = blended;
         }
         let blended = self.draw_blended(&mut pass, state, state.pass);
-        recorded.count((blended, blended));
+        encoded.count((blended, blended));
         drop(pass);
 
         if after_blended {
-            view.record_passes(encoder, PassPlace::AfterBlended);
+            view.encode_passes(encoder, PassPlace::AfterBlended);
             if view.state.targets.as_ref().is_some_and(|targets| targets.samples > 1) {
                 drop(self.go_on(encoder, view, "resolve", picture));
             }
@@ -241,14 +241,14 @@ impl Renderer {
     fn send_counts(&self, encoder: &mut wgpu::CommandEncoder, state: &mut ViewState) {
         if state.targets.is_some() && (state.cullings_due > 0 || state.counts.wanted) {
             let lists: Vec<_> = state.phases().map(|phase| state.culled.arguments(phase)).collect();
-            let blended = self.blended_drawn(state);
+            let blended = self.visible_blended(state);
             let arguments = self.draws_of(state).list.len();
             state.counts.send(&self.gpu, encoder, lists.into_iter(), arguments, blended);
         }
     }
 
     /// From linear colours to the screen.
-    fn record_tone_map(&mut self, encoder: &mut wgpu::CommandEncoder, view: &ViewTarget<'_>) {
+    fn encode_tone_map(&mut self, encoder: &mut wgpu::CommandEncoder, view: &ViewTarget<'_>) {
         if !view.state.outputs.color {
             return;
         }

@@ -22,7 +22,7 @@ const NO_ID: u32 = u32::MAX;
 
 /// The entities of a run by [`StateId`].
 #[derive(Resource, Default, Debug)]
-pub struct Roster {
+pub struct EntityRegistry {
     /// Those that the scene began with, by id.
     scene: Vec<Entity>,
     /// What came later, by the id of its first entity.
@@ -42,7 +42,7 @@ pub(crate) struct Family {
     pub members: Vec<Entity>,
 }
 
-impl Roster {
+impl EntityRegistry {
     /// The id of an entity; `None` for one that was not registered.
     pub fn id(&self, entity: Entity) -> Option<StateId> {
         let id = StateId(*self.ids.get(entity.index_u32() as usize)?);
@@ -109,15 +109,15 @@ pub fn register_all(world: &mut World) {
     let mut scene: Vec<Entity> = all.iter(world).collect();
     // In a world that has only grown, the order of indices is that of spawning.
     scene.sort_unstable_by_key(|entity| entity.index_u32());
-    let mut roster = Roster { next: scene.len() as u32, ..Roster::default() };
-    scene.iter().enumerate().for_each(|(id, &entity)| roster.number(entity, id as u32));
-    roster.scene = scene;
-    world.insert_resource(roster);
+    let mut registry = EntityRegistry { next: scene.len() as u32, ..EntityRegistry::default() };
+    scene.iter().enumerate().for_each(|(id, &entity)| registry.number(entity, id as u32));
+    registry.scene = scene;
+    world.insert_resource(registry);
 }
 
 /// Brings something into being while the simulation runs, and numbers it with all that is below it. Returns its roots.
 ///
-/// Systems do this by a command: `commands.queue(move |world: &mut World| _ = roster::spawn(world, what))`.
+/// Systems do this by a command: `commands.queue(move |world: &mut World| _ = registry::spawn(world, what))`.
 pub fn spawn(world: &mut World, spawn: Spawn) -> Vec<Entity> {
     let roots = spawn.build(world);
     let mut members = Vec::new();
@@ -126,23 +126,23 @@ pub fn spawn(world: &mut World, spawn: Spawn) -> Vec<Entity> {
         members.push(entity);
         open.extend(world.get::<Children>(entity).into_iter().flat_map(|children| children.iter().rev()));
     }
-    let mut roster = world.resource_mut::<Roster>();
-    let first = roster.next;
-    members.iter().zip(first..).for_each(|(&entity, id)| roster.number(entity, id));
-    roster.next += members.len() as u32;
-    roster.later.insert(first, Family { spawn, members });
+    let mut registry = world.resource_mut::<EntityRegistry>();
+    let first = registry.next;
+    members.iter().zip(first..).for_each(|(&entity, id)| registry.number(entity, id));
+    registry.next += members.len() as u32;
+    registry.later.insert(first, Family { spawn, members });
     roots
 }
 
 /// Takes an entity out of the world, with all that is below it. Nothing happens where it is gone.
 pub fn despawn(world: &mut World, id: StateId) {
-    let Some(entity) = world.resource::<Roster>().entity(id) else { return };
+    let Some(entity) = world.resource::<EntityRegistry>().entity(id) else { return };
     world.try_despawn(entity).ok();
-    world.resource_scope(|world, mut roster: Mut<Roster>| roster.sweep(world));
+    world.resource_scope(|world, mut registry: Mut<EntityRegistry>| registry.sweep(world));
 }
 
 /// From entities to what stands for them in hashes and files: an entity whose index is the id.
-pub(crate) struct ToIds<'a>(pub &'a Roster);
+pub(crate) struct ToIds<'a>(pub &'a EntityRegistry);
 
 /// And back.
 pub(crate) struct FromIds<'a> {
@@ -161,7 +161,7 @@ impl EntityMapper for ToIds<'_> {
 
 impl EntityMapper for FromIds<'_> {
     fn get_mapped(&mut self, source: Entity) -> Entity {
-        let entity = self.world.resource::<Roster>().entity(StateId(source.index_u32()));
+        let entity = self.world.resource::<EntityRegistry>().entity(StateId(source.index_u32()));
         let living = entity.filter(|&entity| self.world.get_entity(entity).is_ok());
         // What was named and had gone stays gone.
         self.missed |= living.is_none() && source != Entity::PLACEHOLDER;
@@ -183,7 +183,8 @@ mod tests {
         world.add_observer(|_: On<Insert<ChildOf>>| ());
         let scene = [(); 3].map(|()| world.spawn_empty().id());
         register_all(world);
-        let numbered: Vec<_> = world.resource::<Roster>().iter().map(|(StateId(id), entity)| (id, entity)).collect();
+        let numbered: Vec<_> =
+            world.resource::<EntityRegistry>().iter().map(|(StateId(id), entity)| (id, entity)).collect();
         assert_eq!(numbered, [(0, scene[0]), (1, scene[1]), (2, scene[2])]);
     }
 }

@@ -59,12 +59,12 @@ pub(super) struct Draw {
 }
 
 /// What changes the draws: world, version of its batches, version of the meshes, levels of detail or not.
-pub(super) type DrawsVersion = (u64, u64, u64, bool);
+pub(super) type IndirectDrawsVersion = (u64, u64, u64, bool);
 
 /// All draws of a scene.
 #[derive(Debug)]
-pub(super) struct Draws {
-    version: DrawsVersion,
+pub(super) struct IndirectDraws {
+    version: IndirectDrawsVersion,
     pub list: Vec<Draw>,
     pub page_count: u32,
     pub entry_count: u32,
@@ -76,11 +76,11 @@ pub(super) struct Draws {
     draws: GrowingBuffer,
 }
 
-impl Draws {
+impl IndirectDraws {
     pub fn new(device: &wgpu::Device) -> Self {
         let storage = |label| GrowingBuffer::new(device, label, wgpu::BufferUsages::STORAGE);
         Self {
-            version: DrawsVersion::default(),
+            version: IndirectDrawsVersion::default(),
             list: Vec::new(),
             page_count: 0,
             entry_count: 0,
@@ -103,7 +103,7 @@ impl Draws {
     }
 
     /// Tells draws from others.
-    pub fn version(&self) -> DrawsVersion {
+    pub fn version(&self) -> IndirectDrawsVersion {
         self.version
     }
 
