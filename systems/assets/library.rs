@@ -284,8 +284,7 @@ impl Library {
     }
 
     /// How often a mesh was replaced; `None` where there is none.
-    #[cfg(feature = "physics")]
-    pub(crate) fn mesh_edits(&self, id: MeshId) -> Option<u32> {
+    pub fn mesh_edits(&self, id: MeshId) -> Option<u32> {
         self.meshes.edits_of(id)
     }
 
