@@ -10,7 +10,7 @@ use systems::physics::{Physical, Physics};
 use systems::space::Transform;
 use systems::vehicles::{Controls, Vehicle, VehicleTypeId};
 
-/// TestScene-ins on the plane that drive in circles of 15 m at full throttle, so many metres from one to the next: 40
+/// Stand-ins on the plane that drive in circles of 15 m at full throttle, so many metres from one to the next: 40
 /// apart, or 12, where they crash into each other.
 fn vehicles(count: usize, spacing: f32) -> Simulation {
     let mut simulation = Simulation::new();

@@ -39,7 +39,9 @@ impl Open {
         let gpu = Gpu::of_device(instance, adapter, device, queue);
 
         let size = window.inner_size();
-        let config = surface.get_default_config(&gpu.adapter, size.width, size.height).ok_or("no surface format")?;
+        let config = surface
+            .get_default_config(&gpu.adapter, size.width.max(1), size.height.max(1))
+            .ok_or("no surface format")?;
         // Linear colours are encoded as they are written.
         let srgb = config.format.add_srgb_suffix();
         let config = wgpu::SurfaceConfiguration { view_formats: vec![srgb], ..config };
@@ -57,13 +59,18 @@ impl Open {
 
     /// A step of the simulation and a frame, as seen by a camera.
     fn draw(&mut self, simulation: &mut Simulation, camera: Entity) -> Result<(), Box<dyn Error>> {
-        self.window.request_redraw();
         let texture = match self.surface.get_current_texture() {
             wgpu::CurrentSurfaceTexture::Success(texture) | wgpu::CurrentSurfaceTexture::Suboptimal(texture) => texture,
             wgpu::CurrentSurfaceTexture::Lost => return Err("the surface is lost".into()),
-            // Covered or out of date: the next one, perhaps.
-            _ => {
+            // Another redraw is asked for as it is uncovered.
+            wgpu::CurrentSurfaceTexture::Occluded => return Ok(()),
+            wgpu::CurrentSurfaceTexture::Timeout => {
+                self.window.request_redraw();
+                return Ok(());
+            }
+            wgpu::CurrentSurfaceTexture::Outdated | wgpu::CurrentSurfaceTexture::Validation => {
                 self.surface.configure(&self.gpu.device, &self.config);
+                self.window.request_redraw();
                 return Ok(());
             }
         };
@@ -84,6 +91,7 @@ impl Open {
 
         self.window.pre_present_notify();
         self.gpu.queue.present(texture);
+        self.window.request_redraw();
         self.gpu.check()?;
         Ok(())
     }

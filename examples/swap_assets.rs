@@ -1,5 +1,5 @@
-//! Meshes and images that come and go while they are drawn: a ball becomes a torus, its image another one, then both are
-//! unloaded. Prints what the library and the device hold.
+//! Meshes and images that come and go while they are drawn: a ball becomes a torus, its image another one, then both
+//! are unloaded. Prints what the library and the device hold.
 //!
 //! `cargo run --release --example swap_assets` writes `swap_assets_1.png` and `swap_assets_2.png`.
 

@@ -1,4 +1,4 @@
-// Which objects a view draws: one compute pass per view, before its draws. src/renderer/culling.rs records it.
+// Which objects a view draws: one compute pass per view, before its draws. src/renderer/culling.rs encodes it.
 //
 //   cull          per slot: is the object in view, at which level of detail, and how far away?
 //   count         per entry (a page as one draw sees it): of the slots that the draw takes, how many are in each slice

@@ -1,4 +1,4 @@
-// Records that lie apart in a table, written in one go: one invocation per texel. src/renderer/scatter.rs records it.
+// Records that lie apart in a table, written in one go: one invocation per texel. src/renderer/scatter.rs encodes it.
 
 // The first texel of where each record goes.
 @group(0) @binding(0) var<storage, read> places: array<u32>;

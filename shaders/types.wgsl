@@ -302,7 +302,7 @@ fn load_material(index: u32) -> Material {
 
 const PI = 3.14159265;
 
-// As the HDR target holds it, and without one as well: exposed before it is stored, since half floats end at 65504.
+// As the HDR target holds it: exposed before it is stored, since half floats end at 65504.
 fn exposed(color: vec3f) -> vec3f {
     return min(color * view.exposure, vec3f(65504.0));
 }

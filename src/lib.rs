@@ -23,8 +23,9 @@
 //! viewpoint what is looked through                                     problem, name, output, video, demo  shared
 //! ```
 //!
-//! Programs begin with [`prelude`]; `examples/` continue from there; `docs/extending.md` says where your own code joins in.
-//! The crates whose types are in this one's interface are re-exported: [`systems`], [`bevy_ecs`], [`glam`], [`wgpu`].
+//! Programs begin with [`prelude`]; `examples/` continue from there; `docs/extending.md` says where your own code joins
+//! in. The crates whose types are in this one's interface are re-exported: [`systems`], [`bevy_ecs`], [`glam`],
+//! [`wgpu`].
 //!
 //! Features, all on unless told otherwise: `vehicles` (with their routes and traffic lights), `physics` (vehicles as
 //! rigid bodies), `window` (`app`), `tools` (`bench`, `gallery`, `light_error` and `technique_error`). `physics` and

@@ -1,5 +1,5 @@
-//! Meshes, materials and images that come and go while renderers draw them: pictures equal those of a renderer that sees
-//! the world for the first time, and of a world that was made with what is there now; memory goes down.
+//! Meshes, materials and images that come and go while renderers draw them: pictures equal those of a renderer that
+//! sees the world for the first time, and of a world that was made with what is there now; memory goes down.
 
 mod common;
 

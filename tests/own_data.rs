@@ -6,7 +6,7 @@ mod common;
 use bevy_ecs::prelude::*;
 use glam::{Affine3A, Vec3};
 use relief::renderer::{Gpu, Settings, SingleView};
-use systems::assets::{ImageId, Library, MAP_COUNT, MapSlot, Material, MeshId, Shading, Texels, shapes};
+use systems::assets::{ImageId, Library, MAP_COUNT, MapSlot, Material, MeshId, Shading, shapes};
 use systems::draw::{
     Batch, BatchKey, Camera, ClassId, DrawList, Environment, FrameData, InstanceRecord, MaterialClass, MaterialRecord,
     PipelineKey, TextureArray, ToneMap, View,
@@ -87,8 +87,8 @@ impl Data {
         let mut list = DrawList { environment: blue_sky(), ..DrawList::default() };
         // Maps that are missing are layers of stand-ins: base colours in one texture array, all else in another.
         let array =
-            |srgb, image| TextureArray { width: 1, height: 1, srgb, texels: Texels::Rgba8, layers: vec![Some(image)] };
-        list.texture_arrays = vec![array(true, ImageId::WHITE_COLOR), array(false, ImageId::FLAT_NORMAL)];
+            |id| TextureArray { layers: vec![Some(id)], ..TextureArray::of(library.image(id).expect("it is there")) };
+        list.texture_arrays = [ImageId::WHITE_COLOR, ImageId::WHITE_DATA].map(array).to_vec();
         let mut arrays = [1; MAP_COUNT];
         arrays[MapSlot::Base as usize] = 0;
         list.classes = vec![MaterialClass { arrays, ..MaterialClass::default() }];

@@ -1,5 +1,5 @@
-//! The yard: so many equal objects on a square grid, 3 m apart, under point lights of 10 m range. Bump-mapped in
-//! sixteen materials with maps of their own. Everything is seeded: the same plan gives the same world.
+//! The benchmark scene: so many equal objects on a square grid, 3 m apart, under point lights of 10 m range.
+//! Bump-mapped in sixteen materials with maps of their own. Everything is seeded: the same plan gives the same world.
 //!
 //! Grid, sizes, lights, cameras and the shape of the motion are those of the programs that other engines are measured
 //! with (docs/benchmarks.md), down to the random numbers.

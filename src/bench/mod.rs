@@ -1,13 +1,13 @@
 //! Scenes to measure with, the same ones for benchmarks, tests and examples, and `relief bench`, which measures.
 //!
 //! ```text
-//! job  → yard (with maps)        what is asked for becomes a world
+//! job  → grid (with maps)        what is asked for becomes a world
 //!        run → measurement       frames are drawn and timed; one line of figures
 //!        floor                   the least that the same triangles can cost
 //!            → trace             the same frames on a time line
-//!        apart                   a run in a process of its own; what an object adds to memory
+//!        separate_process        a run in a process of its own; what an object adds to memory
 //!        suite → report, plot    many such runs; tables and charts of them
-//! night                          objects and lights for measuring the choice of lights alone
+//! night_lights                   objects and lights for measuring the choice of lights alone
 //! ```
 
 mod floor;

@@ -170,8 +170,11 @@ pub fn restore_texels(scene: &Path, options: &LoadOptions, simulation: &mut Simu
     if !simulation.library().lacks_texels() {
         return Ok(());
     }
-    let fields = simulation.world.get_resource::<scene::SceneFields>().cloned().unwrap_or_default();
-    let mut read = scene::load_library(scene, &fields)?;
+    // With what the program itself put there before the scene was loaded.
+    let mut begun = (options.simulation)();
+    let fields = begun.world.remove_resource::<scene::SceneFields>().unwrap_or_default();
+    let before = begun.world.remove_resource::<Library>().unwrap_or_default();
+    let mut read = scene::load_library(scene, &fields, before)?;
     if options.compress {
         compress_images(&mut read, options.cache.then(Cache::of_user).flatten().as_ref());
     }

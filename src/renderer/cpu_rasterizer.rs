@@ -21,7 +21,7 @@ impl CpuRasterizer {
         Self { is_used: adapter.get_info().device_type == wgpu::DeviceType::Cpu }
     }
 
-    /// Before a frame is recorded; `triangles`: of a recent one.
+    /// Before a frame is encoded; `triangles`: of a recent one.
     pub fn begin_frame(self, triangles: u64) {
         // Not earlier: what loading left is given back.
         if self.is_used && triangles > MANY_TRIANGLES {

@@ -184,7 +184,7 @@ impl Culling {
         }
     }
 
-    /// Records a phase of the culling of a view, with the frame group of its tables and eye. The late phase reads the
+    /// Encodes a phase of the culling of a view, with the frame group of its tables and eye. The late phase reads the
     /// depths that the early one left.
     pub fn encode(
         &self,

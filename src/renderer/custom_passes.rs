@@ -40,5 +40,5 @@ impl PassTargets<'_> {
     pub const LINEAR_FORMAT: wgpu::TextureFormat = HDR_FORMAT;
 }
 
-/// Records a pass.
+/// Encodes a pass.
 pub(super) type EncodePass<'a> = Box<dyn FnMut(&mut wgpu::CommandEncoder, &PassTargets<'_>) + 'a>;

@@ -42,7 +42,7 @@ impl<'a> ViewTarget<'a> {
         self.state.outputs.color && self.passes.iter().any(|(at, _)| *at == place)
     }
 
-    /// Records the caller's passes of a place.
+    /// Encodes the caller's passes of a place.
     fn encode_passes(&mut self, encoder: &mut wgpu::CommandEncoder, place: PassPlace) {
         if !self.state.outputs.color {
             return;
@@ -65,7 +65,7 @@ impl<'a> ViewTarget<'a> {
 }
 
 impl Renderer {
-    /// Records a frame: some of the views of the last [`Self::prepare`], one after the other. The caller submits. A
+    /// Encodes a frame: some of the views of the last [`Self::prepare`], one after the other. The caller submits. A
     /// view's own passes may read the pictures of the views before it.
     ///
     /// # Panics
@@ -84,9 +84,10 @@ impl Renderer {
         self.finish_timestamps(encoder);
     }
 
-    /// Records what was drawn last, once more: only the tone map. For a window whose panel changes above a still scene,
+    /// Encodes what was drawn last, once more: only the tone map. For a window whose panel changes above a still scene,
     /// after a [`Self::prepare`] that found nothing new. Of the caller's own passes those after the tone map; what the
-    /// others drew is still there.
+    /// others drew is still there. But where such a pass needs depths that were not kept, all is encoded anew, with the
+    /// passes that are given now.
     ///
     /// # Panics
     /// As [`Self::encode`].

@@ -63,7 +63,7 @@ impl FrameTables {
         Ok(())
     }
 
-    /// Records the uploads that commands finish. First of all in a frame.
+    /// Encodes the uploads that commands finish. First of all in a frame.
     pub fn encode(&mut self, encoder: &mut wgpu::CommandEncoder, timestamps: Option<&Timestamps>) {
         let Self { scatter, instances, lights, materials, .. } = self;
         let tables = [&mut instances.scattered, &mut lights.scattered, &mut materials.scattered];

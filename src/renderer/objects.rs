@@ -23,7 +23,7 @@ impl Encoded {
 }
 
 impl Renderer {
-    /// IndirectDraws the objects that culling kept in some phases, in a pass that it begins and returns.
+    /// Draws the objects that culling kept in some phases, in a pass that it begins and returns.
     pub(super) fn draw_phases<'a>(
         &self,
         encoder: &'a mut wgpu::CommandEncoder,
@@ -63,8 +63,8 @@ impl Renderer {
         true
     }
 
-    /// The objects that culling kept: neighbouring draws that differ in their mesh only are one call. Returns the number
-    /// of draws and of calls.
+    /// The objects that culling kept: neighbouring draws that differ in their mesh only are one call. Returns the
+    /// number of draws and of calls.
     pub(super) fn draw_objects(
         &self,
         pass: &mut wgpu::RenderPass<'_>,

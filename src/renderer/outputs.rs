@@ -215,7 +215,7 @@ impl ViewState {
 }
 
 impl Renderer {
-    /// IndirectDraws outputs of a view and reads them back, with one wait for the GPU. What the settings ask for
+    /// Draws outputs of a view and reads them back, with one wait for the GPU. What the settings ask for
     /// ([`Settings::outputs`](super::Settings::outputs)) and [`Self::encode`] has drawn already is read only; the rest
     /// is drawn once more for it. The picture is without the caller's own passes, and so is what [`Self::encode_again`]
     /// shows next. `None` unless the view is one of those of the last [`Self::prepare`].
@@ -272,7 +272,7 @@ impl Renderer {
         Some(Picked { entity: entity_of(id)?, depth: metres(depth, view.view_from_clip) })
     }
 
-    /// IndirectDraws the picture into the texture that the view keeps, with what the settings ask for.
+    /// Draws the picture into the texture that the view keeps, with what the settings ask for.
     fn encode_picture(&mut self, encoder: &mut wgpu::CommandEncoder, view: &mut ViewState, size: (u32, u32)) {
         let planned = view.outputs;
         view.outputs.color = true;
@@ -286,7 +286,7 @@ impl Renderer {
         view.outputs = planned;
     }
 
-    /// IndirectDraws outputs that the settings do not ask for; `pixel`: at that only.
+    /// Draws outputs that the settings do not ask for; `pixel`: at that only.
     fn encode_rest(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,

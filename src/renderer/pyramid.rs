@@ -49,7 +49,7 @@ impl PyramidMaker {
         }
     }
 
-    /// Records the making of a pyramid from the depths that it was made for.
+    /// Encodes the making of a pyramid from the depths that it was made for.
     pub fn encode(&self, encoder: &mut wgpu::CommandEncoder, timestamps: Option<&Timestamps>, pyramid: &Pyramid) {
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some("depth pyramid"),

@@ -148,7 +148,7 @@ impl ScatterBuffers {
         }
     }
 
-    /// Records what is pending.
+    /// Encodes what is pending.
     pub fn encode(&mut self, scatter: &Scatter, pass: &mut wgpu::ComputePass<'_>) {
         let Some(pending) = self.pending.take() else { return };
         let Some(pipeline) = scatter.pipelines.get(&pending.record_texels) else { return };

@@ -117,7 +117,7 @@ const FEW_OBJECTS: u32 = 4096;
 /// Choices for a whole view.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Settings {
-    /// IndirectDraws every material with this technique.
+    /// Draws every material with this technique.
     pub technique: Option<Technique>,
     /// A debug view instead of the shaded picture.
     pub debug: DebugView,

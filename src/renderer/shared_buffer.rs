@@ -1,5 +1,5 @@
-//! A buffer that many share, of elements of one size. Room that is given back is used again; where that leaves gaps that
-//! are too small, or half of the buffer unused, what lies in it moves together into another one.
+//! A buffer that many share, of elements of one size. Room that is given back is used again; where that leaves gaps
+//! that are too small, or half of the buffer unused, what lies in it moves together into another one.
 
 use super::tables::GrowingBuffer;
 use super::{Gpu, RenderError};
@@ -27,8 +27,8 @@ impl SharedBuffer {
         self.buffer.buffer()
     }
 
-    /// Makes room for so many elements each, which are taken next, in this order. What is held may move: then the places
-    /// are others, and `true`.
+    /// Makes room for so many elements each, which are taken next, in this order. What is held may move: then the
+    /// places are others, and `true`.
     pub fn make_room<'a>(
         &mut self,
         gpu: &Gpu,
@@ -47,10 +47,13 @@ impl SharedBuffer {
             return Ok(false);
         }
         let old = buffer.buffer().clone();
-        if needed > capacity {
-            buffer.reserve(&gpu.device, needed)?;
+        if wasteful {
+            buffer.resize(&gpu.device, needed + needed / 2);
+        } else if needed + needed / 8 > capacity {
+            // Else what comes and goes in a buffer that is nearly full would have it moved again and again.
+            buffer.reserve(&gpu.device, needed.max(capacity + 1))?;
         } else {
-            buffer.resize(&gpu.device, if wasteful { needed + needed / 2 } else { capacity });
+            buffer.resize(&gpu.device, capacity);
         }
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("move") });
         *places = Places::default();

@@ -77,7 +77,7 @@ impl SingleView {
         self.gpu().queue.submit([encoder.finish()]);
     }
 
-    /// IndirectDraws what was prepared and reads the picture back: 8-bit sRGB RGBA, rows from the top. Empty if nothing was
+    /// Draws what was prepared and reads the picture back: 8-bit sRGB RGBA, rows from the top. Empty if nothing was
     /// prepared.
     pub fn draw_picture(&mut self) -> image::RgbaImage {
         self.draw_outputs(OutputSet::COLOR).and_then(|outputs| outputs.picture).unwrap_or_default()
@@ -98,7 +98,7 @@ impl SingleView {
         self.state.read_linear(self.gpu())
     }
 
-    /// [`ViewState::drawn`].
+    /// [`ViewState::visible_counts`].
     pub fn visible_counts(&self) -> Option<VisibleCounts> {
         self.state.visible_counts()
     }

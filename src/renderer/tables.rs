@@ -141,8 +141,8 @@ pub(super) struct RecordTable<T> {
 /// Texels in a row of the tables; `TABLE_WIDTH` of shaders/types.wgsl.
 pub(super) const TABLE_WIDTH: u64 = 4096;
 const TEXEL_BYTES: u64 = 16;
-/// Uploads of all there is are submitted after this many bytes: until the GPU has them there is a copy, whose memory the
-/// driver may keep.
+/// Uploads of all there is are submitted after this many bytes: until the GPU has them there is a copy, whose memory
+/// the driver may keep.
 pub(super) const FEW_BYTES_UNDER_WAY: u64 = 4 << 20;
 /// Uploads of what changed are so after this many: in every frame, calls cost more than memory.
 const MOST_BYTES_UNDER_WAY: u64 = 12 << 20;

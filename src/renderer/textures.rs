@@ -141,7 +141,8 @@ impl Textures {
         Ok(written)
     }
 
-    /// Makes arrays that are missing, too small, or much too large; what they have in common with the old ones is copied.
+    /// Makes arrays that are missing, too small, or much too large; what they have in common with the old ones is
+    /// copied.
     fn fit(&mut self, gpu: &Gpu, list: &DrawList, library: &Library) -> Result<(), RenderError> {
         self.arrays.resize_with(list.texture_arrays.len(), || None);
         for (wanted, array) in list.texture_arrays.iter().zip(&mut self.arrays) {

@@ -151,12 +151,11 @@ pub fn load(path: &Path, simulation: &mut Simulation) -> Result<LoadedScene, Sce
     Ok(loaded)
 }
 
-/// The meshes, materials and images that [`load`] adds to an empty library, under the same ids, without a world.
+/// A library with the meshes, materials and images that [`load`] adds to it, under the same ids, without a world.
 ///
 /// # Errors
 /// As [`load`].
-pub fn load_library(path: &Path, fields: &SceneFields) -> Result<Library, SceneError> {
-    let mut library = Library::default();
+pub fn load_library(path: &Path, fields: &SceneFields, mut library: Library) -> Result<Library, SceneError> {
     prepare(path, fields, &mut library)?;
     Ok(library)
 }

@@ -133,7 +133,7 @@ pub struct Vehicle {
     #[serde(default)]
     pub headlights: Headlights,
     #[serde(default)]
-    pub manual: bool,
+    pub by_hand: bool,
     #[serde(default)]
     pub physical: Option<Physical>,
     #[serde(default)]

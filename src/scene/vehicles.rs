@@ -141,7 +141,7 @@ impl Spawner<'_> {
         }
         let motion = Motion { place, speed, ..Motion::default() };
         entity.insert((controls, motion, Vehicle::of(kind).painted(paint)));
-        if source.is_some_and(|source| source.manual) {
+        if source.is_some_and(|source| source.by_hand) {
             entity.insert(ManualControl);
         }
         if let Some(physical) = source.and_then(|source| source.physical) {

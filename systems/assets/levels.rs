@@ -89,8 +89,9 @@ impl LevelOfDetail {
 }
 
 /// Simplifies meshes that were added since the last frame.
-pub fn update_levels(mut library: ResMut<Library>) {
-    if !library.is_changed() || library.meshes().all(|(_, entry)| !entry.levels.is_empty()) {
+pub fn update_levels(mut library: ResMut<Library>, mut seen: Local<u64>) {
+    let meshes = library.revisions().meshes;
+    if std::mem::replace(&mut *seen, meshes) == meshes || library.meshes().all(|(_, entry)| !entry.levels.is_empty()) {
         return;
     }
     let pending = library.meshes_mut().filter(|entry| entry.levels.is_empty());

@@ -6,8 +6,8 @@
 //! object without its mesh is not drawn, one without its material has the default, a material without an image has the
 //! stand-in for it.
 //!
-//! Nothing here knows the GPU. Systems and renderers compare [`Library::revisions`] with those that they have seen last,
-//! and look at what changed since.
+//! Nothing here knows the GPU. Systems and renderers compare [`Library::revisions`] with those that they have seen
+//! last, and look at what changed since.
 
 use super::image::{Image, ImageId, ImageKind};
 use super::material::{Material, MaterialId};
@@ -18,7 +18,8 @@ use bevy_ecs::prelude::*;
 use glam::Vec4;
 use std::collections::HashMap;
 
-/// All meshes, materials and images of a world.
+/// All meshes, materials and images of a world, which keeps its library: that another one was put in the place of the
+/// resource would not be noticed.
 #[derive(Resource, Debug)]
 pub struct Library {
     meshes: Slots<MeshId, MeshEntry>,
@@ -126,6 +127,9 @@ impl Library {
         if let Some(pieces) = self.pieces.get(&(mesh, grid)).filter(|pieces| pieces.iter().all(is_there)) {
             return pieces.clone();
         }
+        if let Some(incomplete) = self.pieces.remove(&(mesh, grid)) {
+            incomplete.into_iter().for_each(|piece| _ = self.meshes.remove(piece));
+        }
         let Some(entry) = self.meshes.get_mut(mesh) else { return Vec::new() };
         if !entry.tangents_ready {
             entry.make_tangents();
@@ -165,7 +169,7 @@ impl Library {
         !is_stand_in(id) && self.images.edit(id).map(|replaced| *replaced = image).is_some()
     }
 
-    /// Removes an image; materials that use it have the stand-in for a missing map. TestScene-ins themselves stay: `None`,
+    /// Removes an image; materials that use it have the stand-in for a missing map. Stand-ins themselves stay: `None`,
     /// as for an id of none.
     pub fn remove_image(&mut self, id: ImageId) -> Option<Image> {
         if is_stand_in(id) { None } else { self.images.remove(id) }
@@ -201,7 +205,8 @@ impl Library {
         self.materials.take_back(since.materials);
         self.images.take_back(since.images);
         let Self { meshes, pieces, .. } = self;
-        pieces.retain(|_, pieces| pieces.iter().all(|&piece| meshes.get(piece).is_some()));
+        let is_there = |mesh: &MeshId| meshes.get(*mesh).is_some();
+        pieces.retain(|(whole, _), pieces| is_there(whole) && pieces.iter().all(is_there));
     }
 
     /// The mesh of an id; `None` for one that is not there.

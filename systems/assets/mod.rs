@@ -1,10 +1,11 @@
 //! What many entities share: meshes, materials and images.
 //!
-//! The [`Library`] holds them, each behind a small id ([`slots`]). A [`MeshId`] and a [`MaterialId`] are components: what is drawn
-//! has both. A [`Mesh`] comes from a file or from [`shapes`], may be displaced ([`displace`]) or cut ([`split`]), and
-//! gets [`tangents`] and [`levels`] of detail before its first frame. A [`Material`] names its [`Technique`] and its
-//! [`Map`]s, which are [`Image`]s with mip levels: `alpha` says what clear texels hold, [`blocks`] packs texels and
-//! [`texture_memory`] keeps all of them within a bound. [`world_bounds`] are a mesh's, at an object's place.
+//! The [`Library`] holds them, each behind a small id ([`slots`]). A [`MeshId`] and a [`MaterialId`] are components:
+//! what is drawn has both. A [`Mesh`] comes from a file or from [`shapes`], may be displaced ([`displace`]) or cut
+//! ([`split`]), and gets [`tangents`] and [`levels`] of detail before its first frame. A [`Material`] names its
+//! [`Technique`] and its [`Map`]s, which are [`Image`]s with mip levels: `alpha` says what clear texels hold,
+//! [`blocks`] packs texels and [`texture_memory`] keeps all of them within a bound. [`world_bounds`] are a mesh's, at
+//! an object's place.
 //!
 //! Nothing here knows the GPU, nor which entities there are.
 

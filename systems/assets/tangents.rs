@@ -30,8 +30,9 @@ pub struct TangentReport {
 }
 
 /// Computes the tangents of meshes that were added since the last frame.
-pub fn update_tangents(mut library: ResMut<Library>) {
-    if !library.is_changed() || library.meshes().all(|(_, entry)| entry.tangents_ready) {
+pub fn update_tangents(mut library: ResMut<Library>, mut seen: Local<u64>) {
+    let meshes = library.revisions().meshes;
+    if std::mem::replace(&mut *seen, meshes) == meshes || library.meshes().all(|(_, entry)| entry.tangents_ready) {
         return;
     }
     let pending = library.meshes_mut().filter(|entry| !entry.tangents_ready);

@@ -35,7 +35,7 @@ pub fn most_layers(array: &TextureArray) -> usize {
     (MOST_ARRAY_BYTES / levels.sum::<u64>().max(1)).clamp(1, MOST_LAYERS as u64) as usize
 }
 
-/// TestScene-ins for missing maps, in the order of [`crate::assets::MapSlot`].
+/// Stand-ins for missing maps, in the order of [`crate::assets::MapSlot`].
 const STAND_INS: [ImageId; MAP_COUNT] = [
     ImageId::WHITE_COLOR,
     ImageId::FLAT_NORMAL,

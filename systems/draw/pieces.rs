@@ -159,8 +159,8 @@ fn world_from(world: &World, entity: Entity) -> Affine3A {
     place
 }
 
-/// Cuts objects anew whose mesh was replaced, in pieces as long as before; one that has become short is one piece.
-/// Objects whose mesh was removed lose their pieces.
+/// Cuts objects anew whose mesh was replaced, in pieces as long as before, whatever their number; one that has become
+/// short is one piece. Objects whose mesh was removed lose their pieces.
 pub fn follow_meshes(
     world: &mut World,
     objects: &mut QueryState<(Entity, &WholeMesh), AlsoDisabled>,
@@ -172,7 +172,14 @@ pub fn follow_meshes(
         return;
     }
     let changed: BTreeSet<u32> = library.changed_meshes(since).collect();
-    let concerned = objects.iter(world).filter(|(_, whole)| changed.contains(&whole.mesh.slot()));
+    // Pieces are removed with their mesh. A mesh that was added has them already; one that was short is its own piece.
+    let is_stale = |piece: Entity, whole: &WholeMesh| {
+        world.get::<MeshId>(piece).is_some_and(|&own| own == whole.mesh || library.mesh(own).is_none())
+    };
+    let concerned = objects.iter(world).filter(|(entity, whole)| {
+        changed.contains(&whole.mesh.slot())
+            && world.get::<Pieces>(*entity).is_some_and(|pieces| pieces.iter().any(|piece| is_stale(piece, whole)))
+    });
     for (entity, whole) in concerned.map(|(entity, &whole)| (entity, whole)).collect::<Vec<_>>() {
         cut_anew(world, entity, whole);
     }

@@ -243,7 +243,7 @@ impl Block {
             versine[i] = light.versine_outer;
             block.spots |= u64::from(light.kind != LightRecord::POINT) << i;
         }
-        // SeparateProcess, so that several are computed at once.
+        // Apart, so that several are computed at once.
         for (tan, versine) in block.tan.iter_mut().zip(versine) {
             *tan = outer_tan(versine);
         }

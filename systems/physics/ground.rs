@@ -157,7 +157,8 @@ pub fn update_ground(
     for key in wanted {
         if !physics.colliders.known.contains_key(&key) {
             let collider = collider(&key, library);
-            if collider.is_none() {
+            // Removing a mesh that is in use is allowed.
+            if collider.is_none() && library.mesh(MeshId::from_bits(key[0])).is_some() {
                 physics.warnings.push(format!(
                     "mesh {} cannot be ground or an obstacle: it has no finite triangles",
                     MeshId::from_bits(key[0]).slot()

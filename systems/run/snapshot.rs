@@ -1,10 +1,10 @@
 //! The whole state of a simulation as bytes, and back.
 //!
 //! A snapshot belongs to a scene: it is restored into a world that has just loaded that scene. Loading spawns the same
-//! entities in the same order, so a number names each of them ([`crate::run::registry`]); those that are gone by the time
-//! of the snapshot are named and taken out again; what came later is built again from what it came by and numbered as
-//! it was. Then every kind of state ([`crate::run::state`]) gets its values. What follows from the state is worked out
-//! by the next frame, as ever.
+//! entities in the same order, so a number names each of them ([`crate::run::registry`]); those that are gone by the
+//! time of the snapshot are named and taken out again; what came later is built again from what it came by and numbered
+//! as it was. Then every kind of state ([`crate::run::state`]) gets its values. What follows from the state is worked
+//! out by the next frame, as ever.
 
 use super::registry::{self, EntityRegistry, StateId};
 use super::spawn::Spawn;

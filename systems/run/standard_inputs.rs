@@ -134,7 +134,7 @@ impl Input for NextMeshVariant {
     }
 }
 
-/// Somebody at the wheel wants something else.
+/// Other controls under manual control.
 #[cfg(feature = "vehicles")]
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Drive {
@@ -158,13 +158,13 @@ impl Input for Drive {
     }
 }
 
-/// Somebody takes the wheel of a vehicle that has a route, or lets it go.
+/// Begins or ends manual control of a vehicle that has a route.
 #[cfg(feature = "vehicles")]
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub struct SetManualControl {
     /// Which.
     pub vehicle: StateId,
-    /// Whether it is driven by hand now.
+    /// Whether it is under manual control now.
     pub manual: bool,
 }
 

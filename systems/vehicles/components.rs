@@ -99,7 +99,7 @@ impl Motion {
     }
 }
 
-/// What the one at the wheel wants; applies to a vehicle that no route drives, or that is under [`ManualControl`].
+/// What is asked of a vehicle that no route drives, or that is under [`ManualControl`].
 #[derive(Component, Clone, Copy, PartialEq, Debug, Serialize, Deserialize, Default)]
 pub struct Controls {
     /// 0..1 of the type's acceleration; −1..0 in reverse.
@@ -152,8 +152,8 @@ pub enum Indicator {
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Default)]
 pub struct ManualControl;
 
-/// Drives along a route by itself, unless it is under [`ManualControl`]. State. As it is added, an entity that stands at the
-/// origin is put to its place on the route; later the vehicle's place decides, and `at` follows it.
+/// Drives along a route by itself, unless it is under [`ManualControl`]. State. As it is added, an entity that stands
+/// at the origin is put to its place on the route; later the vehicle's place decides, and `at` follows it.
 #[derive(Component, Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct OnRoute {
     /// The route.

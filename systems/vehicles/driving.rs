@@ -270,7 +270,7 @@ impl Surroundings<'_> {
         }
     }
 
-    /// As the one at the wheel wants.
+    /// Under manual control.
     fn manual(&self, body: &mut Body, wanted: Option<&mut Wanted>) {
         let (kind, seconds, speed) = (body.kind, self.seconds, body.motion.speed as f32);
         let acceleration = hand::acceleration(&body.controls, &kind.limits, speed);

@@ -79,7 +79,8 @@ impl Display {
         output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
     }
 
-    /// So much of the screen, from its top left. The file is an X window dump: a header of big-endian words, colours, pixels.
+    /// So much of the screen, from its top left. The file is an X window dump: a header of big-endian words, colours,
+    /// pixels.
     pub fn look(&self, (width, height): (u32, u32)) -> Option<RgbImage> {
         let dump = fs::read(&self.screen).ok()?;
         let word = |index: usize| {

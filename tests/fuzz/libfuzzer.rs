@@ -20,7 +20,7 @@ static WORK: LazyLock<(Target, Place)> = LazyLock::new(|| {
     (target, Place::new(&place))
 });
 
-/// TestScene-ins for assets, seeds of all targets, words of text.
+/// Stand-ins for assets, seeds of all targets, words of text.
 fn fill(folder: &Path, place: &Path) -> io::Result<()> {
     Place::prepare(place)?;
     let data = std::env::var_os("RELIEF_TEST_DATA").map(PathBuf::from);
