@@ -3,8 +3,8 @@
 //! `cargo run --release --example add_vehicle [TYPE]` writes `add_vehicle.png`; TYPE is `car`, `van`, `bus`, ….
 
 use relief::prelude::*;
+use relief::systems::vehicles::Controls;
 use std::path::Path;
-use systems::vehicles::Controls;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let types = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/vehicles.ron");

@@ -8,16 +8,16 @@
 use relief::frames::{self, Headless, LoadOptions};
 use relief::prelude::*;
 use relief::recording::{Identity, Recorder, RunFiles};
+use relief::systems::ecs::clock::Clock;
+use relief::systems::run::inputs;
+use relief::systems::run::inputs::{Inputs, SavedInput};
+use relief::systems::run::registry::{EntityRegistry, StateId};
+use relief::systems::run::spawn::Spawn;
+use relief::systems::run::standard_inputs::Despawn;
+use relief::systems::vehicles::Controls;
 use std::collections::VecDeque;
 use std::error::Error;
 use std::path::{Path, PathBuf};
-use systems::ecs::clock::Clock;
-use systems::run::inputs;
-use systems::run::inputs::{Inputs, SavedInput};
-use systems::run::registry::{EntityRegistry, StateId};
-use systems::run::spawn::Spawn;
-use systems::run::standard_inputs::Despawn;
-use systems::vehicles::Controls;
 
 /// So many of each there are at once; then the oldest goes.
 const LAMPS: usize = 40;

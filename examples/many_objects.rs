@@ -3,8 +3,8 @@
 //! `cargo run --release --example many_objects [COUNT]` writes `many_objects.png`.
 
 use relief::prelude::*;
-use systems::assets::{Image, ImageKind};
-use systems::ecs::stats::FrameStats;
+use relief::systems::assets::{Image, ImageKind};
+use relief::systems::ecs::stats::FrameStats;
 
 /// A normal map of round studs, so that there is something to bump.
 fn studs(side: u32) -> Image {

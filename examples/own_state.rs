@@ -7,12 +7,12 @@ use relief::check::check;
 use relief::frames::{self, LoadOptions};
 use relief::prelude::*;
 use relief::recording::RunFiles;
+use relief::systems::StepSet;
+use relief::systems::run::registry::EntityRegistry;
+use relief::systems::run::state_hash::{self, StateHash};
 use serde::{Deserialize, Serialize};
 use std::error::Error;
 use std::path::Path;
-use systems::StepSet;
-use systems::run::registry::EntityRegistry;
-use systems::run::state_hash::{self, StateHash};
 
 const SCENE: &str = r#"(
     meshes: { "ball": sphere(radius: 0.4) },
@@ -43,7 +43,7 @@ impl EntityField for Balloon {
     }
 }
 
-/// What somebody does to a balloon.
+/// Lets the air out of a balloon.
 #[derive(Serialize, Deserialize)]
 struct Puncture {
     balloon: StateId,

@@ -4,9 +4,9 @@
 
 use relief::prelude::*;
 use relief::renderer::{Gpu, Settings, SingleView};
-use systems::FrameSet;
-use systems::draw::{FrameData, View};
-use systems::space::GlobalTransform;
+use relief::systems::FrameSet;
+use relief::systems::draw::{FrameData, View};
+use relief::systems::space::GlobalTransform;
 
 /// Seconds since the beginning.
 #[derive(Resource)]

@@ -5,7 +5,7 @@
 
 use relief::prelude::*;
 use relief::renderer::HeldBytes;
-use systems::assets::{Image, ImageKind, LibraryBytes};
+use relief::systems::assets::{Image, ImageKind, LibraryBytes};
 
 const SIZE: (u32, u32) = (640, 360);
 

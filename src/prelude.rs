@@ -15,7 +15,7 @@ pub use systems::draw::{Camera, Environment, Projection, ToneMap};
 pub use systems::ecs::clock::Clock;
 pub use systems::lights::{Light, LightKind, LightPolicy};
 pub use systems::run::inputs::{Input, Inputs};
-pub use systems::run::registry::StateId;
+pub use systems::run::registry::{EntityRegistry, StateId};
 pub use systems::run::state::StateList;
 pub use systems::space::{Hidden, Spin, Transform};
 #[cfg(feature = "vehicles")]

@@ -51,6 +51,7 @@ pub struct Measurement {
     pub select_ms_median: f64,
     pub simulate_ms_median: f64,
     pub prepare_ms_median: f64,
+    #[serde(alias = "record_ms_median")]
     pub encode_ms_median: f64,
     /// Giving the moving objects their transforms, of a file's scene a step of its clock: in the frame, not in the
     /// engine's time.

@@ -11,6 +11,9 @@ use systems::run::snapshot;
 use systems::run::state::StateList;
 use systems::run::state_hash::StateHash;
 
+/// Letters of an unknown name that a message shows.
+const MOST_SHOWN: usize = 60;
+
 /// A recording that was read and found sound.
 #[derive(Debug)]
 pub struct Recording {
@@ -112,6 +115,7 @@ impl Recording {
         let refused = |message: String| Err(RecordingError::refused(self.blocks.path(), message));
         let kinds = &self.header.kinds;
         if let Some(kind) = kinds.iter().find(|kind| !now.names().any(|name| name == **kind)) {
+            let kind: String = kind.chars().take(MOST_SHOWN).collect();
             return refused(format!("made by a program with the state {kind:?}, which this program does not have"));
         }
         match now.names().find(|name| !kinds.iter().any(|kind| kind == name)) {

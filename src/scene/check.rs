@@ -265,7 +265,7 @@ impl<'a> Check<'a> {
             self.field("signal_head", |c| c.known_group(&head.signal, head.group));
         }
         if !e.figure.is_empty() && !meshes.is_empty() {
-            self.field("figure", |c| c.fault("expected either a mesh or a figure"));
+            self.field("figure", |c| c.fault("expected either mesh or figure"));
         }
         self.each("figure", &e.figure, |c, mesh| c.figure(mesh));
         let mut entities = meshes.iter().map(|mesh| self.entities_of(mesh)).max().unwrap_or(1);

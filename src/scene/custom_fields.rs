@@ -119,7 +119,8 @@ fn parsed<T: DeserializeOwned>(text: &str) -> Option<T> {
 fn add(all: &mut Vec<Known>, field: Known, custom: fn(&str) -> Option<Custom>) {
     let name = field.name;
     assert!(all.iter().all(|known| known.name != name), "{name} is a field already");
-    let is_free = custom(&format!("({name}: ())")).is_some_and(|custom| custom.fields.len() == 1);
+    let is_free =
+        custom(&format!("({name}: ())")).is_some_and(|custom| matches!(&*custom.fields, [field] if field.name == name));
     assert!(is_free, "{name} is a field already, or not an identifier");
     all.push(field);
 }

@@ -251,11 +251,12 @@ fn prepare_scene(path: &Path, fields: &SceneFields, library: &mut Library) -> Re
     faults.extend(check::faults(&scene, &files));
     let mut vehicles = vehicles::read_types(&scene, folder, library, &mut faults);
     if !faults.is_empty() {
+        let places = places::Places::of(&text);
         let mut problems: Vec<Problem> = faults
             .into_iter()
             .map(|fault| Problem {
                 place: fault.place,
-                ..problem(path, Some(places::find(&text, &fault.steps)), fault.message)
+                ..problem(path, Some(places.find(&fault.steps)), fault.message)
             })
             .collect();
         problems.sort_by_key(|p| p.line_column);

@@ -14,9 +14,28 @@ pub enum Step {
     Entry(usize),
 }
 
-/// Line and column, both from 1, of the value that the steps lead to, or of the nearest value around it that is there.
+/// All values of a text, to find many.
+pub struct Places<'a> {
+    text: &'a str,
+    root: Node<'a>,
+}
+
+impl<'a> Places<'a> {
+    /// Reads the text.
+    pub fn of(text: &'a str) -> Self {
+        Self { text, root: Reader { text, at: 0 }.value() }
+    }
+
+    /// Line and column, both from 1, of the value that the steps lead to, or of the nearest value around it that is
+    /// there.
+    pub fn find(&self, steps: &[Step]) -> (usize, usize) {
+        line_column(self.text, follow(&self.root, steps).at)
+    }
+}
+
+/// [`Places::find`] for one value.
 pub fn find(text: &str, steps: &[Step]) -> (usize, usize) {
-    line_column(text, find_offset(text, steps))
+    Places::of(text).find(steps)
 }
 
 /// The byte offset of that value.

@@ -1,11 +1,11 @@
 //! How far each bump technique is from what it imitates: `relief compare`.
 //!
 //! ```text
-//! maps    a height map, and what follows from it
-//! stand   a world: one figure, coarse as techniques have it and finely displaced; three lights, a camera
-//! truth   the displaced figure lit light by light, shadows traced → the pictures that techniques are measured by
-//! cost    what a draw takes with each technique
-//! report  a table, CSV, a chart
+//! maps        a height map, and what follows from it
+//! test_scene  a world: one mesh, coarse as techniques have it and finely displaced; three lights, a camera
+//! truth       the displaced mesh lit light by light, shadows traced → what techniques are measured by
+//! cost        what a draw takes with each technique
+//! report      a table, CSV, a chart
 //! ```
 //!
 //! `docs/compare.md` says what is measured and how.

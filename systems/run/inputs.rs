@@ -55,7 +55,7 @@ pub trait Input: Serialize + DeserializeOwned + Send + Sync + 'static {
     const NAME: &'static str;
 
     /// Changes the world, by nothing but the value and the state. An input that names an entity that is gone, or has no
-    /// such component, changes nothing.
+    /// such component, changes nothing. What it queues is applied right after it.
     fn apply(&self, world: &mut World);
 
     /// Whether its numbers can be what a world holds. Others are not applied.
@@ -182,17 +182,33 @@ impl Inputs {
     }
 }
 
-/// Applies what is queued, in order, and returns what was applied.
+/// Applies what is queued, in order, and returns what was applied. What an input queues itself is applied right after
+/// it, and not returned: in a replay that input queues it again.
 pub fn apply_queued(world: &mut World) -> Vec<SavedInput> {
+    let mut queued = take_queued(world);
+    queued.retain(|input| {
+        let is_applied = apply(world, input);
+        let mut follow = take_queued(world);
+        while !follow.is_empty() {
+            follow.iter().for_each(|input| _ = apply(world, input));
+            follow = take_queued(world);
+        }
+        is_applied
+    });
+    queued
+}
+
+fn take_queued(world: &mut World) -> Vec<SavedInput> {
     if world.resource::<Inputs>().is_empty() {
         return Vec::new();
     }
-    let mut queued = std::mem::take(&mut world.resource_mut::<Inputs>().queued);
-    queued.retain(|input| {
-        let known = world.resource::<Inputs>().find(&input.name).copied();
-        known.is_some_and(|known| (known.apply)(world, &input.value).is_ok())
-    });
-    queued
+    std::mem::take(&mut world.resource_mut::<Inputs>().queued)
+}
+
+/// Whether it could be.
+fn apply(world: &mut World, input: &SavedInput) -> bool {
+    let known = world.resource::<Inputs>().find(&input.name).copied();
+    known.is_some_and(|known| (known.apply)(world, &input.value).is_ok())
 }
 
 /// The first system of a step.
@@ -224,6 +240,39 @@ mod tests {
     #[should_panic(expected = "input \"next figure\" is not registered")]
     fn a_type_that_is_not_registered_cannot_be_pushed() {
         Inputs::default().push(Other);
+    }
+
+    /// Queues itself until it is 0.
+    #[derive(Serialize, Deserialize)]
+    struct CountDown(u8);
+
+    #[derive(Resource, Default)]
+    struct Counted(Vec<u8>);
+
+    impl Input for CountDown {
+        const NAME: &'static str = "count down";
+
+        fn apply(&self, world: &mut World) {
+            world.resource_mut::<Counted>().0.push(self.0);
+            if let Some(next) = self.0.checked_sub(1) {
+                world.resource_mut::<Inputs>().push(Self(next));
+            }
+        }
+    }
+
+    #[test]
+    fn what_an_input_queues_follows_it_at_once_and_is_not_recorded() {
+        let mut world = World::new();
+        world.init_resource::<Counted>();
+        let mut inputs = Inputs::default();
+        inputs.register::<CountDown>();
+        inputs.push(CountDown(2));
+        inputs.push(CountDown(1));
+        world.insert_resource(inputs);
+        let wanted = [CountDown(2), CountDown(1)].map(|input| SavedInput::of(&input));
+        assert_eq!(apply_queued(&mut world), wanted);
+        assert_eq!(world.resource::<Counted>().0, [2, 1, 0, 1, 0]);
+        assert!(world.resource::<Inputs>().is_empty());
     }
 
     #[test]

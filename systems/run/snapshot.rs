@@ -15,6 +15,10 @@ use std::collections::HashSet;
 
 /// Entities that a snapshot may bring into being; more is a file that is broken.
 const MOST_SPAWNED: usize = 1 << 24;
+/// Numbers of entities in a file leave room for as many more.
+const MOST_NUMBER: u32 = u32::MAX - MOST_SPAWNED as u32;
+/// Letters of an unknown name that a message shows.
+const MOST_SHOWN: usize = 60;
 
 #[derive(Serialize, Deserialize)]
 struct Saved {
@@ -63,7 +67,7 @@ pub fn restore(world: &mut World, bytes: &[u8]) -> Result<(), StateError> {
         return refused(format!("expected at most {MOST_SPAWNED} spawned entities, found {spawned}"));
     }
     for (first, count, spawn) in saved.later {
-        if !spawn.is_sound() || first < world.resource::<EntityRegistry>().next() {
+        if !spawn.is_sound() || first < world.resource::<EntityRegistry>().next() || first > MOST_NUMBER {
             return refused(format!("entity {first}: invalid spawn"));
         }
         world.resource_mut::<EntityRegistry>().set_next(first);
@@ -74,6 +78,9 @@ pub fn restore(world: &mut World, bytes: &[u8]) -> Result<(), StateError> {
     }
     if saved.next < world.resource::<EntityRegistry>().next() {
         return refused(format!("next entity number {} already exists", saved.next));
+    }
+    if saved.next > MOST_NUMBER {
+        return refused(format!("next entity number {}; expected at most {MOST_NUMBER}", saved.next));
     }
     world.resource_mut::<EntityRegistry>().set_next(saved.next);
     take_out(world, &saved.gone)?;
@@ -104,10 +111,20 @@ fn take_out(world: &mut World, gone: &[u32]) -> Result<(), StateError> {
 
 fn restore_kinds(world: &mut World, saved: Vec<(String, Vec<u8>)>) -> Result<(), StateError> {
     world.resource_scope(|world, mut list: Mut<StateList>| {
-        if !list.names().eq(saved.iter().map(|(name, _)| name.as_str())) {
-            return Err(StateError::new("snapshot", "its kinds of state differ from those of this program"));
+        let refused = |message: String| Err(StateError::new("snapshot", message));
+        if let Some((name, _)) = saved.iter().find(|(name, _)| !list.names().any(|known| known == name)) {
+            let shown: String = name.chars().take(MOST_SHOWN).collect();
+            return refused(format!("made by a program with the state {shown:?}, which this program does not have"));
         }
-        list.kinds.iter_mut().zip(saved).try_for_each(|(kind, (_, bytes))| kind.restore(world, &bytes))
+        // In this program's order.
+        for kind in &mut list.kinds {
+            let mut named = saved.iter().filter(|(name, _)| name == kind.name());
+            let (Some((_, bytes)), None) = (named.next(), named.next()) else {
+                return refused(format!("expected the state {:?} once, which this program has", kind.name()));
+            };
+            kind.restore(world, bytes)?;
+        }
+        Ok(())
     })
 }
 

@@ -1,5 +1,5 @@
-//! The inputs that every simulation knows: edits of lights, places and visibility, what comes and goes, vehicles at the
-//! wheel.
+//! The inputs that every simulation knows: edits of lights, places and visibility, what comes and goes, and manual
+//! control of vehicles.
 
 use super::inputs::{Input, Inputs};
 use super::registry::{self, EntityRegistry, StateId};
@@ -116,7 +116,7 @@ impl Input for Hide {
     }
 }
 
-/// Every figure shows its next shape.
+/// Every entity with mesh variants shows its next one.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub struct NextMeshVariant;
 

@@ -79,7 +79,8 @@ impl StateList {
         list.add(Component::<Light>::checked("light", Light::is_sound));
         list.add(Component::<Spin>::checked("spin", Spin::is_sound));
         list.add_component::<Hidden>("hidden");
-        list.add_component::<MeshVariants>("figure");
+        let has_shown = |variants: &MeshVariants| variants.shown < variants.meshes.len().max(1);
+        list.add_checked_component::<MeshVariants>("figure", has_shown);
         list.add(Component::<MeshId, With<MeshVariants>>::new("shape"));
         list.add(ResourceKind::<Clock> { take_over: Clock::take_over, ..ResourceKind::new("clock") });
         list.add_resource::<Seed>("seed");
@@ -89,9 +90,16 @@ impl StateList {
         list
     }
 
-    /// A component, all of whose values are state. Entities within it are told apart by `Component::map_entities`.
+    /// A component, all of whose values are state, and make sense. Entities within it are told apart by
+    /// `Component::map_entities`.
     pub fn add_component<T: StateComponent>(&mut self, name: &'static str) {
         self.add(Component::<T, ()>::new(name));
+    }
+
+    /// As [`Self::add_component`], for values of which not all make sense: a snapshot with one that is not sound is
+    /// refused.
+    pub fn add_checked_component<T: StateComponent>(&mut self, name: &'static str, is_sound: fn(&T) -> bool) {
+        self.add(Component::<T, ()>::checked(name, is_sound));
     }
 
     /// A resource that is always there.
