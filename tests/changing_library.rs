@@ -12,7 +12,8 @@ use relief::renderer::{Gpu, HeldBytes, Settings, SingleView};
 use std::collections::BTreeMap;
 use systems::Simulation;
 use systems::assets::{
-    AlphaMode, Image, ImageId, ImageKind, Library, Map, Material, MaterialId, Mesh, MeshId, shapes, tangents,
+    AlphaMode, Image, ImageId, ImageKind, Library, Map, Material, MaterialId, Mesh, MeshId, Texels, blocks, level_size,
+    shapes, tangents,
 };
 use systems::draw::Camera;
 use systems::lights::Light;
@@ -117,7 +118,25 @@ impl Editor {
         let side = 4 << self.below(3);
         let kind = if self.below(4) == 0 { ImageKind::Normal } else { ImageKind::Color };
         let texels = (0..side * side).flat_map(|_| [self.random.random(), self.random.random(), 200, 255]).collect();
-        Image::rgba8("random", side as u32, side as u32, kind, texels)
+        let mut image = Image::rgba8("random", side as u32, side as u32, kind, texels);
+        match self.below(4) {
+            0 => {
+                let texels: Vec<Vec4> = image.levels[0]
+                    .chunks(4)
+                    .map(|texel| Vec4::from_array([0, 1, 2, 3].map(|i| f32::from(texel[i]) / 255.0)))
+                    .collect();
+                image = Image::rgba16("random", side as u32, side as u32, kind, &texels);
+            }
+            1 => {
+                for (level, texels) in (0..).zip(&mut image.levels) {
+                    let (width, height) = level_size(side as u32, side as u32, level);
+                    *texels = blocks::encode(texels, width, height);
+                }
+                image.texels = Texels::Bc7;
+            }
+            _ => {}
+        }
+        image
     }
 
     fn material(&mut self) -> Material {
