@@ -8,7 +8,6 @@ use relief::frames::{self, LoadOptions};
 use relief::prelude::*;
 use relief::recording::RunFiles;
 use relief::systems::StepSet;
-use relief::systems::run::registry::EntityRegistry;
 use relief::systems::run::state_hash::{self, StateHash};
 use serde::{Deserialize, Serialize};
 use std::error::Error;
