@@ -11,9 +11,6 @@ use systems::run::snapshot;
 use systems::run::state::StateList;
 use systems::run::state_hash::StateHash;
 
-/// Letters of an unknown name that a message shows.
-const MOST_SHOWN: usize = 60;
-
 /// A recording that was read and found sound.
 #[derive(Debug)]
 pub struct Recording {
@@ -112,14 +109,8 @@ impl Recording {
     /// # Errors
     /// [`RecordingError::Refused`] names a kind of state that only one of the two has.
     pub fn check_state(&self, now: &StateList) -> Result<(), RecordingError> {
-        let refused = |message: String| Err(RecordingError::refused(self.blocks.path(), message));
-        let kinds = &self.header.kinds;
-        if let Some(kind) = kinds.iter().find(|kind| !now.names().any(|name| name == **kind)) {
-            let kind: String = kind.chars().take(MOST_SHOWN).collect();
-            return refused(format!("made by a program with the state {kind:?}, which this program does not have"));
-        }
-        match now.names().find(|name| !kinds.iter().any(|kind| kind == name)) {
-            Some(name) => refused(format!("made by a program without the state {name:?}, which this program has")),
+        match now.difference(self.header.kinds.iter().map(String::as_str)) {
+            Some(difference) => Err(RecordingError::refused(self.blocks.path(), difference)),
             None => Ok(()),
         }
     }

@@ -99,7 +99,7 @@ pub enum InputError {
 }
 
 /// Letters of an unknown name that a message shows.
-const MOST_SHOWN: usize = 60;
+pub(super) const MOST_SHOWN: usize = 60;
 
 /// A registered type.
 #[derive(Clone, Copy, Debug)]

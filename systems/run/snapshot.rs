@@ -17,8 +17,6 @@ use std::collections::HashSet;
 const MOST_SPAWNED: usize = 1 << 24;
 /// Numbers of entities in a file leave room for as many more.
 const MOST_NUMBER: u32 = u32::MAX - MOST_SPAWNED as u32;
-/// Letters of an unknown name that a message shows.
-const MOST_SHOWN: usize = 60;
 
 #[derive(Serialize, Deserialize)]
 struct Saved {
@@ -111,20 +109,14 @@ fn take_out(world: &mut World, gone: &[u32]) -> Result<(), StateError> {
 
 fn restore_kinds(world: &mut World, saved: Vec<(String, Vec<u8>)>) -> Result<(), StateError> {
     world.resource_scope(|world, mut list: Mut<StateList>| {
-        let refused = |message: String| Err(StateError::new("snapshot", message));
-        if let Some((name, _)) = saved.iter().find(|(name, _)| !list.names().any(|known| known == name)) {
-            let shown: String = name.chars().take(MOST_SHOWN).collect();
-            return refused(format!("made by a program with the state {shown:?}, which this program does not have"));
+        if let Some(difference) = list.difference(saved.iter().map(|(name, _)| name.as_str())) {
+            return Err(StateError::new("snapshot", difference));
         }
         // In this program's order.
-        for kind in &mut list.kinds {
-            let mut named = saved.iter().filter(|(name, _)| name == kind.name());
-            let (Some((_, bytes)), None) = (named.next(), named.next()) else {
-                return refused(format!("expected the state {:?} once, which this program has", kind.name()));
-            };
-            kind.restore(world, bytes)?;
-        }
-        Ok(())
+        list.kinds.iter_mut().try_for_each(|kind| {
+            let bytes = saved.iter().find(|(name, _)| name == kind.name()).map(|(_, bytes)| &**bytes);
+            kind.restore(world, bytes.unwrap_or_default())
+        })
     })
 }
 

@@ -6,6 +6,7 @@
 //! component or resource becomes state by deriving serde's traits and a line in [`StateList::standard`]; one that a
 //! program of yours adds, by [`StateList::add_component`] before the first step.
 
+use super::inputs::MOST_SHOWN;
 use super::registry::{EntityRegistry, FromIds, StateId, ToIds};
 use super::state_hash::{self, Sum};
 use crate::assets::mesh::{MeshId, MeshVariants};
@@ -110,6 +111,22 @@ impl StateList {
     /// The names of all kinds of state, in the order in which they were added.
     pub fn names(&self) -> impl Iterator<Item = &'static str> {
         self.kinds.iter().map(|kind| kind.name())
+    }
+
+    /// How a file differs that holds kinds of state of these names, in any order; `None`: it has those of this list.
+    pub fn difference<'a>(&self, names: impl Iterator<Item = &'a str> + Clone) -> Option<String> {
+        if let Some(other) = names.clone().find(|name| !self.names().any(|known| known == *name)) {
+            let other: String = other.chars().take(MOST_SHOWN).collect();
+            return Some(format!("made by a program with the state {other:?}, which this program does not have"));
+        }
+        for known in self.names() {
+            match names.clone().filter(|name| *name == known).count() {
+                0 => return Some(format!("made by a program without the state {known:?}, which this program has")),
+                1 => {}
+                _ => return Some(format!("duplicate state {known:?}")),
+            }
+        }
+        None
     }
 
     /// State that neither of the two fits.

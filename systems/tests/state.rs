@@ -13,6 +13,7 @@ use systems::run::registry::{self, EntityRegistry, StateId, register_all};
 use systems::run::snapshot;
 use systems::run::spawn::Spawn;
 use systems::run::standard_inputs::{Despawn, Drive, EditLight, Hide, NextMeshVariant, SetManualControl, SetTransform};
+use systems::run::state::StateList;
 use systems::run::state_hash::{StateHash, hash};
 use systems::space::origin::Origin;
 use systems::space::{Hidden, Interpolation, Spin, Transform};
@@ -322,4 +323,19 @@ proptest! {
         changes.iter().for_each(|(at, value)| *at.get_mut(&mut bytes) = *value);
         try_restore(&bytes);
     }
+}
+
+#[test]
+fn kinds_of_state_are_compared_by_name_in_any_order() {
+    let list = StateList::standard();
+    let names: Vec<&str> = list.names().collect();
+    let (first, last) = (names[0], names[names.len() - 1]);
+    assert_eq!(list.difference(names.iter().rev().copied()), None);
+    let lacking = list.difference(names[1..].iter().copied()).expect("one is missing");
+    assert_eq!(lacking, format!("made by a program without the state {first:?}, which this program has"));
+    let twice = list.difference(names.iter().copied().chain([last])).expect("one is there twice");
+    assert_eq!(twice, format!("duplicate state {last:?}"));
+    let long = "fuel".repeat(100);
+    let more = list.difference(names.iter().copied().chain([&*long])).expect("one is unknown");
+    assert_eq!(more, format!("made by a program with the state {:?}, which this program does not have", &long[..60]));
 }
