@@ -21,7 +21,7 @@ use systems::Simulation;
 use systems::assets::{Library, Mesh};
 use systems::draw::update_light_table;
 use systems::lights::search::{Level, Scratch, select};
-use systems::lights::{LightPolicy, LightTree, ScoredLight, SelectedLights, along_the_curve, select_lights};
+use systems::lights::{LightPolicy, LightTree, Policies, ScoredLight, SelectedLights, along_the_curve, select_lights};
 use systems::space::{GlobalTransform, Sphere};
 
 /// Processor time of this thread, which other programs do not lengthen, shown per object.
@@ -88,12 +88,18 @@ fn searches(criterion: &mut Criterion<PerObject>) {
                 let mut out = vec![SelectedLights::default(); objects];
                 let mut tree = LightTree::new(&scored);
                 group.bench_function(BenchmarkId::new("tree", lights), |b| b.iter(|| tree.build(black_box(&scored))));
-                for (kind, policy) in [("three alone", LightPolicy::Hard), ("weights and residual", LightPolicy::Three)]
-                {
+                let kinds = [
+                    ("three alone", LightPolicy::Hard),
+                    ("weights and residual", LightPolicy::Three),
+                    ("enough", LightPolicy::ENOUGH),
+                ];
+                for (kind, policy) in kinds {
+                    let policies = Policies::Same(policy);
                     let mut scratch = Scratch::default();
                     group.bench_function(BenchmarkId::new(kind, lights), |b| {
                         b.iter(|| {
-                            select(Level::new(), &tree, &scored, policy, (black_box(&spheres), &mut out), &mut scratch)
+                            let work = (black_box(&spheres[..]), &mut out[..]);
+                            select(Level::new(), &tree, &scored, policies, work, &mut scratch)
                         });
                     });
                 }

@@ -103,7 +103,7 @@ fn fs_dot3_with_outputs(in: Dot3Out, @builtin(front_facing) front: bool) -> Colo
     return color_and_outputs(dot3_shaded(in, front));
 }
 
-// What the surface reflects of a light, whose number among the object's three is `number`. `light` gives its colour:
+// What the surface reflects of a light, whose number among the object's lights is `number`. `light` gives its colour:
 // distance and cone count per pixel, as the attenuation maps of the time had it.
 fn dot3_reflection(surface: Surface, bump: Bump, number: u32, slot: u32, light: Arriving) -> vec3f {
     var toward: vec3f;
@@ -115,7 +115,8 @@ fn dot3_reflection(surface: Surface, bump: Bump, number: u32, slot: u32, light: 
         let direction = arriving(slot, origin, view.eye).toward;
         toward = unpacked(packed(direction));
         halfway = unpacked(packed(normalize(direction + toward_eye(origin))));
-    } else if LIGHTS == LIGHTS_ALL {
+    } else if number >= 3u {
+        // Beside the three whose vectors are interpolated.
         toward = unpacked(packed(light.toward));
         halfway = unpacked(packed(normalize(light.toward + surface.toward_eye)));
     } else {

@@ -1,4 +1,4 @@
-// The forward pass: objects in batches, each pixel lit by its object's three lights.
+// The forward pass: objects in batches, each pixel lit by its object's lights.
 //
 // The overrides are set when a pipeline is made; see src/renderer/pipelines.rs.
 
@@ -8,14 +8,10 @@ override TRANSFORMED_UVS: bool = true;
 override EMISSIVE: bool = true;
 override ENVIRONMENT_MAP: bool = false;
 override VERTEX_COLORS: bool = true;
-override LIGHTS: u32 = 0u;
 
 const ALPHA_OPAQUE = 0u;
 const ALPHA_MASK = 1u;
 const ALPHA_BLEND = 2u;
-
-const LIGHTS_SELECTED = 0u;
-const LIGHTS_ALL = 1u;
 
 // The maps that pixels of one technique read: `bound_maps` of src/renderer/textures.rs has the same order. Perturbed UV
 // reads neither normal nor height map; its own two are bound in their places.
@@ -204,12 +200,12 @@ fn unshadowed(material_shadow: f32, bump: Bump, toward: vec3f) -> f32 {
     return 1.0 + material_shadow * (over_horizon(horizon, light) - 1.0);
 }
 
-// What the surface gives off of a light, whose number among the object's three is `number`.
+// What the surface gives off of a light, whose number among the object's lights is `number`.
 fn reflected(surface: Surface, bump: Bump, material: Material, number: u32, light: u32, eye: vec3f) -> vec3f {
     let arriving = arriving(light, surface.position, eye);
     let ambient = arriving.ambient * surface.diffuse;
-    if TECHNIQUE == TECHNIQUE_EMBOSS_MULTIPASS {
-        // The passes that follow add the rest.
+    if TECHNIQUE == TECHNIQUE_EMBOSS_MULTIPASS && number < 3u {
+        // The passes that follow add the rest, for three lights.
         return ambient;
     } else if is_emboss() {
         // No highlight: a difference of heights says nothing of the direction that a mirror would look in.
@@ -232,43 +228,41 @@ fn reflected(surface: Surface, bump: Bump, material: Material, number: u32, ligh
 }
 
 // All light on the surface that comes from lights, the scene's ambient and the sky; not its own emission.
-fn lit(surface: Surface, bump: Bump, material: Material, slot: u32, instance: Instance, occlusion: f32) -> vec3f {
+fn lit(surface: Surface, bump: Bump, material: Material, instance: Instance, occlusion: f32) -> vec3f {
     var color = surface.diffuse * view.ambient * occlusion;
     var around = vec3f(0.0);
     let mirror = reflect(-surface.toward_eye, surface.normal);
     let eye = view.eye;
-    if LIGHTS == LIGHTS_ALL {
-        let first = reaching[slot];
-        for (var i = 0u; i < instance.reaching; i++) {
-            color += reflected(surface, bump, material, 0u, reaching[first + i], eye);
-        }
-    } else {
-        // A count that is not known before keeps compilers from unrolling, so that an object with one light pays for
-        // one; it is asked at the end of the loop: where it comes first, Mesa's software driver, which runs eight
-        // pixels in step, runs the body once more for none of them.
-        var chosen = vec3u(instance.lights[0], instance.lights[1], instance.lights[2]);
-        var weights = vec3f(instance.weights[0], instance.weights[1], instance.weights[2]);
-        let count = dot(vec3u(1u), select(vec3u(1u), vec3u(0u), chosen == vec3u(NO_LIGHT)));
-        if count > 0u {
-            var number = 0u;
-            loop {
-                color += weights.x * reflected(surface, bump, material, number, chosen.x, eye);
-                weights = vec3f(weights.yz, 0.0);
-                chosen = vec3u(chosen.yz, NO_LIGHT);
-                number++;
-                if number >= count {
-                    break;
-                }
+    // A count that is not known before keeps compilers from unrolling, so that an object with one light pays for one; it
+    // is asked at the end of the loop: where it comes first, Mesa's software driver, which runs eight pixels in step,
+    // runs the body once more for none of them.
+    var chosen = vec3u(instance.lights[0], instance.lights[1], instance.lights[2]);
+    var weights = vec3f(instance.weights[0], instance.weights[1], instance.weights[2]);
+    let count = dot(vec3u(1u), select(vec3u(1u), vec3u(0u), chosen == vec3u(NO_LIGHT))) + instance.listed;
+    if count > 0u {
+        var number = 0u;
+        loop {
+            color += weights.x * reflected(surface, bump, material, number, chosen.x, eye);
+            weights = vec3f(weights.yz, 0.0);
+            chosen = vec3u(chosen.yz, NO_LIGHT);
+            number++;
+            if number >= count {
+                break;
+            }
+            if LIGHT_LISTS && number >= 3u {
+                let light = listed_light(instance.list, number - 3u);
+                chosen.x = light >> 10u;
+                weights.x = f32(light & 1023u) / 1023.0;
             }
         }
-        let ambient = instance.residual_ambient;
-        let direction = instance.residual_direction;
-        let sides = instance.residual_sides;
-        color += surface.diffuse * residual(ambient, direction, sides, surface.normal);
-        if is_ggx() {
-            // The duller the surface, the more of the lights its highlight finds.
-            around = residual(ambient, direction, sides, mirror) * surface.gloss;
-        }
+    }
+    let ambient = instance.residual_ambient;
+    let direction = instance.residual_direction;
+    let sides = instance.residual_sides;
+    color += surface.diffuse * residual(ambient, direction, sides, surface.normal);
+    if is_ggx() {
+        // The duller the surface, the more of the lights its highlight finds.
+        around = residual(ambient, direction, sides, mirror) * surface.gloss;
     }
     if TECHNIQUE == TECHNIQUE_PERTURBED_UV {
         let blur = select(0.0, sqrt(surface.gloss), is_ggx());
@@ -324,7 +318,7 @@ fn shaded(in: VertexOut, front: bool) -> Shaded {
             // The classic model's emission is one more light on the base colour.
             emission *= base.rgb;
         }
-        color = lit(surface, bump, material, in.slot, instance, occlusion) + emission;
+        color = lit(surface, bump, material, instance, occlusion) + emission;
     }
     if DEBUG == 0u {
         color = exposed(color);

@@ -30,7 +30,7 @@ struct PackedInstance {
     residual: array<u32, 4>,
     last_side_and_dropped: u32,
     residual_unit: f32,
-    reaching: u32,
+    reaching_or_list: u32,
     entity: u32,
 }
 
@@ -45,8 +45,11 @@ struct Instance {
     residual_sides: vec3f,
     // How many lights reach the object.
     reaching: u32,
-    // Sum of the scores of the lights that are not among the three.
+    // What its lights may miss: a sum of scores.
     dropped: f32,
+    // How many lights it has beside the three, and the first texel of the list that they are in.
+    listed: u32,
+    list: u32,
 }
 
 struct Light {
@@ -67,6 +70,9 @@ struct Light {
 override LIGHTS_WITH_ATTENUATION: bool = true;
 override LIGHTS_WITH_CONES: bool = true;
 override LIGHTS_WITH_AMBIENT: bool = true;
+
+// Whether some object has more than three lights.
+override LIGHT_LISTS: bool = true;
 
 const NO_LIGHT = 0xffffffffu;
 
@@ -116,13 +122,12 @@ struct TableStarts {
     instances: u32,
     lights: u32,
     materials: u32,
+    light_lists: u32,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var tables: texture_2d<u32>;
 @group(0) @binding(2) var<uniform> starts: TableStarts;
-// For LIGHTS_ALL: reaching[slot] is where the list of the lights that reach the object in that slot begins.
-@group(0) @binding(3) var<storage, read> reaching: array<u32>;
 
 // Texels in a row of the tables.
 const TABLE_WIDTH = 4096u;
@@ -136,6 +141,10 @@ fn floats_of(index: u32) -> vec4f {
 }
 
 const INSTANCE_TEXELS = 6u;
+// Of a page of a list of lights.
+const LIST_TEXELS = 2u;
+// Set where a word names a list.
+const LISTED = 0x80000000u;
 
 fn load_world_from_object(slot: u32) -> array<vec4f, 3> {
     let t = starts.instances + slot * INSTANCE_TEXELS;
@@ -170,6 +179,15 @@ fn load_instance(slot: u32) -> Instance {
     // Shifted with its sign: no light stays NO_LIGHT.
     let lights = bitcast<vec3u>(bitcast<vec3i>(chosen) >> vec3u(10u));
     let weights = vec3f(chosen & vec3u(1023u)) / 1023.0;
+    var reaching = packed.reaching_or_list;
+    var listed = 0u;
+    var list = 0u;
+    if LIGHT_LISTS && (packed.reaching_or_list & LISTED) != 0u {
+        list = starts.light_lists + (packed.reaching_or_list & ~LISTED) * LIST_TEXELS;
+        let header = texel_of(list);
+        reaching = header.x;
+        listed = header.y;
+    }
     let unit = packed.residual_unit;
     let a = halves(packed.residual[0]) * unit;
     let b = halves(packed.residual[1]) * unit;
@@ -185,9 +203,18 @@ fn load_instance(slot: u32) -> Instance {
         vec3f(a, b.x),
         vec3f(b.y, c),
         vec3f(d, last),
-        packed.reaching,
+        reaching,
         bitcast<f32>(packed.last_side_and_dropped & 0xffff0000u),
+        listed,
+        list,
     );
+}
+
+// A light of a list, slot and weight packed as in an instance.
+fn listed_light(list: u32, index: u32) -> u32 {
+    // Two words say how many there are.
+    let word = index + 2u;
+    return texel_of(list + word / 4u)[word % 4u];
 }
 
 fn load_light(slot: u32) -> Light {

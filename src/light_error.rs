@@ -12,7 +12,7 @@ use image::buffer::ConvertBuffer;
 use std::fmt;
 use std::path::{Path, PathBuf};
 use systems::assets::Technique;
-use systems::lights::{LightPolicy, LightRecord};
+use systems::lights::{LightPolicies, LightPolicy, LightRecord};
 
 /// What to compare.
 #[derive(Clone, Debug)]
@@ -153,7 +153,7 @@ fn draw(
     settings: &Settings,
     policy: LightPolicy,
 ) -> Result<PolicyPicture, FrameError> {
-    stage.simulation.world.insert_resource(policy);
+    stage.simulation.world.insert_resource(LightPolicies::forced(policy));
     stage.simulation.frame();
     let view = stage.viewpoint.view(&stage.simulation.world, size);
     stage.simulation.with_frame(|frame| renderer.prepare(frame, &view, settings))?;

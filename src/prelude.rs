@@ -13,7 +13,7 @@ pub use systems::assets::{Library, Map, Material, MaterialId, MeshId, Shading, T
 pub use systems::draw::pieces::draw_in_pieces;
 pub use systems::draw::{Camera, Environment, Projection, ToneMap};
 pub use systems::ecs::clock::Clock;
-pub use systems::lights::{Light, LightKind, LightPolicy};
+pub use systems::lights::{Light, LightKind, LightPolicies, LightPolicy};
 pub use systems::run::inputs::{Input, Inputs};
 pub use systems::run::registry::{EntityRegistry, StateId};
 pub use systems::run::state::StateList;

@@ -24,8 +24,10 @@ use crate::ecs::clock::{Clock, Seed};
 use crate::ecs::parallel::set_threads;
 use crate::ecs::stats::FrameStats;
 use crate::ecs::sub_steps::SubStep;
+use crate::lights::lists::LightLists;
 use crate::lights::order::ObjectOrder;
-use crate::lights::table::{LightPolicy, LightTable};
+use crate::lights::policy::LightPolicies;
+use crate::lights::table::LightTable;
 #[cfg(feature = "physics")]
 use crate::physics::bodies::Physics;
 use crate::run::inputs::Inputs;
@@ -62,7 +64,8 @@ pub fn core(world: &mut World) {
     world.init_resource::<FrameStats>();
     world.init_resource::<MaterialTable>();
     world.init_resource::<LightTable>();
-    world.init_resource::<LightPolicy>();
+    world.init_resource::<LightPolicies>();
+    world.init_resource::<LightLists>();
     world.init_resource::<ObjectOrder>();
     world.init_resource::<InstanceTable>();
     world.init_resource::<Incomplete>();

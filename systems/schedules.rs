@@ -4,7 +4,7 @@
 //! systems whose order matters and is not said is refused.
 
 use crate::assets::{levels, tangents};
-use crate::draw::{batches, incomplete, instances, light_records, list, materials, pieces, reaching};
+use crate::draw::{batches, incomplete, instances, light_records, list, materials, pieces};
 use crate::ecs::stats::{self, Stage, lap};
 use crate::ecs::{clock, sub_steps};
 use crate::lights::selection;
@@ -171,13 +171,7 @@ pub fn frame_schedule() -> Schedule {
             .in_set(Lights),
         (
             // Everything an object's record holds is known now.
-            (
-                instances::update_instances,
-                lap(Stage::Instances, "update_instances"),
-                reaching::list_reaching,
-                lap(Stage::Instances, "list_reaching"),
-            )
-                .chain(),
+            (instances::update_instances, lap(Stage::Instances, "update_instances")).chain(),
             // Slots are final: list their pages by draw.
             (batches::update_batches, lap(Stage::Batches, "update_batches"), list::count).chain(),
         )

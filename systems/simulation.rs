@@ -23,7 +23,7 @@ use bevy_ecs::prelude::*;
 /// ```
 pub struct Simulation {
     /// Entities and resources: [`Library`], [`Environment`](crate::draw::Environment),
-    /// [`Clock`](crate::ecs::clock::Clock), [`LightPolicy`](crate::lights::LightPolicy), [`DrawList`],
+    /// [`Clock`](crate::ecs::clock::Clock), [`LightPolicies`](crate::lights::LightPolicies), [`DrawList`],
     /// [`FrameStats`](crate::ecs::stats::FrameStats).
     pub world: World,
     /// What happens in a step; systems of your own are added here, by [`StepSet`](crate::StepSet).

@@ -10,7 +10,7 @@ use systems::Simulation;
 use systems::assets::levels::LevelOfDetail;
 use systems::assets::{AlphaMode, Image, ImageId, ImageKind, Library, Map, Material, MeshId, shapes, texture_memory};
 use systems::draw::{Camera, InstanceRecord};
-use systems::lights::{Light, LightRecord};
+use systems::lights::{Light, LightPolicies, LightPolicy, LightRecord};
 use systems::space::Transform;
 
 const SIZE: (u32, u32) = (32, 18);
@@ -215,7 +215,7 @@ fn a_picture_that_cannot_differ_is_shown_again_and_any_change_is_noticed() {
     assert!(prepare(&mut field, &still), "the camera moved");
     field.simulation.world.resource_mut::<systems::draw::Environment>().ambient = Vec3::ONE;
     assert!(prepare(&mut field, &still), "the environment changed");
-    field.simulation.world.insert_resource(systems::lights::LightPolicy::All);
+    field.simulation.world.insert_resource(LightPolicies::forced(LightPolicy::All));
     assert!(prepare(&mut field, &still), "the lights' policy changed");
     field.simulation.world.despawn(field.objects[0]);
     assert!(prepare(&mut field, &still), "an object went");

@@ -7,7 +7,7 @@ use glam::{Quat, Vec3};
 use relief::renderer::{DebugView, HeatScale};
 use systems::assets::{Material, Shading};
 use systems::draw::Environment;
-use systems::lights::{Light, LightKind, LightPolicy};
+use systems::lights::{Light, LightKind, LightPolicies, LightPolicy};
 use systems::space::Transform;
 
 #[test]
@@ -187,7 +187,7 @@ fn three_lights_and_all_lights_agree_while_no_more_than_three_reach() {
         square.light(Light::point(0.7, 20.0), Transform::from_xyz(i as f32 - 1.0, 0.5, 1.5));
     }
     let three = square.middle();
-    square.simulation.world.insert_resource(LightPolicy::All);
+    square.simulation.world.insert_resource(LightPolicies::forced(LightPolicy::All));
     let all = square.middle();
     // As in `assert_near`, below 1.
     assert!(three.x > 0.1 && (three - all).abs().max_element() < 2e-3, "{three} {all}");
@@ -196,9 +196,9 @@ fn three_lights_and_all_lights_agree_while_no_more_than_three_reach() {
     // 2⁻¹¹ of a light.
     square.light(Light::point(0.5, 20.0), Transform::from_xyz(0.0, -1.0, 2.0));
     let all_four = square.middle();
-    square.simulation.world.insert_resource(LightPolicy::Hard);
+    square.simulation.world.insert_resource(LightPolicies::forced(LightPolicy::Hard));
     assert!((square.middle() - three).abs().max_element() < 2e-3);
-    square.simulation.world.insert_resource(LightPolicy::Three);
+    square.simulation.world.insert_resource(LightPolicies::forced(LightPolicy::Three));
     let smooth = square.middle();
     assert!((smooth - all_four).abs().max_element() < 2e-3, "{smooth} {all_four}");
 }
@@ -219,7 +219,7 @@ fn the_light_count_is_that_of_the_object_whatever_the_policy() {
     square.light(Light::point(9.0, 3.0), Transform::from_xyz(0.0, 0.0, 5.0));
     square.light(Light { enabled: false, ..Light::directional(1.0) }, Transform::default());
     for policy in POLICIES {
-        square.simulation.world.insert_resource(policy);
+        square.simulation.world.insert_resource(LightPolicies::forced(policy));
         assert_near(square.middle(), HeatScale::color(5f32.log2() / 6.0));
     }
 }
@@ -236,7 +236,7 @@ fn the_error_bound_is_the_sum_of_what_is_dropped_as_bright_as_it_shows() {
     square.light(Light::directional(0.04), Transform::default());
     square.light(Light::directional(0.06), Transform::default());
     for policy in POLICIES {
-        square.simulation.world.insert_resource(policy);
+        square.simulation.world.insert_resource(LightPolicies::forced(policy));
         // 0.1 is in the middle of 0.001 … 10; ten times as bright a picture is one decade more. Kept in 8 bits it is
         // 0.1001, which is 0.0004 of a colour.
         assert_near(square.middle(), HeatScale::color(0.5));
@@ -251,7 +251,7 @@ fn without_a_light_every_policy_and_view_draws() {
     let Some(mut square) = Square::new(matte(Vec3::ONE)) else { return };
     square.simulation.world.resource_mut::<Environment>().ambient = Vec3::splat(0.2);
     for policy in POLICIES {
-        square.simulation.world.insert_resource(policy);
+        square.simulation.world.insert_resource(LightPolicies::forced(policy));
         square.headless.settings.debug = DebugView::Off;
         assert_near(square.middle(), Vec3::splat(0.2));
         square.headless.settings.debug = DebugView::ThreeLights;
@@ -275,7 +275,7 @@ fn inverse_square_light_is_its_intensity_at_a_metre_and_a_quarter_at_two() {
 #[test]
 fn a_light_that_is_gone_gives_nothing_even_to_the_reference() {
     let Some(mut square) = Square::new(matte(Vec3::ONE)) else { return };
-    square.simulation.world.insert_resource(LightPolicy::All);
+    square.simulation.world.insert_resource(LightPolicies::forced(LightPolicy::All));
     let lamp = square.light(Light::point(1.0, 20.0), Transform::from_xyz(0.0, 0.0, 1.0));
     assert!(square.middle().x > 0.4);
     square.simulation.world.despawn(lamp);

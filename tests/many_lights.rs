@@ -57,7 +57,7 @@ fn a_hundred_thousand_lights_load_and_draw() {
     let scored = simulation.world.resource::<LightTable>().scored();
     for (&mesh, place, selected) in tiles.iter(&simulation.world) {
         let bounds = world_bounds(simulation.library(), mesh, place).expect("a mesh");
-        let selection = selected.unpack();
+        let selection = selected.unpack(simulation.world.resource());
         let reaching = scored.iter().filter(|light| score(light, bounds) > 0.0).count();
         assert!(reaching > 3 && selection.reaching as usize == reaching, "{reaching} {selection:?}");
     }

@@ -12,7 +12,7 @@ use systems::draw::{
     PipelineKey, TextureArray, ToneMap, View,
 };
 use systems::ecs::tables::Table;
-use systems::lights::NO_LIGHT;
+use systems::lights::{LightLists, NO_LIGHT};
 use systems::space::{GlobalTransform, Transform};
 use systems::{FrameSet, Simulation};
 
@@ -119,7 +119,8 @@ impl Data {
         };
         self.instances.write(0, record);
         let Self { list, instances, library } = self;
-        drawn(renderer, &mut FrameData { list, instances, library })
+        let light_lists = &LightLists::default();
+        drawn(renderer, &mut FrameData { list, instances, light_lists, library })
     }
 }
 

@@ -15,7 +15,7 @@ use systems::Simulation;
 use systems::assets::{Image, ImageKind, Library, Map, Material, Mesh, MeshId, shapes};
 use systems::draw::pieces::{Pieces, WholeMesh, draw_in_pieces};
 use systems::draw::{Camera, Environment, Projection, ToneMap};
-use systems::lights::{LUMINANCE, Light, LightPolicy};
+use systems::lights::{LUMINANCE, Light, LightPolicies, LightPolicy};
 use systems::space::Transform;
 
 /// A world with one object and a camera, and what draws it.
@@ -52,7 +52,7 @@ impl Stage {
     }
 
     fn picture(&mut self, lights: LightPolicy, size: (u32, u32)) -> image::RgbaImage {
-        self.simulation.world.insert_resource(lights);
+        self.simulation.world.insert_resource(LightPolicies::forced(lights));
         self.headless.draw(&mut self.simulation, self.camera, size).expect("a picture")
     }
 
@@ -368,7 +368,7 @@ fn ids_and_their_names_are_the_objects() {
         camera: None,
         outputs: vec![frames::OutputKind::Id],
         settings: Settings::default(),
-        lights: LightPolicy::Three,
+        lights: Some(LightPolicy::Three),
         resume: false,
         load: frames::LoadOptions::default(),
         video: None,

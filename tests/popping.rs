@@ -16,7 +16,7 @@ use relief::viewpoint::Viewpoint;
 use systems::Simulation;
 use systems::assets::{Image, ImageKind, Library, Map, Material, shapes};
 use systems::draw::{Camera, Environment};
-use systems::lights::{Light, LightKind, LightPolicy, SelectedLights};
+use systems::lights::{Light, LightKind, LightPolicies, LightPolicy, SelectedLights};
 use systems::space::Transform;
 
 /// Pixels along a side; what is compared are means of two by two, which half floats round half as much.
@@ -126,7 +126,7 @@ impl Drive {
     }
 
     fn luminances(&mut self, policy: LightPolicy) -> Vec<f32> {
-        self.simulation.world.insert_resource(policy);
+        self.simulation.world.insert_resource(LightPolicies::forced(policy));
         self.simulation.frame();
         let view = Viewpoint::Camera(self.camera).view(&self.simulation.world, (SIZE as u32, SIZE as u32));
         let settings = Settings { samples: 1, ..Settings::default() };
@@ -142,7 +142,8 @@ impl Drive {
         self.simulation.world.entity_mut(self.row).insert(Transform::from_xyz(-x, 0.0, 0.0));
         let all = self.luminances(LightPolicy::All);
         let by_policy = POLICIES.map(|policy| self.luminances(policy));
-        let mut lights = self.simulation.world.get::<SelectedLights>(self.object).expect("selected").unpack().lights;
+        let world = &self.simulation.world;
+        let mut lights = world.get::<SelectedLights>(self.object).expect("selected").unpack(world.resource()).lights;
         lights.sort_unstable();
         Place { x, all, by_policy, lights }
     }

@@ -87,7 +87,7 @@ fn shader_structs_mirror_the_draw_list() {
             residual,
             last_side_and_dropped,
             residual_unit,
-            reaching,
+            reaching_or_list,
             entity,
         }
     );

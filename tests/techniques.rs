@@ -7,7 +7,7 @@ use glam::{Affine2, Quat, Vec2, Vec3, Vec4};
 use relief::renderer::OutputSet;
 use systems::assets::{AlphaMode, Image, ImageKind, Library, Map, Material, Technique, shapes};
 use systems::draw::Environment;
-use systems::lights::LightPolicy;
+use systems::lights::{LightPolicies, LightPolicy};
 use systems::space::Transform;
 
 /// Techniques whose picture of a flat field is that of the smooth surface.
@@ -154,7 +154,7 @@ fn emboss_in_one_pass_is_emboss_in_many() {
         }
     }
     // Under all lights and blended it is the single pass.
-    stage.simulation.world.insert_resource(LightPolicy::All);
+    stage.simulation.world.insert_resource(LightPolicies::forced(LightPolicy::All));
     let multi = stage.picture();
     set_technique(&mut stage, Technique::Emboss);
     assert_eq!(difference(&multi, &stage.picture(), 0).0, 0);

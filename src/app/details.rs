@@ -53,7 +53,7 @@ pub fn object_lights(world: &mut World, object: Entity, near: Vec3) -> Option<Ob
     let nearest = pieces.filter_map(|piece| Some((distance(&piece)?, piece))).min_by(|(a, _), (b, _)| a.total_cmp(b));
     let object = nearest.map_or(object, |(_, piece)| piece);
     let bounds = bounds_of(world, object)?;
-    let selection = world.get::<SelectedLights>(object)?.unpack();
+    let selection = world.get::<SelectedLights>(object)?.unpack(world.resource());
     let Selection { reaching, dropped, .. } = selection;
     let mut found = ObjectLights { bounds, lights: [None, None, None], reaching, dropped };
     let mut lights = world.query::<(Entity, &LightSlot, &Light, &GlobalTransform)>();

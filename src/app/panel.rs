@@ -15,7 +15,7 @@ use systems::assets::{Technique, texture_memory};
 use systems::draw::{Environment, ToneMap, View};
 use systems::ecs::clock::{Clock, SPEEDS};
 use systems::ecs::stats::{FrameStats, Stage};
-use systems::lights::{LightPolicy, LightRecord};
+use systems::lights::{LightPolicies, LightPolicy, LightRecord};
 
 /// Points.
 pub const WIDTH: f32 = 292.0;
@@ -133,14 +133,15 @@ fn picture(ui: &mut Ui, viewer: &mut Viewer) {
         }
     });
     let world = &mut viewer.simulation.world;
-    let mut policy = world.resource_mut::<LightPolicy>();
-    let mut wanted = *policy;
+    let mut policies = world.resource_mut::<LightPolicies>();
+    let mut wanted = *policies;
     choice(ui, "lights", |ui| {
+        ui.selectable_value(&mut wanted.forced, None, "from the scene");
         for (name, choice) in LightPolicy::ALL {
-            ui.selectable_value(&mut wanted, choice, name);
+            ui.selectable_value(&mut wanted.forced, Some(choice), name);
         }
     });
-    policy.set_if_neq(wanted);
+    policies.set_if_neq(wanted);
     choice(ui, "debug view", |ui| {
         for (name, view) in DebugView::ALL {
             ui.selectable_value(&mut settings.debug, view, words(name));

@@ -27,8 +27,8 @@ pub struct BenchJob {
     pub seconds: u32,
     /// Draws every material with this technique.
     pub technique: Option<Technique>,
-    /// How lights are chosen.
-    pub lights_policy: LightPolicy,
+    /// Lights everything by this policy; `None`: a grid by [`LightPolicy::Three`], a scene as it has it.
+    pub lights_policy: Option<LightPolicy>,
     /// How coarse distant meshes may be.
     pub levels: LevelOfDetail,
     /// Whether objects that others hide are left out.

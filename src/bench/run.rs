@@ -25,7 +25,7 @@ use systems::assets::Library;
 use systems::assets::texture_memory;
 use systems::draw::View;
 use systems::ecs::stats::{FrameStats, Stage};
-use systems::lights::LightPolicy;
+use systems::lights::{LightPolicies, LightPolicy};
 
 /// What stops a benchmark.
 #[derive(Debug, thiserror::Error)]
@@ -230,7 +230,8 @@ impl Bench {
         };
         let gpu = renderer.gpu();
         let world = &mut subject.simulation().world;
-        world.insert_resource(job.lights_policy);
+        let of_grid = job.scene.is_none().then_some(LightPolicy::Three);
+        world.resource_mut::<LightPolicies>().forced = job.lights_policy.or(of_grid);
         world.resource_mut::<Library>().keep_texels(false);
         let limit = gpu.device.limits().max_texture_dimension_2d;
         let (longest, (width, height)) = (job.size.0.max(job.size.1), job.size);
@@ -327,7 +328,11 @@ impl Bench {
             view,
             size: self.size.into(),
             samples: job.samples,
-            lights_policy: name::of(&LightPolicy::ALL, job.lights_policy).to_owned(),
+            lights_policy: match job.lights_policy {
+                Some(policy) => policy.name().to_owned(),
+                None if job.scene.is_none() => LightPolicy::Three.name().to_owned(),
+                None => "scene".to_owned(),
+            },
             technique: job.technique.map(|technique| technique.name().to_owned()),
             levels: job.levels.enabled,
             occlusion: name::of(&Occlusion::ALL, job.occlusion).to_owned(),

@@ -78,10 +78,9 @@ pub struct BenchArgs {
     /// Override the bump technique of all materials: off, normal, relief, … (docs/techniques.md)
     #[arg(long, value_name = "NAME", value_parser = arguments::named("technique", &Technique::ALL))]
     pub technique: Option<Technique>,
-    /// How objects are lit: three, hard or all; see relief render --help
-    #[arg(long, value_name = "POLICY", default_value = "three")]
-    #[arg(value_parser = arguments::named("light policy", &LightPolicy::ALL))]
-    pub lights_policy: LightPolicy,
+    /// How objects are lit: three, enough, all or hard; see relief render --help [default: three, of a scene its own]
+    #[arg(long, value_name = "POLICY", value_parser = arguments::named("light policy", &LightPolicy::ALL))]
+    pub lights_policy: Option<LightPolicy>,
     /// Levels of detail: on or off
     #[arg(long, default_value = "on", value_name = "on|off", value_parser = arguments::parse_levels)]
     pub levels: LevelOfDetail,
@@ -227,7 +226,9 @@ fn apart(job: &BenchJob) -> io::Result<Command> {
     add("levels", on_off(job.levels.enabled));
     add("compress", on_off(job.load.compress));
     add("occlusion", name::of(&Occlusion::ALL, job.occlusion));
-    add("lights-policy", name::of(&LightPolicy::ALL, job.lights_policy));
+    if let Some(policy) = job.lights_policy {
+        add("lights-policy", policy.name());
+    }
     if let Some(technique) = job.technique {
         add("technique", technique.name());
     }

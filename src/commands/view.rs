@@ -13,6 +13,7 @@ use systems::assets::levels::LevelOfDetail;
 use systems::assets::texture_memory::DEFAULT_MEGABYTES;
 use systems::lights::LightPolicy;
 
+const LIGHTS_HELP: &str = "Light all objects by one policy instead of the scene's. ";
 const DEBUG_HELP: &str = "Draw a debug view instead of the shaded picture: ";
 
 #[derive(Args, Clone)]
@@ -23,10 +24,10 @@ pub struct ViewArgs {
     /// Name of the camera, or "chase NAME" or "driver NAME" of a vehicle [default: the first camera]
     #[arg(long, value_name = "NAME")]
     pub camera: Option<String>,
-    #[arg(long, value_name = "POLICY", default_value = "three")]
-    #[arg(help = arguments::listed("How objects are lit. ", &LightPolicy::ALL, LightPolicy::lights_by))]
+    #[arg(long, value_name = "POLICY")]
+    #[arg(help = arguments::listed(LIGHTS_HELP, &LightPolicy::ALL, LightPolicy::lights_by))]
     #[arg(value_parser = arguments::named("light policy", &LightPolicy::ALL))]
-    pub lights: LightPolicy,
+    pub lights: Option<LightPolicy>,
     /// Override the bump technique of all materials: off, normal, relief, … (docs/techniques.md)
     #[arg(long, value_name = "NAME", value_parser = arguments::named("technique", &Technique::ALL))]
     pub technique: Option<Technique>,

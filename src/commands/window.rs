@@ -8,6 +8,7 @@ use relief::frames::{self, FrameError, FrameJob, Frames};
 use relief::recording::RunFiles;
 use std::path::{Path, PathBuf};
 use systems::ecs::clock::Clock;
+use systems::lights::LightPolicies;
 
 /// What is shown in a window.
 pub struct WindowJob {
@@ -33,7 +34,7 @@ pub fn show(job: &WindowJob, view: &ViewArgs) -> Result<(), Failure> {
         }
         stepper.step(&mut stage.simulation)?;
     }
-    stage.simulation.world.insert_resource(view.lights);
+    stage.simulation.world.resource_mut::<LightPolicies>().forced = view.lights;
     if let Some(speed) = job.speed {
         stage.simulation.world.resource_mut::<Clock>().speed = speed;
     }

@@ -18,6 +18,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use systems::Simulation;
 use systems::ecs::clock::{Clock, SPEEDS};
+use systems::lights::{LightPolicies, LightPolicy};
 
 /// What to render.
 #[derive(Clone, Debug)]
@@ -36,8 +37,8 @@ pub struct FrameJob {
     pub outputs: Vec<OutputKind>,
     /// How to draw.
     pub settings: Settings,
-    /// How lights are chosen.
-    pub lights: systems::lights::LightPolicy,
+    /// Lights everything by this policy; `None`: as the scene has it.
+    pub lights: Option<LightPolicy>,
     /// Leaves frames alone whose pictures are all there.
     pub resume: bool,
     /// How the scene is loaded.
@@ -182,7 +183,7 @@ pub fn render_frames(job: &FrameJob, mut progress: impl FnMut(u64, u64)) -> Resu
     if let Some(film) = &job.video {
         video::warn_of_times(film, frames.clone(), frame_time);
     }
-    stage.simulation.world.insert_resource(job.lights);
+    stage.simulation.world.resource_mut::<LightPolicies>().forced = job.lights;
     let settings = job.settings.for_files();
     let step_of = |simulation: &Simulation| simulation.world.resource::<Clock>().step;
     let pace = job.realtime.then(|| Pace::begin(stage.simulation.world.resource()));

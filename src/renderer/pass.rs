@@ -16,8 +16,6 @@ pub(super) const ID_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
 pub(super) enum Pass {
     /// Colour.
     Color {
-        /// Every light shades every pixel.
-        all_lights: bool,
         lights: LightFeatures,
         debug: DebugView,
         samples: u32,
@@ -69,9 +67,9 @@ impl Pass {
 
     /// The technique that objects of a technique are drawn with in this pass.
     pub fn technique(self, technique: Technique, alpha: AlphaMode, shading: Shading) -> Technique {
-        // Passes add up over what is opaque, and there is one per light of three.
+        // Passes add up over what is opaque.
         let passes = match self {
-            Self::Color { all_lights, debug, .. } => !all_lights && debug == DebugView::Off,
+            Self::Color { debug, .. } => debug == DebugView::Off,
             Self::Emboss { .. } => true,
             Self::Outputs(_) => false,
         };
@@ -90,11 +88,11 @@ impl Pass {
             Self::Emboss { .. } => ("vs_main", "fs_emboss"),
             Self::Outputs(_) if technique.writes_depth() => ("vs_main", "fs_z_correct_outputs"),
             Self::Outputs(_) => ("vs_main", "fs_outputs"),
-            Self::Color { all_lights, .. } => match (technique, self.writes_outputs(key)) {
+            Self::Color { .. } => match (technique, self.writes_outputs(key)) {
                 (technique, false) if technique.writes_depth() => ("vs_main", "fs_z_correct"),
                 (technique, true) if technique.writes_depth() => ("vs_main", "fs_z_correct_with_outputs"),
-                (Technique::Dot3, false) if !all_lights => ("vs_dot3", "fs_dot3"),
-                (Technique::Dot3, true) if !all_lights => ("vs_dot3", "fs_dot3_with_outputs"),
+                (Technique::Dot3, false) => ("vs_dot3", "fs_dot3"),
+                (Technique::Dot3, true) => ("vs_dot3", "fs_dot3_with_outputs"),
                 (_, false) => ("vs_main", "fs_main"),
                 (_, true) => ("vs_main", "fs_main_with_outputs"),
             },

@@ -191,9 +191,9 @@ impl Pipelines {
 
 /// What the forward shader's overrides are in a pass over objects of a kind.
 pub(super) fn object_constants(pass: Pass, key: PipelineKey) -> [(&'static str, f64); 14] {
-    let (all_lights, debug) = match pass {
-        Pass::Color { all_lights, debug, .. } => (all_lights, debug),
-        Pass::Emboss { .. } | Pass::Outputs(_) => (false, DebugView::Off),
+    let debug = match pass {
+        Pass::Color { debug, .. } => debug,
+        Pass::Emboss { .. } | Pass::Outputs(_) => DebugView::Off,
     };
     let lights = match pass {
         Pass::Color { lights, .. } | Pass::Emboss { lights, .. } => lights,
@@ -211,7 +211,7 @@ pub(super) fn object_constants(pass: Pass, key: PipelineKey) -> [(&'static str, 
         ("EMISSIVE", f64::from(u32::from(key.emissive))),
         ("ENVIRONMENT_MAP", f64::from(u32::from(key.environment_map))),
         ("VERTEX_COLORS", f64::from(u32::from(key.vertex_colors))),
-        ("LIGHTS", f64::from(u32::from(all_lights))),
+        ("LIGHT_LISTS", f64::from(u32::from(lights.lists))),
         ("LIGHTS_WITH_ATTENUATION", f64::from(u32::from(lights.attenuation))),
         ("LIGHTS_WITH_CONES", f64::from(u32::from(lights.cones))),
         ("LIGHTS_WITH_AMBIENT", f64::from(u32::from(lights.ambient))),
@@ -230,14 +230,12 @@ fn frame_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
         view_dimension: wgpu::TextureViewDimension::D2,
         multisampled: false,
     };
-    let reaching = buffer(wgpu::BufferBindingType::Storage { read_only: true });
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: Some("frame"),
         entries: &[
             entry(0, all, buffer(wgpu::BufferBindingType::Uniform)),
             entry(1, all, table),
             entry(2, all, buffer(wgpu::BufferBindingType::Uniform)),
-            entry(3, wgpu::ShaderStages::FRAGMENT, reaching),
         ],
     })
 }

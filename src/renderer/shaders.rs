@@ -55,7 +55,7 @@ mod tests {
     use std::collections::{BTreeMap, BTreeSet};
     use systems::assets::{AlphaMode, MapSlot, Shading, Technique};
     use systems::draw::{InstanceRecord, PAGE_SLOTS, PipelineKey, ToneMap};
-    use systems::lights::{LightRecord, NO_LIGHT};
+    use systems::lights::{LightListPage, LightRecord, NO_LIGHT};
     use wgpu::naga;
 
     /// Constants that stand for the same in shaders and in Rust, with what Rust has. A name is in here more than once
@@ -91,6 +91,7 @@ mod tests {
             number("BLOCK", culling::BLOCK),
             ("TABLE_WIDTH", tables::TABLE_WIDTH as f64),
             ("INSTANCE_TEXELS", size_of::<InstanceRecord>() as f64 / 16.0),
+            ("LIST_TEXELS", size_of::<LightListPage>() as f64 / 16.0),
             number("NO_LIGHT", NO_LIGHT),
             number("MAP_BASE", MapSlot::Base as u32),
             number("MAP_NORMAL", MapSlot::Normal as u32),
@@ -111,9 +112,6 @@ mod tests {
             number("ALPHA_OPAQUE", AlphaMode::Opaque as u32),
             number("ALPHA_MASK", AlphaMode::Mask as u32),
             number("ALPHA_BLEND", AlphaMode::Blend as u32),
-            // Whether every light shades every pixel.
-            number("LIGHTS_SELECTED", u32::from(false)),
-            number("LIGHTS_ALL", u32::from(true)),
             number("EMBOSS_HEIGHT", step_of(EmbossPass::Height { light: 2 })),
             number("EMBOSS_SHIFTED", step_of(EmbossPass::Shifted { light: 2 })),
             number("EMBOSS_DIFFUSE", step_of(EmbossPass::Diffuse { light: 2 })),

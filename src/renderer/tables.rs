@@ -109,10 +109,11 @@ pub(super) enum TableKind {
     Instances,
     Lights,
     Materials,
+    LightLists,
 }
 
 /// Number of [`TableKind`]s.
-pub(super) const TABLE_COUNT: usize = 3;
+pub(super) const TABLE_COUNT: usize = 4;
 
 /// The tables in one texture of four 32-bit values per texel, as shaders/types.wgsl reads it: each has whole rows, and
 /// record r lies r times its size behind its table's first texel, row after row.
@@ -201,7 +202,7 @@ impl TableTexture {
         let sum = needed.iter().sum::<u64>();
         if sum > most {
             let [needed, limit] = [sum, most].map(|rows| rows * TABLE_WIDTH * TEXEL_BYTES);
-            let what = "the tables of objects, lights and materials";
+            let what = "the tables of objects, lights, materials and lists of lights";
             return Err(RenderError::TooLarge { what, unit: "bytes", needed, limit });
         }
         let needed = needed.map(|rows| rows as u32);
@@ -273,8 +274,8 @@ impl TableTexture {
 
 /// Where each table begins, if they have that many rows.
 fn first_rows(rows: [u32; TABLE_COUNT]) -> [u32; TABLE_COUNT] {
-    let [instances, lights, _] = rows;
-    [0, instances, instances + lights]
+    let [instances, lights, materials, _] = rows;
+    [0, instances, instances + lights, instances + lights + materials]
 }
 
 /// The rows of tables that had `rows` and need more. What is not used is resident on an adapter in main memory: at
@@ -370,10 +371,11 @@ mod tests {
 
     #[test]
     fn tables_grow_by_themselves_and_give_up_room_where_there_is_no_more() {
-        assert_eq!(grown_rows([1, 1, 1], [100, 3, 1], true, 4096), [100, 3, 1], "at first no more than needed");
-        assert_eq!(grown_rows([100, 3, 1], [101, 2, 1], false, 4096), [112, 3, 1], "steps of an eighth of 128");
-        assert_eq!(grown_rows([112, 3, 1], [101, 4, 1], false, 4096), [112, 4, 1]);
-        assert_eq!(grown_rows([112, 20, 1], [113, 2, 1], false, 130), [113, 2, 1], "128, 20 and 1 are too many");
-        assert_eq!(first_rows([112, 4, 1]), [0, 112, 116]);
+        let grown = |rows, needed, first, most| grown_rows(rows, needed, first, most);
+        assert_eq!(grown([1, 1, 1, 1], [100, 3, 1, 1], true, 4096), [100, 3, 1, 1], "at first no more than needed");
+        assert_eq!(grown([100, 3, 1, 1], [101, 2, 1, 1], false, 4096), [112, 3, 1, 1], "steps of an eighth of 128");
+        assert_eq!(grown([112, 3, 1, 1], [101, 4, 1, 1], false, 4096), [112, 4, 1, 1]);
+        assert_eq!(grown([112, 20, 1, 1], [113, 2, 1, 1], false, 130), [113, 2, 1, 1], "128, 20, 1 and 1 are too many");
+        assert_eq!(first_rows([112, 4, 1, 7]), [0, 112, 116, 117]);
     }
 }

@@ -222,7 +222,6 @@ impl ViewState {
         self.outputs = settings.outputs;
         self.may_hide = settings.occlusion.is_on(list.objects);
         let pass = |beside| Pass::Color {
-            all_lights: list.all_lights,
             lights: list.light_features,
             debug: settings.debug,
             samples: settings.samples,

@@ -10,11 +10,12 @@ mod surfaces;
 
 use super::faults::{Fault, Trail, unknown};
 use super::files::{self, Files};
-use super::format::{Camera, Entity, Generator, Grid, MeshSource, Place, Region, Scatter, Scene, Transform};
+use super::format::{Camera, Entity, Generator, Grid, Lights, MeshSource, Place, Region, Scatter, Scene, Transform};
 use super::places::Step;
 use super::values::{Color, Named, Scale};
 use glam::{DVec3, Vec3};
 use std::fmt::Display;
+use systems::lights::LightPolicy;
 
 /// Metres on each axis.
 pub const FARTHEST: f64 = 1e7;
@@ -162,9 +163,20 @@ impl<'a> Check<'a> {
         }
     }
 
+    fn lights(&mut self, lights: Option<&Lights>) {
+        let Some((lights, tolerance)) = lights.and_then(|lights| Some((lights, lights.tolerance?))) else { return };
+        self.field("lights", |c| {
+            c.number("tolerance", tolerance, 0.0, 1.0);
+            if !matches!(lights.policy(), LightPolicy::Enough(_)) {
+                c.field("tolerance", |c| c.fault("only allowed with the policy enough"));
+            }
+        });
+    }
+
     fn scene(&mut self) {
         let scene = self.scene;
         self.number("piece_metres", scene.piece_metres, 0.0, SIZES.1);
+        self.lights(scene.lights.as_ref());
         scene.origin.iter().for_each(|origin| self.position("origin", origin));
         self.field("environment", |c| {
             let e = &scene.environment;
@@ -227,6 +239,7 @@ impl<'a> Check<'a> {
         if let Some(metres) = e.piece_metres {
             self.number("piece_metres", metres, 0.0, SIZES.1);
         }
+        self.lights(e.lights.as_ref());
         if let Some(light) = &e.light {
             self.field("light", |c| c.light(light));
         }

@@ -11,6 +11,7 @@ pub use super::surfaces::*;
 use super::values::{Color, Named, Scale, names, one_of};
 use serde::{Deserialize, Deserializer};
 use systems::draw;
+use systems::lights::LightPolicy;
 
 /// A whole file.
 #[derive(Deserialize, Debug)]
@@ -19,6 +20,7 @@ pub struct Scene {
     pub seed: u64,
     pub origin: Option<[f64; 3]>,
     pub piece_metres: f32,
+    pub lights: Option<Lights>,
     pub environment: Environment,
     pub clock: Clock,
     pub vehicle_types: Vec<String>,
@@ -47,6 +49,7 @@ impl Default for Scene {
             seed: 0,
             origin: None,
             piece_metres: systems::draw::pieces::DEFAULT_METRES,
+            lights: None,
             environment: Environment::default(),
             clock: Clock::default(),
             vehicle_types: Vec::new(),
@@ -93,6 +96,36 @@ impl Default for Environment {
     }
 }
 
+/// Which of the lights in reach shade objects.
+#[derive(Deserialize, Debug, Clone, Copy)]
+#[serde(default, deny_unknown_fields)]
+pub struct Lights {
+    #[serde(deserialize_with = "light_policy")]
+    policy: LightPolicy,
+    pub tolerance: Option<f32>,
+}
+
+fn light_policy<'de, D: Deserializer<'de>>(deserializer: D) -> Result<LightPolicy, D::Error> {
+    const NAMES: [&str; LightPolicy::ALL.len()] = names(&LightPolicy::ALL);
+    one_of(&LightPolicy::ALL, &NAMES, deserializer)
+}
+
+impl Default for Lights {
+    fn default() -> Self {
+        Self { policy: LightPolicy::ENOUGH, tolerance: None }
+    }
+}
+
+impl Lights {
+    /// As the component has it.
+    pub fn policy(&self) -> LightPolicy {
+        match (self.policy, self.tolerance) {
+            (LightPolicy::Enough(_), Some(tolerance)) => LightPolicy::Enough(tolerance),
+            (policy, _) => policy,
+        }
+    }
+}
+
 #[derive(Deserialize, Debug)]
 #[serde(default, deny_unknown_fields)]
 pub struct Clock {
@@ -118,6 +151,7 @@ pub struct Entity {
     pub mesh: Option<String>,
     pub material: Option<String>,
     pub piece_metres: Option<f32>,
+    pub lights: Option<Lights>,
     pub light: Option<Light>,
     pub camera: Option<Camera>,
     pub spin: Option<Spin>,

@@ -17,7 +17,7 @@ use std::collections::HashMap;
 use systems::assets::{Library, MaterialId, MeshId, MeshVariants};
 use systems::draw::pieces::PiecesReport;
 use systems::draw::{Camera, Projection, pieces};
-use systems::lights::Light;
+use systems::lights::{Light, LightPolicies};
 use systems::space::{Aabb, Hidden, Spin, Transform};
 
 /// What spawning found out about the scene.
@@ -46,6 +46,9 @@ pub fn spawn(scene: &Scene, items: &Items, world: &mut World) -> Spawned {
         found: Spawned::default(),
     };
     spawner.found.warnings = vehicles::insert(scene, spawner.world);
+    if let Some(lights) = scene.lights {
+        spawner.world.insert_resource(LightPolicies::same(lights.policy()));
+    }
     for entity in &scene.entities {
         spawner.entity(entity, &Placement::of(entity), None);
     }
@@ -215,6 +218,10 @@ impl Spawner<'_> {
         }
         self.note_large(source, placement, entity, &world_from_entity);
         self.figure(source, material, entity, &world_from_entity);
+        if let Some(lights) = source.lights {
+            let drawn = std::iter::once(entity).chain(descendants(self.world, entity));
+            drawn.for_each(|part| _ = self.world.entity_mut(part).insert(lights.policy()));
+        }
         // Before there are children, whose nodes may have the same names.
         let nodes: Vec<_> = source.attach.iter().map(|item| self.node(entity, item.node.as_deref())).collect();
         source.custom.insert(self.world, entity);

@@ -6,6 +6,7 @@ use super::list::DrawList;
 use super::records::InstanceRecord;
 use crate::assets::library::Library;
 use crate::ecs::tables::Records;
+use crate::lights::lists::LightLists;
 use bevy_ecs::change_detection::DetectChangesMut;
 use bevy_ecs::prelude::*;
 
@@ -15,6 +16,8 @@ pub struct FrameData<'a> {
     pub list: &'a DrawList,
     /// The records of drawn objects by slot, and which of them changed.
     pub instances: &'a dyn Records<Record = InstanceRecord>,
+    /// The lights of objects that have more than three.
+    pub light_lists: &'a LightLists,
     /// Meshes and images of the list. A renderer releases the texels that it has uploaded
     /// ([`Library::release_texels`]).
     pub library: &'a mut Library,
@@ -32,7 +35,9 @@ impl FrameData<'_> {
         let made = world.resource_scope(|world, mut library: Mut<Library>| {
             let list = world.resource::<DrawList>();
             let instances = InstanceRecords::new(world, &list.instances);
-            read(&mut FrameData { list, instances: &instances, library: library.bypass_change_detection() })
+            let light_lists = world.resource::<LightLists>();
+            let library = library.bypass_change_detection();
+            read(&mut FrameData { list, instances: &instances, light_lists, library })
         });
         world.resource_mut::<Library>().set_last_changed(changed);
         made

@@ -8,6 +8,7 @@ use super::{incomplete, instances};
 use crate::assets::material::MaterialId;
 use crate::assets::mesh::MeshId;
 use crate::lights::components::Light;
+use crate::lights::policy::LightPolicy;
 use crate::lights::selected::SelectedLights;
 use crate::lights::table::LightSlot;
 use crate::lights::{order, table};
@@ -30,13 +31,41 @@ pub fn register(world: &mut World) {
     world.register_required_components::<MeshId, SelectedLights>();
     world.register_required_components::<Light, LightSlot>();
     world.register_component_hooks::<MeshId>().on_remove(lose_mesh);
+    world.register_component_hooks::<LightPolicy>().on_insert(gain_policy).on_remove(lose_policy);
+    world.register_component_hooks::<PieceOf>().on_add(become_piece).on_remove(cease_piece);
     world.register_component_hooks::<MaterialId>().on_remove(incomplete::lose_material);
     world.register_component_hooks::<GlobalTransform>().on_remove(lose_place);
     world.register_component_hooks::<Light>().on_remove(table::free_slot);
     world.register_component_hooks::<InheritedHidden>().on_add(instances::free_slot).on_remove(show);
     world.register_component_hooks::<Disabled>().on_add(disable).on_remove(enable);
-    // Which may have none: it is looked for all the same.
-    world.register_component::<PieceOf>();
+}
+
+/// Notes an object's policy, and gives it to its pieces.
+fn gain_policy(mut world: DeferredWorld, context: HookContext) {
+    let policy = world.get::<LightPolicy>(context.entity).copied();
+    for_pieces(&mut world, context.entity, |commands, piece| {
+        policy.into_iter().for_each(|policy| _ = commands.entity(piece).try_insert(policy));
+    });
+    order::note_policy(world, context.entity, |own, object| own.set_policy(object, policy));
+}
+
+fn lose_policy(mut world: DeferredWorld, context: HookContext) {
+    for_pieces(&mut world, context.entity, |commands, piece| _ = commands.entity(piece).try_remove::<LightPolicy>());
+    order::note_policy(world, context.entity, |own, object| own.set_policy(object, None));
+}
+
+fn become_piece(world: DeferredWorld, context: HookContext) {
+    order::note_policy(world, context.entity, |own, object| own.set_piece(object, true));
+}
+
+fn cease_piece(world: DeferredWorld, context: HookContext) {
+    order::note_policy(world, context.entity, |own, object| own.set_piece(object, false));
+}
+
+fn for_pieces(world: &mut DeferredWorld, object: Entity, mut change: impl FnMut(&mut Commands, Entity)) {
+    let pieces: Vec<Entity> = world.get::<Pieces>(object).into_iter().flat_map(|pieces| pieces.iter()).collect();
+    let mut commands = world.commands();
+    pieces.into_iter().for_each(|piece| change(&mut commands, piece));
 }
 
 /// Takes what loses its mesh, by itself or with its life, out of the tables of objects.

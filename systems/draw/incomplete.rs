@@ -116,7 +116,8 @@ mod tests {
         simulation.world.resource_mut::<Library>().add_mesh(shapes::cube(Vec3::ONE));
         simulation.frame();
         assert_eq!(simulation.draw_list().objects, 1);
-        let lights = simulation.world.get::<SelectedLights>(object).expect("an object").unpack();
+        let lights =
+            simulation.world.get::<SelectedLights>(object).expect("an object").unpack(simulation.world.resource());
         assert_eq!((lights.reaching, lights.lights[0]), (1, 0), "it chooses its lights");
     }
 

@@ -126,7 +126,7 @@ impl InstanceRecord {
     pub fn new(entity: Entity, world_from_object: &Affine3A, material: MaterialId, selected: &SelectedLights) -> Self {
         let (m, t) = (world_from_object.matrix3.transpose(), world_from_object.translation);
         let row = |axis: Vec3A, translation: f32| [axis.x, axis.y, axis.z, translation];
-        let SelectedLights { lights, residual, last_side_and_dropped, residual_unit, reaching } = *selected;
+        let SelectedLights { lights, residual, last_side_and_dropped, residual_unit, reaching_or_list } = *selected;
         Self {
             world_from_object: [row(m.x_axis, t.x), row(m.y_axis, t.y), row(m.z_axis, t.z)],
             lights,
@@ -134,7 +134,7 @@ impl InstanceRecord {
             residual,
             last_side_and_dropped,
             residual_unit,
-            reaching,
+            reaching_or_list,
             entity: entity.index_u32(),
         }
     }

@@ -19,15 +19,13 @@ use crate::assets::mesh::MeshId;
 use crate::assets::technique::Technique;
 use crate::ecs::stats::FrameStats;
 use crate::ecs::tables::Table;
+use crate::lights::lists::LightLists;
+use crate::lights::policy::LightPolicies;
 use crate::lights::record::LightRecord;
-use crate::lights::table::LightPolicy;
 use crate::space::bounds::Sphere;
 use bevy_ecs::prelude::*;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
-
-/// Most elements of [`DrawList::reaching`]: 1 GiB.
-pub const MAX_REACHING: u64 = 1 << 28;
 
 /// Slots in a page of instances; a page holds objects of one batch.
 pub const PAGE_SLOTS: u32 = 64;
@@ -43,6 +41,8 @@ pub struct LightFeatures {
     pub cones: bool,
     /// An ambient colour.
     pub ambient: bool,
+    /// Objects with more than three lights; since the policies changed.
+    pub lists: bool,
 }
 
 /// The fixed choices of a pipeline that objects bring with them.
@@ -182,15 +182,6 @@ pub struct DrawList {
     pub transparent: Vec<Transparent>,
     /// Changes whenever `transparent` did.
     pub transparent_version: u64,
-    /// Every light that reaches an object shades it: the reference for the choice of three.
-    pub all_lights: bool,
-    /// The lights that reach each object, while `all_lights`: element i is where the list of the object in slot i
-    /// begins, which has as many elements as its record says.
-    pub reaching: Vec<u32>,
-    /// Elements that `reaching` would have; it stays empty if they are more than [`MAX_REACHING`].
-    pub reaching_elements: u64,
-    /// Changes whenever `reaching` did.
-    pub reaching_version: u64,
     /// Ambient light, sky and tone map.
     pub environment: Environment,
 }
@@ -214,30 +205,32 @@ impl Default for DrawList {
             batches_version: 0,
             transparent: Vec::new(),
             transparent_version: 0,
-            all_lights: false,
-            reaching: Vec::new(),
-            reaching_elements: 0,
-            reaching_version: 0,
             environment: Environment::default(),
         }
     }
 }
 
 /// Begins a frame: nothing is dirty, what holds for all of it is known.
-pub(crate) fn begin_frame(mut list: ResMut<DrawList>, environment: Res<Environment>, policy: Res<LightPolicy>) {
+pub(crate) fn begin_frame(mut list: ResMut<DrawList>, environment: Res<Environment>, policies: Res<LightPolicies>) {
     let list = list.bypass_change_detection();
     list.frame += 1;
     list.instances.dirty.clear();
     list.lights.dirty.clear();
     list.materials.dirty.clear();
-    list.all_lights = *policy == LightPolicy::All;
+    if policies.is_changed() {
+        list.light_features.lists = false;
+    }
     if list.environment != *environment {
         list.environment = environment.clone();
     }
 }
 
 /// Counts what a frame draws.
-pub(crate) fn count(mut stats: ResMut<FrameStats>, list: Res<DrawList>) {
+pub(crate) fn count(mut stats: ResMut<FrameStats>, mut list: ResMut<DrawList>, lists: Res<LightLists>) {
+    let list = list.bypass_change_detection();
+    list.light_features.lists |= !lists.is_empty();
+    stats.listed_objects = lists.len();
+    stats.listed_lights = lists.lights();
     stats.objects = list.objects as usize;
     stats.instances_written = list.instances.dirty.ranges(0).iter().map(ExactSizeIterator::len).sum();
     stats.batches = list.batches.len();

@@ -3,8 +3,7 @@
 //! The [`DrawList`] is the seam. Its tables hold the structs that shaders read ([`InstanceRecord`], [`MaterialRecord`],
 //! and those of lights); its batches say what is drawn together. `materials` and `light_records` write their tables.
 //! `instances` gives every object a slot in a page of its batch (`pages`), `instance_records` makes an object's record
-//! of its components when it is read, and `batches` lists the pages. `reaching` lists all lights of each object where
-//! that is asked for. A renderer reads a frame as [`FrameData`]. Objects that lack their mesh, material or place wait
+//! of its components when it is read, and `batches` lists the pages. A renderer reads a frame as [`FrameData`]. Objects that lack their mesh, material or place wait
 //! as `incomplete`; large ones are drawn in [`pieces`]. [`hooks`] take what goes out of all these tables. A [`View`] is
 //! a [`Camera`] at a place, under an [`Environment`].
 
@@ -21,7 +20,6 @@ pub(crate) mod list;
 pub(crate) mod materials;
 pub(crate) mod pages;
 pub mod pieces;
-pub(crate) mod reaching;
 pub(crate) mod records;
 pub(crate) mod view;
 
@@ -34,10 +32,9 @@ pub use instance_records::{InstanceRecords, InstanceSlots};
 pub use instances::{InstanceTable, update_instances};
 pub use light_records::update_light_table;
 pub use list::{
-    Batch, BatchKey, ClassId, DrawList, LightFeatures, MAX_REACHING, MaterialClass, PAGE_SLOTS, PipelineKey,
-    TextureArray, Transparent,
+    Batch, BatchKey, ClassId, DrawList, LightFeatures, MaterialClass, PAGE_SLOTS, PipelineKey, TextureArray,
+    Transparent,
 };
 pub use materials::{MOST_LAYERS, MaterialTable, most_layers, update_materials};
-pub use reaching::list_reaching;
 pub use records::{InstanceRecord, MaterialRecord, ViewRecord};
 pub use view::{View, in_frustum};

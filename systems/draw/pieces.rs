@@ -1,6 +1,6 @@
 //! Large objects, drawn in pieces.
 //!
-//! An object is lit by three lights; a road would have three for all its length. [`draw_in_pieces`] takes the mesh off
+//! An object has one choice of lights; a road would have one for all its length. [`draw_in_pieces`] takes the mesh off
 //! such an entity and hangs the pieces of it ([`crate::assets::split`]) below, each an object with bounds, lights and a
 //! draw of its own. The entity stays what it was in all other respects: it moves its pieces, [`follow_materials`] gives
 //! them its material, [`follow_meshes`] cuts it anew when its mesh is replaced, and ids, picking and lists name it and
@@ -11,6 +11,7 @@ use crate::assets::material::{AlphaMode, MaterialId, Shading};
 use crate::assets::mesh::{MeshId, MeshVariants};
 use crate::assets::split::Grid;
 use crate::ecs::changes::for_each_changed;
+use crate::lights::policy::LightPolicy;
 use crate::lights::selected::SelectedLights;
 use crate::space::bounds::Aabb;
 use crate::space::hidden::AlsoDisabled;
@@ -146,6 +147,7 @@ pub fn draw_one_in_pieces(world: &mut World, entity: Entity, metres: f32) -> Opt
     world.entity_mut(entity).remove::<(MeshId, SelectedLights)>().insert(WholeMesh { mesh, metres });
     let piece = |&piece: &MeshId| (piece, material, ChildOf(entity), PieceOf(entity));
     world.spawn_batch(pieces.iter().map(piece).collect::<Vec<_>>());
+    hand_on_policy(world, entity);
     Some(PiecesReport { objects: 1, pieces: pieces.len(), metres: longest })
 }
 
@@ -205,6 +207,14 @@ fn cut_anew(world: &mut World, entity: Entity, WholeMesh { mesh, metres }: Whole
             piece.insert(Disabled);
         }
     }
+    hand_on_policy(world, entity);
+}
+
+/// Gives an object's pieces its policy, if it has one.
+fn hand_on_policy(world: &mut World, entity: Entity) {
+    let Some(&policy) = world.get::<LightPolicy>(entity) else { return };
+    let pieces: Vec<Entity> = world.get::<Pieces>(entity).into_iter().flat_map(|pieces| pieces.iter()).collect();
+    pieces.into_iter().for_each(|piece| _ = world.entity_mut(piece).insert(policy));
 }
 
 /// Gives pieces the material of their object where that changed.
@@ -260,7 +270,8 @@ mod tests {
         let world = &simulation.world;
         assert!(!world.entity(object).contains::<MeshId>());
         let first = |light| world.get::<crate::lights::table::LightSlot>(light).expect("a light").0;
-        let chosen = |piece| world.get::<SelectedLights>(piece).expect("a piece is drawn").unpack().lights[0];
+        let chosen =
+            |piece| world.get::<SelectedLights>(piece).expect("a piece is drawn").unpack(world.resource()).lights[0];
         let chosen: Vec<u32> = pieces_of(&simulation, object).into_iter().map(chosen).collect();
         let none = crate::lights::record::NO_LIGHT;
         assert_eq!(chosen, [first(lights[0]), first(lights[0]), none, first(lights[1]), first(lights[1])]);

@@ -19,13 +19,13 @@ pub struct InstanceRecord {
     /// Irradiance of what the three lights leave out, linear RGB; the same, times its luminance-weighted direction
     /// (world space); the same, times how much of it comes along each axis, from either side, but for the last.
     pub residual: [u32; 4],
-    /// How much comes along z. Sum of the scores of the lights that are not among the three: what the object's three,
-    /// each in full, may miss.
+    /// How much comes along z. What the object's lights may miss: `dropped` of [`Selection`](crate::lights::Selection).
     pub last_side_and_dropped: u32,
     /// What the numbers of the ambient cube are multiples of.
     pub residual_unit: f32,
-    /// How many lights reach the object.
-    pub reaching: u32,
+    /// How many lights reach the object; with the highest bit set, the first page of its list
+    /// ([`LightLists`](crate::lights::LightLists)).
+    pub reaching_or_list: u32,
     /// The entity's index, of a piece its object's: picking and segmentation.
     pub entity: u32,
 }

@@ -19,7 +19,13 @@ impl EntityNumbers {
     /// The number of an entity, or [`Self::NONE`].
     #[inline(always)]
     pub fn get(&self, entity: Entity) -> u32 {
-        self.0.get(entity.index_u32() as usize).copied().unwrap_or(Self::NONE)
+        self.of_index(entity.index())
+    }
+
+    /// The number of the entity with that index, or [`Self::NONE`].
+    #[inline(always)]
+    pub fn of_index(&self, entity: EntityIndex) -> u32 {
+        self.0.get(entity.index() as usize).copied().unwrap_or(Self::NONE)
     }
 
     /// Gives an entity a number.
@@ -43,7 +49,12 @@ impl EntityNumbers {
 
     /// Takes the number of an entity away from it.
     pub fn take(&mut self, entity: Entity) -> Option<u32> {
-        let number = self.0.get_mut(entity.index_u32() as usize)?;
+        self.take_index(entity.index())
+    }
+
+    /// [`Self::take`] for the entity with that index.
+    pub fn take_index(&mut self, entity: EntityIndex) -> Option<u32> {
+        let number = self.0.get_mut(entity.index() as usize)?;
         Some(std::mem::replace(number, Self::NONE)).filter(|&number| number != Self::NONE)
     }
 }

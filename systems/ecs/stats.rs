@@ -59,6 +59,10 @@ pub struct FrameStats {
     pub objects: usize,
     /// Objects whose lights were chosen again in this frame.
     pub selected: usize,
+    /// Objects with more than three lights, and how many they have beside the three.
+    pub listed_objects: usize,
+    /// See [`Self::listed_objects`].
+    pub listed_lights: u64,
     /// Instance records written in this frame.
     pub instances_written: usize,
     /// Instanced draws, before blended objects.
@@ -76,6 +80,8 @@ impl Default for FrameStats {
             systems: Vec::new(),
             objects: 0,
             selected: 0,
+            listed_objects: 0,
+            listed_lights: 0,
             instances_written: 0,
             batches: 0,
             transparent: 0,

@@ -3,18 +3,24 @@
 //!
 //! Sums need an order, because rounding depends on it: that of [`search_order`].
 
+use super::enough::{inverse_threshold, weight};
+use super::policy::{LightPolicy, Policies};
 use super::record::NO_LIGHT;
 use super::relevance::{ScoredLight, at_center, score};
-use super::table::{LightPolicy, Selection};
+use super::search::Further;
+use super::selected::pack_light;
+use super::table::Selection;
 use super::tree::search_order;
 use crate::space::bounds::Sphere;
 use glam::Vec3;
 
-/// Chooses the lights of each sphere; `scored` is indexed by slot. A sphere that is not finite has none.
-pub fn select(scored: &[ScoredLight], policy: LightPolicy, spheres: &[Sphere], out: &mut [Selection]) {
+/// Chooses the lights of each sphere; `scored` is indexed by slot. A sphere that is not finite has none. Returns what
+/// they have beside their three.
+pub fn select(scored: &[ScoredLight], policies: Policies, spheres: &[Sphere], out: &mut [Selection]) -> Further {
     let order = search_order(scored);
     let mut reached = Vec::new();
-    for (&sphere, out) in spheres.iter().zip(out) {
+    let mut further = Further::default();
+    for (i, (&sphere, out)) in spheres.iter().zip(out).enumerate() {
         reached.clear();
         let is_finite = sphere.center.is_finite() && sphere.radius.is_finite();
         for &slot in order.iter().filter(|_| is_finite) {
@@ -25,8 +31,12 @@ pub fn select(scored: &[ScoredLight], policy: LightPolicy, spheres: &[Sphere], o
                 reached.push(Reaching { score, slot, place: slot, irradiance, arriving });
             }
         }
-        *out = choose(&reached, |slot| &scored[slot as usize], policy);
+        *out = choose(&reached, |slot| &scored[slot as usize], policies.of(i), &mut further);
+        if policies.may_list() {
+            further.end_object();
+        }
     }
+    further
 }
 
 /// A light whose score for an object is above 0.
@@ -40,12 +50,13 @@ pub(crate) struct Reaching {
     pub arriving: Vec3,
 }
 
-/// Chooses from the lights that reach an object, in the order in which they are added up.
+/// Chooses from the lights that reach an object, in the order in which they are added up; lists those beside the three.
 #[inline(always)]
 pub(crate) fn choose<'a>(
     lights: &[Reaching],
     light: impl Fn(u32) -> &'a ScoredLight,
     policy: LightPolicy,
+    further: &mut Further,
 ) -> Selection {
     let mut top = Top { scores: [0.0; 4], slots: [NO_LIGHT; 3], dropped: 0.0 };
     for reaching in lights {
@@ -53,9 +64,27 @@ pub(crate) fn choose<'a>(
     }
     let mut selection = top.selection(policy);
     selection.reaching = lights.len() as u32;
-    if policy != LightPolicy::Hard && top.scores[3] > 0.0 {
+    let three = selection;
+    let among_three = |slot: u32| three.lights.iter().position(|&chosen| chosen == slot);
+    if let Some(tolerance) = policy.tolerance() {
+        let inverse_threshold = inverse_threshold(lights, top.scores[0], tolerance);
+        selection.dropped = 0.0;
         for reaching in lights {
-            add_residual(reaching, light(reaching.place), &mut selection);
+            let number = among_three(reaching.slot);
+            let least = number.map_or(0.0, |number| three.weights[number]);
+            let weight = weight(reaching.score, inverse_threshold, tolerance, least);
+            match number {
+                Some(number) => selection.weights[number] = weight,
+                None if weight > 0.0 => further.push(pack_light(reaching.slot, weight)),
+                None => {}
+            }
+            selection.dropped += reaching.score * (1.0 - weight);
+            add_residual(reaching, light(reaching.place), 1.0 - weight, &mut selection);
+        }
+    } else if policy != LightPolicy::Hard && top.scores[3] > 0.0 {
+        for reaching in lights {
+            let weight = among_three(reaching.slot).map_or(0.0, |number| three.weights[number]);
+            add_residual(reaching, light(reaching.place), 1.0 - weight, &mut selection);
         }
     }
     selection
@@ -91,7 +120,7 @@ impl Top {
         let weights = scores.map(|score| match policy {
             _ if score <= 0.0 => 0.0,
             LightPolicy::Hard => 1.0,
-            LightPolicy::Three | LightPolicy::All => {
+            LightPolicy::Three | LightPolicy::Enough(_) | LightPolicy::All => {
                 let ratio = fourth / score;
                 1.0 - (ratio * ratio) * (ratio * ratio)
             }
@@ -100,12 +129,10 @@ impl Top {
     }
 }
 
-/// Adds what the weights leave out of a light that reaches the object.
+/// Adds what its weight leaves out of a light that reaches the object.
 #[inline(always)]
-fn add_residual(reaching: &Reaching, light: &ScoredLight, selection: &mut Selection) {
-    let &Reaching { slot, irradiance, arriving, .. } = reaching;
-    let weight = selection.lights.iter().position(|&chosen| chosen == slot).map_or(0.0, |i| selection.weights[i]);
-    let left_out = 1.0 - weight;
+fn add_residual(reaching: &Reaching, light: &ScoredLight, left_out: f32, selection: &mut Selection) {
+    let &Reaching { irradiance, arriving, .. } = reaching;
     selection.residual_ambient += light.tint * (left_out * irradiance);
     selection.residual_direction += arriving * (left_out * light.directed);
     let even = left_out * irradiance * light.even;

@@ -10,8 +10,11 @@
 pub mod brute_force;
 pub(crate) mod components;
 pub(crate) mod curve;
+pub(crate) mod enough;
+pub(crate) mod lists;
 pub(crate) mod order;
 pub(crate) mod order_sorting;
+pub(crate) mod policy;
 pub(crate) mod record;
 pub(crate) mod relevance;
 pub mod search;
@@ -22,10 +25,12 @@ pub(crate) mod tree;
 
 pub use components::{Light, LightKind};
 pub use curve::along_the_curve;
+pub use lists::{LightListPage, LightLists};
 pub use order::ObjectOrder;
+pub use policy::{LightPolicies, LightPolicy, Policies};
 pub use record::{LightRecord, MOST_LIGHTS, NO_LIGHT};
 pub use relevance::{LUMINANCE, ScoredLight, irradiance, light_record, score};
 pub use selected::SelectedLights;
 pub use selection::{select_lights, select_parallel};
-pub use table::{LightPolicy, LightSlot, LightTable, Selection};
+pub use table::{LightSlot, LightTable, Selection};
 pub use tree::{LightTree, search_order};

@@ -5,6 +5,8 @@
 //! spheres there is a bit for each object whose lights must be chosen again: it moved, or `ObjectOrder::mark` found
 //! that a light which changed reaches it or did.
 
+use super::lists::LightLists;
+use super::policy::OwnPolicies;
 use super::record::LightRecord;
 use super::relevance::ScoredLight;
 use super::tree::{Node, Volume, WIDTH, refit};
@@ -40,6 +42,16 @@ pub(crate) fn free_place(mut world: DeferredWorld, context: HookContext) {
     }
 }
 
+/// Notes what has become of an object's policy; it chooses its lights again.
+pub(crate) fn note_policy(mut world: DeferredWorld, object: Entity, note: impl FnOnce(&mut OwnPolicies, EntityIndex)) {
+    let Some(mut order) = world.get_resource_mut::<ObjectOrder>() else { return };
+    note(&mut order.own_policies, object.index());
+    let place = order.places.get(object);
+    if place != EntityNumbers::NONE {
+        order.mark_one(place);
+    }
+}
+
 /// Bounds of all objects by place, and which of them changed.
 #[derive(Resource, Debug, Default)]
 pub struct ObjectOrder {
@@ -60,6 +72,8 @@ pub struct ObjectOrder {
     pub(crate) settled: usize,
     /// Given back since the last frame.
     freed: Vec<u32>,
+    /// Of the objects that have some.
+    pub(crate) own_policies: OwnPolicies,
     /// Without an object, behind the settled ones: for the next that comes.
     pub(crate) free: Vec<u32>,
     /// Without an object, among the settled ones: what came there would have no neighbours.
@@ -153,11 +167,18 @@ impl ObjectOrder {
         self.objects[place as usize]
     }
 
-    /// Empties the places of objects that are gone.
-    pub(crate) fn release_freed(&mut self) {
+    /// Empties the places of objects that are gone, and takes their lists.
+    pub(crate) fn release_freed(&mut self, lists: &mut LightLists) {
         for place in std::mem::take(&mut self.freed) {
+            self.objects[place as usize].into_iter().for_each(|object| lists.free(object));
             self.leave(place);
         }
+    }
+
+    /// The object at a place chooses again.
+    pub(crate) fn mark_one(&mut self, place: u32) {
+        self.dirty[place as usize / 64] |= 1 << (place % 64);
+        self.may_be_dirty = true;
     }
 
     /// Empties a place.
@@ -195,8 +216,7 @@ impl ObjectOrder {
     /// The object at a place has moved.
     pub(crate) fn moved(&mut self, place: u32, sphere: Sphere) {
         self.spheres[place as usize] = sphere;
-        self.dirty[place as usize / 64] |= 1 << (place % 64);
-        self.may_be_dirty = true;
+        self.mark_one(place);
         self.set_stale(place);
     }
 

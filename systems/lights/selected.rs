@@ -6,11 +6,13 @@
 //! residual              nine numbers, ambient, direction and sides, in 16 bits each: in units of `residual_unit`,
 //!                        of which the largest has 32767, rounded
 //! last_side_and_dropped  the last of the nine, and the upper half of the float that is `dropped`: 8 bits of mantissa
+//! reaching_or_list       how many lights reach the object; with the highest bit set, the first page of its list
 //! ```
 //!
 //! So weights are at most 0.0005 off, residuals a 65,534th of the largest of their numbers, whatever its size.
 //! [`SelectedLights::unpack`] undoes it, and for shaders `load_instance` of shaders/types.wgsl.
 
+use super::lists::LightLists;
 use super::record::NO_LIGHT;
 use super::table::Selection;
 use bevy_ecs::prelude::*;
@@ -35,7 +37,7 @@ pub struct SelectedLights {
     pub(crate) residual: [u32; 4],
     pub(crate) last_side_and_dropped: u32,
     pub(crate) residual_unit: f32,
-    pub(crate) reaching: u32,
+    pub(crate) reaching_or_list: u32,
 }
 
 /// By their bits.
@@ -59,7 +61,7 @@ impl SelectedLights {
     pub fn pack(selection: &Selection) -> Self {
         let Selection { lights, weights, residual_ambient: a, residual_direction: d, residual_sides: s, .. } =
             *selection;
-        let light = |i: usize| lights[i] << WEIGHT_BITS | whole(weights[i] * MOST_WEIGHT);
+        let light = |i: usize| pack_light(lights[i], weights[i]);
         let numbers = [a.x, a.y, a.z, d.x, d.y, d.z, s.x, s.y, s.z];
         // What is infinite counts as nothing.
         let largest = numbers.iter().fold(0.0f32, |largest, v| largest.max(v.abs())).min(f32::MAX);
@@ -71,27 +73,39 @@ impl SelectedLights {
             residual: [a | b << 16, c | d << 16, e | f << 16, g | h << 16],
             last_side_and_dropped: last | dropped,
             residual_unit: largest / MOST_UNITS,
-            reaching: selection.reaching,
+            reaching_or_list: selection.reaching,
         }
     }
 
-    /// What was packed, as far as it came through.
-    pub fn unpack(&self) -> Selection {
-        let all = u32::MAX >> WEIGHT_BITS;
+    /// What was packed, as far as it came through; the lights beside the three are in the lists.
+    pub fn unpack(&self, lists: &LightLists) -> Selection {
+        let lights = self.lights.map(unpack_light);
         let numbers: [f32; 9] = std::array::from_fn(|i| {
             let word = self.residual.get(i / 2).copied().unwrap_or(self.last_side_and_dropped);
             f32::from((word >> (i % 2 * 16)) as u16 as i16) * self.residual_unit
         });
         Selection {
-            lights: self.lights.map(|light| if light >> WEIGHT_BITS == all { NO_LIGHT } else { light >> WEIGHT_BITS }),
-            weights: self.lights.map(|light| (light & ((1 << WEIGHT_BITS) - 1)) as f32 / MOST_WEIGHT),
+            lights: lights.map(|(slot, _)| slot),
+            weights: lights.map(|(_, weight)| weight),
             residual_ambient: Vec3::from_slice(&numbers[0..]),
             residual_direction: Vec3::from_slice(&numbers[3..]),
             residual_sides: Vec3::from_slice(&numbers[6..]),
             dropped: f32::from_bits(self.last_side_and_dropped & 0xffff_0000),
-            reaching: self.reaching,
+            reaching: lists.of(self).1,
         }
     }
+}
+
+/// A slot and its weight in a word.
+pub(crate) fn pack_light(slot: u32, weight: f32) -> u32 {
+    slot << WEIGHT_BITS | whole(weight * MOST_WEIGHT)
+}
+
+/// Slot and weight of a word; [`NO_LIGHT`] where there is none.
+pub(crate) fn unpack_light(light: u32) -> (u32, f32) {
+    let all = u32::MAX >> WEIGHT_BITS;
+    let slot = if light >> WEIGHT_BITS == all { NO_LIGHT } else { light >> WEIGHT_BITS };
+    (slot, (light & ((1 << WEIGHT_BITS) - 1)) as f32 / MOST_WEIGHT)
 }
 
 /// The nearest whole number, 16 bits of it in two's complement.
@@ -118,15 +132,15 @@ mod tests {
         // 0.25 · 1023 is 255.75; half of 32767, 16383.5, goes to the even number.
         assert_eq!(packed.lights, [7 << 10 | 1023, 256, u32::MAX << 10]);
         assert_eq!(packed.residual, [0x4000, 0x8001_7fff, 0, 0x7fff]);
-        assert_eq!((packed.last_side_and_dropped, packed.reaching), (0x3f40_7fff, 100_000));
+        assert_eq!((packed.last_side_and_dropped, packed.reaching_or_list), (0x3f40_7fff, 100_000));
         assert_eq!(packed.residual_unit, 0.5 / 32767.0);
-        let found = packed.unpack();
+        let found = packed.unpack(&LightLists::default());
         assert_eq!((found.lights, found.reaching, found.dropped), ([7, 0, NO_LIGHT], 100_000, 0.75));
         assert_eq!(found.weights, [1.0, 256.0 / 1023.0, 0.0]);
         // Half a step of 0.5 / 32767 is 0.8e-5.
         assert!(found.residual_ambient.abs_diff_eq(Vec3::new(0.25, 0.0, 0.5), 1e-5));
         assert!(found.residual_direction.abs_diff_eq(Vec3::new(-0.5, 0.0, 0.0), 1e-5));
         assert!(found.residual_sides.abs_diff_eq(Vec3::new(0.5, 0.0, 0.5), 1e-5));
-        assert_eq!(SelectedLights::default().unpack(), Selection::default());
+        assert_eq!(SelectedLights::default().unpack(&LightLists::default()), Selection::default());
     }
 }

@@ -5,10 +5,12 @@
 //! (`ObjectOrder::mark`), and searches for these only. Where most would be marked, marking is left out and all are
 //! searched. What comes out is the same as if all had been searched in every frame.
 
+use super::lists::{LightLists, MOST_LISTED};
 use super::order::{Dirty, ObjectOrder};
+use super::policy::{LightPolicies, LightPolicy, Policies};
 use super::relevance::ScoredLight;
 use super::selected::SelectedLights;
-use super::table::{LightPolicy, LightTable};
+use super::table::LightTable;
 use super::tree::LightTree;
 use crate::assets::library::Library;
 use crate::assets::mesh::MeshId;
@@ -16,9 +18,10 @@ use crate::assets::object_bounds::world_bounds;
 use crate::ecs::bits::for_each_set;
 use crate::ecs::changes::{LIGHT_ROWS, note_changed, rows_per_task, touch};
 use crate::ecs::entity_numbers::EntityNumbers;
-use crate::ecs::parallel::{in_parallel, on_pool};
+use crate::ecs::parallel::{in_parallel, map_on_pool};
 use crate::ecs::read_ahead::read_ahead;
 use crate::ecs::stats::FrameStats;
+use crate::lights::search::Further;
 use crate::lights::search::clusters::{self, Level, Scratch};
 use crate::space::bounds::Sphere;
 use crate::space::transform::GlobalTransform;
@@ -44,51 +47,58 @@ const MANY_OBJECTS: usize = 4;
 const SOME_OBJECTS: usize = 16;
 
 /// [`clusters::select`] with the spheres shared out over the threads of a pool; `places` where they are not
-/// neighbours, see [`clusters::select_sparse`].
+/// neighbours, see [`clusters::select_sparse`]. Returns what the objects have beside their three, task by task.
 pub fn select_parallel(
     pool: &TaskPool,
     tree: &LightTree,
     scored: &[ScoredLight],
-    policy: LightPolicy,
+    policies: Policies,
     places: Option<&[u32]>,
     (spheres, out): (&[Sphere], &mut [SelectedLights]),
-) {
+) -> Vec<Further> {
     let level = Level::new();
-    let search = |places: Option<&[u32]>, spheres: &[Sphere], out: &mut [SelectedLights]| {
-        let scratch = &mut Scratch::default();
+    let most = MOST_LISTED / spheres.len().div_ceil(CHUNK).max(1);
+    let parts = spheres.chunks(CHUNK).zip(out.chunks_mut(CHUNK)).enumerate();
+    map_on_pool(pool, parts, |(i, (spheres, out))| {
+        let range = i * CHUNK..i * CHUNK + spheres.len();
+        let policies = policies.part(range.clone());
+        let mut scratch = Scratch::default();
+        scratch.further = Further::with_room(most);
         match places {
-            Some(places) => clusters::select_sparse(level, tree, scored, policy, (places, spheres, out), scratch),
-            None => clusters::select(level, tree, scored, policy, (spheres, out), scratch),
+            Some(places) => {
+                let work = (&places[range], spheres, out);
+                clusters::select_sparse(level, tree, scored, policies, work, &mut scratch);
+            }
+            None => clusters::select(level, tree, scored, policies, (spheres, out), &mut scratch),
         }
-    };
-    if spheres.len() <= CHUNK {
-        return search(places, spheres, out);
-    }
-    on_pool(pool, spheres.chunks(CHUNK).zip(out.chunks_mut(CHUNK)).enumerate(), |(i, (spheres, out))| {
-        search(places.map(|places| &places[i * CHUNK..i * CHUNK + spheres.len()]), spheres, out);
-    });
+        scratch.further
+    })
 }
 
 /// What [`select_lights`] keeps from frame to frame.
 #[derive(Default)]
 pub struct Kept {
-    policy: LightPolicy,
+    policies: LightPolicies,
     /// Scratch: a bit per row of a table, whether it changed.
     changed: Vec<u64>,
     dirty: Dirty,
     spheres: Vec<Sphere>,
     selections: Vec<SelectedLights>,
+    /// Of the objects that are searched, where they differ.
+    each: Vec<LightPolicy>,
     /// Scratch.
     targets: Vec<Target>,
 }
 
-/// Chooses the lights of the objects that changed or that a light which changed reaches.
+/// Chooses the lights of the objects that changed or that a light which changed reaches, and keeps the lists of those
+/// that have more than three.
 #[allow(clippy::too_many_arguments)]
 pub fn select_lights(
     table: Res<LightTable>,
-    policy: Res<LightPolicy>,
+    policies: Res<LightPolicies>,
     library: Res<Library>,
     mut order: ResMut<ObjectOrder>,
+    mut lists: ResMut<LightLists>,
     mut kept: Local<Kept>,
     mut stats: ResMut<FrameStats>,
     entities: &Entities,
@@ -98,10 +108,12 @@ pub fn select_lights(
     let pool = ComputeTaskPool::get();
     let level = Level::new();
     let kept = &mut *kept;
-    order.release_freed();
+    let lists = lists.bypass_change_detection();
+    lists.begin_frame();
+    order.release_freed(lists);
     collect_moved(objects, &library, &mut order, &mut kept.changed);
     order.gather_moving(pool);
-    if std::mem::replace(&mut kept.policy, *policy) != *policy
+    if std::mem::replace(&mut kept.policies, *policies) != *policies
         || table.changes().len() > FEW_LIGHTS.max(table.scored().len() / MANY_LIGHTS)
     {
         order.mark_all();
@@ -111,9 +123,23 @@ pub fn select_lights(
     if order.needs_sorting(pool) {
         order.sort(pool);
     }
-    let search = |places: Option<&[u32]>, spheres: &[Sphere], found: &mut Vec<SelectedLights>| {
+    let (order, each) = (&mut *order, &mut kept.each);
+    let common = order.own_policies.common(&policies);
+    // Of objects at some places, or at all from the first on.
+    let mut search = |order: &ObjectOrder, places: Option<&[u32]>, first, spheres: &[Sphere], found: &mut Vec<_>| {
         found.resize(spheres.len(), SelectedLights::default());
-        select_parallel(pool, table.tree(), table.scored(), *policy, places, (spheres, found));
+        let object = |i: usize| order.object(places.map_or(first + i as u32, |places| places[i]));
+        if common.is_none() {
+            each.clear();
+            let policy = |object| order.own_policies.of(object, &policies);
+            each.extend((0..spheres.len()).map(|i| object(i).map_or(LightPolicy::Three, policy)));
+        }
+        if places.is_none() && first == 0 {
+            lists.forget_refused();
+        }
+        let policies = common.map_or(Policies::Each(each), Policies::Same);
+        let further = select_parallel(pool, table.tree(), table.scored(), policies, places, (spheres, found));
+        lists.take(&further, (0..spheres.len()).map(object), found);
     };
     let (count, all) = (order.dirty_count(), order.spheres().len());
     stats.selected = count;
@@ -124,7 +150,7 @@ pub fn select_lights(
     if count * MANY_OBJECTS > all {
         order.take_all();
         for (spheres, first) in order.spheres().chunks(BLOCK).zip((0..).step_by(BLOCK)) {
-            search(None, spheres, &mut kept.selections);
+            search(order, None, first, spheres, &mut kept.selections);
             let (places, found) = (order.places(), &kept.selections);
             let index = |place: u32| place.wrapping_sub(first) as usize;
             for rows in selections.contiguous_iter_mut().into_iter().flatten() {
@@ -141,7 +167,7 @@ pub fn select_lights(
     let dirty = &kept.dirty;
     kept.spheres.clear();
     kept.spheres.extend(dirty.places.iter().map(|&place| order.spheres()[place as usize]));
-    search(Some(&dirty.places), &kept.spheres, &mut kept.selections);
+    search(order, Some(&dirty.places), 0, &kept.spheres, &mut kept.selections);
     let found = &kept.selections;
     if count * SOME_OBJECTS > all {
         for rows in selections.contiguous_iter_mut().into_iter().flatten() {
@@ -149,7 +175,7 @@ pub fn select_lights(
         }
         return;
     }
-    locate(entities, &order, &dirty.places, &mut kept.targets);
+    locate(entities, order, &dirty.places, &mut kept.targets);
     for rows in selections.contiguous_iter_mut().into_iter().flatten() {
         write_targets(rows, entities, &kept.targets, found);
     }
@@ -255,7 +281,7 @@ impl Part<'_> {
     fn write(&mut self, writes: &mut [(u32, u32)], found: &[SelectedLights]) {
         let (selections, changed) = (&mut *self.selections, &mut *self.changed);
         let at = |(row, index): (u32, u32)| (row as usize - self.first, index as usize);
-        let ends = |selection: &SelectedLights| selection.lights[0] ^ selection.reaching;
+        let ends = |selection: &SelectedLights| selection.lights[0] ^ selection.reaching_or_list;
         read_ahead(writes.iter().map(|&write| {
             let (row, index) = at(write);
             ends(&selections[row]) ^ ends(&found[index]) ^ changed[row].get()

@@ -1,4 +1,4 @@
-//! Lights in a table, the policy, and what an object knows of its lights.
+//! Lights in a table, and what an object knows of its lights.
 //!
 //! Every entity with a [`Light`](crate::lights::Light) has a slot, with a [`LightRecord`] (what shaders read) and a
 //! [`ScoredLight`] (what the search reads); `update_light_table` of `draw` writes both, from the lights that changed.
@@ -23,32 +23,6 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
-
-/// Whether shading uses the three selected lights or all of them.
-#[derive(Resource, Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
-pub enum LightPolicy {
-    /// Three lights with smooth weights, the others in an ambient cube.
-    #[default]
-    Three,
-    /// Three lights at full weight and nothing else: lights pop. To compare with.
-    Hard,
-    /// Every light that reaches the object: what the others are measured against. The selection is that of `Three`.
-    All,
-}
-
-impl LightPolicy {
-    /// All policies with the names that the command line uses.
-    pub const ALL: [(&'static str, Self); 3] = [("three", Self::Three), ("hard", Self::Hard), ("all", Self::All)];
-
-    /// What lights an object, in a few words.
-    pub fn lights_by(self) -> &'static str {
-        match self {
-            Self::Three => "the three most relevant lights, cross-faded, and an ambient cube for the others",
-            Self::Hard => "these three lights alone",
-            Self::All => "every light in range (slow reference)",
-        }
-    }
-}
 
 /// The slot of a light in the light table; stable while the light lives. Derived.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug)]
@@ -76,7 +50,8 @@ pub struct Selection {
     pub residual_direction: Vec3,
     /// Its luminance times how much of it comes along each axis, from either side (world space), summed.
     pub residual_sides: Vec3,
-    /// Sum of the scores of the lights that are not among the three: what the object's three, each in full, may miss.
+    /// What the object's lights may miss. Of an object with three, the sum of the scores of the others: what the three,
+    /// each in full, leave out. Of one that may have more, the sum of what their weights leave out of all scores.
     pub dropped: f32,
     /// How many lights reach the object (score above 0).
     pub reaching: u32,

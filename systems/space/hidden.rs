@@ -157,7 +157,8 @@ mod tests {
             edit(&mut simulation.world);
             simulation.frame();
             let list = simulation.draw_list();
-            let reaching = simulation.instance_records().drawn().map(|record| record.reaching).collect::<Vec<_>>();
+            let reaching =
+                simulation.instance_records().drawn().map(|record| record.reaching_or_list).collect::<Vec<_>>();
             (list.batches.len(), list.transparent.len(), reaching)
         };
         assert_eq!(drawn(&mut |_| {}), (1, 0, vec![1]));

@@ -35,8 +35,9 @@ fn what_uses_a_mesh_follows_it() {
     // Reaches 2 m: what is near, and what is large.
     let lamp = (Light::point(1.0, 2.0), Transform::from_xyz(0.0, 5.0, 0.0));
     simulation.world.spawn(lamp);
-    let reached =
-        |simulation: &Simulation| simulation.world.get::<SelectedLights>(object).expect("an object").unpack().reaching;
+    let reached = |simulation: &Simulation| {
+        simulation.world.get::<SelectedLights>(object).expect("an object").unpack(simulation.world.resource()).reaching
+    };
     assert_eq!((drawn(&mut simulation), reached(&simulation)), (2, 0));
     let blended_radius = |simulation: &Simulation| simulation.draw_list().transparent[0].bounds.radius;
     assert!(library(&mut simulation).replace_mesh(small, shapes::cube(Vec3::splat(8.0))));

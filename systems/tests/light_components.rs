@@ -6,7 +6,7 @@ use systems::Simulation;
 use systems::assets::color::linear_from_kelvin;
 use systems::assets::{Library, shapes};
 use systems::ecs::stats::FrameStats;
-use systems::lights::{Light, LightPolicy, LightRecord};
+use systems::lights::{Light, LightPolicies, LightPolicy, LightRecord};
 use systems::space::Transform;
 
 #[test]
@@ -54,6 +54,6 @@ fn the_objects_whose_lights_are_chosen_again_are_counted() {
     assert_eq!(frame(&mut simulation), 0);
     simulation.world.get_mut::<Transform>(objects[2]).expect("placed").translation.y = 1.0;
     assert_eq!(frame(&mut simulation), 1);
-    simulation.world.insert_resource(LightPolicy::Hard);
+    simulation.world.insert_resource(LightPolicies::forced(LightPolicy::Hard));
     assert_eq!(frame(&mut simulation), 4);
 }

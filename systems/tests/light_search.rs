@@ -4,14 +4,16 @@
 mod common;
 
 use bevy_tasks::TaskPoolBuilder;
-use common::{LUMINANCE, Scene, any_direction, any_odd_light, any_place, cases, placed, scene, true_falloff};
+use common::{
+    LUMINANCE, Scene, any_direction, any_odd_light, any_place, any_policy, cases, placed, scene, true_falloff,
+};
 use glam::{DVec3, Vec3};
 use proptest::prelude::*;
 use proptest::sample::Index;
 use std::collections::BTreeMap;
 use systems::lights::search::{Level, Scratch, select_sparse};
 use systems::lights::{
-    Light, LightKind, LightPolicy, LightRecord, LightTree, NO_LIGHT, SelectedLights, Selection, irradiance,
+    Light, LightKind, LightPolicy, LightRecord, LightTree, NO_LIGHT, Policies, SelectedLights, Selection, irradiance,
     light_record, score, select_parallel,
 };
 use systems::space::Sphere;
@@ -69,6 +71,24 @@ fn falloff_around(light: &LightRecord, sphere: Sphere) -> (f64, f64) {
     (with(0.0, 0.0), with(1e-6, power_error) - with(-1e-6, -power_error))
 }
 
+/// w of `enough`.
+fn step(x: f64) -> f64 {
+    let t = (2.0 * x - 1.0).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}
+
+/// The threshold by its definition: what the weights leave out is the tolerance's share of the sum.
+fn threshold(scores: &[(f32, u32)], tolerance: f64) -> f64 {
+    let scores = || scores.iter().map(|&(score, _)| f64::from(score));
+    let left_out = |threshold: f64| scores().map(|score| score * (1.0 - step(score / threshold))).sum::<f64>();
+    let (mut low, mut high) = (0.0, 2.0 * scores().fold(0.0, f64::max));
+    for _ in 0..200 {
+        let middle = 0.5 * (low + high);
+        if left_out(middle) <= tolerance * scores().sum::<f64>() { low = middle } else { high = middle }
+    }
+    low
+}
+
 /// The answer by sorting all scores, weights and residual straight from their definition; and how far single precision
 /// may be off from the residual.
 fn brute_force(scene: &Scene, sphere: Sphere, policy: LightPolicy) -> (Selection, f32) {
@@ -120,9 +140,12 @@ proptest! {
     #![proptest_config(cases(1000))]
 
     #[test]
-    fn selection_equals_brute_force(scene in any_scene(), policy in prop::sample::select(LightPolicy::ALL.to_vec())) {
-        for (&sphere, found) in scene.spheres.iter().zip(scene.select(policy.1)) {
-            let (expected, error) = brute_force(&scene, sphere, policy.1);
+    fn selection_equals_brute_force(
+        scene in any_scene(),
+        policy in prop::sample::select(vec![LightPolicy::Three, LightPolicy::Hard]),
+    ) {
+        for (&sphere, found) in scene.spheres.iter().zip(scene.select(policy)) {
+            let (expected, error) = brute_force(&scene, sphere, policy);
             prop_assert_eq!(found.lights, expected.lights, "{:?}", sphere);
             prop_assert!(found.weights.iter().zip(expected.weights).all(|(a, b)| (a - b).abs() < 1e-6));
             prop_assert_eq!(found.reaching, expected.reaching);
@@ -140,14 +163,62 @@ proptest! {
         }
     }
 
+    /// As many lights as it takes, by the definition in double precision; what is left out is no more than the bound,
+    /// for what shaders get.
     #[test]
-    fn selection_is_the_same_for_any_division_of_the_work(scene in any_scene(), size in 1usize..9) {
+    fn no_object_leaves_out_more_than_its_tolerance(
+        scene in any_scene(),
+        tolerance in prop_oneof![Just(0.0f32), 1e-4f32..0.9],
+    ) {
+        let (found, further) = scene.select_each(Policies::Same(LightPolicy::Enough(tolerance)));
+        let three = scene.select(LightPolicy::Three);
+        let mut start = 0;
+        for (i, &sphere) in scene.spheres.iter().enumerate() {
+            let end = further.ends[i] as usize;
+            let listed = further.lights[start..end].iter().map(|light| (light >> 10, (light & 1023) as f32 / 1023.0));
+            let own = found[i].lights.into_iter().zip(found[i].weights).filter(|(slot, _)| *slot != NO_LIGHT);
+            let weights: BTreeMap<u32, f32> = own.chain(listed).collect();
+            start = end;
+            let is_finite = sphere.center.is_finite() && sphere.radius.is_finite();
+            let mut scores: Vec<(f32, u32)> = scene.scored.iter().zip(0..)
+                .map(|(light, slot)| (score(light, sphere), slot)).filter(|s| s.0 > 0.0 && is_finite).collect();
+            scores.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+            let sum: f64 = scores.iter().map(|s| f64::from(s.0)).sum();
+            let weight = |slot| f64::from(weights.get(&slot).copied().unwrap_or(0.0));
+            let left_out: f64 = scores.iter().map(|s| f64::from(s.0) * (1.0 - weight(s.1))).sum();
+            // Each sum of n numbers in single precision is off by n halves of its last bit at most.
+            let rounding = 2.0 * scores.len() as f64 * f64::from(f32::EPSILON) * sum;
+            prop_assert!(left_out <= f64::from(tolerance) * sum + rounding, "{left_out} of {sum}");
+            prop_assert!((f64::from(found[i].dropped) - left_out).abs() <= rounding + 1e-6 * left_out);
+            prop_assert!(weights.len() >= scores.len().min(3));
+            // Of lights that score the same, all weigh the same but for the three, which never weigh less than alone.
+            let threshold = threshold(&scores, tolerance.into());
+            for &(score, slot) in &scores {
+                let least = three[i].lights.iter().position(|&own| own == slot).map_or(0.0, |n| three[i].weights[n]);
+                let expected = step(f64::from(score) / threshold).max(least.into());
+                // Up to the next 1023rd. The threshold is found to a 32,768th and where the sum's rounding puts it:
+                // steeper than 3 the weight is not, and the sum changes by a share of what is left out at least.
+                let error = 3.0 / 32768.0 + if left_out > 0.0 { 8.0 * rounding / left_out } else { 0.0 };
+                let over = weight(slot) - expected;
+                prop_assert!(over >= -error && over <= error + 1.0 / 1023.0, "{over} {score} {threshold} {tolerance}");
+            }
+        }
+    }
+
+    #[test]
+    fn selection_is_the_same_for_any_division_of_the_work(
+        scene in any_scene(),
+        size in 1usize..9,
+        policies in prop::collection::vec(any_policy(), 1..20),
+    ) {
         // More objects than one task takes.
         let spheres: Vec<Sphere> = scene.spheres.iter().copied().cycle().take(5000).collect();
         let whole = Scene { spheres, ..scene }.clone();
-        let expected = whole.select(LightPolicy::Three);
-        let pieces = whole.spheres[..700].chunks(size).flat_map(|spheres| {
-            Scene { spheres: spheres.to_vec(), ..whole.clone() }.search::<Selection>(Level::new(), LightPolicy::Three)
+        let each: Vec<LightPolicy> = policies.iter().copied().cycle().take(5000).collect();
+        let (expected, further) = whole.select_each(Policies::Each(&each));
+        let pieces = whole.spheres[..700].chunks(size).zip(each.chunks(size)).flat_map(|(spheres, each)| {
+            let part = Scene { spheres: spheres.to_vec(), ..whole.clone() };
+            part.search::<Selection>(Level::new(), Policies::Each(each)).0
         });
         prop_assert!(pieces.eq(expected[..700].iter().copied()));
         let pool = TaskPoolBuilder::new().num_threads(size % 4 + 1).build();
@@ -156,8 +227,10 @@ proptest! {
         for places in [None, Some(&places[..])] {
             let mut out = vec![SelectedLights::default(); whole.spheres.len()];
             let work = (&whole.spheres[..], &mut out[..]);
-            select_parallel(&pool, &tree, &whole.scored, LightPolicy::Three, places, work);
+            let listed = select_parallel(&pool, &tree, &whole.scored, Policies::Each(&each), places, work);
             prop_assert!(out.iter().copied().eq(expected.iter().map(SelectedLights::pack)));
+            let listed: Vec<u32> = listed.into_iter().flat_map(|further| further.lights).collect();
+            prop_assert_eq!(&listed, &further.lights);
         }
     }
 }
@@ -228,6 +301,19 @@ prop_compose! {
     }
 }
 
+/// One policy for all, or several by turns.
+fn some_policies() -> impl Strategy<Value = Vec<LightPolicy>> {
+    prop_oneof![prop::collection::vec(any_policy(), 1), prop::collection::vec(any_policy(), 2..40)]
+}
+
+/// Of so many objects; one alone is for all of them.
+fn for_each(policies: &[LightPolicy], objects: usize) -> Result<Vec<LightPolicy>, LightPolicy> {
+    match policies {
+        [policy] => Err(*policy),
+        policies => Ok(policies.iter().copied().cycle().take(objects).collect()),
+    }
+}
+
 proptest! {
     #![proptest_config(cases(200))]
 
@@ -235,15 +321,19 @@ proptest! {
     #[test]
     fn the_fast_search_equals_the_plain_one(
         scene in any_large_scene(),
-        policy in prop::sample::select(LightPolicy::ALL.to_vec()),
+        policies in some_policies(),
     ) {
-        let expected = scene.select(policy.1);
+        let policies = for_each(&policies, scene.spheres.len());
+        let policies = policies.as_deref().map_err(|&policy| policy).map_or_else(Policies::Same, Policies::Each);
+        let (expected, listed) = scene.select_each(policies);
         for level in levels() {
-            let kept = scene.search::<SelectedLights>(level, policy.1);
-            for (i, (found, expected)) in scene.search::<Selection>(level, policy.1).iter().zip(&expected).enumerate() {
+            let (kept, kept_listed) = scene.search::<SelectedLights>(level, policies);
+            let (found, found_listed) = scene.search::<Selection>(level, policies);
+            for (i, (found, expected)) in found.iter().zip(&expected).enumerate() {
                 prop_assert!(found == expected, "{:?} {level:?}\n{found:?}\n{expected:?}", scene.spheres[i]);
                 prop_assert_eq!(kept[i], SelectedLights::pack(expected), "{:?} {:?}", scene.spheres[i], level);
             }
+            prop_assert!(found_listed == listed && kept_listed == listed, "{found_listed:?}\n{listed:?} {level:?}");
         }
     }
 
@@ -251,21 +341,26 @@ proptest! {
     #[test]
     fn a_search_for_some_equals_the_plain_one(
         scene in any_large_scene(),
-        policy in prop::sample::select(LightPolicy::ALL.to_vec()),
+        policies in some_policies(),
         gaps in prop::collection::vec(prop_oneof![6 => Just(1u32), 2 => 1u32..40, 2 => 40u32..3000], 400),
     ) {
-        let expected = scene.select(policy.1);
         let ends = gaps.iter().scan(0, |place, gap| { *place += gap; Some(*place) });
         let places: Vec<u32> = ends.cycle().take(scene.spheres.len().min(400)).collect();
-        let (spheres, expected) = (&scene.spheres[..places.len()], &expected[..places.len()]);
+        let some = Scene { spheres: scene.spheres[..places.len()].to_vec(), ..scene.clone() };
+        let spheres = &some.spheres[..];
+        let policies = for_each(&policies, spheres.len());
+        let policies = policies.as_deref().map_err(|&policy| policy).map_or_else(Policies::Same, Policies::Each);
+        let (expected, listed) = some.select_each(policies);
         let tree = LightTree::new(&scene.scored);
         for level in levels() {
             let mut found = vec![Selection::default(); places.len()];
             let work = (&places[..], spheres, &mut found[..]);
-            select_sparse(level, &tree, &scene.scored, policy.1, work, &mut Scratch::default());
-            for (i, (found, expected)) in found.iter().zip(expected).enumerate() {
+            let mut scratch = Scratch::default();
+            select_sparse(level, &tree, &scene.scored, policies, work, &mut scratch);
+            for (i, (found, expected)) in found.iter().zip(&expected).enumerate() {
                 prop_assert!(found == expected, "{:?} {level:?}\n{found:?}\n{expected:?}", spheres[i]);
             }
+            prop_assert!(scratch.further == listed, "{:?}\n{listed:?} {level:?}", scratch.further);
         }
     }
 }
@@ -305,11 +400,16 @@ fn largest_jump(policy: LightPolicy, steps: usize) -> (f32, f32) {
         light_record(&Light { kind, ..Light::point(strength + (i % 5) as f32, 18.0) }, &place)
     });
     let spheres = (0..steps).map(|i| Sphere { center: Vec3::X * (i as f32 * 50.0 / steps as f32), radius: 1.0 });
-    let weights = |s: &Selection| s.lights.into_iter().zip(s.weights).collect::<BTreeMap<u32, f32>>();
-    let path = scene(lamps.collect(), spheres.collect()).select(policy);
+    let (path, further) = scene(lamps.collect(), spheres.collect()).select_each(Policies::Same(policy));
+    let weights = |i: usize| {
+        let ends = |i: usize| further.ends.get(i).map_or(0, |&end| end as usize);
+        let listed = &further.lights[if i == 0 { 0 } else { ends(i - 1) }..ends(i)];
+        let listed = listed.iter().map(|light| (light >> 10, (light & 1023) as f32 / 1023.0));
+        path[i].lights.into_iter().zip(path[i].weights).chain(listed).collect::<BTreeMap<u32, f32>>()
+    };
     let (mut weight_jump, mut residual_jump) = (0.0f32, 0.0f32);
-    for pair in path.windows(2) {
-        let (a, b) = (weights(&pair[0]), weights(&pair[1]));
+    for (i, pair) in path.windows(2).enumerate() {
+        let (a, b) = (weights(i), weights(i + 1));
         for slot in a.keys().chain(b.keys()).filter(|&&slot| slot != NO_LIGHT) {
             weight_jump = weight_jump.max((a.get(slot).unwrap_or(&0.0) - b.get(slot).unwrap_or(&0.0)).abs());
         }
@@ -326,6 +426,15 @@ fn weights_and_residual_change_smoothly_where_lights_pass_each_other() {
     assert!(weight < 1.0, "{weight}");
     assert!(weight_finer < weight * 0.2 && residual_finer < residual * 0.2, "{weight_finer} {residual_finer}");
     assert_eq!(largest_jump(LightPolicy::Hard, 50_000).0, 1.0);
+    for tolerance in [0.001, 0.02, 0.3] {
+        let (weight, residual) = largest_jump(LightPolicy::Enough(tolerance), 5_000);
+        let (weight_finer, residual_finer) = largest_jump(LightPolicy::Enough(tolerance), 50_000);
+        // Weights have steps of a 1023rd, and so has what they leave out of each of up to 24 lamps.
+        let (step, light) = (1.5 / 1023.0, 24.0 * 9.0 / 16.0 * 1.5 / 1023.0);
+        assert!(weight < 1.0, "{tolerance}: {weight}");
+        assert!(weight_finer < weight * 0.2 + step, "{tolerance}: {weight_finer}, {weight}");
+        assert!(residual_finer < residual * 0.2 + light, "{tolerance}: {residual_finer}, {residual}");
+    }
 }
 
 /// An ambient cube: two equal pairs of lamps on opposite sides light both, and cancel in the direction; an ambient

@@ -4,7 +4,7 @@ mod common;
 
 use bevy_ecs::change_detection::DetectChanges;
 use bevy_ecs::prelude::*;
-use common::{any_odd_light, any_place, cases};
+use common::{any_odd_light, any_place, any_policy, cases};
 use glam::{Quat, Vec3};
 use proptest::prelude::*;
 use proptest::sample::Index;
@@ -12,12 +12,11 @@ use systems::Simulation;
 use systems::assets::{Library, Mesh, MeshId, bounds_of, shapes, world_bounds};
 use systems::draw::LightFeatures;
 use systems::ecs::stats::FrameStats;
-use systems::ecs::tables::Records;
 use systems::lights::{
-    Light, LightKind, LightPolicy, LightRecord, LightSlot, LightTable, NO_LIGHT, ScoredLight, SelectedLights,
-    Selection, brute_force, score,
+    Light, LightKind, LightLists, LightPolicies, LightPolicy, LightRecord, LightSlot, LightTable, NO_LIGHT, Policies,
+    ScoredLight, SelectedLights, Selection, brute_force, score,
 };
-use systems::space::{GlobalTransform, Sphere, Transform};
+use systems::space::{GlobalTransform, Transform};
 
 #[test]
 fn lights_that_are_none_are_never_selected() {
@@ -57,7 +56,10 @@ fn lights_that_are_none_are_never_selected() {
     // Negative colours count by magnitude, negative attenuation as none.
     let dark = Light { color: Vec3::new(-1.0, 0.0, 0.0), attenuation: Vec3::new(1.0, -1.0, 0.0), ..lamp };
     let slot = spawn_light(&mut simulation, dark);
-    assert_eq!(simulation.world.get::<SelectedLights>(object).unwrap().unpack().lights, [slot, NO_LIGHT, NO_LIGHT]);
+    assert_eq!(
+        simulation.world.get::<SelectedLights>(object).unwrap().unpack(simulation.world.resource()).lights,
+        [slot, NO_LIGHT, NO_LIGHT]
+    );
     assert_eq!(simulation.draw_list().lights.records[slot as usize].attenuation, [1.0, 0.0, 0.0]);
 }
 
@@ -149,8 +151,9 @@ fn only_what_changed_is_selected_and_written() {
     let lamp = |i| (Light::point(1.0, 8.0), Transform::from_translation(place(i) + Vec3::Y));
     let lights: Vec<Entity> = (0..3).map(|i| simulation.world.spawn(lamp(i)).id()).collect();
     let objects: Vec<Entity> = (0..3).map(|i| spawn_object(&mut simulation.world, place(i))).collect();
-    let lights_of =
-        |simulation: &Simulation, i: usize| simulation.world.get::<SelectedLights>(objects[i]).unwrap().unpack().lights;
+    let lights_of = |simulation: &Simulation, i: usize| {
+        simulation.world.get::<SelectedLights>(objects[i]).unwrap().unpack(simulation.world.resource()).lights
+    };
     assert_eq!(frame(&mut simulation, &objects), (vec![0, 1, 2], vec![0, 1, 2]));
     assert_eq!([0, 1, 2].map(|i| lights_of(&simulation, i)[0]), [0, 1, 2]);
 
@@ -179,10 +182,11 @@ fn only_what_changed_is_selected_and_written() {
     // Four equal lights: the policy decides between weights 0 and 1.
     simulation.world.spawn_batch((0..4).map(|_| lamp(0)));
     simulation.frame();
-    let weights =
-        |simulation: &Simulation| simulation.world.get::<SelectedLights>(objects[0]).unwrap().unpack().weights;
+    let weights = |simulation: &Simulation| {
+        simulation.world.get::<SelectedLights>(objects[0]).unwrap().unpack(simulation.world.resource()).weights
+    };
     assert_eq!(weights(&simulation), [0.0; 3]);
-    simulation.world.insert_resource(LightPolicy::Hard);
+    simulation.world.insert_resource(LightPolicies::forced(LightPolicy::Hard));
     assert_eq!(frame(&mut simulation, &objects), (vec![0], vec![]));
     assert_eq!(weights(&simulation), [1.0; 3]);
 }
@@ -213,7 +217,9 @@ enum Event {
     Switch(Index),
     /// Takes the mesh away, or gives it back.
     Strip(Index),
-    Policy(LightPolicy),
+    Policies(LightPolicies),
+    /// Gives an object a policy of its own, or takes it.
+    Own(Index, Option<LightPolicy>),
 }
 
 fn any_event(extent: Vec3) -> impl Strategy<Value = Event> {
@@ -227,7 +233,9 @@ fn any_event(extent: Vec3) -> impl Strategy<Value = Event> {
         4 => any::<Index>().prop_map(Event::DespawnLight),
         6 => any::<Index>().prop_map(Event::Switch),
         4 => any::<Index>().prop_map(Event::Strip),
-        1 => prop::sample::select(LightPolicy::ALL.to_vec()).prop_map(|(_, policy)| Event::Policy(policy)),
+        1 => (any_policy(), any_policy(), prop::option::weighted(0.3, any_policy())).prop_map(
+            |(objects, pieces, forced)| Event::Policies(LightPolicies { objects, pieces, forced })),
+        4 => (any::<Index>(), prop::option::of(any_policy())).prop_map(|(object, own)| Event::Own(object, own)),
     ]
 }
 
@@ -274,7 +282,14 @@ impl Living {
                     object.insert(ball);
                 }
             }
-            Event::Policy(policy) => *world.resource_mut::<LightPolicy>() = *policy,
+            Event::Policies(policies) => *world.resource_mut::<LightPolicies>() = *policies,
+            Event::Own(index, own) if !self.objects.is_empty() => {
+                let mut object = world.entity_mut(*index.get(&self.objects));
+                match own {
+                    Some(policy) => object.insert(*policy),
+                    None => object.remove::<LightPolicy>(),
+                };
+            }
             _ => {}
         }
     }
@@ -282,18 +297,27 @@ impl Living {
     /// What every drawn object has, and what it would have if all were searched, the plain way.
     fn compare(&mut self) {
         let world = &mut self.simulation.world;
-        let policy = *world.resource::<LightPolicy>();
+        let policies = *world.resource::<LightPolicies>();
         let scored = world.resource::<LightTable>().scored().to_vec();
-        let mut objects = world.query::<(&MeshId, &GlobalTransform, &SelectedLights)>();
+        let mut objects = world.query::<(&MeshId, &GlobalTransform, &SelectedLights, Option<&LightPolicy>)>();
         let library = world.resource::<Library>();
         let sphere = |mesh, place| world_bounds(library, mesh, place).unwrap();
-        let (spheres, found): (Vec<Sphere>, Vec<SelectedLights>) =
-            objects.iter(world).map(|(&mesh, place, selected)| (sphere(mesh, place), *selected)).unzip();
-        let mut expected = vec![Selection::default(); spheres.len()];
-        brute_force::select(&scored, policy, &spheres, &mut expected);
-        for ((sphere, found), expected) in spheres.iter().zip(&found).zip(&expected) {
-            assert_eq!(*found, SelectedLights::pack(expected), "{sphere:?}");
+        let lists = world.resource::<LightLists>();
+        let (mut listed, mut objects_listed) = (0, 0);
+        for (&mesh, place, selected, own) in objects.iter(world) {
+            let sphere = sphere(mesh, place);
+            let policy = policies.forced.or(own.copied()).unwrap_or(policies.objects);
+            let mut expected = [Selection::default()];
+            let further = brute_force::select(&scored, Policies::Same(policy), &[sphere], &mut expected);
+            let packed = SelectedLights::pack(&expected[0]).unpack(&LightLists::default());
+            assert_eq!(selected.unpack(lists), packed, "{sphere:?} {policy:?}");
+            let (found, _) = lists.of(selected);
+            let words = found.iter().map(|&(slot, weight)| slot << 10 | (weight * 1023.0).round() as u32);
+            assert_eq!(words.collect::<Vec<_>>(), further.lights, "{sphere:?} {policy:?}");
+            listed += found.len() as u64;
+            objects_listed += usize::from(!found.is_empty());
         }
+        assert_eq!((lists.len(), lists.lights()), (objects_listed, listed), "lists of objects that are gone");
     }
 }
 
@@ -455,7 +479,8 @@ fn only_those_within_reach_choose_again() {
     assert_eq!(selected(&mut simulation), 0);
 }
 
-/// Under the policy `All`, every object has a list of exactly the lights whose score for it is above 0.
+/// Under the policy `All`, every object has exactly the lights whose score for it is above 0. A list is written when its
+/// object chooses again, and no other.
 #[test]
 fn all_lights_that_reach_an_object_are_listed() {
     let mut simulation = Simulation::new();
@@ -463,39 +488,41 @@ fn all_lights_that_reach_an_object_are_listed() {
     let object = |i: usize| (cube, Transform::from_xyz((i % 20) as f32 * 3.0, 0.0, (i / 20) as f32 * 3.0));
     let objects: Vec<Entity> = (0..300).map(|i| simulation.world.spawn(object(i)).id()).collect();
     for i in 0..80 {
-        let range = 1.0 + (i % 7) as f32;
+        let range = 4.0 + (i % 7) as f32;
         simulation
             .world
             .spawn((Light::point(1.0, range), Transform::from_xyz((i * 13 % 60) as f32, 1.0, (i * 7 % 45) as f32)));
     }
-    simulation.world.insert_resource(LightPolicy::All);
+    simulation.world.insert_resource(LightPolicies::forced(LightPolicy::All));
     let check = |simulation: &mut Simulation| {
         simulation.frame();
-        let scored = simulation.world.resource::<LightTable>().scored().to_vec();
-        let list = simulation.draw_list();
-        let mut objects = 0;
-        let records = simulation.instance_records();
-        for (slot, record) in (0..records.slot_count()).map(|slot| (slot as usize, records.get(slot))) {
-            let Some(entity) = simulation.world.iter_entities().find(|e| e.id().index().index() == record.entity)
-            else {
-                continue;
-            };
-            let bounds = bounds_of(&simulation.world, entity.id()).unwrap();
-            let first = list.reaching[slot] as usize;
-            let mut listed = list.reaching[first..first + record.reaching as usize].to_vec();
+        let scored = simulation.world.resource::<LightTable>().scored();
+        let lists = simulation.world.resource::<LightLists>();
+        for &object in &objects {
+            let selected = simulation.world.get::<SelectedLights>(object).unwrap();
+            let bounds = bounds_of(&simulation.world, object).unwrap();
+            let (further, reaching) = lists.of(selected);
+            assert!(further.iter().all(|&(_, weight)| weight == 1.0));
+            let own = selected.unpack(lists).lights.into_iter().filter(|&slot| slot != NO_LIGHT);
+            let mut listed: Vec<u32> = own.chain(further.iter().map(|light| light.0)).collect();
             listed.sort_unstable();
-            let reaching = scored.iter().zip(0..).filter(|(light, _)| score(light, bounds) > 0.0).map(|(_, slot)| slot);
-            assert_eq!(listed, reaching.collect::<Vec<u32>>());
-            objects += usize::from(record.reaching > 0);
+            let expected = scored.iter().zip(0..).filter(|(light, _)| score(light, bounds) > 0.0).map(|(_, slot)| slot);
+            assert_eq!(listed, expected.collect::<Vec<u32>>());
+            assert_eq!(listed.len(), reaching as usize);
         }
-        objects
+        let written = lists.pages().dirty.ranges(0).iter().map(ExactSizeIterator::len).sum::<usize>();
+        (lists.len(), written)
     };
-    assert!(check(&mut simulation) > 100);
-    simulation.world.get_mut::<Transform>(objects[3]).unwrap().translation.y = 0.5;
-    assert!(check(&mut simulation) > 100);
-    simulation.world.insert_resource(LightPolicy::Three);
+    let (lists, written) = check(&mut simulation);
+    assert!(lists > 100 && written >= lists, "{lists} {written}");
+    assert_eq!(check(&mut simulation), (lists, 0), "nothing changed");
+    simulation.world.get_mut::<Transform>(objects[45]).unwrap().translation.x += 2.0;
+    let (after, written) = check(&mut simulation);
+    assert!(after.abs_diff(lists) <= 1 && (1..=4).contains(&written), "{written}");
+    simulation.world.insert_resource(LightPolicies::forced(LightPolicy::Three));
     simulation.frame();
-    assert!(simulation.draw_list().reaching.is_empty());
+    let lists = simulation.world.resource::<LightLists>();
+    assert!(lists.is_empty() && lists.pages().records.is_empty() && lists.lights() == 0);
 }
 
 /// With few lights, too, only those that a changed light reaches choose again.
@@ -521,11 +548,10 @@ fn what_is_not_finite_has_an_empty_list() {
     simulation.world.spawn((cube, Transform::default()));
     simulation.world.spawn((cube, Transform::from_scale(Vec3::splat(f32::MAX))));
     simulation.world.spawn((Light::point(1.0, 10.0), Transform::from_xyz(0.0, 2.0, 0.0)));
-    simulation.world.insert_resource(LightPolicy::All);
+    simulation.world.insert_resource(LightPolicies::forced(LightPolicy::All));
     simulation.frame();
-    let list = simulation.draw_list();
-    let counts: Vec<u32> = simulation.instance_records().drawn().map(|record| record.reaching).collect();
-    assert_eq!((counts, list.reaching.len()), (vec![1, 0], 3));
+    let counts: Vec<u32> = simulation.instance_records().drawn().map(|record| record.reaching_or_list).collect();
+    assert_eq!(counts, [1, 0]);
 }
 
 /// A copy of an object has the lights of its own place.
@@ -541,7 +567,8 @@ fn a_copy_of_an_object_chooses_for_itself() {
     let copy = simulation.world.entity_mut(object).clone_and_spawn();
     simulation.world.get_mut::<Transform>(copy).unwrap().translation.x = 50.0;
     simulation.frame();
-    let first = |entity| simulation.world.get::<SelectedLights>(entity).unwrap().unpack().lights[0];
+    let first =
+        |entity| simulation.world.get::<SelectedLights>(entity).unwrap().unpack(simulation.world.resource()).lights[0];
     assert_eq!([first(object), first(copy)], slots);
 }
 
@@ -551,7 +578,7 @@ fn what_some_light_has_or_had_counts_whether_it_is_on_or_off() {
     let mut add = |light: Light| {
         let entity = simulation.world.spawn((light, Transform::default())).id();
         simulation.frame();
-        let LightFeatures { attenuation, cones, ambient } = simulation.draw_list().light_features;
+        let LightFeatures { attenuation, cones, ambient, .. } = simulation.draw_list().light_features;
         simulation.world.despawn(entity);
         (attenuation, cones, ambient)
     };

@@ -15,10 +15,10 @@ fn lamps_shine_ahead_and_not_on_their_own_vehicle() {
     assert!(light.enabled && at.forward().dot(Vec3::Z) > 0.999);
     // The body's sphere, of 2.83 m about 1.5, reaches 4.33.
     assert!((4.33..4.35).contains(&at.translation().z), "{}", at.translation());
-    let reached: Vec<Entity> = world
-        .query::<(Entity, &SelectedLights)>()
+    let mut objects = world.query::<(Entity, &SelectedLights)>();
+    let reached: Vec<Entity> = objects
         .iter(world)
-        .filter(|(_, selected)| selected.unpack().reaching > 0)
+        .filter(|(_, selected)| selected.unpack(world.resource()).reaching > 0)
         .map(|(entity, _)| entity)
         .collect();
     assert_eq!(reached, [wall]);

@@ -7,8 +7,10 @@ use super::clusters::Nearby;
 use super::lanes::{Floats, LANES, Objects, Shining};
 use super::residual::{POINT, SPOT, at_center};
 use crate::lights::brute_force::{Reaching, choose};
+use crate::lights::policy::LightPolicy;
 use crate::lights::relevance::{self, ScoredLight};
-use crate::lights::table::{LightPolicy, Selection};
+use crate::lights::search::Further;
+use crate::lights::table::Selection;
 use crate::lights::tree::{LightTree, Volume};
 use crate::space::bounds::Sphere;
 use fearless_simd::Simd;
@@ -17,6 +19,7 @@ use glam::Vec3;
 
 /// Chooses for an object by itself: what lights give with lights in the lanes of a vector, then the plain way.
 #[inline(always)]
+#[allow(clippy::too_many_arguments)]
 pub(crate) fn select_one<S: Simd>(
     simd: S,
     tree: &LightTree,
@@ -25,6 +28,7 @@ pub(crate) fn select_one<S: Simd>(
     sphere: Sphere,
     (points, spots): (&mut Nearby, &mut Nearby),
     reaching: &mut Vec<Reaching>,
+    further: &mut Further,
 ) -> Selection {
     reaching.clear();
     if !sphere.center.is_finite() || !sphere.radius.is_finite() {
@@ -45,7 +49,7 @@ pub(crate) fn select_one<S: Simd>(
         Some(i) => &scored[tree.everywhere[i] as usize],
         None => &tree.lights[place as usize],
     };
-    choose(reaching, light, policy)
+    choose(reaching, light, policy, further)
 }
 
 /// Lists those of the lights at these places of the tree that reach the object.

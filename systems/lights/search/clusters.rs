@@ -17,15 +17,16 @@
 
 use super::alone::select_one;
 use super::candidates::{Candidates, Row, cone_meets, gap_squared, load, load3, node_in_range, within};
-use super::lanes::{Floats, Met, Objects, Shining, Top};
+use super::enough::Shares;
+use super::lanes::{Floats, LANES, Met, Objects, Shining, Top, splat};
 use super::residual::{DIRECTIONAL, POINT, Residual, SPOT};
-use super::results::{Found, Lanes};
+use super::results::{Found, Further, Lanes};
 use crate::ecs::bits::for_each_set;
 use crate::ecs::read_ahead::read_ahead;
 use crate::lights::brute_force;
+use crate::lights::policy::{LightPolicy, Policies};
 use crate::lights::relevance::ScoredLight;
-use crate::lights::selected::SelectedLights;
-use crate::lights::table::LightPolicy;
+use crate::lights::selected::{MOST_WEIGHT, WEIGHT_BITS};
 use crate::lights::tree::{LightTree, Volume, WIDTH};
 use crate::space::bounds::Sphere;
 pub use fearless_simd::Level;
@@ -58,6 +59,16 @@ pub struct Scratch {
     reaching: [Reaching; 3],
     /// What reaches an object that chooses by itself.
     one: Vec<brute_force::Reaching>,
+    /// What the objects of the last search have beside their three.
+    pub further: Further,
+    listing: Listing,
+}
+
+/// The lights of a group beside the three of its objects.
+#[derive(Default)]
+struct Listing {
+    /// A bit for each object that has the light, its slot, and its weights in the units of [`SelectedLights`].
+    lights: Vec<(u32, u32, [f32; LANES])>,
 }
 
 /// Lights of one kind that may reach a cluster of objects.
@@ -106,19 +117,30 @@ impl Reaching {
     }
 }
 
+/// Groups whose objects all have three at full weight and nothing else.
+const HARD: u8 = 0;
+/// Groups whose objects all have three, and an ambient cube.
+const THREE: u8 = 1;
+/// Groups of which some object may have more than three.
+const LISTED: u8 = 2;
+
 /// Chooses the lights of each sphere; `scored` is indexed by slot, and `tree` built from it. A sphere that is not
-/// finite has none. Fast where neighbours in `spheres` are near each other.
+/// finite has none. Fast where neighbours in `spheres` are near each other. What they have beside their three is in the
+/// scratch afterwards.
 pub fn select<F: Found>(
     level: Level,
     tree: &LightTree,
     scored: &[ScoredLight],
-    policy: LightPolicy,
+    policies: Policies,
     (spheres, out): (&[Sphere], &mut [F]),
     scratch: &mut Scratch,
 ) {
+    scratch.further.clear();
     let places: [u32; CLUSTER] = std::array::from_fn(|place| place as u32);
-    for (spheres, out) in spheres.chunks(CLUSTER).zip(out.chunks_mut(CLUSTER)) {
-        select_sparse(level, tree, scored, policy, (&places[..spheres.len()], spheres, out), scratch);
+    let first = (0..).step_by(CLUSTER);
+    for ((spheres, out), first) in spheres.chunks(CLUSTER).zip(out.chunks_mut(CLUSTER)).zip(first) {
+        let policies = policies.part(first..first + spheres.len());
+        add_sparse(level, tree, scored, policies, (&places[..spheres.len()], spheres, out), scratch);
     }
 }
 
@@ -127,21 +149,40 @@ pub fn select_sparse<F: Found>(
     level: Level,
     tree: &LightTree,
     scored: &[ScoredLight],
-    policy: LightPolicy,
-    (mut places, mut spheres, mut out): (&[u32], &[Sphere], &mut [F]),
+    policies: Policies,
+    work: (&[u32], &[Sphere], &mut [F]),
+    scratch: &mut Scratch,
+) {
+    scratch.further.clear();
+    add_sparse(level, tree, scored, policies, work, scratch);
+}
+
+/// [`select_sparse`], behind what was listed before.
+fn add_sparse<F: Found>(
+    level: Level,
+    tree: &LightTree,
+    scored: &[ScoredLight],
+    policies: Policies,
+    (places, spheres, mut out): (&[u32], &[Sphere], &mut [F]),
     scratch: &mut Scratch,
 ) {
     dispatch!(level, simd => {
-        while !places.is_empty() {
-            let count = together(places, CLUSTER, CLUSTER_SPAN);
-            let (cluster, later) = out.split_at_mut(count);
-            let work = (&places[..count], &spheres[..count], cluster);
-            if policy == LightPolicy::Hard {
-                select_cluster::<_, _, false>(simd, tree, scored, policy, work, scratch);
-            } else {
-                select_cluster::<_, _, true>(simd, tree, scored, policy, work, scratch);
+        let mut first = 0;
+        while first < places.len() {
+            let range = first..first + together(&places[first..], CLUSTER, CLUSTER_SPAN);
+            let (cluster, later) = out.split_at_mut(range.len());
+            let work = (&places[range.clone()], &spheres[range.clone()], cluster);
+            let policies = policies.part(range.clone());
+            match policies {
+                Policies::Same(LightPolicy::Hard) => {
+                    select_cluster::<_, _, HARD>(simd, tree, scored, policies, work, scratch);
+                }
+                _ if !policies.may_list() && matches!(policies, Policies::Same(_)) => {
+                    select_cluster::<_, _, THREE>(simd, tree, scored, policies, work, scratch);
+                }
+                _ => select_cluster::<_, _, LISTED>(simd, tree, scored, policies, work, scratch),
             }
-            (places, spheres, out) = (&places[count..], &spheres[count..], later);
+            (first, out) = (range.end, later);
         }
     });
 }
@@ -153,33 +194,17 @@ fn together(places: &[u32], count: usize, span: u32) -> usize {
     places.partition_point(|&place| place - places[0] < span)
 }
 
-/// The slots of all lights that reach a sphere, in [`crate::lights::search_order`].
-pub fn reaching(
-    level: Level,
-    tree: &LightTree,
-    scored: &[ScoredLight],
-    sphere: Sphere,
-    scratch: &mut Scratch,
-) -> Vec<u32> {
-    if !sphere.center.is_finite() || !sphere.radius.is_finite() {
-        return Vec::new();
-    }
-    let mut out = [SelectedLights::default()];
-    select(level, tree, scored, LightPolicy::Hard, (&[sphere], &mut out), scratch);
-    scratch.one.iter().map(|light| light.slot).collect()
-}
-
 #[inline(always)]
-fn select_cluster<S: Simd, F: Found, const REMAINDER: bool>(
+fn select_cluster<S: Simd, F: Found, const KIND: u8>(
     simd: S,
     tree: &LightTree,
     scored: &[ScoredLight],
-    policy: LightPolicy,
+    policies: Policies,
     (places, mut spheres, mut out): (&[u32], &[Sphere], &mut [F]),
     scratch: &mut Scratch,
 ) {
     let lanes = Floats::<S>::LEN;
-    let Scratch { groups, packets, stack, points, spots, reaching, one } = scratch;
+    let Scratch { groups, packets, stack, points, spots, reaching, one, further, listing } = scratch;
     groups.clear();
     packets.clear();
     let mut first = 0;
@@ -202,6 +227,8 @@ fn select_cluster<S: Simd, F: Found, const REMAINDER: bool>(
         walk(simd, tree, &volume, stack, &mut points.cluster, &mut spots.cluster);
     }
     let mut groups = &groups[..];
+    // Of the group's first object.
+    let mut number = 0;
     for &packet in &*packets {
         let (packet, later) = groups.split_at(packet);
         groups = later;
@@ -215,13 +242,18 @@ fn select_cluster<S: Simd, F: Found, const REMAINDER: bool>(
             let (group, later) = spheres.split_at(count);
             let (found, later_out) = std::mem::take(&mut out).split_at_mut(count);
             (spheres, out) = (later, later_out);
+            let policies = policies.part(number..number + count);
+            number += count;
             let Some(volume) = volume else {
                 found.fill(F::default());
+                list_none::<KIND>(further, count);
                 continue;
             };
             if count <= FEW {
-                for (&sphere, found) in group.iter().zip(found) {
-                    *found = F::new(&select_one(simd, tree, scored, policy, sphere, (points, spots), one));
+                for (i, (&sphere, found)) in group.iter().zip(found).enumerate() {
+                    let (policy, near) = (policies.of(i), (&mut *points, &mut *spots));
+                    *found = F::new(&select_one(simd, tree, scored, policy, sphere, near, one, further));
+                    list_none::<KIND>(further, 1);
                 }
                 continue;
             }
@@ -229,33 +261,58 @@ fn select_cluster<S: Simd, F: Found, const REMAINDER: bool>(
             spots.find::<S, true>(simd, &volume);
             if points.near().is_empty() && spots.near().is_empty() && tree.everywhere.is_empty() {
                 found.fill(F::default());
+                list_none::<KIND>(further, count);
                 continue;
             }
             let objects = Objects::load(simd, group);
-            select_group::<_, _, REMAINDER>(
-                simd,
-                tree,
-                scored,
-                policy,
-                &objects,
-                (points.near(), spots.near()),
-                reaching,
-                found,
-            );
+            let near = (points.near(), spots.near());
+            if KIND != LISTED {
+                select_group::<_, _, KIND>(simd, tree, scored, policies, &objects, near, reaching, listing, found);
+            } else if (0..count).all(|i| policies.of(i) == LightPolicy::Three) {
+                select_group::<_, _, THREE>(simd, tree, scored, policies, &objects, near, reaching, listing, found);
+                list_none::<KIND>(further, count);
+            } else {
+                select_group::<_, _, LISTED>(simd, tree, scored, policies, &objects, near, reaching, listing, found);
+                listing.list(count, further);
+            }
+        }
+    }
+}
+
+/// So many objects have no light beside their three, or none but those that were pushed.
+#[inline(always)]
+fn list_none<const KIND: u8>(further: &mut Further, objects: usize) {
+    if KIND == LISTED {
+        (0..objects).for_each(|_| further.end_object());
+    }
+}
+
+impl Listing {
+    /// Lists the group's lights object by object.
+    #[inline(always)]
+    fn list(&mut self, objects: usize, further: &mut Further) {
+        for object in 0..objects {
+            for &(bits, slot, ref units) in &self.lights {
+                if bits >> object & 1 != 0 {
+                    further.push(slot << WEIGHT_BITS | units[object] as u32);
+                }
+            }
+            further.end_object();
         }
     }
 }
 
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
-fn select_group<S: Simd, F: Found, const REMAINDER: bool>(
+fn select_group<S: Simd, F: Found, const KIND: u8>(
     simd: S,
     tree: &LightTree,
     scored: &[ScoredLight],
-    policy: LightPolicy,
+    policies: Policies,
     objects: &Objects<S>,
     (near_points, near_spots): (&[u32], &[u32]),
     [everywhere, points, spots]: &mut [Reaching; 3],
+    listing: &mut Listing,
     out: &mut [F],
 ) {
     let list = everywhere.room(tree.everywhere.len());
@@ -265,17 +322,38 @@ fn select_group<S: Simd, F: Found, const REMAINDER: bool>(
         count += usize::from(list[count].set_score(simd, objects.everywhere(simd, &scored[slot as usize])));
     }
     everywhere.count = count;
-    meet::<S, false, REMAINDER>(simd, tree, objects, near_points, points);
-    meet::<S, true, REMAINDER>(simd, tree, objects, near_spots, spots);
+    meet::<S, false, KIND>(simd, tree, objects, near_points, points);
+    meet::<S, true, KIND>(simd, tree, objects, near_spots, spots);
     let mut top = Top::new(simd);
     for list in [&*everywhere, points, spots] {
         for met in list.as_slice() {
             top.offer(simd, met);
         }
     }
-    let weights = top.weights(simd, policy);
+    let mut weights = if KIND == HARD { top.full_weights(simd) } else { top.weights(simd) };
     let mut residual = Residual::new(simd);
-    if REMAINDER && top.has_fourth() {
+    let mut dropped = top.dropped;
+    if KIND == LISTED {
+        let mut shares = Shares::new(simd, &policies, out.len());
+        shares.find_thresholds(simd, [everywhere.as_slice(), points.as_slice(), spots.as_slice()], &top);
+        let mut listed = Listed::new(simd, shares, &top, weights, listing);
+        for met in everywhere.as_slice() {
+            if let Some(left_out) = listed.take(simd, &top, met) {
+                residual.add::<DIRECTIONAL>(simd, objects, &scored[met.slot as usize], met, left_out);
+            }
+        }
+        for met in points.as_slice() {
+            if let Some(left_out) = listed.take(simd, &top, met) {
+                residual.add::<POINT>(simd, objects, &tree.lights[met.place as usize], met, left_out);
+            }
+        }
+        for met in spots.as_slice() {
+            if let Some(left_out) = listed.take(simd, &top, met) {
+                residual.add::<SPOT>(simd, objects, &tree.lights[met.place as usize], met, left_out);
+            }
+        }
+        (weights, dropped) = (listed.weights, listed.shares.listed.select(listed.dropped, top.dropped));
+    } else if KIND == THREE && top.has_fourth() {
         for met in everywhere.as_slice() {
             let left_out = top.left_out(simd, weights, met.slot);
             residual.add::<DIRECTIONAL>(simd, objects, &scored[met.slot as usize], met, left_out);
@@ -289,13 +367,66 @@ fn select_group<S: Simd, F: Found, const REMAINDER: bool>(
             residual.add::<SPOT>(simd, objects, &tree.lights[met.place as usize], met, left_out);
         }
     }
-    F::store(simd, &Lanes { top: &top, weights, residual: &residual }, out);
+    F::store(simd, &Lanes { top: &top, weights, dropped, residual: &residual }, out);
+}
+
+/// The weights of a group's lights where objects may have more than three, as light after light is taken in.
+struct Listed<'a, S: Simd> {
+    shares: Shares<S>,
+    /// Of the three, as if there were no others.
+    least: [Floats<S>; 3],
+    /// Of the three.
+    weights: [Floats<S>; 3],
+    /// Sum of what is left out of the scores.
+    dropped: Floats<S>,
+    listing: &'a mut Listing,
+}
+
+impl<'a, S: Simd> Listed<'a, S> {
+    #[inline(always)]
+    fn new(simd: S, shares: Shares<S>, top: &Top<S>, least: [Floats<S>; 3], listing: &'a mut Listing) -> Self {
+        listing.lights.clear();
+        let full = top.full_weights(simd);
+        let least = [
+            shares.hard.select(full[0], least[0]),
+            shares.hard.select(full[1], least[1]),
+            shares.hard.select(full[2], least[2]),
+        ];
+        Self { shares, least, weights: least, dropped: splat(simd, 0.0), listing }
+    }
+
+    /// Gives a light its weights; what they leave out, if that is something.
+    #[inline(always)]
+    fn take(&mut self, simd: S, top: &Top<S>, met: &Met) -> Option<Floats<S>> {
+        let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
+        let score = met.score(simd);
+        let least = top.weight_of(simd, self.least, met.slot);
+        let weight = score.simd_gt(zero).select(self.shares.weight(simd, score, least), zero);
+        let slot = S::u32s::splat(simd, met.slot);
+        let mut others = self.shares.listed & weight.simd_gt(zero);
+        for (kept, chosen) in self.weights.iter_mut().zip(top.slots) {
+            let is_it = chosen.simd_eq(slot);
+            *kept = is_it.select(weight, *kept);
+            others &= !is_it;
+        }
+        let bits = others.to_bitmask() as u32;
+        if bits != 0 {
+            let mut units = [0.0; LANES];
+            (weight * splat(simd, MOST_WEIGHT) + splat(simd, 0.5)).store_slice(&mut units[..Floats::<S>::LEN]);
+            self.listing.lights.push((bits, met.slot, units));
+        }
+        let left_out = one - weight;
+        self.dropped += score * left_out;
+        let left_out = self.shares.hard.select(zero, left_out);
+        let counts = left_out.simd_gt(zero) & score.simd_gt(zero);
+        counts.any_true().then_some(left_out)
+    }
 }
 
 /// Lists those of the lights at these places of the tree that reach some object. There is no branch on whether one
 /// does, which is hard to predict.
 #[inline(always)]
-fn meet<S: Simd, const SPOTS: bool, const REMAINDER: bool>(
+fn meet<S: Simd, const SPOTS: bool, const KIND: u8>(
     simd: S,
     tree: &LightTree,
     objects: &Objects<S>,
@@ -309,7 +440,7 @@ fn meet<S: Simd, const SPOTS: bool, const REMAINDER: bool>(
         let (score, lengths) = objects.score::<SPOTS>(simd, &Shining::of(simd, &lights[place as usize]));
         let met = &mut list[count];
         (met.place, met.slot) = (place, slots[place as usize]);
-        if REMAINDER {
+        if KIND != HARD {
             met.set_lengths::<S, SPOTS>(&lengths);
         }
         count += usize::from(met.set_score(simd, score));

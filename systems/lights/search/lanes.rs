@@ -8,7 +8,6 @@
 
 use crate::lights::record::{LightRecord, NO_LIGHT};
 use crate::lights::relevance::{MIN_RADIUS, ROUNDING, ScoredLight, split_exponent};
-use crate::lights::table::LightPolicy;
 use crate::lights::tree::Volume;
 use crate::space::bounds::Sphere;
 use fearless_simd::Simd;
@@ -267,6 +266,12 @@ pub(crate) struct Met {
 }
 
 impl Met {
+    /// 0 where it does not reach.
+    #[inline(always)]
+    pub fn score<S: Simd>(&self, simd: S) -> Floats<S> {
+        Floats::<S>::from_slice(simd, &self.score[..Floats::<S>::LEN])
+    }
+
     /// Whether the light reaches any of the objects.
     #[inline(always)]
     pub fn set_score<S: Simd>(&mut self, simd: S, score: Floats<S>) -> bool {
@@ -351,7 +356,7 @@ impl<S: Simd> Top<S> {
     /// Takes a light in; of equal scores the lower slot is ahead.
     #[inline(always)]
     pub fn offer(&mut self, simd: S, met: &Met) {
-        let score = Floats::<S>::from_slice(simd, &met.score[..Floats::<S>::LEN]);
+        let score = met.score(simd);
         let reaches = score.simd_gt(0.0);
         let [s0, s1, s2, s3] = self.scores;
         let [i0, i1, i2] = self.slots;
@@ -370,10 +375,24 @@ impl<S: Simd> Top<S> {
         self.scores = [s0.max(score), s1.max(s0.min(score)), s2.max(s1.min(score)), s3.max(s2.min(score))];
     }
 
+    /// The weights of the three that fade where the fourth comes near them.
     #[inline(always)]
-    pub fn weights(&self, simd: S, policy: LightPolicy) -> [Floats<S>; 3] {
+    pub fn weights(&self, simd: S) -> [Floats<S>; 3] {
         let [first, second, third, fourth] = self.scores;
-        [weight(simd, first, fourth, policy), weight(simd, second, fourth, policy), weight(simd, third, fourth, policy)]
+        [weight(simd, first, fourth), weight(simd, second, fourth), weight(simd, third, fourth)]
+    }
+
+    /// Full weights.
+    #[inline(always)]
+    pub fn full_weights(&self, simd: S) -> [Floats<S>; 3] {
+        let [first, second, third, _] = self.scores;
+        [full_weight(simd, first), full_weight(simd, second), full_weight(simd, third)]
+    }
+
+    /// The highest score.
+    #[inline(always)]
+    pub fn highest(&self) -> Floats<S> {
+        self.scores[0]
     }
 
     /// Whether more than three lights reach some object, so that there is an ambient cube.
@@ -382,23 +401,33 @@ impl<S: Simd> Top<S> {
         self.scores[3].simd_gt(0.0).any_true()
     }
 
-    /// 1 − the weight of a light.
+    /// The weight of a light; 0 if it is not among the three.
     #[inline(always)]
-    pub fn left_out(&self, simd: S, weights: [Floats<S>; 3], slot: u32) -> Floats<S> {
+    pub fn weight_of(&self, simd: S, weights: [Floats<S>; 3], slot: u32) -> Floats<S> {
         let slot = S::u32s::splat(simd, slot);
         let weight = splat(simd, 0.0);
         let weight = self.slots[2].simd_eq(slot).select(weights[2], weight);
         let weight = self.slots[1].simd_eq(slot).select(weights[1], weight);
-        let weight = self.slots[0].simd_eq(slot).select(weights[0], weight);
-        splat(simd, 1.0) - weight
+        self.slots[0].simd_eq(slot).select(weights[0], weight)
+    }
+
+    /// 1 − the weight of a light.
+    #[inline(always)]
+    pub fn left_out(&self, simd: S, weights: [Floats<S>; 3], slot: u32) -> Floats<S> {
+        splat(simd, 1.0) - self.weight_of(simd, weights, slot)
     }
 }
 
 #[inline(always)]
-fn weight<S: Simd>(simd: S, score: Floats<S>, fourth: Floats<S>, policy: LightPolicy) -> Floats<S> {
+fn weight<S: Simd>(simd: S, score: Floats<S>, fourth: Floats<S>) -> Floats<S> {
     let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
     let ratio = fourth / score;
     let squared = ratio * ratio;
-    let weight = if policy == LightPolicy::Hard { one } else { one - squared * squared };
-    score.simd_gt(zero).select(weight, zero)
+    score.simd_gt(zero).select(one - squared * squared, zero)
+}
+
+#[inline(always)]
+fn full_weight<S: Simd>(simd: S, score: Floats<S>) -> Floats<S> {
+    let zero = splat(simd, 0.0);
+    score.simd_gt(zero).select(splat(simd, 1.0), zero)
 }

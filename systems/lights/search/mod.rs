@@ -8,9 +8,10 @@
 pub(crate) mod alone;
 pub(crate) mod candidates;
 pub(crate) mod clusters;
+pub(crate) mod enough;
 pub(crate) mod lanes;
 pub(crate) mod residual;
 pub(crate) mod results;
 
-pub use clusters::{Level, Scratch, reaching, select, select_sparse};
-pub use results::Found;
+pub use clusters::{Level, Scratch, select, select_sparse};
+pub use results::{Found, Further};

@@ -3,6 +3,7 @@
 
 use super::lanes::{Floats, LANES, Top, splat};
 use super::residual::Residual;
+use crate::lights::lists::MOST_LISTED;
 use crate::lights::selected::{LEAST, MOST_UNITS, MOST_WEIGHT, ROUNDER, SelectedLights, WEIGHT_BITS};
 use crate::lights::table::Selection;
 use fearless_simd::Simd;
@@ -18,10 +19,59 @@ pub trait Found: Copy + Default {
     fn store<S: Simd>(simd: S, lanes: &Lanes<S>, out: &mut [Self]);
 }
 
+/// The lights that objects have beside their three, object after object.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Further {
+    /// Slots and weights, packed as the three of [`SelectedLights`].
+    pub lights: Vec<u32>,
+    /// Where the lights of each object end in the list. Empty where no object may have any.
+    pub ends: Vec<u32>,
+    /// How many found no room.
+    pub refused: u64,
+    /// Room for so many.
+    most: usize,
+}
+
+impl Default for Further {
+    fn default() -> Self {
+        Self::with_room(MOST_LISTED)
+    }
+}
+
+impl Further {
+    /// An empty list for so many lights.
+    pub fn with_room(most: usize) -> Self {
+        Self { lights: Vec::new(), ends: Vec::new(), refused: 0, most }
+    }
+
+    /// The same list, empty.
+    pub(crate) fn clear(&mut self) {
+        self.lights.clear();
+        self.ends.clear();
+        self.refused = 0;
+    }
+
+    #[inline]
+    pub(crate) fn push(&mut self, light: u32) {
+        if self.lights.len() < self.most {
+            self.lights.push(light);
+        } else {
+            self.refused += 1;
+        }
+    }
+
+    #[inline]
+    pub(crate) fn end_object(&mut self) {
+        self.ends.push(self.lights.len() as u32);
+    }
+}
+
 /// What was found for a group of objects, one per lane.
 pub struct Lanes<'a, S: Simd> {
     pub(crate) top: &'a Top<S>,
     pub(crate) weights: [Floats<S>; 3],
+    /// See [`Selection::dropped`].
+    pub(crate) dropped: Floats<S>,
     pub(crate) residual: &'a Residual<S>,
 }
 
@@ -32,14 +82,14 @@ impl Found for Selection {
 
     #[inline(always)]
     fn store<S: Simd>(_: S, lanes: &Lanes<S>, out: &mut [Self]) {
-        let Lanes { top, weights: [u, v, w], residual } = *lanes;
+        let Lanes { top, weights: [u, v, w], dropped, residual } = *lanes;
         let [i, j, k] = top.slots.each_ref().map(|slots| slots.bitcast::<Floats<S>>());
         let ([r, g, b], [x, y, z], [p, q, t]) = (residual.ambient, residual.direction, residual.sides);
         let mut quads = [[[0.0f32; 4]; LANES]; 4];
         interleave([i, j, k, u], &mut quads[0]);
         interleave([v, w, r, g], &mut quads[1]);
         interleave([b, x, y, z], &mut quads[2]);
-        interleave([p, q, t, top.dropped], &mut quads[3]);
+        interleave([p, q, t, dropped], &mut quads[3]);
         let reaching = top.reaching.as_slice();
         for (lane, out) in out.iter_mut().enumerate().take(Floats::<S>::LEN) {
             let row: &mut [f32; 17] = bytemuck::cast_mut(out);
@@ -60,7 +110,7 @@ impl Found for SelectedLights {
     /// [`SelectedLights::pack`], to the bit.
     #[inline(always)]
     fn store<S: Simd>(simd: S, lanes: &Lanes<S>, out: &mut [Self]) {
-        let Lanes { top, weights, residual } = *lanes;
+        let Lanes { top, weights, dropped, residual } = *lanes;
         let ([a, b, c], [d, e, f], [g, h, last]) = (residual.ambient, residual.direction, residual.sides);
         let numbers = [a, b, c, d, e, f, g, h, last];
         let mut largest = splat(simd, 0.0);
@@ -82,7 +132,7 @@ impl Found for SelectedLights {
             light(simd, top.slots[1], weights[1]),
             light(simd, top.slots[2], weights[2]),
         ];
-        let dropped = top.dropped.bitcast::<S::u32s>() + S::u32s::splat(simd, 1 << 15);
+        let dropped = dropped.bitcast::<S::u32s>() + S::u32s::splat(simd, 1 << 15);
         let last_side_and_dropped = whole(simd, last * units) | (dropped & S::u32s::splat(simd, 0xffff_0000));
         let mut quads = [[[0u32; 4]; LANES]; 2];
         interleave::<S, S::u32s>([lights[0], lights[1], lights[2], residual[0]], &mut quads[0]);

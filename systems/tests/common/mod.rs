@@ -5,9 +5,9 @@
 use glam::{DVec3, Quat, Vec3};
 use proptest::prelude::*;
 use proptest::test_runner::FileFailurePersistence;
-use systems::lights::search::{Found, Level, Scratch};
+use systems::lights::search::{Found, Further, Level, Scratch};
 use systems::lights::{
-    Light, LightKind, LightPolicy, LightRecord, LightTree, ScoredLight, Selection, brute_force, search,
+    Light, LightKind, LightPolicy, LightRecord, LightTree, Policies, ScoredLight, Selection, brute_force, search,
 };
 use systems::space::{GlobalTransform, Sphere, Transform};
 
@@ -83,18 +83,36 @@ pub fn scene(records: Vec<LightRecord>, spheres: Vec<Sphere>) -> Scene {
 
 impl Scene {
     pub fn select(&self, policy: LightPolicy) -> Vec<Selection> {
-        let mut out = vec![Selection::default(); self.spheres.len()];
-        brute_force::select(&self.scored, policy, &self.spheres, &mut out);
-        out
+        self.select_each(Policies::Same(policy)).0
     }
 
-    pub fn search<F: Found>(&self, level: Level, policy: LightPolicy) -> Vec<F> {
+    /// With what the objects have beside their three.
+    pub fn select_each(&self, policies: Policies) -> (Vec<Selection>, Further) {
+        let mut out = vec![Selection::default(); self.spheres.len()];
+        let further = brute_force::select(&self.scored, policies, &self.spheres, &mut out);
+        (out, further)
+    }
+
+    pub fn search<F: Found>(&self, level: Level, policies: Policies) -> (Vec<F>, Further) {
         let mut out = vec![F::default(); self.spheres.len()];
         let tree = LightTree::new(&self.scored);
         let work = (&self.spheres[..], &mut out[..]);
-        search::select(level, &tree, &self.scored, policy, work, &mut Scratch::default());
-        out
+        let mut scratch = Scratch::default();
+        search::select(level, &tree, &self.scored, policies, work, &mut scratch);
+        (out, scratch.further)
     }
+}
+
+/// Any policy, with tolerances from nothing to everything.
+pub fn any_policy() -> impl Strategy<Value = LightPolicy> {
+    let tolerance = prop::sample::select(vec![0.0f32, 1e-5, 1e-3, 0.01, 0.2, 0.7, 1.0]);
+    prop_oneof![
+        Just(LightPolicy::Three),
+        Just(LightPolicy::Hard),
+        Just(LightPolicy::All),
+        Just(LightPolicy::ENOUGH),
+        tolerance.prop_map(LightPolicy::Enough),
+    ]
 }
 
 /// Attenuation · spot · window in double precision, from the formulas of the lighting model.

@@ -1,0 +1,63 @@
+//! As many lights as leave out no more than a share ε of what reaches an object: the weights, for one object after
+//! another. `search/enough.rs` has the same for the lanes of vectors, operation by operation.
+//!
+//! With the scores sᵢ of the lights that reach an object, S their sum, and w the smooth step from 0 at ½ to 1 at 1, the
+//! threshold τ is the number for which Σ sᵢ (1 − w(sᵢ/τ)) = ε S. The left side grows with τ and is continuous: τ
+//! exists, is unique, and moves continuously with the scores. A light weighs w(s/τ), comes and goes at weight 0, and
+//! what is left out is at most ε S. The three most relevant weigh no less than without any others.
+//!
+//! τ is found by halving the interval in which it lies, on the bits of the numbers, so that steps are factors. The
+//! end below τ counts: it leaves out no more than ε S. Weights are rounded up to what shaders read of them
+//! ([`SelectedLights`](super::selected::SelectedLights)), which leaves out less still.
+
+use super::brute_force::Reaching;
+use super::selected::MOST_WEIGHT;
+
+/// Halvings: from a factor of 2³² between the ends to one of less than 1 + 2⁻¹⁵.
+pub(crate) const HALVINGS: u32 = 20;
+
+/// 1 / τ for the lights that reach an object, the first of whose scores is `highest`.
+#[inline(always)]
+pub(crate) fn inverse_threshold(lights: &[Reaching], highest: f32, tolerance: f32) -> f32 {
+    let mut total = 0.0f32;
+    for light in lights {
+        total += light.score;
+    }
+    let allowed = tolerance * total;
+    // Each of them leaves out less than the threshold. Twice the highest leaves out all.
+    let mut low = (0.5 * (allowed / (lights.len() as f32).max(1.0))).to_bits();
+    let mut high = (2.0 * highest).to_bits();
+    for _ in 0..HALVINGS {
+        let middle = low.wrapping_add(high.wrapping_sub(low) >> 1);
+        let inverse = inverse(f32::from_bits(middle));
+        let mut left_out = 0.0f32;
+        for light in lights {
+            left_out += light.score * (1.0 - step(light.score * inverse));
+        }
+        if left_out <= allowed {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    inverse(f32::from_bits(low))
+}
+
+/// Finite, so that nothing times it is nothing.
+fn inverse(threshold: f32) -> f32 {
+    (1.0 / threshold).min(f32::MAX)
+}
+
+/// w: 0 up to ½, 1 from 1 on.
+#[inline(always)]
+fn step(x: f32) -> f32 {
+    let t = (2.0 * x - 1.0).max(0.0).min(1.0);
+    (t * t) * (3.0 - 2.0 * t)
+}
+
+/// The weight of a light, in the steps that shaders read.
+#[inline(always)]
+pub(crate) fn weight(score: f32, inverse_threshold: f32, tolerance: f32, least: f32) -> f32 {
+    let weight = if tolerance > 0.0 { step(score * inverse_threshold) } else { 1.0 };
+    (weight.max(least) * MOST_WEIGHT).ceil() / MOST_WEIGHT
+}

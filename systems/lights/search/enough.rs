@@ -1,0 +1,90 @@
+//! As many lights as leave out no more than a share, with objects in the lanes of a vector: the twin of
+//! [`enough`](crate::lights::enough), operation by operation.
+
+use super::lanes::{Floats, LANES, Met, Top, splat};
+use crate::lights::enough::HALVINGS;
+use crate::lights::policy::{LightPolicy, Policies};
+use crate::lights::selected::MOST_WEIGHT;
+use fearless_simd::Simd;
+use fearless_simd::prelude::*;
+
+/// What the objects of a group may leave out, one per lane.
+pub(crate) struct Shares<S: Simd> {
+    /// Of the sum of scores.
+    tolerance: Floats<S>,
+    /// Objects that may have more than three lights.
+    pub listed: S::mask32s,
+    /// Objects that have three at full weight and nothing else.
+    pub hard: S::mask32s,
+    /// Filled in by [`Self::find_thresholds`]: 1 / τ.
+    inverse_threshold: Floats<S>,
+}
+
+impl<S: Simd> Shares<S> {
+    /// Those of as many objects.
+    #[inline(always)]
+    pub fn new(simd: S, policies: &Policies, objects: usize) -> Self {
+        let mut tolerances = [0.0; LANES];
+        let (mut listed, mut hard) = (0, 0);
+        for (lane, tolerance) in tolerances.iter_mut().enumerate().take(objects) {
+            let policy = policies.of(lane);
+            listed |= u64::from(policy.tolerance().is_some()) << lane;
+            hard |= u64::from(policy == LightPolicy::Hard) << lane;
+            *tolerance = policy.tolerance().unwrap_or(0.0);
+        }
+        Self {
+            tolerance: Floats::<S>::from_slice(simd, &tolerances[..Floats::<S>::LEN]),
+            listed: S::mask32s::from_bitmask(simd, listed),
+            hard: S::mask32s::from_bitmask(simd, hard),
+            inverse_threshold: splat(simd, 0.0),
+        }
+    }
+
+    /// `inverse_threshold` of the plain search.
+    #[inline(always)]
+    pub fn find_thresholds(&mut self, simd: S, lists: [&[Met]; 3], top: &Top<S>) {
+        let zero = splat(simd, 0.0);
+        let mut total = zero;
+        for met in lists.into_iter().flatten() {
+            total += met.score(simd);
+        }
+        let allowed = self.tolerance * total;
+        let lights = top.reaching.to_float::<Floats<S>>().max(splat(simd, 1.0));
+        let mut low = (splat(simd, 0.5) * (allowed / lights)).bitcast::<S::u32s>();
+        let mut high = (splat(simd, 2.0) * top.highest()).bitcast::<S::u32s>();
+        for _ in 0..HALVINGS {
+            let middle = low + ((high - low) >> 1);
+            let inverse = inverse::<S>(simd, middle.bitcast::<Floats<S>>());
+            let mut left_out = zero;
+            for met in lists.into_iter().flatten() {
+                let score = met.score(simd);
+                left_out += score * (splat(simd, 1.0) - step(simd, score * inverse));
+            }
+            let fits = left_out.simd_le(allowed);
+            low = fits.select(middle, low);
+            high = fits.select(high, middle);
+        }
+        self.inverse_threshold = inverse::<S>(simd, low.bitcast::<Floats<S>>());
+    }
+
+    /// `weight` of the plain search, where objects are listed; the least weight for the others.
+    #[inline(always)]
+    pub fn weight(&self, simd: S, score: Floats<S>, least: Floats<S>) -> Floats<S> {
+        let one = splat(simd, 1.0);
+        let weight = step(simd, score * self.inverse_threshold);
+        let weight = self.tolerance.simd_gt(0.0).select(weight, one);
+        let weight = (weight.max(least) * splat(simd, MOST_WEIGHT)).ceil() / splat(simd, MOST_WEIGHT);
+        self.listed.select(weight, least)
+    }
+}
+
+#[inline(always)]
+fn inverse<S: Simd>(simd: S, threshold: Floats<S>) -> Floats<S> {
+    (splat(simd, 1.0) / threshold).min(splat(simd, f32::MAX))
+}
+
+#[inline(always)]
+fn step<S: Simd>(simd: S, x: Floats<S>) -> Floats<S> {
+    let t = (splat(simd, 2.0) * x - splat(simd, 1.0)).max(splat(simd, 0.0)).min(splat(simd, 1.0));
+    (t * t) * (splat(simd, 3.0) - splat(simd, 2.0) * t)
+}
