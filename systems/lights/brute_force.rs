@@ -32,7 +32,7 @@ pub fn select(scored: &[ScoredLight], policies: Policies, spheres: &[Sphere], ou
             }
         }
         *out = choose(&reached, |slot| &scored[slot as usize], policies.of(i), &mut further);
-        if policies.may_list() {
+        if policies.are_listed() {
             further.end_object();
         }
     }
@@ -72,7 +72,7 @@ pub(crate) fn choose<'a>(
         for reaching in lights {
             let number = among_three(reaching.slot);
             let least = number.map_or(0.0, |number| three.weights[number]);
-            let weight = weight(reaching.score, inverse_threshold, tolerance, least);
+            let weight = weight(reaching.score, inverse_threshold, least);
             match number {
                 Some(number) => selection.weights[number] = weight,
                 None if weight > 0.0 => further.push(pack_light(reaching.slot, weight)),

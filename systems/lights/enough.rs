@@ -11,12 +11,16 @@
 //! ([`SelectedLights`](super::selected::SelectedLights)), which leaves out less still.
 
 use super::brute_force::Reaching;
-use super::selected::MOST_WEIGHT;
+use super::selected::{LEAST, MOST_WEIGHT};
 
 /// Halvings: from a factor of 2³² between the ends to one of less than 1 + 2⁻¹⁵.
 pub(crate) const HALVINGS: u32 = 20;
 
-/// 1 / τ for the lights that reach an object, the first of whose scores is `highest`.
+/// In place of 1 / τ where nothing is left out.
+pub(crate) const ALL: f32 = f32::MAX;
+
+/// 1 / τ for the lights that reach an object, the first of whose scores is `highest`; [`ALL`] where nothing may be left
+/// out, or next to nothing.
 #[inline(always)]
 pub(crate) fn inverse_threshold(lights: &[Reaching], highest: f32, tolerance: f32) -> f32 {
     let mut total = 0.0f32;
@@ -24,12 +28,15 @@ pub(crate) fn inverse_threshold(lights: &[Reaching], highest: f32, tolerance: f3
         total += light.score;
     }
     let allowed = tolerance * total;
+    if allowed <= LEAST {
+        return ALL;
+    }
     // Each of them leaves out less than the threshold. Twice the highest leaves out all.
-    let mut low = (0.5 * (allowed / (lights.len() as f32).max(1.0))).to_bits();
+    let mut low = (0.5 * (allowed / lights.len() as f32)).to_bits();
     let mut high = (2.0 * highest).to_bits();
     for _ in 0..HALVINGS {
-        let middle = low.wrapping_add(high.wrapping_sub(low) >> 1);
-        let inverse = inverse(f32::from_bits(middle));
+        let middle = low + ((high - low) >> 1);
+        let inverse = 1.0 / f32::from_bits(middle);
         let mut left_out = 0.0f32;
         for light in lights {
             left_out += light.score * (1.0 - step(light.score * inverse));
@@ -40,12 +47,7 @@ pub(crate) fn inverse_threshold(lights: &[Reaching], highest: f32, tolerance: f3
             high = middle;
         }
     }
-    inverse(f32::from_bits(low))
-}
-
-/// Finite, so that nothing times it is nothing.
-fn inverse(threshold: f32) -> f32 {
-    (1.0 / threshold).min(f32::MAX)
+    1.0 / f32::from_bits(low)
 }
 
 /// w: 0 up to ½, 1 from 1 on.
@@ -57,7 +59,7 @@ fn step(x: f32) -> f32 {
 
 /// The weight of a light, in the steps that shaders read.
 #[inline(always)]
-pub(crate) fn weight(score: f32, inverse_threshold: f32, tolerance: f32, least: f32) -> f32 {
-    let weight = if tolerance > 0.0 { step(score * inverse_threshold) } else { 1.0 };
+pub(crate) fn weight(score: f32, inverse_threshold: f32, least: f32) -> f32 {
+    let weight = if inverse_threshold < ALL { step(score * inverse_threshold) } else { 1.0 };
     (weight.max(least) * MOST_WEIGHT).ceil() / MOST_WEIGHT
 }

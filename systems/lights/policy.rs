@@ -118,12 +118,11 @@ impl Policies<'_> {
         }
     }
 
-    /// Whether an object may have more than three lights.
-    pub fn may_list(&self) -> bool {
-        let lists = |policy: &LightPolicy| policy.tolerance().is_some();
+    /// Whether what objects have beside their three is listed, be it nothing.
+    pub(crate) fn are_listed(&self) -> bool {
         match self {
-            Self::Same(policy) => lists(policy),
-            Self::Each(policies) => policies.iter().any(lists),
+            Self::Same(policy) => policy.tolerance().is_some(),
+            Self::Each(_) => true,
         }
     }
 }

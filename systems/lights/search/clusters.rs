@@ -177,10 +177,10 @@ fn add_sparse<F: Found>(
                 Policies::Same(LightPolicy::Hard) => {
                     select_cluster::<_, _, HARD>(simd, tree, scored, policies, work, scratch);
                 }
-                _ if !policies.may_list() && matches!(policies, Policies::Same(_)) => {
-                    select_cluster::<_, _, THREE>(simd, tree, scored, policies, work, scratch);
+                _ if policies.are_listed() => {
+                    select_cluster::<_, _, LISTED>(simd, tree, scored, policies, work, scratch);
                 }
-                _ => select_cluster::<_, _, LISTED>(simd, tree, scored, policies, work, scratch),
+                _ => select_cluster::<_, _, THREE>(simd, tree, scored, policies, work, scratch),
             }
             (first, out) = (range.end, later);
         }

@@ -2,9 +2,9 @@
 //! [`enough`](crate::lights::enough), operation by operation.
 
 use super::lanes::{Floats, LANES, Met, Top, splat};
-use crate::lights::enough::HALVINGS;
+use crate::lights::enough::{ALL, HALVINGS};
 use crate::lights::policy::{LightPolicy, Policies};
-use crate::lights::selected::MOST_WEIGHT;
+use crate::lights::selected::{LEAST, MOST_WEIGHT};
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 
@@ -50,11 +50,15 @@ impl<S: Simd> Shares<S> {
         }
         let allowed = self.tolerance * total;
         let lights = top.reaching.to_float::<Floats<S>>().max(splat(simd, 1.0));
-        let mut low = (splat(simd, 0.5) * (allowed / lights)).bitcast::<S::u32s>();
-        let mut high = (splat(simd, 2.0) * top.highest()).bitcast::<S::u32s>();
+        let may_leave_out = allowed.simd_gt(LEAST);
+        // Where nothing may be left out, any numbers do that nothing comes to be no number by.
+        let one = splat(simd, 1.0);
+        let low = may_leave_out.select(splat(simd, 0.5) * (allowed / lights), one);
+        let high = may_leave_out.select(splat(simd, 2.0) * top.highest(), one);
+        let (mut low, mut high) = (low.bitcast::<S::u32s>(), high.bitcast::<S::u32s>());
         for _ in 0..HALVINGS {
             let middle = low + ((high - low) >> 1);
-            let inverse = inverse::<S>(simd, middle.bitcast::<Floats<S>>());
+            let inverse = splat(simd, 1.0) / middle.bitcast::<Floats<S>>();
             let mut left_out = zero;
             for met in lists.into_iter().flatten() {
                 let score = met.score(simd);
@@ -64,7 +68,8 @@ impl<S: Simd> Shares<S> {
             low = fits.select(middle, low);
             high = fits.select(high, middle);
         }
-        self.inverse_threshold = inverse::<S>(simd, low.bitcast::<Floats<S>>());
+        let inverse = splat(simd, 1.0) / low.bitcast::<Floats<S>>();
+        self.inverse_threshold = may_leave_out.select(inverse, splat(simd, ALL));
     }
 
     /// `weight` of the plain search, where objects are listed; the least weight for the others.
@@ -72,15 +77,10 @@ impl<S: Simd> Shares<S> {
     pub fn weight(&self, simd: S, score: Floats<S>, least: Floats<S>) -> Floats<S> {
         let one = splat(simd, 1.0);
         let weight = step(simd, score * self.inverse_threshold);
-        let weight = self.tolerance.simd_gt(0.0).select(weight, one);
+        let weight = self.inverse_threshold.simd_lt(ALL).select(weight, one);
         let weight = (weight.max(least) * splat(simd, MOST_WEIGHT)).ceil() / splat(simd, MOST_WEIGHT);
         self.listed.select(weight, least)
     }
-}
-
-#[inline(always)]
-fn inverse<S: Simd>(simd: S, threshold: Floats<S>) -> Floats<S> {
-    (splat(simd, 1.0) / threshold).min(splat(simd, f32::MAX))
 }
 
 #[inline(always)]

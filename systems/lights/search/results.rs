@@ -24,7 +24,7 @@ pub trait Found: Copy + Default {
 pub struct Further {
     /// Slots and weights, packed as the three of [`SelectedLights`].
     pub lights: Vec<u32>,
-    /// Where the lights of each object end in the list. Empty where no object may have any.
+    /// Where the lights of each object end in the list. Empty where all have the same policy, by which none has any.
     pub ends: Vec<u32>,
     /// How many found no room.
     pub refused: u64,
