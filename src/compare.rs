@@ -1,7 +1,7 @@
 //! How far a picture is from a reference: luminance error in linear HDR, and FLIP of what is shown.
 //!
-//! Luminance error asks how much light is missing or too much, FLIP what a viewer notices on flipping between the two.
-//! Neither knows where the pictures come from.
+//! Luminance error asks how much light is missing or too much, and seams how far that changes where two pieces of an
+//! object meet. FLIP asks what a viewer notices on flipping between the two. None knows where the pictures come from.
 
 use image::RgbImage;
 use systems::lights::LUMINANCE;
@@ -52,20 +52,63 @@ pub struct LuminanceError {
 /// pixels have error 0 and others an infinite one. If no pixel counts, the error is 0.
 pub fn luminance_error(reference: &[f32], other: &[f32], counted: &[bool]) -> LuminanceError {
     let mean_reference = mean_luminance(reference, counted);
-    let quotient = |difference: f32| match difference.abs() {
-        0.0 => 0.0,
-        far => (f64::from(far) / mean_reference) as f32,
-    };
+    let error = |difference: f32| relative(f64::from(difference), mean_reference) as f32;
     let pixels = reference.iter().zip(other).zip(counted);
     let of_pixels: Vec<f32> =
-        pixels.map(|((&l, &other), &counts)| if counts { quotient(other - l) } else { 0.0 }).collect();
-    let mut sorted: Vec<f32> = of_pixels.iter().zip(counted).filter(|(_, counts)| **counts).map(|(&e, _)| e).collect();
-    sorted.sort_by(f32::total_cmp);
-    let rank = (sorted.len() * 99).div_ceil(100).saturating_sub(1);
-    let p99 = sorted.get(rank).copied().map_or(0.0, f64::from);
+        pixels.map(|((&l, &other), &counts)| if counts { error(other - l) } else { 0.0 }).collect();
+    let counting = of_pixels.iter().zip(counted).filter(|(_, counts)| **counts);
+    let mut sorted: Vec<f64> = counting.map(|(&e, _)| f64::from(e)).collect();
+    sorted.sort_by(f64::total_cmp);
+    let p99 = percentile(&sorted, 990);
     // The empty sum is −0.
-    let mean = (0.0 + sorted.iter().copied().map(f64::from).sum::<f64>()) / sorted.len().max(1) as f64;
+    let mean = (0.0 + sorted.iter().sum::<f64>()) / sorted.len().max(1) as f64;
     LuminanceError { of_pixels, mean, p99 }
+}
+
+/// How far a difference is from 0, in means of the reference.
+fn relative(difference: f64, mean_reference: f64) -> f64 {
+    if difference == 0.0 { 0.0 } else { difference.abs() / mean_reference }
+}
+
+/// The least of ascending values that so many thousandths of them do not exceed (nearest rank); 0 if there are none.
+fn percentile(ascending: &[f64], thousandths: usize) -> f64 {
+    let rank = (ascending.len() * thousandths).div_ceil(1000).saturating_sub(1);
+    ascending.get(rank).copied().unwrap_or(0.0)
+}
+
+/// What a pixel shows.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Shown {
+    /// A number for the object.
+    pub object: u32,
+    /// A number for the piece of it.
+    pub piece: u32,
+}
+
+/// The pairs of neighbouring pixels, side by side or one below the other, that show two pieces of one object. `shown`:
+/// one per pixel, rows of `width` from the top; `None` where there is no object.
+pub fn piece_borders(shown: &[Option<Shown>], width: usize) -> Vec<[usize; 2]> {
+    let meet = |&[first, second]: &[usize; 2]| match (shown[first], shown.get(second).copied().flatten()) {
+        (Some(a), Some(b)) => a.object == b.object && a.piece != b.piece,
+        _ => false,
+    };
+    let right = |pixel: usize| (!(pixel + 1).is_multiple_of(width)).then_some([pixel, pixel + 1]);
+    (0..shown.len()).flat_map(|pixel| [right(pixel), Some([pixel, pixel + width])]).flatten().filter(meet).collect()
+}
+
+/// How far the error changes from one piece of an object to the next. Over the pairs of pixels `borders`
+/// ([`piece_borders`]): the 99.9th percentile (nearest rank) of |(L − L_ref) − (L − L_ref)'| over the mean of L_ref,
+/// that mean as of [`luminance_error`]. An edge that the reference has, too, does not count. 0 without pairs.
+///
+/// # Panics
+/// If a pair is of pixels that are not there.
+pub fn seams(reference: &[f32], other: &[f32], counted: &[bool], borders: &[[usize; 2]]) -> f64 {
+    let mean_reference = mean_luminance(reference, counted);
+    let error = |pixel: usize| f64::from(other[pixel]) - f64::from(reference[pixel]);
+    let step = |&[first, second]: &[usize; 2]| relative(error(second) - error(first), mean_reference);
+    let mut steps: Vec<f64> = borders.iter().map(step).collect();
+    steps.sort_by(f64::total_cmp);
+    percentile(&steps, 999)
 }
 
 /// The mean over the pixels that count; 0 if none does.
@@ -140,6 +183,40 @@ mod tests {
         assert_eq!((none.mean, none.p99, none.of_pixels), (0.0, 0.0, vec![0.0; 2]));
         assert_eq!(luminance_error(&[], &[], &[]).mean, 0.0);
         assert_eq!(luminance([f32::NAN, 0.0, 0.0, 1.0]), 65504.0);
+    }
+
+    #[test]
+    fn pieces_of_one_object_meet_side_by_side_and_one_below_the_other() {
+        let of = |object, piece| Some(Shown { object, piece });
+        let (a, b, c, other) = (of(1, 10), of(1, 11), of(1, 12), of(2, 20));
+        // The end of a row is no neighbour of the next row's start: b and a of the second row are.
+        let shown = [[a, a, b], [a, other, b], [c, None, a]];
+        let borders = piece_borders(shown.as_flattened(), 3);
+        assert_eq!(borders, [[1, 2], [3, 6], [5, 8]]);
+        assert!(piece_borders(&[a, other, None, None, other, a], 2).is_empty(), "other objects, and nothing");
+        assert_eq!(piece_borders(&[a, b, a], 1), [[0, 1], [1, 2]], "one column");
+        assert_eq!(piece_borders(&[a, b, a], 3), [[0, 1], [1, 2]], "one row");
+        assert!(piece_borders(&[], 0).is_empty());
+    }
+
+    #[test]
+    fn seams_are_steps_of_the_error_at_borders() {
+        // Of mean 2 where pixels count. Errors: 0, 1, 1, −1, and one that does not count.
+        let (reference, counted) = ([1.0, 4.0, 2.0, 1.0, 9.0], [true, true, true, true, false]);
+        let other = [1.0, 5.0, 3.0, 0.0, 0.0];
+        let of = |borders: &[[usize; 2]]| seams(&reference, &other, &counted, borders);
+        assert_eq!(of(&[]), 0.0);
+        assert_eq!(of(&[[0, 1]]), 0.5);
+        assert_eq!(of(&[[1, 2]]), 0.0, "an edge of the reference is no seam");
+        assert_eq!(of(&[[2, 3]]), 1.0, "upwards and downwards");
+        assert_eq!(of(&[[3, 2], [0, 1], [1, 2]]), 1.0);
+        assert_eq!(seams(&reference, &reference, &counted, &[[0, 1], [2, 3]]), 0.0);
+        // Of 2,000 pairs, two are far off: 99.9 % are not.
+        let pairs = |far: usize| [vec![[2, 3]; far], vec![[0, 1]; 2000 - far]].concat();
+        assert_eq!((of(&pairs(2)), of(&pairs(3))), (0.5, 1.0));
+        // A black reference.
+        assert_eq!(seams(&[0.0; 2], &[1.0; 2], &[true; 2], &[[0, 1]]), 0.0);
+        assert_eq!(seams(&[0.0; 2], &[0.0, 1.0], &[true; 2], &[[0, 1]]), f64::INFINITY);
     }
 
     fn picture(color: impl Fn(u32, u32, u32) -> u32) -> RgbImage {

@@ -1,17 +1,24 @@
 //! How far a scene lit by three lights per object is from one lit by all: `relief lights`.
 //!
 //! One frame is drawn with each [`LightPolicy`]. Luminance is compared before the tone map, over the pixels that show
-//! an object; FLIP compares the pictures as written, all of them.
+//! an object; FLIP compares the pictures as written, all of them. Seams are found where two pieces of one object meet:
+//! the renderer is handed records that name pieces, so that its ids tell them apart.
 
-use crate::compare::{self, LuminanceError};
+use crate::compare::{self, Shown};
 use crate::frames::{self, FrameError, LoadOptions, Stage};
 use crate::output;
 use crate::renderer::{Gpu, OutputSet, Settings, SingleView};
+use bevy_ecs::entity::EntityIndex;
+use bevy_ecs::world::World;
 use image::RgbImage;
 use image::buffer::ConvertBuffer;
 use std::fmt;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use systems::assets::Technique;
+use systems::draw::pieces::PieceOf;
+use systems::draw::{FrameData, InstanceRecord};
+use systems::ecs::tables::{DirtySlots, Records};
 use systems::lights::{LightPolicies, LightPolicy, LightRecord};
 
 /// What to compare.
@@ -42,6 +49,9 @@ pub struct PolicyError {
     pub p99: f64,
     /// Mean FLIP of the tone-mapped pictures.
     pub flip: f64,
+    /// Where two pieces of one object meet, 99.9 % of the steps of (L − L_all) / mean L_all from pixel to pixel are at
+    /// most this high; 0 without such pixels.
+    pub seams: f64,
 }
 
 /// What was found.
@@ -61,10 +71,15 @@ pub struct LightReport {
     pub object_pixels: usize,
     /// Mean of L_all over those pixels: linear, exposed, before the tone map.
     pub mean_luminance: f64,
-    /// [`LightPolicy::Three`].
-    pub three: PolicyError,
-    /// [`LightPolicy::Hard`].
-    pub hard: PolicyError,
+    /// Pairs of neighbouring pixels that show two pieces of one object.
+    pub seam_pairs: usize,
+    /// The policies that were compared, by name; in JSON an object for each.
+    #[serde(flatten, serialize_with = "by_name")]
+    pub policies: Vec<(&'static str, PolicyError)>,
+}
+
+fn by_name<S: serde::Serializer>(policies: &[(&'static str, PolicyError)], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_map(policies.iter().copied())
 }
 
 impl LightReport {
@@ -77,12 +92,13 @@ impl LightReport {
 /// A table for people.
 impl fmt::Display for LightReport {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let Self { width, height, lights, object_pixels, mean_luminance, .. } = self;
+        let Self { width, height, lights, object_pixels, mean_luminance, seam_pairs, .. } = self;
         writeln!(f, "{}: frame {}, {width}x{height}, {lights} lights", self.scene.display(), self.frame)?;
         writeln!(f, "{object_pixels} pixels show objects, of mean luminance {mean_luminance:.4} by all lights")?;
-        writeln!(f, "error     mean      p99     FLIP")?;
-        for (name, PolicyError { mean, p99, flip }) in [("three", self.three), ("hard", self.hard)] {
-            writeln!(f, "{name:<5} {mean:8.4} {p99:8.4} {flip:8.4}")?;
+        writeln!(f, "{seam_pairs} pairs of neighbouring pixels show two pieces of one object")?;
+        writeln!(f, "error        mean      p99     FLIP    seams")?;
+        for (name, PolicyError { mean, p99, flip, seams }) in &self.policies {
+            writeln!(f, "{name:<8} {mean:8.4} {p99:8.4} {flip:8.4} {seams:8.4}")?;
         }
         Ok(())
     }
@@ -94,79 +110,126 @@ struct PolicyPicture {
     luminances: Vec<f32>,
 }
 
-/// Draws a scene with all lights, three and hard, writes the pictures and says how far apart they are.
+/// Draws a scene with all lights and by each policy, writes the pictures and says how far apart they are.
 ///
 /// # Errors
 /// [`FrameError`]; nothing is written before all pictures are drawn and compared.
 pub fn measure(job: &LightErrorJob) -> Result<LightReport, FrameError> {
     compare::check_size(job.size)?;
+    let (width, height) = job.size;
     let mut stage = frames::load_stage(&job.scene, job.camera.as_deref(), &job.load)?;
-    let pictures = ["all", "three", "hard", "three_error", "hard_error"].map(|name| picture(&job.folder, name));
-    stage.check_outputs(|path| pictures.iter().any(|picture| output::is_same(path, picture)))?;
+    let forced = LightPolicy::ALL.into_iter().filter(|(_, policy)| *policy != LightPolicy::All);
+    let policies = || std::iter::once(("scene", None)).chain(forced.clone().map(|(name, policy)| (name, Some(policy))));
+    let of_policies = policies().flat_map(|(name, _)| [name.to_owned(), error_name(name)]);
+    let outputs: Vec<PathBuf> = of_policies.chain(["all".to_owned()]).map(|name| picture(&job.folder, &name)).collect();
+    stage.check_outputs(|path| outputs.iter().any(|picture| output::is_same(path, picture)))?;
     let mut renderer = SingleView::new(&Gpu::headless()?);
     for _ in 0..job.frame {
         stage.simulation.step();
     }
-    let settings = Settings { technique: job.technique, ..Settings::default() }.for_files();
-    let mut draw = |policy| draw(&mut stage, &mut renderer, job.size, &settings, policy);
-    let three = draw(LightPolicy::Three)?;
-    let hard = draw(LightPolicy::Hard)?;
-    let all = draw(LightPolicy::All)?;
+    let all = draw(&mut stage, &mut renderer, job, Some(LightPolicy::All))?;
     let outputs = renderer.draw_outputs(OutputSet { id: true, ..OutputSet::NONE });
-    let ids = outputs.map(|outputs| outputs.entities()).unwrap_or_default();
     renderer.gpu().check()?;
-    let shows_object: Vec<bool> = ids.iter().map(Option::is_some).collect();
+    let pieces = outputs.map(|outputs| outputs.entities()).unwrap_or_default();
+    let world = &stage.simulation.world;
+    let shown: Vec<Option<Shown>> = pieces.into_iter().map(|piece| piece.map(|piece| shown(world, piece))).collect();
+    let shows_object: Vec<bool> = shown.iter().map(Option::is_some).collect();
+    let borders = compare::piece_borders(&shown, width as usize);
     let records = &stage.simulation.draw_list().lights.records;
-
-    let compared = |other: &PolicyPicture| -> Result<(PolicyError, LuminanceError), FrameError> {
-        let error = compare::luminance_error(&all.luminances, &other.luminances, &shows_object);
-        let flip = compare::flip(&all.picture, &other.picture)?;
-        Ok((PolicyError { mean: error.mean, p99: error.p99, flip }, error))
-    };
-    let ((three_error, three_map), (hard_error, hard_map)) = (compared(&three)?, compared(&hard)?);
-    let report = LightReport {
+    let mut report = LightReport {
         scene: job.scene.clone(),
         frame: job.frame,
-        width: job.size.0,
-        height: job.size.1,
+        width,
+        height,
         lights: records.iter().filter(|record| record.kind != LightRecord::OFF).count(),
         object_pixels: shows_object.iter().filter(|shows| **shows).count(),
         mean_luminance: compare::mean_luminance(&all.luminances, &shows_object),
-        three: three_error,
-        hard: hard_error,
+        seam_pairs: borders.len(),
+        policies: Vec::new(),
     };
-    output::make_folder(&job.folder)?;
-    for (name, of_policy) in [("all", all), ("three", three), ("hard", hard)] {
-        write(&job.folder, name, of_policy.picture)?;
+    let mut pictures = Vec::new();
+    for (name, policy) in policies() {
+        let other = draw(&mut stage, &mut renderer, job, policy)?;
+        let error = compare::luminance_error(&all.luminances, &other.luminances, &shows_object);
+        let seams = compare::seams(&all.luminances, &other.luminances, &shows_object, &borders);
+        let flip = compare::flip(&all.picture, &other.picture)?;
+        report.policies.push((name, PolicyError { mean: error.mean, p99: error.p99, flip, seams }));
+        let heat = compare::heat_map(&error.of_pixels, width, height).unwrap_or_default();
+        pictures.extend([(name.to_owned(), other.picture), (error_name(name), heat)]);
     }
-    for (name, map) in [("three_error", three_map), ("hard_error", hard_map)] {
-        let heat = compare::heat_map(&map.of_pixels, job.size.0, job.size.1).unwrap_or_default();
-        write(&job.folder, name, heat)?;
+    pictures.push(("all".to_owned(), all.picture));
+    output::make_folder(&job.folder)?;
+    for (name, picture) in pictures {
+        output::write_png(&self::picture(&job.folder, &name), &picture.into())?;
     }
     Ok(report)
 }
 
+/// Draws a frame by a policy, or as the scene has it, with ids of pieces.
 fn draw(
     stage: &mut Stage,
     renderer: &mut SingleView,
-    size: (u32, u32),
-    settings: &Settings,
-    policy: LightPolicy,
+    job: &LightErrorJob,
+    policy: Option<LightPolicy>,
 ) -> Result<PolicyPicture, FrameError> {
-    stage.simulation.world.insert_resource(LightPolicies::forced(policy));
+    stage.simulation.world.resource_mut::<LightPolicies>().forced = policy;
     stage.simulation.frame();
-    let view = stage.viewpoint.view(&stage.simulation.world, size);
-    stage.simulation.with_frame(|frame| renderer.prepare(frame, &view, settings))?;
+    let view = stage.viewpoint.view(&stage.simulation.world, job.size);
+    let settings = Settings { technique: job.technique, ..Settings::default() }.for_files();
+    stage.simulation.with_frame(|frame| {
+        let instances = PieceRecords { records: frame.instances, objects: &frame.list.instances.objects };
+        let mut frame = FrameData { instances: &instances, list: frame.list, light_lists: frame.light_lists, library: frame.library };
+        renderer.prepare(&mut frame, &view, &settings)
+    })?;
     let picture = renderer.draw_picture().convert();
     let luminances = renderer.read_linear().unwrap_or_default().into_iter().map(compare::luminance).collect();
     renderer.gpu().check()?;
     Ok(PolicyPicture { picture, luminances })
 }
 
-fn picture(folder: &Path, name: &str) -> PathBuf {
-    folder.join(name).with_extension("png")
+/// The records of a world whose pieces have ids of their own instead of their object's.
+struct PieceRecords<'a> {
+    records: &'a dyn Records<Record = InstanceRecord>,
+    /// By slot.
+    objects: &'a [Option<EntityIndex>],
 }
 
-fn write(folder: &Path, name: &str, picture: RgbImage) -> Result<(), FrameError> {
-    Ok(output::write_png(&self::picture(folder, name), &picture.into())?)
+impl Records for PieceRecords<'_> {
+    type Record = InstanceRecord;
+
+    fn slot_count(&self) -> u32 {
+        self.records.slot_count()
+    }
+
+    fn dirty(&self) -> &DirtySlots {
+        self.records.dirty()
+    }
+
+    fn read<'a>(&'a self, ranges: &[Range<u32>], room: &'a mut Vec<InstanceRecord>) -> &'a [InstanceRecord] {
+        let mut own = Vec::new();
+        let records = self.records.read(ranges, &mut own);
+        let slots = ranges.iter().cloned().flatten();
+        let named = |(&record, slot): (&InstanceRecord, u32)| match self.objects[slot as usize] {
+            Some(object) => InstanceRecord { entity: object.index(), ..record },
+            None => record,
+        };
+        room.clear();
+        room.extend(records.iter().zip(slots).map(named));
+        room
+    }
+}
+
+/// What the id of a [`PieceRecords`] stands for.
+fn shown(world: &World, piece: u32) -> Shown {
+    let entity = EntityIndex::from_raw_u32(piece).map(|index| world.entities().resolve_from_index(index));
+    let whole = entity.and_then(|entity| world.get::<PieceOf>(entity)).map(|piece| piece.0.index_u32());
+    Shown { object: whole.unwrap_or(piece), piece }
+}
+
+fn error_name(policy: &str) -> String {
+    format!("{policy}_error")
+}
+
+fn picture(folder: &Path, name: &str) -> PathBuf {
+    folder.join(name).with_extension("png")
 }

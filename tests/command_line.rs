@@ -443,9 +443,13 @@ fn lights_reports_errors_as_a_table_or_json_and_writes_five_pictures() {
         |args: &[&str]| relief(&[&["lights", "scene.ron", "--size", "64x36", "-o"], args].concat(), folder.path());
     let table = run(&["out"]);
     assert!(table.status.success(), "{}", text(&table.stderr));
-    for needle in
-        ["scene.ron: frame 0, 64x36, 41 lights", "mean      p99     FLIP", "\nthree", "\nhard", "pictures: out"]
-    {
+    for needle in [
+        "scene.ron: frame 0, 64x36, 41 lights",
+        "mean      p99     FLIP    seams",
+        "\nthree",
+        "\nhard",
+        "pictures: out",
+    ] {
         assert!(text(&table.stdout).contains(needle), "{}", text(&table.stdout));
     }
     let files = contents(&folder.path().join("out"));
@@ -456,6 +460,7 @@ fn lights_reports_errors_as_a_table_or_json_and_writes_five_pictures() {
     assert_eq!(text(&first.stdout).lines().count(), 1);
     let json: serde_json::Value = serde_json::from_slice(&first.stdout).expect("JSON");
     assert!(json["hard"]["mean"].as_f64() > json["three"]["mean"].as_f64(), "{json}");
+    assert!(json["hard"]["seams"].is_f64() && json["seam_pairs"].is_u64(), "{json}");
     assert_eq!((&json["frame"], &json["width"]), (&0.into(), &64.into()));
     assert!(first.stdout == run(&["again", "--json", "--threads", "2"]).stdout, "any number of threads");
     assert!(files == contents(&folder.path().join("again")), "the same pictures");

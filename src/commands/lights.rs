@@ -13,6 +13,8 @@ The frame is drawn with --lights all (the reference), three and hard. L: linear 
   mean   over pixels that show objects, the mean of |L - L_all|, over the mean of L_all there
   p99    99th percentile of |L - L_all| / mean L_all over those pixels
   FLIP   perceived difference when alternating between the pictures, 0 none to 1
+  seams  99.9th percentile of the steps of (L - L_all) / mean L_all between neighbouring pixels that
+         show two pieces of one object
 
 Files: all.png, three.png, hard.png as relief render writes them; three_error.png, hard_error.png:
 |L - L_all| / mean L_all of each pixel, from 0 (black) over violet and orange to 1 and more (pale
