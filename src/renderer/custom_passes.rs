@@ -7,7 +7,7 @@ use super::targets::{DEPTH_FORMAT, HDR_FORMAT};
 pub enum PassPlace {
     /// After opaque objects, before the sky and blended objects: what writes depth hides these.
     AfterOpaque,
-    /// After blended objects, before samples are resolved and the tone map.
+    /// After blended objects, before the tone map, which resolves samples.
     AfterBlended,
     /// After the tone map, onto the view's target.
     AfterToneMap,

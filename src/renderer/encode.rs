@@ -26,8 +26,8 @@ impl<'a> ViewTarget<'a> {
     }
 
     /// With a pass of the caller's own, which `encode` encodes; several at one place in the order in which they were
-    /// added; none if the settings ask for no picture. Between passes samples and depths are kept, which costs
-    /// bandwidth on GPUs that draw in tiles.
+    /// added; none if the settings ask for no picture. Between passes depths are kept, which costs bandwidth on GPUs
+    /// that draw in tiles.
     #[must_use]
     pub fn with_pass(
         mut self,
@@ -48,7 +48,7 @@ impl<'a> ViewTarget<'a> {
             return;
         }
         let Some(targets) = &self.state.targets else { return };
-        let scene = targets.attachments([None; 2]);
+        let scene = targets.attachments(None, [None; 2]);
         let (color, color_format, color_samples) = match place {
             PassPlace::AfterToneMap => (self.target, self.format, 1),
             PassPlace::AfterOpaque | PassPlace::AfterBlended => {
@@ -159,7 +159,7 @@ impl Renderer {
         let state = &*view.state;
         let pyramid = state.culled.pyramid().filter(|_| state.cullings_due > 0);
         let (Some(pyramid), Some(targets), Some(group)) = (pyramid, &state.targets, state.group()) else { return };
-        let into = ("early", Some(sky_color(state)), Leaves::SAMPLES);
+        let into = ("early", Some(sky_color(state)), Leaves::DEPTH);
         let early = [Phase::Early].into_iter();
         let attachments = state.attachments(targets);
         drop(self.draw_phases(encoder, state, (attachments, group), into, early, encoded));
@@ -172,11 +172,10 @@ impl Renderer {
         let [after_opaque, after_blended] = after;
         let keeps_depth = view.has_pass(PassPlace::AfterToneMap) || view.state.draws_together();
         view.state.kept_depth = keeps_depth;
-        let picture = Leaves { picture: true, samples: false, depth: keeps_depth };
         // What the pass over blended objects leaves, and that over the sky before it.
-        let last = if after_blended { Leaves::SAMPLES } else { picture };
+        let last = Leaves { resolved: false, depth: keeps_depth || after_blended };
         let copies = view.state.scene_color.is_some();
-        let opaque = if copies { Leaves { picture: true, ..Leaves::SAMPLES } } else { last };
+        let opaque = if copies { Leaves { resolved: true, ..Leaves::DEPTH } } else { last };
 
         let state = &*view.state;
         let (Some(targets), Some(group)) = (&state.targets, state.group()) else { return };
@@ -184,7 +183,7 @@ impl Renderer {
         let clear = (!has_early).then(|| sky_color(state));
         let phases = state.phases().filter(|phase| *phase == Phase::Late || !has_early);
         let attachments = state.attachments(targets);
-        let into = ("forward", clear, if after_opaque { Leaves::SAMPLES } else { opaque });
+        let into = ("forward", clear, if after_opaque { Leaves::DEPTH } else { opaque });
         // Passes end where they are dropped, on either way: the compiler cannot tell.
         let pass = self.draw_phases(encoder, state, (attachments, group), into, phases, encoded);
         let mut pass = pass.forget_lifetime();
@@ -202,11 +201,13 @@ impl Renderer {
         }
         if let (Some(copy), Some(targets)) = (&state.scene_color, &state.targets) {
             drop(pass);
-            encoder.copy_texture_to_texture(
-                targets.hdr.texture.as_image_copy(),
-                copy.texture.as_image_copy(),
-                copy.texture.size(),
-            );
+            if targets.samples == 1 {
+                encoder.copy_texture_to_texture(
+                    targets.hdr.texture.as_image_copy(),
+                    copy.texture.as_image_copy(),
+                    copy.texture.size(),
+                );
+            }
             let Some(blended) = self.go_on(encoder, view, "blended", last) else { return };
             pass = blended;
         }
@@ -216,9 +217,6 @@ impl Renderer {
 
         if after_blended {
             view.encode_passes(encoder, PassPlace::AfterBlended);
-            if view.state.targets.as_ref().is_some_and(|targets| targets.samples > 1) {
-                drop(self.go_on(encoder, view, "resolve", picture));
-            }
         }
     }
 
@@ -248,13 +246,13 @@ impl Renderer {
         }
     }
 
-    /// From linear colours to the screen.
+    /// From linear colours to the screen; resolves samples.
     fn encode_tone_map(&mut self, encoder: &mut wgpu::CommandEncoder, view: &ViewTarget<'_>) {
         if !view.state.outputs.color {
             return;
         }
         let Some(targets) = &view.state.targets else { return };
-        let tone_map = self.pipelines.tone_map(&self.gpu.device, view.format, view.state.tone_map);
+        let tone_map = self.pipelines.tone_map(&self.gpu.device, view.format, view.state.tone_map, targets.samples);
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("tone map"),
             color_attachments: &[Some(color_attachment(view.target))],
@@ -274,19 +272,17 @@ fn sky_color(view: &ViewState) -> wgpu::Color {
     wgpu::Color { r: r.into(), g: g.into(), b: b.into(), a: 1.0 }
 }
 
-/// What a pass over the scene leaves for those that follow.
+/// What a pass over the scene leaves for those that follow, beside the colours of all samples.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) struct Leaves {
-    /// The picture, resolved where pixels have several samples.
-    picture: bool,
-    /// The samples of each pixel.
-    samples: bool,
+    /// The mean of each pixel's samples, for blended objects to refract.
+    resolved: bool,
     depth: bool,
 }
 
 impl Leaves {
-    /// All samples and depths, not resolved.
-    pub const SAMPLES: Self = Self { picture: false, samples: true, depth: true };
+    /// Depths.
+    pub const DEPTH: Self = Self { resolved: false, depth: true };
 }
 
 /// A pass over the scene. `clear`: it begins with that colour and nothing else.
@@ -296,14 +292,13 @@ pub(super) fn begin_forward<'a>(
     Attachments { color, resolved, depth, beside }: Attachments<'_>,
     (label, clear, leaves): (&'static str, Option<wgpu::Color>, Leaves),
 ) -> wgpu::RenderPass<'a> {
-    let resolve_target = resolved.filter(|_| leaves.picture);
-    let store = |kept| if kept { wgpu::StoreOp::Store } else { wgpu::StoreOp::Discard };
+    let resolve_target = resolved.filter(|_| leaves.resolved);
     let load = clear.map_or(wgpu::LoadOp::Load, wgpu::LoadOp::Clear);
-    let mut depth = depth_attachment(depth, store(leaves.depth));
+    let mut depth = depth_attachment(depth, if leaves.depth { wgpu::StoreOp::Store } else { wgpu::StoreOp::Discard });
     if clear.is_none() {
         depth.depth_ops = depth.depth_ops.map(|ops| wgpu::Operations { load: wgpu::LoadOp::Load, ..ops });
     }
-    let ops = wgpu::Operations { load, store: store(leaves.samples || resolve_target.is_none()) };
+    let ops = wgpu::Operations { load, store: wgpu::StoreOp::Store };
     let color = wgpu::RenderPassColorAttachment { view: color, depth_slice: None, resolve_target, ops };
     let beside = beside.map(|view| {
         view.map(|view| {

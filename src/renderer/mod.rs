@@ -12,7 +12,7 @@
 //!   culling       which objects each view shows → lists of slots and arguments of draws, on the GPU
 //!   forward       an indirect draw per batch and level of detail, the sky, blended objects back to front
 //!                 → HDR, multisampled
-//!   tone map      → the view's target
+//!   tone map      of each sample; their mean → the view's target
 //!   outputs       depths, normals and ids that are asked for, with the picture or after it
 //! Renderer::draw_outputs(view, outputs)               the same for those that were not asked for; reads them back
 //! ```

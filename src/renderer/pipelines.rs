@@ -20,18 +20,18 @@ pub(super) struct Pipelines {
     pub frame_layout: wgpu::BindGroupLayout,
     /// Group 2 of objects: the picture without blended ones.
     pub scene_color_layout: wgpu::BindGroupLayout,
-    /// Group 0 of the tone map.
-    pub tone_map_layout: wgpu::BindGroupLayout,
+    /// Group 0 of the tone map: of one sample per pixel, and of several.
+    tone_map_layouts: [wgpu::BindGroupLayout; 2],
     forward: wgpu::ShaderModule,
     sky: wgpu::ShaderModule,
     tone_map: wgpu::ShaderModule,
     forward_layout: wgpu::PipelineLayout,
     sky_layout: wgpu::PipelineLayout,
-    tone_map_pipeline_layout: wgpu::PipelineLayout,
+    tone_map_pipeline_layouts: [wgpu::PipelineLayout; 2],
     objects: BTreeMap<(Pass, PipelineKey), wgpu::RenderPipeline>,
     skies: BTreeMap<SkyKey, wgpu::RenderPipeline>,
-    /// Few: by target format and curve.
-    tone_maps: Vec<((wgpu::TextureFormat, ToneMap), wgpu::RenderPipeline)>,
+    /// Few: by target format, curve, and whether pixels have several samples.
+    tone_maps: Vec<((wgpu::TextureFormat, ToneMap, bool), wgpu::RenderPipeline)>,
 }
 
 impl Pipelines {
@@ -41,23 +41,23 @@ impl Pipelines {
             device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(label), source })
         };
         let frame_layout = frame_layout(device);
-        let picture_layout = |label| {
+        let picture_layout = |label, multisampled| {
             device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
                 label: Some(label),
                 entries: &[wgpu::BindGroupLayoutEntry {
-                    binding: 0,
+                    binding: u32::from(multisampled),
                     visibility: wgpu::ShaderStages::FRAGMENT,
                     ty: wgpu::BindingType::Texture {
                         sample_type: wgpu::TextureSampleType::Float { filterable: false },
                         view_dimension: wgpu::TextureViewDimension::D2,
-                        multisampled: false,
+                        multisampled,
                     },
                     count: None,
                 }],
             })
         };
-        let (scene_color_layout, tone_map_layout) =
-            (picture_layout("scene color copy"), picture_layout("tone map source"));
+        let scene_color_layout = picture_layout("scene color copy", false);
+        let tone_map_layouts = [false, true].map(|multisampled| picture_layout("tone map source", multisampled));
         let layout = |label, groups: &[Option<&wgpu::BindGroupLayout>]| {
             device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
                 label: Some(label),
@@ -71,10 +71,10 @@ impl Pipelines {
             tone_map: module("tonemap.wgsl", shaders::TONE_MAP),
             forward_layout: layout("forward", &[Some(&frame_layout), Some(class_layout), Some(&scene_color_layout)]),
             sky_layout: layout("sky", &[Some(&frame_layout)]),
-            tone_map_pipeline_layout: layout("tone map", &[Some(&tone_map_layout)]),
+            tone_map_pipeline_layouts: tone_map_layouts.each_ref().map(|group| layout("tone map", &[Some(group)])),
             frame_layout,
             scene_color_layout,
-            tone_map_layout,
+            tone_map_layouts,
             objects: BTreeMap::new(),
             skies: BTreeMap::new(),
             tone_maps: Vec::new(),
@@ -168,19 +168,27 @@ impl Pipelines {
         self.skies.insert(key, pipeline);
     }
 
-    /// The tone-map pipeline for a target format and curve.
+    /// Group 0 of the tone map, for so many samples per pixel.
+    pub fn tone_map_layout(&self, samples: u32) -> &wgpu::BindGroupLayout {
+        &self.tone_map_layouts[usize::from(samples > 1)]
+    }
+
+    /// The tone-map pipeline for a target format and curve, and for so many samples per pixel of what it reads.
     pub fn tone_map(
         &mut self,
         device: &wgpu::Device,
         format: wgpu::TextureFormat,
         curve: ToneMap,
+        samples: u32,
     ) -> &wgpu::RenderPipeline {
-        let key = (format, curve);
+        let multisampled = samples > 1;
+        let key = (format, curve, multisampled);
         let index = self.tone_maps.iter().position(|(k, _)| *k == key).unwrap_or_else(|| {
             let constants = [("TONE_MAP", f64::from(curve as u32))];
-            let shader = (&self.tone_map, "vs_tonemap", "fs_tonemap");
+            let fragment = if multisampled { "fs_tonemap_multisampled" } else { "fs_tonemap" };
+            let shader = (&self.tone_map, "vs_tonemap", fragment);
             let target = Some(wgpu::ColorTargetState::from(format));
-            let layout = &self.tone_map_pipeline_layout;
+            let layout = &self.tone_map_pipeline_layouts[usize::from(multisampled)];
             let pipeline = fullscreen(device, "tone map", layout, shader, &constants, &[target], None, 1);
             self.tone_maps.push((key, pipeline));
             self.tone_maps.len() - 1

@@ -1,5 +1,7 @@
-//! What a frame is drawn into before it reaches the caller's target, or beside it: depth, and linear HDR colours,
-//! multisampled and resolved.
+//! What a frame is drawn into before it reaches the caller's target, or beside it: depth and linear HDR colours, both
+//! of all samples. The tone map reads the samples of each pixel, so nothing resolves them before it: a mean of linear
+//! colours has an edge as bright as a lamp where the lamp covers a fraction of a pixel. That mean is taken only for what
+//! is to be linear: what blended objects refract, and [`super::ViewState::read_linear`].
 
 /// Linear HDR.
 pub(super) const HDR_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
@@ -17,14 +19,12 @@ pub(super) struct Targets {
     pub depth_texture: wgpu::Texture,
 }
 
-/// Linear colours.
+/// Linear colours of each sample.
 #[derive(Debug)]
 pub(super) struct Hdr {
     pub texture: wgpu::Texture,
     /// Of all of it.
     view: wgpu::TextureView,
-    /// Resolved into it.
-    multisampled: Option<wgpu::TextureView>,
     /// For the tone-map pass.
     pub source: wgpu::BindGroup,
 }
@@ -33,7 +33,7 @@ pub(super) struct Hdr {
 #[derive(Clone, Copy)]
 pub(super) struct Attachments<'a> {
     pub color: &'a wgpu::TextureView,
-    /// What `color` is resolved into in the end.
+    /// What the samples of `color` are resolved into after opaque objects.
     pub resolved: Option<&'a wgpu::TextureView>,
     pub depth: &'a wgpu::TextureView,
     /// Normals and ids that are drawn with the colour.
@@ -41,45 +41,61 @@ pub(super) struct Attachments<'a> {
 }
 
 impl Targets {
+    /// `tone_map_layout`: for so many samples.
     pub fn new(device: &wgpu::Device, tone_map_layout: &wgpu::BindGroupLayout, size: (u32, u32), samples: u32) -> Self {
         let mut usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING;
         if samples == 1 {
-            // It may be read back.
+            // They may be read back.
             usage |= wgpu::TextureUsages::COPY_SRC;
         }
         let depth_texture = texture(device, "depth", size, DEPTH_FORMAT, samples, usage);
         let depth = whole_view(&depth_texture, "depth");
-        let hdr = Hdr::new(device, tone_map_layout, size, samples);
+        let hdr = Hdr::new(device, tone_map_layout, texture(device, "hdr", size, HDR_FORMAT, samples, usage));
         Self { width: size.0, height: size.1, samples, hdr, depth, depth_texture }
     }
 
-    /// Where the scene is drawn.
-    pub fn attachments<'a>(&'a self, beside: [Option<&'a wgpu::TextureView>; 2]) -> Attachments<'a> {
-        let (color, resolved) = match &self.hdr {
-            Hdr { view, multisampled: Some(multisampled), .. } => (multisampled, Some(view)),
-            Hdr { view, .. } => (view, None),
-        };
-        Attachments { color, resolved, depth: &self.depth, beside }
+    /// Where the scene is drawn; what blended objects refract, if any does.
+    pub fn attachments<'a>(
+        &'a self,
+        scene_color: Option<&'a SceneColorCopy>,
+        beside: [Option<&'a wgpu::TextureView>; 2],
+    ) -> Attachments<'a> {
+        let resolved = scene_color.filter(|_| self.samples > 1).map(|copy| &copy.view);
+        Attachments { color: &self.hdr.view, resolved, depth: &self.depth, beside }
     }
 }
 
 impl Hdr {
-    fn new(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, size: (u32, u32), samples: u32) -> Self {
-        let attachment = wgpu::TextureUsages::RENDER_ATTACHMENT;
-        let readable = attachment | wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_SRC;
-        let texture_of = |label, samples, usage| texture(device, label, size, HDR_FORMAT, samples, usage);
-        let texture = texture_of("hdr", 1, readable);
+    fn new(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, texture: wgpu::Texture) -> Self {
         let view = whole_view(&texture, "hdr");
-        let multisampled = (samples > 1).then(|| {
-            let label = "hdr multisampled";
-            whole_view(&texture_of(label, samples, attachment), label)
-        });
+        let binding = u32::from(texture.sample_count() > 1);
         let source = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("tone map source"),
             layout,
-            entries: &[wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(&view) }],
+            entries: &[wgpu::BindGroupEntry { binding, resource: wgpu::BindingResource::TextureView(&view) }],
         });
-        Self { texture, view, multisampled, source }
+        Self { texture, view, source }
+    }
+
+    /// The colours with one sample per pixel, in a texture that can be copied: these, or their mean in linear light.
+    pub fn resolved(&self, device: &wgpu::Device, encoder: &mut wgpu::CommandEncoder) -> wgpu::Texture {
+        if self.texture.sample_count() == 1 {
+            return self.texture.clone();
+        }
+        let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
+        let size = (self.texture.width(), self.texture.height());
+        let resolved = texture(device, "hdr resolved", size, HDR_FORMAT, 1, usage);
+        drop(encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("resolve"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &self.view,
+                depth_slice: None,
+                resolve_target: Some(&whole_view(&resolved, "hdr resolved")),
+                ops: wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store },
+            })],
+            ..wgpu::RenderPassDescriptor::default()
+        }));
+        resolved
     }
 }
 
@@ -87,13 +103,17 @@ impl Hdr {
 #[derive(Debug)]
 pub(super) struct SceneColorCopy {
     pub texture: wgpu::Texture,
+    /// Of all of it.
+    view: wgpu::TextureView,
     /// As objects read it.
     pub group: wgpu::BindGroup,
 }
 
 impl SceneColorCopy {
     pub fn new(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, size: (u32, u32)) -> Self {
-        let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST;
+        let usage = wgpu::TextureUsages::TEXTURE_BINDING
+            | wgpu::TextureUsages::COPY_DST
+            | wgpu::TextureUsages::RENDER_ATTACHMENT;
         let texture = texture(device, "scene color copy", size, HDR_FORMAT, 1, usage);
         let view = whole_view(&texture, "scene color copy");
         let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
@@ -101,7 +121,7 @@ impl SceneColorCopy {
             layout,
             entries: &[wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(&view) }],
         });
-        Self { texture, group }
+        Self { texture, view, group }
     }
 
     pub fn size(&self) -> (u32, u32) {

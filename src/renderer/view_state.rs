@@ -16,7 +16,7 @@ use super::readback::Readback;
 use super::tables::GrowingBuffer;
 use super::targets::{Attachments, SceneColorCopy, Targets};
 use super::visible_counts::{CountReadback, VisibleCounts};
-use super::{DebugView, Gpu, RenderError, Settings, Uploads, read_texture};
+use super::{DebugView, Gpu, RenderError, Settings, Uploads};
 use glam::{Mat4, Vec3};
 use systems::assets::Technique;
 use systems::draw::{
@@ -166,10 +166,13 @@ impl ViewState {
     }
 
     /// The linear HDR colours of the last frame, exposed, before the tone map: RGBA, rows from the top. `None` if
-    /// nothing was prepared. Waits for the GPU.
+    /// nothing was prepared. Of several samples per pixel, their mean in linear light: of what arrives, where the
+    /// picture has the mean of what is shown. Waits for the GPU.
     pub fn read_linear(&self, gpu: &Gpu) -> Option<Vec<[f32; 4]>> {
-        let texture = &self.targets.as_ref()?.hdr.texture;
-        let bytes = read_texture(gpu, texture);
+        let label = wgpu::CommandEncoderDescriptor { label: Some("read linear") };
+        let mut encoder = gpu.device.create_command_encoder(&label);
+        let texture = self.targets.as_ref()?.hdr.resolved(&gpu.device, &mut encoder);
+        let [bytes] = Readback::default().read(gpu, encoder, &[Some(texture)]);
         let half = |b: &[u8]| half::f16::from_le_bytes([b[0], b[1]]).to_f32();
         Some(bytes.chunks_exact(8).map(|t| [half(&t[0..]), half(&t[2..]), half(&t[4..]), half(&t[6..])]).collect())
     }
@@ -181,7 +184,7 @@ impl ViewState {
 
     /// What the passes over the scene draw into.
     pub(super) fn attachments<'a>(&'a self, targets: &'a Targets) -> Attachments<'a> {
-        targets.attachments(self.output_textures.attached(self.pass.sky().beside))
+        targets.attachments(self.scene_color.as_ref(), self.output_textures.attached(self.pass.sky().beside))
     }
 
     /// What every pass binds as group 0; `None` before the first `prepare`.
@@ -277,7 +280,7 @@ impl ViewState {
             // What there is no memory for fails again where it is used.
             let invalid = device.push_error_scope(wgpu::ErrorFilter::Validation);
             let no_memory = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
-            let targets = Targets::new(device, &pipelines.tone_map_layout, size, samples);
+            let targets = Targets::new(device, pipelines.tone_map_layout(samples), size, samples);
             let errors = [no_memory.pop(), invalid.pop()].map(pollster::block_on);
             if let Some(error) = errors.into_iter().flatten().next() {
                 return Err(RenderError::NoMemory { size: size.into(), samples, reason: error.to_string() });
