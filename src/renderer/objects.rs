@@ -3,7 +3,7 @@
 use super::culling::{ARGUMENT_BYTES, Phase};
 use super::encode::{Leaves, begin_forward};
 use super::pass::Pass;
-use super::targets::Attachments;
+use super::targets::{Attachments, SceneColorCopy};
 use super::{Renderer, ViewState};
 use systems::assets::Technique;
 use systems::draw::BatchKey;
@@ -46,8 +46,9 @@ impl Renderer {
         self.draws_of(view).list.iter().any(|draw| is_embossed(view, draw.key))
     }
 
-    fn bind_meshes(&self, pass: &mut wgpu::RenderPass<'_>, view: &ViewState) {
-        pass.set_bind_group(2, &view.scene_color.as_ref().unwrap_or(&self.no_scene_color).group, &[]);
+    /// `behind`: what blended objects refract.
+    fn bind_meshes(&self, pass: &mut wgpu::RenderPass<'_>, behind: Option<&SceneColorCopy>) {
+        pass.set_bind_group(2, &behind.unwrap_or(&self.no_scene_color).group, &[]);
         pass.set_vertex_buffer(0, self.meshes.vertices.buffer().slice(..));
         pass.set_index_buffer(self.meshes.indices.buffer().slice(..), wgpu::IndexFormat::Uint32);
     }
@@ -72,7 +73,8 @@ impl Renderer {
         kind: Pass,
         phase: Phase,
     ) -> (u32, u32) {
-        self.bind_meshes(pass, view);
+        // What lies behind blended objects is resolved by this very pass.
+        self.bind_meshes(pass, None);
         let first_instance = self.gpu.device.features().contains(wgpu::Features::INDIRECT_FIRST_INSTANCE);
         let (visible, arguments) = (view.culled.visible(), view.culled.arguments(phase));
         let list = &self.draws_of(view).list;
@@ -113,7 +115,7 @@ impl Renderer {
     pub(super) fn draw_blended(&self, pass: &mut wgpu::RenderPass<'_>, view: &ViewState, kind: Pass) -> u32 {
         let mut draws = 0;
         if !view.blended_runs.is_empty() {
-            self.bind_meshes(pass, view);
+            self.bind_meshes(pass, view.scene_color.as_ref());
             pass.set_vertex_buffer(1, view.blended.buffer().slice(..));
         }
         for run in &view.blended_runs {

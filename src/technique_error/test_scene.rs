@@ -221,7 +221,7 @@ impl TestScene {
         self.simulation.world.insert_resource(dark);
     }
 
-    /// The picture in linear light, before it is cut at 1; as the renderer smooths it.
+    /// The picture in linear light, before it is cut at 1: the mean of as many samples as pictures have.
     pub fn linear(&mut self, size: (u32, u32), shown: Shown, lit: Lit) -> Result<Vec<Vec3>, FrameError> {
         self.linear_of_samples(size, shown, lit, Settings::default().samples)
     }
