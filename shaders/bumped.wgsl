@@ -15,6 +15,8 @@ struct Bump {
     elevations: array<vec4f, 2>,
     // dot3: as the normal map has it, in tangent space; with the constant vector in world space.
     packed_normal: vec3f,
+    // Specular antialiasing: the variance of the slopes that the normal map's texel is the mean of.
+    slopes: f32,
     // perturbed_uv: how far the surface's offset goes, world space, along the surface.
     offset: vec3f,
     slot: u32,
@@ -54,14 +56,15 @@ fn bumped(material: Material, in: VertexOut, uvs: Uvs, dp_dx: vec3f, dp_dy: vec3
     } else if TECHNIQUE == TECHNIQUE_PERTURBED_UV {
         bump.offset = environment_offset(material, frame, uvs);
     } else if TECHNIQUE != TECHNIQUE_OFF && !is_emboss() {
-        let texel = sample(normal_or_offset_maps, normal_or_offset_sampler, material, MAP_NORMAL, bump.uvs).xyz;
+        let texel = sample(normal_or_offset_maps, normal_or_offset_sampler, material, MAP_NORMAL, bump.uvs);
+        bump.slopes = averaged_slopes(texel.a, material.normal_scale);
         var turned = frame;
         if TRANSFORMED_UVS {
             turned = turned_frame(frame, material.image_from_mesh_uv[MAP_NORMAL]);
         }
-        normal = normal_mapped(turned, texel, material.normal_scale);
+        normal = normal_mapped(turned, texel.xyz, material.normal_scale);
         if is_dot3() {
-            let n = side * unpacked(texel) * vec3f(vec2f(material.normal_scale), 1.0);
+            let n = side * unpacked(texel.xyz) * vec3f(vec2f(material.normal_scale), 1.0);
             if TECHNIQUE == TECHNIQUE_DOT3 {
                 bump.packed_normal = n;
             } else {

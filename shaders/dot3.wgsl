@@ -131,5 +131,6 @@ fn dot3_reflection(surface: Surface, bump: Bump, number: u32, slot: u32, light: 
     }
     let cosine = combined(bump.packed_normal, halfway);
     let highlight = select(0.0, pow(max(cosine, 1e-10), exponent), diffuse > 0.0 && (cosine > 0.0 || exponent == 0.0));
-    return surface.diffuse * diffuse + surface.specular * highlight;
+    let matte = surface.diffuse * (diffuse * surface.diffuse_scale);
+    return matte + surface.specular * (highlight * surface.highlight_scale);
 }

@@ -290,6 +290,10 @@ fn shaded(in: VertexOut, front: bool) -> Shaded {
     let uvs = Uvs(in.uvs, dpdx(in.uvs), dpdy(in.uvs));
     let dp_dx = dpdx(in.position);
     let dp_dy = dpdy(in.position);
+    var curved = 0.0;
+    if SPECULAR_AA {
+        curved = curved_slopes(in.normal);
+    }
     let instance = load_instance(in.slot);
     let material = load_material(instance.material);
     let bump = bumped(material, in, uvs, dp_dx, dp_dy, front);
@@ -301,6 +305,12 @@ fn shaded(in: VertexOut, front: bool) -> Shaded {
     surface.position = bump.position;
     surface.normal = bump.normal;
     surface.toward_eye = toward_eye(bump.position);
+    surface.diffuse_scale = 1.0;
+    surface.highlight_scale = 1.0;
+    surface.visibility_gloss = surface.gloss;
+    if SPECULAR_AA {
+        surface = widened(surface, bump.slopes + curved);
+    }
     var color = surface.diffuse;
     if DEBUG != 0u {
         color = debug_color(surface, base.rgb, instance, in.tangent.xyz);

@@ -76,6 +76,11 @@ struct Surface {
     specular_90: vec3f,
     // Phong, Blinn: the exponent; GGX: roughness α = perceptual roughness squared.
     gloss: f32,
+    // What specular antialiasing changes beside gloss. What the diffuse part is multiplied with, and the highlights of
+    // Phong, Blinn and dot3; GGX: roughness α of the visibility.
+    diffuse_scale: f32,
+    highlight_scale: f32,
+    visibility_gloss: f32,
 }
 
 // Phong's and Blinn's models: diffuse · max(n·l, 0) + specular · S, S = max(r·v, 0)^shininess or max(n·h, 0)^shininess,
@@ -89,7 +94,7 @@ fn classic_reflection(surface: Surface, toward: vec3f, blinn: bool) -> vec3f {
     let halfway = normalize(toward + surface.toward_eye);
     let cosine = select(dot(reflected, surface.toward_eye), dot(surface.normal, halfway), blinn);
     let highlight = select(0.0, pow(max(cosine, 1e-10), surface.gloss), cosine > 0.0 || surface.gloss == 0.0);
-    return surface.diffuse * n_l + surface.specular * highlight;
+    return surface.diffuse * (n_l * surface.diffuse_scale) + surface.specular * (highlight * surface.highlight_scale);
 }
 
 // glTF 2.0, appendix B.3: GGX distribution, height-correlated Smith visibility, Schlick's Fresnel. Times π, so that a
@@ -106,9 +111,11 @@ fn ggx_reflection(surface: Surface, toward: vec3f) -> vec3f {
     let a2 = surface.gloss * surface.gloss;
     let f = n_h * n_h * (a2 - 1.0) + 1.0;
     let distribution_times_pi = a2 / (f * f);
-    let visibility = 0.5 / (n_l * sqrt(n_v * n_v * (1.0 - a2) + a2) + n_v * sqrt(n_l * n_l * (1.0 - a2) + a2));
+    let v2 = surface.visibility_gloss * surface.visibility_gloss;
+    let visibility = 0.5 / (n_l * sqrt(n_v * n_v * (1.0 - v2) + v2) + n_v * sqrt(n_l * n_l * (1.0 - v2) + v2));
     let fresnel = surface.specular + (surface.specular_90 - surface.specular) * pow(1.0 - v_h, 5.0);
-    return ((1.0 - fresnel) * surface.diffuse + fresnel * visibility * distribution_times_pi) * n_l;
+    let diffuse = (1.0 - fresnel) * surface.diffuse * surface.diffuse_scale;
+    return (diffuse + fresnel * visibility * distribution_times_pi) * n_l;
 }
 
 // Share of surrounding light that a GGX surface mirrors: Karis' fit for mobile ("Physically Based Shading on Mobile",

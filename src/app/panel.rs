@@ -159,6 +159,7 @@ fn picture(ui: &mut Ui, viewer: &mut Viewer) {
     let mut hidden = settings.occlusion != Occlusion::Off;
     ui.checkbox(&mut hidden, "occlusion culling");
     settings.occlusion = if hidden { Occlusion::Auto } else { Occlusion::Off };
+    ui.checkbox(&mut settings.specular_aa, "specular antialiasing");
     let mut environment = world.resource_mut::<Environment>();
     let (mut tone_map, mut exposure) = (environment.tone_map, environment.exposure);
     choice(ui, "tone map", |ui| {

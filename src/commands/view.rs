@@ -47,6 +47,10 @@ pub struct ViewArgs {
     /// in one pass
     #[arg(long, default_value = "4", value_name = "1|4", value_parser = arguments::parse_samples)]
     pub samples: u32,
+    /// Specular antialiasing: wider highlights where a pixel shows many normals, of bumps far away or of curved meshes
+    #[arg(long, value_name = "on | off", default_value = "on", action = ArgAction::Set)]
+    #[arg(value_parser = arguments::named("value", &ON_OFF))]
+    pub specular_aa: bool,
     /// Compress textures to BC7, a quarter of the memory, where no loss is visible; kept in the cache
     #[arg(long, value_name = "on | off", default_value = "off", action = ArgAction::Set)]
     #[arg(value_parser = arguments::named("value", &ON_OFF))]
@@ -85,6 +89,7 @@ impl ViewArgs {
             levels: self.levels,
             occlusion: self.occlusion,
             samples: self.samples,
+            specular_aa: self.specular_aa,
             ..Settings::default()
         }
     }

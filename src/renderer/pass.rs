@@ -19,6 +19,7 @@ pub(super) enum Pass {
         lights: LightFeatures,
         debug: DebugView,
         samples: u32,
+        specular_aa: bool,
         /// What is written beside the colour.
         beside: Attached,
     },

@@ -198,10 +198,10 @@ impl Pipelines {
 }
 
 /// What the forward shader's overrides are in a pass over objects of a kind.
-pub(super) fn object_constants(pass: Pass, key: PipelineKey) -> [(&'static str, f64); 14] {
-    let debug = match pass {
-        Pass::Color { debug, .. } => debug,
-        Pass::Emboss { .. } | Pass::Outputs(_) => DebugView::Off,
+pub(super) fn object_constants(pass: Pass, key: PipelineKey) -> [(&'static str, f64); 15] {
+    let (debug, specular_aa) = match pass {
+        Pass::Color { debug, specular_aa, .. } => (debug, specular_aa),
+        Pass::Emboss { .. } | Pass::Outputs(_) => (DebugView::Off, false),
     };
     let lights = match pass {
         Pass::Color { lights, .. } | Pass::Emboss { lights, .. } => lights,
@@ -223,6 +223,7 @@ pub(super) fn object_constants(pass: Pass, key: PipelineKey) -> [(&'static str, 
         ("LIGHTS_WITH_ATTENUATION", f64::from(u32::from(lights.attenuation))),
         ("LIGHTS_WITH_CONES", f64::from(u32::from(lights.cones))),
         ("LIGHTS_WITH_AMBIENT", f64::from(u32::from(lights.ambient))),
+        ("SPECULAR_AA", f64::from(u32::from(specular_aa))),
         ("DEBUG", f64::from(debug as u32)),
         ("EMBOSS_STEP", f64::from(emboss_step)),
         ("EMBOSS_LIGHT", f64::from(emboss_light)),

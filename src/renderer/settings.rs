@@ -125,6 +125,9 @@ pub struct Settings {
     pub levels: LevelOfDetail,
     /// Samples per pixel: 4, or 1 for comparing single samples.
     pub samples: u32,
+    /// Specular antialiasing: highlights are as much wider as the normals within a pixel spread, those of bumps that
+    /// smaller mip levels average away and those of the curved mesh.
+    pub specular_aa: bool,
     /// The entity (its index) that debug views point out.
     pub picked_entity: Option<u32>,
     /// Whether objects that others hide are left out.
@@ -151,6 +154,7 @@ impl Default for Settings {
             debug: DebugView::Off,
             levels: LevelOfDetail::default(),
             samples: 4,
+            specular_aa: true,
             picked_entity: None,
             occlusion: Occlusion::Auto,
             outputs: OutputSet::COLOR,

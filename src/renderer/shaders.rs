@@ -15,6 +15,7 @@ pub const FORWARD: &str = shader!(
     "dot3.wgsl",
     "environment_bump.wgsl",
     "lighting.wgsl",
+    "specular_aa.wgsl",
     "debug.wgsl",
     "forward.wgsl"
 );
@@ -136,7 +137,7 @@ mod tests {
     }
 
     /// Constants that only shaders have, and why.
-    const SHADERS_OWN: [(&str, &str); 18] = [
+    const SHADERS_OWN: [(&str, &str); 20] = [
         ("LEVEL_MASK", "a bit of `visibility`, which no other program reads"),
         ("IN_VIEW", "a bit of `visibility`"),
         ("SEEN", "a bit of `visibility`"),
@@ -154,6 +155,8 @@ mod tests {
         ("MOST_STEPS", "how far a ray is followed"),
         ("MOST_SHADOW_STEPS", "how far a ray is followed"),
         ("HORIZON_SOFTNESS", "a part of the techniques' formulas"),
+        ("PIXEL_VARIANCE", "a part of the formula of specular antialiasing"),
+        ("MOST_CURVED", "a part of the formula of specular antialiasing"),
         ("PI", "π"),
     ];
 

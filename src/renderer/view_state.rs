@@ -228,6 +228,7 @@ impl ViewState {
             lights: list.light_features,
             debug: settings.debug,
             samples: settings.samples,
+            specular_aa: settings.specular_aa,
             beside,
         };
         self.pass = pass(Attached::default());

@@ -2,12 +2,12 @@
 //!
 //! Levels are made here rather than on the GPU so that every adapter draws the same texels. Each is a box filter of
 //! the one above, weighted exactly where a size is odd: colour in linear light, and by its alpha where that hides it
-//! (`alpha.rs`); normals renormalised.
+//! (`alpha.rs`); normals renormalised, and in alpha how far those that they are the mean of spread (`spread`).
 
 use super::alpha;
 use super::color::{linear_from_srgb, srgb_from_linear};
 use super::slots::slot_id;
-use glam::Vec4;
+use glam::{Vec3, Vec4};
 
 /// Names an [`Image`] of the [`Library`](crate::assets::Library).
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
@@ -41,7 +41,8 @@ pub enum ImageKind {
     },
     /// Linear values.
     Data,
-    /// Tangent-space unit vectors, (0.5, 0.5, 1) flat; linear.
+    /// Tangent-space unit vectors, (0.5, 0.5, 1) flat; linear. Alpha is 1 − √(1 − |m|²), where m is the mean of the
+    /// finest level's normals that a texel stands for: 1 in that level, whatever it was.
     Normal,
     /// Heights, 0 deepest to 1 highest; linear. Red alone is read.
     Height,
@@ -205,6 +206,9 @@ impl Image {
         {
             self.kind = ImageKind::Color;
         }
+        if self.kind == ImageKind::Normal {
+            self.levels[0].chunks_exact_mut(S::BYTES).for_each(|texel| S::set_alpha(texel, 1.0));
+        }
         for level in 1..level_count(self.width, self.height) {
             let (from, to) =
                 (level_size(self.width, self.height, level - 1), level_size(self.width, self.height, level));
@@ -338,53 +342,80 @@ fn axis_weights<const TAPS: usize>(source: u32, target: u32) -> Vec<(usize, [f32
         .collect()
 }
 
+/// How far unit vectors with that mean spread: √(1 − |mean|²), 0 for equal ones to 1. Where all lean equally far from
+/// their mean it is the sine of that angle. Its square is the sum of their components' variances, of which shaders make
+/// a highlight's width (`shaders/specular_aa.wgsl`); its root has enough steps in eight bits.
+fn spread(mean: Vec3) -> f32 {
+    (1.0 - mean.length_squared()).max(0.0).sqrt()
+}
+
+/// What the box filter weighs texels by.
+const EVENLY: u8 = 0;
+const BY_ALPHA: u8 = 1;
+const AS_NORMALS: u8 = 2;
+
 /// The level below: from stored texels to stored texels, without a copy of the image in floats between.
 fn halve<S: Store>(store: &S, source: &[u8], from: (u32, u32), to: (u32, u32), kind: ImageKind) -> Vec<u8> {
     // Even sides, as nearly all are, need two texels and not three: a loop of known length, and three times as fast.
     match (from == (2 * to.0, 2 * to.1), kind) {
-        (true, ImageKind::Blended | ImageKind::Masked { .. }) => filter::<S, 2, true>(store, source, from, to, kind),
-        (false, ImageKind::Blended | ImageKind::Masked { .. }) => filter::<S, 3, true>(store, source, from, to, kind),
-        (true, _) => filter::<S, 2, false>(store, source, from, to, kind),
-        (false, _) => filter::<S, 3, false>(store, source, from, to, kind),
+        (true, ImageKind::Blended | ImageKind::Masked { .. }) => filter::<S, 2, BY_ALPHA>(store, source, from, to),
+        (false, ImageKind::Blended | ImageKind::Masked { .. }) => filter::<S, 3, BY_ALPHA>(store, source, from, to),
+        (true, ImageKind::Normal) => filter::<S, 2, AS_NORMALS>(store, source, from, to),
+        (false, ImageKind::Normal) => filter::<S, 3, AS_NORMALS>(store, source, from, to),
+        (true, _) => filter::<S, 2, EVENLY>(store, source, from, to),
+        (false, _) => filter::<S, 3, EVENLY>(store, source, from, to),
     }
 }
 
-/// [`halve`] where a target texel takes up to so many source texels along an axis, and colour counts by alpha or not.
-/// Where all of a target's texels are clear, their colours count alike.
-fn filter<S: Store, const TAPS: usize, const BY_ALPHA: bool>(
+/// [`halve`] where a target texel takes up to so many source texels along an axis. Where all of a target's texels are
+/// clear, their colours count alike.
+fn filter<S: Store, const TAPS: usize, const WEIGHED: u8>(
     store: &S,
     source: &[u8],
     (sw, sh): (u32, u32),
     (tw, th): (u32, u32),
-    kind: ImageKind,
 ) -> Vec<u8> {
     let (columns, rows) = (axis_weights::<TAPS>(sw, tw), axis_weights::<TAPS>(sh, th));
     let stride = sw as usize * S::BYTES;
     let mut target = Vec::with_capacity((tw * th) as usize * S::BYTES);
     for &(y0, wy) in &rows {
         for &(x0, wx) in &columns {
-            let (mut sum, mut seen) = (Vec4::ZERO, Vec4::ZERO);
+            let (mut sum, mut seen, mut mean) = (Vec4::ZERO, Vec4::ZERO, Vec3::ZERO);
             for (ky, &wy) in wy.iter().enumerate().filter(|(_, w)| TAPS == 2 || **w > 0.0) {
                 let row = &source[(y0 + ky) * stride..][..stride];
                 for (kx, &wx) in wx.iter().enumerate().filter(|(_, w)| TAPS == 2 || **w > 0.0) {
-                    let texel = store.decode(&row[(x0 + kx) * S::BYTES..][..S::BYTES]) * (wx * wy);
+                    let stored = store.decode(&row[(x0 + kx) * S::BYTES..][..S::BYTES]);
+                    let texel = stored * (wx * wy);
                     sum += texel;
-                    if BY_ALPHA {
+                    if WEIGHED == BY_ALPHA {
                         seen += texel * (texel.w / (wx * wy));
+                    }
+                    if WEIGHED == AS_NORMALS {
+                        mean += mean_normal(stored) * (wx * wy);
                     }
                 }
             }
-            if BY_ALPHA && sum.w > 0.0 {
+            if WEIGHED == BY_ALPHA && sum.w > 0.0 {
                 sum = (seen.truncate() / sum.w).extend(sum.w);
             }
-            if kind == ImageKind::Normal {
-                let normal = (sum.truncate() * 2.0 - 1.0).try_normalize().unwrap_or(glam::Vec3::Z);
-                sum = (normal * 0.5 + 0.5).extend(sum.w);
+            if WEIGHED == AS_NORMALS {
+                sum = (unit(sum.truncate()) * 0.5 + 0.5).extend(1.0 - spread(mean));
             }
             store.encode(sum, &mut target);
         }
     }
     target
+}
+
+/// The normal that a normal map's colour stands for.
+fn unit(color: Vec3) -> Vec3 {
+    (color * 2.0 - 1.0).try_normalize().unwrap_or(Vec3::Z)
+}
+
+/// The mean of the normals that a normal map's texel stands for: as much shorter than 1 as they spread.
+fn mean_normal(texel: Vec4) -> Vec3 {
+    let spread = 1.0 - texel.w;
+    unit(texel.truncate()) * (1.0 - spread * spread).max(0.0).sqrt()
 }
 
 static LINEAR_FROM_UNORM8: std::sync::LazyLock<[f32; 256]> =
@@ -447,6 +478,29 @@ mod tests {
     fn averaged_normals_are_unit_again() {
         let left_right = vec![218, 128, 218, 255, 38, 128, 218, 255]; // ±45° about v
         let image = Image::rgba8("n", 2, 1, ImageKind::Normal, left_right);
-        assert_eq!(image.levels[1], [128, 128, 255, 255]);
+        // sin 45°, by the angle that the bytes have: 90 / 127.5 both ways.
+        assert_eq!(image.levels[1], [128, 128, 255, 75]);
+    }
+
+    #[test]
+    fn levels_keep_how_far_the_normals_of_the_finest_spread() {
+        // Alike in pairs, so that the second level adds nothing; alpha in files does not count.
+        let (left, right) = ([38, 128, 218, 9], [218, 128, 218, 200]);
+        let image = Image::rgba8("n", 4, 1, ImageKind::Normal, [left, left, right, right].concat());
+        assert_eq!(
+            image.levels[0],
+            [[38, 128, 218, 255]; 2].into_iter().chain([[218, 128, 218, 255]; 2]).flatten().collect::<Vec<_>>()
+        );
+        assert_eq!(image.levels[1], [38, 128, 218, 255, 218, 128, 218, 255]);
+        assert_eq!(image.levels[2], [128, 128, 255, 75]);
+        // A quarter left, the rest right: |m|² is ½ + ½ · ¼. A level in between rounds once more.
+        let image = Image::rgba8("n", 4, 1, ImageKind::Normal, [left, right, right, right].concat());
+        let kept = 1.0 - f32::from(image.levels[2][3]) / 255.0;
+        assert!((kept - 0.375f32.sqrt()).abs() < 1.5 / 255.0, "{kept}");
+        // The same in half floats, and where a side is odd.
+        let wide = |texel: [u8; 4]| Vec4::from_array(texel.map(f32::from)) / 255.0;
+        let image = Image::rgba16("n", 3, 1, ImageKind::Normal, &[wide(left), wide(right), wide(right)]);
+        let kept = 1.0 - <Rgba16Float as Store>::alpha(&image.levels[1]);
+        assert!((kept - (1.0f32 - 0.5 - 0.5 / 9.0).sqrt()).abs() < 4e-3, "{kept}");
     }
 }
