@@ -9,7 +9,8 @@ const PIXEL_VARIANCE: f32 = 0.0833333;
 const MOST_CURVED: f32 = 0.18;
 
 // The variance of the slopes that a normal map's texel is the mean of, the sum of both axes'. Its alpha is 1 − sin θ
-// where all normals lean by θ from their mean (systems/assets/image.rs); slopes are tan θ times the material's scale.
+// where all normals lean by θ from their mean (`spread` in systems/assets/image.rs has others); slopes are tan θ times
+// the material's scale.
 fn averaged_slopes(alpha: f32, scale: f32) -> f32 {
     let sine = min(1.0 - alpha, 0.99);
     return sine * sine * scale * scale / (1.0 - sine * sine);

@@ -41,8 +41,8 @@ pub enum ImageKind {
     },
     /// Linear values.
     Data,
-    /// Tangent-space unit vectors, (0.5, 0.5, 1) flat; linear. Alpha is 1 − √(1 − |m|²), where m is the mean of the
-    /// finest level's normals that a texel stands for: 1 in that level, whatever it was.
+    /// Tangent-space unit vectors, (0.5, 0.5, 1) flat; linear. Alpha is made with the levels, whatever it was: 1 − how
+    /// far the normals of the finest level spread that a texel stands for, so 1 in that level.
     Normal,
     /// Heights, 0 deepest to 1 highest; linear. Red alone is read.
     Height,
@@ -342,12 +342,39 @@ fn axis_weights<const TAPS: usize>(source: u32, target: u32) -> Vec<(usize, [f32
         .collect()
 }
 
-/// How far unit vectors with that mean spread: √(1 − |mean|²), 0 for equal ones to 1. Where all lean equally far from
-/// their mean it is the sine of that angle. Its square is the sum of their components' variances, of which shaders make
-/// a highlight's width (`shaders/specular_aa.wgsl`); its root has enough steps in eight bits.
-fn spread(mean: Vec3) -> f32 {
-    (1.0 - mean.length_squared()).max(0.0).sqrt()
+/// The exponent of the lobe (n·h)^s whose peak a level keeps, see [`spread`]: that of usual highlights.
+const KEPT_LOBE: f32 = 32.0;
+
+/// How far the normals spread of texels of a normal map that a smaller level shows as one, given with their weights, 0 to
+/// 1: the sine of the angle by which normals would lean from theirs in all directions alike to widen a highlight as much.
+///
+/// Normals that lie about theirs as a bell curve widen by the variance of their slopes (Olano, Baker: "LEAN Mapping",
+/// 2010; the sum of both axes). Most surfaces have flat tops and steep joints instead. Their highlight is less wide: a
+/// part of the normals has all of it. So the variance is no more than that of the bell curve whose highlight has the same
+/// peak: Σ w exp(−½ s d²/(1 + ½ s t))/(1 + ½ s t) = 1/(1 + ½ s t′), with each texel's own variance t and slope d
+/// from the mean.
+fn spread(normal: Vec3, texels: &[(Vec4, f32)]) -> f32 {
+    let (mut mean, mut peak) = (Vec3::ZERO, 0.0);
+    for &(texel, weight) in texels {
+        let (own, variance) = (unit(texel.truncate()), slope_variance(1.0 - texel.w));
+        mean += own * (weight / (1.0 + variance).sqrt());
+        let cosine = own.dot(normal).max(0.05);
+        let (away, wider) = (1.0 / (cosine * cosine) - 1.0, 1.0 + 0.5 * KEPT_LOBE * variance);
+        peak += weight * (-0.5 * KEPT_LOBE * away / wider).exp() / wider;
+    }
+    let (exact, by_peak) = (1.0 / mean.length_squared() - 1.0, 2.0 / KEPT_LOBE * (1.0 / peak - 1.0));
+    let variance = exact.min(by_peak).clamp(0.0, MOST_VARIANCE);
+    (variance / (1.0 + variance)).sqrt()
 }
+
+/// The variance of slopes, the sum of both axes', of normals that spread so far.
+fn slope_variance(spread: f32) -> f32 {
+    let square = spread * spread;
+    (square / (1.0 - square).max(f32::EPSILON)).min(MOST_VARIANCE)
+}
+
+/// Normals along the surface have slopes without end.
+const MOST_VARIANCE: f32 = 50.0;
 
 /// What the box filter weighs texels by.
 const EVENLY: u8 = 0;
@@ -380,7 +407,8 @@ fn filter<S: Store, const TAPS: usize, const WEIGHED: u8>(
     let mut target = Vec::with_capacity((tw * th) as usize * S::BYTES);
     for &(y0, wy) in &rows {
         for &(x0, wx) in &columns {
-            let (mut sum, mut seen, mut mean) = (Vec4::ZERO, Vec4::ZERO, Vec3::ZERO);
+            let (mut sum, mut seen) = (Vec4::ZERO, Vec4::ZERO);
+            let (mut taps, mut count) = ([(Vec4::ZERO, 0.0); 9], 0);
             for (ky, &wy) in wy.iter().enumerate().filter(|(_, w)| TAPS == 2 || **w > 0.0) {
                 let row = &source[(y0 + ky) * stride..][..stride];
                 for (kx, &wx) in wx.iter().enumerate().filter(|(_, w)| TAPS == 2 || **w > 0.0) {
@@ -391,7 +419,8 @@ fn filter<S: Store, const TAPS: usize, const WEIGHED: u8>(
                         seen += texel * (texel.w / (wx * wy));
                     }
                     if WEIGHED == AS_NORMALS {
-                        mean += mean_normal(stored) * (wx * wy);
+                        taps[count] = (stored, wx * wy);
+                        count += 1;
                     }
                 }
             }
@@ -399,7 +428,8 @@ fn filter<S: Store, const TAPS: usize, const WEIGHED: u8>(
                 sum = (seen.truncate() / sum.w).extend(sum.w);
             }
             if WEIGHED == AS_NORMALS {
-                sum = (unit(sum.truncate()) * 0.5 + 0.5).extend(1.0 - spread(mean));
+                let normal = unit(sum.truncate());
+                sum = (normal * 0.5 + 0.5).extend(1.0 - spread(normal, &taps[..count]));
             }
             store.encode(sum, &mut target);
         }
@@ -410,12 +440,6 @@ fn filter<S: Store, const TAPS: usize, const WEIGHED: u8>(
 /// The normal that a normal map's colour stands for.
 fn unit(color: Vec3) -> Vec3 {
     (color * 2.0 - 1.0).try_normalize().unwrap_or(Vec3::Z)
-}
-
-/// The mean of the normals that a normal map's texel stands for: as much shorter than 1 as they spread.
-fn mean_normal(texel: Vec4) -> Vec3 {
-    let spread = 1.0 - texel.w;
-    unit(texel.truncate()) * (1.0 - spread * spread).max(0.0).sqrt()
 }
 
 static LINEAR_FROM_UNORM8: std::sync::LazyLock<[f32; 256]> =
@@ -486,6 +510,7 @@ mod tests {
     fn levels_keep_how_far_the_normals_of_the_finest_spread() {
         // Alike in pairs, so that the second level adds nothing; alpha in files does not count.
         let (left, right) = ([38, 128, 218, 9], [218, 128, 218, 200]);
+        let wide = |texel: [u8; 4]| (Vec4::from_array(texel.map(f32::from)) / 255.0).with_w(1.0);
         let image = Image::rgba8("n", 4, 1, ImageKind::Normal, [left, left, right, right].concat());
         assert_eq!(
             image.levels[0],
@@ -497,8 +522,10 @@ mod tests {
         let image = Image::rgba8("n", 4, 1, ImageKind::Normal, [left, right, right, right].concat());
         let kept = 1.0 - f32::from(image.levels[2][3]) / 255.0;
         assert!((kept - 0.375f32.sqrt()).abs() < 1.5 / 255.0, "{kept}");
+        // Three flat, one at 45°: the flat ones keep three quarters of the peak, 2/32 · (4/3 − 1) is the variance.
+        let texels = [(Vec4::new(0.5, 0.5, 1.0, 1.0), 0.75), (wide(right), 0.25)];
+        assert!((spread(Vec3::Z, &texels) - (1.0f32 / 49.0).sqrt()).abs() < 1e-3);
         // The same in half floats, and where a side is odd.
-        let wide = |texel: [u8; 4]| Vec4::from_array(texel.map(f32::from)) / 255.0;
         let image = Image::rgba16("n", 3, 1, ImageKind::Normal, &[wide(left), wide(right), wide(right)]);
         let kept = 1.0 - <Rgba16Float as Store>::alpha(&image.levels[1]);
         assert!((kept - (1.0f32 - 0.5 - 0.5 / 9.0).sqrt()).abs() < 4e-3, "{kept}");
