@@ -343,7 +343,7 @@ fn axis_weights<const TAPS: usize>(source: u32, target: u32) -> Vec<(usize, [f32
 }
 
 /// The exponent of the lobe (n·h)^s whose peak a level keeps, see [`spread`]: that of usual highlights.
-const KEPT_LOBE: f32 = 32.0;
+const KEPT_LOBE: f32 = 64.0;
 
 /// How far the normals spread of texels of a normal map that a smaller level shows as one, given with their weights, 0 to
 /// 1: the sine of the angle by which normals would lean from theirs in all directions alike to widen a highlight as much.
@@ -522,9 +522,9 @@ mod tests {
         let image = Image::rgba8("n", 4, 1, ImageKind::Normal, [left, right, right, right].concat());
         let kept = 1.0 - f32::from(image.levels[2][3]) / 255.0;
         assert!((kept - 0.375f32.sqrt()).abs() < 1.5 / 255.0, "{kept}");
-        // Three flat, one at 45°: the flat ones keep three quarters of the peak, 2/32 · (4/3 − 1) is the variance.
+        // Three flat, one at 45°: the flat ones keep three quarters of the peak, 2/64 · (4/3 − 1) is the variance.
         let texels = [(Vec4::new(0.5, 0.5, 1.0, 1.0), 0.75), (wide(right), 0.25)];
-        assert!((spread(Vec3::Z, &texels) - (1.0f32 / 49.0).sqrt()).abs() < 1e-3);
+        assert!((spread(Vec3::Z, &texels) - (1.0f32 / 97.0).sqrt()).abs() < 1e-3);
         // The same in half floats, and where a side is odd.
         let image = Image::rgba16("n", 3, 1, ImageKind::Normal, &[wide(left), wide(right), wide(right)]);
         let kept = 1.0 - <Rgba16Float as Store>::alpha(&image.levels[1]);
