@@ -236,23 +236,44 @@ fn lit(surface: Surface, bump: Bump, material: Material, instance: Instance, occ
     // A count that is not known before keeps compilers from unrolling, so that an object with one light pays for one; it
     // is asked at the end of the loop: where it comes first, Mesa's software driver, which runs eight pixels in step,
     // runs the body once more for none of them.
-    var chosen = vec3u(instance.lights[0], instance.lights[1], instance.lights[2]);
-    var weights = vec3f(instance.weights[0], instance.weights[1], instance.weights[2]);
-    let count = dot(vec3u(1u), select(vec3u(1u), vec3u(0u), chosen == vec3u(NO_LIGHT))) + instance.listed;
+    let lights = vec3u(instance.lights[0], instance.lights[1], instance.lights[2]);
+    let count = dot(vec3u(1u), select(vec3u(1u), vec3u(0u), lights == vec3u(NO_LIGHT))) + instance.listed;
     if count > 0u {
         var number = 0u;
-        loop {
-            color += weights.x * reflected(surface, bump, material, number, chosen.x, eye);
-            weights = vec3f(weights.yz, 0.0);
-            chosen = vec3u(chosen.yz, NO_LIGHT);
-            number++;
-            if number >= count {
-                break;
+        if LIGHT_LISTS {
+            // Words of lights, four at a time, or five at first.
+            var words = vec4u(instance.chosen, instance.first_listed.x);
+            var fifth = instance.first_listed.y;
+            var list = instance.list;
+            var end = 5u;
+            loop {
+                loop {
+                    let weight = f32(words.x & 1023u) / 1023.0;
+                    color += weight * reflected(surface, bump, material, number, words.x >> 10u, eye);
+                    words = vec4u(words.yzw, fifth);
+                    number++;
+                    if number >= min(count, end) {
+                        break;
+                    }
+                }
+                if number >= count {
+                    break;
+                }
+                words = texel_of(list);
+                list++;
+                end += 4u;
             }
-            if LIGHT_LISTS && number >= 3u {
-                let light = listed_light(instance.list, number - 3u);
-                chosen.x = light >> 10u;
-                weights.x = f32(light & 1023u) / 1023.0;
+        } else {
+            var chosen = lights;
+            var weights = vec3f(instance.weights[0], instance.weights[1], instance.weights[2]);
+            loop {
+                color += weights.x * reflected(surface, bump, material, number, chosen.x, eye);
+                weights = vec3f(weights.yz, 0.0);
+                chosen = vec3u(chosen.yz, NO_LIGHT);
+                number++;
+                if number >= count {
+                    break;
+                }
             }
         }
     }

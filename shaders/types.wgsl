@@ -36,6 +36,8 @@ struct PackedInstance {
 
 struct Instance {
     world_from_object: array<vec4f, 3>,
+    // Slots and weights, packed.
+    chosen: vec3u,
     lights: array<u32, 3>,
     weights: array<f32, 3>,
     material: u32,
@@ -47,8 +49,10 @@ struct Instance {
     reaching: u32,
     // What its lights may miss: a sum of scores.
     dropped: f32,
-    // How many lights it has beside the three, and the first texel of the list that they are in.
+    // How many lights it has beside the three, the first two of them packed as in `lights`, and the texel of the tables
+    // that has the next four.
     listed: u32,
+    first_listed: vec2u,
     list: u32,
 }
 
@@ -173,20 +177,28 @@ fn halves(word: u32) -> vec2f {
     return vec2f(vec2i(i32(word << 16u), i32(word)) >> vec2u(16u));
 }
 
+// The weights in words of lights.
+fn weights_of(packed: vec3u) -> vec3f {
+    return vec3f(packed & vec3u(1023u)) / 1023.0;
+}
+
 fn load_instance(slot: u32) -> Instance {
     let packed = load_packed_instance(slot);
     let chosen = vec3u(packed.lights[0], packed.lights[1], packed.lights[2]);
     // Shifted with its sign: no light stays NO_LIGHT.
     let lights = bitcast<vec3u>(bitcast<vec3i>(chosen) >> vec3u(10u));
-    let weights = vec3f(chosen & vec3u(1023u)) / 1023.0;
+    let weights = weights_of(chosen);
     var reaching = packed.reaching_or_list;
     var listed = 0u;
+    var first_listed = vec2u(0u);
     var list = 0u;
     if LIGHT_LISTS && (packed.reaching_or_list & LISTED) != 0u {
         list = starts.light_lists + (packed.reaching_or_list & ~LISTED) * LIST_TEXELS;
         let header = texel_of(list);
         reaching = header.x;
         listed = header.y;
+        first_listed = header.zw;
+        list++;
     }
     let unit = packed.residual_unit;
     let a = halves(packed.residual[0]) * unit;
@@ -196,6 +208,7 @@ fn load_instance(slot: u32) -> Instance {
     let last = halves(packed.last_side_and_dropped).x * unit;
     return Instance(
         packed.world_from_object,
+        chosen,
         array<u32, 3>(lights.x, lights.y, lights.z),
         array<f32, 3>(weights.x, weights.y, weights.z),
         packed.material,
@@ -206,15 +219,9 @@ fn load_instance(slot: u32) -> Instance {
         reaching,
         bitcast<f32>(packed.last_side_and_dropped & 0xffff0000u),
         listed,
+        first_listed,
         list,
     );
-}
-
-// A light of a list, slot and weight packed as in an instance.
-fn listed_light(list: u32, index: u32) -> u32 {
-    // Two words say how many there are.
-    let word = index + 2u;
-    return texel_of(list + word / 4u)[word % 4u];
 }
 
 fn load_light(slot: u32) -> Light {
