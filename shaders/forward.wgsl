@@ -330,7 +330,7 @@ fn shaded(in: VertexOut, front: bool) -> Shaded {
     surface.highlight_scale = 1.0;
     surface.visibility_gloss = surface.gloss;
     if SPECULAR_AA {
-        surface = widened(surface, bump.slopes + curved);
+        surface = widened(surface, bump.slopes, curved);
     }
     var color = surface.diffuse;
     if DEBUG != 0u {

@@ -26,13 +26,15 @@ fn curved_slopes(normal: vec3f) -> f32 {
     return min(PIXEL_VARIANCE * (dot(dx, dx) + dot(dy, dy)), MOST_CURVED);
 }
 
-// The surface as a pixel shows it whose slopes have that variance. Toksvig: "Mipmapping Normal Maps", Journal of
+// The surface as a pixel shows it whose slopes have these variances, of bumps and of the mesh. Toksvig: "Mipmapping Normal Maps", Journal of
 // Graphics Tools, 2005, for the classic models; widths as variances of slopes, which add up, are those of Olano, Baker:
 // "LEAN Mapping", I3D 2010.
-fn widened(of_one_normal: Surface, slopes: f32) -> Surface {
+fn widened(of_one_normal: Surface, bumps: f32, curved: f32) -> Surface {
     var surface = of_one_normal;
-    // Unit normals' mean is shorter by this; n·l is linear.
-    surface.diffuse_scale = inverseSqrt(1.0 + slopes);
+    let slopes = bumps + curved;
+    // The mean of unit normals is shorter by this, and n·l is linear. Of a curved mesh it is nearly 1, and left out:
+    // where maps are flat, all techniques give one picture.
+    surface.diffuse_scale = inverseSqrt(1.0 + bumps);
     let gloss = surface.gloss;
     if is_ggx() {
         // α² is twice the variance along an axis. Visibility stays: bumps do not hide each other.
