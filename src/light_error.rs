@@ -178,7 +178,12 @@ fn draw(
     let settings = Settings { technique: job.technique, ..Settings::default() }.for_files();
     stage.simulation.with_frame(|frame| {
         let instances = PieceRecords { records: frame.instances, objects: &frame.list.instances.objects };
-        let mut frame = FrameData { instances: &instances, list: frame.list, light_lists: frame.light_lists, library: frame.library };
+        let mut frame = FrameData {
+            instances: &instances,
+            list: frame.list,
+            light_lists: frame.light_lists,
+            library: frame.library,
+        };
         renderer.prepare(&mut frame, &view, &settings)
     })?;
     let picture = renderer.draw_picture().convert();

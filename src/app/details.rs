@@ -6,19 +6,29 @@ use bevy_ecs::prelude::*;
 use egui::{Color32, Grid};
 use glam::{DVec3, EulerRot, Vec3};
 use systems::assets::{Library, MaterialId, MeshId, MeshVariants, bounds_of};
-use systems::draw::pieces::{Pieces, WholeMesh};
+use systems::draw::pieces::{PieceOf, Pieces, WholeMesh};
 use systems::draw::{Camera, Projection};
-use systems::lights::{Light, LightKind, LightSlot, ScoredLight, SelectedLights, Selection, light_record, score};
+use systems::lights::{
+    Light, LightKind, LightLists, LightPolicies, LightPolicy, LightSlot, ScoredLight, SelectedLights, Selection,
+    light_record, score,
+};
 use systems::space::origin::Origin;
 use systems::space::{GlobalTransform, Sphere, Transform};
 use systems::vehicles::routes::Routes;
 use systems::vehicles::{Motion, OnRoute, Vehicle, VehicleTypes};
 
 /// The colours of an object's three lights, most relevant first: those of the debug view.
-pub const LIGHT_COLORS: [Color32; 3] =
+const LIGHT_COLORS: [Color32; 3] =
     [Color32::from_rgb(245, 90, 80), Color32::from_rgb(95, 210, 95), Color32::from_rgb(95, 155, 255)];
+/// Of the lights behind the three.
+const OTHER_LIGHT_COLOR: Color32 = Color32::from_gray(190);
 
-/// One of an object's three lights.
+/// The colours of an object's lights, most relevant first.
+pub fn colors() -> impl Iterator<Item = Color32> {
+    LIGHT_COLORS.into_iter().chain(std::iter::repeat(OTHER_LIGHT_COLOR))
+}
+
+/// One of an object's lights.
 #[derive(Clone, PartialEq, Debug)]
 pub struct ObjectLight {
     /// The light.
@@ -31,6 +41,8 @@ pub struct ObjectLight {
     pub distance: Option<f32>,
     /// Where it is, or towards it where it is infinitely far away; world space.
     pub place: Vec3,
+    /// In the light table.
+    pub slot: u32,
 }
 
 /// An object's place and its lights, most relevant first.
@@ -38,12 +50,14 @@ pub struct ObjectLight {
 pub struct ObjectLights {
     /// Around the object, world space.
     pub bounds: Sphere,
-    /// Up to three; `None` where there are fewer.
-    pub lights: [Option<ObjectLight>; 3],
+    /// Those that shade it.
+    pub lights: Vec<ObjectLight>,
     /// How many lights reach the object.
     pub reaching: u32,
-    /// Sum of the scores of those that are not among the three.
-    pub dropped: f32,
+    /// Which of them shade it.
+    pub policy: LightPolicy,
+    /// What is left out of the sum of scores: [`Selection::dropped`].
+    pub left_out: f32,
 }
 
 /// The lights of a drawn entity, of one in pieces those of the piece nearest to a point; `None` for others.
@@ -54,23 +68,32 @@ pub fn object_lights(world: &mut World, object: Entity, near: Vec3) -> Option<Ob
     let object = nearest.map_or(object, |(_, piece)| piece);
     let bounds = bounds_of(world, object)?;
     let selection = world.get::<SelectedLights>(object)?.unpack(world.resource());
-    let Selection { reaching, dropped, .. } = selection;
-    let mut found = ObjectLights { bounds, lights: [None, None, None], reaching, dropped };
+    let Selection { reaching, dropped: left_out, .. } = selection;
+    let lists = world.resource::<LightLists>();
+    let further = world.get::<SelectedLights>(object).map(|selected| lists.of(selected).0).unwrap_or_default();
+    let chosen: Vec<(u32, f32)> = selection.lights.into_iter().zip(selection.weights).chain(further).collect();
+    let policies = world.resource::<LightPolicies>();
+    let is_piece = world.get::<PieceOf>(object).is_some();
+    let of_kind = if is_piece { policies.pieces } else { policies.objects };
+    let policy = policies.forced.or(world.get::<LightPolicy>(object).copied()).unwrap_or(of_kind);
+    let mut found = ObjectLights { bounds, lights: Vec::new(), reaching, policy, left_out };
     let mut lights = world.query::<(Entity, &LightSlot, &Light, &GlobalTransform)>();
     for (entity, slot, light, transform) in lights.iter(world) {
-        let Some(rank) = selection.lights.iter().position(|chosen| *chosen == slot.0) else { continue };
+        let Some(&(_, weight)) = chosen.iter().find(|(chosen, _)| *chosen == slot.0) else { continue };
         let is_far = light.kind == LightKind::Directional;
         let toward = bounds.center + transform.back() * bounds.radius * 2.0;
         let place = if is_far { toward } else { transform.translation() };
         let record = light_record(light, transform);
-        found.lights[rank] = Some(ObjectLight {
+        found.lights.push(ObjectLight {
             entity,
-            weight: selection.weights[rank],
+            weight,
             score: score(&ScoredLight::new(&record), bounds),
             distance: (!is_far).then(|| place.distance(bounds.center)),
             place,
+            slot: slot.0,
         });
     }
+    found.lights.sort_by(|a, b| b.score.total_cmp(&a.score).then(a.slot.cmp(&b.slot)));
     Some(found)
 }
 
@@ -139,8 +162,7 @@ pub fn show_lights(ui: &mut egui::Ui, world: &World, lights: &ObjectLights) -> O
             ui.weak(title);
         }
         ui.end_row();
-        for (light, color) in lights.lights.iter().zip(LIGHT_COLORS) {
-            let Some(light) = light else { continue };
+        for (light, color) in lights.lights.iter().zip(colors()).take(MOST_SHOWN) {
             ui.horizontal(|ui| {
                 let (space, _) = ui.allocate_exact_size(egui::Vec2::splat(10.0), egui::Sense::hover());
                 ui.painter().circle_filled(space.center(), 4.0, color);
@@ -155,14 +177,38 @@ pub fn show_lights(ui: &mut egui::Ui, world: &World, lights: &ObjectLights) -> O
             ui.end_row();
         }
     });
-    match lights.reaching.saturating_sub(lights.lights.iter().flatten().count() as u32) {
-        0 => {}
-        // Kept to two digits, see `systems::lights::SelectedLights`.
-        1 => _ = ui.weak(format!("1 more, score about {}", two_digits(lights.dropped))),
-        more => _ = ui.weak(format!("{more} more, scores about {} in all", two_digits(lights.dropped))),
+    if let Some(more @ 1..) = lights.lights.len().checked_sub(MOST_SHOWN) {
+        ui.weak(format!("and {more} more"));
     }
+    ui.weak(left_out(lights));
     clicked
 }
+
+/// What an object's lights leave out, in a line.
+fn left_out(lights: &ObjectLights) -> String {
+    let others = lights.reaching.saturating_sub(lights.lights.len() as u32);
+    // Kept to two digits, see `systems::lights::SelectedLights`.
+    let score = two_digits(lights.left_out);
+    match lights.policy {
+        LightPolicy::Enough(tolerance) => {
+            let sum: f32 = lights.lights.iter().map(|light| light.score * light.weight).sum::<f32>() + lights.left_out;
+            let share = if sum > 0.0 { two_digits(100.0 * lights.left_out / sum) } else { 0.0 };
+            format!(
+                "{others} of {} left out: {share} % of the scores, at most {} %",
+                lights.reaching,
+                100.0 * tolerance
+            )
+        }
+        LightPolicy::All => "nothing left out".to_owned(),
+        LightPolicy::Three | LightPolicy::Hard if others == 0 => "nothing left out".to_owned(),
+        LightPolicy::Three | LightPolicy::Hard => {
+            format!("{others} of {} left out: scores about {score} in all", lights.reaching)
+        }
+    }
+}
+
+/// Lights that a card lists at most.
+const MOST_SHOWN: usize = 12;
 
 /// A number as it is written with two digits that count.
 fn two_digits(value: f32) -> f32 {
@@ -222,13 +268,34 @@ mod tests {
         let (far, near) = (light(9.0), light(-3.0));
         simulation.frame();
         let found = object_lights(&mut simulation.world, object, Vec3::ZERO).expect("a drawn object");
-        let order: Vec<_> = found.lights.iter().flatten().map(|light| (light.entity, light.place.x)).collect();
+        let order: Vec<_> = found.lights.iter().map(|light| (light.entity, light.place.x)).collect();
         assert_eq!(order, [(near, -3.0), (far, 9.0)]);
-        let near_light = found.lights[0].as_ref().expect("the nearer one");
+        let near_light = &found.lights[0];
         assert_eq!((near_light.distance, near_light.weight, found.reaching), (Some(3.0), 1.0, 2));
         let nearest = 3.0 - 0.75f32.sqrt();
         assert!((near_light.score * (1.0 + nearest * nearest) - 1.0).abs() < 1e-3, "{}", near_light.score);
         assert_eq!(object_lights(&mut simulation.world, near, Vec3::ZERO), None, "a light is no object");
+    }
+
+    #[test]
+    fn a_card_lists_all_lights_of_an_object_and_says_what_is_left_out() {
+        let mut simulation = Simulation::new();
+        let cube = simulation.world.resource_mut::<Library>().add_mesh(shapes::cube(Vec3::ONE));
+        let object = simulation.world.spawn(cube).id();
+        let place = |i: usize| Transform::from_xyz(3.0 + i as f32, 0.0, 0.0);
+        (0..6).for_each(|i| _ = simulation.world.spawn((Light::point(1.0, 50.0), place(i))));
+        let mut card = |policy| {
+            simulation.world.entity_mut(object).insert(policy);
+            simulation.frame();
+            let found = object_lights(&mut simulation.world, object, Vec3::ZERO).expect("a drawn object");
+            assert!(found.lights.is_sorted_by(|a, b| a.score >= b.score));
+            (found.lights.len(), left_out(&found))
+        };
+        assert_eq!(card(LightPolicy::All), (6, "nothing left out".to_owned()));
+        let (lights, line) = card(LightPolicy::Three);
+        assert!(lights == 3 && line.starts_with("3 of 6 left out: scores about 0."), "{line}");
+        let (lights, line) = card(LightPolicy::Enough(0.25));
+        assert!((3..6).contains(&lights) && line.ends_with("% of the scores, at most 25 %"), "{lights}: {line}");
     }
 
     #[test]
@@ -245,7 +312,7 @@ mod tests {
         let mut at = |z| {
             let found = object_lights(&mut simulation.world, road, Vec3::Z * z).expect("a drawn object");
             assert!(found.bounds.center.distance(Vec3::Z * z) < 5.1);
-            found.lights.iter().flatten().map(|light| light.entity).collect::<Vec<_>>()
+            found.lights.iter().map(|light| light.entity).collect::<Vec<_>>()
         };
         assert_eq!((at(-42.0), at(0.0), at(42.0)), (vec![back], vec![], vec![front]));
     }

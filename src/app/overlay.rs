@@ -1,6 +1,6 @@
-//! What is painted over the scene: lines from an object to its three lights, and the speed of what is driven.
+//! What is painted over the scene: lines from an object to its lights, and the speed of what is driven.
 
-use super::details::{LIGHT_COLORS, ObjectLights};
+use super::details::{ObjectLights, colors};
 use egui::{Align2, Color32, FontId, Painter, Pos2, Stroke};
 use glam::{Mat4, Vec2, Vec3, Vec4, Vec4Swizzles};
 use systems::draw::View;
@@ -16,8 +16,7 @@ pub fn paint(painter: &Painter, view: &View, lights: &ObjectLights, room: f32) {
     let size = Vec2::new(view.width as f32, view.height as f32) / painter.pixels_per_point();
     let clip_from_world = view.clip_from_world();
     let point = |p: Vec2| Pos2::new(p.x, p.y);
-    for (light, color) in lights.lights.iter().zip(LIGHT_COLORS) {
-        let Some(light) = light else { continue };
+    for (light, color) in lights.lights.iter().zip(colors()) {
         let Some((from, to)) = on_screen(&clip_from_world, lights.bounds.center, light.place, size) else { continue };
         // The fainter, the less it counts; never gone, since a light that is about to fade in is worth seeing.
         let opacity = FAINTEST + (1.0 - FAINTEST) * light.weight.clamp(0.0, 1.0);

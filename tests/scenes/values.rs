@@ -170,3 +170,41 @@ fn maps_that_are_hardly_what_they_should_be_are_told() {
     let alone = load("horizon_map_1: \"grey.png\"").expect_err("one of two").to_string();
     assert!(alone.contains("missing horizon_map_0"), "{alone}");
 }
+
+#[test]
+fn lights_are_chosen_as_the_scene_says_or_an_entity() {
+    let policies = |text| *load(text).0.world.resource::<LightPolicies>();
+    assert_eq!(policies("()"), LightPolicies::default());
+    assert_eq!(policies("(lights: (policy: three))"), LightPolicies::same(LightPolicy::Three));
+    assert_eq!(policies("(lights: (tolerance: 0.02))"), LightPolicies::same(LightPolicy::Enough(0.02)));
+    assert_eq!(policies("(lights: ())"), LightPolicies::same(LightPolicy::ENOUGH));
+    let (mut simulation, _) = load(
+        r#"(
+        meshes: { "road": plane(size: (2, 40)), "box": cube() },
+        entities: [
+            (name: "road", mesh: "road", lights: (policy: hard), children: [(name: "beside", mesh: "box")]),
+            (light: point()), (light: point()), (light: point()), (light: point()),
+        ],
+        generators: [(place: grid(counts: (2, 1, 1), spacing: (2, 1, 2)), entity: (mesh: "box", lights: (policy: all)))],
+        )"#,
+    );
+    simulation.frame();
+    let world = &mut simulation.world;
+    let own = all::<LightPolicy>(world);
+    let count = |policy| own.iter().filter(|own| **own == policy).count();
+    let road = named(world, "road");
+    let pieces = world.get::<systems::draw::pieces::Pieces>(road).expect("it is long").len();
+    assert!(pieces > 3);
+    assert_eq!(
+        (count(LightPolicy::Hard), count(LightPolicy::All)),
+        (1 + pieces, 2),
+        "what is beside the road has none"
+    );
+    // Pieces follow their object.
+    world.entity_mut(road).insert(LightPolicy::Three);
+    world.flush();
+    assert_eq!(all::<LightPolicy>(world).iter().filter(|own| **own == LightPolicy::Three).count(), 1 + pieces);
+    world.entity_mut(road).remove::<LightPolicy>();
+    world.flush();
+    assert_eq!(all::<LightPolicy>(world).len(), 2);
+}

@@ -266,13 +266,8 @@ fn select_cluster<S: Simd, F: Found, const KIND: u8>(
             }
             let objects = Objects::load(simd, group);
             let near = (points.near(), spots.near());
-            if KIND != LISTED {
-                select_group::<_, _, KIND>(simd, tree, scored, policies, &objects, near, reaching, listing, found);
-            } else if (0..count).all(|i| policies.of(i) == LightPolicy::Three) {
-                select_group::<_, _, THREE>(simd, tree, scored, policies, &objects, near, reaching, listing, found);
-                list_none::<KIND>(further, count);
-            } else {
-                select_group::<_, _, LISTED>(simd, tree, scored, policies, &objects, near, reaching, listing, found);
+            select_group::<_, _, KIND>(simd, tree, scored, policies, &objects, near, reaching, listing, found);
+            if KIND == LISTED {
                 listing.list(count, further);
             }
         }
@@ -335,7 +330,9 @@ fn select_group<S: Simd, F: Found, const KIND: u8>(
     let mut dropped = top.dropped;
     if KIND == LISTED {
         let mut shares = Shares::new(simd, &policies, out.len());
-        shares.find_thresholds(simd, [everywhere.as_slice(), points.as_slice(), spots.as_slice()], &top);
+        if shares.listed.any_true() {
+            shares.find_thresholds(simd, [everywhere.as_slice(), points.as_slice(), spots.as_slice()], &top);
+        }
         let mut listed = Listed::new(simd, shares, &top, weights, listing);
         for met in everywhere.as_slice() {
             if let Some(left_out) = listed.take(simd, &top, met) {
