@@ -1,11 +1,12 @@
-//! Lights, and the choice of three for each object.
+//! Lights, and the choice of those that shade each object: three, or as many as it takes.
 //!
 //! A [`Light`] has a slot in the [`LightTable`], as a [`LightRecord`], which shaders read, and as a [`ScoredLight`],
 //! which the choice reads; the [`LightTree`] sorts these in space. How much a light matters to an object is its
 //! [`score`] (`relevance`). [`brute_force`] compares every object with every light and so defines the result;
 //! [`search`] finds the same, bit for bit, from the tree and the [`ObjectOrder`], which has the objects along a curve.
-//! [`select_lights`] searches for those objects only that moved or that a changed light reaches, and keeps what was
-//! found as their [`SelectedLights`].
+//! How many an object has is its [`LightPolicy`] (`policy`, `enough`). [`select_lights`] searches for those objects only
+//! that moved or that a changed light reaches, and keeps what was found as their [`SelectedLights`]; lights beside the
+//! first three are in [`LightLists`].
 
 pub mod brute_force;
 pub(crate) mod components;

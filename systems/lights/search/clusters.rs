@@ -1,11 +1,11 @@
-//! The search for the three most relevant lights of each object: exact, and fast at a million objects and 100,000
-//! lights.
+//! The search for the most relevant lights of each object: exact, and fast at a million objects and 100,000 lights.
 //!
 //! Objects come in an order in which neighbours are near each other ([`crate::lights::ObjectOrder`]), in packets of
 //! `PACKET`. Several packets ask the [`LightTree`] once for the lights that may reach any of their objects, and each
 //! packet takes its own from that list. So do groups of as many objects as a vector has lanes (lanes are lights). A
 //! group then scores what is left (lanes are objects), lists what reaches any of its objects, and goes through that
-//! list twice: for the best, which stay in registers, and for the ambient cube.
+//! list twice: for the best, which stay in registers, and for the ambient cube. Where objects may have more than three
+//! lights, it finds their thresholds in between, and lists what weighs something.
 //!
 //! Where only some of the objects are searched ([`select_sparse`]), packets and groups end where the next object is too
 //! far away in the order, and what is left alone goes through its packet's list by itself (`alone.rs`).

@@ -1,9 +1,9 @@
-//! The search for the three most relevant lights of each object, as fast as a processor's vectors make it.
+//! The search for the most relevant lights of each object, as fast as a processor's vectors make it.
 //!
 //! `clusters` has its outline: packets of objects ask the tree, and make their lists of lights (`candidates`) shorter
 //! step by step. `lanes` has scores and the best three with objects in the lanes of a vector, `residual` what those
-//! leave out, and `results` the way from the lanes back to the objects. An object that is `alone` goes through a list
-//! by itself, with lights in the lanes.
+//! leave out, and `results` the way from the lanes back to the objects. `enough` finds how many more than three an object
+//! needs. An object that is `alone` goes through a list by itself, with lights in the lanes.
 
 pub(crate) mod alone;
 pub(crate) mod candidates;
