@@ -26,9 +26,9 @@ fn curved_slopes(normal: vec3f) -> f32 {
     return min(PIXEL_VARIANCE * (dot(dx, dx) + dot(dy, dy)), MOST_CURVED);
 }
 
-// The surface as a pixel shows it whose slopes have these variances, of bumps and of the mesh. Toksvig: "Mipmapping Normal Maps", Journal of
-// Graphics Tools, 2005, for the classic models; widths as variances of slopes, which add up, are those of Olano, Baker:
-// "LEAN Mapping", I3D 2010.
+// The surface as a pixel shows it whose slopes have these variances, of bumps and of the mesh. Toksvig: "Mipmapping
+// Normal Maps", Journal of Graphics Tools, 2005, for the classic models; widths as variances of slopes, which add up,
+// are those of Olano, Baker: "LEAN Mapping", I3D 2010.
 fn widened(of_one_normal: Surface, bumps: f32, curved: f32) -> Surface {
     var surface = of_one_normal;
     let slopes = bumps + curved;
