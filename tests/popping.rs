@@ -236,7 +236,7 @@ fn lamps_that_are_switched_turned_and_spawned_are_no_larger_steps_than_by_all_li
             let mut lamp = drive.simulation.world.entity_mut(lamp);
             match change {
                 0 | 1 => lamp.get_mut::<Light>().expect("a light").enabled = change == 1,
-                2 => lamp.get_mut::<Transform>().expect("a place").rotate_x(0.3 + i as f32 * 0.1),
+                2 => lamp.get_mut::<Transform>().expect("a place").rotate(Quat::from_rotation_x(0.3 + i as f32 * 0.1)),
                 _ => {
                     let light = (lamp.get::<Light>().cloned(), lamp.get::<Transform>().copied());
                     let (Some(light), Some(at)) = light else { continue };

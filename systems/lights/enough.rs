@@ -53,7 +53,7 @@ pub(crate) fn inverse_threshold(lights: &[Reaching], highest: f32, tolerance: f3
 /// w: 0 up to ½, 1 from 1 on.
 #[inline(always)]
 fn step(x: f32) -> f32 {
-    let t = (2.0 * x - 1.0).max(0.0).min(1.0);
+    let t = (2.0 * x - 1.0).clamp(0.0, 1.0);
     (t * t) * (3.0 - 2.0 * t)
 }
 
