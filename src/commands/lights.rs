@@ -9,16 +9,18 @@ use std::path::PathBuf;
 use systems::assets::Technique;
 
 pub const HELP: &str = "\
-The frame is drawn with --lights all (the reference), three and hard. L: linear luminance.
+The frame is drawn with all lights (the reference), and by each policy: scene (as the scene and its
+entities say), three, enough (tolerance 0.001) and hard. L: linear luminance.
   mean   over pixels that show objects, the mean of |L - L_all|, over the mean of L_all there
   p99    99th percentile of |L - L_all| / mean L_all over those pixels
   FLIP   perceived difference when alternating between the pictures, 0 none to 1
   seams  99.9th percentile of the steps of (L - L_all) / mean L_all between neighbouring pixels that
          show two pieces of one object
 
-Files: all.png, three.png, hard.png as relief render writes them; three_error.png, hard_error.png:
-|L - L_all| / mean L_all of each pixel, from 0 (black) over violet and orange to 1 and more (pale
-yellow), the same scale in both. See docs/lights.md for the full definitions.";
+Files: all.png, scene.png, three.png, enough.png, hard.png as relief render writes them. And
+scene_error.png, three_error.png, enough_error.png, hard_error.png: |L - L_all| / mean L_all of each
+pixel, from 0 (black) over violet and orange to 1 and more (pale yellow), the same scale in all. See
+docs/lights.md for the full definitions.";
 
 #[derive(Args)]
 pub struct LightsArgs {

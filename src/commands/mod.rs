@@ -39,7 +39,7 @@ use replay::ReplayArgs;
 use run::RunArgs;
 use std::time::Instant;
 
-/// A simulation renderer for scenes of many bump-mapped objects, each lit by its three most relevant lights.
+/// A simulation renderer for scenes of many bump-mapped objects, each lit by its most relevant lights.
 ///
 /// Without a subcommand: `relief run`.
 #[derive(Parser)]
@@ -57,7 +57,7 @@ Examples:
   relief model.glb                                a model, with its own lights and cameras
   relief render scene.ron -o frames --frames 60   frames/color_00000.png … color_00059.png
   relief run scene.ron --record drive.rec         then: relief replay drive.rec
-  relief lights scene.ron -o out                  error of three lights per object against all
+  relief lights scene.ron -o out                  error of the light policies against all lights
   relief gallery -o out                           every bump technique on four mesh variants
   relief compare -o out                           error of each against displaced geometry
   relief bench --objects 100000                   time and memory of many objects
@@ -96,7 +96,7 @@ pub enum Command {
     /// Replay a recorded run, in a window or as pictures
     #[command(after_help = replay::HELP)]
     Replay(ReplayArgs),
-    /// Compare a frame lit by three lights per object with one lit by all: error figures and pictures
+    /// Compare a frame lit by each light policy with one lit by all lights: error figures and pictures
     #[command(after_help = lights::HELP)]
     Lights(LightsArgs),
     /// Draw a scene once for each mesh variant, and all on one contact sheet [default scene: every bump technique]
