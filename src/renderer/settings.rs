@@ -19,10 +19,10 @@ pub enum DebugView {
     Tangent,
     /// How many lights reach each object, as a heat map.
     LightCount,
-    /// What each of the object's three lights gives, as red, green and blue; the picked object brighter.
+    /// What each of the object's first three lights gives, as red, green and blue; the picked object brighter.
     ThreeLights,
-    /// The most that an object may miss by being lit by three lights alone, as a heat map: the sum of the scores of its
-    /// other lights, times the exposure.
+    /// The most that an object may miss by what its lights leave out, as a heat map: a sum of scores
+    /// ([`dropped`](systems::lights::Selection::dropped)), times the exposure.
     ErrorBound,
 }
 
@@ -43,8 +43,8 @@ impl DebugView {
         match self {
             Self::Off | Self::Base | Self::Normal | Self::Tangent => "",
             Self::LightCount => "lights in range of each object, 1 blue to 64 red, none grey",
-            Self::ThreeLights => "contributions of the three lights as red, green and blue",
-            Self::ErrorBound => "upper bound of the luminance that three lights miss, 0.001 blue to 10 red, none grey",
+            Self::ThreeLights => "contributions of the first three lights as red, green and blue",
+            Self::ErrorBound => "upper bound of the luminance that is left out, 0.001 blue to 10 red, none grey",
         }
     }
 
@@ -55,7 +55,7 @@ impl DebugView {
                 Some(HeatScale { what: "lights that reach the object", ticks: &["1", "2", "4", "8", "16", "32", "64"] })
             }
             Self::ErrorBound => Some(HeatScale {
-                what: "brightness that three lights may miss; 1: white",
+                what: "brightness that may be left out; 1: white",
                 ticks: &["0.001", "0.01", "0.1", "1", "10"],
             }),
             _ => None,

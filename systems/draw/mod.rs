@@ -3,9 +3,9 @@
 //! The [`DrawList`] is the seam. Its tables hold the structs that shaders read ([`InstanceRecord`], [`MaterialRecord`],
 //! and those of lights); its batches say what is drawn together. `materials` and `light_records` write their tables.
 //! `instances` gives every object a slot in a page of its batch (`pages`), `instance_records` makes an object's record
-//! of its components when it is read, and `batches` lists the pages. A renderer reads a frame as [`FrameData`]. Objects that lack their mesh, material or place wait
-//! as `incomplete`; large ones are drawn in [`pieces`]. [`hooks`] take what goes out of all these tables. A [`View`] is
-//! a [`Camera`] at a place, under an [`Environment`].
+//! of its components when it is read, and `batches` lists the pages. A renderer reads a frame as [`FrameData`].
+//! Objects that lack their mesh, material or place wait as `incomplete`; large ones are drawn in [`pieces`]. [`hooks`]
+//! take what goes out of all these tables. A [`View`] is a [`Camera`] at a place, under an [`Environment`].
 
 pub(crate) mod batches;
 pub(crate) mod camera;

@@ -2,9 +2,10 @@
 //! another. `search/enough.rs` has the same for the lanes of vectors, operation by operation.
 //!
 //! With the scores sᵢ of the lights that reach an object, S their sum, and w the smooth step from 0 at ½ to 1 at 1, the
-//! threshold τ is the number for which Σ sᵢ (1 − w(sᵢ/τ)) = ε S. The left side grows with τ and is continuous: τ
-//! exists, is unique, and moves continuously with the scores. A light weighs w(s/τ), comes and goes at weight 0, and
-//! what is left out is at most ε S. The three most relevant weigh no less than without any others.
+//! threshold τ is the number for which Σ sᵢ (1 − w(sᵢ/τ)) = ε S. The left side never falls with τ and is continuous: τ
+//! exists, and where several will do, no score lies between them and all give the same weights, which move continuously
+//! with the scores. A light weighs w(s/τ), comes and goes at weight 0, and what is left out is at most ε S. The three
+//! most relevant weigh no less than without any others.
 //!
 //! τ is found by halving the interval in which it lies, on the bits of the numbers, so that steps are factors. The
 //! end below τ counts: it leaves out no more than ε S. Weights are rounded up to what shaders read of them

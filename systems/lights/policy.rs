@@ -35,7 +35,7 @@ impl LightPolicy {
     pub fn lights_by(self) -> &'static str {
         match self {
             Self::Three => "the three most relevant lights, cross-faded, and an ambient cube for the others",
-            Self::Enough(_) => "as many lights as leave out a thousandth at most, and an ambient cube for the others",
+            Self::Enough(_) => "as many lights as leave out a thousandth of the light, an ambient cube for the rest",
             Self::All => "every light in range (slow reference)",
             Self::Hard => "the three most relevant lights alone",
         }
