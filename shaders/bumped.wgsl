@@ -15,6 +15,8 @@ struct Bump {
     elevations: array<vec4f, 2>,
     // dot3: as the normal map has it, in tangent space; with the constant vector in world space.
     packed_normal: vec3f,
+    // The frame of that tangent space.
+    frame: Frame,
     // Specular antialiasing: the variance of the slopes that the normal map's texel is the mean of.
     slopes: f32,
     // perturbed_uv: how far the surface's offset goes, world space, along the surface.
@@ -67,6 +69,7 @@ fn bumped(material: Material, in: VertexOut, uvs: Uvs, dp_dx: vec3f, dp_dy: vec3
             let n = side * unpacked(texel.xyz) * vec3f(vec2f(material.normal_scale), 1.0);
             if TECHNIQUE == TECHNIQUE_DOT3 {
                 bump.packed_normal = n;
+                bump.frame = turned;
             } else {
                 bump.packed_normal = turned.tangent * n.x + turned.bitangent * n.y + turned.normal * n.z;
             }

@@ -116,9 +116,9 @@ fn dot3_reflection(surface: Surface, bump: Bump, number: u32, slot: u32, light: 
         toward = unpacked(packed(direction));
         halfway = unpacked(packed(normalize(direction + toward_eye(origin))));
     } else if number >= 3u {
-        // Beside the three whose vectors are interpolated.
-        toward = unpacked(packed(light.toward));
-        halfway = unpacked(packed(normalize(light.toward + surface.toward_eye)));
+        // Beyond the three whose vectors are interpolated.
+        toward = unpacked(packed(in_frame(bump.frame, light.toward)));
+        halfway = unpacked(packed(in_frame(bump.frame, normalize(light.toward + surface.toward_eye))));
     } else {
         toward = unpacked(interpolated[number].toward);
         halfway = unpacked(interpolated[number].halfway);

@@ -49,7 +49,7 @@ struct Instance {
     reaching: u32,
     // What its lights may miss: a sum of scores.
     dropped: f32,
-    // How many lights it has beside the three, the first two of them packed as in `lights`, and the texel of the tables
+    // How many lights it has beyond the three, the first two of them packed as in `lights`, and the texel of the tables
     // that has the next four.
     listed: u32,
     first_listed: vec2u,

@@ -17,7 +17,7 @@
 //! scene     scene files (and glTF files as scenes) into entities     import   glTF and images into library items
 //! frames    scenes to pictures; Headless for programs of one's own   app      the window, its keys and panel
 //! renderer  all that draws scenes, by wgpu                           check    everything wrong with a file
-//! compare   how far two pictures are apart                           light_error   a scene by three lights and by all
+//! compare   how far two pictures are apart                           light_error   a scene by light policies
 //! gallery   a scene once for each of its mesh variants               maps     the map tools
 //! technique_error   every bump technique against real geometry       bench    what many objects cost
 //! viewpoint what is looked through                                     problem, name, output, video, demo  shared

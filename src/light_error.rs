@@ -119,7 +119,8 @@ pub fn measure(job: &LightErrorJob) -> Result<LightReport, FrameError> {
     let (width, height) = job.size;
     let mut stage = frames::load_stage(&job.scene, job.camera.as_deref(), &job.load)?;
     let forced = LightPolicy::ALL.into_iter().filter(|(_, policy)| *policy != LightPolicy::All);
-    let policies = || std::iter::once(("scene", None)).chain(forced.clone().map(|(name, policy)| (name, Some(policy))));
+    let policies =
+        || std::iter::once(("default", None)).chain(forced.clone().map(|(name, policy)| (name, Some(policy))));
     let of_policies = policies().flat_map(|(name, _)| [name.to_owned(), error_name(name)]);
     let outputs: Vec<PathBuf> = of_policies.chain(["all".to_owned()]).map(|name| picture(&job.folder, &name)).collect();
     stage.check_outputs(|path| outputs.iter().any(|picture| output::is_same(path, picture)))?;

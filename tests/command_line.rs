@@ -136,9 +136,10 @@ fn cameras_lights_and_techniques_change_the_picture() {
         fs::read(folder.path().join("out/color_00000.png")).expect("a picture")
     };
     let plain = picture(&[]);
-    assert!(plain == picture(&["--camera", "front", "--lights", "three"]), "the defaults");
+    assert!(plain == picture(&["--camera", "front", "--lights", "enough"]), "the defaults");
     for other in [
         &["--camera", "above"][..],
+        &["--lights", "three"],
         &["--lights", "hard"],
         &["--lights", "all"],
         &["--debug", "normal"],
@@ -446,7 +447,7 @@ fn lights_reports_errors_as_a_table_or_json_and_writes_pictures() {
     for needle in [
         "scene.ron: frame 0, 64x36, 41 lights",
         "mean      p99     FLIP    seams",
-        "\nscene",
+        "\ndefault",
         "\nthree",
         "\nenough",
         "\nhard",
@@ -457,7 +458,7 @@ fn lights_reports_errors_as_a_table_or_json_and_writes_pictures() {
     let files = contents(&folder.path().join("out"));
     let names: Vec<_> = files.iter().map(|(name, _)| name.to_string_lossy().into_owned()).collect();
     let of_policies =
-        ["enough", "hard", "scene", "three"].map(|name| [name.to_owned() + ".png", name.to_owned() + "_error.png"]);
+        ["default", "enough", "hard", "three"].map(|name| [name.to_owned() + ".png", name.to_owned() + "_error.png"]);
     assert_eq!(names, [vec!["all.png".to_owned()], of_policies.concat()].concat());
 
     let first = run(&["out", "--json", "--threads", "1"]);
@@ -465,6 +466,7 @@ fn lights_reports_errors_as_a_table_or_json_and_writes_pictures() {
     let json: serde_json::Value = serde_json::from_slice(&first.stdout).expect("JSON");
     assert!(json["hard"]["mean"].as_f64() > json["three"]["mean"].as_f64(), "{json}");
     assert!(json["three"]["mean"].as_f64() > json["enough"]["mean"].as_f64(), "{json}");
+    assert_eq!(json["scene"], "scene.ron");
     assert!(json["hard"]["seams"].is_f64() && json["seam_pairs"].is_u64(), "{json}");
     assert_eq!((&json["frame"], &json["width"]), (&0.into(), &64.into()));
     assert!(first.stdout == run(&["again", "--json", "--threads", "2"]).stdout, "any number of threads");

@@ -213,7 +213,7 @@ fn the_town_as_it_is_shipped_is_hardly_told_from_all_lights() {
         technique: None,
     };
     let found = measure(&job).expect("a report");
-    let (shipped, three) = (of_policy(&found, "scene"), three(&found));
+    let (shipped, three) = (of_policy(&found, "default"), three(&found));
     assert!(found.seam_pairs > 1000, "{found:?}");
     // The bounds that the scene is made for; three lights miss each by far.
     assert!(shipped.mean <= 0.01 && shipped.p99 <= 0.1 && shipped.seams <= 0.02, "{shipped:?}");

@@ -5,6 +5,7 @@ use crate::name;
 use bevy_ecs::prelude::*;
 use egui::{Color32, Grid};
 use glam::{DVec3, EulerRot, Vec3};
+use std::collections::HashMap;
 use systems::assets::{Library, MaterialId, MeshId, MeshVariants, bounds_of};
 use systems::draw::pieces::{PieceOf, Pieces, WholeMesh};
 use systems::draw::{Camera, Projection};
@@ -20,7 +21,7 @@ use systems::vehicles::{Motion, OnRoute, Vehicle, VehicleTypes};
 /// The colours of an object's three lights, most relevant first: those of the debug view.
 const LIGHT_COLORS: [Color32; 3] =
     [Color32::from_rgb(245, 90, 80), Color32::from_rgb(95, 210, 95), Color32::from_rgb(95, 155, 255)];
-/// Of the lights behind the three.
+/// Of the lights beyond the three.
 const OTHER_LIGHT_COLOR: Color32 = Color32::from_gray(190);
 
 /// The colours of an object's lights, most relevant first.
@@ -71,7 +72,7 @@ pub fn object_lights(world: &mut World, object: Entity, near: Vec3) -> Option<Ob
     let Selection { reaching, dropped: left_out, .. } = selection;
     let lists = world.resource::<LightLists>();
     let further = world.get::<SelectedLights>(object).map(|selected| lists.of(selected).0).unwrap_or_default();
-    let chosen: Vec<(u32, f32)> = selection.lights.into_iter().zip(selection.weights).chain(further).collect();
+    let chosen: HashMap<u32, f32> = selection.lights.into_iter().zip(selection.weights).chain(further).collect();
     let policies = world.resource::<LightPolicies>();
     let is_piece = world.get::<PieceOf>(object).is_some();
     let of_kind = if is_piece { policies.pieces } else { policies.objects };
@@ -79,7 +80,7 @@ pub fn object_lights(world: &mut World, object: Entity, near: Vec3) -> Option<Ob
     let mut found = ObjectLights { bounds, lights: Vec::new(), reaching, policy, left_out };
     let mut lights = world.query::<(Entity, &LightSlot, &Light, &GlobalTransform)>();
     for (entity, slot, light, transform) in lights.iter(world) {
-        let Some(&(_, weight)) = chosen.iter().find(|(chosen, _)| *chosen == slot.0) else { continue };
+        let Some(&weight) = chosen.get(&slot.0) else { continue };
         let is_far = light.kind == LightKind::Directional;
         let toward = bounds.center + transform.back() * bounds.radius * 2.0;
         let place = if is_far { toward } else { transform.translation() };

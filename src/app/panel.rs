@@ -230,7 +230,7 @@ fn statistics(ui: &mut Ui, viewer: &mut Viewer, info: &FrameInfo) {
         row(ui, "light selection", &again);
         let further =
             format!("{} lights of {} objects", count(frame.listed_lights), count(frame.listed_objects as u64));
-        row(ui, "beside three", &further);
+        row(ui, "beyond three", &further);
         row(ui, "changed", &format!("{} objects", count(frame.instances_written as u64)));
         row(ui, "systems", &format!("{:.2} ms", frame.cpu_ms()));
     });

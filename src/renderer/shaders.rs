@@ -56,7 +56,7 @@ mod tests {
     use std::collections::{BTreeMap, BTreeSet};
     use systems::assets::{AlphaMode, MapSlot, Shading, Technique};
     use systems::draw::{InstanceRecord, PAGE_SLOTS, PipelineKey, ToneMap};
-    use systems::lights::{LightListPage, LightRecord, NO_LIGHT};
+    use systems::lights::{LightListPage, LightLists, LightRecord, NO_LIGHT};
     use wgpu::naga;
 
     /// Constants that stand for the same in shaders and in Rust, with what Rust has. A name is in here more than once
@@ -93,6 +93,7 @@ mod tests {
             ("TABLE_WIDTH", tables::TABLE_WIDTH as f64),
             ("INSTANCE_TEXELS", size_of::<InstanceRecord>() as f64 / 16.0),
             ("LIST_TEXELS", size_of::<LightListPage>() as f64 / 16.0),
+            number("LISTED", LightLists::LISTED),
             number("NO_LIGHT", NO_LIGHT),
             number("MAP_BASE", MapSlot::Base as u32),
             number("MAP_NORMAL", MapSlot::Normal as u32),

@@ -59,7 +59,7 @@ pub struct FrameStats {
     pub objects: usize,
     /// Objects whose lights were chosen again in this frame.
     pub selected: usize,
-    /// Objects with more than three lights, and how many they have beside the three.
+    /// Objects with more than three lights, and how many they have beyond the three.
     pub listed_objects: usize,
     /// See [`Self::listed_objects`].
     pub listed_lights: u64,

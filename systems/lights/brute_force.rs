@@ -7,7 +7,7 @@ use super::enough::{inverse_threshold, weight};
 use super::policy::{LightPolicy, Policies};
 use super::record::NO_LIGHT;
 use super::relevance::{ScoredLight, at_center, score};
-use super::search::Further;
+use super::search::ListedLights;
 use super::selected::pack_light;
 use super::table::Selection;
 use super::tree::search_order;
@@ -15,11 +15,11 @@ use crate::space::bounds::Sphere;
 use glam::Vec3;
 
 /// Chooses the lights of each sphere; `scored` is indexed by slot. A sphere that is not finite has none. Returns what
-/// they have beside their three.
-pub fn select(scored: &[ScoredLight], policies: Policies, spheres: &[Sphere], out: &mut [Selection]) -> Further {
+/// they have beyond their three.
+pub fn select(scored: &[ScoredLight], policies: Policies, spheres: &[Sphere], out: &mut [Selection]) -> ListedLights {
     let order = search_order(scored);
     let mut reached = Vec::new();
-    let mut further = Further::default();
+    let mut further = ListedLights::default();
     for (i, (&sphere, out)) in spheres.iter().zip(out).enumerate() {
         reached.clear();
         let is_finite = sphere.center.is_finite() && sphere.radius.is_finite();
@@ -50,13 +50,13 @@ pub(crate) struct Reaching {
     pub arriving: Vec3,
 }
 
-/// Chooses from the lights that reach an object, in the order in which they are added up; lists those beside the three.
+/// Chooses from the lights that reach an object, in the order in which they are added up; lists those beyond the three.
 #[inline(always)]
 pub(crate) fn choose<'a>(
     lights: &[Reaching],
     light: impl Fn(u32) -> &'a ScoredLight,
     policy: LightPolicy,
-    further: &mut Further,
+    further: &mut ListedLights,
 ) -> Selection {
     let mut top = Top { scores: [0.0; 4], slots: [NO_LIGHT; 3], dropped: 0.0 };
     for reaching in lights {

@@ -11,7 +11,7 @@
 //!
 //! A list is written when its object chooses again and finds other lights, and not otherwise.
 
-use super::search::Further;
+use super::search::ListedLights;
 use super::selected::{SelectedLights, unpack_light};
 use crate::ecs::entity_numbers::EntityNumbers;
 use crate::ecs::tables::Table;
@@ -23,8 +23,7 @@ use bytemuck::{Pod, Zeroable};
 const PAGE_WORDS: usize = 8;
 /// Words ahead of the lights.
 const HEADER_WORDS: usize = 2;
-/// Set in `reaching_or_list` where it is the first page of a list.
-pub(crate) const LISTED: u32 = 1 << 31;
+const LISTED: u32 = LightLists::LISTED;
 /// Most pages: 1 GiB.
 const MOST_PAGES: usize = 1 << 25;
 /// Most lights of lists that are found at once.
@@ -52,6 +51,8 @@ pub struct LightLists {
 }
 
 impl LightLists {
+    /// Set in a record's `reaching_or_list` where it is the first page of a list.
+    pub const LISTED: u32 = 1 << 31;
     /// Most lights that can be listed.
     pub const MOST_LIGHTS: u64 = MOST_LISTED as u64;
 
@@ -70,7 +71,7 @@ impl LightLists {
         self.lists == 0
     }
 
-    /// How many lights are in all lists, beside the three of each object.
+    /// How many lights are in all lists, beyond the three of each object.
     pub fn lights(&self) -> u64 {
         self.lights
     }
@@ -80,7 +81,8 @@ impl LightLists {
         self.refused
     }
 
-    /// Slots and weights of an object's lights beside its three, and how many lights reach it.
+    /// Slots and weights of an object's lights beyond its first three, and how many lights reach it. The object is one
+    /// that is drawn: one that is hidden or disabled has no list any more.
     pub fn of(&self, selected: &SelectedLights) -> (Vec<(u32, f32)>, u32) {
         let word = selected.reaching_or_list;
         if word & LISTED == 0 {
@@ -105,7 +107,7 @@ impl LightLists {
     /// Takes the lists that were found for some objects, task by task, and says in what was found where they are.
     pub(crate) fn take(
         &mut self,
-        further: &[Further],
+        further: &[ListedLights],
         mut objects: impl Iterator<Item = Option<EntityIndex>>,
         found: &mut [SelectedLights],
     ) {
@@ -137,8 +139,12 @@ impl LightLists {
         let reaching = reaching & !LISTED;
         let pages = (HEADER_WORDS + lights.len()).div_ceil(PAGE_WORDS);
         let size = pages.next_power_of_two().ilog2();
-        let Some(first) = (!lights.is_empty()).then(|| self.block(object, size)).flatten() else {
+        if lights.is_empty() {
             self.free(object);
+            return reaching;
+        }
+        let Some(first) = self.block(object, size) else {
+            self.refused += lights.len() as u64;
             return reaching;
         };
         let before = self.pages.records.get(first as usize).map_or(0, |page| page.0[1]);
@@ -167,7 +173,6 @@ impl LightLists {
                 let first = self.pages.records.len();
                 let end = first + (1 << size);
                 if end > MOST_PAGES {
-                    self.refused += (PAGE_WORDS as u64) << size;
                     return None;
                 }
                 self.pages.records.resize(end, LightListPage::default());

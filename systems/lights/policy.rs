@@ -118,7 +118,7 @@ impl Policies<'_> {
         }
     }
 
-    /// Whether what objects have beside their three is listed, be it nothing.
+    /// Whether what objects have beyond their three is listed, be it nothing.
     pub(crate) fn are_listed(&self) -> bool {
         match self {
             Self::Same(policy) => policy.tolerance().is_some(),
@@ -130,8 +130,8 @@ impl Policies<'_> {
 /// The objects that have a policy of their own, or are pieces.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct OwnPolicies {
-    /// Of each, the lowest bit says whether it is a piece; the others are those of a tolerance, or one of [`NO_POLICY`],
-    /// [`THREE`] and [`HARD`].
+    /// Of each, the lowest bit says whether it is a piece; the others are those of a tolerance below 1, whose highest
+    /// bit is never set, or one of [`NO_POLICY`], [`THREE`] and [`HARD`].
     codes: EntityNumbers,
     policies: usize,
     pieces: usize,
@@ -149,7 +149,7 @@ impl OwnPolicies {
         let code = match policy {
             None => NO_POLICY,
             Some(LightPolicy::Hard) => HARD,
-            Some(policy) => policy.tolerance().map_or(THREE, |tolerance| tolerance.to_bits() & !PIECE),
+            Some(policy) => policy.tolerance().map_or(THREE, |tolerance| tolerance.to_bits() << 1),
         };
         let before = self.code(object);
         self.policies = self.policies + usize::from(code != NO_POLICY) - usize::from(before & !PIECE != NO_POLICY);
@@ -193,7 +193,7 @@ impl OwnPolicies {
             NO_POLICY => policies.objects,
             THREE => LightPolicy::Three,
             HARD => LightPolicy::Hard,
-            tolerance => LightPolicy::Enough(f32::from_bits(tolerance)),
+            tolerance => LightPolicy::Enough(f32::from_bits(tolerance >> 1)),
         }
     }
 }
@@ -213,7 +213,9 @@ mod tests {
         assert_eq!(after(&|_| {}), (LightPolicy::Three, Some(LightPolicy::Three)));
         assert_eq!(after(&|own| own.set_piece(object, true)), (LightPolicy::All, None));
         assert_eq!(after(&|own| own.set_policy(object, Some(LightPolicy::Hard))), (LightPolicy::Hard, None));
-        assert_eq!(after(&|own| own.set_policy(object, Some(LightPolicy::Enough(0.25)))).0, LightPolicy::Enough(0.25));
+        for policy in [LightPolicy::Enough(0.25), LightPolicy::ENOUGH] {
+            assert_eq!(after(&|own| own.set_policy(object, Some(policy))).0, policy);
+        }
         assert_eq!(after(&|own| own.set_policy(object, Some(LightPolicy::Enough(2.0)))).0, LightPolicy::Three);
         assert_eq!(after(&|own| own.set_policy(object, None)), (LightPolicy::All, None));
         assert_eq!(after(&|own| own.set_piece(object, false)), (LightPolicy::Three, Some(LightPolicy::Three)));

@@ -77,7 +77,7 @@ impl SelectedLights {
         }
     }
 
-    /// What was packed, as far as it came through; the lights beside the three are in the lists.
+    /// What was packed, as far as it came through; the lights beyond the three are in the lists.
     pub fn unpack(&self, lists: &LightLists) -> Selection {
         let lights = self.lights.map(unpack_light);
         let numbers: [f32; 9] = std::array::from_fn(|i| {

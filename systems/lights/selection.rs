@@ -21,7 +21,7 @@ use crate::ecs::entity_numbers::EntityNumbers;
 use crate::ecs::parallel::{in_parallel, map_on_pool};
 use crate::ecs::read_ahead::read_ahead;
 use crate::ecs::stats::FrameStats;
-use crate::lights::search::Further;
+use crate::lights::search::ListedLights;
 use crate::lights::search::clusters::{self, Level, Scratch};
 use crate::space::bounds::Sphere;
 use crate::space::transform::GlobalTransform;
@@ -47,7 +47,7 @@ const MANY_OBJECTS: usize = 4;
 const SOME_OBJECTS: usize = 16;
 
 /// [`clusters::select`] with the spheres shared out over the threads of a pool; `places` where they are not
-/// neighbours, see [`clusters::select_sparse`]. Returns what the objects have beside their three, task by task.
+/// neighbours, see [`clusters::select_sparse`]. Returns what the objects have beyond their three, task by task.
 pub fn select_parallel(
     pool: &TaskPool,
     tree: &LightTree,
@@ -55,7 +55,7 @@ pub fn select_parallel(
     policies: Policies,
     places: Option<&[u32]>,
     (spheres, out): (&[Sphere], &mut [SelectedLights]),
-) -> Vec<Further> {
+) -> Vec<ListedLights> {
     let level = Level::new();
     let most = MOST_LISTED / spheres.len().div_ceil(CHUNK).max(1);
     let parts = spheres.chunks(CHUNK).zip(out.chunks_mut(CHUNK)).enumerate();
@@ -63,7 +63,7 @@ pub fn select_parallel(
         let range = i * CHUNK..i * CHUNK + spheres.len();
         let policies = policies.part(range.clone());
         let mut scratch = Scratch::default();
-        scratch.further = Further::with_room(most);
+        scratch.further = ListedLights::with_room(most);
         match places {
             Some(places) => {
                 let work = (&places[range], spheres, out);
@@ -113,7 +113,9 @@ pub fn select_lights(
     order.release_freed(lists);
     collect_moved(objects, &library, &mut order, &mut kept.changed);
     order.gather_moving(pool);
+    // What found no room may find some.
     if std::mem::replace(&mut kept.policies, *policies) != *policies
+        || lists.refused() > 0
         || table.changes().len() > FEW_LIGHTS.max(table.scored().len() / MANY_LIGHTS)
     {
         order.mark_all();

@@ -53,7 +53,7 @@ pub fn is_flat(place: &Affine3A) -> bool {
 
 /// Gives the lights of lamps their way, by parts of their own below the lamps' where that is not the lamp's −Z. Moves
 /// spot lights ahead, so that the vehicle's own parts are behind them and not, by their bounding spheres, among what
-/// they light: an object has room for three lights, and its own do nothing for it. `aims`: by part. Returns what is
+/// they light: its own lights do nothing for it, and would take the room of others. `aims`: by part. Returns what is
 /// probably not meant.
 pub fn aim(parts: &mut Vec<Part>, aims: &HashMap<usize, Aim>, library: &Library) -> Vec<String> {
     let mut warnings = Vec::new();

@@ -9,7 +9,7 @@ use super::residual::{POINT, SPOT, at_center};
 use crate::lights::brute_force::{Reaching, choose};
 use crate::lights::policy::LightPolicy;
 use crate::lights::relevance::{self, ScoredLight};
-use crate::lights::search::Further;
+use crate::lights::search::ListedLights;
 use crate::lights::table::Selection;
 use crate::lights::tree::{LightTree, Volume};
 use crate::space::bounds::Sphere;
@@ -28,7 +28,7 @@ pub(crate) fn select_one<S: Simd>(
     sphere: Sphere,
     (points, spots): (&mut Nearby, &mut Nearby),
     reaching: &mut Vec<Reaching>,
-    further: &mut Further,
+    further: &mut ListedLights,
 ) -> Selection {
     reaching.clear();
     if !sphere.center.is_finite() || !sphere.radius.is_finite() {

@@ -20,7 +20,7 @@ use super::candidates::{Candidates, Row, cone_meets, gap_squared, load, load3, n
 use super::enough::Shares;
 use super::lanes::{Floats, LANES, Met, Objects, Shining, Top, splat};
 use super::residual::{DIRECTIONAL, POINT, Residual, SPOT};
-use super::results::{Found, Further, Lanes};
+use super::results::{Found, Lanes, ListedLights};
 use crate::ecs::bits::for_each_set;
 use crate::ecs::read_ahead::read_ahead;
 use crate::lights::brute_force;
@@ -59,12 +59,12 @@ pub struct Scratch {
     reaching: [Reaching; 3],
     /// What reaches an object that chooses by itself.
     one: Vec<brute_force::Reaching>,
-    /// What the objects of the last search have beside their three.
-    pub further: Further,
+    /// What the objects of the last search have beyond their three.
+    pub further: ListedLights,
     listing: Listing,
 }
 
-/// The lights of a group beside the three of its objects.
+/// The lights of a group beyond the three of its objects.
 #[derive(Default)]
 struct Listing {
     /// A bit for each object that has the light, its slot, and its weights in the units of [`SelectedLights`].
@@ -125,7 +125,7 @@ const THREE: u8 = 1;
 const LISTED: u8 = 2;
 
 /// Chooses the lights of each sphere; `scored` is indexed by slot, and `tree` built from it. A sphere that is not
-/// finite has none. Fast where neighbours in `spheres` are near each other. What they have beside their three is in the
+/// finite has none. Fast where neighbours in `spheres` are near each other. What they have beyond their three is in the
 /// scratch afterwards.
 pub fn select<F: Found>(
     level: Level,
@@ -274,9 +274,9 @@ fn select_cluster<S: Simd, F: Found, const KIND: u8>(
     }
 }
 
-/// So many objects have no light beside their three, or none but those that were pushed.
+/// So many objects have no light beyond their three, or none but those that were pushed.
 #[inline(always)]
-fn list_none<const KIND: u8>(further: &mut Further, objects: usize) {
+fn list_none<const KIND: u8>(further: &mut ListedLights, objects: usize) {
     if KIND == LISTED {
         (0..objects).for_each(|_| further.end_object());
     }
@@ -285,7 +285,7 @@ fn list_none<const KIND: u8>(further: &mut Further, objects: usize) {
 impl Listing {
     /// Lists the group's lights object by object.
     #[inline(always)]
-    fn list(&mut self, objects: usize, further: &mut Further) {
+    fn list(&mut self, objects: usize, further: &mut ListedLights) {
         for object in 0..objects {
             for &(bits, slot, ref units) in &self.lights {
                 if bits >> object & 1 != 0 {

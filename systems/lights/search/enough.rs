@@ -49,8 +49,13 @@ impl<S: Simd> Shares<S> {
             total += met.score(simd);
         }
         let allowed = self.tolerance * total;
-        let lights = top.reaching.to_float::<Floats<S>>().max(splat(simd, 1.0));
         let may_leave_out = allowed.simd_gt(LEAST);
+        self.inverse_threshold = splat(simd, ALL);
+        // Up to three lights weigh 1 in any case.
+        if !may_leave_out.any_true() || !top.has_fourth() {
+            return;
+        }
+        let lights = top.reaching.to_float::<Floats<S>>().max(splat(simd, 1.0));
         // Where nothing may be left out, any numbers do that nothing comes to be no number by.
         let one = splat(simd, 1.0);
         let low = may_leave_out.select(splat(simd, 0.5) * (allowed / lights), one);

@@ -19,9 +19,9 @@ pub trait Found: Copy + Default {
     fn store<S: Simd>(simd: S, lanes: &Lanes<S>, out: &mut [Self]);
 }
 
-/// The lights that objects have beside their three, object after object.
+/// The lights that objects have beyond their three, object after object.
 #[derive(Clone, PartialEq, Debug)]
-pub struct Further {
+pub struct ListedLights {
     /// Slots and weights, packed as the three of [`SelectedLights`].
     pub lights: Vec<u32>,
     /// Where the lights of each object end in the list. Empty where all have the same policy, by which none has any.
@@ -32,13 +32,13 @@ pub struct Further {
     most: usize,
 }
 
-impl Default for Further {
+impl Default for ListedLights {
     fn default() -> Self {
         Self::with_room(MOST_LISTED)
     }
 }
 
-impl Further {
+impl ListedLights {
     /// An empty list for so many lights.
     pub fn with_room(most: usize) -> Self {
         Self { lights: Vec::new(), ends: Vec::new(), refused: 0, most }

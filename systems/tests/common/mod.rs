@@ -5,7 +5,7 @@
 use glam::{DVec3, Quat, Vec3};
 use proptest::prelude::*;
 use proptest::test_runner::FileFailurePersistence;
-use systems::lights::search::{Found, Further, Level, Scratch};
+use systems::lights::search::{Found, Level, ListedLights, Scratch};
 use systems::lights::{
     Light, LightKind, LightPolicy, LightRecord, LightTree, Policies, ScoredLight, Selection, brute_force, search,
 };
@@ -86,14 +86,14 @@ impl Scene {
         self.select_each(Policies::Same(policy)).0
     }
 
-    /// With what the objects have beside their three.
-    pub fn select_each(&self, policies: Policies) -> (Vec<Selection>, Further) {
+    /// With what the objects have beyond their three.
+    pub fn select_each(&self, policies: Policies) -> (Vec<Selection>, ListedLights) {
         let mut out = vec![Selection::default(); self.spheres.len()];
         let further = brute_force::select(&self.scored, policies, &self.spheres, &mut out);
         (out, further)
     }
 
-    pub fn search<F: Found>(&self, level: Level, policies: Policies) -> (Vec<F>, Further) {
+    pub fn search<F: Found>(&self, level: Level, policies: Policies) -> (Vec<F>, ListedLights) {
         let mut out = vec![F::default(); self.spheres.len()];
         let tree = LightTree::new(&self.scored);
         let work = (&self.spheres[..], &mut out[..]);
