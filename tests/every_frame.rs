@@ -4,16 +4,20 @@ use bevy_ecs::prelude::*;
 use relief::frames::{LoadOptions, Stage, load_stage};
 use std::collections::BTreeMap;
 use std::path::Path;
-use systems::lights::SelectedLights;
+use systems::lights::{LightLists, SelectedLights, Selection};
 use systems::space::GlobalTransform;
 
-type Seen = (GlobalTransform, Option<SelectedLights>);
+/// A place, and lights: what is chosen and, beyond the first three, listed. Where a list lies depends on the frames
+/// before.
+type Seen = (GlobalTransform, Option<(Selection, Vec<(u32, f32)>)>);
 
 /// Where everything is that is anywhere, and its lights.
 fn seen(stage: &mut Stage) -> BTreeMap<Entity, Seen> {
     let world = &mut stage.simulation.world;
     let mut all = world.query::<(Entity, &GlobalTransform, Option<&SelectedLights>)>();
-    all.iter(world).map(|(entity, place, lights)| (entity, (*place, lights.copied()))).collect()
+    let lists = world.resource::<LightLists>();
+    let lights = |selected: &SelectedLights| (selected.unpack(lists), lists.of(selected).0);
+    all.iter(world).map(|(entity, place, selected)| (entity, (*place, selected.map(lights)))).collect()
 }
 
 #[test]
