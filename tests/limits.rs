@@ -151,8 +151,8 @@ fn pixels_read_at_most_eleven_textures() {
 #[test]
 fn more_objects_than_the_largest_texture_holds_are_refused() {
     let Some(small) = lowered(|limits| limits.max_texture_dimension_2d = 4096) else { return };
-    // The tables of lights and materials have a row each.
-    let most = 4094 * 4096 * 16 / size_of::<InstanceRecord>();
+    // The tables of lights, materials and lists of lights have a row each.
+    let most = 4093 * 4096 * 16 / size_of::<InstanceRecord>();
     let mut scene = Scene::new();
     scene.simulation.frame();
     let view = Viewpoint::Camera(scene.camera).view(&scene.simulation.world, (64, 36));
@@ -164,7 +164,8 @@ fn more_objects_than_the_largest_texture_holds_are_refused() {
     let mut renderer = SingleView::new(&small);
     let refused = scene.simulation.with_frame(|frame| renderer.prepare(frame, &view, &Settings::default()));
     let error = refused.expect_err("one too many").to_string();
-    let refused = "too large for this graphics adapter: the tables of objects, lights and materials: 268500992 bytes";
+    let refused = "too large for this graphics adapter: \
+                   the tables of objects, lights, materials and lists of lights: 268500992 bytes";
     assert!(error.starts_with(refused), "{error}");
     slots(&mut scene, 1);
     scene.simulation.with_frame(|frame| renderer.prepare(frame, &view, &Settings::default())).expect("it fits");
