@@ -278,7 +278,7 @@ fn run(gpu: &Gpu, table: usize, source: String, values: &[u32], size: usize) -> 
         cache: None,
     });
     // The table begins in the row of its number plus one.
-    let mut starts = [0; 3];
+    let mut starts = [0; 4];
     starts[table] = 4096 * (table as u32 + 1);
     let starts = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
         label: Some("starts"),

@@ -24,7 +24,7 @@ fn wrong_names_and_types_are_told_with_place_and_nearest_name() {
         ("(entities: [(transform: (scale: \"big\"))])", "1:34: expected a number or (x, y, z)"),
         ("(seed: 1, seed: 2)", "1:11: duplicate field \"seed\""),
         ("(generators: [()])", "1:16: missing field \"place\""),
-        ("(lights: (tolerance: 1.5))", "1:21: lights.tolerance: expected 0 to 1, found 1.5"),
+        ("(lights: (tolerance: 1.5))", "1:22: lights.tolerance: expected a number from 0 to 1, found 1.5"),
         (
             "(entities: [(lights: (policy: three, tolerance: 0.1))])",
             "1:49: entities[0].lights.tolerance: only allowed with the policy enough",
