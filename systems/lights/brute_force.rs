@@ -4,10 +4,10 @@
 //! Sums need an order, because rounding depends on it: that of [`search_order`].
 
 use super::enough::{inverse_threshold, weight};
+use super::lists::ListedLights;
 use super::policy::{LightPolicy, Policies};
 use super::record::NO_LIGHT;
 use super::relevance::{ScoredLight, at_center, score};
-use super::search::ListedLights;
 use super::selected::pack_light;
 use super::table::Selection;
 use super::tree::search_order;

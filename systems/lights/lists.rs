@@ -11,7 +11,6 @@
 //!
 //! A list is written when its object chooses again and finds other lights, and not otherwise.
 
-use super::search::ListedLights;
 use super::selected::{SelectedLights, unpack_light};
 use crate::ecs::entity_numbers::EntityNumbers;
 use crate::ecs::tables::Table;
@@ -204,5 +203,52 @@ impl LightLists {
             self.free.resize_with(size + 1, Vec::new);
         }
         self.free[size].push(first);
+    }
+}
+
+/// The lights that objects have beyond their three, object after object.
+#[derive(Clone, PartialEq, Debug)]
+pub struct ListedLights {
+    /// Slots and weights, packed as the three of [`SelectedLights`].
+    pub lights: Vec<u32>,
+    /// Where the lights of each object end in the list. Empty where all have the same policy, by which none has any.
+    pub ends: Vec<u32>,
+    /// How many found no room.
+    pub refused: u64,
+    /// Room for so many.
+    most: usize,
+}
+
+impl Default for ListedLights {
+    fn default() -> Self {
+        Self::with_room(MOST_LISTED)
+    }
+}
+
+impl ListedLights {
+    /// An empty list for so many lights.
+    pub fn with_room(most: usize) -> Self {
+        Self { lights: Vec::new(), ends: Vec::new(), refused: 0, most }
+    }
+
+    /// The same list, empty.
+    pub(crate) fn clear(&mut self) {
+        self.lights.clear();
+        self.ends.clear();
+        self.refused = 0;
+    }
+
+    #[inline]
+    pub(crate) fn push(&mut self, light: u32) {
+        if self.lights.len() < self.most {
+            self.lights.push(light);
+        } else {
+            self.refused += 1;
+        }
+    }
+
+    #[inline]
+    pub(crate) fn end_object(&mut self) {
+        self.ends.push(self.lights.len() as u32);
     }
 }

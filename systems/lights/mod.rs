@@ -26,7 +26,7 @@ pub(crate) mod tree;
 
 pub use components::{Light, LightKind};
 pub use curve::along_the_curve;
-pub use lists::{LightListPage, LightLists};
+pub use lists::{LightListPage, LightLists, ListedLights};
 pub use order::ObjectOrder;
 pub use policy::{LightPolicies, LightPolicy, Policies};
 pub use record::{LightRecord, MOST_LIGHTS, NO_LIGHT};

@@ -21,7 +21,7 @@ use crate::ecs::entity_numbers::EntityNumbers;
 use crate::ecs::parallel::{in_parallel, map_on_pool};
 use crate::ecs::read_ahead::read_ahead;
 use crate::ecs::stats::FrameStats;
-use crate::lights::search::ListedLights;
+use crate::lights::lists::ListedLights;
 use crate::lights::search::clusters::{self, Level, Scratch};
 use crate::space::bounds::Sphere;
 use crate::space::transform::GlobalTransform;

@@ -147,6 +147,7 @@ fn frame(simulation: &mut Simulation, objects: &[Entity]) -> (Vec<usize>, Vec<u3
 #[test]
 fn only_what_changed_is_selected_and_written() {
     let mut simulation = Simulation::new();
+    simulation.world.insert_resource(LightPolicies::same(LightPolicy::Three));
     let place = |i: usize| Vec3::X * (i as f32 * 20.0);
     let lamp = |i| (Light::point(1.0, 8.0), Transform::from_translation(place(i) + Vec3::Y));
     let lights: Vec<Entity> = (0..3).map(|i| simulation.world.spawn(lamp(i)).id()).collect();

@@ -20,10 +20,11 @@ use super::candidates::{Candidates, Row, cone_meets, gap_squared, load, load3, n
 use super::enough::Shares;
 use super::lanes::{Floats, LANES, Met, Objects, Shining, Top, splat};
 use super::residual::{DIRECTIONAL, POINT, Residual, SPOT};
-use super::results::{Found, Lanes, ListedLights};
+use super::results::{Found, Lanes};
 use crate::ecs::bits::for_each_set;
 use crate::ecs::read_ahead::read_ahead;
 use crate::lights::brute_force;
+use crate::lights::lists::ListedLights;
 use crate::lights::policy::{LightPolicy, Policies};
 use crate::lights::relevance::ScoredLight;
 use crate::lights::selected::{MOST_WEIGHT, WEIGHT_BITS};

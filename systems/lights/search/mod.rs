@@ -14,4 +14,4 @@ pub(crate) mod residual;
 pub(crate) mod results;
 
 pub use clusters::{Level, Scratch, select, select_sparse};
-pub use results::{Found, ListedLights};
+pub use results::Found;

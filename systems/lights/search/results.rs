@@ -3,7 +3,6 @@
 
 use super::lanes::{Floats, LANES, Top, splat};
 use super::residual::Residual;
-use crate::lights::lists::MOST_LISTED;
 use crate::lights::selected::{LEAST, MOST_UNITS, MOST_WEIGHT, ROUNDER, SelectedLights, WEIGHT_BITS};
 use crate::lights::table::Selection;
 use fearless_simd::Simd;
@@ -17,53 +16,6 @@ pub trait Found: Copy + Default {
     /// Of the objects in the lanes, as many as there is room for.
     #[doc(hidden)]
     fn store<S: Simd>(simd: S, lanes: &Lanes<S>, out: &mut [Self]);
-}
-
-/// The lights that objects have beyond their three, object after object.
-#[derive(Clone, PartialEq, Debug)]
-pub struct ListedLights {
-    /// Slots and weights, packed as the three of [`SelectedLights`].
-    pub lights: Vec<u32>,
-    /// Where the lights of each object end in the list. Empty where all have the same policy, by which none has any.
-    pub ends: Vec<u32>,
-    /// How many found no room.
-    pub refused: u64,
-    /// Room for so many.
-    most: usize,
-}
-
-impl Default for ListedLights {
-    fn default() -> Self {
-        Self::with_room(MOST_LISTED)
-    }
-}
-
-impl ListedLights {
-    /// An empty list for so many lights.
-    pub fn with_room(most: usize) -> Self {
-        Self { lights: Vec::new(), ends: Vec::new(), refused: 0, most }
-    }
-
-    /// The same list, empty.
-    pub(crate) fn clear(&mut self) {
-        self.lights.clear();
-        self.ends.clear();
-        self.refused = 0;
-    }
-
-    #[inline]
-    pub(crate) fn push(&mut self, light: u32) {
-        if self.lights.len() < self.most {
-            self.lights.push(light);
-        } else {
-            self.refused += 1;
-        }
-    }
-
-    #[inline]
-    pub(crate) fn end_object(&mut self) {
-        self.ends.push(self.lights.len() as u32);
-    }
 }
 
 /// What was found for a group of objects, one per lane.

@@ -5,9 +5,10 @@
 use glam::{DVec3, Quat, Vec3};
 use proptest::prelude::*;
 use proptest::test_runner::FileFailurePersistence;
-use systems::lights::search::{Found, Level, ListedLights, Scratch};
+use systems::lights::search::{Found, Level, Scratch};
 use systems::lights::{
-    Light, LightKind, LightPolicy, LightRecord, LightTree, Policies, ScoredLight, Selection, brute_force, search,
+    Light, LightKind, LightPolicy, LightRecord, LightTree, ListedLights, Policies, ScoredLight, Selection, brute_force,
+    search,
 };
 use systems::space::{GlobalTransform, Sphere, Transform};
 
