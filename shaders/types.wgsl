@@ -1,8 +1,8 @@
 // What the shaders read. Each struct mirrors the one of the same purpose in systems/draw/records.rs, of a light in
 // systems/lights/record.rs (…Record); tests/shaders.rs compares every offset. Instances, lights, materials and lists of
-// lights (systems/lights/lists.rs) are tables in one texture: record r lies r times its size behind the first texel of its table, four values in each, and
-// its load_… function gathers it. (Why a texture: docs/architecture.md, "Tables in a texture".) Compilers leave out the
-// texels whose values nothing uses.
+// lights (systems/lights/lists.rs) are tables in one texture: record r lies r times its size behind the first texel of
+// its table, four values in each, and its load_… function gathers it. (Why a texture: docs/architecture.md, "Tables in a
+// texture".) Compilers leave out the texels whose values nothing uses.
 
 struct View {
     clip_from_world: mat4x4f,

@@ -45,7 +45,7 @@ pub struct LightLists {
     free: Vec<Vec<u32>>,
     lists: usize,
     lights: u64,
-    /// Lights for which there was no room since the choice was made anew for all.
+    /// Lights for which there was no room in this frame.
     refused: u64,
 }
 
@@ -98,9 +98,9 @@ impl LightLists {
         self.pages.dirty.clear();
     }
 
-    /// All objects choose anew: what found no room may find some.
-    pub(crate) fn forget_refused(&mut self) {
-        self.refused = 0;
+    /// Whether lights found no room in the frame before; all objects are to choose anew then.
+    pub(crate) fn forget_refused(&mut self) -> bool {
+        std::mem::take(&mut self.refused) > 0
     }
 
     /// Takes the lists that were found for some objects, task by task, and says in what was found where they are.

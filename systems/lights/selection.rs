@@ -114,8 +114,9 @@ pub fn select_lights(
     collect_moved(objects, &library, &mut order, &mut kept.changed);
     order.gather_moving(pool);
     // What found no room may find some.
+    let had_refused = lists.forget_refused();
     if std::mem::replace(&mut kept.policies, *policies) != *policies
-        || lists.refused() > 0
+        || had_refused
         || table.changes().len() > FEW_LIGHTS.max(table.scored().len() / MANY_LIGHTS)
     {
         order.mark_all();
@@ -135,9 +136,6 @@ pub fn select_lights(
             each.clear();
             let policy = |object| order.own_policies.of(object, &policies);
             each.extend((0..spheres.len()).map(|i| object(i).map_or(LightPolicy::Three, policy)));
-        }
-        if places.is_none() && first == 0 {
-            lists.forget_refused();
         }
         let policies = common.map_or(Policies::Each(each), Policies::Same);
         let further = select_parallel(pool, table.tree(), table.scored(), policies, places, (spheres, found));
