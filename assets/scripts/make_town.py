@@ -186,7 +186,7 @@ def land(scene):
     wide = 70
     for x0, x1, z0, z1 in ((w - wide, e + wide, n - wide, n), (w - wide, e + wide, s, s + wide), (w - wide, w, n, s), (e, e + wide, n, s)):
         name = scene.mesh('land %gx%g' % (x1 - x0, z1 - z0), 'plane(size: (%g, %g))' % (x1 - x0, z1 - z0))
-        scene.raw('(mesh: "%s", material: "earth", piece_metres: 0, %s),' % (name, place((x0 + x1) / 2, -0.15, (z0 + z1) / 2)))
+        scene.raw('(mesh: "%s", material: "earth", piece_metres: 12, %s),' % (name, place((x0 + x1) / 2, -0.15, (z0 + z1) / 2)))
 
 
 def lamps(scene):
