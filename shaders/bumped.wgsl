@@ -107,7 +107,7 @@ fn image_width(uv: ImageUv, dp_dx: vec3f, dp_dy: vec3f, size: vec2f) -> f32 {
 
 // The perturbed normal: heights half a pixel away on either side.
 fn perturbed(material: Material, normal: vec3f, uv: ImageUv, dp_dx: vec3f, dp_dy: vec3f) -> vec3f {
-    let layer = material.layers[MAP_HEIGHT];
+    let layer = layer_of(material, MAP_HEIGHT);
     let size = vec2f(textureDimensions(height_or_environment_maps));
     let scale = material.height_scale_uv * image_width(uv, dp_dx, dp_dy, size);
     let dx = 0.5 * uv.dx;

@@ -12,7 +12,7 @@ fn environment(material: Material, direction: vec3f, blur: f32) -> vec3f {
     let half_row = min(0.5 * exp2(ceil(level)) / f32(textureDimensions(height_or_environment_maps).y), 0.5);
     let down = clamp(acos(clamp(direction.y, -1.0, 1.0)) / PI, half_row, 1.0 - half_row);
     let uv = vec2f(atan2(direction.x, -direction.z) / (2.0 * PI) + 0.5, down);
-    let layer = material.layers[MAP_ENVIRONMENT];
+    let layer = layer_of(material, MAP_ENVIRONMENT);
     return textureSampleLevel(height_or_environment_maps, height_or_environment_sampler, uv, layer, level).rgb;
 }
 

@@ -133,9 +133,9 @@ fn has_plain_uvs() -> bool {
 fn sample(maps: texture_2d_array<f32>, map_sampler: sampler, material: Material, map: u32, uvs: Uvs) -> vec4f {
     let uv = image_uv(material, map, uvs);
     if has_plain_uvs() {
-        return textureSample(maps, map_sampler, uv.at, material.layers[map]);
+        return textureSample(maps, map_sampler, uv.at, layer_of(material, map));
     }
-    return textureSampleGrad(maps, map_sampler, uv.at, material.layers[map], uv.dx, uv.dy);
+    return textureSampleGrad(maps, map_sampler, uv.at, layer_of(material, map), uv.dx, uv.dy);
 }
 
 fn base_color(material: Material, uvs: Uvs, vertex_color: vec4f) -> vec4f {

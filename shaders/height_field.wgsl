@@ -43,7 +43,7 @@ fn height_field(
 ) -> HeightField {
     var field: HeightField;
     field.at = uv.at;
-    field.layer = material.layers[MAP_HEIGHT];
+    field.layer = layer_of(material, MAP_HEIGHT);
     let size = vec2f(textureDimensions(height_or_environment_maps));
     let texels = max(length(uv.dx * size), length(uv.dy * size));
     field.lod = max(log2(max(texels, 1e-6)), 0.0);

@@ -1,12 +1,5 @@
 // Light on one point of a surface. Light units: see systems/lights/components.rs, Light.
 
-// A light's kind.
-const LIGHT_POINT = 0u;
-const LIGHT_SPOT_EXPONENT = 1u;
-const LIGHT_SPOT_CONE = 2u;
-const LIGHT_DIRECTIONAL = 3u;
-const LIGHT_OFF = 4u;
-
 const SHADING_PHONG = 0u;
 const SHADING_BLINN = 1u;
 const SHADING_METALLIC_ROUGHNESS = 2u;
@@ -46,7 +39,7 @@ fn arriving(slot: u32, position: vec3f, eye: vec3f) -> Arriving {
         // The cosines of narrow cones lie too close to 1 to be told apart.
         let between = light.direction + toward;
         let versine = 0.5 * dot(between, between);
-        if light.kind == LIGHT_SPOT_EXPONENT {
+        if LIGHTS_WITH_EXPONENTS && light.kind == LIGHT_SPOT_EXPONENT {
             let profile = pow(max(1.0 - versine, 1e-6), light.exponent_or_cone_slope);
             attenuation *= select(0.0, profile, versine < light.versine_outer);
         } else {

@@ -67,18 +67,39 @@ struct Light {
     direction: vec3f,
     versine_outer: f32,
     ambient: vec3f,
-    pad0: u32,
 }
 
-// Whether some light has or had an attenuation other than the inverse square, a cone, or an ambient colour, on or off.
+// systems/lights/record.rs says how it is packed.
+struct PackedLight {
+    position: vec3f,
+    inverse_range_squared: f32,
+    color_and_kind: vec2u,
+    direction: u32,
+    cone: u32,
+    attenuation: vec3f,
+    pad0: u32,
+    ambient: vec3f,
+    pad1: u32,
+}
+
+// Whether some light has or had an attenuation other than the inverse square, a cone, one with an exponent, or an
+// ambient colour, on or off.
 override LIGHTS_WITH_ATTENUATION: bool = true;
 override LIGHTS_WITH_CONES: bool = true;
+override LIGHTS_WITH_EXPONENTS: bool = true;
 override LIGHTS_WITH_AMBIENT: bool = true;
 
 // Whether some object has more than three lights.
 override LIGHT_LISTS: bool = true;
 
 const NO_LIGHT = 0xffffffffu;
+
+// A light's kind.
+const LIGHT_POINT = 0u;
+const LIGHT_SPOT_EXPONENT = 1u;
+const LIGHT_SPOT_CONE = 2u;
+const LIGHT_DIRECTIONAL = 3u;
+const LIGHT_OFF = 4u;
 
 const MAP_BASE = 0u;
 const MAP_NORMAL = 1u;
@@ -96,26 +117,26 @@ struct Material {
     base_factor: vec4f,
     specular_factor: vec3f,
     shininess: f32,
-    emissive_factor: vec3f,
+    // Of each map, in the class's texture arrays: a byte each.
+    layers: vec3u,
     normal_scale: f32,
+    emissive_factor: vec3f,
+    alpha_cutoff: f32,
     metallic: f32,
     roughness: f32,
     occlusion_strength: f32,
-    alpha_cutoff: f32,
-    glossiness: f32,
     specular_strength: f32,
+    glossiness: f32,
     height_scale_uv: f32,
+    height_rest: f32,
     // Bit m: map m is placed by the second UV set.
     second_uvs: u32,
-    // Rows of a 2×2 matrix.
-    offset_matrix: vec4f,
-    height_rest: f32,
     emboss_step_texels: f32,
     self_shadow: f32,
     pad0: u32,
-    // Of each map, in the class's texture arrays.
-    layers: array<u32, 11>,
     pad1: u32,
+    // Rows of a 2×2 matrix.
+    offset_matrix: vec4f,
     // Columns of a 2×2 matrix per map.
     image_from_mesh_uv: array<vec4f, 11>,
     offsets: array<vec2f, 12>,
@@ -130,14 +151,14 @@ struct TableStarts {
 }
 
 @group(0) @binding(0) var<uniform> view: View;
-@group(0) @binding(1) var tables: texture_2d<u32>;
+@group(0) @binding(1) var tables: texture_storage_2d<rgba32uint, read>;
 @group(0) @binding(2) var<uniform> starts: TableStarts;
 
 // Texels in a row of the tables.
 const TABLE_WIDTH = 4096u;
 
 fn texel_of(index: u32) -> vec4u {
-    return textureLoad(tables, vec2u(index % TABLE_WIDTH, index / TABLE_WIDTH), 0);
+    return textureLoad(tables, vec2u(index % TABLE_WIDTH, index / TABLE_WIDTH));
 }
 
 fn floats_of(index: u32) -> vec4f {
@@ -224,57 +245,81 @@ fn load_instance(slot: u32) -> Instance {
     );
 }
 
-fn load_light(slot: u32) -> Light {
-    let t = starts.lights + slot * 5u;
-    let place = texel_of(t);
-    let color = floats_of(t + 1u);
-    var attenuation = vec4f(0.0, 0.0, 1.0, 0.0);
-    if LIGHTS_WITH_ATTENUATION || LIGHTS_WITH_CONES {
-        attenuation = floats_of(t + 2u);
-    }
-    var shining = vec4f(0.0);
-    if LIGHTS_WITH_CONES {
-        shining = floats_of(t + 3u);
+const LIGHT_TEXELS = 4u;
+
+fn load_packed_light(slot: u32) -> PackedLight {
+    let t = starts.lights + slot * LIGHT_TEXELS;
+    let place = floats_of(t);
+    let words = texel_of(t + 1u);
+    var attenuation = vec3f(0.0, 0.0, 1.0);
+    if LIGHTS_WITH_ATTENUATION {
+        attenuation = floats_of(t + 2u).xyz;
     }
     var ambient = vec3f(0.0);
     if LIGHTS_WITH_AMBIENT {
-        ambient = floats_of(t + 4u).xyz;
+        ambient = floats_of(t + 3u).xyz;
+    }
+    return PackedLight(place.xyz, place.w, words.xy, words.z, words.w, attenuation, 0u, ambient, 0u);
+}
+
+// From x and y on the octahedron |x| + |y| + |z| = 1.
+fn from_octahedron(packed: vec2f) -> vec3f {
+    let z = 1.0 - abs(packed.x) - abs(packed.y);
+    let beyond = max(-z, 0.0);
+    return normalize(vec3f(packed - select(vec2f(beyond), vec2f(-beyond), packed < vec2f(0.0)), z));
+}
+
+fn load_light(slot: u32) -> Light {
+    let packed = load_packed_light(slot);
+    let words = packed.color_and_kind;
+    // The bits of each channel to the upper end, and down again with their sign.
+    let channels = vec3i(vec3u(words.x << 18u, words.x << 4u, words.y << 18u)) >> vec3u(18u);
+    let scale = bitcast<f32>((words.y >> 14u & 255u) << 23u);
+    let kind = words.x >> 28u;
+    var direction = vec3f(0.0);
+    var versine_outer = 0.0;
+    var exponent_or_cone_slope = 0.0;
+    if LIGHTS_WITH_CONES {
+        direction = from_octahedron(unpack2x16snorm(packed.direction));
+        versine_outer = bitcast<f32>(((packed.cone & 0xffffu) << 12u) + (97u << 23u));
+        exponent_or_cone_slope = bitcast<f32>(((packed.cone >> 16u) << 13u) + (107u << 23u));
     }
     return Light(
-        bitcast<vec3f>(place.xyz),
-        place.w,
-        color.xyz,
-        color.w,
-        attenuation.xyz,
-        attenuation.w,
-        shining.xyz,
-        shining.w,
-        ambient,
-        0u,
+        packed.position,
+        kind,
+        vec3f(channels) * scale,
+        packed.inverse_range_squared,
+        packed.attenuation,
+        exponent_or_cone_slope,
+        direction,
+        versine_outer,
+        packed.ambient,
     );
 }
 
+const MATERIAL_TEXELS = 25u;
+
 fn load_material(index: u32) -> Material {
-    let t = starts.materials + index * 27u;
+    let t = starts.materials + index * MATERIAL_TEXELS;
     let specular = floats_of(t + 1u);
-    let emissive = floats_of(t + 2u);
-    let factors = floats_of(t + 3u);
-    let others = texel_of(t + 4u);
+    let layers = texel_of(t + 2u);
+    let emissive = floats_of(t + 3u);
+    let factors = floats_of(t + 4u);
+    let others = texel_of(t + 5u);
     let other_factors = bitcast<vec3f>(others.xyz);
     let bumps = floats_of(t + 6u);
-    let layers_0 = texel_of(t + 7u);
-    let layers_4 = texel_of(t + 8u);
-    let layers_8 = texel_of(t + 9u);
-    let offsets_0 = floats_of(t + 21u);
-    let offsets_2 = floats_of(t + 22u);
-    let offsets_4 = floats_of(t + 23u);
-    let offsets_6 = floats_of(t + 24u);
-    let offsets_8 = floats_of(t + 25u);
-    let offsets_10 = floats_of(t + 26u);
+    let offsets_0 = floats_of(t + 19u);
+    let offsets_2 = floats_of(t + 20u);
+    let offsets_4 = floats_of(t + 21u);
+    let offsets_6 = floats_of(t + 22u);
+    let offsets_8 = floats_of(t + 23u);
+    let offsets_10 = floats_of(t + 24u);
     return Material(
         floats_of(t),
         specular.xyz,
         specular.w,
+        layers.xyz,
+        bitcast<f32>(layers.w),
         emissive.xyz,
         emissive.w,
         factors.x,
@@ -285,26 +330,14 @@ fn load_material(index: u32) -> Material {
         other_factors.y,
         other_factors.z,
         others.w,
-        floats_of(t + 5u),
         bumps.x,
         bumps.y,
-        bumps.z,
         0u,
-        array<u32, 11>(
-            layers_0.x,
-            layers_0.y,
-            layers_0.z,
-            layers_0.w,
-            layers_4.x,
-            layers_4.y,
-            layers_4.z,
-            layers_4.w,
-            layers_8.x,
-            layers_8.y,
-            layers_8.z,
-        ),
         0u,
+        floats_of(t + 7u),
         array<vec4f, 11>(
+            floats_of(t + 8u),
+            floats_of(t + 9u),
             floats_of(t + 10u),
             floats_of(t + 11u),
             floats_of(t + 12u),
@@ -314,8 +347,6 @@ fn load_material(index: u32) -> Material {
             floats_of(t + 16u),
             floats_of(t + 17u),
             floats_of(t + 18u),
-            floats_of(t + 19u),
-            floats_of(t + 20u),
         ),
         array<vec2f, 12>(
             offsets_0.xy,
@@ -332,6 +363,11 @@ fn load_material(index: u32) -> Material {
             offsets_10.zw,
         ),
     );
+}
+
+// The layer of a map in its texture array.
+fn layer_of(material: Material, map: u32) -> u32 {
+    return material.layers[map / 4u] >> (map % 4u * 8u) & 255u;
 }
 
 const PI = 3.14159265;

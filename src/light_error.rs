@@ -142,7 +142,7 @@ pub fn measure(job: &LightErrorJob) -> Result<LightReport, FrameError> {
         frame: job.frame,
         width,
         height,
-        lights: records.iter().filter(|record| record.kind != LightRecord::OFF).count(),
+        lights: records.iter().filter(|light| light.kind() != LightRecord::OFF).count(),
         object_pixels: shows_object.iter().filter(|shows| **shows).count(),
         mean_luminance: compare::mean_luminance(&all.luminances, &shows_object),
         seam_pairs: borders.len(),

@@ -10,7 +10,7 @@ use systems::Simulation;
 use systems::assets::levels::LevelOfDetail;
 use systems::assets::{AlphaMode, Image, ImageId, ImageKind, Library, Map, Material, MeshId, shapes, texture_memory};
 use systems::draw::{Camera, InstanceRecord};
-use systems::lights::{Light, LightPolicies, LightPolicy, LightRecord};
+use systems::lights::{Light, LightPolicies, LightPolicy, PackedLight};
 use systems::space::Transform;
 
 const SIZE: (u32, u32) = (32, 18);
@@ -95,11 +95,11 @@ fn what_moves_is_uploaded_and_nothing_else() {
     assert_eq!((moved.instance_bytes, moved.list_bytes, moved.asset_bytes), (3 * record, 0, 0));
     let lamp = field.simulation.world.spawn((Light::point(1.0, 0.5), Transform::from_xyz(-50.0, 0.0, 0.0))).id();
     let (lit, _) = field.draw();
-    assert_eq!((lit.light_bytes, lit.instance_bytes), (size_of::<LightRecord>() as u64, 0), "it reaches nothing");
+    assert_eq!((lit.light_bytes, lit.instance_bytes), (size_of::<PackedLight>() as u64, 0), "it reaches nothing");
     field.simulation.world.despawn(lamp);
     field.simulation.world.despawn(field.objects[5]);
     let (gone, _) = field.draw();
-    assert_eq!((gone.light_bytes, field.visible_counts()), (size_of::<LightRecord>() as u64, 1_999));
+    assert_eq!((gone.light_bytes, field.visible_counts()), (size_of::<PackedLight>() as u64, 1_999));
 }
 
 #[test]
@@ -146,7 +146,7 @@ fn a_table_that_grows_takes_the_others_along() {
         field.simulation.world.spawn((Light::point(1.0, 0.5), Transform::from_xyz(-50.0, 0.0, 0.0)));
     }
     let (lit, same) = field.draw();
-    assert_eq!((lit.light_bytes, lit.instance_bytes), (lamps * size_of::<LightRecord>() as u64, 0));
+    assert_eq!((lit.light_bytes, lit.instance_bytes), (lamps * size_of::<PackedLight>() as u64, 0));
     assert!(same == before);
     // Lights and materials lie behind the objects, whose table is the next to grow.
     let mesh = *field.simulation.world.get::<MeshId>(field.objects[0]).expect("a mesh");

@@ -9,7 +9,7 @@ use relief::renderer::{CullBatchRecord, CullDrawRecord, CullRecord, Gpu, shaders
 use std::mem::offset_of;
 use systems::assets::MaterialId;
 use systems::draw::*;
-use systems::lights::{LightRecord, MOST_LIGHTS, NO_LIGHT, SelectedLights, Selection};
+use systems::lights::{LightRecord, MOST_LIGHTS, NO_LIGHT, PackedLight, SelectedLights, Selection};
 use wgpu::naga;
 use wgpu::util::DeviceExt;
 
@@ -93,18 +93,17 @@ fn shader_structs_mirror_the_draw_list() {
     );
     assert_mirrored!(
         &module,
-        "Light",
-        LightRecord {
+        "PackedLight",
+        PackedLight {
             position,
-            kind,
-            color,
             inverse_range_squared,
-            attenuation,
-            exponent_or_cone_slope,
+            color_and_kind,
             direction,
-            versine_outer,
-            ambient,
+            cone,
+            attenuation,
             pad0,
+            ambient,
+            pad1,
         }
     );
     assert_mirrored!(
@@ -114,23 +113,23 @@ fn shader_structs_mirror_the_draw_list() {
             base_factor,
             specular_factor,
             shininess,
-            emissive_factor,
+            layers,
             normal_scale,
+            emissive_factor,
+            alpha_cutoff,
             metallic,
             roughness,
             occlusion_strength,
-            alpha_cutoff,
-            glossiness,
             specular_strength,
+            glossiness,
             height_scale_uv,
-            second_uvs,
-            offset_matrix,
             height_rest,
+            second_uvs,
             emboss_step_texels,
             self_shadow,
             pad0,
-            layers,
             pad1,
+            offset_matrix,
             image_from_mesh_uv,
             offsets,
         }
@@ -167,7 +166,7 @@ fn the_structs_of_culling_mirror_the_renderers() {
 fn records_come_out_of_their_tables_as_they_went_in() {
     let Some(gpu) = common::gpu() else { return };
     check_table(&gpu, 0, "PackedInstance", "load_packed_instance", size_of::<InstanceRecord>());
-    check_table(&gpu, 1, "Light", "load_light", size_of::<LightRecord>());
+    check_table(&gpu, 1, "PackedLight", "load_packed_light", size_of::<PackedLight>());
     check_table(&gpu, 2, "Material", "load_material", size_of::<MaterialRecord>());
 }
 
@@ -261,6 +260,81 @@ fn lights_come_out_of_an_objects_record_nearly_as_they_went_in() {
     }
 }
 
+/// Shaders compute with the lights that the search scores.
+#[test]
+fn lights_come_out_of_their_table_as_the_search_has_them() {
+    let Some(gpu) = common::gpu() else { return };
+    let spot = LightRecord {
+        position: [1.5, -2.0, 1e6],
+        kind: LightRecord::SPOT_CONE,
+        color: [3.1, 0.7, -0.51],
+        inverse_range_squared: 0.01,
+        attenuation: [1.0, 0.5, 0.25],
+        exponent_or_cone_slope: 7.3,
+        direction: Vec3::new(0.48, -0.6, -0.64).into(),
+        versine_outer: 0.21,
+        ambient: [0.1, 0.2, 0.3],
+    };
+    let lights = [
+        spot,
+        LightRecord { direction: Vec3::new(-0.6, 0.48, -0.64).into(), color: [1e9, 1e8, 0.0], ..spot },
+        LightRecord { direction: [0.0, 0.0, -1.0], versine_outer: 6e-7, exponent_or_cone_slope: 1e12, ..spot },
+        LightRecord { kind: LightRecord::SPOT_EXPONENT, exponent_or_cone_slope: 128.0, ..spot },
+        LightRecord { kind: LightRecord::POINT, color: [1e-9, 2e-9, -1e-12], ..spot },
+        LightRecord { kind: LightRecord::DIRECTIONAL, position: [0.0, 0.8, 0.6], ..spot },
+        LightRecord { kind: LightRecord::OFF, ..LightRecord::default() },
+    ]
+    .map(|light| light.packed());
+    let source = format!(
+        "{}
+        @group(1) @binding(0) var<storage, read_write> loaded: array<vec4f, {}>;
+        @compute @workgroup_size(1) fn main() {{
+            for (var i = 0u; i < {}u; i++) {{
+                let o = load_light(i);
+                loaded[5u * i] = vec4f(o.position, f32(o.kind));
+                loaded[5u * i + 1u] = vec4f(o.color, o.inverse_range_squared);
+                loaded[5u * i + 2u] = vec4f(o.attenuation, o.exponent_or_cone_slope);
+                loaded[5u * i + 3u] = vec4f(o.direction, o.versine_outer);
+                loaded[5u * i + 4u] = vec4f(o.ambient, 0.0);
+            }}
+        }}",
+        include_str!("../shaders/types.wgsl"),
+        5 * lights.len(),
+        lights.len()
+    );
+    let mut values: Vec<u32> = bytemuck::cast_slice(&lights).to_vec();
+    values.resize(4096 * 2 * 4, 0);
+    let found = run(&gpu, 1, source, &values, 5 * 16 * lights.len());
+    for (light, found) in lights.iter().zip(found.chunks_exact(20)) {
+        let light = light.unpacked();
+        let mut found: Vec<f32> = found.iter().map(|&bits| f32::from_bits(bits)).collect();
+        assert_eq!(found[3], light.kind as f32);
+        let has_cone = [LightRecord::SPOT_CONE, LightRecord::SPOT_EXPONENT].contains(&light.kind);
+        if !has_cone {
+            // Not read: they have no cones.
+            found[11..=15].fill(0.0);
+        }
+        let expected = [
+            &light.position[..],
+            &[light.kind as f32],
+            &light.color,
+            &[light.inverse_range_squared],
+            &light.attenuation,
+            &[if has_cone { light.exponent_or_cone_slope } else { 0.0 }],
+            &if has_cone { light.direction } else { [0.0; 3] },
+            &[if has_cone { light.versine_outer } else { 0.0 }],
+            &light.ambient,
+        ]
+        .concat();
+        for (place, (found, expected)) in found.iter().zip(&expected).enumerate() {
+            // Quotients are within 2.5 units in the last place (WGSL, 15.7.4), products within a half; a direction has
+            // an inverse root of 2 and a few sums of numbers below 1.
+            let bound = expected.abs() * 6e-7 + if (12..15).contains(&place) { 6e-7 } else { 0.0 };
+            assert!((found - expected).abs() <= bound, "value {place} of {light:?}: {found}");
+        }
+    }
+}
+
 /// Runs a shader with `values` in a table of two rows, the others empty; what it leaves in the binding for that, `size`
 /// bytes. Tables by their number: instances, lights, materials.
 fn run(gpu: &Gpu, table: usize, source: String, values: &[u32], size: usize) -> Vec<u32> {
@@ -293,7 +367,7 @@ fn run(gpu: &Gpu, table: usize, source: String, values: &[u32], size: usize) -> 
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
         format: wgpu::TextureFormat::Rgba32Uint,
-        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::COPY_DST,
         view_formats: &[],
     });
     let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(4096 * 16), rows_per_image: None };

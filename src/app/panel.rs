@@ -211,7 +211,7 @@ fn statistics(ui: &mut Ui, viewer: &mut Viewer, info: &FrameInfo) {
     let (stats, world) = (info.stats, &viewer.simulation.world);
     let frame = world.resource::<FrameStats>();
     let lights = &viewer.simulation.draw_list().lights.records;
-    let lights = lights.iter().filter(|light| light.kind != LightRecord::OFF).count();
+    let lights = lights.iter().filter(|light| light.kind() != LightRecord::OFF).count();
     Grid::new("statistics").num_columns(2).striped(true).min_col_width(70.0).show(ui, |ui| {
         row(ui, "adapter", info.adapter);
         row(ui, "picture", &format!("{} × {}", info.view.width, info.view.height));

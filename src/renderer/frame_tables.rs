@@ -5,14 +5,14 @@ use super::tables::{RecordTable, TableKind, TableTexture};
 use super::timestamps::Timestamps;
 use super::{Gpu, RenderError, RenderStats};
 use systems::draw::{FrameData, InstanceRecord, MaterialRecord};
-use systems::lights::{LightListPage, LightLists, LightRecord, MOST_LIGHTS};
+use systems::lights::{LightListPage, LightLists, MOST_LIGHTS, PackedLight};
 
 /// Instances, lights, materials, lists of lights.
 #[derive(Debug)]
 pub(super) struct FrameTables {
     texture: TableTexture,
     instances: RecordTable<InstanceRecord>,
-    lights: RecordTable<LightRecord>,
+    lights: RecordTable<PackedLight>,
     materials: RecordTable<MaterialRecord>,
     light_lists: RecordTable<LightListPage>,
     scatter: Scatter,

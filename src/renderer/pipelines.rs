@@ -198,7 +198,7 @@ impl Pipelines {
 }
 
 /// What the forward shader's overrides are in a pass over objects of a kind.
-pub(super) fn object_constants(pass: Pass, key: PipelineKey) -> [(&'static str, f64); 15] {
+pub(super) fn object_constants(pass: Pass, key: PipelineKey) -> [(&'static str, f64); 16] {
     let (debug, specular_aa) = match pass {
         Pass::Color { debug, specular_aa, .. } => (debug, specular_aa),
         Pass::Emboss { .. } | Pass::Outputs(_) => (DebugView::Off, false),
@@ -222,6 +222,7 @@ pub(super) fn object_constants(pass: Pass, key: PipelineKey) -> [(&'static str, 
         ("LIGHT_LISTS", f64::from(u32::from(lights.lists))),
         ("LIGHTS_WITH_ATTENUATION", f64::from(u32::from(lights.attenuation))),
         ("LIGHTS_WITH_CONES", f64::from(u32::from(lights.cones))),
+        ("LIGHTS_WITH_EXPONENTS", f64::from(u32::from(lights.exponents))),
         ("LIGHTS_WITH_AMBIENT", f64::from(u32::from(lights.ambient))),
         ("SPECULAR_AA", f64::from(u32::from(specular_aa))),
         ("DEBUG", f64::from(debug as u32)),
@@ -234,10 +235,10 @@ fn frame_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     let all = wgpu::ShaderStages::VERTEX_FRAGMENT | wgpu::ShaderStages::COMPUTE;
     let entry = |binding, visibility, ty| wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None };
     let buffer = |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
-    let table = wgpu::BindingType::Texture {
-        sample_type: wgpu::TextureSampleType::Uint,
+    let table = wgpu::BindingType::StorageTexture {
+        access: wgpu::StorageTextureAccess::ReadOnly,
+        format: wgpu::TextureFormat::Rgba32Uint,
         view_dimension: wgpu::TextureViewDimension::D2,
-        multisampled: false,
     };
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: Some("frame"),

@@ -55,8 +55,8 @@ mod tests {
     use super::*;
     use std::collections::{BTreeMap, BTreeSet};
     use systems::assets::{AlphaMode, MapSlot, Shading, Technique};
-    use systems::draw::{InstanceRecord, PAGE_SLOTS, PipelineKey, ToneMap};
-    use systems::lights::{LightListPage, LightLists, LightRecord, NO_LIGHT};
+    use systems::draw::{InstanceRecord, MaterialRecord, PAGE_SLOTS, PipelineKey, ToneMap};
+    use systems::lights::{LightListPage, LightLists, LightRecord, NO_LIGHT, PackedLight};
     use wgpu::naga;
 
     /// Constants that stand for the same in shaders and in Rust, with what Rust has. A name is in here more than once
@@ -92,6 +92,8 @@ mod tests {
             number("BLOCK", culling::BLOCK),
             ("TABLE_WIDTH", tables::TABLE_WIDTH as f64),
             ("INSTANCE_TEXELS", size_of::<InstanceRecord>() as f64 / 16.0),
+            ("MATERIAL_TEXELS", size_of::<MaterialRecord>() as f64 / 16.0),
+            ("LIGHT_TEXELS", size_of::<PackedLight>() as f64 / 16.0),
             ("LIST_TEXELS", size_of::<LightListPage>() as f64 / 16.0),
             number("LISTED", LightLists::LISTED),
             number("NO_LIGHT", NO_LIGHT),

@@ -180,10 +180,7 @@ impl TableTexture {
 
     fn with_rows(device: &wgpu::Device, rows: [u32; TABLE_COUNT], version: u32) -> Self {
         use wgpu::TextureUsages;
-        let usage = TextureUsages::TEXTURE_BINDING
-            | TextureUsages::STORAGE_BINDING
-            | TextureUsages::COPY_DST
-            | TextureUsages::COPY_SRC;
+        let usage = TextureUsages::STORAGE_BINDING | TextureUsages::COPY_DST | TextureUsages::COPY_SRC;
         let size = (TABLE_WIDTH as u32, rows.iter().sum());
         let texture = super::targets::texture(device, "tables", size, wgpu::TextureFormat::Rgba32Uint, 1, usage);
         let view = super::targets::whole_view(&texture, "tables");

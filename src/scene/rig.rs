@@ -6,7 +6,7 @@ use glam::Vec3;
 use systems::Simulation;
 use systems::assets::all_bounds;
 use systems::draw::{Camera, Environment, Projection};
-use systems::lights::{LUMINANCE, Light, LightRecord, irradiance};
+use systems::lights::{LUMINANCE, Light, LightRecord, PackedLight, irradiance};
 use systems::space::{Aabb, Sphere, Transform};
 
 /// Vertical field of view of the framing camera.
@@ -51,7 +51,8 @@ pub fn light(world: &mut World) -> Environment {
 /// are.
 pub fn expose(simulation: &mut Simulation) {
     simulation.frame();
-    let lights = simulation.draw_list().lights.records.clone();
+    let lights = simulation.draw_list().lights.records.iter().map(PackedLight::unpacked);
+    let lights: Vec<_> = lights.collect();
     let at = |bounds: &Sphere| {
         // Not nearer to the light than the object's radius: a lamp within its own shade would outshine the sun.
         let point = |light: &LightRecord| {

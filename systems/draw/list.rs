@@ -21,7 +21,7 @@ use crate::ecs::stats::FrameStats;
 use crate::ecs::tables::Table;
 use crate::lights::lists::LightLists;
 use crate::lights::policy::LightPolicies;
-use crate::lights::record::LightRecord;
+use crate::lights::record::PackedLight;
 use crate::space::bounds::Sphere;
 use bevy_ecs::prelude::*;
 use std::ops::Range;
@@ -39,6 +39,8 @@ pub struct LightFeatures {
     pub attenuation: bool,
     /// A spot's cone.
     pub cones: bool,
+    /// A spot with an exponent instead of an inner cone.
+    pub exponents: bool,
     /// An ambient colour.
     pub ambient: bool,
     /// Objects with more than three lights; since the policies changed.
@@ -159,7 +161,7 @@ pub struct DrawList {
     /// What is in the slots of drawn objects; their records are made when they are read.
     pub instances: InstanceSlots,
     /// One per light.
-    pub lights: Table<LightRecord>,
+    pub lights: Table<PackedLight>,
     /// What they have or had.
     pub light_features: LightFeatures,
     /// One per slot of the library's materials.

@@ -18,7 +18,8 @@ use glam::Vec3;
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Layers that every adapter offers (WebGPU's default limit); a fuller array is followed by another.
+/// Layers that every adapter offers (WebGPU's default limit); a fuller array is followed by another. A layer is a byte of
+/// [`MaterialRecord`].
 pub const MOST_LAYERS: usize = 256;
 
 /// Bytes of a texture array, at the most, unless one layer has more: graphics drivers need not give more in one piece
@@ -200,7 +201,7 @@ impl MaterialTable {
             let (array, layer) = self.layer(map.image, image, list);
             class.arrays[slot] = array;
             class.samplers[slot] = map.sampler;
-            record.layers[slot] = layer;
+            record.layers[slot] = layer as u8;
             record.image_from_mesh_uv[slot] = map.image_from_mesh_uv.matrix2.to_cols_array();
             record.offsets[slot] = map.image_from_mesh_uv.translation.to_array();
             record.second_uvs |= map.uv_set.min(1) << slot;

@@ -30,7 +30,7 @@ pub struct InstanceRecord {
     pub entity: u32,
 }
 
-/// One material. Mirrors `Material`; the fields are [`crate::assets::Material`]'s.
+/// One material. Mirrors `Material`; the fields are [`crate::assets::Material`]'s. What every pixel reads comes first.
 #[repr(C)]
 #[derive(Clone, Copy, PartialEq, Debug, Default, Pod, Zeroable)]
 pub struct MaterialRecord {
@@ -40,10 +40,14 @@ pub struct MaterialRecord {
     pub specular_factor: [f32; 3],
     /// Phong and Blinn exponent.
     pub shininess: f32,
-    /// Linear RGB.
-    pub emissive_factor: [f32; 3],
+    /// Layer of each map in its class's texture array, by [`MapSlot`](crate::assets::MapSlot); the last is unused.
+    pub layers: [u8; MAP_COUNT + 1],
     /// Times the normal map's xy.
     pub normal_scale: f32,
+    /// Linear RGB.
+    pub emissive_factor: [f32; 3],
+    /// 0..1.
+    pub alpha_cutoff: f32,
     /// 0..1.
     pub metallic: f32,
     /// 0..1.
@@ -51,29 +55,25 @@ pub struct MaterialRecord {
     /// 0..1.
     pub occlusion_strength: f32,
     /// 0..1.
-    pub alpha_cutoff: f32,
+    pub specular_strength: f32,
     /// 0..1.
     pub glossiness: f32,
-    /// 0..1.
-    pub specular_strength: f32,
     /// UV units.
     pub height_scale_uv: f32,
-    /// Bit m: map m is placed by the second UV set.
-    pub second_uvs: u32,
-    /// Rows of the 2×2 matrix from the offset map to the environment's disc.
-    pub offset_matrix: [f32; 4],
     /// 0..1.
     pub height_rest: f32,
+    /// Bit m: map m is placed by the second UV set.
+    pub second_uvs: u32,
     /// Texels.
     pub emboss_step_texels: f32,
     /// 0..1.
     pub self_shadow: f32,
     /// Room for 16-byte alignment.
     pub pad0: u32,
-    /// Layer of each map in its class's texture array, by [`MapSlot`](crate::assets::MapSlot).
-    pub layers: [u32; MAP_COUNT],
     /// Room for 16-byte alignment.
     pub pad1: u32,
+    /// Rows of the 2×2 matrix from the offset map to the environment's disc.
+    pub offset_matrix: [f32; 4],
     /// Columns of the 2×2 matrix from mesh UV to image UV, by `MapSlot`.
     pub image_from_mesh_uv: [[f32; 4]; MAP_COUNT],
     /// Its translation, by `MapSlot`; the last is unused.

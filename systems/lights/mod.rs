@@ -1,6 +1,6 @@
 //! Lights, and the choice of those that shade each object: three, or as many as it takes.
 //!
-//! A [`Light`] has a slot in the [`LightTable`], as a [`LightRecord`], which shaders read, and as a [`ScoredLight`],
+//! A [`Light`] has a slot in the [`LightTable`], as a [`PackedLight`], which shaders read, and as a [`ScoredLight`],
 //! which the choice reads; the [`LightTree`] sorts these in space. How much a light matters to an object is its
 //! [`score`] (`relevance`). [`brute_force`] compares every object with every light and so defines the result;
 //! [`search`] finds the same, bit for bit, from the tree and the [`ObjectOrder`], which has the objects along a curve.
@@ -29,7 +29,7 @@ pub use curve::along_the_curve;
 pub use lists::{LightListPage, LightLists, ListedLights};
 pub use order::ObjectOrder;
 pub use policy::{LightPolicies, LightPolicy, Policies};
-pub use record::{LightRecord, MOST_LIGHTS, NO_LIGHT};
+pub use record::{LightRecord, MOST_LIGHTS, NO_LIGHT, PackedLight};
 pub use relevance::{LUMINANCE, ScoredLight, irradiance, light_record, score};
 pub use selected::SelectedLights;
 pub use selection::{select_lights, select_parallel};

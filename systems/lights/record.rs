@@ -1,7 +1,25 @@
-//! A light as shaders read it. `shaders/types.wgsl` mirrors the struct; `tests/shaders.rs` compares every offset of the
-//! two.
+//! A light as shading computes with it, and packed, as it lies in the table that shaders read. Every pixel reads every
+//! light of its object, so a point light or a spot with the usual attenuation is two texels:
+//!
+//! ```text
+//! position               three floats
+//! inverse_range_squared  a float
+//! color_and_kind         words 0, 1:  red 14 bits | green 14 bits | kind 4 bits,  blue 14 bits | exponent 8 bits
+//!                        a channel is its bits, in two's complement, times 2^(exponent − 127)
+//! direction              x and y on an octahedron, 16 bits each (Cigolle et al., "A Survey of Efficient
+//!                        Representations for Independent Unit Vectors", JCGT 2014)
+//! cone                   versine_outer, 5 bits of exponent and 11 of mantissa, from 2⁻³⁰ to 4; above it
+//!                        exponent_or_cone_slope, 6 bits and 10, from 2⁻²⁰ to 2⁴⁴, rounded up
+//! attenuation, ambient   three floats each, in texels that are read only where some light needs them
+//! ```
+//!
+//! So colours are at most 1/16,382 of their largest channel off, directions 0.004° and angles of cones a part in 8,000.
+//! The search scores what comes out, [`PackedLight::unpacked`], not what went in.
+//!
+//! `shaders/types.wgsl` mirrors the structs; `tests/shaders.rs` compares offsets and what comes out.
 
 use bytemuck::{Pod, Zeroable};
+use glam::{Vec2, Vec3, Vec3Swizzles};
 
 /// Most slots of the light table: what fits beside a weight.
 pub const MOST_LIGHTS: usize = 1 << 21;
@@ -9,9 +27,15 @@ pub const MOST_LIGHTS: usize = 1 << 21;
 /// An unused light slot of an instance.
 pub const NO_LIGHT: u32 = u32::MAX;
 
+/// Bits of a channel of a colour, and the largest value that they hold.
+const CHANNEL_BITS: u32 = 14;
+const MOST_CHANNEL: f32 = ((1 << (CHANNEL_BITS - 1)) - 1) as f32;
+const KIND_SHIFT: u32 = 2 * CHANNEL_BITS;
+const VERSINE: ShortFloat = ShortFloat { mantissa_bits: 11, least_exponent: 97 };
+const SLOPE: ShortFloat = ShortFloat { mantissa_bits: 10, least_exponent: 107 };
+
 /// One light. Mirrors `Light`.
-#[repr(C)]
-#[derive(Clone, Copy, PartialEq, Debug, Default, Pod, Zeroable)]
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct LightRecord {
     /// World space, metres; of a directional light the unit vector towards it.
     pub position: [f32; 3],
@@ -31,8 +55,37 @@ pub struct LightRecord {
     pub versine_outer: f32,
     /// Ambient colour, linear RGB.
     pub ambient: [f32; 3],
+}
+
+/// One light in the table. Mirrors `PackedLight`; this file's head says how its words are made.
+#[repr(C)]
+#[derive(Clone, Copy, PartialEq, Debug, Pod, Zeroable)]
+pub struct PackedLight {
+    /// As in [`LightRecord`].
+    pub position: [f32; 3],
+    /// As in [`LightRecord`].
+    pub inverse_range_squared: f32,
+    /// Mantissas and common exponent of the colour, and the kind.
+    pub color_and_kind: [u32; 2],
+    /// Of spots.
+    pub direction: u32,
+    /// Of spots.
+    pub cone: u32,
+    /// As in [`LightRecord`].
+    pub attenuation: [f32; 3],
     /// Room for 16-byte alignment.
     pub pad0: u32,
+    /// As in [`LightRecord`].
+    pub ambient: [f32; 3],
+    /// Room for 16-byte alignment.
+    pub pad1: u32,
+}
+
+/// An empty slot.
+impl Default for PackedLight {
+    fn default() -> Self {
+        LightRecord { kind: LightRecord::OFF, ..LightRecord::default() }.packed()
+    }
 }
 
 impl LightRecord {
@@ -54,4 +107,202 @@ impl LightRecord {
         ("directional", Self::DIRECTIONAL),
         ("off", Self::OFF),
     ];
+
+    /// Packs.
+    pub fn packed(&self) -> PackedLight {
+        let largest = Vec3::from(self.color).abs().max_element();
+        // The power of two that gives the largest channel as many of its bits as it can.
+        let all_bits = (largest.to_bits() >> 23).saturating_sub(CHANNEL_BITS - 2).max(1);
+        let exponent = all_bits + u32::from(largest > MOST_CHANNEL * power_of_two(all_bits));
+        let channel = |c: f32| ((c / power_of_two(exponent)).round() as i32 as u32) & ((1 << CHANNEL_BITS) - 1);
+        let [red, green, blue] = self.color.map(channel);
+        let direction = on_octahedron(self.direction.into()).map(|v| (v * 32767.0).round() as i16 as u16);
+        let versine = VERSINE.nearest(self.versine_outer);
+        // Not flatter than from the edge to the axis, which is full light however the edge is rounded.
+        let full = if self.kind == Self::SPOT_CONE { VERSINE.value(versine).recip() } else { 0.0 };
+        let cone = [versine, SLOPE.above(self.exponent_or_cone_slope.max(full))];
+        PackedLight {
+            position: self.position,
+            inverse_range_squared: self.inverse_range_squared,
+            color_and_kind: [red | green << CHANNEL_BITS | self.kind << KIND_SHIFT, blue | exponent << CHANNEL_BITS],
+            direction: pair(direction),
+            cone: pair(cone),
+            attenuation: self.attenuation,
+            pad0: 0,
+            ambient: self.ambient,
+            pad1: 0,
+        }
+    }
+}
+
+impl PackedLight {
+    /// One of [`LightRecord::KINDS`].
+    pub fn kind(&self) -> u32 {
+        self.color_and_kind[0] >> KIND_SHIFT
+    }
+
+    /// The light that shaders and the search compute with.
+    pub fn unpacked(&self) -> LightRecord {
+        let [first, second] = self.color_and_kind;
+        let scale = power_of_two(second >> CHANNEL_BITS & 255);
+        let unused = 32 - CHANNEL_BITS;
+        let channel = |word: u32| ((word << unused) as i32 >> unused) as f32 * scale;
+        let kind = self.kind();
+        let [versine, slope] = halves(self.cone);
+        let direction = match kind {
+            LightRecord::DIRECTIONAL => -Vec3::from(self.position),
+            LightRecord::SPOT_CONE | LightRecord::SPOT_EXPONENT => {
+                from_octahedron(halves(self.direction).map(|bits| f32::from(bits as i16) / 32767.0))
+            }
+            _ => Vec3::ZERO,
+        };
+        LightRecord {
+            position: self.position,
+            kind,
+            color: [channel(first), channel(first >> CHANNEL_BITS), channel(second)],
+            inverse_range_squared: self.inverse_range_squared,
+            attenuation: self.attenuation,
+            exponent_or_cone_slope: SLOPE.value(slope),
+            direction: direction.into(),
+            versine_outer: VERSINE.value(versine),
+            ambient: self.ambient,
+        }
+    }
+}
+
+/// How a number above 0 is kept in 16 bits: as those of the float, but with fewer bits of mantissa, and the exponent
+/// counted from another one. The least number stands for all that are less.
+struct ShortFloat {
+    mantissa_bits: u32,
+    least_exponent: u32,
+}
+
+impl ShortFloat {
+    fn value(&self, bits: u16) -> f32 {
+        f32::from_bits((u32::from(bits) << (23 - self.mantissa_bits)) + (self.least_exponent << 23))
+    }
+
+    fn nearest(&self, value: f32) -> u16 {
+        self.rounded(value, 1 << (22 - self.mantissa_bits))
+    }
+
+    /// The least number that is no less than `value`.
+    fn above(&self, value: f32) -> u16 {
+        self.rounded(value, (1 << (23 - self.mantissa_bits)) - 1)
+    }
+
+    fn rounded(&self, value: f32, step: u32) -> u16 {
+        let bits = value.to_bits().saturating_sub(self.least_exponent << 23) + step;
+        (bits >> (23 - self.mantissa_bits)).min(u32::from(u16::MAX)) as u16
+    }
+}
+
+/// 2^(exponent − 127).
+fn power_of_two(exponent: u32) -> f32 {
+    f32::from_bits(exponent << 23)
+}
+
+fn pair([low, high]: [u16; 2]) -> u32 {
+    u32::from(low) | u32::from(high) << 16
+}
+
+fn halves(word: u32) -> [u16; 2] {
+    [word as u16, (word >> 16) as u16]
+}
+
+/// A unit vector on the octahedron |x| + |y| + |z| = 1, its lower half turned out over the edges of the upper one.
+fn on_octahedron(direction: Vec3) -> [f32; 2] {
+    let v = direction / direction.abs().element_sum().max(f32::MIN_POSITIVE);
+    let folded = if v.z < 0.0 { (1.0 - v.yx().abs()) * Vec2::ONE.copysign(v.xy()) } else { v.xy() };
+    folded.into()
+}
+
+fn from_octahedron([x, y]: [f32; 2]) -> Vec3 {
+    let z = 1.0 - x.abs() - y.abs();
+    let beyond = (-z).max(0.0);
+    Vec3::new(x - beyond.copysign(x), y - beyond.copysign(y), z).normalize()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn spot(direction: Vec3) -> LightRecord {
+        LightRecord {
+            position: [1.5, -2.0, 1e6],
+            kind: LightRecord::SPOT_CONE,
+            color: [3.0, 0.75, -0.5],
+            inverse_range_squared: 0.01,
+            attenuation: [1.0, 0.5, 0.25],
+            exponent_or_cone_slope: 4.0,
+            direction: direction.into(),
+            versine_outer: 0.25,
+            ambient: [0.1, 0.2, 0.3],
+        }
+    }
+
+    #[test]
+    fn words_are_those_of_the_table_above_and_come_out_again() {
+        let light = spot(Vec3::NEG_Y);
+        let packed = light.packed();
+        // 2⁻¹¹ is the least power of two of which 3 is no more than 8191.
+        let [red, green, blue] = [3 << 11, 3 << 9, (-1i32 << 10) as u32 & 0x3fff];
+        assert_eq!(packed.color_and_kind, [red | green << 14 | 2 << 28, blue | (127 - 11) << 14]);
+        assert_eq!(packed.direction, (-32767i16 as u16 as u32) << 16);
+        // 2⁻² is 28 exponents above the least, 4 is 22.
+        assert_eq!(packed.cone, 22 << 26 | 28 << 11);
+        assert_eq!(packed.unpacked(), light);
+        assert_eq!(packed.unpacked().packed(), packed);
+        assert_eq!(PackedLight::default().unpacked().kind, LightRecord::OFF);
+    }
+
+    #[test]
+    fn colors_of_any_size_keep_their_channels() {
+        for largest in [1e-30, 0.003, 0.999_99, 1.0, 8191.0, 8191.5, 65_504.0, 1e27] {
+            let light = LightRecord { color: [largest, 0.3 * largest, -0.001 * largest], ..LightRecord::default() };
+            for (found, color) in light.packed().unpacked().color.iter().zip(light.color) {
+                // Half a step, where the largest channel is more than 4095 of them.
+                assert!((found - color).abs() <= largest / 8190.0, "{found} for {color} of {largest}");
+            }
+        }
+    }
+
+    #[test]
+    fn directions_come_out_within_a_step() {
+        let mut worst = 0.0f32;
+        for i in 0..10_000 {
+            // A spiral over the sphere, and its six corners.
+            let z = 1.0 - 2.0 * i as f32 / 9_999.0;
+            let (sin, cos) = (i as f32 * 2.4).sin_cos();
+            let round = (1.0 - z * z).max(0.0).sqrt();
+            let mut direction = Vec3::new(cos * round, sin * round, z);
+            if let Some(axis) = Vec3::AXES.get(i) {
+                direction = -*axis;
+            }
+            let found = Vec3::from(spot(direction).packed().unpacked().direction);
+            worst = worst.max(found.distance(direction));
+        }
+        // Half a step of 1/32767 in x and y is √2 halves in the plane; in space z changes by as much as both, together
+        // √6 halves. The octahedron lies up to √3 nearer than the sphere.
+        assert!(worst < 0.5 / 32767.0 * 6f32.sqrt() * 3f32.sqrt() + 1e-7, "{worst}");
+    }
+
+    #[test]
+    fn angles_of_cones_come_out_within_an_eight_thousandth() {
+        for versine in [5e-7f32, 1e-3, 0.06, 0.5, 0.91] {
+            for part in [1.0, 0.3, 1e-3, 1e-6] {
+                let exponent_or_cone_slope = 1.0 / (versine * part);
+                let light = LightRecord { versine_outer: versine, exponent_or_cone_slope, ..spot(Vec3::X) };
+                let found = light.packed().unpacked();
+                // Half a step of 2⁻¹¹ of the versine, which goes with the angle's square.
+                assert!((found.versine_outer / versine - 1.0).abs() <= 1.0 / 4096.0, "{found:?}");
+                // A step of 2⁻¹⁰, and where the cone goes to full light on its axis as much as the versine is off.
+                let slope = found.exponent_or_cone_slope / exponent_or_cone_slope;
+                assert!((1.0 - 1.0 / 4096.0..=1.0 + 1.0 / 1024.0 + 1.0 / 4096.0).contains(&slope), "{slope} of {part}");
+                assert!(found.versine_outer * found.exponent_or_cone_slope >= 1.0, "its axis is full light");
+            }
+        }
+        let none = LightRecord { kind: LightRecord::SPOT_EXPONENT, exponent_or_cone_slope: 0.0, ..spot(Vec3::X) };
+        assert!(none.packed().unpacked().exponent_or_cone_slope < 1e-6);
+    }
 }

@@ -1,6 +1,6 @@
 //! Lights in a table, and what an object knows of its lights.
 //!
-//! Every entity with a [`Light`](crate::lights::Light) has a slot, with a [`LightRecord`] (what shaders read) and a
+//! Every entity with a [`Light`](crate::lights::Light) has a slot, with a [`PackedLight`] (what shaders read) and a
 //! [`ScoredLight`] (what the search reads); `update_light_table` of `draw` writes both, from the lights that changed.
 //! [`crate::lights::select_lights`] then gives objects their [`SelectedLights`](crate::lights::SelectedLights).
 //!
@@ -12,7 +12,7 @@
 //! l, sides = Σ e |l| (component by component), and shading adds dot(n², sides + sign(n) · dir) / 2 in the mean colour
 //! of what was left out.
 
-use super::record::{LightRecord, NO_LIGHT};
+use super::record::{NO_LIGHT, PackedLight};
 use super::relevance::ScoredLight;
 use super::tree::LightTree;
 use crate::ecs::tables::Table;
@@ -101,11 +101,11 @@ impl LightTable {
     }
 
     /// Forgets what changed in the last frame, and empties the slots of lights that went since then.
-    pub(crate) fn begin_frame(&mut self, records: &mut Table<LightRecord>) {
+    pub(crate) fn begin_frame(&mut self, records: &mut Table<PackedLight>) {
         self.changes.clear();
         self.changed.clear();
         for slot in std::mem::take(&mut self.freed) {
-            self.write(records, slot, LightRecord { kind: LightRecord::OFF, ..LightRecord::default() });
+            self.write(records, slot, PackedLight::default());
             self.free.push(Reverse(slot));
         }
     }
@@ -122,13 +122,13 @@ impl LightTable {
     }
 
     /// Writes a light into a claimed slot, here and in the records that shaders read.
-    pub(crate) fn write(&mut self, records: &mut Table<LightRecord>, slot: u32, record: LightRecord) {
-        if records.records.get(slot as usize) == Some(&record) {
+    pub(crate) fn write(&mut self, records: &mut Table<PackedLight>, slot: u32, light: PackedLight) {
+        if records.records.get(slot as usize) == Some(&light) {
             return;
         }
-        records.write(slot, record);
+        records.write(slot, light);
         if let Some(scored) = self.scored.get_mut(slot as usize) {
-            let before = std::mem::replace(scored, ScoredLight::new(&record));
+            let before = std::mem::replace(scored, ScoredLight::new(&light.unpacked()));
             self.changes.push([before, *scored]);
             self.changed.push(slot);
         }

@@ -26,7 +26,7 @@ fn a_light_follows_its_parent_from_frame_to_frame() {
     simulation.world.spawn((Light::spot(1.0, 10.0, 0.5), lamp, ChildOf(mount)));
     simulation.frame();
     let lamp = |simulation: &Simulation| {
-        let LightRecord { position, direction, .. } = simulation.draw_list().lights.records[0];
+        let LightRecord { position, direction, .. } = simulation.draw_list().lights.records[0].unpacked();
         (Vec3::from(position), Vec3::from(direction))
     };
     assert_eq!(lamp(&simulation), (Vec3::new(0.0, 1.0, -2.0), Vec3::NEG_Z));

@@ -50,7 +50,7 @@ fn lights_that_are_none_are_never_selected() {
     let records = &simulation.draw_list().lights.records;
     assert_eq!(records.len(), 18);
     for (slot, record) in records.iter().enumerate() {
-        assert_eq!(record.kind, LightRecord::OFF, "slot {slot}");
+        assert_eq!(record.kind(), LightRecord::OFF, "slot {slot}");
     }
     assert_eq!(*simulation.world.get::<SelectedLights>(object).unwrap(), SelectedLights::default());
     // Negative colours count by magnitude, negative attenuation as none.
@@ -103,7 +103,7 @@ fn slots_stay_while_lights_come_and_go() {
     simulation.world.despawn(lights[3]);
     simulation.world.despawn(lights[1]);
     simulation.frame();
-    let kinds: Vec<u32> = simulation.draw_list().lights.records.iter().map(|record| record.kind).collect();
+    let kinds: Vec<u32> = simulation.draw_list().lights.records.iter().map(|light| light.kind()).collect();
     let (on, off) = (LightRecord::POINT, LightRecord::OFF);
     assert_eq!(kinds, [on, off, on, off, on]);
     assert_eq!(simulation.world.resource::<LightTable>().scored()[3], ScoredLight::OFF);
@@ -117,7 +117,7 @@ fn slots_stay_while_lights_come_and_go() {
     simulation.world.despawn(lights[0]);
     simulation.world.entity_mut(lights[2]).remove::<Light>();
     assert_eq!(spawn_light(&mut simulation, Light::point(7.0, 10.0)), 0);
-    assert_eq!(simulation.draw_list().lights.records[2].kind, off);
+    assert_eq!(simulation.draw_list().lights.records[2].kind(), off);
     assert_eq!(spawn_light(&mut simulation, Light::point(7.0, 10.0)), 2);
     simulation.world.entity_mut(lights[2]).insert(Light::point(3.0, 10.0));
     simulation.frame();
@@ -127,7 +127,7 @@ fn slots_stay_while_lights_come_and_go() {
     simulation.world.entity_mut(lights[4]).insert(Light::directional(1.0));
     simulation.frame();
     assert_eq!(slot_of(&simulation, lights[4]), 4);
-    assert_eq!(simulation.draw_list().lights.records[4].kind, LightRecord::DIRECTIONAL);
+    assert_eq!(simulation.draw_list().lights.records[4].kind(), LightRecord::DIRECTIONAL);
 }
 
 /// Runs a frame; which of the objects had their selection touched, which light slots were written.
@@ -200,7 +200,7 @@ fn a_light_shines_along_the_minus_z_of_its_parent_chain() {
     let local = Transform::from_xyz(0.0, 0.0, -1.0).with_scale(Vec3::splat(3.0));
     simulation.world.spawn((Light::spot(1.0, 10.0, 0.5), local, ChildOf(parent)));
     simulation.frame();
-    let record = simulation.draw_list().lights.records[0];
+    let record = simulation.draw_list().lights.records[0].unpacked();
     assert!(Vec3::from(record.position).distance(Vec3::new(-1.0, 2.0, 0.0)) < 1e-5);
     assert!(Vec3::from(record.direction).distance(Vec3::NEG_X) < 1e-6);
 }
@@ -579,16 +579,18 @@ fn what_some_light_has_or_had_counts_whether_it_is_on_or_off() {
     let mut add = |light: Light| {
         let entity = simulation.world.spawn((light, Transform::default())).id();
         simulation.frame();
-        let LightFeatures { attenuation, cones, ambient, .. } = simulation.draw_list().light_features;
+        let LightFeatures { attenuation, cones, exponents, ambient, .. } = simulation.draw_list().light_features;
         simulation.world.despawn(entity);
-        (attenuation, cones, ambient)
+        [attenuation, cones, exponents, ambient]
     };
     let point = Light::point(1.0, 10.0).with_attenuation(Light::INVERSE_SQUARE);
-    assert_eq!(add(point.clone()), (false, false, false));
-    assert_eq!(add(Light::directional(1.0)), (false, false, false));
+    assert_eq!(add(point.clone()), [false; 4]);
+    assert_eq!(add(Light::directional(1.0)), [false; 4]);
     let off = Light { enabled: false, ..Light::spot(1.0, 10.0, 0.5).with_attenuation(Light::INVERSE_SQUARE) };
-    assert_eq!(add(off), (false, true, false));
-    assert_eq!(add(Light { ambient: Vec3::X, ..point.clone() }), (false, true, true));
-    assert_eq!(add(Light::point(1.0, 10.0)), (true, true, true));
-    assert_eq!(add(point), (true, true, true), "what was there stays");
+    assert_eq!(add(off.clone()), [false, true, false, false]);
+    let kind = LightKind::Spot { outer: 0.5, inner: None, exponent: 8.0 };
+    assert_eq!(add(Light { kind, ..off }), [false, true, true, false]);
+    assert_eq!(add(Light { ambient: Vec3::X, ..point.clone() }), [false, true, true, true]);
+    assert_eq!(add(Light::point(1.0, 10.0)), [true; 4]);
+    assert_eq!(add(point), [true; 4], "what was there stays");
 }
