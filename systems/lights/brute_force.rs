@@ -31,7 +31,8 @@ pub fn select(scored: &[ScoredLight], policies: Policies, spheres: &[Sphere], ou
                 reached.push(Reaching { score, slot, place: slot, irradiance, arriving });
             }
         }
-        *out = choose(&reached, |slot| &scored[slot as usize], policies.of(i), &mut further);
+        let light = |slot: u32| &scored[slot as usize];
+        *out = choose(&reached, light, sphere.radius.max(0.0), policies.of(i), &mut further);
         if policies.are_listed() {
             further.end_object();
         }
@@ -50,11 +51,13 @@ pub(crate) struct Reaching {
     pub arriving: Vec3,
 }
 
-/// Chooses from the lights that reach an object, in the order in which they are added up; lists those beyond the three.
+/// Chooses from the lights that reach an object of that radius, in the order in which they are added up; lists those
+/// beyond the three.
 #[inline(always)]
 pub(crate) fn choose<'a>(
     lights: &[Reaching],
     light: impl Fn(u32) -> &'a ScoredLight,
+    radius: f32,
     policy: LightPolicy,
     further: &mut ListedLights,
 ) -> Selection {
@@ -67,7 +70,7 @@ pub(crate) fn choose<'a>(
     let three = selection;
     let among_three = |slot: u32| three.lights.iter().position(|&chosen| chosen == slot);
     if let Some(tolerance) = policy.tolerance() {
-        let inverse_threshold = inverse_threshold(lights, top.scores[0], tolerance);
+        let inverse_threshold = inverse_threshold(lights, &light, radius, top.scores[0], tolerance);
         selection.dropped = 0.0;
         for reaching in lights {
             let number = among_three(reaching.slot);

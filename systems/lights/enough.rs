@@ -1,8 +1,10 @@
 //! As many lights as leave out no more than a share ε of what reaches an object: the weights, for one object after
 //! another. `search/enough.rs` has the same for the lanes of vectors, operation by operation.
 //!
-//! With the scores sᵢ of the lights that reach an object, S their sum, and w the smooth step from 0 at ½ to 1 at 1, the
-//! threshold τ is the number for which Σ sᵢ (1 − w(sᵢ/τ)) = ε S. The left side never falls with τ and is continuous: τ
+//! With the scores sᵢ of the lights that reach an object, S the sum of what they give as if none were nearer than half the
+//! object's radius ([`at_half_radius`]), and w the smooth step from 0 at ½ to 1 at 1, the threshold τ is the number for
+//! which Σ sᵢ (1 − w(sᵢ/τ)) = ε S. A lamp within the bounding sphere would otherwise count as if all of the object touched
+//! it, and a share of that is more than other lamps give. S is at most the sum of the scores. The left side never falls with τ and is continuous: τ
 //! exists, and where several will do, no score lies between them and all give the same weights, which move continuously
 //! with the scores. A light weighs w(s/τ), comes and goes at weight 0, and what is left out is at most ε S. The three
 //! most relevant weigh no less than without any others.
@@ -12,6 +14,8 @@
 //! ([`SelectedLights`](super::selected::SelectedLights)), which leaves out less still.
 
 use super::brute_force::Reaching;
+use super::record::LightRecord;
+use super::relevance::ScoredLight;
 use super::selected::{LEAST, MOST_WEIGHT};
 
 /// Halvings: from a factor of 2³² between the ends to one of less than 1 + 2⁻¹⁵.
@@ -20,13 +24,30 @@ pub(crate) const HALVINGS: u32 = 20;
 /// In place of 1 / τ where nothing is left out.
 pub(crate) const ALL: f32 = f32::MAX;
 
-/// 1 / τ for the lights that reach an object, the first of whose scores is `highest`; [`ALL`] where nothing may be left
-/// out, or next to nothing.
+/// What a light gives at most as if it were no nearer than half the object's radius, in metres: its score, or less.
 #[inline(always)]
-pub(crate) fn inverse_threshold(lights: &[Reaching], highest: f32, tolerance: f32) -> f32 {
+fn at_half_radius(score: f32, light: &ScoredLight, half_radius: f32) -> f32 {
+    if light.kind == LightRecord::DIRECTIONAL {
+        return score;
+    }
+    let [constant, linear, quadratic, least] = light.denominator.to_array();
+    score.min(1.0 / (constant + half_radius * (linear + half_radius * quadratic)).max(least))
+}
+
+/// 1 / τ for the lights that reach an object of that radius in metres, the first of whose scores is `highest`; [`ALL`]
+/// where nothing may be left out, or next to nothing.
+#[inline(always)]
+pub(crate) fn inverse_threshold<'a>(
+    lights: &[Reaching],
+    light: impl Fn(u32) -> &'a ScoredLight,
+    radius: f32,
+    highest: f32,
+    tolerance: f32,
+) -> f32 {
+    let half_radius = 0.5 * radius;
     let mut total = 0.0f32;
-    for light in lights {
-        total += light.score;
+    for reaching in lights {
+        total += at_half_radius(reaching.score, light(reaching.place), half_radius);
     }
     let allowed = tolerance * total;
     if allowed <= LEAST {

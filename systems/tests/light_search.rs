@@ -77,14 +77,22 @@ fn step(x: f64) -> f64 {
     t * t * (3.0 - 2.0 * t)
 }
 
-/// The threshold by its definition: what the weights leave out is the tolerance's share of the sum.
-fn threshold(scores: &[(f32, u32)], tolerance: f64) -> f64 {
+/// What a light gives at most, as if it were no nearer than half the object's radius.
+fn at_half_radius(score: f32, light: &ScoredLight, sphere: Sphere) -> f64 {
+    let half = 0.5 * f64::from(sphere.radius.max(0.0));
+    let [constant, linear, quadratic, least] = light.denominator.to_array().map(f64::from);
+    let most = 1.0 / (constant + half * (linear + half * quadratic)).max(least);
+    f64::from(score).min(if light.kind == LightRecord::DIRECTIONAL { f64::INFINITY } else { most })
+}
+
+/// The threshold by its definition: the weights leave out what is allowed.
+fn threshold(scores: &[(f32, u32)], allowed: f64) -> f64 {
     let scores = || scores.iter().map(|&(score, _)| f64::from(score));
     let left_out = |threshold: f64| scores().map(|score| score * (1.0 - step(score / threshold))).sum::<f64>();
     let (mut low, mut high) = (0.0, 2.0 * scores().fold(0.0, f64::max));
     for _ in 0..200 {
         let middle = 0.5 * (low + high);
-        if left_out(middle) <= tolerance * scores().sum::<f64>() { low = middle } else { high = middle }
+        if left_out(middle) <= allowed { low = middle } else { high = middle }
     }
     low
 }
@@ -184,15 +192,18 @@ proptest! {
                 .map(|(light, slot)| (score(light, sphere), slot)).filter(|s| s.0 > 0.0 && is_finite).collect();
             scores.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
             let sum: f64 = scores.iter().map(|s| f64::from(s.0)).sum();
+            let counted = scores.iter().map(|s| at_half_radius(s.0, &scene.scored[s.1 as usize], sphere)).sum::<f64>();
+            let allowed = f64::from(tolerance) * counted;
             let weight = |slot| f64::from(weights.get(&slot).copied().unwrap_or(0.0));
             let left_out: f64 = scores.iter().map(|s| f64::from(s.0) * (1.0 - weight(s.1))).sum();
             // Each sum of n numbers in single precision is off by n halves of its last bit at most.
             let rounding = 2.0 * scores.len() as f64 * f64::from(f32::EPSILON) * sum;
-            prop_assert!(left_out <= f64::from(tolerance) * sum + rounding, "{left_out} of {sum}");
+            prop_assert!(left_out <= allowed + rounding, "{left_out} of {counted}");
+            prop_assert!(counted <= sum);
             prop_assert!((f64::from(found[i].dropped) - left_out).abs() <= rounding + 1e-6 * left_out);
             prop_assert!(weights.len() >= scores.len().min(3));
             // Of lights that score the same, all weigh the same but for the three, which never weigh less than alone.
-            let threshold = threshold(&scores, tolerance.into());
+            let threshold = threshold(&scores, allowed);
             for &(score, slot) in &scores {
                 let least = three[i].lights.iter().position(|&own| own == slot).map_or(0.0, |n| three[i].weights[n]);
                 let expected = step(f64::from(score) / threshold).max(least.into());
@@ -201,7 +212,7 @@ proptest! {
                 let error = 3.0 / 32768.0 + if left_out > 0.0 { 8.0 * rounding / left_out } else { 0.0 };
                 let over = weight(slot) - expected;
                 // Of next to nothing, all of it shines.
-                let error = if f64::from(tolerance) * sum < 1e-29 { 1.0 } else { error };
+                let error = if allowed < 1e-29 { 1.0 } else { error };
                 prop_assert!(over >= -error && over <= error + 1.0 / 1023.0, "{over} {score} {threshold} {tolerance}");
             }
         }
@@ -388,6 +399,22 @@ fn equal_lights_go_by_slot_and_all_into_the_remainder() {
 
     let none = scene(vec![], vec![sphere]).select(LightPolicy::Three)[0];
     assert_eq!(none, Selection::default());
+}
+
+/// As if all of the object touched it, a lamp within the bounding sphere would count 10,000 times its intensity.
+#[test]
+fn a_faint_lamp_within_the_bounding_sphere_leaves_no_other_out() {
+    let at = |light: Light, place: Vec3| light_record(&light, &placed(place, Vec3::NEG_Z));
+    let lamp = |x: f32| at(Light::point(20.0, 50.0).with_attenuation(Light::INVERSE_SQUARE), Vec3::new(x, 4.0, 0.0));
+    let mut records: Vec<LightRecord> = [-2.0, -1.0, 0.0, 1.0, 2.0].map(lamp).into();
+    records.push(at(Light::point(0.5, 50.0).with_attenuation(Light::INVERSE_SQUARE), Vec3::Y));
+    let scene = scene(records, vec![Sphere { center: Vec3::ZERO, radius: 3.0 }]);
+    let (found, further) = scene.select_each(Policies::Same(LightPolicy::ENOUGH));
+    assert_eq!(found[0].lights[0], 5, "its score is the highest");
+    let listed: Vec<(u32, u32)> = further.lights.iter().map(|light| (light >> 10, light & 1023)).collect();
+    assert_eq!(found[0].weights, [1.0; 3]);
+    assert_eq!(listed.len(), 3);
+    assert!(listed.iter().all(|&(_, weight)| weight == 1023), "{listed:?}");
 }
 
 /// The largest change of any light's weight, and of the residual, between two of many steps of an object along a row

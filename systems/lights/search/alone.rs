@@ -49,7 +49,7 @@ pub(crate) fn select_one<S: Simd>(
         Some(i) => &scored[tree.everywhere[i] as usize],
         None => &tree.lights[place as usize],
     };
-    choose(reaching, light, policy, further)
+    choose(reaching, light, sphere.radius.max(0.0), policy, further)
 }
 
 /// Lists those of the lights at these places of the tree that reach the object.

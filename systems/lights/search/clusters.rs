@@ -332,7 +332,8 @@ fn select_group<S: Simd, F: Found, const KIND: u8>(
     if KIND == LISTED {
         let mut shares = Shares::new(simd, &policies, out.len());
         if shares.listed.any_true() {
-            shares.find_thresholds(simd, [everywhere.as_slice(), points.as_slice(), spots.as_slice()], &top);
+            let lists = [everywhere.as_slice(), points.as_slice(), spots.as_slice()];
+            shares.find_thresholds(simd, tree, objects.radius, lists, &top);
         }
         let mut listed = Listed::new(simd, shares, &top, weights, listing);
         for met in everywhere.as_slice() {

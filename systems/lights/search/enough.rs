@@ -1,10 +1,11 @@
 //! As many lights as leave out no more than a share, with objects in the lanes of a vector: the twin of
 //! [`enough`](crate::lights::enough), operation by operation.
 
-use super::lanes::{Floats, LANES, Met, Top, splat};
+use super::lanes::{Floats, LANES, Met, Top, denominator, splat, splat4};
 use crate::lights::enough::{ALL, HALVINGS};
 use crate::lights::policy::{LightPolicy, Policies};
 use crate::lights::selected::{LEAST, MOST_WEIGHT};
+use crate::lights::tree::LightTree;
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 
@@ -40,13 +41,21 @@ impl<S: Simd> Shares<S> {
         }
     }
 
-    /// `inverse_threshold` of the plain search.
+    /// `inverse_threshold` of the plain search, for objects of those radii. Lights are listed as those everywhere, points
+    /// and spots of the tree.
     #[inline(always)]
-    pub fn find_thresholds(&mut self, simd: S, lists: [&[Met]; 3], top: &Top<S>) {
+    pub fn find_thresholds(&mut self, simd: S, tree: &LightTree, radius: Floats<S>, lists: [&[Met]; 3], top: &Top<S>) {
         let zero = splat(simd, 0.0);
+        let half_radius = splat(simd, 0.5) * radius;
         let mut total = zero;
-        for met in lists.into_iter().flatten() {
+        let [everywhere, points, spots] = lists;
+        for met in everywhere {
             total += met.score(simd);
+        }
+        for met in points.iter().chain(spots) {
+            let light = &tree.lights[met.place as usize];
+            let denominator = denominator::<S>(half_radius, splat4(simd, light.denominator));
+            total += met.score(simd).min(splat(simd, 1.0) / denominator);
         }
         let allowed = self.tolerance * total;
         let may_leave_out = allowed.simd_gt(LEAST);

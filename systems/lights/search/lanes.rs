@@ -41,7 +41,7 @@ pub(crate) fn splat4<S: Simd>(simd: S, value: Vec4) -> [Floats<S>; 4] {
 /// score of theirs is above 0.
 pub(crate) struct Objects<S: Simd> {
     center: [Floats<S>; 3],
-    radius: Floats<S>,
+    pub radius: Floats<S>,
     /// 0.5 / radius.
     pub half_over_radius: Floats<S>,
     is_finite: S::mask32s,
