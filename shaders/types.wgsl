@@ -73,9 +73,7 @@ struct Light {
 struct PackedLight {
     position: vec3f,
     inverse_range_squared: f32,
-    color_and_kind: vec2u,
-    direction: u32,
-    cone: u32,
+    words: vec4u,
     attenuation: vec3f,
     pad0: u32,
     ambient: vec3f,
@@ -259,7 +257,7 @@ fn load_packed_light(slot: u32) -> PackedLight {
     if LIGHTS_WITH_AMBIENT {
         ambient = floats_of(t + 3u).xyz;
     }
-    return PackedLight(place.xyz, place.w, words.xy, words.z, words.w, attenuation, 0u, ambient, 0u);
+    return PackedLight(place.xyz, place.w, words, attenuation, 0u, ambient, 0u);
 }
 
 // From x and y on the octahedron |x| + |y| + |z| = 1.
@@ -271,7 +269,7 @@ fn from_octahedron(packed: vec2f) -> vec3f {
 
 fn load_light(slot: u32) -> Light {
     let packed = load_packed_light(slot);
-    let words = packed.color_and_kind;
+    let words = packed.words;
     // The bits of each channel to the upper end, and down again with their sign.
     let channels = vec3i(vec3u(words.x << 18u, words.x << 4u, words.y << 18u)) >> vec3u(18u);
     let scale = bitcast<f32>((words.y >> 14u & 255u) << 23u);
@@ -280,9 +278,10 @@ fn load_light(slot: u32) -> Light {
     var versine_outer = 0.0;
     var exponent_or_cone_slope = 0.0;
     if LIGHTS_WITH_CONES {
-        direction = from_octahedron(unpack2x16snorm(packed.direction));
-        versine_outer = bitcast<f32>(((packed.cone & 0xffffu) << 12u) + (97u << 23u));
-        exponent_or_cone_slope = bitcast<f32>(((packed.cone >> 16u) << 13u) + (107u << 23u));
+        let on_octahedron = vec2i(vec2u(words.z << 11u, (words.y & 0xffc00000u) | (words.z >> 21u << 11u))) >> vec2u(11u);
+        direction = from_octahedron(vec2f(on_octahedron) / 1048575.0);
+        versine_outer = bitcast<f32>(((words.w & 0xffffu) << 12u) + (97u << 23u));
+        exponent_or_cone_slope = bitcast<f32>(((words.w >> 16u) << 13u) + (107u << 23u));
     }
     return Light(
         packed.position,

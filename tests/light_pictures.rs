@@ -62,9 +62,11 @@ fn a_spot_gives_nothing_outside_its_cone_and_its_profile_inside() {
 /// A laser's cone has its profile as a flood light's has. The reference is KHR_lights_punctual's formula in double
 /// precision.
 ///
-/// Its tolerance: half floats round to 2⁻¹¹. The angle from the axis is off by at most 1e-6 radians: a rotation's
+/// Its tolerance: half floats round to 2⁻¹¹. The angle from the axis is off by at most 3e-6 radians: a rotation's
 /// matrix by a few roundings of 2⁻²⁴; the place of the pixel, which is interpolated, by a few of 3 m at a distance of 3
-/// m; the unit vector by a few again. The factor s² changes by 2 sin θ / (cos inner − cos outer) per radian.
+/// m; the unit vector by a few again; and by 2e-6 as a packed direction. The factor s² changes by 2 sin θ / (cos inner −
+/// cos outer) per radian. Packed, the edge's versine is off by 2⁻¹² of itself and the slope by 2⁻¹⁰; s² by twice what s
+/// is.
 #[test]
 fn a_spot_is_drawn_with_the_profile_of_its_angles_however_narrow_it_is() {
     let Some(mut square) = Square::new(matte(Vec3::ONE)) else { return };
@@ -84,8 +86,9 @@ fn a_spot_is_drawn_with_the_profile_of_its_angles_however_narrow_it_is() {
                 let width = (edge - full).max(edge / f64::from(1 << 20));
                 let wanted = ((edge - versine(angle.into())) / width).clamp(0.0, 1.0).powi(2);
                 let is_between = (part..=1.0).contains(&(angle / outer));
-                let error = 1e-6 * 2.0 * f64::from(angle).sin() / width + 1e-12 / width;
-                let bound = 1.0 / 2048.0 + if is_between { error } else { 0.0 };
+                let error = 3e-6 * 2.0 * f64::from(angle).sin() / width + 1e-11 / width;
+                let packed = 2.0 * (edge / width / 4096.0 + 1.0 / 1024.0);
+                let bound = 1.0 / 2048.0 + if is_between { error + packed } else { 0.0 };
                 let found = f64::from(square.middle().x);
                 assert!((found - wanted).abs() <= bound, "{outer} {part} {angle}: {found} for {wanted} ± {bound}");
             }

@@ -94,17 +94,7 @@ fn shader_structs_mirror_the_draw_list() {
     assert_mirrored!(
         &module,
         "PackedLight",
-        PackedLight {
-            position,
-            inverse_range_squared,
-            color_and_kind,
-            direction,
-            cone,
-            attenuation,
-            pad0,
-            ambient,
-            pad1,
-        }
+        PackedLight { position, inverse_range_squared, words, attenuation, pad0, ambient, pad1 }
     );
     assert_mirrored!(
         &module,

@@ -4,16 +4,19 @@
 //! ```text
 //! position               three floats
 //! inverse_range_squared  a float
-//! color_and_kind         words 0, 1:  red 14 bits | green 14 bits | kind 4 bits,  blue 14 bits | exponent 8 bits
-//!                        a channel is its bits, in two's complement, times 2^(exponent − 127)
-//! direction              x and y on an octahedron, 16 bits each (Cigolle et al., "A Survey of Efficient
-//!                        Representations for Independent Unit Vectors", JCGT 2014)
-//! cone                   versine_outer, 5 bits of exponent and 11 of mantissa, from 2⁻³⁰ to 4; above it
-//!                        exponent_or_cone_slope, 6 bits and 10, from 2⁻²⁰ to 2⁴⁴, rounded up
+//! words                  from the lowest bit of the first word up: red 14 bits, green 14, kind 4; blue 14,
+//!                        exponent 8, the upper 10 of direction's y; direction's x 21, the lower 11 of its y;
+//!                        versine_outer 16, exponent_or_cone_slope 16
 //! attenuation, ambient   three floats each, in texels that are read only where some light needs them
 //! ```
 //!
-//! So colours are at most 1/16,382 of their largest channel off, directions 0.004° and angles of cones a part in 8,000.
+//! - A channel of the colour is its bits, in two's complement, times 2^(exponent − 127).
+//! - The direction is on an octahedron (Cigolle et al., "A Survey of Efficient Representations for Independent Unit
+//!   Vectors", JCGT 2014), its x and y as parts of 2²⁰ − 1.
+//! - `versine_outer` is a float with 5 bits of exponent and 11 of mantissa, from 2⁻³⁰ to 4; `exponent_or_cone_slope` one
+//!   with 6 and 10, from 2⁻²⁰ to 2⁴⁴, rounded up.
+//!
+//! So colours are at most 1/16,382 of their largest channel off, directions a millionth of a radian and angles of cones a part in 8,000.
 //! The search scores what comes out, [`PackedLight::unpacked`], not what went in.
 //!
 //! `shaders/types.wgsl` mirrors the structs; `tests/shaders.rs` compares offsets and what comes out.
@@ -31,6 +34,11 @@ pub const NO_LIGHT: u32 = u32::MAX;
 const CHANNEL_BITS: u32 = 14;
 const MOST_CHANNEL: f32 = ((1 << (CHANNEL_BITS - 1)) - 1) as f32;
 const KIND_SHIFT: u32 = 2 * CHANNEL_BITS;
+/// Bits of x and y of a direction, and the largest value that they hold; y has some in one word and some in another.
+const DIRECTION_BITS: u32 = 21;
+const MOST_DIRECTION: f32 = ((1 << (DIRECTION_BITS - 1)) - 1) as f32;
+const LOWER_BITS: u32 = 32 - DIRECTION_BITS;
+const UPPER_BITS: u32 = DIRECTION_BITS - LOWER_BITS;
 const VERSINE: ShortFloat = ShortFloat { mantissa_bits: 11, least_exponent: 97 };
 const SLOPE: ShortFloat = ShortFloat { mantissa_bits: 10, least_exponent: 107 };
 
@@ -65,12 +73,8 @@ pub struct PackedLight {
     pub position: [f32; 3],
     /// As in [`LightRecord`].
     pub inverse_range_squared: f32,
-    /// Mantissas and common exponent of the colour, and the kind.
-    pub color_and_kind: [u32; 2],
-    /// Of spots.
-    pub direction: u32,
-    /// Of spots.
-    pub cone: u32,
+    /// Colour, kind, direction and cone.
+    pub words: [u32; 4],
     /// As in [`LightRecord`].
     pub attenuation: [f32; 3],
     /// Room for 16-byte alignment.
@@ -116,17 +120,21 @@ impl LightRecord {
         let exponent = all_bits + u32::from(largest > MOST_CHANNEL * power_of_two(all_bits));
         let channel = |c: f32| ((c / power_of_two(exponent)).round() as i32 as u32) & ((1 << CHANNEL_BITS) - 1);
         let [red, green, blue] = self.color.map(channel);
-        let direction = on_octahedron(self.direction.into()).map(|v| (v * 32767.0).round() as i16 as u16);
+        let [x, y] = on_octahedron(self.direction.into())
+            .map(|v| (v * MOST_DIRECTION).round() as i32 as u32 & ((1 << DIRECTION_BITS) - 1));
         let versine = VERSINE.nearest(self.versine_outer);
         // Not flatter than from the edge to the axis, which is full light however the edge is rounded.
         let full = if self.kind == Self::SPOT_CONE { VERSINE.value(versine).recip() } else { 0.0 };
-        let cone = [versine, SLOPE.above(self.exponent_or_cone_slope.max(full))];
+        let slope = SLOPE.above(self.exponent_or_cone_slope.max(full));
         PackedLight {
             position: self.position,
             inverse_range_squared: self.inverse_range_squared,
-            color_and_kind: [red | green << CHANNEL_BITS | self.kind << KIND_SHIFT, blue | exponent << CHANNEL_BITS],
-            direction: pair(direction),
-            cone: pair(cone),
+            words: [
+                red | green << CHANNEL_BITS | self.kind << KIND_SHIFT,
+                blue | exponent << CHANNEL_BITS | y >> LOWER_BITS << (32 - UPPER_BITS),
+                x | y << DIRECTION_BITS,
+                u32::from(versine) | u32::from(slope) << 16,
+            ],
             attenuation: self.attenuation,
             pad0: 0,
             ambient: self.ambient,
@@ -138,21 +146,22 @@ impl LightRecord {
 impl PackedLight {
     /// One of [`LightRecord::KINDS`].
     pub fn kind(&self) -> u32 {
-        self.color_and_kind[0] >> KIND_SHIFT
+        self.words[0] >> KIND_SHIFT
     }
 
     /// The light that shaders and the search compute with.
     pub fn unpacked(&self) -> LightRecord {
-        let [first, second] = self.color_and_kind;
+        let [first, second, third, cone] = self.words;
         let scale = power_of_two(second >> CHANNEL_BITS & 255);
         let unused = 32 - CHANNEL_BITS;
         let channel = |word: u32| ((word << unused) as i32 >> unused) as f32 * scale;
         let kind = self.kind();
-        let [versine, slope] = halves(self.cone);
         let direction = match kind {
             LightRecord::DIRECTIONAL => -Vec3::from(self.position),
             LightRecord::SPOT_CONE | LightRecord::SPOT_EXPONENT => {
-                from_octahedron(halves(self.direction).map(|bits| f32::from(bits as i16) / 32767.0))
+                let y = second >> (32 - UPPER_BITS) << LOWER_BITS | third >> DIRECTION_BITS;
+                let unused = 32 - DIRECTION_BITS;
+                from_octahedron([third, y].map(|bits| ((bits << unused) as i32 >> unused) as f32 / MOST_DIRECTION))
             }
             _ => Vec3::ZERO,
         };
@@ -162,9 +171,9 @@ impl PackedLight {
             color: [channel(first), channel(first >> CHANNEL_BITS), channel(second)],
             inverse_range_squared: self.inverse_range_squared,
             attenuation: self.attenuation,
-            exponent_or_cone_slope: SLOPE.value(slope),
+            exponent_or_cone_slope: SLOPE.value((cone >> 16) as u16),
             direction: direction.into(),
-            versine_outer: VERSINE.value(versine),
+            versine_outer: VERSINE.value(cone as u16),
             ambient: self.ambient,
         }
     }
@@ -200,14 +209,6 @@ impl ShortFloat {
 /// 2^(exponent − 127).
 fn power_of_two(exponent: u32) -> f32 {
     f32::from_bits(exponent << 23)
-}
-
-fn pair([low, high]: [u16; 2]) -> u32 {
-    u32::from(low) | u32::from(high) << 16
-}
-
-fn halves(word: u32) -> [u16; 2] {
-    [word as u16, (word >> 16) as u16]
 }
 
 /// A unit vector on the octahedron |x| + |y| + |z| = 1, its lower half turned out over the edges of the upper one.
@@ -247,10 +248,11 @@ mod tests {
         let packed = light.packed();
         // 2⁻¹¹ is the least power of two of which 3 is no more than 8191.
         let [red, green, blue] = [3 << 11, 3 << 9, (-1i32 << 10) as u32 & 0x3fff];
-        assert_eq!(packed.color_and_kind, [red | green << 14 | 2 << 28, blue | (127 - 11) << 14]);
-        assert_eq!(packed.direction, (-32767i16 as u16 as u32) << 16);
+        assert_eq!(packed.words[0], red | green << 14 | 2 << 28);
+        // y is −(2²⁰ − 1): ten bits are 10 0000 0000, eleven 1.
+        assert_eq!(packed.words[1..3], [blue | (127 - 11) << 14 | 0x200 << 22, 1 << 21]);
         // 2⁻² is 28 exponents above the least, 4 is 22.
-        assert_eq!(packed.cone, 22 << 26 | 28 << 11);
+        assert_eq!(packed.words[3], 22 << 26 | 28 << 11);
         assert_eq!(packed.unpacked(), light);
         assert_eq!(packed.unpacked().packed(), packed);
         assert_eq!(PackedLight::default().unpacked().kind, LightRecord::OFF);
@@ -282,9 +284,9 @@ mod tests {
             let found = Vec3::from(spot(direction).packed().unpacked().direction);
             worst = worst.max(found.distance(direction));
         }
-        // Half a step of 1/32767 in x and y is √2 halves in the plane; in space z changes by as much as both, together
-        // √6 halves. The octahedron lies up to √3 nearer than the sphere.
-        assert!(worst < 0.5 / 32767.0 * 6f32.sqrt() * 3f32.sqrt() + 1e-7, "{worst}");
+        // Half a step in x and y is √2 halves in the plane; in space z changes by as much as both, together √6 halves.
+        // The octahedron lies up to √3 nearer than the sphere. Some roundings of single precision.
+        assert!(worst < 0.5 / MOST_DIRECTION * 6f32.sqrt() * 3f32.sqrt() + 5e-7, "{worst}");
     }
 
     #[test]
