@@ -87,7 +87,7 @@ fn shifted(material: Material, at: vec4f, shift: vec2f) -> vec4f {
     let m = material.image_from_mesh_uv[MAP_HEIGHT];
     let determinant = m.x * m.w - m.y * m.z;
     let of_mesh = mat2x2f(m.w, -m.y, -m.z, m.x) * shift / select(determinant, 1.0, determinant == 0.0);
-    if (material.second_uvs >> MAP_HEIGHT & 1u) == 1u {
+    if ((material.second_uvs >> MAP_HEIGHT) & 1u) == 1u {
         return vec4f(at.xy, at.zw + of_mesh);
     }
     return vec4f(at.xy + of_mesh, at.zw);

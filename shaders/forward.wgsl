@@ -115,7 +115,7 @@ fn image_uv(material: Material, map: u32, uvs: Uvs) -> ImageUv {
     }
     let m = material.image_from_mesh_uv[map];
     let image_from_mesh = mat2x2f(m.xy, m.zw);
-    let second = (material.second_uvs >> map & 1u) == 1u;
+    let second = ((material.second_uvs >> map) & 1u) == 1u;
     return ImageUv(
         image_from_mesh * select(uvs.at.xy, uvs.at.zw, second) + material.offsets[map],
         image_from_mesh * select(uvs.dx.xy, uvs.dx.zw, second),

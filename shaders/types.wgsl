@@ -1,5 +1,5 @@
-// What the shaders read. Each struct mirrors the one of the same purpose in systems/draw/records.rs, of a light in
-// systems/lights/record.rs (…Record); tests/shaders.rs compares every offset. Instances, lights, materials and lists of
+// What the shaders read. Structs mirror those of the same purpose in systems/draw/records.rs (…Record), PackedLight that
+// of systems/lights/record.rs; tests/shaders.rs compares every offset. Instances, lights, materials and lists of
 // lights (systems/lights/lists.rs) are tables in one texture: record r lies r times its size behind the first texel of
 // its table, four values in each, and its load_… function gathers it. (Why a texture: docs/architecture.md, "Tables in a
 // texture".) Compilers leave out the texels whose values nothing uses.
@@ -272,14 +272,15 @@ fn load_light(slot: u32) -> Light {
     let words = packed.words;
     // The bits of each channel to the upper end, and down again with their sign.
     let channels = vec3i(vec3u(words.x << 18u, words.x << 4u, words.y << 18u)) >> vec3u(18u);
-    let scale = bitcast<f32>((words.y >> 14u & 255u) << 23u);
+    let scale = bitcast<f32>(((words.y >> 14u) & 255u) << 23u);
     let kind = words.x >> 28u;
     var direction = vec3f(0.0);
     var versine_outer = 0.0;
     var exponent_or_cone_slope = 0.0;
     if LIGHTS_WITH_CONES {
-        let on_octahedron = vec2i(vec2u(words.z << 11u, (words.y & 0xffc00000u) | (words.z >> 21u << 11u))) >> vec2u(11u);
-        direction = from_octahedron(vec2f(on_octahedron) / 1048575.0);
+        let upper_y = words.y & 0xffc00000u;
+        let xy = vec2i(vec2u(words.z << 11u, upper_y | ((words.z >> 21u) << 11u))) >> vec2u(11u);
+        direction = from_octahedron(vec2f(xy) / 1048575.0);
         versine_outer = bitcast<f32>(((words.w & 0xffffu) << 12u) + (97u << 23u));
         exponent_or_cone_slope = bitcast<f32>(((words.w >> 16u) << 13u) + (107u << 23u));
     }
@@ -366,7 +367,7 @@ fn load_material(index: u32) -> Material {
 
 // The layer of a map in its texture array.
 fn layer_of(material: Material, map: u32) -> u32 {
-    return material.layers[map / 4u] >> (map % 4u * 8u) & 255u;
+    return (material.layers[map / 4u] >> (map % 4u * 8u)) & 255u;
 }
 
 const PI = 3.14159265;

@@ -10,8 +10,7 @@ use systems::assets::{Library, MaterialId, MeshId, MeshVariants, bounds_of};
 use systems::draw::pieces::{PieceOf, Pieces, WholeMesh};
 use systems::draw::{Camera, Projection};
 use systems::lights::{
-    Light, LightKind, LightLists, LightPolicies, LightPolicy, LightSlot, ScoredLight, SelectedLights, Selection,
-    light_record, score,
+    Light, LightKind, LightLists, LightPolicies, LightPolicy, LightSlot, LightTable, SelectedLights, Selection, score,
 };
 use systems::space::origin::Origin;
 use systems::space::{GlobalTransform, Sphere, Transform};
@@ -79,16 +78,16 @@ pub fn object_lights(world: &mut World, object: Entity, near: Vec3) -> Option<Ob
     let policy = policies.forced.or(world.get::<LightPolicy>(object).copied()).unwrap_or(of_kind);
     let mut found = ObjectLights { bounds, lights: Vec::new(), reaching, policy, left_out };
     let mut lights = world.query::<(Entity, &LightSlot, &Light, &GlobalTransform)>();
+    let scored = world.resource::<LightTable>().scored();
     for (entity, slot, light, transform) in lights.iter(world) {
         let Some(&weight) = chosen.get(&slot.0) else { continue };
         let is_far = light.kind == LightKind::Directional;
         let toward = bounds.center + transform.back() * bounds.radius * 2.0;
         let place = if is_far { toward } else { transform.translation() };
-        let record = light_record(light, transform);
         found.lights.push(ObjectLight {
             entity,
             weight,
-            score: score(&ScoredLight::new(&record), bounds),
+            score: score(&scored[slot.0 as usize], bounds),
             distance: (!is_far).then(|| place.distance(bounds.center)),
             place,
             slot: slot.0,

@@ -109,6 +109,14 @@ impl Gpu {
     fn of_adapter(instance: wgpu::Instance, adapter: wgpu::Adapter, wanted: wgpu::Features) -> Result<Self, GpuError> {
         let mut descriptor = Self::device_descriptor(&adapter);
         descriptor.required_features &= wanted;
+        // The tables. Not every adapter of Direct3D 12 reads them, and wgpu asks only when a pipeline is made.
+        let tables = adapter.get_texture_format_features(wgpu::TextureFormat::Rgba32Uint).flags;
+        let needed =
+            wgpu::TextureFormatFeatureFlags::STORAGE_READ_ONLY | wgpu::TextureFormatFeatureFlags::STORAGE_WRITE_ONLY;
+        if !tables.contains(needed) {
+            let reason = "it does not read storage textures of four 32-bit values".to_owned();
+            return Err(GpuError::NoDevice { adapter: adapter.get_info().name, reason });
+        }
         let opened = pollster::block_on(adapter.request_device(&descriptor));
         let (device, queue) = opened
             .map_err(|error| GpuError::NoDevice { adapter: adapter.get_info().name, reason: error.to_string() })?;

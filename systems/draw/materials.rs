@@ -21,6 +21,7 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Layers that every adapter offers (WebGPU's default limit); a fuller array is followed by another. A layer is a byte of
 /// [`MaterialRecord`].
 pub const MOST_LAYERS: usize = 256;
+const _: () = assert!(MOST_LAYERS <= 1 << u8::BITS);
 
 /// Bytes of a texture array, at the most, unless one layer has more: graphics drivers need not give more in one piece
 /// (Vulkan's `maxMemoryAllocationSize` is a GiB at the least, Direct3D 12 has a quarter of the adapter's memory).

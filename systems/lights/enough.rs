@@ -1,10 +1,10 @@
 //! As many lights as leave out no more than a share ε of what reaches an object: the weights, for one object after
 //! another. `search/enough.rs` has the same for the lanes of vectors, operation by operation.
 //!
-//! With the scores sᵢ of the lights that reach an object, S the sum of what they give as if none were nearer than half the
-//! object's radius ([`at_half_radius`]), and w the smooth step from 0 at ½ to 1 at 1, the threshold τ is the number for
-//! which Σ sᵢ (1 − w(sᵢ/τ)) = ε S. A lamp within the bounding sphere would otherwise count as if all of the object touched
-//! it, and a share of that is more than other lamps give. S is at most the sum of the scores. The left side never falls with τ and is continuous: τ
+//! The scores of the lights that reach an object are sᵢ. S is the sum of what they give as if none were nearer than half
+//! the object's radius ([`at_half_radius`]): a lamp within the bounding sphere would otherwise count as if all of the
+//! object touched it, and a share of that is more than other lamps give. With w the smooth step from 0 at ½ to 1 at 1, the
+//! threshold τ is the number for which Σ sᵢ (1 − w(sᵢ/τ)) = ε S. S is at most the sum of the scores. The left side never falls with τ and is continuous: τ
 //! exists, and where several will do, no score lies between them and all give the same weights, which move continuously
 //! with the scores. A light weighs w(s/τ), comes and goes at weight 0, and what is left out is at most ε S. The three
 //! most relevant weigh no less than without any others.

@@ -13,8 +13,8 @@ use proptest::sample::Index;
 use std::collections::BTreeMap;
 use systems::lights::search::{Level, Scratch, select_sparse};
 use systems::lights::{
-    Light, LightKind, LightPolicy, LightRecord, LightTree, NO_LIGHT, Policies, SelectedLights, Selection, irradiance,
-    light_record, score, select_parallel,
+    Light, LightKind, LightPolicy, LightRecord, LightTree, NO_LIGHT, Policies, ScoredLight, SelectedLights, Selection,
+    irradiance, light_record, score, select_parallel,
 };
 use systems::space::Sphere;
 

@@ -78,7 +78,9 @@ pub struct Scene {
     pub spheres: Vec<Sphere>,
 }
 
+/// Lights as they come out of the table.
 pub fn scene(records: Vec<LightRecord>, spheres: Vec<Sphere>) -> Scene {
+    let records: Vec<LightRecord> = records.iter().map(|record| record.packed().unpacked()).collect();
     Scene { scored: records.iter().map(ScoredLight::new).collect(), records, spheres }
 }
 
