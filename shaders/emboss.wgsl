@@ -68,5 +68,7 @@ fn fs_emboss(in: VertexOut, @builtin(front_facing) front: bool) -> @location(0) 
     } else if EMBOSS_STEP == EMBOSS_DIFFUSE {
         return vec4f(0.5 * max(light.z, 0.0) - 0.5);
     }
-    return vec4f(exposed(2.0 * instance.weights[EMBOSS_LIGHT] * diffuse * arriving.color), 0.0);
+    find_shadows(in.clip_position.xy, in.slot);
+    let color = with_shadow(arriving.color, EMBOSS_LIGHT);
+    return vec4f(exposed(2.0 * instance.weights[EMBOSS_LIGHT] * diffuse * color), 0.0);
 }

@@ -203,6 +203,7 @@ fn unshadowed(material_shadow: f32, bump: Bump, toward: vec3f) -> f32 {
 // What the surface gives off of a light, whose number among the object's lights is `number`.
 fn reflected(surface: Surface, bump: Bump, material: Material, number: u32, light: u32, eye: vec3f) -> vec3f {
     let arriving = arriving(light, surface.position, eye);
+    let color = with_shadow(arriving.color, number);
     let ambient = arriving.ambient * surface.diffuse;
     if TECHNIQUE == TECHNIQUE_EMBOSS_MULTIPASS && number < 3u {
         // The passes that follow add the rest, for three lights.
@@ -210,9 +211,9 @@ fn reflected(surface: Surface, bump: Bump, material: Material, number: u32, ligh
     } else if is_emboss() {
         // No highlight: a difference of heights says nothing of the direction that a mirror would look in.
         let lit = embossed(bump.field, material.emboss_step_texels, arriving.toward);
-        return arriving.color * surface.diffuse * lit + ambient;
+        return color * surface.diffuse * lit + ambient;
     } else if is_dot3() {
-        return arriving.color * dot3_reflection(surface, bump, number, light, arriving) + ambient;
+        return color * dot3_reflection(surface, bump, number, light, arriving) + ambient;
     }
     var reflection: vec3f;
     if is_ggx() {
@@ -224,7 +225,7 @@ fn reflected(surface: Surface, bump: Bump, material: Material, number: u32, ligh
     if has_mapped_horizon() || has_marched_horizon() {
         passed = unshadowed(material.self_shadow, bump, arriving.toward);
     }
-    return arriving.color * reflection * passed + ambient;
+    return color * reflection * passed + ambient;
 }
 
 // All light on the surface that comes from lights, the scene's ambient and the sky; not its own emission.
@@ -349,6 +350,7 @@ fn shaded(in: VertexOut, front: bool) -> Shaded {
             // The classic model's emission is one more light on the base colour.
             emission *= base.rgb;
         }
+        find_shadows(in.clip_position.xy, in.slot);
         color = lit(surface, bump, material, instance, occlusion) + emission;
     }
     if DEBUG == 0u {

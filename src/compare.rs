@@ -118,6 +118,16 @@ pub fn mean_luminance(luminances: &[f32], counted: &[bool]) -> f64 {
     sum / count.max(1) as f64
 }
 
+/// The 2 × 2 parts of each pixel of a picture that was drawn twice as large, of so many pixels' width.
+pub fn quarters<T: Clone>(parts: &[T], width: u32) -> impl Iterator<Item = [T; 4]> {
+    let row = 2 * width as usize;
+    parts.chunks_exact((2 * row).max(1)).flat_map(move |rows| {
+        let (above, below) = rows.split_at(row);
+        let pairs = above.chunks_exact(2).zip(below.chunks_exact(2));
+        pairs.map(|(a, b)| [a[0].clone(), a[1].clone(), b[0].clone(), b[1].clone()])
+    })
+}
+
 /// Mean LDR-FLIP of two 8-bit sRGB pictures at [`PIXELS_PER_DEGREE`]: 0 for equal pictures, up to 1. What a viewer
 /// notices who flips between the two, from colours blurred as the eye blurs them, edges and points (Andersson,
 /// Nilsson, Akenine-Möller, Oskarsson, Åström, Fairchild: "FLIP: A Difference Evaluator for Alternating Images",

@@ -19,6 +19,7 @@
 //! renderer  all that draws scenes, by wgpu                           check    everything wrong with a file
 //! compare   how far two pictures are apart                           light_error   a scene by light policies
 //! gallery   a scene once for each of its mesh variants               maps     the map tools
+//! shadow_error  a scene against traced shadows                       traced   rays from what a picture shows to lights
 //! technique_error   every bump technique against real geometry       bench    what many objects cost
 //! viewpoint what is looked through                                     problem, name, output, video, demo  shared
 //! ```
@@ -28,7 +29,7 @@
 //! [`wgpu`].
 //!
 //! Features, all on unless told otherwise: `vehicles` (with their routes and traffic lights), `physics` (vehicles as
-//! rigid bodies), `window` (`app`), `tools` (`bench`, `gallery`, `light_error` and `technique_error`). `physics` and
+//! rigid bodies), `window` (`app`), `tools` (`bench`, `gallery`, `light_error`, `shadow_error` and `technique_error`). `physics` and
 //! `window` bring `vehicles` with them; the program `relief` needs `window` and `tools`.
 
 pub use {bevy_ecs, glam, systems, wgpu};
@@ -57,7 +58,11 @@ pub mod recording;
 pub mod renderer;
 pub mod scene;
 #[cfg(feature = "tools")]
+pub mod shadow_error;
+#[cfg(feature = "tools")]
 pub mod technique_error;
+#[cfg(feature = "tools")]
+mod traced;
 pub mod video;
 pub mod viewpoint;
 

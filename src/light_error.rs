@@ -2,7 +2,7 @@
 //!
 //! One frame is drawn as the scene has it, and with each [`LightPolicy`] for all objects. Luminance is compared before
 //! the tone map, over the pixels that show an object; FLIP compares the pictures as written, all of them. Seams are found
-//! where two pieces of one object meet: the renderer is handed records that name pieces, so that its ids tell them apart.
+//! where two pieces of one object meet: the renderer is handed records with slots for ids, which tell them apart.
 
 use crate::compare::{self, Shown};
 use crate::frames::{self, FrameError, LoadOptions, Stage};
@@ -13,12 +13,9 @@ use bevy_ecs::world::World;
 use image::RgbImage;
 use image::buffer::ConvertBuffer;
 use std::fmt;
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 use systems::assets::Technique;
 use systems::draw::pieces::PieceOf;
-use systems::draw::{FrameData, InstanceRecord};
-use systems::ecs::tables::{DirtySlots, Records};
 use systems::lights::{LightPolicies, LightPolicy, LightRecord};
 
 /// What to compare.
@@ -131,9 +128,9 @@ pub fn measure(job: &LightErrorJob) -> Result<LightReport, FrameError> {
     let all = draw(&mut stage, &mut renderer, job, Some(LightPolicy::All))?;
     let outputs = renderer.draw_outputs(OutputSet { id: true, ..OutputSet::NONE });
     renderer.gpu().check()?;
-    let pieces = outputs.map(|outputs| outputs.entities()).unwrap_or_default();
-    let world = &stage.simulation.world;
-    let shown: Vec<Option<Shown>> = pieces.into_iter().map(|piece| piece.map(|piece| shown(world, piece))).collect();
+    let slots = outputs.map(|outputs| outputs.entities()).unwrap_or_default();
+    let (world, objects) = (&stage.simulation.world, &stage.simulation.draw_list().instances.objects);
+    let shown: Vec<Option<Shown>> = slots.into_iter().map(|slot| shown(world, objects, slot?)).collect();
     let shows_object: Vec<bool> = shown.iter().map(Option::is_some).collect();
     let borders = compare::piece_borders(&shown, width as usize);
     let records = &stage.simulation.draw_list().lights.records;
@@ -166,7 +163,7 @@ pub fn measure(job: &LightErrorJob) -> Result<LightReport, FrameError> {
     Ok(report)
 }
 
-/// Draws a frame by a policy, or as the scene has it, with ids of pieces.
+/// Draws a frame by a policy, or as the scene has it, with slots for ids.
 fn draw(
     stage: &mut Stage,
     renderer: &mut SingleView,
@@ -177,59 +174,20 @@ fn draw(
     stage.simulation.frame();
     let view = stage.viewpoint.view(&stage.simulation.world, job.size);
     let settings = Settings { technique: job.technique, ..Settings::default() }.for_files();
-    stage.simulation.with_frame(|frame| {
-        let instances = PieceRecords { records: frame.instances, objects: &frame.list.instances.objects };
-        let mut frame = FrameData {
-            instances: &instances,
-            list: frame.list,
-            light_lists: frame.light_lists,
-            library: frame.library,
-        };
-        renderer.prepare(&mut frame, &view, &settings)
-    })?;
+    stage
+        .simulation
+        .with_frame(|frame| frames::with_slot_ids(frame, |frame| renderer.prepare(frame, &view, &settings)))?;
     let picture = renderer.draw_picture().convert();
     let luminances = renderer.read_linear().unwrap_or_default().into_iter().map(compare::luminance).collect();
     renderer.gpu().check()?;
     Ok(PolicyPicture { picture, luminances })
 }
 
-/// The records of a world whose pieces have ids of their own instead of their object's.
-struct PieceRecords<'a> {
-    records: &'a dyn Records<Record = InstanceRecord>,
-    /// By slot.
-    objects: &'a [Option<EntityIndex>],
-}
-
-impl Records for PieceRecords<'_> {
-    type Record = InstanceRecord;
-
-    fn slot_count(&self) -> u32 {
-        self.records.slot_count()
-    }
-
-    fn dirty(&self) -> &DirtySlots {
-        self.records.dirty()
-    }
-
-    fn read<'a>(&'a self, ranges: &[Range<u32>], room: &'a mut Vec<InstanceRecord>) -> &'a [InstanceRecord] {
-        let mut own = Vec::new();
-        let records = self.records.read(ranges, &mut own);
-        let slots = ranges.iter().cloned().flatten();
-        let named = |(&record, slot): (&InstanceRecord, u32)| match self.objects[slot as usize] {
-            Some(object) => InstanceRecord { entity: object.index(), ..record },
-            None => record,
-        };
-        room.clear();
-        room.extend(records.iter().zip(slots).map(named));
-        room
-    }
-}
-
-/// What the id of a [`PieceRecords`] stands for.
-fn shown(world: &World, piece: u32) -> Shown {
-    let entity = EntityIndex::from_raw_u32(piece).map(|index| world.entities().resolve_from_index(index));
-    let whole = entity.and_then(|entity| world.get::<PieceOf>(entity)).map(|piece| piece.0.index_u32());
-    Shown { object: whole.unwrap_or(piece), piece }
+/// What the object in a slot is and is a piece of.
+fn shown(world: &World, objects: &[Option<EntityIndex>], slot: u32) -> Option<Shown> {
+    let piece = objects.get(slot as usize).copied().flatten()?;
+    let whole = world.get::<PieceOf>(world.entities().resolve_from_index(piece));
+    Some(Shown { object: whole.map_or(piece.index(), |piece| piece.0.index_u32()), piece: piece.index() })
 }
 
 fn error_name(policy: &str) -> String {

@@ -190,6 +190,7 @@ fn numbers_with_commas_are_refused_with_what_was_expected() {
         (&render[..], "--threads", "1 to 256"),
         (&render, "--texture-memory", "1 to 1048576"),
         (&["lights", "scene.ron", "-o", "o"], "--frame", "0 to 999999999"),
+        (&["shadows", "scene.ron", "-o", "o"], "--frame", "0 to 999999999"),
         (&["gallery", "-o", "o"], "--frame", "0 to 999999999"),
         (&["replay", "drive.rec"], "--from", "0 to 1000000000"),
         (&["bench"], "--objects", "1 to 10000000"),
@@ -355,7 +356,8 @@ fn headless_commands_ask_no_display() {
     let display = [("DISPLAY", format!("127.0.0.1:{number}")), ("WAYLAND_DISPLAY", socket.display().to_string())];
     let render = ["render", "scene.ron", "-o", "out", "--size", "16x9", "--no-cache"];
     let lights = ["lights", "scene.ron", "-o", "lights", "--size", "16x9"];
-    let cases: [&[&str]; 4] = [&["info"], &render, &lights, &["check", "scene.ron"]];
+    let shadows = ["shadows", "scene.ron", "-o", "shadows", "--size", "16x9"];
+    let cases: [&[&str]; 5] = [&["info"], &render, &lights, &shadows, &["check", "scene.ron"]];
     for args in cases {
         for environment in [&[][..], &display] {
             let mut command = Command::new(env!("CARGO_BIN_EXE_relief"));
@@ -397,6 +399,7 @@ fn links_that_lead_nowhere_are_refused_with_their_target() {
         vec![
             [&["render", "scene.ron", "-o", name][..], &size].concat(),
             [&["lights", "scene.ron", "-o", name][..], &size].concat(),
+            [&["shadows", "scene.ron", "-o", name][..], &size].concat(),
             vec!["gallery", "-o", name],
             vec!["compare", "-o", name],
             vec!["bench", "--objects", "4", "--suite", "-o", name],
@@ -497,6 +500,62 @@ fn lights_with_bad_input_exits_with_2_and_writes_nothing() {
         fs::write(folder.path().join("taken"), "a file").expect("a file");
         let lights = relief(&["lights", "scene.ron", "--size", "8x8", "-o", "taken"], folder.path());
         assert_fails(&lights, 2, &["taken: not a directory"]);
+    }
+}
+
+#[test]
+fn shadows_reports_errors_as_a_table_or_json_and_writes_pictures() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let folder = scene_folder();
+    let run =
+        |args: &[&str]| relief(&[&["shadows", "scene.ron", "--size", "64x36", "-o"], args].concat(), folder.path());
+    let table = run(&["out"]);
+    assert!(table.status.success(), "{}", text(&table.stderr));
+    for needle in [
+        "scene.ron: frame 0, 64x36, 41 lights",
+        "of 9216 samples",
+        "mean      p99     FLIP",
+        "\nunshadowed",
+        "\nperfect",
+        "pictures: out",
+    ] {
+        assert!(text(&table.stdout).contains(needle), "{}", text(&table.stdout));
+    }
+    let files = contents(&folder.path().join("out"));
+    let names: Vec<_> = files.iter().map(|(name, _)| name.to_string_lossy().into_owned()).collect();
+    assert_eq!(names, ["perfect.png", "perfect_error.png", "truth.png", "unshadowed.png", "unshadowed_error.png"]);
+
+    let first = run(&["out", "--json", "--threads", "1"]);
+    assert_eq!(text(&first.stdout).lines().count(), 1);
+    let json: serde_json::Value = serde_json::from_slice(&first.stdout).expect("JSON");
+    assert!(json["unshadowed"]["mean"].as_f64() > json["perfect"]["mean"].as_f64(), "{json}");
+    assert!(json["perfect"]["p99"].is_f64() && json["unmet_samples"].is_u64(), "{json}");
+    assert_eq!((&json["scene"], &json["frame"], &json["width"]), (&"scene.ron".into(), &0.into(), &64.into()));
+    assert!(first.stdout == run(&["again", "--json", "--threads", "2"]).stdout, "any number of threads");
+    assert!(files == contents(&folder.path().join("again")), "the same pictures");
+
+    let truth = |out: &str| fs::read(folder.path().join(out).join("truth.png")).expect("a picture");
+    assert!(run(&["later", "--frame", "5"]).status.success());
+    assert!(run(&["above", "--camera", "above"]).status.success());
+    assert!(truth("later") != truth("out") && truth("above") != truth("out"));
+}
+
+#[test]
+fn shadows_with_bad_input_exits_with_2_and_writes_nothing() {
+    let folder = scene_folder();
+    let run = |args: &[&str]| relief(&[&["shadows"], args, &["-o", "o"]].concat(), folder.path());
+    assert_fails(&run(&["missing.ron"]), 2, &["missing.ron"]);
+    assert_fails(&run(&["scene.ron", "--camera", "back"]), 2, &["unknown camera \"back\"", "front, above"]);
+    assert_fails(&run(&["scene.ron", "--size", "9000x9000"]), 2, &["9000x9000", "at most 16777216 pixels"]);
+    assert_fails(&run(&["scene.ron", "--frame", "-1"]), 2, &["'-1'"]);
+    assert_fails(&relief(&["shadows", "scene.ron"], folder.path()), 2, &["--output"]);
+    assert!(!folder.path().join("o").exists(), "nothing is half-written");
+    if common::gpu().is_some() {
+        fs::write(folder.path().join("taken"), "a file").expect("a file");
+        let shadows = relief(&["shadows", "scene.ron", "--size", "8x8", "-o", "taken"], folder.path());
+        assert_fails(&shadows, 2, &["taken: not a directory"]);
     }
 }
 

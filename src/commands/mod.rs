@@ -1,7 +1,7 @@
 //! The commands: what each takes from the command line, its help, and what it does with the library.
 //!
 //! ```text
-//! run, render, replay, lights, gallery, compare, bench, map, check, info    a command each
+//! run, render, replay, lights, shadows, gallery, compare, bench, map, check, info    a command each
 //! window     what `run` and `replay` show
 //! view       what several commands take;  arguments: how their values are read
 //! progress   bars on a terminal
@@ -23,6 +23,7 @@ mod progress;
 mod render;
 mod replay;
 mod run;
+mod shadows;
 mod view;
 mod window;
 
@@ -37,6 +38,7 @@ use map::MapArgs;
 use render::RenderArgs;
 use replay::ReplayArgs;
 use run::RunArgs;
+use shadows::ShadowsArgs;
 use std::time::Instant;
 
 /// A simulation renderer for scenes of many bump-mapped objects, each lit by its most relevant lights.
@@ -58,6 +60,7 @@ Examples:
   relief render scene.ron -o frames --frames 60   frames/color_00000.png … color_00059.png
   relief run scene.ron --record drive.rec         then: relief replay drive.rec
   relief lights scene.ron -o out                  error of the light policies against all lights
+  relief shadows scene.ron -o out                 error of the shadows against traced ones
   relief gallery -o out                           every bump technique on four mesh variants
   relief compare -o out                           error of each against displaced geometry
   relief bench --objects 100000                   time and memory of many objects
@@ -99,6 +102,9 @@ pub enum Command {
     /// Compare a frame lit by each light policy with one lit by all lights: error figures and pictures
     #[command(after_help = lights::HELP)]
     Lights(LightsArgs),
+    /// Compare a frame's shadows with traced ones: error figures and pictures
+    #[command(after_help = shadows::HELP)]
+    Shadows(ShadowsArgs),
     /// Draw a scene once for each mesh variant, and all on one contact sheet [default scene: every bump technique]
     #[command(after_help = gallery::HELP)]
     Gallery(GalleryArgs),
@@ -133,6 +139,7 @@ impl Command {
             Self::Render(args) => render::run(&args),
             Self::Replay(args) => replay::run(&args),
             Self::Lights(args) => lights::run(&args),
+            Self::Shadows(args) => shadows::run(&args),
             Self::Gallery(args) => gallery::run(&args),
             Self::Compare(args) => compare::run(&args),
             Self::Bench(args) => bench::run(&args, started),

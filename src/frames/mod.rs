@@ -5,16 +5,21 @@
 //! headless  pictures of a world in hand
 //! job       the frames of a run as files: `relief render`
 //! encoding  colour, depth, normals and ids in these files
+//! slot_ids  a frame whose ids are slots
 //! ```
 
 mod encoding;
 mod error;
 mod headless;
 mod job;
+#[cfg(feature = "tools")]
+mod slot_ids;
 mod stage;
 
 pub use encoding::OutputKind;
 pub use error::FrameError;
 pub use headless::Headless;
 pub use job::{FrameJob, Frames, render_frames};
+#[cfg(feature = "tools")]
+pub(crate) use slot_ids::with_slot_ids;
 pub use stage::{LoadOptions, Stage, begin_run, check_outputs, load_stage, restore_texels};

@@ -46,6 +46,7 @@ mod tables;
 mod targets;
 mod textures;
 mod timestamps;
+mod traced;
 mod view_state;
 mod visible_counts;
 
@@ -63,6 +64,7 @@ pub use readback::{picture_texture, read_texture};
 pub use settings::{DebugView, HeatScale, Occlusion, Settings};
 pub use single_view::SingleView;
 pub use timestamps::PassTime;
+pub use traced::{TracedRow, TracedShadows};
 pub use view_state::{ViewPlan, ViewState};
 pub use visible_counts::VisibleCounts;
 

@@ -47,8 +47,11 @@ impl Renderer {
     }
 
     /// `behind`: what blended objects refract.
-    fn bind_meshes(&self, pass: &mut wgpu::RenderPass<'_>, behind: Option<&SceneColorCopy>) {
+    fn bind_meshes(&self, pass: &mut wgpu::RenderPass<'_>, view: &ViewState, behind: Option<&SceneColorCopy>) {
         pass.set_bind_group(2, &behind.unwrap_or(&self.no_scene_color).group, &[]);
+        if let Some(traced) = &view.traced {
+            pass.set_bind_group(3, traced, &[]);
+        }
         pass.set_vertex_buffer(0, self.meshes.vertices.buffer().slice(..));
         pass.set_index_buffer(self.meshes.indices.buffer().slice(..), wgpu::IndexFormat::Uint32);
     }
@@ -74,7 +77,7 @@ impl Renderer {
         phase: Phase,
     ) -> (u32, u32) {
         // What lies behind blended objects is resolved by this very pass.
-        self.bind_meshes(pass, None);
+        self.bind_meshes(pass, view, None);
         let first_instance = self.gpu.device.features().contains(wgpu::Features::INDIRECT_FIRST_INSTANCE);
         let (visible, arguments) = (view.culled.visible(), view.culled.arguments(phase));
         let list = &self.draws_of(view).list;
@@ -115,7 +118,7 @@ impl Renderer {
     pub(super) fn draw_blended(&self, pass: &mut wgpu::RenderPass<'_>, view: &ViewState, kind: Pass) -> u32 {
         let mut draws = 0;
         if !view.blended_runs.is_empty() {
-            self.bind_meshes(pass, view.scene_color.as_ref());
+            self.bind_meshes(pass, view, view.scene_color.as_ref());
             pass.set_vertex_buffer(1, view.blended.buffer().slice(..));
         }
         for run in &view.blended_runs {

@@ -20,11 +20,13 @@ pub(super) enum Pass {
         debug: DebugView,
         samples: u32,
         specular_aa: bool,
+        /// Shadows are those that rays found.
+        traced: bool,
         /// What is written beside the colour.
         beside: Attached,
     },
     /// One of the passes of [`Technique::EmbossMultipass`], over what `Color` drew.
-    Emboss { pass: EmbossPass, lights: LightFeatures, samples: u32 },
+    Emboss { pass: EmbossPass, lights: LightFeatures, samples: u32, traced: bool },
     /// Outputs without colour.
     Outputs(Attached),
 }
@@ -64,6 +66,11 @@ impl Pass {
             Self::Color { samples, .. } | Self::Emboss { samples, .. } => samples,
             Self::Outputs(_) => 1,
         }
+    }
+
+    /// Whether shadows are those that rays found.
+    pub fn is_traced(self) -> bool {
+        matches!(self, Self::Color { traced: true, .. } | Self::Emboss { traced: true, .. })
     }
 
     /// The technique that objects of a technique are drawn with in this pass.

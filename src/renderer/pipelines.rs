@@ -13,6 +13,13 @@ use systems::ecs::parallel::map_in_parallel;
 /// Pipelines that are being made.
 pub(super) type MissingPipelines = JoinHandle<Vec<((Pass, PipelineKey), wgpu::RenderPipeline)>>;
 
+/// The shader that draws objects.
+#[derive(Clone, Debug)]
+struct Forward {
+    module: wgpu::ShaderModule,
+    layout: wgpu::PipelineLayout,
+}
+
 /// Every pipeline of a renderer.
 #[derive(Clone, Debug)]
 pub(super) struct Pipelines {
@@ -22,10 +29,11 @@ pub(super) struct Pipelines {
     pub scene_color_layout: wgpu::BindGroupLayout,
     /// Group 0 of the tone map: of one sample per pixel, and of several.
     tone_map_layouts: [wgpu::BindGroupLayout; 2],
-    forward: wgpu::ShaderModule,
+    forward: Forward,
+    /// The same with shadows that rays found, and group 3 of it; made when a view first asks for it.
+    traced: Option<(Forward, wgpu::BindGroupLayout)>,
     sky: wgpu::ShaderModule,
     tone_map: wgpu::ShaderModule,
-    forward_layout: wgpu::PipelineLayout,
     sky_layout: wgpu::PipelineLayout,
     tone_map_pipeline_layouts: [wgpu::PipelineLayout; 2],
     objects: BTreeMap<(Pass, PipelineKey), wgpu::RenderPipeline>,
@@ -36,10 +44,7 @@ pub(super) struct Pipelines {
 
 impl Pipelines {
     pub fn new(device: &wgpu::Device, class_layout: &wgpu::BindGroupLayout) -> Self {
-        let module = |label, source: &'static str| {
-            let source = wgpu::ShaderSource::Wgsl(source.into());
-            device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(label), source })
-        };
+        let module = |label, source| shader_module(device, label, source);
         let frame_layout = frame_layout(device);
         let picture_layout = |label, multisampled| {
             device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
@@ -58,18 +63,15 @@ impl Pipelines {
         };
         let scene_color_layout = picture_layout("scene color copy", false);
         let tone_map_layouts = [false, true].map(|multisampled| picture_layout("tone map source", multisampled));
-        let layout = |label, groups: &[Option<&wgpu::BindGroupLayout>]| {
-            device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-                label: Some(label),
-                bind_group_layouts: groups,
-                immediate_size: 0,
-            })
-        };
+        let layout = |label, groups: &[_]| pipeline_layout(device, label, groups);
         Self {
-            forward: module("forward.wgsl", shaders::FORWARD),
+            forward: Forward {
+                module: module("forward.wgsl", shaders::FORWARD),
+                layout: layout("forward", &[Some(&frame_layout), Some(class_layout), Some(&scene_color_layout)]),
+            },
+            traced: None,
             sky: module("sky.wgsl", shaders::SKY),
             tone_map: module("tonemap.wgsl", shaders::TONE_MAP),
-            forward_layout: layout("forward", &[Some(&frame_layout), Some(class_layout), Some(&scene_color_layout)]),
             sky_layout: layout("sky", &[Some(&frame_layout)]),
             tone_map_pipeline_layouts: tone_map_layouts.each_ref().map(|group| layout("tone map", &[Some(group)])),
             frame_layout,
@@ -79,6 +81,35 @@ impl Pipelines {
             skies: BTreeMap::new(),
             tone_maps: Vec::new(),
         }
+    }
+
+    /// Group 3 of objects with shadows that rays found: one storage buffer.
+    pub fn traced_layout(
+        &mut self,
+        device: &wgpu::Device,
+        class_layout: &wgpu::BindGroupLayout,
+    ) -> &wgpu::BindGroupLayout {
+        let (frame_layout, scene_color_layout) = (&self.frame_layout, &self.scene_color_layout);
+        let make = || {
+            let group = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+                label: Some("traced shadows"),
+                entries: &[wgpu::BindGroupLayoutEntry {
+                    binding: 0,
+                    visibility: wgpu::ShaderStages::FRAGMENT,
+                    ty: wgpu::BindingType::Buffer {
+                        ty: wgpu::BufferBindingType::Storage { read_only: true },
+                        has_dynamic_offset: false,
+                        min_binding_size: None,
+                    },
+                    count: None,
+                }],
+            });
+            let groups = [Some(frame_layout), Some(class_layout), Some(scene_color_layout), Some(&group)];
+            let label = "forward with traced shadows";
+            let module = shader_module(device, label, shaders::FORWARD_TRACED);
+            (Forward { module, layout: pipeline_layout(device, label, &groups) }, group)
+        };
+        &self.traced.get_or_insert_with(make).1
     }
 
     /// The pipeline that [`Self::start_objects`] began to make.
@@ -117,6 +148,8 @@ impl Pipelines {
     }
 
     fn make_object(&self, device: &wgpu::Device, pass: Pass, key: PipelineKey) -> wgpu::RenderPipeline {
+        let traced = self.traced.as_ref().filter(|_| pass.is_traced());
+        let Forward { module, layout } = traced.map_or(&self.forward, |(forward, _)| forward);
         let constants = object_constants(pass, key);
         let blend = key.alpha == AlphaMode::Blend && !matches!(pass, Pass::Outputs(_));
         let targets = pass.targets(key);
@@ -129,9 +162,9 @@ impl Pipelines {
             wgpu::PipelineCompilationOptions { constants: &constants, ..wgpu::PipelineCompilationOptions::default() };
         device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some(&format!("{pass:?} {key:?}")),
-            layout: Some(&self.forward_layout),
+            layout: Some(layout),
             vertex: wgpu::VertexState {
-                module: &self.forward,
+                module,
                 entry_point: Some(vertex_entry),
                 compilation_options: compilation_options.clone(),
                 buffers: &[Some(VERTEX_LAYOUT), Some(SLOT_LAYOUT)],
@@ -144,7 +177,7 @@ impl Pipelines {
             depth_stencil: Some(depth),
             multisample: wgpu::MultisampleState { count: pass.samples(), ..wgpu::MultisampleState::default() },
             fragment: Some(wgpu::FragmentState {
-                module: &self.forward,
+                module,
                 entry_point: Some(fragment_entry),
                 compilation_options,
                 targets: &targets,
@@ -229,6 +262,23 @@ pub(super) fn object_constants(pass: Pass, key: PipelineKey) -> [(&'static str, 
         ("EMBOSS_STEP", f64::from(emboss_step)),
         ("EMBOSS_LIGHT", f64::from(emboss_light)),
     ]
+}
+
+fn shader_module(device: &wgpu::Device, label: &str, source: &'static str) -> wgpu::ShaderModule {
+    let source = wgpu::ShaderSource::Wgsl(source.into());
+    device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(label), source })
+}
+
+fn pipeline_layout(
+    device: &wgpu::Device,
+    label: &str,
+    groups: &[Option<&wgpu::BindGroupLayout>],
+) -> wgpu::PipelineLayout {
+    device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: Some(label),
+        bind_group_layouts: groups,
+        immediate_size: 0,
+    })
 }
 
 fn frame_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {

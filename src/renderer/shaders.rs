@@ -4,21 +4,32 @@ macro_rules! shader {
     ($($file:literal),+) => { concat!($(include_str!(concat!("../../shaders/", $file)), "\n"),+) };
 }
 
+/// `$shadows`: what says which lights are seen.
+macro_rules! forward {
+    ($shadows:literal) => {
+        shader!(
+            "types.wgsl",
+            "sky.wgsl",
+            "bump.wgsl",
+            "bumped.wgsl",
+            "height_field.wgsl",
+            "emboss.wgsl",
+            "dot3.wgsl",
+            "environment_bump.wgsl",
+            "lighting.wgsl",
+            "specular_aa.wgsl",
+            "debug.wgsl",
+            $shadows,
+            "forward.wgsl"
+        )
+    };
+}
+
 /// Objects: colour, and the outputs beside it.
-pub const FORWARD: &str = shader!(
-    "types.wgsl",
-    "sky.wgsl",
-    "bump.wgsl",
-    "bumped.wgsl",
-    "height_field.wgsl",
-    "emboss.wgsl",
-    "dot3.wgsl",
-    "environment_bump.wgsl",
-    "lighting.wgsl",
-    "specular_aa.wgsl",
-    "debug.wgsl",
-    "forward.wgsl"
-);
+pub const FORWARD: &str = forward!("unshadowed.wgsl");
+
+/// The same with shadows that were found by rays.
+pub const FORWARD_TRACED: &str = forward!("traced_shadows.wgsl");
 
 /// The sky behind everything.
 pub const SKY: &str = shader!("types.wgsl", "sky.wgsl", "sky_pass.wgsl");
@@ -36,8 +47,9 @@ pub const SCATTER: &str = shader!("scatter.wgsl");
 pub const TONE_MAP: &str = shader!("tone.wgsl", "tonemap.wgsl");
 
 /// Every module with its name, for the tests that validate them.
-pub const ALL: [(&str, &str); 6] = [
+pub const ALL: [(&str, &str); 7] = [
     ("forward", FORWARD),
+    ("forward with traced shadows", FORWARD_TRACED),
     ("sky", SKY),
     ("cull", CULL),
     ("pyramid", PYRAMID),
@@ -51,7 +63,7 @@ mod tests {
     use super::super::emboss::EmbossPass;
     use super::super::pass::{Attached, Pass};
     use super::super::pipelines::object_constants;
-    use super::super::{DebugView, HeatScale, pyramid, scatter, tables};
+    use super::super::{DebugView, HeatScale, pyramid, scatter, tables, traced};
     use super::*;
     use std::collections::{BTreeMap, BTreeSet};
     use systems::assets::{AlphaMode, MapSlot, Shading, Technique};
@@ -96,6 +108,7 @@ mod tests {
             ("LIGHT_TEXELS", size_of::<PackedLight>() as f64 / 16.0),
             ("LIST_TEXELS", size_of::<LightListPage>() as f64 / 16.0),
             number("LISTED", LightLists::LISTED),
+            number("ANOTHER_SURFACE", traced::ANOTHER_SURFACE),
             number("NO_LIGHT", NO_LIGHT),
             number("MAP_BASE", MapSlot::Base as u32),
             number("MAP_NORMAL", MapSlot::Normal as u32),

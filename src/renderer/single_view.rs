@@ -1,8 +1,8 @@
 //! A renderer with one view: most programs have one camera.
 
 use super::{
-    Gpu, HeldBytes, OutputSet, Outputs, PassTime, Picked, RenderError, RenderStats, Renderer, Settings, ViewPlan,
-    ViewState, ViewTarget, VisibleCounts,
+    Gpu, HeldBytes, OutputSet, Outputs, PassTime, Picked, RenderError, RenderStats, Renderer, Settings, TracedShadows,
+    ViewPlan, ViewState, ViewTarget, VisibleCounts,
 };
 use glam::UVec2;
 use systems::draw::{FrameData, View};
@@ -44,6 +44,14 @@ impl SingleView {
         let plan = ViewPlan { view: view.clone(), settings: *settings };
         self.renderer.prepare(frame, &mut [(&mut self.state, plan)])?;
         Ok(self.state.needs_redraw())
+    }
+
+    /// [`Renderer::set_traced_shadows`].
+    ///
+    /// # Errors
+    /// [`RenderError::TooLarge`].
+    pub fn set_traced_shadows(&mut self, shadows: Option<&TracedShadows>) -> Result<(), RenderError> {
+        self.renderer.set_traced_shadows(&mut self.state, shadows)
     }
 
     /// [`Renderer::encode`] into `target`, handed in.

@@ -84,6 +84,8 @@ pub struct ViewState {
     /// What the renderer had uploaded when this view was last prepared.
     uploads: Uploads,
     needs_redraw: bool,
+    /// The bind group of shadows that rays found, if the view is drawn with such.
+    pub(super) traced: Option<wgpu::BindGroup>,
     pub(super) counts: CountReadback,
     /// What the settings ask for.
     pub(super) outputs: OutputSet,
@@ -133,6 +135,7 @@ impl ViewState {
             shown: None,
             uploads: Uploads::default(),
             needs_redraw: false,
+            traced: None,
             counts: CountReadback::default(),
             outputs: OutputSet::COLOR,
             may_hide: false,
@@ -206,11 +209,13 @@ impl ViewState {
 
     /// The passes that add the light of [`Technique::EmbossMultipass`], if the colour pass leaves it to them.
     pub(super) fn emboss_passes(&self) -> impl Iterator<Item = Pass> + use<> {
-        let (lights, samples) = match self.pass {
-            Pass::Color { lights, samples, .. } | Pass::Emboss { lights, samples, .. } => (lights, samples),
-            Pass::Outputs(_) => (LightFeatures::default(), 1),
+        let (lights, samples, traced) = match self.pass {
+            Pass::Color { lights, samples, traced, .. } | Pass::Emboss { lights, samples, traced, .. } => {
+                (lights, samples, traced)
+            }
+            Pass::Outputs(_) => (LightFeatures::default(), 1, false),
         };
-        EmbossPass::all().map(move |pass| Pass::Emboss { pass, lights, samples })
+        EmbossPass::all().map(move |pass| Pass::Emboss { pass, lights, samples, traced })
     }
 
     /// First of all when a view is prepared: which renderer it belongs to, and which pass it draws.
@@ -229,6 +234,7 @@ impl ViewState {
             debug: settings.debug,
             samples: settings.samples,
             specular_aa: settings.specular_aa,
+            traced: self.traced.is_some(),
             beside,
         };
         self.pass = pass(Attached::default());
@@ -387,6 +393,12 @@ impl ViewState {
         let shown = matches!(self.pass, Pass::Color { debug: DebugView::Off, .. });
         let technique = |key: &BatchKey| self.pipeline_of(self.pass, *key).technique;
         shown && blended.iter().any(|key| technique(key) == Technique::PerturbedUv)
+    }
+
+    /// Draws with shadows that rays found from the next `prepare` on, or without any.
+    pub(super) fn set_traced(&mut self, traced: Option<wgpu::BindGroup>) {
+        self.traced = traced;
+        self.needs_redraw = true;
     }
 
     /// The picture is drawn.

@@ -3,6 +3,7 @@
 
 use super::CompareJob;
 use super::maps::Maps;
+use crate::compare::quarters;
 use crate::frames::FrameError;
 use crate::name;
 use crate::renderer::{Gpu, Occlusion, OutputSet, Outputs, Settings, SingleView};
@@ -273,16 +274,6 @@ impl TestScene {
         let mut library = self.simulation.world.resource_mut::<Library>();
         library.edit_material(self.material, |material| material.self_shadow = share);
     }
-}
-
-/// The 2 × 2 parts of each pixel of a picture that was drawn twice as large, of so many pixels' width.
-pub(super) fn quarters<T: Clone>(parts: &[T], width: u32) -> impl Iterator<Item = [T; 4]> {
-    let row = 2 * width as usize;
-    parts.chunks_exact((2 * row).max(1)).flat_map(move |rows| {
-        let (above, below) = rows.split_at(row);
-        let pairs = above.chunks_exact(2).zip(below.chunks_exact(2));
-        pairs.map(|(a, b)| [a[0].clone(), a[1].clone(), b[0].clone(), b[1].clone()])
-    })
 }
 
 /// Above the figure and in front of it, by an angle from the vertical.

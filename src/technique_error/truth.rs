@@ -7,7 +7,8 @@
 //! The renderer draws each light alone at twice the size, one sample per pixel. Depth gives each sample's place, from
 //! which a ray goes to each light through the displaced triangles. Four samples are a pixel.
 
-use super::test_scene::{FAINT, Lit, SUN, Shown, TestScene, quarters};
+use super::test_scene::{FAINT, Lit, SUN, Shown, TestScene};
+use crate::compare::quarters;
 use crate::frames::FrameError;
 use crate::maps::Raster;
 use glam::{Vec3, Vec3A};

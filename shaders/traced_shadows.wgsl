@@ -1,0 +1,37 @@
+// Which lights the surfaces of each pixel see, as rays found it: for measuring shadows. Takes the place of
+// unshadowed.wgsl.
+
+// src/renderer/traced.rs says how the words are laid out.
+@group(3) @binding(0) var<storage, read> traced: array<u32>;
+
+// Set in the second word of a surface that another one of the pixel follows.
+const ANOTHER_SURFACE = 0x80000000u;
+
+// The word with the first bits of the surface that is shaded; 0 where no ray met it.
+var<private> light_bits: u32;
+
+fn find_shadows(pixel: vec2f, slot: u32) {
+    let at = vec2u(pixel);
+    var surface = traced[1u + at.y * traced[0] + at.x];
+    light_bits = 0u;
+    loop {
+        if surface == 0u {
+            break;
+        }
+        let bits = surface + 2u;
+        if traced[surface] == slot {
+            light_bits = bits;
+            break;
+        }
+        let words = traced[surface + 1u];
+        surface = select(0u, bits + (words & ~ANOTHER_SURFACE), (words & ANOTHER_SURFACE) != 0u);
+    }
+}
+
+fn with_shadow(color: vec3f, number: u32) -> vec3f {
+    if light_bits == 0u {
+        return color;
+    }
+    let is_seen = (traced[light_bits + number / 32u] >> (number % 32u) & 1u) == 1u;
+    return select(vec3f(0.0), color, is_seen);
+}

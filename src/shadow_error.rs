@@ -1,0 +1,202 @@
+//! How far a scene's shadows are from those that rays find: `relief shadows`.
+//!
+//! One frame is drawn at twice the size with one sample per pixel; four samples are a pixel. The reference, `truth`, has
+//! all lights, each where a ray from the surface reaches it. Against it stand the frame as it is, and the frame with
+//! the scene's own light policies, each light of an object shadowed as rays find it. Figures are those of `light_error`.
+
+use crate::compare::{self, quarters};
+use crate::frames::{self, FrameError, LoadOptions, Stage};
+use crate::output;
+use crate::renderer::{Gpu, OutputSet, Settings, SingleView, TracedShadows};
+use crate::traced::{Traced, TracedScene};
+use image::RgbImage;
+use std::fmt;
+use std::path::{Path, PathBuf};
+use systems::assets::Technique;
+use systems::assets::color::{linear_from_srgb, srgb_from_linear};
+use systems::assets::levels::LevelOfDetail;
+use systems::draw::View;
+use systems::lights::{LightPolicies, LightPolicy, LightRecord};
+
+/// What to compare.
+#[derive(Clone, Debug)]
+pub struct ShadowErrorJob {
+    /// Scene file or model.
+    pub scene: PathBuf,
+    /// How the scene is loaded.
+    pub load: LoadOptions,
+    /// Where the pictures go; made if missing.
+    pub folder: PathBuf,
+    /// Steps of the clock before the picture.
+    pub frame: u64,
+    /// Pixels, each of four samples.
+    pub size: (u32, u32),
+    /// The name of the camera; `None`: the scene's first.
+    pub camera: Option<String>,
+    /// Draws every material with this technique.
+    pub technique: Option<Technique>,
+}
+
+/// How far a picture is from the reference.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct ShadowError {
+    /// Mean over the pixels that show an object of |L − L_truth|, over the mean of L_truth there.
+    pub mean: f64,
+    /// 99 % of those pixels are at most this far off.
+    pub p99: f64,
+    /// Mean FLIP of the tone-mapped pictures.
+    pub flip: f64,
+}
+
+/// What was found.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct ShadowReport {
+    /// The scene.
+    pub scene: PathBuf,
+    /// Steps of the clock before the picture.
+    pub frame: u64,
+    /// Pixels.
+    pub width: u32,
+    /// Pixels.
+    pub height: u32,
+    /// Lights that are on.
+    pub lights: usize,
+    /// Pixels of which some sample shows an object.
+    pub object_pixels: usize,
+    /// Mean of L_truth over those pixels: linear, exposed, before the tone map.
+    pub mean_luminance: f64,
+    /// Samples at outlines whose object no ray met: they have no shadows in any picture.
+    pub unmet_samples: usize,
+    /// No shadows at all.
+    pub unshadowed: ShadowError,
+    /// Every light of an object's list as rays find it, without shadows in what is left out of the list.
+    pub perfect: ShadowError,
+}
+
+impl ShadowReport {
+    /// One line.
+    pub fn json(&self) -> String {
+        serde_json::to_string(self).unwrap_or_default()
+    }
+}
+
+/// A table for people.
+impl fmt::Display for ShadowReport {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let Self { width, height, lights, object_pixels, mean_luminance, unmet_samples, .. } = self;
+        writeln!(f, "{}: frame {}, {width}x{height}, {lights} lights", self.scene.display(), self.frame)?;
+        writeln!(f, "{object_pixels} pixels show objects, of mean luminance {mean_luminance:.4} with traced shadows")?;
+        writeln!(f, "{unmet_samples} of {} samples show an object that no ray met", 4 * width * height)?;
+        writeln!(f, "error          mean      p99     FLIP")?;
+        for (name, ShadowError { mean, p99, flip }) in [("unshadowed", self.unshadowed), ("perfect", self.perfect)] {
+            writeln!(f, "{name:<10} {mean:8.4} {p99:8.4} {flip:8.4}")?;
+        }
+        Ok(())
+    }
+}
+
+/// A frame.
+struct Shot {
+    picture: RgbImage,
+    luminances: Vec<f32>,
+}
+
+/// Draws a scene with traced shadows and without, writes the pictures and says how far apart they are.
+///
+/// # Errors
+/// [`FrameError`]; nothing is written before all pictures are drawn and compared.
+pub fn measure(job: &ShadowErrorJob) -> Result<ShadowReport, FrameError> {
+    compare::check_size(job.size)?;
+    let (width, height) = job.size;
+    let mut stage = frames::load_stage(&job.scene, job.camera.as_deref(), &job.load)?;
+    let names = ["truth", "unshadowed", "unshadowed_error", "perfect", "perfect_error"];
+    let outputs = names.map(|name| picture(&job.folder, name));
+    stage.check_outputs(|path| outputs.iter().any(|picture| output::is_same(path, picture)))?;
+    let mut renderer = SingleView::new(&Gpu::headless()?);
+    for _ in 0..job.frame {
+        stage.simulation.step();
+    }
+    select_lights(&mut stage, None);
+    let view = stage.viewpoint.view(&stage.simulation.world, (2 * width, 2 * height));
+    let unshadowed = draw(&mut stage, &mut renderer, &view, job, None)?;
+    let ids = renderer.draw_outputs(OutputSet { id: true, ..OutputSet::NONE });
+    renderer.gpu().check()?;
+    let shown = ids.map(|ids| ids.entities()).unwrap_or_default();
+    let rounding = renderer.gpu().vertex_rounding();
+    let traced = TracedScene::new(&stage.simulation, &view);
+    let Traced { shadows, unmet } = traced.shadows(&stage.simulation, &shown, rounding);
+    let perfect = draw(&mut stage, &mut renderer, &view, job, Some(&shadows))?;
+    select_lights(&mut stage, Some(LightPolicy::All));
+    let Traced { shadows, .. } = traced.shadows(&stage.simulation, &shown, rounding);
+    let truth = draw(&mut stage, &mut renderer, &view, job, Some(&shadows))?;
+
+    let shows_object: Vec<bool> = quarters(&shown, width).map(|samples| samples.iter().any(Option::is_some)).collect();
+    let compared = |shot: &Shot| -> Result<_, FrameError> {
+        let error = compare::luminance_error(&truth.luminances, &shot.luminances, &shows_object);
+        let flip = compare::flip(&truth.picture, &shot.picture)?;
+        let heat = compare::heat_map(&error.of_pixels, width, height).unwrap_or_default();
+        Ok((ShadowError { mean: error.mean, p99: error.p99, flip }, heat))
+    };
+    let (of_unshadowed, unshadowed_heat) = compared(&unshadowed)?;
+    let (of_perfect, perfect_heat) = compared(&perfect)?;
+    let records = &stage.simulation.draw_list().lights.records;
+    let report = ShadowReport {
+        scene: job.scene.clone(),
+        frame: job.frame,
+        width,
+        height,
+        lights: records.iter().filter(|light| light.kind() != LightRecord::OFF).count(),
+        object_pixels: shows_object.iter().filter(|shows| **shows).count(),
+        mean_luminance: compare::mean_luminance(&truth.luminances, &shows_object),
+        unmet_samples: unmet,
+        unshadowed: of_unshadowed,
+        perfect: of_perfect,
+    };
+    output::make_folder(&job.folder)?;
+    let pictures = [truth.picture, unshadowed.picture, unshadowed_heat, perfect.picture, perfect_heat];
+    for (path, picture) in outputs.iter().zip(pictures) {
+        output::write_png(path, &picture.into())?;
+    }
+    Ok(report)
+}
+
+/// A frame with lights by a policy, or by those of the scene.
+fn select_lights(stage: &mut Stage, policy: Option<LightPolicy>) {
+    stage.simulation.world.resource_mut::<LightPolicies>().forced = policy;
+    stage.simulation.frame();
+}
+
+/// Draws the world's last frame with slots for ids, and makes pixels of its samples.
+fn draw(
+    stage: &mut Stage,
+    renderer: &mut SingleView,
+    view: &View,
+    job: &ShadowErrorJob,
+    shadows: Option<&TracedShadows>,
+) -> Result<Shot, FrameError> {
+    let (technique, levels) = (job.technique, LevelOfDetail::OFF);
+    let settings = Settings { technique, levels, samples: 1, ..Settings::default() }.for_files();
+    renderer.set_traced_shadows(shadows)?;
+    stage
+        .simulation
+        .with_frame(|frame| frames::with_slot_ids(frame, |frame| renderer.prepare(frame, view, &settings)))?;
+    let samples = renderer.draw_picture();
+    let luminances: Vec<f32> = renderer.read_linear().unwrap_or_default().into_iter().map(compare::luminance).collect();
+    renderer.gpu().check()?;
+    let (width, height) = job.size;
+    // As the tone map does with the samples of a pixel: the mean of what each is shown as.
+    let mean = |samples: [u8; 4]| {
+        let sum: f32 = samples.iter().map(|&sample| linear_from_srgb(f32::from(sample) / 255.0)).sum();
+        (srgb_from_linear(sum * 0.25) * 255.0).round() as u8
+    };
+    let colors: Vec<[u8; 3]> = samples.pixels().map(|pixel| [pixel.0[0], pixel.0[1], pixel.0[2]]).collect();
+    let pixels = quarters(&colors, width).flat_map(|[a, b, c, d]| [0, 1, 2].map(|i| mean([a[i], b[i], c[i], d[i]])));
+    Ok(Shot {
+        picture: RgbImage::from_raw(width, height, pixels.collect()).unwrap_or_default(),
+        luminances: quarters(&luminances, width).map(|samples| samples.iter().sum::<f32>() * 0.25).collect(),
+    })
+}
+
+fn picture(folder: &Path, name: &str) -> PathBuf {
+    folder.join(name).with_extension("png")
+}

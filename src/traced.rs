@@ -1,0 +1,426 @@
+//! Which lights are seen from what a picture shows, found by rays: the reference for shadows.
+//!
+//! The triangles of all drawn objects, without levels of detail, are placed relative to the eye in double precision.
+//! They lie in a bounding volume hierarchy. For each pixel:
+//!
+//! ```text
+//! a ray from the eye through the pixel's centre    the surfaces that the pixel may show: all that is blended or
+//!                                                  masked, up to the first opaque one
+//! a ray from each of these to each light           whether the light is seen; opaque and masked objects are in its
+//!                                                  way, masked ones as if they were solid
+//! ```
+//!
+//! The rasteriser moves vertices by a fraction of a pixel, so at outlines a pixel may show an object that the ray
+//! through its centre passes by. Rays through the corners of a square of that fraction look for it then.
+
+use crate::renderer::{TracedRow, TracedShadows};
+use bevy_ecs::entity::EntityIndex;
+use glam::{DMat3, DVec2, DVec3, Vec3, Vec3A};
+use obvhs::Boundable;
+use obvhs::BvhBuildParams;
+use obvhs::aabb::Aabb;
+use obvhs::cwbvh::CwBvh;
+use obvhs::cwbvh::builder::build_cwbvh;
+use obvhs::ray::{Ray, RayHit};
+use std::time::Duration;
+use systems::Simulation;
+use systems::assets::AlphaMode;
+use systems::draw::{BatchKey, InstanceRecord, PAGE_SLOTS, Projection, View};
+use systems::ecs::parallel::map_in_parallel;
+use systems::ecs::tables::Records;
+use systems::lights::{LightLists, LightRecord, NO_LIGHT, SelectedLights};
+
+/// Metres from a light within which nothing is in its way: its lamp's glass and housing.
+pub(crate) const NEAR_LIGHT: f64 = 0.15;
+
+/// Of the sizes that a place was computed with, how far it may be off. Meshes, transforms and lights are floats; each
+/// rounds by 2⁻²⁴. Sixteen of these are more than a product and sum of three takes.
+const ROUNDING: f64 = 1.0 / (1 << 20) as f64;
+
+/// Metres that the boxes of triangles are wider than these, beside [`ROUNDING`]: their test computes with floats.
+const BOX_ROOM: f32 = 1e-5;
+
+/// How far beyond its edges a triangle is hit, as a part of it: no ray passes between two that share an edge.
+const EDGE: f64 = 1e-9;
+
+/// What rays need to know of a drawn object.
+#[derive(Clone, Copy)]
+struct Drawn {
+    alpha: AlphaMode,
+    /// Its back faces are drawn.
+    double_sided: bool,
+    /// −1 where its transform mirrors, else 1.
+    handedness: f64,
+}
+
+/// A triangle of a drawn object, relative to the eye.
+#[derive(Clone, Copy)]
+struct PlacedTriangle {
+    corners: [DVec3; 3],
+    slot: u32,
+}
+
+impl PlacedTriangle {
+    /// How far along a ray it is hit, in units of the direction (Möller, Trumbore: "Fast, Minimum Storage Ray/Triangle
+    /// Intersection", 1997).
+    fn intersect(&self, origin: DVec3, direction: DVec3) -> Option<f64> {
+        let [a, b, c] = self.corners;
+        let (first, second) = (b - a, c - a);
+        let p = direction.cross(second);
+        let determinant = first.dot(p);
+        let from_corner = origin - a;
+        let u = from_corner.dot(p) / determinant;
+        let q = from_corner.cross(first);
+        let v = direction.dot(q) / determinant;
+        // Not where the ray lies in the plane: nothing compares with what is no number.
+        (u >= -EDGE && v >= -EDGE && u + v <= 1.0 + EDGE).then(|| second.dot(q) / determinant)
+    }
+
+    /// Its direction by its winding, and twice its area.
+    fn normal(&self) -> DVec3 {
+        let [a, b, c] = self.corners;
+        (b - a).cross(c - a)
+    }
+
+    /// The greatest distance of a corner from the eye.
+    fn reach(&self) -> f64 {
+        self.corners.iter().map(|corner| corner.length()).fold(0.0, f64::max)
+    }
+}
+
+impl Boundable for PlacedTriangle {
+    fn aabb(&self) -> Aabb {
+        let aabb = Aabb::from_points(&self.corners.map(|corner| corner.as_vec3a()));
+        let room = Vec3A::splat(BOX_ROOM + (ROUNDING * self.reach()) as f32);
+        Aabb::new(aabb.min - room, aabb.max + room)
+    }
+}
+
+/// Where a ray from the eye meets a triangle.
+#[derive(Clone, Copy)]
+struct Hit {
+    along: f64,
+    leaf: usize,
+    slot: u32,
+}
+
+/// What a pixel shows.
+struct Surface {
+    /// Relative to the eye, metres.
+    place: DVec3,
+    /// Of the triangle, unit, toward the eye.
+    normal: DVec3,
+    /// Metres that the place may be off.
+    error: f64,
+}
+
+/// Rays from the eye through the pixels of a view, relative to the eye.
+struct EyeRays {
+    world_from_view: DMat3,
+    /// Half the width and height of what is seen at a distance of 1, or anywhere where the projection is parallel.
+    half: DVec2,
+    pixels: DVec2,
+    parallel: bool,
+    near: f64,
+    far: f64,
+}
+
+impl EyeRays {
+    fn new(view: &View) -> Self {
+        let clip_from_view = view.clip_from_view();
+        let rotation = view.world_from_view.matrix3;
+        Self {
+            world_from_view: DMat3::from_cols(
+                rotation.x_axis.as_dvec3(),
+                rotation.y_axis.as_dvec3(),
+                rotation.z_axis.as_dvec3(),
+            ),
+            half: DVec2::new(clip_from_view.x_axis.x.into(), clip_from_view.y_axis.y.into()).recip(),
+            pixels: DVec2::new(view.width.into(), view.height.into()),
+            parallel: matches!(view.camera.projection, Projection::Orthographic { .. }),
+            near: view.camera.near.into(),
+            far: view.camera.far.into(),
+        }
+    }
+
+    /// Where the ray through a place of the picture begins, and its direction, by whose length the depth grows by 1.
+    fn through(&self, place: DVec2) -> (DVec3, DVec3) {
+        let across = (place / self.pixels * 2.0 - 1.0) * self.half * DVec2::new(1.0, -1.0);
+        let (origin, direction) =
+            if self.parallel { (across.extend(0.0), DVec3::NEG_Z) } else { (DVec3::ZERO, across.extend(-1.0)) };
+        (self.world_from_view * origin, self.world_from_view * direction)
+    }
+}
+
+/// The shadows of a picture.
+pub(crate) struct Traced {
+    pub shadows: TracedShadows,
+    /// Pixels that show an object which no ray has met: it has no shadows there.
+    pub unmet: usize,
+}
+
+/// All that is drawn, ready for rays.
+pub(crate) struct TracedScene {
+    /// In the order of the leaves.
+    triangles: Vec<PlacedTriangle>,
+    /// `None` without triangles.
+    tree: Option<CwBvh>,
+    /// By slot.
+    drawn: Vec<Option<Drawn>>,
+    eye: DVec3,
+    eye_rays: EyeRays,
+}
+
+impl TracedScene {
+    /// What a world's last frame draws, seen by a view.
+    pub fn new(simulation: &Simulation, view: &View) -> Self {
+        let (list, records) = (simulation.draw_list(), simulation.instance_records());
+        let mut room = Vec::new();
+        let records = records.read(std::slice::from_ref(&(0..records.slot_count())), &mut room);
+        let mut scene = Self {
+            triangles: Vec::new(),
+            tree: None,
+            drawn: vec![None; records.len()],
+            eye: view.eye().as_dvec3(),
+            eye_rays: EyeRays::new(view),
+        };
+        for batch in &list.batches {
+            let pages = &list.pages[batch.pages.start as usize..batch.pages.end as usize];
+            for slot in pages.iter().flat_map(|page| page * PAGE_SLOTS..(page + 1) * PAGE_SLOTS) {
+                if list.instances.objects.get(slot as usize).is_some_and(Option::is_some) {
+                    scene.add(simulation, slot, batch.key, &records[slot as usize]);
+                }
+            }
+        }
+        for object in &list.transparent {
+            scene.add(simulation, object.slot, object.key, &records[object.slot as usize]);
+        }
+        if !scene.triangles.is_empty() {
+            let tree = build_cwbvh(&scene.triangles, BvhBuildParams::fast_build(), &mut Duration::default());
+            scene.triangles = tree.primitive_indices.iter().map(|&i| scene.triangles[i as usize]).collect();
+            scene.tree = Some(tree);
+        }
+        scene
+    }
+
+    fn add(&mut self, simulation: &Simulation, slot: u32, key: BatchKey, record: &InstanceRecord) {
+        let Some(entry) = simulation.library().mesh(key.mesh) else { return };
+        let rows = record.world_from_object.map(|[x, y, z, _]| Vec3::new(x, y, z).as_dvec3());
+        let origin = DVec3::from(record.world_from_object.map(|row| row[3].into())) - self.eye;
+        let placed = |index: u32| {
+            let position = entry.mesh.positions[index as usize].as_dvec3();
+            DVec3::from(rows.map(|row| row.dot(position))) + origin
+        };
+        let triangles = entry.mesh.indices.as_chunks::<3>().0.iter();
+        self.triangles.extend(triangles.map(|indices| PlacedTriangle { corners: indices.map(placed), slot }));
+        let handedness = if key.pipeline.mirrored { -1.0 } else { 1.0 };
+        let (alpha, double_sided) = (key.pipeline.alpha, key.pipeline.double_sided);
+        self.drawn[slot as usize] = Some(Drawn { alpha, double_sided, handedness });
+    }
+
+    /// Traces the shadows of a picture, by the lists of lights of the world's last frame, in which nothing has moved
+    /// since the scene was made. `shown`: the slot of the object that each pixel shows. `vertex_rounding`: pixels by
+    /// which the rasteriser may move a vertex.
+    pub fn shadows(&self, simulation: &Simulation, shown: &[Option<u32>], vertex_rounding: f32) -> Traced {
+        let lights = ObjectLights::new(simulation);
+        let width = self.eye_rays.pixels.x as usize;
+        let rows = shown.chunks_exact(width.max(1)).enumerate();
+        let traced = map_in_parallel(rows, |(y, shown)| {
+            let (mut row, mut unmet, mut hits, mut surfaces) = (TracedRow::default(), 0, Vec::new(), Vec::new());
+            for (x, &shown) in shown.iter().enumerate() {
+                let place = DVec2::new(x as f64, y as f64) + 0.5;
+                surfaces.clear();
+                self.meet(place, None, &mut hits);
+                surfaces.extend(hits.iter().map(|hit| (hit.slot, self.seen_lights(place, hit, &lights))));
+                if let Some(slot) = shown.filter(|slot| hits.iter().all(|hit| hit.slot != *slot)) {
+                    match self.meet_nearby(place, slot, vertex_rounding.into(), &mut hits) {
+                        Some((place, hit)) => surfaces.push((slot, self.seen_lights(place, &hit, &lights))),
+                        None => unmet += 1,
+                    }
+                }
+                row.push_pixel(&surfaces);
+            }
+            (row, unmet)
+        });
+        let (rows, unmet): (Vec<TracedRow>, Vec<usize>) = traced.into_iter().unzip();
+        Traced { shadows: TracedShadows::from_rows(&rows), unmet: unmet.iter().sum() }
+    }
+
+    /// The object in a slot at a place of the picture, or at the corners of the square about it that is twice as wide
+    /// as vertices are moved.
+    fn meet_nearby(&self, place: DVec2, slot: u32, moved: f64, hits: &mut Vec<Hit>) -> Option<(DVec2, Hit)> {
+        let corners = [DVec2::ZERO, DVec2::ONE, DVec2::NEG_ONE, DVec2::new(1.0, -1.0), DVec2::new(-1.0, 1.0)];
+        corners.iter().find_map(|corner| {
+            let place = place + corner * moved;
+            self.meet(place, Some(slot), hits);
+            hits.first().map(|&hit| (place, hit))
+        })
+    }
+
+    /// What a ray from the eye meets, nearest first, each object once: up to the first opaque one. `only`: of one
+    /// object.
+    fn meet(&self, place: DVec2, only: Option<u32>, hits: &mut Vec<Hit>) {
+        hits.clear();
+        let Some(tree) = &self.tree else { return };
+        let (origin, direction) = self.eye_rays.through(place);
+        let (near, mut far) = (self.eye_rays.near, self.eye_rays.far);
+        let ray = Ray::new(origin.as_vec3a(), direction.as_vec3a(), 0.0, above(far));
+        tree.ray_traverse(ray, &mut RayHit::none(), |_, leaf| {
+            let triangle = &self.triangles[leaf];
+            let slot = triangle.slot;
+            let drawn = self.drawn[slot as usize].filter(|_| only.is_none_or(|only| only == slot));
+            let Some((drawn, along)) = drawn.zip(triangle.intersect(origin, direction)) else { return f32::INFINITY };
+            let is_drawn = drawn.double_sided || drawn.handedness * triangle.normal().dot(direction) < 0.0;
+            if !is_drawn || along < near || along > far {
+                return f32::INFINITY;
+            }
+            hits.push(Hit { along, leaf, slot });
+            if drawn.alpha == AlphaMode::Opaque {
+                far = along;
+                return above(far);
+            }
+            f32::INFINITY
+        });
+        hits.retain(|hit| hit.along <= far);
+        hits.sort_by(|a, b| a.along.total_cmp(&b.along).then(a.leaf.cmp(&b.leaf)));
+        let mut kept = 0;
+        for i in 0..hits.len() {
+            if hits[..kept].iter().all(|hit| hit.slot != hits[i].slot) {
+                hits[kept] = hits[i];
+                kept += 1;
+            }
+        }
+        hits.truncate(kept);
+    }
+
+    /// Which lights of its object are seen from where a ray from the eye meets it.
+    fn seen_lights(&self, place: DVec2, hit: &Hit, lights: &ObjectLights) -> Vec<bool> {
+        let (origin, direction) = self.eye_rays.through(place);
+        let triangle = &self.triangles[hit.leaf];
+        let normal = triangle.normal().normalize_or_zero();
+        let surface = Surface {
+            place: origin + direction * hit.along,
+            normal: if normal.dot(direction) > 0.0 { -normal } else { normal },
+            error: ROUNDING * (self.eye.length() + triangle.reach()),
+        };
+        lights.of(hit.slot).iter().map(|&light| self.sees(&surface, lights.table.get(light as usize))).collect()
+    }
+
+    /// Whether a light is seen; also where it gives no light.
+    fn sees(&self, surface: &Surface, light: Option<&LightRecord>) -> bool {
+        let Some(light) = light else { return true };
+        let position = Vec3::from(light.position).as_dvec3();
+        let (toward, distance) = if light.kind == LightRecord::DIRECTIONAL {
+            (position.normalize_or_zero(), f64::INFINITY)
+        } else {
+            let way = position - self.eye - surface.place;
+            (way.normalize_or_zero(), way.length())
+        };
+        if !gives_light(light, toward, distance) {
+            return true;
+        }
+        let faces = surface.normal.dot(toward) > 0.0;
+        faces && self.is_free(surface.place + surface.normal * surface.error, toward, distance - NEAR_LIGHT)
+    }
+
+    /// Whether nothing that casts shadows is in a ray's way for so many metres.
+    fn is_free(&self, from: DVec3, toward: DVec3, distance: f64) -> bool {
+        let Some(tree) = self.tree.as_ref().filter(|_| distance > 0.0) else { return true };
+        tree.ray_traverse_miss(Ray::new(from.as_vec3a(), toward.as_vec3a(), 0.0, above(distance)), |_, leaf| {
+            let triangle = &self.triangles[leaf];
+            let casts = self.drawn[triangle.slot as usize].is_some_and(|drawn| drawn.alpha != AlphaMode::Blend);
+            let hit = if casts { triangle.intersect(from, toward) } else { None };
+            if hit.is_some_and(|along| 0.0 < along && along < distance) { 0.0 } else { f32::INFINITY }
+        })
+    }
+}
+
+/// A float that is no less.
+fn above(value: f64) -> f32 {
+    (value * (1.0 + ROUNDING)) as f32
+}
+
+/// Whether a light that reaches an object gives light to a place of it: within its range and its cone. What shaders
+/// compute may round otherwise at the edge, so the cone is a little wider.
+fn gives_light(light: &LightRecord, toward: DVec3, distance: f64) -> bool {
+    match light.kind {
+        LightRecord::OFF => false,
+        LightRecord::DIRECTIONAL => true,
+        kind => {
+            let is_in_range = distance * distance * f64::from(light.inverse_range_squared) < 1.0;
+            let versine = 0.5 * (Vec3::from(light.direction).as_dvec3() + toward).length_squared();
+            is_in_range && (kind == LightRecord::POINT || versine < 1.0001 * f64::from(light.versine_outer))
+        }
+    }
+}
+
+/// The lights of each object, in the order in which shaders number them.
+struct ObjectLights {
+    /// By slot.
+    lists: Vec<Vec<u32>>,
+    table: Vec<LightRecord>,
+}
+
+impl ObjectLights {
+    fn new(simulation: &Simulation) -> Self {
+        let (world, list) = (&simulation.world, simulation.draw_list());
+        let lists = world.resource::<LightLists>();
+        let of = |object: EntityIndex| {
+            let selected = world.get::<SelectedLights>(world.entities().resolve_from_index(object))?;
+            let first = selected.unpack(lists).lights.into_iter().filter(|&light| light != NO_LIGHT);
+            Some(first.chain(lists.of(selected).0.into_iter().map(|(light, _)| light)).collect())
+        };
+        let of = |object: &Option<EntityIndex>| object.and_then(of).unwrap_or_default();
+        Self {
+            lists: list.instances.objects.iter().map(of).collect(),
+            table: list.lights.records.iter().map(|light| light.unpacked()).collect(),
+        }
+    }
+
+    fn of(&self, slot: u32) -> &[u32] {
+        self.lists.get(slot as usize).map_or(&[], Vec::as_slice)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Affine3A;
+    use systems::draw::Camera;
+
+    #[test]
+    fn rays_go_through_their_places_of_the_picture_and_count_depth() {
+        let place = Affine3A::from_translation(Vec3::new(3.0, -4.0, 7.0))
+            * Affine3A::from_rotation_y(0.7)
+            * Affine3A::from_rotation_x(-0.3);
+        let perspective = Projection::Perspective { fov_y: 0.9, aspect: Some(2.5) };
+        let parallel = Projection::Orthographic { half_height: 3.0, aspect: None };
+        for projection in [perspective, parallel] {
+            let view = View::new(&place, &Camera { projection, ..Camera::default() }, 160, 90);
+            let (rays, clip_from_world) = (EyeRays::new(&view), view.clip_from_world());
+            for at in [DVec2::new(0.5, 0.5), DVec2::new(80.0, 45.0), DVec2::new(153.25, 70.75)] {
+                let (origin, direction) = rays.through(at);
+                let point = view.eye() + (origin + direction * 5.0).as_vec3();
+                let clip = clip_from_world * point.extend(1.0);
+                let ndc = (clip / clip.w).truncate();
+                let found = DVec2::new(f64::from(ndc.x) + 1.0, 1.0 - f64::from(ndc.y)) * rays.pixels * 0.5;
+                // Floats of a few metres in 160 pixels.
+                assert!(found.abs_diff_eq(at, 1e-3), "{projection:?}: {found} for {at}");
+                let in_view = view.world_from_view.inverse().transform_point3(point);
+                assert!((in_view.z + 5.0).abs() < 1e-4, "{in_view}");
+            }
+        }
+    }
+
+    #[test]
+    fn triangles_are_hit_up_to_their_edges_and_from_both_sides() {
+        let corners = [DVec3::new(1.0, 0.0, 0.0), DVec3::new(0.0, 1.0, 0.0), DVec3::ZERO];
+        let triangle = PlacedTriangle { corners, slot: 0 };
+        let along = |x: f64, y: f64, z: f64| triangle.intersect(DVec3::new(x, y, z), DVec3::NEG_Z * 2.0 * z.signum());
+        assert_eq!(along(0.25, 0.25, 1.0), Some(0.5));
+        assert_eq!(along(0.25, 0.25, -3.0), Some(1.5));
+        assert_eq!((along(0.5, 0.5, 1.0), along(0.0, 0.0, 1.0)), (Some(0.5), Some(0.5)), "edge and corner");
+        assert_eq!((along(0.5, 0.51, 1.0), along(-0.01, 0.5, 1.0)), (None, None));
+        assert_eq!(triangle.intersect(DVec3::new(-1.0, 0.2, 0.0), DVec3::X), None, "in its plane");
+    }
+}

@@ -1,0 +1,255 @@
+//! `relief shadows`: shadows whose every sample is known, and pictures that have none.
+
+mod common;
+
+use glam::{DVec2, DVec3};
+use image::RgbImage;
+use relief::frames::LoadOptions;
+use relief::shadow_error::{ShadowError, ShadowErrorJob, ShadowReport, measure};
+use std::fs;
+use std::path::{Path, PathBuf};
+use systems::assets::Technique;
+use systems::assets::color::linear_from_srgb;
+
+const NONE: ShadowError = ShadowError { mean: 0.0, p99: 0.0, flip: 0.0 };
+/// Pixels along a side.
+const SIDE: u32 = 50;
+/// Metres from the middle of the picture to its edge.
+const HALF: f64 = 2.5;
+
+struct Measured {
+    report: ShadowReport,
+    truth: RgbImage,
+    unshadowed: RgbImage,
+    perfect: RgbImage,
+}
+
+fn job(scene: &Path, folder: &Path, size: (u32, u32)) -> ShadowErrorJob {
+    ShadowErrorJob {
+        load: LoadOptions::for_one_renderer(),
+        scene: scene.to_owned(),
+        folder: folder.to_owned(),
+        frame: 0,
+        size,
+        camera: None,
+        technique: None,
+    }
+}
+
+/// A white, matte floor of 8 m in the dark, seen from above, under a light; what `entities` adds.
+fn scene(light: &str, entities: &str) -> String {
+    format!(
+        r#"(
+    environment: (
+        ambient: (0, 0, 0), zenith: (0, 0, 0), horizon: (0, 0, 0), ground: (0, 0, 0), tone_map: clamp,
+    ),
+    materials: {{
+        "white": (base_factor: (1, 1, 1), specular_factor: (0, 0, 0)),
+        "hole": (base_factor: (1, 1, 1), specular_factor: (0, 0, 0), base_alpha: 0, alpha_mode: mask),
+        "pane": (base_factor: (1, 1, 1), specular_factor: (0, 0, 0), base_alpha: 0.5, alpha_mode: blend),
+    }},
+    meshes: {{ "floor": plane(size: (8, 8)), "cube": cube(size: (1, 1, 1)) }},
+    entities: [
+        (camera: (orthographic_half_height: {HALF}, aspect: 1),
+         transform: (translation: (0, 9, 0), rotation_degrees: (-90, 0, 0))),
+        (mesh: "floor", material: "white"),
+        ({light}),
+        {entities}
+    ],
+)"#
+    )
+}
+
+fn measured(scene: &str, technique: Option<Technique>) -> Measured {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("scene.ron");
+    fs::write(&path, scene).expect("a scene");
+    let job = ShadowErrorJob { technique, ..job(&path, &folder.path().join("out"), (SIDE, SIDE)) };
+    let report = measure(&job).expect("a report");
+    let read = |name: &str| image::open(job.folder.join(name)).expect("a picture").into_rgb8();
+    for name in ["unshadowed_error.png", "perfect_error.png"] {
+        assert_eq!(read(name).dimensions(), (SIDE, SIDE), "{name}");
+    }
+    Measured { report, truth: read("truth.png"), unshadowed: read("unshadowed.png"), perfect: read("perfect.png") }
+}
+
+/// Whether the way from a point toward a light is free of the cube of 1 m that stands on the middle of the floor.
+/// `light`: where it is; `None` where it is as far as the direction goes.
+fn is_free(from: DVec3, way: DVec3, end: f64) -> bool {
+    let (low, high) = (DVec3::new(-0.5, 0.0, -0.5), DVec3::new(0.5, 1.0, 0.5));
+    let (first, second) = ((low - from) / way, (high - from) / way);
+    let (enter, leave) = (first.min(second).max_element(), first.max(second).min_element());
+    // Not the point itself, on a face.
+    enter.max(1e-6) > leave.min(end)
+}
+
+#[derive(Clone, Copy)]
+enum Lamp {
+    At(DVec3),
+    Toward(DVec3),
+}
+
+impl Lamp {
+    fn is_seen(self, from: DVec3) -> bool {
+        match self {
+            Self::At(place) => is_free(from, place - from, 1.0),
+            Self::Toward(direction) => is_free(from, direction, f64::INFINITY),
+        }
+    }
+}
+
+/// Compares how much of its light each pixel has with what is known of its four samples. Pixels with a sample within a
+/// millimetre of an edge do not count.
+fn assert_known(found: &Measured, known: impl Fn(DVec2) -> f64) {
+    let (mut partly, mut dark, mut skipped) = (0, 0, 0);
+    for (x, y, truth) in found.truth.enumerate_pixels() {
+        let sample = |dx: f64, dy: f64| {
+            let at = DVec2::new(f64::from(x) + dx, f64::from(y) + dy) / f64::from(SIDE);
+            (at * 2.0 - 1.0) * HALF
+        };
+        let samples = [sample(0.25, 0.25), sample(0.75, 0.25), sample(0.25, 0.75), sample(0.75, 0.75)];
+        let around = [DVec2::ONE, DVec2::NEG_ONE, DVec2::new(1.0, -1.0), DVec2::new(-1.0, 1.0)];
+        let is_sure = |&at: &DVec2| around.iter().all(|corner| known(at + corner * 1e-3) == known(at));
+        if !samples.iter().all(is_sure) {
+            skipped += 1;
+            continue;
+        }
+        let light = |pixel: &image::Rgb<u8>| f64::from(linear_from_srgb(f32::from(pixel.0[1]) / 255.0));
+        let (open, lit) = (light(found.unshadowed.get_pixel(x, y)), light(truth));
+        let expected: f64 = samples.into_iter().map(&known).sum::<f64>() / 4.0;
+        // Bytes of sRGB are half a step off, at 0.05 and more of linear light less than a fiftieth of it. The four
+        // samples have different light: within a pixel of 0.1 m, 2 m from the lamp at least, a tenth more or less.
+        assert!(open > 0.05, "pixel {x}, {y} is lit");
+        assert!((lit / open - expected).abs() < 0.1, "pixel {x}, {y}: {} of {expected}", lit / open);
+        partly += u32::from(0.2 < expected && expected < 0.8);
+        dark += u32::from(expected == 0.0);
+    }
+    assert!(partly > 10 && dark > 20 && skipped < SIDE * SIDE / 50, "{partly} {dark} {skipped}");
+    assert!(found.truth == found.perfect, "a list that has all lights");
+    assert_eq!(found.report.perfect, NONE);
+    assert!(found.report.unshadowed.mean > 0.01 && found.report.unshadowed.flip > 0.01, "{:?}", found.report);
+    assert_eq!(found.report.unmet_samples, 0);
+}
+
+const POINT: (&str, Lamp) = (
+    "light: point(intensity: 8, attenuation: inverse_square), transform: (translation: (-2, 3.1, 0.4))",
+    Lamp::At(DVec3::new(-2.0, 3.1, 0.4)),
+);
+const SUN: (&str, Lamp) = (
+    "light: directional(intensity: 0.9), transform: (translation: (-3, 4, 1), look_at: (0, 0, 0))",
+    Lamp::Toward(DVec3::new(-3.0, 4.0, 1.0)),
+);
+const SPOT: (&str, Lamp) = (
+    "light: spot(intensity: 14, attenuation: inverse_square, inner_degrees: 50, outer_degrees: 70), \
+     transform: (translation: (-1, 4, 0.3), rotation_degrees: (-90, 0, 0))",
+    Lamp::At(DVec3::new(-1.0, 4.0, 0.3)),
+);
+const CUBE: &str = r#"(mesh: "cube", material: "white", transform: (translation: (0, 0.5, 0))),"#;
+
+fn on_cube(at: DVec2) -> bool {
+    at.abs().max_element() < 0.5
+}
+
+#[test]
+fn the_shadow_of_a_cube_is_where_geometry_has_it() {
+    if common::gpu().is_none() {
+        return;
+    }
+    for (light, lamp) in [POINT, SUN, SPOT] {
+        let known = |at: DVec2| f64::from(u8::from(on_cube(at) || lamp.is_seen(DVec3::new(at.x, 0.0, at.y))));
+        assert_known(&measured(&scene(light, CUBE), None), known);
+    }
+}
+
+/// A cube of holes: its solid shape casts the shadow, and what is seen through it has one.
+#[test]
+fn masks_cast_as_if_they_were_solid_and_shadows_are_seen_through_them() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let (light, lamp) = POINT;
+    let holes = CUBE.replace("white", "hole");
+    let known = |at: DVec2| f64::from(u8::from(!on_cube(at) && lamp.is_seen(DVec3::new(at.x, 0.0, at.y))));
+    assert_known(&measured(&scene(light, &holes), None), known);
+}
+
+#[test]
+fn blended_objects_have_shadows_and_cast_none() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let (light, lamp) = SUN;
+    let pane = r#"(mesh: "floor", material: "pane", transform: (translation: (0, 0.3, 0))),"#;
+    // The sun lights both alike, and the pane hides half of the floor.
+    let known = |at: DVec2| {
+        let seen = [0.0, 0.3].map(|y| f64::from(u8::from(lamp.is_seen(DVec3::new(at.x, y, at.y)))));
+        if on_cube(at) { 1.0 } else { (seen[0] + seen[1]) / 2.0 }
+    };
+    assert_known(&measured(&scene(light, &(pane.to_owned() + CUBE)), None), known);
+    let alone = measured(&scene(light, pane), None);
+    assert_eq!((alone.report.unshadowed, alone.report.perfect), (NONE, NONE));
+}
+
+/// With each way in which a light is added up.
+#[test]
+fn a_lamp_in_a_closed_box_lights_nothing_outside() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let lamp = "light: point(intensity: 8, attenuation: inverse_square), transform: (translation: (0.1, 1, 0))";
+    let closed = r#"(mesh: "cube", material: "white", transform: (translation: (0, 1, 0), scale: 1.2)),"#;
+    let techniques =
+        [Technique::Off, Technique::Normal, Technique::Dot3, Technique::Emboss, Technique::EmbossMultipass];
+    for technique in techniques {
+        let found = measured(&scene(lamp, closed), Some(technique));
+        assert_eq!(found.report.mean_luminance, 0.0, "{technique:?}");
+        assert_eq!((found.report.unshadowed.mean, found.report.perfect), (f64::INFINITY, NONE), "{technique:?}");
+        assert!(found.truth.iter().all(|&channel| channel == 0), "{technique:?}");
+    }
+}
+
+/// A slanted floor in pieces, under three lights of which a sun stands 3° above it: no surface is in its own way. Here,
+/// and 65 km from the origin.
+#[test]
+fn without_anything_in_the_way_traced_shadows_change_no_bit() {
+    if common::gpu().is_none() {
+        return;
+    }
+    for origin in ["0", "65000"] {
+        let scene = format!(
+            r#"(
+    environment: (ambient: (0.1, 0.1, 0.1), zenith: (0, 0, 0), horizon: (0, 0, 0), ground: (0, 0, 0)),
+    materials: {{ "white": (base_factor: (0.7, 0.6, 0.5)) }},
+    meshes: {{ "floor": plane(size: (80, 80)) }},
+    entities: [(transform: (translation: ({origin}, 0, {origin}), rotation_degrees: (17, 35, 8)), children: [
+        (mesh: "floor", material: "white", piece_metres: 9),
+        (camera: (fov_y_degrees: 50), transform: (translation: (0, 2, 6), look_at: (0, 0, -2))),
+        (light: directional(intensity: 0.7), transform: (translation: (-20, 1.05, 0), look_at: (0, 0, 0))),
+        (light: point(intensity: 3, range: 9), transform: (translation: (1, 0.2, -1))),
+        (light: spot(intensity: 9, range: 20, inner_degrees: 20, outer_degrees: 30),
+         transform: (translation: (-3, 3, 0), look_at: (0, 0, -3))),
+    ])],
+)"#
+        );
+        let found = measured(&scene, None);
+        assert_eq!((found.report.unshadowed, found.report.perfect), (NONE, NONE), "{origin}");
+        assert!(found.truth == found.unshadowed && found.truth == found.perfect, "{origin}");
+        assert!(found.report.mean_luminance > 0.05, "{:?}", found.report);
+    }
+}
+
+#[test]
+fn on_the_shipped_scene_perfect_maps_are_nearer_than_none() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let scene = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("assets/scenes/lights.ron");
+    let found = measure(&job(&scene, folder.path(), (160, 90))).expect("a report");
+    assert_eq!(found.lights, 44);
+    let ShadowReport { unshadowed, perfect, .. } = &found;
+    assert!(perfect.mean < unshadowed.mean && perfect.p99 < unshadowed.p99, "{found:?}");
+    assert!(perfect.flip < unshadowed.flip && unshadowed.flip < 1.0, "{found:?}");
+    // Vertices are moved by a sixteenth of a pixel at the most.
+    assert!(found.unmet_samples < 4 * 160 * 90 / 500, "{found:?}");
+}
