@@ -1,7 +1,7 @@
 //! How far a scene's shadows are from those that rays find: `relief shadows`.
 //!
-//! One frame is drawn at twice the size with one sample per pixel; four samples are a pixel. The reference, `truth`, has
-//! all lights, each where a ray from the surface reaches it. Against it stand the frame as it is, and the frame with
+//! One frame is drawn at twice the size with one sample per pixel; four samples are a pixel. The reference, `truth`,
+//! has all lights, each where a ray from the surface reaches it. Against it stand the frame as it is, and the frame with
 //! the scene's own light policies, each light of an object shadowed as rays find it. Figures are those of `light_error`.
 
 use crate::compare::{self, quarters};

@@ -16,12 +16,11 @@
 use crate::renderer::{TracedRow, TracedShadows};
 use bevy_ecs::entity::EntityIndex;
 use glam::{DMat3, DVec2, DVec3, Vec3, Vec3A};
-use obvhs::Boundable;
-use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::cwbvh::CwBvh;
 use obvhs::cwbvh::builder::build_cwbvh;
 use obvhs::ray::{Ray, RayHit};
+use obvhs::{Boundable, BvhBuildParams};
 use std::time::Duration;
 use systems::Simulation;
 use systems::assets::AlphaMode;
