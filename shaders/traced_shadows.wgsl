@@ -32,6 +32,6 @@ fn with_shadow(color: vec3f, number: u32) -> vec3f {
     if light_bits == 0u {
         return color;
     }
-    let is_seen = (traced[light_bits + number / 32u] >> (number % 32u) & 1u) == 1u;
+    let is_seen = ((traced[light_bits + number / 32u] >> (number % 32u)) & 1u) == 1u;
     return select(vec3f(0.0), color, is_seen);
 }

@@ -29,8 +29,8 @@
 //! [`wgpu`].
 //!
 //! Features, all on unless told otherwise: `vehicles` (with their routes and traffic lights), `physics` (vehicles as
-//! rigid bodies), `window` (`app`), `tools` (`bench`, `gallery`, `light_error`, `shadow_error` and `technique_error`). `physics` and
-//! `window` bring `vehicles` with them; the program `relief` needs `window` and `tools`.
+//! rigid bodies), `window` (`app`), `tools` (`bench`, `gallery`, `light_error`, `shadow_error` and `technique_error`).
+//! `physics` and `window` bring `vehicles` with them; the program `relief` needs `window` and `tools`.
 
 pub use {bevy_ecs, glam, systems, wgpu};
 
@@ -42,6 +42,8 @@ pub mod bench;
 pub mod check;
 pub mod compare;
 pub mod demo;
+#[cfg(feature = "tools")]
+pub mod frame_error;
 pub mod frame_time;
 pub mod frames;
 #[cfg(feature = "tools")]

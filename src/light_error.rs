@@ -5,7 +5,8 @@
 //! where two pieces of one object meet: the renderer is handed records with slots for ids, which tell them apart.
 
 use crate::compare::{self, Shown};
-use crate::frames::{self, FrameError, LoadOptions, Stage};
+use crate::frame_error::{self, FrameErrorJob};
+use crate::frames::{self, FrameError, Stage};
 use crate::output;
 use crate::renderer::{Gpu, OutputSet, Settings, SingleView};
 use bevy_ecs::entity::EntityIndex;
@@ -13,29 +14,9 @@ use bevy_ecs::world::World;
 use image::RgbImage;
 use image::buffer::ConvertBuffer;
 use std::fmt;
-use std::path::{Path, PathBuf};
-use systems::assets::Technique;
+use std::path::PathBuf;
 use systems::draw::pieces::PieceOf;
-use systems::lights::{LightPolicies, LightPolicy, LightRecord};
-
-/// What to compare.
-#[derive(Clone, Debug)]
-pub struct LightErrorJob {
-    /// Scene file or model.
-    pub scene: PathBuf,
-    /// How the scene is loaded.
-    pub load: LoadOptions,
-    /// Where the pictures go; made if missing.
-    pub folder: PathBuf,
-    /// Steps of the clock before the picture.
-    pub frame: u64,
-    /// Pixels.
-    pub size: (u32, u32),
-    /// The name of the camera; `None`: the scene's first.
-    pub camera: Option<String>,
-    /// Draws every material with this technique.
-    pub technique: Option<Technique>,
-}
+use systems::lights::{LightPolicies, LightPolicy};
 
 /// How far a policy is from [`LightPolicy::All`].
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
@@ -111,7 +92,7 @@ struct PolicyPicture {
 ///
 /// # Errors
 /// [`FrameError`]; nothing is written before all pictures are drawn and compared.
-pub fn measure(job: &LightErrorJob) -> Result<LightReport, FrameError> {
+pub fn measure(job: &FrameErrorJob) -> Result<LightReport, FrameError> {
     compare::check_size(job.size)?;
     let (width, height) = job.size;
     let mut stage = frames::load_stage(&job.scene, job.camera.as_deref(), &job.load)?;
@@ -119,7 +100,7 @@ pub fn measure(job: &LightErrorJob) -> Result<LightReport, FrameError> {
     let policies =
         || std::iter::once(("default", None)).chain(forced.clone().map(|(name, policy)| (name, Some(policy))));
     let of_policies = policies().flat_map(|(name, _)| [name.to_owned(), error_name(name)]);
-    let outputs: Vec<PathBuf> = of_policies.chain(["all".to_owned()]).map(|name| picture(&job.folder, &name)).collect();
+    let outputs: Vec<PathBuf> = of_policies.chain(["all".to_owned()]).map(|name| job.picture(&name)).collect();
     stage.check_outputs(|path| outputs.iter().any(|picture| output::is_same(path, picture)))?;
     let mut renderer = SingleView::new(&Gpu::headless()?);
     for _ in 0..job.frame {
@@ -133,13 +114,12 @@ pub fn measure(job: &LightErrorJob) -> Result<LightReport, FrameError> {
     let shown: Vec<Option<Shown>> = slots.into_iter().map(|slot| shown(world, objects, slot?)).collect();
     let shows_object: Vec<bool> = shown.iter().map(Option::is_some).collect();
     let borders = compare::piece_borders(&shown, width as usize);
-    let records = &stage.simulation.draw_list().lights.records;
     let mut report = LightReport {
         scene: job.scene.clone(),
         frame: job.frame,
         width,
         height,
-        lights: records.iter().filter(|light| light.kind() != LightRecord::OFF).count(),
+        lights: frame_error::lights_on(&stage.simulation),
         object_pixels: shows_object.iter().filter(|shows| **shows).count(),
         mean_luminance: compare::mean_luminance(&all.luminances, &shows_object),
         seam_pairs: borders.len(),
@@ -158,7 +138,7 @@ pub fn measure(job: &LightErrorJob) -> Result<LightReport, FrameError> {
     pictures.push(("all".to_owned(), all.picture));
     output::make_folder(&job.folder)?;
     for (name, picture) in pictures {
-        output::write_png(&self::picture(&job.folder, &name), &picture.into())?;
+        output::write_png(&job.picture(&name), &picture.into())?;
     }
     Ok(report)
 }
@@ -167,7 +147,7 @@ pub fn measure(job: &LightErrorJob) -> Result<LightReport, FrameError> {
 fn draw(
     stage: &mut Stage,
     renderer: &mut SingleView,
-    job: &LightErrorJob,
+    job: &FrameErrorJob,
     policy: Option<LightPolicy>,
 ) -> Result<PolicyPicture, FrameError> {
     stage.simulation.world.resource_mut::<LightPolicies>().forced = policy;
@@ -192,8 +172,4 @@ fn shown(world: &World, objects: &[Option<EntityIndex>], slot: u32) -> Option<Sh
 
 fn error_name(policy: &str) -> String {
     format!("{policy}_error")
-}
-
-fn picture(folder: &Path, name: &str) -> PathBuf {
-    folder.join(name).with_extension("png")
 }

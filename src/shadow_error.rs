@@ -1,41 +1,23 @@
 //! How far a scene's shadows are from those that rays find: `relief shadows`.
 //!
 //! One frame is drawn at twice the size with one sample per pixel; four samples are a pixel. The reference, `truth`,
-//! has all lights, each where a ray from the surface reaches it. Against it stand the frame as it is, and the frame with
-//! the scene's own light policies, each light of an object shadowed as rays find it. Figures are those of `light_error`.
+//! has all lights, each where a ray from the surface reaches it. Against it stand the frame as it is, and the frame
+//! with the scene's own light policies, each light of an object shadowed as rays find it. Figures are those of
+//! `light_error`.
 
 use crate::compare::{self, quarters};
-use crate::frames::{self, FrameError, LoadOptions, Stage};
+use crate::frame_error::{self, FrameErrorJob};
+use crate::frames::{self, FrameError, Stage};
 use crate::output;
 use crate::renderer::{Gpu, OutputSet, Settings, SingleView, TracedShadows};
 use crate::traced::{Traced, TracedScene};
 use image::RgbImage;
 use std::fmt;
-use std::path::{Path, PathBuf};
-use systems::assets::Technique;
+use std::path::PathBuf;
 use systems::assets::color::{linear_from_srgb, srgb_from_linear};
 use systems::assets::levels::LevelOfDetail;
 use systems::draw::View;
-use systems::lights::{LightPolicies, LightPolicy, LightRecord};
-
-/// What to compare.
-#[derive(Clone, Debug)]
-pub struct ShadowErrorJob {
-    /// Scene file or model.
-    pub scene: PathBuf,
-    /// How the scene is loaded.
-    pub load: LoadOptions,
-    /// Where the pictures go; made if missing.
-    pub folder: PathBuf,
-    /// Steps of the clock before the picture.
-    pub frame: u64,
-    /// Pixels, each of four samples.
-    pub size: (u32, u32),
-    /// The name of the camera; `None`: the scene's first.
-    pub camera: Option<String>,
-    /// Draws every material with this technique.
-    pub technique: Option<Technique>,
-}
+use systems::lights::{LightPolicies, LightPolicy};
 
 /// How far a picture is from the reference.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
@@ -105,12 +87,12 @@ struct Shot {
 ///
 /// # Errors
 /// [`FrameError`]; nothing is written before all pictures are drawn and compared.
-pub fn measure(job: &ShadowErrorJob) -> Result<ShadowReport, FrameError> {
+pub fn measure(job: &FrameErrorJob) -> Result<ShadowReport, FrameError> {
     compare::check_size(job.size)?;
     let (width, height) = job.size;
     let mut stage = frames::load_stage(&job.scene, job.camera.as_deref(), &job.load)?;
     let names = ["truth", "unshadowed", "unshadowed_error", "perfect", "perfect_error"];
-    let outputs = names.map(|name| picture(&job.folder, name));
+    let outputs = names.map(|name| job.picture(name));
     stage.check_outputs(|path| outputs.iter().any(|picture| output::is_same(path, picture)))?;
     let mut renderer = SingleView::new(&Gpu::headless()?);
     for _ in 0..job.frame {
@@ -139,13 +121,12 @@ pub fn measure(job: &ShadowErrorJob) -> Result<ShadowReport, FrameError> {
     };
     let (of_unshadowed, unshadowed_heat) = compared(&unshadowed)?;
     let (of_perfect, perfect_heat) = compared(&perfect)?;
-    let records = &stage.simulation.draw_list().lights.records;
     let report = ShadowReport {
         scene: job.scene.clone(),
         frame: job.frame,
         width,
         height,
-        lights: records.iter().filter(|light| light.kind() != LightRecord::OFF).count(),
+        lights: frame_error::lights_on(&stage.simulation),
         object_pixels: shows_object.iter().filter(|shows| **shows).count(),
         mean_luminance: compare::mean_luminance(&truth.luminances, &shows_object),
         unmet_samples: unmet,
@@ -171,7 +152,7 @@ fn draw(
     stage: &mut Stage,
     renderer: &mut SingleView,
     view: &View,
-    job: &ShadowErrorJob,
+    job: &FrameErrorJob,
     shadows: Option<&TracedShadows>,
 ) -> Result<Shot, FrameError> {
     let (technique, levels) = (job.technique, LevelOfDetail::OFF);
@@ -195,8 +176,4 @@ fn draw(
         picture: RgbImage::from_raw(width, height, pixels.collect()).unwrap_or_default(),
         luminances: quarters(&luminances, width).map(|samples| samples.iter().sum::<f32>() * 0.25).collect(),
     })
-}
-
-fn picture(folder: &Path, name: &str) -> PathBuf {
-    folder.join(name).with_extension("png")
 }

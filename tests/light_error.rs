@@ -2,8 +2,9 @@
 
 mod common;
 
+use relief::frame_error::FrameErrorJob;
 use relief::frames::LoadOptions;
-use relief::light_error::{LightErrorJob, LightReport, PolicyError, measure};
+use relief::light_error::{LightReport, PolicyError, measure};
 use std::fs;
 use std::path::Path;
 
@@ -43,7 +44,7 @@ fn report(scene: &str) -> LightReport {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join("scene.ron");
     fs::write(&path, scene).expect("a scene");
-    let job = LightErrorJob {
+    let job = FrameErrorJob {
         load: LoadOptions::for_one_renderer(),
         scene: path,
         folder: folder.path().join("out"),
@@ -178,7 +179,7 @@ fn on_the_shipped_scene_three_are_nearer_than_hard() {
         return;
     }
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let job = LightErrorJob {
+    let job = FrameErrorJob {
         load: LoadOptions::for_one_renderer(),
         scene: Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes/lights.ron"),
         folder: folder.path().to_owned(),
@@ -203,7 +204,7 @@ fn the_town_as_it_is_shipped_is_hardly_told_from_all_lights() {
         return;
     }
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let job = LightErrorJob {
+    let job = FrameErrorJob {
         load: LoadOptions::for_one_renderer(),
         scene: Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes/town.ron"),
         folder: folder.path().to_owned(),

@@ -4,8 +4,9 @@ mod common;
 
 use glam::{DVec2, DVec3};
 use image::RgbImage;
+use relief::frame_error::FrameErrorJob;
 use relief::frames::LoadOptions;
-use relief::shadow_error::{ShadowError, ShadowErrorJob, ShadowReport, measure};
+use relief::shadow_error::{ShadowError, ShadowReport, measure};
 use std::fs;
 use std::path::{Path, PathBuf};
 use systems::assets::Technique;
@@ -24,8 +25,8 @@ struct Measured {
     perfect: RgbImage,
 }
 
-fn job(scene: &Path, folder: &Path, size: (u32, u32)) -> ShadowErrorJob {
-    ShadowErrorJob {
+fn job(scene: &Path, folder: &Path, size: (u32, u32)) -> FrameErrorJob {
+    FrameErrorJob {
         load: LoadOptions::for_one_renderer(),
         scene: scene.to_owned(),
         folder: folder.to_owned(),
@@ -64,7 +65,7 @@ fn measured(scene: &str, technique: Option<Technique>) -> Measured {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join("scene.ron");
     fs::write(&path, scene).expect("a scene");
-    let job = ShadowErrorJob { technique, ..job(&path, &folder.path().join("out"), (SIDE, SIDE)) };
+    let job = FrameErrorJob { technique, ..job(&path, &folder.path().join("out"), (SIDE, SIDE)) };
     let report = measure(&job).expect("a report");
     let read = |name: &str| image::open(job.folder.join(name)).expect("a picture").into_rgb8();
     for name in ["unshadowed_error.png", "perfect_error.png"] {

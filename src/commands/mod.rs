@@ -15,6 +15,7 @@ mod check;
 mod compare;
 pub mod display;
 mod failure;
+mod frame_error;
 mod gallery;
 mod info;
 mod lights;
@@ -32,13 +33,12 @@ use check::CheckArgs;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use compare::CompareArgs;
 use failure::Failure;
+use frame_error::FrameErrorArgs;
 use gallery::GalleryArgs;
-use lights::LightsArgs;
 use map::MapArgs;
 use render::RenderArgs;
 use replay::ReplayArgs;
 use run::RunArgs;
-use shadows::ShadowsArgs;
 use std::time::Instant;
 
 /// A simulation renderer for scenes of many bump-mapped objects, each lit by its most relevant lights.
@@ -101,10 +101,10 @@ pub enum Command {
     Replay(ReplayArgs),
     /// Compare a frame lit by each light policy with one lit by all lights: error figures and pictures
     #[command(after_help = lights::HELP)]
-    Lights(LightsArgs),
+    Lights(FrameErrorArgs),
     /// Compare a frame's shadows with traced ones: error figures and pictures
     #[command(after_help = shadows::HELP)]
-    Shadows(ShadowsArgs),
+    Shadows(FrameErrorArgs),
     /// Draw a scene once for each mesh variant, and all on one contact sheet [default scene: every bump technique]
     #[command(after_help = gallery::HELP)]
     Gallery(GalleryArgs),

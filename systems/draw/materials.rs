@@ -18,8 +18,8 @@ use glam::Vec3;
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Layers that every adapter offers (WebGPU's default limit); a fuller array is followed by another. A layer is a byte of
-/// [`MaterialRecord`].
+/// Layers that every adapter offers (WebGPU's default limit); a fuller array is followed by another. A layer is a byte
+/// of [`MaterialRecord`].
 pub const MOST_LAYERS: usize = 256;
 const _: () = assert!(MOST_LAYERS <= 1 << u8::BITS);
 
