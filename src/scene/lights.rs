@@ -23,6 +23,8 @@ pub struct PointLight {
     pub attenuation: Attenuation,
     pub ambient: Color,
     pub on: bool,
+    pub shadows: bool,
+    pub shadow_near: f32,
 }
 
 impl Default for PointLight {
@@ -35,6 +37,8 @@ impl Default for PointLight {
             attenuation: Attenuation(light.attenuation.to_array()),
             ambient: Color::linear(light.ambient),
             on: light.enabled,
+            shadows: light.shadows,
+            shadow_near: light.shadow_near,
         }
     }
 }
@@ -49,6 +53,8 @@ pub struct SpotLight {
     pub attenuation: Attenuation,
     pub ambient: Color,
     pub on: bool,
+    pub shadows: bool,
+    pub shadow_near: f32,
     pub cutoff_degrees: Option<f32>,
     pub exponent: Option<f32>,
     pub inner_degrees: Option<f32>,
@@ -57,7 +63,7 @@ pub struct SpotLight {
 
 impl Default for SpotLight {
     fn default() -> Self {
-        let PointLight { color, intensity, range, attenuation, ambient, on } = PointLight::default();
+        let PointLight { color, intensity, range, attenuation, ambient, on, shadows, shadow_near } = PointLight::default();
         Self {
             color,
             intensity,
@@ -65,6 +71,8 @@ impl Default for SpotLight {
             attenuation,
             ambient,
             on,
+            shadows,
+            shadow_near,
             cutoff_degrees: None,
             exponent: None,
             inner_degrees: None,
@@ -80,12 +88,13 @@ pub struct DirectionalLight {
     pub intensity: f32,
     pub ambient: Color,
     pub on: bool,
+    pub shadows: bool,
 }
 
 impl Default for DirectionalLight {
     fn default() -> Self {
-        let PointLight { color, intensity, ambient, on, .. } = PointLight::default();
-        Self { color, intensity, ambient, on }
+        let PointLight { color, intensity, ambient, on, shadows, .. } = PointLight::default();
+        Self { color, intensity, ambient, on, shadows }
     }
 }
 
@@ -108,6 +117,9 @@ impl Check<'_> {
         self.color("color", color, BRIGHTEST);
         self.color("ambient", ambient, BRIGHTEST);
         self.number("intensity", intensity, 0.0, BRIGHTEST);
+        if let Light::Point(PointLight { shadow_near, .. }) | Light::Spot(SpotLight { shadow_near, .. }) = light {
+            self.number("shadow_near", *shadow_near, 1e-3, FARTHEST as f32);
+        }
         match light {
             Light::Point(l) => local(self, l.range, l.attenuation),
             Light::Spot(l) => {
@@ -145,6 +157,8 @@ pub fn light(source: &Light) -> lights::Light {
             range: range(l.range),
             attenuation: Vec3::from_array(l.attenuation.0),
             enabled: l.on,
+            shadows: l.shadows,
+            shadow_near: l.shadow_near,
         },
         Light::Spot(l) => lights::Light {
             kind: cone(l),
@@ -154,10 +168,13 @@ pub fn light(source: &Light) -> lights::Light {
             range: range(l.range),
             attenuation: Vec3::from_array(l.attenuation.0),
             enabled: l.on,
+            shadows: l.shadows,
+            shadow_near: l.shadow_near,
         },
         Light::Directional(l) => lights::Light {
             ambient: l.ambient.rgb(),
             enabled: l.on,
+            shadows: l.shadows,
             ..lights::Light::directional(l.intensity).with_color(l.color.rgb())
         },
     }

@@ -45,6 +45,8 @@ pub struct LightFeatures {
     pub ambient: bool,
     /// Objects with more than three lights; since the policies changed.
     pub lists: bool,
+    /// A light that casts shadows.
+    pub shadows: bool,
 }
 
 /// The fixed choices of a pipeline that objects bring with them.

@@ -36,6 +36,10 @@ impl LightKind {
     }
 }
 
+/// Marks an object that casts no shadow: lamp glass, sky domes.
+#[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+pub struct NoShadow;
+
 /// A light. Its place and direction are the entity's transform, so it follows its parent.
 ///
 /// An intensity of 1 at attenuation 1 lights a white surface that faces the light to a radiance of 1.
@@ -57,12 +61,18 @@ pub struct Light {
     pub attenuation: Vec3,
     /// Off costs nothing.
     pub enabled: bool,
+    /// What stands in its way casts shadows, if the light is among the most important ones for the picture.
+    pub shadows: bool,
+    /// Metres: what is nearer to the light casts none, such as the glass of its lamp.
+    pub shadow_near: f32,
 }
 
 impl Light {
     /// The attenuation 1 / d², times the window that ends it at the range; what glTF's lights have. The intensity is
     /// the irradiance at 1 m. Nearer than 1 cm it grows no more.
     pub const INVERSE_SQUARE: Vec3 = Vec3::Z;
+    /// Metres: [`Light::shadow_near`] unless another is given.
+    pub const SHADOW_NEAR: f32 = 0.05;
 
     /// A white point light with inverse-square attenuation of unit reach: 1 / (1 + d²).
     pub fn point(intensity: f32, range: f32) -> Self {
@@ -74,6 +84,8 @@ impl Light {
             range,
             attenuation: Vec3::new(1.0, 0.0, 1.0),
             enabled: true,
+            shadows: false,
+            shadow_near: Self::SHADOW_NEAR,
         }
     }
 
@@ -107,6 +119,12 @@ impl Light {
         self.with_color(color)
     }
 
+    /// The same light, which casts shadows.
+    pub fn with_shadows(mut self) -> Self {
+        self.shadows = true;
+        self
+    }
+
     /// The same light with another attenuation: constant, linear and quadratic, or [`Light::INVERSE_SQUARE`].
     pub fn with_attenuation(mut self, attenuation: Vec3) -> Self {
         self.attenuation = attenuation;
@@ -121,6 +139,7 @@ impl Light {
         };
         let vectors = [self.color, self.ambient, self.attenuation];
         let numbers = cone.iter().all(|n| n.is_finite()) && vectors.iter().all(|v| v.is_finite());
-        numbers && self.intensity.is_finite() && !self.range.is_nan()
+        let near = self.shadow_near.is_finite() && self.shadow_near > 0.0;
+        numbers && near && self.intensity.is_finite() && !self.range.is_nan()
     }
 }

@@ -24,7 +24,7 @@ pub(crate) mod selection;
 pub(crate) mod table;
 pub(crate) mod tree;
 
-pub use components::{Light, LightKind};
+pub use components::{Light, LightKind, NoShadow};
 pub use curve::along_the_curve;
 pub use lists::{LightListPage, LightLists, ListedLights};
 pub use order::ObjectOrder;

@@ -43,6 +43,8 @@ prop_compose! {
     ) -> Light {
         let (color, attenuation) = (Vec3::from(color), Vec3::from(attenuation));
         Light { kind, color, intensity, ambient: Vec3::splat(ambient), range, attenuation, enabled: true }
+            shadows: false,
+            shadow_near: Light::SHADOW_NEAR,
     }
 }
 
