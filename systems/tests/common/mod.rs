@@ -42,9 +42,7 @@ prop_compose! {
         attenuation in (prop_oneof![Just(0.0f32), Just(1.0)], prop_oneof![Just(0.0f32), 0.0f32..1.0], 0.0f32..1.0),
     ) -> Light {
         let (color, attenuation) = (Vec3::from(color), Vec3::from(attenuation));
-        Light { kind, color, intensity, ambient: Vec3::splat(ambient), range, attenuation, enabled: true }
-            shadows: false,
-            shadow_near: Light::SHADOW_NEAR,
+        Light { kind, color, ambient: Vec3::splat(ambient), range, attenuation, ..Light::point(intensity, range) }
     }
 }
 
