@@ -4,7 +4,9 @@
 //! `scattered/…` and `city/…` search for all objects on one thread: `three alone` is the hard choice, `tree` what the
 //! light tree costs, `floor` what memory alone costs, every sphere read and every selection written. `frame/…` runs the
 //! frame's own systems on a world of entities, all threads added up, after nothing moved, one in a hundred objects and
-//! lights (spread over the world, or next to each other), or all of them.
+//! lights (spread over the world, or next to each other), or all of them. `shadow maps/…` ranks all lights of a city for
+//! 32 maps: seen from its middle; turned away from all of it, where no bound leaves a light out; and with the lights in
+//! such an order that each is more important than those before it.
 //!
 //! `cargo bench --bench light_selection -- city/1000000` runs a part of it.
 
@@ -19,9 +21,11 @@ use std::hint::black_box;
 use std::time::Duration;
 use systems::Simulation;
 use systems::assets::{Library, Mesh};
-use systems::draw::update_light_table;
+use systems::draw::{Camera, Environment, View, update_light_table};
 use systems::lights::search::{Level, Scratch, select};
-use systems::lights::{LightPolicy, LightTree, Policies, ScoredLight, SelectedLights, along_the_curve, select_lights};
+use systems::lights::{
+    LightPolicy, LightTable, LightTree, Policies, ScoredLight, SelectedLights, along_the_curve, rank, select_lights,
+};
 use systems::space::{GlobalTransform, Sphere};
 
 /// Processor time of this thread, which other programs do not lengthen, shown per object.
@@ -182,6 +186,42 @@ fn frames(criterion: &mut Criterion<PerObject>) {
     }
 }
 
+fn shadow_maps(criterion: &mut Criterion<PerObject>) {
+    let lights = 100_000;
+    let mut group = criterion.benchmark_group("shadow maps");
+    group.throughput(Throughput::Elements(lights as u64));
+    group.sample_size(20).warm_up_time(Duration::from_millis(300)).measurement_time(Duration::from_secs(2));
+    let mut night = NightLights::city(0, lights, 1);
+    let middle = night.lights.iter().map(|(_, place)| place.translation).sum::<Vec3>() / lights as f32;
+    let away = Vec3::X * 2.0 * middle.x;
+    let seen = [("city", middle, Vec3::X), ("turned away", away, Vec3::X), ("ascending", away, Vec3::NEG_X)];
+    for (name, eye, direction) in seen {
+        let place = Affine3A::from_rotation_translation(Quat::from_rotation_arc(Vec3::NEG_Z, direction), eye);
+        let view = View::new(&place, &Camera::default(), 1280, 720).shadow_view(&Environment::default());
+        if name == "ascending" {
+            night.lights.sort_by(|(_, a), (_, b)| a.translation.x.total_cmp(&b.translation.x));
+        }
+        let world = with_shadows(&night);
+        let table = world.resource::<LightTable>();
+        group.bench_function(BenchmarkId::new(name, lights), |b| {
+            b.iter(|| rank(black_box(table.shadow_lights()), black_box(&view), 32));
+        });
+    }
+}
+
+/// A world with the lights of a night, all of which cast shadows.
+fn with_shadows(night: &NightLights) -> World {
+    let mut world = Simulation::new().world;
+    let placed =
+        night.lights.iter().map(|(light, place)| (light.clone().with_shadows(), GlobalTransform::from(*place)));
+    world.spawn_batch(placed.collect::<Vec<_>>());
+    let mut schedule = Schedule::default();
+    schedule.set_executor(SingleThreadedExecutor::new());
+    schedule.add_systems(update_light_table);
+    schedule.run(&mut world);
+    world
+}
+
 /// Reads and writes what a search reads and writes at least.
 fn touch(spheres: &[Sphere], out: &mut [SelectedLights]) {
     for (sphere, out) in spheres.iter().zip(out) {
@@ -192,6 +232,6 @@ fn touch(spheres: &[Sphere], out: &mut [SelectedLights]) {
 criterion_group! {
     name = benches;
     config = Criterion::default().with_measurement(PerObject);
-    targets = searches, frames
+    targets = searches, frames, shadow_maps
 }
 criterion_main!(benches);

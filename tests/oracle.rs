@@ -65,11 +65,8 @@ fn light(case: &Value) -> (Light, Transform) {
     let light = Light {
         kind,
         color: vec3(&case["color"]),
-        intensity: number(&case["intensity"]),
-        ambient: Vec3::ZERO,
-        range: f32::INFINITY,
         attenuation: vector("attenuation").unwrap_or(Vec3::X),
-        enabled: true,
+        ..Light::point(number(&case["intensity"]), f32::INFINITY)
     };
     let turned = Quat::from_rotation_arc(Vec3::NEG_Z, direction);
     (light, Transform::from_translation(vector("position").unwrap_or_default()).with_rotation(turned))

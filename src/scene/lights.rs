@@ -63,7 +63,8 @@ pub struct SpotLight {
 
 impl Default for SpotLight {
     fn default() -> Self {
-        let PointLight { color, intensity, range, attenuation, ambient, on, shadows, shadow_near } = PointLight::default();
+        let PointLight { color, intensity, range, attenuation, ambient, on, shadows, shadow_near } =
+            PointLight::default();
         Self {
             color,
             intensity,

@@ -39,6 +39,7 @@ pub fn update_light_table(
             draw_list.light_features.shadows |= light.shadows;
             draw_list.light_features.ambient |= light.ambient != Vec3::ZERO;
             table.write(&mut draw_list.lights, slot.0, light_record(light, &transforms[row]).packed());
+            table.write_shadow(slot.0, light.shadows.then_some(light.shadow_near));
         });
     }
     let mut slots = lights.p1();
@@ -47,5 +48,5 @@ pub fn update_light_table(
             *component = slot;
         }
     }
-    table.update_tree();
+    table.end_frame();
 }

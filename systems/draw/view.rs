@@ -3,6 +3,7 @@
 use super::camera::{Camera, Projection};
 use super::environment::Environment;
 use super::records::ViewRecord;
+use crate::lights::importance::ShadowView;
 use crate::space::bounds::Sphere;
 use glam::camera::rh::proj::directx as proj;
 use glam::{Affine3A, Mat3A, Mat4, Vec3, Vec3A, Vec4};
@@ -85,6 +86,12 @@ impl View {
             let length = plane.truncate().length();
             if length > 1e-12 { plane / length } else { Vec4::W }
         })
+    }
+
+    /// What it depends on which lights have a shadow map.
+    pub fn shadow_view(&self, environment: &Environment) -> ShadowView {
+        let [left, right, bottom, top, near, _] = self.frustum_planes();
+        ShadowView { eye: self.eye(), planes: [left, right, bottom, top, near], exposure: environment.exposure }
     }
 
     /// What the shaders read of this view.

@@ -6,12 +6,13 @@
 //! [`search`] finds the same, bit for bit, from the tree and the [`ObjectOrder`], which has the objects along a curve.
 //! How many an object has is its [`LightPolicy`] (`policy`, `enough`). [`select_lights`] searches for those objects only
 //! that moved or that a changed light reaches, and keeps what was found as their [`SelectedLights`]; lights beside the
-//! first three are in [`LightLists`].
+//! first three are in [`LightLists`]. Which lights have a shadow map in a picture is for [`rank`] to say (`importance`).
 
 pub mod brute_force;
 pub(crate) mod components;
 pub(crate) mod curve;
 pub(crate) mod enough;
+pub(crate) mod importance;
 pub(crate) mod lists;
 pub(crate) mod order;
 pub(crate) mod order_sorting;
@@ -26,6 +27,7 @@ pub(crate) mod tree;
 
 pub use components::{Light, LightKind, NoShadow};
 pub use curve::along_the_curve;
+pub use importance::{DARK, Ranked, ShadowLight, ShadowLights, ShadowView, rank};
 pub use lists::{LightListPage, LightLists, ListedLights};
 pub use order::ObjectOrder;
 pub use policy::{LightPolicies, LightPolicy, Policies};

@@ -12,6 +12,7 @@
 //! l, sides = Σ e |l| (component by component), and shading adds dot(n², sides + sign(n) · dir) / 2 in the mean colour
 //! of what was left out.
 
+use super::importance::{ShadowLight, ShadowLights};
 use super::record::{NO_LIGHT, PackedLight};
 use super::relevance::ScoredLight;
 use super::tree::LightTree;
@@ -82,6 +83,7 @@ pub struct LightTable {
     changes: Vec<[ScoredLight; 2]>,
     changed: Vec<u32>,
     tree: LightTree,
+    shadow_lights: ShadowLights,
 }
 
 impl LightTable {
@@ -95,6 +97,11 @@ impl LightTable {
         &self.tree
     }
 
+    /// Those of them that cast shadows and are neither off nor directional.
+    pub fn shadow_lights(&self) -> &ShadowLights {
+        &self.shadow_lights
+    }
+
     /// The lights that changed in this frame, each as it was before and as it is.
     pub fn changes(&self) -> &[[ScoredLight; 2]] {
         &self.changes
@@ -106,6 +113,7 @@ impl LightTable {
         self.changed.clear();
         for slot in std::mem::take(&mut self.freed) {
             self.write(records, slot, PackedLight::default());
+            self.shadow_lights.give(slot, None);
             self.free.push(Reverse(slot));
         }
     }
@@ -134,9 +142,17 @@ impl LightTable {
         }
     }
 
-    /// Brings the tree up to date with what changed in this frame.
-    pub(crate) fn update_tree(&mut self) {
+    /// Says whether the light that was last written into a slot casts shadows, and from which distance on (metres).
+    pub(crate) fn write_shadow(&mut self, slot: u32, near: Option<f32>) {
+        let scored = self.scored.get(slot as usize);
+        let light = near.zip(scored).and_then(|(near, light)| ShadowLight::new(slot, near, light));
+        self.shadow_lights.give(slot, light);
+    }
+
+    /// Brings the tree and the lights with shadows up to date with what changed in this frame.
+    pub(crate) fn end_frame(&mut self) {
         self.tree.update(&self.scored, &self.changed);
+        self.shadow_lights.update();
     }
 }
 
