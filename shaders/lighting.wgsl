@@ -14,6 +14,11 @@ struct Arriving {
     color: vec3f,
     // The light's ambient colour, attenuated.
     ambient: vec3f,
+    // What shadows go by: the light's place from the eye, the way it shines, its kind and its shadow layer.
+    from_eye: vec3f,
+    direction: vec3f,
+    kind: u32,
+    shadow_layer: u32,
 }
 
 // The window that takes a light to exactly 0 at its range: (max(1 − (d²/R²)², 0))².
@@ -27,7 +32,8 @@ fn range_window(distance_squared: f32, inverse_range_squared: f32) -> f32 {
 // `eye` is the view's, which is read once for many lights: Mesa's software driver would read it for each.
 fn arriving(slot: u32, position: vec3f, eye: vec3f) -> Arriving {
     let light = load_light(slot);
-    let offset = light.position - eye - position;
+    let from_eye = light.position - eye;
+    let offset = from_eye - position;
     let distance_squared = dot(offset, offset);
     let d = sqrt(distance_squared);
     let toward = offset / max(d, 1e-6);
@@ -52,7 +58,15 @@ fn arriving(slot: u32, position: vec3f, eye: vec3f) -> Arriving {
     // branches.
     let parallel = light.kind == LIGHT_DIRECTIONAL;
     attenuation = select(select(attenuation, 0.0, light.kind == LIGHT_OFF), 1.0, parallel);
-    return Arriving(select(toward, light.position, parallel), light.color * attenuation, light.ambient * attenuation);
+    return Arriving(
+        select(toward, light.position, parallel),
+        light.color * attenuation,
+        light.ambient * attenuation,
+        from_eye,
+        light.direction,
+        light.kind,
+        light.shadow_layer,
+    );
 }
 
 // A surface point, for all shading models.

@@ -10,8 +10,8 @@ const ANOTHER_SURFACE = 0x80000000u;
 // The word with the first bits of the surface that is shaded; 0 where no ray met it.
 var<private> light_bits: u32;
 
-fn find_shadows(pixel: vec2f, slot: u32) {
-    let at = vec2u(pixel);
+fn find_shadows(in: VertexOut, dp_dx: vec3f, dp_dy: vec3f) {
+    let at = vec2u(in.clip_position.xy);
     var surface = traced[1u + at.y * traced[0] + at.x];
     light_bits = 0u;
     loop {
@@ -19,7 +19,7 @@ fn find_shadows(pixel: vec2f, slot: u32) {
             break;
         }
         let bits = surface + 2u;
-        if traced[surface] == slot {
+        if traced[surface] == in.slot {
             light_bits = bits;
             break;
         }
@@ -28,10 +28,9 @@ fn find_shadows(pixel: vec2f, slot: u32) {
     }
 }
 
-fn with_shadow(color: vec3f, number: u32) -> vec3f {
+fn visibility(arriving: Arriving, number: u32) -> f32 {
     if light_bits == 0u {
-        return color;
+        return 1.0;
     }
-    let is_seen = ((traced[light_bits + number / 32u] >> (number % 32u)) & 1u) == 1u;
-    return select(vec3f(0.0), color, is_seen);
+    return f32((traced[light_bits + number / 32u] >> (number % 32u)) & 1u);
 }

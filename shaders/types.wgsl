@@ -15,11 +15,12 @@ struct View {
     ambient: vec3f,
     picked_entity: u32,
     zenith: vec3f,
-    pad0: u32,
+    // The texel of the tables that has the record of the view's first shadow layer.
+    shadow_records: u32,
     horizon: vec3f,
-    pad1: u32,
+    pad0: u32,
     ground: vec3f,
-    pad2: u32,
+    pad1: u32,
 }
 
 // systems/lights/selected.rs says how it is packed.
@@ -67,11 +68,14 @@ struct Light {
     direction: vec3f,
     versine_outer: f32,
     ambient: vec3f,
+    // Counted from 1; 0: none.
+    shadow_layer: u32,
 }
 
 // systems/lights/record.rs says how it is packed.
 struct PackedLight {
     position: vec3f,
+    // Its lowest bits are the shadow layer.
     inverse_range_squared: f32,
     words: vec4u,
     attenuation: vec3f,
@@ -244,6 +248,8 @@ fn load_instance(slot: u32) -> Instance {
 }
 
 const LIGHT_TEXELS = 4u;
+// Of `inverse_range_squared`.
+const LAYER_BITS = 255u;
 
 fn load_packed_light(slot: u32) -> PackedLight {
     let t = starts.lights + slot * LIGHT_TEXELS;
@@ -274,6 +280,7 @@ fn load_light(slot: u32) -> Light {
     let channels = vec3i(vec3u(words.x << 18u, words.x << 4u, words.y << 18u)) >> vec3u(18u);
     let scale = bitcast<f32>(((words.y >> 14u) & 255u) << 23u);
     let kind = words.x >> 28u;
+    let range_and_layer = bitcast<u32>(packed.inverse_range_squared);
     var direction = vec3f(0.0);
     var versine_outer = 0.0;
     var exponent_or_cone_slope = 0.0;
@@ -288,12 +295,13 @@ fn load_light(slot: u32) -> Light {
         packed.position,
         kind,
         vec3f(channels) * scale,
-        packed.inverse_range_squared,
+        bitcast<f32>(range_and_layer & ~LAYER_BITS),
         packed.attenuation,
         exponent_or_cone_slope,
         direction,
         versine_outer,
         packed.ambient,
+        range_and_layer & LAYER_BITS,
     );
 }
 

@@ -1,10 +1,10 @@
-// Nothing stands between a light and a surface. traced_shadows.wgsl takes this file's place where rays have found what
-// does.
+// Nothing stands between a light and a surface. shadows.wgsl takes this file's place where some light casts shadows,
+// traced_shadows.wgsl where rays have found them.
 
-// Before the lights of a surface: `pixel`, of the target, shows the object in slot `slot`.
-fn find_shadows(pixel: vec2f, slot: u32) {}
+// Before the lights of a surface. `dp_dx`, `dp_dy`: how `in.position` differs from pixel to pixel.
+fn find_shadows(in: VertexOut, dp_dx: vec3f, dp_dy: vec3f) {}
 
-// What arrives of a light's colour, whose number among the object's lights is `number`.
-fn with_shadow(color: vec3f, number: u32) -> vec3f {
-    return color;
+// How much of a light is seen from the surface, 0 to 1; its number among the object's lights is `number`.
+fn visibility(arriving: Arriving, number: u32) -> f32 {
+    return 1.0;
 }

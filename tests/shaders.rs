@@ -70,11 +70,11 @@ fn shader_structs_mirror_the_draw_list() {
             ambient,
             picked_entity,
             zenith,
-            pad0,
+            shadow_records,
             horizon,
-            pad1,
+            pad0,
             ground,
-            pad2,
+            pad1,
         }
     );
     assert_mirrored!(

@@ -122,6 +122,10 @@ impl Renderer {
         let of_late = views.iter().filter_map(|view| view.state.counts.latest);
         self.cpu_rasterizer.begin_frame(of_late.map(|drawn| drawn.triangles).sum());
         self.tables.encode(encoder, self.timestamps.as_ref());
+        let Self { gpu, tables, pipelines, meshes, textures, timestamps, shadow_maps, .. } = self;
+        let (tables, assets) = ((&*tables, &pipelines.frame_layout), (&*meshes, &*textures));
+        shadow_maps.encode(gpu, encoder, tables, assets, timestamps.as_ref());
+        self.stats.shadows = self.shadow_maps.stats;
     }
 
     /// All of a view but the tone map. View by view, as its samples and depths are still in caches between its passes.

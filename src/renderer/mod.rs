@@ -40,6 +40,8 @@ mod readback;
 mod scatter;
 mod settings;
 pub mod shaders;
+mod shadow_layers;
+mod shadow_maps;
 mod shared_buffer;
 mod single_view;
 mod tables;
@@ -61,6 +63,8 @@ pub use indirect_draws::{CullBatchRecord, CullDrawRecord};
 pub use outputs::{OutputSet, Outputs, Picked};
 use readback::read_buffer;
 pub use readback::{picture_texture, read_texture};
+pub use shadow_layers::ShadowFaceRecord;
+pub use shadow_maps::ShadowStats;
 pub use settings::{DebugView, HeatScale, Occlusion, Settings};
 pub use single_view::SingleView;
 pub use timestamps::PassTime;
@@ -73,8 +77,10 @@ use culling::Culling;
 use frame_tables::FrameTables;
 use indirect_draws::IndirectDraws;
 use meshes::Meshes;
+use pass::Shadows;
 use pipelines::{MissingPipelines, Pipelines};
 use pyramid::PyramidMaker;
+use shadow_maps::ShadowMaps;
 use std::sync::atomic::{AtomicU64, Ordering};
 use systems::assets::Technique;
 use systems::draw::{BatchKey, DrawList, FrameData};
@@ -102,6 +108,8 @@ pub struct RenderStats {
     pub list_bytes: u64,
     /// Bytes of meshes and textures uploaded.
     pub asset_bytes: u64,
+    /// Shadow maps; of what is drawn, since the last encode.
+    pub shadows: ShadowStats,
 }
 
 impl RenderStats {
@@ -148,6 +156,7 @@ pub struct Renderer {
     tables: FrameTables,
     culling: Culling,
     pyramids: PyramidMaker,
+    shadow_maps: ShadowMaps,
     /// With whole meshes only, and with levels of detail.
     draws: [IndirectDraws; 2],
     /// Stands in for the picture behind blended objects where none refracts it.
@@ -195,6 +204,7 @@ impl Renderer {
             textures,
             meshes: Meshes::new(device),
             tables: FrameTables::new(device),
+            shadow_maps: ShadowMaps::new(),
             draws: [IndirectDraws::new(device), IndirectDraws::new(device)],
             no_scene_color: SceneColorCopy::new(device, &pipelines.scene_color_layout, (1, 1)),
             world: 0,
@@ -288,8 +298,9 @@ impl Renderer {
             return Err(error);
         }
         let list = frame.list;
-        for (state, plan) in views {
-            state.finish(&self.gpu, list, plan, self.uploads, self.prepared);
+        for (index, (state, plan)) in (0..).zip(views) {
+            let shadow_records = self.tables.shadow_records(index);
+            state.finish(&self.gpu, list, (plan, shadow_records), self.uploads, self.prepared);
             state.fit_scene_color(
                 &self.gpu.device,
                 &self.pipelines.scene_color_layout,
@@ -323,12 +334,14 @@ impl Renderer {
         let list = frame.list;
         self.note_blended(list);
         for (state, plan) in &mut *views {
+            state.rank_shadows(frame, plan);
             self.stats.list_bytes += state.upload_blended(&self.gpu, list, &plan.view)?;
         }
+        self.choose_shadows(views);
         // Compiled while the rest is uploaded.
         let states = views.iter().map(|(state, _)| &**state);
         let missing = self.start_pipelines(states, list.batches.iter().map(|batch| batch.key));
-        let uploaded = self.upload(frame);
+        let uploaded = self.upload(frame, views);
         self.pipelines.finish_objects(missing);
         uploaded?;
         let list = frame.list;
@@ -346,10 +359,35 @@ impl Renderer {
     }
 
     /// Meshes, maps and tables.
-    fn upload(&mut self, frame: &mut FrameData<'_>) -> Result<(), RenderError> {
+    fn upload(
+        &mut self,
+        frame: &mut FrameData<'_>,
+        views: &[(&mut ViewState, ViewPlan)],
+    ) -> Result<(), RenderError> {
         self.stats.asset_bytes = self.meshes.upload(&self.gpu, frame.library)?;
         self.stats.asset_bytes += self.textures.upload(&self.gpu, frame.list, frame.library)?;
-        self.tables.upload(&self.gpu, frame, &mut self.stats)
+        let records: Vec<_> = views.iter().map(|(state, _)| self.shadow_records(state, frame)).collect();
+        self.tables.upload(&self.gpu, frame, &self.shadow_maps.by_slot, &records, &mut self.stats)?;
+        let textures = frame.list.textures_version;
+        self.stats.list_bytes += self.shadow_maps.find_due(&self.gpu, frame, &self.meshes, textures)?;
+        Ok(())
+    }
+
+    /// Gives layers to the lights that have a shadow map in some view.
+    fn choose_shadows(&mut self, views: &[(&mut ViewState, ViewPlan)]) {
+        let has_maps = |state: &ViewState| matches!(state.pass.shadows(), Shadows::Maps { .. });
+        if !views.iter().any(|(state, _)| has_maps(state)) {
+            return;
+        }
+        let ranked: Vec<_> = views.iter().map(|(state, _)| &state.ranked[..]).collect();
+        let (device, class_layout) = (&self.gpu.device, &self.textures.layout);
+        let layout = self.pipelines.shadowed_layout(device, class_layout).clone();
+        self.shadow_maps.choose(&self.gpu, &layout, &self.pipelines.frame_layout, class_layout, &ranked);
+    }
+
+    /// The records of the layers that a view reads.
+    fn shadow_records(&self, state: &ViewState, frame: &FrameData<'_>) -> Vec<[u32; 4]> {
+        frame.shadows.map_or_else(Vec::new, |scene| self.shadow_maps.records(&state.ranked, &scene, frame.list))
     }
 
     /// Whether a view is one of those that were prepared last.

@@ -2,7 +2,7 @@
 
 use super::culling::{ARGUMENT_BYTES, Phase};
 use super::encode::{Leaves, begin_forward};
-use super::pass::Pass;
+use super::pass::{Pass, Shadows};
 use super::targets::{Attachments, SceneColorCopy};
 use super::{Renderer, ViewState};
 use systems::assets::Technique;
@@ -49,8 +49,13 @@ impl Renderer {
     /// `behind`: what blended objects refract.
     fn bind_meshes(&self, pass: &mut wgpu::RenderPass<'_>, view: &ViewState, behind: Option<&SceneColorCopy>) {
         pass.set_bind_group(2, &behind.unwrap_or(&self.no_scene_color).group, &[]);
-        if let Some(traced) = &view.traced {
-            pass.set_bind_group(3, traced, &[]);
+        let shadows = match view.pass.shadows() {
+            Shadows::None => None,
+            Shadows::Maps { .. } => self.shadow_maps.group(),
+            Shadows::Traced => view.traced.as_ref(),
+        };
+        if let Some(shadows) = shadows {
+            pass.set_bind_group(3, shadows, &[]);
         }
         pass.set_vertex_buffer(0, self.meshes.vertices.buffer().slice(..));
         pass.set_index_buffer(self.meshes.indices.buffer().slice(..), wgpu::IndexFormat::Uint32);

@@ -20,15 +20,26 @@ pub(super) enum Pass {
         debug: DebugView,
         samples: u32,
         specular_aa: bool,
-        /// Shadows are those that rays found.
-        traced: bool,
+        shadows: Shadows,
         /// What is written beside the colour.
         beside: Attached,
     },
     /// One of the passes of [`Technique::EmbossMultipass`], over what `Color` drew.
-    Emboss { pass: EmbossPass, lights: LightFeatures, samples: u32, traced: bool },
+    Emboss { pass: EmbossPass, lights: LightFeatures, samples: u32, shadows: Shadows },
     /// Outputs without colour.
     Outputs(Attached),
+}
+
+/// What says how much of a light a pixel sees.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
+pub(super) enum Shadows {
+    /// All of it.
+    #[default]
+    None,
+    /// Shadow maps, with so many comparisons.
+    Maps { taps: u32 },
+    /// Rays.
+    Traced,
 }
 
 /// The outputs that are attachments of a pass. Depth always is.
@@ -68,9 +79,12 @@ impl Pass {
         }
     }
 
-    /// Whether shadows are those that rays found.
-    pub fn is_traced(self) -> bool {
-        matches!(self, Self::Color { traced: true, .. } | Self::Emboss { traced: true, .. })
+    /// What its lights are shadowed by.
+    pub fn shadows(self) -> Shadows {
+        match self {
+            Self::Color { shadows, .. } | Self::Emboss { shadows, .. } => shadows,
+            Self::Outputs(_) => Shadows::None,
+        }
     }
 
     /// The technique that objects of a technique are drawn with in this pass.

@@ -1,7 +1,8 @@
 //! Pipelines: one forward shader, specialised by override constants, made when a batch first needs it.
 
 use super::meshes::{SLOT_LAYOUT, VERTEX_LAYOUT};
-use super::pass::{Pass, SkyKey};
+use super::pass::{Pass, Shadows, SkyKey};
+use super::shadow_maps;
 use super::targets::{DEPTH_FORMAT, HDR_FORMAT};
 use super::{DebugView, shaders};
 use std::collections::{BTreeMap, BTreeSet};
@@ -30,6 +31,8 @@ pub(super) struct Pipelines {
     /// Group 0 of the tone map: of one sample per pixel, and of several.
     tone_map_layouts: [wgpu::BindGroupLayout; 2],
     forward: Forward,
+    /// The same with shadow maps, and group 3 of it; made when a view first asks for it.
+    shadowed: Option<(Forward, wgpu::BindGroupLayout)>,
     /// The same with shadows that rays found, and group 3 of it; made when a view first asks for it.
     traced: Option<(Forward, wgpu::BindGroupLayout)>,
     sky: wgpu::ShaderModule,
@@ -69,6 +72,7 @@ impl Pipelines {
                 module: module("forward.wgsl", shaders::FORWARD),
                 layout: layout("forward", &[Some(&frame_layout), Some(class_layout), Some(&scene_color_layout)]),
             },
+            shadowed: None,
             traced: None,
             sky: module("sky.wgsl", shaders::SKY),
             tone_map: module("tonemap.wgsl", shaders::TONE_MAP),
@@ -81,6 +85,23 @@ impl Pipelines {
             skies: BTreeMap::new(),
             tone_maps: Vec::new(),
         }
+    }
+
+    /// Group 3 of objects that receive shadows.
+    pub fn shadowed_layout(
+        &mut self,
+        device: &wgpu::Device,
+        class_layout: &wgpu::BindGroupLayout,
+    ) -> &wgpu::BindGroupLayout {
+        let (frame_layout, scene_color_layout) = (&self.frame_layout, &self.scene_color_layout);
+        let make = || {
+            let group = shadow_maps::maps_layout(device);
+            let groups = [Some(frame_layout), Some(class_layout), Some(scene_color_layout), Some(&group)];
+            let label = "forward with shadow maps";
+            let module = shader_module(device, label, shaders::FORWARD_SHADOWED);
+            (Forward { module, layout: pipeline_layout(device, label, &groups) }, group)
+        };
+        &self.shadowed.get_or_insert_with(make).1
     }
 
     /// Group 3 of objects with shadows that rays found: one storage buffer.
@@ -148,9 +169,16 @@ impl Pipelines {
     }
 
     fn make_object(&self, device: &wgpu::Device, pass: Pass, key: PipelineKey) -> wgpu::RenderPipeline {
-        let traced = self.traced.as_ref().filter(|_| pass.is_traced());
-        let Forward { module, layout } = traced.map_or(&self.forward, |(forward, _)| forward);
-        let constants = object_constants(pass, key);
+        let with_shadows = match pass.shadows() {
+            Shadows::None => None,
+            Shadows::Maps { .. } => self.shadowed.as_ref(),
+            Shadows::Traced => self.traced.as_ref(),
+        };
+        let Forward { module, layout } = with_shadows.map_or(&self.forward, |(forward, _)| forward);
+        let mut constants = object_constants(pass, key).to_vec();
+        if let Shadows::Maps { taps } = pass.shadows() {
+            constants.push(("SHADOW_TAPS", f64::from(taps)));
+        }
         let blend = key.alpha == AlphaMode::Blend && !matches!(pass, Pass::Outputs(_));
         let targets = pass.targets(key);
         let (vertex_entry, fragment_entry) = pass.entry_points(key);

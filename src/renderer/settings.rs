@@ -132,6 +132,11 @@ pub struct Settings {
     pub picked_entity: Option<u32>,
     /// Whether objects that others hide are left out.
     pub occlusion: Occlusion,
+    /// Lights that may have a shadow map at once: the most important ones of those that cast shadows. 0: no shadows; at
+    /// most [`Self::MOST_SHADOW_MAPS`].
+    pub shadow_maps: u32,
+    /// Comparisons of a look-up in a shadow map: 1, or 4 for softer edges.
+    pub shadow_taps: u32,
     /// What is drawn of the view. Without the picture, its target stays as it is, or has undefined colours. Others are
     /// drawn with the picture where pixels have one sample each and no object is drawn with
     /// [`Technique::EmbossMultipass`], else in a pass after it.
@@ -139,6 +144,9 @@ pub struct Settings {
 }
 
 impl Settings {
+    /// The most that [`Self::shadow_maps`] can be.
+    pub const MOST_SHADOW_MAPS: u32 = 240;
+
     /// For pictures that are written to files. In two phases, which of two faces in one plane is in front depends on
     /// what was seen before; such a picture depends on its scene alone.
     pub fn for_files(self) -> Self {
@@ -157,6 +165,8 @@ impl Default for Settings {
             specular_aa: true,
             picked_entity: None,
             occlusion: Occlusion::Auto,
+            shadow_maps: 32,
+            shadow_taps: 1,
             outputs: OutputSet::COLOR,
         }
     }

@@ -28,8 +28,14 @@ macro_rules! forward {
 /// Objects: colour, and the outputs beside it.
 pub const FORWARD: &str = forward!("unshadowed.wgsl");
 
+/// The same with shadow maps.
+pub const FORWARD_SHADOWED: &str = forward!("shadows.wgsl");
+
 /// The same with shadows that were found by rays.
 pub const FORWARD_TRACED: &str = forward!("traced_shadows.wgsl");
+
+/// Casters into shadow maps.
+pub const SHADOW_PASS: &str = shader!("types.wgsl", "shadow_pass.wgsl");
 
 /// The sky behind everything.
 pub const SKY: &str = shader!("types.wgsl", "sky.wgsl", "sky_pass.wgsl");
@@ -47,9 +53,11 @@ pub const SCATTER: &str = shader!("scatter.wgsl");
 pub const TONE_MAP: &str = shader!("tone.wgsl", "tonemap.wgsl");
 
 /// Every module with its name, for the tests that validate them.
-pub const ALL: [(&str, &str); 7] = [
+pub const ALL: [(&str, &str); 9] = [
     ("forward", FORWARD),
+    ("forward with shadow maps", FORWARD_SHADOWED),
     ("forward with traced shadows", FORWARD_TRACED),
+    ("shadow pass", SHADOW_PASS),
     ("sky", SKY),
     ("cull", CULL),
     ("pyramid", PYRAMID),
@@ -243,7 +251,8 @@ mod tests {
         let of_objects =
             object_constants(Pass::Outputs(Attached::default()), PipelineKey::default()).map(|(name, _)| name);
         // By `Culling::new`, `Scatter::make` and `Pipelines::tone_map`.
-        let set: BTreeSet<&str> = of_objects.into_iter().chain(["PHASE", "TEXELS", "TONE_MAP"]).collect();
+        let set: BTreeSet<&str> =
+            of_objects.into_iter().chain(["PHASE", "TEXELS", "TONE_MAP", "SHADOW_TAPS"]).collect();
         let other = &declared("override") ^ &set;
         assert!(other.is_empty(), "not set, or no longer there: {other:?}");
         let of_forward: BTreeSet<String> =

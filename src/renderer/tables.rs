@@ -110,10 +110,13 @@ pub(super) enum TableKind {
     Lights,
     Materials,
     LightLists,
+    ShadowRecords,
 }
 
 /// Number of [`TableKind`]s.
-pub(super) const TABLE_COUNT: usize = 4;
+pub(super) const TABLE_COUNT: usize = 5;
+/// Texels between the shadow records of one view and those of the next: more than there are layers.
+pub(super) const SHADOW_RECORDS: u64 = 256;
 
 /// The tables in one texture of four 32-bit values per texel, as shaders/types.wgsl reads it: each has whole rows, and
 /// record r lies r times its size behind its table's first texel, row after row.
@@ -175,7 +178,7 @@ impl Pace {
 
 impl TableTexture {
     pub fn new(device: &wgpu::Device) -> Self {
-        Self::with_rows(device, [1; TABLE_COUNT], 0)
+        Self::with_rows(device, [1, 1, 1, 1, 0], 0)
     }
 
     fn with_rows(device: &wgpu::Device, rows: [u32; TABLE_COUNT], version: u32) -> Self {
@@ -186,7 +189,7 @@ impl TableTexture {
         let view = super::targets::whole_view(&texture, "tables");
         let starts = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("starts of tables"),
-            contents: bytemuck::bytes_of(&first_rows(rows).map(|row| row * TABLE_WIDTH as u32)),
+            contents: bytemuck::cast_slice(&first_rows(rows).map(|row| row * TABLE_WIDTH as u32)[..4]),
             usage: wgpu::BufferUsages::UNIFORM,
         });
         Self { texture, view, rows, starts, version }
@@ -194,7 +197,7 @@ impl TableTexture {
 
     /// Makes room for that many texels in each table. What they hold moves along.
     pub fn reserve(&mut self, gpu: &super::Gpu, texels: [u64; TABLE_COUNT]) -> Result<(), RenderError> {
-        let needed = texels.map(|texels| texels.div_ceil(TABLE_WIDTH).max(1));
+        let needed = texels.map(|texels| texels.div_ceil(TABLE_WIDTH));
         let most = u64::from(gpu.device.limits().max_texture_dimension_2d);
         let sum = needed.iter().sum::<u64>();
         if sum > most {
@@ -233,8 +236,16 @@ impl TableTexture {
     }
 
     /// The first texel of a table.
-    fn start(&self, kind: TableKind) -> u64 {
+    pub fn start(&self, kind: TableKind) -> u64 {
         u64::from(first_rows(self.rows)[kind as usize]) * TABLE_WIDTH
+    }
+
+    /// Writes the records of a view's shadow layers. Returns the bytes written.
+    pub fn write_shadow_records(&self, gpu: &super::Gpu, view: u64, records: &[[u32; 4]]) -> u64 {
+        let first = self.start(TableKind::ShadowRecords) + view * SHADOW_RECORDS;
+        let bytes = bytemuck::cast_slice(records);
+        self.write(gpu, &mut Pace::new(MOST_BYTES_UNDER_WAY), first, bytes);
+        bytes.len() as u64
     }
 
     /// Writes texels from one on: the rest of its row, whole rows, and the beginning of the last.
@@ -271,8 +282,11 @@ impl TableTexture {
 
 /// Where each table begins, if they have that many rows.
 fn first_rows(rows: [u32; TABLE_COUNT]) -> [u32; TABLE_COUNT] {
-    let [instances, lights, materials, _] = rows;
-    [0, instances, instances + lights, instances + lights + materials]
+    let mut first = 0;
+    rows.map(|rows| {
+        first += rows;
+        first - rows
+    })
 }
 
 /// The rows of tables that had `rows` and need more. What is not used is resident on an adapter in main memory: at
@@ -369,10 +383,10 @@ mod tests {
     #[test]
     fn tables_grow_by_themselves_and_give_up_room_where_there_is_no_more() {
         let grown = |rows, needed, first, most| grown_rows(rows, needed, first, most);
-        assert_eq!(grown([1, 1, 1, 1], [100, 3, 1, 1], true, 4096), [100, 3, 1, 1], "at first no more than needed");
-        assert_eq!(grown([100, 3, 1, 1], [101, 2, 1, 1], false, 4096), [112, 3, 1, 1], "steps of an eighth of 128");
-        assert_eq!(grown([112, 3, 1, 1], [101, 4, 1, 1], false, 4096), [112, 4, 1, 1]);
-        assert_eq!(grown([112, 20, 1, 1], [113, 2, 1, 1], false, 130), [113, 2, 1, 1], "128, 20, 1 and 1 are too many");
-        assert_eq!(first_rows([112, 4, 1, 7]), [0, 112, 116, 117]);
+        assert_eq!(grown([1, 1, 1, 1, 0], [100, 3, 1, 1, 0], true, 4096), [100, 3, 1, 1, 0], "at first no more than needed");
+        assert_eq!(grown([100, 3, 1, 1, 0], [101, 2, 1, 1, 0], false, 4096), [112, 3, 1, 1, 0], "steps of an eighth of 128");
+        assert_eq!(grown([112, 3, 1, 1, 0], [101, 4, 1, 1, 1], false, 4096), [112, 4, 1, 1, 1]);
+        assert_eq!(grown([112, 20, 1, 1, 0], [113, 2, 1, 1, 0], false, 130), [113, 2, 1, 1, 0], "128, 20, 1 and 1 are too many");
+        assert_eq!(first_rows([112, 4, 1, 7, 0]), [0, 112, 116, 117, 124]);
     }
 }

@@ -9,7 +9,7 @@ use super::emboss::EmbossPass;
 use super::frame_tables::FrameTables;
 use super::indirect_draws::{Draw, IndirectDraws};
 use super::outputs::{OutputSet, OutputTextures};
-use super::pass::{Attached, Pass};
+use super::pass::{Attached, Pass, Shadows};
 use super::pipelines::Pipelines;
 use super::pyramid::{Pyramid, PyramidMaker};
 use super::readback::Readback;
@@ -20,9 +20,10 @@ use super::{DebugView, Gpu, RenderError, Settings, Uploads};
 use glam::{Mat4, Vec3};
 use systems::assets::Technique;
 use systems::draw::{
-    Batch, BatchKey, BlendedRun, DrawList, Environment, LightFeatures, PipelineKey, ToneMap, View, ViewRecord,
-    sort_transparent,
+    Batch, BatchKey, BlendedRun, DrawList, Environment, FrameData, LightFeatures, PipelineKey, ToneMap, View,
+    ViewRecord, sort_transparent,
 };
+use systems::lights::{Ranked, ShadowView, rank};
 use systems::ecs::tables::DirtySlots;
 
 /// What a view shows in a frame, and how.
@@ -84,6 +85,9 @@ pub struct ViewState {
     /// What the renderer had uploaded when this view was last prepared.
     uploads: Uploads,
     needs_redraw: bool,
+    /// The lights that have a shadow map in this view, and what that was found for.
+    pub(super) ranked: Vec<Ranked>,
+    ranked_for: Option<(u64, u64, ShadowView, u32)>,
     /// The bind group of shadows that rays found, if the view is drawn with such.
     pub(super) traced: Option<wgpu::BindGroup>,
     pub(super) counts: CountReadback,
@@ -135,6 +139,8 @@ impl ViewState {
             shown: None,
             uploads: Uploads::default(),
             needs_redraw: false,
+            ranked: Vec::new(),
+            ranked_for: None,
             traced: None,
             counts: CountReadback::default(),
             outputs: OutputSet::COLOR,
@@ -209,13 +215,13 @@ impl ViewState {
 
     /// The passes that add the light of [`Technique::EmbossMultipass`], if the colour pass leaves it to them.
     pub(super) fn emboss_passes(&self) -> impl Iterator<Item = Pass> + use<> {
-        let (lights, samples, traced) = match self.pass {
-            Pass::Color { lights, samples, traced, .. } | Pass::Emboss { lights, samples, traced, .. } => {
-                (lights, samples, traced)
+        let (lights, samples, shadows) = match self.pass {
+            Pass::Color { lights, samples, shadows, .. } | Pass::Emboss { lights, samples, shadows, .. } => {
+                (lights, samples, shadows)
             }
-            Pass::Outputs(_) => (LightFeatures::default(), 1, false),
+            Pass::Outputs(_) => (LightFeatures::default(), 1, Shadows::None),
         };
-        EmbossPass::all().map(move |pass| Pass::Emboss { pass, lights, samples, traced })
+        EmbossPass::all().map(move |pass| Pass::Emboss { pass, lights, samples, shadows })
     }
 
     /// First of all when a view is prepared: which renderer it belongs to, and which pass it draws.
@@ -229,12 +235,18 @@ impl ViewState {
         self.tone_map = if settings.debug == DebugView::Off { list.environment.tone_map } else { ToneMap::Clamp };
         self.outputs = settings.outputs;
         self.may_hide = settings.occlusion.is_on(list.objects);
+        let has_maps = list.light_features.shadows && settings.shadow_maps > 0 && settings.debug == DebugView::Off;
+        let shadows = match (&self.traced, has_maps) {
+            (Some(_), _) => Shadows::Traced,
+            (None, true) => Shadows::Maps { taps: settings.shadow_taps },
+            (None, false) => Shadows::None,
+        };
         let pass = |beside| Pass::Color {
             lights: list.light_features,
             debug: settings.debug,
             samples: settings.samples,
             specular_aa: settings.specular_aa,
-            traced: self.traced.is_some(),
+            shadows,
             beside,
         };
         self.pass = pass(Attached::default());
@@ -249,6 +261,22 @@ impl ViewState {
     fn adds_up(&self, list: &DrawList) -> bool {
         let adds_up = |batch: &Batch| self.pipeline_of(self.pass, batch.key).technique == Technique::EmbossMultipass;
         list.batches.iter().any(adds_up)
+    }
+
+    /// Finds the lights that have a shadow map in this view, if it or they changed.
+    pub(super) fn rank_shadows(&mut self, frame: &FrameData<'_>, plan: &ViewPlan) {
+        let lights = frame.shadows.filter(|_| matches!(self.pass.shadows(), Shadows::Maps { .. }));
+        let Some(lights) = lights.map(|scene| scene.lights()) else {
+            (self.ranked, self.ranked_for) = (Vec::new(), None);
+            return;
+        };
+        let view = plan.view.shadow_view(&frame.list.environment);
+        let ranked_for = Some((frame.list.world, lights.version(), view, plan.settings.shadow_maps));
+        if self.ranked_for != ranked_for {
+            let most = plan.settings.shadow_maps.min(Settings::MOST_SHADOW_MAPS);
+            self.ranked = rank(lights, &view, most as usize);
+            self.ranked_for = ranked_for;
+        }
     }
 
     /// Blended objects in this view's order. Returns the bytes written.
@@ -344,8 +372,16 @@ impl ViewState {
     }
 
     /// Last of all when a view is prepared: its record, and what has to be done anew.
-    pub(super) fn finish(&mut self, gpu: &Gpu, list: &DrawList, plan: &ViewPlan, uploads: Uploads, prepared: u64) {
+    pub(super) fn finish(
+        &mut self,
+        gpu: &Gpu,
+        list: &DrawList,
+        (plan, shadow_records): (&ViewPlan, u32),
+        uploads: Uploads,
+        prepared: u64,
+    ) {
         let record = plan.view.record(&list.environment, plan.settings.picked_entity);
+        let record = ViewRecord { shadow_records, ..record };
         gpu.queue.write_buffer(&self.record, 0, bytemuck::bytes_of(&record));
         let surfaces_changed = self.uploads.surfaces != uploads.surfaces;
         let culled_for = Some((record, plan.settings.technique));

@@ -4,6 +4,7 @@
 use super::instance_records::InstanceRecords;
 use super::list::DrawList;
 use super::records::InstanceRecord;
+use super::shadow_casters::ShadowScene;
 use crate::assets::library::Library;
 use crate::ecs::tables::Records;
 use crate::lights::lists::LightLists;
@@ -18,6 +19,8 @@ pub struct FrameData<'a> {
     pub instances: &'a dyn Records<Record = InstanceRecord>,
     /// The lights of objects that have more than three.
     pub light_lists: &'a LightLists,
+    /// What casts shadows; `None`: nothing does.
+    pub shadows: Option<ShadowScene<'a>>,
     /// Meshes and images of the list. A renderer releases the texels that it has uploaded
     /// ([`Library::release_texels`]).
     pub library: &'a mut Library,
@@ -37,7 +40,8 @@ impl FrameData<'_> {
             let instances = InstanceRecords::new(world, &list.instances);
             let light_lists = world.resource::<LightLists>();
             let library = library.bypass_change_detection();
-            read(&mut FrameData { list, instances: &instances, light_lists, library })
+            let shadows = ShadowScene::of(world);
+            read(&mut FrameData { list, instances: &instances, light_lists, shadows, library })
         });
         world.resource_mut::<Library>().set_last_changed(changed);
         made

@@ -3,7 +3,8 @@
 //! The [`DrawList`] is the seam. Its tables hold the structs that shaders read ([`InstanceRecord`], [`MaterialRecord`],
 //! and those of lights); its batches say what is drawn together. `materials` and `light_records` write their tables.
 //! `instances` gives every object a slot in a page of its batch (`pages`), `instance_records` makes an object's record
-//! of its components when it is read, and `batches` lists the pages. A renderer reads a frame as [`FrameData`].
+//! of its components when it is read, and `batches` lists the pages. A renderer reads a frame as [`FrameData`], with
+//! what casts shadows (`shadow_casters`).
 //! Objects that lack their mesh, material or place wait as `incomplete`; large ones are drawn in [`pieces`]. [`hooks`]
 //! take what goes out of all these tables. A [`View`] is a [`Camera`] at a place, under an [`Environment`].
 
@@ -21,6 +22,7 @@ pub(crate) mod materials;
 pub(crate) mod pages;
 pub mod pieces;
 pub(crate) mod records;
+pub(crate) mod shadow_casters;
 pub(crate) mod view;
 
 pub use batches::{BlendedRun, sort_transparent, update_batches};
@@ -37,4 +39,5 @@ pub use list::{
 };
 pub use materials::{MOST_LAYERS, MaterialTable, most_layers, update_materials};
 pub use records::{InstanceRecord, MaterialRecord, ViewRecord};
+pub use shadow_casters::{ShadowCaster, ShadowScene};
 pub use view::{View, in_frustum};

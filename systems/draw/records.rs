@@ -104,14 +104,14 @@ pub struct ViewRecord {
     pub picked_entity: u32,
     /// Linear RGB.
     pub zenith: [f32; 3],
-    /// Room for 16-byte alignment.
-    pub pad0: u32,
+    /// The texel of the tables that has the record of the view's first shadow layer.
+    pub shadow_records: u32,
     /// Linear RGB.
     pub horizon: [f32; 3],
     /// Room for 16-byte alignment.
-    pub pad1: u32,
+    pub pad0: u32,
     /// Linear RGB.
     pub ground: [f32; 3],
     /// Room for 16-byte alignment.
-    pub pad2: u32,
+    pub pad1: u32,
 }

@@ -291,6 +291,17 @@ impl ObjectOrder {
         self.searched += dirty.places.len();
     }
 
+    /// The objects that a light reaches, as [`Self::refresh`] left them.
+    pub(crate) fn reached_by(&self, light: &ScoredLight) -> Vec<EntityIndex> {
+        let (mut found, mut stack, mut objects) = (Vec::new(), Vec::new(), Vec::new());
+        dispatch!(Level::new(), simd => self.find(simd, std::slice::from_ref(light), &mut stack, &mut found));
+        for (group, bits) in found {
+            let first = group as usize * WIDTH;
+            for_each_set(bits, |bit| objects.extend(self.objects.get(first + bit as usize).copied().flatten()));
+        }
+        objects
+    }
+
     /// Every object that one of the lights reaches chooses again; each light as it was before a change and as it is
     /// after it.
     pub(crate) fn mark(&mut self, pool: &TaskPool, level: Level, lights: &[[ScoredLight; 2]]) {

@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! position               three floats
-//! inverse_range_squared  a float
+//! inverse_range_squared  a float, its lowest 8 bits the light's shadow layer, counted from 1; 0: none
 //! words                  from the lowest bit of the first word up: red 14 bits, green 14, kind 4; blue 14,
 //!                        exponent 8, the upper 10 of direction's y; direction's x 21, the lower 11 of its y;
 //!                        versine_outer 16, exponent_or_cone_slope 16
@@ -16,8 +16,10 @@
 //! - `versine_outer` is a float with 5 bits of exponent and 11 of mantissa, from 2⁻³⁰ to 4; `exponent_or_cone_slope` one
 //!   with 6 and 10, from 2⁻²⁰ to 2⁴⁴, rounded up. The least of either stands for 0.
 //!
+//! - The layer is the renderer's: the world's table has 0.
+//!
 //! So colours are at most 1/8,191 of their largest channel off, directions two millionths of a radian, outer angles of
-//! cones a part in 7,000 and exponents a part in 1,000. From the outer to the inner cone light rises up to a part in
+//! cones a part in 7,000, exponents a part in 1,000 and ranges a part in 130,000. From the outer to the inner cone light rises up to a part in
 //! 1,000 faster. The search scores what comes out, [`PackedLight::unpacked`], not what went in.
 //!
 //! `shaders/types.wgsl` mirrors the structs; `tests/shaders.rs` compares offsets and what comes out.
@@ -40,6 +42,8 @@ const DIRECTION_BITS: u32 = 21;
 const MOST_DIRECTION: f32 = ((1 << (DIRECTION_BITS - 1)) - 1) as f32;
 const LOWER_BITS: u32 = 32 - DIRECTION_BITS;
 const UPPER_BITS: u32 = DIRECTION_BITS - LOWER_BITS;
+/// Of `inverse_range_squared`.
+const LAYER_BITS: u32 = 255;
 const VERSINE: ShortFloat = ShortFloat { mantissa_bits: 11, least_exponent: 97 };
 const SLOPE: ShortFloat = ShortFloat { mantissa_bits: 10, least_exponent: 107 };
 
@@ -72,7 +76,7 @@ pub struct LightRecord {
 pub struct PackedLight {
     /// As in [`LightRecord`].
     pub position: [f32; 3],
-    /// As in [`LightRecord`].
+    /// As in [`LightRecord`], but for its lowest bits: [`Self::with_shadow_layer`].
     pub inverse_range_squared: f32,
     /// Colour, kind, direction and cone.
     pub words: [u32; 4],
@@ -129,7 +133,7 @@ impl LightRecord {
         let slope = SLOPE.above(self.exponent_or_cone_slope.max(full));
         PackedLight {
             position: self.position,
-            inverse_range_squared: self.inverse_range_squared,
+            inverse_range_squared: without_layer(self.inverse_range_squared.to_bits() + (LAYER_BITS + 1) / 2),
             words: [
                 red | green << CHANNEL_BITS | self.kind << KIND_SHIFT,
                 blue | exponent << CHANNEL_BITS | y >> LOWER_BITS << (32 - UPPER_BITS),
@@ -148,6 +152,12 @@ impl PackedLight {
     /// One of [`LightRecord::KINDS`].
     pub fn kind(&self) -> u32 {
         self.words[0] >> KIND_SHIFT
+    }
+
+    /// The same light with a shadow layer, counted from 1; 0: none.
+    pub fn with_shadow_layer(self, layer: u8) -> Self {
+        let bits = without_layer(self.inverse_range_squared.to_bits()).to_bits() | u32::from(layer);
+        Self { inverse_range_squared: f32::from_bits(bits), ..self }
     }
 
     /// The light that shaders and the search compute with.
@@ -170,7 +180,7 @@ impl PackedLight {
             position: self.position,
             kind,
             color: [channel(first), channel(first >> CHANNEL_BITS), channel(second)],
-            inverse_range_squared: self.inverse_range_squared,
+            inverse_range_squared: without_layer(self.inverse_range_squared.to_bits()),
             attenuation: self.attenuation,
             exponent_or_cone_slope: SLOPE.value((cone >> 16) as u16),
             direction: direction.into(),
@@ -213,6 +223,11 @@ impl ShortFloat {
     }
 }
 
+/// The float of some bits, without a shadow layer.
+fn without_layer(bits: u32) -> f32 {
+    f32::from_bits(bits & !LAYER_BITS)
+}
+
 /// 2^(exponent − 127).
 fn power_of_two(exponent: u32) -> f32 {
     f32::from_bits(exponent << 23)
@@ -240,7 +255,7 @@ mod tests {
             position: [1.5, -2.0, 1e6],
             kind: LightRecord::SPOT_CONE,
             color: [3.0, 0.75, -0.5],
-            inverse_range_squared: 0.01,
+            inverse_range_squared: 1.0 / 128.0,
             attenuation: [1.0, 0.5, 0.25],
             exponent_or_cone_slope: 4.0,
             direction: direction.into(),
@@ -262,6 +277,9 @@ mod tests {
         assert_eq!(packed.words[3], 22 << 26 | 28 << 11);
         assert_eq!(packed.unpacked(), light);
         assert_eq!(packed.unpacked().packed(), packed);
+        let layered = packed.with_shadow_layer(200);
+        assert_eq!(layered.inverse_range_squared.to_bits() & 255, 200);
+        assert_eq!((layered.unpacked(), layered.with_shadow_layer(0)), (light, packed));
         assert_eq!(PackedLight::default().unpacked().kind, LightRecord::OFF);
     }
 

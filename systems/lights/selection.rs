@@ -126,6 +126,10 @@ pub fn select_lights(
     if order.needs_sorting(pool) {
         order.sort(pool);
     }
+    if !table.shadow_lights().lights().is_empty() {
+        // Renderers look for what they reach.
+        order.refresh(pool);
+    }
     let (order, each) = (&mut *order, &mut kept.each);
     let common = order.own_policies.common(&policies);
     // Of objects at some places, or at all from the first on.

@@ -1,0 +1,150 @@
+// How much of a light is seen from a surface: by shadow maps, which shadow_pass.wgsl draws. Takes the place of
+// unshadowed.wgsl.
+//
+// A light with a shadow layer has a square of an array texture. A spot fills it; a point light has six faces there, as
+// src/renderer/shadow_layers.rs lays them out. Depths are reversed: near / distance along the face's axis.
+//
+// There is no bias to set. 1 / distance is linear on a plane, so the depths of the receiver's own triangle around a
+// texel are known exactly: a hardware comparison is with the nearest of those that it reads (Isidoro, "Shadow Mapping:
+// GPU-based Tips and Techniques", GDC 2006, with the plane from the triangle's normal instead of derivatives).
+
+@group(3) @binding(0) var shadow_maps: texture_depth_2d_array;
+@group(3) @binding(1) var shadow_sampler: sampler_comparison;
+
+// Comparisons of a look-up, each of 2×2 texels, interpolated: 1, or 4 for a box of 3×3.
+override SHADOW_TAPS: u32 = 1u;
+
+// Texels along a side of a layer.
+const SHADOW_SIZE = 768.0;
+// Texels around a face beyond its quarter turn, or around a spot's cone: filters read no neighbouring face.
+const SHADOW_GUTTER = 2.0;
+// A plane's depth changes by no more than this many texels per texel.
+const STEEPEST = 20.0;
+
+// The mesh's point from the eye, and the normal of its triangle towards the eye.
+var<private> receiver: vec3f;
+var<private> receiver_normal: vec3f;
+
+// Where a point is in its layer.
+struct ShadowPlace {
+    // Texels.
+    at: vec2f,
+    depth: f32,
+    // Of the receiver's plane: how depth changes from texel to texel.
+    slope: vec2f,
+    // A texel's width at distance 1.
+    texel: f32,
+    // What a filter may read around, texels.
+    low: vec2f,
+    high: vec2f,
+}
+
+fn find_shadows(in: VertexOut, dp_dx: vec3f, dp_dy: vec3f) {
+    receiver = in.position;
+    let normal = unit_or(cross(dp_dx, dp_dy), in.normal);
+    receiver_normal = select(normal, -normal, dot(normal, toward_eye(in.position)) < 0.0);
+}
+
+// `v`: from the light to the point. `n`: the plane's normal, `h`: their product, below 0.
+fn place_in_faces(v: vec3f, n: vec3f, h: f32, near: f32) -> ShadowPlace {
+    let a = abs(v);
+    let m = max(a.x, max(a.y, a.z));
+    let is_x = a.x >= m;
+    let is_y = a.y >= m && !is_x;
+    let axis = select(select(v.z, v.y, is_y), v.x, is_x);
+    let across = select(select(v.xy, v.xz, is_y), v.yz, is_x) / m;
+    let leaning = select(select(n.xy, n.xz, is_y), n.yz, is_x);
+    // +x 0, −x 1, +y 2, +z 3, −z 4; −y, below the light, is the large one.
+    let is_below = is_y && axis < 0.0;
+    let face = select(select(3.0, 2.0, is_y), 0.0, is_x) + select(0.0, 1.0, axis < 0.0 && !is_y);
+    let third = SHADOW_SIZE / 3.0;
+    let small = vec2f(select(face - 3.0, 2.0, face < 3.0), select(2.0, face, face < 3.0)) * third;
+    let corner = select(small, vec2f(0.0), is_below);
+    let size = select(third, 2.0 * third, is_below);
+    let scale = 0.5 * size - SHADOW_GUTTER;
+    return ShadowPlace(
+        corner + 0.5 * size + across * scale,
+        near / m,
+        leaning * (near / (h * scale)),
+        1.0 / scale,
+        corner + 1.0,
+        corner + size - 1.0,
+    );
+}
+
+// `q`: turns the world so that the spot shines along −Z. `scale`: texels of a slope of one.
+fn place_in_cone(v: vec3f, n: vec3f, h: f32, near: f32, q: vec4f, scale: f32) -> ShadowPlace {
+    let along = turned(q, v);
+    let leaning = turned(q, n).xy;
+    let m = max(-along.z, 1e-4);
+    return ShadowPlace(
+        0.5 * SHADOW_SIZE + along.xy * (scale / m),
+        near / m,
+        leaning * (near / (h * scale)),
+        1.0 / scale,
+        vec2f(1.0),
+        vec2f(SHADOW_SIZE - 1.0),
+    );
+}
+
+fn turned(q: vec4f, v: vec3f) -> vec3f {
+    let t = 2.0 * cross(q.xyz, v);
+    return v + q.w * t + cross(q.xyz, t);
+}
+
+fn lit_share(place: ShadowPlace, layer: u32) -> f32 {
+    let most = STEEPEST * place.depth * place.texel;
+    let slope = clamp(place.slope, vec2f(-most), vec2f(most));
+    let lean = abs(slope.x) + abs(slope.y);
+    if SHADOW_TAPS == 1u {
+        let nearest = place.depth * (1.0 + 0.25 * place.texel) + lean;
+        return shadow_tap(clamp(place.at, place.low, place.high), layer, nearest);
+    }
+    // A box of 3×3 texels by four taps between texels, with weights of 1 − f, 1, 1 and f in each direction (Castaño,
+    // "Shadow Mapping Summary", 2013).
+    let nearest = place.depth * (1.0 + place.texel) + 0.5 * lean;
+    let base = floor(place.at - 0.5);
+    let f = place.at - 0.5 - base;
+    let w0 = 2.0 - f;
+    let w1 = 1.0 + f;
+    let o0 = 1.0 / w0 - 1.0;
+    let o1 = f / w1 + 1.0;
+    var sum = 0.0;
+    for (var i = 0u; i < 4u; i++) {
+        let is_second = vec2<bool>((i & 1u) == 1u, (i & 2u) == 2u);
+        let offset = select(o0, o1, is_second);
+        let weight = select(w0, w1, is_second);
+        let at = clamp(base + 0.5 + offset, place.low, place.high);
+        sum += weight.x * weight.y * shadow_tap(at, layer, nearest + dot(slope, offset - f));
+    }
+    return sum / 9.0;
+}
+
+fn shadow_tap(at: vec2f, layer: u32, depth: f32) -> f32 {
+    return textureSampleCompareLevel(shadow_maps, shadow_sampler, at / SHADOW_SIZE, layer, depth);
+}
+
+fn visibility(arriving: Arriving, number: u32) -> f32 {
+    if arriving.shadow_layer == 0u {
+        return 1.0;
+    }
+    let layer = arriving.shadow_layer - 1u;
+    let record = texel_of(view.shadow_records + layer);
+    let near_and_share = unpack2x16float(record.w);
+    let near = near_and_share.x;
+    let v = receiver - arriving.from_eye;
+    let h = dot(receiver_normal, v);
+    // At the least a grazing plane: a point that is on the light's plane has depths of all sizes.
+    let grazing = min(h, -1e-6);
+    var place: ShadowPlace;
+    let scale = bitcast<f32>(record.z);
+    if LIGHTS_WITH_CONES && scale > 0.0 {
+        let q = vec4f(unpack2x16snorm(record.x), unpack2x16snorm(record.y));
+        place = place_in_cone(v, receiver_normal, grazing, near, q, scale);
+    } else {
+        place = place_in_faces(v, receiver_normal, grazing, near);
+    }
+    // A triangle that is turned away sees nothing of the light, whatever its bumps would mirror.
+    let seen = select(lit_share(place, layer), 0.0, h >= 0.0);
+    return 1.0 + near_and_share.y * (seen - 1.0);
+}
