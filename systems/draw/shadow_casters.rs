@@ -41,8 +41,6 @@ pub struct ShadowCaster {
     pub bounds: Sphere,
 }
 
-type Caster = (&'static GlobalTransform, &'static MeshId, &'static MaterialId, Has<NoShadow>);
-
 impl<'w> ShadowScene<'w> {
     /// Of a world that has all of that; `None` for others.
     pub(crate) fn of(world: &'w World) -> Option<Self> {
@@ -63,8 +61,6 @@ impl<'w> ShadowScene<'w> {
     pub fn casters(&self, light: u32, library: &Library, casters: &mut Vec<ShadowCaster>) {
         casters.clear();
         let Some(light) = self.lights.scored().get(light as usize) else { return };
-        let Some(query) = self.world.try_query::<Caster>() else { return };
-        let query = query.query_manual(self.world);
         let entities = self.world.entities();
         for object in self.order.reached_by(light) {
             let entity = entities.resolve_from_index(object);
@@ -74,9 +70,11 @@ impl<'w> ShadowScene<'w> {
             if key.pipeline.alpha == AlphaMode::Blend {
                 continue;
             }
-            let Ok((place, &mesh, &material, casts_none)) = query.get(entity) else { continue };
+            let Ok(object) = self.world.get_entity(entity) else { continue };
+            let parts = object.get_components::<(&GlobalTransform, &MeshId, &MaterialId)>();
+            let Ok((place, &mesh, &material)) = parts else { continue };
             let bounds = world_bounds(library, mesh, place);
-            if let Some(bounds) = bounds.filter(|_| !casts_none) {
+            if let Some(bounds) = bounds.filter(|_| !object.contains::<NoShadow>()) {
                 let material = library.known_material(material).slot();
                 casters.push(ShadowCaster { slot, key, material, world_from_object: place.affine(), bounds });
             }
