@@ -70,12 +70,14 @@ CAMERAS = '''        (name: "town", camera: (fov_y_degrees: 38), transform: (tra
         (name: "hill", camera: (fov_y_degrees: 32), transform: (translation: (84, 2.0, -68.2), look_at: (166, 5.2, -74))),
 '''
 LIGHTS = {
-    'low lamp': 'spot(color: (1.0, 0.60, 0.26), intensity: 42, range: 15, inner_degrees: 30, outer_degrees: 80)',
-    'tall lamp': 'spot(color: (1.0, 0.62, 0.29), intensity: 85, range: 21, inner_degrees: 30, outer_degrees: 78)',
-    'shop': 'point(color: (1.0, 0.74, 0.44), intensity: 5, range: 6)',
+    'low lamp': 'spot(color: (1.0, 0.60, 0.26), intensity: 42, range: 15, inner_degrees: 30, outer_degrees: 80, shadows: true)',
+    'tall lamp': 'spot(color: (1.0, 0.62, 0.29), intensity: 85, range: 21, inner_degrees: 30, outer_degrees: 78, shadows: true)',
+    'shop': 'point(color: (1.0, 0.74, 0.44), intensity: 5, range: 6, shadows: true)',
     'fountain': 'point(color: (1.0, 0.82, 0.58), intensity: 2.2, range: 5)',
-    'shelter': 'point(color: (1.0, 0.90, 0.72), intensity: 5, range: 6)',
+    'shelter': 'point(color: (1.0, 0.90, 0.72), intensity: 5, range: 6, shadows: true)',
 }
+# What shines in a lamp, and is in its light's way.
+GLASS = {'lamp_post': 'lamp_glass', 'wall_lamp': 'lamp_glass', 'town_shelter': 'tube'}
 THINGS = ('signal', 'tree', 'shelter', 'bench', 'basin')
 
 
@@ -119,7 +121,10 @@ class Scene:
 
     def model(self, file, node=None):
         name = node or file
-        return self.mesh(name, 'model(file: "../models/%s.glb"%s)' % (file, ', node: "%s"' % node if node else ''))
+        fields = ', node: "%s"' % node if node else ''
+        if file in GLASS:
+            fields += ', casts_no_shadow: ["%s"]' % GLASS[file]
+        return self.mesh(name, 'model(file: "../models/%s.glb"%s)' % (file, fields))
 
     def raw(self, text):
         self.entities.append(text)
@@ -171,7 +176,7 @@ class Scene:
 
     def write(self, path, traffic, still):
         self.model('kettle')
-        self.raw('(name: "evening sky", light: directional(color: (0.34, 0.50, 1.0), intensity: 0.14), transform: (translation: (-6, 7, 5), look_at: (0, 0, 0))),')
+        self.raw('(name: "evening sky", light: directional(color: (0.34, 0.50, 1.0), intensity: 0.14, shadows: true), transform: (translation: (-6, 7, 5), look_at: (0, 0, 0))),')
         vehicles = self.standing(traffic) if still else self.driving(traffic)
         text = HEAD + '    vehicle_types: ["../vehicles.ron"],\n' + ('' if still else self.roads(traffic))
         text += '    materials: {\n' + ''.join(material(m) for m in MATERIALS) + EXTRA + '    },\n'

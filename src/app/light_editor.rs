@@ -22,6 +22,7 @@ pub fn show(ui: &mut Ui, world: &mut World, entity: Entity) {
         if edited.kind != LightKind::Directional {
             reach(ui, &mut edited);
         }
+        shadows(ui, &mut edited);
         if let LightKind::Spot { outer, inner, exponent } = &mut edited.kind {
             cone(ui, outer, inner, exponent);
         }
@@ -102,6 +103,16 @@ fn reach(ui: &mut Ui, light: &mut Light) {
     }
 }
 
+fn shadows(ui: &mut Ui, light: &mut Light) {
+    field(ui, "shadows", |ui| {
+        ui.add(Checkbox::without_text(&mut light.shadows));
+        if light.shadows && light.kind != LightKind::Directional {
+            ui.weak("from");
+            ui.add(number(&mut light.shadow_near).range(1e-3..=1e3).speed(0.005).max_decimals(3).suffix(" m"));
+        }
+    });
+}
+
 /// Half angles; the inner one, or the classic exponent.
 fn cone(ui: &mut Ui, outer: &mut f32, inner: &mut Option<f32>, exponent: &mut f32) {
     field(ui, "cone", |ui| {
@@ -169,14 +180,13 @@ mod tests {
         }
     }
 
-    #[test]
-    fn a_click_switches_the_light_off() {
-        let (mut world, entity) = world_with(Light::point(1.0, 5.0));
+    /// The light after a click at each of these places in turn, until something changed.
+    fn clicked(places: impl Iterator<Item = Pos2>) -> Light {
+        let before = Light::point(1.0, 5.0);
+        let (mut world, entity) = world_with(before.clone());
         let context = egui::Context::default();
         frame(&context, &mut world, entity, Vec::new());
-        // The first row has one thing to click at, whatever the font's size.
-        for x in (60..140).step_by(4) {
-            let pos = Pos2::new(x as f32, 14.0);
+        for pos in places {
             let button = |pressed| Event::PointerButton {
                 pos,
                 button: PointerButton::Primary,
@@ -186,10 +196,26 @@ mod tests {
             frame(&context, &mut world, entity, vec![Event::PointerMoved(pos)]);
             frame(&context, &mut world, entity, vec![button(true)]);
             frame(&context, &mut world, entity, vec![button(false)]);
-            if !world.get::<Light>(entity).expect("a light").enabled {
-                return;
+            let light = world.get::<Light>(entity).expect("a light");
+            if *light != before {
+                return light.clone();
             }
         }
         panic!("nothing to click at");
+    }
+
+    #[test]
+    fn a_click_switches_the_light_off() {
+        // The first row has one thing to click at, whatever the font's size.
+        let light = clicked((60..140).step_by(4).map(|x| Pos2::new(x as f32, 14.0)));
+        assert_eq!(light, Light { enabled: false, ..Light::point(1.0, 5.0) });
+    }
+
+    #[test]
+    fn a_click_gives_the_light_shadows() {
+        // The last row.
+        let rows = (14..400).rev().step_by(6);
+        let light = clicked(rows.flat_map(|y| (60..100).step_by(8).map(move |x| Pos2::new(x as f32, y as f32))));
+        assert_eq!(light, Light::point(1.0, 5.0).with_shadows());
     }
 }

@@ -240,6 +240,9 @@ impl<'a> Check<'a> {
             self.number("piece_metres", metres, 0.0, SIZES.1);
         }
         self.lights(e.lights.as_ref());
+        if !e.casts_shadows.0 {
+            self.no_shadow(e, meshes.is_empty());
+        }
         if let Some(light) = &e.light {
             self.field("light", |c| c.light(light));
         }
@@ -293,6 +296,20 @@ impl<'a> Check<'a> {
             entities = entities.saturating_add(c.entity(child, &[], false));
         });
         entities
+    }
+
+    fn no_shadow(&mut self, e: &Entity, has_no_mesh: bool) {
+        let message = match &e.light {
+            _ if e.vehicle.is_some() => "not allowed with a vehicle, which casts shadows as a whole",
+            Some(_) if has_no_mesh && e.figure.is_empty() => {
+                "expected a mesh beside it; whether a light casts shadows is said by its own field `shadows`"
+            }
+            None if has_no_mesh && e.figure.is_empty() => {
+                "expected a mesh beside it; what is below an entity says so itself"
+            }
+            _ => return,
+        };
+        self.field("casts_shadows", |c| c.fault(message));
     }
 
     /// How many entities something with that mesh is: a model has one for each node and instance.

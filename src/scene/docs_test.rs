@@ -83,7 +83,7 @@ fn every_field_has_its_row() {
             let fields: Vec<&str> =
                 fields.filter_map(|l| l.split_once(": ")).map(|(f, _)| f.trim().trim_start_matches("r#")).collect();
             let heading = name.to_lowercase().replace("source", "");
-            if ["named", "color", "attenuation"].contains(&heading.as_str()) || (name == "MapSource") {
+            if ["named", "color", "attenuation", "castsshadows"].contains(&heading.as_str()) || (name == "MapSource") {
                 continue;
             }
             let rows = table(&heading);

@@ -1,6 +1,6 @@
 //! The files a scene names, each read once; and what materials and meshes become in the library.
 
-use super::faults::{Fault, Trail};
+use super::faults::{Fault, Trail, unknown};
 use super::format::{self, MeshSource, Sampler, Scene, Uv};
 use super::places::Step;
 use super::values::MapSource;
@@ -34,7 +34,21 @@ impl Files {
         files.dedup();
         let of_models = files.iter().filter_map(|file| self.model(file)).flat_map(|m| &m.warnings);
         let of_materials = scene.materials.entries().iter().filter_map(|(name, material)| lacking(name, material));
-        of_models.map(ToString::to_string).chain(of_materials).chain(self.doubts.iter().cloned()).collect()
+        let of_meshes = scene.meshes.entries().iter().filter_map(|(name, mesh)| self.lightless(name, mesh));
+        of_models
+            .map(ToString::to_string)
+            .chain(of_meshes)
+            .chain(of_materials)
+            .chain(self.doubts.iter().cloned())
+            .collect()
+    }
+
+    /// What to say of a model whose lights are to cast shadows, and which has none.
+    fn lightless(&self, name: &str, mesh: &MeshSource) -> Option<String> {
+        let MeshSource::Model(source) = mesh else { return None };
+        let model = self.model(&source.file).filter(|_| source.shadows)?;
+        let has_none = nodes(model, source.node.as_deref()).all(|node| node.light.is_none());
+        has_none.then(|| format!("mesh \"{name}\": shadows has no effect: the model has no lights"))
     }
 }
 
@@ -135,6 +149,15 @@ pub fn read(scene: &Scene, folder: &Path, library: &mut Library) -> (Files, Vec<
             Err(error) => faults.push(at.fault(error)),
         }
     }
+    for (i, (name, mesh)) in scene.meshes.entries().iter().enumerate() {
+        let MeshSource::Model(source) = mesh else { continue };
+        let Some(model) = files.model(&source.file).filter(|_| !source.casts_no_shadow.is_empty()) else { continue };
+        let known = material_names(model, library);
+        let at = Trail::default().field("meshes").enter(Step::Entry(i), name).field("casts_no_shadow");
+        for (i, name) in source.casts_no_shadow.iter().enumerate().filter(|(_, name)| !known.contains(&name.as_str())) {
+            faults.push(at.enter(Step::Index(i), "").fault(unknown("material", name, known.iter().copied())));
+        }
+    }
     (files, faults)
 }
 
@@ -151,8 +174,8 @@ pub fn named(scene: &Scene, folder: &Path) -> Vec<PathBuf> {
 pub enum Shape {
     /// A procedural mesh.
     Mesh(MeshId, Aabb),
-    /// A model, or a part of one; and the box around it.
-    Model(Model, Aabb),
+    /// A model, or a part of one; the box around it; the materials whose surfaces cast no shadow.
+    Model(Model, Aabb, Vec<MaterialId>),
 }
 
 /// The scene's materials and meshes by name.
@@ -174,9 +197,18 @@ impl Items {
             let shape = match source {
                 MeshSource::Model(source) => {
                     let Some(model) = files.model(&source.file) else { continue };
-                    let part = part_of(model, source.node.as_deref());
+                    let mut part = part_of(model, source.node.as_deref());
+                    for light in part.nodes.iter_mut().filter_map(|node| node.light.as_mut()) {
+                        light.shadows = source.shadows;
+                    }
                     let bounds = part.bounds(library);
-                    Shape::Model(part, bounds)
+                    let is_named = |material: &MaterialId| {
+                        let entry = library.material(*material);
+                        entry.is_some_and(|entry| source.casts_no_shadow.contains(&entry.name))
+                    };
+                    let materials = part.nodes.iter().flat_map(|node| &node.parts).map(|&(_, material)| material);
+                    let no_shadow = materials.filter(is_named).collect();
+                    Shape::Model(part, bounds, no_shadow)
                 }
                 _ => {
                     let Some(mesh) = procedural(source) else { continue };
@@ -202,9 +234,19 @@ impl Items {
     pub fn single_mesh(&self, name: &str) -> Option<(MeshId, MaterialId)> {
         match self.shape(name)? {
             Shape::Mesh(mesh, _) => Some((*mesh, MaterialId::DEFAULT)),
-            Shape::Model(model, _) => nodes(model, None).find_map(|node| node.parts.first().copied()),
+            Shape::Model(model, ..) => nodes(model, None).find_map(|node| node.parts.first().copied()),
         }
     }
+}
+
+/// The names of a model's materials, sorted.
+pub fn material_names<'l>(model: &Model, library: &'l Library) -> Vec<&'l str> {
+    let parts = model.nodes.iter().flat_map(|node| &node.parts);
+    let mut names: Vec<&str> =
+        parts.filter_map(|&(_, material)| Some(library.material(material)?.name.as_str())).collect();
+    names.sort_unstable();
+    names.dedup();
+    names
 }
 
 /// The nodes that a model, or the part of it below a named node, puts into the world.

@@ -160,6 +160,7 @@ pub struct Entity {
     pub ground: bool,
     pub obstacle: Option<Obstacle>,
     pub hidden: bool,
+    pub casts_shadows: CastsShadows,
     pub figure: Vec<String>,
     pub attach: Vec<Entity>,
     pub children: Vec<Entity>,
@@ -172,6 +173,16 @@ impl<'de> Deserialize<'de> for Entity {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let (entity, custom) = custom_fields::beside(deserializer, |deserializer| Self::deserialize(deserializer))?;
         Ok(Self { custom, ..entity })
+    }
+}
+
+/// So unless a scene says otherwise.
+#[derive(Deserialize, Clone, Copy, Debug)]
+pub struct CastsShadows(pub bool);
+
+impl Default for CastsShadows {
+    fn default() -> Self {
+        Self(true)
     }
 }
 

@@ -17,7 +17,7 @@ use std::collections::HashMap;
 use systems::assets::{Library, MaterialId, MeshId, MeshVariants};
 use systems::draw::pieces::PiecesReport;
 use systems::draw::{Camera, Projection, pieces};
-use systems::lights::{Light, LightPolicies};
+use systems::lights::{Light, LightKind, LightPolicies, NoShadow};
 use systems::space::{Aabb, Hidden, Spin, Transform};
 
 /// What spawning found out about the scene.
@@ -58,10 +58,29 @@ pub fn spawn(scene: &Scene, items: &Items, world: &mut World) -> Spawned {
     }
     spawner.cut();
     spawner.found.warnings.extend(vehicles::warnings(spawner.world));
+    spawner.found.warnings.extend(shadows_without_end(spawner.world));
     let Spawner { model_cameras, mut found, .. } = spawner;
     found.warnings.extend(shared_names(&found.cameras, &model_cameras));
     found.cameras.extend(model_cameras);
     found
+}
+
+/// A word about lights that cast shadows and have no range.
+fn shadows_without_end(world: &mut World) -> Option<String> {
+    let is_endless = |light: &Light| light.shadows && light.kind != LightKind::Directional && light.range.is_infinite();
+    let mut lights = world.query::<(Entity, &Light)>();
+    let mut endless = lights.iter(world).filter(|(_, light)| is_endless(light)).map(|(entity, _)| entity);
+    let first = name::of_entity(world, endless.next()?);
+    let lights = match endless.count() {
+        0 => " casts shadows and has no range: whatever is in the scene is drawn for its".to_owned(),
+        more => {
+            let others = if more == 1 { "light" } else { "lights" };
+            format!(
+                " and {more} other {others} cast shadows and have no range: whatever is in the scene is drawn for their"
+            )
+        }
+    };
+    Some(format!("{first}{lights} shadows; set `range`"))
 }
 
 /// A word about each name of a model's camera that an earlier one has; the scene's own have been checked.
@@ -169,11 +188,11 @@ impl Spawner<'_> {
                     None => self.world.spawn(drawn).id(),
                 }
             }
-            Some(Shape::Model(model, bounds)) => {
+            Some(Shape::Model(model, bounds, no_shadow)) => {
                 if *bounds != Aabb::default() {
                     self.enclose(bounds.transformed(&world_from_entity));
                 }
-                self.model(model, at, material)
+                self.model(model, at, material, no_shadow)
             }
             None => self.world.spawn(at).id(),
         };
@@ -222,6 +241,10 @@ impl Spawner<'_> {
             let drawn = std::iter::once(entity).chain(descendants(self.world, entity));
             drawn.for_each(|part| _ = self.world.entity_mut(part).insert(lights.policy()));
         }
+        if !source.casts_shadows.0 {
+            let drawn = std::iter::once(entity).chain(descendants(self.world, entity));
+            drawn.for_each(|part| _ = self.world.entity_mut(part).insert(NoShadow));
+        }
         // Before there are children, whose nodes may have the same names.
         let nodes: Vec<_> = source.attach.iter().map(|item| self.node(entity, item.node.as_deref())).collect();
         source.custom.insert(self.world, entity);
@@ -243,7 +266,7 @@ impl Spawner<'_> {
         let is_longer = |aabb: &Aabb| pieces::is_longer(*aabb, world_from_entity, metres);
         match placement.mesh.and_then(|mesh| self.items.shape(mesh)) {
             Some(Shape::Mesh(_, aabb)) if is_longer(aabb) => self.large.push((entity, metres)),
-            Some(Shape::Model(_, aabb)) if is_longer(aabb) => {
+            Some(Shape::Model(_, aabb, _)) if is_longer(aabb) => {
                 let below = descendants(self.world, entity).into_iter();
                 self.large.extend(below.map(|part| (part, metres)));
             }
@@ -276,8 +299,21 @@ impl Spawner<'_> {
         self.found.bounds = Some(self.found.bounds.map_or(aabb, |bounds| bounds.union(aabb)));
     }
 
-    fn model(&mut self, model: &Model, at: Transform, material: Option<MaterialId>) -> Entity {
+    fn model(
+        &mut self,
+        model: &Model,
+        at: Transform,
+        material: Option<MaterialId>,
+        no_shadow: &[MaterialId],
+    ) -> Entity {
         let root = model.spawn(self.world, at);
+        if !no_shadow.is_empty() {
+            for entity in descendants(self.world, root) {
+                if self.world.get::<MaterialId>(entity).is_some_and(|own| no_shadow.contains(own)) {
+                    self.world.entity_mut(entity).insert(NoShadow);
+                }
+            }
+        }
         self.found.has_lights |= model.has_lights();
         self.model_cameras.extend(cameras_below(self.world, root));
         if let Some(material) = material {

@@ -229,4 +229,8 @@ pub struct ModelSource {
     pub file: String,
     #[serde(default)]
     pub node: Option<String>,
+    #[serde(default)]
+    pub shadows: bool,
+    #[serde(default)]
+    pub casts_no_shadow: Vec<String>,
 }

@@ -7,7 +7,7 @@ use super::pieces::{PieceOf, Pieces};
 use super::{incomplete, instances};
 use crate::assets::material::MaterialId;
 use crate::assets::mesh::MeshId;
-use crate::lights::components::Light;
+use crate::lights::components::{Light, NoShadow};
 use crate::lights::policy::LightPolicy;
 use crate::lights::selected::SelectedLights;
 use crate::lights::table::LightSlot;
@@ -32,6 +32,7 @@ pub fn register(world: &mut World) {
     world.register_required_components::<Light, LightSlot>();
     world.register_component_hooks::<MeshId>().on_remove(lose_mesh);
     world.register_component_hooks::<LightPolicy>().on_insert(gain_policy).on_remove(lose_policy);
+    world.register_component_hooks::<NoShadow>().on_add(gain_no_shadow).on_remove(lose_no_shadow);
     world.register_component_hooks::<PieceOf>().on_add(become_piece).on_remove(cease_piece);
     world.register_component_hooks::<MaterialId>().on_remove(incomplete::lose_material);
     world.register_component_hooks::<GlobalTransform>().on_remove(lose_place);
@@ -52,6 +53,14 @@ fn gain_policy(mut world: DeferredWorld, context: HookContext) {
 fn lose_policy(mut world: DeferredWorld, context: HookContext) {
     for_pieces(&mut world, context.entity, |commands, piece| _ = commands.entity(piece).try_remove::<LightPolicy>());
     order::note_policy(world, context.entity, |own, object| own.set_policy(object, None));
+}
+
+fn gain_no_shadow(mut world: DeferredWorld, context: HookContext) {
+    for_pieces(&mut world, context.entity, |commands, piece| _ = commands.entity(piece).try_insert(NoShadow));
+}
+
+fn lose_no_shadow(mut world: DeferredWorld, context: HookContext) {
+    for_pieces(&mut world, context.entity, |commands, piece| _ = commands.entity(piece).try_remove::<NoShadow>());
 }
 
 fn become_piece(world: DeferredWorld, context: HookContext) {

@@ -11,6 +11,7 @@ use crate::assets::material::{AlphaMode, MaterialId, Shading};
 use crate::assets::mesh::{MeshId, MeshVariants};
 use crate::assets::split::Grid;
 use crate::ecs::changes::for_each_changed;
+use crate::lights::components::NoShadow;
 use crate::lights::policy::LightPolicy;
 use crate::lights::selected::SelectedLights;
 use crate::space::bounds::Aabb;
@@ -147,7 +148,7 @@ pub fn draw_one_in_pieces(world: &mut World, entity: Entity, metres: f32) -> Opt
     world.entity_mut(entity).remove::<(MeshId, SelectedLights)>().insert(WholeMesh { mesh, metres });
     let piece = |&piece: &MeshId| (piece, material, ChildOf(entity), PieceOf(entity));
     world.spawn_batch(pieces.iter().map(piece).collect::<Vec<_>>());
-    hand_on_policy(world, entity);
+    hand_on(world, entity);
     Some(PiecesReport { objects: 1, pieces: pieces.len(), metres: longest })
 }
 
@@ -207,14 +208,20 @@ fn cut_anew(world: &mut World, entity: Entity, WholeMesh { mesh, metres }: Whole
             piece.insert(Disabled);
         }
     }
-    hand_on_policy(world, entity);
+    hand_on(world, entity);
 }
 
-/// Gives an object's pieces its policy, if it has one.
-fn hand_on_policy(world: &mut World, entity: Entity) {
-    let Some(&policy) = world.get::<LightPolicy>(entity) else { return };
+/// Gives an object's new pieces its policy, if it has one, and that it casts no shadow.
+fn hand_on(world: &mut World, entity: Entity) {
+    let (policy, no_shadow) = (world.get::<LightPolicy>(entity).copied(), world.get::<NoShadow>(entity).copied());
+    if policy.is_none() && no_shadow.is_none() {
+        return;
+    }
     let pieces: Vec<Entity> = world.get::<Pieces>(entity).into_iter().flat_map(|pieces| pieces.iter()).collect();
-    pieces.into_iter().for_each(|piece| _ = world.entity_mut(piece).insert(policy));
+    for piece in pieces {
+        policy.into_iter().for_each(|policy| _ = world.entity_mut(piece).insert(policy));
+        no_shadow.into_iter().for_each(|no_shadow| _ = world.entity_mut(piece).insert(no_shadow));
+    }
 }
 
 /// Gives pieces the material of their object where that changed.

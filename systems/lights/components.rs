@@ -36,7 +36,8 @@ impl LightKind {
     }
 }
 
-/// Marks an object that casts no shadow: lamp glass, sky domes.
+/// Marks an object that casts no shadow: lamp glass, sky domes. Counts for the entity's own mesh and its pieces, not for
+/// what is below it. No step reads it and no input changes it, so it is no state.
 #[derive(Component, Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 pub struct NoShadow;
 

@@ -33,7 +33,36 @@ fn wrong_names_and_types_are_told_with_place_and_nearest_name() {
             "(vehicle_types: [], entities: [(vehicle: (type: \"car\"), piece_metres: 2)])",
             "1:71: entities[0].piece_metres: not allowed with a vehicle, which is drawn as a whole",
         ),
+        (
+            "(entities: [(casts_shadows: false, light: point())])",
+            "1:29: entities[0].casts_shadows: expected a mesh beside it; whether a light casts shadows is said by its \
+             own field `shadows`",
+        ),
+        (
+            "(meshes: {\"a\": cube()}, entities: [(casts_shadows: false, children: [(mesh: \"a\", casts_shadows: false)])])",
+            "1:52: entities[0].casts_shadows: expected a mesh beside it; what is below an entity says so itself",
+        ),
+        (
+            "(vehicle_types: [], entities: [(vehicle: (type: \"car\"), casts_shadows: false)])",
+            "1:72: entities[0].casts_shadows: not allowed with a vehicle, which casts shadows as a whole",
+        ),
+        (
+            "(entities: [(light: point(shadow_near: 0))])",
+            "1:40: entities[0].light.shadow_near: expected a number from 0.001 to 10000000, found 0",
+        ),
+        (
+            "(meshes: {\"m\": model(file: \"model.gltf\", casts_no_shadow: [\"glas\"])})",
+            "1:60: meshes[\"m\"].casts_no_shadow[0]: unknown material \"glas\"; expected one of \"glTF default\"",
+        ),
         // What loading warns of.
+        (
+            "(entities: [(name: \"lamp\", light: point(shadows: true))])",
+            "warning: lamp casts shadows and has no range: whatever is in the scene is drawn for its shadows; set `range`",
+        ),
+        (
+            "(meshes: {\"part\": model(file: \"model.gltf\", shadows: true)})",
+            "warning: mesh \"part\": shadows has no effect: the model has no lights",
+        ),
         (
             "(generators: [(place: along(spacing: 5))])",
             "warning: generator 1: nothing is placed: there is no route with room for it",

@@ -18,7 +18,7 @@ use systems::Simulation;
 use systems::assets::{ImageKind, Library, MaterialId, MeshId, MeshVariants, Shading, Technique, Wrap};
 use systems::draw::{Camera, Environment, Projection, ToneMap};
 use systems::ecs::clock::Clock;
-use systems::lights::{Light, LightKind, LightPolicies, LightPolicy};
+use systems::lights::{Light, LightKind, LightPolicies, LightPolicy, NoShadow};
 use systems::space::origin::Origin;
 use systems::space::{GlobalTransform, Hidden, InheritedHidden, Spin, Transform};
 

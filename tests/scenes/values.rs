@@ -208,3 +208,68 @@ fn lights_are_chosen_as_the_scene_says_or_an_entity() {
     world.flush();
     assert_eq!(all::<LightPolicy>(world).len(), 2);
 }
+
+#[test]
+fn lights_and_objects_cast_shadows_as_the_scene_says() {
+    let folder = Folder::new();
+    // Both of its parts are of glass, and one node shines.
+    let lit = MODEL
+        .replace(
+            "\"scene\": 0",
+            "\"extensionsUsed\": [\"KHR_lights_punctual\"], \"scene\": 0, \"extensions\": {\"KHR_lights_punctual\": \
+             {\"lights\": [{\"type\": \"point\"}]}}, \"materials\": [{\"name\": \"glass\"}]",
+        )
+        .replace("\"indices\": 1}", "\"indices\": 1, \"material\": 0}")
+        .replace("\"name\": \"lamp\"", "\"name\": \"lamp\", \"extensions\": {\"KHR_lights_punctual\": {\"light\": 0}}");
+    folder.file("lit.gltf", lit);
+    let (mut simulation, scene) = folder.load(
+        r#"(
+        meshes: {
+            "road": plane(size: (2, 40)), "box": cube(), "model": model(file: "model.gltf"),
+            "lit": model(file: "lit.gltf", shadows: true, casts_no_shadow: ["glass"]),
+            "dark": model(file: "lit.gltf"),
+        },
+        entities: [
+            (name: "road", mesh: "road", casts_shadows: false, children: [(name: "beside", mesh: "box")]),
+            (name: "model", mesh: "model", casts_shadows: false),
+            (name: "plain", mesh: "model", casts_shadows: true),
+            (name: "bulb", mesh: "box", casts_shadows: false, light: point(range: 5, shadows: true, shadow_near: 0.2)),
+            (name: "sun", light: directional(shadows: true)),
+            (name: "spot", light: spot(range: 5, outer_degrees: 30, shadows: true)),
+            (name: "none", light: spot(outer_degrees: 30)),
+            (name: "lit", mesh: "lit"), (name: "dark", mesh: "dark"),
+        ],
+        generators: [(place: grid(counts: (2, 1, 1), spacing: (2, 1, 2)), entity: (mesh: "box", casts_shadows: false))],
+        )"#,
+    );
+    // The model's light has no range.
+    let expected =
+        "lamp casts shadows and has no range: whatever is in the scene is drawn for its shadows; set `range`";
+    assert_eq!(scene.warnings, [expected]);
+    let world = &mut simulation.world;
+    let light = |world: &mut World, name: &str| {
+        let entity = named(world, name);
+        let light = world.get::<Light>(entity).expect("a light");
+        (light.shadows, light.shadow_near)
+    };
+    assert_eq!(light(world, "bulb"), (true, 0.2));
+    assert_eq!(light(world, "spot"), (true, 0.05));
+    assert!(light(world, "sun").0 && !light(world, "none").0);
+    let road = named(world, "road");
+    let pieces = world.get::<systems::draw::pieces::Pieces>(road).expect("it is long").len();
+    assert!(pieces > 3);
+    let shine: Vec<bool> = all::<Light>(world).iter().filter(|l| l.range.is_infinite()).map(|l| l.shadows).collect();
+    assert_eq!(shine.iter().filter(|shadows| **shadows).count(), 2, "the sun, one model's, not the other's: {shine:?}");
+    let mut marked = world.query_filtered::<(), (With<NoShadow>, With<MeshId>)>();
+    // The road's pieces, two models' two parts, the bulb, the generator's.
+    assert_eq!(marked.iter(world).count(), pieces + 2 + 2 + 1 + 2);
+    let beside = named(world, "beside");
+    assert!(!world.entity(beside).contains::<NoShadow>(), "what is beside the road casts one");
+    // Pieces follow their object.
+    world.entity_mut(road).remove::<NoShadow>();
+    world.flush();
+    assert_eq!(marked.iter(world).count(), 2 + 2 + 1 + 2);
+    world.entity_mut(road).insert(NoShadow);
+    world.flush();
+    assert_eq!(marked.iter(world).count(), pieces + 2 + 2 + 1 + 2);
+}

@@ -183,3 +183,24 @@ fn nodes_of_one_name_are_said_to_be_ambiguous() {
     let (_, warnings) = ways("(nodes: [\"lamp\"], kind: head), (nodes: [\"lamp\"], kind: tail)", nodes);
     assert_eq!(warnings, ["vehicle type \"t\": 3 nodes are named \"lamp\": the first is used"]);
 }
+
+#[test]
+fn a_lamp_casts_shadows_as_its_light_or_its_entry_says() {
+    let node = json!([{ "name": "lamp", "mesh": 0, "extensions": { "KHR_lights_punctual": { "light": 0 } } }]);
+    let folder = Folder::new();
+    folder.file("made.gltf", &model(&[vec![block(Vec3::splat(0.1), Vec3::ZERO)]], node));
+    let shadows = |lamp: &str| {
+        let text =
+            format!(r#"(types: {{ "t": (model: "made.gltf", lamps: [(nodes: ["lamp"], kind: head, {lamp})]) }})"#);
+        let (simulation, _) = folder.types(&text);
+        let parts = find(&simulation, "t").1.parts;
+        let light = parts.iter().find_map(|part| part.lamp.as_ref()?.light.clone()).expect("a light");
+        (light.shadows, light.shadow_near)
+    };
+    assert_eq!(shadows("light: spot(outer_degrees: 30, shadows: true, shadow_near: 0.3)"), (true, 0.3));
+    assert!(!shadows("light: spot(outer_degrees: 30)").0 && !shadows("").0);
+    assert_eq!(shadows("shadows: true"), (true, 0.15));
+    let text = r#"(types: { "t": (model: "cart.gltf", lamps: [(nodes: ["lamp"], kind: head, light: point(), shadows: true)]) })"#;
+    let problems = folder.problems("vehicles.ron", text);
+    assert!(problems.len() == 1 && problems[0].contains("lamps[0].shadows: not allowed with `light`"), "{problems:?}");
+}

@@ -268,7 +268,10 @@ impl Builder<'_> {
     fn moving(&mut self, index: usize, parent: Option<usize>, rest: Transform, role: &Role) -> usize {
         let model = self.model;
         let node = &model.nodes[index];
-        let light = role.lamp.and_then(|lamps| lamps.light.as_ref().map(lights::light).or(node.light.clone()));
+        let light = role.lamp.and_then(|lamps| match &lamps.light {
+            Some(light) => Some(lights::light(light)),
+            None => node.light.clone().map(|own| lamps::with_shadows(own, lamps.shadows)),
+        });
         let glow = role.lamp.map(|lamps| {
             let own = light.as_ref().map_or(Vec3::ONE, |light| light.color);
             lamps.color.map_or(own, |color| color.rgb()) * lamps.glow

@@ -4,7 +4,7 @@ use super::format::{Lamps, VehicleType, VehicleTypes};
 use crate::import::Model;
 use crate::scene::check::{BRIGHTEST, Check, SIZES};
 use crate::scene::faults::{Fault, unknown};
-use crate::scene::files::Files;
+use crate::scene::files::{Files, material_names};
 use crate::scene::format::Scene;
 use crate::scene::places::Step;
 use std::collections::HashMap;
@@ -100,6 +100,9 @@ fn lamps(c: &mut Check, lamps: &Lamps, model: Option<&Model>) {
     c.each("nodes", &lamps.nodes, |c, node| known_node(c, node, model));
     if let Some(light) = &lamps.light {
         c.field("light", |c| c.light(light));
+        if lamps.shadows {
+            c.field("shadows", |c| c.fault("not allowed with `light`, which has a field `shadows` of its own"));
+        }
     }
     if let Some(color) = lamps.color {
         c.color("color", color, BRIGHTEST);
@@ -123,11 +126,7 @@ fn known_node(c: &mut Check, node: &str, model: Option<&Model>) {
 
 fn known_material(c: &mut Check, name: &str, model: Option<&Model>, library: &Library) {
     let Some(model) = model else { return };
-    let parts = model.nodes.iter().flat_map(|node| &node.parts);
-    let mut names: Vec<&str> =
-        parts.filter_map(|&(_, material)| Some(library.material(material)?.name.as_str())).collect();
-    names.sort_unstable();
-    names.dedup();
+    let names = material_names(model, library);
     if !names.contains(&name) {
         c.fault(unknown("material", name, names.into_iter()));
     }

@@ -162,6 +162,8 @@ pub struct Lamps {
     #[serde(default)]
     pub light: Option<Light>,
     #[serde(default)]
+    pub shadows: bool,
+    #[serde(default)]
     pub color: Option<Color>,
     #[serde(default)]
     pub direction: Option<[f32; 3]>,

@@ -6,13 +6,15 @@
 use glam::{Affine3A, Mat3A, Vec3, Vec3A};
 use std::collections::HashMap;
 use systems::assets::Library;
-use systems::lights::LightKind;
+use systems::lights::{Light, LightKind};
 use systems::space::{Sphere, Transform};
 use systems::vehicles::lamps::LampKind;
 use systems::vehicles::parts::{Part, PartLamp};
 
 /// Metres that a lamp's light is moved ahead of its glass, at most.
 const AHEAD: f32 = 1.0;
+/// Metres: what is nearer to a light of the model casts no shadow. Bodies are no farther behind their lamps' glass.
+const NEAR: f32 = 0.15;
 /// Cosine of the angle between a node's way and its kind's, up to which the node is followed: 45°.
 const FOLLOWED: f32 = std::f32::consts::FRAC_1_SQRT_2;
 /// Cosine of the angle between the way of a lamp and its kind's, below which that is said: just over 90°.
@@ -42,6 +44,11 @@ fn way(kind: LampKind) -> Option<(Vec3, &'static str, &'static str)> {
         LampKind::IndicatorRight => Some((Vec3::NEG_X, "right indicator", "to the left")),
         LampKind::Interior => None,
     }
+}
+
+/// A node's own light, which the type gives shadows or none.
+pub fn with_shadows(light: Light, shadows: bool) -> Light {
+    Light { shadows, shadow_near: NEAR, ..light }
 }
 
 /// Whether a place has no volume: a scale of 0, its own or that of something above.
