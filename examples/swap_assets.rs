@@ -21,7 +21,7 @@ fn checkered(side: u32, rgb: [u8; 3]) -> Image {
 
 fn print_memory(what: &str, simulation: &Simulation, headless: &Headless) {
     let LibraryBytes { meshes, images } = simulation.library().bytes();
-    let HeldBytes { meshes: on_device, textures } = headless.renderer.held_bytes();
+    let HeldBytes { meshes: on_device, textures, .. } = headless.renderer.held_bytes();
     let kib = |bytes: u64| bytes.div_ceil(1024);
     println!(
         "{what:9} meshes {:5} KiB, {:5} KiB on the device; images {:5} KiB, {:5} KiB on the device",

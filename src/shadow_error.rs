@@ -1,9 +1,9 @@
 //! How far a scene's shadows are from those that rays find: `relief shadows`.
 //!
 //! One frame is drawn at twice the size with one sample per pixel; four samples are a pixel. The reference, `truth`,
-//! has all lights, each where a ray from the surface reaches it. Against it stand the frame as it is, and the frame
-//! with the scene's own light policies, each light of an object shadowed as rays find it. Figures are those of
-//! `light_error`.
+//! has all lights, each where a ray from the surface reaches it. Against it stand the frame without shadows, with shadow
+//! maps, and with the scene's own light policies, each light of an object shadowed as rays find it. Figures are those
+//! of `light_error`.
 
 use crate::compare::{self, quarters};
 use crate::frame_error::{self, FrameErrorJob};
@@ -49,8 +49,12 @@ pub struct ShadowReport {
     pub mean_luminance: f64,
     /// Samples at outlines whose object no ray met: they have no shadows in any picture.
     pub unmet_samples: usize,
+    /// Lights that have a shadow map.
+    pub mapped: u32,
     /// No shadows at all.
     pub unshadowed: ShadowError,
+    /// Shadow maps.
+    pub maps: ShadowError,
     /// Every light of an object's list as rays find it, without shadows in what is left out of the list.
     pub perfect: ShadowError,
 }
@@ -68,9 +72,11 @@ impl fmt::Display for ShadowReport {
         let Self { width, height, lights, object_pixels, mean_luminance, unmet_samples, .. } = self;
         writeln!(f, "{}: frame {}, {width}x{height}, {lights} lights", self.scene.display(), self.frame)?;
         writeln!(f, "{object_pixels} pixels show objects, of mean luminance {mean_luminance:.4} with traced shadows")?;
+        writeln!(f, "{} lights have a shadow map", self.mapped)?;
         writeln!(f, "{unmet_samples} of {} samples show an object that no ray met", 4 * width * height)?;
         writeln!(f, "error          mean      p99     FLIP")?;
-        for (name, ShadowError { mean, p99, flip }) in [("unshadowed", self.unshadowed), ("perfect", self.perfect)] {
+        let rows = [("unshadowed", self.unshadowed), ("maps", self.maps), ("perfect", self.perfect)];
+        for (name, ShadowError { mean, p99, flip }) in rows {
             writeln!(f, "{name:<10} {mean:8.4} {p99:8.4} {flip:8.4}")?;
         }
         Ok(())
@@ -83,15 +89,24 @@ struct Shot {
     luminances: Vec<f32>,
 }
 
-/// Draws a scene with traced shadows and without, writes the pictures and says how far apart they are.
+/// What says which lights are seen.
+#[derive(Clone, Copy)]
+enum Shadows<'a> {
+    /// Shadow maps, at most so many.
+    Maps(u32),
+    /// Rays.
+    Traced(&'a TracedShadows),
+}
+
+/// Draws a scene with traced shadows, with at most `maps` shadow maps and without, writes the pictures and says how far apart they are.
 ///
 /// # Errors
 /// [`FrameError`]; nothing is written before all pictures are drawn and compared.
-pub fn measure(job: &FrameErrorJob) -> Result<ShadowReport, FrameError> {
+pub fn measure(job: &FrameErrorJob, maps: u32) -> Result<ShadowReport, FrameError> {
     compare::check_size(job.size)?;
     let (width, height) = job.size;
     let mut stage = frames::load_stage(&job.scene, job.camera.as_deref(), &job.load)?;
-    let names = ["truth", "unshadowed", "unshadowed_error", "perfect", "perfect_error"];
+    let names = ["truth", "unshadowed", "unshadowed_error", "maps", "maps_error", "perfect", "perfect_error"];
     let outputs = names.map(|name| job.picture(name));
     stage.check_outputs(|path| outputs.iter().any(|picture| output::is_same(path, picture)))?;
     let mut renderer = SingleView::new(&Gpu::headless()?);
@@ -100,17 +115,19 @@ pub fn measure(job: &FrameErrorJob) -> Result<ShadowReport, FrameError> {
     }
     select_lights(&mut stage, None);
     let view = stage.viewpoint.view(&stage.simulation.world, (2 * width, 2 * height));
-    let unshadowed = draw(&mut stage, &mut renderer, &view, job, None)?;
+    let mapped = draw(&mut stage, &mut renderer, &view, job, Shadows::Maps(maps))?;
+    let layers = renderer.stats().shadows.layers;
+    let unshadowed = draw(&mut stage, &mut renderer, &view, job, Shadows::Maps(0))?;
     let ids = renderer.draw_outputs(OutputSet { id: true, ..OutputSet::NONE });
     renderer.gpu().check()?;
     let shown = ids.map(|ids| ids.entities()).unwrap_or_default();
     let rounding = renderer.gpu().vertex_rounding();
     let traced = TracedScene::new(&stage.simulation, &view);
     let Traced { shadows, unmet } = traced.shadows(&stage.simulation, &shown, rounding);
-    let perfect = draw(&mut stage, &mut renderer, &view, job, Some(&shadows))?;
+    let perfect = draw(&mut stage, &mut renderer, &view, job, Shadows::Traced(&shadows))?;
     select_lights(&mut stage, Some(LightPolicy::All));
     let Traced { shadows, .. } = traced.shadows(&stage.simulation, &shown, rounding);
-    let truth = draw(&mut stage, &mut renderer, &view, job, Some(&shadows))?;
+    let truth = draw(&mut stage, &mut renderer, &view, job, Shadows::Traced(&shadows))?;
 
     let shows_object: Vec<bool> = quarters(&shown, width).map(|samples| samples.iter().any(Option::is_some)).collect();
     let compared = |shot: &Shot| -> Result<_, FrameError> {
@@ -120,6 +137,7 @@ pub fn measure(job: &FrameErrorJob) -> Result<ShadowReport, FrameError> {
         Ok((ShadowError { mean: error.mean, p99: error.p99, flip }, heat))
     };
     let (of_unshadowed, unshadowed_heat) = compared(&unshadowed)?;
+    let (of_maps, maps_heat) = compared(&mapped)?;
     let (of_perfect, perfect_heat) = compared(&perfect)?;
     let report = ShadowReport {
         scene: job.scene.clone(),
@@ -130,11 +148,14 @@ pub fn measure(job: &FrameErrorJob) -> Result<ShadowReport, FrameError> {
         object_pixels: shows_object.iter().filter(|shows| **shows).count(),
         mean_luminance: compare::mean_luminance(&truth.luminances, &shows_object),
         unmet_samples: unmet,
+        mapped: layers,
         unshadowed: of_unshadowed,
+        maps: of_maps,
         perfect: of_perfect,
     };
     output::make_folder(&job.folder)?;
-    let pictures = [truth.picture, unshadowed.picture, unshadowed_heat, perfect.picture, perfect_heat];
+    let (plain, of_maps) = ([unshadowed.picture, unshadowed_heat], [mapped.picture, maps_heat]);
+    let pictures = [truth.picture].into_iter().chain(plain).chain(of_maps).chain([perfect.picture, perfect_heat]);
     for (path, picture) in outputs.iter().zip(pictures) {
         output::write_png(path, &picture.into())?;
     }
@@ -153,11 +174,15 @@ fn draw(
     renderer: &mut SingleView,
     view: &View,
     job: &FrameErrorJob,
-    shadows: Option<&TracedShadows>,
+    shadows: Shadows<'_>,
 ) -> Result<Shot, FrameError> {
     let (technique, levels) = (job.technique, LevelOfDetail::OFF);
-    let settings = Settings { technique, levels, samples: 1, ..Settings::default() }.for_files();
-    renderer.set_traced_shadows(shadows)?;
+    let (shadow_maps, traced) = match shadows {
+        Shadows::Maps(most) => (most, None),
+        Shadows::Traced(traced) => (0, Some(traced)),
+    };
+    let settings = Settings { technique, levels, samples: 1, shadow_maps, ..Settings::default() }.for_files();
+    renderer.set_traced_shadows(traced)?;
     stage
         .simulation
         .with_frame(|frame| frames::with_slot_ids(frame, |frame| renderer.prepare(frame, view, &settings)))?;

@@ -330,7 +330,7 @@ fn bad_files_are_refused_before_anything_is_measured() {
 }
 
 fn plan(objects: u32, view: GridView) -> GridPlan {
-    GridPlan { objects, lights: 3, moving: 0.0, mesh: GridMesh::Cube, view }
+    GridPlan { objects, lights: 3, moving: 0.0, mesh: GridMesh::Cube, view, shadows: false }
 }
 
 /// The share of the objects whose middle is in view.

@@ -280,7 +280,7 @@ fn what_is_unloaded_gives_its_memory_back() {
     let mut headless = headless(&gpu);
     let empty = draw(&mut headless, &mut scene);
     let memory = |headless: &Headless, scene: &Scene| {
-        let HeldBytes { meshes, textures } = headless.renderer.held_bytes();
+        let HeldBytes { meshes, textures, .. } = headless.renderer.held_bytes();
         let held = scene.simulation.library().bytes();
         [meshes, textures, held.meshes, held.images]
     };

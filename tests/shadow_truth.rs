@@ -66,7 +66,7 @@ fn measured(scene: &str, technique: Option<Technique>) -> Measured {
     let path = folder.path().join("scene.ron");
     fs::write(&path, scene).expect("a scene");
     let job = FrameErrorJob { technique, ..job(&path, &folder.path().join("out"), (SIDE, SIDE)) };
-    let report = measure(&job).expect("a report");
+    let report = measure(&job, 32).expect("a report");
     let read = |name: &str| image::open(job.folder.join(name)).expect("a picture").into_rgb8();
     for name in ["unshadowed_error.png", "perfect_error.png"] {
         assert_eq!(read(name).dimensions(), (SIDE, SIDE), "{name}");
@@ -246,7 +246,7 @@ fn on_the_shipped_scene_perfect_maps_are_nearer_than_none() {
     }
     let folder = tempfile::tempdir().expect("a temporary folder");
     let scene = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("assets/scenes/lights.ron");
-    let found = measure(&job(&scene, folder.path(), (160, 90))).expect("a report");
+    let found = measure(&job(&scene, folder.path(), (160, 90)), 32).expect("a report");
     assert_eq!(found.lights, 44);
     let ShadowReport { unshadowed, perfect, .. } = &found;
     assert!(perfect.mean < unshadowed.mean && perfect.p99 < unshadowed.p99, "{found:?}");

@@ -27,6 +27,8 @@ pub enum Command {
     NextCamera,
     /// Lines from the selected object to its lights, or none.
     ToggleLightLines,
+    /// Shadows, or none.
+    ToggleShadows,
     /// The selected light on, or off.
     ToggleLight,
     /// Manual control of a vehicle on, or off.
@@ -67,7 +69,7 @@ const fn key(keys: &'static [&'static str], command: Command, help: &'static str
 }
 
 /// All keys of the window.
-pub const KEYS: [KeyBinding; 20] = [
+pub const KEYS: [KeyBinding; 21] = [
     key(&["Space"], Command::Pause, "pause, resume"),
     key(&[".", "N"], Command::Step, "one step, while paused"),
     key(&["+", "="], Command::Faster, "faster"),
@@ -76,6 +78,7 @@ pub const KEYS: [KeyBinding; 20] = [
     key(&["F"], Command::NextMeshVariant, "next mesh variant"),
     key(&["V"], Command::NextDebugView, "next debug view"),
     key(&["L"], Command::ToggleLightLines, "lines to an object's lights on, off"),
+    key(&["X"], Command::ToggleShadows, "shadows on, off"),
     key(&["O"], Command::ToggleLight, "the selected light on, off"),
     key(&["C"], Command::NextCamera, "next camera: the scene's, and those that follow a vehicle"),
     key(&["G"], Command::Drive, "manual control of the selected or nearest vehicle on, off"),

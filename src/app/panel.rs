@@ -6,7 +6,7 @@ use super::timing::Timing;
 use super::viewer::Viewer;
 use super::{details, legend, light_editor};
 use crate::name;
-use crate::renderer::{DebugView, Occlusion, RenderStats, VisibleCounts};
+use crate::renderer::{DebugView, Occlusion, RenderStats, Settings, VisibleCounts};
 use bevy_ecs::prelude::*;
 use egui::{Align2, Area, CollapsingHeader, Color32, ComboBox, Frame, Grid, Id, Margin, Panel, RichText, ScrollArea};
 use egui::{Slider, SliderClamping, Ui};
@@ -160,6 +160,7 @@ fn picture(ui: &mut Ui, viewer: &mut Viewer) {
     ui.checkbox(&mut hidden, "occlusion culling");
     settings.occlusion = if hidden { Occlusion::Auto } else { Occlusion::Off };
     ui.checkbox(&mut settings.specular_aa, "specular antialiasing");
+    ui.add(Slider::new(&mut settings.shadow_maps, 0..=Settings::MOST_SHADOW_MAPS).text("shadow maps"));
     let mut environment = world.resource_mut::<Environment>();
     let (mut tone_map, mut exposure) = (environment.tone_map, environment.exposure);
     choice(ui, "tone map", |ui| {
@@ -224,6 +225,9 @@ fn statistics(ui: &mut Ui, viewer: &mut Viewer, info: &FrameInfo) {
         let textures = texture_memory::used(viewer.simulation.library());
         let megabytes = textures.bytes.div_ceil(1 << 20);
         row(ui, "textures", &format!("{}, {megabytes} MB", count(textures.images as u64)));
+        let shadows = stats.shadows;
+        let drawn = format!("{} maps, {} faces of {} drawn", shadows.layers, shadows.faces, shadows.passes);
+        row(ui, "shadows", &drawn);
         row(ui, "uploaded", &format!("{} bytes", count(stats.uploaded_bytes())));
         let selection = frame.stage_ms[Stage::Lights as usize];
         let again = format!("{selection:.2} ms, {} objects", count(frame.selected as u64));

@@ -126,6 +126,10 @@ impl Viewer {
             }
             Command::NextDebugView => self.settings.debug = after(&DebugView::ALL, self.settings.debug),
             Command::ToggleLightLines => self.light_lines = !self.light_lines,
+            Command::ToggleShadows => {
+                let on = Settings::default().shadow_maps;
+                self.settings.shadow_maps = if self.settings.shadow_maps == 0 { on } else { 0 };
+            }
             Command::ToggleLight => self.toggle_light(),
             Command::NextCamera => self.next_camera(),
             Command::Drive => self.drive(),

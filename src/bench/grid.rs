@@ -89,6 +89,8 @@ pub struct GridPlan {
     pub mesh: GridMesh,
     /// Where the camera stands.
     pub view: GridView,
+    /// Whether the lights cast shadows.
+    pub shadows: bool,
 }
 
 /// A mesh that cannot be had.
@@ -191,7 +193,10 @@ impl Grid {
         let moving = spawned.zip(0..).filter(|(_, i)| moves(*i, plan.moving));
         self.movers = moving.map(|((entity, (foot, _, phase)), _)| Mover { entity, foot, phase }).collect();
         let (mut numbers, half) = (Numbers(2), half_width(plan.objects));
-        world.spawn_batch((0..plan.lights).map(|_| lamp(&mut numbers, half)));
+        world.spawn_batch((0..plan.lights).map(|_| {
+            let (light, place) = lamp(&mut numbers, half);
+            (Light { shadows: plan.shadows, ..light }, place)
+        }));
     }
 
     /// How many objects move.

@@ -33,6 +33,9 @@ pub struct BenchJob {
     pub levels: LevelOfDetail,
     /// Whether objects that others hide are left out.
     pub occlusion: Occlusion,
+    /// Lights that may have a shadow map; `None`: of a grid none, of a scene as many as by default. A grid's lights cast
+    /// shadows if it is more than 0.
+    pub shadows: Option<u32>,
     /// How the scene is loaded; never from the cache. A grid's textures are put into blocks by the same choice.
     pub load: LoadOptions,
     /// Samples per pixel, 1 or 4.

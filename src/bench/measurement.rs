@@ -25,6 +25,10 @@ pub struct Measurement {
     pub levels: bool,
     /// Whether objects that others hide are left out: auto, on or off.
     pub occlusion: String,
+    /// Lights that had a shadow map in the last frame.
+    pub shadow_layers: u32,
+    /// Layers of shadow maps drawn in a frame.
+    pub shadow_passes_median: f64,
     /// Whether textures were put into blocks.
     pub compress: bool,
     /// Whether a pass of its own tone-mapped the picture, as it does. Earlier programs could do without, and some said
@@ -140,6 +144,10 @@ impl fmt::Display for Measurement {
         let blocks = if self.compress { "on" } else { "off" };
         let occlusion = &self.occlusion;
         writeln!(f, "levels of detail: {levels}, occlusion: {occlusion}, textures in blocks: {blocks}")?;
+        if self.shadow_layers > 0 {
+            let (layers, passes) = (self.shadow_layers, self.shadow_passes_median);
+            writeln!(f, "{layers} shadow maps, {passes} drawn per frame")?;
+        }
         writeln!(f, "{}, {}", self.adapter, self.driver)?;
         writeln!(f, "{:28}{:>10}{:>10}{:>10}", format!("ms, of {} frames", self.frames), "median", "5 %", "95 %")?;
         let mut row = |name: &str, median: f64, low: f64, high: f64| {

@@ -257,6 +257,7 @@ impl Bench {
             samples: job.samples,
             levels: job.levels,
             occlusion: job.occlusion,
+            shadow_maps: job.shadows.unwrap_or(Settings::default().shadow_maps),
             ..Settings::default()
         };
         Ok(Self { subject, renderer, settings, size: job.size, target, frame: 0, started: start.started })
@@ -336,6 +337,8 @@ impl Bench {
             technique: job.technique.map(|technique| technique.name().to_owned()),
             levels: job.levels.enabled,
             occlusion: name::of(&Occlusion::ALL, job.occlusion).to_owned(),
+            shadow_layers: self.renderer.stats().shadows.layers,
+            shadow_passes_median: spread(&|c| f64::from(c.render.shadows.passes)).median,
             compress: job.load.compress,
             hdr: true,
             threads: bevy_tasks::ComputeTaskPool::get().thread_num() as u32,

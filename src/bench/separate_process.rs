@@ -60,7 +60,8 @@ pub(super) fn measure_apart(
 ) -> Result<Measurement, BenchError> {
     let failed = |code, message: String| BenchError::SeparateProcess { what: what.to_owned(), message, code };
     let Scene { objects, lights, moving, view, size } = *scene;
-    let plan = GridPlan { objects, lights, moving, view, mesh: job.plan.mesh.clone() };
+    let (mesh, shadows) = (job.plan.mesh.clone(), job.plan.shadows);
+    let plan = GridPlan { objects, lights, moving, view, mesh, shadows };
     let output = launch(&BenchJob { plan, size, ..job.clone() }).and_then(|mut command| command.output());
     let output = output.map_err(|error| failed(1, error.to_string()))?;
     if !output.status.success() {

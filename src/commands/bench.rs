@@ -8,7 +8,7 @@ use clap::{ArgAction, Args};
 use relief::bench::{self, BenchJob, GridMesh, GridPlan, GridView, SuiteJob};
 use relief::frames::LoadOptions;
 use relief::name;
-use relief::renderer::Occlusion;
+use relief::renderer::{Occlusion, Settings};
 use std::io;
 use std::path::PathBuf;
 use std::process::Command;
@@ -88,6 +88,9 @@ pub struct BenchArgs {
     #[arg(long, default_value = "auto", value_name = "auto|on|off")]
     #[arg(value_parser = arguments::named("value", &Occlusion::ALL))]
     pub occlusion: Occlusion,
+    /// Lights that may have a shadow map at once; all lights of a grid cast shadows then [default: 0, of a scene 32]
+    #[arg(long, value_name = "K", value_parser = arguments::whole(0u32..=Settings::MOST_SHADOW_MAPS))]
+    pub shadows: Option<u32>,
     /// Compress textures to BC7, a quarter of the memory, where no loss is visible; not cached
     #[arg(long, value_name = "on|off", default_value = "off", action = ArgAction::Set)]
     #[arg(value_parser = arguments::named("value", &ON_OFF))]
@@ -163,6 +166,7 @@ impl BenchArgs {
                 moving: self.moving,
                 mesh: self.mesh.clone(),
                 view: self.view,
+                shadows: self.shadows.is_some_and(|most| most > 0),
             },
             size: self.size(),
             frames: self.frames(),
@@ -172,6 +176,7 @@ impl BenchArgs {
             lights_policy: self.lights_policy,
             levels: self.levels,
             occlusion: self.occlusion,
+            shadows: self.shadows,
             load: LoadOptions { compress: self.compress, watch: Some(progress::of_loading), ..LoadOptions::default() },
             samples: self.samples,
             threads: self.threads.map(usize::from),
@@ -226,6 +231,9 @@ fn apart(job: &BenchJob) -> io::Result<Command> {
     add("levels", on_off(job.levels.enabled));
     add("compress", on_off(job.load.compress));
     add("occlusion", name::of(&Occlusion::ALL, job.occlusion));
+    if let Some(most) = job.shadows {
+        add("shadows", &most.to_string());
+    }
     if let Some(policy) = job.lights_policy {
         add("lights-policy", policy.name());
     }

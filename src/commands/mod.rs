@@ -104,7 +104,7 @@ pub enum Command {
     Lights(FrameErrorArgs),
     /// Compare a frame's shadows with traced ones: error figures and pictures
     #[command(after_help = shadows::HELP)]
-    Shadows(FrameErrorArgs),
+    Shadows(shadows::ShadowErrorArgs),
     /// Draw a scene once for each mesh variant, and all on one contact sheet [default scene: every bump technique]
     #[command(after_help = gallery::HELP)]
     Gallery(GalleryArgs),

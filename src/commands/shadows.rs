@@ -1,12 +1,16 @@
 //! `relief shadows`.
 
+use super::arguments;
 use super::failure::Failure;
 use super::frame_error::FrameErrorArgs;
+use clap::Args;
+use relief::renderer::Settings;
 use relief::shadow_error;
 
 pub const HELP: &str = "\
 The reference has all lights, each where a ray from the surface reaches it. Compared with it are:
-  unshadowed  the frame as it is: nothing casts a shadow yet
+  unshadowed  the frame without shadows
+  maps        the frame with shadow maps
   perfect     the scene's light policies, with traced shadows of each light in an object's list: what
               perfect shadow maps for these lights would give
 L: linear luminance.
@@ -14,11 +18,21 @@ L: linear luminance.
   p99    99th percentile of |L - L_truth| / mean L_truth over those pixels
   FLIP   perceived difference when alternating between the pictures, 0 none to 1
 
-Files: truth.png, unshadowed.png, perfect.png. And unshadowed_error.png, perfect_error.png:
+Files: truth.png, unshadowed.png, maps.png, perfect.png. And the same three with _error.png:
 |L - L_truth| / mean L_truth of each pixel, from 0 (black) over violet and orange to 1 and more (pale
 yellow), the same scale in both. See docs/shadows.md for the full definitions.";
 
-pub fn run(args: &FrameErrorArgs) -> Result<(), Failure> {
-    let report = shadow_error::measure(&args.job())?;
-    args.tell(&report.json(), &report)
+#[derive(Args)]
+pub struct ShadowErrorArgs {
+    #[command(flatten)]
+    frame: FrameErrorArgs,
+    /// Lights that may have a shadow map at once
+    #[arg(long, value_name = "K", default_value_t = Settings::default().shadow_maps)]
+    #[arg(value_parser = arguments::whole(0u32..=Settings::MOST_SHADOW_MAPS))]
+    maps: u32,
+}
+
+pub fn run(args: &ShadowErrorArgs) -> Result<(), Failure> {
+    let report = shadow_error::measure(&args.frame.job(), args.maps)?;
+    args.frame.tell(&report.json(), &report)
 }

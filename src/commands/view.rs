@@ -51,6 +51,13 @@ pub struct ViewArgs {
     #[arg(long, value_name = "on | off", default_value = "on", action = ArgAction::Set)]
     #[arg(value_parser = arguments::named("value", &ON_OFF))]
     pub specular_aa: bool,
+    /// Lights that may have a shadow map at once, the most important ones of those that cast shadows; 0: no shadows
+    #[arg(long, value_name = "K", default_value_t = Settings::default().shadow_maps)]
+    #[arg(value_parser = arguments::whole(0u32..=Settings::MOST_SHADOW_MAPS))]
+    pub shadows: u32,
+    /// Comparisons of a look-up in a shadow map: 1, or 4 for softer edges
+    #[arg(long, value_name = "1|4", default_value = "1", value_parser = arguments::parse_samples)]
+    pub shadow_taps: u32,
     /// Compress textures to BC7, a quarter of the memory, where no loss is visible; kept in the cache
     #[arg(long, value_name = "on | off", default_value = "off", action = ArgAction::Set)]
     #[arg(value_parser = arguments::named("value", &ON_OFF))]
@@ -90,6 +97,8 @@ impl ViewArgs {
             occlusion: self.occlusion,
             samples: self.samples,
             specular_aa: self.specular_aa,
+            shadow_maps: self.shadows,
+            shadow_taps: self.shadow_taps,
             ..Settings::default()
         }
     }

@@ -63,9 +63,9 @@ pub use indirect_draws::{CullBatchRecord, CullDrawRecord};
 pub use outputs::{OutputSet, Outputs, Picked};
 use readback::read_buffer;
 pub use readback::{picture_texture, read_texture};
+pub use settings::{DebugView, HeatScale, Occlusion, Settings};
 pub use shadow_layers::ShadowFaceRecord;
 pub use shadow_maps::ShadowStats;
-pub use settings::{DebugView, HeatScale, Occlusion, Settings};
 pub use single_view::SingleView;
 pub use timestamps::PassTime;
 pub use traced::{TracedRow, TracedShadows};
@@ -128,13 +128,15 @@ impl RenderStats {
     }
 }
 
-/// What meshes and textures take on a device, with what is kept free for others.
+/// What meshes, textures and shadow maps take on a device, with what is kept free for others.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct HeldBytes {
     /// Vertices and indices.
     pub meshes: u64,
     /// Images of materials, with all their levels.
     pub textures: u64,
+    /// Layers of shadow maps.
+    pub shadow_maps: u64,
 }
 
 /// What was uploaded since a renderer began, in numbers that only grow.
@@ -226,9 +228,13 @@ impl Renderer {
         &self.gpu
     }
 
-    /// What meshes and textures of the scene take on the device.
+    /// What meshes, textures and shadow maps of the scene take on the device.
     pub fn held_bytes(&self) -> HeldBytes {
-        HeldBytes { meshes: self.meshes.bytes(), textures: self.textures.bytes() }
+        HeldBytes {
+            meshes: self.meshes.bytes(),
+            textures: self.textures.bytes(),
+            shadow_maps: self.shadow_maps.bytes(),
+        }
     }
 
     /// What the last prepare and encode did, of all views together.
@@ -359,11 +365,7 @@ impl Renderer {
     }
 
     /// Meshes, maps and tables.
-    fn upload(
-        &mut self,
-        frame: &mut FrameData<'_>,
-        views: &[(&mut ViewState, ViewPlan)],
-    ) -> Result<(), RenderError> {
+    fn upload(&mut self, frame: &mut FrameData<'_>, views: &[(&mut ViewState, ViewPlan)]) -> Result<(), RenderError> {
         self.stats.asset_bytes = self.meshes.upload(&self.gpu, frame.library)?;
         self.stats.asset_bytes += self.textures.upload(&self.gpu, frame.list, frame.library)?;
         let records: Vec<_> = views.iter().map(|(state, _)| self.shadow_records(state, frame)).collect();

@@ -150,6 +150,12 @@ impl ShadowMaps {
         }
     }
 
+    /// Bytes of the layers.
+    pub fn bytes(&self) -> u64 {
+        let layers = self.device.as_ref().and_then(|device| device.maps.as_ref()).map_or(0, |maps| maps.layers.len());
+        layers as u64 * u64::from(SIZE * SIZE) * 4
+    }
+
     /// What objects that receive shadows bind; `None` before the first [`Self::choose`].
     pub fn group(&self) -> Option<&wgpu::BindGroup> {
         Some(&self.device.as_ref()?.maps.as_ref()?.group)
@@ -225,7 +231,8 @@ impl ShadowMaps {
         };
         let is_same = |before: Seen| {
             let still = list.instances.dirty.is_empty() && list.materials.dirty.is_empty();
-            Seen { frame: seen.frame, ..before } == seen && (before.frame == seen.frame || still && before.frame + 1 == seen.frame)
+            Seen { frame: seen.frame, ..before } == seen
+                && (before.frame == seen.frame || still && before.frame + 1 == seen.frame)
         };
         let is_still = self.due.is_empty() && self.seen.is_some_and(is_same);
         let sees_masks = |before: Seen| {
@@ -417,12 +424,8 @@ fn face_stride(device: &wgpu::Device) -> u32 {
 
 /// Group 3 of objects that receive shadows: the layers of all lights.
 pub(super) fn maps_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
-    let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
-        binding,
-        visibility: wgpu::ShaderStages::FRAGMENT,
-        ty,
-        count: None,
-    };
+    let entry =
+        |binding, ty| wgpu::BindGroupLayoutEntry { binding, visibility: wgpu::ShaderStages::FRAGMENT, ty, count: None };
     let texture = wgpu::BindingType::Texture {
         sample_type: wgpu::TextureSampleType::Depth,
         view_dimension: wgpu::TextureViewDimension::D2Array,
@@ -430,10 +433,7 @@ pub(super) fn maps_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     };
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: Some("shadow maps"),
-        entries: &[
-            entry(0, texture),
-            entry(1, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Comparison)),
-        ],
+        entries: &[entry(0, texture), entry(1, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Comparison))],
     })
 }
 
@@ -484,11 +484,7 @@ impl Maps {
 }
 
 impl OnDevice {
-    fn new(
-        device: &wgpu::Device,
-        frame_layout: &wgpu::BindGroupLayout,
-        class_layout: &wgpu::BindGroupLayout,
-    ) -> Self {
+    fn new(device: &wgpu::Device, frame_layout: &wgpu::BindGroupLayout, class_layout: &wgpu::BindGroupLayout) -> Self {
         let source = wgpu::ShaderSource::Wgsl(shaders::SHADOW_PASS.into());
         let module = wgpu::ShaderModuleDescriptor { label: Some("shadow_pass.wgsl"), source };
         let shaders = device.create_shader_module(module);
@@ -516,8 +512,7 @@ impl OnDevice {
         let pipeline = |entry, compare, buffers: &[_]| {
             pipeline(device, &shaders, &opaque_layout, (entry, None), &[], compare, buffers)
         };
-        let opaque =
-            pipeline("vs_opaque", wgpu::CompareFunction::Greater, &[Some(VERTEX_LAYOUT), Some(SLOT_LAYOUT)]);
+        let opaque = pipeline("vs_opaque", wgpu::CompareFunction::Greater, &[Some(VERTEX_LAYOUT), Some(SLOT_LAYOUT)]);
         let empty = pipeline("vs_empty", wgpu::CompareFunction::Always, &[]);
         Self {
             mask_layout: layout(Some(class_layout)),

@@ -383,10 +383,22 @@ mod tests {
     #[test]
     fn tables_grow_by_themselves_and_give_up_room_where_there_is_no_more() {
         let grown = |rows, needed, first, most| grown_rows(rows, needed, first, most);
-        assert_eq!(grown([1, 1, 1, 1, 0], [100, 3, 1, 1, 0], true, 4096), [100, 3, 1, 1, 0], "at first no more than needed");
-        assert_eq!(grown([100, 3, 1, 1, 0], [101, 2, 1, 1, 0], false, 4096), [112, 3, 1, 1, 0], "steps of an eighth of 128");
+        assert_eq!(
+            grown([1, 1, 1, 1, 0], [100, 3, 1, 1, 0], true, 4096),
+            [100, 3, 1, 1, 0],
+            "at first no more than needed"
+        );
+        assert_eq!(
+            grown([100, 3, 1, 1, 0], [101, 2, 1, 1, 0], false, 4096),
+            [112, 3, 1, 1, 0],
+            "steps of an eighth of 128"
+        );
         assert_eq!(grown([112, 3, 1, 1, 0], [101, 4, 1, 1, 1], false, 4096), [112, 4, 1, 1, 1]);
-        assert_eq!(grown([112, 20, 1, 1, 0], [113, 2, 1, 1, 0], false, 130), [113, 2, 1, 1, 0], "128, 20, 1 and 1 are too many");
+        assert_eq!(
+            grown([112, 20, 1, 1, 0], [113, 2, 1, 1, 0], false, 130),
+            [113, 2, 1, 1, 0],
+            "128, 20, 1 and 1 are too many"
+        );
         assert_eq!(first_rows([112, 4, 1, 7, 0]), [0, 112, 116, 117, 124]);
     }
 }

@@ -23,8 +23,8 @@ use systems::draw::{
     Batch, BatchKey, BlendedRun, DrawList, Environment, FrameData, LightFeatures, PipelineKey, ToneMap, View,
     ViewRecord, sort_transparent,
 };
-use systems::lights::{Ranked, ShadowView, rank};
 use systems::ecs::tables::DirtySlots;
+use systems::lights::{Ranked, ShadowView, rank};
 
 /// What a view shows in a frame, and how.
 #[derive(Clone, PartialEq, Debug)]

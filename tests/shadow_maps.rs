@@ -1,0 +1,408 @@
+//! Shadow maps of lamps: pictures whose every sample is known, and what they cost.
+
+mod common;
+
+use bevy_ecs::prelude::*;
+use glam::{DVec2, DVec3, Quat, Vec3, Vec3Swizzles};
+use proptest::prelude::RngExt;
+use proptest::test_runner::{RngAlgorithm, TestRng};
+use relief::frames::Headless;
+use relief::renderer::{Gpu, Settings, ShadowStats, SingleView};
+use systems::Simulation;
+use systems::assets::{AlphaMode, Library, Material, MaterialId, MeshId, Shading, shapes};
+use systems::draw::{Camera, Environment, Projection, ToneMap};
+use systems::lights::{Light, LightKind, NoShadow};
+use systems::space::Transform;
+
+/// Pixels along a side.
+const SIDE: u32 = 200;
+/// Metres from the middle of the picture to its edge.
+const HALF: f32 = 2.5;
+
+/// A white, matte floor of 8 m in the dark, seen from above.
+struct Scene {
+    simulation: Simulation,
+    camera: Entity,
+    cube: MeshId,
+    white: MaterialId,
+}
+
+impl Scene {
+    fn new() -> Self {
+        let mut simulation = Simulation::new();
+        let dark = Environment {
+            ambient: Vec3::ZERO,
+            zenith: Vec3::ZERO,
+            horizon: Vec3::ZERO,
+            ground: Vec3::ZERO,
+            tone_map: ToneMap::Clamp,
+            ..Environment::default()
+        };
+        simulation.world.insert_resource(dark);
+        let mut library = simulation.world.resource_mut::<Library>();
+        let white = Material { specular_factor: Vec3::ZERO, ..Material::new(Shading::Blinn) };
+        let white = library.add_material(white);
+        let floor = library.add_mesh(shapes::plane(glam::Vec2::splat(8.0), glam::UVec2::ONE));
+        let cube = library.add_mesh(shapes::cube(Vec3::ONE));
+        simulation.world.spawn((floor, white, Transform::default()));
+        let projection = Projection::Orthographic { half_height: HALF, aspect: Some(1.0) };
+        let above = Transform::from_xyz(0.0, 9.0, 0.0).looking_to(Vec3::NEG_Y, Vec3::NEG_Z);
+        let camera = simulation.world.spawn((Camera { projection, ..Camera::default() }, above)).id();
+        Self { simulation, camera, cube, white }
+    }
+
+    fn add_cube(&mut self, place: Transform) -> Entity {
+        self.simulation.world.spawn((self.cube, self.white, place)).id()
+    }
+
+    fn add_light(&mut self, light: Light, at: Vec3, toward: Vec3) -> Entity {
+        let up = if toward.normalize().y.abs() > 0.99 { Vec3::X } else { Vec3::Y };
+        self.simulation.world.spawn((light, Transform::from_translation(at).looking_to(toward, up))).id()
+    }
+
+    /// Luminances of a picture of one sample per pixel.
+    fn draw(&mut self, headless: &mut Headless, maps: u32) -> Vec<f32> {
+        headless.settings = Settings { samples: 1, shadow_maps: maps, ..Settings::default() }.for_files();
+        headless.draw(&mut self.simulation, self.camera, (SIDE, SIDE)).expect("a picture");
+        headless.renderer.read_linear().expect("drawn").into_iter().map(|[_, green, ..]| green).collect()
+    }
+
+    /// How much of its light each pixel has, with its place on the floor; pixels that are dark without shadows are left
+    /// out.
+    fn shares(&mut self, headless: &mut Headless) -> Vec<(DVec2, f32)> {
+        let (open, shadowed) = (self.draw(headless, 0), self.draw(headless, 32));
+        let lit = (0..).zip(open.iter().zip(&shadowed)).filter(|(_, (open, _))| **open > 1e-3);
+        lit.map(|(pixel, (open, shadowed))| (place_of(pixel), shadowed / open)).collect()
+    }
+}
+
+fn headless(gpu: &Gpu) -> Headless {
+    Headless { renderer: SingleView::new(gpu), settings: Settings::default() }
+}
+
+/// Where the middle of a pixel is on the floor.
+fn place_of(pixel: u32) -> DVec2 {
+    let at = DVec2::new(f64::from(pixel % SIDE) + 0.5, f64::from(pixel / SIDE) + 0.5) / f64::from(SIDE);
+    (at * 2.0 - 1.0) * f64::from(HALF)
+}
+
+fn lamp(intensity: f32) -> Light {
+    Light::point(intensity, 20.0).with_attenuation(Light::INVERSE_SQUARE).with_shadows()
+}
+
+fn spot(intensity: f32, outer_degrees: f32) -> Light {
+    let kind = LightKind::Spot { outer: outer_degrees.to_radians(), inner: Some(0.0), exponent: 0.0 };
+    Light { kind, ..lamp(intensity) }
+}
+
+/// Whether the way from a point to another is free of the cube of 1 m that stands on the middle of the floor.
+fn is_free(from: DVec3, to: DVec3) -> bool {
+    let (low, high) = (DVec3::new(-0.5, 0.0, -0.5), DVec3::new(0.5, 1.0, 0.5));
+    let (first, second) = ((low - from) / (to - from), (high - from) / (to - from));
+    let (enter, leave) = (first.min(second).max_element(), first.max(second).min_element());
+    // Not the point itself, on a face.
+    enter.max(1e-6) > leave.min(1.0)
+}
+
+/// Texels of a slope of one: of the face below a point light, of its other faces, and of a spot.
+const BELOW: f64 = 254.0;
+const BESIDE: f64 = 126.0;
+
+fn of_spot(outer_degrees: f64) -> f64 {
+    382.0 / outer_degrees.to_radians().tan()
+}
+
+/// Below a lamp, beside one, in a wide spot, which has six faces as well, and in spots that fill their layer. All edges
+/// of the shadow, at the cube's foot among them, are within 1.5 texels of where geometry has them: a texel of a comparison
+/// between two of them, and half a one of the rasterizer.
+#[test]
+fn the_shadow_of_a_cube_is_where_geometry_has_it() {
+    let Some(gpu) = common::gpu() else { return };
+    let mut headless = headless(&gpu);
+    let down = Vec3::NEG_Y;
+    let cases = [
+        (lamp(8.0), Vec3::new(-0.9, 3.1, 0.4), down, BELOW),
+        (lamp(8.0), Vec3::new(-3.3, 1.4, 0.3), down, BESIDE),
+        (lamp(8.0), Vec3::new(0.2, 1.3, -3.4), down, BESIDE),
+        (spot(14.0, 70.0), Vec3::new(-1.0, 4.0, 0.3), down, BELOW),
+        (spot(60.0, 40.0), Vec3::new(-2.0, 4.0, 0.3), Vec3::new(2.0, -4.0, -0.1), of_spot(40.0)),
+        (spot(60.0, 25.0), Vec3::new(3.0, 3.0, 3.0), Vec3::new(-3.0, -2.7, -3.0), of_spot(25.0)),
+    ];
+    for (light, at, toward, scale) in cases {
+        let mut scene = Scene::new();
+        scene.add_cube(Transform::from_xyz(0.0, 0.5, 0.0));
+        scene.add_light(light, at, toward);
+        let eye = at.as_dvec3();
+        let known = |at: DVec2| {
+            let point = DVec3::new(at.x, 0.0, at.y);
+            let on_cube = at.abs().max_element() < 0.5;
+            on_cube || is_free(point, eye)
+        };
+        let (mut dark, mut lit, mut unsure) = (0, 0, 0);
+        for (place, share) in scene.shares(&mut headless) {
+            let v = DVec3::new(place.x, 0.0, place.y) - eye;
+            // A texel as it lies on the floor: longer the flatter light falls there.
+            let margin = 1.5 * v.length() / scale * v.length() / v.y.abs();
+            let around = |x: f64, y: f64| known(place + margin * DVec2::new(x, y)) == known(place);
+            let offsets = [-1.0, -0.5, 0.0, 0.5, 1.0];
+            if !offsets.iter().all(|&x| offsets.iter().all(|&y| around(x, y))) {
+                unsure += 1;
+                continue;
+            }
+            let expected = f32::from(u8::from(known(place)));
+            assert!((share - expected).abs() < 1e-3, "{at} {toward}: {place} has {share} of {expected}");
+            (dark, lit) = (dark + u32::from(expected == 0.0), lit + u32::from(expected == 1.0));
+        }
+        assert!(dark > 300 && lit > 3000 && unsure < dark + lit, "{at} {toward}: {dark} {lit} {unsure}");
+    }
+}
+
+/// A floor by itself is in no way of its own: at 3° and more no pixel has less than 0.99 of its light.
+#[test]
+fn grazing_light_leaves_no_acne() {
+    let Some(gpu) = common::gpu() else { return };
+    let mut headless = headless(&gpu);
+    let lamps = [
+        (lamp(3.0), Vec3::new(-2.6, 0.2, 0.1), Vec3::NEG_Y),
+        (lamp(3.0), Vec3::new(0.3, 0.2, 0.2), Vec3::NEG_Y),
+        (spot(9.0, 40.0), Vec3::new(-3.2, 0.25, 0.4), Vec3::new(1.0, -0.1, -0.1)),
+    ];
+    for (light, at, toward) in lamps {
+        let mut scene = Scene::new();
+        scene.add_light(light, at, toward);
+        let mut counted = 0;
+        for (place, share) in scene.shares(&mut headless) {
+            let way = (place.as_vec2() - at.xz()).length();
+            if at.y / way > 3f32.to_radians().tan() {
+                assert!(share >= 0.99, "{at}: {place} has {share}");
+                counted += 1;
+            }
+        }
+        assert!(counted > 5000, "{at}: {counted}");
+    }
+}
+
+#[test]
+fn a_lamp_in_a_closed_box_lights_nothing_outside() {
+    let Some(gpu) = common::gpu() else { return };
+    let mut scene = Scene::new();
+    scene.add_cube(Transform::from_xyz(0.0, 1.0, 0.0));
+    scene.add_light(lamp(8.0), Vec3::new(0.1, 1.1, -0.2), Vec3::NEG_Y);
+    let shares = scene.shares(&mut headless(&gpu));
+    assert!(shares.len() > 10_000 && shares.iter().all(|(_, share)| *share == 0.0));
+}
+
+/// Holes, panes and what is marked; a mask without holes does.
+#[test]
+fn what_lets_light_through_casts_none() {
+    let Some(gpu) = common::gpu() else { return };
+    let mut headless = headless(&gpu);
+    let dark = |headless: &mut Headless, alpha: Option<(AlphaMode, f32)>, marked: bool| {
+        let mut scene = Scene::new();
+        let cube = scene.add_cube(Transform::from_xyz(0.0, 0.5, 0.0));
+        if let Some((alpha, value)) = alpha {
+            let material = Material {
+                alpha,
+                base_factor: Vec3::ONE.extend(value),
+                specular_factor: Vec3::ZERO,
+                ..Material::new(Shading::Blinn)
+            };
+            let material = scene.simulation.world.resource_mut::<Library>().add_material(material);
+            scene.simulation.world.entity_mut(cube).insert(material);
+        }
+        if marked {
+            scene.simulation.world.entity_mut(cube).insert(NoShadow);
+        }
+        scene.add_light(lamp(8.0), Vec3::new(-2.0, 3.0, 0.0), Vec3::NEG_Y);
+        scene.shares(headless).iter().filter(|(_, share)| *share < 0.5).count()
+    };
+    let solid = dark(&mut headless, None, false);
+    assert!(solid > 1000, "{solid}");
+    assert_eq!(dark(&mut headless, Some((AlphaMode::Mask, 1.0)), false), solid);
+    assert_eq!(dark(&mut headless, Some((AlphaMode::Mask, 0.0)), false), 0);
+    assert_eq!(dark(&mut headless, Some((AlphaMode::Blend, 0.5)), false), 0);
+    assert_eq!(dark(&mut headless, None, true), 0);
+}
+
+/// Mirrored, turned and far from the origin: the same shadow, but for the rounding of places, a part in 2²³ of 65 km.
+#[test]
+fn a_mirrored_caster_and_a_far_one_have_the_same_shadow() {
+    let Some(gpu) = common::gpu() else { return };
+    let mut headless = headless(&gpu);
+    let dark = |headless: &mut Headless, scale: Vec3| {
+        let mut scene = Scene::new();
+        let turned = Quat::from_rotation_y(0.4);
+        scene.add_cube(Transform { rotation: turned, scale, ..Transform::from_xyz(0.2, 0.5, 0.0) });
+        scene.add_light(lamp(8.0), Vec3::new(-1.5, 3.0, 0.3), Vec3::NEG_Y);
+        scene.shares(headless).iter().filter(|(_, share)| *share < 0.5).count()
+    };
+    let plain = dark(&mut headless, Vec3::ONE);
+    assert!(plain > 1000, "{plain}");
+    assert_eq!(dark(&mut headless, Vec3::new(-1.0, 1.0, 1.0)), plain);
+}
+
+/// A world of lamps and cubes, drawn by one renderer.
+struct Drawn {
+    scene: Scene,
+    headless: Headless,
+    cubes: Vec<Entity>,
+    lamps: Vec<Entity>,
+}
+
+impl Drawn {
+    fn new(gpu: &Gpu) -> Self {
+        let mut scene = Scene::new();
+        let place = |i: u32| Transform::from_xyz((i % 4) as f32 - 1.5, 0.3, (i / 4) as f32 - 1.0);
+        let cubes = (0..12).map(|i| scene.add_cube(place(i).with_scale(Vec3::splat(0.4)))).collect();
+        let lamps = (0..5)
+            .map(|i| scene.add_light(lamp(2.0 + i as f32), Vec3::new(i as f32 - 2.0, 2.0, 0.1), Vec3::NEG_Y))
+            .collect();
+        Self { scene, headless: headless(gpu), cubes, lamps }
+    }
+
+    fn draw(&mut self, maps: u32) -> (Vec<f32>, ShadowStats) {
+        let picture = self.scene.draw(&mut self.headless, maps);
+        (picture, self.headless.renderer.stats().shadows)
+    }
+
+    fn move_to(&mut self, entity: Entity, at: Vec3) {
+        self.scene.simulation.world.get_mut::<Transform>(entity).expect("it lives").translation = at;
+    }
+}
+
+#[test]
+fn what_is_still_costs_nothing_and_one_mover_draws_the_faces_that_it_touches() {
+    let Some(gpu) = common::gpu() else { return };
+    let mut drawn = Drawn::new(&gpu);
+    let (_, first) = drawn.draw(32);
+    assert_eq!((first.layers, first.passes), (5, 5));
+    let (_, still) = drawn.draw(32);
+    assert_eq!(still, ShadowStats { layers: 5, ..ShadowStats::default() });
+    // A camera's place is nothing to lamps.
+    drawn.move_to(drawn.scene.camera, Vec3::new(0.3, 8.0, 0.2));
+    assert_eq!(drawn.draw(32).1.passes, 0);
+    // Below all lamps, and not beside any: a face each.
+    drawn.move_to(drawn.cubes[5], Vec3::new(0.0, 0.2, 0.0));
+    let (_, moved) = drawn.draw(32);
+    assert_eq!((moved.passes, moved.faces), (5, 5));
+    assert_eq!(drawn.draw(32).1.passes, 0);
+    // Another colour is no other shadow; another place of a lamp is one of its own.
+    drawn.scene.simulation.world.get_mut::<Light>(drawn.lamps[2]).expect("it lives").color = Vec3::X;
+    assert_eq!(drawn.draw(32).1.passes, 0);
+    drawn.move_to(drawn.lamps[2], Vec3::new(0.1, 2.2, 0.3));
+    assert_eq!(drawn.draw(32).1.passes, 1);
+    // One that goes, one that comes, one that is hidden from now on.
+    let gone = drawn.cubes.remove(0);
+    drawn.scene.simulation.world.despawn(gone);
+    assert_eq!(drawn.draw(32).1.passes, 5);
+    drawn.scene.simulation.world.entity_mut(drawn.cubes[1]).insert(systems::space::Hidden);
+    assert_eq!(drawn.draw(32).1.passes, 5);
+    assert_eq!(drawn.draw(32).1.passes, 0);
+}
+
+#[test]
+fn a_world_without_casters_has_no_layer_and_one_with_some_has_as_many_as_lights() {
+    let Some(gpu) = common::gpu() else { return };
+    let mut drawn = Drawn::new(&gpu);
+    drawn.draw(0);
+    assert_eq!(drawn.headless.renderer.held_bytes().shadow_maps, 0);
+    drawn.draw(32);
+    assert_eq!(drawn.headless.renderer.held_bytes().shadow_maps, 5 * 768 * 768 * 4);
+    let mut scene = Scene::new();
+    scene.add_light(Light { shadows: false, ..lamp(3.0) }, Vec3::Y, Vec3::NEG_Y);
+    let mut other = headless(&gpu);
+    scene.draw(&mut other, 32);
+    assert_eq!(other.renderer.held_bytes().shadow_maps, 0);
+}
+
+/// Lights win and lose layers, things move, and cameras: the last frame is that of a renderer that saw nothing before.
+#[test]
+fn the_past_does_not_matter() {
+    let Some(gpu) = common::gpu() else { return };
+    let mut random = TestRng::deterministic_rng(RngAlgorithm::ChaCha);
+    let mut drawn = Drawn::new(&gpu);
+    for past in 0..50 {
+        for _ in 0..3 {
+            let place = |random: &mut TestRng, y: f32| {
+                Vec3::new(random.random_range(-2.0..2.0), y, random.random_range(-2.0..2.0))
+            };
+            let (lamp, cube) = (random.random_range(0..5), random.random_range(0..12));
+            let at = place(&mut random, 2.0);
+            drawn.move_to(drawn.lamps[lamp], at);
+            let at = place(&mut random, 0.3);
+            drawn.move_to(drawn.cubes[cube], at);
+            let at = place(&mut random, 9.0);
+            drawn.move_to(drawn.scene.camera, at);
+            let maps = random.random_range(1..5);
+            drawn.draw(maps);
+        }
+        let (picture, _) = drawn.draw(3);
+        let fresh = drawn.scene.draw(&mut headless(&gpu), 3);
+        assert!(picture == fresh, "past {past}");
+    }
+}
+
+/// Two lamps as important as each other, and one map: in 0.3 mm of the eye's way the map goes from one to the other.
+#[test]
+fn nobody_sees_a_layer_given_away() {
+    let Some(gpu) = common::gpu() else { return };
+    let mut headless = headless(&gpu);
+    let mut scene = Scene::new();
+    scene.add_cube(Transform::from_xyz(0.0, 0.5, 0.0));
+    let mut lit = Vec::new();
+    for x in [-2.0, 2.0] {
+        scene.add_light(lamp(6.0), Vec3::new(x, 3.0, 0.0), Vec3::NEG_Y);
+    }
+    let up = Vec3::NEG_Z;
+    for x in [-1.0, -0.00015, 0.00015, 1.0] {
+        let eye = Transform::from_xyz(x, 6.0, 0.0).looking_to(Vec3::NEG_Y, up);
+        *scene.simulation.world.get_mut::<Transform>(scene.camera).expect("it lives") = eye;
+        lit.push(scene.draw(&mut headless, 1));
+    }
+    let mean = lit[0].iter().sum::<f32>() / lit[0].len() as f32;
+    let largest = |a: &[f32], b: &[f32]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+    // A tenth of a millimetre of a picture whose pixels are 25 mm: samples at edges of objects may be other ones.
+    let count = |a: &[f32], b: &[f32]| a.iter().zip(b).filter(|(a, b)| (*a - *b).abs() > 0.01 * mean).count();
+    assert!(largest(&lit[0], &lit[3]) > 0.5 * mean, "the map is another lamp's");
+    let popped = count(&lit[1], &lit[2]);
+    assert!(popped < lit[1].len() / 1000, "{popped} pixels of {}", lit[1].len());
+}
+
+/// Views share the layers of lights, and each has its own most important ones.
+#[test]
+fn views_share_layers() {
+    use relief::renderer::{PICTURE_FORMAT, Renderer, ViewPlan, ViewState, ViewTarget, picture_texture};
+    use relief::viewpoint::Viewpoint;
+    let Some(gpu) = common::gpu() else { return };
+    let Drawn { mut scene, .. } = Drawn::new(&gpu);
+    let mut renderer = Renderer::new(&gpu);
+    let other = scene.simulation.world.get::<Transform>(scene.camera).expect("it lives").clone();
+    let camera = scene.simulation.world.get::<Camera>(scene.camera).expect("it lives").clone();
+    let other = Transform { translation: other.translation + Vec3::new(0.6, -4.0, 0.3), ..other };
+    let other = scene.simulation.world.spawn((camera, other)).id();
+    scene.simulation.frame();
+    let mut states = [ViewState::new(&gpu), ViewState::new(&gpu)];
+    let textures = [0, 1].map(|_| picture_texture(&gpu, (SIDE, SIDE)));
+    let targets = textures.each_ref().map(|texture| texture.create_view(&wgpu::TextureViewDescriptor::default()));
+    let settings = Settings { shadow_maps: 4, ..Settings::default() }.for_files();
+    let plans = [scene.camera, other].map(|camera| ViewPlan {
+        view: Viewpoint::Camera(camera).view(&scene.simulation.world, (SIDE, SIDE)),
+        settings,
+    });
+    let [first, second] = &mut states;
+    let mut views = [(&mut *first, plans[0].clone()), (&mut *second, plans[1].clone())];
+    scene.simulation.with_frame(|frame| renderer.prepare(frame, &mut views)).expect("it fits");
+    let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    let views = [(first, &targets[0]), (second, &targets[1])];
+    let mut views = views.map(|(state, target)| ViewTarget::new(state, target, PICTURE_FORMAT));
+    renderer.encode(&mut encoder, &mut views);
+    gpu.queue.submit([encoder.finish()]);
+    let shadows = renderer.stats().shadows;
+    assert!((4..=5).contains(&shadows.layers) && shadows.passes == shadows.layers, "{shadows:?}");
+    for (texture, plan) in textures.iter().zip(plans) {
+        let together = relief::renderer::read_texture(&gpu, texture);
+        let mut alone = SingleView::new(&gpu);
+        scene.simulation.with_frame(|frame| alone.prepare(frame, &plan.view, &settings)).expect("it fits");
+        assert!(alone.draw_picture().into_raw() == together, "a view by itself");
+    }
+}
