@@ -113,7 +113,7 @@ fn inputs_at(step: u64) -> Vec<SavedInput> {
         add(SavedInput::of(&Despawn(id(step * 3))));
     }
     if step % 4 == 1 {
-        let light = Light::spot(step as f32, 8.0, 0.4);
+        let light = Light::spot(step as f32, 8.0, 0.4).with_shadows();
         add(SavedInput::of(&EditLight { entity: id(step * 3 + 2), light }));
         add(SavedInput::of(&SetTransform { entity: id(step), transform: Transform::from_xyz(0.0, step as f32, 0.0) }));
         add(SavedInput::of(&Hide { entity: id(step + 1), hidden: step % 8 == 1 }));
@@ -214,7 +214,7 @@ fn whatever_is_state_counts_and_comes_back() {
 /// Each input that there is, and the same change by hand.
 #[test]
 fn inputs_change_what_they_name_and_nothing_else() {
-    let light = Light::spot(3.0, 8.0, 0.4);
+    let light = Light { shadow_near: 0.2, ..Light::spot(3.0, 8.0, 0.4).with_shadows() };
     let place = Transform::from_xyz(1.0, 2.0, 3.0);
     let controls = Controls { throttle: 0.25, ..Controls::default() };
     let by_input = |input: SavedInput| {
