@@ -27,10 +27,7 @@ use systems::assets::AlphaMode;
 use systems::draw::{BatchKey, InstanceRecord, PAGE_SLOTS, Projection, View};
 use systems::ecs::parallel::map_in_parallel;
 use systems::ecs::tables::Records;
-use systems::lights::{LightLists, LightRecord, NO_LIGHT, SelectedLights};
-
-/// Metres from a light within which nothing is in its way: its lamp's glass and housing.
-pub(crate) const NEAR_LIGHT: f64 = 0.15;
+use systems::lights::{Light, LightLists, LightRecord, LightTable, NO_LIGHT, NoShadow, SelectedLights};
 
 /// Of the sizes that a place was computed with, how far it may be off. Meshes, transforms and lights are floats; each
 /// rounds by 2⁻²⁴. Sixteen of these are more than a product and sum of three takes.
@@ -46,6 +43,8 @@ const EDGE: f64 = 1e-9;
 #[derive(Clone, Copy)]
 struct Drawn {
     alpha: AlphaMode,
+    /// It is in the way of light.
+    casts: bool,
     /// Its back faces are drawn.
     double_sided: bool,
     /// −1 where its transform mirrors, else 1.
@@ -214,7 +213,12 @@ impl TracedScene {
         self.triangles.extend(triangles.map(|indices| PlacedTriangle { corners: indices.map(placed), slot }));
         let handedness = if key.pipeline.mirrored { -1.0 } else { 1.0 };
         let (alpha, double_sided) = (key.pipeline.alpha, key.pipeline.double_sided);
-        self.drawn[slot as usize] = Some(Drawn { alpha, double_sided, handedness });
+        let world = &simulation.world;
+        let object = simulation.draw_list().instances.objects[slot as usize];
+        let object = object.map(|object| world.entities().resolve_from_index(object));
+        let casts_none = object.is_some_and(|object| world.get::<NoShadow>(object).is_some());
+        let casts = alpha != AlphaMode::Blend && !casts_none;
+        self.drawn[slot as usize] = Some(Drawn { alpha, casts, double_sided, handedness });
     }
 
     /// Traces the shadows of a picture, by the lists of lights of the world's last frame, in which nothing has moved
@@ -306,8 +310,8 @@ impl TracedScene {
     }
 
     /// Whether a light is seen; also where it gives no light.
-    fn sees(&self, surface: &Surface, light: Option<&LightRecord>) -> bool {
-        let Some(light) = light else { return true };
+    fn sees(&self, surface: &Surface, light: Option<&(LightRecord, f64)>) -> bool {
+        let Some((light, near)) = light else { return true };
         let position = Vec3::from(light.position).as_dvec3();
         let (toward, distance) = if light.kind == LightRecord::DIRECTIONAL {
             (position.normalize_or_zero(), f64::INFINITY)
@@ -319,7 +323,7 @@ impl TracedScene {
             return true;
         }
         let faces = surface.normal.dot(toward) > 0.0;
-        faces && self.is_free(surface.place + surface.normal * surface.error, toward, distance - NEAR_LIGHT)
+        faces && self.is_free(surface.place + surface.normal * surface.error, toward, distance - near)
     }
 
     /// Whether nothing that casts shadows is in a ray's way for so many metres.
@@ -327,7 +331,7 @@ impl TracedScene {
         let Some(tree) = self.tree.as_ref().filter(|_| distance > 0.0) else { return true };
         tree.ray_traverse_miss(Ray::new(from.as_vec3a(), toward.as_vec3a(), 0.0, above(distance)), |_, leaf| {
             let triangle = &self.triangles[leaf];
-            let casts = self.drawn[triangle.slot as usize].is_some_and(|drawn| drawn.alpha != AlphaMode::Blend);
+            let casts = self.drawn[triangle.slot as usize].is_some_and(|drawn| drawn.casts);
             let hit = if casts { triangle.intersect(from, toward) } else { None };
             if hit.is_some_and(|along| 0.0 < along && along < distance) { 0.0 } else { f32::INFINITY }
         })
@@ -357,7 +361,8 @@ fn gives_light(light: &LightRecord, toward: DVec3, distance: f64) -> bool {
 struct ObjectLights {
     /// By slot.
     lists: Vec<Vec<u32>>,
-    table: Vec<LightRecord>,
+    /// With the distance from the light within which nothing is in its way, metres.
+    table: Vec<(LightRecord, f64)>,
 }
 
 impl ObjectLights {
@@ -369,10 +374,12 @@ impl ObjectLights {
             let first = selected.unpack(lists).lights.into_iter().filter(|&light| light != NO_LIGHT);
             Some(first.chain(lists.of(selected).0.into_iter().map(|(light, _)| light)).collect())
         };
+        let casting = world.resource::<LightTable>().shadow_lights();
+        let near = |slot| casting.get(slot).map_or(Light::SHADOW_NEAR, |light| light.near).into();
         let of = |object: &Option<EntityIndex>| object.and_then(of).unwrap_or_default();
         Self {
             lists: list.instances.objects.iter().map(of).collect(),
-            table: list.lights.records.iter().map(|light| light.unpacked()).collect(),
+            table: (0..).zip(&list.lights.records).map(|(slot, light)| (light.unpacked(), near(slot))).collect(),
         }
     }
 
