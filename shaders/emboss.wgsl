@@ -69,6 +69,6 @@ fn fs_emboss(in: VertexOut, @builtin(front_facing) front: bool) -> @location(0) 
         return vec4f(0.5 * max(light.z, 0.0) - 0.5);
     }
     find_shadows(in, dp_dx, dp_dy);
-    let color = arriving.color * visibility(arriving, EMBOSS_LIGHT);
+    let color = arriving.color * visibility(arriving, bump, EMBOSS_LIGHT);
     return vec4f(exposed(2.0 * instance.weights[EMBOSS_LIGHT] * diffuse * color), 0.0);
 }

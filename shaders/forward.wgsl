@@ -203,7 +203,7 @@ fn unshadowed(material_shadow: f32, bump: Bump, toward: vec3f) -> f32 {
 // What the surface gives off of a light, whose number among the object's lights is `number`.
 fn reflected(surface: Surface, bump: Bump, material: Material, number: u32, light: u32, eye: vec3f) -> vec3f {
     let arriving = arriving(light, surface.position, eye);
-    let color = arriving.color * visibility(arriving, number);
+    let color = arriving.color * visibility(arriving, bump, number);
     let ambient = arriving.ambient * surface.diffuse;
     if TECHNIQUE == TECHNIQUE_EMBOSS_MULTIPASS && number < 3u {
         // The passes that follow add the rest, for three lights.

@@ -21,8 +21,7 @@ const SHADOW_GUTTER = 2.0;
 // A plane's depth changes by no more than this many texels per texel.
 const STEEPEST = 20.0;
 
-// The mesh's point from the eye, and the normal of its triangle towards the eye.
-var<private> receiver: vec3f;
+// Of the triangle, towards the eye.
 var<private> receiver_normal: vec3f;
 
 // Where a point is in its layer.
@@ -40,9 +39,18 @@ struct ShadowPlace {
 }
 
 fn find_shadows(in: VertexOut, dp_dx: vec3f, dp_dy: vec3f) {
-    receiver = in.position;
     let normal = unit_or(cross(dp_dx, dp_dy), in.normal);
     receiver_normal = select(normal, -normal, dot(normal, toward_eye(in.position)) < 0.0);
+}
+
+// Where a light's ray leaves the height field of a point that a technique has found in it: up to there its own shadows
+// decide, from there on the map. Where nothing is displaced, the point itself. From the eye.
+fn receiver(bump: Bump, toward: vec3f) -> vec3f {
+    if is_relief() || is_parallax() {
+        let rise = (1.0 - bump.point.height) * bump.field.depth;
+        return bump.position + toward * (rise / max(dot(toward, bump.field.frame.normal), LEAST_COSINE));
+    }
+    return bump.position;
 }
 
 // `v`: from the light to the point. `n`: the plane's normal, `h`: their product, below 0.
@@ -124,7 +132,7 @@ fn shadow_tap(at: vec2f, layer: u32, depth: f32) -> f32 {
     return textureSampleCompareLevel(shadow_maps, shadow_sampler, at / SHADOW_SIZE, layer, depth);
 }
 
-fn visibility(arriving: Arriving, number: u32) -> f32 {
+fn visibility(arriving: Arriving, bump: Bump, number: u32) -> f32 {
     if arriving.shadow_layer == 0u {
         return 1.0;
     }
@@ -132,7 +140,7 @@ fn visibility(arriving: Arriving, number: u32) -> f32 {
     let record = texel_of(view.shadow_records + layer);
     let near_and_share = unpack2x16float(record.w);
     let near = near_and_share.x;
-    let v = receiver - arriving.from_eye;
+    let v = receiver(bump, arriving.toward) - arriving.from_eye;
     let h = dot(receiver_normal, v);
     // At the least a grazing plane: a point that is on the light's plane has depths of all sizes.
     let grazing = min(h, -1e-6);

@@ -28,7 +28,7 @@ fn find_shadows(in: VertexOut, dp_dx: vec3f, dp_dy: vec3f) {
     }
 }
 
-fn visibility(arriving: Arriving, number: u32) -> f32 {
+fn visibility(arriving: Arriving, bump: Bump, number: u32) -> f32 {
     if light_bits == 0u {
         return 1.0;
     }

@@ -5,6 +5,6 @@
 fn find_shadows(in: VertexOut, dp_dx: vec3f, dp_dy: vec3f) {}
 
 // How much of a light is seen from the surface, 0 to 1; its number among the object's lights is `number`.
-fn visibility(arriving: Arriving, number: u32) -> f32 {
+fn visibility(arriving: Arriving, bump: Bump, number: u32) -> f32 {
     return 1.0;
 }

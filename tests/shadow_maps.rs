@@ -255,7 +255,7 @@ impl Drawn {
         let place = |i: u32| Transform::from_xyz((i % 4) as f32 - 1.5, 0.3, (i / 4) as f32 - 1.0);
         let cubes = (0..12).map(|i| scene.add_cube(place(i).with_scale(Vec3::splat(0.4)))).collect();
         let lamps = (0..5)
-            .map(|i| scene.add_light(lamp(2.0 + i as f32), Vec3::new(0.4 * (i as f32 - 2.0), 2.0, 0.1), Vec3::NEG_Y))
+            .map(|i| scene.add_light(lamp(2.0 + i as f32), Vec3::new(0.2 * (i as f32 - 2.0), 2.0, 0.1), Vec3::NEG_Y))
             .collect();
         Self { scene, headless: headless(gpu), cubes, lamps }
     }
