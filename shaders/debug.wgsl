@@ -8,6 +8,7 @@ const DEBUG_TANGENT = 3u;
 const DEBUG_LIGHT_COUNT = 4u;
 const DEBUG_THREE_LIGHTS = 5u;
 const DEBUG_ERROR_BOUND = 6u;
+const DEBUG_VISIBILITY = 7u;
 
 // Colour of the heat maps, 0 blue, by green to 1 red; src/renderer/settings.rs has its twin for the legend.
 fn heat_color(heat: f32) -> vec3f {
@@ -24,7 +25,7 @@ const LIGHT_COUNT_DOUBLINGS: f32 = 6.0;
 const ERROR_BOUND_FIRST_DECADE: f32 = -3.0;
 const ERROR_BOUND_DECADES: f32 = 4.0;
 
-fn debug_color(surface: Surface, base: vec3f, instance: Instance, tangent: vec3f) -> vec3f {
+fn debug_color(surface: Surface, bump: Bump, base: vec3f, instance: Instance, tangent: vec3f) -> vec3f {
     if DEBUG == DEBUG_BASE {
         return base;
     } else if DEBUG == DEBUG_NORMAL {
@@ -33,6 +34,16 @@ fn debug_color(surface: Surface, base: vec3f, instance: Instance, tangent: vec3f
         return normalize(tangent) * 0.5 + 0.5;
     }
     let headlight = 0.25 + 0.75 * abs(dot(surface.normal, surface.toward_eye));
+    if DEBUG == DEBUG_VISIBILITY {
+        var seen = vec3f(1.0);
+        for (var i = 0u; i < 3u; i++) {
+            let light = instance.lights[i];
+            if light != NO_LIGHT {
+                seen[i] = visibility(arriving(light, surface.position, view.eye), bump, i);
+            }
+        }
+        return headlight * seen;
+    }
     if DEBUG == DEBUG_THREE_LIGHTS {
         // Red, green and blue: how much each of the three gives here.
         var given = vec3f(0.02);

@@ -333,9 +333,10 @@ fn shaded(in: VertexOut, front: bool) -> Shaded {
     if SPECULAR_AA {
         surface = widened(surface, bump.slopes, curved);
     }
+    find_shadows(in, dp_dx, dp_dy);
     var color = surface.diffuse;
     if DEBUG != 0u {
-        color = debug_color(surface, base.rgb, instance, in.tangent.xyz);
+        color = debug_color(surface, bump, base.rgb, instance, in.tangent.xyz);
     } else if SHADING != SHADING_UNLIT {
         var occlusion = 1.0;
         var emission = vec3f(0.0);
@@ -350,7 +351,6 @@ fn shaded(in: VertexOut, front: bool) -> Shaded {
             // The classic model's emission is one more light on the base colour.
             emission *= base.rgb;
         }
-        find_shadows(in, dp_dx, dp_dy);
         color = lit(surface, bump, material, instance, occlusion) + emission;
     }
     if DEBUG == 0u {

@@ -376,7 +376,7 @@ fn views_share_layers() {
     let Some(gpu) = common::gpu() else { return };
     let Drawn { mut scene, .. } = Drawn::new(&gpu);
     let mut renderer = Renderer::new(&gpu);
-    let other = scene.simulation.world.get::<Transform>(scene.camera).expect("it lives").clone();
+    let other = *scene.simulation.world.get::<Transform>(scene.camera).expect("it lives");
     let camera = scene.simulation.world.get::<Camera>(scene.camera).expect("it lives").clone();
     let other = Transform { translation: other.translation + Vec3::new(0.6, -4.0, 0.3), ..other };
     let other = scene.simulation.world.spawn((camera, other)).id();
@@ -404,5 +404,38 @@ fn views_share_layers() {
         let mut alone = SingleView::new(&gpu);
         scene.simulation.with_frame(|frame| alone.prepare(frame, &plan.view, &settings)).expect("it fits");
         assert!(alone.draw_picture().into_raw() == together, "a view by itself");
+    }
+}
+
+/// A bumpy sheet under a lamp at 25° and more, with nothing else about: its own shadows are its technique's, and the map
+/// adds none, whatever the technique, from either side.
+#[test]
+fn a_bumpy_surface_is_in_its_own_way_once() {
+    use common::bumps::{Stage, hills};
+    use systems::assets::Technique;
+    let Some(mut stage) = Stage::new((96, 96)) else { return };
+    stage.orthographic(1.0);
+    let material = stage.material(64, 0.08, hills);
+    let material = Material { double_sided: true, self_shadow: 1.0, ..material };
+    let (mesh, place) = Stage::facing(glam::Vec2::splat(4.0));
+    let sheet = stage.spawn(mesh, material, place);
+    stage.simulation.world.spawn((lamp(3.0), Transform::from_xyz(1.2, 0.9, 1.2)));
+    let behind = Transform { rotation: Quat::from_rotation_y(std::f32::consts::PI) * place.rotation, ..place };
+    for (name, technique) in Technique::ALL {
+        for place in [&place, &behind] {
+            *stage.simulation.world.get_mut::<Transform>(sheet).expect("it lives") = *place;
+            let mut drawn = |maps: u32| {
+                stage.headless.settings.technique = Some(technique);
+                stage.headless.settings.shadow_maps = maps;
+                stage.linear()
+            };
+            let (open, shadowed) = (drawn(0), drawn(32));
+            let lit = open.iter().filter(|color| color.y > 0.01).count();
+            assert!(lit > 3000, "{name}: {lit}");
+            // Half floats, at 0.01 and more: a part in 2¹⁰ each.
+            let is_same = |(a, b): (&glam::Vec4, &glam::Vec4)| (a.y - b.y).abs() <= 0.004 * a.y.max(0.01);
+            let darker = open.iter().zip(&shadowed).filter(|pair| !is_same(*pair)).count();
+            assert_eq!(darker, 0, "{name}: of {lit}");
+        }
     }
 }

@@ -24,11 +24,13 @@ pub enum DebugView {
     /// The most that an object may miss by what its lights leave out, as a heat map: a sum of scores
     /// ([`dropped`](systems::lights::Selection::dropped)), times the exposure.
     ErrorBound,
+    /// How much of each of the object's first three lights is seen, as red, green and blue.
+    Visibility,
 }
 
 impl DebugView {
     /// All views with their names.
-    pub const ALL: [(&'static str, Self); 7] = [
+    pub const ALL: [(&'static str, Self); 8] = [
         ("off", Self::Off),
         ("base", Self::Base),
         ("normal", Self::Normal),
@@ -36,6 +38,7 @@ impl DebugView {
         ("light_count", Self::LightCount),
         ("three_lights", Self::ThreeLights),
         ("error_bound", Self::ErrorBound),
+        ("visibility", Self::Visibility),
     ];
 
     /// What it shows, in a few words; empty where its name says so.
@@ -44,6 +47,7 @@ impl DebugView {
             Self::Off | Self::Base | Self::Normal | Self::Tangent => "",
             Self::LightCount => "lights in range of each object, 1 blue to 64 red, none grey",
             Self::ThreeLights => "contributions of the first three lights as red, green and blue",
+            Self::Visibility => "how much of the first three lights is seen, as red, green and blue",
             Self::ErrorBound => "upper bound of the luminance that is left out, 0.001 blue to 10 red, none grey",
         }
     }

@@ -235,7 +235,9 @@ impl ViewState {
         self.tone_map = if settings.debug == DebugView::Off { list.environment.tone_map } else { ToneMap::Clamp };
         self.outputs = settings.outputs;
         self.may_hide = settings.occlusion.is_on(list.objects);
-        let has_maps = list.light_features.shadows && settings.shadow_maps > 0 && settings.debug == DebugView::Off;
+        let has_maps = list.light_features.shadows
+            && settings.shadow_maps > 0
+            && matches!(settings.debug, DebugView::Off | DebugView::Visibility);
         let shadows = match (&self.traced, has_maps) {
             (Some(_), _) => Shadows::Traced,
             (None, true) => Shadows::Maps { taps: settings.shadow_taps },

@@ -133,7 +133,9 @@ impl LightRecord {
         let slope = SLOPE.above(self.exponent_or_cone_slope.max(full));
         PackedLight {
             position: self.position,
-            inverse_range_squared: without_layer(self.inverse_range_squared.to_bits() + (LAYER_BITS + 1) / 2),
+            inverse_range_squared: without_layer(
+                self.inverse_range_squared.to_bits().saturating_add(LAYER_BITS / 2 + 1),
+            ),
             words: [
                 red | green << CHANNEL_BITS | self.kind << KIND_SHIFT,
                 blue | exponent << CHANNEL_BITS | y >> LOWER_BITS << (32 - UPPER_BITS),
