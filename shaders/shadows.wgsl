@@ -138,8 +138,8 @@ fn visibility(arriving: Arriving, bump: Bump, number: u32) -> f32 {
     }
     let layer = arriving.shadow_layer - 1u;
     let record = texel_of(view.shadow_records + layer);
-    let near_and_share = unpack2x16float(record.w);
-    let near = near_and_share.x;
+    let near = bitcast<f32>(record.w & 0xffff0000u);
+    let fade = f32(record.w & 0xffffu) / 65535.0;
     let v = receiver(bump, arriving.toward) - arriving.from_eye;
     let h = dot(receiver_normal, v);
     // At the least a grazing plane: a point that is on the light's plane has depths of all sizes.
@@ -154,5 +154,5 @@ fn visibility(arriving: Arriving, bump: Bump, number: u32) -> f32 {
     }
     // A triangle that is turned away sees nothing of the light, whatever its bumps would mirror.
     let seen = select(lit_share(place, layer), 0.0, h >= 0.0);
-    return 1.0 + near_and_share.y * (seen - 1.0);
+    return 1.0 + fade * (seen - 1.0);
 }

@@ -248,7 +248,7 @@ fn what_does_not_belong_together_is_refused_by_name() {
     let mut other = whole.clone();
     other[8] = 9;
     fs::write(place.path("other.rec"), other).expect("a file");
-    place.is_refused(&["replay", "other.rec", "--check"], &["recording version", "expected 3, found 9"]);
+    place.is_refused(&["replay", "other.rec", "--check"], &["recording version", "expected 4, found 9"]);
     let recording = Recording::open(&path, &Inputs::default()).expect("a recording");
     let mut moved = recording.identity().clone();
     moved.origin = [5e5, 0.0, 5e6];

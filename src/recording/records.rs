@@ -25,9 +25,9 @@ pub struct Form {
 }
 
 /// A recording.
-pub const RECORDING: Form = Form { magic: *b"RELIEFRC", version: 3, name: "recording" };
+pub const RECORDING: Form = Form { magic: *b"RELIEFRC", version: 4, name: "recording" };
 /// A snapshot.
-pub const SNAPSHOT: Form = Form { magic: *b"RELIEFSN", version: 2, name: "snapshot" };
+pub const SNAPSHOT: Form = Form { magic: *b"RELIEFSN", version: 3, name: "snapshot" };
 
 const HEAD: usize = 16;
 

@@ -116,18 +116,18 @@ impl LayerLight {
         Self { position: light.position.into(), near, cone }
     }
 
-    /// The record that shaders read of the light's layer: quaternion, texels of a slope of one (0 for six faces), and
-    /// as halves the near distance and how much of the shadow is seen.
+    /// The record that shaders read of the light's layer: quaternion, texels of a slope of one (0 for six faces), and in
+    /// one word how much of the shadow is seen, in parts of 65,535, and the upper half of the near distance's bits.
     pub fn record(&self, fade: f32) -> [u32; 4] {
-        let halves = [self.near, fade].map(|value| u32::from(half::f16::from_f32(value).to_bits()));
         let turn = self.cone.map_or([0; 4], |cone| cone.turn).map(|part| u32::from(part as u16));
         let scale = self.cone.map_or(0.0, |cone| cone.scale);
-        [turn[0] | turn[1] << 16, turn[2] | turn[3] << 16, scale.to_bits(), halves[0] | halves[1] << 16]
+        let fade = (fade.clamp(0.0, 1.0) * f32::from(u16::MAX)).round() as u32;
+        [turn[0] | turn[1] << 16, turn[2] | turn[3] << 16, scale.to_bits(), self.near().to_bits() | fade]
     }
 
     /// The near distance as shaders have it.
     fn near(&self) -> f32 {
-        half::f16::from_f32(self.near).to_f32()
+        f32::from_bits(self.near.to_bits() & !u32::from(u16::MAX))
     }
 
     /// The faces of its layer.
