@@ -7,11 +7,16 @@
 //! How many an object has is its [`LightPolicy`] (`policy`, `enough`). [`select_lights`] searches for those objects only
 //! that moved or that a changed light reaches, and keeps what was found as their [`SelectedLights`]; lights beside the
 //! first three are in [`LightLists`].
+//!
+//! In a world with [`Cells`](crate::cells::Cells) an object gets a share of each light, by what of it comes through
+//! portals. [`LightFloods`] has what each light reaches; `indoors` chooses the lights of objects that walls are between.
 
 pub mod brute_force;
 pub(crate) mod components;
 pub(crate) mod curve;
 pub(crate) mod enough;
+pub(crate) mod floods;
+pub(crate) mod indoors;
 pub(crate) mod lists;
 pub(crate) mod order;
 pub(crate) mod order_sorting;
@@ -26,6 +31,7 @@ pub(crate) mod tree;
 
 pub use components::{Light, LightKind};
 pub use curve::along_the_curve;
+pub use floods::{LightFloods, update_floods};
 pub use lists::{LightListPage, LightLists, ListedLights};
 pub use order::ObjectOrder;
 pub use policy::{LightPolicies, LightPolicy, Policies};
