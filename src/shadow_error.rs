@@ -1,7 +1,7 @@
 //! How far a scene's shadows are from those that rays find: `relief shadows`.
 //!
 //! One frame is drawn at twice the size with one sample per pixel; four samples are a pixel. The reference, `truth`,
-//! has all lights, each where a ray from the surface reaches it. Against it stand the frame as it is, and the frame
+//! has all lights, whatever cells there are, each where a ray from the surface reaches it. Against it stand the frame as it is, and the frame
 //! with the scene's own light policies, each light of an object shadowed as rays find it. Figures are those of
 //! `light_error`.
 
@@ -10,12 +10,14 @@ use crate::frame_error::{self, FrameErrorJob};
 use crate::frames::{self, FrameError, Stage};
 use crate::output;
 use crate::renderer::{Gpu, OutputSet, Settings, SingleView, TracedShadows};
-use crate::traced::{Traced, TracedScene};
+use crate::traced::{ObjectLights, Traced, TracedScene};
 use image::RgbImage;
+use std::collections::BTreeSet;
 use std::fmt;
 use std::path::PathBuf;
 use systems::assets::color::{linear_from_srgb, srgb_from_linear};
 use systems::assets::levels::LevelOfDetail;
+use systems::cells::Cells;
 use systems::draw::View;
 use systems::lights::{LightPolicies, LightPolicy};
 
@@ -53,6 +55,21 @@ pub struct ShadowReport {
     pub unshadowed: ShadowError,
     /// Every light of an object's list as rays find it, without shadows in what is left out of the list.
     pub perfect: ShadowError,
+    /// What cells do; `None` without any.
+    pub cells: Option<CellsReport>,
+}
+
+/// What the cells of a scene do to its lights.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct CellsReport {
+    /// No shadows and no cells.
+    pub without: ShadowError,
+    /// Lights that reach an object: the mean of the objects that the picture shows.
+    pub lights_per_object: f64,
+    /// The same without cells.
+    pub lights_per_object_without: f64,
+    /// Pairs of an object and a light that by its cells does not reach it, though rays found a sample that it lights.
+    pub left_out: usize,
 }
 
 impl ShadowReport {
@@ -70,8 +87,17 @@ impl fmt::Display for ShadowReport {
         writeln!(f, "{object_pixels} pixels show objects, of mean luminance {mean_luminance:.4} with traced shadows")?;
         writeln!(f, "{unmet_samples} of {} samples show an object that no ray met", 4 * width * height)?;
         writeln!(f, "error          mean      p99     FLIP")?;
-        for (name, ShadowError { mean, p99, flip }) in [("unshadowed", self.unshadowed), ("perfect", self.perfect)] {
+        let without = self.cells.map(|cells| ("no cells", cells.without));
+        let rows = [("unshadowed", self.unshadowed), ("perfect", self.perfect)];
+        for (name, ShadowError { mean, p99, flip }) in rows.into_iter().chain(without) {
             writeln!(f, "{name:<10} {mean:8.4} {p99:8.4} {flip:8.4}")?;
+        }
+        if let Some(CellsReport { lights_per_object, lights_per_object_without, left_out, .. }) = self.cells {
+            writeln!(
+                f,
+                "{lights_per_object:.1} lights reach an object, {lights_per_object_without:.1} without cells; \
+                 {left_out} that light it are left out"
+            )?;
         }
         Ok(())
     }
@@ -108,6 +134,17 @@ pub fn measure(job: &FrameErrorJob) -> Result<ShadowReport, FrameError> {
     let traced = TracedScene::new(&stage.simulation, &view);
     let Traced { shadows, unmet } = traced.shadows(&stage.simulation, &shown, rounding);
     let perfect = draw(&mut stage, &mut renderer, &view, job, Some(&shadows))?;
+    let with_cells = (!stage.simulation.world.resource::<Cells>().is_empty()).then(|| {
+        select_lights(&mut stage, Some(LightPolicy::All));
+        let reached = ObjectLights::new(&stage.simulation);
+        stage.simulation.world.insert_resource(Cells::default());
+        reached
+    });
+    let mut without = None;
+    if with_cells.is_some() {
+        select_lights(&mut stage, None);
+        without = Some(draw(&mut stage, &mut renderer, &view, job, None)?);
+    }
     select_lights(&mut stage, Some(LightPolicy::All));
     let Traced { shadows, .. } = traced.shadows(&stage.simulation, &shown, rounding);
     let truth = draw(&mut stage, &mut renderer, &view, job, Some(&shadows))?;
@@ -121,6 +158,22 @@ pub fn measure(job: &FrameErrorJob) -> Result<ShadowReport, FrameError> {
     };
     let (of_unshadowed, unshadowed_heat) = compared(&unshadowed)?;
     let (of_perfect, perfect_heat) = compared(&perfect)?;
+    let cells = match (&with_cells, &without) {
+        (Some(reached), Some(without)) => {
+            let objects: BTreeSet<u32> = shown.iter().flatten().copied().collect();
+            let mean = |lights: &ObjectLights| {
+                let count: usize = objects.iter().map(|&slot| lights.of(slot).len()).sum();
+                count as f64 / objects.len().max(1) as f64
+            };
+            Some(CellsReport {
+                without: compared(without)?.0,
+                lights_per_object: mean(reached),
+                lights_per_object_without: mean(&ObjectLights::new(&stage.simulation)),
+                left_out: traced.left_out(&stage.simulation, &shown, reached),
+            })
+        }
+        _ => None,
+    };
     let report = ShadowReport {
         scene: job.scene.clone(),
         frame: job.frame,
@@ -132,6 +185,7 @@ pub fn measure(job: &FrameErrorJob) -> Result<ShadowReport, FrameError> {
         unmet_samples: unmet,
         unshadowed: of_unshadowed,
         perfect: of_perfect,
+        cells,
     };
     output::make_folder(&job.folder)?;
     let pictures = [truth.picture, unshadowed.picture, unshadowed_heat, perfect.picture, perfect_heat];

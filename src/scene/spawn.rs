@@ -1,5 +1,6 @@
 //! A checked scene becomes entities.
 
+use super::cells;
 use super::files::{Items, Shape};
 use super::format::{self, Entity as Source, Scene};
 use super::generate;
@@ -56,6 +57,8 @@ pub fn spawn(scene: &Scene, items: &Items, world: &mut World) -> Spawned {
     for (i, generator) in scene.generators.iter().enumerate() {
         spawner.generator(i, generator, seeds.bits());
     }
+    let in_cells = cells::spawn(scene, items, spawner.world);
+    spawner.found.warnings.extend(in_cells);
     spawner.cut();
     spawner.found.warnings.extend(vehicles::warnings(spawner.world));
     let Spawner { model_cameras, mut found, .. } = spawner;

@@ -101,11 +101,21 @@ impl Solid {
         (faces.len() > 3).then_some(Self(faces))
     }
 
+    /// Of the box around it, metres.
+    pub fn extent(&self) -> Vec3 {
+        let (min, max) = self.bounds();
+        max - min
+    }
+
+    fn bounds(&self) -> (Vec3, Vec3) {
+        let corners = self.0.iter().flatten().copied();
+        corners.fold((Vec3::MAX, Vec3::MIN), |(min, max), p| (min.min(p), max.max(p)))
+    }
+
     /// Metres by which a box around the origin would have to be larger, on the axis on which it has to most, to touch
     /// the box around this.
     pub fn gap(&self, half: Vec3) -> f32 {
-        let corners = || self.0.iter().flatten().copied();
-        let (min, max) = corners().fold((Vec3::MAX, Vec3::MIN), |(min, max), p| (min.min(p), max.max(p)));
+        let (min, max) = self.bounds();
         (min - half).max(-half - max).max_element().max(0.0)
     }
 }

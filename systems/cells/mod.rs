@@ -14,9 +14,11 @@ pub(crate) mod doors;
 pub(crate) mod flood;
 pub(crate) mod geometry;
 pub(crate) mod occupied;
+pub(crate) mod problems;
 
 pub use cells::{Cell, CellError, Cells, OUTSIDE, Opening};
 pub use doors::{Door, Portal, move_doors};
 pub use flood::{Flood, Source, Window};
 pub use geometry::Plane;
 pub use occupied::Occupied;
+pub use problems::{problems, shared_sheets};

@@ -10,7 +10,7 @@ use crate::space::bounds::Aabb;
 use glam::Vec3;
 
 /// Metres from a cell within which it fades for an object.
-const EDGE: f32 = 0.05;
+pub(crate) const EDGE: f32 = 0.05;
 /// Metres: narrower gaps between cells are none.
 const GAP: f32 = 0.001;
 
