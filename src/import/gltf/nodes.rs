@@ -3,11 +3,12 @@
 use super::accessors::Accessor;
 use super::document::{Document, id_of, name_or};
 use super::report::{Fault, Read, Report};
-use crate::import::Node;
+use crate::import::{Node, RoomRole};
 use glam::{Mat3, Mat4, Quat, Vec3, Vec4};
 use gltf::json::camera::Type as Lens;
 use gltf::json::extensions::scene::khr_lights_punctual as punctual;
 use gltf::json::validation::Checked;
+use serde::Deserialize;
 use std::collections::BTreeSet;
 use std::f32::consts::{FRAC_PI_4, PI};
 use systems::draw::{Camera, Projection};
@@ -51,6 +52,7 @@ pub fn read(document: &Document, report: &mut Report) -> Read<Hierarchy> {
             transform,
             children,
             camera: node.camera().and_then(|camera| cameras[camera.index()].clone()),
+            room: room(&node, report),
             light: node.light().and_then(|light| lights.get(light.index()).cloned()),
             ..Node::default()
         });
@@ -66,6 +68,40 @@ pub fn read(document: &Document, report: &mut Report) -> Read<Hierarchy> {
     }
     keep_aim(&mut nodes, &order, &model_from_node);
     Ok(Hierarchy { nodes, model_from_node })
+}
+
+/// `extras` of a node, as far as they concern us.
+#[derive(Deserialize)]
+struct Extras {
+    relief: Option<RoomExtras>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+enum RoomExtras {
+    Cell(String),
+    Portal(Vec<String>),
+}
+
+/// What a node is by its extras. Those that are no object of ours are another program's.
+fn room(node: &gltf::Node, report: &mut Report) -> Option<RoomRole> {
+    let text = node.extras().as_ref()?.get();
+    let mut warn = |message: String| {
+        report.warn(format!("nodes[{}].extras.relief", node.index()), message);
+        None
+    };
+    match serde_json::from_str::<Extras>(text) {
+        Ok(Extras { relief }) => match relief? {
+            RoomExtras::Cell(name) => Some(RoomRole::Cell(name)),
+            RoomExtras::Portal(names) => match <[String; 2]>::try_from(names) {
+                Ok(names) => Some(RoomRole::Portal(Some(names))),
+                Err(names) if names.is_empty() => Some(RoomRole::Portal(None)),
+                Err(names) => warn(format!("expected the names of two cells, or none, found {}", names.len())),
+            },
+        },
+        Err(error) if text.contains("\"relief\"") => warn(error.to_string()),
+        Err(_) => None,
+    }
 }
 
 /// The shear of a matrix is lost to the transforms of nodes. Cameras and lights stay where they are and look where they
