@@ -18,7 +18,7 @@ SHEET = 0.04                         # thickness of what is seen of a wall
 OUT = 0.30                           # from the inner to the outer face of an outer wall
 DOOR = (0.92, 2.06)
 WINDOW = (1.9, 0.9, 2.2)             # width, sill, top
-STREET = -0.15                       # its height
+STREET = -0.25                       # its height
 STAIRS = 3                           # the bay of the stairs, on the street's side
 
 rnd = random.Random(33)
@@ -117,7 +117,7 @@ def portal(axis, at, along, height, between, door='', name=None, opening=1):
 
 def leaf(name, hinge, yaw, width, height, material='wood'):
     """A door that hangs on its edge."""
-    door = mesh((width, height - 0.02, 0.045), TILE[material])
+    door = mesh((width, height, 0.045), TILE[material])
     knob = mesh((0.12, 0.03, 0.12), 1)
     entities.append('        (name: "%s", transform: (translation: %s, rotation_degrees: (0, %s, 0)), children: ['
                     '(mesh: "%s", material: "%s", transform: (translation: %s)), '
@@ -195,7 +195,7 @@ def room(storey, bay, side, connected):
     wall('z', near, side, (x0, x1), height, walls, [(a, b, y - 0.06, top)])
     wall('z', near, -side, (x0, x1), height, 'plaster', [(a, b, y - 0.06, top)])
     frame('z', near, (-HALF - 0.02, HALF + 0.02), (a, b), (y, top), 'wood')
-    box((a, y - SHEET, near - HALF + 0.02), (b, y, near + HALF - 0.02), 'wood')
+    box((a, y - SHEET, near - HALF + 0.02), (b, y + 0.004, near + HALF - 0.02), 'wood')
     leaf_name = 'door %d' % number
     kind = rnd.random()
     move = ''
@@ -206,7 +206,7 @@ def room(storey, bay, side, connected):
         opening = 0
     elif kind < 0.7:
         opening = 0.35
-    leaf(leaf_name, (a, y, near + side * (HALF + 0.03)), 0, DOOR[0], DOOR[1])
+    leaf(leaf_name, (a - 0.03, y, near + side * (HALF + 0.0425)), 0, DOOR[0] + 0.06, DOOR[1] + 0.03)
     swing = -100 * side
     portal('z', near, (a, b), (y, top), ('corridor %d' % (storey + 1), name),
            ', door: (leaf: "%s", swing_degrees: %d%s)' % (leaf_name, swing, move), leaf_name, opening)
@@ -233,7 +233,7 @@ def room(storey, bay, side, connected):
     if connected.get((storey, bay, side)):
         za, zb, low, high = passage(storey, side, y)
         frame('x', x1, (-HALF - 0.02, HALF + 0.02), (za, zb), (y, high), 'wood')
-        box((x1 - HALF + 0.02, y - SHEET, za), (x1 + HALF - 0.02, y, zb), 'wood')
+        box((x1 - HALF + 0.02, y - SHEET, za), (x1 + HALF - 0.02, y + 0.004, zb), 'wood')
         portal('x', x1, (za, zb), (y, high), (name, 'room %d' % (number + 1)), '', 'passage %d' % number)
 
     furnish(y, x0, x1, near, far, side, a, number)
@@ -347,7 +347,7 @@ def stairs():
             side_box('z', near + HALF, (a, b), (lo, hi), 'warm plaster', -SHEET)
         wall('z', near, -1, (x0, x1), (y, y + CLEAR), 'plaster', [hole])
         frame('z', near, (-HALF - 0.02, HALF + 0.02), way, (y, y + 2.3), 'wood')
-        box((way[0], y - SHEET, near - HALF + 0.02), (way[1], y, near + HALF - 0.02), 'wood')
+        box((way[0], y - SHEET, near - HALF + 0.02), (way[1], y + 0.004, near + HALF - 0.02), 'wood')
         portal('z', near, way, (y, y + 2.3), ('corridor %d' % (storey + 1), 'stairs'), '', 'stairs %d' % (storey + 1))
     for at, inward in ((x0, 1), (x1, -1)):
         wall('x', at, inward, (near, far), (0, top), 'warm plaster', [])
@@ -360,8 +360,8 @@ def stairs():
             if phi - plo > 0.005:
                 side_box('z', far - HALF, (pa, pb), (plo, phi), 'warm plaster', SHEET)
     frame('z', far, (-HALF - 0.02, OUT - HALF + 0.02), (a, b), (0, 2.3), 'wood')
-    box((a, -SHEET, far - HALF + 0.02), (b, 0, far + OUT - HALF + 0.3), 'paving')
-    leaf('front door', (a, 0, far - HALF - 0.03), 0, b - a, 2.3)
+    box((a, -SHEET, far - HALF + 0.02), (b, 0.004, far + OUT - HALF + 0.3), 'paving')
+    leaf('front door', (a - 0.03, 0, far - HALF - 0.0425), 0, b - a + 0.06, 2.33)
     portal('z', far, (a, b), (0, 2.3), ('stairs', 'outside'),
            ', door: (leaf: "front door", swing_degrees: 95, period_seconds: 14, phase_seconds: 5)', 'front door', 0)
     frame('z', far, (-HALF - 0.06, OUT - HALF + 0.02), upper[:2], upper[2:], 'white', sill=True)
