@@ -10,6 +10,7 @@ pub(crate) fn with_slot_ids<R>(frame: &mut FrameData<'_>, read: impl FnOnce(&mut
         instances: &instances,
         list: frame.list,
         light_lists: frame.light_lists,
+        cells: frame.cells,
         library: frame.library,
     })
 }

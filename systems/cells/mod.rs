@@ -15,6 +15,7 @@ pub(crate) mod flood;
 pub(crate) mod geometry;
 pub(crate) mod occupied;
 pub(crate) mod problems;
+pub(crate) mod sight;
 
 pub use cells::{Cell, CellError, Cells, OUTSIDE, Opening};
 pub use doors::{Door, Portal, move_doors};
@@ -22,3 +23,4 @@ pub use flood::{Flood, Source, Window};
 pub use geometry::Plane;
 pub use occupied::Occupied;
 pub use problems::{problems, shared_sheets};
+pub use sight::Sight;

@@ -5,6 +5,7 @@ use super::instance_records::InstanceRecords;
 use super::list::DrawList;
 use super::records::InstanceRecord;
 use crate::assets::library::Library;
+use crate::cells::cells::Cells;
 use crate::ecs::tables::Records;
 use crate::lights::lists::LightLists;
 use bevy_ecs::change_detection::DetectChangesMut;
@@ -18,6 +19,8 @@ pub struct FrameData<'a> {
     pub instances: &'a dyn Records<Record = InstanceRecord>,
     /// The lights of objects that have more than three.
     pub light_lists: &'a LightLists,
+    /// Rooms: what no window shows is not drawn. `None`, or empty: there are none.
+    pub cells: Option<&'a Cells>,
     /// Meshes and images of the list. A renderer releases the texels that it has uploaded
     /// ([`Library::release_texels`]).
     pub library: &'a mut Library,
@@ -36,8 +39,8 @@ impl FrameData<'_> {
             let list = world.resource::<DrawList>();
             let instances = InstanceRecords::new(world, &list.instances);
             let light_lists = world.resource::<LightLists>();
-            let library = library.bypass_change_detection();
-            read(&mut FrameData { list, instances: &instances, light_lists, library })
+            let (cells, library) = (world.get_resource::<Cells>(), library.bypass_change_detection());
+            read(&mut FrameData { list, instances: &instances, light_lists, cells, library })
         });
         world.resource_mut::<Library>().set_last_changed(changed);
         made
