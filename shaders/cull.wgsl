@@ -93,8 +93,11 @@ struct DrawArguments {
 @group(1) @binding(7) var<storage, read_write> visible: array<u32>;
 @group(1) @binding(8) var<storage, read_write> arguments: array<DrawArguments>;
 @group(1) @binding(9) var pyramid: texture_2d<f32>;
+// What the eye sees of a world with cells; systems/cells/sight.rs says how it is laid out.
+@group(1) @binding(10) var<uniform> sight: array<vec4f, MOST_PLANES>;
 
 const PAGE_SLOTS = 64u;
+const MOST_PLANES = 1024u;
 // Workgroups in a row of a dispatch; more than 65535 need rows.
 const ROW = 32768u;
 
@@ -127,6 +130,14 @@ var<workgroup> busy: atomic<u32>;
 // Which of EARLY and LATE is drawn.
 override PHASE: u32 = 0x200u;
 
+// Whether the world has cells.
+override CELLS: bool = false;
+// What ends a list of planes of `sight`: a cell, a window of a cell, one of outside, everything.
+const END_OF_CELL = 1.0;
+const END_OF_WINDOW = 2.0;
+const END_OF_OUTSIDE = 3.0;
+const END_OF_SIGHT = 4.0;
+
 fn index_of(workgroup: vec3u) -> u32 {
     return workgroup.x + workgroup.y * ROW;
 }
@@ -152,6 +163,41 @@ fn in_frustum(center: vec3f, radius: f32) -> bool {
         inside = inside && dot(plane.xyz, center) + plane.w >= reach;
     }
     return inside;
+}
+
+// Whether a window shows anything of the box around an object's mesh. The list of planes ends by what it holds and not
+// by a number that is the same for all, as is said above.
+fn is_in_sight(slot: u32, batch: CullBatch) -> bool {
+    let rows = load_world_from_object(slot);
+    let middle = vec4f(batch.center, 1.0);
+    let center = vec3f(dot(rows[0], middle), dot(rows[1], middle), dot(rows[2], middle));
+    let x = vec3f(rows[0].x, rows[1].x, rows[2].x) * batch.half_extents.x;
+    let y = vec3f(rows[0].y, rows[1].y, rows[2].y) * batch.half_extents.y;
+    let z = vec3f(rows[0].z, rows[1].z, rows[2].z) * batch.half_extents.z;
+    // Room for rounding, which grows with the distance from the origin.
+    let room = 1e-3 + 4e-6 * length(center) + 1e-3 * (length(x) + length(y) + length(z));
+    var within = true;
+    var touched = true;
+    var in_cell = false;
+    var seen = false;
+    for (var i = 0u; i < MOST_PLANES; i++) {
+        let plane = sight[i];
+        if dot(plane.xyz, plane.xyz) == 0.0 {
+            if plane.w >= END_OF_SIGHT {
+                break;
+            }
+            in_cell = in_cell || (plane.w == END_OF_CELL && within);
+            seen = seen || (touched && (plane.w == END_OF_WINDOW || (plane.w == END_OF_OUTSIDE && !in_cell)));
+            within = true;
+            touched = true;
+        } else {
+            let distance = dot(plane.xyz, center) + plane.w;
+            let reach = abs(dot(plane.xyz, x)) + abs(dot(plane.xyz, y)) + abs(dot(plane.xyz, z));
+            within = within && distance - reach > room;
+            touched = touched && distance + reach > -room;
+        }
+    }
+    return seen;
 }
 
 struct Ball {
@@ -332,7 +378,7 @@ fn cull(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index
     // A mesh far from its own origin is where it is only nearly.
     let rounding = 1e-6 * bounds.scale * length(batches[page.y].center);
     if bounds.scale <= 0.0 || !in_frustum(bounds.center, bounds.radius + rounding)
-        || !is_sampled(footprint_of(slot, batches[page.y])) {
+        || !is_sampled(footprint_of(slot, batches[page.y])) || (CELLS && !is_in_sight(slot, batches[page.y])) {
         visibility[slot] = 0u;
         return;
     }

@@ -1,21 +1,23 @@
 //! How far a scene's shadows are from those that rays find: `relief shadows`.
 //!
 //! One frame is drawn at twice the size with one sample per pixel; four samples are a pixel. The reference, `truth`,
-//! has all lights, each where a ray from the surface reaches it. Against it stand the frame without shadows, with shadow
-//! maps, and with the scene's own light policies, each light of an object shadowed as rays find it. Figures are those
-//! of `light_error`.
+//! has all lights, whatever cells there are, each where a ray from the surface reaches it. Against it stand the frame
+//! without shadows, with shadow maps, and with the scene's own light policies, each light of an object shadowed as rays
+//! find it. Figures are those of `light_error`.
 
 use crate::compare::{self, quarters};
 use crate::frame_error::{self, FrameErrorJob};
 use crate::frames::{self, FrameError, Stage};
 use crate::output;
 use crate::renderer::{Gpu, OutputSet, Settings, SingleView, TracedShadows};
-use crate::traced::{Traced, TracedScene};
+use crate::traced::{ObjectLights, Traced, TracedScene};
 use image::RgbImage;
+use std::collections::BTreeSet;
 use std::fmt;
 use std::path::PathBuf;
 use systems::assets::color::{linear_from_srgb, srgb_from_linear};
 use systems::assets::levels::LevelOfDetail;
+use systems::cells::Cells;
 use systems::draw::View;
 use systems::lights::{LightPolicies, LightPolicy};
 
@@ -57,6 +59,21 @@ pub struct ShadowReport {
     pub maps: ShadowError,
     /// Every light of an object's list as rays find it, without shadows in what is left out of the list.
     pub perfect: ShadowError,
+    /// What cells do; `None` without any.
+    pub cells: Option<CellsReport>,
+}
+
+/// What the cells of a scene do to its lights.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct CellsReport {
+    /// No shadows and no cells.
+    pub without: ShadowError,
+    /// Lights that reach an object: the mean of the objects that the picture shows.
+    pub lights_per_object: f64,
+    /// The same without cells.
+    pub lights_per_object_without: f64,
+    /// Pairs of an object and a light that by its cells does not reach it, though rays found a sample that it lights.
+    pub left_out: usize,
 }
 
 impl ShadowReport {
@@ -75,9 +92,17 @@ impl fmt::Display for ShadowReport {
         writeln!(f, "{} lights have a shadow map", self.mapped)?;
         writeln!(f, "{unmet_samples} of {} samples show an object that no ray met", 4 * width * height)?;
         writeln!(f, "error          mean      p99     FLIP")?;
+        let without = self.cells.map(|cells| ("no cells", cells.without));
         let rows = [("unshadowed", self.unshadowed), ("maps", self.maps), ("perfect", self.perfect)];
-        for (name, ShadowError { mean, p99, flip }) in rows {
+        for (name, ShadowError { mean, p99, flip }) in rows.into_iter().chain(without) {
             writeln!(f, "{name:<10} {mean:8.4} {p99:8.4} {flip:8.4}")?;
+        }
+        if let Some(CellsReport { lights_per_object, lights_per_object_without, left_out, .. }) = self.cells {
+            writeln!(
+                f,
+                "{lights_per_object:.1} lights reach an object, {lights_per_object_without:.1} without cells; \
+                 {left_out} that light it are left out"
+            )?;
         }
         Ok(())
     }
@@ -125,6 +150,17 @@ pub fn measure(job: &FrameErrorJob, maps: u32) -> Result<ShadowReport, FrameErro
     let traced = TracedScene::new(&stage.simulation, &view);
     let Traced { shadows, unmet } = traced.shadows(&stage.simulation, &shown, rounding);
     let perfect = draw(&mut stage, &mut renderer, &view, job, Shadows::Traced(&shadows))?;
+    let with_cells = (!stage.simulation.world.resource::<Cells>().is_empty()).then(|| {
+        select_lights(&mut stage, Some(LightPolicy::All));
+        let reached = ObjectLights::new(&stage.simulation);
+        stage.simulation.world.insert_resource(Cells::default());
+        reached
+    });
+    let mut without = None;
+    if with_cells.is_some() {
+        select_lights(&mut stage, None);
+        without = Some(draw(&mut stage, &mut renderer, &view, job, Shadows::Maps(0))?);
+    }
     select_lights(&mut stage, Some(LightPolicy::All));
     let Traced { shadows, .. } = traced.shadows(&stage.simulation, &shown, rounding);
     let truth = draw(&mut stage, &mut renderer, &view, job, Shadows::Traced(&shadows))?;
@@ -139,6 +175,22 @@ pub fn measure(job: &FrameErrorJob, maps: u32) -> Result<ShadowReport, FrameErro
     let (of_unshadowed, unshadowed_heat) = compared(&unshadowed)?;
     let (of_maps, maps_heat) = compared(&mapped)?;
     let (of_perfect, perfect_heat) = compared(&perfect)?;
+    let cells = match (&with_cells, &without) {
+        (Some(reached), Some(without)) => {
+            let objects: BTreeSet<u32> = shown.iter().flatten().copied().collect();
+            let mean = |lights: &ObjectLights| {
+                let count: usize = objects.iter().map(|&slot| lights.of(slot).len()).sum();
+                count as f64 / objects.len().max(1) as f64
+            };
+            Some(CellsReport {
+                without: compared(without)?.0,
+                lights_per_object: mean(reached),
+                lights_per_object_without: mean(&ObjectLights::new(&stage.simulation)),
+                left_out: traced.left_out(&stage.simulation, &shown, reached),
+            })
+        }
+        _ => None,
+    };
     let report = ShadowReport {
         scene: job.scene.clone(),
         frame: job.frame,
@@ -152,6 +204,7 @@ pub fn measure(job: &FrameErrorJob, maps: u32) -> Result<ShadowReport, FrameErro
         unshadowed: of_unshadowed,
         maps: of_maps,
         perfect: of_perfect,
+        cells,
     };
     output::make_folder(&job.folder)?;
     let (plain, of_maps) = ([unshadowed.picture, unshadowed_heat], [mapped.picture, maps_heat]);

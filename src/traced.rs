@@ -21,6 +21,7 @@ use obvhs::cwbvh::CwBvh;
 use obvhs::cwbvh::builder::build_cwbvh;
 use obvhs::ray::{Ray, RayHit};
 use obvhs::{Boundable, BvhBuildParams};
+use std::collections::BTreeSet;
 use std::time::Duration;
 use systems::Simulation;
 use systems::assets::AlphaMode;
@@ -249,6 +250,33 @@ impl TracedScene {
         Traced { shadows: TracedShadows::from_rows(&rows), unmet: unmet.iter().sum() }
     }
 
+    /// How many pairs there are of an object and a light that some sample of a picture shows lit by it, and that are not
+    /// in these lists; of the lights in those of the world's last frame. `shown` as for [`Self::shadows`].
+    pub fn left_out(&self, simulation: &Simulation, shown: &[Option<u32>], reached: &ObjectLights) -> usize {
+        let lights = ObjectLights::new(simulation);
+        let width = self.eye_rays.pixels.x as usize;
+        let rows = shown.chunks_exact(width.max(1)).enumerate();
+        let pairs = map_in_parallel(rows, |(y, shown)| {
+            let (mut pairs, mut hits) = (BTreeSet::new(), Vec::new());
+            for (x, _) in shown.iter().enumerate().filter(|(_, shown)| shown.is_some()) {
+                let place = DVec2::new(x as f64, y as f64) + 0.5;
+                self.meet(place, None, &mut hits);
+                for hit in &hits {
+                    let known = reached.of(hit.slot);
+                    let surface = self.surface(place, hit);
+                    let is_lit = |light: u32| {
+                        let light = lights.table.get(light as usize);
+                        light.is_some_and(|light| self.is_lit_by(&surface, light) == Some(true))
+                    };
+                    let others = lights.of(hit.slot).iter().filter(|light| !known.contains(light));
+                    pairs.extend(others.filter(|&&light| is_lit(light)).map(|&light| (hit.slot, light)));
+                }
+            }
+            pairs
+        });
+        pairs.into_iter().flatten().collect::<BTreeSet<(u32, u32)>>().len()
+    }
+
     /// The object in a slot at a place of the picture, or at the corners of the square about it that is twice as wide
     /// as vertices are moved.
     fn meet_nearby(&self, place: DVec2, slot: u32, moved: f64, hits: &mut Vec<Hit>) -> Option<(DVec2, Hit)> {
@@ -298,20 +326,26 @@ impl TracedScene {
 
     /// Which lights of its object are seen from where a ray from the eye meets it.
     fn seen_lights(&self, place: DVec2, hit: &Hit, lights: &ObjectLights) -> Vec<bool> {
+        let surface = self.surface(place, hit);
+        // Also where they give no light.
+        let sees = |light: &(LightRecord, f64)| self.is_lit_by(&surface, light).unwrap_or(true);
+        lights.of(hit.slot).iter().map(|&light| lights.table.get(light as usize).is_none_or(sees)).collect()
+    }
+
+    /// Where a ray from the eye meets something.
+    fn surface(&self, place: DVec2, hit: &Hit) -> Surface {
         let (origin, direction) = self.eye_rays.through(place);
         let triangle = &self.triangles[hit.leaf];
         let normal = triangle.normal().normalize_or_zero();
-        let surface = Surface {
+        Surface {
             place: origin + direction * hit.along,
             normal: if normal.dot(direction) > 0.0 { -normal } else { normal },
             error: ROUNDING * (self.eye.length() + triangle.reach()),
-        };
-        lights.of(hit.slot).iter().map(|&light| self.sees(&surface, lights.table.get(light as usize))).collect()
+        }
     }
 
-    /// Whether a light is seen; also where it gives no light.
-    fn sees(&self, surface: &Surface, light: Option<&(LightRecord, f64)>) -> bool {
-        let Some((light, near)) = light else { return true };
+    /// Whether a light is seen from a surface; `None` where it gives no light.
+    fn is_lit_by(&self, surface: &Surface, (light, near): &(LightRecord, f64)) -> Option<bool> {
         let position = Vec3::from(light.position).as_dvec3();
         let (toward, distance) = if light.kind == LightRecord::DIRECTIONAL {
             (position.normalize_or_zero(), f64::INFINITY)
@@ -320,10 +354,10 @@ impl TracedScene {
             (way.normalize_or_zero(), way.length())
         };
         if !gives_light(light, toward, distance) {
-            return true;
+            return None;
         }
         let faces = surface.normal.dot(toward) > 0.0;
-        faces && self.is_free(surface.place + surface.normal * surface.error, toward, distance - near)
+        Some(faces && self.is_free(surface.place + surface.normal * surface.error, toward, distance - near))
     }
 
     /// Whether nothing that casts shadows is in a ray's way for so many metres.
@@ -358,7 +392,7 @@ fn gives_light(light: &LightRecord, toward: DVec3, distance: f64) -> bool {
 }
 
 /// The lights of each object, in the order in which shaders number them.
-struct ObjectLights {
+pub(crate) struct ObjectLights {
     /// By slot.
     lists: Vec<Vec<u32>>,
     /// With the distance from the light within which nothing is in its way, metres.
@@ -366,7 +400,8 @@ struct ObjectLights {
 }
 
 impl ObjectLights {
-    fn new(simulation: &Simulation) -> Self {
+    /// Of the world's last frame.
+    pub fn new(simulation: &Simulation) -> Self {
         let (world, list) = (&simulation.world, simulation.draw_list());
         let lists = world.resource::<LightLists>();
         let of = |object: EntityIndex| {
@@ -383,7 +418,8 @@ impl ObjectLights {
         }
     }
 
-    fn of(&self, slot: u32) -> &[u32] {
+    /// Of the object in a slot.
+    pub fn of(&self, slot: u32) -> &[u32] {
         self.lists.get(slot as usize).map_or(&[], Vec::as_slice)
     }
 }

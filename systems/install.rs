@@ -14,6 +14,7 @@
 //! ```
 
 use crate::assets::library::Library;
+use crate::cells::cells::Cells;
 use crate::draw::environment::Environment;
 use crate::draw::hooks;
 use crate::draw::incomplete::Incomplete;
@@ -24,6 +25,7 @@ use crate::ecs::clock::{Clock, Seed};
 use crate::ecs::parallel::set_threads;
 use crate::ecs::stats::FrameStats;
 use crate::ecs::sub_steps::SubStep;
+use crate::lights::floods::LightFloods;
 use crate::lights::lists::LightLists;
 use crate::lights::order::ObjectOrder;
 use crate::lights::policy::LightPolicies;
@@ -64,6 +66,8 @@ pub fn core(world: &mut World) {
     world.init_resource::<FrameStats>();
     world.init_resource::<MaterialTable>();
     world.init_resource::<LightTable>();
+    world.init_resource::<Cells>();
+    world.init_resource::<LightFloods>();
     world.init_resource::<LightPolicies>();
     world.init_resource::<LightLists>();
     world.init_resource::<ObjectOrder>();

@@ -11,13 +11,14 @@
 //! Each folder is a layer that uses those before it, and none after:
 //!
 //! ```text
-//! ecs ← space ← assets ← lights ← draw ← vehicles, physics ← run
+//! ecs ← space ← assets ← cells ← lights ← draw ← vehicles, physics ← run
 //! ```
 //!
 //! Within the crate a `use` names the file that has an item, `crate::lights::table::LightTable`; what a folder's
 //! `mod.rs` hands on is for others, `systems::lights::LightTable`. `tests/layers.rs` reads all of them.
 
 pub mod assets;
+pub mod cells;
 pub mod draw;
 pub mod ecs;
 pub mod install;

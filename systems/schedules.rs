@@ -4,10 +4,11 @@
 //! systems whose order matters and is not said is refused.
 
 use crate::assets::{levels, tangents};
+use crate::cells::doors;
 use crate::draw::{batches, incomplete, instances, light_records, list, materials, pieces};
 use crate::ecs::stats::{self, Stage, lap};
 use crate::ecs::{clock, sub_steps};
-use crate::lights::selection;
+use crate::lights::{floods, selection};
 #[cfg(feature = "physics")]
 use crate::physics::{bodies, ground as colliders, springs, traffic};
 use crate::run::inputs;
@@ -46,7 +47,12 @@ pub fn step_schedule() -> Schedule {
         )
             .chain()
             .in_set(Begin),
-        motion::spin.in_set(Motion),
+        (
+            motion::spin,      // what turns evenly
+            doors::move_doors, // portals, and the leaves in them
+        )
+            .chain()
+            .in_set(Motion),
         (
             #[cfg(feature = "vehicles")]
             ground::update_grounds, // what vehicles stand on
@@ -160,10 +166,12 @@ pub fn frame_schedule() -> Schedule {
         )
             .chain()
             .in_set(Assets),
-        // The light table first: the choice reads it.
+        // The light table first: the floods read it, and the choice both.
         (
             light_records::update_light_table,
             lap(Stage::Lights, "update_light_table"),
+            floods::update_floods,
+            lap(Stage::Lights, "update_floods"),
             selection::select_lights,
             lap(Stage::Lights, "select_lights"),
         )

@@ -14,9 +14,10 @@ use systems::assets::levels::LevelOfDetail;
 use systems::assets::{
     AlphaMode, Image, ImageKind, Library, Map, Material, MaterialId, MeshId, Shading, Technique, shapes,
 };
+use systems::cells::{Cell, Cells, OUTSIDE, Opening};
 use systems::draw::{Camera, Projection};
 use systems::lights::Light;
-use systems::space::{Hidden, Transform};
+use systems::space::{Aabb, Hidden, Transform};
 
 const SIZE: (u32, u32) = (96, 54);
 
@@ -631,4 +632,127 @@ fn what_is_sunk_stands_out_from_behind() {
     for frame in 0..5 {
         assert!(scene.draw_with(&mut renderer, with(Occlusion::On)).0 == expected, "frame {frame}");
     }
+}
+
+/// Rooms of 4 m in a row and in rows, some with doors between them and windows, with faces of their walls and things in
+/// them. No lights: what is drawn is what is seen.
+fn building(random: &mut TestRng) -> (Scene, Cells) {
+    let mut scene = Scene::new();
+    // Of which cells keep some out.
+    let lights: Vec<Entity> =
+        scene.simulation.world.query_filtered::<Entity, With<Light>>().iter(&scene.simulation.world).collect();
+    lights.into_iter().for_each(|light| _ = scene.simulation.world.despawn(light));
+    let (columns, rows) = (2 + (unit(random) * 3.0) as u32, 1 + (unit(random) * 3.0) as u32);
+    let number = |column: u32, row: u32| row * columns + column + 1;
+    let (mut cells, mut openings) = (Vec::new(), Vec::new());
+    let face = |scene: &mut Scene, min: Vec3, max: Vec3| {
+        let material = if (min.x + min.z) as i32 % 2 == 0 { 0 } else { 1 };
+        let place = Transform { scale: max - min, ..Transform::from_translation((min + max) * 0.5) };
+        scene.spawn(0, material, place);
+    };
+    let mut doors = std::collections::BTreeMap::new();
+    for row in 0..rows {
+        for column in 0..columns {
+            let min = Vec3::new(column as f32 * 4.0, 0.0, row as f32 * 4.0);
+            cells.push(Cell::new_box("", Aabb { min, max: min + Vec3::new(4.0, 3.0, 4.0) }));
+            face(&mut scene, min + Vec3::new(0.06, 0.06, 0.06), min + Vec3::new(3.94, 0.1, 3.94));
+            face(&mut scene, min + Vec3::new(0.06, 2.9, 0.06), min + Vec3::new(3.94, 2.94, 3.94));
+            for (across_x, far) in [(true, false), (true, true), (false, false), (false, true)] {
+                let edge = if across_x { column } else { row } + u32::from(far);
+                let has = *doors.entry((across_x, edge, if across_x { row } else { column })).or_insert_with(|| {
+                    let last = if across_x { columns } else { rows };
+                    let beyond = |edge: Option<u32>| match edge.filter(|&edge| edge < last) {
+                        Some(edge) if across_x => number(edge, row),
+                        Some(edge) => number(column, edge),
+                        None => OUTSIDE,
+                    };
+                    let has = unit(random) < 0.6;
+                    if has {
+                        let at = edge as f32 * 4.0;
+                        let corner = |(along, y): (f32, f32)| {
+                            if across_x { Vec3::new(at, y, min.z + along) } else { Vec3::new(min.x + along, y, at) }
+                        };
+                        let polygon = [(1.5, 0.1), (2.5, 0.1), (2.5, 2.1), (1.5, 2.1)].map(corner).to_vec();
+                        let between = [beyond(edge.checked_sub(1)), beyond(Some(edge))];
+                        openings.push(Opening { between, polygon, portal: None });
+                    }
+                    has
+                });
+                let thin = if far { [3.9, 3.94] } else { [0.06, 0.1] };
+                let mut part = |along: [f32; 2], y: [f32; 2]| {
+                    let at = |i: usize| {
+                        let v = if across_x { [thin[i], y[i], along[i]] } else { [along[i], y[i], thin[i]] };
+                        min + Vec3::from(v)
+                    };
+                    face(&mut scene, at(0), at(1));
+                };
+                if has {
+                    part([0.06, 1.5], [0.06, 2.94]);
+                    part([2.5, 3.94], [0.06, 2.94]);
+                    part([1.5, 2.5], [2.1, 2.94]);
+                } else {
+                    part([0.06, 3.94], [0.06, 2.94]);
+                }
+            }
+            for _ in 0..12 {
+                let at = Vec3::new(0.5 + 3.0 * unit(random), 0.4 + 2.0 * unit(random), 0.5 + 3.0 * unit(random));
+                let turn = Quat::from_rotation_y(unit(random) * 6.0);
+                let size = Vec3::splat(0.1 + 0.4 * unit(random));
+                let mesh = (unit(random) * 3.0) as usize;
+                let place = Transform::from_translation(min + at).with_rotation(turn).with_scale(size);
+                scene.spawn(mesh, (unit(random) * 4.0) as usize, place);
+            }
+        }
+    }
+    // The wall's cavities are closed at doors, by frames that go through it.
+    for opening in &openings {
+        let (low, high) = opening.polygon.iter().fold((Vec3::MAX, Vec3::MIN), |(a, b), p| (a.min(*p), b.max(*p)));
+        let across = if high.x == low.x { Vec3::X } else { Vec3::Z } * 0.1;
+        let along = if high.x == low.x { Vec3::Z } else { Vec3::X };
+        face(&mut scene, low - across - along * 0.05, Vec3::new(low.x, high.y, low.z) + across);
+        face(&mut scene, Vec3::new(high.x, low.y, high.z) - across, high + across + along * 0.05);
+        face(&mut scene, Vec3::new(low.x, high.y, low.z) - across, high + across + Vec3::Y * 0.05);
+        face(&mut scene, low - across - Vec3::Y * 0.05, Vec3::new(high.x, low.y, high.z) + across);
+    }
+    for _ in 0..20 {
+        let at = Vec3::new(unit(random) * 30.0 - 8.0, unit(random) * 4.0, -6.0 * unit(random) - 1.0);
+        scene.spawn(1, 0, Transform::from_translation(at));
+    }
+    (scene, Cells::new(cells, openings))
+}
+
+/// What no window shows is not drawn, and no pixel misses it: from rooms, from doorways, from outside.
+#[test]
+fn rooms_look_the_same_if_only_what_windows_show_is_drawn() {
+    let Some(mut renderer) = renderer() else { return };
+    let mut random = random();
+    let (mut drawn, mut without, mut drawn_few) = (0, 0, 0);
+    for _ in 0..12 {
+        let (mut scene, cells) = building(&mut random);
+        scene.simulation.frame();
+        for eye in 0..12 {
+            let extent = cells.bounds().max + Vec3::new(8.0, 1.0, 8.0);
+            let mut at =
+                Vec3::new(unit(&mut random), unit(&mut random), unit(&mut random)) * extent - Vec3::new(4.0, 0.0, 4.0);
+            if let (1, Some(opening)) = (eye % 4, cells.openings().get(eye)) {
+                at = opening.polygon.iter().sum::<Vec3>() / opening.polygon.len() as f32;
+            }
+            let turn = Quat::from_rotation_y(unit(&mut random) * 6.3) * Quat::from_rotation_x(unit(&mut random) - 0.5);
+            scene.look(Transform::from_translation(at).with_rotation(turn));
+            scene.simulation.world.insert_resource(Cells::default());
+            scene.simulation.frame();
+            let (expected, all) = scene.draw_with(&mut renderer, with(Occlusion::Off));
+            scene.simulation.world.insert_resource(cells.clone());
+            scene.simulation.frame();
+            for occlusion in [Occlusion::Off, Occlusion::On] {
+                let (found, few) = scene.draw_with(&mut renderer, with(occlusion));
+                assert!(found == expected, "from {at}");
+                if occlusion == Occlusion::Off {
+                    (drawn, without) = (drawn + few.objects, without + all.objects);
+                    drawn_few += usize::from(few.objects * 2 < all.objects);
+                }
+            }
+        }
+    }
+    assert!(drawn * 4 < without * 3 && drawn_few > 12, "{drawn} of {without}, {drawn_few}");
 }

@@ -120,7 +120,7 @@ impl Data {
         self.instances.write(0, record);
         let Self { list, instances, library } = self;
         let light_lists = &LightLists::default();
-        drawn(renderer, &mut FrameData { list, instances, light_lists, shadows: None, library })
+        drawn(renderer, &mut FrameData { list, instances, light_lists, shadows: None, cells: None, library })
     }
 }
 

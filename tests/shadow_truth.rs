@@ -254,3 +254,108 @@ fn on_the_shipped_scene_perfect_maps_are_nearer_than_none() {
     // Vertices are moved by a sixteenth of a pixel at the most.
     assert!(found.unmet_samples < 4 * 160 * 90 / 500, "{found:?}");
 }
+
+/// A camera in a room of a building of two by two, with a lamp in each, and a doorway to two of them.
+fn building(cells: &str) -> String {
+    let mut entities = String::new();
+    let mut face = |min: [f64; 3], max: [f64; 3]| {
+        let at: Vec<f64> = (0..3).map(|i| 0.5 * (min[i] + max[i])).collect();
+        let size: Vec<f64> = (0..3).map(|i| max[i] - min[i]).collect();
+        entities += &format!(
+            "(mesh: \"cube\", material: \"white\", transform: (translation: ({}, {}, {}), scale: ({}, {}, {}))),\n",
+            at[0], at[1], at[2], size[0], size[1], size[2]
+        );
+    };
+    for (x, z) in [(0.0, 0.0), (4.0, 0.0), (0.0, 4.0), (4.0, 4.0)] {
+        // Walls are 20 cm thick, and each face of them is 4 cm. Doorways are from 1.5 to 2.5 m, 2 m high.
+        face([x + 0.06, -0.04, z + 0.06], [x + 3.94, 0.0, z + 3.94]);
+        face([x + 0.06, 2.6, z + 0.06], [x + 3.94, 2.64, z + 3.94]);
+        let inner = |at: f64| at > 3.0 && at < 5.0;
+        for (at, inward) in [(x, 1.0), (x + 4.0, -1.0)] {
+            let (a, b) = (at + 0.06 * inward, at + 0.1 * inward);
+            let mut part = |from: f64, to: f64, low: f64, high: f64| {
+                face([a.min(b), low, z + from], [a.max(b), high, z + to]);
+            };
+            if inner(at) {
+                part(0.06, 1.5, -0.04, 2.64);
+                part(2.5, 3.94, -0.04, 2.64);
+                part(1.5, 2.5, 2.0, 2.64);
+            } else {
+                part(0.06, 3.94, -0.04, 2.64);
+            }
+        }
+        for (at, inward) in [(z, 1.0), (z + 4.0, -1.0)] {
+            let (a, b) = (at + 0.06 * inward, at + 0.1 * inward);
+            let mut part = |from: f64, to: f64, low: f64, high: f64| {
+                face([x + from, low, a.min(b)], [x + to, high, a.max(b)]);
+            };
+            // One of the walls across Z has no doorway.
+            if inner(at) && x < 1.0 {
+                part(0.06, 1.5, -0.04, 2.64);
+                part(2.5, 3.94, -0.04, 2.64);
+                part(1.5, 2.5, 2.0, 2.64);
+            } else {
+                part(0.06, 3.94, -0.04, 2.64);
+            }
+        }
+    }
+    // Frames, through the walls.
+    for z in [0.0, 4.0] {
+        face([3.9, 0.0, z + 1.44], [4.1, 2.06, z + 1.5]);
+        face([3.9, 0.0, z + 2.5], [4.1, 2.06, z + 2.56]);
+        face([3.9, 2.0, z + 1.5], [4.1, 2.06, z + 2.5]);
+        face([3.9, -0.04, z + 1.5], [4.1, 0.0, z + 2.5]);
+    }
+    face([1.44, 0.0, 3.9], [1.5, 2.06, 4.1]);
+    face([2.5, 0.0, 3.9], [2.56, 2.06, 4.1]);
+    face([1.5, 2.0, 3.9], [2.5, 2.06, 4.1]);
+    face([1.5, -0.04, 3.9], [2.5, 0.0, 4.1]);
+    for (x, z) in [(1.0, 1.2), (6.8, 1.0), (0.8, 6.5), (6.0, 6.2), (3.0, 3.0), (7.0, 3.2)] {
+        entities += &format!("(transform: (translation: ({x}, 2.2, {z})), light: point(intensity: 3, range: 14)),\n");
+    }
+    format!(
+        r#"(
+    environment: (
+        ambient: (0, 0, 0), zenith: (0, 0, 0), horizon: (0, 0, 0), ground: (0, 0, 0), tone_map: clamp,
+    ),
+    materials: {{ "white": (base_factor: (1, 1, 1), specular_factor: (0, 0, 0)) }},
+    meshes: {{ "cube": cube(size: (1, 1, 1)) }},
+    piece_metres: 1.3,
+    {cells}
+    entities: [
+        (camera: (fov_y_degrees: 75), transform: (translation: (0.4, 1.6, 0.4), look_at: (4, 1, 3.4))),
+        {entities}
+    ],
+)"#
+    )
+}
+
+const BUILDING_CELLS: &str = r#"
+    cells: {
+        "a": (box: ((0, -0.1, 0), (4, 2.7, 4))), "b": (box: ((4, -0.1, 0), (8, 2.7, 4))),
+        "c": (box: ((0, -0.1, 4), (4, 2.7, 8))), "d": (box: ((4, -0.1, 4), (8, 2.7, 8))),
+    },
+    portals: [
+        (between: ("a", "b"), polygon: [(4, 0, 1.5), (4, 0, 2.5), (4, 2, 2.5), (4, 2, 1.5)]),
+        (between: ("c", "d"), polygon: [(4, 0, 5.5), (4, 0, 6.5), (4, 2, 6.5), (4, 2, 5.5)]),
+        (between: ("a", "c"), polygon: [(1.5, 0, 4), (2.5, 0, 4), (2.5, 2, 4), (1.5, 2, 4)]),
+    ],"#;
+
+/// Cells leave out lights behind walls, and none that a ray finds; the picture is far nearer to the truth.
+#[test]
+fn cells_leave_out_what_walls_hide() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let with = measured(&building(BUILDING_CELLS), None).report;
+    let without = measured(&building(""), None).report;
+    let cells = with.cells.expect("there are cells");
+    assert_eq!(without.cells, None);
+    // The same pictures but for cells.
+    assert_eq!((with.mean_luminance, cells.without), (without.mean_luminance, without.unshadowed));
+    assert_eq!(cells.left_out, 0, "{cells:?}");
+    // All six are in reach; two are in the room, and some shine in here and there.
+    assert_eq!(cells.lights_per_object_without, 6.0);
+    assert!(cells.lights_per_object < 4.5, "{cells:?}");
+    assert!(with.unshadowed.mean < 0.5 * without.unshadowed.mean, "{with:?}");
+}

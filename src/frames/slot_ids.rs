@@ -11,6 +11,7 @@ pub(crate) fn with_slot_ids<R>(frame: &mut FrameData<'_>, read: impl FnOnce(&mut
         list: frame.list,
         light_lists: frame.light_lists,
         shadows: frame.shadows,
+        cells: frame.cells,
         library: frame.library,
     })
 }

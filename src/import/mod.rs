@@ -17,7 +17,8 @@ mod normal_map;
 pub mod progress;
 
 pub(crate) use gltf::read_file;
-pub use model::{Model, Node};
+pub(crate) use model::RoomPart;
+pub use model::{Model, Node, RoomRole};
 
 use crate::problem::Problem;
 use bevy_tasks::ComputeTaskPool;

@@ -37,8 +37,27 @@ pub struct Node {
     pub light: Option<Light>,
     /// The camera here, along −Z.
     pub camera: Option<Camera>,
+    /// The parts are no objects but the walls of a cell, or a portal.
+    pub room: Option<RoomRole>,
     /// Where `parts` are drawn relative to the node (EXT_mesh_gpu_instancing); empty: once, at the node itself.
     pub instances: Vec<Transform>,
+}
+
+/// What a node is in place of an object, by its `extras`: `{"relief": {"cell": "hall"}}`, or
+/// `{"relief": {"portal": ["hall", "kitchen"]}}`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum RoomRole {
+    /// Its meshes together are the cell of that name.
+    Cell(String),
+    /// Its meshes together are a portal: between cells of these names, or between those that are on either side of it.
+    Portal(Option<[String; 2]>),
+}
+
+/// A node that is a cell or a portal, until the scene has been spawned.
+#[derive(Component, Clone, Debug)]
+pub(crate) struct RoomPart {
+    pub role: RoomRole,
+    pub meshes: Vec<MeshId>,
 }
 
 impl Model {
@@ -88,7 +107,7 @@ impl Model {
         let mut bounds: Option<Aabb> = None;
         for (index, model_from_node) in self.placed() {
             let node = &self.nodes[index];
-            for part_from in node.part_transforms() {
+            for part_from in node.part_transforms().iter().filter(|_| node.room.is_none()) {
                 for &(mesh, _) in &node.parts {
                     let Some(entry) = library.mesh(mesh) else { continue };
                     let part = entry.mesh.aabb().transformed(&(model_from_node * part_from.compute_affine()));
@@ -114,6 +133,10 @@ impl Node {
         }
         if let Some(camera) = &self.camera {
             entity.insert(camera.clone());
+        }
+        if let Some(role) = &self.room {
+            let meshes = self.parts.iter().map(|(mesh, _)| *mesh).collect();
+            return entity.insert(RoomPart { role: role.clone(), meshes }).id();
         }
         // The common case, one part at the node itself, needs no further entity.
         if let ([part], true) = (self.parts.as_slice(), self.instances.is_empty()) {

@@ -10,9 +10,11 @@ use super::pyramid::Pyramid;
 use super::tables::GrowingBuffer;
 use super::targets::{texture, whole_view};
 use super::timestamps::Timestamps;
-use super::{Gpu, RenderError, Settings, shaders};
+use super::view_state::ViewPlan;
+use super::{Gpu, RenderError, shaders};
 use bytemuck::{Pod, Zeroable};
-use systems::draw::{PAGE_SLOTS, View};
+use systems::cells::{Cells, Sight};
+use systems::draw::{PAGE_SLOTS, Projection};
 use systems::ecs::tables::DirtySlots;
 use wgpu::util::DrawIndexedIndirectArgs;
 
@@ -60,7 +62,11 @@ pub(super) enum Phase {
 #[derive(Clone, Debug)]
 pub(super) struct Culling {
     layout: wgpu::BindGroupLayout,
+    module: wgpu::ShaderModule,
+    pipeline_layout: wgpu::PipelineLayout,
     cull: wgpu::ComputePipeline,
+    /// In worlds with cells, once there was one.
+    cull_by_cells: Option<wgpu::ComputePipeline>,
     occlude: wgpu::ComputePipeline,
     /// By [`Phase`].
     count: [wgpu::ComputePipeline; 2],
@@ -99,6 +105,9 @@ pub(super) struct CulledView {
     phases: [PhaseDraws; 2],
     pyramid: Option<Pyramid>,
     counts: CullRecord,
+    /// What the eye sees of a world with cells; `None` without any.
+    sight: Option<Sight>,
+    sight_planes: wgpu::Buffer,
     /// The draws that the lists were made for.
     draws: IndirectDrawsVersion,
 }
@@ -143,7 +152,7 @@ impl Culling {
         let entries: Vec<_> = std::iter::once(entry(0, wgpu::BufferBindingType::Uniform))
             .chain((1..=4).map(|binding| entry(binding, storage(true))))
             .chain((5..=8).map(|binding| entry(binding, storage(false))))
-            .chain([pyramid])
+            .chain([pyramid, entry(10, wgpu::BufferBindingType::Uniform)])
             .collect();
         let descriptor = wgpu::BindGroupLayoutDescriptor { label: Some("culling"), entries: &entries };
         let layout = device.create_bind_group_layout(&descriptor);
@@ -155,22 +164,13 @@ impl Culling {
         let source = wgpu::ShaderSource::Wgsl(shaders::CULL.into());
         let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some("cull.wgsl"), source });
         let pipeline = |entry_point, phase: Phase| {
-            let constants = [("PHASE", phase.bit())];
-            let options =
-                wgpu::PipelineCompilationOptions { constants: &constants, zero_initialize_workgroup_memory: false };
-            device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some(entry_point),
-                layout: Some(&pipeline_layout),
-                module: &module,
-                entry_point: Some(entry_point),
-                compilation_options: options,
-                cache: None,
-            })
+            make_pipeline(device, (&pipeline_layout, &module), entry_point, &[("PHASE", phase.bit())])
         };
         let usage = wgpu::TextureUsages::TEXTURE_BINDING;
         let no_pyramid = texture(device, "no pyramid", (1, 1), wgpu::TextureFormat::R32Float, 1, usage);
         Self {
             cull: pipeline("cull", Phase::Early),
+            cull_by_cells: None,
             occlude: pipeline("occlude", Phase::Late),
             count: [Phase::Early, Phase::Late].map(|phase| pipeline("count", phase)),
             scan_blocks: pipeline("scan_blocks", Phase::Early),
@@ -181,7 +181,16 @@ impl Culling {
             vertex_rounding: gpu.vertex_rounding(),
             first_instance: device.features().contains(wgpu::Features::INDIRECT_FIRST_INSTANCE),
             layout,
+            module,
+            pipeline_layout,
         }
+    }
+
+    /// Gets ready for a world with cells.
+    pub fn make_for_cells(&mut self, device: &wgpu::Device) {
+        let constants = [("PHASE", Phase::Early.bit()), ("CELLS", 1.0)];
+        let parts = (&self.pipeline_layout, &self.module);
+        self.cull_by_cells.get_or_insert_with(|| make_pipeline(device, parts, "cull", &constants));
     }
 
     /// Encodes a phase of the culling of a view, with the frame group of its tables and eye. The late phase reads the
@@ -194,6 +203,7 @@ impl Culling {
         (view, frame_group): (&CulledView, &wgpu::BindGroup),
     ) {
         let (name, test) = match phase {
+            Phase::Early if view.sight.is_some() => ("culling", self.cull_by_cells.as_ref().unwrap_or(&self.cull)),
             Phase::Early => ("culling", &self.cull),
             Phase::Late => ("occlusion", &self.occlude),
         };
@@ -226,6 +236,23 @@ impl Culling {
     }
 }
 
+fn make_pipeline(
+    device: &wgpu::Device,
+    (layout, module): (&wgpu::PipelineLayout, &wgpu::ShaderModule),
+    entry_point: &str,
+    constants: &[(&str, f64)],
+) -> wgpu::ComputePipeline {
+    let options = wgpu::PipelineCompilationOptions { constants, zero_initialize_workgroup_memory: false };
+    device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some(entry_point),
+        layout: Some(layout),
+        module,
+        entry_point: Some(entry_point),
+        compilation_options: options,
+        cache: None,
+    })
+}
+
 impl Phase {
     /// Its bit in the shader's `visibility`.
     pub(super) fn bit(self) -> f64 {
@@ -240,13 +267,18 @@ impl CulledView {
     pub fn new(device: &wgpu::Device) -> Self {
         use wgpu::BufferUsages;
         let buffer = |label, usage| GrowingBuffer::new(device, label, BufferUsages::STORAGE | usage);
-        Self {
-            record: device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("culled view"),
-                size: size_of::<CullRecord>() as u64,
+        let uniform = |label, size: usize| {
+            device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(label),
+                size: size as u64,
                 usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
                 mapped_at_creation: false,
-            }),
+            })
+        };
+        Self {
+            record: uniform("culled view", size_of::<CullRecord>()),
+            sight: None,
+            sight_planes: uniform("sight", Sight::MOST * size_of::<[f32; 4]>()),
             visibility: buffer("visibility of objects", BufferUsages::empty()),
             slice_counts: buffer("counts of visible objects", BufferUsages::empty()),
             visible: buffer("lists of visible objects", BufferUsages::VERTEX),
@@ -292,8 +324,8 @@ impl CulledView {
         gpu: &Gpu,
         culling: &Culling,
         draws: &IndirectDraws,
-        view: &View,
-        settings: &Settings,
+        ViewPlan { view, settings }: &ViewPlan,
+        cells: Option<&Cells>,
     ) -> Result<bool, RenderError> {
         let redrawn = self.draws != draws.version();
         let mut recull = redrawn;
@@ -334,6 +366,15 @@ impl CulledView {
             self.counts = record;
             recull = true;
         }
+        // Where the projection is parallel, no eye is anywhere.
+        let is_parallel = matches!(view.camera.projection, Projection::Orthographic { .. });
+        let sight = cells.map(|cells| if is_parallel { Sight::everything() } else { Sight::new(cells, view.eye()) });
+        if self.sight != sight {
+            let planes = sight.as_ref().map_or(&[][..], |sight| &sight.0);
+            gpu.queue.write_buffer(&self.sight_planes, 0, bytemuck::cast_slice(planes));
+            self.sight = sight;
+            recull = true;
+        }
         for phase in 0..phases {
             self.bind(&gpu.device, culling, draws, phase);
         }
@@ -353,7 +394,7 @@ impl CulledView {
         let entries: Vec<_> = std::iter::once(&self.record)
             .chain(buffers.iter().map(|buffer| buffer.buffer()))
             .map(wgpu::Buffer::as_entire_binding)
-            .chain([wgpu::BindingResource::TextureView(pyramid)])
+            .chain([wgpu::BindingResource::TextureView(pyramid), self.sight_planes.as_entire_binding()])
             .enumerate()
             .map(|(binding, resource)| wgpu::BindGroupEntry { binding: binding as u32, resource })
             .collect();

@@ -351,6 +351,10 @@ impl Renderer {
         self.pipelines.finish_objects(missing);
         uploaded?;
         let list = frame.list;
+        let cells = frame.cells.filter(|cells| !cells.is_empty());
+        if cells.is_some() {
+            self.culling.make_for_cells(&self.gpu.device);
+        }
         for (state, plan) in views {
             let levels = plan.settings.levels.enabled;
             let draws = &mut self.draws[usize::from(levels)];
@@ -358,7 +362,7 @@ impl Renderer {
             let draws = &self.draws[usize::from(levels)];
             state.make_targets(&self.gpu, &self.pipelines, &self.pyramids, plan, draws, list.objects)?;
             state.fit_outputs(&self.gpu.device, plan.size());
-            state.prepare_lists(&self.gpu, &self.culling, draws, plan)?;
+            state.prepare_lists(&self.gpu, &self.culling, draws, plan, cells)?;
             state.bind(&self.gpu.device, &self.pipelines.frame_layout, &self.tables);
         }
         Ok(())

@@ -75,6 +75,7 @@ mod tests {
     use super::*;
     use std::collections::{BTreeMap, BTreeSet};
     use systems::assets::{AlphaMode, MapSlot, Shading, Technique};
+    use systems::cells::Sight;
     use systems::draw::{InstanceRecord, MaterialRecord, PAGE_SLOTS, PipelineKey, ToneMap};
     use systems::lights::{LightListPage, LightLists, LightRecord, NO_LIGHT, PackedLight};
     use wgpu::naga;
@@ -110,6 +111,11 @@ mod tests {
             number("SLICES", culling::SLICES),
             number("TOGETHER", culling::TOGETHER),
             number("BLOCK", culling::BLOCK),
+            number("MOST_PLANES", Sight::MOST as u32),
+            ("END_OF_CELL", Sight::CELL.into()),
+            ("END_OF_WINDOW", Sight::WINDOW.into()),
+            ("END_OF_OUTSIDE", Sight::OUTSIDE.into()),
+            ("END_OF_SIGHT", Sight::END.into()),
             ("TABLE_WIDTH", tables::TABLE_WIDTH as f64),
             ("INSTANCE_TEXELS", size_of::<InstanceRecord>() as f64 / 16.0),
             ("MATERIAL_TEXELS", size_of::<MaterialRecord>() as f64 / 16.0),

@@ -19,6 +19,7 @@ use super::visible_counts::{CountReadback, VisibleCounts};
 use super::{DebugView, Gpu, RenderError, Settings, Uploads};
 use glam::{Mat4, Vec3};
 use systems::assets::Technique;
+use systems::cells::Cells;
 use systems::draw::{
     Batch, BatchKey, BlendedRun, DrawList, Environment, FrameData, LightFeatures, PipelineKey, ToneMap, View,
     ViewRecord, sort_transparent,
@@ -350,8 +351,9 @@ impl ViewState {
         culling: &Culling,
         draws: &IndirectDraws,
         plan: &ViewPlan,
+        cells: Option<&Cells>,
     ) -> Result<(), RenderError> {
-        self.recull = self.culled.prepare(gpu, culling, draws, &plan.view, &plan.settings)?;
+        self.recull = self.culled.prepare(gpu, culling, draws, plan, cells)?;
         Ok(())
     }
 

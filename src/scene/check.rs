@@ -201,6 +201,7 @@ impl<'a> Check<'a> {
         self.field("meshes", |c| {
             c.entries(&scene.meshes, Self::mesh);
         });
+        self.cells();
         self.roads();
         let mut entities = 0u64;
         self.each("entities", &scene.entities, |c, e| entities = entities.saturating_add(c.entity(e, &[], false)));
@@ -345,7 +346,7 @@ impl<'a> Check<'a> {
         }
     }
 
-    fn figure(&mut self, mesh: &'a str) {
+    pub(super) fn figure(&mut self, mesh: &'a str) {
         self.known_mesh(mesh);
         let Some(MeshSource::Model(source)) = self.scene.meshes.get(mesh) else { return };
         let Some(model) = self.files.model(&source.file) else { return };

@@ -135,6 +135,9 @@ fn documented_defaults_are_the_defaults() {
     assert_defaults::<format::Signal>("signal", "green_seconds: [9],");
     assert_defaults::<format::SignalHead>("signalhead", "signal: \"x\",");
     assert_defaults::<format::Traffic>("traffic", "");
+    assert_defaults::<format::Cell>("cell", "");
+    assert_defaults::<format::Portal>("portal", "between: (\"a\", \"outside\"), polygon: [],");
+    assert_defaults::<format::Door>("door", "");
     assert_defaults::<format::Along>("along", "spacing: 1,");
     assert_defaults::<format::Vehicle>("vehicle", "type: \"car\",");
     assert_defaults::<systems::physics::Physical>("physical", "");

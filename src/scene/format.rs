@@ -29,6 +29,8 @@ pub struct Scene {
     pub signals: Named<Signal>,
     pub routes: Named<Route>,
     pub traffic: Traffic,
+    pub cells: Named<Cell>,
+    pub portals: Vec<Portal>,
     pub entities: Vec<Entity>,
     pub generators: Vec<Generator>,
     #[serde(skip)]
@@ -58,6 +60,8 @@ impl Default for Scene {
             signals: Named::default(),
             routes: Named::default(),
             traffic: Traffic::default(),
+            cells: Named::default(),
+            portals: Vec::new(),
             entities: Vec::new(),
             generators: Vec::new(),
             custom: Custom::default(),
@@ -139,6 +143,43 @@ impl Default for Clock {
         let clock = systems::ecs::clock::Clock::default();
         Self { step_seconds: clock.step_seconds, speed: clock.speed, paused: clock.paused }
     }
+}
+
+/// A convex room: a box by two corners, or the hull of a convex mesh.
+#[derive(Deserialize, Debug, Default)]
+#[serde(default, deny_unknown_fields)]
+pub struct Cell {
+    pub r#box: Option<[[f64; 3]; 2]>,
+    pub hull: Option<String>,
+    pub translation: [f64; 3],
+}
+
+/// A convex polygon between two cells, or a cell and outside.
+#[derive(Deserialize, Debug)]
+#[serde(deny_unknown_fields)]
+pub struct Portal {
+    pub between: [String; 2],
+    pub polygon: Vec<[f64; 3]>,
+    #[serde(default)]
+    pub name: Option<String>,
+    #[serde(default = "all_open")]
+    pub open: f32,
+    #[serde(default)]
+    pub door: Option<Door>,
+}
+
+fn all_open() -> f32 {
+    1.0
+}
+
+#[derive(Deserialize, Debug, Default)]
+#[serde(default, deny_unknown_fields)]
+pub struct Door {
+    pub leaf: Option<String>,
+    pub swing_degrees: f32,
+    pub slide: [f32; 3],
+    pub period_seconds: f32,
+    pub phase_seconds: f32,
 }
 
 /// One entity, or one kind of entity for a generator. `node` counts only within `attach`.

@@ -13,12 +13,14 @@
 //! vehicles                  what spawning asks for of all these, if the build has vehicles
 //! physical                  vehicles as bodies, if the build has physics
 //! spawn, generate           entities, and generators' copies of them
+//! cells                     rooms and portals
 //! rig                       light and a camera for what brings none; a glTF file is a scene as well
 //! ```
 //!
 //! Nothing is spawned before everything has been read and checked, so that a scene that fails leaves the world as it
 //! was.
 
+mod cells;
 mod check;
 mod custom_fields;
 #[cfg(all(test, feature = "physics"))]
@@ -170,8 +172,12 @@ pub fn check(path: &Path, simulation: fn() -> Simulation) -> Vec<Problem> {
         return problems;
     }
     // Into a world of its own: some of it shows only there.
-    match load(path, &mut simulation()) {
-        Ok(loaded) => loaded.warnings.into_iter().map(|message| Problem::warning(path, message)).collect(),
+    let mut simulation = simulation();
+    match load(path, &mut simulation) {
+        Ok(mut loaded) => {
+            loaded.warnings.extend(cells::shared_sheets(&mut simulation));
+            loaded.warnings.into_iter().map(|message| Problem::warning(path, message)).collect()
+        }
         Err(error) => error.problems,
     }
 }

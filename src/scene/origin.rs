@@ -189,6 +189,15 @@ fn each_place(scene: &mut Scene, mut see: impl FnMut(Whose, &mut [f64; 3])) {
     for (i, (_, route)) in scene.routes.entries_mut().iter_mut().enumerate() {
         route.points.iter_mut().for_each(|point| see(("routes", i), point));
     }
+    for (i, (_, cell)) in scene.cells.entries_mut().iter_mut().enumerate() {
+        cell.r#box.iter_mut().flatten().for_each(|corner| see(("cells", i), corner));
+        if cell.hull.is_some() {
+            see(("cells", i), &mut cell.translation);
+        }
+    }
+    for (i, portal) in scene.portals.iter_mut().enumerate() {
+        portal.polygon.iter_mut().for_each(|corner| see(("portals", i), corner));
+    }
     for (i, generator) in scene.generators.iter_mut().enumerate() {
         match &mut generator.place {
             Place::Grid(grid) => grid.center.iter_mut().for_each(|center| see(("generators", i), center)),

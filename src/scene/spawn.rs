@@ -1,5 +1,6 @@
 //! A checked scene becomes entities.
 
+use super::cells;
 use super::files::{Items, Shape};
 use super::format::{self, Entity as Source, Scene};
 use super::generate;
@@ -56,6 +57,8 @@ pub fn spawn(scene: &Scene, items: &Items, world: &mut World) -> Spawned {
     for (i, generator) in scene.generators.iter().enumerate() {
         spawner.generator(i, generator, seeds.bits());
     }
+    let in_cells = cells::spawn(Some((scene, items)), spawner.world);
+    spawner.found.warnings.extend(in_cells);
     spawner.cut();
     spawner.found.warnings.extend(vehicles::warnings(spawner.world));
     spawner.found.warnings.extend(shadows_without_end(spawner.world));
@@ -101,7 +104,8 @@ fn shared_names(own: &[(String, Entity)], of_models: &[(String, Entity)]) -> Vec
 pub fn spawn_model(model: &Model, bounds: Aabb, world: &mut World) -> (Entity, Spawned) {
     let root = model.spawn(world, Transform::IDENTITY);
     let cameras = cameras_below(world, root);
-    let warnings = shared_names(&[], &cameras);
+    let mut warnings = shared_names(&[], &cameras);
+    warnings.extend(cells::spawn(None, world));
     let bounds = (bounds != Aabb::default()).then_some(bounds);
     (root, Spawned { cameras, bounds, has_lights: model.has_lights(), warnings })
 }

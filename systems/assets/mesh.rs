@@ -82,6 +82,8 @@ pub struct MeshEntry {
     pub mesh: Mesh,
     /// Encloses all positions, object space.
     pub bounds: Sphere,
+    /// [`Mesh::aabb`].
+    pub aabb: Aabb,
     /// Set by the tangents system.
     pub tangents_ready: bool,
     /// Levels of detail, the mesh itself first; made by the levels system. Empty until then: the renderer draws only
@@ -97,8 +99,8 @@ impl MeshEntry {
     /// A mesh whose tangents, and levels if it has any, are still to be made.
     pub(super) fn new(mesh: Mesh, without_levels: bool) -> Self {
         let levels = if without_levels { vec![Level::whole(&mesh)] } else { Vec::new() };
-        let bounds = Sphere::around(&mesh.positions);
-        Self { mesh, bounds, tangents_ready: false, levels, level_indices: Vec::new(), without_levels }
+        let (bounds, aabb) = (Sphere::around(&mesh.positions), mesh.aabb());
+        Self { mesh, bounds, aabb, tangents_ready: false, levels, level_indices: Vec::new(), without_levels }
     }
 
     /// What it takes on the CPU.

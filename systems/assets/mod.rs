@@ -33,5 +33,5 @@ pub use material::{
     default_specular,
 };
 pub use mesh::{Level, Mesh, MeshEntry, MeshId, MeshVariants};
-pub use object_bounds::{all_bounds, bounds_of, world_bounds};
+pub use object_bounds::{all_bounds, bounds_of, world_bounds, world_box};
 pub use technique::Technique;

@@ -2,7 +2,7 @@
 
 use super::library::Library;
 use super::mesh::MeshId;
-use crate::space::bounds::Sphere;
+use crate::space::bounds::{Aabb, Sphere};
 use crate::space::transform::GlobalTransform;
 use bevy_ecs::prelude::*;
 
@@ -11,6 +11,13 @@ use bevy_ecs::prelude::*;
 #[inline]
 pub fn world_bounds(library: &Library, mesh: MeshId, place: &GlobalTransform) -> Option<Sphere> {
     library.mesh(mesh).map(|entry| entry.bounds.transformed(&place.affine()))
+}
+
+/// The axis-aligned box around an object of that mesh at that place, world space; `None` while the library has no such
+/// mesh.
+#[inline]
+pub fn world_box(library: &Library, mesh: MeshId, place: &GlobalTransform) -> Option<Aabb> {
+    library.mesh(mesh).map(|entry| entry.aabb.transformed(&place.affine()))
 }
 
 /// The sphere around an entity that has a mesh, world space, at its place of the last frame; `None` for others.

@@ -6,6 +6,7 @@ use super::list::DrawList;
 use super::records::InstanceRecord;
 use super::shadow_casters::ShadowScene;
 use crate::assets::library::Library;
+use crate::cells::cells::Cells;
 use crate::ecs::tables::Records;
 use crate::lights::lists::LightLists;
 use bevy_ecs::change_detection::DetectChangesMut;
@@ -21,6 +22,8 @@ pub struct FrameData<'a> {
     pub light_lists: &'a LightLists,
     /// What casts shadows; `None`: nothing does.
     pub shadows: Option<ShadowScene<'a>>,
+    /// Rooms: what no window shows is not drawn. `None`, or empty: there are none.
+    pub cells: Option<&'a Cells>,
     /// Meshes and images of the list. A renderer releases the texels that it has uploaded
     /// ([`Library::release_texels`]).
     pub library: &'a mut Library,
@@ -39,9 +42,9 @@ impl FrameData<'_> {
             let list = world.resource::<DrawList>();
             let instances = InstanceRecords::new(world, &list.instances);
             let light_lists = world.resource::<LightLists>();
+            let (shadows, cells) = (ShadowScene::of(world), world.get_resource::<Cells>());
             let library = library.bypass_change_detection();
-            let shadows = ShadowScene::of(world);
-            read(&mut FrameData { list, instances: &instances, light_lists, shadows, library })
+            read(&mut FrameData { list, instances: &instances, light_lists, shadows, cells, library })
         });
         world.resource_mut::<Library>().set_last_changed(changed);
         made

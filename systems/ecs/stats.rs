@@ -59,6 +59,8 @@ pub struct FrameStats {
     pub objects: usize,
     /// Objects whose lights were chosen again in this frame.
     pub selected: usize,
+    /// Lights whose way through portals was searched for in this frame.
+    pub floods: usize,
     /// Objects with more than three lights, and how many they have beyond the three.
     pub listed_objects: usize,
     /// See [`Self::listed_objects`].
@@ -80,6 +82,7 @@ impl Default for FrameStats {
             systems: Vec::new(),
             objects: 0,
             selected: 0,
+            floods: 0,
             listed_objects: 0,
             listed_lights: 0,
             instances_written: 0,

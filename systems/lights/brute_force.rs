@@ -17,6 +17,18 @@ use glam::Vec3;
 /// Chooses the lights of each sphere; `scored` is indexed by slot. A sphere that is not finite has none. Returns what
 /// they have beyond their three.
 pub fn select(scored: &[ScoredLight], policies: Policies, spheres: &[Sphere], out: &mut [Selection]) -> ListedLights {
+    select_shares(scored, policies, spheres, |_, _| 1.0, out)
+}
+
+/// [`select`] where an object gets a share of each light, 0 to 1: of the object with that index, and the light in that
+/// slot ([`LightFloods::share`](super::floods::LightFloods::share)). For the object the light is so many times as bright.
+pub fn select_shares(
+    scored: &[ScoredLight],
+    policies: Policies,
+    spheres: &[Sphere],
+    share: impl Fn(usize, u32) -> f32,
+    out: &mut [Selection],
+) -> ListedLights {
     let order = search_order(scored);
     let mut reached = Vec::new();
     let mut further = ListedLights::default();
@@ -27,8 +39,7 @@ pub fn select(scored: &[ScoredLight], policies: Policies, spheres: &[Sphere], ou
             let light = &scored[slot as usize];
             let score = score(light, sphere);
             if score > 0.0 {
-                let (irradiance, arriving) = at_center(light, sphere);
-                reached.push(Reaching { score, slot, place: slot, irradiance, arriving });
+                reached.extend(Reaching::new(light, slot, score, sphere, share(i, slot)));
             }
         }
         let light = |slot: u32| &scored[slot as usize];
@@ -42,13 +53,28 @@ pub fn select(scored: &[ScoredLight], policies: Policies, spheres: &[Sphere], ou
 
 /// A light whose score for an object is above 0.
 pub(crate) struct Reaching {
+    /// Times the share.
     pub score: f32,
     pub slot: u32,
     /// Where the light is.
     pub place: u32,
-    /// What [`at_center`] gives.
+    /// What [`at_center`] gives, times the share.
     pub irradiance: f32,
     pub arriving: Vec3,
+    /// How much of the light the object gets: less than 1 behind walls.
+    pub share: f32,
+}
+
+impl Reaching {
+    /// A light of which an object gets a share; `None` where that is nothing.
+    #[inline]
+    pub fn new(light: &ScoredLight, slot: u32, score: f32, sphere: Sphere, share: f32) -> Option<Self> {
+        let score = score * share;
+        (score > 0.0).then(|| {
+            let (irradiance, arriving) = at_center(light, sphere);
+            Self { score, slot, place: slot, irradiance: irradiance * share, arriving: arriving * share, share }
+        })
+    }
 }
 
 /// Chooses from the lights that reach an object of that radius, in the order in which they are added up; lists those
@@ -77,17 +103,22 @@ pub(crate) fn choose<'a>(
             let least = number.map_or(0.0, |number| three.weights[number]);
             let weight = weight(reaching.score, inverse_threshold, least);
             match number {
-                Some(number) => selection.weights[number] = weight,
-                None if weight > 0.0 => further.push(pack_light(reaching.slot, weight)),
+                Some(number) => selection.weights[number] = weight * reaching.share,
+                None if weight > 0.0 => further.push(pack_light(reaching.slot, weight * reaching.share)),
                 None => {}
             }
             selection.dropped += reaching.score * (1.0 - weight);
             add_residual(reaching, light(reaching.place), 1.0 - weight, &mut selection);
         }
-    } else if policy != LightPolicy::Hard && top.scores[3] > 0.0 {
+    } else {
+        let has_residual = policy != LightPolicy::Hard && top.scores[3] > 0.0;
         for reaching in lights {
-            let weight = among_three(reaching.slot).map_or(0.0, |number| three.weights[number]);
-            add_residual(reaching, light(reaching.place), 1.0 - weight, &mut selection);
+            let number = among_three(reaching.slot);
+            number.into_iter().for_each(|number| selection.weights[number] *= reaching.share);
+            if has_residual {
+                let weight = number.map_or(0.0, |number| three.weights[number]);
+                add_residual(reaching, light(reaching.place), 1.0 - weight, &mut selection);
+            }
         }
     }
     selection

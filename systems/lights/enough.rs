@@ -24,14 +24,15 @@ pub(crate) const HALVINGS: u32 = 20;
 /// In place of 1 / τ where nothing is left out.
 pub(crate) const ALL: f32 = f32::MAX;
 
-/// What a light gives at most as if it were no nearer than half the object's radius, in metres: its score, or less.
+/// What a light, of which the object gets a share, gives at most as if it were no nearer than half the object's radius,
+/// in metres: its score, or less.
 #[inline(always)]
-fn at_half_radius(score: f32, light: &ScoredLight, half_radius: f32) -> f32 {
+fn at_half_radius(score: f32, share: f32, light: &ScoredLight, half_radius: f32) -> f32 {
     if light.kind == LightRecord::DIRECTIONAL {
         return score;
     }
     let [constant, linear, quadratic, least] = light.denominator.to_array();
-    score.min(1.0 / (constant + half_radius * (linear + half_radius * quadratic)).max(least))
+    score.min(share / (constant + half_radius * (linear + half_radius * quadratic)).max(least))
 }
 
 /// 1 / τ for the lights that reach an object of that radius in metres, the first of whose scores is `highest`; [`ALL`]
@@ -47,7 +48,7 @@ pub(crate) fn inverse_threshold<'a>(
     let half_radius = 0.5 * radius;
     let mut total = 0.0f32;
     for reaching in lights {
-        total += at_half_radius(reaching.score, light(reaching.place), half_radius);
+        total += at_half_radius(reaching.score, reaching.share, light(reaching.place), half_radius);
     }
     let allowed = tolerance * total;
     if allowed <= LEAST {

@@ -7,12 +7,17 @@
 //! How many an object has is its [`LightPolicy`] (`policy`, `enough`). [`select_lights`] searches for those objects only
 //! that moved or that a changed light reaches, and keeps what was found as their [`SelectedLights`]; lights beside the
 //! first three are in [`LightLists`]. Which lights have a shadow map in a picture is for [`rank`] to say (`importance`).
+//!
+//! In a world with [`Cells`](crate::cells::Cells) an object gets a share of each light, by what of it comes through
+//! portals. [`LightFloods`] has what each light reaches; `indoors` chooses the lights of objects that walls are between.
 
 pub mod brute_force;
 pub(crate) mod components;
 pub(crate) mod curve;
 pub(crate) mod enough;
+pub(crate) mod floods;
 pub(crate) mod importance;
+pub(crate) mod indoors;
 pub(crate) mod lists;
 pub(crate) mod order;
 pub(crate) mod order_sorting;
@@ -27,6 +32,7 @@ pub(crate) mod tree;
 
 pub use components::{Light, LightKind, NoShadow};
 pub use curve::along_the_curve;
+pub use floods::{LightFloods, update_floods};
 pub use importance::{DARK, Ranked, ShadowLight, ShadowLights, ShadowView, rank};
 pub use lists::{LightListPage, LightLists, ListedLights};
 pub use order::ObjectOrder;

@@ -334,6 +334,19 @@ impl ObjectOrder {
         }
     }
 
+    /// Lists the groups that a light reaches or did, with a bit for each object; after [`Self::refresh`].
+    pub(crate) fn find_reached(&self, level: Level, change: &[ScoredLight; 2]) -> Vec<(u32, u64)> {
+        let (mut stack, mut found) = (Vec::new(), Vec::new());
+        dispatch!(level, simd => self.find_changed(simd, change, &mut stack, &mut found));
+        found
+    }
+
+    /// The object at a place, unless it is to choose again already.
+    pub(crate) fn object_to_mark(&self, place: u32) -> Option<EntityIndex> {
+        let is_dirty = self.dirty.get(place as usize / 64)? >> (place % 64) & 1 != 0;
+        self.objects.get(place as usize).copied().flatten().filter(|_| !is_dirty)
+    }
+
     /// Lists the groups that a light reaches or did, with a bit for each object. One that moved a little reaches nearly
     /// what it did, and is looked for once.
     #[inline(always)]

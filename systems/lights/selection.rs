@@ -5,6 +5,8 @@
 //! (`ObjectOrder::mark`), and searches for these only. Where most would be marked, marking is left out and all are
 //! searched. What comes out is the same as if all had been searched in every frame.
 
+use super::floods::LightFloods;
+use super::indoors::{Searched, Walls};
 use super::lists::{LightLists, MOST_LISTED};
 use super::order::{Dirty, ObjectOrder};
 use super::policy::{LightPolicies, LightPolicy, Policies};
@@ -14,7 +16,8 @@ use super::table::LightTable;
 use super::tree::LightTree;
 use crate::assets::library::Library;
 use crate::assets::mesh::MeshId;
-use crate::assets::object_bounds::world_bounds;
+use crate::assets::object_bounds::{world_bounds, world_box};
+use crate::cells::cells::Cells;
 use crate::ecs::bits::for_each_set;
 use crate::ecs::changes::{LIGHT_ROWS, note_changed, rows_per_task, touch};
 use crate::ecs::entity_numbers::EntityNumbers;
@@ -26,7 +29,7 @@ use crate::lights::search::clusters::{self, Level, Scratch};
 use crate::space::bounds::Sphere;
 use crate::space::transform::GlobalTransform;
 use bevy_ecs::change_detection::{ContiguousMut, ContiguousRef, Tick};
-use bevy_ecs::entity::Entities;
+use bevy_ecs::entity::{Entities, EntityIndex};
 use bevy_ecs::prelude::*;
 use bevy_tasks::{ComputeTaskPool, TaskPool};
 use glam::Vec3;
@@ -97,6 +100,7 @@ pub fn select_lights(
     table: Res<LightTable>,
     policies: Res<LightPolicies>,
     library: Res<Library>,
+    (cells, floods): (Res<Cells>, Res<LightFloods>),
     mut order: ResMut<ObjectOrder>,
     mut lists: ResMut<LightLists>,
     mut kept: Local<Kept>,
@@ -113,13 +117,23 @@ pub fn select_lights(
     order.release_freed(lists);
     collect_moved(objects, &library, &mut order, &mut kept.changed);
     order.gather_moving(pool);
+    let aabb = |object: EntityIndex| {
+        let (_, place, mesh) = objects.get(entities.resolve_from_index(object)).ok()?;
+        world_box(&library, *mesh, &place)
+    };
+    let walls = floods.has_cells().then(|| Walls { cells: &cells, floods: &floods, aabb: &aabb });
     // What found no room may find some.
     let had_refused = lists.forget_refused();
     if std::mem::replace(&mut kept.policies, *policies) != *policies
         || had_refused
+        || floods.are_new()
         || table.changes().len() > FEW_LIGHTS.max(table.scored().len() / MANY_LIGHTS)
     {
         order.mark_all();
+    } else if let Some(walls) = &walls {
+        if !floods.changes().is_empty() {
+            walls.mark(pool, level, &mut order);
+        }
     } else if !table.changes().is_empty() {
         order.mark(pool, level, table.changes());
     }
@@ -135,7 +149,14 @@ pub fn select_lights(
     // Of objects at some places, or at all from the first on.
     let mut search = |order: &ObjectOrder, places: Option<&[u32]>, first, spheres: &[Sphere], found: &mut Vec<_>| {
         found.resize(spheres.len(), SelectedLights::default());
-        let object = |i: usize| order.object(places.map_or(first + i as u32, |places| places[i]));
+        let place = |i: usize| places.map_or(first + i as u32, |places| places[i]);
+        let object = |i: usize| order.object(place(i));
+        if let Some(walls) = &walls {
+            let own = |object| order.own_policies.of(object, &policies);
+            let policy = |i| common.or_else(|| object(i).map(own)).unwrap_or(LightPolicy::Three);
+            let searched = Searched { spheres, object: &object, policy: &policy, place: &place };
+            return walls.search(pool, table.scored(), &searched, lists, found);
+        }
         if common.is_none() {
             each.clear();
             let policy = |object| order.own_policies.of(object, &policies);

@@ -107,6 +107,11 @@ impl LightTable {
         &self.changes
     }
 
+    /// The slots of these, in the same order.
+    pub(crate) fn changed(&self) -> &[u32] {
+        &self.changed
+    }
+
     /// Forgets what changed in the last frame, and empties the slots of lights that went since then.
     pub(crate) fn begin_frame(&mut self, records: &mut Table<PackedLight>) {
         self.changes.clear();

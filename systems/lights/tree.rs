@@ -304,18 +304,19 @@ impl Node {
 
 /// The order in which lights are added up: slots of all that are not off.
 pub fn search_order(scored: &[ScoredLight]) -> Vec<u32> {
-    let mut order: Vec<(u32, u64, u32)> = scored
-        .iter()
-        .zip(0..)
-        .filter_map(|(light, slot)| match light.kind {
-            LightRecord::OFF => None,
-            LightRecord::DIRECTIONAL => Some((0, 0, slot)),
-            LightRecord::POINT => Some((1, morton(light.position), slot)),
-            _ => Some((2, morton(light.position), slot)),
-        })
-        .collect();
+    let mut order: Vec<_> = scored.iter().zip(0..).filter_map(|(light, slot)| order_of(light, slot)).collect();
     order.sort_unstable();
     order.into_iter().map(|(_, _, slot)| slot).collect()
+}
+
+/// Where a light is in the [`search_order`]; `None` for one that is off.
+pub(crate) fn order_of(light: &ScoredLight, slot: u32) -> Option<(u32, u64, u32)> {
+    match light.kind {
+        LightRecord::OFF => None,
+        LightRecord::DIRECTIONAL => Some((0, 0, slot)),
+        LightRecord::POINT => Some((1, morton(light.position), slot)),
+        _ => Some((2, morton(light.position), slot)),
+    }
 }
 
 /// Where a point lies on the Morton curve.

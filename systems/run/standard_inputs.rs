@@ -1,4 +1,4 @@
-//! The inputs that every simulation knows: edits of lights, places and visibility, what comes and goes, and manual
+//! The inputs that every simulation knows: edits of lights, portals, places and visibility, what comes and goes, and manual
 //! control of vehicles.
 
 use super::inputs::{Input, Inputs};
@@ -7,6 +7,7 @@ use super::spawn::Spawn;
 #[cfg(feature = "vehicles")]
 use super::vehicle_inputs;
 use crate::assets::mesh::{MeshId, MeshVariants};
+use crate::cells::doors::{Door, Portal};
 use crate::lights::components::Light;
 use crate::space::hidden::Hidden;
 use crate::space::interpolation::Interpolated;
@@ -21,6 +22,7 @@ impl Default for Inputs {
     fn default() -> Self {
         let mut inputs = Self::empty();
         inputs.register::<EditLight>();
+        inputs.register::<SetPortal>();
         inputs.register::<SetTransform>();
         inputs.register::<Hide>();
         inputs.register::<NextMeshVariant>();
@@ -61,6 +63,39 @@ impl Input for EditLight {
 pub fn edit_light(world: &mut World, entity: Entity, light: Light) {
     if let Some(entity) = world.resource::<EntityRegistry>().id(entity) {
         world.resource_mut::<Inputs>().push(EditLight { entity, light });
+    }
+}
+
+/// A portal is opened or shut. One that did so by itself does no more.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+pub struct SetPortal {
+    /// Which.
+    pub entity: StateId,
+    /// [`Portal::open`].
+    pub open: f32,
+}
+
+impl Input for SetPortal {
+    const NAME: &'static str = "set portal";
+
+    fn apply(&self, world: &mut World) {
+        let Some(entity) = find(world, self.entity) else { return };
+        let Some(mut portal) = world.get_mut::<Portal>(entity) else { return };
+        portal.set_if_neq(Portal { open: self.open });
+        if let Some(mut door) = world.get_mut::<Door>(entity) {
+            door.period = 0.0;
+        }
+    }
+
+    fn is_sound(&self) -> bool {
+        Portal { open: self.open }.is_sound()
+    }
+}
+
+/// Queues how far an entity's portal is open, 0 to 1. Nothing is queued for an entity that was not registered.
+pub fn set_portal(world: &mut World, entity: Entity, open: f32) {
+    if let Some(entity) = world.resource::<EntityRegistry>().id(entity) {
+        world.resource_mut::<Inputs>().push(SetPortal { entity, open });
     }
 }
 

@@ -10,6 +10,7 @@ use super::inputs::MOST_SHOWN;
 use super::registry::{EntityRegistry, FromIds, StateId, ToIds};
 use super::state_hash::{self, Sum};
 use crate::assets::mesh::{MeshId, MeshVariants};
+use crate::cells::doors::{Door, Portal};
 use crate::ecs::clock::{Clock, Seed};
 use crate::lights::components::Light;
 use crate::space::hidden::Hidden;
@@ -79,6 +80,8 @@ impl StateList {
         list.add(Component::<Transform, Placed>::checked("transform", Transform::is_finite));
         list.add(Component::<Light>::checked("light", Light::is_sound));
         list.add(Component::<Spin>::checked("spin", Spin::is_sound));
+        list.add(Component::<Portal>::checked("portal", Portal::is_sound));
+        list.add(Component::<Door>::checked("door", Door::is_sound));
         list.add_component::<Hidden>("hidden");
         let has_shown = |variants: &MeshVariants| variants.shown < variants.meshes.len().max(1);
         list.add_checked_component::<MeshVariants>("figure", has_shown);

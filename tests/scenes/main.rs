@@ -1,5 +1,6 @@
 //! Scene files from text to entities: what loads, what is refused and in which words.
 
+mod cells;
 mod custom_fields;
 mod faults;
 mod files;

@@ -3,12 +3,14 @@
 use super::accessors::Accessor;
 use super::document::{Document, id_of, name_or};
 use super::report::{Fault, Read, Report};
-use crate::import::Node;
+use crate::import::{Node, RoomRole};
 use glam::{Mat3, Mat4, Quat, Vec3, Vec4};
 use gltf::json::camera::Type as Lens;
 use gltf::json::extensions::scene::khr_lights_punctual as punctual;
 use gltf::json::validation::Checked;
-use std::collections::BTreeSet;
+use serde::Deserialize;
+use serde_json::Value;
+use std::collections::{BTreeMap, BTreeSet};
 use std::f32::consts::{FRAC_PI_4, PI};
 use systems::draw::{Camera, Projection};
 use systems::lights::{Light, LightKind};
@@ -29,8 +31,8 @@ pub struct Hierarchy {
     pub model_from_node: Vec<Mat4>,
 }
 
-/// Reads the hierarchy; meshes come later.
-pub fn read(document: &Document, report: &mut Report) -> Read<Hierarchy> {
+/// Reads the hierarchy, with what nodes are in place of objects; meshes come later.
+pub fn read(document: &Document, mut rooms: BTreeMap<usize, RoomRole>, report: &mut Report) -> Read<Hierarchy> {
     let children: Vec<Vec<usize>> =
         document.gltf.nodes().map(|node| node.children().map(|child| child.index()).collect()).collect();
     let order = parents_first(&children)?;
@@ -51,6 +53,7 @@ pub fn read(document: &Document, report: &mut Report) -> Read<Hierarchy> {
             transform,
             children,
             camera: node.camera().and_then(|camera| cameras[camera.index()].clone()),
+            room: rooms.remove(&node.index()),
             light: node.light().and_then(|light| lights.get(light.index()).cloned()),
             ..Node::default()
         });
@@ -66,6 +69,37 @@ pub fn read(document: &Document, report: &mut Report) -> Read<Hierarchy> {
     }
     keep_aim(&mut nodes, &order, &model_from_node);
     Ok(Hierarchy { nodes, model_from_node })
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum RoomExtras {
+    Cell(String),
+    Portal(Vec<String>),
+}
+
+/// What nodes are in place of objects, by their index: what `extras.relief` says. Other extras are other programs'.
+pub fn rooms(root: &Value, report: &mut Report) -> BTreeMap<usize, RoomRole> {
+    let nodes = root["nodes"].as_array().into_iter().flatten().enumerate();
+    let of_node = |(index, node): (usize, &Value)| {
+        let extras = &node["extras"]["relief"];
+        let mut warn = |message: String| {
+            report.warn(format!("nodes[{index}].extras.relief"), message);
+            None
+        };
+        let role = match RoomExtras::deserialize(extras) {
+            _ if extras.is_null() => None,
+            Ok(RoomExtras::Cell(name)) => Some(RoomRole::Cell(name)),
+            Ok(RoomExtras::Portal(names)) => match <[String; 2]>::try_from(names) {
+                Ok(names) => Some(RoomRole::Portal(Some(names))),
+                Err(names) if names.is_empty() => Some(RoomRole::Portal(None)),
+                Err(names) => warn(format!("expected the names of two cells, or none, found {}", names.len())),
+            },
+            Err(error) => warn(error.to_string()),
+        };
+        Some((index, role?))
+    };
+    nodes.filter_map(of_node).collect()
 }
 
 /// The shear of a matrix is lost to the transforms of nodes. Cameras and lights stay where they are and look where they

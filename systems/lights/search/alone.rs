@@ -40,7 +40,14 @@ pub(crate) fn select_one<S: Simd>(
     spots.find::<S, true>(simd, &volume);
     for (&slot, place) in tree.everywhere.iter().zip(tree.lights.len() as u32..) {
         let (irradiance, arriving) = relevance::at_center(&scored[slot as usize], sphere);
-        reaching.push(Reaching { score: scored[slot as usize].luminance, slot, place, irradiance, arriving });
+        reaching.push(Reaching {
+            score: scored[slot as usize].luminance,
+            slot,
+            place,
+            irradiance,
+            arriving,
+            share: 1.0,
+        });
     }
     meet::<S, POINT>(simd, tree, &object, points.near(), reaching);
     meet::<S, SPOT>(simd, tree, &object, spots.near(), reaching);
@@ -79,7 +86,7 @@ fn meet<S: Simd, const KIND: u32>(
             let [score, irradiance, x, y, z] = rows.each_ref().map(|row| row[lane]);
             if score > 0.0 {
                 let (slot, arriving) = (tree.slots[place as usize], Vec3::new(x, y, z));
-                reaching.push(Reaching { score, slot, place, irradiance, arriving });
+                reaching.push(Reaching { score, slot, place, irradiance, arriving, share: 1.0 });
             }
         }
     }

@@ -1,0 +1,167 @@
+//! Which cells an object is in, by its box.
+//!
+//! A cell that the box touches counts in full, and one that ends beside the box fades within a few centimetres. So does
+//! outside, which is touched where the cells together do not cover the box. A wall's face is in the room that it faces
+//! and in no other, if cells end within walls.
+
+use super::cells::{Cell, Cells, OUTSIDE};
+use super::geometry::{Plane, Solid, smooth_step};
+use crate::space::bounds::Aabb;
+use glam::Vec3;
+
+/// Metres from a cell within which it fades for an object.
+pub(crate) const EDGE: f32 = 0.05;
+/// Metres: narrower gaps between cells are none.
+const GAP: f32 = 0.001;
+
+/// Which cells a box is in.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Occupied {
+    /// World space.
+    pub(crate) center: Vec3,
+    pub(crate) half: Vec3,
+    /// Numbers of cells, [`OUTSIDE`] among them, and how much the box counts there: above 0, at most 1.
+    cells: Vec<(u32, f32)>,
+}
+
+impl Occupied {
+    /// Where a box is; nowhere if it is not finite.
+    pub fn new(cells: &Cells, aabb: Aabb) -> Self {
+        let mut occupied = Self::default();
+        occupied.set(cells, aabb);
+        occupied
+    }
+
+    /// [`Self::new`], in the memory that is there.
+    pub(crate) fn set(&mut self, cells: &Cells, aabb: Aabb) {
+        (self.center, self.half) = (aabb.center(), (aabb.max - aabb.min) * 0.5);
+        self.cells.clear();
+        let (center, half) = (self.center, self.half);
+        if !(center.is_finite() && half.is_finite()) {
+            return;
+        }
+        let is_beside = |other: Aabb| aabb.min.cmpgt(other.max + EDGE).any() || aabb.max.cmplt(other.min - EDGE).any();
+        if is_beside(cells.bounds()) {
+            self.cells.push((OUTSIDE, 1.0));
+            return;
+        }
+        let near = cells.cells().iter().zip(1..).filter(|(cell, _)| !is_beside(cell.aabb()));
+        for (cell, number) in near {
+            let weight = smooth_step(1.0 + cell.overlap(center, half) / EDGE);
+            if weight > 0.0 {
+                self.cells.push((number, weight));
+            }
+        }
+        let weight = 1.0 - smooth_step(self.depth(cells) / EDGE);
+        if weight > 0.0 {
+            self.cells.push((OUTSIDE, weight));
+        }
+    }
+
+    /// Cells and weights.
+    pub fn cells(&self) -> &[(u32, f32)] {
+        &self.cells
+    }
+
+    /// Whether it is in no cell, and not near one.
+    pub(crate) fn is_outside(&self) -> bool {
+        self.cells == [(OUTSIDE, 1.0)]
+    }
+
+    /// How much it counts in a cell.
+    #[inline]
+    pub(crate) fn weight(&self, cell: u32) -> Option<f32> {
+        self.cells.iter().find(|(number, _)| *number == cell).map(|(_, weight)| *weight)
+    }
+
+    /// Metres from the box to what no cell covers, up to [`EDGE`].
+    fn depth(&self, cells: &Cells) -> f32 {
+        let near: Vec<&Cell> = self.cells.iter().filter_map(|&(number, _)| cells.cell(number)).collect();
+        if near.iter().any(|cell| cell.holds(self.center, self.half) >= EDGE) {
+            return EDGE;
+        }
+        // What is left of the box and its surroundings, cell by cell.
+        let mut left = vec![Solid::new_box(self.half + EDGE)];
+        for cell in near {
+            left = left.into_iter().flat_map(|solid| self.without(solid, cell)).collect();
+        }
+        left.iter().map(|solid| solid.gap(self.half)).fold(EDGE, f32::min)
+    }
+
+    /// The parts of a solid, relative to the centre, that a cell does not cover.
+    fn without(&self, solid: Solid, cell: &Cell) -> Vec<Solid> {
+        let (mut inside, mut parts) = (Some(solid), Vec::new());
+        for plane in &cell.planes {
+            let Some(solid) = inside else { break };
+            let plane = Plane { normal: plane.normal, offset: -plane.distance(self.center) - GAP };
+            parts.extend(solid.clip(&plane.flipped()));
+            inside = solid.clip(&plane);
+        }
+        parts
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn aabb(min: [f32; 3], max: [f32; 3]) -> Aabb {
+        Aabb { min: min.into(), max: max.into() }
+    }
+
+    /// Two rooms side by side, with their common wall's middle at x = 4.
+    fn rooms() -> Cells {
+        let cell = |x: f32| Cell::new_box("", aabb([x, 0.0, 0.0], [x + 4.0, 3.0, 4.0]));
+        Cells::new(vec![cell(0.0), cell(4.0)], Vec::new())
+    }
+
+    fn occupied(min: [f32; 3], max: [f32; 3]) -> Vec<(u32, f32)> {
+        Occupied::new(&rooms(), aabb(min, max)).cells
+    }
+
+    #[test]
+    fn an_object_is_in_the_cells_that_its_box_touches() {
+        assert_eq!(occupied([1.0, 1.0, 1.0], [2.0, 2.0, 2.0]), [(1, 1.0)]);
+        // A solid wall between two rooms, and a face of it.
+        assert_eq!(occupied([3.9, 0.1, 1.0], [4.1, 2.9, 2.0]), [(1, 1.0), (2, 1.0)]);
+        assert_eq!(occupied([3.9, 0.1, 1.0], [3.9, 2.9, 2.0]), [(1, 1.0)]);
+        assert_eq!(occupied([10.0, 1.0, 1.0], [11.0, 2.0, 2.0]), [(OUTSIDE, 1.0)]);
+        // The outer wall's faces: within it is the room's, out of it outside's.
+        assert_eq!(occupied([0.1, 0.1, 1.0], [0.1, 2.9, 2.0]), [(1, 1.0)]);
+        assert_eq!(occupied([-0.1, 0.1, 1.0], [-0.1, 2.9, 2.0]), [(OUTSIDE, 1.0)]);
+        // One that sticks out.
+        assert_eq!(occupied([-0.5, 0.1, 1.0], [1.0, 2.9, 2.0]), [(1, 1.0), (OUTSIDE, 1.0)]);
+        assert_eq!(Occupied::new(&rooms(), aabb([f32::NAN; 3], [1.0; 3])).cells, []);
+    }
+
+    #[test]
+    fn weights_are_continuous_where_an_object_goes_through_a_wall() {
+        let place = |x: f32| Occupied::new(&rooms(), aabb([x - 0.3, 1.0, 1.0], [x + 0.3, 2.0, 2.0]));
+        let mut before = place(-1.0);
+        // From outside through both rooms, to outside again.
+        for i in 0..100_000 {
+            let now = place(-1.0 + i as f32 * 1e-4);
+            for cell in 0..3 {
+                let weight = |occupied: &Occupied| occupied.weight(cell).unwrap_or(0.0);
+                // The step is steepest in its middle: 1.5 over 5 cm.
+                assert!((weight(&now) - weight(&before)).abs() < 1.6 * 1e-4 / EDGE, "{cell} at {i}");
+            }
+            before = now;
+        }
+        assert_eq!(before.cells, [(2, 1.0), (OUTSIDE, 1.0)].as_slice()[1..].to_vec());
+    }
+
+    /// A wall that is not along an axis: two wedges that share a slanted plane.
+    #[test]
+    fn hulls_that_meet_leave_nothing_outside() {
+        let slanted = Plane { normal: Vec3::new(1.0, 0.0, 1.0).normalize(), offset: 4.0 };
+        let mut wedges = [(); 2].map(|()| Cell::new_box("", aabb([0.0, 0.0, 0.0], [6.0, 3.0, 6.0])));
+        wedges[0].planes.push(slanted);
+        wedges[1].planes.push(slanted.flipped());
+        let cells = Cells::new(wedges.to_vec(), Vec::new());
+        let across = Occupied::new(&cells, aabb([2.0, 1.0, 2.0], [3.8, 2.0, 3.8]));
+        assert_eq!(across.cells, [(1, 1.0), (2, 1.0)]);
+        let out = Occupied::new(&cells, aabb([2.0, 2.0, 2.0], [3.8, 3.2, 3.8]));
+        assert_eq!(out.cells, [(1, 1.0), (2, 1.0), (OUTSIDE, 1.0)]);
+    }
+}
