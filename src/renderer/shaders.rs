@@ -256,9 +256,9 @@ mod tests {
     fn every_override_of_the_shaders_is_set() {
         let of_objects =
             object_constants(Pass::Outputs(Attached::default()), PipelineKey::default()).map(|(name, _)| name);
-        // By `Culling::new`, `Scatter::make` and `Pipelines::tone_map`.
-        let set: BTreeSet<&str> =
-            of_objects.into_iter().chain(["PHASE", "TEXELS", "TONE_MAP", "SHADOW_TAPS"]).collect();
+        // By `Culling::new` and `Culling::make_for_cells`, `Scatter::make`, `Pipelines::tone_map` and `make_object`.
+        let others = ["CELLS", "PHASE", "TEXELS", "TONE_MAP", "SHADOW_TAPS"];
+        let set: BTreeSet<&str> = of_objects.into_iter().chain(others).collect();
         let other = &declared("override") ^ &set;
         assert!(other.is_empty(), "not set, or no longer there: {other:?}");
         let of_forward: BTreeSet<String> =
