@@ -614,7 +614,8 @@ fn scatter(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_in
         let slice = taken_slice(draw, slot);
         if slice != NO_SLICE {
             let rank = sum_before(count_index(draw, first + number, slice)) - sum_before(draw.first_entry * SLICES);
-            visible[list_start(entry.y) + rank + members_before(number, slice, place)] = slot;
+            let drawn = slot | select(0u, COARSE, draw.level > 0u);
+            visible[list_start(entry.y) + rank + members_before(number, slice, place)] = drawn;
         }
     }
 }

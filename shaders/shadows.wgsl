@@ -18,11 +18,15 @@ override SHADOW_TAPS: u32 = 1u;
 const SHADOW_SIZE = 768.0;
 // Texels around a face beyond its quarter turn, or around a spot's cone: filters read no neighbouring face.
 const SHADOW_GUTTER = 2.0;
+// Texels of a slope of one in the smaller faces.
+const SMALL_FACE_SCALE = 126.0;
 // A plane's depth changes by no more than this many texels per texel.
 const STEEPEST = 20.0;
 
 // Of the triangle, towards the eye.
 var<private> receiver_normal: vec3f;
+// Metres that the triangle may lie below the mesh: at a coarse level of detail it would be in its own way.
+var<private> receiver_error: f32;
 
 // Where a point is in its layer.
 struct ShadowPlace {
@@ -41,6 +45,8 @@ struct ShadowPlace {
 fn find_shadows(in: VertexOut, dp_dx: vec3f, dp_dy: vec3f) {
     let normal = unit_or(cross(dp_dx, dp_dy), in.normal);
     receiver_normal = select(normal, -normal, dot(normal, toward_eye(in.position)) < 0.0);
+    let distance = select(length(in.position), 1.0, view.parallel == 1u);
+    receiver_error = select(0.0, view.level_error * distance, (in.slot & COARSE) != 0u);
 }
 
 // Where a light's ray leaves the height field of a point that a technique has found in it: up to there its own shadows
@@ -140,12 +146,17 @@ fn visibility(arriving: Arriving, bump: Bump, number: u32) -> f32 {
     let record = texel_of(view.shadow_records + layer);
     let near = bitcast<f32>(record.w & 0xffff0000u);
     let fade = f32(record.w & 0xffffu) / 65535.0;
-    let v = receiver(bump, arriving.toward) - arriving.from_eye;
+    let surface = receiver(bump, arriving.toward) - arriving.from_eye;
+    let is_turned_away = dot(receiver_normal, surface) >= 0.0;
+    let scale = bitcast<f32>(record.z);
+    // The caster may be off by half a texel more.
+    let texel = length(surface) / select(SMALL_FACE_SCALE, scale, scale > 0.0);
+    let rise = select(0.0, receiver_error + 0.5 * texel, receiver_error > 0.0);
+    let v = surface + receiver_normal * rise;
     let h = dot(receiver_normal, v);
     // At the least a grazing plane: a point that is on the light's plane has depths of all sizes.
     let grazing = min(h, -1e-6);
     var place: ShadowPlace;
-    let scale = bitcast<f32>(record.z);
     if LIGHTS_WITH_CONES && scale > 0.0 {
         let q = vec4f(unpack2x16snorm(record.x), unpack2x16snorm(record.y));
         place = place_in_cone(v, receiver_normal, grazing, near, q, scale);
@@ -153,6 +164,6 @@ fn visibility(arriving: Arriving, bump: Bump, number: u32) -> f32 {
         place = place_in_faces(v, receiver_normal, grazing, near);
     }
     // A triangle that is turned away sees nothing of the light, whatever its bumps would mirror.
-    let seen = select(lit_share(place, layer), 0.0, h >= 0.0);
+    let seen = select(lit_share(place, layer), 0.0, is_turned_away);
     return 1.0 + fade * (seen - 1.0);
 }

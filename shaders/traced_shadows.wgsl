@@ -19,7 +19,7 @@ fn find_shadows(in: VertexOut, dp_dx: vec3f, dp_dy: vec3f) {
             break;
         }
         let bits = surface + 2u;
-        if traced[surface] == in.slot {
+        if traced[surface] == (in.slot & ~COARSE) {
             light_bits = bits;
             break;
         }

@@ -18,9 +18,10 @@ struct View {
     // The texel of the tables that has the record of the view's first shadow layer.
     shadow_records: u32,
     horizon: vec3f,
-    pad0: u32,
+    // Metres per metre from the eye that a level of detail may be off; 0 where meshes are drawn whole.
+    level_error: f32,
     ground: vec3f,
-    pad1: u32,
+    pad0: u32,
 }
 
 // systems/lights/selected.rs says how it is packed.
@@ -168,18 +169,20 @@ fn floats_of(index: u32) -> vec4f {
 }
 
 const INSTANCE_TEXELS = 6u;
+// Set beside the slot of an object that is drawn at a coarser level than its mesh.
+const COARSE = 0x80000000u;
 // Of a page of a list of lights.
 const LIST_TEXELS = 2u;
 // Set where a word names a list.
 const LISTED = 0x80000000u;
 
 fn load_world_from_object(slot: u32) -> array<vec4f, 3> {
-    let t = starts.instances + slot * INSTANCE_TEXELS;
+    let t = starts.instances + (slot & ~COARSE) * INSTANCE_TEXELS;
     return array<vec4f, 3>(floats_of(t), floats_of(t + 1u), floats_of(t + 2u));
 }
 
 fn load_packed_instance(slot: u32) -> PackedInstance {
-    let t = starts.instances + slot * INSTANCE_TEXELS;
+    let t = starts.instances + (slot & ~COARSE) * INSTANCE_TEXELS;
     let chosen = texel_of(t + 3u);
     let residual = texel_of(t + 4u);
     let rest = texel_of(t + 5u);

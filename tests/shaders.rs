@@ -72,9 +72,9 @@ fn shader_structs_mirror_the_draw_list() {
             zenith,
             shadow_records,
             horizon,
-            pad0,
+            level_error,
             ground,
-            pad1,
+            pad0,
         }
     );
     assert_mirrored!(

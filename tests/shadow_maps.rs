@@ -297,7 +297,72 @@ fn what_is_still_costs_nothing_and_one_mover_draws_the_faces_that_it_touches() {
     assert_eq!(drawn.draw(32).1.passes, 5);
     drawn.scene.simulation.world.entity_mut(drawn.cubes[1]).insert(systems::space::Hidden);
     assert_eq!(drawn.draw(32).1.passes, 5);
+    drawn.scene.simulation.world.entity_mut(drawn.cubes[2]).insert(NoShadow);
+    assert_eq!(drawn.draw(32).1.passes, 5);
     assert_eq!(drawn.draw(32).1.passes, 0);
+    // Without shadows nothing is kept, and nothing done.
+    drawn.move_to(drawn.cubes[5], Vec3::new(0.1, 0.2, 0.0));
+    assert_eq!(drawn.draw(0).1, ShadowStats::default());
+    assert_eq!(drawn.headless.renderer.held_bytes().shadow_maps, 0);
+    assert_eq!(drawn.draw(32).1.passes, 5);
+}
+
+/// A mask whose image becomes another one under the same number.
+#[test]
+fn a_mask_with_another_image_casts_another_shadow() {
+    use systems::assets::{Image, ImageKind, Map};
+    let Some(gpu) = common::gpu() else { return };
+    let mut headless = headless(&gpu);
+    let mut scene = Scene::new();
+    let cube = scene.add_cube(Transform::from_xyz(0.0, 0.5, 0.0));
+    scene.add_light(lamp(8.0), Vec3::new(-2.0, 3.0, 0.0), Vec3::NEG_Y);
+    let image = |alpha: u8| Image::rgba8("leaf", 4, 4, ImageKind::Color, [255, 255, 255, alpha].repeat(16));
+    let mut library = scene.simulation.world.resource_mut::<Library>();
+    let leaf = library.add_image(image(255));
+    let base_map = Some(Map::new(leaf));
+    let material = library.add_material(Material { base_map, alpha: AlphaMode::Mask, ..Material::default() });
+    scene.simulation.world.entity_mut(cube).insert(material);
+    let dark = |scene: &mut Scene, headless: &mut Headless| {
+        let (open, shadowed) = (scene.draw(headless, 0), scene.draw(headless, 32));
+        open.iter().zip(&shadowed).filter(|(open, shadowed)| **shadowed < 0.5 * **open).count()
+    };
+    assert!(dark(&mut scene, &mut headless) > 1000);
+    scene.draw(&mut headless, 32);
+    let replaced = scene.simulation.world.resource_mut::<Library>().replace_image(leaf, image(0));
+    assert!(replaced);
+    let shadowed = scene.draw(&mut headless, 32);
+    assert!(shadowed == scene.draw(&mut self::headless(&gpu), 32));
+    assert_eq!(dark(&mut scene, &mut headless), 0);
+}
+
+/// A fine sphere far away, drawn at coarse levels by the eye and by the lamp: but for the facets at the edge of its lit
+/// side, which turn away from the lamp sooner than the round shape, it has its light.
+#[test]
+fn coarse_levels_are_not_in_their_own_way() {
+    let Some(gpu) = common::gpu() else { return };
+    let mut headless = headless(&gpu);
+    for distance in [20.0, 60.0, 200.0] {
+        let mut scene = Scene::new();
+        let ball = scene.simulation.world.resource_mut::<Library>().add_mesh(shapes::sphere(1.0, 256, 128));
+        let white = scene.white;
+        let ball = scene.simulation.world.spawn((ball, white, Transform::from_xyz(0.0, 2.0, 0.0))).id();
+        scene.add_light(lamp(8.0), Vec3::new(1.5, 4.0, 1.0), Vec3::NEG_Y);
+        let eye = Transform::from_xyz(0.0, 2.0 + distance, 0.1).looking_at(Vec3::Y * 2.0, Vec3::Z);
+        let fov_y = 2.0 * (1.2 / distance).atan();
+        let camera = Camera { projection: Projection::Perspective { fov_y, aspect: Some(1.0) }, ..Camera::default() };
+        let mut camera_entity = scene.simulation.world.entity_mut(scene.camera);
+        camera_entity.insert((camera, eye));
+        // The same size in every picture would be the same level: the picture is small.
+        headless.settings = Settings { samples: 1, ..Settings::default() }.for_files();
+        let mut sum = |maps: u32| {
+            headless.settings.shadow_maps = maps;
+            headless.draw(&mut scene.simulation, scene.camera, (40, 40)).expect("a picture");
+            headless.renderer.read_linear().expect("drawn").iter().map(|color| color[1]).sum::<f32>()
+        };
+        let (open, shadowed) = (sum(0), sum(32));
+        scene.simulation.world.despawn(ball);
+        assert!(open > 10.0 && shadowed > 0.95 * open, "{distance} m: {shadowed} of {open}");
+    }
 }
 
 #[test]

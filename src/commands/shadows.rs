@@ -20,7 +20,7 @@ L: linear luminance.
 
 Files: truth.png, unshadowed.png, maps.png, perfect.png. And the same three with _error.png:
 |L - L_truth| / mean L_truth of each pixel, from 0 (black) over violet and orange to 1 and more (pale
-yellow), the same scale in both. See docs/shadows.md for the full definitions.";
+yellow), the same scale in all. See docs/shadows.md for the full definitions.";
 
 #[derive(Args)]
 pub struct ShadowErrorArgs {

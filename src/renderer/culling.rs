@@ -355,7 +355,7 @@ impl CulledView {
             occlusion: self.pyramid.is_some().into(),
             size: [view.width as f32, view.height as f32],
             pyramid_levels: self.pyramid.as_ref().map_or(1, Pyramid::level_count),
-            allowed_error: settings.levels.max_error_pixels.max(0.0) / view.pixels_at_1m(),
+            allowed_error: settings.levels.allowed_error(view.pixels_at_1m()),
             samples: settings.samples,
             vertex_rounding: culling.vertex_rounding,
             late_offset: if culling.first_instance { 0 } else { draws.entry_count * PAGE_SLOTS },

@@ -92,6 +92,10 @@ impl FrameTables {
         // A light keeps its layer through its own changes, and its changes through those of its layer.
         stats.light_bytes += lights.mirror(gpu, scatter, texture, &given, all)?;
         self.layers.clone_from(layers);
+        if !has_records {
+            // Their rows may go.
+            self.shadow_records.clear();
+        }
         self.shadow_records.resize(shadow_records.len(), Vec::new());
         for (view, (records, uploaded)) in shadow_records.iter().zip(&mut self.shadow_records).enumerate() {
             if records != uploaded {

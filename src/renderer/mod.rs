@@ -301,6 +301,8 @@ impl Renderer {
         self.uploads.surfaces += u64::from(assets_changed || self.stats.surface_bytes() > 0);
         if let Err(error) = prepared {
             views.iter_mut().for_each(|(state, plan)| state.forget(&plan.settings));
+            // There may have been no memory for them.
+            self.shadow_maps = ShadowMaps::new();
             return Err(error);
         }
         let list = frame.list;
@@ -343,7 +345,7 @@ impl Renderer {
             state.rank_shadows(frame, plan);
             self.stats.list_bytes += state.upload_blended(&self.gpu, list, &plan.view)?;
         }
-        self.choose_shadows(views);
+        self.choose_shadows(frame, views);
         // Compiled while the rest is uploaded.
         let states = views.iter().map(|(state, _)| &**state);
         let missing = self.start_pipelines(states, list.batches.iter().map(|batch| batch.key));
@@ -374,21 +376,25 @@ impl Renderer {
         self.stats.asset_bytes += self.textures.upload(&self.gpu, frame.list, frame.library)?;
         let records: Vec<_> = views.iter().map(|(state, _)| self.shadow_records(state, frame)).collect();
         self.tables.upload(&self.gpu, frame, &self.shadow_maps.by_slot, &records, &mut self.stats)?;
-        let textures = frame.list.textures_version;
+        let textures = self.textures.version();
         self.stats.list_bytes += self.shadow_maps.find_due(&self.gpu, frame, &self.meshes, textures)?;
         Ok(())
     }
 
     /// Gives layers to the lights that have a shadow map in some view.
-    fn choose_shadows(&mut self, views: &[(&mut ViewState, ViewPlan)]) {
+    fn choose_shadows(&mut self, frame: &FrameData<'_>, views: &[(&mut ViewState, ViewPlan)]) {
+        let casting = frame.shadows.map_or(0, |scene| scene.lights().lights().len() as u32);
         let has_maps = |state: &ViewState| matches!(state.pass.shadows(), Shadows::Maps { .. });
         if !views.iter().any(|(state, _)| has_maps(state)) {
+            self.shadow_maps = ShadowMaps::new();
             return;
         }
         let ranked: Vec<_> = views.iter().map(|(state, _)| &state.ranked[..]).collect();
+        let most = views.iter().map(|(_, plan)| plan.settings.shadow_maps).max().unwrap_or(0).min(casting);
         let (device, class_layout) = (&self.gpu.device, &self.textures.layout);
         let layout = self.pipelines.shadowed_layout(device, class_layout).clone();
-        self.shadow_maps.choose(&self.gpu, &layout, &self.pipelines.frame_layout, class_layout, &ranked);
+        let layouts = [&layout, &self.pipelines.frame_layout, class_layout];
+        self.shadow_maps.choose(&self.gpu, layouts, &ranked, most as usize);
     }
 
     /// The records of the layers that a view reads.

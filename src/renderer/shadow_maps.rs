@@ -77,6 +77,7 @@ struct Seen {
     batches: u64,
     meshes: u64,
     textures: u64,
+    lights: u64,
 }
 
 #[derive(Debug)]
@@ -161,14 +162,14 @@ impl ShadowMaps {
         Some(&self.device.as_ref()?.maps.as_ref()?.group)
     }
 
-    /// Gives layers to the lights that views have ranked: those that have one keep it.
+    /// Gives layers to the lights that views have ranked: those that have one keep it. There is room for `most` at
+    /// once, and more if that is not enough. `layouts`: of group 3 of receivers, of a frame, of a material class.
     pub fn choose(
         &mut self,
         gpu: &Gpu,
-        layout: &wgpu::BindGroupLayout,
-        frame_layout: &wgpu::BindGroupLayout,
-        class_layout: &wgpu::BindGroupLayout,
+        [layout, frame_layout, class_layout]: [&wgpu::BindGroupLayout; 3],
         ranked: &[&[Ranked]],
+        most: usize,
     ) {
         self.stats = ShadowStats::default();
         // Where views together ask for more than there can be, the most important ones of any view.
@@ -188,8 +189,10 @@ impl ShadowMaps {
         let needed = wanted.len() + self.layers.iter().filter(|layer| layer.slot.is_some()).count();
         let device = self.device.get_or_insert_with(|| OnDevice::new(&gpu.device, frame_layout, class_layout));
         if needed > self.layers.len() || device.maps.is_none() {
-            self.layers.resize(needed.max(1), Layer::default());
+            self.layers.resize(needed.max(most).clamp(1, MOST_LAYERS), Layer::default());
             self.layers.iter_mut().for_each(|layer| layer.light = None);
+            // The old ones first: there may not be room for both.
+            device.maps = None;
             device.maps = Some(Maps::new(&gpu.device, layout, self.layers.len()));
         }
         let mut wanted = wanted.into_iter();
@@ -228,6 +231,7 @@ impl ShadowMaps {
             batches: list.batches_version,
             meshes: meshes.version(),
             textures: textures_version,
+            lights: scene.lights().version(),
         };
         let is_same = |before: Seen| {
             let still = list.instances.dirty.is_empty() && list.materials.dirty.is_empty();

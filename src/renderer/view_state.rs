@@ -241,7 +241,7 @@ impl ViewState {
             && matches!(settings.debug, DebugView::Off | DebugView::Visibility);
         let shadows = match (&self.traced, has_maps) {
             (Some(_), _) => Shadows::Traced,
-            (None, true) => Shadows::Maps { taps: settings.shadow_taps },
+            (None, true) => Shadows::Maps { taps: if settings.shadow_taps < 4 { 1 } else { 4 } },
             (None, false) => Shadows::None,
         };
         let pass = |beside| Pass::Color {
@@ -385,10 +385,11 @@ impl ViewState {
         prepared: u64,
     ) {
         let record = plan.view.record(&list.environment, plan.settings.picked_entity);
-        let record = ViewRecord { shadow_records, ..record };
+        let level_error = plan.settings.levels.allowed_error(plan.view.pixels_at_1m());
+        let culled_for = Some((record, plan.settings.technique));
+        let record = ViewRecord { shadow_records, level_error, ..record };
         gpu.queue.write_buffer(&self.record, 0, bytemuck::bytes_of(&record));
         let surfaces_changed = self.uploads.surfaces != uploads.surfaces;
-        let culled_for = Some((record, plan.settings.technique));
         if self.recull || surfaces_changed || self.culled_for != culled_for {
             // Twice more in two phases: the first time little may be known to be seen, and so hide anything; the second
             // time all that is in sight hides what is behind it, which the third time's early phase leaves out.

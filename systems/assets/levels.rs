@@ -61,6 +61,12 @@ impl LevelOfDetail {
     /// Every mesh as it is.
     pub const OFF: Self = Self { enabled: false, max_error_pixels: 0.0 };
 
+    /// Metres that a level may be off at a distance of one metre, or anywhere in a parallel view; 0 where every mesh is
+    /// drawn as it is. `pixels_at_1m`: see [`Self::choose`].
+    pub fn allowed_error(&self, pixels_at_1m: f32) -> f32 {
+        if self.enabled { self.max_error_pixels.max(0.0) / pixels_at_1m } else { 0.0 }
+    }
+
     /// The coarsest level whose error covers no more pixels than it may: `error · world_scale · pixels_at_1m /
     /// distance`.
     ///

@@ -57,10 +57,19 @@ fn lose_policy(mut world: DeferredWorld, context: HookContext) {
 
 fn gain_no_shadow(mut world: DeferredWorld, context: HookContext) {
     for_pieces(&mut world, context.entity, |commands, piece| _ = commands.entity(piece).try_insert(NoShadow));
+    look_new(world, context.entity);
 }
 
 fn lose_no_shadow(mut world: DeferredWorld, context: HookContext) {
     for_pieces(&mut world, context.entity, |commands, piece| _ = commands.entity(piece).try_remove::<NoShadow>());
+    look_new(world, context.entity);
+}
+
+/// Makes an object look changed to what draws it.
+fn look_new(mut world: DeferredWorld, object: Entity) {
+    if let Some(mut material) = world.get_mut::<MaterialId>(object) {
+        material.set_changed();
+    }
 }
 
 fn become_piece(world: DeferredWorld, context: HookContext) {

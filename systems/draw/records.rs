@@ -108,10 +108,11 @@ pub struct ViewRecord {
     pub shadow_records: u32,
     /// Linear RGB.
     pub horizon: [f32; 3],
-    /// Room for 16-byte alignment.
-    pub pad0: u32,
+    /// Metres per metre from the eye that a level of detail may be off, in parallel views metres; 0 where meshes are
+    /// drawn whole.
+    pub level_error: f32,
     /// Linear RGB.
     pub ground: [f32; 3],
     /// Room for 16-byte alignment.
-    pub pad1: u32,
+    pub pad0: u32,
 }

@@ -16,7 +16,6 @@
 //! - `versine_outer` is a float with 5 bits of exponent and 11 of mantissa, from 2⁻³⁰ to 4; `exponent_or_cone_slope` one
 //!   with 6 and 10, from 2⁻²⁰ to 2⁴⁴, rounded up. The least of either stands for 0.
 //!
-//! - The layer is the renderer's: the world's table has 0.
 //!
 //! So colours are at most 1/8,191 of their largest channel off, directions two millionths of a radian, outer angles of
 //! cones a part in 7,000, exponents a part in 1,000 and ranges a part in 130,000. From the outer to the inner cone light rises up to a part in
