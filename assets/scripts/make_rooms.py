@@ -22,7 +22,7 @@ STREET = -0.25                       # its height
 STAIRS = 3                           # the bay of the stairs, on the street's side
 
 rnd = random.Random(33)
-entities, meshes, cells, portals = [], {}, [], []
+entities, meshes, cells, portals, globes = [], {}, [], [], set()
 
 
 def n(x):
@@ -73,16 +73,16 @@ def side_box(axis, at, along, height, material, thick):
         box((along[0], height[0], a), (along[1], height[1], b), material)
 
 
-def wall(axis, at, inward, along, height, material, holes, reach=HALF - 0.04):
+def wall(axis, at, inward, along, height, material, holes, insets=(0.06, 0.06), reach=HALF - 0.04):
     """The face of a wall: it lies `HALF` within the cell that ends at `at`, and has holes (from, to, low, high). It goes
     on behind the faces of its neighbours, and behind floor and ceiling."""
     face = at + inward * HALF
     low, high = height[0] - reach, height[1] + reach
-    start, end = along[0] + 0.06, along[1] - 0.06
+    start, end = along[0] + insets[0], along[1] - insets[1]
     holes = sorted(holes)
     for a, b, sill, top in holes:
         side_box(axis, face, (start, a), (low, high), material, -inward * SHEET)
-        if sill > low:
+        if sill > low + 0.005:
             side_box(axis, face, (a, b), (low, sill), material, -inward * SHEET)
         side_box(axis, face, (a, b), (top, high), material, -inward * SHEET)
         start = b
@@ -162,10 +162,23 @@ def shelf(lo, hi):
 
 
 def pendant(x, z, y, color, intensity, reach):
-    """A lamp on a cord below a ceiling at y: the shade is above the light, and in nothing's way below."""
-    box((x - 0.01, y - 0.42, z - 0.01), (x + 0.01, y, z + 0.01), 'metal')
-    box((x - 0.16, y - 0.46, z - 0.16), (x + 0.16, y - 0.42, z + 0.16), 'copper')
-    lamp((x, y - 0.62, z), 'point', color, intensity, reach)
+    """A lamp on a cord below a ceiling at y: a globe around the light."""
+    box((x - 0.008, y - 0.5, z - 0.008), (x + 0.008, y, z + 0.008), 'metal')
+    globe((x, y - 0.6, z), 'point', color, intensity, reach)
+
+
+def globe(at, kind, color, intensity, reach):
+    """A light within a glowing globe."""
+    entities.append('        (mesh: "globe", material: "%s globe", transform: (translation: %s), light: %s(color: %s, '
+                    'intensity: %s, range: %s)),' % (color.replace('"', ''), vec(at), kind, color, n(intensity), n(reach)))
+    globes.add(color)
+
+
+def desk_lamp(at, color, intensity, reach):
+    x, y, z = at
+    box((x - 0.09, y, z - 0.09), (x + 0.09, y + 0.02, z + 0.09), 'metal')
+    box((x - 0.01, y + 0.02, z - 0.01), (x + 0.01, y + 0.3, z + 0.01), 'metal')
+    globe((x, y + 0.38, z), 'point', color, intensity, reach)
 
 
 WALLS = ['plaster', 'warm plaster', 'green plaster', 'brick', 'plaster', 'warm plaster']
@@ -193,7 +206,7 @@ def room(storey, bay, side, connected):
     a = x0 + rnd.choice((0.7, 1.6, 3.2))
     b, top = a + DOOR[0], y + DOOR[1]
     wall('z', near, side, (x0, x1), height, walls, [(a, b, y - 0.06, top)])
-    wall('z', near, -side, (x0, x1), height, 'plaster', [(a, b, y - 0.06, top)])
+    wall('z', near, -side, (x0, x1), height, 'plaster', [(a, b, y - 0.06, top)], ends(bay))
     frame('z', near, (-HALF - 0.02, HALF + 0.02), (a, b), (y, top), 'wood')
     box((a, y - SHEET, near - HALF + 0.02), (b, y + 0.004, near + HALF - 0.02), 'wood')
     leaf_name = 'door %d' % number
@@ -202,12 +215,14 @@ def room(storey, bay, side, connected):
     opening = 1
     if kind < 0.3:
         move = ', period_seconds: %s, phase_seconds: %s' % (n(rnd.uniform(9, 16)), n(rnd.uniform(0, 9)))
-    elif kind < 0.55:
+    elif kind < 0.6:
         opening = 0
-    elif kind < 0.7:
-        opening = 0.35
-    leaf(leaf_name, (a - 0.03, y, near + side * (HALF + 0.0425)), 0, DOOR[0] + 0.06, DOOR[1] + 0.03)
-    swing = -100 * side
+    # It hangs in the middle of the wall, in the light of both sides, on the side that is farther from the lamp: open, it
+    # does not stand in its light.
+    lamp_x = (x0 + x1) / 2 + rnd.uniform(-0.4, 0.4)
+    hinge, turn = (a, 0) if lamp_x > (a + b) / 2 else (b, 180)
+    leaf(leaf_name, (hinge, y, near), turn, *DOOR)
+    swing = -90 * side * (1 if turn == 0 else -1)
     portal('z', near, (a, b), (y, top), ('corridor %d' % (storey + 1), name),
            ', door: (leaf: "%s", swing_degrees: %d%s)' % (leaf_name, swing, move), leaf_name, opening)
 
@@ -236,7 +251,12 @@ def room(storey, bay, side, connected):
         box((x1 - HALF + 0.02, y - SHEET, za), (x1 + HALF - 0.02, y + 0.004, zb), 'wood')
         portal('x', x1, (za, zb), (y, high), (name, 'room %d' % (number + 1)), '', 'passage %d' % number)
 
-    furnish(y, x0, x1, near, far, side, a, number)
+    furnish(y, x0, x1, near, far, side, lamp_x)
+
+
+def ends(bay):
+    """Where the corridor's faces end: at its ends they go on behind the others."""
+    return (0.06 if bay == 0 else 0, 0.06 if bay == BAYS - 1 else 0)
 
 
 def passage(storey, side, y):
@@ -247,25 +267,24 @@ def passage(storey, side, y):
 def outer(far, side, along, y, hole):
     """The outer face of a bay."""
     face = far + side * (OUT - HALF)
-    low, high = y - (0.15 if y else 0.3), y + CLEAR + 0.15
+    low, high = y - (0.15 if y else 0.3), y + CLEAR + (0.4 if y else 0.15)
     a, b, sill, top = hole
     for part, (lo, hi) in (((along[0], a), (low, high)), ((b, along[1]), (low, high)),
                            ((a, b), (low, sill)), ((a, b), (top, high))):
         side_box('z', face, part, (lo, hi), 'brick', -side * SHEET)
 
 
-def furnish(y, x0, x1, near, far, side, door, number):
-    inner = lambda d: near + side * (HALF + d)
+def furnish(y, x0, x1, near, far, side, lamp_x):
     cx, cz = (x0 + x1) / 2, (near + far) / 2
     color = COLORS[rnd.randrange(len(COLORS))]
-    pendant(cx + rnd.uniform(-0.4, 0.4), cz + side * 0.3, y + CLEAR, color, rnd.uniform(5, 8), 13)
+    pendant(lamp_x, cz + side * 0.3, y + CLEAR, color, rnd.uniform(5, 8), 11)
     kind = rnd.randrange(4)
     # At the window.
     wz = far - side * (HALF + 0.55)
     if kind == 0:
         table((cx - 1.2, y, wz), (1.6, 0.75), 0.74)
         chair((cx - 1.2, y, wz - side * 0.7), side)
-        lamp((cx - 1.7, y + 1.15, wz), 'point', 'kelvin(2300)', 1.6, 8)
+        desk_lamp((cx - 1.7, y + 0.74, wz), 'kelvin(2300)', 1.6, 8)
         model('kettle', (cx - 0.75, y + 0.88, wz), rnd.uniform(0, 360), 0.22)
         shelf((x1 - HALF - 0.35, y, cz - 0.9), (x1 - HALF - 0.01, y + 1.9, cz + 0.9))
     elif kind == 1:
@@ -274,14 +293,14 @@ def furnish(y, x0, x1, near, far, side, door, number):
             chair((cx + dx, y, cz + side * 0.4 - 0.75), 1)
             chair((cx + dx, y, cz + side * 0.4 + 0.75), -1)
         model('kettle', (cx + 0.3, y + 0.89, cz + side * 0.4), rnd.uniform(0, 360), 0.24)
-        lamp((x0 + 0.55, y + 1.5, wz), 'point', 'kelvin(2500)', 1.8, 8)
+        desk_lamp((x0 + 0.55, y + 1.3, wz), 'kelvin(2500)', 1.8, 8)
         box((x0 + 0.4, y, wz - 0.15), (x0 + 0.7, y + 1.3, wz + 0.15), 'wood')
     elif kind == 2:
         # A bed and a chest.
         box((x1 - HALF - 1.1, y + 0.2, far - side * 2.3 if side > 0 else far + 0.3), (x1 - HALF - 0.05, y + 0.5, far - side * 0.3 if side > 0 else far + 2.3), 'cloth')
         box((x1 - HALF - 1.15, y, far - side * 2.35 if side > 0 else far + 0.25), (x1 - HALF - 0.02, y + 0.2, far - side * 0.25 if side > 0 else far + 2.35), 'planks')
         box((x0 + HALF + 0.02, y, cz - 0.7), (x0 + HALF + 0.5, y + 0.95, cz + 0.7), 'planks')
-        lamp((x0 + 0.45, y + 1.3, cz + 0.4), 'point', 'kelvin(2300)', 1.5, 8)
+        desk_lamp((x0 + 0.38, y + 0.95, cz + 0.4), 'kelvin(2300)', 1.5, 8)
         model('kettle', (x0 + 0.4, y + 1.09, cz - 0.3), rnd.uniform(0, 360), 0.22)
     else:
         # A store.
@@ -290,7 +309,7 @@ def furnish(y, x0, x1, near, far, side, door, number):
         for i in range(2):
             model('barrel', (x0 + 0.55 + 0.65 * i, y, wz), rnd.uniform(0, 360))
         shelf((x0 + HALF + 0.01, y, cz - 0.9), (x0 + HALF + 0.36, y + 1.9, cz + 0.9))
-        lamp((cx + 1.0, y + 1.9, wz), 'point', 'kelvin(3400)', 1.5, 8)
+        globe((cx + 1.0, y + 1.9, far - side * (HALF + 0.1)), 'point', 'kelvin(3400)', 1.5, 8)
     # A rug before the door.
     box((cx - 0.9, y, cz - 0.6), (cx + 0.9, y + 0.012, cz + 0.6), 'cloth')
 
@@ -304,7 +323,7 @@ def corridor(storey):
         a, b = bay * BAY + (0.06 if bay == 0 else 0), (bay + 1) * BAY - (0.06 if bay == BAYS - 1 else 0)
         box((a, y - SHEET, -z + 0.06), (b, y, z - 0.06), 'tiles')
         box((a, y + CLEAR, -z + 0.06), (b, y + CLEAR + SHEET, z - 0.06), 'white')
-        pendant(bay * BAY + BAY / 2, 0, y + CLEAR, 'kelvin(3000)', 3.2, 11)
+        pendant(bay * BAY + BAY / 2, 0, y + CLEAR, 'kelvin(3000)', 3.2, 9)
         if bay % 3 == 1:
             model('bench', (bay * BAY + 4.2, y, z - 0.42), 180)
     # A window at either end.
@@ -318,7 +337,7 @@ def corridor(storey):
 
 def gable(at, out, along, y, hole=None):
     face = at + out * (OUT - HALF)
-    low, high = y - (0.15 if y else 0.3), y + CLEAR + 0.15
+    low, high = y - (0.15 if y else 0.3), y + CLEAR + (0.4 if y else 0.15)
     parts = [(along, (low, high))]
     if hole:
         a, b, sill, top = hole
@@ -345,7 +364,7 @@ def stairs():
         for a, b, lo, hi in ((x0 + 0.06, way[0], face_low, face_high), (way[1], x1 - 0.06, face_low, face_high),
                              (*way, y + 2.3, face_high)):
             side_box('z', near + HALF, (a, b), (lo, hi), 'warm plaster', -SHEET)
-        wall('z', near, -1, (x0, x1), (y, y + CLEAR), 'plaster', [hole])
+        wall('z', near, -1, (x0, x1), (y, y + CLEAR), 'plaster', [hole], ends(STAIRS))
         frame('z', near, (-HALF - 0.02, HALF + 0.02), way, (y, y + 2.3), 'wood')
         box((way[0], y - SHEET, near - HALF + 0.02), (way[1], y + 0.004, near + HALF - 0.02), 'wood')
         portal('z', near, way, (y, y + 2.3), ('corridor %d' % (storey + 1), 'stairs'), '', 'stairs %d' % (storey + 1))
@@ -361,9 +380,9 @@ def stairs():
                 side_box('z', far - HALF, (pa, pb), (plo, phi), 'warm plaster', SHEET)
     frame('z', far, (-HALF - 0.02, OUT - HALF + 0.02), (a, b), (0, 2.3), 'wood')
     box((a, -SHEET, far - HALF + 0.02), (b, 0.004, far + OUT - HALF + 0.3), 'paving')
-    leaf('front door', (a - 0.03, 0, far - HALF - 0.0425), 0, b - a + 0.06, 2.33)
+    leaf('front door', (a, 0, far), 0, b - a, 2.3)
     portal('z', far, (a, b), (0, 2.3), ('stairs', 'outside'),
-           ', door: (leaf: "front door", swing_degrees: 95, period_seconds: 14, phase_seconds: 5)', 'front door', 0)
+           ', door: (leaf: "front door", swing_degrees: 90, period_seconds: 14, phase_seconds: 5)', 'front door', 0)
     frame('z', far, (-HALF - 0.06, OUT - HALF + 0.02), upper[:2], upper[2:], 'white', sill=True)
     portal('z', far, upper[:2], upper[2:], ('stairs', 'outside'), '', 'stairs window')
     outer(far, 1, (x0, x1), 0, (a, b, -0.05, 2.3))
@@ -383,7 +402,7 @@ def stairs():
         box((x0 + HALF + 0.02, y - 0.2, z), (sx - 0.15, y, z + run * 0.85), 'concrete')
     box((x0 + HALF + 0.02, STOREY - 0.2, near + HALF + 0.01), (x1 - HALF - 0.02, STOREY, lz - 9 * run * 0.85), 'planks')
     pendant(x0 + 3.7, near + 3.4, top, 'kelvin(2700)', 5, 13)
-    lamp((x0 + 1.2, 2.2, far - 0.9), 'point', 'kelvin(2700)', 3, 9)
+    globe((x0 + 1.2, 2.2, far - HALF - 0.1), 'point', 'kelvin(2700)', 3, 9)
 
 
 def street():
@@ -395,8 +414,8 @@ def street():
     box((-40, STREET - 0.2, back - 14), (80, STREET, back + 0.3), 'cobble', 'yard')
     for x in range(-24, 70, 16):
         model('lamp post', (x, STREET, z + 2.4))
-        lamp((x, STREET + 3.5, z + 3.2), 'point', 'kelvin(2200)', 9, 16)
-        lamp((x + 6, STREET + 3.6, back - 8), 'point', 'kelvin(4500)', 4, 14)
+        lamp((x, STREET + 3.5, z + 3.2), 'point', 'kelvin(2200)', 9, 13)
+        lamp((x + 6, STREET + 3.6, back - 8), 'point', 'kelvin(4500)', 4, 11)
     for x in (-9.5, 49):
         model('container', (x, STREET, z + 1.6), 90)
     # A wall along the other side.
@@ -411,8 +430,8 @@ HEAD = '''\
 // portals: lamps light the rooms that they shine into, and no others. `make_rooms.py` writes this file.
 (
     seed: 7,
-    // Faces of walls are as long as a room.
-    piece_metres: 2.6,
+    // A door is 0.9 m wide, and what shines through it should not light a whole wall.
+    piece_metres: 1.3,
     vehicle_types: ["../vehicles.ron"],
     environment: (
         ambient: (0.004, 0.005, 0.008),
@@ -462,6 +481,10 @@ COPPER = '''\
         ),
 '''
 
+GLOBE = '''\
+        "%s globe": (shading: unlit, base_factor: %s),
+'''
+
 MODELS = {'kettle': 'kettle', 'crate': 'crate', 'barrel': 'barrel', 'bench': 'town_bench', 'lamp post': 'lamp_post',
           'container': 'container'}
 
@@ -490,7 +513,7 @@ def main():
     stairs()
     street()
     road = CORRIDOR / 2 + DEPTH + OUT - HALF + 7
-    text = HEAD + ''.join(material(*m) for m in MATERIALS) + COPPER + '    },\n\n    meshes: {\n'
+    text = HEAD + ''.join(material(*m) for m in MATERIALS) + COPPER + ''.join(GLOBE % (color.replace('"', ''), color) for color in sorted(globes)) + '    },\n\n    meshes: {\n        "globe": sphere(radius: 0.08, segments: 24, rings: 12),\n'
     text += ''.join('        "%s": model(file: "../models/%s.glb"),\n' % item for item in MODELS.items())
     text += ''.join('        "%s": %s,\n' % item for item in sorted(meshes.items()))
     text += '    },\n\n    routes: {\n'

@@ -10,6 +10,7 @@ use crate::import::{RoomPart, RoomRole};
 use crate::name;
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
+use bevy_ecs::system::RunSystemOnce;
 use glam::{Affine3A, Vec3};
 use std::collections::HashMap;
 use systems::Simulation;
@@ -142,9 +143,13 @@ pub fn spawn(scene: Option<(&Scene, &Items)>, world: &mut World) -> Vec<String> 
         let portal = world.spawn((Name::new("portal"), Portal::default())).id();
         openings.push(Opening { between, polygon, portal: Some(portal) });
     }
-    let Rooms { cells, mut warnings, .. } = rooms;
-    warnings.extend(cells::problems(&cells, &openings));
-    world.insert_resource(Cells::new(cells, openings));
+    let Rooms { cells: rooms, mut warnings, .. } = rooms;
+    // As at the beginning of the run, before any step.
+    if let Err(error) = world.run_system_once(cells::move_doors) {
+        warnings.push(error.to_string());
+    }
+    warnings.extend(cells::problems(&rooms, &openings));
+    world.insert_resource(Cells::new(rooms, openings));
     warnings
 }
 

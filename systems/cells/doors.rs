@@ -52,14 +52,14 @@ impl Door {
         self.shut.is_finite() && self.slide.is_finite() && numbers.iter().all(|n| n.is_finite()) && self.period >= 0.0
     }
 
-    /// How far a door that moves by itself is open at a time: shut for a quarter of its period, open for another, and
+    /// How far a door that moves by itself is open at a time: shut for three eighths of its period, open for as long, and
     /// smooth between.
     fn open_at(&self, seconds: f64) -> f32 {
         let period = f64::from(self.period);
         let part = ((seconds + f64::from(self.phase)) / period).rem_euclid(1.0);
         // 0 at both ends of a period, 1 in its middle.
         let way = 1.0 - (2.0 * part - 1.0).abs();
-        let t = (2.0 * way - 0.5).clamp(0.0, 1.0);
+        let t = (4.0 * way - 1.5).clamp(0.0, 1.0);
         (t * t * (3.0 - 2.0 * t)) as f32
     }
 
@@ -90,7 +90,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_door_is_shut_and_open_for_a_quarter_of_its_period_each() {
+    fn a_door_is_shut_and_open_for_as_long() {
         let door = Door { period: 8.0, phase: 1.0, ..Door::default() };
         let open = [-1.0, 0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0].map(|seconds| door.open_at(seconds));
         assert_eq!(open, [0.0, 0.0, 0.5, 1.0, 1.0, 1.0, 0.5, 0.0, 0.0]);
