@@ -645,7 +645,7 @@ fn building(random: &mut TestRng) -> (Scene, Cells) {
     let (columns, rows) = (2 + (unit(random) * 3.0) as u32, 1 + (unit(random) * 3.0) as u32);
     let number = |column: u32, row: u32| row * columns + column + 1;
     let (mut cells, mut openings) = (Vec::new(), Vec::new());
-    let mut face = |scene: &mut Scene, min: Vec3, max: Vec3| {
+    let face = |scene: &mut Scene, min: Vec3, max: Vec3| {
         let material = if (min.x + min.z) as i32 % 2 == 0 { 0 } else { 1 };
         let place = Transform { scale: max - min, ..Transform::from_translation((min + max) * 0.5) };
         scene.spawn(0, material, place);

@@ -321,7 +321,6 @@ impl Primitive<'_> {
             Semantic::TexCoords(_) => float || unsigned && normalized || quantized && (signed || unsigned),
             Semantic::Colors(_) | Semantic::Weights(_) => float || unsigned && normalized,
             Semantic::Joints(_) => unsigned && !normalized,
-            Semantic::Extras(_) => true,
         };
         if !allowed {
             report.warn(place, format!("glTF does not allow {component:?} here (normalized: {normalized})"));

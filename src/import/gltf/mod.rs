@@ -99,9 +99,10 @@ fn read(path: &Path, named_in: Option<&Path>, report: &mut Report) -> Read<Optio
     }
     shape::leave_out(&mut root, &unfit);
     let animated = root["animations"].as_array().is_some_and(|animations| !animations.is_empty());
+    let rooms = nodes::rooms(&root, report);
     let document = Document::new(typed::document(root)?, Place::new(path, named_in), bin, file_bytes);
     rules::check(&document, report);
-    let mut hierarchy = nodes::read(&document, report)?;
+    let mut hierarchy = nodes::read(&document, rooms, report)?;
     let (roots, scene_name) = nodes::scene(&document, report);
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let name = scene_name.filter(|n| !n.is_empty()).map_or_else(|| stem.into_owned(), str::to_owned);

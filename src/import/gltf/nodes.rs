@@ -9,7 +9,8 @@ use gltf::json::camera::Type as Lens;
 use gltf::json::extensions::scene::khr_lights_punctual as punctual;
 use gltf::json::validation::Checked;
 use serde::Deserialize;
-use std::collections::BTreeSet;
+use serde_json::Value;
+use std::collections::{BTreeMap, BTreeSet};
 use std::f32::consts::{FRAC_PI_4, PI};
 use systems::draw::{Camera, Projection};
 use systems::lights::{Light, LightKind};
@@ -30,8 +31,8 @@ pub struct Hierarchy {
     pub model_from_node: Vec<Mat4>,
 }
 
-/// Reads the hierarchy; meshes come later.
-pub fn read(document: &Document, report: &mut Report) -> Read<Hierarchy> {
+/// Reads the hierarchy, with what nodes are in place of objects; meshes come later.
+pub fn read(document: &Document, mut rooms: BTreeMap<usize, RoomRole>, report: &mut Report) -> Read<Hierarchy> {
     let children: Vec<Vec<usize>> =
         document.gltf.nodes().map(|node| node.children().map(|child| child.index()).collect()).collect();
     let order = parents_first(&children)?;
@@ -52,7 +53,7 @@ pub fn read(document: &Document, report: &mut Report) -> Read<Hierarchy> {
             transform,
             children,
             camera: node.camera().and_then(|camera| cameras[camera.index()].clone()),
-            room: room(&node, report),
+            room: rooms.remove(&node.index()),
             light: node.light().and_then(|light| lights.get(light.index()).cloned()),
             ..Node::default()
         });
@@ -70,38 +71,35 @@ pub fn read(document: &Document, report: &mut Report) -> Read<Hierarchy> {
     Ok(Hierarchy { nodes, model_from_node })
 }
 
-/// `extras` of a node, as far as they concern us.
 #[derive(Deserialize)]
-struct Extras {
-    relief: Option<RoomExtras>,
-}
-
-#[derive(Deserialize)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[serde(rename_all = "snake_case")]
 enum RoomExtras {
     Cell(String),
     Portal(Vec<String>),
 }
 
-/// What a node is by its extras. Those that are no object of ours are another program's.
-fn room(node: &gltf::Node, report: &mut Report) -> Option<RoomRole> {
-    let text = node.extras().as_ref()?.get();
-    let mut warn = |message: String| {
-        report.warn(format!("nodes[{}].extras.relief", node.index()), message);
-        None
-    };
-    match serde_json::from_str::<Extras>(text) {
-        Ok(Extras { relief }) => match relief? {
-            RoomExtras::Cell(name) => Some(RoomRole::Cell(name)),
-            RoomExtras::Portal(names) => match <[String; 2]>::try_from(names) {
+/// What nodes are in place of objects, by their index: what `extras.relief` says. Other extras are other programs'.
+pub fn rooms(root: &Value, report: &mut Report) -> BTreeMap<usize, RoomRole> {
+    let nodes = root["nodes"].as_array().into_iter().flatten().enumerate();
+    let of_node = |(index, node): (usize, &Value)| {
+        let extras = &node["extras"]["relief"];
+        let mut warn = |message: String| {
+            report.warn(format!("nodes[{index}].extras.relief"), message);
+            None
+        };
+        let role = match RoomExtras::deserialize(extras) {
+            _ if extras.is_null() => None,
+            Ok(RoomExtras::Cell(name)) => Some(RoomRole::Cell(name)),
+            Ok(RoomExtras::Portal(names)) => match <[String; 2]>::try_from(names) {
                 Ok(names) => Some(RoomRole::Portal(Some(names))),
                 Err(names) if names.is_empty() => Some(RoomRole::Portal(None)),
                 Err(names) => warn(format!("expected the names of two cells, or none, found {}", names.len())),
             },
-        },
-        Err(error) if text.contains("\"relief\"") => warn(error.to_string()),
-        Err(_) => None,
-    }
+            Err(error) => warn(error.to_string()),
+        };
+        Some((index, role?))
+    };
+    nodes.filter_map(of_node).collect()
 }
 
 /// The shear of a matrix is lost to the transforms of nodes. Cameras and lights stay where they are and look where they
