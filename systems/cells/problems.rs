@@ -96,9 +96,9 @@ fn common_depth(a: &Cell, b: &Cell) -> Option<f32> {
     if half.min_element() * 2.0 < OVERLAP {
         return None;
     }
-    let planes = a.planes.iter().chain(&b.planes);
-    let solid = planes.fold(Some(Solid::new_box(half)), |solid, plane| {
-        solid?.clip(&Plane { normal: plane.normal, offset: -plane.distance(common.center()) })
+    let mut planes = a.planes.iter().chain(&b.planes);
+    let solid = planes.try_fold(Solid::new_box(half), |solid, plane| {
+        solid.clip(&Plane { normal: plane.normal, offset: -plane.distance(common.center()) })
     })?;
     let depth = solid.extent().min_element();
     (depth > OVERLAP).then_some(depth)
