@@ -9,6 +9,7 @@ import make_car
 import make_motorcycle
 import make_person
 import make_props
+import make_rooms
 import make_techniques
 import make_textures
 import make_town
@@ -27,6 +28,8 @@ if __name__ == '__main__':
     for name, script in VEHICLES.items():
         script.build(os.path.join(HERE, '..', 'models', name + '.glb'))
         print('model', name)
+    make_rooms.main()
+    print('rooms')
     make_town.main()
     print('town')
     sys.exit(os.system('"%s" "%s"' % (sys.executable, os.path.join(HERE, 'check.py'))) != 0)

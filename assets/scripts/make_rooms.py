@@ -217,14 +217,13 @@ def room(storey, bay, side, connected):
         move = ', period_seconds: %s, phase_seconds: %s' % (n(rnd.uniform(9, 16)), n(rnd.uniform(0, 9)))
     elif kind < 0.6:
         opening = 0
-    # It hangs in the middle of the wall, in the light of both sides, on the side that is farther from the lamp: open, it
-    # does not stand in its light.
+    # It stands in the middle of the wall, in the light of both sides. Those that are seen open slide into the wall: a leaf
+    # that swings would stand in the light of one side.
     lamp_x = (x0 + x1) / 2 + rnd.uniform(-0.4, 0.4)
-    hinge, turn = (a, 0) if lamp_x > (a + b) / 2 else (b, 180)
-    leaf(leaf_name, (hinge, y, near), turn, *DOOR)
-    swing = -90 * side * (1 if turn == 0 else -1)
+    leaf(leaf_name, (a, y, near), 0, *DOOR)
+    way = 'swing_degrees: %d' % (-90 * side) if opening == 0 else 'slide: (%s, 0, 0)' % n(-DOOR[0] + 0.02)
     portal('z', near, (a, b), (y, top), ('corridor %d' % (storey + 1), name),
-           ', door: (leaf: "%s", swing_degrees: %d%s)' % (leaf_name, swing, move), leaf_name, opening)
+           ', door: (leaf: "%s", %s%s)' % (leaf_name, way, move), leaf_name, opening)
 
     # The window.
     middle = (x0 + x1) / 2 + rnd.uniform(-0.5, 0.5)
@@ -430,8 +429,8 @@ HEAD = '''\
 // portals: lamps light the rooms that they shine into, and no others. `make_rooms.py` writes this file.
 (
     seed: 7,
-    // A door is 0.9 m wide, and what shines through it should not light a whole wall.
-    piece_metres: 1.3,
+    // As wide as a door: what shines through it should not light a whole wall.
+    piece_metres: 0.9,
     vehicle_types: ["../vehicles.ron"],
     environment: (
         ambient: (0.004, 0.005, 0.008),
