@@ -9,12 +9,16 @@ use proptest::prelude::*;
 use proptest::sample::Index;
 use systems::Simulation;
 use systems::assets::{Library, MeshId, shapes, world_bounds, world_box};
-use systems::cells::{Cell, Cells, Flood, OUTSIDE, Occupied, Opening, Portal, Source};
+use systems::cells::{Cell, Cells, Door, Flood, OUTSIDE, Occupied, Opening, Portal, Source};
 use systems::ecs::stats::FrameStats;
 use systems::lights::{
     Light, LightKind, LightLists, LightPolicies, LightPolicy, LightRecord, LightTable, Policies, ScoredLight,
     SelectedLights, Selection, brute_force, score,
 };
+use systems::run::registry::register_all;
+use systems::run::snapshot;
+use systems::run::standard_inputs::set_portal;
+use systems::run::state_hash::hash;
 use systems::space::{Aabb, GlobalTransform, Sphere, Transform};
 
 fn aabb(min: [f32; 3], max: [f32; 3]) -> Aabb {
@@ -504,4 +508,48 @@ fn a_shut_door_keeps_all_light_out() {
     assert_eq!(lights(&|_| {}), (shut, 0));
     let without = lights(&|world| _ = world.despawn(lamp));
     assert_eq!(without, (shut, 0));
+}
+
+/// Doors are state: a run that goes on from a snapshot is the run that was saved, an input among its steps.
+#[test]
+fn a_door_goes_on_from_a_snapshot() {
+    let with_doors = || {
+        let mut simulation = Simulation::new();
+        let world = &mut simulation.world;
+        let doors = [3.0f32, 0.0].map(|period| {
+            let leaf = world.spawn(Transform::from_xyz(1.0, 0.0, 0.0)).id();
+            let door = Door { leaf: Some(leaf), swing: 1.5, slide: Vec3::X, period, ..Door::default() };
+            (world.spawn(door).id(), leaf)
+        });
+        register_all(world);
+        (simulation, doors)
+    };
+    let (mut whole, [moving, still]) = with_doors();
+    (0..70).for_each(|_| whole.step());
+    set_portal(&mut whole.world, still.0, 0.4);
+    whole.step();
+    assert_eq!(whole.world.get::<Portal>(still.0).unwrap().open, 0.4);
+    let saved = snapshot::save(&mut whole.world);
+    let (mut continued, _) = with_doors();
+    snapshot::restore(&mut continued.world, &saved).expect("a snapshot of this world");
+    let mut hashes = Vec::new();
+    for _ in 0..100 {
+        whole.step();
+        continued.step();
+        let now = hash(&mut whole.world);
+        assert_eq!(now, hash(&mut continued.world));
+        hashes.push(now);
+    }
+    assert!(hashes.windows(2).all(|pair| pair[0] != pair[1]), "the clock is state");
+    for (portal, leaf) in [moving, still] {
+        let open = whole.world.get::<Portal>(portal).unwrap().open;
+        let place = whole.world.get::<Transform>(leaf).unwrap();
+        // As far as the portal is open, from its place when shut.
+        assert_eq!(place.translation, Vec3::X * open);
+        assert!(place.rotation.angle_between(Quat::from_rotation_y(1.5 * open)) < 1e-3);
+    }
+    // Not beyond what a portal can be.
+    set_portal(&mut whole.world, still.0, 2.0);
+    whole.step();
+    assert_eq!(whole.world.get::<Portal>(still.0).unwrap().open, 0.4);
 }
