@@ -133,10 +133,10 @@ override PHASE: u32 = 0x200u;
 // Whether the world has cells.
 override CELLS: bool = false;
 // What ends a list of planes of `sight`: a cell, a window of a cell, one of outside, everything.
-const END_OF_CELL = 1.0;
-const END_OF_WINDOW = 2.0;
-const END_OF_OUTSIDE = 3.0;
-const END_OF_SIGHT = 4.0;
+const END_OF_CELL: f32 = 1.0;
+const END_OF_WINDOW: f32 = 2.0;
+const END_OF_OUTSIDE: f32 = 3.0;
+const END_OF_SIGHT: f32 = 4.0;
 
 fn index_of(workgroup: vec3u) -> u32 {
     return workgroup.x + workgroup.y * ROW;

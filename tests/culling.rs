@@ -678,20 +678,26 @@ fn building(random: &mut TestRng) -> (Scene, Cells) {
                     }
                     has
                 });
-                let thin = if far { [3.9, 3.94] } else { [0.06, 0.1] };
-                let mut part = |along: [f32; 2], y: [f32; 2]| {
+                let mut part = |thin: [f32; 2], along: [f32; 2], y: [f32; 2]| {
                     let at = |i: usize| {
                         let v = if across_x { [thin[i], y[i], along[i]] } else { [along[i], y[i], thin[i]] };
                         min + Vec3::from(v)
                     };
                     face(&mut scene, at(0), at(1));
                 };
-                if has {
-                    part([0.06, 1.5], [0.06, 2.94]);
-                    part([2.5, 3.94], [0.06, 2.94]);
-                    part([1.5, 2.5], [2.1, 2.94]);
-                } else {
-                    part([0.06, 3.94], [0.06, 2.94]);
+                let inner = if far { [3.9, 3.94] } else { [0.06, 0.1] };
+                let outer = if far { [4.06, 4.1] } else { [-0.1, -0.06] };
+                let is_last = edge == 0 || edge == if across_x { columns } else { rows };
+                let faces = [(inner, 0.06, [0.06, 2.94]), (outer, -0.1, [-0.1, 3.1])];
+                for (thin, end, [low, high]) in faces.into_iter().take(if is_last { 2 } else { 1 }) {
+                    if has {
+                        part(thin, [end, 1.5], [low, high]);
+                        part(thin, [2.5, 4.0 - end], [low, high]);
+                        part(thin, [1.5, 2.5], [2.1, high]);
+                        part(thin, [1.5, 2.5], [low, 0.1]);
+                    } else {
+                        part(thin, [end, 4.0 - end], [low, high]);
+                    }
                 }
             }
             for _ in 0..12 {
@@ -703,6 +709,10 @@ fn building(random: &mut TestRng) -> (Scene, Cells) {
                 scene.spawn(mesh, (unit(random) * 4.0) as usize, place);
             }
         }
+    }
+    let extent = Vec3::new(columns as f32 * 4.0, 0.0, rows as f32 * 4.0) + Vec3::new(0.1, 0.0, 0.1);
+    for y in [-0.1, 3.06] {
+        face(&mut scene, Vec3::new(-0.1, y, -0.1), extent + Vec3::Y * (y + 0.04));
     }
     // The wall's cavities are closed at doors, by frames that go through it.
     for opening in &openings {

@@ -248,8 +248,8 @@ mod tests {
     fn every_override_of_the_shaders_is_set() {
         let of_objects =
             object_constants(Pass::Outputs(Attached::default()), PipelineKey::default()).map(|(name, _)| name);
-        // By `Culling::new`, `Scatter::make` and `Pipelines::tone_map`.
-        let set: BTreeSet<&str> = of_objects.into_iter().chain(["PHASE", "TEXELS", "TONE_MAP"]).collect();
+        // By `Culling::new` and `Culling::make_for_cells`, `Scatter::make` and `Pipelines::tone_map`.
+        let set: BTreeSet<&str> = of_objects.into_iter().chain(["CELLS", "PHASE", "TEXELS", "TONE_MAP"]).collect();
         let other = &declared("override") ^ &set;
         assert!(other.is_empty(), "not set, or no longer there: {other:?}");
         let of_forward: BTreeSet<String> =

@@ -115,8 +115,7 @@ pub fn shared_sheets(world: &mut World) -> Vec<(Entity, [String; 2])> {
         if half.min_element() * 2.0 > SHEET {
             return None;
         }
-        // In each it is as thick as it is, and no more.
-        let is_on_border = |cell: &&Cell| (0.0..EDGE).contains(&(cell.overlap(center, half) + EDGE));
+        let is_on_border = |cell: &&Cell| cell.overlap(center, half).abs() < EDGE;
         let mut names = cells.cells().iter().filter(is_on_border).map(|cell| cell.name.clone());
         Some((object, [names.next()?, names.next()?]))
     };
