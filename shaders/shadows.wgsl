@@ -15,13 +15,13 @@
 override SHADOW_TAPS: u32 = 1u;
 
 // Texels along a side of a layer.
-const SHADOW_SIZE = 768.0;
+const SHADOW_SIZE: f32 = 768.0;
 // Texels around a face beyond its quarter turn, or around a spot's cone: filters read no neighbouring face.
-const SHADOW_GUTTER = 2.0;
+const SHADOW_GUTTER: f32 = 2.0;
 // Texels of a slope of one in the smaller faces.
-const SMALL_FACE_SCALE = 126.0;
+const SMALL_FACE_SCALE: f32 = 126.0;
 // A plane's depth changes by no more than this many texels per texel.
-const STEEPEST = 20.0;
+const STEEPEST: f32 = 20.0;
 
 // Of the triangle, towards the eye.
 var<private> receiver_normal: vec3f;

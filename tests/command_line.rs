@@ -518,6 +518,7 @@ fn shadows_reports_errors_as_a_table_or_json_and_writes_pictures() {
         "of 9216 samples",
         "mean      p99     FLIP",
         "\nunshadowed",
+        "\nmaps ",
         "\nperfect",
         "pictures: out",
     ] {
@@ -525,7 +526,8 @@ fn shadows_reports_errors_as_a_table_or_json_and_writes_pictures() {
     }
     let files = contents(&folder.path().join("out"));
     let names: Vec<_> = files.iter().map(|(name, _)| name.to_string_lossy().into_owned()).collect();
-    assert_eq!(names, ["perfect.png", "perfect_error.png", "truth.png", "unshadowed.png", "unshadowed_error.png"]);
+    let pictures = ["maps", "maps_error", "perfect", "perfect_error", "truth", "unshadowed", "unshadowed_error"];
+    assert_eq!(names, pictures.map(|name| format!("{name}.png")));
 
     let first = run(&["out", "--json", "--threads", "1"]);
     assert_eq!(text(&first.stdout).lines().count(), 1);

@@ -361,7 +361,9 @@ fn coarse_levels_are_not_in_their_own_way() {
         };
         let (open, shadowed) = (sum(0), sum(32));
         scene.simulation.world.despawn(ball);
-        assert!(open > 10.0 && shadowed > 0.95 * open, "{distance} m: {shadowed} of {open}");
+        // A pixel is 6 cm: facets of so much error on a ball of 1 m turn by up to 20° from the round shape. Light that
+        // arrives at 70° and more, where they turn away from it, is cos² 70° = 12 % of all.
+        assert!(open > 10.0 && shadowed > 0.88 * open, "{distance} m: {shadowed} of {open}");
     }
 }
 

@@ -60,7 +60,7 @@ def model(name, at, yaw=0, scale=1):
 
 
 def lamp(at, kind, color, intensity, reach, name=None):
-    entities.append('        (%stransform: (translation: %s), light: %s(color: %s, intensity: %s, range: %s)),' % (
+    entities.append('        (%stransform: (translation: %s), light: %s(color: %s, intensity: %s, range: %s, shadows: true)),' % (
         'name: "%s", ' % name if name else '', vec(at), kind, color, n(intensity), n(reach)))
 
 
@@ -169,8 +169,8 @@ def pendant(x, z, y, color, intensity, reach):
 
 def globe(at, kind, color, intensity, reach):
     """A light within a glowing globe."""
-    entities.append('        (mesh: "globe", material: "%s globe", transform: (translation: %s), light: %s(color: %s, '
-                    'intensity: %s, range: %s)),' % (color.replace('"', ''), vec(at), kind, color, n(intensity), n(reach)))
+    entities.append('        (mesh: "globe", casts_shadows: false, material: "%s globe", transform: (translation: %s), light: %s(color: %s, '
+                    'intensity: %s, range: %s, shadows: true)),' % (color.replace('"', ''), vec(at), kind, color, n(intensity), n(reach)))
     globes.add(color)
 
 
@@ -487,6 +487,8 @@ GLOBE = '''\
 MODELS = {'kettle': 'kettle', 'crate': 'crate', 'barrel': 'barrel', 'bench': 'town_bench', 'lamp post': 'lamp_post',
           'container': 'container'}
 
+GLASS = {'lamp_post': ', casts_no_shadow: ["lamp_glass"]'}
+
 CAMERAS = '''\
         (name: "room", transform: (translation: %s, look_at: %s), camera: (fov_y_degrees: 52)),
         (name: "corridor", transform: (translation: %s, look_at: %s), camera: (fov_y_degrees: 52)),
@@ -513,7 +515,8 @@ def main():
     street()
     road = CORRIDOR / 2 + DEPTH + OUT - HALF + 7
     text = HEAD + ''.join(material(*m) for m in MATERIALS) + COPPER + ''.join(GLOBE % (color.replace('"', ''), color) for color in sorted(globes)) + '    },\n\n    meshes: {\n        "globe": sphere(radius: 0.08, segments: 24, rings: 12),\n'
-    text += ''.join('        "%s": model(file: "../models/%s.glb"),\n' % item for item in MODELS.items())
+    text += ''.join('        "%s": model(file: "../models/%s.glb"%s),\n' % (name, file, GLASS.get(file, ''))
+                    for name, file in MODELS.items())
     text += ''.join('        "%s": %s,\n' % item for item in sorted(meshes.items()))
     text += '    },\n\n    routes: {\n'
     text += '        "east": (points: [(-38, %s, %s), (78, %s, %s)], then: ["east"]),\n' % (n(STREET - 0.1), n(road + 2), n(STREET - 0.1), n(road + 2))

@@ -115,6 +115,8 @@ pub(super) enum TableKind {
 
 /// Number of [`TableKind`]s.
 pub(super) const TABLE_COUNT: usize = 5;
+/// Rows of each table at least; only worlds whose lights cast shadows have shadow records.
+const LEAST_ROWS: [u32; TABLE_COUNT] = [1, 1, 1, 1, 0];
 /// Texels between the shadow records of one view and those of the next: more than there are layers.
 pub(super) const SHADOW_RECORDS: u64 = 256;
 
@@ -178,7 +180,7 @@ impl Pace {
 
 impl TableTexture {
     pub fn new(device: &wgpu::Device) -> Self {
-        Self::with_rows(device, [1, 1, 1, 1, 0], 0)
+        Self::with_rows(device, LEAST_ROWS, 0)
     }
 
     fn with_rows(device: &wgpu::Device, rows: [u32; TABLE_COUNT], version: u32) -> Self {
@@ -197,7 +199,8 @@ impl TableTexture {
 
     /// Makes room for that many texels in each table. What they hold moves along.
     pub fn reserve(&mut self, gpu: &super::Gpu, texels: [u64; TABLE_COUNT]) -> Result<(), RenderError> {
-        let needed = texels.map(|texels| texels.div_ceil(TABLE_WIDTH));
+        let rows = |table: usize| texels[table].div_ceil(TABLE_WIDTH).max(u64::from(LEAST_ROWS[table]));
+        let needed: [u64; TABLE_COUNT] = std::array::from_fn(rows);
         let most = u64::from(gpu.device.limits().max_texture_dimension_2d);
         let sum = needed.iter().sum::<u64>();
         if sum > most {
