@@ -110,13 +110,15 @@ fn lit_share(place: ShadowPlace, layer: u32) -> f32 {
     let most = STEEPEST * place.depth * place.texel;
     let slope = clamp(place.slope, vec2f(-most), vec2f(most));
     let lean = abs(slope.x) + abs(slope.y);
+    // Rasterizers move vertices, and planes with them, by up to a sixteenth of a texel.
+    let moved = lean / 16.0;
     if SHADOW_TAPS == 1u {
-        let nearest = place.depth * (1.0 + 0.25 * place.texel) + lean;
+        let nearest = place.depth * (1.0 + 0.25 * place.texel) + lean + moved;
         return shadow_tap(clamp(place.at, place.low, place.high), layer, nearest);
     }
     // A box of 3×3 texels by four taps between texels, with weights of 1 − f, 1, 1 and f in each direction (Castaño,
     // "Shadow Mapping Summary", 2013).
-    let nearest = place.depth * (1.0 + place.texel) + 0.5 * lean;
+    let nearest = place.depth * (1.0 + place.texel) + 0.5 * lean + moved;
     let base = floor(place.at - 0.5);
     let f = place.at - 0.5 - base;
     let w0 = 2.0 - f;
