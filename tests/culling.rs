@@ -737,6 +737,9 @@ fn rooms_look_the_same_if_only_what_windows_show_is_drawn() {
     let Some(mut renderer) = renderer() else { return };
     let mut random = random();
     let (mut drawn, mut without) = (0, 0);
+    // Windows are where openings are. A rasteriser that moves vertices by more than a 256th of a pixel shows samples
+    // beside an edge of an opening now and then: no more than an edge is long.
+    let allowed = if renderer.gpu().vertex_rounding() > 1.0 / 128.0 { SIZE.1 as usize } else { 0 };
     for _ in 0..12 {
         let (mut scene, cells) = building(&mut random);
         scene.simulation.frame();
@@ -761,7 +764,8 @@ fn rooms_look_the_same_if_only_what_windows_show_is_drawn() {
             scene.simulation.frame();
             for occlusion in [Occlusion::Off, Occlusion::On] {
                 let (found, few) = scene.draw_with(&mut renderer, with(occlusion));
-                assert!(found == expected, "from {at}");
+                let differing = found.pixels().zip(expected.pixels()).filter(|(a, b)| a != b).count();
+                assert!(differing <= allowed, "from {at}: {differing} pixels");
                 if occlusion == Occlusion::Off {
                     (drawn, without) = (drawn + few.objects, without + all.objects);
                 }
