@@ -123,7 +123,8 @@ enum Shadows<'a> {
     Traced(&'a TracedShadows),
 }
 
-/// Draws a scene with traced shadows, with at most `maps` shadow maps and without, writes the pictures and says how far apart they are.
+/// Draws a scene with traced shadows, with at most `maps` shadow maps and without, writes the pictures and says how far
+/// apart they are.
 ///
 /// # Errors
 /// [`FrameError`]; nothing is written before all pictures are drawn and compared.

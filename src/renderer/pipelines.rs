@@ -21,6 +21,21 @@ struct Forward {
     layout: wgpu::PipelineLayout,
 }
 
+impl Forward {
+    /// A variant of the shader that reads a group 3 beside the three that all have.
+    fn with_group(
+        device: &wgpu::Device,
+        label: &str,
+        source: &'static str,
+        layouts: [&wgpu::BindGroupLayout; 3],
+        group: &wgpu::BindGroupLayout,
+    ) -> Self {
+        let [frame, class, scene_color] = layouts;
+        let groups = [frame, class, scene_color, group].map(Some);
+        Self { module: shader_module(device, label, source), layout: pipeline_layout(device, label, &groups) }
+    }
+}
+
 /// Every pipeline of a renderer.
 #[derive(Clone, Debug)]
 pub(super) struct Pipelines {
@@ -93,13 +108,10 @@ impl Pipelines {
         device: &wgpu::Device,
         class_layout: &wgpu::BindGroupLayout,
     ) -> &wgpu::BindGroupLayout {
-        let (frame_layout, scene_color_layout) = (&self.frame_layout, &self.scene_color_layout);
+        let layouts = [&self.frame_layout, class_layout, &self.scene_color_layout];
         let make = || {
             let group = shadow_maps::maps_layout(device);
-            let groups = [Some(frame_layout), Some(class_layout), Some(scene_color_layout), Some(&group)];
-            let label = "forward with shadow maps";
-            let module = shader_module(device, label, shaders::FORWARD_SHADOWED);
-            (Forward { module, layout: pipeline_layout(device, label, &groups) }, group)
+            (Forward::with_group(device, "forward with shadow maps", shaders::FORWARD_SHADOWED, layouts, &group), group)
         };
         &self.shadowed.get_or_insert_with(make).1
     }
@@ -110,7 +122,7 @@ impl Pipelines {
         device: &wgpu::Device,
         class_layout: &wgpu::BindGroupLayout,
     ) -> &wgpu::BindGroupLayout {
-        let (frame_layout, scene_color_layout) = (&self.frame_layout, &self.scene_color_layout);
+        let layouts = [&self.frame_layout, class_layout, &self.scene_color_layout];
         let make = || {
             let group = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
                 label: Some("traced shadows"),
@@ -125,10 +137,10 @@ impl Pipelines {
                     count: None,
                 }],
             });
-            let groups = [Some(frame_layout), Some(class_layout), Some(scene_color_layout), Some(&group)];
-            let label = "forward with traced shadows";
-            let module = shader_module(device, label, shaders::FORWARD_TRACED);
-            (Forward { module, layout: pipeline_layout(device, label, &groups) }, group)
+            (
+                Forward::with_group(device, "forward with traced shadows", shaders::FORWARD_TRACED, layouts, &group),
+                group,
+            )
         };
         &self.traced.get_or_insert_with(make).1
     }
