@@ -42,6 +42,7 @@ mod settings;
 pub mod shaders;
 mod shadow_layers;
 mod shadow_maps;
+mod shadow_pass;
 mod shared_buffer;
 mod single_view;
 mod tables;

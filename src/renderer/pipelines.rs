@@ -2,7 +2,7 @@
 
 use super::meshes::{SLOT_LAYOUT, VERTEX_LAYOUT};
 use super::pass::{Pass, Shadows, SkyKey};
-use super::shadow_maps;
+use super::shadow_pass;
 use super::targets::{DEPTH_FORMAT, HDR_FORMAT};
 use super::{DebugView, shaders};
 use std::collections::{BTreeMap, BTreeSet};
@@ -110,7 +110,7 @@ impl Pipelines {
     ) -> &wgpu::BindGroupLayout {
         let layouts = [&self.frame_layout, class_layout, &self.scene_color_layout];
         let make = || {
-            let group = shadow_maps::maps_layout(device);
+            let group = shadow_pass::maps_layout(device);
             (Forward::with_group(device, "forward with shadow maps", shaders::FORWARD_SHADOWED, layouts, &group), group)
         };
         &self.shadowed.get_or_insert_with(make).1
