@@ -6,9 +6,11 @@ override VERTEX_COLORS: bool = true;
 @group(1) @binding(0) var base_maps: texture_2d_array<f32>;
 @group(1) @binding(9) var base_sampler: sampler;
 
-// Rows that turn what goes out from the light into clip space; they hold no place.
+// Rows that turn what goes out from the origin into clip space; they hold no place.
 struct ShadowFace {
-    light: vec3f,
+    // The light, or the middle of a level of a directional one.
+    origin: vec3f,
+    // Metres; 0: the projection is parallel.
     near: f32,
     right: vec3f,
     pad0: u32,
@@ -37,8 +39,12 @@ struct CasterOut {
 fn clip_position(slot: u32, position: vec3f) -> vec4f {
     let rows = load_world_from_object(slot);
     let turned = vec3f(dot(rows[0].xyz, position), dot(rows[1].xyz, position), dot(rows[2].xyz, position));
-    let v = turned + (vec3f(rows[0].w, rows[1].w, rows[2].w) - face.light);
-    return vec4f(dot(face.right, v), dot(face.up, v), face.near, dot(face.toward, v));
+    let v = turned + (vec3f(rows[0].w, rows[1].w, rows[2].w) - face.origin);
+    let along = dot(face.toward, v);
+    let is_parallel = face.near == 0.0;
+    // What lies before the near plane of a parallel projection casts, too: from that plane.
+    let depth = select(face.near, min(0.5 + along, 1.0), is_parallel);
+    return vec4f(dot(face.right, v), dot(face.up, v), depth, select(along, 1.0, is_parallel));
 }
 
 @vertex

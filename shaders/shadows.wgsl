@@ -2,7 +2,8 @@
 // unshadowed.wgsl.
 //
 // A light with a shadow layer has a square of an array texture. A spot fills it; a point light has six faces there, as
-// src/renderer/shadow_layers.rs lays them out. Depths are reversed: near / distance along the face's axis.
+// src/renderer/lamp_layers.rs lays them out. Depths are reversed: near / distance along the face's axis. A directional
+// light has several layers, its levels around the eye (src/renderer/sun_levels.rs); depths are linear there.
 //
 // There is no bias to set. 1 / distance is linear on a plane, so the depths of the receiver's own triangle around a
 // texel are known exactly: a hardware comparison is with the nearest of those that it reads (Isidoro, "Shadow Mapping:
@@ -20,6 +21,13 @@ const SHADOW_SIZE: f32 = 768.0;
 const SHADOW_GUTTER: f32 = 2.0;
 // Texels of a slope of one in the smaller faces.
 const SMALL_FACE_SCALE: f32 = 126.0;
+// Metres from the middle of a directional light's first level to its sides, and from the near plane to the far one.
+const FIRST_LEVEL: f32 = 8.0;
+const SUN_DEPTH: f32 = 2048.0;
+// Of the way from the middle of a level to its sides: what is farther away has another level, and what is less of that
+// has no other one.
+const LEVEL_USED: f32 = 0.75;
+const LEVEL_ALONE: f32 = 0.8;
 // A plane's depth changes by no more than this many texels per texel.
 const STEEPEST: f32 = 20.0;
 
@@ -35,7 +43,7 @@ struct ShadowPlace {
     depth: f32,
     // Of the receiver's plane: how depth changes from texel to texel.
     slope: vec2f,
-    // A texel's width at distance 1.
+    // A texel's width where the point is, as a difference in depth.
     texel: f32,
     // What a filter may read around, texels.
     low: vec2f,
@@ -80,7 +88,7 @@ fn place_in_faces(v: vec3f, n: vec3f, h: f32, near: f32) -> ShadowPlace {
         corner + 0.5 * size + across * scale,
         near / m,
         leaning * (near / (h * scale)),
-        1.0 / scale,
+        near / (m * scale),
         corner + 1.0,
         corner + size - 1.0,
     );
@@ -95,7 +103,7 @@ fn place_in_cone(v: vec3f, n: vec3f, h: f32, near: f32, q: vec4f, scale: f32) ->
         0.5 * SHADOW_SIZE + along.xy * (scale / m),
         near / m,
         leaning * (near / (h * scale)),
-        1.0 / scale,
+        near / (m * scale),
         vec2f(1.0),
         vec2f(SHADOW_SIZE - 1.0),
     );
@@ -107,18 +115,18 @@ fn turned(q: vec4f, v: vec3f) -> vec3f {
 }
 
 fn lit_share(place: ShadowPlace, layer: u32) -> f32 {
-    let most = STEEPEST * place.depth * place.texel;
+    let most = STEEPEST * place.texel;
     let slope = clamp(place.slope, vec2f(-most), vec2f(most));
     let lean = abs(slope.x) + abs(slope.y);
     // Rasterizers move vertices, and planes with them, by up to a sixteenth of a texel.
     let moved = lean / 16.0;
     if SHADOW_TAPS == 1u {
-        let nearest = place.depth * (1.0 + 0.25 * place.texel) + lean + moved;
+        let nearest = place.depth + 0.25 * place.texel + lean + moved;
         return shadow_tap(clamp(place.at, place.low, place.high), layer, nearest);
     }
     // A box of 3×3 texels by four taps between texels, with weights of 1 − f, 1, 1 and f in each direction (Castaño,
     // "Shadow Mapping Summary", 2013).
-    let nearest = place.depth * (1.0 + place.texel) + 0.5 * lean + moved;
+    let nearest = place.depth + place.texel + 0.5 * lean + moved;
     let base = floor(place.at - 0.5);
     let f = place.at - 0.5 - base;
     let w0 = 2.0 - f;
@@ -144,11 +152,63 @@ fn visibility(arriving: Arriving, bump: Bump, number: u32) -> f32 {
     if arriving.shadow_layer == 0u {
         return 1.0;
     }
-    let layer = arriving.shadow_layer - 1u;
-    let record = texel_of(view.shadow_records + layer);
+    let record = texel_of(view.shadow_records + arriving.shadow_layer - 1u);
+    let point = receiver(bump, arriving.toward);
+    if SUNS_WITH_SHADOWS && (!LAMPS_WITH_SHADOWS || arriving.kind == LIGHT_DIRECTIONAL) {
+        return 1.0 + bitcast<f32>(record.w) * (seen_of_sun(point, record) - 1.0);
+    }
+    return seen_of_lamp(point - arriving.from_eye, arriving.shadow_layer - 1u, record);
+}
+
+// `point`: from the eye.
+fn seen_of_sun(point: vec3f, record: vec4u) -> f32 {
+    let q = vec4f(unpack2x16snorm(record.x), unpack2x16snorm(record.y));
+    let first = record.z & 0xffffu;
+    let count = record.z >> 16u;
+    let normal = turned(q, receiver_normal);
+    let p = turned(q, point);
+    // How far depth is from that of the middle where a plane leans by a texel; at the least a grazing plane.
+    let leaning = -normal.xy / max(normal.z, 1e-6);
+    let across = max(abs(p.x), abs(p.y)) / (FIRST_LEVEL * LEVEL_USED);
+    var level = u32(max(ceil(log2(max(across, 1e-3))), 0.0));
+    var rest = 1.0;
+    var seen = 0.0;
+    loop {
+        if level >= count {
+            // Nothing is known so far away.
+            seen += rest;
+            break;
+        }
+        let record = texel_of(view.shadow_records + first + level);
+        let size = exp2(f32(level));
+        let texel = 2.0 * FIRST_LEVEL / SHADOW_SIZE * size;
+        // The caster may be off by half a texel more.
+        let rise = select(0.0, receiver_error + 0.5 * texel, receiver_error > 0.0);
+        let v = p + bitcast<vec3f>(record.xyz) + normal * rise;
+        let place = ShadowPlace(
+            0.5 * SHADOW_SIZE + vec2f(v.x, -v.y) / texel,
+            max(0.5 + v.z / SUN_DEPTH, 0.0),
+            vec2f(leaning.x, -leaning.y) * (texel / SUN_DEPTH),
+            texel / SUN_DEPTH,
+            vec2f(1.0),
+            vec2f(SHADOW_SIZE - 1.0),
+        );
+        let share = saturate((1.0 - across / size) / (1.0 - LEVEL_ALONE));
+        seen += rest * share * lit_share(place, record.w);
+        rest *= 1.0 - share;
+        level++;
+        if rest <= 0.0 {
+            break;
+        }
+    }
+    // A triangle that is turned away sees nothing of the light, whatever its bumps would mirror.
+    return select(seen, 0.0, normal.z <= 0.0);
+}
+
+// `surface`: from the light.
+fn seen_of_lamp(surface: vec3f, layer: u32, record: vec4u) -> f32 {
     let near = bitcast<f32>(record.w & 0xffff0000u);
     let fade = f32(record.w & 0xffffu) / 65535.0;
-    let surface = receiver(bump, arriving.toward) - arriving.from_eye;
     let is_turned_away = dot(receiver_normal, surface) >= 0.0;
     let scale = bitcast<f32>(record.z);
     // The caster may be off by half a texel more.

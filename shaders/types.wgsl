@@ -91,6 +91,8 @@ override LIGHTS_WITH_ATTENUATION: bool = true;
 override LIGHTS_WITH_CONES: bool = true;
 override LIGHTS_WITH_EXPONENTS: bool = true;
 override LIGHTS_WITH_AMBIENT: bool = true;
+override LAMPS_WITH_SHADOWS: bool = true;
+override SUNS_WITH_SHADOWS: bool = true;
 
 // Whether some object has more than three lights.
 override LIGHT_LISTS: bool = true;

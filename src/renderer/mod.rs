@@ -30,6 +30,7 @@ mod faults;
 mod frame_tables;
 mod gpu;
 mod indirect_draws;
+mod lamp_layers;
 mod meshes;
 mod objects;
 mod outputs;
@@ -45,6 +46,7 @@ mod shadow_maps;
 mod shadow_pass;
 mod shared_buffer;
 mod single_view;
+mod sun_levels;
 mod tables;
 mod targets;
 mod textures;
@@ -78,7 +80,6 @@ use culling::Culling;
 use frame_tables::FrameTables;
 use indirect_draws::IndirectDraws;
 use meshes::Meshes;
-use pass::Shadows;
 use pipelines::{MissingPipelines, Pipelines};
 use pyramid::PyramidMaker;
 use shadow_maps::ShadowMaps;
@@ -375,7 +376,7 @@ impl Renderer {
     fn upload(&mut self, frame: &mut FrameData<'_>, views: &[(&mut ViewState, ViewPlan)]) -> Result<(), RenderError> {
         self.stats.asset_bytes = self.meshes.upload(&self.gpu, frame.library)?;
         self.stats.asset_bytes += self.textures.upload(&self.gpu, frame.list, frame.library)?;
-        let records: Vec<_> = views.iter().map(|(state, _)| self.shadow_records(state, frame)).collect();
+        let records: Vec<_> = views.iter().map(|(state, plan)| self.shadow_records(state, plan, frame)).collect();
         self.tables.upload(&self.gpu, frame, &self.shadow_maps.by_slot, &records, &mut self.stats)?;
         let textures = self.textures.version();
         self.stats.list_bytes += self.shadow_maps.find_due(&self.gpu, frame, &self.meshes, textures)?;
@@ -385,22 +386,22 @@ impl Renderer {
     /// Gives layers to the lights that have a shadow map in some view.
     fn choose_shadows(&mut self, frame: &FrameData<'_>, views: &[(&mut ViewState, ViewPlan)]) {
         let casting = frame.shadows.map_or(0, |scene| scene.lights().lights().len() as u32);
-        let has_maps = |state: &ViewState| matches!(state.pass.shadows(), Shadows::Maps { .. });
-        if !views.iter().any(|(state, _)| has_maps(state)) {
+        let shadowed: Vec<_> = views.iter().filter_map(|(state, plan)| state.shadowed(plan)).collect();
+        if shadowed.is_empty() {
             self.shadow_maps = ShadowMaps::new();
             return;
         }
-        let ranked: Vec<_> = views.iter().map(|(state, _)| &state.ranked[..]).collect();
         let most = views.iter().map(|(_, plan)| plan.settings.shadow_maps).max().unwrap_or(0).min(casting);
         let (device, class_layout) = (&self.gpu.device, &self.textures.layout);
         let layout = self.pipelines.shadowed_layout(device, class_layout).clone();
         let layouts = [&layout, &self.pipelines.frame_layout, class_layout];
-        self.shadow_maps.choose(&self.gpu, layouts, &ranked, most as usize);
+        self.shadow_maps.choose(&self.gpu, layouts, frame, &shadowed, most as usize);
     }
 
     /// The records of the layers that a view reads.
-    fn shadow_records(&self, state: &ViewState, frame: &FrameData<'_>) -> Vec<[u32; 4]> {
-        frame.shadows.map_or_else(Vec::new, |scene| self.shadow_maps.records(&state.ranked, &scene, frame.list))
+    fn shadow_records(&self, state: &ViewState, plan: &ViewPlan, frame: &FrameData<'_>) -> Vec<[u32; 4]> {
+        let shadowed = state.shadowed(plan).zip(frame.shadows);
+        shadowed.map_or_else(Vec::new, |(view, scene)| self.shadow_maps.records(&view, &scene, frame.list))
     }
 
     /// Whether a view is one of those that were prepared last.

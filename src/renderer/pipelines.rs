@@ -271,7 +271,7 @@ impl Pipelines {
 }
 
 /// What the forward shader's overrides are in a pass over objects of a kind.
-pub(super) fn object_constants(pass: Pass, key: PipelineKey) -> [(&'static str, f64); 16] {
+pub(super) fn object_constants(pass: Pass, key: PipelineKey) -> [(&'static str, f64); 18] {
     let (debug, specular_aa) = match pass {
         Pass::Color { debug, specular_aa, .. } => (debug, specular_aa),
         Pass::Emboss { .. } | Pass::Outputs(_) => (DebugView::Off, false),
@@ -297,6 +297,8 @@ pub(super) fn object_constants(pass: Pass, key: PipelineKey) -> [(&'static str, 
         ("LIGHTS_WITH_CONES", f64::from(u32::from(lights.cones))),
         ("LIGHTS_WITH_EXPONENTS", f64::from(u32::from(lights.exponents))),
         ("LIGHTS_WITH_AMBIENT", f64::from(u32::from(lights.ambient))),
+        ("LAMPS_WITH_SHADOWS", f64::from(u32::from(lights.lamp_shadows))),
+        ("SUNS_WITH_SHADOWS", f64::from(u32::from(lights.sun_shadows))),
         ("SPECULAR_AA", f64::from(u32::from(specular_aa))),
         ("DEBUG", f64::from(debug as u32)),
         ("EMBOSS_STEP", f64::from(emboss_step)),

@@ -71,7 +71,9 @@ mod tests {
     use super::super::emboss::EmbossPass;
     use super::super::pass::{Attached, Pass};
     use super::super::pipelines::object_constants;
-    use super::super::{DebugView, HeatScale, pyramid, scatter, shadow_layers, tables, traced};
+    use super::super::{
+        DebugView, HeatScale, lamp_layers, pyramid, scatter, shadow_layers, sun_levels, tables, traced,
+    };
     use super::*;
     use std::collections::{BTreeMap, BTreeSet};
     use systems::assets::{AlphaMode, MapSlot, Shading, Technique};
@@ -126,8 +128,10 @@ mod tests {
             number("NO_LIGHT", NO_LIGHT),
             number("LAYER_BITS", u8::MAX.into()),
             number("SHADOW_SIZE", shadow_layers::SIZE),
-            ("SHADOW_GUTTER", shadow_layers::GUTTER.into()),
-            ("SMALL_FACE_SCALE", (shadow_layers::SIZE as f32 / 6.0 - shadow_layers::GUTTER).into()),
+            ("SHADOW_GUTTER", lamp_layers::GUTTER.into()),
+            ("SMALL_FACE_SCALE", (shadow_layers::SIZE as f32 / 6.0 - lamp_layers::GUTTER).into()),
+            ("FIRST_LEVEL", sun_levels::FIRST.into()),
+            ("SUN_DEPTH", sun_levels::DEPTH.into()),
             number("MAP_BASE", MapSlot::Base as u32),
             number("MAP_NORMAL", MapSlot::Normal as u32),
             number("MAP_SPECULAR", MapSlot::Specular as u32),
@@ -171,9 +175,11 @@ mod tests {
     }
 
     /// Constants that only shaders have, and why.
-    const SHADERS_OWN: [(&str, &str); 22] = [
+    const SHADERS_OWN: [(&str, &str); 24] = [
         ("COARSE", "set in a shader and read in others"),
         ("STEEPEST", "a bound of the look-up"),
+        ("LEVEL_USED", "how the look-up chooses a level; tests/sun_shadows.rs compares levels"),
+        ("LEVEL_ALONE", "the same"),
         ("LEVEL_MASK", "a bit of `visibility`, which no other program reads"),
         ("IN_VIEW", "a bit of `visibility`"),
         ("SEEN", "a bit of `visibility`"),

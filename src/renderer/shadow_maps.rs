@@ -1,18 +1,22 @@
-//! Shadow maps of lamps: which lights have a layer, what is drawn into it, and when.
+//! Shadow maps: which lights have layers, what is drawn into these, and when.
 //!
 //! ```text
-//! choose   each view ranks the lights (systems/lights/importance.rs); those of all views share the layers
-//! find     the casters of each face of each layer; a face is due where they are others than those drawn there
-//! encode   a pass for each layer with a face that is due
+//! choose   each view ranks its lamps (systems/lights/importance.rs), and has levels of the suns around its eye; those
+//!          of all views share the layers
+//! find     the casters of each face of each layer: at first by the order of objects, then by those that changed
+//! encode   a pass for each layer with a face whose list of casters is another one than was drawn
 //! ```
 //!
 //! What a layer holds depends on the world alone, not on the views and frames before. So nothing is looked at while
 //! nothing changed, and what is drawn anew has the depths that it would have in any other order.
 
 use super::frame_tables::FrameTables;
+use super::lamp_layers::Lamp;
 use super::meshes::Meshes;
-use super::shadow_layers::{Face, FaceCaster, LayerLight, MOST_LAYERS, SIZE};
+use super::shadow_layers::{Face, FaceCaster, LayerLight, MOST_LAYERS, SIZE, Turn};
 use super::shadow_pass::{Maps, MaskKey, OnDevice, face_stride};
+use super::sun_levels::{LEVELS, SunLayer, SunLevel, turn_of};
+use super::tables::SHADOW_RECORDS;
 use super::textures::Textures;
 use super::timestamps::Timestamps;
 use super::{Gpu, RenderError};
@@ -20,18 +24,26 @@ use glam::Vec3;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use systems::assets::levels::LevelOfDetail;
-use systems::assets::{AlphaMode, Technique};
+use systems::assets::{AlphaMode, MeshId, Technique};
 use systems::draw::{BatchKey, ClassId, DrawList, FrameData, ShadowCaster, ShadowScene};
 use systems::ecs::tables::DirtySlots;
-use systems::lights::{PackedLight, Ranked};
+use systems::lights::{LightRecord, Ranked, rank_suns};
 
 /// Texels of a layer that a caster's level of detail may be off.
 const DETAIL: LevelOfDetail = LevelOfDetail { enabled: true, max_error_pixels: 0.5 };
+/// Directional lights that have levels at once, the brightest.
+const MOST_SUNS: usize = 4;
+/// The shadow record of the first of them, behind those of all layers; the records of their levels follow.
+const SUN_RECORDS: usize = MOST_LAYERS;
+const LEVEL_RECORDS: usize = SUN_RECORDS + MOST_SUNS;
+const _: () = assert!(LEVEL_RECORDS + MOST_SUNS * LEVELS as usize <= SHADOW_RECORDS as usize);
+// A light's record has eight bits for the number of its shadow record.
+const _: () = assert!(LEVEL_RECORDS <= u8::MAX as usize);
 
 /// What the last prepare found and the last encode drew.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct ShadowStats {
-    /// Lights that have a layer.
+    /// Layers that lights have: point lights and spots one each, directional ones one for each level.
     pub layers: u32,
     /// Layers drawn, a pass each.
     pub passes: u32,
@@ -41,59 +53,82 @@ pub struct ShadowStats {
     pub casters: u32,
 }
 
+/// What a view asks for.
+pub(super) struct ShadowedView<'a> {
+    pub ranked: &'a [Ranked],
+    /// World space.
+    pub eye: Vec3,
+}
+
 /// The layers of all views, and what draws them.
 #[derive(Debug)]
 pub(super) struct ShadowMaps {
-    /// By layer.
+    /// By number.
     layers: Vec<Layer>,
+    by_owner: BTreeMap<Owner, usize>,
+    /// The directional lights that have levels, brightest first, and how their frames are turned.
+    suns: Vec<(Ranked, Turn)>,
     /// Made when a view first asks for it.
     device: Option<OnDevice>,
-    /// The layers of lights by their slots, as the light table on the device has them.
+    /// The shadow records of lights by their slots, counted from 1, as the light table on the device has them.
     pub by_slot: BTreeMap<u32, u8>,
     due: Vec<DueLayer>,
     /// What was looked at last.
     seen: Option<Seen>,
-    /// How often what masks let through may have changed.
-    masks: u64,
     pub stats: ShadowStats,
 }
 
-/// A part of the texture that a light has.
-#[derive(Clone, Debug, Default)]
-struct Layer {
-    /// Its slot.
-    slot: Option<u32>,
-    /// As it is drawn there.
-    light: Option<LayerLight>,
-    /// What is drawn in each face; empty: nothing is known.
-    faces: Vec<Vec<FaceCaster>>,
+/// What a layer may be given to. Levels come first where there is not room for all.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+enum Owner {
+    Sun(SunLevel),
+    /// By its slot.
+    Lamp(u32),
 }
+
+/// A part of the texture.
+#[derive(Debug, Default)]
+struct Layer {
+    owner: Option<Owner>,
+    /// As its casters were found for it.
+    light: Option<LayerLight>,
+    faces: Vec<LayerFace>,
+}
+
+/// A face, and what is before it.
+#[derive(Debug)]
+struct LayerFace {
+    face: Face,
+    /// By what they are drawn with, mesh, level and slot.
+    casters: Vec<Caster>,
+    is_drawn: bool,
+}
+
+/// What casters are drawn with: of masks their class and what their shader reads.
+type CasterKey = Option<(ClassId, MaskKey)>;
+
+type Caster = (CasterKey, FaceCaster);
 
 /// What lists of casters depend on beside the lights.
 #[derive(Clone, Copy, PartialEq, Debug)]
 struct Seen {
     frame: u64,
-    batches: u64,
     meshes: u64,
     textures: u64,
-    lights: u64,
 }
 
 #[derive(Debug)]
 struct DueLayer {
     layer: usize,
-    light: LayerLight,
     /// Nothing of what it holds stays.
     clear: bool,
-    /// By their numbers.
-    faces: Vec<(usize, DueFace)>,
-    count: usize,
+    faces: Vec<DueFace>,
 }
 
 #[derive(Debug)]
 struct DueFace {
-    face: Face,
-    casters: Vec<FaceCaster>,
+    /// Of its layer.
+    index: usize,
     draws: Vec<CasterDraw>,
 }
 
@@ -107,18 +142,25 @@ struct CasterDraw {
     slots: Range<u32>,
 }
 
-/// What casters are drawn with: of masks their class and what their shader reads.
-type CasterKey = Option<(ClassId, MaskKey)>;
+/// What changed since casters were found last.
+struct Changes<'a> {
+    slots: &'a DirtySlots,
+    casters: Vec<ShadowCaster>,
+    /// Whether what masks let through may be other than it was: all, or those of some materials.
+    all_masks: bool,
+    materials: &'a DirtySlots,
+}
 
 impl ShadowMaps {
     pub fn new() -> Self {
         Self {
             layers: Vec::new(),
+            by_owner: BTreeMap::new(),
+            suns: Vec::new(),
             device: None,
             by_slot: BTreeMap::new(),
             due: Vec::new(),
             seen: None,
-            masks: 0,
             stats: ShadowStats::default(),
         }
     }
@@ -134,62 +176,97 @@ impl ShadowMaps {
         Some(&self.device.as_ref()?.maps.as_ref()?.group)
     }
 
-    /// Gives layers to the lights that views have ranked: those that have one keep it. There is room for `most` at
-    /// once, and more if that is not enough. `layouts`: of group 3 of receivers, of a frame, of a material class.
+    /// Gives layers to the lamps that views have ranked, and to the levels of suns around their eyes: what has one keeps
+    /// it. There is room for `most` lamps at once, and more if that is not enough. `layouts`: of group 3 of receivers,
+    /// of a frame, of a material class.
     pub fn choose(
         &mut self,
         gpu: &Gpu,
         [layout, frame_layout, class_layout]: [&wgpu::BindGroupLayout; 3],
-        ranked: &[&[Ranked]],
+        frame: &FrameData<'_>,
+        views: &[ShadowedView<'_>],
         most: usize,
     ) {
         self.stats = ShadowStats::default();
-        // Where views together ask for more than there can be, the most important ones of any view.
-        let mut all: Vec<Ranked> = ranked.concat();
-        all.sort_by(|a, b| b.importance.total_cmp(&a.importance).then(a.slot.cmp(&b.slot)));
+        let suns = frame.shadows.map_or_else(Vec::new, |scene| rank_suns(scene.lights(), MOST_SUNS));
+        let turn =
+            |sun: &Ranked| frame.list.lights.records.get(sun.slot as usize).map(|light| turn_of(&light.unpacked()));
+        self.suns = suns.into_iter().filter_map(|sun| Some((sun, turn(&sun)?))).collect();
         let mut wanted = BTreeSet::new();
-        for light in all {
+        for level in 0..LEVELS {
+            for view in views {
+                wanted.extend(self.suns.iter().map(|&(_, turn)| Owner::Sun(SunLevel::around(view.eye, turn, level))));
+            }
+        }
+        // The coarsest levels are missing where there is not room for all.
+        while wanted.len() > MOST_LAYERS {
+            wanted.pop_last();
+        }
+        let levels = wanted.len();
+        // Where views together ask for more than there can be, the most important ones of any view.
+        let mut lamps: Vec<Ranked> = views.iter().flat_map(|view| view.ranked).copied().collect();
+        lamps.sort_by(|a, b| b.importance.total_cmp(&a.importance).then(a.slot.cmp(&b.slot)));
+        for lamp in lamps {
             if wanted.len() < MOST_LAYERS {
-                wanted.insert(light.slot);
+                wanted.insert(Owner::Lamp(lamp.slot));
             }
         }
+        let needed = wanted.len();
         for layer in &mut self.layers {
-            if layer.slot.is_some_and(|slot| !wanted.remove(&slot)) {
-                layer.slot = None;
+            if layer.owner.is_some_and(|owner| !wanted.remove(&owner)) {
+                *layer = Layer::default();
             }
         }
-        let needed = wanted.len() + self.layers.iter().filter(|layer| layer.slot.is_some()).count();
         let device = self.device.get_or_insert_with(|| OnDevice::new(&gpu.device, frame_layout, class_layout));
         if needed > self.layers.len() || device.maps.is_none() {
-            self.layers.resize(needed.max(most).clamp(1, MOST_LAYERS), Layer::default());
+            self.layers.resize_with(needed.max(levels + most).clamp(1, MOST_LAYERS), Layer::default);
             self.layers.iter_mut().for_each(|layer| layer.light = None);
             // The old ones first: there may not be room for both.
             device.maps = None;
             device.maps = Some(Maps::new(&gpu.device, layout, self.layers.len()));
         }
-        let mut wanted = wanted.into_iter();
-        for layer in self.layers.iter_mut().filter(|layer| layer.slot.is_none()) {
-            (layer.slot, layer.light) = (wanted.next(), None);
-        }
-        let numbered = (1..).zip(&self.layers);
-        self.by_slot = numbered.filter_map(|(number, layer)| Some((layer.slot?, number))).collect();
-        self.stats.layers = self.by_slot.len() as u32;
+        let free = self.layers.iter_mut().filter(|layer| layer.owner.is_none());
+        free.zip(wanted).for_each(|(layer, owner)| layer.owner = Some(owner));
+        let owners = self.layers.iter().map(|layer| layer.owner);
+        self.by_owner = owners.zip(0..).filter_map(|(owner, layer)| Some((owner?, layer))).collect();
+        let lamp = |(&owner, &layer): (&Owner, &usize)| match owner {
+            Owner::Lamp(slot) => Some((slot, layer as u8 + 1)),
+            Owner::Sun(_) => None,
+        };
+        let suns = self.suns.iter().zip(SUN_RECORDS as u8 + 1..).map(|((sun, _), number)| (sun.slot, number));
+        self.by_slot = self.by_owner.iter().filter_map(lamp).chain(suns).collect();
+        self.stats.layers = self.by_owner.len() as u32;
     }
 
-    /// The records of a view's layers.
-    pub fn records(&self, ranked: &[Ranked], scene: &ShadowScene<'_>, list: &DrawList) -> Vec<[u32; 4]> {
+    /// The records that shaders read for a view: of lamps by their layers; then of suns, and of each sun's levels.
+    pub fn records(&self, view: &ShadowedView<'_>, scene: &ShadowScene<'_>, list: &DrawList) -> Vec<[u32; 4]> {
         let mut records = vec![[0; 4]; self.layers.len()];
-        for light in ranked {
-            let Some(&number) = self.by_slot.get(&light.slot) else { continue };
-            if let Some(layer) = layer_light(light.slot, scene, list) {
-                records[usize::from(number) - 1] = layer.record(light.fade);
+        for light in view.ranked {
+            let Some(&layer) = self.by_owner.get(&Owner::Lamp(light.slot)) else { continue };
+            if let Some(lamp) = lamp(light.slot, scene, list) {
+                records[layer] = lamp.record(light.fade);
             }
+        }
+        if self.suns.is_empty() {
+            return records;
+        }
+        records.resize(LEVEL_RECORDS + self.suns.len() * LEVELS as usize, [0; 4]);
+        for (number, &(sun, turn)) in self.suns.iter().enumerate() {
+            let first = LEVEL_RECORDS + number * LEVELS as usize;
+            let mut count = 0;
+            for level in (0..LEVELS).map(|level| SunLevel::around(view.eye, turn, level)) {
+                let Some(&layer) = self.by_owner.get(&Owner::Sun(level)) else { break };
+                records[first + count] = level.record(view.eye, layer as u32);
+                count += 1;
+            }
+            let [x, y] = turn.words();
+            records[SUN_RECORDS + number] = [x, y, first as u32 | (count as u32) << 16, sun.fade.to_bits()];
         }
         records
     }
 
-    /// Finds the faces whose casters are others than those that are drawn there, and uploads what draws them. Returns
-    /// the bytes written.
+    /// Finds the faces before which other casters are than those that are drawn there, and uploads what draws them.
+    /// Returns the bytes written.
     pub fn find_due(
         &mut self,
         gpu: &Gpu,
@@ -198,55 +275,47 @@ impl ShadowMaps {
         textures_version: u64,
     ) -> Result<u64, RenderError> {
         let (list, Some(scene)) = (frame.list, frame.shadows) else { return Ok(0) };
-        let seen = Seen {
-            frame: list.frame,
-            batches: list.batches_version,
-            meshes: meshes.version(),
-            textures: textures_version,
-            lights: scene.lights().version(),
-        };
-        let is_same = |before: Seen| {
-            let still = list.instances.dirty.is_empty() && list.materials.dirty.is_empty();
-            Seen { frame: seen.frame, ..before } == seen
-                && (before.frame == seen.frame || still && before.frame + 1 == seen.frame)
-        };
-        let is_still = self.due.is_empty() && self.seen.is_some_and(is_same);
-        let sees_masks = |before: Seen| {
-            before.textures == seen.textures
-                && (before.frame == seen.frame || before.frame + 1 == seen.frame && list.materials.dirty.is_empty())
-        };
-        self.masks += u64::from(!self.seen.is_some_and(sees_masks));
-        if self.seen.is_some_and(|before| before.meshes != seen.meshes) {
+        let seen = Seen { frame: list.frame, meshes: meshes.version(), textures: textures_version };
+        let before = self.seen.replace(seen);
+        if before.is_none_or(|before| before.meshes != seen.meshes) {
             // A mesh may be another one under the same number.
             self.layers.iter_mut().for_each(|layer| layer.light = None);
         }
-        self.seen = Some(seen);
+        let is_same = before.is_some_and(|before| before.frame == seen.frame);
+        let follows = is_same || before.is_some_and(|before| before.frame + 1 == seen.frame);
+        let nothing = DirtySlots::default();
+        let changes = Changes {
+            slots: if is_same { &nothing } else { &list.instances.dirty },
+            casters: if is_same || !follows || self.by_owner.is_empty() {
+                Vec::new()
+            } else {
+                scene.changed_casters(&list.instances, frame.library)
+            },
+            materials: if is_same { &nothing } else { &list.materials.dirty },
+            all_masks: !follows || before.is_some_and(|before| before.textures != seen.textures),
+        };
+        let is_still = changes.slots.is_empty() && changes.materials.is_empty() && !changes.all_masks;
+        for layer in &mut self.layers {
+            let light = match layer.owner {
+                Some(Owner::Lamp(slot)) => lamp(slot, &scene, list).map(LayerLight::Lamp),
+                Some(Owner::Sun(level)) => Some(LayerLight::Sun(SunLayer::new(level))),
+                None => None,
+            };
+            let Some(light) = light else { continue };
+            if layer.light != Some(light) || !follows {
+                layer.find_all(light, &scene, frame, meshes, changes.all_masks);
+            } else if !is_still {
+                layer.change(&light, &changes, meshes);
+            }
+        }
         self.due.clear();
-        let mut casters = Vec::new();
-        for (number, layer) in self.layers.iter_mut().enumerate() {
-            let Some(light) = layer.slot.and_then(|slot| layer_light(slot, &scene, list)) else { continue };
-            let is_known = layer.light == Some(light);
-            if is_known && is_still {
-                continue;
-            }
-            scene.casters(layer.slot.unwrap_or_default(), frame.library, &mut casters);
-            let faces = light.faces();
-            let count = faces.len();
-            let mut due = Vec::new();
-            for (index, face) in faces.into_iter().enumerate() {
-                let held = casters.iter().filter(|caster| light.holds(&face, caster.bounds));
-                let mut held: Vec<_> =
-                    held.filter_map(|caster| face_caster(caster, &light, &face, meshes, self.masks)).collect();
-                held.sort_by_key(|(key, caster)| (*key, caster.mesh, caster.level, caster.slot));
-                let found = held.iter().map(|(_, caster)| *caster);
-                if !(is_known && layer.faces.get(index).is_some_and(|drawn| found.clone().eq(drawn.iter().copied()))) {
-                    let draws = draws_of(&held, meshes);
-                    due.push((index, DueFace { face, casters: found.collect(), draws }));
-                }
-            }
-            if !due.is_empty() {
-                let clear = !is_known || due.len() == count;
-                self.due.push(DueLayer { layer: number, light, clear, faces: due, count });
+        for (number, layer) in self.layers.iter().enumerate().filter(|(_, layer)| layer.owner.is_some()) {
+            let due = layer.faces.iter().enumerate().filter(|(_, face)| !face.is_drawn);
+            let faces: Vec<_> =
+                due.map(|(index, face)| DueFace { index, draws: draws_of(&face.casters, meshes) }).collect();
+            if !faces.is_empty() {
+                let clear = faces.len() == layer.faces.len();
+                self.due.push(DueLayer { layer: number, clear, faces });
             }
         }
         self.upload(gpu)
@@ -256,21 +325,23 @@ impl ShadowMaps {
     fn upload(&mut self, gpu: &Gpu) -> Result<u64, RenderError> {
         let Some(device) = self.device.as_mut().filter(|_| !self.due.is_empty()) else { return Ok(0) };
         let stride = face_stride(&gpu.device) as usize;
-        let (mut slots, mut faces) = (Vec::new(), Vec::new());
-        for layer in &mut self.due {
-            for (_, due) in &mut layer.faces {
+        let (mut slots, mut records) = (Vec::new(), Vec::new());
+        for due in &mut self.due {
+            let layer = &self.layers[due.layer];
+            let Some(light) = layer.light else { continue };
+            for due in &mut due.faces {
+                let face = &layer.faces[due.index];
                 for draw in &mut due.draws {
                     draw.slots = draw.slots.start + slots.len() as u32..draw.slots.end + slots.len() as u32;
                 }
-                slots.extend(due.casters.iter().map(|caster| caster.slot));
-                let record = layer.light.face_record(&due.face);
-                faces.extend_from_slice(bytemuck::bytes_of(&record));
-                faces.resize(faces.len().next_multiple_of(stride), 0);
+                slots.extend(face.casters.iter().map(|(_, caster)| caster.slot));
+                records.extend_from_slice(bytemuck::bytes_of(&light.face_record(&face.face)));
+                records.resize(records.len().next_multiple_of(stride), 0);
             }
         }
         let all = DirtySlots::default();
-        let written = device.slots.write(gpu, &slots, &all, true)? + device.faces.write(gpu, &faces, &all, true)?;
-        let keys = self.due.iter().flat_map(|layer| &layer.faces).flat_map(|(_, due)| &due.draws);
+        let written = device.slots.write(gpu, &slots, &all, true)? + device.faces.write(gpu, &records, &all, true)?;
+        let keys = self.due.iter().flat_map(|layer| &layer.faces).flat_map(|due| &due.draws);
         let masks: BTreeSet<_> = keys.filter_map(|draw| draw.key.map(|(_, mask)| mask)).collect();
         masks.into_iter().for_each(|mask| device.make_mask(&gpu.device, mask));
         Ok(written)
@@ -313,14 +384,10 @@ impl ShadowMaps {
             pass.set_vertex_buffer(1, device.slots.buffer().slice(..));
             pass.set_index_buffer(meshes.indices.buffer().slice(..), wgpu::IndexFormat::Uint32);
             let layer = &mut self.layers[due.layer];
-            if due.clear {
-                layer.faces = vec![Vec::new(); due.count];
-            }
-            layer.light = Some(due.light);
             self.stats.passes += 1;
-            for (index, face) in due.faces {
-                let [x, y] = face.face.corner;
-                let size = face.face.size;
+            for DueFace { index, draws } in due.faces {
+                let LayerFace { face: Face { corner: [x, y], size, .. }, casters, is_drawn } = &mut layer.faces[index];
+                let (x, y, size) = (*x, *y, *size);
                 pass.set_viewport(x as f32, y as f32, size as f32, size as f32, 0.0, 1.0);
                 pass.set_scissor_rect(x, y, size, size);
                 pass.set_bind_group(3, face_group, &[number * stride]);
@@ -329,7 +396,7 @@ impl ShadowMaps {
                     pass.set_pipeline(&device.empty);
                     pass.draw(0..3, 0..1);
                 }
-                for draw in &face.draws {
+                for draw in draws {
                     if let Some((class, mask)) = draw.key {
                         let group = textures.class(class, Technique::Off);
                         let (Some(group), Some(pipeline)) = (group, device.masks.get(&mask)) else { continue };
@@ -338,31 +405,82 @@ impl ShadowMaps {
                     } else {
                         pass.set_pipeline(&device.opaque);
                     }
-                    pass.draw_indexed(draw.indices.clone(), draw.base_vertex, draw.slots.clone());
+                    pass.draw_indexed(draw.indices, draw.base_vertex, draw.slots);
                 }
                 self.stats.faces += 1;
-                self.stats.casters += face.casters.len() as u32;
-                layer.faces[index] = face.casters;
+                self.stats.casters += casters.len() as u32;
+                *is_drawn = true;
             }
         }
     }
 }
 
-/// The light in a slot as its layer has it.
-fn layer_light(slot: u32, scene: &ShadowScene<'_>, list: &DrawList) -> Option<LayerLight> {
+impl Layer {
+    /// Finds all casters of a light. What is drawn of the same light stays where these are the same.
+    fn find_all(
+        &mut self,
+        light: LayerLight,
+        scene: &ShadowScene<'_>,
+        frame: &FrameData<'_>,
+        meshes: &Meshes,
+        other_masks: bool,
+    ) {
+        let may_reach = |min, max| light.may_reach(min, max);
+        let casters = scene.casters_within(frame.library, may_reach, |sphere| light.reaches(sphere));
+        let before = if self.light == Some(light) { std::mem::take(&mut self.faces) } else { Vec::new() };
+        let of_face = |(index, face): (usize, Face)| {
+            let casters = held(&casters, &light, &face, meshes);
+            let is_another_mask = |(_, caster): &Caster| other_masks && caster.mask.is_some();
+            let is_drawn = before.get(index).is_some_and(|before| before.is_drawn && before.casters == casters)
+                && !casters.iter().any(is_another_mask);
+            LayerFace { face, casters, is_drawn }
+        };
+        self.faces = light.faces().into_iter().enumerate().map(of_face).collect();
+        self.light = Some(light);
+    }
+
+    /// Brings the lists of casters up to date with what changed.
+    fn change(&mut self, light: &LayerLight, changes: &Changes<'_>, meshes: &Meshes) {
+        let reached: Vec<_> = changes.casters.iter().filter(|caster| light.reaches(caster.bounds)).copied().collect();
+        for face in &mut self.faces {
+            let is_changed = |(_, caster): &Caster| changes.slots.contains(caster.slot);
+            let is_another_mask = |(_, caster): &Caster| {
+                caster.mask.is_some_and(|material| changes.all_masks || changes.materials.contains(material))
+            };
+            let new = held(&reached, light, &face.face, meshes);
+            let old = face.casters.iter().filter(|caster| is_changed(caster));
+            let is_same = old.eq(&new);
+            face.is_drawn &= is_same && !face.casters.iter().any(is_another_mask);
+            if !is_same {
+                face.casters.retain(|caster| !is_changed(caster));
+                face.casters.extend(new);
+                face.casters.sort_by_key(order);
+            }
+        }
+    }
+}
+
+/// Those of some casters that are in a face, in the order in which they are drawn.
+fn held(casters: &[ShadowCaster], light: &LayerLight, face: &Face, meshes: &Meshes) -> Vec<Caster> {
+    let held = casters.iter().filter(|caster| light.holds(face, caster.bounds));
+    let mut held: Vec<_> = held.filter_map(|caster| face_caster(caster, light, face, meshes)).collect();
+    held.sort_by_key(order);
+    held
+}
+
+fn order((key, caster): &Caster) -> (CasterKey, MeshId, u32, u32) {
+    (*key, caster.mesh, caster.level, caster.slot)
+}
+
+/// The point light or spot in a slot.
+fn lamp(slot: u32, scene: &ShadowScene<'_>, list: &DrawList) -> Option<Lamp> {
     let near = scene.lights().get(slot)?.near;
-    let record: &PackedLight = list.lights.records.get(slot as usize)?;
-    Some(LayerLight::new(&record.unpacked(), near))
+    let light: LightRecord = list.lights.records.get(slot as usize)?.unpacked();
+    Some(Lamp::new(&light, near))
 }
 
 /// A caster as it is drawn into a face; `None` while its mesh is not uploaded.
-fn face_caster(
-    caster: &ShadowCaster,
-    light: &LayerLight,
-    face: &Face,
-    meshes: &Meshes,
-    masks: u64,
-) -> Option<(CasterKey, FaceCaster)> {
+fn face_caster(caster: &ShadowCaster, light: &LayerLight, face: &Face, meshes: &Meshes) -> Option<Caster> {
     let ShadowCaster { slot, key: BatchKey { pipeline, class, mesh }, material, world_from_object, bounds } = *caster;
     let range = meshes.range(mesh)?;
     let m = world_from_object.matrix3;
@@ -372,7 +490,7 @@ fn face_caster(
     let is_mask = pipeline.alpha == AlphaMode::Mask;
     let key = is_mask.then_some((class, (pipeline.transformed_uvs, pipeline.vertex_colors)));
     let place = [m.x_axis, m.y_axis, m.z_axis, world_from_object.translation].map(Vec3::from);
-    let mask = is_mask.then_some((material, masks));
+    let mask = is_mask.then_some(material);
     Some((key, FaceCaster { mesh, level, slot, place, mask }))
 }
 

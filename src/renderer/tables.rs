@@ -117,8 +117,8 @@ pub(super) enum TableKind {
 pub(super) const TABLE_COUNT: usize = 5;
 /// Rows of each table at least; only worlds whose lights cast shadows have shadow records.
 const LEAST_ROWS: [u32; TABLE_COUNT] = [1, 1, 1, 1, 0];
-/// Texels between the shadow records of one view and those of the next: more than there are layers.
-pub(super) const SHADOW_RECORDS: u64 = 256;
+/// Texels between the shadow records of one view and those of the next: as many as there are at most, or more.
+pub(super) const SHADOW_RECORDS: u64 = 288;
 
 /// The tables in one texture of four 32-bit values per texel, as shaders/types.wgsl reads it: each has whole rows, and
 /// record r lies r times its size behind its table's first texel, row after row.

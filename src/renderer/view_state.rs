@@ -13,6 +13,7 @@ use super::pass::{Attached, Pass, Shadows};
 use super::pipelines::Pipelines;
 use super::pyramid::{Pyramid, PyramidMaker};
 use super::readback::Readback;
+use super::shadow_maps::ShadowedView;
 use super::tables::GrowingBuffer;
 use super::targets::{Attachments, SceneColorCopy, Targets};
 use super::visible_counts::{CountReadback, VisibleCounts};
@@ -236,7 +237,7 @@ impl ViewState {
         self.tone_map = if settings.debug == DebugView::Off { list.environment.tone_map } else { ToneMap::Clamp };
         self.outputs = settings.outputs;
         self.may_hide = settings.occlusion.is_on(list.objects);
-        let has_maps = list.light_features.shadows
+        let has_maps = (list.light_features.lamp_shadows || list.light_features.sun_shadows)
             && settings.shadow_maps > 0
             && matches!(settings.debug, DebugView::Off | DebugView::Visibility);
         let shadows = match (&self.traced, has_maps) {
@@ -280,6 +281,12 @@ impl ViewState {
             self.ranked = rank(lights, &view, most as usize);
             self.ranked_for = ranked_for;
         }
+    }
+
+    /// What it asks of the shadow maps; `None` where it has none.
+    pub(super) fn shadowed(&self, plan: &ViewPlan) -> Option<ShadowedView<'_>> {
+        let has_maps = matches!(self.pass.shadows(), Shadows::Maps { .. });
+        has_maps.then(|| ShadowedView { ranked: &self.ranked, eye: plan.view.eye() })
     }
 
     /// Blended objects in this view's order. Returns the bytes written.

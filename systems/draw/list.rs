@@ -45,8 +45,10 @@ pub struct LightFeatures {
     pub ambient: bool,
     /// Objects with more than three lights; since the policies changed.
     pub lists: bool,
-    /// A light that casts shadows.
-    pub shadows: bool,
+    /// A point light or spot that casts shadows.
+    pub lamp_shadows: bool,
+    /// A directional light that does.
+    pub sun_shadows: bool,
 }
 
 /// The fixed choices of a pipeline that objects bring with them.

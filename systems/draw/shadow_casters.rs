@@ -1,21 +1,27 @@
-//! What casts shadows in a world, for renderers: the lights that have some, and the objects that stand in the way of
-//! one. Objects are found by the order in which lights are chosen ([`ObjectOrder`]), so that a light costs what it
-//! reaches, not what the world holds.
+//! What casts shadows in a world, for renderers: the lights that have some, and the objects that stand in their way.
+//! Objects are found by the order in which lights are chosen ([`ObjectOrder`]), so that a light costs what it reaches,
+//! not what the world holds; and those that changed by their slots, so that a frame costs what moves in it.
 
+use super::instance_records::InstanceSlots;
 use super::instances::InstanceTable;
 use super::list::BatchKey;
 use crate::assets::library::Library;
 use crate::assets::material::{AlphaMode, MaterialId};
 use crate::assets::mesh::MeshId;
 use crate::assets::object_bounds::world_bounds;
+use crate::ecs::parallel::map_in_parallel;
 use crate::lights::components::NoShadow;
 use crate::lights::importance::ShadowLights;
 use crate::lights::order::ObjectOrder;
 use crate::lights::table::LightTable;
 use crate::space::bounds::Sphere;
 use crate::space::transform::GlobalTransform;
+use bevy_ecs::entity::EntityIndex;
 use bevy_ecs::prelude::*;
-use glam::Affine3A;
+use glam::{Affine3A, Vec3};
+
+/// Changed objects that a task looks at.
+const OBJECTS_PER_TASK: usize = 2048;
 
 /// Lights and objects of a world as its last frame left them.
 #[derive(Clone, Copy)]
@@ -52,33 +58,47 @@ impl<'w> ShadowScene<'w> {
         })
     }
 
-    /// The lights that cast shadows, suns not among them.
+    /// The lights that cast shadows.
     pub fn lights(&self) -> &'w ShadowLights {
         self.lights.shadow_lights()
     }
 
-    /// Lists the objects that the light in a slot reaches and that cast shadows, in the order of their slots.
-    pub fn casters(&self, light: u32, library: &Library, casters: &mut Vec<ShadowCaster>) {
-        casters.clear();
-        let Some(light) = self.lights.scored().get(light as usize) else { return };
-        let entities = self.world.entities();
-        for object in self.order.reached_by(light) {
-            let entity = entities.resolve_from_index(object);
-            // What is hidden has no slot.
-            let Some(slot) = self.instances.slot(entity) else { continue };
-            let key = self.instances.pages.key(slot);
-            if key.pipeline.alpha == AlphaMode::Blend {
-                continue;
-            }
-            let Ok(object) = self.world.get_entity(entity) else { continue };
-            let parts = object.get_components::<(&GlobalTransform, &MeshId, &MaterialId)>();
-            let Ok((place, &mesh, &material)) = parts else { continue };
-            let bounds = world_bounds(library, mesh, place);
-            if let Some(bounds) = bounds.filter(|_| !object.contains::<NoShadow>()) {
-                let material = library.known_material(material).slot();
-                casters.push(ShadowCaster { slot, key, material, world_from_object: place.affine(), bounds });
-            }
+    /// The objects of some kind that cast shadows, in no particular order. `may_hold` says of a box, by its corners,
+    /// whether bounds of that kind may lie in it or stick out of it.
+    pub fn casters_within(
+        &self,
+        library: &Library,
+        may_hold: impl Fn(Vec3, Vec3) -> bool,
+        is_wanted: impl Fn(Sphere) -> bool,
+    ) -> Vec<ShadowCaster> {
+        let objects = self.order.within(may_hold, &is_wanted);
+        let casters = objects.into_iter().filter_map(|object| self.caster(object, library));
+        casters.filter(|caster| is_wanted(caster.bounds)).collect()
+    }
+
+    /// What casts shadows in the slots that changed in a frame.
+    pub fn changed_casters(&self, slots: &InstanceSlots, library: &Library) -> Vec<ShadowCaster> {
+        let changed: Vec<u32> = slots.dirty.ranges(0).into_iter().flatten().collect();
+        let casters = map_in_parallel(changed.chunks(OBJECTS_PER_TASK), |changed| {
+            let objects = changed.iter().filter_map(|&slot| slots.objects[slot as usize]);
+            objects.filter_map(|object| self.caster(object, library)).collect::<Vec<_>>()
+        });
+        casters.concat()
+    }
+
+    /// An object, if it casts a shadow.
+    fn caster(&self, object: EntityIndex, library: &Library) -> Option<ShadowCaster> {
+        let entity = self.world.entities().resolve_from_index(object);
+        // What is hidden has no slot.
+        let slot = self.instances.slot(entity)?;
+        let key = self.instances.pages.key(slot);
+        if key.pipeline.alpha == AlphaMode::Blend {
+            return None;
         }
-        casters.sort_unstable_by_key(|caster| caster.slot);
+        let object = self.world.get_entity(entity).ok().filter(|object| !object.contains::<NoShadow>())?;
+        let (place, &mesh, &material) = object.get_components::<(&GlobalTransform, &MeshId, &MaterialId)>().ok()?;
+        let bounds = world_bounds(library, mesh, place)?;
+        let material = library.known_material(material).slot();
+        Some(ShadowCaster { slot, key, material, world_from_object: place.affine(), bounds })
     }
 }

@@ -24,6 +24,11 @@ impl DirtySlots {
         self.words[word] |= 1 << (slot % 64);
     }
 
+    /// Whether a slot is marked.
+    pub fn contains(&self, slot: u32) -> bool {
+        self.words.get(slot as usize / 64).is_some_and(|word| word >> (slot % 64) & 1 != 0)
+    }
+
     /// Whether no slot is marked.
     pub fn is_empty(&self) -> bool {
         self.low >= self.high

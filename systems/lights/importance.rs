@@ -23,13 +23,15 @@
 //! Φ / (D² + R²/4) is an upper bound: q is found only for lights of a block in which that is enough. One formula
 //! serves both, a lane at a time, which the compiler makes vectors of.
 //!
-//! Directional lights are not among them.
+//! Directional lights have maps of their own: [`rank_suns`] ranks them by their luminance, which is what arrives of them
+//! anywhere, and lets them fade by the same formula.
 
 use super::components::Light;
 use super::record::LightRecord;
 use super::relevance::ScoredLight;
 use crate::space::bounds::Sphere;
 use glam::{Vec3, Vec4};
+use std::collections::BTreeMap;
 
 /// The shown irradiance, of 1 for white, below which a light without a range counts as none.
 pub const DARK: f32 = 0.004;
@@ -76,7 +78,7 @@ struct Reach {
     endless: f32,
 }
 
-/// A light that has a map.
+/// A light that has a map, or levels of maps.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Ranked {
     /// In the light table.
@@ -212,10 +214,12 @@ impl Block {
     }
 }
 
-/// All enabled point lights and spots that cast shadows.
+/// All enabled lights that cast shadows.
 #[derive(Clone, Debug, Default)]
 pub struct ShadowLights {
     lights: Vec<ShadowLight>,
+    /// Slots of the directional ones, and their luminances.
+    suns: BTreeMap<u32, f32>,
     blocks: Vec<Block>,
     version: u64,
     /// What slots were given since the last update, in this order.
@@ -223,9 +227,14 @@ pub struct ShadowLights {
 }
 
 impl ShadowLights {
-    /// By ascending slot.
+    /// Point lights and spots, by ascending slot.
     pub fn lights(&self) -> &[ShadowLight] {
         &self.lights
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.lights.is_empty() && self.suns.is_empty()
     }
 
     /// Another number after each frame in which the lights changed.
@@ -242,7 +251,16 @@ impl ShadowLights {
         self.lights.binary_search_by_key(&slot, |light| light.slot)
     }
 
-    /// Gives a slot a light, or none.
+    /// Gives a slot a directional light of some luminance, or none.
+    pub(crate) fn give_sun(&mut self, slot: u32, luminance: Option<f32>) {
+        let before = match luminance.filter(|luminance| *luminance > 0.0) {
+            Some(luminance) => self.suns.insert(slot, luminance),
+            None => self.suns.remove(&slot),
+        };
+        self.version += u64::from(before != self.suns.get(&slot).copied());
+    }
+
+    /// Gives a slot a point light or spot, or none.
     pub(crate) fn give(&mut self, slot: u32, light: Option<ShadowLight>) {
         if light.is_some() || !self.lights.is_empty() || !self.given.is_empty() {
             self.given.push((slot, light));
@@ -312,7 +330,18 @@ pub fn rank(lights: &ShadowLights, view: &ShadowView, k: usize) -> Vec<Ranked> {
             }
         }
     }
-    let keys = best.finish();
+    ranked(&best.finish(), k)
+}
+
+/// The k brightest directional lights, brightest first, of equal ones the lower slot.
+pub fn rank_suns(lights: &ShadowLights, k: usize) -> Vec<Ranked> {
+    let mut keys: Vec<u64> = lights.suns.iter().map(|(&slot, &luminance)| key(luminance, slot)).collect();
+    keys.sort_unstable_by(|a, b| b.cmp(a));
+    ranked(&keys, k)
+}
+
+/// The first k of some keys, greatest first.
+fn ranked(keys: &[u64], k: usize) -> Vec<Ranked> {
     let next = keys.get(k).map_or(0.0, |&key| importance_of(key));
     let ranked = |&key: &u64| {
         let importance = importance_of(key);

@@ -291,13 +291,29 @@ impl ObjectOrder {
         self.searched += dirty.places.len();
     }
 
-    /// The objects that a light reaches, as [`Self::refresh`] left them.
-    pub(crate) fn reached_by(&self, light: &ScoredLight) -> Vec<EntityIndex> {
-        let (mut found, mut stack, mut objects) = (Vec::new(), Vec::new(), Vec::new());
-        dispatch!(Level::new(), simd => self.find(simd, std::slice::from_ref(light), &mut stack, &mut found));
-        for (group, bits) in found {
-            let first = group as usize * WIDTH;
-            for_each_set(bits, |bit| objects.extend(self.objects.get(first + bit as usize).copied().flatten()));
+    /// The objects of some kind, as [`Self::refresh`] left them. `may_hold` says of a box, by its corners, whether
+    /// bounds of that kind may lie in it or stick out of it.
+    pub(crate) fn within(
+        &self,
+        may_hold: impl Fn(Vec3, Vec3) -> bool,
+        is_wanted: impl Fn(Sphere) -> bool,
+    ) -> Vec<EntityIndex> {
+        let mut objects = Vec::new();
+        let mut stack: Vec<_> = self.levels.len().checked_sub(1).map(|top| (top, 0)).into_iter().collect();
+        while let Some((level, index)) = stack.pop() {
+            for (child, (min, max, radius)) in self.levels[level][index].numbered() {
+                let (radius, child) = (Vec3::splat(radius), index * WIDTH + child);
+                if !may_hold(min - radius, max + radius) {
+                    continue;
+                }
+                if level > 0 {
+                    stack.push((level - 1, child));
+                    continue;
+                }
+                let places = child * WIDTH..self.spheres.len().min((child + 1) * WIDTH);
+                let wanted = places.filter(|&place| is_wanted(self.spheres[place]));
+                objects.extend(wanted.filter_map(|place| self.objects[place]));
+            }
         }
         objects
     }

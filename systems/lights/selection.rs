@@ -140,7 +140,7 @@ pub fn select_lights(
     if order.needs_sorting(pool) {
         order.sort(pool);
     }
-    if !table.shadow_lights().lights().is_empty() {
+    if !table.shadow_lights().is_empty() {
         // Renderers look for what they reach.
         order.refresh(pool);
     }

@@ -13,7 +13,7 @@
 //! of what was left out.
 
 use super::importance::{ShadowLight, ShadowLights};
-use super::record::{NO_LIGHT, PackedLight};
+use super::record::{LightRecord, NO_LIGHT, PackedLight};
 use super::relevance::ScoredLight;
 use super::tree::LightTree;
 use crate::ecs::tables::Table;
@@ -97,7 +97,7 @@ impl LightTable {
         &self.tree
     }
 
-    /// Those of them that cast shadows and are neither off nor directional.
+    /// Those of them that cast shadows and are not off.
     pub fn shadow_lights(&self) -> &ShadowLights {
         &self.shadow_lights
     }
@@ -119,6 +119,7 @@ impl LightTable {
         for slot in std::mem::take(&mut self.freed) {
             self.write(records, slot, PackedLight::default());
             self.shadow_lights.give(slot, None);
+            self.shadow_lights.give_sun(slot, None);
             self.free.push(Reverse(slot));
         }
     }
@@ -150,8 +151,11 @@ impl LightTable {
     /// Says whether the light that was last written into a slot casts shadows, and from which distance on (metres).
     pub(crate) fn write_shadow(&mut self, slot: u32, near: Option<f32>) {
         let scored = self.scored.get(slot as usize);
-        let light = near.zip(scored).and_then(|(near, light)| ShadowLight::new(slot, near, light));
-        self.shadow_lights.give(slot, light);
+        let casting = near.zip(scored);
+        let is_sun = |light: &ScoredLight| light.kind == LightRecord::DIRECTIONAL;
+        let sun = casting.filter(|(_, light)| is_sun(light)).map(|(_, light)| light.luminance);
+        self.shadow_lights.give_sun(slot, sun);
+        self.shadow_lights.give(slot, casting.and_then(|(near, light)| ShadowLight::new(slot, near, light)));
     }
 
     /// Brings the tree and the lights with shadows up to date with what changed in this frame.

@@ -284,11 +284,16 @@ impl Node {
         self.range[i] = range;
     }
 
-    fn children(&self) -> impl Iterator<Item = (Vec3, Vec3, f32)> {
+    /// Boxes and longest ranges of its children, and which they are.
+    pub fn numbered(&self) -> impl Iterator<Item = (usize, (Vec3, Vec3, f32))> {
         (0..WIDTH).filter(|&i| !self.range[i].is_nan()).map(|i| {
             let corner = |corners: &[[f32; WIDTH]; 3]| Vec3::new(corners[0][i], corners[1][i], corners[2][i]);
-            (corner(&self.min), corner(&self.max), self.range[i])
+            (i, (corner(&self.min), corner(&self.max), self.range[i]))
         })
+    }
+
+    fn children(&self) -> impl Iterator<Item = (Vec3, Vec3, f32)> {
+        self.numbered().map(|(_, bounds)| bounds)
     }
 
     /// Around all children.
