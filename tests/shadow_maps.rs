@@ -3,88 +3,16 @@
 mod common;
 
 use bevy_ecs::prelude::*;
+use common::floor::{Floor, SIDE, headless, is_free};
 use glam::{DVec2, DVec3, Quat, Vec3, Vec3Swizzles};
 use proptest::prelude::RngExt;
 use proptest::test_runner::{RngAlgorithm, TestRng};
 use relief::frames::Headless;
 use relief::renderer::{Gpu, Settings, ShadowStats, SingleView};
-use systems::Simulation;
-use systems::assets::{AlphaMode, Library, Material, MaterialId, MeshId, Shading, shapes};
-use systems::draw::{Camera, Environment, Projection, ToneMap};
+use systems::assets::{AlphaMode, Library, Material, Shading, shapes};
+use systems::draw::{Camera, Projection};
 use systems::lights::{Light, LightKind, NoShadow};
 use systems::space::Transform;
-
-/// Pixels along a side.
-const SIDE: u32 = 200;
-/// Metres from the middle of the picture to its edge.
-const HALF: f32 = 2.5;
-
-/// A white, matte floor of 8 m in the dark, seen from above.
-struct Scene {
-    simulation: Simulation,
-    camera: Entity,
-    cube: MeshId,
-    white: MaterialId,
-}
-
-impl Scene {
-    fn new() -> Self {
-        let mut simulation = Simulation::new();
-        let dark = Environment {
-            ambient: Vec3::ZERO,
-            zenith: Vec3::ZERO,
-            horizon: Vec3::ZERO,
-            ground: Vec3::ZERO,
-            tone_map: ToneMap::Clamp,
-            ..Environment::default()
-        };
-        simulation.world.insert_resource(dark);
-        let mut library = simulation.world.resource_mut::<Library>();
-        let white = Material { specular_factor: Vec3::ZERO, ..Material::new(Shading::Blinn) };
-        let white = library.add_material(white);
-        let floor = library.add_mesh(shapes::plane(glam::Vec2::splat(8.0), glam::UVec2::ONE));
-        let cube = library.add_mesh(shapes::cube(Vec3::ONE));
-        simulation.world.spawn((floor, white, Transform::default()));
-        let projection = Projection::Orthographic { half_height: HALF, aspect: Some(1.0) };
-        let above = Transform::from_xyz(0.0, 9.0, 0.0).looking_to(Vec3::NEG_Y, Vec3::NEG_Z);
-        let camera = simulation.world.spawn((Camera { projection, ..Camera::default() }, above)).id();
-        Self { simulation, camera, cube, white }
-    }
-
-    fn add_cube(&mut self, place: Transform) -> Entity {
-        self.simulation.world.spawn((self.cube, self.white, place)).id()
-    }
-
-    fn add_light(&mut self, light: Light, at: Vec3, toward: Vec3) -> Entity {
-        let up = if toward.normalize().y.abs() > 0.99 { Vec3::X } else { Vec3::Y };
-        self.simulation.world.spawn((light, Transform::from_translation(at).looking_to(toward, up))).id()
-    }
-
-    /// Luminances of a picture of one sample per pixel.
-    fn draw(&mut self, headless: &mut Headless, maps: u32) -> Vec<f32> {
-        headless.settings = Settings { samples: 1, shadow_maps: maps, ..Settings::default() }.for_files();
-        headless.draw(&mut self.simulation, self.camera, (SIDE, SIDE)).expect("a picture");
-        headless.renderer.read_linear().expect("drawn").into_iter().map(|[_, green, ..]| green).collect()
-    }
-
-    /// How much of its light each pixel has, with its place on the floor; pixels that are dark without shadows are left
-    /// out.
-    fn shares(&mut self, headless: &mut Headless) -> Vec<(DVec2, f32)> {
-        let (open, shadowed) = (self.draw(headless, 0), self.draw(headless, 32));
-        let lit = (0..).zip(open.iter().zip(&shadowed)).filter(|(_, (open, _))| **open > 1e-3);
-        lit.map(|(pixel, (open, shadowed))| (place_of(pixel), shadowed / open)).collect()
-    }
-}
-
-fn headless(gpu: &Gpu) -> Headless {
-    Headless { renderer: SingleView::new(gpu), settings: Settings::default() }
-}
-
-/// Where the middle of a pixel is on the floor.
-fn place_of(pixel: u32) -> DVec2 {
-    let at = DVec2::new(f64::from(pixel % SIDE) + 0.5, f64::from(pixel / SIDE) + 0.5) / f64::from(SIDE);
-    (at * 2.0 - 1.0) * f64::from(HALF)
-}
 
 fn lamp(intensity: f32) -> Light {
     Light::point(intensity, 20.0).with_attenuation(Light::INVERSE_SQUARE).with_shadows()
@@ -93,15 +21,6 @@ fn lamp(intensity: f32) -> Light {
 fn spot(intensity: f32, outer_degrees: f32) -> Light {
     let kind = LightKind::Spot { outer: outer_degrees.to_radians(), inner: Some(0.0), exponent: 0.0 };
     Light { kind, ..lamp(intensity) }
-}
-
-/// Whether the way from a point to another is free of the cube of 1 m that stands on the middle of the floor.
-fn is_free(from: DVec3, to: DVec3) -> bool {
-    let (low, high) = (DVec3::new(-0.5, 0.0, -0.5), DVec3::new(0.5, 1.0, 0.5));
-    let (first, second) = ((low - from) / (to - from), (high - from) / (to - from));
-    let (enter, leave) = (first.min(second).max_element(), first.max(second).min_element());
-    // Not the point itself, on a face.
-    enter.max(1e-6) > leave.min(1.0)
 }
 
 /// Texels of a slope of one: of the face below a point light, of its other faces, and of a spot.
@@ -129,7 +48,7 @@ fn the_shadow_of_a_cube_is_where_geometry_has_it() {
         (spot(60.0, 25.0), Vec3::new(3.0, 3.0, 3.0), Vec3::new(-3.0, -2.7, -3.0), of_spot(25.0)),
     ];
     for (light, at, toward, scale) in cases {
-        let mut scene = Scene::new();
+        let mut scene = Floor::new();
         scene.add_cube(Transform::from_xyz(0.0, 0.5, 0.0));
         scene.add_light(light, at, toward);
         let eye = at.as_dvec3();
@@ -168,7 +87,7 @@ fn grazing_light_leaves_no_acne() {
         (spot(9.0, 40.0), Vec3::new(-3.2, 0.25, 0.4), Vec3::new(1.0, -0.1, -0.1)),
     ];
     for (light, at, toward) in lamps {
-        let mut scene = Scene::new();
+        let mut scene = Floor::new();
         scene.add_light(light, at, toward);
         let mut counted = 0;
         for (place, share) in scene.shares(&mut headless) {
@@ -185,7 +104,7 @@ fn grazing_light_leaves_no_acne() {
 #[test]
 fn a_lamp_in_a_closed_box_lights_nothing_outside() {
     let Some(gpu) = common::gpu() else { return };
-    let mut scene = Scene::new();
+    let mut scene = Floor::new();
     scene.add_cube(Transform::from_xyz(0.0, 1.0, 0.0));
     scene.add_light(lamp(8.0), Vec3::new(0.1, 1.1, -0.2), Vec3::NEG_Y);
     let shares = scene.shares(&mut headless(&gpu));
@@ -198,7 +117,7 @@ fn what_lets_light_through_casts_none() {
     let Some(gpu) = common::gpu() else { return };
     let mut headless = headless(&gpu);
     let dark = |headless: &mut Headless, alpha: Option<(AlphaMode, f32)>, marked: bool| {
-        let mut scene = Scene::new();
+        let mut scene = Floor::new();
         let cube = scene.add_cube(Transform::from_xyz(0.0, 0.5, 0.0));
         if let Some((alpha, value)) = alpha {
             let material = Material {
@@ -230,7 +149,7 @@ fn a_mirrored_caster_and_a_far_one_have_the_same_shadow() {
     let Some(gpu) = common::gpu() else { return };
     let mut headless = headless(&gpu);
     let dark = |headless: &mut Headless, scale: Vec3| {
-        let mut scene = Scene::new();
+        let mut scene = Floor::new();
         let turned = Quat::from_rotation_y(0.4);
         scene.add_cube(Transform { rotation: turned, scale, ..Transform::from_xyz(0.2, 0.5, 0.0) });
         scene.add_light(lamp(8.0), Vec3::new(-1.5, 3.0, 0.3), Vec3::NEG_Y);
@@ -243,7 +162,7 @@ fn a_mirrored_caster_and_a_far_one_have_the_same_shadow() {
 
 /// A world of lamps and cubes, drawn by one renderer.
 struct Drawn {
-    scene: Scene,
+    scene: Floor,
     headless: Headless,
     cubes: Vec<Entity>,
     lamps: Vec<Entity>,
@@ -251,7 +170,7 @@ struct Drawn {
 
 impl Drawn {
     fn new(gpu: &Gpu) -> Self {
-        let mut scene = Scene::new();
+        let mut scene = Floor::new();
         let place = |i: u32| Transform::from_xyz((i % 4) as f32 - 1.5, 0.3, (i / 4) as f32 - 1.0);
         let cubes = (0..12).map(|i| scene.add_cube(place(i).with_scale(Vec3::splat(0.4)))).collect();
         let lamps = (0..5)
@@ -313,7 +232,7 @@ fn a_mask_with_another_image_casts_another_shadow() {
     use systems::assets::{Image, ImageKind, Map};
     let Some(gpu) = common::gpu() else { return };
     let mut headless = headless(&gpu);
-    let mut scene = Scene::new();
+    let mut scene = Floor::new();
     let cube = scene.add_cube(Transform::from_xyz(0.0, 0.5, 0.0));
     scene.add_light(lamp(8.0), Vec3::new(-2.0, 3.0, 0.0), Vec3::NEG_Y);
     let image = |alpha: u8| Image::rgba8("leaf", 4, 4, ImageKind::Color, [255, 255, 255, alpha].repeat(16));
@@ -322,7 +241,7 @@ fn a_mask_with_another_image_casts_another_shadow() {
     let base_map = Some(Map::new(leaf));
     let material = library.add_material(Material { base_map, alpha: AlphaMode::Mask, ..Material::default() });
     scene.simulation.world.entity_mut(cube).insert(material);
-    let dark = |scene: &mut Scene, headless: &mut Headless| {
+    let dark = |scene: &mut Floor, headless: &mut Headless| {
         let (open, shadowed) = (scene.draw(headless, 0), scene.draw(headless, 32));
         open.iter().zip(&shadowed).filter(|(open, shadowed)| **shadowed < 0.5 * **open).count()
     };
@@ -342,7 +261,7 @@ fn coarse_levels_are_not_in_their_own_way() {
     let Some(gpu) = common::gpu() else { return };
     let mut headless = headless(&gpu);
     for distance in [20.0, 60.0, 200.0] {
-        let mut scene = Scene::new();
+        let mut scene = Floor::new();
         let ball = scene.simulation.world.resource_mut::<Library>().add_mesh(shapes::sphere(1.0, 256, 128));
         let white = scene.white;
         let ball = scene.simulation.world.spawn((ball, white, Transform::from_xyz(0.0, 2.0, 0.0))).id();
@@ -375,7 +294,7 @@ fn a_world_without_casters_has_no_layer_and_one_with_some_has_as_many_as_lights(
     assert_eq!(drawn.headless.renderer.held_bytes().shadow_maps, 0);
     drawn.draw(32);
     assert_eq!(drawn.headless.renderer.held_bytes().shadow_maps, 5 * 768 * 768 * 4);
-    let mut scene = Scene::new();
+    let mut scene = Floor::new();
     scene.add_light(Light { shadows: false, ..lamp(3.0) }, Vec3::Y, Vec3::NEG_Y);
     let mut other = headless(&gpu);
     scene.draw(&mut other, 32);
@@ -388,6 +307,7 @@ fn the_past_does_not_matter() {
     let Some(gpu) = common::gpu() else { return };
     let mut random = TestRng::deterministic_rng(RngAlgorithm::ChaCha);
     let mut drawn = Drawn::new(&gpu);
+    let sun = drawn.scene.add_light(Light::directional(0.5).with_shadows(), Vec3::Y, Vec3::new(0.5, -1.0, 0.2));
     for past in 0..50 {
         for _ in 0..3 {
             let place = |random: &mut TestRng, y: f32| {
@@ -398,8 +318,13 @@ fn the_past_does_not_matter() {
             drawn.move_to(drawn.lamps[lamp], at);
             let at = place(&mut random, 0.3);
             drawn.move_to(drawn.cubes[cube], at);
-            let at = place(&mut random, 9.0);
+            let height = random.random_range(3.0..15.0);
+            let at = place(&mut random, height);
             drawn.move_to(drawn.scene.camera, at);
+            if random.random_range(0..10) == 0 {
+                let turned = Quat::from_rotation_y(random.random_range(0.0..1.0));
+                drawn.scene.simulation.world.get_mut::<Transform>(sun).expect("it lives").rotate(turned);
+            }
             let maps = random.random_range(1..5);
             drawn.draw(maps);
         }
@@ -414,7 +339,7 @@ fn the_past_does_not_matter() {
 fn nobody_sees_a_layer_given_away() {
     let Some(gpu) = common::gpu() else { return };
     let mut headless = headless(&gpu);
-    let mut scene = Scene::new();
+    let mut scene = Floor::new();
     scene.add_cube(Transform::from_xyz(0.0, 0.5, 0.0));
     let mut lit = Vec::new();
     for x in [-2.0, 2.0] {

@@ -64,6 +64,8 @@ pub fn assert_fails(output: &std::process::Output, code: i32, needles: &[&str]) 
 /// Bump techniques.
 #[allow(dead_code)]
 pub mod bumps;
+#[allow(dead_code)]
+pub mod floor;
 
 /// A display for windows.
 #[allow(dead_code)]

@@ -1,0 +1,93 @@
+//! A white floor in the dark, seen from above: each sample of a picture is a known place, and how much of its light it
+//! has is one picture over another.
+
+use bevy_ecs::prelude::*;
+use glam::{DVec2, DVec3, Vec3};
+use relief::frames::Headless;
+use relief::renderer::{Gpu, Settings, SingleView};
+use systems::Simulation;
+use systems::assets::{Library, Material, MaterialId, MeshId, Shading, shapes};
+use systems::draw::{Camera, Environment, Projection, ToneMap};
+use systems::lights::Light;
+use systems::space::Transform;
+
+/// Pixels along a side.
+pub const SIDE: u32 = 200;
+/// Metres from the middle of the picture to its edge.
+pub const HALF: f32 = 2.5;
+
+/// A white, matte floor of 8 m in the dark, seen from above.
+pub struct Floor {
+    pub simulation: Simulation,
+    pub camera: Entity,
+    pub cube: MeshId,
+    pub white: MaterialId,
+}
+
+impl Floor {
+    pub fn new() -> Self {
+        let mut simulation = Simulation::new();
+        let dark = Environment {
+            ambient: Vec3::ZERO,
+            zenith: Vec3::ZERO,
+            horizon: Vec3::ZERO,
+            ground: Vec3::ZERO,
+            tone_map: ToneMap::Clamp,
+            ..Environment::default()
+        };
+        simulation.world.insert_resource(dark);
+        let mut library = simulation.world.resource_mut::<Library>();
+        let white = Material { specular_factor: Vec3::ZERO, ..Material::new(Shading::Blinn) };
+        let white = library.add_material(white);
+        let floor = library.add_mesh(shapes::plane(glam::Vec2::splat(8.0), glam::UVec2::ONE));
+        let cube = library.add_mesh(shapes::cube(Vec3::ONE));
+        simulation.world.spawn((floor, white, Transform::default()));
+        let projection = Projection::Orthographic { half_height: HALF, aspect: Some(1.0) };
+        let above = Transform::from_xyz(0.0, 9.0, 0.0).looking_to(Vec3::NEG_Y, Vec3::NEG_Z);
+        let camera = simulation.world.spawn((Camera { projection, ..Camera::default() }, above)).id();
+        Self { simulation, camera, cube, white }
+    }
+
+    pub fn add_cube(&mut self, place: Transform) -> Entity {
+        self.simulation.world.spawn((self.cube, self.white, place)).id()
+    }
+
+    pub fn add_light(&mut self, light: Light, at: Vec3, toward: Vec3) -> Entity {
+        let up = if toward.normalize().y.abs() > 0.99 { Vec3::X } else { Vec3::Y };
+        self.simulation.world.spawn((light, Transform::from_translation(at).looking_to(toward, up))).id()
+    }
+
+    /// Luminances of a picture of one sample per pixel.
+    pub fn draw(&mut self, headless: &mut Headless, maps: u32) -> Vec<f32> {
+        headless.settings = Settings { samples: 1, shadow_maps: maps, ..Settings::default() }.for_files();
+        headless.draw(&mut self.simulation, self.camera, (SIDE, SIDE)).expect("a picture");
+        headless.renderer.read_linear().expect("drawn").into_iter().map(|[_, green, ..]| green).collect()
+    }
+
+    /// How much of its light each pixel has, with its place on the floor; pixels that are dark without shadows are left
+    /// out.
+    pub fn shares(&mut self, headless: &mut Headless) -> Vec<(DVec2, f32)> {
+        let (open, shadowed) = (self.draw(headless, 0), self.draw(headless, 32));
+        let lit = (0..).zip(open.iter().zip(&shadowed)).filter(|(_, (open, _))| **open > 1e-3);
+        lit.map(|(pixel, (open, shadowed))| (place_of(pixel), shadowed / open)).collect()
+    }
+}
+
+pub fn headless(gpu: &Gpu) -> Headless {
+    Headless { renderer: SingleView::new(gpu), settings: Settings::default() }
+}
+
+/// Where the middle of a pixel is on the floor.
+pub fn place_of(pixel: u32) -> DVec2 {
+    let at = DVec2::new(f64::from(pixel % SIDE) + 0.5, f64::from(pixel / SIDE) + 0.5) / f64::from(SIDE);
+    (at * 2.0 - 1.0) * f64::from(HALF)
+}
+
+/// Whether the way from a point to another is free of the cube of 1 m that stands on the middle of the floor.
+pub fn is_free(from: DVec3, to: DVec3) -> bool {
+    let (low, high) = (DVec3::new(-0.5, 0.0, -0.5), DVec3::new(0.5, 1.0, 0.5));
+    let (first, second) = ((low - from) / (to - from), (high - from) / (to - from));
+    let (enter, leave) = (first.min(second).max_element(), first.max(second).min_element());
+    // Not the point itself, on a face.
+    enter.max(1e-6) > leave.min(1.0)
+}

@@ -1,0 +1,244 @@
+//! Shadows of directional lights: pictures whose every sample is known, and what they cost.
+
+mod common;
+
+use common::floor::{Floor, SIDE, headless, is_free};
+use glam::{DVec2, DVec3, Vec3};
+use relief::frames::Headless;
+use relief::renderer::ShadowStats;
+use systems::lights::Light;
+use systems::space::Transform;
+
+/// Towards a sun so high above the horizon, on the side of −X.
+fn toward(elevation_degrees: f64) -> DVec3 {
+    let (sin, cos) = elevation_degrees.to_radians().sin_cos();
+    DVec3::new(-cos * 0.9, sin, cos * 0.19f64.sqrt())
+}
+
+fn add_sun(floor: &mut Floor, intensity: f32, elevation_degrees: f64) -> bevy_ecs::entity::Entity {
+    let light = Light::directional(intensity).with_shadows();
+    floor.add_light(light, Vec3::ZERO, -toward(elevation_degrees).as_vec3())
+}
+
+fn set_eye(floor: &mut Floor, at: Vec3) {
+    let place = Transform::from_translation(at).looking_to(Vec3::NEG_Y, Vec3::NEG_Z);
+    *floor.simulation.world.get_mut::<Transform>(floor.camera).expect("it lives") = place;
+}
+
+fn stats(headless: &Headless) -> ShadowStats {
+    headless.renderer.stats().shadows
+}
+
+/// Metres that a texel covers at most where a point is looked up that is so far from the eye across the rays.
+fn texel(across: f64) -> f64 {
+    // The first level ends at 6 m, and the next begins at 0.8 of that.
+    let level = (across / (0.8 * 6.0)).log2().ceil().max(0.0);
+    16.0 / 768.0 * level.exp2()
+}
+
+/// In the first levels, where they blend into each other, and in farther ones. All edges of the shadow, at the cube's foot
+/// among them, are within 1.5 texels of where geometry has them: a texel of a comparison between two of them, and half a
+/// one of the rasterizer.
+#[test]
+fn the_shadow_of_a_cube_is_where_geometry_has_it() {
+    let Some(gpu) = common::gpu() else { return };
+    let mut headless = headless(&gpu);
+    for (elevation, height) in
+        [(55.0, 3.0), (55.0, 9.0), (55.0, 30.0), (25.0, 3.0), (25.0, 5.5), (25.0, 14.0), (12.0, 4.0)]
+    {
+        let mut floor = Floor::new();
+        floor.add_cube(Transform::from_xyz(0.0, 0.5, 0.0));
+        add_sun(&mut floor, 2.0, elevation);
+        set_eye(&mut floor, Vec3::Y * height);
+        let toward = toward(elevation);
+        let is_lit = |at: DVec2| {
+            let at = DVec3::new(at.x, 0.0, at.y);
+            is_free(at, at + 100.0 * toward)
+        };
+        let on_cube = |at: DVec2| at.abs().max_element() < 0.5;
+        let (mut dark, mut lit, mut unsure) = (0, 0, 0);
+        for (place, share) in floor.shares(&mut headless) {
+            let v = DVec3::new(place.x, -f64::from(height), place.y);
+            let across = (v - v.dot(toward) * toward).length();
+            // A texel as it lies on the floor: longer the flatter light falls there.
+            let margin = 1.5 * texel(across) / toward.y;
+            // Where shadow and cube meet, the shadow goes on into it.
+            let is_like =
+                |at: DVec2| if is_lit(place) { is_lit(at) && !on_cube(at) } else { on_cube(at) || !is_lit(at) };
+            let offsets = [-1.0, -0.5, 0.0, 0.5, 1.0];
+            let around = offsets.map(|x| offsets.map(|y| place + margin * DVec2::new(x, y)));
+            if on_cube(place) || !around.iter().flatten().all(|&at| is_like(at)) {
+                unsure += 1;
+                continue;
+            }
+            let is_right = if is_lit(place) { share > 0.99 } else { share == 0.0 };
+            assert!(is_right, "{elevation}°, {height} m: {share} at {place}");
+            *(if is_lit(place) { &mut lit } else { &mut dark }) += 1;
+        }
+        assert!(dark > 500 && lit > 5000, "{elevation}°, {height} m: {dark} dark, {lit} lit, {unsure} unsure");
+    }
+}
+
+/// A floor lit at 3° has all of its light, in every level, and at every place of the eye in the grid of these.
+#[test]
+fn grazing_light_leaves_no_acne() {
+    let Some(gpu) = common::gpu() else { return };
+    let mut headless = headless(&gpu);
+    for height in [1.0, 6.3, 11.2, 23.9, 47.0, 95.0, 190.0, 380.0, 700.0, 780.0] {
+        let mut floor = Floor::new();
+        add_sun(&mut floor, 20.0, 3.0);
+        set_eye(&mut floor, Vec3::new((0.1 * height) % 1.4, height, -(0.03 * height) % 1.4));
+        let shares = floor.shares(&mut headless);
+        let least = shares.iter().map(|(_, share)| *share).fold(f32::INFINITY, f32::min);
+        assert!(shares.len() > 30_000 && least >= 0.99, "{height} m: {least}");
+    }
+}
+
+/// What stands far away towards the sun casts its shadow, before the near plane as well. What is beyond the light's far
+/// plane or the last level is lit.
+#[test]
+fn casters_may_be_as_far_away_as_they_like() {
+    let Some(gpu) = common::gpu() else { return };
+    let mut headless = headless(&gpu);
+    for (distance, eye, share) in [
+        (20.0, Vec3::Y, 0.0),
+        (900.0, Vec3::Y, 0.0),
+        (5000.0, Vec3::Y, 0.0),
+        (-20.0, Vec3::Y, 1.0),
+        (-5000.0, Vec3::Y, 1.0),
+        // Along the light, which is no way across it, and across it.
+        (900.0, 800.0 * toward(40.0).as_vec3(), 0.0),
+        (20.0, Vec3::new(0.0, 2000.0, 0.0), 1.0),
+    ] {
+        let mut floor = Floor::new();
+        let at = distance * toward(40.0).as_vec3();
+        floor.add_cube(Transform::from_translation(at).with_scale(Vec3::splat(14.0)));
+        add_sun(&mut floor, 2.0, 40.0);
+        // Not above the cube.
+        let middle = Transform::from_translation(eye).looking_at(Vec3::ZERO, Vec3::NEG_Z);
+        *floor.simulation.world.get_mut::<Transform>(floor.camera).expect("it lives") = middle;
+        let shares = floor.shares(&mut headless);
+        let wrong = shares.iter().filter(|(_, found)| (found - share).abs() > 0.01).count();
+        assert!(shares.len() > 5_000 && wrong == 0, "{distance} m, eye {eye}: {wrong} of {}", shares.len());
+    }
+}
+
+/// A camera that looks along its way has the same picture everywhere on it, but for levels. In 0.3 mm, where a level
+/// moves and where points change their level, no pixel changes by a hundredth of the mean.
+#[test]
+fn nobody_sees_levels_change() {
+    let Some(gpu) = common::gpu() else { return };
+    let mut headless = headless(&gpu);
+    let mut floor = Floor::new();
+    for (x, z, turn) in [(0.0, 0.0, 0.0), (1.3, 0.7, 0.4), (-1.2, -0.9, 1.1), (0.4, -1.7, 0.8)] {
+        floor.add_cube(
+            Transform::from_xyz(x, 0.35, z)
+                .with_scale(Vec3::splat(0.7))
+                .with_rotation(glam::Quat::from_rotation_y(turn)),
+        );
+    }
+    add_sun(&mut floor, 2.0, 35.0);
+    let mut at = |height: f32, floor: &mut Floor| {
+        set_eye(floor, Vec3::Y * height);
+        let picture = floor.draw(&mut headless, 32);
+        (picture, stats(&headless).passes)
+    };
+    let mut moved = 0;
+    let (mut height, mut cells) = (2.0f32, Vec::new());
+    // Where the eye enters another cell, by halving.
+    while height < 12.0 {
+        let (mut low, mut high) = (height, height + 0.5);
+        at(low, &mut floor);
+        if at(high, &mut floor).1 > 0 {
+            while high - low > 1e-4 {
+                let middle = 0.5 * (low + high);
+                at(low, &mut floor);
+                if at(middle, &mut floor).1 > 0 { high = middle } else { low = middle }
+            }
+            cells.push(0.5 * (low + high));
+        }
+        height += 0.5;
+    }
+    assert!(cells.len() >= 5, "{cells:?}");
+    let ways = (0..20).map(|i| 3.0 + 0.37 * i as f32).chain(cells);
+    for height in ways {
+        let (before, _) = at(height - 0.00015, &mut floor);
+        let (after, passes) = at(height + 0.00015, &mut floor);
+        moved += passes;
+        let mean = before.iter().sum::<f32>() / before.len() as f32;
+        let largest = before.iter().zip(&after).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        assert!(mean > 0.3 && largest <= 0.01 * mean, "{height} m: {largest} of {mean}, {passes} layers");
+    }
+    assert!(moved >= 5, "{moved}");
+}
+
+/// Nothing is drawn while the eye stays in its cells; the first level where it leaves only that one's; and the levels
+/// that hold what moves.
+#[test]
+fn cost_follows_change() {
+    let Some(gpu) = common::gpu() else { return };
+    let mut headless = headless(&gpu);
+    let mut floor = Floor::new();
+    let cube = floor.add_cube(Transform::from_xyz(0.0, 0.5, 0.0));
+    let far = floor.add_cube(Transform::from_xyz(0.0, 0.5, 70.0).with_scale(Vec3::splat(4.0)));
+    let sun = add_sun(&mut floor, 2.0, 80.0);
+    let mut passes = |floor: &mut Floor| {
+        floor.draw(&mut headless, 32);
+        stats(&headless).passes
+    };
+    set_eye(&mut floor, Vec3::new(0.1, 2.0, 0.1));
+    assert_eq!(passes(&mut floor), 8);
+    assert_eq!(passes(&mut floor), 0);
+    set_eye(&mut floor, Vec3::new(0.3, 2.0, 0.2));
+    assert_eq!(passes(&mut floor), 0);
+    // From one cell of 2 m to the next, in the middle of those of 4 m and more.
+    set_eye(&mut floor, Vec3::new(1.5, 2.0, 0.2));
+    assert_eq!(passes(&mut floor), 1);
+    // A sphere of 0.87 m around it is no texel of the last two levels, which have 1.3 and 2.7 m.
+    floor.simulation.world.get_mut::<Transform>(cube).expect("it lives").translation.x += 0.1;
+    assert_eq!(passes(&mut floor), 7);
+    // 70 m away: no caster of the first three levels, which reach 8, 16 and 32 m.
+    floor.simulation.world.get_mut::<Transform>(far).expect("it lives").translation.x += 0.1;
+    assert_eq!(passes(&mut floor), 4);
+    floor.simulation.world.get_mut::<Light>(sun).expect("it lives").intensity = 1.0;
+    assert_eq!(passes(&mut floor), 0);
+    floor.simulation.world.get_mut::<Transform>(sun).expect("it lives").rotate(glam::Quat::from_rotation_z(0.1));
+    assert_eq!(passes(&mut floor), 8);
+    floor.simulation.world.despawn(cube);
+    assert!(passes(&mut floor) >= 6);
+    floor.simulation.world.despawn(sun);
+    assert_eq!(passes(&mut floor), 0);
+}
+
+/// Suns and lamps together are what each is by itself, added up: four suns, the brightest of five.
+#[test]
+fn suns_and_lamps_add_up() {
+    let Some(gpu) = common::gpu() else { return };
+    let mut headless = headless(&gpu);
+    let elevations = [70.0, 50.0, 35.0, 25.0, 60.0];
+    let mut picture = |suns: std::ops::Range<usize>, has_lamp: bool| {
+        let mut floor = Floor::new();
+        floor.add_cube(Transform::from_xyz(0.0, 0.5, 0.0));
+        for sun in suns {
+            add_sun(&mut floor, 0.1 * (5 - sun) as f32, elevations[sun]);
+        }
+        if has_lamp {
+            let lamp = Light::point(2.0, 20.0).with_attenuation(Light::INVERSE_SQUARE).with_shadows();
+            floor.add_light(lamp, Vec3::new(1.5, 2.5, 0.7), Vec3::NEG_Y);
+        }
+        floor.simulation.world.insert_resource(systems::lights::LightPolicies::same(systems::lights::LightPolicy::All));
+        floor.draw(&mut headless, 32)
+    };
+    let mut alone: Vec<Vec<f32>> = (0..4).map(|sun| picture(sun..sun + 1, false)).collect();
+    alone.push(picture(0..0, true));
+    let together = picture(0..4, true);
+    for pixel in 0..(SIDE * SIDE) as usize {
+        let sum: f32 = alone.iter().map(|picture| picture[pixel]).sum();
+        // Half floats: each of five is off by a part in 2¹¹, and so is the sum.
+        assert!((sum - together[pixel]).abs() <= 0.001 * sum.max(0.01), "{sum} and {}", together[pixel]);
+    }
+    // The faintest of five has levels no longer, and the fourth few of its shadows.
+    let (all, without) = (picture(0..5, false), picture(0..4, false));
+    let added = all.iter().zip(&without).filter(|(all, without)| *all > *without).count();
+    assert!(added > 39_000, "{added}");
+}
