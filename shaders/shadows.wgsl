@@ -148,84 +148,99 @@ fn shadow_tap(at: vec2f, layer: u32, depth: f32) -> f32 {
     return textureSampleCompareLevel(shadow_maps, shadow_sampler, at / SHADOW_SIZE, layer, depth);
 }
 
+// How much of a light is seen, as its record tells: of a lamp in its layer, of a directional light in one level or two.
+// Drivers on the processor run both sides of a branch, so what they share is one loop, and its end is asked for last.
 fn visibility(arriving: Arriving, bump: Bump, number: u32) -> f32 {
     if arriving.shadow_layer == 0u {
         return 1.0;
     }
     let record = texel_of(view.shadow_records + arriving.shadow_layer - 1u);
     let point = receiver(bump, arriving.toward);
-    if SUNS_WITH_SHADOWS && (!LAMPS_WITH_SHADOWS || arriving.kind == LIGHT_DIRECTIONAL) {
-        return 1.0 + bitcast<f32>(record.w) * (seen_of_sun(point, record) - 1.0);
-    }
-    return seen_of_lamp(point - arriving.from_eye, arriving.shadow_layer - 1u, record);
-}
-
-// `point`: from the eye.
-fn seen_of_sun(point: vec3f, record: vec4u) -> f32 {
+    let is_sun = SUNS_WITH_SHADOWS && (!LAMPS_WITH_SHADOWS || arriving.kind == LIGHT_DIRECTIONAL);
+    let surface = point - arriving.from_eye;
     let q = vec4f(unpack2x16snorm(record.x), unpack2x16snorm(record.y));
-    let first = record.z & 0xffffu;
-    let count = record.z >> 16u;
-    let normal = turned(q, receiver_normal);
+    var is_turned_away = false;
+    var place: ShadowPlace;
+    if LAMPS_WITH_SHADOWS {
+        is_turned_away = dot(receiver_normal, surface) >= 0.0;
+        place = place_of_lamp(surface, q, record);
+    }
+    if !SUNS_WITH_SHADOWS {
+        return faded(lit_share(place, arriving.shadow_layer - 1u), is_turned_away, fade_of_lamp(record));
+    }
+    // In the light's frame, from the eye.
     let p = turned(q, point);
-    // How far depth is from that of the middle where a plane leans by a texel; at the least a grazing plane.
-    let leaning = -normal.xy / max(normal.z, 1e-6);
+    let normal = turned(q, receiver_normal);
     let across = max(abs(p.x), abs(p.y)) / (FIRST_LEVEL * LEVEL_USED);
     var level = u32(max(ceil(log2(max(across, 1e-3))), 0.0));
+    // What of the sum is still to be found.
     var rest = 1.0;
     var seen = 0.0;
     loop {
-        if level >= count {
-            // Nothing is known so far away.
-            seen += rest;
-            break;
+        var share = 1.0;
+        var layer = arriving.shadow_layer - 1u;
+        var is_known = true;
+        if is_sun {
+            let of_level = texel_of(view.shadow_records + (record.z & 0xffffu) + level);
+            layer = of_level.w;
+            // Nothing is known beyond the last level.
+            is_known = level < (record.z >> 16u);
+            let size = exp2(f32(level));
+            place = place_in_level(p, normal, bitcast<vec3f>(of_level.xyz), size);
+            share = select(1.0, saturate((1.0 - across / size) / (1.0 - LEVEL_ALONE)), is_known);
         }
-        let record = texel_of(view.shadow_records + first + level);
-        let size = exp2(f32(level));
-        let texel = 2.0 * FIRST_LEVEL / SHADOW_SIZE * size;
-        // The caster may be off by half a texel more.
-        let rise = select(0.0, receiver_error + 0.5 * texel, receiver_error > 0.0);
-        let v = p + bitcast<vec3f>(record.xyz) + normal * rise;
-        let place = ShadowPlace(
-            0.5 * SHADOW_SIZE + vec2f(v.x, -v.y) / texel,
-            max(0.5 + v.z / SUN_DEPTH, 0.0),
-            vec2f(leaning.x, -leaning.y) * (texel / SUN_DEPTH),
-            texel / SUN_DEPTH,
-            vec2f(1.0),
-            vec2f(SHADOW_SIZE - 1.0),
-        );
-        let share = saturate((1.0 - across / size) / (1.0 - LEVEL_ALONE));
-        seen += rest * share * lit_share(place, record.w);
-        rest *= 1.0 - share;
+        seen += rest * share * select(1.0, lit_share(place, layer), is_known);
+        rest -= rest * share;
         level++;
-        if rest <= 0.0 {
+        // What is no number ends it, too.
+        if !(rest > 0.0) {
             break;
         }
     }
-    // A triangle that is turned away sees nothing of the light, whatever its bumps would mirror.
-    return select(seen, 0.0, normal.z <= 0.0);
+    let fade = select(fade_of_lamp(record), bitcast<f32>(record.w), is_sun);
+    return faded(seen, select(is_turned_away, normal.z <= 0.0, is_sun), fade);
+}
+
+// A triangle that is turned away sees nothing of the light, whatever its bumps would mirror.
+fn faded(seen: f32, is_turned_away: bool, fade: f32) -> f32 {
+    return 1.0 + fade * (select(seen, 0.0, is_turned_away) - 1.0);
+}
+
+fn fade_of_lamp(record: vec4u) -> f32 {
+    return f32(record.w & 0xffffu) / 65535.0;
 }
 
 // `surface`: from the light.
-fn seen_of_lamp(surface: vec3f, layer: u32, record: vec4u) -> f32 {
+fn place_of_lamp(surface: vec3f, q: vec4f, record: vec4u) -> ShadowPlace {
     let near = bitcast<f32>(record.w & 0xffff0000u);
-    let fade = f32(record.w & 0xffffu) / 65535.0;
-    let is_turned_away = dot(receiver_normal, surface) >= 0.0;
     let scale = bitcast<f32>(record.z);
     // The caster may be off by half a texel more.
     let texel = length(surface) / select(SMALL_FACE_SCALE, scale, scale > 0.0);
     let rise = select(0.0, receiver_error + 0.5 * texel, receiver_error > 0.0);
     let v = surface + receiver_normal * rise;
-    let h = dot(receiver_normal, v);
     // At the least a grazing plane: a point that is on the light's plane has depths of all sizes.
-    let grazing = min(h, -1e-6);
-    var place: ShadowPlace;
+    let grazing = min(dot(receiver_normal, v), -1e-6);
     if LIGHTS_WITH_CONES && scale > 0.0 {
-        let q = vec4f(unpack2x16snorm(record.x), unpack2x16snorm(record.y));
-        place = place_in_cone(v, receiver_normal, grazing, near, q, scale);
-    } else {
-        place = place_in_faces(v, receiver_normal, grazing, near);
+        return place_in_cone(v, receiver_normal, grazing, near, q, scale);
     }
-    // A triangle that is turned away sees nothing of the light, whatever its bumps would mirror.
-    let seen = select(lit_share(place, layer), 0.0, is_turned_away);
-    return 1.0 + fade * (seen - 1.0);
+    return place_in_faces(v, receiver_normal, grazing, near);
+}
+
+// `p`: from the eye, `eye`: from the level's middle, both in the light's frame, as is `normal`. `size`: in widths of the
+// first level.
+fn place_in_level(p: vec3f, normal: vec3f, eye: vec3f, size: f32) -> ShadowPlace {
+    let texel = 2.0 * FIRST_LEVEL / SHADOW_SIZE * size;
+    // The caster may be off by half a texel more.
+    let rise = select(0.0, receiver_error + 0.5 * texel, receiver_error > 0.0);
+    let v = p + eye + normal * rise;
+    // How depth changes across the rays: at the least a grazing plane.
+    let leaning = -normal.xy / max(normal.z, 1e-6);
+    return ShadowPlace(
+        0.5 * SHADOW_SIZE + vec2f(v.x, -v.y) / texel,
+        max(0.5 + v.z / SUN_DEPTH, 0.0),
+        vec2f(leaning.x, -leaning.y) * (texel / SUN_DEPTH),
+        texel / SUN_DEPTH,
+        vec2f(1.0),
+        vec2f(SHADOW_SIZE - 1.0),
+    );
 }

@@ -6,6 +6,7 @@ use common::floor::{Floor, SIDE, headless, is_free};
 use glam::{DVec2, DVec3, Vec3};
 use relief::frames::Headless;
 use relief::renderer::ShadowStats;
+use systems::assets::{Library, shapes};
 use systems::lights::Light;
 use systems::space::Transform;
 
@@ -241,4 +242,46 @@ fn suns_and_lamps_add_up() {
     let (all, without) = (picture(0..5, false), picture(0..4, false));
     let added = all.iter().zip(&without).filter(|(all, without)| *all > *without).count();
     assert!(added > 39_000, "{added}");
+}
+
+/// Something moves frame after frame among what is still, which soon has a base; a still thing moves; the base is made
+/// anew. Every picture is that of a renderer that saw nothing before.
+#[test]
+fn what_is_still_is_drawn_once_where_something_moves() {
+    let Some(gpu) = common::gpu() else { return };
+    let mut headless = headless(&gpu);
+    let mut floor = Floor::new();
+    let ball = floor.simulation.world.resource_mut::<Library>().add_mesh(shapes::sphere(0.3, 128, 64));
+    let mut balls = Vec::new();
+    for i in 0..9 {
+        let place = Transform::from_xyz((i % 3) as f32 * 1.2 - 1.2, 0.4, (i / 3) as f32 * 1.2 - 1.2);
+        balls.push(floor.simulation.world.spawn((ball, floor.white, place)).id());
+    }
+    let cube = floor.add_cube(Transform::from_xyz(0.0, 1.0, 0.0).with_scale(Vec3::splat(0.4)));
+    add_sun(&mut floor, 1.0, 50.0);
+    let lamp = Light::point(2.0, 20.0).with_attenuation(Light::INVERSE_SQUARE).with_shadows();
+    floor.add_light(lamp, Vec3::new(1.5, 2.5, 0.7), Vec3::NEG_Y);
+    let mut bases = Vec::new();
+    for frame in 0..40 {
+        floor.simulation.world.get_mut::<Transform>(cube).expect("it lives").translation.x = 0.03 * frame as f32;
+        if frame == 20 {
+            floor.simulation.world.get_mut::<Transform>(balls[4]).expect("it lives").translation.y += 0.2;
+        }
+        if frame == 32 {
+            floor.simulation.world.despawn(balls.pop().expect("nine"));
+        }
+        let picture = floor.draw(&mut headless, 32);
+        bases.push(stats(&headless).bases);
+        // In some frames, since a new renderer takes long.
+        if matches!(frame, 5 | 12 | 20 | 21 | 31..=33 | 39) {
+            assert!(picture == floor.draw(&mut self::headless(&gpu), 32), "frame {frame}");
+        }
+    }
+    assert!(bases[0] == 0 && bases[12] > 3 && bases[39] > 3, "{bases:?}");
+    let held = headless.renderer.held_bytes().shadow_maps;
+    // Nothing moves any more: bases go, and layers stay.
+    (0..3).for_each(|_| _ = floor.draw(&mut headless, 32));
+    let layers = u64::from(stats(&headless).layers);
+    assert!(held > layers * 768 * 768 * 4);
+    assert_eq!((layers, headless.renderer.held_bytes().shadow_maps), (9, layers * 768 * 768 * 4));
 }

@@ -4,17 +4,20 @@
 //! choose   each view ranks its lamps (systems/lights/importance.rs), and has levels of the suns around its eye; those
 //!          of all views share the layers
 //! find     the casters of each face of each layer: at first by the order of objects, then by those that changed
-//! encode   a pass for each layer with a face whose list of casters is another one than was drawn
+//! encode   passes for each layer with a face whose list of casters is another one than was drawn
 //! ```
 //!
 //! What a layer holds depends on the world alone, not on the views and frames before. So nothing is looked at while
 //! nothing changed, and what is drawn anew has the depths that it would have in any other order.
+//!
+//! Where something moves in frame after frame, what is still about it is drawn once, into the layer's *base*. Then the
+//! base is copied and only the rest is drawn: depths are a maximum, which does not depend on what came first.
 
 use super::frame_tables::FrameTables;
 use super::lamp_layers::Lamp;
 use super::meshes::Meshes;
 use super::shadow_layers::{Face, FaceCaster, LayerLight, MOST_LAYERS, SIZE, Turn};
-use super::shadow_pass::{Maps, MaskKey, OnDevice, face_stride};
+use super::shadow_pass::{Maps, MaskKey, OnDevice, base_texture, begin_pass, face_stride};
 use super::sun_levels::{LEVELS, SunLayer, SunLevel, turn_of};
 use super::tables::SHADOW_RECORDS;
 use super::textures::Textures;
@@ -31,6 +34,12 @@ use systems::lights::{LightRecord, Ranked, rank_suns};
 
 /// Texels of a layer that a caster's level of detail may be off.
 const DETAIL: LevelOfDetail = LevelOfDetail { enabled: true, max_error_pixels: 0.5 };
+/// A layer has a base where it was due in so many frames before this one, one after another.
+const BUSY: u32 = 2;
+/// Frames for which a caster has not changed that goes into a base.
+const STILL: u64 = 8;
+/// Vertices for which a base is worth its memory and its copy.
+const WORTHWHILE: usize = 5_000;
 /// Directional lights that have levels at once, the brightest.
 const MOST_SUNS: usize = 4;
 /// The shadow record of the first of them, behind those of all layers; the records of their levels follow.
@@ -45,12 +54,14 @@ const _: () = assert!(LEVEL_RECORDS <= u8::MAX as usize);
 pub struct ShadowStats {
     /// Layers that lights have: point lights and spots one each, directional ones one for each level.
     pub layers: u32,
-    /// Layers drawn, a pass each.
+    /// Layers drawn.
     pub passes: u32,
     /// Faces drawn.
     pub faces: u32,
     /// Objects drawn into them.
     pub casters: u32,
+    /// Layers that began with what is still.
+    pub bases: u32,
 }
 
 /// What a view asks for.
@@ -93,6 +104,16 @@ struct Layer {
     /// As its casters were found for it.
     light: Option<LayerLight>,
     faces: Vec<LayerFace>,
+    base: Option<Base>,
+    /// In how many frames, one after another, it was due.
+    busy: u32,
+}
+
+/// What is still of a layer.
+#[derive(Debug)]
+struct Base {
+    texture: wgpu::Texture,
+    is_drawn: bool,
 }
 
 /// A face, and what is before it.
@@ -107,7 +128,26 @@ struct LayerFace {
 /// What casters are drawn with: of masks their class and what their shader reads.
 type CasterKey = Option<(ClassId, MaskKey)>;
 
-type Caster = (CasterKey, FaceCaster);
+/// What stands before a face.
+#[derive(Clone, Copy, Debug)]
+struct Caster {
+    key: CasterKey,
+    drawn: FaceCaster,
+    /// The frame since which it is as it is, as far as is known.
+    since: u64,
+    /// It is in the layer's base.
+    in_base: bool,
+}
+
+impl Caster {
+    fn order(&self) -> (CasterKey, MeshId, u32, u32) {
+        (self.key, self.drawn.mesh, self.drawn.level, self.drawn.slot)
+    }
+
+    fn is_same(&self, other: &Self) -> bool {
+        (self.key, self.drawn) == (other.key, other.drawn)
+    }
+}
 
 /// What lists of casters depend on beside the lights.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -120,15 +160,25 @@ struct Seen {
 #[derive(Debug)]
 struct DueLayer {
     layer: usize,
-    /// Nothing of what it holds stays.
-    clear: bool,
+    /// The base to be drawn before; empty where it is there, or there is none.
+    base: Vec<DueFace>,
+    start: Start,
     faces: Vec<DueFace>,
+}
+
+/// What a layer holds before something is drawn into it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Start {
+    Nothing,
+    /// What it held before, but for the faces that are due.
+    OtherFaces,
+    Base,
 }
 
 #[derive(Debug)]
 struct DueFace {
-    /// Of its layer.
-    index: usize,
+    face: Face,
+    slots: Vec<u32>,
     draws: Vec<CasterDraw>,
 }
 
@@ -138,7 +188,7 @@ struct CasterDraw {
     key: CasterKey,
     indices: Range<u32>,
     base_vertex: i32,
-    /// In the list of slots.
+    /// In the list of slots of all that is due.
     slots: Range<u32>,
 }
 
@@ -149,6 +199,7 @@ struct Changes<'a> {
     /// Whether what masks let through may be other than it was: all, or those of some materials.
     all_masks: bool,
     materials: &'a DirtySlots,
+    frame: u64,
 }
 
 impl ShadowMaps {
@@ -168,7 +219,8 @@ impl ShadowMaps {
     /// Bytes of the layers.
     pub fn bytes(&self) -> u64 {
         let layers = self.device.as_ref().and_then(|device| device.maps.as_ref()).map_or(0, |maps| maps.layers.len());
-        layers as u64 * u64::from(SIZE * SIZE) * 4
+        let bases = self.layers.iter().filter(|layer| layer.base.is_some()).count();
+        (layers + bases) as u64 * u64::from(SIZE * SIZE) * 4
     }
 
     /// What objects that receive shadows bind; `None` before the first [`Self::choose`].
@@ -293,6 +345,7 @@ impl ShadowMaps {
             },
             materials: if is_same { &nothing } else { &list.materials.dirty },
             all_masks: !follows || before.is_some_and(|before| before.textures != seen.textures),
+            frame: seen.frame,
         };
         let is_still = changes.slots.is_empty() && changes.materials.is_empty() && !changes.all_masks;
         for layer in &mut self.layers {
@@ -308,16 +361,8 @@ impl ShadowMaps {
                 layer.change(&light, &changes, meshes);
             }
         }
-        self.due.clear();
-        for (number, layer) in self.layers.iter().enumerate().filter(|(_, layer)| layer.owner.is_some()) {
-            let due = layer.faces.iter().enumerate().filter(|(_, face)| !face.is_drawn);
-            let faces: Vec<_> =
-                due.map(|(index, face)| DueFace { index, draws: draws_of(&face.casters, meshes) }).collect();
-            if !faces.is_empty() {
-                let clear = faces.len() == layer.faces.len();
-                self.due.push(DueLayer { layer: number, clear, faces });
-            }
-        }
+        let layers = self.layers.iter_mut().enumerate().filter(|(_, layer)| layer.owner.is_some());
+        self.due = layers.filter_map(|(number, layer)| layer.due(number, gpu, meshes, (is_same, seen.frame))).collect();
         self.upload(gpu)
     }
 
@@ -325,23 +370,22 @@ impl ShadowMaps {
     fn upload(&mut self, gpu: &Gpu) -> Result<u64, RenderError> {
         let Some(device) = self.device.as_mut().filter(|_| !self.due.is_empty()) else { return Ok(0) };
         let stride = face_stride(&gpu.device) as usize;
-        let (mut slots, mut records) = (Vec::new(), Vec::new());
+        let (mut slots, mut records) = (Vec::<u32>::new(), Vec::<u8>::new());
         for due in &mut self.due {
-            let layer = &self.layers[due.layer];
-            let Some(light) = layer.light else { continue };
-            for due in &mut due.faces {
-                let face = &layer.faces[due.index];
-                for draw in &mut due.draws {
+            let Some(light) = self.layers[due.layer].light else { continue };
+            for face in due.base.iter_mut().chain(&mut due.faces) {
+                for draw in &mut face.draws {
                     draw.slots = draw.slots.start + slots.len() as u32..draw.slots.end + slots.len() as u32;
                 }
-                slots.extend(face.casters.iter().map(|(_, caster)| caster.slot));
+                slots.extend(&face.slots);
                 records.extend_from_slice(bytemuck::bytes_of(&light.face_record(&face.face)));
                 records.resize(records.len().next_multiple_of(stride), 0);
             }
         }
         let all = DirtySlots::default();
         let written = device.slots.write(gpu, &slots, &all, true)? + device.faces.write(gpu, &records, &all, true)?;
-        let keys = self.due.iter().flat_map(|layer| &layer.faces).flat_map(|due| &due.draws);
+        let faces = self.due.iter().flat_map(|layer| layer.base.iter().chain(&layer.faces));
+        let keys = faces.flat_map(|face| &face.draws);
         let masks: BTreeSet<_> = keys.filter_map(|draw| draw.key.map(|(_, mask)| mask)).collect();
         masks.into_iter().for_each(|mask| device.make_mask(&gpu.device, mask));
         Ok(written)
@@ -364,39 +408,25 @@ impl ShadowMaps {
         else {
             return;
         };
+        let groups = Groups { tables: table_group, face: face_group };
         let mut number = 0;
-        for due in self.due.drain(..) {
-            let load = if due.clear { wgpu::LoadOp::Clear(0.0) } else { wgpu::LoadOp::Load };
-            let depth_ops = Some(wgpu::Operations { load, store: wgpu::StoreOp::Store });
-            let view = &maps.layers[due.layer];
-            let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-                label: Some("shadows"),
-                depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                    view,
-                    depth_ops,
-                    stencil_ops: None,
-                }),
-                timestamp_writes: timestamps.and_then(|timestamps| timestamps.render_pass("shadows")),
-                ..wgpu::RenderPassDescriptor::default()
-            });
-            pass.set_bind_group(0, table_group, &[]);
+        let mut draw = |encoder: &mut _, view: &_, load, erase, faces: &[DueFace]| {
+            let mut pass = begin_pass(encoder, view, load, timestamps);
+            pass.set_bind_group(0, groups.tables, &[]);
             pass.set_vertex_buffer(0, meshes.vertices.buffer().slice(..));
             pass.set_vertex_buffer(1, device.slots.buffer().slice(..));
             pass.set_index_buffer(meshes.indices.buffer().slice(..), wgpu::IndexFormat::Uint32);
-            let layer = &mut self.layers[due.layer];
-            self.stats.passes += 1;
-            for DueFace { index, draws } in due.faces {
-                let LayerFace { face: Face { corner: [x, y], size, .. }, casters, is_drawn } = &mut layer.faces[index];
-                let (x, y, size) = (*x, *y, *size);
+            for due in faces {
+                let Face { corner: [x, y], size, .. } = due.face;
                 pass.set_viewport(x as f32, y as f32, size as f32, size as f32, 0.0, 1.0);
                 pass.set_scissor_rect(x, y, size, size);
-                pass.set_bind_group(3, face_group, &[number * stride]);
+                pass.set_bind_group(3, groups.face, &[number * stride]);
                 number += 1;
-                if !due.clear {
+                if erase {
                     pass.set_pipeline(&device.empty);
                     pass.draw(0..3, 0..1);
                 }
-                for draw in draws {
+                for draw in &due.draws {
                     if let Some((class, mask)) = draw.key {
                         let group = textures.class(class, Technique::Off);
                         let (Some(group), Some(pipeline)) = (group, device.masks.get(&mask)) else { continue };
@@ -405,14 +435,38 @@ impl ShadowMaps {
                     } else {
                         pass.set_pipeline(&device.opaque);
                     }
-                    pass.draw_indexed(draw.indices, draw.base_vertex, draw.slots);
+                    pass.draw_indexed(draw.indices.clone(), draw.base_vertex, draw.slots.clone());
                 }
-                self.stats.faces += 1;
-                self.stats.casters += casters.len() as u32;
-                *is_drawn = true;
             }
+        };
+        let clear = wgpu::LoadOp::Clear(0.0);
+        for due in self.due.drain(..) {
+            let layer = &mut self.layers[due.layer];
+            let view = &maps.layers[due.layer];
+            if let Some(base) = layer.base.as_mut().filter(|_| due.start == Start::Base) {
+                if !due.base.is_empty() {
+                    let view = base.texture.create_view(&wgpu::TextureViewDescriptor::default());
+                    draw(encoder, &view, clear, false, &due.base);
+                    base.is_drawn = true;
+                }
+                maps.copy_into(encoder, &base.texture, due.layer);
+                self.stats.bases += 1;
+            }
+            let load = if due.start == Start::Nothing { clear } else { wgpu::LoadOp::Load };
+            draw(encoder, view, load, due.start == Start::OtherFaces, &due.faces);
+            layer.faces.iter_mut().for_each(|face| face.is_drawn = true);
+            self.stats.passes += 1;
+            self.stats.faces += due.faces.len() as u32;
+            let drawn = due.base.iter().chain(&due.faces);
+            self.stats.casters += drawn.map(|face| face.slots.len() as u32).sum::<u32>();
         }
     }
+}
+
+/// What passes bind.
+struct Groups<'a> {
+    tables: &'a wgpu::BindGroup,
+    face: &'a wgpu::BindGroup,
 }
 
 impl Layer {
@@ -430,11 +484,16 @@ impl Layer {
         let before = if self.light == Some(light) { std::mem::take(&mut self.faces) } else { Vec::new() };
         let of_face = |(index, face): (usize, Face)| {
             let casters = held(&casters, &light, &face, meshes);
-            let is_another_mask = |(_, caster): &Caster| other_masks && caster.mask.is_some();
-            let is_drawn = before.get(index).is_some_and(|before| before.is_drawn && before.casters == casters)
+            let is_same = |before: &&LayerFace| {
+                let mut both = before.casters.iter().zip(&casters);
+                before.casters.len() == casters.len() && both.all(|(before, caster)| before.is_same(caster))
+            };
+            let is_another_mask = |caster: &Caster| other_masks && caster.drawn.mask.is_some();
+            let is_drawn = before.get(index).filter(is_same).is_some_and(|before| before.is_drawn)
                 && !casters.iter().any(is_another_mask);
             LayerFace { face, casters, is_drawn }
         };
+        (self.base, self.busy) = (None, 0);
         self.faces = light.faces().into_iter().enumerate().map(of_face).collect();
         self.light = Some(light);
     }
@@ -443,20 +502,78 @@ impl Layer {
     fn change(&mut self, light: &LayerLight, changes: &Changes<'_>, meshes: &Meshes) {
         let reached: Vec<_> = changes.casters.iter().filter(|caster| light.reaches(caster.bounds)).copied().collect();
         for face in &mut self.faces {
-            let is_changed = |(_, caster): &Caster| changes.slots.contains(caster.slot);
-            let is_another_mask = |(_, caster): &Caster| {
-                caster.mask.is_some_and(|material| changes.all_masks || changes.materials.contains(material))
+            let is_another = |caster: &Caster| changes.slots.contains(caster.drawn.slot);
+            let is_another_mask = |caster: &Caster| {
+                caster.drawn.mask.is_some_and(|material| changes.all_masks || changes.materials.contains(material))
             };
-            let new = held(&reached, light, &face.face, meshes);
-            let old = face.casters.iter().filter(|caster| is_changed(caster));
-            let is_same = old.eq(&new);
-            face.is_drawn &= is_same && !face.casters.iter().any(is_another_mask);
-            if !is_same {
-                face.casters.retain(|caster| !is_changed(caster));
+            let masks = face.casters.iter().filter(|caster| is_another_mask(caster));
+            let (mut is_same, mut spoils_base) = (true, false);
+            masks.for_each(|mask| (is_same, spoils_base) = (false, spoils_base | mask.in_base));
+            let mut new = held(&reached, light, &face.face, meshes);
+            let old: Vec<_> = face.casters.iter().filter(|caster| is_another(caster)).collect();
+            let stays = old.len() == new.len() && old.iter().zip(&new).all(|(old, new)| old.is_same(new));
+            if !stays {
+                is_same = false;
+                spoils_base |= old.iter().any(|caster| caster.in_base);
+                new.iter_mut().for_each(|caster| caster.since = changes.frame);
+                face.casters.retain(|caster| !is_another(caster));
                 face.casters.extend(new);
-                face.casters.sort_by_key(order);
+                face.casters.sort_by_key(Caster::order);
+            }
+            face.is_drawn &= is_same;
+            if spoils_base {
+                self.base = None;
             }
         }
+    }
+
+    /// What is to be drawn of a layer, whose number is given; `None`: nothing. `frame`: whether it was looked at before,
+    /// and its number.
+    fn due(&mut self, layer: usize, gpu: &Gpu, meshes: &Meshes, (is_same, frame): (bool, u64)) -> Option<DueLayer> {
+        if self.faces.iter().all(|face| face.is_drawn) {
+            if !is_same {
+                (self.busy, self.base) = (0, self.base.take().filter(|_| self.busy > 0));
+            }
+            return None;
+        }
+        self.busy += u32::from(!is_same);
+        let is_still = |caster: &Caster| caster.since + STILL <= frame;
+        let missing = self.vertices(meshes, |caster| is_still(caster) && !(caster.in_base && self.base.is_some()));
+        let mut base = Vec::new();
+        if self.busy > BUSY && missing >= WORTHWHILE {
+            let casters = self.faces.iter_mut().flat_map(|face| &mut face.casters);
+            casters.for_each(|caster| caster.in_base = is_still(caster));
+            let texture = self.base.take().map_or_else(|| base_texture(&gpu.device), |base| base.texture);
+            self.base = Some(Base { texture, is_drawn: false });
+        }
+        if self.base.as_ref().is_some_and(|base| !base.is_drawn) {
+            base = self.faces.iter().map(|face| face.due(meshes, |caster| caster.in_base)).collect();
+        }
+        let (start, faces) = if self.base.is_some() {
+            let moving = self.faces.iter().filter(|face| face.casters.iter().any(|caster| !caster.in_base));
+            (Start::Base, moving.map(|face| face.due(meshes, |caster| !caster.in_base)).collect())
+        } else {
+            let due = self.faces.iter().filter(|face| !face.is_drawn);
+            let faces: Vec<_> = due.map(|face| face.due(meshes, |_| true)).collect();
+            (if faces.len() == self.faces.len() { Start::Nothing } else { Start::OtherFaces }, faces)
+        };
+        Some(DueLayer { layer, base, start, faces })
+    }
+
+    /// How many vertices some of its casters have.
+    fn vertices(&self, meshes: &Meshes, is_counted: impl Fn(&Caster) -> bool) -> usize {
+        let casters = self.faces.iter().flat_map(|face| &face.casters).filter(|caster| is_counted(caster));
+        let level = |caster: &Caster| meshes.range(caster.drawn.mesh)?.levels.get(caster.drawn.level as usize).copied();
+        casters.filter_map(level).map(|level| level.index_count as usize).sum()
+    }
+}
+
+impl LayerFace {
+    /// What draws some of its casters.
+    fn due(&self, meshes: &Meshes, is_drawn: impl Fn(&Caster) -> bool) -> DueFace {
+        let casters: Vec<Caster> = self.casters.iter().filter(|caster| is_drawn(caster)).copied().collect();
+        let slots = casters.iter().map(|caster| caster.drawn.slot).collect();
+        DueFace { face: self.face, slots, draws: draws_of(&casters, meshes) }
     }
 }
 
@@ -464,12 +581,8 @@ impl Layer {
 fn held(casters: &[ShadowCaster], light: &LayerLight, face: &Face, meshes: &Meshes) -> Vec<Caster> {
     let held = casters.iter().filter(|caster| light.holds(face, caster.bounds));
     let mut held: Vec<_> = held.filter_map(|caster| face_caster(caster, light, face, meshes)).collect();
-    held.sort_by_key(order);
+    held.sort_by_key(Caster::order);
     held
-}
-
-fn order((key, caster): &Caster) -> (CasterKey, MeshId, u32, u32) {
-    (*key, caster.mesh, caster.level, caster.slot)
 }
 
 /// The point light or spot in a slot.
@@ -491,19 +604,20 @@ fn face_caster(caster: &ShadowCaster, light: &LayerLight, face: &Face, meshes: &
     let key = is_mask.then_some((class, (pipeline.transformed_uvs, pipeline.vertex_colors)));
     let place = [m.x_axis, m.y_axis, m.z_axis, world_from_object.translation].map(Vec3::from);
     let mask = is_mask.then_some(material);
-    Some((key, FaceCaster { mesh, level, slot, place, mask }))
+    let drawn = FaceCaster { mesh, level, slot, place, mask };
+    Some(Caster { key, drawn, since: 0, in_base: false })
 }
 
 /// A draw for each run of casters of one kind, mesh and level.
-fn draws_of(casters: &[(CasterKey, FaceCaster)], meshes: &Meshes) -> Vec<CasterDraw> {
+fn draws_of(casters: &[Caster], meshes: &Meshes) -> Vec<CasterDraw> {
     let mut start = 0;
     let mut draws = Vec::new();
-    for run in casters.chunk_by(|(a, x), (b, y)| (a, x.mesh, x.level) == (b, y.mesh, y.level)) {
+    for run in casters.chunk_by(|a, b| (a.key, a.drawn.mesh, a.drawn.level) == (b.key, b.drawn.mesh, b.drawn.level)) {
         let slots = start..start + run.len() as u32;
         start = slots.end;
-        let (key, first) = run[0];
-        let Some(mesh) = meshes.range(first.mesh) else { continue };
-        let Some(level) = mesh.levels.get(first.level as usize) else { continue };
+        let Caster { key, drawn, .. } = run[0];
+        let Some(mesh) = meshes.range(drawn.mesh) else { continue };
+        let Some(level) = mesh.levels.get(drawn.level as usize) else { continue };
         let indices = mesh.first_index() + level.first_index;
         let indices = indices..indices + level.index_count;
         draws.push(CasterDraw { key, indices, base_vertex: mesh.base_vertex(), slots });

@@ -6,7 +6,8 @@ use super::meshes::{SLOT_LAYOUT, VERTEX_LAYOUT};
 use super::shaders;
 use super::shadow_layers::{SIZE, ShadowFaceRecord};
 use super::tables::GrowingBuffer;
-use super::targets::DEPTH_FORMAT;
+use super::targets::{DEPTH_FORMAT, texture};
+use super::timestamps::Timestamps;
 use std::collections::BTreeMap;
 use systems::draw::ViewRecord;
 
@@ -34,6 +35,7 @@ pub(super) struct OnDevice {
 /// The texture.
 #[derive(Debug)]
 pub(super) struct Maps {
+    texture: wgpu::Texture,
     pub layers: Vec<wgpu::TextureView>,
     /// What receivers bind.
     pub group: wgpu::BindGroup,
@@ -68,7 +70,9 @@ impl Maps {
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
             format: DEPTH_FORMAT,
-            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT
+                | wgpu::TextureUsages::TEXTURE_BINDING
+                | wgpu::TextureUsages::COPY_DST,
             view_formats: &[],
         });
         let all = texture.create_view(&wgpu::TextureViewDescriptor {
@@ -101,8 +105,38 @@ impl Maps {
                 wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::Sampler(&sampler) },
             ],
         });
-        Self { layers: (0..layers as u32).map(layer).collect(), group }
+        Self { layers: (0..layers as u32).map(layer).collect(), group, texture }
     }
+
+    /// Copies a base into a layer.
+    pub fn copy_into(&self, encoder: &mut wgpu::CommandEncoder, base: &wgpu::Texture, layer: usize) {
+        let mut to = self.texture.as_image_copy();
+        to.origin.z = layer as u32;
+        encoder.copy_texture_to_texture(base.as_image_copy(), to, base.size());
+    }
+}
+
+/// A layer by itself, for what is still.
+pub(super) fn base_texture(device: &wgpu::Device) -> wgpu::Texture {
+    let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
+    texture(device, "still casters", (SIZE, SIZE), DEPTH_FORMAT, 1, usage)
+}
+
+/// A pass that draws depths into a layer or a base.
+pub(super) fn begin_pass<'a>(
+    encoder: &'a mut wgpu::CommandEncoder,
+    view: &wgpu::TextureView,
+    load: wgpu::LoadOp<f32>,
+    timestamps: Option<&Timestamps>,
+) -> wgpu::RenderPass<'a> {
+    let depth_ops = Some(wgpu::Operations { load, store: wgpu::StoreOp::Store });
+    let attachment = wgpu::RenderPassDepthStencilAttachment { view, depth_ops, stencil_ops: None };
+    encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: Some("shadows"),
+        depth_stencil_attachment: Some(attachment),
+        timestamp_writes: timestamps.and_then(|timestamps| timestamps.render_pass("shadows")),
+        ..wgpu::RenderPassDescriptor::default()
+    })
 }
 
 impl OnDevice {
