@@ -142,7 +142,7 @@ pub fn measure(job: &FrameErrorJob, maps: u32) -> Result<ShadowReport, FrameErro
     select_lights(&mut stage, None);
     let view = stage.viewpoint.view(&stage.simulation.world, (2 * width, 2 * height));
     let mapped = draw(&mut stage, &mut renderer, &view, job, Shadows::Maps(maps))?;
-    let layers = renderer.stats().shadows.layers;
+    let lights_with_maps = renderer.stats().shadows.lights;
     let unshadowed = draw(&mut stage, &mut renderer, &view, job, Shadows::Maps(0))?;
     let ids = renderer.draw_outputs(OutputSet { id: true, ..OutputSet::NONE });
     renderer.gpu().check()?;
@@ -201,7 +201,7 @@ pub fn measure(job: &FrameErrorJob, maps: u32) -> Result<ShadowReport, FrameErro
         object_pixels: shows_object.iter().filter(|shows| **shows).count(),
         mean_luminance: compare::mean_luminance(&truth.luminances, &shows_object),
         unmet_samples: unmet,
-        mapped: layers,
+        mapped: lights_with_maps,
         unshadowed: of_unshadowed,
         maps: of_maps,
         perfect: of_perfect,

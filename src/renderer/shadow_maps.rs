@@ -30,29 +30,32 @@ use systems::assets::levels::LevelOfDetail;
 use systems::assets::{AlphaMode, MeshId, Technique};
 use systems::draw::{BatchKey, ClassId, DrawList, FrameData, ShadowCaster, ShadowScene};
 use systems::ecs::tables::DirtySlots;
-use systems::lights::{LightRecord, Ranked, rank_suns};
+use systems::lights::{LightRecord, Ranked, ShadowLights, rank_suns};
 
 /// Texels of a layer that a caster's level of detail may be off.
 const DETAIL: LevelOfDetail = LevelOfDetail { enabled: true, max_error_pixels: 0.5 };
+/// Texels of a layer that a caster is wide at least: whether what is smaller covers one is a matter of luck, and of small
+/// things there are many.
+const SMALLEST: f32 = 2.0;
 /// A layer has a base where it was due in so many frames before this one, one after another.
 const BUSY: u32 = 2;
 /// Frames for which a caster has not changed that goes into a base.
 const STILL: u64 = 8;
 /// Vertices for which a base is worth its memory and its copy.
 const WORTHWHILE: usize = 5_000;
-/// Directional lights that have levels at once, the brightest.
-const MOST_SUNS: usize = 4;
 /// The shadow record of the first of them, behind those of all layers; the records of their levels follow.
 const SUN_RECORDS: usize = MOST_LAYERS;
-const LEVEL_RECORDS: usize = SUN_RECORDS + MOST_SUNS;
-const _: () = assert!(LEVEL_RECORDS + MOST_SUNS * LEVELS as usize <= SHADOW_RECORDS as usize);
+const LEVEL_RECORDS: usize = SUN_RECORDS + ShadowLights::MOST_SUNS;
+const _: () = assert!(LEVEL_RECORDS + ShadowLights::MOST_SUNS * LEVELS as usize <= SHADOW_RECORDS as usize);
 // A light's record has eight bits for the number of its shadow record.
 const _: () = assert!(LEVEL_RECORDS <= u8::MAX as usize);
 
 /// What the last prepare found and the last encode drew.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct ShadowStats {
-    /// Layers that lights have: point lights and spots one each, directional ones one for each level.
+    /// Lights that have layers.
+    pub lights: u32,
+    /// These layers: point lights and spots one each, directional ones one for each level.
     pub layers: u32,
     /// Layers drawn.
     pub passes: u32,
@@ -240,7 +243,7 @@ impl ShadowMaps {
         most: usize,
     ) {
         self.stats = ShadowStats::default();
-        let suns = frame.shadows.map_or_else(Vec::new, |scene| rank_suns(scene.lights(), MOST_SUNS));
+        let suns = frame.shadows.map_or_else(Vec::new, |scene| rank_suns(scene.lights()));
         let turn =
             |sun: &Ranked| frame.list.lights.records.get(sun.slot as usize).map(|light| turn_of(&light.unpacked()));
         self.suns = suns.into_iter().filter_map(|sun| Some((sun, turn(&sun)?))).collect();
@@ -287,6 +290,7 @@ impl ShadowMaps {
         };
         let suns = self.suns.iter().zip(SUN_RECORDS as u8 + 1..).map(|((sun, _), number)| (sun.slot, number));
         self.by_slot = self.by_owner.iter().filter_map(lamp).chain(suns).collect();
+        self.stats.lights = self.by_slot.len() as u32;
         self.stats.layers = self.by_owner.len() as u32;
     }
 
@@ -592,13 +596,16 @@ fn lamp(slot: u32, scene: &ShadowScene<'_>, list: &DrawList) -> Option<Lamp> {
     Some(Lamp::new(&light, near))
 }
 
-/// A caster as it is drawn into a face; `None` while its mesh is not uploaded.
+/// A caster as it is drawn into a face; `None` where it is too small, and while its mesh is not uploaded.
 fn face_caster(caster: &ShadowCaster, light: &LayerLight, face: &Face, meshes: &Meshes) -> Option<Caster> {
     let ShadowCaster { slot, key: BatchKey { pipeline, class, mesh }, material, world_from_object, bounds } = *caster;
+    let (distance, texels) = light.detail(face, bounds);
+    if 2.0 * bounds.radius * texels < SMALLEST * distance {
+        return None;
+    }
     let range = meshes.range(mesh)?;
     let m = world_from_object.matrix3;
     let stretch = m.x_axis.length().max(m.y_axis.length()).max(m.z_axis.length());
-    let (distance, texels) = light.detail(face, bounds);
     let level = DETAIL.choose(&range.levels, stretch, distance, texels) as u32;
     let is_mask = pipeline.alpha == AlphaMode::Mask;
     let key = is_mask.then_some((class, (pipeline.transformed_uvs, pipeline.vertex_colors)));

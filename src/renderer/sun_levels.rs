@@ -17,7 +17,7 @@ use systems::lights::LightRecord;
 use systems::space::Sphere;
 
 /// Levels of a light around an eye.
-pub(super) const LEVELS: u32 = 8;
+pub(super) const LEVELS: u32 = 6;
 /// Metres from the middle of the first level to its sides.
 pub(super) const FIRST: f32 = 8.0;
 /// Metres from the near plane to the far one. A float has steps of 0.1 mm there.
@@ -89,9 +89,9 @@ impl SunLayer {
         self.is_before(center, |axis| axis.abs().dot(half))
     }
 
-    /// Whether some of a sphere may be before the level or in it, and it is no smaller than a texel.
+    /// Whether some of a sphere may be before the level or in it.
     pub fn reaches(&self, sphere: Sphere) -> bool {
-        2.0 * sphere.radius >= self.texel() && self.is_before(sphere.center, |_| sphere.radius)
+        self.is_before(sphere.center, |_| sphere.radius)
     }
 
     /// Whether something may be before the level or in it, which reaches so far along an axis from its centre.
@@ -169,8 +169,6 @@ mod tests {
                 assert_eq!(level.reaches(sphere), reached, "{along} {across}");
                 assert!(boxed(sphere) || !reached);
             }
-            // No texel's width.
-            assert!(!level.reaches(Sphere { radius: 0.49 * level.texel(), ..ball(0.0, 0.0) }));
         }
     }
 }

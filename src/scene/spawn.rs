@@ -18,7 +18,7 @@ use std::collections::HashMap;
 use systems::assets::{Library, MaterialId, MeshId, MeshVariants};
 use systems::draw::pieces::PiecesReport;
 use systems::draw::{Camera, Projection, pieces};
-use systems::lights::{Light, LightKind, LightPolicies, NoShadow};
+use systems::lights::{Light, LightKind, LightPolicies, NoShadow, ShadowLights};
 use systems::space::{Aabb, Hidden, Spin, Transform};
 
 /// What spawning found out about the scene.
@@ -62,6 +62,7 @@ pub fn spawn(scene: &Scene, items: &Items, world: &mut World) -> Spawned {
     spawner.cut();
     spawner.found.warnings.extend(vehicles::warnings(spawner.world));
     spawner.found.warnings.extend(shadows_without_end(spawner.world));
+    spawner.found.warnings.extend(too_many_suns(spawner.world));
     let Spawner { model_cameras, mut found, .. } = spawner;
     found.warnings.extend(shared_names(&found.cameras, &model_cameras));
     found.cameras.extend(model_cameras);
@@ -84,6 +85,14 @@ fn shadows_without_end(world: &mut World) -> Option<String> {
         }
     };
     Some(format!("{first}{lights} shadows; set `range`"))
+}
+
+/// A word about directional lights that cast no shadows, though they are to.
+fn too_many_suns(world: &mut World) -> Option<String> {
+    let casts = |light: &Light| light.shadows && light.kind == LightKind::Directional;
+    let count = world.query::<&Light>().iter(world).filter(|light| casts(light)).count();
+    let most = ShadowLights::MOST_SUNS;
+    (count > most).then(|| format!("{count} directional lights are to cast shadows; only the {most} brightest do"))
 }
 
 /// A word about each name of a model's camera that an earlier one has; the scene's own have been checked.

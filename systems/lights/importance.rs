@@ -227,6 +227,9 @@ pub struct ShadowLights {
 }
 
 impl ShadowLights {
+    /// Directional lights that have shadow maps at once.
+    pub const MOST_SUNS: usize = 4;
+
     /// Point lights and spots, by ascending slot.
     pub fn lights(&self) -> &[ShadowLight] {
         &self.lights
@@ -333,11 +336,11 @@ pub fn rank(lights: &ShadowLights, view: &ShadowView, k: usize) -> Vec<Ranked> {
     ranked(&best.finish(), k)
 }
 
-/// The k brightest directional lights, brightest first, of equal ones the lower slot.
-pub fn rank_suns(lights: &ShadowLights, k: usize) -> Vec<Ranked> {
+/// The [`ShadowLights::MOST_SUNS`] brightest directional lights, brightest first, of equal ones the lower slot.
+pub fn rank_suns(lights: &ShadowLights) -> Vec<Ranked> {
     let mut keys: Vec<u64> = lights.suns.iter().map(|(&slot, &luminance)| key(luminance, slot)).collect();
     keys.sort_unstable_by(|a, b| b.cmp(a));
-    ranked(&keys, k)
+    ranked(&keys, ShadowLights::MOST_SUNS)
 }
 
 /// The first k of some keys, greatest first.
