@@ -174,8 +174,14 @@ fn is_in_sight(slot: u32, batch: CullBatch) -> bool {
     let x = vec3f(rows[0].x, rows[1].x, rows[2].x) * batch.half_extents.x;
     let y = vec3f(rows[0].y, rows[1].y, rows[2].y) * batch.half_extents.y;
     let z = vec3f(rows[0].z, rows[1].z, rows[2].z) * batch.half_extents.z;
+    let reaches = length(x) + length(y) + length(z);
+    // Rasterizers move the edges of openings as well as those of objects beside where they are.
+    let m = view.clip_from_eye;
+    let per_metre = vec2f(length(vec3f(m[0].x, m[1].x, m[2].x)), length(vec3f(m[0].y, m[1].y, m[2].y)));
+    let pixels = 0.5 * per_metre * cull_view.size;
+    let moved = 2.0 * sqrt(2.0) * cull_view.vertex_rounding / min(pixels.x, pixels.y);
     // Room for rounding, which grows with the distance from the origin.
-    let room = 1e-3 + 4e-6 * length(center) + 1e-3 * (length(x) + length(y) + length(z));
+    let room = 1e-3 + 4e-6 * length(center) + 1e-3 * reaches + moved * (length(center - view.eye) + reaches);
     var within = true;
     var touched = true;
     var in_cell = false;

@@ -288,7 +288,7 @@ fn what_is_unloaded_gives_its_memory_back() {
     let mut after_first = None;
     let mut ball = shapes::sphere(1.0, 64, 32);
     tangents::compute_tangents(&mut ball);
-    for round in 0..1000 {
+    for round in 0..200 {
         let mut library = scene.library();
         let mesh = library.add_mesh_without_levels(ball.clone());
         let texels = [200, 20, 20, 255].repeat(64 * 64);

@@ -737,8 +737,8 @@ fn rooms_look_the_same_if_only_what_windows_show_is_drawn() {
     let Some(mut renderer) = renderer() else { return };
     let mut random = random();
     let (mut drawn, mut without) = (0, 0);
-    // Windows are where openings are. A rasteriser that moves vertices by more than a 256th of a pixel shows samples
-    // beside an edge of an opening now and then: no more than an edge is long.
+    // SwiftShader rounds vertices to sixteenths of a pixel and extends depths from there: a face that is seen edge-on
+    // may come before the wall that hides it, in a sample beside the edge. No more than an edge is long.
     let allowed = if renderer.gpu().vertex_rounding() > 1.0 / 128.0 { SIZE.1 as usize } else { 0 };
     for _ in 0..12 {
         let (mut scene, cells) = building(&mut random);

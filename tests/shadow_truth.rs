@@ -18,6 +18,11 @@ const SIDE: u32 = 50;
 /// Metres from the middle of the picture to its edge.
 const HALF: f64 = 2.5;
 
+/// Of a scene: no light but that of its lamps and suns.
+const DARK: &str = "environment: (
+        ambient: (0, 0, 0), zenith: (0, 0, 0), horizon: (0, 0, 0), ground: (0, 0, 0), tone_map: clamp,
+    ),";
+
 struct Measured {
     report: ShadowReport,
     truth: RgbImage,
@@ -41,9 +46,7 @@ fn job(scene: &Path, folder: &Path, size: (u32, u32)) -> FrameErrorJob {
 fn scene(light: &str, entities: &str) -> String {
     format!(
         r#"(
-    environment: (
-        ambient: (0, 0, 0), zenith: (0, 0, 0), horizon: (0, 0, 0), ground: (0, 0, 0), tone_map: clamp,
-    ),
+    {DARK}
     materials: {{
         "white": (base_factor: (1, 1, 1), specular_factor: (0, 0, 0)),
         "hole": (base_factor: (1, 1, 1), specular_factor: (0, 0, 0), base_alpha: 0, alpha_mode: mask),
@@ -62,14 +65,18 @@ fn scene(light: &str, entities: &str) -> String {
 }
 
 fn measured(scene: &str, technique: Option<Technique>) -> Measured {
+    measured_in(scene, technique, (SIDE, SIDE))
+}
+
+fn measured_in(scene: &str, technique: Option<Technique>, size: (u32, u32)) -> Measured {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join("scene.ron");
     fs::write(&path, scene).expect("a scene");
-    let job = FrameErrorJob { technique, ..job(&path, &folder.path().join("out"), (SIDE, SIDE)) };
+    let job = FrameErrorJob { technique, ..job(&path, &folder.path().join("out"), size) };
     let report = measure(&job, 32).expect("a report");
     let read = |name: &str| image::open(job.folder.join(name)).expect("a picture").into_rgb8();
     for name in ["unshadowed_error.png", "perfect_error.png"] {
-        assert_eq!(read(name).dimensions(), (SIDE, SIDE), "{name}");
+        assert_eq!(read(name).dimensions(), size, "{name}");
     }
     Measured { report, truth: read("truth.png"), unshadowed: read("unshadowed.png"), perfect: read("perfect.png") }
 }
@@ -159,6 +166,30 @@ fn the_shadow_of_a_cube_is_where_geometry_has_it() {
     for (light, lamp) in [POINT, SUN, SPOT] {
         let known = |at: DVec2| f64::from(u8::from(on_cube(at) || lamp.is_seen(DVec3::new(at.x, 0.0, at.y))));
         assert_known(&measured(&scene(light, CUBE), None), known);
+    }
+}
+
+/// Things on the floor, and something in the air.
+const FURNITURE: &str = r#"
+        (mesh: "cube", material: "white", transform: (translation: (0, 0.5, 0))),
+        (mesh: "cube", material: "white",
+         transform: (translation: (1.4, 0.3, -1.2), rotation_degrees: (0, 30, 0), scale: 0.6)),
+        (mesh: "cube", material: "white",
+         transform: (translation: (-1.3, 0.2, 1.5), rotation_degrees: (0, 70, 0), scale: 0.4)),
+        (mesh: "cube", material: "white",
+         transform: (translation: (1.1, 1.2, 1.3), rotation_degrees: (20, 10, 40), scale: 0.3)),"#;
+
+/// One lamp and one tap: the light of a picture with a map is off by a hundredth at the most.
+#[test]
+fn a_map_is_near_the_truth() {
+    if common::gpu().is_none() {
+        return;
+    }
+    for (light, _) in [POINT, SPOT] {
+        let light = light.replace("inverse_square", "inverse_square, shadows: true");
+        let report = measured_in(&scene(&light, FURNITURE), None, (200, 200)).report;
+        assert!(report.mapped == 1 && report.unshadowed.mean > 0.05 && report.perfect == NONE, "{report:?}");
+        assert!(report.maps.mean <= 0.01, "{report:?}");
     }
 }
 
@@ -315,9 +346,7 @@ fn building(cells: &str) -> String {
     }
     format!(
         r#"(
-    environment: (
-        ambient: (0, 0, 0), zenith: (0, 0, 0), horizon: (0, 0, 0), ground: (0, 0, 0), tone_map: clamp,
-    ),
+    {DARK}
     materials: {{ "white": (base_factor: (1, 1, 1), specular_factor: (0, 0, 0)) }},
     meshes: {{ "cube": cube(size: (1, 1, 1)) }},
     piece_metres: 1.3,

@@ -38,9 +38,11 @@ const SCENE: &str = r#"(
         (name: "figure", figure: ["torus", "ball"], material: "bumpy",
          transform: (translation: (0, 1.3, 0), rotation_degrees: (60, 0, 0))),
         (name: "carousel", spin: (degrees_per_second: 180), children: [
-            (name: "lamp", transform: (translation: (2.5, 2.5, 0)), light: point(intensity: 10, range: 12)),
+            (name: "lamp", transform: (translation: (2.5, 2.5, 0)),
+             light: point(intensity: 10, range: 12, shadows: true)),
         ]),
-        (name: "sky", transform: (translation: (2, 5, 4), look_at: (0, 0, 0)), light: directional(intensity: 0.4)),
+        (name: "sky", transform: (translation: (2, 5, 4), look_at: (0, 0, 0)),
+         light: directional(intensity: 0.4, shadows: true)),
         (name: "front", transform: (translation: (0, 3, 6), look_at: (0, 1, 0)), camera: ()),
         (name: "above", transform: (translation: (1, 7, 3), look_at: (0, 0, 0)), camera: ()),
     ],
@@ -177,6 +179,13 @@ fn the_window_shows_what_render_writes_and_keys_change_it() {
     app.shows("the scene without bump mapping", &off);
     app.press(&["b"]);
     app.shows("the scene with bump mapping again", &plain);
+
+    let unshadowed = place.rendered(0, &["--shadows", "0"]);
+    assert_ne!(plain, unshadowed);
+    app.press(&["x"]);
+    app.shows("the scene without shadows", &unshadowed);
+    app.press(&["x"]);
+    app.shows("the scene with shadows again", &plain);
 
     app.press(&["f"]);
     app.wait_for_picture("another figure", |seen| *seen != plain && *seen != off);

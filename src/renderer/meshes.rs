@@ -1,6 +1,6 @@
 //! All meshes in one vertex and one index buffer, uploaded when they are new or replaced, in the order of their slots.
 
-use super::shared_buffer::SharedBuffer;
+use super::shared_buffer::{Run, SharedBuffer};
 use super::{Gpu, RenderError};
 use glam::Vec3;
 use std::collections::BTreeSet;
@@ -135,13 +135,13 @@ impl Meshes {
             return Err(error);
         }
         let mut written = 0;
+        let (mut new_vertices, mut new_indices) = (Run::default(), Run::default());
         for (id, entry) in ready {
             let (mesh, [vertices, indices]) = (&entry.mesh, sizes(entry));
             let (vertices, indices) = (self.vertices.take(vertices), self.indices.take(indices));
-            written += self.vertices.write(gpu, vertices.start, &pack(mesh));
-            written += self.indices.write(gpu, indices.start, &mesh.indices);
-            let behind = indices.start + mesh.indices.len() as u64;
-            written += self.indices.write(gpu, behind, &entry.level_indices);
+            written += self.vertices.add(gpu, &mut new_vertices, vertices.start, packed(mesh));
+            let all_levels = mesh.indices.iter().chain(&entry.level_indices).copied();
+            written += self.indices.add(gpu, &mut new_indices, indices.start, all_levels);
             let (aabb, slot) = (mesh.aabb(), id.slot() as usize);
             let half_extents = (aabb.max - aabb.min) * 0.5;
             self.ranges.resize(self.ranges.len().max(slot + 1), None);
@@ -149,7 +149,7 @@ impl Meshes {
             self.ranges[slot] = Some(MeshRange { id, vertices, indices, bounds, half_extents, levels });
             self.version += 1;
         }
-        Ok(written)
+        Ok(written + self.vertices.write(gpu, &mut new_vertices) + self.indices.write(gpu, &mut new_indices))
     }
 
     fn release(&mut self, slot: u32) {
@@ -171,10 +171,10 @@ impl Meshes {
     }
 }
 
-fn pack(mesh: &Mesh) -> Vec<Vertex> {
+fn packed(mesh: &Mesh) -> impl Iterator<Item = Vertex> {
     let [first, second] = &mesh.uvs;
     let unorm16 = |v: f32| (v.clamp(0.0, 1.0) * 65535.0).round() as u16;
-    let vertex = |i: usize| {
+    let vertex = move |i: usize| {
         let a = first.get(i).copied().unwrap_or_default();
         let b = second.get(i).copied().unwrap_or(a);
         let color = mesh.colors.get(i).copied().unwrap_or(glam::Vec4::ONE);
@@ -186,5 +186,5 @@ fn pack(mesh: &Mesh) -> Vec<Vertex> {
             color: color.to_array().map(unorm16),
         }
     };
-    (0..mesh.positions.len()).map(vertex).collect()
+    (0..mesh.positions.len()).map(vertex)
 }

@@ -8,6 +8,8 @@ use std::ops::Range;
 
 /// Bytes of a buffer that is too small to become smaller.
 const SMALL: u64 = 64 << 10;
+/// Bytes of a run that is long enough to be written.
+const LONG: usize = 1 << 20;
 
 /// A buffer, and which of its elements are in use.
 #[derive(Debug)]
@@ -16,6 +18,20 @@ pub(super) struct SharedBuffer {
     /// Bytes of an element: a multiple of four.
     size: u64,
     places: Places,
+}
+
+/// Elements on their way into a shared buffer, one behind the other. They are written together: a write of its own for
+/// each of thousands of meshes takes longer than what it writes, most of all under validation layers.
+#[derive(Debug)]
+pub(super) struct Run<T> {
+    first: u64,
+    elements: Vec<T>,
+}
+
+impl<T> Default for Run<T> {
+    fn default() -> Self {
+        Self { first: 0, elements: Vec::new() }
+    }
 }
 
 impl SharedBuffer {
@@ -78,12 +94,32 @@ impl SharedBuffer {
         self.places.release(taken);
     }
 
-    /// Writes elements from one on. Returns the bytes written.
-    pub fn write<T: bytemuck::Pod>(&self, gpu: &Gpu, first: u64, elements: &[T]) -> u64 {
-        if !elements.is_empty() {
-            gpu.queue.write_buffer(self.buffer.buffer(), first * self.size, bytemuck::cast_slice(elements));
+    /// Adds elements from one on to a run. What is in the run is written before where they do not follow it, or where it
+    /// is long. Returns the bytes written.
+    pub fn add<T: bytemuck::Pod>(
+        &self,
+        gpu: &Gpu,
+        run: &mut Run<T>,
+        first: u64,
+        elements: impl Iterator<Item = T>,
+    ) -> u64 {
+        let follows = run.first + run.elements.len() as u64 == first && size_of_val(&run.elements[..]) < LONG;
+        let written = if follows { 0 } else { self.write(gpu, run) };
+        if run.elements.is_empty() {
+            run.first = first;
         }
-        size_of_val(elements) as u64
+        run.elements.extend(elements);
+        written
+    }
+
+    /// Writes what is in a run, which is empty then. Returns the bytes written.
+    pub fn write<T: bytemuck::Pod>(&self, gpu: &Gpu, run: &mut Run<T>) -> u64 {
+        let written = size_of_val(&run.elements[..]) as u64;
+        if written > 0 {
+            gpu.queue.write_buffer(self.buffer.buffer(), run.first * self.size, bytemuck::cast_slice(&run.elements));
+        }
+        run.elements.clear();
+        written
     }
 }
 

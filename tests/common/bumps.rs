@@ -7,7 +7,7 @@ use relief::renderer::{OutputSet, Settings, SingleView};
 use std::f32::consts::{FRAC_PI_2, TAU};
 use systems::Simulation;
 use systems::assets::{Image, ImageKind, Library, Map, Material, Mesh, shapes};
-use systems::draw::{Camera, Environment, Projection, ToneMap};
+use systems::draw::{Camera, Projection};
 use systems::lights::Light;
 use systems::space::Transform;
 
@@ -24,15 +24,7 @@ impl Stage {
     pub fn new(size: (u32, u32)) -> Option<Self> {
         let gpu = super::gpu()?;
         let mut simulation = Simulation::new();
-        let dark = Environment {
-            ambient: Vec3::ZERO,
-            zenith: Vec3::ZERO,
-            horizon: Vec3::ZERO,
-            ground: Vec3::ZERO,
-            exposure: 1.0,
-            tone_map: ToneMap::Clamp,
-        };
-        simulation.world.insert_resource(dark);
+        simulation.world.insert_resource(super::dark());
         let camera = simulation.world.spawn((Camera::default(), Transform::from_xyz(0.0, 0.0, 3.0))).id();
         let settings = Settings { samples: 1, ..Settings::default() };
         Some(Self { simulation, headless: Headless { renderer: SingleView::new(&gpu), settings }, camera, size })

@@ -7,7 +7,7 @@ use relief::frames::Headless;
 use relief::renderer::{Gpu, Settings, SingleView};
 use systems::Simulation;
 use systems::assets::{Library, Material, MaterialId, MeshId, Shading, shapes};
-use systems::draw::{Camera, Environment, Projection, ToneMap};
+use systems::draw::{Camera, Projection};
 use systems::lights::Light;
 use systems::space::Transform;
 
@@ -26,20 +26,17 @@ pub struct Floor {
 
 impl Floor {
     pub fn new() -> Self {
+        Self::of_squares(1)
+    }
+
+    /// The floor is a grid of so many squares along each side.
+    pub fn of_squares(squares: u32) -> Self {
         let mut simulation = Simulation::new();
-        let dark = Environment {
-            ambient: Vec3::ZERO,
-            zenith: Vec3::ZERO,
-            horizon: Vec3::ZERO,
-            ground: Vec3::ZERO,
-            tone_map: ToneMap::Clamp,
-            ..Environment::default()
-        };
-        simulation.world.insert_resource(dark);
+        simulation.world.insert_resource(super::dark());
         let mut library = simulation.world.resource_mut::<Library>();
         let white = Material { specular_factor: Vec3::ZERO, ..Material::new(Shading::Blinn) };
         let white = library.add_material(white);
-        let floor = library.add_mesh(shapes::plane(glam::Vec2::splat(8.0), glam::UVec2::ONE));
+        let floor = library.add_mesh(shapes::plane(glam::Vec2::splat(8.0), glam::UVec2::splat(squares)));
         let cube = library.add_mesh(shapes::cube(Vec3::ONE));
         simulation.world.spawn((floor, white, Transform::default()));
         let projection = Projection::Orthographic { half_height: HALF, aspect: Some(1.0) };
@@ -57,9 +54,9 @@ impl Floor {
         self.simulation.world.spawn((light, Transform::from_translation(at).looking_to(toward, up))).id()
     }
 
-    /// Luminances of a picture of one sample per pixel.
+    /// Luminances of a picture with at most so many shadow maps.
     pub fn draw(&mut self, headless: &mut Headless, maps: u32) -> Vec<f32> {
-        headless.settings = Settings { samples: 1, shadow_maps: maps, ..Settings::default() }.for_files();
+        headless.settings.shadow_maps = maps;
         headless.draw(&mut self.simulation, self.camera, (SIDE, SIDE)).expect("a picture");
         headless.renderer.read_linear().expect("drawn").into_iter().map(|[_, green, ..]| green).collect()
     }
@@ -73,8 +70,10 @@ impl Floor {
     }
 }
 
+/// One sample per pixel.
 pub fn headless(gpu: &Gpu) -> Headless {
-    Headless { renderer: SingleView::new(gpu), settings: Settings::default() }
+    let settings = Settings { samples: 1, ..Settings::default() }.for_files();
+    Headless { renderer: SingleView::new(gpu), settings }
 }
 
 /// Where the middle of a pixel is on the floor.

@@ -41,6 +41,19 @@ pub fn gpu() -> Option<relief::renderer::Gpu> {
     }
 }
 
+/// No light but that of lamps and suns, and pictures that are what their linear colours are.
+#[allow(dead_code)]
+pub fn dark() -> systems::draw::Environment {
+    systems::draw::Environment {
+        ambient: glam::Vec3::ZERO,
+        zenith: glam::Vec3::ZERO,
+        horizon: glam::Vec3::ZERO,
+        ground: glam::Vec3::ZERO,
+        exposure: 1.0,
+        tone_map: systems::draw::ToneMap::Clamp,
+    }
+}
+
 /// What a program wrote.
 #[allow(dead_code)]
 pub fn text(bytes: &[u8]) -> String {
