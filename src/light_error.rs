@@ -1,8 +1,9 @@
 //! How far a scene lit by some lights per object is from one lit by all: `relief lights`.
 //!
-//! One frame is drawn as the scene has it, and with each [`LightPolicy`] for all objects. Luminance is compared before
-//! the tone map, over the pixels that show an object; FLIP compares the pictures as written, all of them. Seams are found
-//! where two pieces of one object meet: the renderer is handed records with slots for ids, which tell them apart.
+//! One frame is drawn as the scene has it, and with each [`LightPolicy`] for all objects; without shadows, whose error
+//! `relief shadows` tells. Luminance is compared before the tone map, over the pixels that show an object; FLIP compares
+//! the pictures as written, all of them. Seams are found where two pieces of one object meet: the renderer is handed
+//! records with slots for ids, which tell them apart.
 
 use crate::compare::{self, Shown};
 use crate::frame_error::{self, FrameErrorJob};
@@ -153,7 +154,7 @@ fn draw(
     stage.simulation.world.resource_mut::<LightPolicies>().forced = policy;
     stage.simulation.frame();
     let view = stage.viewpoint.view(&stage.simulation.world, job.size);
-    let settings = Settings { technique: job.technique, ..Settings::default() }.for_files();
+    let settings = Settings { technique: job.technique, shadow_maps: 0, ..Settings::default() }.for_files();
     stage
         .simulation
         .with_frame(|frame| frames::with_slot_ids(frame, |frame| renderer.prepare(frame, &view, &settings)))?;
