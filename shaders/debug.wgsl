@@ -9,6 +9,7 @@ const DEBUG_LIGHT_COUNT = 4u;
 const DEBUG_THREE_LIGHTS = 5u;
 const DEBUG_ERROR_BOUND = 6u;
 const DEBUG_VISIBILITY = 7u;
+const DEBUG_CELLS = 8u;
 
 // Colour of the heat maps, 0 blue, by green to 1 red; src/renderer/settings.rs has its twin for the legend.
 fn heat_color(heat: f32) -> vec3f {
@@ -34,6 +35,10 @@ fn debug_color(surface: Surface, bump: Bump, base: vec3f, instance: Instance, ta
         return normalize(tangent) * 0.5 + 0.5;
     }
     let headlight = 0.25 + 0.75 * abs(dot(surface.normal, surface.toward_eye));
+    if DEBUG == DEBUG_CELLS {
+        // Grey; cells.wgsl colours it.
+        return vec3f(headlight);
+    }
     if DEBUG == DEBUG_VISIBILITY {
         var seen = vec3f(1.0);
         for (var i = 0u; i < 3u; i++) {

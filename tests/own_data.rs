@@ -120,7 +120,8 @@ impl Data {
         self.instances.write(0, record);
         let Self { list, instances, library } = self;
         let light_lists = &LightLists::default();
-        drawn(renderer, &mut FrameData { list, instances, light_lists, shadows: None, cells: None, library })
+        let (shadows, cells, open_portals) = (None, None, &[][..]);
+        drawn(renderer, &mut FrameData { list, instances, light_lists, shadows, cells, open_portals, library })
     }
 }
 

@@ -5,6 +5,9 @@
 //! mean luminance by all lights, in linear HDR. The search begins with coarse steps, and halves each in which some
 //! pixel jumps by more than [`BOUND`] or the three lights change, down to [`SUB_FRAME`]. A smooth change becomes small
 //! by that, a jump stays.
+//!
+//! Through portals light comes and goes by shares, whatever the policy. There the reference is all lights without
+//! walls, and a jump is over the mean luminance of the picture itself.
 
 mod common;
 
@@ -15,9 +18,10 @@ use relief::renderer::{Gpu, PICTURE_FORMAT, Settings, SingleView};
 use relief::viewpoint::Viewpoint;
 use systems::Simulation;
 use systems::assets::{Image, ImageKind, Library, Map, Material, shapes};
+use systems::cells::{Cell, Cells, Opening, Portal};
 use systems::draw::{Camera, Environment};
 use systems::lights::{Light, LightKind, LightPolicies, LightPolicy, SelectedLights};
-use systems::space::Transform;
+use systems::space::{Aabb, Transform};
 
 /// Pixels along a side; what is compared are means of two by two, which half floats round half as much.
 const SIZE: usize = 48;
@@ -256,4 +260,120 @@ fn lamps_that_are_switched_turned_and_spawned_are_no_larger_steps_than_by_all_li
     assert!(steps >= 30, "{steps}");
     assert!(enough <= BOUND, "{largest:?}");
     assert!(three > BOUND, "{largest:?}");
+}
+
+/// Two rooms of 5 by 6 metres, a lamp that moves, and others: two in the object's room, two behind the door.
+struct Rooms {
+    drive: Drive,
+    portal: Entity,
+    lamp: Entity,
+}
+
+impl Rooms {
+    fn new() -> Option<Self> {
+        let lamp =
+            |at: [f32; 3], intensity: f32| (Light::point(intensity, 12.0), Transform::from_translation(at.into()));
+        let lamps = vec![
+            lamp([1.5, 1.2, -1.5], 4.0),
+            lamp([-0.5, 1.2, 2.4], 3.0),
+            lamp([-3.5, 1.0, 2.4], 6.0),
+            lamp([-5.0, 0.5, -1.0], 9.0),
+        ];
+        let mut drive = Drive::new(lamps)?;
+        let world = &mut drive.simulation.world;
+        let portal = world.spawn(Portal::default()).id();
+        let lamp = world.spawn((Light { enabled: false, ..Light::point(5.0, 12.0) }, Transform::default())).id();
+        let mut rooms = Self { drive, portal, lamp };
+        rooms.shift(0.0);
+        Some(rooms)
+    }
+
+    /// Moves everything but the object and the eye along X: as if these went through the door.
+    fn shift(&mut self, x: f32) {
+        let room = |from: f32| Aabb { min: Vec3::new(from + x, -1.5, -3.0), max: Vec3::new(from + 5.0 + x, 1.5, 3.0) };
+        let corners = [(-1.5, -0.45), (-1.5, 0.45), (0.6, 0.45), (0.6, -0.45)];
+        let polygon = corners.map(|(y, z)| Vec3::new(x - 2.0, y, z)).to_vec();
+        let opening = Opening { between: [1, 2], polygon, portal: Some(self.portal) };
+        let cells = [room(-7.0), room(-2.0)].map(|room| Cell::new_box("", room)).to_vec();
+        let world = &mut self.drive.simulation.world;
+        world.insert_resource(Cells::new(cells, vec![opening]));
+        world.entity_mut(self.drive.row).insert(Transform::from_xyz(x, 0.0, 0.0));
+    }
+
+    /// The picture's luminances; and those by all lights, without walls.
+    fn luminances(&mut self) -> [Vec<f32>; 2] {
+        let own = self.drive.luminances(LightPolicy::Three);
+        let cells = std::mem::take(&mut *self.drive.simulation.world.resource_mut::<Cells>());
+        let all = self.drive.luminances(LightPolicy::All);
+        self.drive.simulation.world.insert_resource(cells);
+        [own, all]
+    }
+
+    /// The largest jump of a pixel over [`SUB_FRAME`] of a way, and its change over all of it, in mean luminances.
+    fn jumps(&mut self, metres: f32, mut go: impl FnMut(&mut Self, f32)) -> (f32, f32) {
+        let change = |[a, _]: &[Vec<f32>; 2], [b, _]: &[Vec<f32>; 2], beside: &dyn Fn(usize) -> f32| {
+            let mean = a.iter().sum::<f32>() / a.len() as f32;
+            let beyond = |(i, (a, b)): (usize, (&f32, &f32))| (a - b).abs() - beside(i);
+            a.iter().zip(b).enumerate().map(beyond).fold(0.0, f32::max) / mean
+        };
+        let mut at = |rooms: &mut Self, x: f32| {
+            go(rooms, x);
+            (x, rooms.luminances())
+        };
+        let steps = 40;
+        let mut ends: Vec<_> = (0..=steps).rev().map(|i| at(self, metres * i as f32 / steps as f32)).collect();
+        let whole = change(&ends[0].1, &ends[steps].1, &|_| 0.0);
+        let (mut largest, mut from) = (0.0f32, ends.pop().expect("the first"));
+        while let Some(to) = ends.pop() {
+            let jump = change(&from.1, &to.1, &|i| (from.1[1][i] - to.1[1][i]).abs());
+            let step = to.0 - from.0;
+            if step > SUB_FRAME && jump > BOUND {
+                let middle = at(self, (from.0 + to.0) / 2.0);
+                ends.extend([to, middle]);
+            } else {
+                // The last halves are shorter.
+                largest = largest.max(jump * (SUB_FRAME / step).max(1.0));
+                from = to;
+            }
+        }
+        (largest, whole)
+    }
+}
+
+/// A sliding door, 90 cm wide.
+#[test]
+fn nothing_pops_as_a_door_opens() {
+    let Some(mut rooms) = Rooms::new() else { return };
+    let (largest, whole) = rooms.jumps(0.9, |rooms, x| {
+        let mut portal = rooms.drive.simulation.world.get_mut::<Portal>(rooms.portal).expect("a portal");
+        portal.open = x / 0.9;
+    });
+    println!("{largest} {whole}");
+    assert!(whole > 0.2, "{whole}");
+    assert!(largest <= BOUND, "{largest}");
+}
+
+/// Past the doorway, a metre behind it, and through it.
+#[test]
+fn nothing_pops_as_a_lamp_passes_a_doorway_or_goes_through() {
+    let Some(mut rooms) = Rooms::new() else { return };
+    rooms.drive.simulation.world.get_mut::<Light>(rooms.lamp).expect("a lamp").enabled = true;
+    for (from, along, metres) in [([-3.0, 0.3, -2.9], Vec3::Z, 5.8), ([-3.4, 0.3, 0.2], Vec3::X, 2.4)] {
+        let from = Vec3::from(from);
+        let (largest, whole) = rooms.jumps(metres, |rooms, x| {
+            let mut place = rooms.drive.simulation.world.get_mut::<Transform>(rooms.lamp).expect("a lamp");
+            place.translation = from + along * x;
+        });
+        println!("{largest} {whole}");
+        assert!(largest <= BOUND, "{largest}");
+    }
+}
+
+#[test]
+fn nothing_pops_as_an_object_goes_through_a_doorway() {
+    let Some(mut rooms) = Rooms::new() else { return };
+    let (largest, whole) = rooms.jumps(3.5, Rooms::shift);
+    println!("{largest} {whole}");
+    assert!(whole > 0.2, "{whole}");
+    assert!(largest <= BOUND, "{largest}");
 }

@@ -60,8 +60,9 @@ def model(name, at, yaw=0, scale=1):
 
 
 def lamp(at, kind, color, intensity, reach, name=None):
-    entities.append('        (%stransform: (translation: %s), light: %s(color: %s, intensity: %s, range: %s, shadows: true)),' % (
-        'name: "%s", ' % name if name else '', vec(at), kind, color, n(intensity), n(reach)))
+    entities.append('        (%stransform: (translation: %s), light: %s(color: %s, intensity: %s, range: %s, '
+                    'shadows: true)),' % (
+                        'name: "%s", ' % name if name else '', vec(at), kind, color, n(intensity), n(reach)))
 
 
 def side_box(axis, at, along, height, material, thick):
@@ -74,8 +75,8 @@ def side_box(axis, at, along, height, material, thick):
 
 
 def wall(axis, at, inward, along, height, material, holes, insets=(0.06, 0.06), reach=HALF - 0.04):
-    """The face of a wall: it lies `HALF` within the cell that ends at `at`, and has holes (from, to, low, high). It goes
-    on behind the faces of its neighbours, and behind floor and ceiling."""
+    """The face of a wall: it lies `HALF` within the cell that ends at `at`, and has holes (from, to, low, high).
+    It goes on behind the faces of its neighbours, and behind floor and ceiling."""
     face = at + inward * HALF
     low, high = height[0] - reach, height[1] + reach
     start, end = along[0] + insets[0], along[1] - insets[1]
@@ -346,11 +347,14 @@ def gable(at, out, along, y, hole=None):
 
 
 def stairs():
-    """Over both floors: one cell, with a doorway to each corridor, and the way out to the street."""
+    """A cell on each floor, with a doorway to its corridor; the well between them is a portal. Below is the way out to
+    the street."""
     x0, x1 = STAIRS * BAY, (STAIRS + 1) * BAY
     near, far = CORRIDOR / 2, CORRIDOR / 2 + DEPTH
     top = STOREY + CLEAR
-    cells.append('        "stairs": (box: (%s, %s)),' % (vec((x0, -FLOOR, near)), vec((x1, top + FLOOR, far))))
+    between = STOREY - FLOOR
+    for storey, (low, high) in enumerate(((-FLOOR, between), (between, top + FLOOR))):
+        cells.append('        "stairs %d": (box: (%s, %s)),' % (storey + 1, vec((x0, low, near)), vec((x1, high, far))))
     box((x0 + 0.06, -SHEET, near + 0.06), (x1 - 0.06, 0, far - 0.06), 'paving')
     box((x0 + 0.06, top, near + 0.06), (x1 - 0.06, top + SHEET, far - 0.06), 'white')
     way = (x0 + 0.5, x0 + 2.1)
@@ -359,14 +363,15 @@ def stairs():
         y = storey * STOREY
         hole = (*way, y - 0.06, y + 2.3)
         # The face toward the stairs; above each other.
-        face_low, face_high = (-0.06, STOREY - 0.06) if storey == 0 else (STOREY - 0.06, top + 0.06)
+        face_low, face_high = (-0.06, CLEAR + 0.06) if storey == 0 else (STOREY - 0.06, top + 0.06)
         for a, b, lo, hi in ((x0 + 0.06, way[0], face_low, face_high), (way[1], x1 - 0.06, face_low, face_high),
                              (*way, y + 2.3, face_high)):
             side_box('z', near + HALF, (a, b), (lo, hi), 'warm plaster', -SHEET)
         wall('z', near, -1, (x0, x1), (y, y + CLEAR), 'plaster', [hole], ends(STAIRS))
         frame('z', near, (-HALF - 0.02, HALF + 0.02), way, (y, y + 2.3), 'wood')
         box((way[0], y - SHEET, near - HALF + 0.02), (way[1], y + 0.004, near + HALF - 0.02), 'wood')
-        portal('z', near, way, (y, y + 2.3), ('corridor %d' % (storey + 1), 'stairs'), '', 'stairs %d' % (storey + 1))
+        portal('z', near, way, (y, y + 2.3), ('corridor %d' % (storey + 1), 'stairs %d' % (storey + 1)), '',
+               'stairs %d' % (storey + 1))
     for at, inward in ((x0, 1), (x1, -1)):
         wall('x', at, inward, (near, far), (0, top), 'warm plaster', [])
     # The entrance, with a door of its own, and a window above it.
@@ -380,10 +385,10 @@ def stairs():
     frame('z', far, (-HALF - 0.02, OUT - HALF + 0.02), (a, b), (0, 2.3), 'wood')
     box((a, -SHEET, far - HALF + 0.02), (b, 0.004, far + OUT - HALF + 0.3), 'paving')
     leaf('front door', (a, 0, far), 0, b - a, 2.3)
-    portal('z', far, (a, b), (0, 2.3), ('stairs', 'outside'),
+    portal('z', far, (a, b), (0, 2.3), ('stairs 1', 'outside'),
            ', door: (leaf: "front door", swing_degrees: 90, period_seconds: 14, phase_seconds: 5)', 'front door', 0)
     frame('z', far, (-HALF - 0.06, OUT - HALF + 0.02), upper[:2], upper[2:], 'white', sill=True)
-    portal('z', far, upper[:2], upper[2:], ('stairs', 'outside'), '', 'stairs window')
+    portal('z', far, upper[:2], upper[2:], ('stairs 2', 'outside'), '', 'stairs window')
     outer(far, 1, (x0, x1), 0, (a, b, -0.05, 2.3))
     outer(far, 1, (x0, x1), STOREY, upper)
     # Two flights at the far side of a landing, each 1.3 m wide; steps of 17 cm.
@@ -399,7 +404,14 @@ def stairs():
         z = lz - (i + 1) * run * 0.85
         y = (9 + i + 1) * rise
         box((x0 + HALF + 0.02, y - 0.2, z), (sx - 0.15, y, z + run * 0.85), 'concrete')
-    box((x0 + HALF + 0.02, STOREY - 0.2, near + HALF + 0.01), (x1 - HALF - 0.02, STOREY, lz - 9 * run * 0.85), 'planks')
+    # The floor above has a face for each cell, and an edge at the well, which is all that is open.
+    well = lz - 9 * run * 0.85
+    box((x0 + 0.06, STOREY - SHEET, near + 0.06), (x1 - 0.06, STOREY, well - 0.03), 'planks')
+    box((x0 + 0.06, CLEAR, near + 0.06), (x1 - 0.06, CLEAR + SHEET, well - 0.03), 'white')
+    box((x0 + 0.06, CLEAR, well - 0.03), (x1 - 0.06, STOREY, well), 'planks')
+    corners = [(x0, between, well), (x1, between, well), (x1, between, far), (x0, between, far)]
+    portals.append('        (between: ("stairs 1", "stairs 2"), polygon: [%s], name: "stairwell"),' % (
+        ', '.join(vec(p) for p in corners)))
     pendant(x0 + 3.7, near + 3.4, top, 'kelvin(2700)', 5, 13)
     globe((x0 + 1.2, 2.2, far - HALF - 0.1), 'point', 'kelvin(2700)', 3, 9)
 

@@ -12,6 +12,7 @@ pub(crate) fn with_slot_ids<R>(frame: &mut FrameData<'_>, read: impl FnOnce(&mut
         light_lists: frame.light_lists,
         shadows: frame.shadows,
         cells: frame.cells,
+        open_portals: frame.open_portals,
         library: frame.library,
     })
 }

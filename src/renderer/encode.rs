@@ -175,9 +175,10 @@ impl Renderer {
         let after = [PassPlace::AfterOpaque, PassPlace::AfterBlended].map(|place| view.has_pass(place));
         let [after_opaque, after_blended] = after;
         let keeps_depth = view.has_pass(PassPlace::AfterToneMap) || view.state.draws_together();
+        let draws_cells = view.state.cell_view.is_some();
         view.state.kept_depth = keeps_depth;
         // What the pass over blended objects leaves, and that over the sky before it.
-        let last = Leaves { resolved: false, depth: keeps_depth || after_blended };
+        let last = Leaves { resolved: false, depth: keeps_depth || after_blended || draws_cells };
         let copies = view.state.scene_color.is_some();
         let opaque = if copies { Leaves { resolved: true, ..Leaves::DEPTH } } else { last };
 
@@ -219,6 +220,9 @@ impl Renderer {
         encoded.count((blended, blended));
         drop(pass);
 
+        if let (Some(cells), Some(targets), Some(group)) = (&state.cell_view, &state.targets, state.group()) {
+            cells.encode(encoder, self.timestamps.as_ref(), state.attachments(targets).color, group);
+        }
         if after_blended {
             view.encode_passes(encoder, PassPlace::AfterBlended);
         }

@@ -20,6 +20,7 @@
 //! A window, a file and a test call the same functions: a target is any texture view. Programs with one camera have
 //! [`SingleView`].
 
+mod cell_view;
 mod cpu_rasterizer;
 mod culling;
 mod custom_passes;
@@ -366,6 +367,9 @@ impl Renderer {
             let draws = &self.draws[usize::from(levels)];
             state.make_targets(&self.gpu, &self.pipelines, &self.pyramids, plan, draws, list.objects)?;
             state.fit_outputs(&self.gpu.device, plan.size());
+            let shown = cells.filter(|_| plan.settings.debug == DebugView::Cells && plan.settings.outputs.color);
+            let shown = shown.map(|cells| (cells, frame.open_portals));
+            state.fit_cells(&self.gpu, &self.pipelines.frame_layout, shown);
             state.prepare_lists(&self.gpu, &self.culling, draws, plan, cells)?;
             state.bind(&self.gpu.device, &self.pipelines.frame_layout, &self.tables);
         }

@@ -306,12 +306,12 @@ pub(super) fn object_constants(pass: Pass, key: PipelineKey) -> [(&'static str, 
     ]
 }
 
-fn shader_module(device: &wgpu::Device, label: &str, source: &'static str) -> wgpu::ShaderModule {
+pub(super) fn shader_module(device: &wgpu::Device, label: &str, source: &'static str) -> wgpu::ShaderModule {
     let source = wgpu::ShaderSource::Wgsl(source.into());
     device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(label), source })
 }
 
-fn pipeline_layout(
+pub(super) fn pipeline_layout(
     device: &wgpu::Device,
     label: &str,
     groups: &[Option<&wgpu::BindGroupLayout>],
@@ -342,7 +342,7 @@ fn frame_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     })
 }
 
-fn depth_state(write: bool, compare: wgpu::CompareFunction) -> wgpu::DepthStencilState {
+pub(super) fn depth_state(write: bool, compare: wgpu::CompareFunction) -> wgpu::DepthStencilState {
     wgpu::DepthStencilState {
         format: DEPTH_FORMAT,
         depth_write_enabled: Some(write),
@@ -353,7 +353,7 @@ fn depth_state(write: bool, compare: wgpu::CompareFunction) -> wgpu::DepthStenci
 }
 
 #[allow(clippy::too_many_arguments)]
-fn fullscreen(
+pub(super) fn fullscreen(
     device: &wgpu::Device,
     label: &str,
     layout: &wgpu::PipelineLayout,

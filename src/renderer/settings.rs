@@ -26,11 +26,13 @@ pub enum DebugView {
     ErrorBound,
     /// How much of each of the object's first three lights is seen, as red, green and blue.
     Visibility,
+    /// Surfaces in the colours of the cells that they lie in, and portals as outlines.
+    Cells,
 }
 
 impl DebugView {
     /// All views with their names.
-    pub const ALL: [(&'static str, Self); 8] = [
+    pub const ALL: [(&'static str, Self); 9] = [
         ("off", Self::Off),
         ("base", Self::Base),
         ("normal", Self::Normal),
@@ -39,6 +41,7 @@ impl DebugView {
         ("three_lights", Self::ThreeLights),
         ("error_bound", Self::ErrorBound),
         ("visibility", Self::Visibility),
+        ("cells", Self::Cells),
     ];
 
     /// What it shows, in a few words; empty where its name says so.
@@ -48,8 +51,22 @@ impl DebugView {
             Self::LightCount => "lights in range of each object, 1 blue to 64 red, none grey",
             Self::ThreeLights => "contributions of the first three lights as red, green and blue",
             Self::Visibility => "how much of the first three lights is seen, as red, green and blue",
+            Self::Cells => "surfaces by cell, grey outside; outlines of portals, open ones green, shut ones red",
             Self::ErrorBound => "upper bound of the luminance that is left out, 0.001 blue to 10 red, none grey",
         }
+    }
+
+    /// The outline of a portal that is open, linear RGB.
+    pub const OPEN_PORTAL: Vec3 = Vec3::new(0.1, 0.9, 0.2);
+    /// The outline of one that is shut.
+    pub const SHUT_PORTAL: Vec3 = Vec3::new(0.9, 0.05, 0.03);
+
+    /// What the colours of surfaces in a cell are multiplied by, linear RGB. Hues go around by the golden ratio: those
+    /// of neighbouring numbers lie far apart.
+    pub fn cell_color(number: u32) -> Vec3 {
+        let hue = (number as f32 * 0.618_034).fract();
+        let part = |offset: f32| (((hue + offset).fract() * 6.0 - 3.0).abs() - 1.0).clamp(0.0, 1.0);
+        Vec3::ONE.lerp(Vec3::new(part(0.0), part(2.0 / 3.0), part(1.0 / 3.0)), 0.7)
     }
 
     /// What the colours of a heat map mean; `None` for other views. `shaders/debug.wgsl` paints by the same scale.

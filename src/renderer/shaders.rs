@@ -43,6 +43,9 @@ pub const SKY: &str = shader!("types.wgsl", "sky.wgsl", "sky_pass.wgsl");
 /// What a view draws.
 pub const CULL: &str = shader!("types.wgsl", "cull.wgsl");
 
+/// The debug view of cells.
+pub const CELLS: &str = shader!("types.wgsl", "cells.wgsl");
+
 /// The farthest depths, for finding what is hidden.
 pub const PYRAMID: &str = shader!("pyramid.wgsl");
 
@@ -53,13 +56,14 @@ pub const SCATTER: &str = shader!("scatter.wgsl");
 pub const TONE_MAP: &str = shader!("tone.wgsl", "tonemap.wgsl");
 
 /// Every module with its name, for the tests that validate them.
-pub const ALL: [(&str, &str); 9] = [
+pub const ALL: [(&str, &str); 10] = [
     ("forward", FORWARD),
     ("forward with shadow maps", FORWARD_SHADOWED),
     ("forward with traced shadows", FORWARD_TRACED),
     ("shadow pass", SHADOW_PASS),
     ("sky", SKY),
     ("cull", CULL),
+    ("cells", CELLS),
     ("pyramid", PYRAMID),
     ("scatter", SCATTER),
     ("tonemap", TONE_MAP),
@@ -175,7 +179,9 @@ mod tests {
     }
 
     /// Constants that only shaders have, and why.
-    const SHADERS_OWN: [(&str, &str); 24] = [
+    const SHADERS_OWN: [(&str, &str); 26] = [
+        ("OUTLINE_AHEAD", "how outlines of portals look"),
+        ("OUTLINE_HALF_WIDTH", "the same"),
         ("COARSE", "set in a shader and read in others"),
         ("STEEPEST", "a bound of the look-up"),
         ("LEVEL_USED", "how the look-up chooses a level; tests/sun_shadows.rs compares levels"),
@@ -268,8 +274,9 @@ mod tests {
     fn every_override_of_the_shaders_is_set() {
         let of_objects =
             object_constants(Pass::Outputs(Attached::default()), PipelineKey::default()).map(|(name, _)| name);
-        // By `Culling::new` and `Culling::make_for_cells`, `Scatter::make`, `Pipelines::tone_map` and `make_object`.
-        let others = ["CELLS", "PHASE", "TEXELS", "TONE_MAP", "SHADOW_TAPS"];
+        // By `Culling::new` and `Culling::make_for_cells`, `CellPipelines::new`, `Scatter::make`, `Pipelines::tone_map`
+        // and `make_object`.
+        let others = ["CELLS", "OPACITY", "PHASE", "TEXELS", "TONE_MAP", "SHADOW_TAPS"];
         let set: BTreeSet<&str> = of_objects.into_iter().chain(others).collect();
         let other = &declared("override") ^ &set;
         assert!(other.is_empty(), "not set, or no longer there: {other:?}");

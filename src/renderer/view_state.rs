@@ -4,6 +4,7 @@
 //! A view keeps its targets, the lists of what it shows and what it saw last from frame to frame: one that is drawn
 //! again makes nothing anew. Views of a frame may differ in size and in all settings.
 
+use super::cell_view::CellView;
 use super::culling::{CulledView, Culling, Phase};
 use super::emboss::EmbossPass;
 use super::frame_tables::FrameTables;
@@ -92,6 +93,8 @@ pub struct ViewState {
     ranked_for: Option<(u64, u64, ShadowView, u32)>,
     /// The bind group of shadows that rays found, if the view is drawn with such.
     pub(super) traced: Option<wgpu::BindGroup>,
+    /// For the debug view of cells.
+    pub(super) cell_view: Option<CellView>,
     pub(super) counts: CountReadback,
     /// What the settings ask for.
     pub(super) outputs: OutputSet,
@@ -144,6 +147,7 @@ impl ViewState {
             ranked: Vec::new(),
             ranked_for: None,
             traced: None,
+            cell_view: None,
             counts: CountReadback::default(),
             outputs: OutputSet::COLOR,
             may_hide: false,
@@ -349,6 +353,17 @@ impl ViewState {
         self.targets = None;
         self.culled.set_pyramid(None);
         self.shown = None;
+    }
+
+    /// Makes what the debug view of cells needs; `None`: it is not shown.
+    pub(super) fn fit_cells(
+        &mut self,
+        gpu: &Gpu,
+        frame_layout: &wgpu::BindGroupLayout,
+        cells: Option<(&Cells, &[f32])>,
+    ) {
+        let is_new = CellView::fit(&mut self.cell_view, gpu, frame_layout, self.targets.as_ref(), cells);
+        self.needs_redraw |= is_new;
     }
 
     /// Gets ready to cull for a view.

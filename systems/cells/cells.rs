@@ -69,6 +69,11 @@ impl Cell {
         if is_thick { Ok(Self { name: name.into(), planes, aabb }) } else { Err(CellError::Flat) }
     }
 
+    /// Its walls: it is within all of these.
+    pub fn planes(&self) -> &[Plane] {
+        &self.planes
+    }
+
     /// The box around it.
     pub fn aabb(&self) -> Aabb {
         self.aabb
@@ -79,9 +84,14 @@ impl Cell {
         self.planes.iter().map(|plane| plane.distance(point)).fold(f32::INFINITY, f32::min)
     }
 
-    /// Metres by which a box touches it, as far as planes tell: negative where one of them lies between.
+    /// Metres by which a box reaches into it, as far as planes tell: negative where one of them lies between.
     pub(crate) fn overlap(&self, center: Vec3, half: Vec3) -> f32 {
-        self.planes.iter().map(|plane| plane.farthest(center, half)).fold(f32::INFINITY, f32::min)
+        self.reaches(center, half).map(|(into, _)| into).fold(f32::INFINITY, f32::min)
+    }
+
+    /// Metres by which a box reaches into it, of each plane, with half the box's extent along that plane's normal.
+    pub(crate) fn reaches(&self, center: Vec3, half: Vec3) -> impl Iterator<Item = (f32, f32)> {
+        self.planes.iter().map(move |plane| (plane.farthest(center, half), plane.normal.abs().dot(half)))
     }
 
     /// Metres that a box lies within it on all sides, negative where it sticks out.

@@ -11,8 +11,8 @@ use super::occupied::Occupied;
 use crate::space::bounds::Aabb;
 use glam::Vec3;
 
-/// Metres from a window within which a share fades.
-const FADE: f32 = 0.5;
+/// Metres from a window within which a share fades, as far from the source as the portal; farther proportionally more.
+const FADE: f32 = 0.1;
 /// Metres that planes are moved outward, against rounding.
 const MARGIN: f32 = 0.001;
 /// Metres: a source that is nearer to a portal sees all that its own cell sees through it.
@@ -49,6 +49,9 @@ pub struct Window {
     pub planes: Vec<Plane>,
     /// How much of the light comes through the portals on the way, 0 to 1.
     pub share: f32,
+    /// Metres from the source to the nearest portal on the way, as far as that is seen, at least 5 cm; infinite for
+    /// parallel light.
+    pub near: f32,
 }
 
 /// All that a source may reach. Empty: nothing.
@@ -71,7 +74,8 @@ impl Flood {
         };
         let mut flooding =
             Flooding { cells, open, source, steps: 0, found: Self { cell, anchor, windows: Vec::new() } };
-        flooding.enter(cell, &[], (1.0, f32::INFINITY), &mut vec![(u32::MAX, cell)]);
+        let way = Way { open: 1.0, size: f32::INFINITY, near: f32::INFINITY };
+        flooding.enter(cell, &[], way, &mut vec![(u32::MAX, cell)]);
         if flooding.steps > MOST_STEPS {
             flooding.enter_all();
         }
@@ -81,13 +85,17 @@ impl Flood {
     /// How much of the light an object gets, 0 to 1: the most through any window.
     pub fn share(&self, object: &Occupied) -> f32 {
         let center = object.center - self.anchor;
+        // To the box's farthest corner. Where a source moves, planes turn about the edges of a portal: there they move
+        // farther than it by as much as that corner lies farther away than the portal.
+        let reach = (center.abs() + object.half).length();
         let mut most = 0.0f32;
         for window in &self.windows {
             let Some(weight) = object.weight(window.cell) else { continue };
             let full = weight * window.share;
             if full > most {
                 let inside = window.planes.iter().map(|plane| plane.farthest(center, object.half));
-                most = most.max(full * smooth_step(1.0 + inside.fold(f32::INFINITY, f32::min) / FADE));
+                let fade = FADE * (reach / window.near).max(1.0);
+                most = most.max(full * smooth_step(1.0 + inside.fold(f32::INFINITY, f32::min) / fade));
             }
         }
         most
@@ -97,6 +105,17 @@ impl Flood {
     pub fn reaches(&self, cell: u32) -> bool {
         self.windows.iter().any(|window| window.cell == cell)
     }
+}
+
+/// What is known of the portals on a way.
+#[derive(Clone, Copy)]
+struct Way {
+    /// How far they are open: the product.
+    open: f32,
+    /// How large the smallest is seen: a solid angle, or for parallel light an area.
+    size: f32,
+    /// As of a [`Window`].
+    near: f32,
 }
 
 /// A flood on its way.
@@ -109,16 +128,15 @@ struct Flooding<'a> {
 }
 
 impl Flooding<'_> {
-    /// Adds a window, and those beyond it. The size is how far the portals on the way are open, and how large the last
-    /// is seen; the path has those portals, and the cells.
-    fn enter(&mut self, cell: u32, planes: &[Plane], (open, size): (f32, f32), path: &mut Vec<(u32, u32)>) {
+    /// Adds a window, and those beyond it. The path has the portals on the way, and the cells beyond them.
+    fn enter(&mut self, cell: u32, planes: &[Plane], way: Way, path: &mut Vec<(u32, u32)>) {
         self.steps += 1;
         if self.steps > MOST_STEPS {
             return;
         }
         let full = if matches!(self.source, Source::Point(..)) { FULL_ANGLE } else { FULL_AREA };
-        let share = smooth_step(size / full) * smooth_step(open / FULL_OPEN);
-        self.add(Window { cell, planes: planes.to_vec(), share });
+        let share = smooth_step(way.size / full) * smooth_step(way.open / FULL_OPEN);
+        self.add(Window { cell, planes: planes.to_vec(), share, near: way.near });
         let cells = self.cells;
         for (number, beyond, normal) in cells.openings_of(cell) {
             // Out of a convex cell no ray leads back. What begins outside has all of outside.
@@ -129,15 +147,16 @@ impl Flooding<'_> {
             }
             let anchor = self.found.anchor;
             let polygon: Vec<Vec3> = cells.openings()[number as usize].polygon.iter().map(|p| *p - anchor).collect();
-            let Some((inner, size)) = self.through(&polygon, normal, planes, size) else { continue };
+            let way = Way { open: way.open * own, ..way };
+            let Some((inner, way)) = self.through(&polygon, normal, planes, way) else { continue };
             path.push((number, beyond));
-            self.enter(beyond, &inner, (open * own, size), path);
+            self.enter(beyond, &inner, way, path);
             path.pop();
         }
     }
 
-    /// What is seen through a portal: planes, and its size. `None`: nothing.
-    fn through(&self, polygon: &[Vec3], normal: Vec3, planes: &[Plane], size: f32) -> Option<(Vec<Plane>, f32)> {
+    /// What is seen through a portal: planes, and what is known of the way then. `None`: nothing.
+    fn through(&self, polygon: &[Vec3], normal: Vec3, planes: &[Plane], way: Way) -> Option<(Vec<Plane>, Way)> {
         let ahead = normal.dot(polygon[0]);
         if let Source::Point(_, range) = self.source {
             let Aabb { min, max } = Aabb::around(polygon);
@@ -145,7 +164,7 @@ impl Flooding<'_> {
                 return None;
             }
             if ahead.abs() < NEAR && is_before(polygon, normal) {
-                return Some((planes.to_vec(), size));
+                return Some((planes.to_vec(), way));
             }
         }
         let seen = planes.iter().fold(polygon.to_vec(), |polygon, plane| clip(&polygon, plane));
@@ -161,11 +180,15 @@ impl Flooding<'_> {
         if new_size <= 0.0 {
             return None;
         }
+        let mut near = way.near;
         let mut inner = Vec::with_capacity(seen.len() + 1);
         for (i, &a) in seen.iter().enumerate().take(MOST_EDGES) {
             let b = seen[(i + 1) % seen.len()];
             let across = match self.source {
-                Source::Point(..) => a.cross(b),
+                Source::Point(..) => {
+                    near = near.min(to_segment(a, b).max(NEAR));
+                    a.cross(b)
+                }
                 Source::Parallel(along) => along.cross(b - a),
             };
             let Some(side) = across.try_normalize() else { continue };
@@ -173,7 +196,7 @@ impl Flooding<'_> {
             inner.push(Plane { normal: side, offset: side.dot(a) - MARGIN });
         }
         inner.push(Plane { normal, offset: ahead - MARGIN });
-        Some((inner, new_size.min(size)))
+        Some((inner, Way { size: new_size.min(way.size), near, ..way }))
     }
 
     fn add(&mut self, window: Window) {
@@ -202,13 +225,20 @@ impl Flooding<'_> {
             if self.found.reaches(cell) {
                 continue;
             }
-            self.found.windows.push(Window { cell, planes: Vec::new(), share: 1.0 });
+            self.found.windows.push(Window { cell, planes: Vec::new(), share: 1.0, near: f32::INFINITY });
             let open = cells
                 .openings_of(cell)
                 .filter(|(number, ..)| self.open.get(*number as usize).is_none_or(|&open| open > 0.0));
             next.extend(open.map(|(_, beyond, _)| beyond));
         }
     }
+}
+
+/// Metres from the origin to a segment.
+fn to_segment(a: Vec3, b: Vec3) -> f32 {
+    let along = b - a;
+    let t = (-a.dot(along) / along.length_squared().max(f32::MIN_POSITIVE)).clamp(0.0, 1.0);
+    (a + along * t).length()
 }
 
 /// Whether the origin is before a polygon, or [`NEAR`] to that.

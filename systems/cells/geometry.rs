@@ -112,11 +112,11 @@ impl Solid {
         corners.fold((Vec3::MAX, Vec3::MIN), |(min, max), p| (min.min(p), max.max(p)))
     }
 
-    /// Metres by which a box around the origin would have to be larger, on the axis on which it has to most, to touch
-    /// the box around this.
-    pub fn gap(&self, half: Vec3) -> f32 {
+    /// Metres by which the box around this reaches into a box around the origin, on the axis on which it does least;
+    /// negative: metres between them.
+    pub fn reaches(&self, half: Vec3) -> f32 {
         let (min, max) = self.bounds();
-        (min - half).max(-half - max).max_element().max(0.0)
+        (max.min(half) - min.max(-half)).min_element()
     }
 }
 
@@ -140,16 +140,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_clipped_box_has_the_gap_of_what_is_left() {
+    fn a_clipped_box_reaches_as_far_as_what_is_left() {
         let plane = |normal: Vec3, offset: f32| Plane { normal: normal.normalize(), offset };
         let solid = Solid::new_box(Vec3::splat(2.0));
-        assert_eq!(solid.gap(Vec3::ONE), 0.0);
+        assert_eq!(solid.reaches(Vec3::ONE), 2.0);
         let right = solid.clip(&plane(Vec3::X, 1.5)).unwrap();
-        assert_eq!(right.gap(Vec3::ONE), 0.5);
+        assert_eq!((right.reaches(Vec3::ONE), right.reaches(Vec3::splat(1.75))), (-0.5, 0.25));
         assert!(right.clip(&plane(Vec3::NEG_X, -1.4)).is_none());
         // The corner beyond x + y + z = 5: the least coordinate of its points is 1.
         let corner = solid.clip(&plane(Vec3::ONE, 5.0 / 3f32.sqrt())).unwrap();
-        assert!((corner.gap(Vec3::splat(0.5)) - 0.5).abs() < 1e-5, "{corner:?}");
+        assert!((corner.reaches(Vec3::splat(0.5)) + 0.5).abs() < 1e-5, "{corner:?}");
         // Three cuts, the last through an edge that the first two made.
         let cut = corner.clip(&plane(Vec3::new(1.0, -1.0, 0.0), 0.0)).unwrap();
         let cut = cut.clip(&plane(Vec3::new(1.0, 0.0, -1.0), 0.0)).unwrap();

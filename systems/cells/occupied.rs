@@ -1,16 +1,19 @@
 //! Which cells an object is in, by its box.
 //!
-//! A cell that the box touches counts in full, and one that ends beside the box fades within a few centimetres. So does
-//! outside, which is touched where the cells together do not cover the box. A wall's face is in the room that it faces
-//! and in no other, if cells end within walls.
+//! A cell counts in full where half of the box is in it, and less the less is, so that what goes from room to room
+//! changes smoothly; from a few centimetres beside the box on it does not count. So does outside, which begins where the
+//! cells together do not cover the box. A wall's face is in the room that it faces and in no other, if cells end within
+//! walls.
 
 use super::cells::{Cell, Cells, OUTSIDE};
 use super::geometry::{Plane, Solid, smooth_step};
 use crate::space::bounds::Aabb;
 use glam::Vec3;
 
-/// Metres from a cell within which it fades for an object.
+/// Metres from a cell at which it does not count for an object.
 pub(crate) const EDGE: f32 = 0.05;
+/// Metres: an object that reaches so far into a cell, or half of which does, counts there in full.
+const FULLY: f32 = 0.45;
 /// Metres: narrower gaps between cells are none.
 const GAP: f32 = 0.001;
 
@@ -47,12 +50,12 @@ impl Occupied {
         }
         let near = cells.cells().iter().zip(1..).filter(|(cell, _)| !is_beside(cell.aabb()));
         for (cell, number) in near {
-            let weight = smooth_step(1.0 + cell.overlap(center, half) / EDGE);
+            let weight = cell.reaches(center, half).map(|(into, half)| weight(into, half)).fold(1.0, f32::min);
             if weight > 0.0 {
                 self.cells.push((number, weight));
             }
         }
-        let weight = 1.0 - smooth_step(self.depth(cells) / EDGE);
+        let weight = weight(self.reaches_outside(cells), half.min_element());
         if weight > 0.0 {
             self.cells.push((OUTSIDE, weight));
         }
@@ -74,18 +77,18 @@ impl Occupied {
         self.cells.iter().find(|(number, _)| *number == cell).map(|(_, weight)| *weight)
     }
 
-    /// Metres from the box to what no cell covers, up to [`EDGE`].
-    fn depth(&self, cells: &Cells) -> f32 {
+    /// Metres that the box reaches into what no cell covers; negative: that this is away from it, up to [`EDGE`].
+    fn reaches_outside(&self, cells: &Cells) -> f32 {
         let near: Vec<&Cell> = self.cells.iter().filter_map(|&(number, _)| cells.cell(number)).collect();
         if near.iter().any(|cell| cell.holds(self.center, self.half) >= EDGE) {
-            return EDGE;
+            return -EDGE;
         }
         // What is left of the box and its surroundings, cell by cell.
         let mut left = vec![Solid::new_box(self.half + EDGE)];
         for cell in near {
             left = left.into_iter().flat_map(|solid| self.without(solid, cell)).collect();
         }
-        left.iter().map(|solid| solid.gap(self.half)).fold(EDGE, f32::min)
+        left.iter().map(|solid| solid.reaches(self.half)).fold(-EDGE, f32::max)
     }
 
     /// The parts of a solid, relative to the centre, that a cell does not cover.
@@ -99,6 +102,11 @@ impl Occupied {
         }
         parts
     }
+}
+
+/// How much a box counts where it reaches so many metres into, of half its extent that way.
+fn weight(into: f32, half: f32) -> f32 {
+    smooth_step((into + EDGE) / (half.min(FULLY) + EDGE))
 }
 
 #[cfg(test)]
@@ -131,6 +139,11 @@ mod tests {
         assert_eq!(occupied([-0.1, 0.1, 1.0], [-0.1, 2.9, 2.0]), [(OUTSIDE, 1.0)]);
         // One that sticks out.
         assert_eq!(occupied([-0.5, 0.1, 1.0], [1.0, 2.9, 2.0]), [(1, 1.0), (OUTSIDE, 1.0)]);
+        // One of which a fifth of its half is in the other room: it counts by smoothstep((10 cm + 5 cm) / (45 cm + 5 cm)).
+        let [(_, first), (_, second)] = occupied([2.0, 0.1, 1.0], [4.1, 2.9, 2.0])[..] else { panic!("two rooms") };
+        assert!(first == 1.0 && (second - 0.216).abs() < 1e-4, "{first} {second}");
+        let [_, (_, out)] = occupied([-0.1, 0.1, 1.0], [2.0, 2.9, 2.0])[..] else { panic!("a room and outside") };
+        assert!((out - 0.216).abs() < 1e-4, "{out}");
         assert_eq!(Occupied::new(&rooms(), aabb([f32::NAN; 3], [1.0; 3])).cells, []);
     }
 
@@ -143,8 +156,8 @@ mod tests {
             let now = place(-1.0 + i as f32 * 1e-4);
             for cell in 0..3 {
                 let weight = |occupied: &Occupied| occupied.weight(cell).unwrap_or(0.0);
-                // The step is steepest in its middle: 1.5 over 5 cm.
-                assert!((weight(&now) - weight(&before)).abs() < 1.6 * 1e-4 / EDGE, "{cell} at {i}");
+                // The step is steepest in its middle: 1.5 over 35 cm, half of the box and 5 cm. Places are rounded.
+                assert!((weight(&now) - weight(&before)).abs() < 1.6 * 1e-4 / 0.35, "{cell} at {i}");
             }
             before = now;
         }
@@ -161,7 +174,7 @@ mod tests {
         let cells = Cells::new(wedges.to_vec(), Vec::new());
         let across = Occupied::new(&cells, aabb([2.0, 1.0, 2.0], [3.8, 2.0, 3.8]));
         assert_eq!(across.cells, [(1, 1.0), (2, 1.0)]);
-        let out = Occupied::new(&cells, aabb([2.0, 2.0, 2.0], [3.8, 3.2, 3.8]));
+        let out = Occupied::new(&cells, aabb([2.0, 2.4, 2.0], [3.8, 3.6, 3.8]));
         assert_eq!(out.cells, [(1, 1.0), (2, 1.0), (OUTSIDE, 1.0)]);
     }
 }

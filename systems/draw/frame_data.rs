@@ -8,6 +8,7 @@ use super::shadow_casters::ShadowScene;
 use crate::assets::library::Library;
 use crate::cells::cells::Cells;
 use crate::ecs::tables::Records;
+use crate::lights::floods::LightFloods;
 use crate::lights::lists::LightLists;
 use bevy_ecs::change_detection::DetectChangesMut;
 use bevy_ecs::prelude::*;
@@ -24,6 +25,8 @@ pub struct FrameData<'a> {
     pub shadows: Option<ShadowScene<'a>>,
     /// Rooms: what no window shows is not drawn. `None`, or empty: there are none.
     pub cells: Option<&'a Cells>,
+    /// How far each of their openings is open, 0 to 1, in their order. What is missing is open.
+    pub open_portals: &'a [f32],
     /// Meshes and images of the list. A renderer releases the texels that it has uploaded
     /// ([`Library::release_texels`]).
     pub library: &'a mut Library,
@@ -43,8 +46,9 @@ impl FrameData<'_> {
             let instances = InstanceRecords::new(world, &list.instances);
             let light_lists = world.resource::<LightLists>();
             let (shadows, cells) = (ShadowScene::of(world), world.get_resource::<Cells>());
+            let open_portals = world.get_resource::<LightFloods>().map_or(&[][..], LightFloods::open);
             let library = library.bypass_change_detection();
-            read(&mut FrameData { list, instances: &instances, light_lists, shadows, cells, library })
+            read(&mut FrameData { list, instances: &instances, light_lists, shadows, cells, open_portals, library })
         });
         world.resource_mut::<Library>().set_last_changed(changed);
         made

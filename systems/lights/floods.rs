@@ -56,6 +56,11 @@ impl LightFloods {
         self.floods[slot as usize].share(object)
     }
 
+    /// How far each opening is open, 0 to 1.
+    pub fn open(&self) -> &[f32] {
+        &self.open
+    }
+
     /// Whether there are cells.
     pub(crate) fn has_cells(&self) -> bool {
         !self.of_cell.is_empty()
