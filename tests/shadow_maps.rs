@@ -280,7 +280,7 @@ fn what_is_still_costs_nothing_and_one_mover_draws_the_faces_that_it_touches() {
     let (_, first) = drawn.draw(32);
     assert_eq!((first.layers, first.passes), (5, 5));
     let (_, still) = drawn.draw(32);
-    assert_eq!(still, ShadowStats { layers: 5, ..ShadowStats::default() });
+    assert_eq!(still, ShadowStats { lights: 5, layers: 5, ..ShadowStats::default() });
     // A camera's place is nothing to lamps.
     drawn.move_to(drawn.scene.camera, Vec3::new(0.3, 8.0, 0.2));
     assert_eq!(drawn.draw(32).1.passes, 0);
