@@ -78,17 +78,18 @@ impl Occupied {
     }
 
     /// Metres that the box reaches into what no cell covers; negative: that this is away from it, up to [`EDGE`].
+    /// What cells cover ends [`GAP`] beyond them.
     fn reaches_outside(&self, cells: &Cells) -> f32 {
         let near: Vec<&Cell> = self.cells.iter().filter_map(|&(number, _)| cells.cell(number)).collect();
         if near.iter().any(|cell| cell.holds(self.center, self.half) >= EDGE) {
             return -EDGE;
         }
         // What is left of the box and its surroundings, cell by cell.
-        let mut left = vec![Solid::new_box(self.half + EDGE)];
+        let mut left = vec![Solid::new_box(self.half + EDGE + GAP)];
         for cell in near {
             left = left.into_iter().flat_map(|solid| self.without(solid, cell)).collect();
         }
-        left.iter().map(|solid| solid.reaches(self.half)).fold(-EDGE, f32::max)
+        left.iter().map(|solid| solid.reaches(self.half) + GAP).fold(-EDGE, f32::max)
     }
 
     /// The parts of a solid, relative to the centre, that a cell does not cover.
