@@ -240,7 +240,7 @@ impl ShadowLights {
         self.lights.is_empty() && self.suns.is_empty()
     }
 
-    /// Another number after each frame in which the lights changed.
+    /// Another number after each frame in which point lights or spots changed.
     pub fn version(&self) -> u64 {
         self.version
     }
@@ -256,11 +256,10 @@ impl ShadowLights {
 
     /// Gives a slot a directional light of some luminance, or none.
     pub(crate) fn give_sun(&mut self, slot: u32, luminance: Option<f32>) {
-        let before = match luminance.filter(|luminance| *luminance > 0.0) {
+        match luminance.filter(|luminance| *luminance > 0.0) {
             Some(luminance) => self.suns.insert(slot, luminance),
             None => self.suns.remove(&slot),
         };
-        self.version += u64::from(before != self.suns.get(&slot).copied());
     }
 
     /// Gives a slot a point light or spot, or none.
