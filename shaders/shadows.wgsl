@@ -226,8 +226,8 @@ fn place_of_lamp(surface: vec3f, q: vec4f, record: vec4u) -> ShadowPlace {
     return place_in_faces(v, receiver_normal, grazing, near);
 }
 
-// `p`: from the eye, `eye`: from the level's middle, both in the light's frame, as is `normal`. `size`: in widths of the
-// first level.
+// `p`: from the eye, `eye`: from the level's middle, both in the light's frame, as is `normal`. `size`: in widths of
+// the first level.
 fn place_in_level(p: vec3f, normal: vec3f, eye: vec3f, size: f32) -> ShadowPlace {
     let texel = 2.0 * FIRST_LEVEL / SHADOW_SIZE * size;
     // The caster may be off by half a texel more.

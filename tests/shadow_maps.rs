@@ -3,7 +3,7 @@
 mod common;
 
 use bevy_ecs::prelude::*;
-use common::floor::{Floor, HALF, SIDE, headless, is_free};
+use common::floor::{Floor, HALF, SIDE, check_edges, headless, is_free};
 use glam::{DVec2, DVec3, Quat, Vec3, Vec3Swizzles};
 use proptest::prelude::RngExt;
 use proptest::test_runner::{RngAlgorithm, TestRng};
@@ -53,25 +53,13 @@ fn the_shadow_of_a_cube_is_where_geometry_has_it() {
         scene.add_light(light, at, toward);
         let eye = at.as_dvec3();
         let is_lit = |at: DVec2| is_free(DVec3::new(at.x, 0.0, at.y), eye);
-        let on_cube = |at: DVec2| at.abs().max_element() < 0.5;
-        let (mut dark, mut lit, mut unsure) = (0, 0, 0);
-        for (place, share) in scene.shares(&mut headless) {
+        // A texel as it lies on the floor: longer the flatter light falls there.
+        let margin = |place: DVec2| {
             let v = DVec3::new(place.x, 0.0, place.y) - eye;
-            // A texel as it lies on the floor: longer the flatter light falls there.
-            let margin = 1.5 * v.length() / scale * v.length() / v.y.abs();
-            // Where shadow and cube meet, the shadow goes on into it.
-            let is_like =
-                |at: DVec2| if is_lit(place) { is_lit(at) && !on_cube(at) } else { on_cube(at) || !is_lit(at) };
-            let offsets = [-1.0, -0.5, 0.0, 0.5, 1.0];
-            let around = offsets.map(|x| offsets.map(|y| place + margin * DVec2::new(x, y)));
-            if on_cube(place) || !around.iter().flatten().all(|&at| is_like(at)) {
-                unsure += 1;
-                continue;
-            }
-            let expected = f32::from(u8::from(is_lit(place)));
-            assert!((share - expected).abs() < 1e-3, "{at} {toward}: {place} has {share} of {expected}");
-            (dark, lit) = (dark + u32::from(expected == 0.0), lit + u32::from(expected == 1.0));
-        }
+            1.5 * v.length() / scale * v.length() / v.y.abs()
+        };
+        let name = format!("{at} {toward}");
+        let [dark, lit, unsure] = check_edges(&scene.shares(&mut headless), is_lit, margin, &name);
         assert!(dark > 300 && lit > 3000 && unsure < dark + lit, "{at} {toward}: {dark} {lit} {unsure}");
     }
 }

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::floor::{Floor, SIDE, headless, is_free};
+use common::floor::{Floor, SIDE, check_edges, headless, is_free};
 use glam::{DVec2, DVec3, Vec3};
 use relief::frames::Headless;
 use relief::renderer::ShadowStats;
@@ -56,27 +56,14 @@ fn the_shadow_of_a_cube_is_where_geometry_has_it() {
             let at = DVec3::new(at.x, 0.0, at.y);
             is_free(at, at + 100.0 * toward)
         };
-        let on_cube = |at: DVec2| at.abs().max_element() < 0.5;
-        let (mut dark, mut lit, mut unsure) = (0, 0, 0);
-        for (place, share) in floor.shares(&mut headless) {
+        // A texel as it lies on the floor: longer the flatter light falls there.
+        let margin = |place: DVec2| {
             let v = DVec3::new(place.x, -f64::from(height), place.y);
-            let across = (v - v.dot(toward) * toward).length();
-            // A texel as it lies on the floor: longer the flatter light falls there.
-            let margin = 1.5 * texel(across) / toward.y;
-            // Where shadow and cube meet, the shadow goes on into it.
-            let is_like =
-                |at: DVec2| if is_lit(place) { is_lit(at) && !on_cube(at) } else { on_cube(at) || !is_lit(at) };
-            let offsets = [-1.0, -0.5, 0.0, 0.5, 1.0];
-            let around = offsets.map(|x| offsets.map(|y| place + margin * DVec2::new(x, y)));
-            if on_cube(place) || !around.iter().flatten().all(|&at| is_like(at)) {
-                unsure += 1;
-                continue;
-            }
-            let is_right = if is_lit(place) { share > 0.99 } else { share == 0.0 };
-            assert!(is_right, "{elevation}°, {height} m: {share} at {place}");
-            *(if is_lit(place) { &mut lit } else { &mut dark }) += 1;
-        }
-        assert!(dark > 500 && lit > 5000, "{elevation}°, {height} m: {dark} dark, {lit} lit, {unsure} unsure");
+            1.5 * texel((v - v.dot(toward) * toward).length()) / toward.y
+        };
+        let name = format!("{elevation}°, {height} m");
+        let [dark, lit, unsure] = check_edges(&floor.shares(&mut headless), is_lit, margin, &name);
+        assert!(dark > 500 && lit > 5000, "{name}: {dark} dark, {lit} lit, {unsure} unsure");
     }
 }
 

@@ -33,8 +33,8 @@ pub struct BenchJob {
     pub levels: LevelOfDetail,
     /// Whether objects that others hide are left out.
     pub occlusion: Occlusion,
-    /// Lights that may have a shadow map; `None`: of a grid none, of a scene as many as by default. Above 0 the lights of
-    /// a grid cast shadows.
+    /// Lights that may have a shadow map; `None`: of a grid none, of a scene as many as by default. Above 0 the lights
+    /// of a grid cast shadows.
     pub shadows: Option<u32>,
     /// How the scene is loaded; never from the cache. A grid's textures are put into blocks by the same choice.
     pub load: LoadOptions,

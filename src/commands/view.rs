@@ -51,7 +51,8 @@ pub struct ViewArgs {
     #[arg(long, value_name = "on | off", default_value = "on", action = ArgAction::Set)]
     #[arg(value_parser = arguments::named("value", &ON_OFF))]
     pub specular_aa: bool,
-    /// Lights that may have a shadow map at once, the most important ones of those that cast shadows; 0: no shadows
+    /// Point lights and spots that may have a shadow map at once, the most important ones of those that cast shadows,
+    /// beside the four brightest directional lights; 0: no shadows
     #[arg(long, value_name = "K", default_value_t = Settings::default().shadow_maps)]
     #[arg(value_parser = arguments::whole(0u32..=Settings::MOST_SHADOW_MAPS))]
     pub shadows: u32,

@@ -63,8 +63,8 @@ impl Lamp {
         Self { position: light.position.into(), near, range, cone }
     }
 
-    /// The record that shaders read of the light's layer: quaternion, texels of a slope of one (0 for six faces), and in
-    /// one word how much of the shadow is seen, in parts of 65,535, and the upper half of the near distance's bits.
+    /// The record that shaders read of the light's layer: quaternion, texels of a slope of one (0 for six faces), and
+    /// in one word how much of the shadow is seen, in parts of 65,535, and the upper half of the near distance's bits.
     pub fn record(&self, fade: f32) -> [u32; 4] {
         let ([x, y], scale) = self.fills().map_or(([0; 2], 0.0), |(turn, scale)| (turn.words(), scale));
         let fade = (fade.clamp(0.0, 1.0) * f32::from(u16::MAX)).round() as u32;

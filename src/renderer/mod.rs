@@ -32,6 +32,7 @@ mod frame_tables;
 mod gpu;
 mod indirect_draws;
 mod lamp_layers;
+mod layer_casters;
 mod meshes;
 mod objects;
 mod outputs;

@@ -153,8 +153,8 @@ pub struct Settings {
     pub picked_entity: Option<u32>,
     /// Whether objects that others hide are left out.
     pub occlusion: Occlusion,
-    /// Point lights and spots that may have a shadow map at once: the most important ones of those that cast shadows. The
-    /// four brightest directional lights have theirs besides. 0: no shadows at all; at most
+    /// Point lights and spots that may have a shadow map at once: the most important ones of those that cast shadows.
+    /// The four brightest directional lights have theirs besides. 0: no shadows at all; at most
     /// [`Self::MOST_SHADOW_MAPS`].
     pub shadow_maps: u32,
     /// Comparisons of a look-up in a shadow map: 1, or 4 for softer edges.

@@ -2,14 +2,13 @@
 //!
 //! A layer is a square of [`SIZE`] texels. A point light or a spot has one ([`Lamp`]), a directional light one for each
 //! level around an eye ([`SunLayer`]). What a layer holds depends on that and on the casters before it, and on no frame
-//! before. It is kept as a list of casters for each of its faces; a face is drawn anew where the list changes.
+//! before (`layer_casters.rs`).
 //! `shaders/shadows.wgsl` has the twins of the formulas.
 
 use super::lamp_layers::Lamp;
 use super::sun_levels::SunLayer;
 use bytemuck::{Pod, Zeroable};
 use glam::{DMat3, DVec3, DVec4, Quat, Vec3, Vec4Swizzles};
-use systems::assets::MeshId;
 use systems::space::Sphere;
 
 /// Texels along a side of a layer; a multiple of 3.
@@ -28,8 +27,8 @@ pub(super) enum LayerLight {
 /// A projection into a part of a layer.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Face {
-    /// What goes out from the light's origin, times these, is the clip position: x, y and w; of a parallel projection x,
-    /// y, and the depth less a half.
+    /// What goes out from the light's origin, times these, is the clip position: x, y and w; of a parallel projection
+    /// x, y, and the depth less a half.
     pub right: Vec3,
     pub up: Vec3,
     pub toward: Vec3,
@@ -58,20 +57,6 @@ pub struct ShadowFaceRecord {
     pub toward: [f32; 3],
     /// Room for 16-byte alignment.
     pub pad2: u32,
-}
-
-/// A caster as it is drawn into a face. Faces of equal casters have equal depths, while meshes and materials of masks
-/// stay as they are.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub(super) struct FaceCaster {
-    pub mesh: MeshId,
-    /// Of detail.
-    pub level: u32,
-    pub slot: u32,
-    /// Columns of its matrix.
-    pub place: [Vec3; 4],
-    /// The material of a mask.
-    pub mask: Option<u32>,
 }
 
 impl LayerLight {

@@ -5,7 +5,7 @@
 //! is in the list of a cell that it has a window in.
 
 use super::brute_force::{Reaching, choose};
-use super::floods::LightFloods;
+use super::floods::{FloodChange, LightFloods};
 use super::lists::{LightLists, ListedLights, MOST_LISTED};
 use super::order::ObjectOrder;
 use super::policy::{LightPolicy, Policies};
@@ -152,33 +152,47 @@ impl<B: Fn(EntityIndex) -> Option<Aabb> + Sync> Walls<'_, B> {
     /// another share of it.
     pub fn mark(&self, pool: &TaskPool, level: Level, order: &mut ObjectOrder) {
         order.refresh(pool);
-        let mut occupied = Occupied::default();
-        for change in self.floods.changes() {
-            let lights = &change.lights;
-            let after = self.floods.flood(change.slot);
-            let floods = [change.flood_before.as_ref().unwrap_or(after), after];
-            let groups = if lights.iter().any(|light| light.range == f32::INFINITY) {
+        let changes = self.floods.changes();
+        // Places of objects, and the changes that may concern them: the cells of an object are found once for all.
+        let mut concerned: Vec<(u32, u32)> = Vec::new();
+        for (number, change) in (0..).zip(changes) {
+            let groups = if change.lights.iter().any(|light| light.range == f32::INFINITY) {
                 (0..order.spheres().len().div_ceil(WIDTH) as u32).map(|group| (group, (1 << WIDTH) - 1)).collect()
             } else {
-                order.find_reached(level, lights)
+                order.find_reached(level, &change.lights)
             };
             for (group, bits) in groups {
-                for_each_set(bits, |bit| {
-                    let place = group * WIDTH as u32 + bit;
-                    let object = order.object_to_mark(place);
-                    let Some(aabb) = object.and_then(|object| (self.aabb)(object)) else { return };
-                    occupied.set(self.cells, aabb);
-                    let sphere = order.spheres()[place as usize];
-                    let gets = |i: usize| {
-                        let share = floods[i].share(&occupied);
-                        if score(&lights[i], sphere) > 0.0 { share } else { 0.0 }
-                    };
-                    let (before, after) = (gets(0), gets(1));
-                    if before != after || lights[0] != lights[1] && after > 0.0 {
-                        order.mark_one(place);
-                    }
-                });
+                for_each_set(bits, |bit| concerned.push((group * WIDTH as u32 + bit, number)));
             }
         }
+        concerned.sort_unstable();
+        let by_place: Vec<_> = concerned.chunk_by(|a, b| a.0 == b.0).collect();
+        let objects = &*order;
+        let marked = map_on_pool(pool, by_place.chunks(CHUNK), |by_place| {
+            let mut occupied = Occupied::default();
+            let chooses = |of_place: &&&[(u32, u32)]| {
+                let place = of_place[0].0;
+                let object = objects.object_to_mark(place);
+                let Some(aabb) = object.and_then(|object| (self.aabb)(object)) else { return false };
+                occupied.set(self.cells, aabb);
+                let sphere = objects.spheres()[place as usize];
+                of_place.iter().any(|&(_, number)| self.concerns(&changes[number as usize], sphere, &occupied))
+            };
+            by_place.iter().filter(chooses).map(|of_place| of_place[0].0).collect::<Vec<u32>>()
+        });
+        marked.into_iter().flatten().for_each(|place| order.mark_one(place));
+    }
+
+    /// Whether a light that changed is another one for an object than before, or the object gets another share of it.
+    fn concerns(&self, change: &FloodChange, sphere: Sphere, occupied: &Occupied) -> bool {
+        let lights = &change.lights;
+        let after = self.floods.flood(change.slot);
+        let floods = [change.flood_before.as_ref().unwrap_or(after), after];
+        let gets = |i: usize| {
+            let share = floods[i].share(occupied);
+            if score(&lights[i], sphere) > 0.0 { share } else { 0.0 }
+        };
+        let (before, after) = (gets(0), gets(1));
+        before != after || lights[0] != lights[1] && after > 0.0
     }
 }

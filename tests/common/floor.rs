@@ -90,3 +90,34 @@ pub fn is_free(from: DVec3, to: DVec3) -> bool {
     // Not the point itself, on a face.
     enter.max(1e-6) > leave.min(1.0)
 }
+
+/// Whether a place is on the cube that stands on the middle of the floor.
+fn on_cube(at: DVec2) -> bool {
+    at.abs().max_element() < 0.5
+}
+
+/// Compares shares of light with what geometry says of the shadow of that cube, but where an edge is nearer than a
+/// margin. Returns how many pixels are dark, lit and unsure.
+pub fn check_edges(
+    shares: &[(DVec2, f32)],
+    is_lit: impl Fn(DVec2) -> bool,
+    margin: impl Fn(DVec2) -> f64,
+    name: &str,
+) -> [usize; 3] {
+    let mut counts = [0; 3];
+    for &(place, share) in shares {
+        // Where shadow and cube meet, the shadow goes on into it.
+        let is_like = |at: DVec2| if is_lit(place) { is_lit(at) && !on_cube(at) } else { on_cube(at) || !is_lit(at) };
+        let (offsets, margin) = ([-1.0, -0.5, 0.0, 0.5, 1.0], margin(place));
+        let around = offsets.map(|x| offsets.map(|y| place + margin * DVec2::new(x, y)));
+        if on_cube(place) || !around.iter().flatten().all(|&at| is_like(at)) {
+            counts[2] += 1;
+            continue;
+        }
+        let expected = f32::from(u8::from(is_lit(place)));
+        // Half floats: a part in 2¹⁰.
+        assert!((share - expected).abs() < 1e-3, "{name}: {place} has {share} of {expected}");
+        counts[usize::from(is_lit(place))] += 1;
+    }
+    counts
+}
