@@ -182,7 +182,7 @@ fn cost_follows_change() {
     // From one cell of 2 m to the next, in the middle of those of 4 m and more.
     set_eye(&mut floor, Vec3::new(1.5, 2.0, 0.2));
     assert_eq!(passes(&mut floor), 1);
-    // A sphere of 0.87 m around it is two texels wide in every level: the last one's are 0.67 m.
+    // The sphere around it, 1.73 m, is two texels wide in every level: the last one's are 0.67 m.
     floor.simulation.world.get_mut::<Transform>(cube).expect("it lives").translation.x += 0.1;
     assert_eq!(passes(&mut floor), 6);
     // 70 m away: no caster of the first four levels, which reach 8 to 64 m.

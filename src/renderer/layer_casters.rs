@@ -206,15 +206,19 @@ impl Layer {
         }
     }
 
-    /// What is to be drawn of a layer, whose number is given; `None`: nothing. `frame`: whether it was looked at before,
-    /// and its number.
-    pub fn due(&mut self, layer: usize, gpu: &Gpu, meshes: &Meshes, (is_same, frame): (bool, u64)) -> Option<DueLayer> {
-        if self.faces.iter().all(|face| face.is_drawn) {
-            if !is_same {
-                (self.busy, self.base) = (0, self.base.take().filter(|_| self.busy > 0));
-            }
-            return None;
+    /// Whether something is to be drawn. The base goes where nothing was for two frames. `is_same`: the frame was looked
+    /// at before.
+    pub fn is_due(&mut self, is_same: bool) -> bool {
+        let is_due = self.faces.iter().any(|face| !face.is_drawn);
+        if !is_due && !is_same {
+            (self.busy, self.base) = (0, self.base.take().filter(|_| self.busy > 0));
         }
+        is_due
+    }
+
+    /// What is to be drawn of a layer that is due, whose number is given. `frame`: whether it was looked at before, and
+    /// its number.
+    pub fn due(&mut self, layer: usize, gpu: &Gpu, meshes: &Meshes, (is_same, frame): (bool, u64)) -> DueLayer {
         self.busy += u32::from(!is_same);
         let is_still = |caster: &Caster| caster.since + STILL <= frame;
         let missing = self.vertices(meshes, |caster| is_still(caster) && !(caster.in_base && self.base.is_some()));
@@ -236,7 +240,7 @@ impl Layer {
             let faces: Vec<_> = due.map(|face| face.due(meshes, |_| true)).collect();
             (if faces.len() == self.faces.len() { Start::Nothing } else { Start::OtherFaces }, faces)
         };
-        Some(DueLayer { layer, base, start, faces })
+        DueLayer { layer, base, start, faces }
     }
 
     /// How many vertices some of its casters have.

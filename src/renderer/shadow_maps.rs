@@ -25,7 +25,7 @@ use glam::Vec3;
 use std::collections::{BTreeMap, BTreeSet};
 use systems::assets::Technique;
 use systems::draw::{DrawList, FrameData, ShadowScene};
-use systems::ecs::parallel::in_parallel;
+use systems::ecs::parallel::{in_parallel, map_in_parallel};
 use systems::ecs::tables::DirtySlots;
 use systems::lights::{LightRecord, Ranked, ShadowLights, rank_suns};
 
@@ -249,7 +249,10 @@ impl ShadowMaps {
             }
         });
         let layers = self.layers.iter_mut().enumerate().filter(|(_, layer)| layer.owner.is_some());
-        self.due = layers.filter_map(|(number, layer)| layer.due(number, gpu, meshes, (is_same, seen.frame))).collect();
+        let layers: Vec<_> =
+            layers.filter_map(|(number, layer)| layer.is_due(is_same).then_some((number, layer))).collect();
+        let due = |(number, layer): (usize, &mut Layer)| layer.due(number, gpu, meshes, (is_same, seen.frame));
+        self.due = map_in_parallel(layers.into_iter(), due);
         self.upload(gpu)
     }
 
@@ -312,8 +315,8 @@ impl ShadowMaps {
                     pass.set_pipeline(&device.empty);
                     pass.draw(0..3, 0..1);
                 }
-                for draw in &due.draws {
-                    if let Some((class, mask)) = draw.key {
+                for alike in due.draws.chunk_by(|a, b| a.key == b.key) {
+                    if let Some((class, mask)) = alike[0].key {
                         let group = textures.class(class, Technique::Off);
                         let (Some(group), Some(pipeline)) = (group, device.masks.get(&mask)) else { continue };
                         pass.set_pipeline(pipeline);
@@ -321,7 +324,9 @@ impl ShadowMaps {
                     } else {
                         pass.set_pipeline(&device.opaque);
                     }
-                    pass.draw_indexed(draw.indices.clone(), draw.base_vertex, draw.slots.clone());
+                    for draw in alike {
+                        pass.draw_indexed(draw.indices.clone(), draw.base_vertex, draw.slots.clone());
+                    }
                 }
             }
         };
