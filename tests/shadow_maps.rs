@@ -298,6 +298,44 @@ fn what_is_still_costs_nothing_and_one_mover_draws_the_faces_that_it_touches() {
     assert_eq!(drawn.draw(32).1.passes, 5);
 }
 
+/// Below a sun and lamps that all objects are before, while the view shows the world's left half alone. What moves at
+/// the right is left out, until it comes to the left, or stays where it is; the picture is that of a fresh renderer.
+#[test]
+fn what_moves_where_no_shadow_is_seen_is_left_out_for_that_frame() {
+    let Some(gpu) = common::gpu() else { return };
+    let mut drawn = Drawn::new(&gpu);
+    drawn.scene.add_light(Light::directional(0.5).with_shadows(), Vec3::Y, Vec3::new(0.2, -1.0, 0.0));
+    let up = Vec3::NEG_Z;
+    let look = |drawn: &mut Drawn, x: f32| {
+        let eye = Transform::from_xyz(x, 1.5, 0.0).looking_to(Vec3::NEG_Y, up);
+        *drawn.scene.simulation.world.get_mut::<Transform>(drawn.scene.camera).expect("it lives") = eye;
+    };
+    look(&mut drawn, -2.5);
+    drawn.draw(32);
+    let at = |x: f32| Vec3::new(x, 0.2, 0.5);
+    drawn.move_to(drawn.cubes[3], at(2.0));
+    drawn.draw(32);
+    assert_eq!(drawn.draw(32).1.passes, 0);
+    for step in 0..12 {
+        drawn.move_to(drawn.cubes[3], at(2.0 + 0.05 * step as f32));
+        assert_eq!(drawn.draw(32).1.passes, 0, "{step}");
+    }
+    // It stays, and is drawn before it can be seen.
+    assert!(drawn.draw(32).1.passes > 0);
+    assert_eq!(drawn.draw(32).1.passes, 0);
+    look(&mut drawn, 2.0);
+    let seen = drawn.draw(32);
+    assert_eq!(seen.1.passes, 0);
+    assert!(seen.0 == drawn.scene.draw(&mut headless(&gpu), 32));
+    // It moves to the left while that is seen, and while the view turns.
+    for step in 0..12 {
+        drawn.move_to(drawn.cubes[3], at(2.0 - 0.4 * step as f32));
+        look(&mut drawn, [-2.5, 2.0][step % 5 / 3]);
+        let (picture, _) = drawn.draw(32);
+        assert!(picture == drawn.scene.draw(&mut headless(&gpu), 32), "{step}");
+    }
+}
+
 /// A mask whose image becomes another one under the same number.
 #[test]
 fn a_mask_with_another_image_casts_another_shadow() {

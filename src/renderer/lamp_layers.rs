@@ -13,6 +13,7 @@
 //! +-----+-----+-----+
 //! ```
 
+use super::seen_shadows::Shadow;
 use super::shadow_layers::{Face, SIZE, Turn, rounding};
 use glam::Vec3;
 use systems::lights::LightRecord;
@@ -20,6 +21,8 @@ use systems::space::Sphere;
 
 /// Texels on each side of a face beyond what it shows: filters read no other face.
 pub(super) const GUTTER: f32 = 2.0;
+/// Texels of a slope of one in the smaller faces; wherever else there are more.
+const SMALLEST_SCALE: f32 = SIZE as f32 / 6.0 - GUTTER;
 /// Versine of the widest spot that is drawn through one perspective projection: 60° from its axis.
 const WIDEST_SPOT: f32 = 0.5;
 
@@ -130,6 +133,17 @@ impl Lamp {
             plane.dot(v) > radius * plane.length()
         };
         m + radius >= self.near() && ![face.right, -face.right, face.up, -face.up].into_iter().any(outside)
+    }
+
+    /// The shadow of a sphere, with room for a filter of so many texels; `None` where it is at the light.
+    pub fn shadow(&self, sphere: Sphere, filter: f32) -> Option<Shadow> {
+        let v = sphere.center - self.position;
+        let distance = v.length();
+        let room = filter * distance / SMALLEST_SCALE + rounding(sphere.center, self.position);
+        let start = Sphere { center: sphere.center, radius: sphere.radius * 1.001 + room };
+        let length = (self.range * 1.001 - distance).max(0.0);
+        let shadow = Shadow { start, along: v / distance, growth: start.radius / distance, length };
+        (distance > start.radius).then_some(shadow)
     }
 
     /// Metres to the nearest point of a sphere, and texels that a metre covers at a distance of one.

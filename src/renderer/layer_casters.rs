@@ -5,9 +5,13 @@
 //!
 //! Where something moves in frame after frame, what is still about it is drawn once, into the layer's *base*. Then the
 //! base is copied and only the rest is drawn: depths are a maximum, which does not depend on what came first.
+//!
+//! What moves and casts its shadow where no view shows it is *left out*, for that frame: if it stays there, it is drawn
+//! in the next one.
 
 use super::Gpu;
 use super::meshes::Meshes;
+use super::seen_shadows::SeenReceivers;
 use super::shadow_layers::{Face, LayerLight};
 use super::shadow_pass::{MaskKey, base_texture};
 use super::sun_levels::SunLevel;
@@ -62,7 +66,10 @@ pub(super) struct LayerFace {
     face: Face,
     /// By what they are drawn with, mesh, level and slot.
     casters: Vec<Caster>,
+    /// All but those that are left out are drawn.
     pub is_drawn: bool,
+    /// Whether some are left out.
+    leaves_out: bool,
 }
 
 /// What casters are drawn with: of masks their class and what their shader reads.
@@ -91,6 +98,8 @@ struct Caster {
     since: u64,
     /// It is in the layer's base.
     in_base: bool,
+    /// It is not drawn: it changed in this frame, and no view shows its shadow.
+    is_left_out: bool,
 }
 
 impl Caster {
@@ -141,11 +150,13 @@ pub(super) struct CasterDraw {
 /// What changed since casters were found last.
 pub(super) struct Changes<'a> {
     pub slots: &'a DirtySlots,
+    /// By slot, ascending.
     pub casters: Vec<ShadowCaster>,
     /// Whether what masks let through may be other than it was: all, or those of some materials.
     pub all_masks: bool,
     pub materials: &'a DirtySlots,
     pub frame: u64,
+    pub receivers: SeenReceivers,
 }
 
 impl Layer {
@@ -168,9 +179,10 @@ impl Layer {
                 before.casters.len() == casters.len() && both.all(|(before, caster)| before.is_same(caster))
             };
             let is_another_mask = |caster: &Caster| other_masks && caster.drawn.mask.is_some();
-            let is_drawn = before.get(index).filter(is_same).is_some_and(|before| before.is_drawn)
-                && !casters.iter().any(is_another_mask);
-            LayerFace { face, casters, is_drawn }
+            let is_there = |before: &LayerFace| before.is_drawn && !before.leaves_out;
+            let is_drawn =
+                before.get(index).filter(is_same).is_some_and(is_there) && !casters.iter().any(is_another_mask);
+            LayerFace { face, casters, is_drawn, leaves_out: false }
         };
         (self.base, self.busy) = (None, 0);
         self.faces = light.faces().into_iter().enumerate().map(of_face).collect();
@@ -180,6 +192,8 @@ impl Layer {
     /// Brings the lists of casters up to date with what changed.
     pub fn change(&mut self, light: &LayerLight, changes: &Changes<'_>, meshes: &Meshes) {
         let reached: Vec<_> = changes.casters.iter().filter(|caster| light.reaches(caster.bounds)).copied().collect();
+        let unseen = reached.iter().filter(|caster| !changes.receivers.may_show(light, caster.bounds));
+        let unseen: Vec<_> = unseen.map(|caster| caster.slot).collect();
         for face in &mut self.faces {
             let is_another = |caster: &Caster| changes.slots.contains(caster.drawn.slot);
             let is_another_mask = |caster: &Caster| {
@@ -189,12 +203,21 @@ impl Layer {
             let (mut is_same, mut spoils_base) = (true, false);
             masks.for_each(|mask| (is_same, spoils_base) = (false, spoils_base | mask.in_base));
             let mut new = held(&reached, light, &face.face, meshes);
-            let old: Vec<_> = face.casters.iter().filter(|caster| is_another(caster)).collect();
+            let old: Vec<_> = face.casters.iter().filter(|caster| is_another(caster)).copied().collect();
             let stays = old.len() == new.len() && old.iter().zip(&new).all(|(old, new)| old.is_same(new));
+            if std::mem::take(&mut face.leaves_out) {
+                let is_late = |caster: &&mut Caster| caster.is_left_out && (stays || !is_another(caster));
+                let late = face.casters.iter_mut().filter(is_late);
+                late.for_each(|caster| (is_same, caster.is_left_out) = (false, false));
+            }
             if !stays {
-                is_same = false;
+                for caster in &mut new {
+                    (caster.since, caster.is_left_out) =
+                        (changes.frame, unseen.binary_search(&caster.drawn.slot).is_ok());
+                }
                 spoils_base |= old.iter().any(|caster| caster.in_base);
-                new.iter_mut().for_each(|caster| caster.since = changes.frame);
+                is_same &= old.iter().chain(&new).all(|caster| caster.is_left_out);
+                face.leaves_out = new.iter().any(|caster| caster.is_left_out);
                 face.casters.retain(|caster| !is_another(caster));
                 face.casters.extend(new);
                 face.casters.sort_by_key(Caster::order);
@@ -204,6 +227,11 @@ impl Layer {
                 self.base = None;
             }
         }
+    }
+
+    /// Whether some casters are left out.
+    pub fn leaves_out(&self) -> bool {
+        self.faces.iter().any(|face| face.leaves_out)
     }
 
     /// Whether something is to be drawn. The base goes where nothing was for two frames. `is_same`: the frame was looked
@@ -233,7 +261,10 @@ impl Layer {
             base = self.faces.iter().map(|face| face.due(meshes, |caster| caster.in_base)).collect();
         }
         let (start, faces) = if self.base.is_some() {
-            let moving = self.faces.iter().filter(|face| face.casters.iter().any(|caster| !caster.in_base));
+            let moving = self
+                .faces
+                .iter()
+                .filter(|face| face.casters.iter().any(|caster| !caster.in_base && !caster.is_left_out));
             (Start::Base, moving.map(|face| face.due(meshes, |caster| !caster.in_base)).collect())
         } else {
             let due = self.faces.iter().filter(|face| !face.is_drawn);
@@ -254,7 +285,8 @@ impl Layer {
 impl LayerFace {
     /// What draws some of its casters.
     fn due(&self, meshes: &Meshes, is_drawn: impl Fn(&Caster) -> bool) -> DueFace {
-        let casters: Vec<Caster> = self.casters.iter().filter(|caster| is_drawn(caster)).copied().collect();
+        let drawn = self.casters.iter().filter(|caster| !caster.is_left_out && is_drawn(caster));
+        let casters: Vec<Caster> = drawn.copied().collect();
         let slots = casters.iter().map(|caster| caster.drawn.slot).collect();
         DueFace { face: self.face, slots, draws: draws_of(&casters, meshes) }
     }
@@ -284,7 +316,7 @@ fn face_caster(caster: &ShadowCaster, light: &LayerLight, face: &Face, meshes: &
     let place = [m.x_axis, m.y_axis, m.z_axis, world_from_object.translation].map(Vec3::from);
     let mask = is_mask.then_some(material);
     let drawn = FaceCaster { mesh, level, slot, place, mask };
-    Some(Caster { key, drawn, since: 0, in_base: false })
+    Some(Caster { key, drawn, since: 0, in_base: false, is_left_out: false })
 }
 
 /// A draw for each run of casters of one kind, mesh and level.

@@ -41,6 +41,7 @@ mod pipelines;
 mod pyramid;
 mod readback;
 mod scatter;
+mod seen_shadows;
 mod settings;
 pub mod shaders;
 mod shadow_layers;
@@ -384,7 +385,8 @@ impl Renderer {
         let records: Vec<_> = views.iter().map(|(state, plan)| self.shadow_records(state, plan, frame)).collect();
         self.tables.upload(&self.gpu, frame, &self.shadow_maps.by_slot, &records, &mut self.stats)?;
         let textures = self.textures.version();
-        self.stats.list_bytes += self.shadow_maps.find_due(&self.gpu, frame, &self.meshes, textures)?;
+        let shadowed: Vec<_> = views.iter().filter_map(|(state, plan)| state.shadowed(plan)).collect();
+        self.stats.list_bytes += self.shadow_maps.find_due(&self.gpu, frame, &shadowed, &self.meshes, textures)?;
         Ok(())
     }
 

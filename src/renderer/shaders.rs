@@ -136,6 +136,8 @@ mod tests {
             ("SMALL_FACE_SCALE", (shadow_layers::SIZE as f32 / 6.0 - lamp_layers::GUTTER).into()),
             ("FIRST_LEVEL", sun_levels::FIRST.into()),
             ("SUN_DEPTH", sun_levels::DEPTH.into()),
+            ("LEVEL_USED", sun_levels::LOOKED_UP[1].into()),
+            ("LEVEL_ALONE", (2.0 * sun_levels::LOOKED_UP[0] / sun_levels::LOOKED_UP[1]).into()),
             number("MAP_BASE", MapSlot::Base as u32),
             number("MAP_NORMAL", MapSlot::Normal as u32),
             number("MAP_SPECULAR", MapSlot::Specular as u32),

@@ -6,6 +6,7 @@
 //! `shaders/shadows.wgsl` has the twins of the formulas.
 
 use super::lamp_layers::Lamp;
+use super::seen_shadows::Shadow;
 use super::sun_levels::SunLayer;
 use bytemuck::{Pod, Zeroable};
 use glam::{DMat3, DVec3, DVec4, Quat, Vec3, Vec4Swizzles};
@@ -108,6 +109,22 @@ impl LayerLight {
         }
     }
 
+    /// Where a caster can be seen to cast its shadow; `None`: anywhere.
+    pub fn shadow(&self, sphere: Sphere) -> Option<Shadow> {
+        match self {
+            Self::Lamp(lamp) => lamp.shadow(sphere, FILTER),
+            Self::Sun(level) => Some(level.shadow(sphere, FILTER)),
+        }
+    }
+
+    /// Whether a view, by its eye, may look up in this layer what lies in the shadow of a sphere.
+    pub fn serves(&self, eye: Vec3, sphere: Sphere) -> bool {
+        match self {
+            Self::Lamp(_) => true,
+            Self::Sun(level) => level.serves(eye, sphere),
+        }
+    }
+
     /// What a caster's level of detail goes by: metres to its nearest point, and texels that a metre covers at a
     /// distance of one.
     pub fn detail(&self, face: &Face, sphere: Sphere) -> (f32, f32) {
@@ -117,6 +134,9 @@ impl LayerLight {
         }
     }
 }
+
+/// Texels around a caster that a look-up may read it from: filters, and levels of detail.
+const FILTER: f32 = 4.0;
 
 /// Room for rounding of a distance between two points, metres: it grows with their distance from the origin.
 pub(super) fn rounding(a: Vec3, b: Vec3) -> f32 {

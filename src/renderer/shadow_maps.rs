@@ -14,6 +14,7 @@ use super::frame_tables::FrameTables;
 use super::lamp_layers::Lamp;
 use super::layer_casters::{Changes, DueFace, DueLayer, Layer, Owner, Start};
 use super::meshes::Meshes;
+use super::seen_shadows::{SeenReceivers, SeenView};
 use super::shadow_layers::{Face, LayerLight, MOST_LAYERS, SIZE, Turn};
 use super::shadow_pass::{Maps, OnDevice, begin_pass, face_stride};
 use super::sun_levels::{LEVELS, SunLayer, SunLevel, turn_of};
@@ -21,7 +22,6 @@ use super::tables::SHADOW_RECORDS;
 use super::textures::Textures;
 use super::timestamps::Timestamps;
 use super::{Gpu, RenderError};
-use glam::Vec3;
 use std::collections::{BTreeMap, BTreeSet};
 use systems::assets::Technique;
 use systems::draw::{DrawList, FrameData, ShadowScene};
@@ -56,8 +56,7 @@ pub struct ShadowStats {
 /// What a view asks for.
 pub(super) struct ShadowedView<'a> {
     pub ranked: &'a [Ranked],
-    /// World space.
-    pub eye: Vec3,
+    pub view: SeenView,
 }
 
 /// The layers of all views, and what draws them.
@@ -131,7 +130,9 @@ impl ShadowMaps {
         let mut wanted = BTreeSet::new();
         for level in 0..LEVELS {
             for view in views {
-                wanted.extend(self.suns.iter().map(|&(_, turn)| Owner::Sun(SunLevel::around(view.eye, turn, level))));
+                wanted.extend(
+                    self.suns.iter().map(|&(_, turn)| Owner::Sun(SunLevel::around(view.view.eye, turn, level))),
+                );
             }
         }
         // The coarsest levels are missing where there is not room for all.
@@ -191,9 +192,9 @@ impl ShadowMaps {
         for (number, &(sun, turn)) in self.suns.iter().enumerate() {
             let first = LEVEL_RECORDS + number * LEVELS as usize;
             let mut count = 0;
-            for level in (0..LEVELS).map(|level| SunLevel::around(view.eye, turn, level)) {
+            for level in (0..LEVELS).map(|level| SunLevel::around(view.view.eye, turn, level)) {
                 let Some(&layer) = self.by_owner.get(&Owner::Sun(level)) else { break };
-                records[first + count] = level.record(view.eye, layer as u32);
+                records[first + count] = level.record(view.view.eye, layer as u32);
                 count += 1;
             }
             let [x, y] = turn.words();
@@ -208,6 +209,7 @@ impl ShadowMaps {
         &mut self,
         gpu: &Gpu,
         frame: &FrameData<'_>,
+        views: &[ShadowedView<'_>],
         meshes: &Meshes,
         textures_version: u64,
     ) -> Result<u64, RenderError> {
@@ -231,6 +233,7 @@ impl ShadowMaps {
             materials: if is_same { &nothing } else { &list.materials.dirty },
             all_masks: !follows || before.is_some_and(|before| before.textures != seen.textures),
             frame: seen.frame,
+            receivers: SeenReceivers::new(views.iter().map(|view| view.view), scene.bounds()),
         };
         let is_still = changes.slots.is_empty() && changes.materials.is_empty() && !changes.all_masks;
         let light_of = |owner| match owner {
@@ -238,7 +241,9 @@ impl ShadowMaps {
             Owner::Sun(level) => Some(LayerLight::Sun(SunLayer::new(level))),
         };
         let lights = self.layers.iter_mut().filter_map(|layer| Some((light_of(layer.owner?)?, layer)));
-        let is_concerned = |(light, layer): &(_, &mut Layer)| !is_still || !follows || layer.light != Some(*light);
+        let is_concerned = |(light, layer): &(_, &mut Layer)| {
+            !is_still || !follows || layer.light != Some(*light) || layer.leaves_out()
+        };
         let concerned: Vec<_> = lights.filter(is_concerned).collect();
         let library = &*frame.library;
         in_parallel(concerned.into_iter(), |(light, layer)| {

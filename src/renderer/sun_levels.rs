@@ -11,6 +11,7 @@
 //! middle by an eighth at most. Depths are linear over [`DEPTH`] metres around the middle. What casts and is nearer to
 //! the light than that lies flat on the near plane; what is farther away is no caster.
 
+use super::seen_shadows::Shadow;
 use super::shadow_layers::{Face, SIZE, Turn, rounding};
 use glam::{DVec3, Vec3};
 use systems::lights::LightRecord;
@@ -24,6 +25,12 @@ pub(super) const FIRST: f32 = 8.0;
 pub(super) const DEPTH: f32 = 2048.0;
 /// Cells of the grid from the middle of a level to its sides.
 const CELLS: f64 = 4.0;
+/// How far from an eye across the rays, in parts of the way from the middle of a level to its sides, what is looked up
+/// there begins and ends. What is nearer has a finer level by itself. Twice 0.3 is 0.8 of 0.75
+/// (`shaders/shadows.wgsl`: `LEVEL_ALONE`, `LEVEL_USED`).
+pub(super) const LOOKED_UP: [f32; 2] = [0.3, 0.75];
+/// How far from the middle of a level, in parts of the way to its sides, eyes of its cell look up, and filters read.
+const READ: f32 = LOOKED_UP[1] + 0.5 / CELLS as f32 + 0.01;
 
 /// A level of a directional light around an eye: all that decides what its layer holds, beside the casters.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -83,24 +90,45 @@ impl SunLayer {
         Face { right: x / self.half, up: y / self.half, toward: z / DEPTH, corner: [0, 0], size: SIZE }
     }
 
-    /// Whether something of a box may be before the level, or in it.
+    /// Whether something of a box may be before what is read of the level, or in it.
     pub fn may_reach(&self, min: Vec3, max: Vec3) -> bool {
         let (center, half) = ((min + max) * 0.5, (max - min) * 0.5);
         self.is_before(center, |axis| axis.abs().dot(half))
     }
 
-    /// Whether some of a sphere may be before the level or in it.
+    /// The same for a sphere.
     pub fn reaches(&self, sphere: Sphere) -> bool {
         self.is_before(sphere.center, |_| sphere.radius)
     }
 
-    /// Whether something may be before the level or in it, which reaches so far along an axis from its centre.
+    /// Toward the light, unit; world space.
+    pub fn toward(&self) -> Vec3 {
+        self.axes[2].normalize()
+    }
+
+    /// The shadow of a sphere, with room for a filter of so many texels.
+    pub fn shadow(&self, sphere: Sphere, filter: f32) -> Shadow {
+        let room = filter * self.texel() + rounding(sphere.center, self.origin);
+        let start = Sphere { center: sphere.center, radius: sphere.radius * 1.001 + room };
+        Shadow { start, along: -self.toward(), growth: 0.0, length: f32::INFINITY }
+    }
+
+    /// Whether an eye may look up in this level what lies behind a sphere.
+    pub fn serves(&self, eye: Vec3, Sphere { center, radius }: Sphere) -> bool {
+        let (v, [x, y, _]) = (center - eye, self.axes);
+        let across = x.dot(v).abs().max(y.dot(v).abs());
+        // A thousandth: directions are rounded to 15 bits.
+        let room = radius + 1e-3 * (self.half + across);
+        let [nearest, farthest] = LOOKED_UP.map(|part| part * self.half);
+        (self.half == FIRST || across + room >= nearest) && across - room <= farthest
+    }
+
+    /// The same for something that reaches so far along an axis from its centre.
     fn is_before(&self, center: Vec3, reach: impl Fn(Vec3) -> f32) -> bool {
         let (v, [x, y, z]) = (center - self.origin, self.axes);
         let room = |axis| reach(axis) * 1.001 + rounding(center, self.origin);
-        x.dot(v).abs() <= self.half + room(x)
-            && y.dot(v).abs() <= self.half + room(y)
-            && z.dot(v) >= -0.5 * DEPTH - room(z)
+        let read = READ * self.half;
+        x.dot(v).abs() <= read + room(x) && y.dot(v).abs() <= read + room(y) && z.dot(v) >= -0.5 * DEPTH - room(z)
     }
 }
 
@@ -150,6 +178,31 @@ mod tests {
         }
     }
 
+    /// Around an eye each level has a ring of its own, and the next one's begins where it begins to blend.
+    #[test]
+    fn an_eye_looks_up_what_has_no_finer_level_by_itself() {
+        let (eye, turn) = (Vec3::new(40.0, 2.0, -30.0), Turn::new(DOWN[1].normalize()));
+        let side = turn.rows()[0];
+        for (across, levels) in [
+            (1.0, 0..1),
+            (4.7, 0..1),
+            (5.0, 0..2),
+            (5.9, 0..2),
+            (7.0, 1..2),
+            (30.0, 3..4),
+            (170.0, 5..6),
+            (195.0, 6..6),
+        ] {
+            let sphere = Sphere { center: eye + across * side + 300.0 * turn.rows()[2], radius: 0.01 };
+            for level in 0..LEVELS {
+                let layer = SunLayer::new(SunLevel::around(eye, turn, level));
+                let serves = layer.serves(eye, sphere);
+                assert_eq!(serves, levels.contains(&level), "{across} {level}");
+                assert!(!serves || layer.reaches(sphere));
+            }
+        }
+    }
+
     #[test]
     fn what_is_before_a_level_is_reached_however_far_and_what_is_beside_it_is_not() {
         for way in DOWN.map(Vec3::normalize) {
@@ -161,9 +214,10 @@ mod tests {
             for (along, across, reached) in [
                 (0.0, 0.0, true),
                 (5000.0, 20.0, true),
-                (-1000.0, 31.0, true),
+                (-1000.0, 28.0, true),
                 (-1100.0, 0.0, false),
-                (0.0, 50.0, false),
+                // 32 m to the side, of which 28 are read.
+                (0.0, 30.0, false),
             ] {
                 let sphere = ball(along, across);
                 assert_eq!(level.reaches(sphere), reached, "{along} {across}");

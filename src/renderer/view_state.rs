@@ -14,6 +14,7 @@ use super::pass::{Attached, Pass, Shadows};
 use super::pipelines::Pipelines;
 use super::pyramid::{Pyramid, PyramidMaker};
 use super::readback::Readback;
+use super::seen_shadows::SeenView;
 use super::shadow_maps::ShadowedView;
 use super::tables::GrowingBuffer;
 use super::targets::{Attachments, SceneColorCopy, Targets};
@@ -290,7 +291,7 @@ impl ViewState {
     /// What it asks of the shadow maps; `None` where it has none.
     pub(super) fn shadowed(&self, plan: &ViewPlan) -> Option<ShadowedView<'_>> {
         let has_maps = matches!(self.pass.shadows(), Shadows::Maps { .. });
-        has_maps.then(|| ShadowedView { ranked: &self.ranked, eye: plan.view.eye() })
+        has_maps.then(|| ShadowedView { ranked: &self.ranked, view: SeenView::new(plan) })
     }
 
     /// Blended objects in this view's order. Returns the bytes written.

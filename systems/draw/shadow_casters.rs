@@ -63,6 +63,11 @@ impl<'w> ShadowScene<'w> {
         self.lights.shadow_lights()
     }
 
+    /// The corners of a box around all objects, world space; `None` where there are none.
+    pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
+        self.order.bounds()
+    }
+
     /// The objects of some kind that cast shadows, in no particular order. `may_hold` says of a box, by its corners,
     /// whether bounds of that kind may lie in it or stick out of it.
     pub fn casters_within(
@@ -76,7 +81,7 @@ impl<'w> ShadowScene<'w> {
         casters.filter(|caster| is_wanted(caster.bounds)).collect()
     }
 
-    /// What casts shadows in the slots that changed in a frame.
+    /// What casts shadows in the slots that changed in a frame, by slot, ascending.
     pub fn changed_casters(&self, slots: &InstanceSlots, library: &Library) -> Vec<ShadowCaster> {
         let changed: Vec<u32> = slots.dirty.ranges(0).into_iter().flatten().collect();
         let casters = map_in_parallel(changed.chunks(OBJECTS_PER_TASK), |changed| {

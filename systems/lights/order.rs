@@ -291,6 +291,12 @@ impl ObjectOrder {
         self.searched += dirty.places.len();
     }
 
+    /// The corners of a box around all objects with bounds.
+    pub(crate) fn bounds(&self) -> Option<(Vec3, Vec3)> {
+        let (min, max, radius) = self.levels.last()?.first()?.bounds()?;
+        Some((min - radius, max + radius))
+    }
+
     /// The objects of some kind, as [`Self::refresh`] left them. `may_hold` says of a box, by its corners, whether
     /// bounds of that kind may lie in it or stick out of it.
     pub(crate) fn within(

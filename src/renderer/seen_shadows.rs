@@ -1,0 +1,207 @@
+//! Which casters' shadows some view may show. What moves where none is seen need not be drawn in each frame
+//! (`layer_casters.rs`).
+//!
+//! The shadow of a caster's bounding sphere is a cylinder behind it, or, of a lamp, a cone. It ends with the light's
+//! range, and with the box around all objects: beyond is nothing that could be dark. It is seen where it meets a view's
+//! frustum. (Bittner et al., "Shadow Caster Culling for Efficient Shadow Mapping", I3D 2011, draw a mask of what is
+//! seen instead, which leaves out more.)
+
+use super::ViewPlan;
+use super::shadow_layers::LayerLight;
+use glam::{Vec3, Vec4};
+use systems::draw::View;
+use systems::space::Sphere;
+
+/// A sphere that moves along a light's rays, and grows.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Shadow {
+    /// Around the caster, with room for filters and rounding.
+    pub start: Sphere,
+    /// Unit.
+    pub along: Vec3,
+    /// Of the radius, per metre.
+    pub growth: f32,
+    /// Metres, until the light's range ends.
+    pub length: f32,
+}
+
+/// What of a view decides which shadows it shows.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SeenView {
+    /// World space.
+    pub eye: Vec3,
+    /// The frustum's planes without the far one, world space: inward unit normal and offset.
+    planes: [Vec4; 5],
+    /// Metres that what it shows may be off at a distance of one metre: look-ups are that far from their points.
+    level_error: f32,
+}
+
+/// All that views show.
+#[derive(Debug, Default)]
+pub(super) struct SeenReceivers {
+    views: Vec<SeenView>,
+    /// The corners of a box around all objects, world space.
+    bounds: (Vec3, Vec3),
+}
+
+impl SeenView {
+    pub fn new(plan: &ViewPlan) -> Self {
+        let level_error = plan.settings.levels.allowed_error(plan.view.pixels_at_1m());
+        Self::of(&plan.view, level_error)
+    }
+
+    fn of(view: &View, level_error: f32) -> Self {
+        let [left, right, bottom, top, near, _] = view.frustum_planes();
+        Self { eye: view.eye(), planes: [left, right, bottom, top, near], level_error }
+    }
+
+    /// A shadow with room for how far look-ups are from their points.
+    fn widened(&self, shadow: Shadow) -> Shadow {
+        let Shadow { start: Sphere { center, radius }, growth, .. } = shadow;
+        // A parallel view has the same error everywhere, that of a metre.
+        let farthest = (center.distance(self.eye) + radius).max(1.0);
+        let start = Sphere { center, radius: radius + self.level_error * farthest };
+        Shadow { start, growth: growth + self.level_error, ..shadow }
+    }
+}
+
+impl SeenReceivers {
+    /// `bounds`: of all objects, by corners; `None` where there are none.
+    pub fn new(views: impl Iterator<Item = SeenView>, bounds: Option<(Vec3, Vec3)>) -> Self {
+        Self { views: views.filter(|_| bounds.is_some()).collect(), bounds: bounds.unwrap_or_default() }
+    }
+
+    /// Whether something that is seen may lie in the shadow of a caster, world space, and be looked up in a layer.
+    pub fn may_show(&self, light: &LayerLight, caster: Sphere) -> bool {
+        let Some(shadow) = light.shadow(caster) else { return !self.views.is_empty() };
+        self.views.iter().any(|view| {
+            let shadow = view.widened(shadow);
+            light.serves(view.eye, shadow.start) && self.may_meet(view, &shadow)
+        })
+    }
+
+    /// Whether a shadow may meet what a view shows.
+    fn may_meet(&self, view: &SeenView, shadow: &Shadow) -> bool {
+        let length = self.length(shadow);
+        let Shadow { start: Sphere { center, radius }, along, growth, .. } = *shadow;
+        // Signed distances are linear along the ray, and so is the radius: the ends decide.
+        let is_outside = |plane: &Vec4| {
+            let normal = plane.truncate();
+            let rate = normal.dot(along) + growth;
+            normal.dot(center) + plane.w + radius + if rate > 0.0 { rate * length } else { 0.0 } < 0.0
+        };
+        !view.planes.iter().any(is_outside)
+    }
+
+    /// Metres until a shadow has left the box around all objects, or its light's range.
+    fn length(&self, shadow: &Shadow) -> f32 {
+        let Shadow { start: Sphere { center, radius }, along, growth, length } = *shadow;
+        let (min, max) = self.bounds;
+        // The sphere's hindmost point leaves a side at its distance over the speed at which it nears that.
+        let sides = (0..3).flat_map(|axis| {
+            let (speed, at) = (along[axis], center[axis]);
+            [(speed, max[axis] - at), (-speed, at - min[axis])]
+        });
+        let leaves = sides.filter(|&(speed, _)| speed > growth).map(|(speed, way)| (way + radius) / (speed - growth));
+        leaves.fold(length, f32::min).max(0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::lamp_layers::Lamp;
+    use super::super::shadow_layers::Turn;
+    use super::super::sun_levels::{SunLayer, SunLevel};
+    use super::*;
+    use glam::{Affine3A, Quat};
+    use proptest::prelude::*;
+    use systems::draw::Camera;
+    use systems::lights::LightRecord;
+
+    fn vector(reach: f32) -> impl Strategy<Value = Vec3> {
+        [-reach..reach, -reach..reach, -reach..reach].prop_map(Vec3::from)
+    }
+
+    fn direction() -> impl Strategy<Value = Vec3> {
+        vector(1.0).prop_filter_map("too short", |v| (v.length() > 0.1).then(|| v.normalize()))
+    }
+
+    fn light() -> impl Strategy<Value = LayerLight> {
+        let lamp = (vector(20.0), 1.0_f32..60.0).prop_map(|(position, range)| {
+            let inverse_range_squared = if range < 50.0 { (range * range).recip() } else { 0.0 };
+            let kind = LightRecord::POINT;
+            let light =
+                LightRecord { position: position.into(), kind, inverse_range_squared, ..LightRecord::default() };
+            LayerLight::Lamp(Lamp::new(&light, 0.05))
+        });
+        let sun = (direction(), vector(20.0), 0_u32..6).prop_map(|(direction, eye, level)| {
+            LayerLight::Sun(SunLayer::new(SunLevel::around(eye, Turn::new(direction), level)))
+        });
+        prop_oneof![lamp, sun]
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 2000, ..ProptestConfig::default() })]
+
+        /// A ray from what is seen to the light that meets a sphere: the sphere's shadow is seen.
+        #[test]
+        fn what_is_seen_in_a_shadow_shows_it(
+            light in light(), eye in vector(20.0), looks in direction(), points in prop::collection::vec(vector(15.0), 20),
+            (at, to, radius) in (0.0_f32..1.0, direction(), 0.01_f32..3.0),
+        ) {
+            let turn = Quat::from_rotation_arc(Vec3::NEG_Z, looks);
+            let place = Affine3A::from_rotation_translation(turn, eye);
+            let view = View::new(&place, &Camera::default(), 160, 90);
+            let view = SeenView::of(&view, 1e-3);
+            let bounds = (Vec3::splat(-15.0), Vec3::splat(15.0));
+            let receivers = SeenReceivers::new([view].into_iter(), Some(bounds));
+            for point in points {
+                let ray = match light {
+                    LayerLight::Lamp(lamp) => lamp.position - point,
+                    LayerLight::Sun(level) => 40.0 * level.toward(),
+                };
+                // A sphere that the ray touches at least.
+                let sphere = Sphere { center: point + at * ray + 0.99 * radius * to, radius };
+                let is_seen = view.planes.iter().all(|plane| plane.truncate().dot(point) + plane.w >= 0.0);
+                let is_lit = match light {
+                    LayerLight::Lamp(_) => light.reaches(Sphere { center: point, radius: 0.0 }),
+                    LayerLight::Sun(_) => true,
+                };
+                if is_seen && is_lit {
+                    prop_assert!(receivers.may_show(&light, sphere));
+                }
+            }
+        }
+    }
+
+    /// A view that looks along −Z over a floor, in the light of a sun above and of a lamp.
+    #[test]
+    fn what_is_behind_or_beside_the_view_or_lights_only_what_is_there_is_not_shown() {
+        let view = View::new(&Affine3A::from_translation(Vec3::Y), &Camera::default(), 90, 90);
+        let view = SeenView::of(&view, 1e-3);
+        let bounds = Some((Vec3::new(-50.0, 0.0, -50.0), Vec3::new(50.0, 3.0, 50.0)));
+        let receivers = SeenReceivers::new([view].into_iter(), bounds);
+        let level = |direction| LayerLight::Sun(SunLayer::new(SunLevel::around(Vec3::ZERO, Turn::new(direction), 0)));
+        let (above, behind) = (level(Vec3::NEG_Y), level(Vec3::new(0.0, -0.1, -1.0)));
+        let position = [0.0, 4.0, 8.0];
+        let lamp = LightRecord { position, inverse_range_squared: 1e-3, ..LightRecord::default() };
+        let lamp = LayerLight::Lamp(Lamp::new(&LightRecord { kind: LightRecord::POINT, ..lamp }, 0.05));
+        for (light, at, shown) in [
+            (above, [0.0, 1.0, -10.0], true),
+            (above, [0.0, 1.0, 3.0], false),
+            (above, [20.0, 1.0, -5.0], false),
+            // 100 m above the view, so far behind: it shines into the view, or below its floor.
+            (behind, [0.0, 3.0, 10.0], true),
+            (behind, [0.0, 1.0, 40.0], false),
+            (lamp, [0.0, 3.5, 6.0], true),
+            (lamp, [0.0, 2.0, 12.0], false),
+        ] {
+            let sphere = Sphere { center: at.into(), radius: 0.5 };
+            assert_eq!(receivers.may_show(&light, sphere), shown, "{at:?}");
+        }
+        assert!(lamp.shadow(Sphere { center: Vec3::new(0.0, 4.0, 8.2), radius: 0.5 }).is_none());
+        let nothing = SeenReceivers::new([view].into_iter(), None);
+        let sphere = Sphere { center: Vec3::new(0.0, 1.0, -10.0), radius: 0.5 };
+        assert!(!nothing.may_show(&above, sphere));
+    }
+}
