@@ -116,6 +116,17 @@ def portal(axis, at, along, height, between, door='', name=None, opening=1):
         *between, ', '.join(vec(p) for p in polygon), extra, door))
 
 
+def deep_opening(at, out, along, height, inside, name, door='', opening=1):
+    """An opening of an outer wall across z. In the wall's depth it is a cell of its own, with a portal at either end:
+    so light at a grazing angle ends at its sides, and does not reach into the cell `inside`."""
+    (a, b), (low, high) = along, height
+    face = at + out * (OUT - HALF)
+    lo, hi = (a, low, min(at, face)), (b, high, max(at, face))
+    cells.append('        "%s": (box: (%s, %s)),' % (name, vec(lo), vec(hi)))
+    portal('z', at, along, height, (inside, name), door, name, opening)
+    portal('z', face, along, height, (name, 'outside'))
+
+
 def leaf(name, hinge, yaw, width, height, material='wood'):
     """A door that hangs on its edge."""
     door = mesh((width, height, 0.045), TILE[material])
@@ -142,7 +153,8 @@ def chair(at, toward):
     box((x - 0.22, y + 0.42, z - 0.22), (x + 0.22, y + 0.46, z + 0.22), 'planks')
     for sx in (-1, 1):
         for sz in (-1, 1):
-            box((x + sx * 0.19 - 0.02, y, z + sz * 0.19 - 0.02), (x + sx * 0.19 + 0.02, y + 0.42, z + sz * 0.19 + 0.02), 'planks')
+            cx, cz = x + sx * 0.19, z + sz * 0.19
+            box((cx - 0.02, y, cz - 0.02), (cx + 0.02, y + 0.42, cz + 0.02), 'planks')
     back = z - toward * 0.2
     box((x - 0.22, y + 0.46, back - 0.02), (x + 0.22, y + 0.95, back + 0.02), 'planks')
 
@@ -170,8 +182,10 @@ def pendant(x, z, y, color, intensity, reach):
 
 def globe(at, kind, color, intensity, reach):
     """A light within a glowing globe."""
-    entities.append('        (mesh: "globe", casts_shadows: false, material: "%s globe", transform: (translation: %s), light: %s(color: %s, '
-                    'intensity: %s, range: %s, shadows: true)),' % (color.replace('"', ''), vec(at), kind, color, n(intensity), n(reach)))
+    name = color.replace('"', '')
+    entities.append('        (mesh: "globe", casts_shadows: false, material: "%s globe", transform: (translation: %s), '
+                    'light: %s(color: %s, intensity: %s, range: %s, shadows: true)),' % (
+                        name, vec(at), kind, color, n(intensity), n(reach)))
     globes.add(color)
 
 
@@ -218,8 +232,8 @@ def room(storey, bay, side, connected):
         move = ', period_seconds: %s, phase_seconds: %s' % (n(rnd.uniform(9, 16)), n(rnd.uniform(0, 9)))
     elif kind < 0.6:
         opening = 0
-    # It stands in the middle of the wall, in the light of both sides. Those that are seen open slide into the wall: a leaf
-    # that swings would stand in the light of one side.
+    # It stands in the middle of the wall, in the light of both sides. Those that are seen open slide into the wall:
+    # a leaf that swings would stand in the light of one side.
     lamp_x = (x0 + x1) / 2 + rnd.uniform(-0.4, 0.4)
     leaf(leaf_name, (a, y, near), 0, *DOOR)
     way = 'swing_degrees: %d' % (-90 * side) if opening == 0 else 'slide: (%s, 0, 0)' % n(-DOOR[0] + 0.02)
@@ -232,7 +246,8 @@ def room(storey, bay, side, connected):
     wa, wb = middle - w / 2, middle + w / 2
     hole = (wa, wb, y + sill, y + head)
     wall('z', far, -side, (x0, x1), height, walls, [hole])
-    frame('z', far, (-side * (HALF + 0.06), side * (OUT - HALF + 0.02)), (wa, wb), (y + sill, y + head), 'white', sill=True)
+    through = (-side * (HALF + 0.06), side * (OUT - HALF + 0.02))
+    frame('z', far, through, (wa, wb), (y + sill, y + head), 'white', sill=True)
     for x in (middle,):
         box((x - 0.03, y + sill, far - 0.03), (x + 0.03, y + head, far + 0.03), 'white')
     box((wa, y + sill + 0.85, far - 0.025), (wb, y + sill + 0.9, far + 0.025), 'white')
@@ -297,8 +312,9 @@ def furnish(y, x0, x1, near, far, side, lamp_x):
         box((x0 + 0.4, y, wz - 0.15), (x0 + 0.7, y + 1.3, wz + 0.15), 'wood')
     elif kind == 2:
         # A bed and a chest.
-        box((x1 - HALF - 1.1, y + 0.2, far - side * 2.3 if side > 0 else far + 0.3), (x1 - HALF - 0.05, y + 0.5, far - side * 0.3 if side > 0 else far + 2.3), 'cloth')
-        box((x1 - HALF - 1.15, y, far - side * 2.35 if side > 0 else far + 0.25), (x1 - HALF - 0.02, y + 0.2, far - side * 0.25 if side > 0 else far + 2.35), 'planks')
+        foot, head = sorted((far - side * 2.3, far - side * 0.3))
+        box((x1 - HALF - 1.1, y + 0.2, foot), (x1 - HALF - 0.05, y + 0.5, head), 'cloth')
+        box((x1 - HALF - 1.15, y, foot - 0.05), (x1 - HALF - 0.02, y + 0.2, head + 0.05), 'planks')
         box((x0 + HALF + 0.02, y, cz - 0.7), (x0 + HALF + 0.5, y + 0.95, cz + 0.7), 'planks')
         desk_lamp((x0 + 0.38, y + 0.95, cz + 0.4), 'kelvin(2300)', 1.5, 8)
         model('kettle', (x0 + 0.4, y + 1.09, cz - 0.3), rnd.uniform(0, 360), 0.22)
@@ -330,7 +346,8 @@ def corridor(storey):
     for at, inward in ((x0, 1), (x1, -1)):
         hole = (-0.6, 0.6, y + 0.9, y + 2.2)
         wall('x', at, inward, (-z, z), (y, y + CLEAR), 'plaster', [hole])
-        frame('x', at, (inward * (HALF + 0.06), -inward * (OUT - HALF + 0.02)), (-0.6, 0.6), (y + 0.9, y + 2.2), 'white', sill=True)
+        through = (inward * (HALF + 0.06), -inward * (OUT - HALF + 0.02))
+        frame('x', at, through, (-0.6, 0.6), (y + 0.9, y + 2.2), 'white', sill=True)
         portal('x', at, (-0.6, 0.6), (y + 0.9, y + 2.2), (name, 'outside'), '', 'end %d %d' % (storey + 1, at))
         gable(at, -inward, (-z, z), y, hole)
 
@@ -341,7 +358,8 @@ def gable(at, out, along, y, hole=None):
     parts = [(along, (low, high))]
     if hole:
         a, b, sill, top = hole
-        parts = [((along[0], a), (low, high)), ((b, along[1]), (low, high)), ((a, b), (low, sill)), ((a, b), (top, high))]
+        parts = [((along[0], a), (low, high)), ((b, along[1]), (low, high)),
+                 ((a, b), (low, sill)), ((a, b), (top, high))]
     for part, h in parts:
         side_box('x', face, part, h, 'brick', -out * SHEET)
 
@@ -379,16 +397,17 @@ def stairs():
     entrance, upper = (a, b, -0.06, 2.3), (x0 + 1.2, x0 + 3.8, STOREY + 0.9, STOREY + 2.2)
     for lo, hi, hole in ((-0.06, STOREY - 0.06, entrance), (STOREY - 0.06, top + 0.06, upper)):
         ha, hb, sill, head = hole
-        for pa, pb, plo, phi in ((x0 + 0.06, ha, lo, hi), (hb, x1 - 0.06, lo, hi), (ha, hb, lo, sill), (ha, hb, head, hi)):
+        for pa, pb, plo, phi in ((x0 + 0.06, ha, lo, hi), (hb, x1 - 0.06, lo, hi),
+                                 (ha, hb, lo, sill), (ha, hb, head, hi)):
             if phi - plo > 0.005:
                 side_box('z', far - HALF, (pa, pb), (plo, phi), 'warm plaster', SHEET)
     frame('z', far, (-HALF - 0.02, OUT - HALF + 0.02), (a, b), (0, 2.3), 'wood')
     box((a, -SHEET, far - HALF + 0.02), (b, 0.004, far + OUT - HALF + 0.3), 'paving')
     leaf('front door', (a, 0, far), 0, b - a, 2.3)
-    portal('z', far, (a, b), (0, 2.3), ('stairs 1', 'outside'),
-           ', door: (leaf: "front door", swing_degrees: 90, period_seconds: 14, phase_seconds: 5)', 'front door', 0)
+    deep_opening(far, 1, (a, b), (0, 2.3), 'stairs 1', 'front door',
+                 ', door: (leaf: "front door", swing_degrees: 90, period_seconds: 14, phase_seconds: 5)', 0)
     frame('z', far, (-HALF - 0.06, OUT - HALF + 0.02), upper[:2], upper[2:], 'white', sill=True)
-    portal('z', far, upper[:2], upper[2:], ('stairs 2', 'outside'), '', 'stairs window')
+    deep_opening(far, 1, upper[:2], upper[2:], 'stairs 2', 'stairs window')
     outer(far, 1, (x0, x1), 0, (a, b, -0.05, 2.3))
     outer(far, 1, (x0, x1), STOREY, upper)
     # Two flights at the far side of a landing, each 1.3 m wide; steps of 17 cm.
@@ -437,8 +456,8 @@ def street():
 
 
 HEAD = '''\
-// A building of thirty rooms on two floors, at night, with a street before it. Its rooms are cells, its doors and windows
-// portals: lamps light the rooms that they shine into, and no others. `make_rooms.py` writes this file.
+// A building of thirty rooms on two floors, at night, with a street before it. Its rooms are cells, its doors and
+// windows portals: lamps light the rooms that they shine into, and no others. `make_rooms.py` writes this file.
 (
     seed: 7,
     // As wide as a door: what shines through it should not light a whole wall.
@@ -526,20 +545,25 @@ def main():
     stairs()
     street()
     road = CORRIDOR / 2 + DEPTH + OUT - HALF + 7
-    text = HEAD + ''.join(material(*m) for m in MATERIALS) + COPPER + ''.join(GLOBE % (color.replace('"', ''), color) for color in sorted(globes)) + '    },\n\n    meshes: {\n        "globe": sphere(radius: 0.08, segments: 24, rings: 12),\n'
+    text = HEAD + ''.join(material(*m) for m in MATERIALS) + COPPER
+    text += ''.join(GLOBE % (color.replace('"', ''), color) for color in sorted(globes))
+    text += '    },\n\n    meshes: {\n        "globe": sphere(radius: 0.08, segments: 24, rings: 12),\n'
     text += ''.join('        "%s": model(file: "../models/%s.glb"%s),\n' % (name, file, GLASS.get(file, ''))
                     for name, file in MODELS.items())
     text += ''.join('        "%s": %s,\n' % item for item in sorted(meshes.items()))
     text += '    },\n\n    routes: {\n'
-    text += '        "east": (points: [(-38, %s, %s), (78, %s, %s)], then: ["east"]),\n' % (n(STREET - 0.1), n(road + 2), n(STREET - 0.1), n(road + 2))
-    text += '        "west": (points: [(78, %s, %s), (-38, %s, %s)], then: ["west"]),\n' % (n(STREET - 0.1), n(road - 2), n(STREET - 0.1), n(road - 2))
-    text += '    },\n\n    cells: {\n' + '\n'.join(cells) + '\n    },\n\n    portals: [\n' + '\n'.join(portals) + '\n    ],\n\n'
+    for name, xs, z in (('east', (-38, 78), road + 2), ('west', (78, -38), road - 2)):
+        points = ', '.join('(%d, %s, %s)' % (x, n(STREET - 0.1), n(z)) for x in xs)
+        text += '        "%s": (points: [%s], then: ["%s"]),\n' % (name, points, name)
+    text += '    },\n\n    cells: {\n' + '\n'.join(cells)
+    text += '\n    },\n\n    portals: [\n' + '\n'.join(portals) + '\n    ],\n\n'
     text += '    entities: [\n' + '\n'.join(entities) + '\n'
     text += CAMERAS % tuple(vec(v) for v in (
         (0.55, 1.65, 5.9), (6.2, 1.0, 2.3), (1.2, 1.6, 0.3), (20, 1.1, -0.1),
         (15.7, 4.7, 2.0), (18.4, 1.6, 6.4), (4, 1.7, 20.5), (19, 2.6, 6), (-12, 14, 30), (18, 1, 3)))
     text += '    ],\n\n    generators: [\n'
-    text += '        (name: "traffic", place: along(routes: ["east", "west"], spacing: 21, jitter: 5), vehicles: ["car", "van", "car", "bus"]),\n'
+    text += '        (name: "traffic", place: along(routes: ["east", "west"], spacing: 21, jitter: 5), '
+    text += 'vehicles: ["car", "van", "car", "bus"]),\n'
     text += '    ],\n)\n'
     with open(os.path.join(HERE, '..', 'scenes', 'rooms.ron'), 'w') as f:
         f.write(text)
