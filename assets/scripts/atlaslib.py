@@ -31,7 +31,8 @@ class Atlas:
     def put(self, x, y, base, rough, metal, height=None, metres=None, occ=1.0, name=None):
         h, w = base.shape[:2]
         self.base[y:y + h, x:x + w] = np.clip(base, 0, 1)
-        orm = np.stack(np.broadcast_arrays(occ, np.clip(rough, 0.04, 1), np.clip(metal, 0, 1), np.zeros((h, w)))[:3], -1)
+        orm = np.stack(np.broadcast_arrays(occ, np.clip(rough, 0.04, 1), np.clip(metal, 0, 1), np.zeros((h, w)))[:3],
+                       -1)
         self.orm[y:y + h, x:x + w] = orm
         if height is not None:
             self.nrm[y:y + h, x:x + w] = slopes(height, *metres)
@@ -164,7 +165,8 @@ def chart(rect, atlas, x, y):
 
     def spread(v, at, to):                               # linear beyond the ends, too
         a, b = (to[1] - to[0]) / (at[1] - at[0]), (to[-1] - to[-2]) / (at[-1] - at[-2])
-        return np.where(v < at[0], to[0] + (v - at[0]) * a, np.where(v > at[-1], to[-1] + (v - at[-1]) * b, np.interp(v, at, to)))
+        return np.where(v < at[0], to[0] + (v - at[0]) * a,
+                        np.where(v > at[-1], to[-1] + (v - at[-1]) * b, np.interp(v, at, to)))
     return lambda u, v: np.stack([spread(u, x[ox], cols[ox]) / atlas.w, spread(v, y[oy], rows[oy]) / atlas.h], -1)
 
 
@@ -180,7 +182,8 @@ def knots(places, pixels):
 
 # ------------------------------------------------------------ atlas furniture
 
-SWATCHES = [('plastic', '1a1b1c', 0.62, 0), ('rubber', '151515', 0.85, 0), ('under', '131211', 0.95, 0), ('chrome', 'd2d3d3', 0.14, 1),
+SWATCHES = [('plastic', '1a1b1c', 0.62, 0), ('rubber', '151515', 0.85, 0), ('under', '131211', 0.95, 0),
+            ('chrome', 'd2d3d3', 0.14, 1),
             ('steel', '8c8d8e', 0.40, 1), ('gloss', '0a0a0b', 0.10, 0), ('grey', '55575a', 0.55, 0),
             ('alloy', 'a9acb0', 0.30, 1), ('dark_red', '5a1512', 0.4, 0), ('dial', 'b9c6b4', 0.3, 0)]
 
@@ -239,7 +242,8 @@ def draw_tyre(atlas, x, y, seed):
     c = np.abs(v - 0.5)
     tread = smooth(0.26, 0.24, c)
     groove = np.maximum(smooth(0.016, 0.008, np.abs(c - 0.06)), smooth(0.016, 0.008, np.abs(c - 0.15)))
-    lug = smooth(0.16, 0.06, np.abs(((u + 1 + c * 1.5) % 0.5) * 2 - 0.5)) * smooth(0.155, 0.17, c) * smooth(0.225, 0.205, c)
+    lug = (smooth(0.16, 0.06, np.abs(((u + 1 + c * 1.5) % 0.5) * 2 - 0.5))
+           * smooth(0.155, 0.17, c) * smooth(0.225, 0.205, c))
     cut = tread * np.maximum(groove, lug)
     n = tx.noise(128, seed, beta=0.9, lo=2, hi=60)[:, :38]
     h = -0.006 * cut + 0.003 * smooth(0.012, 0.004, np.abs(c - 0.30)) + 0.002 * smooth(0.012, 0.004, np.abs(c - 0.44))
@@ -262,7 +266,8 @@ def draw_rim(atlas, x, y, s, style, seed):
         split = 0.035 - across * smooth(0.5, 0.8, r)
         open_ = smooth(-0.02, 0.02, across - (0.15 - 0.05 * r)) * smooth(0.25, 0.29, r) * smooth(0.88, 0.84, r)
         col, met, rough = np.tile(rgb('b4b7ba'), (s, s, 1)), np.full_like(r, 0.9), np.full_like(r, 0.3)
-        h = -0.02 * open_ + 0.004 * smooth(0.05, 0.0, np.abs(r - 0.93)) - 0.004 * smooth(0.02, 0.0, np.abs(split - 0.03)) * (1 - open_)
+        h = (-0.02 * open_ + 0.004 * smooth(0.05, 0.0, np.abs(r - 0.93))
+             - 0.004 * smooth(0.02, 0.0, np.abs(split - 0.03)) * (1 - open_))
         bolts = smooth(0.045, 0.030, np.hypot(r - 0.20, turn(5, 0.5) * r))
     elif style == 'truck':
         open_ = smooth(0.08, 0.055, np.hypot(r - 0.72, turn(10) * r))

@@ -222,7 +222,8 @@ class Shell:
         foot0 = np.stack([lines * a[0], np.full(len(lines), rows[0])], 1)
         foot1 = np.stack([lines[::-1] * a[-1], np.full(len(lines), rows[-1])], 1)
         border = np.concatenate([np.stack([a, rows], 1), foot1, np.stack([0 * rows, rows], 1)[::-1], foot0])
-        grid = np.concatenate([np.stack([np.full(len(lines), 0) + lines * ar, np.full(len(lines), s)], 1) for ar, s in zip(a[1:-1], rows[1:-1])])
+        grid = np.concatenate([np.stack([np.full(len(lines), 0) + lines * ar, np.full(len(lines), s)], 1)
+                               for ar, s in zip(a[1:-1], rows[1:-1])])
         keep = np.ones(len(grid), bool)
         for loop in windows:
             keep &= seg_dist(loop, grid[:, 0], grid[:, 1]) > 0.04
@@ -254,7 +255,8 @@ class Shell:
         loop = divided(np.asarray(loop, float), 0.75 * fine)
         lo, hi = loop.min(0), loop.max(0)
         nx, ny = (max(1, int((hi - lo)[k] / fine)) for k in (0, 1))
-        grid = np.stack(np.meshgrid(np.linspace(lo[0], hi[0], nx + 2)[1:-1], np.linspace(lo[1], hi[1], ny + 2)[1:-1]), -1).reshape(-1, 2)
+        grid = np.stack(np.meshgrid(np.linspace(lo[0], hi[0], nx + 2)[1:-1], np.linspace(lo[1], hi[1], ny + 2)[1:-1]),
+                        -1).reshape(-1, 2)
         far = -poly_sdf(loop, grid[:, 0], grid[:, 1])
         grid = grid[far > 0.2 * min((hi - lo).min(), fine)]
         V, T = triangulate(loop, grid, [])
@@ -273,7 +275,8 @@ class Shell:
         ring = [a for a, b in zip(ring, ring[1:] + ring[:1]) if a != b]
         low = P[ring] - N[ring] * skirt
         n, m = len(top), len(ring)
-        F = [(ring[k], ring[(k + 1) % m], n + (k + 1) % m) for k in range(m)] + [(ring[k], n + (k + 1) % m, n + k) for k in range(m)]
+        F = ([(ring[k], ring[(k + 1) % m], n + (k + 1) % m) for k in range(m)]
+             + [(ring[k], n + (k + 1) % m, n + k) for k in range(m)])
         F = np.array(F)
         allP = np.concatenate([top, low])
         mid = allP[F].mean(1) - top.mean(0)
@@ -294,7 +297,8 @@ class Shell:
         k = len(a)
         rings = [P + out * 0.045 + N * 0.001, P + out * 0.032 + N * proud, P + N * proud, P - N * 0.03]
         F = [t for j in range(len(rings) - 1) for i in range(k - 1)
-             for t in ((j * k + i, j * k + i + 1, (j + 1) * k + i + 1), (j * k + i, (j + 1) * k + i + 1, (j + 1) * k + i))]
+             for t in ((j * k + i, j * k + i + 1, (j + 1) * k + i + 1),
+                       (j * k + i, (j + 1) * k + i + 1, (j + 1) * k + i))]
         G = np.concatenate(rings)
         F = np.array(F)
         fn = np.cross(G[F[:, 1]] - G[F[:, 0]], G[F[:, 2]] - G[F[:, 0]])

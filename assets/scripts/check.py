@@ -60,7 +60,8 @@ def check(path):
             area = np.linalg.norm(fn, axis=1)
             against = ((fn / np.maximum(area, 1e-20)[:, None] * N[F].mean(1)).sum(1) < -0.2) & (area > 2e-7)
             if against.sum():
-                faults.append('%s: %d of %d faces turned against their normals' % (j['materials'][p['material']]['name'], against.sum(), len(F)))
+                faults.append('%s: %d of %d faces turned against their normals'
+                              % (j['materials'][p['material']]['name'], against.sum(), len(F)))
             u = UV[F]
             du, dv = u[:, 1] - u[:, 0], u[:, 2] - u[:, 0]
             flat = np.abs(du[:, 0] * dv[:, 1] - du[:, 1] * dv[:, 0]) < 1e-12
@@ -91,13 +92,15 @@ def check(path):
             walk(c, chain)
     for r in j['scenes'][0]['nodes']:
         walk(r, [])
-    return dict(file=os.path.basename(path), bytes=os.path.getsize(path), triangles=tris, lo=np.round(lo, 3).tolist(), hi=np.round(hi, 3).tolist(),
+    return dict(file=os.path.basename(path), bytes=os.path.getsize(path), triangles=tris, lo=np.round(lo, 3).tolist(),
+                hi=np.round(hi, 3).tolist(),
                 materials=len(j['materials']), nodes=names, faults=faults)
 
 
 PAIR = lambda *names: ['%s_%s' % (n, side) for n in names for side in ('left', 'right')]
 ROAD = ['body', 'wheel_front', 'wheel_rear', 'lamp_head', 'lamp_tail']
-FOUR = ['body'] + PAIR('wheel_front', 'wheel_rear', 'lamp_head', 'lamp_indicator_front', 'lamp_tail', 'lamp_indicator_rear', 'lamp_reverse')
+FOUR = (['body'] + PAIR('wheel_front', 'wheel_rear', 'lamp_head', 'lamp_indicator_front', 'lamp_tail',
+                        'lamp_indicator_rear', 'lamp_reverse'))
 # root: (most triangles, the nodes that code relies on)
 VEHICLES = {
     'car': (5000, FOUR), 'van': (6000, FOUR), 'bus': (5000, FOUR + ['lamp_interior']),
@@ -106,7 +109,8 @@ VEHICLES = {
     'bicycle': (4500, ROAD + ['steering', 'cranks'] + PAIR('leg')),
     'person': (3000, ['body'] + PAIR('leg', 'arm')),
 }
-GLASS = {'lamp_head': 'glass_clear', 'lamp_reverse': 'glass_clear', 'lamp_tail': 'glass_red', 'lamp_indicator': 'glass_amber', 'lamp_interior': 'glass_interior'}
+GLASS = {'lamp_head': 'glass_clear', 'lamp_reverse': 'glass_clear', 'lamp_tail': 'glass_red',
+         'lamp_indicator': 'glass_amber', 'lamp_interior': 'glass_interior'}
 
 
 def check_vehicle(path, report):
@@ -146,7 +150,8 @@ def check_wheel(j, b, name, n):
     P = points(j, b, n)
     lo, hi = P.min(0), P.max(0)
     faults = []
-    if np.abs((lo + hi)[1:]).max() > 0.02 * (hi - lo)[1] or abs((hi - lo)[1] - (hi - lo)[2]) > 0.02 * (hi - lo)[1] or (hi - lo)[0] > 0.9 * (hi - lo)[1]:
+    if (np.abs((lo + hi)[1:]).max() > 0.02 * (hi - lo)[1] or abs((hi - lo)[1] - (hi - lo)[2]) > 0.02 * (hi - lo)[1]
+        or (hi - lo)[0] > 0.9 * (hi - lo)[1]):
         faults.append(name + ' does not turn about its X')
     turned = n.get('rotation', (0, 0, 0, 1)) != (0, 0, 0, 1)
     if turned != name.endswith('_right'):
@@ -176,7 +181,8 @@ if __name__ == '__main__':
     bad = False
     for f in sorted(glob.glob(os.path.join(here, '..', 'models', '*.glb'))):
         r = check(f)
-        print('%-18s %7d bytes %6d triangles %2d materials  %s .. %s' % (r['file'], r['bytes'], r['triangles'], r['materials'], r['lo'], r['hi']))
+        print('%-18s %7d bytes %6d triangles %2d materials  %s .. %s'
+              % (r['file'], r['bytes'], r['triangles'], r['materials'], r['lo'], r['hi']))
         print('    nodes: ' + ', '.join(r['nodes']))
         for x in r['faults'] + check_vehicle(f, r):
             print('    FAULT', x)

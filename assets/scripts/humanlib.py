@@ -54,7 +54,8 @@ def between(a, b, t):
 def limb(a, b, c, radii, rect, seg=10, side=(1, 0, 0), top=None):
     """Two bones a-b-c. radii: at a, the first middle, before b, b, after b, the second middle, c; top: where the skin
     begins, narrow, before a."""
-    pts = [a, between(a, b, 0.45), between(a, b, 0.88), np.asarray(b, float), between(b, c, 0.12), between(b, c, 0.4), c]
+    pts = [a, between(a, b, 0.45), between(a, b, 0.88), np.asarray(b, float), between(b, c, 0.12), between(b, c, 0.4),
+           c]
     pts[3] = pts[3] + 0.25 * (np.asarray(b) - (pts[2] + pts[4]) / 2)
     radii = [(r, r * 1.06) for r in radii]
     if top is not None:
@@ -87,7 +88,8 @@ def shoe(ankle, forward, uv, seg=8, size=1.0):
     a = np.asarray(ankle, float)
     along = np.array([-0.075, -0.06, 0.0, 0.07, 0.13, 0.175, 0.190]) * size
     drop = np.array([0.055, 0.045, 0.035, 0.052, 0.064, 0.070, 0.072]) * size
-    rad = [(0.020, 0.020), (0.036, 0.042), (0.042, 0.054), (0.045, 0.038), (0.046, 0.028), (0.036, 0.020), (0.012, 0.010)]
+    rad = [(0.020, 0.020), (0.036, 0.042), (0.042, 0.054), (0.045, 0.038), (0.046, 0.028), (0.036, 0.020),
+           (0.012, 0.010)]
     path = a + along[:, None] * f + drop[:, None] * down
     return skin(path, np.array(rad) * size, uv['shoe'], seg)
 
@@ -97,7 +99,8 @@ def arm(shoulder, elbow, wrist, uv, seg=10):
     s, b, c = (np.asarray(p, float) for p in (shoulder, elbow, wrist))
     d = (b - s) / np.linalg.norm(b - s)
     inward = np.array([-1.0, 0, 0])
-    pts = [s + inward * 0.110 + d * 0.016, s + inward * 0.055 + d * 0.002, s + inward * 0.014 + d * 0.008, s + d * 0.055, between(s, b, 0.5), between(s, b, 0.88), b,
+    pts = [s + inward * 0.110 + d * 0.016, s + inward * 0.055 + d * 0.002, s + inward * 0.014 + d * 0.008,
+           s + d * 0.055, between(s, b, 0.5), between(s, b, 0.88), b,
            between(b, c, 0.12), between(b, c, 0.4), c]
     pts[6] = b + 0.25 * (b - (pts[5] + pts[7]) / 2)
     radii = [0.034, 0.050, 0.059, 0.061, 0.055, 0.050, 0.049, 0.047, 0.043, 0.036]
@@ -106,7 +109,8 @@ def arm(shoulder, elbow, wrist, uv, seg=10):
 
 def hand(wrist, tip, rect, seg=8, fist=False):
     w, t = np.asarray(wrist, float), np.asarray(tip, float)
-    k = [(0.026, 0.024), (0.030, 0.040), (0.030, 0.046), (0.020, 0.030)] if not fist else [(0.030, 0.030), (0.044, 0.044), (0.046, 0.046), (0.030, 0.030)]
+    k = ([(0.026, 0.024), (0.030, 0.040), (0.030, 0.046), (0.020, 0.030)] if not fist
+         else [(0.030, 0.030), (0.044, 0.044), (0.046, 0.046), (0.030, 0.030)])
     return skin([w, between(w, t, 0.35), between(w, t, 0.75), t], k, rect, seg)
 
 
@@ -117,7 +121,8 @@ def torso(pelvis, chest, neck, uv, seg=16):
     top = (neck - chest) / np.linalg.norm(neck - chest)
     pts = [pelvis - up * 0.10, pelvis - up * 0.03, between(pelvis, chest, 0.25), between(pelvis, chest, 0.55), chest,
            between(chest, neck, 0.42), between(chest, neck, 0.72), between(chest, neck, 0.90), neck, neck + top * 0.035]
-    rad = [(0.188, 0.138), (0.184, 0.136), (0.170, 0.124), (0.163, 0.118), (0.184, 0.130), (0.198, 0.118), (0.168, 0.098), (0.108, 0.082), (0.070, 0.070), (0.066, 0.066)]
+    rad = [(0.188, 0.138), (0.184, 0.136), (0.170, 0.124), (0.163, 0.118), (0.184, 0.130), (0.198, 0.118),
+           (0.168, 0.098), (0.108, 0.082), (0.070, 0.070), (0.066, 0.066)]
     return skin(pts, rad, uv['jacket'], seg, power=2.35)
 
 
@@ -131,11 +136,13 @@ def head(neck, centre, uv, seg=14, hair=True):
     rad = np.stack([0.078 * np.cos(k) ** 0.75, 0.096 * np.cos(k) ** 0.8], 1)
     rad[1] *= (0.86, 0.92)
     parts = [skin(path, rad, uv['face'], seg, power=2.1)]
-    parts.append(skin([n - up * 0.03, between(n, c, 0.5), c - up * 0.04 - (0, 0, 0.01)], [(0.058, 0.058), (0.054, 0.056), (0.056, 0.06)], uv['skin_rect'], 8, close=(False, False)))
+    parts.append(skin([n - up * 0.03, between(n, c, 0.5), c - up * 0.04 - (0, 0, 0.01)],
+                      [(0.058, 0.058), (0.054, 0.056), (0.056, 0.06)], uv['skin_rect'], 8, close=(False, False)))
     nose = box(0.024, 0.042, 0.024, 0.010).rot('x', 20).move(c[0], c[1] - 0.012, c[2] + 0.101)
     parts.append(nose.swatch(*uv['skin']))
     for sx in (1, -1):
-        parts.append(box(0.018, 0.055, 0.034, 0.007).move(c[0] + sx * 0.079, c[1] - 0.005, c[2] - 0.008).swatch(*uv['skin']))
+        parts.append(box(0.018, 0.055, 0.034, 0.007)
+                     .move(c[0] + sx * 0.079, c[1] - 0.005, c[2] - 0.008).swatch(*uv['skin']))
     if not hair:
         return parts
     k = np.radians([-26, 0, 24, 46, 66, 84])
@@ -163,7 +170,8 @@ def helmet(centre, uv, tilt=0.0, seg=14, open_=False):
     t, y = np.meshgrid(np.radians(np.linspace(-66, 66, 9)), np.linspace(-0.045, 0.060, 4))
     r = np.cos(np.arcsin(np.clip((y - 0.012) / 0.152, -1, 1))) ** 0.62
     P = np.stack([0.131 * r * np.sin(t), y, 0.006 + 0.162 * r * np.cos(t)], -1).reshape(-1, 3)
-    F = np.array([f for i in range(3) for j in range(8) for f in ((i * 9 + j, i * 9 + j + 1, i * 9 + j + 10), (i * 9 + j, i * 9 + j + 10, i * 9 + j + 9))])
+    F = np.array([f for i in range(3) for j in range(8)
+                  for f in ((i * 9 + j, i * 9 + j + 1, i * 9 + j + 10), (i * 9 + j, i * 9 + j + 10, i * 9 + j + 9))])
     N = P / np.linalg.norm(P, axis=1, keepdims=True)
     visor = Part(P, N, np.zeros((len(P), 2)), outward(P, N, F)).swatch(*uv['gloss'])
     return shell.rot('x', tilt).move(*c), [visor.rot('x', tilt).move(*c)]
@@ -174,14 +182,16 @@ def helmet(centre, uv, tilt=0.0, seg=14, open_=False):
 def draw_human(atlas, x, y, seed, trousers='2b3442', jacket='dcdcd8', hair='2c2018', shoes='1d1714', rider=False):
     """Clothes, skin and hair in a block of 256 by 256 pixels."""
     r = lambda *a: atlas.rect(x + a[0], y + a[1], a[2], a[3], 2)
-    atlas.uv.update(jacket=r(0, 0, 128, 128), trousers=r(128, 0, 64, 128), sleeve=r(192, 0, 64, 128), face=r(0, 128, 96, 96),
-                    hair=r(96, 128, 64, 64), shoe=r(160, 128, 48, 64), helmet=r(96, 192, 112, 64), skin_rect=r(208, 128, 48, 64))
+    atlas.uv.update(jacket=r(0, 0, 128, 128), trousers=r(128, 0, 64, 128), sleeve=r(192, 0, 64, 128),
+                    face=r(0, 128, 96, 96), hair=r(96, 128, 64, 64), shoe=r(160, 128, 48, 64),
+                    helmet=r(96, 192, 112, 64), skin_rect=r(208, 128, 48, 64))
     cloth(atlas, x, y, 128, 128, jacket, seed, 0.62, draw_jacket, rider)
     cloth(atlas, x + 128, y, 64, 128, trousers, seed + 10, 0.75, draw_trousers, rider)
     cloth(atlas, x + 192, y, 64, 128, jacket, seed + 20, 0.62, draw_sleeve, rider)
     draw_face(atlas, x, y + 128, seed + 30)
     strands = tx.noise(128, seed + 40, beta=0.7, lo=3, hi=60, ax=1.0, ay=0.10)[:64, :64]
-    atlas.put(x + 96, y + 128, rgb(hair) * np.clip(1 + 0.25 * strands, 0.4, 1.8)[..., None], 0.5, 0, 0.0015 * strands, (0.004, 0.004))
+    atlas.put(x + 96, y + 128, rgb(hair) * np.clip(1 + 0.25 * strands, 0.4, 1.8)[..., None], 0.5, 0, 0.0015 * strands,
+              (0.004, 0.004))
     n = tx.noise(64, seed + 50, beta=1.0, lo=2, hi=20)[:, :48]
     sole = smooth(0.0, 1.0, np.abs(np.linspace(-1, 1, 48)))[None, :] * np.ones((64, 1))
     atlas.put(x + 160, y + 128, mix(rgb(shoes), rgb('0e0d0c'), sole * 0.6) * (1 + 0.1 * n)[..., None], 0.5, 0)
@@ -190,7 +200,8 @@ def draw_human(atlas, x, y, seed, trousers='2b3442', jacket='dcdcd8', hair='2c20
     u, v = np.meshgrid(even(0, 1, 112), even(0, 1, 64))
     stripe = smooth(0.05, 0.045, np.abs(np.abs(u - 0.5) - 0.11)) * smooth(0.55, 0.60, v)
     col = mix(rgb('e4e4e0'), rgb('1c1d1f'), stripe * (0.9 if rider else 0.0))
-    vents = smooth(0.02, 0.0, np.abs(((u * 10) % 1) - 0.5) - 0.16) * smooth(0.08, 0.14, v) * smooth(0.85, 0.75, v) * (0 if rider else 1)
+    vents = (smooth(0.02, 0.0, np.abs(((u * 10) % 1) - 0.5) - 0.16) * smooth(0.08, 0.14, v) * smooth(0.85, 0.75, v)
+             * (0 if rider else 1))
     atlas.put(x + 96, y + 192, mix(col, rgb('17181a'), vents), 0.22 + 0.5 * vents, 0, -0.006 * vents, (0.006, 0.004))
 
 
@@ -200,7 +211,8 @@ def cloth(atlas, x, y, w, h, color, seed, rough, draw, rider):
     big = tx.noise(128, seed, beta=1.6, lo=2, hi=14, ax=1.0, ay=0.5)[:h, :w]
     cross = tx.noise(128, seed + 1, beta=1.4, lo=3, hi=20, ax=0.45, ay=1.0)[:h, :w]
     height = 0.004 * big
-    col = np.tile(rgb(color), (h, w, 1)) * (1 + 0.05 * big + 0.02 * tx.noise(128, seed + 2, beta=0.3, lo=20, hi=64)[:h, :w])[..., None]
+    col = (np.tile(rgb(color), (h, w, 1))
+           * (1 + 0.05 * big + 0.02 * tx.noise(128, seed + 2, beta=0.3, lo=20, hi=64)[:h, :w])[..., None])
     height, col = draw(u, v, height, cross, col, rider)
     atlas.put(x, y, col, rough, 0, height, (0.9 / w, 0.75 / h), np.clip(1 + 30 * (height - height.mean()), 0.6, 1))
 
@@ -261,5 +273,6 @@ def draw_face(atlas, x, y, seed, s=96):
     col = mix(col, rgb('8a6148'), 0.45 * smooth(0.35, 0.15, v) * smooth(0.0, 0.2, du))
     hair = np.maximum(smooth(0.74, 0.78, v), smooth(0.20, 0.24, du) * smooth(0.42, 0.50, v))
     col = mix(col, rgb('2c2018'), hair)
-    h = 0.006 * np.exp(-((v - 0.60) / 0.03) ** 2) * (du < 0.12) - 0.006 * socket + 0.004 * np.exp(-(((v - 0.30) / 0.03) ** 2 + (du / 0.05) ** 2))
+    h = (0.006 * np.exp(-((v - 0.60) / 0.03) ** 2) * (du < 0.12) - 0.006 * socket
+         + 0.004 * np.exp(-(((v - 0.30) / 0.03) ** 2 + (du / 0.05) ** 2)))
     atlas.put(x, y, col, 0.55, 0, h, (0.55 / s, 0.24 / s))

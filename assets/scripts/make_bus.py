@@ -6,7 +6,8 @@ from vehiclelib import *
 HX, HUB, FRONT = 1.275, 0.48, 5.90
 TRACK, REAR_TRACK, ARCH, SILL = 1.075, 0.94, 0.575, 0.33
 NOSE, END, TOP = 8.66, -3.34, 3.04
-O = Outline([(8.56, 0.31), (NOSE, 0.46), (NOSE, 1.10), (8.55, 2.62), (8.34, TOP - 0.02), (-3.20, TOP), (END, 2.70), (END, 0.60), (-3.27, 0.33)],
+O = Outline([(8.56, 0.31), (NOSE, 0.46), (NOSE, 1.10), (8.55, 2.62), (8.34, TOP - 0.02), (-3.20, TOP), (END, 2.70),
+             (END, 0.60), (-3.27, 0.33)],
             [0, 0.10, 1.2, 0.5, 0.24, 0.16, 1.2, 0.12, 0], step=22, longest=3.0)
 R_EDGE = 0.17
 
@@ -17,20 +18,24 @@ ZX, SY = even(8.72, -3.40, SIDE[2])[::-1], even(3.10, 0.27, SIDE[3])
 SX, TY = knots([0.0, S_FRONT, S_REAR, O.length], [300, 424, 300]), even(1.40, -0.04, STRIP[3])
 
 BELT, HEAD_Y = 1.22, 2.50
-BAND = round_poly([(-2.75, BELT), (7.62, BELT), (8.10, 1.02), (8.02, HEAD_Y), (-2.75, HEAD_Y)], [0.12, 0.2, 0.12, 0.10, 0.12])
+BAND = round_poly([(-2.75, BELT), (7.62, BELT), (8.10, 1.02), (8.02, HEAD_Y), (-2.75, HEAD_Y)],
+                  [0.12, 0.2, 0.12, 0.10, 0.12])
 PANES = [(-2.68, -1.42), (-1.36, 0.16), (0.22, 1.74), (1.80, 3.32), (3.38, 4.90), (4.96, 6.48), (6.54, 7.55)]
 DOORS = [(7.02, 8.28), (2.22, 3.60)]
 DOOR_Y = (0.36, 2.52)
 S_SCREEN = (O.find(1.06), O.find(2.72))
-SCREEN = np.array([(0.0, S_SCREEN[0]), (0.95, S_SCREEN[0] + 0.02), (1.08, S_SCREEN[0] + 0.12), (1.09, S_SCREEN[1] - 0.1), (1.04, S_SCREEN[1]), (0.0, S_SCREEN[1])])
+SCREEN = np.array([(0.0, S_SCREEN[0]), (0.95, S_SCREEN[0] + 0.02), (1.08, S_SCREEN[0] + 0.12),
+                   (1.09, S_SCREEN[1] - 0.1), (1.04, S_SCREEN[1]), (0.0, S_SCREEN[1])])
 S_BACK = (O.find(2.52, False), O.find(1.62, False))
-BACK = np.array([(0.0, S_BACK[0]), (0.88, S_BACK[0]), (0.94, S_BACK[0] + 0.06), (0.94, S_BACK[1] - 0.06), (0.88, S_BACK[1]), (0.0, S_BACK[1])])
+BACK = np.array([(0.0, S_BACK[0]), (0.88, S_BACK[0]), (0.94, S_BACK[0] + 0.06), (0.94, S_BACK[1] - 0.06),
+                 (0.88, S_BACK[1]), (0.0, S_BACK[1])])
 
 
 def deform(p):
     x, y, z = p[..., 0], p[..., 1], p[..., 2]
     q = (x / HX) ** 2
-    w = 1 - 0.035 * np.clip((y - 1.0) / 2.0, 0, 1) - 0.015 * smooth(0.6, 0.3, y) - 0.035 * smooth(7.2, NOSE, z) ** 1.5 - 0.012 * smooth(-2.6, END, z)
+    w = (1 - 0.035 * np.clip((y - 1.0) / 2.0, 0, 1) - 0.015 * smooth(0.6, 0.3, y) - 0.035 * smooth(7.2, NOSE, z) ** 1.5
+         - 0.012 * smooth(-2.6, END, z))
     nz = z - 0.24 * q ** 1.3 * smooth(7.0, NOSE, z) + 0.07 * q * smooth(-2.4, END, z)
     ny = y + 0.035 * (1 - q) * smooth(2.6, 3.0, y)
     return np.stack([x * w, ny, nz], -1)
@@ -167,14 +172,17 @@ def panes(shell, atlas, side):
         for door in DOORS:                                   # what the doors leave of each pane
             rest = []
             for a, b, *more in spans:
-                rest += [(lo, hi, *more) for lo, hi in ((a, min(b, door[0] - 0.05)), (max(a, door[1] + 0.05), b)) if hi - lo > 0.1]
+                rest += [(lo, hi, *more) for lo, hi in ((a, min(b, door[0] - 0.05)), (max(a, door[1] + 0.05), b))
+                         if hi - lo > 0.1]
             spans = rest
-        spans += [(a + k * (b - a) / 2 + 0.14, a + (k + 1) * (b - a) / 2 - 0.14, 0.62, 2.35, 0.026) for a, b in DOORS for k in (0, 1)]
+        spans += [(a + k * (b - a) / 2 + 0.14, a + (k + 1) * (b - a) / 2 - 0.14, 0.62, 2.35, 0.026) for a, b in DOORS
+                  for k in (0, 1)]
     parts = []
     for a, b, lo, hi, lift in spans:
         zz, yy = np.meshgrid([a, b], [lo, (lo + hi) / 2, hi])
         P, N = shell.on_side(zz.ravel(), yy.ravel(), lift)
-        uv = np.stack([x + w * (0.01 + 0.98 * (zz.ravel() - z0) / (DOORS[0][1] - z0)), y + h * np.clip((HEAD_Y - yy.ravel()) / (HEAD_Y - BELT + 0.5 * (lift > 0.01)), 0.01, 0.99)], 1)
+        uv = np.stack([x + w * (0.01 + 0.98 * (zz.ravel() - z0) / (DOORS[0][1] - z0)),
+                       y + h * np.clip((HEAD_Y - yy.ravel()) / (HEAD_Y - BELT + 0.5 * (lift > 0.01)), 0.01, 0.99)], 1)
         F = np.array([(0, 1, 3), (0, 3, 2), (2, 3, 5), (2, 5, 4)])
         parts.append(Part(P, N, uv, outward(P, N, F)))
     part = merge(*parts)
@@ -195,7 +203,8 @@ def details(shell, uv, atlas):
     for sx in (1, -1):                                                       # mirrors on arms before the corners
         P, _ = shell.on_strip(sx * 1.20, O.find(2.60))
         m = P[0] + (sx * 0.20, -0.35, 0.30)
-        arm = tube([P[0] + (-sx * 0.03, 0.06, -0.05), P[0] + (sx * 0.10, 0.09, 0.20), m + (0, 0.27, -0.02), m + (0, 0.10, 0)], 0.022, 6)
+        arm = tube([P[0] + (-sx * 0.03, 0.06, -0.05), P[0] + (sx * 0.10, 0.09, 0.20), m + (0, 0.27, -0.02),
+                    m + (0, 0.10, 0)], 0.022, 6)
         trim.append(arm.swatch(*uv['plastic']))
         trim.append(box(0.20, 0.40, 0.10, 0.04).move(*m).swatch(*uv['plastic']))
         trim.append(on_rect(box(0.165, 0.35, 0.008), uv['mirror'], flip=True).move(m[0], m[1], m[2] - 0.05))
@@ -211,7 +220,8 @@ def details(shell, uv, atlas):
     trim.append(plate(atlas, P[0] + (0, 0.0, 0.012)))
     P, _ = shell.on_strip(0.0, O.find(0.76, False))
     trim.append(plate(atlas, P[0] + (0, 0, -0.012), True))
-    for sx, sz, z in ((1.2, 11.3, 2.65), (2.2, 4.6, 2.95), (2.2, 1.9, 7.45), (2.2, 2.6, -1.95)):      # floor, narrow between the wheels
+    # Floor, narrow between the wheels.
+    for sx, sz, z in ((1.2, 11.3, 2.65), (2.2, 4.6, 2.95), (2.2, 1.9, 7.45), (2.2, 2.6, -1.95)):
         trim.append(box(sx, 0.06, sz).move(0, 0.37 - 0.005 * sx, z).swatch(*uv['under']))
     return paint, trim
 
@@ -222,8 +232,10 @@ def lamps(v, shell, uv):
     v.lamps('lamp_head', shell.patch(head, uv['glass_clear'], lift=0.012, dome=0.03, fine=0.3), 'glass_clear', HEAD)
     e = 1.29
     amber = round_poly([(1.02, s - 0.07), (e, s - 0.07), (e, s + 0.07), (1.02, s + 0.07)], 0.03)
-    v.lamps('lamp_indicator_front', shell.patch(amber, uv['glass_amber'], lift=0.012, dome=0.015, fine=0.3), 'glass_amber', tilted(0, 1, 19))
-    for name, kind, y0, y1, way in (('lamp_tail', 'glass_red', 1.50, 1.12, TAIL), ('lamp_indicator_rear', 'glass_amber', 1.09, 0.90, tilted(0, -1, 19)),
+    v.lamps('lamp_indicator_front', shell.patch(amber, uv['glass_amber'], lift=0.012, dome=0.015, fine=0.3),
+            'glass_amber', tilted(0, 1, 19))
+    for name, kind, y0, y1, way in (('lamp_tail', 'glass_red', 1.50, 1.12, TAIL),
+                                    ('lamp_indicator_rear', 'glass_amber', 1.09, 0.90, tilted(0, -1, 19)),
                                     ('lamp_reverse', 'glass_clear', 0.87, 0.72, TAIL)):
         a, b = O.find(y0, False), O.find(y1, False)
         loop = round_poly([(0.955, a), (1.155, a), (1.155, b), (0.955, b)], 0.03)
@@ -240,7 +252,8 @@ def build(out):
     draw_sign(atlas, 592, 376, '7  HARBOUR')
     draw_interior(atlas, 592, 416)
     uv = atlas.uv
-    shell = Shell(O, HX, lambda p: np.full(p.shape[:-1], R_EDGE), deform, chart(SIDE, atlas, ZX, SY), chart(STRIP, atlas, SX, TY), 3)
+    shell = Shell(O, HX, lambda p: np.full(p.shape[:-1], R_EDGE), deform, chart(SIDE, atlas, ZX, SY),
+                  chart(STRIP, atlas, SX, TY), 3)
     arches = [arch_loop(az, HUB, ARCH) for az in (0, FRONT)]
     side, glass = shell.side([-2.95, -1.6, 1.6, 3.0, 4.4, 6.8, 7.5, 7.9, 8.25], [0.7, 1.0, 1.85, 2.68], [BAND], arches)
     top, screens = shell.strip([0, 0.4, 0.75], [SCREEN, BACK])
@@ -257,7 +270,9 @@ def build(out):
     v.more_wheels(double, {'wheel_rear': (REAR_TRACK, HUB, 0)})
     lamps(v, shell, uv)
     inside = v.g.material('glass_interior', *v.images, occlusion=False)
-    v.g.node('lamp_interior', v.g.mesh('lamp_interior', [(merge(panes(shell, atlas, 1), panes(shell, atlas, -1), sign(shell, uv)), inside)]), parent=v.root)
+    v.g.node('lamp_interior',
+             v.g.mesh('lamp_interior', [(merge(panes(shell, atlas, 1), panes(shell, atlas, -1), sign(shell, uv)),
+                                         inside)]), parent=v.root)
     v.g.save(out)
 
 

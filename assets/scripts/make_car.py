@@ -10,7 +10,8 @@ CORNERS = [(3.20, 0.19), (3.315, 0.36), (3.30, 0.60), (3.15, 0.785), (2.22, 0.98
 ROUND = [0, 0.10, 0.35, 0.20, 0.22, 0.45, 1.6, 0.13, 0.22, 0.25, 0.10, 0]
 O = Outline(CORNERS, ROUND, step=20, longest=0.5)
 
-DLO = round_poly([(2.02, 0.965), (1.37, 1.345), (0.84, 1.388), (0.20, 1.345), (-0.16, 1.25), (-0.30, 1.045), (0.30, 0.985)],
+DLO = round_poly([(2.02, 0.965), (1.37, 1.345), (0.84, 1.388), (0.20, 1.345), (-0.16, 1.25), (-0.30, 1.045),
+                  (0.30, 0.985)],
                  [0.02, 0.10, 0.5, 0.5, 0.06, 0.06, 0.5], 24)
 S_SCREEN = (O.near(2.16, 1.02), O.near(1.41, 1.42))
 S_BACK = (O.near(-0.36, 1.335), O.near(-0.60, 0.965))
@@ -21,12 +22,14 @@ def half(rows):
     return np.array([(0.0, rows[0][1])] + rows + [(0.0, rows[-1][1])])
 
 
-SCREEN = half([(0.70, S_SCREEN[0] + 0.012), (0.755, S_SCREEN[0] + 0.06), (0.765, S_SCREEN[1] - 0.10), (0.73, S_SCREEN[1] - 0.03), (0.60, S_SCREEN[1])])
+SCREEN = half([(0.70, S_SCREEN[0] + 0.012), (0.755, S_SCREEN[0] + 0.06), (0.765, S_SCREEN[1] - 0.10),
+               (0.73, S_SCREEN[1] - 0.03), (0.60, S_SCREEN[1])])
 BACK = half([(0.62, S_BACK[0]), (0.70, S_BACK[0] + 0.03), (0.72, S_BACK[1] - 0.06), (0.68, S_BACK[1])])
 
 
 S_GRILLE = (O.near(3.28, 0.66), O.near(3.31, 0.36))
-GRILLES = [half([(0.44, s - dy), (0.47 + dx, s - 0.6 * dy), (0.47 + dx, s + 0.6 * dy), (0.44, s + dy)]) for s, dx, dy in ((S_GRILLE[0], 0.0, 0.056), (S_GRILLE[1], 0.03, 0.086))]
+GRILLES = [half([(0.44, s - dy), (0.47 + dx, s - 0.6 * dy), (0.47 + dx, s + 0.6 * dy), (0.44, s + dy)])
+           for s, dx, dy in ((S_GRILLE[0], 0.0, 0.056), (S_GRILLE[1], 0.03, 0.086))]
 
 
 def fillet(p):
@@ -65,11 +68,14 @@ def draw_side(atlas):
     c.ridge(Y - (0.815 + 0.018 * Z), -0.005, 0.035)
     c.ridge(Y - (0.415 + 0.025 * (Z - 1.2)), 0.012, 0.05)
     top = 1.43
-    front = round_poly([(1.06, 0.29), (1.93, 0.29), (2.03, 0.46), (2.01, 0.70), (2.00, 0.965), (1.35, top), (1.06, top)], [0.02, 0.08, 0.1, 0.2, 0.04, 0.1, 0.02])
-    rear = round_poly([(0.55, 0.29), (1.05, 0.29), (1.05, top), (0.15, top), (-0.05, 1.02), (0.10, 0.76), (0.36, 0.58)], [0.12, 0.02, 0.02, 0.1, 0.15, 0.12, 0.15])
+    front = round_poly([(1.06, 0.29), (1.93, 0.29), (2.03, 0.46), (2.01, 0.70), (2.00, 0.965), (1.35, top),
+                        (1.06, top)], [0.02, 0.08, 0.1, 0.2, 0.04, 0.1, 0.02])
+    rear = round_poly([(0.55, 0.29), (1.05, 0.29), (1.05, top), (0.15, top), (-0.05, 1.02), (0.10, 0.76), (0.36, 0.58)],
+                      [0.12, 0.02, 0.02, 0.1, 0.15, 0.12, 0.15])
     c.line(seg_dist(front, Z, Y))
     c.line(seg_dist(rear, Z, Y))
-    c.line(seg_dist(np.array([(1.99, 0.93), (2.40, 0.92), (2.90, 0.83), (3.05, 0.77)]), Z, Y, False))   # bonnet shut line
+    # Bonnet shut line.
+    c.line(seg_dist(np.array([(1.99, 0.93), (2.40, 0.92), (2.90, 0.83), (3.05, 0.77)]), Z, Y, False))
     c.line(seg_dist(np.array([(2.93, 0.62), (2.905, 0.50), (2.92, 0.2)]), Z, Y, False))          # bumpers
     c.line(seg_dist(np.array([(2.93, 0.62), (3.3, 0.64)]), Z, Y, False))
     c.line(seg_dist(np.array([(-0.345, 0.2), (-0.37, 0.50), (-0.36, 0.60), (-0.7, 0.61)]), Z, Y, False))
@@ -86,7 +92,8 @@ def draw_side(atlas):
     seats = np.minimum(seats, np.minimum(rr(Z, Y, 1.10, 1.27, 0.065, 0.07, 0.03), np.hypot(Z - 1.72, Y - 0.97) - 0.14))
     c.fill(np.abs(d) - 0.012, '141415', 0.35, 0)
     c.glass(d, 0.98, 1.38, seats)
-    for bar, wid in ((np.abs(Z - 1.055 + 0.06 * (Y - 1)), 0.040), (np.abs(Z - 0.07 - 0.10 * (Y - 1)), 0.018), (np.abs(Z - 1.78), 0.014)):
+    for bar, wid in ((np.abs(Z - 1.055 + 0.06 * (Y - 1)), 0.040), (np.abs(Z - 0.07 - 0.10 * (Y - 1)), 0.018),
+                     (np.abs(Z - 1.78), 0.014)):
         c.fill(np.maximum(bar - wid, d), '101011', 0.25, 0)
     spray = sum(smooth(0.22, 0.0, np.hypot((Z - az + 0.10) / 1.25, Y - HUB) - ARCH) for az in (0, FRONT))
     c.weather(np.clip(0.85 * smooth(0.55, 0.18, Y) + 0.5 * spray * smooth(0.9, 0.3, Y), 0, 1), 0.5)
@@ -159,7 +166,8 @@ def details(shell, uv, atlas):
     glass = on_rect(box(0.155, 0.095, 0.008, 0.0), uv['mirror'], flip=True).rot('y', -8)
     paint += both(cap.move(*m).swatch(*uv['coat']))
     trim += both(glass.move(m[0], m[1], m[2] - 0.041))
-    trim += both(tube([P[0] + (-0.02, -0.01, 0.03), m + (-0.03, -0.045, 0.02)], 0.022, 6, squash=0.6).swatch(*uv['plastic']))
+    trim += both(tube([P[0] + (-0.02, -0.01, 0.03), m + (-0.03, -0.045, 0.02)], 0.022, 6,
+                      squash=0.6).swatch(*uv['plastic']))
     for x0, x1, lag in ((-0.62, 0.02, 0.03), (-0.02, 0.58, 0.0)):   # wipers
         s = S_SCREEN[0] + 0.035 + lag
         P, N = shell.on_strip(np.array([x0, (x0 + x1) / 2, x1]), np.array([s, s + 0.010, s + 0.045]), 0.014)
@@ -170,7 +178,8 @@ def details(shell, uv, atlas):
     trim.append(plate(atlas, P[0] + (0, 0, 0.012), tilt=0))
     P, N = shell.on_strip(0.0, O.near(-0.675, 0.735))
     trim.append(plate(atlas, P[0] + (0, 0, -0.004), True, tilt=6))
-    trim.append(lathe([(0.034, -0.10), (0.034, 0.03), (0.028, 0.03), (0.026, -0.05)], 8, 40).rot('x', -90).move(-0.42, 0.235, -0.60).swatch(*uv['chrome']))
+    trim.append(lathe([(0.034, -0.10), (0.034, 0.03), (0.028, 0.03), (0.026, -0.05)], 8,
+                      40).rot('x', -90).move(-0.42, 0.235, -0.60).swatch(*uv['chrome']))
     return paint, trim
 
 
@@ -183,14 +192,16 @@ def build(out):
     uv = atlas.uv
     shell = Shell(O, HX, fillet, deform, chart(SIDE, atlas, ZX, SY), chart(STRIP, atlas, SX, TY), 3)
     arches = [arch_loop(az, HUB, ARCH) for az in (0, FRONT)]
-    side, glass = shell.side(np.arange(-0.4, 3.2, 0.30), [0.32, 0.46, 0.60, 0.74, 0.84, 0.92, 1.02, 1.18, 1.33], [DLO], arches)
+    side, glass = shell.side(np.arange(-0.4, 3.2, 0.30), [0.32, 0.46, 0.60, 0.74, 0.84, 0.92, 1.02, 1.18, 1.33], [DLO],
+                             arches)
     top, screens = shell.strip([0, 0.28, 0.56, 0.80], [SCREEN, BACK] + GRILLES)
     paint = both(side) + both(top) + both(shell.edge())
     trim = [m for p in glass + screens for m in both(p)]
     for az in (0, FRONT):
         lip, tub = shell.arch(az, HUB, ARCH, SILL, 0.50, uv['plastic'], uv['under'], 12, 0.006)
         trim += both(lip) + both(tub)
-    for sx, sz, z in ((0.98, 3.5, 1.30), (1.50, 1.68, 1.265), (1.34, 0.16, 3.0), (1.40, 0.16, -0.48)):      # floor, narrow between the wheels
+    # Floor, narrow between the wheels.
+    for sx, sz, z in ((0.98, 3.5, 1.30), (1.50, 1.68, 1.265), (1.34, 0.16, 3.0), (1.40, 0.16, -0.48)):
         trim.append(box(sx, 0.05, sz).move(0, 0.23 - 0.005 * sx, z).swatch(*uv['under']))
     p, t = details(shell, uv, atlas)
     v = Vehicle('car', atlas, (0.30, 0.035, 0.030))
@@ -208,13 +219,16 @@ def lamps(v, shell, uv):
     v.lamps('lamp_head', shell.patch(head, uv['glass_clear'], lift=0.008, dome=0.014), 'glass_clear', HEAD)
     s0, s1 = s(3.30, 0.60), s(3.285, 0.645)
     amber = round_poly([(0.56, s0), (edge, s0 + 0.03), (edge, s1 + 0.028), (0.53, s1)], 0.012)
-    v.lamps('lamp_indicator_front', shell.patch(amber, uv['glass_amber'], lift=0.006, dome=0.004), 'glass_amber', tilted(0, 1, 19))
+    v.lamps('lamp_indicator_front', shell.patch(amber, uv['glass_amber'], lift=0.006, dome=0.004), 'glass_amber',
+            tilted(0, 1, 19))
     # rear cluster, from the top: tail and brake, indicator, reversing lamp
     rows = [s(-0.625, 0.915), s(-0.665, 0.755), s(-0.673, 0.685), s(-0.676, 0.625)]
     edge = min(shell.widest(r) for r in rows) - 0.004
-    for name, kind, a, b, way in (('lamp_tail', 'glass_red', 0, 1, TAIL), ('lamp_indicator_rear', 'glass_amber', 1, 2, tilted(0, -1, 19)),
+    for name, kind, a, b, way in (('lamp_tail', 'glass_red', 0, 1, TAIL),
+                                  ('lamp_indicator_rear', 'glass_amber', 1, 2, tilted(0, -1, 19)),
                                   ('lamp_reverse', 'glass_clear', 2, 3, TAIL)):
-        loop = round_poly([(0.60, rows[a] + 0.004), (edge, rows[a] + 0.004), (edge, rows[b] - 0.004), (0.60, rows[b] - 0.004)], 0.014)
+        loop = round_poly([(0.60, rows[a] + 0.004), (edge, rows[a] + 0.004), (edge, rows[b] - 0.004),
+                           (0.60, rows[b] - 0.004)], 0.014)
         v.lamps(name, shell.patch(loop, uv[kind], lift=0.007, dome=0.008), kind, way)
 
 

@@ -17,7 +17,8 @@ def build(out):
     shaped(v, 'body', (0, 0, 0), [trunk], skull)
     for side, sx in (('left', 1), ('right', -1)):
         hip, shoulder = np.array(HIP), np.array(SHOULDER)
-        down = [leg(hip, (0.100, 0.480, 0.012), (0.100, 0.095, -0.012), uv), shoe((0.102, 0.092, -0.012), (0.06, 0.0, 1.0), uv)]
+        down = [leg(hip, (0.100, 0.480, 0.012), (0.100, 0.095, -0.012), uv),
+                shoe((0.102, 0.092, -0.012), (0.06, 0.0, 1.0), uv)]
         coat = [arm(shoulder, (0.226, 1.120, -0.030), (0.232, 0.880, 0.012), uv)]
         palm = [hand((0.232, 0.890, 0.012), (0.228, 0.775, 0.035), uv['skin_rect'])]
         turn = (lambda ps: ps) if sx > 0 else (lambda ps: [mirror_x(p) for p in ps])

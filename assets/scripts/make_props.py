@@ -90,8 +90,10 @@ def torus(R, r, n=24, m=10):
 def kettle():
     g = Glb()
     m = g.material('glaze', color=(0.80, 0.78, 0.74, 1), metallic=0, roughness=0.35)
-    body = spline([(0.0, -0.60), (0.30, -0.60), (0.44, -0.575), (0.47, -0.54), (0.60, -0.42), (0.70, -0.20), (0.69, 0.04), (0.58, 0.25), (0.43, 0.36),
-                   (0.375, 0.385), (0.365, 0.415), (0.38, 0.435), (0.34, 0.450), (0.25, 0.505), (0.13, 0.55), (0.075, 0.58), (0.065, 0.625), (0.105, 0.675),
+    body = spline([(0.0, -0.60), (0.30, -0.60), (0.44, -0.575), (0.47, -0.54), (0.60, -0.42), (0.70, -0.20),
+                   (0.69, 0.04), (0.58, 0.25), (0.43, 0.36),
+                   (0.375, 0.385), (0.365, 0.415), (0.38, 0.435), (0.34, 0.450), (0.25, 0.505), (0.13, 0.55),
+                   (0.075, 0.58), (0.065, 0.625), (0.105, 0.675),
                    (0.112, 0.725), (0.070, 0.775), (0.0, 0.79)], 61)
     body[:, 0] = np.maximum(body[:, 0], 0)
     body[0, 0] = body[-1, 0] = 0
@@ -101,11 +103,15 @@ def kettle():
     rad = np.interp(np.linspace(0, 1, 22), [0, 0.25, 0.6, 0.9, 1], [0.21, 0.165, 0.105, 0.082, 0.095])
     # the mouth turns in, so the spout is closed and shows a hollow
     d = path[-1] - path[-2]; d /= np.linalg.norm(d)
-    path = np.concatenate([path, [path[-1] + d * 0.012, path[-1] + d * 0.008, path[-1] - d * 0.05, path[-1] - d * 0.10]])
+    path = np.concatenate([path, [path[-1] + d * 0.012, path[-1] + d * 0.008, path[-1] - d * 0.05,
+                                  path[-1] - d * 0.10]])
     rad = np.concatenate([rad, [0.090, 0.078, 0.066, 0.060]])
     parts.append(sweep_open(path, rad, 20).uvmap(lambda P, UV: UV * (0.6, 0.75)))
-    hp = spline([(-0.48, 0.27, 0), (-0.66, 0.36, 0), (-0.88, 0.36, 0), (-1.03, 0.20, 0), (-1.02, -0.04, 0), (-0.88, -0.24, 0), (-0.60, -0.33, 0)], 34)
-    parts.append(tube(hp, np.interp(np.linspace(0, 1, 34), [0, 0.15, 0.5, 0.85, 1], [0.085, 0.062, 0.058, 0.062, 0.080]), 14, 70, squash=1.35).uvmap(lambda P, UV: UV * (0.32, 1.6)))
+    hp = spline([(-0.48, 0.27, 0), (-0.66, 0.36, 0), (-0.88, 0.36, 0), (-1.03, 0.20, 0), (-1.02, -0.04, 0),
+                 (-0.88, -0.24, 0), (-0.60, -0.33, 0)], 34)
+    parts.append(tube(hp, np.interp(np.linspace(0, 1, 34), [0, 0.15, 0.5, 0.85, 1],
+                                    [0.085, 0.062, 0.058, 0.062, 0.080]), 14, 70,
+                      squash=1.35).uvmap(lambda P, UV: UV * (0.32, 1.6)))
     k = merge(parts)
     c = np.array([0, (k.P[:, 1].max() + k.P[:, 1].min()) / 2, 0])
     k.P -= c
@@ -157,8 +163,10 @@ def enamel(g):
 
 def bell(r=0.24):
     """A bell shade hanging from the origin downward: outside (iron) and inside (enamel)."""
-    o = [(r * 1.000, -0.205), (r * 1.03, -0.212), (r * 1.02, -0.196), (r * 0.93, -0.165), (r * 0.72, -0.110), (r * 0.46, -0.070), (r * 0.30, -0.045), (r * 0.26, -0.020), (r * 0.24, 0.035), (r * 0.14, 0.050), (0.0, 0.052)]
-    i = [(0.0, -0.055), (r * 0.30, -0.058), (r * 0.46, -0.080), (r * 0.72, -0.120), (r * 0.93, -0.172), (r * 1.00, -0.205)]
+    o = [(r * 1.000, -0.205), (r * 1.03, -0.212), (r * 1.02, -0.196), (r * 0.93, -0.165), (r * 0.72, -0.110),
+         (r * 0.46, -0.070), (r * 0.30, -0.045), (r * 0.26, -0.020), (r * 0.24, 0.035), (r * 0.14, 0.050), (0.0, 0.052)]
+    i = [(0.0, -0.055), (r * 0.30, -0.058), (r * 0.46, -0.080), (r * 0.72, -0.120), (r * 0.93, -0.172),
+         (r * 1.00, -0.205)]
     outer = turned(o, 28, 40)
     inner = lathe(i, 28, 60)
     if inner.N[:, 1].mean() > 0:
@@ -167,21 +175,26 @@ def bell(r=0.24):
 
 
 def bulb(r=0.075):
-    return lathe([(0.0, -0.075 - 2.1 * r), (r * 0.5, -0.075 - 2.0 * r), (r * 0.88, -0.075 - 1.6 * r), (r, -0.075 - 1.1 * r), (r * 0.86, -0.075 - 0.55 * r), (r * 0.5, -0.06), (r * 0.45, -0.04)], 20, 80)
+    return lathe([(0.0, -0.075 - 2.1 * r), (r * 0.5, -0.075 - 2.0 * r), (r * 0.88, -0.075 - 1.6 * r),
+                  (r, -0.075 - 1.1 * r), (r * 0.86, -0.075 - 0.55 * r), (r * 0.5, -0.06), (r * 0.45, -0.04)], 20, 80)
 
 
 def lamp_post():
     g = Glb()
     mi = iron(g, '27332f', 610)
     me, mg = enamel(g), lamp_glass(g)
-    base = turned([(0.0, 0.0), (0.20, 0.0), (0.20, 0.06), (0.185, 0.075), (0.17, 0.09), (0.17, 0.50), (0.18, 0.52), (0.18, 0.56), (0.14, 0.60), (0.105, 0.66), (0.095, 0.72), (0.105, 0.74), (0.105, 0.77), (0.085, 0.79)], 24, 32)
-    shaft = turned([(0.078, 0.78), (0.066, 2.0), (0.058, 2.38), (0.075, 2.40), (0.080, 2.43), (0.075, 2.46), (0.056, 2.48), (0.048, 3.25), (0.060, 3.27), (0.064, 3.30), (0.060, 3.33), (0.042, 3.35)], 16, 30)
+    base = turned([(0.0, 0.0), (0.20, 0.0), (0.20, 0.06), (0.185, 0.075), (0.17, 0.09), (0.17, 0.50), (0.18, 0.52),
+                   (0.18, 0.56), (0.14, 0.60), (0.105, 0.66), (0.095, 0.72), (0.105, 0.74), (0.105, 0.77),
+                   (0.085, 0.79)], 24, 32)
+    shaft = turned([(0.078, 0.78), (0.066, 2.0), (0.058, 2.38), (0.075, 2.40), (0.080, 2.43), (0.075, 2.46),
+                    (0.056, 2.48), (0.048, 3.25), (0.060, 3.27), (0.064, 3.30), (0.060, 3.33), (0.042, 3.35)], 16, 30)
     parts = [base, shaft]
     # flutes on the plinth
     for k in range(8):
         a = k * 45
         parts.append(box(0.045, 0.34, 0.02, 0.008, 2.0).move(0, 0.29, 0.170).rot('y', a + 22.5))
-    neck = spline([(0, 3.30, 0), (0, 3.62, 0.0), (0, 3.88, 0.10), (0, 4.02, 0.36), (0, 4.00, 0.66), (0, 3.86, 0.82), (0, 3.78, 0.84)], 26)
+    neck = spline([(0, 3.30, 0), (0, 3.62, 0.0), (0, 3.88, 0.10), (0, 4.02, 0.36), (0, 4.00, 0.66), (0, 3.86, 0.82),
+                   (0, 3.78, 0.84)], 26)
     parts.append(swept(neck, np.interp(np.linspace(0, 1, 26), [0, 1], [0.040, 0.026]), 12))
     scroll = []
     for t in np.linspace(0, 1.6 * np.pi, 18):
@@ -194,7 +207,8 @@ def lamp_post():
     # ladder bar
     parts.append(swept([(-0.30, 3.05, 0), (0.30, 3.05, 0)], 0.014, 8))
     for x in (-0.30, 0.30):
-        parts.append(turned([(0.0, -0.024), (0.017, -0.016), (0.024, 0), (0.017, 0.016), (0.0, 0.024)], 10, 70).move(x, 3.05, 0))
+        parts.append(turned([(0.0, -0.024), (0.017, -0.016), (0.024, 0), (0.017, 0.016), (0.0, 0.024)], 10,
+                            70).move(x, 3.05, 0))
     o, i = bell(0.27)
     at = (0, 3.74, 0.84)
     parts.append(o.move(*at))
@@ -210,12 +224,15 @@ def wall_lamp():
     g = Glb()
     mi = iron(g, '3a2f2a', 620)
     me, mg = enamel(g), lamp_glass(g)
-    plate = turned([(0.0, 0.0), (0.075, 0.0), (0.075, 0.012), (0.065, 0.020), (0.030, 0.030), (0.022, 0.045)][0:], 20, 35).rot('x', 90)
-    arm = spline([(0, 0, 0.03), (0, 0.05, 0.12), (0, 0.17, 0.22), (0, 0.22, 0.34), (0, 0.17, 0.43), (0, 0.07, 0.45)], 22)
+    plate = turned([(0.0, 0.0), (0.075, 0.0), (0.075, 0.012), (0.065, 0.020), (0.030, 0.030), (0.022, 0.045)][0:], 20,
+                   35).rot('x', 90)
+    arm = spline([(0, 0, 0.03), (0, 0.05, 0.12), (0, 0.17, 0.22), (0, 0.22, 0.34), (0, 0.17, 0.43), (0, 0.07, 0.45)],
+                 22)
     parts = [plate, swept(arm, 0.014, 10)]
     for k in range(3):
         a = np.radians(90 + 120 * k)
-        parts.append(turned([(0.0, 0.0), (0.010, 0.0), (0.008, 0.007), (0.0, 0.009)], 8, 40).rot('x', 90).move(0.052 * np.cos(a), 0.052 * np.sin(a), 0.016))
+        parts.append(turned([(0.0, 0.0), (0.010, 0.0), (0.008, 0.007), (0.0, 0.009)], 8,
+                            40).rot('x', 90).move(0.052 * np.cos(a), 0.052 * np.sin(a), 0.016))
     o, i = bell(0.20)
     at = (0, 0.04, 0.45)
     parts.append(o.move(*at))
@@ -269,7 +286,8 @@ def barrel():
     # lids: discs at (0.2, 0.2) and (0.6, 0.2)
     for cx in (0.20, 0.60):
         r = np.hypot(u - cx, v - 0.20)
-        h = h + np.where(wall, 0, 0.004 * smooth(0.008, 0.0, np.abs(r - 0.165)) + 0.003 * smooth(0.006, 0.0, np.abs(r - 0.12)))
+        h = h + np.where(wall, 0, 0.004 * smooth(0.008, 0.0, np.abs(r - 0.165))
+                         + 0.003 * smooth(0.006, 0.0, np.abs(r - 0.12)))
     for (bx, by, br) in ((0.20, 0.085, 0.026), (0.20, 0.30, 0.016)):
         r = np.hypot(u - bx, v - by)
         h = h + 0.008 * smooth(br, br - 0.008, r) - 0.005 * smooth(br * 0.55, br * 0.4, r)
@@ -281,14 +299,16 @@ def barrel():
     prof = [(R - 0.010, 0.004), (R + 0.006, 0.0), (R + 0.010, 0.010), (R + 0.004, 0.022), (R, 0.030)]
     for c in (0.30, 0.58):
         prof += [(R, c - 0.030), (R + 0.007, c - 0.016), (R + 0.013, c), (R + 0.007, c + 0.016), (R, c + 0.030)]
-    prof += [(R, H - 0.030), (R + 0.004, H - 0.022), (R + 0.010, H - 0.010), (R + 0.006, H), (R - 0.010, H - 0.002), (R - 0.012, H - 0.022)]
+    prof += [(R, H - 0.030), (R + 0.004, H - 0.022), (R + 0.010, H - 0.010), (R + 0.006, H), (R - 0.010, H - 0.002),
+             (R - 0.012, H - 0.022)]
     wallp = lathe(prof, 32, 42)
     wallp.UV[:, 1] = 0.995 - (wallp.P[:, 1] / H) * 0.59
     top = lathe([(R - 0.012, H - 0.022), (0.18, H - 0.020), (0.0, H - 0.020)], 32, 42)
     top.UV = np.stack([0.20 + top.P[:, 0] / R * 0.185, 0.20 + top.P[:, 2] / R * 0.185], 1)
     bot = lathe([(0.0, 0.004), (R - 0.010, 0.004)], 32, 42)
     bot.UV = np.stack([0.60 + bot.P[:, 0] / R * 0.185, 0.20 + bot.P[:, 2] / R * 0.185], 1)
-    bung = lathe([(0.038, H - 0.021), (0.036, H - 0.006), (0.028, H - 0.005), (0.0, H - 0.005)], 12, 40).move(0, 0, -0.178)
+    bung = lathe([(0.038, H - 0.021), (0.036, H - 0.006), (0.028, H - 0.005), (0.0, H - 0.005)], 12,
+                 40).move(0, 0, -0.178)
     bung.UV = np.stack([0.20 + bung.P[:, 0] / R * 0.185, 0.20 + bung.P[:, 2] / R * 0.185], 1)
     g.node('barrel', g.mesh('barrel', [(merge(wallp, top, bot, bung), m)]))
     g.save(os.path.join(OUT, 'barrel.glb'))
@@ -306,7 +326,8 @@ def board(length, width, thick, k, axis):
     b = box(width, length, thick, 0.004, 1.0)
     r = tx.rng(650 + k)
     off = r.random()
-    b = b.uvmap(lambda P, UV: np.stack([(k % 5 + 0.5) / 5 + np.clip(UV[:, 0], -0.075, 0.075) / 0.8, UV[:, 1] / 0.8 + off], 1))
+    b = b.uvmap(lambda P, UV: np.stack([(k % 5 + 0.5) / 5 + np.clip(UV[:, 0], -0.075, 0.075) / 0.8,
+                                        UV[:, 1] / 0.8 + off], 1))
     if axis == 'x':
         b = b.rot('z', 90)
     elif axis == 'z':
@@ -335,7 +356,9 @@ def crate():
         for x in (-1, 1):
             face.append(board(tall - 0.17, 0.085, t, k, 'y').move(x * (span / 2 - 0.0425), 0, S / 2 - t / 2)); k += 1
         if side < 4:
-            face.append(board(0.84, 0.085, t * 0.86, k, 'y').rot('z', 45 if side % 2 else -45).move(0, 0, S / 2 - t * 0.58)); k += 1
+            face.append(board(0.84, 0.085, t * 0.86, k, 'y')
+                        .rot('z', 45 if side % 2 else -45).move(0, 0, S / 2 - t * 0.58))
+            k += 1
         f = merge(face)
         parts.append(f.rot('y', 90 * side) if side < 4 else f.rot('x', 90 if side == 4 else -90))
     p = merge(parts).move(0, S / 2, 0)
@@ -376,8 +399,10 @@ def container():
     side = corr(D - 0.30, H - 0.32, 0.275, 0.036).move(-(D - 0.30) / 2, 0.17, 0)
     parts.append(side.rot('y', 90).move(W / 2 - 0.025, 0, 0))
     parts.append(side.rot('y', -90).move(-W / 2 + 0.025, 0, 0))
-    parts.append(corr(W - 0.30, H - 0.32, 0.25, 0.036).move(-(W - 0.30) / 2, 0.17, 0).rot('y', 180).move(0, 0, -D / 2 + 0.03))
-    roof = corr(D - 0.2, W - 0.2, 0.21, 0.018).move(-(D - 0.2) / 2, -(W - 0.2) / 2, 0).rot('x', -90).rot('y', 90).move(0, H - 0.03, 0)
+    parts.append(corr(W - 0.30, H - 0.32, 0.25, 0.036)
+                 .move(-(W - 0.30) / 2, 0.17, 0).rot('y', 180).move(0, 0, -D / 2 + 0.03))
+    roof = (corr(D - 0.2, W - 0.2, 0.21, 0.018).move(-(D - 0.2) / 2, -(W - 0.2) / 2, 0)
+            .rot('x', -90).rot('y', 90).move(0, H - 0.03, 0))
     parts.append(roof)
     bx = lambda sx, sy, sz, x, y, z, b=0.012: parts.append(box(sx, sy, sz, b, uvs).move(x, y, z))
     for sx in (-1, 1):
@@ -437,13 +462,16 @@ def gate():
     leaf = merge(leaf)
     leaf_l = leaf.move(-Wl - 0.02, 0, 0)
     leaf_r = mirror_x(leaf).move(Wl + 0.02, 0, 0)
-    lock = [box(0.10, 0.20, 0.075, 0.012, s).move(-0.06, 1.15, 0.0), swept([(-0.06, 1.15, 0.03), (-0.06, 1.15, 0.085), (-0.15, 1.15, 0.09)], 0.010, 8)]
+    lock = [box(0.10, 0.20, 0.075, 0.012, s).move(-0.06, 1.15, 0.0),
+            swept([(-0.06, 1.15, 0.03), (-0.06, 1.15, 0.085), (-0.15, 1.15, 0.09)], 0.010, 8)]
     posts = []
     for sx in (-1, 1):
         posts.append(box(0.14, 2.75, 0.14, 0.015, s).move(sx * 2.08, 1.375, 0))
-        posts.append(lathe([(0.10, 2.74), (0.105, 2.78), (0.07, 2.80), (0.055, 2.83), (0.085, 2.88), (0.085, 2.93), (0.05, 2.98), (0.0, 2.99)], 16, 50).uvmap(lambda P, UV: UV * 2).move(sx * 2.08, 0, 0))
+        posts.append(lathe([(0.10, 2.74), (0.105, 2.78), (0.07, 2.80), (0.055, 2.83), (0.085, 2.88), (0.085, 2.93),
+                            (0.05, 2.98), (0.0, 2.99)], 16, 50).uvmap(lambda P, UV: UV * 2).move(sx * 2.08, 0, 0))
         for y in (0.35, 1.2, 2.15):
-            posts.append(turned([(0.0, -0.06), (0.026, -0.06), (0.026, 0.06), (0.0, 0.06)], 10).move(sx * 1.985, y, 0.0))
+            posts.append(turned([(0.0, -0.06), (0.026, -0.06), (0.026, 0.06), (0.0, 0.06)],
+                                10).move(sx * 1.985, y, 0.0))
     g.node('gate', g.mesh('gate', [(merge(leaf_l, leaf_r, lock, posts), m)]))
     g.save(os.path.join(OUT, 'gate.glb'))
 
@@ -469,10 +497,12 @@ def pipes():
     m2 = g.material('valve', color=(0.55, 0.07, 0.05, 1), metallic=0, roughness=0.45)
     A, B = [], []
     def flange(p, axis, r):
-        f = turned([(0.0, -0.022), (r, -0.022), (r, -0.003), (r * 0.97, 0.0), (r, 0.003), (r, 0.022), (0.0, 0.022)], 18, 30)
+        f = turned([(0.0, -0.022), (r, -0.022), (r, -0.003), (r * 0.97, 0.0), (r, 0.003), (r, 0.022), (0.0, 0.022)], 18,
+                   30)
         for k in range(6):
             a = np.radians(60 * k)
-            f = merge(f, turned([(0.0, -0.034), (0.011, -0.034), (0.011, 0.034), (0.0, 0.034)], 6, 30).move(r * 0.82 * np.cos(a), 0, r * 0.82 * np.sin(a)))
+            f = merge(f, turned([(0.0, -0.034), (0.011, -0.034), (0.011, 0.034), (0.0, 0.034)], 6,
+                                30).move(r * 0.82 * np.cos(a), 0, r * 0.82 * np.sin(a)))
         if axis == 'x':
             f = f.rot('z', 90)
         elif axis == 'z':
@@ -482,13 +512,16 @@ def pipes():
     A.append(elbowed([(-1.2, 0.0, z), (-1.2, 2.45, z), (1.15, 2.45, z), (1.15, 2.45, -0.05)], 0.072, 0.16, 14))
     A.append(elbowed([(-0.86, 0.0, z), (-0.86, 1.30, z), (0.55, 1.30, z), (0.55, 3.0, z)], 0.045, 0.11))
     A.append(elbowed([(-1.45, 0.0, z * 0.6), (-1.45, 3.0, z * 0.6)], 0.026, 0.05, 8))
-    for p, ax, r in (((-1.2, 0.35, z), 'y', 0.125), ((-1.2, 1.72, z), 'y', 0.125), ((-0.45, 2.45, z), 'x', 0.125), ((0.75, 2.45, z), 'x', 0.125),
+    for p, ax, r in (((-1.2, 0.35, z), 'y', 0.125), ((-1.2, 1.72, z), 'y', 0.125), ((-0.45, 2.45, z), 'x', 0.125),
+                     ((0.75, 2.45, z), 'x', 0.125),
                      ((-0.86, 0.35, z), 'y', 0.085), ((0.25, 1.30, z), 'x', 0.085), ((0.55, 2.05, z), 'y', 0.085)):
         flange(p, ax, r)
     A.append(turned([(0.12, -0.01), (0.12, 0.0), (0.085, 0.012), (0.0, 0.012)], 20).rot('x', 90).move(1.15, 2.45, 0.0))
     # valve on the small pipe
-    A.append(turned([(0.0, -0.09), (0.055, -0.085), (0.078, -0.04), (0.082, 0.0), (0.078, 0.04), (0.055, 0.085), (0.0, 0.09)], 16, 60).rot('z', 90).move(-0.30, 1.30, z))
-    A.append(turned([(0.030, 0.05), (0.030, 0.14), (0.045, 0.15), (0.045, 0.175), (0.014, 0.18), (0.014, 0.26), (0.0, 0.262)], 12).rot('x', 90).move(-0.30, 1.30, z))
+    A.append(turned([(0.0, -0.09), (0.055, -0.085), (0.078, -0.04), (0.082, 0.0), (0.078, 0.04), (0.055, 0.085),
+                     (0.0, 0.09)], 16, 60).rot('z', 90).move(-0.30, 1.30, z))
+    A.append(turned([(0.030, 0.05), (0.030, 0.14), (0.045, 0.15), (0.045, 0.175), (0.014, 0.18), (0.014, 0.26),
+                     (0.0, 0.262)], 12).rot('x', 90).move(-0.30, 1.30, z))
     w = torus(0.105, 0.013, 22, 8)
     for k in range(5):
         a = np.radians(72 * k)
@@ -513,10 +546,12 @@ def window_images(n=128):
     """A lit room seen through old glass: one image, emissive."""
     u, v = tx.coords(n)
     lamp = np.exp(-(((u - 0.5) / 0.35) ** 2 + ((v - 0.25) / 0.4) ** 2))
-    curtain = smooth(0.30, 0.22, np.minimum(u, 1 - u) * (1 + 0.5 * v)) * (0.75 + 0.25 * np.sin(u * 70 + 2 * np.sin(v * 5)))
+    curtain = (smooth(0.30, 0.22, np.minimum(u, 1 - u) * (1 + 0.5 * v))
+               * (0.75 + 0.25 * np.sin(u * 70 + 2 * np.sin(v * 5))))
     col = mix(rgb('8a4f22'), rgb('ffd490'), lamp)
     col = mix(col, rgb('7a3a24') * (0.5 + 0.7 * lamp)[..., None], np.clip(curtain, 0, 1) * 0.75)
-    pot = np.clip(smooth(0.10, 0.08, np.abs(u - 0.62)) * smooth(0.80, 0.83, v) + smooth(0.115, 0.10, np.hypot(u - 0.62, (v - 0.70) * 0.8)), 0, 1)
+    pot = np.clip(smooth(0.10, 0.08, np.abs(u - 0.62)) * smooth(0.80, 0.83, v)
+                  + smooth(0.115, 0.10, np.hypot(u - 0.62, (v - 0.70) * 0.8)), 0, 1)
     col = mix(col, rgb('2a1710'), pot * 0.85)
     return np.clip(col * (1 + 0.03 * tx.noise(n, 690, 1.2, 2, 30))[..., None], 0, 1)
 
@@ -536,19 +571,22 @@ def facade():
     u, v = tx.coords(n)
     ph = (v * 8) % 1.0
     prof = np.sqrt(np.clip(1 - ((ph - 0.5) / 0.46) ** 2, 0, 1))
-    base, h, rough, met = painted(g, n, '5b6b58', 700, 'shutter', drips=smooth(0.12, 0.0, np.abs(ph - 0.02)) * 0.5, worn=1.0)
+    base, h, rough, met = painted(g, n, '5b6b58', 700, 'shutter', drips=smooth(0.12, 0.0, np.abs(ph - 0.02)) * 0.5,
+                                  worn=1.0)
     base = base * (0.55 + 0.45 * prof)[..., None]
     m_sh = embed(g, 'shutter', base, h + prof * 0.016, rough, met, 0.6, 86)
     m_wood = g.material('door_paint', color=(0.17, 0.055, 0.045, 1), metallic=0, roughness=0.45)
     m_frame = g.material('frame', color=(0.62, 0.60, 0.54, 1), metallic=0, roughness=0.5)
     lit = g.image(tx.to8(window_images()), 'jpg', 86, 'lit_window')
-    m_lit = g.material('window_lit', lit, None, None, metallic=0, roughness=0.12, emissive=(1.0, 0.85, 0.6), emissive_tex=lit)
+    m_lit = g.material('window_lit', lit, None, None, metallic=0, roughness=0.12, emissive=(1.0, 0.85, 0.6),
+                       emissive_tex=lit)
     m_dark = g.material('window_dark', color=(0.020, 0.026, 0.034, 1), metallic=0, roughness=0.06)
     m_iron = iron(g, '23282a', 710, 128, name='ironwork')
 
     W, H = 12.0, 6.6
     # kind, x0, x1, y0, y1
-    op = [('shutter', -4.70, -1.50, 0.0, 3.0), ('door', -0.15, 0.90, 0.15, 2.55), ('lit', 2.00, 3.40, 1.05, 2.55), ('dark', 4.15, 5.55, 1.05, 2.55)]
+    op = [('shutter', -4.70, -1.50, 0.0, 3.0), ('door', -0.15, 0.90, 0.15, 2.55), ('lit', 2.00, 3.40, 1.05, 2.55),
+          ('dark', 4.15, 5.55, 1.05, 2.55)]
     for k, x in enumerate((-4.5, -1.9, 0.8, 3.4)):
         op.append((('dark', 'lit', 'dark', 'dark')[k], x - 0.55 + 0.0, x + 0.55, 3.90, 5.40))
     brick, con, frame, iron_p = [], [], [], []
@@ -577,9 +615,12 @@ def facade():
         return q if fn @ np.asarray(nrm, float) > 0 else Part(q.P, q.N, q.UV, q.F[:, ::-1])
     for kind, x0, x1, y0, y1 in op:
         d = depth
-        brick.append(quad([(x0, y0, 0), (x0, y0, -d), (x0, y1, -d), (x0, y1, 0)], (1, 0, 0), [(0, -y0 * s), (d * s, -y0 * s), (d * s, -y1 * s), (0, -y1 * s)]))
-        brick.append(quad([(x1, y0, -d), (x1, y0, 0), (x1, y1, 0), (x1, y1, -d)], (-1, 0, 0), [(0, -y0 * s), (d * s, -y0 * s), (d * s, -y1 * s), (0, -y1 * s)]))
-        brick.append(quad([(x0, y1, 0), (x0, y1, -d), (x1, y1, -d), (x1, y1, 0)], (0, -1, 0), [(x0 * s, 0), (x0 * s, d * s), (x1 * s, d * s), (x1 * s, 0)]))
+        brick.append(quad([(x0, y0, 0), (x0, y0, -d), (x0, y1, -d), (x0, y1, 0)], (1, 0, 0),
+                          [(0, -y0 * s), (d * s, -y0 * s), (d * s, -y1 * s), (0, -y1 * s)]))
+        brick.append(quad([(x1, y0, -d), (x1, y0, 0), (x1, y1, 0), (x1, y1, -d)], (-1, 0, 0),
+                          [(0, -y0 * s), (d * s, -y0 * s), (d * s, -y1 * s), (0, -y1 * s)]))
+        brick.append(quad([(x0, y1, 0), (x0, y1, -d), (x1, y1, -d), (x1, y1, 0)], (0, -1, 0),
+                          [(x0 * s, 0), (x0 * s, d * s), (x1 * s, d * s), (x1 * s, 0)]))
         w = x1 - x0
         cx = (x0 + x1) / 2
         # lintel
@@ -597,33 +638,43 @@ def facade():
                 fr(w - 0.1, 0.035, cx, y0 + hgt * f, 0.045)
             for sx in (-1, 1):
                 fr(0.03, hgt - 0.1, cx + sx * w / 4, (y0 + y1) / 2, 0.04)
-            pane = quad([(x0, y0, z), (x1, y0, z), (x1, y1, z), (x0, y1, z)], (0, 0, 1), [(0, 1), (1, 1), (1, 0), (0, 0)])
+            pane = quad([(x0, y0, z), (x1, y0, z), (x1, y1, z), (x0, y1, z)], (0, 0, 1),
+                        [(0, 1), (1, 1), (1, 0), (0, 0)])
             (LIT if kind == 'lit' else DARK).append(pane)
         elif kind == 'shutter':
             z = -depth + 0.04
-            SH.append(quad([(x0, y0, z), (x1, y0, z), (x1, y1, z), (x0, y1, z)], (0, 0, 1), [(x0 / 0.6, -y0 / 0.6), (x1 / 0.6, -y0 / 0.6), (x1 / 0.6, -y1 / 0.6), (x0 / 0.6, -y1 / 0.6)]))
+            SH.append(quad([(x0, y0, z), (x1, y0, z), (x1, y1, z), (x0, y1, z)], (0, 0, 1),
+                           [(x0 / 0.6, -y0 / 0.6), (x1 / 0.6, -y0 / 0.6), (x1 / 0.6, -y1 / 0.6),
+                            (x0 / 0.6, -y1 / 0.6)]))
             for sx in (-1, 1):
-                iron_p.append(box(0.09, y1 - y0, 0.10, 0.01, 2.0).move(cx + sx * (w / 2 - 0.045), (y0 + y1) / 2, z + 0.03))
+                iron_p.append(box(0.09, y1 - y0, 0.10, 0.01, 2.0)
+                              .move(cx + sx * (w / 2 - 0.045), (y0 + y1) / 2, z + 0.03))
             iron_p.append(box(w - 0.1, 0.10, 0.05, 0.01, 2.0).move(cx, 0.06, z + 0.025))
             iron_p.append(box(w, 0.30, 0.16, 0.02, 2.0).move(cx, y1 - 0.15, z + 0.07))
-            iron_p.append(swept([(cx - 0.1, 0.30, z), (cx - 0.1, 0.30, z + 0.06), (cx + 0.1, 0.30, z + 0.06), (cx + 0.1, 0.30, z)], 0.010, 6))
+            iron_p.append(swept([(cx - 0.1, 0.30, z), (cx - 0.1, 0.30, z + 0.06), (cx + 0.1, 0.30, z + 0.06),
+                                 (cx + 0.1, 0.30, z)], 0.010, 6))
             for sx in (-1, 1):        # guard stones
-                con.append(lathe([(0.19, 0.0), (0.17, 0.25), (0.13, 0.42), (0.07, 0.50), (0.0, 0.52)], 12, 50).move(cx + sx * (w / 2 + 0.12), 0, 0.10))
+                con.append(lathe([(0.19, 0.0), (0.17, 0.25), (0.13, 0.42), (0.07, 0.50), (0.0, 0.52)], 12,
+                                 50).move(cx + sx * (w / 2 + 0.12), 0, 0.10))
         elif kind == 'door':
             z = -depth + 0.05
             h = y1 - y0 - 0.42
             WOOD.append(box(w, h, 0.05, 0.006, 1.0).move(cx, y0 + h / 2, z))
             for fx in (-1, 1):
                 for fy, fh in ((0.30, 0.40), (0.72, 0.36)):
-                    WOOD.append(box(w * 0.33, h * fh, 0.035, 0.014, 1.0).move(cx + fx * w * 0.215, y0 + h * fy, z + 0.022))
+                    WOOD.append(box(w * 0.33, h * fh, 0.035, 0.014, 1.0)
+                                .move(cx + fx * w * 0.215, y0 + h * fy, z + 0.022))
             frame.append(box(w, 0.05, 0.09, 0.008, 1.0).move(cx, y0 + h + 0.02, z))
-            LIT.append(quad([(x0, y0 + h, z), (x1, y0 + h, z), (x1, y1, z), (x0, y1, z)], (0, 0, 1), [(0.1, 0.5), (0.9, 0.5), (0.9, 0.1), (0.1, 0.1)]))
+            LIT.append(quad([(x0, y0 + h, z), (x1, y0 + h, z), (x1, y1, z), (x0, y1, z)], (0, 0, 1),
+                            [(0.1, 0.5), (0.9, 0.5), (0.9, 0.1), (0.1, 0.1)]))
             for sx in (-1, 1):
                 frame.append(box(0.06, y1 - y0, 0.10, 0.008, 1.0).move(cx + sx * (w / 2 - 0.03), (y0 + y1) / 2, z))
             frame.append(box(w, 0.06, 0.10, 0.008, 1.0).move(cx, y1 - 0.03, z))
             for k in range(-1, 2):
                 frame.append(box(0.025, 0.36, 0.04, 0.005, 1.0).move(cx + k * w / 4, y1 - 0.2, z))
-            iron_p.append(lathe([(0.0, 0.0), (0.030, 0.0), (0.030, 0.010), (0.012, 0.020), (0.012, 0.04), (0.028, 0.055), (0.028, 0.07), (0.0, 0.08)], 12, 40).rot('x', 90).move(cx + w * 0.40, y0 + 1.02, z + 0.025))
+            iron_p.append(lathe([(0.0, 0.0), (0.030, 0.0), (0.030, 0.010), (0.012, 0.020), (0.012, 0.04),
+                                 (0.028, 0.055), (0.028, 0.07), (0.0, 0.08)], 12,
+                                40).rot('x', 90).move(cx + w * 0.40, y0 + 1.02, z + 0.025))
             con.append(box(w + 0.5, 0.15, 0.75, 0.02, 0.66).move(cx, 0.075, 0.13))
     # plinth between the openings, string course, cornice, coping
     segs = [(-6.0, -4.70), (-1.50, -0.15), (0.90, 6.0)]
@@ -636,8 +687,10 @@ def facade():
     t = 0.36
     for sx in (-1, 1):
         x = sx * W / 2
-        brick.append(quad([(x, 0, 0), (x, 0, -t), (x, H, -t), (x, H, 0)], (sx, 0, 0), [(0, 0), (t * s, 0), (t * s, -H * s), (0, -H * s)]))
-    brick.append(quad([(-W / 2, 0, -t), (W / 2, 0, -t), (W / 2, H, -t), (-W / 2, H, -t)], (0, 0, -1), [(W * s, 0), (0, 0), (0, -H * s), (W * s, -H * s)]))
+        brick.append(quad([(x, 0, 0), (x, 0, -t), (x, H, -t), (x, H, 0)], (sx, 0, 0),
+                          [(0, 0), (t * s, 0), (t * s, -H * s), (0, -H * s)]))
+    brick.append(quad([(-W / 2, 0, -t), (W / 2, 0, -t), (W / 2, H, -t), (-W / 2, H, -t)], (0, 0, -1),
+                      [(W * s, 0), (0, 0), (0, -H * s), (W * s, -H * s)]))
     # dentils of brick under the cornice
     for k in range(27):
         brick.append(box(0.215, 0.15, 0.10, 0.0, s).move(-5.85 + k * 0.45, H - 0.765, 0.05))
@@ -652,7 +705,8 @@ def facade():
     for xx in (-5.3, -3.1, -0.5, 2.1, 4.9):
         iron_p.append(box(0.045, 0.40, 0.022, 0.008, 2.0).rot('z', 35).move(xx, 3.72, 0.012))
         iron_p.append(box(0.045, 0.40, 0.022, 0.008, 2.0).rot('z', -35).move(xx, 3.72, 0.016))
-    prims = [(merge(brick), m_brick), (merge(con), m_con), (merge(frame), m_frame), (merge(SH), m_sh), (merge(WOOD), m_wood), (merge(iron_p), m_iron), (merge(LIT), m_lit), (merge(DARK), m_dark)]
+    prims = [(merge(brick), m_brick), (merge(con), m_con), (merge(frame), m_frame), (merge(SH), m_sh),
+             (merge(WOOD), m_wood), (merge(iron_p), m_iron), (merge(LIT), m_lit), (merge(DARK), m_dark)]
     root = g.node('facade')
     g.piece_nodes('front', prims, {0: (-4.0, -2.0, 0.0, 2.0, 4.0), 1: (1.7, 3.45, 5.0)}, root)
     g.node('lamp_window_ground', None, (2.7, 1.9, 0.35), aim((0, -0.35, 1)), root)

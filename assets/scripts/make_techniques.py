@@ -48,7 +48,8 @@ def pebbles(x, y):
 
 
 def surface():
-    """Four blocks in a running bond: a stud in a field, a letter, rings, pebbles. Returns base colour, specular, height."""
+    """Four blocks in a running bond: a stud in a field, a letter, rings, pebbles. Returns base colour, specular and
+    height."""
     u, v = coords(SIZE)
     wobble = lambda seed: noise(SIZE, seed, 1.6, 2, 14) * 0.0016
     row = (v >= 0.5).astype(int)
@@ -88,8 +89,10 @@ def surface():
     paint = [
         mix(mix(sand, sand * 0.72, field), rgb('c9a24b'), polished),
         mix(slate, mix(slate * 0.62, cream, smooth(0.3, 0.7, glyph)), field),
-        mix(clay, clay * np.array([0.62, 0.60, 0.66]), step(0.19) * (1 - step(0.148)) + step(0.100) * (1 - step(0.052))),
-        mix(rgb('6d6558'), mix(rgb('8d9079'), rgb('a79d8c'), ((x > 0) ^ (y > 0)).astype(float)), smooth(0.05, 0.3, stones)),
+        mix(clay, clay * np.array([0.62, 0.60, 0.66]),
+            step(0.19) * (1 - step(0.148)) + step(0.100) * (1 - step(0.052))),
+        mix(rgb('6d6558'), mix(rgb('8d9079'), rgb('a79d8c'), ((x > 0) ^ (y > 0)).astype(float)),
+            smooth(0.05, 0.3, stones)),
     ]
     colour = np.select([is_kind(k)[..., None] for k in range(4)], paint)
     cloud = noise(SIZE, 8, 1.2, 3, 60)
@@ -97,7 +100,8 @@ def surface():
     mortar = rgb('4c4741') * (1 + 0.10 * noise(SIZE, 9, 0.7, 20, 200))[..., None]
     base = mix(mortar, colour, inside)
 
-    reflects = np.select([is_kind(k) for k in range(4)], [0.22 + 0.6 * polished, 0.30 + 0.25 * field * glyph, 0.18, 0.40 * stones])
+    reflects = np.select([is_kind(k) for k in range(4)],
+                         [0.22 + 0.6 * polished, 0.30 + 0.25 * field * glyph, 0.18, 0.40 * stones])
     specular = mix(0.03, reflects * (1 - 0.12 * grain * (1 - polished)), inside)
     return np.clip(base, 0, 1), np.clip(specular, 0, 1), height
 
@@ -118,7 +122,8 @@ def environment(width=1024):
     azimuth, elevation = u * 360 - 180, 90 - v * 180
     sky = mix(rgb('e8cfa8'), rgb('2f5a94'), smooth(0, 55, elevation))
     off_sun = np.hypot((azimuth - 70) * np.cos(np.radians(elevation)), elevation - 22)
-    sky = sky + np.array([1.0, 0.80, 0.45]) * (0.75 * np.exp(-(off_sun / 16) ** 2) + 2.0 * smooth(6.5, 5.0, off_sun))[..., None]
+    sky = (sky + np.array([1.0, 0.80, 0.45]) * (0.75 * np.exp(-(off_sun / 16) ** 2)
+                                                + 2.0 * smooth(6.5, 5.0, off_sun))[..., None])
     # The floor: boards toward the horizon, by the foot of each line of sight.
     foot = 1.0 / np.tan(np.radians(np.maximum(-elevation, 1.0)))
     across, along = foot * np.sin(np.radians(azimuth)), foot * np.cos(np.radians(azimuth))
@@ -126,7 +131,8 @@ def environment(width=1024):
     boards = 0.5 + far * ((np.floor(across * 1.2) + np.floor(along * 1.2)) % 2 - 0.5)
     floor = mix(mix(rgb('3a302a'), rgb('8d7a66'), boards), rgb('6b5b50'), smooth(4.0, 12.0, foot))
     picture = mix(floor, sky, smooth(-0.6, 0.6, elevation))
-    panel = lambda a, e, w, h: (smooth(1.0, -1.0, np.abs(azimuth - a) - w) * smooth(1.0, -1.0, np.abs(elevation - e) - h))[..., None]
+    panel = lambda a, e, w, h: (smooth(1.0, -1.0, np.abs(azimuth - a) - w)
+                                * smooth(1.0, -1.0, np.abs(elevation - e) - h))[..., None]
     for at in (-150, -120, -90, -60):
         frame, glass = panel(at, 32, 13, 24), panel(at, 32, 11, 22)
         bars = np.maximum(panel(at, 32, 0.8, 22), panel(at, 36, 11, 0.8))

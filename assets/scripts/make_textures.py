@@ -56,7 +56,8 @@ def brick():
     h = hm * (1 - face) + hb * face
 
     # colour: a palette by brick, clouds inside each brick, burnt ends, lime bloom
-    pal = np.array([rgb(c) for c in ('96503c', 'a35a41', '8a4535', '7d3f35', 'ab6a49', '6d3a35', 'b07a58', '8f5546', '5c3936')])
+    pal = np.array([rgb(c) for c in ('96503c', 'a35a41', '8a4535', '7d3f35', 'ab6a49', '6d3a35', 'b07a58', '8f5546',
+                                     '5c3936')])
     weights = np.cumsum([.20, .18, .17, .12, .11, .08, .05, .06, .03])
     pick = np.searchsorted(weights, np.clip(r(30), 0, 0.9999))
     colr = pal[pick]
@@ -161,7 +162,8 @@ def cobble():
     wet = smooth(-0.3, 1.3, noise(n, 138, 1.7, 1, 12) - (blur(h, 3) - 0.6) * 1.3)
     base = base * (1 - 0.30 * wet * (1 - 0.4 * joint))[..., None]
     base = base * cavity(h, 9, 0.45)
-    spec = (1 - joint) * (0.12 + 0.52 * wet + 0.10 * dome + 0.05 * fine * (1 - wet) - 0.06 * chipped) + joint * (0.02 + 0.22 * wet * (1 - moss))
+    spec = ((1 - joint) * (0.12 + 0.52 * wet + 0.10 * dome + 0.05 * fine * (1 - wet) - 0.06 * chipped)
+            + joint * (0.02 + 0.22 * wet * (1 - moss)))
     spec = spec + white * 0.06 * (1 - joint)
     return base, spec, h, size, depth
 
@@ -209,7 +211,8 @@ def metal():
         w = 0.0005 + 0.0008 * g.random()
         dx, dy = (u - cx + 0.5) % 1 - 0.5, (v - cy + 0.5) % 1 - 0.5
         s, t = dx * np.cos(a) + dy * np.sin(a), -dx * np.sin(a) + dy * np.cos(a) + 0.06 * (dx * np.cos(a)) ** 2
-        scr = np.maximum(scr, smooth(w * 1.6, w * 0.3, np.abs(t)) * smooth(ln, ln * 0.7, np.abs(s)) * (0.4 + 0.6 * g.random()))
+        scr = np.maximum(scr, smooth(w * 1.6, w * 0.3, np.abs(t)) * smooth(ln, ln * 0.7, np.abs(s))
+                         * (0.4 + 0.6 * g.random()))
     scr *= smooth(-0.8, 0.4, noise(n, 207, 0.8, 10, 120))
     chips = smooth(2.35, 2.6, noise(n, 208, 1.0, 10, 110) + 1.0 * smooth(0.015, 0, edge) + 0.5 * ring)
     bare = np.clip(np.maximum(scr, chips), 0, 1) * (1 - rust)
@@ -219,7 +222,8 @@ def metal():
     paint = paint * (0.94 + 0.10 * hash01(ix, iy, 12))[..., None]
     fade = uniform_noise(n, 211, beta=1.3, lo=3, hi=60, ax=2.0, ay=0.4)
     paint = mix(paint, rgb('8a9a9a'), 0.28 * fade)
-    grime = np.clip(0.55 * run + 0.55 * smooth(0.05, 0, edge) + 0.25 * ring, 0, 1) * uniform_noise(n, 212, beta=1.0, lo=4, hi=80, ax=2, ay=0.5)
+    grime = (np.clip(0.55 * run + 0.55 * smooth(0.05, 0, edge) + 0.25 * ring, 0, 1)
+             * uniform_noise(n, 212, beta=1.0, lo=4, hi=80, ax=2, ay=0.5))
     paint = mix(paint, rgb('3d4340'), 0.55 * grime)
     steel = rgb('b4b3ae') * (1 + 0.06 * noise(n, 213, 0.6, 20, 200))[..., None]
     ru = mix(rgb('7a3f22'), rgb('a5602f'), uniform_noise(n, 214, beta=0.9, lo=8, hi=160))
@@ -253,7 +257,8 @@ def corrugated():
     d = np.hypot((rib) * size * 2 / ribs, f1 * size / 4)
     bolt = np.sqrt(np.clip(1 - (d / 0.010) ** 2, 0, 1))
     washer = smooth(0.017, 0.0155, d)
-    h = 0.10 + 0.62 * prof + 0.018 * dents + 0.10 * smooth(0.0, 0.004, (v % 1.0)) * smooth(0.03, 0.0, v) + 0.05 * washer + 0.12 * bolt
+    h = (0.10 + 0.62 * prof + 0.018 * dents + 0.10 * smooth(0.0, 0.004, (v % 1.0)) * smooth(0.03, 0.0, v)
+         + 0.05 * washer + 0.12 * bolt)
     seed = washer * 0.9 + lap
     run = sum(np.roll(seed, k, 0) * np.exp(-k / 40.0) for k in range(0, 120, 4)) / 8
     rn = noise(n, 255, 1.1, 2, 120, ax=1.0, ay=0.6)
@@ -297,7 +302,8 @@ def plaster():
     col = mix(col, rgb('7d7262'), 0.62 * streak)
     col = col * (1 + 0.030 * grain + 0.022 * trowel)[..., None]
     col = mix(col, rgb('5d5346'), 0.75 * crack)
-    under = mix(rgb('948671'), rgb('a79982'), uniform_noise(n, 315, beta=0.9, lo=6, hi=140)) * (1 + 0.10 * grain)[..., None]
+    under = (mix(rgb('948671'), rgb('a79982'), uniform_noise(n, 315, beta=0.9, lo=6, hi=140))
+             * (1 + 0.10 * grain)[..., None])
     base = mix(col, under, off)
     base = base * cavity(h, 4, 0.8)
     spec = (0.07 + 0.03 * trowel * 0.3 + 0.05 * tone) * (1 - off) + 0.03 * off - 0.03 * crack
@@ -336,7 +342,8 @@ def planks():
             d = np.hypot(dx, dy * 0.62)
             knots = np.where(m, np.maximum(knots, smooth(kr * 1.25, kr * 0.75, d)), knots)
             # grain flows round the knot
-            kx = np.where(m, kx + np.sign(dx) * kr * 4.2 * np.exp(-(dx / (kr * 2.0)) ** 2 - (dy / (kr * 4.6)) ** 2) * np.minimum(np.abs(dx) / kr, 1), kx)
+            kx = np.where(m, kx + np.sign(dx) * kr * 4.2 * np.exp(-(dx / (kr * 2.0)) ** 2 - (dy / (kr * 4.6)) ** 2)
+                          * np.minimum(np.abs(dx) / kr, 1), kx)
     rad = (fx - cx) * bw * (1 + 0.5 * r(3)) - kx + shift * 0.006 + 0.010 * np.sin(2 * np.pi * (v + r(4)))
     ring = (rad / 0.0075 + 0.35 * noise(n, 405, 1.2, 2, 60, ax=4, ay=0.25))
     rr = ring - np.floor(ring)
@@ -347,7 +354,8 @@ def planks():
     split = smooth(2.05, 2.6, crackn) * board
     dn = np.hypot((np.abs(fx) - 0.30) * bw, (((v + r(1) + 0.04) % 0.5) - 0.04 - 0.0) * size)
     nail = smooth(0.0040, 0.0030, dn)
-    h = 0.68 + 0.10 * (r(5) - 0.5) + 0.055 * late + 0.035 * fibre - 0.07 * pores - 0.45 * split + 0.10 * knots - 0.04 * np.abs(fx) * 2
+    h = (0.68 + 0.10 * (r(5) - 0.5) + 0.055 * late + 0.035 * fibre - 0.07 * pores - 0.45 * split + 0.10 * knots
+         - 0.04 * np.abs(fx) * 2)
     h = h * board + (1 - board) * 0.04
     h = h * (1 - nail) + nail * 0.60
     tone = r(6)
@@ -382,7 +390,8 @@ def concrete():
     f1, _, ident = worley(n, 34, 554, 1.0)
     hole = smooth(0.20, 0.10, f1 / (0.45 + hash01(ident, 0, 555))) * (hash01(ident, 1, 556) < 0.22)
     fibre = noise(n, 557, 0.8, 8, 120, ax=0.15, ay=1.0)
-    h = 0.66 + 0.05 * (hash01(row, 0, 558) - 0.5) + 0.03 * mid + 0.022 * grain + 0.022 * fibre + 0.16 * seam * smooth(-0.5, 1, mid) - 0.5 * hole
+    h = (0.66 + 0.05 * (hash01(row, 0, 558) - 0.5) + 0.03 * mid + 0.022 * grain + 0.022 * fibre
+         + 0.16 * seam * smooth(-0.5, 1, mid) - 0.5 * hole)
     base = mix(rgb('8d8982'), rgb('a39e94'), uniform_noise(n, 559, beta=1.5, lo=1, hi=40))
     base = base * (0.95 + 0.08 * hash01(row, 0, 560) + 0.035 * grain + 0.02 * fibre)[..., None]
     stain = uniform_noise(n, 561, beta=1.2, lo=2, hi=60, ax=2.0, ay=0.3) * smooth(-0.2, 1.6, noise(n, 562, 1.6, 1, 8))
@@ -411,7 +420,8 @@ def copper():
     spec = np.clip(0.85 + 0.15 * ridge - 0.35 * aged - 0.6 * green, 0, 1)
     return base, spec, h, size, depth
 
-ALL = dict(asphalt=asphalt, paving=paving, tiles=tiles, brick=brick, copper=copper, cobble=cobble, metal=metal, corrugated=corrugated,
+ALL = dict(asphalt=asphalt, paving=paving, tiles=tiles, brick=brick, copper=copper, cobble=cobble, metal=metal,
+           corrugated=corrugated,
            plaster=plaster, planks=planks, concrete=concrete)
 
 
@@ -422,7 +432,8 @@ def main(out, names=None, preview=None):
     for name in names or ALL:
         base, spec, h, size, depth = ALL[name]()
         index[name] = save_set(out, name, base, spec, h, size, depth,
-                               {'metal': 1, 'corrugated': 1, 'copper': 1, 'brick': 3, 'tiles': 3, 'asphalt': 3, 'paving': 3}.get(name, 2))
+                               {'metal': 1, 'corrugated': 1, 'copper': 1, 'brick': 3, 'tiles': 3, 'asphalt': 3,
+                                'paving': 3}.get(name, 2))
         print('texture', name, 'height %.2f..%.2f' % (h.min(), h.max()))
         if preview:
             nrm = normal_from_height(np.clip(h, 0, 1), size, depth)

@@ -24,8 +24,10 @@ def rooms(path, n=128):
     near = lambda x, y, r: np.exp(-(((u - x) / r) ** 2 + ((v - y) / r) ** 2))
     out = []
     wall = tx.mix(tx.rgb('6e3f1e'), tx.rgb('ffd9a0'), near(0.5, 0.25, 0.45))
-    drape = tx.smooth(0.30, 0.20, np.minimum(u, 1 - u) * (1 + 0.4 * v)) * (0.8 + 0.2 * np.sin(u * 80 + 2 * np.sin(v * 5)))
-    out.append(tx.mix(wall, tx.rgb('7a3a24') * (0.5 + 0.6 * near(0.5, 0.25, 0.5))[..., None], 0.8 * np.clip(drape, 0, 1)))
+    drape = (tx.smooth(0.30, 0.20, np.minimum(u, 1 - u) * (1 + 0.4 * v))
+             * (0.8 + 0.2 * np.sin(u * 80 + 2 * np.sin(v * 5))))
+    out.append(tx.mix(wall, tx.rgb('7a3a24') * (0.5 + 0.6 * near(0.5, 0.25, 0.5))[..., None],
+                      0.8 * np.clip(drape, 0, 1)))
     wall = tx.mix(tx.rgb('70502c'), tx.rgb('ffdfae'), near(0.75, 0.35, 0.4))
     shelf = ((np.abs(v - 0.55) < 0.03) | (np.abs(v - 0.8) < 0.03)) & (u < 0.55)
     books = (u < 0.55) & (v > 0.6) & (v < 0.78) & (np.sin(u * 90 + 3 * np.sin(u * 31)) > -0.4)
@@ -34,7 +36,8 @@ def rooms(path, n=128):
     out.append(np.where(art[..., None], wall * np.array([0.5, 0.6, 0.75]), wall))
     blind = v < 0.48 + 0.004 * np.sin(u * 60)
     wall = tx.mix(tx.rgb('7c4d22'), tx.rgb('ffcf8a'), near(0.4, 0.7, 0.5))
-    out.append(np.where(blind[..., None], tx.rgb('d8b078') * (0.55 + 0.25 * near(0.45, 0.4, 0.5))[..., None] * (1 + 0.05 * np.sin(v * 150))[..., None], wall))
+    out.append(np.where(blind[..., None], tx.rgb('d8b078') * (0.55 + 0.25 * near(0.45, 0.4, 0.5))[..., None]
+                        * (1 + 0.05 * np.sin(v * 150))[..., None], wall))
     wall = tx.mix(tx.rgb('9a6a38'), tx.rgb('fff0d0'), np.clip(near(0.3, 0.1, 0.35) + near(0.75, 0.1, 0.35), 0, 1))
     boards = np.zeros((n, n), bool)
     goods = np.zeros((n, n))
@@ -42,7 +45,8 @@ def rooms(path, n=128):
         boards |= np.abs(v - y) < 0.012
         col = np.floor(u * (14 + 3 * k))
         tall = 0.06 + 0.09 * tx.hash01(col.astype(int), k, 5)
-        goods = np.where((v < y - 0.012) & (v > y - tall) & (tx.hash01(col.astype(int), k, 6) > 0.2), 1 + col + 40 * k, goods)
+        goods = np.where((v < y - 0.012) & (v > y - tall) & (tx.hash01(col.astype(int), k, 6) > 0.2), 1 + col + 40 * k,
+                         goods)
     hue = np.stack([tx.hash01(goods.astype(int), 1, 7 + c) for c in range(3)], -1)
     wall = np.where((goods > 0)[..., None], wall * (0.25 + 0.6 * hue), wall)
     out.append(np.where(boards[..., None], wall * 0.4, wall))
@@ -135,7 +139,8 @@ def brick_fronts(scene, b):
 def houses(scene, rng):
     for b in BLOCKS:
         block_rows(scene, b, rng)
-    w, e = COLUMNS[0].at - COLUMNS[0].low - COLUMNS[0].pavement, COLUMNS[-1].at + COLUMNS[-1].high + COLUMNS[-1].pavement
+    w, e = (COLUMNS[0].at - COLUMNS[0].low - COLUMNS[0].pavement,
+            COLUMNS[-1].at + COLUMNS[-1].high + COLUMNS[-1].pavement)
     n, s = ROWS[0].at - ROWS[0].low - ROWS[0].pavement, ROWS[-1].at + ROWS[-1].high + ROWS[-1].pavement
     row(scene, (e, n), (-1, 0), round((e - w) / 0.6) * 0.6, rng)
     row(scene, (w, s), (1, 0), round((e - w) / 0.6) * 0.6, rng)
@@ -181,12 +186,15 @@ def ground(scene):
 
 def land(scene):
     """Dark fields around the outer houses."""
-    w, e = COLUMNS[0].at - COLUMNS[0].low - COLUMNS[0].pavement - 4, COLUMNS[-1].at + COLUMNS[-1].high + COLUMNS[-1].pavement + 4
+    w, e = (COLUMNS[0].at - COLUMNS[0].low - COLUMNS[0].pavement - 4,
+            COLUMNS[-1].at + COLUMNS[-1].high + COLUMNS[-1].pavement + 4)
     n, s = ROWS[0].at - ROWS[0].low - ROWS[0].pavement - 4, ROWS[-1].at + ROWS[-1].high + ROWS[-1].pavement + 4
     wide = 70
-    for x0, x1, z0, z1 in ((w - wide, e + wide, n - wide, n), (w - wide, e + wide, s, s + wide), (w - wide, w, n, s), (e, e + wide, n, s)):
+    for x0, x1, z0, z1 in ((w - wide, e + wide, n - wide, n), (w - wide, e + wide, s, s + wide), (w - wide, w, n, s),
+                           (e, e + wide, n, s)):
         name = scene.mesh('land %gx%g' % (x1 - x0, z1 - z0), 'plane(size: (%g, %g))' % (x1 - x0, z1 - z0))
-        scene.raw('(mesh: "%s", material: "earth", piece_metres: 12, %s),' % (name, place((x0 + x1) / 2, -0.15, (z0 + z1) / 2)))
+        scene.raw('(mesh: "%s", material: "earth", piece_metres: 12, %s),'
+                  % (name, place((x0 + x1) / 2, -0.15, (z0 + z1) / 2)))
 
 
 def lamps(scene):
@@ -227,10 +235,13 @@ def yards(scene, rng):
         y = 0.06
         if b.square:
             w, x = BLOCK_X - SQUARE_X - 2 * DEPTH, b.x0 + (BLOCK_X - SQUARE_X) / 2
-        scene.raw('(mesh: "%s", material: "stone dark", piece_metres: 6, %s),' % (scene.mesh('yard %gx%g' % (w, d), 'plane(size: (%g, %g), tile_metres: 1)' % (w, d)), place(x, y, z)))
+        scene.raw('(mesh: "%s", material: "stone dark", piece_metres: 6, %s),'
+                  % (scene.mesh('yard %gx%g' % (w, d), 'plane(size: (%g, %g), tile_metres: 1)' % (w, d)),
+                     place(x, y, z)))
         for k in range(3):
             tx_, tz = x + (rng.random() - 0.5) * (w - 8), z + (rng.random() - 0.5) * (d - 8)
-            scene.thing('tree', place(tx_, max(y, float(height(tx_, tz))), tz, 360 * rng.random(), 0.8 + 0.4 * rng.random()))
+            scene.thing('tree', place(tx_, max(y, float(height(tx_, tz))), tz, 360 * rng.random(),
+                                      0.8 + 0.4 * rng.random()))
         scene.lamp(place(x + w / 4, y, z, 90), False)
 
 
@@ -238,7 +249,8 @@ def furniture(scene, traffic):
     x0, x1, z0, z1 = square()
     cx, cz, y = (x0 + x1) / 2, (z0 + z1) / 2 + 1, KERB + 0.012
     scene.thing('basin', place(cx, y, cz))
-    scene.raw('(name: "kettle", mesh: "kettle", material: "copper", spin: (degrees_per_second: 12), transform: (translation: (%g, %g, %g), scale: 1.3)),' % (cx, y + 2.10, cz))
+    scene.raw('(name: "kettle", mesh: "kettle", material: "copper", spin: (degrees_per_second: 12), '
+              'transform: (translation: (%g, %g, %g), scale: 1.3)),' % (cx, y + 2.10, cz))
     for k in range(4):
         a = np.radians(45 + 90 * k)
         scene.thing('bench', place(cx + 5.2 * np.sin(a), y, cz + 5.2 * np.cos(a), 45 + 90 * k + 180))
@@ -247,8 +259,10 @@ def furniture(scene, traffic):
         scene.thing('tree', place(px, y, pz, 77 * k, 0.85 + 0.05 * (k * 3 % 7)))
     for k in range(3):
         a = np.radians(120 * k + 20)
-        scene.raw('(light: "fountain", transform: (translation: (%.3f, %.3f, %.3f))),' % (cx + 1.75 * np.sin(a), y + 0.75, cz + 1.75 * np.cos(a)))
-    for px, pz, yaw in ((x0 + 9, z0 + 5, 0), (x1 - 6, z0 + 5, 0), (x0 + 4, z1 - 4, 135), (x1 - 4, z1 - 4, -135), (cx - 7, cz, 90), (cx + 7, cz, -90), (cx, cz - 7.5, 0), (cx, cz + 7.5, 180)):
+        scene.raw('(light: "fountain", transform: (translation: (%.3f, %.3f, %.3f))),'
+                  % (cx + 1.75 * np.sin(a), y + 0.75, cz + 1.75 * np.cos(a)))
+    for px, pz, yaw in ((x0 + 9, z0 + 5, 0), (x1 - 6, z0 + 5, 0), (x0 + 4, z1 - 4, 135), (x1 - 4, z1 - 4, -135),
+                        (cx - 7, cz, 90), (cx + 7, cz, -90), (cx, cz - 7.5, 0), (cx, cz + 7.5, 180)):
         scene.lamp(place(px, y, pz, yaw), False)
     for r, at in traffic.bus_stops:
         p = r.place(at)[0] + right_of(r.heading) * (r.street.high - r.street.line + 2.1)

@@ -6,14 +6,16 @@ from vehiclelib import *
 HX, HUB, FRONT, HITCH = 1.25, 0.50, 3.70, 0.55
 TRACK, REAR_TRACK, ARCH, SILL = 1.03, 0.925, 0.60, 0.58
 NOSE, BACK_Z = 5.10, 2.86
-CAB = Outline([(4.98, 0.44), (NOSE, 0.60), (NOSE, 1.55), (4.98, 2.78), (4.66, 3.20), (3.70, 3.64), (BACK_Z, 3.66), (BACK_Z - 0.02, 0.62)],
+CAB = Outline([(4.98, 0.44), (NOSE, 0.60), (NOSE, 1.55), (4.98, 2.78), (4.66, 3.20), (3.70, 3.64), (BACK_Z, 3.66),
+               (BACK_Z - 0.02, 0.62)],
               [0, 0.10, 1.4, 0.5, 0.6, 0.8, 0.12, 0], step=28, longest=0.9)
 # the trailer, seen from its hitch: 13.6 m long
 T0, T1, FLOOR, ROOF = 1.60, -12.00, 1.16, 3.98
 AXLES = (-6.39, -7.70, -9.01)
 BOX = Outline([(T0, FLOOR), (T0, ROOF), (T1, ROOF), (T1, FLOOR)], [0, 0.05, 0.05, 0], step=45, longest=7.0)
 
-TRAILER_SIDE, CAB_SIDE, CAB_STRIP, TRAILER_STRIP = (0, 0, 1024, 160), (0, 162, 240, 218), (242, 162, 420, 218), (664, 162, 360, 218)
+TRAILER_SIDE, CAB_SIDE, CAB_STRIP, TRAILER_STRIP = (
+    (0, 0, 1024, 160), (0, 162, 240, 218), (242, 162, 420, 218), (664, 162, 360, 218))
 TZ, TY_ = even(T0 + 0.05, T1 - 0.05, 1024)[::-1], even(ROOF + 0.02, FLOOR - 0.04, 160)
 CZ, CY_ = even(NOSE + 0.05, BACK_Z - 0.06, 240)[::-1], even(3.70, 0.40, 218)
 S_TOP, S_BACK = CAB.near(4.70, 3.15), CAB.near(BACK_Z, 3.55)
@@ -21,16 +23,20 @@ CS, CT = knots([0, S_TOP, S_BACK, CAB.length], [280, 70, 70]), even(1.38, -0.04,
 B_ROOF, B_REAR = BOX.near(T0, ROOF), BOX.near(T1, ROOF - 0.02)
 BS, BT = knots([0, B_ROOF, B_REAR, BOX.length], [50, 60, 250]), even(1.32, -0.04, 218)
 
-WINDOW = round_poly([(3.56, 1.82), (4.30, 1.74), (4.80, 1.58), (4.70, 2.42), (4.58, 2.66), (3.56, 2.66)], [0.06, 0.3, 0.08, 0.3, 0.10, 0.06])
-GRILLE = np.array([(0.0, CAB.find(1.0)), (0.74, CAB.find(1.0)), (0.80, CAB.find(1.06)), (0.80, CAB.find(1.54)), (0.74, CAB.find(1.595)), (0.0, CAB.find(1.595))])
+WINDOW = round_poly([(3.56, 1.82), (4.30, 1.74), (4.80, 1.58), (4.70, 2.42), (4.58, 2.66), (3.56, 2.66)],
+                    [0.06, 0.3, 0.08, 0.3, 0.10, 0.06])
+GRILLE = np.array([(0.0, CAB.find(1.0)), (0.74, CAB.find(1.0)), (0.80, CAB.find(1.06)), (0.80, CAB.find(1.54)),
+                   (0.74, CAB.find(1.595)), (0.0, CAB.find(1.595))])
 S_SCREEN = (CAB.find(1.66), CAB.find(2.74))
-SCREEN = np.array([(0.0, S_SCREEN[0]), (0.92, S_SCREEN[0] + 0.02), (1.06, S_SCREEN[0] + 0.10), (1.06, S_SCREEN[1] - 0.1), (1.02, S_SCREEN[1]), (0.0, S_SCREEN[1])])
+SCREEN = np.array([(0.0, S_SCREEN[0]), (0.92, S_SCREEN[0] + 0.02), (1.06, S_SCREEN[0] + 0.10),
+                   (1.06, S_SCREEN[1] - 0.1), (1.02, S_SCREEN[1]), (0.0, S_SCREEN[1])])
 
 
 def deform(p):
     x, y, z = p[..., 0], p[..., 1], p[..., 2]
     q = (x / HX) ** 2
-    w = 1 - 0.05 * np.clip((y - 1.5) / 1.8, 0, 1.2) - 0.045 * smooth(4.3, NOSE, z) ** 1.5 - 0.10 * smooth(2.75, 3.66, y) * smooth(2.9, 4.6, z)
+    w = (1 - 0.05 * np.clip((y - 1.5) / 1.8, 0, 1.2) - 0.045 * smooth(4.3, NOSE, z) ** 1.5
+         - 0.10 * smooth(2.75, 3.66, y) * smooth(2.9, 4.6, z))
     nz = z - 0.27 * q ** 1.3 * smooth(4.2, NOSE, z)
     ny = y + 0.05 * (1 - q) * smooth(3.0, 3.5, y)
     return np.stack([x * w, ny, nz], -1)
@@ -39,7 +45,8 @@ def deform(p):
 def draw_cab_side(atlas):
     c = Canvas(atlas, CAB_SIDE, CZ, CY_, 1100, rough=0.25)
     Z, Y = c.x, c.y
-    door = round_poly([(3.47, 1.22), (4.40, 1.22), (4.86, 1.45), (4.74, 2.74), (3.47, 2.74)], [0.06, 0.12, 0.1, 0.12, 0.06])
+    door = round_poly([(3.47, 1.22), (4.40, 1.22), (4.86, 1.45), (4.74, 2.74), (3.47, 2.74)],
+                      [0.06, 0.12, 0.1, 0.12, 0.06])
     c.line(seg_dist(door, Z, Y), 0.009)
     c.ridge(Y - 1.52 + 0.10 * (4.4 - Z), 0.014, 0.05)
     c.line(np.where(Z < 3.47, Y - 1.20, 1), 0.008)
@@ -54,7 +61,8 @@ def draw_cab_side(atlas):
     c.raise_(np.abs(d - 0.03) - 0.05, 0.014, 0.02)
     c.fill(Y - 0.50, '1c1d1e', 0.7)
     d = poly_sdf(WINDOW, Z, Y)
-    c.glass(d, 1.6, 2.66, np.minimum(rr(Z, Y, 3.85, 2.05, 0.11, 0.32, 0.06), np.hypot(Z - 4.25, (Y - 1.80)) - 0.17), rim=0.03)
+    c.glass(d, 1.6, 2.66, np.minimum(rr(Z, Y, 3.85, 2.05, 0.11, 0.32, 0.06), np.hypot(Z - 4.25, (Y - 1.80)) - 0.17),
+            rim=0.03)
     c.fill(np.maximum(np.abs(Z - 4.48 - 0.12 * (2.2 - Y)) - 0.014, d), '0d0d0e', 0.4)
     c.weather(np.clip(0.9 * smooth(1.1, 0.45, Y), 0, 1), 0.55)
     c.put()
@@ -99,8 +107,10 @@ def draw_trailer_side(atlas):
     cloth = (Y > FLOOR + 0.14) & (Y < ROOF - 0.13)
     straps = np.arange(T1 + 0.55, T0 - 0.3, 0.62)
     near = np.min([np.abs(Z - s) for s in straps], 0)
-    c.h += np.where(cloth, 0.004 * wave * smooth(ROOF - 0.1, FLOOR + 0.6, Y) - 0.012 * np.exp(-(near / 0.05) ** 2) + 0.012 * smooth(0.31, 0.12, np.abs(near - 0.31)), 0)
-    slant = Z + 0.9 * (Y - 2.5)                                              # three slanting bands, and one along the foot
+    c.h += np.where(cloth, 0.004 * wave * smooth(ROOF - 0.1, FLOOR + 0.6, Y) - 0.012 * np.exp(-(near / 0.05) ** 2)
+                    + 0.012 * smooth(0.31, 0.12, np.abs(near - 0.31)), 0)
+    # Three slanting bands, and one along the foot.
+    slant = Z + 0.9 * (Y - 2.5)
     for z, width, color in ((-3.2, 0.85, 'a8341f'), (-4.55, 0.34, 'd08a2c'), (-5.25, 0.17, '23405c')):
         c.fill(np.abs(slant - z) - width, color, 0.5)
     c.fill(np.abs(Y - 1.52) - 0.13, '23405c', 0.5)
@@ -137,7 +147,8 @@ def draw_trailer_strip(atlas):
         c.fill(rr(S, T, at(y), 1.16, 0.06, 0.07, 0.02), '8b8e90', 0.5, 0.7)
     chevron = np.where(rear, np.abs(S - at(1.26)) - 0.045, 1)                # reflecting board
     c.fill(np.maximum(chevron, np.abs(T - 0.62) - 0.17), 'd9b21a', 0.35)
-    c.fill(np.maximum(np.maximum(chevron, np.abs(T - 0.62) - 0.17), np.abs((T * 9 + S * 9) % 1 - 0.5) - 0.22), 'b01d14', 0.35)
+    c.fill(np.maximum(np.maximum(chevron, np.abs(T - 0.62) - 0.17), np.abs((T * 9 + S * 9) % 1 - 0.5) - 0.22), 'b01d14',
+           0.35)
     c.weather(np.clip(np.where(rear, 0.9 * smooth(BOX.length - 1.3, BOX.length, S) + 0.1, 0.1), 0, 1), 0.9)
     c.put()
 
@@ -150,10 +161,12 @@ def chassis(uv):
     parts = []
     for sx in (1, -1):
         parts.append(box(0.09, 0.27, 5.5).move(sx * 0.40, 0.86, 2.05).swatch(*uv['under']))
-        tank = lathe([(0.0, -0.62), (0.27, -0.62), (0.31, -0.58), (0.31, 0.58), (0.27, 0.62), (0.0, 0.62)], 12, 40).rot('x', 90)
+        tank = lathe([(0.0, -0.62), (0.27, -0.62), (0.31, -0.58), (0.31, 0.58), (0.27, 0.62), (0.0, 0.62)], 12,
+                     40).rot('x', 90)
         parts.append(tank.move(sx * 0.86, 0.72, 1.62).swatch(*uv['steel']))
         for z in (1.25, 1.99):
-            parts.append(lathe([(0.316, -0.03), (0.316, 0.03)], 12, 40).rot('x', 90).move(sx * 0.86, 0.72, z).swatch(*uv['plastic']))
+            parts.append(lathe([(0.316, -0.03), (0.316, 0.03)], 12,
+                               40).rot('x', 90).move(sx * 0.86, 0.72, z).swatch(*uv['plastic']))
         a = np.radians(np.linspace(15, 165, 9))                              # mudguards of the driven wheels
         ring = np.stack([0.60 * np.cos(a), HUB + 0.02 + 0.60 * np.sin(a)], 1)
         for r, flip in ((1.0, False), (0.97, True)):
@@ -166,11 +179,14 @@ def chassis(uv):
     parts.append(box(0.95, 0.16, 0.10).move(0, 0.92, -0.72).swatch(*uv['under']))
     parts.append(tube([(-0.9, HUB, 0), (0.9, HUB, 0)], 0.09, 6, caps=False).swatch(*uv['under']))
     parts.append(tube([(-0.9, HUB, FRONT), (0.9, HUB, FRONT)], 0.06, 5, caps=False).swatch(*uv['under']))
-    parts.append(lathe([(0.0, 1.02), (0.48, 1.05), (0.50, 1.10), (0.46, 1.13), (0.0, 1.13)], 14, 40).move(0, 0, HITCH).swatch(*uv['steel']))
-    parts.append(box(2.1, 0.9, 0.30, 0.03).move(0, 1.25, 2.64).swatch(*uv['plastic']))                 # intake and hoses
+    parts.append(lathe([(0.0, 1.02), (0.48, 1.05), (0.50, 1.10), (0.46, 1.13), (0.0, 1.13)], 14,
+                       40).move(0, 0, HITCH).swatch(*uv['steel']))
+    # Intake and hoses.
+    parts.append(box(2.1, 0.9, 0.30, 0.03).move(0, 1.25, 2.64).swatch(*uv['plastic']))
     parts.append(box(1.15, 0.5, 1.9).move(0, 0.75, 3.9).swatch(*uv['under']))
     for x in (-0.35, 0.0, 0.35):
-        parts.append(tube([(x, 1.6, 2.50), (x * 0.7, 1.35, 2.30), (x * 0.6, 1.5, 2.18)], 0.022, 4, caps=False).swatch(*uv['dark_red' if x else 'plastic']))
+        parts.append(tube([(x, 1.6, 2.50), (x * 0.7, 1.35, 2.30), (x * 0.6, 1.5, 2.18)], 0.022, 4,
+                          caps=False).swatch(*uv['dark_red' if x else 'plastic']))
     return parts
 
 
@@ -225,7 +241,8 @@ def trailer_frame(uv, atlas):
 
 
 def rear_lamps(v, uv, trailer):
-    for name, kind, x, w, way in (('lamp_tail', 'glass_red', 1.00, 0.26, TAIL), ('lamp_indicator_rear', 'glass_amber', 0.80, 0.12, tilted(0, -1, 19)),
+    for name, kind, x, w, way in (('lamp_tail', 'glass_red', 1.00, 0.26, TAIL),
+                                  ('lamp_indicator_rear', 'glass_amber', 0.80, 0.12, tilted(0, -1, 19)),
                                   ('lamp_reverse', 'glass_clear', 0.67, 0.11, TAIL)):
         part = lens_box((w, 0.13, 0.04), uv[kind], (x, 1.03, -12.0), True)
         v.lamps(name, part, kind, way, trailer)
@@ -239,7 +256,8 @@ def build(out):
     draw_trailer_strip(atlas)
     furniture(atlas, 0, 384, 'truck', 'RL 40 T', 1180)
     uv = atlas.uv
-    cab = Shell(CAB, HX, lambda p: np.full(p.shape[:-1], 0.15), deform, chart(CAB_SIDE, atlas, CZ, CY_), chart(CAB_STRIP, atlas, CS, CT), 3)
+    cab = Shell(CAB, HX, lambda p: np.full(p.shape[:-1], 0.15), deform, chart(CAB_SIDE, atlas, CZ, CY_),
+                chart(CAB_STRIP, atlas, CS, CT), 3)
     arch = arch_loop(FRONT, HUB, ARCH)
     side, glass = cab.side([3.1, 3.5, 4.0, 4.45, 4.8], [0.9, 1.25, 1.6, 2.2, 2.75, 3.1, 3.4], [WINDOW], [arch])
     top, screens = cab.strip([0, 0.4, 0.75], [SCREEN, GRILLE])
@@ -254,17 +272,22 @@ def build(out):
     v.wheels(wheel_front, {'wheel_front': (TRACK, HUB, FRONT)})
     double = v.g.mesh('wheel_double', [(double_wheel(atlas, HUB, 0.30, 0.30, 16), v.trim)])
     v.more_wheels(double, {'wheel_rear': (REAR_TRACK, HUB, 0)})
-    head = round_poly([(0.72, CAB.find(0.64)), (1.02, CAB.find(0.64)), (1.02, CAB.find(0.85)), (0.72, CAB.find(0.85))], 0.05)
+    head = round_poly([(0.72, CAB.find(0.64)), (1.02, CAB.find(0.64)), (1.02, CAB.find(0.85)), (0.72, CAB.find(0.85))],
+                      0.05)
     v.lamps('lamp_head', cab.patch(head, uv['glass_clear'], lift=0.012, dome=0.03, fine=0.3), 'glass_clear', HEAD)
-    amber = round_poly([(1.06, CAB.find(0.66)), (1.27, CAB.find(0.66)), (1.27, CAB.find(0.83)), (1.06, CAB.find(0.83))], 0.03)
-    v.lamps('lamp_indicator_front', cab.patch(amber, uv['glass_amber'], lift=0.012, dome=0.012, fine=0.3), 'glass_amber', tilted(0, 1, 19))
+    amber = round_poly([(1.06, CAB.find(0.66)), (1.27, CAB.find(0.66)), (1.27, CAB.find(0.83)), (1.06, CAB.find(0.83))],
+                       0.03)
+    v.lamps('lamp_indicator_front', cab.patch(amber, uv['glass_amber'], lift=0.012, dome=0.012, fine=0.3),
+            'glass_amber', tilted(0, 1, 19))
     # the trailer turns about the hitch
     trailer = v.g.node('trailer', None, (0, 0, HITCH), parent=v.root)
-    hold = Shell(BOX, 1.275, lambda p: np.full(p.shape[:-1], 0.045), straight, chart(TRAILER_SIDE, atlas, TZ, TY_), chart(TRAILER_STRIP, atlas, BS, BT), 2)
+    hold = Shell(BOX, 1.275, lambda p: np.full(p.shape[:-1], 0.045), straight, chart(TRAILER_SIDE, atlas, TZ, TY_),
+                 chart(TRAILER_STRIP, atlas, BS, BT), 2)
     side, _ = hold.side([-8, -4, 0], [2.5])
     top, _ = hold.strip([0])
     floor = box(2.5, 0.02, T0 - T1 - 0.1).move(0, FLOOR + 0.02, (T0 + T1) / 2).swatch(*uv['under'])
-    v.body([], both(side) + both(top) + both(hold.edge()) + [floor] + trailer_frame(uv, atlas), (-8.37, -5.03, -1.83), 'trailer_body', trailer)
+    v.body([], both(side) + both(top) + both(hold.edge()) + [floor] + trailer_frame(uv, atlas), (-8.37, -5.03, -1.83),
+           'trailer_body', trailer)
     wheel_trailer = v.g.mesh('wheel_trailer', [(trailer_wheel(atlas), v.trim)])
     v.more_wheels(wheel_trailer, {'wheel_trailer_%d' % (k + 1): (1.02, HUB, z) for k, z in enumerate(AXLES)}, trailer)
     rear_lamps(v, uv, trailer)
@@ -273,7 +296,8 @@ def build(out):
 
 def trailer_wheel(atlas, R=HUB, width=0.36, rim_r=0.30, seg=16):
     w = width / 2
-    rows = [(rim_r, -w + 0.012, 0.0), (R - 0.03, -w, 0.2), (R, -w + 0.06, 0.32), (R, w - 0.06, 0.68), (R - 0.03, w, 0.8), (rim_r, w - 0.012, 1.0)]
+    rows = [(rim_r, -w + 0.012, 0.0), (R - 0.03, -w, 0.2), (R, -w + 0.06, 0.32), (R, w - 0.06, 0.68),
+            (R - 0.03, w, 0.8), (rim_r, w - 0.012, 1.0)]
     face = [(rim_r, w - 0.012), (0.52 * rim_r, w - 0.09), (0.42 * rim_r, w - 0.01), (0.0, w)]
     return merge(tyre(atlas, R, rim_r, width, seg, 0.0, rows), *disc(atlas, face, seg, rim_r, -w + 0.04))
 

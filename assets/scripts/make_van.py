@@ -20,8 +20,10 @@ HUB_Y, WHEEL_R, ARCH_R = 0.335, 0.335, 0.415
 TRACK = 0.755                                # hub centre from the middle plane
 REAR = -AXLES[1]                             # the file's origin is below the rear axle, this far behind the middle
 
-_prof_y = np.array([0.20, 0.30, 0.42, 0.60, 0.78, 0.92, 1.03, 1.11, 1.165, 1.205, 1.26, 1.50, 1.75, 1.90, 2.00, 2.10, 2.30])
-_prof_z = np.array([0.10, 0.07, 0.015, 0.0, 0.0, 0.025, 0.075, 0.16, 0.29, 0.435, 0.500, 0.605, 0.735, 0.83, 0.90, 0.98, 1.15])
+_prof_y = np.array([0.20, 0.30, 0.42, 0.60, 0.78, 0.92, 1.03, 1.11, 1.165, 1.205, 1.26, 1.50, 1.75, 1.90, 2.00, 2.10,
+                    2.30])
+_prof_z = np.array([0.10, 0.07, 0.015, 0.0, 0.0, 0.025, 0.075, 0.16, 0.29, 0.435, 0.500, 0.605, 0.735, 0.83, 0.90, 0.98,
+                    1.15])
 _ty = np.linspace(0.2, 2.3, 421)
 _tz = np.interp(_ty, _prof_y, _prof_z)
 _k = np.exp(-0.5 * (np.arange(-20, 21) / 5.0) ** 2)
@@ -93,7 +95,8 @@ def invert(face, c):
     a, b = c[:, 0].copy(), c[:, 1].copy()
     if face == 'side':
         a = np.clip(a + np.clip(a / L, 0, 1) ** 1.35 * np.interp(b, _ty, _tz), -L, L)
-    lim = {'side': ((-L, L), (Y0, Y1)), 'front': ((-HX, HX), (Y0, Y1)), 'rear': ((-HX, HX), (Y0, Y1)), 'roof': ((-L, L), (-HX, HX))}[face]
+    lim = {'side': ((-L, L), (Y0, Y1)), 'front': ((-HX, HX), (Y0, Y1)), 'rear': ((-HX, HX), (Y0, Y1)),
+           'roof': ((-L, L), (-HX, HX))}[face]
     e = 1e-4
     for _ in range(40):
         f = surf(face, a, b)[:, (i, j)] - c
@@ -138,7 +141,8 @@ def chart(face, A, B, windows=(), arches=(), belt=None, plain=()):
     plain: outlines below the belt that are not."""
     A, B = np.array(A), np.array(B)
     i, j = FACES[face][1]
-    edge = [(a, B[0]) for a in A] + [(A[-1], b) for b in B[1:]] + [(a, B[-1]) for a in A[::-1][1:]] + [(A[0], b) for b in B[::-1][1:-1]]
+    edge = ([(a, B[0]) for a in A] + [(A[-1], b) for b in B[1:]] + [(a, B[-1]) for a in A[::-1][1:]]
+            + [(A[0], b) for b in B[::-1][1:-1]])
     edge = np.array(edge)
     rim3 = surf(face, edge[:, 0], edge[:, 1])
     border = rim3[:, (i, j)]
@@ -224,7 +228,8 @@ def chart(face, A, B, windows=(), arches=(), belt=None, plain=()):
         coat = ~glass_sel & (cen[:, 1] < np.interp(cen[:, 0], belt[:, 0], belt[:, 1]))
         for c in plain:
             coat &= ~inside(c, cen)
-    return Part(P, N, UV, T[coat]), [Part(P, N, UV, T[~glass_sel & ~coat]), Part(P - N * 0.010, N, UV, T[glass_sel])] + extra
+    return Part(P, N, UV, T[coat]), [Part(P, N, UV, T[~glass_sel & ~coat]),
+                                     Part(P - N * 0.010, N, UV, T[glass_sel])] + extra
 
 
 # -------------------------------------------------------------------- atlas
@@ -240,7 +245,8 @@ RECT = {
 SW_PX = {'rubber': (816, 480), 'chrome': (880, 480), 'cream': (944, 480), 'teal': (1000, 480),
          'under': (816, 544), 'steel': (880, 544), 'black': (944, 544), 'wood': (1000, 544),
          'plate': (808, 600), 'lens': (808, 664), 'red': (912, 664), 'amber': (968, 664), 'white': (912, 728)}
-SW = {k: ((x + (12 if x == 1000 else 24)) / SIZE, (y + (12 if x == 1000 else 24)) / SIZE) for k, (x, y) in SW_PX.items()}
+SW = {k: ((x + (12 if x == 1000 else 24)) / SIZE, (y + (12 if x == 1000 else 24)) / SIZE)
+      for k, (x, y) in SW_PX.items()}
 LENS = (808 / SIZE, 664 / SIZE, 96 / SIZE)
 
 
@@ -268,7 +274,8 @@ class Chart:
         self.gap = np.zeros((h, w))
         sy = h / self.size[1]
         n = lambda s, **k: np.tile(tx.noise(512, s, **k), (2, 2))[:h, :w]
-        self.n_lo, self.n_mid, self.n_hi = n(seed, beta=1.7, lo=1, hi=14), n(seed + 1, beta=1.2, lo=6, hi=90), n(seed + 2, beta=0.6, lo=40, hi=220)
+        self.n_lo, self.n_mid, self.n_hi = (n(seed, beta=1.7, lo=1, hi=14), n(seed + 1, beta=1.2, lo=6, hi=90),
+                                            n(seed + 2, beta=0.6, lo=40, hi=220))
         self.streak = n(seed + 3, beta=1.1, lo=4, hi=160, ax=1.6, ay=0.12)
         if face == 'roof':
             self.streak = self.n_mid
@@ -384,7 +391,8 @@ def paint_atlas():
     c.raise_(rr(Z, Y, -1.12, 1.515, 0.80, 0.285, 0.07), -0.007, 0.008)
     ribs(c, -1.80, -0.44, (1.36, 1.44, 1.52, 1.60, 1.68), 0.012, 0.008)
     # doors
-    door = round_poly([(0.60, 0.44), (0.94, 0.44), (0.955, 0.60), (1.05, 0.76), (1.22, 0.84), (1.42, 0.90), (1.43, 1.20), (1.06, 1.865), (0.60, 1.865)],
+    door = round_poly([(0.60, 0.44), (0.94, 0.44), (0.955, 0.60), (1.05, 0.76), (1.22, 0.84), (1.42, 0.90),
+                       (1.43, 1.20), (1.06, 1.865), (0.60, 1.865)],
                       [0.03, 0.03, 0.12, 0.12, 0.08, 0.06, 0.06, 0.10, 0.06])
     c.line(seg_dist(door, Z, Y), 0.0075, 0.007)
     slide = round_poly([(-0.25, 0.44), (0.585, 0.44), (0.585, 1.865), (-0.25, 1.865)], [0.04, 0.02, 0.04, 0.06])
@@ -540,7 +548,8 @@ def paint_atlas():
     col = mix(rgb('d9d3c4'), rgb('fffdf4'), np.clip(glow * 1.2, 0, 1)) * (0.70 + 0.22 * flute + 0.25 * glow)[..., None]
     col = col * (1 - 0.45 * smooth(0.80, 1.0, r))[..., None]
     atlas.base[y:y + s, x:x + s] = np.clip(col, 0, 1)
-    atlas.nrm[y:y + s, x:x + s] = tx.normal_from_height(flute * 0.0012 + np.sqrt(np.clip(1.2 - r * r, 0, 1)) * 0.004, (0.2, 0.2), 1.0, wrap=False)
+    atlas.nrm[y:y + s, x:x + s] = tx.normal_from_height(flute * 0.0012 + np.sqrt(np.clip(1.2 - r * r, 0, 1)) * 0.004,
+                                                        (0.2, 0.2), 1.0, wrap=False)
     atlas.orm[y:y + s, x:x + s] = (1, 0.10, 0)
     for name, colr in (('red', 'b3241c'), ('amber', 'e08a1e'), ('white', 'efece4')):
         x, y = SW_PX[name]
@@ -634,7 +643,8 @@ def at(face, c1, c2):
 def lens_uv(part, r):
     """Planar lens image over a lathe of radius r (axis +Y, image up = -Z)."""
     u0, v0, s = LENS
-    return part.uvmap(lambda P, UV: np.stack([u0 + s * (0.5 + 0.48 * P[:, 0] / r), v0 + s * (0.5 + 0.48 * P[:, 2] / r)], 1))
+    return part.uvmap(lambda P, UV: np.stack([u0 + s * (0.5 + 0.48 * P[:, 0] / r), v0 + s * (0.5 + 0.48 * P[:, 2] / r)],
+                                             1))
 
 
 def bumper(zsign):
@@ -676,7 +686,8 @@ def bumper(zsign):
 
 def underside():
     parts = [wheel_well(az, sx) for sx in (1, -1) for az in AXLES]
-    for sx, sy, sz, y, z in ((1.30, 0.10, 3.9, 0.36, -0.05), (1.62, 0.06, 1.60, 0.352, 0.04), (1.55, 0.06, 0.36, 0.36, 1.80), (1.60, 0.06, 0.34, 0.36, -1.82)):
+    for sx, sy, sz, y, z in ((1.30, 0.10, 3.9, 0.36, -0.05), (1.62, 0.06, 1.60, 0.352, 0.04),
+                             (1.55, 0.06, 0.36, 0.36, 1.80), (1.60, 0.06, 0.34, 0.36, -1.82)):
         parts.append(box(sx, sy, sz).move(0, y, z).swatch(*SW['under']))
     for az in AXLES:                                        # axle tubes
         parts.append(tube([(-0.68, HUB_Y, az), (0.68, HUB_Y, az)], 0.035, 6, caps=False).swatch(*SW['under']))
@@ -694,7 +705,8 @@ def fittings():
         p, n = at('side', hz, 1.075)
         parts += both(box(0.028, 0.022, 0.125).move(p[0] + 0.018, p[1], p[2]).swatch(*SW['chrome']))
     p, n = at('side', 1.315, 1.165)                         # mirrors on bent arms
-    arm = [p + n * -0.01, p + n * 0.07 + (0, 0.02, 0.01), p + n * 0.115 + (0, 0.10, 0.01), p + n * 0.12 + (0, 0.20, 0.0)]
+    arm = [p + n * -0.01, p + n * 0.07 + (0, 0.02, 0.01), p + n * 0.115 + (0, 0.10, 0.01),
+           p + n * 0.12 + (0, 0.20, 0.0)]
     parts += both(tube(arm, 0.010, 5, caps=False).swatch(*SW['chrome']))
     head = lathe([(0.0, -0.030), (0.055, -0.022), (0.088, 0.0), (0.086, 0.016)], 10, 60).scale(0.85, 1, 1.35)
     glass = lathe([(0.087, 0.014), (0.0, 0.014)], 10, 50).scale(0.85, 1, 1.35)
@@ -707,11 +719,13 @@ def fittings():
             q, nn = at('front', cx + 0.015 + 0.40 * t, 1.287 + 0.035 * t)
             pts.append(q + nn * (0.018 if t in (0, 1) else 0.020))
         parts.append(tube(pts, 0.007, 4, caps=False).swatch(*SW['black']))
-        parts.append(tube([p0 + n0 * 0.002, p0 + n0 * 0.03, pts[2] + (0, 0.004, 0.006)], 0.008, 4, caps=False).swatch(*SW['black']))
+        parts.append(tube([p0 + n0 * 0.002, p0 + n0 * 0.03, pts[2] + (0, 0.004, 0.006)], 0.008, 4,
+                          caps=False).swatch(*SW['black']))
     x, y = SW_PX['plate']
 
     def plate_uv(sign):
-        return lambda P, UV: np.stack([(x + 96 + sign * (P[:, 0] + 0.15 * P[:, 2]) / 0.445 * 188) / SIZE, (y + 22 - (P[:, 1] + 0.1 * P[:, 2]) / 0.107 * 42) / SIZE], 1)
+        return lambda P, UV: np.stack([(x + 96 + sign * (P[:, 0] + 0.15 * P[:, 2]) / 0.445 * 188) / SIZE,
+                                       (y + 22 - (P[:, 1] + 0.1 * P[:, 2]) / 0.107 * 42) / SIZE], 1)
     board = box(0.44, 0.105, 0.016)
     parts.append(board.uvmap(plate_uv(1)).move(0, 0.425, 2.262))
     p, n = at('rear', 0.30, 0.585)
@@ -759,7 +773,9 @@ def lamps():
     p, n = at('rear', 0.80, 0.80)                           # a tall pod on the rear corner
     n = np.array([n[0] * 0.45, 0.0, n[2]]); n /= np.linalg.norm(n)
     held += both(place(box(0.125, 0.09, 0.36, 0.03), p, n).swatch(*SW['chrome']))
-    for name, color, kind, h, o, way in (('lamp_tail', 'red', 'glass_red', 0.155, 0.052, TAIL), ('lamp_indicator_rear', 'amber', 'glass_amber', 0.080, -0.085, tilted(0, -1, 19)),
+    for name, color, kind, h, o, way in (('lamp_tail', 'red', 'glass_red', 0.155, 0.052, TAIL),
+                                         ('lamp_indicator_rear', 'amber', 'glass_amber', 0.080, -0.085,
+                                          tilted(0, -1, 19)),
                                          ('lamp_reverse', 'white', 'glass_clear', 0.045, -0.152, TAIL)):
         glass.append((name, planar(place(box(0.095, 0.05, h, 0.018).move(0, 0.035, o), p, n), color), kind, way))
     return held, glass
@@ -798,14 +814,16 @@ def draw_wheel(atlas):
     col = mix(col, TEAL, smooth(0.010, 0.008, np.abs(r - 0.192)))
     col = mix(col, rgb('8a8a86'), bolts); met = np.maximum(met, bolts)
     col = mix(col, rgb('0b0b0b'), holes); ro = ro * (1 - holes) + 0.9 * holes
-    grime = np.clip(smooth(0.10, 0.2, r) * (0.35 + 0.25 * nn) + smooth(0.03, 0.012, bolt) * (1 - bolts) * 0.5 + 0.4 * smooth(0.25, 0.0, hole) * (1 - holes), 0, 1) * (1 - cap)
+    grime = (np.clip(smooth(0.10, 0.2, r) * (0.35 + 0.25 * nn) + smooth(0.03, 0.012, bolt) * (1 - bolts) * 0.5
+                     + 0.4 * smooth(0.25, 0.0, hole) * (1 - holes), 0, 1) * (1 - cap))
     col = mix(col, rgb('584a3a'), grime * 0.55); ro = ro + 0.3 * grime
     atlas.put(px, py, col, ro, met, hh, (0.45 / s, 0.45 / s), name='rim')
 
 
 def wheel_part(atlas):
     """Tyre and rim around the X axis, outside toward +X."""
-    profile = [(0.205, 0.055), (0.212, 0.082), (0.172, 0.040), (0.125, 0.052), (0.070, 0.048), (0.060, 0.075), (0.0, 0.097)]
+    profile = [(0.205, 0.055), (0.212, 0.082), (0.172, 0.040), (0.125, 0.052), (0.070, 0.048), (0.060, 0.075),
+               (0.0, 0.097)]
     rim = lathe(profile, 18, 38)
     x, y, w, h = atlas.uv['rim']
     rim = rim.uvmap(lambda P, UV: np.stack([x + w * (0.5 + P[:, 0] / 0.45), y + h * (0.5 + P[:, 2] / 0.45)], 1))
@@ -830,7 +848,8 @@ def build(out):
     coat_side, rest_side = chart('side', ZP, YP, [WIN_DOOR, WIN_LOAD], arches(), LEVEL)
     coat += both(coat_side)
     rest += [m for p in rest_side for m in both(p)]
-    for face, grid, windows, belt, plain in (('front', (XP, YP), [WINDSCREEN], SWOOP, [GRILLE]), ('rear', (XP, YP), WIN_REAR, LEVEL, []), ('roof', (ZP, XP), [], None, [])):
+    for face, grid, windows, belt, plain in (('front', (XP, YP), [WINDSCREEN], SWOOP, [GRILLE]),
+                                             ('rear', (XP, YP), WIN_REAR, LEVEL, []), ('roof', (ZP, XP), [], None, [])):
         c, r = chart(face, *grid, windows, (), belt, plain)
         coat.append(c)
         rest += r

@@ -291,7 +291,8 @@ def box(sx, sy, sz, bevel=0.0, uv_scale=1.0):
                 ids.append(len(P))
                 signs = [0, 0, 0]; signs[ax], signs[e1], signs[e2] = sg, s1, s2
                 corner[(ax, tuple(signs))] = len(P)
-                P.append(p); N.append(n); UV.append(((uv[0] + 0.0137 * ax) * uv_scale, (uv[1] + 0.0071 * ax * sg) * uv_scale))
+                P.append(p); N.append(n)
+                UV.append(((uv[0] + 0.0137 * ax) * uv_scale, (uv[1] + 0.0071 * ax * sg) * uv_scale))
             q = ids if sg > 0 else ids[::-1]
             F += [(q[0], q[1], q[2]), (q[0], q[2], q[3])]
     if b > 0:
@@ -361,7 +362,8 @@ class Glb:
     def material(self, name, base=None, normal=None, orm=None, color=(1, 1, 1, 1), metallic=1.0, roughness=1.0,
                  emissive=None, emissive_tex=None, double=False, normal_scale=1.0, occlusion=False):
         m = {'name': name, 'pbrMetallicRoughness': {'baseColorFactor': [float(c) for c in color],
-                                                    'metallicFactor': float(metallic), 'roughnessFactor': float(roughness)}}
+                                                    'metallicFactor': float(metallic),
+                                                    'roughnessFactor': float(roughness)}}
         if base is not None:
             m['pbrMetallicRoughness']['baseColorTexture'] = {'index': base}
         if orm is not None:
@@ -406,7 +408,8 @@ class Glb:
             out.append({'attributes': {'POSITION': self.accessor(P, 5126, 'VEC3', 34962, True),
                                        'NORMAL': self.accessor(N, 5126, 'VEC3', 34962),
                                        'TEXCOORD_0': self.accessor(UV, 5126, 'VEC2', 34962)},
-                        'indices': self.accessor(F.astype('<u4' if big else '<u2'), 5125 if big else 5123, 'SCALAR', 34963),
+                        'indices': self.accessor(F.astype('<u4' if big else '<u2'), 5125 if big else 5123, 'SCALAR',
+                                                 34963),
                         'material': mat, 'mode': 4})
         self.j['meshes'].append({'name': name, 'primitives': out})
         return len(self.j['meshes']) - 1

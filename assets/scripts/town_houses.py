@@ -108,7 +108,8 @@ def room(group):
 
 def pane(h, x0, x1, y0, y1, z, group):
     u, v = room(group)
-    rect(h.parts['glass_%d' % group], x0, x1, y0, y1, z, [(u + 0.01, v + 0.49), (u + 0.49, v + 0.49), (u + 0.49, v + 0.01), (u + 0.01, v + 0.01)])
+    rect(h.parts['glass_%d' % group], x0, x1, y0, y1, z,
+         [(u + 0.01, v + 0.49), (u + 0.49, v + 0.49), (u + 0.49, v + 0.01), (u + 0.01, v + 0.01)])
 
 
 def window(h, x0, x1, y0, y1, group, style):
@@ -161,7 +162,8 @@ def shop_front(h, x0, x1, y0, y1, width):
     k = (x1 - x0) / n
     for i in range(n):
         a = x0 + i * k
-        rect(h.shop, a, a + k, y0, y1, z, [(u0 + 0.01, v0 + 0.49), (u0 + 0.49, v0 + 0.49), (u0 + 0.49, v0 + 0.01), (u0 + 0.01, v0 + 0.01)])
+        rect(h.shop, a, a + k, y0, y1, z,
+             [(u0 + 0.01, v0 + 0.49), (u0 + 0.49, v0 + 0.49), (u0 + 0.49, v0 + 0.01), (u0 + 0.01, v0 + 0.01)])
         if i:
             h.paint.box(a - 0.04, a + 0.04, y0, y1, z, z + 0.06, 'xXZ')
     h.paint.box(x0, x1, y1 - 0.50, y1 - 0.44, z, z + 0.05, 'yYZ')
@@ -233,8 +235,10 @@ def gable_roof(h, width, top, dormer):
             pane(h, x - 0.42, x + 0.42, y + 0.12, y + 1.2, z + 0.015, 2)
             rect(h.frame, x - 0.03, x + 0.03, y + 0.12, y + 1.2, z + 0.025)
             for s in (-1, 1):
-                slope = [(x, y + 1.95, z + 0.2), (x + s * 0.8, y + 1.27, z + 0.2), (x + s * 0.8, y + 1.27, -3.2), (x, y + 1.95, -3.2)]
-                h.roof.face(slope if s > 0 else slope[::-1], [(0, 0), (0, 1.05), (2.6, 1.05), (2.6, 0)] if s > 0 else [(2.6, 0), (2.6, 1.05), (0, 1.05), (0, 0)])
+                slope = [(x, y + 1.95, z + 0.2), (x + s * 0.8, y + 1.27, z + 0.2), (x + s * 0.8, y + 1.27, -3.2),
+                         (x, y + 1.95, -3.2)]
+                h.roof.face(slope if s > 0 else slope[::-1], [(0, 0), (0, 1.05), (2.6, 1.05), (2.6, 0)] if s > 0
+                            else [(2.6, 0), (2.6, 1.05), (0, 1.05), (0, 0)])
             h.frame.face([(x - 0.62, y + 1.35, z), (x + 0.62, y + 1.35, z), (x, y + 1.9, z)])
     return ridge
 
@@ -278,7 +282,8 @@ def back(width, storeys, style, roof, seed):
         y = 0.9 + (GROUND + UPPER * (s - 1) if s else 0)
         for x in (-w / 2, w / 2):
             pane(h, x - 0.5, x + 0.5, y, y + 1.5, 0.02, (s + seed) % 4)
-            for a, b, c, d in ((-0.56, 0.56, -0.06, 0.04), (-0.56, 0.56, 1.46, 1.56), (-0.03, 0.03, 0.04, 1.46), (-0.5, 0.5, 0.95, 1.0)):
+            for a, b, c, d in ((-0.56, 0.56, -0.06, 0.04), (-0.56, 0.56, 1.46, 1.56), (-0.03, 0.03, 0.04, 1.46),
+                               (-0.5, 0.5, 0.95, 1.0)):
                 rect(h.frame, x + a, x + b, y + c, y + d, 0.035)
     return h
 
@@ -300,7 +305,8 @@ def build(path):
     for x in (-5.4, 5.4):
         chimney(front_roof, x, -DEPTH / 2 - 0.7, 7, ridge + 0.9, 3)
     for p in ('wall', 'trim', 'roof'):
-        g.node('front_' + p, g.mesh('front_' + p, [(front_roof.parts[p].part(), material[p])]), (12.0 * len(TYPES) + 4, 0, 0), parent=root)
+        g.node('front_' + p, g.mesh('front_' + p, [(front_roof.parts[p].part(), material[p])]),
+               (12.0 * len(TYPES) + 4, 0, 0), parent=root)
     g.save(path)
     return counts
 

@@ -55,7 +55,8 @@ class Faces:
         a = np.arange(n + 1) / n * 2 * np.pi
         ring = [np.array([np.cos(t), 0, -np.sin(t)]) for t in a]
         c = np.array([x, 0, z])
-        ids = [(self.vertex(c + r * d + (0, y0, 0), d, np.array([k * r, -y0])), self.vertex(c + r1 * d + (0, y1, 0), d, np.array([k * r, -y1]))) for k, d in zip(a, ring)]
+        ids = [(self.vertex(c + r * d + (0, y0, 0), d, np.array([k * r, -y0])),
+                self.vertex(c + r1 * d + (0, y1, 0), d, np.array([k * r, -y1]))) for k, d in zip(a, ring)]
         for (p, q), (s, t) in zip(ids, ids[1:]):
             self.F += [(p, s, t), (p, t, q)]
         if top:
@@ -100,7 +101,8 @@ def outline(x0, x1, z0, z1, r, arc=7, step=1e9):
     """A rounded rectangle as a closed line, clockwise on the map (east along the north side)."""
     pts = []
     for cx, cz, a0 in ((x1 - r, z0 + r, -90), (x1 - r, z1 - r, 0), (x0 + r, z1 - r, 90), (x0 + r, z0 + r, 180)):
-        corner = [(cx + r * np.cos(np.radians(a)), cz + r * np.sin(np.radians(a))) for a in np.linspace(a0, a0 + 90, arc)]
+        corner = [(cx + r * np.cos(np.radians(a)), cz + r * np.sin(np.radians(a)))
+                  for a in np.linspace(a0, a0 + 90, arc)]
         if pts:
             pts += between(pts[-1], corner[0], step)
         pts += corner
@@ -121,7 +123,8 @@ def kerb(faces, line, closed, height, top, width=0.15, bottom=-0.06):
     tangent = np.roll(line, -1, 0) - np.roll(line, 1, 0) if closed else np.gradient(line, axis=0)
     tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
     out = np.stack([tangent[:, 1], -tangent[:, 0]], 1)
-    profile = [(0.0, bottom, (1, 0)), (0.0, top - 0.025, (1, 0)), (0.0, top - 0.025, (0.7, 0.7)), (-0.025, top, (0.7, 0.7)), (-0.025, top, (0, 1)), (-width, top, (0, 1))]
+    profile = [(0.0, bottom, (1, 0)), (0.0, top - 0.025, (1, 0)), (0.0, top - 0.025, (0.7, 0.7)),
+               (-0.025, top, (0.7, 0.7)), (-0.025, top, (0, 1)), (-width, top, (0, 1))]
     along = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(np.concatenate([line, line[:1]]), axis=0), axis=1))])
     rows = []
     for k in range(n + 1 if closed else n):
@@ -132,7 +135,8 @@ def kerb(faces, line, closed, height, top, width=0.15, bottom=-0.06):
                 across += np.hypot(o - profile[m - 1][0], y - profile[m - 1][1])
             p = line[i] + out[i] * o
             normal = np.array([out[i][0] * no, ny, out[i][1] * no])
-            row.append(faces.vertex(np.array([p[0], height(p[0], p[1]) + y, p[1]]), normal / np.linalg.norm(normal), np.array([along[k], -across])))
+            row.append(faces.vertex(np.array([p[0], height(p[0], p[1]) + y, p[1]]), normal / np.linalg.norm(normal),
+                                    np.array([along[k], -across])))
         rows.append(row)
     for a, b in zip(rows, rows[1:]):
         for m in (0, 2, 4):

@@ -34,9 +34,11 @@ class Street:
         return self.lanes * LANE / 2
 
 
-COLUMNS = [Street('West Ring'), Street('Mill Street', surface='cobble', parking='high'), Street('Church Street', surface='cobble'),
+COLUMNS = [Street('West Ring'), Street('Mill Street', surface='cobble', parking='high'),
+           Street('Church Street', surface='cobble'),
            Street('Castle Street', surface='cobble', parking='low'), Street('East Ring')]
-ROWS = [Street('North Ring'), Street('Main Street', lanes=2), Street('Market Street', surface='cobble', parking='high'), Street('South Ring')]
+ROWS = [Street('North Ring'), Street('Main Street', lanes=2), Street('Market Street', surface='cobble', parking='high'),
+        Street('South Ring')]
 
 
 def lay(streets, block, zero):
@@ -55,7 +57,8 @@ def ramp(t):
     """From 0 at t = 0 to 1 at t = 1: straight, with rounded ends; its slope is at most 1.25."""
     t, r = np.clip(t, 0, 1), 0.2
     middle = (t - r / 2) / (1 - r)
-    return np.where(t < r, t ** 2 / (2 * r * (1 - r)), np.where(t > 1 - r, 1 - (1 - t) ** 2 / (2 * r * (1 - r)), middle))
+    return np.where(t < r, t ** 2 / (2 * r * (1 - r)),
+                    np.where(t > 1 - r, 1 - (1 - t) ** 2 / (2 * r * (1 - r)), middle))
 
 
 # where the two climbs begin and end: between the junctions, which are level

@@ -70,8 +70,10 @@ CAMERAS = '''        (name: "town", camera: (fov_y_degrees: 38), transform: (tra
         (name: "hill", camera: (fov_y_degrees: 32), transform: (translation: (84, 2.0, -68.2), look_at: (166, 5.2, -74))),
 '''
 LIGHTS = {
-    'low lamp': 'spot(color: (1.0, 0.60, 0.26), intensity: 42, range: 15, inner_degrees: 30, outer_degrees: 80, shadows: true)',
-    'tall lamp': 'spot(color: (1.0, 0.62, 0.29), intensity: 85, range: 21, inner_degrees: 30, outer_degrees: 78, shadows: true)',
+    'low lamp': 'spot(color: (1.0, 0.60, 0.26), intensity: 42, range: 15, inner_degrees: 30, outer_degrees: 80, '
+                'shadows: true)',
+    'tall lamp': 'spot(color: (1.0, 0.62, 0.29), intensity: 85, range: 21, inner_degrees: 30, outer_degrees: 78, '
+                 'shadows: true)',
     'shop': 'point(color: (1.0, 0.74, 0.44), intensity: 5, range: 6, shadows: true)',
     'fountain': 'point(color: (1.0, 0.82, 0.58), intensity: 2.2, range: 5)',
     'shelter': 'point(color: (1.0, 0.90, 0.72), intensity: 5, range: 6, shadows: true)',
@@ -82,7 +84,8 @@ THINGS = ('signal', 'tree', 'shelter', 'bench', 'basin')
 
 
 def num(x):
-    return ('%.3f' % x).rstrip('0').rstrip('.').replace('-0', '0') if abs(x) < 5e-4 else ('%.3f' % x).rstrip('0').rstrip('.')
+    return (('%.3f' % x).rstrip('0').rstrip('.').replace('-0', '0') if abs(x) < 5e-4
+            else ('%.3f' % x).rstrip('0').rstrip('.'))
 
 
 def vec(v):
@@ -101,13 +104,15 @@ def place(x, y, z, yaw=0.0, scale=1.0):
 
 def material(name):
     tile, base, spec, shine, bump = MATERIALS[name]
-    head = '        "%s": (shading: blinn, base_factor: %s, specular_factor: %s, shininess: %d' % (name, vec(base), vec((spec,) * 3), shine)
+    head = ('        "%s": (shading: blinn, base_factor: %s, specular_factor: %s, shininess: %d'
+            % (name, vec(base), vec((spec,) * 3), shine))
     if tile is None:
         return head + ', technique: off),\n'
     size, depth = TILES[tile]
     t = '../textures/' + tile
     return (head + ', normal_scale: %s, uv: (scale: (%.5f, %.5f)),\n' % (num(bump), 1 / size, 1 / size)
-            + '            base_map: "%s_base.jpg", normal_map: "%s_normal.png", specular_map: "%s_specular.png",\n' % (t, t, t)
+            + '            base_map: "%s_base.jpg", normal_map: "%s_normal.png", specular_map: "%s_specular.png",\n'
+            % (t, t, t)
             + '            height_map: "%s_height.png", height_scale_uv: %s),\n' % (t, depth))
 
 
@@ -130,20 +135,23 @@ class Scene:
         self.entities.append(text)
 
     def ground(self, node, material, at):
-        self.raw('(mesh: "%s", material: "%s", ground: true, piece_metres: 2.5, %s),' % (self.model('town_streets', node), material, place(*at)))
+        self.raw('(mesh: "%s", material: "%s", ground: true, piece_metres: 2.5, %s),'
+                 % (self.model('town_streets', node), material, place(*at)))
 
     def lines(self, node):
         self.raw('(mesh: "%s", material: "lines", piece_metres: 3),' % self.model('town_streets', node))
 
     def plane(self, x, z, material, at, yaw):
         name = self.mesh('plane %sx%s' % (num(x), num(z)), 'plane(size: (%s, %s), tile_metres: 1)' % (num(x), num(z)))
-        self.raw('(mesh: "%s", material: "%s", ground: true, piece_metres: 2.5, %s),' % (name, material, place(*at, yaw)))
+        self.raw('(mesh: "%s", material: "%s", ground: true, piece_metres: 2.5, %s),'
+                 % (name, material, place(*at, yaw)))
 
     def house(self, kind, materials, at, lights):
         parts = [p for p in PARTS if p in self.parts(kind)]
         name = lambda p: self.model('town_houses', '%s_%s' % (kind, p))
         children = ['(mesh: "%s", material: "%s")' % (name(p), materials[p]) for p in parts if p != 'wall'] + lights
-        self.raw('(mesh: "%s", material: "%s", %s, children: [%s]),' % (name('wall'), materials['wall'], at, ', '.join(children)))
+        self.raw('(mesh: "%s", material: "%s", %s, children: [%s]),'
+                 % (name('wall'), materials['wall'], at, ', '.join(children)))
 
     def parts(self, kind):
         if not hasattr(self, 'known'):
@@ -159,24 +167,29 @@ class Scene:
         self.raw('(mesh: "facade", %s, children: [(mesh: "front_wall", material: "brick red"), '
                  '(mesh: "front_roof", material: "tiles red"), (mesh: "front_trim", material: "stone dark"), '
                  '(mesh: "behind a front", material: "brick red", transform: (translation: (0, 3.275, -4.67))), '
-                 '(mesh: "wall_lamp", transform: (translation: (1.35, 3.0, 0)), attach: [(node: "lamp", light: "shop")]), '
-                 '(mesh: "wall_lamp", transform: (translation: (-3.1, 3.5, 0.1)), attach: [(node: "lamp", light: "shop")])]),' % at)
+                 '(mesh: "wall_lamp", transform: (translation: (1.35, 3.0, 0)), '
+                 'attach: [(node: "lamp", light: "shop")]), '
+                 '(mesh: "wall_lamp", transform: (translation: (-3.1, 3.5, 0.1)), '
+                 'attach: [(node: "lamp", light: "shop")])]),' % at)
 
     def lamp(self, at, tall):
         self.model('lamp_post')
         if tall:
             at = at[:-1] + ', scale: 1.4)'
-        self.raw('(mesh: "lamp_post", %s, attach: [(node: "lamp", light: "%s")]),' % (at, 'tall lamp' if tall else 'low lamp'))
+        self.raw('(mesh: "lamp_post", %s, attach: [(node: "lamp", light: "%s")]),'
+                 % (at, 'tall lamp' if tall else 'low lamp'))
 
     def signal(self, at, signal, group):
-        self.raw('(mesh: "%s", signal_head: (signal: "%s", group: %d), %s),' % (self.model('town_signal'), signal, group, at))
+        self.raw('(mesh: "%s", signal_head: (signal: "%s", group: %d), %s),'
+                 % (self.model('town_signal'), signal, group, at))
 
     def thing(self, name, at, attach=None):
         self.raw('(mesh: "%s", %s%s),' % (self.model('town_' + name), at, ', attach: [%s]' % attach if attach else ''))
 
     def write(self, path, traffic, still):
         self.model('kettle')
-        self.raw('(name: "evening sky", light: directional(color: (0.34, 0.50, 1.0), intensity: 0.14, shadows: true), transform: (translation: (-6, 7, 5), look_at: (0, 0, 0))),')
+        self.raw('(name: "evening sky", light: directional(color: (0.34, 0.50, 1.0), intensity: 0.14, shadows: true), '
+                 'transform: (translation: (-6, 7, 5), look_at: (0, 0, 0))),')
         vehicles = self.standing(traffic) if still else self.driving(traffic)
         text = HEAD + '    vehicle_types: ["../vehicles.ron"],\n' + ('' if still else self.roads(traffic))
         text += '    materials: {\n' + ''.join(material(m) for m in MATERIALS) + EXTRA + '    },\n'
@@ -193,7 +206,8 @@ class Scene:
     def roads(self, traffic):
         out = '    signals: {\n'
         for name, (greens, offset) in traffic.signals.items():
-            out += '        "%s": (green_seconds: %s, amber_seconds: 3, red_seconds: 1, offset_seconds: %d),\n' % (name, greens, offset)
+            out += ('        "%s": (green_seconds: %s, amber_seconds: 3, red_seconds: 1, offset_seconds: %d),\n'
+                    % (name, greens, offset))
         out += '    },\n    routes: {\n'
         for r in traffic.routes:
             points = ', '.join(vec((x, height(x, z) + r.lift, z)) for x, z in r.points)
@@ -212,7 +226,8 @@ class Scene:
         out = []
         for kind, paint, r, at, lane, kmh in traffic.vehicles:
             lamps = '' if kind == 'person' else ', headlights: low'
-            out.append('(vehicle: (type: "%s", paint: %d, route: "%s", at: %s, lane: %d, speed_kmh: %d%s)),' % (kind, paint, r.name, num(at), lane, kmh, lamps))
+            out.append('(vehicle: (type: "%s", paint: %d, route: "%s", at: %s, lane: %d, speed_kmh: %d%s)),'
+                       % (kind, paint, r.name, num(at), lane, kmh, lamps))
         return out + self.parked(traffic)
 
     def standing(self, traffic):
@@ -223,8 +238,10 @@ class Scene:
             if r.fields['lanes'] > 1:
                 p = p + right_of(r.heading) * LANE * (0.5 - lane)
             yaw = np.degrees(np.arctan2(t[0], t[1]))
-            out.append('(vehicle: (type: "%s", paint: %d), %s),' % (kind, paint, place(p[0], float(height(*p)) + r.lift, p[1], yaw)))
+            out.append('(vehicle: (type: "%s", paint: %d), %s),'
+                       % (kind, paint, place(p[0], float(height(*p)) + r.lift, p[1], yaw)))
         return out + self.parked(traffic)
 
     def parked(self, traffic):
-        return ['(vehicle: (type: "%s", paint: %d, headlights: off), %s),' % (kind, paint, place(x, 0, z, yaw)) for kind, paint, x, z, yaw in traffic.parked()]
+        return ['(vehicle: (type: "%s", paint: %d, headlights: off), %s),' % (kind, paint, place(x, 0, z, yaw))
+                for kind, paint, x, z, yaw in traffic.parked()]

@@ -128,7 +128,8 @@ def segment_name(street, along, k):
 
 def build(path):
     g = Glb()
-    material = {n: g.material(n, color=(0.5, 0.5, 0.5, 1), metallic=0, roughness=0.8) for n in ('paving', 'kerb', 'asphalt', 'paint')}
+    material = {n: g.material(n, color=(0.5, 0.5, 0.5, 1), metallic=0, roughness=0.8)
+                for n in ('paving', 'kerb', 'asphalt', 'paint')}
     root = g.node('town_streets')
 
     def add(name, faces, kind):

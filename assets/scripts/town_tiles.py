@@ -43,7 +43,8 @@ def paving():
     fine, mid, low = noise(n, 824, 0.6, 40, 220), noise(n, 825, 1.1, 6, 70), noise(n, 826, 1.8, 1, 6)
     pits = smooth(1.5, 2.3, noise(n, 827, 0.6, 30, 160))
     split = smooth(0.045, 0.008, np.abs(noise(n, 828, 1.4, 2, 50))) * (r(829) < 0.18)
-    h = 0.66 + 0.14 * (r(830) - 0.5) + 0.16 * ((r(831) - 0.5) * fx + (r(832) - 0.5) * fy) + 0.025 * mid + 0.014 * fine - 0.12 * pits - 0.30 * split
+    h = (0.66 + 0.14 * (r(830) - 0.5) + 0.16 * ((r(831) - 0.5) * fx + (r(832) - 0.5) * fy) + 0.025 * mid + 0.014 * fine
+         - 0.12 * pits - 0.30 * split)
     h = h * slab + 0.22 * (1 - slab)
     base = mix(rgb('8b8578'), rgb('a09a90'), r(833)) * (0.86 + 0.22 * r(834))[..., None]
     base = base * (1 + 0.05 * mid + 0.03 * fine)[..., None]
@@ -76,7 +77,8 @@ def tiles():
     lap = smooth(1.0, 0.93, fy)
     h = (0.30 + 0.55 * fy + 0.10 * (r(844) - 0.5) - 0.12 * (2 * fx) ** 2 + 0.02 * mid) * lap - 0.25 * gap
     pal = np.array([rgb(c) for c in ('7d4634', '8c5038', '6d3c30', '94593e', '5f3a33', '7a4a3c')])
-    base = pal[(r(845) * 5.999).astype(int)] * (0.85 + 0.3 * r(846))[..., None] * (1 + 0.06 * mid + 0.04 * fine)[..., None]
+    base = (pal[(r(845) * 5.999).astype(int)] * (0.85 + 0.3 * r(846))[..., None]
+            * (1 + 0.06 * mid + 0.04 * fine)[..., None])
     moss = smooth(0.9, 2.0, noise(n, 847, 1.2, 2, 60) + 0.8 * (fy < 0.2))
     base = mix(base, rgb('4c5034'), 0.6 * moss)
     base = mix(base, rgb('241b18'), np.clip(0.8 * gap + 0.8 * (1 - lap), 0, 1)) * cavity(h, 3, 0.4)

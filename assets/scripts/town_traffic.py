@@ -57,7 +57,8 @@ def street_routes():
             s = s if way > 0 else s[::-1]
             o = street.at + street.line * (right_of(h)[1] if along == 'x' else right_of(h)[0])
             points = [(v, o) if along == 'x' else (o, v) for v in s]
-            r = Route('%s %s %d' % (street.name, WORDS[h], k + 1), points, street, h, lanes=street.lanes, lane_width=LANE,
+            r = Route('%s %s %d' % (street.name, WORDS[h], k + 1), points, street, h, lanes=street.lanes,
+                      lane_width=LANE,
                       speed_limit_kmh=SPEED[street.surface])
             first, last = ((k, index), (k + 1, index)) if along == 'x' else ((index, k), (index, k + 1))
             start, end = (first, last) if way > 0 else (last, first)
@@ -109,12 +110,14 @@ def junctions(leaving, arriving):
                     lane = street.street.lanes - 1 if turn == 3 else 0
                     start, end = street.points[-1], out.points[0]
                     if turn:
-                        start, end = start - right_of(h) * beside_middle(street, lane), end - right_of(out.heading) * beside_middle(out, 0)
+                        start, end = (start - right_of(h) * beside_middle(street, lane),
+                                      end - right_of(out.heading) * beside_middle(out, 0))
                     # in bends, where both directions meet, they keep away from each other
                     shape = () if signal else (0.4,) if turn == 1 else (1.2, 0.7)
                     points = through(start, h, end, out.heading, *shape)
                     way = Route('%s %s' % (street.name, word), points,
-                                lanes=lanes, lane_width=LANE, speed_limit_kmh=SPEED[street.street.surface] if turn == 0 else 25)
+                                lanes=lanes, lane_width=LANE,
+                                speed_limit_kmh=SPEED[street.street.surface] if turn == 0 else 25)
                     ways_on = [t for t in TURN if ((h + t) % 4, i, j) in leaving]
                     # where nobody goes straight on, both lanes turn left
                     if turn and street.street.lanes > 1 and (turn == 1 or 0 in ways_on):
@@ -146,7 +149,8 @@ def cycle_route(block, arriving):
     r.shape, r.closed = 'spline', True
     along = np.arange(0, r.length(), 0.25)
     there = np.array([r.place(s)[0] for s in along])
-    for h, i, j in ((EAST, block.i + 1, block.j), (SOUTH, block.i + 1, block.j + 1), (WEST, block.i, block.j + 1), (NORTH, block.i, block.j)):
+    for h, i, j in ((EAST, block.i + 1, block.j), (SOUTH, block.i + 1, block.j + 1), (WEST, block.i, block.j + 1),
+                    (NORTH, block.i, block.j)):
         for at, signal, group, _ in arriving[(h, i, j)].stops:
             p = arriving[(h, i, j)].place(at)[0]
             off = np.abs((there - p) @ AHEAD[h]) + 0.1 * np.linalg.norm(there - p, axis=1)
@@ -159,8 +163,10 @@ def walks(block):
     """Two closed ways on the pavement of a block, one in each direction."""
     out = []
     for k, inset in enumerate((1.15, 1.75)):
-        line = outline(block.kx0 + inset, block.kx1 - inset, block.kz0 + inset, block.kz1 - inset, CORNER - inset, 7, 8.0)
-        r = Route('walk %d %d %s' % (block.i + 1, block.j + 1, 'out' if k else 'in'), line[::-1] if k else line, lanes=1, lane_width=0.6, speed_limit_kmh=5)
+        line = outline(block.kx0 + inset, block.kx1 - inset, block.kz0 + inset, block.kz1 - inset, CORNER - inset, 7,
+                       8.0)
+        r = Route('walk %d %d %s' % (block.i + 1, block.j + 1, 'out' if k else 'in'), line[::-1] if k else line,
+                  lanes=1, lane_width=0.6, speed_limit_kmh=5)
         r.shape, r.closed, r.lift = 'spline', True, KERB
         out.append(r)
     return out
@@ -185,7 +191,8 @@ class Traffic:
         self.cycles = [cycle_route(b, self.arriving) for b in BLOCKS]
         self.walks = [w for b in BLOCKS for w in walks(b)]
         self.bus_stops = []
-        for name, at in (('Main Street east 2', 0.45), ('Main Street west 3', 0.45), ('Main Street east 4', 0.5), ('Main Street west 1', 0.5)):
+        for name, at in (('Main Street east 2', 0.45), ('Main Street west 3', 0.45), ('Main Street east 4', 0.5),
+                         ('Main Street west 1', 0.5)):
             r = self.by_name(name)
             self.bus_stops.append((r, r.length() * at))
         self.vehicles = self.spread()
@@ -211,7 +218,8 @@ class Traffic:
             L = r.length()
             big = heavy.pop(0) if heavy else None
             if big:
-                out.append((big, paint(rng), r, L - STOP_AT - FRONT[big] - 1 - 2 * rng.random(), lane, 0 if k % 3 == 0 else 20))
+                out.append((big, paint(rng), r, L - STOP_AT - FRONT[big] - 1 - 2 * rng.random(), lane,
+                            0 if k % 3 == 0 else 20))
             if len(heavy) > len(places) - 1 - k:
                 out.append((heavy.pop(0), paint(rng), r, 18, lane, 20))
             else:
@@ -223,13 +231,16 @@ class Traffic:
                 for v in np.linspace(5, r.length() - STOP_AT - FRONT['van'] - 1.5, n):
                     free.append((r, 0, v + 2 * (rng.random() - 0.5)))
         # what the opening view shows is filled first
-        order = sorted(rng.permutation(len(free)), key=lambda k: not free[k][0].name.startswith(('Church Street north 2', 'Church Street south 1', 'Church Street south 2')))
+        order = sorted(rng.permutation(len(free)),
+                       key=lambda k: not free[k][0].name.startswith(('Church Street north 2', 'Church Street south 1',
+                                                                     'Church Street south 2')))
         for k, kind in zip(order, light):
             r, lane, at = free[k]
             out.append((kind, paint(rng), r, float(at), lane, int(rng.integers(12, 28))))
         for k in range(15):
             r = self.cycles[k % 12]
-            out.append(('bicycle', paint(rng), r, float(10 + r.length() * (0.5 * (k // 12) + 0.4 * rng.random())), 0, 12))
+            out.append(('bicycle', paint(rng), r, float(10 + r.length() * (0.5 * (k // 12) + 0.4 * rng.random())), 0,
+                        12))
         for k in range(30):
             r = self.walks[k % 24]
             out.append(('person', paint(rng), r, float(5 + r.length() * (0.5 * (k // 24) + 0.4 * rng.random())), 0, 4))
@@ -316,4 +327,5 @@ if __name__ == '__main__':
     t = Traffic()
     check(t)
     kinds = [v[0] for v in t.vehicles]
-    print(len(t.streets), 'streets', len(t.ways), 'ways', len(t.signals), 'signals', {k: kinds.count(k) for k in sorted(set(kinds))}, len(t.parked()), 'parked')
+    print(len(t.streets), 'streets', len(t.ways), 'ways', len(t.signals), 'signals',
+          {k: kinds.count(k) for k in sorted(set(kinds))}, len(t.parked()), 'parked')

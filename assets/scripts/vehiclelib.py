@@ -14,8 +14,10 @@ def tyre(atlas, R, rim_r, width, seg, offset=0.0, rows=None):
     """A tyre around X; its tile repeats, mirrored, with each segment."""
     w = width / 2
     # section (radius, axis, v of the tile) from the inner bead over the tread to the outer
-    sec = rows or [(rim_r, -w + 0.012, 0.0), (rim_r + 0.45 * (R - rim_r), -w, 0.12), (R - 0.10 * (R - rim_r) - 0.004, -w + 0.012, 0.23),
-                   (R, -w + 0.22 * width, 0.32), (R, w - 0.22 * width, 0.68), (R - 0.10 * (R - rim_r) - 0.004, w - 0.012, 0.77),
+    sec = rows or [(rim_r, -w + 0.012, 0.0), (rim_r + 0.45 * (R - rim_r), -w, 0.12),
+                   (R - 0.10 * (R - rim_r) - 0.004, -w + 0.012, 0.23),
+                   (R, -w + 0.22 * width, 0.32), (R, w - 0.22 * width, 0.68),
+                   (R - 0.10 * (R - rim_r) - 0.004, w - 0.012, 0.77),
                    (rim_r + 0.45 * (R - rim_r), w, 0.88), (rim_r, w - 0.012, 1.0)]
     k = len(sec)
     ang = np.arange(seg + 1) / seg * 2 * np.pi
@@ -32,7 +34,8 @@ def disc(atlas, profile, seg, rim_r, back=None):
     """The wheel's face: (radius, axis) points from the rim inward, textured with the rim image; a dark back."""
     face = lathe(profile, seg, 38)
     x, y, w, h = atlas.uv['rim']
-    face = face.uvmap(lambda P, UV: np.stack([x + w * (0.5 + 0.49 * P[:, 0] / rim_r), y + h * (0.5 + 0.49 * P[:, 2] / rim_r)], 1))
+    face = face.uvmap(lambda P, UV: np.stack([x + w * (0.5 + 0.49 * P[:, 0] / rim_r),
+                                              y + h * (0.5 + 0.49 * P[:, 2] / rim_r)], 1))
     parts = [face.mat(TURN)]
     if back is not None:
         plate = lathe([(0.0, back), (1.07 * rim_r, back)], seg // 2, 30)
@@ -53,7 +56,8 @@ def wheel(atlas, R, width, rim_r, seg=24, dish=0.035, hub=0.02):
 def heavy_wheel(atlas, R, width, rim_r, seg=20):
     """The front wheel of a truck or bus: its face bulges outward."""
     w = width / 2
-    profile = [(rim_r, w - 0.012), (0.90 * rim_r, w - 0.05), (0.62 * rim_r, w - 0.035), (0.50 * rim_r, w + 0.015), (0.24 * rim_r, w + 0.03), (0.0, w + 0.03)]
+    profile = [(rim_r, w - 0.012), (0.90 * rim_r, w - 0.05), (0.62 * rim_r, w - 0.035), (0.50 * rim_r, w + 0.015),
+               (0.24 * rim_r, w + 0.03), (0.0, w + 0.03)]
     return merge(tyre(atlas, R, rim_r, width, seg), *disc(atlas, profile, seg, rim_r, -w + 0.04))
 
 
@@ -61,9 +65,12 @@ def double_wheel(atlas, R, width, rim_r, seg=20, gap=0.05):
     """Two tyres side by side, one mesh: the face lies deep in the outer one."""
     w = width / 2
     out = w + gap / 2
-    profile = [(rim_r, out + w - 0.012), (0.94 * rim_r, out + w - 0.05), (0.86 * rim_r, out - 0.06), (0.50 * rim_r, out - 0.08), (0.44 * rim_r, out + 0.02), (0.0, out + 0.03)]
-    inner = [(rim_r, -w + 0.012, 0.0), (R - 0.02, -w + 0.01, 0.2), (R, -w + 0.22 * width, 0.32), (R, w - 0.22 * width, 0.68), (R - 0.03, w, 0.8)]
-    return merge(tyre(atlas, R, rim_r, width, seg, out), tyre(atlas, R, rim_r, width, 12, -out, inner), *disc(atlas, profile, seg, rim_r, -out - w + 0.04))
+    profile = [(rim_r, out + w - 0.012), (0.94 * rim_r, out + w - 0.05), (0.86 * rim_r, out - 0.06),
+               (0.50 * rim_r, out - 0.08), (0.44 * rim_r, out + 0.02), (0.0, out + 0.03)]
+    inner = [(rim_r, -w + 0.012, 0.0), (R - 0.02, -w + 0.01, 0.2), (R, -w + 0.22 * width, 0.32),
+             (R, w - 0.22 * width, 0.68), (R - 0.03, w, 0.8)]
+    return merge(tyre(atlas, R, rim_r, width, seg, out), tyre(atlas, R, rim_r, width, 12, -out, inner),
+                 *disc(atlas, profile, seg, rim_r, -out - w + 0.04))
 
 
 # --------------------------------------------------------------------- lamps
@@ -123,7 +130,8 @@ class Vehicle:
     def more_wheels(self, mesh, places, parent=None):
         for name, (x, y, z) in places.items():
             for side, sx in (('left', 1), ('right', -1)):
-                self.g.node('%s_%s' % (name, side), mesh, (sx * x, y, z), None if sx > 0 else (0, 1, 0, 0), self.root if parent is None else parent)
+                self.g.node('%s_%s' % (name, side), mesh, (sx * x, y, z), None if sx > 0 else (0, 1, 0, 0),
+                            self.root if parent is None else parent)
 
     def lamp(self, name, part, kind, direction, parent=None):
         """A lamp's glass as a mesh of its own: origin in the middle, light along local -Z."""
