@@ -5,14 +5,14 @@
 // src/renderer/lamp_layers.rs lays them out. Depths are reversed: near / distance along the face's axis. A directional
 // light has several layers, its levels around the eye (src/renderer/sun_levels.rs); depths are linear there.
 //
-// There is no bias to set. 1 / distance is linear on a plane, so the depths of the receiver's own triangle around a
-// texel are known exactly: a hardware comparison is with the nearest of those that it reads (Isidoro, "Shadow Mapping:
-// GPU-based Tips and Techniques", GDC 2006, with the plane from the triangle's normal instead of derivatives).
+// There is no bias to set. 1 / distance is linear on a plane, so the depth of the receiver's own triangle at the middle
+// of each texel is known exactly: each is compared with its own (Isidoro, "Shadow Mapping: GPU-based Tips and
+// Techniques", GDC 2006, with the plane from the triangle's normal instead of derivatives).
 
 @group(3) @binding(0) var shadow_maps: texture_depth_2d_array;
-@group(3) @binding(1) var shadow_sampler: sampler_comparison;
+@group(3) @binding(1) var shadow_sampler: sampler;
 
-// Comparisons of a look-up, each of 2×2 texels, interpolated: 1, or 4 for a box of 3×3.
+// Gathers of a look-up, each of 2×2 texels: 1, which are interpolated, or 4 for a box of 3×3.
 override SHADOW_TAPS: u32 = 1u;
 
 // Texels along a side of a layer.
@@ -117,35 +117,37 @@ fn turned(q: vec4f, v: vec3f) -> vec3f {
 fn lit_share(place: ShadowPlace, layer: u32) -> f32 {
     let most = STEEPEST * place.texel;
     let slope = clamp(place.slope, vec2f(-most), vec2f(most));
-    let lean = abs(slope.x) + abs(slope.y);
-    // Rasterizers move vertices, and planes with them, by up to a sixteenth of a texel.
-    let moved = lean / 16.0;
-    if SHADOW_TAPS == 1u {
-        let nearest = place.depth + 0.25 * place.texel + lean + moved;
-        return shadow_tap(clamp(place.at, place.low, place.high), layer, nearest);
-    }
-    // A box of 3×3 texels by four taps between texels, with weights of 1 − f, 1, 1 and f in each direction (Castaño,
-    // "Shadow Mapping Summary", 2013).
-    let nearest = place.depth + place.texel + 0.5 * lean + moved;
+    // Meshes are not planes between middles of texels, and rasterizers move them by up to a sixteenth. With so much room
+    // light goes on behind a wall for less than a texel of the floor, and before it no more than half is missing.
+    let nearest = place.depth + 0.25 * place.texel + 0.4375 * (abs(slope.x) + abs(slope.y));
     let base = floor(place.at - 0.5);
     let f = place.at - 0.5 - base;
-    let w0 = 2.0 - f;
-    let w1 = 1.0 + f;
-    let o0 = 1.0 / w0 - 1.0;
-    let o1 = f / w1 + 1.0;
+    if SHADOW_TAPS == 1u {
+        let lit = lit_texels(place, base, layer, nearest, slope);
+        let rows = mix(lit.xz, lit.yw, f.x);
+        return mix(rows.x, rows.y, f.y);
+    }
+    // A box of 3×3 texels: of four columns and rows the outer ones by parts.
     var sum = 0.0;
     for (var i = 0u; i < 4u; i++) {
         let is_second = vec2<bool>((i & 1u) == 1u, (i & 2u) == 2u);
-        let offset = select(o0, o1, is_second);
-        let weight = select(w0, w1, is_second);
-        let at = clamp(base + 0.5 + offset, place.low, place.high);
-        sum += weight.x * weight.y * shadow_tap(at, layer, nearest + dot(slope, offset - f));
+        let lit = lit_texels(place, base + select(vec2f(-1.0), vec2f(1.0), is_second), layer, nearest, slope);
+        let first = select(1.0 - f, vec2f(1.0), is_second);
+        let second = select(vec2f(1.0), f, is_second);
+        let rows = lit.xz * first.x + lit.yw * second.x;
+        sum += rows.x * first.y + rows.y * second.y;
     }
     return sum / 9.0;
 }
 
-fn shadow_tap(at: vec2f, layer: u32, depth: f32) -> f32 {
-    return textureSampleCompareLevel(shadow_maps, shadow_sampler, at / SHADOW_SIZE, layer, depth);
+// Of a square of four texels, from its upper left one, row by row: 1 where the receiver's plane is as near to the light
+// there as what casts, or nearer. `nearest`: its depth at the place.
+fn lit_texels(place: ShadowPlace, first: vec2f, layer: u32, nearest: f32, slope: vec2f) -> vec4f {
+    let middle = clamp(first + 1.0, place.low, place.high);
+    let depths = textureGather(shadow_maps, shadow_sampler, middle / SHADOW_SIZE, layer).wzxy;
+    let depth = nearest + dot(slope, middle - 0.5 - place.at);
+    let plane = depth + vec4f(0.0, slope.x, slope.y, slope.x + slope.y);
+    return select(vec4f(0.0), vec4f(1.0), plane >= depths);
 }
 
 // How much of a light is seen, as its record tells: of a lamp in its layer, of a directional light in one level or two.

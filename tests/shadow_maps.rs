@@ -32,8 +32,8 @@ fn of_spot(outer_degrees: f64) -> f64 {
 }
 
 /// Below a lamp, beside one, in a wide spot, which has six faces as well, and in spots that fill their layer. All edges
-/// of the shadow, at the cube's foot among them, are within 1.5 texels of where geometry has them: a texel of a comparison
-/// between two of them, and half a one of the rasterizer.
+/// of the shadow, at the cube's foot among them, are within 1.375 texels of where geometry has them: a texel between two
+/// that are interpolated, a sixteenth of the rasterizer, and at the foot what a comparison allows for (below).
 #[test]
 fn the_shadow_of_a_cube_is_where_geometry_has_it() {
     let Some(gpu) = common::gpu() else { return };
@@ -56,7 +56,7 @@ fn the_shadow_of_a_cube_is_where_geometry_has_it() {
         // A texel as it lies on the floor: longer the flatter light falls there.
         let margin = |place: DVec2| {
             let v = DVec3::new(place.x, 0.0, place.y) - eye;
-            1.5 * v.length() / scale * v.length() / v.y.abs()
+            1.375 * v.length() / scale * v.length() / v.y.abs()
         };
         let name = format!("{at} {toward}");
         let [dark, lit, unsure] = check_edges(&scene.shares(&mut headless), is_lit, margin, &name);
@@ -124,8 +124,8 @@ fn four_taps_have_a_penumbra_of_three_texels() {
                 let along = f64::from(middle) + if turned { pixel.y } else { pixel.x };
                 let expected = (((along + 1.0) * of_floor - edge) / width + 0.5).clamp(0.0, 1.0);
                 between += u32::from(expected > 0.0 && expected < 1.0);
-                // Samplers weigh texels by 256ths, and pictures are half floats.
-                let is_right = (f64::from(share) - expected).abs() < 0.01;
+                // Two pictures of half floats: a part in 2¹⁰ each, and as much for places.
+                let is_right = (f64::from(share) - expected).abs() < 0.004;
                 assert!(is_right, "{taps}, {turned}: {share} of {expected} at {along}");
             }
             assert!(between > 2000, "{taps}, {turned}: {between}");
@@ -133,17 +133,19 @@ fn four_taps_have_a_penumbra_of_three_texels() {
     }
 }
 
-/// A wall without thickness that stands on the floor. Behind it light goes on by what a comparison allows for at the
-/// most: a texel of the floor and a sixteenth, and a quarter of one of its depth, which is less on the floor. From two
-/// texels on, which are interpolated, there is none. Before it none is missing.
+/// A wall without thickness that stands on the floor: behind it light goes on for a texel at the most. With e for how
+/// high the light stands, a comparison allows for 7/16 cot e + ¼ texels of depth, and wall and floor part by cot e +
+/// tan e for each texel behind the wall. So a texel whose middle is ½ cos e (7/8 cos e + ½ sin e) behind is dark, which
+/// is 0.471 at the most, and half of the light is gone half a texel behind that; rasterizers may move both by a sixteenth.
+/// Where light comes askew the slopes of both axes add up, and the last of it goes on for two texels. Before the wall
+/// light may begin to go, as texels are interpolated, but half of it is there.
 #[test]
 fn a_wall_and_its_floor_meet_without_a_gap() {
     let Some(gpu) = common::gpu() else { return };
     let mut headless = headless(&gpu);
     // Below the lamp, and beside it, at up to 10° above the floor.
-    for at in
-        [Vec3::new(0.3, 3.0, -1.2), Vec3::new(-0.4, 2.0, -1.9), Vec3::new(0.2, 1.0, -3.1), Vec3::new(0.2, 0.4, -2.3)]
-    {
+    for at in [[0.3, 3.0, -1.2], [-0.4, 2.0, -1.9], [0.1, 1.3, -2.9], [0.2, 1.0, -3.1], [0.2, 0.4, -2.3]] {
+        let at = Vec3::from(at);
         let mut scene = Floor::new();
         let wall = shapes::plane(glam::Vec2::new(7.0, 1.0), glam::UVec2::ONE);
         let wall = scene.simulation.world.resource_mut::<Library>().add_mesh(wall);
@@ -160,12 +162,13 @@ fn a_wall_and_its_floor_meet_without_a_gap() {
             // Where the way to the light passes the wall, metres above the floor.
             let height = f64::from(at.y) * place.y / (place.y - f64::from(at.z));
             if place.y < 0.0 {
-                assert!(share >= 0.99, "{at}: {place} before the wall has {share}");
+                let least = if place.y < -texel { 0.99 } else { 0.5 };
+                assert!(share >= least, "{at}: {place} before the wall has {share}");
                 lit += 1;
             } else if height < 0.8 {
-                let most = if place.y > 2.0 * texel { 0.0 } else { 0.5 };
                 let behind = place.y / texel;
-                assert!(behind < 1.3125 || share <= most, "{at}: {place}, {behind} texels behind, has {share}");
+                let most = if behind > 2.0 { 0.0 } else { 0.5 };
+                assert!(behind < 0.971 + 0.0625 || share <= most, "{at}: {place}, {behind} texels behind, has {share}");
                 dark += 1;
             }
         }
@@ -313,19 +316,18 @@ fn what_moves_where_no_shadow_is_seen_is_left_out_for_that_frame() {
     look(&mut drawn, -2.5);
     drawn.draw(32);
     let at = |x: f32| Vec3::new(x, 0.2, 0.5);
-    drawn.move_to(drawn.cubes[3], at(2.0));
-    drawn.draw(32);
-    assert_eq!(drawn.draw(32).1.passes, 0);
     for step in 0..12 {
         drawn.move_to(drawn.cubes[3], at(2.0 + 0.05 * step as f32));
-        assert_eq!(drawn.draw(32).1.passes, 0, "{step}");
+        // At first it goes from where it was drawn.
+        assert_eq!(drawn.draw(32).1.passes > 0, step == 0, "{step}");
     }
     // It stays, and is drawn before it can be seen.
     assert!(drawn.draw(32).1.passes > 0);
     assert_eq!(drawn.draw(32).1.passes, 0);
     look(&mut drawn, 2.0);
     let seen = drawn.draw(32);
-    assert_eq!(seen.1.passes, 0);
+    // The sun's first levels have their middles elsewhere now.
+    assert_eq!(seen.1.passes, 2);
     assert!(seen.0 == drawn.scene.draw(&mut headless(&gpu), 32));
     // It moves to the left while that is seen, and while the view turns.
     for step in 0..12 {

@@ -185,8 +185,13 @@ fn cost_follows_change() {
     // The sphere around it, 1.73 m, is two texels wide in every level: the last one's are 0.67 m.
     floor.simulation.world.get_mut::<Transform>(cube).expect("it lives").translation.x += 0.1;
     assert_eq!(passes(&mut floor), 6);
+    // Only the first is looked up there, so from the others it was left out while it moved.
+    assert_eq!(passes(&mut floor), 5);
+    assert_eq!(passes(&mut floor), 0);
     // 70 m away: no caster of the first four levels, which reach 8 to 64 m.
     floor.simulation.world.get_mut::<Transform>(far).expect("it lives").translation.x += 0.1;
+    assert_eq!(passes(&mut floor), 2);
+    // The view does not show its shadow.
     assert_eq!(passes(&mut floor), 2);
     floor.simulation.world.get_mut::<Light>(sun).expect("it lives").intensity = 1.0;
     assert_eq!(passes(&mut floor), 0);

@@ -126,49 +126,47 @@ mod tests {
         vector(1.0).prop_filter_map("too short", |v| (v.length() > 0.1).then(|| v.normalize()))
     }
 
-    fn light() -> impl Strategy<Value = LayerLight> {
-        let lamp = (vector(20.0), 1.0_f32..60.0).prop_map(|(position, range)| {
+    /// Of a lamp with and without an end to its range.
+    fn lamp() -> impl Strategy<Value = Lamp> {
+        (vector(20.0), 1.0_f32..60.0).prop_map(|(position, range)| {
             let inverse_range_squared = if range < 50.0 { (range * range).recip() } else { 0.0 };
-            let kind = LightRecord::POINT;
-            let light =
-                LightRecord { position: position.into(), kind, inverse_range_squared, ..LightRecord::default() };
-            LayerLight::Lamp(Lamp::new(&light, 0.05))
-        });
-        let sun = (direction(), vector(20.0), 0_u32..6).prop_map(|(direction, eye, level)| {
-            LayerLight::Sun(SunLayer::new(SunLevel::around(eye, Turn::new(direction), level)))
-        });
-        prop_oneof![lamp, sun]
+            let (position, kind) = (position.into(), LightRecord::POINT);
+            Lamp::new(&LightRecord { position, kind, inverse_range_squared, ..LightRecord::default() }, 0.05)
+        })
     }
 
     proptest! {
         #![proptest_config(ProptestConfig { cases: 2000, ..ProptestConfig::default() })]
 
-        /// A ray from what is seen to the light that meets a sphere: the sphere's shadow is seen.
+        /// A ray from what is seen to the light that meets a sphere: the sphere's shadow is seen, in the layer that is
+        /// looked up there.
         #[test]
         fn what_is_seen_in_a_shadow_shows_it(
-            light in light(), eye in vector(20.0), looks in direction(), points in prop::collection::vec(vector(15.0), 20),
+            lamp in lamp(), sun in direction(), eye in vector(20.0), looks in direction(),
+            points in prop::collection::vec(vector(15.0), 20),
             (at, to, radius) in (0.0_f32..1.0, direction(), 0.01_f32..3.0),
         ) {
-            let turn = Quat::from_rotation_arc(Vec3::NEG_Z, looks);
-            let place = Affine3A::from_rotation_translation(turn, eye);
-            let view = View::new(&place, &Camera::default(), 160, 90);
-            let view = SeenView::of(&view, 1e-3);
+            let place = Affine3A::from_rotation_translation(Quat::from_rotation_arc(Vec3::NEG_Z, looks), eye);
+            let view = SeenView::of(&View::new(&place, &Camera::default(), 160, 90), 1e-3);
             let bounds = (Vec3::splat(-15.0), Vec3::splat(15.0));
             let receivers = SeenReceivers::new([view].into_iter(), Some(bounds));
-            for point in points {
-                let ray = match light {
-                    LayerLight::Lamp(lamp) => lamp.position - point,
-                    LayerLight::Sun(level) => 40.0 * level.toward(),
-                };
-                // A sphere that the ray touches at least.
-                let sphere = Sphere { center: point + at * ray + 0.99 * radius * to, radius };
-                let is_seen = view.planes.iter().all(|plane| plane.truncate().dot(point) + plane.w >= 0.0);
-                let is_lit = match light {
-                    LayerLight::Lamp(_) => light.reaches(Sphere { center: point, radius: 0.0 }),
-                    LayerLight::Sun(_) => true,
-                };
-                if is_seen && is_lit {
-                    prop_assert!(receivers.may_show(&light, sphere));
+            let is_seen = |point: &Vec3| view.planes.iter().all(|plane| plane.truncate().dot(*point) + plane.w >= 0.0);
+            for point in points.into_iter().filter(is_seen) {
+                // Spheres that the ray touches at least.
+                let on_ray = |ray: Vec3| Sphere { center: point + at * ray + 0.99 * radius * to, radius };
+                let light = LayerLight::Lamp(lamp);
+                if light.reaches(Sphere { center: point, radius: 0.0 }) {
+                    prop_assert!(receivers.may_show(&light, on_ray(lamp.position - point)));
+                }
+                let turn = Turn::new(sun);
+                let [x, y, z] = turn.rows();
+                // As `visibility` of shaders/shadows.wgsl.
+                let across = x.dot(point - eye).abs().max(y.dot(point - eye).abs()) / 6.0;
+                let level = across.log2().ceil().max(0.0);
+                let blends = across / level.exp2() > 0.8;
+                for level in [Some(level as u32), blends.then_some(level as u32 + 1)].into_iter().flatten() {
+                    let light = LayerLight::Sun(SunLayer::new(SunLevel::around(eye, turn, level)));
+                    prop_assert!(receivers.may_show(&light, on_ray(40.0 * z)), "level {level}");
                 }
             }
         }
@@ -181,27 +179,28 @@ mod tests {
         let view = SeenView::of(&view, 1e-3);
         let bounds = Some((Vec3::new(-50.0, 0.0, -50.0), Vec3::new(50.0, 3.0, 50.0)));
         let receivers = SeenReceivers::new([view].into_iter(), bounds);
-        let level = |direction| LayerLight::Sun(SunLayer::new(SunLevel::around(Vec3::ZERO, Turn::new(direction), 0)));
-        let (above, behind) = (level(Vec3::NEG_Y), level(Vec3::new(0.0, -0.1, -1.0)));
+        let level = |turn, level| LayerLight::Sun(SunLayer::new(SunLevel::around(Vec3::Y, turn, level)));
+        let sun = |direction| [0, 1, 2, 3].map(|number| level(Turn::new(direction), number));
+        let (above, behind) = (sun(Vec3::NEG_Y), sun(Vec3::new(0.0, -0.1, -1.0)));
         let position = [0.0, 4.0, 8.0];
         let lamp = LightRecord { position, inverse_range_squared: 1e-3, ..LightRecord::default() };
-        let lamp = LayerLight::Lamp(Lamp::new(&LightRecord { kind: LightRecord::POINT, ..lamp }, 0.05));
+        let lamp = [LayerLight::Lamp(Lamp::new(&LightRecord { kind: LightRecord::POINT, ..lamp }, 0.05)); 4];
         for (light, at, shown) in [
             (above, [0.0, 1.0, -10.0], true),
             (above, [0.0, 1.0, 3.0], false),
             (above, [20.0, 1.0, -5.0], false),
-            // 100 m above the view, so far behind: it shines into the view, or below its floor.
+            // Shadows are ten times as long as what casts is high.
             (behind, [0.0, 3.0, 10.0], true),
             (behind, [0.0, 1.0, 40.0], false),
             (lamp, [0.0, 3.5, 6.0], true),
             (lamp, [0.0, 2.0, 12.0], false),
         ] {
             let sphere = Sphere { center: at.into(), radius: 0.5 };
-            assert_eq!(receivers.may_show(&light, sphere), shown, "{at:?}");
+            assert_eq!(light.iter().any(|layer| receivers.may_show(layer, sphere)), shown, "{at:?}");
         }
-        assert!(lamp.shadow(Sphere { center: Vec3::new(0.0, 4.0, 8.2), radius: 0.5 }).is_none());
+        assert!(lamp[0].shadow(Sphere { center: Vec3::new(0.0, 4.0, 8.2), radius: 0.5 }).is_none());
         let nothing = SeenReceivers::new([view].into_iter(), None);
         let sphere = Sphere { center: Vec3::new(0.0, 1.0, -10.0), radius: 0.5 };
-        assert!(!nothing.may_show(&above, sphere));
+        assert!(!above.iter().any(|layer| nothing.may_show(layer, sphere)));
     }
 }

@@ -57,7 +57,7 @@ pub(super) fn maps_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     };
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: Some("shadow maps"),
-        entries: &[entry(0, texture), entry(1, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Comparison))],
+        entries: &[entry(0, texture), entry(1, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::NonFiltering))],
     })
 }
 
@@ -91,10 +91,6 @@ impl Maps {
         };
         let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
             label: Some("shadow maps"),
-            mag_filter: wgpu::FilterMode::Linear,
-            min_filter: wgpu::FilterMode::Linear,
-            // Depths are reversed: what is as near to the light as what casts, or nearer, is lit.
-            compare: Some(wgpu::CompareFunction::GreaterEqual),
             ..wgpu::SamplerDescriptor::default()
         });
         let group = device.create_bind_group(&wgpu::BindGroupDescriptor {

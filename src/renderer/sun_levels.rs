@@ -145,7 +145,6 @@ fn cell_width(level: u32) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::Quat;
 
     const DOWN: [Vec3; 3] = [Vec3::NEG_Y, Vec3::new(0.6, -0.3, 0.5), Vec3::Z];
 
@@ -207,7 +206,7 @@ mod tests {
     fn what_is_before_a_level_is_reached_however_far_and_what_is_beside_it_is_not() {
         for way in DOWN.map(Vec3::normalize) {
             let level = SunLayer::new(SunLevel::around(Vec3::new(5.0, 1.0, -7.0), Turn::new(way), 2));
-            let side = Quat::from_rotation_arc(Vec3::Z, way) * Vec3::X;
+            let side = Turn::new(way).rows()[0];
             let ball =
                 |along: f32, across: f32| Sphere { center: level.origin - along * way + across * side, radius: 1.0 };
             let boxed = |sphere: Sphere| level.may_reach(sphere.center - sphere.radius, sphere.center + sphere.radius);
