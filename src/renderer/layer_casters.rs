@@ -212,8 +212,8 @@ impl Layer {
             }
             if !stays {
                 for caster in &mut new {
-                    (caster.since, caster.is_left_out) =
-                        (changes.frame, unseen.binary_search(&caster.drawn.slot).is_ok());
+                    caster.since = changes.frame;
+                    caster.is_left_out = unseen.binary_search(&caster.drawn.slot).is_ok();
                 }
                 spoils_base |= old.iter().any(|caster| caster.in_base);
                 is_same &= old.iter().chain(&new).all(|caster| caster.is_left_out);
@@ -261,11 +261,9 @@ impl Layer {
             base = self.faces.iter().map(|face| face.due(meshes, |caster| caster.in_base)).collect();
         }
         let (start, faces) = if self.base.is_some() {
-            let moving = self
-                .faces
-                .iter()
-                .filter(|face| face.casters.iter().any(|caster| !caster.in_base && !caster.is_left_out));
-            (Start::Base, moving.map(|face| face.due(meshes, |caster| !caster.in_base)).collect())
+            let is_over_base = |caster: &Caster| !caster.in_base && !caster.is_left_out;
+            let moving = self.faces.iter().filter(|face| face.casters.iter().any(is_over_base));
+            (Start::Base, moving.map(|face| face.due(meshes, is_over_base)).collect())
         } else {
             let due = self.faces.iter().filter(|face| !face.is_drawn);
             let faces: Vec<_> = due.map(|face| face.due(meshes, |_| true)).collect();

@@ -74,14 +74,10 @@ impl SeenReceivers {
     /// Whether something that is seen may lie in the shadow of a caster, world space, and be looked up in a layer.
     pub fn may_show(&self, light: &LayerLight, caster: Sphere) -> bool {
         let Some(shadow) = light.shadow(caster) else { return !self.views.is_empty() };
-        self.views.iter().any(|view| {
-            let shadow = view.widened(shadow);
-            light.serves(view.eye, shadow.start) && self.may_meet(view, &shadow)
-        })
+        self.views.iter().any(|view| self.may_show_in(view, light, &view.widened(shadow)))
     }
 
-    /// Whether a shadow may meet what a view shows.
-    fn may_meet(&self, view: &SeenView, shadow: &Shadow) -> bool {
+    fn may_show_in(&self, view: &SeenView, light: &LayerLight, shadow: &Shadow) -> bool {
         let length = self.length(shadow);
         let Shadow { start: Sphere { center, radius }, along, growth, .. } = *shadow;
         // Signed distances are linear along the ray, and so is the radius: the ends decide.
@@ -90,7 +86,8 @@ impl SeenReceivers {
             let rate = normal.dot(along) + growth;
             normal.dot(center) + plane.w + radius + if rate > 0.0 { rate * length } else { 0.0 } < 0.0
         };
-        !view.planes.iter().any(is_outside)
+        let widest = Sphere { center, radius: radius + growth * length };
+        !view.planes.iter().any(is_outside) && light.serves(view.eye, widest)
     }
 
     /// Metres until a shadow has left the box around all objects, or its light's range.

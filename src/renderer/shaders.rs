@@ -181,13 +181,11 @@ mod tests {
     }
 
     /// Constants that only shaders have, and why.
-    const SHADERS_OWN: [(&str, &str); 26] = [
+    const SHADERS_OWN: [(&str, &str); 24] = [
         ("OUTLINE_AHEAD", "how outlines of portals look"),
         ("OUTLINE_HALF_WIDTH", "the same"),
         ("COARSE", "set in a shader and read in others"),
         ("STEEPEST", "a bound of the look-up"),
-        ("LEVEL_USED", "how the look-up chooses a level; tests/sun_shadows.rs compares levels"),
-        ("LEVEL_ALONE", "the same"),
         ("LEVEL_MASK", "a bit of `visibility`, which no other program reads"),
         ("IN_VIEW", "a bit of `visibility`"),
         ("SEEN", "a bit of `visibility`"),
