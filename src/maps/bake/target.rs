@@ -256,7 +256,7 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig { cases: 200, ..ProptestConfig::default() })]
+        #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, ..ProptestConfig::default() })]
         #[test]
         fn the_bvh_meets_what_every_triangle_tested_one_by_one_meets(
             corners in prop::collection::vec([point(), point(), point()], 1..40),
