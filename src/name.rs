@@ -1,6 +1,7 @@
 //! Names for people: those that they type, looked up in a table, and when unknown answered with the nearest that is
 //! known; and those of entities.
 
+use bevy_ecs::entity::EntityHashMap;
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
 
@@ -22,16 +23,24 @@ pub fn of<T: PartialEq>(table: &[(&'static str, T)], value: T) -> &'static str {
     table.iter().find(|(_, known)| *known == value).map_or("", |(name, _)| name)
 }
 
-/// An entity's name: its own, else its nearest named ancestor's, else its id.
+/// The entities of a scene file by their places in its list.
+#[derive(Resource, Default)]
+pub struct SceneEntities(pub EntityHashMap<usize>);
+
+/// An entity's name: its own, else its nearest named ancestor's, else where the file has that or its topmost ancestor,
+/// as `entities[3]`, else its id.
 pub fn of_entity(world: &World, entity: Entity) -> String {
     let mut next = Some(entity);
+    let mut topmost = entity;
     while let Some(current) = next {
         if let Some(name) = world.get::<Name>(current) {
             return name.as_str().to_owned();
         }
+        topmost = current;
         next = world.get::<ChildOf>(current).map(ChildOf::parent);
     }
-    format!("entity {}", entity.index())
+    let listed = world.get_resource::<SceneEntities>().and_then(|listed| listed.0.get(&topmost));
+    listed.map_or_else(|| format!("entity {}", entity.index()), |index| format!("entities[{index}]"))
 }
 
 /// The known name most like the wanted one, if any is near.
@@ -51,5 +60,17 @@ mod tests {
         let message = find("technique", &table, "nomral").unwrap_err();
         assert_eq!(message, "unknown technique \"nomral\" (did you mean \"normal\"?); expected one of: off, normal");
         assert!(!find("technique", &table, "zzz").unwrap_err().contains("did you mean"));
+    }
+
+    #[test]
+    fn what_has_no_name_is_called_by_its_place_in_the_file() {
+        let mut world = World::new();
+        let [listed, other, named] = [0, 1, 2].map(|_| world.spawn_empty().id());
+        let [child, of_named] = [listed, named].map(|parent| world.spawn(ChildOf(parent)).id());
+        world.entity_mut(named).insert(Name::new("lamp"));
+        world.insert_resource(SceneEntities([(listed, 7), (named, 8)].into_iter().collect()));
+        let names = [child, listed, of_named].map(|entity| of_entity(&world, entity));
+        assert_eq!(names, ["entities[7]", "entities[7]", "lamp"]);
+        assert_eq!(of_entity(&world, other), format!("entity {}", other.index()));
     }
 }

@@ -515,6 +515,45 @@ fn views_share_layers() {
     }
 }
 
+/// Two views that are drawn one after another in each frame, by one renderer. A cube moves before the one, then before
+/// the other: each picture is that of a fresh renderer.
+#[test]
+fn views_that_take_turns_miss_nothing_that_moves() {
+    use relief::renderer::{PICTURE_FORMAT, Renderer, ViewPlan, ViewState, ViewTarget, picture_texture, read_texture};
+    use relief::viewpoint::Viewpoint;
+    let Some(gpu) = common::gpu() else { return };
+    let mut drawn = Drawn::new(&gpu);
+    drawn.scene.add_light(Light::directional(0.5).with_shadows(), Vec3::Y, Vec3::new(0.2, -1.0, 0.0));
+    let world = &mut drawn.scene.simulation.world;
+    let camera = world.get::<Camera>(drawn.scene.camera).expect("it lives").clone();
+    let cameras = [-2.5, 2.5].map(|x| {
+        let eye = Transform::from_xyz(x, 1.5, 0.0).looking_to(Vec3::NEG_Y, Vec3::NEG_Z);
+        world.spawn((camera.clone(), eye)).id()
+    });
+    let settings = Settings::default().for_files();
+    let mut renderer = Renderer::new(&gpu);
+    let mut states = [ViewState::new(&gpu), ViewState::new(&gpu)];
+    let texture = picture_texture(&gpu, (SIDE, SIDE));
+    let target = texture.create_view(&wgpu::TextureViewDescriptor::default());
+    for step in 0..14 {
+        drawn.move_to(drawn.cubes[3], Vec3::new(2.0 - 0.3 * step as f32, 0.2, 0.5));
+        drawn.scene.simulation.frame();
+        for (camera, state) in cameras.into_iter().zip(&mut states) {
+            let view = Viewpoint::Camera(camera).view(&drawn.scene.simulation.world, (SIDE, SIDE));
+            let plan = ViewPlan { view, settings };
+            let mut views = [(&mut *state, plan.clone())];
+            drawn.scene.simulation.with_frame(|frame| renderer.prepare(frame, &mut views)).expect("it fits");
+            let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            renderer.encode(&mut encoder, &mut [ViewTarget::new(state, &target, PICTURE_FORMAT)]);
+            gpu.queue.submit([encoder.finish()]);
+            let mut alone = SingleView::new(&gpu);
+            let prepared = drawn.scene.simulation.with_frame(|frame| alone.prepare(frame, &plan.view, &settings));
+            prepared.expect("it fits");
+            assert!(alone.draw_picture().into_raw() == read_texture(&gpu, &texture), "{step}");
+        }
+    }
+}
+
 /// A bumpy sheet under a lamp at 25° and more, with nothing else about: its own shadows are its technique's, and the map
 /// adds none, whatever the technique, from either side.
 #[test]

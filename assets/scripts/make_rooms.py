@@ -80,7 +80,7 @@ def wall(axis, at, inward, along, height, material, holes, insets=(0.06, 0.06), 
     face = at + inward * HALF
     low, high = height[0] - reach, height[1] + reach
     start, end = along[0] + insets[0], along[1] - insets[1]
-    holes = sorted(holes)
+    holes = sorted((a - 0.02, b + 0.02, sill - 0.02, top + 0.02) for a, b, sill, top in holes)
     for a, b, sill, top in holes:
         side_box(axis, face, (start, a), (low, high), material, -inward * SHEET)
         if sill > low + 0.005:

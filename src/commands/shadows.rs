@@ -13,6 +13,9 @@ The reference has all lights, each where a ray from the surface reaches it. Comp
   maps        the frame with shadow maps
   perfect     the scene's light policies, with traced shadows of each light in an object's list: what
               perfect shadow maps for these lights would give
+and, in scenes with cells:
+  no cells    the frame without shadows, as if there were no cells
+Such scenes are also told how many lights reach an object.
 L: linear luminance.
   mean   over pixels that show objects, the mean of |L - L_truth|, over the mean of L_truth there
   p99    99th percentile of |L - L_truth| / mean L_truth over those pixels
@@ -26,7 +29,7 @@ yellow), the same scale in all. See docs/shadows.md for the full definitions.";
 pub struct ShadowErrorArgs {
     #[command(flatten)]
     frame: FrameErrorArgs,
-    /// Lights that may have a shadow map at once
+    /// Lights that may have a shadow map at once, as `relief render --shadows`
     #[arg(long, value_name = "K", default_value_t = Settings::default().shadow_maps)]
     #[arg(value_parser = arguments::whole(0u32..=Settings::MOST_SHADOW_MAPS))]
     maps: u32,

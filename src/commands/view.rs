@@ -56,7 +56,7 @@ pub struct ViewArgs {
     #[arg(long, value_name = "K", default_value_t = Settings::default().shadow_maps)]
     #[arg(value_parser = arguments::whole(0u32..=Settings::MOST_SHADOW_MAPS))]
     pub shadows: u32,
-    /// Comparisons of a look-up in a shadow map: 1, or 4 for softer edges
+    /// Gathers of a look-up in a shadow map, each of four texels: 1, or 4 for softer edges
     #[arg(long, value_name = "1|4", default_value = "1", value_parser = arguments::parse_samples)]
     pub shadow_taps: u32,
     /// Compress textures to BC7, a quarter of the memory, where no loss is visible; kept in the cache

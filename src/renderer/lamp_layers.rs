@@ -141,8 +141,10 @@ impl Lamp {
         let distance = v.length();
         let room = filter * distance / SMALLEST_SCALE + rounding(sphere.center, self.position);
         let start = Sphere { center: sphere.center, radius: sphere.radius * 1.001 + room };
-        let length = (self.range * 1.001 - distance).max(0.0);
-        let shadow = Shadow { start, along: v / distance, growth: start.radius / distance, length };
+        let growth = start.radius / distance;
+        // What is lit at the cone's edge touches a sphere that is farther away by its angle's cosine.
+        let length = (self.range * 1.001 / (1.0 - growth * growth).max(0.0).sqrt() - distance).max(0.0);
+        let shadow = Shadow { start, along: v / distance, growth, length };
         (distance > start.radius).then_some(shadow)
     }
 

@@ -112,7 +112,7 @@ mod tests {
     use super::*;
     use glam::{Affine3A, Quat};
     use proptest::prelude::*;
-    use systems::draw::Camera;
+    use systems::draw::{Camera, Projection};
     use systems::lights::LightRecord;
 
     fn vector(reach: f32) -> impl Strategy<Value = Vec3> {
@@ -166,6 +166,32 @@ mod tests {
                     prop_assert!(receivers.may_show(&light, on_ray(40.0 * z)), "level {level}");
                 }
             }
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 500, failure_persistence: None, ..ProptestConfig::default() })]
+
+        /// What stands close to a lamp has a shadow that is nearly half of all that it lights. The view is narrow, so
+        /// that it shows little of it.
+        #[test]
+        fn the_edge_of_a_wide_shadow_is_seen_up_to_the_end_of_the_range(
+            range in 1.0_f32..30.0, way in direction(), beside in direction(), part in 0.1_f32..0.97,
+            far in 0.1_f32..1.0, distance in 0.01_f32..0.3, looks in direction(),
+        ) {
+            let record = LightRecord { inverse_range_squared: (range * range).recip(), ..LightRecord::default() };
+            let lamp = Lamp::new(&LightRecord { kind: LightRecord::POINT, ..record }, 0.001);
+            let point = far * range * way;
+            // At the cone's edge, within a hundredth of its tangent.
+            let aside = beside.reject_from_normalized(way).normalize_or_zero();
+            let axis = (way + 0.99 * part.asin().tan() * aside).normalize();
+            let caster = Sphere { center: distance * axis, radius: part * distance };
+            let place = Affine3A::from_rotation_translation(Quat::from_rotation_arc(Vec3::NEG_Z, looks), point - looks);
+            let projection = Projection::Perspective { fov_y: 0.02, aspect: None };
+            let view = View::new(&place, &Camera { projection, ..Camera::default() }, 160, 90);
+            let bounds = (Vec3::splat(-range), Vec3::splat(range));
+            let receivers = SeenReceivers::new([SeenView::of(&view, 0.0)].into_iter(), Some(bounds));
+            prop_assert!(receivers.may_show(&LayerLight::Lamp(lamp), caster));
         }
     }
 

@@ -157,7 +157,7 @@ pub struct Settings {
     /// The four brightest directional lights have theirs besides. 0: no shadows at all; at most
     /// [`Self::MOST_SHADOW_MAPS`].
     pub shadow_maps: u32,
-    /// Comparisons of a look-up in a shadow map: 1, or 4 for softer edges.
+    /// Gathers of a look-up in a shadow map, each of four texels: 1, or 4 for softer edges.
     pub shadow_taps: u32,
     /// What is drawn of the view. Without the picture, its target stays as it is, or has undefined colours. Others are
     /// drawn with the picture where pixels have one sample each and no object is drawn with

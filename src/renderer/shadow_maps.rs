@@ -7,8 +7,8 @@
 //! encode   passes for each layer with a face whose list of casters is another one than was drawn
 //! ```
 //!
-//! What a layer holds depends on the world alone, not on the views and frames before. So nothing is looked at while
-//! nothing changed, and what is drawn anew has the depths that it would have in any other order.
+//! What can be seen of a layer depends on the world alone, not on other views and frames before. So nothing is looked at
+//! while nothing changed, and what is drawn anew has the depths that it would have in any other order.
 
 use super::frame_tables::FrameTables;
 use super::lamp_layers::Lamp;

@@ -2,8 +2,9 @@
 //! before.
 //!
 //! A level is not fitted to what the camera shows. Its middle is the eye's place, rounded to a grid of a quarter of half
-//! its width. So what it holds depends on the light's direction, the rounded eye and the casters alone: it is the same
-//! for all cameras nearby, whatever way they look, and is drawn anew where the eye enters another cell of the grid.
+//! its width. So what can be seen of it depends on the light's direction, the rounded eye and the casters alone: it is
+//! the same for all cameras nearby, whatever way they look, and is drawn anew where the eye enters another cell of the
+//! grid.
 //! Cells are whole numbers of texels, so samples stay at their places in the world then, and edges do not crawl
 //! (Valient, "Stable Rendering of Cascaded Shadow Maps", ShaderX6, 2008, has the rounding to texels).
 //!

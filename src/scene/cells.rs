@@ -93,6 +93,10 @@ impl<'a> Check<'a> {
                 Some(_) => None,
             };
             message.into_iter().for_each(|message| self.field("leaf", |c| c.fault(message)));
+            let doors = self.scene.portals.iter().filter_map(|portal| portal.door.as_ref());
+            if doors.filter(|other| other.leaf.as_ref() == Some(leaf)).count() > 1 {
+                self.field("leaf", |c| c.fault("expected a leaf of its own: another door moves it, too"));
+            }
         }
         self.number("swing_degrees", door.swing_degrees, -180.0, 180.0);
         self.numbers("slide", &door.slide, -1e3, 1e3);

@@ -128,6 +128,13 @@ fn each_reach(scene: &Scene, mut see: impl FnMut(Whose, DVec3)) {
     for (i, (_, route)) in scene.routes.entries().iter().enumerate() {
         route.points.iter().for_each(|point| see(("routes", i), DVec3::from_array(*point)));
     }
+    for (i, (_, cell)) in scene.cells.entries().iter().enumerate() {
+        let hull = cell.hull.is_some().then_some(&cell.translation);
+        cell.r#box.iter().flatten().chain(hull).for_each(|corner| see(("cells", i), DVec3::from_array(*corner)));
+    }
+    for (i, portal) in scene.portals.iter().enumerate() {
+        portal.polygon.iter().for_each(|corner| see(("portals", i), DVec3::from_array(*corner)));
+    }
     for (i, generator) in scene.generators.iter().enumerate() {
         let extent = extent(&generator.place, scene);
         each_below(&generator.entity, &Affine3A::IDENTITY, &mut |at| {

@@ -10,7 +10,7 @@ use super::turned_meshes::TurnedMeshes;
 use super::values::place;
 use super::vehicles::{self, OnRoute, Room, VehiclesFound};
 use crate::import::Model;
-use crate::name;
+use crate::name::{self, SceneEntities};
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
 use glam::{Affine3A, EulerRot, Quat, Vec3};
@@ -50,9 +50,11 @@ pub fn spawn(scene: &Scene, items: &Items, world: &mut World) -> Spawned {
     if let Some(lights) = scene.lights {
         spawner.world.insert_resource(LightPolicies::same(lights.policy()));
     }
-    for entity in &scene.entities {
-        spawner.entity(entity, &Placement::of(entity), None);
+    let mut listed = SceneEntities::default();
+    for (i, entity) in scene.entities.iter().enumerate() {
+        listed.0.insert(spawner.entity(entity, &Placement::of(entity), None), i);
     }
+    spawner.world.insert_resource(listed);
     let mut seeds = generate::Random::new(scene.seed);
     for (i, generator) in scene.generators.iter().enumerate() {
         spawner.generator(i, generator, seeds.bits());
@@ -187,7 +189,7 @@ impl<'a> Placement<'a> {
 }
 
 impl Spawner<'_> {
-    fn entity(&mut self, source: &Source, placement: &Placement, parent: Option<Entity>) {
+    fn entity(&mut self, source: &Source, placement: &Placement, parent: Option<Entity>) -> Entity {
         let at = placement.parent_from_entity;
         let world_from_entity = placement.world_from_parent * at.compute_affine();
         let material = self.items.material(placement.material);
@@ -271,6 +273,7 @@ impl Spawner<'_> {
             let world_from_parent = world_from_entity * root_from_node;
             self.entity(item, &Placement { world_from_parent, ..Placement::of(item) }, Some(node));
         }
+        entity
     }
 
     /// Notes what may have to be drawn in pieces, before anything with a length of its own is below it.
