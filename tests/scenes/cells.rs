@@ -102,6 +102,20 @@ fn what_cannot_be_is_refused_and_what_is_doubtful_told() {
             "portals[0].door.leaf: unknown entity \"b\"; none are defined",
         ),
         (
+            format!(
+                "(cells: {{{box_a}}}, entities: [(name: \"b\", camera: ())], portals: [
+                (between: (\"a\", \"outside\"), {polygon}, door: (leaf: \"b\")),
+                (between: (\"a\", \"outside\"), {polygon}, door: ()),
+                (between: (\"outside\", \"a\"), {polygon}, door: (leaf: \"b\", slide: (0, 1, 0)))])"
+            ),
+            "portals[2].door.leaf: expected a leaf of its own: another door moves it, too",
+        ),
+        (
+            "(origin: (0, 0, 0), cells: {\"a\": (box: ((0, 0, 0), (4, 3, 40000)))})".into(),
+            "warning: cells[0] is up to 40.0 km from the origin (0, 0, 0): positions there are rounded to 3.9e-3 m; \
+             within 20 km they are precise",
+        ),
+        (
             format!("(cells: {{{box_a}, \"b\": (box: ((3, 0, 0), (8, 3, 4)))}})"),
             "warning: cells[\"b\"]: overlaps cells[\"a\"] by 1.00 m; cells have to be disjoint",
         ),
