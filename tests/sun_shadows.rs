@@ -6,7 +6,7 @@ use common::floor::{Floor, SIDE, check_edges, headless, is_free};
 use glam::{DVec2, DVec3, Vec3};
 use relief::frames::Headless;
 use relief::renderer::ShadowStats;
-use systems::assets::{Library, shapes};
+use systems::assets::{AlphaMode, Image, ImageKind, Library, Map, Material, shapes};
 use systems::lights::Light;
 use systems::space::Transform;
 
@@ -243,11 +243,21 @@ fn what_is_still_is_drawn_once_where_something_moves() {
     let Some(gpu) = common::gpu() else { return };
     let mut headless = headless(&gpu);
     let mut floor = Floor::new();
-    let ball = floor.simulation.world.resource_mut::<Library>().add_mesh(shapes::sphere(0.3, 128, 64));
+    let mut library = floor.simulation.world.resource_mut::<Library>();
+    let ball = library.add_mesh(shapes::sphere(0.3, 128, 64));
+    // A mask with holes, larger ones later on.
+    let holes = |open: usize| {
+        let texels = (0..64).flat_map(|texel| [255, 255, 255, if texel % 8 < open { 0 } else { 255 }]);
+        Image::rgba8("leaf", 8, 8, ImageKind::Color, texels.collect())
+    };
+    let leaf = library.add_image(holes(2));
+    let base_map = Some(Map::new(leaf));
+    let mask = library.add_material(Material { base_map, alpha: AlphaMode::Mask, ..Material::default() });
     let mut balls = Vec::new();
     for i in 0..9 {
         let place = Transform::from_xyz((i % 3) as f32 * 1.2 - 1.2, 0.4, (i / 3) as f32 * 1.2 - 1.2);
-        balls.push(floor.simulation.world.spawn((ball, floor.white, place)).id());
+        let material = if i % 3 == 1 { mask } else { floor.white };
+        balls.push(floor.simulation.world.spawn((ball, material, place)).id());
     }
     let cube = floor.add_cube(Transform::from_xyz(0.0, 1.0, 0.0).with_scale(Vec3::splat(0.4)));
     add_sun(&mut floor, 1.0, 50.0);
@@ -259,13 +269,16 @@ fn what_is_still_is_drawn_once_where_something_moves() {
         if frame == 20 {
             floor.simulation.world.get_mut::<Transform>(balls[4]).expect("it lives").translation.y += 0.2;
         }
+        if frame == 27 {
+            assert!(floor.simulation.world.resource_mut::<Library>().replace_image(leaf, holes(5)));
+        }
         if frame == 32 {
             floor.simulation.world.despawn(balls.pop().expect("nine"));
         }
         let picture = floor.draw(&mut headless, 32);
         bases.push(stats(&headless).bases);
         // In some frames, since a new renderer takes long.
-        if matches!(frame, 5 | 12 | 20 | 21 | 31..=33 | 39) {
+        if matches!(frame, 5 | 12 | 20 | 21 | 27 | 31..=33 | 39) {
             assert!(picture == floor.draw(&mut self::headless(&gpu), 32), "frame {frame}");
         }
     }
