@@ -117,8 +117,8 @@ fn turned(q: vec4f, v: vec3f) -> vec3f {
 fn lit_share(place: ShadowPlace, layer: u32) -> f32 {
     let most = STEEPEST * place.texel;
     let slope = clamp(place.slope, vec2f(-most), vec2f(most));
-    // Meshes are not planes between middles of texels, and rasterizers move them by up to a sixteenth. With so much room
-    // light goes on behind a wall for less than a texel of the floor, and before it no more than half is missing.
+    // Meshes are not planes between middles of texels, and rasterizers move them by up to a sixteenth. With so much
+    // room light goes on behind a wall for less than a texel of the floor, and before it half is missing at the most.
     let nearest = place.depth + 0.25 * place.texel + 0.4375 * (abs(slope.x) + abs(slope.y));
     let base = floor(place.at - 0.5);
     let f = place.at - 0.5 - base;

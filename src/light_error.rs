@@ -2,8 +2,8 @@
 //!
 //! One frame is drawn as the scene has it, and with each [`LightPolicy`] for all objects; without shadows, whose error
 //! `relief shadows` tells. Luminance is compared before the tone map, over the pixels that show an object; FLIP
-//! compares the pictures as written, all of them. Seams are found where two pieces of one object meet: the renderer is handed
-//! records with slots for ids, which tell them apart.
+//! compares the pictures as written, all of them. Seams are found where two pieces of one object meet: the renderer is
+//! handed records with slots for ids, which tell them apart.
 
 use crate::compare::{self, Shown};
 use crate::frame_error::{self, FrameErrorJob};

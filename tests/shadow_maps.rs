@@ -32,8 +32,8 @@ fn of_spot(outer_degrees: f64) -> f64 {
 }
 
 /// Below a lamp, beside one, in a wide spot, which has six faces as well, and in spots that fill their layer. All edges
-/// of the shadow, at the cube's foot among them, are within 1.375 texels of where geometry has them: a texel between two
-/// that are interpolated, a sixteenth of the rasterizer, and at the foot what a comparison allows for (below).
+/// of the shadow, at the cube's foot among them, are within 1.375 texels of where geometry has them: a texel between
+/// two that are interpolated, a sixteenth of the rasterizer, and at the foot what a comparison allows for (below).
 #[test]
 fn the_shadow_of_a_cube_is_where_geometry_has_it() {
     let Some(gpu) = common::gpu() else { return };
@@ -136,9 +136,9 @@ fn four_taps_have_a_penumbra_of_three_texels() {
 /// A wall without thickness that stands on the floor: behind it light goes on for a texel at the most. With e for how
 /// high the light stands, a comparison allows for 7/16 cot e + ¼ texels of depth, and wall and floor part by cot e +
 /// tan e for each texel behind the wall. So a texel whose middle is ½ cos e (7/8 cos e + ½ sin e) behind is dark, which
-/// is 0.471 at the most, and half of the light is gone half a texel behind that; rasterizers may move both by a sixteenth.
-/// Where light comes askew the slopes of both axes add up, and the last of it goes on for two texels. Before the wall
-/// light may begin to go, as texels are interpolated, but half of it is there.
+/// is 0.471 at the most, and half of the light is gone half a texel behind that; rasterizers may move both by a
+/// sixteenth. Where light comes askew the slopes of both axes add up, and the last of it goes on for two texels. Before
+/// the wall light may begin to go, as texels are interpolated, but half of it is there.
 #[test]
 fn a_wall_and_its_floor_meet_without_a_gap() {
     let Some(gpu) = common::gpu() else { return };

@@ -19,8 +19,8 @@ use systems::lights::LightPolicy;
 
 pub const HELP: &str = "\
 The scene: equal objects 3 m apart on a square grid, with 16 materials, each with base, normal and
-specular maps, under coloured point lights; deterministic for given arguments. Without shadows, but
-for --shadows; colours are clamped at 1. Each frame waits until the GPU is idle.
+specular maps, under coloured point lights; deterministic for given arguments. No shadows
+unless --shadows asks for them; colours are clamped at 1. Each frame waits until the GPU is idle.
   frame   from the first change of an object until the GPU is idle
   engine  CPU time of simulation, uploads and command encoding, without the driver and the moving
   GPU     from submission until the GPU is idle, and each pass by GPU timestamps

@@ -22,7 +22,7 @@ use systems::space::Sphere;
 /// Texels on each side of a face beyond what it shows: filters read no other face.
 pub(super) const GUTTER: f32 = 2.0;
 /// Texels of a slope of one in the smaller faces; wherever else there are more.
-const SMALLEST_SCALE: f32 = SIZE as f32 / 6.0 - GUTTER;
+pub(super) const SMALLEST_SCALE: f32 = SIZE as f32 / 6.0 - GUTTER;
 /// Versine of the widest spot that is drawn through one perspective projection: 60° from its axis.
 const WIDEST_SPOT: f32 = 0.5;
 

@@ -234,8 +234,8 @@ impl Layer {
         self.faces.iter().any(|face| face.leaves_out)
     }
 
-    /// Whether something is to be drawn. The base goes where nothing was for two frames. `is_same`: the frame was looked
-    /// at before.
+    /// Whether something is to be drawn. The base goes where nothing was for two frames. `is_same`: the frame was
+    /// looked at before.
     pub fn is_due(&mut self, is_same: bool) -> bool {
         let is_due = self.faces.iter().any(|face| !face.is_drawn);
         if !is_due && !is_same {

@@ -133,7 +133,7 @@ mod tests {
             number("LAYER_BITS", u8::MAX.into()),
             number("SHADOW_SIZE", shadow_layers::SIZE),
             ("SHADOW_GUTTER", lamp_layers::GUTTER.into()),
-            ("SMALL_FACE_SCALE", (shadow_layers::SIZE as f32 / 6.0 - lamp_layers::GUTTER).into()),
+            ("SMALL_FACE_SCALE", lamp_layers::SMALLEST_SCALE.into()),
             ("FIRST_LEVEL", sun_levels::FIRST.into()),
             ("SUN_DEPTH", sun_levels::DEPTH.into()),
             ("LEVEL_USED", sun_levels::LOOKED_UP[1].into()),

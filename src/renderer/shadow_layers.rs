@@ -1,8 +1,8 @@
 //! The layers of the shadow maps: what one holds, and of whom.
 //!
 //! A layer is a square of [`SIZE`] texels. A point light or a spot has one ([`Lamp`]), a directional light one for each
-//! level around an eye ([`SunLayer`]). What can be seen of a layer depends on that and on the casters before it, and on no
-//! frame before (`layer_casters.rs`).
+//! level around an eye ([`SunLayer`]). What can be seen of a layer depends on that and on the casters before it, and on
+//! no frame before (`layer_casters.rs`).
 //! `shaders/shadows.wgsl` has the twins of the formulas.
 
 use super::lamp_layers::Lamp;

@@ -7,8 +7,8 @@
 //! encode   passes for each layer with a face whose list of casters is another one than was drawn
 //! ```
 //!
-//! What can be seen of a layer depends on the world alone, not on other views and frames before. So nothing is looked at
-//! while nothing changed, and what is drawn anew has the depths that it would have in any other order.
+//! What can be seen of a layer depends on the world alone, not on other views and frames before. So nothing is looked
+//! at while nothing changed, and what is drawn anew has the depths that it would have in any other order.
 
 use super::frame_tables::FrameTables;
 use super::lamp_layers::Lamp;
@@ -21,7 +21,7 @@ use super::sun_levels::{LEVELS, SunLayer, SunLevel, turn_of};
 use super::tables::SHADOW_RECORDS;
 use super::textures::Textures;
 use super::timestamps::Timestamps;
-use super::{Gpu, RenderError};
+use super::{Gpu, RenderError, ViewPlan};
 use std::collections::{BTreeMap, BTreeSet};
 use systems::assets::Technique;
 use systems::draw::{DrawList, FrameData, ShadowScene};
@@ -56,7 +56,7 @@ pub struct ShadowStats {
 /// What a view asks for.
 pub(super) struct ShadowedView<'a> {
     pub ranked: &'a [Ranked],
-    pub view: SeenView,
+    pub plan: &'a ViewPlan,
 }
 
 /// The layers of all views, and what draws them.
@@ -131,7 +131,7 @@ impl ShadowMaps {
         for level in 0..LEVELS {
             for view in views {
                 wanted.extend(
-                    self.suns.iter().map(|&(_, turn)| Owner::Sun(SunLevel::around(view.view.eye, turn, level))),
+                    self.suns.iter().map(|&(_, turn)| Owner::Sun(SunLevel::around(view.plan.view.eye(), turn, level))),
                 );
             }
         }
@@ -192,9 +192,9 @@ impl ShadowMaps {
         for (number, &(sun, turn)) in self.suns.iter().enumerate() {
             let first = LEVEL_RECORDS + number * LEVELS as usize;
             let mut count = 0;
-            for level in (0..LEVELS).map(|level| SunLevel::around(view.view.eye, turn, level)) {
+            for level in (0..LEVELS).map(|level| SunLevel::around(view.plan.view.eye(), turn, level)) {
                 let Some(&layer) = self.by_owner.get(&Owner::Sun(level)) else { break };
-                records[first + count] = level.record(view.view.eye, layer as u32);
+                records[first + count] = level.record(view.plan.view.eye(), layer as u32);
                 count += 1;
             }
             let [x, y] = turn.words();
@@ -223,17 +223,23 @@ impl ShadowMaps {
         let is_same = before.is_some_and(|before| before.frame == seen.frame);
         let follows = is_same || before.is_some_and(|before| before.frame + 1 == seen.frame);
         let nothing = DirtySlots::default();
+        let casters = if is_same || !follows || self.by_owner.is_empty() {
+            Vec::new()
+        } else {
+            scene.changed_casters(&list.instances, frame.library)
+        };
+        let receivers = if casters.is_empty() {
+            SeenReceivers::default()
+        } else {
+            SeenReceivers::new(views.iter().map(|view| SeenView::new(view.plan)), scene.bounds())
+        };
         let changes = Changes {
             slots: if is_same { &nothing } else { &list.instances.dirty },
-            casters: if is_same || !follows || self.by_owner.is_empty() {
-                Vec::new()
-            } else {
-                scene.changed_casters(&list.instances, frame.library)
-            },
+            casters,
             materials: if is_same { &nothing } else { &list.materials.dirty },
             all_masks: !follows || before.is_some_and(|before| before.textures != seen.textures),
             frame: seen.frame,
-            receivers: SeenReceivers::new(views.iter().map(|view| view.view), scene.bounds()),
+            receivers,
         };
         let is_still = changes.slots.is_empty() && changes.materials.is_empty() && !changes.all_masks;
         let light_of = |owner| match owner {

@@ -14,7 +14,6 @@ use super::pass::{Attached, Pass, Shadows};
 use super::pipelines::Pipelines;
 use super::pyramid::{Pyramid, PyramidMaker};
 use super::readback::Readback;
-use super::seen_shadows::SeenView;
 use super::shadow_maps::ShadowedView;
 use super::tables::GrowingBuffer;
 use super::targets::{Attachments, SceneColorCopy, Targets};
@@ -289,9 +288,9 @@ impl ViewState {
     }
 
     /// What it asks of the shadow maps; `None` where it has none.
-    pub(super) fn shadowed(&self, plan: &ViewPlan) -> Option<ShadowedView<'_>> {
+    pub(super) fn shadowed<'a>(&'a self, plan: &'a ViewPlan) -> Option<ShadowedView<'a>> {
         let has_maps = matches!(self.pass.shadows(), Shadows::Maps { .. });
-        has_maps.then(|| ShadowedView { ranked: &self.ranked, view: SeenView::new(plan) })
+        has_maps.then(|| ShadowedView { ranked: &self.ranked, plan })
     }
 
     /// Blended objects in this view's order. Returns the bytes written.
