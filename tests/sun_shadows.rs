@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::floor::{Floor, SIDE, check_edges, headless, is_free};
+use common::floor::{Floor, SIDE, check_edges, headless, is_free, lamp};
 use glam::{DVec2, DVec3, Vec3};
 use relief::frames::Headless;
 use relief::renderer::ShadowStats;
@@ -216,8 +216,7 @@ fn suns_and_lamps_add_up() {
             add_sun(&mut floor, 0.1 * (5 - sun) as f32, elevations[sun]);
         }
         if has_lamp {
-            let lamp = Light::point(2.0, 20.0).with_attenuation(Light::INVERSE_SQUARE).with_shadows();
-            floor.add_light(lamp, Vec3::new(1.5, 2.5, 0.7), Vec3::NEG_Y);
+            floor.add_light(lamp(2.0), Vec3::new(1.5, 2.5, 0.7), Vec3::NEG_Y);
         }
         floor.simulation.world.insert_resource(systems::lights::LightPolicies::same(systems::lights::LightPolicy::All));
         floor.draw(&mut headless, 32)
@@ -261,8 +260,7 @@ fn what_is_still_is_drawn_once_where_something_moves() {
     }
     let cube = floor.add_cube(Transform::from_xyz(0.0, 1.0, 0.0).with_scale(Vec3::splat(0.4)));
     add_sun(&mut floor, 1.0, 50.0);
-    let lamp = Light::point(2.0, 20.0).with_attenuation(Light::INVERSE_SQUARE).with_shadows();
-    floor.add_light(lamp, Vec3::new(1.5, 2.5, 0.7), Vec3::NEG_Y);
+    floor.add_light(lamp(2.0), Vec3::new(1.5, 2.5, 0.7), Vec3::NEG_Y);
     let mut bases = Vec::new();
     for frame in 0..40 {
         floor.simulation.world.get_mut::<Transform>(cube).expect("it lives").translation.x = 0.03 * frame as f32;

@@ -70,6 +70,11 @@ impl Floor {
     }
 }
 
+/// A point light that casts shadows.
+pub fn lamp(intensity: f32) -> Light {
+    Light::point(intensity, 20.0).with_attenuation(Light::INVERSE_SQUARE).with_shadows()
+}
+
 /// One sample per pixel.
 pub fn headless(gpu: &Gpu) -> Headless {
     let settings = Settings { samples: 1, ..Settings::default() }.for_files();
