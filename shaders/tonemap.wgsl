@@ -2,6 +2,7 @@
 
 @group(0) @binding(0) var hdr: texture_2d<f32>;
 @group(0) @binding(1) var hdr_samples: texture_multisampled_2d<f32>;
+@group(0) @binding(2) var hdr_layers: texture_2d_array<f32>;
 
 @vertex
 fn vs_tonemap(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
@@ -11,6 +12,15 @@ fn vs_tonemap(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
 @fragment
 fn fs_tonemap(@builtin(position) position: vec4f) -> @location(0) vec4f {
     return vec4f(tone_mapped(textureLoad(hdr, vec2i(position.xy), 0).rgb), 1.0);
+}
+
+// Of several views of one size, one below the other.
+@fragment
+fn fs_tonemap_layers(@builtin(position) position: vec4f) -> @location(0) vec4f {
+    let pixel = vec2u(position.xy);
+    let height = textureDimensions(hdr_layers).y;
+    let linear = textureLoad(hdr_layers, vec2u(pixel.x, pixel.y % height), pixel.y / height, 0).rgb;
+    return vec4f(tone_mapped(linear), 1.0);
 }
 
 // The mean of what each sample would be shown as. So an edge shows how much of the pixel is covered, however bright it

@@ -59,6 +59,7 @@ pub mod problem;
 pub mod recording;
 pub mod renderer;
 pub mod scene;
+pub mod sensors;
 #[cfg(feature = "tools")]
 pub mod shadow_error;
 #[cfg(feature = "tools")]

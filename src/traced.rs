@@ -15,7 +15,7 @@
 
 use crate::renderer::{TracedRow, TracedShadows};
 use bevy_ecs::entity::EntityIndex;
-use glam::{DMat3, DVec2, DVec3, Vec3, Vec3A};
+use glam::{DMat3, DVec2, DVec3, Vec3, Vec3A, Vec4Swizzles};
 use obvhs::aabb::Aabb;
 use obvhs::cwbvh::CwBvh;
 use obvhs::cwbvh::builder::build_cwbvh;
@@ -118,6 +118,8 @@ struct EyeRays {
     world_from_view: DMat3,
     /// Half the width and height of what is seen at a distance of 1, or anywhere where the projection is parallel.
     half: DVec2,
+    /// How far the principal point is from the middle, from −1 to 1 across the picture.
+    aside: DVec2,
     pixels: DVec2,
     parallel: bool,
     near: f64,
@@ -135,6 +137,7 @@ impl EyeRays {
                 rotation.z_axis.as_dvec3(),
             ),
             half: DVec2::new(clip_from_view.x_axis.x.into(), clip_from_view.y_axis.y.into()).recip(),
+            aside: -clip_from_view.z_axis.as_dvec4().xy(),
             pixels: DVec2::new(view.width.into(), view.height.into()),
             parallel: matches!(view.camera.projection, Projection::Orthographic { .. }),
             near: view.camera.near.into(),
@@ -144,7 +147,8 @@ impl EyeRays {
 
     /// Where the ray through a place of the picture begins, and its direction, by whose length the depth grows by 1.
     fn through(&self, place: DVec2) -> (DVec3, DVec3) {
-        let across = (place / self.pixels * 2.0 - 1.0) * self.half * DVec2::new(1.0, -1.0);
+        let clip = (place / self.pixels * 2.0 - 1.0) * DVec2::new(1.0, -1.0);
+        let across = (clip - self.aside) * self.half;
         let (origin, direction) =
             if self.parallel { (across.extend(0.0), DVec3::NEG_Z) } else { (DVec3::ZERO, across.extend(-1.0)) };
         (self.world_from_view * origin, self.world_from_view * direction)
@@ -428,7 +432,7 @@ impl ObjectLights {
 mod tests {
     use super::*;
     use glam::Affine3A;
-    use systems::draw::Camera;
+    use systems::draw::{Camera, Intrinsics};
 
     #[test]
     fn rays_go_through_their_places_of_the_picture_and_count_depth() {
@@ -437,7 +441,9 @@ mod tests {
             * Affine3A::from_rotation_x(-0.3);
         let perspective = Projection::Perspective { fov_y: 0.9, aspect: Some(2.5) };
         let parallel = Projection::Orthographic { half_height: 3.0, aspect: None };
-        for projection in [perspective, parallel] {
+        let intrinsics = Intrinsics { fx: 120.0, fy: 130.0, cx: 20.0, cy: 60.0 };
+        let pinhole = Projection::Pinhole { intrinsics, size: (160, 90) };
+        for projection in [perspective, parallel, pinhole] {
             let view = View::new(&place, &Camera { projection, ..Camera::default() }, 160, 90);
             let (rays, clip_from_world) = (EyeRays::new(&view), view.clip_from_world());
             for at in [DVec2::new(0.5, 0.5), DVec2::new(80.0, 45.0), DVec2::new(153.25, 70.75)] {

@@ -36,6 +36,7 @@ use crate::run::inputs::Inputs;
 use crate::run::registry::EntityRegistry;
 use crate::run::state::StateList;
 use crate::schedules::sub_step_schedule;
+use crate::sensors::labels::Classes;
 use crate::space::interpolation::Interpolation;
 use crate::space::origin::Origin;
 use crate::space::propagation::{NewParents, note_parent};
@@ -74,6 +75,7 @@ pub fn core(world: &mut World) {
     world.init_resource::<InstanceTable>();
     world.init_resource::<Incomplete>();
     world.init_resource::<DrawList>();
+    world.init_resource::<Classes>();
     world.insert_resource(Environment::default());
 }
 

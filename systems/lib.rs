@@ -27,6 +27,7 @@ pub mod lights;
 pub mod physics;
 pub mod run;
 mod schedules;
+pub mod sensors;
 mod simulation;
 pub mod space;
 #[cfg(feature = "vehicles")]

@@ -146,7 +146,7 @@ fn each_set_of_outputs_is_what_it_is_among_all() {
     // Each set after smaller ones and after larger ones, whose textures are still there.
     for bits in (0..16_u32).chain((0..16).rev()) {
         let bit = |place: u32| bits >> place & 1 == 1;
-        let wanted = OutputSet { color: bit(0), depth: bit(1), normal: bit(2), id: bit(3) };
+        let wanted = OutputSet { color: bit(0), depth: bit(1), normal: bit(2), id: bit(3), linear: bit(4) };
         // Asked for in the settings, or afterwards, with a renderer that has drawn other sets before.
         for outputs in [wanted, OutputSet::COLOR] {
             scene.prepare(&mut renderer, &Settings { outputs, ..Settings::default() });

@@ -91,7 +91,7 @@ impl Pose {
     pub fn pan(&mut self, pixels: Vec2, view: &View) {
         let depth = (self.pivot - self.eye).dot(self.rotation * Vec3::NEG_Z).max(view.camera.near);
         let clip_height = match view.camera.projection {
-            Projection::Perspective { .. } => depth,
+            Projection::Perspective { .. } | Projection::Pinhole { .. } => depth,
             Projection::Orthographic { .. } => 1.0,
         };
         let metres_per_pixel = 2.0 * clip_height / (view.clip_from_view().y_axis.y * view.height as f32);
@@ -105,7 +105,7 @@ impl Pose {
         let factor = ZOOM.powf(notches.clamp(-20.0, 20.0));
         match camera.projection {
             Projection::Orthographic { .. } => self.zoom = (self.zoom * factor).clamp(1e-4, 1e4),
-            Projection::Perspective { .. } => {
+            Projection::Perspective { .. } | Projection::Pinhole { .. } => {
                 let distance = self.eye.distance(self.pivot);
                 let nearest = (camera.near * 2.0).min(distance);
                 let left = (distance * factor).clamp(nearest, 1e7);

@@ -232,6 +232,7 @@ fn light_kind(light: &Light) -> String {
 fn projection(camera: &Camera) -> String {
     match camera.projection {
         Projection::Perspective { fov_y, .. } => format!("{:.1}° high", fov_y.to_degrees()),
+        Projection::Pinhole { intrinsics, .. } => format!("fx {:.1}, fy {:.1} pixels", intrinsics.fx, intrinsics.fy),
         Projection::Orthographic { half_height, .. } => format!("orthographic, {:.2} m high", half_height * 2.0),
     }
 }

@@ -1,7 +1,7 @@
 //! What is under the pointer, from the ids and depths of the last frame.
 
 use crate::renderer::{Picked, SingleView};
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec4Swizzles};
 use systems::draw::{Projection, View};
 
 /// A point of the scene.
@@ -25,10 +25,12 @@ fn point_at(view: &View, pixel: Vec2, depth: f32) -> Vec3 {
     let size = Vec2::new(view.width as f32, view.height as f32);
     let clip = (pixel / size * 2.0 - 1.0) * Vec2::new(1.0, -1.0);
     let clip_from_view = view.clip_from_view();
-    let across = clip / Vec2::new(clip_from_view.x_axis.x, clip_from_view.y_axis.y);
+    let scale = Vec2::new(clip_from_view.x_axis.x, clip_from_view.y_axis.y);
     let across = match view.camera.projection {
-        Projection::Perspective { .. } => across * depth,
-        Projection::Orthographic { .. } => across,
+        Projection::Perspective { .. } | Projection::Pinhole { .. } => {
+            (clip + clip_from_view.z_axis.xy()) / scale * depth
+        }
+        Projection::Orthographic { .. } => clip / scale,
     };
     view.world_from_view.transform_point3(across.extend(-depth))
 }
@@ -36,14 +38,17 @@ fn point_at(view: &View, pixel: Vec2, depth: f32) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::{Affine3A, Quat, Vec4Swizzles};
-    use systems::draw::Camera;
+    use glam::{Affine3A, Quat};
+    use systems::draw::{Camera, Intrinsics};
 
     #[test]
     fn a_point_is_found_again_from_its_pixel_and_depth() {
         let at = Affine3A::from_rotation_translation(Quat::from_rotation_y(0.4), Vec3::new(1.0, 2.0, 3.0));
         let point = at.transform_point3(Vec3::new(0.6, -0.2, -4.0));
-        for projection in [Camera::default().projection, Projection::Orthographic { half_height: 2.0, aspect: None }] {
+        let intrinsics = Intrinsics { fx: 200.0, fy: 190.0, cx: 130.0, cy: 99.0 };
+        let pinhole = Projection::Pinhole { intrinsics, size: (320, 180) };
+        let parallel = Projection::Orthographic { half_height: 2.0, aspect: None };
+        for projection in [Camera::default().projection, parallel, pinhole] {
             let view = View::new(&at, &Camera { projection, ..Camera::default() }, 320, 180);
             let clip = view.clip_from_world() * point.extend(1.0);
             let pixel = (clip.xy() / clip.w * Vec2::new(0.5, -0.5) + 0.5) * Vec2::new(320.0, 180.0);

@@ -5,6 +5,7 @@
 //! With occlusion there are two sets of lists: of the objects that were seen when the view was last drawn, and of those
 //! that the depths of the first show to be in sight as well.
 
+use super::few_objects::DirectDraws;
 use super::indirect_draws::{IndirectDraws, IndirectDrawsVersion};
 use super::pyramid::Pyramid;
 use super::tables::GrowingBuffer;
@@ -110,6 +111,8 @@ pub(super) struct CulledView {
     sight_planes: wgpu::Buffer,
     /// The draws that the lists were made for.
     draws: IndirectDrawsVersion,
+    /// What the CPU has found in place of the GPU.
+    direct: Option<DirectDraws>,
 }
 
 /// Bytes of one draw's arguments.
@@ -287,7 +290,13 @@ impl CulledView {
             pyramid: None,
             counts: CullRecord::default(),
             draws: IndirectDrawsVersion::default(),
+            direct: None,
         }
+    }
+
+    /// What the CPU has found to be visible; `None` where the GPU is asked.
+    pub fn direct(&self) -> Option<&DirectDraws> {
+        self.direct.as_ref()
     }
 
     /// The arguments of a phase's draws.
@@ -317,6 +326,19 @@ impl CulledView {
         self.phases.iter_mut().for_each(|phase| phase.group = None);
     }
 
+    /// Takes what the CPU has found. Returns whether it is something else than before.
+    pub fn list(&mut self, gpu: &Gpu, found: DirectDraws) -> Result<bool, RenderError> {
+        let is_new = self.direct.as_ref() != Some(&found);
+        if is_new {
+            self.visible.write(gpu, &found.slots, &DirtySlots::default(), true)?;
+            self.direct = Some(found);
+            // The GPU's lists are gone.
+            self.draws = IndirectDrawsVersion::default();
+            self.phases.iter_mut().for_each(|phase| phase.group = None);
+        }
+        Ok(is_new)
+    }
+
     /// Gets ready for the draws as they are now, and for a view. Returns whether the lists that were made before are no
     /// longer right.
     pub fn prepare(
@@ -327,6 +349,7 @@ impl CulledView {
         ViewPlan { view, settings }: &ViewPlan,
         cells: Option<&Cells>,
     ) -> Result<bool, RenderError> {
+        self.direct = None;
         let redrawn = self.draws != draws.version();
         let mut recull = redrawn;
         let entries = u64::from(draws.entry_count);

@@ -4,6 +4,7 @@
 use super::culling::Phase;
 use super::custom_passes::{EncodePass, PassPlace, PassTargets};
 use super::objects::Encoded;
+use super::pipelines::ToneMapSource;
 use super::targets::Attachments;
 use super::timestamps::Timestamps;
 use super::{Renderer, ViewState};
@@ -207,11 +208,7 @@ impl Renderer {
         if let (Some(copy), Some(targets)) = (&state.scene_color, &state.targets) {
             drop(pass);
             if targets.samples == 1 {
-                encoder.copy_texture_to_texture(
-                    targets.hdr.texture.as_image_copy(),
-                    copy.texture.as_image_copy(),
-                    copy.texture.size(),
-                );
+                encoder.copy_texture_to_texture(targets.hdr_layer(), copy.texture.as_image_copy(), copy.texture.size());
             }
             let Some(blended) = self.go_on(encoder, view, "blended", last) else { return };
             pass = blended;
@@ -246,7 +243,9 @@ impl Renderer {
 
     /// Sends the counts of what is drawn on their way, where they are others.
     fn send_counts(&self, encoder: &mut wgpu::CommandEncoder, state: &mut ViewState) {
-        if state.targets.is_some() && (state.cullings_due > 0 || state.counts.wanted) {
+        if state.culled.direct().is_some() {
+            state.counts.latest = Some(self.direct_counts(state));
+        } else if state.targets.is_some() && (state.cullings_due > 0 || state.counts.wanted) {
             let lists: Vec<_> = state.phases().map(|phase| state.culled.arguments(phase)).collect();
             let blended = self.visible_blended(state);
             let arguments = self.draws_of(state).list.len();
@@ -255,12 +254,10 @@ impl Renderer {
     }
 
     /// From linear colours to the screen; resolves samples.
-    fn encode_tone_map(&mut self, encoder: &mut wgpu::CommandEncoder, view: &ViewTarget<'_>) {
-        if !view.state.outputs.color {
-            return;
-        }
-        let Some(targets) = &view.state.targets else { return };
-        let tone_map = self.pipelines.tone_map(&self.gpu.device, view.format, view.state.tone_map, targets.samples);
+    pub(super) fn encode_tone_map(&mut self, encoder: &mut wgpu::CommandEncoder, view: &ViewTarget<'_>) {
+        let Some(targets) = view.state.targets.as_ref().filter(|_| view.state.outputs.color) else { return };
+        let source = ToneMapSource::of(targets.samples);
+        let tone_map = self.pipelines.tone_map(&self.gpu.device, view.format, view.state.tone_map, source);
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("tone map"),
             color_attachments: &[Some(color_attachment(view.target))],

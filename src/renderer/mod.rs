@@ -28,6 +28,7 @@ mod emboss;
 mod encode;
 mod error;
 mod faults;
+mod few_objects;
 mod frame_tables;
 mod gpu;
 mod indirect_draws;
@@ -55,6 +56,7 @@ mod targets;
 mod textures;
 mod timestamps;
 mod traced;
+mod view_batches;
 mod view_state;
 mod visible_counts;
 
@@ -75,11 +77,13 @@ pub use shadow_maps::ShadowStats;
 pub use single_view::SingleView;
 pub use timestamps::PassTime;
 pub use traced::{TracedRow, TracedShadows};
+pub use view_batches::ViewBatches;
 pub use view_state::{ViewPlan, ViewState};
 pub use visible_counts::VisibleCounts;
 
 use cpu_rasterizer::CpuRasterizer;
 use culling::Culling;
+use few_objects::FewObjects;
 use frame_tables::FrameTables;
 use indirect_draws::IndirectDraws;
 use meshes::Meshes;
@@ -362,6 +366,8 @@ impl Renderer {
         if cells.is_some() {
             self.culling.make_for_cells(&self.gpu.device);
         }
+        let counts_few = cells.is_none() && views.iter().any(|(_, plan)| plan.settings.few_on_cpu);
+        let few = counts_few.then(|| FewObjects::of(frame, &self.meshes)).flatten();
         for (state, plan) in views {
             let levels = plan.settings.levels.enabled;
             let draws = &mut self.draws[usize::from(levels)];
@@ -369,10 +375,10 @@ impl Renderer {
             let draws = &self.draws[usize::from(levels)];
             state.make_targets(&self.gpu, &self.pipelines, &self.pyramids, plan, draws, list.objects)?;
             state.fit_outputs(&self.gpu.device, plan.size());
-            let shown = cells.filter(|_| plan.settings.debug == DebugView::Cells && plan.settings.outputs.color);
+            let shown = cells.filter(|_| plan.settings.debug == DebugView::Cells && plan.settings.outputs.is_shaded());
             let shown = shown.map(|cells| (cells, frame.open_portals));
             state.fit_cells(&self.gpu, &self.pipelines.frame_layout, shown);
-            state.prepare_lists(&self.gpu, &self.culling, draws, plan, cells)?;
+            state.prepare_lists(&self.gpu, &self.culling, draws, plan, (cells, few.as_ref()))?;
             state.bind(&self.gpu.device, &self.pipelines.frame_layout, &self.tables);
         }
         Ok(())

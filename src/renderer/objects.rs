@@ -5,8 +5,10 @@ use super::encode::{Leaves, begin_forward};
 use super::pass::{Pass, Shadows};
 use super::targets::{Attachments, SceneColorCopy};
 use super::{Renderer, ViewState};
+use std::ops::Range;
 use systems::assets::Technique;
 use systems::draw::BatchKey;
+use wgpu::util::DrawIndexedIndirectArgs;
 
 /// What was encoded for a frame's objects.
 #[derive(Clone, Copy, Default)]
@@ -86,7 +88,8 @@ impl Renderer {
         let first_instance = self.gpu.device.features().contains(wgpu::Features::INDIRECT_FIRST_INSTANCE);
         let (visible, arguments) = (view.culled.visible(), view.culled.arguments(phase));
         let list = &self.draws_of(view).list;
-        if first_instance && !list.is_empty() {
+        let direct = view.culled.direct();
+        if (first_instance || direct.is_some()) && !list.is_empty() {
             pass.set_vertex_buffer(1, visible.slice(..));
         }
         let (mut draws, mut calls) = (0, 0);
@@ -95,7 +98,18 @@ impl Renderer {
             for run in list.chunk_by(|a, b| (a.key.pipeline, a.key.class) == (b.key.pipeline, b.key.class)) {
                 let place = end;
                 end += run.len();
-                if !wanted(run[0].key) || !self.bind_key(pass, view, kind, run[0].key) {
+                let listed = direct.map(|direct| &direct.ranges[place..end]);
+                let is_empty = listed.is_some_and(|listed| listed.iter().all(Range::is_empty));
+                if is_empty || !wanted(run[0].key) || !self.bind_key(pass, view, kind, run[0].key) {
+                    continue;
+                }
+                if let Some(listed) = listed {
+                    for (draw, slots) in run.iter().zip(listed).filter(|(_, slots)| !slots.is_empty()) {
+                        let DrawIndexedIndirectArgs { first_index, index_count, base_vertex, .. } = draw.indirect;
+                        pass.draw_indexed(first_index..first_index + index_count, base_vertex, slots.clone());
+                        draws += 1;
+                        calls += 1;
+                    }
                     continue;
                 }
                 draws += run.len() as u32;

@@ -10,13 +10,15 @@ use super::readback::read_id_and_depth;
 use super::targets::{self, DEPTH_FORMAT, whole_view};
 use super::timestamps::Timestamps;
 use super::{PICTURE_FORMAT, Renderer, ViewState, ViewTarget};
-use glam::{Mat4, UVec2, Vec4};
+use glam::{Mat4, UVec2};
 
 /// Which outputs of a view.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
 pub struct OutputSet {
     /// The shaded picture.
     pub color: bool,
+    /// Its linear colours, exposed, before the tone map.
+    pub linear: bool,
     /// Distances along the viewing direction.
     pub depth: bool,
     /// Shading normals.
@@ -27,16 +29,17 @@ pub struct OutputSet {
 
 impl OutputSet {
     /// None.
-    pub const NONE: Self = Self { color: false, depth: false, normal: false, id: false };
+    pub const NONE: Self = Self { color: false, linear: false, depth: false, normal: false, id: false };
     /// The picture alone.
     pub const COLOR: Self = Self { color: true, ..Self::NONE };
     /// All.
-    pub const ALL: Self = Self { color: true, depth: true, normal: true, id: true };
+    pub const ALL: Self = Self { color: true, linear: true, depth: true, normal: true, id: true };
 
     /// These, but for those of another set.
     pub fn without(self, other: Self) -> Self {
         Self {
             color: self.color && !other.color,
+            linear: self.linear && !other.linear,
             depth: self.depth && !other.depth,
             normal: self.normal && !other.normal,
             id: self.id && !other.id,
@@ -47,15 +50,21 @@ impl OutputSet {
     pub fn with(self, other: Self) -> Self {
         Self {
             color: self.color || other.color,
+            linear: self.linear || other.linear,
             depth: self.depth || other.depth,
             normal: self.normal || other.normal,
             id: self.id || other.id,
         }
     }
 
-    /// These, but for the picture.
+    /// These, but for the picture and its linear colours.
     pub fn beside_color(self) -> Self {
-        self.without(Self::COLOR)
+        self.without(Self { linear: true, ..Self::COLOR })
+    }
+
+    /// Whether objects are shaded for them.
+    pub fn is_shaded(self) -> bool {
+        self.color || self.linear
     }
 
     /// Those that are attachments of a pass beside colour and depth.
@@ -73,13 +82,22 @@ pub struct Outputs {
     pub height: u32,
     /// The picture: 8-bit sRGB RGBA, rows from the top. `None` unless it was asked for.
     pub picture: Option<image::RgbaImage>,
-    normal: Vec<u8>,
-    id: Vec<u8>,
-    depth: Vec<u8>,
-    view_from_clip: Mat4,
+    /// Half floats.
+    pub(super) linear: Vec<u8>,
+    pub(super) normal: Vec<u8>,
+    pub(super) id: Vec<u8>,
+    pub(super) depth: Vec<u8>,
+    pub(super) view_from_clip: Mat4,
 }
 
 impl Outputs {
+    /// Linear colours, exposed, before the tone map: RGBA, rows from the top. Of several samples per pixel, their mean
+    /// in linear light. Empty unless they were asked for.
+    pub fn linear(&self) -> Vec<[half::f16; 4]> {
+        let half = |b: &[u8]| half::f16::from_le_bytes([b[0], b[1]]);
+        self.linear.chunks_exact(8).map(|t| [half(&t[0..]), half(&t[2..]), half(&t[4..]), half(&t[6..])]).collect()
+    }
+
     /// World-space shading normals, one per pixel, rows from the top; zero where there is nothing. Empty unless they
     /// were asked for.
     pub fn normals(&self) -> Vec<[f32; 3]> {
@@ -87,15 +105,21 @@ impl Outputs {
         self.normal.chunks_exact(8).map(|t| [half(&t[0..]), half(&t[2..]), half(&t[4..])]).collect()
     }
 
+    /// Entity index plus 1 of each pixel; 0 where there is nothing. Empty unless they were asked for.
+    pub fn ids(&self) -> impl Iterator<Item = u32> + '_ {
+        self.id.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]))
+    }
+
     /// Entity index of each pixel; `None` where there is nothing. Empty unless they were asked for.
     pub fn entities(&self) -> Vec<Option<u32>> {
-        self.id.chunks_exact(4).map(|b| entity_of([b[0], b[1], b[2], b[3]])).collect()
+        self.ids().map(|id| id.checked_sub(1)).collect()
     }
 
     /// Distance along the viewing direction in metres, one per pixel; infinite where there is nothing. Empty unless
     /// they were asked for.
     pub fn depths(&self) -> Vec<f32> {
-        self.depth.chunks_exact(4).map(|b| metres([b[0], b[1], b[2], b[3]], self.view_from_clip)).collect()
+        let depths = self.depth.chunks_exact(4);
+        depths.map(|b| metres(f32::from_le_bytes([b[0], b[1], b[2], b[3]]), self.view_from_clip)).collect()
     }
 }
 
@@ -104,10 +128,11 @@ fn entity_of(texel: [u8; 4]) -> Option<u32> {
 }
 
 /// The distance along the viewing direction of a reversed depth.
-fn metres(texel: [u8; 4], view_from_clip: Mat4) -> f32 {
-    let depth = f32::from_le_bytes(texel);
-    let p = view_from_clip * Vec4::new(0.0, 0.0, depth, 1.0);
-    if depth == 0.0 { f32::INFINITY } else { -p.z / p.w }
+fn metres(depth: f32, view_from_clip: Mat4) -> f32 {
+    // Of (0, 0, depth, 1), from the middle of the picture: where it is does not matter.
+    let z = view_from_clip.z_axis.z * depth + view_from_clip.w_axis.z;
+    let w = view_from_clip.z_axis.w * depth + view_from_clip.w_axis.w;
+    if depth == 0.0 { f32::INFINITY } else { -z / w }
 }
 
 /// What a pixel shows.
@@ -122,19 +147,19 @@ pub struct Picked {
 /// A texture of a view's outputs.
 #[derive(Clone, Debug)]
 pub(super) struct OutputTexture {
-    texture: wgpu::Texture,
-    /// Of all of it.
+    pub texture: wgpu::Texture,
+    /// Of all of it, or of a layer.
     pub view: wgpu::TextureView,
 }
 
 /// Outputs of a view, as the GPU has them. Textures are made when they are first asked for.
 #[derive(Debug, Default)]
 pub(super) struct OutputTextures {
-    color: Option<OutputTexture>,
-    normal: Option<OutputTexture>,
-    id: Option<OutputTexture>,
+    pub color: Option<OutputTexture>,
+    pub normal: Option<OutputTexture>,
+    pub id: Option<OutputTexture>,
     /// Of the pass of one sample per pixel, unless the picture's own pass has that.
-    depth: Option<OutputTexture>,
+    pub depth: Option<OutputTexture>,
 }
 
 impl OutputTextures {
@@ -171,7 +196,7 @@ impl ViewState {
     /// Whether what [`Settings::outputs`](super::Settings::outputs) asks for is drawn in the picture's own pass, which
     /// has one sample per pixel then.
     pub fn draws_together(&self) -> bool {
-        self.together && self.outputs.color
+        self.together && self.outputs.is_shaded()
     }
 
     /// Shading normals as the last frame drew them, `Rgba16Float`, world space; `None` unless the settings ask for
@@ -201,6 +226,10 @@ impl ViewState {
 
     /// Makes the textures of outputs that the settings ask for.
     pub(super) fn fit_outputs(&mut self, device: &wgpu::Device, size: (u32, u32)) {
+        if let Some(layer) = &self.layer {
+            self.output_textures = layer.outputs();
+            return;
+        }
         let (beside, together) = (self.outputs.beside_color(), self.draws_together());
         self.output_textures.fit(device, size, beside, beside != OutputSet::NONE && !together);
     }
@@ -209,7 +238,7 @@ impl ViewState {
     pub(super) fn passes(&self) -> impl Iterator<Item = (Pass, bool)> + use<> {
         let beside = self.outputs.beside_color();
         let outputs = (Pass::Outputs(beside.attached()), !self.draws_together());
-        let scene = (self.outputs.color || self.may_hide).then_some((self.pass, true));
+        let scene = (self.outputs.is_shaded() || self.may_hide).then_some((self.pass, true));
         scene.into_iter().chain((beside != OutputSet::NONE).then_some(outputs))
     }
 }
@@ -226,7 +255,7 @@ impl Renderer {
         let size = view.size()?;
         let label = wgpu::CommandEncoderDescriptor { label: Some("outputs") };
         let mut encoder = self.gpu.device.create_command_encoder(&label);
-        if outputs.color {
+        if outputs.is_shaded() {
             self.encode_picture(&mut encoder, view, size);
         }
         let rest = outputs.beside_color().without(view.drawn_outputs);
@@ -238,16 +267,18 @@ impl Renderer {
             kept.as_ref().filter(|_| wanted).map(|kept| kept.texture.clone())
         };
         let depth = view.drawn_depth(rest == OutputSet::NONE && view.draws_together()).filter(|_| outputs.depth);
+        let linear = view.targets.as_ref().filter(|_| outputs.linear);
         let sources = [
+            linear.map(|targets| targets.hdr.resolved(&self.gpu.device, &mut encoder)),
             kept(&textures.color, outputs.color),
             kept(&textures.normal, outputs.normal),
             kept(&textures.id, outputs.id),
             depth.cloned(),
         ];
-        let [color, normal, id, depth] = view.readback.read(&self.gpu, encoder, &sources);
+        let [linear, color, normal, id, depth] = view.readback.read(&self.gpu, encoder, &sources);
         let (width, height) = size;
         let picture = outputs.color.then(|| image::RgbaImage::from_raw(width, height, color)).flatten();
-        Some(Outputs { width, height, picture, normal, id, depth, view_from_clip: view.view_from_clip })
+        Some(Outputs { width, height, picture, linear, normal, id, depth, view_from_clip: view.view_from_clip })
     }
 
     /// The entity at a pixel, and its distance; `None` where there is nothing, or if the view is not one of those of
@@ -269,7 +300,7 @@ impl Renderer {
         let id = &view.output_textures.id.as_ref()?.texture;
         let depth = view.drawn_depth(rest == OutputSet::NONE && view.draws_together())?;
         let [id, depth] = read_id_and_depth(&self.gpu, encoder, id, depth, pixel);
-        Some(Picked { entity: entity_of(id)?, depth: metres(depth, view.view_from_clip) })
+        Some(Picked { entity: entity_of(id)?, depth: metres(f32::from_le_bytes(depth), view.view_from_clip) })
     }
 
     /// Draws the picture into the texture that the view keeps, with what the settings ask for.

@@ -36,6 +36,26 @@ impl Forward {
     }
 }
 
+/// What a tone map reads, by its binding in shaders/tonemap.wgsl.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum ToneMapSource {
+    /// One sample per pixel.
+    Single,
+    /// Several.
+    Multisampled,
+    /// One sample per pixel of several views, as layers; the target has them one below the other.
+    Layers,
+}
+
+impl ToneMapSource {
+    const ALL: [Self; 3] = [Self::Single, Self::Multisampled, Self::Layers];
+
+    /// Of a view with so many samples per pixel.
+    pub fn of(samples: u32) -> Self {
+        if samples > 1 { Self::Multisampled } else { Self::Single }
+    }
+}
+
 /// Every pipeline of a renderer.
 #[derive(Clone, Debug)]
 pub(super) struct Pipelines {
@@ -43,8 +63,8 @@ pub(super) struct Pipelines {
     pub frame_layout: wgpu::BindGroupLayout,
     /// Group 2 of objects: the picture without blended ones.
     pub scene_color_layout: wgpu::BindGroupLayout,
-    /// Group 0 of the tone map: of one sample per pixel, and of several.
-    tone_map_layouts: [wgpu::BindGroupLayout; 2],
+    /// Group 0 of the tone map, by [`ToneMapSource`].
+    tone_map_layouts: [wgpu::BindGroupLayout; 3],
     forward: Forward,
     /// The same with shadow maps, and group 3 of it; made when a view first asks for it.
     shadowed: Option<(Forward, wgpu::BindGroupLayout)>,
@@ -53,34 +73,37 @@ pub(super) struct Pipelines {
     sky: wgpu::ShaderModule,
     tone_map: wgpu::ShaderModule,
     sky_layout: wgpu::PipelineLayout,
-    tone_map_pipeline_layouts: [wgpu::PipelineLayout; 2],
+    tone_map_pipeline_layouts: [wgpu::PipelineLayout; 3],
     objects: BTreeMap<(Pass, PipelineKey), wgpu::RenderPipeline>,
     skies: BTreeMap<SkyKey, wgpu::RenderPipeline>,
-    /// Few: by target format, curve, and whether pixels have several samples.
-    tone_maps: Vec<((wgpu::TextureFormat, ToneMap, bool), wgpu::RenderPipeline)>,
+    /// Few: by target format and curve, and what is read.
+    tone_maps: Vec<((wgpu::TextureFormat, ToneMap, ToneMapSource), wgpu::RenderPipeline)>,
 }
 
 impl Pipelines {
     pub fn new(device: &wgpu::Device, class_layout: &wgpu::BindGroupLayout) -> Self {
         let module = |label, source| shader_module(device, label, source);
         let frame_layout = frame_layout(device);
-        let picture_layout = |label, multisampled| {
+        let picture_layout = |label, source| {
             device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
                 label: Some(label),
                 entries: &[wgpu::BindGroupLayoutEntry {
-                    binding: u32::from(multisampled),
+                    binding: source as u32,
                     visibility: wgpu::ShaderStages::FRAGMENT,
                     ty: wgpu::BindingType::Texture {
                         sample_type: wgpu::TextureSampleType::Float { filterable: false },
-                        view_dimension: wgpu::TextureViewDimension::D2,
-                        multisampled,
+                        view_dimension: match source {
+                            ToneMapSource::Single | ToneMapSource::Multisampled => wgpu::TextureViewDimension::D2,
+                            ToneMapSource::Layers => wgpu::TextureViewDimension::D2Array,
+                        },
+                        multisampled: source == ToneMapSource::Multisampled,
                     },
                     count: None,
                 }],
             })
         };
-        let scene_color_layout = picture_layout("scene color copy", false);
-        let tone_map_layouts = [false, true].map(|multisampled| picture_layout("tone map source", multisampled));
+        let scene_color_layout = picture_layout("scene color copy", ToneMapSource::Single);
+        let tone_map_layouts = ToneMapSource::ALL.map(|source| picture_layout("tone map source", source));
         let layout = |label, groups: &[_]| pipeline_layout(device, label, groups);
         Self {
             forward: Forward {
@@ -241,27 +264,30 @@ impl Pipelines {
         self.skies.insert(key, pipeline);
     }
 
-    /// Group 0 of the tone map, for so many samples per pixel.
-    pub fn tone_map_layout(&self, samples: u32) -> &wgpu::BindGroupLayout {
-        &self.tone_map_layouts[usize::from(samples > 1)]
+    /// Group 0 of the tone map.
+    pub fn tone_map_layout(&self, source: ToneMapSource) -> &wgpu::BindGroupLayout {
+        &self.tone_map_layouts[source as usize]
     }
 
-    /// The tone-map pipeline for a target format and curve, and for so many samples per pixel of what it reads.
+    /// The tone-map pipeline for a target format and curve, and for what it reads.
     pub fn tone_map(
         &mut self,
         device: &wgpu::Device,
         format: wgpu::TextureFormat,
         curve: ToneMap,
-        samples: u32,
+        source: ToneMapSource,
     ) -> &wgpu::RenderPipeline {
-        let multisampled = samples > 1;
-        let key = (format, curve, multisampled);
+        let key = (format, curve, source);
         let index = self.tone_maps.iter().position(|(k, _)| *k == key).unwrap_or_else(|| {
             let constants = [("TONE_MAP", f64::from(curve as u32))];
-            let fragment = if multisampled { "fs_tonemap_multisampled" } else { "fs_tonemap" };
+            let fragment = match source {
+                ToneMapSource::Single => "fs_tonemap",
+                ToneMapSource::Multisampled => "fs_tonemap_multisampled",
+                ToneMapSource::Layers => "fs_tonemap_layers",
+            };
             let shader = (&self.tone_map, "vs_tonemap", fragment);
             let target = Some(wgpu::ColorTargetState::from(format));
-            let layout = &self.tone_map_pipeline_layouts[usize::from(multisampled)];
+            let layout = &self.tone_map_pipeline_layouts[source as usize];
             let pipeline = fullscreen(device, "tone map", layout, shader, &constants, &[target], None, 1);
             self.tone_maps.push((key, pipeline));
             self.tone_maps.len() - 1

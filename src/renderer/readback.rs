@@ -22,12 +22,47 @@ pub(super) struct Readback {
     buffer: Option<wgpu::Buffer>,
 }
 
-/// Where the first level of a texture lies in a buffer.
-struct Copied {
-    offset: u64,
+/// Layers of a texture to be read, or as many pictures one below the other in a single layer.
+#[derive(Clone, Debug)]
+pub(super) struct Source {
+    pub texture: wgpu::Texture,
+    /// Of a layer, pixels.
+    pub size: (u32, u32),
+    pub layers: u32,
+}
+
+/// Where the texels of a source lie in a mapped buffer.
+#[derive(Clone, Copy)]
+pub(super) struct Packed<'a> {
+    bytes: &'a [u8],
     row: usize,
     padded_row: usize,
     rows: usize,
+}
+
+impl Packed<'_> {
+    /// The texels of a layer, rows tightly packed.
+    pub fn layer(&self, layer: u32) -> Vec<u8> {
+        let first = layer as usize * self.rows * self.padded_row;
+        let rows = self.bytes[first..].chunks_exact(self.padded_row).take(self.rows);
+        let mut texels = Vec::with_capacity(self.row * self.rows);
+        rows.for_each(|row| texels.extend_from_slice(&row[..self.row]));
+        texels
+    }
+}
+
+impl Source {
+    fn row(&self) -> u32 {
+        self.size.0 * texel_bytes(&self.texture, aspect_of(&self.texture))
+    }
+
+    fn padded_row(&self) -> u32 {
+        self.row().next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT)
+    }
+
+    fn bytes(&self) -> u64 {
+        u64::from(self.padded_row()) * u64::from(self.size.1) * u64::from(self.layers)
+    }
 }
 
 impl Readback {
@@ -36,20 +71,17 @@ impl Readback {
     pub fn read<const N: usize>(
         &mut self,
         gpu: &Gpu,
-        mut encoder: wgpu::CommandEncoder,
+        encoder: wgpu::CommandEncoder,
         textures: &[Option<wgpu::Texture>; N],
     ) -> [Vec<u8>; N] {
-        let mut end = 0;
-        let copied = textures.each_ref().map(|texture| {
-            texture.as_ref().map(|texture| {
-                let row = texture.width() * texel_bytes(texture, aspect_of(texture));
-                let padded_row = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT) as usize;
-                let copied = Copied { offset: end, row: row as usize, padded_row, rows: texture.height() as usize };
-                end += padded_row as u64 * u64::from(texture.height());
-                copied
-            })
-        });
-        if N > 1 && end > gpu.device.limits().max_buffer_size {
+        let source = |texture: &wgpu::Texture| Source {
+            texture: texture.clone(),
+            size: (texture.width(), texture.height()),
+            layers: 1,
+        };
+        let sources: Vec<Source> = textures.iter().flatten().map(source).collect();
+        let bytes: u64 = sources.iter().map(Source::bytes).sum();
+        if N > 1 && bytes > gpu.device.limits().max_buffer_size {
             // One after another, with a wait for each.
             gpu.queue.submit([encoder.finish()]);
             return textures.each_ref().map(|texture| {
@@ -57,33 +89,57 @@ impl Readback {
                 texels
             });
         }
-        if self.buffer.as_ref().is_none_or(|buffer| buffer.size() < end) {
-            self.buffer = Some(mappable(gpu, end.max(4)));
-        }
-        let Some(buffer) = &self.buffer else { return [const { Vec::new() }; N] };
-        for (texture, copied) in textures.iter().zip(&copied) {
-            let (Some(texture), Some(copied)) = (texture, copied) else { continue };
-            let layout = wgpu::TexelCopyBufferLayout {
-                offset: copied.offset,
-                bytes_per_row: Some(copied.padded_row as u32),
-                rows_per_image: None,
-            };
+        let read = self.read_layers(gpu, encoder, &sources, |packed| {
+            packed.iter().map(|packed| packed.layer(0)).collect::<Vec<_>>()
+        });
+        let mut read = read.into_iter();
+        textures.each_ref().map(|texture| texture.as_ref().and_then(|_| read.next()).unwrap_or_default())
+    }
+
+    /// Submits commands, and behind them copies of some textures. Waits for the GPU, once, and makes something of what
+    /// is read.
+    pub fn read_layers<T>(
+        &mut self,
+        gpu: &Gpu,
+        mut encoder: wgpu::CommandEncoder,
+        sources: &[Source],
+        make: impl FnOnce(&[Packed<'_>]) -> T,
+    ) -> T {
+        let end = sources.iter().map(Source::bytes).sum::<u64>().max(4);
+        let buffer = match self.buffer.take().filter(|buffer| buffer.size() >= end) {
+            Some(buffer) => buffer,
+            None => mappable(gpu, end),
+        };
+        let mut offset = 0;
+        for source in sources {
+            let layout =
+                wgpu::TexelCopyBufferLayout { offset, bytes_per_row: Some(source.padded_row()), rows_per_image: None };
+            // Layers, or all of a single one.
+            let layers = source.layers.min(source.texture.depth_or_array_layers());
+            let height = source.size.1 * (source.layers / layers);
             encoder.copy_texture_to_buffer(
-                first_level(texture, aspect_of(texture), wgpu::Origin3d::ZERO),
-                wgpu::TexelCopyBufferInfo { buffer, layout },
-                texture.size(),
+                first_level(&source.texture, aspect_of(&source.texture), wgpu::Origin3d::ZERO),
+                wgpu::TexelCopyBufferInfo {
+                    buffer: &buffer,
+                    layout: wgpu::TexelCopyBufferLayout { rows_per_image: Some(height), ..layout },
+                },
+                wgpu::Extent3d { width: source.size.0, height, depth_or_array_layers: layers },
             );
+            offset += source.bytes();
         }
         gpu.queue.submit([encoder.finish()]);
-        mapped(gpu, buffer, |bytes| {
-            copied.map(|copied| {
-                let Some(copied) = copied else { return Vec::new() };
-                let rows = bytes[copied.offset as usize..].chunks_exact(copied.padded_row).take(copied.rows);
-                let mut texels = Vec::with_capacity(copied.row * copied.rows);
-                rows.for_each(|row| texels.extend_from_slice(&row[..copied.row]));
-                texels
-            })
-        })
+        let made = mapped(gpu, &buffer, |bytes| {
+            let mut offset = 0;
+            let packed = |source: &Source| {
+                let bytes = &bytes[offset as usize..(offset + source.bytes()) as usize];
+                offset += source.bytes();
+                let (row, padded_row) = (source.row() as usize, source.padded_row() as usize);
+                Packed { bytes, row, padded_row, rows: source.size.1 as usize }
+            };
+            make(&sources.iter().map(packed).collect::<Vec<_>>())
+        });
+        self.buffer = Some(buffer);
+        made
     }
 }
 

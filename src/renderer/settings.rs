@@ -153,6 +153,9 @@ pub struct Settings {
     pub picked_entity: Option<u32>,
     /// Whether objects that others hide are left out.
     pub occlusion: Occlusion,
+    /// Worlds of at most 512 objects and no cells are culled on the CPU: for small pictures, whose culling would take
+    /// the GPU longer than their drawing. What is drawn is the same.
+    pub few_on_cpu: bool,
     /// Point lights and spots that may have a shadow map at once: the most important ones of those that cast shadows.
     /// The four brightest directional lights have theirs besides. 0: no shadows at all; at most
     /// [`Self::MOST_SHADOW_MAPS`].
@@ -187,6 +190,7 @@ impl Default for Settings {
             specular_aa: true,
             picked_entity: None,
             occlusion: Occlusion::Auto,
+            few_on_cpu: false,
             shadow_maps: 32,
             shadow_taps: 1,
             outputs: OutputSet::COLOR,

@@ -115,6 +115,7 @@ mod tests {
             ("EARLY", Phase::Early.bit()),
             ("LATE", Phase::Late.bit()),
             number("SLICES", culling::SLICES),
+            number("COARSE", few_objects::COARSE),
             number("TOGETHER", culling::TOGETHER),
             number("BLOCK", culling::BLOCK),
             number("MOST_PLANES", Sight::MOST as u32),
@@ -181,10 +182,9 @@ mod tests {
     }
 
     /// Constants that only shaders have, and why.
-    const SHADERS_OWN: [(&str, &str); 24] = [
+    const SHADERS_OWN: [(&str, &str); 23] = [
         ("OUTLINE_AHEAD", "how outlines of portals look"),
         ("OUTLINE_HALF_WIDTH", "the same"),
-        ("COARSE", "set in a shader and read in others"),
         ("STEEPEST", "a bound of the look-up"),
         ("LEVEL_MASK", "a bit of `visibility`, which no other program reads"),
         ("IN_VIEW", "a bit of `visibility`"),

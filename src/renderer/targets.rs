@@ -3,6 +3,8 @@
 //! colours has an edge as bright as a lamp where the lamp covers a fraction of a pixel. That mean is taken only for what
 //! is to be linear: what blended objects refract, and [`super::ViewState::read_linear`].
 
+use super::pipelines::ToneMapSource;
+
 /// Linear HDR.
 pub(super) const HDR_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 /// Reversed depth needs a float format.
@@ -17,14 +19,16 @@ pub(super) struct Targets {
     pub hdr: Hdr,
     pub depth: wgpu::TextureView,
     pub depth_texture: wgpu::Texture,
+    /// Of the textures, that these are.
+    pub layer: u32,
 }
 
 /// Linear colours of each sample.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Hdr {
     pub texture: wgpu::Texture,
-    /// Of all of it.
-    view: wgpu::TextureView,
+    /// Of all of it, or of a layer.
+    pub view: wgpu::TextureView,
     /// For the tone-map pass.
     pub source: wgpu::BindGroup,
 }
@@ -51,7 +55,13 @@ impl Targets {
         let depth_texture = texture(device, "depth", size, DEPTH_FORMAT, samples, usage);
         let depth = whole_view(&depth_texture, "depth");
         let hdr = Hdr::new(device, tone_map_layout, texture(device, "hdr", size, HDR_FORMAT, samples, usage));
-        Self { width: size.0, height: size.1, samples, hdr, depth, depth_texture }
+        Self { width: size.0, height: size.1, samples, hdr, depth, depth_texture, layer: 0 }
+    }
+
+    /// What is to be copied of the colours of one sample per pixel.
+    pub fn hdr_layer(&self) -> wgpu::TexelCopyTextureInfo<'_> {
+        let origin = wgpu::Origin3d { z: self.layer, ..wgpu::Origin3d::ZERO };
+        wgpu::TexelCopyTextureInfo { origin, ..self.hdr.texture.as_image_copy() }
     }
 
     /// Where the scene is drawn; what blended objects refract, if any does.
@@ -68,12 +78,18 @@ impl Targets {
 impl Hdr {
     fn new(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, texture: wgpu::Texture) -> Self {
         let view = whole_view(&texture, "hdr");
-        let binding = u32::from(texture.sample_count() > 1);
-        let source = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("tone map source"),
-            layout,
-            entries: &[wgpu::BindGroupEntry { binding, resource: wgpu::BindingResource::TextureView(&view) }],
+        let source = tone_map_source(device, layout, &view, ToneMapSource::of(texture.sample_count()));
+        Self { texture, view, source }
+    }
+
+    /// One sample per pixel of several views, each a layer.
+    pub fn of_layers(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, texture: wgpu::Texture) -> Self {
+        let view = texture.create_view(&wgpu::TextureViewDescriptor {
+            label: Some("hdr layers"),
+            dimension: Some(wgpu::TextureViewDimension::D2Array),
+            ..wgpu::TextureViewDescriptor::default()
         });
+        let source = tone_map_source(device, layout, &view, ToneMapSource::Layers);
         Self { texture, view, source }
     }
 
@@ -97,6 +113,20 @@ impl Hdr {
         }));
         resolved
     }
+}
+
+fn tone_map_source(
+    device: &wgpu::Device,
+    layout: &wgpu::BindGroupLayout,
+    view: &wgpu::TextureView,
+    source: ToneMapSource,
+) -> wgpu::BindGroup {
+    let resource = wgpu::BindingResource::TextureView(view);
+    device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some("tone map source"),
+        layout,
+        entries: &[wgpu::BindGroupEntry { binding: source as u32, resource }],
+    })
 }
 
 /// A picture of what lies behind blended objects, for those that refract it.
@@ -133,14 +163,26 @@ impl SceneColorCopy {
 pub(super) fn texture(
     device: &wgpu::Device,
     label: &str,
-    (width, height): (u32, u32),
+    size: (u32, u32),
+    format: wgpu::TextureFormat,
+    sample_count: u32,
+    usage: wgpu::TextureUsages,
+) -> wgpu::Texture {
+    layered_texture(device, label, (size, 1), format, sample_count, usage)
+}
+
+/// A 2D texture of some layers.
+pub(super) fn layered_texture(
+    device: &wgpu::Device,
+    label: &str,
+    ((width, height), layers): ((u32, u32), u32),
     format: wgpu::TextureFormat,
     sample_count: u32,
     usage: wgpu::TextureUsages,
 ) -> wgpu::Texture {
     device.create_texture(&wgpu::TextureDescriptor {
         label: Some(label),
-        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: layers },
         mip_level_count: 1,
         sample_count,
         dimension: wgpu::TextureDimension::D2,
@@ -153,4 +195,15 @@ pub(super) fn texture(
 /// A view of all of a texture.
 pub(super) fn whole_view(texture: &wgpu::Texture, label: &str) -> wgpu::TextureView {
     texture.create_view(&wgpu::TextureViewDescriptor { label: Some(label), ..wgpu::TextureViewDescriptor::default() })
+}
+
+/// A view of one layer of a texture.
+pub(super) fn layer_view(texture: &wgpu::Texture, label: &str, layer: u32) -> wgpu::TextureView {
+    texture.create_view(&wgpu::TextureViewDescriptor {
+        label: Some(label),
+        dimension: Some(wgpu::TextureViewDimension::D2),
+        base_array_layer: layer,
+        array_layer_count: Some(1),
+        ..wgpu::TextureViewDescriptor::default()
+    })
 }

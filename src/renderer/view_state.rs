@@ -7,16 +7,18 @@
 use super::cell_view::CellView;
 use super::culling::{CulledView, Culling, Phase};
 use super::emboss::EmbossPass;
+use super::few_objects::FewObjects;
 use super::frame_tables::FrameTables;
 use super::indirect_draws::{Draw, IndirectDraws};
 use super::outputs::{OutputSet, OutputTextures};
 use super::pass::{Attached, Pass, Shadows};
-use super::pipelines::Pipelines;
+use super::pipelines::{Pipelines, ToneMapSource};
 use super::pyramid::{Pyramid, PyramidMaker};
 use super::readback::Readback;
 use super::shadow_maps::ShadowedView;
 use super::tables::GrowingBuffer;
 use super::targets::{Attachments, SceneColorCopy, Targets};
+use super::view_batches::Layer;
 use super::visible_counts::{CountReadback, VisibleCounts};
 use super::{DebugView, Gpu, RenderError, Settings, Uploads};
 use glam::{Mat4, Vec3};
@@ -49,6 +51,8 @@ impl ViewPlan {
 /// anew.
 #[derive(Debug)]
 pub struct ViewState {
+    /// What it is drawn into, if that is shared with other views.
+    pub(super) layer: Option<Layer>,
     /// Of the renderer ([`super::Renderer`]); 0: none yet.
     epoch: u64,
     /// The number of the renderer's `prepare` that went well for it last; 0: none.
@@ -116,6 +120,7 @@ impl ViewState {
     pub fn new(gpu: &Gpu) -> Self {
         let device = &gpu.device;
         Self {
+            layer: None,
             epoch: 0,
             prepared: 0,
             record: device.create_buffer(&wgpu::BufferDescriptor {
@@ -194,7 +199,7 @@ impl ViewState {
 
     /// Whether the passes over the scene are encoded: for the picture, or to find what hides what.
     pub(super) fn draws_scene(&self) -> bool {
-        self.outputs.color || (self.culled.pyramid().is_some() && self.cullings_due > 0)
+        self.outputs.is_shaded() || (self.culled.pyramid().is_some() && self.cullings_due > 0)
     }
 
     /// What the passes over the scene draw into.
@@ -233,7 +238,7 @@ impl ViewState {
     /// First of all when a view is prepared: which renderer it belongs to, and which pass it draws.
     pub(super) fn begin(&mut self, gpu: &Gpu, epoch: u64, list: &DrawList, settings: &Settings) {
         if self.epoch != epoch {
-            *self = Self { epoch, ..Self::new(gpu) };
+            *self = Self { epoch, layer: self.layer.take(), ..Self::new(gpu) };
         }
         self.counts.receive();
         self.levels = settings.levels.enabled;
@@ -259,8 +264,10 @@ impl ViewState {
         };
         self.pass = pass(Attached::default());
         let adds_up = self.adds_up(list);
-        self.together =
-            settings.outputs.color && settings.outputs != OutputSet::COLOR && settings.samples == 1 && !adds_up;
+        self.together = settings.outputs.is_shaded()
+            && settings.outputs.beside_color() != OutputSet::NONE
+            && settings.samples == 1
+            && !adds_up;
         let beside = if self.together { settings.outputs.attached() } else { Attached::default() };
         self.pass = pass(beside);
     }
@@ -329,7 +336,9 @@ impl ViewState {
             // What there is no memory for fails again where it is used.
             let invalid = device.push_error_scope(wgpu::ErrorFilter::Validation);
             let no_memory = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
-            let targets = Targets::new(device, pipelines.tone_map_layout(samples), size, samples);
+            let layer = self.layer.as_ref().filter(|_| samples == 1);
+            let new = || Targets::new(device, pipelines.tone_map_layout(ToneMapSource::of(samples)), size, samples);
+            let targets = layer.map_or_else(new, Layer::targets);
             let errors = [no_memory.pop(), invalid.pop()].map(pollster::block_on);
             if let Some(error) = errors.into_iter().flatten().next() {
                 return Err(RenderError::NoMemory { size: size.into(), samples, reason: error.to_string() });
@@ -355,6 +364,12 @@ impl ViewState {
         self.shown = None;
     }
 
+    /// Draws into a layer of shared textures from the next `prepare` on.
+    pub(super) fn set_layer(&mut self, layer: Layer) {
+        self.drop_targets();
+        self.layer = Some(layer);
+    }
+
     /// Makes what the debug view of cells needs; `None`: it is not shown.
     pub(super) fn fit_cells(
         &mut self,
@@ -373,9 +388,13 @@ impl ViewState {
         culling: &Culling,
         draws: &IndirectDraws,
         plan: &ViewPlan,
-        cells: Option<&Cells>,
+        (cells, few): (Option<&Cells>, Option<&FewObjects>),
     ) -> Result<(), RenderError> {
-        self.recull = self.culled.prepare(gpu, culling, draws, plan, cells)?;
+        let few = few.filter(|_| plan.settings.few_on_cpu && self.culled.pyramid().is_none());
+        self.recull = match few.map(|few| few.visible(&plan.view, &plan.settings.levels, &draws.list)) {
+            Some(visible) => self.culled.list(gpu, visible)?,
+            None => self.culled.prepare(gpu, culling, draws, plan, cells)?,
+        };
         Ok(())
     }
 

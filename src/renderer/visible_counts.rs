@@ -101,6 +101,9 @@ impl Renderer {
         if !self.is_prepared(view) {
             return VisibleCounts::default();
         }
+        if view.culled.direct().is_some() {
+            return self.direct_counts(view);
+        }
         let mut drawn = self.visible_blended(view);
         let bytes = self.draws_of(view).list.len() as u64 * ARGUMENT_BYTES;
         for phase in view.phases().filter(|_| bytes > 0) {
@@ -114,6 +117,9 @@ impl Renderer {
     pub fn read_visible_slots(&self, view: &ViewState) -> Vec<u32> {
         if !self.is_prepared(view) {
             return Vec::new();
+        }
+        if let Some(direct) = view.culled.direct() {
+            return direct.slots.clone();
         }
         let words = |buffer: &wgpu::Buffer| {
             let bytes = read_buffer(&self.gpu, buffer, buffer.size());
@@ -134,6 +140,16 @@ impl Renderer {
             }
         }
         slots
+    }
+
+    /// Of a view whose objects were culled on the CPU.
+    pub(super) fn direct_counts(&self, view: &ViewState) -> VisibleCounts {
+        let mut drawn = self.visible_blended(view);
+        let listed = view.culled.direct().map_or(&[][..], |direct| &direct.ranges);
+        for (draw, slots) in self.draws_of(view).list.iter().zip(listed) {
+            drawn.add(slots.len() as u32, draw.indirect.index_count);
+        }
+        drawn
     }
 
     /// Blended objects are not culled by the GPU.

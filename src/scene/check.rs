@@ -201,6 +201,7 @@ impl<'a> Check<'a> {
         self.field("meshes", |c| {
             c.entries(&scene.meshes, Self::mesh);
         });
+        self.classes(&scene.classes);
         self.cells();
         self.roads();
         let mut entities = 0u64;
@@ -249,6 +250,12 @@ impl<'a> Check<'a> {
         }
         if let Some(camera) = &e.camera {
             self.field("camera", |c| c.camera(camera));
+        }
+        if let Some(sensor) = &e.sensor {
+            self.field("sensor", |c| c.sensor(sensor, e.name.is_some()));
+        }
+        if let Some(class) = &e.class {
+            self.field("class", |c| c.known_class(class));
         }
         if let Some(spin) = &e.spin {
             self.field("spin", |c| {

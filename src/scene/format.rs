@@ -7,6 +7,7 @@
 use super::custom_fields::{self, Custom};
 pub use super::lights::Light;
 pub use super::roads::*;
+pub use super::sensors::{Class, Sensor};
 pub use super::surfaces::*;
 use super::values::{Color, Named, Scale, names, one_of};
 use serde::{Deserialize, Deserializer};
@@ -31,6 +32,7 @@ pub struct Scene {
     pub traffic: Traffic,
     pub cells: Named<Cell>,
     pub portals: Vec<Portal>,
+    pub classes: Named<Class>,
     pub entities: Vec<Entity>,
     pub generators: Vec<Generator>,
     #[serde(skip)]
@@ -62,6 +64,7 @@ impl Default for Scene {
             traffic: Traffic::default(),
             cells: Named::default(),
             portals: Vec::new(),
+            classes: Named::default(),
             entities: Vec::new(),
             generators: Vec::new(),
             custom: Custom::default(),
@@ -195,6 +198,9 @@ pub struct Entity {
     pub lights: Option<Lights>,
     pub light: Option<Light>,
     pub camera: Option<Camera>,
+    pub sensor: Option<Sensor>,
+    pub class: Option<String>,
+    pub instance: Option<bool>,
     pub spin: Option<Spin>,
     pub vehicle: Option<Vehicle>,
     pub signal_head: Option<SignalHead>,

@@ -14,6 +14,7 @@
 //! physical                  vehicles as bodies, if the build has physics
 //! spawn, generate           entities, and generators' copies of them
 //! cells                     rooms and portals
+//! sensors                   sensors, and classes of what they see
 //! rig                       light and a camera for what brings none; a glTF file is a scene as well
 //! ```
 //!
@@ -47,6 +48,7 @@ mod rig;
 mod road_warnings;
 #[cfg_attr(not(feature = "vehicles"), allow(dead_code))]
 mod roads;
+mod sensors;
 mod slips;
 mod spawn;
 mod surfaces;

@@ -6,6 +6,7 @@ use super::format::{self, Entity as Source, Scene};
 use super::generate;
 use super::lights;
 use super::physical;
+use super::sensors;
 use super::turned_meshes::TurnedMeshes;
 use super::values::place;
 use super::vehicles::{self, OnRoute, Room, VehiclesFound};
@@ -19,6 +20,7 @@ use systems::assets::{Library, MaterialId, MeshId, MeshVariants};
 use systems::draw::pieces::PiecesReport;
 use systems::draw::{Camera, Projection, pieces};
 use systems::lights::{Light, LightKind, LightPolicies, NoShadow, ShadowLights};
+use systems::sensors::{Classes, Instance};
 use systems::space::{Aabb, Hidden, Spin, Transform};
 
 /// What spawning found out about the scene.
@@ -46,6 +48,7 @@ pub fn spawn(scene: &Scene, items: &Items, world: &mut World) -> Spawned {
         vehicles: VehiclesFound::default(),
         found: Spawned::default(),
     };
+    spawner.world.insert_resource(sensors::classes(&scene.classes));
     spawner.found.warnings = vehicles::insert(scene, spawner.world);
     if let Some(lights) = scene.lights {
         spawner.world.insert_resource(LightPolicies::same(lights.policy()));
@@ -249,6 +252,17 @@ impl Spawner<'_> {
             let name = placement.name.clone().unwrap_or_else(|| format!("camera {}", self.found.cameras.len() + 1));
             self.world.entity_mut(entity).insert((camera(source), Name::new(name.clone())));
             self.found.cameras.push((name, entity));
+        }
+        if let Some(source) = &source.sensor {
+            self.world.entity_mut(entity).insert(sensors::sensor(source));
+        }
+        if let Some(class) = source.class.as_ref().and_then(|name| self.world.resource::<Classes>().find(name)) {
+            self.world.entity_mut(entity).insert(class);
+        }
+        // What a model consists of is one thing, unless it is a part of another.
+        let is_model = matches!(placement.mesh.and_then(|mesh| self.items.shape(mesh)), Some(Shape::Model(..)));
+        if source.instance.unwrap_or(is_model && parent.is_none()) {
+            self.world.entity_mut(entity).insert(Instance);
         }
         self.note_large(source, placement, entity, &world_from_entity);
         self.figure(source, material, entity, &world_from_entity);

@@ -1,5 +1,6 @@
 //! Cameras as components.
 
+use super::intrinsics::Intrinsics;
 use crate::space::transform::Transform;
 use bevy_ecs::prelude::*;
 
@@ -13,6 +14,13 @@ pub enum Projection {
         fov_y: f32,
         /// Width over height; `None`: that of the target.
         aspect: Option<f32>,
+    },
+    /// Any focal lengths and principal point.
+    Pinhole {
+        /// For pictures of `size`.
+        intrinsics: Intrinsics,
+        /// Width and height, pixels; a target of another size shows that picture whole.
+        size: (u32, u32),
     },
     /// Parallel projection; half the height of the visible box in metres.
     Orthographic {

@@ -16,6 +16,7 @@ pub mod hooks;
 pub(crate) mod incomplete;
 pub(crate) mod instance_records;
 pub(crate) mod instances;
+pub(crate) mod intrinsics;
 pub(crate) mod light_records;
 pub(crate) mod list;
 pub(crate) mod materials;
@@ -32,6 +33,7 @@ pub use frame_data::FrameData;
 pub use incomplete::{Incomplete, complete};
 pub use instance_records::{InstanceRecords, InstanceSlots};
 pub use instances::{InstanceTable, update_instances};
+pub use intrinsics::Intrinsics;
 pub use light_records::update_light_table;
 pub use list::{
     Batch, BatchKey, ClassId, DrawList, LightFeatures, MaterialClass, PAGE_SLOTS, PipelineKey, TextureArray,

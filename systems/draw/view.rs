@@ -55,6 +55,10 @@ impl View {
                     proj::perspective_infinite_reverse(fov_y, target_aspect, near)
                 }
             }
+            Projection::Pinhole { intrinsics, size } => {
+                let own = (self.width, self.height);
+                intrinsics.scaled(size, own).clip_from_view(own, near, far)
+            }
             Projection::Orthographic { half_height, aspect } => {
                 let half_height = half_height * widen(aspect);
                 let half_width = half_height * target_aspect;

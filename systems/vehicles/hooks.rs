@@ -8,6 +8,7 @@ use super::signals::Signals;
 use super::traffic::Traffic;
 use super::types::VehicleTypes;
 use super::{parts, steering, turns};
+use crate::sensors::labels::Instance;
 use crate::space::transform::Transform;
 use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
@@ -23,6 +24,7 @@ use glam::Vec3;
 pub fn register(world: &mut World) {
     world.register_required_components::<Vehicle, Switches>();
     world.register_required_components::<Vehicle, Lamps>();
+    world.register_required_components::<Vehicle, Instance>();
     world.register_component_hooks::<Vehicle>().on_add(become_vehicle);
     world.register_component_hooks::<OnRoute>().on_add(stand_on_route);
     world.init_resource::<VehicleTypes>();

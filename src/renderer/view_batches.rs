@@ -1,0 +1,348 @@
+//! Many views in one submission: views of one size are layers of shared textures, and come back through one buffer.
+//!
+//! ```text
+//! prepare          uploads, lists, and a layer for each view
+//! encode_scene     a pass per view, each into its own layer, from its corner (0, 0)
+//! tone map         one pass for all layers, into one tall picture; a view with several samples per pixel has its own
+//! copies           one per output, of all layers
+//! submit, map      once
+//! ```
+//!
+//! Layers, not parts of one large texture with a viewport each: where a view lies in a texture changes how window
+//! coordinates and planes round. In layers a view's bits are those that it has alone, whatever is drawn beside it.
+
+use super::encode::color_attachment;
+use super::objects::Encoded;
+use super::outputs::{OutputTexture, OutputTextures};
+use super::pass::{ID_FORMAT, NORMAL_FORMAT};
+use super::pipelines::{Pipelines, ToneMapSource};
+use super::readback::{Readback, Source};
+use super::targets::{DEPTH_FORMAT, HDR_FORMAT, Hdr, Targets, layer_view, layered_texture};
+use super::{Gpu, OutputSet, Outputs, PICTURE_FORMAT, RenderError, Renderer, ViewPlan, ViewState, ViewTarget};
+use systems::draw::FrameData;
+
+/// Layers of a texture that every adapter has (WebGPU, 3.6.2 "Limits": maxTextureArrayLayers).
+const MOST_LAYERS: u32 = 256;
+
+/// Bytes of the textures of a batch, beyond which there is another batch: a large view's passes take so long that
+/// nothing is gained by more of them in one submission.
+const MOST_BYTES: u64 = 256 << 20;
+
+/// What [`Renderer::draw_views`] keeps from frame to frame: the states of views, in batches of one size and one set of
+/// outputs, and the textures that they share.
+#[derive(Debug, Default)]
+pub struct ViewBatches {
+    batches: Vec<Batch>,
+    readback: Readback,
+}
+
+/// What views of a batch have in common.
+#[derive(Clone, Copy, PartialEq, Debug)]
+struct BatchKey {
+    size: (u32, u32),
+    samples: u32,
+    outputs: OutputSet,
+}
+
+#[derive(Debug)]
+struct Batch {
+    key: BatchKey,
+    states: Vec<ViewState>,
+    textures: Option<LayerTextures>,
+    /// It has views in the frame at hand.
+    is_used: bool,
+}
+
+/// The textures of a batch.
+#[derive(Debug)]
+struct LayerTextures {
+    /// With the group of all layers as the tone map reads it. Of one layer that is not drawn into, where views have
+    /// several samples per pixel.
+    hdr: Hdr,
+    depth: wgpu::Texture,
+    normal: Option<wgpu::Texture>,
+    id: Option<wgpu::Texture>,
+    /// All pictures, one below the other; layers, where views have several samples per pixel.
+    picture: wgpu::Texture,
+}
+
+/// The part of a batch's textures that a view is drawn into.
+#[derive(Clone, Debug)]
+pub(super) struct Layer {
+    index: u32,
+    size: (u32, u32),
+    hdr: Hdr,
+    depth: OutputTexture,
+    normal: Option<OutputTexture>,
+    id: Option<OutputTexture>,
+}
+
+impl Layer {
+    /// The targets of its view, with one sample per pixel.
+    pub fn targets(&self) -> Targets {
+        Targets {
+            width: self.size.0,
+            height: self.size.1,
+            samples: 1,
+            hdr: self.hdr.clone(),
+            depth: self.depth.view.clone(),
+            depth_texture: self.depth.texture.clone(),
+            layer: self.index,
+        }
+    }
+
+    /// What outputs are drawn into, beside the picture or after it.
+    pub fn outputs(&self) -> OutputTextures {
+        let depth = Some(self.depth.clone());
+        OutputTextures { color: None, normal: self.normal.clone(), id: self.id.clone(), depth }
+    }
+}
+
+impl LayerTextures {
+    fn new(gpu: &Gpu, pipelines: &Pipelines, key: BatchKey, layers: u32) -> Result<Self, RenderError> {
+        let device = &gpu.device;
+        let invalid = device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let no_memory = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+        let (width, height) = key.size;
+        let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
+        let bound = usage | wgpu::TextureUsages::TEXTURE_BINDING;
+        let texture = |label, format, usage| layered_texture(device, label, (key.size, layers), format, 1, usage);
+        let is_single = key.samples == 1;
+        let hdr_size = if is_single { (key.size, layers) } else { ((1, 1), 1) };
+        let hdr = layered_texture(device, "hdr layers", hdr_size, HDR_FORMAT, 1, bound);
+        let picture_size = if is_single { ((width, height * layers), 1) } else { (key.size, layers) };
+        let textures = Self {
+            hdr: Hdr::of_layers(device, pipelines.tone_map_layout(ToneMapSource::Layers), hdr),
+            depth: texture("depth layers", DEPTH_FORMAT, bound),
+            normal: key.outputs.normal.then(|| texture("normal layers", NORMAL_FORMAT, usage)),
+            id: key.outputs.id.then(|| texture("id layers", ID_FORMAT, usage)),
+            picture: layered_texture(device, "pictures", picture_size, PICTURE_FORMAT, 1, usage),
+        };
+        let errors = [no_memory.pop(), invalid.pop()].map(pollster::block_on);
+        match errors.into_iter().flatten().next() {
+            Some(error) => {
+                Err(RenderError::NoMemory { size: key.size.into(), samples: key.samples, reason: error.to_string() })
+            }
+            None => Ok(textures),
+        }
+    }
+
+    fn layer(&self, key: BatchKey, index: u32) -> Layer {
+        let output = |texture: &wgpu::Texture, label| OutputTexture {
+            view: layer_view(texture, label, index),
+            texture: texture.clone(),
+        };
+        let hdr_layer = if key.samples == 1 { index } else { 0 };
+        Layer {
+            index,
+            size: key.size,
+            hdr: Hdr { view: layer_view(&self.hdr.texture, "hdr layer", hdr_layer), ..self.hdr.clone() },
+            depth: output(&self.depth, "depth layer"),
+            normal: self.normal.as_ref().map(|texture| output(texture, "normal layer")),
+            id: self.id.as_ref().map(|texture| output(texture, "id layer")),
+        }
+    }
+}
+
+impl BatchKey {
+    fn of(plan: &ViewPlan) -> Self {
+        Self { size: plan.size(), samples: plan.settings.samples, outputs: plan.settings.outputs }
+    }
+
+    /// How many views a batch of these may have.
+    fn most_views(self, gpu: &Gpu) -> usize {
+        let (width, height) = (u64::from(self.size.0), u64::from(self.size.1));
+        let own = if self.samples == 1 { 0 } else { 12 * u64::from(self.samples) };
+        // Of colours, depths, normals, ids and the picture.
+        let bytes = width * height * (8 + 4 + 8 + 4 + 4 + own);
+        let fit = (MOST_BYTES / bytes.max(1)).max(1);
+        let limits = gpu.device.limits();
+        let tall = u64::from(limits.max_texture_dimension_2d) / height.max(1);
+        fit.min(tall.max(1)).min(u64::from(MOST_LAYERS.min(limits.max_texture_array_layers))) as usize
+    }
+}
+
+impl ViewBatches {
+    /// The batch of a kind, which is made where there is none.
+    fn batch(&mut self, key: BatchKey) -> &mut Batch {
+        let found = self.batches.iter().position(|batch| batch.key == key);
+        let index = found.unwrap_or_else(|| {
+            self.batches.push(Batch { key, states: Vec::new(), textures: None, is_used: true });
+            self.batches.len() - 1
+        });
+        let batch = &mut self.batches[index];
+        batch.is_used = true;
+        batch
+    }
+}
+
+impl Batch {
+    /// Has states and layers for so many views.
+    fn fit(&mut self, gpu: &Gpu, pipelines: &Pipelines, views: usize) -> Result<(), RenderError> {
+        if self.states.len() < views {
+            self.states.resize_with(views, || ViewState::new(gpu));
+            self.textures = None;
+        }
+        if self.textures.is_none() {
+            let textures = LayerTextures::new(gpu, pipelines, self.key, self.states.len() as u32)?;
+            for (index, state) in (0..).zip(&mut self.states) {
+                state.set_layer(textures.layer(self.key, index));
+            }
+            self.textures = Some(textures);
+        }
+        Ok(())
+    }
+}
+
+impl Renderer {
+    /// Draws views of a frame and reads back what their settings ask for, in the order of the plans. Views that agree in
+    /// size, samples and outputs are drawn together, with one wait for the GPU. What a view shows does not depend on
+    /// the others, to the bit. Views are told apart by their place among those alike: keep their order from frame to
+    /// frame.
+    ///
+    /// Prepares the views itself: those of an earlier [`Self::prepare`] have to be prepared again.
+    ///
+    /// # Errors
+    /// [`RenderError`].
+    pub fn draw_views(
+        &mut self,
+        frame: &mut FrameData<'_>,
+        batches: &mut ViewBatches,
+        plans: &[ViewPlan],
+    ) -> Result<Vec<Outputs>, RenderError> {
+        batches.batches.iter_mut().for_each(|batch| batch.is_used = false);
+        let mut results: Vec<Option<Outputs>> = plans.iter().map(|_| None).collect();
+        let mut open: Vec<usize> = (0..plans.len()).collect();
+        while let Some(&first) = open.first() {
+            let key = BatchKey::of(&plans[first]);
+            let alike: Vec<usize> = open.iter().copied().filter(|&i| BatchKey::of(&plans[i]) == key).collect();
+            open.retain(|i| !alike.contains(i));
+            for together in alike.chunks(key.most_views(&self.gpu)) {
+                let plans: Vec<ViewPlan> = together.iter().map(|&i| plans[i].clone()).collect();
+                let drawn = self.draw_batch(frame, batches, key, plans)?;
+                together.iter().zip(drawn).for_each(|(&i, outputs)| results[i] = Some(outputs));
+            }
+        }
+        // What has no view any more gives its memory back.
+        batches.batches.retain(|batch| batch.is_used);
+        self.gpu.check()?;
+        Ok(results.into_iter().flatten().collect())
+    }
+
+    fn draw_batch(
+        &mut self,
+        frame: &mut FrameData<'_>,
+        batches: &mut ViewBatches,
+        key: BatchKey,
+        plans: Vec<ViewPlan>,
+    ) -> Result<Vec<Outputs>, RenderError> {
+        let count = plans.len();
+        let limit = self.gpu.device.limits().max_texture_dimension_2d;
+        if key.size.0.max(key.size.1) > limit {
+            let (needed, limit) = (key.size.0.max(key.size.1).into(), limit.into());
+            return Err(RenderError::TooLarge { what: "the picture", unit: "pixels along a side", needed, limit });
+        }
+        batches.batch(key).fit(&self.gpu, &self.pipelines, count)?;
+        let ViewBatches { batches, readback } = batches;
+        let Some(Batch { states, textures: Some(textures), .. }) = batches.iter_mut().find(|batch| batch.key == key)
+        else {
+            return Ok(Vec::new());
+        };
+        let states = &mut states[..count];
+        let mut views: Vec<_> = states.iter_mut().zip(plans).collect();
+        self.prepare(frame, &mut views)?;
+        let label = wgpu::CommandEncoderDescriptor { label: Some("views") };
+        let mut encoder = self.gpu.device.create_command_encoder(&label);
+        let pictures: Vec<_> = (0..if key.samples == 1 { 1 } else { count as u32 })
+            .map(|index| layer_view(&textures.picture, "picture", index))
+            .collect();
+        let targets: Vec<_> = states
+            .iter_mut()
+            .enumerate()
+            .map(|(index, state)| ViewTarget::new(state, &pictures[index.min(pictures.len() - 1)], PICTURE_FORMAT))
+            .collect();
+        self.begin_encoding(&mut encoder, &targets);
+        let mut encoded = Encoded::default();
+        for mut target in targets {
+            self.encode_scene(&mut encoder, &mut target, &mut encoded);
+            if key.samples > 1 {
+                self.encode_tone_map(&mut encoder, &target);
+            }
+            target.state.drawn_now();
+        }
+        (self.stats.draws, self.stats.draw_calls) = (encoded.draws, encoded.calls);
+        if key.samples == 1 && key.outputs.color {
+            self.encode_tone_map_of_layers(&mut encoder, (textures, key, count as u32), &pictures[0], states);
+        }
+        self.finish_timestamps(&mut encoder);
+
+        let resolved: Vec<_> = states
+            .iter()
+            .filter(|_| key.outputs.linear && key.samples > 1)
+            .filter_map(|state| state.targets.as_ref())
+            .map(|targets| targets.hdr.resolved(&self.gpu.device, &mut encoder))
+            .collect();
+        let layers =
+            |texture: &wgpu::Texture| Source { texture: texture.clone(), size: key.size, layers: count as u32 };
+        let mut sources = Vec::new();
+        let mut place = |wanted: bool, made: Vec<Source>| {
+            let first = sources.len();
+            sources.extend(made.into_iter().filter(|_| wanted));
+            first
+        };
+        let color = place(key.outputs.color, vec![layers(&textures.picture)]);
+        let linear_layers = if key.samples == 1 {
+            vec![layers(&textures.hdr.texture)]
+        } else {
+            resolved.iter().map(|texture| Source { texture: texture.clone(), size: key.size, layers: 1 }).collect()
+        };
+        let linear = place(key.outputs.linear, linear_layers);
+        let normal = place(key.outputs.normal, textures.normal.iter().map(layers).collect());
+        let id = place(key.outputs.id, textures.id.iter().map(layers).collect());
+        let depth = place(key.outputs.depth, vec![layers(&textures.depth)]);
+        let read = readback.read_layers(&self.gpu, encoder, &sources, |packed| {
+            let texels = |wanted: bool, source: usize, view: usize| {
+                if wanted { packed[source].layer(view as u32) } else { Vec::new() }
+            };
+            let outputs = |view: usize| {
+                let linear_of = if key.samples == 1 { (linear, view) } else { (linear + view, 0) };
+                Outputs {
+                    width: key.size.0,
+                    height: key.size.1,
+                    picture: image::RgbaImage::from_raw(key.size.0, key.size.1, texels(key.outputs.color, color, view))
+                        .filter(|_| key.outputs.color),
+                    linear: texels(key.outputs.linear, linear_of.0, linear_of.1),
+                    normal: texels(key.outputs.normal, normal, view),
+                    id: texels(key.outputs.id, id, view),
+                    depth: texels(key.outputs.depth, depth, view),
+                    view_from_clip: states[view].view_from_clip,
+                }
+            };
+            (0..count).map(outputs).collect()
+        });
+        Ok(read)
+    }
+
+    /// From the linear colours of all layers to their pictures.
+    fn encode_tone_map_of_layers(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        (textures, key, count): (&LayerTextures, BatchKey, u32),
+        target: &wgpu::TextureView,
+        states: &[ViewState],
+    ) {
+        // The views of a world have one tone map, but for debug views, which have none.
+        let Some(tone_map) = states.first().map(|state| state.tone_map) else { return };
+        let pipeline = self.pipelines.tone_map(&self.gpu.device, PICTURE_FORMAT, tone_map, ToneMapSource::Layers);
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("tone map"),
+            color_attachments: &[Some(color_attachment(target))],
+            timestamp_writes: self.timestamps.as_ref().and_then(|timestamps| timestamps.render_pass("tone map")),
+            ..wgpu::RenderPassDescriptor::default()
+        });
+        pass.set_scissor_rect(0, 0, key.size.0, key.size.1 * count);
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(0, &textures.hdr.source, &[]);
+        pass.draw(0..3, 0..1);
+    }
+}

@@ -1,0 +1,251 @@
+//! Sensors of scene files: how they are written, what is wrong with them, and what they become; and the classes that
+//! outputs have for what is seen.
+
+use super::check::{Check, SIZES};
+use super::faults::unknown;
+use super::places::Step;
+use super::values::{Color, Named, names, one_of};
+use serde::{Deserialize, Deserializer};
+use systems::assets::color::srgb_from_linear;
+use systems::draw::Intrinsics;
+use systems::sensors::{self, CameraOutput, CameraOutputs, ClassInfo, Classes, SensorKind};
+
+/// Pixels along a side.
+const LARGEST_PICTURE: u32 = 16384;
+/// Steps.
+const SLOWEST: u32 = 1_000_000;
+
+#[derive(Deserialize, Debug)]
+#[serde(rename_all = "snake_case")]
+pub enum Sensor {
+    Camera(CameraSensor),
+}
+
+#[derive(Deserialize, Debug)]
+#[serde(default, deny_unknown_fields)]
+pub struct CameraSensor {
+    pub size: [u32; 2],
+    pub lens: Lens,
+    pub near: f32,
+    pub far: Option<f32>,
+    #[serde(deserialize_with = "outputs")]
+    pub outputs: Vec<CameraOutput>,
+    pub samples: u32,
+    pub every: u32,
+    pub phase: u32,
+}
+
+impl Default for CameraSensor {
+    fn default() -> Self {
+        let camera = sensors::CameraSensor::default();
+        Self {
+            size: camera.size.into(),
+            lens: Lens::default(),
+            near: camera.near,
+            far: None,
+            outputs: camera.outputs.iter().map(|(_, output)| output).collect(),
+            samples: camera.samples,
+            every: 1,
+            phase: 0,
+        }
+    }
+}
+
+#[derive(Deserialize, Debug)]
+#[serde(rename_all = "snake_case")]
+pub enum Lens {
+    FieldOfView(FieldOfView),
+    Pinhole(Pinhole),
+    Orthographic(Orthographic),
+}
+
+impl Default for Lens {
+    fn default() -> Self {
+        Self::FieldOfView(FieldOfView { x_degrees: None, y_degrees: Some(60.0) })
+    }
+}
+
+/// One of the two.
+#[derive(Deserialize, Debug, Default)]
+#[serde(default, deny_unknown_fields)]
+pub struct FieldOfView {
+    pub x_degrees: Option<f32>,
+    pub y_degrees: Option<f32>,
+}
+
+/// Pixels.
+#[derive(Deserialize, Debug)]
+#[serde(deny_unknown_fields)]
+pub struct Pinhole {
+    pub fx: f64,
+    pub fy: f64,
+    pub cx: f64,
+    pub cy: f64,
+}
+
+#[derive(Deserialize, Debug)]
+#[serde(deny_unknown_fields)]
+pub struct Orthographic {
+    pub half_height: f32,
+}
+
+/// A semantic class of a scene's own.
+#[derive(Deserialize, Debug)]
+#[serde(deny_unknown_fields)]
+pub struct Class {
+    pub id: u8,
+    #[serde(default = "black")]
+    pub color: Color,
+    #[serde(default)]
+    pub thing: bool,
+    #[serde(default = "not_trained")]
+    pub train_id: u8,
+}
+
+fn black() -> Color {
+    Color::linear(glam::Vec3::ZERO)
+}
+
+fn not_trained() -> u8 {
+    255
+}
+
+#[derive(Deserialize)]
+#[serde(transparent)]
+struct Output(#[serde(deserialize_with = "output")] CameraOutput);
+
+fn output<'de, D: Deserializer<'de>>(deserializer: D) -> Result<CameraOutput, D::Error> {
+    const NAMES: [&str; CameraOutput::ALL.len()] = names(&CameraOutput::ALL);
+    one_of(&CameraOutput::ALL, &NAMES, deserializer)
+}
+
+fn outputs<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<CameraOutput>, D::Error> {
+    Ok(Vec::<Output>::deserialize(deserializer)?.into_iter().map(|Output(output)| output).collect())
+}
+
+impl Check<'_> {
+    pub fn classes(&mut self, classes: &Named<Class>) {
+        self.field("classes", |c| {
+            c.entries(classes, |c, class| {
+                if class.id == 0 {
+                    c.field("id", |c| c.fault("expected a number from 1 to 255: 0 is what has no class"));
+                }
+                let same = classes.entries().iter().take_while(|(_, other)| !std::ptr::eq(other, class));
+                if let Some((name, _)) = same.into_iter().find(|(_, other)| other.id == class.id) {
+                    c.field("id", |c| c.fault(format_args!("duplicate id {}: class {name:?} has it", class.id)));
+                }
+                c.color("color", class.color, 1.0);
+            });
+        });
+    }
+
+    /// The name of a class of the scene, or of Cityscapes where it has none of its own.
+    pub fn known_class(&mut self, name: &str) {
+        let classes = classes(&self.scene.classes);
+        if classes.find(name).is_none() {
+            let message = unknown("class", name, classes.0.iter().map(|class| class.name.as_str()));
+            self.fault(message);
+        }
+    }
+
+    pub fn sensor(&mut self, sensor: &Sensor, is_named: bool) {
+        if !is_named {
+            self.fault("expected the entity to have a name, by which outputs call the sensor");
+        }
+        let Sensor::Camera(camera) = sensor;
+        self.camera_sensor(camera);
+    }
+
+    fn camera_sensor(&mut self, camera: &CameraSensor) {
+        self.field("size", |c| {
+            for (i, side) in camera.size.into_iter().enumerate() {
+                if !(1..=LARGEST_PICTURE).contains(&side) {
+                    let message = format!("expected pixels from 1 to {LARGEST_PICTURE}, found {side}");
+                    c.inside(Step::Index(i), "", |c| c.fault(message));
+                }
+            }
+        });
+        self.number("near", camera.near, SIZES.0, SIZES.1);
+        if let Some(far) = camera.far
+            && !(far > camera.near && far <= 1e9)
+        {
+            self.field("far", |c| c.fault(format_args!("expected more than near, at most 1e9, found {far}")));
+        }
+        self.field("lens", |c| match &camera.lens {
+            Lens::FieldOfView(lens) => match (lens.x_degrees, lens.y_degrees) {
+                (Some(degrees), None) => c.number("x_degrees", degrees, 0.01, 179.0),
+                (None, Some(degrees)) => c.number("y_degrees", degrees, 0.01, 179.0),
+                _ => c.fault("expected one of x_degrees and y_degrees"),
+            },
+            Lens::Pinhole(lens) => {
+                let far = 100.0 * f64::from(LARGEST_PICTURE);
+                for (name, value, least) in
+                    [("fx", lens.fx, 1e-3), ("fy", lens.fy, 1e-3), ("cx", lens.cx, -far), ("cy", lens.cy, -far)]
+                {
+                    if !(least..=far).contains(&value) {
+                        let message = format!("expected pixels from {least} to {far}, found {value}");
+                        c.field(name, |c| c.fault(message));
+                    }
+                }
+            }
+            Lens::Orthographic(lens) => c.number("half_height", lens.half_height, SIZES.0, SIZES.1),
+        });
+        if camera.outputs.is_empty() {
+            self.field("outputs", |c| c.fault("expected at least one output"));
+        }
+        if ![1, 4].contains(&camera.samples) {
+            self.field("samples", |c| c.fault(format_args!("expected 1 or 4, found {}", camera.samples)));
+        }
+        if !(1..=SLOWEST).contains(&camera.every) {
+            let message = format!("expected steps from 1 to {SLOWEST}, found {}", camera.every);
+            self.field("every", |c| c.fault(message));
+        } else if camera.phase >= camera.every {
+            let message = format!("expected less than every, which is {}, found {}", camera.every, camera.phase);
+            self.field("phase", |c| c.fault(message));
+        }
+    }
+}
+
+/// A checked sensor as a component.
+pub fn sensor(source: &Sensor) -> sensors::Sensor {
+    let Sensor::Camera(source) = source;
+    let size = source.size.into();
+    let lens = match &source.lens {
+        Lens::FieldOfView(FieldOfView { x_degrees: Some(x), .. }) => {
+            let aspect = f64::from(source.size[1]) / f64::from(source.size[0]);
+            let half = (f64::from(*x).to_radians() / 2.0).tan() * aspect;
+            sensors::Lens::FieldOfView { y: (2.0 * half.atan()) as f32 }
+        }
+        Lens::FieldOfView(FieldOfView { y_degrees, .. }) => {
+            sensors::Lens::FieldOfView { y: y_degrees.unwrap_or(60.0).to_radians() }
+        }
+        Lens::Pinhole(Pinhole { fx, fy, cx, cy }) => {
+            sensors::Lens::Pinhole(Intrinsics { fx: *fx, fy: *fy, cx: *cx, cy: *cy })
+        }
+        Lens::Orthographic(Orthographic { half_height }) => sensors::Lens::Orthographic { half_height: *half_height },
+    };
+    let far = source.far.unwrap_or(match lens {
+        // A parallel projection has to end somewhere.
+        sensors::Lens::Orthographic { .. } => source.near + 1000.0,
+        _ => f32::INFINITY,
+    });
+    let outputs: CameraOutputs = source.outputs.iter().copied().collect();
+    let camera = sensors::CameraSensor { size, lens, near: source.near, far, outputs, samples: source.samples };
+    sensors::Sensor { kind: SensorKind::Camera(camera), every: source.every, phase: source.phase }
+}
+
+/// A scene's classes; those of Cityscapes where it has none of its own.
+pub fn classes(own: &Named<Class>) -> Classes {
+    if own.entries().is_empty() {
+        return Classes::cityscapes();
+    }
+    let unlabeled = Classes::cityscapes().0.into_iter().take(1);
+    let class = |(name, class): &(String, Class)| ClassInfo {
+        id: class.id,
+        name: name.clone(),
+        color: class.color.rgb().to_array().map(|linear| (srgb_from_linear(linear) * 255.0).round() as u8),
+        is_thing: class.thing,
+        train_id: class.train_id,
+    };
+    Classes(unlabeled.chain(own.entries().iter().map(class)).collect())
+}

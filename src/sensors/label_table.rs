@@ -1,0 +1,86 @@
+//! From the indices of entities, which the GPU writes, to the numbers and the class that outputs have for them.
+
+use bevy_ecs::entity::EntityIndex;
+use bevy_ecs::prelude::*;
+use systems::run::registry::{EntityRegistry, StateId};
+use systems::sensors::{Class, Classes, Instance};
+
+/// Numbers from here on are of entities that the registry does not know: 2³¹ and the entity's index, which is a place in
+/// one world's memory.
+const UNREGISTERED: u32 = 1 << 31;
+
+/// What outputs say of a drawn entity.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Labels {
+    /// Of the entity: its [`StateId`] plus 1.
+    pub part: u32,
+    /// Of the thing that it belongs to: of the nearest entity above it, or itself, with [`Instance`]; else its own.
+    pub instance: u32,
+    /// Its semantic class; 0 for none.
+    pub class: u8,
+    /// Whether instances of its class are counted.
+    pub is_thing: bool,
+}
+
+/// The labels of entities, found when they are asked for; each once in a capture.
+#[derive(Debug, Default)]
+pub struct LabelTable {
+    /// By entity index: the capture in which it was found, and what.
+    found: Vec<(u64, Labels)>,
+    capture: u64,
+}
+
+impl LabelTable {
+    /// Forgets what it has found: entities may be others.
+    pub fn begin(&mut self) {
+        self.capture += 1;
+    }
+
+    /// The labels of a drawn entity, by its index plus 1; none of 0.
+    pub fn labels(&mut self, world: &World, id: u32) -> Labels {
+        let Some(index) = id.checked_sub(1) else { return Labels::default() };
+        let place = index as usize;
+        if let Some((capture, labels)) = self.found.get(place)
+            && *capture == self.capture
+        {
+            return *labels;
+        }
+        let labels = labels_of(world, index);
+        if place >= self.found.len() {
+            self.found.resize(place + 1, (0, Labels::default()));
+        }
+        self.found[place] = (self.capture, labels);
+        labels
+    }
+}
+
+/// The number of an entity in outputs.
+pub(super) fn number(world: &World, entity: Entity) -> u32 {
+    let id = world.get_resource::<EntityRegistry>().and_then(|registry| registry.id(entity));
+    id.map_or(UNREGISTERED | entity.index_u32(), |StateId(id)| id + 1)
+}
+
+/// Found anew.
+fn labels_of(world: &World, index: u32) -> Labels {
+    let Some(index) = EntityIndex::from_raw_u32(index) else { return Labels::default() };
+    let entity = world.entities().resolve_from_index(index);
+    let (mut instance, mut class) = (None, None);
+    let mut next = Some(entity);
+    while let Some(current) = next.filter(|_| instance.is_none() || class.is_none()) {
+        let Ok(at) = world.get_entity(current) else { break };
+        if instance.is_none() && at.contains::<Instance>() {
+            instance = Some(current);
+        }
+        class = class.or_else(|| at.get::<Class>().copied());
+        // Ends in rings of parents, too.
+        next = at.get::<ChildOf>().map(ChildOf::parent).filter(|&parent| parent != entity);
+    }
+    let class = class.unwrap_or_default();
+    let info = world.get_resource::<Classes>().and_then(|classes| classes.get(class));
+    Labels {
+        part: number(world, entity),
+        instance: number(world, instance.unwrap_or(entity)),
+        class: class.0,
+        is_thing: info.is_some_and(|info| info.is_thing),
+    }
+}

@@ -1,0 +1,231 @@
+//! What sensors are as components: kind, rate, lens and outputs.
+
+use crate::draw::camera::{Camera, Projection};
+use crate::draw::intrinsics::Intrinsics;
+use crate::space::transform::Transform;
+use bevy_ecs::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// Makes an entity a sensor. Its place is the entity's; what it is mounted on is above it.
+///
+/// ```
+/// use bevy_ecs::prelude::*;
+/// use systems::Simulation;
+/// use systems::sensors::{CameraOutput, CameraSensor, Sensor};
+/// use systems::space::Transform;
+/// let mut simulation = Simulation::new();
+/// let car = simulation.world.spawn(Transform::IDENTITY).id();
+/// let camera = CameraSensor { size: (128, 96), ..CameraSensor::default() }.with(CameraOutput::Depth);
+/// simulation.world.spawn((Sensor::camera(camera).every(6), Name::new("front"), ChildOf(car)));
+/// ```
+#[derive(Component, Clone, PartialEq, Debug, Serialize, Deserialize)]
+#[require(Transform)]
+pub struct Sensor {
+    /// What it measures.
+    pub kind: SensorKind,
+    /// It is due once in so many steps of the clock, at least 1.
+    pub every: u32,
+    /// It is due after step s where s mod `every` is this; less than `every`.
+    pub phase: u32,
+}
+
+/// Kinds of sensors.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+pub enum SensorKind {
+    /// Pictures, and what is known of each pixel.
+    Camera(CameraSensor),
+}
+
+impl Sensor {
+    /// A camera that is due after every step.
+    pub fn camera(camera: CameraSensor) -> Self {
+        Self { kind: SensorKind::Camera(camera), every: 1, phase: 0 }
+    }
+
+    /// The same sensor, due once in so many steps.
+    #[must_use]
+    pub fn every(self, steps: u32) -> Self {
+        Self { every: steps.max(1), ..self }
+    }
+
+    /// Whether it is due after a step, counted from 0, the state that a run begins with.
+    pub fn is_due(&self, step: u64) -> bool {
+        step % u64::from(self.every.max(1)) == u64::from(self.phase)
+    }
+}
+
+/// A camera as a sensor: it looks along its entity's −Z, with +Y up.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+pub struct CameraSensor {
+    /// Width and height of its pictures, pixels.
+    pub size: (u32, u32),
+    /// How it projects.
+    pub lens: Lens,
+    /// Distance of the near plane along the optical axis, metres.
+    pub near: f32,
+    /// Distance of the far plane, metres; may be infinite. Of what lies beyond there is nothing to see.
+    pub far: f32,
+    /// What it gives.
+    pub outputs: CameraOutputs,
+    /// Of colours, per pixel: 1 or 4. All else has one, in the middle of the pixel.
+    pub samples: u32,
+}
+
+impl Default for CameraSensor {
+    fn default() -> Self {
+        Self {
+            size: (640, 480),
+            lens: Lens::default(),
+            near: 0.1,
+            far: f32::INFINITY,
+            outputs: CameraOutputs::default().with(CameraOutput::Color),
+            samples: 4,
+        }
+    }
+}
+
+impl CameraSensor {
+    /// The same camera with one output more.
+    #[must_use]
+    pub fn with(self, output: CameraOutput) -> Self {
+        Self { outputs: self.outputs.with(output), ..self }
+    }
+
+    /// As it is drawn.
+    pub fn camera(&self) -> Camera {
+        let projection = match self.lens {
+            Lens::FieldOfView { y } => Projection::Perspective { fov_y: y, aspect: None },
+            Lens::Pinhole(intrinsics) => Projection::Pinhole { intrinsics, size: self.size },
+            Lens::Orthographic { half_height } => Projection::Orthographic { half_height, aspect: None },
+        };
+        Camera { projection, near: self.near, far: self.far }
+    }
+
+    /// Its intrinsics, for its size; `None` where the projection is parallel.
+    pub fn intrinsics(&self) -> Option<Intrinsics> {
+        match self.lens {
+            Lens::FieldOfView { y } => Some(Intrinsics::from_fov_y(y.into(), self.size.0, self.size.1)),
+            Lens::Pinhole(intrinsics) => Some(intrinsics),
+            Lens::Orthographic { .. } => None,
+        }
+    }
+}
+
+/// How a camera projects.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+pub enum Lens {
+    /// Perspective with square pixels and the principal point in the middle.
+    FieldOfView {
+        /// Vertical, radians.
+        y: f32,
+    },
+    /// Perspective with any focal lengths and principal point.
+    Pinhole(Intrinsics),
+    /// Parallel.
+    Orthographic {
+        /// Half the height of the visible box, metres.
+        half_height: f32,
+    },
+}
+
+impl Default for Lens {
+    fn default() -> Self {
+        Self::FieldOfView { y: 60f32.to_radians() }
+    }
+}
+
+/// What a camera gives. Axes of a camera's outputs are X right, Y down, Z forward, as OpenCV and ROS have them for
+/// optical frames.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Serialize, Deserialize)]
+pub enum CameraOutput {
+    /// Tone-mapped, 8-bit sRGB.
+    Color,
+    /// Linear colours, exposed, before the tone map, half floats.
+    Linear,
+    /// Metres along the optical axis, 32-bit.
+    Depth,
+    /// Metres from the optical centre, 32-bit.
+    Range,
+    /// Unit shading normals, camera axes.
+    Normal,
+    /// Number of the instance, 32-bit.
+    Instance,
+    /// Number of the drawn entity, 32-bit.
+    Part,
+    /// Semantic class, 8-bit.
+    Class,
+    /// Class and instance in one number, 32-bit.
+    Panoptic,
+}
+
+impl CameraOutput {
+    /// All, with their names.
+    pub const ALL: [(&'static str, Self); 9] = [
+        ("color", Self::Color),
+        ("linear", Self::Linear),
+        ("depth", Self::Depth),
+        ("range", Self::Range),
+        ("normal", Self::Normal),
+        ("instance", Self::Instance),
+        ("part", Self::Part),
+        ("class", Self::Class),
+        ("panoptic", Self::Panoptic),
+    ];
+}
+
+/// A set of outputs.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default, Serialize, Deserialize)]
+pub struct CameraOutputs(u32);
+
+impl CameraOutputs {
+    /// With one more.
+    #[must_use]
+    pub fn with(self, output: CameraOutput) -> Self {
+        Self(self.0 | 1 << output as u32)
+    }
+
+    /// Whether it is one of these.
+    pub fn has(self, output: CameraOutput) -> bool {
+        self.0 >> output as u32 & 1 == 1
+    }
+
+    /// Whether one of several is one of these.
+    pub fn has_any(self, outputs: &[CameraOutput]) -> bool {
+        outputs.iter().any(|&output| self.has(output))
+    }
+
+    /// These, with their names, in the order of [`CameraOutput::ALL`].
+    pub fn iter(self) -> impl Iterator<Item = (&'static str, CameraOutput)> {
+        CameraOutput::ALL.into_iter().filter(move |(_, output)| self.has(*output))
+    }
+}
+
+impl FromIterator<CameraOutput> for CameraOutputs {
+    fn from_iter<I: IntoIterator<Item = CameraOutput>>(outputs: I) -> Self {
+        outputs.into_iter().fold(Self::default(), Self::with)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sensor_is_due_in_its_phase() {
+        let sensor = Sensor { phase: 2, ..Sensor::camera(CameraSensor::default()).every(3) };
+        let due: Vec<u64> = (0..12).filter(|&step| sensor.is_due(step)).collect();
+        assert_eq!(due, [2, 5, 8, 11]);
+        let every_step = Sensor::camera(CameraSensor::default());
+        assert!((0..4).all(|step| every_step.is_due(step)));
+    }
+
+    #[test]
+    fn a_set_has_what_was_put_into_it() {
+        for (_, output) in CameraOutput::ALL {
+            let set = CameraOutputs::default().with(output);
+            assert_eq!(set.iter().map(|(_, output)| output).collect::<Vec<_>>(), [output]);
+        }
+        let all: CameraOutputs = CameraOutput::ALL.into_iter().map(|(_, output)| output).collect();
+        assert!(all.iter().eq(CameraOutput::ALL));
+    }
+}

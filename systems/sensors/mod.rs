@@ -1,0 +1,11 @@
+//! Sensors as components, and what their outputs call things: no GPU, no files.
+//!
+//! A [`Sensor`] is an entity with a place, mounted on a vehicle or standing. What it measures is a function of the
+//! states after the steps at which it is due, and of nothing else. [`Class`] and [`Instance`] say what outputs call the
+//! things that are seen.
+
+pub(crate) mod components;
+pub(crate) mod labels;
+
+pub use components::{CameraOutput, CameraOutputs, CameraSensor, Lens, Sensor, SensorKind};
+pub use labels::{Class, ClassInfo, Classes, Instance};
