@@ -86,7 +86,7 @@ pub struct Instances {
 }
 
 impl Instances {
-    /// Adds what is in a picture, as `[height, width]` of instances tell, 0 for none. Things are numbered on in the order
+    /// Adds what is in a picture, as instances `[height, width]` tell, 0 for none. Things are numbered on in the order
     /// of their instances. `class_of` names the class of an instance; those of none are left out.
     ///
     /// # Errors
@@ -150,9 +150,9 @@ pub fn rgb_of_id(id: u32) -> [u8; 3] {
 /// The first number of a thing: those below are classes.
 const FIRST_THING: u32 = 256;
 
-/// Parts a picture into segments: of each class that cannot be counted all pixels, of things each. Returns the number of
-/// each pixel's segment, and the segments. Numbers are those of classes, and 256 + instance for things: the same in all
-/// pictures. Pixels of class 0 are in none. A thing with pixels of several classes has that of most of them.
+/// Parts a picture into segments: each thing is one, and so are all pixels of a class that cannot be counted. Returns
+/// the number of each pixel's segment, and the segments. Numbers are those of classes, and 256 + instance for things:
+/// the same in all pictures. Pixels of class 0 are in none. A thing with pixels of several classes has that of most.
 ///
 /// # Errors
 /// More or fewer values than pixels; an instance beyond 2²⁴−257, for which 24 bits have no number.

@@ -73,7 +73,7 @@ impl<W: Write> Log<W> {
         Err(unfit(format!("MCAP topic {name}: expected a {earlier} like those before, found a {message_type}")))
     }
 
-    /// Writes the index and ends the file. A log that is dropped is ended, too, but nothing tells what that failed with.
+    /// Writes the index and ends the file. A log that is dropped is ended, too, but nothing tells whether that failed.
     ///
     /// # Errors
     /// What writing failed with.
@@ -95,8 +95,10 @@ fn failed(error: McapError) -> std::io::Error {
 
 #[cfg(test)]
 mod tests {
-    use super::super::ros::{Clock, TfMessage};
+    use super::super::ros::{Clock, Header, Image, Pixels, TfMessage};
     use super::*;
+    use std::cell::Cell;
+    use std::rc::Rc;
 
     #[test]
     fn a_topic_has_messages_of_one_type() {
@@ -105,6 +107,33 @@ mod tests {
         let error = log.write("/clock", 6, &TfMessage(&[])).unwrap_err().to_string();
         let expected = "expected a rosgraph_msgs/msg/Clock like those before, found a tf2_msgs/msg/TFMessage";
         assert_eq!(error, format!("MCAP topic /clock: {expected}"));
+    }
+
+    #[test]
+    fn a_log_grows_as_it_is_written() {
+        #[derive(Clone, Default)]
+        struct Counted(Rc<Cell<u64>>);
+        impl Write for Counted {
+            fn write(&mut self, bytes: &[u8]) -> Result<usize> {
+                self.0.set(self.0.get() + bytes.len() as u64);
+                Ok(bytes.len())
+            }
+            fn flush(&mut self) -> Result<()> {
+                Ok(())
+            }
+        }
+        let counted = Counted::default();
+        let mut log = Log::new(counted.clone()).unwrap();
+        let pixels = vec![0; CHUNK_BYTES as usize];
+        let header = Header { nanoseconds: 0, frame: "front" };
+        let image = Image { header, size: (1 << 10, 1 << 10), pixels: Pixels::Mono8(&pixels) };
+        for time in 0..4 {
+            log.write("/image", time, &image).unwrap();
+            // All chunks but the last are written.
+            assert!(counted.0.get() >= time * CHUNK_BYTES, "{time}");
+        }
+        log.finish().unwrap();
+        assert!(counted.0.get() > 4 * CHUNK_BYTES);
     }
 
     #[test]

@@ -116,3 +116,16 @@ impl Message for CameraInfo<'_> {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_picture_has_as_many_values_as_its_size_says() {
+        let image = |pixels| Image { header: Header { nanoseconds: 0, frame: "" }, size: (2, 1), pixels }.encode();
+        assert!(image(Pixels::Rgb(&[0; 6])).is_ok());
+        let error = image(Pixels::Rgb(&[0; 2])).unwrap_err().to_string();
+        assert_eq!(error, "image rgb8: expected 6 values, found 2");
+    }
+}

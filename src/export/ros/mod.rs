@@ -72,3 +72,23 @@ fn put_time(cdr: &mut Encoder, nanoseconds: u64) {
     cdr.number(i32::try_from(nanoseconds / SECOND).unwrap_or(i32::MAX));
     cdr.number((nanoseconds % SECOND) as u32);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_time_is_seconds_and_nanoseconds_and_ends() {
+        // 500,000,000 is 0x1DCD6500.
+        assert_eq!(Clock(1_500_000_000).encode().unwrap(), [0, 1, 0, 0, 1, 0, 0, 0, 0, 0x65, 0xcd, 0x1d]);
+        let last = Clock(u64::MAX).encode().unwrap();
+        assert_eq!(last[4..8], i32::MAX.to_le_bytes());
+    }
+
+    #[test]
+    fn a_header_is_its_time_and_its_frame() {
+        let mut cdr = Encoder::default();
+        Header { nanoseconds: 7, frame: "a" }.put(&mut cdr).unwrap();
+        assert_eq!(cdr.finish()[4..], [0, 0, 0, 0, 7, 0, 0, 0, 2, 0, 0, 0, b'a', 0]);
+    }
+}

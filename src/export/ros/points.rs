@@ -66,3 +66,28 @@ impl Message for PointCloud2<'_> {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use half::f16;
+
+    fn encode(points: &[[f32; 3]], columns: &[Column]) -> Result<Vec<u8>> {
+        PointCloud2 { header: Header { nanoseconds: 0, frame: "" }, points, columns }.encode()
+    }
+
+    #[test]
+    fn what_has_no_place_is_refused() {
+        let refusal = |column| encode(&[[0.0; 3]], &[column]).unwrap_err().to_string();
+        let halves = Column::new("time", &[], &[f16::ONE][..]);
+        assert_eq!(refusal(halves), "PointCloud2: time is of half floats, which have no number");
+        assert_eq!(refusal(Column::new("x", &[], &[1_u8][..])), "PointCloud2: two fields are named \"x\"");
+        assert_eq!(refusal(Column::new("ring", &[], &[1_u8, 2][..])), "ring: expected 1 values, found 2");
+    }
+
+    #[test]
+    fn a_cloud_is_dense_where_all_points_are_places() {
+        let is_dense = |x| encode(&[[x, 0.0, 0.0]], &[]).unwrap().last().copied();
+        assert_eq!((is_dense(1.0), is_dense(f32::NAN)), (Some(1), Some(0)));
+    }
+}
