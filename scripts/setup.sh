@@ -28,7 +28,7 @@ lacks() {
         x11:Linux) ! has_libraries libX11.so.6 libX11-xcb.so.1 libXcursor.so.1 libXi.so.6 libxkbcommon-x11.so.0 ;;
         wayland:Linux) ! has_libraries libwayland-client.so.0 libxkbcommon.so.0 ;;
         xvfb:Linux) ! { has Xvfb && has xdotool; } ;;
-        python:Linux) ! { python3 -c 'import numpy' || /usr/bin/python3 -c 'import numpy'; } 2>/dev/null ;;
+        python:Linux) ! { has_python python3 || has_python /usr/bin/python3; } ;;
         validation:Linux) [ ! -e /usr/share/vulkan/explicit_layer.d/VkLayer_khronos_validation.json ] ;;
         *) return 1 ;;
     esac
@@ -41,6 +41,9 @@ has_libraries() {
         case $known in *"$library "*) ;; *) return 1 ;; esac
     done
 }
+
+# Whether a Python has numpy, and can make an environment for other packages.
+has_python() { "$1" -c 'import ensurepip, numpy, venv' 2>/dev/null; }
 
 # Whether a driver is announced where the Vulkan loader looks.
 has_vulkan_driver() {
@@ -55,7 +58,7 @@ describe() {
         driver) say 'a Vulkan driver' ;;
         x11 | wayland) say 'the libraries that open a window' ;;
         xvfb) say 'Xvfb and xdotool (for the tests of the window)' ;;
-        python) say 'Python with numpy (for the tests of the map tools)' ;;
+        python) say 'Python with numpy and venv (for the tests of the map tools and of exported files)' ;;
         validation) say 'the Vulkan validation layer (for the tests of the renderer)' ;;
     esac
 }
@@ -67,7 +70,7 @@ packages_for() {
         apt-get:x11) say libx11-6 libx11-xcb1 libxcursor1 libxi6 libxkbcommon-x11-0 ;;
         apt-get:wayland) say libwayland-client0 libxkbcommon0 ;;
         apt-get:xvfb) say xvfb xdotool ;;
-        apt-get:python) say python3 python3-numpy ;;
+        apt-get:python) say python3 python3-numpy python3-venv ;;
         apt-get:validation) say vulkan-validationlayers ;;
         dnf:compiler) say gcc gcc-c++ ;;
         dnf:driver) say vulkan-loader mesa-vulkan-drivers ;;

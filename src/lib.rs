@@ -15,6 +15,7 @@
 //!
 //! ```text
 //! scene     scene files (and glTF files as scenes) into entities     import   glTF and images into library items
+//! export    arrays, labels and messages as the bytes of files
 //! frames    scenes to pictures; Headless for programs of one's own   app      the window, its keys and panel
 //! renderer  all that draws scenes, by wgpu                           check    everything wrong with a file
 //! compare   how far two pictures are apart                           light_error   a scene by light policies
@@ -42,6 +43,7 @@ pub mod bench;
 pub mod check;
 pub mod compare;
 pub mod demo;
+pub mod export;
 #[cfg(feature = "tools")]
 pub mod frame_error;
 pub mod frame_time;

@@ -43,7 +43,7 @@ impl Jobs {
             let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
             fs::write(path(format!("{number}.in")), bytes).expect("written");
         }
-        if common::python("maps.py", &[folder.path().as_os_str()]).is_none() {
+        if common::python("maps.py", &["numpy"], &[folder.path().as_os_str()]).is_none() {
             return;
         }
         for (number, (job, ours)) in self.list.iter().zip(&self.ours).enumerate() {

@@ -1,5 +1,6 @@
 //! What of a frame is written, and in which form.
 
+use crate::export::{coco, kitti};
 use crate::name;
 use crate::renderer::{OutputSet, SingleView};
 use bevy_ecs::prelude::*;
@@ -74,8 +75,7 @@ pub(super) fn pictures(renderer: &mut SingleView, kinds: &[OutputKind]) -> Vec<(
                 rgb.into()
             }),
             OutputKind::Depth => {
-                let step = |metres: f32| if metres < 255.99 { (metres * 256.0).round() as u16 } else { 0 };
-                let depths = outputs.depths().into_iter().map(step).collect();
+                let depths = outputs.depths().into_iter().map(kitti::depth_steps).collect();
                 image::ImageBuffer::<image::Luma<u16>, _>::from_raw(width, height, depths).map(Into::into)
             }
             OutputKind::Normal => {
@@ -85,10 +85,7 @@ pub(super) fn pictures(renderer: &mut SingleView, kinds: &[OutputKind]) -> Vec<(
                 image::RgbImage::from_raw(width, height, normals).map(Into::into)
             }
             OutputKind::Id => {
-                let rgb = |id: Option<u32>| {
-                    let [r, g, b, _] = id.map_or(0, |id| id + 1).to_le_bytes();
-                    [r, g, b]
-                };
+                let rgb = |id: Option<u32>| coco::rgb_of_id(id.map_or(0, |id| id + 1));
                 let ids = outputs.entities().into_iter().flat_map(rgb).collect();
                 image::RgbImage::from_raw(width, height, ids).map(Into::into)
             }

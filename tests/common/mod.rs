@@ -88,20 +88,25 @@ pub mod display;
 #[allow(dead_code)]
 pub mod square;
 
-/// Runs a script of `tests/python` that needs numpy; `None`, said aloud, where there is no Python with numpy.
+/// Runs a script of `tests/python` that needs some modules; `None`, said aloud, where there is no Python that has them.
+/// `scripts/python-packages` installs those that are in `tests/python/requirements.txt`.
 ///
 /// # Panics
 /// In strict mode, where there is none; where the script fails.
 #[allow(dead_code)]
-pub fn python(script: &str, args: &[&std::ffi::OsStr]) -> Option<std::process::Output> {
+pub fn python(script: &str, modules: &[&str], args: &[&std::ffi::OsStr]) -> Option<std::process::Output> {
     use std::process::Command;
-    let has_numpy = |python: &&str| {
-        let asked = Command::new(python).args(["-c", "import numpy"]).output();
+    let has_modules = |python: &PathBuf| {
+        let asked = Command::new(python).args(["-c", &format!("import {}", modules.join(", "))]).output();
         asked.is_ok_and(|output| output.status.success())
     };
-    let Some(python) = ["python3", "/usr/bin/python3", "python"].into_iter().find(has_numpy) else {
-        assert!(!strict(), "no Python with numpy (Debian: python3-numpy)");
-        eprintln!("skipped: no Python with numpy");
+    // Beside the folder that cargo gives tests for their files.
+    let installed = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).with_file_name("tools").join("python/bin/python");
+    let known = ["python3", "/usr/bin/python3", "python"].map(PathBuf::from);
+    let Some(python) = std::iter::once(installed).chain(known).find(has_modules) else {
+        let missing = format!("no Python with {} (scripts/python-packages)", modules.join(", "));
+        assert!(!strict(), "{missing}");
+        eprintln!("skipped: {missing}");
         return None;
     };
     let script = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/python").join(script);

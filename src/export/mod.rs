@@ -1,0 +1,44 @@
+//! Outputs of sensors as files in the forms of their fields: the counterpart of [`crate::import`]. Encoders know arrays
+//! and plain structs alone, neither entities nor the GPU. The same input gives the same bytes.
+//!
+//! ```text
+//! array      values of one type and a shape; columns, and the records they make together
+//! npy, npz   numpy's arrays, one a file or many
+//! exr        named channels of half floats, floats and integers
+//! cdr        how ROS 2 puts a message into bytes      ros    its messages, and their definitions as text
+//! mcap       a log of messages, written as a run goes on
+//! kitti, semantic_kitti, coco, cityscapes, middlebury    labels, in the files of these data sets
+//! ```
+//!
+//! What cannot be encoded is an [`std::io::Error`] whose text says what was expected, so that these functions are
+//! called within [`crate::output::write_whole_with`], which adds the file's name.
+
+pub mod array;
+pub mod cdr;
+pub mod cityscapes;
+pub mod coco;
+pub mod exr;
+pub mod kitti;
+pub mod mcap;
+pub mod middlebury;
+pub mod npy;
+pub mod npz;
+pub mod ros;
+pub mod semantic_kitti;
+
+use std::io::{Error, ErrorKind};
+
+/// What a form has no place for.
+fn unfit(message: impl Into<String>) -> Error {
+    Error::new(ErrorKind::InvalidInput, message.into())
+}
+
+/// That there are as many values as were expected.
+fn check_count(what: &str, expected: usize, found: usize) -> std::io::Result<()> {
+    if expected == found { Ok(()) } else { Err(unfit(format!("{what}: expected {expected} values, found {found}"))) }
+}
+
+/// Pixels of a picture; width and height in pixels.
+fn pixels_of((width, height): (u32, u32)) -> usize {
+    width as usize * height as usize
+}

@@ -1,0 +1,49 @@
+//! Where frames are, and what time it is.
+
+use super::super::cdr::Encoder;
+use super::{Header, Message, put_time};
+use std::io::Result;
+
+/// Where a frame is in another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TransformStamped<'a> {
+    /// When, and in which frame.
+    pub header: Header<'a>,
+    /// The frame whose place this is.
+    pub child: &'a str,
+    /// Its origin: x, y, z in metres.
+    pub translation: [f64; 3],
+    /// What turns directions of the child into those of the other: x, y, z, w.
+    pub rotation: [f64; 4],
+}
+
+/// Where frames are, as `tf2_msgs/TFMessage`: for `/tf`, or for `/tf_static` what never changes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TfMessage<'a>(pub &'a [TransformStamped<'a>]);
+
+impl Message for TfMessage<'_> {
+    const TYPE: &'static str = "tf2_msgs/msg/TFMessage";
+
+    fn put(&self, cdr: &mut Encoder) -> Result<()> {
+        cdr.sequence(self.0, |cdr, transform| {
+            transform.header.put(cdr)?;
+            cdr.string(transform.child)?;
+            cdr.array(&transform.translation);
+            cdr.array(&transform.rotation);
+            Ok(())
+        })
+    }
+}
+
+/// The time of the simulation in nanoseconds, as `rosgraph_msgs/Clock`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Clock(pub u64);
+
+impl Message for Clock {
+    const TYPE: &'static str = "rosgraph_msgs/msg/Clock";
+
+    fn put(&self, cdr: &mut Encoder) -> Result<()> {
+        put_time(cdr, self.0);
+        Ok(())
+    }
+}
