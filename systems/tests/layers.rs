@@ -5,8 +5,17 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// Folders, each using itself and those before it; a row's use each other, too. Files on top use all.
-const LAYERS: [&[&str]; 8] =
-    [&["ecs"], &["space"], &["assets"], &["cells"], &["lights"], &["draw"], &["vehicles", "physics"], &["run"]];
+const LAYERS: [&[&str]; 9] = [
+    &["ecs"],
+    &["space"],
+    &["assets"],
+    &["cells"],
+    &["lights"],
+    &["draw"],
+    &["sensors"],
+    &["vehicles", "physics"],
+    &["run"],
+];
 
 /// Most files that use each other in a circle.
 const MOST_IN_A_CIRCLE: usize = 4;
