@@ -178,7 +178,7 @@ impl Triangle {
             ab.cross(a + b).dot(ray.direction),
         );
         // A ray at a distance from an edge spans twice its product with the edge's length; directions are shorter than 2√3.
-        let slack = EDGE_SLACK * (volumes.x + volumes.y + volumes.z).abs() + 4.0 * beyond * self.longest_edge;
+        let slack = EDGE_SLACK * (volumes.x + volumes.y + volumes.z).abs() + 7.0 * beyond * self.longest_edge;
         if volumes.min_element() < -slack && volumes.max_element() > slack {
             return None;
         }

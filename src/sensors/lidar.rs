@@ -5,10 +5,10 @@
 
 use super::rays::RayScene;
 use bevy_tasks::{ComputeTaskPool, TaskPool};
-use glam::{DQuat, DVec3, Vec3};
+use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 use systems::ecs::parallel::map_on_pool;
 use systems::sensors::philox::{Noise, normal, uniform};
-use systems::sensors::{Columns, LidarSensor};
+use systems::sensors::{Beam, Columns, LidarNoise, LidarSensor};
 use systems::space::GlobalTransform;
 
 /// Columns that a thread takes at a time.
@@ -47,9 +47,10 @@ impl Pose {
         if lidar.sweep { poses[0].toward(&poses[1], columns.fraction(i)) } else { poses[1] }
     }
 
-    /// From the axes of a lidar's points (x forward, y left, z up) to the world's.
-    pub fn world_from_axes(&self, [forward, left, up]: [f64; 3]) -> DVec3 {
-        self.rotation * DVec3::new(left, up, forward)
+    /// From a lidar's points (x forward, y left, z up) to places in the world.
+    pub fn world_from_points(&self) -> DAffine3 {
+        let axes = [DVec3::Z, DVec3::X, DVec3::Y].map(|axis| self.rotation * axis);
+        DAffine3::from_cols(axes[0], axes[1], axes[2], self.translation)
     }
 }
 
@@ -119,15 +120,23 @@ impl Return {
     const NONE: Self = Self { xyz: Vec3::ZERO, range: 0.0, intensity: 0.0, entity: u32::MAX, hit: false };
 }
 
-/// A beam of a column that looks forward, in the sensor's axes.
+/// A beam of a column that looks forward.
 struct Fired {
-    /// Clockwise from the column's direction, radians.
-    azimuth: f64,
-    /// Of the elevation.
-    sine: f64,
-    cosine: f64,
+    /// In the lidar's axes, unit.
+    along: DVec3,
+    /// Metres above the sensor.
     height: f64,
+    /// Seconds after the column's first.
     delay: f64,
+}
+
+impl Fired {
+    fn new(beam: &Beam) -> Self {
+        let (up, across) = f64::from(beam.elevation_degrees).to_radians().sin_cos();
+        let (right, forward) = f64::from(beam.azimuth_degrees).to_radians().sin_cos();
+        let along = DVec3::new(forward * across, -right * across, up);
+        Self { along, height: beam.height.into(), delay: beam.delay.into() }
+    }
 }
 
 /// Fires columns. `poses`: where the sensor is when their interval begins and ends; the first counts for lidars that
@@ -146,15 +155,7 @@ pub fn scan_on(
     columns: Columns,
     noise: Noise,
 ) -> LidarScan {
-    let rings = lidar.beams.rings();
-    let rings: Vec<Fired> = rings
-        .iter()
-        .map(|beam| {
-            let (sine, cosine) = f64::from(beam.elevation_degrees).to_radians().sin_cos();
-            let azimuth = f64::from(beam.azimuth_degrees).to_radians();
-            Fired { azimuth, sine, cosine, height: beam.height.into(), delay: beam.delay.into() }
-        })
-        .collect();
+    let rings: Vec<Fired> = lidar.beams.rings().iter().map(Fired::new).collect();
     let parts = columns.count.div_ceil(PART) as usize;
     let traced = map_on_pool(pool, 0..parts, |part| {
         let start = part as u64 * PART;
@@ -162,15 +163,15 @@ pub fn scan_on(
         for i in start..(start + PART).min(columns.count) {
             let pose = Pose::of_column(poses, lidar, &columns, i);
             let in_revolution = ((columns.first + i) % u64::from(lidar.columns)) as u32;
-            let toward = lidar.beams.column_degrees(in_revolution, lidar.columns).to_radians();
-            for (ring, fired) in rings.iter().enumerate() {
-                let index = (i * rings.len() as u64) as u32 + ring as u32;
+            let clockwise = lidar.beams.column_degrees(in_revolution, lidar.columns).to_radians();
+            let column = Column {
+                world_from_points: pose.world_from_points(),
+                turn: DMat3::from_rotation_z(-clockwise),
+                first: (i * rings.len() as u64) as u32,
+            };
+            for (ring, fired) in (0..).zip(&rings) {
                 let time = i as f64 * columns.seconds + fired.delay;
-                scan.push(
-                    fired.trace(rays, lidar, &pose, toward, noise.words(index, CHANNEL)),
-                    ring as u16,
-                    time as f32,
-                );
+                scan.push(column.trace(rays, lidar, fired, ring, noise), ring, time as f32);
             }
         }
         scan
@@ -180,22 +181,31 @@ pub fn scan_on(
     whole
 }
 
-impl Fired {
-    /// Traces it in a column that looks `toward`: radians clockwise from forward. `random`: four words.
-    fn trace(&self, rays: &RayScene, lidar: &LidarSensor, pose: &Pose, toward: f64, random: [u32; 4]) -> Return {
-        let (right, forward) = (toward + self.azimuth).sin_cos();
-        let along = [forward * self.cosine, -right * self.cosine, self.sine];
-        let origin = pose.translation + pose.world_from_axes([0.0, 0.0, self.height]);
-        let Some(met) = rays.nearest(origin, pose.world_from_axes(along), lidar.range.0, lidar.range.1) else {
-            return Return::NONE;
-        };
+/// A column as it is fired.
+struct Column {
+    world_from_points: DAffine3,
+    /// From beams of a column that looks forward.
+    turn: DMat3,
+    /// The number of its first beam in the capture.
+    first: u32,
+}
+
+impl Column {
+    fn trace(&self, rays: &RayScene, lidar: &LidarSensor, fired: &Fired, ring: u16, noise: Noise) -> Return {
+        let (along, above) = (self.turn * fired.along, DVec3::Z * fired.height);
+        let origin = self.world_from_points.transform_point3(above);
+        let direction = self.world_from_points.transform_vector3(along);
+        let Some(met) = rays.nearest(origin, direction, lidar.range.0, lidar.range.1) else { return Return::NONE };
         let intensity = met.albedo * met.cosine * (-lidar.attenuation * met.range as f32).exp();
-        let [for_range, for_drop, ..] = random;
-        if uniform(for_drop) < lidar.noise.drop_rate || intensity < lidar.noise.drop_below {
-            return Return::NONE;
+        let mut range = met.range;
+        if lidar.noise != LidarNoise::default() {
+            let [for_range, for_drop, ..] = noise.words(self.first + u32::from(ring), CHANNEL);
+            if uniform(for_drop) < lidar.noise.drop_rate || intensity < lidar.noise.drop_below {
+                return Return::NONE;
+            }
+            range = (range + f64::from(lidar.noise.range_sigma * normal(for_range))).max(0.0);
         }
-        let range = (met.range + f64::from(lidar.noise.range_sigma * normal(for_range))).max(0.0);
-        let xyz = DVec3::from(along) * range + DVec3::Z * self.height;
-        Return { xyz: xyz.as_vec3(), range: range as f32, intensity, entity: met.entity, hit: true }
+        let xyz = (along * range + above).as_vec3();
+        Return { xyz, range: range as f32, intensity, entity: met.entity, hit: true }
     }
 }

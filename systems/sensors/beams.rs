@@ -89,7 +89,9 @@ impl Beams {
     pub fn column_degrees(&self, column: u32, columns: u32) -> f64 {
         let (column, columns) = (f64::from(column), f64::from(columns));
         match self {
-            Self::Grid { horizontal_degrees, .. } => ((column + 0.5) / columns - 0.5) * f64::from(*horizontal_degrees),
+            Self::Grid { horizontal_degrees, .. } => {
+                ((column + 0.5) * 2.0 - columns) * f64::from(*horizontal_degrees) / (2.0 * columns)
+            }
             _ => column / columns * 360.0,
         }
     }

@@ -63,7 +63,7 @@ pub fn normal(word: u32) -> f32 {
 /// The quantiles of the normal distribution at (i + ½)/4096, divided by the square root of their mean square.
 ///
 /// So the mean is exactly 0: entry 4095 − i is minus entry i. The variance is 1 but for the rounding to floats, within
-/// 2⁻²⁴. Tails beyond the last quantile are cut: the fourth moment is 2.95 instead of 3.
+/// 2⁻²⁴. Tails beyond the last quantile are cut: the fourth moment is 2.99 instead of 3.
 pub fn normal_table() -> &'static [f32; QUANTILES] {
     static TABLE: LazyLock<[f32; QUANTILES]> = LazyLock::new(|| {
         let above: Vec<f64> =
@@ -179,7 +179,7 @@ mod tests {
         assert_eq!(table.iter().map(|&x| f64::from(x)).sum::<f64>(), 0.0);
         let moment = |power| table.iter().map(|&x| f64::from(x).powi(power)).sum::<f64>() / QUANTILES as f64;
         assert!((moment(2) - 1.0).abs() < 2f64.powi(-24), "{}", moment(2));
-        assert!((moment(4) - 2.95).abs() < 0.01, "{}", moment(4));
+        assert!((moment(4) - 2.99).abs() < 0.005, "{}", moment(4));
         assert!(table.is_sorted() && (0..QUANTILES).all(|i| table[i] == -table[QUANTILES - 1 - i]));
         assert!(table[QUANTILES - 1] < 3.67, "{}", table[QUANTILES - 1]);
         assert_eq!((normal(0), normal(u32::MAX)), (table[0], table[QUANTILES - 1]));
@@ -199,7 +199,7 @@ mod tests {
         }
         let n = f64::from(count);
         // Mean, variance and fourth central moment of each; the variance of an estimate of a variance is (m₄ − σ⁴)/n.
-        for (i, (mean, variance, fourth)) in [(0.5, 1.0 / 12.0, 1.0 / 80.0), (0.0, 1.0, 2.95)].into_iter().enumerate() {
+        for (i, (mean, variance, fourth)) in [(0.5, 1.0 / 12.0, 1.0 / 80.0), (0.0, 1.0, 2.99)].into_iter().enumerate() {
             let (found, square) = (sums[i] / n, squares[i] / n);
             assert!((found - mean).abs() < 3.0 * f64::sqrt(variance / n), "{i}: mean {found}");
             let spread = square - found * found;
