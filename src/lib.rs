@@ -22,6 +22,7 @@
 //! gallery   a scene once for each of its mesh variants               maps     the map tools
 //! shadow_error  a scene against traced shadows                       traced   rays from what a picture shows to lights
 //! technique_error   every bump technique against real geometry       bench    what many objects cost
+//! sensors   lidars: rays from them to what is drawn                    triangle_tree   meshes as rays meet them
 //! viewpoint what is looked through                                     problem, name, output, video, demo  shared
 //! ```
 //!
@@ -68,6 +69,7 @@ pub mod shadow_error;
 pub mod technique_error;
 #[cfg(feature = "tools")]
 mod traced;
+mod triangle_tree;
 pub mod video;
 pub mod viewpoint;
 

@@ -25,7 +25,7 @@ use std::collections::BTreeSet;
 use std::time::Duration;
 use systems::Simulation;
 use systems::assets::AlphaMode;
-use systems::draw::{BatchKey, InstanceRecord, PAGE_SLOTS, Projection, View};
+use systems::draw::{BatchKey, InstanceRecord, Projection, View};
 use systems::ecs::parallel::map_in_parallel;
 use systems::ecs::tables::Records;
 use systems::lights::{Light, LightLists, LightRecord, LightTable, NO_LIGHT, NoShadow, SelectedLights};
@@ -187,16 +187,8 @@ impl TracedScene {
             eye: view.eye().as_dvec3(),
             eye_rays: EyeRays::new(view),
         };
-        for batch in &list.batches {
-            let pages = &list.pages[batch.pages.start as usize..batch.pages.end as usize];
-            for slot in pages.iter().flat_map(|page| page * PAGE_SLOTS..(page + 1) * PAGE_SLOTS) {
-                if list.instances.objects.get(slot as usize).is_some_and(Option::is_some) {
-                    scene.add(simulation, slot, batch.key, &records[slot as usize]);
-                }
-            }
-        }
-        for object in &list.transparent {
-            scene.add(simulation, object.slot, object.key, &records[object.slot as usize]);
+        for (slot, key) in list.drawn() {
+            scene.add(simulation, slot, key, &records[slot as usize]);
         }
         if !scene.triangles.is_empty() {
             let tree = build_cwbvh(&scene.triangles, BvhBuildParams::fast_build(), &mut Duration::default());

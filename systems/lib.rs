@@ -11,7 +11,7 @@
 //! Each folder is a layer that uses those before it, and none after:
 //!
 //! ```text
-//! ecs ← space ← assets ← cells ← lights ← draw ← vehicles, physics ← run
+//! ecs ← space ← assets ← cells ← lights ← draw ← sensors ← vehicles, physics ← run
 //! ```
 //!
 //! Within the crate a `use` names the file that has an item, `crate::lights::table::LightTable`; what a folder's

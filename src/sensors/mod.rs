@@ -3,11 +3,19 @@
 //! ```text
 //! suite          the sensors of a world by name, and what it takes to capture them
 //! camera         what a camera gives, made of what its view drew
+//! lidar          the beams of a lidar through what is drawn, into arrays
+//! rays           what the last frame draws, as rays meet it: a tree over the boxes of objects, and one for each mesh
+//!                (ray_meshes); with colours and masks (texels)
 //! label_table    entities to the numbers and classes that outputs have for them
+//! dataset        the sensors of a run as files: `relief render --sensors`
+//! files          which file an output becomes, and what is in it
 //! ```
 //!
 //! A capture is a function of the state after a step, and of nothing else: all sensors are captured of one frame, and a
-//! view's bits do not depend on what is drawn beside it ([`crate::renderer::ViewBatches`]).
+//! view's bits do not depend on what is drawn beside it ([`crate::renderer::ViewBatches`]). Lidars that sweep also need
+//! where they were when they were due before.
+//!
+//! What sensors are as data is in [`systems::sensors`].
 //!
 //! ```no_run
 //! use relief::prelude::*;
@@ -23,9 +31,19 @@
 //! ```
 
 mod camera;
+mod dataset;
+mod files;
 mod label_table;
+pub mod lidar;
+mod ray_meshes;
+mod rays;
 mod suite;
+mod texels;
 
 pub use camera::CameraCapture;
+pub use dataset::{SensorJob, render_sensors};
+pub use files::FileFormat;
 pub use label_table::{LabelTable, Labels};
-pub use suite::{Capture, SensorCapture, SensorData, SensorSuite, sensor_names};
+pub use lidar::{LidarScan, Pose};
+pub use rays::{Meeting, RayScene, RayWarnings};
+pub use suite::{Capture, LidarCapture, SensorCapture, SensorData, SensorSuite, sensor_names};

@@ -1,11 +1,16 @@
 //! Colours from the ways that people give them: all become linear RGB of the sRGB primaries.
 
 use glam::Vec3;
+use std::sync::LazyLock;
 
 /// The sRGB transfer function, IEC 61966-2-1: encoded value to linear light, both 0..1.
 pub fn linear_from_srgb(encoded: f32) -> f32 {
     if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
+
+/// [`linear_from_srgb`] of each byte over 255.
+pub static LINEAR_FROM_SRGB8: LazyLock<[f32; 256]> =
+    LazyLock::new(|| std::array::from_fn(|i| linear_from_srgb(i as f32 / 255.0)));
 
 /// The other way: linear light to encoded value, both 0..1.
 pub fn srgb_from_linear(linear: f32) -> f32 {

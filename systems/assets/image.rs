@@ -5,7 +5,7 @@
 //! (`alpha.rs`); normals renormalised, and in alpha how far those that they are the mean of spread (`spread`).
 
 use super::alpha;
-use super::color::{linear_from_srgb, srgb_from_linear};
+use super::color::{LINEAR_FROM_SRGB8, srgb_from_linear};
 use super::slots::slot_id;
 use glam::{Vec3, Vec4};
 
@@ -444,9 +444,6 @@ fn unit(color: Vec3) -> Vec3 {
 
 static LINEAR_FROM_UNORM8: std::sync::LazyLock<[f32; 256]> =
     std::sync::LazyLock::new(|| std::array::from_fn(|i| i as f32 / 255.0));
-
-static LINEAR_FROM_SRGB8: std::sync::LazyLock<[f32; 256]> =
-    std::sync::LazyLock::new(|| std::array::from_fn(|i| linear_from_srgb(i as f32 / 255.0)));
 
 /// Steps of the table from linear light to sRGB bytes: fine enough that every byte survives the round trip.
 const SRGB_STEPS: usize = 1 << 14;

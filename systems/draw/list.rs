@@ -192,6 +192,19 @@ pub struct DrawList {
     pub environment: Environment,
 }
 
+impl DrawList {
+    /// The slots of all that is drawn, with what they are drawn with: batches first, then what is blended.
+    pub fn drawn(&self) -> impl Iterator<Item = (u32, BatchKey)> {
+        let slots = |page: &u32| page * PAGE_SLOTS..(page + 1) * PAGE_SLOTS;
+        let is_used = |slot: &u32| self.instances.objects.get(*slot as usize).is_some_and(Option::is_some);
+        let in_batches = self.batches.iter().flat_map(move |batch| {
+            let pages = self.pages[batch.pages.start as usize..batch.pages.end as usize].iter();
+            pages.flat_map(slots).filter(is_used).map(|slot| (slot, batch.key))
+        });
+        in_batches.chain(self.transparent.iter().map(|object| (object.slot, object.key)))
+    }
+}
+
 impl Default for DrawList {
     fn default() -> Self {
         static WORLDS: AtomicU64 = AtomicU64::new(1);

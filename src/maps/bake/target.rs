@@ -1,30 +1,11 @@
-//! The fine mesh as rays meet it: a compressed wide BVH (obvhs) over its triangles.
-//!
-//! No ray may slip between two triangles that share an edge, or a baked map would have pinholes. The boxes are a little
-//! larger than the triangles, to make up for the rounding in obvhs's box test; and a triangle is tested by the volumes
-//! that the ray spans with its edges, which two triangles compute of a common edge from the same numbers in the same
-//! way (Plücker coordinates, as Embree's robust mode does it).
+//! The fine mesh as rays meet it: a tree over its triangles that no ray slips through, or a baked map would have
+//! pinholes.
 
 use super::Surface;
 use crate::maps::MapError;
+use crate::triangle_tree::{INNER_SIZE, TriangleTree, Unfit};
 use glam::{Vec3, Vec3A};
-use obvhs::aabb::Aabb;
-use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
-use obvhs::cwbvh::CwBvh;
-use obvhs::cwbvh::bvh2_to_cwbvh::bvh2_to_cwbvh;
-use obvhs::ploc::PlocBuilder;
-use obvhs::ray::{Ray, RayHit};
-use obvhs::{Boundable, BvhBuildParams};
-
-/// Inside, lengths are multiplied by a power of two that brings the mesh to this size: obvhs leaves out what is nearer
-/// than 0.0001 to the origin of a ray, whatever the unit.
-const INNER_SIZE: f32 = 1024.0;
-/// How much larger boxes are than what is in them, as a share of the largest coordinate.
-const PADDING: f32 = 1.0 / (1 << 20) as f32;
-/// How far outside a triangle, as a share of its size, a ray still meets it.
-const EDGE_SLACK: f32 = 1.0 / (1 << 22) as f32;
-/// obvhs's traversal stack has 32 places, and goes wrong silently beyond.
-const MAX_DEPTH: usize = 30;
+use obvhs::ray::Ray;
 
 /// Which side of triangles a ray meets.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -50,167 +31,54 @@ pub struct Hit {
 pub struct Target<'a> {
     /// What it was built from.
     pub surface: &'a Surface,
-    bvh: CwBvh,
-    /// Inner units, in the order of the BVH's leaves.
-    corners: Vec<[Vec3A; 3]>,
-    inner_from_metres: f32,
-}
-
-/// A triangle's box while the BVH is built.
-struct Padded {
-    aabb: Aabb,
-}
-
-impl Boundable for Padded {
-    fn aabb(&self) -> Aabb {
-        self.aabb
-    }
+    tree: TriangleTree,
 }
 
 impl<'a> Target<'a> {
-    /// Builds the BVH.
+    /// Builds the tree.
     ///
     /// # Errors
     /// There is nothing to meet, or it is too degenerate.
     pub fn new(surface: &'a Surface) -> Result<Self, MapError> {
-        let path = &surface.source;
-        let largest = surface.positions.iter().fold(0.0f32, |largest, p| largest.max(p.abs().max_element()));
-        if surface.triangles.is_empty() || largest == 0.0 {
-            return Err(MapError::refused(path, "all triangles are at one point: expected a mesh with a surface"));
-        }
-        let inner_from_metres = (INNER_SIZE / largest).log2().floor().exp2();
-        if !(inner_from_metres > 1e-30 && inner_from_metres < 1e30) {
-            return Err(MapError::refused(
-                path,
-                format!("coordinates up to {largest} m: too large or too small to bake"),
-            ));
-        }
-        let inner = |triangle: &[u32; 3]| {
-            triangle.map(|vertex| Vec3A::from(surface.positions[vertex as usize]) * inner_from_metres)
-        };
-        let padding = Vec3A::splat(PADDING * INNER_SIZE);
-        let boxes: Vec<Padded> = surface
-            .triangles
-            .iter()
-            .map(|triangle| {
-                let [a, b, c] = inner(triangle);
-                Padded { aabb: Aabb::new(a.min(b).min(c) - padding, a.max(b).max(c) + padding) }
-            })
-            .collect();
-        let bvh = build(&boxes);
-        if depth(&bvh) > MAX_DEPTH {
-            return Err(MapError::refused(path, "the triangles are distributed too unevenly for a BVH"));
-        }
-        let triangles = bvh.primitive_indices.iter();
-        let corners = triangles.map(|&triangle| inner(&surface.triangles[triangle as usize])).collect();
-        Ok(Self { surface, bvh, corners, inner_from_metres })
+        let corners = |triangle: &[u32; 3]| triangle.map(|vertex| surface.positions[vertex as usize]);
+        let tree = TriangleTree::new(surface.triangles.iter().map(corners)).map_err(|unfit| {
+            let told = match unfit {
+                Unfit::Empty => "all triangles are at one point: expected a mesh with a surface".to_owned(),
+                Unfit::Size(largest) => format!("coordinates up to {largest} m: too large or too small to bake"),
+                Unfit::Uneven => "the triangles are distributed too unevenly for a BVH".to_owned(),
+            };
+            MapError::refused(&surface.source, told)
+        })?;
+        Ok(Self { surface, tree })
     }
 
     /// The first triangle that a ray meets up to a distance. `direction` is unit.
     pub fn first_hit(&self, origin: Vec3, direction: Vec3, distance: f32, sides: Sides) -> Option<Hit> {
         let ray = self.ray(origin, direction, distance);
-        let mut nearest = RayHit::none();
         let against = if sides == Sides::Front { -1.0 } else { 1.0 };
-        let meets = |ray: &Ray, place: usize| {
-            let Some(met) = intersect(&self.corners[place], ray) else { return f32::INFINITY };
+        let (triangle, met) = self.tree.nearest(ray, 0.0, |triangle, met| {
             let wrong_side = met.along * against < 0.0;
-            if wrong_side && !self.surface.is_two_sided(self.bvh.primitive_indices[place]) {
-                return f32::INFINITY;
-            }
-            met.t
-        };
-        if !self.bvh.ray_traverse(ray, &mut nearest, meets) {
-            return None;
-        }
-        let place = nearest.primitive_id as usize;
-        let met = intersect(&self.corners[place], &Ray { tmax: f32::INFINITY, ..ray })?;
-        let distance = met.t / self.inner_from_metres;
-        Some(Hit { triangle: self.bvh.primitive_indices[place], weights: met.weights(), distance })
+            !wrong_side || self.surface.is_two_sided(triangle)
+        })?;
+        Some(Hit { triangle, weights: met.weights(), distance: met.t / self.tree.inner_from_metres() })
     }
 
     /// Whether a ray meets anything, from either side, up to a distance. `direction` is unit.
     pub fn is_hit(&self, origin: Vec3, direction: Vec3, distance: f32) -> bool {
-        let ray = self.ray(origin, direction, distance);
-        let meets = |ray: &Ray, place: usize| intersect(&self.corners[place], ray).map_or(f32::INFINITY, |met| met.t);
-        !self.bvh.ray_traverse_miss(ray, meets)
+        self.tree.is_hit(self.ray(origin, direction, distance))
     }
 
     /// How far off a surface a ray must start to leave it, metres: some ten times the rounding of coordinates.
     pub fn step_off(&self) -> f32 {
-        INNER_SIZE / (1 << 17) as f32 / self.inner_from_metres
+        INNER_SIZE / (1 << 17) as f32 / self.tree.inner_from_metres()
     }
 
     fn ray(&self, origin: Vec3, direction: Vec3, distance: f32) -> Ray {
-        let scale = self.inner_from_metres;
+        let scale = self.tree.inner_from_metres();
         // obvhs takes a direction of −0 for negative in one place and for positive in another, and meets nothing.
         let direction = Vec3A::from(direction) + 0.0;
         Ray::new(Vec3A::from(origin) * scale, direction, 0.0, (distance * scale).min(f32::MAX))
     }
-}
-
-/// As obvhs's `build_cwbvh`, but for the checks that panic in debug builds.
-fn build(boxes: &[Padded]) -> CwBvh {
-    let build = BvhBuildParams::medium_build();
-    let order = (0..boxes.len() as u32).collect();
-    let mut bvh = PlocBuilder::with_capacity(boxes.len()).build(
-        build.ploc_search_distance,
-        boxes,
-        order,
-        build.sort_precision,
-        build.search_depth_threshold,
-    );
-    ReinsertionOptimizer::default().run(&mut bvh, build.reinsertion_batch_ratio, None);
-    bvh2_to_cwbvh(&bvh, build.max_prims_per_leaf.clamp(1, 3), true, false)
-}
-
-/// Levels of nodes.
-fn depth(bvh: &CwBvh) -> usize {
-    let mut deepest = 0;
-    let mut open = vec![(0usize, 1)];
-    while let Some((index, depth)) = open.pop() {
-        let Some(node) = bvh.nodes.get(index) else { continue };
-        deepest = deepest.max(depth);
-        let inner = (0..8).filter(|&child| !node.is_child_empty(child) && !node.is_leaf(child));
-        open.extend(inner.map(|child| (node.child_node_index(child) as usize, depth + 1)));
-    }
-    deepest
-}
-
-/// Where a ray meets one triangle.
-struct Met {
-    t: f32,
-    /// The ray along the triangle's normal: below 0, it comes from the front.
-    along: f32,
-    /// Volumes of the ray with the edges opposite the corners.
-    volumes: Vec3A,
-}
-
-impl Met {
-    fn weights(&self) -> Vec3 {
-        let weights = Vec3::from(self.volumes / (self.volumes.x + self.volumes.y + self.volumes.z));
-        // Within the slack a weight may lie a little below 0.
-        weights.max(Vec3::ZERO) / weights.max(Vec3::ZERO).element_sum()
-    }
-}
-
-#[inline(always)]
-fn intersect(corners: &[Vec3A; 3], ray: &Ray) -> Option<Met> {
-    let [a, b, c] = [corners[0] - ray.origin, corners[1] - ray.origin, corners[2] - ray.origin];
-    let (ca, ab, bc) = (c - a, a - b, b - c);
-    let volumes = Vec3A::new(
-        bc.cross(b + c).dot(ray.direction),
-        ca.cross(c + a).dot(ray.direction),
-        ab.cross(a + b).dot(ray.direction),
-    );
-    let slack = EDGE_SLACK * (volumes.x + volumes.y + volumes.z).abs();
-    if volumes.min_element() < -slack && volumes.max_element() > slack {
-        return None;
-    }
-    let normal = ca.cross(ab);
-    let along = normal.dot(ray.direction);
-    let t = normal.dot(a) / along;
-    // Not a number where the ray lies in the triangle's plane.
-    (t >= ray.tmin && t <= ray.tmax).then_some(Met { t, along, volumes })
 }
 
 #[cfg(test)]

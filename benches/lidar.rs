@@ -1,0 +1,63 @@
+//! How many beams a second a lidar fires in the town: 128 beams in 1,024 columns from the middle of its main street, on
+//! one thread and on two.
+//!
+//! `scan/nothing` is the same scan where there is nothing to meet: what a beam costs beside its rays. `meshes` makes the
+//! trees of all meshes within range; `update` is what each capture costs before its first beam, with these trees kept.
+//!
+//! `cargo bench --bench lidar -- scan/town` runs a part of it.
+
+use bevy_tasks::TaskPoolBuilder;
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use glam::DVec3;
+use relief::scene;
+use relief::sensors::{Pose, RayScene, lidar};
+use std::path::Path;
+use std::time::Duration;
+use systems::Simulation;
+use systems::sensors::philox::Noise;
+use systems::sensors::{Beams, LidarSensor};
+
+/// On the right lane of the main street, at the height of a car's roof.
+const PLACE: DVec3 = DVec3::new(-20.0, 1.9, 3.2);
+
+fn town() -> Simulation {
+    let mut simulation = Simulation::new();
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes/town.ron");
+    scene::load(&path, &mut simulation).expect("the town");
+    simulation.frame();
+    simulation
+}
+
+fn beams(criterion: &mut Criterion) {
+    let town = town();
+    let sensor = LidarSensor { beams: Beams::Os1With128, columns: 1024, range: (0.5, 120.0), ..LidarSensor::default() };
+    let (columns, range) = (sensor.revolution(), sensor.range.1);
+    let poses = [Pose { translation: PLACE, ..Pose::default() }; 2];
+    let mut rays = RayScene::default();
+    rays.update(&town, &[PLACE], range);
+    let scan = lidar::scan(&rays, &sensor, &poses, columns, Noise::new(0, 0, 0));
+    let hits = scan.hit.iter().filter(|&&hit| hit == 1).count();
+    println!("{} objects, {hits} of {} beams met something, {:?}", rays.objects(), scan.len(), rays.warnings());
+
+    let mut group = criterion.benchmark_group("scan");
+    group.sample_size(20).measurement_time(Duration::from_secs(4));
+    group.throughput(Throughput::Elements(scan.len() as u64));
+    for (name, rays) in [("town", &rays), ("nothing", &RayScene::default())] {
+        for threads in [1, 2] {
+            let pool = TaskPoolBuilder::new().num_threads(threads).build();
+            group.bench_function(format!("{name}/{threads}"), |bencher| {
+                bencher.iter(|| lidar::scan_on(&pool, rays, &sensor, &poses, columns, Noise::new(0, 0, 0)));
+            });
+        }
+    }
+    group.finish();
+    let mut group = criterion.benchmark_group("scene");
+    group.sample_size(10);
+    group.bench_function("update", |bencher| bencher.iter(|| rays.update(&town, &[PLACE], range)));
+    group.bench_function("meshes", |bencher| {
+        bencher.iter(|| RayScene::default().update(&town, &[PLACE], range));
+    });
+}
+
+criterion_group!(benches, beams);
+criterion_main!(benches);
