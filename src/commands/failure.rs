@@ -139,6 +139,10 @@ fn code_of_frame(error: &FrameError) -> u8 {
         | FrameError::Compare(_)
         | FrameError::Import(_)
         | FrameError::NoMeshVariants { .. }
+        | FrameError::NoSensors { .. }
+        | FrameError::NoSensor { .. }
+        | FrameError::SharedSensorName { .. }
+        | FrameError::NoFormat { .. }
         | FrameError::Overwrites { .. }
         | FrameError::NoFrames { .. }
         | FrameError::Video(VideoError::UnknownEnding { .. })

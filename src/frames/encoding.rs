@@ -39,7 +39,7 @@ impl OutputKind {
 }
 
 /// Whether a whole picture of that size is there: one that was cut short, by others than this program, lacks its end.
-pub(super) fn is_written(path: &Path, size: (u32, u32)) -> bool {
+pub(crate) fn is_written(path: &Path, size: (u32, u32)) -> bool {
     // The last chunk of a PNG file: no data, its name, and the checksum of that (PNG specification, 11.2.5).
     const END: [u8; 12] = *b"\0\0\0\0IEND\xAE\x42\x60\x82";
     let mut end = [0; END.len()];

@@ -29,6 +29,43 @@ pub enum FrameError {
         /// The names there are.
         known: Vec<String>,
     },
+    /// A scene without sensors.
+    #[error("{}: no entity has a sensor, sensor: camera(…) or sensor: lidar(…)", scene.display())]
+    NoSensors {
+        /// The scene.
+        scene: PathBuf,
+    },
+    /// No sensor of that name.
+    #[error(
+        "{}: unknown sensor \"{wanted}\"{}; expected one of: {}", scene.display(),
+        nearest.as_ref().map_or(String::new(), |name| format!(" (did you mean \"{name}\"?)")), known.join(", ")
+    )]
+    NoSensor {
+        /// The scene.
+        scene: PathBuf,
+        /// The name asked for.
+        wanted: String,
+        /// The name most like it.
+        nearest: Option<String>,
+        /// The names there are.
+        known: Vec<String>,
+    },
+    /// Two sensors would write the same files.
+    #[error("{}: duplicate sensor name \"{name}\": both would write the same files", scene.display())]
+    SharedSensorName {
+        /// The scene.
+        scene: PathBuf,
+        /// The name.
+        name: String,
+    },
+    /// Outputs without a form.
+    #[error("sensor \"{sensor}\": none of the formats asked for holds {outputs}; npy and npz hold everything")]
+    NoFormat {
+        /// The sensor.
+        sensor: String,
+        /// Its outputs.
+        outputs: String,
+    },
     /// A gallery of a scene without mesh variants.
     #[error("{}: no entity has mesh variants, figure: [\"MESH\", …]", scene.display())]
     NoMeshVariants {

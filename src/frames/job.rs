@@ -1,11 +1,12 @@
 //! The frames of a run, one after the other, as files.
 //!
-//! Frame n is the world after n steps of its clock. The range asked for is reached by stepping, drawn frame by frame,
-//! and each picture is written whole, so that an interrupted run can be resumed by what is there.
+//! The range asked for is reached by stepping ([`super::run`]) and drawn frame by frame. Each picture is written whole, so
+//! that an interrupted run can be resumed by what is there.
 
 use super::FrameError;
 use super::encoding::{OutputKind, is_written, names_of_ids, outputs_of, pictures};
-use super::stage::{LoadOptions, begin_run, check_outputs, load_stage};
+use super::run::{FrameRun, Frames};
+use super::stage::{LoadOptions, check_outputs, load_stage};
 use crate::animation::{self, Animation};
 use crate::frame_time::FrameTime;
 use crate::output;
@@ -13,11 +14,8 @@ use crate::recording::{RecordingError, RunFiles};
 use crate::renderer::{Gpu, Settings, SingleView};
 use crate::video;
 use std::ffi::OsStr;
-use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
-use systems::Simulation;
-use systems::ecs::clock::{Clock, SPEEDS};
+use systems::ecs::clock::Clock;
 use systems::lights::{LightPolicies, LightPolicy};
 
 /// What to render.
@@ -91,62 +89,6 @@ impl FrameJob {
     }
 }
 
-/// Frames of a run. Frame n shows the state after n steps.
-#[derive(Clone, PartialEq, Eq, Debug)]
-pub enum Frames {
-    /// So many, from where the run begins: 0, or a snapshot's step.
-    First(u64),
-    /// These.
-    Range(Range<u64>),
-    /// All of a recording; without one, the first.
-    All,
-}
-
-impl Frames {
-    /// The numbers, of a run whose first and last steps are known, the last of a recording only.
-    fn numbers(&self, first: u64, last: Option<u64>) -> Result<Range<u64>, FrameError> {
-        let wanted = match self {
-            Self::First(count) => first..first + count,
-            Self::Range(range) => range.clone(),
-            Self::All => first..last.unwrap_or(first) + 1,
-        };
-        if wanted.start < first {
-            return Err(FrameError::NoFrames { wanted, known: format!("begins with frame {first}") });
-        }
-        match last {
-            Some(last) if wanted.end > last + 1 => {
-                Err(FrameError::NoFrames { wanted, known: format!("ends with frame {last}") })
-            }
-            _ => Ok(wanted),
-        }
-    }
-
-    /// The first that is known to be wanted.
-    fn start(&self) -> u64 {
-        if let Self::Range(range) = self { range.start } else { 0 }
-    }
-}
-
-/// Steps at the speed of the clock.
-struct Pace {
-    began: Instant,
-    first: u64,
-    seconds_per_step: f64,
-}
-
-impl Pace {
-    fn begin(clock: &Clock) -> Self {
-        let seconds_per_step = clock.step_seconds / clock.speed.clamp(*SPEEDS.start(), *SPEEDS.end());
-        Self { began: Instant::now(), first: clock.step, seconds_per_step }
-    }
-
-    /// Waits until a step is due; one that is late is not waited for.
-    fn wait(&self, step: u64) {
-        let due = Duration::from_secs_f64((step - self.first) as f64 * self.seconds_per_step);
-        std::thread::sleep(due.saturating_sub(self.began.elapsed()));
-    }
-}
-
 /// Renders a job; `progress` is called after each frame with how many are done, and of how many. Returns the files
 /// written.
 ///
@@ -168,16 +110,11 @@ pub fn render_frames(job: &FrameJob, mut progress: impl FnMut(u64, u64)) -> Resu
     let opening = std::thread::spawn(|| Gpu::headless().map(|gpu| SingleView::new(&gpu)));
     let stage = load_stage(&job.scene, job.camera.as_deref(), &job.load);
     let renderer = opening.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-    let mut stage = stage?;
+    let stage = stage?;
     let mut renderer = renderer?;
     stage.check_outputs(|path| job.writes(path))?;
-    let mut stepper = begin_run(&mut stage, &job.scene, &job.run, job.frames.start())?;
-    let now = stage.simulation.world.resource::<Clock>().step;
-    let (first, last) = stepper.recording().map_or((now, None), |recording| {
-        let (first, last) = recording.steps();
-        (first, Some(last))
-    });
-    let frames = job.frames.numbers(first, last)?;
+    let mut run = FrameRun::begin(stage, (&job.scene, &job.run), &job.frames, job.realtime)?;
+    let (stage, frames) = (&mut run.stage, run.frames.clone());
     output::make_folder(&job.folder)?;
     let frame_time = FrameTime::of(stage.simulation.world.resource::<Clock>().step_seconds);
     if let Some(film) = &job.video {
@@ -185,14 +122,12 @@ pub fn render_frames(job: &FrameJob, mut progress: impl FnMut(u64, u64)) -> Resu
     }
     stage.simulation.world.resource_mut::<LightPolicies>().forced = job.lights;
     let settings = job.settings.for_files();
-    let step_of = |simulation: &Simulation| simulation.world.resource::<Clock>().step;
-    let pace = job.realtime.then(|| Pace::begin(stage.simulation.world.resource()));
     let mut written = Vec::new();
     for frame in frames.clone() {
-        while step_of(&stage.simulation) < frame {
-            pace.iter().for_each(|pace| pace.wait(step_of(&stage.simulation) + 1));
-            stepper.step(&mut stage.simulation)?;
+        while run.step() < frame {
+            run.advance()?;
         }
+        let stage = &mut run.stage;
         let is_missing = |kind: &OutputKind| !job.resume || !is_written(&job.picture(*kind, frame), job.size);
         let missing: Vec<_> = job.outputs.iter().copied().filter(is_missing).collect();
         if !missing.is_empty() {
@@ -212,13 +147,9 @@ pub fn render_frames(job: &FrameJob, mut progress: impl FnMut(u64, u64)) -> Resu
         }
         progress(frame + 1 - frames.start, frames.end - frames.start);
     }
-    stepper.finish(&mut stage.simulation)?;
-    if let Some(path) = &job.run.save_snapshot {
-        stepper.save_snapshot(path, &mut stage.simulation)?;
-        written.push(path.clone());
-    }
+    written.extend(run.finish(&job.run)?);
     if let Some(names) = job.names_of_ids() {
-        output::write_whole(&names, names_of_ids(&mut stage.simulation.world).as_bytes())?;
+        output::write_whole(&names, names_of_ids(&mut run.stage.simulation.world).as_bytes())?;
         written.push(names);
     }
     if let Some(film) = &job.video {

@@ -3,6 +3,7 @@
 //! ```text
 //! stage     a scene as it is loaded, its camera, and the run that begins with it
 //! headless  pictures of a world in hand
+//! run       a run, taken from frame to frame
 //! job       the frames of a run as files: `relief render`
 //! encoding  colour, depth, normals and ids in these files
 //! slot_ids  a frame whose ids are slots
@@ -12,14 +13,18 @@ mod encoding;
 mod error;
 mod headless;
 mod job;
+mod run;
 #[cfg(feature = "tools")]
 mod slot_ids;
 mod stage;
 
 pub use encoding::OutputKind;
+pub(crate) use encoding::is_written;
 pub use error::FrameError;
 pub use headless::Headless;
-pub use job::{FrameJob, Frames, render_frames};
+pub use job::{FrameJob, render_frames};
+pub(crate) use run::FrameRun;
+pub use run::Frames;
 #[cfg(feature = "tools")]
 pub(crate) use slot_ids::with_slot_ids;
 pub use stage::{LoadOptions, Stage, begin_run, check_outputs, load_stage, restore_texels};

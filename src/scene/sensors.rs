@@ -8,7 +8,7 @@ use super::values::{Color, Named, names, one_of};
 use serde::{Deserialize, Deserializer};
 use systems::assets::color::srgb_from_linear;
 use systems::draw::Intrinsics;
-use systems::sensors::{self, CameraOutput, CameraOutputs, ClassInfo, Classes, SensorKind};
+use systems::sensors::{self, Beams, CameraOutput, CameraOutputs, ClassInfo, Classes, LidarNoise, SensorKind};
 
 /// Pixels along a side.
 const LARGEST_PICTURE: u32 = 16384;
@@ -19,6 +19,7 @@ const SLOWEST: u32 = 1_000_000;
 #[serde(rename_all = "snake_case")]
 pub enum Sensor {
     Camera(CameraSensor),
+    Lidar(LidarSensor),
 }
 
 #[derive(Deserialize, Debug)]
@@ -48,6 +49,37 @@ impl Default for CameraSensor {
             every: 1,
             phase: 0,
         }
+    }
+}
+
+/// Its fields are those of [`sensors::LidarSensor`].
+#[derive(Deserialize, Debug)]
+#[serde(default, deny_unknown_fields)]
+pub struct LidarSensor {
+    pub beams: Beams,
+    pub hz: f32,
+    pub columns: u32,
+    pub range: [f32; 2],
+    pub attenuation: f32,
+    pub sweep: bool,
+    pub noise: LidarNoise,
+    pub every: u32,
+    pub phase: u32,
+}
+
+impl Default for LidarSensor {
+    fn default() -> Self {
+        let sensors::LidarSensor { beams, hz, columns, range, attenuation, sweep, noise } =
+            sensors::LidarSensor::default();
+        Self { beams, hz, columns, range: range.into(), attenuation, sweep, noise, every: 1, phase: 0 }
+    }
+}
+
+impl LidarSensor {
+    fn lidar(&self) -> sensors::LidarSensor {
+        let Self { hz, columns, attenuation, sweep, noise, .. } = *self;
+        let (beams, range) = (self.beams.clone(), self.range.into());
+        sensors::LidarSensor { beams, hz, columns, range, attenuation, sweep, noise }
     }
 }
 
@@ -152,8 +184,24 @@ impl Check<'_> {
         if !is_named {
             self.fault("expected the entity to have a name, by which outputs call the sensor");
         }
-        let Sensor::Camera(camera) = sensor;
-        self.camera_sensor(camera);
+        match sensor {
+            Sensor::Camera(camera) => self.camera_sensor(camera),
+            Sensor::Lidar(lidar) => {
+                self.rate(lidar.every, lidar.phase);
+                if let Err(message) = lidar.lidar().check() {
+                    self.fault(message);
+                }
+            }
+        }
+    }
+
+    fn rate(&mut self, every: u32, phase: u32) {
+        if !(1..=SLOWEST).contains(&every) {
+            self.field("every", |c| c.fault(format_args!("expected steps from 1 to {SLOWEST}, found {every}")));
+        } else if phase >= every {
+            let message = format!("expected less than every, which is {every}, found {phase}");
+            self.field("phase", |c| c.fault(message));
+        }
     }
 
     fn camera_sensor(&mut self, camera: &CameraSensor) {
@@ -196,19 +244,23 @@ impl Check<'_> {
         if ![1, 4].contains(&camera.samples) {
             self.field("samples", |c| c.fault(format_args!("expected 1 or 4, found {}", camera.samples)));
         }
-        if !(1..=SLOWEST).contains(&camera.every) {
-            let message = format!("expected steps from 1 to {SLOWEST}, found {}", camera.every);
-            self.field("every", |c| c.fault(message));
-        } else if camera.phase >= camera.every {
-            let message = format!("expected less than every, which is {}, found {}", camera.every, camera.phase);
-            self.field("phase", |c| c.fault(message));
-        }
+        self.rate(camera.every, camera.phase);
     }
 }
 
 /// A checked sensor as a component.
 pub fn sensor(source: &Sensor) -> sensors::Sensor {
-    let Sensor::Camera(source) = source;
+    match source {
+        Sensor::Camera(source) => {
+            sensors::Sensor { kind: SensorKind::Camera(camera(source)), every: source.every, phase: source.phase }
+        }
+        Sensor::Lidar(source) => {
+            sensors::Sensor { kind: SensorKind::Lidar(source.lidar()), every: source.every, phase: source.phase }
+        }
+    }
+}
+
+fn camera(source: &CameraSensor) -> sensors::CameraSensor {
     let size = source.size.into();
     let lens = match &source.lens {
         Lens::FieldOfView(FieldOfView { x_degrees: Some(x), .. }) => {
@@ -230,8 +282,7 @@ pub fn sensor(source: &Sensor) -> sensors::Sensor {
         _ => f32::INFINITY,
     });
     let outputs: CameraOutputs = source.outputs.iter().copied().collect();
-    let camera = sensors::CameraSensor { size, lens, near: source.near, far, outputs, samples: source.samples };
-    sensors::Sensor { kind: SensorKind::Camera(camera), every: source.every, phase: source.phase }
+    sensors::CameraSensor { size, lens, near: source.near, far, outputs, samples: source.samples }
 }
 
 /// A scene's classes; those of Cityscapes where it has none of its own.

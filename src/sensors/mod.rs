@@ -8,7 +8,7 @@
 //!                (ray_meshes); with colours and masks (texels)
 //! label_table    entities to the numbers and classes that outputs have for them
 //! dataset        the sensors of a run as files: `relief render --sensors`
-//! files          which file an output becomes, and what is in it
+//! files          which files outputs become, and what is in them; description, manifest: those of a whole data set
 //! ```
 //!
 //! A capture is a function of the state after a step, and of nothing else: all sensors are captured of one frame, and a
@@ -32,9 +32,11 @@
 
 mod camera;
 mod dataset;
+mod description;
 mod files;
 mod label_table;
 pub mod lidar;
+mod manifest;
 mod ray_meshes;
 mod rays;
 mod suite;

@@ -2,26 +2,33 @@
 
 use super::camera::{self, CameraCapture};
 use super::label_table::{LabelTable, number};
+use super::lidar::{self, LidarScan, Pose};
+use super::rays::{RayScene, RayWarnings};
 use crate::name;
 use crate::renderer::{Gpu, RenderError, Renderer, Settings, ViewBatches, ViewPlan};
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
-use glam::{Affine3A, DAffine3, DMat3};
+use glam::{Affine3A, DAffine3, DMat3, DVec3};
+use std::collections::HashMap;
 use std::ops::Index;
 use systems::Simulation;
-use systems::ecs::clock::Clock;
-use systems::sensors::{CameraSensor, Instance, Sensor, SensorKind};
+use systems::draw::rigid;
+use systems::ecs::clock::{Clock, Seed};
+use systems::sensors::philox::Noise;
+use systems::sensors::{Instance, LidarSensor, Sensor, SensorKind};
 use systems::space::GlobalTransform;
 use systems::space::origin::Origin;
 
 /// What it takes to capture sensors: a renderer, and what their views keep from capture to capture.
-#[derive(Debug)]
 pub struct SensorSuite {
     /// How cameras draw, but for what a sensor says itself: samples and outputs.
     pub settings: Settings,
     renderer: Renderer,
     batches: ViewBatches,
     labels: LabelTable,
+    rays: RayScene,
+    /// Where lidars that sweep were when they were due last.
+    poses: HashMap<Entity, (u64, Pose)>,
 }
 
 /// What all sensors that were due measured of one state.
@@ -53,13 +60,30 @@ pub struct SensorCapture {
 pub enum SensorData {
     /// Of a camera.
     Camera(CameraCapture),
+    /// Of a lidar.
+    Lidar(LidarCapture),
+}
+
+/// What a lidar measured since it was due before: arrays with an element per beam.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct LidarCapture {
+    /// What the beams met.
+    pub scan: LidarScan,
+    /// Numbers of things; 0 where there is no return.
+    pub instance: Vec<u32>,
+    /// Semantic classes; 0 where there is none.
+    pub class: Vec<u8>,
 }
 
 impl SensorCapture {
     /// What a camera captured; `None` of another sensor.
     pub fn camera(&self) -> Option<&CameraCapture> {
-        let SensorData::Camera(camera) = &self.data;
-        Some(camera)
+        if let SensorData::Camera(camera) = &self.data { Some(camera) } else { None }
+    }
+
+    /// What a lidar captured; `None` of another sensor.
+    pub fn lidar(&self) -> Option<&LidarCapture> {
+        if let SensorData::Lidar(lidar) = &self.data { Some(lidar) } else { None }
     }
 }
 
@@ -112,6 +136,8 @@ impl SensorSuite {
             renderer: Renderer::new(gpu),
             batches: ViewBatches::default(),
             labels: LabelTable::default(),
+            rays: RayScene::default(),
+            poses: HashMap::new(),
         }
     }
 
@@ -132,30 +158,108 @@ impl SensorSuite {
         simulation: &mut Simulation,
         wanted: impl Fn(&str) -> bool,
     ) -> Result<Capture, RenderError> {
-        simulation.frame();
-        let world = &mut simulation.world;
-        let Clock { step, step_seconds, .. } = *world.resource::<Clock>();
-        let is_due = |world: &World, sensor| world.get::<Sensor>(sensor).is_some_and(|sensor| sensor.is_due(step));
-        let named = sensor_names(world).into_iter();
-        let due: Vec<Due> = named
-            .filter(|(name, sensor)| wanted(name) && is_due(world, *sensor))
-            .filter_map(|(name, sensor)| Due::of(world, name, sensor))
-            .collect();
-        let plans: Vec<ViewPlan> =
-            due.iter().map(|due| camera::plan(&due.camera, &due.world_from_sensor, &self.settings)).collect();
-        let Self { renderer, batches, labels, .. } = self;
+        let (step, due) = self.find_due(simulation, wanted);
+        let plans: Vec<ViewPlan> = due.iter().filter_map(|due| due.plan(&self.settings)).collect();
+        let Self { renderer, batches, labels, rays, poses, .. } = self;
         let drawn = simulation.with_frame(|frame| renderer.draw_views(frame, batches, &plans))?;
+        let lidars: Vec<_> = due.iter().filter_map(|due| due.fires(&simulation.world, poses)).collect();
+        let reach = lidars.iter().map(|(lidar, _)| lidar.range.1).fold(0.0, f32::max);
+        let places: Vec<DVec3> = lidars.iter().flat_map(|(_, poses)| poses.map(|pose| pose.translation)).collect();
+        if !places.is_empty() {
+            rays.update(simulation, &places, reach);
+        }
         labels.begin();
         let world = &simulation.world;
-        let origin = world.resource::<Origin>().0;
-        let sensors = due.into_iter().zip(plans.iter().zip(&drawn)).map(|(due, (plan, drawn))| {
-            let mut world_from_sensor = world_from_view(&plan.view.world_from_view);
+        let (origin, seed) = (world.resource::<Origin>().0, world.resource::<Seed>().0);
+        let Clock { step_seconds, .. } = *world.resource::<Clock>();
+        let (mut views, mut lidars) = (plans.iter().zip(&drawn), lidars.into_iter());
+        let mut sensors = Vec::new();
+        for due in due {
+            let data = match &due.sensor.kind {
+                SensorKind::Camera(camera) => {
+                    let Some((plan, drawn)) = views.next() else { continue };
+                    SensorData::Camera(camera::capture(camera, &plan.view, drawn, labels, world))
+                }
+                SensorKind::Lidar(_) => {
+                    let Some((lidar, poses)) = lidars.next() else { continue };
+                    let before = step.saturating_sub(due.sensor.every.into());
+                    let columns = lidar.columns_between(before, step, step_seconds);
+                    let noise = Noise::new(seed, number(world, due.entity).into(), step);
+                    let scan = lidar::scan(rays, &lidar, &poses, columns, noise);
+                    let of_beams = scan.entity.iter().map(|entity| labels.labels(world, entity.wrapping_add(1)));
+                    let (instance, class) = of_beams.map(|labels| (labels.instance, labels.class)).unzip();
+                    SensorData::Lidar(LidarCapture { scan, instance, class })
+                }
+            };
+            let mut world_from_sensor = world_from_view(&due.world_from_sensor);
             world_from_sensor.translation += origin;
-            let data = SensorData::Camera(camera::capture(&due.camera, &plan.view, drawn, labels, world));
-            SensorCapture { entity: due.entity, name: due.name, world_from_sensor, data }
+            sensors.push(SensorCapture { entity: due.entity, name: due.name, world_from_sensor, data });
+        }
+        self.note_poses(&simulation.world);
+        let nanoseconds = nanoseconds(world.resource::<Clock>(), step);
+        Ok(Capture { step, nanoseconds, sensors })
+    }
+
+    /// Notes where lidars are that sweep and are due, for the next time that they are, without capturing anything: of a
+    /// step that is left out. Brings the world up to date.
+    pub fn pass_by(&mut self, simulation: &mut Simulation) {
+        simulation.frame();
+        self.note_poses(&simulation.world);
+    }
+
+    fn note_poses(&mut self, world: &World) {
+        let step = world.resource::<Clock>().step;
+        let mut sensors = world.try_query::<(Entity, &Sensor, &GlobalTransform)>();
+        for (entity, sensor, place) in sensors.iter_mut().flat_map(|sensors| sensors.iter(world)) {
+            if matches!(&sensor.kind, SensorKind::Lidar(lidar) if lidar.sweep) && sensor.is_due(step) {
+                self.poses.insert(entity, (step, Pose::of(place)));
+            }
+        }
+        self.poses.retain(|entity, _| world.get_entity(*entity).is_ok());
+    }
+
+    /// What of lidars' rays is not as it is drawn.
+    pub fn ray_warnings(&self) -> RayWarnings {
+        self.rays.warnings()
+    }
+
+    /// The sensors that are due after the clock's step and wanted. Brings the world up to date.
+    pub(super) fn due(&self, simulation: &mut Simulation, wanted: impl Fn(&str) -> bool) -> Vec<DueSensor> {
+        let (_, due) = self.find_due(simulation, wanted);
+        let origin = simulation.world.resource::<Origin>().0;
+        due.into_iter()
+            .map(|due| {
+                let mut world_from_sensor = world_from_view(&due.world_from_sensor);
+                world_from_sensor.translation += origin;
+                DueSensor { name: due.name, sensor: due.sensor, world_from_sensor }
+            })
+            .collect()
+    }
+
+    /// Says what of lidars' rays is not as it is drawn. Returns whether anything was said.
+    pub(super) fn warn_of_rays(&self) -> bool {
+        let RayWarnings { solid_masks, plain_maps, left_out } = self.rays.warnings();
+        let warnings = [
+            (solid_masks, "masked objects are solid to lidars: their texels were released"),
+            (plain_maps, "objects have one colour for lidars: the texels of their base maps were released"),
+            (left_out, "objects are met by no beam: their meshes have no surface, or triangles too uneven for a tree"),
+        ];
+        let said = warnings.into_iter().filter(|(count, _)| *count > 0);
+        said.map(|(count, message)| tracing::warn!("{count} {message}")).count() > 0
+    }
+
+    /// The clock's step, and the sensors that are due after it. Brings the world up to date.
+    fn find_due(&self, simulation: &mut Simulation, wanted: impl Fn(&str) -> bool) -> (u64, Vec<Due>) {
+        simulation.frame();
+        let world = &mut simulation.world;
+        let step = world.resource::<Clock>().step;
+        let named = sensor_names(world).into_iter();
+        let due = named.filter_map(|(name, entity)| {
+            let sensor = world.get::<Sensor>(entity).filter(|sensor| wanted(&name) && sensor.is_due(step))?.clone();
+            let world_from_sensor = rigid(&world.get::<GlobalTransform>(entity)?.affine());
+            Some(Due { entity, name, world_from_sensor, sensor })
         });
-        let nanoseconds = (step as f64 * step_seconds * 1e9).round() as u64;
-        Ok(Capture { step, nanoseconds, sensors: sensors.collect() })
+        (step, due.collect())
     }
 
     /// The device it draws with.
@@ -170,18 +274,41 @@ fn world_from_view(view: &Affine3A) -> DAffine3 {
     DAffine3 { matrix3: DMat3::from_cols(x, y, z), translation: view.translation.as_dvec3() }
 }
 
+/// A sensor that is due, and where it is in the scene's coordinates.
+pub(super) struct DueSensor {
+    pub name: String,
+    pub sensor: Sensor,
+    pub world_from_sensor: DAffine3,
+}
+
+/// The time after a step, rounded once.
+pub(super) fn nanoseconds(clock: &Clock, step: u64) -> u64 {
+    (step as f64 * clock.step_seconds * 1e9).round() as u64
+}
+
 /// A sensor to be captured.
 struct Due {
     entity: Entity,
     name: String,
+    /// Without scale, mirror and shear.
     world_from_sensor: Affine3A,
-    camera: CameraSensor,
+    sensor: Sensor,
 }
 
 impl Due {
-    fn of(world: &World, name: String, entity: Entity) -> Option<Self> {
-        let world_from_sensor = world.get::<GlobalTransform>(entity)?.affine();
-        let SensorKind::Camera(camera) = world.get::<Sensor>(entity)?.kind.clone();
-        Some(Self { entity, name, world_from_sensor, camera })
+    /// How a camera's view is drawn.
+    fn plan(&self, settings: &Settings) -> Option<ViewPlan> {
+        let SensorKind::Camera(camera) = &self.sensor.kind else { return None };
+        Some(camera::plan(camera, &self.world_from_sensor, settings))
+    }
+
+    /// A lidar, and where it was when it was due before, as far as that is known, and is.
+    fn fires(&self, world: &World, poses: &HashMap<Entity, (u64, Pose)>) -> Option<(LidarSensor, [Pose; 2])> {
+        let SensorKind::Lidar(lidar) = &self.sensor.kind else { return None };
+        let now = Pose::of(world.get::<GlobalTransform>(self.entity)?);
+        let step = world.resource::<Clock>().step;
+        let due_before = step.checked_sub(self.sensor.every.into());
+        let before = poses.get(&self.entity).filter(|(at, _)| Some(*at) == due_before);
+        Some((lidar.clone(), [before.map_or(now, |(_, pose)| *pose), now]))
     }
 }

@@ -42,4 +42,4 @@ pub use list::{
 pub use materials::{MOST_LAYERS, MaterialTable, most_layers, update_materials};
 pub use records::{InstanceRecord, MaterialRecord, ViewRecord};
 pub use shadow_casters::{ShadowCaster, ShadowScene};
-pub use view::{View, in_frustum};
+pub use view::{View, in_frustum, rigid};

@@ -122,7 +122,7 @@ impl View {
 
 /// A place without scale, mirror and shear: the axis Z keeps its direction, Y the nearest at a right angle to it. An
 /// axis without length gets a direction that suits the others.
-fn rigid(world_from_local: &Affine3A) -> Affine3A {
+pub fn rigid(world_from_local: &Affine3A) -> Affine3A {
     let m = world_from_local.matrix3;
     let back = m.z_axis.try_normalize().or_else(|| m.x_axis.cross(m.y_axis).try_normalize()).unwrap_or(Vec3A::Z);
     let up = m.y_axis.reject_from_normalized(back).try_normalize().or_else(|| back.cross(m.x_axis).try_normalize());

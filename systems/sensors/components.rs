@@ -1,5 +1,6 @@
 //! What sensors are as components: kind, rate, lens and outputs.
 
+use super::lidar::LidarSensor;
 use crate::draw::camera::{Camera, Projection};
 use crate::draw::intrinsics::Intrinsics;
 use crate::space::transform::Transform;
@@ -34,12 +35,19 @@ pub struct Sensor {
 pub enum SensorKind {
     /// Pictures, and what is known of each pixel.
     Camera(CameraSensor),
+    /// Distances along beams.
+    Lidar(LidarSensor),
 }
 
 impl Sensor {
     /// A camera that is due after every step.
     pub fn camera(camera: CameraSensor) -> Self {
         Self { kind: SensorKind::Camera(camera), every: 1, phase: 0 }
+    }
+
+    /// A lidar that is due after every step: what it fires in one.
+    pub fn lidar(lidar: LidarSensor) -> Self {
+        Self { kind: SensorKind::Lidar(lidar), every: 1, phase: 0 }
     }
 
     /// The same sensor, due once in so many steps.

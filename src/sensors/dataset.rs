@@ -1,0 +1,184 @@
+//! The sensors of a run as files: a folder per sensor, with a file for each of its captures and outputs.
+//!
+//! ```text
+//! DIR/ego/front/color_00012.png    of the sensor `front` on `ego`, after step 12
+//! DIR/sensors.json                 what the sensors are, and where they were at each capture
+//! DIR/manifest.json                a hash of each of these files
+//! ```
+//!
+//! Each file is written whole or not at all, so that an interrupted run can be resumed by what is there.
+
+use super::files::{self, FileFormat, OutputFile};
+use super::suite::{SensorSuite, sensor_names};
+use super::{description, manifest};
+use crate::frames::{FrameError, FrameRun, Frames, LoadOptions, check_outputs, is_written, load_stage};
+use crate::name;
+use crate::output::{self, OutputError};
+use crate::recording::{RecordingError, RunFiles};
+use crate::renderer::{Gpu, Settings};
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use systems::lights::{LightPolicies, LightPolicy};
+use systems::sensors::{Sensor, SensorKind};
+
+/// What to capture.
+#[derive(Clone, Debug)]
+pub struct SensorJob {
+    /// Scene file.
+    pub scene: PathBuf,
+    /// Where the files go; made if missing.
+    pub folder: PathBuf,
+    /// Which frames: of these, those after which a sensor is due.
+    pub frames: Frames,
+    /// Names of sensors; `None`: all.
+    pub sensors: Option<Vec<String>>,
+    /// Forms of files, at least one.
+    pub formats: Vec<FileFormat>,
+    /// How cameras draw, but for what a sensor says itself.
+    pub settings: Settings,
+    /// Lights everything by this policy; `None`: as the scene has it.
+    pub lights: Option<LightPolicy>,
+    /// Leaves captures alone whose files are all there.
+    pub resume: bool,
+    /// How the scene is loaded. Texels are kept: rays read them.
+    pub load: LoadOptions,
+    /// What the run begins from and is kept in.
+    pub run: RunFiles,
+    /// Takes the steps at the speed of the scene's clock rather than as fast as possible.
+    pub realtime: bool,
+}
+
+impl SensorJob {
+    /// Whether a file may be one of the job's: all in its folder are.
+    fn writes(&self, path: &Path) -> bool {
+        output::real(path).starts_with(output::real(&self.folder))
+    }
+}
+
+/// Captures a job; `progress` is called after each frame with how many are done, and of how many. Returns the files
+/// written.
+///
+/// # Errors
+/// [`FrameError`]; files written before stay.
+pub fn render_sensors(job: &SensorJob, mut progress: impl FnMut(u64, u64)) -> Result<Vec<PathBuf>, FrameError> {
+    if let Some(path) = job.run.written().find(|path| job.writes(path)) {
+        return Err(RecordingError::taken(path).into());
+    }
+    let begun_from: Vec<PathBuf> = job.run.replay.iter().chain(&job.run.from_snapshot).cloned().collect();
+    check_outputs(&begun_from, |path| job.writes(path))?;
+    // The driver and its pipelines take their time; the scene loads meanwhile.
+    let opening = std::thread::spawn(|| Gpu::headless().map(|gpu| SensorSuite::new(&gpu)));
+    let load = LoadOptions { keep_texels: true, ..job.load.clone() };
+    let stage = load_stage(&job.scene, None, &load);
+    let suite = opening.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+    let mut stage = stage?;
+    let mut suite = suite?;
+    stage.check_outputs(|path| job.writes(path))?;
+    let chosen = choose(job, &mut stage.simulation.world)?;
+    let mut run = FrameRun::begin(stage, (&job.scene, &job.run), &job.frames, job.realtime)?;
+    let frames = run.frames.clone();
+    output::make_folder(&job.folder)?;
+    for name in &chosen {
+        output::make_folder(&job.folder.join(name))?;
+    }
+    run.stage.simulation.world.resource_mut::<LightPolicies>().forced = job.lights;
+    suite.settings = job.settings;
+    let (mut written, mut all, mut captures) = (Vec::new(), BTreeSet::new(), Vec::new());
+    let mut has_warned = false;
+    loop {
+        let step = run.step();
+        if step >= frames.start {
+            let due = suite.due(&mut run.stage.simulation, |name| chosen.contains(name));
+            let mut missing = BTreeSet::new();
+            for due in &due {
+                let folder = job.folder.join(&due.name);
+                for file in files::files_of(&due.sensor, &job.formats, step) {
+                    let path = folder.join(&file.name);
+                    if !job.resume || !is_whole(&path, &due.sensor, &file) {
+                        missing.insert(due.name.clone());
+                    }
+                    all.insert(path);
+                }
+                captures.push(description::capture(
+                    &due.name,
+                    step,
+                    &run.stage.simulation.world,
+                    &due.world_from_sensor,
+                ));
+            }
+            if missing.is_empty() {
+                suite.pass_by(&mut run.stage.simulation);
+            } else {
+                let capture = suite.capture_some(&mut run.stage.simulation, |name| missing.contains(name))?;
+                for (sensor, due) in capture.sensors.iter().zip(due.iter().filter(|due| missing.contains(&due.name))) {
+                    for file in files::files_of(&due.sensor, &job.formats, step) {
+                        let path = job.folder.join(&sensor.name).join(&file.name);
+                        let bytes = files::encode(sensor, &file).map_err(|error| OutputError::io(&path, error))?;
+                        output::write_whole(&path, &bytes)?;
+                        written.push(path);
+                    }
+                }
+                if !has_warned {
+                    has_warned = suite.warn_of_rays();
+                }
+            }
+            progress(step + 1 - frames.start, frames.end - frames.start);
+        } else {
+            suite.pass_by(&mut run.stage.simulation);
+        }
+        if step + 1 >= frames.end {
+            break;
+        }
+        run.advance()?;
+    }
+    written.extend(run.finish(&job.run)?);
+    let world = &mut run.stage.simulation.world;
+    let path = job.folder.join("sensors.json");
+    output::write_whole(&path, description::of_sensors(world, &chosen, captures).as_bytes())?;
+    all.insert(path.clone());
+    written.push(path);
+    let path = job.folder.join("manifest.json");
+    let text = manifest::of_files(&job.folder, &all, suite.gpu(), world)?;
+    output::write_whole(&path, text.as_bytes())?;
+    written.push(path);
+    Ok(written)
+}
+
+/// The names of the sensors that a job asks for.
+fn choose(job: &SensorJob, world: &mut bevy_ecs::prelude::World) -> Result<BTreeSet<String>, FrameError> {
+    let known = sensor_names(world);
+    let names: Vec<&str> = known.iter().map(|(name, _)| name.as_str()).collect();
+    if names.is_empty() {
+        return Err(FrameError::NoSensors { scene: job.scene.clone() });
+    }
+    let wanted: Vec<String> = job.sensors.clone().unwrap_or_else(|| names.iter().map(ToString::to_string).collect());
+    for name in &wanted {
+        match names.iter().filter(|known| **known == name.as_str()).count() {
+            0 => {
+                let (scene, wanted) = (job.scene.clone(), name.clone());
+                let known = names.iter().map(ToString::to_string).collect();
+                let nearest = name::nearest(&names, name).map(str::to_owned);
+                return Err(FrameError::NoSensor { scene, wanted, nearest, known });
+            }
+            1 => {}
+            _ => return Err(FrameError::SharedSensorName { scene: job.scene.clone(), name: name.clone() }),
+        }
+    }
+    for (name, entity) in known.iter().filter(|(name, _)| wanted.contains(name)) {
+        let Some(sensor) = world.get::<Sensor>(*entity) else { continue };
+        let left_out = files::left_out(sensor, &job.formats);
+        if !left_out.is_empty() {
+            let outputs = left_out.join(", ");
+            return Err(FrameError::NoFormat { sensor: name.clone(), outputs });
+        }
+    }
+    Ok(wanted.into_iter().collect())
+}
+
+/// Whether a file is there, as far as can be told without its contents: files are written whole.
+fn is_whole(path: &Path, sensor: &Sensor, file: &OutputFile) -> bool {
+    match (&sensor.kind, file.format) {
+        (SensorKind::Camera(camera), FileFormat::Png) => is_written(path, camera.size),
+        _ => path.metadata().is_ok_and(|found| found.is_file() && found.len() > 0),
+    }
+}

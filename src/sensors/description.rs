@@ -1,0 +1,121 @@
+//! `sensors.json`: what the sensors of a data set are, and where they were at each capture.
+//!
+//! Matrices are rows of numbers, from the sensor's axes to the scene's coordinates. A camera's axes are X right, Y down,
+//! Z forward; a lidar's X forward, Y left, Z up.
+
+use bevy_ecs::prelude::*;
+use glam::{DAffine3, DMat3, DMat4, DVec3};
+use serde_json::{Value, json};
+use std::collections::BTreeSet;
+use systems::draw::Intrinsics;
+use systems::ecs::clock::Clock;
+use systems::sensors::{CameraOutput, CameraSensor, Classes, LidarSensor, Sensor, SensorKind};
+
+use super::suite::{nanoseconds, sensor_names};
+
+/// Of the file's form.
+const VERSION: u32 = 1;
+
+/// A capture: which sensor, when, and where it was. `world_from_entity`: from the entity's axes (+Y up) to the scene's
+/// coordinates.
+pub(super) fn capture(name: &str, step: u64, world: &World, world_from_entity: &DAffine3) -> (String, Value) {
+    let at = json!({
+        "step": step,
+        "nanoseconds": nanoseconds(world.resource::<Clock>(), step),
+        "world_from_entity": rows(&DMat4::from(*world_from_entity)),
+    });
+    (name.to_owned(), at)
+}
+
+fn rows(matrix: &DMat4) -> Value {
+    json!([0, 1, 2, 3].map(|row| matrix.row(row).to_array()))
+}
+
+/// The file's text.
+pub(super) fn of_sensors(world: &mut World, chosen: &BTreeSet<String>, captures: Vec<(String, Value)>) -> String {
+    let known = sensor_names(world).into_iter().filter(|(name, _)| chosen.contains(name));
+    let sensors: Vec<Value> = known
+        .filter_map(|(name, entity)| {
+            let sensor = world.get::<Sensor>(entity)?;
+            let own: Vec<&Value> = captures.iter().filter(|(of, _)| *of == name).map(|(_, at)| at).collect();
+            let mut described = match &sensor.kind {
+                SensorKind::Camera(camera) => of_camera(camera),
+                SensorKind::Lidar(lidar) => of_lidar(lidar),
+            };
+            described["name"] = json!(name);
+            described["every"] = json!(sensor.every);
+            described["phase"] = json!(sensor.phase);
+            described["captures"] = json!(own);
+            Some(described)
+        })
+        .collect();
+    let classes = world.resource::<Classes>().0.iter().map(|class| {
+        json!({
+            "id": class.id,
+            "name": class.name,
+            "color": class.color,
+            "thing": class.is_thing,
+            "train_id": class.train_id,
+        })
+    });
+    let described = json!({
+        "version": VERSION,
+        "step_seconds": world.resource::<Clock>().step_seconds,
+        "units": { "length": "metre", "time": "second", "angle": "radian" },
+        "world_axes": "X, Y up, Z, right-handed",
+        "classes": classes.collect::<Vec<_>>(),
+        "sensors": sensors,
+    });
+    format!("{described:#}\n")
+}
+
+fn of_camera(camera: &CameraSensor) -> Value {
+    let outputs = camera.outputs.iter().map(|(name, output)| (name.to_owned(), of_output(output)));
+    json!({
+        "kind": "camera",
+        "width": camera.size.0,
+        "height": camera.size.1,
+        "K": camera.intrinsics().map(|intrinsics: Intrinsics| {
+            let k = intrinsics.matrix();
+            [0, 1, 2].map(|row| k.row(row).to_array())
+        }),
+        "D": [],
+        "distortion_model": "plumb_bob",
+        "near": camera.near,
+        "far": camera.far.is_finite().then_some(camera.far),
+        "axes": "X right, Y down, Z forward",
+        "entity_from_sensor": rows(&DMat4::from_mat3(DMat3::from_diagonal(DVec3::new(1.0, -1.0, -1.0)))),
+        "outputs": outputs.collect::<serde_json::Map<_, _>>(),
+    })
+}
+
+/// Type, unit, and what stands where there is nothing.
+fn of_output(output: CameraOutput) -> Value {
+    let (kind, unit, nothing) = match output {
+        CameraOutput::Color => ("uint8", "sRGB, tone-mapped", "sky"),
+        CameraOutput::Linear => ("float16", "linear, exposed", "sky"),
+        CameraOutput::Depth => ("float32", "metres along the optical axis", "infinity"),
+        CameraOutput::Range => ("float32", "metres from the optical centre", "infinity"),
+        CameraOutput::Normal => ("float32", "unit vectors, camera axes", "0"),
+        CameraOutput::Instance => ("uint32", "number of the instance", "0"),
+        CameraOutput::Part => ("uint32", "number of the drawn entity", "0"),
+        CameraOutput::Class => ("uint8", "class id", "0"),
+        CameraOutput::Panoptic => ("uint32", "class * 1000 + place among its class for things, else class", "0"),
+    };
+    json!({ "type": kind, "unit": unit, "nothing": nothing })
+}
+
+fn of_lidar(lidar: &LidarSensor) -> Value {
+    let entity_from_points = DMat3::from_cols(DVec3::Z, DVec3::X, DVec3::Y);
+    json!({
+        "kind": "lidar",
+        "beams": lidar.beams,
+        "hz": lidar.hz,
+        "columns": lidar.columns,
+        "range": [lidar.range.0, lidar.range.1],
+        "attenuation": lidar.attenuation,
+        "sweep": lidar.sweep,
+        "axes": "X forward, Y left, Z up",
+        "entity_from_sensor": rows(&DMat4::from_mat3(entity_from_points)),
+    })
+}

@@ -1,0 +1,240 @@
+//! Which files a sensor's outputs become, and what is in them.
+
+use super::{CameraCapture, LidarCapture, SensorCapture, SensorData};
+use crate::export::array::{Array, Column, Values};
+use crate::export::exr::{self, Channel};
+use crate::export::{kitti, npy, npz};
+use std::io::{Cursor, Error, ErrorKind, Result};
+use systems::sensors::{CameraOutput, Sensor, SensorKind};
+
+/// A form of files.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub enum FileFormat {
+    /// A picture for each output.
+    Png,
+    /// An array of numpy for each output.
+    Npy,
+    /// An archive of these for each capture.
+    Npz,
+    /// A picture with named channels for each capture.
+    Exr,
+}
+
+impl FileFormat {
+    /// All, with their names, which end the names of their files.
+    pub const ALL: [(&'static str, Self); 4] =
+        [("png", Self::Png), ("npy", Self::Npy), ("npz", Self::Npz), ("exr", Self::Exr)];
+
+    /// Whether it has a form for an output of a camera.
+    fn holds(self, output: CameraOutput) -> bool {
+        match self {
+            Self::Png => output != CameraOutput::Linear,
+            Self::Npy | Self::Npz => true,
+            Self::Exr => output != CameraOutput::Color,
+        }
+    }
+}
+
+/// The records of a lidar in names of files.
+const POINTS: &str = "points";
+
+/// The names of a sensor's outputs that no format of these holds.
+pub(super) fn left_out(sensor: &Sensor, formats: &[FileFormat]) -> Vec<&'static str> {
+    match &sensor.kind {
+        SensorKind::Camera(camera) => {
+            let is_left_out = |output| !formats.iter().any(|format| format.holds(output));
+            camera.outputs.iter().filter(|(_, output)| is_left_out(*output)).map(|(name, _)| name).collect()
+        }
+        SensorKind::Lidar(_) => {
+            let holds = formats.iter().any(|format| matches!(format, FileFormat::Npy | FileFormat::Npz));
+            if holds { Vec::new() } else { vec![POINTS] }
+        }
+    }
+}
+
+/// A file of a capture.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub(super) struct OutputFile {
+    /// In the sensor's folder.
+    pub name: String,
+    pub format: FileFormat,
+    /// The output that is in it alone.
+    output: Option<CameraOutput>,
+}
+
+/// The files of a sensor's capture after a step.
+pub(super) fn files_of(sensor: &Sensor, formats: &[FileFormat], step: u64) -> Vec<OutputFile> {
+    let mut files = Vec::new();
+    for &(extension, format) in FileFormat::ALL.iter().filter(|(_, format)| formats.contains(format)) {
+        let mut file = |name: &str, output| {
+            let name = if name.is_empty() {
+                format!("{step:05}.{extension}")
+            } else {
+                format!("{name}_{step:05}.{extension}")
+            };
+            files.push(OutputFile { name, format, output });
+        };
+        match (&sensor.kind, format) {
+            (SensorKind::Camera(camera), FileFormat::Png | FileFormat::Npy) => {
+                let held = camera.outputs.iter().filter(|(_, output)| format.holds(*output));
+                held.for_each(|(name, output)| file(name, Some(output)));
+            }
+            (SensorKind::Camera(camera), _) if camera.outputs.iter().any(|(_, output)| format.holds(output)) => {
+                file("", None);
+            }
+            (SensorKind::Lidar(_), FileFormat::Npy) => file(POINTS, None),
+            (SensorKind::Lidar(_), FileFormat::Npz) => file("", None),
+            _ => {}
+        }
+    }
+    files
+}
+
+/// The bytes of a file.
+///
+/// # Errors
+/// What does not fit into the form.
+pub(super) fn encode(capture: &SensorCapture, file: &OutputFile) -> Result<Vec<u8>> {
+    match &capture.data {
+        SensorData::Camera(camera) => of_camera(camera, file),
+        SensorData::Lidar(lidar) => of_lidar(lidar, file.format),
+    }
+}
+
+fn of_camera(camera: &CameraCapture, file: &OutputFile) -> Result<Vec<u8>> {
+    match (file.format, file.output) {
+        (FileFormat::Png, Some(output)) => png(camera, output),
+        (FileFormat::Npy, Some(output)) => array_of(camera, output).encode(),
+        (FileFormat::Exr, _) => exr::encode((camera.width, camera.height), &channels(camera)),
+        _ => {
+            let outputs = CameraOutput::ALL.into_iter().map(|(name, output)| (name, array_of(camera, output)));
+            let arrays = outputs.filter(|(_, array)| !array.values.is_empty());
+            archive(arrays.map(|(name, array)| Ok((name, array.encode()?))))
+        }
+    }
+}
+
+/// An array with an element, or a few, for each pixel.
+struct PixelArray<'a> {
+    shape: Vec<usize>,
+    values: Values<'a>,
+}
+
+impl PixelArray<'_> {
+    fn encode(&self) -> Result<Vec<u8>> {
+        npy::encode(&Array::new(&self.shape, self.values))
+    }
+}
+
+fn array_of(camera: &CameraCapture, output: CameraOutput) -> PixelArray<'_> {
+    let (values, parts) = match output {
+        CameraOutput::Color => (camera.color.as_flattened().into(), Some(3)),
+        CameraOutput::Linear => (camera.linear.as_flattened().into(), Some(3)),
+        CameraOutput::Depth => (camera.depth[..].into(), None),
+        CameraOutput::Range => (camera.range[..].into(), None),
+        CameraOutput::Normal => (camera.normal.as_flattened().into(), Some(3)),
+        CameraOutput::Instance => (camera.instance[..].into(), None),
+        CameraOutput::Part => (camera.part[..].into(), None),
+        CameraOutput::Class => (camera.class[..].into(), None),
+        CameraOutput::Panoptic => (camera.panoptic[..].into(), None),
+    };
+    let shape = [camera.height as usize, camera.width as usize].into_iter().chain(parts).collect();
+    PixelArray { shape, values }
+}
+
+fn channels(camera: &CameraCapture) -> Vec<Channel<'_>> {
+    let colors = Channel::parts(["R", "G", "B"], camera.linear.as_flattened());
+    let normals = Channel::parts(["N.X", "N.Y", "N.Z"], camera.normal.as_flattened());
+    let others: [(&str, Values); 6] = [
+        ("Z", camera.depth[..].into()),
+        ("range", camera.range[..].into()),
+        ("instance", camera.instance[..].into()),
+        ("part", camera.part[..].into()),
+        ("class", camera.class[..].into()),
+        ("panoptic", camera.panoptic[..].into()),
+    ];
+    let colors = colors.into_iter().filter(|_| !camera.linear.is_empty());
+    let normals = normals.into_iter().filter(|_| !camera.normal.is_empty());
+    let others = others.into_iter().filter(|(_, values)| !values.is_empty());
+    colors.chain(normals).chain(others.map(|(name, values)| Channel::new(name, values))).collect()
+}
+
+fn archive<'a>(arrays: impl Iterator<Item = Result<(&'a str, Vec<u8>)>>) -> Result<Vec<u8>> {
+    let arrays: Vec<(&str, Vec<u8>)> = arrays.collect::<Result<_>>()?;
+    let arrays: Vec<(&str, &[u8])> = arrays.iter().map(|(name, bytes)| (*name, &bytes[..])).collect();
+    let mut bytes = Vec::new();
+    npz::write(&mut bytes, &arrays)?;
+    Ok(bytes)
+}
+
+/// Depths and ranges in 1/256 m, 0 for nothing; normals 0.5 + 0.5·n; numbers as 24-bit colour, red the lowest byte.
+fn png(camera: &CameraCapture, output: CameraOutput) -> Result<Vec<u8>> {
+    let (width, height) = (camera.width, camera.height);
+    let rgb = |pixels: Vec<u8>| image::RgbImage::from_raw(width, height, pixels).map(image::DynamicImage::from);
+    let grey = |pixels: Vec<u16>| {
+        image::ImageBuffer::<image::Luma<u16>, _>::from_raw(width, height, pixels).map(image::DynamicImage::from)
+    };
+    let metres = |metres: &[f32]| grey(metres.iter().map(|metres| kitti::depth_steps(*metres)).collect());
+    let picture = match output {
+        CameraOutput::Color => rgb(camera.color.as_flattened().to_vec()),
+        CameraOutput::Depth => metres(&camera.depth),
+        CameraOutput::Range => metres(&camera.range),
+        CameraOutput::Normal => {
+            let byte = |v: f32| ((v * 0.5 + 0.5) * 255.0).round() as u8;
+            let pixel = |n: &[f32; 3]| if *n == [0.0; 3] { [0; 3] } else { n.map(byte) };
+            rgb(camera.normal.iter().flat_map(pixel).collect())
+        }
+        CameraOutput::Instance => rgb(colors_of_numbers(&camera.instance)?),
+        CameraOutput::Part => rgb(colors_of_numbers(&camera.part)?),
+        CameraOutput::Class => {
+            image::GrayImage::from_raw(width, height, camera.class.clone()).map(image::DynamicImage::from)
+        }
+        CameraOutput::Panoptic => {
+            let fit = |number: &u32| u16::try_from(*number).map_err(|_| too_large("panoptic", *number, 16));
+            grey(camera.panoptic.iter().map(fit).collect::<Result<_>>()?)
+        }
+        CameraOutput::Linear => None,
+    };
+    let picture = picture.ok_or_else(|| Error::new(ErrorKind::InvalidInput, "PNG: there are no pixels"))?;
+    let mut bytes = Vec::new();
+    picture.write_to(&mut Cursor::new(&mut bytes), image::ImageFormat::Png).map_err(Error::other)?;
+    Ok(bytes)
+}
+
+fn colors_of_numbers(numbers: &[u32]) -> Result<Vec<u8>> {
+    let mut bytes = Vec::with_capacity(numbers.len() * 3);
+    for number in numbers {
+        let [r, g, b, beyond] = number.to_le_bytes();
+        if beyond != 0 {
+            return Err(too_large("entity", *number, 24));
+        }
+        bytes.extend([r, g, b]);
+    }
+    Ok(bytes)
+}
+
+fn too_large(what: &str, number: u32, bits: u32) -> Error {
+    let message = format!("PNG: the {what} number {number} does not fit into {bits} bits; npy and npz hold it");
+    Error::new(ErrorKind::InvalidInput, message)
+}
+
+fn of_lidar(lidar: &LidarCapture, format: FileFormat) -> Result<Vec<u8>> {
+    let LidarCapture { scan, instance, class } = lidar;
+    let columns = [
+        Column::new("xyz", &[3], scan.xyz.as_flattened()),
+        Column::new("range", &[], &scan.range[..]),
+        Column::new("intensity", &[], &scan.intensity[..]),
+        Column::new("ring", &[], &scan.ring[..]),
+        Column::new("time", &[], &scan.time[..]),
+        Column::new("instance", &[], &instance[..]),
+        Column::new("class", &[], &class[..]),
+        Column::new("hit", &[], &scan.hit[..]),
+    ];
+    if format == FileFormat::Npy {
+        return npy::encode_records(scan.len(), &columns);
+    }
+    archive(columns.iter().map(|column| {
+        let shape: Vec<usize> = std::iter::once(scan.len()).chain(column.shape.iter().copied()).collect();
+        Ok((column.name, npy::encode(&Array::new(&shape, column.values))?))
+    }))
+}
