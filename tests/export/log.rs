@@ -25,6 +25,9 @@ fn rgba([r, g, b, a]: [f64; 4]) -> Value {
     json!({"r": r, "g": g, "b": b, "a": a})
 }
 
+/// A topic, the name of the form, the size, the values, and the bytes that they are.
+type Picture<'a> = (&'a str, &'a str, (u32, u32), Pixels<'a>, &'a [u8]);
+
 /// A log, and what is expected of it.
 struct Logged<'a> {
     log: mcap::Log<Vec<u8>>,
@@ -63,7 +66,7 @@ impl Logged<'_> {
         // Of 1.5 MiB, so that chunks end.
         let large = list(1024 * 512 * 3, |i| number(i + self.count) as u8);
         let Seen { depth, class, instance, ring, .. } = self.seen;
-        let pictures: [(&str, &str, (u32, u32), Pixels, &[u8]); 5] = [
+        let pictures: [Picture; 5] = [
             ("/large", "rgb8", (1024, 512), Pixels::Rgb(&large), &large),
             ("/depth", "32FC1", SIZE, Pixels::Float32(depth), bytemuck::cast_slice(depth)),
             ("/class", "mono8", SIZE, Pixels::Mono8(class), class),
