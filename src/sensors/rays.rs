@@ -118,7 +118,8 @@ impl Placed {
             inner_middle: Vec3A::from(mesh.aabb.center()) * inner_from_metres as f32,
             inner_from_world: Mat3A::from(inner_from_world.as_mat3()),
             inner_per_metre,
-            radius: half.length() as f32,
+            // A little more, so that no corner lies before where rays begin.
+            radius: 1.01 * half.length() as f32,
             rounding: ROUNDING * largest as f32,
             mesh,
             material,
