@@ -1,12 +1,17 @@
 //! How many beams a second a lidar fires in the town: 128 beams in 1,024 columns from the middle of its main street, on
 //! one thread and on two.
 //!
-//! `scan/nothing` is the same scan where there is nothing to meet: what a beam costs beside its rays. `meshes` makes the
+//! `wall/…` is the time that passes, `cpu/…` that of all threads together, which other programs do not lengthen.
+//! `nothing` is the same scan where there is nothing to meet: what a beam costs beside its rays. `meshes` makes the
 //! trees of all meshes within range; `update` is what each capture costs before its first beam, with these trees kept.
 //!
-//! `cargo bench --bench lidar -- scan/town` runs a part of it.
+//! `cargo bench --bench lidar -- cpu/town` runs a part of it.
+
+mod common;
 
 use bevy_tasks::TaskPoolBuilder;
+use common::CpuTime;
+use criterion::measurement::Measurement;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec3;
 use relief::scene;
@@ -28,7 +33,7 @@ fn town() -> Simulation {
     simulation
 }
 
-fn beams(criterion: &mut Criterion) {
+fn beams<M: Measurement>(criterion: &mut Criterion<M>, time: &str) {
     let town = town();
     let sensor = LidarSensor { beams: Beams::Os1With128, columns: 1024, range: (0.5, 120.0), ..LidarSensor::default() };
     let (columns, range) = (sensor.revolution(), sensor.range.1);
@@ -39,7 +44,7 @@ fn beams(criterion: &mut Criterion) {
     let hits = scan.hit.iter().filter(|&&hit| hit == 1).count();
     println!("{} objects, {hits} of {} beams met something, {:?}", rays.objects(), scan.len(), rays.warnings());
 
-    let mut group = criterion.benchmark_group("scan");
+    let mut group = criterion.benchmark_group(time);
     group.sample_size(20).measurement_time(Duration::from_secs(4));
     group.throughput(Throughput::Elements(scan.len() as u64));
     for (name, rays) in [("town", &rays), ("nothing", &RayScene::default())] {
@@ -50,8 +55,6 @@ fn beams(criterion: &mut Criterion) {
             });
         }
     }
-    group.finish();
-    let mut group = criterion.benchmark_group("scene");
     group.sample_size(10);
     group.bench_function("update", |bencher| bencher.iter(|| rays.update(&town, &[PLACE], range)));
     group.bench_function("meshes", |bencher| {
@@ -59,5 +62,14 @@ fn beams(criterion: &mut Criterion) {
     });
 }
 
-criterion_group!(benches, beams);
-criterion_main!(benches);
+fn wall(criterion: &mut Criterion) {
+    beams(criterion, "wall");
+}
+
+fn cpu(criterion: &mut Criterion<CpuTime>) {
+    beams(criterion, "cpu");
+}
+
+criterion_group!(by_wall, wall);
+criterion_group!(name = by_cpu; config = Criterion::default().with_measurement(CpuTime); targets = cpu);
+criterion_main!(by_wall, by_cpu);

@@ -25,6 +25,9 @@ const EDGE_SLACK: f32 = 1.0 / (1 << 22) as f32;
 /// obvhs's traversal stack has 32 places, and goes wrong silently beyond.
 const MAX_DEPTH: usize = 30;
 
+/// So many triangles are tested without the BVH, which takes longer.
+const FEW: usize = 4;
+
 /// Why there is no tree over some triangles.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Unfit {
@@ -114,7 +117,7 @@ impl TriangleTree {
     #[inline]
     pub fn nearest(&self, ray: Ray, beyond: f32, mut accept: impl FnMut(u32, &Met) -> bool) -> Option<(u32, Met)> {
         let mut nearest = None;
-        self.bvh.ray_traverse(ray, &mut RayHit::none(), |ray, place| {
+        let mut meet = |ray: &Ray, place: usize| {
             let Some(met) = self.triangles[place].intersect(ray, beyond) else { return f32::INFINITY };
             let triangle = self.bvh.primitive_indices[place];
             if met.t >= ray.tmax || !accept(triangle, &met) {
@@ -122,7 +125,13 @@ impl TriangleTree {
             }
             nearest = Some((triangle, met));
             met.t
-        });
+        };
+        if self.triangles.len() > FEW {
+            self.bvh.ray_traverse(ray, &mut RayHit::none(), meet);
+        } else {
+            let mut ray = ray;
+            (0..self.triangles.len()).for_each(|place| ray.tmax = ray.tmax.min(meet(&ray, place)));
+        }
         nearest
     }
 

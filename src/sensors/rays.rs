@@ -18,7 +18,8 @@ use obvhs::ray::{Ray, RayHit};
 use std::sync::Arc;
 use systems::Simulation;
 use systems::assets::AlphaMode;
-use systems::draw::InstanceRecord;
+use systems::draw::{BatchKey, InstanceRecord};
+use systems::ecs::parallel::map_in_parallel;
 use systems::ecs::tables::Records;
 
 /// Of a distance, how far off a place may be that was computed with floats from it: the difference, its move along the
@@ -26,6 +27,9 @@ use systems::ecs::tables::Records;
 const ROUNDING: f32 = 1.0 / (1 << 22) as f32;
 /// Metres that the boxes of objects are wider than these, beside [`ROUNDING`].
 const BOX_ROOM: f64 = 1e-5;
+
+/// Objects whose places a thread looks at, at a time.
+const OBJECTS_PER_TASK: usize = 2048;
 
 /// Where a ray meets something.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -58,6 +62,8 @@ pub struct RayScene {
     meshes: RayMeshes,
     /// In the order of the tree's leaves.
     placed: Vec<Placed>,
+    /// Where these are, read for what is met alone.
+    exact: Vec<Exact>,
     /// `None` where there is nothing.
     tree: Option<CwBvh>,
     /// What the boxes of the tree count from, world space.
@@ -65,16 +71,12 @@ pub struct RayScene {
     warnings: RayWarnings,
 }
 
-/// A drawn object.
+/// A drawn object, as rays look for it.
 #[derive(Clone)]
 struct Placed {
     mesh: Arc<RayMesh>,
     material: Arc<RayMaterial>,
-    entity: u32,
     double_sided: bool,
-    /// From object to world space; the translation is of object space's origin.
-    world_from_object: DMat3,
-    translation: DVec3,
     /// The middle of its box, world space, metres, and in the units of the mesh's tree.
     middle: DVec3,
     inner_middle: Vec3A,
@@ -82,24 +84,29 @@ struct Placed {
     inner_from_world: Mat3A,
     /// The most units of the tree in a metre.
     inner_per_metre: f32,
-    /// Half the box's extent along the world's axes.
-    half: DVec3,
     /// No part of it is further from its middle, metres.
     radius: f32,
     /// Metres by which the mesh's own coordinates round, beside those of rays.
     rounding: f32,
 }
 
+/// Where a drawn object is, exactly.
+#[derive(Clone, Copy)]
+struct Exact {
+    /// From object to world space; the translation is of object space's origin.
+    world_from_object: DMat3,
+    translation: DVec3,
+    /// Of its box, world space, and half its extent along the world's axes.
+    middle: DVec3,
+    half: DVec3,
+    entity: u32,
+}
+
 impl Placed {
     /// `None` where it has no extent, or its mesh no tree.
-    fn new(
-        mesh: Arc<RayMesh>,
-        material: Arc<RayMaterial>,
-        double_sided: bool,
-        record: &InstanceRecord,
-    ) -> Option<Self> {
+    fn new(mesh: Arc<RayMesh>, material: Arc<RayMaterial>, double_sided: bool, exact: &Exact) -> Option<Self> {
         let inner_from_metres = f64::from(mesh.tree.as_ref()?.inner_from_metres());
-        let Place { world_from_object, translation, middle, half } = Place::new(record, &mesh.aabb);
+        let &Exact { world_from_object, middle, half, .. } = exact;
         let inner_from_world = world_from_object.inverse() * inner_from_metres;
         // The longest side of a unit cube bounds how much the inverse stretches.
         let inner_per_metre = (0..3).map(|i| inner_from_world.col(i).length_squared()).sum::<f64>().sqrt() as f32;
@@ -111,25 +118,14 @@ impl Placed {
             inner_middle: Vec3A::from(mesh.aabb.center()) * inner_from_metres as f32,
             inner_from_world: Mat3A::from(inner_from_world.as_mat3()),
             inner_per_metre,
-            radius: half.length() as f32,
+            // A little more, so that no corner lies before where rays begin.
+            radius: 1.01 * half.length() as f32,
             rounding: ROUNDING * largest as f32,
-            entity: record.entity,
             mesh,
             material,
             double_sided,
-            world_from_object,
-            translation,
             middle,
-            half,
         })
-    }
-
-    /// Its box, relative to a place.
-    fn aabb(&self, centre: DVec3) -> Aabb {
-        let middle = self.middle - centre;
-        let room = BOX_ROOM + f64::from(ROUNDING) * (middle.abs() + self.half).max_element();
-        let half = self.half + room;
-        Aabb::new((middle - half).as_vec3a(), (middle + half).as_vec3a())
     }
 
     /// The nearest triangle that a ray meets from `near` to `far` metres, with the corners' weights and the distance.
@@ -158,41 +154,48 @@ impl Placed {
     }
 
     /// What a ray meets in a triangle that is known to be met.
-    fn meeting(&self, origin: DVec3, direction: DVec3, (triangle, weights, range): (u32, Vec3, f32)) -> Meeting {
-        let to_object = self.translation - origin;
-        let placed = |corner: Vec3| self.world_from_object * corner.as_dvec3() + to_object;
+    fn meeting(&self, exact: &Exact, origin: DVec3, direction: DVec3, met: (u32, Vec3, f32)) -> Meeting {
+        let (triangle, weights, range) = met;
+        let to_object = exact.translation - origin;
+        let placed = |corner: Vec3| exact.world_from_object * corner.as_dvec3() + to_object;
         let [a, b, c] = self.mesh.corners(triangle).map(placed);
         let normal = (b - a).cross(c - a);
         let along = normal.dot(direction);
-        let exact = normal.dot(a) / along;
+        let in_plane = normal.dot(a) / along;
         // A triangle seen from its edge has no place of its own.
-        let is_near = (exact - f64::from(range)).abs() <= 1e-3 * f64::from(range) + f64::from(self.rounding);
+        let is_near = (in_plane - f64::from(range)).abs() <= 1e-3 * f64::from(range) + f64::from(self.rounding);
         Meeting {
-            range: if is_near { exact } else { range.into() },
+            range: if is_near { in_plane } else { range.into() },
             cosine: (along / normal.length()).abs().min(1.0) as f32,
             albedo: self.material.albedo(&self.mesh, triangle, weights),
-            entity: self.entity,
+            entity: exact.entity,
         }
     }
 }
 
-/// Where an object is.
-struct Place {
-    world_from_object: DMat3,
-    translation: DVec3,
-    /// Of its box.
-    middle: DVec3,
-    half: DVec3,
-}
-
-impl Place {
+impl Exact {
     fn new(record: &InstanceRecord, aabb: &systems::space::Aabb) -> Self {
         let rows = record.world_from_object.map(|[x, y, z, _]| DVec3::new(x.into(), y.into(), z.into()));
         let world_from_object = DMat3::from_cols(rows[0], rows[1], rows[2]).transpose();
         let translation = DVec3::from(record.world_from_object.map(|row| row[3].into()));
         let middle = world_from_object * aabb.center().as_dvec3() + translation;
         let half = (aabb.max.as_dvec3() - aabb.min.as_dvec3()) * 0.5;
-        Self { world_from_object, translation, middle, half: DVec3::from(rows.map(|row| row.abs().dot(half))) }
+        let half = DVec3::from(rows.map(|row| row.abs().dot(half)));
+        Self { world_from_object, translation, middle, half, entity: record.entity }
+    }
+
+    /// Whether some of it may be within range of one of the sensors.
+    fn is_near(&self, sensors: &[DVec3], range: f64) -> bool {
+        let reach = range + self.half.length();
+        sensors.iter().any(|sensor| sensor.distance_squared(self.middle) <= reach * reach)
+    }
+
+    /// Its box, relative to a place.
+    fn aabb(&self, centre: DVec3) -> Aabb {
+        let middle = self.middle - centre;
+        let room = BOX_ROOM + f64::from(ROUNDING) * (middle.abs() + self.half).max_element();
+        let half = self.half + room;
+        Aabb::new((middle - half).as_vec3a(), (middle + half).as_vec3a())
     }
 }
 
@@ -203,34 +206,35 @@ impl RayScene {
         let (library, list, records) = (simulation.library(), simulation.draw_list(), simulation.instance_records());
         let mut room = Vec::new();
         let records = records.read(std::slice::from_ref(&(0..records.slot_count())), &mut room);
-        let is_near = |slot: u32, aabb: &systems::space::Aabb| {
-            let Place { middle, half, .. } = Place::new(&records[slot as usize], aabb);
-            let reach = f64::from(range) + half.length();
-            sensors.iter().any(|sensor| sensor.distance_squared(middle) <= reach * reach)
-        };
-        let near = list.drawn().filter(|(slot, key)| library.mesh(key.mesh).is_some_and(|m| is_near(*slot, &m.aabb)));
-        let near: Vec<_> = near.collect();
-        self.meshes.update(library, &near.iter().map(|(_, key)| key.mesh).collect());
+        let drawn: Vec<(u32, BatchKey)> = list.drawn().collect();
+        let near = map_in_parallel(drawn.chunks(OBJECTS_PER_TASK), |drawn| {
+            let placed = drawn.iter().filter_map(|&(slot, key)| {
+                let exact = Exact::new(&records[slot as usize], &library.mesh(key.mesh)?.aabb);
+                exact.is_near(sensors, range.into()).then_some((slot, key, exact))
+            });
+            placed.collect::<Vec<_>>()
+        });
+        let near = near.concat();
+        self.meshes.update(library, &near.iter().map(|(_, key, _)| key.mesh).collect());
         self.warnings = RayWarnings::default();
         self.centre = sensors.first().copied().unwrap_or_default();
         let mut placed = Vec::with_capacity(near.len());
-        for (slot, key) in near {
-            let record = &records[slot as usize];
+        for (slot, key, exact) in near {
             let Some(mesh) = self.meshes.mesh(key.mesh).cloned() else { continue };
-            let material = self.meshes.material(library, record.material);
+            let material = self.meshes.material(library, records[slot as usize].material);
             let is_mask = key.pipeline.alpha == AlphaMode::Mask;
             self.warnings.solid_masks += usize::from(material.lacks_texels && is_mask);
             self.warnings.plain_maps += usize::from(material.lacks_texels && !is_mask);
-            match Placed::new(mesh, material, key.pipeline.double_sided, record) {
-                Some(object) => placed.push(object),
+            match Placed::new(mesh, material, key.pipeline.double_sided, &exact) {
+                Some(object) => placed.push((object, exact)),
                 None => self.warnings.left_out += 1,
             }
         }
-        let boxes: Vec<Padded> = placed.iter().map(|object| Padded(object.aabb(self.centre))).collect();
+        let boxes: Vec<Padded> = placed.iter().map(|(_, exact)| Padded(exact.aabb(self.centre))).collect();
         self.tree = if boxes.is_empty() { None } else { build(&boxes, BvhBuildParams::fast_build()) };
         self.warnings.left_out += if self.tree.is_none() { placed.len() } else { 0 };
         let order = self.tree.iter().flat_map(|tree| &tree.primitive_indices);
-        self.placed = order.map(|&object| placed[object as usize].clone()).collect();
+        (self.placed, self.exact) = order.map(|&object| placed[object as usize].clone()).unzip();
     }
 
     /// What of the last update is not met as it is drawn.
@@ -257,6 +261,6 @@ impl RayScene {
             }
             met.2
         });
-        nearest.map(|(object, met)| self.placed[object].meeting(origin, direction, met))
+        nearest.map(|(object, met)| self.placed[object].meeting(&self.exact[object], origin, direction, met))
     }
 }

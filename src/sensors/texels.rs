@@ -108,7 +108,7 @@ mod tests {
             assert_eq!(red(u, Wrap::Mirror, Filter::Nearest), expected, "{u}");
         }
         assert_eq!((red(-3.0, Wrap::Clamp, Filter::Linear), red(7.0, Wrap::Clamp, Filter::Linear)), (0.0, 1.0));
-        assert_eq!(texture.sample(Vec2::new(f32::NAN, 0.5), &Sampler::default()).is_nan(), true);
+        assert!(texture.sample(Vec2::new(f32::NAN, 0.5), &Sampler::default()).is_nan());
     }
 
     #[test]

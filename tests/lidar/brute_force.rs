@@ -40,7 +40,8 @@ fn nearest(triangles: &[Placed], origin: DVec3, direction: DVec3, far: f64) -> O
     met.sort_by(|a, b| a.0.total_cmp(&b.0));
     let first = met.first().copied();
     let before = first.map_or(f64::INFINITY, |(t, _)| t + 1e-2);
-    let is_doubtful = doubtful.iter().any(|&t| !(t >= before)) || met.get(1).is_some_and(|(t, _)| *t < before);
+    let is_doubtful =
+        doubtful.iter().any(|&t| t < before || t.is_nan()) || met.get(1).is_some_and(|(t, _)| *t < before);
     (!is_doubtful).then_some(first)
 }
 

@@ -32,7 +32,9 @@ fn faces_with_one_side_are_met_from_their_front_however_they_are_placed() {
             assert_eq!(above.is_some(), front_is_up || double_sided, "{place:?}");
             assert_eq!(below.is_some(), !front_is_up || double_sided, "{place:?}");
             for met in [above, below].into_iter().flatten() {
-                assert_eq!((met.range, met.cosine, met.albedo), (2.0, 1.0, 0.5));
+                // Half a turn is a float as well.
+                assert!((met.range - 2.0).abs() < 1e-6 && (met.cosine - 1.0).abs() < 1e-6, "{met:?}");
+                assert_eq!(met.albedo, 0.5);
             }
         }
     }
