@@ -2,12 +2,18 @@
 //! of names in other documents.
 
 use super::vehicle_types::format as vehicles;
-use super::{format, lights, parse, values};
+use super::{format, lights, parse, sensors, values};
 use serde::de::DeserializeOwned;
 use std::collections::{BTreeSet, HashMap};
 use std::fmt::Debug;
 
-const DOCS: &str = concat!(include_str!("../../docs/scenes.md"), "\n", include_str!("../../docs/vehicles.md"));
+const DOCS: &str = concat!(
+    include_str!("../../docs/scenes.md"),
+    "\n",
+    include_str!("../../docs/vehicles.md"),
+    "\n",
+    include_str!("../../docs/sensors.md")
+);
 
 #[test]
 fn every_example_parses_as_what_it_says_it_is() {
@@ -68,8 +74,13 @@ fn every_field_has_its_row() {
     let physical =
         include_str!("../../systems/physics/physical.rs").split("pub struct Tuning").next().unwrap_or_default();
     let types = include_str!("vehicle_types/format.rs");
-    let own =
-        [include_str!("format.rs"), include_str!("lights.rs"), include_str!("surfaces.rs"), include_str!("roads.rs")];
+    let own = [
+        include_str!("format.rs"),
+        include_str!("lights.rs"),
+        include_str!("sensors.rs"),
+        include_str!("surfaces.rs"),
+        include_str!("roads.rs"),
+    ];
     let sources = own.into_iter().chain([&*maps, types, physical]);
     let mut checked = 0;
     for source in sources {
@@ -128,6 +139,9 @@ fn documented_defaults_are_the_defaults() {
     assert_defaults::<lights::SpotLight>("spotlight", "");
     assert_defaults::<lights::DirectionalLight>("directionallight", "");
     assert_defaults::<format::Camera>("camera", "");
+    assert_defaults::<sensors::CameraSensor>("camerasensor", "");
+    assert_defaults::<sensors::LidarSensor>("lidarsensor", "");
+    assert_defaults::<sensors::Class>("class", "id: 1,");
     assert_defaults::<format::Spin>("spin", "");
     assert_defaults::<format::Route>("route", "points: [(0, 0, 0), (1, 0, 0)],");
     assert_defaults::<format::Limit>("limit", "from: 0, kmh: 30,");

@@ -15,8 +15,10 @@ use crate::problem::Problem;
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
 use glam::Affine3A;
+use std::collections::BTreeSet;
 use std::path::Path;
 use systems::assets::Library;
+use systems::sensors::Classes;
 use systems::space::Transform;
 use systems::space::origin::Origin;
 pub use systems::vehicles::OnRoute;
@@ -89,11 +91,23 @@ pub fn make_ground(entity: &mut EntityWorldMut) {
 /// What is to be said of vehicles once all are there.
 pub fn warnings(world: &mut World) -> Vec<String> {
     let mut warnings = overlaps::warnings(world);
+    warnings.extend(unknown_classes(world));
     if world.query::<&OnRoute>().iter(world).next().is_some() {
         let origin = world.resource::<Origin>().0;
         warnings.extend(road_warnings::of_beginning_anew(world.resource::<Routes>(), origin));
     }
     warnings
+}
+
+/// A word about each class of a vehicle's type that is none of the scene's.
+fn unknown_classes(world: &mut World) -> Vec<String> {
+    let kinds: BTreeSet<_> = world.query::<&Vehicle>().iter(world).map(|vehicle| vehicle.kind).collect();
+    let (types, classes) = (world.resource::<VehicleTypes>(), world.resource::<Classes>());
+    let of = kinds.into_iter().map(|kind| types.get(kind));
+    let unknown = of.filter(|of| !of.class.is_empty() && classes.find(&of.class).is_none());
+    unknown
+        .map(|of| format!("vehicle type {:?}: unknown class {:?}; sensors see none there", of.name, of.class))
+        .collect()
 }
 
 impl Spawner<'_> {

@@ -8,11 +8,15 @@ use crate::assets::material::MaterialId;
 use crate::assets::mesh::MeshId;
 use crate::ecs::clock::Clock;
 use crate::lights::components::Light;
+use crate::sensors::labels::{Class, Classes, Instance};
 use crate::space::interpolation::{Interpolated, Interpolation};
 use crate::space::transform::Transform;
 use bevy_ecs::prelude::*;
 use glam::Quat;
 use std::f64::consts::TAU;
+
+/// The class of trailers, if there is one of that name.
+const TRAILER: &str = "trailer";
 
 /// One part of a [`crate::vehicles::types::VehicleType`].
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -94,6 +98,10 @@ pub(super) fn spawn(world: &mut World, entity: Entity) {
     }
     let switches = first_switches(world, entity);
     world.resource_scope(|world, types: Mut<VehicleTypes>| {
+        let class = world.get_resource::<Classes>().and_then(|classes| classes.find(&types.get(vehicle.kind).class));
+        if let Some(class) = class.filter(|_| world.get::<Class>(entity).is_none()) {
+            world.entity_mut(entity).insert(class);
+        }
         let mut spawned: Vec<Entity> = Vec::new();
         for part in &types.get(vehicle.kind).parts {
             let parent = part.parent.and_then(|index| spawned.get(index).copied()).unwrap_or(entity);
@@ -122,7 +130,12 @@ impl Part {
             entity.insert(MovingPart { vehicle: root, movement, rest: self.rest.rotation });
             match movement {
                 // What hangs on behind shows a small turn as a long way.
-                Movement::Trailer => _ = entity.insert(Interpolated::default()),
+                Movement::Trailer => {
+                    let classes = entity.world().get_resource::<Classes>();
+                    let class = classes.and_then(|classes| classes.find(TRAILER));
+                    entity.insert((Interpolated::default(), Instance));
+                    class.into_iter().for_each(|class| _ = entity.insert(class));
+                }
                 Movement::Wheel { .. } | Movement::Fork | Movement::Swing { .. } => _ = entity.insert(FramePart),
             }
             let part = entity.id();

@@ -103,6 +103,8 @@ pub struct VehicleType {
     pub paints: Vec<Vec3>,
     /// The driver's eye, in the vehicle's space.
     pub eye: Vec3,
+    /// The name of its semantic class; empty: none.
+    pub class: String,
 }
 
 impl Default for VehicleType {
@@ -121,6 +123,7 @@ impl Default for VehicleType {
             parts: Vec::new(),
             paints: Vec::new(),
             eye: Vec3::new(0.35, 1.2, 1.4),
+            class: String::new(),
         }
     }
 }

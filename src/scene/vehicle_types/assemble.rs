@@ -399,6 +399,7 @@ impl Builder<'_> {
             paints: s.paint.iter().flat_map(|paint| paint.colors.iter().map(|color| color.rgb())).collect(),
             eye: s.eye.map_or(Vec3::new(size.x * 0.2, size.y * 0.8, size.z * 0.3), Vec3::from_array),
             parts: self.parts,
+            class: s.class.clone(),
         }
     }
 }

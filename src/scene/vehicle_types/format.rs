@@ -47,6 +47,8 @@ pub struct VehicleType {
     pub paint: Option<Paint>,
     #[serde(default)]
     pub eye: Option<[f32; 3]>,
+    #[serde(default)]
+    pub class: String,
 }
 
 impl VehicleType {

@@ -1,0 +1,176 @@
+//! `relief render --sensors`: the files of a data set, read by others' programs, resumed, and refused.
+
+mod common;
+
+use common::{assert_fails, text};
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// A car that turns on a road, seen by a camera with a lens of its own, and by a lidar that a post carries.
+const SCENE: &str = r#"(
+    materials: { "red": (base_factor: (0.8, 0.2, 0.2)), "grey": (base_factor: (0.5, 0.5, 0.5)) },
+    meshes: { "box": cube(size: (1.8, 1.5, 4)), "ground": plane(size: (200, 200)) },
+    entities: [
+        (name: "ground", mesh: "ground", material: "grey", class: "road"),
+        (name: "car", mesh: "box", material: "red", class: "car", transform: (translation: (0, 0.75, -12))),
+        (light: directional(intensity: 1), transform: (rotation_degrees: (-50, 20, 0))),
+        (
+            name: "front", transform: (translation: (0, 1.6, 0), rotation_degrees: (-3, 4, 1)),
+            sensor: camera(
+                size: (97, 64), lens: pinhole(fx: 90, fy: 80, cx: 45, cy: 30), every: 2,
+                outputs: [color, linear, depth, range, normal, instance, part, class, panoptic],
+            ),
+        ),
+        (
+            name: "post", spin: (degrees_per_second: 30), transform: (rotation_degrees: (0, 180, 0)),
+            children: [(name: "top", transform: (translation: (0, 1.8, 0)), sensor: lidar(every: 6, range: (0.5, 80), sweep: true))],
+        ),
+    ],
+)"#;
+
+fn relief(args: &[&str], folder: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_relief")).args(args).current_dir(folder).output().expect("the binary runs")
+}
+
+fn scene_folder(scene: &str) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    fs::write(folder.path().join("scene.ron"), scene).expect("written");
+    folder
+}
+
+#[track_caller]
+fn done(output: &Output) -> String {
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    text(&output.stdout)
+}
+
+/// All files below a folder, by their paths in it.
+fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    let mut open = vec![folder.to_owned()];
+    while let Some(next) = open.pop() {
+        for entry in fs::read_dir(next).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() {
+                open.push(path);
+            } else {
+                let name = path.strip_prefix(folder).expect("below").to_owned();
+                found.insert(name, fs::read(&path).expect("read"));
+            }
+        }
+    }
+    found
+}
+
+const ALL: [&str; 7] = ["render", "scene.ron", "--sensors", "all", "--format", "png,npy,npz,exr", "-o"];
+
+#[test]
+fn a_data_set_is_read_by_others_and_is_the_same_each_time() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let folder = scene_folder(SCENE);
+    done(&relief(&[&ALL[..], &["whole", "--frames", "7"]].concat(), folder.path()));
+    let whole = folder.path().join("whole");
+    let modules = ["cv2", "numpy", "OpenEXR"];
+    common::python("sensor_files.py", &modules, &[whole.as_os_str()]);
+    let expected = files(&whole);
+    let run = |threads: &str| {
+        done(&relief(&[&ALL[..], &["again", "--frames", "7", "--threads", threads]].concat(), folder.path()));
+        let again = files(&folder.path().join("again"));
+        fs::remove_dir_all(folder.path().join("again")).expect("removed");
+        again
+    };
+    assert!(run("1") == expected && run("3") == expected);
+    // A part of the run, by itself: what is captured then is what the whole run captures then.
+    done(&relief(&[&ALL[..], &["part", "--frames", "5..7"]].concat(), folder.path()));
+    let part = files(&folder.path().join("part"));
+    assert!(part.len() > 15);
+    let described = [Path::new("sensors.json"), Path::new("manifest.json")];
+    for (name, bytes) in part.iter().filter(|(name, _)| !described.contains(&name.as_path())) {
+        assert!(expected[name] == *bytes, "{}", name.display());
+    }
+}
+
+#[test]
+fn an_interrupted_run_is_resumed_by_what_is_missing() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let folder = scene_folder(SCENE);
+    let run = [&ALL[..], &["out", "--frames", "5", "--resume"]].concat();
+    done(&relief(&run, folder.path()));
+    let out = folder.path().join("out");
+    let expected = files(&out);
+    let [gone, cut] = ["front/depth_00002.npy", "front/color_00004.png"].map(|name| out.join(name));
+    let stays = out.join("front/color_00000.png");
+    fs::remove_file(gone).expect("removed");
+    fs::write(&cut, &expected[Path::new("front/color_00004.png")][..100]).expect("written");
+    let written_at = |path: &Path| fs::metadata(path).and_then(|found| found.modified()).expect("a time");
+    let before = written_at(&stays);
+    done(&relief(&run, folder.path()));
+    assert!(files(&out) == expected);
+    assert_eq!(written_at(&stays), before);
+}
+
+#[test]
+fn what_cannot_be_captured_is_refused_before_anything_is_written() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let folder = scene_folder(SCENE);
+    let refused = |args: &[&str], needles: &[&str]| {
+        assert_fails(&relief(&[&["render", "scene.ron", "-o", "out"], args].concat(), folder.path()), 2, needles);
+        assert!(!folder.path().join("out").exists(), "{args:?}");
+    };
+    refused(&["--sensors", "front,tip"], &["unknown sensor \"tip\"", "did you mean \"top\"?", "front, top"]);
+    refused(&["--sensors", "front"], &["sensor \"front\"", "linear"]);
+    refused(&["--sensors", "top", "--format", "exr"], &["sensor \"top\"", "points"]);
+    refused(&["--sensors", "all", "--size", "64x64"], &["--size"]);
+    refused(&["--sensors", "all", "--format", "jpg"], &["jpg"]);
+    refused(&["--format", "npy"], &["--sensors"]);
+    let plain = scene_folder("(entities: [(name: \"eye\", camera: ())])");
+    let output = relief(&["render", "scene.ron", "-o", "out", "--sensors", "all"], plain.path());
+    assert_fails(&output, 2, &["scene.ron: no entity has a sensor"]);
+    let twice = "(entities: [(name: \"a\", sensor: camera()), (name: \"a\", sensor: camera())])";
+    let output = relief(&["render", "scene.ron", "-o", "out", "--sensors", "all"], scene_folder(twice).path());
+    assert_fails(&output, 2, &["duplicate sensor name \"a\""]);
+}
+
+#[test]
+fn faults_of_sensors_name_their_place() {
+    let cases = [
+        ("sensor: camera(size: (0, 9))", "sensor.size[0]: expected pixels from 1 to 16384, found 0"),
+        ("sensor: camera(lens: pinhole(fx: 0, fy: 1, cx: 0, cy: 0))", "sensor.lens.fx: expected pixels from 0.001"),
+        ("sensor: camera(lens: field_of_view())", "sensor.lens: expected one of x_degrees and y_degrees"),
+        ("sensor: camera(lens: field_of_view(y_degrees: 180))", "sensor.lens.y_degrees: expected a number from 0.01"),
+        ("sensor: camera(near: 2, far: 1)", "sensor.far: expected more than near"),
+        ("sensor: camera(outputs: [])", "sensor.outputs: expected at least one output"),
+        ("sensor: camera(outputs: [deph])", "deph"),
+        ("sensor: camera(samples: 2)", "sensor.samples: expected 1 or 4, found 2"),
+        ("sensor: camera(every: 0)", "sensor.every: expected steps from 1"),
+        ("sensor: camera(every: 3, phase: 3)", "sensor.phase: expected less than every, which is 3, found 3"),
+        ("sensor: lidar(hz: 0)", "hz"),
+        ("sensor: lidar(range: (5, 4))", "range"),
+        ("sensor: camera(), class: \"caar\"", "class: unknown class \"caar\"; did you mean \"car\"?"),
+    ];
+    for (fields, expected) in cases {
+        let folder = scene_folder(&format!("(entities: [(name: \"eye\", {fields})])"));
+        assert_fails_to_check(folder.path(), expected);
+    }
+    let unnamed = scene_folder("(entities: [(sensor: camera())])");
+    assert_fails_to_check(unnamed.path(), "sensor: expected the entity to have a name");
+    let classes = scene_folder("(classes: { \"a\": (id: 1), \"b\": (id: 1), \"c\": (id: 0) })");
+    assert_fails_to_check(classes.path(), "duplicate id 1: class \"a\" has it");
+    assert_fails_to_check(classes.path(), "expected a number from 1 to 255");
+}
+
+#[track_caller]
+fn assert_fails_to_check(folder: &Path, expected: &str) {
+    let output = relief(&["check", "scene.ron"], folder);
+    let said = text(&output.stdout) + &text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.contains(expected), "{expected} is not in: {said}");
+}
