@@ -96,7 +96,7 @@ mod tests {
     #[test]
     fn texels_are_read_as_samplers_say() {
         // Black, white.
-        let image = Image::rgba8("steps", 2, 1, ImageKind::Blended, vec![0, 0, 0, 255, 255, 255, 255, 0]);
+        let image = Image::rgba8("steps", 2, 1, ImageKind::Color, vec![0, 0, 0, 255, 255, 255, 255, 255]);
         let texture = Texture::new(&image).expect("texels");
         let sampler = |wrap, mag| Sampler { wrap_u: wrap, wrap_v: wrap, mag, ..Sampler::default() };
         let red = |u: f32, wrap, mag| texture.sample(Vec2::new(u, 0.5), &sampler(wrap, mag)).x;
