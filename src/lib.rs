@@ -22,7 +22,7 @@
 //! gallery   a scene once for each of its mesh variants               maps     the map tools
 //! shadow_error  a scene against traced shadows                       traced   rays from what a picture shows to lights
 //! technique_error   every bump technique against real geometry       bench    what many objects cost
-//! sensors   lidars: rays from them to what is drawn                    triangle_tree   meshes as rays meet them
+//! sensors   cameras and lidars as sensors, captured together           triangle_tree   meshes as rays meet them
 //! viewpoint what is looked through                                     problem, name, output, video, demo  shared
 //! ```
 //!

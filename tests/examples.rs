@@ -91,6 +91,17 @@ fn own_state() {
 }
 
 #[test]
+fn sensors() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let Some(said) = run("sensors", folder.path()) else { return };
+    let steps: Vec<&str> = said.lines().filter_map(|line| line.split(':').next()).collect();
+    assert_eq!(steps, ["step 6", "step 12", "step 18"], "{said}");
+}
+
+#[test]
 fn own_world() {
     pictures_of("own_world", &["own_world.png"]);
 }

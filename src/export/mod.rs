@@ -7,7 +7,7 @@
 //! exr        named channels of half floats, floats and integers
 //! cdr        how ROS 2 puts a message into bytes      ros    its messages, and their definitions as text
 //! mcap       a log of messages, written as a run goes on
-//! kitti, semantic_kitti, coco, cityscapes, middlebury    labels, in the files of these data sets
+//! kitti, semantic_kitti, coco, middlebury    labels, in the files of these data sets
 //! ```
 //!
 //! What cannot be encoded is an [`std::io::Error`] whose text says what was expected, so that these functions are
@@ -15,7 +15,6 @@
 
 pub mod array;
 pub mod cdr;
-pub mod cityscapes;
 pub mod coco;
 pub mod exr;
 pub mod kitti;

@@ -26,9 +26,11 @@ pub(super) fn of_files(
         let name = path.strip_prefix(folder).unwrap_or(path).to_string_lossy().replace('\\', "/");
         hashes.insert(name, blake3::hash(&bytes).to_string());
     }
+    let adapter = gpu.adapter.get_info();
     let manifest = json!({
         "version": env!("CARGO_PKG_VERSION"),
-        "adapter": gpu.describe(),
+        "adapter": adapter.name,
+        "driver": format!("{} {}", adapter.driver, adapter.driver_info),
         "last_step": world.resource::<Clock>().step,
         "state_hash": state_hash::hash(world).to_string(),
         "blake3": hashes,

@@ -7,9 +7,10 @@ mod log;
 
 use half::f16;
 use relief::export::array::{Array, Column, Values};
-use relief::export::{cityscapes, coco, exr, kitti, middlebury, npy, npz, semantic_kitti};
+use relief::export::{coco, exr, kitti, middlebury, npy, npz, semantic_kitti};
 use serde_json::{Value, json};
 use std::fs;
+use systems::sensors::{Class, ClassInfo, Classes};
 
 /// The size of pictures: neither square nor a multiple of the 16 rows that OpenEXR compresses together.
 const SIZE: (u32, u32) = (23, 19);
@@ -168,11 +169,12 @@ fn add_labels(files: &mut Files, seen: &Seen) {
     let shape = [height, width];
     let instance = files.raw("coco.instance", &shape, &seen.instance[..]);
     let class = files.raw("coco.class", &shape, &seen.class[..]);
-    let is_thing = |class| cityscapes::label_of(class).is_thing;
+    let classes = Classes::cityscapes();
+    let info = |id| classes.get(Class(id)).expect("a class");
+    let is_thing = |id| info(id).is_thing;
     let category = |id: u8| {
-        let label = cityscapes::label_of(id);
-        let (name, isthing) = (label.name.to_owned(), label.is_thing.into());
-        coco::Category { id, supercategory: name.clone(), name, isthing, color: label.color }
+        let ClassInfo { name, is_thing, color, .. } = info(id).clone();
+        coco::Category { id, supercategory: name.clone(), name, isthing: is_thing.into(), color }
     };
     let categories: Vec<coco::Category> = [7, 26].into_iter().map(category).collect();
     let picture = |id: u64| coco::Picture { id, file_name: format!("{id}.png"), width: SIZE.0, height: SIZE.1 };
@@ -195,10 +197,6 @@ fn add_labels(files: &mut Files, seen: &Seen) {
     let rgb: Vec<u8> = ids.iter().flat_map(|id| coco::rgb_of_id(*id)).collect();
     let rgb = files.raw("panoptic.rgb", &[height, width, 3], &rgb[..]);
     files.expect("panoptic", "panoptic.json", json!({"rgb": rgb, "instance": instance, "class": class}));
-
-    let ids = cityscapes::instance_ids(&seen.class, &seen.instance, is_thing).expect("fits");
-    files.add("instance_ids.npy", npy::encode(&Array::new(&shape, &ids[..])).expect("fits"));
-    files.expect("cityscapes", "instance_ids.npy", json!({"instance": instance, "class": class}));
 }
 
 fn add_kitti(files: &mut Files, seen: &Seen) {

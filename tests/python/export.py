@@ -150,16 +150,6 @@ def panoptic(path, content):
         equal(segment["bbox"], [int(side) for side in box], path.name)
 
 
-def cityscapes(path, content):
-    """As cityscapesscripts takes them apart (`evaluation/instance.py`): class · 1000 + n, or the class."""
-    ids, instance, classes = np.load(path), array(content["instance"]), array(content["class"])
-    equal(ids.dtype, np.dtype("<u2"), path.name)
-    assert np.array_equal(np.where(ids < 1000, ids, ids // 1000), classes), path.name
-    equal(set(ids[instance != 0].tolist()), {26000, 26001, 26002}, path.name)
-    for one in np.unique(ids):
-        equal(len(np.unique(instance[ids == one])), 1, path.name)
-
-
 def velodyne(path, content):
     scan = np.fromfile(path, np.float32).reshape(-1, 4)
     same(np.ascontiguousarray(scan[:, :3]), array(content["points"]), path.name)
@@ -190,7 +180,7 @@ def flo(path, content):
 
 READERS = {
     "npy": npy, "npz": npz, "records": records, "exr": exr, "mcap": log, "coco": coco, "panoptic": panoptic,
-    "cityscapes": cityscapes, "velodyne": velodyne, "semantic_kitti": semantic_kitti, "label_2": label_2,
+    "velodyne": velodyne, "semantic_kitti": semantic_kitti, "label_2": label_2,
     "calib": calib, "flo": flo,
 }
 
