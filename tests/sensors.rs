@@ -246,8 +246,9 @@ fn a_cameras_bits_depend_on_nothing_that_is_captured_beside_it() {
     let Some(gpu) = common::gpu() else { return };
     let random = &mut TestRng::deterministic_rng(RngAlgorithm::ChaCha);
     let mut simulation = street(random, 60);
-    let lens =
-        |i: usize| if i % 3 == 0 { Lens::Pinhole(INTRINSICS) } else { Lens::FieldOfView { y: 0.6 + 0.01 * i as f32 } };
+    let lens = |i: usize| {
+        if i.is_multiple_of(3) { Lens::Pinhole(INTRINSICS) } else { Lens::FieldOfView { y: 0.6 + 0.01 * i as f32 } }
+    };
     let size = |i: usize| [(84, 84), (33, 47), (84, 84), (128, 40)][i % 4];
     for i in 0..64 {
         let outputs = all_outputs();
