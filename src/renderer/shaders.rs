@@ -76,7 +76,7 @@ mod tests {
     use super::super::pass::{Attached, Pass};
     use super::super::pipelines::object_constants;
     use super::super::{
-        DebugView, HeatScale, lamp_layers, pyramid, scatter, shadow_layers, sun_levels, tables, traced,
+        DebugView, HeatScale, few_objects, lamp_layers, pyramid, scatter, shadow_layers, sun_levels, tables, traced,
     };
     use super::*;
     use std::collections::{BTreeMap, BTreeSet};
