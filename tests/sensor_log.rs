@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 /// ten degrees a step, with a tilted camera and a lidar for each of two steps; and a lone camera with a parallel
 /// projection.
 const SCENE: &str = r#"(
-    materials: { "grey": (base_factor: (0.5, 0.5, 0.5, 1)) },
+    materials: { "grey": (base_factor: (0.5, 0.5, 0.5)) },
     meshes: { "floor": plane(size: (60, 60)), "wall": cube(size: (40, 6, 0.5)), "box": cube(size: (1, 1.5, 2)) },
     entities: [
         (name: "sun", transform: (rotation_degrees: (-60, 20, 0)), light: directional(intensity: 1)),

@@ -152,7 +152,7 @@ for schema, channel, message, decoded in messages:
             camera_info(decoded, sensor)
             # The last message of a camera: now its pixels are places.
             v, u = np.indices((decoded.height, decoded.width))
-            rays = np.stack([u, v, np.ones_like(u)], axis=-1) @ np.linalg.inv(decoded.k.reshape(3, 3)).T
+            rays = np.stack([u, v, np.ones_like(u)], axis=-1) @ np.linalg.inv(np.reshape(decoded.k, (3, 3))).T
             depth, classes = seen["depth"], seen["class"]
             inside = np.isfinite(depth)
             counts = on_planes(rays[inside] * depth[inside][:, None].astype(float), classes[inside], places[frame])
