@@ -11,8 +11,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// A floor at height 0 (road) and a wall whose face is at z = 8 (wall), a box on the floor (car); a rig that turns by
-/// ten degrees a step, with a tilted camera and a lidar for each of two steps; and a lone camera with a parallel
-/// projection.
+/// ten degrees a step, with a tilted camera, and a lidar that is due every other step; and a camera with a parallel
+/// projection that looks down.
 const SCENE: &str = r#"(
     materials: { "grey": (base_factor: (0.5, 0.5, 0.5)) },
     meshes: { "floor": plane(size: (60, 60)), "wall": cube(size: (40, 6, 0.5)), "box": cube(size: (1, 1.5, 2)) },
@@ -115,8 +115,10 @@ fn a_run_has_the_same_log_twice_and_leaves_no_other_file_of_it() {
     assert_eq!(names, ["manifest.json", "sensors.json", "sensors.mcap"]);
     job.formats.push(FileFormat::Npy);
     job.folder = home.path().join("other");
-    render(&job);
-    assert!(log(&job.folder) == first, "beside other files");
+    for arrays in ["that are written, too", "that are there"] {
+        render(&job);
+        assert!(log(&job.folder) == first, "beside arrays {arrays}");
+    }
 }
 
 #[test]
