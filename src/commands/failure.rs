@@ -142,6 +142,7 @@ fn code_of_frame(error: &FrameError) -> u8 {
         | FrameError::NoSensors { .. }
         | FrameError::NoSensor { .. }
         | FrameError::SharedSensorName { .. }
+        | FrameError::SharedFrameName { .. }
         | FrameError::NoFormat { .. }
         | FrameError::Overwrites { .. }
         | FrameError::NoFrames { .. }

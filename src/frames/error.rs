@@ -58,6 +58,16 @@ pub enum FrameError {
         /// The name.
         name: String,
     },
+    /// Two frames of a log would have one name.
+    #[error("sensor \"{sensor}\": its name in MCAP, \"{name}\", is that of {other} already; expected one of its own")]
+    SharedFrameName {
+        /// The sensor.
+        sensor: String,
+        /// Its name as a frame and within topics.
+        name: String,
+        /// What has that name.
+        other: String,
+    },
     /// Outputs without a form.
     #[error("sensor \"{sensor}\": none of the formats asked for holds {outputs}; npy and npz hold everything")]
     NoFormat {

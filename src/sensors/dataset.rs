@@ -3,13 +3,16 @@
 //! ```text
 //! DIR/ego/front/color_00012.png    of the sensor `front` on `ego`, after step 12
 //! DIR/sensors.json                 what the sensors are, and where they were at each capture
+//! DIR/sensors.mcap                 all captures in one log, if it is asked for
 //! DIR/manifest.json                a hash of each of these files
 //! ```
 //!
-//! Each file is written whole or not at all, so that an interrupted run can be resumed by what is there.
+//! Each file is written whole or not at all, so that an interrupted run can be resumed by what is there; but for a log,
+//! which is that of a whole run.
 
 use super::files::{self, FileFormat, OutputFile};
-use super::suite::{SensorSuite, sensor_names};
+use super::log::{SensorLog, check_names};
+use super::suite::{SensorSuite, nanoseconds, sensor_names};
 use super::{description, manifest};
 use crate::frames::{FrameError, FrameRun, Frames, LoadOptions, check_outputs, is_written, load_stage};
 use crate::name;
@@ -18,6 +21,7 @@ use crate::recording::{RecordingError, RunFiles};
 use crate::renderer::{Gpu, Settings};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use systems::ecs::clock::Clock;
 use systems::lights::{LightPolicies, LightPolicy};
 use systems::sensors::{Sensor, SensorKind};
 
@@ -38,7 +42,7 @@ pub struct SensorJob {
     pub settings: Settings,
     /// Lights everything by this policy; `None`: as the scene has it.
     pub lights: Option<LightPolicy>,
-    /// Leaves captures alone whose files are all there.
+    /// Leaves captures alone whose files are all there; none where a log is asked for.
     pub resume: bool,
     /// How the scene is loaded. Texels are kept: rays read them.
     pub load: LoadOptions,
@@ -78,9 +82,13 @@ pub fn render_sensors(job: &SensorJob, mut progress: impl FnMut(u64, u64)) -> Re
     let mut run = FrameRun::begin(stage, (&job.scene, &job.run), &job.frames, job.realtime)?;
     let frames = run.frames.clone();
     output::make_folder(&job.folder)?;
-    for name in &chosen {
-        output::make_folder(&job.folder.join(name))?;
+    if job.formats.iter().any(|format| format.is_per_capture()) {
+        for name in &chosen {
+            output::make_folder(&job.folder.join(name))?;
+        }
     }
+    let is_logged = job.formats.contains(&FileFormat::Mcap);
+    let mut log = is_logged.then(|| SensorLog::begin(&job.folder.join("sensors.mcap"))).transpose()?;
     run.stage.simulation.world.resource_mut::<LightPolicies>().forced = job.lights;
     suite.settings = job.settings;
     let (mut written, mut all, mut captures) = (Vec::new(), BTreeSet::new(), Vec::new());
@@ -90,6 +98,10 @@ pub fn render_sensors(job: &SensorJob, mut progress: impl FnMut(u64, u64)) -> Re
         if step >= frames.start {
             let due = suite.due(&mut run.stage.simulation, |name| chosen.contains(name));
             let mut missing = BTreeSet::new();
+            if let Some(log) = &mut log {
+                log.tick(nanoseconds(run.stage.simulation.world.resource::<Clock>(), step))?;
+                missing.extend(due.iter().map(|due| due.name.clone()));
+            }
             for due in &due {
                 let folder = job.folder.join(&due.name);
                 for file in files::files_of(&due.sensor, &job.formats, step) {
@@ -118,6 +130,9 @@ pub fn render_sensors(job: &SensorJob, mut progress: impl FnMut(u64, u64)) -> Re
                         written.push(path);
                     }
                 }
+                if let Some(log) = &mut log {
+                    log.write(&capture)?;
+                }
                 if !has_warned {
                     has_warned = suite.warn_of_rays();
                 }
@@ -130,6 +145,11 @@ pub fn render_sensors(job: &SensorJob, mut progress: impl FnMut(u64, u64)) -> Re
             break;
         }
         run.advance()?;
+    }
+    if let Some(log) = log {
+        let path = log.finish()?;
+        all.insert(path.clone());
+        written.push(path);
     }
     written.extend(run.finish(&job.run)?);
     let world = &mut run.stage.simulation.world;
@@ -172,7 +192,11 @@ fn choose(job: &SensorJob, world: &mut bevy_ecs::prelude::World) -> Result<BTree
             return Err(FrameError::NoFormat { sensor: name.clone(), outputs });
         }
     }
-    Ok(wanted.into_iter().collect())
+    let chosen = wanted.into_iter().collect();
+    if job.formats.contains(&FileFormat::Mcap) {
+        check_names(&chosen)?;
+    }
+    Ok(chosen)
 }
 
 /// Whether a file is there, as far as can be told without its contents: files are written whole.

@@ -4,13 +4,14 @@
 //! Z forward; a lidar's X forward, Y left, Z up.
 
 use bevy_ecs::prelude::*;
-use glam::{DAffine3, DMat3, DMat4, DVec3};
+use glam::{DAffine3, DMat4};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use systems::draw::Intrinsics;
 use systems::ecs::clock::Clock;
 use systems::sensors::{CameraOutput, CameraSensor, Classes, LidarSensor, Sensor, SensorKind};
 
+use super::axes::{ENTITY_FROM_CAMERA, ENTITY_FROM_LIDAR};
 use super::suite::{nanoseconds, sensor_names};
 
 /// Of the file's form.
@@ -84,7 +85,7 @@ fn of_camera(camera: &CameraSensor) -> Value {
         "near": camera.near,
         "far": camera.far.is_finite().then_some(camera.far),
         "axes": "X right, Y down, Z forward",
-        "entity_from_sensor": rows(&DMat4::from_mat3(DMat3::from_diagonal(DVec3::new(1.0, -1.0, -1.0)))),
+        "entity_from_sensor": rows(&DMat4::from_mat3(ENTITY_FROM_CAMERA)),
         "outputs": outputs.collect::<serde_json::Map<_, _>>(),
     })
 }
@@ -106,7 +107,6 @@ fn of_output(output: CameraOutput) -> Value {
 }
 
 fn of_lidar(lidar: &LidarSensor) -> Value {
-    let entity_from_points = DMat3::from_cols(DVec3::Z, DVec3::X, DVec3::Y);
     json!({
         "kind": "lidar",
         "beams": lidar.beams,
@@ -116,6 +116,6 @@ fn of_lidar(lidar: &LidarSensor) -> Value {
         "attenuation": lidar.attenuation,
         "sweep": lidar.sweep,
         "axes": "X forward, Y left, Z up",
-        "entity_from_sensor": rows(&DMat4::from_mat3(entity_from_points)),
+        "entity_from_sensor": rows(&DMat4::from_mat3(ENTITY_FROM_LIDAR)),
     })
 }

@@ -18,12 +18,19 @@ pub enum FileFormat {
     Npz,
     /// A picture with named channels for each capture.
     Exr,
+    /// One log of ROS 2 for the whole run.
+    Mcap,
 }
 
 impl FileFormat {
     /// All, with their names, which end the names of their files.
-    pub const ALL: [(&'static str, Self); 4] =
-        [("png", Self::Png), ("npy", Self::Npy), ("npz", Self::Npz), ("exr", Self::Exr)];
+    pub const ALL: [(&'static str, Self); 5] =
+        [("png", Self::Png), ("npy", Self::Npy), ("npz", Self::Npz), ("exr", Self::Exr), ("mcap", Self::Mcap)];
+
+    /// Whether it has files of their own for each capture.
+    pub(super) fn is_per_capture(self) -> bool {
+        self != Self::Mcap
+    }
 
     /// Whether it has a form for an output of a camera.
     fn holds(self, output: CameraOutput) -> bool {
@@ -31,6 +38,10 @@ impl FileFormat {
             Self::Png => output != CameraOutput::Linear,
             Self::Npy | Self::Npz => true,
             Self::Exr => output != CameraOutput::Color,
+            Self::Mcap => matches!(
+                output,
+                CameraOutput::Color | CameraOutput::Depth | CameraOutput::Class | CameraOutput::Instance
+            ),
         }
     }
 }
@@ -46,7 +57,8 @@ pub(super) fn left_out(sensor: &Sensor, formats: &[FileFormat]) -> Vec<&'static 
             camera.outputs.iter().filter(|(_, output)| is_left_out(*output)).map(|(name, _)| name).collect()
         }
         SensorKind::Lidar(_) => {
-            let holds = formats.iter().any(|format| matches!(format, FileFormat::Npy | FileFormat::Npz));
+            let has_records = |format: &FileFormat| !matches!(format, FileFormat::Png | FileFormat::Exr);
+            let holds = formats.iter().any(has_records);
             if holds { Vec::new() } else { vec![POINTS] }
         }
     }
@@ -62,10 +74,11 @@ pub(super) struct OutputFile {
     output: Option<CameraOutput>,
 }
 
-/// The files of a sensor's capture after a step.
+/// The files of a sensor's capture after a step, that are of this capture alone.
 pub(super) fn files_of(sensor: &Sensor, formats: &[FileFormat], step: u64) -> Vec<OutputFile> {
     let mut files = Vec::new();
-    for &(extension, format) in FileFormat::ALL.iter().filter(|(_, format)| formats.contains(format)) {
+    let asked_for = |format: &FileFormat| formats.contains(format) && format.is_per_capture();
+    for &(extension, format) in FileFormat::ALL.iter().filter(|(_, format)| asked_for(format)) {
         let mut file = |name: &str, output| {
             let name = if name.is_empty() {
                 format!("{step:05}.{extension}")

@@ -22,9 +22,9 @@ pub(super) fn of_files(
 ) -> Result<String, OutputError> {
     let mut hashes = BTreeMap::new();
     for path in files {
-        let bytes = std::fs::read(path).map_err(|error| OutputError::io(path, error))?;
+        let hash = hash_of(path).map_err(|error| OutputError::io(path, error))?;
         let name = path.strip_prefix(folder).unwrap_or(path).to_string_lossy().replace('\\', "/");
-        hashes.insert(name, blake3::hash(&bytes).to_string());
+        hashes.insert(name, hash.to_string());
     }
     let adapter = gpu.adapter.get_info();
     let manifest = json!({
@@ -36,4 +36,11 @@ pub(super) fn of_files(
         "blake3": hashes,
     });
     Ok(format!("{manifest:#}\n"))
+}
+
+/// Of a file that need not fit into memory.
+fn hash_of(path: &Path) -> std::io::Result<blake3::Hash> {
+    let mut hasher = blake3::Hasher::new();
+    hasher.update_reader(std::fs::File::open(path)?)?;
+    Ok(hasher.finalize())
 }

@@ -9,6 +9,7 @@
 //! label_table    entities to the numbers and classes that outputs have for them
 //! dataset        the sensors of a run as files: `relief render --sensors`
 //! files          which files outputs become, and what is in them; description, manifest: those of a whole data set
+//! log            the sensors of a run as one log of ROS 2; axes: those that it and other outputs have
 //! ```
 //!
 //! A capture is a function of the state after a step, and of nothing else: all sensors are captured of one frame, and a
@@ -30,12 +31,14 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod axes;
 mod camera;
 mod dataset;
 mod description;
 mod files;
 mod label_table;
 pub mod lidar;
+mod log;
 mod manifest;
 mod ray_meshes;
 mod rays;

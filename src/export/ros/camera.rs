@@ -22,6 +22,11 @@ pub enum Pixels<'a> {
 }
 
 impl<'a> Pixels<'a> {
+    /// Whether there are none.
+    pub fn is_empty(self) -> bool {
+        self.parts().2.is_empty()
+    }
+
     /// The name of the form (`sensor_msgs/image_encodings.hpp`), values a pixel, and the values.
     fn parts(self) -> (&'static str, usize, Values<'a>) {
         match self {

@@ -9,7 +9,7 @@ use std::io::Result;
 /// Points with what is known of each, as `sensor_msgs/PointCloud2` of one row: the fields x, y, z, then the columns.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointCloud2<'a> {
-    /// When the first was measured; the frame that they are in.
+    /// When they were captured; the frame that they are in.
     pub header: Header<'a>,
     /// x, y, z in metres.
     pub points: &'a [[f32; 3]],

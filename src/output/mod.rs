@@ -1,9 +1,11 @@
 //! Files that are written whole or not at all.
 
+mod whole;
+
+pub use whole::{WholeFile, write_whole, write_whole_with};
+
 use std::fs;
-use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 /// An output that could not be written.
 #[derive(Debug, thiserror::Error)]
@@ -102,37 +104,6 @@ impl OutputError {
     pub fn is_refusal(&self) -> bool {
         !matches!(self, Self::Io { .. } | Self::Encode { .. })
     }
-}
-
-/// Writes a file under a temporary name beside it, then renames: what has the name is the whole file.
-///
-/// # Errors
-/// [`OutputError::NoFolder`], [`OutputError::Io`]; the temporary file is removed.
-pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
-    write_whole_with(path, |file| file.write_all(bytes))
-}
-
-/// [`write_whole`] for what is written bit by bit.
-///
-/// # Errors
-/// [`OutputError`], but for `Encode`; the temporary file is removed.
-pub fn write_whole_with(
-    path: &Path,
-    write: impl FnOnce(&mut fs::File) -> std::io::Result<()>,
-) -> Result<(), OutputError> {
-    check_links(path)?;
-    check_ordinary(path)?;
-    // Of this call alone: several threads may write the same file.
-    static CALLS: AtomicUsize = AtomicUsize::new(0);
-    let mut name = path.file_name().unwrap_or_default().to_owned();
-    name.push(format!(".{}.{}.part", std::process::id(), CALLS.fetch_add(1, Relaxed)));
-    let temporary = path.with_file_name(name);
-    let written = fs::File::create(&temporary).and_then(|mut file| write(&mut file));
-    let written = written.and_then(|()| fs::rename(&temporary, path));
-    written.map_err(|source| {
-        let _ = fs::remove_file(&temporary);
-        OutputError::io(path, source)
-    })
 }
 
 /// Begins a file that is written as a run goes on. One that has other names, too, as those of an input, stays what it
@@ -276,21 +247,6 @@ fn named_folder(parent: &Path) -> &Path {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn many_may_write_the_same_file_and_it_is_whole() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("file");
-        std::thread::scope(|scope| {
-            for byte in 0..8 {
-                let path = &path;
-                scope.spawn(move || (0..20).for_each(|_| write_whole(path, &vec![byte; 1 << 18]).unwrap()));
-            }
-        });
-        let written = fs::read(&path).unwrap();
-        assert!(written.len() == 1 << 18 && written.iter().all(|byte| *byte == written[0]));
-        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
-    }
 
     #[test]
     fn names_that_cannot_be_written_are_refused_for_what_is_there() {

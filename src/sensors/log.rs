@@ -1,0 +1,212 @@
+//! The sensors of a run as one log of ROS 2 messages (MCAP), which `ros2 bag`, Foxglove and rerun open.
+//!
+//! ```text
+//! /clock             the time, after each step
+//! /tf                the frame of each sensor in the frame `world`, at each of its captures
+//! /ego/front/…       of a camera: image_raw (rgb8), depth (32FC1, metres), class (mono8), instance (32SC1), camera_info
+//! /ego/top/points    of a lidar, returns alone: x, y, z, intensity, ring, time, instance, class
+//! ```
+//!
+//! Times are nanoseconds of the simulation. The world has Z up: (x, y, z) are the scene's (Z, X, Y). A camera's frame
+//! is optical: X right, Y down, Z forward. A lidar's has X forward, Y left, Z up. It is where the lidar is at the
+//! capture; points of one that sweeps are as it was when each was measured, `time` seconds after the first column.
+//! A camera whose projection is parallel has no camera_info.
+
+use super::axes::{ENTITY_FROM_CAMERA, ENTITY_FROM_LIDAR, ROS_FROM_WORLD};
+use super::{CameraCapture, Capture, LidarCapture, SensorCapture, SensorData};
+use crate::export::array::Column;
+use crate::export::mcap::Log;
+use crate::export::ros::{
+    CameraInfo, Clock, Distortion, Header, Image, Pixels, PointCloud2, TfMessage, TransformStamped,
+};
+use crate::frames::FrameError;
+use crate::output::{OutputError, WholeFile};
+use glam::DQuat;
+use std::collections::BTreeSet;
+use std::io::{self, BufWriter};
+use std::path::{Path, PathBuf};
+
+/// The frame that all others are in.
+const WORLD: &str = "world";
+
+/// A log that is being written.
+pub(super) struct SensorLog {
+    path: PathBuf,
+    log: Log<BufWriter<WholeFile>>,
+}
+
+impl SensorLog {
+    /// Begins a log, which is at its path once it is finished.
+    ///
+    /// # Errors
+    /// [`OutputError`].
+    pub fn begin(path: &Path) -> Result<Self, OutputError> {
+        let file = BufWriter::new(WholeFile::begin(path)?);
+        let log = Log::new(file).map_err(|error| OutputError::io(path, error))?;
+        Ok(Self { path: path.to_owned(), log })
+    }
+
+    /// Says that a step has been taken, after which so many nanoseconds have passed.
+    ///
+    /// # Errors
+    /// [`OutputError::Io`].
+    pub fn tick(&mut self, nanoseconds: u64) -> Result<(), OutputError> {
+        let written = self.log.write("/clock", nanoseconds, &Clock(nanoseconds));
+        written.map_err(|error| OutputError::io(&self.path, error))
+    }
+
+    /// Appends a capture.
+    ///
+    /// # Errors
+    /// [`OutputError::Io`]: also of what messages have no place for.
+    pub fn write(&mut self, capture: &Capture) -> Result<(), OutputError> {
+        self.append(capture).map_err(|error| OutputError::io(&self.path, error))
+    }
+
+    fn append(&mut self, Capture { nanoseconds, sensors, .. }: &Capture) -> io::Result<()> {
+        let names: Vec<String> = sensors.iter().map(|sensor| frame_name(&sensor.name)).collect();
+        let named = || names.iter().map(String::as_str).zip(sensors);
+        let places: Vec<_> = named().map(|(name, sensor)| place(name, *nanoseconds, sensor)).collect();
+        self.log.write("/tf", *nanoseconds, &TfMessage(&places))?;
+        for (frame, sensor) in named() {
+            let header = Header { nanoseconds: *nanoseconds, frame };
+            match &sensor.data {
+                SensorData::Camera(camera) => self.camera(header, camera)?,
+                SensorData::Lidar(lidar) => self.lidar(header, lidar)?,
+            }
+        }
+        Ok(())
+    }
+
+    fn camera(&mut self, header: Header, camera: &CameraCapture) -> io::Result<()> {
+        let (size, topic) = ((camera.width, camera.height), |name: &str| format!("/{}/{name}", header.frame));
+        let pictures = [
+            ("image_raw", Pixels::Rgb(camera.color.as_flattened())),
+            ("depth", Pixels::Float32(&camera.depth)),
+            ("class", Pixels::Mono8(&camera.class)),
+            ("instance", Pixels::Signed32(&camera.instance)),
+        ];
+        for (name, pixels) in pictures.into_iter().filter(|(_, pixels)| !pixels.is_empty()) {
+            self.log.write(&topic(name), header.nanoseconds, &Image { header, size, pixels })?;
+        }
+        let Some(k) = camera.intrinsics else { return Ok(()) };
+        let distortion = Distortion::PlumbBob([0.0; 5]);
+        let info = CameraInfo { header, size, intrinsics: [k.fx, k.fy, k.cx, k.cy], distortion };
+        self.log.write(&topic("camera_info"), header.nanoseconds, &info)
+    }
+
+    fn lidar(&mut self, header: Header, LidarCapture { scan, instance, class }: &LidarCapture) -> io::Result<()> {
+        let points = returns(&scan.hit, &scan.xyz);
+        let (intensity, ring) = (returns(&scan.hit, &scan.intensity), returns(&scan.hit, &scan.ring));
+        let (time, instance) = (returns(&scan.hit, &scan.time), returns(&scan.hit, instance));
+        let class = returns(&scan.hit, class);
+        let columns = [
+            Column::new("intensity", &[], &intensity[..]),
+            Column::new("ring", &[], &ring[..]),
+            Column::new("time", &[], &time[..]),
+            Column::new("instance", &[], &instance[..]),
+            Column::new("class", &[], &class[..]),
+        ];
+        let cloud = PointCloud2 { header, points: &points, columns: &columns };
+        self.log.write(&format!("/{}/points", header.frame), header.nanoseconds, &cloud)
+    }
+
+    /// Ends the log and gives the file its name, which is returned.
+    ///
+    /// # Errors
+    /// [`OutputError`].
+    pub fn finish(self) -> Result<PathBuf, OutputError> {
+        let Self { path, log } = self;
+        let ended = log.finish().and_then(|file| file.into_inner().map_err(|error| error.into_error()));
+        ended.map_err(|error| OutputError::io(&path, error))?.finish()?;
+        Ok(path)
+    }
+}
+
+/// Of a value for each beam, those of beams that came back.
+fn returns<T: Copy>(hit: &[u8], values: &[T]) -> Vec<T> {
+    hit.iter().zip(values).filter(|(hit, _)| **hit == 1).map(|(_, value)| *value).collect()
+}
+
+/// Where a sensor's frame is in the world of ROS.
+fn place<'a>(name: &'a str, nanoseconds: u64, sensor: &SensorCapture) -> TransformStamped<'a> {
+    let entity_from_sensor = match sensor.data {
+        SensorData::Camera(_) => ENTITY_FROM_CAMERA,
+        SensorData::Lidar(_) => ENTITY_FROM_LIDAR,
+    };
+    let world_from_entity = &sensor.world_from_sensor;
+    let axes = ROS_FROM_WORLD * world_from_entity.matrix3 * entity_from_sensor;
+    TransformStamped {
+        header: Header { nanoseconds, frame: WORLD },
+        child: name,
+        translation: (ROS_FROM_WORLD * world_from_entity.translation).to_array(),
+        rotation: DQuat::from_mat3(&axes).normalize().to_array(),
+    }
+}
+
+/// A sensor's name as that of a frame and within those of topics. These have letters and digits of ASCII and `_`, none
+/// first a digit (ROS 2, "Topic and Service name mapping to DDS"): all else becomes `_`.
+fn frame_name(sensor: &str) -> String {
+    let allowed = |letter: char| if letter.is_ascii_alphanumeric() { letter } else { '_' };
+    let tokens = sensor.split('/').map(|token| {
+        let needs_more = token.chars().next().is_none_or(|first| first.is_ascii_digit());
+        let before = if needs_more { "_" } else { "" };
+        before.chars().chain(token.chars().map(allowed)).collect::<String>()
+    });
+    tokens.collect::<Vec<_>>().join("/")
+}
+
+/// Whether all sensors have frames and topics of their own.
+///
+/// # Errors
+/// [`FrameError::SharedFrameName`].
+pub(super) fn check_names(sensors: &BTreeSet<String>) -> Result<(), FrameError> {
+    let mut taken = vec![(WORLD.to_owned(), "the world".to_owned())];
+    for sensor in sensors {
+        let name = frame_name(sensor);
+        if let Some((_, other)) = taken.iter().find(|(other, _)| *other == name) {
+            return Err(FrameError::SharedFrameName { sensor: sensor.clone(), name, other: other.clone() });
+        }
+        taken.push((name, format!("sensor \"{sensor}\"")));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_frame_is_named_after_its_sensor_as_far_as_topics_allow() {
+        let names = ["ego/front", "Car 2/left eye", "2/3", "größe/", ""].map(frame_name);
+        assert_eq!(names, ["ego/front", "Car_2/left_eye", "_2/_3", "gr__e/_", "_"]);
+    }
+
+    #[test]
+    fn two_frames_have_two_names() {
+        let check = |names: &[&str]| check_names(&names.iter().map(ToString::to_string).collect());
+        assert!(check(&["ego/a b", "ego/ab", "b/world"]).is_ok());
+        let refusal = |names| check(names).unwrap_err().to_string();
+        let expected = "sensor \"a_b\": its name in MCAP, \"a_b\", is that of sensor \"a b\" already";
+        assert!(refusal(&["a_b", "a b"]).starts_with(expected));
+        assert!(refusal(&["world"]).contains("is that of the world already"));
+    }
+
+    #[test]
+    fn a_lidar_that_looks_along_the_scenes_z_has_the_axes_of_the_world() {
+        let data = SensorData::Lidar(LidarCapture::default());
+        let world_from_sensor = glam::DAffine3::from_translation(glam::DVec3::new(2.0, 3.0, 1.0));
+        let entity = bevy_ecs::entity::Entity::PLACEHOLDER;
+        let sensor = SensorCapture { entity, name: String::new(), world_from_sensor, data };
+        let found = place("top", 5, &sensor);
+        assert_eq!((found.translation, found.rotation), ([1.0, 2.0, 3.0], [0.0, 0.0, 0.0, 1.0]));
+        // A camera looks back from there, along −x, with y to the right.
+        let sensor = SensorCapture { data: SensorData::Camera(CameraCapture::default()), ..sensor };
+        let turn = DQuat::from_array(place("front", 5, &sensor).rotation);
+        let [right, down, forward] = [glam::DVec3::X, glam::DVec3::Y, glam::DVec3::Z].map(|axis| turn * axis);
+        for (found, expected) in [(right, glam::DVec3::Y), (down, -glam::DVec3::Z), (forward, -glam::DVec3::X)] {
+            // A few roundings of numbers up to 1.
+            assert!(found.abs_diff_eq(expected, 1e-15), "{found}");
+        }
+    }
+}

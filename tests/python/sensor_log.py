@@ -1,0 +1,168 @@
+"""Reads a log of sensors with others' programs, and compares it with other files of the same run: tests/sensor_log.rs.
+
+    sensor_log.py FOLDER
+
+FOLDER holds expected.json, and in run/ sensors.json, sensors.mcap, and arrays as NPY. Floats must be equal to the bit.
+"""
+
+import json
+import sys
+from pathlib import Path
+
+import mcap.reader
+import numpy as np
+from mcap_ros2.decoder import DecoderFactory
+
+RUN = Path(sys.argv[1]) / "run"
+EXPECTED = json.loads((RUN.parent / "expected.json").read_text())
+FRAMES = EXPECTED["frames"]
+DESCRIBED = json.loads((RUN / "sensors.json").read_text())
+# (x, y, z) are the scene's (Z, X, Y).
+ROS_FROM_SCENE = np.array([[0, 0, 1], [1, 0, 0], [0, 1, 0]])
+PICTURES = {
+    "image_raw": ("color", "rgb8", "u1"), "depth": ("depth", "32FC1", "<f4"), "class": ("class", "mono8", "u1"),
+    "instance": ("instance", "32SC1", "<u4"),
+}
+POINTS = [("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("intensity", "<f4"), ("ring", "<u2"), ("time", "<f4"),
+          ("instance", "<u4"), ("class", "u1")]
+# Numbers of sensor_msgs/PointField.
+KINDS = {"u1": 2, "<u2": 4, "<u4": 6, "<f4": 7}
+
+
+def equal(found, wanted, place):
+    assert found == wanted, f"{place}: {found!r}, not {wanted!r}"
+
+
+def same(found, wanted, place):
+    equal(found.dtype.newbyteorder("="), wanted.dtype.newbyteorder("="), place)
+    equal(found.shape, wanted.shape, place)
+    assert found.tobytes() == wanted.tobytes(), f"{place}: other values"
+
+
+def rotation(q):
+    """The matrix of a unit quaternion."""
+    x, y, z, w = q.x, q.y, q.z, q.w
+    assert abs(x * x + y * y + z * z + w * w - 1) < 1e-12, q
+    return np.array([
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ])
+
+
+def nanoseconds(step):
+    return round(step * DESCRIBED["step_seconds"] * 1e9)
+
+
+def transforms(message, step):
+    """Each sensor's frame in the world, which is to be where sensors.json has it."""
+    due = [(one, at) for one in DESCRIBED["sensors"] for at in one["captures"] if at["step"] == step]
+    equal([one.child_frame_id for one in message.transforms], [FRAMES[one["name"]] for one, _ in due], "/tf")
+    places = {}
+    for said, (sensor, at) in zip(message.transforms, due):
+        equal(said.header.frame_id, "world", "/tf")
+        turn, move = said.transform.rotation, said.transform.translation
+        world_from_sensor = np.array(at["world_from_entity"]) @ np.array(sensor["entity_from_sensor"])
+        place = rotation(turn), np.array([move.x, move.y, move.z])
+        # The axes of entities are of single precision, of 2^-24 each, and so are not quite a rotation's.
+        assert np.abs(place[0] - ROS_FROM_SCENE @ world_from_sensor[:3, :3]).max() < 1e-6, said.child_frame_id
+        assert np.array_equal(place[1], ROS_FROM_SCENE @ world_from_sensor[:3, 3]), said.child_frame_id
+        places[said.child_frame_id] = place
+    return places
+
+
+def on_planes(points, classes, place):
+    """How many points of each class there are, which are to lie in its plane. Depths are off by 1e-5 of themselves at
+    most; places of single precision within 40 m of the origin by 4e-6 m an operation, of which there are some."""
+    turn, move = place
+    distance = np.linalg.norm(points, axis=-1)
+    counts = []
+    for one, normal, offset in EXPECTED["planes"]:
+        seen = classes == one
+        away = (points[seen] @ turn.T + move) @ np.array(normal) - offset
+        assert (np.abs(away) < 1e-5 * distance[seen] + 5e-5).all(), f"class {one}: {np.abs(away).max()} m away"
+        counts.append(seen.sum())
+    return counts
+
+
+def image(message, sensor, topic, step):
+    output, encoding, dtype = PICTURES[topic]
+    wanted = np.load(RUN / sensor["name"] / f"{output}_{step:05}.npy")
+    equal((message.encoding, message.is_bigendian), (encoding, 0), topic)
+    equal((message.height, message.width), wanted.shape[:2], topic)
+    equal(message.step, wanted[0].nbytes, topic)
+    found = np.frombuffer(bytes(message.data), dtype).reshape(wanted.shape)
+    same(found, wanted, f"{topic} after {step}")
+    return found
+
+
+def camera_info(message, sensor):
+    equal((message.height, message.width), (sensor["height"], sensor["width"]), "size")
+    k = np.array(sensor["K"])
+    equal((message.distortion_model, list(message.d)), ("plumb_bob", [0.0] * 5), "distortion")
+    equal(list(message.k), k.ravel().tolist(), "K")
+    equal(list(message.r), np.eye(3).ravel().tolist(), "R")
+    equal(list(message.p), np.hstack([k, np.zeros((3, 1))]).ravel().tolist(), "P")
+
+
+def points(message, sensor, step):
+    dtype = np.dtype(POINTS)
+    fields, offsets = [], [dtype.fields[name][1] for name, _ in POINTS]
+    for (name, kind), offset in zip(POINTS, offsets):
+        fields.append((name, offset, KINDS[kind], 1))
+    equal([(field.name, field.offset, field.datatype, field.count) for field in message.fields], fields, "fields")
+    scan = np.load(RUN / sensor["name"] / f"points_{step:05}.npy")
+    scan = scan[scan["hit"] == 1]
+    equal((message.height, message.width, message.point_step), (1, len(scan), dtype.itemsize), "points")
+    equal((message.row_step, message.is_bigendian, message.is_dense), (len(message.data), False, True), "points")
+    found = np.frombuffer(bytes(message.data), dtype)
+    for i, axis in enumerate("xyz"):
+        same(found[axis], np.ascontiguousarray(scan["xyz"][:, i]), axis)
+    for name, _ in POINTS[3:]:
+        same(found[name], scan[name], name)
+    return np.stack([found[axis] for axis in "xyz"], axis=-1).astype(float), found["class"]
+
+
+with open(RUN / "sensors.mcap", "rb") as stream:
+    reader = mcap.reader.make_reader(stream, validate_crcs=True, decoder_factories=[DecoderFactory()])
+    equal(reader.get_header().profile, "ros2", "profile")
+    messages = list(reader.iter_decoded_messages(log_time_order=False))
+
+steps = {nanoseconds(step): step for steps in EXPECTED["messages"].values() for step in steps}
+sensors = {FRAMES[sensor["name"]]: sensor for sensor in DESCRIBED["sensors"]}
+found, places, turns, seen = {}, {}, [], {}
+for schema, channel, message, decoded in messages:
+    topic, step = channel.topic, steps[message.log_time]
+    equal(message.publish_time, message.log_time, topic)
+    equal(message.sequence, len(found.setdefault(topic, [])), topic)
+    found[topic].append(step)
+    stamp = decoded.clock if topic == "/clock" else None
+    if topic == "/tf":
+        places = transforms(decoded, step)
+        turns += [turn for frame, (turn, _) in places.items() if frame == "ego/front"]
+        stamp = decoded.transforms[0].header.stamp
+    elif topic != "/clock":
+        frame, kind = topic[1:].rsplit("/", 1)
+        equal(decoded.header.frame_id, frame, topic)
+        stamp, sensor = decoded.header.stamp, sensors[frame]
+        if kind == "points":
+            xyz, classes = points(decoded, sensor, step)
+            equal([count > 300 for count in on_planes(xyz, classes, places[frame])], [True] * 2, topic)
+        elif kind == "camera_info":
+            camera_info(decoded, sensor)
+            # The last message of a camera: now its pixels are places.
+            v, u = np.indices((decoded.height, decoded.width))
+            rays = np.stack([u, v, np.ones_like(u)], axis=-1) @ np.linalg.inv(np.reshape(decoded.k, (3, 3))).T
+            depth, classes = seen["depth"], seen["class"]
+            inside = np.isfinite(depth)
+            counts = on_planes(rays[inside] * depth[inside][:, None].astype(float), classes[inside], places[frame])
+            equal([count > 300 for count in counts], [True] * 2, topic)
+        else:
+            seen[kind] = image(decoded, sensor, kind, step)
+    equal(stamp.sec * 10**9 + stamp.nanosec, message.log_time, topic)
+equal(found, EXPECTED["messages"], "messages")
+# The rig turns by ten degrees a step.
+for before, after in zip(turns, turns[1:]):
+    cosine = (np.trace(before.T @ after) - 1) / 2
+    assert abs(np.degrees(np.arccos(cosine)) - 10) < 1e-3, cosine
+print(f"{len(messages)} messages")
