@@ -24,8 +24,8 @@ const SCENE: &str = r#"(
             ),
         ),
         (
-            name: "post", spin: (degrees_per_second: 30), transform: (rotation_degrees: (0, 180, 0)),
-            children: [(name: "top", transform: (translation: (0, 1.8, 0)), sensor: lidar(every: 6, range: (0.5, 80), sweep: true))],
+            name: "post", spin: (degrees_per_second: 30), transform: (rotation_degrees: (0, 180, 0), scale: (1, 1, 0.5)),
+            children: [(name: "top", transform: (translation: (0, 1.8, 0), rotation_degrees: (0, 45, 0)), sensor: lidar(every: 6, range: (0.5, 80), sweep: true))],
         ),
     ],
 )"#;
@@ -137,6 +137,29 @@ fn what_cannot_be_captured_is_refused_before_anything_is_written() {
     let twice = "(entities: [(name: \"a\", sensor: camera()), (name: \"a\", sensor: camera())])";
     let output = relief(&["render", "scene.ron", "-o", "out", "--sensors", "all"], scene_folder(twice).path());
     assert_fails(&output, 2, &["duplicate sensor name \"a\""]);
+}
+
+#[test]
+fn no_name_of_a_sensor_leads_elsewhere() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let long = "n".repeat(300);
+    for name in ["../evil", "..", "/evil", "a/../../evil", ".", "", "sensors.json", "a//b", "a:b", "tab\\tname", &long]
+    {
+        let scene = format!("(entities: [(name: \"{name}\", sensor: camera(size: (4, 4)))])");
+        let folder = scene_folder(&scene);
+        let output = relief(&["render", "scene.ron", "-o", "out", "--sensors", "all"], folder.path());
+        assert_fails(&output, 2, &["scene.ron: invalid sensor name"]);
+        assert!(!folder.path().join("out").exists() && !folder.path().join("evil").exists(), "{name}");
+    }
+    let alike = "(entities: [(name: \"eye\", sensor: camera()), (name: \"Eye\", sensor: camera())])";
+    let output = relief(&["render", "scene.ron", "-o", "out", "--sensors", "all"], scene_folder(alike).path());
+    assert_fails(&output, 2, &["differs from another in its case alone"]);
+    let things =
+        "(classes: { \"a\": (id: 70, thing: true) }, entities: [(name: \"eye\", sensor: camera(outputs: [panoptic]))])";
+    let output = relief(&["render", "scene.ron", "-o", "out", "--sensors", "all"], scene_folder(things).path());
+    assert_fails(&output, 2, &["sensor \"eye\"", "id 70"]);
 }
 
 #[test]

@@ -284,8 +284,8 @@ fn colour_is_the_picture_that_a_camera_of_the_scene_has() {
     let random = &mut TestRng::deterministic_rng(RngAlgorithm::ChaCha);
     let mut simulation = street(random, 40);
     let mut headless = Headless::new().expect("there is an adapter");
-    for samples in [1, 4] {
-        let at = somewhere(random);
+    for samples in [1, 4, 1, 4] {
+        let at = somewhere(random).looking_at(somewhere(random).translation, Vec3::Y);
         let projection = Projection::Perspective { fov_y: 0.9, aspect: None };
         let eye = simulation.world.spawn((Camera { projection, ..Camera::default() }, at)).id();
         headless.settings.samples = samples;
@@ -296,6 +296,38 @@ fn colour_is_the_picture_that_a_camera_of_the_scene_has() {
         let colors = &capture["camera"].camera().expect("a camera").color;
         assert!(picture.pixels().zip(colors).all(|(pixel, color)| pixel.0[..3] == color[..]), "{samples} samples");
         simulation.world.despawn(camera);
+    }
+}
+
+/// More views than there are shadow maps for: each has its own as if it were alone.
+#[test]
+fn shadows_do_not_depend_on_who_else_asks_for_maps() {
+    let Some(gpu) = common::gpu() else { return };
+    let mut simulation = dark_world();
+    let world = &mut simulation.world;
+    let mut library = world.resource_mut::<Library>();
+    let (pole, ground) =
+        (library.add_mesh(shapes::cube(Vec3::new(0.4, 4.0, 0.4))), shapes::plane(Vec2::ONE, UVec2::ONE));
+    let ground = library.add_mesh(ground);
+    world.spawn((ground, Transform::from_scale(Vec3::new(1e5, 1.0, 40.0))));
+    let sun = Light { shadows: true, ..Light::directional(2.0) };
+    world.spawn((sun, Transform::from_rotation(Quat::from_euler(EulerRot::YXZ, 0.7, -0.8, 0.0))));
+    // Six levels of a sun around each place.
+    let count = 44;
+    for i in 0..count {
+        let x = 900.0 * i as f32;
+        world.spawn((pole, Transform::from_xyz(x, 2.0, -6.0)));
+        let camera = CameraSensor { size: (24, 16), samples: 1, ..CameraSensor::default() };
+        let at = Transform::from_xyz(x, 2.0, 0.0).with_rotation(Quat::from_rotation_x(-0.2));
+        world.spawn((Sensor::camera(camera), Name::new(format!("{i}")), at));
+    }
+    register_all(&mut simulation.world);
+    let together = SensorSuite::new(&gpu).capture(&mut simulation).expect("captured");
+    for name in ["0", "20", "39", "40", "43"] {
+        let alone = SensorSuite::new(&gpu).capture_some(&mut simulation, |own| own == name).expect("captured");
+        assert!(alone[name] == together[name], "camera {name}");
+        let colors = &together[name].camera().expect("a camera").color;
+        assert!(colors.contains(&[0; 3]) && colors.iter().any(|rgb| rgb[0] > 60), "camera {name}");
     }
 }
 

@@ -144,6 +144,8 @@ fn code_of_frame(error: &FrameError) -> u8 {
         | FrameError::SharedSensorName { .. }
         | FrameError::SharedFrameName { .. }
         | FrameError::NoFormat { .. }
+        | FrameError::BadSensorName { .. }
+        | FrameError::NoPanoptic { .. }
         | FrameError::Overwrites { .. }
         | FrameError::NoFrames { .. }
         | FrameError::Video(VideoError::UnknownEnding { .. })

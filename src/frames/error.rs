@@ -68,6 +68,27 @@ pub enum FrameError {
         /// What has that name.
         other: String,
     },
+    /// A name that is no folder's.
+    #[error("{}: invalid sensor name {name:?}: it {fault}; folders are named after sensors", scene.display())]
+    BadSensorName {
+        /// The scene.
+        scene: PathBuf,
+        /// The name.
+        name: String,
+        /// What is the matter.
+        fault: &'static str,
+    },
+    /// Numbers that pictures of 16 bits do not hold.
+    #[error(
+        "sensor \"{sensor}\": panoptic pictures hold things of classes up to 64, and the scene has one with id {id}; \
+         npy and npz hold all"
+    )]
+    NoPanoptic {
+        /// The sensor.
+        sensor: String,
+        /// A class.
+        id: u8,
+    },
     /// Outputs without a form.
     #[error("sensor \"{sensor}\": none of the formats asked for holds {outputs}; npy and npz hold everything")]
     NoFormat {

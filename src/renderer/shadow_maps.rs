@@ -85,6 +85,26 @@ struct Seen {
     textures: u64,
 }
 
+/// How many of some views, from the first on, find room for the layers of all their lights, and so do not take any from
+/// each other; at least 1. Each is taken to ask for as many lamps as it may.
+pub(super) fn views_with_room(frame: &FrameData<'_>, plans: &[&ViewPlan]) -> usize {
+    let Some(lights) = frame.shadows.as_ref().map(ShadowScene::lights) else { return plans.len() };
+    let suns = rank_suns(lights);
+    let turns: Vec<Turn> = suns
+        .iter()
+        .filter_map(|sun| Some(turn_of(&frame.list.lights.records.get(sun.slot as usize)?.unpacked())))
+        .collect();
+    let (mut levels, mut lamps) = (BTreeSet::new(), 0);
+    let fits = |plan: &&&ViewPlan| {
+        for (level, turn) in (0..LEVELS).flat_map(|level| turns.iter().map(move |turn| (level, *turn))) {
+            levels.insert(SunLevel::around(plan.view.eye(), turn, level));
+        }
+        lamps = lights.lights().len().min(lamps + plan.settings.shadow_maps as usize);
+        levels.len() + lamps <= MOST_LAYERS
+    };
+    plans.iter().take_while(fits).count().max(1)
+}
+
 impl ShadowMaps {
     pub fn new() -> Self {
         Self {

@@ -17,6 +17,7 @@ use super::outputs::{OutputTexture, OutputTextures};
 use super::pass::{ID_FORMAT, NORMAL_FORMAT};
 use super::pipelines::{Pipelines, ToneMapSource};
 use super::readback::{Readback, Source};
+use super::shadow_maps::views_with_room;
 use super::targets::{DEPTH_FORMAT, HDR_FORMAT, Hdr, Targets, layer_view, layered_texture};
 use super::{Gpu, OutputSet, Outputs, PICTURE_FORMAT, RenderError, Renderer, ViewPlan, ViewState, ViewTarget};
 use systems::draw::FrameData;
@@ -27,6 +28,9 @@ const MOST_LAYERS: u32 = 256;
 /// Bytes of the textures of a batch, beyond which there is another batch: a large view's passes take so long that
 /// nothing is gained by more of them in one submission.
 const MOST_BYTES: u64 = 256 << 20;
+
+/// Calls of [`Renderer::draw_views`] for which a batch without a view is kept: sensors may be due seldom.
+const KEPT_FOR: u32 = 120;
 
 /// What [`Renderer::draw_views`] keeps from frame to frame: the states of views, in batches of one size and one set of
 /// outputs, and the textures that they share.
@@ -49,8 +53,8 @@ struct Batch {
     key: BatchKey,
     states: Vec<ViewState>,
     textures: Option<LayerTextures>,
-    /// It has views in the frame at hand.
-    is_used: bool,
+    /// Calls since it had a view.
+    unused_for: u32,
 }
 
 /// The textures of a batch.
@@ -167,11 +171,11 @@ impl ViewBatches {
     fn batch(&mut self, key: BatchKey) -> &mut Batch {
         let found = self.batches.iter().position(|batch| batch.key == key);
         let index = found.unwrap_or_else(|| {
-            self.batches.push(Batch { key, states: Vec::new(), textures: None, is_used: true });
+            self.batches.push(Batch { key, states: Vec::new(), textures: None, unused_for: 0 });
             self.batches.len() - 1
         });
         let batch = &mut self.batches[index];
-        batch.is_used = true;
+        batch.unused_for = 0;
         batch
     }
 }
@@ -210,21 +214,26 @@ impl Renderer {
         batches: &mut ViewBatches,
         plans: &[ViewPlan],
     ) -> Result<Vec<Outputs>, RenderError> {
-        batches.batches.iter_mut().for_each(|batch| batch.is_used = false);
+        batches.batches.iter_mut().for_each(|batch| batch.unused_for += 1);
         let mut results: Vec<Option<Outputs>> = plans.iter().map(|_| None).collect();
         let mut open: Vec<usize> = (0..plans.len()).collect();
         while let Some(&first) = open.first() {
             let key = BatchKey::of(&plans[first]);
             let alike: Vec<usize> = open.iter().copied().filter(|&i| BatchKey::of(&plans[i]) == key).collect();
             open.retain(|i| !alike.contains(i));
-            for together in alike.chunks(key.most_views(&self.gpu)) {
-                let plans: Vec<ViewPlan> = together.iter().map(|&i| plans[i].clone()).collect();
+            let mut rest = &alike[..];
+            while !rest.is_empty() {
+                let most = rest.len().min(key.most_views(&self.gpu));
+                let asked: Vec<&ViewPlan> = rest[..most].iter().map(|&i| &plans[i]).collect();
+                let (now, later) = rest.split_at(views_with_room(frame, &asked));
+                rest = later;
+                let plans: Vec<ViewPlan> = now.iter().map(|&i| plans[i].clone()).collect();
                 let drawn = self.draw_batch(frame, batches, key, plans)?;
-                together.iter().zip(drawn).for_each(|(&i, outputs)| results[i] = Some(outputs));
+                now.iter().zip(drawn).for_each(|(&i, outputs)| results[i] = Some(outputs));
             }
         }
-        // What has no view any more gives its memory back.
-        batches.batches.retain(|batch| batch.is_used);
+        // What has had no view for long gives its memory back.
+        batches.batches.retain(|batch| batch.unused_for <= KEPT_FOR);
         self.gpu.check()?;
         Ok(results.into_iter().flatten().collect())
     }

@@ -12,6 +12,8 @@ use systems::sensors::{self, Beams, CameraOutput, CameraOutputs, ClassInfo, Clas
 
 /// Pixels along a side.
 const LARGEST_PICTURE: u32 = 16384;
+/// Beams of a capture: half a gigabyte.
+const MOST_BEAMS: f64 = 16_777_216.0;
 /// Steps.
 const SLOWEST: u32 = 1_000_000;
 
@@ -159,6 +161,11 @@ impl Check<'_> {
     pub fn classes(&mut self, classes: &Named<Class>) {
         self.field("classes", |c| {
             c.entries(classes, |c, class| {
+                let is_taken =
+                    classes.entries().iter().any(|(name, own)| std::ptr::eq(own, class) && name == "unlabeled");
+                if is_taken {
+                    c.fault("reserved name: what has no class is called so, with id 0");
+                }
                 if class.id == 0 {
                     c.field("id", |c| c.fault("expected a number from 1 to 255: 0 is what has no class"));
                 }
@@ -188,7 +195,15 @@ impl Check<'_> {
             Sensor::Camera(camera) => self.camera_sensor(camera),
             Sensor::Lidar(lidar) => {
                 self.rate(lidar.every, lidar.phase);
-                if let Err(message) = lidar.lidar().check() {
+                let lidar_sensor = lidar.lidar();
+                if let Err(message) = lidar_sensor.check() {
+                    return self.fault(message);
+                }
+                let seconds = self.scene.clock.step_seconds * f64::from(lidar.every);
+                let columns = seconds * f64::from(lidar.hz) * f64::from(lidar.columns);
+                let beams = columns * lidar_sensor.beams.rings().len() as f64;
+                if beams > MOST_BEAMS {
+                    let message = format!("expected at most {MOST_BEAMS} beams in a capture, found {beams:.0}");
                     self.fault(message);
                 }
             }

@@ -20,10 +20,11 @@ use crate::output::{self, OutputError};
 use crate::recording::{RecordingError, RunFiles};
 use crate::renderer::{Gpu, Settings};
 use std::collections::BTreeSet;
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use systems::ecs::clock::Clock;
 use systems::lights::{LightPolicies, LightPolicy};
-use systems::sensors::{Sensor, SensorKind};
+use systems::sensors::{Classes, Sensor, SensorKind};
 
 /// What to capture.
 #[derive(Clone, Debug)]
@@ -52,10 +53,22 @@ pub struct SensorJob {
     pub realtime: bool,
 }
 
+/// The files of a whole data set.
+const WHOLE: [&str; 3] = ["sensors.json", "manifest.json", "sensors.mcap"];
+
+/// Bytes of a part of a sensor's name, which is a folder's.
+const LONGEST_NAME: usize = 200;
+
 impl SensorJob {
-    /// Whether a file may be one of the job's: all in its folder are.
+    /// Whether a file may be one of the job's, as far as that is known before its sensors are: those of its formats in
+    /// folders below its own, and what describes the whole.
     fn writes(&self, path: &Path) -> bool {
-        output::real(path).starts_with(output::real(&self.folder))
+        let (path, folder) = (output::real(path), output::real(&self.folder));
+        let Ok(within) = path.strip_prefix(folder) else { return false };
+        let extension = path.extension().and_then(OsStr::to_str).unwrap_or_default();
+        let is_of_a_sensor = within.components().count() > 1
+            && self.formats.iter().any(|format| name::of(&FileFormat::ALL, *format) == extension);
+        is_of_a_sensor || WHOLE.iter().any(|name| within == Path::new(name))
     }
 }
 
@@ -111,12 +124,7 @@ pub fn render_sensors(job: &SensorJob, mut progress: impl FnMut(u64, u64)) -> Re
                     }
                     all.insert(path);
                 }
-                captures.push(description::capture(
-                    &due.name,
-                    step,
-                    &run.stage.simulation.world,
-                    &due.world_from_sensor,
-                ));
+                captures.push(description::capture(due, step, &run.stage.simulation.world));
             }
             if missing.is_empty() {
                 suite.pass_by(&mut run.stage.simulation);
@@ -184,6 +192,17 @@ fn choose(job: &SensorJob, world: &mut bevy_ecs::prelude::World) -> Result<BTree
             _ => return Err(FrameError::SharedSensorName { scene: job.scene.clone(), name: name.clone() }),
         }
     }
+    let mut folders = BTreeSet::new();
+    for name in &wanted {
+        let fault = fault_of_name(name);
+        // Some file systems do not tell capitals from small letters.
+        let fault =
+            fault.or((!folders.insert(name.to_lowercase())).then_some("differs from another in its case alone"));
+        if let Some(fault) = fault {
+            let (scene, name) = (job.scene.clone(), name.clone());
+            return Err(FrameError::BadSensorName { scene, name, fault });
+        }
+    }
     for (name, entity) in known.iter().filter(|(name, _)| wanted.contains(name)) {
         let Some(sensor) = world.get::<Sensor>(*entity) else { continue };
         let left_out = files::left_out(sensor, &job.formats);
@@ -191,12 +210,34 @@ fn choose(job: &SensorJob, world: &mut bevy_ecs::prelude::World) -> Result<BTree
             let outputs = left_out.join(", ");
             return Err(FrameError::NoFormat { sensor: name.clone(), outputs });
         }
+        let things = world.resource::<Classes>().0.iter().filter(|class| class.is_thing);
+        let beyond = things.map(|class| class.id).find(|&id| id > files::MOST_THINGS);
+        if let Some(id) = beyond.filter(|_| files::has_panoptic_picture(sensor, &job.formats)) {
+            return Err(FrameError::NoPanoptic { sensor: name.clone(), id });
+        }
     }
     let chosen = wanted.into_iter().collect();
     if job.formats.contains(&FileFormat::Mcap) {
         check_names(&chosen)?;
     }
     Ok(chosen)
+}
+
+/// Why a sensor's name cannot be a folder's; `None`: it can.
+fn fault_of_name(name: &str) -> Option<&'static str> {
+    let is_special = |c: char| c.is_control() || "\\:*?\"<>|".contains(c);
+    let mut parts = name.split('/');
+    if parts.clone().any(|part| part.is_empty() || part.trim_matches('.').trim().is_empty()) {
+        Some("has a part that is empty, or dots alone")
+    } else if name.contains(is_special) {
+        Some(
+            "has a character that names of folders do not have everywhere: a control character or one of \\ : * ? \" < > |",
+        )
+    } else if parts.any(|part| part.len() > LONGEST_NAME) {
+        Some("has a part of more than 200 bytes")
+    } else {
+        WHOLE.contains(&name).then_some("is that of a file of the data set")
+    }
 }
 
 /// Whether a file is there, as far as can be told without its contents: files are written whole.

@@ -4,7 +4,7 @@
 //! Z forward; a lidar's X forward, Y left, Z up.
 
 use bevy_ecs::prelude::*;
-use glam::{DAffine3, DMat4};
+use glam::DMat4;
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use systems::draw::Intrinsics;
@@ -12,20 +12,23 @@ use systems::ecs::clock::Clock;
 use systems::sensors::{CameraOutput, CameraSensor, Classes, LidarSensor, Sensor, SensorKind};
 
 use super::axes::{ENTITY_FROM_CAMERA, ENTITY_FROM_LIDAR};
-use super::suite::{nanoseconds, sensor_names};
+use super::suite::{DueSensor, nanoseconds, sensor_names};
 
 /// Of the file's form.
 const VERSION: u32 = 1;
 
 /// A capture: which sensor, when, and where it was. `world_from_entity`: from the entity's axes (+Y up) to the scene's
 /// coordinates.
-pub(super) fn capture(name: &str, step: u64, world: &World, world_from_entity: &DAffine3) -> (String, Value) {
-    let at = json!({
+pub(super) fn capture(due: &DueSensor, step: u64, world: &World) -> (String, Value) {
+    let mut at = json!({
         "step": step,
         "nanoseconds": nanoseconds(world.resource::<Clock>(), step),
-        "world_from_entity": rows(&DMat4::from(*world_from_entity)),
+        "world_from_entity": rows(&DMat4::from(due.world_from_sensor)),
     });
-    (name.to_owned(), at)
+    if let Some(before) = due.world_from_sensor_before {
+        at["world_from_entity_before"] = rows(&DMat4::from(before));
+    }
+    (due.name.clone(), at)
 }
 
 fn rows(matrix: &DMat4) -> Value {
@@ -115,6 +118,7 @@ fn of_lidar(lidar: &LidarSensor) -> Value {
         "range": [lidar.range.0, lidar.range.1],
         "attenuation": lidar.attenuation,
         "sweep": lidar.sweep,
+        "noise": lidar.noise,
         "axes": "X forward, Y left, Z up",
         "entity_from_sensor": rows(&DMat4::from_mat3(ENTITY_FROM_LIDAR)),
     })

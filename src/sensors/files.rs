@@ -64,6 +64,15 @@ pub(super) fn left_out(sensor: &Sensor, formats: &[FileFormat]) -> Vec<&'static 
     }
 }
 
+/// The largest class of things whose numbers fit into 16 bits: class · 1000 + 999.
+pub(super) const MOST_THINGS: u8 = 64;
+
+/// Whether panoptic numbers of a sensor become pictures.
+pub(super) fn has_panoptic_picture(sensor: &Sensor, formats: &[FileFormat]) -> bool {
+    let has_output = matches!(&sensor.kind, SensorKind::Camera(camera) if camera.outputs.has(CameraOutput::Panoptic));
+    has_output && formats.contains(&FileFormat::Png)
+}
+
 /// A file of a capture.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) struct OutputFile {

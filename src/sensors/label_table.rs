@@ -9,6 +9,9 @@ use systems::sensors::{Class, Classes, Instance};
 /// one world's memory.
 const UNREGISTERED: u32 = 1 << 31;
 
+/// How far up an entity's parents are asked: they may hang in a ring.
+pub(super) const MOST_ABOVE: usize = 1024;
+
 /// What outputs say of a drawn entity.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Labels {
@@ -64,17 +67,10 @@ pub(super) fn number(world: &World, entity: Entity) -> u32 {
 fn labels_of(world: &World, index: u32) -> Labels {
     let Some(index) = EntityIndex::from_raw_u32(index) else { return Labels::default() };
     let entity = world.entities().resolve_from_index(index);
-    let (mut instance, mut class) = (None, None);
-    let mut next = Some(entity);
-    while let Some(current) = next.filter(|_| instance.is_none() || class.is_none()) {
-        let Ok(at) = world.get_entity(current) else { break };
-        if instance.is_none() && at.contains::<Instance>() {
-            instance = Some(current);
-        }
-        class = class.or_else(|| at.get::<Class>().copied());
-        // Ends in rings of parents, too.
-        next = at.get::<ChildOf>().map(ChildOf::parent).filter(|&parent| parent != entity);
-    }
+    let parent = |&entity: &Entity| world.get::<ChildOf>(entity).map(ChildOf::parent);
+    let own_and_above = || std::iter::successors(Some(entity), parent).take(MOST_ABOVE);
+    let instance = own_and_above().find(|&above| world.get::<Instance>(above).is_some());
+    let class = own_and_above().find_map(|above| world.get::<Class>(above).copied());
     let class = class.unwrap_or_default();
     let info = world.get_resource::<Classes>().and_then(|classes| classes.get(class));
     Labels {

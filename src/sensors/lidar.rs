@@ -5,7 +5,8 @@
 
 use super::rays::RayScene;
 use bevy_tasks::{ComputeTaskPool, TaskPool};
-use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
+use glam::{DAffine3, DMat3, DQuat, DVec3, Quat, Vec3};
+use systems::draw::rigid;
 use systems::ecs::parallel::map_on_pool;
 use systems::sensors::philox::{Noise, normal, uniform};
 use systems::sensors::{Beam, Columns, LidarNoise, LidarSensor};
@@ -26,10 +27,11 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// That of an entity; its scale counts for nothing.
+    /// That of an entity, without scale, mirror and shear, as cameras are placed.
     pub fn of(place: &GlobalTransform) -> Self {
-        let (_, rotation, translation) = place.to_scale_rotation_translation();
-        Self { translation: translation.as_dvec3(), rotation: rotation.as_dquat().normalize() }
+        let upright = rigid(&place.affine());
+        let rotation = Quat::from_mat3a(&upright.matrix3).as_dquat().normalize();
+        Self { translation: upright.translation.as_dvec3(), rotation }
     }
 
     /// Between this one (0) and another (1): straight ahead, and turned evenly by the shorter way.

@@ -1,7 +1,7 @@
 //! The sensors of a world, captured together.
 
 use super::camera::{self, CameraCapture};
-use super::label_table::{LabelTable, number};
+use super::label_table::{LabelTable, MOST_ABOVE, number};
 use super::lidar::{self, LidarScan, Pose};
 use super::rays::{RayScene, RayWarnings};
 use crate::name;
@@ -15,7 +15,7 @@ use systems::Simulation;
 use systems::draw::rigid;
 use systems::ecs::clock::{Clock, Seed};
 use systems::sensors::philox::Noise;
-use systems::sensors::{Instance, LidarSensor, Sensor, SensorKind};
+use systems::sensors::{Instance, Sensor, SensorKind};
 use systems::space::GlobalTransform;
 use systems::space::origin::Origin;
 
@@ -117,15 +117,9 @@ fn sensor_name(world: &World, sensor: Entity) -> String {
     let own = world.get::<Name>(sensor).map(|name| name.as_str().to_owned());
     let own = own.unwrap_or_else(|| format!("sensor {}", number(world, sensor)));
     let parent = |entity| world.get::<ChildOf>(entity).map(ChildOf::parent);
-    let mut next = parent(sensor);
-    while let Some(above) = next {
-        if world.get::<Instance>(above).is_some() {
-            return format!("{}/{own}", name::of_entity(world, above));
-        }
-        // Ends in rings of parents, too.
-        next = parent(above).filter(|&above| above != sensor);
-    }
-    own
+    let above = std::iter::successors(parent(sensor), |&above| parent(above)).take(MOST_ABOVE);
+    let mounted_on = above.into_iter().find(|&above| world.get::<Instance>(above).is_some());
+    mounted_on.map_or(own.clone(), |above| format!("{}/{own}", name::of_entity(world, above)))
 }
 
 impl SensorSuite {
@@ -162,17 +156,11 @@ impl SensorSuite {
         let plans: Vec<ViewPlan> = due.iter().filter_map(|due| due.plan(&self.settings)).collect();
         let Self { renderer, batches, labels, rays, poses, .. } = self;
         let drawn = simulation.with_frame(|frame| renderer.draw_views(frame, batches, &plans))?;
-        let lidars: Vec<_> = due.iter().filter_map(|due| due.fires(&simulation.world, poses)).collect();
-        let reach = lidars.iter().map(|(lidar, _)| lidar.range.1).fold(0.0, f32::max);
-        let places: Vec<DVec3> = lidars.iter().flat_map(|(_, poses)| poses.map(|pose| pose.translation)).collect();
-        if !places.is_empty() {
-            rays.update(simulation, &places, reach);
-        }
         labels.begin();
         let world = &simulation.world;
         let (origin, seed) = (world.resource::<Origin>().0, world.resource::<Seed>().0);
         let Clock { step_seconds, .. } = *world.resource::<Clock>();
-        let (mut views, mut lidars) = (plans.iter().zip(&drawn), lidars.into_iter());
+        let mut views = plans.iter().zip(&drawn);
         let mut sensors = Vec::new();
         for due in due {
             let data = match &due.sensor.kind {
@@ -180,19 +168,20 @@ impl SensorSuite {
                     let Some((plan, drawn)) = views.next() else { continue };
                     SensorData::Camera(camera::capture(camera, &plan.view, drawn, labels, world))
                 }
-                SensorKind::Lidar(_) => {
-                    let Some((lidar, poses)) = lidars.next() else { continue };
+                SensorKind::Lidar(lidar) => {
+                    let Some(poses) = due.poses(world, poses) else { continue };
+                    // For itself alone: what is met first of what lies in one place depends on the tree.
+                    rays.update(simulation, &poses.map(|pose| pose.translation), lidar.range.1);
                     let before = step.saturating_sub(due.sensor.every.into());
                     let columns = lidar.columns_between(before, step, step_seconds);
                     let noise = Noise::new(seed, number(world, due.entity).into(), step);
-                    let scan = lidar::scan(rays, &lidar, &poses, columns, noise);
+                    let scan = lidar::scan(rays, lidar, &poses, columns, noise);
                     let of_beams = scan.entity.iter().map(|entity| labels.labels(world, entity.wrapping_add(1)));
                     let (instance, class) = of_beams.map(|labels| (labels.instance, labels.class)).unzip();
                     SensorData::Lidar(LidarCapture { scan, instance, class })
                 }
             };
-            let mut world_from_sensor = world_from_view(&due.world_from_sensor);
-            world_from_sensor.translation += origin;
+            let world_from_sensor = due.in_scene(origin);
             sensors.push(SensorCapture { entity: due.entity, name: due.name, world_from_sensor, data });
         }
         self.note_poses(&simulation.world);
@@ -229,9 +218,13 @@ impl SensorSuite {
         let origin = simulation.world.resource::<Origin>().0;
         due.into_iter()
             .map(|due| {
-                let mut world_from_sensor = world_from_view(&due.world_from_sensor);
-                world_from_sensor.translation += origin;
-                DueSensor { name: due.name, sensor: due.sensor, world_from_sensor }
+                let world_from_sensor = due.in_scene(origin);
+                let sweeps = matches!(&due.sensor.kind, SensorKind::Lidar(lidar) if lidar.sweep);
+                let poses = due.poses(&simulation.world, &self.poses).filter(|_| sweeps);
+                let world_from_sensor_before = poses.map(|[before, _]| {
+                    DAffine3::from_rotation_translation(before.rotation, before.translation + origin)
+                });
+                DueSensor { name: due.name, sensor: due.sensor, world_from_sensor, world_from_sensor_before }
             })
             .collect()
     }
@@ -256,7 +249,7 @@ impl SensorSuite {
         let named = sensor_names(world).into_iter();
         let due = named.filter_map(|(name, entity)| {
             let sensor = world.get::<Sensor>(entity).filter(|sensor| wanted(&name) && sensor.is_due(step))?.clone();
-            let world_from_sensor = rigid(&world.get::<GlobalTransform>(entity)?.affine());
+            let world_from_sensor = world.get::<GlobalTransform>(entity)?.affine();
             Some(Due { entity, name, world_from_sensor, sensor })
         });
         (step, due.collect())
@@ -268,17 +261,13 @@ impl SensorSuite {
     }
 }
 
-/// In double precision.
-fn world_from_view(view: &Affine3A) -> DAffine3 {
-    let [x, y, z] = [view.matrix3.x_axis, view.matrix3.y_axis, view.matrix3.z_axis].map(|axis| axis.as_dvec3());
-    DAffine3 { matrix3: DMat3::from_cols(x, y, z), translation: view.translation.as_dvec3() }
-}
-
 /// A sensor that is due, and where it is in the scene's coordinates.
 pub(super) struct DueSensor {
     pub name: String,
     pub sensor: Sensor,
     pub world_from_sensor: DAffine3,
+    /// Where a lidar that sweeps was when its columns' interval began.
+    pub world_from_sensor_before: Option<DAffine3>,
 }
 
 /// The time after a step, rounded once.
@@ -290,25 +279,31 @@ pub(super) fn nanoseconds(clock: &Clock, step: u64) -> u64 {
 struct Due {
     entity: Entity,
     name: String,
-    /// Without scale, mirror and shear.
+    /// As its entity has it.
     world_from_sensor: Affine3A,
     sensor: Sensor,
 }
 
 impl Due {
+    /// Its place in the scene's coordinates, without scale, mirror and shear.
+    fn in_scene(&self, origin: DVec3) -> DAffine3 {
+        let place = rigid(&self.world_from_sensor);
+        let [x, y, z] = [place.matrix3.x_axis, place.matrix3.y_axis, place.matrix3.z_axis].map(|axis| axis.as_dvec3());
+        DAffine3 { matrix3: DMat3::from_cols(x, y, z), translation: place.translation.as_dvec3() + origin }
+    }
+
     /// How a camera's view is drawn.
     fn plan(&self, settings: &Settings) -> Option<ViewPlan> {
         let SensorKind::Camera(camera) = &self.sensor.kind else { return None };
         Some(camera::plan(camera, &self.world_from_sensor, settings))
     }
 
-    /// A lidar, and where it was when it was due before, as far as that is known, and is.
-    fn fires(&self, world: &World, poses: &HashMap<Entity, (u64, Pose)>) -> Option<(LidarSensor, [Pose; 2])> {
-        let SensorKind::Lidar(lidar) = &self.sensor.kind else { return None };
+    /// Where it was when it was due before, as far as that is known, and where it is.
+    fn poses(&self, world: &World, poses: &HashMap<Entity, (u64, Pose)>) -> Option<[Pose; 2]> {
         let now = Pose::of(world.get::<GlobalTransform>(self.entity)?);
         let step = world.resource::<Clock>().step;
         let due_before = step.checked_sub(self.sensor.every.into());
         let before = poses.get(&self.entity).filter(|(at, _)| Some(*at) == due_before);
-        Some((lidar.clone(), [before.map_or(now, |(_, pose)| *pose), now]))
+        Some([before.map_or(now, |(_, pose)| *pose), now])
     }
 }

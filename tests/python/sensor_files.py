@@ -93,7 +93,20 @@ for capture in top["captures"]:
     hit = points[points["hit"] == 1]
     if step > 0:
         assert 0.2 < len(hit) / len(points) < 0.8
-        places = transformed(world_from_sensor(top, capture), hit["xyz"].astype(np.float64))
+        # Every column from where the sensor was, which turned evenly: 3 degrees from one capture to the next.
+        before = np.array(capture["world_from_entity_before"]) @ np.array(top["entity_from_sensor"])
+        after = world_from_sensor(top, capture)
+        turn = after[:3, :3] @ before[:3, :3].T
+        angle = np.arctan2(turn[0, 2], turn[0, 0])
+        assert abs(np.degrees(angle)) > 1, angle
+        assert np.allclose(before[:3, 3], after[:3, 3], atol=1e-6)
+        fraction = hit["time"] / 0.1
+        c, s = np.cos(angle * fraction), np.sin(angle * fraction)
+        first = hit["xyz"].astype(np.float64) @ before[:3, :3].T
+        places = np.stack([c * first[:, 0] + s * first[:, 2], first[:, 1], c * first[:, 2] - s * first[:, 0]], -1)
+        places = places + before[:3, 3]
+        car = places[hit["class"] == 26]
+        assert (np.abs(car - [0, 0.75, -12]) < np.array([0.9, 0.75, 2]) + 0.01).all(), np.abs(car - [0, 0.75, -12]).max(0)
         ground = hit["class"] == 7
         assert np.abs(places[ground][:, 1]).max() < 2e-3
         assert (hit["class"] == 26).sum() > 20
