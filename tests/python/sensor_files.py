@@ -48,7 +48,7 @@ for capture in front["captures"]:
     for name in ["instance", "part"]:
         r, g, b = np.moveaxis(picture(name).astype(np.uint32), -1, 0)
         assert np.array_equal(r + 256 * g + 65536 * b, arrays[name])
-    metres = np.where(arrays["depth"] < 255.99, np.round(arrays["depth"] * 256), 0)
+    metres = np.where(arrays["depth"] < 255.99, np.floor(arrays["depth"] * 256 + 0.5), 0)
     assert np.array_equal(picture("depth"), metres)
     # Channels are compared one by one, whatever the reader makes of their names.
     with OpenEXR.File(str(folder / "front" / f"{step:05}.exr"), separate_channels=True) as file:
