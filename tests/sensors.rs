@@ -309,7 +309,7 @@ fn colour_is_the_picture_that_a_camera_of_the_scene_has() {
 
 /// More views than there are shadow maps for: each has its own as if it were alone.
 #[test]
-fn shadows_do_not_depend_on_who_else_asks_for_maps() {
+fn shadows_do_not_depend_on_what_else_asks_for_maps() {
     let Some(gpu) = common::gpu() else { return };
     let mut simulation = dark_world();
     let world = &mut simulation.world;

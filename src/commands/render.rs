@@ -20,7 +20,8 @@ pub struct RenderArgs {
     pub output: PathBuf,
     /// Capture sensors of the scene instead of its camera's pictures: all, or their names separated by commas; a
     /// folder for each
-    #[arg(long, value_name = "all | NAME,…", value_delimiter = ',', conflicts_with_all = ["camera", "size", "outputs", "video", "samples"])]
+    #[arg(long, value_name = "all | NAME,…", value_delimiter = ',')]
+    #[arg(conflicts_with_all = ["camera", "size", "outputs", "video", "samples"])]
     pub sensors: Vec<String>,
     /// Formats of the sensors' files, separated by commas
     #[arg(long, value_name = "FORMAT,…", value_delimiter = ',', requires = "sensors", default_value = "png")]

@@ -121,7 +121,8 @@ pub struct PictureArgs {
     /// name ends in .apng or .gif; without ffmpeg, an .apng is written instead
     #[arg(long, value_name = "FILE.mp4")]
     pub video: Option<PathBuf>,
-    /// Resume after an interruption: skip frames whose pictures exist in that size
+    /// Resume after an interruption: skip frames whose pictures exist in that size, and captures of sensors whose files
+    /// exist
     #[arg(long)]
     pub resume: bool,
     /// Run at the speed of the simulation clock instead of as fast as possible

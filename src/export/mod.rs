@@ -7,6 +7,7 @@
 //! exr        named channels of half floats, floats and integers
 //! cdr        how ROS 2 puts a message into bytes      ros    its messages, and their definitions as text
 //! mcap       a log of messages, written as a run goes on
+//! picture    values of pixels as pictures
 //! kitti, semantic_kitti, coco, middlebury    labels, in the files of these data sets
 //! ```
 //!
@@ -22,6 +23,7 @@ pub mod mcap;
 pub mod middlebury;
 pub mod npy;
 pub mod npz;
+pub mod picture;
 pub mod ros;
 pub mod semantic_kitti;
 

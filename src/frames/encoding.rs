@@ -1,6 +1,6 @@
 //! What of a frame is written, and in which form.
 
-use crate::export::{coco, kitti};
+use crate::export::picture;
 use crate::name;
 use crate::renderer::{OutputSet, SingleView};
 use bevy_ecs::prelude::*;
@@ -67,28 +67,16 @@ pub(super) fn outputs_of(kinds: &[OutputKind]) -> OutputSet {
 pub(super) fn pictures(renderer: &mut SingleView, kinds: &[OutputKind]) -> Vec<(OutputKind, image::DynamicImage)> {
     let mut pictures = Vec::new();
     let Some(mut outputs) = renderer.draw_outputs(outputs_of(kinds)) else { return pictures };
-    let (width, height) = (outputs.width, outputs.height);
+    let size = (outputs.width, outputs.height);
     for &kind in kinds {
         let picture: Option<image::DynamicImage> = match kind {
             OutputKind::Color => outputs.picture.take().map(|picture| {
                 let rgb: image::RgbImage = picture.convert();
                 rgb.into()
             }),
-            OutputKind::Depth => {
-                let depths = outputs.depths().into_iter().map(kitti::depth_steps).collect();
-                image::ImageBuffer::<image::Luma<u16>, _>::from_raw(width, height, depths).map(Into::into)
-            }
-            OutputKind::Normal => {
-                let byte = |v: f32| ((v * 0.5 + 0.5) * 255.0).round() as u8;
-                let rgb = |n: [f32; 3]| if n == [0.0; 3] { [0; 3] } else { n.map(byte) };
-                let normals = outputs.normals().into_iter().flat_map(rgb).collect();
-                image::RgbImage::from_raw(width, height, normals).map(Into::into)
-            }
-            OutputKind::Id => {
-                let rgb = |id: Option<u32>| coco::rgb_of_id(id.map_or(0, |id| id + 1));
-                let ids = outputs.entities().into_iter().flat_map(rgb).collect();
-                image::RgbImage::from_raw(width, height, ids).map(Into::into)
-            }
+            OutputKind::Depth => picture::of_metres(size, &outputs.depths()),
+            OutputKind::Normal => picture::of_normals(size, &outputs.normals()),
+            OutputKind::Id => picture::of_numbers(size, outputs.ids()),
         };
         pictures.extend(picture.map(|picture| (kind, picture)));
     }

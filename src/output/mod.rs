@@ -134,12 +134,20 @@ fn has_other_names(_: &Path) -> bool {
 /// # Errors
 /// [`OutputError`].
 pub fn write_png(path: &Path, picture: &image::DynamicImage) -> Result<(), OutputError> {
+    let bytes = encode_png(picture).map_err(|source| OutputError::Encode { path: path.to_owned(), source })?;
+    write_whole(path, &bytes)
+}
+
+/// A picture as the bytes of a PNG file.
+///
+/// # Errors
+/// What PNG has no form for.
+pub fn encode_png(picture: &image::DynamicImage) -> image::ImageResult<Vec<u8>> {
     use image::codecs::png::{CompressionType, FilterType, PngEncoder};
     let mut bytes = Vec::new();
     let encoder = PngEncoder::new_with_quality(&mut bytes, CompressionType::Fast, FilterType::Adaptive);
-    let encoded = picture.write_with_encoder(encoder);
-    encoded.map_err(|source| OutputError::Encode { path: path.to_owned(), source })?;
-    write_whole(path, &bytes)
+    picture.write_with_encoder(encoder)?;
+    Ok(bytes)
 }
 
 /// Makes a folder with all its parents.

@@ -1,8 +1,8 @@
 //! Which objects a view draws, found on the CPU: for views of a world of few objects, whose draws are then direct ones.
 //!
 //! The culling pass ([`super::culling`]) costs the same few dispatches for ten objects and for ten thousand. A view of
-//! a camera sensor, a hundred pixels wide and one of many, takes less time to draw than to cull so. Here an object takes
-//! some 20 ns per view: its sphere is tested against the frustum, and its level of detail chosen. Lists come out as
+//! a camera sensor, a hundred pixels wide and one of many, takes less time to draw than to cull so. Here the sphere of
+//! each object is tested against the frustum, and its level of detail chosen. Lists come out as
 //! there, near slices first; what lies between the samples of a picture is not left out.
 
 use super::culling::SLICES;

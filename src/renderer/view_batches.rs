@@ -19,7 +19,10 @@ use super::pipelines::{Pipelines, ToneMapSource};
 use super::readback::{Readback, Source};
 use super::shadow_maps::views_with_room;
 use super::targets::{DEPTH_FORMAT, HDR_FORMAT, Hdr, Targets, layer_view, layered_texture};
-use super::{Gpu, OutputSet, Outputs, PICTURE_FORMAT, RenderError, Renderer, ViewPlan, ViewState, ViewTarget};
+use super::{
+    DebugView, Gpu, OutputSet, Outputs, PICTURE_FORMAT, RenderError, Renderer, Settings, ViewPlan, ViewState,
+    ViewTarget,
+};
 use systems::draw::FrameData;
 
 /// Layers of a texture that every adapter has (WebGPU, 3.6.2 "Limits": maxTextureArrayLayers).
@@ -46,6 +49,8 @@ struct BatchKey {
     size: (u32, u32),
     samples: u32,
     outputs: OutputSet,
+    /// They have the scene's tone map, which debug views have not.
+    tone_mapped: bool,
 }
 
 #[derive(Debug)]
@@ -150,7 +155,8 @@ impl LayerTextures {
 
 impl BatchKey {
     fn of(plan: &ViewPlan) -> Self {
-        Self { size: plan.size(), samples: plan.settings.samples, outputs: plan.settings.outputs }
+        let Settings { samples, outputs, debug, .. } = plan.settings;
+        Self { size: plan.size(), samples, outputs, tone_mapped: debug == DebugView::Off }
     }
 
     /// How many views a batch of these may have.
@@ -219,8 +225,8 @@ impl Renderer {
         let mut open: Vec<usize> = (0..plans.len()).collect();
         while let Some(&first) = open.first() {
             let key = BatchKey::of(&plans[first]);
-            let alike: Vec<usize> = open.iter().copied().filter(|&i| BatchKey::of(&plans[i]) == key).collect();
-            open.retain(|i| !alike.contains(i));
+            let (alike, others): (Vec<_>, Vec<_>) = open.iter().partition(|&&i| BatchKey::of(&plans[i]) == key);
+            open = others;
             let mut rest = &alike[..];
             while !rest.is_empty() {
                 let most = rest.len().min(key.most_views(&self.gpu));
@@ -294,42 +300,40 @@ impl Renderer {
         let layers =
             |texture: &wgpu::Texture| Source { texture: texture.clone(), size: key.size, layers: count as u32 };
         let mut sources = Vec::new();
-        let mut place = |wanted: bool, made: Vec<Source>| {
+        // Where the first source of an output is among them all.
+        let mut add = |made: Vec<Source>| {
             let first = sources.len();
-            sources.extend(made.into_iter().filter(|_| wanted));
+            sources.extend(made);
             first
         };
-        let color = place(key.outputs.color, vec![layers(&textures.picture)]);
-        let linear_layers = if key.samples == 1 {
+        let linear = if key.samples == 1 {
             vec![layers(&textures.hdr.texture)]
         } else {
             resolved.iter().map(|texture| Source { texture: texture.clone(), size: key.size, layers: 1 }).collect()
         };
-        let linear = place(key.outputs.linear, linear_layers);
-        let normal = place(key.outputs.normal, textures.normal.iter().map(layers).collect());
-        let id = place(key.outputs.id, textures.id.iter().map(layers).collect());
-        let depth = place(key.outputs.depth, vec![layers(&textures.depth)]);
-        let read = readback.read_layers(&self.gpu, encoder, &sources, |packed| {
-            let texels = |wanted: bool, source: usize, view: usize| {
-                if wanted { packed[source].layer(view as u32) } else { Vec::new() }
+        let OutputSet { color, linear: is_linear, depth, .. } = key.outputs;
+        let color = color.then(|| add(vec![layers(&textures.picture)]));
+        let linear = is_linear.then(|| add(linear));
+        let depth = depth.then(|| add(vec![layers(&textures.depth)]));
+        let normal = textures.normal.as_ref().map(|texture| add(vec![layers(texture)]));
+        let id = textures.id.as_ref().map(|texture| add(vec![layers(texture)]));
+        Ok(readback.read_layers(&self.gpu, encoder, &sources, |packed| {
+            let texels = |source: Option<usize>, layer: usize| {
+                source.map_or_else(Vec::new, |source| packed[source].layer(layer as u32))
             };
-            let outputs = |view: usize| {
-                let linear_of = if key.samples == 1 { (linear, view) } else { (linear + view, 0) };
-                Outputs {
-                    width: key.size.0,
-                    height: key.size.1,
-                    picture: image::RgbaImage::from_raw(key.size.0, key.size.1, texels(key.outputs.color, color, view))
-                        .filter(|_| key.outputs.color),
-                    linear: texels(key.outputs.linear, linear_of.0, linear_of.1),
-                    normal: texels(key.outputs.normal, normal, view),
-                    id: texels(key.outputs.id, id, view),
-                    depth: texels(key.outputs.depth, depth, view),
-                    view_from_clip: states[view].view_from_clip,
-                }
+            let (width, height) = key.size;
+            let outputs = |view: usize| Outputs {
+                width,
+                height,
+                picture: color.and_then(|_| image::RgbaImage::from_raw(width, height, texels(color, view))),
+                linear: if key.samples == 1 { texels(linear, view) } else { texels(linear.map(|of| of + view), 0) },
+                normal: texels(normal, view),
+                id: texels(id, view),
+                depth: texels(depth, view),
+                view_from_clip: states[view].view_from_clip,
             };
             (0..count).map(outputs).collect()
-        });
-        Ok(read)
+        }))
     }
 
     /// From the linear colours of all layers to their pictures.
@@ -340,7 +344,7 @@ impl Renderer {
         target: &wgpu::TextureView,
         states: &[ViewState],
     ) {
-        // The views of a world have one tone map, but for debug views, which have none.
+        // It is that of all: a batch has either none or that of its world.
         let Some(tone_map) = states.first().map(|state| state.tone_map) else { return };
         let pipeline = self.pipelines.tone_map(&self.gpu.device, PICTURE_FORMAT, tone_map, ToneMapSource::Layers);
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {

@@ -12,6 +12,7 @@
 
 use super::files::{self, FileFormat, OutputFile};
 use super::log::{SensorLog, check_names};
+use super::rays::RayWarnings;
 use super::suite::{SensorSuite, nanoseconds, sensor_names};
 use super::{description, manifest};
 use crate::frames::{FrameError, FrameRun, Frames, LoadOptions, check_outputs, is_written, load_stage};
@@ -19,7 +20,7 @@ use crate::name;
 use crate::output::{self, OutputError};
 use crate::recording::{RecordingError, RunFiles};
 use crate::renderer::{Gpu, Settings};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use systems::ecs::clock::Clock;
@@ -104,35 +105,35 @@ pub fn render_sensors(job: &SensorJob, mut progress: impl FnMut(u64, u64)) -> Re
     let mut log = is_logged.then(|| SensorLog::begin(&job.folder.join("sensors.mcap"))).transpose()?;
     run.stage.simulation.world.resource_mut::<LightPolicies>().forced = job.lights;
     suite.settings = job.settings;
-    let (mut written, mut all, mut captures) = (Vec::new(), BTreeSet::new(), Vec::new());
+    let (mut written, mut all, mut captures) = (Vec::new(), BTreeSet::new(), BTreeMap::new());
     let mut has_warned = false;
     loop {
         let step = run.step();
+        // Before the first frame, too: lidars that sweep begin where they were when they were due last.
+        let mut due = suite.due(&mut run.stage.simulation, |name| chosen.contains(name));
         if step >= frames.start {
-            let due = suite.due(&mut run.stage.simulation, |name| chosen.contains(name));
-            let mut missing = BTreeSet::new();
+            let world = &run.stage.simulation.world;
             if let Some(log) = &mut log {
-                log.tick(nanoseconds(run.stage.simulation.world.resource::<Clock>(), step))?;
-                missing.extend(due.iter().map(|due| due.name.clone()));
+                log.tick(nanoseconds(world.resource::<Clock>(), step))?;
             }
+            let mut missing = BTreeMap::new();
             for due in &due {
-                let folder = job.folder.join(&due.name);
-                for file in files::files_of(&due.sensor, &job.formats, step) {
-                    let path = folder.join(&file.name);
-                    if !job.resume || !is_whole(&path, &due.sensor, &file) {
-                        missing.insert(due.name.clone());
-                    }
-                    all.insert(path);
+                let files: Vec<_> = files::files_of(&due.sensor, &job.formats, step)
+                    .into_iter()
+                    .map(|file| (job.folder.join(&due.name).join(&file.name), file))
+                    .collect();
+                let is_there = |(path, file): &(PathBuf, OutputFile)| job.resume && is_whole(path, &due.sensor, file);
+                all.extend(files.iter().map(|(path, _)| path.clone()));
+                captures.entry(due.name.clone()).or_insert_with(Vec::new).push(description::capture(due, step, world));
+                if is_logged || !files.iter().all(is_there) {
+                    missing.insert(due.name.clone(), files);
                 }
-                captures.push(description::capture(due, step, &run.stage.simulation.world));
             }
-            if missing.is_empty() {
-                suite.pass_by(&mut run.stage.simulation);
-            } else {
-                let capture = suite.capture_some(&mut run.stage.simulation, |name| missing.contains(name))?;
-                for (sensor, due) in capture.sensors.iter().zip(due.iter().filter(|due| missing.contains(&due.name))) {
-                    for file in files::files_of(&due.sensor, &job.formats, step) {
-                        let path = job.folder.join(&sensor.name).join(&file.name);
+            due.retain(|due| missing.contains_key(&due.name));
+            if !due.is_empty() {
+                let capture = suite.capture_due(&mut run.stage.simulation, due)?;
+                for sensor in &capture.sensors {
+                    for (path, file) in missing.remove(&sensor.name).into_iter().flatten() {
                         let bytes = files::encode(sensor, &file).map_err(|error| OutputError::io(&path, error))?;
                         output::write_whole(&path, &bytes)?;
                         written.push(path);
@@ -141,13 +142,9 @@ pub fn render_sensors(job: &SensorJob, mut progress: impl FnMut(u64, u64)) -> Re
                 if let Some(log) = &mut log {
                     log.write(&capture)?;
                 }
-                if !has_warned {
-                    has_warned = suite.warn_of_rays();
-                }
+                has_warned = has_warned || warn_of_rays(suite.ray_warnings());
             }
             progress(step + 1 - frames.start, frames.end - frames.start);
-        } else {
-            suite.pass_by(&mut run.stage.simulation);
         }
         if step + 1 >= frames.end {
             break;
@@ -162,7 +159,7 @@ pub fn render_sensors(job: &SensorJob, mut progress: impl FnMut(u64, u64)) -> Re
     written.extend(run.finish(&job.run)?);
     let world = &mut run.stage.simulation.world;
     let path = job.folder.join("sensors.json");
-    output::write_whole(&path, description::of_sensors(world, &chosen, captures).as_bytes())?;
+    output::write_whole(&path, description::of_sensors(world, &chosen, &captures).as_bytes())?;
     all.insert(path.clone());
     written.push(path);
     let path = job.folder.join("manifest.json");
@@ -223,6 +220,17 @@ fn choose(job: &SensorJob, world: &mut bevy_ecs::prelude::World) -> Result<BTree
     Ok(chosen)
 }
 
+/// Says what of lidars' rays is not as it is drawn. Returns whether anything was said.
+fn warn_of_rays(RayWarnings { solid_masks, plain_maps, left_out }: RayWarnings) -> bool {
+    let warnings = [
+        (solid_masks, "masked objects are solid to lidars: their texels were released"),
+        (plain_maps, "objects have one colour for lidars: the texels of their base maps were released"),
+        (left_out, "objects are met by no beam: their meshes have no surface, or triangles too uneven for a tree"),
+    ];
+    let said = warnings.into_iter().filter(|(count, _)| *count > 0);
+    said.map(|(count, message)| tracing::warn!("{count} {message}")).count() > 0
+}
+
 /// Why a sensor's name cannot be a folder's; `None`: it can.
 fn fault_of_name(name: &str) -> Option<&'static str> {
     let is_special = |c: char| c.is_control() || "\\:*?\"<>|".contains(c);
@@ -230,9 +238,7 @@ fn fault_of_name(name: &str) -> Option<&'static str> {
     if parts.clone().any(|part| part.is_empty() || part.trim_matches('.').trim().is_empty()) {
         Some("has a part that is empty, or dots alone")
     } else if name.contains(is_special) {
-        Some(
-            "has a character that names of folders do not have everywhere: a control character or one of \\ : * ? \" < > |",
-        )
+        Some("has a character that no folder has everywhere: a control character or one of \\ : * ? \" < > |")
     } else if parts.any(|part| part.len() > LONGEST_NAME) {
         Some("has a part of more than 200 bytes")
     } else {

@@ -3,45 +3,48 @@
 //! Matrices are rows of numbers, from the sensor's axes to the scene's coordinates. A camera's axes are X right, Y down,
 //! Z forward; a lidar's X forward, Y left, Z up.
 
+use super::axes::{ENTITY_FROM_CAMERA, ENTITY_FROM_LIDAR};
+use super::suite::{Due, nanoseconds, sensor_names};
 use bevy_ecs::prelude::*;
 use glam::DMat4;
 use serde_json::{Value, json};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use systems::draw::Intrinsics;
 use systems::ecs::clock::Clock;
 use systems::sensors::{CameraOutput, CameraSensor, Classes, LidarSensor, Sensor, SensorKind};
-
-use super::axes::{ENTITY_FROM_CAMERA, ENTITY_FROM_LIDAR};
-use super::suite::{DueSensor, nanoseconds, sensor_names};
+use systems::space::origin::Origin;
 
 /// Of the file's form.
 const VERSION: u32 = 1;
 
-/// A capture: which sensor, when, and where it was. `world_from_entity`: from the entity's axes (+Y up) to the scene's
-/// coordinates.
-pub(super) fn capture(due: &DueSensor, step: u64, world: &World) -> (String, Value) {
+/// A capture: when, and where the sensor was: from the entity's axes (+Y up) to the scene's coordinates.
+pub(super) fn capture(due: &Due, step: u64, world: &World) -> Value {
+    let [before, now] = due.in_scene(world.resource::<Origin>().0);
     let mut at = json!({
         "step": step,
         "nanoseconds": nanoseconds(world.resource::<Clock>(), step),
-        "world_from_entity": rows(&DMat4::from(due.world_from_sensor)),
+        "world_from_entity": rows(&DMat4::from(now)),
     });
-    if let Some(before) = due.world_from_sensor_before {
+    if matches!(&due.sensor.kind, SensorKind::Lidar(lidar) if lidar.sweep) {
         at["world_from_entity_before"] = rows(&DMat4::from(before));
     }
-    (due.name.clone(), at)
+    at
 }
 
 fn rows(matrix: &DMat4) -> Value {
     json!([0, 1, 2, 3].map(|row| matrix.row(row).to_array()))
 }
 
-/// The file's text.
-pub(super) fn of_sensors(world: &mut World, chosen: &BTreeSet<String>, captures: Vec<(String, Value)>) -> String {
+/// The file's text. `captures`: by names of sensors.
+pub(super) fn of_sensors(
+    world: &mut World,
+    chosen: &BTreeSet<String>,
+    captures: &BTreeMap<String, Vec<Value>>,
+) -> String {
     let known = sensor_names(world).into_iter().filter(|(name, _)| chosen.contains(name));
     let sensors: Vec<Value> = known
         .filter_map(|(name, entity)| {
             let sensor = world.get::<Sensor>(entity)?;
-            let own: Vec<&Value> = captures.iter().filter(|(of, _)| *of == name).map(|(_, at)| at).collect();
             let mut described = match &sensor.kind {
                 SensorKind::Camera(camera) => of_camera(camera),
                 SensorKind::Lidar(lidar) => of_lidar(lidar),
@@ -49,7 +52,7 @@ pub(super) fn of_sensors(world: &mut World, chosen: &BTreeSet<String>, captures:
             described["name"] = json!(name);
             described["every"] = json!(sensor.every);
             described["phase"] = json!(sensor.phase);
-            described["captures"] = json!(own);
+            described["captures"] = json!(captures.get(&name).map_or(&[][..], Vec::as_slice));
             Some(described)
         })
         .collect();

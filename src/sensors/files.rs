@@ -3,8 +3,9 @@
 use super::{CameraCapture, LidarCapture, SensorCapture, SensorData};
 use crate::export::array::{Array, Column, Values};
 use crate::export::exr::{self, Channel};
-use crate::export::{kitti, npy, npz};
-use std::io::{Cursor, Error, ErrorKind, Result};
+use crate::export::{npy, npz, picture};
+use crate::output;
+use std::io::{Error, ErrorKind, Result};
 use systems::sensors::{CameraOutput, Sensor, SensorKind};
 
 /// A form of files.
@@ -191,48 +192,35 @@ fn archive<'a>(arrays: impl Iterator<Item = Result<(&'a str, Vec<u8>)>>) -> Resu
 
 /// Depths and ranges in 1/256 m, 0 for nothing; normals 0.5 + 0.5·n; numbers as 24-bit colour, red the lowest byte.
 fn png(camera: &CameraCapture, output: CameraOutput) -> Result<Vec<u8>> {
-    let (width, height) = (camera.width, camera.height);
-    let rgb = |pixels: Vec<u8>| image::RgbImage::from_raw(width, height, pixels).map(image::DynamicImage::from);
-    let grey = |pixels: Vec<u16>| {
-        image::ImageBuffer::<image::Luma<u16>, _>::from_raw(width, height, pixels).map(image::DynamicImage::from)
-    };
-    let metres = |metres: &[f32]| grey(metres.iter().map(|metres| kitti::depth_steps(*metres)).collect());
+    let size = (camera.width, camera.height);
     let picture = match output {
-        CameraOutput::Color => rgb(camera.color.as_flattened().to_vec()),
-        CameraOutput::Depth => metres(&camera.depth),
-        CameraOutput::Range => metres(&camera.range),
-        CameraOutput::Normal => {
-            let byte = |v: f32| ((v * 0.5 + 0.5) * 255.0).round() as u8;
-            let pixel = |n: &[f32; 3]| if *n == [0.0; 3] { [0; 3] } else { n.map(byte) };
-            rgb(camera.normal.iter().flat_map(pixel).collect())
+        CameraOutput::Color => {
+            let pixels = camera.color.as_flattened().to_vec();
+            image::RgbImage::from_raw(size.0, size.1, pixels).map(image::DynamicImage::from)
         }
-        CameraOutput::Instance => rgb(colors_of_numbers(&camera.instance)?),
-        CameraOutput::Part => rgb(colors_of_numbers(&camera.part)?),
+        CameraOutput::Depth => picture::of_metres(size, &camera.depth),
+        CameraOutput::Range => picture::of_metres(size, &camera.range),
+        CameraOutput::Normal => picture::of_normals(size, &camera.normal),
+        CameraOutput::Instance => picture_of_numbers(size, &camera.instance)?,
+        CameraOutput::Part => picture_of_numbers(size, &camera.part)?,
         CameraOutput::Class => {
-            image::GrayImage::from_raw(width, height, camera.class.clone()).map(image::DynamicImage::from)
+            image::GrayImage::from_raw(size.0, size.1, camera.class.clone()).map(image::DynamicImage::from)
         }
         CameraOutput::Panoptic => {
             let fit = |number: &u32| u16::try_from(*number).map_err(|_| too_large("panoptic", *number, 16));
-            grey(camera.panoptic.iter().map(fit).collect::<Result<_>>()?)
+            picture::of_grey(size, camera.panoptic.iter().map(fit).collect::<Result<_>>()?)
         }
         CameraOutput::Linear => None,
     };
     let picture = picture.ok_or_else(|| Error::new(ErrorKind::InvalidInput, "PNG: there are no pixels"))?;
-    let mut bytes = Vec::new();
-    picture.write_to(&mut Cursor::new(&mut bytes), image::ImageFormat::Png).map_err(Error::other)?;
-    Ok(bytes)
+    output::encode_png(&picture).map_err(Error::other)
 }
 
-fn colors_of_numbers(numbers: &[u32]) -> Result<Vec<u8>> {
-    let mut bytes = Vec::with_capacity(numbers.len() * 3);
-    for number in numbers {
-        let [r, g, b, beyond] = number.to_le_bytes();
-        if beyond != 0 {
-            return Err(too_large("entity", *number, 24));
-        }
-        bytes.extend([r, g, b]);
+fn picture_of_numbers(size: (u32, u32), numbers: &[u32]) -> Result<Option<image::DynamicImage>> {
+    match numbers.iter().find(|number| **number >= 1 << 24) {
+        Some(number) => Err(too_large("entity", *number, 24)),
+        None => Ok(picture::of_numbers(size, numbers.iter().copied())),
     }
-    Ok(bytes)
 }
 
 fn too_large(what: &str, number: u32, bits: u32) -> Error {

@@ -48,7 +48,6 @@ mod texels;
 pub use camera::CameraCapture;
 pub use dataset::{SensorJob, render_sensors};
 pub use files::FileFormat;
-pub use label_table::{LabelTable, Labels};
 pub use lidar::{LidarScan, Pose};
 pub use rays::{Meeting, RayScene, RayWarnings};
 pub use suite::{Capture, LidarCapture, SensorCapture, SensorData, SensorSuite, sensor_names};

@@ -56,6 +56,17 @@ pub struct RayWarnings {
     pub left_out: usize,
 }
 
+impl RayWarnings {
+    /// Of each kind the more of these and others.
+    pub(super) fn with(self, other: Self) -> Self {
+        Self {
+            solid_masks: self.solid_masks.max(other.solid_masks),
+            plain_maps: self.plain_maps.max(other.plain_maps),
+            left_out: self.left_out.max(other.left_out),
+        }
+    }
+}
+
 /// What a world's last frame draws, ready for rays.
 #[derive(Default)]
 pub struct RayScene {

@@ -8,11 +8,10 @@ use crate::name;
 use crate::renderer::{Gpu, RenderError, Renderer, Settings, ViewBatches, ViewPlan};
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
-use glam::{Affine3A, DAffine3, DMat3, DVec3};
+use glam::{Affine3A, DAffine3, DVec3};
 use std::collections::HashMap;
 use std::ops::Index;
 use systems::Simulation;
-use systems::draw::rigid;
 use systems::ecs::clock::{Clock, Seed};
 use systems::sensors::philox::Noise;
 use systems::sensors::{Instance, Sensor, SensorKind};
@@ -27,6 +26,7 @@ pub struct SensorSuite {
     batches: ViewBatches,
     labels: LabelTable,
     rays: RayScene,
+    warnings: RayWarnings,
     /// Where lidars that sweep were when they were due last.
     poses: HashMap<Entity, (u64, Pose)>,
 }
@@ -106,9 +106,7 @@ impl Index<&str> for Capture {
 
 /// The sensors of a world with their names, in the order in which they came to be.
 pub fn sensor_names(world: &mut World) -> Vec<(String, Entity)> {
-    let mut sensors = world.query_filtered::<Entity, With<Sensor>>();
-    let mut sensors: Vec<Entity> = sensors.iter(world).collect();
-    sensors.sort_unstable_by_key(|&sensor| number(world, sensor));
+    let sensors = sensors_where(world, |_| true);
     sensors.into_iter().map(|sensor| (sensor_name(world, sensor), sensor)).collect()
 }
 
@@ -131,6 +129,7 @@ impl SensorSuite {
             batches: ViewBatches::default(),
             labels: LabelTable::default(),
             rays: RayScene::default(),
+            warnings: RayWarnings::default(),
             poses: HashMap::new(),
         }
     }
@@ -152,14 +151,23 @@ impl SensorSuite {
         simulation: &mut Simulation,
         wanted: impl Fn(&str) -> bool,
     ) -> Result<Capture, RenderError> {
-        let (step, due) = self.find_due(simulation, wanted);
+        let due = self.due(simulation, wanted);
+        self.capture_due(simulation, due)
+    }
+
+    /// Captures sensors that [`Self::due`] has found in the state at hand.
+    ///
+    /// # Errors
+    /// [`RenderError`].
+    pub(super) fn capture_due(&mut self, simulation: &mut Simulation, due: Vec<Due>) -> Result<Capture, RenderError> {
         let plans: Vec<ViewPlan> = due.iter().filter_map(|due| due.plan(&self.settings)).collect();
-        let Self { renderer, batches, labels, rays, poses, .. } = self;
+        let Self { renderer, batches, labels, rays, warnings, .. } = self;
         let drawn = simulation.with_frame(|frame| renderer.draw_views(frame, batches, &plans))?;
         labels.begin();
         let world = &simulation.world;
         let (origin, seed) = (world.resource::<Origin>().0, world.resource::<Seed>().0);
-        let Clock { step_seconds, .. } = *world.resource::<Clock>();
+        let Clock { step, step_seconds, .. } = *world.resource::<Clock>();
+        *warnings = RayWarnings::default();
         let mut views = plans.iter().zip(&drawn);
         let mut sensors = Vec::new();
         for due in due {
@@ -169,90 +177,63 @@ impl SensorSuite {
                     SensorData::Camera(camera::capture(camera, &plan.view, drawn, labels, world))
                 }
                 SensorKind::Lidar(lidar) => {
-                    let Some(poses) = due.poses(world, poses) else { continue };
                     // For itself alone: what is met first of what lies in one place depends on the tree.
-                    rays.update(simulation, &poses.map(|pose| pose.translation), lidar.range.1);
+                    rays.update(simulation, &due.poses.map(|pose| pose.translation), lidar.range.1);
+                    *warnings = warnings.with(rays.warnings());
                     let before = step.saturating_sub(due.sensor.every.into());
                     let columns = lidar.columns_between(before, step, step_seconds);
                     let noise = Noise::new(seed, number(world, due.entity).into(), step);
-                    let scan = lidar::scan(rays, lidar, &poses, columns, noise);
+                    let scan = lidar::scan(rays, lidar, &due.poses, columns, noise);
                     let of_beams = scan.entity.iter().map(|entity| labels.labels(world, entity.wrapping_add(1)));
                     let (instance, class) = of_beams.map(|labels| (labels.instance, labels.class)).unzip();
                     SensorData::Lidar(LidarCapture { scan, instance, class })
                 }
             };
-            let world_from_sensor = due.in_scene(origin);
+            let [_, world_from_sensor] = due.in_scene(origin);
             sensors.push(SensorCapture { entity: due.entity, name: due.name, world_from_sensor, data });
         }
-        self.note_poses(&simulation.world);
         let nanoseconds = nanoseconds(world.resource::<Clock>(), step);
         Ok(Capture { step, nanoseconds, sensors })
     }
 
-    /// Notes where lidars are that sweep and are due, for the next time that they are, without capturing anything: of a
-    /// step that is left out. Brings the world up to date.
-    pub fn pass_by(&mut self, simulation: &mut Simulation) {
-        simulation.frame();
-        self.note_poses(&simulation.world);
+    /// What of the last capture's rays is not as it is drawn: of each kind the most that a lidar has.
+    pub fn ray_warnings(&self) -> RayWarnings {
+        self.warnings
     }
 
-    fn note_poses(&mut self, world: &World) {
+    /// The sensors that are due after the clock's step and wanted; where there are any, brings the world up to date.
+    /// Notes where lidars are that sweep, for the next time that they are due: to be called after each such step.
+    pub(super) fn due(&mut self, simulation: &mut Simulation, wanted: impl Fn(&str) -> bool) -> Vec<Due> {
+        let world = &mut simulation.world;
         let step = world.resource::<Clock>().step;
-        let mut sensors = world.try_query::<(Entity, &Sensor, &GlobalTransform)>();
-        for (entity, sensor, place) in sensors.iter_mut().flat_map(|sensors| sensors.iter(world)) {
-            if matches!(&sensor.kind, SensorKind::Lidar(lidar) if lidar.sweep) && sensor.is_due(step) {
-                self.poses.insert(entity, (step, Pose::of(place)));
+        let sensors = sensors_where(world, |sensor| sensor.is_due(step));
+        if sensors.is_empty() {
+            return Vec::new();
+        }
+        simulation.frame();
+        let world = &simulation.world;
+        let mut due = Vec::new();
+        for entity in sensors {
+            let (Some(sensor), Some(place)) = (world.get::<Sensor>(entity), world.get::<GlobalTransform>(entity))
+            else {
+                continue;
+            };
+            let now = Pose::of(place);
+            let mut poses = [now; 2];
+            if matches!(&sensor.kind, SensorKind::Lidar(lidar) if lidar.sweep) {
+                let before = self.poses.insert(entity, (step, now));
+                let due_before = step.checked_sub(sensor.every.into());
+                if let Some((_, pose)) = before.filter(|(at, _)| Some(*at) == due_before) {
+                    poses[0] = pose;
+                }
+            }
+            let name = sensor_name(world, entity);
+            if wanted(&name) {
+                due.push(Due { entity, name, world_from_entity: place.affine(), sensor: sensor.clone(), poses });
             }
         }
         self.poses.retain(|entity, _| world.get_entity(*entity).is_ok());
-    }
-
-    /// What of lidars' rays is not as it is drawn.
-    pub fn ray_warnings(&self) -> RayWarnings {
-        self.rays.warnings()
-    }
-
-    /// The sensors that are due after the clock's step and wanted. Brings the world up to date.
-    pub(super) fn due(&self, simulation: &mut Simulation, wanted: impl Fn(&str) -> bool) -> Vec<DueSensor> {
-        let (_, due) = self.find_due(simulation, wanted);
-        let origin = simulation.world.resource::<Origin>().0;
-        due.into_iter()
-            .map(|due| {
-                let world_from_sensor = due.in_scene(origin);
-                let sweeps = matches!(&due.sensor.kind, SensorKind::Lidar(lidar) if lidar.sweep);
-                let poses = due.poses(&simulation.world, &self.poses).filter(|_| sweeps);
-                let world_from_sensor_before = poses.map(|[before, _]| {
-                    DAffine3::from_rotation_translation(before.rotation, before.translation + origin)
-                });
-                DueSensor { name: due.name, sensor: due.sensor, world_from_sensor, world_from_sensor_before }
-            })
-            .collect()
-    }
-
-    /// Says what of lidars' rays is not as it is drawn. Returns whether anything was said.
-    pub(super) fn warn_of_rays(&self) -> bool {
-        let RayWarnings { solid_masks, plain_maps, left_out } = self.rays.warnings();
-        let warnings = [
-            (solid_masks, "masked objects are solid to lidars: their texels were released"),
-            (plain_maps, "objects have one colour for lidars: the texels of their base maps were released"),
-            (left_out, "objects are met by no beam: their meshes have no surface, or triangles too uneven for a tree"),
-        ];
-        let said = warnings.into_iter().filter(|(count, _)| *count > 0);
-        said.map(|(count, message)| tracing::warn!("{count} {message}")).count() > 0
-    }
-
-    /// The clock's step, and the sensors that are due after it. Brings the world up to date.
-    fn find_due(&self, simulation: &mut Simulation, wanted: impl Fn(&str) -> bool) -> (u64, Vec<Due>) {
-        simulation.frame();
-        let world = &mut simulation.world;
-        let step = world.resource::<Clock>().step;
-        let named = sensor_names(world).into_iter();
-        let due = named.filter_map(|(name, entity)| {
-            let sensor = world.get::<Sensor>(entity).filter(|sensor| wanted(&name) && sensor.is_due(step))?.clone();
-            let world_from_sensor = world.get::<GlobalTransform>(entity)?.affine();
-            Some(Due { entity, name, world_from_sensor, sensor })
-        });
-        (step, due.collect())
+        due
     }
 
     /// The device it draws with.
@@ -261,49 +242,41 @@ impl SensorSuite {
     }
 }
 
-/// A sensor that is due, and where it is in the scene's coordinates.
-pub(super) struct DueSensor {
-    pub name: String,
-    pub sensor: Sensor,
-    pub world_from_sensor: DAffine3,
-    /// Where a lidar that sweeps was when its columns' interval began.
-    pub world_from_sensor_before: Option<DAffine3>,
-}
-
 /// The time after a step, rounded once.
 pub(super) fn nanoseconds(clock: &Clock, step: u64) -> u64 {
     (step as f64 * clock.step_seconds * 1e9).round() as u64
 }
 
-/// A sensor to be captured.
-struct Due {
+/// A sensor that is due.
+pub(super) struct Due {
+    pub name: String,
+    pub sensor: Sensor,
     entity: Entity,
-    name: String,
-    /// As its entity has it.
-    world_from_sensor: Affine3A,
-    sensor: Sensor,
+    /// With its scale.
+    world_from_entity: Affine3A,
+    /// Of a lidar that sweeps, where it was when it was due before, as far as that is known, and where it is; else that
+    /// twice.
+    poses: [Pose; 2],
 }
 
 impl Due {
-    /// Its place in the scene's coordinates, without scale, mirror and shear.
-    fn in_scene(&self, origin: DVec3) -> DAffine3 {
-        let place = rigid(&self.world_from_sensor);
-        let [x, y, z] = [place.matrix3.x_axis, place.matrix3.y_axis, place.matrix3.z_axis].map(|axis| axis.as_dvec3());
-        DAffine3 { matrix3: DMat3::from_cols(x, y, z), translation: place.translation.as_dvec3() + origin }
+    /// Its [poses](Self::poses) in the scene's coordinates, whose `origin` the world's count from.
+    pub fn in_scene(&self, origin: DVec3) -> [DAffine3; 2] {
+        self.poses.map(|pose| DAffine3::from_rotation_translation(pose.rotation, pose.translation + origin))
     }
 
     /// How a camera's view is drawn.
     fn plan(&self, settings: &Settings) -> Option<ViewPlan> {
         let SensorKind::Camera(camera) = &self.sensor.kind else { return None };
-        Some(camera::plan(camera, &self.world_from_sensor, settings))
+        Some(camera::plan(camera, &self.world_from_entity, settings))
     }
+}
 
-    /// Where it was when it was due before, as far as that is known, and where it is.
-    fn poses(&self, world: &World, poses: &HashMap<Entity, (u64, Pose)>) -> Option<[Pose; 2]> {
-        let now = Pose::of(world.get::<GlobalTransform>(self.entity)?);
-        let step = world.resource::<Clock>().step;
-        let due_before = step.checked_sub(self.sensor.every.into());
-        let before = poses.get(&self.entity).filter(|(at, _)| Some(*at) == due_before);
-        Some([before.map_or(now, |(_, pose)| *pose), now])
-    }
+/// The sensors for which something holds, in the order in which they came to be.
+fn sensors_where(world: &mut World, holds: impl Fn(&Sensor) -> bool) -> Vec<Entity> {
+    let mut sensors = world.query::<(Entity, &Sensor)>();
+    let found = sensors.iter(world).filter(|(_, sensor)| holds(sensor)).map(|(entity, _)| entity);
+    let mut found: Vec<Entity> = found.collect();
+    found.sort_unstable_by_key(|&sensor| number(world, sensor));
+    found
 }
