@@ -45,7 +45,13 @@ impl Build {
 /// The most memory of this process that was ever resident, megabytes of 2²⁰ bytes; `None` where the operating system
 /// has no /proc.
 pub fn peak_memory_mb() -> Option<f64> {
+    memory_mb("VmHWM")
+}
+
+/// A figure of this process's memory by its name in proc(5), such as `VmRSS` for what is resident: megabytes of 2²⁰
+/// bytes; `None` where the operating system has no /proc.
+pub fn memory_mb(name: &str) -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let line = status.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(':'))?;
     line.trim().trim_end_matches("kB").trim().parse().ok().map(|kilobytes: f64| kilobytes / 1024.0)
 }

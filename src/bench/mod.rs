@@ -27,7 +27,7 @@ mod trace;
 
 pub use grid::{Grid, GridError, GridKit, GridMesh, GridPlan, GridView};
 pub use job::{BenchJob, SuiteJob};
-pub use machine::{Build, peak_memory_mb};
+pub use machine::{Build, memory_mb, peak_memory_mb};
 pub use measurement::{Measurement, Spread};
 pub use night_lights::{Movers, NightLights};
 pub use run::{BenchError, run};
