@@ -268,7 +268,7 @@ fn a_moving_thing_is_where_its_box_is_at_every_step() {
         let moved = Vec3::new(0.3, 0.01, -0.05);
         let mut place = studio.place(thing);
         place.translation += moved;
-        place.rotate_y(0.02);
+        place.rotation = Quat::from_rotation_y(0.02) * place.rotation;
         let capture = studio.next();
         let Some(found) = studio.box_of(&capture, thing) else { panic!("{step}: there is no box") };
         let number = studio.number(thing);
@@ -422,7 +422,7 @@ fn flow_of_random_scenes_is_that_of_rigid_bodies() {
             let world = &studio.simulation.world;
             let place = |entity: Entity| {
                 let affine = world.get::<GlobalTransform>(entity).expect("lives").affine();
-                DAffine3 { matrix3: affine.matrix3.as_mat3().as_dmat3(), translation: affine.translation.as_dvec3() }
+                DAffine3 { matrix3: affine.matrix3.as_dmat3(), translation: affine.translation.as_dvec3() }
             };
             let all = things.iter().map(|thing| (studio.number(*thing), place(*thing)));
             all.chain([(0, place(studio.camera))]).collect()

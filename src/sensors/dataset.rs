@@ -108,7 +108,8 @@ pub fn render_sensors(job: &SensorJob, mut progress: impl FnMut(u64, u64)) -> Re
         }
     }
     let is_logged = job.formats.contains(&FileFormat::Mcap);
-    let mut log = is_logged.then(|| SensorLog::begin(&job.folder.join("sensors.mcap"))).transpose()?;
+    let classes = run.stage.simulation.world.resource::<Classes>().clone();
+    let mut log = is_logged.then(|| SensorLog::begin(&job.folder.join("sensors.mcap"), classes)).transpose()?;
     run.stage.simulation.world.resource_mut::<LightPolicies>().forced = job.lights;
     suite.settings = job.settings;
     let (mut written, mut all, mut captures) = (Vec::new(), BTreeSet::new(), BTreeMap::new());

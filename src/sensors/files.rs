@@ -44,7 +44,11 @@ impl FileFormat {
             Self::Exr => !matches!(output, CameraOutput::Color | CameraOutput::Boxes | CameraOutput::Flow),
             Self::Mcap => matches!(
                 output,
-                CameraOutput::Color | CameraOutput::Depth | CameraOutput::Class | CameraOutput::Instance
+                CameraOutput::Color
+                    | CameraOutput::Depth
+                    | CameraOutput::Class
+                    | CameraOutput::Instance
+                    | CameraOutput::Boxes
             ),
         }
     }

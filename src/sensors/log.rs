@@ -3,7 +3,8 @@
 //! ```text
 //! /clock             the time, after each step
 //! /tf                the frame of each sensor in the frame `world`, at each of its captures
-//! /ego/front/…       of a camera: image_raw (rgb8), depth (32FC1, metres), class (mono8), instance (32SC1), camera_info
+//! /ego/front/…       of a camera: image_raw (rgb8), depth (32FC1, metres), class (mono8), instance (32SC1), camera_info,
+//!                    boxes (foxglove_msgs/ImageAnnotations), objects (foxglove_msgs/SceneUpdate, in `world`)
 //! /ego/top/points    of a lidar, returns alone: x, y, z, intensity, ring, time, instance, class
 //! ```
 //!
@@ -13,11 +14,12 @@
 //! A camera whose projection is parallel has no camera_info.
 
 use super::axes::{ENTITY_FROM_CAMERA, ENTITY_FROM_LIDAR, ROS_FROM_WORLD};
-use super::{CameraCapture, Capture, LidarCapture, SensorCapture, SensorData};
+use super::{CameraCapture, Capture, LidarCapture, ObjectBox, SensorCapture, SensorData, log_boxes};
 use crate::export::array::Column;
 use crate::export::mcap::Log;
 use crate::export::ros::{
-    CameraInfo, Clock, Distortion, Header, Image, Pixels, PointCloud2, TfMessage, TransformStamped,
+    CameraInfo, Clock, Distortion, Header, Image, ImageAnnotations, Pixels, PointCloud2, SceneUpdate, TfMessage,
+    TransformStamped,
 };
 use crate::frames::FrameError;
 use crate::output::{OutputError, WholeFile};
@@ -25,6 +27,7 @@ use glam::DQuat;
 use std::collections::BTreeSet;
 use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
+use systems::sensors::Classes;
 
 /// The frame that all others are in.
 const WORLD: &str = "world";
@@ -33,17 +36,20 @@ const WORLD: &str = "world";
 pub(super) struct SensorLog {
     path: PathBuf,
     log: Log<BufWriter<WholeFile>>,
+    classes: Classes,
+    /// Frames of cameras that had boxes: where there are none any more, that is said.
+    had_boxes: BTreeSet<String>,
 }
 
 impl SensorLog {
-    /// Begins a log, which is at its path once it is finished.
+    /// Begins a log of a world with these classes, which is at its path once it is finished.
     ///
     /// # Errors
     /// [`OutputError`].
-    pub fn begin(path: &Path) -> Result<Self, OutputError> {
+    pub fn begin(path: &Path, classes: Classes) -> Result<Self, OutputError> {
         let file = BufWriter::new(WholeFile::begin(path)?);
         let log = Log::new(file).map_err(|error| OutputError::io(path, error))?;
-        Ok(Self { path: path.to_owned(), log })
+        Ok(Self { path: path.to_owned(), log, classes, had_boxes: BTreeSet::new() })
     }
 
     /// Says that a step has been taken, after which so many nanoseconds have passed.
@@ -71,7 +77,13 @@ impl SensorLog {
         for (frame, sensor) in named() {
             let header = Header { nanoseconds: *nanoseconds, frame };
             match &sensor.data {
-                SensorData::Camera(camera) => self.camera(header, camera)?,
+                SensorData::Camera(camera) => {
+                    self.camera(header, camera)?;
+                    if !camera.boxes.is_empty() || self.had_boxes.contains(header.frame) {
+                        self.had_boxes.insert(header.frame.to_owned());
+                        self.boxes(header, &camera.boxes)?;
+                    }
+                }
                 SensorData::Lidar(lidar) => self.lidar(header, lidar)?,
             }
         }
@@ -95,6 +107,16 @@ impl SensorLog {
         self.log.write(&topic("camera_info"), header.nanoseconds, &info)
     }
 
+    fn boxes(&mut self, header: Header, boxes: &[ObjectBox]) -> io::Result<()> {
+        let (nanoseconds, topic) = (header.nanoseconds, |name: &str| format!("/{}/{name}", header.frame));
+        let names = log_boxes::names(boxes, &self.classes);
+        let shown = log_boxes::in_picture(boxes, &names, &self.classes);
+        self.log.write(&topic("boxes"), nanoseconds, &ImageAnnotations { nanoseconds, boxes: &shown })?;
+        let placed = log_boxes::in_space(boxes, &self.classes);
+        let header = Header { frame: WORLD, ..header };
+        self.log.write(&topic("objects"), nanoseconds, &SceneUpdate { header, boxes: &placed })
+    }
+
     fn lidar(&mut self, header: Header, LidarCapture { scan, instance, class }: &LidarCapture) -> io::Result<()> {
         let points = returns(&scan.hit, &scan.xyz);
         let (intensity, ring) = (returns(&scan.hit, &scan.intensity), returns(&scan.hit, &scan.ring));
@@ -116,7 +138,7 @@ impl SensorLog {
     /// # Errors
     /// [`OutputError`].
     pub fn finish(self) -> Result<PathBuf, OutputError> {
-        let Self { path, log } = self;
+        let Self { path, log, .. } = self;
         let ended = log.finish().and_then(|file| file.into_inner().map_err(|error| error.into_error()));
         ended.map_err(|error| OutputError::io(&path, error))?.finish()?;
         Ok(path)

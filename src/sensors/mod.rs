@@ -13,7 +13,7 @@
 //! dataset        the sensors of a run as files: `relief render --sensors`
 //! files          which files outputs become, and what is in them (box_records); description, manifest: those of a
 //!                whole data set
-//! log            the sensors of a run as one log of ROS 2; axes: those that it and other outputs have
+//! log            the sensors of a run as one log of ROS 2 (log_boxes); axes: those that it and other outputs have
 //! ```
 //!
 //! A capture is a function of the state after a step, and of nothing else: all sensors are captured of one frame, and a
@@ -47,6 +47,7 @@ mod flow;
 mod label_table;
 pub mod lidar;
 mod log;
+mod log_boxes;
 mod manifest;
 mod outer_vertices;
 mod outline;
