@@ -169,6 +169,16 @@ fn faults_of_sensors_name_their_place() {
         ("sensor: camera(lens: pinhole(fx: 0, fy: 1, cx: 0, cy: 0))", "sensor.lens.fx: expected pixels from 0.001"),
         ("sensor: camera(lens: field_of_view())", "sensor.lens: expected one of x_degrees and y_degrees"),
         ("sensor: camera(lens: field_of_view(y_degrees: 180))", "sensor.lens.y_degrees: expected a number from 0.01"),
+        (
+            "sensor: camera(lens: brown_conrady(fx: 300, fy: 300, cx: 320, cy: 240, k1: -1))",
+            "sensor.lens: folds at a radius of 0.5774 times the distance, 115.5 pixels from the principal point",
+        ),
+        ("sensor: camera(lens: brown_conrady(fx: 1, fy: 1, cx: 0, cy: 0, p1: nan))", "sensor.lens.p1: expected a number"),
+        ("sensor: camera(lens: kannala_brandt(fx: 1, fy: 0, cx: 0, cy: 0))", "sensor.lens.fy: expected pixels from 0.001"),
+        (
+            "sensor: camera(lens: kannala_brandt(fx: 1, fy: 1, cx: 0, cy: 0, largest_degrees: 181))",
+            "sensor.lens.largest_degrees: expected a number from 0.01 to 180",
+        ),
         ("sensor: camera(near: 2, far: 1)", "sensor.far: expected more than near"),
         ("sensor: camera(outputs: [])", "sensor.outputs: expected at least one output"),
         ("sensor: camera(outputs: [deph])", "deph"),

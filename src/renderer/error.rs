@@ -37,6 +37,14 @@ pub enum RenderError {
         /// What the device says.
         reason: String,
     },
+    /// A camera's lens has no picture.
+    #[error("sensor {sensor:?}: lens: {reason}")]
+    Lens {
+        /// Its name.
+        sensor: String,
+        /// What is wrong with it.
+        reason: String,
+    },
     /// An image's texels have been taken (`Library::keep_texels`): by another renderer, or by this one before it drew
     /// another world.
     #[error(

@@ -1,13 +1,17 @@
 //! What a camera gives: arrays of a value per pixel, rows from the top.
 
+use super::develop::{develop, is_developed};
 use super::label_table::{LabelTable, Labels};
+use super::lens_map::LensMap;
+use super::pixels::Pixels;
 use crate::renderer::{OutputSet, Outputs, Settings, ViewPlan};
 use bevy_ecs::prelude::*;
 use glam::{Affine3A, Mat3, Vec3};
 use half::f16;
 use std::collections::BTreeMap;
-use systems::draw::{Intrinsics, View};
-use systems::sensors::{CameraOutput, CameraSensor};
+use std::sync::Arc;
+use systems::draw::{Environment, Intrinsics, View};
+use systems::sensors::{CameraOutput, CameraSensor, Lens};
 
 /// What a camera captured. Arrays that were not asked for are empty.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -18,6 +22,8 @@ pub struct CameraCapture {
     pub height: u32,
     /// `None` where the projection is parallel.
     pub intrinsics: Option<Intrinsics>,
+    /// With what bends its picture.
+    pub lens: Lens,
     /// 8-bit sRGB, tone-mapped: (H, W, 3).
     pub color: Vec<[u8; 3]>,
     /// Linear, exposed, before the tone map: (H, W, 3).
@@ -40,54 +46,85 @@ pub struct CameraCapture {
     pub panoptic: Vec<u32>,
 }
 
-/// How a camera's view is drawn.
-pub(super) fn plan(sensor: &CameraSensor, world_from_camera: &Affine3A, settings: &Settings) -> ViewPlan {
-    let view = View::new(world_from_camera, &sensor.camera(), sensor.size.0, sensor.size.1);
-    use CameraOutput::{Class, Color, Depth, Instance, Linear, Normal, Panoptic, Part, Range};
-    let outputs = OutputSet {
-        color: sensor.outputs.has(Color),
-        linear: sensor.outputs.has(Linear),
-        depth: sensor.outputs.has_any(&[Depth, Range]),
-        normal: sensor.outputs.has(Normal),
-        id: sensor.outputs.has_any(&[Instance, Part, Class, Panoptic]),
-    };
-    let settings = Settings { samples: sensor.samples, outputs, few_on_cpu: true, ..*settings }.for_files();
-    ViewPlan { view, settings }
+/// How a camera is drawn.
+pub(super) struct CameraPlan {
+    /// As its picture; of a lens that bends, as if it did not.
+    whole: ViewPlan,
+    /// Of a lens that bends.
+    map: Option<Arc<LensMap>>,
 }
 
-/// What a camera gives of what its view drew.
+impl CameraPlan {
+    /// For a camera, which has a map if its lens bends.
+    pub fn new(
+        sensor: &CameraSensor,
+        world_from_camera: &Affine3A,
+        settings: &Settings,
+        map: Option<Arc<LensMap>>,
+    ) -> Self {
+        let view = View::new(world_from_camera, &sensor.camera(), sensor.size.0, sensor.size.1);
+        use CameraOutput::{Class, Color, Depth, Instance, Linear, Normal, Panoptic, Part, Range};
+        let color = sensor.outputs.has(Color);
+        let outputs = OutputSet {
+            color: color && !is_developed(sensor),
+            linear: sensor.outputs.has(Linear) || color && is_developed(sensor),
+            depth: sensor.outputs.has_any(&[Depth, Range]),
+            normal: sensor.outputs.has(Normal),
+            id: sensor.outputs.has_any(&[Instance, Part, Class, Panoptic]),
+        };
+        let settings = Settings { samples: sensor.samples, outputs, few_on_cpu: true, ..*settings }.for_files();
+        Self { whole: ViewPlan { view, settings }, map }
+    }
+
+    /// The views that are drawn for it.
+    pub fn views(&self) -> Vec<ViewPlan> {
+        self.map.as_ref().map_or_else(|| vec![self.whole.clone()], |map| map.plans(&self.whole))
+    }
+
+    /// The pixels of what these drew.
+    fn pixels(&self, sensor: &CameraSensor, drawn: &[Outputs], environment: &Environment) -> Pixels {
+        let mut pixels = match (&self.map, drawn) {
+            (Some(map), _) => map.resample(sensor, drawn),
+            (None, [drawn, ..]) => Pixels::of_view(sensor, drawn),
+            (None, []) => Pixels::default(),
+        };
+        if is_developed(sensor) {
+            develop(&mut pixels, sensor, self.whole.settings.debug.tone_map(environment));
+        }
+        pixels
+    }
+}
+
+/// What a camera gives of what its views drew.
 pub(super) fn capture(
     sensor: &CameraSensor,
-    view: &View,
-    drawn: &Outputs,
+    plan: &CameraPlan,
+    drawn: &[Outputs],
     labels: &mut LabelTable,
     world: &World,
 ) -> CameraCapture {
     let (width, height) = sensor.size;
     let has = |output| sensor.outputs.has(output);
-    let intrinsics = sensor.intrinsics();
-    let depth = drawn.depths();
-    let mut capture = CameraCapture { width, height, intrinsics, ..CameraCapture::default() };
-    if let Some(picture) = drawn.picture.as_ref().filter(|_| has(CameraOutput::Color)) {
-        capture.color = picture.pixels().map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
-    }
+    let pixels = plan.pixels(sensor, drawn, world.resource::<Environment>());
+    let (intrinsics, lens) = (sensor.intrinsics(), sensor.lens);
+    let mut capture = CameraCapture { width, height, intrinsics, lens, color: pixels.color, ..CameraCapture::default() };
     if has(CameraOutput::Linear) {
-        capture.linear = drawn.linear().into_iter().map(|[r, g, b, _]| [r, g, b]).collect();
+        capture.linear = pixels.linear;
+    }
+    if has(CameraOutput::Depth) {
+        capture.depth = pixels.depth;
     }
     if has(CameraOutput::Range) {
-        capture.range = ranges(&depth, width, intrinsics);
+        capture.range = pixels.range;
     }
     if has(CameraOutput::Normal) {
         // From world axes to X right, Y down, Z forward.
-        let camera_from_world =
-            Mat3::from_diagonal(Vec3::new(1.0, -1.0, -1.0)) * Mat3::from(view.world_from_view.matrix3).transpose();
+        let world_from_view = Mat3::from(plan.whole.view.world_from_view.matrix3);
+        let camera_from_world = Mat3::from_diagonal(Vec3::new(1.0, -1.0, -1.0)) * world_from_view.transpose();
         let turned = |normal: [f32; 3]| (camera_from_world * Vec3::from(normal)).normalize_or_zero().to_array();
-        capture.normal = drawn.normals().into_iter().map(turned).collect();
+        capture.normal = pixels.normal.into_iter().map(turned).collect();
     }
-    if has(CameraOutput::Depth) {
-        capture.depth = depth;
-    }
-    let found: Vec<Labels> = drawn.ids().map(|id| labels.labels(world, id)).collect();
+    let found: Vec<Labels> = pixels.id.into_iter().map(|id| labels.labels(world, id)).collect();
     if has(CameraOutput::Instance) {
         capture.instance = found.iter().map(|labels| labels.instance).collect();
     }
@@ -101,19 +138,6 @@ pub(super) fn capture(
         capture.panoptic = panoptic(&found);
     }
     capture
-}
-
-/// Depth · ‖K⁻¹ (u, v, 1)‖.
-fn ranges(depth: &[f32], width: u32, intrinsics: Option<Intrinsics>) -> Vec<f32> {
-    let Some(intrinsics) = intrinsics else { return depth.to_vec() };
-    let rows = depth.chunks(width.max(1) as usize).zip(0_u32..);
-    rows.flat_map(|(row, v)| {
-        row.iter().zip(0_u32..).map(move |(&depth, u)| {
-            let stretch = intrinsics.direction(f64::from(u), f64::from(v)).length();
-            (f64::from(depth) * stretch) as f32
-        })
-    })
-    .collect()
 }
 
 /// Classes and instances in one number.

@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! suite          the sensors of a world by name, and what it takes to capture them
-//! camera         what a camera gives, made of what its view drew
+//! camera         what a camera gives, made of the pixels that its view drew; of a lens that bends, of faces (lens_map)
+//!                whose pixels are re-sampled (resample) and developed on the CPU
 //! lidar          the beams of a lidar through what is drawn, into arrays
 //! rays           what the last frame draws, as rays meet it: a tree over the boxes of objects, and one for each mesh
 //!                (ray_meshes); with colours and masks (texels)
@@ -35,13 +36,17 @@ mod axes;
 mod camera;
 mod dataset;
 mod description;
+mod develop;
 mod files;
 mod label_table;
+mod lens_map;
 pub mod lidar;
 mod log;
 mod manifest;
+mod pixels;
 mod ray_meshes;
 mod rays;
+mod resample;
 mod suite;
 mod texels;
 

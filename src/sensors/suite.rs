@@ -1,7 +1,8 @@
 //! The sensors of a world, captured together.
 
-use super::camera::{self, CameraCapture};
+use super::camera::{self, CameraCapture, CameraPlan};
 use super::label_table::{LabelTable, MOST_ABOVE, number};
+use super::lens_map::LensMaps;
 use super::lidar::{self, LidarScan, Pose};
 use super::rays::{RayScene, RayWarnings};
 use crate::name;
@@ -25,6 +26,7 @@ pub struct SensorSuite {
     renderer: Renderer,
     batches: ViewBatches,
     labels: LabelTable,
+    lenses: LensMaps,
     rays: RayScene,
     warnings: RayWarnings,
     /// Where lidars that sweep were when they were due last.
@@ -128,6 +130,7 @@ impl SensorSuite {
             renderer: Renderer::new(gpu),
             batches: ViewBatches::default(),
             labels: LabelTable::default(),
+            lenses: LensMaps::default(),
             rays: RayScene::default(),
             warnings: RayWarnings::default(),
             poses: HashMap::new(),
@@ -160,21 +163,26 @@ impl SensorSuite {
     /// # Errors
     /// [`RenderError`].
     pub(super) fn capture_due(&mut self, simulation: &mut Simulation, due: Vec<Due>) -> Result<Capture, RenderError> {
-        let plans: Vec<ViewPlan> = due.iter().filter_map(|due| due.plan(&self.settings)).collect();
-        let Self { renderer, batches, labels, rays, warnings, .. } = self;
-        let drawn = simulation.with_frame(|frame| renderer.draw_views(frame, batches, &plans))?;
+        let Self { settings, renderer, batches, labels, lenses, rays, warnings, .. } = self;
+        let plans = due.iter().filter_map(|due| due.plan(settings, lenses).transpose());
+        let plans: Vec<CameraPlan> = plans.collect::<Result<_, _>>()?;
+        let views: Vec<Vec<ViewPlan>> = plans.iter().map(CameraPlan::views).collect();
+        let drawn = simulation.with_frame(|frame| renderer.draw_views(frame, batches, &views.concat()))?;
         labels.begin();
         let world = &simulation.world;
         let (origin, seed) = (world.resource::<Origin>().0, world.resource::<Seed>().0);
         let Clock { step, step_seconds, .. } = *world.resource::<Clock>();
         *warnings = RayWarnings::default();
-        let mut views = plans.iter().zip(&drawn);
+        let mut plans = plans.iter().zip(views);
+        let mut drawn = &drawn[..];
         let mut sensors = Vec::new();
         for due in due {
             let data = match &due.sensor.kind {
                 SensorKind::Camera(camera) => {
-                    let Some((plan, drawn)) = views.next() else { continue };
-                    SensorData::Camera(camera::capture(camera, &plan.view, drawn, labels, world))
+                    let Some((plan, views)) = plans.next() else { continue };
+                    let (own, others) = drawn.split_at(views.len().min(drawn.len()));
+                    drawn = others;
+                    SensorData::Camera(camera::capture(camera, plan, own, labels, world))
                 }
                 SensorKind::Lidar(lidar) => {
                     // For itself alone: what is met first of what lies in one place depends on the tree.
@@ -233,6 +241,7 @@ impl SensorSuite {
             }
         }
         self.poses.retain(|entity, _| world.get_entity(*entity).is_ok());
+        self.lenses.retain(world);
         due
     }
 
@@ -265,10 +274,12 @@ impl Due {
         self.poses.map(|pose| DAffine3::from_rotation_translation(pose.rotation, pose.translation + origin))
     }
 
-    /// How a camera's view is drawn.
-    fn plan(&self, settings: &Settings) -> Option<ViewPlan> {
-        let SensorKind::Camera(camera) = &self.sensor.kind else { return None };
-        Some(camera::plan(camera, &self.world_from_entity, settings))
+    /// How a camera is drawn.
+    fn plan(&self, settings: &Settings, lenses: &mut LensMaps) -> Result<Option<CameraPlan>, RenderError> {
+        let SensorKind::Camera(camera) = &self.sensor.kind else { return Ok(None) };
+        let map = lenses.of(self.entity, camera);
+        let map = map.map_err(|reason| RenderError::Lens { sensor: self.name.clone(), reason })?;
+        Ok(Some(CameraPlan::new(camera, &self.world_from_entity, settings, map)))
     }
 }
 

@@ -99,11 +99,13 @@ impl CameraSensor {
         Self { outputs: self.outputs.with(output), ..self }
     }
 
-    /// As it is drawn.
+    /// As it is drawn; of a lens that bends, the picture that it would have if it did not.
     pub fn camera(&self) -> Camera {
         let projection = match self.lens {
             Lens::FieldOfView { y } => Projection::Perspective { fov_y: y, aspect: None },
-            Lens::Pinhole(intrinsics) => Projection::Pinhole { intrinsics, size: self.size },
+            Lens::Pinhole(intrinsics)
+            | Lens::BrownConrady { intrinsics, .. }
+            | Lens::KannalaBrandt { intrinsics, .. } => Projection::Pinhole { intrinsics, size: self.size },
             Lens::Orthographic { half_height } => Projection::Orthographic { half_height, aspect: None },
         };
         Camera { projection, near: self.near, far: self.far }
@@ -113,7 +115,9 @@ impl CameraSensor {
     pub fn intrinsics(&self) -> Option<Intrinsics> {
         match self.lens {
             Lens::FieldOfView { y } => Some(Intrinsics::from_fov_y(y.into(), self.size.0, self.size.1)),
-            Lens::Pinhole(intrinsics) => Some(intrinsics),
+            Lens::Pinhole(intrinsics)
+            | Lens::BrownConrady { intrinsics, .. }
+            | Lens::KannalaBrandt { intrinsics, .. } => Some(intrinsics),
             Lens::Orthographic { .. } => None,
         }
     }
@@ -129,6 +133,22 @@ pub enum Lens {
     },
     /// Perspective with any focal lengths and principal point.
     Pinhole(Intrinsics),
+    /// Perspective bent by the lens of Brown and Conrady, with OpenCV's coefficients.
+    BrownConrady {
+        /// Of what is not bent yet.
+        intrinsics: Intrinsics,
+        /// k1, k2, p1, p2, k3, k4, k5, k6.
+        coefficients: [f64; 8],
+    },
+    /// A fisheye of Kannala and Brandt, with OpenCV's coefficients.
+    KannalaBrandt {
+        /// Focal lengths in pixels a radian near the axis.
+        intrinsics: Intrinsics,
+        /// k1, k2, k3, k4.
+        coefficients: [f64; 4],
+        /// From the axis, radians, at most π: what is beyond is not seen.
+        largest_angle: f64,
+    },
     /// Parallel.
     Orthographic {
         /// Half the height of the visible box, metres.
