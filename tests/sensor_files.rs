@@ -173,8 +173,14 @@ fn faults_of_sensors_name_their_place() {
             "sensor: camera(lens: brown_conrady(fx: 300, fy: 300, cx: 320, cy: 240, k1: -1))",
             "sensor.lens: folds at a radius of 0.5774 times the distance, 115.5 pixels from the principal point",
         ),
-        ("sensor: camera(lens: brown_conrady(fx: 1, fy: 1, cx: 0, cy: 0, p1: nan))", "sensor.lens.p1: expected a number"),
-        ("sensor: camera(lens: kannala_brandt(fx: 1, fy: 0, cx: 0, cy: 0))", "sensor.lens.fy: expected pixels from 0.001"),
+        (
+            "sensor: camera(lens: brown_conrady(fx: 1, fy: 1, cx: 0, cy: 0, p1: nan))",
+            "sensor.lens.p1: expected a number",
+        ),
+        (
+            "sensor: camera(lens: kannala_brandt(fx: 1, fy: 0, cx: 0, cy: 0))",
+            "sensor.lens.fy: expected pixels from 0.001",
+        ),
         (
             "sensor: camera(lens: kannala_brandt(fx: 1, fy: 1, cx: 0, cy: 0, largest_degrees: 181))",
             "sensor.lens.largest_degrees: expected a number from 0.01 to 180",
@@ -183,6 +189,10 @@ fn faults_of_sensors_name_their_place() {
         ("sensor: camera(outputs: [])", "sensor.outputs: expected at least one output"),
         ("sensor: camera(outputs: [deph])", "deph"),
         ("sensor: camera(samples: 2)", "sensor.samples: expected 1 or 4, found 2"),
+        ("sensor: camera(exposure: fixed(-1))", "sensor: exposure: expected 0 to 1000000, found -1"),
+        ("sensor: camera(exposure: metered(key: 0))", "sensor: exposure.key: expected above 0"),
+        ("sensor: camera(noise: (bits: 10))", "sensor: noise.bits: expected 8 or 12, found 10"),
+        ("sensor: camera(noise: (blak: 3))", "blak"),
         ("sensor: camera(every: 0)", "sensor.every: expected steps from 1"),
         ("sensor: camera(every: 3, phase: 3)", "sensor.phase: expected less than every, which is 3, found 3"),
         ("sensor: lidar(hz: 0)", "hz"),

@@ -37,12 +37,12 @@ pub enum RenderError {
         /// What the device says.
         reason: String,
     },
-    /// A camera's lens has no picture.
-    #[error("sensor {sensor:?}: lens: {reason}")]
-    Lens {
+    /// A camera as a sensor that has no picture.
+    #[error("sensor {sensor:?}: {reason}")]
+    Camera {
         /// Its name.
         sensor: String,
-        /// What is wrong with it.
+        /// The field, and what is wrong with it.
         reason: String,
     },
     /// An image's texels have been taken (`Library::keep_texels`): by another renderer, or by this one before it drew

@@ -144,6 +144,7 @@ fn documented_defaults_are_the_defaults() {
     assert_defaults::<sensors::CameraSensor>("camerasensor", "");
     assert_defaults::<lenses::BrownConrady>("brownconrady", "fx: 1, fy: 1, cx: 0, cy: 0,");
     assert_defaults::<lenses::KannalaBrandt>("kannalabrandt", "fx: 1, fy: 1, cx: 0, cy: 0,");
+    assert_defaults::<systems::sensors::ImageNoise>("imagenoise", "");
     assert_defaults::<sensors::LidarSensor>("lidarsensor", "");
     assert_defaults::<sensors::Class>("class", "id: 1,");
     assert_defaults::<format::Spin>("spin", "");

@@ -8,7 +8,7 @@ use super::places::Step;
 use super::values::{Color, Named, names, one_of};
 use serde::{Deserialize, Deserializer};
 use systems::assets::color::srgb_from_linear;
-use systems::sensors::{self, Beams, CameraOutput, CameraOutputs, ClassInfo, Classes, LidarNoise, SensorKind};
+use systems::sensors::{self, Beams, CameraOutput, ClassInfo, Classes, Exposure, ImageNoise, LidarNoise, SensorKind};
 
 /// Pixels along a side.
 pub(super) const LARGEST_PICTURE: u32 = 16384;
@@ -34,6 +34,8 @@ pub struct CameraSensor {
     #[serde(deserialize_with = "outputs")]
     pub outputs: Vec<CameraOutput>,
     pub samples: u32,
+    pub exposure: Exposure,
+    pub noise: Option<ImageNoise>,
     pub every: u32,
     pub phase: u32,
 }
@@ -48,9 +50,26 @@ impl Default for CameraSensor {
             far: None,
             outputs: camera.outputs.iter().map(|(_, output)| output).collect(),
             samples: camera.samples,
+            exposure: camera.exposure,
+            noise: camera.noise,
             every: 1,
             phase: 0,
         }
+    }
+}
+
+impl CameraSensor {
+    fn camera(&self) -> sensors::CameraSensor {
+        let Self { near, samples, exposure, noise, .. } = *self;
+        let size = self.size.into();
+        let lens = lens(&self.lens, size);
+        let far = self.far.unwrap_or(match lens {
+            // A parallel projection has to end somewhere.
+            sensors::Lens::Orthographic { .. } => near + 1000.0,
+            _ => f32::INFINITY,
+        });
+        let outputs = self.outputs.iter().copied().collect();
+        sensors::CameraSensor { size, lens, near, far, outputs, samples, exposure, noise }
     }
 }
 
@@ -203,6 +222,9 @@ impl Check<'_> {
         if ![1, 4].contains(&camera.samples) {
             self.field("samples", |c| c.fault(format_args!("expected 1 or 4, found {}", camera.samples)));
         }
+        if let Err(message) = camera.camera().check_light() {
+            self.fault(message);
+        }
         self.rate(camera.every, camera.phase);
     }
 }
@@ -211,24 +233,12 @@ impl Check<'_> {
 pub fn sensor(source: &Sensor) -> sensors::Sensor {
     match source {
         Sensor::Camera(source) => {
-            sensors::Sensor { kind: SensorKind::Camera(camera(source)), every: source.every, phase: source.phase }
+            sensors::Sensor { kind: SensorKind::Camera(source.camera()), every: source.every, phase: source.phase }
         }
         Sensor::Lidar(source) => {
             sensors::Sensor { kind: SensorKind::Lidar(source.lidar()), every: source.every, phase: source.phase }
         }
     }
-}
-
-fn camera(source: &CameraSensor) -> sensors::CameraSensor {
-    let size = source.size.into();
-    let lens = lens(&source.lens, size);
-    let far = source.far.unwrap_or(match lens {
-        // A parallel projection has to end somewhere.
-        sensors::Lens::Orthographic { .. } => source.near + 1000.0,
-        _ => f32::INFINITY,
-    });
-    let outputs: CameraOutputs = source.outputs.iter().copied().collect();
-    sensors::CameraSensor { size, lens, near: source.near, far, outputs, samples: source.samples }
 }
 
 /// A scene's classes; those of Cityscapes where it has none of its own.

@@ -11,6 +11,7 @@ use half::f16;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use systems::draw::{Environment, Intrinsics, View};
+use systems::sensors::philox::Noise;
 use systems::sensors::{CameraOutput, CameraSensor, Lens};
 
 /// What a camera captured. Arrays that were not asked for are empty.
@@ -24,6 +25,8 @@ pub struct CameraCapture {
     pub intrinsics: Option<Intrinsics>,
     /// With what bends its picture.
     pub lens: Lens,
+    /// What linear colours were multiplied by.
+    pub exposure: f32,
     /// 8-bit sRGB, tone-mapped: (H, W, 3).
     pub color: Vec<[u8; 3]>,
     /// Linear, exposed, before the tone map: (H, W, 3).
@@ -81,33 +84,41 @@ impl CameraPlan {
         self.map.as_ref().map_or_else(|| vec![self.whole.clone()], |map| map.plans(&self.whole))
     }
 
-    /// The pixels of what these drew.
-    fn pixels(&self, sensor: &CameraSensor, drawn: &[Outputs], environment: &Environment) -> Pixels {
+    /// The pixels of what these drew, and their exposure.
+    fn pixels(
+        &self,
+        sensor: &CameraSensor,
+        drawn: &[Outputs],
+        environment: &Environment,
+        noise: Noise,
+    ) -> (Pixels, f32) {
         let mut pixels = match (&self.map, drawn) {
             (Some(map), _) => map.resample(sensor, drawn),
             (None, [drawn, ..]) => Pixels::of_view(sensor, drawn),
             (None, []) => Pixels::default(),
         };
+        let mut exposure = environment.exposure;
         if is_developed(sensor) {
-            develop(&mut pixels, sensor, self.whole.settings.debug.tone_map(environment));
+            let tone_map = self.whole.settings.debug.tone_map(environment);
+            exposure = develop(&mut pixels, sensor, (exposure, tone_map), noise);
         }
-        pixels
+        (pixels, exposure)
     }
 }
 
-/// What a camera gives of what its views drew.
+/// What a camera gives of what its views drew, and the noise that is its own.
 pub(super) fn capture(
     sensor: &CameraSensor,
-    plan: &CameraPlan,
-    drawn: &[Outputs],
+    (plan, drawn): (&CameraPlan, &[Outputs]),
     labels: &mut LabelTable,
     world: &World,
+    noise: Noise,
 ) -> CameraCapture {
     let (width, height) = sensor.size;
     let has = |output| sensor.outputs.has(output);
-    let pixels = plan.pixels(sensor, drawn, world.resource::<Environment>());
-    let (intrinsics, lens) = (sensor.intrinsics(), sensor.lens);
-    let mut capture = CameraCapture { width, height, intrinsics, lens, color: pixels.color, ..CameraCapture::default() };
+    let (pixels, exposure) = plan.pixels(sensor, drawn, world.resource::<Environment>(), noise);
+    let (intrinsics, lens, color) = (sensor.intrinsics(), sensor.lens, pixels.color);
+    let mut capture = CameraCapture { width, height, intrinsics, lens, exposure, color, ..CameraCapture::default() };
     if has(CameraOutput::Linear) {
         capture.linear = pixels.linear;
     }

@@ -97,6 +97,8 @@ fn of_camera(camera: &CameraSensor) -> Value {
         },
         "near": camera.near,
         "far": camera.far.is_finite().then_some(camera.far),
+        "exposure": camera.exposure,
+        "noise": camera.noise,
         "axes": "X right, Y down, Z forward",
         "entity_from_sensor": rows(&DMat4::from_mat3(ENTITY_FROM_CAMERA)),
         "outputs": outputs.collect::<serde_json::Map<_, _>>(),

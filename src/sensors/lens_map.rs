@@ -74,7 +74,7 @@ impl LensMaps {
         let mut known = self.0.get(&entity).into_iter().chain(self.0.values());
         let found = known.find(|map| map.is_of(camera)).cloned();
         if found.is_none() {
-            camera.check_lens()?;
+            camera.check_lens().map_err(|reason| format!("lens: {reason}"))?;
         }
         if !camera.lens.bends() {
             return Ok(None);
@@ -138,7 +138,8 @@ impl LensMap {
     /// How the faces are drawn for a camera's plan, which says where it is and what it gives.
     pub fn plans(&self, whole: &ViewPlan) -> Vec<ViewPlan> {
         // Depths are told apart by what they are of.
-        let outputs = OutputSet { id: whole.settings.outputs.id || whole.settings.outputs.depth, ..whole.settings.outputs };
+        let outputs =
+            OutputSet { id: whole.settings.outputs.id || whole.settings.outputs.depth, ..whole.settings.outputs };
         let plan = |face: &Face| {
             let turn = ENTITY_FROM_CAMERA * face.camera_from_face * ENTITY_FROM_CAMERA;
             let world_from_face = whole.view.world_from_view * Affine3A::from_mat3(turn.as_mat3());

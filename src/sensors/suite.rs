@@ -177,12 +177,13 @@ impl SensorSuite {
         let mut drawn = &drawn[..];
         let mut sensors = Vec::new();
         for due in due {
+            let noise = Noise::new(seed, number(world, due.entity).into(), step);
             let data = match &due.sensor.kind {
                 SensorKind::Camera(camera) => {
                     let Some((plan, views)) = plans.next() else { continue };
                     let (own, others) = drawn.split_at(views.len().min(drawn.len()));
                     drawn = others;
-                    SensorData::Camera(camera::capture(camera, plan, own, labels, world))
+                    SensorData::Camera(camera::capture(camera, (plan, own), labels, world, noise))
                 }
                 SensorKind::Lidar(lidar) => {
                     // For itself alone: what is met first of what lies in one place depends on the tree.
@@ -190,7 +191,6 @@ impl SensorSuite {
                     *warnings = warnings.with(rays.warnings());
                     let before = step.saturating_sub(due.sensor.every.into());
                     let columns = lidar.columns_between(before, step, step_seconds);
-                    let noise = Noise::new(seed, number(world, due.entity).into(), step);
                     let scan = lidar::scan(rays, lidar, &due.poses, columns, noise);
                     let of_beams = scan.entity.iter().map(|entity| labels.labels(world, entity.wrapping_add(1)));
                     let (instance, class) = of_beams.map(|labels| (labels.instance, labels.class)).unzip();
@@ -277,8 +277,8 @@ impl Due {
     /// How a camera is drawn.
     fn plan(&self, settings: &Settings, lenses: &mut LensMaps) -> Result<Option<CameraPlan>, RenderError> {
         let SensorKind::Camera(camera) = &self.sensor.kind else { return Ok(None) };
-        let map = lenses.of(self.entity, camera);
-        let map = map.map_err(|reason| RenderError::Lens { sensor: self.name.clone(), reason })?;
+        let checked = camera.check_light().and_then(|()| lenses.of(self.entity, camera));
+        let map = checked.map_err(|reason| RenderError::Camera { sensor: self.name.clone(), reason })?;
         Ok(Some(CameraPlan::new(camera, &self.world_from_entity, settings, map)))
     }
 }

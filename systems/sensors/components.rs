@@ -1,5 +1,6 @@
 //! What sensors are as components: kind, rate, lens and outputs.
 
+use super::exposure::{Exposure, ImageNoise};
 use super::lidar::LidarSensor;
 use crate::draw::camera::{Camera, Projection};
 use crate::draw::intrinsics::Intrinsics;
@@ -77,6 +78,10 @@ pub struct CameraSensor {
     pub outputs: CameraOutputs,
     /// Of colours, per pixel: 1 or 4. All else has one, in the middle of the pixel.
     pub samples: u32,
+    /// How much light its colours take.
+    pub exposure: Exposure,
+    /// What is not light in its colours.
+    pub noise: Option<ImageNoise>,
 }
 
 impl Default for CameraSensor {
@@ -88,6 +93,8 @@ impl Default for CameraSensor {
             far: f32::INFINITY,
             outputs: CameraOutputs::default().with(CameraOutput::Color),
             samples: 4,
+            exposure: Exposure::Scene,
+            noise: None,
         }
     }
 }

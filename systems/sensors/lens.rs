@@ -107,7 +107,9 @@ impl CameraSensor {
                     return Err(format!("expected {name} above 0, at most {LARGEST} pixels, found {value}"));
                 }
             }
-            if let Some(number) = [cx, cy].iter().chain(coefficients).find(|number| !(-LARGEST..=LARGEST).contains(*number)) {
+            if let Some(number) =
+                [cx, cy].iter().chain(coefficients).find(|number| !(-LARGEST..=LARGEST).contains(*number))
+            {
                 return Err(format!("expected numbers up to {LARGEST}, found {number}"));
             }
         }
@@ -227,7 +229,8 @@ fn inverse(map: impl Fn(DVec2) -> Image, image: DVec2) -> Option<DVec2> {
 fn fold(map: impl Fn(DVec2) -> Image, along: DVec2, limit: f64) -> Option<(f64, DVec2)> {
     let is_upright_at = |radius: f64| is_upright(&map(along * radius));
     let radii = std::iter::successors(Some(1e-3), |radius| Some(radius * 1.005));
-    let mut beyond = radii.take_while(|&radius| radius < LARGEST.min(1.01 * limit)).find(|&radius| !is_upright_at(radius))?;
+    let mut beyond =
+        radii.take_while(|&radius| radius < LARGEST.min(1.01 * limit)).find(|&radius| !is_upright_at(radius))?;
     let mut before = beyond / 1.005;
     for _ in 0..MOST_STEPS {
         let middle = (before + beyond) / 2.0;
