@@ -11,8 +11,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// A floor at height 0 (road) and a wall whose face is at z = 8 (wall), a box on the floor (car); a rig that turns by
-/// ten degrees a step, with a tilted camera, and a lidar that is due every other step; and a camera with a parallel
-/// projection that looks down.
+/// ten degrees a step, with a tilted camera, and a lidar that is due every other step; a camera with a parallel
+/// projection that looks down; and two whose lenses bend.
 const SCENE: &str = r#"(
     materials: { "grey": (base_factor: (0.5, 0.5, 0.5)) },
     meshes: { "floor": plane(size: (60, 60)), "wall": cube(size: (40, 6, 0.5)), "box": cube(size: (1, 1.5, 2)) },
@@ -33,6 +33,11 @@ const SCENE: &str = r#"(
         (name: "2nd eye", transform: (translation: (3, 4, 0), rotation_degrees: (-90, 0, 0)),
          sensor: camera(size: (9, 7), lens: orthographic(half_height: 2), samples: 1,
                         outputs: [depth], phase: 2, every: 3)),
+        (name: "bent", sensor: camera(size: (9, 7), samples: 1, outputs: [depth], phase: 2, every: 3,
+                                      lens: brown_conrady(fx: 9, fy: 8, cx: 4, cy: 3, k1: 0.1, k2: 0.02, p1: 0.001,
+                                                          p2: -0.002, k3: 0.003, k4: 0.04, k5: 0.005, k6: 0.006))),
+        (name: "round", sensor: camera(size: (9, 7), samples: 1, outputs: [depth], phase: 2, every: 3,
+                                       lens: kannala_brandt(fx: 3, fy: 2, cx: 4, cy: 3, k1: 0.1, k2: 0.02, k3: 0.003, k4: 0.004))),
     ],
 )"#;
 
@@ -72,7 +77,7 @@ fn others_read_the_log_of_a_run() {
     assert!(manifest.contains(&format!("\"sensors.mcap\": \"{hash}\"")), "{manifest}");
     let expected = json!({
         // Sensors' names as they are in topics.
-        "frames": { "ego/front": "ego/front", "ego/top": "ego/top", "2nd eye": "_2nd_eye" },
+        "frames": { "ego/front": "ego/front", "ego/top": "ego/top", "2nd eye": "_2nd_eye", "bent": "bent", "round": "round" },
         "messages": {
             "/clock": [0, 1, 2, 3, 4],
             "/tf": [0, 1, 2, 3, 4],
@@ -83,6 +88,15 @@ fn others_read_the_log_of_a_run() {
             "/ego/front/camera_info": [0, 1, 2, 3, 4],
             "/ego/top/points": [1, 3],
             "/_2nd_eye/depth": [2],
+            "/bent/depth": [2],
+            "/bent/camera_info": [2],
+            "/round/depth": [2],
+            "/round/camera_info": [2],
+        },
+        "distortions": {
+            "ego/front": ["plumb_bob", [0.0, 0.0, 0.0, 0.0, 0.0]],
+            "bent": ["rational_polynomial", [0.1, 0.02, 0.001, -0.002, 0.003, 0.04, 0.005, 0.006]],
+            "round": ["equidistant", [0.1, 0.02, 0.003, 0.004]],
         },
         // Class, and the plane that it lies in: in the world of ROS, points p with normal · p = offset.
         "planes": [[7, [0, 0, 1], 0], [12, [1, 0, 0], 8]],
@@ -91,7 +105,7 @@ fn others_read_the_log_of_a_run() {
     let modules = ["numpy", "mcap", "mcap_ros2"];
     let Some(output) = common::python("sensor_log.py", &modules, &[home.path().as_os_str()]) else { return };
     // So that nothing passes for want of being read.
-    assert_eq!(common::text(&output.stdout).trim(), "38 messages");
+    assert_eq!(common::text(&output.stdout).trim(), "42 messages");
 }
 
 #[test]

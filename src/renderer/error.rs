@@ -37,6 +37,14 @@ pub enum RenderError {
         /// What the device says.
         reason: String,
     },
+    /// A camera as a sensor that has no picture.
+    #[error("sensor {sensor:?}: {reason}")]
+    Camera {
+        /// Its name.
+        sensor: String,
+        /// The field, and what is wrong with it.
+        reason: String,
+    },
     /// An image's texels have been taken (`Library::keep_texels`): by another renderer, or by this one before it drew
     /// another world.
     #[error(

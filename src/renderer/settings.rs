@@ -4,6 +4,7 @@ use super::OutputSet;
 use glam::Vec3;
 use systems::assets::Technique;
 use systems::assets::levels::LevelOfDetail;
+use systems::draw::{Environment, ToneMap};
 
 /// What to look at instead of the lit picture.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
@@ -67,6 +68,11 @@ impl DebugView {
         let hue = (number as f32 * 0.618_034).fract();
         let part = |offset: f32| (((hue + offset).fract() * 6.0 - 3.0).abs() - 1.0).clamp(0.0, 1.0);
         Vec3::ONE.lerp(Vec3::new(part(0.0), part(2.0 / 3.0), part(1.0 / 3.0)), 0.7)
+    }
+
+    /// The tone map of its pictures: the scene's, or none.
+    pub(crate) fn tone_map(self, environment: &Environment) -> ToneMap {
+        if self == Self::Off { environment.tone_map } else { ToneMap::Clamp }
     }
 
     /// What the colours of a heat map mean; `None` for other views. `shaders/debug.wgsl` paints by the same scale.

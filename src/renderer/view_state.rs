@@ -247,7 +247,7 @@ impl ViewState {
         self.counts.receive();
         self.levels = settings.levels.enabled;
         self.technique = settings.technique;
-        self.tone_map = if settings.debug == DebugView::Off { list.environment.tone_map } else { ToneMap::Clamp };
+        self.tone_map = settings.debug.tone_map(&list.environment);
         self.outputs = settings.outputs;
         self.may_hide = settings.occlusion.is_on(list.objects);
         let has_maps = (list.light_features.lamp_shadows || list.light_features.sun_shadows)

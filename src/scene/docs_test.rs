@@ -2,7 +2,7 @@
 //! of names in other documents.
 
 use super::vehicle_types::format as vehicles;
-use super::{format, lights, parse, sensors, values};
+use super::{format, lenses, lights, parse, sensors, values};
 use serde::de::DeserializeOwned;
 use std::collections::{BTreeSet, HashMap};
 use std::fmt::Debug;
@@ -54,15 +54,16 @@ fn every_example_parses_as_what_it_says_it_is() {
     assert_eq!(counts.len(), 19, "an example of each kind: {counts:?}");
 }
 
-/// The rows of the table below a heading: field and default.
+/// The rows of the table below a heading: field and default. A row may have several fields.
 fn table(heading: &str) -> Vec<(&'static str, &'static str)> {
     let title = |line: &str| line.trim_start_matches('#').trim().replace(' ', "").to_lowercase();
     let mut lines = DOCS.lines().skip_while(|line| !line.starts_with('#') || title(line) != heading);
     assert!(lines.next().is_some(), "no heading for {heading}");
     let rows = lines.take_while(|line| !line.starts_with('#')).filter_map(|line| line.strip_prefix("| `"));
-    rows.map(|row| {
-        let (field, rest) = row.split_once('`').expect("a field in backticks");
-        (field, rest.split('|').nth(2).unwrap_or_default().trim())
+    rows.flat_map(|row| {
+        let default = row.split('|').nth(2).unwrap_or_default().trim();
+        let fields = row.split('|').next().unwrap_or_default();
+        fields.split(", ").map(move |field| (field.trim().trim_matches('`'), default))
     })
     .collect()
 }
@@ -76,6 +77,7 @@ fn every_field_has_its_row() {
     let types = include_str!("vehicle_types/format.rs");
     let own = [
         include_str!("format.rs"),
+        include_str!("lenses.rs"),
         include_str!("lights.rs"),
         include_str!("sensors.rs"),
         include_str!("surfaces.rs"),
@@ -140,6 +142,9 @@ fn documented_defaults_are_the_defaults() {
     assert_defaults::<lights::DirectionalLight>("directionallight", "");
     assert_defaults::<format::Camera>("camera", "");
     assert_defaults::<sensors::CameraSensor>("camerasensor", "");
+    assert_defaults::<lenses::BrownConrady>("brownconrady", "fx: 1, fy: 1, cx: 0, cy: 0,");
+    assert_defaults::<lenses::KannalaBrandt>("kannalabrandt", "fx: 1, fy: 1, cx: 0, cy: 0,");
+    assert_defaults::<systems::sensors::ImageNoise>("imagenoise", "");
     assert_defaults::<sensors::LidarSensor>("lidarsensor", "");
     assert_defaults::<sensors::Class>("class", "id: 1,");
     assert_defaults::<format::Spin>("spin", "");

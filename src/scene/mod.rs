@@ -14,7 +14,7 @@
 //! physical                  vehicles as bodies, if the build has physics
 //! spawn, generate           entities, and generators' copies of them
 //! cells                     rooms and portals
-//! sensors                   sensors, and classes of what they see
+//! sensors, lenses           sensors, and classes of what they see; the lenses of cameras
 //! rig                       light and a camera for what brings none; a glTF file is a scene as well
 //! ```
 //!
@@ -30,6 +30,7 @@ mod faults;
 mod files;
 mod format;
 mod generate;
+mod lenses;
 mod lights;
 #[cfg(feature = "tools")]
 pub(crate) use generate::Random;

@@ -3,15 +3,15 @@
 
 use super::check::{Check, SIZES};
 use super::faults::unknown;
+use super::lenses::{Lens, lens};
 use super::places::Step;
 use super::values::{Color, Named, names, one_of};
 use serde::{Deserialize, Deserializer};
 use systems::assets::color::srgb_from_linear;
-use systems::draw::Intrinsics;
-use systems::sensors::{self, Beams, CameraOutput, CameraOutputs, ClassInfo, Classes, LidarNoise, SensorKind};
+use systems::sensors::{self, Beams, CameraOutput, ClassInfo, Classes, Exposure, ImageNoise, LidarNoise, SensorKind};
 
 /// Pixels along a side.
-const LARGEST_PICTURE: u32 = 16384;
+pub(super) const LARGEST_PICTURE: u32 = 16384;
 /// Beams of a capture: half a gigabyte.
 const MOST_BEAMS: f64 = 16_777_216.0;
 /// Steps.
@@ -34,6 +34,8 @@ pub struct CameraSensor {
     #[serde(deserialize_with = "outputs")]
     pub outputs: Vec<CameraOutput>,
     pub samples: u32,
+    pub exposure: Exposure,
+    pub noise: Option<ImageNoise>,
     pub every: u32,
     pub phase: u32,
 }
@@ -48,9 +50,26 @@ impl Default for CameraSensor {
             far: None,
             outputs: camera.outputs.iter().map(|(_, output)| output).collect(),
             samples: camera.samples,
+            exposure: camera.exposure,
+            noise: camera.noise,
             every: 1,
             phase: 0,
         }
+    }
+}
+
+impl CameraSensor {
+    fn camera(&self) -> sensors::CameraSensor {
+        let Self { near, samples, exposure, noise, .. } = *self;
+        let size = self.size.into();
+        let lens = lens(&self.lens, size);
+        let far = self.far.unwrap_or(match lens {
+            // A parallel projection has to end somewhere.
+            sensors::Lens::Orthographic { .. } => near + 1000.0,
+            _ => f32::INFINITY,
+        });
+        let outputs = self.outputs.iter().copied().collect();
+        sensors::CameraSensor { size, lens, near, far, outputs, samples, exposure, noise }
     }
 }
 
@@ -83,44 +102,6 @@ impl LidarSensor {
         let (beams, range) = (self.beams.clone(), self.range.into());
         sensors::LidarSensor { beams, hz, columns, range, attenuation, sweep, noise }
     }
-}
-
-#[derive(Deserialize, Debug)]
-#[serde(rename_all = "snake_case")]
-pub enum Lens {
-    FieldOfView(FieldOfView),
-    Pinhole(Pinhole),
-    Orthographic(Orthographic),
-}
-
-impl Default for Lens {
-    fn default() -> Self {
-        Self::FieldOfView(FieldOfView { x_degrees: None, y_degrees: Some(60.0) })
-    }
-}
-
-/// One of the two.
-#[derive(Deserialize, Debug, Default)]
-#[serde(default, deny_unknown_fields)]
-pub struct FieldOfView {
-    pub x_degrees: Option<f32>,
-    pub y_degrees: Option<f32>,
-}
-
-/// Pixels.
-#[derive(Deserialize, Debug)]
-#[serde(deny_unknown_fields)]
-pub struct Pinhole {
-    pub fx: f64,
-    pub fy: f64,
-    pub cx: f64,
-    pub cy: f64,
-}
-
-#[derive(Deserialize, Debug)]
-#[serde(deny_unknown_fields)]
-pub struct Orthographic {
-    pub half_height: f32,
 }
 
 /// A semantic class of a scene's own.
@@ -234,30 +215,15 @@ impl Check<'_> {
         {
             self.field("far", |c| c.fault(format_args!("expected more than near, at most 1e9, found {far}")));
         }
-        self.field("lens", |c| match &camera.lens {
-            Lens::FieldOfView(lens) => match (lens.x_degrees, lens.y_degrees) {
-                (Some(degrees), None) => c.number("x_degrees", degrees, 0.01, 179.0),
-                (None, Some(degrees)) => c.number("y_degrees", degrees, 0.01, 179.0),
-                _ => c.fault("expected one of x_degrees and y_degrees"),
-            },
-            Lens::Pinhole(lens) => {
-                let far = 100.0 * f64::from(LARGEST_PICTURE);
-                for (name, value, least) in
-                    [("fx", lens.fx, 1e-3), ("fy", lens.fy, 1e-3), ("cx", lens.cx, -far), ("cy", lens.cy, -far)]
-                {
-                    if !(least..=far).contains(&value) {
-                        let message = format!("expected pixels from {least} to {far}, found {value}");
-                        c.field(name, |c| c.fault(message));
-                    }
-                }
-            }
-            Lens::Orthographic(lens) => c.number("half_height", lens.half_height, SIZES.0, SIZES.1),
-        });
+        self.field("lens", |c| c.lens(&camera.lens, camera.size));
         if camera.outputs.is_empty() {
             self.field("outputs", |c| c.fault("expected at least one output"));
         }
         if ![1, 4].contains(&camera.samples) {
             self.field("samples", |c| c.fault(format_args!("expected 1 or 4, found {}", camera.samples)));
+        }
+        if let Err(message) = camera.camera().check_light() {
+            self.fault(message);
         }
         self.rate(camera.every, camera.phase);
     }
@@ -267,37 +233,12 @@ impl Check<'_> {
 pub fn sensor(source: &Sensor) -> sensors::Sensor {
     match source {
         Sensor::Camera(source) => {
-            sensors::Sensor { kind: SensorKind::Camera(camera(source)), every: source.every, phase: source.phase }
+            sensors::Sensor { kind: SensorKind::Camera(source.camera()), every: source.every, phase: source.phase }
         }
         Sensor::Lidar(source) => {
             sensors::Sensor { kind: SensorKind::Lidar(source.lidar()), every: source.every, phase: source.phase }
         }
     }
-}
-
-fn camera(source: &CameraSensor) -> sensors::CameraSensor {
-    let size = source.size.into();
-    let lens = match &source.lens {
-        Lens::FieldOfView(FieldOfView { x_degrees: Some(x), .. }) => {
-            let aspect = f64::from(source.size[1]) / f64::from(source.size[0]);
-            let half = (f64::from(*x).to_radians() / 2.0).tan() * aspect;
-            sensors::Lens::FieldOfView { y: (2.0 * half.atan()) as f32 }
-        }
-        Lens::FieldOfView(FieldOfView { y_degrees, .. }) => {
-            sensors::Lens::FieldOfView { y: y_degrees.unwrap_or(60.0).to_radians() }
-        }
-        Lens::Pinhole(Pinhole { fx, fy, cx, cy }) => {
-            sensors::Lens::Pinhole(Intrinsics { fx: *fx, fy: *fy, cx: *cx, cy: *cy })
-        }
-        Lens::Orthographic(Orthographic { half_height }) => sensors::Lens::Orthographic { half_height: *half_height },
-    };
-    let far = source.far.unwrap_or(match lens {
-        // A parallel projection has to end somewhere.
-        sensors::Lens::Orthographic { .. } => source.near + 1000.0,
-        _ => f32::INFINITY,
-    });
-    let outputs: CameraOutputs = source.outputs.iter().copied().collect();
-    sensors::CameraSensor { size, lens, near: source.near, far, outputs, samples: source.samples }
 }
 
 /// A scene's classes; those of Cityscapes where it has none of its own.

@@ -12,7 +12,7 @@ use super::things::Thing;
 use crate::renderer::SlotSet;
 use glam::{DAffine3, DQuat, DVec2, DVec3};
 use std::collections::BTreeMap;
-use systems::sensors::CameraSensor;
+use systems::sensors::{CameraSensor, Lens};
 
 /// Pixels between outlines of things that share a picture: levels of detail stand out by less than one.
 const GAP: f64 = 2.0;
@@ -117,6 +117,11 @@ impl Boxes {
         self.layers.iter().map(slots).collect()
     }
 
+    /// How many pictures of what is drawn alone there are.
+    pub fn pictures(&self) -> usize {
+        self.layers.len()
+    }
+
     /// The boxes, when what was to be drawn alone is drawn; `found`: what the pixels of each picture show.
     pub fn finish(mut self, found: impl IntoIterator<Item = Vec<Labels>>) -> Vec<ObjectBox> {
         for (members, found) in self.layers.iter().zip(found) {
@@ -140,7 +145,9 @@ impl Scene<'_> {
         if !in_camera.iter().any(is_near) {
             return None;
         }
-        let before = before_plane(&in_camera, camera.near.into());
+        // What sees to the side and back has no plane that all it sees is before.
+        let sees_around = matches!(camera.lens, Lens::KannalaBrandt { .. });
+        let before = if sees_around { in_camera } else { before_plane(&in_camera, camera.near.into()) };
         let outline = Outline::around(before.into_iter().filter_map(|place| pixel(camera, place)).collect());
         let full = outline.bounds()?;
         let within = outline.within([0.0, 0.0, camera.size.0.into(), camera.size.1.into()]);

@@ -2,15 +2,20 @@
 
 use super::axes::ENTITY_FROM_CAMERA;
 use super::boxes::ObjectBox;
+use super::develop::{develop, is_developed};
 use super::flow::Flow;
 use super::label_table::{LabelTable, Labels};
+use super::lens_map::LensMap;
+use super::pixels::{Pixels, WITH_DEPTH, WITH_RANGE};
 use crate::renderer::{OutputSet, Outputs, Settings, ViewPlan};
 use bevy_ecs::prelude::*;
 use glam::{Affine3A, DAffine3, DVec3, Mat3, Vec3};
 use half::f16;
 use std::collections::BTreeMap;
-use systems::draw::{Intrinsics, View};
-use systems::sensors::{CameraOutput, CameraSensor};
+use std::sync::Arc;
+use systems::draw::{Environment, Intrinsics, View};
+use systems::sensors::philox::Noise;
+use systems::sensors::{CameraOutput, CameraSensor, Lens};
 
 /// What a camera captured. Arrays that were not asked for are empty.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -21,6 +26,10 @@ pub struct CameraCapture {
     pub height: u32,
     /// `None` where the projection is parallel.
     pub intrinsics: Option<Intrinsics>,
+    /// With what bends its picture.
+    pub lens: Lens,
+    /// What linear colours were multiplied by.
+    pub exposure: f32,
     /// 8-bit sRGB, tone-mapped: (H, W, 3).
     pub color: Vec<[u8; 3]>,
     /// Linear, exposed, before the tone map: (H, W, 3).
@@ -49,70 +58,122 @@ pub struct CameraCapture {
     pub flow_back: Flow,
 }
 
-/// How a camera's view is drawn.
-pub(super) fn plan(sensor: &CameraSensor, world_from_camera: &Affine3A, settings: &Settings) -> ViewPlan {
-    let view = View::new(world_from_camera, &sensor.camera(), sensor.size.0, sensor.size.1);
-    use CameraOutput::{Boxes, Class, Color, Depth, Flow, FlowBack, Instance, Linear, Normal, Panoptic, Part, Range};
-    let outputs = OutputSet {
-        color: sensor.outputs.has(Color),
-        linear: sensor.outputs.has(Linear),
-        depth: sensor.outputs.has_any(&[Depth, Range, Flow, FlowBack]),
-        normal: sensor.outputs.has(Normal),
-        id: sensor.outputs.has_any(&[Instance, Part, Class, Panoptic, Boxes, Flow, FlowBack]),
-    };
-    let settings = Settings { samples: sensor.samples, outputs, few_on_cpu: true, ..*settings }.for_files();
-    ViewPlan { view, settings }
+/// How a camera is drawn.
+pub(super) struct CameraPlan {
+    /// As its picture; of a lens that bends, as if it did not.
+    whole: ViewPlan,
+    /// Of a lens that bends.
+    map: Option<Arc<LensMap>>,
 }
 
-/// How the things of some slots are drawn alone in a camera's view, for their pixels to be counted.
-pub(super) fn plan_alone(ViewPlan { view, settings }: &ViewPlan) -> ViewPlan {
-    let outputs = OutputSet { id: true, ..OutputSet::NONE };
-    ViewPlan { view: view.clone(), settings: Settings { samples: 1, outputs, ..*settings } }
-}
+impl CameraPlan {
+    /// For a camera, which has a map if its lens bends.
+    pub fn new(
+        sensor: &CameraSensor,
+        world_from_camera: &Affine3A,
+        settings: &Settings,
+        map: Option<Arc<LensMap>>,
+    ) -> Self {
+        let view = View::new(world_from_camera, &sensor.camera(), sensor.size.0, sensor.size.1);
+        use CameraOutput::{Boxes, Class, Color, Flow, FlowBack, Instance, Linear, Normal, Panoptic, Part};
+        let color = sensor.outputs.has(Color);
+        let outputs = OutputSet {
+            color: color && !is_developed(sensor),
+            linear: sensor.outputs.has(Linear) || color && is_developed(sensor),
+            depth: sensor.outputs.has_any(&WITH_DEPTH),
+            normal: sensor.outputs.has(Normal),
+            id: sensor.outputs.has_any(&[Instance, Part, Class, Panoptic, Boxes, Flow, FlowBack]),
+        };
+        let settings = Settings { samples: sensor.samples, outputs, few_on_cpu: true, ..*settings }.for_files();
+        Self { whole: ViewPlan { view, settings }, map }
+    }
 
-/// From camera axes, X right, Y down, Z forward, to the scene's coordinates, whose `origin` the world's count from.
-pub(super) fn world_from_camera(view: &View, origin: DVec3) -> DAffine3 {
-    let Affine3A { matrix3, translation } = view.world_from_view;
-    DAffine3 {
-        matrix3: Mat3::from(matrix3).as_dmat3() * ENTITY_FROM_CAMERA,
-        translation: translation.as_dvec3() + origin,
+    /// The views that are drawn for it.
+    pub fn views(&self) -> Vec<ViewPlan> {
+        self.map.as_ref().map_or_else(|| vec![self.whole.clone()], |map| map.plans(&self.whole))
+    }
+
+    /// The same camera for things that are drawn alone, for their pixels to be counted.
+    pub fn alone(&self) -> Self {
+        let outputs = OutputSet { id: true, ..OutputSet::NONE };
+        let ViewPlan { view, settings } = &self.whole;
+        let settings = Settings { samples: 1, outputs, ..*settings };
+        Self { whole: ViewPlan { view: view.clone(), settings }, map: self.map.clone() }
+    }
+
+    /// From camera axes, X right, Y down, Z forward, to the scene's coordinates, whose `origin` the world's count from.
+    pub fn world_from_camera(&self, origin: DVec3) -> DAffine3 {
+        let Affine3A { matrix3, translation } = self.whole.view.world_from_view;
+        let matrix3 = Mat3::from(matrix3).as_dmat3() * ENTITY_FROM_CAMERA;
+        DAffine3 { matrix3, translation: translation.as_dvec3() + origin }
+    }
+
+    /// Where the pixels are in what is drawn, of a lens that bends.
+    pub fn map(&self) -> Option<&LensMap> {
+        self.map.as_deref()
+    }
+
+    /// Entity indices plus 1 of the pixels of what its views drew.
+    pub fn ids(&self, drawn: &[Outputs]) -> Vec<u32> {
+        match &self.map {
+            Some(map) => map.ids(drawn),
+            None => drawn.iter().flat_map(Outputs::ids).collect(),
+        }
+    }
+
+    /// The pixels of what these drew, and their exposure.
+    fn pixels(
+        &self,
+        sensor: &CameraSensor,
+        drawn: &[Outputs],
+        environment: &Environment,
+        noise: Noise,
+    ) -> (Pixels, f32) {
+        let mut pixels = match (&self.map, drawn) {
+            (Some(map), _) => map.resample(sensor, drawn),
+            (None, [drawn, ..]) => Pixels::of_view(sensor, drawn),
+            (None, []) => Pixels::default(),
+        };
+        let mut exposure = environment.exposure;
+        if is_developed(sensor) {
+            let tone_map = self.whole.settings.debug.tone_map(environment);
+            exposure = develop(&mut pixels, sensor, (exposure, tone_map), noise);
+        }
+        (pixels, exposure)
     }
 }
 
-/// What a camera gives of what its view drew, and what each pixel shows.
+/// What a camera gives of what its views drew, and the noise that is its own; and what each pixel shows.
 pub(super) fn capture(
     sensor: &CameraSensor,
-    view: &View,
-    drawn: &Outputs,
+    (plan, drawn): (&CameraPlan, &[Outputs]),
     labels: &mut LabelTable,
     world: &World,
+    noise: Noise,
 ) -> (CameraCapture, Vec<Labels>) {
     let (width, height) = sensor.size;
     let has = |output| sensor.outputs.has(output);
-    let intrinsics = sensor.intrinsics();
-    let depth = drawn.depths();
-    let mut capture = CameraCapture { width, height, intrinsics, ..CameraCapture::default() };
-    if let Some(picture) = drawn.picture.as_ref().filter(|_| has(CameraOutput::Color)) {
-        capture.color = picture.pixels().map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
-    }
+    let (pixels, exposure) = plan.pixels(sensor, drawn, world.resource::<Environment>(), noise);
+    let (intrinsics, lens, color) = (sensor.intrinsics(), sensor.lens, pixels.color);
+    let mut capture = CameraCapture { width, height, intrinsics, lens, exposure, color, ..CameraCapture::default() };
     if has(CameraOutput::Linear) {
-        capture.linear = drawn.linear().into_iter().map(|[r, g, b, _]| [r, g, b]).collect();
+        capture.linear = pixels.linear;
+    }
+    if has(CameraOutput::Depth) {
+        capture.depth = pixels.depth;
     }
     // Flow goes by it, too.
-    if sensor.outputs.has_any(&[CameraOutput::Range, CameraOutput::Flow, CameraOutput::FlowBack]) {
-        capture.range = ranges(&depth, width, intrinsics);
+    if sensor.outputs.has_any(&WITH_RANGE) {
+        capture.range = pixels.range;
     }
     if has(CameraOutput::Normal) {
         // From world axes to X right, Y down, Z forward.
-        let camera_from_world =
-            Mat3::from_diagonal(Vec3::new(1.0, -1.0, -1.0)) * Mat3::from(view.world_from_view.matrix3).transpose();
+        let world_from_view = Mat3::from(plan.whole.view.world_from_view.matrix3);
+        let camera_from_world = Mat3::from_diagonal(Vec3::new(1.0, -1.0, -1.0)) * world_from_view.transpose();
         let turned = |normal: [f32; 3]| (camera_from_world * Vec3::from(normal)).normalize_or_zero().to_array();
-        capture.normal = drawn.normals().into_iter().map(turned).collect();
+        capture.normal = pixels.normal.into_iter().map(turned).collect();
     }
-    if has(CameraOutput::Depth) {
-        capture.depth = depth;
-    }
-    let found: Vec<Labels> = drawn.ids().map(|id| labels.labels(world, id)).collect();
+    let found = labels.of_ids(world, pixels.id);
     if has(CameraOutput::Instance) {
         capture.instance = found.iter().map(|labels| labels.instance).collect();
     }
@@ -126,19 +187,6 @@ pub(super) fn capture(
         capture.panoptic = panoptic(&found);
     }
     (capture, found)
-}
-
-/// Depth · ‖K⁻¹ (u, v, 1)‖.
-fn ranges(depth: &[f32], width: u32, intrinsics: Option<Intrinsics>) -> Vec<f32> {
-    let Some(intrinsics) = intrinsics else { return depth.to_vec() };
-    let rows = depth.chunks(width.max(1) as usize).zip(0_u32..);
-    rows.flat_map(|(row, v)| {
-        row.iter().zip(0_u32..).map(move |(&depth, u)| {
-            let stretch = intrinsics.direction(f64::from(u), f64::from(v)).length();
-            (f64::from(depth) * stretch) as f32
-        })
-    })
-    .collect()
 }
 
 /// Classes and instances in one number.

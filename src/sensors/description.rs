@@ -5,13 +5,14 @@
 
 use super::axes::{ENTITY_FROM_CAMERA, ENTITY_FROM_LIDAR};
 use super::suite::{Due, nanoseconds, sensor_names};
+use crate::export::ros::Distortion;
 use bevy_ecs::prelude::*;
 use glam::DMat4;
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 use systems::draw::Intrinsics;
 use systems::ecs::clock::Clock;
-use systems::sensors::{CameraOutput, CameraSensor, Classes, LidarSensor, Sensor, SensorKind};
+use systems::sensors::{CameraOutput, CameraSensor, Classes, Lens, LidarSensor, Sensor, SensorKind};
 use systems::space::origin::Origin;
 
 /// Of the file's form.
@@ -78,6 +79,8 @@ pub(super) fn of_sensors(
 
 fn of_camera(camera: &CameraSensor) -> Value {
     let outputs = camera.outputs.iter().map(|(name, output)| (name.to_owned(), of_output(output)));
+    let distortion = Distortion::of(&camera.lens);
+    let (model, coefficients) = distortion.parts();
     json!({
         "kind": "camera",
         "width": camera.size.0,
@@ -86,10 +89,16 @@ fn of_camera(camera: &CameraSensor) -> Value {
             let k = intrinsics.matrix();
             [0, 1, 2].map(|row| k.row(row).to_array())
         }),
-        "D": [],
-        "distortion_model": "plumb_bob",
+        "D": coefficients,
+        "distortion_model": model,
+        "largest_angle": match camera.lens {
+            Lens::KannalaBrandt { largest_angle, .. } => Some(largest_angle),
+            _ => None,
+        },
         "near": camera.near,
         "far": camera.far.is_finite().then_some(camera.far),
+        "exposure": camera.exposure,
+        "noise": camera.noise,
         "axes": "X right, Y down, Z forward",
         "entity_from_sensor": rows(&DMat4::from_mat3(ENTITY_FROM_CAMERA)),
         "outputs": outputs.collect::<serde_json::Map<_, _>>(),

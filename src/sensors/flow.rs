@@ -10,6 +10,7 @@
 //! The sky is infinitely far: it moves as the camera turns, and not as it moves.
 
 use super::drawn_parts::Places;
+use super::lens_map::LensMap;
 use glam::{DAffine3, DVec2, DVec3};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -53,8 +54,8 @@ pub(super) struct FlowFrame {
     pub part: Vec<u32>,
 }
 
-/// The flow of the pixels of one picture into another of the same camera.
-pub(super) fn flow(camera: &CameraSensor, from: &FlowFrame, to: &FlowFrame) -> Flow {
+/// The flow of the pixels of one picture into another of the same camera; `map`: of a lens that bends.
+pub(super) fn flow(camera: &CameraSensor, map: Option<&LensMap>, from: &FlowFrame, to: &FlowFrame) -> Flow {
     let width = camera.size.0 as usize;
     let camera_from_world = to.world_from_camera.inverse();
     // By number, from one camera's axes to the other's.
@@ -68,6 +69,12 @@ pub(super) fn flow(camera: &CameraSensor, from: &FlowFrame, to: &FlowFrame) -> F
         });
     }
     let has_center = camera.intrinsics().is_some();
+    // What a pixel shows, so far away.
+    let point = |u: usize, v: usize, range: f64| match map {
+        // Known, and as exact as a float is of a pixel; to find it anew takes a search.
+        Some(map) => Some(map.direction(v * width + u)?.normalize() * range),
+        None => camera.unproject(u as f64, v as f64, range),
+    };
     let pixels = from.part.len();
     let mut flow = Flow { pixels: vec![[0.0; 2]; pixels], flags: vec![0; pixels] };
     let rows = flow.pixels.chunks_mut(width).zip(flow.flags.chunks_mut(width)).enumerate();
@@ -79,10 +86,10 @@ pub(super) fn flow(camera: &CameraSensor, from: &FlowFrame, to: &FlowFrame) -> F
             let is_sky = part == 0;
             let place = if is_sky {
                 // Where the projection is parallel, nothing tells where it is.
-                has_center.then(|| still.transform_vector3(camera.unproject(at.x, at.y, 1.0)))
+                point(u, v, 1.0).filter(|_| has_center).map(|ahead| still.transform_vector3(ahead))
             } else {
-                let moved = moves.get(&part).copied().flatten();
-                moved.map(|moved| moved.transform_point3(camera.unproject(at.x, at.y, range.into())))
+                let moved = moves.get(&part).copied().flatten().zip(point(u, v, range.into()));
+                moved.map(|(moved, point)| moved.transform_point3(point))
             };
             let Some((place, found)) = place.and_then(|place| Some((place, camera.project(place)?))) else { continue };
             shifts[u] = (found - at).as_vec2().to_array();

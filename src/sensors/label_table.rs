@@ -42,6 +42,11 @@ impl LabelTable {
         self.capture += 1;
     }
 
+    /// The labels of each of a picture's pixels.
+    pub fn of_ids(&mut self, world: &World, ids: Vec<u32>) -> Vec<Labels> {
+        ids.into_iter().map(|id| self.labels(world, id)).collect()
+    }
+
     /// The labels of a drawn entity, by its index plus 1; none of 0.
     pub fn labels(&mut self, world: &World, id: u32) -> Labels {
         let Some(index) = id.checked_sub(1) else { return Labels::default() };

@@ -102,7 +102,7 @@ impl SensorLog {
             self.log.write(&topic(name), header.nanoseconds, &Image { header, size, pixels })?;
         }
         let Some(k) = camera.intrinsics else { return Ok(()) };
-        let distortion = Distortion::PlumbBob([0.0; 5]);
+        let distortion = Distortion::of(&camera.lens);
         let info = CameraInfo { header, size, intrinsics: [k.fx, k.fy, k.cx, k.cy], distortion };
         self.log.write(&topic("camera_info"), header.nanoseconds, &info)
     }

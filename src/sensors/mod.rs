@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! suite          the sensors of a world by name, and what it takes to capture them
-//! camera         what a camera gives, made of what its view drew
+//! camera         what a camera gives, made of the pixels that its view drew; of a lens that bends, of faces (lens_map)
+//!                whose pixels are re-sampled (resample) and developed on the CPU
 //! lidar          the beams of a lidar through what is drawn, into arrays
 //! rays           what the last frame draws, as rays meet it: a tree over the boxes of objects, and one for each mesh
 //!                (ray_meshes); with colours and masks (texels)
@@ -41,18 +42,22 @@ mod boxes;
 mod camera;
 mod dataset;
 mod description;
+mod develop;
 mod drawn_parts;
 mod files;
 mod flow;
 mod label_table;
+mod lens_map;
 pub mod lidar;
 mod log;
 mod log_boxes;
 mod manifest;
 mod outer_vertices;
 mod outline;
+mod pixels;
 mod ray_meshes;
 mod rays;
+mod resample;
 mod suite;
 mod texels;
 mod things;

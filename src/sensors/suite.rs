@@ -1,10 +1,11 @@
 //! The sensors of a world, captured together.
 
-use super::camera::{self, CameraCapture};
+use super::camera::{self, CameraCapture, CameraPlan};
 use super::label_table::{LabelTable, MOST_ABOVE, number};
+use super::lens_map::LensMaps;
 use super::lidar::{self, LidarScan, Pose};
 use super::rays::{RayScene, RayWarnings};
-use super::tracking::{self, TrackedCamera, Tracker};
+use super::tracking::{TrackedCamera, Tracker};
 use crate::name;
 use crate::renderer::{Gpu, RenderError, Renderer, Settings, ViewBatches, ViewPlan};
 use bevy_ecs::name::Name;
@@ -26,6 +27,7 @@ pub struct SensorSuite {
     renderer: Renderer,
     batches: ViewBatches,
     labels: LabelTable,
+    lenses: LensMaps,
     rays: RayScene,
     warnings: RayWarnings,
     /// Where lidars that sweep were when they were due last.
@@ -134,6 +136,7 @@ impl SensorSuite {
             renderer: Renderer::new(gpu),
             batches: ViewBatches::default(),
             labels: LabelTable::default(),
+            lenses: LensMaps::default(),
             rays: RayScene::default(),
             warnings: RayWarnings::default(),
             poses: HashMap::new(),
@@ -167,34 +170,41 @@ impl SensorSuite {
     /// # Errors
     /// [`RenderError`].
     pub(super) fn capture_due(&mut self, simulation: &mut Simulation, due: Vec<Due>) -> Result<Capture, RenderError> {
-        let plans: Vec<ViewPlan> = due.iter().filter_map(|due| due.plan(&self.settings)).collect();
-        let Self { renderer, batches, labels, rays, warnings, tracker, .. } = self;
-        let drawn = simulation.with_frame(|frame| renderer.draw_views(frame, batches, &plans))?;
+        let Self { settings, renderer, batches, labels, lenses, rays, warnings, tracker, .. } = self;
+        let plans = due.iter().filter_map(|due| due.plan(settings, lenses).transpose());
+        let plans: Vec<CameraPlan> = plans.collect::<Result<_, _>>()?;
+        let views: Vec<Vec<ViewPlan>> = plans.iter().map(CameraPlan::views).collect();
+        let drawn = simulation.with_frame(|frame| renderer.draw_views(frame, batches, &views.concat()))?;
         labels.begin();
         let tracked = tracker.look(simulation, labels, due.iter().map(|due| &due.sensor));
         let world = &simulation.world;
         let (origin, seed) = (world.resource::<Origin>().0, world.resource::<Seed>().0);
         let Clock { step, step_seconds, .. } = *world.resource::<Clock>();
         *warnings = RayWarnings::default();
-        let mut views = plans.iter().zip(&drawn);
+        let mut plans = plans.iter().zip(views);
+        let mut drawn = &drawn[..];
         let mut sensors: Vec<SensorCapture> = Vec::new();
         // Which sensor's boxes, and how things are drawn alone for them.
         let mut boxes_of = Vec::new();
         for due in due {
+            let noise = Noise::new(seed, number(world, due.entity).into(), step);
             let data = match &due.sensor.kind {
                 SensorKind::Camera(camera) => {
-                    let Some((plan, drawn)) = views.next() else { continue };
-                    let (mut capture, found) = camera::capture(camera, &plan.view, drawn, labels, world);
+                    let Some((plan, views)) = plans.next() else { continue };
+                    let (own, others) = drawn.split_at(views.len().min(drawn.len()));
+                    drawn = others;
+                    let (mut capture, found) = camera::capture(camera, (plan, own), labels, world, noise);
                     if let Some(tracked) = &tracked {
                         let camera = TrackedCamera {
                             entity: due.entity,
                             every: due.sensor.every,
                             camera,
-                            world_from_camera: camera::world_from_camera(&plan.view, origin),
+                            map: plan.map(),
+                            world_from_camera: plan.world_from_camera(origin),
                             mounted_on: mounted_on(world, due.entity).map(|above| number(world, above)),
                         };
                         let boxes = tracker.track(tracked, &camera, &mut capture, &found);
-                        boxes_of.extend(boxes.map(|boxes| (sensors.len(), camera::plan_alone(plan), boxes)));
+                        boxes_of.extend(boxes.map(|boxes| (sensors.len(), plan.alone(), boxes)));
                     }
                     SensorData::Camera(capture)
                 }
@@ -204,7 +214,6 @@ impl SensorSuite {
                     *warnings = warnings.with(rays.warnings());
                     let before = step.saturating_sub(due.sensor.every.into());
                     let columns = lidar.columns_between(before, step, step_seconds);
-                    let noise = Noise::new(seed, number(world, due.entity).into(), step);
                     let scan = lidar::scan(rays, lidar, &due.poses, columns, noise);
                     let of_beams = scan.entity.iter().map(|entity| labels.labels(world, entity.wrapping_add(1)));
                     let (instance, class) = of_beams.map(|labels| (labels.instance, labels.class)).unzip();
@@ -215,18 +224,23 @@ impl SensorSuite {
             sensors.push(SensorCapture { entity: due.entity, name: due.name, world_from_sensor, data });
         }
         if let Some(tracked) = tracked {
-            let sets: Vec<_> = boxes_of.iter().map(|(_, _, boxes)| tracked.drawn_alone(boxes)).collect();
-            let plans = boxes_of.iter().zip(&sets).flat_map(|((_, plan, _), sets)| sets.iter().map(|_| plan.clone()));
-            let plans: Vec<ViewPlan> = plans.collect();
-            let (only, counts): (Vec<_>, Vec<_>) =
-                (sets.iter().flatten().cloned().collect(), sets.iter().map(Vec::len).collect());
+            let (mut plans, mut only) = (Vec::new(), Vec::new());
+            for (_, plan, boxes) in &boxes_of {
+                for set in tracked.drawn_alone(boxes) {
+                    let views = plan.views();
+                    only.extend(views.iter().map(|_| set.clone()));
+                    plans.extend(views);
+                }
+            }
             let drawn = simulation.with_frame(|frame| renderer.draw_alone(frame, batches, (&plans, &only)))?;
             let mut drawn = &drawn[..];
-            for ((sensor, _, boxes), count) in boxes_of.into_iter().zip(counts) {
-                let (own, rest) = drawn.split_at(count);
+            for (sensor, plan, boxes) in boxes_of {
+                let views = plan.views().len();
+                let (own, rest) = drawn.split_at((boxes.pictures() * views).min(drawn.len()));
                 drawn = rest;
+                let found = own.chunks(views).map(|own| labels.of_ids(&simulation.world, plan.ids(own)));
                 if let SensorData::Camera(capture) = &mut sensors[sensor].data {
-                    capture.boxes = tracking::finish(boxes, own, labels, &simulation.world);
+                    capture.boxes = boxes.finish(found);
                 }
             }
             tracker.forget(&simulation.world);
@@ -272,6 +286,7 @@ impl SensorSuite {
             }
         }
         self.poses.retain(|entity, _| world.get_entity(*entity).is_ok());
+        self.lenses.retain(world);
         due
     }
 
@@ -304,10 +319,12 @@ impl Due {
         self.poses.map(|pose| DAffine3::from_rotation_translation(pose.rotation, pose.translation + origin))
     }
 
-    /// How a camera's view is drawn.
-    fn plan(&self, settings: &Settings) -> Option<ViewPlan> {
-        let SensorKind::Camera(camera) = &self.sensor.kind else { return None };
-        Some(camera::plan(camera, &self.world_from_entity, settings))
+    /// How a camera is drawn.
+    fn plan(&self, settings: &Settings, lenses: &mut LensMaps) -> Result<Option<CameraPlan>, RenderError> {
+        let SensorKind::Camera(camera) = &self.sensor.kind else { return Ok(None) };
+        let checked = camera.check_light().and_then(|()| lenses.of(self.entity, camera));
+        let map = checked.map_err(|reason| RenderError::Camera { sensor: self.name.clone(), reason })?;
+        Ok(Some(CameraPlan::new(camera, &self.world_from_entity, settings, map)))
     }
 }
 

@@ -1,13 +1,14 @@
 //! What boxes and optical flow of cameras take beside their own pictures: where everything is that is drawn, and where
 //! it was when the camera was due before.
 
-use super::boxes::{Boxes, ObjectBox, Scene};
+use super::boxes::{Boxes, Scene};
 use super::camera::CameraCapture;
 use super::drawn_parts::{DrawnParts, Places};
 use super::flow::{FlowFrame, flow};
 use super::label_table::{LabelTable, Labels};
+use super::lens_map::LensMap;
 use super::things::{OuterVertices, Thing, things};
-use crate::renderer::{Outputs, SlotSet};
+use crate::renderer::SlotSet;
 use bevy_ecs::prelude::*;
 use glam::DAffine3;
 use std::collections::HashMap;
@@ -37,6 +38,8 @@ pub(super) struct TrackedCamera<'a> {
     pub entity: Entity,
     pub every: u32,
     pub camera: &'a CameraSensor,
+    /// Of a lens that bends.
+    pub map: Option<&'a LensMap>,
     /// From camera axes, X right, Y down, Z forward, to the scene's coordinates.
     pub world_from_camera: DAffine3,
     /// The number of the thing that it is on.
@@ -72,7 +75,7 @@ impl Tracker {
         capture: &mut CameraCapture,
         found: &[Labels],
     ) -> Option<Boxes> {
-        let &TrackedCamera { entity, every, camera, world_from_camera, mounted_on } = camera;
+        let &TrackedCamera { entity, every, camera, map, world_from_camera, mounted_on } = camera;
         let has = |output| camera.outputs.has(output);
         let (has_flow, has_flow_back, has_boxes) =
             (has(CameraOutput::Flow), has(CameraOutput::FlowBack), has(CameraOutput::Boxes));
@@ -89,8 +92,9 @@ impl Tracker {
         let before = self.before.get(&entity).filter(|(step, _)| Some(*step) == due_before).map(|(_, before)| before);
         if let Some(before) = before {
             let is_alike = before.part.len() == now.part.len();
-            capture.flow = if has_flow && is_alike { flow(camera, before, &now) } else { Default::default() };
-            capture.flow_back = if has_flow_back && is_alike { flow(camera, &now, before) } else { Default::default() };
+            capture.flow = if has_flow && is_alike { flow(camera, map, before, &now) } else { Default::default() };
+            capture.flow_back =
+                if has_flow_back && is_alike { flow(camera, map, &now, before) } else { Default::default() };
         }
         let boxes = has_boxes.then(|| {
             let seconds = f64::from(every) * tracked.step_seconds;
@@ -117,9 +121,4 @@ impl Tracked {
     pub fn drawn_alone(&self, boxes: &Boxes) -> Vec<Arc<SlotSet>> {
         boxes.drawn_alone(&self.things).into_iter().map(Arc::new).collect()
     }
-}
-
-/// The boxes, when what they need alone is drawn.
-pub(super) fn finish(boxes: Boxes, drawn: &[Outputs], labels: &mut LabelTable, world: &World) -> Vec<ObjectBox> {
-    boxes.finish(drawn.iter().map(|drawn| drawn.ids().map(|id| labels.labels(world, id)).collect()))
 }

@@ -6,7 +6,8 @@
 //! of its components when it is read, and `batches` lists the pages. A renderer reads a frame as [`FrameData`], with
 //! what casts shadows (`shadow_casters`).
 //! Objects that lack their mesh, material or place wait as `incomplete`; large ones are drawn in [`pieces`]. [`hooks`]
-//! take what goes out of all these tables. A [`View`] is a [`Camera`] at a place, under an [`Environment`].
+//! take what goes out of all these tables. A [`View`] is a [`Camera`] at a place, under an [`Environment`],
+//! whose [`ToneMap`] has its curves on the CPU, too (`tone`).
 
 pub(crate) mod batches;
 pub(crate) mod camera;
@@ -24,6 +25,7 @@ pub(crate) mod pages;
 pub mod pieces;
 pub(crate) mod records;
 pub(crate) mod shadow_casters;
+mod tone;
 pub(crate) mod view;
 
 pub use batches::{BlendedRun, sort_transparent, update_batches};

@@ -1,11 +1,11 @@
 //! What sensors are as components: kind, rate, lens and outputs.
 
+use super::exposure::{Exposure, ImageNoise};
 use super::lidar::LidarSensor;
 use crate::draw::camera::{Camera, Projection};
 use crate::draw::intrinsics::Intrinsics;
 use crate::space::transform::Transform;
 use bevy_ecs::prelude::*;
-use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
 /// Makes an entity a sensor. Its place is the entity's; what it is mounted on is above it.
@@ -78,6 +78,10 @@ pub struct CameraSensor {
     pub outputs: CameraOutputs,
     /// Of colours, per pixel: 1 or 4. All else has one, in the middle of the pixel.
     pub samples: u32,
+    /// How much light its colours take.
+    pub exposure: Exposure,
+    /// What is not light in its colours.
+    pub noise: Option<ImageNoise>,
 }
 
 impl Default for CameraSensor {
@@ -89,6 +93,8 @@ impl Default for CameraSensor {
             far: f32::INFINITY,
             outputs: CameraOutputs::default().with(CameraOutput::Color),
             samples: 4,
+            exposure: Exposure::Scene,
+            noise: None,
         }
     }
 }
@@ -100,51 +106,25 @@ impl CameraSensor {
         Self { outputs: self.outputs.with(output), ..self }
     }
 
-    /// As it is drawn.
+    /// As it is drawn; of a lens that bends, the picture that it would have if it did not.
     pub fn camera(&self) -> Camera {
         let projection = match self.lens {
             Lens::FieldOfView { y } => Projection::Perspective { fov_y: y, aspect: None },
-            Lens::Pinhole(intrinsics) => Projection::Pinhole { intrinsics, size: self.size },
+            Lens::Pinhole(intrinsics)
+            | Lens::BrownConrady { intrinsics, .. }
+            | Lens::KannalaBrandt { intrinsics, .. } => Projection::Pinhole { intrinsics, size: self.size },
             Lens::Orthographic { half_height } => Projection::Orthographic { half_height, aspect: None },
         };
         Camera { projection, near: self.near, far: self.far }
-    }
-
-    /// The pixel (u, v) of a place in camera axes, X right, Y down, Z forward, metres. Centres of pixels are integers.
-    /// `None` of what is not before the camera.
-    pub fn project(&self, camera: DVec3) -> Option<DVec2> {
-        let Some(k) = self.intrinsics() else {
-            return Some(self.middle() + self.pixels_per_metre() * camera.truncate());
-        };
-        let at = camera.truncate() / camera.z;
-        (camera.z > 0.0).then(|| DVec2::new(k.fx * at.x + k.cx, k.fy * at.y + k.cy))
-    }
-
-    /// The place in camera axes that a pixel (u, v) shows, `range` metres from the optical centre; where the projection
-    /// is parallel, as far along the axis.
-    pub fn unproject(&self, u: f64, v: f64, range: f64) -> DVec3 {
-        match self.intrinsics() {
-            Some(intrinsics) => intrinsics.direction(u, v).normalize() * range,
-            None => ((DVec2::new(u, v) - self.middle()) / self.pixels_per_metre()).extend(range),
-        }
-    }
-
-    /// The pixel in the middle of the picture.
-    fn middle(&self) -> DVec2 {
-        (DVec2::new(self.size.0.into(), self.size.1.into()) - 1.0) / 2.0
-    }
-
-    /// Of a parallel projection; 0 of others.
-    fn pixels_per_metre(&self) -> f64 {
-        let Lens::Orthographic { half_height } = self.lens else { return 0.0 };
-        f64::from(self.size.1) / (2.0 * f64::from(half_height))
     }
 
     /// Its intrinsics, for its size; `None` where the projection is parallel.
     pub fn intrinsics(&self) -> Option<Intrinsics> {
         match self.lens {
             Lens::FieldOfView { y } => Some(Intrinsics::from_fov_y(y.into(), self.size.0, self.size.1)),
-            Lens::Pinhole(intrinsics) => Some(intrinsics),
+            Lens::Pinhole(intrinsics)
+            | Lens::BrownConrady { intrinsics, .. }
+            | Lens::KannalaBrandt { intrinsics, .. } => Some(intrinsics),
             Lens::Orthographic { .. } => None,
         }
     }
@@ -160,6 +140,22 @@ pub enum Lens {
     },
     /// Perspective with any focal lengths and principal point.
     Pinhole(Intrinsics),
+    /// Perspective bent by the lens of Brown and Conrady, with OpenCV's coefficients.
+    BrownConrady {
+        /// Of what is not bent yet.
+        intrinsics: Intrinsics,
+        /// k1, k2, p1, p2, k3, k4, k5, k6.
+        coefficients: [f64; 8],
+    },
+    /// A fisheye of Kannala and Brandt, with OpenCV's coefficients.
+    KannalaBrandt {
+        /// Focal lengths in pixels a radian near the axis.
+        intrinsics: Intrinsics,
+        /// k1, k2, k3, k4.
+        coefficients: [f64; 4],
+        /// From the axis, radians, at most π: what is beyond is not seen.
+        largest_angle: f64,
+    },
     /// Parallel.
     Orthographic {
         /// Half the height of the visible box, metres.

@@ -5,6 +5,7 @@ use super::super::cdr::Encoder;
 use super::super::{check_count, pixels_of, unfit};
 use super::{Header, Message};
 use std::io::Result;
+use systems::sensors::Lens;
 
 /// The values of a picture, rows from the top.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,7 +80,23 @@ pub enum Distortion {
 }
 
 impl Distortion {
-    fn parts(&self) -> (&'static str, &[f64]) {
+    /// Of a camera's lens.
+    pub fn of(lens: &Lens) -> Self {
+        match *lens {
+            Lens::BrownConrady { coefficients: [k1, k2, p1, p2, k3, k4, k5, k6], .. } => {
+                if [k4, k5, k6] == [0.0; 3] {
+                    Self::PlumbBob([k1, k2, p1, p2, k3])
+                } else {
+                    Self::RationalPolynomial([k1, k2, p1, p2, k3, k4, k5, k6])
+                }
+            }
+            Lens::KannalaBrandt { coefficients, .. } => Self::Equidistant(coefficients),
+            Lens::FieldOfView { .. } | Lens::Pinhole(_) | Lens::Orthographic { .. } => Self::PlumbBob([0.0; 5]),
+        }
+    }
+
+    /// The model's name, and its coefficients.
+    pub fn parts(&self) -> (&'static str, &[f64]) {
         match self {
             Self::PlumbBob(d) => ("plumb_bob", d),
             Self::RationalPolynomial(d) => ("rational_polynomial", d),
