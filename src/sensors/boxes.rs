@@ -5,7 +5,7 @@
 //! is drawn once more without what is in front of it, with the same pixels, and these are counted. Things whose outlines
 //! are apart share such a picture.
 
-use super::label_table::Labels;
+use super::label_table::LabelRuns;
 use super::lidar::Pose;
 use super::outline::{Outline, before_plane};
 use super::things::Thing;
@@ -81,7 +81,7 @@ pub(super) struct Boxes {
 
 impl Boxes {
     /// Those of a camera; `found`: what its pixels show.
-    pub fn of(camera: &CameraSensor, scene: &Scene, found: &[Labels]) -> Self {
+    pub fn of(camera: &CameraSensor, scene: &Scene, found: &LabelRuns) -> Self {
         let seen = count(found, camera.size.0);
         let mut boxes = Vec::new();
         // What a picture has of a thing alone is within its outline.
@@ -123,7 +123,7 @@ impl Boxes {
     }
 
     /// The boxes, when what was to be drawn alone is drawn; `found`: what the pixels of each picture show.
-    pub fn finish(mut self, found: impl IntoIterator<Item = Vec<Labels>>) -> Vec<ObjectBox> {
+    pub fn finish(mut self, found: impl IntoIterator<Item = LabelRuns>) -> Vec<ObjectBox> {
         for (members, found) in self.layers.iter().zip(found) {
             let alone = count(&found, 1);
             for &member in members {
@@ -224,22 +224,25 @@ impl Seen {
 }
 
 /// The pixels of each thing, by its number.
-fn count(found: &[Labels], width: u32) -> BTreeMap<u32, Seen> {
+fn count(found: &LabelRuns, width: u32) -> BTreeMap<u32, Seen> {
+    let width = width.max(1) as usize;
     let mut seen: BTreeMap<u32, Seen> = BTreeMap::new();
-    for (row, v) in found.chunks(width.max(1) as usize).zip(0..) {
-        let mut u = 0;
-        // Neighbours are mostly of one thing.
-        for run in row.chunk_by(|a, b| a.instance == b.instance) {
-            let length = run.len() as u32;
-            if run[0].instance != 0 {
-                let new = Seen { pixels: 0, low: [u, v], high: [u, v] };
-                let seen = seen.entry(run[0].instance).or_insert(new);
-                seen.pixels += length;
-                seen.low = [seen.low[0].min(u), seen.low[1].min(v)];
-                seen.high = [seen.high[0].max(u + length - 1), seen.high[1].max(v)];
-            }
-            u += length;
+    let mut end = 0;
+    for (labels, pixels) in &found.0 {
+        let (start, last) = (end, end + pixels - 1);
+        end += pixels;
+        if labels.instance == 0 {
+            continue;
         }
+        let [(top, left), (bottom, right)] =
+            [start, last].map(|pixel| ((pixel / width) as u32, (pixel % width) as u32));
+        // What goes on in the next row reaches both of its ends.
+        let [left, right] = if top == bottom { [left, right] } else { [0, width as u32 - 1] };
+        let new = Seen { pixels: 0, low: [left, top], high: [right, bottom] };
+        let seen = seen.entry(labels.instance).or_insert(new);
+        seen.pixels += *pixels as u32;
+        seen.low = [seen.low[0].min(left), seen.low[1].min(top)];
+        seen.high = [seen.high[0].max(right), seen.high[1].max(bottom)];
     }
     seen
 }

@@ -4,7 +4,7 @@ use super::axes::ENTITY_FROM_CAMERA;
 use super::boxes::ObjectBox;
 use super::develop::{develop, is_developed};
 use super::flow::Flow;
-use super::label_table::{LabelTable, Labels};
+use super::label_table::{LabelRuns, LabelTable, Labels};
 use super::lens_map::LensMap;
 use super::pixels::{Pixels, WITH_DEPTH, WITH_RANGE};
 use crate::renderer::{OutputSet, Outputs, Settings, ViewPlan};
@@ -150,7 +150,7 @@ pub(super) fn capture(
     labels: &mut LabelTable,
     world: &World,
     noise: Noise,
-) -> (CameraCapture, Vec<Labels>) {
+) -> (CameraCapture, LabelRuns) {
     let (width, height) = sensor.size;
     let has = |output| sensor.outputs.has(output);
     let (pixels, exposure) = plan.pixels(sensor, drawn, world.resource::<Environment>(), noise);
@@ -173,15 +173,15 @@ pub(super) fn capture(
         let turned = |normal: [f32; 3]| (camera_from_world * Vec3::from(normal)).normalize_or_zero().to_array();
         capture.normal = pixels.normal.into_iter().map(turned).collect();
     }
-    let found = labels.of_ids(world, pixels.id);
+    let found = labels.runs(world, &pixels.id);
     if has(CameraOutput::Instance) {
-        capture.instance = found.iter().map(|labels| labels.instance).collect();
+        capture.instance = found.each(|labels| labels.instance);
     }
     if has(CameraOutput::Part) {
-        capture.part = found.iter().map(|labels| labels.part).collect();
+        capture.part = found.each(|labels| labels.part);
     }
     if has(CameraOutput::Class) {
-        capture.class = found.iter().map(|labels| labels.class).collect();
+        capture.class = found.each(|labels| labels.class);
     }
     if has(CameraOutput::Panoptic) {
         capture.panoptic = panoptic(&found);
@@ -190,9 +190,9 @@ pub(super) fn capture(
 }
 
 /// Classes and instances in one number.
-fn panoptic(found: &[Labels]) -> Vec<u32> {
+fn panoptic(found: &LabelRuns) -> Vec<u32> {
     let mut of_class: BTreeMap<u8, BTreeMap<u32, u32>> = BTreeMap::new();
-    for labels in found.iter().filter(|labels| labels.is_thing) {
+    for (labels, _) in found.0.iter().filter(|(labels, _)| labels.is_thing) {
         of_class.entry(labels.class).or_default().insert(labels.instance, 0);
     }
     for instances in of_class.values_mut() {
@@ -203,5 +203,5 @@ fn panoptic(found: &[Labels]) -> Vec<u32> {
         let place = instances.and_then(|instances| instances.get(&labels.instance));
         place.map_or(labels.class.into(), |place| u32::from(labels.class) * 1000 + place)
     };
-    found.iter().map(number).collect()
+    found.each(number)
 }

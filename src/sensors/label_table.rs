@@ -42,9 +42,10 @@ impl LabelTable {
         self.capture += 1;
     }
 
-    /// The labels of each of a picture's pixels.
-    pub fn of_ids(&mut self, world: &World, ids: Vec<u32>) -> Vec<Labels> {
-        ids.into_iter().map(|id| self.labels(world, id)).collect()
+    /// What the pixels of a picture show, of their entities' indices plus 1.
+    pub fn runs(&mut self, world: &World, ids: &[u32]) -> LabelRuns {
+        let runs = ids.chunk_by(|a, b| a == b);
+        LabelRuns(runs.map(|run| (self.labels(world, run[0]), run.len())).collect())
     }
 
     /// The labels of a drawn entity, by its index plus 1; none of 0.
@@ -62,6 +63,21 @@ impl LabelTable {
         }
         self.found[place] = (self.capture, labels);
         labels
+    }
+}
+
+/// What the pixels of a picture show: labels, and for how many pixels one after another.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct LabelRuns(pub Vec<(Labels, usize)>);
+
+impl LabelRuns {
+    /// A value for each pixel.
+    pub fn each<T: Clone>(&self, value: impl Fn(&Labels) -> T) -> Vec<T> {
+        let mut values = Vec::with_capacity(self.0.iter().map(|(_, pixels)| pixels).sum());
+        for (labels, pixels) in &self.0 {
+            values.extend(std::iter::repeat_n(value(labels), *pixels));
+        }
+        values
     }
 }
 

@@ -238,7 +238,7 @@ impl SensorSuite {
                 let views = plan.views().len();
                 let (own, rest) = drawn.split_at((boxes.pictures() * views).min(drawn.len()));
                 drawn = rest;
-                let found = own.chunks(views).map(|own| labels.of_ids(&simulation.world, plan.ids(own)));
+                let found = own.chunks(views).map(|own| labels.runs(&simulation.world, &plan.ids(own)));
                 if let SensorData::Camera(capture) = &mut sensors[sensor].data {
                     capture.boxes = boxes.finish(found);
                 }

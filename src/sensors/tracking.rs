@@ -5,7 +5,7 @@ use super::boxes::{Boxes, Scene};
 use super::camera::CameraCapture;
 use super::drawn_parts::{DrawnParts, Places};
 use super::flow::{FlowFrame, flow};
-use super::label_table::{LabelTable, Labels};
+use super::label_table::{LabelRuns, LabelTable};
 use super::lens_map::LensMap;
 use super::things::{OuterVertices, Thing, things};
 use crate::renderer::SlotSet;
@@ -73,7 +73,7 @@ impl Tracker {
         tracked: &Tracked,
         camera: &TrackedCamera,
         capture: &mut CameraCapture,
-        found: &[Labels],
+        found: &LabelRuns,
     ) -> Option<Boxes> {
         let &TrackedCamera { entity, every, camera, map, world_from_camera, mounted_on } = camera;
         let has = |output| camera.outputs.has(output);
@@ -84,7 +84,7 @@ impl Tracker {
         }
         let mut now = FlowFrame { world_from_camera, places: tracked.places.clone(), ..FlowFrame::default() };
         if has_flow || has_flow_back {
-            now.part = found.iter().map(|labels| labels.part).collect();
+            now.part = found.each(|labels| labels.part);
             now.range =
                 if has(CameraOutput::Range) { capture.range.clone() } else { std::mem::take(&mut capture.range) };
         }
