@@ -35,7 +35,8 @@ impl CocoWriter {
     pub fn new(run: &RunInfo) -> Self {
         // What has no class is labelled by none.
         let classes = || run.classes.0.iter().filter(|class| class.id != 0);
-        let categories = |is_wanted: fn(&ClassInfo) -> bool| classes().filter(|class| is_wanted(class)).map(category);
+        let categories =
+            |is_wanted: fn(&ClassInfo) -> bool| classes().filter(move |class| is_wanted(class)).map(category);
         Self {
             folder: run.folder.to_owned(),
             things: classes().filter(|class| class.is_thing).map(|class| class.id).collect(),
@@ -56,8 +57,7 @@ impl CocoWriter {
         let segments_path = format!("coco/panoptic/{segments_name}");
         let unfit = |error| OutputError::io(&self.folder.join(&segments_path), error);
         let is_thing = |class| self.things.contains(&class);
-        let (ids, segments) =
-            coco::segments(size, &camera.class, &camera.instance, is_thing).map_err(unfit)?;
+        let (ids, segments) = coco::segments(size, &camera.class, &camera.instance, is_thing).map_err(unfit)?;
         // Of a thing's pixels most have its class.
         let classes: BTreeMap<u32, u8> =
             segments.iter().filter_map(|segment| Some((segment.instance()?, segment.category_id))).collect();

@@ -6,7 +6,7 @@ use crate::export::exr::{self, Channel};
 use crate::export::{npy, npz, picture};
 use crate::output;
 use std::io::{Error, ErrorKind, Result};
-use systems::sensors::{CameraOutput, Sensor, SensorKind};
+use systems::sensors::{CameraOutput, CameraSensor, Sensor, SensorKind};
 
 /// A form of files.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -21,28 +21,69 @@ pub enum FileFormat {
     Exr,
     /// One log of ROS 2 for the whole run.
     Mcap,
+    /// Labels of things and of all pixels, of the whole run.
+    Coco,
+    /// A folder of that data set for each camera.
+    Kitti,
+    /// A film for each output.
+    Video,
 }
 
 impl FileFormat {
-    /// All, with their names, which end the names of their files.
-    pub const ALL: [(&'static str, Self); 5] =
-        [("png", Self::Png), ("npy", Self::Npy), ("npz", Self::Npz), ("exr", Self::Exr), ("mcap", Self::Mcap)];
+    /// All, with their names. Those that have files for each capture end the names of these.
+    pub const ALL: [(&'static str, Self); 8] = [
+        ("png", Self::Png),
+        ("npy", Self::Npy),
+        ("npz", Self::Npz),
+        ("exr", Self::Exr),
+        ("mcap", Self::Mcap),
+        ("coco", Self::Coco),
+        ("kitti", Self::Kitti),
+        ("video", Self::Video),
+    ];
 
-    /// Whether it has files of their own for each capture.
+    /// Whether it has files of their own for each sensor's captures; else it is made of a run as a whole.
     pub(super) fn is_per_capture(self) -> bool {
-        self != Self::Mcap
+        matches!(self, Self::Png | Self::Npy | Self::Npz | Self::Exr)
     }
 
-    /// Whether it has a form for an output of a camera.
-    fn holds(self, output: CameraOutput) -> bool {
+    /// How names of its files in sensors' folders, and in its own, end.
+    pub(super) fn endings(self) -> &'static [&'static str] {
         match self {
-            Self::Png => output != CameraOutput::Linear,
+            Self::Png => &["png"],
+            Self::Npy => &["npy"],
+            Self::Npz => &["npz"],
+            Self::Exr => &["exr"],
+            Self::Mcap => &[],
+            Self::Coco => &["png", "json"],
+            Self::Kitti => &["png", "txt", "bin", "label"],
+            Self::Video => &["mp4"],
+        }
+    }
+
+    /// Whether it has a form for an output of a camera that has it.
+    fn holds(self, camera: &CameraSensor, output: CameraOutput) -> bool {
+        use CameraOutput::{Class, Color, Depth, Instance, Linear};
+        let has = |output| camera.outputs.has(output);
+        match self {
+            Self::Png | Self::Video => output != Linear,
             Self::Npy | Self::Npz => true,
-            Self::Exr => output != CameraOutput::Color,
-            Self::Mcap => matches!(
-                output,
-                CameraOutput::Color | CameraOutput::Depth | CameraOutput::Class | CameraOutput::Instance
-            ),
+            Self::Exr => output != Color,
+            Self::Mcap => matches!(output, Color | Depth | Class | Instance),
+            // Labels are of pictures.
+            Self::Coco => {
+                let needed = [Color, Instance, Class];
+                needed.into_iter().all(has) && needed.contains(&output)
+            }
+            Self::Kitti => has(Color) && camera.intrinsics().is_some() && matches!(output, Color | Depth | Class),
+        }
+    }
+
+    /// Whether it holds something of a sensor.
+    pub(super) fn holds_any(self, sensor: &Sensor) -> bool {
+        match &sensor.kind {
+            SensorKind::Camera(camera) => camera.outputs.iter().any(|(_, output)| self.holds(camera, output)),
+            SensorKind::Lidar(_) => matches!(self, Self::Npy | Self::Npz | Self::Mcap | Self::Kitti),
         }
     }
 }
@@ -54,12 +95,11 @@ const POINTS: &str = "points";
 pub(super) fn left_out(sensor: &Sensor, formats: &[FileFormat]) -> Vec<&'static str> {
     match &sensor.kind {
         SensorKind::Camera(camera) => {
-            let is_left_out = |output| !formats.iter().any(|format| format.holds(output));
+            let is_left_out = |output| !formats.iter().any(|format| format.holds(camera, output));
             camera.outputs.iter().filter(|(_, output)| is_left_out(*output)).map(|(name, _)| name).collect()
         }
         SensorKind::Lidar(_) => {
-            let has_records = |format: &FileFormat| !matches!(format, FileFormat::Png | FileFormat::Exr);
-            let holds = formats.iter().any(has_records);
+            let holds = formats.iter().any(|format| format.holds_any(sensor));
             if holds { Vec::new() } else { vec![POINTS] }
         }
     }
@@ -99,12 +139,10 @@ pub(super) fn files_of(sensor: &Sensor, formats: &[FileFormat], step: u64) -> Ve
         };
         match (&sensor.kind, format) {
             (SensorKind::Camera(camera), FileFormat::Png | FileFormat::Npy) => {
-                let held = camera.outputs.iter().filter(|(_, output)| format.holds(*output));
+                let held = camera.outputs.iter().filter(|(_, output)| format.holds(camera, *output));
                 held.for_each(|(name, output)| file(name, Some(output)));
             }
-            (SensorKind::Camera(camera), _) if camera.outputs.iter().any(|(_, output)| format.holds(output)) => {
-                file("", None);
-            }
+            (SensorKind::Camera(_), _) if format.holds_any(sensor) => file("", None),
             (SensorKind::Lidar(_), FileFormat::Npy) => file(POINTS, None),
             (SensorKind::Lidar(_), FileFormat::Npz) => file("", None),
             _ => {}
@@ -191,7 +229,7 @@ fn archive<'a>(arrays: impl Iterator<Item = Result<(&'a str, Vec<u8>)>>) -> Resu
 }
 
 /// Depths and ranges in 1/256 m, 0 for nothing; normals 0.5 + 0.5·n; numbers as 24-bit colour, red the lowest byte.
-fn png(camera: &CameraCapture, output: CameraOutput) -> Result<Vec<u8>> {
+pub(super) fn png(camera: &CameraCapture, output: CameraOutput) -> Result<Vec<u8>> {
     let size = (camera.width, camera.height);
     let picture = match output {
         CameraOutput::Color => {

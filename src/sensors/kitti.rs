@@ -145,7 +145,8 @@ fn camera_from_lidar(camera: &SensorCapture, lidar: &SensorCapture) -> DAffine3 
 /// All four cameras of KITTI are this one.
 fn calibration(k: Intrinsics, camera_from_lidar: &DAffine3) -> Calibration {
     let projection = rows(&DAffine3::from_mat3(k.matrix()));
-    let [x, y, z] = [DMat3::IDENTITY.x_axis, DMat3::IDENTITY.y_axis, DMat3::IDENTITY.z_axis].map(|axis| axis.to_array());
+    let [x, y, z] =
+        [DMat3::IDENTITY.x_axis, DMat3::IDENTITY.y_axis, DMat3::IDENTITY.z_axis].map(|axis| axis.to_array());
     Calibration {
         projections: [projection; 4],
         rectification: [x, y, z].as_flattened().try_into().unwrap_or_default(),

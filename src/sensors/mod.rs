@@ -9,7 +9,8 @@
 //! label_table    entities to the numbers and classes that outputs have for them
 //! dataset        the sensors of a run as files: `relief render --sensors`
 //! files          which files outputs become, and what is in them; description, manifest: those of a whole data set
-//! log            the sensors of a run as one log of ROS 2; axes: those that it and other outputs have
+//! run_writer     what is written of a run as a whole: log, one log of ROS 2; coco, kitti, labels as these data sets
+//!                have them; films. axes: those that these and other outputs have
 //! ```
 //!
 //! A capture is a function of the state after a step, and of nothing else: all sensors are captured of one frame, and a
@@ -33,15 +34,19 @@
 
 mod axes;
 mod camera;
+mod coco;
 mod dataset;
 mod description;
 mod files;
+mod films;
+mod kitti;
 mod label_table;
 pub mod lidar;
 mod log;
 mod manifest;
 mod ray_meshes;
 mod rays;
+mod run_writer;
 mod suite;
 mod texels;
 
