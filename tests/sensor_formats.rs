@@ -22,7 +22,7 @@ const SCENE: &str = r#"(
         (name: "ego", instance: true, spin: (axis: (0, 1, 0), degrees_per_second: 90), children: [
             (name: "front", transform: (translation: (0.1, 1.4, 0.3), rotation_degrees: (-4, 180, 1)),
              sensor: camera(size: (97, 60), lens: pinhole(fx: 80, fy: 82, cx: 46.5, cy: 28), every: 2, samples: 1,
-                            outputs: [color, depth, instance, class])),
+                            outputs: [color, depth, instance, class, boxes, flow])),
             (name: "rear", transform: (translation: (0, 1.4, 0)),
              sensor: camera(size: (16, 12), every: 2, samples: 1, outputs: [color])),
             (name: "top", transform: (translation: (-0.2, 1.8, 0), rotation_degrees: (1, 2, 3)),
@@ -151,10 +151,13 @@ fn formats_that_nothing_fits_are_refused_before_anything_is_written() {
     };
     let coco = "format coco: expected a camera with color, instance and class; no sensor asked for is one";
     refused(&["--sensors", "ego/rear,post", "--format", "npy,coco"], &[coco]);
-    refused(&["--sensors", "post", "--format", "npy,video"], &["format video: expected a camera with another output"]);
+    refused(
+        &["--sensors", "post", "--format", "npy,video"],
+        &["format video: expected a camera with an output that is a picture"],
+    );
     refused(&["--sensors", "all", "--format", "coco"], &["sensor \"ego/rear\"", "holds color;"]);
     refused(&["--sensors", "ego/front", "--format", "kitti"], &["sensor \"ego/front\"", "holds instance;"]);
-    refused(&["--sensors", "ego/front,post", "--format", "coco,video"], &["sensor \"post\"", "holds points;"]);
+    refused(&["--sensors", "ego/rear,post", "--format", "png,video"], &["sensor \"post\"", "holds points;"]);
     let plan = "(entities: [(name: \"plan\", sensor: camera(size: (4, 4), lens: orthographic(half_height: 1))))])";
     fs::write(folder.path().join("scene.ron"), plan).expect("written");
     refused(&["--sensors", "all", "--format", "png,kitti"], &["format kitti: expected a camera with color whose lens"]);

@@ -2,11 +2,16 @@
 //! or fewer values than pixels. Sizes are widths and heights in pixels.
 
 use super::{coco, kitti};
-use image::{DynamicImage, ImageBuffer, Luma, RgbImage};
+use image::{DynamicImage, ImageBuffer, Luma, Rgb, RgbImage};
 
 /// 16-bit grey.
 pub fn of_grey((width, height): (u32, u32), values: Vec<u16>) -> Option<DynamicImage> {
     ImageBuffer::<Luma<u16>, _>::from_raw(width, height, values).map(Into::into)
+}
+
+/// 16-bit colours, three values for each pixel.
+pub fn of_color16((width, height): (u32, u32), values: Vec<u16>) -> Option<DynamicImage> {
+    ImageBuffer::<Rgb<u16>, _>::from_raw(width, height, values).map(Into::into)
 }
 
 /// Distances in metres, 16-bit grey: [`kitti::depth_steps`].

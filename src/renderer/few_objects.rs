@@ -21,6 +21,32 @@ pub(super) const COARSE: u32 = 1 << 31;
 /// The most objects that are culled on the CPU.
 const MOST_OBJECTS: u32 = 512;
 
+/// Slots of drawn objects.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct SlotSet(Vec<u64>);
+
+impl SlotSet {
+    /// Adds a slot.
+    pub fn insert(&mut self, slot: u32) {
+        let word = slot as usize / 64;
+        if word >= self.0.len() {
+            self.0.resize(word + 1, 0);
+        }
+        self.0[word] |= 1 << (slot % 64);
+    }
+
+    /// Adds those of another set.
+    pub fn extend(&mut self, other: &Self) {
+        self.0.resize(self.0.len().max(other.0.len()), 0);
+        self.0.iter_mut().zip(&other.0).for_each(|(word, other)| *word |= other);
+    }
+
+    /// Whether a slot is one of these.
+    pub fn has(&self, slot: u32) -> bool {
+        self.0.get(slot as usize / 64).is_some_and(|word| word >> (slot % 64) & 1 == 1)
+    }
+}
+
 /// The opaque objects of a world that has few, for all views of a frame.
 #[derive(Debug)]
 pub(super) struct FewObjects {
@@ -60,10 +86,13 @@ pub(super) struct DirectDraws {
 impl FewObjects {
     /// Those of a frame; `None` if there are many. All meshes are uploaded.
     pub fn of(frame: &FrameData<'_>, meshes: &Meshes) -> Option<Self> {
+        (frame.list.objects <= MOST_OBJECTS).then(|| Self::among(frame, meshes, |_| true))
+    }
+
+    /// Those in some slots of a frame, however many there are. All meshes are uploaded.
+    pub fn among(frame: &FrameData<'_>, meshes: &Meshes, is_among: impl Fn(u32) -> bool) -> Self {
         let list = frame.list;
-        if list.objects > MOST_OBJECTS {
-            return None;
-        }
+        let is_used = |slot: u32| is_among(slot) && is_used(frame, slot);
         let mut few = Self { objects: Vec::new(), batches: Vec::new() };
         let (mut draws, mut room) = (0, Vec::new());
         for batch in &list.batches {
@@ -72,27 +101,28 @@ impl FewObjects {
             let pages = &list.pages[batch.pages.start as usize..batch.pages.end as usize];
             for page in pages {
                 let slots = page * PAGE_SLOTS..(page + 1) * PAGE_SLOTS;
-                let last = slots.clone().rev().find(|&slot| is_used(frame, slot));
+                let last = slots.clone().rev().find(|&slot| is_used(slot));
                 let slots = slots.start..last.map_or(slots.start, |last| last + 1);
                 let records = frame.instances.read(std::slice::from_ref(&slots), &mut room);
-                let objects = slots.zip(records).filter(|(slot, _)| is_used(frame, *slot));
+                let objects = slots.zip(records).filter(|(slot, _)| is_used(*slot));
                 few.objects
                     .extend(objects.map(|(slot, record)| Object::new(slot, few.batches.len(), record, mesh.bounds)));
             }
             few.batches.push(Levels { levels: mesh.levels.clone(), first_draw: draws });
             draws += mesh.levels.len();
         }
-        Some(few)
+        few
     }
 
     /// What a view draws; `draws`: all draws, those of a batch's levels of detail one after another, or the first
-    /// alone.
-    pub fn visible(&self, view: &View, levels: &LevelOfDetail, draws: &[Draw]) -> DirectDraws {
+    /// alone; `only`: of all objects those in these slots.
+    pub fn visible(&self, view: &View, levels: &LevelOfDetail, draws: &[Draw], only: Option<&SlotSet>) -> DirectDraws {
         let planes = view.frustum_planes();
         let pixels_at_1m = view.pixels_at_1m();
         let is_parallel = matches!(view.camera.projection, Projection::Orthographic { .. });
         let mut visible: Vec<(usize, u32, u32)> = Vec::with_capacity(self.objects.len());
-        for object in self.objects.iter().filter(|object| in_frustum(&planes, object.bounds)) {
+        let is_meant = |object: &&Object| only.is_none_or(|only| only.has(object.slot));
+        for object in self.objects.iter().filter(is_meant).filter(|object| in_frustum(&planes, object.bounds)) {
             let batch = &self.batches[object.batch];
             let offset = object.bounds.center - view.eye();
             let nearest = if is_parallel { 1.0 } else { offset.length() - object.bounds.radius };

@@ -66,6 +66,7 @@ pub use custom_passes::{PassPlace, PassTargets};
 pub use encode::ViewTarget;
 pub use error::RenderError;
 pub use faults::Faults;
+pub use few_objects::SlotSet;
 pub use gpu::{Gpu, GpuError, instance_flags};
 pub use indirect_draws::{CullBatchRecord, CullDrawRecord};
 pub use outputs::{OutputSet, Outputs, Picked};
@@ -366,8 +367,7 @@ impl Renderer {
         if cells.is_some() {
             self.culling.make_for_cells(&self.gpu.device);
         }
-        let counts_few = cells.is_none() && views.iter().any(|(_, plan)| plan.settings.few_on_cpu);
-        let few = counts_few.then(|| FewObjects::of(frame, &self.meshes)).flatten();
+        let few = self.few_objects(frame, views);
         for (state, plan) in views {
             let levels = plan.settings.levels.enabled;
             let draws = &mut self.draws[usize::from(levels)];
@@ -382,6 +382,18 @@ impl Renderer {
             state.bind(&self.gpu.device, &self.pipelines.frame_layout, &self.tables);
         }
         Ok(())
+    }
+
+    /// What is culled on the CPU: what views show alone, or all, if that is little and no walls hide it.
+    fn few_objects(&self, frame: &FrameData<'_>, views: &[(&mut ViewState, ViewPlan)]) -> Option<FewObjects> {
+        let shown_alone: Vec<&SlotSet> = views.iter().filter_map(|(state, _)| state.only.as_deref()).collect();
+        if !shown_alone.is_empty() {
+            let is_among = |slot| shown_alone.iter().any(|only| only.has(slot));
+            return Some(FewObjects::among(frame, &self.meshes, is_among));
+        }
+        let has_cells = frame.cells.is_some_and(|cells| !cells.is_empty());
+        let counts_few = !has_cells && views.iter().any(|(_, plan)| plan.settings.few_on_cpu);
+        counts_few.then(|| FewObjects::of(frame, &self.meshes)).flatten()
     }
 
     /// Meshes, maps and tables.
@@ -401,7 +413,10 @@ impl Renderer {
         let casting = frame.shadows.map_or(0, |scene| scene.lights().lights().len() as u32);
         let shadowed: Vec<_> = views.iter().filter_map(|(state, plan)| state.shadowed(plan)).collect();
         if shadowed.is_empty() {
-            self.shadow_maps = ShadowMaps::new();
+            // Views that shade nothing do not tell whether others read them.
+            if views.iter().any(|(_, plan)| plan.settings.outputs.is_shaded()) {
+                self.shadow_maps = ShadowMaps::new();
+            }
             return;
         }
         let most = views.iter().map(|(_, plan)| plan.settings.shadow_maps).max().unwrap_or(0).min(casting);

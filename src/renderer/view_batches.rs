@@ -20,9 +20,10 @@ use super::readback::{Readback, Source};
 use super::shadow_maps::views_with_room;
 use super::targets::{DEPTH_FORMAT, HDR_FORMAT, Hdr, Targets, layer_view, layered_texture};
 use super::{
-    DebugView, Gpu, OutputSet, Outputs, PICTURE_FORMAT, RenderError, Renderer, Settings, ViewPlan, ViewState,
+    DebugView, Gpu, OutputSet, Outputs, PICTURE_FORMAT, RenderError, Renderer, Settings, SlotSet, ViewPlan, ViewState,
     ViewTarget,
 };
+use std::sync::Arc;
 use systems::draw::FrameData;
 
 /// Layers of a texture that every adapter has (WebGPU, 3.6.2 "Limits": maxTextureArrayLayers).
@@ -220,6 +221,21 @@ impl Renderer {
         batches: &mut ViewBatches,
         plans: &[ViewPlan],
     ) -> Result<Vec<Outputs>, RenderError> {
+        self.draw_alone(frame, batches, (plans, &[]))
+    }
+
+    /// [`Self::draw_views`] of some objects alone, as if nothing were in front of them: of each plan those in a set of
+    /// slots; of plans beyond the sets, all. Where an object is seen in both, its bits are the same. Colours of the
+    /// rest's shadows are not.
+    ///
+    /// # Errors
+    /// [`RenderError`].
+    pub fn draw_alone(
+        &mut self,
+        frame: &mut FrameData<'_>,
+        batches: &mut ViewBatches,
+        (plans, only): (&[ViewPlan], &[Arc<SlotSet>]),
+    ) -> Result<Vec<Outputs>, RenderError> {
         batches.batches.iter_mut().for_each(|batch| batch.unused_for += 1);
         let mut results: Vec<Option<Outputs>> = plans.iter().map(|_| None).collect();
         let mut open: Vec<usize> = (0..plans.len()).collect();
@@ -233,8 +249,8 @@ impl Renderer {
                 let asked: Vec<&ViewPlan> = rest[..most].iter().map(|&i| &plans[i]).collect();
                 let (now, later) = rest.split_at(views_with_room(frame, &asked));
                 rest = later;
-                let plans: Vec<ViewPlan> = now.iter().map(|&i| plans[i].clone()).collect();
-                let drawn = self.draw_batch(frame, batches, key, plans)?;
+                let views: Vec<_> = now.iter().map(|&i| (plans[i].clone(), only.get(i).cloned())).collect();
+                let drawn = self.draw_batch(frame, batches, key, views)?;
                 now.iter().zip(drawn).for_each(|(&i, outputs)| results[i] = Some(outputs));
             }
         }
@@ -249,9 +265,9 @@ impl Renderer {
         frame: &mut FrameData<'_>,
         batches: &mut ViewBatches,
         key: BatchKey,
-        plans: Vec<ViewPlan>,
+        views: Vec<(ViewPlan, Option<Arc<SlotSet>>)>,
     ) -> Result<Vec<Outputs>, RenderError> {
-        let count = plans.len();
+        let count = views.len();
         let limit = self.gpu.device.limits().max_texture_dimension_2d;
         if key.size.0.max(key.size.1) > limit {
             let (needed, limit) = (key.size.0.max(key.size.1).into(), limit.into());
@@ -264,8 +280,12 @@ impl Renderer {
             return Ok(Vec::new());
         };
         let states = &mut states[..count];
-        let mut views: Vec<_> = states.iter_mut().zip(plans).collect();
-        self.prepare(frame, &mut views)?;
+        let mut prepared = Vec::with_capacity(count);
+        for (state, (plan, only)) in states.iter_mut().zip(views) {
+            state.only = only;
+            prepared.push((state, plan));
+        }
+        self.prepare(frame, &mut prepared)?;
         let label = wgpu::CommandEncoderDescriptor { label: Some("views") };
         let mut encoder = self.gpu.device.create_command_encoder(&label);
         let pictures: Vec<_> = (0..if key.samples == 1 { 1 } else { count as u32 })

@@ -7,7 +7,7 @@
 use super::cell_view::CellView;
 use super::culling::{CulledView, Culling, Phase};
 use super::emboss::EmbossPass;
-use super::few_objects::FewObjects;
+use super::few_objects::{FewObjects, SlotSet};
 use super::frame_tables::FrameTables;
 use super::indirect_draws::{Draw, IndirectDraws};
 use super::outputs::{OutputSet, OutputTextures};
@@ -22,11 +22,12 @@ use super::view_batches::Layer;
 use super::visible_counts::{CountReadback, VisibleCounts};
 use super::{DebugView, Gpu, RenderError, Settings, Uploads};
 use glam::{Mat4, Vec3};
+use std::sync::Arc;
 use systems::assets::Technique;
 use systems::cells::Cells;
 use systems::draw::{
-    Batch, BatchKey, BlendedRun, DrawList, Environment, FrameData, LightFeatures, PipelineKey, ToneMap, View,
-    ViewRecord, sort_transparent,
+    Batch, BatchKey, BlendedRun, DrawList, Environment, FrameData, LightFeatures, PipelineKey, ToneMap, Transparent,
+    View, ViewRecord, sort_transparent,
 };
 use systems::ecs::tables::DirtySlots;
 use systems::lights::{Ranked, ShadowView, rank};
@@ -53,6 +54,8 @@ impl ViewPlan {
 pub struct ViewState {
     /// What it is drawn into, if that is shared with other views.
     pub(super) layer: Option<Layer>,
+    /// Of all objects, those in these slots are drawn; `None`: all.
+    pub(super) only: Option<Arc<SlotSet>>,
     /// Of the renderer ([`super::Renderer`]); 0: none yet.
     epoch: u64,
     /// The number of the renderer's `prepare` that went well for it last; 0: none.
@@ -121,6 +124,7 @@ impl ViewState {
         let device = &gpu.device;
         Self {
             layer: None,
+            only: None,
             epoch: 0,
             prepared: 0,
             record: device.create_buffer(&wgpu::BufferDescriptor {
@@ -238,7 +242,7 @@ impl ViewState {
     /// First of all when a view is prepared: which renderer it belongs to, and which pass it draws.
     pub(super) fn begin(&mut self, gpu: &Gpu, epoch: u64, list: &DrawList, settings: &Settings) {
         if self.epoch != epoch {
-            *self = Self { epoch, layer: self.layer.take(), ..Self::new(gpu) };
+            *self = Self { epoch, layer: self.layer.take(), only: self.only.take(), ..Self::new(gpu) };
         }
         self.counts.receive();
         self.levels = settings.levels.enabled;
@@ -248,6 +252,7 @@ impl ViewState {
         self.may_hide = settings.occlusion.is_on(list.objects);
         let has_maps = (list.light_features.lamp_shadows || list.light_features.sun_shadows)
             && settings.shadow_maps > 0
+            && settings.outputs.is_shaded()
             && matches!(settings.debug, DebugView::Off | DebugView::Visibility);
         let shadows = match (&self.traced, has_maps) {
             (Some(_), _) => Shadows::Traced,
@@ -302,10 +307,12 @@ impl ViewState {
 
     /// Blended objects in this view's order. Returns the bytes written.
     pub(super) fn upload_blended(&mut self, gpu: &Gpu, list: &DrawList, view: &View) -> Result<u64, RenderError> {
-        if matches!(&self.blended_for, Some((version, of)) if *version == list.transparent_version && of == view) {
+        let is_known = |(version, of): &(u64, View)| *version == list.transparent_version && of == view;
+        if self.only.is_none() && self.blended_for.as_ref().is_some_and(is_known) {
             return Ok(0);
         }
-        let (slots, runs) = sort_transparent(&list.transparent, view);
+        let is_meant = |object: &&Transparent| self.only.as_ref().is_none_or(|only| only.has(object.slot));
+        let (slots, runs) = sort_transparent(list.transparent.iter().filter(is_meant), view);
         self.blended_runs = runs;
         let mut written = 0;
         if slots != self.blended_slots {
@@ -390,8 +397,10 @@ impl ViewState {
         plan: &ViewPlan,
         (cells, few): (Option<&Cells>, Option<&FewObjects>),
     ) -> Result<(), RenderError> {
-        let few = few.filter(|_| plan.settings.few_on_cpu && self.culled.pyramid().is_none());
-        self.recull = match few.map(|few| few.visible(&plan.view, &plan.settings.levels, &draws.list)) {
+        let on_cpu = self.only.is_some() || plan.settings.few_on_cpu && self.culled.pyramid().is_none();
+        let only = self.only.as_deref();
+        let few = few.filter(|_| on_cpu);
+        self.recull = match few.map(|few| few.visible(&plan.view, &plan.settings.levels, &draws.list, only)) {
             Some(visible) => self.culled.list(gpu, visible)?,
             None => self.culled.prepare(gpu, culling, draws, plan, cells)?,
         };

@@ -1,9 +1,12 @@
 //! What a camera gives: arrays of a value per pixel, rows from the top.
 
+use super::axes::ENTITY_FROM_CAMERA;
+use super::boxes::ObjectBox;
+use super::flow::Flow;
 use super::label_table::{LabelTable, Labels};
 use crate::renderer::{OutputSet, Outputs, Settings, ViewPlan};
 use bevy_ecs::prelude::*;
-use glam::{Affine3A, Mat3, Vec3};
+use glam::{Affine3A, DAffine3, DVec3, Mat3, Vec3};
 use half::f16;
 use std::collections::BTreeMap;
 use systems::draw::{Intrinsics, View};
@@ -38,31 +41,52 @@ pub struct CameraCapture {
     /// Of things class · 1000 + n, where n counts those of a class in this picture from 0 on by their numbers; of
     /// stuff its class; 0 where there is nothing: (H, W). As Cityscapes has instance ids.
     pub panoptic: Vec<u32>,
+    /// Of each thing in the picture, in the order of their numbers.
+    pub boxes: Vec<ObjectBox>,
+    /// Where what the pixels of the *capture before* show is in this picture. Empty where there was none.
+    pub flow: Flow,
+    /// Where what the pixels of this picture show was in that of the capture before. Empty where there was none.
+    pub flow_back: Flow,
 }
 
 /// How a camera's view is drawn.
 pub(super) fn plan(sensor: &CameraSensor, world_from_camera: &Affine3A, settings: &Settings) -> ViewPlan {
     let view = View::new(world_from_camera, &sensor.camera(), sensor.size.0, sensor.size.1);
-    use CameraOutput::{Class, Color, Depth, Instance, Linear, Normal, Panoptic, Part, Range};
+    use CameraOutput::{Boxes, Class, Color, Depth, Flow, FlowBack, Instance, Linear, Normal, Panoptic, Part, Range};
     let outputs = OutputSet {
         color: sensor.outputs.has(Color),
         linear: sensor.outputs.has(Linear),
-        depth: sensor.outputs.has_any(&[Depth, Range]),
+        depth: sensor.outputs.has_any(&[Depth, Range, Flow, FlowBack]),
         normal: sensor.outputs.has(Normal),
-        id: sensor.outputs.has_any(&[Instance, Part, Class, Panoptic]),
+        id: sensor.outputs.has_any(&[Instance, Part, Class, Panoptic, Boxes, Flow, FlowBack]),
     };
     let settings = Settings { samples: sensor.samples, outputs, few_on_cpu: true, ..*settings }.for_files();
     ViewPlan { view, settings }
 }
 
-/// What a camera gives of what its view drew.
+/// How the things of some slots are drawn alone in a camera's view, for their pixels to be counted.
+pub(super) fn plan_alone(ViewPlan { view, settings }: &ViewPlan) -> ViewPlan {
+    let outputs = OutputSet { id: true, ..OutputSet::NONE };
+    ViewPlan { view: view.clone(), settings: Settings { samples: 1, outputs, ..*settings } }
+}
+
+/// From camera axes, X right, Y down, Z forward, to the scene's coordinates, whose `origin` the world's count from.
+pub(super) fn world_from_camera(view: &View, origin: DVec3) -> DAffine3 {
+    let Affine3A { matrix3, translation } = view.world_from_view;
+    DAffine3 {
+        matrix3: Mat3::from(matrix3).as_dmat3() * ENTITY_FROM_CAMERA,
+        translation: translation.as_dvec3() + origin,
+    }
+}
+
+/// What a camera gives of what its view drew, and what each pixel shows.
 pub(super) fn capture(
     sensor: &CameraSensor,
     view: &View,
     drawn: &Outputs,
     labels: &mut LabelTable,
     world: &World,
-) -> CameraCapture {
+) -> (CameraCapture, Vec<Labels>) {
     let (width, height) = sensor.size;
     let has = |output| sensor.outputs.has(output);
     let intrinsics = sensor.intrinsics();
@@ -74,7 +98,8 @@ pub(super) fn capture(
     if has(CameraOutput::Linear) {
         capture.linear = drawn.linear().into_iter().map(|[r, g, b, _]| [r, g, b]).collect();
     }
-    if has(CameraOutput::Range) {
+    // Flow goes by it, too.
+    if sensor.outputs.has_any(&[CameraOutput::Range, CameraOutput::Flow, CameraOutput::FlowBack]) {
         capture.range = ranges(&depth, width, intrinsics);
     }
     if has(CameraOutput::Normal) {
@@ -100,7 +125,7 @@ pub(super) fn capture(
     if has(CameraOutput::Panoptic) {
         capture.panoptic = panoptic(&found);
     }
-    capture
+    (capture, found)
 }
 
 /// Depth · ‖K⁻¹ (u, v, 1)‖.

@@ -26,7 +26,7 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use systems::ecs::clock::Clock;
 use systems::lights::{LightPolicies, LightPolicy};
-use systems::sensors::{Classes, Sensor, SensorKind};
+use systems::sensors::{CameraOutput, Classes, Sensor, SensorKind};
 
 /// What to capture.
 #[derive(Clone, Debug)]
@@ -62,6 +62,12 @@ const WHOLE: [&str; 3] = ["sensors.json", "manifest.json", "sensors.mcap"];
 const LONGEST_NAME: usize = 200;
 
 impl SensorJob {
+    /// The files of a sensor's capture: of a step, when the first that has files is that one.
+    fn files_of(&self, name: &str, sensor: &Sensor, steps: (u64, u64)) -> Vec<(PathBuf, OutputFile)> {
+        let files = files::files_of(sensor, &self.formats, steps).into_iter();
+        files.map(|file| (self.folder.join(name).join(&file.name), file)).collect()
+    }
+
     /// Whether a file may be one of the job's, as far as that is known before its sensors are: those of its formats in
     /// folders below its own, and what describes the whole.
     fn writes(&self, path: &Path) -> bool {
@@ -118,15 +124,19 @@ pub fn render_sensors(job: &SensorJob, mut progress: impl FnMut(u64, u64)) -> Re
             }
             let mut missing = BTreeMap::new();
             for due in &due {
-                let files: Vec<_> = files::files_of(&due.sensor, &job.formats, step)
-                    .into_iter()
-                    .map(|file| (job.folder.join(&due.name).join(&file.name), file))
-                    .collect();
+                let files_of = |step| job.files_of(&due.name, &due.sensor, (step, frames.start));
                 let is_there = |(path, file): &(PathBuf, OutputFile)| job.resume && is_whole(path, &due.sensor, file);
+                let files = files_of(step);
                 all.extend(files.iter().map(|(path, _)| path.clone()));
                 captures.entry(due.name.clone()).or_insert_with(Vec::new).push(description::capture(due, step, world));
                 if !writers.is_empty() || !files.iter().all(is_there) {
                     missing.insert(due.name.clone(), files);
+                } else if let Some(next) = next_of_flow(&due.sensor, step)
+                    && next < frames.end
+                    && !files_of(next).iter().all(is_there)
+                {
+                    // Flow from here to there goes by both pictures.
+                    missing.insert(due.name.clone(), Vec::new());
                 }
             }
             due.retain(|due| missing.contains_key(&due.name));
@@ -135,6 +145,10 @@ pub fn render_sensors(job: &SensorJob, mut progress: impl FnMut(u64, u64)) -> Re
                 for sensor in &capture.sensors {
                     for (path, file) in missing.remove(&sensor.name).into_iter().flatten() {
                         let bytes = files::encode(sensor, &file).map_err(|error| OutputError::io(&path, error))?;
+                        let Some(bytes) = bytes else {
+                            all.remove(&path);
+                            continue;
+                        };
                         output::write_whole(&path, &bytes)?;
                         written.push(path);
                     }
@@ -145,6 +159,12 @@ pub fn render_sensors(job: &SensorJob, mut progress: impl FnMut(u64, u64)) -> Re
                 has_warned = has_warned || warn_of_rays(suite.ray_warnings());
             }
             progress(step + 1 - frames.start, frames.end - frames.start);
+        } else {
+            // So that the first flow does not depend on where a run begins.
+            due.retain(|due| next_of_flow(&due.sensor, step).is_some_and(|next| next >= frames.start));
+            if !due.is_empty() {
+                suite.capture_due(&mut run.stage.simulation, due)?;
+            }
         }
         if step + 1 >= frames.end {
             break;
@@ -238,6 +258,13 @@ fn warn_of_rays(RayWarnings { solid_masks, plain_maps, left_out }: RayWarnings) 
     ];
     let said = warnings.into_iter().filter(|(count, _)| *count > 0);
     said.map(|(count, message)| tracing::warn!("{count} {message}")).count() > 0
+}
+
+/// When a sensor is due next whose flow is between captures.
+fn next_of_flow(sensor: &Sensor, step: u64) -> Option<u64> {
+    let SensorKind::Camera(camera) = &sensor.kind else { return None };
+    let has_flow = camera.outputs.has_any(&[CameraOutput::Flow, CameraOutput::FlowBack]);
+    has_flow.then(|| step + u64::from(sensor.every))
 }
 
 /// Why a sensor's name cannot be a folder's; `None`: it can.

@@ -108,6 +108,9 @@ fn of_output(output: CameraOutput) -> Value {
         CameraOutput::Part => ("uint32", "number of the drawn entity", "0"),
         CameraOutput::Class => ("uint8", "class id", "0"),
         CameraOutput::Panoptic => ("uint32", "class * 1000 + place among its class for things, else class", "0"),
+        CameraOutput::Boxes => ("records", "a record for each thing in the picture", "no record"),
+        CameraOutput::Flow => ("float32", "pixels to the right and down, from this capture to the next", "0, flags 0"),
+        CameraOutput::FlowBack => ("float32", "pixels to the right and down, to the capture before", "0, flags 0"),
     };
     json!({ "type": kind, "unit": unit, "nothing": nothing })
 }

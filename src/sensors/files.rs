@@ -1,8 +1,9 @@
 //! Which files a sensor's outputs become, and what is in them.
 
-use super::{CameraCapture, LidarCapture, SensorCapture, SensorData};
+use super::{CameraCapture, Flow, LidarCapture, SensorCapture, SensorData, box_records, flags};
 use crate::export::array::{Array, Column, Values};
 use crate::export::exr::{self, Channel};
+use crate::export::kitti::flow_steps;
 use crate::export::{npy, npz, picture};
 use crate::output;
 use std::io::{Error, ErrorKind, Result};
@@ -61,22 +62,32 @@ impl FileFormat {
         }
     }
 
-    /// Whether it has a form for an output of a camera that has it.
-    fn holds(self, camera: &CameraSensor, output: CameraOutput) -> bool {
-        use CameraOutput::{Class, Color, Depth, Instance, Linear};
-        let has = |output| camera.outputs.has(output);
+    /// Whether it has a form for an output of a camera.
+    fn has_form(self, output: CameraOutput) -> bool {
+        use CameraOutput::{Boxes, Class, Color, Depth, Flow, FlowBack, Instance, Linear};
         match self {
-            Self::Png | Self::Video => output != Linear,
-            Self::Npy | Self::Npz => true,
-            Self::Exr => output != Color,
+            Self::Png => !matches!(output, Linear | Boxes),
+            Self::Npy => true,
+            // What is in one file is of one picture; flow to the next is known with that.
+            Self::Npz => output != Flow,
+            Self::Exr => !matches!(output, Color | Boxes | Flow),
             Self::Mcap => matches!(output, Color | Depth | Class | Instance),
-            // Labels are of pictures.
-            Self::Coco => {
-                let needed = [Color, Instance, Class];
-                needed.into_iter().all(has) && needed.contains(&output)
-            }
-            Self::Kitti => has(Color) && camera.intrinsics().is_some() && matches!(output, Color | Depth | Class),
+            Self::Coco => matches!(output, Color | Class | Instance),
+            Self::Kitti => matches!(output, Color | Depth | Class | Boxes | Flow),
+            Self::Video => !matches!(output, Linear | Boxes | Flow | FlowBack),
         }
+    }
+
+    /// Whether it holds an output of a camera that has it.
+    fn holds(self, camera: &CameraSensor, output: CameraOutput) -> bool {
+        let has = |output| camera.outputs.has(output);
+        let is_for_camera = match self {
+            // Labels are of pictures.
+            Self::Coco => [CameraOutput::Color, CameraOutput::Instance, CameraOutput::Class].into_iter().all(has),
+            Self::Kitti => has(CameraOutput::Color) && camera.intrinsics().is_some(),
+            _ => true,
+        };
+        is_for_camera && self.has_form(output)
     }
 
     /// Whether it holds something of a sensor.
@@ -122,20 +133,38 @@ pub(super) struct OutputFile {
     pub format: FileFormat,
     /// The output that is in it alone.
     output: Option<CameraOutput>,
+    /// Of flow, its flags.
+    is_flags: bool,
+    /// The sensor has boxes, though there may be none.
+    has_boxes: bool,
 }
 
-/// The files of a sensor's capture after a step, that are of this capture alone.
-pub(super) fn files_of(sensor: &Sensor, formats: &[FileFormat], step: u64) -> Vec<OutputFile> {
+/// The files of a sensor's capture after a step, that are of this capture alone. Of captures before `first` there are
+/// none, so that flow from there is in no file.
+pub(super) fn files_of(sensor: &Sensor, formats: &[FileFormat], (step, first): (u64, u64)) -> Vec<OutputFile> {
     let mut files = Vec::new();
+    let before = step.checked_sub(sensor.every.into());
+    let has_boxes = matches!(&sensor.kind, SensorKind::Camera(camera) if camera.outputs.has(CameraOutput::Boxes));
     let asked_for = |format: &FileFormat| formats.contains(format) && format.is_per_capture();
     for &(extension, format) in FileFormat::ALL.iter().filter(|(_, format)| asked_for(format)) {
-        let mut file = |name: &str, output| {
-            let name = if name.is_empty() {
-                format!("{step:05}.{extension}")
-            } else {
-                format!("{name}_{step:05}.{extension}")
+        let mut push = |name: String, output, is_flags| {
+            files.push(OutputFile { name: format!("{name}.{extension}"), format, output, is_flags, has_boxes });
+        };
+        let mut file = |name: &str, output: Option<CameraOutput>| {
+            let step = match (output, before) {
+                // It begins at the picture of the capture before, whose files it is beside.
+                (Some(CameraOutput::Flow), Some(before)) if before >= first => before,
+                (Some(CameraOutput::FlowBack), Some(_)) => step,
+                (Some(CameraOutput::Flow | CameraOutput::FlowBack), _) => return,
+                _ => step,
             };
-            files.push(OutputFile { name, format, output });
+            if name.is_empty() {
+                return push(format!("{step:05}"), output, false);
+            }
+            push(format!("{name}_{step:05}"), output, false);
+            if matches!(output, Some(CameraOutput::Flow | CameraOutput::FlowBack)) && format == FileFormat::Npy {
+                push(format!("{name}_flags_{step:05}"), output, true);
+            }
         };
         match (&sensor.kind, format) {
             (SensorKind::Camera(camera), FileFormat::Png | FileFormat::Npy) => {
@@ -151,28 +180,56 @@ pub(super) fn files_of(sensor: &Sensor, formats: &[FileFormat], step: u64) -> Ve
     files
 }
 
-/// The bytes of a file.
+/// The bytes of a file; `None` of flow where the capture before is not known.
 ///
 /// # Errors
 /// What does not fit into the form.
-pub(super) fn encode(capture: &SensorCapture, file: &OutputFile) -> Result<Vec<u8>> {
+pub(super) fn encode(capture: &SensorCapture, file: &OutputFile) -> Result<Option<Vec<u8>>> {
     match &capture.data {
-        SensorData::Camera(camera) => of_camera(camera, file),
-        SensorData::Lidar(lidar) => of_lidar(lidar, file.format),
+        SensorData::Camera(camera) => {
+            let flow = file.output.and_then(|output| flow_of(camera, output));
+            if flow.is_some_and(|flow| flow.flags.is_empty()) {
+                return Ok(None);
+            }
+            of_camera(camera, file).map(Some)
+        }
+        SensorData::Lidar(lidar) => of_lidar(lidar, file.format).map(Some),
+    }
+}
+
+/// The flow of an output that is one.
+fn flow_of(camera: &CameraCapture, output: CameraOutput) -> Option<&Flow> {
+    match output {
+        CameraOutput::Flow => Some(&camera.flow),
+        CameraOutput::FlowBack => Some(&camera.flow_back),
+        _ => None,
     }
 }
 
 fn of_camera(camera: &CameraCapture, file: &OutputFile) -> Result<Vec<u8>> {
+    let has_boxes = file.has_boxes;
     match (file.format, file.output) {
         (FileFormat::Png, Some(output)) => png(camera, output),
+        (FileFormat::Npy, Some(CameraOutput::Boxes)) => box_records::encode(&camera.boxes),
+        (FileFormat::Npy, Some(output)) if file.is_flags => flags_of(camera, output).encode(),
         (FileFormat::Npy, Some(output)) => array_of(camera, output).encode(),
         (FileFormat::Exr, _) => exr::encode((camera.width, camera.height), &channels(camera)),
         _ => {
-            let outputs = CameraOutput::ALL.into_iter().map(|(name, output)| (name, array_of(camera, output)));
-            let arrays = outputs.filter(|(_, array)| !array.values.is_empty());
-            archive(arrays.map(|(name, array)| Ok((name, array.encode()?))))
+            let held = CameraOutput::ALL.into_iter().filter(|(_, output)| file.format.has_form(*output));
+            let outputs = held.map(|(name, output)| (name, array_of(camera, output)));
+            let flags = ("flow_back_flags", flags_of(camera, CameraOutput::FlowBack));
+            let arrays = outputs.chain([flags]).filter(|(_, array)| !array.values.is_empty());
+            let arrays = arrays.map(|(name, array)| Ok((name, array.encode()?)));
+            let boxes = has_boxes.then(|| Ok(("boxes", box_records::encode(&camera.boxes)?)));
+            archive(arrays.chain(boxes))
         }
     }
+}
+
+/// The flags of a flow, for each pixel.
+fn flags_of(camera: &CameraCapture, output: CameraOutput) -> PixelArray<'_> {
+    let flags = flow_of(camera, output).map_or(&[][..], |flow| &flow.flags);
+    PixelArray { shape: vec![camera.height as usize, camera.width as usize], values: flags.into() }
 }
 
 /// An array with an element, or a few, for each pixel.
@@ -198,6 +255,10 @@ fn array_of(camera: &CameraCapture, output: CameraOutput) -> PixelArray<'_> {
         CameraOutput::Part => (camera.part[..].into(), None),
         CameraOutput::Class => (camera.class[..].into(), None),
         CameraOutput::Panoptic => (camera.panoptic[..].into(), None),
+        CameraOutput::Flow => (camera.flow.pixels.as_flattened().into(), Some(2)),
+        CameraOutput::FlowBack => (camera.flow_back.pixels.as_flattened().into(), Some(2)),
+        // Records have no pixels.
+        CameraOutput::Boxes => ((&[] as &[u8]).into(), None),
     };
     let shape = [camera.height as usize, camera.width as usize].into_iter().chain(parts).collect();
     PixelArray { shape, values }
@@ -206,18 +267,21 @@ fn array_of(camera: &CameraCapture, output: CameraOutput) -> PixelArray<'_> {
 fn channels(camera: &CameraCapture) -> Vec<Channel<'_>> {
     let colors = Channel::parts(["R", "G", "B"], camera.linear.as_flattened());
     let normals = Channel::parts(["N.X", "N.Y", "N.Z"], camera.normal.as_flattened());
-    let others: [(&str, Values); 6] = [
+    let others: [(&str, Values); 7] = [
         ("Z", camera.depth[..].into()),
         ("range", camera.range[..].into()),
         ("instance", camera.instance[..].into()),
         ("part", camera.part[..].into()),
         ("class", camera.class[..].into()),
         ("panoptic", camera.panoptic[..].into()),
+        ("flow_back.flags", camera.flow_back.flags[..].into()),
     ];
     let colors = colors.into_iter().filter(|_| !camera.linear.is_empty());
     let normals = normals.into_iter().filter(|_| !camera.normal.is_empty());
+    let flow = Channel::parts(["flow_back.U", "flow_back.V"], camera.flow_back.pixels.as_flattened());
+    let flow = flow.into_iter().filter(|_| !camera.flow_back.flags.is_empty());
     let others = others.into_iter().filter(|(_, values)| !values.is_empty());
-    colors.chain(normals).chain(others.map(|(name, values)| Channel::new(name, values))).collect()
+    colors.chain(normals).chain(flow).chain(others.map(|(name, values)| Channel::new(name, values))).collect()
 }
 
 fn archive<'a>(arrays: impl Iterator<Item = Result<(&'a str, Vec<u8>)>>) -> Result<Vec<u8>> {
@@ -228,7 +292,8 @@ fn archive<'a>(arrays: impl Iterator<Item = Result<(&'a str, Vec<u8>)>>) -> Resu
     Ok(bytes)
 }
 
-/// Depths and ranges in 1/256 m, 0 for nothing; normals 0.5 + 0.5·n; numbers as 24-bit colour, red the lowest byte.
+/// Depths and ranges in 1/256 m, 0 for nothing; normals 0.5 + 0.5·n; numbers as 24-bit colour, red the lowest byte;
+/// flow in three times 16 bits.
 pub(super) fn png(camera: &CameraCapture, output: CameraOutput) -> Result<Vec<u8>> {
     let size = (camera.width, camera.height);
     let picture = match output {
@@ -248,10 +313,19 @@ pub(super) fn png(camera: &CameraCapture, output: CameraOutput) -> Result<Vec<u8
             let fit = |number: &u32| u16::try_from(*number).map_err(|_| too_large("panoptic", *number, 16));
             picture::of_grey(size, camera.panoptic.iter().map(fit).collect::<Result<_>>()?)
         }
-        CameraOutput::Linear => None,
+        CameraOutput::Flow => picture_of_flow(size, &camera.flow),
+        CameraOutput::FlowBack => picture_of_flow(size, &camera.flow_back),
+        CameraOutput::Linear | CameraOutput::Boxes => None,
     };
     let picture = picture.ok_or_else(|| Error::new(ErrorKind::InvalidInput, "PNG: there are no pixels"))?;
     output::encode_png(&picture).map_err(Error::other)
+}
+
+/// As KITTI has flow.
+fn picture_of_flow(size: (u32, u32), flow: &Flow) -> Option<image::DynamicImage> {
+    let is_valid = |flags: u8| flags & flags::VALID != 0;
+    let steps = flow.pixels.iter().zip(&flow.flags).flat_map(|(pixel, flags)| flow_steps(*pixel, is_valid(*flags)));
+    picture::of_color16(size, steps.collect())
 }
 
 fn picture_of_numbers(size: (u32, u32), numbers: &[u32]) -> Result<Option<image::DynamicImage>> {

@@ -91,7 +91,7 @@ fn painted(camera: &CameraCapture, output: CameraOutput, classes: &Classes) -> O
             }
             camera.class.iter().flat_map(|class| colors[usize::from(*class)]).collect()
         }
-        CameraOutput::Linear => Vec::new(),
+        CameraOutput::Linear | CameraOutput::Boxes | CameraOutput::Flow | CameraOutput::FlowBack => Vec::new(),
     };
     (!rgb.is_empty()).then_some(rgb)
 }

@@ -23,6 +23,9 @@ pub struct Labels {
     pub class: u8,
     /// Whether instances of its class are counted.
     pub is_thing: bool,
+    /// The entity of the thing that it belongs to, if there are boxes of that: it has [`Instance`], or a class whose
+    /// instances are counted.
+    pub thing: Option<Entity>,
 }
 
 /// The labels of entities, found when they are asked for; each once in a capture.
@@ -73,10 +76,12 @@ fn labels_of(world: &World, index: u32) -> Labels {
     let class = own_and_above().find_map(|above| world.get::<Class>(above).copied());
     let class = class.unwrap_or_default();
     let info = world.get_resource::<Classes>().and_then(|classes| classes.get(class));
+    let is_thing = info.is_some_and(|info| info.is_thing);
     Labels {
         part: number(world, entity),
         instance: number(world, instance.unwrap_or(entity)),
         class: class.0,
-        is_thing: info.is_some_and(|info| info.is_thing),
+        is_thing,
+        thing: instance.or(is_thing.then_some(entity)),
     }
 }

@@ -34,6 +34,12 @@ impl Pose {
         Self { translation: upright.translation.as_dvec3(), rotation }
     }
 
+    /// As seen from coordinates that count from so much further back.
+    #[must_use]
+    pub fn moved(self, origin: DVec3) -> Self {
+        Self { translation: self.translation + origin, ..self }
+    }
+
     /// Between this one (0) and another (1): straight ahead, and turned evenly by the shorter way.
     #[must_use]
     pub fn toward(&self, other: &Self, fraction: f64) -> Self {

@@ -7,8 +7,12 @@
 //! rays           what the last frame draws, as rays meet it: a tree over the boxes of objects, and one for each mesh
 //!                (ray_meshes); with colours and masks (texels)
 //! label_table    entities to the numbers and classes that outputs have for them
+//! tracking       what boxes and flow need beside pictures: drawn_parts, where everything is; things, what has boxes
+//! boxes          boxes of things in a picture, by outline and outer_vertices
+//! flow           where what a pixel shows is in the picture of another time
 //! dataset        the sensors of a run as files: `relief render --sensors`
-//! files          which files outputs become, and what is in them; description, manifest: those of a whole data set
+//! files          which files outputs become, and what is in them (box_records); description, manifest: those of a
+//!                whole data set
 //! run_writer     what is written of a run as a whole: log, one log of ROS 2; coco, kitti, labels as these data sets
 //!                have them; films. axes: those that these and other outputs have
 //! ```
@@ -33,26 +37,36 @@
 //! ```
 
 mod axes;
+mod box_records;
+mod boxes;
 mod camera;
 mod coco;
 mod dataset;
 mod description;
+mod drawn_parts;
 mod files;
 mod films;
+mod flow;
 mod kitti;
 mod label_table;
 pub mod lidar;
 mod log;
 mod manifest;
+mod outer_vertices;
+mod outline;
 mod ray_meshes;
 mod rays;
 mod run_writer;
 mod suite;
 mod texels;
+mod things;
+mod tracking;
 
+pub use boxes::{Motion, ObjectBox};
 pub use camera::CameraCapture;
 pub use dataset::{SensorJob, render_sensors};
 pub use files::FileFormat;
+pub use flow::{Flow, flags};
 pub use lidar::{LidarScan, Pose};
 pub use rays::{Meeting, RayScene, RayWarnings};
 pub use suite::{Capture, LidarCapture, SensorCapture, SensorData, SensorSuite, sensor_names};

@@ -58,7 +58,7 @@ impl RunInfo<'_> {
             let needs = match format {
                 FileFormat::Coco => "a camera with color, instance and class",
                 FileFormat::Kitti => "a camera with color whose lens is not orthographic, or a lidar",
-                FileFormat::Video => "a camera with another output than linear",
+                FileFormat::Video => "a camera with an output that is a picture",
                 _ => continue,
             };
             if !self.sensors.values().any(|sensor| format.holds_any(sensor)) {

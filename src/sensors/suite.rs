@@ -4,6 +4,7 @@ use super::camera::{self, CameraCapture};
 use super::label_table::{LabelTable, MOST_ABOVE, number};
 use super::lidar::{self, LidarScan, Pose};
 use super::rays::{RayScene, RayWarnings};
+use super::tracking::{self, TrackedCamera, Tracker};
 use crate::name;
 use crate::renderer::{Gpu, RenderError, Renderer, Settings, ViewBatches, ViewPlan};
 use bevy_ecs::name::Name;
@@ -29,6 +30,7 @@ pub struct SensorSuite {
     warnings: RayWarnings,
     /// Where lidars that sweep were when they were due last.
     poses: HashMap<Entity, (u64, Pose)>,
+    tracker: Tracker,
 }
 
 /// What all sensors that were due measured of one state.
@@ -114,10 +116,14 @@ pub fn sensor_names(world: &mut World) -> Vec<(String, Entity)> {
 fn sensor_name(world: &World, sensor: Entity) -> String {
     let own = world.get::<Name>(sensor).map(|name| name.as_str().to_owned());
     let own = own.unwrap_or_else(|| format!("sensor {}", number(world, sensor)));
+    mounted_on(world, sensor).map_or(own.clone(), |above| format!("{}/{own}", name::of_entity(world, above)))
+}
+
+/// The thing that a sensor is on.
+fn mounted_on(world: &World, sensor: Entity) -> Option<Entity> {
     let parent = |entity| world.get::<ChildOf>(entity).map(ChildOf::parent);
     let above = std::iter::successors(parent(sensor), |&above| parent(above)).take(MOST_ABOVE);
-    let mounted_on = above.into_iter().find(|&above| world.get::<Instance>(above).is_some());
-    mounted_on.map_or(own.clone(), |above| format!("{}/{own}", name::of_entity(world, above)))
+    above.into_iter().find(|&above| world.get::<Instance>(above).is_some())
 }
 
 impl SensorSuite {
@@ -131,6 +137,7 @@ impl SensorSuite {
             rays: RayScene::default(),
             warnings: RayWarnings::default(),
             poses: HashMap::new(),
+            tracker: Tracker::default(),
         }
     }
 
@@ -161,20 +168,35 @@ impl SensorSuite {
     /// [`RenderError`].
     pub(super) fn capture_due(&mut self, simulation: &mut Simulation, due: Vec<Due>) -> Result<Capture, RenderError> {
         let plans: Vec<ViewPlan> = due.iter().filter_map(|due| due.plan(&self.settings)).collect();
-        let Self { renderer, batches, labels, rays, warnings, .. } = self;
+        let Self { renderer, batches, labels, rays, warnings, tracker, .. } = self;
         let drawn = simulation.with_frame(|frame| renderer.draw_views(frame, batches, &plans))?;
         labels.begin();
+        let tracked = tracker.look(simulation, labels, due.iter().map(|due| &due.sensor));
         let world = &simulation.world;
         let (origin, seed) = (world.resource::<Origin>().0, world.resource::<Seed>().0);
         let Clock { step, step_seconds, .. } = *world.resource::<Clock>();
         *warnings = RayWarnings::default();
         let mut views = plans.iter().zip(&drawn);
-        let mut sensors = Vec::new();
+        let mut sensors: Vec<SensorCapture> = Vec::new();
+        // Which sensor's boxes, and how things are drawn alone for them.
+        let mut boxes_of = Vec::new();
         for due in due {
             let data = match &due.sensor.kind {
                 SensorKind::Camera(camera) => {
                     let Some((plan, drawn)) = views.next() else { continue };
-                    SensorData::Camera(camera::capture(camera, &plan.view, drawn, labels, world))
+                    let (mut capture, found) = camera::capture(camera, &plan.view, drawn, labels, world);
+                    if let Some(tracked) = &tracked {
+                        let camera = TrackedCamera {
+                            entity: due.entity,
+                            every: due.sensor.every,
+                            camera,
+                            world_from_camera: camera::world_from_camera(&plan.view, origin),
+                            mounted_on: mounted_on(world, due.entity).map(|above| number(world, above)),
+                        };
+                        let boxes = tracker.track(tracked, &camera, &mut capture, &found);
+                        boxes_of.extend(boxes.map(|boxes| (sensors.len(), camera::plan_alone(plan), boxes)));
+                    }
+                    SensorData::Camera(capture)
                 }
                 SensorKind::Lidar(lidar) => {
                     // For itself alone: what is met first of what lies in one place depends on the tree.
@@ -192,7 +214,24 @@ impl SensorSuite {
             let [_, world_from_sensor] = due.in_scene(origin);
             sensors.push(SensorCapture { entity: due.entity, name: due.name, world_from_sensor, data });
         }
-        let nanoseconds = nanoseconds(world.resource::<Clock>(), step);
+        if let Some(tracked) = tracked {
+            let sets: Vec<_> = boxes_of.iter().map(|(_, _, boxes)| tracked.drawn_alone(boxes)).collect();
+            let plans = boxes_of.iter().zip(&sets).flat_map(|((_, plan, _), sets)| sets.iter().map(|_| plan.clone()));
+            let plans: Vec<ViewPlan> = plans.collect();
+            let (only, counts): (Vec<_>, Vec<_>) =
+                (sets.iter().flatten().cloned().collect(), sets.iter().map(Vec::len).collect());
+            let drawn = simulation.with_frame(|frame| renderer.draw_alone(frame, batches, (&plans, &only)))?;
+            let mut drawn = &drawn[..];
+            for ((sensor, _, boxes), count) in boxes_of.into_iter().zip(counts) {
+                let (own, rest) = drawn.split_at(count);
+                drawn = rest;
+                if let SensorData::Camera(capture) = &mut sensors[sensor].data {
+                    capture.boxes = tracking::finish(boxes, own, labels, &simulation.world);
+                }
+            }
+            tracker.forget(&simulation.world);
+        }
+        let nanoseconds = nanoseconds(simulation.world.resource::<Clock>(), step);
         Ok(Capture { step, nanoseconds, sensors })
     }
 

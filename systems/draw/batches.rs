@@ -62,9 +62,13 @@ pub struct BlendedRun {
 
 /// Orders the blended objects that may be in a view: farthest first along the viewing direction, equal ones by slot.
 /// Returns their slots, and the runs of neighbours with the same key.
-pub fn sort_transparent(transparent: &[Transparent], view: &View) -> (Vec<u32>, Vec<BlendedRun>) {
+pub fn sort_transparent<'a>(
+    transparent: impl IntoIterator<Item = &'a Transparent>,
+    view: &View,
+) -> (Vec<u32>, Vec<BlendedRun>) {
     let (planes, eye, direction) = (view.frustum_planes(), view.eye(), view.direction());
-    let mut order: Vec<&Transparent> = transparent.iter().filter(|item| in_frustum(&planes, item.bounds)).collect();
+    let in_view = transparent.into_iter().filter(|item| in_frustum(&planes, item.bounds));
+    let mut order: Vec<&Transparent> = in_view.collect();
     order.sort_by(|a, b| {
         // From the eye: far from the origin, rounding would come before what lies between two panes.
         let depth = |item: &Transparent| (item.bounds.center - eye).dot(direction);

@@ -5,6 +5,7 @@ use crate::draw::camera::{Camera, Projection};
 use crate::draw::intrinsics::Intrinsics;
 use crate::space::transform::Transform;
 use bevy_ecs::prelude::*;
+use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
 /// Makes an entity a sensor. Its place is the entity's; what it is mounted on is above it.
@@ -109,6 +110,36 @@ impl CameraSensor {
         Camera { projection, near: self.near, far: self.far }
     }
 
+    /// The pixel (u, v) of a place in camera axes, X right, Y down, Z forward, metres. Centres of pixels are integers.
+    /// `None` of what is not before the camera.
+    pub fn project(&self, camera: DVec3) -> Option<DVec2> {
+        let Some(k) = self.intrinsics() else {
+            return Some(self.middle() + self.pixels_per_metre() * camera.truncate());
+        };
+        let at = camera.truncate() / camera.z;
+        (camera.z > 0.0).then(|| DVec2::new(k.fx * at.x + k.cx, k.fy * at.y + k.cy))
+    }
+
+    /// The place in camera axes that a pixel (u, v) shows, `range` metres from the optical centre; where the projection
+    /// is parallel, as far along the axis.
+    pub fn unproject(&self, u: f64, v: f64, range: f64) -> DVec3 {
+        match self.intrinsics() {
+            Some(intrinsics) => intrinsics.direction(u, v).normalize() * range,
+            None => ((DVec2::new(u, v) - self.middle()) / self.pixels_per_metre()).extend(range),
+        }
+    }
+
+    /// The pixel in the middle of the picture.
+    fn middle(&self) -> DVec2 {
+        (DVec2::new(self.size.0.into(), self.size.1.into()) - 1.0) / 2.0
+    }
+
+    /// Of a parallel projection; 0 of others.
+    fn pixels_per_metre(&self) -> f64 {
+        let Lens::Orthographic { half_height } = self.lens else { return 0.0 };
+        f64::from(self.size.1) / (2.0 * f64::from(half_height))
+    }
+
     /// Its intrinsics, for its size; `None` where the projection is parallel.
     pub fn intrinsics(&self) -> Option<Intrinsics> {
         match self.lens {
@@ -164,11 +195,17 @@ pub enum CameraOutput {
     Class,
     /// Class and instance in one number, 32-bit.
     Panoptic,
+    /// A record for each thing in the picture: its boxes, and how much of it is seen.
+    Boxes,
+    /// Where what a pixel shows is at the next capture, pixels.
+    Flow,
+    /// Where what a pixel shows was at the capture before, pixels.
+    FlowBack,
 }
 
 impl CameraOutput {
     /// All, with their names.
-    pub const ALL: [(&'static str, Self); 9] = [
+    pub const ALL: [(&'static str, Self); 12] = [
         ("color", Self::Color),
         ("linear", Self::Linear),
         ("depth", Self::Depth),
@@ -178,6 +215,9 @@ impl CameraOutput {
         ("part", Self::Part),
         ("class", Self::Class),
         ("panoptic", Self::Panoptic),
+        ("boxes", Self::Boxes),
+        ("flow", Self::Flow),
+        ("flow_back", Self::FlowBack),
     ];
 }
 

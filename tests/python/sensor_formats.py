@@ -104,6 +104,33 @@ for step in [0, 2, 4]:
     p2, tr = calib["P2"].reshape(3, 4), calib["Tr_velo_to_cam"].reshape(3, 4)
     assert np.array_equal(p2[:, :3], front["K"]) and np.array_equal(p2[:, 3], [0, 0, 0])
     assert np.array_equal(calib["R0_rect"].reshape(3, 3), np.eye(3))
+    # The box of the scene, of 1.8 × 1.5 × 4 m with the middle of its lower face at (0.5, 0, 10), looks along +Z.
+    lines = [line.split() for line in (home / "label_2" / f"{name}.txt").read_text().splitlines()]
+    assert [line[0] for line in lines] == ["Car", "Truck"] and all(len(line) == 15 for line in lines), lines
+    truncated, occluded, alpha, *numbers = map(float, lines[0][1:])
+    capture = next(capture for capture in front["captures"] if capture["step"] == step)
+    camera_from_world = np.linalg.inv(np.array(capture["world_from_entity"]) @ np.array(front["entity_from_sensor"]))
+    location = (camera_from_world @ [0.5, 0, 10, 1])[:3]
+    forward = camera_from_world[:3, :3] @ [0, 0, 1]
+    turn = np.arctan2(-forward[2], forward[0])
+    # Numbers have four places behind the point; those of the program came through floats of some metres.
+    assert np.allclose(numbers[4:], [1.5, 1.8, 4, *location, turn], atol=2e-4), (numbers, location)
+    assert np.isclose(alpha, turn - np.arctan2(location[0], location[2]), atol=2e-4)
+    # All of it is seen: its outline goes around its pixels, half a pixel more at most, and it is in the picture.
+    rows, columns = np.nonzero(array("ego/front", "class", step) == 26)
+    seen = [columns.min(), rows.min(), columns.max(), rows.max()]
+    assert np.abs(np.subtract(numbers[:4], seen)).max() <= 0.5 + 1e-3, (numbers[:4], seen)
+    assert truncated == 0 and occluded == 0
+    # Behind it is the truck, a part of which it hides.
+    assert int(lines[1][2]) in [1, 2], lines[1]
+    if step < 4:
+        flow, flags = array("ego/front", "flow", step), array("ego/front", "flow_flags", step)
+        steps = np.floor(flow * 64 + 32768 + 0.5)
+        fits = (flags & 1 == 1) & ((steps >= 0) & (steps <= 65535)).all(-1)
+        wanted = np.where(fits[..., None], np.concatenate([steps, np.ones_like(steps[..., :1])], -1), 0)
+        assert np.array_equal(picture(home / "flow" / f"{name}.png"), wanted) and fits.any()
+    else:
+        assert not (home / "flow" / f"{name}.png").exists()
     points, found = scan(home, "ego/top", step)
     # Nothing is fired before the first step.
     assert (len(points) == 0) == (step == 0)

@@ -1,0 +1,238 @@
+//! Boxes of things in a camera's picture, and how much of each is seen.
+//!
+//! The box around what is seen comes from the numbers of pixels. The box of the whole is that of the outline of the
+//! thing's vertices, with what lies out of the picture. How much is hidden is found by drawing: each thing that is seen
+//! is drawn once more without what is in front of it, with the same pixels, and these are counted. Things whose outlines
+//! are apart share such a picture.
+
+use super::label_table::Labels;
+use super::lidar::Pose;
+use super::outline::{Outline, before_plane};
+use super::things::Thing;
+use crate::renderer::SlotSet;
+use glam::{DAffine3, DQuat, DVec2, DVec3};
+use std::collections::BTreeMap;
+use systems::sensors::CameraSensor;
+
+/// Pixels between outlines of things that share a picture: levels of detail stand out by less than one.
+const GAP: f64 = 2.0;
+
+/// A thing in a picture. Of pixel (u, v), boxes cover [u, u + 1] and [v, v + 1]: the picture is from (0, 0) to (W, H).
+/// That is half a pixel more than places by the camera's matrix K, which are 0 in the middle of the first pixel.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct ObjectBox {
+    /// Its number: `instance`.
+    pub id: u32,
+    /// Semantic class.
+    pub class: u8,
+    /// Left, top, right, bottom of the pixels that show it; 0 where none does.
+    pub box_visible: [f32; 4],
+    /// Left, top, right, bottom of all of it that is farther than the near plane, within and out of the picture.
+    pub box_full: [f32; 4],
+    /// How much of what lies within the picture is seen, 0 to 1: its pixels, of those that it has drawn alone.
+    pub visible: f32,
+    /// How much of its outline lies out of the picture, 0 to 1.
+    pub truncated: f32,
+    /// How many pixels show it.
+    pub pixels: u32,
+    /// The middle of its box in space: camera axes, X right, Y down, Z forward, metres.
+    pub center: [f64; 3],
+    /// Length (along its own Z, forward), width (along its X, to the left) and height (along its Y, up), metres.
+    pub size: [f32; 3],
+    /// What turns its own axes into the camera's: w, x, y, z.
+    pub quaternion: [f64; 4],
+    /// The middle of its box in space, the scene's coordinates.
+    pub world_center: [f64; 3],
+    /// What turns its own axes into the world's: w, x, y, z.
+    pub world_quaternion: [f64; 4],
+    /// How it moved since the capture before; `None` where that is not known.
+    pub motion: Option<Motion>,
+    /// Corners of its box in space, in pixels: of the lower x in its own axes, then of the higher; of each of these the
+    /// lower y, then the higher; of each of these the lower z, then the higher. `None`: not before the camera.
+    pub corners_uv: [Option<[f32; 2]>; 8],
+}
+
+/// How a thing moved between two captures.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Motion {
+    /// Of the middle of its box, metres per second, world axes.
+    pub velocity: [f32; 3],
+    /// About the world's +Y, radians per second.
+    pub yaw_rate: f32,
+}
+
+/// Where a camera is, and where things were before.
+pub(super) struct Scene<'a> {
+    pub things: &'a [Thing],
+    /// Camera axes, X right, Y down, Z forward, from the scene's coordinates.
+    pub camera_from_world: DAffine3,
+    /// Of things, by their numbers, at the capture before, and the seconds since.
+    pub before: Option<(&'a BTreeMap<u32, Pose>, f64)>,
+    /// The number of the thing that the camera is on, of which there is no box.
+    pub mounted_on: Option<u32>,
+}
+
+/// The boxes of a picture that is drawn, while pictures of hidden things are not.
+pub(super) struct Boxes {
+    boxes: Vec<ObjectBox>,
+    /// What is drawn alone together: places in `boxes`.
+    layers: Vec<Vec<usize>>,
+}
+
+impl Boxes {
+    /// Those of a camera; `found`: what its pixels show.
+    pub fn of(camera: &CameraSensor, scene: &Scene, found: &[Labels]) -> Self {
+        let seen = count(found, camera.size.0);
+        let mut boxes = Vec::new();
+        // What a picture has of a thing alone is within its outline.
+        let mut layers: Vec<(Vec<usize>, Vec<[f64; 4]>)> = Vec::new();
+        for thing in scene.things.iter().filter(|thing| Some(thing.number) != scene.mounted_on) {
+            let Some((outline, made)) = scene.object_box(camera, thing, seen.get(&thing.number)) else { continue };
+            if made.pixels > 0 {
+                let apart =
+                    |(_, others): &&mut (_, Vec<[f64; 4]>)| others.iter().all(|other| are_apart(&outline, other));
+                match layers.iter_mut().find(apart) {
+                    Some((members, outlines)) => {
+                        members.push(boxes.len());
+                        outlines.push(outline);
+                    }
+                    None => layers.push((vec![boxes.len()], vec![outline])),
+                }
+            }
+            boxes.push(made);
+        }
+        Self { boxes, layers: layers.into_iter().map(|(members, _)| members).collect() }
+    }
+
+    /// What is to be drawn alone, a set of slots for each picture.
+    pub fn drawn_alone(&self, things: &[Thing]) -> Vec<SlotSet> {
+        let of = |id: u32| things.binary_search_by_key(&id, |thing| thing.number).ok();
+        let slots = |members: &Vec<usize>| {
+            let own = members.iter().filter_map(|&member| of(self.boxes[member].id));
+            own.fold(SlotSet::default(), |mut all, thing| {
+                all.extend(&things[thing].slots);
+                all
+            })
+        };
+        self.layers.iter().map(slots).collect()
+    }
+
+    /// The boxes, when what was to be drawn alone is drawn; `found`: what the pixels of each picture show.
+    pub fn finish(mut self, found: impl IntoIterator<Item = Vec<Labels>>) -> Vec<ObjectBox> {
+        for (members, found) in self.layers.iter().zip(found) {
+            let alone = count(&found, 1);
+            for &member in members {
+                let made = &mut self.boxes[member];
+                let all = alone.get(&made.id).map_or(0, |seen| seen.pixels);
+                made.visible = made.pixels as f32 / all.max(made.pixels).max(1) as f32;
+            }
+        }
+        self.boxes
+    }
+}
+
+impl Scene<'_> {
+    /// The box of a thing, and its outline within the picture; `None` where it is not in the picture.
+    fn object_box(&self, camera: &CameraSensor, thing: &Thing, seen: Option<&Seen>) -> Option<([f64; 4], ObjectBox)> {
+        let in_camera: Vec<DVec3> =
+            thing.vertices.iter().map(|v| self.camera_from_world.transform_point3(*v)).collect();
+        let is_near = |place: &DVec3| place.z <= f64::from(camera.far);
+        if !in_camera.iter().any(is_near) {
+            return None;
+        }
+        let before = before_plane(&in_camera, camera.near.into());
+        let outline = Outline::around(before.into_iter().filter_map(|place| pixel(camera, place)).collect());
+        let full = outline.bounds()?;
+        let within = outline.within([0.0, 0.0, camera.size.0.into(), camera.size.1.into()]);
+        let (area, area_within) = (outline.area(), within.area());
+        let Some(bounds) = within.bounds().filter(|_| seen.is_some() || area_within > 0.0) else { return None };
+        let Pose { rotation, .. } = thing.pose;
+        let camera_from_thing = (DQuat::from_mat3(&self.camera_from_world.matrix3) * rotation).normalize();
+        let center = thing.center();
+        let size = thing.high - thing.low;
+        let corners = std::array::from_fn(|corner| {
+            let choose = |axis: usize| if corner >> (2 - axis) & 1 == 1 { thing.high[axis] } else { thing.low[axis] };
+            let place = thing.pose.translation + rotation * DVec3::new(choose(0), choose(1), choose(2));
+            let place = pixel(camera, self.camera_from_world.transform_point3(place));
+            place.map(|place| place.as_vec2().to_array())
+        });
+        let made = ObjectBox {
+            id: thing.number,
+            class: thing.class,
+            box_visible: seen.map_or([0.0; 4], Seen::bounds),
+            box_full: full.map(|edge| edge as f32),
+            visible: 0.0,
+            truncated: if area > 0.0 { (1.0 - area_within / area).clamp(0.0, 1.0) as f32 } else { 0.0 },
+            pixels: seen.map_or(0, |seen| seen.pixels),
+            center: self.camera_from_world.transform_point3(center).to_array(),
+            size: [size.z as f32, size.x as f32, size.y as f32],
+            quaternion: w_first(camera_from_thing),
+            world_center: center.to_array(),
+            world_quaternion: w_first(rotation),
+            motion: self.motion(thing),
+            corners_uv: corners,
+        };
+        Some((bounds, made))
+    }
+
+    /// From where a thing was.
+    fn motion(&self, thing: &Thing) -> Option<Motion> {
+        let (all, seconds) = self.before?;
+        let before = all.get(&thing.number)?;
+        let moved = thing.center() - (before.translation + before.rotation * thing.middle());
+        let turned = (thing.pose.rotation * before.rotation.inverse()).normalize();
+        // The shorter way.
+        let turned = if turned.w < 0.0 { -turned } else { turned };
+        let yaw_rate = (turned.to_scaled_axis().y / seconds) as f32;
+        Some(Motion { velocity: (moved / seconds).as_vec3().to_array(), yaw_rate })
+    }
+}
+
+/// Where a place in camera axes is, from the corner of the picture.
+fn pixel(camera: &CameraSensor, place: DVec3) -> Option<DVec2> {
+    camera.project(place).map(|place| place + 0.5)
+}
+
+fn w_first(rotation: DQuat) -> [f64; 4] {
+    let [x, y, z, w] = rotation.to_array();
+    [w, x, y, z]
+}
+
+fn are_apart(a: &[f64; 4], b: &[f64; 4]) -> bool {
+    a[2] + GAP < b[0] || b[2] + GAP < a[0] || a[3] + GAP < b[1] || b[3] + GAP < a[1]
+}
+
+/// The pixels that show a thing.
+#[derive(Clone, Copy)]
+struct Seen {
+    pixels: u32,
+    low: [u32; 2],
+    high: [u32; 2],
+}
+
+impl Seen {
+    fn bounds(&self) -> [f32; 4] {
+        [self.low[0], self.low[1], self.high[0] + 1, self.high[1] + 1].map(|edge| edge as f32)
+    }
+}
+
+/// The pixels of each thing, by its number.
+fn count(found: &[Labels], width: u32) -> BTreeMap<u32, Seen> {
+    let mut seen: BTreeMap<u32, Seen> = BTreeMap::new();
+    for (row, v) in found.chunks(width.max(1) as usize).zip(0..) {
+        let mut u = 0;
+        // Neighbours are mostly of one thing.
+        for run in row.chunk_by(|a, b| a.instance == b.instance) {
+            let length = run.len() as u32;
+            if run[0].instance != 0 {
+                let new = Seen { pixels: 0, low: [u, v], high: [u, v] };
+                let seen = seen.entry(run[0].instance).or_insert(new);
+                seen.pixels += length;
+                seen.low = [seen.low[0].min(u), seen.low[1].min(v)];
+                seen.high = [seen.high[0].max(u + length - 1), seen.high[1].max(v)];
+            }
+            u += length;
+        }
+    }
+    seen
+}

@@ -1,0 +1,125 @@
+//! What boxes and optical flow of cameras take beside their own pictures: where everything is that is drawn, and where
+//! it was when the camera was due before.
+
+use super::boxes::{Boxes, ObjectBox, Scene};
+use super::camera::CameraCapture;
+use super::drawn_parts::{DrawnParts, Places};
+use super::flow::{FlowFrame, flow};
+use super::label_table::{LabelTable, Labels};
+use super::things::{OuterVertices, Thing, things};
+use crate::renderer::{Outputs, SlotSet};
+use bevy_ecs::prelude::*;
+use glam::DAffine3;
+use std::collections::HashMap;
+use std::sync::Arc;
+use systems::Simulation;
+use systems::ecs::clock::Clock;
+use systems::sensors::{CameraOutput, CameraSensor, Sensor, SensorKind};
+
+/// Kept from capture to capture.
+#[derive(Default)]
+pub(super) struct Tracker {
+    vertices: OuterVertices,
+    /// Of cameras: the step, and what they saw.
+    before: HashMap<Entity, (u64, FlowFrame)>,
+}
+
+/// What a state has for all cameras that are due.
+pub(super) struct Tracked {
+    step: u64,
+    step_seconds: f64,
+    places: Arc<Places>,
+    things: Vec<Thing>,
+}
+
+/// A camera that is due.
+pub(super) struct TrackedCamera<'a> {
+    pub entity: Entity,
+    pub every: u32,
+    pub camera: &'a CameraSensor,
+    /// From camera axes, X right, Y down, Z forward, to the scene's coordinates.
+    pub world_from_camera: DAffine3,
+    /// The number of the thing that it is on.
+    pub mounted_on: Option<u32>,
+}
+
+impl Tracker {
+    /// Looks at what the last frame drew, if one of the sensors asks for it.
+    pub fn look<'a>(
+        &mut self,
+        simulation: &Simulation,
+        labels: &mut LabelTable,
+        due: impl Iterator<Item = &'a Sensor> + Clone,
+    ) -> Option<Tracked> {
+        let asks_for = |outputs: &[CameraOutput]| {
+            due.clone().any(|due| matches!(&due.kind, SensorKind::Camera(camera) if camera.outputs.has_any(outputs)))
+        };
+        let has_boxes = asks_for(&[CameraOutput::Boxes]);
+        if !has_boxes && !asks_for(&[CameraOutput::Flow, CameraOutput::FlowBack]) {
+            return None;
+        }
+        let drawn = DrawnParts::of(simulation, labels);
+        let things = if has_boxes { things(&drawn, simulation.library(), &mut self.vertices) } else { Vec::new() };
+        let Clock { step, step_seconds, .. } = *simulation.world.resource::<Clock>();
+        Some(Tracked { step, step_seconds, places: Arc::new(drawn.places), things })
+    }
+
+    /// Gives a camera's capture its flow, and finds its boxes, for which things are to be drawn alone yet.
+    pub fn track(
+        &mut self,
+        tracked: &Tracked,
+        camera: &TrackedCamera,
+        capture: &mut CameraCapture,
+        found: &[Labels],
+    ) -> Option<Boxes> {
+        let &TrackedCamera { entity, every, camera, world_from_camera, mounted_on } = camera;
+        let has = |output| camera.outputs.has(output);
+        let (has_flow, has_flow_back, has_boxes) =
+            (has(CameraOutput::Flow), has(CameraOutput::FlowBack), has(CameraOutput::Boxes));
+        if !(has_flow || has_flow_back || has_boxes) {
+            return None;
+        }
+        let mut now = FlowFrame { world_from_camera, places: tracked.places.clone(), ..FlowFrame::default() };
+        if has_flow || has_flow_back {
+            now.part = found.iter().map(|labels| labels.part).collect();
+            now.range =
+                if has(CameraOutput::Range) { capture.range.clone() } else { std::mem::take(&mut capture.range) };
+        }
+        let due_before = tracked.step.checked_sub(every.into());
+        let before = self.before.get(&entity).filter(|(step, _)| Some(*step) == due_before).map(|(_, before)| before);
+        if let Some(before) = before {
+            let is_alike = before.part.len() == now.part.len();
+            capture.flow = if has_flow && is_alike { flow(camera, before, &now) } else { Default::default() };
+            capture.flow_back = if has_flow_back && is_alike { flow(camera, &now, before) } else { Default::default() };
+        }
+        let boxes = has_boxes.then(|| {
+            let seconds = f64::from(every) * tracked.step_seconds;
+            let scene = Scene {
+                things: &tracked.things,
+                camera_from_world: world_from_camera.inverse(),
+                before: before.map(|before| (&before.places.things, seconds)),
+                mounted_on,
+            };
+            Boxes::of(camera, &scene, found)
+        });
+        self.before.insert(entity, (tracked.step, now));
+        boxes
+    }
+
+    /// Forgets cameras that are no more.
+    pub fn forget(&mut self, world: &World) {
+        self.before.retain(|camera, _| world.get_entity(*camera).is_ok());
+    }
+}
+
+impl Tracked {
+    /// What boxes need drawn alone, a set of slots for each picture.
+    pub fn drawn_alone(&self, boxes: &Boxes) -> Vec<Arc<SlotSet>> {
+        boxes.drawn_alone(&self.things).into_iter().map(Arc::new).collect()
+    }
+}
+
+/// The boxes, when what they need alone is drawn.
+pub(super) fn finish(boxes: Boxes, drawn: &[Outputs], labels: &mut LabelTable, world: &World) -> Vec<ObjectBox> {
+    boxes.finish(drawn.iter().map(|drawn| drawn.ids().map(|id| labels.labels(world, id)).collect()))
+}

@@ -1,0 +1,458 @@
+//! Boxes and optical flow of cameras against arithmetic of their own.
+
+mod common;
+
+use bevy_ecs::name::Name;
+use bevy_ecs::prelude::*;
+use glam::{DAffine3, DMat3, DVec2, DVec3, EulerRot, Quat, UVec2, Vec2, Vec3};
+use proptest::prelude::RngExt;
+use proptest::test_runner::{RngAlgorithm, TestRng};
+use relief::sensors::{CameraCapture, Flow, ObjectBox, SensorSuite, flags};
+use std::collections::BTreeMap;
+use systems::Simulation;
+use systems::assets::levels::LevelOfDetail;
+use systems::assets::{AlphaMode, Library, Material, MaterialId, MeshId, Shading, shapes};
+use systems::draw::Intrinsics;
+use systems::ecs::clock::Clock;
+use systems::run::registry::{EntityRegistry, register_all};
+use systems::sensors::{CameraOutput, CameraSensor, Class, Instance, Lens, Sensor};
+use systems::space::{GlobalTransform, Transform};
+
+const SIZE: (u32, u32) = (160, 120);
+const K: Intrinsics = Intrinsics { fx: 150.0, fy: 140.0, cx: 78.25, cy: 60.5 };
+
+/// A world with a camera at the origin that looks along −Z, and what captures it.
+struct Studio {
+    simulation: Simulation,
+    camera: Entity,
+    suite: SensorSuite,
+    cube: MeshId,
+    material: MaterialId,
+}
+
+impl Studio {
+    fn new() -> Option<Self> {
+        let gpu = common::gpu()?;
+        let mut simulation = Simulation::new();
+        simulation.world.insert_resource(common::dark());
+        let mut library = simulation.world.resource_mut::<Library>();
+        let cube = library.add_mesh(shapes::cube(Vec3::ONE));
+        let unlit = Material { shading: Shading::Unlit, double_sided: true, ..Material::default() };
+        let material = library.add_material(unlit);
+        let outputs = [
+            CameraOutput::Depth,
+            CameraOutput::Instance,
+            CameraOutput::Part,
+            CameraOutput::Boxes,
+            CameraOutput::Flow,
+            CameraOutput::FlowBack,
+        ];
+        let camera = CameraSensor {
+            size: SIZE,
+            lens: Lens::Pinhole(K),
+            outputs: outputs.into_iter().collect(),
+            ..CameraSensor::default()
+        };
+        let camera = simulation.world.spawn((Sensor::camera(camera), Name::new("eye"))).id();
+        let mut suite = SensorSuite::new(&gpu);
+        // Meshes as they are.
+        suite.settings.levels = LevelOfDetail::OFF;
+        Some(Self { simulation, camera, suite, cube, material })
+    }
+
+    /// A box that is a thing.
+    fn thing(&mut self, size: Vec3, at: Vec3) -> Entity {
+        let at = Transform::from_translation(at).with_scale(size);
+        self.simulation.world.spawn((self.cube, self.material, at, Instance, Class(26))).id()
+    }
+
+    fn place(&mut self, entity: Entity) -> Mut<'_, Transform> {
+        self.simulation.world.get_mut::<Transform>(entity).expect("lives")
+    }
+
+    /// Of the state at hand.
+    fn capture(&mut self) -> CameraCapture {
+        register_all(&mut self.simulation.world);
+        let capture = self.suite.capture(&mut self.simulation).expect("captured");
+        capture["eye"].camera().expect("a camera").clone()
+    }
+
+    /// Of the state after another step.
+    fn next(&mut self) -> CameraCapture {
+        self.simulation.step();
+        self.capture()
+    }
+
+    fn number(&self, entity: Entity) -> u32 {
+        self.simulation.world.resource::<EntityRegistry>().id(entity).expect("registered").0 + 1
+    }
+
+    fn box_of(&self, capture: &CameraCapture, entity: Entity) -> Option<ObjectBox> {
+        let number = self.number(entity);
+        capture.boxes.iter().find(|one| one.id == number).copied()
+    }
+}
+
+/// Half floats of a box's edges at hundreds of pixels: three roundings.
+const EDGES: f64 = 1e-3;
+
+fn assert_edges(found: [f32; 4], expected: [f64; 4]) {
+    let off = found.iter().zip(expected).map(|(found, expected)| (f64::from(*found) - expected).abs());
+    assert!(off.fold(0.0, f64::max) < EDGES, "{found:?} for {expected:?}");
+}
+
+#[test]
+fn a_box_seen_face_on_is_where_its_nearest_face_is() {
+    let Some(mut studio) = Studio::new() else { return };
+    // The face at 9.5 is larger in the picture than all behind it.
+    let thing = studio.thing(Vec3::new(2.0, 1.0, 1.0), Vec3::new(0.0, 0.0, -10.0));
+    let capture = studio.capture();
+    let found = studio.box_of(&capture, thing).expect("in the picture");
+    let [x, y] = [K.fx * 1.0 / 9.5, K.fy * 0.5 / 9.5];
+    // From the corner of the picture, half a pixel from the middle of the first.
+    let (cx, cy) = (K.cx + 0.5, K.cy + 0.5);
+    let full = [cx - x, cy - y, cx + x, cy + y];
+    assert_edges(found.box_full, full);
+    // Pixels whose middles are within.
+    let first = |edge: f64| (edge - 0.5).ceil();
+    assert_eq!(found.box_visible, full.map(first).map(|edge| edge as f32));
+    assert_eq!((found.visible, found.truncated, found.class), (1.0, 0.0, 26));
+    let [left, top, right, bottom] = found.box_visible;
+    assert_eq!(found.pixels, ((right - left) * (bottom - top)) as u32);
+    // Length, width, height; camera axes.
+    assert_eq!((found.size, found.center), ([1.0, 2.0, 1.0], [0.0, 0.0, 10.0]));
+    // Its y, up, is down in the picture; its z, towards the camera, is back.
+    assert_eq!(found.quaternion.map(f64::abs), [0.0, 1.0, 0.0, 0.0]);
+    assert_eq!((found.world_center, found.world_quaternion), ([0.0, 0.0, -10.0], [1.0, 0.0, 0.0, 0.0]));
+    // Corners as K has them, half a pixel further.
+    let corner = |x: f64, y: f64, z: f64| [(K.fx * x / z + cx) as f32, (-K.fy * y / z + cy) as f32];
+    let expected = [(-1.0, -0.5, 10.5), (-1.0, -0.5, 9.5), (-1.0, 0.5, 10.5), (-1.0, 0.5, 9.5)];
+    for (found, (x, y, z)) in found.corners_uv.iter().zip(expected) {
+        let [u, v] = found.expect("before the camera");
+        let [expected_u, expected_v] = corner(x, y, z);
+        assert!(
+            (u - expected_u).abs() < 1e-3 && (v - expected_v).abs() < 1e-3,
+            "{u} {v} for {expected_u} {expected_v}"
+        );
+    }
+    assert_eq!(found.motion, None);
+}
+
+#[test]
+fn what_a_wall_hides_and_what_is_out_of_the_picture_are_told_apart() {
+    let Some(mut studio) = Studio::new() else { return };
+    let behind_wall = studio.thing(Vec3::new(2.0, 1.0, 1.0), Vec3::new(0.0, 0.0, -10.0));
+    // Hides what is left of the axis.
+    let wall = Transform::from_xyz(-2.0, 0.0, -5.0).with_scale(Vec3::new(4.0, 4.0, 0.01));
+    let wall = studio.simulation.world.spawn((studio.cube, studio.material, wall)).id();
+    // A plate whose middle is on the picture's left edge, and one beyond it.
+    let edge = -((K.cx + 0.5) / K.fx) as f32 * 4.0;
+    let half_out = studio.thing(Vec3::new(1.0, 1.0, 1e-4), Vec3::new(edge, 1.2, -4.0));
+    let out = studio.thing(Vec3::new(1.0, 1.0, 1e-4), Vec3::new(edge - 0.6, -1.2, -4.0));
+    let hidden = studio.thing(Vec3::ONE, Vec3::new(-4.0, 0.0, -12.0));
+    let capture = studio.capture();
+    let found = studio.box_of(&capture, behind_wall).expect("in the picture");
+    // A column of pixels, of 33.
+    assert!((found.visible - 0.5).abs() <= 1.0 / 31.0, "{}", found.visible);
+    assert_eq!(found.truncated, 0.0);
+    let found = studio.box_of(&capture, half_out).expect("in the picture");
+    assert!((found.truncated - 0.5).abs() < 1e-4, "{}", found.truncated);
+    assert_eq!(found.visible, 1.0);
+    assert!(found.box_full[0] < 0.0 && found.box_visible[0] == 0.0);
+    assert_eq!(studio.box_of(&capture, out), None);
+    let found = studio.box_of(&capture, hidden).expect("in the picture");
+    assert_eq!((found.visible, found.pixels, found.box_visible), (0.0, 0, [0.0; 4]));
+    // It is no thing: it has neither a class nor is it said to be one.
+    assert_eq!(studio.box_of(&capture, wall), None);
+}
+
+#[test]
+fn a_camera_has_no_box_of_what_it_is_on_and_boxes_through_its_plane_are_cut() {
+    let Some(mut studio) = Studio::new() else { return };
+    let car = studio.thing(Vec3::new(2.0, 1.0, 4.0), Vec3::ZERO);
+    *studio.place(car) = Transform::IDENTITY;
+    let camera = studio.camera;
+    studio.simulation.world.entity_mut(camera).insert(ChildOf(car));
+    let long = studio.thing(Vec3::new(1.0, 1.0, 40.0), Vec3::new(1.5, 0.0, 0.0));
+    let behind = studio.thing(Vec3::ONE, Vec3::new(0.0, 0.0, 6.0));
+    register_all(&mut studio.simulation.world);
+    let name = format!("{}/eye", studio.simulation.world.get::<Name>(car).map_or(String::new(), ToString::to_string));
+    let capture = studio.suite.capture(&mut studio.simulation).expect("captured");
+    let name = capture.sensors.first().map_or(name, |sensor| sensor.name.clone());
+    let capture = capture[name.as_str()].camera().expect("a camera");
+    assert_eq!(studio.box_of(capture, car), None);
+    assert_eq!(studio.box_of(capture, behind), None);
+    let found = studio.box_of(capture, long).expect("in the picture");
+    // At the near plane, 0.1 m before the eye, it goes to 2 m on the right; its far end is at 20 m.
+    let (cx, near) = (K.cx + 0.5, 0.1);
+    assert!((f64::from(found.box_full[2]) - (cx + K.fx * 2.0 / near)).abs() < 1.0, "{:?}", found.box_full);
+    assert!((f64::from(found.box_full[0]) - (cx + K.fx * 1.0 / 20.0)).abs() < EDGES, "{:?}", found.box_full);
+    assert!(found.truncated > 0.9 && found.corners_uv.iter().any(Option::is_none));
+}
+
+/// Of random things, in parts and blended, the pixels that are seen are counted against those of a capture without
+/// anything else.
+#[test]
+fn how_much_is_seen_is_what_is_left_of_the_thing_alone() {
+    let random = &mut TestRng::deterministic_rng(RngAlgorithm::ChaCha);
+    for _ in 0..6 {
+        let Some(mut studio) = Studio::new() else { return };
+        let mut library = studio.simulation.world.resource_mut::<Library>();
+        let ball = library.add_mesh(shapes::sphere(0.6, 24, 12));
+        let glass = Material {
+            base_factor: Vec3::ONE.extend(0.7),
+            alpha: AlphaMode::Blend,
+            shading: Shading::Unlit,
+            ..Material::default()
+        };
+        let glass = library.add_material(glass);
+        let mut things = Vec::new();
+        for i in 0..24 {
+            let mut number = || random.random::<f32>() * 2.0 - 1.0;
+            let at = Vec3::new(number() * 4.0, number() * 3.0, -6.0 + 4.0 * number());
+            let turned = Quat::from_euler(EulerRot::XYZ, number() * 3.0, number() * 3.0, number() * 3.0);
+            let thing = studio.thing(Vec3::ONE, at);
+            studio.place(thing).rotation = turned;
+            let material = if i % 3 == 0 { glass } else { studio.material };
+            studio.simulation.world.spawn((
+                ball,
+                material,
+                Transform::from_xyz(number(), number(), number()),
+                ChildOf(thing),
+            ));
+            things.push(thing);
+        }
+        let whole = studio.capture();
+        let (mut partly, mut many) = (0, 0);
+        for thing in things.clone() {
+            let Some(found) = studio.box_of(&whole, thing) else { continue };
+            let number = found.id;
+            let here: Vec<usize> = (0..whole.instance.len()).filter(|&i| whole.instance[i] == number).collect();
+            assert_eq!(found.pixels as usize, here.len());
+            let columns = here.iter().map(|i| i % SIZE.0 as usize);
+            let rows = here.iter().map(|i| i / SIZE.0 as usize);
+            if !here.is_empty() {
+                let edges = [columns.clone().min(), rows.clone().min(), columns.max(), rows.max()].map(Option::unwrap);
+                let expected = [edges[0], edges[1], edges[2] + 1, edges[3] + 1].map(|edge| edge as f32);
+                assert_eq!(found.box_visible, expected);
+                // Of what is seen nothing is out of the outline, but for how far the rasterizer may move a vertex.
+                let [left, top, right, bottom] = found.box_full;
+                assert!(expected[0] >= left - 1.0 && expected[1] >= top - 1.0, "{expected:?} {:?}", found.box_full);
+                assert!(expected[2] <= right + 1.0 && expected[3] <= bottom + 1.0, "{expected:?} {:?}", found.box_full);
+            }
+            // Nothing else is drawn.
+            for other in things.iter().filter(|other| **other != thing) {
+                studio.simulation.world.entity_mut(*other).insert(systems::space::Hidden);
+            }
+            let alone = studio.capture();
+            for other in &things {
+                studio.simulation.world.entity_mut(*other).remove::<systems::space::Hidden>();
+            }
+            let all = alone.instance.iter().filter(|id| **id == number).count();
+            let expected = if here.is_empty() { 0.0 } else { here.len() as f32 / all as f32 };
+            assert_eq!(found.visible, expected, "{} of {all}", here.len());
+            partly += usize::from(found.visible > 0.0 && found.visible < 1.0);
+            many += 1;
+        }
+        assert!(partly > 5 && many > 10, "{partly} of {many}");
+    }
+}
+
+#[test]
+fn a_moving_thing_is_where_its_box_is_at_every_step() {
+    let Some(mut studio) = Studio::new() else { return };
+    let thing = studio.thing(Vec3::new(1.0, 0.6, 0.8), Vec3::new(-3.0, 0.2, -6.0));
+    studio.capture();
+    let seconds = studio.simulation.world.resource::<Clock>().step_seconds;
+    for step in 1..20 {
+        let moved = Vec3::new(0.3, 0.01, -0.05);
+        let mut place = studio.place(thing);
+        place.translation += moved;
+        place.rotate_y(0.02);
+        let capture = studio.next();
+        let Some(found) = studio.box_of(&capture, thing) else { panic!("{step}: there is no box") };
+        let number = studio.number(thing);
+        let [left, top, right, bottom] = found.box_visible.map(|edge| edge as usize);
+        let seen = |u: usize, v: usize| capture.instance[v * SIZE.0 as usize + u] == number;
+        // The box of the mask and that of the record: their intersection over union is 1.
+        let mask: Vec<(usize, usize)> = (0..SIZE.1 as usize)
+            .flat_map(|v| (0..SIZE.0 as usize).map(move |u| (u, v)))
+            .filter(|(u, v)| seen(*u, *v))
+            .collect();
+        let columns = mask.iter().map(|(u, _)| *u);
+        let rows = mask.iter().map(|(_, v)| *v);
+        let around = (columns.clone().min(), rows.clone().min(), columns.max(), rows.max());
+        assert_eq!(around, (Some(left), Some(top), Some(right - 1), Some(bottom - 1)), "{step}");
+        let motion = found.motion.expect("known");
+        let expected = moved.as_dvec3() / seconds;
+        // Places are floats: a few of 6 m, over a step.
+        let room = 4.0 * 6.0 * f64::from(f32::EPSILON) / seconds;
+        let velocity = DVec3::from(motion.velocity.map(f64::from));
+        assert!(velocity.abs_diff_eq(expected, room), "{velocity} for {expected}");
+        assert!((f64::from(motion.yaw_rate) - 0.02 / seconds).abs() < 1e-4, "{}", motion.yaw_rate);
+    }
+}
+
+/// A plane before the camera that fills the picture, its front toward it, at a distance.
+fn backdrop(studio: &mut Studio, distance: f32) -> Entity {
+    let plane =
+        studio.simulation.world.resource_mut::<Library>().add_mesh(shapes::plane(Vec2::splat(60.0), UVec2::ONE));
+    let upright = Quat::from_rotation_x(std::f32::consts::FRAC_PI_2);
+    let at = Transform::from_xyz(0.0, 0.0, -distance).with_rotation(upright);
+    studio.simulation.world.spawn((plane, studio.material, at)).id()
+}
+
+/// Of each pixel with its flow and flags.
+fn pixels(flow: &Flow) -> impl Iterator<Item = (DVec2, DVec2, u8)> + '_ {
+    let place = |i: usize| DVec2::new((i % SIZE.0 as usize) as f64, (i / SIZE.0 as usize) as f64);
+    let all = flow.pixels.iter().zip(&flow.flags).enumerate();
+    all.map(move |(i, ([u, v], flags))| (place(i), DVec2::new((*u).into(), (*v).into()), *flags))
+}
+
+/// Depths are exact to 1e-5 of themselves; a place moves over the picture by no more than that of its distance from
+/// where the camera goes, some hundred pixels.
+const SHIFT: f64 = 3e-3;
+
+#[test]
+fn flow_of_a_plane_is_that_of_its_equation() {
+    let (distance, sideways, forward) = (5.0, 0.2, 0.5);
+    let Some(mut studio) = Studio::new() else { return };
+    backdrop(&mut studio, distance as f32);
+    let first = studio.capture();
+    assert!(first.flow.flags.is_empty() && first.flow_back.flags.is_empty(), "there was no capture before");
+    let camera = studio.camera;
+    studio.place(camera).translation.x += sideways as f32;
+    let found = studio.next();
+    for (at, flow, flags) in pixels(&found.flow) {
+        let expected = DVec2::new(-K.fx * sideways / distance, 0.0);
+        assert!(flow.abs_diff_eq(expected, SHIFT), "{at}: {flow} for {expected}");
+        let there = at + expected;
+        let is_inside = there.x > -0.5 && there.x < f64::from(SIZE.0) - 0.5;
+        assert_eq!(flags, flags::VALID | if is_inside { flags::INSIDE | flags::SEEN } else { 0 }, "{at}");
+    }
+    for (at, flow, _) in pixels(&found.flow_back) {
+        assert!(flow.abs_diff_eq(DVec2::new(K.fx * sideways / distance, 0.0), SHIFT), "{at}: {flow}");
+    }
+    studio.place(camera).translation.z -= forward as f32;
+    let found = studio.next();
+    for (at, flow, _) in pixels(&found.flow) {
+        let expected = (at - DVec2::new(K.cx, K.cy)) * forward / (distance - forward);
+        assert!(flow.abs_diff_eq(expected, SHIFT), "{at}: {flow} for {expected}");
+    }
+}
+
+#[test]
+fn a_camera_that_turns_moves_everything_by_a_homography_the_sky_too() {
+    let Some(mut studio) = Studio::new() else { return };
+    // Below the horizon.
+    let plane = backdrop(&mut studio, 5.0);
+    *studio.place(plane) = Transform::from_xyz(0.0, -1.0, -15.0);
+    let first = studio.capture();
+    let camera = studio.camera;
+    let turn = Quat::from_euler(EulerRot::YXZ, 0.05, 0.02, 0.03);
+    studio.place(camera).rotation = turn;
+    let found = studio.next();
+    // From the old camera's axes to the new one's; y down, z forward.
+    let flip = DMat3::from_diagonal(DVec3::new(1.0, -1.0, -1.0));
+    let homography = K.matrix() * flip * DMat3::from_quat(turn.as_dquat().inverse()) * flip * K.matrix().inverse();
+    let mut sky = 0;
+    for ((at, flow, flags), part) in pixels(&found.flow).zip(&first.part) {
+        let there = homography * at.extend(1.0);
+        let expected = there.truncate() / there.z - at;
+        // Rotations of floats: 1e-7, of a few hundred pixels; depths do not matter, but along the axis.
+        assert!(flow.abs_diff_eq(expected, 1e-3), "{at}: {flow} for {expected}");
+        assert_eq!(flags & flags::SKY != 0, *part == 0, "{at}");
+        sky += u32::from(*part == 0);
+    }
+    assert!(sky > 2000 && sky < SIZE.0 * SIZE.1 - 2000, "{sky}");
+}
+
+#[test]
+fn what_moves_under_a_camera_at_rest_moves_alone() {
+    let Some(mut studio) = Studio::new() else { return };
+    backdrop(&mut studio, 12.0);
+    let thing = studio.thing(Vec3::new(1.0, 1.0, 1e-4), Vec3::new(-1.0, 0.0, -6.0));
+    let first = studio.capture();
+    studio.place(thing).translation += Vec3::new(0.4, 0.2, 0.0);
+    let found = studio.next();
+    let number = studio.number(thing);
+    let moved = DVec2::new(K.fx * 0.4, -K.fy * 0.2) / 6.0;
+    for ((at, flow, flags), part) in pixels(&found.flow).zip(&first.part) {
+        let (expected, room) = if *part == number { (moved, SHIFT) } else { (DVec2::ZERO, 1e-9) };
+        assert!(flow.abs_diff_eq(expected, room), "{at}: {flow} for {expected}");
+        // What the thing covers next is still there, but is not seen.
+        let there = (at.y * f64::from(SIZE.0) + at.x) as usize;
+        let is_covered = *part != number && found.part[there] == number;
+        assert!(!is_covered || flags & flags::SEEN == 0, "{at} is covered");
+    }
+    // There and back again, for what is seen in both.
+    let mut both = 0;
+    for (at, flow, flags) in pixels(&found.flow).filter(|(_, _, flags)| flags & flags::SEEN != 0) {
+        let there = (at + flow).round();
+        let place = there.y as usize * SIZE.0 as usize + there.x as usize;
+        let [u, v] = found.flow_back.pixels[place].map(f64::from);
+        assert!((flow + DVec2::new(u, v)).length() < 0.02, "{at}: {flow}, and back by {u} {v}, {flags}");
+        both += 1;
+    }
+    assert!(both > 10_000, "{both}");
+    // What is gone leads nowhere.
+    studio.simulation.world.despawn(thing);
+    let next = studio.next();
+    assert!(
+        pixels(&next.flow)
+            .zip(&found.part)
+            .all(|((_, flow, flags), part)| *part != number || (flow, flags) == (DVec2::ZERO, 0))
+    );
+}
+
+/// Everything moves: against places taken from the world, depth and K.
+#[test]
+fn flow_of_random_scenes_is_that_of_rigid_bodies() {
+    let random = &mut TestRng::deterministic_rng(RngAlgorithm::ChaCha);
+    for _ in 0..20 {
+        let Some(mut studio) = Studio::new() else { return };
+        let mut number = || random.random::<f32>() * 2.0 - 1.0;
+        let mut things = Vec::new();
+        for _ in 0..12 {
+            let thing = studio
+                .thing(Vec3::new(1.0, 0.7, 1.4), Vec3::new(number() * 3.0, number() * 2.0, -7.0 + 3.0 * number()));
+            things.push(thing);
+        }
+        let places = |studio: &Studio| -> BTreeMap<u32, DAffine3> {
+            let world = &studio.simulation.world;
+            let place = |entity: Entity| {
+                let affine = world.get::<GlobalTransform>(entity).expect("lives").affine();
+                DAffine3 { matrix3: affine.matrix3.as_mat3().as_dmat3(), translation: affine.translation.as_dvec3() }
+            };
+            let all = things.iter().map(|thing| (studio.number(*thing), place(*thing)));
+            all.chain([(0, place(studio.camera))]).collect()
+        };
+        let first = studio.capture();
+        let before = places(&studio);
+        for thing in things.iter().copied().chain([studio.camera]) {
+            let mut place = studio.place(thing);
+            place.translation += Vec3::new(number(), number(), number()) * 0.2;
+            place.rotation *= Quat::from_euler(EulerRot::XYZ, number() * 0.1, number() * 0.1, number() * 0.1);
+        }
+        let found = studio.next();
+        let after = places(&studio);
+        let flip = DAffine3::from_scale(DVec3::new(1.0, -1.0, -1.0));
+        let cameras = [&before, &after].map(|places| places[&0] * flip);
+        let mut compared = 0;
+        for (i, (at, flow, flags)) in pixels(&found.flow).enumerate().filter(|(i, _)| first.part[*i] != 0) {
+            let part = first.part[i];
+            let camera = K.matrix().inverse() * at.extend(1.0) * f64::from(first.depth[i]);
+            let object = before[&part].inverse().transform_point3(cameras[0].transform_point3(camera));
+            let there = cameras[1].inverse().transform_point3(after[&part].transform_point3(object));
+            if there.z < 0.5 {
+                continue;
+            }
+            let expected = (K.matrix() * there / there.z).truncate() - at;
+            // Places are floats of some ten metres: 1e-6 of a metre, of 150 pixels.
+            assert!(flow.abs_diff_eq(expected, 1e-3), "{at}: {flow} for {expected}");
+            assert!(flags & flags::VALID != 0);
+            compared += 1;
+        }
+        assert!(compared > 1000, "{compared}");
+    }
+}
