@@ -2,8 +2,7 @@
 
 mod common;
 
-use common::{assert_fails, text};
-use std::collections::BTreeMap;
+use common::{assert_fails, files, text};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -48,23 +47,6 @@ fn render(folder: &Path, formats: &str, more: &[&str]) {
     let args = ["render", "scene.ron", "-o", "out", "--sensors", "all", "--frames", "5", "--format", formats];
     let output = relief(&[&args[..], more].concat(), folder);
     assert!(output.status.success(), "{}", text(&output.stderr));
-}
-
-/// All files below a folder, by their paths in it.
-fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
-    let mut found = BTreeMap::new();
-    let mut open = vec![folder.to_owned()];
-    while let Some(next) = open.pop() {
-        for path in fs::read_dir(next).expect("a folder").map(|entry| entry.expect("an entry").path()) {
-            if path.is_dir() {
-                open.push(path);
-            } else {
-                let name = path.strip_prefix(folder).expect("below").to_owned();
-                found.insert(name, fs::read(&path).expect("read"));
-            }
-        }
-    }
-    found
 }
 
 #[test]

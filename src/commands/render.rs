@@ -58,8 +58,8 @@ fn file_format() -> impl TypedValueParser<Value = FileFormat> {
              color pictures"
         }
         FileFormat::Kitti => {
-            "NAME/kitti for each camera with color: image_2, depth, semantic, calib, and velodyne with labels of the \
-             lidar beside it"
+            "NAME/kitti for each camera with color: image_2, label_2 (boxes), calib, depth, semantic (class), flow, and \
+             velodyne and labels of the lidar beside it"
         }
         FileFormat::Video => "NAME/OUTPUT.mp4 for each output of cameras, to look at; needs ffmpeg",
     })
