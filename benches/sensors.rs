@@ -183,7 +183,7 @@ fn sun() -> Quat {
 
 fn camera(size: u32, outputs: CameraOutputs) -> CameraSensor {
     let lens = Lens::FieldOfView { y: FOV_Y_DEGREES.to_radians() };
-    CameraSensor { size: (size, size), lens, near: NEAR, far: f32::INFINITY, outputs, samples: 1 }
+    CameraSensor { size: (size, size), lens, near: NEAR, outputs, samples: 1, ..CameraSensor::default() }
 }
 
 fn measure(args: &Args, gpu: &Gpu) -> Result<(), Box<dyn Error>> {

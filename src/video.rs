@@ -6,7 +6,7 @@ use crate::output::{self, OutputError};
 use std::io::Write;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
 
 /// A film that could not be made; the frames are there all the same.
 #[derive(Debug, thiserror::Error)]
@@ -18,6 +18,14 @@ pub enum VideoError {
         path: PathBuf,
         /// The last line it printed.
         message: String,
+    },
+    /// There is no ffmpeg, and nothing is made instead.
+    #[error(
+        "cannot run ffmpeg, which encodes videos ({reason}); to install it: apt-get install ffmpeg (Debian, Ubuntu)"
+    )]
+    NoEncoder {
+        /// What the operating system says.
+        reason: std::io::Error,
     },
     /// ffmpeg does not know what to make of the name.
     #[error(
@@ -57,6 +65,14 @@ pub fn check(path: &Path) -> Result<(), VideoError> {
         return Ok(());
     }
     check_ending(path)
+}
+
+/// Whether [`Film`]s can be made.
+///
+/// # Errors
+/// [`VideoError::NoEncoder`].
+pub fn check_encoder() -> Result<(), VideoError> {
+    ffmpeg().map_err(|reason| VideoError::NoEncoder { reason })
 }
 
 /// Says how the film will differ from its frames' times, which its format cannot give.
@@ -189,4 +205,76 @@ fn encode_film(path: &Path, folder: &Path, frames: Range<u64>, time: FrameTime) 
         let _ = std::fs::remove_file(&temporary);
         OutputError::io(path, source).into()
     })
+}
+
+/// A film that ffmpeg makes while its pictures are. One that is dropped before it is [finished](Self::finish) leaves
+/// nothing.
+pub struct Film {
+    path: PathBuf,
+    temporary: PathBuf,
+    /// Until it ends.
+    encoder: Option<Child>,
+}
+
+impl Film {
+    /// Begins a film; `time`: how long each picture is shown; width and height in pixels.
+    ///
+    /// # Errors
+    /// [`VideoError`].
+    pub fn begin(path: &Path, (width, height): (u32, u32), time: FrameTime) -> Result<Self, VideoError> {
+        output::check_file(path)?;
+        let FrameTime { numerator, denominator } = time.within(LARGEST_TERM);
+        let temporary = temporary(path)?;
+        let encoder = Command::new("ffmpeg")
+            .args(["-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24"])
+            .args(["-s", &format!("{width}x{height}"), "-framerate", &format!("{denominator}/{numerator}"), "-i", "-"])
+            // The same bytes, however many there are; and there may be many films.
+            .args(["-threads", "1", "-vf", FILTER])
+            .args(COLORS)
+            .arg(&temporary)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .map_err(|source| OutputError::io(path, source))?;
+        Ok(Self { path: path.to_owned(), temporary, encoder: Some(encoder) })
+    }
+
+    /// Adds a picture: red, green and blue of each pixel, rows from the top.
+    ///
+    /// # Errors
+    /// [`VideoError`].
+    pub fn add(&mut self, rgb: &[u8]) -> Result<(), VideoError> {
+        let stdin = self.encoder.as_mut().and_then(|encoder| encoder.stdin.as_mut());
+        // Where it has stopped reading, it says why.
+        if stdin.is_none_or(|stdin| stdin.write_all(rgb).is_err()) { self.end() } else { Ok(()) }
+    }
+
+    /// Ends the film and gives it its name, which is returned.
+    ///
+    /// # Errors
+    /// [`VideoError`].
+    pub fn finish(mut self) -> Result<PathBuf, VideoError> {
+        self.end()?;
+        std::fs::rename(&self.temporary, &self.path).map_err(|source| OutputError::io(&self.path, source))?;
+        Ok(self.path.clone())
+    }
+
+    fn end(&mut self) -> Result<(), VideoError> {
+        let failed = |message| VideoError::Failed { path: self.path.clone(), message };
+        let encoder = self.encoder.take().ok_or_else(|| failed("it has ended already".into()))?;
+        let output = encoder.wait_with_output().map_err(|source| OutputError::io(&self.path, source))?;
+        if output.status.success() { Ok(()) } else { Err(failed(last_line(&output.stderr))) }
+    }
+}
+
+impl Drop for Film {
+    fn drop(&mut self) {
+        if let Some(mut encoder) = self.encoder.take() {
+            let _ = encoder.kill();
+            let _ = encoder.wait();
+        }
+        // There is none of that name where it was renamed.
+        let _ = std::fs::remove_file(&self.temporary);
+    }
 }

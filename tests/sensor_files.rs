@@ -2,10 +2,9 @@
 
 mod common;
 
-use common::{assert_fails, text};
-use std::collections::BTreeMap;
+use common::{assert_fails, files, text};
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Output};
 
 /// A car that turns on a road, seen by a camera with a lens of its own, and by a lidar that a post carries.
@@ -44,24 +43,6 @@ fn scene_folder(scene: &str) -> tempfile::TempDir {
 fn done(output: &Output) -> String {
     assert!(output.status.success(), "{}", text(&output.stderr));
     text(&output.stdout)
-}
-
-/// All files below a folder, by their paths in it.
-fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
-    let mut found = BTreeMap::new();
-    let mut open = vec![folder.to_owned()];
-    while let Some(next) = open.pop() {
-        for entry in fs::read_dir(next).expect("a folder") {
-            let path = entry.expect("an entry").path();
-            if path.is_dir() {
-                open.push(path);
-            } else {
-                let name = path.strip_prefix(folder).expect("below").to_owned();
-                found.insert(name, fs::read(&path).expect("read"));
-            }
-        }
-    }
-    found
 }
 
 const ALL: [&str; 7] = ["render", "scene.ron", "--sensors", "all", "--format", "png,npy,npz,exr", "-o"];

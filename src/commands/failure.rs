@@ -144,11 +144,12 @@ fn code_of_frame(error: &FrameError) -> u8 {
         | FrameError::SharedSensorName { .. }
         | FrameError::SharedFrameName { .. }
         | FrameError::NoFormat { .. }
+        | FrameError::NothingToHold { .. }
         | FrameError::BadSensorName { .. }
         | FrameError::NoPanoptic { .. }
         | FrameError::Overwrites { .. }
         | FrameError::NoFrames { .. }
-        | FrameError::Video(VideoError::UnknownEnding { .. })
+        | FrameError::Video(VideoError::UnknownEnding { .. } | VideoError::NoEncoder { .. })
         | FrameError::Recording(RecordingError::Refused { .. }) => BAD_INPUT,
         FrameError::Gpu(_) => NO_ADAPTER,
         FrameError::Output(error)

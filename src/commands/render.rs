@@ -51,8 +51,17 @@ fn file_format() -> impl TypedValueParser<Value = FileFormat> {
         FileFormat::Exr => "A picture per capture with named channels: R G B (linear), Z, N.X N.Y N.Z, range, ids",
         FileFormat::Mcap => {
             "sensors.mcap, one log of ROS 2 for the run: image_raw, depth, class, instance and camera_info of cameras, \
-             points of lidars, /tf, /clock; --resume captures everything anew"
+             points of lidars, /tf, /clock; --resume captures everything anew, as it does for the next three"
         }
+        FileFormat::Coco => {
+            "coco/instances.json and panoptic.json for the run, of cameras with color, instance and class; with the \
+             color pictures"
+        }
+        FileFormat::Kitti => {
+            "NAME/kitti for each camera with color: image_2, label_2 (boxes), calib, depth, semantic (class), flow, and \
+             velodyne and labels of the lidar beside it"
+        }
+        FileFormat::Video => "NAME/OUTPUT.mp4 for each output of cameras, to look at; needs ffmpeg",
     })
 }
 

@@ -119,6 +119,13 @@ pub struct Segment {
     pub iscrowd: u8,
 }
 
+impl Segment {
+    /// The instance of a thing; `None` of a class that cannot be counted.
+    pub fn instance(&self) -> Option<u32> {
+        self.id.checked_sub(FIRST_THING)
+    }
+}
+
 /// The segments of a picture.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Segments {

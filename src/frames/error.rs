@@ -97,6 +97,14 @@ pub enum FrameError {
         /// Its outputs.
         outputs: String,
     },
+    /// A format of which there would be no file.
+    #[error("format {format}: expected {needs}; no sensor asked for is one")]
+    NothingToHold {
+        /// Its name.
+        format: &'static str,
+        /// What it is made of.
+        needs: &'static str,
+    },
     /// A gallery of a scene without mesh variants.
     #[error("{}: no entity has mesh variants, figure: [\"MESH\", …]", scene.display())]
     NoMeshVariants {

@@ -18,7 +18,7 @@ pub mod progress;
 
 pub(crate) use gltf::read_file;
 pub(crate) use model::RoomPart;
-pub use model::{Model, Node, RoomRole};
+pub use model::{Model, NamedClass, Node, NodeLabels, RoomRole};
 
 use crate::problem::Problem;
 use bevy_tasks::ComputeTaskPool;

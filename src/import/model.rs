@@ -1,12 +1,14 @@
 //! A model as its file describes it, and the entities it becomes.
 
 use super::Warning;
+use crate::name;
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
 use glam::Affine3A;
 use systems::assets::{Library, MaterialId, MeshId};
 use systems::draw::Camera;
 use systems::lights::Light;
+use systems::sensors::{Class, Classes, Instance};
 use systems::space::{Aabb, Transform};
 
 /// A model: a forest of nodes over items of a [`Library`].
@@ -18,8 +20,30 @@ pub struct Model {
     pub nodes: Vec<Node>,
     /// Indices of the default scene's root nodes.
     pub roots: Vec<usize>,
+    /// The classes that its nodes, meshes and materials name.
+    pub classes: Vec<NamedClass>,
     /// What was left out or corrected.
     pub warnings: Vec<Warning>,
+}
+
+/// A semantic class that a file names.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NamedClass {
+    /// `nodes[3].extras.class`
+    pub place: String,
+    /// The class.
+    pub name: String,
+}
+
+/// What sensors call a node, by the file's `extras`.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct NodeLabels {
+    /// The class of what is here and below, by its name.
+    pub class: Option<String>,
+    /// It counts as one thing.
+    pub is_instance: bool,
+    /// Of each part, that of its material, else that of its mesh.
+    pub parts: Vec<Option<String>>,
 }
 
 /// One node of a [`Model`].
@@ -41,6 +65,8 @@ pub struct Node {
     pub room: Option<RoomRole>,
     /// Where `parts` are drawn relative to the node (EXT_mesh_gpu_instancing); empty: once, at the node itself.
     pub instances: Vec<Transform>,
+    /// What sensors call it.
+    pub labels: NodeLabels,
 }
 
 /// What a node is in place of an object, by its `extras`: `{"relief": {"cell": "hall"}}`, or
@@ -101,6 +127,16 @@ impl Model {
             .collect()
     }
 
+    /// Its classes that are not among these: where each is named, and what is to be said of it.
+    pub fn unknown_classes<'a>(&'a self, classes: &'a Classes) -> impl Iterator<Item = (&'a str, String)> {
+        let unknown = self.classes.iter().filter(|class| classes.find(&class.name).is_none());
+        let known: Vec<&str> = classes.0.iter().map(|class| class.name.as_str()).collect();
+        unknown.map(move |NamedClass { place, name }| {
+            let hint = name::nearest(&known, name).map_or_else(String::new, |near| format!("; did you mean {near:?}?"));
+            (place.as_str(), format!("unknown class {name:?}: it is ignored{hint}"))
+        })
+    }
+
     /// The box around everything that the default scene draws, model space; a point at the origin where that is
     /// nothing.
     pub fn bounds(&self, library: &Library) -> Aabb {
@@ -127,6 +163,10 @@ impl Node {
     }
 
     fn spawn(&self, world: &mut World, parent: Entity) -> Entity {
+        let class_of = |name: &Option<String>| world.get_resource::<Classes>()?.find(name.as_ref()?);
+        let class = class_of(&self.labels.class);
+        let of_parts: Vec<Option<Class>> = self.labels.parts.iter().map(class_of).collect();
+        let class_of = |part: usize| of_parts.get(part).copied().flatten();
         let mut entity = world.spawn((Name::new(self.name.clone()), self.transform, ChildOf(parent)));
         if let Some(light) = &self.light {
             entity.insert(light.clone());
@@ -134,20 +174,35 @@ impl Node {
         if let Some(camera) = &self.camera {
             entity.insert(camera.clone());
         }
+        if let Some(class) = class {
+            entity.insert(class);
+        }
+        if self.labels.is_instance {
+            entity.insert(Instance);
+        }
         if let Some(role) = &self.room {
             let meshes = self.parts.iter().map(|(mesh, _)| *mesh).collect();
             return entity.insert(RoomPart { role: role.clone(), meshes }).id();
         }
-        // The common case, one part at the node itself, needs no further entity.
-        if let ([part], true) = (self.parts.as_slice(), self.instances.is_empty()) {
+        // The common case, one part at the node itself, needs no further entity; but a class of the part alone is not
+        // that of what is below the node.
+        let is_alone = self.children.is_empty() || class_of(0).is_none();
+        if let ([part], true) = (self.parts.as_slice(), self.instances.is_empty() && is_alone) {
             entity.insert(*part);
+            if let Some(class) = class_of(0) {
+                entity.insert(class);
+            }
             return entity.id();
         }
         let entity = entity.id();
         for (i, &at) in self.part_transforms().iter().enumerate() {
             for (p, &part) in self.parts.iter().enumerate() {
                 let number = i * self.parts.len() + p;
-                world.spawn((Name::new(format!("{} part {number}", self.name)), at, ChildOf(entity), part));
+                let name = Name::new(format!("{} part {number}", self.name));
+                let mut spawned = world.spawn((name, at, ChildOf(entity), part));
+                if let Some(class) = class_of(p) {
+                    spawned.insert(class);
+                }
             }
         }
         entity

@@ -50,6 +50,8 @@ pub struct Check<'a> {
     #[cfg(feature = "vehicles")]
     route_lengths: Vec<Option<f64>>,
     at: Trail,
+    /// Names of meshes, materials and classes are not known: they are those of whatever scene takes what is checked.
+    pub is_of_any_scene: bool,
     pub faults: Vec<Fault>,
 }
 
@@ -61,6 +63,7 @@ impl<'a> Check<'a> {
             #[cfg(feature = "vehicles")]
             route_lengths: scene.routes.entries().iter().map(|(_, route)| roads::driven_length(route)).collect(),
             at: Trail::default(),
+            is_of_any_scene: false,
             faults: Vec::new(),
         }
     }
@@ -150,14 +153,14 @@ impl<'a> Check<'a> {
     }
 
     fn known_material(&mut self, name: &str) {
-        if self.scene.materials.get(name).is_none() {
+        if self.scene.materials.get(name).is_none() && !self.is_of_any_scene {
             let message = unknown("material", name, self.scene.materials.names());
             self.fault(message);
         }
     }
 
     fn known_mesh(&mut self, name: &str) {
-        if self.scene.meshes.get(name).is_none() {
+        if self.scene.meshes.get(name).is_none() && !self.is_of_any_scene {
             let message = unknown("mesh", name, self.scene.meshes.names());
             self.fault(message);
         }
@@ -226,7 +229,7 @@ impl<'a> Check<'a> {
     }
 
     /// Returns how many entities it becomes. `alternatives`: the meshes that a generator may give it.
-    fn entity(&mut self, e: &'a Entity, alternatives: &'a [String], attached: bool) -> u64 {
+    pub(super) fn entity(&mut self, e: &'a Entity, alternatives: &'a [String], attached: bool) -> u64 {
         if let (Some(_), false) = (&e.node, attached) {
             self.field("node", |c| c.fault("only allowed for entities in `attach`"));
         }
@@ -303,7 +306,7 @@ impl<'a> Check<'a> {
         self.each("children", &e.children, |c, child| {
             entities = entities.saturating_add(c.entity(child, &[], false));
         });
-        entities
+        entities.saturating_add(self.mounted_on(e))
     }
 
     fn no_shadow(&mut self, e: &Entity, has_no_mesh: bool) {
@@ -321,7 +324,7 @@ impl<'a> Check<'a> {
     }
 
     /// How many entities something with that mesh is: a model has one for each node and instance.
-    fn entities_of(&self, mesh: &str) -> u64 {
+    pub(super) fn entities_of(&self, mesh: &str) -> u64 {
         let Some(MeshSource::Model(source)) = self.scene.meshes.get(mesh) else { return 1 };
         let Some(model) = self.files.model(&source.file) else { return 1 };
         let nodes = files::nodes(model, source.node.as_deref());

@@ -213,6 +213,16 @@ pub fn read(scene: &mut Scene, fields: &SceneFields, text: &str) -> Result<Vec<F
     Ok(reader.faults)
 }
 
+/// As [`read`], of a list of entities.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_entities(entities: &mut [Source], fields: &SceneFields, text: &str) -> Result<Vec<Fault>, Slip> {
+    let mut reader = Reader { fields, text, faults: Vec::new() };
+    reader.entities(entities, &Trail::default())?;
+    Ok(reader.faults)
+}
+
 struct Reader<'a> {
     fields: &'a SceneFields,
     text: &'a str,

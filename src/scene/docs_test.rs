@@ -36,6 +36,7 @@ fn every_example_parses_as_what_it_says_it_is() {
                 "mesh" => parse::<format::MeshSource>(text).map(drop),
                 "entity" => parse::<format::Entity>(text).map(drop),
                 "transform" => parse::<format::Transform>(text).map(drop),
+                "rig" => parse::<Vec<format::Entity>>(text).map(drop),
                 "light" => parse::<format::Light>(text).map(drop),
                 "camera" => parse::<format::Camera>(text).map(drop),
                 "spin" => parse::<format::Spin>(text).map(drop),
@@ -51,7 +52,7 @@ fn every_example_parses_as_what_it_says_it_is() {
             parses.map_err(|slip| format!("{info}: {slip:?}\n{text}"))
         })
         .unwrap_or_else(|e: String| panic!("{e}"));
-    assert_eq!(counts.len(), 19, "an example of each kind: {counts:?}");
+    assert_eq!(counts.len(), 20, "an example of each kind: {counts:?}");
 }
 
 /// The rows of the table below a heading: field and default. A row may have several fields.
@@ -91,7 +92,9 @@ fn every_field_has_its_row() {
             let (name, body) = text.split_once(|c: char| !c.is_alphanumeric()).expect("a name");
             let body = body.split("\n}").next().unwrap_or_default();
             // What a program adds is not the format's.
-            let code = body.lines().filter(|l| !l.trim().starts_with("//") && !l.contains("custom: Custom"));
+            let code = body
+                .lines()
+                .filter(|l| !l.trim().starts_with("//") && !l.contains("custom: Custom") && !l.contains("rigs: Rigs"));
             let fields = code.filter_map(|l| l.trim().strip_prefix("pub ").or(l.strip_prefix("    ")));
             let fields: Vec<&str> =
                 fields.filter_map(|l| l.split_once(": ")).map(|(f, _)| f.trim().trim_start_matches("r#")).collect();

@@ -12,7 +12,7 @@ pub struct Fault {
 }
 
 /// A place in the scene while walking it.
-#[derive(Default, Clone)]
+#[derive(Default, Clone, Debug)]
 pub struct Trail {
     steps: Vec<Step>,
     place: String,

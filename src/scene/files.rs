@@ -3,6 +3,7 @@
 use super::faults::{Fault, Trail, unknown};
 use super::format::{self, MeshSource, Sampler, Scene, Uv};
 use super::places::Step;
+use super::sensors;
 use super::values::MapSource;
 use crate::import::{self, Model, Node};
 use glam::{Affine2, Mat2, UVec2, Vec2};
@@ -41,6 +42,18 @@ impl Files {
             .chain(of_materials)
             .chain(self.doubts.iter().cloned())
             .collect()
+    }
+
+    /// What to say of classes that models name and the scene does not have: they may be meant for another program.
+    pub fn unknown_classes(&self, scene: &Scene) -> Vec<String> {
+        let classes = sensors::classes(&scene.classes);
+        let of_file = |(file, model): (&String, &Model)| {
+            let unknown = model.unknown_classes(&classes);
+            unknown.map(|(place, message)| format!("{file}: {place}: {message}")).collect::<Vec<_>>()
+        };
+        let mut said: Vec<String> = self.models.iter().flat_map(of_file).collect();
+        said.sort_unstable();
+        said
     }
 
     /// What to say of a model whose lights are to cast shadows, and which has none.

@@ -6,6 +6,7 @@
 
 use super::custom_fields::{self, Custom};
 pub use super::lights::Light;
+use super::rigs::Rigs;
 pub use super::roads::*;
 pub use super::sensors::{Class, Sensor};
 pub use super::surfaces::*;
@@ -35,6 +36,9 @@ pub struct Scene {
     pub classes: Named<Class>,
     pub entities: Vec<Entity>,
     pub generators: Vec<Generator>,
+    /// Once they have been read.
+    #[serde(skip)]
+    pub rigs: Rigs,
     #[serde(skip)]
     pub custom: Custom,
 }
@@ -67,6 +71,7 @@ impl Default for Scene {
             classes: Named::default(),
             entities: Vec::new(),
             generators: Vec::new(),
+            rigs: Rigs::default(),
             custom: Custom::default(),
         }
     }
@@ -209,6 +214,7 @@ pub struct Entity {
     pub hidden: bool,
     pub casts_shadows: CastsShadows,
     pub figure: Vec<String>,
+    pub rig: Option<String>,
     pub attach: Vec<Entity>,
     pub children: Vec<Entity>,
     #[serde(skip)]

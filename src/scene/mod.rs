@@ -15,7 +15,8 @@
 //! spawn, generate           entities, and generators' copies of them
 //! cells                     rooms and portals
 //! sensors, lenses           sensors, and classes of what they see; the lenses of cameras
-//! rig                       light and a camera for what brings none; a glTF file is a scene as well
+//! rigs                      entities from files of their own, below those that take them
+//! studio                    light and a camera for what brings none; a glTF file is a scene as well
 //! ```
 //!
 //! Nothing is spawned before everything has been read and checked, so that a scene that fails leaves the world as it
@@ -44,7 +45,7 @@ mod physical;
 #[path = "no_physics.rs"]
 mod physical;
 mod places;
-mod rig;
+mod rigs;
 #[cfg(feature = "vehicles")]
 mod road_warnings;
 #[cfg_attr(not(feature = "vehicles"), allow(dead_code))]
@@ -52,6 +53,7 @@ mod roads;
 mod sensors;
 mod slips;
 mod spawn;
+mod studio;
 mod surfaces;
 #[cfg(feature = "vehicles")]
 mod traffic;
@@ -103,6 +105,8 @@ pub struct LoadedScene {
     pub warnings: Vec<String>,
     /// The scene's file and those that it names, in the order of reading; not what models name in turn.
     pub files: Vec<PathBuf>,
+    /// What is said by [`check`] alone.
+    doubts: Vec<String>,
 }
 
 /// Why a scene is refused: the problems, at least one. Its text is the first and how many more there are.
@@ -146,7 +150,7 @@ pub fn load(path: &Path, simulation: &mut Simulation) -> Result<LoadedScene, Sce
     let bright = matches!(&prepared.content, Content::Model(model) if model.has_lights());
     let (loaded, model) = prepared.spawn(path, world);
     if bright {
-        rig::expose(simulation);
+        studio::expose(simulation);
     }
     // Not before: to the exposure an object is one, however large.
     if let Some((root, bounds)) = model {
@@ -176,8 +180,13 @@ pub fn check(path: &Path, simulation: fn() -> Simulation) -> Vec<Problem> {
     }
     // Into a world of its own: some of it shows only there.
     let mut simulation = simulation();
+    let fields = simulation.world.get_resource::<SceneFields>().cloned().unwrap_or_default();
+    if let Some(problems) = rigs::check(path, &fields) {
+        return problems;
+    }
     match load(path, &mut simulation) {
         Ok(mut loaded) => {
+            loaded.warnings.append(&mut loaded.doubts);
             loaded.warnings.extend(cells::shared_sheets(&mut simulation));
             loaded.warnings.into_iter().map(|message| Problem::warning(path, message)).collect()
         }
@@ -194,6 +203,8 @@ struct Prepared {
     content: Content,
     origin: Origin,
     warnings: Vec<String>,
+    /// What is said by [`check`] alone.
+    doubts: Vec<String>,
     files: Vec<PathBuf>,
 }
 
@@ -207,7 +218,7 @@ fn prepare(path: &Path, fields: &SceneFields, library: &mut Library) -> Result<P
         let model = import::load_model(path, library).map_err(|error| import_problem(path, error.into()))?;
         let warnings = model.warnings.iter().map(ToString::to_string).collect();
         let (content, files) = (Content::Model(model), vec![path.to_owned()]);
-        return Ok(Prepared { content, origin: Origin::default(), warnings, files });
+        return Ok(Prepared { content, origin: Origin::default(), warnings, doubts: Vec::new(), files });
     }
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ron")) {
         return prepare_scene(path, fields, library);
@@ -251,28 +262,27 @@ fn listed(all: &[String]) -> String {
 }
 
 fn prepare_scene(path: &Path, fields: &SceneFields, library: &mut Library) -> Result<Prepared, SceneError> {
+    if rigs::is_rig(path) {
+        return Err(problem(path, None, "expected a scene, found a rig, which entities of scenes take by `rig`").into());
+    }
     let text = read_text(path)?;
     let mut scene = parse::<format::Scene>(&text).map_err(|slip| slip_problem(path, slip))?;
     let mut faults = custom_fields::read(&mut scene, fields, &text).map_err(|slip| slip_problem(path, slip))?;
     let folder = path.parent().unwrap_or(Path::new(""));
+    let (rigs, mut of_rigs) = rigs::read(&scene, fields, folder);
+    scene.rigs = rigs;
+    faults.append(&mut of_rigs);
     let (files, mut of_files) = files::read(&scene, folder, library);
     faults.append(&mut of_files);
     faults.extend(check::faults(&scene, &files));
+    faults.extend(rigs::faults(&scene, &files));
     let mut vehicles = vehicles::read_types(&scene, folder, library, &mut faults);
     if !faults.is_empty() {
-        let places = places::Places::of(&text);
-        let mut problems: Vec<Problem> = faults
-            .into_iter()
-            .map(|fault| Problem {
-                place: fault.place,
-                ..problem(path, Some(places.find(&fault.steps)), fault.message)
-            })
-            .collect();
-        problems.sort_by_key(|p| p.line_column);
-        return Err(SceneError { problems });
+        return Err(SceneError { problems: placed(faults, path, &text) });
     }
     let mut warnings = files.warnings(&scene);
     warnings.append(&mut vehicles.warnings);
+    let doubts = files.unknown_classes(&scene);
     warnings.extend(shared_names(&scene, &text));
     let (origin, mut of_places) = origin::move_to_origin(&mut scene);
     warnings.append(&mut of_places);
@@ -280,8 +290,22 @@ fn prepare_scene(path: &Path, fields: &SceneFields, library: &mut Library) -> Re
     let mut named = vec![path.to_owned()];
     named.extend(files::named(&scene, folder));
     named.append(&mut vehicles.files);
+    named.extend(scene.rigs.files());
     let content = Content::Scene(Box::new(scene), items, vehicles.types);
-    Ok(Prepared { content, origin: Origin(origin), warnings, files: named })
+    Ok(Prepared { content, origin: Origin(origin), warnings, doubts, files: named })
+}
+
+/// Faults as problems of a file, in the order of its text.
+fn placed(faults: Vec<Fault>, path: &Path, text: &str) -> Vec<Problem> {
+    if faults.is_empty() {
+        return Vec::new();
+    }
+    let places = places::Places::of(text);
+    let at =
+        |fault: Fault| Problem { place: fault.place, ..problem(path, Some(places.find(&fault.steps)), fault.message) };
+    let mut problems: Vec<Problem> = faults.into_iter().map(at).collect();
+    problems.sort_by_key(|problem| problem.line_column);
+    problems
 }
 
 fn read_text(path: &Path) -> Result<String, Problem> {
@@ -340,7 +364,7 @@ impl Prepared {
                 let bounds = model.bounds(world.resource::<Library>());
                 let (root, spawned) = spawn::spawn_model(&model, bounds, world);
                 whole = Some((root, bounds));
-                let environment = if spawned.has_lights { Environment::default() } else { rig::light(world) };
+                let environment = if spawned.has_lights { Environment::default() } else { studio::light(world) };
                 world.insert_resource(environment);
                 world.insert_resource(Clock::default());
                 world.insert_resource(Seed::default());
@@ -350,9 +374,9 @@ impl Prepared {
         let Spawned { mut cameras, bounds, warnings: more, .. } = spawned;
         warnings.extend(more);
         if cameras.is_empty() {
-            cameras.push(rig::frame(bounds, world));
+            cameras.push(studio::frame(bounds, world));
         }
-        (LoadedScene { name, cameras, warnings, files: self.files }, whole)
+        (LoadedScene { name, cameras, warnings, files: self.files, doubts: self.doubts }, whole)
     }
 }
 

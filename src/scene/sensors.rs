@@ -162,7 +162,7 @@ impl Check<'_> {
     /// The name of a class of the scene, or of Cityscapes where it has none of its own.
     pub fn known_class(&mut self, name: &str) {
         let classes = classes(&self.scene.classes);
-        if classes.find(name).is_none() {
+        if classes.find(name).is_none() && !self.is_of_any_scene {
             let message = unknown("class", name, classes.0.iter().map(|class| class.name.as_str()));
             self.fault(message);
         }

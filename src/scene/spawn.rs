@@ -6,6 +6,7 @@ use super::format::{self, Entity as Source, Scene};
 use super::generate;
 use super::lights;
 use super::physical;
+use super::rigs::Rigs;
 use super::sensors;
 use super::turned_meshes::TurnedMeshes;
 use super::values::place;
@@ -40,6 +41,7 @@ pub struct Spawned {
 pub fn spawn(scene: &Scene, items: &Items, world: &mut World) -> Spawned {
     let mut spawner = Spawner {
         items,
+        rigs: &scene.rigs,
         world,
         piece_metres: scene.piece_metres,
         large: Vec::new(),
@@ -152,6 +154,7 @@ const MOST_PIECES: usize = 1 << 17;
 
 pub(super) struct Spawner<'a> {
     items: &'a Items,
+    rigs: &'a Rigs,
     pub(super) world: &'a mut World,
     piece_metres: f32,
     /// What may be larger than that, or than a length of its own.
@@ -259,9 +262,9 @@ impl Spawner<'_> {
         if let Some(class) = source.class.as_ref().and_then(|name| self.world.resource::<Classes>().find(name)) {
             self.world.entity_mut(entity).insert(class);
         }
-        // What a model consists of is one thing, unless it is a part of another.
+        // What a model consists of is one thing, unless it is a part of another; so is what sensors are mounted on.
         let is_model = matches!(placement.mesh.and_then(|mesh| self.items.shape(mesh)), Some(Shape::Model(..)));
-        if source.instance.unwrap_or(is_model && parent.is_none()) {
+        if source.instance.unwrap_or(is_model && parent.is_none() || source.rig.is_some()) {
             self.world.entity_mut(entity).insert(Instance);
         }
         self.note_large(source, placement, entity, &world_from_entity);
@@ -277,7 +280,7 @@ impl Spawner<'_> {
         // Before there are children, whose nodes may have the same names.
         let nodes: Vec<_> = source.attach.iter().map(|item| self.node(entity, item.node.as_deref())).collect();
         source.custom.insert(self.world, entity);
-        for child in &source.children {
+        for child in source.children.iter().chain(self.rigs.of(source)) {
             let placement = Placement { world_from_parent: world_from_entity, ..Placement::of(child) };
             self.entity(child, &placement, Some(entity));
         }

@@ -3,16 +3,16 @@
 //! ```text
 //! DIR/ego/front/color_00012.png    of the sensor `front` on `ego`, after step 12
 //! DIR/sensors.json                 what the sensors are, and where they were at each capture
-//! DIR/sensors.mcap                 all captures in one log, if it is asked for
+//! DIR/sensors.mcap                 all captures in one log, if it is asked for; others of this kind are in run_writer
 //! DIR/manifest.json                a hash of each of these files
 //! ```
 //!
-//! Each file is written whole or not at all, so that an interrupted run can be resumed by what is there; but for a log,
-//! which is that of a whole run.
+//! Each file is written whole or not at all, so that an interrupted run can be resumed by what is there; but for what is
+//! made of a whole run.
 
 use super::files::{self, FileFormat, OutputFile};
-use super::log::{SensorLog, check_names};
 use super::rays::RayWarnings;
+use super::run_writer::RunInfo;
 use super::suite::{SensorSuite, nanoseconds, sensor_names};
 use super::{description, manifest};
 use crate::frames::{FrameError, FrameRun, Frames, LoadOptions, check_outputs, is_written, load_stage};
@@ -20,6 +20,7 @@ use crate::name;
 use crate::output::{self, OutputError};
 use crate::recording::{RecordingError, RunFiles};
 use crate::renderer::{Gpu, Settings};
+use bevy_ecs::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -44,7 +45,7 @@ pub struct SensorJob {
     pub settings: Settings,
     /// Lights everything by this policy; `None`: as the scene has it.
     pub lights: Option<LightPolicy>,
-    /// Leaves captures alone whose files are all there; none where a log is asked for.
+    /// Leaves captures alone whose files are all there; none where something of the whole run is asked for, as a log.
     pub resume: bool,
     /// How the scene is loaded. Texels are kept: rays read them.
     pub load: LoadOptions,
@@ -73,8 +74,8 @@ impl SensorJob {
         let (path, folder) = (output::real(path), output::real(&self.folder));
         let Ok(within) = path.strip_prefix(folder) else { return false };
         let extension = path.extension().and_then(OsStr::to_str).unwrap_or_default();
-        let is_of_a_sensor = within.components().count() > 1
-            && self.formats.iter().any(|format| name::of(&FileFormat::ALL, *format) == extension);
+        let is_of_a_sensor =
+            within.components().count() > 1 && self.formats.iter().any(|format| format.endings().contains(&extension));
         is_of_a_sensor || WHOLE.iter().any(|name| within == Path::new(name))
     }
 }
@@ -103,13 +104,11 @@ pub fn render_sensors(job: &SensorJob, mut progress: impl FnMut(u64, u64)) -> Re
     let frames = run.frames.clone();
     output::make_folder(&job.folder)?;
     if job.formats.iter().any(|format| format.is_per_capture()) {
-        for name in &chosen {
+        for name in chosen.keys() {
             output::make_folder(&job.folder.join(name))?;
         }
     }
-    let is_logged = job.formats.contains(&FileFormat::Mcap);
-    let classes = run.stage.simulation.world.resource::<Classes>().clone();
-    let mut log = is_logged.then(|| SensorLog::begin(&job.folder.join("sensors.mcap"), classes)).transpose()?;
+    let mut writers = run_info(job, &chosen, &run.stage.simulation.world).begin()?;
     run.stage.simulation.world.resource_mut::<LightPolicies>().forced = job.lights;
     suite.settings = job.settings;
     let (mut written, mut all, mut captures) = (Vec::new(), BTreeSet::new(), BTreeMap::new());
@@ -117,11 +116,11 @@ pub fn render_sensors(job: &SensorJob, mut progress: impl FnMut(u64, u64)) -> Re
     loop {
         let step = run.step();
         // Before the first frame, too: lidars that sweep begin where they were when they were due last.
-        let mut due = suite.due(&mut run.stage.simulation, |name| chosen.contains(name));
+        let mut due = suite.due(&mut run.stage.simulation, |name| chosen.contains_key(name));
         if step >= frames.start {
             let world = &run.stage.simulation.world;
-            if let Some(log) = &mut log {
-                log.tick(nanoseconds(world.resource::<Clock>(), step))?;
+            for writer in &mut writers {
+                writer.tick(nanoseconds(world.resource::<Clock>(), step))?;
             }
             let mut missing = BTreeMap::new();
             for due in &due {
@@ -130,7 +129,7 @@ pub fn render_sensors(job: &SensorJob, mut progress: impl FnMut(u64, u64)) -> Re
                 let files = files_of(step);
                 all.extend(files.iter().map(|(path, _)| path.clone()));
                 captures.entry(due.name.clone()).or_insert_with(Vec::new).push(description::capture(due, step, world));
-                if is_logged || !files.iter().all(is_there) {
+                if !writers.is_empty() || !files.iter().all(is_there) {
                     missing.insert(due.name.clone(), files);
                 } else if let Some(next) = next_of_flow(&due.sensor, step)
                     && next < frames.end
@@ -154,8 +153,8 @@ pub fn render_sensors(job: &SensorJob, mut progress: impl FnMut(u64, u64)) -> Re
                         written.push(path);
                     }
                 }
-                if let Some(log) = &mut log {
-                    log.write(&capture)?;
+                for writer in &mut writers {
+                    writer.write(&capture)?;
                 }
                 has_warned = has_warned || warn_of_rays(suite.ray_warnings());
             }
@@ -172,10 +171,10 @@ pub fn render_sensors(job: &SensorJob, mut progress: impl FnMut(u64, u64)) -> Re
         }
         run.advance()?;
     }
-    if let Some(log) = log {
-        let path = log.finish()?;
-        all.insert(path.clone());
-        written.push(path);
+    for writer in writers {
+        let files = writer.finish()?;
+        all.extend(files.iter().cloned());
+        written.extend(files);
     }
     written.extend(run.finish(&job.run)?);
     let world = &mut run.stage.simulation.world;
@@ -190,8 +189,18 @@ pub fn render_sensors(job: &SensorJob, mut progress: impl FnMut(u64, u64)) -> Re
     Ok(written)
 }
 
-/// The names of the sensors that a job asks for.
-fn choose(job: &SensorJob, world: &mut bevy_ecs::prelude::World) -> Result<BTreeSet<String>, FrameError> {
+fn run_info<'a>(job: &'a SensorJob, sensors: &'a BTreeMap<String, Sensor>, world: &'a World) -> RunInfo<'a> {
+    RunInfo {
+        folder: &job.folder,
+        formats: &job.formats,
+        sensors,
+        classes: world.resource::<Classes>(),
+        step_seconds: world.resource::<Clock>().step_seconds,
+    }
+}
+
+/// The sensors that a job asks for, by their names.
+fn choose(job: &SensorJob, world: &mut World) -> Result<BTreeMap<String, Sensor>, FrameError> {
     let known = sensor_names(world);
     let names: Vec<&str> = known.iter().map(|(name, _)| name.as_str()).collect();
     if names.is_empty() {
@@ -221,8 +230,11 @@ fn choose(job: &SensorJob, world: &mut bevy_ecs::prelude::World) -> Result<BTree
             return Err(FrameError::BadSensorName { scene, name, fault });
         }
     }
-    for (name, entity) in known.iter().filter(|(name, _)| wanted.contains(name)) {
-        let Some(sensor) = world.get::<Sensor>(*entity) else { continue };
+    let chosen = known.iter().filter(|(name, _)| wanted.contains(name));
+    let chosen: BTreeMap<String, Sensor> =
+        chosen.filter_map(|(name, entity)| Some((name.clone(), world.get::<Sensor>(*entity)?.clone()))).collect();
+    run_info(job, &chosen, world).check()?;
+    for (name, sensor) in &chosen {
         let left_out = files::left_out(sensor, &job.formats);
         if !left_out.is_empty() {
             let outputs = left_out.join(", ");
@@ -233,10 +245,6 @@ fn choose(job: &SensorJob, world: &mut bevy_ecs::prelude::World) -> Result<BTree
         if let Some(id) = beyond.filter(|_| files::has_panoptic_picture(sensor, &job.formats)) {
             return Err(FrameError::NoPanoptic { sensor: name.clone(), id });
         }
-    }
-    let chosen = wanted.into_iter().collect();
-    if job.formats.contains(&FileFormat::Mcap) {
-        check_names(&chosen)?;
     }
     Ok(chosen)
 }

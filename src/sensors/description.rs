@@ -9,7 +9,7 @@ use crate::export::ros::Distortion;
 use bevy_ecs::prelude::*;
 use glam::DMat4;
 use serde_json::{Value, json};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use systems::draw::Intrinsics;
 use systems::ecs::clock::Clock;
 use systems::sensors::{CameraOutput, CameraSensor, Classes, Lens, LidarSensor, Sensor, SensorKind};
@@ -39,10 +39,10 @@ fn rows(matrix: &DMat4) -> Value {
 /// The file's text. `captures`: by names of sensors.
 pub(super) fn of_sensors(
     world: &mut World,
-    chosen: &BTreeSet<String>,
+    chosen: &BTreeMap<String, Sensor>,
     captures: &BTreeMap<String, Vec<Value>>,
 ) -> String {
-    let known = sensor_names(world).into_iter().filter(|(name, _)| chosen.contains(name));
+    let known = sensor_names(world).into_iter().filter(|(name, _)| chosen.contains_key(name));
     let sensors: Vec<Value> = known
         .filter_map(|(name, entity)| {
             let sensor = world.get::<Sensor>(entity)?;

@@ -7,7 +7,7 @@ use crate::export::kitti::flow_steps;
 use crate::export::{npy, npz, picture};
 use crate::output;
 use std::io::{Error, ErrorKind, Result};
-use systems::sensors::{CameraOutput, Sensor, SensorKind};
+use systems::sensors::{CameraOutput, CameraSensor, Sensor, SensorKind};
 
 /// A form of files.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -22,34 +22,79 @@ pub enum FileFormat {
     Exr,
     /// One log of ROS 2 for the whole run.
     Mcap,
+    /// Labels of things and of all pixels, of the whole run.
+    Coco,
+    /// A folder of that data set for each camera.
+    Kitti,
+    /// A film for each output.
+    Video,
 }
 
 impl FileFormat {
-    /// All, with their names, which end the names of their files.
-    pub const ALL: [(&'static str, Self); 5] =
-        [("png", Self::Png), ("npy", Self::Npy), ("npz", Self::Npz), ("exr", Self::Exr), ("mcap", Self::Mcap)];
+    /// All, with their names. Those that have files for each capture end the names of these.
+    pub const ALL: [(&'static str, Self); 8] = [
+        ("png", Self::Png),
+        ("npy", Self::Npy),
+        ("npz", Self::Npz),
+        ("exr", Self::Exr),
+        ("mcap", Self::Mcap),
+        ("coco", Self::Coco),
+        ("kitti", Self::Kitti),
+        ("video", Self::Video),
+    ];
 
-    /// Whether it has files of their own for each capture.
+    /// Whether it has files of their own for each sensor's captures; else it is made of a run as a whole.
     pub(super) fn is_per_capture(self) -> bool {
-        self != Self::Mcap
+        matches!(self, Self::Png | Self::Npy | Self::Npz | Self::Exr)
+    }
+
+    /// How names of its files in sensors' folders, and in its own, end.
+    pub(super) fn endings(self) -> &'static [&'static str] {
+        match self {
+            Self::Png => &["png"],
+            Self::Npy => &["npy"],
+            Self::Npz => &["npz"],
+            Self::Exr => &["exr"],
+            Self::Mcap => &[],
+            Self::Coco => &["png", "json"],
+            Self::Kitti => &["png", "txt", "bin", "label"],
+            Self::Video => &["mp4"],
+        }
     }
 
     /// Whether it has a form for an output of a camera.
-    fn holds(self, output: CameraOutput) -> bool {
+    fn has_form(self, output: CameraOutput) -> bool {
+        use CameraOutput::{Boxes, Class, Color, Depth, Flow, FlowBack, Instance, Linear};
         match self {
-            Self::Png => !matches!(output, CameraOutput::Linear | CameraOutput::Boxes),
+            Self::Png => !matches!(output, Linear | Boxes),
             Self::Npy => true,
             // What is in one file is of one picture; flow to the next is known with that.
-            Self::Npz => output != CameraOutput::Flow,
-            Self::Exr => !matches!(output, CameraOutput::Color | CameraOutput::Boxes | CameraOutput::Flow),
-            Self::Mcap => matches!(
-                output,
-                CameraOutput::Color
-                    | CameraOutput::Depth
-                    | CameraOutput::Class
-                    | CameraOutput::Instance
-                    | CameraOutput::Boxes
-            ),
+            Self::Npz => output != Flow,
+            Self::Exr => !matches!(output, Color | Boxes | Flow),
+            Self::Mcap => matches!(output, Color | Depth | Class | Instance | Boxes),
+            Self::Coco => matches!(output, Color | Class | Instance),
+            Self::Kitti => matches!(output, Color | Depth | Class | Boxes | Flow),
+            Self::Video => !matches!(output, Linear | Boxes | Flow | FlowBack),
+        }
+    }
+
+    /// Whether it holds an output of a camera that has it.
+    fn holds(self, camera: &CameraSensor, output: CameraOutput) -> bool {
+        let has = |output| camera.outputs.has(output);
+        let is_for_camera = match self {
+            // Labels are of pictures.
+            Self::Coco => [CameraOutput::Color, CameraOutput::Instance, CameraOutput::Class].into_iter().all(has),
+            Self::Kitti => has(CameraOutput::Color) && camera.intrinsics().is_some(),
+            _ => true,
+        };
+        is_for_camera && self.has_form(output)
+    }
+
+    /// Whether it holds something of a sensor.
+    pub(super) fn holds_any(self, sensor: &Sensor) -> bool {
+        match &sensor.kind {
+            SensorKind::Camera(camera) => camera.outputs.iter().any(|(_, output)| self.holds(camera, output)),
+            SensorKind::Lidar(_) => matches!(self, Self::Npy | Self::Npz | Self::Mcap | Self::Kitti),
         }
     }
 }
@@ -61,12 +106,11 @@ const POINTS: &str = "points";
 pub(super) fn left_out(sensor: &Sensor, formats: &[FileFormat]) -> Vec<&'static str> {
     match &sensor.kind {
         SensorKind::Camera(camera) => {
-            let is_left_out = |output| !formats.iter().any(|format| format.holds(output));
+            let is_left_out = |output| !formats.iter().any(|format| format.holds(camera, output));
             camera.outputs.iter().filter(|(_, output)| is_left_out(*output)).map(|(name, _)| name).collect()
         }
         SensorKind::Lidar(_) => {
-            let has_records = |format: &FileFormat| !matches!(format, FileFormat::Png | FileFormat::Exr);
-            let holds = formats.iter().any(has_records);
+            let holds = formats.iter().any(|format| format.holds_any(sensor));
             if holds { Vec::new() } else { vec![POINTS] }
         }
     }
@@ -124,12 +168,10 @@ pub(super) fn files_of(sensor: &Sensor, formats: &[FileFormat], (step, first): (
         };
         match (&sensor.kind, format) {
             (SensorKind::Camera(camera), FileFormat::Png | FileFormat::Npy) => {
-                let held = camera.outputs.iter().filter(|(_, output)| format.holds(*output));
+                let held = camera.outputs.iter().filter(|(_, output)| format.holds(camera, *output));
                 held.for_each(|(name, output)| file(name, Some(output)));
             }
-            (SensorKind::Camera(camera), _) if camera.outputs.iter().any(|(_, output)| format.holds(output)) => {
-                file("", None);
-            }
+            (SensorKind::Camera(_), _) if format.holds_any(sensor) => file("", None),
             (SensorKind::Lidar(_), FileFormat::Npy) => file(POINTS, None),
             (SensorKind::Lidar(_), FileFormat::Npz) => file("", None),
             _ => {}
@@ -173,7 +215,7 @@ fn of_camera(camera: &CameraCapture, file: &OutputFile) -> Result<Vec<u8>> {
         (FileFormat::Npy, Some(output)) => array_of(camera, output).encode(),
         (FileFormat::Exr, _) => exr::encode((camera.width, camera.height), &channels(camera)),
         _ => {
-            let held = CameraOutput::ALL.into_iter().filter(|(_, output)| file.format.holds(*output));
+            let held = CameraOutput::ALL.into_iter().filter(|(_, output)| file.format.has_form(*output));
             let outputs = held.map(|(name, output)| (name, array_of(camera, output)));
             let flags = ("flow_back_flags", flags_of(camera, CameraOutput::FlowBack));
             let arrays = outputs.chain([flags]).filter(|(_, array)| !array.values.is_empty());
@@ -252,7 +294,7 @@ fn archive<'a>(arrays: impl Iterator<Item = Result<(&'a str, Vec<u8>)>>) -> Resu
 
 /// Depths and ranges in 1/256 m, 0 for nothing; normals 0.5 + 0.5·n; numbers as 24-bit colour, red the lowest byte;
 /// flow in three times 16 bits.
-fn png(camera: &CameraCapture, output: CameraOutput) -> Result<Vec<u8>> {
+pub(super) fn png(camera: &CameraCapture, output: CameraOutput) -> Result<Vec<u8>> {
     let size = (camera.width, camera.height);
     let picture = match output {
         CameraOutput::Color => {

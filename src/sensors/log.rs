@@ -14,6 +14,7 @@
 //! A camera whose projection is parallel has no camera_info.
 
 use super::axes::{ENTITY_FROM_CAMERA, ENTITY_FROM_LIDAR, ROS_FROM_WORLD};
+use super::run_writer::RunWriter;
 use super::{CameraCapture, Capture, LidarCapture, ObjectBox, SensorCapture, SensorData, log_boxes};
 use crate::export::array::Column;
 use crate::export::mcap::Log;
@@ -50,23 +51,6 @@ impl SensorLog {
         let file = BufWriter::new(WholeFile::begin(path)?);
         let log = Log::new(file).map_err(|error| OutputError::io(path, error))?;
         Ok(Self { path: path.to_owned(), log, classes, had_boxes: BTreeSet::new() })
-    }
-
-    /// Says that a step has been taken, after which so many nanoseconds have passed.
-    ///
-    /// # Errors
-    /// [`OutputError::Io`].
-    pub fn tick(&mut self, nanoseconds: u64) -> Result<(), OutputError> {
-        let written = self.log.write("/clock", nanoseconds, &Clock(nanoseconds));
-        written.map_err(|error| OutputError::io(&self.path, error))
-    }
-
-    /// Appends a capture.
-    ///
-    /// # Errors
-    /// [`OutputError::Io`]: also of what messages have no place for.
-    pub fn write(&mut self, capture: &Capture) -> Result<(), OutputError> {
-        self.append(capture).map_err(|error| OutputError::io(&self.path, error))
     }
 
     fn append(&mut self, Capture { nanoseconds, sensors, .. }: &Capture) -> io::Result<()> {
@@ -132,21 +116,28 @@ impl SensorLog {
         let cloud = PointCloud2 { header, points: &points, columns: &columns };
         self.log.write(&format!("/{}/points", header.frame), header.nanoseconds, &cloud)
     }
+}
 
-    /// Ends the log and gives the file its name, which is returned.
-    ///
-    /// # Errors
-    /// [`OutputError`].
-    pub fn finish(self) -> Result<PathBuf, OutputError> {
-        let Self { path, log, .. } = self;
+impl RunWriter for SensorLog {
+    fn tick(&mut self, nanoseconds: u64) -> Result<(), FrameError> {
+        let written = self.log.write("/clock", nanoseconds, &Clock(nanoseconds));
+        Ok(written.map_err(|error| OutputError::io(&self.path, error))?)
+    }
+
+    fn write(&mut self, capture: &Capture) -> Result<(), FrameError> {
+        Ok(self.append(capture).map_err(|error| OutputError::io(&self.path, error))?)
+    }
+
+    fn finish(self: Box<Self>) -> Result<Vec<PathBuf>, FrameError> {
+        let Self { path, log, .. } = *self;
         let ended = log.finish().and_then(|file| file.into_inner().map_err(|error| error.into_error()));
         ended.map_err(|error| OutputError::io(&path, error))?.finish()?;
-        Ok(path)
+        Ok(vec![path])
     }
 }
 
 /// Of a value for each beam, those of beams that came back.
-fn returns<T: Copy>(hit: &[u8], values: &[T]) -> Vec<T> {
+pub(super) fn returns<T: Copy>(hit: &[u8], values: &[T]) -> Vec<T> {
     hit.iter().zip(values).filter(|(hit, _)| **hit == 1).map(|(_, value)| *value).collect()
 }
 
@@ -182,7 +173,7 @@ fn frame_name(sensor: &str) -> String {
 ///
 /// # Errors
 /// [`FrameError::SharedFrameName`].
-pub(super) fn check_names(sensors: &BTreeSet<String>) -> Result<(), FrameError> {
+pub(super) fn check_names<'a>(sensors: impl Iterator<Item = &'a String>) -> Result<(), FrameError> {
     let mut taken = vec![(WORLD.to_owned(), "the world".to_owned())];
     for sensor in sensors {
         let name = frame_name(sensor);
@@ -206,7 +197,7 @@ mod tests {
 
     #[test]
     fn two_frames_have_two_names() {
-        let check = |names: &[&str]| check_names(&names.iter().map(ToString::to_string).collect());
+        let check = |names: &[&str]| check_names(names.iter().map(ToString::to_string).collect::<Vec<_>>().iter());
         assert!(check(&["ego/a b", "ego/ab", "b/world"]).is_ok());
         let refusal = |names| check(names).unwrap_err().to_string();
         let expected = "sensor \"a_b\": its name in MCAP, \"a_b\", is that of sensor \"a b\" already";

@@ -14,7 +14,8 @@
 //! dataset        the sensors of a run as files: `relief render --sensors`
 //! files          which files outputs become, and what is in them (box_records); description, manifest: those of a
 //!                whole data set
-//! log            the sensors of a run as one log of ROS 2 (log_boxes); axes: those that it and other outputs have
+//! run_writer     what is written of a run as a whole: log, one of ROS 2 (log_boxes); coco, kitti, labels as these
+//!                data sets have them; films. axes: those that these and other outputs have
 //! ```
 //!
 //! A capture is a function of the state after a step, and of nothing else: all sensors are captured of one frame, and a
@@ -40,12 +41,15 @@ mod axes;
 mod box_records;
 mod boxes;
 mod camera;
+mod coco;
 mod dataset;
 mod description;
 mod develop;
 mod drawn_parts;
 mod files;
+mod films;
 mod flow;
+mod kitti;
 mod label_table;
 mod lens_map;
 pub mod lidar;
@@ -58,6 +62,7 @@ mod pixels;
 mod ray_meshes;
 mod rays;
 mod resample;
+mod run_writer;
 mod suite;
 mod texels;
 mod things;

@@ -7,6 +7,7 @@ mod files;
 mod generators;
 mod models;
 mod places;
+mod rigs;
 mod values;
 
 use bevy_ecs::name::Name;
@@ -20,6 +21,7 @@ use systems::assets::{ImageKind, Library, MaterialId, MeshId, MeshVariants, Shad
 use systems::draw::{Camera, Environment, Projection, ToneMap};
 use systems::ecs::clock::Clock;
 use systems::lights::{Light, LightKind, LightPolicies, LightPolicy, NoShadow};
+use systems::sensors::{Class, Classes, Instance};
 use systems::space::origin::Origin;
 use systems::space::{GlobalTransform, Hidden, InheritedHidden, Spin, Transform};
 

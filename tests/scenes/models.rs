@@ -129,3 +129,58 @@ fn what_is_attached_to_a_node_is_not_attached_to_a_childs_of_the_same_name() {
     let above = std::iter::successors(Some(bulb), |&entity| world.get::<ChildOf>(entity).map(ChildOf::parent));
     assert!(above.into_iter().all(|entity| entity != child));
 }
+
+#[test]
+fn extras_of_nodes_meshes_and_materials_say_what_sensors_call_them() {
+    let folder = Folder::new();
+    let model = MODEL
+        .replace("\"name\": \"panel\",", "\"name\": \"panel\", \"extras\": {\"class\": \"wall\", \"instance\": true},")
+        .replace("\"name\": \"arm\",", "\"name\": \"arm\", \"extras\": {\"class\": \"pole\", \"instance\": 1},");
+    let class_of = |world: &World, entity: Entity| {
+        let found = std::iter::successors(Some(entity), |&below| world.get::<ChildOf>(below).map(ChildOf::parent))
+            .find_map(|above| world.get::<Class>(above).copied());
+        found.map(|class| world.resource::<Classes>().get(class).expect("known").name.clone())
+    };
+    let classes = |model: &str| {
+        folder.file("model.gltf", model);
+        let (mut simulation, scene) =
+            folder.load(r#"(meshes: {"m": model(file: "model.gltf")}, entities: [(mesh: "m", class: "car")])"#);
+        assert_eq!(scene.warnings, Vec::<String>::new());
+        let world = &mut simulation.world;
+        let drawn: Vec<Entity> = world.query_filtered::<Entity, With<MeshId>>().iter(world).collect();
+        let mut found: Vec<(String, Option<String>)> = drawn
+            .into_iter()
+            .map(|entity| (world.get::<Name>(entity).expect("named").to_string(), class_of(world, entity)))
+            .collect();
+        found.sort();
+        let things = world.query_filtered::<&Name, With<Instance>>().iter(world).count();
+        (
+            found.into_iter().map(|(name, class)| format!("{name}: {}", class.unwrap_or_default())).collect::<Vec<_>>(),
+            things,
+        )
+    };
+    // The root, and the panel; 1 is not true.
+    assert_eq!(classes(&model), (vec!["lamp: pole".into(), "panel: wall".into()], 2));
+    // A mesh's counts before those of its nodes, a material's before a mesh's.
+    let mesh = model.replace("\"meshes\": [{", "\"meshes\": [{\"extras\": {\"class\": \"bridge\"}, ");
+    assert_eq!(classes(&mesh).0, ["lamp: bridge", "panel: bridge"]);
+    let material = mesh
+        .replace("\"indices\": 1}", "\"indices\": 1, \"material\": 0}")
+        .replace("\"meshes\":", "\"materials\": [{\"extras\": {\"class\": \"road\"}}], \"meshes\":");
+    assert_eq!(classes(&material).0, ["lamp: road", "panel: road"]);
+    // It is that of the surface, not of what is below its node.
+    let below = MODEL
+        .replace("\"name\": \"arm\",", "\"name\": \"arm\", \"mesh\": 1, \"extras\": {\"class\": \"pole\"},")
+        .replace("\"indices\": 1}]}]", "\"indices\": 1}]}, {\"extras\": {\"class\": \"road\"}, \"primitives\": [{\"attributes\": {\"POSITION\": 0}, \"indices\": 1}]}]");
+    assert_eq!(classes(&below).0, ["arm part 0: road", "lamp: pole", "panel: car"]);
+    // What no scene has as a class may be another program's.
+    let unknown = model.replace("\"wall\"", "\"wal\"").replace("\"pole\"", "{\"a\": 1}");
+    assert_eq!(classes(&unknown).0, ["lamp: car", "panel: car"]);
+    let said = folder.problems(r#"(meshes: {"m": model(file: "model.gltf")}, entities: [(mesh: "m")])"#);
+    let expected = "model.gltf: nodes[0].extras.class: unknown class \"wal\": it is ignored; did you mean \"wall\"?";
+    assert_eq!(said, [format!("warning: {expected}")]);
+    let own = r#"(classes: {"wal": (id: 1)}, meshes: {"m": model(file: "model.gltf")}, entities: [(mesh: "m")])"#;
+    assert_eq!(folder.problems(own), Vec::<String>::new());
+    let alone = scene::check(&folder.0.path().join("model.gltf"), Simulation::new);
+    assert_eq!((alone.len(), alone[0].place.as_str(), alone[0].is_error()), (1, "nodes[0].extras.class", false));
+}

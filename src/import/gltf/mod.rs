@@ -2,8 +2,8 @@
 //!
 //! [`container`] yields the JSON, [`shape`] checks every property and reference in it against [`schema`], and [`typed`]
 //! turns it into the types of the gltf crate. [`document`] and [`accessors`] give bounds-checked access to the data; on
-//! these stand [`nodes`], [`parts`], [`meshes`], [`materials`] and [`textures`]; [`rules`] are what nothing else
-//! depends on. All report to one [`report::Report`] and go on, so that loading and checking are the same reading.
+//! these stand [`nodes`], [`parts`], [`meshes`], [`materials`] and [`textures`]; [`labels`] are what sensors call
+//! nodes; [`rules`] are what nothing else depends on. All report to one [`report::Report`] and go on, so that loading and checking are the same reading.
 //! Nothing joins the library before the whole file has been found sound.
 //!
 //! Of the gltf crate the types and their links are used. Its validation is not: it stops at the first fault of a type
@@ -15,6 +15,7 @@ mod container;
 mod document;
 mod far;
 mod geometry;
+mod labels;
 mod materials;
 mod meshes;
 mod nodes;
@@ -33,11 +34,13 @@ pub use uri::read_file;
 use super::{ImportError, Model, Node};
 use crate::problem::Problem;
 use document::Document;
+use labels::Labels;
 use report::{Fault, Read, Report};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use systems::assets::{Image, ImageId, Library, Map, Material, MaterialId, Mesh, MeshId};
+use systems::sensors::Classes;
 use textures::Images;
 use uri::Place;
 
@@ -66,8 +69,13 @@ pub fn draft(path: &Path, named_in: Option<&Path>) -> Result<Draft, ImportError>
 /// Everything wrong with a model.
 pub fn check(path: &Path) -> Vec<Problem> {
     let mut report = Report::new(path);
-    if let Err(fault) = read(path, None, &mut report) {
-        report.error(fault);
+    match read(path, None, &mut report) {
+        Ok(Some(draft)) => {
+            let classes = Classes::default();
+            draft.model.unknown_classes(&classes).for_each(|(place, message)| report.warn(place, message));
+        }
+        Ok(None) => {}
+        Err(fault) => report.error(fault),
     }
     let errors = report.errors.into_iter().map(Problem::from);
     errors.chain(report.warnings.into_iter().map(Problem::from)).collect()
@@ -100,6 +108,7 @@ fn read(path: &Path, named_in: Option<&Path>, report: &mut Report) -> Read<Optio
     shape::leave_out(&mut root, &unfit);
     let animated = root["animations"].as_array().is_some_and(|animations| !animations.is_empty());
     let rooms = nodes::rooms(&root, report);
+    let labels = Labels::read(&root);
     let document = Document::new(typed::document(root)?, Place::new(path, named_in), bin, file_bytes);
     rules::check(&document, report);
     let mut hierarchy = nodes::read(&document, rooms, report)?;
@@ -107,6 +116,7 @@ fn read(path: &Path, named_in: Option<&Path>, report: &mut Report) -> Read<Optio
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let name = scene_name.filter(|n| !n.is_empty()).map_or_else(|| stem.into_owned(), str::to_owned);
     let (meshes, used_materials) = parts::read(&document, &mut hierarchy, &roots, report);
+    labels.give(&mut hierarchy.nodes, &document, &used_materials);
     let mut images = Images::default();
     let faded = faded(&hierarchy.nodes, &meshes);
     let materials = used_materials.iter().enumerate().map(|(number, id)| {
@@ -120,7 +130,8 @@ fn read(path: &Path, named_in: Option<&Path>, report: &mut Report) -> Read<Optio
     textures::check(&document, &images, report);
     document.check_unused_buffers(report);
     note_what_rests(&document, animated, report);
-    let model = Model { name, nodes: hierarchy.nodes, roots, warnings: Vec::new() };
+    let classes = labels.classes();
+    let model = Model { name, nodes: hierarchy.nodes, roots, classes, warnings: Vec::new() };
     far::check(&model, &meshes, report);
     Ok(Some(Draft { model, meshes, materials, images: decoded }))
 }

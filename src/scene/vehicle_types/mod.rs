@@ -18,11 +18,11 @@ mod outline;
 mod placed_model;
 mod wheels;
 
-use super::{SceneError, parse, problem, read_text, slip_problem};
+use super::{SceneError, parse, placed, read_text, slip_problem};
 use crate::import::{self, Model};
 use crate::problem::Problem;
 use crate::scene::faults::{Fault, Trail};
-use crate::scene::places::{self, Step};
+use crate::scene::places::Step;
 use bevy_ecs::prelude::*;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -88,9 +88,7 @@ pub(super) fn read(path: &Path, library: &mut Library) -> Result<Loaded, Vec<Pro
     let (models, mut faults) = read_models(&source, folder, library);
     faults.extend(check::faults(&source, &models, library));
     if !faults.is_empty() {
-        let mut problems: Vec<Problem> = faults.into_iter().map(|fault| placed(fault, path, &text)).collect();
-        problems.sort_by_key(|p| p.line_column);
-        return Err(problems);
+        return Err(placed(faults, path, &text));
     }
     let mut loaded = Loaded { files: vec![path.to_owned()], ..Loaded::default() };
     let named = source.types.entries().iter().map(|(_, vehicle_type)| folder.join(&vehicle_type.model));
@@ -102,11 +100,6 @@ pub(super) fn read(path: &Path, library: &mut Library) -> Result<Loaded, Vec<Pro
     loaded.warnings.extend(models.values().flat_map(|model| &model.warnings).map(ToString::to_string));
     loaded.warnings.sort();
     Ok(loaded)
-}
-
-fn placed(fault: Fault, path: &Path, text: &str) -> Problem {
-    let at = places::find(text, &fault.steps);
-    Problem { place: fault.place, ..problem(path, Some(at), fault.message) }
 }
 
 /// The models that the types name, each read once.

@@ -1,0 +1,168 @@
+"""Reads the data sets of tests/sensor_formats.rs: COCO's labels and KITTI's folders against the arrays beside them."""
+
+import io
+import json
+import sys
+from contextlib import redirect_stdout
+from pathlib import Path
+
+import cv2
+import numpy as np
+from pycocotools.coco import COCO
+
+folder = Path(sys.argv[1])
+described = json.loads((folder / "sensors.json").read_text())
+sensors = {sensor["name"]: sensor for sensor in described["sensors"]}
+classes = {entry["id"]: entry for entry in described["classes"]}
+
+
+def picture(path):
+    read = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
+    assert read is not None, path
+    # Blue first.
+    return read[..., ::-1] if read.ndim == 3 else read
+
+
+def array(sensor, name, step):
+    return np.load(folder / sensor / f"{name}_{step:05}.npy")
+
+
+# Things: as pycocotools has them.
+with redirect_stdout(io.StringIO()):
+    coco = COCO(str(folder / "coco" / "instances.json"))
+images = coco.loadImgs(coco.getImgIds())
+assert [image["file_name"] for image in images] == [f"ego/front/color_{step:05}.png" for step in [0, 2, 4]]
+assert {entry["name"] for entry in coco.loadCats(coco.getCatIds())} == {
+    entry["name"] for entry in classes.values() if entry["thing"]
+}
+things = 0
+for image, step in zip(images, [0, 2, 4]):
+    assert picture(folder / image["file_name"]).shape == (image["height"], image["width"], 3)
+    assert np.array_equal(picture(folder / image["file_name"]), array("ego/front", "color", step))
+    instance, semantic = array("ego/front", "instance", step), array("ego/front", "class", step)
+    wanted = [int(n) for n in np.unique(instance) if n and classes[int(semantic[instance == n][0])]["thing"]]
+    annotations = coco.loadAnns(coco.getAnnIds(imgIds=[image["id"]]))
+    assert len(annotations) == len(wanted) == 2, (annotations, wanted)
+    for annotation, number in zip(annotations, wanted):
+        mask = instance == number
+        assert np.array_equal(coco.annToMask(annotation), mask)
+        assert annotation["area"] == mask.sum()
+        rows, columns = np.nonzero(mask)
+        box = [columns.min(), rows.min(), np.ptp(columns) + 1, np.ptp(rows) + 1]
+        assert annotation["bbox"] == [int(side) for side in box]
+        assert {annotation["category_id"]} == set(semantic[mask].tolist())
+        things += 1
+assert {classes[entry["category_id"]]["name"] for entry in coco.anns.values()} == {"car", "truck"}
+
+# All pixels: by `rgb2id` of panopticapi, which is on GitHub only, as its documentation states it.
+panoptic = json.loads((folder / "coco" / "panoptic.json").read_text())
+assert panoptic["images"] == [dict(image) for image in images]
+assert {entry["id"]: entry["isthing"] for entry in panoptic["categories"]} == {
+    number: int(entry["thing"]) for number, entry in classes.items() if number
+}
+for annotation, step in zip(panoptic["annotations"], [0, 2, 4], strict=True):
+    assert annotation["file_name"] == f"ego/front/{step:05}.png"
+    rgb = picture(folder / "coco" / "panoptic" / annotation["file_name"]).astype(np.uint32)
+    ids = rgb[..., 0] + 256 * rgb[..., 1] + 256 * 256 * rgb[..., 2]
+    instance, semantic = array("ego/front", "instance", step), array("ego/front", "class", step)
+    # Sky and wall have no class, and are in no segment.
+    assert np.array_equal(ids == 0, semantic == 0) and (ids == 0).any()
+    assert {segment["id"] for segment in annotation["segments_info"]} == set(np.unique(ids).tolist()) - {0}
+    for segment in annotation["segments_info"]:
+        inside = ids == segment["id"]
+        assert segment["area"] == inside.sum()
+        assert {segment["category_id"]} == set(semantic[inside].tolist())
+        if classes[segment["category_id"]]["thing"]:
+            assert np.array_equal(inside, instance == segment["id"] - 256)
+        else:
+            assert segment["id"] == segment["category_id"]
+
+
+def scan(home, lidar, step):
+    """The points of a scan, which are the returns of the lidar's own array."""
+    points = np.load(folder / lidar / f"points_{step:05}.npy")
+    hit = points[points["hit"] == 1]
+    velodyne = np.fromfile(home / "velodyne" / f"{step:06}.bin", "<f4").reshape(-1, 4)
+    assert np.array_equal(velodyne, np.column_stack([hit["xyz"], hit["intensity"]]))
+    labels = np.fromfile(home / "labels" / f"{step:06}.label", "<u4")
+    assert np.array_equal(labels & 0xFFFF, hit["class"]) and np.array_equal(labels >> 16, hit["instance"])
+    return velodyne, hit["class"]
+
+
+home = folder / "ego" / "front" / "kitti"
+front = sensors["ego/front"]
+scans = 0
+for step in [0, 2, 4]:
+    name = f"{step:06}"
+    assert np.array_equal(picture(home / "image_2" / f"{name}.png"), array("ego/front", "color", step))
+    assert np.array_equal(picture(home / "semantic" / f"{name}.png"), array("ego/front", "class", step))
+    depth = array("ego/front", "depth", step)
+    metres = np.where(depth < 255.99, np.floor(depth * 256 + 0.5), 0)
+    assert np.array_equal(picture(home / "depth" / f"{name}.png"), metres)
+    calib = dict(line.split(":", 1) for line in (home / "calib" / f"{name}.txt").read_text().splitlines())
+    calib = {key: np.array(numbers.split(), np.float64) for key, numbers in calib.items()}
+    p2, tr = calib["P2"].reshape(3, 4), calib["Tr_velo_to_cam"].reshape(3, 4)
+    assert np.array_equal(p2[:, :3], front["K"]) and np.array_equal(p2[:, 3], [0, 0, 0])
+    assert np.array_equal(calib["R0_rect"].reshape(3, 3), np.eye(3))
+    # The box of the scene, of 1.8 × 1.5 × 4 m with the middle of its lower face at (0.5, 0, 10), looks along +Z.
+    lines = [line.split() for line in (home / "label_2" / f"{name}.txt").read_text().splitlines()]
+    assert [line[0] for line in lines] == ["Car", "Truck"] and all(len(line) == 15 for line in lines), lines
+    truncated, occluded, alpha, *numbers = map(float, lines[0][1:])
+    capture = next(capture for capture in front["captures"] if capture["step"] == step)
+    camera_from_world = np.linalg.inv(np.array(capture["world_from_entity"]) @ np.array(front["entity_from_sensor"]))
+    location = (camera_from_world @ [0.5, 0, 10, 1])[:3]
+    forward = camera_from_world[:3, :3] @ [0, 0, 1]
+    turn = np.arctan2(-forward[2], forward[0])
+    # Numbers have four places behind the point; those of the program came through floats of some metres.
+    assert np.allclose(numbers[4:], [1.5, 1.8, 4, *location, turn], atol=2e-4), (numbers, location)
+    assert np.isclose(alpha, turn - np.arctan2(location[0], location[2]), atol=2e-4)
+    # All of it is seen: its outline goes around its pixels, half a pixel more at most, and it is in the picture.
+    rows, columns = np.nonzero(array("ego/front", "class", step) == 26)
+    seen = [columns.min(), rows.min(), columns.max(), rows.max()]
+    assert np.abs(np.subtract(numbers[:4], seen)).max() <= 0.5 + 1e-3, (numbers[:4], seen)
+    assert truncated == 0 and occluded == 0
+    # Behind it is the truck, a part of which it hides.
+    assert int(lines[1][2]) in [1, 2], lines[1]
+    if step < 4:
+        flow, flags = array("ego/front", "flow", step), array("ego/front", "flow_flags", step)
+        steps = np.floor(flow * 64 + 32768 + 0.5)
+        fits = (flags & 1 == 1) & ((steps >= 0) & (steps <= 65535)).all(-1)
+        wanted = np.where(fits[..., None], np.concatenate([steps, np.ones_like(steps[..., :1])], -1), 0)
+        assert np.array_equal(picture(home / "flow" / f"{name}.png"), wanted) and fits.any()
+    else:
+        assert not (home / "flow" / f"{name}.png").exists()
+    points, found = scan(home, "ego/top", step)
+    # Nothing is fired before the first step.
+    assert (len(points) == 0) == (step == 0)
+    if step == 0:
+        continue
+    scans += 1
+    # Points of the lidar lie where the camera sees their distances: those of the ground and the boxes, a pixel from
+    # others at least.
+    camera = np.column_stack([points[:, :3], np.ones(len(points))]) @ tr.T
+    camera, seen = camera[camera[:, 2] > 1], found[camera[:, 2] > 1]
+    pixels = np.column_stack([camera, np.ones(len(camera))]) @ p2.T
+    u, v = np.rint(pixels[:, :2] / pixels[:, 2:]).astype(int).T
+    inside = (u > 0) & (u < front["width"] - 1) & (v > 0) & (v < front["height"] - 1)
+    u, v, camera, seen = u[inside], v[inside], camera[inside], seen[inside]
+    semantic = array("ego/front", "class", step)
+    around = [semantic[v + down, u + right] for down in [-1, 0, 1] for right in [-1, 0, 1]]
+    clear = np.all([one == seen for one in around], axis=0) & np.isin(seen, [26, 27])
+    assert clear.sum() > 30, clear.sum()
+    # Faces are nearly square to the view: within half a pixel, 1/160 of the distance, depths hardly change; a beam may
+    # graze a flank, where a pixel more is 0.1 m.
+    assert np.abs(depth[v, u] - camera[:, 2])[clear].max() < 0.1, np.abs(depth[v, u] - camera[:, 2])[clear].max()
+
+rear = folder / "ego" / "rear" / "kitti"
+assert sorted(path.name for path in rear.iterdir()) == ["calib", "image_2", "labels", "velodyne"]
+assert (rear / "velodyne" / "000004.bin").read_bytes() == (home / "velodyne" / "000004.bin").read_bytes()
+post = folder / "post" / "kitti"
+assert sorted(path.name for path in post.iterdir()) == ["labels", "velodyne"]
+scan(post, "post", 2)
+scans += 1
+assert not (folder / "ego" / "top" / "kitti").exists()
+
+manifest = json.loads((folder / "manifest.json").read_text())
+files = {str(path.relative_to(folder)).replace("\\", "/") for path in folder.rglob("*") if path.is_file()}
+assert set(manifest["blake3"]) == files - {"manifest.json"}, files ^ set(manifest["blake3"])
+print(f"{len(images)} pictures, {things} things, {scans} folders of scans")
