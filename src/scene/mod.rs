@@ -14,7 +14,7 @@
 //! physical                  vehicles as bodies, if the build has physics
 //! spawn, generate           entities, and generators' copies of them
 //! cells                     rooms and portals
-//! sensors                   sensors, and classes of what they see
+//! sensors, motion_sensors   sensors, classes of what they see, and where on Earth a scene is
 //! rig                       light and a camera for what brings none; a glTF file is a scene as well
 //! ```
 //!
@@ -31,6 +31,7 @@ mod files;
 mod format;
 mod generate;
 mod lights;
+mod motion_sensors;
 #[cfg(feature = "tools")]
 pub(crate) use generate::Random;
 mod origin;
@@ -85,6 +86,7 @@ use systems::assets::Library;
 use systems::draw::Environment;
 use systems::ecs::clock::{Clock, Seed};
 use systems::run::registry;
+use systems::sensors::GeoOrigin;
 use systems::space::Aabb;
 use systems::space::origin::Origin;
 
@@ -332,6 +334,10 @@ impl Prepared {
                 world.insert_resource(environment(&scene.environment));
                 world.insert_resource(clock(&scene.clock));
                 world.insert_resource(Seed(scene.seed));
+                match scene.geo_origin {
+                    Some(on_earth) => world.insert_resource(on_earth.resource()),
+                    None => _ = world.remove_resource::<GeoOrigin>(),
+                }
                 scene.custom.insert_into_world(world);
                 spawn::spawn(&scene, &items, world)
             }

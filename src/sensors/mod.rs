@@ -6,15 +6,18 @@
 //! lidar          the beams of a lidar through what is drawn, into arrays
 //! rays           what the last frame draws, as rays meet it: a tree over the boxes of objects, and one for each mesh
 //!                (ray_meshes); with colours and masks (texels)
+//! motion         IMU and GNSS, and where sensors were before; lanes, collisions: in which lane a vehicle is, what touches
+//!                it
 //! label_table    entities to the numbers and classes that outputs have for them
 //! dataset        the sensors of a run as files: `relief render --sensors`
 //! files          which files outputs become, and what is in them; description, manifest: those of a whole data set
+//! records        what sensors other than cameras give, as files
 //! log            the sensors of a run as one log of ROS 2; axes: those that it and other outputs have
 //! ```
 //!
 //! A capture is a function of the state after a step, and of nothing else: all sensors are captured of one frame, and a
-//! view's bits do not depend on what is drawn beside it ([`crate::renderer::ViewBatches`]). Lidars that sweep also need
-//! where they were when they were due before.
+//! view's bits do not depend on what is drawn beside it ([`crate::renderer::ViewBatches`]). Lidars that sweep, IMUs and
+//! GNSS also need where they were when they were due before.
 //!
 //! What sensors are as data is in [`systems::sensors`].
 //!
@@ -33,15 +36,23 @@
 
 mod axes;
 mod camera;
+#[cfg(feature = "vehicles")]
+mod collisions;
 mod dataset;
 mod description;
 mod files;
 mod label_table;
+#[cfg(feature = "vehicles")]
+mod lanes;
 pub mod lidar;
 mod log;
 mod manifest;
+mod motion;
+#[cfg(not(feature = "vehicles"))]
+mod no_vehicles;
 mod ray_meshes;
 mod rays;
+mod records;
 mod suite;
 mod texels;
 
@@ -49,5 +60,6 @@ pub use camera::CameraCapture;
 pub use dataset::{SensorJob, render_sensors};
 pub use files::FileFormat;
 pub use lidar::{LidarScan, Pose};
+pub use motion::{GnssCapture, ImuCapture};
 pub use rays::{Meeting, RayScene, RayWarnings};
-pub use suite::{Capture, LidarCapture, SensorCapture, SensorData, SensorSuite, sensor_names};
+pub use suite::{Capture, Collision, LidarCapture, SensorCapture, SensorData, SensorSuite, sensor_names};
