@@ -1,7 +1,7 @@
 //! What collision sensors capture: boxes and meshes that touch the thing that a sensor is mounted on.
 //!
 //! A vehicle is the box of its type, without its trailer, from a little above the ground on; anything else is the boxes
-//! around its meshes. What it may touch are other vehicles, and obstacles: by the boxes around their meshes, or by their
+//! around its meshes. What it may touch are other vehicles, and obstacles: by the boxes around their meshes, or their
 //! triangles.
 
 use super::axes::ENTITY_FROM_LIDAR;

@@ -6,8 +6,8 @@
 //! lidar          the beams of a lidar through what is drawn, into arrays
 //! rays           what the last frame draws, as rays meet it: a tree over the boxes of objects, and one for each mesh
 //!                (ray_meshes); with colours and masks (texels)
-//! motion         IMU and GNSS, and where sensors were before; lanes, collisions: in which lane a vehicle is, what touches
-//!                it
+//! motion         IMU and GNSS, and where sensors were before
+//! lanes          in which lane a vehicle is; collisions: what touches it
 //! label_table    entities to the numbers and classes that outputs have for them
 //! dataset        the sensors of a run as files: `relief render --sensors`
 //! files          which files outputs become, and what is in them; description, manifest: those of a whole data set

@@ -2,10 +2,10 @@
 //!
 //! A [`Sensor`] is an entity with a place, mounted on a vehicle or standing. What it measures is a function of the
 //! states after the steps at which it is due, and of nothing else. [`Class`] and [`Instance`] say what outputs call the
-//! things that are seen. A [`LidarSensor`] has the [`Beams`] of a model and fires them by its clock. An [`ImuSensor`] and
-//! a [`GnssSensor`] measure how they move and where on Earth they are ([`wgs84`]), a [`LaneSensor`] and a
-//! [`CollisionSensor`] what is below and beside a vehicle. [`philox`] makes the random numbers of noise, which depend on
-//! counters alone.
+//! things that are seen. A [`LidarSensor`] has the [`Beams`] of a model and fires them by its clock. An [`ImuSensor`]
+//! and a [`GnssSensor`] measure how they move and where on Earth they are ([`wgs84`]), a [`LaneSensor`] and a
+//! [`CollisionSensor`] what is below and beside a vehicle. [`philox`] makes the random numbers of noise, which depend
+//! on counters alone.
 
 pub(crate) mod beams;
 pub mod collision;

@@ -112,20 +112,30 @@ mod tests {
 
     #[test]
     fn degrees_are_as_long_as_published() {
-        // National Geospatial-Intelligence Agency, "Length of a Degree of Latitude and Longitude Calculator".
+        // National Geospatial-Intelligence Agency, "Length of a Degree of Latitude and Longitude Calculator", as
+        // Wikipedia's "Latitude" has it: whole metres.
         let known = [
-            (0.0, 110_574.3, 111_319.5),
-            (15.0, 110_648.7, 107_550.5),
-            (30.0, 110_852.4, 96_486.3),
-            (45.0, 111_131.7, 78_846.8),
-            (60.0, 111_412.3, 55_800.0),
+            (0.0, 110_574.0, 111_320.0),
+            (15.0, 110_649.0, 107_551.0),
+            (30.0, 110_852.0, 96_486.0),
+            (45.0, 111_132.0, 78_847.0),
+            (60.0, 111_412.0, 55_800.0),
         ];
         for (latitude, along_meridian, along_parallel) in known {
             let [north, east] = degree_at(latitude);
-            // Published to 0.1 m; chords are shorter by (π/1440)²/24, 0.02 m.
-            assert!((north - along_meridian).abs() < 0.15, "{latitude}: {north}");
-            assert!((east - along_parallel).abs() < 0.15, "{latitude}: {east}");
+            // Chords are shorter by (π/1440)²/24, 0.02 m.
+            assert!((north - along_meridian).abs() < 0.53, "{latitude}: {north}");
+            assert!((east - along_parallel).abs() < 0.53, "{latitude}: {east}");
+            // The meridian's radius of curvature, a(1 − e²)/(1 − e² sin²)^(3/2), over the degree by Simpson's rule.
+            let radius = |off: f64| {
+                let sin = (latitude + off).to_radians().sin();
+                EQUATORIAL * (1.0 - ECCENTRICITY) / (1.0 - ECCENTRICITY * sin * sin).powf(1.5)
+            };
+            let mean = (radius(-0.5) + 4.0 * radius(0.0) + radius(0.5)) / 6.0;
+            assert!((north - mean.to_radians()).abs() < 0.03, "{latitude}: {north}");
         }
+        // At the equator, to the decimetre.
+        assert!((degree_at(0.0)[0] - 110_574.3).abs() < 0.05);
     }
 
     proptest! {
@@ -151,8 +161,9 @@ mod tests {
             let place = at(latitude, longitude, 100.0);
             let axes = place.ecef_from_enu();
             let step = |place: Geodetic, other: Geodetic| (other.ecef() - place.ecef()).normalize();
-            let ways = [at(latitude, longitude + 1e-5, 100.0), at(latitude + 1e-5, longitude, 100.0)];
-            for (way, axis) in ways.into_iter().chain([at(latitude, longitude, 101.0)]).zip([axes.x_axis, axes.y_axis, axes.z_axis]) {
+            let ways = [(longitude + 1e-5, latitude, 100.0), (longitude, latitude + 1e-5, 100.0), (longitude, latitude, 101.0)];
+            for ((longitude, latitude, altitude), axis) in ways.into_iter().zip([axes.x_axis, axes.y_axis, axes.z_axis]) {
+                let way = at(latitude, longitude, altitude);
                 // Half of 1e-5 degrees, and 1e-9 m of rounding over the least way, 0.02 m.
                 prop_assert!(step(place, way).abs_diff_eq(axis, 2e-7), "{} {axis}", step(place, way));
             }
