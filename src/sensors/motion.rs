@@ -178,7 +178,7 @@ mod tests {
         // It was not asked after step 10.
         assert_eq!(track.note(&imu, 13, 3, at(13.0)), [None, Some(at(7.0))]);
         // The world went back.
-        assert_eq!(track.note(&imu, 10, 3, at(10.0)), [Some(at(7.0)), None]);
+        assert_eq!(track.note(&imu, 10, 3, at(10.0)), [Some(at(7.0)), Some(at(4.0))]);
         assert_eq!(track.note(&imu, 13, 3, at(14.0)), [Some(at(10.0)), Some(at(7.0))]);
         let mut track = Track::default();
         assert_eq!([1, 2, 3].map(|step| track.note(&gnss, step, 1, at(0.0))[0].is_some()), [false, true, true]);

@@ -115,7 +115,7 @@ mod tests {
         // National Geospatial-Intelligence Agency, "Length of a Degree of Latitude and Longitude Calculator", as
         // Wikipedia's "Latitude" has it: whole metres.
         let known = [
-            (0.0, 110_574.0, 111_320.0),
+            (0.0, 110_574.0, 111_319.49), // the equator, a circle: a π/180
             (15.0, 110_649.0, 107_551.0),
             (30.0, 110_852.0, 96_486.0),
             (45.0, 111_132.0, 78_847.0),

@@ -12,7 +12,7 @@ const SCENE: &str = r#"(
     geo_origin: (latitude_degrees: 48.1, longitude_degrees: 11.5, altitude: 500),
     meshes: { "post": cube(size: (1, 1, 1)) },
     routes: {
-        "ring": (points: [(10, 0, 0), (0, 0, 10), (-10, 0, 0), (0, 0, -10)], spline: true, closed: true),
+        "ring": (points: [(10, 0, 0), (0, 0, 10), (-10, 0, 0), (0, 0, -10)], shape: spline, closed: true),
     },
     entities: [
         (name: "ego", vehicle: (type: "box", route: "ring"), children: [
