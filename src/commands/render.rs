@@ -46,12 +46,13 @@ fn file_format() -> impl TypedValueParser<Value = FileFormat> {
         FileFormat::Png => {
             "A picture per output: 8 bits, 16 bits of 1/256 m, or ids as 24-bit colour; not linear colours"
         }
-        FileFormat::Npy => "An array of numpy per output; of a lidar one of records",
+        FileFormat::Npy => "An array of numpy per output; of sensors that are no cameras one of records",
         FileFormat::Npz => "The arrays of a capture in one file",
         FileFormat::Exr => "A picture per capture with named channels: R G B (linear), Z, N.X N.Y N.Z, range, ids",
         FileFormat::Mcap => {
             "sensors.mcap, one log of ROS 2 for the run: image_raw, depth, class, instance and camera_info of cameras, \
-             points of lidars, /tf, /clock; --resume captures everything anew, as it does for the next three"
+             points of lidars, imu, fix of GNSS, /tf, /clock; --resume captures everything anew, as it does for the \
+             next three"
         }
         FileFormat::Coco => {
             "coco/instances.json and panoptic.json for the run, of cameras with color, instance and class; with the \

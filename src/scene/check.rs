@@ -181,6 +181,7 @@ impl<'a> Check<'a> {
         self.number("piece_metres", scene.piece_metres, 0.0, SIZES.1);
         self.lights(scene.lights.as_ref());
         scene.origin.iter().for_each(|origin| self.position("origin", origin));
+        scene.geo_origin.iter().for_each(|origin| self.geo_origin(origin));
         self.field("environment", |c| {
             let e = &scene.environment;
             c.color("ambient", e.ambient, BRIGHTEST);

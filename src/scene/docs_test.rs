@@ -2,7 +2,7 @@
 //! of names in other documents.
 
 use super::vehicle_types::format as vehicles;
-use super::{format, lenses, lights, parse, sensors, values};
+use super::{format, lenses, lights, motion_sensors, parse, sensors, values};
 use serde::de::DeserializeOwned;
 use std::collections::{BTreeSet, HashMap};
 use std::fmt::Debug;
@@ -81,6 +81,7 @@ fn every_field_has_its_row() {
         include_str!("lenses.rs"),
         include_str!("lights.rs"),
         include_str!("sensors.rs"),
+        include_str!("motion_sensors.rs"),
         include_str!("surfaces.rs"),
         include_str!("roads.rs"),
     ];
@@ -149,6 +150,11 @@ fn documented_defaults_are_the_defaults() {
     assert_defaults::<lenses::KannalaBrandt>("kannalabrandt", "fx: 1, fy: 1, cx: 0, cy: 0,");
     assert_defaults::<systems::sensors::ImageNoise>("imagenoise", "");
     assert_defaults::<sensors::LidarSensor>("lidarsensor", "");
+    assert_defaults::<motion_sensors::ImuSensor>("imusensor", "");
+    assert_defaults::<motion_sensors::GnssSensor>("gnsssensor", "");
+    assert_defaults::<motion_sensors::CollisionSensor>("collisionsensor", "");
+    assert_defaults::<motion_sensors::LaneSensor>("lanesensor", "");
+    assert_defaults::<motion_sensors::GeoOrigin>("geoorigin", "latitude_degrees: 1, longitude_degrees: 2,");
     assert_defaults::<sensors::Class>("class", "id: 1,");
     assert_defaults::<format::Spin>("spin", "");
     assert_defaults::<format::Route>("route", "points: [(0, 0, 0), (1, 0, 0)],");

@@ -6,6 +6,7 @@
 
 use super::custom_fields::{self, Custom};
 pub use super::lights::Light;
+pub use super::motion_sensors::GeoOrigin;
 use super::rigs::Rigs;
 pub use super::roads::*;
 pub use super::sensors::{Class, Sensor};
@@ -21,6 +22,7 @@ use systems::lights::LightPolicy;
 pub struct Scene {
     pub seed: u64,
     pub origin: Option<[f64; 3]>,
+    pub geo_origin: Option<GeoOrigin>,
     pub piece_metres: f32,
     pub lights: Option<Lights>,
     pub environment: Environment,
@@ -56,6 +58,7 @@ impl Default for Scene {
         Self {
             seed: 0,
             origin: None,
+            geo_origin: None,
             piece_metres: systems::draw::pieces::DEFAULT_METRES,
             lights: None,
             environment: Environment::default(),

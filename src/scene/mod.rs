@@ -15,6 +15,7 @@
 //! spawn, generate           entities, and generators' copies of them
 //! cells                     rooms and portals
 //! sensors, lenses           sensors, and classes of what they see; the lenses of cameras
+//! motion_sensors            sensors of motion, and where on Earth a scene is
 //! rigs                      entities from files of their own, below those that take them
 //! studio                    light and a camera for what brings none; a glTF file is a scene as well
 //! ```
@@ -33,6 +34,7 @@ mod format;
 mod generate;
 mod lenses;
 mod lights;
+mod motion_sensors;
 #[cfg(feature = "tools")]
 pub(crate) use generate::Random;
 mod origin;
@@ -88,6 +90,7 @@ use systems::assets::Library;
 use systems::draw::Environment;
 use systems::ecs::clock::{Clock, Seed};
 use systems::run::registry;
+use systems::sensors::GeoOrigin;
 use systems::space::Aabb;
 use systems::space::origin::Origin;
 
@@ -357,6 +360,10 @@ impl Prepared {
                 world.insert_resource(environment(&scene.environment));
                 world.insert_resource(clock(&scene.clock));
                 world.insert_resource(Seed(scene.seed));
+                match scene.geo_origin {
+                    Some(on_earth) => world.insert_resource(on_earth.resource()),
+                    None => _ = world.remove_resource::<GeoOrigin>(),
+                }
                 scene.custom.insert_into_world(world);
                 spawn::spawn(&scene, &items, world)
             }

@@ -4,6 +4,7 @@
 use super::check::{Check, SIZES};
 use super::faults::unknown;
 use super::lenses::{Lens, lens};
+use super::motion_sensors::{CollisionSensor, GnssSensor, ImuSensor, LaneSensor};
 use super::places::Step;
 use super::values::{Color, Named, names, one_of};
 use serde::{Deserialize, Deserializer};
@@ -22,6 +23,10 @@ const SLOWEST: u32 = 1_000_000;
 pub enum Sensor {
     Camera(CameraSensor),
     Lidar(LidarSensor),
+    Imu(ImuSensor),
+    Gnss(GnssSensor),
+    Collision(CollisionSensor),
+    Lane(LaneSensor),
 }
 
 #[derive(Deserialize, Debug)]
@@ -188,10 +193,11 @@ impl Check<'_> {
                     self.fault(message);
                 }
             }
+            other => self.motion_sensor(&self::sensor(other)),
         }
     }
 
-    fn rate(&mut self, every: u32, phase: u32) {
+    pub fn rate(&mut self, every: u32, phase: u32) {
         if !(1..=SLOWEST).contains(&every) {
             self.field("every", |c| c.fault(format_args!("expected steps from 1 to {SLOWEST}, found {every}")));
         } else if phase >= every {
@@ -229,7 +235,7 @@ impl Check<'_> {
     }
 }
 
-/// A checked sensor as a component.
+/// A sensor as a component.
 pub fn sensor(source: &Sensor) -> sensors::Sensor {
     match source {
         Sensor::Camera(source) => {
@@ -238,6 +244,10 @@ pub fn sensor(source: &Sensor) -> sensors::Sensor {
         Sensor::Lidar(source) => {
             sensors::Sensor { kind: SensorKind::Lidar(source.lidar()), every: source.every, phase: source.phase }
         }
+        Sensor::Imu(source) => source.sensor(),
+        Sensor::Gnss(source) => source.sensor(),
+        Sensor::Collision(source) => source.sensor(),
+        Sensor::Lane(source) => source.sensor(),
     }
 }
 

@@ -1,7 +1,7 @@
 //! `sensors.json`: what the sensors of a data set are, and where they were at each capture.
 //!
 //! Matrices are rows of numbers, from the sensor's axes to the scene's coordinates. A camera's axes are X right, Y down,
-//! Z forward; a lidar's X forward, Y left, Z up.
+//! Z forward; those of all others X forward, Y left, Z up.
 
 use super::axes::{ENTITY_FROM_CAMERA, ENTITY_FROM_LIDAR};
 use super::suite::{Due, nanoseconds, sensor_names};
@@ -12,7 +12,10 @@ use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use systems::draw::Intrinsics;
 use systems::ecs::clock::Clock;
-use systems::sensors::{CameraOutput, CameraSensor, Classes, Lens, LidarSensor, Sensor, SensorKind};
+use systems::sensors::{
+    CameraOutput, CameraSensor, Classes, CollisionSensor, GeoOrigin, GnssSensor, ImuSensor, LaneSensor, Lens,
+    LidarSensor, Sensor, SensorKind,
+};
 use systems::space::origin::Origin;
 
 /// Of the file's form.
@@ -42,6 +45,7 @@ pub(super) fn of_sensors(
     chosen: &BTreeMap<String, Sensor>,
     captures: &BTreeMap<String, Vec<Value>>,
 ) -> String {
+    let step_seconds = world.resource::<Clock>().step_seconds;
     let known = sensor_names(world).into_iter().filter(|(name, _)| chosen.contains_key(name));
     let sensors: Vec<Value> = known
         .filter_map(|(name, entity)| {
@@ -49,7 +53,15 @@ pub(super) fn of_sensors(
             let mut described = match &sensor.kind {
                 SensorKind::Camera(camera) => of_camera(camera),
                 SensorKind::Lidar(lidar) => of_lidar(lidar),
+                SensorKind::Imu(imu) => of_imu(imu, f64::from(sensor.every) * step_seconds),
+                SensorKind::Gnss(gnss) => of_gnss(gnss, world.get_resource::<GeoOrigin>()),
+                SensorKind::Collision(collision) => of_collision(collision),
+                SensorKind::Lane(lane) => of_lane(lane),
             };
+            if !matches!(sensor.kind, SensorKind::Camera(_)) {
+                described["axes"] = json!("X forward, Y left, Z up");
+                described["entity_from_sensor"] = rows(&DMat4::from_mat3(ENTITY_FROM_LIDAR));
+            }
             described["name"] = json!(name);
             described["every"] = json!(sensor.every);
             described["phase"] = json!(sensor.phase);
@@ -68,7 +80,7 @@ pub(super) fn of_sensors(
     });
     let described = json!({
         "version": VERSION,
-        "step_seconds": world.resource::<Clock>().step_seconds,
+        "step_seconds": step_seconds,
         "units": { "length": "metre", "time": "second", "angle": "radian" },
         "world_axes": "X, Y up, Z, right-handed",
         "classes": classes.collect::<Vec<_>>(),
@@ -134,7 +146,72 @@ fn of_lidar(lidar: &LidarSensor) -> Value {
         "attenuation": lidar.attenuation,
         "sweep": lidar.sweep,
         "noise": lidar.noise,
-        "axes": "X forward, Y left, Z up",
-        "entity_from_sensor": rows(&DMat4::from_mat3(ENTITY_FROM_LIDAR)),
+    })
+}
+
+/// `seconds`: from one reading to the next. Each is of the middle of the last two intervals.
+fn of_imu(imu: &ImuSensor, seconds: f64) -> Value {
+    let [of_force, of_rate] = imu.sigmas(seconds);
+    json!({
+        "kind": "imu",
+        "noise": imu.noise,
+        "delay_seconds": seconds,
+        "outputs": {
+            "specific_force": { "unit": "m/s^2, against free fall", "sigma": of_force },
+            "angular_velocity": { "unit": "rad/s", "sigma": of_rate },
+        },
+    })
+}
+
+fn of_gnss(gnss: &GnssSensor, origin: Option<&GeoOrigin>) -> Value {
+    json!({
+        "kind": "gnss",
+        "noise": gnss.noise,
+        "geo_origin": origin.map(|GeoOrigin { place, at }| {
+            json!({
+                "latitude_degrees": place.latitude_degrees,
+                "longitude_degrees": place.longitude_degrees,
+                "altitude": place.altitude,
+                "at": at.to_array(),
+            })
+        }),
+        "world_axes_on_earth": "X north, Y up, Z east",
+        "outputs": {
+            "latitude": { "unit": "degrees, WGS 84" },
+            "longitude": { "unit": "degrees, WGS 84" },
+            "altitude": { "unit": "metres above the ellipsoid" },
+            "velocity": { "unit": "m/s to the east, north, up" },
+        },
+    })
+}
+
+fn of_collision(collision: &CollisionSensor) -> Value {
+    json!({
+        "kind": "collision",
+        "margin": collision.margin,
+        "outputs": {
+            "instance": { "unit": "number of the other" },
+            "class": { "unit": "class id of the other" },
+            "depth": { "unit": "metres of overlap; negative: apart" },
+            "normal": { "unit": "unit vector from the other, sensor axes" },
+            "speed": { "unit": "m/s nearer along the normal" },
+        },
+    })
+}
+
+fn of_lane(lane: &LaneSensor) -> Value {
+    json!({
+        "kind": "lane",
+        "reach": lane.reach,
+        "outputs": {
+            "route": { "unit": "place in the scene's list" },
+            "lane": { "unit": "count from the edge of the road" },
+            "offset": { "unit": "metres from the middle of the lane, left positive" },
+            "heading_error": { "unit": "radians from the lane's way, left positive" },
+            "curvature": { "unit": "1/m, left positive" },
+            "width": { "unit": "metres" },
+            "along": { "unit": "metres of the route" },
+            "speed": { "unit": "m/s" },
+        },
     })
 }

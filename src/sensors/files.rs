@@ -1,7 +1,7 @@
 //! Which files a sensor's outputs become, and what is in them.
 
-use super::{CameraCapture, Flow, LidarCapture, SensorCapture, SensorData, box_records, flags};
-use crate::export::array::{Array, Column, Values};
+use super::{CameraCapture, Flow, SensorCapture, SensorData, box_records, flags, records};
+use crate::export::array::{Array, Values};
 use crate::export::exr::{self, Channel};
 use crate::export::kitti::flow_steps;
 use crate::export::{npy, npz, picture};
@@ -94,13 +94,10 @@ impl FileFormat {
     pub(super) fn holds_any(self, sensor: &Sensor) -> bool {
         match &sensor.kind {
             SensorKind::Camera(camera) => camera.outputs.iter().any(|(_, output)| self.holds(camera, output)),
-            SensorKind::Lidar(_) => matches!(self, Self::Npy | Self::Npz | Self::Mcap | Self::Kitti),
+            kind => records::holds(self, kind),
         }
     }
 }
-
-/// The records of a lidar in names of files.
-const POINTS: &str = "points";
 
 /// The names of a sensor's outputs that no format of these holds.
 pub(super) fn left_out(sensor: &Sensor, formats: &[FileFormat]) -> Vec<&'static str> {
@@ -109,9 +106,9 @@ pub(super) fn left_out(sensor: &Sensor, formats: &[FileFormat]) -> Vec<&'static 
             let is_left_out = |output| !formats.iter().any(|format| format.holds(camera, output));
             camera.outputs.iter().filter(|(_, output)| is_left_out(*output)).map(|(name, _)| name).collect()
         }
-        SensorKind::Lidar(_) => {
+        other => {
             let holds = formats.iter().any(|format| format.holds_any(sensor));
-            if holds { Vec::new() } else { vec![POINTS] }
+            if holds { Vec::new() } else { vec![records::name(other)] }
         }
     }
 }
@@ -172,8 +169,9 @@ pub(super) fn files_of(sensor: &Sensor, formats: &[FileFormat], (step, first): (
                 held.for_each(|(name, output)| file(name, Some(output)));
             }
             (SensorKind::Camera(_), _) if format.holds_any(sensor) => file("", None),
-            (SensorKind::Lidar(_), FileFormat::Npy) => file(POINTS, None),
-            (SensorKind::Lidar(_), FileFormat::Npz) => file("", None),
+            (SensorKind::Camera(_), _) => {}
+            (other, FileFormat::Npy) => file(records::name(other), None),
+            (_, FileFormat::Npz) => file("", None),
             _ => {}
         }
     }
@@ -193,7 +191,11 @@ pub(super) fn encode(capture: &SensorCapture, file: &OutputFile) -> Result<Optio
             }
             of_camera(camera, file).map(Some)
         }
-        SensorData::Lidar(lidar) => of_lidar(lidar, file.format).map(Some),
+        SensorData::Lidar(lidar) => records::of_lidar(lidar, file.format).map(Some),
+        SensorData::Imu(imu) => records::of_imu(imu, file.format).map(Some),
+        SensorData::Gnss(gnss) => records::of_gnss(gnss, file.format).map(Some),
+        SensorData::Collision(collisions) => records::of_collisions(collisions, file.format).map(Some),
+        SensorData::Lane(lane) => records::of_lane(lane, file.format).map(Some),
     }
 }
 
@@ -284,7 +286,11 @@ fn channels(camera: &CameraCapture) -> Vec<Channel<'_>> {
     colors.chain(normals).chain(flow).chain(others.map(|(name, values)| Channel::new(name, values))).collect()
 }
 
-fn archive<'a>(arrays: impl Iterator<Item = Result<(&'a str, Vec<u8>)>>) -> Result<Vec<u8>> {
+/// Named files in one.
+///
+/// # Errors
+/// What does not fit into the form.
+pub(super) fn archive<'a>(arrays: impl Iterator<Item = Result<(&'a str, Vec<u8>)>>) -> Result<Vec<u8>> {
     let arrays: Vec<(&str, Vec<u8>)> = arrays.collect::<Result<_>>()?;
     let arrays: Vec<(&str, &[u8])> = arrays.iter().map(|(name, bytes)| (*name, &bytes[..])).collect();
     let mut bytes = Vec::new();
@@ -338,25 +344,4 @@ fn picture_of_numbers(size: (u32, u32), numbers: &[u32]) -> Result<Option<image:
 fn too_large(what: &str, number: u32, bits: u32) -> Error {
     let message = format!("PNG: the {what} number {number} does not fit into {bits} bits; npy and npz hold it");
     Error::new(ErrorKind::InvalidInput, message)
-}
-
-fn of_lidar(lidar: &LidarCapture, format: FileFormat) -> Result<Vec<u8>> {
-    let LidarCapture { scan, instance, class } = lidar;
-    let columns = [
-        Column::new("xyz", &[3], scan.xyz.as_flattened()),
-        Column::new("range", &[], &scan.range[..]),
-        Column::new("intensity", &[], &scan.intensity[..]),
-        Column::new("ring", &[], &scan.ring[..]),
-        Column::new("time", &[], &scan.time[..]),
-        Column::new("instance", &[], &instance[..]),
-        Column::new("class", &[], &class[..]),
-        Column::new("hit", &[], &scan.hit[..]),
-    ];
-    if format == FileFormat::Npy {
-        return npy::encode_records(scan.len(), &columns);
-    }
-    archive(columns.iter().map(|column| {
-        let shape: Vec<usize> = std::iter::once(scan.len()).chain(column.shape.iter().copied()).collect();
-        Ok((column.name, npy::encode(&Array::new(&shape, column.values))?))
-    }))
 }

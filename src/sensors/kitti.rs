@@ -153,7 +153,7 @@ impl RunWriter for KittiWriter {
                     }
                 }
                 SensorData::Lidar(lidar) if self.alone.contains(&sensor.name) => self.scan(lidar, &file)?,
-                SensorData::Lidar(_) => {}
+                _ => {}
             }
         }
         Ok(())

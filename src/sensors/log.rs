@@ -6,25 +6,29 @@
 //! /ego/front/…       of a camera: image_raw (rgb8), depth (32FC1, metres), class (mono8), instance (32SC1), camera_info,
 //!                    boxes (foxglove_msgs/ImageAnnotations), objects (foxglove_msgs/SceneUpdate, in `world`)
 //! /ego/top/points    of a lidar, returns alone: x, y, z, intensity, ring, time, instance, class
+//! /ego/imu/imu       of an IMU, once it measures: of the time that its reading is of
+//! /ego/mast/fix      of a GNSS receiver
 //! ```
 //!
 //! Times are nanoseconds of the simulation. The world has Z up: (x, y, z) are the scene's (Z, X, Y). A camera's frame
 //! is optical: X right, Y down, Z forward. A lidar's has X forward, Y left, Z up. It is where the lidar is at the
 //! capture; points of one that sweeps are as it was when each was measured, `time` seconds after the first column.
-//! A camera whose projection is parallel has no camera_info.
+//! A camera whose projection is parallel has no camera_info. An IMU and a GNSS receiver have the axes of lidars.
 
 use super::axes::{ENTITY_FROM_CAMERA, ENTITY_FROM_LIDAR, ROS_FROM_WORLD};
 use super::run_writer::RunWriter;
-use super::{CameraCapture, Capture, LidarCapture, ObjectBox, SensorCapture, SensorData, log_boxes};
+use super::{
+    CameraCapture, Capture, GnssCapture, ImuCapture, LidarCapture, ObjectBox, SensorCapture, SensorData, log_boxes,
+};
 use crate::export::array::Column;
 use crate::export::mcap::Log;
 use crate::export::ros::{
-    CameraInfo, Clock, Distortion, Header, Image, ImageAnnotations, Pixels, PointCloud2, SceneUpdate, TfMessage,
-    TransformStamped,
+    CameraInfo, Clock, Distortion, Header, Image, ImageAnnotations, Imu, NavSatFix, Pixels, PointCloud2, SceneUpdate,
+    TfMessage, TransformStamped,
 };
 use crate::frames::FrameError;
 use crate::output::{OutputError, WholeFile};
-use glam::DQuat;
+use glam::{DMat3, DQuat};
 use std::collections::BTreeSet;
 use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
@@ -69,6 +73,9 @@ impl SensorLog {
                     }
                 }
                 SensorData::Lidar(lidar) => self.lidar(header, lidar)?,
+                SensorData::Imu(imu) => self.imu(header, imu)?,
+                SensorData::Gnss(gnss) => self.gnss(header, gnss)?,
+                SensorData::Collision(_) | SensorData::Lane(_) => {}
             }
         }
         Ok(())
@@ -116,6 +123,37 @@ impl SensorLog {
         let cloud = PointCloud2 { header, points: &points, columns: &columns };
         self.log.write(&format!("/{}/points", header.frame), header.nanoseconds, &cloud)
     }
+
+    fn imu(&mut self, header: Header, imu: &ImuCapture) -> io::Result<()> {
+        if !imu.valid {
+            return Ok(());
+        }
+        let [of_force, of_rate] = imu.sigmas.map(|sigma| sigma * sigma);
+        let message = Imu {
+            header: Header { nanoseconds: imu.nanoseconds, ..header },
+            orientation: None,
+            angular_velocity: imu.reading.angular_velocity.to_array(),
+            linear_acceleration: imu.reading.specific_force.to_array(),
+            covariances: [[0.0; 9], diagonal([of_rate; 3]), diagonal([of_force; 3])],
+        };
+        self.log.write(&format!("/{}/imu", header.frame), header.nanoseconds, &message)
+    }
+
+    fn gnss(&mut self, header: Header, gnss: &GnssCapture) -> io::Result<()> {
+        if !gnss.valid {
+            return Ok(());
+        }
+        let [horizontal, vertical] = gnss.sigmas.map(|sigma| sigma * sigma);
+        let place = gnss.reading.place;
+        let message = NavSatFix {
+            header,
+            latitude: place.latitude_degrees,
+            longitude: place.longitude_degrees,
+            altitude: place.altitude,
+            covariance: Some(diagonal([horizontal, horizontal, vertical])),
+        };
+        self.log.write(&format!("/{}/fix", header.frame), header.nanoseconds, &message)
+    }
 }
 
 impl RunWriter for SensorLog {
@@ -141,11 +179,16 @@ pub(super) fn returns<T: Copy>(hit: &[u8], values: &[T]) -> Vec<T> {
     hit.iter().zip(values).filter(|(hit, _)| **hit == 1).map(|(_, value)| *value).collect()
 }
 
+/// A matrix of 3 by 3, rows first.
+fn diagonal(values: [f64; 3]) -> [f64; 9] {
+    DMat3::from_diagonal(values.into()).to_cols_array()
+}
+
 /// Where a sensor's frame is in the world of ROS.
 fn place<'a>(name: &'a str, nanoseconds: u64, sensor: &SensorCapture) -> TransformStamped<'a> {
     let entity_from_sensor = match sensor.data {
         SensorData::Camera(_) => ENTITY_FROM_CAMERA,
-        SensorData::Lidar(_) => ENTITY_FROM_LIDAR,
+        _ => ENTITY_FROM_LIDAR,
     };
     let world_from_entity = &sensor.world_from_sensor;
     let axes = ROS_FROM_WORLD * world_from_entity.matrix3 * entity_from_sensor;

@@ -7,6 +7,8 @@
 //! lidar          the beams of a lidar through what is drawn, into arrays
 //! rays           what the last frame draws, as rays meet it: a tree over the boxes of objects, and one for each mesh
 //!                (ray_meshes); with colours and masks (texels)
+//! motion         IMU and GNSS, and where sensors were before
+//! lanes          in which lane a vehicle is; collisions: what touches it
 //! label_table    entities to the numbers and classes that outputs have for them
 //! tracking       what boxes and flow need beside pictures: drawn_parts, where everything is; things, what has boxes
 //! boxes          boxes of things in a picture, by outline and outer_vertices
@@ -16,11 +18,12 @@
 //!                whole data set
 //! run_writer     what is written of a run as a whole: log, one of ROS 2 (log_boxes); coco, kitti, labels as these
 //!                data sets have them; films. axes: those that these and other outputs have
+//! records        what sensors other than cameras give, as files
 //! ```
 //!
 //! A capture is a function of the state after a step, and of nothing else: all sensors are captured of one frame, and a
-//! view's bits do not depend on what is drawn beside it ([`crate::renderer::ViewBatches`]). Lidars that sweep also need
-//! where they were when they were due before.
+//! view's bits do not depend on what is drawn beside it ([`crate::renderer::ViewBatches`]). Lidars that sweep, IMUs and
+//! GNSS also need where they were when they were due before.
 //!
 //! What sensors are as data is in [`systems::sensors`].
 //!
@@ -42,6 +45,8 @@ mod box_records;
 mod boxes;
 mod camera;
 mod coco;
+#[cfg(feature = "vehicles")]
+mod collisions;
 mod dataset;
 mod description;
 mod develop;
@@ -51,16 +56,22 @@ mod films;
 mod flow;
 mod kitti;
 mod label_table;
+#[cfg(feature = "vehicles")]
+mod lanes;
 mod lens_map;
 pub mod lidar;
 mod log;
 mod log_boxes;
 mod manifest;
+mod motion;
+#[cfg(not(feature = "vehicles"))]
+mod no_vehicles;
 mod outer_vertices;
 mod outline;
 mod pixels;
 mod ray_meshes;
 mod rays;
+mod records;
 mod resample;
 mod run_writer;
 mod suite;
@@ -74,5 +85,6 @@ pub use dataset::{SensorJob, render_sensors};
 pub use files::FileFormat;
 pub use flow::{Flow, flags};
 pub use lidar::{LidarScan, Pose};
+pub use motion::{GnssCapture, ImuCapture};
 pub use rays::{Meeting, RayScene, RayWarnings};
-pub use suite::{Capture, LidarCapture, SensorCapture, SensorData, SensorSuite, sensor_names};
+pub use suite::{Capture, Collision, LidarCapture, SensorCapture, SensorData, SensorSuite, sensor_names};

@@ -4,8 +4,13 @@ use super::camera::{self, CameraCapture, CameraPlan};
 use super::label_table::{LabelTable, MOST_ABOVE, number};
 use super::lens_map::LensMaps;
 use super::lidar::{self, LidarScan, Pose};
+use super::motion::{self, GnssCapture, ImuCapture, Moment, Track};
+#[cfg(not(feature = "vehicles"))]
+use super::no_vehicles::{collisions, lanes};
 use super::rays::{RayScene, RayWarnings};
 use super::tracking::{TrackedCamera, Tracker};
+#[cfg(feature = "vehicles")]
+use super::{collisions, lanes};
 use crate::name;
 use crate::renderer::{Gpu, RenderError, Renderer, Settings, ViewBatches, ViewPlan};
 use bevy_ecs::name::Name;
@@ -16,7 +21,7 @@ use std::ops::Index;
 use systems::Simulation;
 use systems::ecs::clock::{Clock, Seed};
 use systems::sensors::philox::Noise;
-use systems::sensors::{Instance, Sensor, SensorKind};
+use systems::sensors::{GeoOrigin, Instance, LaneReading, Sensor, SensorKind};
 use systems::space::GlobalTransform;
 use systems::space::origin::Origin;
 
@@ -30,8 +35,8 @@ pub struct SensorSuite {
     lenses: LensMaps,
     rays: RayScene,
     warnings: RayWarnings,
-    /// Where lidars that sweep were when they were due last.
-    poses: HashMap<Entity, (u64, Pose)>,
+    /// Where sensors that measure by it were when they were due last.
+    tracks: HashMap<Entity, Track>,
     tracker: Tracker,
 }
 
@@ -66,6 +71,14 @@ pub enum SensorData {
     Camera(CameraCapture),
     /// Of a lidar.
     Lidar(LidarCapture),
+    /// Of an inertial measurement unit.
+    Imu(ImuCapture),
+    /// Of a receiver of satellite navigation.
+    Gnss(GnssCapture),
+    /// What is touched in the captured state, by number.
+    Collision(Vec<Collision>),
+    /// Of a lane sensor.
+    Lane(LaneReading),
 }
 
 /// What a lidar measured since it was due before: arrays with an element per beam.
@@ -79,6 +92,21 @@ pub struct LidarCapture {
     pub class: Vec<u8>,
 }
 
+/// What the thing touches that a sensor is mounted on.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct Collision {
+    /// Number of the other.
+    pub instance: u32,
+    /// Its semantic class; 0 for none.
+    pub class: u8,
+    /// Metres that the two would have to be moved apart to be beside each other; negative where they are apart by it.
+    pub depth: f64,
+    /// The way from the other, unit, in the sensor's axes: forward, left, up.
+    pub normal: DVec3,
+    /// m/s at which they come nearer along it.
+    pub speed: f64,
+}
+
 impl SensorCapture {
     /// What a camera captured; `None` of another sensor.
     pub fn camera(&self) -> Option<&CameraCapture> {
@@ -88,6 +116,26 @@ impl SensorCapture {
     /// What a lidar captured; `None` of another sensor.
     pub fn lidar(&self) -> Option<&LidarCapture> {
         if let SensorData::Lidar(lidar) = &self.data { Some(lidar) } else { None }
+    }
+
+    /// What an inertial measurement unit captured; `None` of another sensor.
+    pub fn imu(&self) -> Option<&ImuCapture> {
+        if let SensorData::Imu(imu) = &self.data { Some(imu) } else { None }
+    }
+
+    /// What a receiver of satellite navigation captured; `None` of another sensor.
+    pub fn gnss(&self) -> Option<&GnssCapture> {
+        if let SensorData::Gnss(gnss) = &self.data { Some(gnss) } else { None }
+    }
+
+    /// What a collision sensor captured; `None` of another sensor.
+    pub fn collisions(&self) -> Option<&[Collision]> {
+        if let SensorData::Collision(collisions) = &self.data { Some(collisions) } else { None }
+    }
+
+    /// What a lane sensor captured; `None` of another sensor.
+    pub fn lane(&self) -> Option<&LaneReading> {
+        if let SensorData::Lane(lane) = &self.data { Some(lane) } else { None }
     }
 }
 
@@ -139,7 +187,7 @@ impl SensorSuite {
             lenses: LensMaps::default(),
             rays: RayScene::default(),
             warnings: RayWarnings::default(),
-            poses: HashMap::new(),
+            tracks: HashMap::new(),
             tracker: Tracker::default(),
         }
     }
@@ -179,7 +227,8 @@ impl SensorSuite {
         let tracked = tracker.look(simulation, labels, due.iter().map(|due| &due.sensor));
         let world = &simulation.world;
         let (origin, seed) = (world.resource::<Origin>().0, world.resource::<Seed>().0);
-        let Clock { step, step_seconds, .. } = *world.resource::<Clock>();
+        let clock = world.resource::<Clock>();
+        let (step, step_seconds) = (clock.step, clock.step_seconds);
         *warnings = RayWarnings::default();
         let mut plans = plans.iter().zip(views);
         let mut drawn = &drawn[..];
@@ -187,7 +236,10 @@ impl SensorSuite {
         // Which sensor's boxes, and how things are drawn alone for them.
         let mut boxes_of = Vec::new();
         for due in due {
+            let before = step.saturating_sub(due.sensor.every.into());
             let noise = Noise::new(seed, number(world, due.entity).into(), step);
+            let (seconds, now) = (f64::from(due.sensor.every) * step_seconds, &due.poses[1]);
+            let moment = Moment { seconds, before: nanoseconds(clock, before), noise };
             let data = match &due.sensor.kind {
                 SensorKind::Camera(camera) => {
                     let Some((plan, views)) = plans.next() else { continue };
@@ -212,13 +264,21 @@ impl SensorSuite {
                     // For itself alone: what is met first of what lies in one place depends on the tree.
                     rays.update(simulation, &due.poses.map(|pose| pose.translation), lidar.range.1);
                     *warnings = warnings.with(rays.warnings());
-                    let before = step.saturating_sub(due.sensor.every.into());
                     let columns = lidar.columns_between(before, step, step_seconds);
                     let scan = lidar::scan(rays, lidar, &due.poses, columns, noise);
                     let of_beams = scan.entity.iter().map(|entity| labels.labels(world, entity.wrapping_add(1)));
                     let (instance, class) = of_beams.map(|labels| (labels.instance, labels.class)).unzip();
                     SensorData::Lidar(LidarCapture { scan, instance, class })
                 }
+                SensorKind::Imu(imu) => SensorData::Imu(motion::imu(imu, now, &due.before, moment)),
+                SensorKind::Gnss(gnss) => {
+                    let on_earth = world.get_resource::<GeoOrigin>();
+                    SensorData::Gnss(motion::gnss(gnss, on_earth, origin, (now, due.before[0]), moment))
+                }
+                SensorKind::Collision(collision) => {
+                    SensorData::Collision(collisions::capture(collision, world, (due.entity, now), labels))
+                }
+                SensorKind::Lane(lane) => SensorData::Lane(lanes::capture(lane, world, due.entity, now)),
             };
             let [_, world_from_sensor] = due.in_scene(origin);
             sensors.push(SensorCapture { entity: due.entity, name: due.name, world_from_sensor, data });
@@ -255,7 +315,8 @@ impl SensorSuite {
     }
 
     /// The sensors that are due after the clock's step and wanted; where there are any, brings the world up to date.
-    /// Notes where lidars are that sweep, for the next time that they are due: to be called after each such step.
+    /// Notes where sensors are that measure by it, for the next time that they are due: to be called after each such
+    /// step.
     pub(super) fn due(&mut self, simulation: &mut Simulation, wanted: impl Fn(&str) -> bool) -> Vec<Due> {
         let world = &mut simulation.world;
         let step = world.resource::<Clock>().step;
@@ -271,21 +332,23 @@ impl SensorSuite {
             else {
                 continue;
             };
-            let now = Pose::of(place);
-            let mut poses = [now; 2];
-            if matches!(&sensor.kind, SensorKind::Lidar(lidar) if lidar.sweep) {
-                let before = self.poses.insert(entity, (step, now));
-                let due_before = step.checked_sub(sensor.every.into());
-                if let Some((_, pose)) = before.filter(|(at, _)| Some(*at) == due_before) {
-                    poses[0] = pose;
-                }
-            }
+            let is_of_state = motion::measures_motion(&sensor.kind);
+            let now = if is_of_state { motion::pose(world, entity) } else { Pose::of(place) };
+            let before = self.tracks.entry(entity).or_default().note(&sensor.kind, step, sensor.every, now);
+            let poses = [before[0].unwrap_or(now), now];
             let name = sensor_name(world, entity);
             if wanted(&name) {
-                due.push(Due { entity, name, world_from_entity: place.affine(), sensor: sensor.clone(), poses });
+                due.push(Due {
+                    entity,
+                    name,
+                    world_from_entity: place.affine(),
+                    sensor: sensor.clone(),
+                    poses,
+                    before,
+                });
             }
         }
-        self.poses.retain(|entity, _| world.get_entity(*entity).is_ok());
+        self.tracks.retain(|entity, _| world.get_entity(*entity).is_ok());
         self.lenses.retain(world);
         due
     }
@@ -311,6 +374,8 @@ pub(super) struct Due {
     /// Of a lidar that sweeps, where it was when it was due before, as far as that is known, and where it is; else that
     /// twice.
     poses: [Pose; 2],
+    /// Where it was when it was due before, and before that, as far as that is known and it measures by it.
+    before: [Option<Pose>; 2],
 }
 
 impl Due {

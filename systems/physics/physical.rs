@@ -1,5 +1,6 @@
 //! What a physically simulated vehicle is made of: numbers of its own, or derived from its type.
 
+pub use crate::space::GRAVITY;
 use crate::vehicles::components::Wanted;
 use crate::vehicles::parts::{self, Movement, Part};
 use crate::vehicles::types::VehicleType;
@@ -8,9 +9,6 @@ use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
-
-/// m/s², downwards.
-pub const GRAVITY: f64 = 9.81;
 
 /// How far springs give under the vehicle's weight where nothing is said, metres. A bounce of 1.6 Hz, as a car's.
 const STATIC_DEFLECTION: f64 = 0.1;

@@ -1,6 +1,10 @@
 //! What sensors are as components: kind, rate, lens and outputs.
 
+use super::collision::CollisionSensor;
 use super::exposure::{Exposure, ImageNoise};
+use super::gnss::GnssSensor;
+use super::imu::ImuSensor;
+use super::lane::LaneSensor;
 use super::lidar::LidarSensor;
 use crate::draw::camera::{Camera, Projection};
 use crate::draw::intrinsics::Intrinsics;
@@ -38,17 +42,30 @@ pub enum SensorKind {
     Camera(CameraSensor),
     /// Distances along beams.
     Lidar(LidarSensor),
+    /// Specific force and angular rate.
+    Imu(ImuSensor),
+    /// Place on Earth and velocity.
+    Gnss(GnssSensor),
+    /// What is touched.
+    Collision(CollisionSensor),
+    /// Place in a lane.
+    Lane(LaneSensor),
 }
 
 impl Sensor {
+    /// A sensor that is due after every step.
+    pub fn new(kind: SensorKind) -> Self {
+        Self { kind, every: 1, phase: 0 }
+    }
+
     /// A camera that is due after every step.
     pub fn camera(camera: CameraSensor) -> Self {
-        Self { kind: SensorKind::Camera(camera), every: 1, phase: 0 }
+        Self::new(SensorKind::Camera(camera))
     }
 
     /// A lidar that is due after every step: what it fires in one.
     pub fn lidar(lidar: LidarSensor) -> Self {
-        Self { kind: SensorKind::Lidar(lidar), every: 1, phase: 0 }
+        Self::new(SensorKind::Lidar(lidar))
     }
 
     /// The same sensor, due once in so many steps.

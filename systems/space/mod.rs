@@ -19,3 +19,6 @@ pub use interpolation::{Interpolated, Interpolation, remember};
 pub use motion::{Spin, spin};
 pub use propagation::{NewParents, note_parent, update_transforms};
 pub use transform::{GlobalTransform, Transform};
+
+/// How strong gravity is, everywhere: m/s², toward −Y.
+pub const GRAVITY: f64 = 9.81;

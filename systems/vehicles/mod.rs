@@ -11,7 +11,8 @@
 //! lamps         which lamps are on, their light and the glow of their glass
 //!
 //! driving       the step: each is moved by what was noted before any moved; on_route: as routes want
-//! routes        Routes: centre lines, lanes, limits, stops; route_line: their samples; forks: what follows
+//! routes        Routes: centre lines, lanes, limits, stops; route_line: their samples; forks: what follows;
+//!               lane_places: where a point is in a lane
 //! signals       what traffic lights show
 //! traffic       which vehicle is ahead of which; lanes: by lane, in order; crossings: which wait before one
 //! following     how fast: the Intelligent Driver Model
@@ -34,6 +35,7 @@ mod hand;
 pub mod hooks;
 pub mod lamps;
 pub mod lane_changes;
+mod lane_places;
 mod lanes;
 mod on_route;
 pub mod parts;

@@ -1,0 +1,28 @@
+//! What lane sensors capture.
+
+use super::label_table::MOST_ABOVE;
+use super::lidar::Pose;
+use bevy_ecs::prelude::*;
+use glam::DVec3;
+use systems::sensors::{LaneReading, LaneSensor};
+use systems::vehicles::routes::Routes;
+use systems::vehicles::{ManualControl, Motion, OnRoute, Vehicle};
+
+/// The vehicle that an entity is on, or is.
+pub(super) fn vehicle_of(world: &World, entity: Entity) -> Option<Entity> {
+    let parent = |&entity: &Entity| world.get::<ChildOf>(entity).map(ChildOf::parent);
+    let mut own_and_above = std::iter::successors(Some(entity), parent).take(MOST_ABOVE);
+    own_and_above.find(|&above| world.get::<Vehicle>(above).is_some())
+}
+
+/// Where a sensor is in a lane: of the route that its vehicle follows, or else of the nearest.
+pub(super) fn capture(lane: &LaneSensor, world: &World, entity: Entity, pose: &Pose) -> LaneReading {
+    let vehicle = vehicle_of(world, entity);
+    let follows = |&vehicle: &Entity| world.get::<ManualControl>(vehicle).is_none();
+    let on = vehicle.filter(follows).and_then(|vehicle| world.get::<OnRoute>(vehicle));
+    let routes = world.resource::<Routes>();
+    let forward = pose.rotation * DVec3::Z;
+    let found = routes.lane_at(on, pose.translation, forward, lane.reach.into());
+    let speed = vehicle.and_then(|vehicle| world.get::<Motion>(vehicle)).map_or(0.0, |motion| motion.speed);
+    found.map_or_else(LaneReading::default, |reading| LaneReading { speed, ..reading })
+}

@@ -1,0 +1,54 @@
+//! Where something is in its lane.
+
+use super::beams::positive;
+use serde::{Deserialize, Serialize};
+
+/// A sensor that says where it is in the lane of a route below it, and how it is turned against it.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct LaneSensor {
+    /// Metres from a route's centre line within which one of its lanes counts.
+    pub reach: f32,
+}
+
+impl Default for LaneSensor {
+    fn default() -> Self {
+        Self { reach: 10.0 }
+    }
+}
+
+impl LaneSensor {
+    /// Metres: routes are looked for within this.
+    pub const MOST_REACH: f32 = 15.0;
+
+    /// Says what is wrong with it.
+    ///
+    /// # Errors
+    /// The field, and what was expected.
+    pub fn check(&self) -> Result<(), String> {
+        positive("reach", self.reach, Self::MOST_REACH)
+    }
+}
+
+/// Where it is. All is 0 where no lane is near.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct LaneReading {
+    /// Whether there is a lane.
+    pub valid: bool,
+    /// The route's place in the scene's list.
+    pub route: u32,
+    /// The lane, counted from the edge of the road: 0 is the rightmost, or the leftmost where traffic keeps left.
+    pub lane: u32,
+    /// Metres from the middle of the lane, left positive.
+    pub offset: f64,
+    /// Radians from the way that the lane goes to the sensor's forward, left positive, −π to π.
+    pub heading_error: f64,
+    /// Of the middle of the lane, 1/m, left positive.
+    pub curvature: f64,
+    /// Of the lane, metres.
+    pub width: f64,
+    /// Metres along the route's centre line from its beginning.
+    pub along: f64,
+    /// Of the vehicle that the sensor is on, m/s along its forward; 0 on anything else.
+    pub speed: f64,
+}
