@@ -9,12 +9,11 @@ use super::label_table::{LabelTable, MOST_ABOVE};
 use super::lanes::vehicle_of;
 use super::lidar::Pose;
 use super::motion;
-use super::suite::Collision;
 use bevy_ecs::prelude::*;
 use glam::{DQuat, DVec3};
 use systems::assets::{Library, MeshId};
 use systems::draw::pieces::{PieceOf, WholeMesh};
-use systems::sensors::collision::{Convex, Touch};
+use systems::sensors::collision::{Collision, Convex, Touch};
 use systems::sensors::{CollisionSensor, Instance};
 use systems::vehicles::{Motion, Vehicle, VehicleTypes};
 
@@ -41,7 +40,7 @@ pub(super) fn capture(
     };
     let mut found: Vec<Collision> = Vec::new();
     for other in vehicles_near(world, is_near).into_iter().chain(obstacles(world)).filter(|other| *other != own) {
-        let Some(Touch { depth, normal }) = deepest(&solid_or_obstacle(world, other, &is_near)) else { continue };
+        let Some(Touch { depth, normal }) = deepest(&solid_or_obstacle(world, other, is_near)) else { continue };
         let labels = labels.labels(world, other.index_u32().wrapping_add(1));
         let speed = (velocity(world, other) - velocity(world, own)).dot(normal);
         let normal = ENTITY_FROM_LIDAR.transpose() * (pose.rotation.inverse() * normal);

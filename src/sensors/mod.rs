@@ -87,4 +87,4 @@ pub use flow::{Flow, flags};
 pub use lidar::{LidarScan, Pose};
 pub use motion::{GnssCapture, ImuCapture};
 pub use rays::{Meeting, RayScene, RayWarnings};
-pub use suite::{Capture, Collision, LidarCapture, SensorCapture, SensorData, SensorSuite, sensor_names};
+pub use suite::{Capture, LidarCapture, SensorCapture, SensorData, SensorSuite, sensor_names};

@@ -2,8 +2,8 @@
 
 use super::label_table::LabelTable;
 use super::lidar::Pose;
-use super::suite::Collision;
 use bevy_ecs::prelude::*;
+use systems::sensors::collision::Collision;
 use systems::sensors::{CollisionSensor, LaneReading, LaneSensor};
 
 pub(super) mod lanes {

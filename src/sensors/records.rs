@@ -1,10 +1,11 @@
 //! What sensors other than cameras give, as files: records, or an array for each of their fields.
 
 use super::files::{FileFormat, archive};
-use super::{Collision, GnssCapture, ImuCapture, LidarCapture};
+use super::{GnssCapture, ImuCapture, LidarCapture};
 use crate::export::array::{Array, Column};
 use crate::export::npy;
 use std::io::Result;
+use systems::sensors::collision::Collision;
 use systems::sensors::{LaneReading, SensorKind};
 
 /// The records of a sensor in names of files. A camera has none: its outputs have names of their own.

@@ -20,6 +20,7 @@ use std::collections::HashMap;
 use std::ops::Index;
 use systems::Simulation;
 use systems::ecs::clock::{Clock, Seed};
+use systems::sensors::collision::Collision;
 use systems::sensors::philox::Noise;
 use systems::sensors::{GeoOrigin, Instance, LaneReading, Sensor, SensorKind};
 use systems::space::GlobalTransform;
@@ -90,21 +91,6 @@ pub struct LidarCapture {
     pub instance: Vec<u32>,
     /// Semantic classes; 0 where there is none.
     pub class: Vec<u8>,
-}
-
-/// What the thing touches that a sensor is mounted on.
-#[derive(Clone, Copy, PartialEq, Debug, Default)]
-pub struct Collision {
-    /// Number of the other.
-    pub instance: u32,
-    /// Its semantic class; 0 for none.
-    pub class: u8,
-    /// Metres that the two would have to be moved apart to be beside each other; negative where they are apart by it.
-    pub depth: f64,
-    /// The way from the other, unit, in the sensor's axes: forward, left, up.
-    pub normal: DVec3,
-    /// m/s at which they come nearer along it.
-    pub speed: f64,
 }
 
 impl SensorCapture {
