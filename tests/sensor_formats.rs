@@ -137,7 +137,7 @@ fn formats_that_nothing_fits_are_refused_before_anything_is_written() {
         &["--sensors", "post", "--format", "npy,video"],
         &["format video: expected a camera with an output that is a picture"],
     );
-    refused(&["--sensors", "all", "--format", "coco"], &["sensor \"ego/rear\"", "holds color;"]);
+    refused(&["--sensors", "all", "--format", "coco"], &["sensor \"ego/front\"", "holds depth, boxes, flow;"]);
     refused(&["--sensors", "ego/front", "--format", "kitti"], &["sensor \"ego/front\"", "holds instance;"]);
     refused(&["--sensors", "ego/rear,post", "--format", "png,video"], &["sensor \"post\"", "holds points;"]);
     let plan = "(entities: [(name: \"plan\", sensor: camera(size: (4, 4), lens: orthographic(half_height: 1))))])";
