@@ -87,7 +87,7 @@ fn mean_and_variance_are_those_of_the_model() {
             // Rounding to whole numbers adds 1/12 where a deviation is more than one of them.
             let spread = k * k * (electrons + read * read) + 1.0 / 12.0;
             assert!((mean - expected).abs() < 3.0 * (spread / n).sqrt(), "{exposure}: mean {mean} for {expected}");
-            // The variance of an estimate of a variance is (m₄ − σ⁴)/n, with m₄ = 2.99 σ⁴ of the table of normal numbers.
+            // The variance of an estimate of a variance is (m₄ − σ⁴)/n, with m₄ = 2.99 σ⁴ of the table of normals.
             let deviation = spread * (1.99 / n).sqrt();
             assert!((variance - spread).abs() < 3.0 * deviation, "{exposure}: variance {variance} for {spread}");
             points.push((mean, variance));
@@ -125,8 +125,9 @@ fn twelve_bits_have_the_mean_of_the_light_too() {
         let read = f64::from(noise.read);
         let full = f64::from(noise.full_well);
         let deviation = ((light * full + read * read) / linear.len() as f64).sqrt() / full;
-        // Halves round to even, by no more than a step in 2¹¹, of which a hundredth is left of some ten thousand.
-        assert!((mean - light).abs() < 3.0 * deviation + light / 204_800.0, "{channel}: {mean} for {light}");
+        // Each is rounded to a half float, by 2⁻¹¹ of itself at most.
+        let room = 3.0 * deviation + light / 2048.0;
+        assert!((mean - light).abs() < room, "{channel}: {mean} for {light}");
     }
 }
 

@@ -13,8 +13,8 @@ pub(super) fn is_developed(sensor: &CameraSensor) -> bool {
     sensor.lens.bends() || sensor.noise.is_some() || sensor.exposure != Exposure::Scene
 }
 
-/// Exposes linear colours, which the scene's `exposure` has exposed, adds noise to them, and makes colours of them where
-/// these are asked for. Returns the exposure that they have then.
+/// Exposes linear colours, which the scene's `exposure` has exposed, adds noise to them, and makes colours of them
+/// where these are asked for. Returns the exposure that they have then.
 pub(super) fn develop(
     pixels: &mut Pixels,
     sensor: &CameraSensor,

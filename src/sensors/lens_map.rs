@@ -1,8 +1,8 @@
 //! How cameras whose lenses bend are drawn: the pinhole faces that see what they see, and where in these each pixel is.
 //!
 //! One face along the axis where nothing is more than 50° aside of it; else those of a cube that are needed, each as
-//! large as what is seen of it. Faces have [`DENSITY`] times as many pixels along a side as the picture has where it has
-//! most. A map is made once, and kept while its camera is the same.
+//! large as what is seen of it. Faces have [`DENSITY`] times as many pixels along a line as the picture has where it
+//! has most. A map is made once, and kept while its camera is the same.
 
 use super::axes::ENTITY_FROM_CAMERA;
 use crate::renderer::{OutputSet, Settings, ViewPlan};

@@ -1,7 +1,7 @@
 //! Exposure and noise of cameras: as data, and as formulas of a pixel.
 //!
-//! Noise is that of the linear model of EMVA Standard 1288 (release 3.1, sections 2.1 and 2.2), with a normal number for
-//! the Poisson distribution of electrons. Light L is exposed, 1 fills a well:
+//! Noise is that of the linear model of EMVA Standard 1288 (release 3.1, sections 2.1 and 2.2), with a normal number
+//! for the Poisson distribution of electrons. Light L is exposed, 1 fills a well:
 //!
 //! ```text
 //! electrons = L · full_well + dark,  and  √(electrons + read²) · n  more, with n of mean 0 and variance 1
@@ -26,8 +26,8 @@ pub enum Exposure {
     /// Times linear colours, in place of the scene's.
     Fixed(f32),
     /// By what it sees in the same picture: such that the mean of log₂ luminance becomes log₂ `key` (Reinhard, Stark,
-    /// Shirley, Ferwerda: "Photographic Tone Reproduction for Digital Images", SIGGRAPH 2002, section 3). Black pixels do
-    /// not count.
+    /// Shirley, Ferwerda: "Photographic Tone Reproduction for Digital Images", SIGGRAPH 2002, section 3). Black pixels
+    /// do not count.
     Metered {
         /// Luminance.
         #[serde(default = "middle_grey")]

@@ -70,9 +70,9 @@ impl CameraSensor {
         }
     }
 
-    /// The direction of a pixel in camera axes; `None` where the lens does not see. 1 along the axis for lenses that see
-    /// less than a half space, of unit length for those of Kannala and Brandt; along the axis where the projection is
-    /// parallel.
+    /// The direction of a pixel in camera axes; `None` where the lens does not see. 1 along the axis for lenses that
+    /// see less than a half space, of unit length for those of Kannala and Brandt; along the axis where the projection
+    /// is parallel.
     pub fn direction(&self, u: f64, v: f64) -> Option<DVec3> {
         match &self.lens {
             Lens::Orthographic { .. } => Some(DVec3::Z),
@@ -130,6 +130,9 @@ impl CameraSensor {
         if !(limit > 0.0 && (limit <= std::f64::consts::PI || limit == f64::INFINITY)) {
             return Err(format!("expected a largest angle up to 180 degrees, found {}", limit.to_degrees()));
         }
+        if !self.lens.bends() {
+            return Ok(());
+        }
         // What sees the border sees what is within it.
         let (right, bottom) = (self.size.0.max(1) - 1, self.size.1.max(1) - 1);
         let across = (0..=right).flat_map(|u| [(u, 0), (u, bottom)]);
@@ -142,7 +145,7 @@ impl CameraSensor {
 
     /// Why a lens that bends does not see a pixel, other than by its largest angle.
     fn fold_before(&self, u: f64, v: f64, limit: f64) -> Option<String> {
-        if !self.lens.bends() || self.direction(u, v).is_some() {
+        if self.direction(u, v).is_some() {
             return None;
         }
         let intrinsics = self.intrinsics()?;

@@ -2,8 +2,8 @@
 
     lenses.py FILE
 
-FILE holds a list of cameras: model (brown_conrady or kannala_brandt), k (fx, fy, cx, cy), d, and points, X right, Y down,
-Z forward. Prints a list of their pixels for each.
+FILE holds a list of cameras: model (brown_conrady or kannala_brandt), k (fx, fy, cx, cy), d, and points, X right,
+Y down, Z forward. Prints a list of their pixels for each.
 """
 
 import json
