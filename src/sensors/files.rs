@@ -229,7 +229,7 @@ fn too_large(what: &str, number: u32, bits: u32) -> Error {
 }
 
 fn of_lidar(lidar: &LidarCapture, format: FileFormat) -> Result<Vec<u8>> {
-    let LidarCapture { scan, instance, class } = lidar;
+    let LidarCapture { scan, instance, class, .. } = lidar;
     let columns = [
         Column::new("xyz", &[3], scan.xyz.as_flattened()),
         Column::new("range", &[], &scan.range[..]),

@@ -9,6 +9,7 @@
 //! label_table    entities to the numbers and classes that outputs have for them
 //! dataset        the sensors of a run as files: `relief render --sensors`
 //! files          which files outputs become, and what is in them; description, manifest: those of a whole data set
+//! pictures       values of outputs as colours, for those who look at them
 //! log            the sensors of a run as one log of ROS 2; axes: those that it and other outputs have
 //! ```
 //!
@@ -40,6 +41,7 @@ mod label_table;
 pub mod lidar;
 mod log;
 mod manifest;
+pub mod pictures;
 mod ray_meshes;
 mod rays;
 mod suite;
@@ -48,6 +50,7 @@ mod texels;
 pub use camera::CameraCapture;
 pub use dataset::{SensorJob, render_sensors};
 pub use files::FileFormat;
+pub use label_table::entity_of_number;
 pub use lidar::{LidarScan, Pose};
 pub use rays::{Meeting, RayScene, RayWarnings};
 pub use suite::{Capture, LidarCapture, SensorCapture, SensorData, SensorSuite, sensor_names};

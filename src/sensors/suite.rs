@@ -14,7 +14,7 @@ use std::ops::Index;
 use systems::Simulation;
 use systems::ecs::clock::{Clock, Seed};
 use systems::sensors::philox::Noise;
-use systems::sensors::{Instance, Sensor, SensorKind};
+use systems::sensors::{Columns, Instance, Sensor, SensorKind};
 use systems::space::GlobalTransform;
 use systems::space::origin::Origin;
 
@@ -73,6 +73,23 @@ pub struct LidarCapture {
     pub instance: Vec<u32>,
     /// Semantic classes; 0 where there is none.
     pub class: Vec<u8>,
+    /// The columns that were fired.
+    pub columns: Columns,
+    /// Where the sensor was when their interval began and ended, in the scene's coordinates; of one that does not sweep
+    /// twice the same.
+    pub poses: [Pose; 2],
+}
+
+impl LidarCapture {
+    /// From the points of a column, which have the axes of its own, to the scene's coordinates.
+    pub fn scene_from_column(&self, i: u64) -> DAffine3 {
+        self.poses[0].toward(&self.poses[1], self.columns.fraction(i)).world_from_points()
+    }
+
+    /// How many beams a column has.
+    pub fn rings(&self) -> usize {
+        self.scan.len() / (self.columns.count as usize).max(1)
+    }
 }
 
 impl SensorCapture {
@@ -155,6 +172,32 @@ impl SensorSuite {
         self.capture_due(simulation, due)
     }
 
+    /// Captures sensors of the state at hand to look at them, whether they are due or not. Those that are due measure what
+    /// [`Self::capture`] gives, but for lidars in the first steps of a run: before one was due for the second time it
+    /// fires here as many columns as it does later. A lidar that sweeps and is not due is fired as if it stood still.
+    ///
+    /// # Errors
+    /// [`RenderError`].
+    pub fn look(
+        &mut self,
+        simulation: &mut Simulation,
+        wanted: impl Fn(Entity) -> bool,
+    ) -> Result<Capture, RenderError> {
+        let mut looked_at = self.due(simulation, |_| true);
+        looked_at.retain(|due| wanted(due.entity));
+        let step = simulation.world.resource::<Clock>().step;
+        let others = sensors_where(&mut simulation.world, |sensor| !sensor.is_due(step));
+        let others: Vec<Entity> = others.into_iter().filter(|&sensor| wanted(sensor)).collect();
+        if !others.is_empty() {
+            simulation.frame();
+        }
+        looked_at.extend(others.into_iter().filter_map(|sensor| Due::of(&simulation.world, sensor, step)));
+        for due in &mut looked_at {
+            due.steps[1] = due.steps[1].max(due.sensor.every.into());
+        }
+        self.capture_due(simulation, looked_at)
+    }
+
     /// Captures sensors that [`Self::due`] has found in the state at hand.
     ///
     /// # Errors
@@ -180,13 +223,13 @@ impl SensorSuite {
                     // For itself alone: what is met first of what lies in one place depends on the tree.
                     rays.update(simulation, &due.poses.map(|pose| pose.translation), lidar.range.1);
                     *warnings = warnings.with(rays.warnings());
-                    let before = step.saturating_sub(due.sensor.every.into());
-                    let columns = lidar.columns_between(before, step, step_seconds);
+                    let columns = lidar.columns_between(due.steps[0], due.steps[1], step_seconds);
                     let noise = Noise::new(seed, number(world, due.entity).into(), step);
                     let scan = lidar::scan(rays, lidar, &due.poses, columns, noise);
                     let of_beams = scan.entity.iter().map(|entity| labels.labels(world, entity.wrapping_add(1)));
                     let (instance, class) = of_beams.map(|labels| (labels.instance, labels.class)).unzip();
-                    SensorData::Lidar(LidarCapture { scan, instance, class })
+                    let in_scene = |pose: Pose| Pose { translation: pose.translation + origin, ..pose };
+                    SensorData::Lidar(LidarCapture { scan, instance, class, columns, poses: due.poses.map(in_scene) })
                 }
             };
             let [_, world_from_sensor] = due.in_scene(origin);
@@ -214,22 +257,16 @@ impl SensorSuite {
         let world = &simulation.world;
         let mut due = Vec::new();
         for entity in sensors {
-            let (Some(sensor), Some(place)) = (world.get::<Sensor>(entity), world.get::<GlobalTransform>(entity))
-            else {
-                continue;
-            };
-            let now = Pose::of(place);
-            let mut poses = [now; 2];
-            if matches!(&sensor.kind, SensorKind::Lidar(lidar) if lidar.sweep) {
-                let before = self.poses.insert(entity, (step, now));
-                let due_before = step.checked_sub(sensor.every.into());
+            let Some(mut found) = Due::of(world, entity, step) else { continue };
+            if matches!(&found.sensor.kind, SensorKind::Lidar(lidar) if lidar.sweep) {
+                let before = self.poses.insert(entity, (step, found.poses[1]));
+                let due_before = step.checked_sub(found.sensor.every.into());
                 if let Some((_, pose)) = before.filter(|(at, _)| Some(*at) == due_before) {
-                    poses[0] = pose;
+                    found.poses[0] = pose;
                 }
             }
-            let name = sensor_name(world, entity);
-            if wanted(&name) {
-                due.push(Due { entity, name, world_from_entity: place.affine(), sensor: sensor.clone(), poses });
+            if wanted(&found.name) {
+                due.push(found);
             }
         }
         self.poses.retain(|entity, _| world.get_entity(*entity).is_ok());
@@ -257,9 +294,24 @@ pub(super) struct Due {
     /// Of a lidar that sweeps, where it was when it was due before, as far as that is known, and where it is; else that
     /// twice.
     poses: [Pose; 2],
+    /// Between which it has fired what it measures.
+    steps: [u64; 2],
 }
 
 impl Due {
+    /// As if it had stood still since it was due before; `None` of what is no sensor, or was not placed yet.
+    fn of(world: &World, entity: Entity, step: u64) -> Option<Self> {
+        let (sensor, place) = (world.get::<Sensor>(entity)?, world.get::<GlobalTransform>(entity)?);
+        Some(Self {
+            name: sensor_name(world, entity),
+            sensor: sensor.clone(),
+            entity,
+            world_from_entity: place.affine(),
+            poses: [Pose::of(place); 2],
+            steps: [step.saturating_sub(sensor.every.into()), step],
+        })
+    }
+
     /// Its [poses](Self::poses) in the scene's coordinates, whose `origin` the world's count from.
     pub fn in_scene(&self, origin: DVec3) -> [DAffine3; 2] {
         self.poses.map(|pose| DAffine3::from_rotation_translation(pose.rotation, pose.translation + origin))
