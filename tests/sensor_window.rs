@@ -67,11 +67,8 @@ fn thumbnails_show_what_render_writes_and_one_fills_the_view() {
 
     let first = seen_by_front(&place, 0);
     app.press(&["t"]);
-    let mut at = None;
-    let with_thumbnails = app.wait_for_picture("the front camera's picture in a thumbnail", |seen| {
-        at = found(&first, seen);
-        at.is_some()
-    });
+    let with_thumbnails =
+        app.wait_for_picture("the front camera's picture in a thumbnail", |seen| found(&first, seen).is_some());
     let top = |picture: &RgbImage| crop_imm(picture, 0, 0, SIZE.0, FREE).to_image();
     assert_eq!(top(&with_thumbnails), top(&plain), "the scene above is left alone");
     // The step after which it is due again, and one after which it is not.
@@ -84,7 +81,7 @@ fn thumbnails_show_what_render_writes_and_one_fills_the_view() {
     let still = |seen: &RgbImage| top(seen) == top(&third) && found(&second, seen).is_some();
     app.wait_for_picture("its last picture, after step 3", still);
 
-    let (x, y) = at.expect("found");
+    let (x, y) = found(&first, &with_thumbnails).expect("it was found");
     let (x, y) = ((x + 100).to_string(), (y + 50).to_string());
     display.xdotool(&[&["mousemove", &x, &y, "click", "1"][..], &AWAY].concat()).expect("xdotool clicks");
     // Shown as wide as the window but for its margins.

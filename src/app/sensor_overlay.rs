@@ -68,21 +68,21 @@ pub fn paint(painter: &Painter, view: &View, views: &mut SensorViews, world: &mu
     let screen = Screen { painter, clip_from_world: view.clip_from_world(), size };
     let names = sensor_names(world);
     let (origin, classes) = (world.resource::<Origin>().0, world.resource::<Classes>());
-    for (number, (name, entity)) in (1..).zip(names) {
-        let (Some(sensor), Some(place)) = (world.get::<Sensor>(entity), world.get::<GlobalTransform>(entity)) else {
-            continue;
-        };
+    let placed = |entity: Entity| Some((world.get::<Sensor>(entity)?, world.get::<GlobalTransform>(entity)?.affine()));
+    // First of all, so that they hide no lines and names.
+    for (_, entity) in &names {
+        let Some(choice) = world.get::<Sensor>(*entity).map(|sensor| views.choice(*entity, sensor)) else { continue };
+        if let Some(dots) = views.captures.get(*entity).and_then(|captured| captured.dots(choice, classes)) {
+            screen.dots(dots, origin);
+        }
+    }
+    for (number, (name, entity)) in (1..).zip(&names) {
+        let Some((sensor, world_from_sensor)) = placed(*entity) else { continue };
         let [r, g, b] = rgb_of_number(number);
         let color = Color32::from_rgb(r, g, b);
         match &sensor.kind {
-            SensorKind::Camera(camera) => screen.frustum(camera, &place.affine(), color, &name),
-            SensorKind::Lidar(_) => {
-                let choice = views.choice(entity, sensor);
-                if let Some(dots) = views.captures.get(entity).and_then(|captured| captured.dots(choice, classes)) {
-                    screen.dots(dots, origin);
-                }
-                screen.mark(&place.affine(), color, &name);
-            }
+            SensorKind::Camera(camera) => screen.frustum(camera, &world_from_sensor, color, name),
+            SensorKind::Lidar(_) => screen.mark(&world_from_sensor, color, name),
         }
     }
 }
