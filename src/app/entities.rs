@@ -99,7 +99,7 @@ impl EntityList {
         type Placed = (With<GlobalTransform>, Without<PieceOf>);
         type Is = (Has<MeshId>, Has<WholeMesh>, Has<Light>, Has<Camera>, Has<Sensor>);
         let mut placed = world.query_filtered::<(Entity, Is), Placed>();
-        let kind = |(entity, is)| match is {
+        let kind = |(entity, is): (Entity, (bool, bool, bool, bool, bool))| match is {
             (_, _, true, ..) => (entity, Kind::Light),
             (true, ..) | (_, true, ..) => (entity, Kind::Object),
             (.., true, _) => (entity, Kind::Camera),

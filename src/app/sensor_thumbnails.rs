@@ -81,7 +81,9 @@ fn thumbnail(ui: &mut Ui, views: &mut SensorViews, world: &World, name: &str, en
             };
             ui.add(Label::new(RichText::new(name).strong()).truncate());
             ui.add(Label::new(RichText::new(caption(choice, scale)).weak().small()).truncate());
-            response.on_hover_cursor(CursorIcon::PointingHand).on_hover_text(format!("step {step}; click: full size"))
+            response
+                .on_hover_cursor(CursorIcon::PointingHand)
+                .on_hover_text_at_pointer(format!("step {step}; click: full size"))
         })
     });
     shown.inner.inner.clicked()
@@ -184,7 +186,7 @@ fn beside(painter: &Painter, room: Rect, at: Pos2, text: &str) {
     let size = galley.size() + vec2(10.0, 6.0);
     let mut low = at + vec2(14.0, 14.0);
     if low.x + size.x > room.max.x {
-        low.x = at.x - 8.0 - size.x;
+        low.x = (at.x - 8.0 - size.x).max(room.min.x);
     }
     if low.y + size.y > room.max.y {
         low.y = at.y - 8.0 - size.y;

@@ -9,7 +9,7 @@
 //! label_table    entities to the numbers and classes that outputs have for them
 //! dataset        the sensors of a run as files: `relief render --sensors`
 //! files          which files outputs become, and what is in them; description, manifest: those of a whole data set
-//! pictures       values of outputs as colours, for those who look at them
+//! pictures       values of outputs as colours (colors), for those who look at them
 //! log            the sensors of a run as one log of ROS 2; axes: those that it and other outputs have
 //! ```
 //!
@@ -34,6 +34,7 @@
 
 mod axes;
 mod camera;
+mod colors;
 mod dataset;
 mod description;
 mod files;
