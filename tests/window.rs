@@ -3,25 +3,18 @@
 
 mod common;
 
-use common::display::{Display, PATIENCE, Running, missing, wait_for};
+use common::app::{AWAY, App, Place, SIZE, last_step, size};
+use common::display::{Display, missing, wait_for};
 use glam::{Vec2, Vec3};
 use image::{Rgb, RgbImage};
 use std::fs;
-use std::io::{BufRead, BufReader};
-use std::path::Path;
-use std::process::{Command, ExitStatus, Stdio};
-use std::sync::mpsc::{Receiver, channel};
-use std::time::{Duration, Instant};
+use std::process::Command;
+use std::time::Duration;
 use systems::draw::{Camera, View};
 use systems::space::Transform;
-use tempfile::TempDir;
 
-const RELIEF: &str = env!("CARGO_BIN_EXE_relief");
-const SIZE: (u32, u32) = (480, 270);
 /// The panel's part of a window of that size; the scene stays as it is left of it.
 const PANEL_WIDTH: u32 = 292;
-/// The pointer goes where it hides nothing of the window.
-const AWAY: [&str; 3] = ["mousemove", "700", "500"];
 
 const SCENE: &str = r#"(
     materials: {
@@ -48,126 +41,19 @@ const SCENE: &str = r#"(
     ],
 )"#;
 
-/// A folder with the scene, its texture and whatever the program writes.
-struct Place(TempDir);
-
-impl Place {
-    fn new() -> Self {
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        fs::write(folder.path().join("test.ron"), SCENE).expect("a scene file");
-        let bumps = RgbImage::from_fn(32, 32, |x, y| {
-            let slope = |at: u32| ((at as f32 / 32.0 * std::f32::consts::TAU).sin() * 60.0 + 127.5) as u8;
-            Rgb([slope(x), slope(y), 230])
-        });
-        bumps.save(folder.path().join("bumps.png")).expect("a texture");
-        Self(folder)
-    }
-
-    fn path(&self) -> &Path {
-        self.0.path()
-    }
-
-    /// What is written so far.
-    fn read(&self, name: &str) -> String {
-        fs::read_to_string(self.path().join(name)).unwrap_or_default()
-    }
-
-    fn relief(&self) -> Command {
-        let mut command = Command::new(RELIEF);
-        command.current_dir(self.path()).env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
-        command.env_remove("DISPLAY").env("WINIT_X11_SCALE_FACTOR", "1").env("RUST_LOG", "error");
-        command
-    }
-
-    /// The picture of a frame, as `relief render` writes it.
-    fn rendered(&self, frame: u64, options: &[&str]) -> RgbImage {
-        let folder = tempfile::tempdir_in(self.path()).expect("a temporary folder");
-        let frames = format!("{frame}..{}", frame + 1);
-        let mut command = self.relief();
-        command.args(["render", "test.ron", "--size", &size(), "--frames", &frames, "-o"]).arg(folder.path());
-        let output = command.args(options).output().expect("relief starts");
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        let picture = folder.path().join(format!("color_{frame:05}.png"));
-        image::open(picture).expect("a picture").into_rgb8()
-    }
-}
-
-fn size() -> String {
-    format!("{}x{}", SIZE.0, SIZE.1)
-}
-
-/// The step that a stopped clock stays at, by what is written: a line for each, and one for the beginning.
-fn last_step(written: impl Fn() -> String) -> u64 {
-    wait_for("the clock to stop", || {
-        let before = written().lines().count();
-        std::thread::sleep(Duration::from_millis(500));
-        (written().lines().count() == before).then_some(before as u64 - 1)
-    })
-}
-
-/// The program with its window open.
-struct App<'a> {
-    display: &'a Display,
-    process: Running,
-    lines: Receiver<String>,
-}
-
-impl<'a> App<'a> {
-    fn start(place: &Place, display: &'a Display, options: &[&str]) -> Self {
-        Self::of(place.relief(), display, options)
-    }
-
-    fn of(mut command: Command, display: &'a Display, options: &[&str]) -> Self {
-        command.args(["run", "test.ron", "--size", &size()]).args(options).env("DISPLAY", &display.name);
-        let mut process = Running(command.stdout(Stdio::piped()).spawn().expect("relief starts"));
-        let (sender, lines) = channel();
-        let output = BufReader::new(process.0.stdout.take().expect("piped"));
-        std::thread::spawn(move || output.lines().map_while(Result::ok).try_for_each(|line| sender.send(line)));
-        let window =
-            wait_for("the window", || display.xdotool(&["search", "--onlyvisible", "--name", "^Relief .* test$"]));
-        wait_for("the focus", || display.xdotool(&["windowfocus", "--sync", &window]));
-        Self { display, process, lines }
-    }
-
-    fn press(&self, keys: &[&str]) {
-        let mut arguments = vec!["key"];
-        arguments.extend(keys);
-        self.display.xdotool(&arguments).expect("xdotool presses keys");
-    }
-
-    fn shows(&self, what: &str, wanted: &RgbImage) {
-        self.wait_for_picture(what, |seen| seen == wanted);
-    }
-
-    /// Waits for a picture, and leaves the last one in the system's folder for temporary files where it does not come.
-    fn wait_for_picture(&self, what: &str, wanted: impl Fn(&RgbImage) -> bool) -> RgbImage {
-        let end = Instant::now() + PATIENCE;
-        loop {
-            let seen = self.display.look(SIZE).expect("a look at the screen");
-            if wanted(&seen) {
-                return seen;
-            }
-            if Instant::now() > end {
-                let path = std::env::temp_dir().join("relief-window-test.png");
-                let _ = seen.save(&path);
-                panic!("waited {PATIENCE:?} for the window to show {what}; the last picture is {}", path.display());
-            }
-            std::thread::sleep(Duration::from_millis(20));
-        }
-    }
-
-    fn line(&self) -> String {
-        self.lines.recv_timeout(PATIENCE).expect("a line of output")
-    }
-
-    fn ends(mut self) -> ExitStatus {
-        wait_for("the end of the program", || self.process.0.try_wait().expect("a process"))
-    }
+fn place() -> Place {
+    let place = Place::of(SCENE);
+    let bumps = RgbImage::from_fn(32, 32, |x, y| {
+        let slope = |at: u32| ((at as f32 / 32.0 * std::f32::consts::TAU).sin() * 60.0 + 127.5) as u8;
+        Rgb([slope(x), slope(y), 230])
+    });
+    bumps.save(place.path().join("bumps.png")).expect("a texture");
+    place
 }
 
 #[test]
 fn the_window_shows_what_render_writes_and_keys_change_it() {
-    let place = Place::new();
+    let place = place();
     let Some(display) = Display::start(place.path()) else { return };
     let app = App::start(&place, &display, &["--paused", "--no-panel"]);
     let plain = place.rendered(0, &[]);
@@ -210,7 +96,7 @@ fn the_window_shows_what_render_writes_and_keys_change_it() {
 
 #[test]
 fn the_clock_stops_steps_and_goes_on() {
-    let place = Place::new();
+    let place = place();
     let Some(display) = Display::start(place.path()) else { return };
     let app = App::start(&place, &display, &["--paused", "--no-panel"]);
     app.press(&["period", "n", "period"]);
@@ -231,7 +117,7 @@ fn the_clock_stops_steps_and_goes_on() {
 
 #[test]
 fn a_picture_saved_while_the_clock_goes_is_that_of_its_step() {
-    let place = Place::new();
+    let place = place();
     let Some(display) = Display::start(place.path()) else { return };
     let app = App::start(&place, &display, &["--no-panel"]);
     let saved_is_rendered = |camera: &str| {
@@ -255,7 +141,7 @@ fn a_picture_saved_while_the_clock_goes_is_that_of_its_step() {
 
 #[test]
 fn a_run_in_a_window_is_the_run_without_one_and_its_recording_replays() {
-    let place = Place::new();
+    let place = place();
     let Some(display) = Display::start(place.path()) else { return };
     let files = ["--record", "run.rec", "--hash", "window.txt", "--speed", "5"];
     let app = App::start(&place, &display, &[&["--no-panel"], &files[..]].concat());
@@ -288,7 +174,7 @@ fn a_run_in_a_window_is_the_run_without_one_and_its_recording_replays() {
 
 #[test]
 fn a_window_whose_device_is_lost_goes_on_with_another_as_if_nothing_had_happened() {
-    let place = Place::new();
+    let place = place();
     let Some(display) = Display::start(place.path()) else { return };
     let read = |name: &str| place.read(name);
     let mut command = place.relief();
@@ -313,7 +199,7 @@ fn a_window_whose_device_is_lost_goes_on_with_another_as_if_nothing_had_happened
 
 #[test]
 fn the_panel_floats_over_the_scene_and_leaves_the_rest_alone() {
-    let place = Place::new();
+    let place = place();
     let Some(display) = Display::start(place.path()) else { return };
     let app = App::start(&place, &display, &["--paused"]);
     let plain = place.rendered(0, &[]);
@@ -338,7 +224,7 @@ fn the_panel_floats_over_the_scene_and_leaves_the_rest_alone() {
 
 #[test]
 fn the_mouse_moves_the_camera_and_a_key_puts_it_back() {
-    let place = Place::new();
+    let place = place();
     let Some(display) = Display::start(place.path()) else { return };
     let app = App::start(&place, &display, &["--paused", "--no-panel"]);
     let plain = place.rendered(0, &[]);
@@ -391,7 +277,7 @@ fn share_along(picture: &RgbImage, from: Vec2, to: Vec2, passes: impl Fn(&Rgb<u8
 
 #[test]
 fn lines_lead_from_the_selected_object_to_its_lights() {
-    let place = Place::new();
+    let place = place();
     let Some(display) = Display::start(place.path()) else { return };
     let app = App::start(&place, &display, &["--paused", "--no-panel"]);
     let plain = place.rendered(0, &[]);
@@ -423,7 +309,7 @@ fn lines_lead_from_the_selected_object_to_its_lights() {
 
 #[test]
 fn a_vehicle_is_driven_by_hand_and_seen_from_behind() {
-    let place = Place::new();
+    let place = place();
     let vehicle = r#"(name: "mine", vehicle: (type: "box"), transform: (translation: (0, 0, -4))),"#;
     let scene = SCENE.replace("    entities: [", &format!("    entities: [{vehicle}"));
     fs::write(place.path().join("test.ron"), scene).expect("a scene file");
@@ -465,7 +351,7 @@ fn a_vehicle_is_driven_by_hand_and_seen_from_behind() {
 
 #[test]
 fn without_a_display_a_picture_is_rendered_and_said_so() {
-    let place = Place::new();
+    let place = place();
     let missing = missing();
     if missing.contains(&"a graphics adapter") {
         assert!(!common::strict(), "no graphics adapter");

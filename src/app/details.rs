@@ -1,6 +1,6 @@
 //! What is known of one entity, and the lights of an object.
 
-use super::panel;
+use super::{panel, sensors};
 use crate::name;
 use bevy_ecs::prelude::*;
 use egui::{Color32, Grid};
@@ -12,6 +12,7 @@ use systems::draw::{Camera, Projection};
 use systems::lights::{
     Light, LightKind, LightLists, LightPolicies, LightPolicy, LightSlot, LightTable, SelectedLights, Selection, score,
 };
+use systems::sensors::Sensor;
 use systems::space::origin::Origin;
 use systems::space::{GlobalTransform, Sphere, Transform};
 use systems::vehicles::routes::Routes;
@@ -135,6 +136,9 @@ pub fn show(ui: &mut egui::Ui, world: &World, entity: Entity) {
         }
         if let Some(camera) = world.get::<Camera>(entity) {
             row("camera", projection(camera));
+        }
+        if let Some(sensor) = world.get::<Sensor>(entity) {
+            row("sensor", sensors::description(sensor));
         }
         if let Some((vehicle, motion)) = world.get::<Vehicle>(entity).zip(world.get::<Motion>(entity)) {
             row("vehicle", world.resource::<VehicleTypes>().get(vehicle.kind).name.clone());

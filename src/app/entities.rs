@@ -8,6 +8,7 @@ use systems::assets::MeshId;
 use systems::draw::Camera;
 use systems::draw::pieces::{PieceOf, WholeMesh};
 use systems::lights::Light;
+use systems::sensors::Sensor;
 use systems::space::GlobalTransform;
 
 /// Points.
@@ -22,6 +23,8 @@ pub enum Kind {
     Light,
     /// Can be looked through.
     Camera,
+    /// Measures.
+    Sensor,
     /// A place that others hang on.
     Group,
 }
@@ -32,6 +35,7 @@ impl Kind {
             Self::Object => "object",
             Self::Light => "light",
             Self::Camera => "camera",
+            Self::Sensor => "sensor",
             Self::Group => "group",
         }
     }
@@ -93,12 +97,13 @@ impl EntityList {
         self.searched = None;
         // Pieces are no entities of their own to a person: their object is in the list.
         type Placed = (With<GlobalTransform>, Without<PieceOf>);
-        let mut placed =
-            world.query_filtered::<(Entity, Has<MeshId>, Has<WholeMesh>, Has<Light>, Has<Camera>), Placed>();
-        let kind = |(entity, drawn, in_pieces, light, camera)| match (drawn || in_pieces, light, camera) {
-            (_, true, _) => (entity, Kind::Light),
-            (true, ..) => (entity, Kind::Object),
-            (_, _, true) => (entity, Kind::Camera),
+        type Is = (Has<MeshId>, Has<WholeMesh>, Has<Light>, Has<Camera>, Has<Sensor>);
+        let mut placed = world.query_filtered::<(Entity, Is), Placed>();
+        let kind = |(entity, is): (Entity, (bool, bool, bool, bool, bool))| match is {
+            (_, _, true, ..) => (entity, Kind::Light),
+            (true, ..) | (_, true, ..) => (entity, Kind::Object),
+            (.., true, _) => (entity, Kind::Camera),
+            (.., true) => (entity, Kind::Sensor),
             _ => (entity, Kind::Group),
         };
         let kinds: Vec<_> = placed.iter(world).map(kind).collect();

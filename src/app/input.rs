@@ -39,6 +39,10 @@ pub enum Command {
     IndicateLeft,
     /// The driven vehicle's right indicators.
     IndicateRight,
+    /// Thumbnails of all sensors, or none.
+    ToggleThumbnails,
+    /// Frusta and beams of sensors, or none.
+    ToggleBeams,
     /// Back to the scene's camera.
     ResetCamera,
     /// Shows the panel, or hides it.
@@ -69,7 +73,7 @@ const fn key(keys: &'static [&'static str], command: Command, help: &'static str
 }
 
 /// All keys of the window.
-pub const KEYS: [KeyBinding; 21] = [
+pub const KEYS: [KeyBinding; 23] = [
     key(&["Space"], Command::Pause, "pause, resume"),
     key(&[".", "N"], Command::Step, "one step, while paused"),
     key(&["+", "="], Command::Faster, "faster"),
@@ -85,12 +89,14 @@ pub const KEYS: [KeyBinding; 21] = [
     key(&["K"], Command::Headlights, "its head lamps: off, low, high"),
     key(&["["], Command::IndicateLeft, "its indicators, left"),
     key(&["]"], Command::IndicateRight, "its indicators, right"),
+    key(&["T"], Command::ToggleThumbnails, "thumbnails of all sensors on, off"),
+    key(&["M"], Command::ToggleBeams, "frusta and beams of sensors on, off"),
     key(&["R"], Command::ResetCamera, "back to the scene's camera"),
     key(&["Tab"], Command::TogglePanel, "show or hide the panel"),
     key(&["H", "F1"], Command::ToggleHelp, "show or hide this list"),
     key(&["P", "F12"], Command::SavePicture, "save a picture"),
     key(&["F5"], Command::SaveSnapshot, "save a snapshot of the state"),
-    key(&["Esc"], Command::Quit, "close the window"),
+    key(&["Esc"], Command::Quit, "back from a sensor in full size; close the window"),
 ];
 
 /// What the pointer does, and the keys that go with it.

@@ -12,6 +12,7 @@
 //! gui       egui on winit and wgpu
 //! timing    how long frames take
 //! panel, entities, details, overlay, legend, light_editor   what egui shows
+//! sensors   what of the sensors is looked at; sensor_captures and others: how
 //! ```
 //!
 //! The scene fills the whole window and the panel floats over it, so the window shows the pixels that rendering the
@@ -30,6 +31,12 @@ mod light_editor;
 mod overlay;
 mod panel;
 mod picking;
+mod sensor_captures;
+mod sensor_overlay;
+mod sensor_panel;
+mod sensor_thumbnails;
+mod sensor_values;
+mod sensors;
 mod surface;
 mod timing;
 mod viewer;

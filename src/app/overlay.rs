@@ -27,21 +27,26 @@ pub fn paint(painter: &Painter, view: &View, lights: &ObjectLights, room: f32) {
         let last = Vec2::new(room - MARGIN.x - WEIGHT_WIDTH, size.y - MARGIN.y).max(MARGIN);
         let beside = last_inside(from, to, MARGIN, last) + Vec2::new(8.0, 0.0);
         let (text, font) = (format!("{:.2}", light.weight), FontId::proportional(12.0));
-        painter.text(point(beside) + egui::vec2(1.0, 1.0), Align2::LEFT_CENTER, &text, font.clone(), Color32::BLACK);
-        painter.text(point(beside), Align2::LEFT_CENTER, text, font, color);
+        self::text(painter, point(beside), Align2::LEFT_CENTER, &text, font, color);
     }
 }
 
-/// Writes the speed of the vehicle that is driven, at the bottom left.
-pub fn speed(painter: &Painter, text: &str) {
-    let at = painter.clip_rect().left_bottom() + egui::vec2(24.0, -20.0);
-    let font = FontId::proportional(34.0);
-    painter.text(at + egui::vec2(1.5, 1.5), Align2::LEFT_BOTTOM, text, font.clone(), Color32::BLACK);
-    painter.text(at, Align2::LEFT_BOTTOM, text, font, Color32::WHITE);
+/// Writes the speed of the vehicle that is driven, at the left so many points above the bottom.
+pub fn speed(painter: &Painter, speed: &str, above: f32) {
+    let at = painter.clip_rect().left_bottom() + egui::vec2(24.0, -20.0 - above);
+    text(painter, at, Align2::LEFT_BOTTOM, speed, FontId::proportional(34.0), Color32::WHITE);
+}
+
+/// Writes a text that can be read on any ground.
+pub(super) fn text(painter: &Painter, at: Pos2, align: Align2, text: &str, font: FontId, color: Color32) {
+    // A large one casts a wider shadow.
+    let shadow = egui::Vec2::splat(if font.size > 20.0 { 1.5 } else { 1.0 });
+    painter.text(at + shadow, align, text, font.clone(), Color32::BLACK);
+    painter.text(at, align, text, font, color);
 }
 
 /// The ends of a segment in a picture of some size, origin at the top left; `None` where all of it is behind the eye.
-fn on_screen(clip_from_world: &Mat4, from: Vec3, to: Vec3, size: Vec2) -> Option<(Vec2, Vec2)> {
+pub(super) fn on_screen(clip_from_world: &Mat4, from: Vec3, to: Vec3, size: Vec2) -> Option<(Vec2, Vec2)> {
     let (a, b) = (*clip_from_world * from.extend(1.0), *clip_from_world * to.extend(1.0));
     // The near plane is z = w (depth is reversed); what lies in front of it has z < w.
     let (inside_a, inside_b) = (a.w - a.z, b.w - b.z);

@@ -4,9 +4,10 @@ use super::entities::EntityList;
 use super::input::{Command, KEYS, POINTER};
 use super::timing::Timing;
 use super::viewer::Viewer;
-use super::{details, legend, light_editor};
+use super::{details, legend, light_editor, sensor_panel};
 use crate::name;
 use crate::renderer::{DebugView, Occlusion, RenderStats, Settings, VisibleCounts};
+use crate::sensors::sensor_names;
 use bevy_ecs::prelude::*;
 use egui::{Align2, Area, CollapsingHeader, Color32, ComboBox, Frame, Grid, Id, Margin, Panel, RichText, ScrollArea};
 use egui::{Slider, SliderClamping, Ui};
@@ -57,13 +58,17 @@ impl SidePanel {
             section(ui, "Clock", true, |ui| command = clock(ui, viewer));
             section(ui, "Picture", true, |ui| picture(ui, viewer));
             section(ui, "Camera", true, |ui| camera(ui, viewer, info.view));
+            let sensors = sensor_names(&mut viewer.simulation.world);
+            if !sensors.is_empty() {
+                section(ui, "Sensors", true, |ui| sensor_panel::show(ui, viewer, &sensors));
+            }
             section(ui, "Statistics", true, |ui| statistics(ui, viewer, info));
             section(ui, "Entities", true, |ui| {
                 let clicked = self.entities.show(ui, &mut viewer.simulation.world, viewer.selected);
                 viewer.selected = clicked.or(viewer.selected);
             });
         });
-        if let Some(object) = viewer.pointed_out() {
+        if let Some(object) = viewer.pointed_out().filter(|_| viewer.sensors.full.is_none()) {
             card(ui, viewer, object, info.view);
         }
         command

@@ -1,9 +1,11 @@
-//! What is looked at and how: the world, the view's settings, the selection. No window and no GPU here.
+//! What is looked at and how: the world, the view's settings, the selection. No window here, and a GPU only where
+//! sensors are captured.
 
 use super::Options;
 use super::camera::Controller;
 use super::driving::{self, Wheel};
 use super::input::Command;
+use super::sensors::SensorViews;
 use crate::name;
 use crate::recording::{RecordingError, Stepper};
 use crate::renderer::{DebugView, Settings};
@@ -12,13 +14,14 @@ use bevy_ecs::prelude::*;
 use glam::Vec3;
 use std::time::{Duration, Instant};
 use systems::Simulation;
-use systems::assets::{Technique, all_bounds};
+use systems::assets::{Library, Technique, all_bounds};
 use systems::draw::View;
 use systems::ecs::clock::{Clock, SPEEDS};
 use systems::lights::Light;
 use systems::run::inputs::{Input, Inputs};
 use systems::run::registry::{EntityRegistry, StateId};
 use systems::run::standard_inputs::{Drive, EditLight, NextMeshVariant, SetManualControl};
+use systems::sensors::Sensor;
 use systems::space::{Aabb, GlobalTransform, Interpolation};
 use systems::vehicles::{Controls, Indicator, Motion, Vehicle, VehicleTypes};
 
@@ -61,6 +64,8 @@ pub struct Viewer {
     /// Where the pointer last was on something that was asked about: which piece of a large object is meant. World
     /// space.
     pub pointed_at: Vec3,
+    /// What of the sensors is looked at.
+    pub sensors: SensorViews,
     /// What there is to say: a picture saved, or why not.
     pub notice: String,
     /// What B goes back to.
@@ -81,7 +86,12 @@ pub enum Effect {
 impl Viewer {
     /// The start.
     pub fn new(mut options: Options) -> Self {
-        options.simulation.world.insert_resource(Interpolation { enabled: true, fraction: 1.0 });
+        let world = &mut options.simulation.world;
+        world.insert_resource(Interpolation { enabled: true, fraction: 1.0 });
+        if world.query::<&Sensor>().iter(world).next().is_some() {
+            // Two renderers draw this world when sensors are looked at, and rays read its texels.
+            world.resource_mut::<Library>().keep_texels(true);
+        }
         Self {
             simulation: options.simulation,
             stepper: options.stepper,
@@ -98,6 +108,7 @@ impl Viewer {
             light_lines: true,
             hovered: None,
             pointed_at: Vec3::ZERO,
+            sensors: SensorViews::new(options.settings),
             notice: String::new(),
             technique_before_off: None,
         }
@@ -140,6 +151,8 @@ impl Viewer {
             Command::IndicateRight => {
                 self.edit_controls(|c| c.indicator = driving::toggle_indicator(c.indicator, Indicator::Right))
             }
+            Command::ToggleThumbnails => self.toggle_thumbnails(),
+            Command::ToggleBeams => self.sensors.beams = !self.sensors.beams,
             Command::ResetCamera => self.controller.reset(),
             Command::TogglePanel => self.panel = !self.panel,
             Command::ToggleHelp => {
@@ -148,6 +161,7 @@ impl Viewer {
             }
             Command::SavePicture => return Some(Effect::SavePicture),
             Command::SaveSnapshot => return Some(Effect::SaveSnapshot),
+            Command::Quit if self.sensors.full.is_some() => self.sensors.full = None,
             Command::Quit => return Some(Effect::Quit),
         }
         None
@@ -171,6 +185,13 @@ impl Viewer {
         if let Some(light) = self.simulation.world.get::<Light>(entity) {
             let light = Light { enabled: !light.enabled, ..light.clone() };
             self.input(entity, |entity| EditLight { entity, light });
+        }
+    }
+
+    fn toggle_thumbnails(&mut self) {
+        self.sensors.full = None;
+        if !self.sensors.toggle_all(&mut self.simulation.world) {
+            self.notice = "there are no sensors".into();
         }
     }
 
@@ -296,6 +317,7 @@ impl Viewer {
         if !self.stepper.is_at_end(&self.simulation) {
             let taken = self.stepper.step(&mut self.simulation);
             self.note(taken);
+            self.sensors.update(&mut self.simulation);
         }
         if self.stepper.is_at_end(&self.simulation) && !self.clock().paused {
             self.clock().paused = true;

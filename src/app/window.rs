@@ -7,7 +7,7 @@ use super::panel::{FrameInfo, SidePanel};
 use super::picking::{self, Hit};
 use super::timing::Timing;
 use super::viewer::{Effect, Viewer};
-use super::{AppError, Options, details, overlay, panel};
+use super::{AppError, Options, details, overlay, panel, sensor_overlay, sensor_thumbnails};
 use crate::frames::{self, LoadOptions};
 use crate::output;
 use crate::renderer::{RenderError, RenderStats, instance_flags};
@@ -152,10 +152,13 @@ impl Open {
             wgpu::Instance::new(instance_flags(wgpu::InstanceDescriptor::new_with_display_handle(display)).with_env());
         let graphics = Graphics::open(&window, instance)?;
         window.request_redraw();
+        let source = (options.scene.clone(), options.load.clone());
+        let mut viewer = Viewer::new(options);
+        viewer.sensors.use_device(Some(&graphics.gpu));
         Ok(Self {
-            source: (options.scene.clone(), options.load.clone()),
+            source,
             reopened: 0,
-            viewer: Viewer::new(options),
+            viewer,
             side_panel: SidePanel::default(),
             pointer: Pointer::default(),
             modifiers: ModifiersState::empty(),
@@ -174,6 +177,7 @@ impl Open {
     /// The same window with another device; texels that only the lost one had are read again. The world stays as it is.
     fn reopen(mut self, error: &RenderError) -> Result<Self, AppError> {
         tracing::warn!("{error}; the window goes on with the device opened anew");
+        self.viewer.sensors.use_device(None);
         let reopened = self.graphics.reopen(&self.window).map_err(AppError::from).and_then(|graphics| {
             let (scene, load) = &self.source;
             frames::restore_texels(scene, load, &mut self.viewer.simulation)?;
@@ -181,6 +185,7 @@ impl Open {
         });
         match reopened {
             Ok(graphics) => {
+                self.viewer.sensors.use_device(Some(&graphics.gpu));
                 self.window.request_redraw();
                 let (adapter, reopened) = (graphics.gpu.name(), self.reopened + 1);
                 Ok(Self { adapter, reopened, graphics, ..self })
@@ -313,6 +318,7 @@ impl Open {
         let began = Instant::now();
         let seconds = self.timing.begin(began);
         self.viewer.advance(seconds);
+        self.capture_sensors()?;
         self.fly(seconds as f32);
         self.viewer.simulation.frame();
 
@@ -345,6 +351,21 @@ impl Open {
         Ok(self.rest(still_for))
     }
 
+    /// Captures the sensors that are looked at from now on; those that were looked at before are captured as steps are
+    /// taken.
+    fn capture_sensors(&mut self) -> Result<(), RenderError> {
+        let Viewer { sensors, simulation, .. } = &mut self.viewer;
+        sensors.update(simulation);
+        match sensors.take_failure() {
+            Some(error) if error.is_of_device() => Err(error),
+            Some(error) => {
+                self.viewer.notice = format!("sensors: {error}");
+                Ok(())
+            }
+            None => Ok(()),
+        }
+    }
+
     fn fly(&mut self, seconds: f32) {
         let direction = self.pointer.fly_direction();
         let Some(view) = self.view.as_ref().filter(|_| direction != Vec3::ZERO) else { return };
@@ -367,12 +388,17 @@ impl Open {
                 let room = ui.max_rect().width() - if viewer.panel { panel::WIDTH } else { 0.0 };
                 overlay::paint(ui.painter(), view, &lights, room);
             }
+            if viewer.sensors.beams {
+                sensor_overlay::paint(ui.painter(), view, &mut viewer.sensors, &mut viewer.simulation.world);
+            }
             if let Some(motion) = viewer.driven.and_then(|vehicle| viewer.simulation.world.get(vehicle)) {
-                overlay::speed(ui.painter(), &details::kilometres_per_hour(motion));
+                let above = if viewer.sensors.has_thumbnails() { sensor_thumbnails::ROOM } else { 0.0 };
+                overlay::speed(ui.painter(), &details::kilometres_per_hour(motion), above);
             }
             if viewer.panel {
                 command = side_panel.show(ui, viewer, &info).or(command);
             }
+            sensor_thumbnails::show(ui, &mut viewer.sensors, &mut viewer.simulation.world);
         });
         (still_for, command)
     }

@@ -19,11 +19,16 @@ pub fn of_metres(size: (u32, u32), metres: &[f32]) -> Option<DynamicImage> {
     of_grey(size, metres.iter().map(|metres| kitti::depth_steps(*metres)).collect())
 }
 
-/// Unit normals, 8 bits: 0.5 + 0.5·n; black where there is none.
+/// Unit normals, 8 bits: [`rgb_of_normal`].
 pub fn of_normals((width, height): (u32, u32), normals: &[[f32; 3]]) -> Option<DynamicImage> {
-    let byte = |v: f32| ((v * 0.5 + 0.5) * 255.0).round() as u8;
-    let rgb = |n: &[f32; 3]| if *n == [0.0; 3] { [0; 3] } else { n.map(byte) };
+    let rgb = |normal: &[f32; 3]| rgb_of_normal(*normal);
     RgbImage::from_raw(width, height, normals.iter().flat_map(rgb).collect()).map(Into::into)
+}
+
+/// A unit normal, 8 bits: 0.5 + 0.5·n; black where there is none.
+pub fn rgb_of_normal(normal: [f32; 3]) -> [u8; 3] {
+    let byte = |v: f32| ((v * 0.5 + 0.5) * 255.0).round() as u8;
+    if normal == [0.0; 3] { [0; 3] } else { normal.map(byte) }
 }
 
 /// The lowest 24 bits of numbers as colours: [`coco::rgb_of_id`].

@@ -103,7 +103,7 @@ impl KittiWriter {
     }
 
     fn scan(&mut self, lidar: &LidarCapture, file: &CaptureFile) -> Result<(), FrameError> {
-        let LidarCapture { scan, instance, class } = lidar;
+        let LidarCapture { scan, instance, class, .. } = lidar;
         let points = returns(&scan.hit, &scan.xyz);
         self.write_file(file, "velodyne", "bin", velodyne(&points, &returns(&scan.hit, &scan.intensity)))?;
         let labels = semantic_kitti::encode(&returns(&scan.hit, class), &returns(&scan.hit, instance));

@@ -87,6 +87,16 @@ pub(super) fn number(world: &World, entity: Entity) -> u32 {
     id.map_or(UNREGISTERED | entity.index_u32(), |StateId(id)| id + 1)
 }
 
+/// The entity that outputs have a number for, while it lives; `None` for 0.
+pub fn entity_of_number(world: &World, number: u32) -> Option<Entity> {
+    let entity = if number >= UNREGISTERED {
+        world.entities().resolve_from_index(EntityIndex::from_raw_u32(number - UNREGISTERED)?)
+    } else {
+        world.get_resource::<EntityRegistry>()?.entity(StateId(number.checked_sub(1)?))?
+    };
+    world.get_entity(entity).is_ok().then_some(entity)
+}
+
 /// Found anew.
 fn labels_of(world: &World, index: u32) -> Labels {
     let Some(index) = EntityIndex::from_raw_u32(index) else { return Labels::default() };

@@ -108,7 +108,7 @@ impl SensorLog {
         self.log.write(&topic("objects"), nanoseconds, &SceneUpdate { header, boxes: &placed })
     }
 
-    fn lidar(&mut self, header: Header, LidarCapture { scan, instance, class }: &LidarCapture) -> io::Result<()> {
+    fn lidar(&mut self, header: Header, LidarCapture { scan, instance, class, .. }: &LidarCapture) -> io::Result<()> {
         let points = returns(&scan.hit, &scan.xyz);
         let (intensity, ring) = (returns(&scan.hit, &scan.intensity), returns(&scan.hit, &scan.ring));
         let (time, instance) = (returns(&scan.hit, &scan.time), returns(&scan.hit, instance));

@@ -19,6 +19,7 @@
 //! run_writer     what is written of a run as a whole: log, one of ROS 2 (log_boxes); coco, kitti, labels as these
 //!                data sets have them; films. axes: those that these and other outputs have
 //! records        what sensors other than cameras give, as files
+//! pictures       values of outputs as colours (colors), for those who look at them
 //! ```
 //!
 //! A capture is a function of the state after a step, and of nothing else: all sensors are captured of one frame, and a
@@ -47,6 +48,7 @@ mod camera;
 mod coco;
 #[cfg(feature = "vehicles")]
 mod collisions;
+mod colors;
 mod dataset;
 mod description;
 mod develop;
@@ -68,6 +70,7 @@ mod motion;
 mod no_vehicles;
 mod outer_vertices;
 mod outline;
+pub mod pictures;
 mod pixels;
 mod ray_meshes;
 mod rays;
@@ -84,6 +87,7 @@ pub use camera::CameraCapture;
 pub use dataset::{SensorJob, render_sensors};
 pub use files::FileFormat;
 pub use flow::{Flow, flags};
+pub use label_table::entity_of_number;
 pub use lidar::{LidarScan, Pose};
 pub use motion::{GnssCapture, ImuCapture};
 pub use rays::{Meeting, RayScene, RayWarnings};

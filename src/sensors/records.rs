@@ -49,7 +49,10 @@ fn of_columns(rows: usize, columns: &[Column], format: FileFormat) -> Result<Vec
 ///
 /// # Errors
 /// What does not fit into the form.
-pub(super) fn of_lidar(LidarCapture { scan, instance, class }: &LidarCapture, format: FileFormat) -> Result<Vec<u8>> {
+pub(super) fn of_lidar(
+    LidarCapture { scan, instance, class, .. }: &LidarCapture,
+    format: FileFormat,
+) -> Result<Vec<u8>> {
     let columns = [
         Column::new("xyz", &[3], scan.xyz.as_flattened()),
         Column::new("range", &[], &scan.range[..]),

@@ -22,7 +22,7 @@ use systems::Simulation;
 use systems::ecs::clock::{Clock, Seed};
 use systems::sensors::collision::Collision;
 use systems::sensors::philox::Noise;
-use systems::sensors::{GeoOrigin, Instance, LaneReading, Sensor, SensorKind};
+use systems::sensors::{Columns, GeoOrigin, Instance, LaneReading, Sensor, SensorKind};
 use systems::space::GlobalTransform;
 use systems::space::origin::Origin;
 
@@ -91,6 +91,23 @@ pub struct LidarCapture {
     pub instance: Vec<u32>,
     /// Semantic classes; 0 where there is none.
     pub class: Vec<u8>,
+    /// The columns that were fired.
+    pub columns: Columns,
+    /// Where the sensor was when their interval began and ended, in the scene's coordinates; of one that does not sweep
+    /// twice the same.
+    pub poses: [Pose; 2],
+}
+
+impl LidarCapture {
+    /// From the points of a column, which have the axes of its own, to the scene's coordinates.
+    pub fn scene_from_column(&self, i: u64) -> DAffine3 {
+        self.poses[0].toward(&self.poses[1], self.columns.fraction(i)).world_from_points()
+    }
+
+    /// How many beams a column has.
+    pub fn rings(&self) -> usize {
+        self.scan.len() / (self.columns.count as usize).max(1)
+    }
 }
 
 impl SensorCapture {
@@ -199,6 +216,32 @@ impl SensorSuite {
         self.capture_due(simulation, due)
     }
 
+    /// Captures sensors of the state at hand to look at them, whether they are due or not. Those that are due measure what
+    /// [`Self::capture`] gives, but for lidars in the first steps of a run: before one was due for the second time it
+    /// fires here as many columns as it does later. A lidar that sweeps and is not due is fired as if it stood still.
+    ///
+    /// # Errors
+    /// [`RenderError`].
+    pub fn look(
+        &mut self,
+        simulation: &mut Simulation,
+        wanted: impl Fn(Entity) -> bool,
+    ) -> Result<Capture, RenderError> {
+        let mut looked_at = self.due(simulation, |_| true);
+        looked_at.retain(|due| wanted(due.entity));
+        let step = simulation.world.resource::<Clock>().step;
+        let others = sensors_where(&mut simulation.world, |sensor| !sensor.is_due(step));
+        let others: Vec<Entity> = others.into_iter().filter(|&sensor| wanted(sensor)).collect();
+        if !others.is_empty() {
+            simulation.frame();
+        }
+        looked_at.extend(others.into_iter().filter_map(|sensor| Due::of(&simulation.world, sensor, step)));
+        for due in &mut looked_at {
+            due.steps[1] = due.steps[1].max(due.sensor.every.into());
+        }
+        self.capture_due(simulation, looked_at)
+    }
+
     /// Captures sensors that [`Self::due`] has found in the state at hand.
     ///
     /// # Errors
@@ -235,7 +278,7 @@ impl SensorSuite {
                     if let Some(tracked) = &tracked {
                         let camera = TrackedCamera {
                             entity: due.entity,
-                            every: due.sensor.every,
+                            sensor: &due.sensor,
                             camera,
                             map: plan.map(),
                             world_from_camera: plan.world_from_camera(origin),
@@ -250,11 +293,12 @@ impl SensorSuite {
                     // For itself alone: what is met first of what lies in one place depends on the tree.
                     rays.update(simulation, &due.poses.map(|pose| pose.translation), lidar.range.1);
                     *warnings = warnings.with(rays.warnings());
-                    let columns = lidar.columns_between(before, step, step_seconds);
+                    let columns = lidar.columns_between(due.steps[0], due.steps[1], step_seconds);
                     let scan = lidar::scan(rays, lidar, &due.poses, columns, noise);
                     let of_beams = scan.entity.iter().map(|entity| labels.labels(world, entity.wrapping_add(1)));
                     let (instance, class) = of_beams.map(|labels| (labels.instance, labels.class)).unzip();
-                    SensorData::Lidar(LidarCapture { scan, instance, class })
+                    let in_scene = |pose: Pose| Pose { translation: pose.translation + origin, ..pose };
+                    SensorData::Lidar(LidarCapture { scan, instance, class, columns, poses: due.poses.map(in_scene) })
                 }
                 SensorKind::Imu(imu) => SensorData::Imu(motion::imu(imu, now, &due.before, moment)),
                 SensorKind::Gnss(gnss) => {
@@ -314,24 +358,12 @@ impl SensorSuite {
         let world = &simulation.world;
         let mut due = Vec::new();
         for entity in sensors {
-            let (Some(sensor), Some(place)) = (world.get::<Sensor>(entity), world.get::<GlobalTransform>(entity))
-            else {
-                continue;
-            };
-            let is_of_state = motion::measures_motion(&sensor.kind);
-            let now = if is_of_state { motion::pose(world, entity) } else { Pose::of(place) };
-            let before = self.tracks.entry(entity).or_default().note(&sensor.kind, step, sensor.every, now);
-            let poses = [before[0].unwrap_or(now), now];
-            let name = sensor_name(world, entity);
-            if wanted(&name) {
-                due.push(Due {
-                    entity,
-                    name,
-                    world_from_entity: place.affine(),
-                    sensor: sensor.clone(),
-                    poses,
-                    before,
-                });
+            let Some(mut found) = Due::of(world, entity, step) else { continue };
+            let track = self.tracks.entry(entity).or_default();
+            found.before = track.note(&found.sensor.kind, step, found.sensor.every, found.poses[1]);
+            found.poses[0] = found.before[0].unwrap_or(found.poses[1]);
+            if wanted(&found.name) {
+                due.push(found);
             }
         }
         self.tracks.retain(|entity, _| world.get_entity(*entity).is_ok());
@@ -362,9 +394,27 @@ pub(super) struct Due {
     poses: [Pose; 2],
     /// Where it was when it was due before, and before that, as far as that is known and it measures by it.
     before: [Option<Pose>; 2],
+    /// Between which it has fired what it measures.
+    steps: [u64; 2],
 }
 
 impl Due {
+    /// As if it had stood still since it was due before; `None` of what is no sensor, or was not placed yet.
+    fn of(world: &World, entity: Entity, step: u64) -> Option<Self> {
+        let (sensor, place) = (world.get::<Sensor>(entity)?, world.get::<GlobalTransform>(entity)?);
+        let is_of_state = motion::measures_motion(&sensor.kind);
+        let now = if is_of_state { motion::pose(world, entity) } else { Pose::of(place) };
+        Some(Self {
+            name: sensor_name(world, entity),
+            sensor: sensor.clone(),
+            entity,
+            world_from_entity: place.affine(),
+            poses: [now; 2],
+            before: [None; 2],
+            steps: [step.saturating_sub(sensor.every.into()), step],
+        })
+    }
+
     /// Its [poses](Self::poses) in the scene's coordinates, whose `origin` the world's count from.
     pub fn in_scene(&self, origin: DVec3) -> [DAffine3; 2] {
         self.poses.map(|pose| DAffine3::from_rotation_translation(pose.rotation, pose.translation + origin))

@@ -21,8 +21,8 @@ use systems::sensors::{CameraOutput, CameraSensor, Sensor, SensorKind};
 #[derive(Default)]
 pub(super) struct Tracker {
     vertices: OuterVertices,
-    /// Of cameras: the step, and what they saw.
-    before: HashMap<Entity, (u64, FlowFrame)>,
+    /// Of cameras: the steps after which they were due last, and what they saw.
+    before: HashMap<Entity, Vec<(u64, FlowFrame)>>,
 }
 
 /// What a state has for all cameras that are due.
@@ -36,7 +36,7 @@ pub(super) struct Tracked {
 /// A camera that is due.
 pub(super) struct TrackedCamera<'a> {
     pub entity: Entity,
-    pub every: u32,
+    pub sensor: &'a Sensor,
     pub camera: &'a CameraSensor,
     /// Of a lens that bends.
     pub map: Option<&'a LensMap>,
@@ -75,7 +75,7 @@ impl Tracker {
         capture: &mut CameraCapture,
         found: &LabelRuns,
     ) -> Option<Boxes> {
-        let &TrackedCamera { entity, every, camera, map, world_from_camera, mounted_on } = camera;
+        let &TrackedCamera { entity, sensor, camera, map, world_from_camera, mounted_on } = camera;
         let has = |output| camera.outputs.has(output);
         let (has_flow, has_flow_back, has_boxes) =
             (has(CameraOutput::Flow), has(CameraOutput::FlowBack), has(CameraOutput::Boxes));
@@ -88,8 +88,11 @@ impl Tracker {
             now.range =
                 if has(CameraOutput::Range) { capture.range.clone() } else { std::mem::take(&mut capture.range) };
         }
-        let due_before = tracked.step.checked_sub(every.into());
-        let before = self.before.get(&entity).filter(|(step, _)| Some(*step) == due_before).map(|(_, before)| before);
+        let kept = self.before.entry(entity).or_default();
+        // The same again where it is asked again.
+        kept.retain(|(step, _)| *step < tracked.step);
+        let due_before = tracked.step.checked_sub(sensor.every.into());
+        let before = kept.iter().find(|(step, _)| Some(*step) == due_before).map(|(_, before)| before);
         if let Some(before) = before {
             let is_alike = before.part.len() == now.part.len();
             capture.flow = if has_flow && is_alike { flow(camera, map, before, &now) } else { Default::default() };
@@ -97,7 +100,7 @@ impl Tracker {
                 if has_flow_back && is_alike { flow(camera, map, &now, before) } else { Default::default() };
         }
         let boxes = has_boxes.then(|| {
-            let seconds = f64::from(every) * tracked.step_seconds;
+            let seconds = f64::from(sensor.every) * tracked.step_seconds;
             let scene = Scene {
                 things: &tracked.things,
                 camera_from_world: world_from_camera.inverse(),
@@ -106,7 +109,10 @@ impl Tracker {
             };
             Boxes::of(camera, &scene, found)
         });
-        self.before.insert(entity, (tracked.step, now));
+        if sensor.is_due(tracked.step) {
+            kept.drain(..kept.len().saturating_sub(1));
+            kept.push((tracked.step, now));
+        }
         boxes
     }
 

@@ -103,7 +103,7 @@ impl LidarSensor {
 }
 
 /// Columns that fire one after the other in an interval of time.
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Columns {
     /// Counted since step 0; in its revolution a column is this number modulo the revolution's columns.
     pub first: u64,

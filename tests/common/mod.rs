@@ -99,7 +99,9 @@ pub mod bumps;
 #[allow(dead_code)]
 pub mod floor;
 
-/// A display for windows.
+/// A display for windows, and the program with a window on it.
+#[allow(dead_code)]
+pub mod app;
 #[allow(dead_code)]
 pub mod display;
 
