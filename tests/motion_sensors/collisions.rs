@@ -110,6 +110,6 @@ fn a_physical_car_that_drives_into_a_wall_touches_it_as_it_stops() {
             stopped = stopped.or(Some(step));
         }
     }
-    let (first, stopped) = (first.expect("touched"), stopped.expect("stopped") as i32);
-    assert!((first as i32 - stopped).abs() <= 1, "touched after {first}, stopped after {stopped}");
+    let (first, stopped): (i32, i32) = (first.expect("touched"), stopped.expect("stopped"));
+    assert!((first - stopped).abs() <= 1, "touched after {first}, stopped after {stopped}");
 }
