@@ -106,7 +106,8 @@ impl LensMap {
             Some((face, ray.truncate() / ray.z))
         };
         let rows: Vec<Vec<OnFace>> = rows.iter().map(|row| row.iter().map(on_face).collect()).collect();
-        let focal = DENSITY / least_spacing(&rows).unwrap_or(1.0);
+        let on_axis = camera.intrinsics().map_or(1.0, |own| own.fx.max(own.fy));
+        let focal = DENSITY * least_spacing(&rows).map_or(on_axis, f64::recip);
         let mut bounds = vec![(DVec2::INFINITY, DVec2::NEG_INFINITY); turns.len()];
         for (face, at) in rows.iter().flatten().flatten() {
             let (least, most) = &mut bounds[*face];
