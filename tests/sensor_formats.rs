@@ -140,9 +140,14 @@ fn formats_that_nothing_fits_are_refused_before_anything_is_written() {
     refused(&["--sensors", "all", "--format", "coco"], &["sensor \"ego/front\"", "holds depth, boxes, flow;"]);
     refused(&["--sensors", "ego/front", "--format", "kitti"], &["sensor \"ego/front\"", "holds instance;"]);
     refused(&["--sensors", "ego/rear,post", "--format", "png,video"], &["sensor \"post\"", "holds points;"]);
-    let plan = "(entities: [(name: \"plan\", sensor: camera(size: (4, 4), lens: orthographic(half_height: 1))))])";
-    fs::write(folder.path().join("scene.ron"), plan).expect("written");
-    refused(&["--sensors", "all", "--format", "png,kitti"], &["format kitti: expected a camera with color whose lens"]);
+    for lens in ["orthographic(half_height: 1)", "brown_conrady(fx: 4, fy: 4, cx: 1.5, cy: 1.5, k1: -0.1)"] {
+        let scene = format!("(entities: [(name: \"eye\", sensor: camera(size: (4, 4), lens: {lens}))])");
+        fs::write(folder.path().join("scene.ron"), scene).expect("written");
+        refused(
+            &["--sensors", "all", "--format", "png,kitti"],
+            &["format kitti: expected a camera with color and the lens"],
+        );
+    }
     fs::write(folder.path().join("scene.ron"), SCENE).expect("written");
     let output = Command::new(env!("CARGO_BIN_EXE_relief"))
         .args(["render", "scene.ron", "-o", "out", "--sensors", "ego/rear", "--format", "video"])
