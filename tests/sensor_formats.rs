@@ -16,8 +16,10 @@ const SCENE: &str = r#"(
         (name: "sun", transform: (rotation_degrees: (-60, 20, 0)), light: directional(intensity: 1)),
         (name: "ground", mesh: "ground", material: "grey", class: "road"),
         (name: "wall", mesh: "wall", material: "grey", transform: (translation: (0, 2, 24))),
-        (name: "near", mesh: "box", material: "grey", class: "car", instance: true, transform: (translation: (0.5, 0.75, 10))),
-        (name: "far", mesh: "box", material: "grey", class: "truck", instance: true, transform: (translation: (-0.8, 0.75, 16))),
+        (name: "near", mesh: "box", material: "grey", class: "car", instance: true,
+         transform: (translation: (0.5, 0.75, 10))),
+        (name: "far", mesh: "box", material: "grey", class: "truck", instance: true,
+         transform: (translation: (-0.8, 0.75, 16))),
         (name: "ego", instance: true, spin: (axis: (0, 1, 0), degrees_per_second: 90), children: [
             (name: "front", transform: (translation: (0.1, 1.4, 0.3), rotation_degrees: (-4, 180, 1)),
              sensor: camera(size: (97, 60), lens: pinhole(fx: 80, fy: 82, cx: 46.5, cy: 28), every: 2, samples: 1,
