@@ -16,8 +16,10 @@ const SCENE: &str = r#"(
         (name: "sun", transform: (rotation_degrees: (-60, 20, 0)), light: directional(intensity: 1)),
         (name: "ground", mesh: "ground", material: "grey", class: "road"),
         (name: "wall", mesh: "wall", material: "grey", transform: (translation: (0, 2, 24))),
-        (name: "near", mesh: "box", material: "grey", class: "car", instance: true, transform: (translation: (0.5, 0.75, 10))),
-        (name: "far", mesh: "box", material: "grey", class: "truck", instance: true, transform: (translation: (-0.8, 0.75, 16))),
+        (name: "near", mesh: "box", material: "grey", class: "car", instance: true,
+         transform: (translation: (0.5, 0.75, 10))),
+        (name: "far", mesh: "box", material: "grey", class: "truck", instance: true,
+         transform: (translation: (-0.8, 0.75, 16))),
         (name: "ego", instance: true, spin: (axis: (0, 1, 0), degrees_per_second: 90), children: [
             (name: "front", transform: (translation: (0.1, 1.4, 0.3), rotation_degrees: (-4, 180, 1)),
              sensor: camera(size: (97, 60), lens: pinhole(fx: 80, fy: 82, cx: 46.5, cy: 28), every: 2, samples: 1,
@@ -140,9 +142,14 @@ fn formats_that_nothing_fits_are_refused_before_anything_is_written() {
     refused(&["--sensors", "all", "--format", "coco"], &["sensor \"ego/front\"", "holds depth, boxes, flow;"]);
     refused(&["--sensors", "ego/front", "--format", "kitti"], &["sensor \"ego/front\"", "holds instance;"]);
     refused(&["--sensors", "ego/rear,post", "--format", "png,video"], &["sensor \"post\"", "holds points;"]);
-    let plan = "(entities: [(name: \"plan\", sensor: camera(size: (4, 4), lens: orthographic(half_height: 1))))])";
-    fs::write(folder.path().join("scene.ron"), plan).expect("written");
-    refused(&["--sensors", "all", "--format", "png,kitti"], &["format kitti: expected a camera with color whose lens"]);
+    for lens in ["orthographic(half_height: 1)", "brown_conrady(fx: 4, fy: 4, cx: 1.5, cy: 1.5, k1: -0.1)"] {
+        let scene = format!("(entities: [(name: \"eye\", sensor: camera(size: (4, 4), lens: {lens}))])");
+        fs::write(folder.path().join("scene.ron"), scene).expect("written");
+        refused(
+            &["--sensors", "all", "--format", "png,kitti"],
+            &["format kitti: expected a camera with color and the lens"],
+        );
+    }
     fs::write(folder.path().join("scene.ron"), SCENE).expect("written");
     let output = Command::new(env!("CARGO_BIN_EXE_relief"))
         .args(["render", "scene.ron", "-o", "out", "--sensors", "ego/rear", "--format", "video"])

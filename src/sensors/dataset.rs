@@ -7,8 +7,8 @@
 //! DIR/manifest.json                a hash of each of these files
 //! ```
 //!
-//! Each file is written whole or not at all, so that an interrupted run can be resumed by what is there; but for what is
-//! made of a whole run.
+//! Each file is written whole or not at all, so that an interrupted run can be resumed by what is there; but for what
+//! is made of a whole run.
 
 use super::files::{self, FileFormat, OutputFile};
 use super::rays::RayWarnings;

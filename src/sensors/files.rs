@@ -84,7 +84,8 @@ impl FileFormat {
         let is_for_camera = match self {
             // Labels are of pictures.
             Self::Coco => [CameraOutput::Color, CameraOutput::Instance, CameraOutput::Class].into_iter().all(has),
-            Self::Kitti => has(CameraOutput::Color) && camera.intrinsics().is_some(),
+            // Its pictures are those of pinholes.
+            Self::Kitti => has(CameraOutput::Color) && camera.intrinsics().is_some() && !camera.lens.bends(),
             _ => true,
         };
         is_for_camera && self.has_form(output)

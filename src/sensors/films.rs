@@ -71,8 +71,8 @@ impl RunWriter for FilmWriter {
 }
 
 /// Red, green and blue of each pixel; `None` of what was not asked for, and has no picture. Distances are grey, nearer
-/// ones brighter, half at 10 m, black where there is nothing; classes have their colours; numbers have hues that lie far
-/// apart for neighbours.
+/// ones brighter, half at 10 m, black where there is nothing; classes have their colours; numbers have hues that lie
+/// far apart for neighbours.
 fn painted(camera: &CameraCapture, output: CameraOutput, classes: &Classes) -> Option<Vec<u8>> {
     let rgb = match output {
         CameraOutput::Color => camera.color.as_flattened().to_vec(),

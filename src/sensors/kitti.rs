@@ -283,8 +283,8 @@ mod tests {
             corners_uv: [None; 8],
         };
         let line = label(&thing, name_of_class("car"), (100, 80)).line();
-        let expected = "Car 0.2500 1 -1.5708 39.4737 34.7368 59.5263 44.2632 1.0000 2.0000 1.0000 0.0000 0.5000 10.0000 \
-                        -1.5708\n";
+        let expected = "Car 0.2500 1 -1.5708 39.4737 34.7368 59.5263 44.2632 1.0000 2.0000 1.0000 0.0000 0.5000 \
+                        10.0000 -1.5708\n";
         assert_eq!(line, expected);
         // What reaches out of the picture ends there, at the middle of its last pixel.
         let cut = ObjectBox { box_full: [-5.0, 34.0, 120.0, 46.0], ..thing };

@@ -57,7 +57,7 @@ impl RunInfo<'_> {
         for &(name, format) in FileFormat::ALL.iter().filter(|(_, format)| self.formats.contains(format)) {
             let needs = match format {
                 FileFormat::Coco => "a camera with color, instance and class",
-                FileFormat::Kitti => "a camera with color whose lens is not orthographic, or a lidar",
+                FileFormat::Kitti => "a camera with color and the lens of a pinhole, or a lidar",
                 FileFormat::Video => "a camera with an output that is a picture",
                 _ => continue,
             };
