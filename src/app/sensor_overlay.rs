@@ -19,7 +19,7 @@ const LENGTH: f32 = 3.0;
 const MARK: f32 = 0.25;
 /// Points across a dot.
 const DOT: f32 = 2.0;
-/// Of a lidar. What a frame's projection and upload of them cost is in docs/sensors.md.
+/// Of a lidar: projected, painted and uploaded in each frame.
 const MOST_DOTS: usize = 60_000;
 
 /// The points of a lidar as they are drawn.
@@ -193,7 +193,7 @@ mod tests {
 
     #[test]
     fn of_many_beams_some_are_drawn_from_every_ring() {
-        let count = 3 * MOST_DOTS;
+        let count = 4 * MOST_DOTS;
         let rings = 64;
         let lidar = LidarSensor { columns: count as u32 / rings, hz: 1.0, ..LidarSensor::default() };
         let columns = lidar.columns_between(0, 1, 1.0);
@@ -210,7 +210,7 @@ mod tests {
         };
         let capture = LidarCapture { scan, columns, ..LidarCapture::default() };
         let dots = Dots::new(&capture, None, &Classes::default());
-        assert!(dots.places.len() <= MOST_DOTS && dots.every == 3, "{} of {beams}", dots.places.len());
+        assert!(dots.places.len() <= MOST_DOTS && dots.every == 5, "{} of {beams}", dots.places.len());
         let mut heights: Vec<u32> = dots.places.iter().map(|(place, _)| place.y.round() as u32).collect();
         heights.sort_unstable();
         heights.dedup();

@@ -16,7 +16,8 @@ pub fn show(ui: &mut Ui, viewer: &mut Viewer, sensors: &[(String, Entity)]) {
     if let Some(every) = views.captures.thinned().filter(|_| views.beams) {
         ui.weak(format!("of the beams one in {every} is drawn"));
     }
-    ScrollArea::vertical().id_salt("sensors").max_height(HEIGHT).auto_shrink([false, true]).show(ui, |ui| {
+    let list = ScrollArea::vertical().id_salt("sensors").max_height(HEIGHT).min_scrolled_height(HEIGHT);
+    list.auto_shrink([false, true]).show(ui, |ui| {
         for (name, entity) in sensors {
             let Some(sensor) = simulation.world.get::<Sensor>(*entity) else { continue };
             ui.horizontal(|ui| {

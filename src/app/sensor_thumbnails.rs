@@ -221,7 +221,7 @@ mod tests {
     #[test]
     fn a_picture_keeps_its_aspect_in_any_room() {
         assert_eq!(fitted(vec2(640.0, 240.0), vec2(320.0, 240.0)), vec2(320.0, 120.0));
-        assert_eq!(fitted(vec2(100.0, 400.0), vec2(320.0, 240.0)), vec2(60.0, 240.0));
+        assert_eq!(fitted(vec2(100.0, 400.0), vec2(320.0, 200.0)), vec2(50.0, 200.0));
         assert_eq!(fitted(vec2(8.0, 4.0), vec2(80.0, 80.0)), vec2(80.0, 40.0));
     }
 

@@ -7,8 +7,8 @@ use bevy_ecs::prelude::*;
 use glam::Vec2;
 use systems::sensors::{CameraOutput, Class, Classes};
 
-/// At a place of a picture, which goes from 0 to 1 to the right and down. `reach`: of a view from above, metres from its
-/// middle to its sides.
+/// At a place of a picture, which goes from 0 to 1 to the right and down. `reach`: of a view from above, metres from
+/// its middle to its sides.
 pub fn at(world: &World, capture: &SensorCapture, choice: Choice, place: Vec2, reach: Option<f32>) -> Option<String> {
     match (&capture.data, choice) {
         (SensorData::Camera(camera), Choice::Output(output)) => {

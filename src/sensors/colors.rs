@@ -63,7 +63,7 @@ fn ends(values: impl Iterator<Item = f32>) -> Option<(f32, f32)> {
     values.map(|value| (value, value)).reduce(|(least, most), (value, _)| (least.min(value), most.max(value)))
 }
 
-/// Viridis by S. van der Walt and N. Smith (matplotlib, CC0) at eighths of its way, dark to bright; straight in between.
+/// Viridis by S. van der Walt and N. Smith (matplotlib, CC0) at eighths of its way, dark to bright; lines in between.
 pub(super) const VIRIDIS: [[u8; 3]; 9] = [
     [0x44, 0x01, 0x54],
     [0x47, 0x2d, 0x7b],

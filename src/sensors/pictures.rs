@@ -1,4 +1,5 @@
-//! Values of sensors as colours, for those who look at them: outputs of cameras as pictures, points of lidars from above.
+//! Values of sensors as colours, for those who look at them: outputs of cameras as pictures, points of lidars from
+//! above.
 //!
 //! ```text
 //! distances    viridis by their logarithm, the nearer the brighter; nothing is black
@@ -29,8 +30,8 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// An output of a camera, whole; of large pictures each n-th pixel, so that no side is longer than `longest`, colours
-    /// as their mean. `None` where the output was not captured.
+    /// An output of a camera, whole; of large pictures each n-th pixel, so that no side is longer than `longest`,
+    /// colours as their mean. `None` where the output was not captured.
     pub fn of_camera(camera: &CameraCapture, output: CameraOutput, classes: &Classes, longest: u32) -> Option<Self> {
         let grid = Grid::new((camera.width, camera.height), longest);
         let distances = |metres: &[f32]| {
@@ -91,7 +92,7 @@ fn returns(lidar: &LidarCapture) -> impl Iterator<Item = (usize, [f32; 3])> {
     beams.filter(|(_, (_, hit))| **hit != 0).map(|(i, (xyz, _))| (i, *xyz))
 }
 
-/// How far from a lidar a view from above goes, metres, so that it has nine of ten points: 1, 2, 5, 10, 20, 50 and so on.
+/// How far from a lidar a view from above goes, metres, so that it has nine of ten points: 1, 2, 5, 10, 20 and so on.
 pub fn reach_from_above(lidar: &LidarCapture) -> f32 {
     let mut across: Vec<f32> = returns(lidar).map(|(_, [x, y, _])| x.abs().max(y.abs())).collect();
     let place = across.len() * 9 / 10;
@@ -315,7 +316,8 @@ mod tests {
             for (x, y, rgb) in image.enumerate_pixels() {
                 let block = (0..every * every).map(|i| (x * every + i % every, y * every + i / every));
                 let block: Vec<[u8; 3]> = block.map(|(x, y)| color[(y * width + x) as usize]).collect();
-                let mean = [0, 1, 2].map(|i| block.iter().map(|rgb| f64::from(rgb[i])).sum::<f64>() / block.len() as f64);
+                let sum = |i: usize| block.iter().map(|rgb| f64::from(rgb[i])).sum::<f64>();
+                let mean = [0, 1, 2].map(|i| sum(i) / block.len() as f64);
                 let expected = mean.map(|mean| (mean + 0.5).floor() as u8);
                 prop_assert_eq!(rgb.0, expected);
             }
