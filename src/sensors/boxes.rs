@@ -152,7 +152,7 @@ impl Scene<'_> {
         let full = outline.bounds()?;
         let within = outline.within([0.0, 0.0, camera.size.0.into(), camera.size.1.into()]);
         let (area, area_within) = (outline.area(), within.area());
-        let Some(bounds) = within.bounds().filter(|_| seen.is_some() || area_within > 0.0) else { return None };
+        let bounds = within.bounds().filter(|_| seen.is_some() || area_within > 0.0)?;
         let Pose { rotation, .. } = thing.pose;
         let camera_from_thing = (DQuat::from_mat3(&self.camera_from_world.matrix3) * rotation).normalize();
         let center = thing.center();

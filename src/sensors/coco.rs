@@ -7,9 +7,9 @@
 //! DIR/ego/front/color_00012.png        the pictures, which both files name from DIR on
 //! ```
 
+use super::capture::{Capture, SensorData};
 use super::files::{self, FileFormat};
 use super::run_writer::{RunInfo, RunWriter};
-use super::suite::{Capture, SensorData};
 use super::{CameraCapture, SensorCapture};
 use crate::export::coco::{self, Category, Instances, Panoptic, Picture, Segments};
 use crate::export::picture;

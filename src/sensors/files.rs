@@ -74,12 +74,12 @@ impl FileFormat {
             Self::Mcap => matches!(output, Color | Depth | Class | Instance | Boxes),
             Self::Coco => matches!(output, Color | Class | Instance),
             Self::Kitti => matches!(output, Color | Depth | Class | Boxes | Flow),
-            Self::Video => !matches!(output, Linear | Boxes | Flow | FlowBack),
+            Self::Video => !matches!(output, Flow | FlowBack),
         }
     }
 
     /// Whether it holds an output of a camera that has it.
-    fn holds(self, camera: &CameraSensor, output: CameraOutput) -> bool {
+    pub(super) fn holds(self, camera: &CameraSensor, output: CameraOutput) -> bool {
         let has = |output| camera.outputs.has(output);
         let is_for_camera = match self {
             // Labels are of pictures.

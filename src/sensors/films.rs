@@ -1,17 +1,17 @@
 //! The outputs of cameras as films to look at: `DIR/ego/front/color.mp4`. Films are lossy; values are in other formats.
 
 use super::CameraCapture;
+use super::capture::{Capture, SensorData};
+use super::files::FileFormat;
 use super::run_writer::{RunInfo, RunWriter};
-use super::suite::{Capture, SensorData};
-use crate::export::picture;
 use crate::frame_time::FrameTime;
 use crate::frames::FrameError;
 use crate::output;
-use crate::renderer::DebugView;
+use crate::sensors::pictures::Picture;
 use crate::video::Film;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
-use systems::sensors::{CameraOutput, Class, Classes};
+use systems::sensors::{CameraOutput, CameraOutputs, Classes, Sensor, SensorKind};
 
 /// Metres at which a depth is half as bright as at the camera.
 const HALF_BRIGHT: f32 = 10.0;
@@ -20,6 +20,8 @@ const HALF_BRIGHT: f32 = 10.0;
 pub(super) struct FilmWriter {
     folder: PathBuf,
     classes: Classes,
+    /// What of cameras is filmed, by their names.
+    outputs: BTreeMap<String, CameraOutputs>,
     /// How long a capture is shown, by names of sensors.
     times: BTreeMap<String, FrameTime>,
     films: BTreeMap<PathBuf, Film>,
@@ -32,6 +34,7 @@ impl FilmWriter {
         Self {
             folder: run.folder.to_owned(),
             classes: run.classes.clone(),
+            outputs: run.sensors.iter().map(|(name, sensor)| (name.clone(), filmed(sensor))).collect(),
             times: times.collect(),
             films: BTreeMap::new(),
         }
@@ -56,7 +59,8 @@ impl RunWriter for FilmWriter {
     fn write(&mut self, capture: &Capture) -> Result<(), FrameError> {
         for sensor in &capture.sensors {
             let SensorData::Camera(camera) = &sensor.data else { continue };
-            for (name, output) in CameraOutput::ALL {
+            let outputs = self.outputs.get(&sensor.name).copied().unwrap_or_default();
+            for (name, output) in outputs.iter() {
                 if let Some(rgb) = painted(camera, output, &self.classes) {
                     self.add(&sensor.name, name, (camera.width, camera.height), &rgb)?;
                 }
@@ -70,28 +74,20 @@ impl RunWriter for FilmWriter {
     }
 }
 
-/// Red, green and blue of each pixel; `None` of what was not asked for, and has no picture. Distances are grey, nearer
-/// ones brighter, half at 10 m, black where there is nothing; classes have their colours; numbers have hues that lie
-/// far apart for neighbours.
+/// What of a sensor is filmed.
+fn filmed(sensor: &Sensor) -> CameraOutputs {
+    let SensorKind::Camera(camera) = &sensor.kind else { return CameraOutputs::default() };
+    let outputs = camera.outputs.iter().map(|(_, output)| output);
+    outputs.filter(|output| FileFormat::Video.holds(camera, *output)).collect()
+}
+
+/// Red, green and blue of each pixel; `None` of what was not captured. Distances are grey, nearer ones brighter, half at
+/// 10 m, black where there is nothing: by colours that go with a picture's own distances, films would flicker.
 fn painted(camera: &CameraCapture, output: CameraOutput, classes: &Classes) -> Option<Vec<u8>> {
     let rgb = match output {
-        CameraOutput::Color => camera.color.as_flattened().to_vec(),
         CameraOutput::Depth => of_distances(&camera.depth),
         CameraOutput::Range => of_distances(&camera.range),
-        CameraOutput::Normal => {
-            picture::of_normals((camera.width, camera.height), &camera.normal)?.into_rgb8().into_raw()
-        }
-        CameraOutput::Instance => of_numbers(&camera.instance),
-        CameraOutput::Part => of_numbers(&camera.part),
-        CameraOutput::Panoptic => of_numbers(&camera.panoptic),
-        CameraOutput::Class => {
-            let mut colors = [[0; 3]; 256];
-            for (id, color) in (0..=u8::MAX).zip(&mut colors) {
-                *color = classes.get(Class(id)).map_or([0; 3], |class| class.color);
-            }
-            camera.class.iter().flat_map(|class| colors[usize::from(*class)]).collect()
-        }
-        CameraOutput::Linear | CameraOutput::Boxes | CameraOutput::Flow | CameraOutput::FlowBack => Vec::new(),
+        _ => Picture::of_camera(camera, output, classes, u32::MAX)?.image.into_raw(),
     };
     (!rgb.is_empty()).then_some(rgb)
 }
@@ -100,14 +96,10 @@ fn of_distances(metres: &[f32]) -> Vec<u8> {
     metres.iter().flat_map(|metres| [(255.0 * HALF_BRIGHT / (HALF_BRIGHT + metres)).round() as u8; 3]).collect()
 }
 
-fn of_numbers(numbers: &[u32]) -> Vec<u8> {
-    let color = |number: u32| DebugView::cell_color(number).to_array().map(|part| (part * 255.0).round() as u8);
-    numbers.iter().flat_map(|number| if *number == 0 { [0; 3] } else { color(*number) }).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sensors::pictures::rgb_of_number;
 
     #[test]
     fn what_is_painted_is_seen() {
@@ -121,7 +113,7 @@ mod tests {
         };
         let painted = |output| painted(&camera, output, &Classes::default());
         assert_eq!(painted(CameraOutput::Depth), Some(vec![255, 255, 255, 128, 128, 128, 0, 0, 0]));
-        assert_eq!(painted(CameraOutput::Class), Some(vec![0, 0, 0, 0, 0, 142, 0, 0, 0]));
+        assert_eq!(painted(CameraOutput::Class), Some([[0; 3], [0, 0, 142], rgb_of_number(200)].concat()));
         let numbers = painted(CameraOutput::Instance).unwrap();
         assert_eq!(numbers[..3], [0; 3]);
         let differs = |i: usize| numbers[i].abs_diff(numbers[i + 3]) > 50;

@@ -11,10 +11,10 @@
 //! A lidar with no camera beside it has a folder of its own. Classes have the scene's ids.
 
 use super::axes::{ENTITY_FROM_CAMERA, ENTITY_FROM_LIDAR};
+use super::capture::{Capture, SensorData};
 use super::files::{self, FileFormat};
 use super::log::returns;
 use super::run_writer::{RunInfo, RunWriter};
-use super::suite::{Capture, SensorData};
 use super::{CameraCapture, LidarCapture, ObjectBox, SensorCapture};
 use crate::export::kitti::{self, Calibration, Label, velodyne};
 use crate::export::semantic_kitti;

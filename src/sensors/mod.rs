@@ -1,7 +1,7 @@
 //! Sensors of a world, captured: what every sensor that is due after a step measures, as arrays.
 //!
 //! ```text
-//! suite          the sensors of a world by name, and what it takes to capture them
+//! suite          the sensors of a world by name, and what it takes to capture them; capture: what they measured
 //! camera         what a camera gives, made of the pixels that its view drew; of a lens that bends, of faces (lens_map)
 //!                whose pixels are re-sampled (resample) and developed on the CPU
 //! lidar          the beams of a lidar through what is drawn, into arrays
@@ -45,6 +45,7 @@ mod axes;
 mod box_records;
 mod boxes;
 mod camera;
+mod capture;
 mod coco;
 #[cfg(feature = "vehicles")]
 mod collisions;
@@ -84,6 +85,7 @@ mod tracking;
 
 pub use boxes::{Motion, ObjectBox};
 pub use camera::CameraCapture;
+pub use capture::{Capture, LidarCapture, SensorCapture, SensorData};
 pub use dataset::{SensorJob, render_sensors};
 pub use files::FileFormat;
 pub use flow::{Flow, flags};
@@ -91,4 +93,4 @@ pub use label_table::entity_of_number;
 pub use lidar::{LidarScan, Pose};
 pub use motion::{GnssCapture, ImuCapture};
 pub use rays::{Meeting, RayScene, RayWarnings};
-pub use suite::{Capture, LidarCapture, SensorCapture, SensorData, SensorSuite, sensor_names};
+pub use suite::{SensorSuite, sensor_names};

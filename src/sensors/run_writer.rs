@@ -1,12 +1,12 @@
 //! What is written of a run as a whole: logs, films, and data sets whose files are about several captures or sensors.
 //! Each is made anew where a run is resumed.
 
+use super::capture::Capture;
 use super::coco::CocoWriter;
 use super::files::FileFormat;
 use super::films::FilmWriter;
 use super::kitti::KittiWriter;
 use super::log::{SensorLog, check_names};
-use super::suite::Capture;
 use crate::frames::FrameError;
 use crate::video;
 use std::collections::BTreeMap;

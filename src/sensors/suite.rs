@@ -1,14 +1,16 @@
 //! The sensors of a world, captured together.
 
-use super::camera::{self, CameraCapture, CameraPlan};
+use super::boxes::Boxes;
+use super::camera::{self, CameraPlan};
+use super::capture::{Capture, LidarCapture, SensorCapture, SensorData};
 use super::label_table::{LabelTable, MOST_ABOVE, number};
 use super::lens_map::LensMaps;
-use super::lidar::{self, LidarScan, Pose};
-use super::motion::{self, GnssCapture, ImuCapture, Moment, Track};
+use super::lidar::{self, Pose};
+use super::motion::{self, Moment, Track};
 #[cfg(not(feature = "vehicles"))]
 use super::no_vehicles::{collisions, lanes};
 use super::rays::{RayScene, RayWarnings};
-use super::tracking::{TrackedCamera, Tracker};
+use super::tracking::{Tracked, TrackedCamera, Tracker};
 #[cfg(feature = "vehicles")]
 use super::{collisions, lanes};
 use crate::name;
@@ -17,12 +19,10 @@ use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
 use glam::{Affine3A, DAffine3, DVec3};
 use std::collections::HashMap;
-use std::ops::Index;
 use systems::Simulation;
 use systems::ecs::clock::{Clock, Seed};
-use systems::sensors::collision::Collision;
 use systems::sensors::philox::Noise;
-use systems::sensors::{Columns, GeoOrigin, Instance, LaneReading, Sensor, SensorKind};
+use systems::sensors::{GeoOrigin, Instance, Sensor, SensorKind};
 use systems::space::GlobalTransform;
 use systems::space::origin::Origin;
 
@@ -39,124 +39,6 @@ pub struct SensorSuite {
     /// Where sensors that measure by it were when they were due last.
     tracks: HashMap<Entity, Track>,
     tracker: Tracker,
-}
-
-/// What all sensors that were due measured of one state.
-#[derive(Clone, PartialEq, Debug)]
-pub struct Capture {
-    /// Of the clock.
-    pub step: u64,
-    /// Since the run began, rounded once: steps times the length of a step.
-    pub nanoseconds: u64,
-    /// In the order in which the sensors came to be.
-    pub sensors: Vec<SensorCapture>,
-}
-
-/// What a sensor measured.
-#[derive(Clone, PartialEq, Debug)]
-pub struct SensorCapture {
-    /// The sensor.
-    pub entity: Entity,
-    /// Its name, below that of what it is mounted on: `ego/front`.
-    pub name: String,
-    /// From the entity's axes (−Z forward, +Y up) to the scene's coordinates, without scale.
-    pub world_from_sensor: DAffine3,
-    /// What it measured.
-    pub data: SensorData,
-}
-
-/// By kind of sensor.
-#[derive(Clone, PartialEq, Debug)]
-pub enum SensorData {
-    /// Of a camera.
-    Camera(CameraCapture),
-    /// Of a lidar.
-    Lidar(LidarCapture),
-    /// Of an inertial measurement unit.
-    Imu(ImuCapture),
-    /// Of a receiver of satellite navigation.
-    Gnss(GnssCapture),
-    /// What is touched in the captured state, by number.
-    Collision(Vec<Collision>),
-    /// Of a lane sensor.
-    Lane(LaneReading),
-}
-
-/// What a lidar measured since it was due before: arrays with an element per beam.
-#[derive(Clone, PartialEq, Debug, Default)]
-pub struct LidarCapture {
-    /// What the beams met.
-    pub scan: LidarScan,
-    /// Numbers of things; 0 where there is no return.
-    pub instance: Vec<u32>,
-    /// Semantic classes; 0 where there is none.
-    pub class: Vec<u8>,
-    /// The columns that were fired.
-    pub columns: Columns,
-    /// Where the sensor was when their interval began and ended, in the scene's coordinates; of one that does not sweep
-    /// twice the same.
-    pub poses: [Pose; 2],
-}
-
-impl LidarCapture {
-    /// From the points of a column, which have the axes of its own, to the scene's coordinates.
-    pub fn scene_from_column(&self, i: u64) -> DAffine3 {
-        self.poses[0].toward(&self.poses[1], self.columns.fraction(i)).world_from_points()
-    }
-
-    /// How many beams a column has.
-    pub fn rings(&self) -> usize {
-        self.scan.len() / (self.columns.count as usize).max(1)
-    }
-}
-
-impl SensorCapture {
-    /// What a camera captured; `None` of another sensor.
-    pub fn camera(&self) -> Option<&CameraCapture> {
-        if let SensorData::Camera(camera) = &self.data { Some(camera) } else { None }
-    }
-
-    /// What a lidar captured; `None` of another sensor.
-    pub fn lidar(&self) -> Option<&LidarCapture> {
-        if let SensorData::Lidar(lidar) = &self.data { Some(lidar) } else { None }
-    }
-
-    /// What an inertial measurement unit captured; `None` of another sensor.
-    pub fn imu(&self) -> Option<&ImuCapture> {
-        if let SensorData::Imu(imu) = &self.data { Some(imu) } else { None }
-    }
-
-    /// What a receiver of satellite navigation captured; `None` of another sensor.
-    pub fn gnss(&self) -> Option<&GnssCapture> {
-        if let SensorData::Gnss(gnss) = &self.data { Some(gnss) } else { None }
-    }
-
-    /// What a collision sensor captured; `None` of another sensor.
-    pub fn collisions(&self) -> Option<&[Collision]> {
-        if let SensorData::Collision(collisions) = &self.data { Some(collisions) } else { None }
-    }
-
-    /// What a lane sensor captured; `None` of another sensor.
-    pub fn lane(&self) -> Option<&LaneReading> {
-        if let SensorData::Lane(lane) = &self.data { Some(lane) } else { None }
-    }
-}
-
-impl Capture {
-    /// What the sensor of a name measured; `None` where it was not due, or there is none.
-    pub fn get(&self, name: &str) -> Option<&SensorCapture> {
-        self.sensors.iter().find(|sensor| sensor.name == name)
-    }
-}
-
-impl Index<&str> for Capture {
-    type Output = SensorCapture;
-
-    /// # Panics
-    /// If there is none of that name: [`Self::get`] asks.
-    fn index(&self, name: &str) -> &SensorCapture {
-        self.get(name).unwrap_or_else(|| panic!("no sensor {name:?} was captured"))
-    }
 }
 
 /// The sensors of a world with their names, in the order in which they came to be.
@@ -314,29 +196,43 @@ impl SensorSuite {
             sensors.push(SensorCapture { entity: due.entity, name: due.name, world_from_sensor, data });
         }
         if let Some(tracked) = tracked {
-            let (mut plans, mut only) = (Vec::new(), Vec::new());
-            for (_, plan, boxes) in &boxes_of {
-                for set in tracked.drawn_alone(boxes) {
-                    let views = plan.views();
-                    only.extend(views.iter().map(|_| set.clone()));
-                    plans.extend(views);
-                }
-            }
-            let drawn = simulation.with_frame(|frame| renderer.draw_alone(frame, batches, (&plans, &only)))?;
-            let mut drawn = &drawn[..];
-            for (sensor, plan, boxes) in boxes_of {
-                let views = plan.views().len();
-                let (own, rest) = drawn.split_at((boxes.pictures() * views).min(drawn.len()));
-                drawn = rest;
-                let found = own.chunks(views).map(|own| labels.runs(&simulation.world, &plan.ids(own)));
-                if let SensorData::Camera(capture) = &mut sensors[sensor].data {
-                    capture.boxes = boxes.finish(found);
-                }
-            }
-            tracker.forget(&simulation.world);
+            self.finish_boxes(simulation, &tracked, boxes_of, &mut sensors)?;
         }
         let nanoseconds = nanoseconds(simulation.world.resource::<Clock>(), step);
         Ok(Capture { step, nanoseconds, sensors })
+    }
+
+    /// Gives cameras their boxes, for which things are drawn alone. `boxes_of`: places of their captures in `sensors`, and
+    /// how they are drawn.
+    fn finish_boxes(
+        &mut self,
+        simulation: &mut Simulation,
+        tracked: &Tracked,
+        boxes_of: Vec<(usize, CameraPlan, Boxes)>,
+        sensors: &mut [SensorCapture],
+    ) -> Result<(), RenderError> {
+        let Self { renderer, batches, labels, tracker, .. } = self;
+        let (mut plans, mut only) = (Vec::new(), Vec::new());
+        for (_, plan, boxes) in &boxes_of {
+            for set in tracked.drawn_alone(boxes) {
+                let views = plan.views();
+                only.extend(views.iter().map(|_| set.clone()));
+                plans.extend(views);
+            }
+        }
+        let drawn = simulation.with_frame(|frame| renderer.draw_alone(frame, batches, (&plans, &only)))?;
+        let mut drawn = &drawn[..];
+        for (sensor, plan, boxes) in boxes_of {
+            let views = plan.views().len();
+            let (own, rest) = drawn.split_at((boxes.pictures() * views).min(drawn.len()));
+            drawn = rest;
+            let found = own.chunks(views).map(|own| labels.runs(&simulation.world, &plan.ids(own)));
+            if let SensorData::Camera(capture) = &mut sensors[sensor].data {
+                capture.boxes = boxes.finish(found);
+            }
+        }
+        tracker.forget(&simulation.world);
+        Ok(())
     }
 
     /// What of the last capture's rays is not as it is drawn: of each kind the most that a lidar has.
