@@ -16,10 +16,10 @@ const SCENE: &str = r#"(
         (name: "car", mesh: "box", material: "red", class: "car", transform: (translation: (0, 0.75, -12))),
         (light: directional(intensity: 1), transform: (rotation_degrees: (-50, 20, 0))),
         (
-            name: "front", transform: (translation: (0, 1.6, 0), rotation_degrees: (-3, 4, 1)),
+            name: "front", spin: (degrees_per_second: 9), transform: (translation: (0, 1.6, 0), rotation_degrees: (-3, 4, 1)),
             sensor: camera(
                 size: (97, 64), lens: pinhole(fx: 90, fy: 80, cx: 45, cy: 30), every: 2,
-                outputs: [color, linear, depth, range, normal, instance, part, class, panoptic],
+                outputs: [color, linear, depth, range, normal, instance, part, class, panoptic, boxes, flow, flow_back],
             ),
         ),
         (
@@ -85,9 +85,11 @@ fn an_interrupted_run_is_resumed_by_what_is_missing() {
     done(&relief(&run, folder.path()));
     let out = folder.path().join("out");
     let expected = files(&out);
-    let [gone, cut] = ["front/depth_00002.npy", "front/color_00004.png"].map(|name| out.join(name));
+    let [gone, cut, flow] =
+        ["front/depth_00002.npy", "front/color_00004.png", "front/flow_00002.npy"].map(|name| out.join(name));
     let stays = out.join("front/color_00000.png");
     fs::remove_file(gone).expect("removed");
+    fs::remove_file(flow).expect("removed");
     fs::write(&cut, &expected[Path::new("front/color_00004.png")][..100]).expect("written");
     let written_at = |path: &Path| fs::metadata(path).and_then(|found| found.modified()).expect("a time");
     let before = written_at(&stays);

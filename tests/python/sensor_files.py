@@ -29,11 +29,20 @@ def transformed(matrix, points):
 for capture in front["captures"]:
     step = capture["step"]
     arrays = np.load(folder / "front" / f"{step:05}.npz")
-    assert set(arrays.files) == set(front["outputs"]), arrays.files
+    # Flow is between two captures: the first has no other before it, and the last none after it.
+    flows = {"flow_back", "flow_back_flags"} if step > 0 else set()
+    held = set(front["outputs"]) - {"flow", "flow_back"} | flows
+    assert set(arrays.files) == held, arrays.files
     shape = (front["height"], front["width"])
-    for name, output in front["outputs"].items():
+    for name in sorted(held):
         own = np.load(folder / "front" / f"{name}_{step:05}.npy")
-        assert own.dtype == np.dtype(output["type"]), (name, own.dtype)
+        if name == "boxes":
+            # Not known before the second capture.
+            assert np.isnan(own["velocity"]).all() == (step == 0)
+            assert all(np.array_equal(own[field], arrays[name][field], equal_nan=True) for field in own.dtype.names)
+            continue
+        kind = "uint8" if name.endswith("_flags") else front["outputs"][name]["type"]
+        assert own.dtype == np.dtype(kind), (name, own.dtype)
         assert own.shape[:2] == shape
         assert np.array_equal(own, arrays[name])
 
@@ -61,6 +70,19 @@ for capture in front["captures"]:
     for name in ["range", "instance", "part", "class", "panoptic"]:
         assert np.array_equal(channels[name], arrays[name]), name
 
+    for flow, at in [("flow", step), ("flow_back", step)]:
+        is_there = (folder / "front" / f"{flow}_{at:05}.npy").exists()
+        assert is_there == (step < 6 if flow == "flow" else step > 0), (flow, at)
+        if is_there:
+            shift = np.load(folder / "front" / f"{flow}_{at:05}.npy").astype(np.float64)
+            steps = cv2.imread(str(folder / "front" / f"{flow}_{at:05}.png"), cv2.IMREAD_UNCHANGED)[..., ::-1]
+            # As the development kit of KITTI reads it; steps were rounded from floats of some 2¹⁵.
+            assert (steps[..., 2] == 1).all()
+            assert np.abs((steps[..., :2].astype(np.float64) - 2**15) / 64 - shift).max() <= (0.5 + 2**-8) / 64
+    if step > 0:
+        assert np.array_equal(channels["flow_back.U"], arrays["flow_back"][..., 0])
+        assert np.array_equal(channels["flow_back.V"], arrays["flow_back"][..., 1])
+
     # Rays by K, points by the poses: the ground is at y = 0, the car's front at z = −10.
     k = np.array(front["K"])
     v, u = np.mgrid[0 : shape[0], 0 : shape[1]]
@@ -78,6 +100,43 @@ for capture in front["captures"]:
     assert ground.sum() > 1000 and np.abs(points[ground][:, 1]).max() < 2e-3
     car = points[classes == 26]
     assert len(car) > 100 and (np.abs(car - [0, 0.75, -12]) < np.array([0.9, 0.75, 2]) + 1e-3).all()
+    # Nothing moves but the camera, which turns: where each point and each direction of the sky is in the other picture.
+    for flow, other in [("flow", 2), ("flow_back", -2)]:
+        there = [found for found in front["captures"] if found["step"] == step + other]
+        if there:
+            camera_from_world = np.linalg.inv(world_from_sensor(front, there[0]))
+            found = rays @ world_from_sensor(front, capture)[:3, :3].T @ camera_from_world[:3, :3].T
+            found[seen] = transformed(camera_from_world, points)
+            place = found @ k.T
+            expected = place[..., :2] / place[..., 2:] - np.stack([u, v], -1)
+            shift = np.load(folder / "front" / f"{flow}_{step:05}.npy")
+            # Floats of the depth buffer at 1e-5 of distances hardly count where a camera turns; those of places do.
+            assert np.abs(shift - expected).max() < 5e-3, np.abs(shift - expected).max()
+            flags = np.load(folder / "front" / f"{flow}_flags_{step:05}.npy")
+            assert (flags & 1 == 1).all() and np.array_equal(flags & 8 == 8, ~seen)
+
+    # The only thing.
+    boxes = arrays["boxes"]
+    assert len(boxes) == 1 and boxes["class"][0] == 26, boxes
+    box = boxes[0]
+    mask = arrays["instance"] == box["id"]
+    assert mask.sum() == box["pixels"] > 100
+    rows, columns = np.nonzero(mask)
+    assert box["box_visible"].tolist() == [columns.min(), rows.min(), columns.max() + 1, rows.max() + 1]
+    assert box["visible"] == 1 and box["truncated"] == 0
+    assert np.allclose(box["size"], [4, 1.8, 1.5], atol=1e-5)
+    assert np.allclose(box["world_center"], [0, 0.75, -12], atol=1e-5)
+    camera_from_world = np.linalg.inv(world_from_sensor(front, capture))
+    assert np.allclose(transformed(camera_from_world, box["world_center"]), box["center"], atol=1e-5)
+    signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+    corners = transformed(camera_from_world, box["world_center"] + signs * [0.9, 0.75, 2])
+    projected = corners @ k.T
+    projected = projected[:, :2] / projected[:, 2:] + 0.5
+    assert np.abs(projected - box["corners_uv"]).max() < 1e-3
+    # A box has no other vertices.
+    around = np.concatenate([projected.min(0), projected.max(0)])
+    assert np.abs(around - box["box_full"]).max() < 1e-3, (around, box["box_full"])
+
     # Normals of the ground, in the world's axes: up.
     normals = arrays["normal"][seen][ground] @ world_from_sensor(front, capture)[:3, :3].T
     assert np.allclose(normals, [0, 1, 0], atol=2e-3)
