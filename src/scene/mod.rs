@@ -16,6 +16,7 @@
 //! cells                     rooms and portals
 //! sensors, lenses           sensors, and classes of what they see; the lenses of cameras
 //! motion_sensors            sensors of motion, and where on Earth a scene is
+//! sensor_warnings           what sensors will not give as meant
 //! rigs                      entities from files of their own, below those that take them
 //! studio                    light and a camera for what brings none; a glTF file is a scene as well
 //! ```
@@ -52,6 +53,7 @@ mod rigs;
 mod road_warnings;
 #[cfg_attr(not(feature = "vehicles"), allow(dead_code))]
 mod roads;
+mod sensor_warnings;
 mod sensors;
 mod slips;
 mod spawn;

@@ -7,6 +7,7 @@ use super::generate;
 use super::lights;
 use super::physical;
 use super::rigs::Rigs;
+use super::sensor_warnings;
 use super::sensors;
 use super::turned_meshes::TurnedMeshes;
 use super::values::place;
@@ -70,6 +71,7 @@ pub fn spawn(scene: &Scene, items: &Items, world: &mut World) -> Spawned {
     spawner.found.warnings.extend(vehicles::warnings(spawner.world));
     spawner.found.warnings.extend(shadows_without_end(spawner.world));
     spawner.found.warnings.extend(too_many_suns(spawner.world));
+    spawner.found.warnings.extend(sensor_warnings::warnings(spawner.world));
     let Spawner { model_cameras, mut found, .. } = spawner;
     found.warnings.extend(shared_names(&found.cameras, &model_cameras));
     found.cameras.extend(model_cameras);

@@ -80,6 +80,8 @@ pub(super) fn flow(camera: &CameraSensor, map: Option<&LensMap>, from: &FlowFram
     let rows = flow.pixels.chunks_mut(width).zip(flow.flags.chunks_mut(width)).enumerate();
     let rows: Vec<_> = rows.collect();
     in_parallel(rows.into_iter(), |(v, (shifts, flags))| {
+        // Neighbours are mostly of one entity.
+        let mut last = (0, None);
         for u in 0..shifts.len() {
             let (part, range) = (from.part[v * width + u], from.range[v * width + u]);
             let at = DVec2::new(u as f64, v as f64);
@@ -88,8 +90,10 @@ pub(super) fn flow(camera: &CameraSensor, map: Option<&LensMap>, from: &FlowFram
                 // Where the projection is parallel, nothing tells where it is.
                 point(u, v, 1.0).filter(|_| has_center).map(|ahead| still.transform_vector3(ahead))
             } else {
-                let moved = moves.get(&part).copied().flatten().zip(point(u, v, range.into()));
-                moved.map(|(moved, point)| moved.transform_point3(point))
+                if last.0 != part {
+                    last = (part, moves.get(&part).copied().flatten());
+                }
+                last.1.zip(point(u, v, range.into())).map(|(moved, point)| moved.transform_point3(point))
             };
             let Some((place, found)) = place.and_then(|place| Some((place, camera.project(place)?))) else { continue };
             shifts[u] = (found - at).as_vec2().to_array();

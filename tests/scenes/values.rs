@@ -273,3 +273,22 @@ fn lights_and_objects_cast_shadows_as_the_scene_says() {
     world.flush();
     assert_eq!(marked.iter(world).count(), pieces + 2 + 2 + 1 + 2);
 }
+
+#[test]
+fn sensors_that_will_give_nothing_are_told() {
+    let sensor = "(name: \"eye\", sensor: camera(outputs: [class, panoptic, boxes]))";
+    let told = |others: &str| {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let scene = folder.path().join("scene.ron");
+        let text = format!("(meshes: {{ \"box\": cube() }}, entities: [{sensor}, {others}])");
+        std::fs::write(&scene, text).expect("written");
+        relief::scene::check(&scene, systems::Simulation::new).iter().map(ToString::to_string).collect::<Vec<_>>()
+    };
+    let plain = told("(mesh: \"box\")");
+    assert_eq!(plain.len(), 3, "{plain:?}");
+    assert!(plain[0].contains("sensor \"eye\": class: nothing in the scene has a class"), "{plain:?}");
+    assert!(plain[2].contains("sensor \"eye\": boxes: there will be none"), "{plain:?}");
+    assert_eq!(told("(mesh: \"box\", class: \"road\")").len(), 1);
+    assert_eq!(told("(mesh: \"box\", class: \"car\")"), [""; 0]);
+    assert_eq!(told("(mesh: \"box\", class: \"road\", instance: true)"), [""; 0]);
+}
