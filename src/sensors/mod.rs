@@ -56,6 +56,7 @@ mod outer_vertices;
 mod outline;
 mod pixels;
 mod ray_meshes;
+mod ray_objects;
 mod rays;
 mod resample;
 mod suite;

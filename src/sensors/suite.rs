@@ -181,6 +181,10 @@ impl SensorSuite {
         let (origin, seed) = (world.resource::<Origin>().0, world.resource::<Seed>().0);
         let Clock { step, step_seconds, .. } = *world.resource::<Clock>();
         *warnings = RayWarnings::default();
+        if due.iter().any(|due| matches!(due.sensor.kind, SensorKind::Lidar(_))) {
+            rays.update(simulation);
+            *warnings = rays.warnings();
+        }
         let mut plans = plans.iter().zip(views);
         let mut drawn = &drawn[..];
         let mut sensors: Vec<SensorCapture> = Vec::new();
@@ -209,9 +213,6 @@ impl SensorSuite {
                     SensorData::Camera(capture)
                 }
                 SensorKind::Lidar(lidar) => {
-                    // For itself alone: what is met first of what lies in one place depends on the tree.
-                    rays.update(simulation, &due.poses.map(|pose| pose.translation), lidar.range.1);
-                    *warnings = warnings.with(rays.warnings());
                     let before = step.saturating_sub(due.sensor.every.into());
                     let columns = lidar.columns_between(before, step, step_seconds);
                     let scan = lidar::scan(rays, lidar, &due.poses, columns, noise);
@@ -249,7 +250,7 @@ impl SensorSuite {
         Ok(Capture { step, nanoseconds, sensors })
     }
 
-    /// What of the last capture's rays is not as it is drawn: of each kind the most that a lidar has.
+    /// What of the last capture's rays is not as it is drawn.
     pub fn ray_warnings(&self) -> RayWarnings {
         self.warnings
     }

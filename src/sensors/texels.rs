@@ -78,6 +78,8 @@ fn stored(linear: Vec4) -> [u8; 4] {
 fn wrapped(at: f32, side: u32, wrap: Wrap) -> u32 {
     let (at, side) = (at as i64, i64::from(side));
     let inside = match wrap {
+        // Most sides are powers of two, and divisions take long.
+        Wrap::Repeat if side & (side - 1) == 0 => at & (side - 1),
         Wrap::Clamp => at.clamp(0, side - 1),
         Wrap::Repeat => at.rem_euclid(side),
         Wrap::Mirror => {
