@@ -67,11 +67,10 @@ impl BoxRay {
         let least = Vec3A::select(negative, Vec3A::splat(-LEAST_COMPONENT), Vec3A::splat(LEAST_COMPONENT));
         let direction = Vec3A::select(direction.abs().cmplt(least.abs()), least, direction);
         let back = Vec3A::select(negative, Vec3A::splat(-beside), Vec3A::splat(beside));
-        let by_axis = |[x, y, z]: [f32; 3]| [Vec4::splat(x), Vec4::splat(y), Vec4::splat(z)];
         let negative = negative.bitmask() as usize;
         Self {
-            inverse: by_axis(direction.recip().to_array()),
-            origins: [by_axis((origin + back).to_array()), by_axis((origin - back).to_array())],
+            inverse: by_axis(direction.recip()),
+            origins: [by_axis(origin + back), by_axis(origin - back)],
             first: [negative & 1, negative >> 1 & 1, negative >> 2 & 1],
         }
     }
@@ -240,6 +239,12 @@ impl BoxTree {
             };
         }
     }
+}
+
+/// For four at once.
+#[inline(always)]
+pub fn by_axis(v: Vec3A) -> [Vec4; 3] {
+    [Vec4::splat(v.x), Vec4::splat(v.y), Vec4::splat(v.z)]
 }
 
 /// Boxes below each node.

@@ -7,7 +7,7 @@
 //! Inside, lengths are multiplied by a power of two that brings the mesh to [`INNER_SIZE`]. Rays are given in these
 //! inner units.
 
-use crate::box_tree::{BoxRay, BoxTree, Open, Quality};
+use crate::box_tree::{BoxRay, BoxTree, Open, Quality, by_axis};
 use glam::{Vec3, Vec3A, Vec4};
 use obvhs::aabb::Aabb;
 
@@ -47,8 +47,8 @@ struct Triangles {
 /// A ray in inner units.
 pub struct TreeRay {
     boxes: BoxRay,
-    origin: [Vec4; 3],
-    direction: [Vec4; 3],
+    origin: Vec3A,
+    direction: Vec3A,
     /// Twice how far beside a triangle's edge the ray still meets it, times the direction's length.
     beside: f32,
 }
@@ -57,11 +57,10 @@ impl TreeRay {
     /// `beside`: how far beside a triangle the ray still meets it.
     #[inline(always)]
     pub fn new(origin: Vec3A, direction: Vec3A, beside: f32) -> Self {
-        let by_axis = |[x, y, z]: [f32; 3]| [Vec4::splat(x), Vec4::splat(y), Vec4::splat(z)];
         Self {
             boxes: BoxRay::new(origin, direction, beside),
-            origin: by_axis(origin.to_array()),
-            direction: by_axis(direction.to_array()),
+            origin,
+            direction,
             // The length is at most the components together.
             beside: 2.0 * beside * direction.abs().element_sum(),
         }
@@ -171,19 +170,22 @@ impl Triangles {
     /// the four apart again.
     #[inline(never)]
     fn meet(&self, ray: &TreeRay, near: f32, far: f32) -> MetInLeaf {
-        let [a, b, c] = self.corners.map(|corner| minus(corner, ray.origin));
+        let (origin, direction) = (by_axis(ray.origin), by_axis(ray.direction));
+        // Not by `map`, which the compiler makes a call of.
+        let [a, b, c] = &self.corners;
+        let (a, b, c) = (minus(*a, origin), minus(*b, origin), minus(*c, origin));
         let (ca, ab, bc) = (minus(c, a), minus(a, b), minus(b, c));
         let volumes = [
-            dot(cross(bc, plus(b, c)), ray.direction),
-            dot(cross(ca, plus(c, a)), ray.direction),
-            dot(cross(ab, plus(a, b)), ray.direction),
+            dot(cross(bc, plus(b, c)), direction),
+            dot(cross(ca, plus(c, a)), direction),
+            dot(cross(ab, plus(a, b)), direction),
         ];
         // A ray at a distance from an edge spans twice its product with the lengths of edge and direction.
         let [x, y, z] = volumes;
         let slack = (x + y + z).abs() * EDGE_SLACK + self.longest_edges * ray.beside;
         let is_outside = x.min(y).min(z).cmplt(-slack) & x.max(y).max(z).cmpgt(slack);
         let normal = cross(ca, ab);
-        let along = dot(normal, ray.direction);
+        let along = dot(normal, direction);
         let t = dot(normal, a) / along;
         // Not a number where the ray lies in the triangle's plane. Not before the box, or what is met would depend on
         // what was looked at before.

@@ -95,6 +95,18 @@ impl LidarScan {
         self.hit.is_empty()
     }
 
+    fn with_room(beams: usize) -> Self {
+        Self {
+            xyz: Vec::with_capacity(beams),
+            range: Vec::with_capacity(beams),
+            intensity: Vec::with_capacity(beams),
+            ring: Vec::with_capacity(beams),
+            time: Vec::with_capacity(beams),
+            entity: Vec::with_capacity(beams),
+            hit: Vec::with_capacity(beams),
+        }
+    }
+
     fn push(&mut self, beam: Return, ring: u16, time: f32) {
         let Return { xyz, range, intensity, entity, hit } = beam;
         self.xyz.push(xyz.into());
@@ -169,7 +181,7 @@ pub fn scan_on(
     let parts = columns.count.div_ceil(PART) as usize;
     let traced = map_on_pool(pool, 0..parts, |part| {
         let start = part as u64 * PART;
-        let mut scan = LidarScan::default();
+        let mut scan = LidarScan::with_room(PART as usize * rings.len());
         // What the beams of the column before met, by ring: these do so as well, more often than not.
         let (mut guesses, mut open) = (vec![None; rings.len()], Open::default());
         for i in start..(start + PART).min(columns.count) {
@@ -189,7 +201,7 @@ pub fn scan_on(
         }
         scan
     });
-    let mut whole = LidarScan::default();
+    let mut whole = LidarScan::with_room(traced.iter().map(LidarScan::len).sum());
     traced.into_iter().for_each(|part| whole.append(part));
     whole
 }

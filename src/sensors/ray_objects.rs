@@ -92,25 +92,31 @@ pub(super) struct Placed {
     pub is_gone: bool,
 }
 
-/// Where a drawn object is, exactly; read of what is met alone.
+/// Where a drawn object is, exactly; read of what is met alone: a line of a cache.
 #[derive(Clone, Copy)]
+#[repr(align(64))]
 pub(super) struct Exact {
-    /// From object to world space; the translation is of object space's origin.
-    world_from_object: DMat3,
-    translation: DVec3,
-    /// Of its box, world space, and half its extent along the world's axes.
-    middle: DVec3,
-    half: DVec3,
+    /// Rows.
+    world_from_object: [[f32; 4]; 3],
     /// Of the entity, and the slot: what lies in one place is told apart by them.
     pub entity: u32,
     pub slot: u32,
 }
 
+/// A box in world space, metres.
+#[derive(Clone, Copy)]
+pub(super) struct Bounds {
+    middle: DVec3,
+    /// Half its extent along the world's axes.
+    half: DVec3,
+}
+
 impl Placed {
     /// `None` where it has no extent, or its mesh no tree.
-    pub fn new(mesh: Arc<RayMesh>, material: Arc<RayMaterial>, drawn: &Drawn, exact: &Exact) -> Option<Self> {
+    pub fn new(mesh: Arc<RayMesh>, material: Arc<RayMaterial>, drawn: &Drawn, bounds: &Bounds) -> Option<Self> {
         let inner_from_metres = f64::from(mesh.tree.as_ref()?.inner_from_metres());
-        let &Exact { world_from_object, middle, half, .. } = exact;
+        let &Bounds { middle, half } = bounds;
+        let (world_from_object, _) = exact_place(&drawn.world_from_object);
         let inner_from_world = world_from_object.inverse() * inner_from_metres;
         // The longest side of a unit cube bounds how much the inverse stretches.
         let inner_per_metre = (0..3).map(|i| inner_from_world.col(i).length_squared()).sum::<f64>().sqrt() as f32;
@@ -162,8 +168,9 @@ impl Placed {
 
     /// What a ray meets in a triangle that is known to be met.
     pub fn meeting(&self, exact: &Exact, ray: &WorldRay, met: Met) -> Meeting {
-        let to_object = exact.translation - ray.origin;
-        let placed = |corner: Vec3| exact.world_from_object * corner.as_dvec3() + to_object;
+        let (world_from_object, translation) = exact_place(&exact.world_from_object);
+        let to_object = translation - ray.origin;
+        let placed = |corner: Vec3| world_from_object * corner.as_dvec3() + to_object;
         let [a, b, c] = self.mesh.corners(met.triangle).map(placed);
         let normal = (b - a).cross(c - a);
         let along = normal.dot(ray.direction);
@@ -180,19 +187,29 @@ impl Placed {
     }
 }
 
+/// From object to world space, and where object space's origin is.
+fn exact_place(world_from_object: &[[f32; 4]; 3]) -> (DMat3, DVec3) {
+    let rows = world_from_object.map(|[x, y, z, _]| DVec3::new(x.into(), y.into(), z.into()));
+    let translation = DVec3::from(world_from_object.map(|row| row[3].into()));
+    (DMat3::from_cols(rows[0], rows[1], rows[2]).transpose(), translation)
+}
+
 impl Exact {
+    pub fn new(drawn: &Drawn, slot: u32) -> Self {
+        Self { world_from_object: drawn.world_from_object, entity: drawn.entity, slot }
+    }
+}
+
+impl Bounds {
     /// `aabb`: of its mesh.
-    pub fn new(drawn: &Drawn, slot: u32, aabb: &systems::space::Aabb) -> Self {
-        let rows = drawn.world_from_object.map(|[x, y, z, _]| DVec3::new(x.into(), y.into(), z.into()));
-        let world_from_object = DMat3::from_cols(rows[0], rows[1], rows[2]).transpose();
-        let translation = DVec3::from(drawn.world_from_object.map(|row| row[3].into()));
-        let middle = world_from_object * aabb.center().as_dvec3() + translation;
+    pub fn new(drawn: &Drawn, aabb: &systems::space::Aabb) -> Self {
+        let (world_from_object, translation) = exact_place(&drawn.world_from_object);
         let half = (aabb.max.as_dvec3() - aabb.min.as_dvec3()) * 0.5;
-        let half = DVec3::from(rows.map(|row| row.abs().dot(half)));
-        Self { world_from_object, translation, middle, half, entity: drawn.entity, slot }
+        let sizes = DMat3::from_cols_array(&world_from_object.to_cols_array().map(f64::abs));
+        Self { middle: world_from_object * aabb.center().as_dvec3() + translation, half: sizes * half }
     }
 
-    /// Its box, world space.
+    /// A little wider, as floats.
     fn aabb(&self) -> Aabb {
         let room = BOX_ROOM + f64::from(ROUNDING) * (self.middle.abs() + self.half).max_element();
         let half = self.half + room;
@@ -215,16 +232,17 @@ pub(super) struct Objects {
 }
 
 impl Objects {
-    pub fn new(objects: impl Iterator<Item = (Option<Placed>, Exact)>, quality: Quality) -> Self {
+    pub fn new(objects: impl Iterator<Item = (Option<Placed>, Exact, Bounds)>, quality: Quality) -> Self {
         let (mut there, mut left_out) = (Vec::new(), Vec::new());
-        for (placed, exact) in objects {
+        for (placed, exact, bounds) in objects {
             match placed {
-                Some(placed) => there.push((placed, exact)),
+                Some(placed) => there.push((placed, exact, bounds.aabb())),
                 None => left_out.push(exact.slot),
             }
         }
-        let tree = BoxTree::new(there.iter().map(|(_, exact)| exact.aabb()), 1, quality);
-        let (placed, exact) = tree.order().iter().map(|&object| there[object as usize].clone()).unzip();
+        let tree = BoxTree::new(there.iter().map(|(.., aabb)| *aabb), 1, quality);
+        let in_order = tree.order().iter().map(|&object| &there[object as usize]);
+        let (placed, exact) = in_order.map(|(placed, exact, _)| (placed.clone(), *exact)).unzip();
         Self { placed, exact, tree, gone: 0, left_out }
     }
 }

@@ -13,7 +13,7 @@
 //! the material says. Masks are asked at the place that is met. A blended surface is met where its alpha is at least ½.
 
 use super::ray_meshes::{RayMaterial, RayMesh, RayMeshes};
-use super::ray_objects::{Drawn, Exact, Met, Objects, Placed, ROUNDING, WorldRay};
+use super::ray_objects::{Bounds, Drawn, Exact, Met, Objects, Placed, ROUNDING, WorldRay};
 use crate::box_tree::{BoxRay, Open, Quality};
 use glam::DVec3;
 use std::sync::Arc;
@@ -166,8 +166,9 @@ impl RayScene {
         let parts: Vec<_> = parts.collect();
         let made = map_in_parallel(parts.chunks(OBJECTS_PER_TASK), |parts| {
             let object = |(slot, drawn, mesh, material): &(u32, Drawn, Arc<RayMesh>, Arc<RayMaterial>)| {
-                let exact = Exact::new(drawn, *slot, &mesh.aabb);
-                (Placed::new(mesh.clone(), material.clone(), drawn, &exact), exact)
+                let bounds = Bounds::new(drawn, &mesh.aabb);
+                let placed = Placed::new(mesh.clone(), material.clone(), drawn, &bounds);
+                (placed, Exact::new(drawn, *slot), bounds)
             };
             parts.iter().map(object).collect::<Vec<_>>()
         });
