@@ -97,6 +97,8 @@ pub enum Quality {
     Fast,
     /// It is kept.
     Good,
+    /// It is kept, and most of the time goes into it.
+    Best,
 }
 
 /// As obvhs wants them.
@@ -117,7 +119,8 @@ impl BoxTree {
         }
         let params = match quality {
             Quality::Fast => BvhBuildParams::fastest_build(),
-            Quality::Good => BvhBuildParams { reinsertion_batch_ratio: 0.3, ..BvhBuildParams::slow_build() },
+            Quality::Good => BvhBuildParams::medium_build(),
+            Quality::Best => BvhBuildParams::very_slow_build(),
         };
         // As obvhs's own functions do it, but for the checks that panic in debug builds.
         let mut binary = PlocBuilder::with_capacity(boxes.len()).build(

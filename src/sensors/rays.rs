@@ -149,7 +149,7 @@ impl RayScene {
                 |slot: &u32| self.drawn[*slot as usize].is_some() && (is_new || changed.binary_search(slot).is_err());
             let standing: Vec<u32> = slots().filter(stands).collect();
             others.retain(|slot| !stands(slot));
-            let standing = self.make(library, &standing, Quality::Good);
+            let standing = self.make(library, &standing, Quality::Best);
             self.places.fill(NOWHERE);
             (0..).zip(&standing.exact).for_each(|(place, exact)| self.places[exact.slot as usize] = place);
             standing.left_out.iter().for_each(|&slot| self.places[slot as usize] = LEFT_OUT);
