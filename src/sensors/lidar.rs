@@ -162,8 +162,7 @@ impl Fired {
 }
 
 /// Fires columns. `poses`: where the sensor is when their interval begins and ends; the first counts for lidars that
-/// [sweep](LidarSensor::sweep) alone. The scene is to be up to date around both, as far as the lidar reaches, and the
-/// sensor without [faults](LidarSensor::check).
+/// [sweep](LidarSensor::sweep) alone. The sensor is to be without [faults](LidarSensor::check).
 pub fn scan(rays: &RayScene, lidar: &LidarSensor, poses: &[Pose; 2], columns: Columns, noise: Noise) -> LidarScan {
     scan_on(ComputeTaskPool::get(), rays, lidar, poses, columns, noise)
 }
@@ -182,7 +181,8 @@ pub fn scan_on(
     let traced = map_on_pool(pool, 0..parts, |part| {
         let start = part as u64 * PART;
         let mut scan = LidarScan::with_room(PART as usize * rings.len());
-        // What the beams of the column before met, by ring: these do so as well, more often than not.
+        // What the beams of the column before met, by ring: these do so as well, more often than not. It saves time, and
+        // changes nothing.
         let (mut guesses, mut open) = (vec![None; rings.len()], Open::default());
         for i in start..(start + PART).min(columns.count) {
             let pose = Pose::of_column(poses, lidar, &columns, i);

@@ -68,11 +68,12 @@ pub struct RayScene {
     records: Vec<InstanceRecord>,
     /// By slot: which of the standing objects that is, or [`NOWHERE`], or [`LEFT_OUT`].
     places: Vec<u32>,
-    /// What has not changed since its tree was made, and what has: `SETS`.
     objects: [Objects; 2],
 }
 
+/// Of the objects: what has not changed since its tree was made.
 const STANDING: usize = 0;
+/// Of the objects: what has.
 const CHANGED: usize = 1;
 
 /// Of a slot: its object is not among those that stand.
@@ -80,7 +81,7 @@ const NOWHERE: u32 = u32::MAX;
 /// Of a slot: it would be, but no ray meets it.
 const LEFT_OUT: u32 = u32::MAX - 1;
 
-/// An object, in one of the trees.
+/// An object in one of the trees: what a ray may meet.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) struct Guess {
     set: usize,
