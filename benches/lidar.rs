@@ -3,7 +3,8 @@
 //!
 //! `wall/…` is the time that passes, `cpu/…` that of all threads together, which other programs do not lengthen.
 //! `nothing` is the same scan where there is nothing to meet: what a beam costs beside its rays. `meshes` makes all
-//! trees; `update` is what each capture costs before its first beam where nothing has moved, `moved` where vehicles have.
+//! trees; `update` is what each capture costs before its first beam where nothing has moved, `moved` where vehicles
+//! have.
 //!
 //! `cargo bench --bench lidar -- cpu/town` runs a part of it.
 

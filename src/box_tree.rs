@@ -189,8 +189,8 @@ impl BoxTree {
         &self.order
     }
 
-    /// Calls with the leaves whose boxes a ray meets up to `far`, nearer ones first by and large: a leaf's number, where
-    /// the ray enters its box, and the end of the ray. What is returned is the end from then on.
+    /// Calls with the leaves whose boxes a ray meets up to `far`, nearer ones first by and large: a leaf's number,
+    /// where the ray enters its box, and the end of the ray. What is returned is the end from then on.
     #[inline(always)]
     pub fn traverse(
         &self,

@@ -166,8 +166,8 @@ impl Triangles {
         }
     }
 
-    /// What a ray meets of them up to `far`. `near`: where it enters the leaf's box. Not inline, where the compiler takes
-    /// the four apart again.
+    /// What a ray meets of them up to `far`. `near`: where it enters the leaf's box. Not inline, where the compiler
+    /// takes the four apart again.
     #[inline(never)]
     fn meet(&self, ray: &TreeRay, near: f32, far: f32) -> MetInLeaf {
         let (origin, direction) = (by_axis(ray.origin), by_axis(ray.direction));

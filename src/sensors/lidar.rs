@@ -181,8 +181,8 @@ pub fn scan_on(
     let traced = map_on_pool(pool, 0..parts, |part| {
         let start = part as u64 * PART;
         let mut scan = LidarScan::with_room(PART as usize * rings.len());
-        // What the beams of the column before met, by ring: these do so as well, more often than not. It saves time, and
-        // changes nothing.
+        // What the beams of the column before met, by ring: these do so as well, more often than not. It saves time,
+        // and changes nothing.
         let (mut guesses, mut open) = (vec![None; rings.len()], Open::default());
         for i in start..(start + PART).min(columns.count) {
             let pose = Pose::of_column(poses, lidar, &columns, i);

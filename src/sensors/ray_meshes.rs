@@ -103,7 +103,8 @@ pub struct RayMeshes {
 }
 
 impl RayMeshes {
-    /// Forgets what has changed, and makes the trees of those meshes that are new. Says whether materials may be others.
+    /// Forgets what has changed, and makes the trees of those meshes that are new. Says whether materials may have
+    /// changed.
     pub fn update(&mut self, library: &Library, needed: &BTreeSet<MeshId>) -> bool {
         let revisions = library.revisions();
         self.meshes.retain(|&id, (edits, _)| library.mesh_edits(id) == Some(*edits));

@@ -2,8 +2,8 @@
 //!
 //! Two levels of trees: over the boxes of objects, and one for each mesh. Objects are in two trees: one of those that
 //! stand, which is kept, and one of those that have changed since it was made, which is small and made anew. A ray goes
-//! through both. Of what is equally near, the entity of the lower index is met, and of its pieces that in the lower slot:
-//! so what is met does not depend on which object is in which tree, nor on where the search begins.
+//! through both. Of what is equally near, the entity of the lower index is met, and of its pieces that in the lower
+//! slot: so what is met does not depend on which object is in which tree, nor on where the search begins.
 //!
 //! A ray is brought into an object's own coordinates, begins where it comes near the object, and is scaled to the units
 //! of the mesh's tree. Differences of places are taken in double precision, so that objects and sensors may be far from
