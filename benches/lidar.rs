@@ -2,8 +2,9 @@
 //! one thread and on two.
 //!
 //! `wall/…` is the time that passes, `cpu/…` that of all threads together, which other programs do not lengthen.
-//! `nothing` is the same scan where there is nothing to meet: what a beam costs beside its rays. `meshes` makes the
-//! trees of all meshes within range; `update` is what each capture costs before its first beam, with these trees kept.
+//! `nothing` is the same scan where there is nothing to meet: what a beam costs beside its rays. `meshes` makes all
+//! trees; `update` is what each capture costs before its first beam where nothing has moved, `moved` where vehicles
+//! have.
 //!
 //! `cargo bench --bench lidar -- cpu/town` runs a part of it.
 
@@ -12,10 +13,11 @@ mod common;
 use bevy_tasks::TaskPoolBuilder;
 use common::CpuTime;
 use criterion::measurement::Measurement;
-use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec3;
 use relief::scene;
 use relief::sensors::{Pose, RayScene, lidar};
+use std::cell::RefCell;
 use std::path::Path;
 use std::time::Duration;
 use systems::Simulation;
@@ -36,10 +38,10 @@ fn town() -> Simulation {
 fn beams<M: Measurement>(criterion: &mut Criterion<M>, time: &str) {
     let town = town();
     let sensor = LidarSensor { beams: Beams::Os1With128, columns: 1024, range: (0.5, 120.0), ..LidarSensor::default() };
-    let (columns, range) = (sensor.revolution(), sensor.range.1);
+    let columns = sensor.revolution();
     let poses = [Pose { translation: PLACE, ..Pose::default() }; 2];
     let mut rays = RayScene::default();
-    rays.update(&town, &[PLACE], range);
+    rays.update(&town);
     let scan = lidar::scan(&rays, &sensor, &poses, columns, Noise::new(0, 0, 0));
     let hits = scan.hit.iter().filter(|&&hit| hit == 1).count();
     println!("{} objects, {hits} of {} beams met something, {:?}", rays.objects(), scan.len(), rays.warnings());
@@ -56,9 +58,15 @@ fn beams<M: Measurement>(criterion: &mut Criterion<M>, time: &str) {
         }
     }
     group.sample_size(10);
-    group.bench_function("update", |bencher| bencher.iter(|| rays.update(&town, &[PLACE], range)));
-    group.bench_function("meshes", |bencher| {
-        bencher.iter(|| RayScene::default().update(&town, &[PLACE], range));
+    group.bench_function("update", |bencher| bencher.iter(|| rays.update(&town)));
+    group.bench_function("meshes", |bencher| bencher.iter(|| RayScene::default().update(&town)));
+    let town = RefCell::new(town);
+    let step = || {
+        town.borrow_mut().step();
+        town.borrow_mut().frame();
+    };
+    group.bench_function("moved", |bencher| {
+        bencher.iter_batched(step, |()| rays.update(&town.borrow()), BatchSize::PerIteration);
     });
 }
 

@@ -22,7 +22,7 @@
 //! gallery   a scene once for each of its mesh variants               maps     the map tools
 //! shadow_error  a scene against traced shadows                       traced   rays from what a picture shows to lights
 //! technique_error   every bump technique against real geometry       bench    what many objects cost
-//! sensors   cameras and lidars as sensors, captured together           triangle_tree   meshes as rays meet them
+//! sensors   cameras and lidars as sensors, captured together           box_tree, triangle_tree   what rays meet
 //! viewpoint what is looked through                                     problem, name, output, video, demo  shared
 //! ```
 //!
@@ -41,6 +41,7 @@ pub mod animation;
 pub mod app;
 #[cfg(feature = "tools")]
 pub mod bench;
+mod box_tree;
 pub mod check;
 pub mod compare;
 pub mod demo;

@@ -1,20 +1,15 @@
-//! Triangles as rays meet them: a compressed wide BVH (obvhs) that no ray slips through.
+//! Triangles as rays meet them: a tree of boxes that no ray slips through.
 //!
-//! The boxes are a little larger than the triangles, to make up for the rounding in obvhs's box test. A triangle is
-//! tested by the volumes that the ray spans with its edges, which two triangles compute of a common edge from the same
-//! numbers in the same way (Plücker coordinates, as Embree's robust mode does it).
+//! A triangle is tested by the volumes that the ray spans with its edges, which two triangles compute of a common edge
+//! from the same numbers in the same way (Plücker coordinates, as Embree's robust mode does it). The boxes are a little
+//! larger than the triangles, to make up for rounding.
 //!
-//! Inside, lengths are multiplied by a power of two that brings the mesh to [`INNER_SIZE`]: obvhs leaves out what is
-//! nearer than 0.0001 to the origin of a ray, whatever the unit. Rays are given in these inner units.
+//! Inside, lengths are multiplied by a power of two that brings the mesh to [`INNER_SIZE`]. Rays are given in these
+//! inner units.
 
-use glam::{Vec3, Vec3A};
+use crate::box_tree::{BoxRay, BoxTree, Open, Quality, by_axis};
+use glam::{Vec3, Vec3A, Vec4};
 use obvhs::aabb::Aabb;
-use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
-use obvhs::cwbvh::CwBvh;
-use obvhs::cwbvh::bvh2_to_cwbvh::bvh2_to_cwbvh;
-use obvhs::ploc::PlocBuilder;
-use obvhs::ray::{Ray, RayHit};
-use obvhs::{Boundable, BvhBuildParams};
 
 /// The largest coordinate in inner units is above half of this, and at most this.
 pub const INNER_SIZE: f32 = 1024.0;
@@ -22,11 +17,8 @@ pub const INNER_SIZE: f32 = 1024.0;
 const PADDING: f32 = 1.0 / (1 << 16) as f32;
 /// How far outside a triangle, as a share of its size, a ray still meets it.
 const EDGE_SLACK: f32 = 1.0 / (1 << 22) as f32;
-/// obvhs's traversal stack has 32 places, and goes wrong silently beyond.
-const MAX_DEPTH: usize = 30;
-
-/// So many triangles are tested without the BVH, which takes longer.
-const FEW: usize = 4;
+/// Triangles of a leaf, which are tested at once.
+const GROUP: usize = 4;
 
 /// Why there is no tree over some triangles.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -35,30 +27,43 @@ pub enum Unfit {
     Empty,
     /// Their largest coordinate is beyond what floats can be scaled by.
     Size(f32),
-    /// They are distributed too unevenly: the tree would be too deep.
-    Uneven,
 }
 
-/// Triangles in a BVH.
+/// Triangles in a tree.
 pub struct TriangleTree {
-    bvh: CwBvh,
-    /// In the order of the BVH's leaves.
-    triangles: Vec<Triangle>,
+    tree: BoxTree,
+    /// Of each leaf.
+    triangles: Vec<Triangles>,
     inner_from_metres: f32,
 }
 
-/// In inner units.
-struct Triangle {
-    corners: [Vec3A; 3],
-    longest_edge: f32,
+/// Those of a leaf, in inner units. No ray meets those that are not numbers.
+struct Triangles {
+    /// By corner and axis.
+    corners: [[Vec4; 3]; 3],
+    longest_edges: Vec4,
 }
 
-/// A box while a BVH is built.
-pub struct Padded(pub Aabb);
+/// A ray in inner units.
+pub struct TreeRay {
+    boxes: BoxRay,
+    origin: Vec3A,
+    direction: Vec3A,
+    /// Twice how far beside a triangle's edge the ray still meets it, times the direction's length.
+    beside: f32,
+}
 
-impl Boundable for Padded {
-    fn aabb(&self) -> Aabb {
-        self.0
+impl TreeRay {
+    /// `beside`: how far beside a triangle the ray still meets it.
+    #[inline(always)]
+    pub fn new(origin: Vec3A, direction: Vec3A, beside: f32) -> Self {
+        Self {
+            boxes: BoxRay::new(origin, direction, beside),
+            origin,
+            direction,
+            // The length is at most the components together.
+            beside: 2.0 * beside * direction.abs().element_sum(),
+        }
     }
 }
 
@@ -100,11 +105,12 @@ impl TriangleTree {
         let padding = Vec3A::splat(PADDING * INNER_SIZE);
         let inner = corners.map(|corners| corners.map(|corner| Vec3A::from(corner) * inner_from_metres));
         let inner: Vec<[Vec3A; 3]> = inner.collect();
-        let boxed = |&[a, b, c]: &[Vec3A; 3]| Padded(Aabb::new(a.min(b).min(c) - padding, a.max(b).max(c) + padding));
-        let bvh = build(&inner.iter().map(boxed).collect::<Vec<_>>(), BvhBuildParams::medium_build());
-        let bvh = bvh.ok_or(Unfit::Uneven)?;
-        let triangles = bvh.primitive_indices.iter().map(|&triangle| Triangle::new(inner[triangle as usize]));
-        Ok(Self { triangles: triangles.collect(), bvh, inner_from_metres })
+        let boxed = |&[a, b, c]: &[Vec3A; 3]| Aabb::new(a.min(b).min(c) - padding, a.max(b).max(c) + padding);
+        let tree = BoxTree::new(inner.iter().map(boxed), GROUP, Quality::Good);
+        let leaves = tree.order().as_chunks::<GROUP>().0.iter();
+        let of_leaf = |leaf: &[u32; GROUP]| leaf.map(|i| inner.get(i as usize).copied().unwrap_or([Vec3A::NAN; 3]));
+        let triangles = leaves.map(|leaf| Triangles::new(of_leaf(leaf))).collect();
+        Ok(Self { tree, triangles, inner_from_metres })
     }
 
     /// Times metres: inner units. A power of two.
@@ -112,89 +118,111 @@ impl TriangleTree {
         self.inner_from_metres
     }
 
-    /// The nearest triangle that a ray meets, of those that `accept` takes. `beyond`: how far beside a triangle a ray
-    /// still meets it, inner units; no more than the boxes' room is of use.
-    #[inline]
-    pub fn nearest(&self, ray: Ray, beyond: f32, mut accept: impl FnMut(u32, &Met) -> bool) -> Option<(u32, Met)> {
-        let mut nearest = None;
-        let mut meet = |ray: &Ray, place: usize| {
-            let Some(met) = self.triangles[place].intersect(ray, beyond) else { return f32::INFINITY };
-            let triangle = self.bvh.primitive_indices[place];
-            if met.t >= ray.tmax || !accept(triangle, &met) {
-                return f32::INFINITY;
+    /// The nearest triangle that a ray meets up to `far`, of those that `accept` takes; of equally near ones the first.
+    /// `open`: room for its search, in which may be something already.
+    #[inline(always)]
+    pub fn nearest(
+        &self,
+        ray: &TreeRay,
+        far: f32,
+        open: &mut Open,
+        mut accept: impl FnMut(u32, &Met) -> bool,
+    ) -> Option<(u32, Met)> {
+        let mut nearest: Option<(u32, Met)> = None;
+        self.tree.traverse(&ray.boxes, far, open, |leaf, [near, mut far], _| {
+            let all = self.triangles[leaf].meet(ray, near, far);
+            for i in (0..GROUP).filter(|&i| all.t[i] < f32::INFINITY) {
+                let (triangle, met) = (self.tree.order()[leaf * GROUP + i], all.met(i));
+                let is_first = nearest.is_none_or(|(first, known)| (met.t, triangle) < (known.t, first));
+                if is_first && accept(triangle, &met) {
+                    nearest = Some((triangle, met));
+                    far = met.t;
+                }
             }
-            nearest = Some((triangle, met));
-            met.t
-        };
-        if self.triangles.len() > FEW {
-            self.bvh.ray_traverse(ray, &mut RayHit::none(), meet);
-        } else {
-            let mut ray = ray;
-            (0..self.triangles.len()).for_each(|place| ray.tmax = ray.tmax.min(meet(&ray, place)));
-        }
+            far
+        });
         nearest
     }
 
-    /// Whether a ray meets anything, from either side.
-    pub fn is_hit(&self, ray: Ray) -> bool {
-        let meets =
-            |ray: &Ray, place: usize| self.triangles[place].intersect(ray, 0.0).map_or(f32::INFINITY, |met| met.t);
-        !self.bvh.ray_traverse_miss(ray, meets)
+    /// Whether a ray meets anything up to `far`, from either side.
+    pub fn is_hit(&self, ray: &TreeRay, far: f32) -> bool {
+        let mut is_hit = false;
+        self.tree.traverse(&ray.boxes, far, &mut Open::default(), |leaf, [near, far], _| {
+            is_hit |= self.triangles[leaf].meet(ray, near, far).t.iter().any(|t| *t < f32::INFINITY);
+            // Nothing is nearer than that.
+            if is_hit { f32::NEG_INFINITY } else { far }
+        });
+        is_hit
     }
 }
 
-/// As obvhs's `build_cwbvh`, but for the checks that panic in debug builds. `None`: too deep to traverse.
-pub fn build(boxes: &[Padded], build: BvhBuildParams) -> Option<CwBvh> {
-    let order = (0..boxes.len() as u32).collect();
-    let mut bvh = PlocBuilder::with_capacity(boxes.len()).build(
-        build.ploc_search_distance,
-        boxes,
-        order,
-        build.sort_precision,
-        build.search_depth_threshold,
-    );
-    ReinsertionOptimizer::default().run(&mut bvh, build.reinsertion_batch_ratio, None);
-    let bvh = bvh2_to_cwbvh(&bvh, build.max_prims_per_leaf.clamp(1, 3), true, false);
-    (depth(&bvh) <= MAX_DEPTH).then_some(bvh)
-}
-
-/// Levels of nodes.
-fn depth(bvh: &CwBvh) -> usize {
-    let mut deepest = 0;
-    let mut open = vec![(0usize, 1)];
-    while let Some((index, depth)) = open.pop() {
-        let Some(node) = bvh.nodes.get(index) else { continue };
-        deepest = deepest.max(depth);
-        let inner = (0..8).filter(|&child| !node.is_child_empty(child) && !node.is_leaf(child));
-        open.extend(inner.map(|child| (node.child_node_index(child) as usize, depth + 1)));
-    }
-    deepest
-}
-
-impl Triangle {
-    fn new([a, b, c]: [Vec3A; 3]) -> Self {
-        let longest_edge = (a - b).length().max((b - c).length()).max((c - a).length());
-        Self { corners: [a, b, c], longest_edge }
-    }
-
-    #[inline(always)]
-    fn intersect(&self, ray: &Ray, beyond: f32) -> Option<Met> {
-        let [a, b, c] = self.corners.map(|corner| corner - ray.origin);
-        let (ca, ab, bc) = (c - a, a - b, b - c);
-        let volumes = Vec3A::new(
-            bc.cross(b + c).dot(ray.direction),
-            ca.cross(c + a).dot(ray.direction),
-            ab.cross(a + b).dot(ray.direction),
-        );
-        // A ray at a distance from an edge spans twice its product with the edge's length; directions are shorter than 2√3.
-        let slack = EDGE_SLACK * (volumes.x + volumes.y + volumes.z).abs() + 7.0 * beyond * self.longest_edge;
-        if volumes.min_element() < -slack && volumes.max_element() > slack {
-            return None;
+impl Triangles {
+    fn new(triangles: [[Vec3A; 3]; GROUP]) -> Self {
+        let by_axis = |corner: usize, axis: usize| Vec4::from_array(triangles.map(|corners| corners[corner][axis]));
+        let edges = triangles.map(|[a, b, c]| (a - b).length().max((b - c).length()).max((c - a).length()));
+        Self {
+            corners: [0, 1, 2].map(|corner| [0, 1, 2].map(|axis| by_axis(corner, axis))),
+            longest_edges: edges.into(),
         }
-        let normal = ca.cross(ab);
-        let along = normal.dot(ray.direction);
-        let t = normal.dot(a) / along;
-        // Not a number where the ray lies in the triangle's plane.
-        (t >= ray.tmin && t <= ray.tmax).then_some(Met { t, along, volumes })
     }
+
+    /// What a ray meets of them up to `far`. `near`: where it enters the leaf's box. Not inline, where the compiler
+    /// takes the four apart again.
+    #[inline(never)]
+    fn meet(&self, ray: &TreeRay, near: f32, far: f32) -> MetInLeaf {
+        let (origin, direction) = (by_axis(ray.origin), by_axis(ray.direction));
+        // Not by `map`, which the compiler makes a call of.
+        let [a, b, c] = &self.corners;
+        let (a, b, c) = (minus(*a, origin), minus(*b, origin), minus(*c, origin));
+        let (ca, ab, bc) = (minus(c, a), minus(a, b), minus(b, c));
+        let volumes = [
+            dot(cross(bc, plus(b, c)), direction),
+            dot(cross(ca, plus(c, a)), direction),
+            dot(cross(ab, plus(a, b)), direction),
+        ];
+        // A ray at a distance from an edge spans twice its product with the lengths of edge and direction.
+        let [x, y, z] = volumes;
+        let slack = (x + y + z).abs() * EDGE_SLACK + self.longest_edges * ray.beside;
+        let is_outside = x.min(y).min(z).cmplt(-slack) & x.max(y).max(z).cmpgt(slack);
+        let normal = cross(ca, ab);
+        let along = dot(normal, direction);
+        let t = dot(normal, a) / along;
+        // Not a number where the ray lies in the triangle's plane. Not before the box, or what is met would depend on
+        // what was looked at before.
+        let is_there = t.cmpge(Vec4::ZERO) & t.cmple(Vec4::splat(far));
+        let is_met = is_there & !is_outside;
+        MetInLeaf { t: Vec4::select(is_met, t.max(Vec4::splat(near)), Vec4::INFINITY).to_array(), along, volumes }
+    }
+}
+
+/// What a ray meets of a leaf's triangles.
+struct MetInLeaf {
+    /// Infinity where it meets none.
+    t: [f32; GROUP],
+    along: Vec4,
+    volumes: [Vec4; 3],
+}
+
+impl MetInLeaf {
+    fn met(&self, i: usize) -> Met {
+        let [x, y, z] = self.volumes;
+        Met { t: self.t[i], along: self.along[i], volumes: Vec3A::new(x[i], y[i], z[i]) }
+    }
+}
+
+fn minus(a: [Vec4; 3], b: [Vec4; 3]) -> [Vec4; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+fn plus(a: [Vec4; 3], b: [Vec4; 3]) -> [Vec4; 3] {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+
+/// As glam's: what two triangles compute of an edge from either end differs in its sign alone.
+fn cross(a: [Vec4; 3], b: [Vec4; 3]) -> [Vec4; 3] {
+    [a[1] * b[2] - b[1] * a[2], a[2] * b[0] - b[2] * a[0], a[0] * b[1] - b[0] * a[1]]
+}
+
+fn dot(a: [Vec4; 3], b: [Vec4; 3]) -> Vec4 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }

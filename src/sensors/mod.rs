@@ -74,6 +74,7 @@ mod outline;
 pub mod pictures;
 mod pixels;
 mod ray_meshes;
+mod ray_objects;
 mod rays;
 mod records;
 mod resample;

@@ -103,11 +103,13 @@ pub struct RayMeshes {
 }
 
 impl RayMeshes {
-    /// Forgets what has changed, and makes the trees of those meshes that are new.
-    pub fn update(&mut self, library: &Library, needed: &BTreeSet<MeshId>) {
+    /// Forgets what has changed, and makes the trees of those meshes that are new. Says whether materials may have
+    /// changed.
+    pub fn update(&mut self, library: &Library, needed: &BTreeSet<MeshId>) -> bool {
         let revisions = library.revisions();
         self.meshes.retain(|&id, (edits, _)| library.mesh_edits(id) == Some(*edits));
-        if (revisions.materials, revisions.images) != (self.seen.materials, self.seen.images) {
+        let other_materials = (revisions.materials, revisions.images) != (self.seen.materials, self.seen.images);
+        if other_materials {
             self.materials.clear();
             self.textures.retain(|&id, (revision, _)| library.image_revision(id) == Some(*revision));
         }
@@ -118,6 +120,7 @@ impl RayMeshes {
             Some((id, (edits, Arc::new(RayMesh::new(&entry.mesh, entry.aabb)))))
         });
         self.meshes.extend(made.into_iter().flatten());
+        other_materials
     }
 
     /// A mesh that was needed.

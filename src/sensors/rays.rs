@@ -1,35 +1,34 @@
 //! What a world draws, as rays meet it.
 //!
-//! Two levels of trees: one over the boxes of the objects within range, made anew for each capture, and one for each
-//! mesh, which is kept. A ray is brought into an object's own coordinates, begins where it comes near the object, and
-//! is scaled to the units of the mesh's tree. Differences of places are taken in double precision, so that objects and
-//! sensors may be far from the world's origin. Where a ray met something is computed once more in double precision.
+//! Two levels of trees: over the boxes of objects, and one for each mesh. Objects are in two trees: one of those that
+//! stand, which is kept, and one of those that have changed since it was made, which is small and made anew. A ray goes
+//! through both. Of what is equally near, the entity of the lower index is met, and of its pieces that in the lower
+//! slot: so what is met does not depend on which object is in which tree, nor on where the search begins.
+//!
+//! A ray is brought into an object's own coordinates, begins where it comes near the object, and is scaled to the units
+//! of the mesh's tree. Differences of places are taken in double precision, so that objects and sensors may be far from
+//! the world's origin. Where a ray met something is computed once more in double precision.
 //!
 //! Met are the triangles of meshes without levels of detail and without displaced heights: both sides or the front, as
 //! the material says. Masks are asked at the place that is met. A blended surface is met where its alpha is at least ½.
 
 use super::ray_meshes::{RayMaterial, RayMesh, RayMeshes};
-use crate::triangle_tree::{INNER_SIZE, Padded, TriangleTree, build};
-use glam::{DMat3, DVec3, Mat3A, Vec3, Vec3A};
-use obvhs::BvhBuildParams;
-use obvhs::aabb::Aabb;
-use obvhs::cwbvh::CwBvh;
-use obvhs::ray::{Ray, RayHit};
+use super::ray_objects::{Bounds, Drawn, Exact, Met, Objects, Placed, ROUNDING, WorldRay};
+use crate::box_tree::{BoxRay, Open, Quality};
+use glam::DVec3;
 use std::sync::Arc;
 use systems::Simulation;
-use systems::assets::AlphaMode;
-use systems::draw::{BatchKey, InstanceRecord};
+use systems::assets::Library;
+use systems::draw::InstanceRecord;
 use systems::ecs::parallel::map_in_parallel;
 use systems::ecs::tables::Records;
 
-/// Of a distance, how far off a place may be that was computed with floats from it: the difference, its move along the
-/// ray and its sum round by 2⁻²⁴ each, along three axes.
-const ROUNDING: f32 = 1.0 / (1 << 22) as f32;
-/// Metres that the boxes of objects are wider than these, beside [`ROUNDING`].
-const BOX_ROOM: f64 = 1e-5;
-
-/// Objects whose places a thread looks at, at a time.
+/// Objects that a thread places at a time.
 const OBJECTS_PER_TASK: usize = 2048;
+/// Objects that have changed may stand again in the tree that is made anew: so many, and of all that stand this share,
+/// before both trees are.
+const MOST_RESTING: usize = 256;
+const MOST_RESTING_SHARE: usize = 16;
 
 /// Where a ray meets something.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -56,222 +55,203 @@ pub struct RayWarnings {
     pub left_out: usize,
 }
 
-impl RayWarnings {
-    /// Of each kind the more of these and others.
-    pub(super) fn with(self, other: Self) -> Self {
-        Self {
-            solid_masks: self.solid_masks.max(other.solid_masks),
-            plain_maps: self.plain_maps.max(other.plain_maps),
-            left_out: self.left_out.max(other.left_out),
-        }
-    }
-}
-
 /// What a world's last frame draws, ready for rays.
 #[derive(Default)]
 pub struct RayScene {
     meshes: RayMeshes,
-    /// In the order of the tree's leaves.
-    placed: Vec<Placed>,
-    /// Where these are, read for what is met alone.
-    exact: Vec<Exact>,
-    /// `None` where there is nothing.
-    tree: Option<CwBvh>,
-    /// What the boxes of the tree count from, world space.
-    centre: DVec3,
-    warnings: RayWarnings,
+    /// Whose they are: [`DrawList::world`](systems::draw::DrawList::world).
+    world: Option<u64>,
+    /// By slot; `None` where nothing is drawn.
+    drawn: Vec<Option<Drawn>>,
+    /// Room for the next update: what was drawn before that, and records.
+    before: Vec<Option<Drawn>>,
+    records: Vec<InstanceRecord>,
+    /// By slot: which of the standing objects that is, or [`NOWHERE`], or [`LEFT_OUT`].
+    places: Vec<u32>,
+    objects: [Objects; 2],
 }
 
-/// A drawn object, as rays look for it.
-#[derive(Clone)]
-struct Placed {
-    mesh: Arc<RayMesh>,
-    material: Arc<RayMaterial>,
-    double_sided: bool,
-    /// The middle of its box, world space, metres, and in the units of the mesh's tree.
-    middle: DVec3,
-    inner_middle: Vec3A,
-    /// Directions to the units of the mesh's tree.
-    inner_from_world: Mat3A,
-    /// The most units of the tree in a metre.
-    inner_per_metre: f32,
-    /// No part of it is further from its middle, metres.
-    radius: f32,
-    /// Metres by which the mesh's own coordinates round, beside those of rays.
-    rounding: f32,
+/// Of the objects: what has not changed since its tree was made.
+const STANDING: usize = 0;
+/// Of the objects: what has.
+const CHANGED: usize = 1;
+
+/// Of a slot: its object is not among those that stand.
+const NOWHERE: u32 = u32::MAX;
+/// Of a slot: it would be, but no ray meets it.
+const LEFT_OUT: u32 = u32::MAX - 1;
+
+/// An object in one of the trees: what a ray may meet.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) struct Guess {
+    set: usize,
+    place: usize,
 }
 
-/// Where a drawn object is, exactly.
+/// Where a ray meets something.
 #[derive(Clone, Copy)]
-struct Exact {
-    /// From object to world space; the translation is of object space's origin.
-    world_from_object: DMat3,
-    translation: DVec3,
-    /// Of its box, world space, and half its extent along the world's axes.
-    middle: DVec3,
-    half: DVec3,
-    entity: u32,
+pub(super) struct Found {
+    pub guess: Guess,
+    met: Met,
 }
 
-impl Placed {
-    /// `None` where it has no extent, or its mesh no tree.
-    fn new(mesh: Arc<RayMesh>, material: Arc<RayMaterial>, double_sided: bool, exact: &Exact) -> Option<Self> {
-        let inner_from_metres = f64::from(mesh.tree.as_ref()?.inner_from_metres());
-        let &Exact { world_from_object, middle, half, .. } = exact;
-        let inner_from_world = world_from_object.inverse() * inner_from_metres;
-        // The longest side of a unit cube bounds how much the inverse stretches.
-        let inner_per_metre = (0..3).map(|i| inner_from_world.col(i).length_squared()).sum::<f64>().sqrt() as f32;
-        let object_from_inner = 1.0 / inner_from_metres;
-        let largest = (0..3).map(|i| world_from_object.col(i).length_squared()).sum::<f64>().sqrt()
-            * f64::from(INNER_SIZE)
-            * object_from_inner;
-        (inner_per_metre.is_normal() && middle.is_finite() && largest.is_finite()).then(|| Self {
-            inner_middle: Vec3A::from(mesh.aabb.center()) * inner_from_metres as f32,
-            inner_from_world: Mat3A::from(inner_from_world.as_mat3()),
-            inner_per_metre,
-            // A little more, so that no corner lies before where rays begin.
-            radius: 1.01 * half.length() as f32,
-            rounding: ROUNDING * largest as f32,
-            mesh,
-            material,
-            double_sided,
-            middle,
-        })
-    }
-
-    /// The nearest triangle that a ray meets from `near` to `far` metres, with the corners' weights and the distance.
-    #[inline]
-    fn nearest(&self, origin: DVec3, direction: Vec3A, near: f32, far: f32) -> Option<(u32, Vec3, f32)> {
-        let tree: &TriangleTree = self.mesh.tree.as_ref()?;
-        let from_middle = (origin - self.middle).as_vec3a();
-        // Begin where the ray comes near, so that coordinates are no larger than the object.
-        let skipped = (-from_middle.dot(direction) - self.radius).max(near);
-        if skipped >= far {
-            return None;
-        }
-        let start = self.inner_middle + self.inner_from_world * (from_middle + direction * skipped);
-        let along = self.inner_from_world * direction;
-        // obvhs takes components below 1e-7 for that: scaled by a power of two, the largest is from 1 to 2.
-        let scale = f32::from_bits(along.abs().max_element().to_bits() & 0x7F80_0000);
-        let beyond = (ROUNDING * (from_middle.length() + self.radius) + self.rounding) * self.inner_per_metre;
-        // It takes −0 for negative in one place and for positive in another.
-        let ray = Ray::new(start, along / scale + 0.0, 0.0, ((far - skipped) * scale).min(f32::MAX));
-        let (triangle, met) = tree.nearest(ray, beyond, |triangle, met| {
-            let is_drawn = self.double_sided || met.along < 0.0;
-            let is_seen = |cutoff| self.material.color(&self.mesh, triangle, met.weights()).w >= cutoff;
-            is_drawn && self.material.cutoff.is_none_or(is_seen)
-        })?;
-        Some((triangle, met.weights(), skipped + met.t / scale))
-    }
-
-    /// What a ray meets in a triangle that is known to be met.
-    fn meeting(&self, exact: &Exact, origin: DVec3, direction: DVec3, met: (u32, Vec3, f32)) -> Meeting {
-        let (triangle, weights, range) = met;
-        let to_object = exact.translation - origin;
-        let placed = |corner: Vec3| exact.world_from_object * corner.as_dvec3() + to_object;
-        let [a, b, c] = self.mesh.corners(triangle).map(placed);
-        let normal = (b - a).cross(c - a);
-        let along = normal.dot(direction);
-        let in_plane = normal.dot(a) / along;
-        // A triangle seen from its edge has no place of its own.
-        let is_near = (in_plane - f64::from(range)).abs() <= 1e-3 * f64::from(range) + f64::from(self.rounding);
-        Meeting {
-            range: if is_near { in_plane } else { range.into() },
-            cosine: (along / normal.length()).abs().min(1.0) as f32,
-            albedo: self.material.albedo(&self.mesh, triangle, weights),
-            entity: exact.entity,
-        }
-    }
-}
-
-impl Exact {
-    fn new(record: &InstanceRecord, aabb: &systems::space::Aabb) -> Self {
-        let rows = record.world_from_object.map(|[x, y, z, _]| DVec3::new(x.into(), y.into(), z.into()));
-        let world_from_object = DMat3::from_cols(rows[0], rows[1], rows[2]).transpose();
-        let translation = DVec3::from(record.world_from_object.map(|row| row[3].into()));
-        let middle = world_from_object * aabb.center().as_dvec3() + translation;
-        let half = (aabb.max.as_dvec3() - aabb.min.as_dvec3()) * 0.5;
-        let half = DVec3::from(rows.map(|row| row.abs().dot(half)));
-        Self { world_from_object, translation, middle, half, entity: record.entity }
-    }
-
-    /// Whether some of it may be within range of one of the sensors.
-    fn is_near(&self, sensors: &[DVec3], range: f64) -> bool {
-        let reach = range + self.half.length();
-        sensors.iter().any(|sensor| sensor.distance_squared(self.middle) <= reach * reach)
-    }
-
-    /// Its box, relative to a place.
-    fn aabb(&self, centre: DVec3) -> Aabb {
-        let middle = self.middle - centre;
-        let room = BOX_ROOM + f64::from(ROUNDING) * (middle.abs() + self.half).max_element();
-        let half = self.half + room;
-        Aabb::new((middle - half).as_vec3a(), (middle + half).as_vec3a())
-    }
-}
+/// Metres: what is further off than this, rays may miss by rounding at its edges.
+const MOST_ROUNDED: f32 = 1e5;
 
 impl RayScene {
-    /// Takes over what the world's last frame draws within `range` metres of any of the sensors. Trees of meshes that
-    /// it knows are kept.
-    pub fn update(&mut self, simulation: &Simulation, sensors: &[DVec3], range: f32) {
+    /// Takes over what the world's last frame draws. What has not changed is kept, with its trees.
+    pub fn update(&mut self, simulation: &Simulation) {
         let (library, list, records) = (simulation.library(), simulation.draw_list(), simulation.instance_records());
-        let mut room = Vec::new();
-        let records = records.read(std::slice::from_ref(&(0..records.slot_count())), &mut room);
-        let drawn: Vec<(u32, BatchKey)> = list.drawn().collect();
-        let near = map_in_parallel(drawn.chunks(OBJECTS_PER_TASK), |drawn| {
-            let placed = drawn.iter().filter_map(|&(slot, key)| {
-                let exact = Exact::new(&records[slot as usize], &library.mesh(key.mesh)?.aabb);
-                exact.is_near(sensors, range.into()).then_some((slot, key, exact))
-            });
-            placed.collect::<Vec<_>>()
-        });
-        let near = near.concat();
-        self.meshes.update(library, &near.iter().map(|(_, key, _)| key.mesh).collect());
-        self.warnings = RayWarnings::default();
-        self.centre = sensors.first().copied().unwrap_or_default();
-        let mut placed = Vec::with_capacity(near.len());
-        for (slot, key, exact) in near {
-            let Some(mesh) = self.meshes.mesh(key.mesh).cloned() else { continue };
-            let material = self.meshes.material(library, records[slot as usize].material);
-            let is_mask = key.pipeline.alpha == AlphaMode::Mask;
-            self.warnings.solid_masks += usize::from(material.lacks_texels && is_mask);
-            self.warnings.plain_maps += usize::from(material.lacks_texels && !is_mask);
-            match Placed::new(mesh, material, key.pipeline.double_sided, &exact) {
-                Some(object) => placed.push((object, exact)),
-                None => self.warnings.left_out += 1,
+        let is_new = self.world != Some(list.world);
+        if is_new {
+            *self = Self { world: Some(list.world), ..Self::default() };
+        }
+        let records = records.read(std::slice::from_ref(&(0..records.slot_count())), &mut self.records);
+        let mut drawn = std::mem::take(&mut self.before);
+        drawn.clear();
+        drawn.resize(records.len().max(self.drawn.len()), None);
+        for (slot, key) in list.drawn() {
+            drawn[slot as usize] = Drawn::new(&records[slot as usize], &key, library);
+        }
+        self.drawn.resize(drawn.len(), None);
+        self.places.resize(drawn.len(), NOWHERE);
+        let pairs = drawn.iter().zip(&self.drawn);
+        let changed: Vec<u32> = (0..).zip(pairs).filter(|(_, (now, before))| now != before).map(|(i, _)| i).collect();
+        self.before = std::mem::replace(&mut self.drawn, drawn);
+        for &slot in &changed {
+            let place = std::mem::replace(&mut self.places[slot as usize], NOWHERE);
+            if let Some(object) = self.objects[STANDING].placed.get_mut(place as usize) {
+                object.is_gone = true;
+                self.objects[STANDING].gone += 1;
             }
         }
-        let boxes: Vec<Padded> = placed.iter().map(|(_, exact)| Padded(exact.aabb(self.centre))).collect();
-        self.tree = if boxes.is_empty() { None } else { build(&boxes, BvhBuildParams::fast_build()) };
-        self.warnings.left_out += if self.tree.is_none() { placed.len() } else { 0 };
-        let order = self.tree.iter().flat_map(|tree| &tree.primitive_indices);
-        (self.placed, self.exact) = order.map(|&object| placed[object as usize].clone()).unzip();
+        let needed = changed.iter().filter_map(|&slot| Some(self.drawn[slot as usize]?.mesh)).collect();
+        if self.meshes.update(library, &needed) {
+            let Objects { placed, exact, .. } = &mut self.objects[STANDING];
+            for (placed, exact) in placed.iter_mut().zip(exact).filter(|(placed, _)| !placed.is_gone) {
+                let drawn = self.drawn[exact.slot as usize];
+                drawn.iter().for_each(|drawn| placed.material = self.meshes.material(library, drawn.material));
+            }
+        }
+        self.share_out(library, &changed, is_new);
+    }
+
+    /// Makes the tree of what has changed, and that of what stands where it no longer serves.
+    fn share_out(&mut self, library: &Library, changed: &[u32], is_new: bool) {
+        let slots = || 0..self.drawn.len() as u32;
+        let mut others: Vec<u32> = slots()
+            .filter(|&slot| self.drawn[slot as usize].is_some() && self.places[slot as usize] == NOWHERE)
+            .collect();
+        let standing = &self.objects[STANDING];
+        let resting = others.len() - others.iter().filter(|slot| changed.binary_search(slot).is_ok()).count();
+        let count = standing.placed.len();
+        if is_new || resting > MOST_RESTING + count / MOST_RESTING_SHARE || standing.gone > MOST_RESTING + count / 2 {
+            let stands =
+                |slot: &u32| self.drawn[*slot as usize].is_some() && (is_new || changed.binary_search(slot).is_err());
+            let standing: Vec<u32> = slots().filter(stands).collect();
+            others.retain(|slot| !stands(slot));
+            let standing = self.make(library, &standing, Quality::Best);
+            self.places.fill(NOWHERE);
+            (0..).zip(&standing.exact).for_each(|(place, exact)| self.places[exact.slot as usize] = place);
+            standing.left_out.iter().for_each(|&slot| self.places[slot as usize] = LEFT_OUT);
+            self.objects[STANDING] = standing;
+        }
+        self.objects[CHANGED] = self.make(library, &others, Quality::Fast);
+    }
+
+    fn make(&mut self, library: &Library, slots: &[u32], quality: Quality) -> Objects {
+        let drawn = slots.iter().filter_map(|&slot| Some((slot, self.drawn[slot as usize]?)));
+        let parts = drawn.filter_map(|(slot, drawn)| {
+            Some((slot, drawn, self.meshes.mesh(drawn.mesh)?.clone(), self.meshes.material(library, drawn.material)))
+        });
+        let parts: Vec<_> = parts.collect();
+        let made = map_in_parallel(parts.chunks(OBJECTS_PER_TASK), |parts| {
+            let object = |(slot, drawn, mesh, material): &(u32, Drawn, Arc<RayMesh>, Arc<RayMaterial>)| {
+                let bounds = Bounds::new(drawn, &mesh.aabb);
+                let placed = Placed::new(mesh.clone(), material.clone(), drawn, &bounds);
+                (placed, Exact::new(drawn, *slot), bounds)
+            };
+            parts.iter().map(object).collect::<Vec<_>>()
+        });
+        Objects::new(made.into_iter().flatten(), quality)
     }
 
     /// What of the last update is not met as it is drawn.
     pub fn warnings(&self) -> RayWarnings {
-        self.warnings
+        let left_out = self.places.iter().filter(|&&place| place == LEFT_OUT).count();
+        let mut warnings =
+            RayWarnings { left_out: left_out + self.objects[CHANGED].left_out.len(), ..RayWarnings::default() };
+        for object in self.objects.iter().flat_map(|objects| &objects.placed).filter(|object| !object.is_gone) {
+            let lacks_texels = object.material.lacks_texels;
+            warnings.solid_masks += usize::from(lacks_texels && object.is_mask);
+            warnings.plain_maps += usize::from(lacks_texels && !object.is_mask);
+        }
+        warnings
     }
 
-    /// How many objects are within range.
+    /// How many objects there are for rays to meet.
     pub fn objects(&self) -> usize {
-        self.placed.len()
+        self.objects.iter().map(|objects| objects.placed.len() - objects.gone).sum()
     }
 
     /// The nearest thing that a ray meets from `near` to `far` metres. `origin`: world space, metres; `direction`: world
     /// space, unit.
     pub fn nearest(&self, origin: DVec3, direction: DVec3, near: f32, far: f32) -> Option<Meeting> {
-        let tree = self.tree.as_ref()?;
-        let along = direction.as_vec3a() + 0.0;
-        let ray = Ray::new((origin - self.centre).as_vec3a(), along, 0.0, far);
-        let mut nearest = None;
-        tree.ray_traverse(ray, &mut RayHit::none(), |ray, object| {
-            let Some(met) = self.placed[object].nearest(origin, along, near, ray.tmax) else { return f32::INFINITY };
-            if met.2 < ray.tmax {
-                nearest = Some((object, met));
-            }
-            met.2
+        let ray = WorldRay::new(origin, direction, (near, far));
+        self.find(&ray, None, &mut Open::default()).map(|found| self.meeting(&ray, &found))
+    }
+
+    /// The first of what a ray meets, whatever the guess; a good one saves time. `open`: room for the search.
+    #[inline]
+    pub(super) fn find(&self, ray: &WorldRay, guess: Option<Guess>, open: &mut Open) -> Option<Found> {
+        let guessed = guess.and_then(|guess| {
+            let met = self.objects[guess.set].placed.get(guess.place)?.nearest(ray, ray.far, open);
+            met.map(|met| Found { guess, met })
         });
-        nearest.map(|(object, met)| self.placed[object].meeting(&self.exact[object], origin, direction, met))
+        let Some(guessed) = guessed.filter(|guessed| guessed.met.range <= ray.far) else {
+            return self.search(ray, ray.far, None, open);
+        };
+        // It is met before the end. Where its box is not, for rounding, neither is the object.
+        self.search(ray, guessed.met.range, Some(guessed), open).or_else(|| self.search(ray, ray.far, None, open))
+    }
+
+    #[inline]
+    fn search(&self, ray: &WorldRay, far: f32, known: Option<Found>, open: &mut Open) -> Option<Found> {
+        // Beside by what the differences of places round, in boxes and in objects.
+        let beside = ROUNDING * (ray.origin.abs().max_element() as f32 + far.min(MOST_ROUNDED));
+        let boxes = BoxRay::new(ray.origin.as_vec3a(), ray.along, beside);
+        let mut nearest: Option<Found> = None;
+        for (set, objects) in self.objects.iter().enumerate() {
+            let end = nearest.map_or(far, |found| found.met.range);
+            objects.tree.traverse(&boxes, end, open, |place, [near, far], open| {
+                let guess = Guess { set, place };
+                let known = known.filter(|known| known.guess == guess).map(|known| known.met);
+                let Some(mut met) = known.or_else(|| objects.placed[place].nearest(ray, far, open)) else { return far };
+                // Not before its box, or what is met would depend on what was looked at before.
+                met.range = met.range.max(near);
+                let found = Found { guess, met };
+                if met.range > far || nearest.is_some_and(|nearest| !self.is_before(&found, &nearest)) {
+                    return far;
+                }
+                nearest = Some(found);
+                met.range
+            });
+        }
+        nearest
+    }
+
+    fn is_before(&self, a: &Found, b: &Found) -> bool {
+        let order = |found: &Found| {
+            let exact = &self.objects[found.guess.set].exact[found.guess.place];
+            (exact.entity, exact.slot)
+        };
+        a.met.range < b.met.range || a.met.range == b.met.range && order(a) < order(b)
+    }
+
+    /// What a ray meets where it was found to meet something.
+    #[inline]
+    pub(super) fn meeting(&self, ray: &WorldRay, found: &Found) -> Meeting {
+        let (objects, place) = (&self.objects[found.guess.set], found.guess.place);
+        objects.placed[place].meeting(&objects.exact[place], ray, found.met)
     }
 }

@@ -141,6 +141,10 @@ impl SensorSuite {
         let clock = world.resource::<Clock>();
         let (step, step_seconds) = (clock.step, clock.step_seconds);
         *warnings = RayWarnings::default();
+        if due.iter().any(|due| matches!(due.sensor.kind, SensorKind::Lidar(_))) {
+            rays.update(simulation);
+            *warnings = rays.warnings();
+        }
         let mut plans = plans.iter().zip(views);
         let mut drawn = &drawn[..];
         let mut sensors: Vec<SensorCapture> = Vec::new();
@@ -172,9 +176,6 @@ impl SensorSuite {
                     SensorData::Camera(capture)
                 }
                 SensorKind::Lidar(lidar) => {
-                    // For itself alone: what is met first of what lies in one place depends on the tree.
-                    rays.update(simulation, &due.poses.map(|pose| pose.translation), lidar.range.1);
-                    *warnings = warnings.with(rays.warnings());
                     let columns = lidar.columns_between(due.steps[0], due.steps[1], step_seconds);
                     let scan = lidar::scan(rays, lidar, &due.poses, columns, noise);
                     let of_beams = scan.entity.iter().map(|entity| labels.labels(world, entity.wrapping_add(1)));
@@ -235,7 +236,7 @@ impl SensorSuite {
         Ok(())
     }
 
-    /// What of the last capture's rays is not as it is drawn: of each kind the most that a lidar has.
+    /// What of the last capture's rays is not as it is drawn.
     pub fn ray_warnings(&self) -> RayWarnings {
         self.warnings
     }

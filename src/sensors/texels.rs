@@ -4,7 +4,7 @@
 //! texel nearly everywhere, and levels keep how much of a mask is open. It is filtered as its sampler says where a texel
 //! covers more than a pixel.
 
-use glam::{Vec2, Vec3, Vec4};
+use glam::{Vec2, Vec4};
 use systems::assets::color::{LINEAR_FROM_SRGB8, srgb_from_linear};
 use systems::assets::{Filter, Image, Sampler, Texels, Wrap, blocks, level_size};
 
@@ -48,23 +48,23 @@ impl Texture {
     /// Linear RGBA at a place of the image.
     pub fn sample(&self, uv: Vec2, sampler: &Sampler) -> Vec4 {
         let at = uv * Vec2::new(self.width as f32, self.height as f32);
+        let column = |x: f32| wrapped(x, self.width, sampler.wrap_u);
+        let row = |y: f32| wrapped(y, self.height, sampler.wrap_v);
         if sampler.mag == Filter::Nearest {
-            return self.texel(at.floor(), sampler);
+            return self.texel(column(at.x.floor()), row(at.y.floor()));
         }
         let corner = (at - 0.5).floor();
         let Vec2 { x, y } = at - 0.5 - corner;
-        let row = |y: f32| {
-            let left = corner + Vec2::new(0.0, y);
-            self.texel(left, sampler).lerp(self.texel(left + Vec2::X, sampler), x)
-        };
-        row(0.0).lerp(row(1.0), y)
+        let columns = [column(corner.x), column(corner.x + 1.0)];
+        let along = |row: u32| self.texel(columns[0], row).lerp(self.texel(columns[1], row), x);
+        along(row(corner.y)).lerp(along(row(corner.y + 1.0)), y)
     }
 
-    fn texel(&self, at: Vec2, sampler: &Sampler) -> Vec4 {
-        let (x, y) = (wrapped(at.x, self.width, sampler.wrap_u), wrapped(at.y, self.height, sampler.wrap_v));
+    #[inline]
+    fn texel(&self, x: u32, y: u32) -> Vec4 {
         let [r, g, b, a] = self.texels[(y * self.width + x) as usize];
-        let linear = [r, g, b].map(|byte| LINEAR_FROM_SRGB8[usize::from(byte)]);
-        Vec3::from_array(linear).extend(f32::from(a) / 255.0)
+        let linear = |byte: u8| LINEAR_FROM_SRGB8[usize::from(byte)];
+        Vec4::new(linear(r), linear(g), linear(b), f32::from(a) / 255.0)
     }
 }
 
@@ -78,6 +78,8 @@ fn stored(linear: Vec4) -> [u8; 4] {
 fn wrapped(at: f32, side: u32, wrap: Wrap) -> u32 {
     let (at, side) = (at as i64, i64::from(side));
     let inside = match wrap {
+        // Most sides are powers of two, and divisions take long.
+        Wrap::Repeat if side & (side - 1) == 0 => at & (side - 1),
         Wrap::Clamp => at.clamp(0, side - 1),
         Wrap::Repeat => at.rem_euclid(side),
         Wrap::Mirror => {

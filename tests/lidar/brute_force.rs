@@ -91,7 +91,7 @@ proptest! {
                 Placed { corners: if mirrored { [a, c, b] } else { [a, b, c] }, double_sided, entity }
             }));
         }
-        let scene = scene.rays(center.as_dvec3(), 300.0);
+        let scene = scene.rays();
         let mut compared = 0;
         for (origin, direction) in rays {
             let Some(direction) = direction.as_dvec3().try_normalize() else { continue };

@@ -115,7 +115,7 @@ fn no_ray_leaks_out_of_closed_boxes() {
             let place = Transform { translation: center, rotation: turned, scale: size };
             scene.add(shapes::cube(Vec3::ONE), white, place);
         }
-        let rays = scene.rays(center.as_dvec3(), 50.0);
+        let rays = scene.rays();
         let mut random = Random(5);
         let count = if apart { 250_000 } else { 500_000 };
         let mut leaks = 0;
@@ -137,7 +137,7 @@ fn no_ray_slips_between_pieces_of_a_mesh() {
     let turned = Quat::from_euler(glam::EulerRot::YXZ, 0.7, 0.02, -0.03);
     let entity = scene.add(road, white, Transform::from_rotation(turned));
     systems::draw::pieces::draw_in_pieces(&mut scene.simulation.world, entity, 7.0);
-    let rays = scene.rays(DVec3::ZERO, 200.0);
+    let rays = scene.rays();
     assert!(rays.objects() > 60, "{}", rays.objects());
     let mut random = Random(9);
     for i in 0..200_000 {
@@ -208,7 +208,7 @@ fn a_wall_is_straight_for_a_lidar_that_moves() {
     let end = Pose { rotation: DQuat::from_rotation_y(10f64.to_radians()), ..at(0.5, 0.0, 3.0) };
     let poses = [at(0.0, 0.0, 0.0), end];
     let lidar = LidarSensor { sweep: true, ..lidar(&[-5.0, 0.0, 5.0], 720) };
-    let rays = scene.rays(DVec3::ZERO, 250.0);
+    let rays = scene.rays();
     let columns = lidar.revolution();
     let scan = lidars::scan(&rays, &lidar, &poses, columns, Noise::new(0, 0, 0));
     let off = |pose: &dyn Fn(u64) -> Pose| {

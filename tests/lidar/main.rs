@@ -3,6 +3,7 @@
 mod brute_force;
 mod known;
 mod materials;
+mod order;
 mod runs;
 
 use bevy_ecs::prelude::*;
@@ -43,16 +44,16 @@ impl Scene {
         self.simulation.world.spawn((mesh, material, place)).id()
     }
 
-    /// What is drawn within range of a place.
-    fn rays(&mut self, around: DVec3, range: f32) -> RayScene {
+    /// What is drawn.
+    fn rays(&mut self) -> RayScene {
         self.simulation.frame();
         let mut rays = RayScene::default();
-        rays.update(&self.simulation, &[around], range);
+        rays.update(&self.simulation);
         rays
     }
 
     fn scan(&mut self, lidar: &LidarSensor, pose: Pose) -> LidarScan {
-        let rays = self.rays(pose.translation, lidar.range.1);
+        let rays = self.rays();
         lidar::scan(&rays, lidar, &[pose; 2], lidar.revolution(), Noise::new(1, 2, 3))
     }
 }

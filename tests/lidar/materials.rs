@@ -26,7 +26,7 @@ fn faces_with_one_side_are_met_from_their_front_however_they_are_placed() {
             let material =
                 scene.material(Material { double_sided, base_factor: Vec4::splat(0.5), ..Material::default() });
             scene.add(shapes::plane(Vec2::splat(10.0), UVec2::splat(3)), material, place);
-            let rays = scene.rays(DVec3::ZERO, 50.0);
+            let rays = scene.rays();
             let from = |y: f64| rays.nearest(DVec3::new(1e-4, 2.0 * y, 1e-4), DVec3::new(0.0, -y, 0.0), 0.1, 50.0);
             let (above, below) = (from(1.0), from(-1.0));
             assert_eq!(above.is_some(), front_is_up || double_sided, "{place:?}");
@@ -63,7 +63,7 @@ fn through(alpha: AlphaMode, alpha_of_base: f32, release: bool) -> ([&'static st
     let mut library = scene.simulation.world.resource_mut::<Library>();
     library.keep_texels(!release);
     library.release_texels(image);
-    let rays = scene.rays(DVec3::ZERO, 50.0);
+    let rays = scene.rays();
     let named = [-1.0, 1.0].map(|x| {
         let met = rays.nearest(DVec3::new(x, 3.0, 0.3), DVec3::NEG_Y, 0.1, 50.0).map(|met| met.entity);
         if met == Some(plane.index_u32()) {

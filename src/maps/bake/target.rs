@@ -2,10 +2,10 @@
 //! pinholes.
 
 use super::Surface;
+use crate::box_tree::Open;
 use crate::maps::MapError;
-use crate::triangle_tree::{INNER_SIZE, TriangleTree, Unfit};
+use crate::triangle_tree::{INNER_SIZE, TreeRay, TriangleTree, Unfit};
 use glam::{Vec3, Vec3A};
-use obvhs::ray::Ray;
 
 /// Which side of triangles a ray meets.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -45,7 +45,6 @@ impl<'a> Target<'a> {
             let told = match unfit {
                 Unfit::Empty => "all triangles are at one point: expected a mesh with a surface".to_owned(),
                 Unfit::Size(largest) => format!("coordinates up to {largest} m: too large or too small to bake"),
-                Unfit::Uneven => "the triangles are distributed too unevenly for a BVH".to_owned(),
             };
             MapError::refused(&surface.source, told)
         })?;
@@ -54,9 +53,9 @@ impl<'a> Target<'a> {
 
     /// The first triangle that a ray meets up to a distance. `direction` is unit.
     pub fn first_hit(&self, origin: Vec3, direction: Vec3, distance: f32, sides: Sides) -> Option<Hit> {
-        let ray = self.ray(origin, direction, distance);
         let against = if sides == Sides::Front { -1.0 } else { 1.0 };
-        let (triangle, met) = self.tree.nearest(ray, 0.0, |triangle, met| {
+        let (ray, far) = self.ray(origin, direction, distance);
+        let (triangle, met) = self.tree.nearest(&ray, far, &mut Open::default(), |triangle, met| {
             let wrong_side = met.along * against < 0.0;
             !wrong_side || self.surface.is_two_sided(triangle)
         })?;
@@ -65,7 +64,8 @@ impl<'a> Target<'a> {
 
     /// Whether a ray meets anything, from either side, up to a distance. `direction` is unit.
     pub fn is_hit(&self, origin: Vec3, direction: Vec3, distance: f32) -> bool {
-        self.tree.is_hit(self.ray(origin, direction, distance))
+        let (ray, far) = self.ray(origin, direction, distance);
+        self.tree.is_hit(&ray, far)
     }
 
     /// How far off a surface a ray must start to leave it, metres: some ten times the rounding of coordinates.
@@ -73,11 +73,10 @@ impl<'a> Target<'a> {
         INNER_SIZE / (1 << 17) as f32 / self.tree.inner_from_metres()
     }
 
-    fn ray(&self, origin: Vec3, direction: Vec3, distance: f32) -> Ray {
+    /// With its end.
+    fn ray(&self, origin: Vec3, direction: Vec3, distance: f32) -> (TreeRay, f32) {
         let scale = self.tree.inner_from_metres();
-        // obvhs takes a direction of −0 for negative in one place and for positive in another, and meets nothing.
-        let direction = Vec3A::from(direction) + 0.0;
-        Ray::new(Vec3A::from(origin) * scale, direction, 0.0, (distance * scale).min(f32::MAX))
+        (TreeRay::new(Vec3A::from(origin) * scale, direction.into(), 0.0), distance * scale)
     }
 }
 
