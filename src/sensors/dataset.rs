@@ -254,7 +254,7 @@ fn warn_of_rays(RayWarnings { solid_masks, plain_maps, left_out }: RayWarnings) 
     let warnings = [
         (solid_masks, "masked objects are solid to lidars: their texels were released"),
         (plain_maps, "objects have one colour for lidars: the texels of their base maps were released"),
-        (left_out, "objects are met by no beam: their meshes have no surface, or triangles too uneven for a tree"),
+        (left_out, "objects are met by no beam: their meshes have no surface, or one too large"),
     ];
     let said = warnings.into_iter().filter(|(count, _)| *count > 0);
     said.map(|(count, message)| tracing::warn!("{count} {message}")).count() > 0

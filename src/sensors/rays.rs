@@ -51,7 +51,7 @@ pub struct RayWarnings {
     pub solid_masks: usize,
     /// Other objects whose base maps have none: their albedo is that of their base colour alone.
     pub plain_maps: usize,
-    /// Objects that no ray meets: their mesh has no surface, or triangles too uneven for a tree.
+    /// Objects that no ray meets: their mesh has no surface, or one too large for floats.
     pub left_out: usize,
 }
 
