@@ -264,7 +264,9 @@ impl Film {
         let failed = |message| VideoError::Failed { path: self.path.clone(), message };
         let encoder = self.encoder.take().ok_or_else(|| failed("it has ended already".into()))?;
         let output = encoder.wait_with_output().map_err(|source| OutputError::io(&self.path, source))?;
-        if output.status.success() { Ok(()) } else { Err(failed(last_line(&output.stderr))) }
+        // What it could not write to the end it calls a success, but complains of.
+        let is_whole = output.status.success() && output.stderr.is_empty();
+        if is_whole { Ok(()) } else { Err(failed(last_line(&output.stderr))) }
     }
 }
 

@@ -21,6 +21,15 @@ use systems::space::{GlobalTransform, Transform};
 const SIZE: (u32, u32) = (160, 120);
 const K: Intrinsics = Intrinsics { fx: 150.0, fy: 140.0, cx: 78.25, cy: 60.5 };
 
+const BARREL: Lens =
+    Lens::BrownConrady { intrinsics: K, coefficients: [-0.25, 0.05, 0.002, -0.001, 0.0, 0.0, 0.0, 0.0] };
+/// Sees some of what is beside it, and not all of the picture.
+const FISHEYE: Lens = Lens::KannalaBrandt {
+    intrinsics: Intrinsics { fx: 50.0, fy: 50.0, ..K },
+    coefficients: [0.02, -0.004, 0.0, 0.0],
+    largest_angle: 1.4,
+};
+
 /// A world with a camera at the origin that looks along −Z, and what captures it.
 struct Studio {
     simulation: Simulation,
@@ -32,6 +41,10 @@ struct Studio {
 
 impl Studio {
     fn new() -> Option<Self> {
+        Self::with_lens(Lens::Pinhole(K))
+    }
+
+    fn with_lens(lens: Lens) -> Option<Self> {
         let gpu = common::gpu()?;
         let mut simulation = Simulation::new();
         simulation.world.insert_resource(common::dark());
@@ -47,12 +60,8 @@ impl Studio {
             CameraOutput::Flow,
             CameraOutput::FlowBack,
         ];
-        let camera = CameraSensor {
-            size: SIZE,
-            lens: Lens::Pinhole(K),
-            outputs: outputs.into_iter().collect(),
-            ..CameraSensor::default()
-        };
+        let camera =
+            CameraSensor { size: SIZE, lens, outputs: outputs.into_iter().collect(), ..CameraSensor::default() };
         let camera = simulation.world.spawn((Sensor::camera(camera), Name::new("eye"))).id();
         let mut suite = SensorSuite::new(&gpu);
         // Meshes as they are.
@@ -93,8 +102,9 @@ impl Studio {
     }
 }
 
-/// Half floats of a box's edges at hundreds of pixels: three roundings.
-const EDGES: f64 = 1e-3;
+/// Floats of places of some ten metres, 1e-6 of a metre, a metre and more before the camera: 150 pixels times that; and
+/// those of edges at hundreds of pixels, 3e-5.
+const EDGES: f64 = 2e-4;
 
 fn assert_edges(found: [f32; 4], expected: [f64; 4]) {
     let off = found.iter().zip(expected).map(|(found, expected)| (f64::from(*found) - expected).abs());
@@ -195,8 +205,8 @@ fn a_camera_has_no_box_of_what_it_is_on_and_boxes_through_its_plane_are_cut() {
 #[test]
 fn how_much_is_seen_is_what_is_left_of_the_thing_alone() {
     let random = &mut TestRng::deterministic_rng(RngAlgorithm::ChaCha);
-    for _ in 0..6 {
-        let Some(mut studio) = Studio::new() else { return };
+    for lens in [Lens::Pinhole(K), BARREL, FISHEYE].into_iter().flat_map(|lens| [lens; 3]) {
+        let Some(mut studio) = Studio::with_lens(lens) else { return };
         let mut library = studio.simulation.world.resource_mut::<Library>();
         let ball = library.add_mesh(shapes::sphere(0.6, 24, 12));
         let glass = Material {
@@ -291,6 +301,20 @@ fn a_moving_thing_is_where_its_box_is_at_every_step() {
         assert!(velocity.abs_diff_eq(expected, room), "{velocity} for {expected}");
         assert!((f64::from(motion.yaw_rate) - 0.02 / seconds).abs() < 1e-4, "{}", motion.yaw_rate);
     }
+    // Put elsewhere: 3,000 m/s is no velocity.
+    studio.place(thing).translation += Vec3::new(0.0, 0.0, -50.0);
+    let capture = studio.next();
+    assert_eq!(studio.box_of(&capture, thing).expect("in the picture").motion, None);
+}
+
+#[test]
+fn a_lens_that_sees_no_pixel_is_refused() {
+    let beside = Intrinsics { cx: -4000.0, ..K };
+    let lens = Lens::KannalaBrandt { intrinsics: beside, coefficients: [0.0; 4], largest_angle: 0.5 };
+    let Some(mut studio) = Studio::with_lens(lens) else { return };
+    register_all(&mut studio.simulation.world);
+    let refusal = studio.suite.capture(&mut studio.simulation).expect_err("it sees nothing").to_string();
+    assert!(refusal.contains("eye") && refusal.contains("sees no pixel"), "{refusal}");
 }
 
 /// A plane before the camera that fills the picture, its front toward it, at a distance.

@@ -7,7 +7,7 @@ use crate::sensors::pictures::{PointValue, rgb_of_number};
 use crate::sensors::{LidarCapture, sensor_names};
 use bevy_ecs::prelude::*;
 use egui::{Align2, Color32, FontId, Mesh, Painter, Pos2, Rect, Shape, Stroke};
-use glam::{Affine3A, DVec3, Mat4, Vec2, Vec3, Vec4Swizzles};
+use glam::{Affine3A, DVec2, DVec3, Mat4, Vec2, Vec3, Vec4Swizzles};
 use systems::draw::View;
 use systems::sensors::{CameraSensor, Classes, Sensor, SensorKind};
 use systems::space::GlobalTransform;
@@ -31,15 +31,20 @@ pub struct Dots {
     pub every: usize,
 }
 
+/// The greatest one (Euclid).
+fn common_factor(a: usize, b: usize) -> usize {
+    if b == 0 { a } else { common_factor(b, a % b) }
+}
+
 impl Dots {
     /// Of the returns of a scan, with the colours of a choice.
     pub fn new(lidar: &LidarCapture, choice: Option<Choice>, classes: &Classes) -> Self {
         let by = if let Some(Choice::Points(by)) = choice { by } else { PointValue::Height };
         let colors = by.colors(lidar, classes).colors;
-        // Odd, so that no ring is left out: columns have even numbers of rings.
-        let every = lidar.scan.len().div_ceil(MOST_DOTS);
-        let every = if every > 1 { every | 1 } else { 1 };
         let (from, rings) = (lidar.poses[1].translation, lidar.rings());
+        // No ring is left out: the steps have no factor in common with their number.
+        let least = lidar.scan.len().div_ceil(MOST_DOTS).max(1);
+        let every = (least..).find(|&every| common_factor(every, rings) == 1).unwrap_or(least);
         let columns = (0..lidar.columns.count).map(|i| (i as usize * rings, lidar.scene_from_column(i)));
         let places = columns.flat_map(|(first, scene_from_column)| {
             let beams = (first..first + rings).filter(|i| i.is_multiple_of(every) && lidar.scan.hit[*i] != 0);
@@ -113,7 +118,11 @@ impl Screen<'_> {
         let far = LENGTH.max(2.0 * camera.near).min(camera.far);
         let size = Vec2::new(camera.size.0 as f32, camera.size.1 as f32);
         let corners = [Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y];
-        let [near, far] = [camera.near, far].map(|depth| corners.map(|at| point_at(&view, at * size, depth)));
+        let place = |at: Vec2, depth: f32| match camera.lens.bends() {
+            true => bent_corner(camera, &view, at, depth),
+            false => point_at(&view, at * size, depth),
+        };
+        let [near, far] = [camera.near, far].map(|depth| corners.map(|at| place(at, depth)));
         self.around(&near, color);
         self.around(&far, color);
         near.iter().zip(&far).for_each(|(near, far)| self.line(*near, *far, color));
@@ -153,6 +162,16 @@ impl Screen<'_> {
         }
         self.painter.add(Shape::mesh(mesh));
     }
+}
+
+/// So far toward a corner as a lens that bends sees, at a distance.
+fn bent_corner(camera: &CameraSensor, view: &View, at: Vec2, distance: f32) -> Vec3 {
+    let size = DVec2::new(camera.size.0.into(), camera.size.1.into());
+    let (middle, corner) = (size / 2.0 - 0.5, at.as_dvec2() * size - 0.5);
+    let toward = |part: i32| middle.lerp(corner, f64::from(part) / 20.0);
+    let seen = (0..=20).rev().find_map(|part| camera.direction(toward(part).x, toward(part).y));
+    let ahead = seen.unwrap_or(DVec3::Z).normalize().as_vec3() * distance;
+    view.world_from_view.transform_point3(Vec3::new(ahead.x, -ahead.y, -ahead.z))
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@
 
 use super::label_table::LabelRuns;
 use super::lidar::Pose;
+use super::motion::may_have_moved;
 use super::outline::{Outline, before_plane};
 use super::things::Thing;
 use crate::renderer::SlotSet;
@@ -45,7 +46,7 @@ pub struct ObjectBox {
     pub world_center: [f64; 3],
     /// What turns its own axes into the world's: w, x, y, z.
     pub world_quaternion: [f64; 4],
-    /// How it moved since the capture before; `None` where that is not known.
+    /// How it moved since the capture before; `None` where that is not known, or it was put elsewhere.
     pub motion: Option<Motion>,
     /// Corners of its box in space, in pixels: of the lower x in its own axes, then of the higher; of each of these the
     /// lower y, then the higher; of each of these the lower z, then the higher. `None`: not before the camera.
@@ -74,6 +75,9 @@ pub(super) struct Scene<'a> {
 
 /// The boxes of a picture that is drawn, while pictures of hidden things are not.
 pub(super) struct Boxes {
+    width: u32,
+    /// Straight edges are curves in it: outlines of vertices are not those of things.
+    is_bent: bool,
     boxes: Vec<ObjectBox>,
     /// What is drawn alone together: places in `boxes`.
     layers: Vec<Vec<usize>>,
@@ -84,14 +88,15 @@ impl Boxes {
     pub fn of(camera: &CameraSensor, scene: &Scene, found: &LabelRuns) -> Self {
         let seen = count(found, camera.size.0);
         let mut boxes = Vec::new();
-        // What a picture has of a thing alone is within its outline.
         let mut layers: Vec<(Vec<usize>, Vec<[f64; 4]>)> = Vec::new();
+        let is_bent = camera.lens.bends();
         for thing in scene.things.iter().filter(|thing| Some(thing.number) != scene.mounted_on) {
             let Some((outline, made)) = scene.object_box(camera, thing, seen.get(&thing.number)) else { continue };
             if made.pixels > 0 {
                 let apart =
                     |(_, others): &&mut (_, Vec<[f64; 4]>)| others.iter().all(|other| are_apart(&outline, other));
-                match layers.iter_mut().find(apart) {
+                // What a picture has of a thing alone is within its outline, if that is known.
+                match layers.iter_mut().find(apart).filter(|_| !is_bent) {
                     Some((members, outlines)) => {
                         members.push(boxes.len());
                         outlines.push(outline);
@@ -101,7 +106,8 @@ impl Boxes {
             }
             boxes.push(made);
         }
-        Self { boxes, layers: layers.into_iter().map(|(members, _)| members).collect() }
+        let layers = layers.into_iter().map(|(members, _)| members).collect();
+        Self { width: camera.size.0, is_bent, boxes, layers }
     }
 
     /// What is to be drawn alone, a set of slots for each picture.
@@ -125,10 +131,13 @@ impl Boxes {
     /// The boxes, when what was to be drawn alone is drawn; `found`: what the pixels of each picture show.
     pub fn finish(mut self, found: impl IntoIterator<Item = LabelRuns>) -> Vec<ObjectBox> {
         for (members, found) in self.layers.iter().zip(found) {
-            let alone = count(&found, 1);
+            let alone = count(&found, self.width);
             for &member in members {
                 let made = &mut self.boxes[member];
                 let all = alone.get(&made.id).map_or(0, |seen| seen.pixels);
+                if let Some(seen) = alone.get(&made.id).filter(|_| self.is_bent) {
+                    made.box_full = united(made.box_full, seen.bounds());
+                }
                 made.visible = made.pixels as f32 / all.max(made.pixels).max(1) as f32;
             }
         }
@@ -139,20 +148,22 @@ impl Boxes {
 impl Scene<'_> {
     /// The box of a thing, and its outline within the picture; `None` where it is not in the picture.
     fn object_box(&self, camera: &CameraSensor, thing: &Thing, seen: Option<&Seen>) -> Option<([f64; 4], ObjectBox)> {
-        let in_camera: Vec<DVec3> =
-            thing.vertices.iter().map(|v| self.camera_from_world.transform_point3(*v)).collect();
-        let is_near = |place: &DVec3| place.z <= f64::from(camera.far);
-        if !in_camera.iter().any(is_near) {
-            return None;
-        }
         // What sees to the side and back has no plane that all it sees is before.
         let sees_around = matches!(camera.lens, Lens::KannalaBrandt { .. });
+        let nearest = self.camera_from_world.transform_point3(thing.center()).z - thing.radius();
+        let is_behind = nearest + 2.0 * thing.radius() < f64::from(camera.near) && !sees_around;
+        if is_behind || nearest > f64::from(camera.far) {
+            return None;
+        }
+        let in_camera: Vec<DVec3> =
+            thing.vertices.iter().map(|v| self.camera_from_world.transform_point3(*v)).collect();
         let before = if sees_around { in_camera } else { before_plane(&in_camera, camera.near.into()) };
         let outline = Outline::around(before.into_iter().filter_map(|place| pixel(camera, place)).collect());
-        let full = outline.bounds()?;
+        let seen_edges = seen.map(|seen| seen.bounds().map(f64::from));
+        let full = outline.bounds().or(seen_edges)?;
         let within = outline.within([0.0, 0.0, camera.size.0.into(), camera.size.1.into()]);
         let (area, area_within) = (outline.area(), within.area());
-        let bounds = within.bounds().filter(|_| seen.is_some() || area_within > 0.0)?;
+        let bounds = within.bounds().or(seen_edges).filter(|_| seen.is_some() || area_within > 0.0)?;
         let Pose { rotation, .. } = thing.pose;
         let camera_from_thing = (DQuat::from_mat3(&self.camera_from_world.matrix3) * rotation).normalize();
         let center = thing.center();
@@ -185,7 +196,7 @@ impl Scene<'_> {
     /// From where a thing was.
     fn motion(&self, thing: &Thing) -> Option<Motion> {
         let (all, seconds) = self.before?;
-        let before = all.get(&thing.number)?;
+        let before = all.get(&thing.number).filter(|before| may_have_moved(before, &thing.pose, seconds))?;
         let moved = thing.center() - (before.translation + before.rotation * thing.middle());
         let turned = (thing.pose.rotation * before.rotation.inverse()).normalize();
         // The shorter way.
@@ -203,6 +214,10 @@ fn pixel(camera: &CameraSensor, place: DVec3) -> Option<DVec2> {
 fn w_first(rotation: DQuat) -> [f64; 4] {
     let [x, y, z, w] = rotation.to_array();
     [w, x, y, z]
+}
+
+fn united(a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
+    [a[0].min(b[0]), a[1].min(b[1]), a[2].max(b[2]), a[3].max(b[3])]
 }
 
 fn are_apart(a: &[f64; 4], b: &[f64; 4]) -> bool {

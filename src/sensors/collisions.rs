@@ -5,7 +5,7 @@
 //! triangles.
 
 use super::axes::ENTITY_FROM_LIDAR;
-use super::label_table::{LabelTable, MOST_ABOVE};
+use super::label_table::{LabelTable, mounted_on};
 use super::lanes::vehicle_of;
 use super::lidar::Pose;
 use super::motion;
@@ -13,8 +13,8 @@ use bevy_ecs::prelude::*;
 use glam::{DQuat, DVec3};
 use systems::assets::{Library, MeshId};
 use systems::draw::pieces::{PieceOf, WholeMesh};
+use systems::sensors::CollisionSensor;
 use systems::sensors::collision::{Collision, Convex, Touch};
-use systems::sensors::{CollisionSensor, Instance};
 use systems::vehicles::{Motion, Vehicle, VehicleTypes};
 
 /// Metres above the ground, but at most half a vehicle's height: what is lower is driven over.
@@ -27,7 +27,7 @@ pub(super) fn capture(
     (entity, pose): (Entity, &Pose),
     labels: &mut LabelTable,
 ) -> Vec<Collision> {
-    let (own, margin) = (mounted_on(world, entity), f64::from(sensor.margin));
+    let (own, margin) = (carrier(world, entity), f64::from(sensor.margin));
     let bodies = solid(world, own);
     let spheres: Vec<(DVec3, f64)> = bodies.iter().map(Convex::sphere).collect();
     let is_near = |(place, radius): (DVec3, f64)| {
@@ -52,11 +52,9 @@ pub(super) fn capture(
 }
 
 /// What a sensor is mounted on: a vehicle, or else the nearest thing above it, or what it is below, or itself.
-fn mounted_on(world: &World, sensor: Entity) -> Entity {
-    let parent = |&entity: &Entity| world.get::<ChildOf>(entity).map(ChildOf::parent);
-    let mut above = std::iter::successors(parent(&sensor), parent).take(MOST_ABOVE);
-    let thing = above.find(|&above| world.get::<Instance>(above).is_some());
-    vehicle_of(world, sensor).or(thing).or(parent(&sensor)).unwrap_or(sensor)
+fn carrier(world: &World, sensor: Entity) -> Entity {
+    let parent = || world.get::<ChildOf>(sensor).map(ChildOf::parent);
+    vehicle_of(world, sensor).or_else(|| mounted_on(world, sensor)).or_else(parent).unwrap_or(sensor)
 }
 
 /// Vehicles whose boxes may be near.

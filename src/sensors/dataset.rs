@@ -11,6 +11,8 @@
 //! is made of a whole run.
 
 use super::files::{self, FileFormat, OutputFile};
+use super::lidar::Pose;
+use super::motion;
 use super::rays::RayWarnings;
 use super::run_writer::RunInfo;
 use super::suite::{SensorSuite, nanoseconds, sensor_names};
@@ -21,6 +23,7 @@ use crate::output::{self, OutputError};
 use crate::recording::{RecordingError, RunFiles};
 use crate::renderer::{Gpu, Settings};
 use bevy_ecs::prelude::*;
+use glam::DAffine3;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -108,7 +111,7 @@ pub fn render_sensors(job: &SensorJob, mut progress: impl FnMut(u64, u64)) -> Re
             output::make_folder(&job.folder.join(name))?;
         }
     }
-    let mut writers = run_info(job, &chosen, &run.stage.simulation.world).begin()?;
+    let mut writers = run_info(job, &chosen, &mut run.stage.simulation.world).begin()?;
     run.stage.simulation.world.resource_mut::<LightPolicies>().forced = job.lights;
     suite.settings = job.settings;
     let (mut written, mut all, mut captures) = (Vec::new(), BTreeSet::new(), BTreeMap::new());
@@ -131,7 +134,7 @@ pub fn render_sensors(job: &SensorJob, mut progress: impl FnMut(u64, u64)) -> Re
                 captures.entry(due.name.clone()).or_insert_with(Vec::new).push(description::capture(due, step, world));
                 if !writers.is_empty() || !files.iter().all(is_there) {
                     missing.insert(due.name.clone(), files);
-                } else if let Some(next) = next_of_flow(&due.sensor, step)
+                } else if let Some(next) = next_of_pair(&due.sensor, step)
                     && next < frames.end
                     && !files_of(next).iter().all(is_there)
                 {
@@ -161,7 +164,7 @@ pub fn render_sensors(job: &SensorJob, mut progress: impl FnMut(u64, u64)) -> Re
             progress(step + 1 - frames.start, frames.end - frames.start);
         } else {
             // So that the first flow does not depend on where a run begins.
-            due.retain(|due| next_of_flow(&due.sensor, step).is_some_and(|next| next >= frames.start));
+            due.retain(|due| next_of_pair(&due.sensor, step).is_some_and(|next| next >= frames.start));
             if !due.is_empty() {
                 suite.capture_due(&mut run.stage.simulation, due)?;
             }
@@ -189,13 +192,21 @@ pub fn render_sensors(job: &SensorJob, mut progress: impl FnMut(u64, u64)) -> Re
     Ok(written)
 }
 
-fn run_info<'a>(job: &'a SensorJob, sensors: &'a BTreeMap<String, Sensor>, world: &'a World) -> RunInfo<'a> {
+fn run_info<'a>(job: &'a SensorJob, sensors: &'a BTreeMap<String, Sensor>, world: &'a mut World) -> RunInfo<'a> {
+    let named = sensor_names(world);
+    let world: &World = world;
+    let placed = |(name, sensor): (String, Entity)| {
+        let Pose { translation, rotation } = motion::pose(world, sensor);
+        (name, DAffine3::from_rotation_translation(rotation, translation))
+    };
+    let poses = named.into_iter().map(placed).collect();
     RunInfo {
         folder: &job.folder,
         formats: &job.formats,
         sensors,
         classes: world.resource::<Classes>(),
         step_seconds: world.resource::<Clock>().step_seconds,
+        poses,
     }
 }
 
@@ -206,7 +217,12 @@ fn choose(job: &SensorJob, world: &mut World) -> Result<BTreeMap<String, Sensor>
     if names.is_empty() {
         return Err(FrameError::NoSensors { scene: job.scene.clone() });
     }
-    let wanted: Vec<String> = job.sensors.clone().unwrap_or_else(|| names.iter().map(ToString::to_string).collect());
+    let mut wanted: Vec<String> =
+        job.sensors.clone().unwrap_or_else(|| names.iter().map(ToString::to_string).collect());
+    if job.sensors.is_some() {
+        wanted.sort_unstable();
+        wanted.dedup();
+    }
     for name in &wanted {
         match names.iter().filter(|known| **known == name.as_str()).count() {
             0 => {
@@ -260,11 +276,11 @@ fn warn_of_rays(RayWarnings { solid_masks, plain_maps, left_out }: RayWarnings) 
     said.map(|(count, message)| tracing::warn!("{count} {message}")).count() > 0
 }
 
-/// When a sensor is due next whose flow is between captures.
-fn next_of_flow(sensor: &Sensor, step: u64) -> Option<u64> {
+/// When a sensor is due next that measures between captures: flow, and the motion of boxes.
+fn next_of_pair(sensor: &Sensor, step: u64) -> Option<u64> {
     let SensorKind::Camera(camera) = &sensor.kind else { return None };
-    let has_flow = camera.outputs.has_any(&[CameraOutput::Flow, CameraOutput::FlowBack]);
-    has_flow.then(|| step + u64::from(sensor.every))
+    let is_of_pairs = camera.outputs.has_any(&[CameraOutput::Flow, CameraOutput::FlowBack, CameraOutput::Boxes]);
+    is_of_pairs.then(|| step + u64::from(sensor.every))
 }
 
 /// Why a sensor's name cannot be a folder's; `None`: it can.

@@ -101,8 +101,13 @@ fn of_camera(camera: &CameraSensor) -> Value {
             let k = intrinsics.matrix();
             [0, 1, 2].map(|row| k.row(row).to_array())
         }),
-        "D": coefficients,
-        "distortion_model": model,
+        // A parallel projection has neither.
+        "D": camera.intrinsics().map(|_| coefficients),
+        "distortion_model": camera.intrinsics().map(|_| model),
+        "half_height": match camera.lens {
+            Lens::Orthographic { half_height } => Some(half_height),
+            _ => None,
+        },
         "largest_angle": match camera.lens {
             Lens::KannalaBrandt { largest_angle, .. } => Some(largest_angle),
             _ => None,

@@ -32,6 +32,8 @@ pub(super) struct KittiWriter {
     folder: PathBuf,
     /// Cameras, and the lidar beside each.
     cameras: BTreeMap<String, Option<String>>,
+    /// Of cameras with a lidar: from its points to the camera's outputs, when the run begins.
+    at_first: BTreeMap<String, DAffine3>,
     /// Cameras with boxes, of which there may be none in a picture.
     labelled: BTreeSet<String>,
     /// Lidars beside no camera.
@@ -45,7 +47,10 @@ pub(super) struct KittiWriter {
 impl KittiWriter {
     pub fn new(run: &RunInfo) -> Self {
         let lidars: Vec<&str> = run.held_by(FileFormat::Kitti, false).collect();
-        let beside = |camera: &str| lidars.iter().find(|lidar| mounted_on(lidar) == mounted_on(camera));
+        // Those that stand by themselves are on nothing together.
+        let is_beside =
+            |lidar: &str, camera: &str| mounted_on(lidar) == mounted_on(camera) && !mounted_on(camera).is_empty();
+        let beside = |camera: &str| lidars.iter().find(|lidar| is_beside(lidar, camera));
         let cameras = run.held_by(FileFormat::Kitti, true);
         let cameras: BTreeMap<String, Option<String>> =
             cameras.map(|camera| (camera.to_owned(), beside(camera).map(ToString::to_string))).collect();
@@ -55,8 +60,13 @@ impl KittiWriter {
             let kind = run.sensors.get(*name).map(|sensor| &sensor.kind);
             matches!(kind, Some(SensorKind::Camera(camera)) if camera.outputs.has(CameraOutput::Boxes))
         };
+        let at_first = |(camera, lidar): (&String, &Option<String>)| {
+            let [camera_pose, lidar_pose] = [run.poses.get(camera)?, run.poses.get(lidar.as_ref()?)?];
+            Some((camera.clone(), camera_from_lidar(camera_pose, lidar_pose)))
+        };
         Self {
             folder: run.folder.to_owned(),
+            at_first: cameras.iter().filter_map(at_first).collect(),
             labelled: cameras.keys().filter(has_boxes).cloned().collect(),
             cameras,
             alone,
@@ -147,7 +157,11 @@ impl RunWriter for KittiWriter {
                 SensorData::Camera(camera) => {
                     let Some(lidar) = self.cameras.get(&sensor.name) else { continue };
                     let lidar = lidar.as_ref().and_then(|name| capture.get(name));
-                    self.camera(&sensor.name, camera, &file, &camera_from_lidar(sensor, lidar.unwrap_or(sensor)))?;
+                    let own = &sensor.world_from_sensor;
+                    let known = self.at_first.get(&sensor.name);
+                    let now = lidar.map(|lidar| camera_from_lidar(own, &lidar.world_from_sensor));
+                    let from_lidar = now.or(known.copied()).unwrap_or_else(looking_ahead);
+                    self.camera(&sensor.name, camera, &file, &from_lidar)?;
                     if let Some(lidar) = lidar.and_then(SensorCapture::lidar) {
                         self.scan(lidar, &file)?;
                     }
@@ -204,13 +218,16 @@ fn mounted_on(sensor: &str) -> &str {
     sensor.rsplit_once('/').map_or("", |(thing, _)| thing)
 }
 
-/// From the axes of a lidar's points to those of a camera's outputs.
-fn camera_from_lidar(camera: &SensorCapture, lidar: &SensorCapture) -> DAffine3 {
-    let world_from_camera = camera.world_from_sensor * DAffine3::from_mat3(ENTITY_FROM_CAMERA);
-    // Without a lidar: as if one looked along the camera.
-    let ahead = if lidar.lidar().is_some() { DMat3::IDENTITY } else { DMat3::from_rotation_y(std::f64::consts::PI) };
-    let world_from_lidar = lidar.world_from_sensor * DAffine3::from_mat3(ahead * ENTITY_FROM_LIDAR);
-    world_from_camera.inverse() * world_from_lidar
+/// From the axes of a lidar's points to those of a camera's outputs; both poses are of the entities.
+fn camera_from_lidar(world_from_camera: &DAffine3, world_from_lidar: &DAffine3) -> DAffine3 {
+    let world_from_outputs = *world_from_camera * DAffine3::from_mat3(ENTITY_FROM_CAMERA);
+    world_from_outputs.inverse() * *world_from_lidar * DAffine3::from_mat3(ENTITY_FROM_LIDAR)
+}
+
+/// Without a lidar: as if one were in the camera, and looked along it.
+fn looking_ahead() -> DAffine3 {
+    let about = DAffine3::from_rotation_y(std::f64::consts::PI);
+    camera_from_lidar(&DAffine3::IDENTITY, &about)
 }
 
 /// All four cameras of KITTI are this one.
@@ -239,23 +256,17 @@ mod tests {
     use super::*;
     use glam::DVec3;
 
-    fn sensor(data: SensorData, at: DVec3) -> SensorCapture {
-        let entity = bevy_ecs::entity::Entity::PLACEHOLDER;
-        SensorCapture { entity, name: "a/b".into(), world_from_sensor: DAffine3::from_translation(at), data }
-    }
-
     #[test]
     fn a_lidar_looks_along_the_cars_front_and_a_camera_back_until_it_is_turned() {
         let turned = DAffine3::from_rotation_y(std::f64::consts::PI);
-        let mut camera = sensor(SensorData::Camera(CameraCapture::default()), DVec3::ZERO);
-        camera.world_from_sensor = DAffine3::from_translation(DVec3::new(0.0, 1.65, 1.3)) * turned;
-        let lidar = sensor(SensorData::Lidar(LidarCapture::default()), DVec3::new(0.0, 1.73, 1.03));
+        let camera = DAffine3::from_translation(DVec3::new(0.0, 1.65, 1.3)) * turned;
+        let lidar = DAffine3::from_translation(DVec3::new(0.0, 1.73, 1.03));
         let found = camera_from_lidar(&camera, &lidar);
         // 10 m before the lidar, 2 m to its left, 1 m above: KITTI's `Tr_velo_to_cam` has x = −y, y = −z, z = x.
         let point = found.transform_point3(DVec3::new(10.0, 2.0, 1.0));
         assert!(point.abs_diff_eq(DVec3::new(-2.0, -1.08, 9.73), 1e-12), "{point}");
         // Without a lidar the camera's own axes, named as a lidar's.
-        let point = camera_from_lidar(&camera, &camera).transform_point3(DVec3::new(10.0, 2.0, 1.0));
+        let point = looking_ahead().transform_point3(DVec3::new(10.0, 2.0, 1.0));
         assert!(point.abs_diff_eq(DVec3::new(-2.0, -1.0, 10.0), 1e-12), "{point}");
         assert_eq!((mounted_on("ego/front"), mounted_on("a/b/c"), mounted_on("top")), ("ego", "a/b", ""));
     }

@@ -10,7 +10,7 @@ use systems::sensors::{Class, Classes, Instance};
 const UNREGISTERED: u32 = 1 << 31;
 
 /// How far up an entity's parents are asked: they may hang in a ring.
-pub(super) const MOST_ABOVE: usize = 1024;
+const MOST_ABOVE: usize = 1024;
 
 /// What outputs say of a drawn entity.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -81,6 +81,17 @@ impl LabelRuns {
     }
 }
 
+/// An entity and what it is below, upward.
+pub(super) fn own_and_above(world: &World, entity: Entity) -> impl Iterator<Item = Entity> + '_ {
+    let parent = |&entity: &Entity| world.get::<ChildOf>(entity).map(ChildOf::parent);
+    std::iter::successors(Some(entity), parent).take(MOST_ABOVE)
+}
+
+/// The thing that a sensor is on.
+pub(super) fn mounted_on(world: &World, sensor: Entity) -> Option<Entity> {
+    own_and_above(world, sensor).skip(1).find(|&above| world.get::<Instance>(above).is_some())
+}
+
 /// The number of an entity in outputs.
 pub(super) fn number(world: &World, entity: Entity) -> u32 {
     let id = world.get_resource::<EntityRegistry>().and_then(|registry| registry.id(entity));
@@ -101,10 +112,8 @@ pub fn entity_of_number(world: &World, number: u32) -> Option<Entity> {
 fn labels_of(world: &World, index: u32) -> Labels {
     let Some(index) = EntityIndex::from_raw_u32(index) else { return Labels::default() };
     let entity = world.entities().resolve_from_index(index);
-    let parent = |&entity: &Entity| world.get::<ChildOf>(entity).map(ChildOf::parent);
-    let own_and_above = || std::iter::successors(Some(entity), parent).take(MOST_ABOVE);
-    let instance = own_and_above().find(|&above| world.get::<Instance>(above).is_some());
-    let class = own_and_above().find_map(|above| world.get::<Class>(above).copied());
+    let instance = own_and_above(world, entity).find(|&above| world.get::<Instance>(above).is_some());
+    let class = own_and_above(world, entity).find_map(|above| world.get::<Class>(above).copied());
     let class = class.unwrap_or_default();
     let info = world.get_resource::<Classes>().and_then(|classes| classes.get(class));
     let is_thing = info.is_some_and(|info| info.is_thing);

@@ -1,6 +1,6 @@
 //! What lane sensors capture.
 
-use super::label_table::MOST_ABOVE;
+use super::label_table::own_and_above;
 use super::lidar::Pose;
 use bevy_ecs::prelude::*;
 use glam::DVec3;
@@ -10,9 +10,7 @@ use systems::vehicles::{ManualControl, Motion, OnRoute, Vehicle};
 
 /// The vehicle that an entity is on, or is.
 pub(super) fn vehicle_of(world: &World, entity: Entity) -> Option<Entity> {
-    let parent = |&entity: &Entity| world.get::<ChildOf>(entity).map(ChildOf::parent);
-    let mut own_and_above = std::iter::successors(Some(entity), parent).take(MOST_ABOVE);
-    own_and_above.find(|&above| world.get::<Vehicle>(above).is_some())
+    own_and_above(world, entity).find(|&above| world.get::<Vehicle>(above).is_some())
 }
 
 /// Where a sensor is in a lane: of the route that its vehicle follows, or else of the nearest.

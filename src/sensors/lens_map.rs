@@ -17,6 +17,10 @@ use systems::sensors::{CameraSensor, Lens};
 /// Pixels of faces for one of the picture, along a line.
 const DENSITY: f64 = 1.5;
 
+/// Pixels along a face's side for one along the picture's: opposite to where a fisheye looks, a pixel of its border sees
+/// ever less, and the face would have ever more.
+const MOST_LARGER: f64 = 4.0;
+
 /// tan 50°.
 const WIDEST_FACE: f64 = 1.191_753_592_594_21;
 
@@ -80,6 +84,9 @@ impl LensMaps {
             return Ok(None);
         }
         let map = found.unwrap_or_else(|| Arc::new(LensMap::new(camera)));
+        if map.faces.is_empty() {
+            return Err("lens: sees no pixel of the picture".to_owned());
+        }
         self.0.insert(entity, map.clone());
         Ok(Some(map))
     }
@@ -114,7 +121,8 @@ impl LensMap {
             (*least, *most) = (least.min(*at), most.max(*at));
         }
         let used: Vec<usize> = (0..turns.len()).filter(|&face| bounds[face].0.x <= bounds[face].1.x).collect();
-        let faces: Vec<Face> = used.iter().map(|&face| Face::new(turns[face], bounds[face], focal)).collect();
+        let most = MOST_LARGER * f64::from(width.max(height));
+        let faces: Vec<Face> = used.iter().map(|&face| Face::new(turns[face], bounds[face], (focal, most))).collect();
         let place = |found: &OnFace| {
             let number = found.and_then(|(face, _)| used.iter().position(|&used| used == face));
             let Some((number, (_, at))) = number.zip(*found) else {
@@ -162,7 +170,9 @@ impl LensMap {
 
 impl Face {
     /// With a pixel more on each side than it takes to have one on each side of everything within some bounds.
-    fn new(camera_from_face: DMat3, (least, most): (DVec2, DVec2), focal: f64) -> Self {
+    /// `focal`: pixels, less where the face had more than so many along a side.
+    fn new(camera_from_face: DMat3, (least, most): (DVec2, DVec2), (focal, pixels): (f64, f64)) -> Self {
+        let focal = focal.min(pixels / (most - least).max_element().max(1e-9));
         let size = ((most - least) * focal).ceil() + 3.0;
         let corner = 1.0 - least * focal;
         let intrinsics = Intrinsics { fx: focal, fy: focal, cx: corner.x, cy: corner.y };

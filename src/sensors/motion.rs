@@ -4,7 +4,7 @@
 //! accelerations are not lost in the roundings of places: a place in 32 bits, 100 m from the origin, is 8 µm from its
 //! neighbour, which at 60 steps a second is 0.03 m/s².
 
-use super::label_table::MOST_ABOVE;
+use super::label_table::own_and_above;
 use super::lidar::Pose;
 use bevy_ecs::prelude::*;
 use glam::{DAffine3, DVec3};
@@ -90,9 +90,7 @@ impl Track {
 
 /// `world_from_entity` in the state.
 pub(super) fn place(world: &World, entity: Entity) -> DAffine3 {
-    let parent = |&entity: &Entity| world.get::<ChildOf>(entity).map(ChildOf::parent);
-    let own_and_above = std::iter::successors(Some(entity), parent).take(MOST_ABOVE);
-    own_and_above.fold(DAffine3::IDENTITY, |below, entity| local(world, entity) * below)
+    own_and_above(world, entity).fold(DAffine3::IDENTITY, |below, entity| local(world, entity) * below)
 }
 
 /// From an entity to what it is below.
@@ -117,7 +115,7 @@ pub(super) fn pose(world: &World, entity: Entity) -> Pose {
 }
 
 /// Whether something may have moved from one place to another in so many seconds.
-fn moved(from: &Pose, to: &Pose, seconds: f64) -> bool {
+pub(super) fn may_have_moved(from: &Pose, to: &Pose, seconds: f64) -> bool {
     from.translation.distance(to.translation) <= FASTEST * seconds
 }
 
@@ -128,7 +126,7 @@ pub(super) fn imu(imu: &ImuSensor, now: &Pose, before: &[Option<Pose>; 2], momen
     let [Some(last), Some(first)] = before else {
         return ImuCapture { sigmas, nanoseconds, ..ImuCapture::default() };
     };
-    if !(moved(first, last, seconds) && moved(last, now, seconds)) {
+    if !(may_have_moved(first, last, seconds) && may_have_moved(last, now, seconds)) {
         return ImuCapture { sigmas, nanoseconds, ..ImuCapture::default() };
     }
     let moments = [first, last, now].map(|pose| (pose.translation, pose.rotation));
@@ -147,7 +145,7 @@ pub(super) fn gnss(
     let sigmas = [gnss.noise.horizontal_sigma, gnss.noise.vertical_sigma].map(f64::from);
     let Some(on_earth) = on_earth else { return GnssCapture { sigmas, ..GnssCapture::default() } };
     let (now, before) = poses;
-    let before = before.filter(|before| moved(before, now, moment.seconds));
+    let before = before.filter(|before| may_have_moved(before, now, moment.seconds));
     let velocity = before.map(|before| (now.translation - before.translation) / moment.seconds);
     let mut reading = gnss.measure(on_earth, now.translation + origin, velocity.unwrap_or_default(), moment.noise);
     if velocity.is_none() {

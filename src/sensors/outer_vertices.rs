@@ -6,7 +6,7 @@
 //! plane). What is left is more than the hull's own vertices, and few of those of a detailed mesh.
 
 use glam::{DMat3, DVec3, Vec3};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// How often the triangles of an octahedron are split into four: 66 directions, 128 triangles.
 const SPLITS: u32 = 2;
@@ -19,20 +19,16 @@ pub(super) fn outer_vertices(positions: impl IntoIterator<Item = Vec3>) -> Vec<D
     let mut seen = BTreeSet::new();
     let is_new = |place: &Vec3| seen.insert(place.to_array().map(f32::to_bits));
     let places: Vec<DVec3> = positions.into_iter().filter(is_new).map(Vec3::as_dvec3).collect();
-    outermost(places)
-}
-
-/// [`outer_vertices`] of places that are different.
-pub(super) fn outermost(places: Vec<DVec3>) -> Vec<DVec3> {
     let sides: Vec<[DVec3; 3]> = octahedron().into_iter().flat_map(|side| split(side, SPLITS)).collect();
     if places.len() <= sides.len() {
         return places;
     }
-    let farthest = |direction: DVec3| {
-        let along = |place: &&DVec3| place.dot(direction);
-        places.iter().max_by(|a, b| along(a).total_cmp(&along(b))).copied().unwrap_or_default()
+    let mut known: BTreeMap<[u64; 3], DVec3> = BTreeMap::new();
+    let mut corner = |direction: DVec3| {
+        let key = direction.to_array().map(f64::to_bits);
+        *known.entry(key).or_insert_with(|| farthest(&places, direction))
     };
-    let corners: Vec<[DVec3; 3]> = sides.into_iter().map(|side| side.map(farthest)).collect();
+    let corners: Vec<[DVec3; 3]> = sides.into_iter().map(|side| side.map(&mut corner)).collect();
     let middle = corners.iter().flatten().sum::<DVec3>() / (3 * corners.len()) as f64;
     let weights_of: Vec<DMat3> = corners
         .into_iter()
@@ -51,6 +47,21 @@ pub(super) fn outermost(places: Vec<DVec3>) -> Vec<DVec3> {
         })
     };
     places.into_iter().filter(|place| !is_inside(place)).collect()
+}
+
+/// Some of the outermost places, at most 66.
+pub(super) fn extremes(places: &[DVec3]) -> Vec<DVec3> {
+    let sides = octahedron().into_iter().flat_map(|side| split(side, SPLITS));
+    let directions: BTreeSet<[u64; 3]> = sides.flatten().map(|corner| corner.to_array().map(f64::to_bits)).collect();
+    let farthest = directions.into_iter().map(|bits| farthest(places, DVec3::from(bits.map(f64::from_bits))));
+    let mut found: Vec<DVec3> = farthest.collect();
+    found.dedup();
+    found
+}
+
+fn farthest(places: &[DVec3], direction: DVec3) -> DVec3 {
+    let along = |place: &&DVec3| place.dot(direction);
+    places.iter().max_by(|a, b| along(a).total_cmp(&along(b))).copied().unwrap_or_default()
 }
 
 /// Corners of its eight sides, on the unit sphere.

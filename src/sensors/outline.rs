@@ -1,6 +1,10 @@
 //! Outlines in pictures: convex hulls of projected places, their boxes, and how much of them lies within the picture.
 
+use super::outer_vertices::extremes;
 use glam::{DVec2, DVec3};
+
+/// Pairs of vertices that are looked at.
+const MOST_EDGES: usize = 250_000;
 
 /// A convex polygon, its corners in order around it.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -71,15 +75,16 @@ impl Outline {
 }
 
 /// The places of a convex solid's vertices that are at least `near` away along z, and where its edges meet that plane.
-/// `vertices`: camera axes. Each edge is between two of them.
+/// `vertices`: camera axes. Each edge is between two of them; where that is too many pairs, outermost ones stand for all.
 pub(super) fn before_plane(vertices: &[DVec3], near: f64) -> Vec<DVec3> {
     let (mut before, behind): (Vec<DVec3>, Vec<DVec3>) = vertices.iter().copied().partition(|vertex| vertex.z >= near);
-    let in_front = before.len();
-    for hidden in behind {
-        for i in 0..in_front {
-            let seen = before[i];
-            before.push(seen.lerp(hidden, (seen.z - near) / (seen.z - hidden.z)).with_z(near));
-        }
+    let (mut ahead, mut hidden) = (before.clone(), behind);
+    if ahead.len() * hidden.len() > MOST_EDGES {
+        (ahead, hidden) = (extremes(&ahead), extremes(&hidden));
+    }
+    for hidden in hidden {
+        let cut = |seen: &DVec3| seen.lerp(hidden, (seen.z - near) / (seen.z - hidden.z)).with_z(near);
+        before.extend(ahead.iter().map(cut));
     }
     before
 }
@@ -113,6 +118,18 @@ mod tests {
         let (left, right) =
             cut.iter().fold((f64::MAX, f64::MIN), |(low, high), place| (low.min(place.x), high.max(place.x)));
         assert_eq!((left, right), (0.0, 2.0));
+    }
+
+    /// Of a ball around the eye: its section is a disk of radius √(r² − near²), and outermost vertices reach nearly as far.
+    #[test]
+    fn a_solid_of_many_vertices_is_cut_where_its_outermost_ones_say() {
+        let ball = systems::assets::shapes::sphere(5.0, 128, 64).positions;
+        let vertices: Vec<DVec3> = ball.into_iter().map(glam::Vec3::as_dvec3).collect();
+        let cut = before_plane(&vertices, 3.0);
+        assert!(cut.len() < 2 * vertices.len(), "{} of {}", cut.len(), vertices.len());
+        let reach = cut.iter().map(|place| place.truncate().length()).fold(0.0, f64::max);
+        // Directions are 22 degrees apart at the most.
+        assert!(reach <= 4.0 + 1e-6 && reach > 4.0 * 0.9, "{reach}");
     }
 
     proptest! {

@@ -9,6 +9,7 @@ use super::kitti::KittiWriter;
 use super::log::{SensorLog, check_names};
 use crate::frames::FrameError;
 use crate::video;
+use glam::DAffine3;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use systems::sensors::{Classes, Sensor, SensorKind};
@@ -46,6 +47,8 @@ pub(super) struct RunInfo<'a> {
     pub classes: &'a Classes,
     /// Length of a step.
     pub step_seconds: f64,
+    /// From the entities of sensors to the world when the run begins, by their names.
+    pub poses: BTreeMap<String, DAffine3>,
 }
 
 impl RunInfo<'_> {

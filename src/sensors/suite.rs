@@ -3,7 +3,7 @@
 use super::boxes::Boxes;
 use super::camera::{self, CameraPlan};
 use super::capture::{Capture, LidarCapture, SensorCapture, SensorData};
-use super::label_table::{LabelTable, MOST_ABOVE, number};
+use super::label_table::{LabelTable, mounted_on, number};
 use super::lens_map::LensMaps;
 use super::lidar::{self, Pose};
 use super::motion::{self, Moment, Track};
@@ -22,7 +22,7 @@ use std::collections::HashMap;
 use systems::Simulation;
 use systems::ecs::clock::{Clock, Seed};
 use systems::sensors::philox::Noise;
-use systems::sensors::{GeoOrigin, Instance, Sensor, SensorKind};
+use systems::sensors::{GeoOrigin, Sensor, SensorKind};
 use systems::space::GlobalTransform;
 use systems::space::origin::Origin;
 
@@ -52,13 +52,6 @@ fn sensor_name(world: &World, sensor: Entity) -> String {
     let own = world.get::<Name>(sensor).map(|name| name.as_str().to_owned());
     let own = own.unwrap_or_else(|| format!("sensor {}", number(world, sensor)));
     mounted_on(world, sensor).map_or(own.clone(), |above| format!("{}/{own}", name::of_entity(world, above)))
-}
-
-/// The thing that a sensor is on.
-fn mounted_on(world: &World, sensor: Entity) -> Option<Entity> {
-    let parent = |entity| world.get::<ChildOf>(entity).map(ChildOf::parent);
-    let above = std::iter::successors(parent(sensor), |&above| parent(above)).take(MOST_ABOVE);
-    above.into_iter().find(|&above| world.get::<Instance>(above).is_some())
 }
 
 impl SensorSuite {
@@ -227,7 +220,7 @@ impl SensorSuite {
             let views = plan.views().len();
             let (own, rest) = drawn.split_at((boxes.pictures() * views).min(drawn.len()));
             drawn = rest;
-            let found = own.chunks(views).map(|own| labels.runs(&simulation.world, &plan.ids(own)));
+            let found = own.chunks(views.max(1)).map(|own| labels.runs(&simulation.world, &plan.ids(own)));
             if let SensorData::Camera(capture) = &mut sensors[sensor].data {
                 capture.boxes = boxes.finish(found);
             }
@@ -258,7 +251,10 @@ impl SensorSuite {
             let Some(mut found) = Due::of(world, entity, step) else { continue };
             let track = self.tracks.entry(entity).or_default();
             found.before = track.note(&found.sensor.kind, step, found.sensor.every, found.poses[1]);
-            found.poses[0] = found.before[0].unwrap_or(found.poses[1]);
+            let seconds = f64::from(found.sensor.every) * world.resource::<Clock>().step_seconds;
+            // What was put elsewhere meanwhile did not sweep over what is between.
+            let came_from = found.before[0].filter(|before| motion::may_have_moved(before, &found.poses[1], seconds));
+            found.poses[0] = came_from.unwrap_or(found.poses[1]);
             if wanted(&found.name) {
                 due.push(found);
             }

@@ -2,7 +2,7 @@
 
 use super::drawn_parts::{DrawnParts, Part};
 use super::lidar::Pose;
-use super::outer_vertices::{outer_vertices, outermost};
+use super::outer_vertices::outer_vertices;
 use crate::renderer::SlotSet;
 use glam::{DAffine3, DVec3};
 use std::collections::BTreeMap;
@@ -46,7 +46,7 @@ pub(super) struct Thing {
     /// Corners of its box in its own axes, metres.
     pub low: DVec3,
     pub high: DVec3,
-    /// Of its convex hull, and more; the scene's coordinates.
+    /// Those of its parts' convex hulls, and more; the scene's coordinates.
     pub vertices: Vec<DVec3>,
 }
 
@@ -68,7 +68,7 @@ impl Thing {
         }
         let class = parts.first()?.labels.class;
         let is_there = low.cmple(high).all() && low.is_finite() && high.is_finite();
-        is_there.then(|| Self { number, class, slots, pose, low, high, vertices: outermost(vertices) })
+        is_there.then_some(Self { number, class, slots, pose, low, high, vertices })
     }
 
     /// The middle of its box, the scene's coordinates.
@@ -79,6 +79,11 @@ impl Thing {
     /// The same, in its own axes.
     pub fn middle(&self) -> DVec3 {
         (self.low + self.high) / 2.0
+    }
+
+    /// No part of it is further from its middle.
+    pub fn radius(&self) -> f64 {
+        self.low.distance(self.high) / 2.0
     }
 }
 
