@@ -110,7 +110,7 @@ fn each_output_of_a_camera_is_a_film_of_its_captures() {
     let out = folder.path().join("out");
     let films: Vec<PathBuf> =
         files(&out).into_keys().filter(|path| path.extension().is_some_and(|ending| ending == "mp4")).collect();
-    let front = ["class", "color", "depth", "instance"].map(|output| format!("ego/front/{output}.mp4"));
+    let front = ["boxes", "class", "color", "depth", "instance"].map(|output| format!("ego/front/{output}.mp4"));
     let expected: Vec<PathBuf> =
         front.iter().map(String::as_str).chain(["ego/rear/color.mp4"]).map(PathBuf::from).collect();
     assert_eq!(films, expected);
