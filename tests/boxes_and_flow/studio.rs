@@ -22,7 +22,7 @@ pub const BARREL: Lens =
 pub const FISHEYE: Lens = Lens::KannalaBrandt {
     intrinsics: Intrinsics { fx: 50.0, fy: 50.0, ..K },
     coefficients: [0.02, -0.004, 0.0, 0.0],
-    largest_angle: 1.4,
+    largest_angle: 0.7,
 };
 
 /// A world with a camera at the origin that looks along −Z, and what captures it.
