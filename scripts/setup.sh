@@ -176,8 +176,8 @@ target_directory() {
 
 # The test programs that compare pictures, which must pass on other drivers and with other settings of drivers as well.
 # shellcheck disable=SC2034 # for those that source this file
-picture_tests="bright_edges changing_library culling custom_passes every_frame far_from_origin frames
-    light_pictures limits many_lights models oracle outputs pictures pieces popping sensors
+picture_tests="boxes_and_flow bright_edges changing_library culling custom_passes every_frame far_from_origin
+    frames light_pictures limits many_lights models oracle outputs pictures pieces popping sensors
     shadow_maps shadow_updates sun_shadows technique_sets technique_symmetries techniques tone_curves vertex_rounding
     views"
 
