@@ -15,7 +15,7 @@ pub(super) fn encode(boxes: &[ObjectBox]) -> Result<Vec<u8>> {
     let box_visible = parts(boxes, |one| one.box_visible);
     let box_full = parts(boxes, |one| one.box_full);
     let visible = each(boxes, |one| one.visible);
-    let truncated = each(boxes, |one| one.truncated);
+    let truncated = each(boxes, |one| one.truncated.unwrap_or(f32::NAN));
     let pixels = each(boxes, |one| one.pixels);
     let center = parts(boxes, |one| one.center);
     let size = parts(boxes, |one| one.size);

@@ -32,8 +32,9 @@ pub struct ObjectBox {
     pub box_full: [f32; 4],
     /// How much of what lies within the picture is seen, 0 to 1: its pixels, of those that it has drawn alone.
     pub visible: f32,
-    /// How much of its outline lies out of the picture, 0 to 1.
-    pub truncated: f32,
+    /// How much of its outline lies out of the picture, 0 to 1. `None` where that is not known: a lens that bends does not
+    /// see all of it.
+    pub truncated: Option<f32>,
     /// How many pixels show it.
     pub pixels: u32,
     /// The middle of its box in space: camera axes, X right, Y down, Z forward, metres.
@@ -158,11 +159,14 @@ impl Scene<'_> {
         let in_camera: Vec<DVec3> =
             thing.vertices.iter().map(|v| self.camera_from_world.transform_point3(*v)).collect();
         let before = if sees_around { in_camera } else { before_plane(&in_camera, camera.near.into()) };
-        let outline = Outline::around(before.into_iter().filter_map(|place| pixel(camera, place)).collect());
+        let projected: Vec<Option<DVec2>> = before.into_iter().map(|place| pixel(camera, place)).collect();
+        let is_all_seen = projected.iter().all(Option::is_some);
+        let outline = Outline::around(projected.into_iter().flatten().collect());
         let seen_edges = seen.map(|seen| seen.bounds().map(f64::from));
         let full = outline.bounds().or(seen_edges)?;
         let within = outline.within([0.0, 0.0, camera.size.0.into(), camera.size.1.into()]);
         let (area, area_within) = (outline.area(), within.area());
+        let out_of_picture = if area > 0.0 { (1.0 - area_within / area).clamp(0.0, 1.0) as f32 } else { 0.0 };
         let bounds = within.bounds().or(seen_edges).filter(|_| seen.is_some() || area_within > 0.0)?;
         let Pose { rotation, .. } = thing.pose;
         let camera_from_thing = (DQuat::from_mat3(&self.camera_from_world.matrix3) * rotation).normalize();
@@ -180,7 +184,7 @@ impl Scene<'_> {
             box_visible: seen.map_or([0.0; 4], Seen::bounds),
             box_full: full.map(|edge| edge as f32),
             visible: 0.0,
-            truncated: if area > 0.0 { (1.0 - area_within / area).clamp(0.0, 1.0) as f32 } else { 0.0 },
+            truncated: is_all_seen.then_some(out_of_picture),
             pixels: seen.map_or(0, |seen| seen.pixels),
             center: self.camera_from_world.transform_point3(center).to_array(),
             size: [size.z as f32, size.x as f32, size.y as f32],

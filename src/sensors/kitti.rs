@@ -203,7 +203,8 @@ fn label<'a>(thing: &ObjectBox, class: &'a str, (width, height): (u32, u32)) -> 
     let within = [left.clamp(0.0, width), top.clamp(0.0, height), right.clamp(0.0, width), bottom.clamp(0.0, height)];
     Label {
         class,
-        truncated: thing.truncated.into(),
+        // Of pinholes it is always known.
+        truncated: thing.truncated.unwrap_or_default().into(),
         occluded: kitti::occluded(thing.visible),
         alpha: kitti::alpha(rotation_y, location),
         bbox: kitti::inclusive(within),
@@ -282,7 +283,7 @@ mod tests {
             box_visible: [39.0, 34.0, 61.0, 46.0],
             box_full: [50.0 - half[0], 40.0 - half[1], 50.0 + half[0], 40.0 + half[1]],
             visible: 0.75,
-            truncated: 0.25,
+            truncated: Some(0.25),
             pixels: 264,
             center: [0.0, 0.0, 10.0],
             size: [1.0, 2.0, 1.0],
