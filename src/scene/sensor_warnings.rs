@@ -1,12 +1,14 @@
 //! What sensors of a scene will not give as meant.
 
-use crate::sensors::sensor_names;
+use crate::name;
 use bevy_ecs::prelude::*;
 use systems::sensors::{CameraOutput, Class, Classes, Instance, Sensor, SensorKind};
 
 /// A line for each sensor and output.
 pub fn warnings(world: &mut World) -> Vec<String> {
-    let sensors = sensor_names(world);
+    let mut sensors = world.query::<(Entity, &Sensor)>();
+    let sensors: Vec<(Entity, SensorKind)> =
+        sensors.iter(world).map(|(entity, sensor)| (entity, sensor.kind.clone())).collect();
     if sensors.is_empty() {
         return Vec::new();
     }
@@ -18,8 +20,9 @@ pub fn warnings(world: &mut World) -> Vec<String> {
     }
     has_things |= world.query_filtered::<(), With<Instance>>().iter(world).next().is_some();
     let mut warnings = Vec::new();
-    for (name, sensor) in sensors {
-        let Some(SensorKind::Camera(camera)) = world.get::<Sensor>(sensor).map(|sensor| &sensor.kind) else { continue };
+    for (entity, kind) in sensors {
+        let SensorKind::Camera(camera) = kind else { continue };
+        let name = name::of_entity(world, entity);
         let by_class = [("class", CameraOutput::Class), ("panoptic", CameraOutput::Panoptic)];
         for (output, _) in by_class.into_iter().filter(|(_, output)| !has_classes && camera.outputs.has(*output)) {
             warnings.push(format!("sensor {name:?}: {output}: nothing in the scene has a class: all will be 0"));

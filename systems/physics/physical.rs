@@ -1,6 +1,6 @@
 //! What a physically simulated vehicle is made of: numbers of its own, or derived from its type.
 
-pub use crate::space::GRAVITY;
+pub use crate::space::gravity::GRAVITY;
 use crate::vehicles::components::Wanted;
 use crate::vehicles::parts::{self, Movement, Part};
 use crate::vehicles::types::VehicleType;

@@ -6,7 +6,7 @@
 
 use super::beams::within;
 use super::philox::{Noise, normal};
-use crate::space::GRAVITY;
+use crate::space::gravity::GRAVITY;
 use glam::{DQuat, DVec3, Vec3Swizzles};
 use serde::{Deserialize, Serialize};
 

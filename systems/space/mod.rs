@@ -3,9 +3,10 @@
 //! An entity has a [`Transform`] among its siblings; `propagation` derives its [`GlobalTransform`], parents before
 //! children, from what moved. Between two steps `interpolation` draws it somewhere on the way, and [`spin`] moves what
 //! moves by itself. What is [`Hidden`] hides all that is below it. [`Aabb`] and [`Sphere`] are the volumes that bounds
-//! are made of, and [`origin`] is where the world's coordinates count from.
+//! are made of, and [`origin`] is where the world's coordinates count from. [`GRAVITY`] is the same everywhere.
 
 pub(crate) mod bounds;
+pub(crate) mod gravity;
 pub(crate) mod hidden;
 pub(crate) mod interpolation;
 pub(crate) mod motion;
@@ -14,11 +15,9 @@ pub(crate) mod propagation;
 pub(crate) mod transform;
 
 pub use bounds::{Aabb, Sphere};
+pub use gravity::GRAVITY;
 pub use hidden::{Hidden, InheritedHidden, inherit_hidden};
 pub use interpolation::{Interpolated, Interpolation, remember};
 pub use motion::{Spin, spin};
 pub use propagation::{NewParents, note_parent, update_transforms};
 pub use transform::{GlobalTransform, Transform};
-
-/// How strong gravity is, everywhere: m/s², toward −Y.
-pub const GRAVITY: f64 = 9.81;
