@@ -2,6 +2,8 @@
 
 mod common;
 
+use common::{dark_world, unlit};
+
 use bevy_ecs::name::Name;
 use glam::{DVec2, DVec3, EulerRot, Quat, UVec2, Vec2, Vec3, dvec2};
 use proptest::prelude::RngExt;
@@ -11,7 +13,7 @@ use relief::sensors::{CameraCapture, Capture, SensorSuite};
 use serde_json::{Value, json};
 use systems::Simulation;
 use systems::assets::levels::LevelOfDetail;
-use systems::assets::{Library, Material, MaterialId, Shading, shapes};
+use systems::assets::{Library, Material, shapes};
 use systems::draw::{Environment, Intrinsics, ToneMap};
 use systems::lights::Light;
 use systems::run::registry::register_all;
@@ -77,18 +79,6 @@ fn captured(simulation: &mut Simulation, cameras: &[CameraSensor]) -> Option<Res
 
 fn of(capture: &Capture, camera: usize) -> &CameraCapture {
     capture.sensors[camera].camera().expect("a camera")
-}
-
-fn dark_world() -> Simulation {
-    let mut simulation = Simulation::new();
-    simulation.world.insert_resource(common::dark());
-    simulation
-}
-
-fn unlit(simulation: &mut Simulation, color: Vec3) -> MaterialId {
-    let mut library = simulation.world.resource_mut::<Library>();
-    let base_factor = color.extend(1.0);
-    library.add_material(Material { base_factor, shading: Shading::Unlit, double_sided: true, ..Material::default() })
 }
 
 /// From camera axes to the scene's, of a camera that stands at the origin and looks along −Z.

@@ -2,10 +2,10 @@
 
 mod common;
 
-use common::{assert_fails, files, text};
+use common::{assert_fails, files, relief, scene_folder, text};
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
 /// A car that turns on a road, seen by a camera with a lens of its own, and by a lidar that a post carries.
 const SCENE: &str = r#"(
@@ -28,16 +28,6 @@ const SCENE: &str = r#"(
         ),
     ],
 )"#;
-
-fn relief(args: &[&str], folder: &Path) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_relief")).args(args).current_dir(folder).output().expect("the binary runs")
-}
-
-fn scene_folder(scene: &str) -> tempfile::TempDir {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    fs::write(folder.path().join("scene.ron"), scene).expect("written");
-    folder
-}
 
 #[track_caller]
 fn done(output: &Output) -> String {

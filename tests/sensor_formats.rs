@@ -2,10 +2,10 @@
 
 mod common;
 
-use common::{assert_fails, files, text};
+use common::{assert_fails, files, relief, scene_folder, text};
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Command;
 
 /// A ground, a wall of no class, two boxes that are things, one before the other; a rig that turns by three degrees a
 /// capture, with a camera and a lidar, and a camera with colours alone; and a lidar that stands by itself.
@@ -32,16 +32,6 @@ const SCENE: &str = r#"(
         (name: "post", transform: (translation: (5, 2, 5)), sensor: lidar(beams: vlp16, hz: 15, every: 4, phase: 2)),
     ],
 )"#;
-
-fn relief(args: &[&str], folder: &Path) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_relief")).args(args).current_dir(folder).output().expect("the binary runs")
-}
-
-fn scene_folder(scene: &str) -> tempfile::TempDir {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    fs::write(folder.path().join("scene.ron"), scene).expect("written");
-    folder
-}
 
 /// Renders 5 frames into `out`.
 #[track_caller]

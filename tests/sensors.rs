@@ -2,6 +2,8 @@
 
 mod common;
 
+use common::{dark_world, unlit};
+
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
 use glam::{DVec3, EulerRot, Quat, UVec2, Vec2, Vec3};
@@ -12,7 +14,7 @@ use relief::renderer::{Renderer, Settings, ViewBatches, ViewPlan};
 use relief::sensors::{CameraCapture, SensorSuite};
 use systems::Simulation;
 use systems::assets::levels::LevelOfDetail;
-use systems::assets::{AlphaMode, Library, Material, MaterialId, MeshId, Shading, shapes};
+use systems::assets::{AlphaMode, Library, Material, MeshId, shapes};
 use systems::draw::{Camera, Environment, Intrinsics, Projection, View};
 use systems::lights::Light;
 use systems::run::registry::{EntityRegistry, register_all};
@@ -30,19 +32,6 @@ fn all_outputs() -> CameraOutputs {
 
 fn sensor(lens: Lens) -> CameraSensor {
     CameraSensor { size: SIZE, lens, outputs: all_outputs(), ..CameraSensor::default() }
-}
-
-/// A world without light, in which nothing moves.
-fn dark_world() -> Simulation {
-    let mut simulation = Simulation::new();
-    simulation.world.insert_resource(common::dark());
-    simulation
-}
-
-fn unlit(simulation: &mut Simulation, color: Vec3) -> MaterialId {
-    let mut library = simulation.world.resource_mut::<Library>();
-    let base_factor = color.extend(1.0);
-    library.add_material(Material { base_factor, shading: Shading::Unlit, double_sided: true, ..Material::default() })
 }
 
 fn mesh(simulation: &mut Simulation, mesh: systems::assets::Mesh) -> MeshId {

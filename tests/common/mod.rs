@@ -135,3 +135,35 @@ pub fn python(script: &str, modules: &[&str], args: &[&std::ffi::OsStr]) -> Opti
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     Some(output)
 }
+
+/// What `relief` says to some arguments, in a folder.
+#[allow(dead_code)]
+pub fn relief(args: &[&str], folder: &std::path::Path) -> std::process::Output {
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_relief"));
+    command.args(args).current_dir(folder).output().expect("the binary runs")
+}
+
+/// A folder with `scene.ron`.
+#[allow(dead_code)]
+pub fn scene_folder(scene: &str) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    std::fs::write(folder.path().join("scene.ron"), scene).expect("written");
+    folder
+}
+
+/// A world without light, in which nothing moves.
+#[allow(dead_code)]
+pub fn dark_world() -> systems::Simulation {
+    let mut simulation = systems::Simulation::new();
+    simulation.world.insert_resource(dark());
+    simulation
+}
+
+/// A material of one colour, linear, seen from both sides.
+#[allow(dead_code)]
+pub fn unlit(simulation: &mut systems::Simulation, color: glam::Vec3) -> systems::assets::MaterialId {
+    use systems::assets::{Library, Material, Shading};
+    let mut library = simulation.world.resource_mut::<Library>();
+    let base_factor = color.extend(1.0);
+    library.add_material(Material { base_factor, shading: Shading::Unlit, double_sided: true, ..Material::default() })
+}

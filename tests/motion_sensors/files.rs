@@ -1,10 +1,9 @@
 //! The files of these sensors: the same for any threads and parts of a run, and read by others.
 
-use super::common::{self, text};
+use super::common::{self, relief, scene_folder, text};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 
 /// A car that drives round and round, with all of these sensors, and noise.
 const SCENE: &str = r#"(
@@ -26,16 +25,6 @@ const SCENE: &str = r#"(
         (name: "still", vehicle: (type: "box", by_hand: true), transform: (translation: (12.2, 0, 0))),
     ],
 )"#;
-
-fn relief(args: &[&str], folder: &Path) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_relief")).args(args).current_dir(folder).output().expect("the binary runs")
-}
-
-fn scene_folder(scene: &str) -> tempfile::TempDir {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    fs::write(folder.path().join("scene.ron"), scene).expect("written");
-    folder
-}
 
 /// The files of the sensors of a run, by their paths.
 fn rendered(folder: &Path, args: &[&str]) -> BTreeMap<PathBuf, Vec<u8>> {

@@ -3,7 +3,8 @@
 //! [`container`] yields the JSON, [`shape`] checks every property and reference in it against [`schema`], and [`typed`]
 //! turns it into the types of the gltf crate. [`document`] and [`accessors`] give bounds-checked access to the data; on
 //! these stand [`nodes`], [`parts`], [`meshes`], [`materials`] and [`textures`]; [`labels`] are what sensors call
-//! nodes; [`rules`] are what nothing else depends on. All report to one [`report::Report`] and go on, so that loading and checking are the same reading.
+//! nodes; [`rules`] are what nothing else depends on. All report to one
+//! [`report::Report`] and go on, so that loading and checking are the same reading.
 //! Nothing joins the library before the whole file has been found sound.
 //!
 //! Of the gltf crate the types and their links are used. Its validation is not: it stops at the first fault of a type
