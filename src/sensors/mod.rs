@@ -83,6 +83,7 @@ mod suite;
 mod texels;
 mod things;
 mod tracking;
+mod worlds;
 
 pub use boxes::{Motion, ObjectBox};
 pub use camera::CameraCapture;
@@ -95,3 +96,4 @@ pub use lidar::{LidarScan, Pose};
 pub use motion::{GnssCapture, ImuCapture};
 pub use rays::{Meeting, RayScene, RayWarnings};
 pub use suite::{SensorSuite, sensor_names};
+pub use worlds::capture_worlds;
