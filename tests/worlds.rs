@@ -25,27 +25,30 @@ struct World {
     objects: Vec<Entity>,
 }
 
-fn checks(color: [u8; 3]) -> Image {
-    let [r, g, b] = color;
-    let texels = (0..64u8).flat_map(|i| if (i + i / 8) % 2 == 0 { [255; 4] } else { [r, g, b, 255] });
-    Image::rgba8("checks", 8, 8, ImageKind::Color, texels.collect())
+fn checks(size: u32, [r, g, b]: [u8; 3]) -> Image {
+    let texels = (0..size * size).flat_map(|i| if (i + i / size) % 2 == 0 { [255; 4] } else { [r, g, b, 255] });
+    Image::rgba8("checks", size, size, ImageKind::Color, texels.collect())
 }
 
-/// Objects, a lamp and a sun with shadows, and cameras of two sizes. `seed`: where they are, and the tone map.
+/// Objects, a lamp and a sun with shadows, and cameras of two sizes. `seed`: where they are, which of them come first,
+/// and the tone map.
 fn world(seed: u64) -> World {
     let mut simulation = Simulation::new();
     let mut library = simulation.world.resource_mut::<Library>();
     let mesh = library.add_mesh(shapes::cube(Vec3::ONE));
     let sphere = library.add_mesh(shapes::sphere(0.5, 24, 16));
-    let image = library.add_image(checks([200, 40, 40]));
+    let image = library.add_image(checks(8, [200, 40, 40]));
     let mapped = library.add_material(Material { base_map: Some(Map::new(image)), ..Material::default() });
+    let large = library.add_image(checks(16, [40, 40, 200]));
+    let other = library.add_material(Material { base_map: Some(Map::new(large)), ..Material::default() });
     let glass = Material { base_factor: Vec4::new(0.3, 0.6, 0.9, 0.5), ..Material::default() };
     let plain = library.add_material(glass);
     let mut random = TestRng::from_seed(RngAlgorithm::ChaCha, &[seed as u8; 32]);
     let mut at = || Vec3::from_array([4.0, 3.0, 4.0].map(|half: f32| random.random_range(-half..half)));
     let objects = (0..12).map(|i| {
         let place = Transform::from_translation(at() - 8.0 * Vec3::Z).with_rotation(Quat::from_rotation_y(at().x));
-        let looks: (MeshId, MaterialId) = if i % 3 == 0 { (sphere, plain) } else { (mesh, mapped) };
+        let looks: [(MeshId, MaterialId); 3] = [(mesh, mapped), (sphere, plain), (mesh, other)];
+        let looks = looks[(i + 2 * seed as usize) % 3];
         simulation.world.spawn((looks, place)).id()
     });
     let objects = objects.collect();
@@ -55,7 +58,9 @@ fn world(seed: u64) -> World {
     simulation.world.resource_mut::<Environment>().tone_map = tone_map;
     let outputs = [CameraOutput::Color, CameraOutput::Depth, CameraOutput::Instance];
     for (name, size) in [("left", (48, 32)), ("right", (48, 32)), ("small", (20, 20))] {
-        let camera = CameraSensor { size, outputs: outputs.into_iter().collect(), ..CameraSensor::default() };
+        let samples = if name == "small" { 4 } else { 1 };
+        let outputs = outputs.into_iter().collect();
+        let camera = CameraSensor { size, samples, outputs, ..CameraSensor::default() };
         let place =
             Transform::from_xyz(size.0 as f32 / 40.0, 0.0, 2.0).with_rotation(Quat::from_rotation_y(at().y / 9.0));
         simulation.world.spawn((Sensor::camera(camera), Name::new(name), place));
@@ -135,7 +140,7 @@ fn a_fork_shares_what_is_uploaded_and_what_one_changes_the_other_does_not_see() 
                 let (mesh, image) = (world.mesh, world.image);
                 let mut library = world.simulation.world.resource_mut::<Library>();
                 library.replace_mesh(mesh, shapes::cube(Vec3::new(0.5, 1.0 + i as f32, 0.5)));
-                library.replace_image(image, checks([0, 60 * i as u8, 200]));
+                library.replace_image(image, checks(8, [0, 60 * i as u8, 200]));
             }
         }
         for (which, suite, world) in [(0, &mut suite, &mut parent), (1, &mut forked, &mut child)] {
@@ -166,10 +171,10 @@ fn a_fork_uploads_neither_meshes_nor_maps() {
     assert_eq!(uploaded(&mut forked, &mut child), (0, instances));
     assert_eq!(forked.held_bytes().meshes, renderer.held_bytes().meshes);
     // One more image of the same size: its array is the child's own, with what was in it.
-    let image = child.simulation.world.resource_mut::<Library>().add_image(checks([0, 0, 0]));
+    let image = child.simulation.world.resource_mut::<Library>().add_image(checks(8, [0, 0, 0]));
     let material = Material { base_map: Some(Map::new(image)), ..Material::default() };
     let material = child.simulation.world.resource_mut::<Library>().add_material(material);
-    child.simulation.world.entity_mut(child.objects[1]).insert(material);
+    child.simulation.world.entity_mut(child.objects[0]).insert(material);
     let (added, _) = uploaded(&mut forked, &mut child);
     assert!(0 < added && added < assets / 2, "{added} of {assets}");
 }
