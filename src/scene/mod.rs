@@ -18,6 +18,7 @@
 //! motion_sensors            sensors of motion, and where on Earth a scene is
 //! sensor_warnings           what sensors will not give as meant
 //! rigs                      entities from files of their own, below those that take them
+//! template                  a scene that is read once, and of which any number of worlds are made
 //! studio                    light and a camera for what brings none; a glTF file is a scene as well
 //! ```
 //!
@@ -59,6 +60,7 @@ mod slips;
 mod spawn;
 mod studio;
 mod surfaces;
+mod template;
 #[cfg(feature = "vehicles")]
 mod traffic;
 mod turned_meshes;
@@ -72,6 +74,7 @@ mod vehicles;
 mod vehicles;
 
 pub use custom_fields::{EntityField, SceneField, SceneFields};
+pub use template::Template;
 #[cfg(feature = "vehicles")]
 pub use vehicle_types::load_vehicle_types;
 
@@ -152,17 +155,7 @@ pub fn load(path: &Path, simulation: &mut Simulation) -> Result<LoadedScene, Sce
         let before = library.revisions();
         prepare(path, &fields, &mut library).inspect_err(|_| library.take_back(before))
     })?;
-    let bright = matches!(&prepared.content, Content::Model(model) if model.has_lights());
-    let (loaded, model) = prepared.spawn(path, world);
-    if bright {
-        studio::expose(simulation);
-    }
-    // Not before: to the exposure an object is one, however large.
-    if let Some((root, bounds)) = model {
-        spawn::cut_model(root, bounds, &mut simulation.world);
-    }
-    registry::register_all(&mut simulation.world);
-    Ok(loaded)
+    Ok(prepared.instantiate(path, None, simulation))
 }
 
 /// A library with the meshes, materials and images that [`load`] adds to it, under the same ids, without a world.
@@ -351,32 +344,48 @@ fn slip_problem(path: &Path, Slip { line_column, place, message }: Slip) -> Prob
 }
 
 impl Prepared {
-    /// A model's root and bounds beside the scene.
-    fn spawn(self, path: &Path, world: &mut World) -> (LoadedScene, Option<(Entity, Aabb)>) {
+    /// Puts the scene into a world.
+    fn instantiate(&self, path: &Path, seed: Option<u64>, simulation: &mut Simulation) -> LoadedScene {
+        let bright = matches!(&self.content, Content::Model(model) if model.has_lights());
+        let (loaded, model) = self.spawn(path, seed, &mut simulation.world);
+        if bright {
+            studio::expose(simulation);
+        }
+        // Not before: to the exposure an object is one, however large.
+        if let Some((root, bounds)) = model {
+            spawn::cut_model(root, bounds, &mut simulation.world);
+        }
+        registry::register_all(&mut simulation.world);
+        loaded
+    }
+
+    /// A model's root and bounds beside the scene. A `seed` takes the place of the scene's own.
+    fn spawn(&self, path: &Path, seed: Option<u64>, world: &mut World) -> (LoadedScene, Option<(Entity, Aabb)>) {
         let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-        let (mut warnings, mut whole) = (self.warnings, None);
-        world.insert_resource(self.origin);
-        let spawned = match self.content {
+        let (mut warnings, mut whole) = (self.warnings.clone(), None);
+        world.insert_resource(Origin(self.origin.0));
+        let spawned = match &self.content {
             Content::Scene(scene, items, types) => {
+                let seed = seed.unwrap_or(scene.seed);
                 vehicles::add_types(types, world);
                 world.insert_resource(environment(&scene.environment));
                 world.insert_resource(clock(&scene.clock));
-                world.insert_resource(Seed(scene.seed));
+                world.insert_resource(Seed(seed));
                 match scene.geo_origin {
                     Some(on_earth) => world.insert_resource(on_earth.resource()),
                     None => _ = world.remove_resource::<GeoOrigin>(),
                 }
                 scene.custom.insert_into_world(world);
-                spawn::spawn(&scene, &items, world)
+                spawn::spawn(scene, items, seed, world)
             }
             Content::Model(model) => {
                 let bounds = model.bounds(world.resource::<Library>());
-                let (root, spawned) = spawn::spawn_model(&model, bounds, world);
+                let (root, spawned) = spawn::spawn_model(model, bounds, world);
                 whole = Some((root, bounds));
                 let environment = if spawned.has_lights { Environment::default() } else { studio::light(world) };
                 world.insert_resource(environment);
                 world.insert_resource(Clock::default());
-                world.insert_resource(Seed::default());
+                world.insert_resource(Seed(seed.unwrap_or_default()));
                 spawned
             }
         };
@@ -385,7 +394,8 @@ impl Prepared {
         if cameras.is_empty() {
             cameras.push(studio::frame(bounds, world));
         }
-        (LoadedScene { name, cameras, warnings, files: self.files, doubts: self.doubts }, whole)
+        let (files, doubts) = (self.files.clone(), self.doubts.clone());
+        (LoadedScene { name, cameras, warnings, files, doubts }, whole)
     }
 }
 

@@ -32,7 +32,7 @@ pub fn check_types(_: &Path) -> Option<Vec<Problem>> {
     None
 }
 
-pub fn add_types(_: Types, _: &mut World) {}
+pub fn add_types(_: &Types, _: &mut World) {}
 
 /// There is none.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -86,7 +86,7 @@ impl Check<'_> {
 
 const REFUSED: &str = "this build has no vehicles (feature `vehicles`)";
 
-pub fn insert(_: &Scene, _: &mut World) -> Vec<String> {
+pub fn insert(_: &Scene, _: u64, _: &mut World) -> Vec<String> {
     Vec::new()
 }
 

@@ -38,8 +38,8 @@ pub struct Spawned {
     pub warnings: Vec<String>,
 }
 
-/// Spawns the whole scene.
-pub fn spawn(scene: &Scene, items: &Items, world: &mut World) -> Spawned {
+/// Spawns the whole scene. `seed`: of all that is random in it.
+pub fn spawn(scene: &Scene, items: &Items, seed: u64, world: &mut World) -> Spawned {
     let mut spawner = Spawner {
         items,
         rigs: &scene.rigs,
@@ -52,7 +52,7 @@ pub fn spawn(scene: &Scene, items: &Items, world: &mut World) -> Spawned {
         found: Spawned::default(),
     };
     spawner.world.insert_resource(sensors::classes(&scene.classes));
-    spawner.found.warnings = vehicles::insert(scene, spawner.world);
+    spawner.found.warnings = vehicles::insert(scene, seed, spawner.world);
     if let Some(lights) = scene.lights {
         spawner.world.insert_resource(LightPolicies::same(lights.policy()));
     }
@@ -61,7 +61,7 @@ pub fn spawn(scene: &Scene, items: &Items, world: &mut World) -> Spawned {
         listed.0.insert(spawner.entity(entity, &Placement::of(entity), None), i);
     }
     spawner.world.insert_resource(listed);
-    let mut seeds = generate::Random::new(scene.seed);
+    let mut seeds = generate::Random::new(seed);
     for (i, generator) in scene.generators.iter().enumerate() {
         spawner.generator(i, generator, seeds.bits());
     }

@@ -16,11 +16,11 @@ use systems::vehicles::signals::{Aspect, Signal, SignalHead, SignalLamp, Signals
 use systems::vehicles::{OnRoute, RouteId};
 
 /// Gives the world the scene's routes and signals; returns what a person should know of them.
-pub fn insert(scene: &Scene, world: &mut World) -> Vec<String> {
+pub fn insert(scene: &Scene, seed: u64, world: &mut World) -> Vec<String> {
     let signals =
         Signals::new(scene.signals.entries().iter().map(|(name, signal)| plan_signal(name, signal)).collect());
     let plans = scene.routes.entries().iter().map(|(name, route)| plan_route(name, route, scene, &signals)).collect();
-    let routes = Routes::new(plans, scene.traffic.left_hand, scene.seed);
+    let routes = Routes::new(plans, scene.traffic.left_hand, seed);
     let warnings = road_warnings::of_routes(&routes, world.resource::<Origin>().0);
     world.insert_resource(routes);
     world.insert_resource(signals);

@@ -39,8 +39,8 @@ pub struct VehiclesFound {
 }
 
 /// Gives the world the scene's routes and signals; returns what a person should know of them.
-pub fn insert(scene: &Scene, world: &mut World) -> Vec<String> {
-    traffic::insert(scene, world)
+pub fn insert(scene: &Scene, seed: u64, world: &mut World) -> Vec<String> {
+    traffic::insert(scene, seed, world)
 }
 
 /// Places along routes.
@@ -78,9 +78,9 @@ pub fn check_types(path: &Path) -> Option<Vec<Problem>> {
 }
 
 /// Adds types to those of the world.
-pub fn add_types(types: Types, world: &mut World) {
+pub fn add_types(types: &Types, world: &mut World) {
     let mut all = world.resource_mut::<VehicleTypes>();
-    types.into_iter().for_each(|vehicle_type| _ = all.add(vehicle_type));
+    types.iter().for_each(|vehicle_type| _ = all.add(vehicle_type.clone()));
 }
 
 /// Has vehicles stand on an entity.

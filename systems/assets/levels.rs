@@ -100,7 +100,7 @@ pub fn update_levels(mut library: ResMut<Library>, mut seen: Local<u64>) {
     if std::mem::replace(&mut *seen, meshes) == meshes || library.meshes().all(|(_, entry)| !entry.levels.is_empty()) {
         return;
     }
-    let pending = library.meshes_mut().filter(|entry| entry.levels.is_empty());
+    let pending = library.meshes_mut(|entry| entry.levels.is_empty());
     in_parallel(pending.collect::<Vec<_>>().into_iter(), MeshEntry::make_levels);
 }
 

@@ -20,7 +20,10 @@ use std::collections::HashMap;
 
 /// All meshes, materials and images of a world, which keeps its library: that another one was put in the place of the
 /// resource would not be noticed.
-#[derive(Resource, Debug)]
+///
+/// A clone has the same ids for the same items and shares them: what either changes is copied first. So worlds of one
+/// scene hold its meshes and images once.
+#[derive(Resource, Clone, Debug)]
 pub struct Library {
     meshes: Slots<MeshId, MeshEntry>,
     materials: Slots<MaterialId, Material>,
@@ -130,14 +133,19 @@ impl Library {
         if let Some(incomplete) = self.pieces.remove(&(mesh, grid)) {
             incomplete.into_iter().for_each(|piece| _ = self.meshes.remove(piece));
         }
-        let Some(entry) = self.meshes.get_mut(mesh) else { return Vec::new() };
-        if !entry.tangents_ready {
-            entry.make_tangents();
+        let is_unfinished = |entry: &MeshEntry| !entry.tangents_ready || entry.levels.is_empty();
+        if self.meshes.get(mesh).is_some_and(is_unfinished)
+            && let Some(entry) = self.meshes.get_mut(mesh)
+        {
+            if !entry.tangents_ready {
+                entry.make_tangents();
+            }
+            if entry.levels.is_empty() {
+                // The pieces have levels; what is not drawn itself needs none.
+                entry.levels.push(Level::whole(&entry.mesh));
+            }
         }
-        if entry.levels.is_empty() {
-            // The pieces have levels; what is not drawn itself needs none.
-            entry.levels.push(Level::whole(&entry.mesh));
-        }
+        let Some(entry) = self.meshes.get(mesh) else { return Vec::new() };
         let pieces: Vec<MeshId> = split(&entry.mesh, grid).into_iter().map(|piece| self.add_mesh(piece)).collect();
         self.pieces.insert((mesh, grid), pieces.clone());
         pieces
@@ -250,7 +258,7 @@ impl Library {
         for id in with_texels.map(|(id, _)| id).collect::<Vec<_>>() {
             self.images.edit(id);
         }
-        self.images.iter_mut().filter(|(_, image)| !image.levels.is_empty())
+        self.images.iter_mut(|image| !image.levels.is_empty())
     }
 
     /// What is in a slot ([`MeshId::slot`]) now.
@@ -325,7 +333,7 @@ impl Library {
                 return Err(image.name.clone());
             }
         }
-        for (id, image) in self.images.iter_mut().filter(|(_, image)| image.levels.is_empty()) {
+        for (id, image) in self.images.iter_mut(|image| image.levels.is_empty()) {
             image.levels = same.images.get_mut(id).map(|other| std::mem::take(&mut other.levels)).unwrap_or_default();
         }
         Ok(())
@@ -333,11 +341,12 @@ impl Library {
 
     /// The meshes whose tangents or levels are still to be made, to do so before the first frame does.
     pub fn unfinished_meshes(&mut self) -> impl Iterator<Item = &mut MeshEntry> {
-        self.meshes_mut().filter(|entry| !entry.is_finished())
+        self.meshes_mut(|entry| !entry.is_finished())
     }
 
-    pub(crate) fn meshes_mut(&mut self) -> impl Iterator<Item = &mut MeshEntry> {
-        self.meshes.iter_mut().map(|(_, entry)| entry)
+    /// The meshes for which something holds.
+    pub(crate) fn meshes_mut(&mut self, holds: impl Fn(&MeshEntry) -> bool) -> impl Iterator<Item = &mut MeshEntry> {
+        self.meshes.iter_mut(holds).map(|(_, entry)| entry)
     }
 }
 

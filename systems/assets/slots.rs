@@ -6,9 +6,12 @@
 //!
 //! What follows the items keeps the number of the last change that it has seen (a revision), and asks for the slots
 //! that changed since. Any number of systems and renderers can do so; where nothing changed, that is one comparison.
+//!
+//! A clone shares its items with what it was cloned from. One that is changed in either is copied first.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::marker::PhantomData;
+use std::sync::Arc;
 
 /// Bits of an id that are its slot; the others are its generation.
 const SLOT_BITS: u32 = 24;
@@ -77,9 +80,9 @@ macro_rules! slot_id {
 }
 pub(crate) use slot_id;
 
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Slot<T> {
-    item: Option<T>,
+    item: Option<Arc<T>>,
     generation: u8,
     /// The revision in which the item was added.
     added: u64,
@@ -90,7 +93,7 @@ struct Slot<T> {
 }
 
 /// Items of one kind.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Slots<I, T> {
     slots: Vec<Slot<T>>,
     free: BTreeSet<u32>,
@@ -118,14 +121,14 @@ impl<I, T> Default for Slots<I, T> {
     }
 }
 
-impl<I: SlotId, T> Slots<I, T> {
+impl<I: SlotId, T: Clone> Slots<I, T> {
     /// Puts an item into the lowest free slot.
     ///
     /// # Panics
     /// If there are [`MOST_SLOTS`] items already.
     pub fn add(&mut self, item: T) -> I {
         let slot = self.free.pop_first().unwrap_or(self.slots.len() as u32);
-        let new = Slot { item: Some(item), generation: 0, added: self.revision + 1, changed: 0, edits: 0 };
+        let new = Slot { item: Some(Arc::new(item)), generation: 0, added: self.revision + 1, changed: 0, edits: 0 };
         let generation = match self.slots.get_mut(slot as usize) {
             Some(free) => {
                 *free = Slot { generation: free.generation, changed: free.changed, ..new };
@@ -152,7 +155,7 @@ impl<I: SlotId, T> Slots<I, T> {
         self.used -= 1;
         self.touch(slot_of(id.to_bits()));
         self.edited = self.revision;
-        item
+        item.map(Arc::unwrap_or_clone)
     }
 
     /// An item, to be changed.
@@ -163,7 +166,7 @@ impl<I: SlotId, T> Slots<I, T> {
         self.edited = self.revision;
         let slot = &mut self.slots[slot as usize];
         slot.edits += 1;
-        slot.item.as_mut()
+        slot.item.as_mut().map(Arc::make_mut)
     }
 
     /// Takes back what was added since a revision, as if it had never been there. For items that nothing has seen.
@@ -187,32 +190,33 @@ impl<I: SlotId, T> Slots<I, T> {
 
     /// An item.
     pub fn get(&self, id: I) -> Option<&T> {
-        self.find(id)?.item.as_ref()
+        self.find(id)?.item.as_deref()
     }
 
     /// An item, to change what nothing follows.
     pub fn get_mut(&mut self, id: I) -> Option<&mut T> {
-        self.find_mut(id)?.item.as_mut()
+        self.find_mut(id)?.item.as_mut().map(Arc::make_mut)
     }
 
     /// What is in a slot now.
     pub fn in_slot(&self, slot: u32) -> Option<(I, &T)> {
         let found = self.slots.get(slot as usize)?;
-        Some((I::from_bits(id_bits(slot, found.generation)), found.item.as_ref()?))
+        Some((I::from_bits(id_bits(slot, found.generation)), found.item.as_deref()?))
     }
 
     /// All items in the order of their slots.
     pub fn iter(&self) -> impl Iterator<Item = (I, &T)> + Clone {
         (0..)
             .zip(&self.slots)
-            .filter_map(|(slot, found)| Some((I::from_bits(id_bits(slot, found.generation)), found.item.as_ref()?)))
+            .filter_map(|(slot, found)| Some((I::from_bits(id_bits(slot, found.generation)), found.item.as_deref()?)))
     }
 
-    /// The same, to change what nothing follows.
-    pub fn iter_mut(&mut self) -> impl Iterator<Item = (I, &mut T)> {
-        (0..)
-            .zip(&mut self.slots)
-            .filter_map(|(slot, found)| Some((I::from_bits(id_bits(slot, found.generation)), found.item.as_mut()?)))
+    /// Those for which something holds, to change what nothing follows.
+    pub fn iter_mut(&mut self, holds: impl Fn(&T) -> bool) -> impl Iterator<Item = (I, &mut T)> {
+        (0..).zip(&mut self.slots).filter_map(move |(slot, found)| {
+            let item = found.item.as_mut().filter(|item| holds(item))?;
+            Some((I::from_bits(id_bits(slot, found.generation)), Arc::make_mut(item)))
+        })
     }
 
     /// How many items there are.

@@ -35,7 +35,7 @@ pub fn update_tangents(mut library: ResMut<Library>, mut seen: Local<u64>) {
     if std::mem::replace(&mut *seen, meshes) == meshes || library.meshes().all(|(_, entry)| entry.tangents_ready) {
         return;
     }
-    let pending = library.meshes_mut().filter(|entry| !entry.tangents_ready);
+    let pending = library.meshes_mut(|entry| !entry.tangents_ready);
     in_parallel(pending.collect::<Vec<_>>().into_iter(), MeshEntry::make_tangents);
 }
 

@@ -65,6 +65,11 @@ impl EntityRegistry {
     }
 
     /// The id that the next entity gets.
+    pub fn next_id(&self) -> StateId {
+        StateId(self.next)
+    }
+
+    /// The number of [`Self::next_id`].
     pub(crate) fn next(&self) -> u32 {
         self.next
     }
@@ -77,6 +82,11 @@ impl EntityRegistry {
     /// What came after the scene, by first id, in that order.
     pub(crate) fn later(&self) -> impl Iterator<Item = (u32, &Family)> {
         self.later.iter().map(|(first, family)| (*first, family))
+    }
+
+    /// Whether a family begins with that id.
+    pub(crate) fn has_family(&self, first: u32) -> bool {
+        self.later.contains_key(&first)
     }
 
     /// All ids with their entities, ascending; some may be gone.
@@ -132,6 +142,27 @@ pub fn spawn(world: &mut World, spawn: Spawn) -> Vec<Entity> {
     registry.next += members.len() as u32;
     registry.later.insert(first, Family { spawn, members });
     roots
+}
+
+/// Takes out what came after the scene, but for families that `is_kept`, by first id and number of members. Numbers of
+/// ids begin after the last one that stays.
+pub(crate) fn rewind(world: &mut World, is_kept: impl Fn(u32, &Family) -> bool) {
+    world.resource_scope(|world, mut registry: Mut<EntityRegistry>| {
+        let registry = &mut *registry;
+        let is_whole = |family: &Family| family.members.iter().all(|&member| world.get_entity(member).is_ok());
+        let mut kept = BTreeMap::new();
+        let mut gone = Vec::new();
+        for (first, family) in std::mem::take(&mut registry.later) {
+            if is_whole(&family) && is_kept(first, &family) {
+                kept.insert(first, family);
+            } else {
+                gone.extend(family.members);
+            }
+        }
+        gone.into_iter().for_each(|member| _ = world.try_despawn(member));
+        registry.later = kept;
+        registry.next = registry.scene.len() as u32;
+    });
 }
 
 /// Takes an entity out of the world, with all that is below it. Nothing happens where it is gone.

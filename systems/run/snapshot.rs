@@ -1,12 +1,13 @@
 //! The whole state of a simulation as bytes, and back.
 //!
-//! A snapshot belongs to a scene: it is restored into a world that has just loaded that scene. Loading spawns the same
-//! entities in the same order, so a number names each of them ([`crate::run::registry`]); those that are gone by the
-//! time of the snapshot are named and taken out again; what came later is built again from what it came by and numbered
-//! as it was. Then every kind of state ([`crate::run::state`]) gets its values. What follows from the state is worked
+//! A snapshot belongs to a scene: it is restored into a world that has loaded that scene, just now or some time ago.
+//! Loading spawns the same entities in the same order, so a number names each of them ([`crate::run::registry`]); those
+//! that are gone by the time of the snapshot are named and taken out again; what came later is built again from what it
+//! came by and numbered as it was. In a world whose run went on meanwhile, what has come since is taken out first; what
+//! came by the same and is whole stays. Then every kind of state ([`crate::run::state`]) gets its values. What follows from the state is worked
 //! out by the next frame, as ever.
 
-use super::registry::{self, EntityRegistry, StateId};
+use super::registry::{self, EntityRegistry, Family, StateId};
 use super::spawn::Spawn;
 use super::state::{StateError, StateList, decode, encode};
 use bevy_ecs::prelude::*;
@@ -49,22 +50,35 @@ pub fn save(world: &mut World) -> Vec<u8> {
     encode(&Saved { scene: registry.scene_len(), next: registry.next(), gone, later, kinds })
 }
 
-/// Makes the state of a world, which has just loaded the scene, that of [`save`].
+/// Makes the state of a world that has loaded the scene that of [`save`].
 ///
 /// # Errors
-/// Where the bytes are no snapshot of that scene. The world is of no use then.
+/// Where the bytes are no snapshot of that scene, or an entity that the scene began with is gone and is not in the
+/// snapshot. The world is of no use then.
 pub fn restore(world: &mut World, bytes: &[u8]) -> Result<(), StateError> {
     let saved: Saved = decode("snapshot", bytes)?;
     let refused = |message: String| Err(StateError::new("snapshot", message));
-    let (scene, fresh) = (saved.scene, world.resource::<EntityRegistry>());
-    if (fresh.scene_len(), fresh.next()) != (scene, scene) {
-        return refused(format!("expected a scene with {scene} entities, found {}", fresh.next()));
+    let (scene, own) = (saved.scene, world.resource::<EntityRegistry>().scene_len());
+    if own != scene {
+        return refused(format!("expected a scene with {scene} entities, found {own}"));
     }
+    if let Some(lost) = lost(world, &saved.gone) {
+        return refused(format!("entity {lost} of the scene is gone; expected a world in which it is there"));
+    }
+    let is_saved = |first: u32, family: &Family| {
+        let count = family.members.len() as u32;
+        saved.later.iter().any(|(id, members, spawn)| (*id, *members) == (first, count) && *spawn == family.spawn)
+    };
+    registry::rewind(world, is_saved);
     let spawned: u64 = saved.later.iter().map(|(_, count, _)| u64::from(*count)).sum();
     if spawned > MOST_SPAWNED as u64 {
         return refused(format!("expected at most {MOST_SPAWNED} spawned entities, found {spawned}"));
     }
     for (first, count, spawn) in saved.later {
+        if world.resource::<EntityRegistry>().has_family(first) {
+            world.resource_mut::<EntityRegistry>().set_next(first + count);
+            continue;
+        }
         if !spawn.is_sound() || first < world.resource::<EntityRegistry>().next() || first > MOST_NUMBER {
             return refused(format!("entity {first}: invalid spawn"));
         }
@@ -87,6 +101,15 @@ pub fn restore(world: &mut World, bytes: &[u8]) -> Result<(), StateError> {
         return refused("an entity is its own ancestor".into());
     }
     Ok(())
+}
+
+/// The first entity of the scene that is gone and is to be there.
+fn lost(world: &World, gone: &[u32]) -> Option<u32> {
+    let registry = world.resource::<EntityRegistry>();
+    let is_lost = |&(StateId(id), entity): &(StateId, Entity)| {
+        world.get_entity(entity).is_err() && gone.binary_search(&id).is_err()
+    };
+    registry.iter().take(registry.scene_len() as usize).find(is_lost).map(|(StateId(id), _)| id)
 }
 
 /// Takes entities out. What is below them and lives has come to hang elsewhere since: it gets its parent later.

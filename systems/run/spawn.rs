@@ -1,7 +1,13 @@
 //! What can come into being while a simulation runs, described by data: a recording holds it, and a snapshot brings it
 //! back by building it again.
 
-use crate::lights::components::Light;
+use super::registry::{EntityRegistry, StateId};
+use crate::assets::material::MaterialId;
+use crate::assets::mesh::MeshId;
+use crate::draw::pieces::{PieceOf, WholeMesh};
+use crate::lights::components::{Light, NoShadow};
+use crate::sensors::components::Sensor;
+use crate::sensors::labels::{Class, Instance};
 use crate::space::transform::Transform;
 #[cfg(feature = "vehicles")]
 use crate::vehicles::components::Controls;
@@ -37,6 +43,26 @@ pub enum Spawn {
         /// Whether it goes by its controls even where it has a route.
         manual: bool,
     },
+    /// A sensor, on its own or mounted on something.
+    Sensor {
+        /// Below that of what it is mounted on; outputs call it so.
+        name: String,
+        /// In what it is mounted on, else in the world.
+        transform: Transform,
+        /// What it is mounted on; nothing happens to be there: it stands alone.
+        parent: Option<StateId>,
+        /// What it measures, and when.
+        sensor: Sensor,
+    },
+    /// What is drawn of an entity that the scene began with, and of what is below it, once more.
+    Copy {
+        /// For people.
+        name: String,
+        /// In the world.
+        transform: Transform,
+        /// Which; of another entity than the scene's own nothing is drawn.
+        of: StateId,
+    },
 }
 
 impl Spawn {
@@ -52,6 +78,23 @@ impl Spawn {
                 let others = (Name::new(name.clone()), *transform, *controls);
                 vec![super::vehicle_inputs::spawn(world, kind, *paint, *manual, others)]
             }
+            Self::Sensor { name, transform, parent, sensor } => {
+                let mounted_on = parent.and_then(|parent| living(world, parent));
+                let mut built = world.spawn((Name::new(name.clone()), *transform, sensor.clone()));
+                if let Some(parent) = mounted_on {
+                    built.insert(ChildOf(parent));
+                }
+                vec![built.id()]
+            }
+            Self::Copy { name, transform, of } => {
+                let root = world.spawn((Name::new(name.clone()), *transform)).id();
+                if of.0 < world.resource::<EntityRegistry>().scene_len()
+                    && let Some(drawn) = living(world, *of)
+                {
+                    copy_drawn(world, drawn, root);
+                }
+                vec![root]
+            }
         }
     }
 
@@ -61,6 +104,47 @@ impl Spawn {
             Self::Light { transform, light, .. } => transform.is_finite() && light.is_sound(),
             #[cfg(feature = "vehicles")]
             Self::Vehicle { transform, controls, .. } => transform.is_finite() && controls.is_sound(),
+            Self::Sensor { transform, sensor, .. } => transform.is_finite() && sensor.check().is_ok(),
+            Self::Copy { transform, .. } => transform.is_finite(),
+        }
+    }
+}
+
+fn living(world: &World, id: StateId) -> Option<Entity> {
+    let entity = world.resource::<EntityRegistry>().entity(id)?;
+    world.get_entity(entity).is_ok().then_some(entity)
+}
+
+/// Gives an entity, and entities that are made below it, what others are drawn with and called.
+fn copy_drawn(world: &mut World, from: Entity, to: Entity) {
+    // With as many as a scene may have below an entity, which is a tree.
+    let mut open = vec![(from, to)];
+    while let Some((from, to)) = open.pop() {
+        let own = world.entity(from);
+        let whole = own.get::<WholeMesh>().map(|whole| whole.mesh);
+        let drawn = (own.get::<MeshId>().copied().or(whole), own.get::<MaterialId>().copied());
+        let labels = (own.get::<Class>().copied(), own.contains::<Instance>(), own.contains::<NoShadow>());
+        let children: Vec<(Entity, Transform)> = own.get::<Children>().map_or_else(Vec::new, |children| {
+            let placed = |child| Some((child, *world.get::<Transform>(child)?));
+            let is_whole = |&child: &Entity| world.get::<PieceOf>(child).is_none();
+            children.iter().filter(is_whole).filter_map(placed).collect()
+        });
+        let mut made = world.entity_mut(to);
+        if let (Some(mesh), Some(material)) = drawn {
+            made.insert((mesh, material));
+        }
+        if let Some(class) = labels.0 {
+            made.insert(class);
+        }
+        if labels.1 {
+            made.insert(Instance);
+        }
+        if labels.2 {
+            made.insert(NoShadow);
+        }
+        for (child, at) in children {
+            let below = world.spawn((at, ChildOf(to))).id();
+            open.push((child, below));
         }
     }
 }

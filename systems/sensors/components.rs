@@ -53,6 +53,9 @@ pub enum SensorKind {
 }
 
 impl Sensor {
+    /// Steps from one measurement to the next at the most.
+    pub const SLOWEST: u32 = 1_000_000;
+
     /// A sensor that is due after every step.
     pub fn new(kind: SensorKind) -> Self {
         Self { kind, every: 1, phase: 0 }
@@ -72,6 +75,28 @@ impl Sensor {
     #[must_use]
     pub fn every(self, steps: u32) -> Self {
         Self { every: steps.max(1), ..self }
+    }
+
+    /// Whether something can be measured by it: its rate, and what its kind has.
+    ///
+    /// # Errors
+    /// The field, and what was expected.
+    pub fn check(&self) -> Result<(), String> {
+        let Self { kind, every, phase } = self;
+        if !(1..=Self::SLOWEST).contains(every) {
+            return Err(format!("every: expected steps from 1 to {}, found {every}", Self::SLOWEST));
+        }
+        if phase >= every {
+            return Err(format!("phase: expected less than every, which is {every}, found {phase}"));
+        }
+        match kind {
+            SensorKind::Camera(camera) => camera.check(),
+            SensorKind::Lidar(lidar) => lidar.check(),
+            SensorKind::Imu(imu) => imu.check(),
+            SensorKind::Gnss(gnss) => gnss.check(),
+            SensorKind::Collision(collision) => collision.check(),
+            SensorKind::Lane(lane) => lane.check(),
+        }
     }
 
     /// Whether it is due after a step, counted from 0, the state that a run begins with.
@@ -117,6 +142,46 @@ impl Default for CameraSensor {
 }
 
 impl CameraSensor {
+    /// Pixels along a side at the most.
+    pub const LARGEST: u32 = 16384;
+
+    /// Whether pictures can be drawn by it.
+    ///
+    /// # Errors
+    /// The field, and what was expected.
+    pub fn check(&self) -> Result<(), String> {
+        let Self { size, near, far, outputs, samples, .. } = self;
+        for side in [size.0, size.1] {
+            if !(1..=Self::LARGEST).contains(&side) {
+                return Err(format!("size: expected pixels from 1 to {}, found {side}", Self::LARGEST));
+            }
+        }
+        if !(1e-5..=1e6).contains(near) {
+            return Err(format!("near: expected metres from 1e-5 to 1e6, found {near}"));
+        }
+        let is_parallel = matches!(self.lens, Lens::Orthographic { .. });
+        if !(far > near && (*far <= 1e9 || (*far == f32::INFINITY && !is_parallel))) {
+            return Err(format!("far: expected more than near, at most 1e9, found {far}"));
+        }
+        if *outputs == CameraOutputs::default() {
+            return Err("outputs: expected at least one output".into());
+        }
+        if ![1, 4].contains(samples) {
+            return Err(format!("samples: expected 1 or 4, found {samples}"));
+        }
+        match self.lens {
+            Lens::FieldOfView { y } if !(1e-4..=3.13).contains(&y) => {
+                return Err(format!("fov_y: expected degrees from 0.01 to 179, found {}", y.to_degrees()));
+            }
+            Lens::Orthographic { half_height } if !(1e-5..=1e6).contains(&half_height) => {
+                return Err(format!("half_height: expected metres from 1e-5 to 1e6, found {half_height}"));
+            }
+            _ => {}
+        }
+        self.check_light()?;
+        self.check_lens().map_err(|fault| format!("lens: {fault}"))
+    }
+
     /// The same camera with one output more.
     #[must_use]
     pub fn with(self, output: CameraOutput) -> Self {
