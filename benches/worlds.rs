@@ -1,0 +1,98 @@
+//! What a step of many environments costs: worlds of one scene that are stepped and captured together, as learners use
+//! them. Each is stepped as often as its sensors are due, then all cameras are drawn in one submission.
+//!
+//! `cargo bench --bench worlds -- SCENE --worlds 64` prints a line of JSON for each round: milliseconds of processor
+//! time of all threads and of wall clock per environment step, and how much of these the steps of the simulation and
+//! the captures take. `forked_ms` is what it takes to make a world.
+
+use clap::Parser;
+use cpu_time::ProcessTime;
+use relief::renderer::{Gpu, ViewBatches};
+use relief::scene::Template;
+use relief::sensors::{SensorSuite, capture_worlds};
+use serde_json::json;
+use std::error::Error;
+use std::hint::black_box;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+use systems::Simulation;
+use systems::ecs::parallel::in_parallel;
+
+#[derive(Parser)]
+#[command(about = "Measures worlds that are captured together")]
+struct Args {
+    /// A scene with sensors
+    scene: PathBuf,
+    /// How many worlds of it
+    #[arg(long, default_value_t = 64)]
+    worlds: usize,
+    /// Steps of the simulation from capture to capture
+    #[arg(long, default_value_t = 6)]
+    steps: u32,
+    /// How long a round takes at least
+    #[arg(long, default_value_t = 3.0)]
+    seconds: f64,
+    /// Lines of figures
+    #[arg(long, default_value_t = 3)]
+    rounds: u32,
+}
+
+/// Processor time and wall clock of all that it measured.
+#[derive(Default)]
+struct Spent {
+    cpu: Duration,
+    wall: Duration,
+}
+
+impl Spent {
+    fn measure<T>(&mut self, work: impl FnOnce() -> T) -> T {
+        let (cpu, wall) = (ProcessTime::now(), Instant::now());
+        let made = work();
+        self.cpu += cpu.elapsed();
+        self.wall += wall.elapsed();
+        made
+    }
+
+    fn each(&self, count: f64) -> serde_json::Value {
+        let ms = |time: Duration| time.as_secs_f64() * 1e3 / count;
+        json!({ "cpu_ms": ms(self.cpu), "wall_ms": ms(self.wall) })
+    }
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    // `cargo bench` adds an argument of its own.
+    let args = Args::parse_from(std::env::args().filter(|argument| argument != "--bench"));
+    let gpu = Gpu::headless()?;
+    let template = Template::load(&args.scene)?;
+    // What all worlds share is uploaded and compiled once.
+    let (mut first, _) = template.instantiate(None);
+    let mut shared = SensorSuite::new(&gpu);
+    shared.capture(&mut first)?;
+
+    let mut forking = Spent::default();
+    let seeds = 0..args.worlds as u64;
+    let mut worlds: Vec<(SensorSuite, Simulation)> =
+        forking.measure(|| seeds.map(|seed| (shared.fork(), template.instantiate(Some(seed)).0)).collect());
+    let mut batches = ViewBatches::default();
+    for round in 0..=args.rounds {
+        let (mut stepping, mut capturing, mut count) = (Spent::default(), Spent::default(), 0.0);
+        while stepping.wall + capturing.wall < Duration::from_secs_f64(if round == 0 { 1.0 } else { args.seconds }) {
+            stepping.measure(|| {
+                in_parallel(worlds.iter_mut(), |(_, world)| (0..args.steps).for_each(|_| world.step()));
+            });
+            let mut pairs: Vec<_> = worlds.iter_mut().map(|(suite, world)| (suite, world)).collect();
+            let captures = capturing.measure(|| capture_worlds(&mut pairs, &mut batches, |_| true))?;
+            black_box(&captures);
+            count += args.worlds as f64;
+        }
+        if round > 0 {
+            let wall = (stepping.wall + capturing.wall).as_secs_f64();
+            let line = json!({
+                "worlds": args.worlds, "stepping": stepping.each(count), "capturing": capturing.each(count),
+                "steps_per_second": count / wall, "forked_ms": forking.each(args.worlds as f64)["wall_ms"],
+            });
+            println!("{line}");
+        }
+    }
+    Ok(())
+}
