@@ -5,7 +5,6 @@ use super::{Gpu, RenderError};
 use glam::Vec3;
 use std::collections::BTreeSet;
 use std::ops::Range;
-use std::sync::Arc;
 use systems::assets::{Level, Library, Mesh, MeshEntry, MeshId};
 use systems::space::Sphere;
 
@@ -62,8 +61,8 @@ impl MeshRange {
     }
 }
 
-/// The shared buffers. A clone has the same ones, until one of the two is to write into them.
-#[derive(Clone, Debug)]
+/// The shared buffers.
+#[derive(Debug)]
 pub(super) struct Meshes {
     pub vertices: SharedBuffer,
     pub indices: SharedBuffer,
@@ -74,8 +73,6 @@ pub(super) struct Meshes {
     /// Slots of meshes that are to be uploaded once they are finished.
     waiting: BTreeSet<u32>,
     version: u64,
-    /// Each clone that has these buffers holds it.
-    holders: Arc<()>,
 }
 
 impl Meshes {
@@ -87,7 +84,6 @@ impl Meshes {
             seen: 0,
             waiting: BTreeSet::new(),
             version: 0,
-            holders: Arc::default(),
         }
     }
 
@@ -134,11 +130,6 @@ impl Meshes {
             let indices = entry.mesh.indices.len() + entry.level_indices.len();
             [entry.mesh.positions.len() as u64, indices as u64]
         };
-        if !ready.is_empty() && Arc::strong_count(&self.holders) > 1 {
-            self.vertices.make_own(gpu);
-            self.indices.make_own(gpu);
-            self.holders = Arc::default();
-        }
         if let Err(error) = self.make_room(gpu, ready.iter().map(|(_, entry)| sizes(entry))) {
             self.waiting.extend(ready.iter().map(|(id, _)| id.slot()));
             return Err(error);

@@ -24,7 +24,6 @@ mod cell_view;
 mod cpu_rasterizer;
 mod culling;
 mod custom_passes;
-mod draw_views;
 mod emboss;
 mod encode;
 mod error;
@@ -64,7 +63,6 @@ mod visible_counts;
 pub use cpu_rasterizer::keep_freed_memory;
 pub use culling::CullRecord;
 pub use custom_passes::{PassPlace, PassTargets};
-pub use draw_views::{WorldViews, draw_worlds};
 pub use encode::ViewTarget;
 pub use error::RenderError;
 pub use faults::Faults;
@@ -233,16 +231,6 @@ impl Renderer {
             pipelines,
             gpu: gpu.clone(),
         }
-    }
-
-    /// A renderer for another world, whose library is a copy of that of this one's world. Both share pipelines, meshes
-    /// and maps; what one of the libraries changes afterwards, its renderer has alone. What this one has not uploaded or
-    /// compiled yet, each does by itself.
-    #[must_use]
-    pub fn fork(&self) -> Self {
-        let (pipelines, culling, pyramids) = (self.pipelines.clone(), self.culling.clone(), self.pyramids.clone());
-        let forked = Self::of_no_world(&self.gpu, self.textures.fork(), pipelines, culling, pyramids);
-        Self { meshes: self.meshes.clone(), ..forked }
     }
 
     /// The device it draws with.

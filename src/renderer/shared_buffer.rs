@@ -11,8 +11,8 @@ const SMALL: u64 = 64 << 10;
 /// Bytes of a run that is long enough to be written.
 const LONG: usize = 1 << 20;
 
-/// A buffer, and which of its elements are in use. A clone has the same buffer.
-#[derive(Clone, Debug)]
+/// A buffer, and which of its elements are in use.
+#[derive(Debug)]
 pub(super) struct SharedBuffer {
     buffer: GrowingBuffer,
     /// Bytes of an element: a multiple of four.
@@ -82,11 +82,6 @@ impl SharedBuffer {
         }
         gpu.queue.submit([encoder.finish()]);
         Ok(true)
-    }
-
-    /// Has a buffer that no clone has, with the same elements in it.
-    pub fn make_own(&mut self, gpu: &Gpu) {
-        self.buffer.make_own(gpu, self.places.end * self.size);
     }
 
     /// Takes elements that there is room for.

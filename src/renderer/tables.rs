@@ -7,8 +7,8 @@ use systems::draw::PAGE_SLOTS;
 use systems::ecs::tables::{DirtySlots, Records};
 use wgpu::util::DeviceExt;
 
-/// A storage or vertex buffer that grows. A clone has the same buffer.
-#[derive(Clone, Debug)]
+/// A storage or vertex buffer that grows.
+#[derive(Debug)]
 pub(super) struct GrowingBuffer {
     label: &'static str,
     usage: wgpu::BufferUsages,
@@ -69,26 +69,13 @@ impl GrowingBuffer {
     /// As [`Self::reserve`], keeping the first `used` bytes.
     pub fn extend(&mut self, gpu: &super::Gpu, used: u64, bytes: u64) -> Result<(), RenderError> {
         let old = self.buffer.clone();
-        if self.reserve(&gpu.device, bytes)? {
-            self.copy_from(gpu, &old, used);
-        }
-        Ok(())
-    }
-
-    /// Another buffer with the same first `used` bytes, for what others have is not to be written.
-    pub fn make_own(&mut self, gpu: &super::Gpu, used: u64) {
-        let old = self.buffer.clone();
-        self.resize(&gpu.device, old.size());
-        self.copy_from(gpu, &old, used);
-    }
-
-    fn copy_from(&self, gpu: &super::Gpu, old: &wgpu::Buffer, bytes: u64) {
-        if bytes > 0 {
+        if self.reserve(&gpu.device, bytes)? && used > 0 {
             let mut encoder =
-                gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("copy of a buffer") });
-            encoder.copy_buffer_to_buffer(old, 0, &self.buffer, 0, bytes);
+                gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("grow") });
+            encoder.copy_buffer_to_buffer(&old, 0, &self.buffer, 0, used);
             gpu.queue.submit([encoder.finish()]);
         }
+        Ok(())
     }
 
     /// Brings the buffer up to date with `records`: all of them if it grew or `everything` is asked for, else the dirty

@@ -4,7 +4,6 @@ use super::tables::{FEW_BYTES_UNDER_WAY, Pace};
 use super::{Gpu, RenderError};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::sync::Arc;
 use systems::assets::{
     Filter, Image, ImageId, Library, MapSlot, MipFilter, Sampler, Technique, Texels, Wrap, blocks, level_count,
     level_size,
@@ -12,7 +11,7 @@ use systems::assets::{
 use systems::draw::{ClassId, DrawList, MaterialClass, TextureArray, most_layers};
 use wgpu::TextureUsages;
 
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 struct ArrayTexture {
     texture: wgpu::Texture,
     view: wgpu::TextureView,
@@ -21,8 +20,6 @@ struct ArrayTexture {
     texels: Texels,
     /// What is in each layer: an image as it was in a revision of the library.
     layers: Vec<Option<(ImageId, u64)>>,
-    /// Each clone of it holds it: what others have is not written.
-    holders: Arc<()>,
 }
 
 /// Maps that a pixel may read; a texture and a sampler each.
@@ -37,14 +34,14 @@ fn bound_maps(technique: Technique) -> [MapSlot; BOUND_MAPS] {
 }
 
 /// The maps of a class, as techniques bind them.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 struct ClassGroups {
     perturbed_uv: wgpu::BindGroup,
     others: wgpu::BindGroup,
 }
 
 /// What materials bind.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(super) struct Textures {
     pub layout: wgpu::BindGroupLayout,
     /// `None` where no image is.
@@ -91,12 +88,6 @@ impl Textures {
             version: 0,
             said_steps: false,
         }
-    }
-
-    /// The same arrays, for another list, and a library that is a copy of the one that these were uploaded from. They
-    /// are shared until one of the two changes them.
-    pub fn fork(&self) -> Self {
-        Self { seen: None, ..self.clone() }
     }
 
     /// What a class binds for a technique.
@@ -166,10 +157,7 @@ impl Textures {
                 // Half as many again, so that images that come one by one are not copied often.
                 Some(held) if needed > held => Some((held + held / 2).min(most_layers(wanted)).max(needed)),
                 Some(held) if 2 * needed <= held => Some(needed),
-                Some(held) => array
-                    .as_ref()
-                    .is_some_and(|array| array.is_mixed_up(wanted, library) || array.is_others(wanted, library))
-                    .then_some(held),
+                Some(held) => array.as_ref().is_some_and(|array| array.is_mixed_up(wanted, library)).then_some(held),
             };
             if let Some(layers) = layers {
                 check_size(&gpu.device, wanted, library)?;
@@ -309,12 +297,6 @@ impl ArrayTexture {
             .any(|(layer, content)| content.is_some_and(|content| self.find(content).is_some_and(|held| held != layer)))
     }
 
-    /// Whether others have it, and images are to be written into it.
-    fn is_others(&self, wanted: &TextureArray, library: &Library) -> bool {
-        let is_new = |(content, held): (Option<_>, &Option<_>)| content.is_some() && content != *held;
-        Arc::strong_count(&self.holders) > 1 && contents(wanted, library).into_iter().zip(&self.layers).any(is_new)
-    }
-
     /// Copies the layers that an old one has.
     fn take_over(&mut self, gpu: &Gpu, old: &Self, wanted: &TextureArray, library: &Library) {
         let mut encoder =
@@ -381,8 +363,7 @@ fn make_array(device: &wgpu::Device, wanted: &TextureArray, layers: usize) -> Ar
         dimension: Some(wgpu::TextureViewDimension::D2Array),
         ..wgpu::TextureViewDescriptor::default()
     });
-    let holders = Arc::default();
-    ArrayTexture { texture, view, srgb: wanted.srgb, texels: wanted.texels, layers: vec![None; layers], holders }
+    ArrayTexture { texture, view, srgb: wanted.srgb, texels: wanted.texels, layers: vec![None; layers] }
 }
 
 fn write_layer(gpu: &Gpu, texture: &wgpu::Texture, layer: u32, image: &Image) -> u64 {

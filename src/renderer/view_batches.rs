@@ -1,15 +1,30 @@
-//! What views of one size share that are drawn together ([`draw_views`](super::draw_views)): textures, of which each has
-//! a layer.
+//! Many views in one submission: views of one size are layers of shared textures, and come back through one buffer.
+//!
+//! ```text
+//! prepare          uploads, lists, and a layer for each view
+//! encode_scene     a pass per view, each into its own layer, from its corner (0, 0)
+//! tone map         one pass for all layers, into one tall picture; a view with several samples per pixel has its own
+//! copies           one per output, of all layers
+//! submit, map      once
+//! ```
 //!
 //! Layers, not parts of one large texture with a viewport each: where a view lies in a texture changes how window
 //! coordinates and planes round. In layers a view's bits are those that it has alone, whatever is drawn beside it.
 
+use super::encode::color_attachment;
+use super::objects::Encoded;
 use super::outputs::{OutputTexture, OutputTextures};
 use super::pass::{ID_FORMAT, NORMAL_FORMAT};
 use super::pipelines::{Pipelines, ToneMapSource};
-use super::readback::Readback;
+use super::readback::{Readback, Source};
+use super::shadow_maps::views_with_room;
 use super::targets::{DEPTH_FORMAT, HDR_FORMAT, Hdr, Targets, layer_view, layered_texture};
-use super::{Gpu, OutputSet, PICTURE_FORMAT, RenderError, Settings, ViewPlan, ViewState};
+use super::{
+    DebugView, Gpu, OutputSet, Outputs, PICTURE_FORMAT, RenderError, Renderer, Settings, SlotSet, ViewPlan, ViewState,
+    ViewTarget,
+};
+use std::sync::Arc;
+use systems::draw::FrameData;
 
 /// Layers of a texture that every adapter has (WebGPU, 3.6.2 "Limits": maxTextureArrayLayers).
 const MOST_LAYERS: u32 = 256;
@@ -31,10 +46,12 @@ pub struct ViewBatches {
 
 /// What views of a batch have in common.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(super) struct BatchKey {
-    pub size: (u32, u32),
-    pub samples: u32,
-    pub outputs: OutputSet,
+struct BatchKey {
+    size: (u32, u32),
+    samples: u32,
+    outputs: OutputSet,
+    /// They have the scene's tone map, which debug views have not.
+    tone_mapped: bool,
 }
 
 #[derive(Debug)]
@@ -48,22 +65,15 @@ struct Batch {
 
 /// The textures of a batch.
 #[derive(Debug)]
-pub(super) struct LayerTextures {
+struct LayerTextures {
     /// With the group of all layers as the tone map reads it. Of one layer that is not drawn into, where views have
     /// several samples per pixel.
-    pub hdr: Hdr,
-    pub depth: wgpu::Texture,
-    pub normal: Option<wgpu::Texture>,
-    pub id: Option<wgpu::Texture>,
+    hdr: Hdr,
+    depth: wgpu::Texture,
+    normal: Option<wgpu::Texture>,
+    id: Option<wgpu::Texture>,
     /// All pictures, one below the other; layers, where views have several samples per pixel.
-    pub picture: wgpu::Texture,
-}
-
-/// A batch, ready for some views.
-pub(super) struct Fitted<'a> {
-    pub states: &'a mut [ViewState],
-    pub textures: &'a LayerTextures,
-    pub readback: &'a mut Readback,
+    picture: wgpu::Texture,
 }
 
 /// The part of a batch's textures that a view is drawn into.
@@ -145,13 +155,13 @@ impl LayerTextures {
 }
 
 impl BatchKey {
-    pub fn of(plan: &ViewPlan) -> Self {
-        let Settings { samples, outputs, .. } = plan.settings;
-        Self { size: plan.size(), samples, outputs }
+    fn of(plan: &ViewPlan) -> Self {
+        let Settings { samples, outputs, debug, .. } = plan.settings;
+        Self { size: plan.size(), samples, outputs, tone_mapped: debug == DebugView::Off }
     }
 
     /// How many views a batch of these may have.
-    pub fn most_views(self, gpu: &Gpu) -> usize {
+    fn most_views(self, gpu: &Gpu) -> usize {
         let (width, height) = (u64::from(self.size.0), u64::from(self.size.1));
         let own = if self.samples == 1 { 0 } else { 12 * u64::from(self.samples) };
         // Of colours, depths, normals, ids and the picture.
@@ -164,45 +174,208 @@ impl BatchKey {
 }
 
 impl ViewBatches {
-    /// Views are to be drawn: batches without one grow older.
-    pub(super) fn begin(&mut self) {
-        self.batches.iter_mut().for_each(|batch| batch.unused_for += 1);
-    }
-
-    /// All are drawn: what has had no view for long gives its memory back.
-    pub(super) fn finish(&mut self) {
-        self.batches.retain(|batch| batch.unused_for <= KEPT_FOR);
-    }
-
-    /// The states of so many views of a kind, and what they share.
-    pub(super) fn fit(
-        &mut self,
-        gpu: &Gpu,
-        pipelines: &Pipelines,
-        key: BatchKey,
-        views: usize,
-    ) -> Result<Fitted<'_>, RenderError> {
+    /// The batch of a kind, which is made where there is none.
+    fn batch(&mut self, key: BatchKey) -> &mut Batch {
         let found = self.batches.iter().position(|batch| batch.key == key);
         let index = found.unwrap_or_else(|| {
             self.batches.push(Batch { key, states: Vec::new(), textures: None, unused_for: 0 });
             self.batches.len() - 1
         });
-        let Batch { states, textures, unused_for, .. } = &mut self.batches[index];
-        *unused_for = 0;
-        if states.len() < views {
-            states.resize_with(views, || ViewState::new(gpu));
-            *textures = None;
+        let batch = &mut self.batches[index];
+        batch.unused_for = 0;
+        batch
+    }
+}
+
+impl Batch {
+    /// Has states and layers for so many views.
+    fn fit(&mut self, gpu: &Gpu, pipelines: &Pipelines, views: usize) -> Result<(), RenderError> {
+        if self.states.len() < views {
+            self.states.resize_with(views, || ViewState::new(gpu));
+            self.textures = None;
         }
-        let textures = match textures {
-            Some(textures) => textures,
-            None => {
-                let made = LayerTextures::new(gpu, pipelines, key, states.len() as u32)?;
-                for (index, state) in (0..).zip(&mut *states) {
-                    state.set_layer(made.layer(key, index));
-                }
-                textures.insert(made)
+        if self.textures.is_none() {
+            let textures = LayerTextures::new(gpu, pipelines, self.key, self.states.len() as u32)?;
+            for (index, state) in (0..).zip(&mut self.states) {
+                state.set_layer(textures.layer(self.key, index));
             }
+            self.textures = Some(textures);
+        }
+        Ok(())
+    }
+}
+
+impl Renderer {
+    /// Draws views of a frame and reads back what their settings ask for, in the order of the plans. Views that agree in
+    /// size, samples and outputs are drawn together, with one wait for the GPU. What a view shows does not depend on
+    /// the others, to the bit. Views are told apart by their place among those alike: keep their order from frame to
+    /// frame.
+    ///
+    /// Prepares the views itself: those of an earlier [`Self::prepare`] have to be prepared again.
+    ///
+    /// # Errors
+    /// [`RenderError`].
+    pub fn draw_views(
+        &mut self,
+        frame: &mut FrameData<'_>,
+        batches: &mut ViewBatches,
+        plans: &[ViewPlan],
+    ) -> Result<Vec<Outputs>, RenderError> {
+        self.draw_alone(frame, batches, (plans, &[]))
+    }
+
+    /// [`Self::draw_views`] of some objects alone, as if nothing were in front of them: of each plan those in a set of
+    /// slots; of plans beyond the sets, all. Where an object is seen in both, its bits are the same. Colours of the
+    /// rest's shadows are not.
+    ///
+    /// # Errors
+    /// [`RenderError`].
+    pub fn draw_alone(
+        &mut self,
+        frame: &mut FrameData<'_>,
+        batches: &mut ViewBatches,
+        (plans, only): (&[ViewPlan], &[Arc<SlotSet>]),
+    ) -> Result<Vec<Outputs>, RenderError> {
+        batches.batches.iter_mut().for_each(|batch| batch.unused_for += 1);
+        let mut results: Vec<Option<Outputs>> = plans.iter().map(|_| None).collect();
+        let mut open: Vec<usize> = (0..plans.len()).collect();
+        while let Some(&first) = open.first() {
+            let key = BatchKey::of(&plans[first]);
+            let (alike, others): (Vec<_>, Vec<_>) = open.iter().partition(|&&i| BatchKey::of(&plans[i]) == key);
+            open = others;
+            let mut rest = &alike[..];
+            while !rest.is_empty() {
+                let most = rest.len().min(key.most_views(&self.gpu));
+                let asked: Vec<&ViewPlan> = rest[..most].iter().map(|&i| &plans[i]).collect();
+                let (now, later) = rest.split_at(views_with_room(frame, &asked));
+                rest = later;
+                let views: Vec<_> = now.iter().map(|&i| (plans[i].clone(), only.get(i).cloned())).collect();
+                let drawn = self.draw_batch(frame, batches, key, views)?;
+                now.iter().zip(drawn).for_each(|(&i, outputs)| results[i] = Some(outputs));
+            }
+        }
+        // What has had no view for long gives its memory back.
+        batches.batches.retain(|batch| batch.unused_for <= KEPT_FOR);
+        self.gpu.check()?;
+        Ok(results.into_iter().flatten().collect())
+    }
+
+    fn draw_batch(
+        &mut self,
+        frame: &mut FrameData<'_>,
+        batches: &mut ViewBatches,
+        key: BatchKey,
+        views: Vec<(ViewPlan, Option<Arc<SlotSet>>)>,
+    ) -> Result<Vec<Outputs>, RenderError> {
+        let count = views.len();
+        let limit = self.gpu.device.limits().max_texture_dimension_2d;
+        if key.size.0.max(key.size.1) > limit {
+            let (needed, limit) = (key.size.0.max(key.size.1).into(), limit.into());
+            return Err(RenderError::TooLarge { what: "the picture", unit: "pixels along a side", needed, limit });
+        }
+        batches.batch(key).fit(&self.gpu, &self.pipelines, count)?;
+        let ViewBatches { batches, readback } = batches;
+        let Some(Batch { states, textures: Some(textures), .. }) = batches.iter_mut().find(|batch| batch.key == key)
+        else {
+            return Ok(Vec::new());
         };
-        Ok(Fitted { states: &mut states[..views], textures, readback: &mut self.readback })
+        let states = &mut states[..count];
+        let mut prepared = Vec::with_capacity(count);
+        for (state, (plan, only)) in states.iter_mut().zip(views) {
+            state.only = only;
+            prepared.push((state, plan));
+        }
+        self.prepare(frame, &mut prepared)?;
+        let label = wgpu::CommandEncoderDescriptor { label: Some("views") };
+        let mut encoder = self.gpu.device.create_command_encoder(&label);
+        let pictures: Vec<_> = (0..if key.samples == 1 { 1 } else { count as u32 })
+            .map(|index| layer_view(&textures.picture, "picture", index))
+            .collect();
+        let targets: Vec<_> = states
+            .iter_mut()
+            .enumerate()
+            .map(|(index, state)| ViewTarget::new(state, &pictures[index.min(pictures.len() - 1)], PICTURE_FORMAT))
+            .collect();
+        self.begin_encoding(&mut encoder, &targets);
+        let mut encoded = Encoded::default();
+        for mut target in targets {
+            self.encode_scene(&mut encoder, &mut target, &mut encoded);
+            if key.samples > 1 {
+                self.encode_tone_map(&mut encoder, &target);
+            }
+            target.state.drawn_now();
+        }
+        (self.stats.draws, self.stats.draw_calls) = (encoded.draws, encoded.calls);
+        if key.samples == 1 && key.outputs.color {
+            self.encode_tone_map_of_layers(&mut encoder, (textures, key, count as u32), &pictures[0], states);
+        }
+        self.finish_timestamps(&mut encoder);
+
+        let resolved: Vec<_> = states
+            .iter()
+            .filter(|_| key.outputs.linear && key.samples > 1)
+            .filter_map(|state| state.targets.as_ref())
+            .map(|targets| targets.hdr.resolved(&self.gpu.device, &mut encoder))
+            .collect();
+        let layers =
+            |texture: &wgpu::Texture| Source { texture: texture.clone(), size: key.size, layers: count as u32 };
+        let mut sources = Vec::new();
+        // Where the first source of an output is among them all.
+        let mut add = |made: Vec<Source>| {
+            let first = sources.len();
+            sources.extend(made);
+            first
+        };
+        let linear = if key.samples == 1 {
+            vec![layers(&textures.hdr.texture)]
+        } else {
+            resolved.iter().map(|texture| Source { texture: texture.clone(), size: key.size, layers: 1 }).collect()
+        };
+        let OutputSet { color, linear: is_linear, depth, .. } = key.outputs;
+        let color = color.then(|| add(vec![layers(&textures.picture)]));
+        let linear = is_linear.then(|| add(linear));
+        let depth = depth.then(|| add(vec![layers(&textures.depth)]));
+        let normal = textures.normal.as_ref().map(|texture| add(vec![layers(texture)]));
+        let id = textures.id.as_ref().map(|texture| add(vec![layers(texture)]));
+        Ok(readback.read_layers(&self.gpu, encoder, &sources, |packed| {
+            let texels = |source: Option<usize>, layer: usize| {
+                source.map_or_else(Vec::new, |source| packed[source].layer(layer as u32))
+            };
+            let (width, height) = key.size;
+            let outputs = |view: usize| Outputs {
+                width,
+                height,
+                picture: color.and_then(|_| image::RgbaImage::from_raw(width, height, texels(color, view))),
+                linear: if key.samples == 1 { texels(linear, view) } else { texels(linear.map(|of| of + view), 0) },
+                normal: texels(normal, view),
+                id: texels(id, view),
+                depth: texels(depth, view),
+                view_from_clip: states[view].view_from_clip,
+            };
+            (0..count).map(outputs).collect()
+        }))
+    }
+
+    /// From the linear colours of all layers to their pictures.
+    fn encode_tone_map_of_layers(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        (textures, key, count): (&LayerTextures, BatchKey, u32),
+        target: &wgpu::TextureView,
+        states: &[ViewState],
+    ) {
+        // It is that of all: a batch has either none or that of its world.
+        let Some(tone_map) = states.first().map(|state| state.tone_map) else { return };
+        let pipeline = self.pipelines.tone_map(&self.gpu.device, PICTURE_FORMAT, tone_map, ToneMapSource::Layers);
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("tone map"),
+            color_attachments: &[Some(color_attachment(target))],
+            timestamp_writes: self.timestamps.as_ref().and_then(|timestamps| timestamps.render_pass("tone map")),
+            ..wgpu::RenderPassDescriptor::default()
+        });
+        pass.set_scissor_rect(0, 0, key.size.0, key.size.1 * count);
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(0, &textures.hdr.source, &[]);
+        pass.draw(0..3, 0..1);
     }
 }

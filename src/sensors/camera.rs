@@ -93,11 +93,6 @@ impl CameraPlan {
         self.map.as_ref().map_or_else(|| vec![self.whole.clone()], |map| map.plans(&self.whole))
     }
 
-    /// How many these are.
-    pub fn view_count(&self) -> usize {
-        self.map.as_ref().map_or(1, |map| map.face_count())
-    }
-
     /// The same camera for things that are drawn alone, for their pixels to be counted.
     pub fn alone(&self) -> Self {
         let outputs = OutputSet { id: true, ..OutputSet::NONE };

@@ -151,11 +151,6 @@ impl LensMap {
         self.size.0
     }
 
-    /// How many faces there are.
-    pub fn face_count(&self) -> usize {
-        self.faces.len()
-    }
-
     /// How the faces are drawn for a camera's plan, which says where it is and what it gives.
     pub fn plans(&self, whole: &ViewPlan) -> Vec<ViewPlan> {
         // Depths are told apart by what they are of.

@@ -83,7 +83,6 @@ mod suite;
 mod texels;
 mod things;
 mod tracking;
-mod worlds;
 
 pub use boxes::{Motion, ObjectBox};
 pub use camera::CameraCapture;
@@ -96,4 +95,3 @@ pub use lidar::{LidarScan, Pose};
 pub use motion::{GnssCapture, ImuCapture};
 pub use rays::{Meeting, RayScene, RayWarnings};
 pub use suite::{SensorSuite, sensor_names};
-pub use worlds::capture_worlds;

@@ -14,7 +14,7 @@ use super::tracking::{Tracked, TrackedCamera, Tracker};
 #[cfg(feature = "vehicles")]
 use super::{collisions, lanes};
 use crate::name;
-use crate::renderer::{Gpu, Outputs, RenderError, Renderer, Settings, ViewBatches, ViewPlan};
+use crate::renderer::{Gpu, RenderError, Renderer, Settings, ViewBatches, ViewPlan};
 use bevy_ecs::name::Name;
 use bevy_ecs::prelude::*;
 use glam::{Affine3A, DAffine3, DVec3};
@@ -57,13 +57,9 @@ fn sensor_name(world: &World, sensor: Entity) -> String {
 impl SensorSuite {
     /// For the worlds that are captured with a device.
     pub fn new(gpu: &Gpu) -> Self {
-        Self::of(Renderer::new(gpu), Settings::default())
-    }
-
-    fn of(renderer: Renderer, settings: Settings) -> Self {
         Self {
-            settings,
-            renderer,
+            settings: Settings::default(),
+            renderer: Renderer::new(gpu),
             batches: ViewBatches::default(),
             labels: LabelTable::default(),
             lenses: LensMaps::default(),
@@ -126,35 +122,11 @@ impl SensorSuite {
     /// # Errors
     /// [`RenderError`].
     pub(super) fn capture_due(&mut self, simulation: &mut Simulation, due: Vec<Due>) -> Result<Capture, RenderError> {
-        let asked = self.ask(due)?;
-        let Self { renderer, batches, .. } = self;
-        let drawn = simulation.with_frame(|frame| renderer.draw_views(frame, batches, &asked.views))?;
-        self.measure(simulation, asked, &drawn)
-    }
-
-    /// What is to be drawn of sensors that are due.
-    ///
-    /// # Errors
-    /// [`RenderError`]: of a camera that cannot be drawn.
-    pub(super) fn ask(&mut self, due: Vec<Due>) -> Result<Asked, RenderError> {
-        let Self { settings, lenses, .. } = self;
+        let Self { settings, renderer, batches, labels, lenses, rays, warnings, tracker, .. } = self;
         let plans = due.iter().filter_map(|due| due.plan(settings, lenses).transpose());
         let plans: Vec<CameraPlan> = plans.collect::<Result<_, _>>()?;
-        let views = plans.iter().flat_map(CameraPlan::views).collect();
-        Ok(Asked { due, plans, views })
-    }
-
-    /// What sensors that are due measure. `drawn`: their views.
-    ///
-    /// # Errors
-    /// [`RenderError`].
-    pub(super) fn measure(
-        &mut self,
-        simulation: &mut Simulation,
-        Asked { due, plans, .. }: Asked,
-        mut drawn: &[Outputs],
-    ) -> Result<Capture, RenderError> {
-        let Self { labels, rays, warnings, tracker, .. } = self;
+        let views: Vec<Vec<ViewPlan>> = plans.iter().map(CameraPlan::views).collect();
+        let drawn = simulation.with_frame(|frame| renderer.draw_views(frame, batches, &views.concat()))?;
         labels.begin();
         let tracked = tracker.look(simulation, labels, due.iter().map(|due| &due.sensor));
         let world = &simulation.world;
@@ -166,7 +138,8 @@ impl SensorSuite {
             rays.update(simulation);
             *warnings = rays.warnings();
         }
-        let mut plans = plans.iter();
+        let mut plans = plans.iter().zip(views);
+        let mut drawn = &drawn[..];
         let mut sensors: Vec<SensorCapture> = Vec::new();
         // Which sensor's boxes, and how things are drawn alone for them.
         let mut boxes_of = Vec::new();
@@ -177,8 +150,8 @@ impl SensorSuite {
             let moment = Moment { seconds, before: nanoseconds(clock, before), noise };
             let data = match &due.sensor.kind {
                 SensorKind::Camera(camera) => {
-                    let Some(plan) = plans.next() else { continue };
-                    let (own, others) = drawn.split_at(plan.view_count().min(drawn.len()));
+                    let Some((plan, views)) = plans.next() else { continue };
+                    let (own, others) = drawn.split_at(views.len().min(drawn.len()));
                     drawn = others;
                     let (mut capture, found) = camera::capture(camera, (plan, own), labels, world, noise);
                     if let Some(tracked) = &tracked {
@@ -244,7 +217,7 @@ impl SensorSuite {
         let drawn = simulation.with_frame(|frame| renderer.draw_alone(frame, batches, (&plans, &only)))?;
         let mut drawn = &drawn[..];
         for (sensor, plan, boxes) in boxes_of {
-            let views = plan.view_count();
+            let views = plan.views().len();
             let (own, rest) = drawn.split_at((boxes.pictures() * views).min(drawn.len()));
             drawn = rest;
             let found = own.chunks(views.max(1)).map(|own| labels.runs(&simulation.world, &plan.ids(own)));
@@ -291,31 +264,10 @@ impl SensorSuite {
         due
     }
 
-    /// For a world that is a copy of this one's, with the same settings. What is on the device is shared, as by
-    /// [`Renderer::fork`]; of what was captured before, nothing is known.
-    #[must_use]
-    pub fn fork(&self) -> Self {
-        Self::of(self.renderer.fork(), self.settings)
-    }
-
-    /// What draws, for views of several worlds.
-    pub(super) fn renderer(&mut self) -> &mut Renderer {
-        &mut self.renderer
-    }
-
     /// The device it draws with.
     pub fn gpu(&self) -> &Gpu {
         self.renderer.gpu()
     }
-}
-
-/// Sensors that are due, and what is to be drawn of them.
-pub(super) struct Asked {
-    due: Vec<Due>,
-    /// Of each camera.
-    plans: Vec<CameraPlan>,
-    /// Of each camera its views.
-    pub views: Vec<ViewPlan>,
 }
 
 /// The time after a step, rounded once.
