@@ -84,6 +84,7 @@ mod texels;
 mod things;
 mod tracking;
 
+pub use box_records::encode as boxes_as_npy;
 pub use boxes::{Motion, ObjectBox};
 pub use camera::CameraCapture;
 pub use capture::{Capture, LidarCapture, SensorCapture, SensorData};
