@@ -24,7 +24,7 @@ use super::{
     ViewTarget,
 };
 use std::sync::Arc;
-use systems::draw::FrameData;
+use systems::draw::{FrameData, ToneMap};
 
 /// Layers of a texture that every adapter has (WebGPU, 3.6.2 "Limits": maxTextureArrayLayers).
 const MOST_LAYERS: u32 = 256;
@@ -205,6 +205,57 @@ impl Batch {
     }
 }
 
+/// Hands over the frame of a world, by its place in a list of worlds.
+pub type Lend<'a> = dyn FnMut(usize, &mut dyn FnMut(&mut FrameData<'_>) -> Result<(), RenderError>) -> Result<(), RenderError>
+    + 'a;
+
+/// The views of a batch, as they are encoded world by world.
+struct BatchEncoder<'a> {
+    renderer: &'a mut Renderer,
+    key: BatchKey,
+    states: &'a mut [ViewState],
+    /// All in one, or one for each view.
+    pictures: &'a [wgpu::TextureView],
+    encoder: wgpu::CommandEncoder,
+    encoded: Encoded,
+    /// The first state that has no view yet.
+    next: usize,
+}
+
+impl BatchEncoder<'_> {
+    /// Prepares and encodes the next views, which are of one world.
+    fn encode(
+        &mut self,
+        frame: &mut FrameData<'_>,
+        views: Vec<(ViewPlan, Option<Arc<SlotSet>>)>,
+    ) -> Result<(), RenderError> {
+        let Self { renderer, key, states, pictures, encoder, encoded, next } = self;
+        let first = std::mem::replace(next, *next + views.len());
+        let states = &mut states[first..*next];
+        let mut prepared = Vec::with_capacity(views.len());
+        for (state, (plan, only)) in states.iter_mut().zip(views) {
+            state.only = only;
+            prepared.push((state, plan));
+        }
+        renderer.prepare(frame, &mut prepared)?;
+        let targets: Vec<_> = (first..)
+            .zip(states)
+            .map(|(index, state)| {
+                ViewTarget::new(state, &pictures[index.min(pictures.len() - 1)], PICTURE_FORMAT)
+            })
+            .collect();
+        renderer.begin_encoding(encoder, &targets);
+        for mut target in targets {
+            renderer.encode_scene(encoder, &mut target, encoded);
+            if key.samples > 1 {
+                renderer.encode_tone_map(encoder, &target);
+            }
+            target.state.drawn_now();
+        }
+        Ok(())
+    }
+}
+
 impl Renderer {
     /// Draws views of a frame and reads back what their settings ask for, in the order of the plans. Views that agree in
     /// size, samples and outputs are drawn together, with one wait for the GPU. What a view shows does not depend on
@@ -249,8 +300,10 @@ impl Renderer {
                 let asked: Vec<&ViewPlan> = rest[..most].iter().map(|&i| &plans[i]).collect();
                 let (now, later) = rest.split_at(views_with_room(frame, &asked));
                 rest = later;
-                let views: Vec<_> = now.iter().map(|&i| (plans[i].clone(), only.get(i).cloned())).collect();
-                let drawn = self.draw_batch(frame, batches, key, views)?;
+                let mut views = Some(now.iter().map(|&i| (plans[i].clone(), only.get(i).cloned())).collect());
+                let drawn = self.draw_batch(batches, (key, now.len()), &mut |batch| {
+                    batch.encode(frame, views.take().unwrap_or_default())
+                })?;
                 now.iter().zip(drawn).for_each(|(&i, outputs)| results[i] = Some(outputs));
             }
         }
@@ -260,14 +313,73 @@ impl Renderer {
         Ok(results.into_iter().flatten().collect())
     }
 
+    /// Draws views of several worlds and reads back what their settings ask for: of each world in the order of its plans.
+    /// Views that agree in size, samples, outputs and tone map are drawn together, whichever world they are of, with one
+    /// wait for the GPU. `lend` hands over the frame of a world by its place in the list; it may be asked for several
+    /// times. The renderer should [keep worlds](Self::keep_worlds), each of which is to be listed once.
+    ///
+    /// # Errors
+    /// [`RenderError`].
+    pub fn draw_worlds(
+        &mut self,
+        batches: &mut ViewBatches,
+        worlds: &[Vec<ViewPlan>],
+        lend: &mut Lend<'_>,
+    ) -> Result<Vec<Vec<Outputs>>, RenderError> {
+        batches.batches.iter_mut().for_each(|batch| batch.unused_for += 1);
+        let mut results: Vec<Vec<Option<Outputs>>> =
+            worlds.iter().map(|plans| plans.iter().map(|_| None).collect()).collect();
+        // By world, whether the shadows of all its views find room beside each other.
+        let mut tone_maps = Vec::new();
+        let mut open = Vec::new();
+        for (world, plans) in worlds.iter().enumerate() {
+            let (mut tone_map, mut have_room) = (ToneMap::default(), true);
+            lend(world, &mut |frame| {
+                tone_map = frame.list.environment.tone_map;
+                have_room = views_with_room(frame, &plans.iter().collect::<Vec<_>>()) >= plans.len();
+                Ok(())
+            })?;
+            tone_maps.push(tone_map);
+            if have_room {
+                open.extend((0..plans.len()).map(|plan| (world, plan)));
+            } else {
+                let mut drawn = Vec::new();
+                lend(world, &mut |frame| {
+                    drawn = self.draw_views(frame, batches, plans)?;
+                    Ok(())
+                })?;
+                results[world] = drawn.into_iter().map(Some).collect();
+            }
+        }
+        let key_of = |&(world, plan): &(usize, usize)| (BatchKey::of(&worlds[world][plan]), tone_maps[world]);
+        while let Some(first) = open.first() {
+            let key = key_of(first);
+            let (alike, others): (Vec<_>, Vec<_>) = open.iter().partition(|view| key_of(view) == key);
+            open = others;
+            for now in alike.chunks(key.0.most_views(&self.gpu)) {
+                let drawn = self.draw_batch(batches, (key.0, now.len()), &mut |batch| {
+                    for views in now.chunk_by(|a, b| a.0 == b.0) {
+                        let plans = views.iter().map(|&(world, plan)| (worlds[world][plan].clone(), None)).collect();
+                        let mut plans = Some(plans);
+                        lend(views[0].0, &mut |frame| batch.encode(frame, plans.take().unwrap_or_default()))?;
+                    }
+                    Ok(())
+                })?;
+                now.iter().zip(drawn).for_each(|(&(world, plan), outputs)| results[world][plan] = Some(outputs));
+            }
+        }
+        batches.batches.retain(|batch| batch.unused_for <= KEPT_FOR);
+        self.gpu.check()?;
+        Ok(results.into_iter().map(|world| world.into_iter().flatten().collect()).collect())
+    }
+
+    /// Draws so many views of a kind, which `encode` encodes, and reads them back.
     fn draw_batch(
         &mut self,
-        frame: &mut FrameData<'_>,
         batches: &mut ViewBatches,
-        key: BatchKey,
-        views: Vec<(ViewPlan, Option<Arc<SlotSet>>)>,
+        (key, count): (BatchKey, usize),
+        encode: &mut dyn FnMut(&mut BatchEncoder<'_>) -> Result<(), RenderError>,
     ) -> Result<Vec<Outputs>, RenderError> {
-        let count = views.len();
         let limit = self.gpu.device.limits().max_texture_dimension_2d;
         if key.size.0.max(key.size.1) > limit {
             let (needed, limit) = (key.size.0.max(key.size.1).into(), limit.into());
@@ -279,38 +391,34 @@ impl Renderer {
         else {
             return Ok(Vec::new());
         };
-        let states = &mut states[..count];
-        let mut prepared = Vec::with_capacity(count);
-        for (state, (plan, only)) in states.iter_mut().zip(views) {
-            state.only = only;
-            prepared.push((state, plan));
-        }
-        self.prepare(frame, &mut prepared)?;
         let label = wgpu::CommandEncoderDescriptor { label: Some("views") };
-        let mut encoder = self.gpu.device.create_command_encoder(&label);
+        let encoder = self.gpu.device.create_command_encoder(&label);
         let pictures: Vec<_> = (0..if key.samples == 1 { 1 } else { count as u32 })
             .map(|index| layer_view(&textures.picture, "picture", index))
             .collect();
-        let targets: Vec<_> = states
-            .iter_mut()
-            .enumerate()
-            .map(|(index, state)| ViewTarget::new(state, &pictures[index.min(pictures.len() - 1)], PICTURE_FORMAT))
-            .collect();
-        self.begin_encoding(&mut encoder, &targets);
-        let mut encoded = Encoded::default();
-        for mut target in targets {
-            self.encode_scene(&mut encoder, &mut target, &mut encoded);
-            if key.samples > 1 {
-                self.encode_tone_map(&mut encoder, &target);
-            }
-            target.state.drawn_now();
-        }
+        let states = &mut states[..count];
+        let (renderer, encoded) = (&mut *self, Encoded::default());
+        let mut batch =
+            BatchEncoder { renderer, key, states: &mut *states, pictures: &pictures, encoder, encoded, next: 0 };
+        encode(&mut batch)?;
+        let BatchEncoder { mut encoder, encoded, .. } = batch;
         (self.stats.draws, self.stats.draw_calls) = (encoded.draws, encoded.calls);
         if key.samples == 1 && key.outputs.color {
             self.encode_tone_map_of_layers(&mut encoder, (textures, key, count as u32), &pictures[0], states);
         }
         self.finish_timestamps(&mut encoder);
+        Ok(self.read_batch(readback, encoder, (textures, key), states))
+    }
 
+    /// Submits a batch and reads what its views have drawn.
+    fn read_batch(
+        &self,
+        readback: &mut Readback,
+        mut encoder: wgpu::CommandEncoder,
+        (textures, key): (&LayerTextures, BatchKey),
+        states: &[ViewState],
+    ) -> Vec<Outputs> {
+        let count = states.len();
         let resolved: Vec<_> = states
             .iter()
             .filter(|_| key.outputs.linear && key.samples > 1)
@@ -337,7 +445,7 @@ impl Renderer {
         let depth = depth.then(|| add(vec![layers(&textures.depth)]));
         let normal = textures.normal.as_ref().map(|texture| add(vec![layers(texture)]));
         let id = textures.id.as_ref().map(|texture| add(vec![layers(texture)]));
-        Ok(readback.read_layers(&self.gpu, encoder, &sources, |packed| {
+        readback.read_layers(&self.gpu, encoder, &sources, |packed| {
             let texels = |source: Option<usize>, layer: usize| {
                 source.map_or_else(Vec::new, |source| packed[source].layer(layer as u32))
             };
@@ -353,7 +461,7 @@ impl Renderer {
                 view_from_clip: states[view].view_from_clip,
             };
             (0..count).map(outputs).collect()
-        }))
+        })
     }
 
     /// From the linear colours of all layers to their pictures.
