@@ -41,7 +41,8 @@ pub struct CameraBatch {
 /// A vector that becomes the memory of an array.
 fn array<'py, T: Element>(py: Python<'py>, shape: &[usize], values: Vec<T>) -> PyResult<Bound<'py, PyAny>> {
     let array = ArrayD::from_shape_vec(shape, values);
-    let array = array.map_err(|error| PyRuntimeError::new_err(format!("a sensor's output has no such shape: {error}")))?;
+    let array =
+        array.map_err(|error| PyRuntimeError::new_err(format!("a sensor's output has no such shape: {error}")))?;
     Ok(array.into_pyarray(py).into_any())
 }
 
@@ -107,7 +108,9 @@ fn arrays(py: Python<'_>, captures: Vec<Captured>, lead: &[usize]) -> PyResult<A
         if outputs.has(output) {
             let flows: Vec<_> = columns
                 .iter_mut()
-                .map(|own| std::mem::take(if output == CameraOutput::Flow { &mut own.flow } else { &mut own.flow_back }))
+                .map(|own| {
+                    std::mem::take(if output == CameraOutput::Flow { &mut own.flow } else { &mut own.flow_back })
+                })
                 .collect();
             let (mut vectors, mut known) = (Vec::with_capacity(count), Vec::with_capacity(count));
             for mut flow in flows {

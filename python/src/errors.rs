@@ -39,6 +39,16 @@ impl Failure {
     pub fn value(message: impl Into<String>) -> Self {
         Self::Value(message.into())
     }
+
+    /// The same of one of several worlds.
+    #[must_use]
+    pub fn of_world(self, place: usize) -> Self {
+        match self {
+            Self::Value(message) => Self::Value(format!("world {place}: {message}")),
+            Self::Name(message) => Self::Name(format!("world {place}: {message}")),
+            other => other,
+        }
+    }
 }
 
 impl From<SceneError> for Failure {

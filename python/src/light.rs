@@ -34,18 +34,16 @@ fn from_hex(text: &str) -> Outcome<Vec3> {
     let digits = text.strip_prefix('#').filter(|digits| digits.len() == 6 && digits.is_ascii());
     let part = |i: usize| u8::from_str_radix(digits?.get(2 * i..2 * i + 2)?, 16).ok();
     match (part(0), part(1), part(2)) {
-        (Some(r), Some(g), Some(b)) => {
-            Ok(Vec3::from([r, g, b].map(|byte| linear_from_srgb(f32::from(byte) / 255.0))))
-        }
+        (Some(r), Some(g), Some(b)) => Ok(Vec3::from([r, g, b].map(|byte| linear_from_srgb(f32::from(byte) / 255.0)))),
         _ => Err(Failure::value(format!("color: expected \"#rrggbb\" or three linear numbers, found {text:?}"))),
     }
 }
 
 fn number(name: &str, value: f64, least: f64, most: f64) -> Outcome<f32> {
     let is_fit = (least..=most).contains(&value);
-    is_fit.then_some(value as f32).ok_or_else(|| {
-        Failure::value(format!("{name}: expected a number from {least} to {most}, found {value}"))
-    })
+    is_fit
+        .then_some(value as f32)
+        .ok_or_else(|| Failure::value(format!("{name}: expected a number from {least} to {most}, found {value}")))
 }
 
 /// Metres up to which a light reaches; infinite: no end.

@@ -6,8 +6,10 @@ use crate::errors::{Failure, Outcome};
 use crate::sim::{Sim, is_among};
 use crate::world::World;
 use pyo3::prelude::*;
-use relief::sensors::{CameraCapture, SensorData, sensor_names};
+use relief::bevy_ecs::prelude::Entity;
+use relief::sensors::{CameraCapture, SensorData, Wanted, sensor_names};
 use relief::systems::ecs::parallel::map_in_parallel;
+use relief::systems::sensors::{Sensor, SensorKind};
 use std::sync::Arc;
 
 /// Does something with several worlds, in the order in which they are given, without the interpreter.
@@ -53,39 +55,45 @@ pub fn step(py: Python<'_>, sims: Vec<Py<Sim>>, n: u64) -> PyResult<Vec<u64>> {
 #[pyo3(signature = (sims, sensor))]
 pub fn capture(py: Python<'_>, sims: Vec<Py<Sim>>, sensor: String) -> PyResult<CameraBatch> {
     let (captures, steps) = with_all(py, &sims, |worlds| {
-        let names = [sensor];
-        let mut captures: Vec<CameraCapture> = Vec::with_capacity(worlds.len());
-        let mut steps = Vec::with_capacity(worlds.len());
+        let mut cameras = Vec::with_capacity(worlds.len());
+        let (mut looked_at, mut steps) = (Vec::new(), Vec::new());
         for (i, world) in worlds.into_iter().enumerate() {
             steps.push(world.step_number());
-            captures.push(picture(world, &names).map_err(|failure| match failure {
-                Failure::Name(message) => Failure::Name(format!("world {i}: {message}")),
-                other => other,
-            })?);
+            looked_at.push([camera(world, &sensor).map_err(|failure| failure.of_world(i))?]);
+            cameras.push(world);
         }
-        if let Some(first) = captures.first() {
+        let wanted = looked_at.iter().map(|camera| Wanted::Look(camera));
+        let captures = World::capture_all(cameras.into_iter().zip(wanted).collect())?;
+        let pictures =
+            captures.into_iter().flat_map(|capture| capture.sensors).filter_map(|sensor| match sensor.data {
+                SensorData::Camera(camera) => Some(camera),
+                _ => None,
+            });
+        let pictures: Vec<CameraCapture> = pictures.collect();
+        if let Some(first) = pictures.first() {
             let of = |own: &CameraCapture| (own.width, own.height, own.outputs);
-            if let Some(i) = captures.iter().position(|own| of(own) != of(first)) {
+            if let Some(i) = pictures.iter().position(|own| of(own) != of(first)) {
                 let message = format!("world {i}: expected a camera of the size and outputs of that of world 0");
                 return Err(Failure::value(message));
             }
         }
-        Ok((captures, steps))
+        Ok((pictures, steps))
     })?;
     CameraBatch::new(py, captures, steps)
 }
 
-/// The picture of the only camera of that name.
-fn picture(world: &mut World, names: &[String]) -> Outcome<CameraCapture> {
+/// The only camera of that name.
+fn camera(world: &mut World, name: &str) -> Outcome<Entity> {
+    let names = [name.to_owned()];
     let all = sensor_names(&mut world.simulation.world);
-    let found: Vec<_> = all.into_iter().filter(|(name, _)| is_among(names, name)).map(|(_, sensor)| sensor).collect();
+    let found: Vec<_> = all.into_iter().filter(|(name, _)| is_among(&names, name)).map(|(_, sensor)| sensor).collect();
     let [only] = found[..] else {
-        return Err(Failure::Name(format!("expected one sensor {:?}, found {}", names.concat(), found.len())));
+        return Err(Failure::Name(format!("expected one sensor {name:?}, found {}", found.len())));
     };
-    let captured = world.with_sensors(|sensors, simulation| sensors.look(simulation, |sensor| sensor == only))?;
-    match captured.sensors.into_iter().next().map(|sensor| sensor.data) {
-        Some(SensorData::Camera(camera)) => Ok(camera),
-        _ => Err(Failure::value(format!("expected {:?} to be a camera", names.concat()))),
+    let sensor = world.simulation.world.get::<Sensor>(only);
+    match sensor.map(|sensor| &sensor.kind) {
+        Some(SensorKind::Camera(_)) => Ok(only),
+        _ => Err(Failure::value(format!("expected {name:?} to be a camera"))),
     }
 }
 
@@ -93,11 +101,7 @@ fn picture(world: &mut World, names: &[String]) -> Outcome<CameraCapture> {
 /// moved since. Raises RecordingError at the first step that comes out otherwise, SceneError.
 #[pyfunction]
 #[pyo3(signature = (recording, *, scene=None))]
-pub fn replay(
-    py: Python<'_>,
-    recording: std::path::PathBuf,
-    scene: Option<std::path::PathBuf>,
-) -> PyResult<Sim> {
+pub fn replay(py: Python<'_>, recording: std::path::PathBuf, scene: Option<std::path::PathBuf>) -> PyResult<Sim> {
     device::check_process()?;
     let world = py.detach(|| World::replay(&recording, scene.as_deref()))?;
     Ok(Sim::of(world))
@@ -107,7 +111,7 @@ pub fn replay(
 /// GpuError, ForkedError.
 #[pyfunction]
 pub fn adapter(py: Python<'_>) -> PyResult<String> {
-    Ok(py.detach(|| device::gpu().map(|gpu| gpu.name()))?)
+    Ok(py.detach(|| device::with_drawing(|drawing| Ok(drawing.gpu().name())))?)
 }
 
 /// How many threads the steps of worlds are shared out over; counts before the first world only.

@@ -42,15 +42,22 @@ impl Route {
     /// Points of a lane, or of the centre line where none is given, so many metres along the centre line, in the scene's
     /// coordinates: float64 (N, 3).
     #[pyo3(signature = (along, lane=None))]
-    fn points<'py>(&self, py: Python<'py>, along: Vec<f64>, lane: Option<usize>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn points<'py>(
+        &self,
+        py: Python<'py>,
+        along: Vec<f64>,
+        lane: Option<usize>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let left = match lane {
             None => 0.0,
             Some(lane) => *self.offsets.get(lane).ok_or_else(|| {
-                pyo3::exceptions::PyValueError::new_err(format!("lane: expected less than {}, found {lane}", self.lanes))
+                pyo3::exceptions::PyValueError::new_err(format!(
+                    "lane: expected less than {}, found {lane}",
+                    self.lanes
+                ))
             })?,
         };
-        let points: Vec<DVec3> =
-            along.iter().map(|&at| self.route.place(at).beside(left) + self.origin).collect();
+        let points: Vec<DVec3> = along.iter().map(|&at| self.route.place(at).beside(left) + self.origin).collect();
         Ok(Array2::from_shape_fn((points.len(), 3), |(point, axis)| points[point][axis]).into_pyarray(py))
     }
 

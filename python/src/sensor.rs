@@ -46,7 +46,8 @@ impl<'a, 'py> Arguments<'a, 'py> {
         for name in self.0.into_iter().flat_map(|given| given.keys()) {
             let name: String = name.extract()?;
             if !self.1.contains(&name.as_str()) {
-                let hint = name::nearest(&self.1, &name).map_or(String::new(), |near| format!("; did you mean {near}?"));
+                let hint =
+                    name::nearest(&self.1, &name).map_or(String::new(), |near| format!("; did you mean {near}?"));
                 return Err(PyTypeError::new_err(format!("unexpected argument {name}{hint}")));
             }
         }
@@ -72,7 +73,14 @@ impl Mounting {
         Ok(Self { placing: Placing::new(at, turn, look_at)?, every, phase })
     }
 
-    fn add(self, py: Python<'_>, shared: &Arc<Shared>, name: &str, parent: Option<StateId>, kind: SensorKind) -> PyResult<Py<PyAny>> {
+    fn add(
+        self,
+        py: Python<'_>,
+        shared: &Arc<Shared>,
+        name: &str,
+        parent: Option<StateId>,
+        kind: SensorKind,
+    ) -> PyResult<Py<PyAny>> {
         let Self { placing, every, phase } = self;
         let facing = if matches!(kind, SensorKind::Camera(_)) { Facing::Backward } else { Facing::Forward };
         let sensor = sensors::Sensor { kind, every, phase };
@@ -85,7 +93,9 @@ impl Mounting {
             if let Some(parent) = parent {
                 world.entity(parent)?;
             }
-            if matches!(sensor.kind, SensorKind::Gnss(_)) && world.simulation.world.get_resource::<GeoOrigin>().is_none() {
+            if matches!(sensor.kind, SensorKind::Gnss(_))
+                && world.simulation.world.get_resource::<GeoOrigin>().is_none()
+            {
                 return Err(Failure::value("expected the scene to have a geo_origin: where on Earth it is"));
             }
             let origin = if parent.is_none() { world.origin() } else { Default::default() };

@@ -12,6 +12,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
 use relief::bevy_ecs::name::Name;
 use relief::name;
+use relief::sensors::Wanted;
 use relief::systems::assets::MeshId;
 use relief::systems::draw::pieces::WholeMesh;
 use relief::systems::ecs::clock::{Clock, Seed};
@@ -43,11 +44,7 @@ impl Sim {
         Self { shared: Shared::new(world) }
     }
 
-    fn with<T: Send>(
-        &self,
-        py: Python<'_>,
-        work: impl FnOnce(&mut World) -> Result<T, Failure> + Send,
-    ) -> PyResult<T> {
+    fn with<T: Send>(&self, py: Python<'_>, work: impl FnOnce(&mut World) -> Result<T, Failure> + Send) -> PyResult<T> {
         self.shared.with(py, work)
     }
 
@@ -113,9 +110,7 @@ impl Sim {
     fn capture(&self, py: Python<'_>, names: &Bound<'_, PyTuple>) -> PyResult<Capture> {
         let names: Vec<String> = names.extract()?;
         let (captured, classes) = self.with(py, move |world| {
-            let captured = world.with_sensors(|sensors, simulation| {
-                sensors.capture_some(simulation, |name| is_among(&names, name))
-            })?;
+            let captured = world.capture(Wanted::Due(&|name| is_among(&names, name)))?;
             Ok((captured, world.simulation.world.resource::<Classes>().clone()))
         })?;
         Capture::new(py, captured, &classes)
@@ -129,8 +124,7 @@ impl Sim {
             let all = relief::sensors::sensor_names(&mut world.simulation.world);
             let wanted: Vec<_> =
                 all.into_iter().filter(|(name, _)| is_among(&names, name)).map(|(_, sensor)| sensor).collect();
-            let captured =
-                world.with_sensors(|sensors, simulation| sensors.look(simulation, |sensor| wanted.contains(&sensor)))?;
+            let captured = world.capture(Wanted::Look(&wanted))?;
             Ok((captured, world.simulation.world.resource::<Classes>().clone()))
         })?;
         Capture::new(py, captured, &classes)
@@ -500,7 +494,7 @@ impl Sim {
     /// Gives back what it takes on the graphics device, and ends a recording. It can still be used.
     fn close(&self, py: Python<'_>) -> PyResult<()> {
         self.with(py, |world| {
-            world.sensors = None;
+            world.rest();
             world.finish()
         })
     }

@@ -15,12 +15,8 @@ use relief::systems::vehicles::{Controls, Headlights, Indicator, ManualControl, 
 pub const HEADLIGHTS: [(&str, Headlights); 3] =
     [("off", Headlights::Off), ("low", Headlights::Low), ("high", Headlights::High)];
 /// Indicators by name.
-const INDICATORS: [(&str, Indicator); 4] = [
-    ("off", Indicator::Off),
-    ("left", Indicator::Left),
-    ("right", Indicator::Right),
-    ("hazard", Indicator::Hazard),
-];
+const INDICATORS: [(&str, Indicator); 4] =
+    [("off", Indicator::Off), ("left", Indicator::Left), ("right", Indicator::Right), ("hazard", Indicator::Hazard)];
 
 /// A vehicle: its origin is on the ground below the middle of its rear axle, +Z forward, +X left, +Y up.
 #[pyclass(frozen, extends = Entity, module = "relief")]
@@ -165,7 +161,9 @@ impl Vehicle {
         let indicator = indicator.transpose().map_err(Failure::Value)?;
         for (name, value, least) in [("throttle", throttle, -1.0), ("brake", brake, 0.0), ("steer", steer, -1.0)] {
             if let Some(value) = value.filter(|value| !(least..=1.0).contains(value)) {
-                return Err(Failure::value(format!("{name}: expected a number from {least} to 1, found {value}")).into());
+                return Err(
+                    Failure::value(format!("{name}: expected a number from {least} to 1, found {value}")).into()
+                );
             }
         }
         let id = entity.id;

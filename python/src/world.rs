@@ -7,8 +7,9 @@ use relief::bevy_ecs::name::Name;
 use relief::bevy_ecs::prelude::{ChildOf, Entity};
 use relief::glam::{DAffine3, DVec3};
 use relief::recording::{self, Identity, RunFiles, Snapshot, Stepper};
+use relief::renderer::Settings;
 use relief::scene::{LoadedScene, Template};
-use relief::sensors::SensorSuite;
+use relief::sensors::{Capture, Captured, Wanted, WorldSensors};
 use relief::systems::Simulation;
 use relief::systems::ecs::clock::{Clock, Seed};
 use relief::systems::run::inputs::{Input, Inputs};
@@ -43,7 +44,7 @@ pub struct World {
     pub simulation: Simulation,
     pub loaded: LoadedScene,
     pub stepper: Stepper,
-    pub sensors: Option<SensorSuite>,
+    pub sensors: WorldSensors,
 }
 
 /// A world for several objects of Python, on any thread.
@@ -69,7 +70,7 @@ impl Shared {
 impl World {
     pub fn new(scene: Arc<Scene>, seed: Option<u64>) -> Self {
         let (simulation, loaded) = scene.template.instantiate(seed);
-        Self { scene, seed, simulation, loaded, stepper: Stepper::default(), sensors: None }
+        Self { scene, seed, simulation, loaded, stepper: Stepper::default(), sensors: WorldSensors::default() }
     }
 
     pub fn step_number(&self) -> u64 {
@@ -231,15 +232,11 @@ impl World {
     }
 
     /// A new world of the scene in the place of this one, if it can be made what it is to be.
-    pub fn begin_anew(
-        &mut self,
-        seed: Option<u64>,
-        make: impl FnOnce(&mut Simulation) -> Outcome<()>,
-    ) -> Outcome<()> {
+    pub fn begin_anew(&mut self, seed: Option<u64>, make: impl FnOnce(&mut Simulation) -> Outcome<()>) -> Outcome<()> {
         let (mut simulation, loaded) = self.scene.template.instantiate(seed);
         make(&mut simulation)?;
+        self.rest();
         (self.simulation, self.loaded, self.seed) = (simulation, loaded, seed);
-        self.sensors = None;
         Ok(())
     }
 
@@ -276,26 +273,35 @@ impl World {
         Ok(self.stepper.finish(&mut self.simulation)?)
     }
 
-    /// Its sensors, with the device of this process.
-    pub fn with_sensors<T>(
-        &mut self,
-        work: impl FnOnce(&mut SensorSuite, &mut Simulation) -> Result<T, relief::renderer::RenderError>,
-    ) -> Outcome<T> {
-        let sensors = match &mut self.sensors {
-            Some(sensors) => sensors,
-            none => none.insert(SensorSuite::new(&device::gpu()?)),
+    /// Captures sensors, in one submission.
+    pub fn capture(&mut self, wanted: Wanted<'_>) -> Outcome<Capture> {
+        let mut captures = Self::capture_all(vec![(self, wanted)])?.into_iter();
+        captures.next().ok_or_else(|| Failure::Gpu("nothing was captured".into()))
+    }
+
+    /// Captures sensors of several worlds, in one submission.
+    pub fn capture_all<'a>(worlds: Vec<(&'a mut Self, Wanted<'a>)>) -> Outcome<Vec<Capture>> {
+        let split = |(world, wanted): (&'a mut Self, Wanted<'a>)| -> Captured<'a> {
+            (&mut world.simulation, &mut world.sensors, wanted)
         };
-        work(sensors, &mut self.simulation).map_err(|error| {
-            if error.is_of_device() {
-                self.sensors = None;
-                device::forget();
-            }
-            error.into()
-        })
+        let mut worlds: Vec<Captured<'a>> = worlds.into_iter().map(split).collect();
+        device::with_drawing(|drawing| drawing.capture(&Settings::default(), &mut worlds))
+    }
+
+    /// Gives up what is uploaded of it, and what is kept of its sensors.
+    pub fn rest(&mut self) {
+        device::forget(self.simulation.draw_list().world);
+        self.sensors = WorldSensors::default();
     }
 
     /// A component of an entity.
     pub fn component<T: relief::bevy_ecs::component::Component + Clone>(&self, id: StateId) -> Outcome<Option<T>> {
         Ok(self.simulation.world.get::<T>(self.entity(id)?).cloned())
+    }
+}
+
+impl Drop for World {
+    fn drop(&mut self) {
+        device::forget(self.simulation.draw_list().world);
     }
 }

@@ -56,8 +56,8 @@ def test_cameras_that_are_refused(field, arguments, message):
 def test_arguments_that_are_refused(field):
     with pytest.raises(TypeError, match="unexpected argument sise; did you mean size?"):
         field.add_camera("camera", sise=(4, 4))
-    with pytest.raises(ValueError, match=r'unknown vehicle type "cra" \(did you mean "car"\?\)'):
-        field.spawn_vehicle("cra", at=(0, 0, 0))
+    with pytest.raises(ValueError, match=r'unknown vehicle type "trcuk" \(did you mean "truck"\?\)'):
+        field.spawn_vehicle("trcuk", at=(0, 0, 0))
     with pytest.raises(ValueError, match="expected one of at and route"):
         field.spawn_vehicle("car")
     with pytest.raises(ValueError, match="unknown route"):

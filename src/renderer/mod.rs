@@ -34,6 +34,7 @@ mod gpu;
 mod indirect_draws;
 mod lamp_layers;
 mod layer_casters;
+mod many_worlds;
 mod meshes;
 mod objects;
 mod outputs;
@@ -70,6 +71,7 @@ pub use faults::Faults;
 pub use few_objects::SlotSet;
 pub use gpu::{Gpu, GpuError, instance_flags};
 pub use indirect_draws::{CullBatchRecord, CullDrawRecord};
+pub use many_worlds::Lend;
 pub use outputs::{OutputSet, Outputs, Picked};
 use readback::read_buffer;
 pub use readback::{picture_texture, read_texture};
@@ -79,7 +81,7 @@ pub use shadow_maps::ShadowStats;
 pub use single_view::SingleView;
 pub use timestamps::PassTime;
 pub use traced::{TracedRow, TracedShadows};
-pub use view_batches::{Lend, ViewBatches};
+pub use view_batches::ViewBatches;
 pub use view_state::{ViewPlan, ViewState};
 pub use visible_counts::VisibleCounts;
 
@@ -407,7 +409,8 @@ impl Renderer {
         self.own.tables.upload(&self.gpu, frame, &self.own.shadow_maps.by_slot, &records, &mut self.stats)?;
         let textures = self.assets.textures.version();
         let shadowed: Vec<_> = views.iter().filter_map(|(state, plan)| state.shadowed(plan)).collect();
-        self.stats.list_bytes += self.own.shadow_maps.find_due(&self.gpu, frame, &shadowed, &self.assets.meshes, textures)?;
+        self.stats.list_bytes +=
+            self.own.shadow_maps.find_due(&self.gpu, frame, &shadowed, &self.assets.meshes, textures)?;
         Ok(())
     }
 

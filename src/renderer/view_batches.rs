@@ -24,7 +24,7 @@ use super::{
     ViewTarget,
 };
 use std::sync::Arc;
-use systems::draw::{FrameData, ToneMap};
+use systems::draw::FrameData;
 
 /// Layers of a texture that every adapter has (WebGPU, 3.6.2 "Limits": maxTextureArrayLayers).
 const MOST_LAYERS: u32 = 256;
@@ -46,7 +46,7 @@ pub struct ViewBatches {
 
 /// What views of a batch have in common.
 #[derive(Clone, Copy, PartialEq, Debug)]
-struct BatchKey {
+pub(super) struct BatchKey {
     size: (u32, u32),
     samples: u32,
     outputs: OutputSet,
@@ -155,13 +155,13 @@ impl LayerTextures {
 }
 
 impl BatchKey {
-    fn of(plan: &ViewPlan) -> Self {
+    pub fn of(plan: &ViewPlan) -> Self {
         let Settings { samples, outputs, debug, .. } = plan.settings;
         Self { size: plan.size(), samples, outputs, tone_mapped: debug == DebugView::Off }
     }
 
     /// How many views a batch of these may have.
-    fn most_views(self, gpu: &Gpu) -> usize {
+    pub fn most_views(self, gpu: &Gpu) -> usize {
         let (width, height) = (u64::from(self.size.0), u64::from(self.size.1));
         let own = if self.samples == 1 { 0 } else { 12 * u64::from(self.samples) };
         // Of colours, depths, normals, ids and the picture.
@@ -174,6 +174,16 @@ impl BatchKey {
 }
 
 impl ViewBatches {
+    /// Before the first batch of a frame.
+    pub(super) fn begin(&mut self) {
+        self.batches.iter_mut().for_each(|batch| batch.unused_for += 1);
+    }
+
+    /// After the last one: what has had no view for long gives its memory back.
+    pub(super) fn end(&mut self) {
+        self.batches.retain(|batch| batch.unused_for <= KEPT_FOR);
+    }
+
     /// The batch of a kind, which is made where there is none.
     fn batch(&mut self, key: BatchKey) -> &mut Batch {
         let found = self.batches.iter().position(|batch| batch.key == key);
@@ -205,12 +215,8 @@ impl Batch {
     }
 }
 
-/// Hands over the frame of a world, by its place in a list of worlds.
-pub type Lend<'a> = dyn FnMut(usize, &mut dyn FnMut(&mut FrameData<'_>) -> Result<(), RenderError>) -> Result<(), RenderError>
-    + 'a;
-
 /// The views of a batch, as they are encoded world by world.
-struct BatchEncoder<'a> {
+pub(super) struct BatchEncoder<'a> {
     renderer: &'a mut Renderer,
     key: BatchKey,
     states: &'a mut [ViewState],
@@ -224,7 +230,7 @@ struct BatchEncoder<'a> {
 
 impl BatchEncoder<'_> {
     /// Prepares and encodes the next views, which are of one world.
-    fn encode(
+    pub fn encode(
         &mut self,
         frame: &mut FrameData<'_>,
         views: Vec<(ViewPlan, Option<Arc<SlotSet>>)>,
@@ -240,9 +246,7 @@ impl BatchEncoder<'_> {
         renderer.prepare(frame, &mut prepared)?;
         let targets: Vec<_> = (first..)
             .zip(states)
-            .map(|(index, state)| {
-                ViewTarget::new(state, &pictures[index.min(pictures.len() - 1)], PICTURE_FORMAT)
-            })
+            .map(|(index, state)| ViewTarget::new(state, &pictures[index.min(pictures.len() - 1)], PICTURE_FORMAT))
             .collect();
         renderer.begin_encoding(encoder, &targets);
         for mut target in targets {
@@ -287,7 +291,7 @@ impl Renderer {
         batches: &mut ViewBatches,
         (plans, only): (&[ViewPlan], &[Arc<SlotSet>]),
     ) -> Result<Vec<Outputs>, RenderError> {
-        batches.batches.iter_mut().for_each(|batch| batch.unused_for += 1);
+        batches.begin();
         let mut results: Vec<Option<Outputs>> = plans.iter().map(|_| None).collect();
         let mut open: Vec<usize> = (0..plans.len()).collect();
         while let Some(&first) = open.first() {
@@ -307,74 +311,13 @@ impl Renderer {
                 now.iter().zip(drawn).for_each(|(&i, outputs)| results[i] = Some(outputs));
             }
         }
-        // What has had no view for long gives its memory back.
-        batches.batches.retain(|batch| batch.unused_for <= KEPT_FOR);
+        batches.end();
         self.gpu.check()?;
         Ok(results.into_iter().flatten().collect())
     }
 
-    /// Draws views of several worlds and reads back what their settings ask for: of each world in the order of its plans.
-    /// Views that agree in size, samples, outputs and tone map are drawn together, whichever world they are of, with one
-    /// wait for the GPU. `lend` hands over the frame of a world by its place in the list; it may be asked for several
-    /// times. The renderer should [keep worlds](Self::keep_worlds), each of which is to be listed once.
-    ///
-    /// # Errors
-    /// [`RenderError`].
-    pub fn draw_worlds(
-        &mut self,
-        batches: &mut ViewBatches,
-        worlds: &[Vec<ViewPlan>],
-        lend: &mut Lend<'_>,
-    ) -> Result<Vec<Vec<Outputs>>, RenderError> {
-        batches.batches.iter_mut().for_each(|batch| batch.unused_for += 1);
-        let mut results: Vec<Vec<Option<Outputs>>> =
-            worlds.iter().map(|plans| plans.iter().map(|_| None).collect()).collect();
-        // By world, whether the shadows of all its views find room beside each other.
-        let mut tone_maps = Vec::new();
-        let mut open = Vec::new();
-        for (world, plans) in worlds.iter().enumerate() {
-            let (mut tone_map, mut have_room) = (ToneMap::default(), true);
-            lend(world, &mut |frame| {
-                tone_map = frame.list.environment.tone_map;
-                have_room = views_with_room(frame, &plans.iter().collect::<Vec<_>>()) >= plans.len();
-                Ok(())
-            })?;
-            tone_maps.push(tone_map);
-            if have_room {
-                open.extend((0..plans.len()).map(|plan| (world, plan)));
-            } else {
-                let mut drawn = Vec::new();
-                lend(world, &mut |frame| {
-                    drawn = self.draw_views(frame, batches, plans)?;
-                    Ok(())
-                })?;
-                results[world] = drawn.into_iter().map(Some).collect();
-            }
-        }
-        let key_of = |&(world, plan): &(usize, usize)| (BatchKey::of(&worlds[world][plan]), tone_maps[world]);
-        while let Some(first) = open.first() {
-            let key = key_of(first);
-            let (alike, others): (Vec<_>, Vec<_>) = open.iter().partition(|view| key_of(view) == key);
-            open = others;
-            for now in alike.chunks(key.0.most_views(&self.gpu)) {
-                let drawn = self.draw_batch(batches, (key.0, now.len()), &mut |batch| {
-                    for views in now.chunk_by(|a, b| a.0 == b.0) {
-                        let plans = views.iter().map(|&(world, plan)| (worlds[world][plan].clone(), None)).collect();
-                        let mut plans = Some(plans);
-                        lend(views[0].0, &mut |frame| batch.encode(frame, plans.take().unwrap_or_default()))?;
-                    }
-                    Ok(())
-                })?;
-                now.iter().zip(drawn).for_each(|(&(world, plan), outputs)| results[world][plan] = Some(outputs));
-            }
-        }
-        batches.batches.retain(|batch| batch.unused_for <= KEPT_FOR);
-        self.gpu.check()?;
-        Ok(results.into_iter().map(|world| world.into_iter().flatten().collect()).collect())
-    }
-
     /// Draws so many views of a kind, which `encode` encodes, and reads them back.
-    fn draw_batch(
+    pub(super) fn draw_batch(
         &mut self,
         batches: &mut ViewBatches,
         (key, count): (BatchKey, usize),

@@ -110,9 +110,8 @@ impl RestingWorlds {
         };
         // Its own, if they are still as it left them, or nobody else's.
         let own = woken.as_ref().map(|own| own.assets);
-        let own = own.filter(|number| {
-            self.assets.get(number).is_some_and(|assets| assets.are_of(frame) || !is_shared(*number))
-        });
+        let own = own
+            .filter(|number| self.assets.get(number).is_some_and(|assets| assets.are_of(frame) || !is_shared(*number)));
         let others = self.assets.iter().filter(|(_, assets)| assets.are_of(frame)).map(|(number, _)| *number).min();
         if own.is_none() {
             // Versions of other assets mean other things.
